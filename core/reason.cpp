@@ -1,0 +1,90 @@
+#include "core/reason.h"
+
+#include <cstdio>
+
+#include "core/joints.h"
+
+namespace knuckle {
+namespace {
+
+struct Entry {
+  const char* name;
+  SubjectKind subject;
+  const char* text;   // without values
+  const char* unit;   // nullptr: value and limit are not shown
+};
+
+// In the order of ReasonCode.
+constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntries{{
+    {"none", SubjectKind::kNothing, "nothing blocks", nullptr},
+    {"starting_up", SubjectKind::kNothing, "self test is running: wait", nullptr},
+    {"no_presence", SubjectKind::kNothing, "no hand on the device: take hold of it", nullptr},
+    {"enable_not_pressed", SubjectKind::kNothing, "ready: press enable", nullptr},
+    {"enable_held", SubjectKind::kNothing, "enable was held too early: release it, then press again", nullptr},
+    {"hand_not_aligned", SubjectKind::kJoint, "hand is away from the machine: move it or use the clutch", "deg"},
+    {"hand_moving", SubjectKind::kJoint, "hand moves: hold it still to engage", "rad/s"},
+    {"machine_moving", SubjectKind::kJoint, "machine still moves: wait", "rad/s"},
+    {"clutch_held", SubjectKind::kNothing, "clutch held: machine waits, release it to go on", nullptr},
+    {"round_trip_too_long", SubjectKind::kNothing, "round trip too long: machine holds", "ms"},
+    {"release_to_recover", SubjectKind::kNothing, "fault is over: release enable, then press again", nullptr},
+    {"link_lost", SubjectKind::kNothing, "no newer packet over the link: check the network", "ms"},
+    {"sensor_stale", SubjectKind::kNode, "sensor has stopped sending: check node and cable", "ms"},
+    {"sensor_invalid", SubjectKind::kNode, "sensor sends an impossible value: check sensor and wiring", "raw"},
+    {"sensor_implausible", SubjectKind::kNode, "sensor contradicts the others: check mounting and wiring", "sigma"},
+    {"node_silent", SubjectKind::kNode, "heartbeat is missing: check node power and bus", "ms"},
+    {"node_emergency", SubjectKind::kNode, "node reports an emergency, code in decimal: see its manual", "code"},
+    {"node_fault", SubjectKind::kNode, "node left its working state: check it, then start again", "status"},
+    {"node_identity", SubjectKind::kNode, "node is not the one the machine file names", "id"},
+    {"node_setup", SubjectKind::kNode, "node refused its configuration or did not answer", "step"},
+    {"valve_not_following", SubjectKind::kJoint, "spool does not follow its demand: check the valve", "of stroke"},
+    {"command_invalid", SubjectKind::kJoint, "controller gave an invalid command", "of stroke"},
+    {"setpoint_invalid", SubjectKind::kJoint, "operator set-point is invalid", "rad"},
+    {"pressure_limit", SubjectKind::kChamber, "pressure beyond its limit: reduce the load", "bar"},
+    {"bus_down", SubjectKind::kNothing, "CAN controller is off the bus: check wiring and bit rate", nullptr},
+    {"device_lost", SubjectKind::kNothing, "haptic device is gone: plug it in, then align again", nullptr},
+    {"device_stale", SubjectKind::kNothing, "haptic device has stopped reporting", "ms"},
+    {"device_report", SubjectKind::kNothing, "haptic device sends damaged reports: check cable", "in a row"},
+    {"device_fault", SubjectKind::kNothing, "haptic device reports a fault, bits in decimal", "bits"},
+    {"loop_overrun", SubjectKind::kNothing, "control loop did not run in time", "ms"},
+    {"emergency_stop", SubjectKind::kNothing, "E-stop of the machine is open: release it on the machine", nullptr},
+    {"operator_stop", SubjectKind::kNothing, "stop was pressed: release enable, then press again", nullptr},
+    {"presence_lost", SubjectKind::kNothing, "hand left the device", nullptr},
+    {"energy_watchdog", SubjectKind::kNothing, "felt force lowered: it gave back more energy than was put in", "J"},
+}};
+
+const Entry& entry(ReasonCode code) noexcept {
+  const auto index = static_cast<std::size_t>(code);
+  return kEntries[index < kEntries.size() ? index : 0];
+}
+
+std::string subject_text(SubjectKind kind, std::uint8_t subject) {
+  constexpr std::array<const char*, 6> kChambers{"boom A", "boom B", "arm A", "arm B", "bucket A", "bucket B"};
+  switch (kind) {
+    case SubjectKind::kNothing: return "";
+    case SubjectKind::kJoint: return subject < kJoints ? std::string(kJointNames[subject]) + ": " : "joint ?: ";
+    case SubjectKind::kNode: {
+      char buffer[16];
+      std::snprintf(buffer, sizeof buffer, "node 0x%02X: ", unsigned{subject});
+      return buffer;
+    }
+    case SubjectKind::kChamber: return subject < kChambers.size() ? std::string(kChambers[subject]) + ": " : "chamber ?: ";
+  }
+  return "";
+}
+
+}  // namespace
+
+const char* name(ReasonCode code) noexcept { return entry(code).name; }
+
+std::string text(const Reason& reason) {
+  const Entry& e = entry(reason.code);
+  std::string line = subject_text(e.subject, reason.subject) + e.text;
+  if (e.unit != nullptr) {
+    char buffer[96];
+    std::snprintf(buffer, sizeof buffer, " (%.3g %s; limit %.3g)", double(reason.value), e.unit, double(reason.limit));
+    line += buffer;
+  }
+  return line;
+}
+
+}  // namespace knuckle

@@ -1,0 +1,29 @@
+// The machine's wire: classic CAN frames. One of the three places with inheritance (CAN, HID, link).
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace knuckle {
+
+struct CanFrame {
+  std::uint32_t id = 0;  ///< 11-bit identifier.
+  std::uint8_t size = 0;  ///< 0..8
+  std::array<std::uint8_t, 8> data{};
+  bool operator==(const CanFrame&) const = default;
+};
+
+enum class CanState : std::uint8_t { kActive, kPassive, kBusOff, kDown };
+
+class CanBus {
+ public:
+  virtual ~CanBus() = default;
+  /// Hands a frame to the controller. Never blocks; false where it was dropped (queue full, bus off): the caller
+  /// must not retry a stale set-point, only send a newer one.
+  virtual bool send(const CanFrame& frame) noexcept = 0;
+  /// The next received frame, oldest first; false where there is none. Never blocks.
+  virtual bool receive(CanFrame& frame) noexcept = 0;
+  [[nodiscard]] virtual CanState state() const noexcept = 0;
+};
+
+}  // namespace knuckle

@@ -1,0 +1,88 @@
+// Reports of the haptic device (vendor page 0xFF00, little-endian, 1 kHz) and every bit in them.
+// CRC-16/CCITT-FALSE over all preceding bytes, report number included, in the last two bytes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "core/joints.h"
+#include "transport/hid_port.h"
+
+namespace knuckle {
+
+inline constexpr std::uint8_t kHidVersion = 1;
+inline constexpr std::uint8_t kReportState = 0x01;        ///< IN
+inline constexpr std::uint8_t kReportTorque = 0x02;       ///< OUT
+inline constexpr std::uint8_t kReportDescription = 0x03;  ///< IN, answers kReportDescribe
+inline constexpr std::uint8_t kReportDescribe = 0x04;     ///< OUT
+
+/// Bits of DeviceState::status.
+enum DeviceStatus : std::uint16_t {
+  kDevicePresence = 1 << 0,   ///< hand sensor
+  kDeviceEnable = 1 << 1,     ///< dead-man button
+  kDeviceClutch = 1 << 2,     ///< indexing button
+  kDeviceStop = 1 << 3,       ///< stop button
+  kDeviceTorqueOn = 1 << 4,   ///< motors are driven as asked
+  kDeviceLatched = 1 << 5,    ///< torque off after a watchdog or bad report, until mode 0 was sent
+};
+/// Bits of DeviceState::fault.
+enum DeviceFault : std::uint16_t {
+  kDeviceFaultWatchdog = 1 << 0,
+  kDeviceFaultCrc = 1 << 1,
+  kDeviceFaultSequence = 1 << 2,
+  kDeviceFaultOvertemperature = 1 << 3,
+  kDeviceFaultOvercurrent = 1 << 4,
+  kDeviceFaultEncoder = 1 << 5,
+};
+enum class TorqueMode : std::uint8_t { kOff = 0, kDamp = 1, kTorque = 2 };
+
+/// IN 0x01. Arrays in joint order boom (forearm), arm (wrist), bucket (finger).
+struct DeviceState {
+  std::uint16_t sequence = 0;
+  std::uint32_t device_time_us = 0;
+  PerJoint<std::int32_t> counts{};
+  PerJoint<std::int32_t> counts_per_s{};
+  PerJoint<std::int16_t> current_mA{};
+  std::uint16_t status = 0;
+  std::uint16_t fault = 0;
+  std::uint16_t last_command_sequence = 0;
+  std::uint16_t bus_mV = 0;
+  std::int16_t temperature_dC = 0;  ///< 0.1 degC
+};
+
+/// OUT 0x02.
+struct DeviceCommand {
+  std::uint16_t sequence = 0;
+  TorqueMode mode = TorqueMode::kOff;
+  std::uint8_t flags = 0;
+  PerJoint<std::int16_t> torque_permille{};        ///< of rated torque, joint sign as described
+  PerJoint<std::uint16_t> limit_permille{};
+  std::uint16_t watchdog_ms = 20;
+  std::uint16_t echoed_sequence = 0;               ///< sequence of the newest DeviceState
+};
+
+/// IN 0x03: what the device says of itself.
+struct DeviceIdentity {
+  PerJoint<std::uint32_t> counts_per_turn{};       ///< at the motor
+  PerJoint<float> gear_ratio{};
+  PerJoint<float> torque_constant_Nm_per_A{};      ///< at the motor
+  PerJoint<std::uint16_t> rated_current_mA{};
+  PerJoint<std::int8_t> joint_sign{};
+  PerJoint<std::int32_t> zero_counts{};            ///< counts where the joint angle is zero
+  std::uint32_t serial = 0;
+};
+
+[[nodiscard]] std::uint16_t crc16_ccitt_false(const std::uint8_t* data, std::size_t size) noexcept;
+
+[[nodiscard]] HidReport encode(const DeviceState& state) noexcept;
+[[nodiscard]] HidReport encode(const DeviceCommand& command) noexcept;
+[[nodiscard]] HidReport encode(const DeviceIdentity& identity) noexcept;
+[[nodiscard]] HidReport encode_describe_request() noexcept;
+/// nullopt where number, version or CRC is wrong.
+[[nodiscard]] std::optional<DeviceState> decode_state(const HidReport& report) noexcept;
+[[nodiscard]] std::optional<DeviceCommand> decode_command(const HidReport& report) noexcept;
+[[nodiscard]] std::optional<DeviceIdentity> decode_identity(const HidReport& report) noexcept;
+[[nodiscard]] bool is_describe_request(const HidReport& report) noexcept;
+
+}  // namespace knuckle

@@ -1,0 +1,88 @@
+// What operator and machine tell each other: the only place where master and slave meet. Little-endian, versioned,
+// newest sequence wins (32-bit serial arithmetic). All values SI.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "core/joints.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "transport/link.h"
+
+namespace knuckle {
+
+inline constexpr std::uint8_t kLinkVersion = 1;
+
+/// Modes of a session, decided by the slave (it owns the valves), shown by both.
+enum class Mode : std::uint8_t { kOff, kSelfTest, kReady, kAligning, kEngaged, kHold, kFault, kEStop };
+[[nodiscard]] const char* name(Mode mode) noexcept;
+
+/// Operator to machine, 500 Hz.
+struct MasterMessage {
+  std::uint32_t sequence = 0;
+  Time sent_at{};             ///< Sender's clock.
+  Time echoed_slave_time{};   ///< sent_at of the newest SlaveMessage, + how long it was held here: for round trips.
+  Time device_report_at{};    ///< Sender's clock when the device report behind this set-point came in.
+  bool presence = false;      ///< A hand is on the device.
+  bool enable = false;        ///< Dead-man held.
+  bool clutch = false;        ///< Indexing: machine waits while the hand returns.
+  bool stop = false;          ///< Software stop.
+  bool device_ok = false;     ///< The device is there, calibrated, without fault.
+  Reason device_reason;       ///< Why device_ok is false.
+  JointVector position_rad = JointVector::Zero();    ///< Machine joint set-point, clutch offset included.
+  JointVector velocity_radps = JointVector::Zero();
+  double position_scale = 10;   ///< Machine metres per hand metre at the tip.
+  double force_scale = 1e-3;    ///< Hand newtons per machine newton.
+  double energy_in_J = 0;       ///< Cumulative energy the hand put into the device; only grows.
+};
+
+/// Machine to operator, 200 Hz.
+struct SlaveMessage {
+  std::uint32_t sequence = 0;
+  Time sent_at{};
+  Time echoed_master_time{};  ///< sent_at of the newest MasterMessage + how long it was held here.
+  Time sensor_at{};           ///< Sender's clock when the newest sensor frame behind this force came in.
+  Time echoed_report_at{};    ///< device_report_at of the set-point acted on (master's clock).
+  Mode mode = Mode::kOff;
+  Reason blocking;            ///< Why not engaged, or what limits.
+  Reason fault;               ///< The latched fault.
+  JointVector position_rad = JointVector::Zero();      ///< Measured joints.
+  JointVector velocity_radps = JointVector::Zero();
+  JointVector acted_on_rad = JointVector::Zero();      ///< Operator position being acted on when this force was estimated (echo).
+  PlanarVector tip_force_N = PlanarVector::Zero();     ///< Force of the world on the bucket tip, frame M (x forward, z up).
+  std::array<double, 3> covariance_N2{};               ///< xx, xz, zz of tip_force_N.
+  double confidence = 0;                               ///< [0, 1]
+  bool contact = false;                                ///< Contact event is on.
+  std::uint16_t limits = 0;                            ///< LimitFlag bits being hit.
+  std::array<double, 6> pressure_Pa{};                 ///< boom A, B, arm A, B, bucket A, B.
+  double payload_kg = 0;
+  double payload_sigma_kg = 0;
+  double energy_in_J = 0;     ///< Cumulative energy that entered the port on the machine side; only grows.
+};
+
+/// Bits of SlaveMessage::limits and of the safety gate: nothing is limited silently.
+enum LimitFlag : std::uint16_t {
+  kLimitMagnitude = 1 << 0,
+  kLimitRate = 1 << 1,
+  kLimitJointRange = 1 << 2,
+  kLimitVirtualWall = 1 << 3,
+  kLimitPressure = 1 << 4,
+  kLimitPower = 1 << 5,
+  kLimitPumpFlow = 1 << 6,
+  kLimitVelocity = 1 << 7,
+};
+
+[[nodiscard]] Datagram encode(const MasterMessage& message) noexcept;
+[[nodiscard]] Datagram encode(const SlaveMessage& message) noexcept;
+/// nullopt where size, magic, version or a non-finite number is wrong.
+[[nodiscard]] std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) noexcept;
+[[nodiscard]] std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) noexcept;
+/// Serial-number arithmetic (RFC 1982): is a newer than b?
+[[nodiscard]] constexpr bool newer(std::uint32_t a, std::uint32_t b) noexcept {
+  return static_cast<std::int32_t>(a - b) > 0;
+}
+
+}  // namespace knuckle
