@@ -1,6 +1,7 @@
 // Where the links are and what lever each cylinder has, from the nominal machine description. Allocation-free.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "core/joints.h"
@@ -11,7 +12,8 @@ namespace knuckle {
 /// Cylinder pin-to-pin length and its lever about the joint.
 struct CylinderState {
   double length_m;
-  double lever_m;  ///< dL/dtheta, signed: joint torque [N m] = lever * cylinder force; length rate = lever * joint rate.
+  double
+      lever_m;  ///< dL/dtheta, signed: joint torque [N m] = lever * cylinder force; length rate = lever * joint rate.
 };
 
 class Kinematics {
@@ -32,10 +34,40 @@ class Kinematics {
   [[nodiscard]] Eigen::Matrix<double, 2, 3> tip_jacobian(const JointVector& joints_rad) const noexcept;
   /// Joint angles that put the tip at `tip_m` with absolute bucket angle (sum of joints), elbow up.
   /// @return nullopt out of reach; the working range is not checked here.
-  [[nodiscard]] std::optional<JointVector> inverse(const PlanarVector& tip_m, double bucket_absolute_rad) const noexcept;
+  [[nodiscard]] std::optional<JointVector> inverse(const PlanarVector& tip_m,
+                                                   double bucket_absolute_rad) const noexcept;
 
  private:
-  MachineDescription machine_;
+  /// Law of cosines: L^2 = sum_squares - 2 product cos(theta + offset).
+  struct Triangle {
+    double sum_squares, product, offset_rad;
+    double side;  ///< Sign of theta + offset, wrapped, over the working range.
+  };
+  /// All points in arm axes, from the arm pin.
+  struct FourBar {
+    PlanarVector cylinder_pin, rocker_pin, bucket_joint;
+    PlanarVector bucket_pin;  ///< K in bucket axes.
+    double bucket_pin_radius, rocker, coupler;
+    double branch;        ///< Side of H seen from J to K.
+    double rocker_side;   ///< Side of H seen from G to J, over the working range.
+    double coupler_side;  ///< Side of K seen from H to the bucket joint, over the working range.
+  };
+  /// Where joint_at answers: the working range and its margin.
+  struct Span {
+    double min_rad, max_rad;
+    double min_length, max_length;
+  };
+
+  [[nodiscard]] CylinderState triangle_at(const Triangle& triangle, double joint_rad) const noexcept;
+  [[nodiscard]] std::optional<CylinderState> four_bar_at(double bucket_rad) const noexcept;
+  [[nodiscard]] std::optional<double> four_bar_inverse(double length_m) const noexcept;
+  /// Refuses what cannot reach or passes a toggle; sets the span and the triangle's side.
+  void scan(const MachineDescription& machine, int joint);
+
+  std::array<Triangle, 2> triangles_{};
+  FourBar four_bar_{};
+  PerJoint<Span> spans_{};
+  JointVector lengths_m_;
 };
 
 }  // namespace knuckle
