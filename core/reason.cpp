@@ -10,8 +10,8 @@ namespace {
 struct Entry {
   const char* name;
   SubjectKind subject;
-  const char* text;   // without values
-  const char* unit;   // nullptr: value and limit are not shown
+  const char* text;  // without values
+  const char* unit;  // nullptr: value and limit are not shown
 };
 
 // In the order of ReasonCode.
@@ -60,21 +60,26 @@ const Entry& entry(ReasonCode code) noexcept {
 std::string subject_text(SubjectKind kind, std::uint8_t subject) {
   constexpr std::array<const char*, 6> kChambers{"boom A", "boom B", "arm A", "arm B", "bucket A", "bucket B"};
   switch (kind) {
-    case SubjectKind::kNothing: return "";
-    case SubjectKind::kJoint: return subject < kJoints ? std::string(kJointNames[subject]) + ": " : "joint ?: ";
+    case SubjectKind::kNothing:
+      return "";
+    case SubjectKind::kJoint:
+      return subject < kJoints ? std::string(kJointNames[subject]) + ": " : "joint ?: ";
     case SubjectKind::kNode: {
       char buffer[16];
       std::snprintf(buffer, sizeof buffer, "node 0x%02X: ", unsigned{subject});
       return buffer;
     }
-    case SubjectKind::kChamber: return subject < kChambers.size() ? std::string(kChambers[subject]) + ": " : "chamber ?: ";
+    case SubjectKind::kChamber:
+      return subject < kChambers.size() ? std::string(kChambers[subject]) + ": " : "chamber ?: ";
   }
   return "";
 }
 
 }  // namespace
 
-const char* name(ReasonCode code) noexcept { return entry(code).name; }
+const char* name(ReasonCode code) noexcept {
+  return entry(code).name;
+}
 
 std::string text(const Reason& reason) {
   const Entry& e = entry(reason.code);

@@ -13,40 +13,40 @@ namespace knuckle {
 enum class ReasonCode : std::uint16_t {
   kNone = 0,
   // Not yet (blocking reasons): the operator can act on each.
-  kStartingUp,           ///< self test still running
-  kNoPresence,           ///< no hand on the device
-  kEnableNotPressed,     ///< enable must be pressed after ready
-  kEnableHeld,           ///< enable was held before ready: release it first
-  kHandNotAligned,       ///< subject: joint; value, limit in deg
-  kHandMoving,           ///< subject: joint; rad/s
-  kMachineMoving,        ///< subject: joint; rad/s
-  kClutchHeld,           ///< the operator holds the clutch: machine waits
-  kRoundTripTooLong,     ///< ms
-  kReleaseToRecover,     ///< latched fault gone: release enable, then press again
+  kStartingUp,        ///< self test still running
+  kNoPresence,        ///< no hand on the device
+  kEnableNotPressed,  ///< enable must be pressed after ready
+  kEnableHeld,        ///< enable was held before ready: release it first
+  kHandNotAligned,    ///< subject: joint; value, limit in deg
+  kHandMoving,        ///< subject: joint; rad/s
+  kMachineMoving,     ///< subject: joint; rad/s
+  kClutchHeld,        ///< the operator holds the clutch: machine waits
+  kRoundTripTooLong,  ///< ms
+  kReleaseToRecover,  ///< latched fault gone: release enable, then press again
   // Faults: each latches and is neutral on the wire.
-  kLinkLost,             ///< ms since the last newer packet
-  kSensorStale,          ///< subject: node id; age in ms
-  kSensorInvalid,        ///< subject: node id; non-finite, out of range, or status bad
-  kSensorImplausible,    ///< subject: node id; sensors contradict each other
-  kNodeSilent,           ///< subject: node id; heartbeat missing, ms
-  kNodeEmergency,        ///< subject: node id; value: EMCY error code
-  kNodeFault,            ///< subject: node id; valve left ACTIVE or reports a fault
-  kNodeIdentity,         ///< subject: node id; identity differs from the machine file
-  kNodeSetup,            ///< subject: node id; SDO abort or time-out during start-up
-  kValveNotFollowing,    ///< subject: joint; |spool - demand| as a fraction
-  kCommandInvalid,       ///< subject: joint; non-finite or out of mode
-  kSetpointInvalid,      ///< subject: joint; operator set-point non-finite or future-stamped
-  kPressureLimit,        ///< subject: cylinder chamber 0..5; bar
-  kBusDown,              ///< CAN controller off or down
-  kDeviceLost,           ///< haptic device unplugged
-  kDeviceStale,          ///< ms since the last good report
-  kDeviceReport,         ///< malformed reports: NaN-like, CRC, version; value: count
-  kDeviceFault,          ///< fault word of the device
-  kLoopOverrun,          ///< a loop did not run for value ms
-  kEmergencyStop,        ///< E-stop chain of the machine open
-  kOperatorStop,         ///< Stop pressed by the operator
-  kPresenceLost,         ///< hand left the device while engaged
-  kEnergyWatchdog,       ///< force lowered: returned minus put-in energy in J
+  kLinkLost,           ///< ms since the last newer packet
+  kSensorStale,        ///< subject: node id; age in ms
+  kSensorInvalid,      ///< subject: node id; non-finite, out of range, or status bad
+  kSensorImplausible,  ///< subject: node id; sensors contradict each other
+  kNodeSilent,         ///< subject: node id; heartbeat missing, ms
+  kNodeEmergency,      ///< subject: node id; value: EMCY error code
+  kNodeFault,          ///< subject: node id; valve left ACTIVE or reports a fault
+  kNodeIdentity,       ///< subject: node id; identity differs from the machine file
+  kNodeSetup,          ///< subject: node id; SDO abort or time-out during start-up
+  kValveNotFollowing,  ///< subject: joint; |spool - demand| as a fraction
+  kCommandInvalid,     ///< subject: joint; non-finite or out of mode
+  kSetpointInvalid,    ///< subject: joint; operator set-point non-finite or future-stamped
+  kPressureLimit,      ///< subject: cylinder chamber 0..5; bar
+  kBusDown,            ///< CAN controller off or down
+  kDeviceLost,         ///< haptic device unplugged
+  kDeviceStale,        ///< ms since the last good report
+  kDeviceReport,       ///< malformed reports: NaN-like, CRC, version; value: count
+  kDeviceFault,        ///< fault word of the device
+  kLoopOverrun,        ///< a loop did not run for value ms
+  kEmergencyStop,      ///< E-stop chain of the machine open
+  kOperatorStop,       ///< Stop pressed by the operator
+  kPresenceLost,       ///< hand left the device while engaged
+  kEnergyWatchdog,     ///< force lowered: returned minus put-in energy in J
   kCount,
 };
 
@@ -63,7 +63,8 @@ struct Reason {
 
 /// Stable identifier for files and JSON, such as "link_lost".
 [[nodiscard]] const char* name(ReasonCode code) noexcept;
-/// One line a person can act on, such as "arm: hand is 7.2 deg from the machine; limit 5 deg". Not for loops: allocates.
+/// One line a person can act on, such as "arm: hand is 7.2 deg from the machine; limit 5 deg". Not for loops:
+/// allocates.
 [[nodiscard]] std::string text(const Reason& reason);
 
 }  // namespace knuckle

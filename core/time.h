@@ -24,8 +24,12 @@ using Time = SessionClock::time_point;
 /// "It has not happened": older than every age limit, and safe to subtract from any session time.
 inline constexpr Time kNever{std::chrono::hours(-24 * 365)};
 
-[[nodiscard]] constexpr double to_seconds(Duration d) noexcept { return std::chrono::duration<double>(d).count(); }
-[[nodiscard]] constexpr double to_seconds(Time t) noexcept { return to_seconds(t.time_since_epoch()); }
+[[nodiscard]] constexpr double to_seconds(Duration d) noexcept {
+  return std::chrono::duration<double>(d).count();
+}
+[[nodiscard]] constexpr double to_seconds(Time t) noexcept {
+  return to_seconds(t.time_since_epoch());
+}
 [[nodiscard]] constexpr Duration from_seconds(double seconds) noexcept {
   return Duration(static_cast<std::int64_t>(seconds * 1e9 + (seconds < 0 ? -0.5 : 0.5)));
 }

@@ -11,17 +11,17 @@ namespace knuckle::estimation {
 
 /// One synchronous set of sensor values, SI, as the sensors say (not yet filtered).
 struct Measurement {
-  std::array<double, 6> pressure_Pa{};      ///< boom A, B, arm A, B, bucket A, B
+  std::array<double, 6> pressure_Pa{};           ///< boom A, B, arm A, B, bucket A, B
   JointVector cylinder_m = JointVector::Zero();  ///< Pin-to-pin lengths from the wire encoders.
-  double hull_pitch_rad = 0;                ///< M's x axis above the horizontal (counter-clockwise).
+  double hull_pitch_rad = 0;                     ///< M's x axis above the horizontal (counter-clockwise).
 };
 
 struct JointState {
   JointVector angle_rad = JointVector::Zero();
-  JointVector rate_radps = JointVector::Zero();      ///< Low-passed derivative.
-  JointVector lever_m = JointVector::Zero();         ///< dL/dtheta
-  JointVector cylinder_mps = JointVector::Zero();    ///< Extension rate, low-passed.
-  JointVector cylinder_N = JointVector::Zero();      ///< p_A A_A - p_B A_B
+  JointVector rate_radps = JointVector::Zero();    ///< Low-passed derivative.
+  JointVector lever_m = JointVector::Zero();       ///< dL/dtheta
+  JointVector cylinder_mps = JointVector::Zero();  ///< Extension rate, low-passed.
+  JointVector cylinder_N = JointVector::Zero();    ///< p_A A_A - p_B A_B
   std::array<double, 6> pressure_Pa{};
   double hull_pitch_rad = 0;
 };

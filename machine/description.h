@@ -2,8 +2,8 @@
 // reads these types and nothing else of this folder.
 //
 // Frames: M machine base, origin at the boom pin, x forward in the arm's plane, z up. Link i has its origin at its
-// joint, x along the link to the next joint (bucket: to the tip), z to the left of x. Angles counter-clockwise seen with
-// x right and z up; theta_boom from M's x, theta_arm and theta_bucket relative to the previous link.
+// joint, x along the link to the next joint (bucket: to the tip), z to the left of x. Angles counter-clockwise seen
+// with x right and z up; theta_boom from M's x, theta_arm and theta_bucket relative to the previous link.
 #pragma once
 
 #include <array>
@@ -37,26 +37,26 @@ struct BucketLinkage {
   PlanarVector bucket_pin_m = PlanarVector::Zero();    ///< K, bucket axes.
   double rocker_length_m = 0;                          ///< |HJ|
   double coupler_length_m = 0;                         ///< |HK|
-  int branch = 1;  ///< +1: H to the left of the ray from J to K, -1: to its right.
+  int branch = 1;                                      ///< +1: H to the left of the ray from J to K, -1: to its right.
   double rocker_mass_kg = 0, coupler_mass_kg = 0;
 };
 
 struct FrictionDescription {
-  double coulomb_N = 0;             ///< F_c
-  double static_ratio = 1;          ///< F_s / F_c
-  double stribeck_mps = 0.01;       ///< v_s
-  double viscous_Ns_per_m = 0;      ///< F_v
+  double coulomb_N = 0;         ///< F_c
+  double static_ratio = 1;      ///< F_s / F_c
+  double stribeck_mps = 0.01;   ///< v_s
+  double viscous_Ns_per_m = 0;  ///< F_v
 };
 
 struct ValveDescription {
-  double nominal_flow_m3ps = 0;      ///< At full opening and nominal_drop_Pa over one metering edge.
+  double nominal_flow_m3ps = 0;  ///< At full opening and nominal_drop_Pa over one metering edge.
   double nominal_drop_Pa = 0;
   double dead_band_extend = 0, dead_band_retract = 0;  ///< Fraction of spool stroke.
-  double hysteresis = 0;             ///< Fraction of spool stroke.
+  double hysteresis = 0;                               ///< Fraction of spool stroke.
   double delay_s = 0;
   double natural_frequency_Hz = 0;
   double damping_ratio = 0;
-  double full_stroke_s = 0;          ///< Fastest centre-to-end time of the spool.
+  double full_stroke_s = 0;  ///< Fastest centre-to-end time of the spool.
 };
 
 struct CylinderDescription {
@@ -78,8 +78,8 @@ struct HydraulicsDescription {
   double load_sensing_lag_s = 0;
   double main_relief_Pa = 0, port_relief_Pa = 0, tank_Pa = 0;
   double bulk_modulus_Pa = 0;
-  double hose_volume_m3 = 0;             ///< Per line.
-  double hose_drop_Pa_per_m3ps = 0;      ///< Between transmitter and chamber.
+  double hose_volume_m3 = 0;         ///< Per line.
+  double hose_drop_Pa_per_m3ps = 0;  ///< Between transmitter and chamber.
 };
 
 struct SensorDescription {
@@ -99,13 +99,13 @@ struct NodeDescription {
 /// file says otherwise.
 struct BusDescription {
   std::uint32_t bit_rate = 500000;
-  double sync_Hz = 200;               ///< The slave loop's rate.
+  double sync_Hz = 200;  ///< The slave loop's rate.
   int valve_every_nth_sync = 2;
   double controller_heartbeat_s = 0.05;
-  double node_heartbeat_s = 0.1;      ///< What nodes are told to produce.
+  double node_heartbeat_s = 0.1;  ///< What nodes are told to produce.
   double node_heartbeat_timeout_s = 0.25;
-  double valve_watchdog_s = 0.05;     ///< RPDO event timer of the valve nodes.
-  double controller_timeout_s = 0.15; ///< Consumer time of the nodes for the controller's heartbeat.
+  double valve_watchdog_s = 0.05;      ///< RPDO event timer of the valve nodes.
+  double controller_timeout_s = 0.15;  ///< Consumer time of the nodes for the controller's heartbeat.
   double sensor_age_limit_s = 0.025;
   std::uint8_t controller_id = 1;
   PerJoint<NodeDescription> valves{};
@@ -125,7 +125,7 @@ struct LimitsDescription {
 
 struct MachineDescription {
   std::string name;
-  std::string source;                      ///< File it was read from.
+  std::string source;  ///< File it was read from.
   PerJoint<LinkDescription> links{};
   TriangleMount boom_mount, arm_mount;
   BucketLinkage bucket_linkage;
@@ -138,14 +138,14 @@ struct MachineDescription {
   PlanarVector payload_com_m = PlanarVector::Zero();  ///< Where a full bucket's load sits, bucket axes.
   /// Force scale etc. of the bilateral law live with the device; the slave's contact law in ControlDescription.
   struct Control {
-    double position_gain_1ps = 3;           ///< Kp
-    double tip_stiffness_N_per_m = 1e5;     ///< Ks
+    double position_gain_1ps = 3;                                 ///< Kp
+    double tip_stiffness_N_per_m = 1e5;                           ///< Ks
     JointVector stiffness_radius_m = JointVector(2.4, 1.3, 1.0);  ///< L_i in Kq_i = Ks L_i^2
-    double feed_forward_fade_N = 500;       ///< F1
-    double bucket_position_gain_1ps = 3;    ///< Kp of the bucket joint
-    double dither = 0.0075;                 ///< Fraction of spool stroke; 0 = off.
-    double learning_limit = 0.015;          ///< Of the dead band, fraction of spool stroke.
-    double dead_band_fill = 0.95;           ///< Compensated fraction of the dead band.
+    double feed_forward_fade_N = 500;                             ///< F1
+    double bucket_position_gain_1ps = 3;                          ///< Kp of the bucket joint
+    double dither = 0.0075;                                       ///< Fraction of spool stroke; 0 = off.
+    double learning_limit = 0.015;                                ///< Of the dead band, fraction of spool stroke.
+    double dead_band_fill = 0.95;                                 ///< Compensated fraction of the dead band.
   } control;
 };
 
@@ -153,32 +153,32 @@ struct MachineDescription {
 struct DeviceDescription {
   std::string name;
   std::string source;
-  JointVector link_m = JointVector::Zero();           ///< forearm, hand, finger
-  PerJoint<double> min_rad{}, max_rad{};              ///< Machine-like joint angles.
-  PerJoint<std::uint32_t> counts_per_turn{};          ///< At the motor.
+  JointVector link_m = JointVector::Zero();   ///< forearm, hand, finger
+  PerJoint<double> min_rad{}, max_rad{};      ///< Machine-like joint angles.
+  PerJoint<std::uint32_t> counts_per_turn{};  ///< At the motor.
   PerJoint<double> gear_ratio{};
   PerJoint<double> torque_constant_Nm_per_A{};
   PerJoint<double> rated_current_A{}, peak_current_A{};
-  PerJoint<double> rotor_inertia_kgm2{};              ///< At the motor.
-  PerJoint<double> link_inertia_kgm2{};               ///< At the joint.
-  PerJoint<double> friction_Nm{}, viscous_Nms{};      ///< At the joint.
-  PerJoint<double> cogging_Nm{};                      ///< At the joint, amplitude.
-  PerJoint<int> cogging_periods{};                    ///< Per motor turn.
-  PerJoint<double> thermal_time_constant_s{};         ///< For I^2 t.
+  PerJoint<double> rotor_inertia_kgm2{};          ///< At the motor.
+  PerJoint<double> link_inertia_kgm2{};           ///< At the joint.
+  PerJoint<double> friction_Nm{}, viscous_Nms{};  ///< At the joint.
+  PerJoint<double> cogging_Nm{};                  ///< At the joint, amplitude.
+  PerJoint<int> cogging_periods{};                ///< Per motor turn.
+  PerJoint<double> thermal_time_constant_s{};     ///< For I^2 t.
   PerJoint<int> joint_sign{};
   PerJoint<std::int32_t> zero_counts{};
   double watchdog_s = 0.02;
   /// Values of the bilateral law on the hand's side (docs of the echo spring).
   struct Feel {
-    double position_scale = 10;      ///< mu
-    double force_scale = 1e-3;       ///< lambda
-    double spring_N_per_m = 1000;    ///< K_l = lambda mu Ks
-    double anchor_time_s = 0.15;     ///< t_w
-    double bias_time_s = 3;          ///< tau_b at RTT 0
+    double position_scale = 10;    ///< mu
+    double force_scale = 1e-3;     ///< lambda
+    double spring_N_per_m = 1000;  ///< K_l = lambda mu Ks
+    double anchor_time_s = 0.15;   ///< t_w
+    double bias_time_s = 3;        ///< tau_b at RTT 0
     double bias_time_per_rtt = 4;
-    double damping_Ns_per_m = 60;    ///< b_c
+    double damping_Ns_per_m = 60;  ///< b_c
     double bias_limit_N = 2.5;
-    double force_limit_N = 8;        ///< At the hand.
+    double force_limit_N = 8;  ///< At the hand.
     double slew_N_per_ms = 0.4;
     double on_N = 0.3, off_N = 0.1;  ///< R_on floor, R_off
   } feel;

@@ -7,7 +7,7 @@
 namespace knuckle {
 
 struct CanFrame {
-  std::uint32_t id = 0;  ///< 11-bit identifier.
+  std::uint32_t id = 0;   ///< 11-bit identifier.
   std::uint8_t size = 0;  ///< 0..8
   std::array<std::uint8_t, 8> data{};
   bool operator==(const CanFrame&) const = default;

@@ -19,12 +19,12 @@ inline constexpr std::uint8_t kReportDescribe = 0x04;     ///< OUT
 
 /// Bits of DeviceState::status.
 enum DeviceStatus : std::uint16_t {
-  kDevicePresence = 1 << 0,   ///< hand sensor
-  kDeviceEnable = 1 << 1,     ///< dead-man button
-  kDeviceClutch = 1 << 2,     ///< indexing button
-  kDeviceStop = 1 << 3,       ///< stop button
-  kDeviceTorqueOn = 1 << 4,   ///< motors are driven as asked
-  kDeviceLatched = 1 << 5,    ///< torque off after a watchdog or bad report, until mode 0 was sent
+  kDevicePresence = 1 << 0,  ///< hand sensor
+  kDeviceEnable = 1 << 1,    ///< dead-man button
+  kDeviceClutch = 1 << 2,    ///< indexing button
+  kDeviceStop = 1 << 3,      ///< stop button
+  kDeviceTorqueOn = 1 << 4,  ///< motors are driven as asked
+  kDeviceLatched = 1 << 5,   ///< torque off after a watchdog or bad report, until mode 0 was sent
 };
 /// Bits of DeviceState::fault.
 enum DeviceFault : std::uint16_t {
@@ -56,20 +56,20 @@ struct DeviceCommand {
   std::uint16_t sequence = 0;
   TorqueMode mode = TorqueMode::kOff;
   std::uint8_t flags = 0;
-  PerJoint<std::int16_t> torque_permille{};        ///< of rated torque, joint sign as described
+  PerJoint<std::int16_t> torque_permille{};  ///< of rated torque, joint sign as described
   PerJoint<std::uint16_t> limit_permille{};
   std::uint16_t watchdog_ms = 20;
-  std::uint16_t echoed_sequence = 0;               ///< sequence of the newest DeviceState
+  std::uint16_t echoed_sequence = 0;  ///< sequence of the newest DeviceState
 };
 
 /// IN 0x03: what the device says of itself.
 struct DeviceIdentity {
-  PerJoint<std::uint32_t> counts_per_turn{};       ///< at the motor
+  PerJoint<std::uint32_t> counts_per_turn{};  ///< at the motor
   PerJoint<float> gear_ratio{};
-  PerJoint<float> torque_constant_Nm_per_A{};      ///< at the motor
+  PerJoint<float> torque_constant_Nm_per_A{};  ///< at the motor
   PerJoint<std::uint16_t> rated_current_mA{};
   PerJoint<std::int8_t> joint_sign{};
-  PerJoint<std::int32_t> zero_counts{};            ///< counts where the joint angle is zero
+  PerJoint<std::int32_t> zero_counts{};  ///< counts where the joint angle is zero
   std::uint32_t serial = 0;
 };
 

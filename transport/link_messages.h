@@ -23,20 +23,20 @@ enum class Mode : std::uint8_t { kOff, kSelfTest, kReady, kAligning, kEngaged, k
 /// Operator to machine, 500 Hz.
 struct MasterMessage {
   std::uint32_t sequence = 0;
-  Time sent_at{};             ///< Sender's clock.
-  Time echoed_slave_time{};   ///< sent_at of the newest SlaveMessage, + how long it was held here: for round trips.
-  Time device_report_at{};    ///< Sender's clock when the device report behind this set-point came in.
-  bool presence = false;      ///< A hand is on the device.
-  bool enable = false;        ///< Dead-man held.
-  bool clutch = false;        ///< Indexing: machine waits while the hand returns.
-  bool stop = false;          ///< Software stop.
-  bool device_ok = false;     ///< The device is there, calibrated, without fault.
-  Reason device_reason;       ///< Why device_ok is false.
-  JointVector position_rad = JointVector::Zero();    ///< Machine joint set-point, clutch offset included.
+  Time sent_at{};            ///< Sender's clock.
+  Time echoed_slave_time{};  ///< sent_at of the newest SlaveMessage, + how long it was held here: for round trips.
+  Time device_report_at{};   ///< Sender's clock when the device report behind this set-point came in.
+  bool presence = false;     ///< A hand is on the device.
+  bool enable = false;       ///< Dead-man held.
+  bool clutch = false;       ///< Indexing: machine waits while the hand returns.
+  bool stop = false;         ///< Software stop.
+  bool device_ok = false;    ///< The device is there, calibrated, without fault.
+  Reason device_reason;      ///< Why device_ok is false.
+  JointVector position_rad = JointVector::Zero();  ///< Machine joint set-point, clutch offset included.
   JointVector velocity_radps = JointVector::Zero();
-  double position_scale = 10;   ///< Machine metres per hand metre at the tip.
-  double force_scale = 1e-3;    ///< Hand newtons per machine newton.
-  double energy_in_J = 0;       ///< Cumulative energy the hand put into the device; only grows.
+  double position_scale = 10;  ///< Machine metres per hand metre at the tip.
+  double force_scale = 1e-3;   ///< Hand newtons per machine newton.
+  double energy_in_J = 0;      ///< Cumulative energy the hand put into the device; only grows.
 };
 
 /// Machine to operator, 200 Hz.
@@ -47,20 +47,22 @@ struct SlaveMessage {
   Time sensor_at{};           ///< Sender's clock when the newest sensor frame behind this force came in.
   Time echoed_report_at{};    ///< device_report_at of the set-point acted on (master's clock).
   Mode mode = Mode::kOff;
-  Reason blocking;            ///< Why not engaged, or what limits.
-  Reason fault;               ///< The latched fault.
-  JointVector position_rad = JointVector::Zero();      ///< Measured joints.
+  Reason blocking;                                 ///< Why not engaged, or what limits.
+  Reason fault;                                    ///< The latched fault.
+  JointVector position_rad = JointVector::Zero();  ///< Measured joints.
   JointVector velocity_radps = JointVector::Zero();
-  JointVector acted_on_rad = JointVector::Zero();      ///< Operator position being acted on when this force was estimated (echo).
-  PlanarVector tip_force_N = PlanarVector::Zero();     ///< Force of the world on the bucket tip, frame M (x forward, z up).
-  std::array<double, 3> covariance_N2{};               ///< xx, xz, zz of tip_force_N.
-  double confidence = 0;                               ///< [0, 1]
-  bool contact = false;                                ///< Contact event is on.
-  std::uint16_t limits = 0;                            ///< LimitFlag bits being hit.
-  std::array<double, 6> pressure_Pa{};                 ///< boom A, B, arm A, B, bucket A, B.
+  JointVector acted_on_rad =
+      JointVector::Zero();  ///< Operator position being acted on when this force was estimated (echo).
+  PlanarVector tip_force_N =
+      PlanarVector::Zero();               ///< Force of the world on the bucket tip, frame M (x forward, z up).
+  std::array<double, 3> covariance_N2{};  ///< xx, xz, zz of tip_force_N.
+  double confidence = 0;                  ///< [0, 1]
+  bool contact = false;                   ///< Contact event is on.
+  std::uint16_t limits = 0;               ///< LimitFlag bits being hit.
+  std::array<double, 6> pressure_Pa{};    ///< boom A, B, arm A, B, bucket A, B.
   double payload_kg = 0;
   double payload_sigma_kg = 0;
-  double energy_in_J = 0;     ///< Cumulative energy that entered the port on the machine side; only grows.
+  double energy_in_J = 0;  ///< Cumulative energy that entered the port on the machine side; only grows.
 };
 
 /// Bits of SlaveMessage::limits and of the safety gate: nothing is limited silently.
