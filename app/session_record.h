@@ -18,33 +18,45 @@ struct Sample {
   double t_s = 0;
   Mode mode = Mode::kOff;
   ReasonCode blocking = ReasonCode::kNone, fault = ReasonCode::kNone;
-  // machine side, as the slave knows it
-  JointVector joint_rad, joint_radps, setpoint_rad, setpoint_radps;  ///< set-point: newest received from the master
-  JointVector valve_command;                                         ///< After the gate, [-1, 1].
+
+  // Machine side, as the slave knows it.
+  JointVector joint_rad = JointVector::Zero();
+  JointVector joint_radps = JointVector::Zero();
+  JointVector setpoint_rad = JointVector::Zero();  ///< Newest received from the master.
+  JointVector setpoint_radps = JointVector::Zero();
+  JointVector valve_command = JointVector::Zero();  ///< After the gate, [-1, 1].
   std::array<double, 6> pressure_Pa{};
-  PlanarVector tip_force_N;             ///< Estimated, frame M.
-  std::array<double, 3> force_cov_N2{}; ///< xx, xz, zz
+  PlanarVector tip_force_N = PlanarVector::Zero();  ///< Estimated, frame M.
+  std::array<double, 3> force_cov_N2{};             ///< xx, xz, zz
   double confidence = 0;
-  std::uint8_t confidence_reasons = 0;
+  std::uint8_t confidence_reasons = 0;  ///< ConfidenceReason bits.
   bool contact = false;
-  std::uint16_t limits = 0;
+  std::uint16_t limits = 0;  ///< LimitFlag bits.
   double payload_kg = 0, payload_sigma_kg = 0;
-  // simulated truth, machine side
-  JointVector truth_joint_rad, truth_joint_radps;
-  JointVector truth_spool;              ///< [-1, 1]
-  PlanarVector truth_tip_m, truth_tip_force_N;  ///< frame M; contact force of the world incl. soil, payload excluded
+
+  // Simulated truth, machine side.
+  JointVector truth_joint_rad = JointVector::Zero();
+  JointVector truth_joint_radps = JointVector::Zero();
+  JointVector truth_spool = JointVector::Zero();          ///< [-1, 1]
+  PlanarVector truth_tip_m = PlanarVector::Zero();        ///< Frame M.
+  PlanarVector truth_tip_force_N = PlanarVector::Zero();  ///< Frame M; of the world incl. soil, payload excluded.
   double truth_payload_kg = 0;
-  double truth_pump_flow_share = 1;     ///< Delivered over asked flow: < 1 where the pump is short.
-  double truth_energy_to_machine_J = 0; ///< Cumulative work of the valves' port on the machine.
-  // hand side
-  JointVector hand_rad, hand_radps;     ///< Device joints, truth.
-  JointVector intent_rad;               ///< Where the operator means to be.
-  PlanarVector hand_tip_m;              ///< Device tip in D scaled by nothing.
-  PlanarVector hand_setpoint_tip_m;     ///< Machine tip that the hand asks for at this time (master's set-point, no delay), frame M.
-  PlanarVector felt_N;                  ///< Force of the device on the hand at its tip, from true motor torque.
-  PlanarVector drag_N;                  ///< Rendered force (what the law asked for), tip.
-  double hand_energy_J = 0;             ///< Cumulative work of the device on the hand (net).
+  double truth_pump_flow_share = 1;      ///< Delivered over asked flow: < 1 where the pump is short.
+  double truth_energy_to_machine_J = 0;  ///< Cumulative work of the valves' port on the machine.
+
+  // Hand side.
+  JointVector hand_rad = JointVector::Zero();  ///< Device joints, truth.
+  JointVector hand_radps = JointVector::Zero();
+  JointVector intent_rad = JointVector::Zero();    ///< Where the operator means to be.
+  PlanarVector hand_tip_m = PlanarVector::Zero();  ///< Device tip in D scaled by nothing.
+  /// Machine tip that the hand asks for at this time (master's set-point, no delay), frame M.
+  PlanarVector hand_setpoint_tip_m = PlanarVector::Zero();
+  PlanarVector felt_N = PlanarVector::Zero();  ///< Force of the device on the hand at its tip, from true motor torque.
+  PlanarVector drag_N = PlanarVector::Zero();  ///< Rendered force (what the law asked for), tip.
+  double hand_energy_J = 0;                    ///< Cumulative work of the device on the hand (net).
   double rtt_s = 0;
+  std::uint8_t phase = 0;         ///< Of the operator's plan: index into SessionRecord::phases.
+  double felt_slew_N_per_ms = 0;  ///< Largest change of the rendered force in one master step since the last row.
 };
 
 struct FaultRecord {
@@ -65,6 +77,10 @@ struct SessionRecord {
   std::vector<Sample> samples;
   std::vector<FaultRecord> faults;
   std::vector<EventRecord> events;
+  /// Names of the operator's phases. Metrics know "press" and "hold" (means to touch) and "weigh"; others are free.
+  std::vector<std::string> phases;
+  double force_scale = 1e-3;  ///< lambda: hand newtons per machine newton
+  double link_delay_s = 0;    ///< One way, as configured
 };
 
 }  // namespace knuckle::app
