@@ -1,0 +1,202 @@
+#include "transport/link_messages.h"
+
+#include <cmath>
+#include <limits>
+
+#include "transport/bytes.h"
+
+namespace knuckle {
+namespace {
+
+constexpr std::uint16_t kMagic = 0x4E4B;  // "KN"
+enum class Kind : std::uint8_t { kMaster = 1, kSlave = 2 };
+constexpr std::size_t kHeaderSize = 4, kReasonSize = 11;
+constexpr std::size_t kMasterSize = kHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 6 * 8 + 3 * 8;
+constexpr std::size_t kSlaveSize =
+    kHeaderSize + 4 + 4 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 2 * 8 + 3 * 8 + 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
+constexpr std::uint8_t kMasterFlags = 0x1F;
+constexpr std::uint16_t kLimitFlags = 0xFF;
+
+ByteWriter begin(Datagram& datagram, Kind kind, std::size_t size) noexcept {
+  datagram.size = static_cast<std::uint16_t>(size);
+  ByteWriter out(std::span(datagram.bytes).first(size));
+  out.put(kMagic);
+  out.put(kLinkVersion);
+  out.put(static_cast<std::uint8_t>(kind));
+  return out;
+}
+
+/// A reader past the header; nullopt where size or header is not that of this kind.
+std::optional<ByteReader> open(std::span<const std::uint8_t> bytes, Kind kind, std::size_t size) noexcept {
+  if (bytes.size() != size) return std::nullopt;
+  ByteReader in(bytes);
+  const bool known = in.get<std::uint16_t>() == kMagic && in.get<std::uint8_t>() == kLinkVersion &&
+                     in.get<std::uint8_t>() == static_cast<std::uint8_t>(kind);
+  if (!known) return std::nullopt;
+  return in;
+}
+
+void put(ByteWriter& out, Time time) noexcept {
+  out.put(std::int64_t{time.time_since_epoch().count()});
+}
+Time get_time(ByteReader& in) noexcept {
+  return Time(Duration(in.get<std::int64_t>()));
+}
+
+template <typename Values>
+void put_each(ByteWriter& out, const Values& values) noexcept {
+  for (const double value : values) out.put(value);
+}
+template <typename Values>
+void get_each(ByteReader& in, Values& values) noexcept {
+  for (double& value : values) value = in.get<double>();
+}
+
+/// A reason may carry the very NaN it complains of; it must still get through, so it is sent as the largest number.
+float sendable(float value) noexcept {
+  return std::isfinite(value) ? value : std::copysign(std::numeric_limits<float>::max(), value);
+}
+
+void put(ByteWriter& out, const Reason& reason) noexcept {
+  out.put(static_cast<std::uint16_t>(reason.code));
+  out.put(reason.subject);
+  out.put(sendable(reason.value));
+  out.put(sendable(reason.limit));
+}
+
+/// @return false where the code is unknown.
+bool get(ByteReader& in, Reason& reason) noexcept {
+  const auto code = in.get<std::uint16_t>();
+  if (code >= static_cast<std::uint16_t>(ReasonCode::kCount)) return false;
+  reason.code = static_cast<ReasonCode>(code);
+  reason.subject = in.get<std::uint8_t>();
+  reason.value = in.get<float>();
+  reason.limit = in.get<float>();
+  return true;
+}
+
+}  // namespace
+
+const char* name(Mode mode) noexcept {
+  switch (mode) {
+    case Mode::kOff:
+      return "off";
+    case Mode::kSelfTest:
+      return "self_test";
+    case Mode::kReady:
+      return "ready";
+    case Mode::kAligning:
+      return "aligning";
+    case Mode::kEngaged:
+      return "engaged";
+    case Mode::kHold:
+      return "hold";
+    case Mode::kFault:
+      return "fault";
+    case Mode::kEStop:
+      return "e_stop";
+  }
+  return "?";
+}
+
+Datagram encode(const MasterMessage& message) noexcept {
+  Datagram datagram;
+  ByteWriter out = begin(datagram, Kind::kMaster, kMasterSize);
+  out.put(message.sequence);
+  put(out, message.sent_at);
+  put(out, message.echoed_slave_time);
+  put(out, message.device_report_at);
+  const unsigned flags = (message.presence ? 1U : 0U) | (message.enable ? 2U : 0U) | (message.clutch ? 4U : 0U) |
+                         (message.stop ? 8U : 0U) | (message.device_ok ? 16U : 0U);
+  out.put(static_cast<std::uint8_t>(flags));
+  put(out, message.device_reason);
+  put_each(out, message.position_rad);
+  put_each(out, message.velocity_radps);
+  out.put(message.position_scale);
+  out.put(message.force_scale);
+  out.put(message.energy_in_J);
+  return datagram;
+}
+
+std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) noexcept {
+  auto in = open(bytes, Kind::kMaster, kMasterSize);
+  if (!in) return std::nullopt;
+  MasterMessage message;
+  message.sequence = in->get<std::uint32_t>();
+  message.sent_at = get_time(*in);
+  message.echoed_slave_time = get_time(*in);
+  message.device_report_at = get_time(*in);
+  const unsigned flags = in->get<std::uint8_t>();
+  message.presence = (flags & 1U) != 0;
+  message.enable = (flags & 2U) != 0;
+  message.clutch = (flags & 4U) != 0;
+  message.stop = (flags & 8U) != 0;
+  message.device_ok = (flags & 16U) != 0;
+  const bool known = get(*in, message.device_reason);
+  get_each(*in, message.position_rad);
+  get_each(*in, message.velocity_radps);
+  message.position_scale = in->get<double>();
+  message.force_scale = in->get<double>();
+  message.energy_in_J = in->get<double>();
+  if (!known || (flags & ~unsigned{kMasterFlags}) != 0 || !in->ok()) return std::nullopt;
+  return message;
+}
+
+Datagram encode(const SlaveMessage& message) noexcept {
+  Datagram datagram;
+  ByteWriter out = begin(datagram, Kind::kSlave, kSlaveSize);
+  out.put(message.sequence);
+  put(out, message.sent_at);
+  put(out, message.echoed_master_time);
+  put(out, message.sensor_at);
+  put(out, message.echoed_report_at);
+  out.put(static_cast<std::uint8_t>(message.mode));
+  put(out, message.blocking);
+  put(out, message.fault);
+  put_each(out, message.position_rad);
+  put_each(out, message.velocity_radps);
+  put_each(out, message.acted_on_rad);
+  put_each(out, message.tip_force_N);
+  put_each(out, message.covariance_N2);
+  out.put(message.confidence);
+  out.put(static_cast<std::uint8_t>(message.contact ? 1 : 0));
+  out.put(message.limits);
+  put_each(out, message.pressure_Pa);
+  out.put(message.payload_kg);
+  out.put(message.payload_sigma_kg);
+  out.put(message.energy_in_J);
+  return datagram;
+}
+
+std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) noexcept {
+  auto in = open(bytes, Kind::kSlave, kSlaveSize);
+  if (!in) return std::nullopt;
+  SlaveMessage message;
+  message.sequence = in->get<std::uint32_t>();
+  message.sent_at = get_time(*in);
+  message.echoed_master_time = get_time(*in);
+  message.sensor_at = get_time(*in);
+  message.echoed_report_at = get_time(*in);
+  const auto mode = in->get<std::uint8_t>();
+  const bool known = get(*in, message.blocking) && get(*in, message.fault);
+  get_each(*in, message.position_rad);
+  get_each(*in, message.velocity_radps);
+  get_each(*in, message.acted_on_rad);
+  get_each(*in, message.tip_force_N);
+  get_each(*in, message.covariance_N2);
+  message.confidence = in->get<double>();
+  const auto contact = in->get<std::uint8_t>();
+  message.limits = in->get<std::uint16_t>();
+  get_each(*in, message.pressure_Pa);
+  message.payload_kg = in->get<double>();
+  message.payload_sigma_kg = in->get<double>();
+  message.energy_in_J = in->get<double>();
+  const bool in_range =
+      known && mode <= static_cast<std::uint8_t>(Mode::kEStop) && contact <= 1 && (message.limits & ~kLimitFlags) == 0;
+  if (!in_range || !in->ok()) return std::nullopt;
+  message.mode = static_cast<Mode>(mode);
+  message.contact = contact == 1;
+  return message;
+}
+
+}  // namespace knuckle
