@@ -1,0 +1,54 @@
+#include "slave/loss_policy.h"
+
+#include <algorithm>
+
+namespace knuckle::slave {
+namespace {
+
+LossStage stage_at(Duration age, const LossLimits& limits) noexcept {
+  if (age < Duration::zero() || age >= limits.neutral) return LossStage::kLost;
+  if (age <= limits.extrapolate) return LossStage::kExtrapolate;
+  if (age <= limits.hold) return LossStage::kHold;
+  if (age < limits.ramp) return LossStage::kRamp;
+  return LossStage::kZero;
+}
+
+double authority_at(LossStage stage, Duration age, const LossLimits& limits) noexcept {
+  switch (stage) {
+    case LossStage::kExtrapolate:
+    case LossStage::kHold:
+      return 1;
+    case LossStage::kRamp:
+      return to_seconds(limits.ramp - age) / to_seconds(limits.ramp - limits.hold);
+    case LossStage::kZero:
+    case LossStage::kLost:
+      return 0;
+  }
+  return 0;
+}
+
+float milliseconds(Duration d) noexcept {
+  return static_cast<float>(to_seconds(d) * 1e3);
+}
+
+}  // namespace
+
+LossDecision loss_policy(const JointVector& position_rad, const JointVector& velocity_radps, Duration age,
+                         Duration round_trip, bool holding, const LossLimits& limits) noexcept {
+  LossDecision decision;
+  decision.stage = stage_at(age, limits);
+  decision.authority = authority_at(decision.stage, age, limits);
+  const Duration ahead = std::clamp(age, Duration::zero(), limits.extrapolate);
+  decision.position_rad = position_rad + velocity_radps * to_seconds(ahead);
+  if (decision.stage == LossStage::kExtrapolate) decision.velocity_radps = velocity_radps;
+  if (decision.stage == LossStage::kLost) {
+    decision.link = {ReasonCode::kLinkLost, 0, milliseconds(age), milliseconds(limits.neutral)};
+  }
+  const double release = holding ? limits.round_trip_release : 1.0;
+  if (round_trip < Duration::zero() || to_seconds(round_trip) > release * to_seconds(limits.max_round_trip)) {
+    decision.hold = {ReasonCode::kRoundTripTooLong, 0, milliseconds(round_trip), milliseconds(limits.max_round_trip)};
+  }
+  return decision;
+}
+
+}  // namespace knuckle::slave

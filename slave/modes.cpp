@@ -1,0 +1,140 @@
+#include "slave/modes.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace knuckle::slave {
+namespace {
+
+Reason first_of(const Reason& a, const Reason& b) noexcept {
+  return a ? a : b;
+}
+
+/// First joint where |value| is not within its limit (a NaN is not).
+Reason beyond(ReasonCode code, const JointVector& value, double limit, double unit) noexcept {
+  for (int i = 0; i < kJoints; ++i) {
+    if (!(std::abs(value[i]) <= limit)) {
+      return {code, static_cast<std::uint8_t>(i), static_cast<float>(std::abs(value[i]) * unit),
+              static_cast<float>(limit * unit)};
+    }
+  }
+  return {};
+}
+
+Reason not_aligned(const ModeInputs& in, const ModeLimits& limits) noexcept {
+  return beyond(ReasonCode::kHandNotAligned, in.hand_rad - in.machine_rad, limits.alignment_rad,
+                180 / std::numbers::pi);
+}
+
+/// Faults of the machine side once its self test has passed.
+Reason machine_side(const ModeInputs& in) noexcept {
+  if (in.machine_fault) return in.machine_fault;
+  if (!in.nodes_operational) return {ReasonCode::kNodeSetup, 0, 0, 0};
+  if (in.stop) return {ReasonCode::kOperatorStop, 0, 0, 0};
+  return in.sensor_fault;
+}
+
+/// What keeps an operator from taking over at all.
+Reason operator_side(const ModeInputs& in) noexcept {
+  if (in.link_lost) return in.link_lost;
+  if (in.device) return in.device;
+  if (!in.presence) return {ReasonCode::kNoPresence, 0, 0, 0};
+  return {};
+}
+
+/// What keeps a machine under an enabled operator from being engaged.
+Reason alignment(const ModeInputs& in, const ModeLimits& limits) noexcept {
+  if (in.hold) return in.hold;
+  if (in.clutch) return {ReasonCode::kClutchHeld, 0, 0, 0};
+  const Reason where = not_aligned(in, limits);
+  if (where) return where;
+  return first_of(beyond(ReasonCode::kHandMoving, in.hand_radps, limits.hand_radps, 1),
+                  beyond(ReasonCode::kMachineMoving, in.machine_radps, limits.machine_radps, 1));
+}
+
+ModeDecision fault(const Reason& reason) noexcept {
+  return {{Mode::kFault, reason, false}, reason};
+}
+
+ModeDecision to_ready(const ModeInputs& in, const Reason& why) noexcept {
+  return {{Mode::kReady, {}, !in.enable}, why};
+}
+
+ModeDecision self_test(const ModeInputs& in) noexcept {
+  if (in.machine_fault) return fault(in.machine_fault);
+  if (!in.nodes_operational) return {{Mode::kSelfTest, {}, false}, {ReasonCode::kStartingUp, 0, 0, 0}};
+  if (in.sensor_fault) return {{Mode::kSelfTest, {}, false}, in.sensor_fault};
+  return to_ready(in, {in.enable ? ReasonCode::kEnableHeld : ReasonCode::kEnableNotPressed, 0, 0, 0});
+}
+
+ModeDecision ready(const ModeState& state, const ModeInputs& in) noexcept {
+  if (const Reason reason = machine_side(in)) return fault(reason);
+  // A press counts only if it was made when nothing else was missing; otherwise it has to be made again.
+  if (const Reason missing = operator_side(in)) return to_ready(in, missing);
+  if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed, 0, 0, 0});
+  if (!state.enable_released) return {{Mode::kReady, {}, false}, {ReasonCode::kEnableHeld, 0, 0, 0}};
+  return {{Mode::kAligning, {}, false}, {ReasonCode::kHandNotAligned, 0, 0, 0}};
+}
+
+ModeDecision aligning(const ModeInputs& in, const ModeLimits& limits) noexcept {
+  if (const Reason reason = machine_side(in)) return fault(reason);
+  if (const Reason missing = operator_side(in)) return to_ready(in, missing);
+  if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed, 0, 0, 0});
+  if (const Reason reason = alignment(in, limits)) return {{Mode::kAligning, {}, false}, reason};
+  return {{Mode::kEngaged, {}, false}, {}};
+}
+
+/// Engaged and hold: the machine is led (or waits while it is).
+ModeDecision led(const ModeInputs& in, const ModeLimits& limits, bool holding) noexcept {
+  if (const Reason reason = machine_side(in)) return fault(reason);
+  if (in.link_lost) return fault(in.link_lost);
+  if (in.device) return fault(in.device);
+  if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed, 0, 0, 0});
+  if (!in.presence) return fault({ReasonCode::kPresenceLost, 0, 0, 0});
+  if (in.hold) return {{Mode::kHold, {}, false}, in.hold};
+  if (in.clutch) return {{Mode::kHold, {}, false}, {ReasonCode::kClutchHeld, 0, 0, 0}};
+  // Out of a hold the set-point may be anywhere: only one near the machine may take over again.
+  if (holding) {
+    if (const Reason where = not_aligned(in, limits)) return {{Mode::kHold, {}, false}, where};
+  }
+  return {{Mode::kEngaged, {}, false}, {}};
+}
+
+/// Fault and E-stop: both need the cause gone, then enable released, then pressed.
+ModeDecision latched(const ModeState& state, const ModeInputs& in) noexcept {
+  if (const Reason reason = machine_side(in)) return {{state.mode, state.fault, false}, reason};
+  if (const Reason missing = operator_side(in)) return {{state.mode, state.fault, !in.enable}, missing};
+  if (!in.enable) return {{state.mode, state.fault, true}, {ReasonCode::kEnableNotPressed, 0, 0, 0}};
+  if (!state.enable_released) return {{state.mode, state.fault, false}, {ReasonCode::kReleaseToRecover, 0, 0, 0}};
+  return {{Mode::kAligning, {}, false}, {ReasonCode::kHandNotAligned, 0, 0, 0}};
+}
+
+}  // namespace
+
+ModeDecision next_mode(const ModeState& state, const ModeInputs& in, const ModeLimits& limits) noexcept {
+  if (in.e_stop_open) {
+    const Reason reason{ReasonCode::kEmergencyStop, 0, 0, 0};
+    return {{Mode::kEStop, reason, false}, reason};
+  }
+  switch (state.mode) {
+    case Mode::kOff:
+      return {{Mode::kSelfTest, {}, false}, {ReasonCode::kStartingUp, 0, 0, 0}};
+    case Mode::kSelfTest:
+      return self_test(in);
+    case Mode::kReady:
+      return ready(state, in);
+    case Mode::kAligning:
+      return aligning(in, limits);
+    case Mode::kEngaged:
+      return led(in, limits, false);
+    case Mode::kHold:
+      return led(in, limits, true);
+    case Mode::kFault:
+    case Mode::kEStop:
+      return latched(state, in);
+  }
+  // Not a mode at all (damaged memory): the only safe answer.
+  return fault({ReasonCode::kCommandInvalid, 0, 0, 0});
+}
+
+}  // namespace knuckle::slave

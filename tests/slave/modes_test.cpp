@@ -1,0 +1,324 @@
+// The mode machine, told as stories. A Story keeps everything healthy; each line changes one thing and looks.
+#include "slave/modes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace knuckle::slave {
+namespace {
+
+constexpr double kDeg = 3.14159265358979323846 / 180;
+
+class Story {
+ public:
+  Story() {
+    in.nodes_operational = true;
+    in.presence = true;
+    in.hand_rad = in.machine_rad = JointVector(0.3, -1.5, -0.4);
+  }
+  Mode step() {
+    const ModeDecision d = next_mode(state, in);
+    state = d.state;
+    blocking = d.blocking;
+    return state.mode;
+  }
+  Mode steps(int n) {
+    for (int i = 1; i < n; ++i) step();
+    return step();
+  }
+  /// The usual way in: released, then pressed, hand on the machine.
+  Mode engage() {
+    in.enable = false;
+    steps(4);
+    in.enable = true;
+    return steps(3);
+  }
+  ModeInputs in;
+  ModeState state;
+  Reason blocking;
+};
+
+Reason reason(ReasonCode code, std::uint8_t subject = 0) {
+  return {code, subject, 0, 0};
+}
+
+TEST(Modes, OperatorTakesOverStepByStepAndEveryWaitNamesItsReason) {
+  Story s;
+  s.in.nodes_operational = false;
+  s.in.presence = false;
+  EXPECT_EQ(s.step(), Mode::kSelfTest);
+  EXPECT_EQ(s.step(), Mode::kSelfTest);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kStartingUp);
+  s.in.nodes_operational = true;
+  s.in.sensor_fault = reason(ReasonCode::kSensorStale, 0x21);
+  EXPECT_EQ(s.step(), Mode::kSelfTest);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kSensorStale);
+  EXPECT_EQ(s.blocking.subject, 0x21);
+  s.in.sensor_fault = {};
+  EXPECT_EQ(s.step(), Mode::kReady);
+  s.step();
+  EXPECT_EQ(s.blocking.code, ReasonCode::kNoPresence);
+  s.in.presence = true;
+  s.step();
+  EXPECT_EQ(s.blocking.code, ReasonCode::kEnableNotPressed);
+  s.in.enable = true;
+  EXPECT_EQ(s.step(), Mode::kAligning);
+  EXPECT_EQ(s.step(), Mode::kEngaged);
+  EXPECT_FALSE(s.blocking);
+  s.in.enable = false;
+  EXPECT_EQ(s.step(), Mode::kReady);
+}
+
+TEST(Modes, EnableHeldBeforeReadyMustBeReleasedAndPressedAgain) {
+  Story s;
+  s.in.enable = true;
+  EXPECT_EQ(s.steps(20), Mode::kReady);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kEnableHeld);
+  s.in.enable = false;
+  s.step();
+  s.in.enable = true;
+  EXPECT_EQ(s.step(), Mode::kAligning);
+}
+
+TEST(Modes, EnablePressedBeforeTheHandIsThereDoesNotCount) {
+  Story s;
+  s.in.presence = false;
+  s.steps(3);
+  s.in.enable = true;
+  s.steps(2);
+  s.in.presence = true;
+  EXPECT_EQ(s.steps(20), Mode::kReady);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kEnableHeld);
+}
+
+TEST(Modes, HandMustBeWithinFiveDegreesOnEveryJoint) {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    for (const double sign : {-1.0, 1.0}) {
+      Story s;
+      s.in.hand_rad[joint] += sign * 5.01 * kDeg;
+      EXPECT_EQ(s.engage(), Mode::kAligning);
+      EXPECT_EQ(s.blocking.code, ReasonCode::kHandNotAligned);
+      EXPECT_EQ(s.blocking.subject, joint);
+      EXPECT_NEAR(s.blocking.value, 5.01, 1e-3);
+      EXPECT_FLOAT_EQ(s.blocking.limit, 5);
+      s.in.hand_rad[joint] = s.in.machine_rad[joint] + sign * 4.99 * kDeg;
+      EXPECT_EQ(s.step(), Mode::kEngaged);
+    }
+  }
+}
+
+TEST(Modes, ClutchWhileAligningReindexesTheHand) {
+  Story s;
+  s.in.hand_rad[kArm] += 0.5;
+  EXPECT_EQ(s.engage(), Mode::kAligning);
+  s.in.clutch = true;
+  EXPECT_EQ(s.step(), Mode::kAligning);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kClutchHeld);
+  s.in.hand_rad = s.in.machine_rad;  // the clutch offset brings the set-point onto the machine
+  EXPECT_EQ(s.step(), Mode::kAligning);
+  s.in.clutch = false;
+  EXPECT_EQ(s.step(), Mode::kEngaged);
+}
+
+TEST(Modes, HandAndMachineMustBeStillToEngage) {
+  Story s;
+  s.in.hand_radps[kBucket] = -0.101;
+  EXPECT_EQ(s.engage(), Mode::kAligning);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kHandMoving);
+  EXPECT_EQ(s.blocking.subject, kBucket);
+  s.in.hand_radps[kBucket] = 0.099;
+  s.in.machine_radps[kBoom] = 0.051;
+  EXPECT_EQ(s.step(), Mode::kAligning);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kMachineMoving);
+  s.in.machine_radps[kBoom] = 0.049;
+  EXPECT_EQ(s.step(), Mode::kEngaged);
+}
+
+TEST(Modes, NonFiniteHandNeverEngages) {
+  Story s;
+  s.in.hand_rad[kBoom] = std::nan("");
+  EXPECT_EQ(s.engage(), Mode::kAligning);
+  s.in.hand_rad[kBoom] = s.in.machine_rad[kBoom];
+  s.in.hand_radps[kArm] = std::nan("");
+  EXPECT_EQ(s.step(), Mode::kAligning);
+}
+
+TEST(Modes, LongRoundTripKeepsFromEngagingAndHoldsALedMachine) {
+  Story s;
+  s.in.hold = reason(ReasonCode::kRoundTripTooLong);
+  EXPECT_EQ(s.engage(), Mode::kAligning);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kRoundTripTooLong);
+  s.in.hold = {};
+  EXPECT_EQ(s.step(), Mode::kEngaged);
+  s.in.hold = reason(ReasonCode::kRoundTripTooLong);
+  EXPECT_EQ(s.step(), Mode::kHold);
+  s.in.hold = {};
+  s.in.hand_rad[kBoom] += 6 * kDeg;  // the hand went on meanwhile
+  EXPECT_EQ(s.step(), Mode::kHold);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kHandNotAligned);
+  s.in.hand_rad = s.in.machine_rad;
+  EXPECT_EQ(s.step(), Mode::kEngaged);
+}
+
+TEST(Modes, ClutchHoldsTheMachineAndReleasingItGoesOn) {
+  Story s;
+  ASSERT_EQ(s.engage(), Mode::kEngaged);
+  s.in.clutch = true;
+  EXPECT_EQ(s.step(), Mode::kHold);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kClutchHeld);
+  s.in.hand_radps[kArm] = 0.4;  // the hand returns, the offset set-point stays
+  EXPECT_EQ(s.steps(100), Mode::kHold);
+  s.in.clutch = false;
+  EXPECT_EQ(s.step(), Mode::kEngaged);
+}
+
+TEST(Modes, FaultLatchesUntilReleasePressAndRealignment) {
+  Story s;
+  ASSERT_EQ(s.engage(), Mode::kEngaged);
+  s.in.link_lost = {ReasonCode::kLinkLost, 0, 201, 200};
+  EXPECT_EQ(s.step(), Mode::kFault);
+  EXPECT_EQ(s.state.fault.code, ReasonCode::kLinkLost);
+  s.in.link_lost = {};
+  EXPECT_EQ(s.steps(1000), Mode::kFault) << "nothing may resume by itself";
+  EXPECT_EQ(s.blocking.code, ReasonCode::kReleaseToRecover);
+  s.in.enable = false;
+  EXPECT_EQ(s.steps(1000), Mode::kFault);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kEnableNotPressed);
+  s.in.hand_rad[kBoom] += 10 * kDeg;
+  s.in.enable = true;
+  EXPECT_EQ(s.step(), Mode::kAligning);
+  EXPECT_FALSE(s.state.fault);
+  EXPECT_EQ(s.steps(100), Mode::kAligning);
+  s.in.hand_rad = s.in.machine_rad;
+  EXPECT_EQ(s.step(), Mode::kEngaged);
+}
+
+TEST(Modes, ReleaseWhileTheCauseIsThereDoesNotCount) {
+  Story s;
+  ASSERT_EQ(s.engage(), Mode::kEngaged);
+  s.in.machine_fault = reason(ReasonCode::kNodeSilent, 0x11);
+  EXPECT_EQ(s.step(), Mode::kFault);
+  s.in.enable = false;
+  s.steps(5);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kNodeSilent);
+  s.in.enable = true;
+  s.steps(5);
+  s.in.machine_fault = {};
+  EXPECT_EQ(s.steps(5), Mode::kFault);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kReleaseToRecover);
+}
+
+TEST(Modes, LostLinkDoesNotCountAsAReleasedEnable) {
+  Story s;
+  ASSERT_EQ(s.engage(), Mode::kEngaged);
+  s.in.link_lost = reason(ReasonCode::kLinkLost);
+  s.steps(50);
+  s.in.link_lost = {};
+  EXPECT_EQ(s.steps(50), Mode::kFault);
+}
+
+TEST(Modes, EStopBeatsEverythingInEveryModeAndLatches) {
+  for (int mode = 0; mode <= static_cast<int>(Mode::kEStop); ++mode) {
+    Story s;
+    s.state.mode = static_cast<Mode>(mode);
+    s.in.e_stop_open = true;
+    s.in.machine_fault = reason(ReasonCode::kNodeSilent, 0x10);
+    EXPECT_EQ(s.step(), Mode::kEStop);
+    EXPECT_EQ(s.state.fault.code, ReasonCode::kEmergencyStop);
+    s.in = Story().in;
+    s.in.enable = true;
+    EXPECT_EQ(s.steps(1000), Mode::kEStop);
+    EXPECT_EQ(s.engage(), Mode::kEngaged);
+  }
+}
+
+TEST(Modes, EveryMachineSideFaultLatchesFromEveryModeAfterTheSelfTest) {
+  const Mode modes[] = {Mode::kReady, Mode::kAligning, Mode::kEngaged, Mode::kHold};
+  for (const Mode mode : modes) {
+    for (int cause = 0; cause < 4; ++cause) {
+      Story s;
+      s.state = {mode, {}, true};
+      ReasonCode expected = ReasonCode::kOperatorStop;
+      if (cause == 0) s.in.machine_fault = reason(expected = ReasonCode::kNodeEmergency, 0x12);
+      if (cause == 1) s.in.sensor_fault = reason(expected = ReasonCode::kSensorImplausible, 0x30);
+      if (cause == 2) s.in.stop = true;
+      if (cause == 3) s.in.nodes_operational = false, expected = ReasonCode::kNodeSetup;
+      EXPECT_EQ(s.step(), Mode::kFault) << name(expected);
+      EXPECT_EQ(s.state.fault.code, expected);
+    }
+  }
+}
+
+TEST(Modes, LosingLinkDeviceOrHandIsAFaultOnlyWhileTheMachineIsLed) {
+  for (int cause = 0; cause < 3; ++cause) {
+    const auto break_it = [cause](Story& s) {
+      if (cause == 0) s.in.link_lost = reason(ReasonCode::kLinkLost);
+      if (cause == 1) s.in.device = reason(ReasonCode::kDeviceLost);
+      if (cause == 2) s.in.presence = false;
+    };
+    const ReasonCode codes[] = {ReasonCode::kLinkLost, ReasonCode::kDeviceLost, ReasonCode::kPresenceLost};
+    for (const Mode mode : {Mode::kEngaged, Mode::kHold}) {
+      Story s;
+      s.state.mode = mode;
+      s.in.enable = true;
+      break_it(s);
+      EXPECT_EQ(s.step(), Mode::kFault);
+      EXPECT_EQ(s.state.fault.code, codes[cause]);
+    }
+    for (const Mode mode : {Mode::kReady, Mode::kAligning}) {
+      Story s;
+      s.state = {mode, {}, true};
+      s.in.enable = true;
+      break_it(s);
+      EXPECT_EQ(s.step(), Mode::kReady);
+      EXPECT_FALSE(s.state.fault);
+      EXPECT_TRUE(s.blocking);
+    }
+  }
+}
+
+TEST(Modes, LettingGoOfDeviceAndEnableTogetherIsNoFault) {
+  Story s;
+  ASSERT_EQ(s.engage(), Mode::kEngaged);
+  s.in.enable = s.in.presence = false;
+  EXPECT_EQ(s.step(), Mode::kReady);
+}
+
+// Whatever the inputs do, engaged is only ever entered aligned, enabled, present and healthy, and something blocks
+// in every other mode.
+TEST(Modes, RandomInputsNeverEngageAgainstARule) {
+  std::mt19937 rng(7);
+  const auto flip = [&rng](double p) { return std::uniform_real_distribution<>(0, 1)(rng) < p; };
+  int engaged = 0;
+  Story s;
+  for (int i = 0; i < 200000; ++i) {
+    if (flip(0.02)) s.in.enable = flip(0.7);
+    if (flip(0.02)) s.in.presence = flip(0.9);
+    if (flip(0.02)) s.in.clutch = flip(0.2);
+    s.in.stop = flip(0.001);
+    s.in.e_stop_open = flip(0.001);
+    s.in.nodes_operational = !flip(0.001);
+    s.in.link_lost = flip(0.002) ? reason(ReasonCode::kLinkLost) : Reason{};
+    s.in.sensor_fault = flip(0.002) ? reason(ReasonCode::kSensorStale) : Reason{};
+    s.in.machine_fault = flip(0.001) ? reason(ReasonCode::kNodeSilent) : Reason{};
+    if (flip(0.05)) s.in.hand_rad[kArm] = s.in.machine_rad[kArm] + (flip(0.5) ? 0.2 : 0.01);
+    const Mode before = s.state.mode;
+    const Mode after = s.step();
+    EXPECT_EQ(static_cast<bool>(s.blocking), after != Mode::kEngaged);
+    EXPECT_EQ(static_cast<bool>(s.state.fault), after == Mode::kFault || after == Mode::kEStop);
+    if (after != Mode::kEngaged) continue;
+    ++engaged;
+    EXPECT_TRUE(before == Mode::kAligning || before == Mode::kEngaged || before == Mode::kHold);
+    EXPECT_TRUE(s.in.enable && s.in.presence && !s.in.clutch && !s.in.stop && !s.in.e_stop_open &&
+                s.in.nodes_operational && !s.in.link_lost && !s.in.sensor_fault && !s.in.machine_fault);
+    if (before != Mode::kEngaged) {
+      EXPECT_LE(std::abs(s.in.hand_rad[kArm] - s.in.machine_rad[kArm]), 5 * kDeg);
+    }
+  }
+  EXPECT_GT(engaged, 1000);
+}
+
+}  // namespace
+}  // namespace knuckle::slave
