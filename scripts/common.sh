@@ -1,0 +1,42 @@
+# Sourced by the other scripts: fail, jobs, build. Leaves the shell in the project's root.
+# shellcheck shell=bash
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+# One clear line, then out.
+fail() {
+  echo "$(basename "$0"): $*" >&2
+  exit 1
+}
+
+# Parallel compilers: one per processor, but each may take 1.5 GB.
+jobs() {
+  local processors gigabytes_x2
+  processors=$(nproc)
+  gigabytes_x2=$(awk '/MemAvailable/ {print int($2 / 524288)}' /proc/meminfo)
+  local by_memory=$((gigabytes_x2 / 3))
+  ((by_memory < 1)) && by_memory=1
+  echo $((processors < by_memory ? processors : by_memory))
+}
+
+# build PRESET [TARGET...]: configures and builds, incrementally; the log is build/PRESET.log.
+build() {
+  local preset=$1
+  shift
+  local log=build/$preset.log
+  mkdir -p build
+  echo "building $preset${*:+: $*}"
+  cmake --preset "$preset" > "$log" 2>&1 ||
+    fail "configuring $preset failed: $(grep -m1 -A2 'CMake Error' "$log" | tr -s '\n ' ' ') (all of it: $log)"
+  local targets=()
+  (($#)) && targets=(--target "$@")
+  # Ninja's one moving status line on a terminal; only warnings and errors elsewhere.
+  if [[ -t 1 ]]; then
+    cmake --build "build/$preset" -j "$(jobs)" "${targets[@]}" || fail "building $preset failed: see the first error above"
+  else
+    cmake --build "build/$preset" -j "$(jobs)" "${targets[@]}" >> "$log" 2>&1 || {
+      grep -m1 -B1 -A6 'error:' "$log" >&2 || tail -n 20 "$log" >&2
+      fail "building $preset failed (all of it: $log)"
+    }
+  fi
+}
