@@ -3,31 +3,187 @@
 #include <algorithm>
 #include <cmath>
 
+#include "transport/link_messages.h"
+
 namespace knuckle::slave {
+namespace {
 
-JointControl::JointControl(const MachineDescription& machine, double /*step_s*/) : machine_(machine) {}
+constexpr double kAccelerationLead_s = 0.1;  // covers valve delay and spool lag in free motion
+constexpr double kLeadFade_N = 300;          // tip force at which the lead is gone
+constexpr double kPumpShare = 0.95;          // of the pump's flow, kept back for leakage and errors of gain
+constexpr double kFadeInTip_mps = 0.01;      // dead-band compensation grows over this tip speed
+constexpr double kLearnBelow_mps = 0.002;    // cylinder speed under which the dead band is learned
+constexpr double kLearnDelay_s = 0.05;       // from command to delivered oil
+constexpr double kLearnFilter_Hz = 3;
+constexpr double kAccelerationFilter_Hz = 5;
+constexpr double kLeastDrop_Pa = 3e5;    // the gain never divides by less than this over both edges
+constexpr double kGateTolerance = 0.02;  // change by the gate (rate limit) up to which the dead band is still learned
+constexpr double kSoftLimitGain_1ps = 2.5;  // speed allowed towards a joint limit per radian before it
 
-JointControl::Output JointControl::step(const estimation::JointState& state, const estimation::ForceEstimate& /*force*/,
-                                        const JointCommand& command, const JointVector& /*sent_valve_last*/) noexcept {
-  Output out;
-  if (!command.active) return out;
-  for (int i = 0; i < kJoints; ++i) {
-    const auto joint = static_cast<std::size_t>(i);
-    const CylinderDescription& cylinder = machine_.cylinders[joint];
-    const ValveDescription& valve = cylinder.valve;
-    const double limit = machine_.links[joint].max_rate_radps;
-    const double wanted =
-        machine_.control.position_gain_1ps * (command.position_rad[i] - state.angle_rad[i]) + command.velocity_radps[i];
-    out.rate_radps[i] = std::clamp(wanted, -limit, limit);
-    const double speed = state.lever_m[i] * out.rate_radps[i];  // of the cylinder
-    const double opening = std::clamp(speed * cylinder.head_area_m2() / valve.nominal_flow_m3ps, -1.0, 1.0);
-    const double dead_band = opening > 0 ? valve.dead_band_extend : valve.dead_band_retract;
-    const double fade = std::clamp(std::abs(speed) / 0.002, 0.0, 1.0);
-    out.valve[i] = std::clamp(opening + std::copysign(dead_band * fade, opening), -1.0, 1.0);
-  }
-  return out;
+double clamp_abs(double value, double bound) noexcept {
+  return std::clamp(value, -bound, bound);
 }
 
-void JointControl::reset() noexcept {}
+}  // namespace
+
+JointControl::Learning::Learning(double step_s) noexcept
+    : wanted_1(kLearnFilter_Hz, step_s, 0),
+      wanted_2(kLearnFilter_Hz, step_s, 0),
+      delivered_1(kLearnFilter_Hz, step_s, 0),
+      delivered_2(kLearnFilter_Hz, step_s, 0) {}
+
+JointControl::JointControl(const MachineDescription& machine, double step_s)
+    : machine_(machine),
+      kinematics_(machine),
+      step_s_(step_s),
+      valve_divider_(machine.bus.valve_every_nth_sync),
+      supply_Pa_(machine.hydraulics.load_sensing_margin_Pa),
+      acceleration_(kAccelerationFilter_Hz, step_s, JointVector::Zero()),
+      learning_{Learning(step_s), Learning(step_s), Learning(step_s)} {}
+
+void JointControl::reset() noexcept {
+  running_ = false;
+  acceleration_.reset(JointVector::Zero());
+}
+
+JointVector JointControl::wanted_rates(const estimation::JointState& state, const estimation::ForceEstimate& force,
+                                       const JointCommand& command, std::uint16_t& limits) noexcept {
+  const auto& control = machine_.control;
+  const double tip_force = force.tip_N.norm();
+  const double feed_forward = std::max(0.0, 1.0 - tip_force / control.feed_forward_fade_N);
+  const double lead = kAccelerationLead_s * std::max(0.0, 1.0 - tip_force / kLeadFade_N);
+  if (!running_) last_velocity_ = command.velocity_radps;
+  acceleration_.step((command.velocity_radps - last_velocity_) / step_s_);
+  last_velocity_ = command.velocity_radps;
+
+  JointVector rate;
+  for (int i = 0; i < kJoints; ++i) {
+    const double gain = i == kBucket ? control.bucket_position_gain_1ps : control.position_gain_1ps;
+    const double radius = control.stiffness_radius_m[i];
+    const double joint_stiffness = control.tip_stiffness_N_per_m * radius * radius;  // Kq_i = Ks L_i^2
+    rate[i] = gain * (command.position_rad[i] - state.angle_rad[i]) + feed_forward * command.velocity_radps[i] +
+              lead * acceleration_.value()[i] + gain / joint_stiffness * force.fast_torque_Nm[i];
+    const auto& link = machine_.links[static_cast<std::size_t>(i)];
+    const double margin = machine_.limits.joint_soft_margin_rad / 4;
+    const double up = std::max(0.0, kSoftLimitGain_1ps * (link.max_rad - margin - state.angle_rad[i]));
+    const double down = std::max(0.0, kSoftLimitGain_1ps * (state.angle_rad[i] - link.min_rad - margin));
+    const double soft = std::clamp(rate[i], -std::min(down, link.max_rate_radps), std::min(up, link.max_rate_radps));
+    if (soft != rate[i]) limits |= std::abs(rate[i]) > link.max_rate_radps ? kLimitVelocity : kLimitJointRange;
+    rate[i] = soft;
+  }
+  // One factor for all axes keeps the direction of the tip.
+  const double tip_speed = (kinematics_.tip_jacobian(state.angle_rad) * rate).norm();
+  double flow = 0;
+  for (int i = 0; i < kJoints; ++i) {
+    const auto& cylinder = machine_.cylinders[static_cast<std::size_t>(i)];
+    const double v = state.lever_m[i] * rate[i];
+    flow += v > 0 ? v * cylinder.head_area_m2() : -v * cylinder.rod_side_area_m2();
+  }
+  double scale = 1;
+  if (tip_speed > machine_.limits.tip_speed_mps) {
+    scale = machine_.limits.tip_speed_mps / tip_speed;
+    limits |= kLimitVelocity;
+  }
+  const double available = kPumpShare * machine_.hydraulics.pump_flow_m3ps;
+  if (flow * scale > available) {
+    scale = available / flow;
+    limits |= kLimitPumpFlow;
+  }
+  return rate * scale;
+}
+
+void JointControl::update_supply(const estimation::JointState& state, const JointVector& cylinder_mps) noexcept {
+  // Load sensing: the pump holds the highest working-port pressure of the moving axes plus a margin, through a lag.
+  const auto& hydraulics = machine_.hydraulics;
+  double load = 0;
+  for (int i = 0; i < kJoints; ++i) {
+    const auto side = static_cast<std::size_t>(2 * i + (cylinder_mps[i] >= 0 ? 0 : 1));
+    if (std::abs(cylinder_mps[i]) > 1e-4) load = std::max(load, state.pressure_Pa[side]);
+  }
+  const double target = std::min(load + hydraulics.load_sensing_margin_Pa, hydraulics.main_relief_Pa);
+  supply_Pa_ += (target - supply_Pa_) * (1 - std::exp(-step_s_ / hydraulics.load_sensing_lag_s));
+}
+
+double JointControl::full_opening_mps(int joint, bool extend, const estimation::JointState& state) const noexcept {
+  // Both metering edges in series, steady: A_in v = K sqrt(p_s - p_in), A_out v = K sqrt(p_out - p_T), so
+  // v = K sqrt((p_s A_in - p_T A_out -+ F) / (A_A^3 + A_B^3)) with F = p_A A_A - p_B A_B.
+  const auto& cylinder = machine_.cylinders[static_cast<std::size_t>(joint)];
+  const double head = cylinder.head_area_m2(), rod = cylinder.rod_side_area_m2();
+  const double area_in = extend ? head : rod, area_out = extend ? rod : head;
+  const double load = extend ? state.cylinder_N[joint] : -state.cylinder_N[joint];
+  const double drive = std::max(supply_Pa_ * area_in - machine_.hydraulics.tank_Pa * area_out - load,
+                                kLeastDrop_Pa * (area_in + area_out));
+  const double k = cylinder.valve.nominal_flow_m3ps / std::sqrt(cylinder.valve.nominal_drop_Pa);
+  return k * std::sqrt(drive / (head * head * head + rod * rod * rod));
+}
+
+double JointControl::oil_stiffness_N_per_m(int joint, double length_m) const noexcept {
+  const auto& cylinder = machine_.cylinders[static_cast<std::size_t>(joint)];
+  const double head = cylinder.head_area_m2(), rod = cylinder.rod_side_area_m2();
+  const double stroke = cylinder.max_length_m - cylinder.min_length_m;
+  const double s = std::clamp(length_m - cylinder.min_length_m, 0.0, stroke);
+  const double hose = machine_.hydraulics.hose_volume_m3;
+  return machine_.hydraulics.bulk_modulus_Pa *
+         (head * head / (hose + head * s) + rod * rod / (hose + rod * (stroke - s)));
+}
+
+void JointControl::learn(int joint, double wanted_mps, double full_mps, const estimation::JointState& state,
+                         bool learning) noexcept {
+  auto& memory = learning_[static_cast<std::size_t>(joint)];
+  const int delay = std::min(kDelaySteps - 1, static_cast<int>(std::lround(kLearnDelay_s / step_s_)));
+  const auto now = steps_ % kDelaySteps;
+  const auto then = (steps_ + kDelaySteps - static_cast<std::uint32_t>(delay)) % kDelaySteps;
+  memory.wanted_mps[now] = wanted_mps;
+  // What the valve delivered, also against a wall: extension plus compression of the oil.
+  const double length = kinematics_.cylinder_at(joint, state.angle_rad[joint]).value_or(CylinderState{}).length_m;
+  const double delivered = length + state.cylinder_N[joint] / oil_stiffness_N_per_m(joint, length);
+  const double rate = running_ ? (delivered - memory.delivered_m) / step_s_ : 0.0;
+  memory.delivered_m = delivered;
+  const double wanted = memory.wanted_2.step(memory.wanted_1.step(memory.wanted_mps[then]));
+  const double got = memory.delivered_2.step(memory.delivered_1.step(rate));
+  if (!learning || std::abs(state.cylinder_mps[joint]) > kLearnBelow_mps || std::abs(wanted) > kLearnBelow_mps) return;
+  const double direction = wanted >= 0 ? 1 : -1;
+  auto& correction = learned_[static_cast<std::size_t>(joint)][wanted >= 0 ? 0 : 1];
+  const double bound = machine_.control.learning_limit;
+  correction = std::clamp(correction + step_s_ * (wanted - got) * direction / full_mps, -bound, bound);
+}
+
+double JointControl::spool_command(int joint, double wanted_mps, const estimation::JointState& state,
+                                   bool learning) noexcept {
+  const auto i = static_cast<std::size_t>(joint);
+  const auto& valve = machine_.cylinders[i].valve;
+  const auto& control = machine_.control;
+  const bool extend = wanted_mps >= 0;
+  const double full = full_opening_mps(joint, extend, state);
+  learn(joint, wanted_mps, full, state, learning);
+  const double dead_band = (extend ? valve.dead_band_extend : valve.dead_band_retract);
+  const double fill = control.dead_band_fill * dead_band + learned_[i][extend ? 0 : 1];
+  const double fade_mps = std::abs(state.lever_m[joint]) * kFadeInTip_mps / control.stiffness_radius_m[joint];
+  const double fade_in = std::clamp(wanted_mps / std::max(fade_mps, 1e-5), -1.0, 1.0);
+  const double opening = clamp_abs(wanted_mps / full, 1.0);
+  const double dither =
+      (steps_ / static_cast<std::uint32_t>(valve_divider_)) % 2 == 0 ? control.dither : -control.dither;
+  return clamp_abs(fill * fade_in + (1 - dead_band) * opening + dither, 1.0);
+}
+
+JointControl::Output JointControl::step(const estimation::JointState& state, const estimation::ForceEstimate& force,
+                                        const JointCommand& command, const JointVector& sent_valve_last) noexcept {
+  Output output;
+  if (!command.active) {
+    reset();
+    return output;
+  }
+  output.rate_radps = wanted_rates(state, force, command, output.limits);
+  const JointVector cylinder_mps = state.lever_m.cwiseProduct(output.rate_radps);
+  update_supply(state, cylinder_mps);
+  for (int i = 0; i < kJoints; ++i) {
+    const bool passed = std::abs(sent_valve_last[i] - last_valve_[i]) < kGateTolerance;
+    output.valve[i] = spool_command(i, cylinder_mps[i], state, running_ && passed);
+  }
+  last_valve_ = output.valve;
+  running_ = true;
+  ++steps_;
+  return output;
+}
 
 }  // namespace knuckle::slave

@@ -1,36 +1,69 @@
-// Joint set-points to valve commands: the law that closes the loop through cylinders and valves.
+// Joint control through the valves: where each joint should go becomes a cylinder speed, and that a spool command:
+// compliant in contact, load-aware valve gain, flow sharing, dead-band compensation with learning and dither.
 #pragma once
 
-#include <cstdint>
+#include <array>
 
+#include "core/filters.h"
 #include "core/joints.h"
 #include "estimation/force_estimator.h"
 #include "estimation/joint_state.h"
 #include "machine/description.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::slave {
 
 struct JointCommand {
-  JointVector position_rad = JointVector::Zero(), velocity_radps = JointVector::Zero();
-  bool active = false;  ///< false: neutral, and nothing is remembered.
+  JointVector position_rad = JointVector::Zero();
+  JointVector velocity_radps = JointVector::Zero();
+  bool active = false;  ///< false: valves neutral, the controller's memory is let go.
 };
 
 class JointControl {
  public:
-  /// @param step_s the fixed time between calls.
-  JointControl(const MachineDescription& machine, double step_s);
   struct Output {
-    JointVector valve = JointVector::Zero();       ///< [-1, 1], positive = extend.
-    std::uint16_t limits = 0;                      ///< LimitFlag bits.
+    JointVector valve = JointVector::Zero();       ///< Spool commands [-1, 1], positive extends.
     JointVector rate_radps = JointVector::Zero();  ///< Joint rates asked of the valves.
+    std::uint16_t limits = 0;                      ///< LimitFlag bits (transport/link_messages.h).
   };
-  /// @param sent_valve_last the commands that left the gate in the last step.
+  JointControl(const MachineDescription& machine, double step_s);
+  /// @param sent_valve_last what left the gate in the last step; where the gate changed it, nothing is learned.
   Output step(const estimation::JointState& state, const estimation::ForceEstimate& force, const JointCommand& command,
               const JointVector& sent_valve_last) noexcept;
   void reset() noexcept;
+  /// Learned correction of the dead band [fraction of spool stroke], extend and retract.
+  [[nodiscard]] const PerJoint<std::array<double, 2>>& learned_dead_band() const noexcept { return learned_; }
 
  private:
+  static constexpr int kDelaySteps = 16;  ///< Room for the delayed speed command of the learning rule.
+
+  JointVector wanted_rates(const estimation::JointState& state, const estimation::ForceEstimate& force,
+                           const JointCommand& command, std::uint16_t& limits) noexcept;
+  double full_opening_mps(int joint, bool extend, const estimation::JointState& state) const noexcept;
+  void update_supply(const estimation::JointState& state, const JointVector& cylinder_mps) noexcept;
+  double spool_command(int joint, double wanted_mps, const estimation::JointState& state, bool learning) noexcept;
+  void learn(int joint, double wanted_mps, double full_mps, const estimation::JointState& state,
+             bool learning) noexcept;
+  double oil_stiffness_N_per_m(int joint, double length_m) const noexcept;
+
   MachineDescription machine_;
+  Kinematics kinematics_;
+  double step_s_;
+  int valve_divider_;
+  double supply_Pa_;
+  JointVector last_valve_ = JointVector::Zero();
+  JointVector last_velocity_ = JointVector::Zero();
+  LowPass<JointVector> acceleration_;
+  std::uint32_t steps_ = 0;
+  PerJoint<std::array<double, 2>> learned_{};
+  struct Learning {
+    explicit Learning(double step_s) noexcept;
+    std::array<double, kDelaySteps> wanted_mps{};
+    double delivered_m = 0;
+    LowPass<double> wanted_1, wanted_2, delivered_1, delivered_2;
+  };
+  PerJoint<Learning> learning_;
+  bool running_ = false;
 };
 
 }  // namespace knuckle::slave
