@@ -1,0 +1,119 @@
+#include "transport/virtual_can.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "core/error.h"
+
+namespace knuckle {
+
+std::string candump_line(Time at, const CanFrame& frame, const char* interface) {
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(at.time_since_epoch()).count();
+  std::array<char, 80> text{};
+  int length =
+      std::snprintf(text.data(), text.size(), "(%010lld.%06lld) %.16s %03X#", static_cast<long long>(us / 1000000),
+                    static_cast<long long>(us % 1000000), interface, static_cast<unsigned>(frame.id));
+  for (std::size_t i = 0; i < frame.size; ++i) {
+    const auto used = static_cast<std::size_t>(length);
+    length += std::snprintf(text.data() + used, text.size() - used, "%02X", unsigned{frame.data[i]});
+  }
+  return text.data();
+}
+
+VirtualCanBus::VirtualCanBus(std::size_t ports, std::uint32_t bit_rate)
+    : count_(ports), bit_(bit_rate == 0 ? 0 : 1'000'000'000 / bit_rate) {
+  if (ports > kMaxPorts) throw InputError("virtual CAN bus: at most 8 ports, not " + std::to_string(ports));
+  if (bit_rate == 0) throw InputError("virtual CAN bus: bit rate must be above 0");
+  for (Port& port : ports_) port.bus_ = this;
+}
+
+bool VirtualCanBus::Port::send(const CanFrame& frame) noexcept {
+  if (off_) return false;
+  if (silent_) return true;  // its controller believes that it was sent
+  if (waiting_ == kSendSlots) {
+    ++dropped_;
+    return false;
+  }
+  sending_[waiting_++] = {std::uint64_t{frame.id} << 48 | bus_->order_++, frame};
+  ++bus_->waiting_;
+  return true;
+}
+
+bool VirtualCanBus::Port::receive(CanFrame& frame) noexcept {
+  if (unread_ == 0) return false;
+  frame = received_[oldest_];
+  oldest_ = (oldest_ + 1) % kReceiveSlots;
+  --unread_;
+  return true;
+}
+
+CanState VirtualCanBus::Port::state() const noexcept {
+  if (off_) return CanState::kBusOff;
+  // Without anybody to acknowledge, a controller's error counter stops at error passive.
+  return bus_->cut_ ? CanState::kPassive : CanState::kActive;
+}
+
+void VirtualCanBus::Port::hear(const CanFrame& frame) noexcept {
+  if (off_) return;
+  if (unread_ == kReceiveSlots) {
+    ++dropped_;
+    return;
+  }
+  received_[(oldest_ + unread_++) % kReceiveSlots] = frame;
+}
+
+void VirtualCanBus::advance(Time now) noexcept {
+  if (!sending_) free_at_ = std::max(free_at_, now_);
+  while (sending_ || start_next()) {
+    if (free_at_ > now) break;
+    finish();
+  }
+  now_ = std::max(now_, now);
+}
+
+bool VirtualCanBus::start_next() noexcept {
+  if (cut_ || waiting_ == 0) return false;
+  Port::Waiting* winner = nullptr;
+  for (std::size_t p = 0; p < count_; ++p) {
+    Port& port = ports_[p];
+    for (std::size_t i = 0; i < port.waiting_; ++i) {
+      if (winner == nullptr || port.sending_[i].rank < winner->rank) {
+        winner = &port.sending_[i];
+        sender_ = p;
+      }
+    }
+  }
+  on_wire_ = winner->frame;
+  *winner = ports_[sender_].sending_[--ports_[sender_].waiting_];
+  --waiting_;
+  const Duration length = worst_case_bits(on_wire_.size) * bit_;
+  busy_ += length;
+  free_at_ += length;
+  sending_ = true;
+  return true;
+}
+
+void VirtualCanBus::finish() noexcept {
+  sending_ = false;
+  if (cut_) return;  // broken off: nobody acknowledged it
+  ++frames_;
+  for (std::size_t p = 0; p < count_; ++p) {
+    if (p != sender_) ports_[p].hear(on_wire_);
+  }
+  if (tap_.on_frame != nullptr) tap_.on_frame(tap_.context, free_at_, on_wire_);
+}
+
+void VirtualCanBus::silence(std::size_t port, bool on) noexcept {
+  Port& p = ports_[port];
+  p.silent_ = on;
+  waiting_ -= p.waiting_;
+  p.waiting_ = 0;
+}
+
+void VirtualCanBus::bus_off(std::size_t port) noexcept {
+  silence(port, false);
+  ports_[port].off_ = true;
+  ports_[port].unread_ = 0;
+}
+
+}  // namespace knuckle
