@@ -1,0 +1,117 @@
+#include "core/realtime_thread.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+namespace knuckle {
+namespace {
+
+constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+
+std::int64_t monotonic_ns() noexcept {
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return t.tv_sec * kNanosecondsPerSecond + t.tv_nsec;
+}
+
+/// Where locking is limited, a lock of all future pages would make a later allocation fail: then rather not at all.
+bool lock_all_memory() noexcept {
+  rlimit limit{};
+  const bool unlimited = geteuid() == 0 || (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY);
+  return unlimited && mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+}
+
+bool pin_to(int processor) noexcept {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(static_cast<unsigned>(processor), &set);
+  return pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0;
+}
+
+void ask_for_fifo(int priority) noexcept {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+}
+
+/// Read back, because what was asked for says little.
+std::string granted_policy() {
+  int policy = 0;
+  sched_param parameters{};
+  pthread_getschedparam(pthread_self(), &policy, &parameters);
+  if (policy == SCHED_FIFO) return "SCHED_FIFO " + std::to_string(parameters.sched_priority);
+  if (policy == SCHED_RR) return "SCHED_RR " + std::to_string(parameters.sched_priority);
+  return policy == SCHED_OTHER ? "SCHED_OTHER" : "policy " + std::to_string(policy);
+}
+
+/// The first multiple of period after now.
+Time next_multiple(Time now, Duration period) noexcept {
+  return Time((now.time_since_epoch() / period + 1) * period);
+}
+
+}  // namespace
+
+RealtimeClock::RealtimeClock() noexcept : epoch_ns_(monotonic_ns()) {}
+
+Time RealtimeClock::now() const noexcept {
+  return Time(Duration(monotonic_ns() - epoch_ns_));
+}
+
+void RealtimeClock::sleep_until(Time wake) const noexcept {
+  const std::int64_t at = wake.time_since_epoch().count() + epoch_ns_;
+  const timespec t{at / kNanosecondsPerSecond, at % kNanosecondsPerSecond};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
+  }
+}
+
+void PeriodicSchedule::advance(Time done) noexcept {
+  next_ += period_;
+  if (done < next_) return;
+  const auto missed = (done - next_) / period_ + 1;
+  next_ += missed * period_;
+  skipped_ += static_cast<std::uint64_t>(missed);
+}
+
+RealtimeThread::RealtimeThread(RealtimeOptions options, const RealtimeClock& clock, std::function<void(Time)> step)
+    : options_(std::move(options)), clock_(clock), step_(std::move(step)), thread_([this] { run(); }) {}
+
+RealtimeThread::~RealtimeThread() {
+  stop();
+}
+
+void RealtimeThread::stop() {
+  stop_.store(true, std::memory_order_relaxed);
+  if (thread_.joinable()) thread_.join();
+}
+
+void RealtimeThread::run() noexcept {
+  pthread_setname_np(pthread_self(), options_.name.substr(0, 15).c_str());
+  prctl(PR_SET_TIMERSLACK, 1UL);  // Without SCHED_FIFO a sleep may otherwise end 50 us late on purpose.
+  if (options_.lock_memory) report_.memory_locked = lock_all_memory();
+  if (options_.processor >= 0) report_.pinned = pin_to(options_.processor);
+  if (options_.fifo_priority > 0) ask_for_fifo(options_.fifo_priority);
+  report_.policy = granted_policy();
+
+  PeriodicSchedule schedule(next_multiple(clock_.now(), options_.period), options_.period);
+  while (!stop_.load(std::memory_order_relaxed)) {
+    clock_.sleep_until(schedule.next());
+    const Time woke = clock_.now();
+    step_(woke);
+    const Time done = clock_.now();
+    report_.wake_lateness.add(woke - schedule.next());
+    report_.execution.add(done - woke);
+    ++report_.steps;
+    schedule.advance(done);
+  }
+  report_.overruns = schedule.skipped();
+}
+
+}  // namespace knuckle

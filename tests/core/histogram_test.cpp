@@ -1,0 +1,72 @@
+#include "core/histogram.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+#include "tests/support/no_alloc.h"
+
+namespace knuckle {
+namespace {
+
+TEST(Histogram, StartsEmpty) {
+  const Histogram histogram;
+  EXPECT_EQ(histogram.count(), 0u);
+  EXPECT_EQ(histogram.quantile(0.99), Duration::zero());
+  EXPECT_EQ(histogram.max(), Duration::zero());
+}
+
+TEST(Histogram, QuantilesAreRightToAnEighthAndNeverTooSmall) {
+  std::mt19937_64 random(1);
+  std::lognormal_distribution<double> duration_ns(11, 2.5);  // 60 us, from ns to s
+  Histogram histogram;
+  std::vector<std::int64_t> values(20'000);
+  for (std::int64_t& value : values) {
+    value = static_cast<std::int64_t>(duration_ns(random));
+    histogram.add(Duration(value));
+  }
+  std::sort(values.begin(), values.end());
+  for (const double q : {0.5, 0.9, 0.99, 0.999}) {
+    const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(values.size()))) - 1;
+    const auto exact = static_cast<double>(values[rank]);
+    const auto read = static_cast<double>(histogram.quantile(q).count());
+    EXPECT_GE(read, exact) << "q " << q;
+    EXPECT_LE(read, exact * 1.126 + 64) << "q " << q;
+  }
+  EXPECT_EQ(histogram.max().count(), values.back());
+  EXPECT_EQ(histogram.quantile(1).count(), values.back());
+}
+
+TEST(Histogram, TakesWhatLiesOutsideItsBins) {
+  Histogram histogram;
+  histogram.add(-5ms);
+  EXPECT_EQ(histogram.quantile(1), Duration::zero());
+  histogram.add(100s);
+  EXPECT_EQ(histogram.count(), 2u);
+  EXPECT_EQ(histogram.quantile(1), 100s);
+}
+
+TEST(Histogram, MergeEqualsAddingToOne) {
+  Histogram a, b, both;
+  for (int i = 1; i < 1000; ++i) {
+    const Duration value = i * 1us;
+    (i % 3 == 0 ? a : b).add(value);
+    both.add(value);
+  }
+  a.merge(b);
+  EXPECT_EQ(a.count(), both.count());
+  EXPECT_EQ(a.max(), both.max());
+  for (const double q : {0.1, 0.5, 0.99}) EXPECT_EQ(a.quantile(q), both.quantile(q));
+}
+
+TEST(Histogram, AllocatesNothing) {
+  Histogram histogram;
+  test::NoAllocScope scope;
+  for (int i = 0; i < 100; ++i) histogram.add(i * 1us);
+  EXPECT_EQ(scope.allocations(), 0u);
+}
+
+}  // namespace
+}  // namespace knuckle
