@@ -50,6 +50,9 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"operator_stop", SubjectKind::kNothing, "stop was pressed: release enable, then press again", nullptr},
     {"presence_lost", SubjectKind::kNothing, "hand left the device", nullptr},
     {"energy_watchdog", SubjectKind::kNothing, "felt force lowered: it gave back more energy than was put in", "J"},
+    {"joint_limit", SubjectKind::kJoint, "end of the working range: move the other way", "deg"},
+    {"virtual_wall", SubjectKind::kNothing, "virtual wall: move the bucket away from it", "m"},
+    {"power_limit", SubjectKind::kNothing, "hydraulic power limited: move fewer joints or slower", "kW"},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

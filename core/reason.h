@@ -47,6 +47,10 @@ enum class ReasonCode : std::uint16_t {
   kOperatorStop,       ///< Stop pressed by the operator
   kPresenceLost,       ///< hand left the device while engaged
   kEnergyWatchdog,     ///< force lowered: returned minus put-in energy in J
+  // What the safety gate limits (no faults): the operator feels or sees it.
+  kJointLimit,   ///< subject: joint; deg
+  kVirtualWall,  ///< subject: 0 floor, 1 ceiling, 2 reach (no joint); m
+  kPowerLimit,   ///< kW
   kCount,
 };
 

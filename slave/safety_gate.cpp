@@ -1,0 +1,239 @@
+#include "slave/safety_gate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace knuckle::slave {
+namespace {
+
+constexpr double kUnlimited = 1e9;  // distance to a wall that is not there
+
+float milliseconds(Duration d) noexcept {
+  return static_cast<float>(to_seconds(d) * 1e3);
+}
+
+Reason joint_reason(ReasonCode code, int joint, double value, double limit) noexcept {
+  return {code, static_cast<std::uint8_t>(joint), static_cast<float>(value), static_cast<float>(limit)};
+}
+
+/// Why nothing at all may pass; kNone where commands may be limited and sent.
+Reason refusal(const JointVector& wanted, Mode mode, Time setpoint_at, const GateState& state, const GateLimits& limits,
+               Time now) noexcept {
+  for (int i = 0; i < kJoints; ++i) {
+    if (!std::isfinite(wanted[i])) return joint_reason(ReasonCode::kCommandInvalid, i, wanted[i], limits.table.command);
+    if (mode != Mode::kEngaged && wanted[i] != 0) return joint_reason(ReasonCode::kCommandInvalid, i, wanted[i], 0);
+  }
+  if (mode != Mode::kEngaged) return {};  // neutral was asked and neutral is sent
+  if (setpoint_at > now) {
+    return {ReasonCode::kSetpointInvalid, 0, -milliseconds(setpoint_at - now), 0};
+  }
+  if (now - setpoint_at >= limits.table.setpoint_age) {
+    return {ReasonCode::kLinkLost, 0, milliseconds(now - setpoint_at), milliseconds(limits.table.setpoint_age)};
+  }
+  const bool finite =
+      state.angle_rad.allFinite() && state.lever_m.allFinite() &&
+      std::all_of(state.pressure_Pa.begin(), state.pressure_Pa.end(), [](double p) { return std::isfinite(p); });
+  if (!state.valid || !finite || state.oldest_at > now) {
+    return {ReasonCode::kSensorInvalid, state.oldest_node, 0, 0};
+  }
+  if (now - state.oldest_at > limits.state_age) {
+    return {ReasonCode::kSensorStale, state.oldest_node, milliseconds(now - state.oldest_at),
+            milliseconds(limits.state_age)};
+  }
+  return {};
+}
+
+/// One pass over the commands; every rule only ever takes opening away.
+class Limiter {
+ public:
+  Limiter(const JointVector& wanted, const GateState& state, const GateLimits& limits) noexcept
+      : commands_(wanted), state_(state), limits_(limits) {
+    double load = 0;
+    for (int i = 0; i < kJoints; ++i) {
+      if (opening(i) > 0) load = std::max(load, state_.pressure_Pa[driven_chamber(i)]);
+    }
+    supply_Pa_ = load + limits_.load_sensing_margin_Pa;
+  }
+
+  void magnitude() noexcept {
+    for (int i = 0; i < kJoints; ++i) cap(i, limits_.table.command, kLimitMagnitude);
+  }
+
+  /// No command that moves a joint further out; slower and slower towards its end.
+  void joint_range() noexcept {
+    for (int i = 0; i < kJoints; ++i) {
+      const double direction = joint_direction(i);
+      if (direction == 0) continue;
+      const double bound = direction > 0 ? limits_.max_rad[i] : limits_.min_rad[i];
+      const double left_rad = direction * (bound - state_.angle_rad[i]);
+      if (cap_speed(i, left_rad / limits_.table.range_stop_s, kLimitJointRange)) {
+        const double deg = 180 / std::numbers::pi;
+        tell(joint_reason(ReasonCode::kJointLimit, i, state_.angle_rad[i] * deg, bound * deg));
+      }
+    }
+  }
+
+  /// No command that moves the tip further in, joint by joint: sums of outward parts are outward.
+  void virtual_walls() noexcept {
+    const PlanarVector tip = limits_.kinematics.tip(state_.angle_rad);
+    const Eigen::Matrix<double, 2, 3> jacobian = limits_.kinematics.tip_jacobian(state_.angle_rad);
+    wall(0, tip.y() - limits_.file.floor_m, -jacobian.row(1), tip.y(), limits_.file.floor_m);
+    wall(1, limits_.file.ceiling_m - tip.y(), jacobian.row(1), tip.y(), limits_.file.ceiling_m);
+    wall(2, limits_.file.reach_m - tip.x(), jacobian.row(0), tip.x(), limits_.file.reach_m);
+  }
+
+  /// No command that feeds a chamber beyond its limit.
+  void chamber_pressure() noexcept {
+    for (int i = 0; i < kJoints; ++i) {
+      if (commands_[i] == 0) continue;
+      const std::size_t chamber = driven_chamber(i);
+      const double left_Pa = limits_.file.chamber_pressure_Pa - state_.pressure_Pa[chamber];
+      if (cap_opening(i, left_Pa / limits_.table.pressure_band_Pa, kLimitPressure)) {
+        tell({ReasonCode::kPressureLimit, static_cast<std::uint8_t>(chamber),
+              static_cast<float>(state_.pressure_Pa[chamber] / 1e5),
+              static_cast<float>(limits_.file.chamber_pressure_Pa / 1e5)});
+      }
+    }
+  }
+
+  /// Pump pressure (highest driven chamber plus margin) times the flow asked for.
+  void power() noexcept {
+    double flow = 0;
+    for (int i = 0; i < kJoints; ++i) flow += std::max(0.0, opening(i)) * full_flow(i);
+    const double watts = std::min(flow, limits_.pump_flow_m3ps) * supply_Pa_;
+    if (watts <= limits_.file.power_W) return;
+    tell({ReasonCode::kPowerLimit, 0, static_cast<float>(watts / 1e3), static_cast<float>(limits_.file.power_W / 1e3)});
+    const double share = limits_.file.power_W / (flow * supply_Pa_);
+    for (int i = 0; i < kJoints; ++i) {
+      if (opening(i) > 0) cap_opening(i, opening(i) * share, kLimitPower);
+    }
+  }
+
+  /// Slow away from zero, at once towards it. Inside the dead band nothing opens, so nothing is limited there.
+  void rate(const GateMemory& memory, Time now) noexcept {
+    const Duration since = std::clamp(now - memory.at, Duration::zero(), limits_.table.longest_step);
+    for (int i = 0; i < kJoints; ++i) {
+      const bool same_side = commands_[i] * memory.sent[i] > 0;
+      const double from = std::max(same_side ? std::abs(memory.sent[i]) : 0.0, dead_band(i));
+      cap(i, from + limits_.table.away_1ps * to_seconds(since), kLimitRate);
+    }
+  }
+
+  [[nodiscard]] const JointVector& commands() const noexcept { return commands_; }
+  [[nodiscard]] std::uint16_t flags() const noexcept { return flags_; }
+  [[nodiscard]] const Reason& limiting() const noexcept { return limiting_; }
+
+ private:
+  double dead_band(int i) const noexcept {
+    return commands_[i] > 0 ? limits_.dead_band_extend[i] : limits_.dead_band_retract[i];
+  }
+  /// Fraction of the metering edge that the command opens; negative inside the dead band.
+  double opening(int i) const noexcept { return (std::abs(commands_[i]) - dead_band(i)) / (1 - dead_band(i)); }
+  std::size_t driven_chamber(int i) const noexcept {
+    return static_cast<std::size_t>(2 * i + (commands_[i] > 0 ? 0 : 1));
+  }
+  /// Which way the joint turns: a cylinder that extends turns it by the sign of its lever; 0 where nothing is asked.
+  double joint_direction(int i) const noexcept {
+    const double product = commands_[i] * state_.lever_m[i];
+    return product > 0 ? 1 : product < 0 ? -1 : 0;
+  }
+  /// Flow at full opening from what the pump then supplies [m3/s].
+  double full_flow(int i) const noexcept {
+    const double drop_Pa = std::max(limits_.load_sensing_margin_Pa, supply_Pa_ - state_.pressure_Pa[driven_chamber(i)]);
+    return limits_.flow_per_root_Pa[i] * std::sqrt(drop_Pa);
+  }
+  /// Joint speed at full opening [rad/s].
+  double full_speed(int i) const noexcept {
+    const double area = commands_[i] > 0 ? limits_.head_area_m2[i] : limits_.rod_side_area_m2[i];
+    return std::min(full_flow(i), limits_.pump_flow_m3ps) / area / std::abs(state_.lever_m[i]);
+  }
+
+  bool cap(int i, double limit, LimitFlag flag) noexcept {
+    if (std::abs(commands_[i]) <= limit) return false;
+    commands_[i] = std::copysign(limit, commands_[i]);
+    flags_ |= flag;
+    return true;
+  }
+  /// @param limit_opening part of the metering edge that may open; at or below zero nothing may be sent at all.
+  bool cap_opening(int i, double limit_opening, LimitFlag flag) noexcept {
+    const double band = dead_band(i);
+    return cap(i, limit_opening <= 0 ? 0 : band + std::min(limit_opening, 1.0) * (1 - band), flag);
+  }
+  bool cap_speed(int i, double limit_radps, LimitFlag flag) noexcept {
+    return cap_opening(i, limit_radps / full_speed(i), flag);
+  }
+
+  /// @param inward tip speed into the wall per joint rate [m/rad].
+  void wall(std::uint8_t which, double left_m, const Eigen::RowVector3d& inward, double seen_m,
+            double bound_m) noexcept {
+    if (left_m > kUnlimited / 2) return;
+    bool hit = false;
+    for (int i = 0; i < kJoints; ++i) {
+      const double lever_m = inward[i] * joint_direction(i);
+      if (lever_m <= 0) continue;
+      // A third each: three joints together may use up what is left.
+      hit |= cap_speed(i, left_m / (kJoints * limits_.table.wall_stop_s * lever_m), kLimitVirtualWall);
+    }
+    if (hit) tell({ReasonCode::kVirtualWall, which, static_cast<float>(seen_m), static_cast<float>(bound_m)});
+  }
+
+  void tell(const Reason& reason) noexcept {
+    if (!limiting_) limiting_ = reason;
+  }
+
+  JointVector commands_;
+  const GateState& state_;
+  const GateLimits& limits_;
+  double supply_Pa_ = 0;  // highest driven chamber plus load-sensing margin
+  std::uint16_t flags_ = 0;
+  Reason limiting_;
+};
+
+template <typename Get>
+JointVector per_joint(Get get) {
+  return {get(0), get(1), get(2)};
+}
+
+}  // namespace
+
+GateLimits::GateLimits(const MachineDescription& machine, const GateTable& constants)
+    : table(constants),
+      state_age(from_seconds(machine.bus.sensor_age_limit_s)),
+      min_rad(per_joint([&](std::size_t i) { return machine.links[i].min_rad; })),
+      max_rad(per_joint([&](std::size_t i) { return machine.links[i].max_rad; })),
+      dead_band_extend(per_joint([&](std::size_t i) { return machine.cylinders[i].valve.dead_band_extend; })),
+      dead_band_retract(per_joint([&](std::size_t i) { return machine.cylinders[i].valve.dead_band_retract; })),
+      flow_per_root_Pa(per_joint([&](std::size_t i) {
+        const ValveDescription& valve = machine.cylinders[i].valve;
+        return valve.nominal_flow_m3ps / std::sqrt(valve.nominal_drop_Pa);
+      })),
+      head_area_m2(per_joint([&](std::size_t i) { return machine.cylinders[i].head_area_m2(); })),
+      rod_side_area_m2(per_joint([&](std::size_t i) { return machine.cylinders[i].rod_side_area_m2(); })),
+      file(machine.limits),
+      load_sensing_margin_Pa(machine.hydraulics.load_sensing_margin_Pa),
+      pump_flow_m3ps(machine.hydraulics.pump_flow_m3ps),
+      kinematics(machine) {}
+
+GateResult safety_gate(const JointVector& wanted, Mode mode, Time setpoint_at, const GateState& state,
+                       const GateMemory& memory, const GateLimits& limits, Time now) noexcept {
+  GateResult result;
+  result.memory.at = now;
+  result.fault = refusal(wanted, mode, setpoint_at, state, limits, now);
+  if (result.fault || mode != Mode::kEngaged) return result;
+
+  Limiter limiter(wanted, state, limits);
+  limiter.magnitude();
+  limiter.joint_range();
+  limiter.virtual_walls();
+  limiter.chamber_pressure();
+  limiter.power();
+  limiter.rate(memory, now);
+  result.commands = limiter.commands();
+  result.limits = limiter.flags();
+  result.limiting = limiter.limiting();
+  result.memory.sent = result.commands;
+  return result;
+}
+
+}  // namespace knuckle::slave

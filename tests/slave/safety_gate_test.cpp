@@ -1,0 +1,349 @@
+// The gate's limits, stated again as numbers and swept densely across their borders. Each rule has a test that fails
+// without it: "AllowsJustInside / Stops" pairs differ in nothing but the value the rule looks at.
+#include "slave/safety_gate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/slave/test_machine.h"
+#include "tests/support/no_alloc.h"
+
+namespace knuckle::slave {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kDeadBand = 0.11;
+
+class SafetyGate : public ::testing::Test {
+ protected:
+  SafetyGate() {
+    place(JointVector(0.3, -1.5, -0.8));
+    state.valid = true;
+    state.pressure_Pa = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
+    state.oldest_at = now;
+    state.oldest_node = 0x23;
+    memory = {JointVector(1, 1, 1), now - 5ms};
+  }
+  void place(const JointVector& angle) {
+    state.angle_rad = angle;
+    for (int i = 0; i < kJoints; ++i) state.lever_m[i] = limits.kinematics.cylinder_at(i, angle[i]).value().lever_m;
+  }
+  /// As if these commands had been sent long enough: the rate rule is out of the way.
+  GateResult gate(const JointVector& wanted, Mode mode = Mode::kEngaged) {
+    memory.sent = wanted.array().isFinite().select(wanted, 0);
+    return gate_from_memory(wanted, mode);
+  }
+  GateResult gate_from_memory(const JointVector& wanted, Mode mode = Mode::kEngaged) {
+    return safety_gate(wanted, mode, setpoint_at, state, memory, limits, now);
+  }
+  void remake(const MachineDescription& machine) { limits = GateLimits(machine); }
+
+  static void expect_refused(const GateResult& r, ReasonCode code) {
+    EXPECT_EQ(r.commands, JointVector(0, 0, 0));
+    EXPECT_EQ(r.memory.sent, JointVector(0, 0, 0));
+    EXPECT_EQ(r.fault.code, code);
+  }
+  static JointVector only(int joint, double value) {
+    JointVector v = JointVector::Zero();
+    v[joint] = value;
+    return v;
+  }
+
+  Time now = Time(10s);
+  Time setpoint_at = now;
+  GateLimits limits{test::test_machine()};
+  GateState state;
+  GateMemory memory;
+};
+
+TEST_F(SafetyGate, PassesOrdinaryCommandsUntouched) {
+  std::mt19937 rng(1);
+  std::uniform_real_distribution<> u(-0.25, 0.25);
+  for (int i = 0; i < 2000; ++i) {
+    const JointVector wanted(u(rng), u(rng), u(rng));
+    const GateResult r = gate(wanted);
+    EXPECT_EQ(r.commands, wanted);
+    EXPECT_EQ(r.limits, 0);
+    EXPECT_FALSE(r.fault);
+    EXPECT_FALSE(r.limiting);
+  }
+}
+
+TEST_F(SafetyGate, CommandsNeutralForAnyNonFiniteCommand) {
+  for (const double bad : {kNan, -kNan, kInf, -kInf}) {
+    for (int joint = 0; joint < kJoints; ++joint) {
+      JointVector wanted(0.2, -0.2, 0.2);
+      wanted[joint] = bad;
+      const GateResult r = gate(wanted);
+      expect_refused(r, ReasonCode::kCommandInvalid);
+      EXPECT_EQ(r.fault.subject, joint);
+    }
+  }
+}
+
+TEST_F(SafetyGate, CommandsNeutralOutsideEngagedWhateverIsAsked) {
+  for (int m = 0; m <= static_cast<int>(Mode::kEStop); ++m) {
+    const auto mode = static_cast<Mode>(m);
+    const GateResult r = gate(only(kArm, 1e-6), mode);
+    if (mode == Mode::kEngaged) {
+      EXPECT_FALSE(r.fault);
+      continue;
+    }
+    expect_refused(r, ReasonCode::kCommandInvalid);
+    const GateResult neutral = gate(JointVector::Zero(), mode);
+    EXPECT_EQ(neutral.commands, JointVector(0, 0, 0));
+    EXPECT_FALSE(neutral.fault);
+  }
+}
+
+TEST_F(SafetyGate, CommandsNeutralWhenSetpointIsOlderThanItsLimit) {
+  for (Duration age = 0ms; age < 400ms; age += 250us) {
+    setpoint_at = now - age;
+    const GateResult r = gate(JointVector(0.2, 0.2, 0.2));
+    if (age < 200ms) {
+      EXPECT_FALSE(r.fault);
+      EXPECT_EQ(r.commands, JointVector(0.2, 0.2, 0.2));
+    } else {
+      expect_refused(r, ReasonCode::kLinkLost);
+    }
+  }
+  setpoint_at = kNever;
+  expect_refused(gate(JointVector(0.2, 0.2, 0.2)), ReasonCode::kLinkLost);
+}
+
+TEST_F(SafetyGate, CommandsNeutralWhenStateIsOlderThanItsLimit) {
+  for (Duration age = 0ms; age < 60ms; age += 100us) {
+    state.oldest_at = now - age;
+    const GateResult r = gate(JointVector(0.2, 0.2, 0.2));
+    if (age <= 25ms) {
+      EXPECT_FALSE(r.fault);
+    } else {
+      expect_refused(r, ReasonCode::kSensorStale);
+      EXPECT_EQ(r.fault.subject, 0x23);
+    }
+  }
+}
+
+TEST_F(SafetyGate, CommandsNeutralForStampsFromTheFuture) {
+  setpoint_at = now + 1ns;
+  expect_refused(gate(JointVector(0.2, 0.2, 0.2)), ReasonCode::kSetpointInvalid);
+  setpoint_at = now;
+  state.oldest_at = now + 1ns;
+  expect_refused(gate(JointVector(0.2, 0.2, 0.2)), ReasonCode::kSensorInvalid);
+}
+
+TEST_F(SafetyGate, CommandsNeutralWithoutAFiniteValidState) {
+  const GateState good = state;
+  const auto check = [&] {
+    expect_refused(gate(JointVector(0.2, 0.2, 0.2)), ReasonCode::kSensorInvalid);
+    state = good;
+    EXPECT_FALSE(gate(JointVector(0.2, 0.2, 0.2)).fault);
+  };
+  state.valid = false, check();
+  for (int i = 0; i < kJoints; ++i) {
+    state.angle_rad[i] = kNan, check();
+    state.lever_m[i] = kInf, check();
+  }
+  for (std::size_t i = 0; i < 6; ++i) state.pressure_Pa[i] = kNan, check();
+}
+
+TEST_F(SafetyGate, ClampsMagnitudeToFullStrokeAndSaysSo) {
+  for (double u = -3; u <= 3; u += 0.01) {
+    limits.file.power_W = 1e9;
+    const GateResult r = gate(only(kBucket, u));
+    EXPECT_LE(std::abs(r.commands[kBucket]), 1.0);
+    EXPECT_EQ((r.limits & kLimitMagnitude) != 0, std::abs(u) > 1.0) << u;
+  }
+}
+
+TEST_F(SafetyGate, OpensSlowlyAndClosesAtOnce) {
+  // 10 of stroke per second: 0.05 a step of 5 ms beyond the dead band or what is open already.
+  for (const double sign : {-1.0, 1.0}) {
+    for (double from = 0; from <= 0.45; from += 0.01) {
+      for (double to = 0; to <= 0.6; to += 0.01) {
+        memory = {JointVector::Constant(sign * from), now - 5ms};
+        const GateResult r = gate_from_memory(JointVector::Constant(sign * to));
+        const double most = std::max(from, kDeadBand) + 0.05;
+        EXPECT_NEAR(r.commands[kBoom], sign * std::min(to, most), 1e-12) << from << " " << to;
+        EXPECT_EQ((r.limits & kLimitRate) != 0, to > most);
+      }
+    }
+  }
+}
+
+TEST_F(SafetyGate, ReversingPassesThroughZeroAndOpensSlowly) {
+  memory = {only(kArm, 0.6), now - 5ms};
+  EXPECT_NEAR(gate_from_memory(only(kArm, -0.6)).commands[kArm], -(kDeadBand + 0.05), 1e-12);
+}
+
+TEST_F(SafetyGate, LateLoopGetsNoBiggerJump) {
+  memory = {JointVector::Zero(), now - 10s};
+  EXPECT_NEAR(gate_from_memory(only(kArm, 0.9)).commands[kArm], kDeadBand + 10 * 0.020, 1e-12);
+  memory = {JointVector::Zero(), now + 10s};
+  EXPECT_NEAR(gate_from_memory(only(kArm, 0.9)).commands[kArm], kDeadBand, 1e-12);
+}
+
+TEST_F(SafetyGate, NeverMovesAJointFurtherOutOfItsRange) {
+  const double min[] = {-0.474, -2.585, -2.5}, max[] = {1.092, -0.510, 0.784};
+  for (int joint = 0; joint < kJoints; ++joint) {
+    for (double over = -0.02; over <= 0.02; over += 0.0005) {
+      for (const bool upper : {false, true}) {
+        JointVector angle(0.3, -1.5, -0.8);
+        const double bound = upper ? max[joint] : min[joint];
+        angle[joint] = upper ? bound + over : bound - over;
+        // Levers of the nearest pose in range: past it the linkage may not exist.
+        place(JointVector(0.3, -1.5, -0.8));
+        state.lever_m[joint] = limits.kinematics.cylinder_at(joint, bound).value().lever_m;
+        state.angle_rad = angle;
+        const double outward = (state.lever_m[joint] > 0) == upper ? 0.2 : -0.2;
+        const GateResult out = gate(only(joint, outward)), in = gate(only(joint, -outward));
+        EXPECT_EQ(in.commands[joint], -outward) << joint << " " << over;
+        EXPECT_EQ(in.limits & kLimitJointRange, 0);
+        if (over >= 0) {
+          EXPECT_EQ(out.commands[joint], 0) << joint << " " << over;
+        } else {
+          EXPECT_NE(out.commands[joint], 0);
+        }
+        if (over > -0.005) {
+          EXPECT_NE(out.limits & kLimitJointRange, 0);
+          EXPECT_EQ(out.limiting.code, ReasonCode::kJointLimit);
+          EXPECT_EQ(out.limiting.subject, joint);
+        }
+      }
+    }
+  }
+}
+
+TEST_F(SafetyGate, OutwardSpeedAllowsToStopWithinWhatIsLeftOfTheRange) {
+  // Boom up, full command, 0.02 rad left over 0.1 s: at most 0.2 rad/s. Flow of the 30 L/min (15 bar) valve at 17 bar.
+  place(JointVector(1.072, -1.5, -0.8));
+  memory.sent = JointVector::Ones();
+  const GateResult r = gate_from_memory(only(kBoom, 1));
+  const double full_mps = 0.5e-3 * std::sqrt(17.0 / 15.0) / (3.14159265358979 / 4 * 0.065 * 0.065);
+  const double opening = (r.commands[kBoom] - kDeadBand) / (1 - kDeadBand);
+  EXPECT_NEAR(opening * std::min(full_mps, 32e-3 / 60 / (3.14159265358979 / 4 * 0.065 * 0.065)) / state.lever_m[kBoom],
+              0.2, 0.002);
+}
+
+TEST_F(SafetyGate, VirtualWallsForbidEveryPartThatMovesTheTipFurtherIn) {
+  struct Wall {
+    double LimitsDescription::*limit;
+    int axis;
+    double outward;  // sign of the axis that leaves the wall
+  };
+  const Wall walls[] = {{&LimitsDescription::floor_m, 1, 1},
+                        {&LimitsDescription::ceiling_m, 1, -1},
+                        {&LimitsDescription::reach_m, 0, -1}};
+  std::mt19937 rng(3);
+  std::uniform_real_distribution<> u(-0.25, 0.25), part(0.1, 0.9);
+  for (const Wall& wall : walls) {
+    for (int draw = 0; draw < 500; ++draw) {
+      place(JointVector(-0.474 + 1.566 * part(rng), -2.585 + 2.075 * part(rng), -2.5 + 3.284 * part(rng)));
+      const double at = limits.kinematics.tip(state.angle_rad)[wall.axis];
+      const auto jacobian = limits.kinematics.tip_jacobian(state.angle_rad);
+      const JointVector wanted(u(rng), u(rng), u(rng));
+
+      MachineDescription machine = test::test_machine();
+      machine.limits.*wall.limit = at + wall.outward * 0.01;  // 1 cm inside the wall
+      remake(machine);
+      const GateResult inside = gate(wanted);
+      for (int i = 0; i < kJoints; ++i) {
+        const double leaves = wall.outward * jacobian(wall.axis, i) * wanted[i] / state.lever_m[i];
+        EXPECT_EQ(inside.commands[i], leaves >= 0 ? wanted[i] : 0);
+        if (leaves < 0) {
+          EXPECT_NE(inside.limits & kLimitVirtualWall, 0);
+          EXPECT_EQ(inside.limiting.code, ReasonCode::kVirtualWall);
+        }
+      }
+      machine.limits.*wall.limit = at - wall.outward * 3;  // 3 m away from it
+      remake(machine);
+      EXPECT_EQ(gate(wanted).limits & kLimitVirtualWall, 0);
+    }
+  }
+}
+
+TEST_F(SafetyGate, TipSpeedTowardsAWallAllowsToStopInFrontOfIt) {
+  MachineDescription machine = test::test_machine();
+  machine.limits.floor_m = limits.kinematics.tip(state.angle_rad).y() - 0.03;
+  remake(machine);
+  const GateResult r = gate(only(kBoom, -0.6));  // lowers
+  EXPECT_NE(r.limits & kLimitVirtualWall, 0);
+  EXPECT_LT(r.commands[kBoom], -kDeadBand);
+  EXPECT_GT(r.commands[kBoom], -0.6);
+  EXPECT_EQ(gate(only(kBoom, 0.2)).limits, 0);  // raising is free
+}
+
+TEST_F(SafetyGate, NeverFeedsAChamberBeyondItsPressureLimit) {
+  // 240 bar; fades over the last 10 bar.
+  for (int joint = 0; joint < kJoints; ++joint) {
+    for (const double sign : {1.0, -1.0}) {
+      const auto fed = static_cast<std::size_t>(2 * joint + (sign > 0 ? 0 : 1));
+      for (double bar = 220; bar <= 260; bar += 0.25) {
+        state.pressure_Pa = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
+        state.pressure_Pa[fed] = bar * 1e5;
+        limits.file.power_W = 1e9;
+        const GateResult r = gate(only(joint, sign * 0.6));
+        const double opening = std::min((0.6 - kDeadBand) / (1 - kDeadBand), (240 - bar) / 10);
+        const double expected = bar >= 240 ? 0 : kDeadBand + opening * (1 - kDeadBand);
+        EXPECT_NEAR(r.commands[joint], sign * expected, 1e-9) << bar;
+        EXPECT_EQ(gate(only(joint, -sign * 0.6)).commands[joint], -sign * 0.6) << "relieving must stay possible";
+        if (bar >= 240) {
+          EXPECT_NE(r.limits & kLimitPressure, 0);
+          EXPECT_EQ(r.limiting.code, ReasonCode::kPressureLimit);
+          EXPECT_EQ(r.limiting.subject, fed);
+        }
+      }
+    }
+  }
+}
+
+TEST_F(SafetyGate, KeepsHydraulicPowerBelowItsLimit) {
+  // 8 kW from a pump of 32 L/min: reached above 150 bar of supply only.
+  for (double bar = 100; bar <= 200; bar += 1) {
+    state.pressure_Pa[0] = bar * 1e5;
+    const GateResult r = gate(JointVector(1, 0, 0));
+    const double supply = (bar + 17) * 1e5, flow = 0.5e-3 * std::sqrt(17.0 / 15.0);
+    const double opening = (r.commands[0] - kDeadBand) / (1 - kDeadBand);
+    EXPECT_LE(opening * std::min(flow, 32e-3 / 60) * supply, 8000 * 1.001) << bar;
+    EXPECT_EQ((r.limits & kLimitPower) != 0, std::min(flow, 32e-3 / 60) * supply > 8000) << bar;
+  }
+  state.pressure_Pa[0] = 200e5;
+  EXPECT_EQ(gate(JointVector(1, 0, 0)).limiting.code, ReasonCode::kPowerLimit);
+  EXPECT_FALSE(gate(JointVector(0.3, 0, 0)).limits & kLimitPower);
+}
+
+// Whatever comes in: never more than asked, never the other way, never non-finite, and every change is flagged.
+TEST_F(SafetyGate, OnlyEverTakesAwayAndNeverSilently) {
+  std::mt19937 rng(11);
+  std::uniform_real_distribution<> u(-1.5, 1.5), part(-0.05, 1.05), bar(0, 260);
+  MachineDescription machine = test::test_machine();
+  machine.limits.floor_m = -0.5, machine.limits.ceiling_m = 2.0, machine.limits.reach_m = 2.5;
+  remake(machine);
+  for (int i = 0; i < 20000; ++i) {
+    state.angle_rad = JointVector(-0.474 + 1.566 * part(rng), -2.585 + 2.075 * part(rng), -2.5 + 3.284 * part(rng));
+    state.lever_m = JointVector(0.2, -0.2, -0.1);
+    for (double& p : state.pressure_Pa) p = bar(rng) * 1e5;
+    memory.sent = JointVector(u(rng), u(rng), u(rng)).cwiseMin(1).cwiseMax(-1);
+    const JointVector wanted(u(rng), u(rng), u(rng));
+    const GateResult r = gate_from_memory(wanted);
+    EXPECT_FALSE(r.fault);
+    EXPECT_EQ(r.commands != wanted, r.limits != 0);
+    for (int j = 0; j < kJoints; ++j) {
+      EXPECT_LE(std::abs(r.commands[j]), std::min(1.0, std::abs(wanted[j])));
+      EXPECT_GE(r.commands[j] * wanted[j], 0);
+    }
+  }
+}
+
+TEST_F(SafetyGate, AllocatesNothing) {
+  const test::NoAllocScope scope;
+  for (int i = 0; i < 100; ++i) gate(JointVector(0.4, -0.9, 1.2));
+  EXPECT_EQ(scope.allocations(), 0U);
+}
+
+}  // namespace
+}  // namespace knuckle::slave
