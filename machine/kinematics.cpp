@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 #include <tuple>
 
 #include "core/error.h"
+#include "machine/toml_reader.h"
 
 namespace knuckle {
 namespace {
@@ -50,15 +50,7 @@ std::optional<PlanarVector> circles_meet(const PlanarVector& a, double radius_a,
 
 [[noreturn]] void refuse(const MachineDescription& machine, const std::string& key, double value,
                          const std::string& bound) {
-  std::ostringstream line;
-  line << machine.source << ": key '" << key << "' = " << value << ": " << bound;
-  throw InputError(line.str());
-}
-
-std::string number_text(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
+  throw InputError(machine.source + ": key '" + key + "' = " + number_text(value) + ": " + bound);
 }
 
 /// Every length the working range needs must be within the cylinder's own.

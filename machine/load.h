@@ -1,0 +1,27 @@
+// Machine and device files into their descriptions: strict, complete and checked, or refused with one line.
+#pragma once
+
+#include <string>
+
+#include "machine/description.h"
+
+namespace knuckle {
+
+/// Reads and checks a machine file. Everything is required; nothing has a silent default.
+/// @throws InputError naming file, line, key, value and bound: unknown, missing or out-of-range keys, geometry that
+/// does not reach or passes a toggle, node ids that clash, a bus that is too full, control constants out of bounds.
+[[nodiscard]] MachineDescription load_machine(const std::string& path);
+
+/// The same for a haptic device file.
+[[nodiscard]] DeviceDescription load_device(const std::string& path);
+
+/// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, sensor PDOs every SYNC, valve and enable
+/// PDOs every `valve_every_nth_sync`, the enable node's inputs on change (at most 20 Hz), all heartbeats.
+[[nodiscard]] double worst_bus_load(const BusDescription& bus) noexcept;
+
+/// Path of a configuration file: "solar015" of kind "machine" is <config dir>/machines/solar015.toml; anything with
+/// a '/' or ending in ".toml" is a path and stays as it is. The directory is $KNUCKLE_CONFIG_DIR or the one built in.
+/// @throws InputError for an unknown name, listing the ones there are.
+[[nodiscard]] std::string find_config(const std::string& kind, const std::string& name_or_path);
+
+}  // namespace knuckle

@@ -1,0 +1,275 @@
+// The machine file's sections, one function each, with the bounds of every key.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "machine/kinematics.h"
+#include "machine/load.h"
+#include "machine/toml_reader.h"
+
+namespace knuckle {
+namespace {
+
+constexpr double kBar = 1e5;
+constexpr double kLitrePerMinute = 1e-3 / 60;
+constexpr double kMilli = 1e-3;
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kFurthestPin_m = 30;
+constexpr double kHeaviest_kg = 50000;
+constexpr double kFullestBus = 0.6;
+
+LinkDescription read_link(TomlTable file) {
+  LinkDescription link;
+  link.length_m = file.number("length_m", 0.05, kFurthestPin_m);
+  link.mass_kg = file.number("mass_kg", 0.1, kHeaviest_kg);
+  link.com_m = file.numbers<2>("com_m", -kFurthestPin_m, kFurthestPin_m);
+  link.inertia_kgm2 = file.number("inertia_kgm2", 1e-4, 1e7);
+  link.min_rad = file.number("min_rad", -std::numbers::pi, std::numbers::pi);
+  link.max_rad = file.number("max_rad", -std::numbers::pi, std::numbers::pi);
+  file.require(link.max_rad >= link.min_rad + 0.1, "max_rad",
+               "must be at least 0.1 above min_rad = " + number_text(link.min_rad));
+  link.max_rate_radps = file.number("max_rate_radps", 0.01, 10);
+  return link;
+}
+
+TriangleMount read_mount(TomlTable file) {
+  return {.parent_pin_m = file.numbers<2>("parent_pin_m", -kFurthestPin_m, kFurthestPin_m),
+          .child_pin_m = file.numbers<2>("child_pin_m", -kFurthestPin_m, kFurthestPin_m)};
+}
+
+BucketLinkage read_linkage(TomlTable file) {
+  BucketLinkage linkage;
+  linkage.cylinder_pin_m = file.numbers<2>("cylinder_pin_m", -kFurthestPin_m, kFurthestPin_m);
+  linkage.rocker_pin_m = file.numbers<2>("rocker_pin_m", -kFurthestPin_m, kFurthestPin_m);
+  linkage.bucket_pin_m = file.numbers<2>("bucket_pin_m", -kFurthestPin_m, kFurthestPin_m);
+  linkage.rocker_length_m = file.number("rocker_length_m", 0.01, kFurthestPin_m);
+  linkage.coupler_length_m = file.number("coupler_length_m", 0.01, kFurthestPin_m);
+  linkage.branch = file.choice("crank_side", {"left", "right"}) == 0 ? 1 : -1;
+  linkage.rocker_mass_kg = file.number("rocker_mass_kg", 0, kHeaviest_kg);
+  linkage.coupler_mass_kg = file.number("coupler_mass_kg", 0, kHeaviest_kg);
+  return linkage;
+}
+
+FrictionDescription read_friction(TomlTable file) {
+  return {.coulomb_N = file.number("coulomb_N", 0, 1e5),
+          .static_ratio = file.number("static_ratio", 1, 5),
+          .stribeck_mps = file.number("stribeck_mmps", 1, 200, kMilli),
+          .viscous_Ns_per_m = file.number("viscous_kNs_per_m", 0, 2000, 1e3)};
+}
+
+ValveDescription read_valve(TomlTable file) {
+  return {.nominal_flow_m3ps = file.number("nominal_flow_Lpm", 1, 2000, kLitrePerMinute),
+          .nominal_drop_Pa = file.number("nominal_drop_bar", 1, 100, kBar),
+          .dead_band_extend = file.number("dead_band_extend", 0, 0.4),
+          .dead_band_retract = file.number("dead_band_retract", 0, 0.4),
+          .hysteresis = file.number("hysteresis", 0, 0.1),
+          .delay_s = file.number("delay_ms", 0, 100, kMilli),
+          .natural_frequency_Hz = file.number("natural_frequency_Hz", 1, 200),
+          .damping_ratio = file.number("damping_ratio", 0.1, 3),
+          .full_stroke_s = file.number("full_stroke_ms", 1, 2000, kMilli)};
+}
+
+CylinderDescription read_cylinder(TomlTable file) {
+  CylinderDescription cylinder;
+  cylinder.bore_m = file.number("bore_mm", 10, 500, kMilli);
+  cylinder.rod_m = file.number("rod_mm", 5, 450, kMilli);
+  file.require(cylinder.rod_m < 0.95 * cylinder.bore_m, "rod_mm",
+               "must be below 0.95 of bore_mm = " + number_text(cylinder.bore_m / kMilli));
+  cylinder.min_length_m = file.number("min_length_m", 0.05, kFurthestPin_m);
+  cylinder.max_length_m = file.number("max_length_m", 0.05, kFurthestPin_m);
+  file.require(cylinder.max_length_m > cylinder.min_length_m, "max_length_m",
+               "must be above min_length_m = " + number_text(cylinder.min_length_m));
+  file.require(cylinder.max_length_m < 2 * cylinder.min_length_m, "max_length_m",
+               "must be below twice min_length_m = " + number_text(cylinder.min_length_m) + ": the stroke is inside");
+  cylinder.body_mass_kg = file.number("body_mass_kg", 0, kHeaviest_kg);
+  cylinder.rod_mass_kg = file.number("rod_mass_kg", 0, kHeaviest_kg);
+  cylinder.friction = read_friction(file.table("friction"));
+  cylinder.valve = read_valve(file.table("valve"));
+  return cylinder;
+}
+
+HydraulicsDescription read_hydraulics(TomlTable file) {
+  HydraulicsDescription hydraulics;
+  hydraulics.pump_flow_m3ps = file.number("pump_flow_Lpm", 1, 2000, kLitrePerMinute);
+  hydraulics.pump_power_W = file.number("pump_power_kW", 0.5, 2000, 1e3);
+  hydraulics.load_sensing_margin_Pa = file.number("load_sensing_margin_bar", 5, 50, kBar);
+  hydraulics.load_sensing_lag_s = file.number("load_sensing_lag_ms", 5, 1000, kMilli);
+  hydraulics.main_relief_Pa = file.number("main_relief_bar", 50, 400, kBar);
+  hydraulics.port_relief_Pa = file.number("port_relief_bar", 50, 450, kBar);
+  file.require(hydraulics.port_relief_Pa > hydraulics.main_relief_Pa, "port_relief_bar",
+               "must be above main_relief_bar = " + number_text(hydraulics.main_relief_Pa / kBar));
+  hydraulics.tank_Pa = file.number("tank_bar", 0, 20, kBar);
+  hydraulics.bulk_modulus_Pa = file.number("bulk_modulus_GPa", 0.1, 2.5, 1e9);
+  hydraulics.hose_volume_m3 = file.number("hose_volume_L", 0.01, 20, kMilli);
+  hydraulics.hose_drop_Pa_per_m3ps = file.number("hose_drop_bar_per_Lpm", 0, 5, kBar / kLitrePerMinute);
+  return hydraulics;
+}
+
+SensorDescription read_sensors(TomlTable file, const HydraulicsDescription& hydraulics) {
+  SensorDescription sensors;
+  sensors.pressure_range_Pa = file.number("pressure_range_bar", 50, 1000, kBar);
+  file.require(sensors.pressure_range_Pa >= 1.05 * hydraulics.port_relief_Pa, "pressure_range_bar",
+               "must be at least 1.05 port_relief_bar = " + number_text(1.05 * hydraulics.port_relief_Pa / kBar));
+  sensors.pressure_step_Pa = file.number("pressure_step_bar", 0.001, 5, kBar);
+  sensors.pressure_noise_Pa = file.number("pressure_noise_bar", 0, 10, kBar);
+  sensors.encoder_step_m = file.number("encoder_step_mm", 0.0001, 5, kMilli);
+  sensors.tilt_step_rad = file.number("tilt_step_deg", 0.001, 2, kDegree);
+  sensors.tilt_noise_rad = file.number("tilt_noise_deg", 0, 5, kDegree);
+  sensors.tilt_mount = file.choice("tilt_mount", {"hull", "boom"}) == 0 ? SensorDescription::TiltMount::kOnHull
+                                                                        : SensorDescription::TiltMount::kOnBoom;
+  return sensors;
+}
+
+/// Reads a node and refuses an id that another key has taken.
+NodeDescription read_node(TomlTable& nodes, const std::string& key, std::map<std::int64_t, std::string>& taken) {
+  TomlTable file = nodes.table(key);
+  const std::int64_t id = file.integer("id", 1, 127);
+  const auto [other, is_new] = taken.emplace(id, key);
+  file.require(is_new, "id", "is taken by '" + other->second + "'; node ids must be unique");
+  constexpr std::int64_t kMax32 = 0xFFFFFFFF;
+  return {.id = static_cast<std::uint8_t>(id),
+          .device_type = static_cast<std::uint32_t>(file.integer("device_type", 0, kMax32)),
+          .vendor = static_cast<std::uint32_t>(file.integer("vendor", 0, kMax32)),
+          .product = static_cast<std::uint32_t>(file.integer("product", 0, kMax32))};
+}
+
+void read_nodes(TomlTable nodes, BusDescription& bus) {
+  std::map<std::int64_t, std::string> taken{{bus.controller_id, "controller_id"}};
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    const std::string name = kJointNames[joint];
+    bus.valves[joint] = read_node(nodes, name + "_valve", taken);
+    bus.pressures[2 * joint] = read_node(nodes, name + "_head_pressure", taken);
+    bus.pressures[2 * joint + 1] = read_node(nodes, name + "_rod_pressure", taken);
+    bus.encoders[joint] = read_node(nodes, name + "_encoder", taken);
+  }
+  bus.tilt = read_node(nodes, "tilt", taken);
+  bus.enable = read_node(nodes, "enable", taken);
+}
+
+BusDescription read_bus(TomlTable file) {
+  BusDescription bus;
+  bus.bit_rate = static_cast<std::uint32_t>(1000 * file.integer("bit_rate_kbps", 50, 1000));
+  bus.sync_Hz = file.number("sync_Hz", 50, 400);
+  bus.valve_every_nth_sync = static_cast<int>(file.integer("valve_every_nth_sync", 1, 8));
+  bus.controller_heartbeat_s = file.number("controller_heartbeat_ms", 10, 500, kMilli);
+  bus.node_heartbeat_s = file.number("node_heartbeat_ms", 10, 500, kMilli);
+  const auto at_least = [&file](const char* key, double twice_ms, const std::string& what) {
+    const double ms = file.number(key, 1, 2000);
+    file.require(ms >= 2 * twice_ms, key, "must be at least " + number_text(2 * twice_ms) + ", twice the " + what);
+    return ms * kMilli;
+  };
+  const double sync_ms = 1e3 / bus.sync_Hz;
+  bus.node_heartbeat_timeout_s =
+      at_least("node_heartbeat_timeout_ms", bus.node_heartbeat_s / kMilli, "nodes' heartbeat period");
+  bus.valve_watchdog_s = at_least("valve_watchdog_ms", sync_ms * bus.valve_every_nth_sync, "valves' command period");
+  bus.controller_timeout_s =
+      at_least("controller_timeout_ms", bus.controller_heartbeat_s / kMilli, "controller's heartbeat period");
+  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", sync_ms, "SYNC period");
+  bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
+  read_nodes(file.table("nodes"), bus);
+  const double load = worst_bus_load(bus);
+  file.require(load <= kFullestBus, "bit_rate_kbps",
+               "too slow: these frames load the bus to " + number_text(std::round(1000 * load) / 10) +
+                   " % with worst-case stuffing; must be at most " + number_text(100 * kFullestBus) + " %");
+  return bus;
+}
+
+LimitsDescription read_limits(TomlTable file, const MachineDescription& machine) {
+  LimitsDescription limits;
+  limits.tip_speed_mps = file.number("tip_speed_mps", 0.05, 5);
+  limits.joint_soft_margin_rad = file.number("joint_soft_margin_rad", 0, 0.3);
+  for (const LinkDescription& link : machine.links) {
+    file.require(2 * limits.joint_soft_margin_rad < link.max_rad - link.min_rad, "joint_soft_margin_rad",
+                 "must leave room in a working range of " + number_text(link.max_rad - link.min_rad));
+  }
+  limits.chamber_pressure_Pa = file.number("chamber_pressure_bar", 50, 450, kBar);
+  file.require(limits.chamber_pressure_Pa <= machine.sensors.pressure_range_Pa, "chamber_pressure_bar",
+               "must be within the transmitters' range of " + number_text(machine.sensors.pressure_range_Pa / kBar));
+  limits.power_W = file.number("power_kW", 0.5, 2000, 1e3);
+  limits.floor_m = file.number("floor_m", -100, 0);
+  limits.ceiling_m = file.number("ceiling_m", 0, 100);
+  limits.reach_m = file.number("reach_m", 0, 100);
+  return limits;
+}
+
+MachineDescription::Control read_control(TomlTable file) {
+  MachineDescription::Control control;
+  control.position_gain_1ps = file.number("position_gain_1ps", 0.1, 20);
+  control.tip_stiffness_N_per_m = file.number("tip_stiffness_N_per_m", 1e3, 1e7);
+  constexpr double kHighestRatio = 1e-4;  // limit cycles on stiff walls begin here
+  file.require(
+      control.position_gain_1ps <= kHighestRatio * control.tip_stiffness_N_per_m, "position_gain_1ps",
+      "must be at most 1e-4 tip_stiffness_N_per_m = " + number_text(kHighestRatio * control.tip_stiffness_N_per_m));
+  control.stiffness_radius_m = file.numbers<kJoints>("stiffness_radius_m", 0.05, kFurthestPin_m);
+  control.feed_forward_fade_N = file.number("feed_forward_fade_N", 1, 1e6);
+  control.bucket_position_gain_1ps = file.number("bucket_position_gain_1ps", 0.1, 20);
+  control.dither = file.number("dither", 0, 0.05);
+  control.learning_limit = file.number("learning_limit", 0, 0.1);
+  control.dead_band_fill = file.number("dead_band_fill", 0, 1);
+  return control;
+}
+
+/// No joint may be asked for more than the whole pump gives its cylinder's head side at the longest lever.
+void check_rates(const MachineDescription& machine, TomlTable& links) {
+  const Kinematics kinematics(machine);
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    const LinkDescription& link = machine.links[joint];
+    constexpr int kSteps = 200;
+    double longest_m = 0;
+    for (int i = 0; i <= kSteps; ++i) {
+      const double angle = link.min_rad + (link.max_rad - link.min_rad) * i / kSteps;
+      longest_m = std::max(longest_m, std::abs(kinematics.cylinder_at(static_cast<int>(joint), angle)->lever_m));
+    }
+    const double fastest_radps =
+        machine.hydraulics.pump_flow_m3ps / (machine.cylinders[joint].head_area_m2() * longest_m);
+    links.table(kJointNames[joint])
+        .require(link.max_rate_radps <= fastest_radps, "max_rate_radps",
+                 "must be at most " + number_text(std::floor(1000 * fastest_radps) / 1000) +
+                     ", what the whole pump flow gives at the longest lever");
+  }
+}
+
+}  // namespace
+
+double worst_bus_load(const BusDescription& bus) noexcept {
+  // 11-bit data frame with n bytes: 47 bits and interframe space, 8 n of data, a stuff bit per 4 of 34 + 8 n - 1.
+  const auto bits = [](int bytes) { return 47.0 + 8 * bytes + (34 + 8 * bytes - 1) / 4; };
+  const double valve_Hz = bus.sync_Hz / bus.valve_every_nth_sync;
+  constexpr double kInputs_Hz = 20;
+  constexpr int kNodes = 3 + 6 + 3 + 2;
+  const double sensors = bits(0) + 6 * bits(5) + 3 * bits(6) + bits(2);
+  const double valves = 3 * 2 * bits(4) + bits(1);
+  const double slow = kInputs_Hz + 1 / bus.controller_heartbeat_s + kNodes / bus.node_heartbeat_s;
+  return (bus.sync_Hz * sensors + valve_Hz * valves + slow * bits(1)) / bus.bit_rate;
+}
+
+MachineDescription load_machine(const std::string& path) {
+  TomlTable file = TomlTable::read(path);
+  MachineDescription machine;
+  machine.name = file.text("name");
+  machine.source = file.source();
+  TomlTable links = file.table("links");
+  TomlTable mounts = file.table("mounts");
+  TomlTable cylinders = file.table("cylinders");
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    machine.links[joint] = read_link(links.table(kJointNames[joint]));
+    machine.cylinders[joint] = read_cylinder(cylinders.table(kJointNames[joint]));
+  }
+  machine.boom_mount = read_mount(mounts.table("boom"));
+  machine.arm_mount = read_mount(mounts.table("arm"));
+  machine.bucket_linkage = read_linkage(mounts.table("bucket"));
+  machine.hydraulics = read_hydraulics(file.table("hydraulics"));
+  machine.sensors = read_sensors(file.table("sensors"), machine.hydraulics);
+  machine.bus = read_bus(file.table("bus"));
+  machine.limits = read_limits(file.table("limits"), machine);
+  machine.control = read_control(file.table("control"));
+  TomlTable payload = file.table("payload");
+  machine.payload_full_scale_kg = payload.number("full_scale_kg", 1, kHeaviest_kg);
+  machine.payload_com_m = payload.numbers<2>("com_m", -kFurthestPin_m, kFurthestPin_m);
+  file.finish();
+  check_rates(machine, links);
+  return machine;
+}
+
+}  // namespace knuckle

@@ -1,0 +1,289 @@
+// toml++ behind a narrow door: this is the only file that includes it.
+#include "machine/toml_reader.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <sstream>
+
+#include "core/error.h"
+
+namespace knuckle {
+namespace {
+
+constexpr std::size_t kLongestValue = 60;
+
+/// Messages are one line whatever a file's keys and strings contain.
+std::string one_line(std::string text, std::size_t longest = std::string::npos) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  return text.size() <= longest ? text : text.substr(0, longest) + "...";
+}
+
+std::string value_text(const toml::node& node) {
+  if (const auto* number = node.as_floating_point()) {
+    return number_text(number->get());
+  }
+  if (node.is_table() || node.is_array_of_tables()) {
+    return "a table";
+  }
+  std::ostringstream text;
+  node.visit([&](const auto& value) { text << value; });
+  return one_line(text.str(), kLongestValue);
+}
+
+/// Edits (insert, delete, replace, swap neighbours) that turn `a` into `b`.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), now(b.size() + 1);
+  std::iota(last.begin(), last.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    now[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      now[j] = std::min({last[j] + 1, now[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        now[j] = std::min(now[j], before[j - 2] + 1);
+      }
+    }
+    before.swap(last);
+    last.swap(now);
+  }
+  return last[b.size()];
+}
+
+template <typename Names>
+std::optional<std::string> nearest(std::string_view key, const Names& names, std::size_t furthest) {
+  std::optional<std::string> best;
+  for (const std::string& name : names) {
+    const std::size_t distance = edit_distance(key, name);
+    if (distance <= furthest) {
+      furthest = distance == 0 ? 0 : distance - 1;
+      best = name;
+    }
+  }
+  return best;
+}
+
+/// "within [50, 400]"
+std::string within(double min, double max) {
+  return "within [" + number_text(min) + ", " + number_text(max) + "]";
+}
+
+std::optional<double> as_number(const toml::node& node) {
+  if (const auto* number = node.as_floating_point()) {
+    return number->get();
+  }
+  if (const auto* number = node.as_integer()) {
+    return static_cast<double>(number->get());
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string number_text(double value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 9).ptr;
+  return {text.data(), end};
+}
+
+struct TomlTable::Node {
+  std::shared_ptr<const toml::table> document;
+  std::string source;
+  std::string path;  ///< "", or "links.boom." before a key.
+  const toml::table* table;
+  std::set<std::string, std::less<>> asked;
+  std::vector<std::shared_ptr<Node>> children;
+
+  [[noreturn]] void fail(const toml::node& where, const std::string& what) const {
+    throw InputError(source + ":" + std::to_string(where.source().begin.line) + ": " + one_line(what));
+  }
+  [[nodiscard]] std::string name(std::string_view key) const { return "key '" + path + std::string(key) + "'"; }
+  [[noreturn]] void refuse(std::string_view key, const toml::node& value, const std::string& bound) const {
+    fail(value, name(key) + " = " + value_text(value) + ": " + bound);
+  }
+
+  const toml::node& get(std::string_view key) {
+    asked.emplace(key);
+    if (const toml::node* value = table->get(key)) {
+      return *value;
+    }
+    std::vector<std::string> others;
+    for (const auto& [other, value] : *table) {
+      if (!asked.contains(other.str())) {
+        others.emplace_back(other.str());
+      }
+    }
+    const auto typo = nearest(key, others, 1);
+    fail(typo ? *table->get(*typo) : static_cast<const toml::node&>(*table),
+         name(key) + " is missing" + (typo ? "; is '" + *typo + "' here meant to be it?" : ""));
+  }
+
+  TomlTable child(const toml::table& below, std::string below_path) {
+    children.push_back(std::make_shared<Node>(Node{document, source, std::move(below_path), &below, {}, {}}));
+    return TomlTable(children.back());
+  }
+
+  void finish() const {
+    for (const auto& [key, value] : *table) {
+      if (!asked.contains(key.str())) {
+        const auto meant = nearest(key.str(), asked, std::max<std::size_t>(2, key.length() / 3));
+        refuse(key.str(), value, "unknown key" + (meant ? "; did you mean '" + *meant + "'?" : ""));
+      }
+    }
+    for (const auto& below : children) {
+      below->finish();
+    }
+  }
+};
+
+TomlTable::TomlTable(std::shared_ptr<Node> node) : node_(std::move(node)) {}
+
+TomlTable TomlTable::parse(std::string_view text, const std::string& source) {
+  try {
+    auto document = std::make_shared<const toml::table>(toml::parse(text, source));
+    const toml::table* root = document.get();
+    return TomlTable(std::make_shared<Node>(Node{std::move(document), source, "", root, {}, {}}));
+  } catch (const toml::parse_error& error) {
+    throw InputError(source + ":" + std::to_string(error.source().begin.line) + ": " +
+                     one_line(std::string(error.description())));
+  }
+}
+
+TomlTable TomlTable::read(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  if (file && file.peek() != std::ifstream::traits_type::eof()) {
+    text << file.rdbuf();
+  }
+  if (!file.is_open() || file.bad() || (text.str().empty() && !file.eof())) {
+    throw InputError(path + ": cannot be read: " + std::strerror(errno));
+  }
+  return parse(text.str(), path);
+}
+
+double TomlTable::number(std::string_view key, double min, double max, double factor) {
+  const toml::node& node = node_->get(key);
+  const auto value = as_number(node);
+  if (!value) {
+    node_->refuse(key, node, "must be a number " + within(min, max));
+  }
+  if (!(*value >= min && *value <= max)) {
+    node_->refuse(key, node, "must be " + within(min, max));
+  }
+  return *value * factor;
+}
+
+std::int64_t TomlTable::integer(std::string_view key, std::int64_t min, std::int64_t max) {
+  const toml::node& node = node_->get(key);
+  const auto* value = node.as_integer();
+  if (value == nullptr || value->get() < min || value->get() > max) {
+    node_->refuse(key, node,
+                  "must be a whole number within [" + std::to_string(min) + ", " + std::to_string(max) + "]");
+  }
+  return value->get();
+}
+
+bool TomlTable::boolean(std::string_view key) {
+  const toml::node& node = node_->get(key);
+  if (!node.is_boolean()) {
+    node_->refuse(key, node, "must be true or false");
+  }
+  return node.as_boolean()->get();
+}
+
+std::string TomlTable::text(std::string_view key) {
+  const toml::node& node = node_->get(key);
+  if (!node.is_string() || node.as_string()->get().empty()) {
+    node_->refuse(key, node, "must be a text in quotes, not empty");
+  }
+  return node.as_string()->get();
+}
+
+int TomlTable::choice(std::string_view key, std::initializer_list<const char*> choices) {
+  const toml::node& node = node_->get(key);
+  std::string all;
+  int index = 0;
+  for (const char* one : choices) {
+    if (node.is_string() && node.as_string()->get() == one) {
+      return index;
+    }
+    ++index;
+    all += std::string(all.empty() ? "\"" : ", \"") + one + "\"";
+  }
+  node_->refuse(key, node, "must be one of " + all);
+}
+
+std::vector<double> TomlTable::list(std::string_view key, std::size_t min_count, std::size_t max_count, double min,
+                                    double max, double factor) {
+  const toml::node& node = node_->get(key);
+  const std::string count = min_count == max_count ? std::to_string(min_count)
+                                                   : std::to_string(min_count) + " to " + std::to_string(max_count);
+  const std::string bound = "must be " + count + " numbers " + within(min, max);
+  const auto* array = node.as_array();
+  if (array == nullptr || array->size() < min_count || array->size() > max_count) {
+    node_->refuse(key, node, bound);
+  }
+  std::vector<double> values;
+  for (const toml::node& element : *array) {
+    const auto value = as_number(element);
+    if (!value || !(*value >= min && *value <= max)) {
+      node_->refuse(key, node, bound);
+    }
+    values.push_back(*value * factor);
+  }
+  return values;
+}
+
+TomlTable TomlTable::table(std::string_view key) {
+  const toml::node& node = node_->get(key);
+  if (!node.is_table()) {
+    node_->refuse(key, node, "must be a table");
+  }
+  return node_->child(*node.as_table(), node_->path + std::string(key) + ".");
+}
+
+std::vector<TomlTable> TomlTable::tables(std::string_view key) {
+  std::vector<TomlTable> result;
+  node_->asked.emplace(key);
+  const toml::node* node = node_->table->get(key);
+  if (node == nullptr) {
+    return result;
+  }
+  const auto* array = node->as_array();
+  if (array == nullptr || !std::all_of(array->begin(), array->end(), [](const auto& one) { return one.is_table(); })) {
+    node_->refuse(key, *node, "must be an array of tables, [[" + node_->path + std::string(key) + "]]");
+  }
+  for (const toml::node& one : *array) {
+    const std::string index = "[" + std::to_string(result.size()) + "].";
+    result.push_back(node_->child(*one.as_table(), node_->path + std::string(key) + index));
+  }
+  return result;
+}
+
+bool TomlTable::has(std::string_view key) const {
+  return node_->table->contains(key);
+}
+
+void TomlTable::require(bool ok, std::string_view key, const std::string& bound) const {
+  if (!ok) {
+    const toml::node* value = node_->table->get(key);
+    node_->refuse(key, value != nullptr ? *value : *node_->table, bound);
+  }
+}
+
+void TomlTable::finish() const {
+  node_->finish();
+}
+
+const std::string& TomlTable::source() const {
+  return node_->source;
+}
+
+}  // namespace knuckle

@@ -1,0 +1,66 @@
+// Strict reading of Knuckle's TOML files: every key is asked for, bounded and converted to SI in one call, and whatever
+// nobody asked for is an error. Used for machine, device, scenario, truth and mapping files.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <initializer_list>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace knuckle {
+
+/// One table of a TOML file; a cheap handle on the document, which lives as long as a handle does.
+///
+/// Getters throw InputError with one line, such as
+/// `solar015.toml:95: key 'hydraulics.main_relief_bar' = 900: must be within [50, 400]`,
+/// for a key that is missing, of another type, not finite or out of bounds. Bounds are inclusive and in the file's
+/// unit; the result is value * factor. After the last getter call finish() on the root.
+class TomlTable {
+ public:
+  /// @throws InputError where the file cannot be read or is not TOML.
+  [[nodiscard]] static TomlTable read(const std::string& path);
+  /// The same for text in memory; `source` names it in messages.
+  [[nodiscard]] static TomlTable parse(std::string_view text, const std::string& source);
+
+  [[nodiscard]] double number(std::string_view key, double min, double max, double factor = 1);
+  [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t min, std::int64_t max);
+  [[nodiscard]] bool boolean(std::string_view key);
+  /// A non-empty string.
+  [[nodiscard]] std::string text(std::string_view key);
+  /// Index of the string's value among `choices`.
+  [[nodiscard]] int choice(std::string_view key, std::initializer_list<const char*> choices);
+  /// An array of min_count...max_count numbers, each within [min, max].
+  [[nodiscard]] std::vector<double> list(std::string_view key, std::size_t min_count, std::size_t max_count, double min,
+                                         double max, double factor = 1);
+  /// An array of exactly N numbers.
+  template <int N>
+  [[nodiscard]] Eigen::Matrix<double, N, 1> numbers(std::string_view key, double min, double max, double factor = 1) {
+    return Eigen::Map<const Eigen::Matrix<double, N, 1>>(list(key, N, N, min, max, factor).data());
+  }
+  [[nodiscard]] TomlTable table(std::string_view key);
+  /// An array of tables; empty where the key is absent.
+  [[nodiscard]] std::vector<TomlTable> tables(std::string_view key);
+
+  /// For optional keys: whether it is there. Does not count as asking for its value.
+  [[nodiscard]] bool has(std::string_view key) const;
+  /// A check between keys: throws the usual line with `key`, its value and `bound` unless `ok`.
+  void require(bool ok, std::string_view key, const std::string& bound) const;
+  /// @throws InputError for the first key, here or in any table handed out, that no getter asked for; suggests the
+  /// nearest one that was.
+  void finish() const;
+
+  [[nodiscard]] const std::string& source() const;
+
+ private:
+  struct Node;
+  explicit TomlTable(std::shared_ptr<Node> node);
+  std::shared_ptr<Node> node_;
+};
+
+/// "90", "0.25": a number for messages, to nine digits, without the dust of unit conversions.
+[[nodiscard]] std::string number_text(double value);
+
+}  // namespace knuckle
