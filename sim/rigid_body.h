@@ -1,0 +1,96 @@
+// Equations of motion of boom, arm, bucket, their cylinders, rocker, coupler and a load, planar, on a hull at rest.
+// Newton-Euler over lumps that ride on a link and move along it; formulation and geometry independent of estimation/.
+#pragma once
+
+#include "core/joints.h"
+#include "machine/description.h"
+#include "sim/linkage.h"
+
+namespace knuckle::sim {
+
+/// Mass moments of everything that rides on one link (about the link's origin, in its axes), partly moving with the
+/// next joint's angle s. Primes are derivatives by s.
+struct Lump {
+  double mass = 0;
+  PlanarVector first = PlanarVector::Zero(), first1 = PlanarVector::Zero(), first2 = PlanarVector::Zero();
+  double second = 0, second1 = 0;  ///< sum m |c|^2 + I
+  double mixed = 0, mixed1 = 0;    ///< sum m c x c' + I psi'
+  double own = 0, own1 = 0;        ///< sum m |c'|^2 + I psi'^2
+  /// Adds a body with centre c(s) that turns against the link by psi(s).
+  void add(double m, double inertia, const MovingPoint& c, double psi1, double psi2) noexcept {
+    mass += m;
+    first += m * c.p;
+    first1 += m * c.d1;
+    first2 += m * c.d2;
+    second += m * c.p.squaredNorm() + inertia;
+    second1 += 2 * m * c.p.dot(c.d1);
+    mixed += m * cross(c.p, c.d1) + inertia * psi1;
+    mixed1 += m * cross(c.p, c.d2) + inertia * psi2;
+    own += m * c.d1.squaredNorm() + inertia * psi1 * psi1;
+    own1 += 2 * (m * c.d1.dot(c.d2) + inertia * psi1 * psi2);
+  }
+};
+
+/// A load in the bucket: moments about the bucket pin in bucket axes.
+struct BucketLoad {
+  double mass_kg = 0;
+  PlanarVector first_kgm = PlanarVector::Zero();
+  double second_kgm2 = 0;
+  void add(double mass, const PlanarVector& at) noexcept {
+    mass_kg += mass;
+    first_kgm += mass * at;
+    second_kgm2 += mass * at.squaredNorm();
+  }
+};
+
+/// Everything the equations of motion need at one pose.
+struct PoseGeometry {
+  JointVector length_m, lever_m;         ///< Cylinders.
+  PlanarVector boom_m, arm_m, bucket_m;  ///< Links as vectors in M, joint to joint (bucket: to the tip).
+  Turn boom, arm, bucket;                ///< Link axes to M.
+  Lump on_hull, on_boom, on_arm;
+};
+
+struct MassMatrix {  ///< Symmetric, joint angles.
+  double m00, m01, m02, m11, m12, m22;
+  [[nodiscard]] JointVector solve(const JointVector& torque) const noexcept;  ///< Cholesky.
+  [[nodiscard]] double kinetic_energy(const JointVector& rate) const noexcept;
+};
+
+class RigidBody {
+ public:
+  RigidBody(const MachineDescription& machine, double hull_pitch_rad);
+
+  [[nodiscard]] PoseGeometry pose(const JointVector& joint_rad) const noexcept;
+  [[nodiscard]] MassMatrix mass(const PoseGeometry& pose, const BucketLoad& load) const noexcept;
+  /// Joint torques that hold gravity and velocity terms: mass * acceleration + bias = applied torque.
+  [[nodiscard]] JointVector bias(const PoseGeometry& pose, const JointVector& rate_radps,
+                                 const BucketLoad& load) const noexcept;
+  [[nodiscard]] double potential_energy(const PoseGeometry& pose, const BucketLoad& load) const noexcept;
+  [[nodiscard]] static PlanarVector tip(const PoseGeometry& pose) noexcept {
+    return pose.boom_m + pose.arm_m + pose.bucket_m;
+  }
+  [[nodiscard]] static PlanarVector tip_rate(const PoseGeometry& pose, const JointVector& rate_radps) noexcept;
+  /// J^T f of a force at the tip, frame M.
+  [[nodiscard]] static JointVector tip_torque(const PoseGeometry& pose, const PlanarVector& force_N) noexcept;
+  /// M to W.
+  [[nodiscard]] const Turn& hull() const noexcept { return hull_; }
+  /// Gravity as the upward acceleration of the hull that it equals, frame M.
+  [[nodiscard]] const PlanarVector& lift_mps2() const noexcept { return lift_; }
+
+ private:
+  struct RodPair {  // cylinder body and rod as slender rods, each reaching from its pin
+    double body_mass, rod_mass, body_inertia, rod_inertia, body_centre, rod_centre;
+  };
+  void add_cylinder(Lump& lump, std::size_t joint, const PlanarVector& fixed, const MovingPoint& moving,
+                    const PinLine& line) const noexcept;
+  void add_linkage_rods(Lump& lump, const FourBar& bars) const noexcept;
+
+  MachineDescription machine_;
+  Turn hull_;
+  PlanarVector lift_;
+  PerJoint<RodPair> rods_{};
+  PerJoint<Lump> links_{};  // each link's own mass, rigid
+};
+
+}  // namespace knuckle::sim
