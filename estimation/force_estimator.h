@@ -3,11 +3,18 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
+#include "core/filters.h"
 #include "core/joints.h"
-#include "core/time.h"
+#include "estimation/contact.h"
+#include "estimation/foh_filter.h"
+#include "estimation/friction.h"
 #include "estimation/joint_state.h"
+#include "estimation/regressor.h"
+#include "estimation/tare.h"
 #include "machine/description.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::estimation {
 
@@ -19,6 +26,7 @@ enum ConfidenceReason : std::uint8_t {
   kFastMotion = 1 << 3,
   kNotTared = 1 << 4,  ///< no free-motion adaptation yet
   kResidual = 1 << 5,  ///< three joints do not agree on one tip force: contact elsewhere or a sensor fault
+  kBadInput = 1 << 6,  ///< a non-finite value came in: the last estimate is repeated
 };
 
 struct ForceEstimate {
@@ -32,6 +40,97 @@ struct ForceEstimate {
   double residual_sigma = 0;  ///< Left-over of the 3-joint fit, in standard deviations.
   bool contact = false;       ///< CUSUM contact event is on.
   int contact_joint = -1;     ///< Joint that saw it first.
+};
+
+/// Force channels. Each is a momentum observer behind a velocity filter; gains of the design's start values.
+inline constexpr double kSlowObserver_Hz = 3, kSlowVelocity_Hz = 8;
+inline constexpr double kFastObserver_Hz = 6, kFastVelocity_Hz = 12;
+
+/// External joint torque e = a (p - F p) + F u of gain a, with p the momentum and u = (velocity products + gravity +
+/// friction - cylinder torque): the residual of the filtered regressor, Q replaced by what cylinders and friction give.
+class MomentumObserver {
+ public:
+  MomentumObserver(double cutoff_Hz, double step_s) noexcept;
+  void reset(const JointVector& momentum, const JointVector& imbalance_Nm) noexcept;
+  const JointVector& step(const JointVector& momentum, const JointVector& imbalance_Nm) noexcept;
+
+ private:
+  double gain_;
+  FohFilter<JointVector> momentum_, imbalance_;
+  JointVector external_Nm_ = JointVector::Zero();
+};
+
+class ForceEstimator {
+ public:
+  /// @throws InputError as Kinematics does.
+  ForceEstimator(const MachineDescription& machine, double step_s);
+
+  /// One step of the slave loop. Angles, levers, cylinder forces, pressures and pitch of `state` are used; rates are
+  /// the estimator's own, so that both channels know their lag. A non-finite state repeats the last estimate at
+  /// confidence 0. The first call starts at rest.
+  const ForceEstimate& step(const JointState& state) noexcept;
+
+  /// Somebody who can see the machine says that nothing touches it: until false is said again, the size of the force is
+  /// no longer taken as a sign of contact, so that the tare learns it away (a sudden one still is).
+  void tare(bool free_motion_certain) noexcept { free_motion_certain_ = free_motion_certain; }
+
+  [[nodiscard]] const ForceEstimate& estimate() const noexcept { return estimate_; }
+  [[nodiscard]] const Tare& learned() const noexcept { return tare_; }
+
+ private:
+  /// Speed, bristles and observer of one bandwidth.
+  struct Channel {
+    Channel(double velocity_Hz, double observer_Hz, double step_s) noexcept;
+    /// Two equal poles: behind one, each 0.1 mm step of a wire encoder is a jolt of 500 N m to the boom's momentum.
+    LowPass<JointVector> first;
+    FohFilter<JointVector> rate;
+    std::array<DahlState, kJoints> dahl{};
+    JointVector lever_m = JointVector::Zero(), cylinder_mps = JointVector::Zero(), bristle = JointVector::Zero();
+    MomentumObserver observer;
+  };
+  using Bank = Eigen::Array<double, 12, 1>;   ///< lever, cylinder torque, gravity on X, gravity on Z
+  using Speeds = Eigen::Array<double, 6, 1>;  ///< lever * bristle, lever * extension rate
+
+  void start(const JointState& state) noexcept;
+  void move(Channel& channel, const JointVector& joint_step_rad, const JointVector& lever_m) noexcept;
+  [[nodiscard]] JointVector friction_N(const Channel& channel) const noexcept;
+  void slow_step(const Pose& pose, const JointState& state) noexcept;
+  void fast_step(const Pose& pose, const JointState& state) noexcept;
+  [[nodiscard]] JointVector stuck_variance(const Channel& channel) const noexcept;
+  [[nodiscard]] JointVector encoder_shake_Nm(const Pose& pose, double edge_Hz) const noexcept;
+  void update_covariance(const Pose& pose) noexcept;
+  void judge_contact() noexcept;
+  void learn() noexcept;
+  void judge_confidence(const JointState& state) noexcept;
+
+  MachineDescription machine_;
+  Kinematics kinematics_;
+  RigidArm arm_;
+  BaseParameters nominal_;
+  PerJoint<CylinderFriction> friction_;
+  double step_s_;
+
+  bool started_ = false;
+  bool free_motion_certain_ = false;
+  JointVector last_angle_rad_ = JointVector::Zero();
+  LowPass<double> pitch_;
+  Channel slow_, fast_;
+  FohFilter<Bank> matched_first_, matched_, bank_;  ///< Twins of the velocity filter's poles and the observer's.
+  FohFilter<Speeds> speeds_;
+
+  TareSignals signals_;  ///< H, as late as the slow residual.
+  JointVector nominal_residual_Nm_ = JointVector::Zero();
+  Tare tare_;
+  std::array<Eigen::Matrix3d, 2> free_covariance_;  ///< Of the tared residual in free motion: slow, fast motion.
+  std::array<JointVector, 2> free_ripple_;          ///< Variance of the high-passed fast torque, likewise.
+  Eigen::Matrix3d torque_covariance_ = Eigen::Matrix3d::Identity();
+  JointVector stuck_variance_ = JointVector::Zero();
+  JointVector turning_variance_ = JointVector::Zero();  ///< For the contact event: holds on after a rod turned.
+  JointVector fast_shake_Nm_ = JointVector::Zero();
+  ContactCusum cusum_;
+  double mahalanobis2_ = 0;
+  double untouched_s_ = 0, since_look_s_ = 0;
+  ForceEstimate estimate_;
 };
 
 }  // namespace knuckle::estimation

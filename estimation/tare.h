@@ -1,0 +1,82 @@
+// The "dynamic tare": a Kalman filter that learns, in free motion, what the nominal model has wrong today: pressure
+// offsets, friction, oil viscosity, gravity moments.
+//
+// In free motion the external torque is zero, so the nominal observer's answer e is minus the model error:
+// e = -H x + noise, where x are small corrections with priors. The correction H x is then added to every answer.
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+
+#include "core/joints.h"
+#include "machine/description.h"
+
+namespace knuckle::estimation {
+
+inline constexpr int kTareStates = 15;
+/// x: per cylinder bias [N], Coulomb [N], viscous [N s/m]; per link X and Z [kg m].
+enum TareState { kTareBias = 0, kTareCoulomb = 3, kTareViscous = 6, kTareX = 9, kTareZ = 12 };
+using TareVector = Eigen::Matrix<double, kTareStates, 1>;
+using TareMatrix = Eigen::Matrix<double, kTareStates, kTareStates>;
+/// H in relative joints: joint i sees its own cylinder's three corrections and the moments of links k >= i.
+using TareColumns = Eigen::Matrix<double, kJoints, kTareStates>;
+
+/// The 15 signals H is made of (each filtered like the residual it belongs to).
+struct TareSignals {
+  JointVector lever, lever_dahl, lever_speed, gravity_x, gravity_z;
+  [[nodiscard]] TareColumns columns() const noexcept {
+    TareColumns h = TareColumns::Zero();
+    for (int i = 0; i < kJoints; ++i) {
+      h(i, kTareBias + i) = lever[i];
+      h(i, kTareCoulomb + i) = lever_dahl[i];
+      h(i, kTareViscous + i) = lever_speed[i];
+      for (int k = i; k < kJoints; ++k) {
+        h(i, kTareX + k) = gravity_x[k];
+        h(i, kTareZ + k) = gravity_z[k];
+      }
+    }
+    return h;
+  }
+};
+
+/// One look at free motion.
+struct TareSample {
+  TareSignals signals;
+  JointVector residual_Nm;   ///< e, nominal model
+  JointVector variance_Nm2;  ///< Of one look, already widened for what repeats from look to look.
+};
+
+class Tare {
+ public:
+  /// Looks are taken this often, and kept back this long: a contact seen meanwhile throws them away, so that what led
+  /// up to it is not learned either.
+  static constexpr double kLookEvery_s = 0.05;
+  static constexpr int kDelayedLooks = 20;
+
+  explicit Tare(const MachineDescription& machine);
+
+  /// Random walk of the corrections over `duration_s` (oil warms; only while learning is allowed).
+  void predict(double duration_s) noexcept;
+  /// Queues one look and learns from the one that has been waiting longest, once the queue is full.
+  void look(const TareSample& sample) noexcept;
+  /// Something touched the machine: forget the looks not yet learned.
+  void discard() noexcept { queued_ = 0; }
+
+  [[nodiscard]] const TareVector& state() const noexcept { return x_; }
+  [[nodiscard]] const TareMatrix& covariance() const noexcept { return p_; }
+  /// Seconds of free motion learned so far.
+  [[nodiscard]] double learned_s() const noexcept { return learned_s_; }
+
+ private:
+  void learn(const TareSample& sample) noexcept;
+
+  TareVector x_ = TareVector::Zero();
+  TareMatrix p_ = TareMatrix::Zero();
+  TareVector walk_ = TareVector::Zero();   ///< Variance per second.
+  TareVector prior_ = TareVector::Zero();  ///< Variance no correction grows beyond.
+  std::array<TareSample, kDelayedLooks> queue_{};
+  int queued_ = 0, next_ = 0;
+  double learned_s_ = 0;
+};
+
+}  // namespace knuckle::estimation

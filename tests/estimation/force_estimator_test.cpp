@@ -1,0 +1,251 @@
+// The force estimator on synthetic machines whose every error is known: steps, tare stories, alarms, bad input.
+#include "estimation/force_estimator.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "estimation/tip_force.h"
+#include "tests/estimation/test_machine.h"
+#include "tests/support/no_alloc.h"
+
+namespace knuckle::estimation {
+namespace {
+
+constexpr double kStep_s = SyntheticMachine::kStep_s;
+
+/// Runs a synthetic machine along its motion; the force at the tip and the motion's clock are the test's.
+class Twin {
+ public:
+  explicit Twin(const SyntheticErrors& errors, unsigned seed = 1)
+      : machine_(test_machine(), errors, seed),
+        filter_(test_machine(), kStep_s, kSlowVelocity_Hz),
+        estimator_(test_machine(), kStep_s) {}
+
+  /// One step on; `speed` scales the motion's clock (0 = standstill).
+  const ForceEstimate& step(const PlanarVector& tip_N, double speed = 1) {
+    clock_s_ += kStep_s * speed;
+    SineMotion::Point p = motion.at(clock_s_);
+    p.rate *= speed;
+    p.acceleration *= speed * speed;
+    const JointVector torque = machine_.kinematics().tip_jacobian(p.angle).transpose() * tip_N;
+    const std::optional<JointState> state = filter_.step(machine_.measure(p, torque));
+    EXPECT_TRUE(state);
+    angle_rad = p.angle;
+    return estimator_.step(*state);
+  }
+  const ForceEstimate& free_motion(double seconds) {
+    for (double t = 0; t < seconds; t += kStep_s) step(PlanarVector::Zero());
+    return estimator_.estimate();
+  }
+  /// RMS of the tip force in free motion.
+  double no_load_N(double seconds) {
+    double sum = 0;
+    int n = 0;
+    for (double t = 0; t < seconds; t += kStep_s, ++n) sum += step(PlanarVector::Zero()).tip_N.squaredNorm();
+    return std::sqrt(sum / n);
+  }
+  /// Brings the motion to a stop within a second.
+  void stop() {
+    for (double speed = 1; speed > 0; speed -= kStep_s) step(PlanarVector::Zero(), speed);
+    for (double t = 0; t < 1; t += kStep_s) step(PlanarVector::Zero(), 0);
+  }
+  ForceEstimator& estimator() { return estimator_; }
+
+  SineMotion motion;
+  JointVector angle_rad = JointVector::Zero();
+
+ private:
+  SyntheticMachine machine_;
+  JointStateFilter filter_;
+  ForceEstimator estimator_;
+  double clock_s_ = 0;
+};
+
+SyntheticErrors oil_of_today() {
+  SyntheticErrors e = real_sensors();
+  e.bias_N = JointVector(400, -300, 350);
+  e.friction_factor = 1.25;
+  e.viscosity_factor = 1.1;
+  e.mass_factor = 1.04;
+  return e;
+}
+
+TEST(ForceEstimator, PerfectModelFeelsNothingInFreeMotion) {
+  Twin run(SyntheticErrors{});
+  run.free_motion(3);
+  EXPECT_LT(run.no_load_N(20), 12);
+}
+
+TEST(ForceEstimator, KnownForceStepIsRecoveredInMagnitudeDirectionAndTime) {
+  Twin run(real_sensors());
+  run.free_motion(25);
+  const PlanarVector force(-1200, 900);
+  const Kinematics kinematics(test_machine());
+  double slow90_s = -1, fast90_s = -1;
+  for (int n = 0; n < 200; ++n) {
+    const ForceEstimate& e = run.step(force, 0.3);
+    const double t = (n + 1) * kStep_s;
+    const JointVector expected = kinematics.tip_jacobian(run.angle_rad).transpose() * force;
+    if (slow90_s < 0 && e.tip_N.dot(force) > 0.9 * force.squaredNorm()) slow90_s = t;
+    if (fast90_s < 0 && e.fast_torque_Nm.dot(expected) > 0.9 * expected.squaredNorm()) fast90_s = t;
+  }
+  EXPECT_LT(slow90_s, 0.22);
+  EXPECT_LT(fast90_s, 0.09);
+  const ForceEstimate& e = run.estimator().estimate();
+  EXPECT_LT((e.tip_N - force).norm(), 0.05 * force.norm());
+  EXPECT_GT(e.confidence, 0.5);
+  EXPECT_TRUE(e.contact);
+}
+
+TEST(ForceEstimator, JointTorqueIsJacobianTransposedTimesTipForce) {
+  Twin run(SyntheticErrors{});
+  run.free_motion(3);
+  for (int n = 0; n < 400; ++n) run.step({800, -1500});
+  const ForceEstimate& e = run.estimator().estimate();
+  const JointVector torque = Kinematics(test_machine()).tip_jacobian(run.angle_rad).transpose() * e.tip_N;
+  EXPECT_LT((e.joint_torque_Nm - torque).norm(), 0.05 * torque.norm());
+}
+
+TEST(ForceEstimator, CovarianceCoversTheErrorOfAMistakenModel) {
+  int covered = 0, all = 0;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    SyntheticErrors e = real_sensors();
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> part(-1, 1);
+    e.bias_N = 350 * JointVector(part(random), part(random), part(random));
+    e.friction_factor = 1 + 0.3 * part(random);
+    e.mass_factor = 1 + 0.05 * part(random);
+    Twin run(e, seed);
+    for (int n = 0; n < 8000; ++n) {
+      const ForceEstimate& f = run.step(PlanarVector::Zero());
+      if (n < 200 || n % 20 != 0) continue;
+      ++all;
+      if (f.tip_N.dot(f.covariance_N2.inverse() * f.tip_N) < 5.99) ++covered;  // 95 % of chi^2 with 2
+    }
+  }
+  EXPECT_GT(covered, 0.9 * all);
+}
+
+TEST(Tare, LearnsTodaysOilFromTwentySecondsOfFreeMotion) {
+  Twin untared(oil_of_today());
+  const double before = untared.no_load_N(3);
+  EXPECT_TRUE(untared.estimator().estimate().confidence_reasons & kNotTared);
+  untared.free_motion(27);
+  const double after = untared.no_load_N(20);
+  EXPECT_GT(before, 100);
+  EXPECT_LT(after, 35);
+  EXPECT_FALSE(untared.estimator().estimate().confidence_reasons & kNotTared);
+}
+
+TEST(Tare, SlowPressOnAWallIsNeverLearned) {
+  Twin run(oil_of_today());
+  run.free_motion(30);
+  run.stop();
+  const TareVector before = run.estimator().learned().state();
+  const PlanarVector push(-2000, 0);
+  for (double t = 0; t < 5; t += kStep_s) run.step(push * t / 5, 0);
+  for (double t = 0; t < 20; t += kStep_s) run.step(push, 0);
+  EXPECT_LT((run.estimator().learned().state() - before).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((run.estimator().estimate().tip_N - push).norm(), 250);
+  EXPECT_TRUE(run.estimator().estimate().contact);
+}
+
+TEST(Tare, SlowPressWhileMovingIsNotLearnedAway) {
+  // Worse than a wall: the rods move all the time, so only the size of the force gives it away.
+  Twin run(oil_of_today());
+  run.free_motion(30);
+  const PlanarVector push(-2000, 0);
+  for (double t = 0; t < 5; t += kStep_s) run.step(push * t / 5);
+  double sum = 0;
+  for (double t = 0; t < 20; t += kStep_s) sum += run.step(push).tip_N.x() * kStep_s;
+  EXPECT_NEAR(sum / 20, -2000, 100);
+  run.free_motion(2);
+  EXPECT_LT(run.no_load_N(10), 60);
+}
+
+TEST(Tare, OperatorsWordLetsALargeErrorBeLearned) {
+  SyntheticErrors e = real_sensors();
+  e.bias_N = JointVector(3000, 0, 0);  // far beyond the prior: a transmitter 9 bar off
+  Twin stuck(e), told(e);
+  told.estimator().tare(true);
+  stuck.free_motion(60);
+  told.free_motion(60);
+  EXPECT_TRUE(stuck.estimator().estimate().contact);
+  EXPECT_LT(told.no_load_N(10), 0.5 * stuck.no_load_N(10));
+}
+
+TEST(Contact, NoFalseAlarmInTenMinutesOfNoise) {
+  Twin run(oil_of_today());
+  run.free_motion(30);
+  int alarms = 0;
+  bool last = false;
+  for (double t = 0; t < 600; t += kStep_s) {
+    const bool contact = run.step(PlanarVector::Zero()).contact;
+    if (contact && !last) ++alarms;
+    last = contact;
+  }
+  EXPECT_EQ(alarms, 0);
+}
+
+TEST(Contact, FiveHundredNewtonStepIsSeenWithinATenthOfASecond) {
+  Twin run(oil_of_today());
+  run.free_motion(40);
+  int n = 0;
+  while (!run.step({-400, 300}).contact && n < 100) ++n;
+  EXPECT_LE(n * kStep_s, 0.1);
+  run.free_motion(3);
+  EXPECT_FALSE(run.estimator().estimate().contact);
+}
+
+TEST(TipForce, StraightArmGivesAFiniteAnswerThatAdmitsIgnorance) {
+  const Kinematics kinematics(test_machine());
+  const JointVector straight(0.2, 0, 0);
+  const JointVector torque = kinematics.tip_jacobian(straight).transpose() * PlanarVector(500, 500);
+  const TipForce tip = solve_tip_force(kinematics.tip_jacobian(straight), torque, 900 * Eigen::Matrix3d::Identity());
+  EXPECT_TRUE(tip.force_N.allFinite());
+  const PlanarVector along(std::cos(0.2), std::sin(0.2));
+  EXPECT_GT(std::sqrt(along.dot(tip.covariance_N2 * along)), 5e3);
+  const PlanarVector across(-along.y(), along.x());
+  EXPECT_NEAR(tip.force_N.dot(across), across.dot(PlanarVector(500, 500)), 5);
+}
+
+TEST(TipForce, TorquesThatNoTipForceExplainsLeaveAResidual) {
+  const Kinematics kinematics(test_machine());
+  const JointVector bent(0.3, -1.5, -0.9);
+  const Eigen::Matrix<double, 2, 3> jacobian = kinematics.tip_jacobian(bent);
+  const JointVector tip_torque = jacobian.transpose() * PlanarVector(1000, 0);
+  const Eigen::Matrix3d covariance = 400 * Eigen::Matrix3d::Identity();
+  EXPECT_LT(solve_tip_force(jacobian, tip_torque, covariance).residual_sigma, 0.1);
+  // A hit on the boom turns the boom alone.
+  EXPECT_GT(solve_tip_force(jacobian, JointVector(1500, 0, 0), covariance).residual_sigma, 4);
+}
+
+TEST(ForceEstimator, NonFiniteInputRepeatsTheLastEstimateWithoutConfidence) {
+  Twin run(real_sensors());
+  run.free_motion(2);
+  JointState bad;
+  bad.angle_rad = run.angle_rad;
+  bad.lever_m = JointVector(0.2, -0.2, -0.1);
+  bad.cylinder_N = JointVector(0, std::numeric_limits<double>::quiet_NaN(), 0);
+  const PlanarVector last = run.estimator().estimate().tip_N;
+  const ForceEstimate& e = run.estimator().step(bad);
+  EXPECT_EQ(e.tip_N, last);
+  EXPECT_EQ(e.confidence, 0);
+  EXPECT_TRUE(e.confidence_reasons & kBadInput);
+  EXPECT_LT(run.free_motion(0.5).tip_N.norm(), 500);
+  EXPECT_GT(run.estimator().estimate().confidence, 0.5);
+}
+
+TEST(ForceEstimator, StepAllocatesNothing) {
+  ForceEstimator estimator(test_machine(), kStep_s);
+  JointState state;
+  state.angle_rad = JointVector(0.3, -1.5, -0.9);
+  state.lever_m = JointVector(0.2, -0.2, -0.1);
+  const test::NoAllocScope guard;
+  for (int n = 0; n < 1000; ++n) estimator.step(state);
+  EXPECT_EQ(guard.allocations(), 0u);
+}
+
+}  // namespace
+}  // namespace knuckle::estimation

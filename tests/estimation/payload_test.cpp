@@ -1,0 +1,87 @@
+// Weighing a known load on a synthetic machine, with and without today's oil.
+#include "estimation/payload.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/estimation/test_machine.h"
+
+namespace knuckle::estimation {
+namespace {
+
+constexpr double kStep_s = SyntheticMachine::kStep_s;
+
+/// A machine with a load at a point of its bucket, weighed while it moves.
+class Scale {
+ public:
+  explicit Scale(const SyntheticErrors& errors)
+      : machine_(test_machine(), errors),
+        filter_(test_machine(), kStep_s, 5),
+        estimator_(test_machine(), kStep_s),
+        payload_(test_machine(), kStep_s) {
+    motion_.omega_radps *= 0.6;
+  }
+  void move(double seconds, double mass_kg, const PlanarVector& tip_N = PlanarVector::Zero()) {
+    const PlanarVector at(0.3, 0.15);
+    for (double t = 0; t < seconds; t += kStep_s) {
+      clock_s_ += kStep_s;
+      const SineMotion::Point p = motion_.at(clock_s_);
+      const Pose pose(p.angle, 0);
+      const double bucket = at.x() * pose.cos[2] - at.y() * pose.sin[2];
+      const double arm = bucket + 0.95 * pose.cos[1], boom = arm + 1.75 * pose.cos[0];
+      const JointVector torque = -kGravity_mps2 * mass_kg * JointVector(boom, arm, bucket) +
+                                 machine_.kinematics().tip_jacobian(p.angle).transpose() * tip_N;
+      const JointState state = *filter_.step(machine_.measure(p, torque));
+      payload_.step(state, estimator_.step(state));
+    }
+  }
+  PayloadEstimator& payload() { return payload_; }
+
+ private:
+  SyntheticMachine machine_;
+  JointStateFilter filter_;
+  ForceEstimator estimator_;
+  PayloadEstimator payload_;
+  SineMotion motion_;
+  double clock_s_ = 0;
+};
+
+SyntheticErrors oil_of_today() {
+  SyntheticErrors e = real_sensors();
+  e.bias_N = JointVector(400, -300, 350);
+  e.friction_factor = 1.25;
+  e.mass_factor = 1.04;
+  return e;
+}
+
+TEST(Payload, FiftyKilogramsAreWeighedWithinFive) {
+  Scale scale(oil_of_today());
+  scale.move(40, 0);
+  scale.payload().zero();
+  scale.move(15, 50);
+  EXPECT_NEAR(scale.payload().kg(), 50, 5);
+  EXPECT_LT(scale.payload().sigma_kg(), 5);
+}
+
+TEST(Payload, EmptyBucketAfterZeroWeighsNothing) {
+  Scale scale(oil_of_today());
+  scale.move(40, 0);
+  scale.payload().zero();
+  scale.move(15, 0);
+  EXPECT_NEAR(scale.payload().kg(), 0, 2);
+}
+
+TEST(Payload, SigmaIsWideBeforeAnythingMoved) {
+  Scale scale(real_sensors());
+  EXPECT_GT(scale.payload().sigma_kg(), 100);
+}
+
+TEST(Payload, ContactIsNotTakenForALoadWithAGoodConscience) {
+  Scale scale(oil_of_today());
+  scale.move(40, 0);
+  scale.payload().zero();
+  scale.move(15, 0, {-1500, 0});
+  EXPECT_GT(scale.payload().sigma_kg(), 0.3 * std::abs(scale.payload().kg()));
+}
+
+}  // namespace
+}  // namespace knuckle::estimation

@@ -1,0 +1,138 @@
+// A machine of the 1.5 t class for the estimator's tests, numbers as published for it, and a synthetic twin of it that
+// is exactly the regressor model: free of the simulator, so that a test knows every error it puts in.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "estimation/force_estimator.h"
+#include "estimation/friction.h"
+#include "estimation/joint_state.h"
+#include "estimation/regressor.h"
+#include "machine/description.h"
+#include "machine/kinematics.h"
+
+namespace knuckle::estimation {
+
+inline PlanarVector at_angle(double radius_m, double angle_deg) {
+  const double a = angle_deg * std::numbers::pi / 180;
+  return radius_m * PlanarVector(std::cos(a), std::sin(a));
+}
+
+inline MachineDescription test_machine() {
+  constexpr double kScale = 0.854;
+  MachineDescription m;
+  m.name = "test";
+  m.links[0] = {1.75, 100, at_angle(.9865, 11.48), 32, -.474, 1.092, 0.8};
+  m.links[1] = {0.95, 60, at_angle(28.30 / 60, -2.67), 6, -2.585, -.510, 1.2};
+  m.links[2] = {0.50, 60, at_angle(26.01 / 60, 31.82), 2, -2.5, .784, 1.5};
+  m.boom_mount = {kScale * PlanarVector(.135, -.264), kScale * PlanarVector(1.025, .278)};
+  m.arm_mount = {kScale * PlanarVector(.977, .737), kScale * PlanarVector(-.251, .158)};
+  m.bucket_linkage.cylinder_pin_m = kScale * PlanarVector(-.134, .320);
+  m.bucket_linkage.rocker_pin_m = kScale * PlanarVector(.880, 0);
+  m.bucket_linkage.bucket_pin_m = kScale * PlanarVector(-.014, .164);
+  m.bucket_linkage.rocker_length_m = m.bucket_linkage.coupler_length_m = kScale * .240;
+  const auto cylinder = [](double bore, double rod, double shortest, double longest, double coulomb) {
+    CylinderDescription c;
+    c.bore_m = bore;
+    c.rod_m = rod;
+    c.min_length_m = shortest;
+    c.max_length_m = longest;
+    c.friction = {coulomb, 1.4, 0.01, 20e3};
+    return c;
+  };
+  m.cylinders = {cylinder(.065, .035, .76, 1.13, 350), cylinder(.060, .035, .88, 1.34, 300),
+                 cylinder(.060, .035, .77, 1.09, 250)};
+  m.sensors.encoder_step_m = 1e-4;
+  m.hydraulics.main_relief_Pa = 205e5;
+  m.payload_full_scale_kg = 150;
+  return m;
+}
+
+/// Exact joint motion: a sum of two sines per joint about the middle of the range.
+struct SineMotion {
+  JointVector middle_rad = JointVector(0.3, -1.5, -0.9);
+  JointVector amplitude_rad = JointVector(0.25, 0.35, 0.6);
+  JointVector omega_radps = JointVector(0.5, 0.62, 0.71);
+  struct Point {
+    JointVector angle, rate, acceleration;
+  };
+  [[nodiscard]] Point at(double t) const {
+    Point p;
+    p.angle = middle_rad + amplitude_rad.cwiseProduct(JointVector((omega_radps * t).array().sin()));
+    p.rate = amplitude_rad.cwiseProduct(omega_radps).cwiseProduct(JointVector((omega_radps * t).array().cos()));
+    p.acceleration = -omega_radps.array().square() * (p.angle - middle_rad).array();
+    return p;
+  }
+};
+
+/// What a synthetic machine has that the nominal one has not.
+struct SyntheticErrors {
+  JointVector bias_N = JointVector::Zero();  ///< Measured minus true cylinder force.
+  double friction_factor = 1;
+  double viscosity_factor = 1;
+  double mass_factor = 1;  ///< Of all gravity and inertia parameters.
+  double pressure_step_Pa = 0, pressure_noise_Pa = 0, encoder_step_m = 0;
+};
+
+/// Sensor values of a machine that follows a prescribed motion, by inverse dynamics of the regressor model.
+class SyntheticMachine {
+ public:
+  static constexpr double kStep_s = 0.005;
+
+  SyntheticMachine(const MachineDescription& machine, const SyntheticErrors& errors, unsigned seed = 1)
+      : machine_(machine), errors_(errors), kinematics_(machine), arm_(machine), random_(seed) {}
+
+  /// @param external_Nm torque of the world on the joints.
+  Measurement measure(const SineMotion::Point& p, const JointVector& external_Nm) {
+    const BaseParameters parameters = errors_.mass_factor * lumped_parameters(machine_);
+    const JointVector torque = inverse_dynamics(arm_, parameters, p.angle, p.rate, p.acceleration, 0) - external_Nm;
+    Measurement m;
+    for (int i = 0; i < kJoints; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const CylinderState cylinder = *kinematics_.cylinder_at(i, p.angle[i]);
+      const double speed = cylinder.lever_m * p.rate[i];
+      FrictionDescription friction = machine_.cylinders[k].friction;
+      friction.coulomb_N *= errors_.friction_factor;
+      friction.viscous_Ns_per_m *= errors_.friction_factor * errors_.viscosity_factor;
+      const double bristle = dahl_[k].step(speed, kStep_s);
+      const double force =
+          torque[i] / cylinder.lever_m + CylinderFriction(friction).force_N(bristle, speed) + errors_.bias_N[i];
+      const double back = 30e5;
+      const double head =
+          (force + back * machine_.cylinders[k].rod_side_area_m2()) / machine_.cylinders[k].head_area_m2();
+      m.pressure_Pa[2 * k] = sensed(head);
+      m.pressure_Pa[2 * k + 1] = sensed(back);
+      m.cylinder_m[i] = quantised(cylinder.length_m, errors_.encoder_step_m);
+    }
+    return m;
+  }
+  [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
+
+ private:
+  static double quantised(double value, double step) { return step > 0 ? std::round(value / step) * step : value; }
+  double sensed(double pressure) {
+    return quantised(pressure + errors_.pressure_noise_Pa * normal_(random_), errors_.pressure_step_Pa);
+  }
+
+  MachineDescription machine_;
+  SyntheticErrors errors_;
+  Kinematics kinematics_;
+  RigidArm arm_;
+  std::array<DahlState, kJoints> dahl_{};
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_{0, 1};
+};
+
+/// The sensors of the default machine: 0.1 bar steps, 0.3 bar noise, 0.1 mm.
+inline SyntheticErrors real_sensors() {
+  SyntheticErrors e;
+  e.pressure_step_Pa = 0.1e5;
+  e.pressure_noise_Pa = 0.3e5;
+  e.encoder_step_m = 1e-4;
+  return e;
+}
+
+}  // namespace knuckle::estimation
