@@ -133,7 +133,7 @@ struct TomlTable::Node {
   void finish() const {
     for (const auto& [key, value] : *table) {
       if (!asked.contains(key.str())) {
-        const auto meant = nearest(key.str(), asked, std::max<std::size_t>(2, key.length() / 3));
+        const auto meant = nearest(key.str(), asked, std::max<std::size_t>(2, 2 * key.length() / 5));
         refuse(key.str(), value, "unknown key" + (meant ? "; did you mean '" + *meant + "'?" : ""));
       }
     }

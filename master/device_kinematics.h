@@ -1,0 +1,51 @@
+// Planar 3R kinematics at hand scale: the haptic device has the machine's shape, so machine joint angles put through it
+// give the machine's tip as the hand would hold it.
+#pragma once
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "core/joints.h"
+
+namespace knuckle::master {
+
+using TipJacobian = Eigen::Matrix<double, 2, 3>;
+
+/// Where the tip is and how joints move it, frame D (as M, origin at the forearm joint).
+struct DevicePosture {
+  PlanarVector tip_m = PlanarVector::Zero();
+  TipJacobian jacobian = TipJacobian::Zero();  ///< d tip / d joints [m/rad]; joint torque of a tip force f is J^T f.
+};
+
+class DeviceKinematics {
+ public:
+  /// @param link_m lengths of forearm, hand and finger.
+  explicit DeviceKinematics(const JointVector& link_m) noexcept : link_m_(link_m) {}
+
+  [[nodiscard]] DevicePosture posture(const JointVector& joint_rad) const noexcept {
+    PerJoint<PlanarVector> link;
+    double absolute_rad = 0;
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      absolute_rad += joint_rad[Eigen::Index(i)];
+      link[i] = link_m_[Eigen::Index(i)] * PlanarVector(std::cos(absolute_rad), std::sin(absolute_rad));
+    }
+    DevicePosture posture;
+    for (std::size_t i = kJoints; i-- > 0;) {  // joint i turns everything from its own axis to the tip
+      posture.tip_m += link[i];
+      posture.jacobian.col(Eigen::Index(i)) = PlanarVector(-posture.tip_m.y(), posture.tip_m.x());
+    }
+    return posture;
+  }
+
+ private:
+  JointVector link_m_;
+};
+
+/// The tip force that explains joint torques best: least squares over three torques, (J J^T)^-1 J tau. Damped where
+/// the arm is straight (1e-5 m^2 against about 0.1 m^2), as no tip force along it can be told from torques.
+[[nodiscard]] inline PlanarVector tip_force_of(const TipJacobian& jacobian, const JointVector& torque_Nm) noexcept {
+  const Eigen::Matrix2d gram = jacobian * jacobian.transpose() + 1e-5 * Eigen::Matrix2d::Identity();
+  return gram.inverse() * (jacobian * torque_Nm);
+}
+
+}  // namespace knuckle::master

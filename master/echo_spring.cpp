@@ -1,0 +1,139 @@
+// The echo spring: gate, anchor, bias and fades.
+#include "master/echo_spring.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace knuckle::master {
+namespace {
+
+constexpr double kNormalCutoff_Hz = 0.3;  // friction turns R by 20 degrees; faster makes a limit cycle
+constexpr double kTangentialShare = 0.3;  // of the normal force
+constexpr double kSigmas = 4;             // R_on above the estimate's own noise
+constexpr double kDwell_s = 1.0;
+constexpr double kFadeOut_s = 0.4, kQuickFadeOut_s = 0.06;
+constexpr double kBiasLeak_s = 0.2;
+constexpr double kReleaseForce_N = 0.3;  // below it leaving and a broken wall close at once
+constexpr double kLeavingSpeed_mps = 5e-3;
+constexpr double kLeavingTime_s = 0.05;
+constexpr double kGaveWay_m = 0.3e-3;
+constexpr double kCautionTime_s = 1.0;
+constexpr double kThresholdSpeed_mps = 0.025;  // R_on doubles at this speed (0.25 m/s of the machine at 10:1)
+constexpr double kSpeedMemory_s = 0.3;         // braking errs in force when speed is gone already
+constexpr double kDampingFadeIn_s = 0.1;
+constexpr double kFrozenAfter_s = 0.03;  // silence: the anchor stays where it is
+constexpr double kHoldSilence_s = 0.3, kSilenceFade_s = 0.2;
+constexpr double kNoTrust = 0.1, kFullTrust = 0.4;  // confidence
+constexpr double kTrustTime_s = 0.2;
+
+double blend(double dt_s, double time_s) noexcept {
+  return -std::expm1(-dt_s / time_s);
+}
+
+}  // namespace
+
+PlanarVector EchoSpring::step(const SpringInputs& in, double dt_s) noexcept {
+  update_gate(in, dt_s);
+  if (in.silence_s <= kFrozenAfter_s) update_anchor(in, dt_s);
+  update_fades(in, dt_s);
+  force_N_ = gate_ > 0 ? raw_force(in) : PlanarVector::Zero();
+  const double size_N = force_N_.norm();
+  if (size_N > feel_.force_limit_N) force_N_ *= feel_.force_limit_N / size_N;
+  return force_N_;
+}
+
+void EchoSpring::update_gate(const SpringInputs& in, double dt_s) noexcept {
+  recent_speed_mps_ = std::max(in.machine_mps.norm(), recent_speed_mps_ * (1 - blend(dt_s, kSpeedMemory_s)));
+  cautious_s_ = std::max(0.0, cautious_s_ - dt_s);
+  threshold_N_ = std::max(feel_.on_N, kSigmas * in.sigma_N) * (1 + recent_speed_mps_ / kThresholdSpeed_mps) *
+                 (cautious_s_ > 0 ? 2 : 1);
+  if (!in.engaged || in.silence_s >= kHoldSilence_s + kSilenceFade_s) return close(kQuickFadeOut_s);
+  if (!contact_) {
+    if (in.silence_s <= kFrozenAfter_s && in.reflected_N.norm() > threshold_N_) open(in);
+    return;
+  }
+  if (in.silence_s > kFrozenAfter_s) return;
+  const double reflected_N = normal_.dot(in.reflected_N);
+  quiet_s_ = reflected_N > feel_.off_N ? 0 : quiet_s_ + dt_s;
+  if (hand_leaves(in, dt_s)) {
+    cautious_s_ = kCautionTime_s;
+    close(kQuickFadeOut_s);
+  } else if (wall_gave_way(in, reflected_N) ||
+             -reflected_N > threshold_N_) {  // or the contact is on the other side now
+    close(kQuickFadeOut_s);
+  } else if (quiet_s_ > kDwell_s) {
+    close(kFadeOut_s);
+  }
+}
+
+void EchoSpring::open(const SpringInputs& in) noexcept {
+  contact_ = true;
+  direction_ = normal_ = in.reflected_N.normalized();
+  // No step in force: what is still felt of a contact that fades is carried over.
+  anchor_m_ = in.hand_m + normal_ * std::max(0.0, force_N_.dot(normal_)) / spring_N_per_m_;
+  bias_N_ = 0;
+  quiet_s_ = leaving_s_ = damping_share_ = 0;
+  pressed_at_m_ = in.machine_m;
+  gate_ = 1;
+}
+
+void EchoSpring::close(double fade_time_s) noexcept {
+  if (contact_ || fade_time_s < gate_fade_s_) gate_fade_s_ = fade_time_s;
+  contact_ = false;
+}
+
+bool EchoSpring::hand_leaves(const SpringInputs& in, double dt_s) noexcept {
+  const bool leaving = normal_.dot(in.hand_mps) > kLeavingSpeed_mps;
+  leaving_s_ = leaving ? leaving_s_ + dt_s : 0;
+  return leaving_s_ >= kLeavingTime_s && in.reflected_N.norm() < kReleaseForce_N;
+}
+
+bool EchoSpring::wall_gave_way(const SpringInputs& in, double reflected_N) noexcept {
+  if (reflected_N >= kReleaseForce_N) pressed_at_m_ = in.machine_m;
+  return in.reflected_N.norm() < kReleaseForce_N && -normal_.dot(in.machine_m - pressed_at_m_) > kGaveWay_m;
+}
+
+void EchoSpring::update_anchor(const SpringInputs& in, double dt_s) noexcept {
+  const double reflected_size_N = in.reflected_N.norm();
+  if (contact_ && reflected_size_N > feel_.off_N) {
+    direction_ +=
+        (in.reflected_N / reflected_size_N - direction_) * blend(dt_s, 1 / (2 * std::numbers::pi * kNormalCutoff_Hz));
+    if (direction_.squaredNorm() > 1e-6) normal_ = direction_.normalized();
+  }
+  const double reflected_N = normal_.dot(in.reflected_N);
+  if (contact_ && reflected_N >= feel_.off_N) {
+    const double bias_time_s = feel_.bias_time_s + feel_.bias_time_per_rtt * in.round_trip_s;
+    const double wanted_N = reflected_N - spring_N_per_m_ * normal_.dot(in.machine_m - in.echoed_m);
+    bias_N_ += (wanted_N - bias_N_) * blend(dt_s, bias_time_s);
+    bias_N_ = std::clamp(bias_N_, -feel_.bias_limit_N, feel_.bias_limit_N);
+  } else {
+    bias_N_ -= bias_N_ * blend(dt_s, kBiasLeak_s);
+  }
+  anchor_m_ += (in.machine_m + normal_ * (bias_N_ / spring_N_per_m_) - anchor_m_) * blend(dt_s, feel_.anchor_time_s);
+}
+
+void EchoSpring::update_fades(const SpringInputs& in, double dt_s) noexcept {
+  if (!contact_) gate_ = std::max(0.0, gate_ - dt_s / gate_fade_s_);
+  if (gate_ == 0) gate_fade_s_ = kFadeOut_s;
+  damping_share_ = contact_ ? std::min(1.0, damping_share_ + dt_s / kDampingFadeIn_s) : damping_share_;
+  const double trusted = std::clamp((in.confidence - kNoTrust) / (kFullTrust - kNoTrust), 0.0, 1.0);
+  trust_ += (trusted - trust_) * blend(dt_s, kTrustTime_s);
+  const double fresh = std::clamp(1 - (in.silence_s - kHoldSilence_s) / kSilenceFade_s, 0.0, 1.0);
+  freshness_ = std::min(fresh, freshness_ + dt_s / kSilenceFade_s);
+}
+
+PlanarVector EchoSpring::raw_force(const SpringInputs& in) const noexcept {
+  const double spring_N = spring_N_per_m_ * normal_.dot(anchor_m_ - in.hand_m);
+  if (spring_N <= 0) return PlanarVector::Zero();  // never pulls into contact
+  const double damping_Ns_per_m = damping_share_ * feel_.damping_Ns_per_m;
+  const double speed_mps = normal_.dot(in.hand_mps);
+  const double normal_N = std::max(0.0, spring_N - damping_Ns_per_m * speed_mps);
+  PlanarVector sideways_N = -damping_Ns_per_m * (in.hand_mps - normal_ * speed_mps);
+  const double limit_N = kTangentialShare * normal_N;
+  const double size_N = sideways_N.norm();
+  if (size_N > limit_N) sideways_N *= limit_N / size_N;
+  return gate_ * trust_ * freshness_ * (normal_ * normal_N + sideways_N);
+}
+
+}  // namespace knuckle::master

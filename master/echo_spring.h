@@ -1,0 +1,79 @@
+// The felt force of the default law: a local, contact-gated spring at the hand, anchored on the machine's measured
+// position (quick) and trimmed by the echoed pair of operator position and force (exact in the end).
+#pragma once
+
+#include "core/joints.h"
+#include "machine/description.h"
+
+namespace knuckle::master {
+
+/// What one millisecond of the law sees; positions, speeds and forces at hand scale, frame D.
+struct SpringInputs {
+  PlanarVector hand_m = PlanarVector::Zero();     ///< x_m: tip of the set-point the hand asks for
+  PlanarVector hand_mps = PlanarVector::Zero();   ///< v_m
+  PlanarVector machine_m = PlanarVector::Zero();  ///< x_s: newest measured machine tip
+  PlanarVector machine_mps = PlanarVector::Zero();
+  PlanarVector echoed_m = PlanarVector::Zero();     ///< x_e: operator position behind reflected_N
+  PlanarVector reflected_N = PlanarVector::Zero();  ///< R = lambda * estimated force of the world on the tip
+  double sigma_N = 0;                               ///< lambda * standard deviation of that estimate
+  double confidence = 0;                            ///< [0, 1]
+  double round_trip_s = 0;
+  double silence_s = 0;  ///< Since the last newer message from the machine.
+  bool engaged = false;  ///< The hand leads the machine: only then there is a force.
+};
+
+/// With n the contact normal (out of the wall, direction of R low-passed at 0.3 Hz), a the anchor, K the spring:
+///   at contact  a = x_m (no step in force), b = 0
+///   a += (x_s + n b / K - a) (1 - exp(-dt / t_w))
+///   b += (R_n - K n.(x_s - x_e) - b) (1 - exp(-dt / tau_b)), clamped; tau_b = bias_time + bias_time_per_rtt * RTT
+///   F_n = max(0, K n.(a - x_m) - b_c n.v_m), tangential -b_c v_t up to 0.3 F_n
+/// The anchor is a vector, so a turning normal moves no force into it. F_n settles to R_n: there K n.(a - x_m) =
+/// K n.(x_s - x_m) + b = R_n where the hand rests (x_e = x_m).
+class EchoSpring {
+ public:
+  explicit EchoSpring(const DeviceDescription::Feel& feel) noexcept
+      : feel_(feel), spring_N_per_m_(feel.spring_N_per_m) {}
+
+  /// @return force on the hand at the tip [N], frame D; |F| <= force limit. Not slew-limited.
+  [[nodiscard]] PlanarVector step(const SpringInputs& in, double dt_s) noexcept;
+
+  /// K_l = lambda mu Ks; to be kept in step with the scales. Only while not engaged.
+  void set_spring(double spring_N_per_m) noexcept { spring_N_per_m_ = spring_N_per_m; }
+  [[nodiscard]] bool contact() const noexcept { return contact_; }
+  [[nodiscard]] const PlanarVector& normal() const noexcept { return normal_; }
+  [[nodiscard]] double bias_N() const noexcept { return bias_N_; }
+  [[nodiscard]] double opening_threshold_N() const noexcept { return threshold_N_; }
+
+ private:
+  void update_gate(const SpringInputs& in, double dt_s) noexcept;
+  void open(const SpringInputs& in) noexcept;
+  void close(double fade_time_s) noexcept;
+  [[nodiscard]] bool hand_leaves(const SpringInputs& in, double dt_s) noexcept;
+  [[nodiscard]] bool wall_gave_way(const SpringInputs& in, double reflected_N) noexcept;
+  void update_anchor(const SpringInputs& in, double dt_s) noexcept;
+  void update_fades(const SpringInputs& in, double dt_s) noexcept;
+  [[nodiscard]] PlanarVector raw_force(const SpringInputs& in) const noexcept;
+
+  DeviceDescription::Feel feel_;
+  double spring_N_per_m_;
+
+  bool contact_ = false;
+  PlanarVector direction_ = PlanarVector::UnitX();  // low-passed direction of R, not of unit length
+  PlanarVector normal_ = PlanarVector::UnitX();
+  PlanarVector anchor_m_ = PlanarVector::Zero();
+  double bias_N_ = 0;
+  double threshold_N_ = 0;
+  double recent_speed_mps_ = 0;                       // machine's tip at hand scale, held and let go slowly
+  double quiet_s_ = 0;                                // since R_n was above R_off
+  double leaving_s_ = 0;                              // how long the hand has been moving away
+  double cautious_s_ = 0;                             // left of the doubled threshold
+  PlanarVector pressed_at_m_ = PlanarVector::Zero();  // machine's tip where R was last felt
+
+  double gate_ = 0, gate_fade_s_ = 0.4;  // share of the force let through; time to close
+  double damping_share_ = 0;             // faded in after opening: no step at contact
+  double trust_ = 0;                     // fade with confidence
+  double freshness_ = 1;                 // fade with silence
+  PlanarVector force_N_ = PlanarVector::Zero();
+};
+
+}  // namespace knuckle::master

@@ -1,0 +1,152 @@
+// One step of the operator's side.
+#include "master/master_loop.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace knuckle::master {
+namespace {
+
+constexpr double kStep_s = 1e-3;
+constexpr Duration kRestartSilence = 1s;  // after it any sequence number is news: the other side started again
+constexpr double kRoundTripBlend = 0.05;  // per message: about 0.1 s at 200 Hz
+constexpr double kRoundTripBelieved_s = 5;
+constexpr double kDirectSilence_s = 0.5;
+
+bool leads(Mode mode) noexcept {
+  return mode == Mode::kEngaged || mode == Mode::kHold;
+}
+
+}  // namespace
+
+MasterLoop::MasterLoop(const DeviceDescription& device, const MachineDescription& machine, HidPort& port, Link& link,
+                       ControlLaw law) noexcept
+    : feel_(device.feel),
+      law_(law),
+      link_(link),
+      driver_(device, port),
+      kinematics_(device.link_m),
+      set_point_(machine),
+      walls_(device, machine),
+      spring_(device.feel),
+      limiter_(device),
+      position_scale_(device.feel.position_scale),
+      force_scale_(device.feel.force_scale) {}
+
+void MasterLoop::step(Time now) noexcept {
+  const DeviceReading& device = driver_.step(now);
+  receive(now);
+  set_point_.step(device, slave_ ? slave_->mode : Mode::kOff, slave_ ? &slave_->position_rad : nullptr);
+  posture_ = kinematics_.posture(set_point_.position_rad());
+  render(device);
+  driver_.command(torque_Nm_);
+  send_now_ = !send_now_;
+  if (send_now_) send(device, now);
+}
+
+void MasterLoop::receive(Time now) noexcept {
+  while (link_.receive(incoming_)) {
+    const auto message = decode_slave(incoming_.view());
+    if (!message) continue;
+    if (slave_ && !newer(message->sequence, slave_->sequence) && now - slave_at_ < kRestartSilence) continue;
+    slave_ = *message;
+    slave_at_ = now;
+    const double sample_s = to_seconds(now - message->echoed_master_time);
+    if (message->echoed_master_time > Time{} && sample_s >= 0 && sample_s < kRoundTripBelieved_s) {
+      round_trip_s_ += (sample_s - round_trip_s_) * (heard_ ? kRoundTripBlend : 1);
+      heard_ = true;
+    }
+  }
+  silence_s_ = to_seconds(now - slave_at_);
+}
+
+SpringInputs MasterLoop::spring_inputs() const noexcept {
+  // Machine joints through the device's links, shrunk where a joint moves more than one to one: positions as the hand
+  // would make them, so that J(set-point)^T gives device torques.
+  const double shrink = 1 / set_point_.scale();
+  SpringInputs in;
+  in.hand_m = shrink * posture_.tip_m;
+  in.hand_mps = posture_.jacobian * driver_.reading().rate_radps;
+  in.round_trip_s = round_trip_s_;
+  in.silence_s = silence_s_;
+  if (!slave_) return in;
+  const DevicePosture machine = kinematics_.posture(slave_->position_rad);
+  in.machine_m = shrink * machine.tip_m;
+  in.machine_mps = shrink * (machine.jacobian * slave_->velocity_radps);
+  in.echoed_m = shrink * kinematics_.posture(slave_->acted_on_rad).tip_m;
+  in.reflected_N = force_scale_ * slave_->tip_force_N;
+  const auto& [xx, xz, zz] = slave_->covariance_N2;
+  const double half_difference = (xx - zz) / 2;
+  const double largest_N2 = (xx + zz) / 2 + std::sqrt(half_difference * half_difference + xz * xz);
+  in.sigma_N = force_scale_ * std::sqrt(std::max(0.0, largest_N2));
+  in.confidence = slave_->confidence;
+  in.engaged = slave_->mode == Mode::kEngaged && driver_.reading().presence;
+  return in;
+}
+
+PlanarVector MasterLoop::law_force(const SpringInputs& in) noexcept {
+  switch (law_) {
+    case ControlLaw::kEchoSpring:
+      return spring_.step(in, kStep_s);
+    case ControlLaw::kDirect:
+      break;
+  }
+  if (!in.engaged || in.silence_s > kDirectSilence_s) return PlanarVector::Zero();
+  const double size_N = in.reflected_N.norm();
+  return size_N > feel_.force_limit_N ? PlanarVector(in.reflected_N * (feel_.force_limit_N / size_N)) : in.reflected_N;
+}
+
+void MasterLoop::render(const DeviceReading& device) noexcept {
+  const SpringInputs in = spring_inputs();
+  law_force_N_ = energy_.gain() * law_force(in);
+  if (!device.ok) {  // the firmware takes the torque away by itself, without a kick
+    torque_Nm_.setZero();
+    limiter_.reset();
+    return;
+  }
+  JointVector wanted_Nm = posture_.jacobian.transpose() * law_force_N_;
+  if (in.engaged) {
+    wanted_Nm += walls_.torque(set_point_.unclamped_rad(), JointVector(set_point_.scale() * device.rate_radps));
+  }
+  energy_.step(torque_Nm_.dot(device.rate_radps), kStep_s);  // of the torque that acted until now
+  torque_Nm_ = limiter_.step(wanted_Nm, posture_.jacobian, kStep_s);
+}
+
+void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
+  MasterMessage message;
+  message.sequence = ++sequence_;
+  message.sent_at = now;
+  if (slave_) message.echoed_slave_time = slave_->sent_at + (now - slave_at_);
+  message.device_report_at = std::max(device.measured_at, Time{});
+  message.presence = device.presence;
+  message.enable = device.enable;
+  message.clutch = device.clutch;
+  message.stop = device.stop;
+  message.device_ok = device.ok;
+  message.device_reason = device.reason;
+  message.position_rad = set_point_.position_rad();
+  message.velocity_radps = set_point_.velocity_radps();
+  message.position_scale = position_scale_;
+  message.force_scale = force_scale_;
+  message.energy_in_J = energy_.in_J();
+  link_.send(encode(message).view());
+}
+
+bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept {
+  const bool usable =
+      std::isfinite(position_scale) && position_scale > 0 && std::isfinite(force_scale) && force_scale > 0;
+  if (!usable || (slave_ && leads(slave_->mode))) return false;
+  position_scale_ = position_scale;
+  force_scale_ = force_scale;
+  set_point_.set_scale(position_scale / feel_.position_scale);
+  spring_.set_spring(feel_.spring_N_per_m * (position_scale / feel_.position_scale) *
+                     (force_scale / feel_.force_scale));
+  return true;
+}
+
+Reason MasterLoop::warning() const noexcept {
+  if (energy_.gain() >= 1) return {};
+  return {ReasonCode::kEnergyWatchdog, 0, float(energy_.returned_in_window_J()), 0.5F};
+}
+
+}  // namespace knuckle::master

@@ -1,0 +1,91 @@
+// The operator's side, once a millisecond: device in, set-point out over the link, felt force back to the motors.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/joints.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "master/device_driver.h"
+#include "master/device_kinematics.h"
+#include "master/echo_spring.h"
+#include "master/energy_port.h"
+#include "master/joint_walls.h"
+#include "master/set_point.h"
+#include "master/torque_limiter.h"
+#include "transport/hid_port.h"
+#include "transport/link.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::master {
+
+enum class ControlLaw : std::uint8_t {
+  kEchoSpring,  ///< the default
+  kDirect,      ///< raw force reflection: unstable over delay, kept as the cautionary baseline
+};
+
+class MasterLoop {
+ public:
+  /// @param device, @param machine as their files say; of the machine only joint ranges and soft margins are used.
+  /// @param port, @param link outlive this.
+  MasterLoop(const DeviceDescription& device, const MachineDescription& machine, HidPort& port, Link& link,
+             ControlLaw law) noexcept;
+
+  /// One step, every millisecond of the master's clock; sends a MasterMessage every second one.
+  void step(Time now) noexcept;
+
+  /// @param position_scale machine metres per hand metre, @param force_scale hand newtons per machine newton.
+  /// @return false, and nothing changes, while the machine is led or holds, or where a scale is not positive and
+  /// finite.
+  bool set_scales(double position_scale, double force_scale) noexcept;
+
+  // For displays and recordings; all of the last step.
+  [[nodiscard]] const DeviceReading& device() const noexcept { return driver_.reading(); }
+  [[nodiscard]] const DeviceDriver& driver() const noexcept { return driver_; }
+  [[nodiscard]] const SetPoint& set_point() const noexcept { return set_point_; }
+  [[nodiscard]] const EchoSpring& spring() const noexcept { return spring_; }
+  [[nodiscard]] const EnergyPort& energy() const noexcept { return energy_; }
+  /// What the law asked for at the tip [N], frame D, before motor limits and without joint walls.
+  [[nodiscard]] const PlanarVector& law_force_N() const noexcept { return law_force_N_; }
+  /// What was sent to the motors, joint walls and limits included.
+  [[nodiscard]] const JointVector& joint_torque_Nm() const noexcept { return torque_Nm_; }
+  [[nodiscard]] PlanarVector sent_force_N() const noexcept { return tip_force_of(posture_.jacobian, torque_Nm_); }
+  [[nodiscard]] double round_trip_s() const noexcept { return round_trip_s_; }
+  [[nodiscard]] double silence_s() const noexcept { return silence_s_; }
+  /// Newest message from the machine; nothing before the first.
+  [[nodiscard]] const std::optional<SlaveMessage>& machine() const noexcept { return slave_; }
+  [[nodiscard]] Reason warning() const noexcept;  ///< Energy watchdog lowering the force; else none.
+
+ private:
+  void receive(Time now) noexcept;
+  [[nodiscard]] SpringInputs spring_inputs() const noexcept;
+  [[nodiscard]] PlanarVector law_force(const SpringInputs& in) noexcept;
+  void render(const DeviceReading& device) noexcept;
+  void send(const DeviceReading& device, Time now) noexcept;
+
+  DeviceDescription::Feel feel_;
+  ControlLaw law_;
+  Link& link_;
+  DeviceDriver driver_;
+  DeviceKinematics kinematics_;
+  SetPoint set_point_;
+  JointWalls walls_;
+  EchoSpring spring_;
+  TorqueLimiter limiter_;
+  EnergyPort energy_;
+
+  double position_scale_, force_scale_;
+  std::optional<SlaveMessage> slave_;
+  Time slave_at_ = kNever;  // arrival of slave_
+  double round_trip_s_ = 0, silence_s_ = 1e9;
+  bool heard_ = false;     // a round trip was measured
+  DevicePosture posture_;  // at the set-point
+  PlanarVector law_force_N_ = PlanarVector::Zero();
+  JointVector torque_Nm_ = JointVector::Zero();
+  std::uint32_t sequence_ = 0;
+  bool send_now_ = false;
+  Datagram incoming_;
+};
+
+}  // namespace knuckle::master

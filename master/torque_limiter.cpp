@@ -1,0 +1,57 @@
+// Motor heat and slew of joint torques.
+#include "master/torque_limiter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace knuckle::master {
+namespace {
+
+constexpr double kWarm = 0.8;           // heat where peak current begins to be taken back
+constexpr double kHoldingShare = 0.97;  // of rated current, allowed for ever
+
+}  // namespace
+
+TorqueLimiter::TorqueLimiter(const DeviceDescription& device) noexcept
+    : slew_N_per_s_(1e3 * device.feel.slew_N_per_ms) {
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const auto row = Eigen::Index(i);
+    rated_Nm_[row] = device.gear_ratio[i] * device.torque_constant_Nm_per_A[i] * device.rated_current_A[i];
+    peak_share_[row] = device.peak_current_A[i] / device.rated_current_A[i];
+    heat_time_s_[row] = device.thermal_time_constant_s[i];
+  }
+}
+
+JointVector TorqueLimiter::step(const JointVector& wanted_Nm, const TipJacobian& jacobian, double dt_s) noexcept {
+  const JointVector finite_Nm = wanted_Nm.allFinite() ? wanted_Nm : JointVector::Zero();
+  torque_Nm_ = within_slew(within_heat(finite_Nm), jacobian, dt_s);
+  const Eigen::Array3d share = torque_Nm_.array() / rated_Nm_.array();
+  heat_.array() += (share.square() - heat_.array()) * dt_s / heat_time_s_.array();
+  return torque_Nm_;
+}
+
+JointVector TorqueLimiter::within_heat(const JointVector& torque_Nm) const noexcept {
+  double scale = 1;
+  for (Eigen::Index i = 0; i < kJoints; ++i) {
+    const double warm = std::clamp((heat_[i] - kWarm) / (1 - kWarm), 0.0, 1.0);
+    const double allowed_Nm = rated_Nm_[i] * std::lerp(peak_share_[i], kHoldingShare, warm);
+    const double asked_Nm = std::abs(torque_Nm[i]);
+    if (asked_Nm > allowed_Nm) scale = std::min(scale, allowed_Nm / asked_Nm);
+  }
+  return scale * torque_Nm;
+}
+
+JointVector TorqueLimiter::within_slew(const JointVector& torque_Nm, const TipJacobian& jacobian,
+                                       double dt_s) const noexcept {
+  const JointVector change_Nm = torque_Nm - torque_Nm_;
+  const double limit_N = slew_N_per_s_ * dt_s;
+  // As a tip force, and per joint for the share that no tip force explains.
+  double change_N = tip_force_of(jacobian, change_Nm).norm();
+  for (Eigen::Index i = 0; i < kJoints; ++i) {
+    const double reach_m = std::max(jacobian.col(i).norm(), 1e-3);
+    change_N = std::max(change_N, std::abs(change_Nm[i]) / reach_m);
+  }
+  return change_N > limit_N ? JointVector(torque_Nm_ + change_Nm * (limit_N / change_N)) : torque_Nm;
+}
+
+}  // namespace knuckle::master

@@ -1,0 +1,34 @@
+// Last word on joint torques before they leave for the device: motor heat and slew.
+#pragma once
+
+#include "core/joints.h"
+#include "machine/description.h"
+#include "master/device_kinematics.h"
+
+namespace knuckle::master {
+
+class TorqueLimiter {
+ public:
+  explicit TorqueLimiter(const DeviceDescription& device) noexcept;
+
+  /// Scales torques down, all alike so that the force keeps its direction, where a motor would pass what its heat
+  /// allows (I^2 t on the commanded current, below the firmware's own trip), then limits their change to
+  /// slew_N_per_ms at the tip, in any direction. Non-finite torques count as zero.
+  [[nodiscard]] JointVector step(const JointVector& wanted_Nm, const TipJacobian& jacobian, double dt_s) noexcept;
+  /// The device takes no torque (off or gone): start again from zero.
+  void reset() noexcept { torque_Nm_.setZero(); }
+
+  [[nodiscard]] const JointVector& heat() const noexcept { return heat_; }  ///< 1 = rated current for ever.
+
+ private:
+  [[nodiscard]] JointVector within_heat(const JointVector& torque_Nm) const noexcept;
+  [[nodiscard]] JointVector within_slew(const JointVector& torque_Nm, const TipJacobian& jacobian,
+                                        double dt_s) const noexcept;
+
+  JointVector rated_Nm_, peak_share_, heat_time_s_;
+  double slew_N_per_s_;
+  JointVector heat_ = JointVector::Zero();
+  JointVector torque_Nm_ = JointVector::Zero();
+};
+
+}  // namespace knuckle::master

@@ -1,0 +1,276 @@
+#include "sim/can_nodes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "transport/bytes.h"
+
+namespace knuckle::sim {
+
+using canopen::ValveState;
+
+namespace {
+
+constexpr double kFollowingLimit = 0.1;  // of spool stroke
+constexpr Duration kFollowingTime = 100ms;
+constexpr double kWindBack_mps = 1.5;
+constexpr std::uint8_t kEverySync = 1;
+
+std::uint32_t bits(std::int32_t value) noexcept {
+  return static_cast<std::uint32_t>(value);
+}
+std::uint32_t bits(std::int16_t value) noexcept {
+  return static_cast<std::uint16_t>(value);
+}
+
+canopen::PdoMap map_of(SensorNode::Kind kind) noexcept {
+  switch (kind) {
+    case SensorNode::Kind::kPressure:
+      return canopen::kPressureTpdo;
+    case SensorNode::Kind::kEncoder:
+      return canopen::kEncoderTpdo;
+    case SensorNode::Kind::kTilt:
+      break;
+  }
+  return canopen::kTiltTpdo;
+}
+
+/// How far off a spike is: far beyond noise, inside the sensor's range.
+double spike_of(SensorNode::Kind kind) noexcept {
+  switch (kind) {
+    case SensorNode::Kind::kPressure:
+      return 1.5e7;
+    case SensorNode::Kind::kEncoder:
+      return 0.1;
+    case SensorNode::Kind::kTilt:
+      break;
+  }
+  return 0.3;
+}
+
+ValveState asked_state(std::uint32_t control_word) noexcept {
+  if ((control_word & 1U) == 0) return ValveState::kInit;
+  if ((control_word & 2U) == 0) return ValveState::kDisabled;
+  return (control_word & 4U) == 0 ? ValveState::kHold : ValveState::kActive;
+}
+
+}  // namespace
+
+// ---- Valve
+// -----------------------------------------------------------------------------------------------------------
+
+ValveNode::ValveNode(const NodeDescription& identity)
+    : protocol_(identity, canopen::kValveTpdo, kEverySync, canopen::kValveRpdo),
+      control_(protocol_.add(canopen::kValveControlWord, 2, Access::kReadWrite)),
+      status_(protocol_.add(canopen::kValveStatusWord, 2, Access::kReadOnly)),
+      mode_(protocol_.add(canopen::kValveControlMode, 1, Access::kReadWrite, 1)),
+      set_point_(protocol_.add(canopen::kValveSetPoint, 2, Access::kReadWrite)),
+      actual_(protocol_.add(canopen::kValveActual, 2, Access::kReadOnly)) {}
+
+void ValveNode::step(Time now, double spool, Outbox& out) noexcept {
+  if (protocol_.take_reset()) {
+    state_ = ValveState::kInit;
+    faulted_ = reset_bit_ = false;
+  }
+  if (protocol_.take_written()) obey_control_word();
+  if (!protocol_.operational() && state_ != ValveState::kInit) state_ = ValveState::kDisabled;
+  watch(now, out);
+
+  const bool from_bus = protocol_.value(mode_) == 1;
+  const bool active = protocol_.operational() && state_ == ValveState::kActive && !faulted_ && from_bus;
+  const auto set_point = static_cast<std::int16_t>(protocol_.value(set_point_));
+  demand_ = active ? std::clamp(set_point / canopen::kFullStroke, -1.0, 1.0) : 0.0;
+  if (fault_ == NodeFault::kStuck) demand_ = stuck_at_;
+
+  if (fault_ != NodeFault::kFrozen) {
+    protocol_.set(status_, static_cast<std::uint32_t>(state_) | (faulted_ ? 0U : unsigned{canopen::kStatusReady}) |
+                               (from_bus ? 0U : unsigned{canopen::kStatusLocal}));
+    const auto actual = fault_ == NodeFault::kInvalid
+                            ? std::numeric_limits<std::int16_t>::max()
+                            : canopen::to_steps<std::int16_t>(spool, 1 / canopen::kFullStroke);
+    protocol_.set(actual_, bits(actual));
+  }
+  protocol_.step(now, out);
+}
+
+// Upwards one state a command, downwards at once; a fault is left by a rising edge of the reset bit without bit 2.
+void ValveNode::obey_control_word() noexcept {
+  const std::uint32_t word = protocol_.value(control_);
+  const bool reset = (word & canopen::kControlReset) != 0;
+  if (faulted_ && reset && !reset_bit_ && (word & 4U) == 0) {
+    faulted_ = false;
+    state_ = ValveState::kInit;
+  }
+  reset_bit_ = reset;
+  if (faulted_) return;
+  const auto asked = static_cast<unsigned>(asked_state(word));
+  const auto next = static_cast<unsigned>(state_) << 1 | 1U;
+  state_ = static_cast<ValveState>(std::min(asked, next));
+}
+
+// The valve's own watchdogs: without controller or set-points it goes to neutral and says so.
+void ValveNode::watch(Time now, Outbox& out) noexcept {
+  if (faulted_) return;
+  const bool rpdo_lost = protocol_.operational() && protocol_.rpdo_lost(now);
+  if (rpdo_lost) protocol_.emergency(canopen::kEmcyRpdoTimeout, out);
+  if (rpdo_lost || protocol_.heartbeat_lost(now)) {
+    faulted_ = true;
+    state_ = ValveState::kDisabled;
+  }
+}
+
+// ---- Sensors
+// ---------------------------------------------------------------------------------------------------------
+
+SensorNode::SensorNode(Kind kind, const NodeDescription& identity, double resolution, double range)
+    : kind_(kind), resolution_(resolution), range_(range), protocol_(identity, map_of(kind), kEverySync) {
+  switch (kind) {
+    case Kind::kPressure:
+      objects_ = {protocol_.add(canopen::kPressureValue, 4, Access::kReadOnly),
+                  protocol_.add(canopen::kPressureStatus, 1, Access::kReadOnly),
+                  protocol_.add(canopen::kPressureUnit, 4, Access::kReadOnly, canopen::kUnitBar),
+                  protocol_.add(canopen::kPressureDigits, 1, Access::kReadOnly, 2)};
+      break;
+    case Kind::kEncoder:
+      objects_ = {protocol_.add(canopen::kEncoderPosition, 4, Access::kReadOnly),
+                  protocol_.add(canopen::kEncoderSpeed, 2, Access::kReadOnly),
+                  protocol_.add(canopen::kEncoderStep, 4, Access::kReadWrite, 100000),
+                  protocol_.add(canopen::kEncoderSpeedStep, 4, Access::kReadWrite, 10)};
+      break;
+    case Kind::kTilt:
+      objects_ = {protocol_.add(canopen::kTiltSlope, 2, Access::kReadOnly),
+                  protocol_.add(canopen::kTiltResolution, 2, Access::kReadWrite, 100)};
+      break;
+  }
+}
+
+void SensorNode::inject(NodeFault fault, Time now) noexcept {
+  fault_ = fault;
+  fault_at_ = now;
+}
+
+void SensorNode::step(Time now, const Sample& sample, Outbox& out) noexcept {
+  if (fault_ == NodeFault::kInvalid) {
+    put_invalid();
+  } else if (fault_ != NodeFault::kFrozen && protocol_.samples_now()) {
+    Sample seen = disturbed(sample, now);
+    if (resolution_ > 0) seen.value = std::round(seen.value / resolution_) * resolution_;
+    switch (kind_) {
+      case Kind::kPressure:
+        put_pressure(seen.value);
+        break;
+      case Kind::kEncoder:
+        put_encoder(seen);
+        break;
+      case Kind::kTilt:
+        put_tilt(seen.value);
+        break;
+    }
+  }
+  protocol_.step(now, out);
+}
+
+SensorNode::Sample SensorNode::disturbed(const Sample& sample, Time now) noexcept {
+  Sample seen = sample;
+  if (fault_ == NodeFault::kSpike && protocol_.operational()) {
+    seen.value += spike_of(kind_);
+    fault_ = NodeFault::kNone;
+  } else if (fault_ == NodeFault::kBrokenWire) {
+    seen.value = std::max(0.0, sample.value - kWindBack_mps * to_seconds(now - fault_at_));
+    seen.rate = seen.value > 0 ? -kWindBack_mps : 0.0;
+  }
+  return seen;
+}
+
+void SensorNode::put_pressure(double pressure_Pa) noexcept {
+  const unsigned status = (pressure_Pa > 1.02 * range_ ? unsigned{canopen::kPressureOverload} : 0U) |
+                          (pressure_Pa < -0.02 * range_ ? unsigned{canopen::kPressureUnderload} : 0U);
+  protocol_.set(objects_[0], bits(canopen::to_steps<std::int32_t>(pressure_Pa, canopen::kPressureStep_Pa)));
+  protocol_.set(objects_[1], status);
+}
+
+void SensorNode::put_encoder(const Sample& sample) noexcept {
+  const double step_m = protocol_.value(objects_[2]) * 1e-9;
+  const double speed_step_mps = protocol_.value(objects_[3]) * 1e-5;
+  protocol_.set(objects_[0], bits(canopen::to_steps<std::int32_t>(sample.value, step_m)));
+  protocol_.set(objects_[1], bits(canopen::to_steps<std::int16_t>(sample.rate, speed_step_mps)));
+}
+
+void SensorNode::put_tilt(double slope_rad) noexcept {
+  const double step_rad = protocol_.value(objects_[1]) * 1e-3 * std::numbers::pi / 180;
+  protocol_.set(objects_[0], bits(canopen::to_steps<std::int16_t>(slope_rad, step_rad)));
+}
+
+void SensorNode::put_invalid() noexcept {
+  const bool short_value = kind_ == Kind::kTilt;
+  protocol_.set(objects_[0], short_value ? bits(std::numeric_limits<std::int16_t>::max())
+                                         : bits(std::numeric_limits<std::int32_t>::max()));
+  if (kind_ == Kind::kPressure) protocol_.set(objects_[1], canopen::kPressureInvalid);
+}
+
+// ---- Machine enable
+// --------------------------------------------------------------------------------------------------
+
+EnableNode::EnableNode(const NodeDescription& identity, const PerJoint<NodeDescription>& valves)
+    : protocol_(identity, canopen::kEnableTpdo, canopen::kEventDriven, canopen::kEnableRpdo),
+      inputs_(protocol_.add(canopen::kEnableInputs, 1, Access::kReadOnly)),
+      outputs_(protocol_.add(canopen::kEnableOutputs, 1, Access::kReadWrite)) {
+  for (std::size_t j = 0; j < kJoints; ++j) valve_ids_[j] = valves[j].id;
+}
+
+void EnableNode::observe(const CanFrame& frame) noexcept {
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    if (frame.id == canopen::rpdo1_id(valve_ids_[j])) {
+      if (const auto command = canopen::parse_valve_command(frame)) {
+        const bool active = asked_state(command->control_word) == ValveState::kActive;
+        set_point_[j] = active ? command->set_point : 0.0;
+      }
+    } else if (frame.id == canopen::tpdo1_id(valve_ids_[j])) {
+      if (const auto status = canopen::parse_valve_status(frame)) {
+        actual_[j] = status->spool;
+        valve_fault_[j] = canopen::valve_fault(status->status_word);
+      }
+    }
+  }
+}
+
+void EnableNode::step(Time now, Outbox& out) noexcept {
+  if (protocol_.take_reset()) latched_ = false;
+  const bool asked = (protocol_.value(outputs_) & canopen::kOutputEnable) != 0;
+  if (!asked) latched_ = false;
+  if (asked && !latched_ && !allowed(now, out)) latched_ = true;
+  pilot_ = asked && !latched_;
+  if (!pilot_) apart_since_.fill(Time::max());
+  protocol_.set(
+      inputs_, (estop_ ? 0U : unsigned{canopen::kInputEStopClosed}) | (pilot_ ? unsigned{canopen::kInputPilotOn} : 0U));
+  protocol_.step(now, out);
+}
+
+// The open E-stop chain is told by the input itself, a missing heartbeat by the protocol: no EMCY of their own.
+bool EnableNode::allowed(Time now, Outbox& out) noexcept {
+  if (estop_ || !protocol_.operational() || protocol_.heartbeat_lost(now)) return false;
+  if (protocol_.rpdo_lost(now)) {
+    protocol_.emergency(canopen::kEmcyRpdoTimeout, out);
+    return false;
+  }
+  const bool fault = std::any_of(valve_fault_.begin(), valve_fault_.end(), [](bool f) { return f; });
+  if (!fault && following(now)) return true;
+  protocol_.emergency(canopen::kEmcyDeviceSpecific, out);
+  return false;
+}
+
+bool EnableNode::following(Time now) noexcept {
+  bool good = true;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    if (std::abs(set_point_[j] - actual_[j]) <= kFollowingLimit) {
+      apart_since_[j] = Time::max();
+      continue;
+    }
+    if (apart_since_[j] == Time::max()) apart_since_[j] = now;
+    good = good && now - apart_since_[j] < kFollowingTime;
+  }
+  return good;
+}
+
+}  // namespace knuckle::sim

@@ -1,0 +1,318 @@
+#include "sim/can_nodes_protocol.h"
+
+namespace knuckle::sim {
+
+using canopen::NmtCommand;
+using canopen::NmtState;
+using canopen::Object;
+using canopen::SdoAbort;
+using canopen::SdoRequest;
+
+namespace {
+
+constexpr std::uint16_t kRpdoParameters = 0x1400, kTpdoParameters = 0x1800, kMapOffset = 0x200;
+constexpr std::uint16_t kFirstDeviceIndex = 0x2000;
+constexpr std::uint32_t kNoRemoteRequest = 0x40000000;  // bit 30 of a COB-ID
+
+Duration milliseconds(std::uint32_t value) noexcept {
+  return std::chrono::milliseconds(value & 0xFFFFU);
+}
+
+}  // namespace
+
+NodeProtocol::NodeProtocol(const NodeDescription& identity, const canopen::PdoMap& tpdo, std::uint8_t tpdo_type,
+                           const canopen::PdoMap& rpdo)
+    : id_(identity.id) {
+  add(canopen::kDeviceType, 4, Access::kReadOnly, identity.device_type);
+  error_register_ = add(canopen::kErrorRegister, 1, Access::kReadOnly);
+  consumer_ = add(canopen::kConsumerHeartbeat, 4, Access::kReadWrite);
+  producer_ = add(canopen::kProducerHeartbeat, 2, Access::kReadWrite);
+  add(canopen::kVendorId, 4, Access::kReadOnly, identity.vendor);
+  add(canopen::kProductCode, 4, Access::kReadOnly, identity.product);
+  rpdo_ = add_pdo(kRpdoParameters, canopen::rpdo1_id(id_) | (rpdo.count == 0 ? canopen::kPdoDisabled : 0U),
+                  canopen::kEventDriven, rpdo);
+  tpdo_ = add_pdo(kTpdoParameters, canopen::tpdo1_id(id_), tpdo_type, tpdo);
+}
+
+NodeProtocol::Handle NodeProtocol::add(Object object, std::uint8_t size, Access access, std::uint32_t value) noexcept {
+  entries_[used_] = {object, size, access, value, value};
+  return used_++;
+}
+
+NodeProtocol::Pdo NodeProtocol::add_pdo(std::uint16_t parameters, std::uint32_t cob_id, std::uint8_t type,
+                                        const canopen::PdoMap& map) noexcept {
+  Pdo pdo;
+  pdo.cob_id = add({parameters, 1}, 4, Access::kReadWrite, cob_id);
+  pdo.type = add({parameters, 2}, 1, Access::kReadWrite, type);
+  pdo.timer = add({parameters, 5}, 2, Access::kReadWrite);
+  const auto map_index = static_cast<std::uint16_t>(parameters + kMapOffset);
+  pdo.count = add({map_index, 0}, 1, Access::kReadWrite, map.count);
+  for (std::uint8_t i = 0; i < kMapSlots; ++i) {
+    add({map_index, static_cast<std::uint8_t>(i + 1)}, 4, Access::kReadWrite, i < map.count ? map.entries[i] : 0);
+  }
+  return pdo;
+}
+
+NodeProtocol::Entry* NodeProtocol::find(Object object) noexcept {
+  for (std::size_t i = 0; i < used_; ++i) {
+    if (entries_[i].object == object) return &entries_[i];
+  }
+  return nullptr;
+}
+
+std::uint32_t NodeProtocol::value(Object object) const noexcept {
+  const Entry* entry = const_cast<NodeProtocol*>(this)->find(object);
+  return entry != nullptr ? entry->value : 0;
+}
+
+void NodeProtocol::replace(Object object, std::uint32_t value) noexcept {
+  if (Entry* entry = find(object)) entry->value = entry->at_power_on = value;
+}
+
+void NodeProtocol::resolve(Pdo& pdo) noexcept {
+  pdo.length = entries_[pdo.count].value;
+  pdo.bytes = 0;
+  for (std::size_t i = 0; i < pdo.length; ++i) {
+    const std::uint32_t mapping = entries_[pdo.count + 1 + i].value;
+    const Entry* entry = find({static_cast<std::uint16_t>(mapping >> 16), static_cast<std::uint8_t>(mapping >> 8)});
+    pdo.mapped[i] = static_cast<Handle>(entry - entries_.data());
+    pdo.bytes += entry->size;
+  }
+}
+
+bool NodeProtocol::enabled(const Pdo& pdo) const noexcept {
+  return (entries_[pdo.cob_id].value & canopen::kPdoDisabled) == 0;
+}
+
+bool NodeProtocol::samples_now() const noexcept {
+  return !operational() || sync_due_ || entries_[tpdo_.type].value > 240;
+}
+
+bool NodeProtocol::take_written() noexcept {
+  const bool written = written_;
+  written_ = false;
+  return written;
+}
+
+bool NodeProtocol::take_reset() noexcept {
+  const bool reset = reset_;
+  reset_ = false;
+  return reset;
+}
+
+bool NodeProtocol::heartbeat_lost(Time now) const noexcept {
+  const Duration allowed = milliseconds(entries_[consumer_].value);
+  return allowed > Duration::zero() && producer_heard_ != kNever && now - producer_heard_ > allowed;
+}
+
+bool NodeProtocol::rpdo_lost(Time now) const noexcept {
+  const Duration allowed = milliseconds(entries_[rpdo_.timer].value);
+  return allowed > Duration::zero() && rpdo_heard_ != kNever && now - rpdo_heard_ > allowed;
+}
+
+void NodeProtocol::receive(const CanFrame& frame, Time now, Outbox& out) noexcept {
+  if (frame.id == canopen::kSyncId) {
+    const std::uint32_t every = entries_[tpdo_.type].value;
+    if (operational() && every <= 240 && ++syncs_ % every == 0) sync_due_ = true;
+  } else if (frame.id == canopen::kNmtId) {
+    const auto request = canopen::parse_nmt(frame);
+    if (request && (request->node == 0 || request->node == id_)) obey(request->command);
+  } else if (frame.id == canopen::sdo_request_id(id_)) {
+    if (state_ == NmtState::kOperational || state_ == NmtState::kPreOperational) serve(frame, out);
+  } else if (frame.id == (entries_[rpdo_.cob_id].value & ~kNoRemoteRequest)) {
+    take_rpdo(frame, now, out);
+  } else if (frame.id == canopen::heartbeat_id(static_cast<std::uint8_t>(entries_[consumer_].value >> 16 & 0x7FU))) {
+    if (canopen::parse_heartbeat(frame)) producer_heard_ = now;
+  }
+}
+
+void NodeProtocol::take_rpdo(const CanFrame& frame, Time now, Outbox& out) noexcept {
+  if (!operational()) return;
+  if (frame.size < rpdo_.bytes) {
+    emergency(0x8210, out);
+    return;
+  }
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < rpdo_.length; ++i) {
+    Entry& entry = entries_[rpdo_.mapped[i]];
+    entry.value = 0;
+    for (std::size_t byte = 0; byte < entry.size; ++byte) {
+      entry.value |= std::uint32_t{frame.data[at++]} << (8 * byte);
+    }
+  }
+  rpdo_heard_ = now;
+  written_ = true;
+}
+
+void NodeProtocol::obey(NmtCommand command) noexcept {
+  switch (command) {
+    case NmtCommand::kStart:
+      state_ = NmtState::kOperational;
+      break;
+    case NmtCommand::kStop:
+      state_ = NmtState::kStopped;
+      break;
+    case NmtCommand::kEnterPreOperational:
+      state_ = NmtState::kPreOperational;
+      break;
+    case NmtCommand::kResetNode:
+      power_on(0, 0xFFFF);
+      break;
+    case NmtCommand::kResetCommunication:
+      power_on(0, kFirstDeviceIndex - 1);
+      break;
+  }
+  syncs_ = 0;
+  sync_due_ = false;
+  rpdo_heard_ = tpdo_sent_ = kNever;
+}
+
+void NodeProtocol::power_on(std::uint16_t first_index, std::uint16_t last_index) noexcept {
+  for (std::size_t i = 0; i < used_; ++i) {
+    Entry& entry = entries_[i];
+    if (entry.object.index >= first_index && entry.object.index <= last_index) entry.value = entry.at_power_on;
+  }
+  state_ = NmtState::kBootUp;
+  producer_heard_ = kNever;
+  reset_ = true;
+}
+
+void NodeProtocol::step(Time now, Outbox& out) noexcept {
+  if (state_ == NmtState::kBootUp) {
+    resolve(tpdo_);
+    resolve(rpdo_);
+    out.push(canopen::heartbeat_frame(id_, NmtState::kBootUp));
+    state_ = NmtState::kPreOperational;
+    heartbeat_due_ = now;
+  }
+  if (const Duration period = milliseconds(entries_[producer_].value); period > Duration::zero()) {
+    if (now >= heartbeat_due_) {
+      out.push(canopen::heartbeat_frame(id_, state_));
+      heartbeat_due_ = now + period;
+    }
+  }
+  const bool lost = heartbeat_lost(now);
+  if (lost && !loss_told_) emergency(canopen::kEmcyHeartbeat, out);
+  loss_told_ = lost;
+  if (operational() && enabled(tpdo_)) send_tpdo(now, out);
+  sync_due_ = false;
+}
+
+void NodeProtocol::send_tpdo(Time now, Outbox& out) noexcept {
+  const bool event_driven = entries_[tpdo_.type].value > 240;
+  if (!event_driven && !sync_due_) return;
+  CanFrame frame;
+  frame.id = entries_[tpdo_.cob_id].value & 0x7FFU;
+  frame.size = static_cast<std::uint8_t>(tpdo_.bytes);
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < tpdo_.length; ++i) {
+    const Entry& entry = entries_[tpdo_.mapped[i]];
+    for (std::size_t byte = 0; byte < entry.size; ++byte) {
+      frame.data[at++] = static_cast<std::uint8_t>(entry.value >> (8 * byte));
+    }
+  }
+  if (event_driven) {
+    const Duration period = milliseconds(entries_[tpdo_.timer].value);
+    const bool repeat = period > Duration::zero() && now - tpdo_sent_ >= period;
+    if (tpdo_sent_ != kNever && frame == last_tpdo_ && !repeat) return;
+  }
+  last_tpdo_ = frame;
+  tpdo_sent_ = now;
+  out.push(frame);
+}
+
+void NodeProtocol::emergency(std::uint16_t code, Outbox& out) noexcept {
+  const std::uint8_t error_register = code == canopen::kEmcyReset ? 0 : 1;
+  entries_[error_register_].value = error_register;
+  if (state_ == NmtState::kStopped) return;
+  out.push(canopen::emergency_frame(id_, {code, error_register, {}}));
+}
+
+void NodeProtocol::serve(const CanFrame& frame, Outbox& out) noexcept {
+  const auto request = canopen::parse_sdo_request(frame);
+  if (!request || request->kind == SdoRequest::Kind::kAbort) return;
+  SdoAbort abort = SdoAbort::kUnknownCommand;
+  if (request->kind == SdoRequest::Kind::kUpload) {
+    if (const Entry* entry = find(request->object)) {
+      out.push(canopen::sdo_uploaded(id_, request->object, entry->value, entry->size));
+      return;
+    }
+    abort = missing(request->object);
+  } else if (request->kind == SdoRequest::Kind::kDownload) {
+    abort = write(request->object, request->value, request->size);
+    if (abort == SdoAbort::kNone) {
+      out.push(canopen::sdo_downloaded(id_, request->object));
+      return;
+    }
+  }
+  out.push(canopen::sdo_aborted(id_, request->object, abort));
+}
+
+SdoAbort NodeProtocol::missing(Object object) const noexcept {
+  for (std::size_t i = 0; i < used_; ++i) {
+    if (entries_[i].object.index == object.index) return SdoAbort::kNoSubindex;
+  }
+  return SdoAbort::kNoObject;
+}
+
+SdoAbort NodeProtocol::write(Object object, std::uint32_t value, std::uint8_t size) noexcept {
+  Entry* entry = find(object);
+  if (entry == nullptr) return missing(object);
+  if (entry->access == Access::kReadOnly) return SdoAbort::kReadOnly;
+  if (size != 0 && size != entry->size) return size > entry->size ? SdoAbort::kTooLong : SdoAbort::kTooShort;
+  if (const SdoAbort abort = check(*entry, value); abort != SdoAbort::kNone) return abort;
+  entry->value = value;
+  if (object == canopen::kTpdo1MapCount) resolve(tpdo_);
+  if (object == canopen::kRpdo1MapCount) resolve(rpdo_);
+  if (object == canopen::kConsumerHeartbeat) producer_heard_ = kNever;
+  if (object == canopen::kTpdo1Type) syncs_ = 0;
+  if (object.index >= kFirstDeviceIndex) written_ = true;
+  return SdoAbort::kNone;
+}
+
+SdoAbort NodeProtocol::check(const Entry& entry, std::uint32_t value) noexcept {
+  const Object object = entry.object;
+  if (object == canopen::kTpdo1CobId || object == canopen::kRpdo1CobId) {
+    if ((value & canopen::kPdoDisabled) != 0) return SdoAbort::kNone;
+    const bool moves_while_enabled = (entry.value & canopen::kPdoDisabled) == 0 && (entry.value ^ value) != 0;
+    // 29-bit identifiers (bit 29) and those of other services are refused.
+    const std::uint32_t id = value & ~kNoRemoteRequest;
+    return moves_while_enabled || id < 0x181 || id > 0x57F ? SdoAbort::kInvalidValue : SdoAbort::kNone;
+  }
+  if (object == canopen::kTpdo1Type) {
+    return value == 0 || (value > 240 && value < 254) ? SdoAbort::kInvalidValue : SdoAbort::kNone;
+  }
+  if (object == canopen::kRpdo1Type) return value < 254 ? SdoAbort::kInvalidValue : SdoAbort::kNone;
+  if (object.index == canopen::kTpdo1MapCount.index) return check_map(tpdo_, entry, value);
+  if (object.index == canopen::kRpdo1MapCount.index) return check_map(rpdo_, entry, value);
+  if (object == canopen::kConsumerHeartbeat) {
+    return (value >> 16) > 127 ? SdoAbort::kInvalidValue : SdoAbort::kNone;
+  }
+  return SdoAbort::kNone;
+}
+
+// CiA 301: disable the PDO, set the count to 0, write the entries, set the count, enable.
+SdoAbort NodeProtocol::check_map(const Pdo& pdo, const Entry& entry, std::uint32_t value) noexcept {
+  if (enabled(pdo)) return SdoAbort::kUnsupportedAccess;
+  if (entry.object.subindex > 0) {
+    return entries_[pdo.count].value != 0 ? SdoAbort::kUnsupportedAccess : check_mapped(value);
+  }
+  if (value > kMapSlots) return SdoAbort::kPdoTooLong;
+  unsigned bits = 0;
+  for (std::size_t i = 0; i < value; ++i) {
+    const std::uint32_t mapping = entries_[pdo.count + 1 + i].value;
+    if (const SdoAbort abort = check_mapped(mapping); abort != SdoAbort::kNone) return abort;
+    bits += mapping & 0xFFU;
+  }
+  return bits > 64 ? SdoAbort::kPdoTooLong : SdoAbort::kNone;
+}
+
+SdoAbort NodeProtocol::check_mapped(std::uint32_t mapping) noexcept {
+  const Object object{static_cast<std::uint16_t>(mapping >> 16), static_cast<std::uint8_t>(mapping >> 8)};
+  const Entry* entry = find(object);
+  if (entry == nullptr) return SdoAbort::kNoObject;
+  const bool fits = object.index >= kFirstDeviceIndex && (mapping & 0xFFU) == 8U * entry->size;
+  return fits ? SdoAbort::kNone : SdoAbort::kNotMappable;
+}
+
+}  // namespace knuckle::sim

@@ -1,0 +1,168 @@
+// The haptic device and the limb that holds it: dynamics and motors.
+#include "sim/haptic_device.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace knuckle::sim {
+namespace {
+
+constexpr int kSubsteps = 4;
+constexpr double kTick_s = 1e-3;
+constexpr double kDt_s = kTick_s / kSubsteps;
+constexpr double kCurrentLag_s = 0.3e-3;                   // closed current loop of the motor stage
+constexpr double kBristle_rad = 3e-4;                      // pre-sliding range of gear friction
+constexpr double kStop_Nm_per_rad = 40, kStop_Nms = 0.05;  // rubber end stops
+constexpr double kTurn = 2 * std::numbers::pi;
+
+}  // namespace
+
+struct HandAndDevice::Posture {
+  PlanarVector tip_m = PlanarVector::Zero();
+  Eigen::Matrix<double, 2, 3> jacobian;
+};
+struct HandAndDevice::IntendedMotion {
+  bool holding;
+  PlanarVector tip_m, tip_mps;
+  double angle_rad, rate_radps;  // of the finger, absolute
+};
+
+HandAndDevice::HandAndDevice(const DeviceDescription& device, const LimbImpedance& limb, HidPort& cable,
+                             std::uint64_t seed, const JointVector& start_rad, std::uint32_t serial)
+    : device_(device), limb_(limb), firmware_(device, cable, serial) {
+  std::mt19937_64 random(seed);
+  const auto unit = [&random] { return double(random() >> 11) * 0x1p-53; };
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const auto row = Eigen::Index(i);
+    const double gear = device.gear_ratio[i];
+    joint_inertia_kgm2_[row] = device.link_inertia_kgm2[i] + gear * gear * device.rotor_inertia_kgm2[i];
+    friction_Nm_[row] = device.friction_Nm[i] * (0.8 + 0.4 * unit());
+    cogging_phase_rad_[row] = kTurn * unit();
+  }
+  truth_.joint_rad = start_rad;
+  truth_.tip_m = posture_at(start_rad).tip_m;
+}
+
+HandAndDevice::Posture HandAndDevice::posture_at(const JointVector& joint_rad) const noexcept {
+  const double forearm = joint_rad[0], hand = forearm + joint_rad[1], finger = hand + joint_rad[2];
+  const PlanarVector a = device_.link_m[0] * PlanarVector(std::cos(forearm), std::sin(forearm));
+  const PlanarVector b = device_.link_m[1] * PlanarVector(std::cos(hand), std::sin(hand));
+  const PlanarVector c = device_.link_m[2] * PlanarVector(std::cos(finger), std::sin(finger));
+  Posture posture;
+  posture.tip_m = a + b + c;
+  posture.jacobian << -a.y() - b.y() - c.y(), -b.y() - c.y(), -c.y(), a.x() + b.x() + c.x(), b.x() + c.x(), c.x();
+  return posture;
+}
+
+void HandAndDevice::step(Time now, const OperatorIntent& intent) noexcept {
+  const Posture start = posture_at(truth_.joint_rad);
+  const Posture meant = posture_at(intent.joint_rad);
+  const IntendedMotion intended{intent.presence, meant.tip_m, meant.jacobian * intent.rate_radps,
+                                intent.joint_rad.sum(), intent.rate_radps.sum()};
+  Eigen::Matrix3d mass = joint_inertia_kgm2_.asDiagonal();
+  for (std::size_t i = 0; i < kJoints; ++i) mass(Eigen::Index(i), Eigen::Index(i)) += kDt_s * device_.viscous_Nms[i];
+  if (intent.presence) {
+    const auto implicit = [](double m, double d, double k) { return m + kDt_s * d + kDt_s * kDt_s * k; };
+    mass += implicit(limb_.mass_kg, limb_.damping_Ns_per_m, limb_.stiffness_N_per_m) * start.jacobian.transpose() *
+            start.jacobian;
+    mass.array() += implicit(limb_.wrist_inertia_kgm2, limb_.wrist_damping_Nms, limb_.wrist_stiffness_Nm);
+  }
+  const Eigen::Matrix3d inverse_mass = mass.inverse();
+
+  const PlanarVector tip_mps_before = start.jacobian * truth_.rate_radps;
+  for (int i = 0; i < kSubsteps; ++i) {
+    drive_motors(kDt_s);
+    substep(i == 0 ? start : posture_at(truth_.joint_rad), intended, inverse_mass);
+    firmware_.track(counts(), kDt_s);
+  }
+
+  const Posture end = posture_at(truth_.joint_rad);
+  truth_.tip_m = end.tip_m;
+  truth_.tip_mps = end.jacobian * truth_.rate_radps;
+  const Eigen::Matrix2d gram = end.jacobian * end.jacobian.transpose() + 1e-5 * Eigen::Matrix2d::Identity();
+  truth_.felt_N = gram.inverse() * (end.jacobian * truth_.motor_torque_Nm);
+  truth_.contact_N.setZero();
+  if (intent.presence) {
+    truth_.contact_N = limb_.mass_kg * (truth_.tip_mps - tip_mps_before) / kTick_s +
+                       limb_.damping_Ns_per_m * (truth_.tip_mps - intended.tip_mps) +
+                       limb_.stiffness_N_per_m * (truth_.tip_m - intended.tip_m);
+  }
+  asked_A_ = firmware_.step(now, DeviceSensors{counts(), current_A_, truth_.motor_heat, intent.presence, intent.enable,
+                                               intent.clutch, intent.stop});
+}
+
+void HandAndDevice::substep(const Posture& posture, const IntendedMotion& intended,
+                            const Eigen::Matrix3d& inverse_mass) noexcept {
+  JointVector torque = truth_.motor_torque_Nm + cogging() - friction(kDt_s);
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const auto row = Eigen::Index(i);
+    const double rate = truth_.rate_radps[row];
+    torque[row] -= device_.viscous_Nms[i] * rate;
+    const double beyond =
+        truth_.joint_rad[row] - std::clamp(truth_.joint_rad[row], device_.min_rad[i], device_.max_rad[i]);
+    if (beyond != 0) torque[row] -= kStop_Nm_per_rad * beyond + kStop_Nms * rate;
+  }
+  if (intended.holding) {
+    const PlanarVector tip_mps = posture.jacobian * truth_.rate_radps;
+    const double rate = truth_.rate_radps.sum();
+    const PlanarVector pull = limb_.stiffness_N_per_m * (intended.tip_m - posture.tip_m - kDt_s * tip_mps) +
+                              limb_.damping_Ns_per_m * (intended.tip_mps - tip_mps);
+    const double twist = limb_.wrist_stiffness_Nm * (intended.angle_rad - truth_.joint_rad.sum() - kDt_s * rate) +
+                         limb_.wrist_damping_Nms * (intended.rate_radps - rate);
+    torque += posture.jacobian.transpose() * pull + JointVector::Constant(twist);
+  }
+  const JointVector rate_before = truth_.rate_radps;
+  truth_.rate_radps += kDt_s * (inverse_mass * torque);
+  truth_.joint_rad += kDt_s * truth_.rate_radps;
+  truth_.energy_to_hand_J += kDt_s * 0.5 * truth_.motor_torque_Nm.dot(rate_before + truth_.rate_radps);
+}
+
+JointVector HandAndDevice::friction(double dt_s) noexcept {
+  // Dahl: z' = v - |v| z / z_max, stepped implicitly in z; friction = F_c z / z_max, never above F_c.
+  JointVector friction_Nm;
+  for (Eigen::Index i = 0; i < kJoints; ++i) {
+    const double travel = dt_s * truth_.rate_radps[i];
+    bristle_rad_[i] = (bristle_rad_[i] + travel) / (1 + std::abs(travel) / kBristle_rad);
+    const double micro_damping = 5e-3 * friction_Nm_[i] / kBristle_rad;  // settles the bristle's own ringing
+    friction_Nm[i] = friction_Nm_[i] * bristle_rad_[i] / kBristle_rad +
+                     std::clamp(micro_damping * truth_.rate_radps[i], -friction_Nm_[i], friction_Nm_[i]) *
+                         (1 - std::abs(bristle_rad_[i]) / kBristle_rad);
+  }
+  return friction_Nm;
+}
+
+JointVector HandAndDevice::cogging() const noexcept {
+  JointVector cogging_Nm;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const auto row = Eigen::Index(i);
+    const double periods = device_.cogging_periods[i] * device_.gear_ratio[i];
+    cogging_Nm[row] = device_.cogging_Nm[i] * std::sin(periods * truth_.joint_rad[row] + cogging_phase_rad_[row]);
+  }
+  return cogging_Nm;
+}
+
+void HandAndDevice::drive_motors(double dt_s) noexcept {
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const double limit_A = device_.peak_current_A[i];
+    const double asked_A = std::clamp(asked_A_[i], -limit_A, limit_A);
+    current_A_[i] += (asked_A - current_A_[i]) * (1 - std::exp(-dt_s / kCurrentLag_s));
+    const double share = current_A_[i] / device_.rated_current_A[i];
+    truth_.motor_heat[i] += (share * share - truth_.motor_heat[i]) * dt_s / device_.thermal_time_constant_s[i];
+    truth_.motor_torque_Nm[Eigen::Index(i)] =
+        device_.joint_sign[i] * device_.gear_ratio[i] * device_.torque_constant_Nm_per_A[i] * current_A_[i];
+  }
+}
+
+PerJoint<std::int32_t> HandAndDevice::counts() const noexcept {
+  PerJoint<std::int32_t> counts;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const double per_rad = device_.joint_sign[i] * device_.gear_ratio[i] * device_.counts_per_turn[i] / kTurn;
+    counts[i] = device_.zero_counts[i] + std::int32_t(std::floor(per_rad * truth_.joint_rad[Eigen::Index(i)]));
+  }
+  return counts;
+}
+
+}  // namespace knuckle::sim

@@ -1,0 +1,203 @@
+// Linkages and chain of both shipped machines, and what is refused as geometry.
+#include "machine/kinematics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "core/error.h"
+#include "machine/load.h"
+#include "tests/support/no_alloc.h"
+
+namespace knuckle {
+namespace {
+
+constexpr int kSweep = 2000;
+
+MachineDescription shipped(const std::string& name) {
+  return load_machine(KNUCKLE_SOURCE_DIR "/config/machines/" + name + ".toml");
+}
+
+double swept(const MachineDescription& machine, int joint, int i) {
+  const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
+  return link.min_rad + (link.max_rad - link.min_rad) * i / kSweep;
+}
+
+std::string refusal(const MachineDescription& machine) {
+  try {
+    const Kinematics kinematics(machine);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+class KinematicsOf : public ::testing::TestWithParam<const char*> {
+ protected:
+  const MachineDescription machine_ = shipped(GetParam());
+  const Kinematics kinematics_{machine_};
+};
+INSTANTIATE_TEST_SUITE_P(ShippedMachines, KinematicsOf, ::testing::Values("solar015", "compact080"),
+                         [](const auto& chosen) { return std::string(chosen.param); });
+
+TEST_P(KinematicsOf, RoundTripsAngleAndLengthOverTheWorkingRange) {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    for (int i = 0; i <= kSweep; ++i) {
+      const double angle = swept(machine_, joint, i);
+      const auto back = kinematics_.joint_at(joint, kinematics_.cylinder_at(joint, angle)->length_m);
+      ASSERT_TRUE(back) << kJointNames[static_cast<std::size_t>(joint)] << " at " << angle;
+      ASSERT_NEAR(*back, angle, 1e-12) << kJointNames[static_cast<std::size_t>(joint)];
+    }
+  }
+}
+
+TEST_P(KinematicsOf, LeverIsTheDerivativeOfTheLength) {
+  constexpr double kStep = 1e-4;
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const auto difference = [&](double angle, double step) {
+      return (kinematics_.cylinder_at(joint, angle + step)->length_m -
+              kinematics_.cylinder_at(joint, angle - step)->length_m) /
+             (2 * step);
+    };
+    for (int i = 0; i <= kSweep; ++i) {
+      const double angle = swept(machine_, joint, i);
+      const double expected = (4 * difference(angle, kStep) - difference(angle, 2 * kStep)) / 3;
+      ASSERT_NEAR(kinematics_.cylinder_at(joint, angle)->lever_m, expected, 1e-10) << joint << " at " << angle;
+    }
+  }
+}
+
+TEST_P(KinematicsOf, BucketCrankStaysOnItsSide) {
+  MachineDescription mirrored = machine_;
+  mirrored.bucket_linkage.branch = -1;
+  EXPECT_NE(refusal(mirrored), "accepted") << "the other side is not a machine";
+  double last = kinematics_.cylinder_at(kBucket, swept(machine_, kBucket, 0))->length_m;
+  const double step = swept(machine_, kBucket, 1) - swept(machine_, kBucket, 0);
+  for (int i = 1; i <= kSweep; ++i) {
+    const double length = kinematics_.cylinder_at(kBucket, swept(machine_, kBucket, i))->length_m;
+    ASSERT_LT(length, last) << "extending curls the bucket in, without a jump";
+    ASSERT_GT(length, last - 0.5 * step) << "no lever is half a metre long";
+    last = length;
+  }
+}
+
+TEST_P(KinematicsOf, HasNoAngleForLengthsOutsideTheRange) {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const double a = kinematics_.cylinder_at(joint, swept(machine_, joint, 0))->length_m;
+    const double b = kinematics_.cylinder_at(joint, swept(machine_, joint, kSweep))->length_m;
+    const double margin = 0.2 * std::abs(a - b);
+    EXPECT_FALSE(kinematics_.joint_at(joint, std::min(a, b) - margin));
+    EXPECT_FALSE(kinematics_.joint_at(joint, std::max(a, b) + margin));
+    EXPECT_FALSE(kinematics_.joint_at(joint, -a));
+    EXPECT_FALSE(kinematics_.joint_at(joint, std::numeric_limits<double>::quiet_NaN()));
+    EXPECT_FALSE(kinematics_.joint_at(joint, std::numeric_limits<double>::infinity()));
+  }
+}
+
+TEST_P(KinematicsOf, JacobianIsTheDerivativeOfTheTip) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> angle(-3, 3);
+  for (int i = 0; i < 200; ++i) {
+    const JointVector joints(angle(random), angle(random), angle(random));
+    const auto jacobian = kinematics_.tip_jacobian(joints);
+    for (int j = 0; j < kJoints; ++j) {
+      constexpr double kStep = 1e-5;
+      const JointVector change = kStep * JointVector::Unit(j);
+      const PlanarVector expected = (kinematics_.tip(joints + change) - kinematics_.tip(joints - change)) / (2 * kStep);
+      ASSERT_LT((jacobian.col(j) - expected).norm(), 1e-8) << joints.transpose();
+    }
+  }
+}
+
+TEST_P(KinematicsOf, InverseFindsTheJointsOfEveryTip) {
+  std::mt19937 random(12);
+  std::uniform_int_distribution<int> pick(0, kSweep);
+  for (int i = 0; i < 1000; ++i) {
+    const JointVector joints(swept(machine_, kBoom, pick(random)), swept(machine_, kArm, pick(random)),
+                             swept(machine_, kBucket, pick(random)));
+    const auto back = kinematics_.inverse(kinematics_.tip(joints), joints.sum());
+    ASSERT_TRUE(back) << joints.transpose();
+    ASSERT_LT((*back - joints).norm(), 1e-10) << joints.transpose();
+  }
+  const double reach = machine_.links[0].length_m + machine_.links[1].length_m + machine_.links[2].length_m;
+  EXPECT_FALSE(kinematics_.inverse(PlanarVector(reach + 0.01, 0), 0));
+  EXPECT_FALSE(kinematics_.inverse(PlanarVector(machine_.links[2].length_m, 0), 0)) << "bucket pin on the boom pin";
+  EXPECT_FALSE(kinematics_.inverse(PlanarVector(std::nan(""), 0), 0));
+}
+
+TEST_P(KinematicsOf, AllocatesNothing) {
+  const test::NoAllocScope scope;
+  double sum = 0;
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const auto cylinder = kinematics_.cylinder_at(joint, swept(machine_, joint, kSweep / 2));
+    sum += *kinematics_.joint_at(joint, cylinder->length_m);
+  }
+  const JointVector joints(0.3, -1.5, -0.8);
+  sum += kinematics_.inverse(kinematics_.tip(joints), joints.sum())->sum() + kinematics_.tip_jacobian(joints).sum();
+  EXPECT_EQ(scope.allocations(), 0u);
+  EXPECT_TRUE(std::isfinite(sum));
+}
+
+// Figures worked out by hand from the published pin positions.
+TEST(Kinematics, DefaultMachineHasThePublishedLengthsAndLeverSigns) {
+  const Kinematics kinematics(shipped("solar015"));
+  EXPECT_NEAR(kinematics.cylinder_at(kBoom, -0.474)->length_m, 0.7728, 1e-4);
+  EXPECT_NEAR(kinematics.cylinder_at(kBoom, 1.092)->length_m, 1.1144, 1e-4);
+  EXPECT_NEAR(kinematics.cylinder_at(kArm, -2.585)->length_m, 1.3282, 1e-4);
+  EXPECT_NEAR(kinematics.cylinder_at(kArm, -0.510)->length_m, 0.8926, 1e-4);
+  EXPECT_NEAR(kinematics.cylinder_at(kBucket, -2.5)->length_m, 1.0760, 1e-4);
+  EXPECT_NEAR(kinematics.cylinder_at(kBucket, 0.784)->length_m, 0.7794, 1e-4);
+  EXPECT_GT(kinematics.cylinder_at(kBoom, 0.3)->lever_m, 0.13);
+  EXPECT_LT(kinematics.cylinder_at(kArm, -1.5)->lever_m, -0.12);
+  EXPECT_LT(kinematics.cylinder_at(kBucket, -0.8)->lever_m, -0.1);
+}
+
+TEST(Kinematics, StretchedArmPointsAlongX) {
+  const Kinematics kinematics(shipped("solar015"));
+  EXPECT_LT((kinematics.tip(JointVector::Zero()) - PlanarVector(3.2, 0)).norm(), 1e-12);
+  EXPECT_LT(
+      (kinematics.tip(JointVector(std::numbers::pi / 2, -std::numbers::pi / 2, 0)) - PlanarVector(1.45, 1.75)).norm(),
+      1e-12);
+}
+
+TEST(Kinematics, RefusesALinkageThatCannotCloseWithTheAngle) {
+  MachineDescription machine = shipped("solar015");
+  machine.bucket_linkage.coupler_length_m = 0.10;
+  const std::string line = refusal(machine);
+  EXPECT_NE(line.find("solar015.toml: key 'links.bucket."), std::string::npos) << line;
+  EXPECT_NE(line.find("the linkage cannot close at "), std::string::npos) << line;
+}
+
+TEST(Kinematics, RefusesARangeThatPassesAToggleWithTheLever) {
+  for (const auto& [joint, max_rad] : {std::pair{kBoom, 2.9}, std::pair{kArm, 0.3}, std::pair{kBucket, 0.95}}) {
+    MachineDescription machine = shipped("solar015");
+    machine.links[static_cast<std::size_t>(joint)].max_rad = max_rad;
+    const std::string line = refusal(machine);
+    const std::string key = std::string("key 'links.") + kJointNames[static_cast<std::size_t>(joint)] + ".max_rad' = ";
+    EXPECT_NE(line.find(key), std::string::npos) << line;
+    EXPECT_TRUE(line.find("at least 5 mm") != std::string::npos || line.find("cannot close") != std::string::npos)
+        << line;
+  }
+}
+
+TEST(Kinematics, RefusesACylinderThatIsTooLongOrTooShortWithTheLengthItNeeds) {
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    MachineDescription machine = shipped("solar015");
+    machine.cylinders[joint].min_length_m += 0.05;
+    std::string line = refusal(machine);
+    EXPECT_NE(line.find(std::string("cylinders.") + kJointNames[joint] + ".min_length_m' = "), std::string::npos)
+        << line;
+    EXPECT_NE(line.find("must be at most "), std::string::npos) << line;
+    machine = shipped("solar015");
+    machine.cylinders[joint].max_length_m -= 0.05;
+    line = refusal(machine);
+    EXPECT_NE(line.find(std::string("cylinders.") + kJointNames[joint] + ".max_length_m' = "), std::string::npos)
+        << line;
+    EXPECT_NE(line.find("must be at least "), std::string::npos) << line;
+  }
+}
+
+}  // namespace
+}  // namespace knuckle

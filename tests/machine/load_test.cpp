@@ -1,0 +1,295 @@
+// Shipped machine and device files load; every way to break one key is refused with a line that names it.
+#include "machine/load.h"
+
+#include <gtest/gtest.h>
+#include <toml++/toml.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+
+#include "core/error.h"
+#include "machine/kinematics.h"
+
+namespace knuckle {
+namespace {
+
+const std::string kConfig = KNUCKLE_SOURCE_DIR "/config";
+
+/// A file of the shipped configuration, to be broken key by key.
+class Shipped : public ::testing::TestWithParam<const char*> {
+ protected:
+  void TearDown() override { std::filesystem::remove(scratch_); }
+
+  /// What loading a changed copy says; "accepted" if nothing.
+  std::string refusal(const std::string& text) {
+    std::ofstream(scratch_) << text;
+    try {
+      if (std::string(GetParam()).rfind("machines/", 0) == 0) {
+        (void)load_machine(scratch_);
+      } else {
+        (void)load_device(scratch_);
+      }
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  std::string refusal(const toml::table& changed) {
+    std::ostringstream text;
+    text << changed;
+    return refusal(text.str());
+  }
+
+  /// Calls `change(parent, key)` on a fresh copy for every key, tables included, and `check(line, path)` on what
+  /// loading it says.
+  void for_every_key(const std::function<bool(toml::table&, const std::string&)>& change,
+                     const std::function<void(const std::string&, const std::string&)>& check) {
+    walk(original_, {}, [&](const std::vector<std::string>& path) {
+      toml::table copy = original_;
+      toml::table* parent = &copy;
+      std::string name;
+      for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+        parent = parent->get(path[i])->as_table();
+        name += path[i] + ".";
+      }
+      if (change(*parent, path.back())) {
+        check(refusal(copy), name + path.back());
+        ++changed_;
+      }
+    });
+  }
+
+  const toml::table original_ = toml::parse_file(kConfig + "/" + GetParam());
+  int changed_ = 0;
+
+ private:
+  static void walk(const toml::table& table, std::vector<std::string> path,
+                   const std::function<void(const std::vector<std::string>&)>& visit) {
+    for (const auto& [key, value] : table) {
+      path.emplace_back(key.str());
+      visit(path);
+      if (value.is_table()) {
+        walk(*value.as_table(), path, visit);
+      }
+      path.pop_back();
+    }
+  }
+
+  const std::string scratch_ = ::testing::TempDir() + "knuckle_load_" + std::to_string(getpid()) + ".toml";
+};
+INSTANTIATE_TEST_SUITE_P(Files, Shipped,
+                         ::testing::Values("machines/solar015.toml", "machines/compact080.toml",
+                                           "devices/knuckle1.toml", "devices/knuckle1_compact080.toml"),
+                         [](const auto& chosen) { return std::filesystem::path(chosen.param).stem().string(); });
+
+void expect_names(const std::string& line, const std::string& key) {
+  EXPECT_NE(line.find("key '" + key + "'"), std::string::npos) << key << ": " << line;
+  EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+}
+
+TEST_P(Shipped, LoadsAsItIs) {
+  EXPECT_EQ(refusal(original_), "accepted");
+}
+
+TEST_P(Shipped, RefusesEveryMissingKeyByName) {
+  for_every_key(
+      [](toml::table& parent, const std::string& key) {
+        parent.erase(key);
+        return true;
+      },
+      [](const std::string& line, const std::string& key) {
+        expect_names(line, key);
+        EXPECT_NE(line.find("is missing"), std::string::npos) << line;
+      });
+  EXPECT_GT(changed_, 50);
+}
+
+TEST_P(Shipped, RefusesEveryNumberThatIsNotFiniteOrHuge) {
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e30, -1e30}) {
+    for_every_key(
+        [bad](toml::table& parent, const std::string& key) {
+          toml::node& value = *parent.get(key);
+          if (value.is_array()) {
+            value.as_array()->replace(value.as_array()->cbegin(), bad);
+          } else if (value.is_number()) {
+            parent.insert_or_assign(key, bad);
+          } else {
+            return false;
+          }
+          return true;
+        },
+        expect_names);
+  }
+  EXPECT_GT(changed_, 150);
+}
+
+TEST_P(Shipped, RefusesEveryKeyOfAnotherType) {
+  for_every_key(
+      [](toml::table& parent, const std::string& key) {
+        parent.insert_or_assign(key, true);
+        return true;
+      },
+      expect_names);
+}
+
+TEST_P(Shipped, RefusesAnUnknownKeyInEveryTable) {
+  for_every_key(
+      [](toml::table& parent, const std::string& key) {
+        toml::table* table = parent.get(key)->as_table();
+        if (table != nullptr) {
+          table->insert("surprise", 1);
+        }
+        return table != nullptr;
+      },
+      [](const std::string& line, const std::string& key) {
+        expect_names(line, key + ".surprise");
+        EXPECT_NE(line.find("unknown key"), std::string::npos) << line;
+      });
+  toml::table copy = original_;
+  copy.insert("surprise", 1);
+  expect_names(refusal(copy), "surprise");
+}
+
+/// One value of the default machine changed to one that is in its bounds but contradicts another.
+class Contradiction : public Shipped {
+ protected:
+  std::string with(const std::string& path, double value) {
+    toml::table copy = original_;
+    toml::table* parent = &copy;
+    std::size_t start = 0;
+    for (std::size_t dot; (dot = path.find('.', start)) != std::string::npos; start = dot + 1) {
+      parent = parent->get(path.substr(start, dot - start))->as_table();
+    }
+    if (value == std::floor(value)) {
+      parent->insert_or_assign(path.substr(start), static_cast<std::int64_t>(value));
+    } else {
+      parent->insert_or_assign(path.substr(start), value);
+    }
+    return refusal(copy);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Default, Contradiction, ::testing::Values("machines/solar015.toml"));
+
+TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
+  const std::vector<std::tuple<std::string, double, std::string>> cases{
+      {"links.arm.max_rad", -2.6, "= -2.6: must be at least 0.1 above min_rad = -2.585"},
+      {"links.boom.max_rate_radps", 0.9, "= 0.9: must be at most 0.634, what the whole pump flow gives"},
+      {"links.bucket.max_rad", 1.2, "= 1.2: "},
+      {"mounts.bucket.coupler_length_m", 0.05, ""},
+      {"cylinders.arm.rod_mm", 60, "= 60: must be below 0.95 of bore_mm = 60"},
+      {"cylinders.arm.max_length_m", 1.2, "= 1.2: must be at least 1.328"},
+      {"cylinders.boom.min_length_m", 0.8, "= 0.8: must be at most 0.772"},
+      {"hydraulics.port_relief_bar", 200, "= 200: must be above main_relief_bar = 205"},
+      {"sensors.pressure_range_bar", 235, "= 235: must be at least 1.05 port_relief_bar = 241.5"},
+      {"bus.bit_rate_kbps", 250, "= 250: too slow: these frames load the bus to 118.5 %"},
+      {"bus.valve_watchdog_ms", 15, "= 15: must be at least 20, twice the valves' command period"},
+      {"bus.nodes.arm_encoder.id", 0x30, "= 48: is taken by 'boom_encoder'; node ids must be unique"},
+      {"bus.nodes.tilt.id", 1, "= 1: is taken by 'controller_id'"},
+      {"bus.nodes.tilt.id", 128, "= 128: must be a whole number within [1, 127]"},
+      {"limits.chamber_pressure_bar", 420, "= 420: must be within the transmitters' range of 400"},
+      {"control.position_gain_1ps", 15, "= 15: must be at most 1e-4 tip_stiffness_N_per_m = 10"},
+      {"control.dead_band_fill", 1.1, "= 1.1: must be within [0, 1]"},
+  };
+  for (const auto& [key, value, bound] : cases) {
+    const std::string line = with(key, value);
+    EXPECT_NE(line, "accepted") << key;
+    EXPECT_NE(line.find(bound), std::string::npos) << key << ": " << line;
+    if (!bound.empty()) {
+      expect_names(line, key);
+    }
+  }
+}
+
+TEST(LoadMachine, ConvertsToSi) {
+  const MachineDescription machine = load_machine(kConfig + "/machines/solar015.toml");
+  EXPECT_EQ(machine.name, "solar015");
+  EXPECT_EQ(machine.source, kConfig + "/machines/solar015.toml");
+  EXPECT_DOUBLE_EQ(machine.cylinders[kBoom].bore_m, 0.065);
+  EXPECT_NEAR(machine.cylinders[kBoom].head_area_m2(), 33.183e-4, 1e-7);
+  EXPECT_NEAR(machine.cylinders[kBoom].rod_side_area_m2(), 23.562e-4, 1e-7);
+  EXPECT_DOUBLE_EQ(machine.cylinders[kArm].friction.viscous_Ns_per_m, 20e3);
+  EXPECT_DOUBLE_EQ(machine.cylinders[kArm].friction.stribeck_mps, 0.012);
+  EXPECT_DOUBLE_EQ(machine.cylinders[kBoom].valve.nominal_flow_m3ps, 0.5e-3);
+  EXPECT_DOUBLE_EQ(machine.cylinders[kBoom].valve.nominal_drop_Pa, 15e5);
+  EXPECT_DOUBLE_EQ(machine.cylinders[kBoom].valve.delay_s, 0.015);
+  EXPECT_DOUBLE_EQ(machine.hydraulics.main_relief_Pa, 205e5);
+  EXPECT_DOUBLE_EQ(machine.hydraulics.bulk_modulus_Pa, 1e9);
+  EXPECT_DOUBLE_EQ(machine.hydraulics.hose_volume_m3, 0.15e-3);
+  EXPECT_DOUBLE_EQ(machine.hydraulics.hose_drop_Pa_per_m3ps * 0.5e-3, 1.5e5) << "1.5 bar at 30 L/min";
+  EXPECT_NEAR(machine.sensors.tilt_step_rad, 1.7453e-3, 1e-7);
+  EXPECT_DOUBLE_EQ(machine.sensors.encoder_step_m, 1e-4);
+  EXPECT_EQ(machine.bus.bit_rate, 500000u);
+  EXPECT_DOUBLE_EQ(machine.bus.sensor_age_limit_s, 0.025);
+  EXPECT_EQ(machine.bus.pressures[3].id, 0x23);
+  EXPECT_EQ(machine.bus.tilt.device_type & 0xFFFF, 410u);
+}
+
+TEST(LoadMachine, DefaultMachineHasThePublishedGravityMoments) {
+  const MachineDescription machine = load_machine(kConfig + "/machines/solar015.toml");
+  const std::array<std::pair<double, double>, kJoints> published{{{98.65, 11.48}, {28.30, -2.67}, {26.01, 31.82}}};
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const PlanarVector moment = machine.links[i].mass_kg * machine.links[i].com_m;
+    EXPECT_NEAR(moment.norm(), published[i].first, 1e-3);
+    EXPECT_NEAR(std::atan2(moment.y(), moment.x()) * 180 / std::numbers::pi, published[i].second, 1e-2);
+  }
+}
+
+// Counted by hand for 500 kbit/s: worst-stuffed frames of 0, 1, 2, 4, 5, 6 bytes are 55, 65, 75, 95, 105, 115 bits.
+TEST(LoadMachine, BusLoadCountsEveryFrame) {
+  const MachineDescription machine = load_machine(kConfig + "/machines/solar015.toml");
+  const double every_sync = 200 * (55 + 6 * 105 + 3 * 115 + 75);
+  const double every_second = 100 * (6 * 95 + 65);
+  const double slow = (20 + 20 + 140) * 65;
+  EXPECT_NEAR(worst_bus_load(machine.bus), (every_sync + every_second + slow) / 500e3, 1e-12);
+}
+
+TEST(LoadDevice, ShippedDevicesCanRenderTheirForceAndAreFineEnough) {
+  const std::array<std::pair<const char*, const char*>, 2> pairs{
+      {{"knuckle1", "solar015"}, {"knuckle1_compact080", "compact080"}}};
+  for (const auto& [name, machine_name] : pairs) {
+    const DeviceDescription device = load_device(kConfig + "/devices/" + name + ".toml");
+    const MachineDescription machine = load_machine(kConfig + "/machines/" + machine_name + ".toml");
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      const double to_tip = device.link_m.tail(kJoints - static_cast<int>(i)).sum();
+      const double count = 2 * std::numbers::pi / (device.counts_per_turn[i] * device.gear_ratio[i]) * to_tip;
+      EXPECT_LE(count, 5e-6) << name << " joint " << i;
+      const double peak = device.peak_current_A[i] * device.torque_constant_Nm_per_A[i] * device.gear_ratio[i];
+      EXPECT_GE(peak, device.feel.force_limit_N * to_tip) << name << " joint " << i;
+      EXPECT_LE(device.friction_Nm[i] / to_tip, 0.06) << name << " joint " << i;
+      EXPECT_DOUBLE_EQ(device.min_rad[i], machine.links[i].min_rad);
+      EXPECT_DOUBLE_EQ(device.max_rad[i], machine.links[i].max_rad);
+    }
+    EXPECT_NEAR(device.feel.spring_N_per_m,
+                device.feel.force_scale * device.feel.position_scale * machine.control.tip_stiffness_N_per_m, 1e-9);
+  }
+}
+
+TEST(FindConfig, TurnsNamesIntoPathsAndLeavesPathsAlone) {
+  EXPECT_EQ(find_config("machine", "solar015"), kConfig + "/machines/solar015.toml");
+  EXPECT_EQ(find_config("device", "./mine"), "./mine");
+  EXPECT_EQ(find_config("device", "mine.toml"), "mine.toml");
+}
+
+TEST(FindConfig, ListsWhatThereIsForAnUnknownName) {
+  try {
+    (void)find_config("machine", "solar15");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "unknown machine 'solar15': " + kConfig + "/machines has compact080, solar015");
+  }
+}
+
+TEST(FindConfig, FollowsTheEnvironment) {
+  ASSERT_EQ(setenv("KNUCKLE_CONFIG_DIR", "/nowhere", 1), 0);
+  EXPECT_THROW((void)find_config("machine", "solar015"), InputError);
+  ASSERT_EQ(unsetenv("KNUCKLE_CONFIG_DIR"), 0);
+}
+
+}  // namespace
+}  // namespace knuckle

@@ -1,0 +1,199 @@
+// The driver against the simulated device: handshake, age, damaged reports, unplugging.
+#include "master/device_driver.h"
+
+#include <gtest/gtest.h>
+
+#include "sim/haptic_device.h"
+#include "tests/master/desk.h"
+#include "transport/hid_pair.h"
+
+namespace knuckle::master {
+namespace {
+
+using sim::FirmwareFault;
+using test::desk_device;
+using test::kMidPosture;
+using test::steady_limb;
+
+struct Desk {
+  explicit Desk(const DeviceDescription& file = desk_device(), std::uint32_t serial = 77)
+      : hand(desk_device(), steady_limb(), cable.device(), 1, kMidPosture, serial), driver(file, cable.host()) {
+    intent.joint_rad = kMidPosture;
+    intent.presence = intent.enable = true;
+  }
+  void tick() {
+    now += 1ms;
+    cable.advance();
+    hand.step(now, intent);
+    driver.step(now);
+    driver.command(torque_Nm);
+  }
+  void run(int milliseconds) {
+    for (int i = 0; i < milliseconds; ++i) tick();
+  }
+  /// Milliseconds until not ok; 1000 if never.
+  int until_refused() {
+    for (int i = 1; i < 1000; ++i) {
+      tick();
+      if (!driver.reading().ok) return i;
+    }
+    return 1000;
+  }
+  ReasonCode reason() const { return driver.reading().reason.code; }
+
+  HidPair cable;
+  sim::HandAndDevice hand;
+  DeviceDriver driver;
+  sim::OperatorIntent intent;
+  JointVector torque_Nm = JointVector::Zero();
+  Time now{};
+};
+
+TEST(DeviceDriver, ReadsAnglesSpeedsAndButtonsAfterTheHandshake) {
+  Desk desk;
+  desk.intent.rate_radps = JointVector(0.2, 0, 0);
+  for (int i = 0; i < 500; ++i) {
+    desk.intent.joint_rad[0] += 0.2e-3;
+    desk.tick();
+  }
+  const DeviceReading& reading = desk.driver.reading();
+  ASSERT_TRUE(reading.ok);
+  EXPECT_TRUE(reading.presence && reading.enable && !reading.clutch && !reading.stop);
+  EXPECT_NEAR((reading.joint_rad - desk.hand.truth().joint_rad).norm(), 0, 5e-4);  // one millisecond late
+  EXPECT_NEAR((reading.rate_radps - desk.hand.truth().rate_radps).norm(), 0, 0.01);
+  EXPECT_LE(desk.now - reading.measured_at, 2ms);
+}
+
+TEST(DeviceDriver, IsNotOkBeforeItHasSeenATenthOfASecondOfGoodReports) {
+  Desk desk;
+  desk.run(90);
+  EXPECT_FALSE(desk.driver.reading().ok);
+  EXPECT_FALSE(desk.driver.reading().enable);  // buttons of a device that is not ok do not count
+  desk.run(30);
+  EXPECT_TRUE(desk.driver.reading().ok);
+}
+
+TEST(DeviceDriver, RefusesADeviceThatIsNotTheOneOfItsFile) {
+  DeviceDescription other = desk_device();
+  other.gear_ratio[1] *= 1.01;
+  Desk desk(other);
+  desk.run(400);
+  EXPECT_EQ(desk.reason(), ReasonCode::kDeviceLost);
+}
+
+struct Story {
+  FirmwareFault fault;
+  ReasonCode expected;
+  int within_ms;
+};
+class DeviceDriverStories : public testing::TestWithParam<Story> {};
+
+TEST_P(DeviceDriverStories, EndInAReasonInTorqueOffAndRecoverWithoutTorque) {
+  const Story story = GetParam();
+  Desk desk;
+  desk.torque_Nm = JointVector(0.5, 0, 0);
+  desk.run(400);
+  ASSERT_TRUE(desk.driver.reading().ok);
+  desk.hand.firmware().inject(story.fault);
+  const int refused_ms = desk.until_refused();
+  EXPECT_LE(refused_ms, story.within_ms);
+  EXPECT_EQ(desk.reason(), story.expected);
+  desk.torque_Nm.setZero();
+  desk.run(600);
+  EXPECT_LT(desk.hand.truth().felt_N.norm(), 0.05);
+  desk.hand.firmware().inject(FirmwareFault::kNone);
+  desk.run(300);
+  EXPECT_TRUE(desk.driver.reading().ok);
+  EXPECT_FALSE(desk.hand.firmware().latched());
+}
+INSTANTIATE_TEST_SUITE_P(Faults, DeviceDriverStories,
+                         testing::Values(Story{FirmwareFault::kSilent, ReasonCode::kDeviceStale, 23},
+                                         Story{FirmwareFault::kFrozen, ReasonCode::kDeviceStale, 23},
+                                         Story{FirmwareFault::kHung, ReasonCode::kDeviceStale, 23},
+                                         Story{FirmwareFault::kBadCrc, ReasonCode::kDeviceReport, 5},
+                                         Story{FirmwareFault::kWildCounts, ReasonCode::kDeviceReport, 5}));
+
+TEST(DeviceDriver, ForgivesOneDamagedReport) {
+  Desk desk;
+  desk.run(300);
+  desk.hand.firmware().inject(FirmwareFault::kBadCrc);
+  desk.run(1);
+  desk.hand.firmware().inject(FirmwareFault::kNone);
+  EXPECT_EQ(desk.until_refused(), 1000);
+  EXPECT_EQ(desk.driver.counters().damaged, 1u);
+}
+
+TEST(DeviceDriver, SaysLostAtOnceWhenUnpluggedAndCountsTheNewAttachment) {
+  Desk desk;
+  desk.torque_Nm = JointVector(0.5, 0, 0);
+  desk.run(300);
+  const auto attachments = desk.driver.reading().attachments;
+  desk.cable.unplug();
+  EXPECT_LE(desk.until_refused(), 1);
+  EXPECT_EQ(desk.reason(), ReasonCode::kDeviceLost);
+  desk.run(600);
+  EXPECT_LT(desk.hand.truth().motor_torque_Nm.norm(), 0.02);  // by the firmware's own watchdog
+  desk.cable.plug();
+  desk.run(300);
+  EXPECT_TRUE(desk.driver.reading().ok);
+  EXPECT_EQ(desk.driver.reading().attachments, attachments + 1);
+}
+
+TEST(DeviceDriver, TakesBackOnlyTheDeviceItKnowsBySerialNumber) {
+  HidPair cable;
+  DeviceDriver driver(desk_device(), cable.host());
+  Time now{};
+  const auto run = [&](std::uint32_t serial) {
+    sim::HandAndDevice hand(desk_device(), steady_limb(), cable.device(), 1, kMidPosture, serial);
+    for (int i = 0; i < 400; ++i) {
+      now += 1ms;
+      cable.advance();
+      hand.step(now, {});
+      driver.step(now);
+      driver.command(JointVector::Zero());
+    }
+    const DeviceReading reading = driver.reading();
+    cable.unplug();
+    driver.step(now += 1ms);
+    cable.plug();
+    return reading;
+  };
+  EXPECT_TRUE(run(77).ok);
+  EXPECT_EQ(run(78).reason.code, ReasonCode::kDeviceLost);
+  EXPECT_TRUE(run(77).ok);
+}
+
+TEST(DeviceDriver, TellsOldReportsByDeviceTimeAfterAStall) {
+  // The host sleeps; a ring keeps the oldest 64 reports and loses the newest.
+  Desk desk;
+  desk.run(300);
+  for (int i = 0; i < 200; ++i) {
+    desk.now += 1ms;
+    desk.hand.step(desk.now, desk.intent);
+  }
+  desk.now += 1ms;
+  desk.cable.advance();
+  desk.driver.step(desk.now);
+  EXPECT_EQ(desk.reason(), ReasonCode::kDeviceStale);
+  EXPECT_NEAR(double(desk.driver.reading().reason.value), 137, 5);  // ms: the newest it holds is this old
+  desk.run(300);
+  EXPECT_TRUE(desk.driver.reading().ok);
+}
+
+TEST(DeviceDriver, SendsModeOffWhileTheDeviceIsNotOk) {
+  HidPair cable;
+  DeviceDriver driver(desk_device(), cable.host());
+  driver.step(Time{} + 1ms);
+  driver.command(JointVector(1, 1, 1));
+  cable.advance();
+  HidReport report;
+  ASSERT_TRUE(cable.device().read(report));  // describe
+  ASSERT_TRUE(cable.device().read(report));
+  const auto command = decode_command(report);
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->mode, TorqueMode::kOff);
+  EXPECT_EQ(command->torque_permille[0], 0);
+}
+
+}  // namespace
+}  // namespace knuckle::master

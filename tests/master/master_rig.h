@@ -1,0 +1,75 @@
+// A master at its desk for tests and benchmarks: simulated hand and device on a HID cable, and a scripted machine at
+// the other end of an impaired link.
+#pragma once
+
+#include <functional>
+
+#include "core/joints.h"
+#include "core/time.h"
+#include "master/master_loop.h"
+#include "sim/haptic_device.h"
+#include "tests/master/desk.h"
+#include "transport/hid_pair.h"
+#include "transport/impaired_link.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::test {
+
+/// Everything around one MasterLoop. `machine` is what the scripted machine answers every 5 ms; by default it follows
+/// the set-point at once, confident, without contact.
+struct MasterRig {
+  explicit MasterRig(master::ControlLaw law = master::ControlLaw::kEchoSpring, Duration one_way = 1ms,
+                     const sim::LimbImpedance& limb = steady_limb(), const DeviceDescription& device = desk_device())
+      : network({.delay = one_way}, {.delay = one_way}, 1),
+        hand(device, limb, cable.device(), 1, kMidPosture, 77),
+        loop(device, desk_machine(), cable.host(), network.a(), law) {
+    intent.joint_rad = kMidPosture;
+    intent.presence = true;
+    machine.mode = Mode::kReady;
+    machine.confidence = 1;
+    machine.position_rad = machine.acted_on_rad = kMidPosture;
+  }
+
+  void tick() {
+    now += 1ms;
+    cable.advance();
+    network.advance(now);
+    hand.step(now, intent);
+    loop.step(now);
+    while (network.b().receive(datagram)) {
+      if (const auto message = decode_master(datagram.view())) heard = *message, heard_at = now;
+    }
+    if (now.time_since_epoch() % 5ms != 0ns || machine_silent) return;
+    machine.acted_on_rad = heard.position_rad;
+    if (follow) machine.position_rad = heard.position_rad;
+    if (react) react(*this);
+    ++machine.sequence;
+    machine.sent_at = now;
+    machine.echoed_master_time = heard.sent_at == Time{} ? Time{} : heard.sent_at + (now - heard_at);
+    network.b().send(encode(machine).view());
+  }
+  void run(double seconds) {
+    for (int i = 0; i < int(seconds * 1e3 + 0.5); ++i) tick();
+  }
+  /// Past the handshake and engaged in free space.
+  void engage() {
+    run(0.3);
+    machine.mode = Mode::kEngaged;
+    run(0.1);
+  }
+
+  Time now{};
+  HidPair cable;
+  ImpairedLink network;
+  sim::HandAndDevice hand;
+  master::MasterLoop loop;
+  sim::OperatorIntent intent;
+  SlaveMessage machine;
+  bool follow = true, machine_silent = false;
+  std::function<void(MasterRig&)> react;
+  MasterMessage heard;
+  Time heard_at{};
+  Datagram datagram;
+};
+
+}  // namespace knuckle::test

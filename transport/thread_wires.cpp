@@ -1,0 +1,13 @@
+#include "transport/thread_wires.h"
+
+namespace knuckle {
+
+void ThreadCan::exchange(CanBus& port) noexcept {
+  CanFrame frame;
+  // A port that refuses a frame has dropped it: a set-point is never repeated, only followed by a newer one.
+  while (controller_.sent_.pop(frame)) (void)port.send(frame);
+  while (port.receive(frame)) (void)controller_.arrived_.push(frame);
+  controller_.state_.store(port.state(), std::memory_order_relaxed);
+}
+
+}  // namespace knuckle
