@@ -1,8 +1,10 @@
-// A bus with all nodes of the machine and a bare controller port, driven tick by tick, for tests of the nodes.
+// A bus with a bare controller, driven tick by tick, for tests of what sits at its other end: the nodes alone (CanRig)
+// or the whole machine.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -33,28 +35,27 @@ struct Heard {
   CanFrame frame;
 };
 
-class CanRig {
+/// The controller's side. `step_machine` is called every millisecond, after the bus has moved.
+class BusRig {
  public:
-  explicit CanRig(const SensorErrors& errors = {}, std::uint64_t seed = 1)
-      : bus(2, 500000), nodes(bus_machine(), errors, bus.port(1), seed) {
+  explicit BusRig(std::function<void(Time)> step_machine = {}) : bus(2, 500000), step(std::move(step_machine)) {
     bus.set_tap({[](void* self, Time at, const CanFrame& frame) {
-                   static_cast<CanRig*>(self)->heard.push_back({at, frame});
+                   static_cast<BusRig*>(self)->heard.push_back({at, frame});
                  },
                  this});
     heard.reserve(100000);
   }
+  BusRig(const BusRig&) = delete;
+  BusRig& operator=(const BusRig&) = delete;
 
-  /// One millisecond. Spools follow their demand with 20 ms, or spring back without pilot pressure.
+  /// One millisecond.
   void tick() {
     now += 1ms;
     bus.advance(now);
     CanFrame frame;
     while (controller().receive(frame)) {
     }
-    const NodeOutputs outputs = nodes.outputs();
-    const JointVector target = outputs.pilot ? outputs.spool_demand : JointVector::Zero();
-    signals.spool += (target - signals.spool) * 0.05;
-    nodes.step(now, signals);
+    step(now);
     if (ticks_++ % 5 == 0 && syncing) send(canopen::sync_frame());
     if (ticks_ % 10 == 0 && commanding) {
       for (std::uint8_t j = 0; j < 3; ++j) send(canopen::valve_command_frame(canopen::rpdo1_id(valve(j)), command[j]));
@@ -111,8 +112,7 @@ class CanRig {
   }
 
   VirtualCanBus bus;
-  CanNodes nodes;
-  MachineSignals signals;
+  std::function<void(Time)> step;
   Time now{};
   std::vector<Heard> heard;
   PerJoint<canopen::ValveCommand> command{};
@@ -123,6 +123,22 @@ class CanRig {
 
  private:
   int ticks_ = 0;
+};
+
+/// The nodes alone; spools follow their demand with 20 ms, or spring back without pilot pressure.
+class CanRig : public BusRig {
+ public:
+  explicit CanRig(const SensorErrors& errors = {}, std::uint64_t seed = 1)
+      : nodes(bus_machine(), errors, bus.port(1), seed) {
+    step = [this](Time at) {
+      const NodeOutputs outputs = nodes.outputs();
+      const JointVector target = outputs.pilot ? outputs.spool_demand : JointVector::Zero();
+      signals.spool += (target - signals.spool) * 0.05;
+      nodes.step(at, signals);
+    };
+  }
+  CanNodes nodes;
+  MachineSignals signals;
 };
 
 }  // namespace knuckle::sim::test

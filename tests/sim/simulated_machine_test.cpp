@@ -1,0 +1,128 @@
+#include "sim/simulated_machine.h"
+
+#include <gtest/gtest.h>
+
+#include "machine/load.h"
+#include "tests/sim/can_rig.h"
+#include "tests/support/no_alloc.h"
+
+namespace knuckle::sim::test {
+namespace {
+
+const std::string kFile = std::string(KNUCKLE_SOURCE_DIR) + "/config/machines/solar015.toml";
+const JointVector kStart(0.3, -1.4, -0.8);
+
+struct MachineRig : BusRig {
+  explicit MachineRig(const MachineTruth& truth, std::uint64_t seed = 1)
+      : machine(truth, WorldDescription{}, kStart, bus.port(1), seed) {
+    step = [this](Time at) { machine.step(at); };
+    start();
+  }
+  double pressure(unsigned chamber) const {
+    return canopen::parse_pressure(newest(0x1A0 + chamber)->frame)->pressure_Pa;
+  }
+  SimulatedMachine machine;
+};
+
+MachineTruth drawn() {
+  return draw_truth(load_machine(kFile), 3);
+}
+
+TEST(SimulatedMachine, SaysOnTheBusWhatItsSensorsMeasureErrorsIncluded) {
+  MachineTruth truth = drawn();
+  for (auto& sensor : truth.pressure) sensor.noise_Pa = 0;
+  truth.tilt_noise_rad = 0;
+  MachineRig rig(truth);
+  rig.run(300ms);
+  const PlantState& state = rig.machine.plant().state();
+  for (unsigned i = 0; i < 6; ++i) {
+    EXPECT_NEAR(rig.pressure(i), truth.pressure[i].gain * state.transmitter_Pa[i] + truth.pressure[i].offset_Pa, 1e4);
+  }
+  for (unsigned j = 0; j < 3; ++j) {
+    const auto axis = static_cast<int>(j);
+    EXPECT_NEAR(canopen::parse_encoder(rig.newest(0x1B0 + j)->frame)->position_m,
+                state.cylinder_m[axis] + truth.encoder_offset_m[axis], 1.1e-4);
+  }
+  EXPECT_NEAR(*canopen::parse_tilt(rig.newest(0x1B8)->frame), state.tilt_hull_rad + truth.tilt_offset_rad,
+              canopen::kTiltStep_rad);
+}
+
+TEST(SimulatedMachine, PositiveSetPointExtendsTheCylinderAndOnlyWithPilotPressure) {
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const auto axis = static_cast<int>(j);
+    MachineRig rig(nominal_truth(load_machine(kFile)));
+    const double before = rig.machine.plant().state().cylinder_m[axis];
+    rig.command[j].set_point = 0.4;
+    rig.run(1s);
+    EXPECT_GT(rig.machine.plant().state().cylinder_m[axis] - before, 0.01) << kJointNames[j];
+    EXPECT_GT(canopen::parse_encoder(rig.newest(0x1B0 + static_cast<unsigned>(j))->frame)->speed_mps, 0.005);
+
+    rig.output = 0;
+    rig.run(500ms);
+    EXPECT_LT(std::abs(rig.machine.plant().state().spool[axis]), 0.05);
+    const double stopped = rig.machine.plant().state().cylinder_m[axis];
+    rig.run(500ms);
+    EXPECT_NEAR(rig.machine.plant().state().cylinder_m[axis], stopped, 1e-3);
+  }
+}
+
+TEST(SimulatedMachine, HungControllerEndsWithSpoolsInsideTheirDeadBandIn320Milliseconds) {
+  MachineRig rig(drawn());
+  for (auto& c : rig.command) c.set_point = 0.5;
+  rig.run(300ms);
+  rig.syncing = rig.commanding = rig.beating = false;
+  const Time last_input = rig.now;
+  const auto inside = [&] {
+    const JointVector spool = rig.machine.plant().state().spool;
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      if (spool[static_cast<int>(j)] > rig.machine.plant().truth().machine.cylinders[j].valve.dead_band_extend)
+        return false;
+    }
+    return true;
+  };
+  ASSERT_FALSE(inside());
+  while (!inside() && rig.now - last_input < 2s) rig.tick();
+  EXPECT_LE(rig.now - last_input, 320ms);
+}
+
+TEST(SimulatedMachine, StuckSpoolIsReleasedByTheEnableNode) {
+  MachineRig rig(drawn());
+  rig.command[1].set_point = 0.5;
+  rig.run(300ms);
+  ASSERT_TRUE(rig.machine.inject(0x11, NodeFault::kStuck));
+  rig.command[1].set_point = 0;
+  rig.run(60ms);
+  EXPECT_GT(rig.machine.plant().state().spool[1], 0.4);
+  rig.run(260ms);
+  EXPECT_LT(rig.machine.plant().state().spool[1], 0.11);
+}
+
+TEST(SimulatedMachine, SwappedTransmittersShowTheOtherChamber) {
+  MachineTruth truth = nominal_truth(load_machine(kFile));
+  for (auto& sensor : truth.pressure) sensor.noise_Pa = 0;
+  MachineRig rig(truth);
+  rig.run(20ms);
+  const double head = rig.pressure(0), rod = rig.pressure(1);
+  ASSERT_GT(std::abs(head - rod), 2e5);
+  rig.machine.swap_chambers(kBoom, true);
+  rig.run(20ms);
+  EXPECT_NEAR(rig.pressure(0), rod, 2e4);
+  EXPECT_NEAR(rig.pressure(1), head, 2e4);
+}
+
+TEST(SimulatedMachine, RepeatsEveryFrameForASeedAndAllocatesNothingWhileStepping) {
+  MachineRig first(drawn()), second(drawn()), other(drawn(), 2);
+  for (MachineRig* rig : {&first, &second, &other}) {
+    rig->command[0].set_point = 0.4;
+    const knuckle::test::NoAllocScope scope;
+    rig->run(300ms);
+    const auto allocations = scope.allocations();
+    EXPECT_EQ(allocations, 0U);
+  }
+  const auto same = [](const Heard& a, const Heard& b) { return a.at == b.at && a.frame == b.frame; };
+  EXPECT_TRUE(std::equal(first.heard.begin(), first.heard.end(), second.heard.begin(), second.heard.end(), same));
+  EXPECT_FALSE(std::equal(first.heard.begin(), first.heard.end(), other.heard.begin(), other.heard.end(), same));
+}
+
+}  // namespace
+}  // namespace knuckle::sim::test
