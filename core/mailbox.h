@@ -13,7 +13,9 @@ namespace knuckle {
 /// when it is newer. Wait-free on both sides; values in between are overwritten, which is what "newest wins" means.
 template <typename T>
 class Mailbox {
-  static_assert(std::is_trivially_copyable_v<T>, "only plain data crosses a thread border");
+  // Owns nothing, so a copy allocates nothing. Not "trivially copyable": Eigen's fixed-size types are not, by the
+  // letter.
+  static_assert(std::is_trivially_destructible_v<T>, "only plain data crosses a thread border");
 
  public:
   /// Writer's thread only.

@@ -13,7 +13,9 @@ namespace knuckle {
 /// and counts it. Capacity: a power of two, fully usable.
 template <typename T, std::size_t Capacity>
 class Ring {
-  static_assert(std::is_trivially_copyable_v<T>, "only plain data crosses a thread border");
+  // Owns nothing, so a copy allocates nothing. Not "trivially copyable": Eigen's fixed-size types are not, by the
+  // letter.
+  static_assert(std::is_trivially_destructible_v<T>, "only plain data crosses a thread border");
   static_assert(Capacity > 0 && (Capacity & (Capacity - 1)) == 0, "capacity is a power of two");
 
  public:

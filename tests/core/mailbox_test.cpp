@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <atomic>
 #include <thread>
 
@@ -47,12 +48,17 @@ TEST(Mailbox, GivesTheNewestValueOnce) {
 }
 
 TEST(Mailbox, AllocatesNothing) {
-  Mailbox<Wide> mailbox;
-  Wide value;
+  struct Posture {
+    Eigen::Vector3d joint_rad = Eigen::Vector3d::Zero();
+    double at_s = 0;
+  };
+  Mailbox<Posture> mailbox;
+  Posture value;
   test::NoAllocScope scope;
-  mailbox.put(Wide::of(3));
+  mailbox.put({{1, 2, 3}, 4});
   mailbox.take(value);
   EXPECT_EQ(scope.allocations(), 0u);
+  EXPECT_EQ(value.joint_rad, Eigen::Vector3d(1, 2, 3));
 }
 
 TEST(MailboxThreads, ReaderSeesWholeValuesThatNeverGoBack) {
