@@ -53,6 +53,8 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"joint_limit", SubjectKind::kJoint, "end of the working range: move the other way", "deg"},
     {"virtual_wall", SubjectKind::kNothing, "virtual wall: move the bucket away from it", "m"},
     {"power_limit", SubjectKind::kNothing, "hydraulic power limited: move fewer joints or slower", "kW"},
+    {"pilot_off", SubjectKind::kNothing, "machine enable gives no pilot pressure: check its node and the E-stop",
+     nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

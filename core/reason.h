@@ -51,6 +51,7 @@ enum class ReasonCode : std::uint16_t {
   kJointLimit,   ///< subject: joint; deg
   kVirtualWall,  ///< subject: 0 floor, 1 ceiling, 2 reach (no joint); m
   kPowerLimit,   ///< kW
+  kPilotOff,     ///< machine enable gives no pilot pressure
   kCount,
 };
 

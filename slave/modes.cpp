@@ -45,6 +45,7 @@ Reason operator_side(const ModeInputs& in) noexcept {
 /// What keeps a machine under an enabled operator from being engaged.
 Reason alignment(const ModeInputs& in, const ModeLimits& limits) noexcept {
   if (in.hold) return in.hold;
+  if (!in.pilot_on) return {ReasonCode::kPilotOff, 0, 0, 0};
   if (in.clutch) return {ReasonCode::kClutchHeld, 0, 0, 0};
   const Reason where = not_aligned(in, limits);
   if (where) return where;
@@ -90,6 +91,7 @@ ModeDecision led(const ModeInputs& in, const ModeLimits& limits, bool holding) n
   if (in.link_lost) return fault(in.link_lost);
   if (in.device) return fault(in.device);
   if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed, 0, 0, 0});
+  if (!in.pilot_on) return fault({ReasonCode::kPilotOff, 0, 0, 0});
   if (!in.presence) return fault({ReasonCode::kPresenceLost, 0, 0, 0});
   if (in.hold) return {{Mode::kHold, {}, false}, in.hold};
   if (in.clutch) return {{Mode::kHold, {}, false}, {ReasonCode::kClutchHeld, 0, 0, 0}};
@@ -102,6 +104,9 @@ ModeDecision led(const ModeInputs& in, const ModeLimits& limits, bool holding) n
 
 /// Fault and E-stop: both need the cause gone, then enable released, then pressed.
 ModeDecision latched(const ModeState& state, const ModeInputs& in) noexcept {
+  // Nodes that are being started anew are no cause of their own, but nothing goes on before they are ready.
+  const bool restarting = !in.machine_fault && !in.nodes_operational;
+  if (restarting) return {{state.mode, state.fault, false}, {ReasonCode::kStartingUp, 0, 0, 0}};
   if (const Reason reason = machine_side(in)) return {{state.mode, state.fault, false}, reason};
   if (const Reason missing = operator_side(in)) return {{state.mode, state.fault, !in.enable}, missing};
   if (!in.enable) return {{state.mode, state.fault, true}, {ReasonCode::kEnableNotPressed, 0, 0, 0}};

@@ -23,6 +23,7 @@ struct ModeInputs {
   Reason machine_fault;            ///< Bus, nodes, valves, gate: a fault in every mode.
   Reason sensor_fault;             ///< "Not yet" during the self test, a fault after it.
   bool nodes_operational = false;  ///< All of them, configured and supervised.
+  bool pilot_on = false;           ///< Pilot pressure is on: needed while the machine is led, off before.
   Reason link_lost;                ///< No newer packet within the limit: a fault while the machine is led.
   Reason hold;                     ///< Asks to wait without a fault (round trip).
   bool presence = false, enable = false, clutch = false, stop = false;  ///< As the operator's newest packet says.

@@ -14,8 +14,7 @@ constexpr double kDeg = 3.14159265358979323846 / 180;
 class Story {
  public:
   Story() {
-    in.nodes_operational = true;
-    in.presence = true;
+    in.nodes_operational = in.pilot_on = in.presence = true;
     in.hand_rad = in.machine_rad = JointVector(0.3, -1.5, -0.4);
   }
   Mode step() {
@@ -277,6 +276,36 @@ TEST(Modes, LosingLinkDeviceOrHandIsAFaultOnlyWhileTheMachineIsLed) {
       EXPECT_TRUE(s.blocking);
     }
   }
+}
+
+TEST(Modes, PilotPressureIsNeededToEngageAndLosingItIsAFault) {
+  Story s;
+  s.in.pilot_on = false;
+  EXPECT_EQ(s.engage(), Mode::kAligning);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kPilotOff);
+  s.in.pilot_on = true;
+  EXPECT_EQ(s.step(), Mode::kEngaged);
+  s.in.pilot_on = false;
+  EXPECT_EQ(s.step(), Mode::kFault);
+  EXPECT_EQ(s.state.fault.code, ReasonCode::kPilotOff);
+  s.in.enable = false;  // the output is off in a fault, so the pilot stays off: no obstacle to leaving it
+  s.step();
+  s.in.enable = true;
+  EXPECT_EQ(s.step(), Mode::kAligning);
+}
+
+TEST(Modes, NodesMustBeOperationalAgainBeforeAFaultCanBeLeft) {
+  Story s;
+  ASSERT_EQ(s.engage(), Mode::kEngaged);
+  s.in.machine_fault = reason(ReasonCode::kNodeSilent, 0x11);
+  s.step();
+  s.in.machine_fault = {};
+  s.in.nodes_operational = false;
+  EXPECT_EQ(s.engage(), Mode::kFault);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kStartingUp);
+  s.in.nodes_operational = true;
+  EXPECT_EQ(s.steps(5), Mode::kFault) << "pressed before the nodes were ready";
+  EXPECT_EQ(s.engage(), Mode::kEngaged);
 }
 
 TEST(Modes, LettingGoOfDeviceAndEnableTogetherIsNoFault) {

@@ -1,0 +1,271 @@
+#include "slave/canopen_client.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+
+namespace knuckle::slave {
+namespace {
+
+// Patience of the start-up.
+constexpr Duration kBootPatience = 1s;         // boot-up message after a reset; some nodes calibrate first
+constexpr Duration kStartPatience = 1s;        // heartbeat "operational" after NMT start
+constexpr Duration kActivatePatience = 500ms;  // ACTIVE after the control words
+constexpr double kSpoolPossible = 1.1;         // of stroke; devices send the largest integer (2.0) for "broken"
+// An event-driven enable node repeats its inputs at the heartbeat's rate; three may be lost.
+constexpr int kInputPeriods = 4;
+constexpr std::uint32_t kEnableEveryNthSync = 10;  // 20 Hz
+
+Reason reason(ReasonCode code, std::uint8_t node, double value, double limit) noexcept {
+  return {code, node, static_cast<float>(value), static_cast<float>(limit)};
+}
+
+}  // namespace
+
+CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus) : description_(machine.bus), bus_(bus) {
+  const auto add = [&](const NodeDescription& node, Kind kind, int joint, SdoScript script) {
+    if (node.id < 1 || node.id > 127 || index_[node.id] != 0 || node.id == description_.controller_id) {
+      throw InputError(machine.source + ": bus: node id " + std::to_string(node.id) + " is not free or not in 1...127");
+    }
+    nodes_.push_back({node.id, kind, joint, SdoDialogue(node.id, std::move(script)), false, false, kNever, 0, {}});
+    index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
+  };
+  for (int i = 0; i < kJoints; ++i) {
+    const auto& node = machine.bus.valves[static_cast<std::size_t>(i)];
+    add(node, Kind::kValve, i, valve_script(machine, node));
+  }
+  for (const auto& node : machine.bus.pressures) add(node, Kind::kSensor, -1, pressure_script(machine, node));
+  for (const auto& node : machine.bus.encoders) add(node, Kind::kSensor, -1, encoder_script(machine, node));
+  add(machine.bus.tilt, Kind::kSensor, -1, tilt_script(machine, machine.bus.tilt));
+  add(machine.bus.enable, Kind::kEnable, -1, enable_script(machine, machine.bus.enable));
+}
+
+CanopenClient::Node* CanopenClient::find(std::uint8_t id) noexcept {
+  return index_[id] == 0 ? nullptr : &nodes_[index_[id] - 1U];
+}
+
+void CanopenClient::restart() noexcept {
+  for (Node& node : nodes_) {
+    node.dialogue.restart();
+    node.booted = node.operational = false;
+    node.heard_at = kNever;
+    node.emergency = 0;
+    node.lost = {};
+  }
+  valves_ = {};
+  fault_ = {};
+  inputs_seen_at_ = kNever;
+  inputs_closed_ = pilot_on_ = false;
+  demand_.setZero();
+  phase_ = Phase::kIdle;
+}
+
+void CanopenClient::enter(Phase phase, Time now) noexcept {
+  phase_ = phase;
+  phase_since_ = now;
+}
+
+void CanopenClient::fail(const Reason& why) noexcept {
+  fault_ = why;
+  phase_ = Phase::kFailed;
+}
+
+void CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
+  Node* node = find(canopen::node_of(frame.id));
+  if (node == nullptr) return;
+  const std::uint8_t id = node->id;
+  if (frame.id == canopen::sdo_response_id(id)) {
+    node->dialogue.receive(frame);
+  } else if (frame.id == canopen::heartbeat_id(id)) {
+    on_heartbeat(*node, frame, now);
+  } else if (frame.id == canopen::emcy_id(id)) {
+    if (const auto emergency = canopen::parse_emergency(frame)) node->emergency = emergency->code;
+  } else if (frame.id == canopen::tpdo1_id(id) && node->kind == Kind::kValve) {
+    on_valve_status(*node, frame, now);
+  } else if (frame.id == canopen::tpdo1_id(id) && node->kind == Kind::kEnable) {
+    if (const auto inputs = canopen::parse_enable(frame)) {
+      inputs_seen_at_ = now;
+      inputs_closed_ = (*inputs & canopen::kInputEStopClosed) != 0;
+      pilot_on_ = (*inputs & canopen::kInputPilotOn) != 0;
+    }
+  }
+}
+
+void CanopenClient::on_heartbeat(Node& node, const CanFrame& frame, Time now) noexcept {
+  const auto state = canopen::parse_heartbeat(frame);
+  if (!state) return;
+  node.heard_at = now;
+  node.booted = true;
+  node.operational = *state == canopen::NmtState::kOperational;
+  // A node that rebooted has lost its configuration: it may not simply join again.
+  const bool started = phase_ == Phase::kActivating || phase_ == Phase::kOperational;
+  if (started && !node.operational && !node.lost) {
+    node.lost = reason(ReasonCode::kNodeFault, node.id, static_cast<double>(*state),
+                       static_cast<double>(canopen::NmtState::kOperational));
+  }
+}
+
+void CanopenClient::on_valve_status(const Node& node, const CanFrame& frame, Time now) noexcept {
+  const auto status = canopen::parse_valve_status(frame);
+  if (!status) return;
+  Valve& valve = valves_[static_cast<std::size_t>(node.joint)];
+  valve.status_word = status->status_word;
+  valve.seen_at = now;
+  valve.spool = status->spool;
+  spool_[node.joint] = status->spool;
+}
+
+void CanopenClient::begin_step(Time now) noexcept {
+  bus_.send(canopen::sync_frame());
+  ++syncs_;
+  const CanState state = bus_.state();
+  if (state == CanState::kBusOff || state == CanState::kDown) fail(reason(ReasonCode::kBusDown, 0, 0, 0));
+  step_phase(now);
+}
+
+void CanopenClient::step_phase(Time now) noexcept {
+  const auto all = [this](auto condition) { return std::all_of(nodes_.begin(), nodes_.end(), condition); };
+  switch (phase_) {
+    case Phase::kIdle:
+      bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetNode, 0));
+      enter(Phase::kResetting, now);
+      return;
+    case Phase::kResetting:
+      // A node that never says it booted still gets its chance; its SDO time-out then names it.
+      if (all([](const Node& n) { return n.booted; }) || now - phase_since_ > kBootPatience) {
+        bus_.send(canopen::nmt_frame(canopen::NmtCommand::kEnterPreOperational, 0));
+        enter(Phase::kConfiguring, now);
+      }
+      return;
+    case Phase::kConfiguring:
+      return configure(now);
+    case Phase::kStarting:
+      if (all([](const Node& n) { return n.operational; })) {
+        enter(Phase::kActivating, now);
+      } else if (now - phase_since_ > kStartPatience) {
+        const auto late = std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return !n.operational; });
+        fail(reason(ReasonCode::kNodeSilent, late->id, to_seconds(now - phase_since_) * 1e3,
+                    to_seconds(kStartPatience) * 1e3));
+      }
+      return;
+    case Phase::kActivating:
+      return activate(now);
+    case Phase::kOperational:
+      if (const Reason why = supervise(now)) fail(why);
+      return;
+    case Phase::kFailed:
+      return;
+  }
+}
+
+void CanopenClient::configure(Time now) noexcept {
+  bool done = true;
+  for (Node& node : nodes_) {
+    node.dialogue.step(bus_, now);
+    if (node.dialogue.failure()) return fail(node.dialogue.failure());
+    done = done && node.dialogue.done();
+  }
+  if (!done) return;
+  bus_.send(canopen::nmt_frame(canopen::NmtCommand::kStart, 0));
+  enter(Phase::kStarting, now);
+}
+
+/// One control word further whenever the valve has followed the last one. A valve in fault gets a reset edge first.
+void CanopenClient::activate(Time now) noexcept {
+  bool all_active = true;
+  for (const Node& node : nodes_) {
+    if (node.kind != Kind::kValve) continue;
+    Valve& valve = valves_[static_cast<std::size_t>(node.joint)];
+    const auto state = canopen::valve_state(valve.status_word);
+    all_active = all_active && !valve_fault(valve, node.id, now);
+    if (valve.seen_at == kNever || !state) {
+      valve.control_word = canopen::kControlInit;
+    } else if (canopen::valve_fault(valve.status_word)) {
+      const bool edge_made = (valve.control_word & canopen::kControlReset) != 0;
+      valve.control_word = edge_made ? canopen::kControlInit : canopen::kControlReset;
+    } else {
+      switch (*state) {
+        case canopen::ValveState::kInit:
+          valve.control_word = canopen::kControlDisabled;
+          break;
+        case canopen::ValveState::kDisabled:
+          valve.control_word = canopen::kControlHold;
+          break;
+        case canopen::ValveState::kHold:
+        case canopen::ValveState::kActive:
+          valve.control_word = canopen::kControlActive;
+          break;
+      }
+    }
+  }
+  if (all_active && inputs_seen_at_ != kNever) return enter(Phase::kOperational, now);
+  if (now - phase_since_ <= kActivatePatience) return;
+  const Reason why = supervise(now);
+  fail(why ? why : reason(ReasonCode::kNodeSetup, description_.enable.id, 0, 0));
+}
+
+Reason CanopenClient::valve_fault(const Valve& valve, std::uint8_t id, Time now) const noexcept {
+  if (std::abs(valve.spool) > kSpoolPossible) {
+    return reason(ReasonCode::kSensorInvalid, id, valve.spool, kSpoolPossible);
+  }
+  const double age_s = valve.seen_at == kNever ? 1e6 : to_seconds(now - valve.seen_at);
+  const double age_limit_s = description_.sensor_age_limit_s + description_.valve_every_nth_sync / description_.sync_Hz;
+  if (age_s > age_limit_s) return reason(ReasonCode::kSensorStale, id, age_s * 1e3, age_limit_s * 1e3);
+  const bool active = canopen::valve_state(valve.status_word) == canopen::ValveState::kActive;
+  const bool local = (valve.status_word & canopen::kStatusLocal) != 0;
+  if (active && !local && !canopen::valve_fault(valve.status_word)) return {};
+  return reason(ReasonCode::kNodeFault, id, valve.status_word, canopen::kControlActive | canopen::kStatusReady);
+}
+
+Reason CanopenClient::supervise(Time now) const noexcept {
+  const double limit_s = description_.node_heartbeat_timeout_s;
+  for (const Node& node : nodes_) {
+    if (node.emergency != canopen::kEmcyReset) {
+      return reason(ReasonCode::kNodeEmergency, node.id, node.emergency, canopen::kEmcyReset);
+    }
+    if (node.lost) return node.lost;
+    const double silent_s = to_seconds(now - node.heard_at);
+    if (silent_s > limit_s) return reason(ReasonCode::kNodeSilent, node.id, silent_s * 1e3, limit_s * 1e3);
+    if (node.kind != Kind::kValve) continue;
+    if (const Reason why = valve_fault(valves_[static_cast<std::size_t>(node.joint)], node.id, now)) return why;
+  }
+  const double age_s = to_seconds(now - inputs_seen_at_);
+  const double age_limit_s = kInputPeriods * description_.controller_heartbeat_s;
+  if (age_s > age_limit_s) {
+    return reason(ReasonCode::kSensorStale, description_.enable.id, age_s * 1e3, age_limit_s * 1e3);
+  }
+  return {};
+}
+
+void CanopenClient::end_step(const JointVector& commands, bool enable_output, Time now) noexcept {
+  if (phase_ == Phase::kActivating || phase_ == Phase::kOperational || phase_ == Phase::kFailed) {
+    const JointVector allowed = phase_ == Phase::kOperational ? commands : JointVector::Zero();
+    send_set_points(allowed);
+    const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;
+    if (output != enable_sent_ || syncs_ % kEnableEveryNthSync == 0) {
+      bus_.send(canopen::enable_output_frame(canopen::rpdo1_id(description_.enable.id), output));
+      enable_sent_ = output;
+    }
+  }
+  if (to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6) {
+    bus_.send(canopen::heartbeat_frame(description_.controller_id, canopen::NmtState::kOperational));
+    heartbeat_at_ = now;
+  }
+}
+
+/// A frame that the controller's queue does not take is dropped: the next one is newer.
+void CanopenClient::send_set_points(const JointVector& commands) noexcept {
+  const bool due = syncs_ % static_cast<std::uint32_t>(description_.valve_every_nth_sync) == 0;
+  for (int i = 0; i < kJoints; ++i) {
+    const auto joint = static_cast<std::size_t>(i);
+    const bool dropped = commands[i] == 0 && demand_[i] != 0;
+    if (!due && !dropped) continue;
+    const canopen::ValveCommand command{valves_[joint].control_word, commands[i]};
+    if (bus_.send(canopen::valve_command_frame(canopen::rpdo1_id(description_.valves[joint].id), command))) {
+      demand_[i] = commands[i];
+    }
+  }
+}
+
+}  // namespace knuckle::slave

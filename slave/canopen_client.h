@@ -1,0 +1,98 @@
+// The controller's side of the machine bus: starts all nodes, keeps SYNC and heartbeat going, watches every node, and
+// sends what the safety gate let pass. Non-blocking: everything moves on in begin_step() and end_step().
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/joints.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "slave/node_setup.h"
+#include "transport/can_bus.h"
+
+namespace knuckle::slave {
+
+class CanopenClient {
+ public:
+  enum class Phase : std::uint8_t {
+    kIdle,         ///< Nothing sent yet.
+    kResetting,    ///< Waiting for boot-up messages.
+    kConfiguring,  ///< SDO dialogues, all nodes in parallel.
+    kStarting,     ///< Waiting for every node to report operational.
+    kActivating,   ///< Valves through DISABLED and HOLD to ACTIVE.
+    kOperational,
+    kFailed,  ///< See fault(); stays until restart().
+  };
+  /// @throws InputError where two nodes have the same id or an id is not in 1...127.
+  CanopenClient(const MachineDescription& machine, CanBus& bus);
+
+  /// A received frame; frames of sensors are looked at for nothing but life.
+  void receive(const CanFrame& frame, Time now) noexcept;
+  /// First thing in a loop step, after receiving: SYNC, start-up, supervision.
+  void begin_step(Time now) noexcept;
+  /// Last thing in a loop step: set-points every nth SYNC (those that drop to neutral at once), enable output, and the
+  /// controller's heartbeat, which therefore stops with the loop.
+  void end_step(const JointVector& commands, bool enable_output, Time now) noexcept;
+  /// Starts all nodes anew, from reset; clears the fault.
+  void restart() noexcept;
+
+  [[nodiscard]] Phase phase() const noexcept { return phase_; }
+  [[nodiscard]] bool operational() const noexcept { return phase_ == Phase::kOperational; }
+  /// Why start-up failed or operation ended; kNone while healthy.
+  [[nodiscard]] const Reason& fault() const noexcept { return fault_; }
+  [[nodiscard]] bool e_stop_open() const noexcept { return inputs_seen_at_ != kNever && !inputs_closed_; }
+  [[nodiscard]] bool pilot_on() const noexcept { return pilot_on_; }
+  [[nodiscard]] const JointVector& spool() const noexcept { return spool_; }    ///< Actual, [-1, 1].
+  [[nodiscard]] const JointVector& demand() const noexcept { return demand_; }  ///< As last put on the wire.
+
+ private:
+  enum class Kind : std::uint8_t { kValve, kSensor, kEnable };
+  struct Node {
+    std::uint8_t id = 0;
+    Kind kind = Kind::kSensor;
+    int joint = -1;  ///< Of a valve.
+    SdoDialogue dialogue;
+    bool booted = false, operational = false;
+    Time heard_at = kNever;       ///< Heartbeat.
+    std::uint16_t emergency = 0;  ///< EMCY code not yet reset.
+    Reason lost;                  ///< Left its working state; kept until restart().
+  };
+  struct Valve {
+    std::uint16_t status_word = 0;
+    Time seen_at = kNever;
+    std::uint16_t control_word = 0;
+    double spool = 0;  ///< Actual, of stroke.
+  };
+
+  Node* find(std::uint8_t id) noexcept;
+  void enter(Phase phase, Time now) noexcept;
+  void fail(const Reason& reason) noexcept;
+  void on_heartbeat(Node& node, const CanFrame& frame, Time now) noexcept;
+  void on_valve_status(const Node& node, const CanFrame& frame, Time now) noexcept;
+  void step_phase(Time now) noexcept;
+  void configure(Time now) noexcept;
+  void activate(Time now) noexcept;
+  [[nodiscard]] Reason supervise(Time now) const noexcept;
+  [[nodiscard]] Reason valve_fault(const Valve& valve, std::uint8_t id, Time now) const noexcept;
+  void send_set_points(const JointVector& commands) noexcept;
+
+  BusDescription description_;
+  CanBus& bus_;
+  std::vector<Node> nodes_;                // sized once, at construction
+  std::array<std::uint8_t, 128> index_{};  // node id -> position in nodes_ + 1
+  PerJoint<Valve> valves_{};
+  Phase phase_ = Phase::kIdle;
+  Time phase_since_ = kNever;
+  Reason fault_;
+  Time inputs_seen_at_ = kNever;
+  bool inputs_closed_ = false, pilot_on_ = false;
+  JointVector spool_ = JointVector::Zero(), demand_ = JointVector::Zero();
+  std::uint32_t syncs_ = 0;
+  std::uint8_t enable_sent_ = 0;
+  Time heartbeat_at_ = kNever;
+};
+
+}  // namespace knuckle::slave

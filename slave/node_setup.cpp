@@ -1,0 +1,156 @@
+#include "slave/node_setup.h"
+
+#include <cmath>
+
+namespace knuckle::slave {
+namespace {
+
+using canopen::Object;
+using Kind = SdoStep::Kind;
+
+std::uint32_t milliseconds(double seconds) {
+  return static_cast<std::uint32_t>(std::lround(seconds * 1e3));
+}
+
+SdoScript identity(const NodeDescription& node) {
+  return {{Kind::kIdentity, canopen::kDeviceType, node.device_type, 4},
+          {Kind::kIdentity, canopen::kVendorId, node.vendor, 4},
+          {Kind::kIdentity, canopen::kProductCode, node.product, 4}};
+}
+
+void append(SdoScript& script, const SdoScript& more) {
+  script.insert(script.end(), more.begin(), more.end());
+}
+
+/// A PDO may only be mapped while it is off (CiA 301): bit 31 of its COB-ID on, count 0, entries, count, type, on.
+SdoScript pdo(Object cob_id_object, Object type, Object count, std::uint32_t cob_id, const canopen::PdoMap& map,
+              std::uint8_t transmission) {
+  SdoScript script{{Kind::kWrite, cob_id_object, cob_id | canopen::kPdoDisabled, 4}, {Kind::kWrite, count, 0, 1}};
+  for (std::uint8_t i = 0; i < map.count; ++i) {
+    script.push_back({Kind::kWrite, {count.index, static_cast<std::uint8_t>(i + 1)}, map.entries[i], 4});
+  }
+  append(script, {{Kind::kWrite, count, map.count, 1},
+                  {Kind::kWrite, type, transmission, 1},
+                  {Kind::kWrite, cob_id_object, cob_id, 4}});
+  return script;
+}
+
+SdoScript tpdo(std::uint8_t node, const canopen::PdoMap& map, std::uint8_t transmission) {
+  return pdo(canopen::kTpdo1CobId, canopen::kTpdo1Type, canopen::kTpdo1MapCount, canopen::tpdo1_id(node), map,
+             transmission);
+}
+
+SdoScript rpdo(std::uint8_t node, const canopen::PdoMap& map) {
+  return pdo(canopen::kRpdo1CobId, canopen::kRpdo1Type, canopen::kRpdo1MapCount, canopen::rpdo1_id(node), map,
+             canopen::kEventDriven);
+}
+
+SdoStep produce_heartbeat(const BusDescription& bus) {
+  return {Kind::kWrite, canopen::kProducerHeartbeat, milliseconds(bus.node_heartbeat_s), 2};
+}
+
+/// Nodes that can move something must notice by themselves when the controller is gone.
+SdoStep watch_controller(const BusDescription& bus) {
+  return {Kind::kWrite, canopen::kConsumerHeartbeat,
+          std::uint32_t{bus.controller_id} << 16 | milliseconds(bus.controller_timeout_s), 4};
+}
+
+}  // namespace
+
+SdoScript valve_script(const MachineDescription& machine, const NodeDescription& node) {
+  SdoScript script = identity(node);
+  script.push_back({Kind::kRequire, canopen::kValveControlMode, 1, 1});
+  append(script, tpdo(node.id, canopen::kValveTpdo, static_cast<std::uint8_t>(machine.bus.valve_every_nth_sync)));
+  append(script, rpdo(node.id, canopen::kValveRpdo));
+  append(script, {{Kind::kWrite, canopen::kRpdo1Timer, milliseconds(machine.bus.valve_watchdog_s), 2},
+                  watch_controller(machine.bus),
+                  produce_heartbeat(machine.bus)});
+  return script;
+}
+
+SdoScript pressure_script(const MachineDescription& machine, const NodeDescription& node) {
+  SdoScript script = identity(node);
+  append(script, {{Kind::kRequire, canopen::kPressureUnit, canopen::kUnitBar, 4},
+                  {Kind::kRequire, canopen::kPressureDigits, 2, 1}});
+  append(script, tpdo(node.id, canopen::kPressureTpdo, 1));
+  script.push_back(produce_heartbeat(machine.bus));
+  return script;
+}
+
+SdoScript encoder_script(const MachineDescription& machine, const NodeDescription& node) {
+  SdoScript script = identity(node);
+  const auto step = static_cast<std::uint32_t>(std::lround(canopen::kEncoderStep_m / 1e-9));               // 0.001 um
+  const auto speed_step = static_cast<std::uint32_t>(std::lround(canopen::kEncoderSpeedStep_mps / 1e-5));  // 0.01 mm/s
+  append(script, {{Kind::kRequire, canopen::kEncoderStep, step, 4},
+                  {Kind::kRequire, canopen::kEncoderSpeedStep, speed_step, 4}});
+  append(script, tpdo(node.id, canopen::kEncoderTpdo, 1));
+  script.push_back(produce_heartbeat(machine.bus));
+  return script;
+}
+
+SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& node) {
+  SdoScript script = identity(node);
+  const double step_deg = canopen::kTiltStep_rad * 180 / std::numbers::pi;
+  script.push_back({Kind::kRequire, canopen::kTiltResolution, milliseconds(step_deg), 2});  // 0.001 deg
+  append(script, tpdo(node.id, canopen::kTiltTpdo, 1));
+  script.push_back(produce_heartbeat(machine.bus));
+  return script;
+}
+
+SdoScript enable_script(const MachineDescription& machine, const NodeDescription& node) {
+  SdoScript script = identity(node);
+  // Inputs at once when they change, and often enough to be supervised.
+  append(script, tpdo(node.id, canopen::kEnableTpdo, canopen::kEventDriven));
+  script.push_back({Kind::kWrite, canopen::kTpdo1Timer, milliseconds(machine.bus.controller_heartbeat_s), 2});
+  append(script, rpdo(node.id, canopen::kEnableRpdo));
+  append(script, {watch_controller(machine.bus), produce_heartbeat(machine.bus)});
+  return script;
+}
+
+void SdoDialogue::restart() noexcept {
+  next_ = 0;
+  asked_ = 0;
+  asked_at_ = kNever;
+  failure_ = {};
+}
+
+void SdoDialogue::fail(ReasonCode code, double value, double limit) noexcept {
+  failure_ = {code, node_, static_cast<float>(value), static_cast<float>(limit)};
+}
+
+void SdoDialogue::step(CanBus& bus, Time now) noexcept {
+  if (done() || failure_ || (asked_ > 0 && now - asked_at_ < kSdoTimeout)) return;
+  if (asked_ == kSdoAttempts) {
+    fail(ReasonCode::kNodeSetup, static_cast<double>(next_), static_cast<double>(script_.size()));
+    return;
+  }
+  const SdoStep& step = script_[next_];
+  const bool sent =
+      bus.send(step.kind == Kind::kWrite ? canopen::sdo_download(node_, step.object, step.value, step.size)
+                                         : canopen::sdo_upload(node_, step.object));
+  if (!sent) return;  // queue full: again in the next step
+  ++asked_;
+  asked_at_ = now;
+}
+
+void SdoDialogue::receive(const CanFrame& frame) noexcept {
+  if (done() || failure_ || asked_ == 0) return;
+  const auto answer = canopen::parse_sdo_response(frame);
+  const SdoStep& step = script_[next_];
+  if (!answer || answer->object != step.object) return;  // a late answer to an earlier attempt
+  using Answer = canopen::SdoResponse::Kind;
+  const bool written = step.kind == Kind::kWrite && answer->kind == Answer::kDownloaded;
+  const bool read = step.kind != Kind::kWrite && answer->kind == Answer::kUploaded;
+  if (!written && !read) {
+    fail(ReasonCode::kNodeSetup, static_cast<double>(next_), static_cast<double>(script_.size()));
+  } else if (read && answer->value != step.value && step.kind == Kind::kIdentity) {
+    fail(ReasonCode::kNodeIdentity, answer->value, step.value);
+  } else if (read && answer->value != step.value) {
+    fail(ReasonCode::kNodeSetup, static_cast<double>(next_), static_cast<double>(script_.size()));
+  } else {
+    ++next_;
+    asked_ = 0;
+  }
+}
+
+}  // namespace knuckle::slave

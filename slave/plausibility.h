@@ -1,0 +1,77 @@
+// Sensors against each other: what the valve lets through must be seen by the encoder, a closed valve keeps its
+// cylinder in place, and a living pressure transmitter never repeats itself. Finds sensors that send good-looking
+// nonsense.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/joints.h"
+#include "core/reason.h"
+#include "estimation/joint_state.h"
+#include "machine/description.h"
+
+namespace knuckle::slave {
+
+/// Chosen so that no machine of the allowed spread (transmitters +-1 bar, encoder steps 0.1 mm, oil +-30 %, dead band
+/// +-1 % of stroke, friction +-30 %) comes near them without a broken sensor.
+struct PlausibilityLimits {
+  double open_margin = 0.04;       ///< [of stroke] A spool this far beyond its dead band lets oil through ...
+  double closed_margin = 0.03;     ///< ... and this far inside it none. Dead bands are known to 1 %.
+  double sure_flow = 0.5;          ///< Part of the nominal flow that comes whatever gain, oil and load are.
+  double pump_reserve = 0.8;       ///< Beyond this part of the pump's flow, only the lightest axis is sure to move.
+  double moved_m = 0.00035;        ///< An encoder that differs by this (3 steps) has moved.
+  double unseen_m = 0.008;         ///< Travel delivered without being seen: fault. Pump lag hides up to 3 mm.
+  double stalled = 0.85;           ///< Of the main relief: a fed chamber above it stands against a load it cannot move.
+  double settle_s = 0.15;          ///< A spool must have been closed this long; cylinders stop within it.
+  double closed_travel_m = 0.015;  ///< Travel behind a closed valve: fault. Oil up to the relief gives 11 mm.
+  double closed_forget_s = 1.0;    ///< Leakage of some mm/s is no travel.
+  double relief = 0.9;             ///< Of the port relief: above it a closed cylinder may be pushed.
+  int repeats = 20;                ///< Same pressure this often (100 ms): with noise above half a step, 1e-15.
+  int repeats_quiet = 100;         ///< Likewise for transmitters without noise.
+  double other_side_Pa = 5e5;      ///< What the other chamber must have changed meanwhile: ten times its noise ...
+  double repeat_travel_m = 0.005;  ///< ... or the cylinder have moved.
+  double cavitating_Pa = 3e5;      ///< Below it a chamber may really stand at one value.
+};
+inline constexpr PlausibilityLimits kPlausibility{};
+
+class Plausibility {
+ public:
+  /// @param step_s the fixed time between calls.
+  Plausibility(const MachineDescription& machine, double step_s);
+  /// @param spool actual spool positions, [-1, 1], positive = extend.
+  /// @return kSensorImplausible with the node; value and limit in the unit of the rule (m or samples). Not latched.
+  [[nodiscard]] Reason step(const estimation::Measurement& measurement, const JointVector& spool) noexcept;
+  void reset() noexcept;
+
+ private:
+  struct Axis {
+    double anchor_m = 0;     // length when the encoder last moved
+    double fed_Pa = 0;       // fed chamber's pressure then
+    double delivered_m = 0;  // travel the valve has let through since
+    int direction = 0;       // of the opening
+    double closed_s = 0;
+    double travel_m = 0;  // behind the closed valve, forgetting
+    double last_m = 0;
+  };
+  struct Chamber {
+    double value_Pa = 0;
+    int repeats = 0;
+    double other_min_Pa = 0, other_max_Pa = 0, length_m = 0;  // since it repeats
+  };
+  [[nodiscard]] double dead_band(int joint, double spool) const noexcept;
+  [[nodiscard]] double sure_flow(int joint, const estimation::Measurement& m, const JointVector& spool) const noexcept;
+  [[nodiscard]] double compressed_m(int joint, int direction, double length_m, double rise_Pa) const noexcept;
+  [[nodiscard]] Reason frozen(int joint, const estimation::Measurement& m, const JointVector& spool) noexcept;
+  [[nodiscard]] Reason moving_while_closed(int joint, const estimation::Measurement& m, double spool) noexcept;
+  [[nodiscard]] Reason stuck(std::size_t chamber, const estimation::Measurement& m) noexcept;
+
+  MachineDescription machine_;
+  double step_s_;
+  int repeats_;
+  bool started_ = false;
+  PerJoint<Axis> axes_{};
+  std::array<Chamber, 6> chambers_{};
+};
+
+}  // namespace knuckle::slave

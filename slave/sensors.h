@@ -1,0 +1,82 @@
+// The machine's sensors as the slave knows them: newest value and age of each, what is wrong with it, and the
+// synchronous measurement made of all of them. Values that cannot be are not used; they only let the last good one age.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "core/joints.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "estimation/joint_state.h"
+#include "machine/description.h"
+#include "machine/kinematics.h"
+#include "transport/can_bus.h"
+
+namespace knuckle::slave {
+
+/// What a single value may be.
+struct ValidityLimits {
+  double pressure_floor_Pa = -3e5;    ///< Vacuum (-1 bar gauge) and an offset of 1 bar, with room.
+  double pressure_over_range = 1.05;  ///< Of the transmitter's range.
+  double length_margin_m = 0.010;     ///< Beyond the cylinder's stroke: pin tolerances and encoder offset.
+  double cylinder_mps = 0.8;          ///< Twice what the pump can do; a snapped wire winds back at more.
+  double jump_m = 0.001;              ///< Jump allowed on top: ten steps of the encoder.
+  double hull_tilt_rad = 0.8;         ///< A machine that leans further lies on its side.
+  int bad_in_a_row = 3;               ///< A single damaged value is left out; so many are a fault (15 ms).
+};
+inline constexpr ValidityLimits kValidity{};
+
+class SensorSet {
+ public:
+  explicit SensorSet(const MachineDescription& machine);
+
+  /// A received frame; what is no sensor PDO is ignored.
+  void receive(const CanFrame& frame, Time now) noexcept;
+  /// Forgets all values, as after a restart of the nodes.
+  void reset() noexcept;
+
+  /// First sensor that is stale (kSensorStale, ms) or sends impossible values (kSensorInvalid, raw); kNone while all
+  /// are fresh and valid.
+  [[nodiscard]] Reason fault(Time now) const noexcept;
+  /// nullopt until every sensor has been heard once. Ages are not looked at here.
+  [[nodiscard]] std::optional<estimation::Measurement> measurement() const noexcept;
+  /// Arrival of the oldest value in the measurement, and its node.
+  [[nodiscard]] Time oldest_at() const noexcept;
+  [[nodiscard]] std::uint8_t oldest_node() const noexcept;
+  /// Arrival of the newest value.
+  [[nodiscard]] Time newest_at() const noexcept;
+  [[nodiscard]] std::uint8_t pressure_node(std::size_t chamber) const noexcept { return channels_[chamber].node; }
+  [[nodiscard]] std::uint8_t encoder_node(int joint) const noexcept {
+    return channels_[kPressures + static_cast<std::size_t>(joint)].node;
+  }
+  /// Values left out because they could not be.
+  [[nodiscard]] std::uint32_t rejected() const noexcept { return rejected_; }
+
+ private:
+  static constexpr std::size_t kPressures = 6, kTilt = 9, kChannels = 10;
+  struct Channel {
+    std::uint8_t node = 0;
+    double value = 0;  ///< Last good one, SI.
+    Time at = kNever;  ///< Its arrival.
+    int bad = 0;       ///< Impossible values since.
+    double worst = 0;  ///< The last impossible one: raw status or SI value.
+  };
+  [[nodiscard]] const Channel& oldest() const noexcept;
+  void accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept;
+  void on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept;
+  void on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept;
+  void on_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
+
+  std::array<Channel, kChannels> channels_{};
+  std::array<std::uint8_t, 128> index_{};  // node id -> channel + 1
+  PerJoint<double> shortest_m_{}, longest_m_{};
+  double pressure_ceiling_Pa_, tilt_min_rad_, tilt_max_rad_;
+  bool tilt_on_boom_;
+  Duration age_limit_;
+  Kinematics kinematics_;
+  std::uint32_t rejected_ = 0;
+};
+
+}  // namespace knuckle::slave
