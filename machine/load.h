@@ -16,7 +16,7 @@ namespace knuckle {
 [[nodiscard]] DeviceDescription load_device(const std::string& path);
 
 /// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, sensor PDOs every SYNC, valve and enable
-/// PDOs every `valve_every_nth_sync`, the enable node's inputs on change (at most 20 Hz), all heartbeats.
+/// PDOs every `valve_every_nth_sync`, the enable node's inputs at the controller heartbeat's rate, all heartbeats.
 [[nodiscard]] double worst_bus_load(const BusDescription& bus) noexcept;
 
 /// Path of a configuration file: "solar015" of kind "machine" is <config dir>/machines/solar015.toml; anything with

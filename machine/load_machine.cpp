@@ -236,11 +236,10 @@ double worst_bus_load(const BusDescription& bus) noexcept {
   // 11-bit data frame with n bytes: 47 bits and interframe space, 8 n of data, a stuff bit per 4 of 34 + 8 n - 1.
   const auto bits = [](int bytes) { return 47.0 + 8 * bytes + (34 + 8 * bytes - 1) / 4; };
   const double valve_Hz = bus.sync_Hz / bus.valve_every_nth_sync;
-  constexpr double kInputs_Hz = 20;
   constexpr int kNodes = 3 + 6 + 3 + 2;
   const double sensors = bits(0) + 6 * bits(5) + 3 * bits(6) + bits(2);
   const double valves = 3 * 2 * bits(4) + bits(1);
-  const double slow = kInputs_Hz + 1 / bus.controller_heartbeat_s + kNodes / bus.node_heartbeat_s;
+  const double slow = 2 / bus.controller_heartbeat_s + kNodes / bus.node_heartbeat_s;  // enable inputs repeat likewise
   return (bus.sync_Hz * sensors + valve_Hz * valves + slow * bits(1)) / bus.bit_rate;
 }
 
