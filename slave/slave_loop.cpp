@@ -1,0 +1,203 @@
+#include "slave/slave_loop.h"
+
+#include <algorithm>
+
+namespace knuckle::slave {
+
+SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link)
+    : step_s_(1 / machine.bus.sync_Hz),
+      longest_gap_(from_seconds(machine.bus.valve_watchdog_s)),
+      link_(link),
+      bus_(bus),
+      client_(machine, bus),
+      sensors_(machine),
+      plausibility_(machine, step_s_),
+      valve_monitor_(step_s_),
+      filter_(machine, step_s_, kVelocityCutoff_Hz),
+      force_(machine, step_s_),
+      payload_(machine, step_s_),
+      control_(machine, step_s_),
+      gate_limits_(machine),
+      rest_rate_(kRestCutoff_Hz, step_s_, JointVector::Zero()) {}
+
+void SlaveLoop::step(Time now) noexcept {
+  gap_ = stepped_at_ == kNever ? Duration::zero() : now - stepped_at_;
+  stepped_at_ = now;
+  receive_frames(now);
+  client_.begin_step(now);
+  estimate(now);
+  watch_sensors(now);
+  receive_link(now);
+  loss_ = loss_policy(master_.position_rad, master_.velocity_radps, now - master_at_, round_trip_,
+                      static_cast<bool>(loss_.hold));
+  decide(now);
+  command(now);
+  client_.end_step(gate_.commands, led(), now);
+  publish(now);
+  restart_nodes_if_asked(now);
+}
+
+bool SlaveLoop::led() const noexcept {
+  const Mode mode = decision_.state.mode;
+  return mode == Mode::kAligning || mode == Mode::kEngaged || mode == Mode::kHold;
+}
+
+void SlaveLoop::receive_frames(Time now) noexcept {
+  CanFrame frame;
+  for (int i = 0; i < kMostFrames && bus_.receive(frame); ++i) {
+    client_.receive(frame, now);
+    sensors_.receive(frame, now);
+  }
+}
+
+/// Newest wins: whatever is older than what is known is dropped, except after a loss, when the other side may have
+/// started anew with its numbers.
+void SlaveLoop::receive_link(Time now) noexcept {
+  Datagram datagram;
+  for (int i = 0; i < kMostDatagrams && link_.receive(datagram); ++i) {
+    const auto message = decode_master(datagram.view());
+    if (!message) {
+      ++malformed_;
+      continue;
+    }
+    const bool lost = now - master_at_ >= kLossLimits.neutral;
+    if (!lost && !newer(message->sequence, master_.sequence)) continue;
+    master_ = *message;
+    master_at_ = now;
+    round_trip_ = message->echoed_slave_time == Time{} ? Duration(1h) : now - message->echoed_slave_time;
+  }
+}
+
+void SlaveLoop::estimate(Time now) noexcept {
+  const auto measurement = sensors_.measurement();
+  sensor_fault_ = sensors_.fault(now);
+  if (!measurement || sensor_fault_) {
+    // Old values say nothing of speed: when they come back, the rates start at rest.
+    filter_.reset();
+    if (!measurement) state_.reset();
+    return;
+  }
+  state_ = filter_.step(*measurement);
+  if (!state_) {
+    sensor_fault_ = {ReasonCode::kSensorInvalid, sensors_.oldest_node(), 0, 0};
+    return;
+  }
+  rest_rate_.step(state_->rate_radps);
+  force_.step(*state_);
+  payload_.step(*state_, force_.estimate());
+  energy_in_J_ += std::max(0.0, force_.estimate().joint_torque_Nm.dot(state_->rate_radps)) * step_s_;
+}
+
+/// Sensors and valves against each other, once everything runs.
+void SlaveLoop::watch_sensors(Time /*now*/) noexcept {
+  valve_reason_ = {};
+  const auto measurement = sensors_.measurement();
+  if (!client_.operational() || !measurement || sensor_fault_) {
+    plausibility_.reset();
+    valve_monitor_.reset();
+    return;
+  }
+  sensor_fault_ = plausibility_.step(*measurement, client_.spool());
+  if (client_.pilot_on()) {
+    valve_reason_ = valve_monitor_.step(client_.demand(), client_.spool());
+  } else {
+    valve_monitor_.reset();
+  }
+}
+
+Reason SlaveLoop::machine_fault(Time /*now*/) const noexcept {
+  if (gap_ > longest_gap_) {
+    return {ReasonCode::kLoopOverrun, 0, static_cast<float>(to_seconds(gap_) * 1e3),
+            static_cast<float>(to_seconds(longest_gap_) * 1e3)};
+  }
+  return client_.fault() ? client_.fault() : valve_reason_;
+}
+
+ModeInputs SlaveLoop::observe(Time now) const noexcept {
+  ModeInputs in;
+  in.e_stop_open = client_.e_stop_open();
+  in.machine_fault = machine_fault(now);
+  in.sensor_fault = sensor_fault_;
+  in.nodes_operational = client_.operational();
+  in.pilot_on = client_.pilot_on();
+  in.link_lost = loss_.link;
+  in.hold = loss_.hold;
+  in.presence = master_.presence;
+  in.enable = master_.enable;
+  in.clutch = master_.clutch;
+  in.stop = master_.stop;
+  if (!master_.device_ok) {
+    in.device = master_.device_reason ? master_.device_reason : Reason{ReasonCode::kDeviceLost, 0, 0, 0};
+  }
+  in.hand_rad = master_.position_rad;
+  in.hand_radps = master_.velocity_radps;
+  if (state_) in.machine_rad = state_->angle_rad;
+  in.machine_radps = rest_rate_.value();
+  return in;
+}
+
+void SlaveLoop::decide(Time now) noexcept {
+  decision_ = next_mode(decision_.state, observe(now));
+}
+
+void SlaveLoop::command(Time now) noexcept {
+  const bool engaged = decision_.state.mode == Mode::kEngaged && state_;
+  const JointCommand setpoint{loss_.position_rad, loss_.velocity_radps, engaged};
+  const estimation::JointState at_rest;
+  control_output_ = control_.step(state_ ? *state_ : at_rest, force_.estimate(), setpoint, gate_.commands);
+  wanted_ = engaged ? JointVector(control_output_.valve * loss_.authority) : JointVector::Zero();
+
+  GateState state;
+  state.valid = state_.has_value();
+  if (state_) {
+    state.angle_rad = state_->angle_rad;
+    state.lever_m = state_->lever_m;
+    state.pressure_Pa = state_->pressure_Pa;
+  }
+  state.oldest_at = sensors_.oldest_at();
+  state.oldest_node = sensors_.oldest_node();
+  gate_ = safety_gate(wanted_, decision_.state.mode, master_at_, state, gate_.memory, gate_limits_, now);
+  if (gate_.fault) {
+    ModeInputs in = observe(now);
+    in.machine_fault = gate_.fault;
+    decision_ = next_mode(decision_.state, in);
+  }
+}
+
+/// Nodes that failed are started anew, but only while the operator has let go of enable; nothing moves by that alone.
+void SlaveLoop::restart_nodes_if_asked(Time now) noexcept {
+  if (client_.phase() != CanopenClient::Phase::kFailed || master_.enable || now - restarted_at_ < kRestartEvery) return;
+  restarted_at_ = now;
+  client_.restart();
+  sensors_.reset();
+}
+
+void SlaveLoop::publish(Time now) noexcept {
+  const estimation::ForceEstimate& force = force_.estimate();
+  ++sent_.sequence;
+  sent_.sent_at = now;
+  const bool heard = master_at_ != kNever;
+  sent_.echoed_master_time = heard ? master_.sent_at + (now - master_at_) : Time{};
+  sent_.echoed_report_at = master_.device_report_at;
+  sent_.sensor_at = sensors_.newest_at();
+  sent_.mode = decision_.state.mode;
+  sent_.blocking = decision_.state.mode == Mode::kEngaged ? gate_.limiting : decision_.blocking;
+  sent_.fault = decision_.state.fault;
+  if (state_) {
+    sent_.position_rad = state_->angle_rad;
+    sent_.velocity_radps = state_->rate_radps;
+    sent_.pressure_Pa = state_->pressure_Pa;
+  }
+  sent_.acted_on_rad = loss_.position_rad;
+  sent_.tip_force_N = force.tip_N;
+  sent_.covariance_N2 = {force.covariance_N2(0, 0), force.covariance_N2(0, 1), force.covariance_N2(1, 1)};
+  sent_.confidence = state_ && !sensor_fault_ ? force.confidence : 0;
+  sent_.contact = force.contact;
+  sent_.limits = static_cast<std::uint16_t>(gate_.limits | control_output_.limits);
+  sent_.payload_kg = payload_.kg();
+  sent_.payload_sigma_kg = payload_.sigma_kg();
+  sent_.energy_in_J = energy_in_J_;
+  link_.send(encode(sent_).view());
+}
+
+}  // namespace knuckle::slave

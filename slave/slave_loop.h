@@ -1,0 +1,115 @@
+// The machine's side of a session, 200 times a second: newest sensors, joint state, external force, newest operator
+// set-point, loss policy, mode, joint control, safety gate, valves, and what the operator is told of it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/filters.h"
+#include "core/joints.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "estimation/force_estimator.h"
+#include "estimation/joint_state.h"
+#include "estimation/payload.h"
+#include "machine/description.h"
+#include "slave/canopen_client.h"
+#include "slave/joint_control.h"
+#include "slave/loss_policy.h"
+#include "slave/modes.h"
+#include "slave/plausibility.h"
+#include "slave/safety_gate.h"
+#include "slave/sensors.h"
+#include "slave/valve_monitor.h"
+#include "transport/can_bus.h"
+#include "transport/link.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::slave {
+
+class SlaveLoop {
+ public:
+  /// Bus and link must outlive the loop. @throws InputError where the machine file cannot be worked with.
+  SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link);
+
+  /// One period of 1 / sync_Hz. A gap beyond the valves' watchdog is a fault (kLoopOverrun).
+  void step(Time now) noexcept;
+
+  /// A lift begins: forget what was weighed so far. zero_payload(): the bucket is empty now.
+  void start_lift() noexcept { payload_.start(); }
+  void zero_payload() noexcept { payload_.zero(); }
+
+  // What the last step knew and did.
+  [[nodiscard]] Mode mode() const noexcept { return decision_.state.mode; }
+  /// Why not engaged, or what limits an engaged machine.
+  [[nodiscard]] const Reason& blocking() const noexcept { return sent_.blocking; }
+  /// The latched fault.
+  [[nodiscard]] const Reason& fault() const noexcept { return decision_.state.fault; }
+  /// nullopt until all sensors have been heard, and while a value makes no joint angle.
+  [[nodiscard]] const std::optional<estimation::JointState>& state() const noexcept { return state_; }
+  [[nodiscard]] const estimation::ForceEstimate& force() const noexcept { return force_.estimate(); }
+  /// Newest set-point packet; sequence 0 and all zero before the first.
+  [[nodiscard]] const MasterMessage& master() const noexcept { return master_; }
+  [[nodiscard]] Time master_at() const noexcept { return master_at_; }  ///< Its arrival; kNever before the first.
+  [[nodiscard]] const LossDecision& loss() const noexcept { return loss_; }
+  [[nodiscard]] Duration round_trip() const noexcept { return round_trip_; }
+  [[nodiscard]] const JointVector& wanted() const noexcept { return wanted_; }           ///< Before the gate.
+  [[nodiscard]] const JointVector& commands() const noexcept { return gate_.commands; }  ///< After it.
+  [[nodiscard]] std::uint16_t limits() const noexcept { return sent_.limits; }
+  [[nodiscard]] const SlaveMessage& sent() const noexcept { return sent_; }  ///< Told to the operator.
+  [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
+  [[nodiscard]] const SensorSet& sensors() const noexcept { return sensors_; }
+  [[nodiscard]] const JointControl& control() const noexcept { return control_; }
+  [[nodiscard]] std::uint32_t malformed_datagrams() const noexcept { return malformed_; }
+
+ private:
+  static constexpr double kVelocityCutoff_Hz = 10;  ///< Of the joint rates for control.
+  static constexpr double kRestCutoff_Hz = 1;       ///< Of the rates that decide whether the machine is at rest.
+  static constexpr int kMostFrames = 256, kMostDatagrams = 64;  ///< Per step: nobody can keep the loop busy.
+  static constexpr Duration kRestartEvery = 1s;
+
+  void receive_frames(Time now) noexcept;
+  void receive_link(Time now) noexcept;
+  void estimate(Time now) noexcept;
+  void watch_sensors(Time now) noexcept;
+  [[nodiscard]] Reason machine_fault(Time now) const noexcept;
+  [[nodiscard]] ModeInputs observe(Time now) const noexcept;
+  void decide(Time now) noexcept;
+  void command(Time now) noexcept;
+  void restart_nodes_if_asked(Time now) noexcept;
+  void publish(Time now) noexcept;
+  [[nodiscard]] bool led() const noexcept;
+
+  double step_s_;
+  Duration longest_gap_;
+  Link& link_;
+  CanBus& bus_;
+  CanopenClient client_;
+  SensorSet sensors_;
+  Plausibility plausibility_;
+  ValveMonitor valve_monitor_;
+  estimation::JointStateFilter filter_;
+  estimation::ForceEstimator force_;
+  estimation::PayloadEstimator payload_;
+  JointControl control_;
+  GateLimits gate_limits_;
+
+  Time stepped_at_ = kNever, restarted_at_ = kNever;
+  Duration gap_{};
+  std::optional<estimation::JointState> state_;
+  LowPass<JointVector> rest_rate_;
+  Reason sensor_fault_, valve_reason_;
+  MasterMessage master_;
+  Time master_at_ = kNever;
+  Duration round_trip_ = std::chrono::hours(1);
+  LossDecision loss_;
+  ModeDecision decision_;
+  JointControl::Output control_output_;
+  JointVector wanted_ = JointVector::Zero();
+  GateResult gate_;
+  SlaveMessage sent_;
+  double energy_in_J_ = 0;
+  std::uint32_t malformed_ = 0;
+};
+
+}  // namespace knuckle::slave
