@@ -1,0 +1,197 @@
+#include "transport/link_messages.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+
+#include "tests/transport/hex.h"
+
+namespace knuckle {
+namespace {
+
+std::vector<std::uint8_t> bytes(const Datagram& datagram) {
+  return {datagram.view().begin(), datagram.view().end()};
+}
+
+MasterMessage some_master() {
+  MasterMessage m;
+  m.sequence = 0x01020304;
+  m.sent_at = Time(1ms);
+  m.echoed_slave_time = Time(2ns);
+  m.device_report_at = Time(-1ns);
+  m.presence = m.clutch = m.device_ok = true;
+  m.device_reason = {ReasonCode::kNoPresence, 7, 1.0F, -2.0F};
+  m.position_rad = {1, 2, -1};
+  m.velocity_radps = {0, 0.5, 0};
+  m.position_scale = 10;
+  m.force_scale = 0.5;
+  m.energy_in_J = 4;
+  return m;
+}
+
+const std::string kMaster =
+    "4B4E 01 01  04030201  40420F0000000000 0200000000000000 FFFFFFFFFFFFFFFF  15  0200 07 0000803F 000000C0 "
+    "000000000000F03F 0000000000000040 000000000000F0BF  0000000000000000 000000000000E03F 0000000000000000 "
+    "0000000000002440 000000000000E03F 0000000000001040";
+
+SlaveMessage some_slave() {
+  SlaveMessage m;
+  m.sequence = 1;
+  m.sent_at = Time(1ns);
+  m.echoed_master_time = Time(2ns);
+  m.sensor_at = Time(3ns);
+  m.echoed_report_at = Time(4ns);
+  m.mode = Mode::kFault;
+  m.blocking = {ReasonCode::kNoPresence, 0, 0, 0};
+  m.fault = {ReasonCode::kStartingUp, 9, 1, 2};
+  m.position_rad = {1, 0, 0};
+  m.velocity_radps = {0, 1, 0};
+  m.acted_on_rad = {0, 0, 1};
+  m.tip_force_N = {2, -1};
+  m.covariance_N2 = {4, 0, 10};
+  m.confidence = 0.5;
+  m.contact = true;
+  m.limits = kLimitPressure | kLimitPumpFlow;
+  m.pressure_Pa = {1, 2, 4, 10, 0.5, 0};
+  m.payload_kg = 10;
+  m.payload_sigma_kg = 0.5;
+  m.energy_in_J = 2;
+  return m;
+}
+
+const std::string kZero = "0000000000000000 ", kHalf = "000000000000E03F ", kOne = "000000000000F03F ",
+                  kTwo = "0000000000000040 ", kFour = "0000000000001040 ", kTen = "0000000000002440 ",
+                  kMinusOne = "000000000000F0BF ";
+const std::string kSlave =
+    "4B4E 01 02  01000000 "
+    "0100000000000000 0200000000000000 0300000000000000 0400000000000000 "
+    "06  0200 00 00000000 00000000  0100 09 0000803F 00000040 " +
+    kOne + kZero + kZero + kZero + kOne + kZero + kZero + kZero + kOne + kTwo + kMinusOne + kFour + kZero + kTen +
+    kHalf + "01 5000 " + kOne + kTwo + kFour + kTen + kHalf + kZero + kTen + kHalf + kTwo;
+
+TEST(LinkMessages, HaveTheBytesOfTheDesign) {
+  EXPECT_EQ(bytes(encode(some_master())), test::hex(kMaster));
+  EXPECT_EQ(bytes(encode(some_slave())), test::hex(kSlave));
+}
+
+TEST(LinkMessages, DecodeTheSameBytes) {
+  const auto master = decode_master(test::hex(kMaster));
+  ASSERT_TRUE(master);
+  EXPECT_EQ(bytes(encode(*master)), test::hex(kMaster));
+  EXPECT_TRUE(master->presence && master->clutch && master->device_ok);
+  EXPECT_FALSE(master->enable || master->stop);
+  EXPECT_EQ(master->position_rad, JointVector(1, 2, -1));
+  EXPECT_EQ(master->device_report_at, Time(-1ns));
+  const auto slave = decode_slave(test::hex(kSlave));
+  ASSERT_TRUE(slave);
+  EXPECT_EQ(bytes(encode(*slave)), test::hex(kSlave));
+  EXPECT_EQ(slave->mode, Mode::kFault);
+  EXPECT_EQ(slave->fault.code, ReasonCode::kStartingUp);
+  EXPECT_EQ(slave->acted_on_rad, JointVector(0, 0, 1));
+  EXPECT_EQ(slave->tip_force_N, PlanarVector(2, -1));
+  EXPECT_TRUE(slave->contact);
+}
+
+TEST(LinkMessages, TruncatedLongerOrForeignDatagramsAreRefused) {
+  for (const std::string& text : {kMaster, kSlave}) {
+    auto good = test::hex(text);
+    for (std::size_t size = 0; size < good.size(); ++size) {
+      EXPECT_FALSE(decode_master(std::span(good).first(size)));
+      EXPECT_FALSE(decode_slave(std::span(good).first(size)));
+    }
+    for (std::size_t header = 0; header < 4; ++header) {
+      auto foreign = good;
+      foreign[header] ^= 0x40;
+      EXPECT_FALSE(decode_master(foreign));
+      EXPECT_FALSE(decode_slave(foreign));
+    }
+    good.push_back(0);
+    EXPECT_FALSE(decode_master(good));
+    EXPECT_FALSE(decode_slave(good));
+  }
+  EXPECT_FALSE(decode_slave(test::hex(kMaster)));
+  EXPECT_FALSE(decode_master(test::hex(kSlave)));
+}
+
+TEST(LinkMessages, UnknownModesReasonsAndFlagsAreRefused) {
+  const auto with = [](const std::string& text, std::size_t byte, std::uint8_t value) {
+    auto changed = test::hex(text);
+    changed.at(byte) = value;
+    return changed;
+  };
+  EXPECT_FALSE(decode_master(with(kMaster, 32, 0x35))) << "unknown flag";
+  EXPECT_FALSE(decode_master(with(kMaster, 34, 0x10))) << "unknown reason";
+  EXPECT_FALSE(decode_slave(with(kSlave, 40, 8))) << "unknown mode";
+  EXPECT_FALSE(decode_slave(with(kSlave, 42, 0x10))) << "unknown reason";
+  EXPECT_FALSE(decode_slave(with(kSlave, 183, 2))) << "contact is neither yes nor no";
+  EXPECT_FALSE(decode_slave(with(kSlave, 185, 1))) << "unknown limit";
+}
+
+TEST(LinkMessages, ANonFiniteNumberAnywhereIsRefused) {
+  const double bad[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
+  const auto put = [](const std::string& text, std::size_t at, double value) {
+    auto changed = test::hex(text);
+    std::memcpy(changed.data() + at, &value, sizeof value);
+    return changed;
+  };
+  for (const double value : bad) {
+    for (std::size_t at = 44; at + 8 <= test::hex(kMaster).size(); at += 8) {
+      EXPECT_FALSE(decode_master(put(kMaster, at, value))) << at;
+    }
+    for (std::size_t at = 63; at + 8 <= 183; at += 8) EXPECT_FALSE(decode_slave(put(kSlave, at, value))) << at;
+    for (std::size_t at = 186; at + 8 <= test::hex(kSlave).size(); at += 8) {
+      EXPECT_FALSE(decode_slave(put(kSlave, at, value))) << at;
+    }
+  }
+}
+
+TEST(LinkMessages, AReasonAboutNanStillArrives) {
+  SlaveMessage message = some_slave();
+  message.fault = {ReasonCode::kSensorInvalid, 0x20, std::numeric_limits<float>::quiet_NaN(), 1};
+  const auto back = decode_slave(encode(message).view());
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->fault.code, ReasonCode::kSensorInvalid);
+  EXPECT_TRUE(std::isfinite(back->fault.value));
+}
+
+TEST(LinkMessages, RandomValuesSurviveTheRoundTripAndRandomBytesNeverBreakTheDecoders) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<> normal(0, 1e3);
+  for (int i = 0; i < 2000; ++i) {
+    MasterMessage master = some_master();
+    master.sequence = static_cast<std::uint32_t>(random());
+    master.sent_at = Time(Duration(static_cast<std::int64_t>(random())));
+    for (double& value : master.position_rad) value = normal(random);
+    const auto back = decode_master(encode(master).view());
+    ASSERT_TRUE(back);
+    ASSERT_EQ(back->position_rad, master.position_rad);
+    ASSERT_EQ(back->sent_at, master.sent_at);
+    ASSERT_EQ(back->sequence, master.sequence);
+    auto noise = test::hex(i % 2 == 0 ? kMaster : kSlave);
+    for (int n = 0; n < 4; ++n) noise[4 + random() % (noise.size() - 4)] = static_cast<std::uint8_t>(random());
+    const auto read = decode_slave(noise);
+    ASSERT_TRUE(!read || (read->position_rad.allFinite() && read->mode <= Mode::kEStop));
+  }
+}
+
+TEST(LinkMessages, NewestSequenceWinsAcrossTheWrap) {
+  EXPECT_TRUE(newer(1, 0));
+  EXPECT_FALSE(newer(0, 1));
+  EXPECT_FALSE(newer(7, 7));
+  EXPECT_TRUE(newer(0, 0xFFFFFFFF));
+  EXPECT_FALSE(newer(0xFFFFFFFF, 0));
+  EXPECT_TRUE(newer(0x7FFFFFFF, 0));
+  EXPECT_FALSE(newer(0x80000001, 0));
+}
+
+TEST(LinkMessages, EveryModeHasAName) {
+  EXPECT_STREQ(name(Mode::kOff), "off");
+  EXPECT_STREQ(name(Mode::kSelfTest), "self_test");
+  EXPECT_STREQ(name(Mode::kEStop), "e_stop");
+}
+
+}  // namespace
+}  // namespace knuckle

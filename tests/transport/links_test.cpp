@@ -1,0 +1,258 @@
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include "core/error.h"
+#include "tests/support/no_alloc.h"
+#include "transport/impaired_link.h"
+#include "transport/udp_link.h"
+
+namespace knuckle {
+namespace {
+
+struct Arrival {
+  std::uint32_t number = 0;
+  Duration travel{};
+};
+
+/// Sends `count` numbered datagrams from a to b, one every 2 ms, and notes when each arrives (to 0.1 ms).
+std::vector<Arrival> traffic(const LinkImpairment& impairment, std::uint32_t count, std::uint64_t seed = 1) {
+  ImpairedLink link(impairment, {}, seed);
+  std::vector<Arrival> arrivals;
+  Datagram datagram;
+  for (std::uint32_t tick = 0; tick < count * 20 + 20000; ++tick) {
+    const Time now(tick * 100us);
+    link.advance(now);
+    if (tick % 20 == 0 && tick / 20 < count) {
+      const std::uint32_t number = tick / 20;
+      link.a().send({reinterpret_cast<const std::uint8_t*>(&number), sizeof number});
+    }
+    while (link.b().receive(datagram)) {
+      std::uint32_t number = 0;
+      std::memcpy(&number, datagram.bytes.data(), sizeof number);
+      arrivals.push_back({number, now - Time(number * 2ms)});
+    }
+  }
+  return arrivals;
+}
+
+/// Standard deviation [ms] and correlation of travel times `lag` datagrams apart.
+std::pair<double, double> spread(const std::vector<Arrival>& arrivals, std::size_t lag) {
+  double mean = 0, variance = 0, product = 0;
+  const auto ms = [&](std::size_t i) { return to_seconds(arrivals[i].travel) * 1e3; };
+  for (std::size_t i = 0; i < arrivals.size(); ++i) mean += ms(i) / static_cast<double>(arrivals.size());
+  for (std::size_t i = 0; i < arrivals.size(); ++i) variance += (ms(i) - mean) * (ms(i) - mean);
+  for (std::size_t i = lag; i < arrivals.size(); ++i) product += (ms(i) - mean) * (ms(i - lag) - mean);
+  return {std::sqrt(variance / static_cast<double>(arrivals.size())), product / variance};
+}
+
+bool in_order(const std::vector<Arrival>& arrivals) {
+  return std::is_sorted(arrivals.begin(), arrivals.end(),
+                        [](const Arrival& a, const Arrival& b) { return a.number < b.number; });
+}
+
+TEST(ImpairedLink, PerfectByDefaultAndBothWays) {
+  ImpairedLink link({}, {}, 1);
+  const std::array<std::uint8_t, 3> ping{1, 2, 3}, pong{4, 5, 6};
+  Datagram datagram;
+  EXPECT_TRUE(link.a().send(ping));
+  EXPECT_TRUE(link.b().send(pong));
+  ASSERT_TRUE(link.b().receive(datagram));
+  EXPECT_TRUE(std::equal(ping.begin(), ping.end(), datagram.view().begin(), datagram.view().end()));
+  ASSERT_TRUE(link.a().receive(datagram));
+  EXPECT_EQ(datagram.bytes[0], 4);
+  EXPECT_FALSE(link.a().receive(datagram));
+  EXPECT_FALSE(link.a().send(std::vector<std::uint8_t>(kMaxDatagram + 1)));
+}
+
+TEST(ImpairedLink, DelayIsExactAndStepsChangeIt) {
+  LinkImpairment impairment;
+  impairment.delay = 20ms;
+  impairment.steps[0] = {Time(1s), 150ms};
+  impairment.steps[1] = {Time(2s), 20ms};
+  const auto arrivals = traffic(impairment, 1500);
+  ASSERT_EQ(arrivals.size(), 1500U);
+  for (const Arrival& a : arrivals) {
+    const Time sent(a.number * 2ms);
+    EXPECT_EQ(a.travel, sent >= Time(1s) && sent < Time(2s) ? 150ms : 20ms) << a.number;
+  }
+  EXPECT_FALSE(in_order(arrivals)) << "after the step down later ones overtake";
+}
+
+TEST(ImpairedLink, LosesAsOftenAsAsked) {
+  LinkImpairment impairment;
+  impairment.loss = 0.1;
+  const auto arrived = static_cast<double>(traffic(impairment, 20000).size());
+  EXPECT_NEAR(arrived / 20000, 0.9, 4 * std::sqrt(0.09 / 20000));
+}
+
+TEST(ImpairedLink, BurstsLoseEverythingForTheirLengthAtTheirRate) {
+  LinkImpairment impairment;
+  impairment.bursts_per_s = 1;
+  impairment.burst_length = 50ms;
+  const auto arrivals = traffic(impairment, 50000);
+  std::uint32_t expected = 0;
+  int gaps = 0;
+  for (const Arrival& a : arrivals) {
+    if (a.number != expected) {
+      ++gaps;
+      EXPECT_GE(a.number - expected, 24U);
+    }
+    expected = a.number + 1;
+  }
+  EXPECT_NEAR(gaps, 100 / 1.05, 40);
+}
+
+TEST(ImpairedLink, IndependentJitterStaysInItsBoundsAndReorders) {
+  LinkImpairment impairment;
+  impairment.delay = 20ms;
+  impairment.jitter = 10ms;
+  const auto arrivals = traffic(impairment, 10000);
+  for (const Arrival& a : arrivals) ASSERT_TRUE(a.travel >= 10ms && a.travel <= 30ms + 100us);
+  auto by_number = arrivals;
+  std::sort(by_number.begin(), by_number.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
+  const auto [deviation, correlation] = spread(by_number, 1);
+  EXPECT_NEAR(deviation, 10 / std::sqrt(3), 0.2);
+  EXPECT_NEAR(correlation, 0, 0.05);
+  EXPECT_FALSE(in_order(arrivals));
+}
+
+TEST(ImpairedLink, SlowJitterIsCorrelatedOverItsTime) {
+  LinkImpairment impairment;
+  impairment.delay = 50ms;
+  impairment.slow_jitter = 25ms;
+  impairment.jitter_time = 500ms;
+  auto arrivals = traffic(impairment, 50000);
+  for (const Arrival& a : arrivals) ASSERT_TRUE(a.travel >= 25ms && a.travel <= 75ms + 100us);
+  std::sort(arrivals.begin(), arrivals.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
+  EXPECT_NEAR(spread(arrivals, 1).first, 12.5, 1.5);
+  EXPECT_GT(spread(arrivals, 5).second, 0.9) << "10 ms apart";
+  EXPECT_NEAR(spread(arrivals, 250).second, std::exp(-1.0), 0.15) << "one jitter_time apart";
+}
+
+TEST(ImpairedLink, DuplicatesAndReordersAsOftenAsAsked) {
+  LinkImpairment impairment;
+  impairment.duplication = 0.2;
+  std::map<std::uint32_t, int> copies;
+  for (const Arrival& a : traffic(impairment, 10000)) ++copies[a.number];
+  const auto twice = std::count_if(copies.begin(), copies.end(), [](const auto& c) { return c.second == 2; });
+  EXPECT_EQ(copies.size(), 10000U);
+  EXPECT_NEAR(static_cast<double>(twice), 2000, 4 * 40);
+
+  LinkImpairment reordering;
+  reordering.reordering = 0.1;
+  const auto arrivals = traffic(reordering, 10000);
+  const auto late = std::count_if(arrivals.begin(), arrivals.end(), [](const Arrival& a) { return a.travel == 10ms; });
+  EXPECT_NEAR(static_cast<double>(late), 1000, 4 * 30);
+  EXPECT_FALSE(in_order(arrivals));
+}
+
+TEST(ImpairedLink, CutLosesExactlyWhatIsSentMeanwhile) {
+  LinkImpairment impairment;
+  impairment.delay = 5ms;
+  impairment.cut_from = Time(100ms);
+  impairment.cut_until = Time(300ms);
+  const auto arrivals = traffic(impairment, 500);
+  EXPECT_EQ(arrivals.size(), 400U);
+  for (const Arrival& a : arrivals) EXPECT_TRUE(a.number < 50 || a.number >= 150);
+
+  ImpairedLink link({}, {}, 1);
+  link.cut(true);
+  const std::array<std::uint8_t, 1> byte{1};
+  Datagram datagram;
+  EXPECT_TRUE(link.a().send(byte)) << "as with UDP, the sender does not learn of it";
+  link.cut(false);
+  EXPECT_FALSE(link.b().receive(datagram));
+  EXPECT_EQ(link.a_to_b().lost, 1U);
+}
+
+TEST(ImpairedLink, SameSeedSameFateOtherSeedAnother) {
+  LinkImpairment impairment;
+  impairment.delay = 25ms;
+  impairment.jitter = impairment.slow_jitter = 10ms;
+  impairment.loss = impairment.duplication = impairment.reordering = 0.1;
+  impairment.bursts_per_s = 2;
+  const auto numbers = [&](std::uint64_t seed) {
+    std::vector<std::pair<std::uint32_t, Duration>> result;
+    for (const Arrival& a : traffic(impairment, 2000, seed)) result.emplace_back(a.number, a.travel);
+    return result;
+  };
+  EXPECT_EQ(numbers(1), numbers(1));
+  EXPECT_NE(numbers(1), numbers(2));
+}
+
+TEST(ImpairedLink, BoundedStorageCountsOverflowAndNeverAllocates) {
+  LinkImpairment impairment;
+  impairment.delay = 1s;
+  impairment.jitter = 100ms;
+  ImpairedLink link(impairment, {}, 1);
+  const std::array<std::uint8_t, 100> bytes{};
+  Datagram datagram;
+  const test::NoAllocScope scope;
+  for (std::size_t i = 0; i < ImpairedLink::kInFlight + 10; ++i) link.a().send(bytes);
+  link.advance(Time(2s));
+  std::size_t arrived = 0;
+  while (link.b().receive(datagram)) ++arrived;
+  for (int i = 0; i < 5000; ++i) {
+    link.advance(Time(2s + i * 2ms));
+    link.a().send(bytes);
+    arrived += link.b().receive(datagram) ? 1U : 0U;
+  }
+  const auto allocations = scope.allocations();
+  EXPECT_EQ(allocations, 0U);
+  EXPECT_EQ(link.a_to_b().overflowed, 10U);
+  EXPECT_GT(arrived, ImpairedLink::kInFlight + 4000);
+}
+
+TEST(ImpairedLink, RefusesImpossibleSetUps) {
+  LinkImpairment loss, delay;
+  loss.loss = 1.5;
+  delay.delay = -1ms;
+  EXPECT_THROW(ImpairedLink(loss, {}, 1), InputError);
+  EXPECT_THROW(ImpairedLink({}, delay, 1), InputError);
+}
+
+bool wait_for(UdpLink& link, Datagram& datagram) {
+  for (int i = 0; i < 200; ++i) {
+    if (link.receive(datagram)) return true;
+    ::poll(nullptr, 0, 5);
+  }
+  return false;
+}
+
+TEST(UdpLink, CarriesDatagramsBothWaysOverLoopback) {
+  UdpLink slave = UdpLink::listen("127.0.0.1:0");
+  UdpLink master = UdpLink::connect("127.0.0.1:" + std::to_string(slave.port()));
+  const std::array<std::uint8_t, 3> ping{1, 2, 3};
+  Datagram datagram;
+  EXPECT_FALSE(slave.send(ping)) << "it has not heard anybody yet";
+  EXPECT_FALSE(slave.receive(datagram)) << "must not block";
+  ASSERT_TRUE(master.send(ping));
+  ASSERT_TRUE(wait_for(slave, datagram));
+  EXPECT_TRUE(std::equal(ping.begin(), ping.end(), datagram.view().begin(), datagram.view().end()));
+  const std::vector<std::uint8_t> large(kMaxDatagram, 7);
+  ASSERT_TRUE(slave.send(large));
+  ASSERT_TRUE(wait_for(master, datagram));
+  EXPECT_EQ(datagram.size, kMaxDatagram);
+  EXPECT_FALSE(master.send(std::vector<std::uint8_t>(kMaxDatagram + 1)));
+}
+
+TEST(UdpLink, NamesTheAddressItCannotUse) {
+  for (const char* bad : {"localhost", "127.0.0.1", "127.0.0.1:", "127.0.0.1:99999", "a.b.c.d:1", "127.0.0.1:1x"}) {
+    try {
+      (void)UdpLink::listen(bad);
+      ADD_FAILURE() << bad;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(bad), std::string::npos) << error.what();
+    }
+  }
+  const UdpLink first = UdpLink::listen("127.0.0.1:0");
+  EXPECT_THROW((void)UdpLink::listen("127.0.0.1:" + std::to_string(first.port())), InputError);
+}
+
+}  // namespace
+}  // namespace knuckle
