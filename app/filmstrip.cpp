@@ -1,0 +1,188 @@
+#include "app/filmstrip.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <sstream>
+
+#include "app/machine_drawing.h"
+
+namespace knuckle::app {
+namespace {
+
+constexpr double kSameMoment_s = 0.3;
+constexpr double kTrail_s = 4;
+constexpr double kShownForce_N = 50;
+
+/// What every frame shows: the hull, the tip's whole path and the scene within reach.
+struct Stage {
+  Eigen::AlignedBox2d box;
+  double size_m = 1, ground_m = 0;
+  double metres_per_N = 0;
+
+  explicit Stage(const SessionResult& session) : size_m(reach_m(session.machine)) {
+    ground_m = ground_level(session.scene);
+    box.extend(PlanarVector(-0.58 * size_m, ground_m - 0.1 * size_m));
+    box.extend(PlanarVector(0.75 * size_m, 0.45 * size_m));
+    double most_N = 1;
+    for (const Sample& s : session.record.samples) {
+      box.extend(s.truth_tip_m);
+      most_N = std::max(most_N, s.truth_tip_force_N.norm());
+    }
+    box.min().array() -= 0.06 * size_m;
+    box.max().array() += 0.06 * size_m;
+    metres_per_N = 0.3 * size_m / most_N;
+  }
+
+ private:
+  /// Ground or soil where the machine stands; else as high as its tracks usually are.
+  [[nodiscard]] double ground_level(const Scene& scene) const {
+    for (const SceneLine& line : scene)
+      if (line.kind == SceneLine::Kind::kGround && !line.points_m.empty()) return line.points_m.front().y();
+    return -0.25 * size_m;
+  }
+};
+
+const char* css_class(SceneLine::Kind kind) {
+  switch (kind) {
+    case SceneLine::Kind::kGround:
+      return "ground";
+    case SceneLine::Kind::kWall:
+      return "wall";
+    case SceneLine::Kind::kPiece:
+      return "piece";
+    case SceneLine::Kind::kSoil:
+      return "soil";
+    case SceneLine::Kind::kVirtualWall:
+      return "virtual";
+  }
+  return "ground";
+}
+
+void draw_scene(SvgCanvas& canvas, const Scene& scene, const Stage& stage, double t_s) {
+  for (const SceneLine& line : scene) {
+    if (t_s < line.from_s || t_s >= line.until_s || line.points_m.empty()) continue;
+    auto points = line.points_m;
+    if (line.kind == SceneLine::Kind::kVirtualWall) {
+      canvas.polyline(css_class(line.kind), points);
+      continue;
+    }
+    if (!line.closed) {  // material below an open line
+      const double bottom_m = stage.box.min().y() - 1;
+      points.emplace_back(points.back().x(), bottom_m);
+      points.emplace_back(points.front().x(), bottom_m);
+    }
+    canvas.polygon(css_class(line.kind), points);
+  }
+}
+
+/// An arrow whose head pushes on the tip.
+void draw_force(SvgCanvas& canvas, const char* shaft, const char* head, const PlanarVector& tip_m,
+                const PlanarVector& force_N, const Stage& stage) {
+  if (force_N.norm() < kShownForce_N) return;
+  const PlanarVector along = force_N.normalized();
+  const PlanarVector aside(-along.y(), along.x());
+  const double h = 0.035 * stage.size_m;
+  const PlanarVector start = tip_m - stage.metres_per_N * force_N;
+  canvas.polyline(shaft, {start, tip_m - h * along});
+  canvas.polygon(head, {tip_m, tip_m - h * along + 0.45 * h * aside, tip_m - h * along - 0.45 * h * aside});
+}
+
+std::vector<PlanarVector> trail(const SessionRecord& record, std::size_t row) {
+  std::vector<PlanarVector> points;
+  std::size_t i = row;
+  while (i > 0 && record.samples[row].t_s - record.samples[i].t_s < kTrail_s) --i;
+  for (; i <= row; ++i)
+    if (points.empty() || (record.samples[i].truth_tip_m - points.back()).norm() > 0.01)
+      points.push_back(record.samples[i].truth_tip_m);
+  return points;
+}
+
+void draw_scale_bar(std::ostringstream& svg, const Stage& stage) {
+  const double x = stage.box.max().x() - 1.12, y = -stage.box.max().y() + 0.06 * stage.size_m;
+  svg << "<path class=\"scale\" d=\"M" << x << ' ' << y - 0.03 << "v.06M" << x << ' ' << y << "h1m0-.03v.06\"/>"
+      << "<text class=\"scale\" font-size=\"" << 0.05 * stage.size_m << "\" x=\"" << x + 0.5 << "\" y=\""
+      << y + 0.07 * stage.size_m << "\" text-anchor=\"middle\">1 m</text>";
+}
+
+std::string frame_svg(const SessionResult& session, const Stage& stage, std::size_t row) {
+  const Sample& s = session.record.samples[row];
+  std::ostringstream svg;
+  svg.precision(4);
+  const PlanarVector size = stage.box.sizes();
+  svg << "<svg class=\"frame\" role=\"img\" viewBox=\"" << stage.box.min().x() << ' ' << -stage.box.max().y() << ' '
+      << size.x() << ' ' << size.y() << "\">";
+  SvgCanvas canvas(svg);
+  draw_scene(canvas, session.scene, stage, s.t_s);
+  canvas.polyline("trail", trail(session.record, row));
+  draw_machine(canvas, session.machine, s.truth_joint_rad, stage.ground_m);
+  draw_force(canvas, "truth", "truthhead", s.truth_tip_m, s.truth_tip_force_N, stage);
+  draw_force(canvas, "estimate", "estimatehead", s.truth_tip_m, s.tip_force_N, stage);
+  draw_scale_bar(svg, stage);
+  svg << "</svg>";
+  return svg.str();
+}
+
+/// Moments in time order, those at one time joined into one label.
+void add_moment(std::vector<Moment>& moments, const SessionRecord& record, std::size_t row, const std::string& label) {
+  for (Moment& m : moments) {
+    if (std::abs(record.samples[m.row].t_s - record.samples[row].t_s) > kSameMoment_s) continue;
+    if (m.label.find(label) == std::string::npos) m.label += ", " + label;
+    return;
+  }
+  moments.push_back({row, label});
+}
+
+std::size_t row_at(const SessionRecord& record, double t_s) {
+  const auto& rows = record.samples;
+  const auto later =
+      std::lower_bound(rows.begin(), rows.end(), t_s, [](const Sample& s, double t) { return s.t_s < t; });
+  return std::min(static_cast<std::size_t>(later - rows.begin()), rows.size() - 1);
+}
+
+}  // namespace
+
+std::vector<Moment> key_moments(const SessionRecord& record) {
+  std::vector<Moment> moments;
+  if (record.samples.empty()) return moments;
+  for (const EventRecord& event : record.events)
+    if (moments.size() < kMostMoments) add_moment(moments, record, row_at(record, event.t_s), event.what);
+  for (const FaultRecord& fault : record.faults)
+    if (moments.size() < kMostMoments) add_moment(moments, record, row_at(record, fault.at_s), name(fault.reason.code));
+  for (std::size_t i = 1; i < record.samples.size() && moments.size() < kMostMoments; ++i) {
+    const auto phase = record.samples[i].phase;
+    if (phase != record.samples[i - 1].phase && phase < record.phases.size())
+      add_moment(moments, record, i, record.phases[phase]);
+  }
+  if (moments.size() < kMostMoments) add_moment(moments, record, record.samples.size() - 1, "end");
+  if (moments.size() < kMostMoments) add_moment(moments, record, 0, "start");
+  std::sort(moments.begin(), moments.end(), [](const Moment& a, const Moment& b) { return a.row < b.row; });
+  return moments;
+}
+
+std::vector<Frame> filmstrip(const SessionResult& session) {
+  std::vector<Frame> frames;
+  if (session.record.samples.empty()) return frames;
+  const Stage stage(session);
+  for (const Moment& m : key_moments(session.record))
+    frames.push_back({session.record.samples[m.row].t_s, m.label, frame_svg(session, stage, m.row)});
+  return frames;
+}
+
+std::string filmstrip_css() {
+  return R"(.frame{display:block;width:100%;stroke-linejoin:round;stroke-linecap:round}
+.frame .ground{fill:var(--ground);stroke:none}.frame .soil{fill:var(--soil);stroke:none}
+.frame .wall{fill:var(--wall);stroke:none}.frame .piece{fill:var(--piece);stroke:var(--paper);stroke-width:.015}
+.frame .virtual{fill:none;stroke:var(--blue);stroke-width:.015;stroke-dasharray:.06 .05}
+.frame .trail{fill:none;stroke:var(--blue);stroke-width:.014;stroke-opacity:.55}
+.frame .hull{fill:var(--hull);stroke:none}.frame .track{fill:var(--track);stroke:none}
+.frame .link{fill:var(--link);stroke:var(--edge);stroke-width:.014}
+.frame .bucket{fill:var(--bucket);stroke:var(--edge);stroke-width:.014}
+.frame .barrel{fill:none;stroke:var(--edge);stroke-linecap:butt}.frame .rod{fill:none;stroke:var(--rod);stroke-linecap:butt}
+.frame .rocker{fill:none;stroke:var(--edge)}.frame .pin{fill:var(--paper);stroke:var(--edge);stroke-width:.01}
+.frame .truth{fill:none;stroke:var(--vermilion);stroke-width:.045}.frame .truthhead{fill:var(--vermilion)}
+.frame .estimate{fill:none;stroke:var(--blue);stroke-width:.018}.frame .estimatehead{fill:var(--blue)}
+.frame path.scale{fill:none;stroke:var(--ink);stroke-width:.014}.frame text.scale{fill:var(--ink)}
+)";
+}
+
+}  // namespace knuckle::app

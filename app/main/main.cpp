@@ -1,0 +1,24 @@
+// The program: reads the command line, runs the command, turns errors into exit codes.
+#include <iostream>
+
+#include "app/options.h"
+#include "app/simulate.h"
+#include "core/error.h"
+
+int main(int argc, char** argv) {
+  using namespace knuckle;
+  constexpr int kBadInput = 2, kFailed = 1;
+  try {
+    const app::CommandLine line = app::parse_command_line({argv + 1, argv + argc});
+    if (line.command == app::CommandLine::Command::kSimulate)
+      return app::simulate_command(line.simulate, app::run_simulation);
+    std::cout << line.text;
+    return 0;
+  } catch (const InputError& error) {
+    std::cerr << "knuckle: " << error.what() << '\n';
+    return kBadInput;
+  } catch (const std::exception& error) {
+    std::cerr << "knuckle: internal error: " << error.what() << '\n';
+    return kFailed;
+  }
+}

@@ -1,0 +1,75 @@
+#include "app/output_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+
+#include "core/error.h"
+
+namespace knuckle::app {
+namespace fs = std::filesystem;
+namespace {
+
+/// Creates an empty file nobody else has, beside `target`, with the permissions any new file gets.
+/// @return its name; empty with errno set where that cannot be.
+std::string create_beside(const fs::path& target) {
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    const fs::path name = target.parent_path() / ("." + target.filename().string() + "." + std::to_string(getpid()) +
+                                                  "." + std::to_string(attempt) + ".part");
+    const int descriptor = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor >= 0) {
+      close(descriptor);
+      return name.string();
+    }
+    if (errno != EEXIST) return "";
+  }
+  return "";
+}
+
+}  // namespace
+
+OutputFile::OutputFile(std::string option, const std::string& target) : option_(std::move(option)), target_(target) {
+  if (target == "-") {
+    stream_ = &std::cout;
+    return;
+  }
+  stream_ = &file_;
+  std::error_code ignored;
+  if (fs::is_directory(target, ignored)) fail(EISDIR);
+  if (fs::exists(target, ignored)) {
+    if (access(target.c_str(), W_OK) != 0) fail(errno);
+    target_ = fs::canonical(target, ignored).string();  // a link stays a link, to the new content
+  }
+  if (fs::exists(target_, ignored) && !fs::is_regular_file(target_, ignored)) {
+    file_.open(target_, std::ios::binary);
+  } else {
+    temporary_ = create_beside(fs::absolute(target_));
+    if (temporary_.empty()) fail(errno);
+    file_.open(temporary_, std::ios::binary | std::ios::trunc);
+  }
+  if (!file_) fail(errno);
+}
+
+OutputFile::~OutputFile() {
+  if (!temporary_.empty()) unlink(temporary_.c_str());
+}
+
+void OutputFile::commit() {
+  errno = 0;
+  stream_->flush();
+  if (!*stream_) fail(errno != 0 ? errno : EIO);
+  if (temporary_.empty()) return;
+  file_.close();
+  if (!file_ || rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno != 0 ? errno : EIO);
+  temporary_.clear();
+}
+
+void OutputFile::fail(int error) const {
+  throw InputError(option_ + " " + target_ + ": cannot be written: " + std::strerror(error));
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,71 @@
+#include "app/simulate.h"
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "app/csv_table.h"
+#include "app/output_file.h"
+#include "app/progress.h"
+#include "app/report.h"
+#include "app/result_json.h"
+#include "app/summary.h"
+
+namespace knuckle::app {
+namespace {
+
+/// Every output asked for, opened before the session so that a bad place is known at once.
+struct Outputs {
+  explicit Outputs(const SimulateOptions& o) {
+    open(candump, "--candump", o.candump);
+    open(csv, "--csv", o.csv);
+    open(report, "--report", o.report);
+    open(json, "--json", o.json);
+    if (report) check_report_tools();
+  }
+  void commit() {
+    for (auto* file : {&candump, &csv, &report, &json})
+      if (*file) (*file)->commit();
+  }
+  std::optional<OutputFile> candump, csv, report, json;
+
+ private:
+  static void open(std::optional<OutputFile>& file, const char* option, const std::string& target) {
+    if (!target.empty()) file.emplace(option, target);
+  }
+};
+
+bool uses_standard_output(const SimulateOptions& o) {
+  return o.candump == "-" || o.csv == "-" || o.report == "-" || o.json == "-";
+}
+
+}  // namespace
+
+Judged judge(const SessionResult& session) {
+  Judged judged{session, compute_metrics(session.record), {}, false};
+  judged.criteria = evaluate(session.criteria, judged.metrics);
+  judged.passed = all_passed(judged.criteria);
+  return judged;
+}
+
+int simulate_command(const SimulateOptions& options,
+                     const std::function<SessionResult(const SimulateOptions&, const SessionHooks&)>& run) {
+  Outputs outputs(options);
+  SessionResult session;
+  {
+    ProgressBar bar(options.scenario);
+    SessionHooks hooks;
+    hooks.progress = [&bar](double done_fraction) { bar.show(done_fraction); };
+    if (outputs.candump) hooks.candump = &outputs.candump->stream();
+    session = run(options, hooks);
+  }
+  const Judged judged = judge(session);
+  if (outputs.csv) write_csv(session.record, outputs.csv->stream());
+  if (outputs.json) outputs.json->stream() << result_json(judged).dump(2) << '\n';
+  if (outputs.report) write_report(judged, outputs.report->stream());
+  outputs.commit();
+  // Standard output belongs to whatever was sent there.
+  (uses_standard_output(options) ? std::cerr : std::cout) << summary_text(judged, options.report);
+  return judged.passed ? 0 : 1;
+}
+
+}  // namespace knuckle::app

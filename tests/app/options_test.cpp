@@ -1,0 +1,109 @@
+// The command line: what it accepts, and one clear line for everything it does not.
+#include "app/options.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/error.h"
+
+namespace knuckle::app {
+namespace {
+
+/// The message, or "accepted".
+std::string refusal(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "simulate");
+  try {
+    (void)parse_command_line(arguments);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(CommandLine, TakesEveryOptionOfSimulate) {
+  const CommandLine line =
+      parse_command_line({"simulate",   "--scenario", "wall_contact",  "--machine", "solar015",
+                          "--device",   "knuckle1",   "--operator",    "relaxed",   "--control",
+                          "direct",     "--duration", "12.5",          "--seed",    "18446744073709551615",
+                          "--delay-ms", "10",         "--jitter-ms=2", "--loss",    "0.1",
+                          "--realtime", "--candump",  "a.log",         "--csv",     "a.csv",
+                          "--report",   "a.html",     "--json",        "-"});
+  EXPECT_EQ(line.command, CommandLine::Command::kSimulate);
+  const SimulateOptions& o = line.simulate;
+  EXPECT_EQ(o.scenario, "wall_contact");
+  EXPECT_EQ(o.operator_name, "relaxed");
+  EXPECT_EQ(o.control, "direct");
+  EXPECT_EQ(o.duration_s, 12.5);
+  EXPECT_EQ(o.seed, 18446744073709551615u);
+  EXPECT_EQ(o.delay_ms, 10);
+  EXPECT_EQ(o.jitter_ms, 2);
+  EXPECT_EQ(o.loss, 0.1);
+  EXPECT_TRUE(o.realtime);
+  EXPECT_EQ(o.json, "-");
+}
+
+TEST(CommandLine, RunsTheDismantlingSessionWithoutOptions) {
+  const SimulateOptions o = parse_command_line({"simulate"}).simulate;
+  EXPECT_EQ(o.scenario, "dismantle");
+  EXPECT_FALSE(o.delay_ms.has_value());
+}
+
+TEST(CommandLine, HelpAndVersionAreTextNotErrors) {
+  EXPECT_NE(parse_command_line({"--help"}).text.find("simulate"), std::string::npos);
+  EXPECT_NE(parse_command_line({"simulate", "--help"}).text.find("--delay-ms"), std::string::npos);
+  EXPECT_EQ(parse_command_line({"--version"}).text.rfind("knuckle ", 0), 0u);
+}
+
+struct BadInput {
+  std::vector<std::string> arguments;
+  std::vector<std::string> named;  ///< What the one line must contain.
+};
+
+TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
+  const std::string map = KNUCKLE_SOURCE_DIR "/CMakeLists.txt";  // any file that is there
+  const std::vector<BadInput> table{
+      {{"--bogus"}, {"--bogus"}},
+      {{"stray"}, {"stray"}},
+      {{"--seed"}, {"--seed"}},
+      {{"--seed", "-1"}, {"--seed", "-1"}},
+      {{"--seed", "1.5"}, {"--seed", "1.5"}},
+      {{"--seed", "1", "--seed", "2"}, {"--seed"}},
+      {{"--delay-ms", "abc"}, {"--delay-ms", "abc"}},
+      {{"--delay-ms", "-1"}, {"--delay-ms", "-1", "0", "5000"}},
+      {{"--delay-ms", "nan"}, {"--delay-ms", "nan"}},
+      {{"--jitter-ms", "inf"}, {"--jitter-ms", "inf"}},
+      {{"--loss", "1.01"}, {"--loss", "1.01", "from 0 to 1"}},
+      {{"--loss", "-0.1"}, {"--loss", "-0.1"}},
+      {{"--duration", "0"}, {"--duration", "0.1"}},
+      {{"--duration", "1e9"}, {"--duration", "86400"}},
+      {{"--scenario", ""}, {"--scenario"}},
+      {{"--control", "telepathy"}, {"--control", "telepathy", "echo"}},
+      {{"--operator", "path:"}, {"--operator", "path:"}},
+      {{"--operator", "path:/nowhere.csv"}, {"--operator", "--map"}},
+      {{"--operator", "path:/nowhere.csv", "--map", map}, {"--operator", "/nowhere.csv", "no such file"}},
+      {{"--operator", "path:" + map, "--map", "/nowhere.toml"}, {"--map", "/nowhere.toml"}},
+      {{"--operator", "path:/", "--map", map}, {"--operator", "folder"}},
+      {{"--map", map}, {"--map", "--operator path:"}},
+      {{"--operator", "relaxed", "--map", map}, {"--map", "--operator path:"}},
+      {{"--truth", "/nowhere.toml"}, {"--truth", "/nowhere.toml"}},
+      {{"--json", "-", "--candump", "-"}, {"--json", "--candump", "standard output"}},
+      {{"--json", "x", "--csv", "./x"}, {"--json", "--csv"}},
+      {{"--truth", map, "--csv", map}, {"--csv", "--truth"}},
+  };
+  for (const BadInput& bad : table) {
+    const std::string message = refusal(bad.arguments);
+    EXPECT_NE(message, "accepted") << bad.arguments[0];
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    for (const std::string& word : bad.named)
+      EXPECT_NE(message.find(word), std::string::npos) << message << " lacks " << word;
+  }
+}
+
+TEST(CommandLine, ACommandIsNeeded) {
+  EXPECT_THROW((void)parse_command_line({}), InputError);
+  EXPECT_THROW((void)parse_command_line({"fly"}), InputError);
+}
+
+}  // namespace
+}  // namespace knuckle::app
