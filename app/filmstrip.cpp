@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kSameMoment_s = 0.3;
 constexpr double kTrail_s = 4;
-constexpr double kShownForce_N = 50;
 
 /// What every frame shows: the hull, the tip's whole path and the scene within reach.
 struct Stage {
@@ -19,15 +18,18 @@ struct Stage {
   double size_m = 1, ground_m = 0;
   double metres_per_N = 0;
 
-  explicit Stage(const SessionResult& session) : size_m(reach_m(session.machine)) {
+  Stage(const SessionResult& session, const std::vector<Moment>& moments) : size_m(reach_m(session.machine)) {
     ground_m = ground_level(session.scene);
-    box.extend(PlanarVector(-0.58 * size_m, ground_m - 0.1 * size_m));
-    box.extend(PlanarVector(0.75 * size_m, 0.45 * size_m));
+    box.extend(PlanarVector(-0.58 * size_m, ground_m - 0.06 * size_m));
+    box.extend(PlanarVector(0.75 * size_m, 0.3 * size_m));
     double most_N = 1;
     for (const Sample& s : session.record.samples) {
       box.extend(s.truth_tip_m);
       most_N = std::max(most_N, s.truth_tip_force_N.norm());
     }
+    for (const Moment& m : moments)
+      for (const PlanarVector& p : outline(session.machine, session.record.samples[m.row].truth_joint_rad))
+        box.extend(p);
     box.min().array() -= 0.06 * size_m;
     box.max().array() += 0.06 * size_m;
     metres_per_N = 0.3 * size_m / most_N;
@@ -75,16 +77,17 @@ void draw_scene(SvgCanvas& canvas, const Scene& scene, const Stage& stage, doubl
   }
 }
 
-/// An arrow whose head pushes on the tip.
+/// An arrow from the tip along the force: a wall's push points out of the wall, where it can be seen.
 void draw_force(SvgCanvas& canvas, const char* shaft, const char* head, const PlanarVector& tip_m,
                 const PlanarVector& force_N, const Stage& stage) {
-  if (force_N.norm() < kShownForce_N) return;
+  const double head_m = 0.035 * stage.size_m;
+  if (stage.metres_per_N * force_N.norm() < 1.5 * head_m) return;  // too small to be drawn
   const PlanarVector along = force_N.normalized();
   const PlanarVector aside(-along.y(), along.x());
-  const double h = 0.035 * stage.size_m;
-  const PlanarVector start = tip_m - stage.metres_per_N * force_N;
-  canvas.polyline(shaft, {start, tip_m - h * along});
-  canvas.polygon(head, {tip_m, tip_m - h * along + 0.45 * h * aside, tip_m - h * along - 0.45 * h * aside});
+  const PlanarVector point = tip_m + stage.metres_per_N * force_N;
+  const PlanarVector neck = point - head_m * along;
+  canvas.polyline(shaft, {tip_m, neck});
+  canvas.polygon(head, {point, neck + 0.45 * head_m * aside, neck - 0.45 * head_m * aside});
 }
 
 std::vector<PlanarVector> trail(const SessionRecord& record, std::size_t row) {
@@ -98,10 +101,10 @@ std::vector<PlanarVector> trail(const SessionRecord& record, std::size_t row) {
 }
 
 void draw_scale_bar(std::ostringstream& svg, const Stage& stage) {
-  const double x = stage.box.max().x() - 1.12, y = -stage.box.max().y() + 0.06 * stage.size_m;
+  const double x = stage.box.min().x() + 0.04 * stage.size_m, y = -stage.box.min().y() - 0.04 * stage.size_m;
   svg << "<path class=\"scale\" d=\"M" << x << ' ' << y - 0.03 << "v.06M" << x << ' ' << y << "h1m0-.03v.06\"/>"
-      << "<text class=\"scale\" font-size=\"" << 0.05 * stage.size_m << "\" x=\"" << x + 0.5 << "\" y=\""
-      << y + 0.07 * stage.size_m << "\" text-anchor=\"middle\">1 m</text>";
+      << "<text class=\"scale\" font-size=\"" << 0.05 * stage.size_m << "\" x=\"" << x + 1.06 << "\" y=\""
+      << y + 0.017 * stage.size_m << "\">1 m</text>";
 }
 
 std::string frame_svg(const SessionResult& session, const Stage& stage, std::size_t row) {
@@ -162,8 +165,9 @@ std::vector<Moment> key_moments(const SessionRecord& record) {
 std::vector<Frame> filmstrip(const SessionResult& session) {
   std::vector<Frame> frames;
   if (session.record.samples.empty()) return frames;
-  const Stage stage(session);
-  for (const Moment& m : key_moments(session.record))
+  const std::vector<Moment> moments = key_moments(session.record);
+  const Stage stage(session, moments);
+  for (const Moment& m : moments)
     frames.push_back({session.record.samples[m.row].t_s, m.label, frame_svg(session, stage, m.row)});
   return frames;
 }

@@ -12,6 +12,15 @@ Frame2 joint_frame(const Frame2& parent, const PlanarVector& origin_m, double an
   return parent * Eigen::Translation2d(origin_m) * Eigen::Rotation2Dd(angle_rad);
 }
 
+struct LinkFrames {
+  Frame2 boom, arm, bucket;
+};
+LinkFrames link_frames(const MachineDescription& m, const JointVector& q) {
+  const Frame2 boom = joint_frame(Frame2::Identity(), PlanarVector::Zero(), q[kBoom]);
+  const Frame2 arm = joint_frame(boom, {m.links[kBoom].length_m, 0}, q[kArm]);
+  return {boom, arm, joint_frame(arm, {m.links[kArm].length_m, 0}, q[kBucket])};
+}
+
 std::vector<PlanarVector> moved(const Frame2& frame, const std::vector<PlanarVector>& points_m) {
   std::vector<PlanarVector> all;
   for (const PlanarVector& p : points_m) all.push_back(frame * p);
@@ -58,13 +67,18 @@ double reach_m(const MachineDescription& machine) {
   return machine.links[0].length_m + machine.links[1].length_m + machine.links[2].length_m;
 }
 
+std::vector<PlanarVector> outline(const MachineDescription& m, const JointVector& q) {
+  const LinkFrames frames = link_frames(m, q);
+  return {frames.boom * m.arm_mount.parent_pin_m, frames.arm * m.arm_mount.child_pin_m,
+          frames.arm * m.bucket_linkage.cylinder_pin_m, frames.bucket.translation(),
+          frames.bucket * PlanarVector(m.links[kBucket].length_m, 0)};
+}
+
 void draw_machine(SvgCanvas& canvas, const MachineDescription& m, const JointVector& q, double ground_m) {
   const double size = reach_m(m);
-  const double boom_length = m.links[kBoom].length_m, arm_length = m.links[kArm].length_m,
-               tip = m.links[kBucket].length_m;
-  const Frame2 boom = joint_frame(Frame2::Identity(), PlanarVector::Zero(), q[kBoom]);
-  const Frame2 arm = joint_frame(boom, {boom_length, 0}, q[kArm]);
-  const Frame2 bucket = joint_frame(arm, {arm_length, 0}, q[kBucket]);
+  const double boom_length = m.links[kBoom].length_m, arm_length = m.links[kArm].length_m;
+  const double tip = m.links[kBucket].length_m;
+  const auto [boom, arm, bucket] = link_frames(m, q);
   const PlanarVector d = m.boom_mount.child_pin_m, e = m.arm_mount.parent_pin_m;
   const PlanarVector f = m.arm_mount.child_pin_m, g = m.bucket_linkage.cylinder_pin_m,
                      j = m.bucket_linkage.rocker_pin_m;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kBins = 700;  // about one per pixel
 constexpr double kLeft = 0.085, kRight = 0.985;
-constexpr double kAxisPx = 46, kTopPx = 10, kGapPx = 34;
+constexpr double kAxisPx = 54, kTopPx = 10, kGapPx = 34;
 
 /// Calls f(begin, end) for about kBins equal stretches of rows.
 void for_each_bin(std::size_t rows, const std::function<void(std::size_t, std::size_t)>& f) {
@@ -17,12 +17,17 @@ void for_each_bin(std::size_t rows, const std::function<void(std::size_t, std::s
   for (std::size_t b = 0; b < bins; ++b) f(rows * b / bins, rows * (b + 1) / bins);
 }
 
+std::string titled(const std::string& title) {
+  return title.empty() ? " notitle" : " title " + plot_quoted(title);
+}
+
 }  // namespace
 
 std::string plot_style() {
   std::ostringstream s;
   s << "set encoding utf8\nset border 3 lw 0.8 lc rgb '" << kInk << "'\nset tics nomirror out scale 0.5\n"
-    << "set grid lt 1 lw 0.4 lc rgb '#999999'\nset key above right horizontal samplen 1.6 height 0 width 1\n";
+    << "set grid lt 1 lw 0.4 lc rgb '#999999'\nset key above right horizontal maxrows 1 samplen 1.6 width 1\n"
+    << "set xlabel offset 0,0.5\nset xtics offset 0,0.3\n";
   return s.str();
 }
 
@@ -64,8 +69,8 @@ void PlotScript::line(const Signal& signal, const std::string& title, const char
       data_ << rows[i].t_s << ' ' << signal(rows[i]) << '\n';
   });
   data_ << "EOD\n";
-  add_curve("$d" + std::to_string(blocks_++) + " using 1:2 with lines lc rgb '" + colour + "' " + style + " title " +
-            plot_quoted(title));
+  add_curve("$d" + std::to_string(blocks_++) + " using 1:2 with lines lc rgb '" + colour + "' " + style +
+            titled(title));
 }
 
 void PlotScript::band(const Signal& low, const Signal& high, const std::string& title, const char* colour) {
@@ -81,7 +86,7 @@ void PlotScript::band(const Signal& low, const Signal& high, const std::string& 
   });
   data_ << "EOD\n";
   add_curve("$d" + std::to_string(blocks_++) + " using 1:2:3 with filledcurves fs solid 0.25 noborder lc rgb '" +
-            colour + "' title " + plot_quoted(title));
+            colour + "'" + titled(title));
 }
 
 std::string PlotScript::finish() {

@@ -22,7 +22,7 @@ p{margin:0 0 10px}.soft,figcaption{color:var(--soft);font-size:.9rem}section{bac
 .facts{display:grid;grid-template-columns:repeat(auto-fill,minmax(150px,1fr));gap:12px 20px;margin:18px 0 0}.facts div{border-top:2px solid var(--rule);padding-top:6px}
 dt{color:var(--soft);font-size:.82rem}dd{margin:0;font-size:1.12rem;font-variant-numeric:tabular-nums}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}th{text-align:left;color:var(--soft);font-weight:500;font-size:.85rem}
-td,th{padding:5px 12px 5px 0;border-bottom:1px solid var(--rule)}tr:last-child td{border-bottom:0}td.n,th.n{text-align:right}.ok{color:var(--good)}.no{color:var(--bad);font-weight:650}
+td,th{padding:5px 12px 5px 0;border-bottom:1px solid var(--rule)}tr:last-child td{border-bottom:0}td.n,th.n{text-align:right;white-space:nowrap}.ok{color:var(--good)}.no{color:var(--bad);font-weight:650}
 .wide{overflow-x:auto}.plot{min-width:620px}.plot svg{display:block;width:100%;height:auto}.plot svg text{font-family:inherit}
 figure{margin:0}.strip{display:grid;grid-template-columns:repeat(auto-fill,minmax(285px,1fr));gap:16px}.strip figure{border:1px solid var(--rule);border-radius:8px;overflow:hidden}
 .strip figcaption{padding:6px 10px;border-top:1px solid var(--rule)}.strip b{color:var(--ink);font-variant-numeric:tabular-nums}
@@ -103,7 +103,7 @@ void write_happenings(std::ostream& out, const SessionResult& s) {
 }
 
 void write_filmstrip(std::ostream& out, const SessionResult& session) {
-  out << "<section><h2>Key moments</h2><p class=\"soft\">To scale. Arrows push on the bucket tip:"
+  out << "<section><h2>Key moments</h2><p class=\"soft\">To scale. Arrows: force of the world on the bucket tip,"
          "<span class=\"key\" style=\"color:var(--vermilion)\"></span>true force"
          "<span class=\"key\" style=\"color:var(--blue)\"></span>estimated; the line is the tip's last 4 s.</p><div "
          "class=\"strip\">\n";

@@ -26,7 +26,7 @@ ReportPlot angles(const SessionRecord& record) {
     plot.line([j](const Sample& s) { return s.joint_rad[j] * kDegPerRad; }, kJointNames[at], kJointColours[at]);
   }
   for (int j = 0; j < kJoints; ++j)
-    plot.line([j](const Sample& s) { return s.setpoint_rad[j] * kDegPerRad; }, j == 0 ? "set-point (dashed)" : "", kInk,
+    plot.line([j](const Sample& s) { return s.setpoint_rad[j] * kDegPerRad; }, j == 0 ? "set-point" : "", kInk,
               "dt 2 lw 0.9");
   return stacked("Joint angles", "Measured, and the operator's set-point as the machine received it.", 1, plot);
 }
@@ -137,13 +137,14 @@ ReportPlot timeline(const SessionRecord& record) {
   bars.row(
       "phase", [&record](const Sample& s) { return std::string(phase_name(record, s)); }, kGreen);
   bars.row(
-      "true contact", [](const Sample& s) { return in_contact(s) ? "true contact" : ""; }, kVermilion);
+      "contact", [](const Sample& s) { return in_contact(s) ? "contact" : ""; }, kVermilion);
   bars.row(
-      "contact seen", [](const Sample& s) { return s.contact ? "contact seen" : ""; }, kBlue);
+      "noticed", [](const Sample& s) { return s.contact ? "noticed" : ""; }, kBlue);
   bars.row(
       "limited", [](const Sample& s) { return s.limits != 0 ? "limited" : ""; }, kOrange);
   return {"Course of the session",
-          "Mode of the machine, phase of the operator's plan, contact in truth and as noticed, any limit of the safety "
+          "Mode of the machine, phase of the operator's plan, contact in truth and as the estimator noticed it, any "
+          "limit of the safety "
           "gate.",
           bars.figure()};
 }
@@ -202,8 +203,8 @@ ReportPlot tip_path(const SessionResult& session) {
     write_points(s, block, points);
     const bool named_before = std::any_of(session.scene.begin(), session.scene.begin() + static_cast<std::ptrdiff_t>(i),
                                           [&](const SceneLine& other) { return other.name == line.name; });
-    curves += block + " using 1:2 with lines lw 1.5 lc rgb '" + scene_colour(line.kind) + "' title " +
-              plot_quoted(named_before ? "" : line.name) + ", ";
+    curves += block + " using 1:2 with lines lw 1.5 lc rgb '" + scene_colour(line.kind) +
+              (named_before ? "' notitle" : "' title ") + (named_before ? "" : plot_quoted(line.name)) + ", ";
   }
   s << plot_style() << "set size ratio -1\nset xrange [" << box.min().x() - margin_m << ':' << box.max().x() + margin_m
     << "]\nset yrange [" << box.min().y() - margin_m << ':' << box.max().y() + margin_m

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/csv_table.h"
+#include "app/interrupt.h"
 #include "app/output_file.h"
 #include "app/progress.h"
 #include "app/report.h"
@@ -22,10 +23,6 @@ struct Outputs {
     open(json, "--json", o.json);
     if (report) check_report_tools();
   }
-  void commit() {
-    for (auto* file : {&candump, &csv, &report, &json})
-      if (*file) (*file)->commit();
-  }
   std::optional<OutputFile> candump, csv, report, json;
 
  private:
@@ -33,6 +30,10 @@ struct Outputs {
     if (!target.empty()) file.emplace(option, target);
   }
 };
+
+void commit(std::optional<OutputFile>& file) {
+  if (file) file->commit();
+}
 
 bool uses_standard_output(const SimulateOptions& o) {
   return o.candump == "-" || o.csv == "-" || o.report == "-" || o.json == "-";
@@ -49,20 +50,26 @@ Judged judge(const SessionResult& session) {
 
 int simulate_command(const SimulateOptions& options,
                      const std::function<SessionResult(const SimulateOptions&, const SessionHooks&)>& run) {
+  const InterruptGuard interrupt;
   Outputs outputs(options);
   SessionResult session;
   {
     ProgressBar bar(options.scenario);
     SessionHooks hooks;
-    hooks.progress = [&bar](double done_fraction) { bar.show(done_fraction); };
+    hooks.progress = [&](double done_fraction) {
+      interrupt.check();
+      bar.show(done_fraction);
+    };
     if (outputs.candump) hooks.candump = &outputs.candump->stream();
     session = run(options, hooks);
   }
   const Judged judged = judge(session);
   if (outputs.csv) write_csv(session.record, outputs.csv->stream());
   if (outputs.json) outputs.json->stream() << result_json(judged).dump(2) << '\n';
+  for (auto* file : {&outputs.candump, &outputs.csv, &outputs.json}) commit(*file);
+  // Last: should the plots fail, the numbers are safe.
   if (outputs.report) write_report(judged, outputs.report->stream());
-  outputs.commit();
+  commit(outputs.report);
   // Standard output belongs to whatever was sent there.
   (uses_standard_output(options) ? std::cerr : std::cout) << summary_text(judged, options.report);
   return judged.passed ? 0 : 1;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,7 @@
 #include "app/csv_table.h"
 #include "app/digest.h"
 #include "app/filmstrip.h"
+#include "app/interrupt.h"
 #include "app/output_file.h"
 #include "app/report.h"
 #include "app/result_json.h"
@@ -221,6 +223,19 @@ TEST(SimulateCommand, ASessionThatFailsLeavesNoOutput) {
   options.csv = folder.file("a.csv");
   const auto failing = [](const SimulateOptions&, const SessionHooks&) -> SessionResult { throw InputError("bad"); };
   EXPECT_THROW(simulate_command(options, failing), InputError);
+  EXPECT_EQ(folder.count(), 0);
+}
+
+TEST(SimulateCommand, CtrlCEndsTheSessionAndLeavesNoOutput) {
+  const Folder folder;
+  SimulateOptions options;
+  options.csv = folder.file("a.csv");
+  const auto interrupted = [](const SimulateOptions&, const SessionHooks& hooks) {
+    std::raise(SIGINT);
+    hooks.progress(0.5);
+    return synthetic_session();
+  };
+  EXPECT_THROW(simulate_command(options, interrupted), Interrupted);
   EXPECT_EQ(folder.count(), 0);
 }
 

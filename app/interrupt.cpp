@@ -1,0 +1,31 @@
+#include "app/interrupt.h"
+
+#include <csignal>
+
+namespace knuckle::app {
+namespace {
+
+volatile std::sig_atomic_t signalled = 0;  // a handler can reach nothing else
+
+void note_signal(int) {
+  signalled = 1;
+}
+
+}  // namespace
+
+InterruptGuard::InterruptGuard() noexcept {
+  signalled = 0;
+  previous_interrupt_ = std::signal(SIGINT, note_signal);
+  previous_terminate_ = std::signal(SIGTERM, note_signal);
+}
+
+InterruptGuard::~InterruptGuard() {
+  std::signal(SIGINT, previous_interrupt_);
+  std::signal(SIGTERM, previous_terminate_);
+}
+
+void InterruptGuard::check() const {
+  if (signalled != 0) throw Interrupted();
+}
+
+}  // namespace knuckle::app

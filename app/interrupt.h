@@ -1,0 +1,29 @@
+// Ctrl-C ends a session in order: through an exception, so that no half-written file stays behind.
+#pragma once
+
+#include <exception>
+
+namespace knuckle::app {
+
+class Interrupted : public std::exception {
+ public:
+  [[nodiscard]] const char* what() const noexcept override { return "interrupted"; }
+};
+
+/// While one lives, SIGINT and SIGTERM are noted instead of ending the program at once.
+class InterruptGuard {
+ public:
+  InterruptGuard() noexcept;
+  ~InterruptGuard();
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+
+  /// @throws Interrupted once a signal has come.
+  void check() const;
+
+ private:
+  void (*previous_interrupt_)(int);
+  void (*previous_terminate_)(int);
+};
+
+}  // namespace knuckle::app
