@@ -68,10 +68,12 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, const J
   const double length = m.cylinder_m[joint], pressure = m.pressure_Pa[fed_chamber(joint, spool[joint])];
   const bool open = std::abs(spool[joint]) > dead_band(joint, spool[joint]) + kLimits.open_margin;
   const int direction = open ? (spool[joint] > 0 ? 1 : -1) : 0;
-  const bool at_end = direction > 0 ? length > cylinder.max_length_m - kLimits.unseen_m
-                                    : length < cylinder.min_length_m + kLimits.unseen_m;
+  axis.open_s = direction != 0 && direction == axis.direction ? axis.open_s + step_s_ : 0;
+  const bool pump_up = axis.open_s >= kLimits.pump_lags * machine_.hydraulics.load_sensing_lag_s;
+  const bool at_end =
+      direction > 0 ? length > cylinder.max_length_m - kLimits.end_m : length < cylinder.min_length_m + kLimits.end_m;
   const bool stalled = pressure > kLimits.stalled * machine_.hydraulics.main_relief_Pa;
-  if (direction != axis.direction || direction == 0 || stalled || at_end ||
+  if (!pump_up || direction != axis.direction || direction == 0 || stalled || at_end ||
       std::abs(length - axis.anchor_m) >= kLimits.moved_m) {
     axis.direction = direction;
     axis.anchor_m = length;

@@ -21,7 +21,9 @@ struct PlausibilityLimits {
   double sure_flow = 0.5;          ///< Part of the nominal flow that comes whatever gain, oil and load are.
   double pump_reserve = 0.8;       ///< Beyond this part of the pump's flow, only the lightest axis is sure to move.
   double moved_m = 0.00035;        ///< An encoder that differs by this (3 steps) has moved.
-  double unseen_m = 0.008;         ///< Travel delivered without being seen: fault. Pump lag hides up to 3 mm.
+  double unseen_m = 0.004;         ///< Travel delivered without being seen: fault.
+  double pump_lags = 3;            ///< Load-sensing lags that a valve must have been open: the pump is up by then.
+  double end_m = 0.010;            ///< This close to its end a cylinder is cushioned or at its stop.
   double stalled = 0.85;           ///< Of the main relief: a fed chamber above it stands against a load it cannot move.
   double settle_s = 0.15;          ///< A spool must have been closed this long; cylinders stop within it.
   double closed_travel_m = 0.015;  ///< Travel behind a closed valve: fault. Oil up to the relief gives 11 mm.
@@ -50,6 +52,7 @@ class Plausibility {
     double fed_Pa = 0;       // fed chamber's pressure then
     double delivered_m = 0;  // travel the valve has let through since
     int direction = 0;       // of the opening
+    double open_s = 0;       // in this direction
     double closed_s = 0;
     double travel_m = 0;  // behind the closed valve, forgetting
     double last_m = 0;

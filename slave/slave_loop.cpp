@@ -164,10 +164,15 @@ void SlaveLoop::command(Time now) noexcept {
   }
 }
 
-/// Nodes that failed are started anew, but only while the operator has let go of enable; nothing moves by that alone.
+/// Nodes that failed are started anew after a while, but only once the operator has let go of enable; nothing moves by
+/// that alone.
 void SlaveLoop::restart_nodes_if_asked(Time now) noexcept {
-  if (client_.phase() != CanopenClient::Phase::kFailed || master_.enable || now - restarted_at_ < kRestartEvery) return;
-  restarted_at_ = now;
+  if (client_.phase() != CanopenClient::Phase::kFailed) {
+    failed_at_ = kNever;
+    return;
+  }
+  if (failed_at_ == kNever) failed_at_ = now;
+  if (master_.enable || now - failed_at_ < kRestartAfter) return;
   client_.restart();
   sensors_.reset();
 }

@@ -66,7 +66,7 @@ class SlaveLoop {
   static constexpr double kVelocityCutoff_Hz = 10;  ///< Of the joint rates for control.
   static constexpr double kRestCutoff_Hz = 1;       ///< Of the rates that decide whether the machine is at rest.
   static constexpr int kMostFrames = 256, kMostDatagrams = 64;  ///< Per step: nobody can keep the loop busy.
-  static constexpr Duration kRestartEvery = 1s;
+  static constexpr Duration kRestartAfter = 1s;                 ///< Nodes that failed are left alone this long.
 
   void receive_frames(Time now) noexcept;
   void receive_link(Time now) noexcept;
@@ -94,7 +94,7 @@ class SlaveLoop {
   JointControl control_;
   GateLimits gate_limits_;
 
-  Time stepped_at_ = kNever, restarted_at_ = kNever;
+  Time stepped_at_ = kNever, failed_at_ = kNever;
   Duration gap_{};
   std::optional<estimation::JointState> state_;
   LowPass<JointVector> rest_rate_;

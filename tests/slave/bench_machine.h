@@ -1,0 +1,185 @@
+// A machine on a test bench: the simulated CANopen nodes on a virtual bus, cylinders that move as their spools open,
+// and an operator's end of the link in the test's hand. No plant: pressures and loads are what the test says.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "machine/kinematics.h"
+#include "sim/can_nodes.h"
+#include "slave/slave_loop.h"
+#include "tests/slave/test_machine.h"
+#include "transport/canopen.h"
+#include "transport/virtual_can.h"
+
+namespace knuckle::test {
+
+/// What the loop sends is kept decoded; what it receives the test puts in.
+class ScriptedLink final : public Link {
+ public:
+  bool send(std::span<const std::uint8_t> bytes) noexcept override {
+    last_ = decode_slave(bytes);
+    return true;
+  }
+  bool receive(Datagram& datagram) noexcept override {
+    if (!pending_) return false;
+    datagram = next_;
+    pending_ = false;
+    return true;
+  }
+  void deliver(const Datagram& datagram) noexcept {
+    next_ = datagram;
+    pending_ = true;
+  }
+  [[nodiscard]] const std::optional<SlaveMessage>& last() const noexcept { return last_; }
+
+ private:
+  std::optional<SlaveMessage> last_;
+  Datagram next_;
+  bool pending_ = false;
+};
+
+struct WireFrame {
+  Time at;
+  CanFrame frame;
+};
+
+class BenchMachine {
+ public:
+  explicit BenchMachine(const MachineDescription& machine = test_machine())
+      : description(machine),
+        kinematics(machine),
+        bus(2, machine.bus.bit_rate),
+        nodes(machine, errors(), bus.port(1), 1),
+        loop(machine, bus.port(0), link) {
+    wire.reserve(200000);
+    bus.set_tap({[](void* context, Time at, const CanFrame& frame) {
+                   auto& self = *static_cast<BenchMachine*>(context);
+                   if (self.recording) self.wire.push_back({at, frame});
+                 },
+                 this});
+    const JointVector angle(0.3, -1.5, -0.8);
+    for (int i = 0; i < kJoints; ++i) signals.cylinder_m[i] = kinematics.cylinder_at(i, angle[i]).value().length_m;
+    signals.pressure_Pa = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
+    hand.device_ok = true;
+    hand.position_rad = angle;
+  }
+
+  /// One millisecond; the loop steps every fifth, unless it hangs.
+  void tick() {
+    now += 1ms;
+    ++ticks;
+    plant();
+    nodes.step(now, signals);
+    bus.advance(now);
+    if (ticks % 5 != 0) return;
+    if (link_up) {
+      ++hand.sequence;
+      hand.sent_at = now;
+      hand.echoed_slave_time = now - round_trip;
+      link.deliver(encode(hand));
+    }
+    if (!hung) loop.step(now);
+  }
+  void run(Duration time) {
+    for (const Time end = now + time; now < end;) tick();
+  }
+  /// Runs until the mode is reached; false after `patience`.
+  bool reaches(Mode mode, Duration patience) {
+    for (const Time end = now + patience; now < end;) {
+      tick();
+      if (loop.mode() == mode) return true;
+    }
+    return false;
+  }
+  /// The usual way in. The hand stays on the machine.
+  bool engage() {
+    hand.presence = true;
+    hand.enable = false;
+    if (!reaches(Mode::kReady, 4s) && loop.mode() != Mode::kFault) return false;
+    run(20ms);
+    hand.enable = true;
+    align();
+    return reaches(Mode::kEngaged, 1s);
+  }
+  void align() {
+    hand.velocity_radps.setZero();
+    hand.position_rad = angles();
+  }
+  [[nodiscard]] JointVector angles() const {
+    JointVector angle;
+    for (int i = 0; i < kJoints; ++i) angle[i] = kinematics.joint_at(i, signals.cylinder_m[i]).value();
+    return angle;
+  }
+  /// Hand moves at a constant joint rate for a time, the set-point with it.
+  void move(const JointVector& rate, Duration time) {
+    hand.velocity_radps = rate;
+    for (const Time end = now + time; now < end;) {
+      hand.position_rad += rate * 1e-3;
+      tick();
+    }
+  }
+  [[nodiscard]] std::vector<CanFrame> frames(std::uint32_t id) const {
+    std::vector<CanFrame> found;
+    for (const auto& w : wire) {
+      if (w.frame.id == id) found.push_back(w.frame);
+    }
+    return found;
+  }
+  /// First time from `since` on at which the valve was commanded neutral and stayed so until now; kNever if not.
+  [[nodiscard]] Time command_neutral_since(Time since, int joint) const {
+    Time neutral = kNever;
+    for (const auto& w : wire) {
+      if (w.frame.id != canopen::rpdo1_id(description.bus.valves[static_cast<std::size_t>(joint)].id)) continue;
+      const auto command = canopen::parse_valve_command(w.frame);
+      const bool is = command && (command->set_point == 0 || command->control_word != canopen::kControlActive);
+      if (!is) neutral = kNever;
+      if (is && neutral == kNever) neutral = std::max(w.at, since);
+    }
+    return neutral;
+  }
+
+  MachineDescription description;
+  Kinematics kinematics;
+  VirtualCanBus bus;
+  sim::CanNodes nodes;
+  ScriptedLink link;
+  slave::SlaveLoop loop;
+  sim::MachineSignals signals;
+  MasterMessage hand;
+  Time now{10s};
+  long ticks = 0;
+  bool link_up = true, hung = false, recording = true;
+  Duration round_trip = 20ms;
+  PerJoint<bool> blocked{};  ///< The cylinder does not move whatever its valve does.
+  std::vector<WireFrame> wire;
+
+ private:
+  static sim::SensorErrors errors() {
+    sim::SensorErrors e;
+    e.pressure_noise_Pa.fill(0.3e5);
+    return e;
+  }
+  /// Spool: first-order, 20 ms. Cylinder: nominal flow at the load-sensing margin over its area.
+  void plant() {
+    const sim::NodeOutputs out = nodes.outputs();
+    for (int i = 0; i < kJoints; ++i) {
+      const auto joint = static_cast<std::size_t>(i);
+      const CylinderDescription& c = description.cylinders[joint];
+      const double demand = out.pilot ? out.spool_demand[i] : 0;
+      signals.spool[i] += (demand - signals.spool[i]) * 0.05;
+      const double band = c.valve.dead_band_extend;
+      const double opening = std::max(0.0, std::abs(signals.spool[i]) - band) / (1 - band);
+      const double speed = std::copysign(opening * c.valve.nominal_flow_m3ps / c.head_area_m2(), signals.spool[i]);
+      signals.cylinder_mps[i] = blocked[joint] ? 0 : speed;
+      signals.cylinder_m[i] =
+          std::clamp(signals.cylinder_m[i] + signals.cylinder_mps[i] * 1e-3, c.min_length_m, c.max_length_m);
+    }
+  }
+};
+
+}  // namespace knuckle::test

@@ -1,0 +1,204 @@
+// Start-up and supervision of the machine bus against the simulated nodes, read off the wire.
+#include "slave/canopen_client.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "core/error.h"
+#include "tests/slave/bench_machine.h"
+
+namespace knuckle::slave {
+namespace {
+
+using test::BenchMachine;
+
+bool starts(BenchMachine& m, Duration patience = 4s) {
+  for (const Time end = m.now + patience; m.now < end;) {
+    m.tick();
+    if (m.loop.client().operational()) return true;
+  }
+  return false;
+}
+
+Reason fails(BenchMachine& m, Duration patience = 4s) {
+  for (const Time end = m.now + patience; m.now < end;) {
+    m.tick();
+    if (m.loop.client().fault()) return m.loop.client().fault();
+  }
+  return {};
+}
+
+TEST(CanopenClient, AllNodesAreOperationalWithinTwoSeconds) {
+  BenchMachine m;
+  const Time start = m.now;
+  ASSERT_TRUE(starts(m)) << text(m.loop.client().fault());
+  EXPECT_LT(m.now - start, 2s);
+  EXPECT_EQ(m.bus.dropped(0), 0U);
+  EXPECT_EQ(m.bus.dropped(1), 0U);
+}
+
+TEST(CanopenClient, WritesTheMachineFilesTimeoutsIntoEveryNode) {
+  MachineDescription d = test::test_machine();
+  d.bus.valve_watchdog_s = 0.060;
+  d.bus.controller_timeout_s = 0.170;
+  d.bus.node_heartbeat_s = 0.090;
+  BenchMachine m(d);
+  ASSERT_TRUE(starts(m));
+  const auto value = [&m](int id, canopen::Object object) {
+    return m.nodes.node(static_cast<std::uint8_t>(id))->value(object);
+  };
+  for (const int id : {0x10, 0x11, 0x12}) {
+    EXPECT_EQ(value(id, canopen::kRpdo1Timer), 60U);
+    EXPECT_EQ(value(id, canopen::kConsumerHeartbeat), 0x000100AAU);  // node 1, 170 ms
+    EXPECT_EQ(value(id, canopen::kTpdo1Type), 2U);
+    EXPECT_EQ(value(id, canopen::kRpdo1Type), 255U);
+  }
+  EXPECT_EQ(value(0x40, canopen::kConsumerHeartbeat), 0x000100AAU);
+  for (const int id : {0x10, 0x20, 0x25, 0x30, 0x38, 0x40}) EXPECT_EQ(value(id, canopen::kProducerHeartbeat), 90U);
+  for (const int id : {0x20, 0x32, 0x38}) EXPECT_EQ(value(id, canopen::kTpdo1Type), 1U);
+}
+
+TEST(CanopenClient, RemapsAPdoOnlyWhileItIsOff) {
+  BenchMachine m;
+  ASSERT_TRUE(starts(m));
+  bool off = false, count_zero = false;
+  int entries = 0;
+  for (const CanFrame& f : m.frames(canopen::sdo_request_id(0x10))) {
+    const auto r = canopen::parse_sdo_request(f);
+    if (!r || r->kind != canopen::SdoRequest::Kind::kDownload) continue;
+    if (r->object == canopen::kTpdo1CobId) off = (r->value & 0x80000000U) != 0;
+    if (r->object == canopen::kTpdo1MapCount) count_zero = r->value == 0;
+    EXPECT_TRUE(r->object.index != 0x1A00 || off);
+    if (r->object.index == 0x1A00 && r->object.subindex > 0) {
+      EXPECT_TRUE(count_zero);
+      EXPECT_EQ(r->value, ++entries == 1 ? 0x60410010U : 0x63010110U);
+    }
+  }
+  EXPECT_EQ(entries, 2);
+  EXPECT_FALSE(off);
+}
+
+TEST(CanopenClient, ValvesPassDisabledAndHoldOnTheirWayToActiveWithZeroSetPoint) {
+  BenchMachine m;
+  ASSERT_TRUE(starts(m));
+  std::vector<std::uint16_t> words;
+  for (const CanFrame& f : m.frames(canopen::rpdo1_id(0x11))) {
+    const auto command = canopen::parse_valve_command(f).value();
+    EXPECT_EQ(command.set_point, 0);
+    if (words.empty() || words.back() != command.control_word) words.push_back(command.control_word);
+  }
+  ASSERT_GE(words.size(), 3U);
+  const std::vector<std::uint16_t> expected{0x1, 0x3, 0x7};
+  EXPECT_TRUE(std::equal(expected.rbegin(), expected.rend(), words.rbegin()));
+}
+
+TEST(CanopenClient, RefusesANodeThatIsNotTheOneInTheFile) {
+  for (const int id : {0x12, 0x24, 0x31, 0x38, 0x40}) {
+    BenchMachine m;
+    ASSERT_TRUE(m.nodes.set_product(static_cast<std::uint8_t>(id), 0x9999));
+    const Reason why = fails(m);
+    EXPECT_EQ(why.code, ReasonCode::kNodeIdentity);
+    EXPECT_EQ(why.subject, id);
+    EXPECT_FLOAT_EQ(why.value, 0x9999);
+    m.run(20ms);
+    EXPECT_EQ(m.loop.mode(), Mode::kFault);
+    EXPECT_FALSE(m.nodes.outputs().pilot);
+  }
+}
+
+TEST(CanopenClient, NamesTheNodeThatDoesNotAnswer) {
+  BenchMachine m;
+  m.nodes.inject(0x22, sim::NodeFault::kSilent);
+  const Reason why = fails(m);
+  EXPECT_EQ(why.code, ReasonCode::kNodeSetup);
+  EXPECT_EQ(why.subject, 0x22);
+}
+
+TEST(CanopenClient, RefusesAValveThatTakesItsSetPointFromElsewhere) {
+  BenchMachine m;
+  m.nodes.node(0x10)->replace(canopen::kValveControlMode, 2);
+  const Reason why = fails(m);
+  EXPECT_EQ(why.code, ReasonCode::kNodeSetup);
+  EXPECT_EQ(why.subject, 0x10);
+}
+
+TEST(CanopenClient, ValveThatStartsInFaultIsResetAndActivated) {
+  BenchMachine m;
+  ASSERT_TRUE(m.engage());
+  m.hung = true;
+  m.run(300ms);  // the valves fault by their own watchdogs
+  m.hung = false;
+  m.run(100ms);
+  m.hand.enable = false;
+  m.run(3s);
+  EXPECT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
+}
+
+TEST(CanopenClient, EmergencyOfAnyNodeIsAFaultWithItsCode) {
+  BenchMachine m;
+  ASSERT_TRUE(starts(m));
+  ASSERT_TRUE(m.nodes.send_emcy(0x25, 0x5030));
+  const Reason why = fails(m, 100ms);
+  EXPECT_EQ(why.code, ReasonCode::kNodeEmergency);
+  EXPECT_EQ(why.subject, 0x25);
+  EXPECT_FLOAT_EQ(why.value, 0x5030);
+}
+
+TEST(CanopenClient, BusOffIsAFaultAndNothingResumesByItself) {
+  BenchMachine m;
+  ASSERT_TRUE(m.engage());
+  m.bus.bus_off(0);
+  m.run(50ms);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kBusDown);
+  m.bus.recover(0);
+  m.run(3s);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.client().phase(), CanopenClient::Phase::kFailed);
+}
+
+TEST(CanopenClient, SyncEveryStepSetPointsEverySecondHeartbeatAtTwentyHertz) {
+  BenchMachine m;
+  ASSERT_TRUE(m.engage());
+  m.wire.clear();
+  m.run(1s);
+  EXPECT_EQ(m.frames(0x080).size(), 200U);
+  EXPECT_EQ(m.frames(0x701).size(), 20U);
+  for (std::uint32_t valve = 0x10; valve <= 0x12; ++valve) EXPECT_EQ(m.frames(0x200 + valve).size(), 100U);
+  EXPECT_EQ(m.frames(0x1A0).size(), 200U);
+  EXPECT_EQ(m.frames(0x190).size(), 100U);
+}
+
+TEST(CanopenClient, DropToNeutralGoesOutAtOnce) {
+  for (int phase = 0; phase < 2; ++phase) {
+    BenchMachine m;
+    ASSERT_TRUE(m.engage());
+    m.move(JointVector(0.3, -0.3, -0.3), phase == 0 ? 300ms : 305ms);
+    const Time released = m.now;
+    m.hand.enable = false;
+    m.run(100ms);
+    for (int i = 0; i < kJoints; ++i) {
+      const Time neutral = m.command_neutral_since(released, i);
+      ASSERT_NE(neutral, kNever);
+      EXPECT_LE(neutral - released, 8ms);  // one step plus the frames in front
+    }
+  }
+}
+
+TEST(CanopenClient, WorstCaseBusLoadStaysWithinSixtyPercent) {
+  BenchMachine m;
+  ASSERT_TRUE(m.engage());
+  const Duration before = m.bus.busy();
+  m.run(2s);
+  EXPECT_LE(to_seconds(m.bus.busy() - before) / 2, 0.60);
+}
+
+TEST(CanopenClient, RefusesTwoNodesWithOneId) {
+  MachineDescription d = test::test_machine();
+  d.bus.tilt.id = d.bus.encoders[1].id;
+  VirtualCanBus bus(1, 500000);
+  EXPECT_THROW(CanopenClient(d, bus.port(0)), InputError);
+}
+
+}  // namespace
+}  // namespace knuckle::slave

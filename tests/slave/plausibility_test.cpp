@@ -1,0 +1,138 @@
+// Sensors against each other: each rule finds its broken sensor in time, and machines at the edges of the allowed
+// spread never trip one.
+#include "slave/plausibility.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/slave/test_machine.h"
+
+namespace knuckle::slave {
+namespace {
+
+constexpr double kStep = 0.005;
+
+/// One axis (boom) of a machine whose flow, dead band and noise differ from the file.
+class Axis {
+ public:
+  explicit Axis(double flow_gain = 1, double dead_band = 0.11, unsigned seed = 1)
+      : machine(test::test_machine()), plausibility(machine, kStep), gain_(flow_gain), band_(dead_band), rng_(seed) {
+    m.cylinder_m = JointVector(0.9, 1.1, 0.9);
+    level = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
+  }
+  Reason step(double spool) {
+    const auto& c = machine.cylinders[0];
+    const double opening = std::max(0.0, std::abs(spool) - band_) / (1 - band_);
+    if (!blocked) length_ += std::copysign(gain_ * opening * 0.5e-3 / c.head_area_m2(), spool) * kStep;
+    std::normal_distribution<> noise(0, 0.3e5);
+    for (std::size_t i = 0; i < 6; ++i) {
+      if (i != stuck) m.pressure_Pa[i] = std::round((level[i] + offset + noise(rng_)) / 1e4) * 1e4;
+    }
+    if (!frozen) m.cylinder_m[0] = std::round(length_ / 1e-4) * 1e-4;
+    return plausibility.step(m, JointVector(spool, 0, 0));
+  }
+  /// Time until something is found, or a negative number.
+  double found_after(double spool, double patience_s, Reason& why) {
+    for (double t = 0; t < patience_s; t += kStep) {
+      why = step(spool);
+      if (why) return t + kStep;
+    }
+    return -1;
+  }
+
+  MachineDescription machine;
+  Plausibility plausibility;
+  estimation::Measurement m;
+  std::array<double, 6> level{};
+  double offset = 0, length_ = 0.9;
+  bool frozen = false, blocked = false;
+  std::size_t stuck = 99;
+
+ private:
+  double gain_, band_;
+  std::mt19937 rng_;
+};
+
+TEST(Plausibility, FrozenEncoderIsFoundBeforeTheCylinderHasGoneFar) {
+  for (const double spool : {0.25, 0.4, 0.8}) {
+    Axis axis;
+    for (int i = 0; i < 60; ++i) ASSERT_FALSE(axis.step(spool));
+    axis.frozen = true;
+    const double from = axis.length_;
+    Reason why;
+    const double after = axis.found_after(spool, 1, why);
+    EXPECT_GT(after, 0);
+    EXPECT_LE(after, 0.35);
+    EXPECT_LE(std::abs(axis.length_ - from), 0.010) << spool;
+    EXPECT_EQ(why.code, ReasonCode::kSensorImplausible);
+    EXPECT_EQ(why.subject, 0x30);
+  }
+}
+
+TEST(Plausibility, CylinderMovingBehindAClosedValveIsFound) {
+  Axis axis;
+  Reason why;
+  for (int i = 0; i < 100; ++i) ASSERT_FALSE(axis.step(0));
+  for (int i = 0; i < 200 && !why; ++i) {
+    axis.length_ += 0.1 * kStep;
+    why = axis.step(0);
+  }
+  EXPECT_EQ(why.code, ReasonCode::kSensorImplausible);
+  EXPECT_EQ(why.subject, 0x30);
+  EXPECT_LE(axis.length_, 0.9 + 0.018);
+}
+
+TEST(Plausibility, StuckPressureIsFoundOnceTheMachineMoves) {
+  for (const std::size_t chamber : {0U, 1U}) {
+    Axis axis;
+    for (int i = 0; i < 50; ++i) ASSERT_FALSE(axis.step(0));
+    axis.stuck = chamber;
+    for (int i = 0; i < 100; ++i) ASSERT_FALSE(axis.step(0)) << "at rest nobody can tell";
+    Reason why;
+    EXPECT_GT(axis.found_after(0.5, 1, why), 0);
+    EXPECT_EQ(why.subject, 0x20 + chamber);
+  }
+}
+
+TEST(Plausibility, NoFalseAlarmForMachinesAtTheEdgeOfTheAllowedSpread) {
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    std::mt19937 rng(seed);
+    std::uniform_real_distribution<> u(0, 1);
+    Axis axis(0.7 + 0.6 * u(rng), 0.10 + 0.02 * u(rng), seed);
+    axis.offset = (2 * u(rng) - 1) * 1e5;
+    double spool = 0, goal = 0;
+    for (int i = 0; i < 20 * 200; ++i) {
+      if (i % 100 == 0) goal = u(rng) < 0.3 ? 0 : (axis.length_ > 0.95 ? -1 : 1) * u(rng) * 0.6;
+      spool += (goal - spool) * 0.2;
+      for (double& p : axis.level) p += (u(rng) - 0.5) * 2e5;
+      for (double& p : axis.level) p = std::clamp(p, 0.0, 150e5);
+      const Reason why = axis.step(spool);
+      ASSERT_FALSE(why) << text(why) << " seed " << seed << " at " << i * kStep << " s";
+    }
+  }
+}
+
+TEST(Plausibility, PressingAgainstAWallIsNoFrozenEncoder) {
+  Axis axis;
+  for (int i = 0; i < 60; ++i) ASSERT_FALSE(axis.step(0.3));
+  axis.blocked = true;
+  // Oil goes on coming in: beta Q / V per second, until the relief takes it.
+  const double volume = 0.15e-3 + 3.318e-3 * (axis.length_ - 0.74), flow = 0.19 / 0.89 * 0.5e-3;
+  for (int i = 0; i < 600; ++i) {
+    axis.level[0] = std::min(204e5, axis.level[0] + 0.9e9 * flow / volume * kStep);
+    ASSERT_FALSE(axis.step(0.3)) << i;
+  }
+}
+
+TEST(Plausibility, LeakageIsNoMotionBehindAClosedValve) {
+  Axis axis;
+  for (int i = 0; i < 60 * 200; ++i) {
+    axis.length_ += 0.002 * kStep * (axis.length_ < 1.0 ? 1 : 0);
+    ASSERT_FALSE(axis.step(0));
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::slave

@@ -1,0 +1,93 @@
+// Values that cannot be are left out and named; what is left ages.
+#include "slave/sensors.h"
+
+#include <gtest/gtest.h>
+
+#include "machine/kinematics.h"
+#include "tests/slave/test_machine.h"
+#include "transport/canopen.h"
+
+namespace knuckle::slave {
+namespace {
+
+class Sensors : public ::testing::Test {
+ public:
+  void send_all() {
+    for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5 + i * 1e5);
+    length(0, 0.9), length(1, 1.1), length(2, 0.9);
+    tilt(0.02);
+  }
+  void pressure(std::uint8_t i, double Pa, std::uint8_t status = 0) {
+    sensors.receive(canopen::pressure_frame(0x1A0U + i, {Pa, status}), now);
+  }
+  void length(std::uint8_t i, double m) { sensors.receive(canopen::encoder_frame(0x1B0U + i, {m, 0}), now); }
+  void tilt(double rad) { sensors.receive(canopen::tilt_frame(0x1B8, rad), now); }
+
+  Time now{1s};
+  MachineDescription machine = test::test_machine();
+  SensorSet sensors{machine};
+};
+
+TEST_F(Sensors, MeasurementNeedsEverySensorOnce) {
+  EXPECT_FALSE(sensors.measurement());
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorStale);
+  send_all();
+  const auto m = sensors.measurement().value();
+  EXPECT_NEAR(m.pressure_Pa[5], 55e5, 1);
+  EXPECT_NEAR(m.cylinder_m[kArm], 1.1, 1e-9);
+  EXPECT_NEAR(m.hull_pitch_rad, 0.02, 0.001);
+  EXPECT_FALSE(sensors.fault(now));
+}
+
+TEST_F(Sensors, OldestSensorIsNamedOnceItIsOlderThanItsLimit) {
+  send_all();
+  now += 10ms;
+  send_all();
+  now += 20ms;
+  for (std::uint8_t i = 0; i < 6; ++i) {
+    if (i != 3) pressure(i, 50e5);
+  }
+  length(0, 0.9), length(1, 1.1), length(2, 0.9), tilt(0.02);
+  now += 5ms;
+  EXPECT_FALSE(sensors.fault(now));
+  now += 1us;
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorStale);
+  EXPECT_EQ(sensors.fault(now).subject, 0x23);
+  EXPECT_EQ(sensors.oldest_node(), 0x23);
+}
+
+TEST_F(Sensors, ImpossibleValuesAreLeftOutAndThreeInARowAreAFault) {
+  const auto bad_values = {+[](Sensors& s) { s.pressure(2, 50e5, canopen::kPressureInvalid); },
+                           +[](Sensors& s) { s.pressure(2, 421e5); },
+                           +[](Sensors& s) { s.pressure(2, -4e5); },
+                           +[](Sensors& s) { s.length(1, 0.80); },
+                           +[](Sensors& s) { s.length(1, 214748.0); },
+                           +[](Sensors& s) { s.length(1, 1.13); },  // in range, but 3 cm in 5 ms
+                           +[](Sensors& s) { s.tilt(1.0); }};
+  for (const auto& bad : bad_values) {
+    sensors.reset();
+    send_all();
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_FALSE(sensors.fault(now)) << i;
+      now += 5ms;
+      pressure(0, 50e5);  // the others go on
+      bad(*this);
+      EXPECT_NEAR(sensors.measurement()->cylinder_m[1], 1.1, 1e-6);
+      EXPECT_NEAR(sensors.measurement()->pressure_Pa[2], 52e5, 1);
+    }
+    EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid);
+  }
+}
+
+TEST_F(Sensors, BoomMountedTiltGivesTheHullPitch) {
+  machine.sensors.tilt_mount = SensorDescription::TiltMount::kOnBoom;
+  SensorSet on_boom(machine);
+  sensors = on_boom;
+  send_all();
+  const double boom = Kinematics(machine).joint_at(kBoom, 0.9).value();
+  tilt(boom + 0.05);
+  EXPECT_NEAR(sensors.measurement()->hull_pitch_rad, 0.05, 0.001);
+}
+
+}  // namespace
+}  // namespace knuckle::slave

@@ -1,0 +1,257 @@
+// The machine's side as a whole against the simulated nodes, told as stories; times to neutral are read off the wire.
+#include "slave/slave_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/slave/bench_machine.h"
+#include "tests/support/no_alloc.h"
+
+namespace knuckle::slave {
+namespace {
+
+using test::BenchMachine;
+
+const JointVector kFast(0.25, -0.25, -0.3);
+
+/// Engages, moves for a while, and forgets what was on the wire so far.
+void lead(BenchMachine& m) {
+  ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
+  m.wire.clear();
+  m.move(kFast, 400ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
+  ASSERT_GT(m.loop.commands().cwiseAbs().minCoeff(), 0.12);
+}
+
+/// Every valve was commanded neutral within `limit` of `since`, and stayed so.
+void expect_neutral_within(const BenchMachine& m, Time since, Duration limit) {
+  for (int i = 0; i < kJoints; ++i) {
+    const Time neutral = m.command_neutral_since(since, i);
+    ASSERT_NE(neutral, kNever) << kJointNames[static_cast<std::size_t>(i)];
+    EXPECT_LE(to_seconds(neutral - since), to_seconds(limit)) << kJointNames[static_cast<std::size_t>(i)];
+  }
+}
+
+TEST(SlaveLoop, OperatorTakesOverAndTheMachineFollowsTheHand) {
+  BenchMachine m;
+  ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
+  const JointVector before = m.angles();
+  m.move(kFast, 1s);
+  const JointVector moved = m.angles() - before;
+  // The bench's loads are not those of a real arm, so the law gives way: direction and rough size only.
+  for (int i = 0; i < kJoints; ++i) {
+    EXPECT_GT(moved[i] / kFast[i], 0.3) << i;
+    EXPECT_LT(moved[i] / kFast[i], 1.3) << i;
+  }
+  EXPECT_EQ(m.loop.mode(), Mode::kEngaged);
+  const SlaveMessage& told = m.link.last().value();
+  EXPECT_EQ(told.mode, Mode::kEngaged);
+  EXPECT_LT((told.position_rad - m.angles()).norm(), 0.02);
+  EXPECT_LT((told.acted_on_rad - m.hand.position_rad).norm(), 0.01);
+  EXPECT_EQ(told.echoed_report_at, m.hand.device_report_at);
+  EXPECT_LE(m.now - told.echoed_master_time, 10ms);
+}
+
+TEST(SlaveLoop, NothingMovesBeforeItIsEngaged) {
+  BenchMachine m;
+  m.hand.presence = m.hand.enable = true;  // held from the beginning: does not count
+  m.hand.position_rad += JointVector(0.5, 0.5, 0.5);
+  m.run(3s);
+  EXPECT_EQ(m.loop.mode(), Mode::kReady);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableHeld);
+  for (int i = 0; i < kJoints; ++i) {
+    for (const CanFrame& f : m.frames(canopen::rpdo1_id(static_cast<std::uint8_t>(0x10 + i)))) {
+      EXPECT_EQ(canopen::parse_valve_command(f)->set_point, 0);
+    }
+  }
+  EXPECT_FALSE(m.nodes.outputs().pilot);
+}
+
+TEST(SlaveLoop, LinkCutEndsNeutralWithinTheDesignsTimesAndNothingResumes) {
+  BenchMachine m;
+  lead(m);
+  const Time cut = m.now;
+  m.link_up = false;
+  m.run(400ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
+  expect_neutral_within(m, cut, 200ms);
+  m.link_up = true;
+  m.align();
+  m.run(2s);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  expect_neutral_within(m, cut, 200ms);
+  m.hand.enable = false;
+  m.run(50ms);
+  m.hand.enable = true;
+  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+}
+
+TEST(SlaveLoop, ShortOutageIsBridged) {
+  BenchMachine m;
+  lead(m);
+  m.link_up = false;
+  m.run(40ms);
+  m.link_up = true;
+  m.run(100ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kEngaged);
+}
+
+TEST(SlaveLoop, EverySilentNodeEndsNeutral) {
+  for (const int id : {0x10, 0x12, 0x20, 0x25, 0x31, 0x38, 0x40}) {
+    BenchMachine m;
+    lead(m);
+    const Time at = m.now;
+    ASSERT_TRUE(m.nodes.inject(static_cast<std::uint8_t>(id), sim::NodeFault::kSilent));
+    m.run(400ms);
+    EXPECT_EQ(m.loop.mode(), Mode::kFault) << id;
+    EXPECT_EQ(m.loop.fault().subject, id) << text(m.loop.fault());
+    // The enable node repeats its inputs every 50 ms only, and drops the pilot by itself meanwhile.
+    expect_neutral_within(m, at, id == 0x40 ? 260ms : 60ms);
+  }
+}
+
+TEST(SlaveLoop, ImpossibleSensorValueEndsNeutralAndASingleSpikeDoesNot) {
+  for (const int id : {0x21, 0x30, 0x38}) {
+    BenchMachine m;
+    lead(m);
+    ASSERT_TRUE(m.nodes.inject(static_cast<std::uint8_t>(id), sim::NodeFault::kInvalid));
+    const Time at = m.now;
+    m.run(200ms);
+    EXPECT_EQ(m.loop.fault().code, ReasonCode::kSensorInvalid) << id;
+    EXPECT_EQ(m.loop.fault().subject, id);
+    expect_neutral_within(m, at, 60ms);
+  }
+  BenchMachine m;
+  lead(m);
+  m.nodes.inject(0x32, sim::NodeFault::kSpike);
+  m.run(200ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
+  EXPECT_GT(m.loop.sensors().rejected(), 0U);
+}
+
+TEST(SlaveLoop, SnappedWireAndFrozenEncoderEndNeutral) {
+  for (const auto fault : {sim::NodeFault::kBrokenWire, sim::NodeFault::kFrozen}) {
+    BenchMachine m;
+    lead(m);
+    ASSERT_TRUE(m.nodes.inject(0x30, fault));
+    const Time at = m.now;
+    m.move(kFast, 400ms);
+    EXPECT_EQ(m.loop.mode(), Mode::kFault);
+    EXPECT_EQ(m.loop.fault().subject, 0x30) << text(m.loop.fault());
+    expect_neutral_within(m, at, 200ms);
+  }
+}
+
+TEST(SlaveLoop, StuckValveEndsNeutral) {
+  BenchMachine m;
+  lead(m);
+  ASSERT_TRUE(m.nodes.inject(0x11, sim::NodeFault::kStuck));
+  m.move(-kFast, 600ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+}
+
+TEST(SlaveLoop, HungLoopIsAFaultWhenItComesBack) {
+  BenchMachine m;
+  lead(m);
+  m.hung = true;
+  m.run(300ms);
+  EXPECT_NEAR(m.signals.spool.cwiseAbs().maxCoeff(), 0, 0.02) << "the valves' own watchdogs";
+  m.hung = false;
+  m.run(20ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kLoopOverrun);
+}
+
+TEST(SlaveLoop, EStopDropsEverythingAndCanBeLeftOnPurposeOnly) {
+  BenchMachine m;
+  lead(m);
+  const Time at = m.now;
+  m.nodes.set_estop(true);
+  m.run(300ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kEStop);
+  expect_neutral_within(m, at, 20ms);
+  m.nodes.set_estop(false);
+  m.run(2s);
+  EXPECT_EQ(m.loop.mode(), Mode::kEStop);
+  m.hand.enable = false;
+  m.run(100ms);
+  m.hand.enable = true;
+  m.align();
+  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+}
+
+TEST(SlaveLoop, NodeThatComesBackIsSetUpAgainOnceTheOperatorLetsGo) {
+  BenchMachine m;
+  lead(m);
+  m.nodes.inject(0x11, sim::NodeFault::kSilent);
+  m.run(500ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kFault);
+  m.nodes.inject(0x11, sim::NodeFault::kNone);
+  m.run(3s);
+  EXPECT_EQ(m.loop.client().phase(), CanopenClient::Phase::kFailed) << "enable is still held";
+  m.hand.enable = false;
+  m.run(3s);
+  EXPECT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
+  m.hand.enable = true;
+  m.align();
+  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+}
+
+TEST(SlaveLoop, OldAndDoubledPacketsAreNotActedOn) {
+  BenchMachine m;
+  lead(m);
+  const MasterMessage newest = m.hand;
+  m.run(10ms);
+  MasterMessage old = newest;
+  old.position_rad.setConstant(1e3);
+  m.link_up = false;
+  m.link.deliver(encode(old));
+  m.run(10ms);
+  EXPECT_LT(m.loop.master().position_rad.norm(), 10);
+}
+
+TEST(SlaveLoop, DeadLinkWithNonsenseOnItCountsAsLost) {
+  BenchMachine m;
+  lead(m);
+  m.link_up = false;
+  const Time at = m.now;
+  for (int i = 0; i < 60; ++i) {
+    Datagram noise;
+    noise.size = 100;
+    noise.bytes.fill(static_cast<std::uint8_t>(i));
+    m.link.deliver(noise);
+    m.run(5ms);
+  }
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
+  EXPECT_GE(m.loop.malformed_datagrams(), 50U);
+  expect_neutral_within(m, at, 200ms);
+}
+
+TEST(SlaveLoop, LongRoundTripHoldsWithoutFault) {
+  BenchMachine m;
+  lead(m);
+  m.round_trip = 600ms;
+  m.run(50ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kHold);
+  EXPECT_EQ(m.loop.commands(), JointVector(0, 0, 0));
+  m.round_trip = 20ms;
+  m.align();
+  m.run(50ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kEngaged);
+}
+
+TEST(SlaveLoop, StepAllocatesNothingOverAWholeSession) {
+  BenchMachine m;
+  m.recording = false;
+  const test::NoAllocScope scope;
+  m.engage();
+  m.move(kFast, 500ms);
+  m.nodes.inject(0x21, sim::NodeFault::kSilent);
+  m.run(3s);
+  EXPECT_EQ(scope.allocations(), 0U);
+}
+
+}  // namespace
+}  // namespace knuckle::slave
