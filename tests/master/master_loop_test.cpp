@@ -3,13 +3,38 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "tests/master/master_rig.h"
+#include "tests/support/no_alloc.h"
 
 namespace knuckle::master {
 namespace {
 
 using test::kMidPosture;
 using test::MasterRig;
+
+/// The machine presses against something: its tip stays a few millimetres (hand) above the hand's, its force points up.
+void push_back(MasterRig& rig, double force_N = 2000) {
+  rig.follow = false;
+  rig.machine.tip_force_N = PlanarVector(0, force_N);
+  rig.machine.covariance_N2 = {400, 0, 400};
+  rig.react = [](MasterRig& r) { r.machine.position_rad = r.heard.position_rad + JointVector(0.012, 0, 0); };
+}
+
+/// Largest change in one millisecond of what the motors truly give at the tip, while `story` runs.
+template <typename Story>
+double worst_slew(MasterRig& rig, Story&& story) {
+  double worst = 0;
+  PlanarVector last = rig.hand.truth().felt_N;
+  for (int i = 0; story(i); ++i) {
+    rig.tick();
+    worst = std::max(worst, (rig.hand.truth().felt_N - last).norm());
+    last = rig.hand.truth().felt_N;
+  }
+  return worst;
+}
 
 TEST(MasterLoop, SendsTheHandsJointsFiveHundredTimesASecond) {
   MasterRig rig;
@@ -18,7 +43,283 @@ TEST(MasterLoop, SendsTheHandsJointsFiveHundredTimesASecond) {
   rig.run(1);
   EXPECT_EQ(rig.heard.sequence - first, 500u);
   EXPECT_TRUE(rig.heard.device_ok && rig.heard.presence);
-  EXPECT_NEAR((rig.heard.position_rad - kMidPosture).norm(), 0, 1e-3);
+  EXPECT_NEAR((rig.heard.position_rad - rig.hand.truth().joint_rad).norm(), 0, 1e-3);
+  EXPECT_LE(rig.heard.sent_at - rig.heard.device_report_at, 2ms);
+}
+
+TEST(MasterLoop, SendsSpeedAheadOfPosition) {
+  MasterRig rig;
+  rig.run(0.3);
+  rig.intent.rate_radps = JointVector(0.2, -0.3, 0.4);
+  for (int i = 0; i < 1000; ++i) {
+    rig.intent.joint_rad += 1e-3 * rig.intent.rate_radps;
+    rig.tick();
+  }
+  EXPECT_NEAR((rig.heard.velocity_radps - rig.intent.rate_radps).norm(), 0, 0.03);
+}
+
+TEST(MasterLoop, MeasuresTheRoundTripFromItsOwnEchoedTime) {
+  for (const Duration one_way : {1ms, 50ms, 200ms}) {
+    MasterRig rig(ControlLaw::kEchoSpring, one_way);
+    rig.run(3);
+    EXPECT_NEAR(rig.loop.round_trip_s(), 2 * to_seconds(one_way), 3e-3);
+  }
+}
+
+TEST(MasterLoop, DragsLessThanTwoTenthsOfANewtonInFreeMotion) {
+  MasterRig rig;
+  rig.machine.covariance_N2 = {2500, 0, 2500};
+  rig.react = [](MasterRig& r) {  // no-load error of the estimate: 150 N rms, slowly turning
+    const double t = to_seconds(r.now);
+    r.machine.tip_force_N = PlanarVector(200 * std::sin(3 * t), 150 * std::sin(7 * t));
+  };
+  rig.engage();
+  double law = 0, felt = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const double t = i * 1e-3;
+    rig.intent.joint_rad = kMidPosture + JointVector(0.2, -0.3, 0.4) * std::sin(2 * t);
+    rig.intent.rate_radps = JointVector(0.4, -0.6, 0.8) * std::cos(2 * t);
+    rig.tick();
+    law = std::max(law, rig.loop.law_force_N().norm());
+    felt = std::max(felt, rig.hand.truth().felt_N.norm());
+  }
+  EXPECT_EQ(law, 0);
+  EXPECT_LT(felt, 0.02);
+}
+
+TEST(MasterLoop, RendersTheReflectedForceAtTheHand) {
+  MasterRig rig;
+  rig.engage();
+  push_back(rig);
+  rig.run(20);
+  EXPECT_NEAR((rig.hand.truth().felt_N - PlanarVector(0, 2)).norm(), 0, 0.3);
+  EXPECT_NEAR((rig.loop.sent_force_N() - rig.loop.law_force_N()).norm(), 0, 0.02);
+}
+
+TEST(MasterLoop, GivesNoForceUnlessEngaged) {
+  for (const Mode mode :
+       {Mode::kOff, Mode::kSelfTest, Mode::kReady, Mode::kAligning, Mode::kHold, Mode::kFault, Mode::kEStop}) {
+    for (const ControlLaw law : {ControlLaw::kEchoSpring, ControlLaw::kDirect}) {
+      MasterRig rig(law);
+      rig.run(0.3);
+      rig.machine.mode = mode;
+      push_back(rig);
+      rig.run(1);
+      EXPECT_LT(rig.hand.truth().felt_N.norm(), 0.01) << int(mode);
+    }
+  }
+}
+
+// Every way a felt force can end or start must stay below 0.5 N/ms at the motors.
+struct Transition {
+  const char* name;
+  void (*happen)(MasterRig&);
+};
+class MasterTransitions : public testing::TestWithParam<Transition> {};
+TEST_P(MasterTransitions, ChangeTheForceSlowerThanHalfANewtonPerMillisecond) {
+  for (const ControlLaw law : {ControlLaw::kEchoSpring, ControlLaw::kDirect}) {
+    MasterRig rig(law);
+    rig.engage();
+    double worst = worst_slew(rig, [&](int i) {
+      if (i == 0) push_back(rig, 7000);
+      return i < 8000;
+    });
+    EXPECT_GT(rig.hand.truth().felt_N.norm(), 3) << "the story starts with a force";
+    worst = std::max(worst, worst_slew(rig, [&](int i) {
+                       if (i == 50) GetParam().happen(rig);
+                       return i < 1000;
+                     }));
+    EXPECT_LT(worst, 0.5);
+    EXPECT_LT(rig.hand.truth().felt_N.norm(), 0.5);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(
+    Stories, MasterTransitions,
+    testing::Values(
+        Transition{"hold", [](MasterRig& r) { r.machine.mode = Mode::kHold; }},
+        Transition{"fault", [](MasterRig& r) { r.machine.mode = Mode::kFault; }},
+        Transition{"silence", [](MasterRig& r) { r.machine_silent = true; }},
+        Transition{"unplugged", [](MasterRig& r) { r.cable.unplug(); }},
+        Transition{"silent_device", [](MasterRig& r) { r.hand.firmware().inject(sim::FirmwareFault::kSilent); }},
+        Transition{"wild_counts", [](MasterRig& r) { r.hand.firmware().inject(sim::FirmwareFault::kWildCounts); }},
+        Transition{"hand_off", [](MasterRig& r) { r.intent.presence = false; }}),
+    [](const auto& story) { return std::string(story.param.name); });
+
+TEST(MasterLoop, TellsTheMachineWithinThreeMillisecondsThatTheDeviceIsGone) {
+  MasterRig rig;
+  rig.engage();
+  rig.cable.unplug();
+  rig.run(0.004);  // one of them on the link
+  EXPECT_FALSE(rig.heard.device_ok);
+  EXPECT_EQ(rig.heard.device_reason.code, ReasonCode::kDeviceLost);
+  EXPECT_FALSE(rig.heard.presence || rig.heard.enable);
+}
+
+TEST(MasterLoop, ClutchMovesTheHandAndNotTheSetPoint) {
+  MasterRig rig;
+  rig.engage();
+  rig.intent.clutch = true;
+  rig.run(0.02);
+  rig.machine.mode = Mode::kHold;
+  const JointVector before = rig.heard.position_rad;
+  rig.intent.joint_rad += JointVector(0.2, 0.1, -0.3);
+  rig.run(1);
+  EXPECT_NEAR((rig.heard.position_rad - before).norm(), 0, 1e-9);
+  EXPECT_NEAR(rig.heard.velocity_radps.norm(), 0, 1e-6);
+  rig.intent.clutch = false;
+  rig.run(0.02);
+  rig.machine.mode = Mode::kEngaged;
+  rig.run(0.5);
+  EXPECT_NEAR((rig.heard.position_rad - before).norm(), 0, 2e-3);  // no jump on release
+  rig.intent.joint_rad += JointVector(0.1, 0, 0);
+  rig.run(1);
+  EXPECT_NEAR(rig.heard.position_rad[0] - before[0], 0.1, 2e-3);  // and the hand leads again
+}
+
+TEST(MasterLoop, ClutchBeforeEngagingAlignsTheSetPointWithTheMachine) {
+  MasterRig rig;
+  rig.follow = false;
+  rig.machine.position_rad = kMidPosture + JointVector(0.4, 0.5, 0.6);
+  rig.run(0.3);
+  EXPECT_GT((rig.heard.position_rad - rig.machine.position_rad).norm(), 0.5);
+  rig.intent.clutch = true;
+  rig.run(0.1);
+  rig.intent.clutch = false;
+  rig.run(0.1);
+  EXPECT_NEAR((rig.heard.position_rad - rig.machine.position_rad).norm(), 0, 1e-3);
+}
+
+TEST(MasterLoop, ForgetsItsAlignmentWhenTheDeviceComesBack) {
+  MasterRig rig;
+  rig.follow = false;
+  rig.machine.position_rad = kMidPosture + JointVector(0.4, 0.5, 0.6);
+  rig.intent.clutch = true;
+  rig.run(0.4);
+  rig.intent.clutch = false;
+  rig.cable.unplug();
+  rig.run(0.1);
+  rig.cable.plug();
+  rig.run(0.5);
+  EXPECT_TRUE(rig.heard.device_ok);
+  EXPECT_NEAR((rig.heard.position_rad - rig.hand.truth().joint_rad).norm(), 0, 1e-3);
+}
+
+TEST(MasterLoop, KeepsTheSetPointInTheMachinesRangeAndPushesTheHandBack) {
+  MasterRig rig;
+  rig.engage();
+  rig.machine.mode = Mode::kHold;
+  rig.intent.clutch = true;  // shift, so that the hand's room reaches beyond the machine's
+  rig.intent.joint_rad = kMidPosture - JointVector(0.4, 0, 0);
+  rig.run(0.5);
+  rig.intent.clutch = false;
+  rig.run(0.01);
+  rig.machine.mode = Mode::kEngaged;
+  rig.intent.joint_rad = kMidPosture + JointVector(0.6, 0, 0);
+  rig.run(1);
+  EXPECT_NEAR(rig.heard.position_rad[0], 1.092, 1e-9);
+  EXPECT_LE(rig.heard.velocity_radps[0], 0);
+  EXPECT_LT(rig.loop.joint_torque_Nm()[0], -0.3);
+  EXPECT_EQ(rig.loop.law_force_N().norm(), 0);
+}
+
+TEST(MasterLoop, ChangesScalesOnlyWhileTheMachineIsNotLed) {
+  MasterRig rig;
+  rig.engage();
+  EXPECT_FALSE(rig.loop.set_scales(5, 2e-3));
+  rig.machine.mode = Mode::kReady;
+  rig.run(0.1);
+  EXPECT_FALSE(rig.loop.set_scales(-5, 2e-3));
+  EXPECT_FALSE(rig.loop.set_scales(5, std::numeric_limits<double>::quiet_NaN()));
+  const JointVector before = rig.heard.position_rad;
+  EXPECT_TRUE(rig.loop.set_scales(5, 2e-3));
+  rig.run(0.1);
+  EXPECT_EQ(rig.heard.position_scale, 5);
+  EXPECT_EQ(rig.heard.force_scale, 2e-3);
+  EXPECT_NEAR((rig.heard.position_rad - before).norm(), 0, 1e-3);
+  rig.intent.joint_rad += JointVector(0.2, 0, 0);
+  rig.run(1);
+  EXPECT_NEAR(rig.heard.position_rad[0] - before[0], 0.1, 1e-3);
+}
+
+TEST(MasterLoop, TakesTheNewestMessageAndIgnoresOvertakenOnes) {
+  MasterRig rig;
+  rig.run(0.3);
+  SlaveMessage late = rig.machine;
+  late.sequence -= 3;
+  late.mode = Mode::kFault;
+  rig.network.b().send(encode(late).view());
+  rig.run(0.003);
+  EXPECT_EQ(rig.loop.machine()->mode, Mode::kReady);
+}
+
+TEST(MasterLoop, AllocatesNothingWhileItSteps) {
+  MasterRig rig;
+  rig.engage();
+  push_back(rig);
+  rig.run(0.5);
+  test::NoAllocScope scope;
+  for (int i = 0; i < 500; ++i) {
+    if (i == 100) rig.cable.unplug();
+    if (i == 200) rig.cable.plug();
+    rig.tick();
+  }
+  EXPECT_EQ(scope.allocations(), 0u);
+}
+
+TEST(TorqueLimiter, HoldsMotorsAtRatedCurrentBeforeTheFirmwareTrips) {
+  MasterRig rig(ControlLaw::kDirect);
+  rig.engage();
+  rig.follow = false;
+  rig.intent.joint_rad = kMidPosture;
+  rig.react = [](MasterRig& r) { r.machine.tip_force_N = PlanarVector(0, 8000); };
+  double hottest = 0;
+  for (int i = 0; i < 60000; ++i) {
+    rig.tick();
+    for (const double heat : rig.hand.truth().motor_heat) hottest = std::max(hottest, heat);
+  }
+  EXPECT_GT(hottest, 0.85);
+  EXPECT_LT(hottest, 1.02);
+  EXPECT_FALSE(rig.hand.firmware().latched());
+  EXPECT_GT(rig.hand.truth().felt_N.norm(), 2);
+}
+
+TEST(TorqueLimiter, TakesANonFiniteTorqueForNone) {
+  TorqueLimiter limiter(test::desk_device());
+  const auto posture = DeviceKinematics(test::desk_device().link_m).posture(kMidPosture);
+  const JointVector wanted(std::numeric_limits<double>::quiet_NaN(), 1, 1);
+  EXPECT_EQ(limiter.step(wanted, posture.jacobian, 1e-3).norm(), 0);
+}
+
+TEST(EnergyPort, LowersTheForceWhileMoreThanHalfAJouleNetComesBackInTwoSeconds) {
+  EnergyPort port;
+  for (int i = 0; i < 1000; ++i) port.step(-2, 1e-3);  // the hand puts in 2 J,
+  for (int i = 0; i < 900; ++i) port.step(2, 1e-3);    // and 1.8 J come back within the window
+  EXPECT_EQ(port.gain(), 1);
+  EXPECT_NEAR(port.in_J(), 2, 1e-9);
+  EXPECT_NEAR(port.out_J(), 1.8, 1e-9);
+  double last = 1;
+  for (int i = 0; i < 3000; ++i) {
+    port.step(1, 1e-3);
+    EXPECT_LT(last - port.gain(), 0.003);
+    last = port.gain();
+  }
+  EXPECT_EQ(port.gain(), 0);
+  for (int i = 0; i < 8000; ++i) port.step(0, 1e-3);
+  EXPECT_EQ(port.gain(), 1);
+}
+
+TEST(DeviceKinematics, JacobianIsTheDerivativeOfTheTip) {
+  const DeviceKinematics kinematics(test::desk_device().link_m);
+  const DevicePosture posture = kinematics.posture(kMidPosture);
+  for (Eigen::Index i = 0; i < kJoints; ++i) {
+    JointVector moved = kMidPosture;
+    moved[i] += 1e-6;
+    const PlanarVector slope = (kinematics.posture(moved).tip_m - posture.tip_m) / 1e-6;
+    EXPECT_NEAR((slope - posture.jacobian.col(i)).norm(), 0, 1e-6);
+  }
+  EXPECT_NEAR((kinematics.posture(JointVector::Zero()).tip_m - PlanarVector(0.32, 0)).norm(), 0, 1e-12);
+  const PlanarVector force(3, -2);
+  EXPECT_NEAR((tip_force_of(posture.jacobian, posture.jacobian.transpose() * force) - force).norm(), 0, 5e-3);
 }
 
 }  // namespace

@@ -139,8 +139,8 @@ TEST(HapticDevice, FrictionHoldsASmallTorqueStill) {
 TEST(HapticDevice, ReportsAnglesInCountsWithSignAndZero) {
   Bench bench;
   for (int i = 0; i < 5; ++i) bench.tick();
-  EXPECT_NEAR(bench.state.counts[0], 1000 + 0.35 * 12 * 65536 / (2 * 3.14159265), 3);
-  EXPECT_NEAR(bench.state.counts[1], -2000 + 1.5 * 10 * 65536 / (2 * 3.14159265), 3);
+  EXPECT_NEAR(bench.state.counts[0], 12000 + 0.35 * 15 * 32768 / (2 * 3.14159265), 3);
+  EXPECT_NEAR(bench.state.counts[1], -4000 + 1.5 * 15 * 16384 / (2 * 3.14159265), 3);
   EXPECT_EQ(bench.reports, 4);  // one a millisecond, one millisecond on the cable
 }
 
@@ -217,12 +217,12 @@ TEST(DeviceFirmware, LatchesOnARepeatedSequenceAndOnADamagedCommand) {
 TEST(DeviceFirmware, LimitsCurrentToTheMotorsPeak) {
   Bench bench;
   bench.hold_torque(JointVector(5, 0, 0), 0.05);
-  EXPECT_NEAR(bench.hand.truth().motor_torque_Nm[0], 12 * 0.06 * 5, 1e-3);
+  EXPECT_NEAR(bench.hand.truth().motor_torque_Nm[0], 15 * 0.0259 * 7, 1e-3);
 }
 
 TEST(DeviceFirmware, TripsWhenAMotorOverheats) {
   Bench bench;
-  bench.hold_torque(JointVector(3.5, 0, 0), 20);
+  bench.hold_torque(JointVector(2.6, 0, 0), 20);
   EXPECT_TRUE(bench.state.fault & kDeviceFaultOvertemperature);
   EXPECT_LT(bench.felt(), 0.05);
 }

@@ -1,0 +1,72 @@
+// One step of the master loop (budget: 2 us median), and of the simulated hand and device it works with.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <vector>
+
+#include "tests/master/master_rig.h"
+
+namespace knuckle {
+namespace {
+
+/// The rig's own tick around the loop is not counted.
+void master_step(benchmark::State& state) {
+  test::MasterRig rig;
+  rig.engage();
+  rig.follow = false;
+  rig.machine.position_rad = rig.heard.position_rad + JointVector(0.01, 0, 0);
+  rig.machine.tip_force_N = PlanarVector(0, 2000);
+  rig.run(2);
+  int tick = 0;
+  std::vector<double> steps_s;  // the median is not disturbed by other programs
+  for (auto _ : state) {
+    rig.now += 1ms;
+    rig.cable.advance();
+    rig.network.advance(rig.now);
+    rig.hand.step(rig.now, rig.intent);
+    if (++tick % 5 == 0) {
+      ++rig.machine.sequence;
+      rig.machine.sent_at = rig.now;
+      rig.network.b().send(encode(rig.machine).view());
+    }
+    while (rig.network.b().receive(rig.datagram)) {
+    }
+    const auto start = std::chrono::steady_clock::now();
+    rig.loop.step(rig.now);
+    const double step_s = to_seconds(std::chrono::steady_clock::now() - start);
+    state.SetIterationTime(step_s);
+    steps_s.push_back(step_s);
+  }
+  std::ranges::nth_element(steps_s, steps_s.begin() + std::ptrdiff_t(steps_s.size() / 2));
+  state.counters["median_s"] = steps_s[steps_s.size() / 2];
+}
+BENCHMARK(master_step)->UseManualTime();
+
+void master_tick_with_hand_and_links(benchmark::State& state) {
+  test::MasterRig rig;
+  rig.engage();
+  for (auto _ : state) rig.tick();
+}
+BENCHMARK(master_tick_with_hand_and_links);
+
+void hand_and_device_step(benchmark::State& state) {
+  HidPair cable;
+  sim::HandAndDevice hand(test::desk_device(), test::steady_limb(), cable.device(), 1, test::kMidPosture);
+  sim::OperatorIntent intent;
+  intent.joint_rad = test::kMidPosture + JointVector(0.01, 0, 0);
+  intent.presence = true;
+  HidReport report;
+  Time now{};
+  for (auto _ : state) {
+    now += 1ms;
+    cable.advance();
+    hand.step(now, intent);
+    while (cable.host().read(report)) {
+    }
+  }
+}
+BENCHMARK(hand_and_device_step);
+
+}  // namespace
+}  // namespace knuckle
