@@ -82,6 +82,8 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
       matched_(kSlowVelocity_Hz, step_s),
       bank_(kSlowObserver_Hz, step_s),
       speeds_(kSlowObserver_Hz, step_s),
+      fast_first_(kFastVelocity_Hz, step_s),
+      fast_matched_(kFastVelocity_Hz, step_s),
       tare_(machine),
       cusum_(step_s) {
   // Middle of the range stands for the lever: these priors only have to be of the right size.
@@ -187,8 +189,9 @@ void ForceEstimator::slow_step(const Pose& pose, const JointState& state) noexce
   estimate_.joint_torque_Nm = nominal_residual_Nm_ + signals_.columns() * tare_.state();
 }
 
-/// The quick one, for the slave's contact law and the contact event: pressures are not delayed, the tare is applied to
-/// what goes in.
+/// The quick one, for the slave's contact law and the contact event. Its cylinder torque is matched too: the boom
+/// swings on its oil at 3-16 Hz, and torque that comes before the motion it makes would look like a contact. The tare
+/// is applied to what goes in.
 void ForceEstimator::fast_step(const Pose& pose, const JointState& state) noexcept {
   const JointVector rate = absolute(fast_.rate.value());
   const TareSignals signals{state.lever_m, state.lever_m.cwiseProduct(fast_.bristle),
@@ -197,7 +200,8 @@ void ForceEstimator::fast_step(const Pose& pose, const JointState& state) noexce
   const JointVector momentum = joint_torque(arm_.momentum(pose, rate) * nominal_);
   const JointVector imbalance =
       joint_torque((RigidArm::gravity(pose) + arm_.velocity_products(pose, rate)) * nominal_) +
-      state.lever_m.cwiseProduct(friction_N(fast_) - state.cylinder_N) + signals.columns() * tare_.state();
+      state.lever_m.cwiseProduct(friction_N(fast_)) + signals.columns() * tare_.state() -
+      fast_matched_.step(fast_first_.step(state.lever_m.cwiseProduct(state.cylinder_N)));
   estimate_.fast_torque_Nm = fast_.observer.step(momentum, imbalance);
 }
 

@@ -44,7 +44,7 @@ struct ForceEstimate {
 
 /// Force channels. Each is a momentum observer behind a velocity filter; gains of the design's start values.
 inline constexpr double kSlowObserver_Hz = 3, kSlowVelocity_Hz = 8;
-inline constexpr double kFastObserver_Hz = 6, kFastVelocity_Hz = 12;
+inline constexpr double kFastObserver_Hz = 6, kFastVelocity_Hz = 15;
 
 /// External joint torque e = a (p - F p) + F u of gain a, with p the momentum and u = (velocity products + gravity +
 /// friction - cylinder torque): the residual of the filtered regressor, Q replaced by what cylinders and friction give.
@@ -117,6 +117,7 @@ class ForceEstimator {
   Channel slow_, fast_;
   FohFilter<Bank> matched_first_, matched_, bank_;  ///< Twins of the velocity filter's poles and the observer's.
   FohFilter<Speeds> speeds_;
+  FohFilter<JointVector> fast_first_, fast_matched_;  ///< Cylinder torque of the fast channel.
 
   TareSignals signals_;  ///< H, as late as the slow residual.
   JointVector nominal_residual_Nm_ = JointVector::Zero();

@@ -14,7 +14,7 @@ constexpr double kConstant_N = 30, kFriction_N = 50;       // what the tare leav
 constexpr double kReach_m = 0.5;                           // a load lies within so much of the bucket pin
 constexpr double kLook_N = 120;                            // residual of one look, cylinder equivalent
 constexpr double kSmallestLever_m = 0.05;
-constexpr double kLooksPerIndependent = 10;  // looks of half a second tell about the same
+constexpr double kLooksPerIndependent = 40;  // looks of two seconds tell about the same
 
 }  // namespace
 
