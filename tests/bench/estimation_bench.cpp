@@ -1,6 +1,8 @@
 // Cost of one estimator step in the slave's loop.
 #include <benchmark/benchmark.h>
 
+#include <vector>
+
 #include "estimation/payload.h"
 #include "tests/estimation/test_machine.h"
 
