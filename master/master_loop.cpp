@@ -75,10 +75,12 @@ SpringInputs MasterLoop::spring_inputs() const noexcept {
   in.machine_mps = shrink * (machine.jacobian * slave_->velocity_radps);
   in.echoed_m = shrink * kinematics_.posture(slave_->acted_on_rad).tip_m;
   in.reflected_N = force_scale_ * slave_->tip_force_N;
+  // Of the force's size: along its own direction, as the estimate is far better across some postures than along them.
   const auto& [xx, xz, zz] = slave_->covariance_N2;
-  const double half_difference = (xx - zz) / 2;
-  const double largest_N2 = (xx + zz) / 2 + std::sqrt(half_difference * half_difference + xz * xz);
-  in.sigma_N = force_scale_ * std::sqrt(std::max(0.0, largest_N2));
+  const PlanarVector direction = slave_->tip_force_N.stableNormalized();
+  const double variance_N2 =
+      xx * direction.x() * direction.x() + 2 * xz * direction.x() * direction.y() + zz * direction.y() * direction.y();
+  in.sigma_N = force_scale_ * std::sqrt(std::max(0.0, variance_N2));
   in.confidence = slave_->confidence;
   in.engaged = slave_->mode == Mode::kEngaged && driver_.reading().presence;
   return in;

@@ -96,6 +96,18 @@ TEST(MasterLoop, RendersTheReflectedForceAtTheHand) {
   EXPECT_NEAR((rig.loop.sent_force_N() - rig.loop.law_force_N()).norm(), 0, 0.02);
 }
 
+TEST(MasterLoop, JudgesContactByTheUncertaintyAlongTheForceItself) {
+  for (const bool along : {true, false}) {
+    MasterRig rig;
+    rig.engage();
+    rig.follow = false;
+    rig.machine.tip_force_N = PlanarVector(0, 500);
+    rig.machine.covariance_N2 = {along ? 100.0 : 4e4, 0, along ? 4e4 : 100.0};  // 200 N: R_on = 0.8 N
+    rig.run(0.2);
+    EXPECT_EQ(rig.loop.spring().contact(), !along);
+  }
+}
+
 TEST(MasterLoop, GivesNoForceUnlessEngaged) {
   for (const Mode mode :
        {Mode::kOff, Mode::kSelfTest, Mode::kReady, Mode::kAligning, Mode::kHold, Mode::kFault, Mode::kEStop}) {
