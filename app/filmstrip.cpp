@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <set>
 #include <sstream>
 
 #include "app/machine_drawing.h"
@@ -147,17 +148,19 @@ std::size_t row_at(const SessionRecord& record, double t_s) {
 std::vector<Moment> key_moments(const SessionRecord& record) {
   std::vector<Moment> moments;
   if (record.samples.empty()) return moments;
+  add_moment(moments, record, record.samples.size() - 1, "end");
+  const auto add = [&](std::size_t row, const std::string& label) {
+    if (moments.size() < kMostMoments) add_moment(moments, record, row, label);
+  };
+  for (const FaultRecord& fault : record.faults) add(row_at(record, fault.at_s), name(fault.reason.code));
+  std::set<std::string> shown;  // the first touch is worth a picture, its chatter is not
   for (const EventRecord& event : record.events)
-    if (moments.size() < kMostMoments) add_moment(moments, record, row_at(record, event.t_s), event.what);
-  for (const FaultRecord& fault : record.faults)
-    if (moments.size() < kMostMoments) add_moment(moments, record, row_at(record, fault.at_s), name(fault.reason.code));
-  for (std::size_t i = 1; i < record.samples.size() && moments.size() < kMostMoments; ++i) {
+    if (shown.insert(event.what).second) add(row_at(record, event.t_s), event.what);
+  for (std::size_t i = 1; i < record.samples.size(); ++i) {
     const auto phase = record.samples[i].phase;
-    if (phase != record.samples[i - 1].phase && phase < record.phases.size())
-      add_moment(moments, record, i, record.phases[phase]);
+    if (phase != record.samples[i - 1].phase && phase < record.phases.size()) add(i, record.phases[phase]);
   }
-  if (moments.size() < kMostMoments) add_moment(moments, record, record.samples.size() - 1, "end");
-  if (moments.size() < kMostMoments) add_moment(moments, record, 0, "start");
+  add(0, "start");
   std::sort(moments.begin(), moments.end(), [](const Moment& a, const Moment& b) { return a.row < b.row; });
   return moments;
 }

@@ -14,7 +14,7 @@ struct Moment {
   std::string label;
 };
 
-/// At most kMostMoments: world events first, then beginnings of phases, in time order.
+/// At most kMostMoments, in time order: the end, faults, the first world event of each kind, then beginnings of phases.
 inline constexpr std::size_t kMostMoments = 9;
 [[nodiscard]] std::vector<Moment> key_moments(const SessionRecord& record);
 

@@ -270,8 +270,11 @@ TEST(Report, MarksHostileNamesAsText) {
   EXPECT_EQ(out.str().find("<img>"), std::string::npos);
 }
 
-TEST(Filmstrip, PrefersWorldEventsAndKeepsTimeOrder) {
-  const auto moments = key_moments(synthetic_session().record);
+TEST(Filmstrip, ShowsTheFirstEventOfEachKindInTimeOrderAndTheEnd) {
+  SessionRecord record = synthetic_session().record;
+  for (int i = 0; i < 20; ++i) record.events.insert(record.events.begin(), {8.1 + i * 0.4, "contact"});
+  const auto moments = key_moments(record);
+  EXPECT_EQ(moments.back().row, record.samples.size() - 1);
   ASSERT_LE(moments.size(), kMostMoments);
   EXPECT_TRUE(
       std::is_sorted(moments.begin(), moments.end(), [](const Moment& a, const Moment& b) { return a.row < b.row; }));
