@@ -9,8 +9,6 @@ namespace {
 
 // Report number and version lead, the CRC is in the last two bytes, what lies between is zero where unused.
 constexpr std::size_t kBody = std::tuple_size_v<HidReport> - 2;
-constexpr std::uint16_t kStatusBits = 0x3F;
-constexpr std::uint16_t kFaultBits = 0x3F;
 constexpr std::uint8_t kCommandFlags = 0;  // none is defined in version 1
 constexpr std::uint8_t kSignBits = 0x07;
 
@@ -93,7 +91,7 @@ std::optional<DeviceState> decode_state(const HidReport& report) noexcept {
   state.last_command_sequence = in.get<std::uint16_t>();
   state.bus_mV = in.get<std::uint16_t>();
   state.temperature_dC = in.get<std::int16_t>();
-  if ((state.status & ~kStatusBits) != 0 || (state.fault & ~kFaultBits) != 0) return std::nullopt;
+  if ((state.status & ~kDeviceStatusBits) != 0 || (state.fault & ~kDeviceFaultBits) != 0) return std::nullopt;
   return state;
 }
 

@@ -26,6 +26,7 @@ enum DeviceStatus : std::uint16_t {
   kDeviceTorqueOn = 1 << 4,  ///< motors are driven as asked
   kDeviceLatched = 1 << 5,   ///< torque off after a watchdog or bad report, until mode 0 was sent
 };
+inline constexpr unsigned kDeviceStatusBits = 0x3F;  ///< All of them; others are refused.
 /// Bits of DeviceState::fault.
 enum DeviceFault : std::uint16_t {
   kDeviceFaultWatchdog = 1 << 0,
@@ -35,6 +36,7 @@ enum DeviceFault : std::uint16_t {
   kDeviceFaultOvercurrent = 1 << 4,
   kDeviceFaultEncoder = 1 << 5,
 };
+inline constexpr unsigned kDeviceFaultBits = 0x3F;
 enum class TorqueMode : std::uint8_t { kOff = 0, kDamp = 1, kTorque = 2 };
 
 /// IN 0x01. Arrays in joint order boom (forearm), arm (wrist), bucket (finger).

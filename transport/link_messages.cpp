@@ -15,7 +15,6 @@ constexpr std::size_t kMasterSize = kHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 
 constexpr std::size_t kSlaveSize =
     kHeaderSize + 4 + 4 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 2 * 8 + 3 * 8 + 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
 constexpr std::uint8_t kMasterFlags = 0x1F;
-constexpr std::uint16_t kLimitFlags = 0xFF;
 
 ByteWriter begin(Datagram& datagram, Kind kind, std::size_t size) noexcept {
   datagram.size = static_cast<std::uint16_t>(size);
@@ -192,7 +191,7 @@ std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) no
   message.payload_sigma_kg = in->get<double>();
   message.energy_in_J = in->get<double>();
   const bool in_range =
-      known && mode <= static_cast<std::uint8_t>(Mode::kEStop) && contact <= 1 && (message.limits & ~kLimitFlags) == 0;
+      known && mode <= static_cast<std::uint8_t>(Mode::kEStop) && contact <= 1 && (message.limits & ~kLimitBits) == 0;
   if (!in_range || !in->ok()) return std::nullopt;
   message.mode = static_cast<Mode>(mode);
   message.contact = contact == 1;

@@ -76,6 +76,7 @@ enum LimitFlag : std::uint16_t {
   kLimitPumpFlow = 1 << 6,
   kLimitVelocity = 1 << 7,
 };
+inline constexpr unsigned kLimitBits = 0xFF;  ///< All of them; others are refused.
 
 [[nodiscard]] Datagram encode(const MasterMessage& message) noexcept;
 [[nodiscard]] Datagram encode(const SlaveMessage& message) noexcept;
