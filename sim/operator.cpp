@@ -1,0 +1,264 @@
+#include "sim/operator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace knuckle::sim {
+namespace {
+
+constexpr double kTouch_N = 0.35;         // felt at the hand: "there is something"
+constexpr double kAlignRate_radps = 0.8;  // how fast a hand is brought to the machine's pose
+constexpr double kAligned_rad = 0.05;
+constexpr double kPressGain_mps_per_N = 0.06;  // machine metres of intent per second and newton missing
+constexpr double kPressSlow_mps = 0.15;        // fastest push once there is contact, machine metres
+constexpr double kBreakRamp_Nps = 0.25;        // a hand that wants something to give way pushes harder and harder
+constexpr Duration kHesitate = 300ms;          // before a button is pressed
+constexpr Duration kRetry = 1500ms;            // enable is let go again when nothing came of it
+constexpr Duration kViewPeriod = 5ms;
+
+/// Minimum-jerk position in [0, 1] for u in [0, 1]; peak speed 1.875.
+double minimum_jerk(double u) noexcept {
+  u = std::clamp(u, 0.0, 1.0);
+  return u * u * u * (10 + u * (-15 + 6 * u));
+}
+
+double wrapped(double angle) noexcept {
+  return std::remainder(angle, 2 * std::numbers::pi);
+}
+
+}  // namespace
+
+Operator::Operator(const MachineDescription& machine, std::vector<Phase> phases, std::vector<PathPoint> path,
+                   Duration path_period, const JointVector& start_rad, Duration reaction)
+    : phases_(std::move(phases)),
+      path_(std::move(path)),
+      path_period_(path_period),
+      reaction_(std::min(reaction, Duration(kViewPeriod * (kRing - 1)))),
+      meant_rad_(start_rad),
+      start_rad_(start_rad),
+      hand_start_rad_(start_rad) {
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const auto j = static_cast<Eigen::Index>(i);
+    links_m_[j] = machine.links[i].length_m;
+    min_rad_[j] = machine.links[i].min_rad;
+    max_rad_[j] = machine.links[i].max_rad;
+  }
+  intent_.joint_rad = start_rad;
+}
+
+Operator::Pose Operator::pose_of(const JointVector& q) const noexcept {
+  const double a = q[0], b = a + q[1], c = b + q[2];
+  return {links_m_[0] * PlanarVector(std::cos(a), std::sin(a)) + links_m_[1] * PlanarVector(std::cos(b), std::sin(b)) +
+              links_m_[2] * PlanarVector(std::cos(c), std::sin(c)),
+          c};
+}
+
+bool Operator::inverse(const Pose& pose, JointVector& joints) const noexcept {
+  const double l1 = links_m_[0], l2 = links_m_[1];
+  const PlanarVector pin =
+      pose.tip_m - links_m_[2] * PlanarVector(std::cos(pose.bucket_rad), std::sin(pose.bucket_rad));
+  const double cosine = (pin.squaredNorm() - l1 * l1 - l2 * l2) / (2 * l1 * l2);
+  if (!(std::abs(cosine) < 1)) return false;
+  joints[kArm] = -std::acos(cosine);
+  joints[kBoom] =
+      std::atan2(pin.y(), pin.x()) - std::atan2(l2 * std::sin(joints[kArm]), l1 + l2 * std::cos(joints[kArm]));
+  joints[kBucket] = wrapped(pose.bucket_rad - joints[kBoom] - joints[kArm]);
+  if (joints[kBucket] > max_rad_[kBucket] + 1) joints[kBucket] -= 2 * std::numbers::pi;
+  return true;
+}
+
+bool Operator::mean(const Pose& pose) noexcept {
+  JointVector joints;
+  if (!inverse(pose, joints)) return false;  // out of reach: the hand stays where it meant to be
+  mean(joints.cwiseMax(min_rad_).cwiseMin(max_rad_));
+  return true;
+}
+
+void Operator::begin(Time now, const OperatorView& view) noexcept {
+  begun_ = true;
+  phase_start_ = now;
+  offset_ = view.ghost_rad - view.hand_rad;
+  meant_rad_ = intent_.joint_rad + offset_;
+  start_rad_ = meant_rad_;
+  hand_start_rad_ = intent_.joint_rad;
+  start_pose_ = pose_of(meant_rad_);
+  depth_m_ = 0;
+  touched_ = holding_ = false;
+  breaks_at_start_ = view.breaks;
+  pressed_at_ = engaged_since_ = kNever;
+  calm_since_ = now;
+}
+
+void Operator::next(Time) noexcept {
+  ++index_;
+  begun_ = holding_ = false;
+}
+
+OperatorIntent Operator::step(Time now, const OperatorView& view) noexcept {
+  if (now - last_seen_ >= kViewPeriod) {
+    seen_[seen_count_++ % kRing] = view;
+    last_seen_ = now;
+  }
+  const auto late = std::min<std::size_t>(static_cast<std::size_t>(reaction_ / kViewPeriod), seen_count_ - 1);
+  OperatorView seen = seen_[(seen_count_ - 1 - late) % kRing];
+  const JointVector before = intent_.joint_rad;
+  if (!finished()) {
+    if (!begun_) begin(now, view);
+    const bool expired = to_seconds(now - phase_start_) > phases_[index_].timeout_s;
+    if (expired && timed_out_ < 0) timed_out_ = phase();
+    if (run(now, seen) || expired) next(now);
+  }
+  const double dt = to_seconds(now - last_);
+  intent_.rate_radps = dt > 0 ? JointVector((intent_.joint_rad - before) / dt) : JointVector(JointVector::Zero());
+  last_ = now;
+  return intent_;
+}
+
+bool Operator::run(Time now, const OperatorView& view) noexcept {
+  const Phase& phase = phases_[index_];
+  const double t = to_seconds(now - phase_start_);
+  const bool stopped = view.mode == Mode::kFault || view.mode == Mode::kEStop;
+  bool done = false;
+  switch (phase.kind) {
+    case PhaseKind::kEngage:
+      return engage(now, view);
+    case PhaseKind::kLetGo:
+      intent_.enable = false;
+      return t >= phase.duration_s;
+    case PhaseKind::kMove:
+      done = move(t, view);
+      break;
+    case PhaseKind::kPress:
+      done = press(now, t, view);
+      break;
+    case PhaseKind::kSweep:
+      done = sweep(t, view);
+      break;
+    case PhaseKind::kPath:
+      done = follow_path(t);
+      break;
+    case PhaseKind::kClutch:
+      return clutch(t);
+    case PhaseKind::kWait:
+      done = t >= phase.duration_s;
+      break;
+  }
+  if (phase.until_fault) done = t >= phase.duration_s && stopped;
+  intent_.joint_rad = meant_rad_ - offset_;
+  return done;
+}
+
+bool Operator::engage(Time now, const OperatorView& view) noexcept {
+  intent_.presence = true;
+  intent_.clutch = false;
+  const double dt = std::max(0.0, to_seconds(now - last_));
+  const bool shown = view.mode != Mode::kOff && view.mode != Mode::kSelfTest;
+  if (!shown) return false;  // nothing to steer by yet
+  offset_ = view.ghost_rad - view.hand_rad;
+  const JointVector goal = view.machine_rad - offset_;
+  const JointVector missing = goal - intent_.joint_rad;
+  const JointVector stride = missing.cwiseMax(-kAlignRate_radps * dt).cwiseMin(kAlignRate_radps * dt);
+  if (!intent_.enable || view.mode != Mode::kEngaged) intent_.joint_rad += stride;
+  if (view.mode == Mode::kEngaged && intent_.enable) {
+    if (engaged_since_ == kNever) engaged_since_ = now;
+    return now - engaged_since_ >= kHesitate;
+  }
+  engaged_since_ = kNever;
+  const bool aligned = missing.cwiseAbs().maxCoeff() < kAligned_rad;
+  if (!aligned) calm_since_ = now;
+  if (intent_.enable && now - pressed_at_ > kRetry) {
+    intent_.enable = false;
+    calm_since_ = now;
+  } else if (!intent_.enable && aligned && now - calm_since_ > 2 * kHesitate) {
+    intent_.enable = true;
+    pressed_at_ = now;
+  }
+  return false;
+}
+
+bool Operator::move(double t, const OperatorView& view) noexcept {
+  const Phase& phase = phases_[index_];
+  JointVector target = phase.joints_rad;
+  Pose goal{phase.tip_m, phase.bucket_rad};
+  if (!phase.joint_space && !inverse(goal, target)) return true;
+  // Duration from the longer of the tip's way and the joints' ways, so that a turn on the spot is not a jerk.
+  const double way = phase.joint_space ? (target - start_rad_).cwiseAbs().maxCoeff()
+                                       : std::max((goal.tip_m - start_pose_.tip_m).norm(),
+                                                  links_m_[2] * (target - start_rad_).cwiseAbs().maxCoeff());
+  const double duration = std::max(0.5, 1.875 * way / phase.speed_mps);
+  const double s = minimum_jerk(t / duration);
+  if (phase.joint_space) {
+    mean(JointVector(start_rad_ + s * (target - start_rad_)));
+  } else {
+    const double turn = wrapped(goal.bucket_rad - start_pose_.bucket_rad);
+    mean(Pose{start_pose_.tip_m + s * (goal.tip_m - start_pose_.tip_m), start_pose_.bucket_rad + s * turn});
+  }
+  if (t < duration) return false;
+  return (pose_of(view.machine_rad).tip_m - pose_of(meant_rad_).tip_m).norm() < phase.tolerance_m;
+}
+
+bool Operator::press(Time now, double, const OperatorView& view) noexcept {
+  const Phase& phase = phases_[index_];
+  const double dt = std::max(0.0, to_seconds(now - last_));
+  const double felt = -view.felt_N.dot(phase.direction);
+  if (phase.until_break && view.breaks > breaks_at_start_) return true;
+  if (!touched_) {
+    depth_m_ += phase.speed_mps * dt;
+    if (felt > kTouch_N) {
+      touched_ = true;
+      hold_start_ = now;
+    }
+  } else if (!holding_) {
+    const double ramp = phase.until_break ? kBreakRamp_Nps * to_seconds(now - hold_start_) : 0.0;
+    const double missing = phase.force_N + ramp - felt;
+    depth_m_ += std::clamp(kPressGain_mps_per_N * missing, -kPressSlow_mps, kPressSlow_mps) * dt;
+    if (!phase.until_break && missing < 0.05 * phase.force_N) {
+      holding_ = true;
+      hold_start_ = now;
+    }
+  }
+  mean(Pose{start_pose_.tip_m + depth_m_ * phase.direction, start_pose_.bucket_rad});
+  return holding_ && to_seconds(now - hold_start_) >= phase.duration_s;
+}
+
+bool Operator::sweep(double t, const OperatorView&) noexcept {
+  const Phase& phase = phases_[index_];
+  const double fade = minimum_jerk(t / 2) * minimum_jerk((phase.duration_s - t) / 2);
+  JointVector joints = start_rad_;
+  for (int i = 0; i < kJoints; ++i) {
+    joints[i] += fade * phase.joints_rad[i] * std::sin(2 * std::numbers::pi * t / phase.periods_s[i]);
+  }
+  mean(joints);
+  return t >= phase.duration_s;
+}
+
+bool Operator::follow_path(double t) noexcept {
+  if (path_.empty()) return true;
+  // From where the hand is to the path's start first, then along it.
+  const double approach = std::max(1.0, 1.875 * (path_.front().joints_rad - start_rad_).cwiseAbs().maxCoeff() / 0.25);
+  if (t < approach) {
+    mean(JointVector(start_rad_ + minimum_jerk(t / approach) * (path_.front().joints_rad - start_rad_)));
+    return false;
+  }
+  const double index = (t - approach) / to_seconds(path_period_);
+  const auto i = static_cast<std::size_t>(index);
+  if (i + 1 >= path_.size()) {
+    mean(path_.back().joints_rad);
+    return true;
+  }
+  const double f = index - static_cast<double>(i);
+  mean(JointVector((1 - f) * path_[i].joints_rad + f * path_[i + 1].joints_rad));
+  return false;
+}
+
+bool Operator::clutch(double t) noexcept {
+  const Phase& phase = phases_[index_];
+  const double way = phase.joints_rad.cwiseAbs().maxCoeff();
+  const double duration = 0.5 + 1.875 * way / kAlignRate_radps;
+  intent_.clutch = t < duration + 0.8;
+  intent_.joint_rad = hand_start_rad_ + minimum_jerk((t - 0.5) / (duration - 0.5)) * phase.joints_rad;
+  return t >= duration + 1.6;
+}
+
+}  // namespace knuckle::sim

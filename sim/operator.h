@@ -1,0 +1,120 @@
+// The operator as a person with a plan: a list of phases (engage, move, press, ...) acted out by where the hand means
+// to be, from what is seen on the screen (late) and felt in the hand. Knows the arm's shape, never its controller.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/joints.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "sim/haptic_device.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::sim {
+
+enum class PhaseKind : std::uint8_t {
+  kEngage,  ///< take hold, align the hand with the machine, press enable, wait until engaged
+  kLetGo,   ///< release enable and wait
+  kMove,    ///< straight tip path to `tip_m` with `bucket_rad` (or joint path to `joints_rad`), minimum jerk
+  kPress,   ///< push along `direction` until `force_N` is felt, then hold the hand where it is for `duration_s`
+  kSweep,   ///< sines about the pose at its start
+  kPath,    ///< a recorded joint path
+  kClutch,  ///< hold the clutch, move the hand by `joints_rad`, let the clutch go
+  kWait,    ///< keep still
+};
+
+struct PathPoint {
+  JointVector joints_rad, rates_radps;
+};
+
+struct Phase {
+  PhaseKind kind = PhaseKind::kWait;
+  bool joint_space = false;                   ///< kMove: to joints_rad instead of tip_m and bucket_rad.
+  PlanarVector tip_m = PlanarVector::Zero();  ///< Machine tip, frame M.
+  double bucket_rad = 0;                      ///< Absolute bucket angle (sum of joints).
+  JointVector joints_rad =
+      JointVector::Zero();  ///< kMove: machine joints; kSweep: amplitudes; kClutch: hand displacement.
+  JointVector periods_s = JointVector::Ones();     ///< kSweep
+  PlanarVector direction = PlanarVector::UnitX();  ///< kPress, unit vector, frame M.
+  double speed_mps = 0.2;  ///< Peak machine tip speed asked for (kMove, kPress approach); kMove in joint space: rad/s.
+  double force_N = 0;      ///< kPress, felt at the hand.
+  double duration_s = 0;   ///< kPress: hold; kSweep, kWait, kLetGo: length.
+  double timeout_s = 30;   ///< Given up after this long.
+  double tolerance_m = 0.05;  ///< kMove: the machine's tip must come this close.
+  bool until_break = false;   ///< kPress: raise the force until something gives way.
+  bool until_fault = false;   ///< kSweep, kWait: ends when the machine has stopped with a fault.
+};
+
+/// What the operator sees (screen) and feels (hand).
+struct OperatorView {
+  JointVector machine_rad = JointVector::Zero();  ///< Measured machine joints as shown.
+  JointVector ghost_rad = JointVector::Zero();    ///< Machine pose that the hand asks for, as shown.
+  JointVector hand_rad = JointVector::Zero();     ///< Own hand.
+  PlanarVector felt_N = PlanarVector::Zero();     ///< Force of the device on the hand.
+  Mode mode = Mode::kOff;
+  int breaks = 0;  ///< Pieces seen to give way so far.
+};
+
+class Operator {
+ public:
+  /// @param start_rad where the hand is at first. @param reaction delay of seeing and feeling.
+  Operator(const MachineDescription& machine, std::vector<Phase> phases, std::vector<PathPoint> path,
+           Duration path_period, const JointVector& start_rad, Duration reaction);
+  OperatorIntent step(Time now, const OperatorView& view) noexcept;
+  [[nodiscard]] int phase() const noexcept { return static_cast<int>(index_); }
+  [[nodiscard]] bool finished() const noexcept { return index_ >= phases_.size(); }
+  /// Index of the first phase that ran into its time-out, or -1.
+  [[nodiscard]] int timed_out() const noexcept { return timed_out_; }
+  /// Deepest time inside the current phase.
+  [[nodiscard]] Duration in_phase(Time now) const noexcept { return now - phase_start_; }
+  /// True while a kPress phase holds the hand still after its force was reached.
+  [[nodiscard]] bool holding() const noexcept { return holding_; }
+
+ private:
+  struct Pose {
+    PlanarVector tip_m;
+    double bucket_rad;
+  };
+  void begin(Time now, const OperatorView& view) noexcept;
+  void next(Time now) noexcept;
+  bool run(Time now, const OperatorView& view) noexcept;  // true: phase done
+  bool engage(Time now, const OperatorView& view) noexcept;
+  bool move(double t, const OperatorView& view) noexcept;
+  bool press(Time now, double t, const OperatorView& view) noexcept;
+  bool sweep(double t, const OperatorView& view) noexcept;
+  bool follow_path(double t) noexcept;
+  bool clutch(double t) noexcept;
+  void mean(const JointVector& machine_rad) noexcept { meant_rad_ = machine_rad; }
+  bool mean(const Pose& pose) noexcept;
+  [[nodiscard]] Pose pose_of(const JointVector& machine_rad) const noexcept;
+  [[nodiscard]] bool inverse(const Pose& pose, JointVector& joints) const noexcept;
+
+  JointVector links_m_;
+  JointVector min_rad_, max_rad_;
+  std::vector<Phase> phases_;
+  std::vector<PathPoint> path_;
+  Duration path_period_, reaction_;
+  std::size_t index_ = 0;
+  int timed_out_ = -1;
+  bool begun_ = false;
+  Time phase_start_{}, last_{};
+
+  OperatorIntent intent_;
+  JointVector meant_rad_;                     // machine pose the operator means
+  JointVector offset_ = JointVector::Zero();  // ghost - hand, as seen at the start of a phase
+  JointVector start_rad_;                     // meant pose at the start of the phase
+  JointVector hand_start_rad_;
+  Pose start_pose_{};
+  double depth_m_ = 0;
+  bool touched_ = false, holding_ = false;
+  Time hold_start_{}, calm_since_{}, pressed_at_{kNever}, engaged_since_{kNever};
+  int breaks_at_start_ = 0;
+  // Late senses: one view each 5 ms.
+  static constexpr std::size_t kRing = 128;
+  std::array<OperatorView, kRing> seen_{};
+  std::size_t seen_count_ = 0;
+  Time last_seen_{kNever};
+};
+
+}  // namespace knuckle::sim
