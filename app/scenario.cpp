@@ -1,0 +1,274 @@
+#include "app/scenario.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "machine/kinematics.h"
+#include "machine/toml_reader.h"
+
+namespace knuckle::app {
+namespace {
+
+constexpr double kDeg = std::numbers::pi / 180;
+constexpr double kFar_m = 100;
+
+/// What one unit of length and one of load in the file are on this machine.
+struct Scale {
+  double length = 1, load = 1;
+};
+
+bool flag(TomlTable& table, const char* key) {
+  return table.has(key) && table.boolean(key);
+}
+
+double number_or(TomlTable& table, const char* key, double fallback, double min, double max, double factor = 1) {
+  return table.has(key) ? table.number(key, min, max, factor) : fallback * factor;
+}
+
+PlanarVector point(TomlTable& table, const char* key, const Scale& scale) {
+  return table.numbers<2>(key, -kFar_m, kFar_m, scale.length);
+}
+
+void read_target(TomlTable& table, sim::Phase& phase, const Scale& scale) {
+  phase.joint_space = table.has("joints_deg");
+  phase.tolerance_m = number_or(table, "tolerance_m", 0.06, 1e-3, 10, scale.length);
+  if (phase.joint_space) {
+    phase.joints_rad = table.numbers<3>("joints_deg", -180, 180, kDeg);
+    phase.speed_mps = table.number("speed_radps", 0.01, 3);
+  } else {
+    phase.tip_m = point(table, "tip_m", scale);
+    phase.bucket_rad = table.number("bucket_deg", -360, 180, kDeg);
+    phase.speed_mps = table.number("speed_mps", 0.01, 3, scale.length);
+  }
+}
+
+void read_press(TomlTable& table, sim::Phase& phase, const Scale& scale) {
+  phase.direction = table.numbers<2>("direction", -1, 1);
+  table.require(phase.direction.norm() > 1e-3, "direction", "must not be zero");
+  phase.direction.normalize();
+  phase.speed_mps = table.number("speed_mps", 0.01, 1, scale.length);
+  phase.force_N = table.number("felt_N", 0.1, 20);
+  phase.until_break = flag(table, "until_break");
+  if (!phase.until_break) phase.duration_s = table.number("hold_s", 0, 600);
+}
+
+sim::Phase read_phase(TomlTable& table, const Scale& scale) {
+  using sim::PhaseKind;
+  sim::Phase phase;
+  const int kind = table.choice("kind", {"engage", "let_go", "move", "press", "sweep", "path", "clutch", "wait"});
+  phase.kind = static_cast<PhaseKind>(kind);
+  phase.timeout_s = number_or(table, "timeout_s", 30, 0.1, 3600);
+  switch (phase.kind) {
+    case PhaseKind::kEngage:
+    case PhaseKind::kPath:
+      break;
+    case PhaseKind::kMove:
+      read_target(table, phase, scale);
+      break;
+    case PhaseKind::kPress:
+      read_press(table, phase, scale);
+      break;
+    case PhaseKind::kClutch:
+      phase.joints_rad = table.numbers<3>("hand_deg", -90, 90, kDeg);
+      break;
+    case PhaseKind::kSweep:
+      phase.joints_rad = table.numbers<3>("amplitude_deg", 0, 90, kDeg);
+      phase.periods_s = table.numbers<3>("period_s", 0.5, 100);
+      [[fallthrough]];
+    case PhaseKind::kLetGo:
+    case PhaseKind::kWait:
+      phase.duration_s = table.number("duration_s", 0, 3600);
+      phase.until_fault = phase.kind != PhaseKind::kLetGo && flag(table, "until_fault");
+      break;
+  }
+  return phase;
+}
+
+sim::WallDescription read_wall(TomlTable& table, const Scale& scale) {
+  sim::WallDescription wall;
+  wall.point_m = point(table, "point_m", scale);
+  wall.normal = table.numbers<2>("normal", -1, 1);
+  table.require(wall.normal.norm() > 1e-3, "normal", "must not be zero");
+  if (table.has("hunt_crossley_N_per_m15")) {
+    wall.hunt_crossley_N_per_m15 = table.number("hunt_crossley_N_per_m15", 1e6, 1e10);
+  } else {
+    wall.stiffness_N_per_m = table.number("stiffness_N_per_m", 1e4, 1e8);
+    wall.damping_ratio = table.number("damping_ratio", 0, 1);
+  }
+  wall.friction = table.number("friction", 0, 1.5);
+  if (table.has("from_m")) wall.from_m = table.number("from_m", -kFar_m, kFar_m, scale.length);
+  if (table.has("to_m")) wall.to_m = table.number("to_m", -kFar_m, kFar_m, scale.length);
+  if (table.has("break_force_N")) {
+    wall.break_force_N = table.number("break_force_N", 100, 1e6, scale.load);
+    wall.break_impulse_Ns = table.number("break_impulse_Ns", 1, 1e6, scale.load);
+    wall.piece_mass_kg = table.number("piece_mass_kg", 1, 1e5, scale.load);
+    wall.piece_depth_m = table.number("piece_depth_m", 0.01, 5, scale.length);
+    wall.piece_rest_m = point(table, "piece_rest_m", scale);
+  }
+  return wall;
+}
+
+sim::SoilDescription read_soil(TomlTable& table, const Scale& scale) {
+  sim::SoilDescription soil;
+  soil.surface_point_m = point(table, "surface_point_m", scale);
+  soil.slope_rad = table.number("slope_deg", -45, 45, kDeg);
+  soil.density_kg_per_m3 = table.number("density_kg_per_m3", 500, 4000);
+  soil.cohesion_Pa = table.number("cohesion_Pa", 0, 2e5);
+  soil.internal_friction_rad = table.number("internal_friction_deg", 0, 60, kDeg);
+  soil.tool_friction_rad = table.number("tool_friction_deg", 0, 45, kDeg);
+  soil.bucket_width_m = table.number("bucket_width_m", 0.1, 5, scale.length);
+  soil.bearing_area_m2 *= scale.length * scale.length;
+  soil.bucket_capacity_m3 = table.number("bucket_capacity_m3", 1e-3, 10, scale.load);
+  return soil;
+}
+
+sim::WorldDescription read_world(TomlTable& file, const Scale& scale, const MachineDescription& machine) {
+  sim::WorldDescription world;
+  world.scoop_reach_m *= scale.length;
+  for (TomlTable& table : file.tables("wall")) world.walls.push_back(read_wall(table, scale));
+  for (TomlTable& table : file.tables("soil")) world.soil.push_back(read_soil(table, scale));
+  file.require(world.soil.size() <= 1, "soil", "one at most");
+  for (TomlTable& table : file.tables("weight")) {
+    sim::DeadWeightDescription weight;
+    weight.mass_kg = table.number("mass_kg", 0.1, 1e4, scale.load);
+    weight.point_m = machine.payload_com_m;
+    weight.attach_at_s = table.number("attach_at_s", 0, 3600);
+    if (table.has("detach_at_s")) weight.detach_at_s = table.number("detach_at_s", weight.attach_at_s, 3600);
+    world.weights.push_back(weight);
+  }
+  for (TomlTable& table : file.tables("piece")) {
+    world.pieces.push_back({table.number("mass_kg", 0.1, 1e4, scale.load), point(table, "position_m", scale)});
+  }
+  for (TomlTable& table : file.tables("pipe")) {
+    sim::PipeDescription pipe;
+    pipe.centre_m = point(table, "centre_m", scale);
+    pipe.radius_m = table.number("radius_m", 0.005, 1, scale.length);
+    world.pipes.push_back(pipe);
+  }
+  return world;
+}
+
+/// Node ids a fault may name, in the order boom, arm, bucket or as the machine file lists them.
+int fault_subject(TomlTable& table, FaultKind kind, const MachineDescription& machine) {
+  switch (kind) {
+    case FaultKind::kEncoderBroken:
+    case FaultKind::kValveStuck:
+      return table.choice("joint", {"boom", "arm", "bucket"});
+    case FaultKind::kNodeSilent:
+    case FaultKind::kNodeEmergency:
+    case FaultKind::kSensorFrozen:
+    case FaultKind::kPressureInvalid: {
+      const int node =
+          table.choice("node", {"valve_boom", "valve_arm", "valve_bucket", "pressure_boom_A", "pressure_boom_B",
+                                "pressure_arm_A", "pressure_arm_B", "pressure_bucket_A", "pressure_bucket_B",
+                                "encoder_boom", "encoder_arm", "encoder_bucket", "tilt", "enable"});
+      const auto i = static_cast<std::size_t>(node);
+      const auto& bus = machine.bus;
+      return i < 3     ? bus.valves[i].id
+             : i < 9   ? bus.pressures[i - 3].id
+             : i < 12  ? bus.encoders[i - 9].id
+             : i == 12 ? bus.tilt.id
+                       : bus.enable.id;
+    }
+    default:
+      return 0;
+  }
+}
+
+std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::string>& phases,
+                                        const MachineDescription& machine) {
+  std::vector<ScheduledFault> faults;
+  for (TomlTable& table : file.tables("fault")) {
+    ScheduledFault fault;
+    fault.kind = static_cast<FaultKind>(table.choice(
+        "kind",
+        {"link_cut", "link_nan", "node_silent", "node_emergency", "sensor_frozen", "encoder_broken", "pressure_invalid",
+         "valve_stuck", "e_stop", "device_unplugged", "device_silent", "device_bad_crc", "device_wild", "loop_hung"}));
+    const std::string phase = table.text("phase");
+    const auto it = std::find(phases.begin(), phases.end(), phase);
+    table.require(it != phases.end(), "phase", "no [[phase]] has this name");
+    fault.phase = static_cast<int>(it - phases.begin());
+    fault.after_s = table.number("after_s", 0, 3600);
+    fault.duration_s = table.number("duration_s", 0.001, 3600);
+    fault.subject = fault_subject(table, fault.kind, machine);
+    faults.push_back(fault);
+  }
+  return faults;
+}
+
+void check_reach(const TomlTable& file, const Scenario& scenario, const MachineDescription& machine) {
+  const Kinematics kinematics(machine);
+  const auto inside = [&](const JointVector& q) {
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      const double angle = q[static_cast<Eigen::Index>(i)];
+      if (angle < machine.links[i].min_rad || angle > machine.links[i].max_rad) return false;
+    }
+    return true;
+  };
+  file.require(inside(scenario.start_rad), "start_deg",
+               "must be inside the joints' ranges of machine '" + machine.name + "'");
+  for (std::size_t i = 0; i < scenario.phases.size(); ++i) {
+    const sim::Phase& phase = scenario.phases[i];
+    if (phase.kind != sim::PhaseKind::kMove) continue;
+    const auto q =
+        phase.joint_space ? std::optional(phase.joints_rad) : kinematics.inverse(phase.tip_m, phase.bucket_rad);
+    if (!q || !inside(*q)) {
+      throw InputError(scenario.source + ": phase '" + scenario.phase_names[i] +
+                       "': " + (phase.joint_space ? "joints_deg is" : "tip_m with bucket_deg is") +
+                       " outside the joints' ranges of machine '" + machine.name + "'");
+    }
+  }
+}
+
+}  // namespace
+
+const char* name(FaultKind kind) noexcept {
+  static constexpr std::array<const char*, static_cast<std::size_t>(FaultKind::kCount)> kNames{
+      "link_cut",       "link_nan",         "node_silent", "node_emergency", "sensor_frozen",
+      "encoder_broken", "pressure_invalid", "valve_stuck", "e_stop",         "device_unplugged",
+      "device_silent",  "device_bad_crc",   "device_wild", "loop_hung"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+Scenario load_scenario(const std::string& path, const MachineDescription& machine) {
+  TomlTable file = TomlTable::read(path);
+  Scenario scenario;
+  scenario.source = path;
+  scenario.name = file.text("name");
+  scenario.description = file.text("description");
+  Scale scale;
+  double reach = 0;
+  for (const LinkDescription& link : machine.links) reach += link.length_m;
+  scale.length = reach / file.number("reference_reach_m", 0.1, 100);
+  scale.load = machine.payload_full_scale_kg / file.number("reference_payload_kg", 1, 1e5);
+  scenario.start_rad = file.numbers<3>("start_deg", -180, 180, kDeg);
+  scenario.hand_rad = file.numbers<3>("hand_deg", -180, 180, kDeg);
+  scenario.duration_s = file.number("duration_s", 1, 3600);
+  TomlTable person = file.table("operator");
+  scenario.limb =
+      static_cast<sim::LimbClass>(person.choice("limb", {"relaxed", "normal", "co_contracted", "light_grip"}));
+  scenario.reaction = from_seconds(person.number("reaction_ms", 0, 600, 1e-3));
+  for (TomlTable& table : file.tables("phase")) {
+    scenario.phase_names.push_back(table.text("name"));
+    scenario.phases.push_back(read_phase(table, scale));
+  }
+  file.require(!scenario.phases.empty(), "phase", "at least one [[phase]] is needed");
+  scenario.world = read_world(file, scale, machine);
+  scenario.faults = read_faults(file, scenario.phase_names, machine);
+  for (TomlTable& table : file.tables("criteria")) {
+    Criterion criterion;
+    criterion.metric = table.text("metric");
+    if (table.has("min")) criterion.min = table.number("min", -1e12, 1e12);
+    if (table.has("max")) criterion.max = table.number("max", -1e12, 1e12);
+    scenario.criteria.push_back(criterion);
+  }
+  file.finish();
+  check_criteria(scenario.criteria, path);
+  check_reach(file, scenario, machine);
+  return scenario;
+}
+
+}  // namespace knuckle::app

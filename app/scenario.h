@@ -1,0 +1,63 @@
+// A scenario file: where everything stands, what the operator does, what goes wrong, and what is asked of the session.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/criteria.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "sim/operator.h"
+#include "sim/operator_limb.h"
+#include "sim/world.h"
+
+namespace knuckle::app {
+
+/// What can be broken on purpose while a phase runs.
+enum class FaultKind : std::uint8_t {
+  kLinkCut,          ///< no datagram passes, both ways
+  kLinkNaN,          ///< set-points arrive as not-a-number
+  kNodeSilent,       ///< node stops sending anything; subject: node id
+  kNodeEmergency,    ///< node sends EMCY; subject: node id
+  kSensorFrozen,     ///< node goes on sending its last value; subject: node id
+  kEncoderBroken,    ///< wire broken: the encoder runs to its end; subject: joint
+  kPressureInvalid,  ///< status byte of a transmitter turns bad; subject: node id
+  kValveStuck,       ///< spool stays where it is; subject: joint
+  kEStop,            ///< E-stop chain of the machine opens
+  kDeviceUnplugged,
+  kDeviceSilent,
+  kDeviceBadCrc,
+  kDeviceWild,  ///< encoder counts that stand for no angle
+  kLoopHung,    ///< the slave loop does not run
+  kCount,
+};
+[[nodiscard]] const char* name(FaultKind kind) noexcept;
+
+struct ScheduledFault {
+  FaultKind kind = FaultKind::kLinkCut;
+  int phase = 0;          ///< Index of the operator's phase in which it happens.
+  double after_s = 0;     ///< Into that phase.
+  double duration_s = 0;  ///< Then it is mended.
+  int subject = 0;
+};
+
+struct Scenario {
+  std::string name, description, source;
+  JointVector start_rad = JointVector::Zero();  ///< Machine at the start.
+  JointVector hand_rad = JointVector::Zero();   ///< Hand at the start.
+  sim::LimbClass limb = sim::LimbClass::kNormal;
+  Duration reaction = 200ms;
+  double duration_s = 120;  ///< Given up after this long.
+  std::vector<sim::Phase> phases;
+  std::vector<std::string> phase_names;
+  sim::WorldDescription world;
+  std::vector<ScheduledFault> faults;
+  std::vector<Criterion> criteria;
+};
+
+/// Lengths in the file are for a reach of `reference_reach_m` (links added up) and are scaled to this machine's; loads
+/// (masses, break forces) with its payload.
+/// @throws InputError naming file, key, value and bound.
+[[nodiscard]] Scenario load_scenario(const std::string& path, const MachineDescription& machine);
+
+}  // namespace knuckle::app
