@@ -1,0 +1,158 @@
+#include "slave/joint_control.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "machine/load.h"
+#include "sim/plant.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::slave {
+namespace {
+
+constexpr double kStep_s = 0.005;
+
+/// The controller on the simulated hydraulics without wires: exact angles and pressures, rates behind a low-pass.
+class Rig {
+ public:
+  Rig(const sim::MachineTruth& truth, const sim::WorldDescription& world, const JointVector& start)
+      : nominal_(load_machine(find_config("machine", "solar015"))),
+        kinematics_(nominal_),
+        plant_(truth, world, start),
+        control_(nominal_, kStep_s) {
+    plant_.set_pilot(true);
+  }
+
+  JointControl::Output step(const JointCommand& command) {
+    const sim::PlantState& p = plant_.state();
+    estimation::JointState state;
+    state.angle_rad = p.joint_rad;
+    state.rate_radps = p.joint_radps;
+    state.pressure_Pa = p.transmitter_Pa;
+    for (int i = 0; i < kJoints; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      state.lever_m[i] = kinematics_.cylinder_at(i, p.joint_rad[i])->lever_m;
+      state.cylinder_mps[i] = p.cylinder_mps[i];
+      state.cylinder_N[i] = p.transmitter_Pa[2 * k] * nominal_.cylinders[k].head_area_m2() -
+                            p.transmitter_Pa[2 * k + 1] * nominal_.cylinders[k].rod_side_area_m2();
+    }
+    estimation::ForceEstimate force;
+    force.tip_N = p.tip_N;
+    force.fast_torque_Nm = kinematics_.tip_jacobian(p.joint_rad).transpose() * p.tip_N;
+    const auto output = control_.step(state, force, command, sent_);
+    sent_ = output.valve;
+    for (int i = 0; i < kJoints; ++i) plant_.set_valve_demand(i, sent_[i]);
+    for (int i = 0; i < 5; ++i) plant_.step(1ms);
+    return output;
+  }
+  [[nodiscard]] const sim::PlantState& plant() const { return plant_.state(); }
+  [[nodiscard]] PlanarVector tip(const JointVector& q) const { return kinematics_.tip(q); }
+  [[nodiscard]] const JointControl& control() const { return control_; }
+
+ private:
+  MachineDescription nominal_;
+  Kinematics kinematics_;
+  sim::Plant plant_;
+  JointControl control_;
+  JointVector sent_ = JointVector::Zero();
+};
+
+const JointVector kStart(0.6, -1.3, -0.6);
+
+sim::MachineTruth drawn(std::uint64_t seed) {
+  return sim::draw_truth(load_machine(find_config("machine", "solar015")), seed);
+}
+
+TEST(JointControl, TracksSinesWithinFourCentimetresAtTheTipForDrawnMachines) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Rig rig(drawn(seed), {}, kStart);
+    const JointVector amplitude(0.25, 0.35, 0.35),
+        omega(2 * std::numbers::pi / 6.5, 2 * std::numbers::pi / 5.5, 2 * std::numbers::pi / 4.5);
+    double sum = 0;
+    int count = 0;
+    for (int k = 0; k < 4000; ++k) {
+      const double t = k * kStep_s, fade = std::min(1.0, t / 2);
+      JointCommand command{kStart, JointVector::Zero(), true};
+      for (int i = 0; i < kJoints; ++i) {
+        command.position_rad[i] += fade * amplitude[i] * std::sin(omega[i] * t);
+        command.velocity_radps[i] = fade * amplitude[i] * omega[i] * std::cos(omega[i] * t);
+      }
+      rig.step(command);
+      if (t < 3) continue;
+      sum += (rig.plant().tip_m - rig.tip(command.position_rad)).squaredNorm();
+      ++count;
+    }
+    EXPECT_LT(std::sqrt(sum / count), 0.04) << "seed " << seed;
+  }
+}
+
+TEST(JointControl, HoldsAPoseWithinACentimetreWithoutALimitCycle) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Rig rig(drawn(seed), {}, kStart);
+    const JointCommand command{kStart + JointVector(0.02, -0.02, 0.02), JointVector::Zero(), true};
+    double low = 1e9, high = -1e9;
+    for (int k = 0; k < 4000; ++k) {
+      rig.step(command);
+      if (k < 2000) continue;
+      low = std::min(low, rig.plant().tip_m.y());
+      high = std::max(high, rig.plant().tip_m.y());
+    }
+    EXPECT_LT((rig.plant().tip_m - rig.tip(command.position_rad)).norm(), 0.01) << "seed " << seed;
+    EXPECT_LT(high - low, 0.004) << "seed " << seed;
+  }
+}
+
+TEST(JointControl, PressesWithTheStiffnessTheMachineFileAsksFor) {
+  // Static: force = Ks * (asked depth - reached depth) along the wall's normal, Kq_i = Ks L_i^2 per joint.
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    sim::WorldDescription world;
+    world.walls.push_back({});
+    world.walls[0].point_m = {2.30, 0};
+    world.walls[0].friction = 0.1;
+    Rig rig(drawn(seed), world, kStart);
+    const JointVector start = kStart;
+    double low = 1e9, high = 0;
+    for (int k = 0; k < 4000; ++k) {
+      JointCommand command{start, JointVector::Zero(), true};
+      const double push = std::min(1.0, k * kStep_s / 4) * 0.03;
+      command.position_rad += JointVector(0.0, push, push);
+      rig.step(command);
+      if (k > 3000) {
+        low = std::min(low, rig.plant().tip_N.norm());
+        high = std::max(high, rig.plant().tip_N.norm());
+      }
+    }
+    EXPECT_GT(low, 300) << "seed " << seed;
+    EXPECT_LT(high, 6000) << "seed " << seed;
+    EXPECT_LT(high - low, 400) << "seed " << seed;
+  }
+}
+
+TEST(JointControl, ScalesAllAxesTogetherWhenThePumpIsShort) {
+  Rig rig(drawn(1), {}, kStart);
+  JointCommand command{kStart, JointVector(0.55, -0.65, -1.2), true};
+  const auto output = rig.step(command);
+  EXPECT_NE(output.limits & kLimitPumpFlow, 0);
+  EXPECT_NEAR(output.rate_radps[1] / output.rate_radps[0], -0.65 / 0.55, 1e-6);
+  EXPECT_NEAR(output.rate_radps[2] / output.rate_radps[0], -1.2 / 0.55, 1e-6);
+}
+
+TEST(JointControl, IsNeutralWhileInactive) {
+  Rig rig(drawn(1), {}, kStart);
+  rig.step({kStart + JointVector::Constant(0.2), JointVector::Zero(), true});
+  const auto output = rig.step({kStart + JointVector::Constant(0.2), JointVector::Zero(), false});
+  EXPECT_TRUE(output.valve.isZero(0));
+}
+
+TEST(JointControl, LearnsNoMoreThanItsLimit) {
+  Rig rig(drawn(3), {}, kStart);
+  for (int k = 0; k < 4000; ++k) rig.step({kStart, JointVector::Zero(), true});
+  for (const auto& joint : rig.control().learned_dead_band()) {
+    for (const double correction : joint) EXPECT_LE(std::abs(correction), 0.015);
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::slave
