@@ -43,6 +43,8 @@ constexpr MetricEntry kTable[] = {
     {"command_neutral_ms", "session", "command_neutral_ms", "ms", &Metrics::command_neutral_ms},
     {"spool_neutral_ms", "session", "spool_neutral_ms", "ms", &Metrics::spool_neutral_ms},
     {"pieces_broken", "session", "pieces_broken", "1", &Metrics::pieces_broken},
+    {"phases_timed_out", "session", "phases_timed_out", "1", &Metrics::phases_timed_out},
+    {"resumed_by_itself", "session", "resumed_by_itself", "1", &Metrics::resumed_by_itself},
     {"pump_short_share", "session", "pump_short_share", "1", &Metrics::pump_short_share},
 };
 
@@ -212,6 +214,8 @@ void measure_payload(const SessionRecord& record, Metrics& metrics) {
 }
 
 void measure_session(const SessionRecord& record, Metrics& metrics) {
+  metrics.phases_timed_out = record.phases_timed_out;
+  metrics.resumed_by_itself = record.resumed_by_itself;
   metrics.faults = static_cast<double>(record.faults.size());
   for (const FaultRecord& fault : record.faults) {
     const auto worst = [&](Metric& metric, double at_s) {

@@ -81,6 +81,8 @@ struct SessionRecord {
   std::vector<std::string> phases;
   double force_scale = 1e-3;  ///< lambda: hand newtons per machine newton
   double link_delay_s = 0;    ///< One way, as configured
+  int phases_timed_out = 0;   ///< 1 where the operator's plan did not come to its end in time
+  int resumed_by_itself = 0;  ///< Faults after which a valve was commanded before the operator had let go of enable
 };
 
 }  // namespace knuckle::app

@@ -1,0 +1,85 @@
+#include "app/frame_log.h"
+
+#include <algorithm>
+
+#include "transport/canopen.h"
+
+namespace knuckle::app {
+namespace {
+
+FrameLog::const_iterator first_at(const FrameLog& log, Time at) {
+  return std::lower_bound(log.begin(), log.end(), at, [](const TimedFrame& f, Time t) { return f.at < t; });
+}
+
+std::optional<std::size_t> valve_with(std::uint32_t id, std::uint32_t (*cob_id)(std::uint8_t) noexcept,
+                                      const MachineDescription& machine) {
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    if (id == cob_id(machine.bus.valves[i].id)) return i;
+  }
+  return std::nullopt;
+}
+
+bool neutral_command(const CanFrame& frame) {
+  const auto command = canopen::parse_valve_command(frame);
+  return !command || command->set_point == 0 || (command->control_word & 0x7) != canopen::kControlActive;
+}
+
+bool inside_dead_band(const CanFrame& frame, const ValveDescription& valve) {
+  const auto status = canopen::parse_valve_status(frame);
+  return status && status->spool <= valve.dead_band_extend && status->spool >= -valve.dead_band_retract;
+}
+
+bool from_controller(const CanFrame& frame, const MachineDescription& machine) {
+  return frame.id == canopen::kNmtId || frame.id == canopen::kSyncId ||
+         frame.id == canopen::heartbeat_id(machine.bus.controller_id) || canopen::function_of(frame.id) == 0x200 ||
+         canopen::function_of(frame.id) == 0x600;
+}
+
+bool all(const PerJoint<bool>& flags) {
+  return std::all_of(flags.begin(), flags.end(), [](bool b) { return b; });
+}
+
+}  // namespace
+
+NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
+  NeutralTimes times;
+  PerJoint<bool> command{true, true, true}, spool{true, true, true};
+  std::optional<Time> controller_spoke;
+  const auto note = [from](std::optional<Time>& since, const PerJoint<bool>& neutral, Time at) {
+    if (!all(neutral)) {
+      since.reset();
+    } else if (!since && at >= from) {
+      since = at;
+    }
+  };
+  for (const TimedFrame& f : log) {
+    if (f.at >= until) break;
+    if (const auto i = valve_with(f.frame.id, canopen::rpdo1_id, machine)) command[*i] = neutral_command(f.frame);
+    if (const auto i = valve_with(f.frame.id, canopen::tpdo1_id, machine)) {
+      spool[*i] = inside_dead_band(f.frame, machine.cylinders[*i].valve);
+    }
+    if (f.at >= from && !controller_spoke && from_controller(f.frame, machine)) controller_spoke = f.at;
+    note(times.command, command, f.at);
+    note(times.spool, spool, f.at);
+  }
+  times.controller_silent = times.spool && (!controller_spoke || *controller_spoke > *times.spool);
+  if (times.controller_silent) times.command.reset();
+  return times;
+}
+
+std::optional<Time> last_frame_before(const FrameLog& log, std::uint32_t id, Time before) {
+  for (auto it = first_at(log, before); it != log.begin();) {
+    if ((--it)->frame.id == id) return it->at;
+  }
+  return std::nullopt;
+}
+
+int commands_not_neutral(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
+  int count = 0;
+  for (auto it = first_at(log, from); it != log.end() && it->at < until; ++it) {
+    if (valve_with(it->frame.id, canopen::rpdo1_id, machine) && !neutral_command(it->frame)) ++count;
+  }
+  return count;
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,113 @@
+#include <chrono>
+#include <cstdio>
+#include <ostream>
+
+#include "app/digest.h"
+#include "app/operator_path.h"
+#include "app/scene.h"
+#include "app/session.h"
+#include "app/simulate.h"
+#include "app/truth_file.h"
+#include "core/error.h"
+#include "machine/load.h"
+#include "transport/virtual_can.h"
+
+namespace knuckle::app {
+namespace {
+
+LinkImpairment impairment(const SimulateOptions& options) {
+  LinkImpairment link;
+  link.delay = from_seconds(1e-3 * options.delay_ms.value_or(1.0));
+  link.jitter = from_seconds(1e-3 * options.jitter_ms.value_or(0.0));
+  link.loss = options.loss.value_or(0.0);
+  return link;
+}
+
+sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback) {
+  for (const auto limb :
+       {sim::LimbClass::kRelaxed, sim::LimbClass::kNormal, sim::LimbClass::kCoContracted, sim::LimbClass::kLightGrip}) {
+    if (name == sim::name(limb)) return limb;
+  }
+  return fallback;
+}
+
+SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
+  SessionSetup setup;
+  setup.machine = load_machine(find_config("machine", options.machine.empty() ? "solar015" : options.machine));
+  setup.device = load_device(find_config("device", options.device.empty() ? "knuckle1" : options.device));
+  setup.scenario = load_scenario(find_config("scenario", options.scenario), setup.machine);
+  if (options.duration_s) setup.scenario.duration_s = *options.duration_s;
+  setup.seed = options.seed;
+  setup.truth =
+      options.truth.empty() ? sim::draw_truth(setup.machine, options.seed) : load_truth(options.truth, setup.machine);
+  const std::string recording = options.operator_path();
+  if (!recording.empty()) {
+    OperatorPath path = load_operator_path(recording, options.map, setup.machine);
+    setup.path = std::move(path.points);
+    result.notes = std::move(path.notes);
+  }
+  for (const sim::Phase& phase : setup.scenario.phases) {
+    if (phase.kind == sim::PhaseKind::kPath && setup.path.empty()) {
+      throw InputError("--scenario " + options.scenario +
+                       ": follows a recorded motion; give --operator path:FILE.csv and --map");
+    }
+  }
+  const sim::LimbClass limb = limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb);
+  setup.limb = sim::draw_limb(limb, options.seed);
+  setup.to_machine = setup.to_operator = impairment(options);
+  setup.law = options.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
+
+  result.scenario = setup.scenario.name;
+  result.machine_name = setup.machine.name;
+  result.device_name = setup.device.name;
+  result.operator_name = recording.empty() ? sim::name(limb) : options.operator_name;
+  result.control = setup.law == master::ControlLaw::kDirect ? "direct" : "echo_spring";
+  result.seed = options.seed;
+  result.delay_ms = 1e3 * to_seconds(setup.to_machine.delay);
+  result.jitter_ms = 1e3 * to_seconds(setup.to_machine.jitter);
+  result.loss = setup.to_machine.loss;
+  result.criteria = setup.scenario.criteria;
+  result.machine = setup.machine;
+  return setup;
+}
+
+HopLatency hop(const char* name, const Histogram& h) {
+  const auto us = [](Duration d) { return 1e6 * to_seconds(d); };
+  return {name, h.count(), {us(h.quantile(0.5)), us(h.quantile(0.99)), us(h.max())}};
+}
+
+std::string digest_of(const SessionRecord& record, const FrameLog& frames) {
+  Digest digest;
+  for (const Sample& sample : record.samples) digest.add(sample);
+  for (const TimedFrame& frame : frames) digest.add(frame.at, frame.frame);
+  return digest.finish();
+}
+
+}  // namespace
+
+SessionResult run_simulation(const SimulateOptions& options, const SessionHooks& hooks) {
+  SessionResult result;
+  const SessionSetup setup = set_up(options, result);
+  Session session(setup);
+  const auto start = std::chrono::steady_clock::now();
+  for (int tick = 0; !session.done(); ++tick) {
+    session.step();
+    if (hooks.progress && tick % 2000 == 0) hooks.progress(session.done_fraction());
+  }
+  result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (hooks.progress) hooks.progress(1);
+  result.simulated_s = session.elapsed_s();
+  result.record = session.take_record();
+  const HopHistograms& h = session.hops();
+  result.hops = {hop("hand_to_master", h.hand_to_master),   hop("master_to_slave", h.master_to_slave),
+                 hop("hand_to_valve", h.hand_to_valve),     hop("pressure_to_slave", h.pressure_to_slave),
+                 hop("slave_to_master", h.slave_to_master), hop("pressure_to_hand", h.pressure_to_hand)};
+  result.digest = digest_of(result.record, session.frames());
+  result.scene = scene_of(setup.scenario.world, result.record);
+  if (hooks.candump != nullptr) {
+    for (const TimedFrame& f : session.frames()) *hooks.candump << candump_line(f.at, f.frame) << '\n';
+  }
+  return result;
+}
+
+}  // namespace knuckle::app
