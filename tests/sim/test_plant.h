@@ -1,0 +1,28 @@
+// What the plant's tests share: the default machine, a working pose, and driving for a while.
+#pragma once
+
+#include "machine/load.h"
+#include "sim/plant.h"
+
+namespace knuckle::sim {
+
+inline const MachineDescription& default_machine() {
+  static const MachineDescription machine = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  return machine;
+}
+inline const JointVector kWorkingPose(0.3, -1.5, -1.2);
+
+inline Plant make_plant(const WorldDescription& world = {}, const JointVector& start = kWorkingPose) {
+  Plant plant(nominal_truth(default_machine()), world, start);
+  plant.set_pilot(true);
+  return plant;
+}
+inline void demand(Plant& plant, const JointVector& demands) {
+  for (int i = 0; i < kJoints; ++i) plant.set_valve_demand(i, demands[i]);
+}
+inline void run(Plant& plant, double seconds) {
+  using namespace std::chrono_literals;
+  for (int i = 0; i < static_cast<int>(seconds * 1000 + 0.5); ++i) plant.step(1ms);
+}
+
+}  // namespace knuckle::sim

@@ -1,0 +1,162 @@
+// What the bucket touches: walls that push back and break, soil, pipes, loads that are scooped, hung on and dumped.
+#include "sim/world.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "sim/soil.h"
+#include "test_plant.h"
+
+namespace knuckle::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+bool happened(const Plant& plant, WorldEventKind kind) {
+  const WorldEventRing& events = plant.state().events;
+  for (std::uint64_t n = 0; n < events.count; ++n) {
+    if (events.at(n).kind == kind) return true;
+  }
+  return false;
+}
+
+WallDescription wall_below(double gap_m) {
+  return {
+      .point_m = make_plant().state().tip_world_m - PlanarVector(0, gap_m), .normal = {0, 1}, .stiffness_N_per_m = 1e6};
+}
+
+TEST(Wall, PressIsHeldInEquilibriumByTheChambers) {
+  WorldDescription world;
+  world.walls.push_back(wall_below(0.01));
+  Plant plant = make_plant(world);
+  plant.set_valve_demand(kBoom, -0.25);
+  while (plant.state().wall_N.y() < 2000 && plant.state().t_s < 5) plant.step(1ms);
+  plant.set_valve_demand(kBoom, 0);
+  run(plant, 3);
+  const PlantState& s = plant.state();
+  const double pressed = s.wall_N.y();
+  EXPECT_GT(pressed, 1500);
+  EXPECT_LT(s.joint_radps.norm(), 1e-3);
+  const double depth = world.walls[0].point_m.y() - s.tip_world_m.y();
+  EXPECT_NEAR(pressed, 1e6 * depth, 0.01 * pressed);
+  EXPECT_TRUE(happened(plant, WorldEventKind::kContact));
+}
+
+TEST(Wall, BreaksAboveItsForceAndItsPieceCanBeScoopedCarriedAndDumped) {
+  WorldDescription world;
+  WallDescription wall = wall_below(0.01);
+  wall.break_force_N = 3000;
+  wall.break_impulse_Ns = 200;
+  wall.piece_mass_kg = 45;
+  wall.piece_rest_m = wall.point_m + PlanarVector(-0.05, 0);
+  world.walls.push_back(wall);
+  Plant plant = make_plant(world);
+  plant.set_valve_demand(kBoom, -0.4);
+  while (!happened(plant, WorldEventKind::kPieceBroke) && plant.state().t_s < 5) plant.step(1ms);
+  ASSERT_TRUE(happened(plant, WorldEventKind::kPieceBroke));
+  plant.set_valve_demand(kBoom, 0);
+  run(plant, 1);
+  ASSERT_TRUE(happened(plant, WorldEventKind::kPieceDown));
+  plant.set_valve_demand(kBoom, 0.3);  // back to the piece, then curl through it
+  while (plant.state().tip_world_m.y() < wall.piece_rest_m.y() && plant.state().t_s < 8) plant.step(1ms);
+  plant.set_valve_demand(kBoom, 0);
+  plant.set_valve_demand(kBucket, 0.3);
+  run(plant, 1.5);
+  ASSERT_TRUE(happened(plant, WorldEventKind::kScooped));
+  EXPECT_NEAR(plant.state().payload_kg, 45, 1e-9);
+  plant.set_valve_demand(kBucket, -0.6);
+  run(plant, 3);
+  EXPECT_TRUE(happened(plant, WorldEventKind::kDumped));
+  EXPECT_EQ(plant.state().payload_kg, 0);
+}
+
+TEST(Wall, DoesNotBreakBelowItsForce) {
+  WorldDescription world;
+  world.walls.push_back(wall_below(0.01));
+  world.walls[0].break_force_N = 60e3;
+  Plant plant = make_plant(world);
+  plant.set_valve_demand(kBoom, -0.3);
+  run(plant, 3);
+  EXPECT_FALSE(happened(plant, WorldEventKind::kPieceBroke));
+}
+
+TEST(Wall, FrictionHoldsASidewaysPullBelowItsCone) {
+  Bristle face{2e6, 4e3};
+  face.anchor_m = 0;
+  EXPECT_NEAR(face.force(1e-4, 0, 1000), -200, 1e-9);  // sticks
+  face.drag(1e-4, 1000);
+  EXPECT_EQ(face.anchor_m, 0);
+  EXPECT_EQ(face.force(1e-2, 0.1, 1000), -1000);  // slides
+  face.drag(1e-2, 1000);
+  EXPECT_NEAR(face.anchor_m, 1e-2 - 5e-4, 1e-12);
+}
+
+TEST(Soil, ResistanceGrowsWithDepthAndOpposesTravel) {
+  SoilDescription description;
+  description.surface_point_m = {0, 0};
+  Soil soil(description);
+  const PlanarVector blade(std::cos(-2.2), std::sin(-2.2)), digging(-0.3, 0);
+  soil.advance({1, -0.01}, digging, blade, 1e-3);
+  double last = 0;
+  for (double depth = 0.02; depth < 0.4; depth += 0.02) {
+    const double limit = soil.cutting_limit(depth);
+    EXPECT_GT(limit, last);
+    last = limit;
+  }
+  EXPECT_GT(last, 1e3);
+  EXPECT_LT(last, 3e4);
+  double lift = 0;
+  for (double depth = 0.01; depth < 0.2; depth += 0.01) {
+    const PlanarVector force = soil.force({0.5, -depth}, digging);
+    EXPECT_GT(force.x(), 0);
+    EXPECT_GE(force.y(), lift);
+    lift = force.y();
+  }
+  EXPECT_EQ(soil.force({0.5, 0.01}, digging).norm(), 0);
+}
+
+TEST(Soil, DiggingFillsTheBucketNoFurtherThanItsVolume) {
+  WorldDescription world;
+  SoilDescription soil;
+  soil.surface_point_m = make_plant().state().tip_world_m + PlanarVector(0, 0.02);
+  world.soil.push_back(soil);
+  world.dump_angle_rad = 0;
+  Plant plant = make_plant(world);
+  demand(plant, {-0.15, 0.6, 0});  // arm in, boom pressing lightly
+  run(plant, 3);
+  EXPECT_GT(plant.state().payload_kg, 1);
+  EXPECT_LE(plant.state().payload_kg, soil.bucket_capacity_m3 * soil.density_kg_per_m3 + 1e-9);
+}
+
+TEST(Weight, HangsFromTheStartWithoutAJolt) {
+  WorldDescription world;
+  world.weights.push_back({.mass_kg = 100, .point_m = {0.4, 0}});
+  Plant plant = make_plant(world);
+  EXPECT_EQ(plant.state().payload_kg, 100);
+  run(plant, 1);
+  EXPECT_LT((plant.state().joint_rad - kWorkingPose).norm(), 1e-9);
+}
+
+TEST(Pipe, PushesRadiallyOutwards) {
+  WorldDescription world;
+  const PlanarVector tip = make_plant().state().tip_world_m;
+  world.pipes.push_back({.centre_m = tip - PlanarVector(0, 0.08)});
+  Plant plant = make_plant(world);
+  plant.set_valve_demand(kBoom, -0.25);
+  double most = 0;
+  for (int i = 0; i < 1500; ++i) {
+    plant.step(1ms);
+    most = std::max(most, plant.state().pipe_N.y());
+  }
+  EXPECT_GT(most, 500);
+  EXPECT_TRUE(happened(plant, WorldEventKind::kPipeTouched));
+}
+
+TEST(WorldEvents, EachHasAName) {
+  EXPECT_EQ(std::string(name(WorldEventKind::kPieceBroke)), "piece_broke");
+  EXPECT_EQ(std::string(name(WorldEventKind::kWeightOff)), "weight_off");
+}
+
+}  // namespace
+}  // namespace knuckle::sim
