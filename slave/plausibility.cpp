@@ -8,8 +8,8 @@ namespace {
 
 constexpr PlausibilityLimits kLimits = kPlausibility;
 
-std::size_t fed_chamber(int joint, double spool) noexcept {
-  return static_cast<std::size_t>(2 * joint + (spool > 0 ? 0 : 1));
+std::size_t return_chamber(int joint, double spool) noexcept {
+  return static_cast<std::size_t>(2 * joint + (spool > 0 ? 1 : 0));
 }
 
 Reason implausible(std::uint8_t node, double value, double limit) noexcept {
@@ -35,55 +35,43 @@ double Plausibility::dead_band(int joint, double spool) const noexcept {
   return spool > 0 ? valve.dead_band_extend : valve.dead_band_retract;
 }
 
-/// Flow that surely reaches the cylinder [m3/s]; 0 where another axis may take it all.
-double Plausibility::sure_flow(int joint, const estimation::Measurement& m, const JointVector& spool) const noexcept {
-  JointVector flow = JointVector::Zero();
-  double lightest_Pa = 1e12;
-  for (int i = 0; i < kJoints; ++i) {
-    const double band = dead_band(i, spool[i]);
-    if (std::abs(spool[i]) <= band) continue;
-    const ValveDescription& valve = machine_.cylinders[static_cast<std::size_t>(i)].valve;
-    const double share = machine_.hydraulics.load_sensing_margin_Pa / valve.nominal_drop_Pa;
-    flow[i] = (std::abs(spool[i]) - band) / (1 - band) * valve.nominal_flow_m3ps * std::sqrt(share);
-    lightest_Pa = std::min(lightest_Pa, m.pressure_Pa[fed_chamber(i, spool[i])]);
-  }
-  const double available = kLimits.pump_reserve * machine_.hydraulics.pump_flow_m3ps;
-  if (flow.sum() <= available) return kLimits.sure_flow * flow[joint];
-  if (m.pressure_Pa[fed_chamber(joint, spool[joint])] > lightest_Pa) return 0;
-  return kLimits.sure_flow * flow[joint] * available / flow.sum();
+/// Oil that surely leaves the cylinder [m3/s]. The return edge is the one to ask: its drop is measured, whatever the
+/// pump has to give; and against a wall the returning side falls to tank pressure, so that nothing is expected.
+double Plausibility::sure_flow(int joint, double spool, double return_Pa) const noexcept {
+  const ValveDescription& valve = machine_.cylinders[static_cast<std::size_t>(joint)].valve;
+  const double band = dead_band(joint, spool);
+  const double opening = std::max(0.0, std::abs(spool) - band) / (1 - band);
+  const double drop_Pa = std::max(0.0, return_Pa - machine_.hydraulics.tank_Pa - kLimits.sure_drop_Pa);
+  return kLimits.sure_flow * opening * valve.nominal_flow_m3ps * std::sqrt(drop_Pa / valve.nominal_drop_Pa);
 }
 
-/// Travel that goes into the oil when the fed chamber's pressure rises: dV = V dp / beta.
-double Plausibility::compressed_m(int joint, int direction, double length_m, double rise_Pa) const noexcept {
+/// Travel's worth of oil that leaves because the returning side's pressure falls: dV = V dp / beta.
+double Plausibility::expanded_m(int joint, int direction, double length_m, double fall_Pa) const noexcept {
   const CylinderDescription& cylinder = machine_.cylinders[static_cast<std::size_t>(joint)];
-  const double area = direction > 0 ? cylinder.head_area_m2() : cylinder.rod_side_area_m2();
-  const double filled = direction > 0 ? length_m - cylinder.min_length_m : cylinder.max_length_m - length_m;
+  const double area = direction > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
+  const double filled = direction > 0 ? cylinder.max_length_m - length_m : length_m - cylinder.min_length_m;
   const double volume = machine_.hydraulics.hose_volume_m3 + area * std::max(0.0, filled);
-  return std::max(0.0, rise_Pa) * volume / (machine_.hydraulics.bulk_modulus_Pa * area);
+  return std::max(0.0, fall_Pa) * volume / (machine_.hydraulics.bulk_modulus_Pa * area);
 }
 
-Reason Plausibility::frozen(int joint, const estimation::Measurement& m, const JointVector& spool) noexcept {
+Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double spool) noexcept {
   Axis& axis = axes_[static_cast<std::size_t>(joint)];
   const CylinderDescription& cylinder = machine_.cylinders[static_cast<std::size_t>(joint)];
-  const double length = m.cylinder_m[joint], pressure = m.pressure_Pa[fed_chamber(joint, spool[joint])];
-  const bool open = std::abs(spool[joint]) > dead_band(joint, spool[joint]) + kLimits.open_margin;
-  const int direction = open ? (spool[joint] > 0 ? 1 : -1) : 0;
-  axis.open_s = direction != 0 && direction == axis.direction ? axis.open_s + step_s_ : 0;
-  const bool pump_up = axis.open_s >= kLimits.pump_lags * machine_.hydraulics.load_sensing_lag_s;
+  const double length = m.cylinder_m[joint], pressure = m.pressure_Pa[return_chamber(joint, spool)];
+  const bool open = std::abs(spool) > dead_band(joint, spool) + kLimits.open_margin;
+  const int direction = open ? (spool > 0 ? 1 : -1) : 0;
   const bool at_end =
       direction > 0 ? length > cylinder.max_length_m - kLimits.end_m : length < cylinder.min_length_m + kLimits.end_m;
-  const bool stalled = pressure > kLimits.stalled * machine_.hydraulics.main_relief_Pa;
-  if (!pump_up || direction != axis.direction || direction == 0 || stalled || at_end ||
-      std::abs(length - axis.anchor_m) >= kLimits.moved_m) {
+  if (direction != axis.direction || direction == 0 || at_end || std::abs(length - axis.anchor_m) >= kLimits.moved_m) {
     axis.direction = direction;
     axis.anchor_m = length;
-    axis.fed_Pa = pressure;
+    axis.return_Pa = pressure;
     axis.delivered_m = 0;
     return {};
   }
-  const double area = direction > 0 ? cylinder.head_area_m2() : cylinder.rod_side_area_m2();
-  axis.delivered_m += sure_flow(joint, m, spool) / area * step_s_;
-  const double unseen = axis.delivered_m - compressed_m(joint, direction, length, pressure - axis.fed_Pa);
+  const double area = direction > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
+  axis.delivered_m += sure_flow(joint, spool, pressure) / area * step_s_;
+  const double unseen = axis.delivered_m - expanded_m(joint, direction, length, axis.return_Pa - pressure);
   if (unseen <= kLimits.unseen_m) return {};
   return implausible(machine_.bus.encoders[static_cast<std::size_t>(joint)].id, unseen, kLimits.unseen_m);
 }
@@ -134,7 +122,7 @@ Reason Plausibility::step(const estimation::Measurement& measurement, const Join
     if (!first) first = reason;
   };
   for (int i = 0; i < kJoints; ++i) {
-    note(frozen(i, measurement, spool));
+    note(frozen(i, measurement, spool[i]));
     note(moving_while_closed(i, measurement, spool[i]));
   }
   for (std::size_t i = 0; i < chambers_.size(); ++i) note(stuck(i, measurement));

@@ -1,4 +1,4 @@
-// Sensors against each other: what the valve lets through must be seen by the encoder, a closed valve keeps its
+// Sensors against each other: oil that leaves a cylinder must be seen by its encoder, a closed valve keeps its
 // cylinder in place, and a living pressure transmitter never repeats itself. Finds sensors that send good-looking
 // nonsense.
 #pragma once
@@ -16,16 +16,14 @@ namespace knuckle::slave {
 /// Chosen so that no machine of the allowed spread (transmitters +-1 bar, encoder steps 0.1 mm, oil +-30 %, dead band
 /// +-1 % of stroke, friction +-30 %) comes near them without a broken sensor.
 struct PlausibilityLimits {
-  double open_margin = 0.04;       ///< [of stroke] A spool this far beyond its dead band lets oil through ...
-  double closed_margin = 0.03;     ///< ... and this far inside it none. Dead bands are known to 1 %.
-  double sure_flow = 0.5;          ///< Part of the nominal flow that comes whatever gain, oil and load are.
-  double pump_reserve = 0.8;       ///< Beyond this part of the pump's flow, only the lightest axis is sure to move.
-  double moved_m = 0.00035;        ///< An encoder that differs by this (3 steps) has moved.
-  double unseen_m = 0.004;         ///< Travel delivered without being seen: fault.
-  double pump_lags = 3;            ///< Load-sensing lags that a valve must have been open: the pump is up by then.
-  double end_m = 0.010;            ///< This close to its end a cylinder is cushioned or at its stop.
-  double stalled = 0.85;           ///< Of the main relief: a fed chamber above it stands against a load it cannot move.
-  double settle_s = 0.15;          ///< A spool must have been closed this long; cylinders stop within it.
+  double open_margin = 0.04;    ///< [of stroke] A spool this far beyond its dead band lets oil through ...
+  double closed_margin = 0.03;  ///< ... and this far inside it none. Dead bands are known to 1 %.
+  double sure_flow = 0.7;       ///< Part of the nominal valve flow that comes whatever gain and oil are.
+  double sure_drop_Pa = 2e5;  ///< Taken off the return side's drop to tank: transmitter and tank are not known better.
+  double moved_m = 0.00035;   ///< An encoder that differs by this (3 steps) has moved.
+  double unseen_m = 0.004;    ///< Travel delivered without being seen: fault.
+  double end_m = 0.010;       ///< This close to its end a cylinder is cushioned or at its stop.
+  double settle_s = 0.15;     ///< A spool must have been closed this long; cylinders stop within it.
   double closed_travel_m = 0.015;  ///< Travel behind a closed valve: fault. Oil up to the relief gives 11 mm.
   double closed_forget_s = 1.0;    ///< Leakage of some mm/s is no travel.
   double relief = 0.9;             ///< Of the port relief: above it a closed cylinder may be pushed.
@@ -49,10 +47,9 @@ class Plausibility {
  private:
   struct Axis {
     double anchor_m = 0;     // length when the encoder last moved
-    double fed_Pa = 0;       // fed chamber's pressure then
+    double return_Pa = 0;    // the returning chamber's pressure then
     double delivered_m = 0;  // travel the valve has let through since
     int direction = 0;       // of the opening
-    double open_s = 0;       // in this direction
     double closed_s = 0;
     double travel_m = 0;  // behind the closed valve, forgetting
     double last_m = 0;
@@ -63,9 +60,9 @@ class Plausibility {
     double other_min_Pa = 0, other_max_Pa = 0, length_m = 0;  // since it repeats
   };
   [[nodiscard]] double dead_band(int joint, double spool) const noexcept;
-  [[nodiscard]] double sure_flow(int joint, const estimation::Measurement& m, const JointVector& spool) const noexcept;
-  [[nodiscard]] double compressed_m(int joint, int direction, double length_m, double rise_Pa) const noexcept;
-  [[nodiscard]] Reason frozen(int joint, const estimation::Measurement& m, const JointVector& spool) noexcept;
+  [[nodiscard]] double sure_flow(int joint, double spool, double return_Pa) const noexcept;
+  [[nodiscard]] double expanded_m(int joint, int direction, double length_m, double fall_Pa) const noexcept;
+  [[nodiscard]] Reason frozen(int joint, const estimation::Measurement& m, double spool) noexcept;
   [[nodiscard]] Reason moving_while_closed(int joint, const estimation::Measurement& m, double spool) noexcept;
   [[nodiscard]] Reason stuck(std::size_t chamber, const estimation::Measurement& m) noexcept;
 
