@@ -1,9 +1,12 @@
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <ostream>
+#include <utility>
 
 #include "app/digest.h"
 #include "app/operator_path.h"
+#include "app/realtime_session.h"
 #include "app/scene.h"
 #include "app/session.h"
 #include "app/simulate.h"
@@ -31,8 +34,16 @@ sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback) {
   return fallback;
 }
 
+void refuse_impairment(const SimulateOptions& options) {
+  for (const auto& [name, value] :
+       {std::pair{"--delay-ms", options.delay_ms}, {"--jitter-ms", options.jitter_ms}, {"--loss", options.loss}}) {
+    if (value) throw InputError(std::string(name) + ": needs virtual time; with --realtime the link is what it is");
+  }
+}
+
 SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
   SessionSetup setup;
+  if (options.realtime) refuse_impairment(options);
   setup.machine = load_machine(find_config("machine", options.machine.empty() ? "solar015" : options.machine));
   setup.device = load_device(find_config("device", options.device.empty() ? "knuckle1" : options.device));
   setup.scenario = load_scenario(find_config("scenario", options.scenario), setup.machine);
@@ -54,7 +65,7 @@ SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
   }
   const sim::LimbClass limb = limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb);
   setup.limb = sim::draw_limb(limb, options.seed);
-  setup.to_machine = setup.to_operator = impairment(options);
+  if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options);
   setup.law = options.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
 
   result.scenario = setup.scenario.name;
@@ -83,29 +94,44 @@ std::string digest_of(const SessionRecord& record, const FrameLog& frames) {
   return digest.finish();
 }
 
+std::vector<HopLatency> hops_of(const HopHistograms& h) {
+  return {hop("hand_to_master", h.hand_to_master),   hop("master_to_slave", h.master_to_slave),
+          hop("hand_to_valve", h.hand_to_valve),     hop("pressure_to_slave", h.pressure_to_slave),
+          hop("slave_to_master", h.slave_to_master), hop("pressure_to_hand", h.pressure_to_hand)};
+}
+
+SessionOutcome run_on_virtual_time(const SessionSetup& setup, const std::function<void(double)>& progress) {
+  Session session(setup);
+  for (int tick = 0; !session.done(); ++tick) {
+    session.step();
+    if (progress && tick % 2000 == 0) progress(session.done_fraction());
+  }
+  SessionOutcome outcome;
+  outcome.elapsed_s = session.elapsed_s();
+  outcome.record = session.take_record();
+  outcome.frames = session.frames();
+  outcome.hops = session.hops();
+  return outcome;
+}
+
 }  // namespace
 
 SessionResult run_simulation(const SimulateOptions& options, const SessionHooks& hooks) {
   SessionResult result;
   const SessionSetup setup = set_up(options, result);
-  Session session(setup);
   const auto start = std::chrono::steady_clock::now();
-  for (int tick = 0; !session.done(); ++tick) {
-    session.step();
-    if (hooks.progress && tick % 2000 == 0) hooks.progress(session.done_fraction());
-  }
+  SessionOutcome outcome =
+      options.realtime ? run_realtime(setup, hooks.progress) : run_on_virtual_time(setup, hooks.progress);
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (hooks.progress) hooks.progress(1);
-  result.simulated_s = session.elapsed_s();
-  result.record = session.take_record();
-  const HopHistograms& h = session.hops();
-  result.hops = {hop("hand_to_master", h.hand_to_master),   hop("master_to_slave", h.master_to_slave),
-                 hop("hand_to_valve", h.hand_to_valve),     hop("pressure_to_slave", h.pressure_to_slave),
-                 hop("slave_to_master", h.slave_to_master), hop("pressure_to_hand", h.pressure_to_hand)};
-  result.digest = digest_of(result.record, session.frames());
+  result.simulated_s = outcome.elapsed_s;
+  result.record = std::move(outcome.record);
+  result.hops = hops_of(outcome.hops);
+  result.loops = std::move(outcome.loops);
+  result.digest = digest_of(result.record, outcome.frames);
   result.scene = scene_of(setup.scenario.world, result.record);
   if (hooks.candump != nullptr) {
-    for (const TimedFrame& f : session.frames()) *hooks.candump << candump_line(f.at, f.frame) << '\n';
+    for (const TimedFrame& f : outcome.frames) *hooks.candump << candump_line(f.at, f.frame) << '\n';
   }
   return result;
 }

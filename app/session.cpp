@@ -1,12 +1,13 @@
 #include "app/session.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <optional>
+#include <utility>
 
 #include "app/fault_injection.h"
+#include "app/fault_watch.h"
+#include "app/loop_views.h"
 #include "app/operator_path.h"
+#include "app/wire_latency.h"
 #include "core/error.h"
 #include "machine/kinematics.h"
 #include "sim/haptic_device.h"
@@ -21,30 +22,19 @@ namespace knuckle::app {
 namespace {
 
 constexpr Duration kTick = 1ms;
-constexpr double kTail_s = 0.5;            // recorded after the operator has finished
-constexpr double kFramesPerSecond = 3200;  // reserve: a full map at 200 Hz, heartbeats and start-up
+constexpr double kTail_s = 0.5;  // recorded after the operator has finished
 constexpr std::size_t kControllerPort = 0, kMachinePort = 1;
 
 }  // namespace
 
 struct Session::Impl {
-  /// The machine stopped with a fault, and when the operator let go of enable for the first time after it.
-  struct Latched {
-    Reason reason;
-    Time at{};
-    Time released_at = Time::max();
-  };
-
   explicit Impl(const SessionSetup& s);
   void step() noexcept;
   void sample(const sim::OperatorIntent& intent) noexcept;
   void read_events() noexcept;
-  void watch_enable(bool enable) noexcept;
   void note_master_hops() noexcept;
   void note_slave_hops() noexcept;
   void on_frame(Time at, const CanFrame& frame) noexcept;
-  sim::OperatorView view() const noexcept;
-  FaultRecord judge(const Latched& latch) const;
   SessionRecord take_record();
 
   SessionSetup setup;
@@ -55,15 +45,14 @@ struct Session::Impl {
   SessionRecord record;
   HopHistograms hops;
   std::vector<sim::WorldEvent> world_events;
-  std::vector<Latched> latched;
-  bool was_latched = false;
+  FaultWatch latched;
   std::uint64_t events_read = 0;
   int breaks = 0;
   double felt_slew = 0;
   PlanarVector last_force_N = PlanarVector::Zero();
   Time finished_at = Time::max();
   std::uint32_t heard_by_master = 0, heard_by_slave = 0;
-  std::optional<Time> set_point_report_at;  // device report behind the set-points now sent
+  WireSpans spans;
 
   HidPair cable;
   ImpairedLink network;
@@ -80,6 +69,7 @@ Session::Impl::Impl(const SessionSetup& s)
     : setup(s),
       kinematics(s.machine),
       slave_period(from_seconds(1 / s.machine.bus.sync_Hz)),
+      record(start_record(s)),
       network(s.to_machine, s.to_operator, s.seed),
       bus(2, s.machine.bus.bit_rate),
       faults(s.scenario.faults, network, cable),
@@ -92,44 +82,23 @@ Session::Impl::Impl(const SessionSetup& s)
     throw InputError(s.machine.source + ": key 'bus.sync_Hz' = " + std::to_string(s.machine.bus.sync_Hz) +
                      ": its period must be whole milliseconds");
   }
-  frames.reserve(static_cast<std::size_t>(kFramesPerSecond * s.scenario.duration_s));
-  record.samples.reserve(static_cast<std::size_t>((s.scenario.duration_s + 1) * s.machine.bus.sync_Hz));
+  frames.reserve(static_cast<std::size_t>(kMostFramesPerSecond * s.scenario.duration_s));
+  spans.reserve(record.samples.capacity());
   world_events.reserve(1024);
-  latched.reserve(64);
-  record.phases = s.scenario.phase_names;
-  record.phases.emplace_back("hold");
-  record.force_scale = s.device.feel.force_scale;
-  record.link_delay_s = to_seconds(s.to_machine.delay);
   bus.set_tap({[](void* self, Time at, const CanFrame& f) { static_cast<Impl*>(self)->on_frame(at, f); }, this});
 }
 
 void Session::Impl::on_frame(Time at, const CanFrame& frame) noexcept {
   if (frames.size() < frames.capacity()) frames.push_back({at, frame});
-  if (frame.id == canopen::rpdo1_id(setup.machine.bus.valves[kBucket].id) && set_point_report_at) {
-    hops.hand_to_valve.add(at - *set_point_report_at);
-    set_point_report_at.reset();
-  }
-}
-
-sim::OperatorView Session::Impl::view() const noexcept {
-  sim::OperatorView v;
-  const auto& shown = master.machine();
-  v.machine_rad = shown ? shown->position_rad : setup.scenario.start_rad;
-  v.ghost_rad = master.set_point().unclamped_rad();
-  v.hand_rad = hand.truth().joint_rad;
-  v.felt_N = hand.truth().felt_N;
-  v.mode = shown ? shown->mode : Mode::kOff;
-  v.breaks = breaks;
-  return v;
 }
 
 void Session::Impl::step() noexcept {
   now += kTick;
   cable.advance();
   network.advance(now);
-  const sim::OperatorIntent intent = person.step(now, view());
+  const MasterView shown = view_of(master, setup.scenario.start_rad);
+  const sim::OperatorIntent intent = person.step(now, person_view(shown, hand.truth(), breaks));
   faults.step(now, person.phase(), person.in_phase(now), machine, hand);
-  watch_enable(intent.enable);
   hand.step(now, intent);
   master.step(now);
   note_master_hops();
@@ -146,12 +115,6 @@ void Session::Impl::step() noexcept {
   if (person.finished() && finished_at == Time::max()) finished_at = now;
 }
 
-void Session::Impl::watch_enable(bool enable) noexcept {
-  for (Latched& l : latched) {
-    if (l.released_at == Time::max() && !enable) l.released_at = now;
-  }
-}
-
 void Session::Impl::note_master_hops() noexcept {
   // How much the force asked for changed in this millisecond, for the slew bound.
   const PlanarVector force_N = master.sent_force_N();
@@ -161,17 +124,20 @@ void Session::Impl::note_master_hops() noexcept {
   if (!message || message->sequence == heard_by_master) return;
   heard_by_master = message->sequence;
   hops.slave_to_master.add(now - message->sent_at);
-  if (message->sensor_at != kNever) hops.pressure_to_hand.add(now - message->sensor_at);
+  if (message->sensor_at != kNever && spans.felt.size() < spans.felt.capacity())
+    spans.felt.push_back({message->sensor_at, now});
   hops.hand_to_master.add(now - master.device().measured_at);
 }
 
 void Session::Impl::note_slave_hops() noexcept {
+  if (spans.measured.size() < spans.measured.capacity()) spans.measured.push_back({now, now});
   const MasterMessage& message = slave.master();
   if (message.sequence == heard_by_slave) return;
   heard_by_slave = message.sequence;
   hops.master_to_slave.add(now - message.sent_at);
-  hops.pressure_to_slave.add(now - slave.sensors().newest_at());
-  if (slave.mode() == Mode::kEngaged && !set_point_report_at) set_point_report_at = message.device_report_at;
+  if (slave.mode() == Mode::kEngaged && spans.acted.size() < spans.acted.capacity()) {
+    spans.acted.push_back({message.device_report_at, now});
+  }
 }
 
 void Session::Impl::read_events() noexcept {
@@ -184,82 +150,38 @@ void Session::Impl::read_events() noexcept {
 }
 
 void Session::Impl::sample(const sim::OperatorIntent& intent) noexcept {
+  latched.step(now, slave.mode(), slave.fault(), intent.enable);
   if (record.samples.size() == record.samples.capacity()) return;
-  const sim::PlantState& plant = machine.plant().state();
-  const estimation::ForceEstimate& force = slave.force();
-  Sample s;
-  s.t_s = to_seconds(now);
-  s.mode = slave.mode();
-  s.blocking = slave.blocking().code;
-  s.fault = slave.fault().code;
-  const SlaveMessage& told = slave.sent();
-  s.joint_rad = told.position_rad;
-  s.joint_radps = told.velocity_radps;
-  s.setpoint_rad = slave.master().position_rad;
-  s.setpoint_radps = slave.master().velocity_radps;
-  s.valve_command = slave.commands();
-  s.pressure_Pa = told.pressure_Pa;
-  s.tip_force_N = force.tip_N;
-  s.force_cov_N2 = {force.covariance_N2(0, 0), force.covariance_N2(0, 1), force.covariance_N2(1, 1)};
-  s.confidence = force.confidence;
-  s.confidence_reasons = force.confidence_reasons;
-  s.contact = force.contact;
-  s.limits = slave.limits();
-  s.payload_kg = told.payload_kg;
-  s.payload_sigma_kg = told.payload_sigma_kg;
-  s.truth_joint_rad = plant.joint_rad;
-  s.truth_joint_radps = plant.joint_radps;
-  s.truth_spool = plant.spool;
-  s.truth_tip_m = plant.tip_m;
-  s.truth_tip_force_N = plant.tip_N;
-  s.truth_payload_kg = plant.payload_kg;
-  s.truth_pump_flow_share = plant.pump_share;
-  s.truth_energy_to_machine_J = plant.valve_work_J;
-  const sim::HandTruth& held = hand.truth();
-  s.hand_rad = held.joint_rad;
-  s.hand_radps = held.rate_radps;
-  s.intent_rad = intent.joint_rad;
-  s.hand_tip_m = held.tip_m;
-  s.hand_setpoint_tip_m = kinematics.tip(master.set_point().position_rad());
-  s.felt_N = held.felt_N;
-  s.drag_N = master.sent_force_N();
-  s.hand_energy_J = held.energy_to_hand_J;
-  s.rtt_s = master.round_trip_s();
-  const auto phase = static_cast<std::size_t>(person.phase());
-  s.phase = static_cast<std::uint8_t>(person.holding() ? setup.scenario.phases.size()
-                                                       : std::min(phase, setup.scenario.phases.size() - 1));
-  s.felt_slew_N_per_ms = felt_slew;
-  felt_slew = 0;
-  const bool latched_now = s.mode == Mode::kFault || s.mode == Mode::kEStop;
-  if (latched_now && !was_latched && latched.size() < latched.capacity()) latched.push_back({slave.fault(), now});
-  was_latched = latched_now;
-  record.samples.push_back(s);
-}
-
-FaultRecord Session::Impl::judge(const Latched& latch) const {
-  // What was broken last before the machine stopped is taken as the cause; else the stop itself is the last good input.
-  Time last_good = latch.at;
-  for (const Injected& i : faults.injected()) {
-    if (i.at <= latch.at && i.mended_at > latch.at) last_good = i.last_good_input;
-  }
-  const Time until = std::min(latch.released_at, now);
-  const NeutralTimes neutral = neutral_times(frames, setup.machine, last_good, until);
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  const auto seconds = [](const std::optional<Time>& t) { return t ? to_seconds(*t) : kNone; };
-  return {latch.reason, to_seconds(latch.at), to_seconds(last_good), seconds(neutral.command), seconds(neutral.spool)};
+  const HandView held = view_of(hand, person, intent, setup.scenario.phases.size());
+  MasterView asked = view_of(master, setup.scenario.start_rad);
+  asked.slew_N_per_ms = std::exchange(felt_slew, 0.0);
+  record.samples.push_back(sample_of(now, slave, machine.plant().state(), held, asked, kinematics));
 }
 
 SessionRecord Session::Impl::take_record() {
-  for (const Latched& latch : latched) {
-    record.faults.push_back(judge(latch));
-    const FaultRecord& fault = record.faults.back();
-    if (!std::isfinite(fault.command_neutral_s)) continue;
-    const Time neutral{from_seconds(fault.command_neutral_s)};
-    if (commands_not_neutral(frames, setup.machine, neutral, latch.released_at) > 0) ++record.resumed_by_itself;
-  }
+  // What was broken last before the machine stopped is taken as the cause; else the stop itself is the last good input.
+  const auto last_good_input = [this](Time latched_at) {
+    Time last_good = latched_at;
+    for (const Injected& i : faults.injected()) {
+      if (i.at <= latched_at && i.mended_at > latched_at) last_good = i.last_good_input;
+    }
+    return last_good;
+  };
+  latched.judge(frames, setup.machine, now, last_good_input, record);
   for (const sim::WorldEvent& event : world_events) record.events.push_back({event.t_s, sim::name(event.kind)});
   record.phases_timed_out = person.timed_out() >= 0 || !person.finished() ? 1 : 0;
+  add_wire_latencies(frames, setup.machine.bus, spans, hops);
   return std::move(record);
+}
+
+SessionRecord start_record(const SessionSetup& setup) {
+  SessionRecord record;
+  record.samples.reserve(static_cast<std::size_t>((setup.scenario.duration_s + 1) * setup.machine.bus.sync_Hz));
+  record.phases = setup.scenario.phase_names;
+  record.phases.emplace_back("hold");
+  record.force_scale = setup.device.feel.force_scale;
+  record.link_delay_s = to_seconds(setup.to_machine.delay);
+  return record;
 }
 
 Session::Session(const SessionSetup& setup) : impl_(std::make_unique<Impl>(setup)) {}

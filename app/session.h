@@ -31,14 +31,19 @@ struct SessionSetup {
   std::uint64_t seed = 1;
 };
 
+/// What a frame log is reserved for: a full map at 200 Hz, heartbeats and start-up.
+inline constexpr double kMostFramesPerSecond = 3200;
+/// An empty record of this session, with room for every row.
+[[nodiscard]] SessionRecord start_record(const SessionSetup& setup);
+
 /// Per-sample latencies; from the stamps that travel with each sample.
 struct HopHistograms {
   Histogram hand_to_master;     ///< device report made -> report taken by the master
   Histogram master_to_slave;    ///< datagram sent -> taken by the slave loop
   Histogram hand_to_valve;      ///< device report -> set-point on the wire
-  Histogram pressure_to_slave;  ///< sensor frame -> force estimated
+  Histogram pressure_to_slave;  ///< pressure frame on the wire -> force estimated
   Histogram slave_to_master;    ///< datagram sent -> taken by the master
-  Histogram pressure_to_hand;   ///< sensor frame -> torque report written
+  Histogram pressure_to_hand;   ///< pressure frame on the wire -> torque report written
 };
 
 class Session {

@@ -1,0 +1,37 @@
+// Which faults latched during a session, and what the CAN frames say the machine did then.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "app/frame_log.h"
+#include "app/session_record.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "machine/description.h"
+
+namespace knuckle::app {
+
+class FaultWatch {
+ public:
+  FaultWatch() { latched_.reserve(64); }
+
+  /// Every slave step. Allocates nothing; faults beyond the reserve are left out.
+  void step(Time now, Mode mode, const Reason& fault, bool enable) noexcept;
+
+  /// Adds a FaultRecord for each, judged from the frames, and counts machines that moved again by themselves.
+  /// @param last_good_input before a fault that latched at the given time.
+  void judge(const FrameLog& frames, const MachineDescription& machine, Time end,
+             const std::function<Time(Time latched_at)>& last_good_input, SessionRecord& record) const;
+
+ private:
+  struct Latched {
+    Reason reason;
+    Time at{};
+    Time released_at = Time::max();  ///< When the operator let go of enable for the first time after it.
+  };
+  std::vector<Latched> latched_;
+  bool was_latched_ = false;
+};
+
+}  // namespace knuckle::app

@@ -1,0 +1,253 @@
+#include "app/realtime_session.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <string>
+#include <utility>
+
+#include "app/fault_watch.h"
+#include "app/loop_views.h"
+#include "app/operator_path.h"
+#include "app/wire_latency.h"
+#include "core/error.h"
+#include "core/mailbox.h"
+#include "core/realtime_thread.h"
+#include "sim/simulated_machine.h"
+#include "transport/canopen.h"
+#include "transport/thread_wires.h"
+#include "transport/udp_link.h"
+#include "transport/virtual_can.h"
+
+namespace knuckle::app {
+namespace {
+
+constexpr Duration kTick = 1ms;
+constexpr double kTail_s = 0.5;  // recorded after the operator has finished
+constexpr std::size_t kControllerPort = 0, kMachinePort = 1;
+// The slave first, because it decides what the valves do; what only plays the world comes last.
+constexpr int kSlavePriority = 80, kMasterPriority = 75, kMachinePriority = 70, kHandPriority = 65;
+
+/// Largest of the last values.
+class RecentPeak {
+ public:
+  double step(double value) noexcept {
+    values_[next_++ % values_.size()] = value;
+    return *std::max_element(values_.begin(), values_.end());
+  }
+
+ private:
+  std::array<double, 5> values_{};  // one slave period at 200 Hz
+  std::size_t next_ = 0;
+};
+
+Percentiles percentiles_us(const Histogram& h) {
+  const auto us = [](Duration d) { return 1e6 * to_seconds(d); };
+  return {us(h.quantile(0.5)), us(h.quantile(0.99)), us(h.max())};
+}
+
+LoopTiming timing(const char* loop, const RealtimeReport& report) {
+  return {loop, report.policy, percentiles_us(report.wake_lateness), percentiles_us(report.execution), report.overruns};
+}
+
+/// All that the four threads work on. Each member belongs to one of them; between them go only wires, mailboxes and
+/// atomics. Vectors are reserved before they start and read after they ended.
+class Loops {
+ public:
+  Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end);
+
+  void step_hand(Time now) noexcept;
+  void step_master(Time now) noexcept;
+  void step_slave(Time now) noexcept;
+  void step_machine(Time now) noexcept;
+
+  [[nodiscard]] double done_fraction() const noexcept {
+    return static_cast<double>(phase_) / static_cast<double>(setup_.scenario.phases.size());
+  }
+  [[nodiscard]] bool finished() const noexcept { return finished_; }
+  /// After the threads have ended.
+  void hand_over(Time end, SessionOutcome& outcome);
+
+ private:
+  void on_frame(Time at, const CanFrame& frame) noexcept;
+
+  const SessionSetup& setup_;
+  // wires and what crosses threads
+  ThreadHid cable_;
+  ThreadCan can_;
+  Mailbox<MasterView> master_to_hand_, master_to_record_;
+  Mailbox<HandView> hand_to_record_;
+  Mailbox<sim::PlantState> plant_to_record_;
+  std::atomic<int> breaks_{0}, phase_{0};
+  std::atomic<bool> finished_{false};
+  WireSpans spans_;  // felt: master's; the others: slave's
+  // hand
+  sim::Operator person_;
+  sim::HandAndDevice hand_;
+  MasterView seen_;
+  // master
+  master::MasterLoop master_;
+  std::uint32_t heard_by_master_ = 0;
+  PlanarVector last_force_N_ = PlanarVector::Zero();
+  RecentPeak slew_;
+  Histogram hand_to_master_, slave_to_master_;
+  // slave
+  slave::SlaveLoop slave_;
+  Kinematics kinematics_;
+  std::uint32_t heard_by_slave_ = 0;
+  MasterView master_seen_;
+  HandView hand_seen_;
+  sim::PlantState plant_seen_;
+  FaultWatch faults_;
+  SessionRecord record_;
+  Histogram master_to_slave_;
+  // machine
+  VirtualCanBus bus_;
+  sim::SimulatedMachine machine_;
+  std::uint64_t events_read_ = 0;
+  std::vector<sim::WorldEvent> world_events_;
+  FrameLog frames_;
+};
+
+Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end)
+    : setup_(setup),
+      person_(setup.machine, setup.scenario.phases, setup.path, kPathPeriod, setup.scenario.hand_rad,
+              setup.scenario.reaction),
+      hand_(setup.device, setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
+      master_(setup.device, setup.machine, cable_.host(), operator_end, setup.law),
+      slave_(setup.machine, can_.controller(), machine_end),
+      kinematics_(setup.machine),
+      record_(start_record(setup)),
+      bus_(2, setup.machine.bus.bit_rate),
+      machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, bus_.port(kMachinePort), setup.seed) {
+  const double longest_s = setup.scenario.duration_s + 1;
+  spans_.reserve(static_cast<std::size_t>(longest_s * setup.machine.bus.sync_Hz));
+  frames_.reserve(static_cast<std::size_t>(longest_s * kMostFramesPerSecond));
+  world_events_.reserve(1024);
+  seen_.machine_rad = master_seen_.machine_rad = setup.scenario.start_rad;
+  bus_.set_tap({[](void* self, Time at, const CanFrame& f) { static_cast<Loops*>(self)->on_frame(at, f); }, this});
+}
+
+void Loops::on_frame(Time at, const CanFrame& frame) noexcept {
+  if (frames_.size() < frames_.capacity()) frames_.push_back({at, frame});
+}
+
+void Loops::step_hand(Time now) noexcept {
+  master_to_hand_.take(seen_);
+  const sim::OperatorIntent intent = person_.step(now, person_view(seen_, hand_.truth(), breaks_));
+  hand_.step(now, intent);
+  hand_to_record_.put(view_of(hand_, person_, intent, setup_.scenario.phases.size()));
+  phase_ = person_.phase();
+  finished_ = person_.finished();
+}
+
+void Loops::step_master(Time now) noexcept {
+  master_.step(now);
+  MasterView view = view_of(master_, setup_.scenario.start_rad);
+  view.slew_N_per_ms = slew_.step((view.sent_force_N - last_force_N_).norm());
+  last_force_N_ = view.sent_force_N;
+  master_to_hand_.put(view);
+  master_to_record_.put(view);
+  const auto& told = master_.machine();
+  if (!told || told->sequence == heard_by_master_) return;
+  heard_by_master_ = told->sequence;
+  slave_to_master_.add(now - told->sent_at);
+  if (told->sensor_at != kNever && spans_.felt.size() < spans_.felt.capacity())
+    spans_.felt.push_back({told->sensor_at, now});
+  if (master_.device().ok) hand_to_master_.add(now - master_.device().measured_at);
+}
+
+void Loops::step_slave(Time now) noexcept {
+  slave_.step(now);
+  hand_to_record_.take(hand_seen_);
+  master_to_record_.take(master_seen_);
+  plant_to_record_.take(plant_seen_);
+  faults_.step(now, slave_.mode(), slave_.fault(), hand_seen_.intent.enable);
+  if (record_.samples.size() < record_.samples.capacity()) {
+    record_.samples.push_back(sample_of(now, slave_, plant_seen_, hand_seen_, master_seen_, kinematics_));
+  }
+  if (spans_.measured.size() < spans_.measured.capacity()) spans_.measured.push_back({now, now});
+  const MasterMessage& set_point = slave_.master();
+  if (set_point.sequence == heard_by_slave_) return;
+  heard_by_slave_ = set_point.sequence;
+  master_to_slave_.add(now - set_point.sent_at);
+  if (slave_.mode() == Mode::kEngaged && spans_.acted.size() < spans_.acted.capacity()) {
+    spans_.acted.push_back({set_point.device_report_at, now});
+  }
+}
+
+void Loops::step_machine(Time now) noexcept {
+  can_.exchange(bus_.port(kControllerPort));
+  bus_.advance(now);
+  can_.exchange(bus_.port(kControllerPort));
+  // The plant moves in whole milliseconds; a period that was skipped is made up for in one longer step.
+  machine_.step(Time(now.time_since_epoch() / kTick * kTick));
+  const sim::PlantState& plant = machine_.plant().state();
+  for (; events_read_ < plant.events.count; ++events_read_) {
+    const sim::WorldEvent& event = plant.events.at(events_read_);
+    if (event.kind == sim::WorldEventKind::kPieceBroke) ++breaks_;
+    if (world_events_.size() < world_events_.capacity()) world_events_.push_back(event);
+  }
+  plant_to_record_.put(plant);
+}
+
+void Loops::hand_over(Time end, SessionOutcome& outcome) {
+  faults_.judge(
+      frames_, setup_.machine, end, [](Time latched_at) { return latched_at; }, record_);
+  for (const sim::WorldEvent& event : world_events_) record_.events.push_back({event.t_s, sim::name(event.kind)});
+  record_.phases_timed_out = person_.timed_out() >= 0 || !person_.finished() ? 1 : 0;
+  outcome.hops.hand_to_master = hand_to_master_;
+  outcome.hops.master_to_slave = master_to_slave_;
+  outcome.hops.slave_to_master = slave_to_master_;
+  add_wire_latencies(frames_, setup_.machine.bus, spans_, outcome.hops);
+  outcome.record = std::move(record_);
+  outcome.frames = std::move(frames_);
+  outcome.elapsed_s = to_seconds(end);
+}
+
+/// Until the operator has finished and a little longer, or the scenario's time is over.
+void wait_for_the_end(const RealtimeClock& clock, const Loops& loops, double longest_s,
+                      const std::function<void(double)>& progress) {
+  Time finished_at = Time::max();
+  for (;;) {
+    const Time now = clock.now();
+    if (loops.finished() && finished_at == Time::max()) finished_at = now;
+    if (to_seconds(now) >= longest_s) return;
+    if (finished_at != Time::max() && to_seconds(now - finished_at) > kTail_s) return;
+    if (progress) progress(std::max(loops.done_fraction(), to_seconds(now) / longest_s));
+    clock.sleep_until(now + 250ms);
+  }
+}
+
+}  // namespace
+
+SessionOutcome run_realtime(const SessionSetup& setup, const std::function<void(double)>& progress) {
+  if (!setup.scenario.faults.empty()) {
+    throw InputError(setup.scenario.source + ": schedules faults, which need virtual time: run it without --realtime");
+  }
+  UdpLink machine_end = UdpLink::listen("127.0.0.1:0");
+  UdpLink operator_end = UdpLink::connect("127.0.0.1:" + std::to_string(machine_end.port()));
+  Loops loops(setup, operator_end, machine_end);
+  SessionOutcome outcome;
+  const RealtimeClock clock;
+  {
+    const Duration slave_period = from_seconds(1 / setup.machine.bus.sync_Hz);
+    RealtimeThread machine({.name = "machine", .period = kTick, .fifo_priority = kMachinePriority}, clock,
+                           [&loops](Time now) { loops.step_machine(now); });
+    RealtimeThread slave(
+        {.name = "slave", .period = slave_period, .fifo_priority = kSlavePriority, .lock_memory = true}, clock,
+        [&loops](Time now) { loops.step_slave(now); });
+    RealtimeThread master({.name = "master", .period = kTick, .fifo_priority = kMasterPriority}, clock,
+                          [&loops](Time now) { loops.step_master(now); });
+    RealtimeThread hand({.name = "hand", .period = kTick, .fifo_priority = kHandPriority}, clock,
+                        [&loops](Time now) { loops.step_hand(now); });
+    wait_for_the_end(clock, loops, setup.scenario.duration_s, progress);
+    for (RealtimeThread* thread : {&hand, &master, &slave, &machine}) thread->stop();
+    outcome.loops = {timing("master", master.report()), timing("slave", slave.report()),
+                     timing("machine", machine.report()), timing("hand", hand.report())};
+  }
+  loops.hand_over(clock.now(), outcome);
+  return outcome;
+}
+
+}  // namespace knuckle::app
