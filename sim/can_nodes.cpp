@@ -224,7 +224,7 @@ void EnableNode::observe(const CanFrame& frame) noexcept {
     if (frame.id == canopen::rpdo1_id(valve_ids_[j])) {
       if (const auto command = canopen::parse_valve_command(frame)) {
         const bool active = asked_state(command->control_word) == ValveState::kActive;
-        set_point_[j] = active ? command->set_point : 0.0;
+        demands_[j][next_demand_[j]++ % kDemands] = active ? command->set_point : 0.0;
       }
     } else if (frame.id == canopen::tpdo1_id(valve_ids_[j])) {
       if (const auto status = canopen::parse_valve_status(frame)) {
@@ -260,10 +260,13 @@ bool EnableNode::allowed(Time now, Outbox& out) noexcept {
   return false;
 }
 
+// A sound spool lags its demand by some 70 ms (bus, delay, spring), so it is held against the span of the newest
+// demands (60 ms of them): against the last one alone, a demand that moves at 1.5 of stroke a second would look stuck.
 bool EnableNode::following(Time now) noexcept {
   bool good = true;
   for (std::size_t j = 0; j < kJoints; ++j) {
-    if (std::abs(set_point_[j] - actual_[j]) <= kFollowingLimit) {
+    const auto [low, high] = std::minmax_element(demands_[j].begin(), demands_[j].end());
+    if (actual_[j] >= *low - kFollowingLimit && actual_[j] <= *high + kFollowingLimit) {
       apart_since_[j] = Time::max();
       continue;
     }

@@ -105,13 +105,16 @@ class EnableNode {
   void set_estop(bool pressed) noexcept { estop_ = pressed; }
 
  private:
+  static constexpr std::size_t kDemands = 6;
   [[nodiscard]] bool following(Time now) noexcept;
   [[nodiscard]] bool allowed(Time now, Outbox& out) noexcept;
 
   NodeProtocol protocol_;
   NodeProtocol::Handle inputs_, outputs_;
   PerJoint<std::uint8_t> valve_ids_{};
-  PerJoint<double> set_point_{}, actual_{};
+  PerJoint<std::array<double, kDemands>> demands_{};  ///< The newest set-points on the bus, a ring.
+  PerJoint<std::size_t> next_demand_{};
+  PerJoint<double> actual_{};
   PerJoint<Time> apart_since_{Time::max(), Time::max(), Time::max()};
   PerJoint<bool> valve_fault_{};
   bool estop_ = false, pilot_ = false;
