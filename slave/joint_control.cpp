@@ -1,5 +1,6 @@
 #include "slave/joint_control.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -13,10 +14,13 @@ constexpr double kLeadFade_N = 300;          // tip force at which the lead is g
 constexpr double kPumpShare = 0.95;          // of the pump's flow, kept back for leakage and errors of gain
 constexpr double kFadeInTip_mps = 0.01;      // dead-band compensation grows over this tip speed
 constexpr double kLearnBelow_mps = 0.002;    // cylinder speed under which the dead band is learned
+constexpr double kLearnAsked_mps = 0.006;    // asked speed above which a standstill is lag, not dead band
 constexpr double kLearnDelay_s = 0.05;       // from command to delivered oil
 constexpr double kLearnFilter_Hz = 3;
-constexpr double kAccelerationFilter_Hz = 5;
+constexpr double kVelocityFilter_Hz = 6;  // of the hand's speed fed forward: valves cannot follow its tremor
+constexpr double kAccelerationFilter_Hz = 3;
 constexpr double kLeastDrop_Pa = 3e5;    // the gain never divides by less than this over both edges
+constexpr double kSingularity = 0.02;    // of J W J^T (about 0.5 in both directions where the arm is well bent)
 constexpr double kGateTolerance = 0.02;  // change by the gate (rate limit) up to which the dead band is still learned
 constexpr double kSoftLimitGain_1ps = 2.5;  // speed allowed towards a joint limit per radian before it
 
@@ -38,11 +42,13 @@ JointControl::JointControl(const MachineDescription& machine, double step_s)
       step_s_(step_s),
       valve_divider_(machine.bus.valve_every_nth_sync),
       supply_Pa_(machine.hydraulics.load_sensing_margin_Pa),
+      velocity_(kVelocityFilter_Hz, step_s, JointVector::Zero()),
       acceleration_(kAccelerationFilter_Hz, step_s, JointVector::Zero()),
       learning_{Learning(step_s), Learning(step_s), Learning(step_s)} {}
 
 void JointControl::reset() noexcept {
   running_ = false;
+  velocity_.reset(JointVector::Zero());
   acceleration_.reset(JointVector::Zero());
 }
 
@@ -52,17 +58,16 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
   const double tip_force = force.tip_N.norm();
   const double feed_forward = std::max(0.0, 1.0 - tip_force / control.feed_forward_fade_N);
   const double lead = kAccelerationLead_s * std::max(0.0, 1.0 - tip_force / kLeadFade_N);
-  if (!running_) last_velocity_ = command.velocity_radps;
-  acceleration_.step((command.velocity_radps - last_velocity_) / step_s_);
-  last_velocity_ = command.velocity_radps;
+  const JointVector before = velocity_.value();
+  velocity_.step(command.velocity_radps);
+  acceleration_.step((velocity_.value() - before) / step_s_);
 
+  const JointVector give = compliance(state, force);
   JointVector rate;
   for (int i = 0; i < kJoints; ++i) {
     const double gain = i == kBucket ? control.bucket_position_gain_1ps : control.position_gain_1ps;
-    const double radius = control.stiffness_radius_m[i];
-    const double joint_stiffness = control.tip_stiffness_N_per_m * radius * radius;  // Kq_i = Ks L_i^2
-    rate[i] = gain * (command.position_rad[i] - state.angle_rad[i]) + feed_forward * command.velocity_radps[i] +
-              lead * acceleration_.value()[i] + gain / joint_stiffness * force.fast_torque_Nm[i];
+    rate[i] = gain * (command.position_rad[i] - state.angle_rad[i]) + feed_forward * velocity_.value()[i] +
+              lead * acceleration_.value()[i] + gain * give[i];
     const auto& link = machine_.links[static_cast<std::size_t>(i)];
     const double margin = machine_.limits.joint_soft_margin_rad / 4;
     const double up = std::max(0.0, kSoftLimitGain_1ps * (link.max_rad - margin - state.angle_rad[i]));
@@ -90,6 +95,22 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
     limits |= kLimitPumpFlow;
   }
   return rate * scale;
+}
+
+JointVector JointControl::compliance(const estimation::JointState& state,
+                                     const estimation::ForceEstimate& force) const noexcept {
+  // The tip shall give by f / Ks in every direction. Springs per joint (Kq_i = Ks L_i^2) give it a stiffness that
+  // varies more than twofold with direction and pose, which the operator's spring, K_l = lambda mu Ks, cannot match.
+  // So: external torque -> tip force -> tip displacement -> joints, by the pseudo-inverse weighted with 1/L_i^2;
+  // regularised, so that an arm stretched towards the force gets stiff instead of wild.
+  const auto& control = machine_.control;
+  const Eigen::Matrix<double, 2, 3> jacobian = kinematics_.tip_jacobian(state.angle_rad);
+  const JointVector weight = control.stiffness_radius_m.cwiseAbs2().cwiseInverse();
+  const Eigen::Matrix<double, 3, 2> weighted = weight.asDiagonal() * jacobian.transpose();
+  const Eigen::Matrix2d normal = jacobian * weighted + kSingularity * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d inverse = normal.inverse();
+  const PlanarVector tip_N = inverse * (weighted.transpose() * force.fast_torque_Nm);
+  return weighted * (inverse * tip_N) / control.tip_stiffness_N_per_m;
 }
 
 void JointControl::update_supply(const estimation::JointState& state, const JointVector& cylinder_mps) noexcept {
@@ -141,7 +162,7 @@ void JointControl::learn(int joint, double wanted_mps, double full_mps, const es
   memory.delivered_m = delivered;
   const double wanted = memory.wanted_2.step(memory.wanted_1.step(memory.wanted_mps[then]));
   const double got = memory.delivered_2.step(memory.delivered_1.step(rate));
-  if (!learning || std::abs(state.cylinder_mps[joint]) > kLearnBelow_mps || std::abs(wanted) > kLearnBelow_mps) return;
+  if (!learning || std::abs(state.cylinder_mps[joint]) > kLearnBelow_mps || std::abs(wanted) > kLearnAsked_mps) return;
   const double direction = wanted >= 0 ? 1 : -1;
   auto& correction = learned_[static_cast<std::size_t>(joint)][wanted >= 0 ? 0 : 1];
   const double bound = machine_.control.learning_limit;

@@ -39,6 +39,9 @@ class JointControl {
 
   JointVector wanted_rates(const estimation::JointState& state, const estimation::ForceEstimate& force,
                            const JointCommand& command, std::uint16_t& limits) noexcept;
+  /// Joint displacements that let the tip give to the force like a spring of stiffness Ks, in every direction.
+  [[nodiscard]] JointVector compliance(const estimation::JointState& state,
+                                       const estimation::ForceEstimate& force) const noexcept;
   double full_opening_mps(int joint, bool extend, const estimation::JointState& state) const noexcept;
   void update_supply(const estimation::JointState& state, const JointVector& cylinder_mps) noexcept;
   double spool_command(int joint, double wanted_mps, const estimation::JointState& state, bool learning) noexcept;
@@ -52,8 +55,7 @@ class JointControl {
   int valve_divider_;
   double supply_Pa_;
   JointVector last_valve_ = JointVector::Zero();
-  JointVector last_velocity_ = JointVector::Zero();
-  LowPass<JointVector> acceleration_;
+  LowPass<JointVector> velocity_, acceleration_;
   std::uint32_t steps_ = 0;
   PerJoint<std::array<double, 2>> learned_{};
   struct Learning {

@@ -16,11 +16,10 @@ namespace knuckle::slave {
 
 /// Limits that no machine file can loosen.
 struct GateTable {
-  double command = 1.0;          ///< [of stroke] A valve has no more.
-  double away_1ps = 1.8;         ///< [of stroke/s] Opening further. A spool lags its demand by about 55 ms (bus, delay,
-                                 ///< spring): faster, and the enable node would see them more than 10 % apart.
-                                 ///< Closing is never limited: stopping must not wait.
-  Duration longest_step = 20ms;  ///< Rate credit of one step at most: a late loop gets no bigger jump.
+  double command = 1.0;            ///< [of stroke] A valve has no more.
+  double away_1ps = 5.0;           ///< [of stroke/s] Opening further: full in 0.2 s. Closing is never limited:
+                                   ///< stopping must not wait.
+  Duration longest_step = 20ms;    ///< Rate credit of one step at most: a late loop gets no bigger jump.
   Duration setpoint_age = 200ms;   ///< Neutral by then (loss of link).
   double range_stop_s = 0.10;      ///< Outward joint speed may be what is left of the range over this: valve delay
                                    ///< plus spool closing time.

@@ -105,10 +105,10 @@ TEST(DrawnMachine, FrozenSensorsAreFoundInMotion) {
   for (const int id : {0x30, 0x31, 0x32, 0x20, 0x23}) {
     Drawn m(3);
     ASSERT_TRUE(m.engage());
-    m.follow([](double t) { return wave(t, 3); }, 3s);
+    m.follow([](double t) { return wave(t, 3); }, 6s);  // now all three move
     ASSERT_TRUE(m.machine.inject(static_cast<std::uint8_t>(id), sim::NodeFault::kFrozen));
     const Time at = m.now;
-    m.follow([](double t) { return wave(t + 3, 3) - wave(3, 3); }, 3s);
+    m.follow([](double t) -> JointVector { return wave(t + 6, 3) - wave(6, 3); }, 3s);
     EXPECT_EQ(m.loop.mode(), Mode::kFault) << id;
     // By plausibility, or by the enable node where the blind control loop has opened the valve faster than it can
     // follow.

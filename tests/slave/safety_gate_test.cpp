@@ -161,13 +161,13 @@ TEST_F(SafetyGate, ClampsMagnitudeToFullStrokeAndSaysSo) {
 }
 
 TEST_F(SafetyGate, OpensSlowlyAndClosesAtOnce) {
-  // 1.8 of stroke per second: 0.009 a step of 5 ms beyond the dead band or what is open already.
+  // 5 of stroke per second: 0.025 a step of 5 ms beyond the dead band or what is open already.
   for (const double sign : {-1.0, 1.0}) {
     for (double from = 0; from <= 0.45; from += 0.01) {
       for (double to = 0; to <= 0.6; to += 0.01) {
         memory = {JointVector::Constant(sign * from), now - 5ms};
         const GateResult r = gate_from_memory(JointVector::Constant(sign * to));
-        const double most = std::max(from, kDeadBand) + 0.009;
+        const double most = std::max(from, kDeadBand) + 0.025;
         EXPECT_NEAR(r.commands[kBoom], sign * std::min(to, most), 1e-12) << from << " " << to;
         EXPECT_EQ((r.limits & kLimitRate) != 0, to > most);
       }
@@ -177,12 +177,12 @@ TEST_F(SafetyGate, OpensSlowlyAndClosesAtOnce) {
 
 TEST_F(SafetyGate, ReversingPassesThroughZeroAndOpensSlowly) {
   memory = {only(kArm, 0.6), now - 5ms};
-  EXPECT_NEAR(gate_from_memory(only(kArm, -0.6)).commands[kArm], -(kDeadBand + 0.009), 1e-12);
+  EXPECT_NEAR(gate_from_memory(only(kArm, -0.6)).commands[kArm], -(kDeadBand + 0.025), 1e-12);
 }
 
 TEST_F(SafetyGate, LateLoopGetsNoBiggerJump) {
   memory = {JointVector::Zero(), now - 10s};
-  EXPECT_NEAR(gate_from_memory(only(kArm, 0.9)).commands[kArm], kDeadBand + 1.8 * 0.020, 1e-12);
+  EXPECT_NEAR(gate_from_memory(only(kArm, 0.9)).commands[kArm], kDeadBand + 5 * 0.020, 1e-12);
   memory = {JointVector::Zero(), now + 10s};
   EXPECT_NEAR(gate_from_memory(only(kArm, 0.9)).commands[kArm], kDeadBand, 1e-12);
 }
