@@ -87,6 +87,7 @@ Sample sample_of(Time now, const slave::SlaveLoop& slave, const sim::PlantState&
   put_plant(plant, s);
   put_hand(hand, s);
   s.hand_setpoint_tip_m = kinematics.tip(master.set_point_rad);
+  s.tip_m = kinematics.tip(s.joint_rad);
   s.drag_N = master.sent_force_N;
   s.rtt_s = master.round_trip_s;
   s.felt_slew_N_per_ms = master.slew_N_per_ms;

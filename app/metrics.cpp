@@ -121,7 +121,7 @@ void measure_tracking(const SessionRecord& record, const std::vector<bool>& free
     const PlanarVector error_m = s.truth_tip_m - *wanted_m;
     rms.add(error_m.squaredNorm());
     metrics.tip_max_m = std::max(metrics.tip_max_m.value_or(0), error_m.norm());
-    standstill.add(s.t_s, *wanted_m, error_m, metrics.steady_drift_m);
+    standstill.add(s.t_s, *wanted_m, s.tip_m - *wanted_m, metrics.steady_drift_m);
   }
   metrics.tip_rms_m = rms.value();
 }

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kContactGap_s = 0.05;  // shorter gaps are bounce, which is restitution and not control
 constexpr double kHoldJudged_s = 3;     // peak-to-peak: the last seconds of a hold
+constexpr double kStay_s = 0.3;         // longer than an impact
 constexpr double kRise = 0.9, kSettled = 0.15;
 constexpr double kLeastPlateau_N = 0.1;  // below it there is nothing to rise to
 
@@ -55,6 +56,15 @@ struct Response {
     const auto there = [&](double f) { return f >= share * plateau_N; };
     return static_cast<std::size_t>(std::find_if(force_N.begin(), force_N.end(), there) - force_N.begin());
   }
+  /// Likewise, but the first from which it stays there for `rows`: an impact is not a level.
+  [[nodiscard]] std::size_t comes_to_stay(double share, std::size_t rows) const {
+    std::size_t run = 0;
+    for (std::size_t i = 0; i < force_N.size(); ++i) {
+      run = force_N[i] >= share * plateau_N ? run + 1 : 0;
+      if (run == rows) return i + 1 - rows;
+    }
+    return force_N.size();
+  }
   /// First row after which the force never again leaves plateau (1 +- band).
   [[nodiscard]] std::size_t stays_within(double band) const {
     std::size_t i = force_N.size();
@@ -63,13 +73,17 @@ struct Response {
   }
 };
 
-/// Rise and settling of the felt force, both from the moment the true force first came to 90 % of its own level.
+/// Rise and settling of the felt force, both from the moment the true force came to 90 % of its own level for kStay_s:
+/// the impact of a machine of 200 kg passes that level for a tenth of a second, whatever is held afterwards.
 void measure_response(const SessionRecord& record, const Window& press, Metrics& metrics) {
   const Response truth(record, press, [&](const Sample& s) { return record.force_scale * s.truth_tip_force_N.norm(); });
   const Response felt(record, press, [](const Sample& s) { return s.felt_N.norm(); });
   if (truth.plateau_N < kLeastPlateau_N || felt.plateau_N < kLeastPlateau_N) return;
   const auto time_s = [&](std::size_t row) { return record.samples[press.begin + row].t_s; };
-  const double start_s = time_s(truth.reaches(kRise));
+  const double row_s = record.samples[press.begin + 1].t_s - record.samples[press.begin].t_s;
+  const std::size_t start = truth.comes_to_stay(kRise, static_cast<std::size_t>(kStay_s / row_s));
+  if (start == truth.force_N.size()) return;
+  const double start_s = time_s(start);
   keep_worst(metrics.rise_t90_s, std::max(0.0, time_s(felt.reaches(kRise)) - start_s));
   const std::size_t settled = felt.stays_within(kSettled);
   if (settled < felt.force_N.size()) keep_worst(metrics.settle_s, std::max(0.0, time_s(settled) - start_s));

@@ -112,7 +112,7 @@ class Loops {
 Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end)
     : setup_(setup),
       person_(setup.machine, setup.scenario.phases, setup.path, kPathPeriod, setup.scenario.hand_rad,
-              setup.scenario.reaction),
+              setup.scenario.reaction, press_stiffness_N_per_m(setup)),
       hand_(setup.device, setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
       master_(setup.device, setup.machine, cable_.host(), operator_end, setup.law),
       slave_(setup.machine, can_.controller(), machine_end),

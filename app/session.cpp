@@ -27,6 +27,11 @@ constexpr std::size_t kControllerPort = 0, kMachinePort = 1;
 
 }  // namespace
 
+double press_stiffness_N_per_m(const SessionSetup& setup) {
+  const double limb = setup.limb.stiffness_N_per_m, spring = setup.device.feel.spring_N_per_m;
+  return limb * spring / (limb + spring) / setup.device.feel.position_scale;
+}
+
 struct Session::Impl {
   explicit Impl(const SessionSetup& s);
   void step() noexcept;
@@ -73,7 +78,8 @@ Session::Impl::Impl(const SessionSetup& s)
       network(s.to_machine, s.to_operator, s.seed),
       bus(2, s.machine.bus.bit_rate),
       faults(s.scenario.faults, network, cable),
-      person(s.machine, s.scenario.phases, s.path, kPathPeriod, s.scenario.hand_rad, s.scenario.reaction),
+      person(s.machine, s.scenario.phases, s.path, kPathPeriod, s.scenario.hand_rad, s.scenario.reaction,
+             press_stiffness_N_per_m(s)),
       hand(s.device, s.limb, cable.device(), s.seed, s.scenario.hand_rad),
       master(s.device, s.machine, cable.host(), faults.operator_end(), s.law),
       slave(s.machine, bus.port(kControllerPort), faults.machine_end()),

@@ -46,6 +46,9 @@ struct HopHistograms {
   Histogram pressure_to_hand;   ///< pressure frame on the wire -> torque report written
 };
 
+/// What a push feels like to the operator: limb and the spring of contact in series, per metre at the machine.
+[[nodiscard]] double press_stiffness_N_per_m(const SessionSetup& setup);
+
 class Session {
  public:
   /// @throws InputError where the setup does not fit together. Allocates all that steps need.

@@ -26,6 +26,7 @@ struct Sample {
   JointVector setpoint_radps = JointVector::Zero();
   JointVector valve_command = JointVector::Zero();  ///< After the gate, [-1, 1].
   std::array<double, 6> pressure_Pa{};
+  PlanarVector tip_m = PlanarVector::Zero();        ///< From the measured joints with the nominal geometry, frame M.
   PlanarVector tip_force_N = PlanarVector::Zero();  ///< Estimated, frame M.
   std::array<double, 3> force_cov_N2{};             ///< xx, xz, zz
   double confidence = 0;

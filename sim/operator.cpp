@@ -8,13 +8,14 @@ namespace knuckle::sim {
 namespace {
 
 constexpr double kTouch_N = 0.35;         // felt at the hand: "there is something"
-constexpr double kAlignRate_radps = 0.8;  // how fast a hand is brought to the machine's pose
+constexpr double kAlignRate_radps = 0.6;  // how fast a hand is brought to the machine's pose at most,
+constexpr double kAlignGain_1ps = 4;      // slowing down as it comes near
 constexpr double kAligned_rad = 0.05;
-constexpr double kPressGain_mps_per_N = 0.06;  // machine metres of intent per second and newton missing
-constexpr double kPressSlow_mps = 0.15;        // fastest push once there is contact, machine metres
-constexpr double kBreakRamp_Nps = 0.25;        // a hand that wants something to give way pushes harder and harder
-constexpr Duration kHesitate = 300ms;          // before a button is pressed
-constexpr Duration kRetry = 1500ms;            // enable is let go again when nothing came of it
+constexpr double kPressGain_1ps = 2;       // of the missing force, made up for per second: slow enough for the delay
+constexpr double kPressFastest_mps = 1.0;  // push once there is contact, machine metres
+constexpr double kBreakRamp_Nps = 0.25;    // a hand that wants something to give way pushes harder and harder
+constexpr Duration kHesitate = 300ms;      // before a button is pressed
+constexpr Duration kRetry = 1500ms;        // enable is let go again when nothing came of it
 constexpr Duration kViewPeriod = 5ms;
 
 /// Minimum-jerk position in [0, 1] for u in [0, 1]; peak speed 1.875.
@@ -30,11 +31,12 @@ double wrapped(double angle) noexcept {
 }  // namespace
 
 Operator::Operator(const MachineDescription& machine, std::vector<Phase> phases, std::vector<PathPoint> path,
-                   Duration path_period, const JointVector& start_rad, Duration reaction)
+                   Duration path_period, const JointVector& start_rad, Duration reaction, double press_N_per_m)
     : phases_(std::move(phases)),
       path_(std::move(path)),
       path_period_(path_period),
       reaction_(std::min(reaction, Duration(kViewPeriod * (kRing - 1)))),
+      press_N_per_m_(press_N_per_m),
       meant_rad_(start_rad),
       start_rad_(start_rad),
       hand_start_rad_(start_rad) {
@@ -158,7 +160,8 @@ bool Operator::engage(Time now, const OperatorView& view) noexcept {
   offset_ = view.ghost_rad - view.hand_rad;
   const JointVector goal = view.machine_rad - offset_;
   const JointVector missing = goal - intent_.joint_rad;
-  const JointVector stride = missing.cwiseMax(-kAlignRate_radps * dt).cwiseMin(kAlignRate_radps * dt);
+  const JointVector stride =
+      dt * JointVector(kAlignGain_1ps * missing).cwiseMax(-kAlignRate_radps).cwiseMin(kAlignRate_radps);
   if (!intent_.enable || view.mode != Mode::kEngaged) intent_.joint_rad += stride;
   if (view.mode == Mode::kEngaged && intent_.enable) {
     if (engaged_since_ == kNever) engaged_since_ = now;
@@ -212,7 +215,7 @@ bool Operator::press(Time now, double, const OperatorView& view) noexcept {
   } else if (!holding_) {
     const double ramp = phase.until_break ? kBreakRamp_Nps * to_seconds(now - hold_start_) : 0.0;
     const double missing = phase.force_N + ramp - felt;
-    depth_m_ += std::clamp(kPressGain_mps_per_N * missing, -kPressSlow_mps, kPressSlow_mps) * dt;
+    depth_m_ += std::clamp(kPressGain_1ps * missing / press_N_per_m_, -kPressFastest_mps, kPressFastest_mps) * dt;
     if (!phase.until_break && missing < 0.05 * phase.force_N) {
       holding_ = true;
       hold_start_ = now;

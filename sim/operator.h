@@ -59,8 +59,9 @@ struct OperatorView {
 class Operator {
  public:
   /// @param start_rad where the hand is at first. @param reaction delay of seeing and feeling.
+  /// @param press_N_per_m felt force per machine metre of push, as a practised hand knows it.
   Operator(const MachineDescription& machine, std::vector<Phase> phases, std::vector<PathPoint> path,
-           Duration path_period, const JointVector& start_rad, Duration reaction);
+           Duration path_period, const JointVector& start_rad, Duration reaction, double press_N_per_m);
   OperatorIntent step(Time now, const OperatorView& view) noexcept;
   [[nodiscard]] int phase() const noexcept { return static_cast<int>(index_); }
   [[nodiscard]] bool finished() const noexcept { return index_ >= phases_.size(); }
@@ -95,6 +96,7 @@ class Operator {
   std::vector<Phase> phases_;
   std::vector<PathPoint> path_;
   Duration path_period_, reaction_;
+  double press_N_per_m_;
   std::size_t index_ = 0;
   int timed_out_ = -1;
   bool begun_ = false;

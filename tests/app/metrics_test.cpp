@@ -65,7 +65,7 @@ TEST(Metrics, TrackingLeavesOutContactAndTheSecondAfterIt) {
 
 TEST(Metrics, DriftIsTheMeanErrorWhileTheHandStandsStill) {
   SessionRecord record = engaged_record(8);
-  during(record, 0, 8, [](Sample& s) { s.truth_tip_m = {0.02 * (s.t_s < 4 ? 0 : 1), 0.001 * std::sin(40 * s.t_s)}; });
+  during(record, 0, 8, [](Sample& s) { s.tip_m = {0.02 * (s.t_s < 4 ? 0 : 1), 0.001 * std::sin(40 * s.t_s)}; });
   EXPECT_NEAR(compute_metrics(record).steady_drift_m.value(), 0.02, 1e-3);
   during(record, 0, 8, [](Sample& s) { s.hand_setpoint_tip_m = {s.t_s, 0}; });
   EXPECT_FALSE(compute_metrics(record).steady_drift_m.has_value());
