@@ -31,8 +31,16 @@ constexpr double kTurningFade_s = 0.15;  // how long a rod's turning is felt in 
 constexpr double kMoving_mps = 5e-3;
 constexpr double kRepeats = 20;  // looks of one second tell about the same
 
+// End stops: their cushions and steel take force that shows in the pressures but is not the world's. How much is not
+// known, so the joint's torque is not believed there.
+constexpr double kCushion_m = 0.02, kCushion_Ns_per_m = 2e5;  // throttled end of the stroke, generous
+constexpr double kStop_m = 4e-3, kStop_N = 1e4;               // steel, with what pins and encoder may be wrong
+constexpr double kJointStop_rad = 0.04;                       // beyond the working range: the linkage's own stop
+constexpr double kStopFade_s = 0.3;
+constexpr double kStopSeen_N = 300;
+
 // Confidence.
-constexpr double kTaredAfter_s = 20;
+constexpr double kTaredAfter_s = 10;
 constexpr double kUsableSigma_N = 300;
 constexpr double kReliefPart = 0.97;
 constexpr double kResidualSigma = 4;
@@ -108,6 +116,7 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
   move(fast_, moved, state.lever_m);
   slow_step(pose, state);
   fast_step(pose, state);
+  watch_end_stops(state.angle_rad);
   update_covariance(pose);
 
   const Eigen::Matrix<double, 2, 3> jacobian = kinematics_.tip_jacobian(state.angle_rad);
@@ -205,6 +214,25 @@ void ForceEstimator::fast_step(const Pose& pose, const JointState& state) noexce
   estimate_.fast_torque_Nm = fast_.observer.step(momentum, imbalance);
 }
 
+void ForceEstimator::watch_end_stops(const JointVector& joints_rad) noexcept {
+  stop_variance_ *= std::exp(-step_s_ / kStopFade_s);
+  for (int i = 0; i < kJoints; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto cylinder = kinematics_.cylinder_at(i, joints_rad[i]);
+    if (!cylinder) continue;
+    const double in = cylinder->length_m - machine_.cylinders[k].min_length_m;
+    const double out = machine_.cylinders[k].max_length_m - cylinder->length_m;
+    const double gap = std::min(in, out);
+    const double closing = std::max(0.0, in < out ? -slow_.cylinder_mps[i] : slow_.cylinder_mps[i]);
+    const double throttled = std::clamp(1 - gap / kCushion_m, 0.0, 1.0);
+    const double beyond =
+        std::max(machine_.links[k].min_rad - joints_rad[i], joints_rad[i] - machine_.links[k].max_rad);
+    const double steel = std::clamp(std::max(1 - gap / kStop_m, beyond / kJointStop_rad), 0.0, 1.0);
+    const double hidden_N = kCushion_Ns_per_m * throttled * throttled * closing + kStop_N * steel;
+    stop_variance_[i] = std::max(stop_variance_[i], std::pow(cylinder->lever_m * hidden_N, 2));
+  }
+}
+
 /// Half a step of every wire encoder, shaken at an observer's edge. Near one step per sample the error of a wire
 /// encoder is no noise but a slow beat, so it counts in full and not by its variance in the mean.
 JointVector ForceEstimator::encoder_shake_Nm(const Pose& pose, double edge_Hz) const noexcept {
@@ -221,8 +249,15 @@ void ForceEstimator::update_covariance(const Pose& pose) noexcept {
   fast_shake_Nm_ = encoder_shake_Nm(pose, kFastObserver_Hz);
   const double to_slow = kSlowObserver_Hz * kSlowObserver_Hz / (kFastObserver_Hz * kFastObserver_Hz);
   const TareColumns h = signals_.columns();
-  torque_covariance_ = h * tare_.covariance() * h.transpose() + free_covariance_[speed_class];
-  torque_covariance_.diagonal() += stuck_variance_ + 0.5 * (to_slow * fast_shake_Nm_).cwiseAbs2();
+  const Eigen::Matrix3d untared = h * tare_.covariance() * h.transpose();
+  const JointVector momentary = stuck_variance_ + stop_variance_ + 0.5 * (to_slow * fast_shake_Nm_).cwiseAbs2();
+  torque_covariance_ = untared + free_covariance_[speed_class];
+  torque_covariance_.diagonal() += momentary;
+  estimate_.rod_mps = slow_.cylinder_mps;
+  estimate_.lever_m = signals_.lever;
+  estimate_.turned_lever_m = signals_.lever_dahl;
+  estimate_.look_variance_Nm2 = free_covariance_[speed_class].diagonal() + momentary;
+  estimate_.tare_variance_Nm2 = untared.diagonal();
   mahalanobis2_ = estimate_.joint_torque_Nm.dot(torque_covariance_.inverse() * estimate_.joint_torque_Nm);
 }
 
@@ -231,7 +266,8 @@ void ForceEstimator::update_covariance(const Pose& pose) noexcept {
 void ForceEstimator::judge_contact() noexcept {
   const std::size_t speed_class = fast_.cylinder_mps.cwiseAbs().maxCoeff() > kFastClass_mps ? 1 : 0;
   turning_variance_ = (turning_variance_ * std::exp(-step_s_ / kTurningFade_s)).cwiseMax(stuck_variance(fast_));
-  const JointVector variance = free_ripple_[speed_class].cwiseMax(fast_shake_Nm_.cwiseAbs2()) + turning_variance_;
+  const JointVector variance =
+      free_ripple_[speed_class].cwiseMax(fast_shake_Nm_.cwiseAbs2()) + turning_variance_ + stop_variance_;
   const int alarm = cusum_.step(estimate_.fast_torque_Nm, variance.cwiseSqrt());
   const bool large = mahalanobis2_ > kTouch2 && !free_motion_certain_;
   if (alarm >= 0 || large) {
@@ -260,7 +296,9 @@ void ForceEstimator::judge_contact() noexcept {
 void ForceEstimator::learn() noexcept {
   since_look_s_ += step_s_;
   const double fastest = slow_.cylinder_mps.cwiseAbs().maxCoeff();
-  if (since_look_s_ < Tare::kLookEvery_s || untouched_s_ < kFreeTime_s || fastest < kMoving_mps) return;
+  if (maybe_loaded_) tare_.discard();
+  if (maybe_loaded_ || since_look_s_ < Tare::kLookEvery_s || untouched_s_ < kFreeTime_s || fastest < kMoving_mps)
+    return;
   since_look_s_ = 0;
   const std::size_t speed_class = fastest > kFastClass_mps ? 1 : 0;
   Eigen::Matrix3d& spread = free_covariance_[speed_class];
@@ -286,6 +324,7 @@ void ForceEstimator::judge_confidence(const JointState& state) noexcept {
   if (slow_.cylinder_mps.cwiseAbs().maxCoeff() > kFastClass_mps) lower(kFastMotion, 0.9);
   if (tare_.learned_s() < kTaredAfter_s) lower(kNotTared, 0.7 + 0.3 * tare_.learned_s() / kTaredAfter_s);
   if (estimate_.residual_sigma > kResidualSigma) lower(kResidual, kResidualSigma / estimate_.residual_sigma);
+  if ((stop_variance_.array() > equivalent_torque2(signals_.lever, kStopSeen_N).array()).any()) lower(kEndStop, 0.8);
   const double limit = kReliefPart * machine_.hydraulics.main_relief_Pa;
   if (std::any_of(state.pressure_Pa.begin(), state.pressure_Pa.end(), [&](double p) { return p > limit; }))
     lower(kReliefOpen, 0.8);

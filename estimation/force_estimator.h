@@ -27,6 +27,7 @@ enum ConfidenceReason : std::uint8_t {
   kNotTared = 1 << 4,  ///< no free-motion adaptation yet
   kResidual = 1 << 5,  ///< three joints do not agree on one tip force: contact elsewhere or a sensor fault
   kBadInput = 1 << 6,  ///< a non-finite value came in: the last estimate is repeated
+  kEndStop = 1 << 7,   ///< a cylinder or joint is at its end stop, which takes force that no sensor sees
 };
 
 struct ForceEstimate {
@@ -40,6 +41,13 @@ struct ForceEstimate {
   double residual_sigma = 0;  ///< Left-over of the 3-joint fit, in standard deviations.
   bool contact = false;       ///< CUSUM contact event is on.
   int contact_joint = -1;     ///< Joint that saw it first.
+
+  // What belongs to joint_torque_Nm, as late as it is.
+  JointVector rod_mps = JointVector::Zero();
+  JointVector lever_m = JointVector::Zero();
+  JointVector turned_lever_m = JointVector::Zero();     ///< Lever times the direction in which friction acts, [-1, 1].
+  JointVector look_variance_Nm2 = JointVector::Zero();  ///< Of one look: free-motion residual and stuck friction.
+  JointVector tare_variance_Nm2 = JointVector::Zero();  ///< Of what the tare has not learned yet: lasts.
 };
 
 /// Force channels. Each is a momentum observer behind a velocity filter; gains of the design's start values.
@@ -74,6 +82,9 @@ class ForceEstimator {
   /// no longer taken as a sign of contact, so that the tare learns it away (a sudden one still is).
   void tare(bool free_motion_certain) noexcept { free_motion_certain_ = free_motion_certain; }
 
+  /// Something hangs on the bucket, or may: until false is said again the tare learns nothing, lest it learn the load.
+  void hold_tare(bool maybe_loaded) noexcept { maybe_loaded_ = maybe_loaded; }
+
   [[nodiscard]] const ForceEstimate& estimate() const noexcept { return estimate_; }
   [[nodiscard]] const Tare& learned() const noexcept { return tare_; }
 
@@ -97,6 +108,7 @@ class ForceEstimator {
   void slow_step(const Pose& pose, const JointState& state) noexcept;
   void fast_step(const Pose& pose, const JointState& state) noexcept;
   [[nodiscard]] JointVector stuck_variance(const Channel& channel) const noexcept;
+  void watch_end_stops(const JointVector& joints_rad) noexcept;
   [[nodiscard]] JointVector encoder_shake_Nm(const Pose& pose, double edge_Hz) const noexcept;
   void update_covariance(const Pose& pose) noexcept;
   void judge_contact() noexcept;
@@ -111,7 +123,7 @@ class ForceEstimator {
   double step_s_;
 
   bool started_ = false;
-  bool free_motion_certain_ = false;
+  bool free_motion_certain_ = false, maybe_loaded_ = false;
   JointVector last_angle_rad_ = JointVector::Zero();
   LowPass<double> pitch_;
   Channel slow_, fast_;
@@ -126,6 +138,7 @@ class ForceEstimator {
   std::array<JointVector, 2> free_ripple_;          ///< Variance of the high-passed fast torque, likewise.
   Eigen::Matrix3d torque_covariance_ = Eigen::Matrix3d::Identity();
   JointVector stuck_variance_ = JointVector::Zero();
+  JointVector stop_variance_ = JointVector::Zero();     ///< What an end stop may take; holds on a little.
   JointVector turning_variance_ = JointVector::Zero();  ///< For the contact event: holds on after a rod turned.
   JointVector fast_shake_Nm_ = JointVector::Zero();
   ContactCusum cusum_;

@@ -1,4 +1,4 @@
-// Normal equations of the payload's fit, with fading memory and priors.
+// Normal equations of the payload's fit, with fading memory and priors, and the start of lifts.
 #include "estimation/payload.h"
 
 #include <algorithm>
@@ -10,28 +10,34 @@ namespace knuckle::estimation {
 namespace {
 
 constexpr double kSlowest_mps = 5e-3, kFastest_mps = 0.1;  // of the rods: moving, but slowly
-constexpr double kConstant_N = 30, kFriction_N = 50;       // what the tare leaves, per cylinder
-constexpr double kReach_m = 0.5;                           // a load lies within so much of the bucket pin
-constexpr double kLook_N = 120;                            // residual of one look, cylinder equivalent
+constexpr double kConstant_N = 30, kDirection_N = 40;      // what the tare leaves, per cylinder
+constexpr double kPlace_m = 0.1;                           // standard deviation of where a load lies
+constexpr double kLeastLoad_kg = 10;                       // for the prior of its moments
+constexpr double kLeastLook_N = 60;                        // residual of one look, cylinder equivalent
 constexpr double kSmallestLever_m = 0.05;
 constexpr double kLooksPerIndependent = 40;  // looks of two seconds tell about the same
+// A lift starts where the mean innovation of about half a second passes this many standard deviations.
+constexpr double kSurprise = 4, kSurpriseBlend = 0.12;
+// The bucket is called empty when a load beyond this is out of the question.
+constexpr double kEmpty_kg = 3;
 
 }  // namespace
 
 PayloadEstimator::PayloadEstimator(const MachineDescription& machine, double step_s)
     : length_m_(machine.links[0].length_m, machine.links[1].length_m, machine.links[2].length_m),
+      usual_place_m_(machine.payload_com_m),
       full_scale_kg_(machine.payload_full_scale_kg > 0 ? machine.payload_full_scale_kg : machine.links[2].mass_kg),
       step_s_(step_s) {
-  Unknowns sigma;
-  const double moment = full_scale_kg_ * kReach_m;
-  sigma << 2 * full_scale_kg_, moment, moment, JointVector::Constant(kConstant_N), JointVector::Constant(kFriction_N);
-  prior_information_ = sigma.array().square().inverse();
   start();
 }
 
 void PayloadEstimator::start() noexcept {
   information_.setZero();
   right_.setZero();
+  unknowns_.setZero();
+  covariance_.setZero();
+  covariance_(0, 0) = 4 * full_scale_kg_ * full_scale_kg_;
+  surprise_.setZero();
   squares_ = looks_ = since_look_s_ = 0;
   kg_ = zero_kg_;
   sigma_kg_ = own_sigma_kg_ = 2 * full_scale_kg_;
@@ -40,54 +46,89 @@ void PayloadEstimator::start() noexcept {
 void PayloadEstimator::zero() noexcept {
   zero_kg_ = kg_;
   zero_sigma_kg_ = own_sigma_kg_;
+  maybe_loaded_ = false;
   start();
 }
 
 void PayloadEstimator::step(const JointState& state, const ForceEstimate& force) noexcept {
+  judge_load(force.contact);
   since_look_s_ += step_s_;
   if (since_look_s_ < kLookEvery_s) return;
   if (!state.angle_rad.allFinite() || !force.joint_torque_Nm.allFinite()) return;
-  const double fastest = state.cylinder_mps.cwiseAbs().maxCoeff();
+  const double fastest = force.rod_mps.cwiseAbs().maxCoeff();
   if (fastest < kSlowest_mps || fastest > kFastest_mps) return;
   since_look_s_ = 0;
-  accumulate(state, force.joint_torque_Nm);
-  solve();
+  const JointVector least = kLeastLook_N * force.lever_m.cwiseAbs().cwiseMax(kSmallestLever_m);
+  const JointVector variance = force.look_variance_Nm2.cwiseMax(least.cwiseAbs2());
+  const Rows look = rows(state, force);
+  if (surprised(look, force, variance)) start();
+  accumulate(look, force, variance);
+  solve(force);
 }
 
-void PayloadEstimator::accumulate(const JointState& state, const JointVector& torque_Nm) noexcept {
+PayloadEstimator::Rows PayloadEstimator::rows(const JointState& state, const ForceEstimate& force) const noexcept {
   const Pose pose(state.angle_rad, state.hull_pitch_rad);
+  Rows rows = Rows::Zero();
+  Eigen::RowVector3d load(0, -kGravity_mps2 * pose.cos[kBucket], kGravity_mps2 * pose.sin[kBucket]);
+  load[0] = load.tail<2>() * usual_place_m_;
+  for (int i = kBucket; i >= 0; --i) {
+    if (i < kBucket) load[0] -= kGravity_mps2 * length_m_[i] * pose.cos[i];
+    rows.row(i).head<3>() = load;
+    rows(i, 3 + i) = force.lever_m[i];
+    rows(i, 3 + kJoints + i) = force.turned_lever_m[i];
+  }
+  return rows;
+}
+
+bool PayloadEstimator::surprised(const Rows& rows, const ForceEstimate& force, const JointVector& variance) noexcept {
+  for (int i = 0; i < kJoints; ++i) {
+    const double innovation = force.joint_torque_Nm[i] - rows.row(i) * unknowns_;
+    const double expected = variance[i] + rows.row(i) * covariance_ * rows.row(i).transpose();
+    surprise_[i] += kSurpriseBlend * (innovation / std::sqrt(expected) - surprise_[i]);
+  }
+  return surprise_.cwiseAbs().maxCoeff() > kSurprise;
+}
+
+void PayloadEstimator::accumulate(const Rows& rows, const ForceEstimate& force, const JointVector& variance) noexcept {
   const double fade = std::exp(-kLookEvery_s / kMemory_s);
   information_ *= fade;
   right_ *= fade;
   squares_ *= fade;
   looks_ = looks_ * fade + 1;
-  Unknowns row = Unknowns::Zero();
-  row[1] = -kGravity_mps2 * pose.cos[kBucket];
-  row[2] = kGravity_mps2 * pose.sin[kBucket];
-  for (int i = kBucket; i >= 0; --i) {
-    if (i < kBucket) row[0] -= kGravity_mps2 * length_m_[i] * pose.cos[i];
-    row.tail<2 * kJoints>().setZero();
-    row[3 + i] = state.lever_m[i];
-    row[6 + i] = state.lever_m[i] * std::tanh(state.cylinder_mps[i] / kSlowest_mps);
-    const double weight = std::pow(kLook_N * std::max(std::abs(state.lever_m[i]), kSmallestLever_m), -2);
-    information_ += weight * row * row.transpose();
-    right_ += weight * torque_Nm[i] * row;
-    squares_ += weight * torque_Nm[i] * torque_Nm[i];
-  }
+  const JointVector weight = variance.cwiseInverse();
+  information_ += rows.transpose() * weight.asDiagonal() * rows;
+  right_ += rows.transpose() * weight.cwiseProduct(force.joint_torque_Nm);
+  squares_ += weight.dot(force.joint_torque_Nm.cwiseAbs2());
 }
 
-void PayloadEstimator::solve() noexcept {
+void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
   // Neighbouring looks repeat each other, so each counts for a part only; the priors count in full.
+  Unknowns prior;
+  const double moment = kPlace_m * std::max(std::abs(kg_ - zero_kg_), kLeastLoad_kg);
+  const JointVector lever = force.lever_m.cwiseAbs().cwiseMax(kSmallestLever_m);
+  const JointVector untared_N2 = force.tare_variance_Nm2.cwiseQuotient(lever.cwiseAbs2());
+  prior << 4 * full_scale_kg_ * full_scale_kg_, moment * moment, moment * moment,
+      untared_N2.array() + kConstant_N * kConstant_N, JointVector::Constant(kDirection_N * kDirection_N);
   Information full = information_ / kLooksPerIndependent;
-  full.diagonal() += prior_information_;
+  full.diagonal() += prior.cwiseInverse();
   const Eigen::LDLT<Information> factors(full);
-  const Unknowns x = factors.solve(right_ / kLooksPerIndependent);
-  const Unknowns column = factors.solve(Unknowns::Unit(0));
-  const double left = squares_ - 2 * x.dot(right_) + x.dot(information_ * x);
+  unknowns_ = factors.solve(right_ / kLooksPerIndependent);
+  const double left = squares_ - 2 * unknowns_.dot(right_) + unknowns_.dot(information_ * unknowns_);
   const double misfit = std::max(1.0, left / (kJoints * std::max(looks_, 1.0)));
-  kg_ = x[0];
-  own_sigma_kg_ = std::sqrt(column[0] * misfit);
+  covariance_ = factors.solve(Information::Identity());
+  kg_ = unknowns_[0];
+  own_sigma_kg_ = std::sqrt(misfit * covariance_(0, 0));
   sigma_kg_ = std::hypot(own_sigma_kg_, zero_sigma_kg_);
+}
+
+/// Who touches something may have taken some of it along.
+void PayloadEstimator::judge_load(bool contact) noexcept {
+  if (contact && !touched_) start();
+  touched_ = contact;
+  const bool seen = kg() > kEmpty_kg + 3 * sigma_kg_;
+  const bool empty = !contact && kg() < kEmpty_kg && sigma_kg_ < kEmpty_kg;
+  if (contact || seen) maybe_loaded_ = true;
+  if (empty) maybe_loaded_ = false;
 }
 
 }  // namespace knuckle::estimation

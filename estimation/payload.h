@@ -1,5 +1,5 @@
 // Weighs what the bucket holds while it moves through free air: joint least squares on the external torques for mass
-// and first moments of the load, both directions of motion, with a standard deviation. Step is real-time.
+// and place of the load, both directions of motion, with a standard deviation. Step is real-time.
 #pragma once
 
 #include <Eigen/Dense>
@@ -14,16 +14,16 @@ namespace knuckle::estimation {
 /// A load m at (x, z) of the bucket's axes loads the joints with
 ///   tau_bucket = -g (m x cos phi_3 - m z sin phi_3),  tau_arm = tau_bucket - g m l_arm cos phi_2,
 ///   tau_boom = tau_arm - g m l_boom cos phi_1,
-/// so the boom-minus-arm and arm-minus-bucket rows know nothing of where the load lies. Unknown beside (m, m x, m z):
-/// per cylinder a constant and a part with the sign of motion (friction that the tare has not got right), with priors;
-/// moving both ways separates the second from the load.
+/// so the boom-minus-arm and arm-minus-bucket rows know nothing of where the load lies. Unknown beside m: how far
+/// m (x, z) is from where the machine file says that loads lie; per cylinder a constant and a part with the direction
+/// of motion (what the tare has not got right), all with priors. Moving both ways separates the last from the load.
 ///
 /// Only motion counts (at rest friction hides the load), and only slow motion (the load's inertia is not modelled).
-/// Looks fade with kMemory_s. A contact is not gravity-like: it spoils the fit over poses, and the left-over widens
-/// sigma; so the caller may take the kg() of the moment when sigma_kg() was least since start().
+/// A lift starts by itself whenever looks disagree with the load known so far: a weight was hung on, a piece scooped or
+/// dropped, the soil let go. A contact is not gravity-like, so it keeps starting new lifts and sigma stays wide.
 class PayloadEstimator {
  public:
-  static constexpr double kMemory_s = 8;
+  static constexpr double kMemory_s = 15;  ///< Looks fade: today's oil warms up.
   static constexpr double kLookEvery_s = 0.05;
 
   PayloadEstimator(const MachineDescription& machine, double step_s);
@@ -36,23 +36,34 @@ class PayloadEstimator {
 
   [[nodiscard]] double kg() const noexcept { return kg_ - zero_kg_; }
   [[nodiscard]] double sigma_kg() const noexcept { return sigma_kg_; }
+  /// Something was touched since the bucket was last seen to be empty, or it is seen to be loaded: for
+  /// ForceEstimator::hold_tare().
+  [[nodiscard]] bool maybe_loaded() const noexcept { return maybe_loaded_; }
 
  private:
-  static constexpr int kUnknowns = 9;  ///< m, m x, m z, constant[3], friction[3]
+  static constexpr int kUnknowns = 9;  ///< m, d(m x), d(m z), constant[3], direction[3]
   using Information = Eigen::Matrix<double, kUnknowns, kUnknowns>;
   using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
+  using Rows = Eigen::Matrix<double, kJoints, kUnknowns>;
 
-  void accumulate(const JointState& state, const JointVector& torque_Nm) noexcept;
-  void solve() noexcept;
+  [[nodiscard]] Rows rows(const JointState& state, const ForceEstimate& force) const noexcept;
+  [[nodiscard]] bool surprised(const Rows& rows, const ForceEstimate& force, const JointVector& variance) noexcept;
+  void accumulate(const Rows& rows, const ForceEstimate& force, const JointVector& variance) noexcept;
+  void solve(const ForceEstimate& force) noexcept;
+  void judge_load(bool contact) noexcept;
 
   JointVector length_m_;
+  PlanarVector usual_place_m_;
   double full_scale_kg_, step_s_;
-  Unknowns prior_information_;
   Information information_ = Information::Zero();
   Unknowns right_ = Unknowns::Zero();
+  Unknowns unknowns_ = Unknowns::Zero();
+  Information covariance_ = Information::Zero();
+  JointVector surprise_ = JointVector::Zero();  ///< Running mean of normalised innovations.
   double squares_ = 0, looks_ = 0;
   double since_look_s_ = 0;
   double kg_ = 0, sigma_kg_ = 0, own_sigma_kg_ = 0, zero_kg_ = 0, zero_sigma_kg_ = 0;
+  bool maybe_loaded_ = false, touched_ = false;
 };
 
 }  // namespace knuckle::estimation

@@ -85,6 +85,7 @@ void SlaveLoop::estimate(Time now) noexcept {
   rest_rate_.step(state_->rate_radps);
   force_.step(*state_);
   payload_.step(*state_, force_.estimate());
+  force_.hold_tare(payload_.maybe_loaded());
   energy_in_J_ += std::max(0.0, force_.estimate().joint_torque_Nm.dot(state_->rate_radps)) * step_s_;
 }
 
