@@ -20,19 +20,22 @@ inline constexpr double kVapour_Pa = -0.9e5;
   return drop_Pa / std::sqrt(std::sqrt(drop_Pa * drop_Pa + kLaminarDrop_Pa * kLaminarDrop_Pa));
 }
 
-/// Effective bulk modulus with entrained air: beta0 (p^2 + p1^2) / (p^2 + p2^2), 87 % at 20 bar, a third at 5 bar.
+/// Effective bulk modulus with entrained air, 1 / beta = (1 + 15 (p_a / (p + p_a))^3) / beta_0 with p_a = 6 bar:
+/// 84 % of beta_0 at 20 bar, 29 % at 5 bar; its energy of compression has a closed form without a logarithm.
 struct Oil {
-  static constexpr double kAirLow_Pa = 2e5, kAirHigh_Pa = 8e5;
+  static constexpr double kAir_Pa = 6e5, kAirShare = 15;
   double bulk_modulus_Pa = 1e9;
-  [[nodiscard]] double stiffness(double p) const noexcept {
-    const double square = p > 0 ? p * p : 0;
-    return bulk_modulus_Pa * (square + kAirLow_Pa * kAirLow_Pa) / (square + kAirHigh_Pa * kAirHigh_Pa);
+  /// Pressure rate of a volume [Pa/s] where net oil flows in.
+  [[nodiscard]] double pressure_rate(double p, double flow_m3ps, double volume_m3) const noexcept {
+    constexpr double air = kAirShare * kAir_Pa * kAir_Pa * kAir_Pa;
+    const double y = std::max(p, 0.0) + kAir_Pa;
+    const double y3 = y * y * y;
+    return bulk_modulus_Pa * y3 * flow_m3ps / ((y3 + air) * volume_m3);
   }
   /// Energy of compression per volume: integral of p / beta(p) from 0.
   [[nodiscard]] double energy_density(double p) const noexcept {
-    if (p <= 0) return 0.5 * p * p / stiffness(0);
-    const double low2 = kAirLow_Pa * kAirLow_Pa, high2 = kAirHigh_Pa * kAirHigh_Pa;
-    return (0.5 * p * p + 0.5 * (high2 - low2) * std::log1p(p * p / low2)) / bulk_modulus_Pa;
+    const double part = kAir_Pa / (std::max(p, 0.0) + kAir_Pa);
+    return 0.5 * p * p * (1 + kAirShare * part * part) / bulk_modulus_Pa;
   }
 };
 

@@ -64,20 +64,21 @@ struct PinLine {
   return line;
 }
 
-/// The bucket's four-bar in arm axes: H over the bucket angle.
+/// The bucket's four-bar in arm axes: pin H between rocker and coupler over the bucket angle.
 struct FourBar {
-  MovingPoint h, k;
+  MovingPoint h;
+  double turn1, turn2;  ///< First and second derivative of the rocker's direction by the bucket angle.
 };
 
 /// Beyond its toggle the linkage stays stretched (the joint's stops end the motion there).
 [[nodiscard]] inline FourBar four_bar(const BucketLinkage& linkage, const MovingPoint& k) noexcept {
   const PlanarVector d = k.p - linkage.rocker_pin_m;
-  const double d2 = d.squaredNorm();
+  const double d2 = d.squaredNorm(), inverse = 1 / d2;
   const double a2 = linkage.rocker_length_m * linkage.rocker_length_m;
   const double b2 = linkage.coupler_length_m * linkage.coupler_length_m;
-  const double x = (d2 + a2 - b2) / (2 * d2);  // of the way from J to K
+  const double x = 0.5 * (d2 + a2 - b2) * inverse;  // of the way from J to K
   constexpr double kToggle = 1e-6;
-  const double y = linkage.branch * std::sqrt(std::max(kToggle, a2 / d2 - x * x));
+  const double y = linkage.branch * std::sqrt(std::max(kToggle, a2 * inverse - x * x));
   const PlanarVector rocker = x * d + y * perp(d);
   const PlanarVector coupler = d - rocker;
   // |K - H| is constant: (K - H) . (K' - H') = 0 and its derivative, with H' = rate perp(rocker).
@@ -85,7 +86,7 @@ struct FourBar {
   const double rate = coupler.dot(k.d1) * reach;
   const PlanarVector h1 = rate * perp(rocker);
   const double rate2 = ((k.d1 - h1).squaredNorm() + coupler.dot(k.d2 + rate * rate * rocker)) * reach;
-  return {{linkage.rocker_pin_m + rocker, h1, rate2 * perp(rocker) - rate * rate * rocker}, k};
+  return {{linkage.rocker_pin_m + rocker, h1, rate2 * perp(rocker) - rate * rate * rocker}, rate, rate2};
 }
 
 }  // namespace knuckle::sim

@@ -109,6 +109,7 @@ double PlantModel::end_stop(std::size_t i, double length, double speed) const no
 }
 
 double PlantModel::joint_stop(std::size_t i, double joint, double rate) const noexcept {
+  if (joint > truth_.machine.links[i].min_rad && joint < truth_.machine.links[i].max_rad) return 0;
   const double spring = joint_stop_spring(i, joint);
   if (spring > 0) return one_sided(spring, -kJointStop_Nms[i] * rate);
   if (spring < 0) return -one_sided(-spring, kJointStop_Nms[i] * rate);
@@ -119,9 +120,10 @@ void PlantModel::friction(const StateVector& x, std::size_t i, PlantDetail& deta
   const auto n = static_cast<Eigen::Index>(i);
   const BristleConstants& c = bristles_[i];
   const double v = detail.speed[n], z = x[kBristle + n];
-  const double fade = 1 / (1 + v * v * c.inverse_stribeck2);
-  const double level = (v >= 0 ? c.extend_N : c.retract_N) * (1 + c.rise * fade);
-  const double slip = std::abs(v) * c.stiffness / level * z;  // part of v that the bristles let go
+  const double u = 1 + v * v * c.inverse_stribeck2;
+  const double fade = 1 / u;
+  // |v| sigma0 z / g(v) with g = F_c (1 + rise / u): the part of v that the bristles let go
+  const double slip = std::abs(v) * c.stiffness * z * u / ((v >= 0 ? c.extend_N : c.retract_N) * (u + c.rise));
   const double z_rate = v - slip;
   const double damping = c.damping * fade;
   detail.friction[n] = c.stiffness * z + damping * z_rate + c.viscous * v;
@@ -151,14 +153,16 @@ void PlantModel::flows(const StateVector& x, const HeldInputs& held, PlantDetail
     const double suck_a = suck_gain_ * std::max(0.0, h.tank_Pa - pa);
     const double suck_b = suck_gain_ * std::max(0.0, h.tank_Pa - pb);
     const double v = detail.speed[n];
-    const double rate_a = oil_.stiffness(pa) / head_volume(i, detail.pose.length_m[n]) *
-                          (qa + suck_a - axes_[i].head_area_m2 * v - x[kHeadRelief + n]);
-    const double rate_b = oil_.stiffness(pb) / rod_volume(i, detail.pose.length_m[n]) *
-                          (qb + suck_b + axes_[i].rod_area_m2 * v - x[kRodRelief + n]);
+    const double length = detail.pose.length_m[n];
+    const double rate_a =
+        oil_.pressure_rate(pa, qa + suck_a - axes_[i].head_area_m2 * v - x[kHeadRelief + n], head_volume(i, length));
+    const double rate_b =
+        oil_.pressure_rate(pb, qb + suck_b + axes_[i].rod_area_m2 * v - x[kRodRelief + n], rod_volume(i, length));
     dx[kHead + n] = pa <= kVapour_Pa ? std::max(0.0, rate_a) : rate_a;
     dx[kRod + n] = pb <= kVapour_Pa ? std::max(0.0, rate_b) : rate_b;
-    dx[kHeadRelief + n] = (relief_gain_ * std::max(0.0, pa - h.port_relief_Pa) - x[kHeadRelief + n]) / kReliefLag_s;
-    dx[kRodRelief + n] = (relief_gain_ * std::max(0.0, pb - h.port_relief_Pa) - x[kRodRelief + n]) / kReliefLag_s;
+    dx[kHeadRelief + n] =
+        (relief_gain_ * std::max(0.0, pa - h.port_relief_Pa) - x[kHeadRelief + n]) * (1 / kReliefLag_s);
+    dx[kRodRelief + n] = (relief_gain_ * std::max(0.0, pb - h.port_relief_Pa) - x[kRodRelief + n]) * (1 / kReliefLag_s);
     detail.feed[i] = feed;
     detail.head_flow[i] = qa;
     detail.rod_flow[i] = qb;
@@ -170,7 +174,7 @@ void PlantModel::flows(const StateVector& x, const HeldInputs& held, PlantDetail
   detail.pump_flow = std::clamp(wanted, 0.0, limit);
   detail.pump_at_limit = wanted > limit;
   detail.main_relief_flow = main_relief_gain_ * std::max(0.0, x[kPump] - h.main_relief_Pa);
-  dx[kPump] = oil_.stiffness(x[kPump]) / kPumpVolume_m3 * (detail.pump_flow - total_feed - detail.main_relief_flow);
+  dx[kPump] = oil_.pressure_rate(x[kPump], detail.pump_flow - total_feed - detail.main_relief_flow, kPumpVolume_m3);
   const double target = std::min(highest_load + h.load_sensing_margin_Pa, h.main_relief_Pa);
   dx[kSense] = (target - x[kSense]) / h.load_sensing_lag_s;
 }

@@ -29,17 +29,11 @@ double own_velocity_terms(const Lump& lump, const Turn& turn, const PlanarVector
 }  // namespace
 
 JointVector MassMatrix::solve(const JointVector& b) const noexcept {
-  const double d0 = 1 / m00;
-  const double l10 = m01 * d0, l20 = m02 * d0;
-  const double d1 = 1 / (m11 - l10 * m01);
-  const double u12 = m12 - l10 * m02;
-  const double l21 = u12 * d1;
-  const double d2 = 1 / (m22 - l20 * m02 - l21 * u12);
-  const double y1 = b[1] - l10 * b[0];
-  const double y2 = b[2] - l20 * b[0] - l21 * y1;
-  const double x2 = y2 * d2;
-  const double x1 = y1 * d1 - l21 * x2;
-  return {b[0] * d0 - l10 * x1 - l20 * x2, x1, x2};
+  const double c00 = m11 * m22 - m12 * m12, c01 = m02 * m12 - m01 * m22, c02 = m01 * m12 - m02 * m11;
+  const double c11 = m00 * m22 - m02 * m02, c12 = m01 * m02 - m00 * m12, c22 = m00 * m11 - m01 * m01;
+  const double inverse = 1 / (m00 * c00 + m01 * c01 + m02 * c02);
+  return {inverse * (c00 * b[0] + c01 * b[1] + c02 * b[2]), inverse * (c01 * b[0] + c11 * b[1] + c12 * b[2]),
+          inverse * (c02 * b[0] + c12 * b[1] + c22 * b[2])};
 }
 
 double MassMatrix::kinetic_energy(const JointVector& v) const noexcept {
@@ -53,73 +47,91 @@ RigidBody::RigidBody(const MachineDescription& machine, double hull_pitch_rad)
       lift_(kGravity * PlanarVector(std::sin(hull_pitch_rad), std::cos(hull_pitch_rad))) {
   for (std::size_t i = 0; i < kJoints; ++i) {
     const LinkDescription& link = machine.links[i];
-    links_[i].add(link.mass_kg, link.inertia_kgm2, {link.com_m, PlanarVector::Zero(), PlanarVector::Zero()}, 0, 0);
+    links_[i].add_fixed(link.mass_kg, link.inertia_kgm2, link.com_m);
     // Tube and rod fill the retracted cylinder but for the eyes.
     const CylinderDescription& cylinder = machine.cylinders[i];
     const double reach = 0.9 * cylinder.min_length_m;
-    rods_[i] = {cylinder.body_mass_kg,
-                cylinder.rod_mass_kg,
-                cylinder.body_mass_kg * reach * reach / 12,
-                cylinder.rod_mass_kg * reach * reach / 12,
-                reach / 2,
-                reach / 2};
+    rods_[i] = {cylinder.body_mass_kg + cylinder.rod_mass_kg, cylinder.body_mass_kg * reach / 2, cylinder.rod_mass_kg,
+                reach / 2, cylinder.body_mass_kg * reach * reach / 3 + cylinder.rod_mass_kg * reach * reach / 12};
   }
+  // The coupler's mass sits half at each of its pins.
+  links_[kBucket].add_fixed(machine.bucket_linkage.coupler_mass_kg / 2, 0, machine.bucket_linkage.bucket_pin_m);
 }
 
-void RigidBody::add_cylinder(Lump& lump, std::size_t joint, const PlanarVector& fixed, const MovingPoint& moving,
-                             const PinLine& line) const noexcept {
-  const RodPair& rods = rods_[joint];
-  const PlanarVector across = perp(line.along);
-  const MovingPoint direction{line.along, line.turn1 * across,
-                              line.turn2 * across - line.turn1 * line.turn1 * line.along};
-  const MovingPoint body{fixed + rods.body_centre * direction.p, rods.body_centre * direction.d1,
-                         rods.body_centre * direction.d2};
-  const MovingPoint rod{moving.p - rods.rod_centre * direction.p, moving.d1 - rods.rod_centre * direction.d1,
-                        moving.d2 - rods.rod_centre * direction.d2};
-  lump.add(rods.body_mass, rods.body_inertia, body, line.turn1, line.turn2);
-  lump.add(rods.rod_mass, rods.rod_inertia, rod, line.turn1, line.turn2);
+void RigidBody::add_cylinder(Lump& lump, const RodPair& rods, const PlanarVector& fixed, const MovingPoint& moving,
+                             const PinLine& line) noexcept {
+  // About the fixed pin: the body turns, the rod turns and slides (rho: its centre's distance from that pin).
+  const double turn = line.turn1, turn2 = line.turn2;
+  const double rho = line.length_m - rods.rod_centre, rho1 = line.lever_m;
+  const double rho2 = line.along.dot(moving.d2) + line.length_m * turn * turn;
+  const double polar = rods.turning + rods.rod_mass * rho * rho, polar1 = 2 * rods.rod_mass * rho * rho1;
+  lump.own += polar * turn * turn + rods.rod_mass * rho1 * rho1;
+  lump.own1 += polar1 * turn * turn + 2 * (polar * turn * turn2 + rods.rod_mass * rho1 * rho2);
+
+  const double first = rods.body_first + rods.rod_mass * rho;
+  const double first1 = rods.rod_mass * rho1, first2 = rods.rod_mass * rho2;
+  const double across1 = first * turn, along2 = first2 - first * turn * turn,
+               across2 = 2 * first1 * turn + first * turn2;
+  const double ux = line.along.x(), uz = line.along.y();
+  const PlanarVector f1(first1 * ux - across1 * uz, first1 * uz + across1 * ux);
+  const PlanarVector f2(along2 * ux - across2 * uz, along2 * uz + across2 * ux);
+  lump.mass += rods.mass;
+  lump.first += rods.mass * fixed + first * line.along;
+  lump.first1 += f1;
+  lump.first2 += f2;
+  lump.second += polar + rods.mass * fixed.squaredNorm() + 2 * first * fixed.dot(line.along);
+  lump.second1 += polar1 + 2 * fixed.dot(f1);
+  lump.mixed += polar * turn + cross(fixed, f1);
+  lump.mixed1 += polar1 * turn + polar * turn2 + cross(fixed, f2);
 }
 
-void RigidBody::add_linkage_rods(Lump& lump, const FourBar& bars) const noexcept {
+void RigidBody::add_rocker(Lump& lump, const FourBar& bars) const noexcept {
   const BucketLinkage& linkage = machine_.bucket_linkage;
-  const PlanarVector rocker = bars.h.p - linkage.rocker_pin_m;
-  const double a2 = linkage.rocker_length_m * linkage.rocker_length_m;
-  lump.add(linkage.rocker_mass_kg, linkage.rocker_mass_kg * a2 / 12,
-           {0.5 * (linkage.rocker_pin_m + bars.h.p), 0.5 * bars.h.d1, 0.5 * bars.h.d2}, cross(rocker, bars.h.d1) / a2,
-           cross(rocker, bars.h.d2) / a2);
-  const PlanarVector coupler = bars.k.p - bars.h.p;
-  const double b2 = linkage.coupler_length_m * linkage.coupler_length_m;
-  lump.add(linkage.coupler_mass_kg, linkage.coupler_mass_kg * b2 / 12,
-           {0.5 * (bars.k.p + bars.h.p), 0.5 * (bars.k.d1 + bars.h.d1), 0.5 * (bars.k.d2 + bars.h.d2)},
-           cross(coupler, bars.k.d1 - bars.h.d1) / b2, cross(coupler, bars.k.d2 - bars.h.d2) / b2);
+  const PlanarVector& pin = linkage.rocker_pin_m;
+  const double end_mass = linkage.coupler_mass_kg / 2;
+  const double mass = linkage.rocker_mass_kg + end_mass;
+  const double first = linkage.rocker_mass_kg / 2 + end_mass;  // times the rocker as a vector
+  const double polar = (linkage.rocker_mass_kg / 3 + end_mass) * linkage.rocker_length_m * linkage.rocker_length_m;
+  const PlanarVector f = first * (bars.h.p - pin), f1 = first * bars.h.d1, f2 = first * bars.h.d2;
+  lump.mass += mass;
+  lump.first += mass * pin + f;
+  lump.first1 += f1;
+  lump.first2 += f2;
+  lump.second += polar + mass * pin.squaredNorm() + 2 * pin.dot(f);
+  lump.second1 += 2 * pin.dot(f1);
+  lump.mixed += polar * bars.turn1 + cross(pin, f1);
+  lump.mixed1 += polar * bars.turn2 + cross(pin, f2);
+  lump.own += polar * bars.turn1 * bars.turn1;
+  lump.own1 += 2 * polar * bars.turn1 * bars.turn2;
 }
 
 PoseGeometry RigidBody::pose(const JointVector& joint_rad) const noexcept {
-  const Turn q0(joint_rad[0]), q1(joint_rad[1]), q2(joint_rad[2]);
+  const double l0 = machine_.links[kBoom].length_m, l1 = machine_.links[kArm].length_m;
+  // The bucket first: its chain of roots and divisions is the longest, the others are worked out in its shade.
+  const BucketLinkage& linkage = machine_.bucket_linkage;
+  const Turn q2(joint_rad[2]);
+  const FourBar bars = four_bar(linkage, turning_pin({l1, 0}, q2, linkage.bucket_pin_m));
+  const PinLine bucket = pin_line(linkage.cylinder_pin_m, bars.h);
+  const Turn q0(joint_rad[0]);
+  const MovingPoint boom_pin = turning_pin(PlanarVector::Zero(), q0, machine_.boom_mount.child_pin_m);
+  const PinLine boom = pin_line(machine_.boom_mount.parent_pin_m, boom_pin);
+  const Turn q1(joint_rad[1]);
+  const MovingPoint arm_pin = turning_pin({l0, 0}, q1, machine_.arm_mount.child_pin_m);
+  const PinLine arm = pin_line(machine_.arm_mount.parent_pin_m, arm_pin);
+
   PoseGeometry pose;
   pose.boom = q0;
   pose.arm = q0 * q1;
   pose.bucket = pose.arm * q2;
-  const double l0 = machine_.links[kBoom].length_m, l1 = machine_.links[kArm].length_m;
   pose.boom_m = l0 * PlanarVector(pose.boom.c, pose.boom.s);
   pose.arm_m = l1 * PlanarVector(pose.arm.c, pose.arm.s);
   pose.bucket_m = machine_.links[kBucket].length_m * PlanarVector(pose.bucket.c, pose.bucket.s);
-
-  const MovingPoint boom_pin = turning_pin(PlanarVector::Zero(), q0, machine_.boom_mount.child_pin_m);
-  const PinLine boom = pin_line(machine_.boom_mount.parent_pin_m, boom_pin);
-  add_cylinder(pose.on_hull, kBoom, machine_.boom_mount.parent_pin_m, boom_pin, boom);
-
-  const MovingPoint arm_pin = turning_pin({l0, 0}, q1, machine_.arm_mount.child_pin_m);
-  const PinLine arm = pin_line(machine_.arm_mount.parent_pin_m, arm_pin);
+  add_cylinder(pose.on_hull, rods_[kBoom], machine_.boom_mount.parent_pin_m, boom_pin, boom);
   pose.on_boom = links_[kBoom];
-  add_cylinder(pose.on_boom, kArm, machine_.arm_mount.parent_pin_m, arm_pin, arm);
-
-  const BucketLinkage& linkage = machine_.bucket_linkage;
-  const FourBar bars = four_bar(linkage, turning_pin({l1, 0}, q2, linkage.bucket_pin_m));
-  const PinLine bucket = pin_line(linkage.cylinder_pin_m, bars.h);
+  add_cylinder(pose.on_boom, rods_[kArm], machine_.arm_mount.parent_pin_m, arm_pin, arm);
   pose.on_arm = links_[kArm];
-  add_cylinder(pose.on_arm, kBucket, linkage.cylinder_pin_m, bars.h, bucket);
-  add_linkage_rods(pose.on_arm, bars);
+  add_cylinder(pose.on_arm, rods_[kBucket], linkage.cylinder_pin_m, bars.h, bucket);
+  add_rocker(pose.on_arm, bars);
 
   pose.length_m = {boom.length_m, arm.length_m, bucket.length_m};
   pose.lever_m = {boom.lever_m, arm.lever_m, bucket.lever_m};

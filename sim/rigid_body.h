@@ -16,18 +16,11 @@ struct Lump {
   double second = 0, second1 = 0;  ///< sum m |c|^2 + I
   double mixed = 0, mixed1 = 0;    ///< sum m c x c' + I psi'
   double own = 0, own1 = 0;        ///< sum m |c'|^2 + I psi'^2
-  /// Adds a body with centre c(s) that turns against the link by psi(s).
-  void add(double m, double inertia, const MovingPoint& c, double psi1, double psi2) noexcept {
+  /// Adds a rigid body of the link itself.
+  void add_fixed(double m, double inertia, const PlanarVector& c) noexcept {
     mass += m;
-    first += m * c.p;
-    first1 += m * c.d1;
-    first2 += m * c.d2;
-    second += m * c.p.squaredNorm() + inertia;
-    second1 += 2 * m * c.p.dot(c.d1);
-    mixed += m * cross(c.p, c.d1) + inertia * psi1;
-    mixed1 += m * cross(c.p, c.d2) + inertia * psi2;
-    own += m * c.d1.squaredNorm() + inertia * psi1 * psi1;
-    own1 += 2 * (m * c.d1.dot(c.d2) + inertia * psi1 * psi2);
+    first += m * c;
+    second += m * c.squaredNorm() + inertia;
   }
 };
 
@@ -53,7 +46,7 @@ struct PoseGeometry {
 
 struct MassMatrix {  ///< Symmetric, joint angles.
   double m00, m01, m02, m11, m12, m22;
-  [[nodiscard]] JointVector solve(const JointVector& torque) const noexcept;  ///< Cholesky.
+  [[nodiscard]] JointVector solve(const JointVector& torque) const noexcept;  ///< By cofactors: one division.
   [[nodiscard]] double kinetic_energy(const JointVector& rate) const noexcept;
 };
 
@@ -79,18 +72,20 @@ class RigidBody {
   [[nodiscard]] const PlanarVector& lift_mps2() const noexcept { return lift_; }
 
  private:
-  struct RodPair {  // cylinder body and rod as slender rods, each reaching from its pin
-    double body_mass, rod_mass, body_inertia, rod_inertia, body_centre, rod_centre;
+  /// Cylinder body and rod as slender rods, each reaching from its pin along the line between the pins.
+  struct RodPair {
+    double mass, body_first, rod_mass, rod_centre;  ///< body_first: mass times distance from the base pin
+    double turning;                                 ///< Moment of inertia that does not change with the stroke.
   };
-  void add_cylinder(Lump& lump, std::size_t joint, const PlanarVector& fixed, const MovingPoint& moving,
-                    const PinLine& line) const noexcept;
-  void add_linkage_rods(Lump& lump, const FourBar& bars) const noexcept;
+  static void add_cylinder(Lump& lump, const RodPair& rods, const PlanarVector& fixed, const MovingPoint& moving,
+                           const PinLine& line) noexcept;
+  void add_rocker(Lump& lump, const FourBar& bars) const noexcept;
 
   MachineDescription machine_;
   Turn hull_;
   PlanarVector lift_;
   PerJoint<RodPair> rods_{};
-  PerJoint<Lump> links_{};  // each link's own mass, rigid
+  PerJoint<Lump> links_{};  // each link's own mass, rigid; the bucket's with its half of the coupler
 };
 
 }  // namespace knuckle::sim
