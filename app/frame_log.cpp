@@ -7,6 +7,9 @@
 namespace knuckle::app {
 namespace {
 
+constexpr Duration kSilent = 50ms;       // a valve reports every 10 ms
+constexpr Duration kSpringTime = 100ms;  // generous: spools spring to neutral in about 60 ms
+
 FrameLog::const_iterator first_at(const FrameLog& log, Time at) {
   return std::lower_bound(log.begin(), log.end(), at, [](const TimedFrame& f, Time t) { return f.at < t; });
 }
@@ -35,6 +38,12 @@ bool from_controller(const CanFrame& frame, const MachineDescription& machine) {
          canopen::function_of(frame.id) == 0x600;
 }
 
+/// The enable node says that there is no pilot pressure: nothing can hold a spool open.
+bool pilot_off(const CanFrame& frame) {
+  const auto inputs = canopen::parse_enable(frame);
+  return inputs && (*inputs & canopen::kInputPilotOn) == 0;
+}
+
 bool all(const PerJoint<bool>& flags) {
   return std::all_of(flags.begin(), flags.end(), [](bool b) { return b; });
 }
@@ -44,7 +53,8 @@ bool all(const PerJoint<bool>& flags) {
 NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
   NeutralTimes times;
   PerJoint<bool> command{true, true, true}, spool{true, true, true};
-  std::optional<Time> controller_spoke;
+  std::optional<Time> controller_spoke, pilot_off_since;
+  PerJoint<Time> spool_at{};
   const auto note = [from](std::optional<Time>& since, const PerJoint<bool>& neutral, Time at) {
     if (!all(neutral)) {
       since.reset();
@@ -57,6 +67,18 @@ NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machin
     if (const auto i = valve_with(f.frame.id, canopen::rpdo1_id, machine)) command[*i] = neutral_command(f.frame);
     if (const auto i = valve_with(f.frame.id, canopen::tpdo1_id, machine)) {
       spool[*i] = inside_dead_band(f.frame, machine.cylinders[*i].valve);
+      spool_at[*i] = f.at;
+    }
+    if (f.frame.id == canopen::tpdo1_id(machine.bus.enable.id)) {
+      if (!pilot_off(f.frame)) {
+        pilot_off_since.reset();
+      } else if (!pilot_off_since) {
+        pilot_off_since = f.at;
+      }
+    }
+    // A valve that has gone silent shows no spool: without pilot pressure its spring has closed it.
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      if (f.at - spool_at[i] > kSilent && pilot_off_since) spool[i] = f.at - *pilot_off_since > kSpringTime;
     }
     if (f.at >= from && !controller_spoke && from_controller(f.frame, machine)) controller_spoke = f.at;
     note(times.command, command, f.at);
@@ -72,6 +94,27 @@ std::optional<Time> last_frame_before(const FrameLog& log, std::uint32_t id, Tim
     if ((--it)->frame.id == id) return it->at;
   }
   return std::nullopt;
+}
+
+std::optional<Time> last_following(const FrameLog& log, const MachineDescription& machine, int joint, Time before) {
+  constexpr double kTolerance = 0.1;
+  const std::uint8_t id = machine.bus.valves[static_cast<std::size_t>(joint)].id;
+  std::array<double, 6> demands{};
+  std::size_t next = 0;
+  std::optional<Time> last;
+  for (const TimedFrame& f : log) {
+    if (f.at >= before) break;
+    if (f.frame.id == canopen::rpdo1_id(id)) {
+      if (const auto command = canopen::parse_valve_command(f.frame)) {
+        demands[next++ % demands.size()] = command->set_point;
+      }
+    } else if (f.frame.id == canopen::tpdo1_id(id)) {
+      const auto [low, high] = std::minmax_element(demands.begin(), demands.end());
+      const auto status = canopen::parse_valve_status(f.frame);
+      if (status && status->spool >= *low - kTolerance && status->spool <= *high + kTolerance) last = f.at;
+    }
+  }
+  return last;
 }
 
 int commands_not_neutral(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {

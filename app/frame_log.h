@@ -20,7 +20,8 @@ using FrameLog = std::vector<TimedFrame>;
 /// `until`.
 struct NeutralTimes {
   std::optional<Time> command;     ///< Each valve's newest RPDO is a zero set-point or not ACTIVE.
-  std::optional<Time> spool;       ///< Each valve's newest TPDO shows a spool inside its nominal dead band.
+  std::optional<Time> spool;       ///< Each valve's newest TPDO shows a spool inside its nominal dead band; of a valve
+                                   ///< that has gone silent: pilot pressure has been off for 100 ms.
   bool controller_silent = false;  ///< The controller put nothing on the wire from `from` until the spools were
                                    ///< neutral: there was no command to judge, the nodes acted by themselves.
 };
@@ -30,6 +31,10 @@ struct NeutralTimes {
 
 /// Time of the last frame with this identifier before `before`.
 [[nodiscard]] std::optional<Time> last_frame_before(const FrameLog& log, std::uint32_t id, Time before);
+
+/// Last time before `before` at which the spool was within 10 % of stroke of the span of its newest six demands.
+[[nodiscard]] std::optional<Time> last_following(const FrameLog& log, const MachineDescription& machine, int joint,
+                                                 Time before);
 
 /// Set-points that are not neutral in [from, until): nobody may move the machine there.
 [[nodiscard]] int commands_not_neutral(const FrameLog& log, const MachineDescription& machine, Time from, Time until);

@@ -31,7 +31,7 @@ struct MasterView {
   JointVector set_point_rad = JointVector::Zero();   ///< Clamped, as sent.
   PlanarVector sent_force_N = PlanarVector::Zero();  ///< Rendered, tip.
   double round_trip_s = 0;
-  double slew_N_per_ms = 0;  ///< Largest change of sent_force_N in one step since the last recorded row.
+  double slew_N_per_ms = 0;  ///< See Sample::felt_slew_N_per_ms.
 };
 
 /// @param phases number of phases of the plan; a press that holds counts as one more.

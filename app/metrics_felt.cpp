@@ -109,7 +109,7 @@ double slew_N_per_ms(const SessionRecord& record, std::size_t i) {
   const Sample& s = record.samples[i];
   if (i == 0) return s.felt_slew_N_per_ms;
   const Sample& before = record.samples[i - 1];
-  return std::max(s.felt_slew_N_per_ms, (s.drag_N - before.drag_N).norm() / (1e3 * (s.t_s - before.t_s)));
+  return std::max(s.felt_slew_N_per_ms, (s.felt_N - before.felt_N).norm() / (1e3 * (s.t_s - before.t_s)));
 }
 
 }  // namespace

@@ -122,8 +122,8 @@ void Session::Impl::step() noexcept {
 }
 
 void Session::Impl::note_master_hops() noexcept {
-  // How much the force asked for changed in this millisecond, for the slew bound.
-  const PlanarVector force_N = master.sent_force_N();
+  // How much the felt force changed in this millisecond, for the slew bound.
+  const PlanarVector force_N = hand.truth().felt_N;
   felt_slew = std::max(felt_slew, (force_N - last_force_N).norm());
   last_force_N = force_N;
   const auto& message = master.machine();
@@ -169,7 +169,10 @@ SessionRecord Session::Impl::take_record() {
   const auto last_good_input = [this](Time latched_at) {
     Time last_good = latched_at;
     for (const Injected& i : faults.injected()) {
-      if (i.at <= latched_at && i.mended_at > latched_at) last_good = i.last_good_input;
+      if (i.at > latched_at || i.mended_at < latched_at) continue;
+      last_good = i.fault.kind == FaultKind::kValveStuck
+                      ? last_following(frames, setup.machine, i.fault.subject, latched_at).value_or(i.at)
+                      : i.last_good_input;
     }
     return last_good;
   };

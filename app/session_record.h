@@ -57,7 +57,8 @@ struct Sample {
   double hand_energy_J = 0;                    ///< Cumulative work of the device on the hand (net).
   double rtt_s = 0;
   std::uint8_t phase = 0;         ///< Of the operator's plan: index into SessionRecord::phases.
-  double felt_slew_N_per_ms = 0;  ///< Largest change of the rendered force in one master step since the last row.
+  double felt_slew_N_per_ms = 0;  ///< Largest change of the felt force in one millisecond since the last row (real
+                                  ///< time: of the force asked for).
 };
 
 struct FaultRecord {

@@ -54,7 +54,9 @@ const DeviceReading& DeviceDriver::step(Time now) noexcept {
   reading_.ok = !reading_.reason;
   const auto pressed = [this](DeviceStatus bit) { return reading_.ok && (buttons_ & bit) != 0; };
   reading_.presence = pressed(kDevicePresence);
-  reading_.enable = pressed(kDeviceEnable);
+  // A finger that stayed on the button while the device was gone has not pressed it.
+  enable_seen_released_ = reading_.ok && (enable_seen_released_ || (buttons_ & kDeviceEnable) == 0);
+  reading_.enable = enable_seen_released_ && pressed(kDeviceEnable);
   reading_.clutch = pressed(kDeviceClutch);
   reading_.stop = pressed(kDeviceStop);
   return reading_;

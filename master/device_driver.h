@@ -69,6 +69,7 @@ class DeviceDriver {
   bool reported_ = false;  // a good report came since attaching
   DeviceState newest_;
   std::uint16_t buttons_ = 0;
+  bool enable_seen_released_ = false;  // since the device was last not ok
   std::uint32_t last_device_us_ = 0;
   Duration device_time_{}, quickest_{};  // device clock unwrapped; least (arrival - device time) lately
   int bad_in_a_row_ = 0;

@@ -168,11 +168,11 @@ TEST(Metrics, DragIsFeltForceInFreeMotion) {
   EXPECT_NEAR(compute_metrics(record).drag_rms_N.value(), 0.1, 1e-6);
 }
 
-TEST(Metrics, SlewIsTheMastersPeakAndNeverLessThanTheRowsShow) {
+TEST(Metrics, SlewIsThePeakBetweenRowsAndNeverLessThanTheRowsShow) {
   SessionRecord record = engaged_record(2);
   record.samples[50].felt_slew_N_per_ms = 0.3;
   EXPECT_EQ(compute_metrics(record).max_slew_N_per_ms, 0.3);
-  during(record, 1, 2, [](Sample& s) { s.drag_N = {2.5, 0}; });  // 2.5 N in one row of 5 ms
+  during(record, 1, 2, [](Sample& s) { s.felt_N = {2.5, 0}; });  // 2.5 N in one row of 5 ms
   EXPECT_NEAR(compute_metrics(record).max_slew_N_per_ms.value(), 0.5, 1e-9);
 }
 

@@ -53,6 +53,7 @@ TEST(DeviceDriver, ReadsAnglesSpeedsAndButtonsAfterTheHandshake) {
   Desk desk;
   desk.intent.rate_radps = JointVector(0.2, 0, 0);
   for (int i = 0; i < 500; ++i) {
+    desk.intent.enable = i > 300;
     desk.intent.joint_rad[0] += 0.2e-3;
     desk.tick();
   }
@@ -62,6 +63,26 @@ TEST(DeviceDriver, ReadsAnglesSpeedsAndButtonsAfterTheHandshake) {
   EXPECT_NEAR((reading.joint_rad - desk.hand.truth().joint_rad).norm(), 0, 5e-4);  // one millisecond late
   EXPECT_NEAR((reading.rate_radps - desk.hand.truth().rate_radps).norm(), 0, 0.01);
   EXPECT_LE(desk.now - reading.measured_at, 2ms);
+}
+
+TEST(DeviceDriver, AnEnableHeldWhileTheDeviceWasGoneIsNotAPress) {
+  Desk desk;
+  desk.intent.enable = false;
+  desk.run(200);
+  desk.intent.enable = true;
+  desk.run(10);
+  ASSERT_TRUE(desk.driver.reading().enable);
+  desk.cable.unplug();
+  desk.run(50);
+  desk.cable.plug();
+  desk.run(500);
+  ASSERT_TRUE(desk.driver.reading().ok);
+  EXPECT_FALSE(desk.driver.reading().enable);
+  desk.intent.enable = false;
+  desk.run(10);
+  desk.intent.enable = true;
+  desk.run(10);
+  EXPECT_TRUE(desk.driver.reading().enable);
 }
 
 TEST(DeviceDriver, IsNotOkBeforeItHasSeenATenthOfASecondOfGoodReports) {
