@@ -11,6 +11,7 @@
 namespace knuckle::app {
 namespace {
 
+constexpr double kSettle_s = 1;  // from the hand's stop, for the position loop to settle (three time constants)
 constexpr double kStandstill_s = 1, kStandstill_m = 0.005;  // set-point inside a 5 mm circle for a second
 constexpr double kPress_N = 500;                            // contact error is taken above this
 constexpr double kBlock_s = 0.5, kSteadySpread = 0.2;       // steady: force varies by under 20 % in half a second
@@ -86,13 +87,14 @@ class PastSetpoint {
 class Standstill {
  public:
   void add(double t_s, const PlanarVector& setpoint_m, const PlanarVector& error_m, Metric& worst_m) {
-    if (count_ == 0 || (setpoint_m - anchor_m_).norm() > kStandstill_m || t_s - last_s_ > kStandstill_s / 10) {
+    if (start_s_ < 0 || (setpoint_m - anchor_m_).norm() > kStandstill_m || t_s - last_s_ > kStandstill_s / 10) {
       restart(t_s, setpoint_m);
     }
     last_s_ = t_s;
+    if (t_s - start_s_ < kSettle_s) return;
     sum_m_ += error_m;
     ++count_;
-    if (t_s - start_s_ < kStandstill_s) return;
+    if (t_s - start_s_ < kSettle_s + kStandstill_s) return;
     worst_m = std::max(worst_m.value_or(0), (sum_m_ / count_).norm());
     restart(t_s, setpoint_m);
   }
@@ -104,7 +106,7 @@ class Standstill {
     sum_m_.setZero();
     count_ = 0;
   }
-  double start_s_ = 0, last_s_ = 0;
+  double start_s_ = -1, last_s_ = 0;
   PlanarVector anchor_m_ = PlanarVector::Zero(), sum_m_ = PlanarVector::Zero();
   int count_ = 0;
 };

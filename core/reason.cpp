@@ -30,7 +30,7 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"link_lost", SubjectKind::kNothing, "no newer packet over the link: check the network", "ms"},
     {"sensor_stale", SubjectKind::kNode, "sensor has stopped sending: check node and cable", "ms"},
     {"sensor_invalid", SubjectKind::kNode, "sensor sends an impossible value: check sensor and wiring", "raw"},
-    {"sensor_implausible", SubjectKind::kNode, "sensor contradicts the others: check mounting and wiring", "sigma"},
+    {"sensor_implausible", SubjectKind::kNode, "sensor contradicts the others: check mounting and wiring", nullptr},
     {"node_silent", SubjectKind::kNode, "heartbeat is missing: check node power and bus", "ms"},
     {"node_emergency", SubjectKind::kNode, "node reports an emergency, code in decimal: see its manual", "code"},
     {"node_fault", SubjectKind::kNode, "node left its working state: check it, then start again", "status"},

@@ -27,7 +27,7 @@ enum class ReasonCode : std::uint16_t {
   kLinkLost,           ///< ms since the last newer packet
   kSensorStale,        ///< subject: node id; age in ms
   kSensorInvalid,      ///< subject: node id; non-finite, out of range, or status bad
-  kSensorImplausible,  ///< subject: node id; sensors contradict each other
+  kSensorImplausible,  ///< subject: node id; sensors contradict each other; value in the unit of the rule
   kNodeSilent,         ///< subject: node id; heartbeat missing, ms
   kNodeEmergency,      ///< subject: node id; value: EMCY error code
   kNodeFault,          ///< subject: node id; valve left ACTIVE or reports a fault

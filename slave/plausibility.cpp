@@ -66,8 +66,16 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
     axis.direction = direction;
     axis.anchor_m = length;
     axis.return_Pa = pressure;
-    axis.delivered_m = 0;
+    axis.delivered_m = axis.stalled_s = 0;
     return {};
+  }
+  // Where the returning side is empty its flow tells nothing. But an axis that stalls behind an open valve is driven up
+  // to the relief: one that is not, and is not seen to move, moves unseen.
+  const double driven = m.pressure_Pa[static_cast<std::size_t>(2 * joint + (direction > 0 ? 0 : 1))];
+  const bool stalls = driven > kLimits.stall * machine_.hydraulics.main_relief_Pa;
+  axis.stalled_s = stalls ? 0 : axis.stalled_s + step_s_;
+  if (axis.stalled_s > kLimits.unmoved_s) {
+    return implausible(machine_.bus.encoders[static_cast<std::size_t>(joint)].id, axis.stalled_s, kLimits.unmoved_s);
   }
   const double area = direction > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
   axis.delivered_m += sure_flow(joint, spool, pressure) / area * step_s_;

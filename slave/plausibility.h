@@ -22,6 +22,8 @@ struct PlausibilityLimits {
   double sure_drop_Pa = 2e5;  ///< Taken off the return side's drop to tank: transmitter and tank are not known better.
   double moved_m = 0.00035;   ///< An encoder that differs by this (3 steps) has moved.
   double unseen_m = 0.004;    ///< Travel delivered without being seen: fault.
+  double stall = 0.6;         ///< Of the main relief: a driven chamber above it may be a cylinder that cannot move ...
+  double unmoved_s = 0.8;     ///< ... below it, one that does not move behind an open valve for so long is a fault.
   double end_m = 0.010;       ///< This close to its end a cylinder is cushioned or at its stop.
   double settle_s = 0.15;     ///< A spool must have been closed this long; cylinders stop within it.
   double closed_travel_m = 0.015;  ///< Travel behind a closed valve: fault. Oil up to the relief gives 11 mm.
@@ -40,7 +42,7 @@ class Plausibility {
   /// @param step_s the fixed time between calls.
   Plausibility(const MachineDescription& machine, double step_s);
   /// @param spool actual spool positions, [-1, 1], positive = extend.
-  /// @return kSensorImplausible with the node; value and limit in the unit of the rule (m or samples). Not latched.
+  /// @return kSensorImplausible with the node; value and limit in the unit of the rule (m, s or samples). Not latched.
   [[nodiscard]] Reason step(const estimation::Measurement& measurement, const JointVector& spool) noexcept;
   void reset() noexcept;
 
@@ -50,6 +52,7 @@ class Plausibility {
     double return_Pa = 0;    // the returning chamber's pressure then
     double delivered_m = 0;  // travel the valve has let through since
     int direction = 0;       // of the opening
+    double stalled_s = 0;    // open, not seen to move, and not driven as a stalled one would be
     double closed_s = 0;
     double travel_m = 0;  // behind the closed valve, forgetting
     double last_m = 0;

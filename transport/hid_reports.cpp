@@ -1,5 +1,6 @@
 #include "transport/hid_reports.h"
 
+#include <boost/crc.hpp>
 #include <span>
 
 #include "transport/bytes.h"
@@ -49,15 +50,9 @@ void get_each(ByteReader& in, PerJoint<T>& values) noexcept {
 }  // namespace
 
 std::uint16_t crc16_ccitt_false(const std::uint8_t* data, std::size_t size) noexcept {
-  // Polynomial 0x1021, start 0xFFFF, not reflected; two nibbles a byte.
-  constexpr std::array<std::uint16_t, 16> kTable{0x0000, 0x1021, 0x2042, 0x3063, 0x4084, 0x50A5, 0x60C6, 0x70E7,
-                                                 0x8108, 0x9129, 0xA14A, 0xB16B, 0xC18C, 0xD1AD, 0xE1CE, 0xF1EF};
-  unsigned crc = 0xFFFF;
-  for (std::size_t i = 0; i < size; ++i) {
-    crc = ((crc << 4) ^ kTable[((crc >> 12) ^ (data[i] >> 4)) & 0xF]) & 0xFFFF;
-    crc = ((crc << 4) ^ kTable[((crc >> 12) ^ data[i]) & 0xF]) & 0xFFFF;
-  }
-  return static_cast<std::uint16_t>(crc);
+  boost::crc_ccitt_type crc;  // polynomial 0x1021, start 0xFFFF, nothing reflected
+  crc.process_bytes(data, size);
+  return crc.checksum();
 }
 
 HidReport encode(const DeviceState& state) noexcept {
