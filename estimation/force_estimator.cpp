@@ -114,6 +114,7 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
   last_angle_rad_ = state.angle_rad;
   move(slow_, moved, state.lever_m);
   move(fast_, moved, state.lever_m);
+  estimate_.carried_Nm = load_columns(arm_.length_m(), pose) * carried_;
   slow_step(pose, state);
   fast_step(pose, state);
   watch_end_stops(state.angle_rad);
@@ -195,7 +196,7 @@ void ForceEstimator::slow_step(const Pose& pose, const JointState& state) noexce
                               signals_.gravity_z.cwiseProduct(nominal_.segment<3>(kMomentZ));
   nominal_residual_Nm_ =
       slow_.observer.step(momentum, imbalance) + joint_torque(gravity) - JointVector(seen.segment<3>(3));
-  estimate_.joint_torque_Nm = nominal_residual_Nm_ + signals_.columns() * tare_.state();
+  estimate_.joint_torque_Nm = nominal_residual_Nm_ + signals_.columns() * tare_.state() - estimate_.carried_Nm;
 }
 
 /// The quick one, for the slave's contact law and the contact event. Its cylinder torque is matched too: the boom
@@ -211,7 +212,7 @@ void ForceEstimator::fast_step(const Pose& pose, const JointState& state) noexce
       joint_torque((RigidArm::gravity(pose) + arm_.velocity_products(pose, rate)) * nominal_) +
       state.lever_m.cwiseProduct(friction_N(fast_)) + signals.columns() * tare_.state() -
       fast_matched_.step(fast_first_.step(state.lever_m.cwiseProduct(state.cylinder_N)));
-  estimate_.fast_torque_Nm = fast_.observer.step(momentum, imbalance);
+  estimate_.fast_torque_Nm = fast_.observer.step(momentum, imbalance) - estimate_.carried_Nm;
 }
 
 void ForceEstimator::watch_end_stops(const JointVector& joints_rad) noexcept {
@@ -268,9 +269,10 @@ void ForceEstimator::judge_contact() noexcept {
   turning_variance_ = (turning_variance_ * std::exp(-step_s_ / kTurningFade_s)).cwiseMax(stuck_variance(fast_));
   const JointVector variance =
       free_ripple_[speed_class].cwiseMax(fast_shake_Nm_.cwiseAbs2()) + turning_variance_ + stop_variance_;
-  const int alarm = cusum_.step(estimate_.fast_torque_Nm, variance.cwiseSqrt());
-  const bool large = mahalanobis2_ > kTouch2 && !free_motion_certain_;
-  if (alarm >= 0 || large) {
+  // Taking a load into account is no event, so it is left in here.
+  const int alarm = cusum_.step(estimate_.fast_torque_Nm + estimate_.carried_Nm, variance.cwiseSqrt());
+  estimate_.significant = mahalanobis2_ > kTouch2 && !free_motion_certain_;
+  if (alarm >= 0 || estimate_.significant) {
     if (!estimate_.contact) {
       JointVector::Index largest = 0;
       estimate_.joint_torque_Nm.cwiseAbs2().cwiseQuotient(torque_covariance_.diagonal()).maxCoeff(&largest);

@@ -11,6 +11,7 @@
 #include "estimation/foh_filter.h"
 #include "estimation/friction.h"
 #include "estimation/joint_state.h"
+#include "estimation/load.h"
 #include "estimation/regressor.h"
 #include "estimation/tare.h"
 #include "machine/description.h"
@@ -41,6 +42,9 @@ struct ForceEstimate {
   double residual_sigma = 0;  ///< Left-over of the 3-joint fit, in standard deviations.
   bool contact = false;       ///< CUSUM contact event is on.
   int contact_joint = -1;     ///< Joint that saw it first.
+  bool significant = false;   ///< The force is larger than all that is uncertain about it.
+
+  JointVector carried_Nm = JointVector::Zero();  ///< Of the load being carried; already taken out of all the others.
 
   // What belongs to joint_torque_Nm, as late as it is.
   JointVector rod_mps = JointVector::Zero();
@@ -85,6 +89,9 @@ class ForceEstimator {
   /// Something hangs on the bucket, or may: until false is said again the tare learns nothing, lest it learn the load.
   void hold_tare(bool maybe_loaded) noexcept { maybe_loaded_ = maybe_loaded; }
 
+  /// What the bucket is known to hold: its weight is no force of contact any more. Must change smoothly.
+  void carry(const Load& load) noexcept { carried_ = load; }
+
   [[nodiscard]] const ForceEstimate& estimate() const noexcept { return estimate_; }
   [[nodiscard]] const Tare& learned() const noexcept { return tare_; }
 
@@ -124,6 +131,7 @@ class ForceEstimator {
 
   bool started_ = false;
   bool free_motion_certain_ = false, maybe_loaded_ = false;
+  Load carried_ = Load::Zero();
   JointVector last_angle_rad_ = JointVector::Zero();
   LowPass<double> pitch_;
   Channel slow_, fast_;

@@ -20,6 +20,10 @@ constexpr double kLooksPerIndependent = 40;  // looks of two seconds tell about 
 constexpr double kSurprise = 4, kSurpriseBlend = 0.12;
 // The bucket is called empty when a load beyond this is out of the question.
 constexpr double kEmpty_kg = 3;
+// A force against the load's weight for so long makes the load itself doubtful: it may have fallen out.
+constexpr double kDoubt_s = 0.1;
+// A load that looks agree upon for so long is carried; its weight passes from force to load and back in these times.
+constexpr double kKnownLooks = 10, kTakeUp_s = 0.3, kLetGo_s = 0.1;
 
 }  // namespace
 
@@ -51,45 +55,44 @@ void PayloadEstimator::zero() noexcept {
 }
 
 void PayloadEstimator::step(const JointState& state, const ForceEstimate& force) noexcept {
-  judge_load(force.contact);
+  judge_load(force);
+  carry();
   since_look_s_ += step_s_;
   if (since_look_s_ < kLookEvery_s) return;
-  if (!state.angle_rad.allFinite() || !force.joint_torque_Nm.allFinite()) return;
+  const JointVector torque = force.joint_torque_Nm + force.carried_Nm;
+  if (!state.angle_rad.allFinite() || !torque.allFinite()) return;
   const double fastest = force.rod_mps.cwiseAbs().maxCoeff();
   if (fastest < kSlowest_mps || fastest > kFastest_mps) return;
   since_look_s_ = 0;
   const JointVector least = kLeastLook_N * force.lever_m.cwiseAbs().cwiseMax(kSmallestLever_m);
   const JointVector variance = force.look_variance_Nm2.cwiseMax(least.cwiseAbs2());
   const Rows look = rows(state, force);
-  if (surprised(look, force, variance)) start();
-  accumulate(look, force, variance);
+  if (surprised(look, torque, variance)) start();
+  accumulate(look, torque, variance);
   solve(force);
 }
 
 PayloadEstimator::Rows PayloadEstimator::rows(const JointState& state, const ForceEstimate& force) const noexcept {
-  const Pose pose(state.angle_rad, state.hull_pitch_rad);
+  const Eigen::Matrix3d load = load_columns(length_m_, Pose(state.angle_rad, state.hull_pitch_rad));
   Rows rows = Rows::Zero();
-  Eigen::RowVector3d load(0, -kGravity_mps2 * pose.cos[kBucket], kGravity_mps2 * pose.sin[kBucket]);
-  load[0] = load.tail<2>() * usual_place_m_;
-  for (int i = kBucket; i >= 0; --i) {
-    if (i < kBucket) load[0] -= kGravity_mps2 * length_m_[i] * pose.cos[i];
-    rows.row(i).head<3>() = load;
-    rows(i, 3 + i) = force.lever_m[i];
-    rows(i, 3 + kJoints + i) = force.turned_lever_m[i];
-  }
+  rows.leftCols<3>() = load;
+  rows.col(0) += load.rightCols<2>() * usual_place_m_;
+  rows.middleCols<3>(3).diagonal() = force.lever_m;
+  rows.rightCols<3>().diagonal() = force.turned_lever_m;
   return rows;
 }
 
-bool PayloadEstimator::surprised(const Rows& rows, const ForceEstimate& force, const JointVector& variance) noexcept {
+bool PayloadEstimator::surprised(const Rows& rows, const JointVector& torque_Nm, const JointVector& variance) noexcept {
   for (int i = 0; i < kJoints; ++i) {
-    const double innovation = force.joint_torque_Nm[i] - rows.row(i) * unknowns_;
+    const double innovation = torque_Nm[i] - rows.row(i) * unknowns_;
     const double expected = variance[i] + rows.row(i) * covariance_ * rows.row(i).transpose();
     surprise_[i] += kSurpriseBlend * (innovation / std::sqrt(expected) - surprise_[i]);
   }
   return surprise_.cwiseAbs().maxCoeff() > kSurprise;
 }
 
-void PayloadEstimator::accumulate(const Rows& rows, const ForceEstimate& force, const JointVector& variance) noexcept {
+void PayloadEstimator::accumulate(const Rows& rows, const JointVector& torque_Nm,
+                                  const JointVector& variance) noexcept {
   const double fade = std::exp(-kLookEvery_s / kMemory_s);
   information_ *= fade;
   right_ *= fade;
@@ -97,8 +100,8 @@ void PayloadEstimator::accumulate(const Rows& rows, const ForceEstimate& force, 
   looks_ = looks_ * fade + 1;
   const JointVector weight = variance.cwiseInverse();
   information_ += rows.transpose() * weight.asDiagonal() * rows;
-  right_ += rows.transpose() * weight.cwiseProduct(force.joint_torque_Nm);
-  squares_ += weight.dot(force.joint_torque_Nm.cwiseAbs2());
+  right_ += rows.transpose() * weight.cwiseProduct(torque_Nm);
+  squares_ += weight.dot(torque_Nm.cwiseAbs2());
 }
 
 void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
@@ -118,17 +121,32 @@ void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
   covariance_ = factors.solve(Information::Identity());
   kg_ = unknowns_[0];
   own_sigma_kg_ = std::sqrt(misfit * covariance_(0, 0));
-  sigma_kg_ = std::hypot(own_sigma_kg_, zero_sigma_kg_);
+  // No bucket weighs less than nothing: what is below is what the fit has got wrong.
+  sigma_kg_ = std::hypot(own_sigma_kg_, zero_sigma_kg_, std::min(0.0, kg()));
 }
 
-/// Who touches something may have taken some of it along.
-void PayloadEstimator::judge_load(bool contact) noexcept {
-  if (contact && !touched_) start();
-  touched_ = contact;
+/// Who touches something may have taken some of it along or lost it.
+void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
+  const bool lifts = force.significant && force.joint_torque_Nm.dot(force.carried_Nm) < 0;
+  doubted_s_ = lifts && known() ? doubted_s_ + step_s_ : 0;
+  if (doubted_s_ > kDoubt_s) start();
   const bool seen = kg() > kEmpty_kg + 3 * sigma_kg_;
-  const bool empty = !contact && kg() < kEmpty_kg && sigma_kg_ < kEmpty_kg;
-  if (contact || seen) maybe_loaded_ = true;
+  const bool empty = !force.contact && kg() < kEmpty_kg && sigma_kg_ < kEmpty_kg;
+  if (force.contact || seen) maybe_loaded_ = true;
   if (empty) maybe_loaded_ = false;
+}
+
+bool PayloadEstimator::known() const noexcept {
+  return looks_ > kKnownLooks && kg() > 3 * sigma_kg_;
+}
+
+void PayloadEstimator::carry() noexcept {
+  Load load = Load::Zero();
+  if (known()) {
+    load[0] = kg();
+    load.tail<2>() = kg() * usual_place_m_ + unknowns_.segment<2>(1);
+  }
+  carried_ += (1 - std::exp(-step_s_ / (known() ? kTakeUp_s : kLetGo_s))) * (load - carried_);
 }
 
 }  // namespace knuckle::estimation

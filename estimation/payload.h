@@ -7,6 +7,7 @@
 #include "core/joints.h"
 #include "estimation/force_estimator.h"
 #include "estimation/joint_state.h"
+#include "estimation/load.h"
 #include "machine/description.h"
 
 namespace knuckle::estimation {
@@ -36,6 +37,8 @@ class PayloadEstimator {
 
   [[nodiscard]] double kg() const noexcept { return kg_ - zero_kg_; }
   [[nodiscard]] double sigma_kg() const noexcept { return sigma_kg_; }
+  /// The load while it is known well enough to be no contact, else fading to nothing: for ForceEstimator::carry().
+  [[nodiscard]] const Load& carried() const noexcept { return carried_; }
   /// Something was touched since the bucket was last seen to be empty, or it is seen to be loaded: for
   /// ForceEstimator::hold_tare().
   [[nodiscard]] bool maybe_loaded() const noexcept { return maybe_loaded_; }
@@ -47,10 +50,12 @@ class PayloadEstimator {
   using Rows = Eigen::Matrix<double, kJoints, kUnknowns>;
 
   [[nodiscard]] Rows rows(const JointState& state, const ForceEstimate& force) const noexcept;
-  [[nodiscard]] bool surprised(const Rows& rows, const ForceEstimate& force, const JointVector& variance) noexcept;
-  void accumulate(const Rows& rows, const ForceEstimate& force, const JointVector& variance) noexcept;
+  [[nodiscard]] bool surprised(const Rows& rows, const JointVector& torque_Nm, const JointVector& variance) noexcept;
+  void accumulate(const Rows& rows, const JointVector& torque_Nm, const JointVector& variance) noexcept;
   void solve(const ForceEstimate& force) noexcept;
-  void judge_load(bool contact) noexcept;
+  void judge_load(const ForceEstimate& force) noexcept;
+  [[nodiscard]] bool known() const noexcept;
+  void carry() noexcept;
 
   JointVector length_m_;
   PlanarVector usual_place_m_;
@@ -63,7 +68,9 @@ class PayloadEstimator {
   double squares_ = 0, looks_ = 0;
   double since_look_s_ = 0;
   double kg_ = 0, sigma_kg_ = 0, own_sigma_kg_ = 0, zero_kg_ = 0, zero_sigma_kg_ = 0;
-  bool maybe_loaded_ = false, touched_ = false;
+  Load carried_ = Load::Zero();
+  bool maybe_loaded_ = false;
+  double doubted_s_ = 0;
 };
 
 }  // namespace knuckle::estimation

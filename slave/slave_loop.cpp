@@ -86,6 +86,7 @@ void SlaveLoop::estimate(Time now) noexcept {
   force_.step(*state_);
   payload_.step(*state_, force_.estimate());
   force_.hold_tare(payload_.maybe_loaded());
+  force_.carry(payload_.carried());
   energy_in_J_ += std::max(0.0, force_.estimate().joint_torque_Nm.dot(state_->rate_radps)) * step_s_;
 }
 
