@@ -18,9 +18,9 @@
 namespace knuckle::app {
 namespace {
 
-LinkImpairment impairment(const SimulateOptions& options) {
+LinkImpairment impairment(const SimulateOptions& options, const Scenario& scenario) {
   LinkImpairment link;
-  link.delay = from_seconds(1e-3 * options.delay_ms.value_or(1.0));
+  link.delay = from_seconds(1e-3 * options.delay_ms.value_or(scenario.delay_ms));
   link.jitter = from_seconds(1e-3 * options.jitter_ms.value_or(0.0));
   link.loss = options.loss.value_or(0.0);
   return link;
@@ -43,7 +43,7 @@ void refuse_impairment(const SimulateOptions& options) {
 
 SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
   SessionSetup setup;
-  if (options.realtime) refuse_impairment(options);
+  if (options.realtime) refuse_impairment(options, setup.scenario);
   setup.machine = load_machine(find_config("machine", options.machine.empty() ? "solar015" : options.machine));
   setup.device = load_device(find_config("device", options.device.empty() ? "knuckle1" : options.device));
   setup.scenario = load_scenario(find_config("scenario", options.scenario), setup.machine);

@@ -247,6 +247,7 @@ Scenario load_scenario(const std::string& path, const MachineDescription& machin
   scenario.start_rad = file.numbers<3>("start_deg", -180, 180, kDeg);
   scenario.hand_rad = file.numbers<3>("hand_deg", -180, 180, kDeg);
   scenario.duration_s = file.number("duration_s", 1, 3600);
+  if (file.has("link")) scenario.delay_ms = file.table("link").number("delay_ms", 0, 5000);
   TomlTable person = file.table("operator");
   scenario.limb =
       static_cast<sim::LimbClass>(person.choice("limb", {"relaxed", "normal", "co_contracted", "light_grip"}));

@@ -47,6 +47,7 @@ struct Scenario {
   JointVector hand_rad = JointVector::Zero();   ///< Hand at the start.
   sim::LimbClass limb = sim::LimbClass::kNormal;
   Duration reaction = 200ms;
+  double delay_ms = 1;      ///< Link, one way, unless the command line says otherwise.
   double duration_s = 120;  ///< Given up after this long.
   std::vector<sim::Phase> phases;
   std::vector<std::string> phase_names;
