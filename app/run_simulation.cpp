@@ -43,7 +43,7 @@ void refuse_impairment(const SimulateOptions& options) {
 
 SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
   SessionSetup setup;
-  if (options.realtime) refuse_impairment(options, setup.scenario);
+  if (options.realtime) refuse_impairment(options);
   setup.machine = load_machine(find_config("machine", options.machine.empty() ? "solar015" : options.machine));
   setup.device = load_device(find_config("device", options.device.empty() ? "knuckle1" : options.device));
   setup.scenario = load_scenario(find_config("scenario", options.scenario), setup.machine);
@@ -65,7 +65,7 @@ SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
   }
   const sim::LimbClass limb = limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb);
   setup.limb = sim::draw_limb(limb, options.seed);
-  if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options);
+  if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options, setup.scenario);
   setup.law = options.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
 
   result.scenario = setup.scenario.name;
