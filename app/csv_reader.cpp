@@ -3,41 +3,26 @@
 #include <csv.h>
 
 #include <algorithm>
-#include <charconv>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
-#include <numbers>
-#include <sstream>
+#include <utility>
 
+#include "app/csv_mapping.h"
 #include "core/error.h"
-#include "machine/toml_reader.h"
 
 namespace knuckle::app {
 namespace {
 
 using Cells = std::vector<std::string>;
+using Kind = Finding::Kind;
 
-struct ChannelMap {
-  std::string name, column;
-  double factor = 1, offset = 0;
-  bool zero_is_drop_out = false;
-};
-
-struct TimeMap {
-  std::string column, pattern;
-  double factor = 1, period_s = 0;  // period_s > 0: rows are equally spaced
-};
-
-struct Mapping {
-  TimeMap time;
-  double gap_s = 0;
-  std::vector<ChannelMap> channels;
-};
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kLeastRows = 4;  // what a cubic through the data needs
 
 std::string trimmed(std::string text) {
   const auto space = [](unsigned char c) { return std::isspace(c) != 0; };
@@ -46,140 +31,240 @@ std::string trimmed(std::string text) {
   return text;
 }
 
-std::vector<Cells> read_cells(const std::string& path) {
+/// The file with every line ending as one '\n', so that blank lines can be counted, and without a byte order mark.
+std::string read_text(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(path + ": cannot be read");
-  std::stringstream buffer;
-  buffer << file.rdbuf();
-  const std::string bytes = buffer.str();
+  if (!file || std::filesystem::is_directory(path)) throw InputError(path + ": cannot be read");
+  const std::string bytes(std::istreambuf_iterator<char>(file), {});
+  std::string text;
+  text.reserve(bytes.size());
+  for (std::size_t i = bytes.starts_with("\xEF\xBB\xBF") ? 3 : 0; i < bytes.size(); ++i) {
+    if (bytes[i] != '\r') {
+      text += bytes[i];
+    } else if (i + 1 == bytes.size() || bytes[i + 1] != '\n') {
+      text += '\n';
+    }
+  }
+  if (trimmed(text).empty()) throw InputError(path + ": is empty");
+  return text;
+}
 
+/// Every row of the file, blank ones as rows without cells.
+std::vector<Cells> read_cells(const std::string& path) {
+  const std::string text = read_text(path);
   struct Sink {
     std::vector<Cells> rows;
     Cells row;
   } sink;
   csv_parser parser;
-  if (csv_init(&parser, CSV_APPEND_NULL) != 0) throw InputError(path + ": cannot start the CSV parser");
+  if (csv_init(&parser, CSV_STRICT | CSV_STRICT_FINI | CSV_REPALL_NL) != 0) {
+    throw InputError(path + ": cannot start the CSV parser");
+  }
   const std::unique_ptr<csv_parser, void (*)(csv_parser*)> guard(&parser, csv_free);
   const auto cell = [](void* data, std::size_t size, void* to) {
     static_cast<Sink*>(to)->row.push_back(trimmed(std::string(static_cast<const char*>(data), size)));
   };
   const auto end = [](int, void* to) {
     auto* s = static_cast<Sink*>(to);
-    s->rows.push_back(std::move(s->row));
-    s->row.clear();
+    s->rows.push_back(std::exchange(s->row, {}));
   };
-  if (csv_parse(&parser, bytes.data(), bytes.size(), cell, end, &sink) != bytes.size()) {
-    throw InputError(path + ": row " + std::to_string(sink.rows.size() + 1) + ": " + csv_strerror(csv_error(&parser)));
+  if (csv_parse(&parser, text.data(), text.size(), cell, end, &sink) != text.size() ||
+      csv_fini(&parser, cell, end, &sink) != 0) {
+    throw InputError(path + ": row " + std::to_string(sink.rows.size() + 1) +
+                     ": a quote that does not open or close a cell");
   }
-  csv_fini(&parser, cell, end, &sink);
-  if (sink.rows.size() < 2) throw InputError(path + ": no rows below the header");
   return std::move(sink.rows);
-}
-
-Mapping read_mapping(const std::string& path) {
-  struct Unit {
-    const char* name;
-    double factor;
-  };
-  static constexpr Unit kUnits[] = {{"rad", 1}, {"deg", std::numbers::pi / 180}, {"m", 1}, {"mm", 1e-3}, {"bar", 1e5},
-                                    {"Pa", 1}};
-  TomlTable file = TomlTable::read(path);
-  Mapping map;
-  TomlTable time = file.table("time");
-  map.gap_s = time.number("gap_s", 1e-3, 1e3);
-  if (time.has("period_s")) {
-    map.time.period_s = time.number("period_s", 1e-4, 10);
-  } else {
-    map.time.column = time.text("column");
-    if (time.has("pattern")) {
-      map.time.pattern = time.text("pattern");
-      time.require(map.time.pattern.find("YYYYMMDD_HHMMSS") != std::string::npos, "pattern",
-                   "must hold YYYYMMDD_HHMMSS, with .mmm behind it for milliseconds");
-    } else {
-      map.time.factor = time.choice("unit", {"s", "ms"}) == 0 ? 1.0 : 1e-3;
-    }
-  }
-  for (TomlTable& entry : file.tables("channel")) {
-    ChannelMap channel;
-    channel.name = entry.text("name");
-    channel.column = entry.text("column");
-    const int unit = entry.choice("unit", {"rad", "deg", "m", "mm", "bar", "Pa"});
-    const double sign = entry.number("sign", -1, 1);
-    entry.require(std::abs(sign) == 1, "sign", "must be 1 or -1");
-    channel.factor = kUnits[unit].factor * sign;
-    channel.offset = entry.number("offset", -1e6, 1e6) * kUnits[unit].factor;
-    channel.zero_is_drop_out = entry.has("zero_is_drop_out") && entry.boolean("zero_is_drop_out");
-    map.channels.push_back(channel);
-  }
-  file.require(!map.channels.empty(), "channel", "at least one [[channel]] is needed");
-  file.finish();
-  return map;
 }
 
 std::size_t column_index(const Cells& header, const std::string& column, const std::string& csv_path) {
   const auto it = std::find(header.begin(), header.end(), column);
   if (it == header.end()) throw InputError(csv_path + ": row 1: no column '" + column + "' as the mapping asks");
+  if (std::find(it + 1, header.end(), column) != header.end()) {
+    throw InputError(csv_path + ": row 1: column '" + column + "' is there twice");
+  }
   return static_cast<std::size_t>(it - header.begin());
 }
 
-double number_in(const std::string& cell) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  const bool whole = error == std::errc() && end == cell.data() + cell.size();
-  return whole && std::isfinite(value) ? value : std::numeric_limits<double>::quiet_NaN();
-}
+/// A row whose time can be read.
+struct TimedRow {
+  std::size_t row;
+  const Cells* cells;
+  double time_s;
+};
 
-/// Seconds of the date-time that `pattern` describes, searched for anywhere in the cell; NaN where there is none.
-double date_time_in(const std::string& cell, const std::string& pattern) {
-  const bool milliseconds = pattern.find(".mmm") != std::string::npos;
-  for (std::size_t at = 0; at + 15 <= cell.size(); ++at) {
-    int year, month, day, hour, minute, second, used = 0;
-    if (std::sscanf(cell.c_str() + at, "%4d%2d%2d_%2d%2d%2d%n", &year, &month, &day, &hour, &minute, &second, &used) !=
-            6 ||
-        used != 15) {
-      continue;
+/// Indices of the longest strictly increasing subsequence of times; of equal times the first.
+std::vector<std::size_t> increasing(const std::vector<TimedRow>& rows) {
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> ends, before(rows.size(), kNone);  // ends[n]: least last element of those of length n + 1
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto at = std::lower_bound(ends.begin(), ends.end(), rows[i].time_s,
+                                     [&](std::size_t e, double t) { return rows[e].time_s < t; });
+    if (at != ends.end() && rows[*at].time_s == rows[i].time_s) continue;
+    if (at != ends.begin()) before[i] = *(at - 1);
+    if (at == ends.end()) {
+      ends.push_back(i);
+    } else {
+      *at = i;
     }
-    const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
-                                           std::chrono::day(static_cast<unsigned>(day))};
-    if (!date.ok() || hour > 23 || minute > 59 || second > 60) continue;
-    double s = 86400.0 * static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count()) + 3600.0 * hour +
-               60.0 * minute + second;
-    if (milliseconds) {
-      const double fraction = number_in("0" + cell.substr(at + 15, 4));
-      if (!std::isfinite(fraction)) continue;
-      s += fraction;
-    }
-    return s;
   }
-  return std::numeric_limits<double>::quiet_NaN();
+  std::vector<std::size_t> kept;
+  for (std::size_t i = ends.empty() ? kNone : ends.back(); i != kNone; i = before[i]) kept.push_back(i);
+  std::reverse(kept.begin(), kept.end());
+  return kept;
 }
 
-double time_of(const TimeMap& map, const Cells& cells, std::size_t column, std::size_t index) {
-  if (map.period_s > 0) return map.period_s * static_cast<double>(index);
-  if (column >= cells.size()) return std::numeric_limits<double>::quiet_NaN();
-  return map.pattern.empty() ? number_in(cells[column]) * map.factor : date_time_in(cells[column], map.pattern);
-}
+/// Fills one MappedTable from the rows of one file.
+class Reader {
+ public:
+  Reader(const std::string& csv_path, const std::string& map_path)
+      : map_(read_mapping(map_path)), cells_(read_cells(csv_path)) {
+    table_.source = csv_path;
+    table_.gap_s = map_.gap_s;
+    const Cells& header = cells_.front();
+    if (timed()) time_column_ = column_index(header, map_.time.column, csv_path);
+    for (const ChannelMap& c : map_.channels) {
+      columns_.push_back(column_index(header, c.column, csv_path));
+      table_.channels.push_back({c.name, {}});
+    }
+  }
+
+  MappedTable read() {
+    const std::vector<TimedRow> rows = in_order(timed_rows());
+    judge_steps(rows);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const bool gap = i > 0 && rows[i].time_s - rows[i - 1].time_s > map_.gap_s;
+      if (i > 0 && repeats(*rows[i].cells, *rows[i - 1].cells)) {
+        found(Kind::kRepeatedRow, rows[i].row);
+        held_ = held_ && !gap;
+        if (held_) table_.until_s.back() = rows[i].time_s - rows.front().time_s;
+        continue;
+      }
+      held_ = true;
+      table_.time_s.push_back(rows[i].time_s - rows.front().time_s);
+      table_.until_s.push_back(table_.time_s.back());
+      table_.rows.push_back(rows[i].row);
+      for (std::size_t c = 0; c < columns_.size(); ++c) {
+        table_.channels[c].values.push_back(value_of(map_.channels[c], (*rows[i].cells)[columns_[c]], rows[i].row));
+      }
+    }
+    std::stable_sort(table_.findings.begin(), table_.findings.end(),
+                     [](const Finding& a, const Finding& b) { return a.row < b.row; });
+    if (table_.time_s.size() < kLeastRows) {
+      throw InputError(table_.source + ": " + std::to_string(table_.time_s.size()) + " usable rows of " +
+                       std::to_string(table_.rows_read) + "; at least " + std::to_string(kLeastRows) + " are needed");
+    }
+    return std::move(table_);
+  }
+
+ private:
+  [[nodiscard]] bool timed() const { return map_.time.period_s <= 0; }
+  void found(Kind kind, std::size_t row, const std::string& column = "") {
+    table_.findings.push_back({kind, row, column});
+  }
+
+  std::vector<TimedRow> timed_rows() {
+    std::vector<TimedRow> rows;
+    const std::size_t width = cells_.front().size();
+    for (std::size_t r = 1; r < cells_.size(); ++r) {
+      Cells& row = cells_[r];
+      if (std::all_of(row.begin(), row.end(), [](const std::string& c) { return c.empty(); })) continue;
+      ++table_.rows_read;
+      while (row.size() > width && row.back().empty()) row.pop_back();  // commas at the end of every line
+      if (row.size() != width) {
+        found(Kind::kRaggedRow, r + 1);
+        continue;
+      }
+      const double t = timed() ? map_.time.seconds_in(row[time_column_])
+                               : map_.time.period_s * static_cast<double>(table_.rows_read - 1);
+      if (std::isfinite(t)) {
+        rows.push_back({r + 1, &row, t});
+      } else {
+        found(row[time_column_].empty() ? Kind::kMissing : Kind::kNotANumber, r + 1, map_.time.column);
+      }
+    }
+    return rows;
+  }
+
+  std::vector<TimedRow> in_order(const std::vector<TimedRow>& rows) {
+    std::vector<TimedRow> kept;
+    for (const std::size_t i : increasing(rows)) kept.push_back(rows[i]);
+    auto next = kept.begin();
+    for (const TimedRow& r : rows) {
+      if (next != kept.end() && next->row == r.row) {
+        ++next;
+        continue;
+      }
+      const auto at = std::lower_bound(kept.begin(), kept.end(), r.time_s,
+                                       [](const TimedRow& k, double t) { return k.time_s < t; });
+      const bool known = at != kept.end() && at->time_s == r.time_s;
+      found(known ? Kind::kRepeatedTime : Kind::kTimeOutOfOrder, r.row, map_.time.column);
+    }
+    return kept;
+  }
+
+  /// Gaps, and steps in time far from the usual one.
+  void judge_steps(const std::vector<TimedRow>& rows) {
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < rows.size(); ++i) steps.push_back(rows[i].time_s - rows[i - 1].time_s);
+    if (steps.empty()) return;
+    std::vector<double> sorted = steps;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      if (steps[i] > map_.gap_s) {
+        found(Kind::kGap, rows[i + 1].row, map_.time.column);
+      } else if (std::abs(steps[i] - *middle) > 0.5 * *middle) {
+        found(Kind::kUnevenStep, rows[i + 1].row, map_.time.column);
+      }
+    }
+  }
+
+  [[nodiscard]] bool repeats(const Cells& a, const Cells& b) const {
+    for (std::size_t c = 0; c < a.size(); ++c) {
+      if (a[c] != b[c] && !(timed() && c == time_column_)) return false;
+    }
+    return true;
+  }
+
+  double value_of(const ChannelMap& channel, const std::string& cell, std::size_t row) {
+    const double value = number_in(cell);
+    if (cell.empty()) {
+      found(Kind::kMissing, row, channel.column);
+    } else if (!std::isfinite(value)) {
+      found(Kind::kNotANumber, row, channel.column);
+    } else if (channel.zero_is_drop_out && value == 0) {
+      found(Kind::kDropOut, row, channel.column);
+    } else if (value < channel.min || value > channel.max) {
+      found(Kind::kOutOfRange, row, channel.column);
+    } else {
+      return value * channel.factor + channel.offset;
+    }
+    return kNoNumber;
+  }
+
+  Mapping map_;
+  std::vector<Cells> cells_;
+  std::size_t time_column_ = 0;
+  std::vector<std::size_t> columns_;
+  bool held_ = true;  // no gap since the last row that was not a repetition
+  MappedTable table_;
+};
 
 }  // namespace
 
 const char* name(Finding::Kind kind) noexcept {
-  switch (kind) {
-    case Finding::Kind::kRepeatedRow:
-      return "repeated row";
-    case Finding::Kind::kRepeatedTime:
-      return "repeated time";
-    case Finding::Kind::kBackwardTime:
-      return "time running backward";
-    case Finding::Kind::kMissing:
-      return "missing cell";
-    case Finding::Kind::kNotANumber:
-      return "cell that is not a number";
-    case Finding::Kind::kDropOut:
-      return "drop-out";
-    case Finding::Kind::kGap:
-      return "gap in time";
-  }
-  return "";
+  static constexpr const char* kNames[] = {"row with another number of cells than the header (left out)",
+                                           "repeated time (left out)",
+                                           "time out of order (left out)",
+                                           "gap in time",
+                                           "uneven step in time",
+                                           "repeated row (left out)",
+                                           "missing cell (not used)",
+                                           "cell that is not a number (not used)",
+                                           "drop-out (not used)",
+                                           "value out of the mapping's range (not used)"};
+  static_assert(std::size(kNames) == static_cast<std::size_t>(Kind::kCount));
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 const MappedChannel& MappedTable::channel(const std::string& channel_name) const {
@@ -189,82 +274,32 @@ const MappedChannel& MappedTable::channel(const std::string& channel_name) const
   throw InputError(source + ": the mapping has no channel '" + channel_name + "'");
 }
 
-std::string MappedTable::summary() const {
-  struct Count {
-    std::size_t n = 0, first = 0;
-  };
-  std::map<Finding::Kind, Count> counts;
-  for (const Finding& f : findings) {
-    Count& c = counts[f.kind];
-    if (c.n++ == 0) c.first = f.row;
+std::string row_list(const std::vector<std::size_t>& rows, std::size_t most) {
+  std::string text;
+  std::size_t stretches = 0;
+  for (std::size_t i = 0, end; i < rows.size(); i = end) {
+    if (stretches++ == most) return text + " and " + std::to_string(rows.size() - i) + " more";
+    for (end = i + 1; end < rows.size() && rows[end] == rows[end - 1] + 1;) ++end;
+    text += (i > 0 ? ", " : "") + std::to_string(rows[i]);
+    if (end > i + 1) text += "-" + std::to_string(rows[end - 1]);
   }
-  std::string line = std::to_string(rows_read) + " rows, " + std::to_string(time_s.size()) + " used";
-  for (const auto& [kind, count] : counts) {
-    line += "; " + std::to_string(count.n) + " x " + name(kind) + " (first: row " + std::to_string(count.first) + ")";
+  return text;
+}
+
+std::vector<std::string> MappedTable::report() const {
+  std::vector<std::string> lines{source + ": " + std::to_string(rows_read) + " rows, " + std::to_string(time_s.size()) +
+                                 " used"};
+  std::map<std::pair<Kind, std::string>, std::vector<std::size_t>> kinds;
+  for (const Finding& f : findings) kinds[{f.kind, f.column}].push_back(f.row);
+  for (const auto& [what, where] : kinds) {
+    lines.push_back(std::to_string(where.size()) + " x " + name(what.first) +
+                    (what.second.empty() ? "" : " in " + what.second) + ": row " + row_list(where));
   }
-  return line;
+  return lines;
 }
 
 MappedTable read_mapped_csv(const std::string& csv_path, const std::string& map_path) {
-  const Mapping map = read_mapping(map_path);
-  const std::vector<Cells> cells = read_cells(csv_path);
-  const Cells& header = cells.front();
-  const bool timed = map.time.period_s <= 0;
-  const std::size_t time_column = timed ? column_index(header, map.time.column, csv_path) : 0;
-  std::vector<std::size_t> columns;
-  MappedTable table;
-  table.source = csv_path;
-  for (const ChannelMap& c : map.channels) {
-    columns.push_back(column_index(header, c.column, csv_path));
-    table.channels.push_back({c.name, {}});
-  }
-  double first_s = 0;
-  for (std::size_t r = 1; r < cells.size(); ++r) {
-    const Cells& row = cells[r];
-    const std::size_t line = r + 1;
-    if (row.size() == 1 && row[0].empty()) continue;
-    ++table.rows_read;
-    const auto found = [&](Finding::Kind kind, const std::string& column) {
-      table.findings.push_back({kind, line, column});
-    };
-    if (r > 1 && row == cells[r - 1]) {
-      found(Finding::Kind::kRepeatedRow, "");
-      continue;
-    }
-    const double t = time_of(map.time, row, time_column, r - 1);
-    if (!std::isfinite(t)) {
-      found(Finding::Kind::kNotANumber, map.time.column);
-      continue;
-    }
-    if (table.time_s.empty()) first_s = t;
-    const double since = t - first_s;
-    if (!table.time_s.empty() && since <= table.time_s.back()) {
-      found(since == table.time_s.back() ? Finding::Kind::kRepeatedTime : Finding::Kind::kBackwardTime,
-            map.time.column);
-      continue;
-    }
-    if (!table.time_s.empty() && since - table.time_s.back() > map.gap_s) found(Finding::Kind::kGap, map.time.column);
-    table.time_s.push_back(since);
-    table.rows.push_back(line);
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      const ChannelMap& channel = map.channels[c];
-      double value = std::numeric_limits<double>::quiet_NaN();
-      if (columns[c] >= row.size() || row[columns[c]].empty()) {
-        found(Finding::Kind::kMissing, channel.column);
-      } else if (value = number_in(row[columns[c]]); !std::isfinite(value)) {
-        found(Finding::Kind::kNotANumber, channel.column);
-      } else if (channel.zero_is_drop_out && value == 0) {
-        found(Finding::Kind::kDropOut, channel.column);
-        value = std::numeric_limits<double>::quiet_NaN();
-      }
-      table.channels[c].values.push_back(value * channel.factor + channel.offset);
-    }
-  }
-  if (table.time_s.size() < 4) {
-    throw InputError(csv_path + ": " + std::to_string(table.time_s.size()) + " usable rows; at least 4 are needed (" +
-                     table.summary() + ")");
-  }
-  return table;
+  return Reader(csv_path, map_path).read();
 }
 
 }  // namespace knuckle::app

@@ -3,6 +3,7 @@
 #include <math.h>  // Boost 1.74's pchip calls isnan unqualified
 
 #include <algorithm>
+#include <array>
 #include <boost/math/interpolators/pchip.hpp>
 #include <cmath>
 #include <cstdio>
@@ -15,114 +16,235 @@
 namespace knuckle::app {
 namespace {
 
-using boost::math::interpolators::pchip;
+using Curve = boost::math::interpolators::pchip<std::vector<double>>;
+using Notes = std::vector<std::string>;
 
-constexpr double kSpeedShare = 0.7;        // of joint and pump limits: a hand does not lead the machine at its limit
-constexpr double kRangeMargin_rad = 0.06;  // kept free at both ends of a joint's range
-constexpr double kStandstill_s = 0.3;      // equal values for longer are a standstill, for less a late refresh
+constexpr std::size_t kLeastKnots = 4;  // of a cubic
+constexpr double kStandstill_s = 0.3;   // equal values seen for longer are a standstill, for less a late refresh
+constexpr double kLongestGap_s = 5;     // nobody knows what happened in a longer gap: it is not waited for
+constexpr double kEase_s = 0.5;         // a hand starts and ends at rest
+constexpr double kLeastEase = 0.05;     // of recorded speed, so that the end is reached
+constexpr double kStep_s = 1e-3;
+constexpr double kLongestPath_s = 1800;
 
+template <typename... Values>
+std::string line(const char* format, Values... values) {
+  std::array<char, 200> text;
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+double degrees(double rad) {
+  return rad * 180 / std::numbers::pi;
+}
+
+/// Usable values of one joint over time.
 struct Knots {
   std::vector<double> t, value;
+  std::vector<std::size_t> late_rows;  // left out: they only repeat a late refresh
+  void add(double time_s, double v) {
+    t.push_back(time_s);
+    value.push_back(v);
+  }
 };
 
-/// Usable knots of one channel: without unusable cells, and without values that only repeat a late refresh.
-Knots usable(const MappedTable& table, const std::vector<double>& values, std::size_t& late) {
+/// Plays gaps beyond kLongestGap_s in that time.
+void close_long_gaps(MappedTable& table, Notes& notes) {
+  double removed = 0;
+  double before = table.until_s.front();
+  for (std::size_t i = 1; i < table.time_s.size(); ++i) {
+    const double gap = table.time_s[i] - before;
+    before = table.until_s[i];
+    if (gap > std::max(kLongestGap_s, table.gap_s)) {
+      removed += gap - kLongestGap_s;
+      notes.push_back(line("gap of %.1f s before row %zu: played in %.0f s", gap, table.rows[i], kLongestGap_s));
+    }
+    table.time_s[i] -= removed;
+    table.until_s[i] -= removed;
+  }
+}
+
+/// For how long rows first...last were seen to report what they report, gaps not counted.
+double seen_s(const MappedTable& table, std::size_t first, std::size_t last) {
+  double seen = 0;
+  for (std::size_t i = first; i <= last; ++i) {
+    seen += table.until_s[i] - table.time_s[i];
+    const double step = i < last ? table.time_s[i + 1] - table.until_s[i] : 0.0;
+    if (step <= table.gap_s) seen += step;
+  }
+  return seen;
+}
+
+/// Knots of one joint: of equal values that follow one another only the first, unless they are a standstill.
+Knots usable(const MappedTable& table, const std::vector<double>& values) {
   Knots knots;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!std::isfinite(values[i])) continue;
-    if (!knots.value.empty() && values[i] == knots.value.back()) {
-      std::size_t run = i;
-      while (run + 1 < values.size() && values[run + 1] == values[i]) ++run;
-      const bool standstill = table.time_s[run] - knots.t.back() > kStandstill_s || run + 1 == values.size();
-      if (!standstill) {
-        late += run - i + 1;
-        i = run;
-        continue;
+  for (std::size_t first = 0, next; first < values.size(); first = next) {
+    next = first + 1;
+    if (!std::isfinite(values[first])) continue;
+    while (next < values.size() && values[next] == values[first]) ++next;
+    const std::size_t last = next - 1;
+    const bool ends = next == values.size();
+    const bool standstill = seen_s(table, first, last) > kStandstill_s;
+    knots.add(table.time_s[first], values[first]);
+    for (std::size_t i = first + 1; i <= last; ++i) {
+      if (standstill) {
+        knots.add(table.time_s[i], values[i]);
+      } else {
+        knots.late_rows.push_back(table.rows[i]);
       }
     }
-    knots.t.push_back(table.time_s[i]);
-    knots.value.push_back(values[i]);
+    const double held_s = ends ? std::max(table.until_s[last], table.time_s[last]) : table.until_s[last];
+    if ((standstill || ends) && held_s > knots.t.back()) knots.add(held_s, values[last]);
   }
   return knots;
 }
 
 /// Angles beyond the machine's range are scaled linearly about mid-range.
-void fit_range(Knots& knots, const LinkDescription& link, const char* joint, std::vector<std::string>& notes) {
-  const double low = link.min_rad + kRangeMargin_rad, high = link.max_rad - kRangeMargin_rad, mid = (low + high) / 2;
-  double reach = 0;
-  for (const double v : knots.value) reach = std::max(reach, std::abs(v - mid));
-  const double scale = std::min(1.0, (high - low) / 2 / reach);
-  if (scale == 1) return;
+void fit_range(Knots& knots, const LinkDescription& link, const char* joint, Notes& notes) {
+  const double low = link.min_rad + kPathRangeMargin_rad, high = link.max_rad - kPathRangeMargin_rad;
+  const double mid = (low + high) / 2;
+  const auto [least, most] = std::minmax_element(knots.value.begin(), knots.value.end());
+  const double reach = std::max(mid - *least, *most - mid);
+  if (reach <= (high - low) / 2) return;
+  const double scale = (high - low) / 2 / reach;
+  notes.push_back(line("%s: recorded %.1f to %.1f deg, scaled by %.3f about %.1f deg to stay inside %.1f to %.1f deg",
+                       joint, degrees(*least), degrees(*most), scale, degrees(mid), degrees(low), degrees(high)));
   for (double& v : knots.value) v = mid + scale * (v - mid);
-  char line[160];
-  std::snprintf(line, sizeof line, "%s: scaled by %.3f about %.1f deg to stay inside the machine's range", joint, scale,
-                mid * 180 / std::numbers::pi);
-  notes.emplace_back(line);
 }
 
-/// By how much time must be stretched here so that no joint and not the pump is asked for more than its share.
-double stretch_at(const MachineDescription& machine, const Kinematics& kinematics, const JointVector& q,
-                  const JointVector& rate) {
-  double stretch = 1, flow = 0;
-  for (int i = 0; i < kJoints; ++i) {
-    const auto j = static_cast<std::size_t>(i);
-    stretch = std::max(stretch, std::abs(rate[i]) / (kSpeedShare * machine.links[j].max_rate_radps));
-    const auto cylinder = kinematics.cylinder_at(i, q[i]);
-    const double v = cylinder ? cylinder->lever_m * rate[i] : 0.0;
-    flow += v > 0 ? v * machine.cylinders[j].head_area_m2() : -v * machine.cylinders[j].rod_side_area_m2();
+struct Motion {
+  std::vector<Curve> curves;
+  double begin_s, end_s;
+};
+
+Motion read_motion(const MappedTable& table, const MachineDescription& machine, Notes& notes) {
+  static constexpr std::array kChannels{"boom_rad", "arm_rad", "bucket_rad"};
+  Motion motion{{}, table.time_s.front(), table.until_s.back()};
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    Knots knots = usable(table, table.channel(kChannels[i]).values);
+    if (knots.t.size() < kLeastKnots) {
+      throw InputError(table.source + ": channel '" + kChannels[i] + "' has " + std::to_string(knots.t.size()) +
+                       " usable values; at least " + std::to_string(kLeastKnots) + " are needed");
+    }
+    if (!knots.late_rows.empty()) {
+      notes.push_back(line("%s: %zu x late refresh (left out): row ", kJointNames[i], knots.late_rows.size()) +
+                      row_list(knots.late_rows));
+    }
+    fit_range(knots, machine.links[i], kJointNames[i], notes);
+    motion.begin_s = std::max(motion.begin_s, knots.t.front());
+    motion.end_s = std::min(motion.end_s, knots.t.back());
+    motion.curves.emplace_back(std::move(knots.t), std::move(knots.value));
   }
-  const double tip_mps = (kinematics.tip_jacobian(q) * rate).norm();
-  return std::max({stretch, flow / (kSpeedShare * machine.hydraulics.pump_flow_m3ps),
-                   tip_mps / (kSpeedShare * machine.limits.tip_speed_mps)});
+  if (motion.end_s <= motion.begin_s)
+    throw InputError(table.source + ": there is no time at which all joints are known");
+  const double unknown_s = table.until_s.back() - table.time_s.front() - (motion.end_s - motion.begin_s);
+  if (unknown_s > 0) {
+    notes.push_back(line("%.1f s at the start or end left out: not every joint is known there", unknown_s));
+  }
+  return motion;
 }
+
+/// What makes time stretch: the joints' speeds, then these.
+enum Cause : std::size_t { kPump = kJoints, kTip, kEase, kCauses };
+constexpr std::array kCauseNames{"boom speed", "arm speed", "bucket speed", "pump flow", "tip speed", "start and end"};
+static_assert(kCauseNames.size() == kCauses);
+
+/// How many times its share of each limit the machine is asked for.
+std::array<double, kCauses> demands(const MachineDescription& machine, const Kinematics& kinematics,
+                                    const JointVector& q, const JointVector& rate) {
+  std::array<double, kCauses> demand{};
+  double flow = 0;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const auto j = static_cast<Eigen::Index>(i);
+    demand[i] = std::abs(rate[j]) / (kPathSpeedShare * machine.links[i].max_rate_radps);
+    const auto cylinder = kinematics.cylinder_at(static_cast<int>(i), q[j]);
+    const double v = cylinder ? cylinder->lever_m * rate[j] : 0.0;
+    flow += v > 0 ? v * machine.cylinders[i].head_area_m2() : -v * machine.cylinders[i].rod_side_area_m2();
+  }
+  demand[kPump] = flow / (kPathSpeedShare * machine.hydraulics.pump_flow_m3ps);
+  demand[kTip] = (kinematics.tip_jacobian(q) * rate).norm() / (kPathSpeedShare * machine.limits.tip_speed_mps);
+  return demand;
+}
+
+/// Walks along the motion in steps of played time, each as far in recorded time as the machine and a hand allow.
+class Player {
+ public:
+  Player(const Motion& motion, const MachineDescription& machine)
+      : motion_(motion), machine_(machine), kinematics_(machine) {}
+
+  void play(OperatorPath& path) {
+    constexpr std::size_t kStepsPerPoint = static_cast<std::size_t>(kPathPeriod / 1ms);
+    static_assert(kPathPeriod == kStepsPerPoint * 1ms);
+    std::size_t steps = 0;
+    double t = motion_.begin_s;
+    for (; t < motion_.end_s; ++steps) {
+      const double played_s = kStep_s * static_cast<double>(steps);
+      if (played_s > kLongestPath_s) {
+        throw InputError(line("the motion plays longer than %.0f s: cut the file", kLongestPath_s));
+      }
+      const sim::PathPoint recorded = point_at(t);
+      const double speed = speed_at(recorded, played_s, motion_.end_s - t);
+      if (steps % kStepsPerPoint == 0) path.points.push_back({recorded.joints_rad, speed * recorded.rates_radps});
+      t += kStep_s * speed;
+    }
+    path.points.push_back({point_at(motion_.end_s).joints_rad, JointVector::Zero()});
+    path.played_s = kStep_s * static_cast<double>(steps);
+  }
+
+  [[nodiscard]] std::string note(const OperatorPath& path) const {
+    std::string text = line("recorded in %.1f s, played in %.1f s", path.recorded_s, path.played_s);
+    const char* separator = ": ";
+    for (std::size_t c = 0; c < kCauses; ++c) {
+      if (added_s_[c] < 0.05) continue;
+      text += separator + line("%+.1f s for %s", added_s_[c], kCauseNames[c]);
+      if (c != kEase) text += line(" (at most %.1f-fold)", most_[c]);
+      separator = ", ";
+    }
+    return text;
+  }
+
+ private:
+  [[nodiscard]] sim::PathPoint point_at(double t) const {
+    sim::PathPoint point;
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      point.joints_rad[static_cast<Eigen::Index>(i)] = motion_.curves[i](t);
+      point.rates_radps[static_cast<Eigen::Index>(i)] = motion_.curves[i].prime(t);
+    }
+    return point;
+  }
+
+  /// Recorded seconds a played second.
+  double speed_at(const sim::PathPoint& point, double played_s, double left_s) {
+    std::array<double, kCauses> demand = demands(machine_, kinematics_, point.joints_rad, point.rates_radps);
+    const double ease = std::min({1.0, played_s / kEase_s, std::sqrt(2 * left_s / kEase_s)});
+    demand[kEase] = 1 / std::max(kLeastEase, ease);
+    const auto worst = std::max_element(demand.begin(), demand.end());
+    const double speed = 1 / std::max(1.0, *worst);
+    const auto cause = static_cast<std::size_t>(worst - demand.begin());
+    added_s_[cause] += kStep_s * (1 - speed);
+    most_[cause] = std::max(most_[cause], *worst);
+    return speed;
+  }
+
+  const Motion& motion_;
+  const MachineDescription& machine_;
+  Kinematics kinematics_;
+  std::array<double, kCauses> added_s_{}, most_{};
+};
 
 }  // namespace
 
 OperatorPath load_operator_path(const std::string& csv_path, const std::string& map_path,
                                 const MachineDescription& machine) {
-  const MappedTable table = read_mapped_csv(csv_path, map_path);
+  MappedTable table = read_mapped_csv(csv_path, map_path);
   OperatorPath path;
-  path.notes.push_back(csv_path + ": " + table.summary());
-  std::vector<pchip<std::vector<double>>> curves;
-  std::size_t late = 0;
-  double begin = table.time_s.front(), end = table.time_s.back();
-  static constexpr const char* kChannels[] = {"boom_rad", "arm_rad", "bucket_rad"};
-  for (std::size_t i = 0; i < kJoints; ++i) {
-    Knots knots = usable(table, table.channel(kChannels[i]).values, late);
-    if (knots.t.size() < 4)
-      throw InputError(csv_path + ": channel '" + kChannels[i] + "' has fewer than 4 usable values");
-    fit_range(knots, machine.links[i], kJointNames[i], path.notes);
-    begin = std::max(begin, knots.t.front());
-    end = std::min(end, knots.t.back());
-    curves.emplace_back(std::move(knots.t), std::move(knots.value));
-  }
-  if (late > 0) path.notes.push_back(std::to_string(late) + " angle values only repeated a late refresh: left out");
-
-  // Walk along recorded time; each step takes as long as the slowest of joints and pump needs.
-  const Kinematics kinematics(machine);
-  constexpr double kStep_s = 1e-3;
-  const double period = to_seconds(kPathPeriod);
-  double played = 0, longest = 1;
-  for (double t = begin; t < end; t += kStep_s) {
-    JointVector q, rate;
-    for (int i = 0; i < kJoints; ++i) {
-      q[i] = curves[static_cast<std::size_t>(i)](t);
-      rate[i] = curves[static_cast<std::size_t>(i)].prime(t);
-    }
-    const double stretch = stretch_at(machine, kinematics, q, rate);
-    longest = std::max(longest, stretch);
-    if (played >= period * static_cast<double>(path.points.size())) path.points.push_back({q, rate / stretch});
-    played += kStep_s * stretch;
-    // A long stretch passes several grid points in one step: hold the pose for them.
-    while (played >= period * static_cast<double>(path.points.size() + 1)) path.points.push_back({q, rate / stretch});
-  }
-  path.recorded_s = end - begin;
-  path.played_s = played;
-  char line[160];
-  std::snprintf(line, sizeof line,
-                "time stretched from %.1f s to %.1f s (at most %.2f-fold) to stay within joint and pump speed",
-                path.recorded_s, path.played_s, longest);
-  path.notes.emplace_back(line);
+  path.notes = table.report();
+  path.recorded_s = table.until_s.back();
+  close_long_gaps(table, path.notes);
+  const Motion motion = read_motion(table, machine, path.notes);
+  Player player(motion, machine);
+  player.play(path);
+  path.notes.push_back(player.note(path));
   return path;
 }
 
