@@ -22,7 +22,8 @@ using Cells = std::vector<std::string>;
 using Kind = Finding::Kind;
 
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kLeastRows = 4;  // what a cubic through the data needs
+constexpr std::size_t kRowsInNotes = 40, kRowsInRefusal = 3;  // stretches of rows named
+constexpr std::size_t kLeastRows = 4;                         // what a cubic through the data needs
 
 std::string trimmed(std::string text) {
   const auto space = [](unsigned char c) { return std::isspace(c) != 0; };
@@ -74,6 +75,18 @@ std::vector<Cells> read_cells(const std::string& path) {
                      ": a quote that does not open or close a cell");
   }
   return std::move(sink.rows);
+}
+
+/// One line for each kind of finding and column.
+std::vector<std::string> described(const std::vector<Finding>& findings, std::size_t most_rows) {
+  std::map<std::pair<Kind, std::string>, std::vector<std::size_t>> kinds;
+  for (const Finding& f : findings) kinds[{f.kind, f.column}].push_back(f.row);
+  std::vector<std::string> lines;
+  for (const auto& [what, where] : kinds) {
+    lines.push_back(std::to_string(where.size()) + " x " + name(what.first) +
+                    (what.second.empty() ? "" : " in " + what.second) + ": row " + row_list(where, most_rows));
+  }
+  return lines;
 }
 
 std::size_t column_index(const Cells& header, const std::string& column, const std::string& csv_path) {
@@ -150,8 +163,8 @@ class Reader {
     std::stable_sort(table_.findings.begin(), table_.findings.end(),
                      [](const Finding& a, const Finding& b) { return a.row < b.row; });
     if (table_.time_s.size() < kLeastRows) {
-      throw InputError(table_.source + ": " + std::to_string(table_.time_s.size()) + " usable rows of " +
-                       std::to_string(table_.rows_read) + "; at least " + std::to_string(kLeastRows) + " are needed");
+      table_.refuse(std::to_string(table_.time_s.size()) + " usable rows of " + std::to_string(table_.rows_read) +
+                    ", at least " + std::to_string(kLeastRows) + " are needed");
     }
     return std::move(table_);
   }
@@ -287,15 +300,16 @@ std::string row_list(const std::vector<std::size_t>& rows, std::size_t most) {
 }
 
 std::vector<std::string> MappedTable::report() const {
-  std::vector<std::string> lines{source + ": " + std::to_string(rows_read) + " rows, " + std::to_string(time_s.size()) +
-                                 " used"};
-  std::map<std::pair<Kind, std::string>, std::vector<std::size_t>> kinds;
-  for (const Finding& f : findings) kinds[{f.kind, f.column}].push_back(f.row);
-  for (const auto& [what, where] : kinds) {
-    lines.push_back(std::to_string(where.size()) + " x " + name(what.first) +
-                    (what.second.empty() ? "" : " in " + what.second) + ": row " + row_list(where));
-  }
+  std::vector<std::string> lines = described(findings, kRowsInNotes);
+  lines.insert(lines.begin(),
+               source + ": " + std::to_string(rows_read) + " rows, " + std::to_string(time_s.size()) + " used");
   return lines;
+}
+
+void MappedTable::refuse(const std::string& why) const {
+  std::string text = source + ": " + why;
+  for (const std::string& line : described(findings, kRowsInRefusal)) text += "; " + line;
+  throw InputError(text);
 }
 
 MappedTable read_mapped_csv(const std::string& csv_path, const std::string& map_path) {

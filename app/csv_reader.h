@@ -48,10 +48,12 @@ struct MappedTable {
   /// One line on what is used, then one for each kind of finding and column: "9 x repeated row (left out): 4, 8-9,
   /// ...".
   [[nodiscard]] std::vector<std::string> report() const;
+  /// Refuses the recording: the file, `why`, and in short what was found in it.
+  [[noreturn]] void refuse(const std::string& why) const;
 };
 
 /// "4, 8-9, 12", after `most` stretches "and 30 more". @param rows increasing.
-[[nodiscard]] std::string row_list(const std::vector<std::size_t>& rows, std::size_t most = 40);
+[[nodiscard]] std::string row_list(const std::vector<std::size_t>& rows, std::size_t most);
 
 /// @throws InputError for an unreadable file, a wrong mapping, a column that is not there or twice, quotes that do not
 /// close, or fewer than 4 usable rows.

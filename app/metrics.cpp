@@ -22,11 +22,13 @@ constexpr double kPumpShort = 0.99;
 constexpr MetricEntry kTable[] = {
     {"tip_rms_m", "tracking", "tip_rms_m", "m", &Metrics::tip_rms_m},
     {"tip_max_m", "tracking", "tip_max_m", "m", &Metrics::tip_max_m},
+    {"path_rms_m", "tracking", "path_rms_m", "m", &Metrics::path_rms_m},
     {"steady_drift_m", "tracking", "steady_drift_m", "m", &Metrics::steady_drift_m},
     {"no_load_rms_N", "force", "no_load_rms_N", "N", &Metrics::no_load_rms_N},
     {"contact_error_rel", "force", "contact_error_rel", "1", &Metrics::contact_error_rel},
     {"direction_error_deg", "force", "direction_error_deg", "deg", &Metrics::direction_error_deg},
     {"detection_ms", "force", "detection_ms", "ms", &Metrics::detection_ms},
+    {"peak_N", "force", "peak_N", "N", &Metrics::peak_N},
     {"payload_truth_kg", "payload", "truth_kg", "kg", &Metrics::payload_truth_kg},
     {"payload_estimate_kg", "payload", "estimate_kg", "kg", &Metrics::payload_estimate_kg},
     {"payload_sigma_kg", "payload", "sigma_kg", "kg", &Metrics::payload_sigma_kg},
@@ -114,7 +116,7 @@ class Standstill {
 void measure_tracking(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
   if (record.samples.empty()) return;
   PastSetpoint hand(record);
-  RootMeanSquare rms;
+  RootMeanSquare rms, path_rms;
   Standstill standstill;
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
     const Sample& s = record.samples[i];
@@ -122,10 +124,12 @@ void measure_tracking(const SessionRecord& record, const std::vector<bool>& free
     if (!free[i] || !wanted_m) continue;
     const PlanarVector error_m = s.truth_tip_m - *wanted_m;
     rms.add(error_m.squaredNorm());
+    if (phase_name(record, s) == "path") path_rms.add(error_m.squaredNorm());
     metrics.tip_max_m = std::max(metrics.tip_max_m.value_or(0), error_m.norm());
     standstill.add(s.t_s, *wanted_m, s.tip_m - *wanted_m, metrics.steady_drift_m);
   }
   metrics.tip_rms_m = rms.value();
+  metrics.path_rms_m = path_rms.value();
 }
 
 void measure_no_load(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
@@ -154,9 +158,10 @@ double angle_between_deg(const PlanarVector& a, const PlanarVector& b) {
   return std::abs(std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b))) * 180 / std::numbers::pi;
 }
 
-/// Magnitude and direction in steady blocks that follow a steady block (the estimate has had time to arrive).
+/// Peak; magnitude and direction in steady blocks that follow a steady block (the estimate has had time to arrive).
 void measure_contact_force(const SessionRecord& record, Metrics& metrics) {
   const auto& rows = record.samples;
+  for (const Sample& s : rows) metrics.peak_N = std::max(metrics.peak_N.value_or(0), s.truth_tip_force_N.norm());
   double error = 0, angle_deg = 0;
   int count = 0;
   bool steady_before = false;

@@ -16,9 +16,10 @@ using Metric = std::optional<double>;
 struct Metrics {
   // tracking: free motion only, tip against hand(t - one-way link delay)
   Metric tip_rms_m, tip_max_m;
+  Metric path_rms_m;      ///< The same while a recording is followed (phases named "path").
   Metric steady_drift_m;  ///< Largest mean error over a second in which the hand stood still.
   // force: estimate against truth
-  Metric no_load_rms_N, contact_error_rel, direction_error_deg, detection_ms;
+  Metric no_load_rms_N, contact_error_rel, direction_error_deg, detection_ms, peak_N;
   // payload
   Metric payload_truth_kg, payload_estimate_kg, payload_sigma_kg, payload_error_kg;
   // felt

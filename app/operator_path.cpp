@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <utility>
 
 #include "app/csv_reader.h"
 #include "core/error.h"
@@ -19,11 +20,12 @@ namespace {
 using Curve = boost::math::interpolators::pchip<std::vector<double>>;
 using Notes = std::vector<std::string>;
 
-constexpr std::size_t kLeastKnots = 4;  // of a cubic
-constexpr double kStandstill_s = 0.3;   // equal values seen for longer are a standstill, for less a late refresh
-constexpr double kLongestGap_s = 5;     // nobody knows what happened in a longer gap: it is not waited for
-constexpr double kEase_s = 0.5;         // a hand starts and ends at rest
-constexpr double kLeastEase = 0.05;     // of recorded speed, so that the end is reached
+constexpr std::size_t kLeastKnots = 4;    // of a cubic
+constexpr std::size_t kRowsInNotes = 40;  // stretches of rows named
+constexpr double kStandstill_s = 0.3;     // equal values seen for longer are a standstill, for less a late refresh
+constexpr double kLongestGap_s = 5;       // nobody knows what happened in a longer gap: it is not waited for
+constexpr double kEase_s = 0.5;           // a hand starts and ends at rest
+constexpr double kLeastEase = 0.05;       // of recorded speed, so that the end is reached
 constexpr double kStep_s = 1e-3;
 constexpr double kLongestPath_s = 1800;
 
@@ -123,20 +125,19 @@ Motion read_motion(const MappedTable& table, const MachineDescription& machine, 
   for (std::size_t i = 0; i < kJoints; ++i) {
     Knots knots = usable(table, table.channel(kChannels[i]).values);
     if (knots.t.size() < kLeastKnots) {
-      throw InputError(table.source + ": channel '" + kChannels[i] + "' has " + std::to_string(knots.t.size()) +
-                       " usable values; at least " + std::to_string(kLeastKnots) + " are needed");
+      table.refuse(std::string("channel '") + kChannels[i] + "' has " + std::to_string(knots.t.size()) +
+                   " usable values, at least " + std::to_string(kLeastKnots) + " are needed");
     }
     if (!knots.late_rows.empty()) {
       notes.push_back(line("%s: %zu x late refresh (left out): row ", kJointNames[i], knots.late_rows.size()) +
-                      row_list(knots.late_rows));
+                      row_list(knots.late_rows, kRowsInNotes));
     }
     fit_range(knots, machine.links[i], kJointNames[i], notes);
     motion.begin_s = std::max(motion.begin_s, knots.t.front());
     motion.end_s = std::min(motion.end_s, knots.t.back());
     motion.curves.emplace_back(std::move(knots.t), std::move(knots.value));
   }
-  if (motion.end_s <= motion.begin_s)
-    throw InputError(table.source + ": there is no time at which all joints are known");
+  if (motion.end_s <= motion.begin_s) table.refuse("there is no time at which all joints are known");
   const double unknown_s = table.until_s.back() - table.time_s.front() - (motion.end_s - motion.begin_s);
   if (unknown_s > 0) {
     notes.push_back(line("%.1f s at the start or end left out: not every joint is known there", unknown_s));
@@ -150,9 +151,9 @@ constexpr std::array kCauseNames{"boom speed", "arm speed", "bucket speed", "pum
 static_assert(kCauseNames.size() == kCauses);
 
 /// How many times its share of each limit the machine is asked for.
-std::array<double, kCauses> demands(const MachineDescription& machine, const Kinematics& kinematics,
-                                    const JointVector& q, const JointVector& rate) {
-  std::array<double, kCauses> demand{};
+std::array<double, kEase> demands(const MachineDescription& machine, const Kinematics& kinematics, const JointVector& q,
+                                  const JointVector& rate) {
+  std::array<double, kEase> demand{};
   double flow = 0;
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto j = static_cast<Eigen::Index>(i);
@@ -183,7 +184,7 @@ class Player {
         throw InputError(line("the motion plays longer than %.0f s: cut the file", kLongestPath_s));
       }
       const sim::PathPoint recorded = point_at(t);
-      const double speed = speed_at(recorded, played_s, motion_.end_s - t);
+      const double speed = speed_at(recorded, t, played_s);
       if (steps % kStepsPerPoint == 0) path.points.push_back({recorded.joints_rad, speed * recorded.rates_radps});
       t += kStep_s * speed;
     }
@@ -213,17 +214,25 @@ class Player {
     return point;
   }
 
-  /// Recorded seconds a played second.
-  double speed_at(const sim::PathPoint& point, double played_s, double left_s) {
-    std::array<double, kCauses> demand = demands(machine_, kinematics_, point.joints_rad, point.rates_radps);
-    const double ease = std::min({1.0, played_s / kEase_s, std::sqrt(2 * left_s / kEase_s)});
-    demand[kEase] = 1 / std::max(kLeastEase, ease);
+  /// How many times its share of a limit is asked for at a recorded time, and of which.
+  [[nodiscard]] std::pair<double, Cause> worst_at(const sim::PathPoint& point) const {
+    const auto demand = demands(machine_, kinematics_, point.joints_rad, point.rates_radps);
     const auto worst = std::max_element(demand.begin(), demand.end());
-    const double speed = 1 / std::max(1.0, *worst);
-    const auto cause = static_cast<std::size_t>(worst - demand.begin());
-    added_s_[cause] += kStep_s * (1 - speed);
-    most_[cause] = std::max(most_[cause], *worst);
-    return speed;
+    return {*worst, static_cast<Cause>(worst - demand.begin())};
+  }
+
+  /// Recorded seconds a played second: what is asked for at both ends of a step must be within limits.
+  double speed_at(const sim::PathPoint& point, double t, double played_s) {
+    const double left_s = motion_.end_s - t;
+    const double ease = std::clamp(std::min(played_s / kEase_s, std::sqrt(2 * left_s / kEase_s)), kLeastEase, 1.0);
+    auto worst = worst_at(point);
+    const double next = t + kStep_s * ease / std::max(1.0, worst.first);
+    worst = std::max(worst, worst_at(point_at(std::min(next, motion_.end_s))));
+    const double allowed = 1 / std::max(1.0, worst.first);
+    added_s_[worst.second] += kStep_s * (1 - allowed);
+    most_[worst.second] = std::max(most_[worst.second], worst.first);
+    added_s_[kEase] += kStep_s * allowed * (1 - ease);
+    return allowed * ease;
   }
 
   const Motion& motion_;

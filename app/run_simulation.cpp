@@ -41,13 +41,29 @@ void refuse_impairment(const SimulateOptions& options) {
   }
 }
 
+/// A recording takes its own time, whatever else the plan allows for.
+/// @throws InputError where the plan follows a recording and there is none, or the other way round.
+void allow_for_path(Scenario& scenario, const std::vector<sim::PathPoint>& path, const std::string& name) {
+  const double played_s = to_seconds(kPathPeriod) * static_cast<double>(path.size());
+  bool follows = false;
+  for (sim::Phase& phase : scenario.phases) {
+    if (phase.kind != sim::PhaseKind::kPath) continue;
+    follows = true;
+    phase.timeout_s += played_s;
+    scenario.duration_s += played_s;
+  }
+  if (follows && path.empty()) {
+    throw InputError("--scenario " + name + ": follows a recorded motion; give --operator path:FILE.csv and --map");
+  }
+  if (!follows && !path.empty()) throw InputError("--scenario " + name + ": does not follow a recorded motion");
+}
+
 SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
   SessionSetup setup;
   if (options.realtime) refuse_impairment(options);
   setup.machine = load_machine(find_config("machine", options.machine.empty() ? "solar015" : options.machine));
   setup.device = load_device(find_config("device", options.device.empty() ? "knuckle1" : options.device));
   setup.scenario = load_scenario(find_config("scenario", options.scenario), setup.machine);
-  if (options.duration_s) setup.scenario.duration_s = *options.duration_s;
   setup.seed = options.seed;
   setup.truth =
       options.truth.empty() ? sim::draw_truth(setup.machine, options.seed) : load_truth(options.truth, setup.machine);
@@ -57,12 +73,8 @@ SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
     setup.path = std::move(path.points);
     result.notes = std::move(path.notes);
   }
-  for (const sim::Phase& phase : setup.scenario.phases) {
-    if (phase.kind == sim::PhaseKind::kPath && setup.path.empty()) {
-      throw InputError("--scenario " + options.scenario +
-                       ": follows a recorded motion; give --operator path:FILE.csv and --map");
-    }
-  }
+  allow_for_path(setup.scenario, setup.path, options.scenario);
+  if (options.duration_s) setup.scenario.duration_s = *options.duration_s;
   const sim::LimbClass limb = limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb);
   setup.limb = sim::draw_limb(limb, options.seed);
   if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options, setup.scenario);
