@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 namespace knuckle::estimation {
 
@@ -28,8 +29,17 @@ class FohFilter {
   [[nodiscard]] const T& value() const noexcept { return value_; }
 
  private:
+  /// T() of an Eigen type is whatever was in memory.
+  static T zero() noexcept {
+    if constexpr (std::is_arithmetic_v<T>) {
+      return 0;
+    } else {
+      return T::Zero();
+    }
+  }
+
   double lambda_, b0_, b1_;
-  T value_{}, input_{};
+  T value_ = zero(), input_ = zero();
 };
 
 }  // namespace knuckle::estimation

@@ -144,8 +144,10 @@ void ForceEstimator::start(const JointState& state) noexcept {
   bank_.reset(bank);
   speeds_.reset(Speeds::Zero());
   slow_.observer.reset(JointVector::Zero(), JointVector::Zero());
-  const JointVector imbalance =
-      joint_torque(RigidArm::gravity(pose) * nominal_) - state.lever_m.cwiseProduct(state.cylinder_N);
+  const JointVector cylinder_Nm = state.lever_m.cwiseProduct(state.cylinder_N);
+  fast_first_.reset(cylinder_Nm);
+  fast_matched_.reset(cylinder_Nm);
+  const JointVector imbalance = joint_torque(RigidArm::gravity(pose) * nominal_) - cylinder_Nm;
   fast_.observer.reset(JointVector::Zero(), imbalance);
   cusum_.reset(imbalance);
 }
