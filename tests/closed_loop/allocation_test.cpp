@@ -1,0 +1,37 @@
+// Whole sessions, faults included, in which no step of any loop touches the heap.
+#include <gtest/gtest.h>
+
+#include "tests/closed_loop/session_rig.h"
+
+namespace knuckle::test {
+namespace {
+
+class EveryStep : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryStep, AllocatesNothingInAWholeSession) {
+  const FinishedSession session = run_session(session_setup(GetParam(), 1));
+  EXPECT_EQ(session.allocations, 0u);
+  EXPECT_GT(session.metrics.engaged_s.value_or(0), 5);  // it was a session, not a refusal
+}
+
+INSTANTIATE_TEST_SUITE_P(Allocation, EveryStep,
+                         testing::Values("wall_contact", "dismantle", "dig_cycle", "link_faults", "sensor_faults"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST(EveryStepOfTheDirectLaw, AllocatesNothingInAWholeSession) {
+  app::SessionSetup setup = session_setup("wall_contact", 1);
+  setup.law = master::ControlLaw::kDirect;
+  EXPECT_EQ(run_session(setup).allocations, 0u);
+}
+
+TEST(EveryStepOverABadLink, AllocatesNothingInAWholeSession) {
+  app::SessionSetup setup = session_setup("wall_contact", 1);
+  setup.to_machine.delay = setup.to_operator.delay = 50ms;
+  setup.to_machine.jitter = setup.to_operator.jitter = 20ms;
+  setup.to_machine.loss = setup.to_operator.loss = 0.1;
+  setup.to_machine.duplication = setup.to_operator.reordering = 0.1;
+  EXPECT_EQ(run_session(setup).allocations, 0u);
+}
+
+}  // namespace
+}  // namespace knuckle::test
