@@ -17,8 +17,14 @@ constexpr double kBreakRamp_Nps = 0.25;    // a hand that wants something to giv
 constexpr Duration kHesitate = 300ms;      // before a button is pressed
 constexpr Duration kRetry = 1500ms;        // enable is let go again when nothing came of it
 constexpr Duration kViewPeriod = 5ms;
+constexpr double kPeakOfMinimumJerk = 1.875;  // peak speed over mean speed
+constexpr double kShortestMove_s = 0.5;
+constexpr double kToPath_radps = 0.25;  // from where the hand is to the start of a recording
+constexpr double kShortestToPath_s = 1;
+constexpr double kClutchIn_s = 0.5;   // held before the hand moves,
+constexpr double kClutchOut_s = 0.8;  // held after it has moved, and then waited: the picture is late
 
-/// Minimum-jerk position in [0, 1] for u in [0, 1]; peak speed 1.875.
+/// Minimum-jerk position in [0, 1] for u in [0, 1] (Flash and Hogan 1985).
 double minimum_jerk(double u) noexcept {
   u = std::clamp(u, 0.0, 1.0);
   return u * u * u * (10 + u * (-15 + 6 * u));
@@ -66,15 +72,15 @@ bool Operator::inverse(const Pose& pose, JointVector& joints) const noexcept {
   joints[kBoom] =
       std::atan2(pin.y(), pin.x()) - std::atan2(l2 * std::sin(joints[kArm]), l1 + l2 * std::cos(joints[kArm]));
   joints[kBucket] = wrapped(pose.bucket_rad - joints[kBoom] - joints[kArm]);
+  // Buckets turn further inwards than outwards: where both turns are meant, the inward one is in range.
   if (joints[kBucket] > max_rad_[kBucket] + 1) joints[kBucket] -= 2 * std::numbers::pi;
   return true;
 }
 
-bool Operator::mean(const Pose& pose) noexcept {
+void Operator::mean(const Pose& pose) noexcept {
   JointVector joints;
-  if (!inverse(pose, joints)) return false;  // out of reach: the hand stays where it meant to be
+  if (!inverse(pose, joints)) return;  // out of reach: the hand stays where it meant to be
   mean(joints.cwiseMax(min_rad_).cwiseMin(max_rad_));
-  return true;
 }
 
 void Operator::begin(Time now, const OperatorView& view) noexcept {
@@ -92,9 +98,11 @@ void Operator::begin(Time now, const OperatorView& view) noexcept {
   calm_since_ = now;
 }
 
-void Operator::next(Time) noexcept {
+void Operator::next(Time now) noexcept {
   ++index_;
   begun_ = holding_ = false;
+  phase_start_ = now;
+  intent_.clutch = false;
 }
 
 OperatorIntent Operator::step(Time now, const OperatorView& view) noexcept {
@@ -103,7 +111,7 @@ OperatorIntent Operator::step(Time now, const OperatorView& view) noexcept {
     last_seen_ = now;
   }
   const auto late = std::min<std::size_t>(static_cast<std::size_t>(reaction_ / kViewPeriod), seen_count_ - 1);
-  OperatorView seen = seen_[(seen_count_ - 1 - late) % kRing];
+  const OperatorView& seen = seen_[(seen_count_ - 1 - late) % kRing];
   const JointVector before = intent_.joint_rad;
   if (!finished()) {
     if (!begun_) begin(now, view);
@@ -132,10 +140,10 @@ bool Operator::run(Time now, const OperatorView& view) noexcept {
       done = move(t, view);
       break;
     case PhaseKind::kPress:
-      done = press(now, t, view);
+      done = press(now, view);
       break;
     case PhaseKind::kSweep:
-      done = sweep(t, view);
+      done = sweep(t);
       break;
     case PhaseKind::kPath:
       done = follow_path(t);
@@ -189,7 +197,7 @@ bool Operator::move(double t, const OperatorView& view) noexcept {
   const double way = phase.joint_space ? (target - start_rad_).cwiseAbs().maxCoeff()
                                        : std::max((goal.tip_m - start_pose_.tip_m).norm(),
                                                   links_m_[2] * (target - start_rad_).cwiseAbs().maxCoeff());
-  const double duration = std::max(0.5, 1.875 * way / phase.speed_mps);
+  const double duration = std::max(kShortestMove_s, kPeakOfMinimumJerk * way / phase.speed_mps);
   const double s = minimum_jerk(t / duration);
   if (phase.joint_space) {
     mean(JointVector(start_rad_ + s * (target - start_rad_)));
@@ -201,7 +209,7 @@ bool Operator::move(double t, const OperatorView& view) noexcept {
   return (pose_of(view.machine_rad).tip_m - pose_of(meant_rad_).tip_m).norm() < phase.tolerance_m;
 }
 
-bool Operator::press(Time now, double, const OperatorView& view) noexcept {
+bool Operator::press(Time now, const OperatorView& view) noexcept {
   const Phase& phase = phases_[index_];
   const double dt = std::max(0.0, to_seconds(now - last_));
   const double felt = -view.felt_N.dot(phase.direction);
@@ -225,7 +233,7 @@ bool Operator::press(Time now, double, const OperatorView& view) noexcept {
   return holding_ && to_seconds(now - hold_start_) >= phase.duration_s;
 }
 
-bool Operator::sweep(double t, const OperatorView&) noexcept {
+bool Operator::sweep(double t) noexcept {
   const Phase& phase = phases_[index_];
   const double fade = minimum_jerk(t / 2) * minimum_jerk((phase.duration_s - t) / 2);
   JointVector joints = start_rad_;
@@ -239,9 +247,11 @@ bool Operator::sweep(double t, const OperatorView&) noexcept {
 bool Operator::follow_path(double t) noexcept {
   if (path_.empty()) return true;
   // From where the hand is to the path's start first, then along it.
-  const double approach = std::max(1.0, 1.875 * (path_.front().joints_rad - start_rad_).cwiseAbs().maxCoeff() / 0.25);
+  const JointVector missing = path_.front().joints_rad - start_rad_;
+  const double approach =
+      std::max(kShortestToPath_s, kPeakOfMinimumJerk * missing.cwiseAbs().maxCoeff() / kToPath_radps);
   if (t < approach) {
-    mean(JointVector(start_rad_ + minimum_jerk(t / approach) * (path_.front().joints_rad - start_rad_)));
+    mean(JointVector(start_rad_ + minimum_jerk(t / approach) * missing));
     return false;
   }
   const double index = (t - approach) / to_seconds(path_period_);
@@ -258,10 +268,11 @@ bool Operator::follow_path(double t) noexcept {
 bool Operator::clutch(double t) noexcept {
   const Phase& phase = phases_[index_];
   const double way = phase.joints_rad.cwiseAbs().maxCoeff();
-  const double duration = 0.5 + 1.875 * way / kAlignRate_radps;
-  intent_.clutch = t < duration + 0.8;
-  intent_.joint_rad = hand_start_rad_ + minimum_jerk((t - 0.5) / (duration - 0.5)) * phase.joints_rad;
-  return t >= duration + 1.6;
+  const double moving = std::max(kShortestMove_s, kPeakOfMinimumJerk * way / kAlignRate_radps);
+  const double moved = kClutchIn_s + moving;
+  intent_.clutch = t < moved + kClutchOut_s;
+  intent_.joint_rad = hand_start_rad_ + minimum_jerk((t - kClutchIn_s) / moving) * phase.joints_rad;
+  return t >= moved + 2 * kClutchOut_s;
 }
 
 }  // namespace knuckle::sim

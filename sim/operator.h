@@ -2,6 +2,7 @@
 // to be, from what is seen on the screen (late) and felt in the hand. Knows the arm's shape, never its controller.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -43,7 +44,7 @@ struct Phase {
   double timeout_s = 30;   ///< Given up after this long.
   double tolerance_m = 0.05;  ///< kMove: the machine's tip must come this close.
   bool until_break = false;   ///< kPress: raise the force until something gives way.
-  bool until_fault = false;   ///< kSweep, kWait: ends when the machine has stopped with a fault.
+  bool until_fault = false;   ///< kSweep, kWait: after its length, goes on until the machine has stopped with a fault.
 };
 
 /// What the operator sees (screen) and feels (hand).
@@ -67,7 +68,7 @@ class Operator {
   [[nodiscard]] bool finished() const noexcept { return index_ >= phases_.size(); }
   /// Index of the first phase that ran into its time-out, or -1.
   [[nodiscard]] int timed_out() const noexcept { return timed_out_; }
-  /// Deepest time inside the current phase.
+  /// How long the current phase (or, once finished, none) has been going on.
   [[nodiscard]] Duration in_phase(Time now) const noexcept { return now - phase_start_; }
   /// True while a kPress phase holds the hand still after its force was reached.
   [[nodiscard]] bool holding() const noexcept { return holding_; }
@@ -79,15 +80,16 @@ class Operator {
   };
   void begin(Time now, const OperatorView& view) noexcept;
   void next(Time now) noexcept;
-  bool run(Time now, const OperatorView& view) noexcept;  // true: phase done
+  // Of these, true: the phase is done.
+  bool run(Time now, const OperatorView& view) noexcept;
   bool engage(Time now, const OperatorView& view) noexcept;
   bool move(double t, const OperatorView& view) noexcept;
-  bool press(Time now, double t, const OperatorView& view) noexcept;
-  bool sweep(double t, const OperatorView& view) noexcept;
+  bool press(Time now, const OperatorView& view) noexcept;
+  bool sweep(double t) noexcept;
   bool follow_path(double t) noexcept;
   bool clutch(double t) noexcept;
   void mean(const JointVector& machine_rad) noexcept { meant_rad_ = machine_rad; }
-  bool mean(const Pose& pose) noexcept;
+  void mean(const Pose& pose) noexcept;
   [[nodiscard]] Pose pose_of(const JointVector& machine_rad) const noexcept;
   [[nodiscard]] bool inverse(const Pose& pose, JointVector& joints) const noexcept;
 
