@@ -23,7 +23,7 @@ constexpr double kEmpty_kg = 3;
 // A force against the load's weight for so long makes the load itself doubtful: it may have fallen out.
 constexpr double kDoubt_s = 0.1;
 // A load that looks agree upon for so long is carried; its weight passes from force to load and back in these times.
-constexpr double kKnownLooks = 10, kTakeUp_s = 0.3, kLetGo_s = 0.1;
+constexpr double kKnownLooks = 4, kTakeUp_s = 0.3, kLetGo_s = 0.1;
 
 }  // namespace
 
