@@ -127,17 +127,20 @@ void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
 
 /// Who touches something may have taken some of it along or lost it.
 void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
+  const bool tared = (force.confidence_reasons & kNotTared) == 0;
+  if (tared && !tared_) start();
+  tared_ = tared;
   const bool lifts = force.significant && force.joint_torque_Nm.dot(force.carried_Nm) < 0;
   doubted_s_ = lifts && known() ? doubted_s_ + step_s_ : 0;
   if (doubted_s_ > kDoubt_s) start();
   const bool seen = kg() > kEmpty_kg + 3 * sigma_kg_;
   const bool empty = !force.contact && kg() < kEmpty_kg && sigma_kg_ < kEmpty_kg;
   if (force.contact || seen) maybe_loaded_ = true;
-  if (empty) maybe_loaded_ = false;
+  if (empty || !tared_) maybe_loaded_ = false;
 }
 
 bool PayloadEstimator::known() const noexcept {
-  return looks_ > kKnownLooks && kg() > 3 * sigma_kg_;
+  return tared_ && looks_ > kKnownLooks && kg() > 3 * sigma_kg_;
 }
 
 void PayloadEstimator::carry() noexcept {

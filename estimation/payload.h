@@ -22,6 +22,7 @@ namespace knuckle::estimation {
 /// Only motion counts (at rest friction hides the load), and only slow motion (the load's inertia is not modelled).
 /// A lift starts by itself whenever looks disagree with the load known so far: a weight was hung on, a piece scooped or
 /// dropped, the soil let go. A contact is not gravity-like, so it keeps starting new lifts and sigma stays wide.
+/// Until the force estimator is tared, the bucket is taken to be empty.
 class PayloadEstimator {
  public:
   static constexpr double kMemory_s = 15;  ///< Looks fade: today's oil warms up.
@@ -69,7 +70,7 @@ class PayloadEstimator {
   double since_look_s_ = 0;
   double kg_ = 0, sigma_kg_ = 0, own_sigma_kg_ = 0, zero_kg_ = 0, zero_sigma_kg_ = 0;
   Load carried_ = Load::Zero();
-  bool maybe_loaded_ = false;
+  bool tared_ = false, maybe_loaded_ = false;
   double doubted_s_ = 0;
 };
 

@@ -17,18 +17,17 @@ constexpr double kStep_s = SyntheticMachine::kStep_s;
 /// Runs a synthetic machine along its motion; the force at the tip and the motion's clock are the test's.
 class Twin {
  public:
-  explicit Twin(const SyntheticErrors& errors, unsigned seed = 1)
-      : machine_(test_machine(), errors, seed),
-        filter_(test_machine(), kStep_s, kSlowVelocity_Hz),
-        estimator_(test_machine(), kStep_s) {}
+  explicit Twin(const SyntheticErrors& errors, unsigned seed = 1, const MachineDescription& machine = test_machine())
+      : machine_(machine, errors, seed), filter_(machine, kStep_s, kSlowVelocity_Hz), estimator_(machine, kStep_s) {}
 
-  /// One step on; `speed` scales the motion's clock (0 = standstill).
-  const ForceEstimate& step(const PlanarVector& tip_N, double speed = 1) {
+  /// One step on; `speed` scales the motion's clock (0 = standstill). `joint_Nm` acts on the joints beside the force.
+  const ForceEstimate& step(const PlanarVector& tip_N, double speed = 1,
+                            const JointVector& joint_Nm = JointVector::Zero()) {
     clock_s_ += kStep_s * speed;
     SineMotion::Point p = motion.at(clock_s_);
     p.rate *= speed;
     p.acceleration *= speed * speed;
-    const JointVector torque = machine_.kinematics().tip_jacobian(p.angle).transpose() * tip_N;
+    const JointVector torque = machine_.kinematics().tip_jacobian(p.angle).transpose() * tip_N + joint_Nm;
     const std::optional<JointState> state = filter_.step(machine_.measure(p, torque));
     EXPECT_TRUE(state);
     angle_rad = p.angle;
@@ -173,6 +172,42 @@ TEST(Tare, OperatorsWordLetsALargeErrorBeLearned) {
   told.free_motion(60);
   EXPECT_TRUE(stuck.estimator().estimate().contact);
   EXPECT_LT(told.no_load_N(10), 0.5 * stuck.no_load_N(10));
+}
+
+TEST(Tare, LearnsNothingWhileSomethingMayHang) {
+  Twin run(oil_of_today());
+  run.free_motion(25);
+  const TareVector before = run.estimator().learned().state();
+  run.estimator().hold_tare(true);
+  for (double t = 0; t < 20; t += kStep_s) run.step({0, -60});
+  EXPECT_EQ((run.estimator().learned().state() - before).norm(), 0);
+}
+
+TEST(Tare, IsTrustedAfterTheWarmUpOfAScenario) {
+  Twin run(oil_of_today());
+  run.free_motion(15);
+  EXPECT_FALSE(run.estimator().estimate().confidence_reasons & kNotTared);
+  EXPECT_LT(run.no_load_N(5), 60);
+}
+
+/// Steel takes torque of one joint; the tip force must come from the two others, or not be believed.
+TEST(ForceEstimator, EndStopIsNoForceOfTheWorld) {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    MachineDescription machine = test_machine();
+    const auto i = static_cast<std::size_t>(joint);
+    const double extended_rad = joint == kBoom ? machine.links[i].max_rad : machine.links[i].min_rad;
+    machine.cylinders[i].max_length_m = Kinematics(machine).cylinder_at(joint, extended_rad)->length_m + 1e-3;
+    Twin run(real_sensors(), 1, machine);
+    run.motion.amplitude_rad[joint] = 0;
+    run.motion.middle_rad[joint] = extended_rad;
+    for (double t = 0; t < 1; t += kStep_s) run.step(PlanarVector::Zero(), 0);
+    JointVector stop = JointVector::Zero();
+    stop[joint] = 500;
+    for (double t = 0; t < 1; t += kStep_s) run.step(PlanarVector::Zero(), 0, stop);
+    const ForceEstimate& e = run.estimator().estimate();
+    EXPECT_TRUE(e.confidence_reasons & kEndStop) << "joint " << joint;
+    EXPECT_LT(e.tip_N.norm() * e.confidence, 150) << "joint " << joint << ": " << e.tip_N.transpose();
+  }
 }
 
 TEST(Contact, NoFalseAlarmInTenMinutesOfNoise) {

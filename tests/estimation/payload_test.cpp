@@ -32,9 +32,12 @@ class Scale {
                                  machine_.kinematics().tip_jacobian(p.angle).transpose() * tip_N;
       const JointState state = *filter_.step(machine_.measure(p, torque));
       payload_.step(state, estimator_.step(state));
+      estimator_.hold_tare(payload_.maybe_loaded());
+      estimator_.carry(payload_.carried());
     }
   }
   PayloadEstimator& payload() { return payload_; }
+  const ForceEstimate& force() const { return estimator_.estimate(); }
 
  private:
   SyntheticMachine machine_;
@@ -60,6 +63,56 @@ TEST(Payload, FiftyKilogramsAreWeighedWithinFive) {
   scale.move(15, 50);
   EXPECT_NEAR(scale.payload().kg(), 50, 5);
   EXPECT_LT(scale.payload().sigma_kg(), 5);
+}
+
+TEST(Payload, LiftStartsByItselfWhenAWeightIsHungOn) {
+  Scale scale(oil_of_today());
+  scale.move(40, 0);
+  scale.move(5, 50);
+  EXPECT_NEAR(scale.payload().kg(), 50, 5);
+  EXPECT_LT(scale.payload().sigma_kg(), 5);
+}
+
+TEST(Payload, DiggingBeforeTheLiftDoesNotSpoilIt) {
+  Scale scale(oil_of_today());
+  scale.move(40, 0);
+  for (int i = 0; i < 10; ++i) scale.move(0.5, 2 * i, {800 + 100.0 * (i % 3), 1200 - 250.0 * (i % 4)});
+  scale.move(8, 20);
+  EXPECT_NEAR(scale.payload().kg(), 20, 4);
+  EXPECT_LT(scale.payload().sigma_kg(), 5);
+}
+
+TEST(Payload, SmallLoadIsNotTaredAway) {
+  Scale scale(oil_of_today());
+  scale.move(40, 0);
+  scale.move(1, 0, {600, 900});
+  scale.move(60, 10);
+  EXPECT_NEAR(scale.payload().kg(), 10, 4);
+}
+
+TEST(Payload, KnownLoadIsNoForceOfContactAndItsLossIsSeen) {
+  Scale scale(oil_of_today());
+  scale.move(40, 0);
+  scale.move(0.5, 50);
+  EXPECT_TRUE(scale.force().contact);
+  EXPECT_GT(scale.force().tip_N.norm(), 150);
+  scale.move(7, 50);
+  EXPECT_FALSE(scale.force().contact);
+  EXPECT_LT(scale.force().tip_N.norm(), 100);
+  scale.move(1.5, 0);
+  EXPECT_LT(scale.force().tip_N.norm(), 100);
+  scale.move(6, 0);
+  EXPECT_FALSE(scale.payload().maybe_loaded());
+  EXPECT_NEAR(scale.payload().kg(), 0, 3);
+}
+
+TEST(Payload, ContactIsStillFeltInFullWithALoadInTheBucket) {
+  Scale scale(oil_of_today());
+  scale.move(40, 0);
+  scale.move(8, 50);
+  scale.move(0.5, 50, {-1500, 0});
+  EXPECT_NEAR(scale.force().tip_N.x(), -1500, 200);
+  EXPECT_TRUE(scale.force().contact);
 }
 
 TEST(Payload, EmptyBucketAfterZeroWeighsNothing) {
