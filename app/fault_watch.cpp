@@ -1,14 +1,18 @@
 #include "app/fault_watch.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 namespace knuckle::app {
+namespace {
+
+constexpr Duration kUnderWay = 10ms;  // a set-point may be on its way to the wire when the fault latches
+
+}  // namespace
 
 void FaultWatch::step(Time now, Mode mode, const Reason& fault, bool enable) noexcept {
   for (Latched& latch : latched_) {
-    if (latch.released_at == Time::max() && !enable) latch.released_at = now;
+    latch.released = latch.released || !enable;
+    if (latch.released && enable) latch.resumed_at = std::min(latch.resumed_at, now);
   }
   const bool latched_now = mode == Mode::kFault || mode == Mode::kEStop;
   if (latched_now && !was_latched_ && latched_.size() < latched_.capacity()) latched_.push_back({fault, now});
@@ -17,17 +21,14 @@ void FaultWatch::step(Time now, Mode mode, const Reason& fault, bool enable) noe
 
 void FaultWatch::judge(const FrameLog& frames, const MachineDescription& machine, Time end,
                        const std::function<Time(Time)>& last_good_input, SessionRecord& record) const {
-  const auto seconds = [](const std::optional<Time>& t) {
-    return t ? to_seconds(*t) : std::numeric_limits<double>::quiet_NaN();
-  };
+  const auto seconds = [](const std::optional<Time>& t) { return t ? to_seconds(*t) : 0; };
   for (const Latched& latch : latched_) {
     const Time last_good = last_good_input(latch.at);
-    const NeutralTimes neutral = neutral_times(frames, machine, last_good, std::min(latch.released_at, end));
-    record.faults.push_back(
-        {latch.reason, to_seconds(latch.at), to_seconds(last_good), seconds(neutral.command), seconds(neutral.spool)});
-    if (neutral.command && commands_not_neutral(frames, machine, *neutral.command, latch.released_at) > 0) {
-      ++record.resumed_by_itself;
-    }
+    const Time until = std::min(latch.resumed_at, end);
+    const NeutralTimes neutral = neutral_times(frames, machine, last_good, until);
+    record.faults.push_back({latch.reason, to_seconds(latch.at), to_seconds(last_good), seconds(neutral.command),
+                             seconds(neutral.spool), neutral.controller_silent});
+    if (commands_not_neutral(frames, machine, latch.at + kUnderWay, until) > 0) ++record.resumed_by_itself;
   }
 }
 

@@ -28,7 +28,8 @@ class FaultWatch {
   struct Latched {
     Reason reason;
     Time at{};
-    Time released_at = Time::max();  ///< When the operator let go of enable for the first time after it.
+    bool released = false;          ///< The operator has let go of enable since.
+    Time resumed_at = Time::max();  ///< When it was pressed again after that: before, nobody may move the machine.
   };
   std::vector<Latched> latched_;
   bool was_latched_ = false;

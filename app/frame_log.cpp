@@ -22,9 +22,8 @@ std::optional<std::size_t> valve_with(std::uint32_t id, std::uint32_t (*cob_id)(
   return std::nullopt;
 }
 
-bool neutral_command(const CanFrame& frame) {
-  const auto command = canopen::parse_valve_command(frame);
-  return !command || command->set_point == 0 || (command->control_word & 0x7) != canopen::kControlActive;
+bool neutral(const canopen::ValveCommand& command) {
+  return command.set_point == 0 || (command.control_word & 0x7) != canopen::kControlActive;
 }
 
 bool inside_dead_band(const CanFrame& frame, const ValveDescription& valve) {
@@ -64,7 +63,9 @@ NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machin
   };
   for (const TimedFrame& f : log) {
     if (f.at >= until) break;
-    if (const auto i = valve_with(f.frame.id, canopen::rpdo1_id, machine)) command[*i] = neutral_command(f.frame);
+    if (const auto i = valve_with(f.frame.id, canopen::rpdo1_id, machine)) {
+      if (const auto told = canopen::parse_valve_command(f.frame)) command[*i] = neutral(*told);
+    }
     if (const auto i = valve_with(f.frame.id, canopen::tpdo1_id, machine)) {
       spool[*i] = inside_dead_band(f.frame, machine.cylinders[*i].valve);
       spool_at[*i] = f.at;
@@ -78,7 +79,7 @@ NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machin
     }
     // A valve that has gone silent shows no spool: without pilot pressure its spring has closed it.
     for (std::size_t i = 0; i < kJoints; ++i) {
-      if (f.at - spool_at[i] > kSilent && pilot_off_since) spool[i] = f.at - *pilot_off_since > kSpringTime;
+      if (f.at - spool_at[i] > kSilent) spool[i] = pilot_off_since && f.at - *pilot_off_since > kSpringTime;
     }
     if (f.at >= from && !controller_spoke && from_controller(f.frame, machine)) controller_spoke = f.at;
     note(times.command, command, f.at);
@@ -120,7 +121,9 @@ std::optional<Time> last_following(const FrameLog& log, const MachineDescription
 int commands_not_neutral(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
   int count = 0;
   for (auto it = first_at(log, from); it != log.end() && it->at < until; ++it) {
-    if (valve_with(it->frame.id, canopen::rpdo1_id, machine) && !neutral_command(it->frame)) ++count;
+    if (!valve_with(it->frame.id, canopen::rpdo1_id, machine)) continue;
+    const auto told = canopen::parse_valve_command(it->frame);
+    if (told && !neutral(*told)) ++count;
   }
   return count;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "app/metrics_felt.h"
@@ -226,9 +227,10 @@ void measure_session(const SessionRecord& record, Metrics& metrics) {
   metrics.faults = static_cast<double>(record.faults.size());
   for (const FaultRecord& fault : record.faults) {
     const auto worst = [&](Metric& metric, double at_s) {
-      if (at_s > 0) metric = std::max(metric.value_or(0), 1e3 * (at_s - fault.last_good_input_s));
+      const double ms = at_s > 0 ? 1e3 * (at_s - fault.last_good_input_s) : std::numeric_limits<double>::infinity();
+      metric = std::max(metric.value_or(0), ms);
     };
-    worst(metrics.command_neutral_ms, fault.command_neutral_s);
+    if (!fault.controller_silent) worst(metrics.command_neutral_ms, fault.command_neutral_s);
     worst(metrics.spool_neutral_ms, fault.spool_neutral_s);
   }
   metrics.pieces_broken = static_cast<double>(std::count_if(record.events.begin(), record.events.end(), is_break));

@@ -31,8 +31,8 @@ struct Metrics {
   Metric command_neutral_ms, spool_neutral_ms;  ///< Worst fault: last good input to neutral.
   Metric pieces_broken;                         ///< World events that say "broke".
   Metric phases_timed_out;                      ///< 1 where the operator's plan did not come to its end.
-  Metric resumed_by_itself;                     ///< Faults after which a valve was commanded before enable was let go.
-  Metric pump_short_share;                      ///< Of engaged time, pump delivering under 99 % of what was asked.
+  Metric resumed_by_itself;  ///< Faults after which a valve was commanded before enable was pressed anew.
+  Metric pump_short_share;   ///< Of engaged time, pump delivering under 99 % of what was asked.
 };
 
 /// How a metric is called in scenario criteria and in the JSON result: group.key.

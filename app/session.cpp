@@ -22,7 +22,8 @@ namespace knuckle::app {
 namespace {
 
 constexpr Duration kTick = 1ms;
-constexpr double kTail_s = 0.5;  // recorded after the operator has finished
+constexpr double kTail_s = 0.5;         // recorded after the operator has finished
+constexpr Duration kAftermath = 300ms;  // a fault that latches so soon after something was mended is due to it
 constexpr std::size_t kControllerPort = 0, kMachinePort = 1;
 
 }  // namespace
@@ -165,11 +166,12 @@ void Session::Impl::sample(const sim::OperatorIntent& intent) noexcept {
 }
 
 SessionRecord Session::Impl::take_record() {
-  // What was broken last before the machine stopped is taken as the cause; else the stop itself is the last good input.
+  // What was broken last before the machine stopped is taken as the cause, also when it has just been mended; else the
+  // stop itself is the last good input.
   const auto last_good_input = [this](Time latched_at) {
     Time last_good = latched_at;
     for (const Injected& i : faults.injected()) {
-      if (i.at > latched_at || i.mended_at < latched_at) continue;
+      if (i.at > latched_at || latched_at - i.mended_at > kAftermath) continue;
       last_good = i.fault.kind == FaultKind::kValveStuck
                       ? last_following(frames, setup.machine, i.fault.subject, latched_at).value_or(i.at)
                       : i.last_good_input;

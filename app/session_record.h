@@ -63,10 +63,11 @@ struct Sample {
 
 struct FaultRecord {
   Reason reason;
-  double at_s = 0;               ///< When it latched.
-  double last_good_input_s = 0;  ///< In the time base of --candump.
-  double command_neutral_s = 0;  ///< First zero set-point or non-ACTIVE control word on the wire.
-  double spool_neutral_s = 0;    ///< Actual spool 0x6301 inside its dead band.
+  double at_s = 0;                 ///< When it latched.
+  double last_good_input_s = 0;    ///< In the time base of --candump.
+  double command_neutral_s = 0;    ///< First zero set-point or non-ACTIVE control word on the wire; 0: never.
+  double spool_neutral_s = 0;      ///< Actual spool 0x6301 inside its dead band; 0: never.
+  bool controller_silent = false;  ///< It put nothing on the wire until the spools were neutral: no command to judge.
 };
 
 /// World events worth a picture: "piece broke", "contact", "scoop", ...
@@ -84,7 +85,7 @@ struct SessionRecord {
   double force_scale = 1e-3;  ///< lambda: hand newtons per machine newton
   double link_delay_s = 0;    ///< One way, as configured
   int phases_timed_out = 0;   ///< 1 where the operator's plan did not come to its end in time
-  int resumed_by_itself = 0;  ///< Faults after which a valve was commanded before the operator had let go of enable
+  int resumed_by_itself = 0;  ///< Faults after which a valve was commanded before enable was let go and pressed again
 };
 
 }  // namespace knuckle::app

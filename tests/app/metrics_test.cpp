@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "app/criteria.h"
 #include "app/record_windows.h"
 #include "estimation/force_estimator.h"
 #include "tests/app/synthetic_session.h"
@@ -195,11 +196,22 @@ TEST(Metrics, PumpShortageIsAShareOfEngagedTime) {
 TEST(Metrics, TimesToNeutralAreThoseOfTheWorstFault) {
   SessionRecord record = engaged_record(3);
   record.faults = {{{ReasonCode::kLinkLost, 0, 200, 150}, 1.2, 1.0, 1.15, 1.25},
-                   {{ReasonCode::kNodeSilent, 0, 1, 1}, 2.1, 2.0, 2.19, 0}};
+                   {{ReasonCode::kNodeSilent, 0, 1, 1}, 2.1, 2.0, 2.19, 2.20}};
   const Metrics metrics = compute_metrics(record);
   EXPECT_EQ(metrics.faults, 2);
   EXPECT_NEAR(metrics.command_neutral_ms.value(), 190, 1e-6);
   EXPECT_NEAR(metrics.spool_neutral_ms.value(), 250, 1e-6);
+}
+
+TEST(Metrics, AFaultThatNeverBecameNeutralMeetsNoBound) {
+  SessionRecord record = engaged_record(3);
+  record.faults = {{{ReasonCode::kLinkLost, 0, 200, 150}, 1.2, 1.0, 1.15, 1.25},
+                   {{ReasonCode::kNodeSilent, 0, 1, 1}, 2.1, 2.0, 0, 0}};
+  EXPECT_FALSE(all_passed(evaluate({{"command_neutral_ms", {}, 1e9}}, compute_metrics(record))));
+  EXPECT_FALSE(all_passed(evaluate({{"spool_neutral_ms", {}, 1e9}}, compute_metrics(record))));
+  record.faults.back() = {{ReasonCode::kLoopOverrun, 0, 600, 50}, 2.1, 2.0, 0, 2.2, true};
+  EXPECT_NEAR(compute_metrics(record).command_neutral_ms.value(), 150, 1e-6)
+      << "a controller that hangs commands nothing";
 }
 
 TEST(Metrics, NothingToMeasureOnIsNullAndNotZero) {
