@@ -27,11 +27,14 @@ LinkImpairment impairment(const SimulateOptions& options, const Scenario& scenar
 }
 
 sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback) {
+  if (name.empty()) return fallback;
+  std::string known;
   for (const auto limb :
        {sim::LimbClass::kRelaxed, sim::LimbClass::kNormal, sim::LimbClass::kCoContracted, sim::LimbClass::kLightGrip}) {
     if (name == sim::name(limb)) return limb;
+    known += std::string(sim::name(limb)) + ", ";
   }
-  return fallback;
+  throw InputError("--operator " + name + ": must be " + known + "or path:FILE.csv");
 }
 
 void refuse_impairment(const SimulateOptions& options) {

@@ -1,0 +1,236 @@
+// The program from outside: exit codes, what it writes and where, and one clear line for everything it cannot do.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "tests/support/candump.h"
+#include "tests/support/run_program.h"
+
+namespace knuckle::test {
+namespace {
+namespace fs = std::filesystem;
+
+const fs::path kConfig = fs::path(KNUCKLE_SOURCE_DIR) / "config";
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// A folder of its own for each test, gone afterwards.
+class Program : public testing::Test {
+ protected:
+  Program() {
+    std::string name = (fs::temp_directory_path() / "knuckle_cli_XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+  }
+  ~Program() override { fs::remove_all(folder_); }
+
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  [[nodiscard]] std::vector<std::string> left_behind() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_)) names.push_back(entry.path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+  static ProgramRun simulate(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "simulate");
+    return run_program(KNUCKLE_BINARY, std::move(arguments));
+  }
+  /// A copy of a configuration file with the first match of a pattern exchanged.
+  [[nodiscard]] std::string changed(const std::string& file, const std::string& pattern, const std::string& to) const {
+    const std::string text = text_of(kConfig / file);
+    const std::regex from(pattern);
+    EXPECT_TRUE(std::regex_search(text, from)) << file << " has no " << pattern;
+    const std::string copy = path(fs::path(file).filename().string());
+    std::ofstream(copy) << std::regex_replace(text, from, to, std::regex_constants::format_first_only);
+    return copy;
+  }
+
+  fs::path folder_;
+};
+
+const std::vector<std::string> kShort{"--scenario", "free_motion", "--duration", "2"};
+
+std::vector<std::string> brief(std::initializer_list<std::string> more) {
+  std::vector<std::string> all = kShort;
+  all.insert(all.end(), more);
+  return all;
+}
+
+TEST_F(Program, ExitCodeSaysWhetherTheCriteriaWereMet) {
+  const ProgramRun met = simulate({"--scenario", "link_faults"});
+  EXPECT_EQ(met.exit_code, 0) << met.out << met.err;
+  EXPECT_NE(met.out.find("\npassed\n"), std::string::npos);
+  const ProgramRun missed = simulate(kShort);  // cut short: the plan did not come to its end
+  EXPECT_EQ(missed.exit_code, 1);
+  EXPECT_NE(missed.out.find("\nNOT passed\n"), std::string::npos);
+  EXPECT_EQ(missed.err, "");  // quiet in a pipe
+  EXPECT_EQ(run_program(KNUCKLE_BINARY, {"--help"}).exit_code, 0);
+  EXPECT_EQ(run_program(KNUCKLE_BINARY, {}).exit_code, 2);
+}
+
+TEST_F(Program, InterruptedItLeavesNothingBehind) {
+  const ProgramRun run = run_program(
+      KNUCKLE_BINARY,
+      {"simulate", "--realtime", "--scenario", "free_motion", "--json", path("a.json"), "--csv", path("a.csv")},
+      std::chrono::milliseconds(1500));
+  EXPECT_EQ(run.exit_code, 130) << run.out << run.err;
+  EXPECT_TRUE(left_behind().empty());
+}
+
+TEST_F(Program, JsonOnStandardOutputIsAloneThere) {
+  const ProgramRun run = simulate(brief({"--json", "-"}));
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_EQ(json.at("schema"), "knuckle-session/1");
+  EXPECT_EQ(json.at("passed"), false);
+  EXPECT_NE(run.err.find("NOT passed"), std::string::npos);  // the summary made room
+}
+
+TEST_F(Program, TableNamesItsUnits) {
+  EXPECT_LE(simulate(brief({"--csv", path("table.csv")})).exit_code, 1);
+  std::ifstream table(path("table.csv"));
+  std::string header, row;
+  std::getline(table, header);
+  for (const char* column :
+       {"t_s,", "boom_rad,", "boom_A_bar,", "tip_force_x_N,", "truth_tip_x_m,", "felt_z_N,", "rtt_ms"})
+    EXPECT_NE((header + ",").find(column), std::string::npos) << column;
+  const auto columns = std::count(header.begin(), header.end(), ',');
+  int rows = 0;
+  for (; std::getline(table, row); ++rows) ASSERT_EQ(std::count(row.begin(), row.end(), ','), columns) << rows;
+  EXPECT_EQ(rows, 400);  // 2 s at 200 Hz
+}
+
+TEST_F(Program, CandumpHoldsTheWholeBus) {
+  EXPECT_LE(simulate(brief({"--candump", path("bus.log")})).exit_code, 1);
+  std::ifstream log(path("bus.log"));
+  std::vector<WireFrame> frames;
+  ASSERT_NO_THROW(frames = read_candump(log));
+  std::map<unsigned, int> count;
+  for (const WireFrame& f : frames) ++count[f.id];
+  EXPECT_NEAR(count[0x080], 400, 5) << "SYNC";
+  EXPECT_NEAR(count[0x701], 40, 3) << "heartbeat of the controller";
+  for (const unsigned node : {0x10U, 0x11U, 0x12U}) EXPECT_GT(count[0x180 + node], 100) << "valve " << node;
+  for (const unsigned node : {0x20U, 0x25U, 0x30U, 0x32U, 0x38U})
+    EXPECT_GT(count[0x180 + node], 300) << "sensor " << node;
+  EXPECT_GT(count[0x210], 50) << "set-points";
+}
+
+TEST_F(Program, TsharkFindsNoMalformedFrame) {
+  const ProgramRun version = run_program("tshark", {"--version"});
+  if (version.exit_code != 0) GTEST_SKIP() << "tshark is not installed";
+  EXPECT_LE(simulate({"--scenario", "link_faults", "--duration", "12", "--candump", path("bus.log")}).exit_code, 1);
+  const auto frames_that = [&](const std::string& filter) {
+    const ProgramRun run = run_program("tshark", {"-r", path("bus.log"), "-d", "can.subdissector,canopen", "-Y", filter,
+                                                  "-T", "fields", "-e", "frame.number"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return std::count(run.out.begin(), run.out.end(), '\n');
+  };
+  EXPECT_EQ(frames_that("_ws.malformed"), 0);
+  EXPECT_GT(frames_that("canopen"), 10000);
+}
+
+TEST_F(Program, RealTimeRunEndsAndSaysWhatItWasGranted) {
+  const ProgramRun run = simulate(brief({"--realtime", "--json", path("rt.json")}));
+  EXPECT_LE(run.exit_code, 1) << run.err;
+  const auto json = nlohmann::json::parse(text_of(path("rt.json")));
+  ASSERT_TRUE(json.at("realtime").is_object());
+  for (const char* loop : {"master", "slave"}) {
+    const auto& timing = json.at("realtime").at(loop);
+    EXPECT_EQ(timing.at("policy").get<std::string>().rfind("SCHED_", 0), 0u) << timing.at("policy");
+    for (const char* key : {"wake_us", "execution_us"}) {
+      EXPECT_GE(timing.at(key).at("max"), timing.at(key).at("p50")) << loop << ' ' << key;
+    }
+    EXPECT_TRUE(timing.at("overruns").is_number_unsigned());
+  }
+}
+
+struct Refusal {
+  std::vector<std::string> arguments;
+  std::vector<std::string> named;  ///< What the line must contain.
+};
+
+class ProgramRefuses : public Program {
+ protected:
+  /// Exit 2, one line on standard error with all the words, nothing on standard output, nothing half-written.
+  void expect(const Refusal& refusal) {
+    const std::vector<std::string> before = left_behind();
+    std::vector<std::string> arguments = refusal.arguments;
+    arguments.insert(arguments.end(), {"--csv", path("out.csv"), "--duration", "1"});
+    const ProgramRun run = simulate(arguments);
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    EXPECT_EQ(run.out, "");
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    for (const std::string& word : refusal.named)
+      EXPECT_NE(run.err.find(word), std::string::npos) << run.err << "lacks " << word;
+    EXPECT_EQ(left_behind(), before);
+  }
+};
+
+TEST_F(ProgramRefuses, MachineFilesThatAreNotSound) {
+  const std::string file = "machines/solar015.toml";
+  const auto machine = [&](const char* from, const char* to, std::vector<std::string> named) {
+    SCOPED_TRACE(to);
+    named.emplace_back("solar015.toml");
+    expect({{"--machine", changed(file, from, to)}, named});
+  };
+  machine("pump_flow_Lpm = \\S+", "pump_flow_Lpm = 32\npump_colour = 3", {"pump_colour", "unknown"});
+  machine("main_relief_bar = \\S+\n", "", {"main_relief_bar", "missing"});
+  machine("main_relief_bar = \\S+", "main_relief_bar = 99999", {"main_relief_bar", "99999"});
+  machine("bore_mm = \\S+", "bore_mm = -65", {"bore_mm", "-65"});
+  machine("bore_mm = \\S+", "bore_mm = \"wide\"", {"bore_mm"});
+  machine("min_length_m = \\S+", "min_length_m = 0.9", {"cylinders.boom"});  // does not reach the working range
+  machine("rocker_length_m = \\S+", "rocker_length_m = 0.02", {"bucket"});   // the four-bar does not close
+  machine("id = 0x11", "id = 0x10", {"0x10"});                               // two nodes, one number
+  machine("name = ", "name = = ", {});
+}
+
+TEST_F(ProgramRefuses, ScenariosThatCannotBe) {
+  const std::string file = "scenarios/wall_contact.toml";
+  const auto scenario = [&](const std::string& from, const std::string& to, std::vector<std::string> named) {
+    SCOPED_TRACE(to);
+    named.emplace_back("wall_contact.toml");
+    expect({{"--scenario", changed(file, from, to)}, named});
+  };
+  scenario("name = \"approach\"\nkind = \"move\"", "name = \"approach\"\nkind = \"fly\"", {"fly", "move"});
+  scenario("felt_N = \\S+", "felt_N = 200", {"felt_N", "200", "20"});
+  scenario("stiffness_N_per_m", "stiffness", {"stiffness"});
+  scenario("metric = \"hold_error_N\"", "metric = \"holt_error\"", {"holt_error"});
+  scenario("tip_m = \\[[^\\]]*\\]", "tip_m = [9, 0.1]", {"approach", "range"});
+  expect({{"--scenario", "walk"}, {"walk", "wall_contact"}});
+  expect({{"--scenario", path("none.toml")}, {"none.toml"}});
+}
+
+TEST_F(ProgramRefuses, OptionsThatCannotBe) {
+  const Refusal table[] = {
+      {{"--delay-ms", "-1"}, {"--delay-ms", "-1", "5000"}},
+      {{"--loss", "2"}, {"--loss", "from 0 to 1"}},
+      {{"--control", "telepathy"}, {"--control", "telepathy", "echo"}},
+      {{"--machine", "solar016"}, {"solar016", "solar015"}},
+      {{"--device", "knuckle9"}, {"knuckle9", "knuckle1"}},
+      {{"--operator", "nobody"}, {"--operator", "nobody", "relaxed"}},
+      {{"--realtime", "--delay-ms", "10"}, {"--delay-ms", "--realtime"}},
+      {{"--scenario", "recorded_dig"}, {"recorded_dig", "--operator"}},
+      {{"--json", "-", "--candump", "-"}, {"--json", "--candump"}},
+  };
+  for (const Refusal& refusal : table) {
+    SCOPED_TRACE(refusal.arguments.front());
+    expect(refusal);
+  }
+}
+
+TEST_F(ProgramRefuses, OutputsThatCannotBeWritten) {
+  expect({{"--json", path("nowhere/a.json")}, {"--json", "nowhere/a.json"}});
+  fs::create_directory(path("folder"));
+  expect({{"--json", path("folder")}, {"--json", "folder", "directory"}});
+  expect({{"--report", "/proc/a.html"}, {"--report", "/proc/a.html"}});
+  expect({{"--candump", path("out.csv")}, {"--candump", "--csv"}});
+}
+
+}  // namespace
+}  // namespace knuckle::test
