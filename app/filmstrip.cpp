@@ -31,6 +31,13 @@ struct Stage {
     for (const Moment& m : moments)
       for (const PlanarVector& p : outline(session.machine, session.record.samples[m.row].truth_joint_rad))
         box.extend(p);
+    // Of what stands around, at least the near face is seen.
+    for (const SceneLine& line : session.scene) {
+      if (!line.closed) continue;
+      double near_m = 1e9;
+      for (const PlanarVector& p : line.points_m) near_m = std::min(near_m, p.x());
+      box.extend(PlanarVector(std::min(near_m, size_m), 0));
+    }
     box.min().array() -= 0.06 * size_m;
     box.max().array() += 0.06 * size_m;
     metres_per_N = 0.3 * size_m / most_N;
