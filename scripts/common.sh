@@ -1,4 +1,4 @@
-# Sourced by the other scripts: fail, jobs, build. Leaves the shell in the project's root.
+# Sourced by the other scripts: fail, jobs, build, insert_table. Leaves the shell in the project's root.
 # shellcheck shell=bash
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -39,4 +39,15 @@ build() {
       fail "building $preset failed (all of it: $log)"
     }
   fi
+}
+
+# insert_table FILE DOCUMENT NAME: puts FILE between the document's markers "<!-- NAME: begin -->" and "... end -->".
+insert_table() {
+  local begin="<!-- $3: begin -->" end="<!-- $3: end -->" text
+  grep -qxF -e "$begin" "$2" && grep -qxF -e "$end" "$2" || fail "$2 has no place for '$3'"
+  text=$(awk -v begin="$begin" -v end="$end" -v table="$1" '
+    $0 == end { inside = 0 }
+    !inside { print }
+    $0 == begin { inside = 1; while ((getline line < table) > 0) print line }' "$2")
+  printf '%s\n' "$text" > "$2"
 }
