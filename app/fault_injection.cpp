@@ -110,8 +110,6 @@ void FaultInjection::set(const ScheduledFault& fault, bool broken, sim::Simulate
     case FaultKind::kLoopHung:
       loop_hung_ = broken;
       break;
-    case FaultKind::kCount:
-      break;
   }
 }
 

@@ -30,8 +30,9 @@ void add_simulate(CLI::App& app, SimulateOptions& o) {
   CLI::App& c = *app.add_subcommand("simulate", "Run a headless teleoperation session on virtual time");
   c.footer(kExitCodes);
   c.add_option("--scenario", o.scenario, "Scenario name or .toml file")->capture_default_str();
-  c.add_option("--machine", o.machine, "Machine name or .toml file (default: as the scenario says)");
-  c.add_option("--device", o.device, "Haptic device name or .toml file (default: as the scenario says)");
+  c.add_option("--machine", o.machine, "Machine name or .toml file (default: solar015)");
+  c.add_option("--device", o.device,
+               "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
   c.add_option("--operator", o.operator_name, "Operator's limb by name, or path:FILE.csv to play a recorded motion");
   c.add_option("--map", o.map, "Mapping file (.toml) that says how to read the recorded motion");
   c.add_option("--control", o.control, "Bilateral law: echo (default) or direct");

@@ -1,5 +1,6 @@
+// What the command line asks for, loaded, run and handed over as one result.
 #include <chrono>
-#include <cstdio>
+#include <cmath>
 #include <functional>
 #include <ostream>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "app/truth_file.h"
 #include "core/error.h"
 #include "machine/load.h"
+#include "machine/toml_reader.h"
 #include "transport/virtual_can.h"
 
 namespace knuckle::app {
@@ -35,6 +37,23 @@ sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback) {
     known += std::string(sim::name(limb)) + ", ";
   }
   throw InputError("--operator " + name + ": must be " + known + "or path:FILE.csv");
+}
+
+/// The device made for this machine where there is one.
+DeviceDescription device_for(const MachineDescription& machine, const std::string& asked) {
+  const std::string own = "knuckle1_" + machine.name;
+  return load_device(find_config("device", !asked.empty() ? asked : has_config("device", own) ? own : "knuckle1"));
+}
+
+/// Hand and machine must be one spring, or what is held is not what is felt: K_l = lambda mu Ks.
+void check_springs(const MachineDescription& machine, const DeviceDescription& device) {
+  constexpr double kMismatch = 0.2;
+  const auto& feel = device.feel;
+  const double wanted = feel.force_scale * feel.position_scale * machine.control.tip_stiffness_N_per_m;
+  if (std::abs(feel.spring_N_per_m - wanted) <= kMismatch * wanted) return;
+  throw InputError(device.source + ": key 'feel.spring_N_per_m' = " + number_text(feel.spring_N_per_m) +
+                   ": must be within 20 % of " + number_text(wanted) +
+                   " = force_scale * position_scale * 'control.tip_stiffness_N_per_m' of " + machine.source);
 }
 
 void refuse_impairment(const SimulateOptions& options) {
@@ -61,11 +80,25 @@ void allow_for_path(Scenario& scenario, const std::vector<sim::PathPoint>& path,
   if (!follows && !path.empty()) throw InputError("--scenario " + name + ": does not follow a recorded motion");
 }
 
+void describe(const SessionSetup& setup, SessionResult& result) {
+  result.scenario = setup.scenario.name;
+  result.machine_name = setup.machine.name;
+  result.device_name = setup.device.name;
+  result.control = setup.law == master::ControlLaw::kDirect ? "direct" : "echo_spring";
+  result.seed = setup.seed;
+  result.delay_ms = 1e3 * to_seconds(setup.to_machine.delay);
+  result.jitter_ms = 1e3 * to_seconds(setup.to_machine.jitter);
+  result.loss = setup.to_machine.loss;
+  result.criteria = setup.scenario.criteria;
+  result.machine = setup.machine;
+}
+
 SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
   SessionSetup setup;
   if (options.realtime) refuse_impairment(options);
   setup.machine = load_machine(find_config("machine", options.machine.empty() ? "solar015" : options.machine));
-  setup.device = load_device(find_config("device", options.device.empty() ? "knuckle1" : options.device));
+  setup.device = device_for(setup.machine, options.device);
+  check_springs(setup.machine, setup.device);
   setup.scenario = load_scenario(find_config("scenario", options.scenario), setup.machine);
   setup.seed = options.seed;
   setup.truth =
@@ -82,18 +115,8 @@ SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
   setup.limb = sim::draw_limb(limb, options.seed);
   if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options, setup.scenario);
   setup.law = options.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
-
-  result.scenario = setup.scenario.name;
-  result.machine_name = setup.machine.name;
-  result.device_name = setup.device.name;
   result.operator_name = recording.empty() ? sim::name(limb) : options.operator_name;
-  result.control = setup.law == master::ControlLaw::kDirect ? "direct" : "echo_spring";
-  result.seed = options.seed;
-  result.delay_ms = 1e3 * to_seconds(setup.to_machine.delay);
-  result.jitter_ms = 1e3 * to_seconds(setup.to_machine.jitter);
-  result.loss = setup.to_machine.loss;
-  result.criteria = setup.scenario.criteria;
-  result.machine = setup.machine;
+  describe(setup, result);
   return setup;
 }
 

@@ -1,11 +1,9 @@
 #include "app/scenario.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/toml_reader.h"
 
@@ -20,6 +18,36 @@ struct Scale {
   double length = 1, load = 1;
 };
 
+/// Refuses poses that a machine cannot take.
+class WorkingRange {
+ public:
+  explicit WorkingRange(const MachineDescription& machine) : machine_(machine), kinematics_(machine) {}
+
+  /// @param who goes before the complaint, such as "phase 'lift': ".
+  void require_pose(const TomlTable& table, const char* key, const JointVector& joints_rad,
+                    const std::string& who = "") const {
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      const double angle = joints_rad[static_cast<Eigen::Index>(i)];
+      const double min = machine_.links[i].min_rad, max = machine_.links[i].max_rad;
+      table.require(angle >= min && angle <= max, key,
+                    who + kJointNames[i] + " would be at " + degrees(angle) + " deg: must be within [" + degrees(min) +
+                        ", " + degrees(max) + "] on machine '" + machine_.name + "'");
+    }
+  }
+  void require_tip(const TomlTable& table, const char* key, const PlanarVector& tip_m, double bucket_rad,
+                   const std::string& who) const {
+    const auto joints = kinematics_.inverse(tip_m, bucket_rad);
+    table.require(joints.has_value(), key,
+                  who + "beyond the range of machine '" + machine_.name + "' with this bucket_deg");
+    require_pose(table, key, *joints, who);
+  }
+
+ private:
+  static std::string degrees(double rad) { return number_text(std::round(10 * rad / kDeg) / 10); }
+  const MachineDescription& machine_;
+  Kinematics kinematics_;
+};
+
 bool flag(TomlTable& table, const char* key) {
   return table.has(key) && table.boolean(key);
 }
@@ -32,15 +60,18 @@ PlanarVector point(TomlTable& table, const char* key, const Scale& scale) {
   return table.numbers<2>(key, -kFar_m, kFar_m, scale.length);
 }
 
-void read_target(TomlTable& table, sim::Phase& phase, const Scale& scale) {
+void read_target(TomlTable& table, sim::Phase& phase, const Scale& scale, const WorkingRange& range) {
+  const std::string who = "phase '" + table.text("name") + "': ";
   phase.joint_space = table.has("joints_deg");
   phase.tolerance_m = number_or(table, "tolerance_m", 0.06, 1e-3, 10, scale.length);
   if (phase.joint_space) {
     phase.joints_rad = table.numbers<3>("joints_deg", -180, 180, kDeg);
+    range.require_pose(table, "joints_deg", phase.joints_rad, who);
     phase.speed_mps = table.number("speed_radps", 0.01, 3);
   } else {
     phase.tip_m = point(table, "tip_m", scale);
     phase.bucket_rad = table.number("bucket_deg", -360, 180, kDeg);
+    range.require_tip(table, "tip_m", phase.tip_m, phase.bucket_rad, who);
     phase.speed_mps = table.number("speed_mps", 0.01, 3, scale.length);
   }
 }
@@ -55,9 +86,10 @@ void read_press(TomlTable& table, sim::Phase& phase, const Scale& scale) {
   if (!phase.until_break) phase.duration_s = table.number("hold_s", 0, 600);
 }
 
-sim::Phase read_phase(TomlTable& table, const Scale& scale) {
+sim::Phase read_phase(TomlTable& table, const Scale& scale, const WorkingRange& range) {
   using sim::PhaseKind;
   sim::Phase phase;
+  // In the order of PhaseKind.
   const int kind = table.choice("kind", {"engage", "let_go", "move", "press", "sweep", "path", "clutch", "wait"});
   phase.kind = static_cast<PhaseKind>(kind);
   phase.timeout_s = number_or(table, "timeout_s", 30, 0.1, 3600);
@@ -66,7 +98,7 @@ sim::Phase read_phase(TomlTable& table, const Scale& scale) {
     case PhaseKind::kPath:
       break;
     case PhaseKind::kMove:
-      read_target(table, phase, scale);
+      read_target(table, phase, scale, range);
       break;
     case PhaseKind::kPress:
       read_press(table, phase, scale);
@@ -151,7 +183,7 @@ sim::WorldDescription read_world(TomlTable& file, const Scale& scale, const Mach
   return world;
 }
 
-/// Node ids a fault may name, in the order boom, arm, bucket or as the machine file lists them.
+/// Joint or id of the node that a fault is about; 0 where it is about neither.
 int fault_subject(TomlTable& table, FaultKind kind, const MachineDescription& machine) {
   switch (kind) {
     case FaultKind::kEncoderBroken:
@@ -166,6 +198,9 @@ int fault_subject(TomlTable& table, FaultKind kind, const MachineDescription& ma
                                 "pressure_arm_A", "pressure_arm_B", "pressure_bucket_A", "pressure_bucket_B",
                                 "encoder_boom", "encoder_arm", "encoder_bucket", "tilt", "enable"});
       const auto i = static_cast<std::size_t>(node);
+      const bool pressure = i >= 3 && i < 9, sensor = i >= 3 && i < 13;
+      table.require(kind != FaultKind::kPressureInvalid || pressure, "node", "must be a pressure transmitter");
+      table.require(kind != FaultKind::kSensorFrozen || sensor, "node", "must be a sensor");
       const auto& bus = machine.bus;
       return i < 3     ? bus.valves[i].id
              : i < 9   ? bus.pressures[i - 3].id
@@ -188,9 +223,10 @@ std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::
         {"link_cut", "link_nan", "node_silent", "node_emergency", "sensor_frozen", "encoder_broken", "pressure_invalid",
          "valve_stuck", "e_stop", "device_unplugged", "device_silent", "device_bad_crc", "device_wild", "loop_hung"}));
     const std::string phase = table.text("phase");
-    const auto it = std::find(phases.begin(), phases.end(), phase);
-    table.require(it != phases.end(), "phase", "no [[phase]] has this name");
-    fault.phase = static_cast<int>(it - phases.begin());
+    const auto with_name = std::count(phases.begin(), phases.end(), phase);
+    table.require(with_name > 0, "phase", "no [[phase]] has this name");
+    table.require(with_name == 1, "phase", "more than one [[phase]] has this name");
+    fault.phase = static_cast<int>(std::find(phases.begin(), phases.end(), phase) - phases.begin());
     fault.after_s = table.number("after_s", 0, 3600);
     fault.duration_s = table.number("duration_s", 0.001, 3600);
     fault.subject = fault_subject(table, fault.kind, machine);
@@ -199,76 +235,77 @@ std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::
   return faults;
 }
 
-void check_reach(const TomlTable& file, const Scenario& scenario, const MachineDescription& machine) {
-  const Kinematics kinematics(machine);
-  const auto inside = [&](const JointVector& q) {
-    for (std::size_t i = 0; i < kJoints; ++i) {
-      const double angle = q[static_cast<Eigen::Index>(i)];
-      if (angle < machine.links[i].min_rad || angle > machine.links[i].max_rad) return false;
-    }
-    return true;
-  };
-  file.require(inside(scenario.start_rad), "start_deg",
-               "must be inside the joints' ranges of machine '" + machine.name + "'");
-  for (std::size_t i = 0; i < scenario.phases.size(); ++i) {
-    const sim::Phase& phase = scenario.phases[i];
-    if (phase.kind != sim::PhaseKind::kMove) continue;
-    const auto q =
-        phase.joint_space ? std::optional(phase.joints_rad) : kinematics.inverse(phase.tip_m, phase.bucket_rad);
-    if (!q || !inside(*q)) {
-      throw InputError(scenario.source + ": phase '" + scenario.phase_names[i] +
-                       "': " + (phase.joint_space ? "joints_deg is" : "tip_m with bucket_deg is") +
-                       " outside the joints' ranges of machine '" + machine.name + "'");
-    }
+void read_plan(TomlTable& file, const Scale& scale, const WorkingRange& range, Scenario& scenario) {
+  constexpr std::size_t kMostPhases = 250;  // a row of the record has one byte for it
+  for (TomlTable& table : file.tables("phase")) {
+    scenario.phase_names.push_back(table.text("name"));
+    scenario.phases.push_back(read_phase(table, scale, range));
   }
+  file.require(!scenario.phases.empty(), "phase", "at least one [[phase]] is needed");
+  file.require(scenario.phases.size() <= kMostPhases, "phase", "must be 250 at most");
+}
+
+/// A press until something breaks needs something that can.
+void check_breaks(const TomlTable& file, const Scenario& scenario) {
+  const bool until_break = std::any_of(scenario.phases.begin(), scenario.phases.end(),
+                                       [](const sim::Phase& phase) { return phase.until_break; });
+  const bool breaks = std::any_of(scenario.world.walls.begin(), scenario.world.walls.end(),
+                                  [](const sim::WallDescription& wall) { return wall.break_force_N > 0; });
+  file.require(!until_break || breaks, "phase", "one has until_break, but no [[wall]] has a break_force_N");
+}
+
+/// What is measured at the machine grows with it: ways with its reach, loads and forces with its payload.
+double criterion_factor(const std::string& metric, const Scale& scale) {
+  const MetricEntry* entry = find_metric(metric);
+  if (entry == nullptr) return 1;  // refused by check_criteria
+  if (entry->group == "tracking" && entry->unit == "m") return scale.length;
+  if (entry->unit == "kg" || (entry->group == "force" && entry->unit == "N")) return scale.load;
+  return 1;
+}
+
+std::vector<Criterion> read_criteria(TomlTable& file, const Scale& scale) {
+  std::vector<Criterion> criteria;
+  for (TomlTable& table : file.tables("criteria")) {
+    Criterion criterion;
+    criterion.metric = table.text("metric");
+    const double factor = criterion_factor(criterion.metric, scale);
+    if (table.has("min")) criterion.min = table.number("min", -1e12, 1e12, factor);
+    if (table.has("max")) criterion.max = table.number("max", -1e12, 1e12, factor);
+    criteria.push_back(criterion);
+  }
+  check_criteria(criteria, file.source());
+  return criteria;
 }
 
 }  // namespace
 
-const char* name(FaultKind kind) noexcept {
-  static constexpr std::array<const char*, static_cast<std::size_t>(FaultKind::kCount)> kNames{
-      "link_cut",       "link_nan",         "node_silent", "node_emergency", "sensor_frozen",
-      "encoder_broken", "pressure_invalid", "valve_stuck", "e_stop",         "device_unplugged",
-      "device_silent",  "device_bad_crc",   "device_wild", "loop_hung"};
-  return kNames[static_cast<std::size_t>(kind)];
-}
-
 Scenario load_scenario(const std::string& path, const MachineDescription& machine) {
+  const WorkingRange range(machine);
   TomlTable file = TomlTable::read(path);
   Scenario scenario;
   scenario.source = path;
   scenario.name = file.text("name");
   scenario.description = file.text("description");
-  Scale scale;
-  double reach = 0;
-  for (const LinkDescription& link : machine.links) reach += link.length_m;
-  scale.length = reach / file.number("reference_reach_m", 0.1, 100);
-  scale.load = machine.payload_full_scale_kg / file.number("reference_payload_kg", 1, 1e5);
+  double reach_m = 0;
+  for (const LinkDescription& link : machine.links) reach_m += link.length_m;
+  const Scale scale{reach_m / file.number("reference_reach_m", 0.1, 100),
+                    machine.payload_full_scale_kg / file.number("reference_payload_kg", 1, 1e5)};
   scenario.start_rad = file.numbers<3>("start_deg", -180, 180, kDeg);
+  range.require_pose(file, "start_deg", scenario.start_rad);
   scenario.hand_rad = file.numbers<3>("hand_deg", -180, 180, kDeg);
+  range.require_pose(file, "hand_deg", scenario.hand_rad);
   scenario.duration_s = file.number("duration_s", 1, 3600);
   if (file.has("link")) scenario.delay_ms = file.table("link").number("delay_ms", 0, 5000);
   TomlTable person = file.table("operator");
   scenario.limb =
       static_cast<sim::LimbClass>(person.choice("limb", {"relaxed", "normal", "co_contracted", "light_grip"}));
   scenario.reaction = from_seconds(person.number("reaction_ms", 0, 600, 1e-3));
-  for (TomlTable& table : file.tables("phase")) {
-    scenario.phase_names.push_back(table.text("name"));
-    scenario.phases.push_back(read_phase(table, scale));
-  }
-  file.require(!scenario.phases.empty(), "phase", "at least one [[phase]] is needed");
+  read_plan(file, scale, range, scenario);
   scenario.world = read_world(file, scale, machine);
   scenario.faults = read_faults(file, scenario.phase_names, machine);
-  for (TomlTable& table : file.tables("criteria")) {
-    Criterion criterion;
-    criterion.metric = table.text("metric");
-    if (table.has("min")) criterion.min = table.number("min", -1e12, 1e12);
-    if (table.has("max")) criterion.max = table.number("max", -1e12, 1e12);
-    scenario.criteria.push_back(criterion);
-  }
+  scenario.criteria = read_criteria(file, scale);
   file.finish();
-  check_criteria(scenario.criteria, path);
-  check_reach(file, scenario, machine);
+  check_breaks(file, scenario);
   return scenario;
 }
 

@@ -13,7 +13,7 @@
 
 namespace knuckle::app {
 
-/// What can be broken on purpose while a phase runs.
+/// What can be broken on purpose while a phase runs. In a file: the same names in the same order, link_cut, ...
 enum class FaultKind : std::uint8_t {
   kLinkCut,          ///< no datagram passes, both ways
   kLinkNaN,          ///< set-points arrive as not-a-number
@@ -29,9 +29,7 @@ enum class FaultKind : std::uint8_t {
   kDeviceBadCrc,
   kDeviceWild,  ///< encoder counts that stand for no angle
   kLoopHung,    ///< the slave loop does not run
-  kCount,
 };
-[[nodiscard]] const char* name(FaultKind kind) noexcept;
 
 struct ScheduledFault {
   FaultKind kind = FaultKind::kLinkCut;
@@ -57,8 +55,9 @@ struct Scenario {
 };
 
 /// Lengths in the file are for a reach of `reference_reach_m` (links added up) and are scaled to this machine's; loads
-/// (masses, break forces) with its payload.
-/// @throws InputError naming file, key, value and bound.
+/// (masses, break forces) with its payload; bounds on what is measured at the machine likewise. docs/scenarios.md has
+/// every key.
+/// @throws InputError naming file, line, key, value and bound; also for a pose that this machine cannot take.
 [[nodiscard]] Scenario load_scenario(const std::string& path, const MachineDescription& machine);
 
 }  // namespace knuckle::app

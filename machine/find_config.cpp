@@ -9,20 +9,30 @@
 #include "machine/load.h"
 
 namespace knuckle {
+namespace {
+namespace fs = std::filesystem;
+
+fs::path folder_of(const std::string& kind) {
+  const char* chosen = std::getenv("KNUCKLE_CONFIG_DIR");
+  return fs::path(chosen != nullptr && *chosen != '\0' ? chosen : KNUCKLE_DEFAULT_CONFIG_DIR) / (kind + "s");
+}
+
+}  // namespace
+
+bool has_config(const std::string& kind, const std::string& name) {
+  std::error_code ignored;
+  return !name.empty() && fs::is_regular_file(folder_of(kind) / (name + ".toml"), ignored);
+}
 
 std::string find_config(const std::string& kind, const std::string& name_or_path) {
-  namespace fs = std::filesystem;
   if (name_or_path.find('/') != std::string::npos || name_or_path.ends_with(".toml")) {
     return name_or_path;
   }
-  const char* chosen = std::getenv("KNUCKLE_CONFIG_DIR");
-  const fs::path folder =
-      fs::path(chosen != nullptr && *chosen != '\0' ? chosen : KNUCKLE_DEFAULT_CONFIG_DIR) / (kind + "s");
-  const fs::path file = folder / (name_or_path + ".toml");
-  std::error_code ignored;
-  if (!name_or_path.empty() && fs::is_regular_file(file, ignored)) {
-    return file.string();
+  const fs::path folder = folder_of(kind);
+  if (has_config(kind, name_or_path)) {
+    return (folder / (name_or_path + ".toml")).string();
   }
+  std::error_code ignored;
   std::vector<std::string> names;
   for (fs::directory_iterator entry(folder, ignored), end; entry != end; entry.increment(ignored)) {
     if (entry->path().extension() == ".toml") {

@@ -24,4 +24,7 @@ namespace knuckle {
 /// @throws InputError for an unknown name, listing the ones there are.
 [[nodiscard]] std::string find_config(const std::string& kind, const std::string& name_or_path);
 
+/// Whether the configuration directory has a file of this name and kind.
+[[nodiscard]] bool has_config(const std::string& kind, const std::string& name);
+
 }  // namespace knuckle
