@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/digest.h"
+#include "app/machine_drawing.h"
 #include "app/operator_path.h"
 #include "app/realtime_session.h"
 #include "app/scene.h"
@@ -167,7 +168,7 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   result.hops = hops_of(outcome.hops);
   result.loops = std::move(outcome.loops);
   result.digest = digest_of(result.record, outcome.frames);
-  result.scene = scene_of(setup.scenario.world, result.record);
+  result.scene = scene_of(setup.scenario.world, result.record, reach_m(setup.machine));
   if (hooks.candump != nullptr) {
     for (const TimedFrame& f : outcome.frames) *hooks.candump << candump_line(f.at, f.frame) << '\n';
   }

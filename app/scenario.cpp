@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/machine_drawing.h"
 #include "machine/kinematics.h"
 #include "machine/toml_reader.h"
 
@@ -286,9 +287,7 @@ Scenario load_scenario(const std::string& path, const MachineDescription& machin
   scenario.source = path;
   scenario.name = file.text("name");
   scenario.description = file.text("description");
-  double reach_m = 0;
-  for (const LinkDescription& link : machine.links) reach_m += link.length_m;
-  const Scale scale{reach_m / file.number("reference_reach_m", 0.1, 100),
+  const Scale scale{reach_m(machine) / file.number("reference_reach_m", 0.1, 100),
                     machine.payload_full_scale_kg / file.number("reference_payload_kg", 1, 1e5)};
   scenario.start_rad = file.numbers<3>("start_deg", -180, 180, kDeg);
   range.require_pose(file, "start_deg", scenario.start_rad);

@@ -10,7 +10,7 @@ namespace knuckle::slave {
 namespace {
 
 constexpr double kAccelerationLead_s = 0.1;  // covers valve delay and spool lag in free motion
-constexpr double kLeadFade_N = 300;          // tip force at which the lead is gone
+constexpr double kLeadFade = 0.6;            // tip force at which the lead is gone, of the feed-forward's
 constexpr double kPumpShare = 0.95;          // of the pump's flow, kept back for leakage and errors of gain
 constexpr double kFadeInTip_mps = 0.01;      // dead-band compensation grows over this tip speed
 constexpr double kLearnBelow_mps = 0.002;    // cylinder speed under which the dead band is learned
@@ -57,7 +57,7 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
   const auto& control = machine_.control;
   const double tip_force = force.tip_N.norm();
   const double feed_forward = std::max(0.0, 1.0 - tip_force / control.feed_forward_fade_N);
-  const double lead = kAccelerationLead_s * std::max(0.0, 1.0 - tip_force / kLeadFade_N);
+  const double lead = kAccelerationLead_s * std::max(0.0, 1.0 - tip_force / (kLeadFade * control.feed_forward_fade_N));
   const JointVector before = velocity_.value();
   velocity_.step(command.velocity_radps);
   acceleration_.step((velocity_.value() - before) / step_s_);
@@ -68,15 +68,24 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
     const double gain = i == kBucket ? control.bucket_position_gain_1ps : control.position_gain_1ps;
     rate[i] = gain * (command.position_rad[i] - state.angle_rad[i]) + feed_forward * velocity_.value()[i] +
               lead * acceleration_.value()[i] + gain * give[i];
-    const auto& link = machine_.links[static_cast<std::size_t>(i)];
-    const double margin = machine_.limits.joint_soft_margin_rad / 4;
-    const double up = std::max(0.0, kSoftLimitGain_1ps * (link.max_rad - margin - state.angle_rad[i]));
-    const double down = std::max(0.0, kSoftLimitGain_1ps * (state.angle_rad[i] - link.min_rad - margin));
-    const double soft = std::clamp(rate[i], -std::min(down, link.max_rate_radps), std::min(up, link.max_rate_radps));
-    if (soft != rate[i]) limits |= std::abs(rate[i]) > link.max_rate_radps ? kLimitVelocity : kLimitJointRange;
-    rate[i] = soft;
+    rate[i] = within_limits(i, rate[i], state.angle_rad[i], limits);
   }
-  // One factor for all axes keeps the direction of the tip.
+  return shared(rate, state, limits);
+}
+
+double JointControl::within_limits(int joint, double rate_radps, double angle_rad,
+                                   std::uint16_t& limits) const noexcept {
+  const auto& link = machine_.links[static_cast<std::size_t>(joint)];
+  const double margin = machine_.limits.joint_soft_margin_rad / 4;
+  const double up = std::max(0.0, kSoftLimitGain_1ps * (link.max_rad - margin - angle_rad));
+  const double down = std::max(0.0, kSoftLimitGain_1ps * (angle_rad - link.min_rad - margin));
+  const double soft = std::clamp(rate_radps, -std::min(down, link.max_rate_radps), std::min(up, link.max_rate_radps));
+  if (soft != rate_radps) limits |= std::abs(rate_radps) > link.max_rate_radps ? kLimitVelocity : kLimitJointRange;
+  return soft;
+}
+
+JointVector JointControl::shared(const JointVector& rate, const estimation::JointState& state,
+                                 std::uint16_t& limits) const noexcept {
   const double tip_speed = (kinematics_.tip_jacobian(state.angle_rad) * rate).norm();
   double flow = 0;
   for (int i = 0; i < kJoints; ++i) {

@@ -16,7 +16,7 @@ namespace knuckle::slave {
 struct JointCommand {
   JointVector position_rad = JointVector::Zero();
   JointVector velocity_radps = JointVector::Zero();
-  bool active = false;  ///< false: valves neutral, the controller's memory is let go.
+  bool active = false;  ///< false: valves neutral, filters are let go; what was learned of the dead bands stays.
 };
 
 class JointControl {
@@ -39,6 +39,12 @@ class JointControl {
 
   JointVector wanted_rates(const estimation::JointState& state, const estimation::ForceEstimate& force,
                            const JointCommand& command, std::uint16_t& limits) noexcept;
+  /// Speed limit of the joint, falling to zero towards the ends of its range.
+  [[nodiscard]] double within_limits(int joint, double rate_radps, double angle_rad,
+                                     std::uint16_t& limits) const noexcept;
+  /// Within the tip's speed limit and the pump's flow; one factor for all axes keeps the direction of the tip.
+  [[nodiscard]] JointVector shared(const JointVector& rate, const estimation::JointState& state,
+                                   std::uint16_t& limits) const noexcept;
   /// Joint displacements that let the tip give to the force like a spring of stiffness Ks, in every direction.
   [[nodiscard]] JointVector compliance(const estimation::JointState& state,
                                        const estimation::ForceEstimate& force) const noexcept;
