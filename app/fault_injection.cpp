@@ -71,6 +71,9 @@ void FaultInjection::set(const ScheduledFault& fault, bool broken, sim::Simulate
     case FaultKind::kLinkCut:
       network_.cut(broken);
       break;
+    case FaultKind::kLinkCutBack:
+      network_.cut_b_to_a(broken);
+      break;
     case FaultKind::kLinkNaN:
       operator_end_.spoil = broken;
       break;

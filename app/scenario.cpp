@@ -219,10 +219,10 @@ std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::
   std::vector<ScheduledFault> faults;
   for (TomlTable& table : file.tables("fault")) {
     ScheduledFault fault;
-    fault.kind = static_cast<FaultKind>(table.choice(
-        "kind",
-        {"link_cut", "link_nan", "node_silent", "node_emergency", "sensor_frozen", "encoder_broken", "pressure_invalid",
-         "valve_stuck", "e_stop", "device_unplugged", "device_silent", "device_bad_crc", "device_wild", "loop_hung"}));
+    fault.kind = static_cast<FaultKind>(
+        table.choice("kind", {"link_cut", "link_nan", "node_silent", "node_emergency", "sensor_frozen",
+                              "encoder_broken", "pressure_invalid", "valve_stuck", "e_stop", "device_unplugged",
+                              "device_silent", "device_bad_crc", "device_wild", "loop_hung", "link_cut_back"}));
     const std::string phase = table.text("phase");
     const auto with_name = std::count(phases.begin(), phases.end(), phase);
     table.require(with_name > 0, "phase", "no [[phase]] has this name");

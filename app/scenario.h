@@ -27,8 +27,9 @@ enum class FaultKind : std::uint8_t {
   kDeviceUnplugged,
   kDeviceSilent,
   kDeviceBadCrc,
-  kDeviceWild,  ///< encoder counts that stand for no angle
-  kLoopHung,    ///< the slave loop does not run
+  kDeviceWild,   ///< encoder counts that stand for no angle
+  kLoopHung,     ///< the slave loop does not run
+  kLinkCutBack,  ///< nothing comes back from the machine; set-points still arrive
 };
 
 struct ScheduledFault {

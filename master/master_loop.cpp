@@ -118,7 +118,7 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
   MasterMessage message;
   message.sequence = ++sequence_;
   message.sent_at = now;
-  if (slave_) message.echoed_slave_time = slave_->sent_at + (now - slave_at_);
+  if (slave_) message.echoed_slave_time = slave_->sent_at + std::min(now - slave_at_, kMostHeld);
   message.device_report_at = std::max(device.measured_at, Time{});
   message.presence = device.presence;
   message.enable = device.enable;

@@ -184,7 +184,7 @@ void SlaveLoop::publish(Time now) noexcept {
   ++sent_.sequence;
   sent_.sent_at = now;
   const bool heard = master_at_ != kNever;
-  sent_.echoed_master_time = heard ? master_.sent_at + (now - master_at_) : Time{};
+  sent_.echoed_master_time = heard ? master_.sent_at + std::min(now - master_at_, kMostHeld) : Time{};
   sent_.echoed_report_at = master_.device_report_at;
   sent_.sensor_at = sensors_.newest_at();
   sent_.mode = decision_.state.mode;

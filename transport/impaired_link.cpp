@@ -43,7 +43,7 @@ ImpairedLink::ImpairedLink(const LinkImpairment& a_to_b, const LinkImpairment& b
 
 bool ImpairedLink::End::send(std::span<const std::uint8_t> bytes) noexcept {
   if (bytes.size() > kMaxDatagram) return false;
-  if (link_.cut_) {
+  if (cut_) {
     out_.lose();
   } else {
     out_.send(bytes, link_.now_);

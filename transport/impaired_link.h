@@ -50,8 +50,10 @@ class ImpairedLink {
   [[nodiscard]] Link& b() noexcept { return b_; }
   /// Sets the time: what is due by then can be received; what is sent from now on leaves at `now`.
   void advance(Time now) noexcept { now_ = now; }
-  /// Loses everything sent while on.
-  void cut(bool on) noexcept { cut_ = on; }
+  /// Loses everything sent while on, both ways;
+  void cut(bool on) noexcept { a_.cut(on), b_.cut(on); }
+  /// or only what b sends.
+  void cut_b_to_a(bool on) noexcept { b_.cut(on); }
   [[nodiscard]] const Counts& a_to_b() const noexcept { return a_to_b_.counts(); }
   [[nodiscard]] const Counts& b_to_a() const noexcept { return b_to_a_.counts(); }
 
@@ -91,15 +93,16 @@ class ImpairedLink {
     End(ImpairedLink& link, Direction& out, Direction& in) noexcept : link_(link), out_(out), in_(in) {}
     bool send(std::span<const std::uint8_t> bytes) noexcept override;
     bool receive(Datagram& datagram) noexcept override { return in_.receive(datagram, link_.now_); }
+    void cut(bool on) noexcept { cut_ = on; }
 
    private:
     ImpairedLink& link_;
     Direction& out_;
     Direction& in_;
+    bool cut_ = false;
   };
 
   Time now_{};
-  bool cut_ = false;
   Direction a_to_b_, b_to_a_;
   End a_, b_;
 };

@@ -15,6 +15,9 @@
 namespace knuckle {
 
 inline constexpr std::uint8_t kLinkVersion = 1;
+/// Most that is added to an echoed time for having been held: echoes of a peer that fell silent grow old, so each side
+/// sees in its round trip when only the way back is dead. Four periods of the slower sender.
+inline constexpr Duration kMostHeld = 20ms;
 
 /// Modes of a session, decided by the slave (it owns the valves), shown by both.
 enum class Mode : std::uint8_t { kOff, kSelfTest, kReady, kAligning, kEngaged, kHold, kFault, kEStop };
@@ -24,7 +27,7 @@ enum class Mode : std::uint8_t { kOff, kSelfTest, kReady, kAligning, kEngaged, k
 struct MasterMessage {
   std::uint32_t sequence = 0;
   Time sent_at{};            ///< Sender's clock.
-  Time echoed_slave_time{};  ///< sent_at of the newest SlaveMessage, + how long it was held here: for round trips.
+  Time echoed_slave_time{};  ///< sent_at of the newest SlaveMessage + how long it was held here, up to kMostHeld.
   Time device_report_at{};   ///< Sender's clock when the device report behind this set-point came in.
   bool presence = false;     ///< A hand is on the device.
   bool enable = false;       ///< Dead-man held.
@@ -43,7 +46,7 @@ struct MasterMessage {
 struct SlaveMessage {
   std::uint32_t sequence = 0;
   Time sent_at{};
-  Time echoed_master_time{};  ///< sent_at of the newest MasterMessage + how long it was held here.
+  Time echoed_master_time{};  ///< sent_at of the newest MasterMessage + how long it was held here, up to kMostHeld.
   Time sensor_at{};           ///< Sender's clock when the newest sensor frame behind this force came in.
   Time echoed_report_at{};    ///< device_report_at of the set-point acted on (master's clock).
   Mode mode = Mode::kOff;

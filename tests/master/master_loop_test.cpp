@@ -66,6 +66,16 @@ TEST(MasterLoop, MeasuresTheRoundTripFromItsOwnEchoedTime) {
   }
 }
 
+TEST(MasterLoop, LetsTheEchoOfASilentMachineGrowOld) {
+  MasterRig rig;
+  rig.engage();
+  EXPECT_LE(rig.now - rig.heard.echoed_slave_time, 10ms);
+  const Time last = rig.machine.sent_at;
+  rig.machine_silent = true;
+  rig.run(2);
+  EXPECT_LE(rig.heard.echoed_slave_time, last + kMostHeld);
+}
+
 TEST(MasterLoop, DragsLessThanTwoTenthsOfANewtonInFreeMotion) {
   MasterRig rig;
   rig.machine.covariance_N2 = {2500, 0, 2500};

@@ -88,6 +88,15 @@ TEST(SlaveLoop, LinkCutEndsNeutralWithinTheDesignsTimesAndNothingResumes) {
   EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
 }
 
+TEST(SlaveLoop, EchoOfASilentOperatorGrowsOld) {
+  BenchMachine m;
+  lead(m);
+  const Time cut = m.now;
+  m.link_up = false;
+  m.run(400ms);
+  EXPECT_LE(m.loop.sent().echoed_master_time, cut + kMostHeld);
+}
+
 TEST(SlaveLoop, ShortOutageIsBridged) {
   BenchMachine m;
   lead(m);

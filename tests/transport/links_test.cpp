@@ -168,6 +168,12 @@ TEST(ImpairedLink, CutLosesExactlyWhatIsSentMeanwhile) {
   link.cut(false);
   EXPECT_FALSE(link.b().receive(datagram));
   EXPECT_EQ(link.a_to_b().lost, 1U);
+
+  link.cut_b_to_a(true);
+  link.a().send(byte);
+  link.b().send(byte);
+  EXPECT_TRUE(link.b().receive(datagram)) << "cut one way only";
+  EXPECT_FALSE(link.a().receive(datagram));
 }
 
 TEST(ImpairedLink, SameSeedSameFateOtherSeedAnother) {
