@@ -268,7 +268,8 @@ TEST_F(ScenarioFile, FaultKindsAreReadInTheirOrder) {
                                                              {"device_silent", FaultKind::kDeviceSilent},
                                                              {"device_bad_crc", FaultKind::kDeviceBadCrc},
                                                              {"device_wild", FaultKind::kDeviceWild},
-                                                             {"loop_hung", FaultKind::kLoopHung}};
+                                                             {"loop_hung", FaultKind::kLoopHung},
+                                                             {"link_cut_back", FaultKind::kLinkCutBack}};
   for (const auto& [kind, expected] : kinds) {
     std::string text = with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"");
     text.erase(text.find("node = \"pressure_arm_A\""), std::string("node = \"pressure_arm_A\"").size());
