@@ -96,11 +96,13 @@ void CanopenClient::on_heartbeat(Node& node, const CanFrame& frame, Time now) no
   const auto state = canopen::parse_heartbeat(frame);
   if (!state) return;
   node.heard_at = now;
-  node.booted = true;
+  const bool boots = *state == canopen::NmtState::kBootUp;
+  node.booted = node.booted || boots;
   node.operational = *state == canopen::NmtState::kOperational;
-  // A node that rebooted has lost its configuration: it may not simply join again.
+  // A node that rebooted has lost its configuration: it may not simply join (again), however far the start-up is.
   const bool started = phase_ == Phase::kActivating || phase_ == Phase::kOperational;
-  if (started && !node.operational && !node.lost) {
+  const bool rebooted = boots && node.dialogue.begun();
+  if ((rebooted || (started && !node.operational)) && !node.lost) {
     node.lost = reason(ReasonCode::kNodeFault, node.id, static_cast<double>(*state),
                        static_cast<double>(canopen::NmtState::kOperational));
   }
@@ -141,7 +143,11 @@ void CanopenClient::step_phase(Time now) noexcept {
     case Phase::kConfiguring:
       return configure(now);
     case Phase::kStarting:
-      if (all([](const Node& n) { return n.operational; })) {
+      if (const auto lost =
+              std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return static_cast<bool>(n.lost); });
+          lost != nodes_.end()) {
+        fail(lost->lost);
+      } else if (all([](const Node& n) { return n.operational; })) {
         enter(Phase::kActivating, now);
       } else if (now - phase_since_ > kStartPatience) {
         const auto late = std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return !n.operational; });
@@ -163,6 +169,7 @@ void CanopenClient::configure(Time now) noexcept {
   bool done = true;
   for (Node& node : nodes_) {
     node.dialogue.step(bus_, now);
+    if (node.lost) return fail(node.lost);
     if (node.dialogue.failure()) return fail(node.dialogue.failure());
     done = done && node.dialogue.done();
   }
@@ -182,7 +189,8 @@ void CanopenClient::activate(Time now) noexcept {
     if (valve.seen_at == kNever || !state) {
       valve.control_word = canopen::kControlInit;
     } else if (canopen::valve_fault(valve.status_word)) {
-      const bool edge_made = (valve.control_word & canopen::kControlReset) != 0;
+      // By what went out, not every SYNC: the edge would be lost between two set-points.
+      const bool edge_made = (valve.sent_word & canopen::kControlReset) != 0;
       valve.control_word = edge_made ? canopen::kControlInit : canopen::kControlReset;
     } else {
       switch (*state) {
@@ -264,6 +272,7 @@ void CanopenClient::send_set_points(const JointVector& commands) noexcept {
     const canopen::ValveCommand command{valves_[joint].control_word, commands[i]};
     if (bus_.send(canopen::valve_command_frame(canopen::rpdo1_id(description_.valves[joint].id), command))) {
       demand_[i] = commands[i];
+      valves_[joint].sent_word = command.control_word;
     }
   }
 }

@@ -63,8 +63,8 @@ class CanopenClient {
   struct Valve {
     std::uint16_t status_word = 0;
     Time seen_at = kNever;
-    std::uint16_t control_word = 0;
-    double spool = 0;  ///< Actual, of stroke.
+    std::uint16_t control_word = 0, sent_word = 0;  ///< Next to send, and last sent.
+    double spool = 0;                               ///< Actual, of stroke.
   };
 
   Node* find(std::uint8_t id) noexcept;

@@ -19,8 +19,10 @@ constexpr double kLearnDelay_s = 0.05;       // from command to delivered oil
 constexpr double kLearnFilter_Hz = 3;
 constexpr double kVelocityFilter_Hz = 6;  // of the hand's speed fed forward: valves cannot follow its tremor
 constexpr double kAccelerationFilter_Hz = 3;
-constexpr double kLeastDrop_Pa = 3e5;    // the gain never divides by less than this over both edges
-constexpr double kSingularity = 0.02;    // of J W J^T (about 0.5 in both directions where the arm is well bent)
+constexpr double kLeastDrop_Pa = 3e5;  // the gain never divides by less than this over both edges
+constexpr double kSingularity = 0.02;  // of J W J^T (about 0.5 in both directions where the arm is well bent)
+constexpr double kNoTrust = 0.1, kFullTrust = 0.4;  // confidence between which giving way fades in, as the felt force
+constexpr double kLargestPress = 10;     // force given way to, of the feed-forward's fade: no press needs more
 constexpr double kGateTolerance = 0.02;  // change by the gate (rate limit) up to which the dead band is still learned
 constexpr double kSoftLimitGain_1ps = 2.5;  // speed allowed towards a joint limit per radian before it
 
@@ -118,7 +120,11 @@ JointVector JointControl::compliance(const estimation::JointState& state,
   const Eigen::Matrix<double, 3, 2> weighted = weight.asDiagonal() * jacobian.transpose();
   const Eigen::Matrix2d normal = jacobian * weighted + kSingularity * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d inverse = normal.inverse();
-  const PlanarVector tip_N = inverse * (weighted.transpose() * force.fast_torque_Nm);
+  // Pressures that cannot be explained must not move the machine: what is not trusted is not given way to, and nothing
+  // is given way to without bound.
+  const double trusted = std::clamp((force.confidence - kNoTrust) / (kFullTrust - kNoTrust), 0.0, 1.0);
+  PlanarVector tip_N = trusted * (inverse * (weighted.transpose() * force.fast_torque_Nm));
+  tip_N *= std::min(1.0, kLargestPress * control.feed_forward_fade_N / std::max(tip_N.norm(), 1.0));
   return weighted * (inverse * tip_N) / control.tip_stiffness_N_per_m;
 }
 

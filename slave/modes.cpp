@@ -57,8 +57,13 @@ ModeDecision fault(const Reason& reason) noexcept {
   return {{Mode::kFault, reason, false}, reason};
 }
 
+/// Enable as last heard over a dead link, or let go of by nobody who is there, tells nothing of the next press.
+bool released(const ModeInputs& in) noexcept {
+  return !in.enable && !operator_side(in);
+}
+
 ModeDecision to_ready(const ModeInputs& in, const Reason& why) noexcept {
-  return {{Mode::kReady, {}, !in.enable}, why};
+  return {{Mode::kReady, {}, released(in)}, why};
 }
 
 ModeDecision self_test(const ModeInputs& in) noexcept {
@@ -108,7 +113,7 @@ ModeDecision latched(const ModeState& state, const ModeInputs& in) noexcept {
   const bool restarting = !in.machine_fault && !in.nodes_operational;
   if (restarting) return {{state.mode, state.fault, false}, {ReasonCode::kStartingUp, 0, 0, 0}};
   if (const Reason reason = machine_side(in)) return {{state.mode, state.fault, false}, reason};
-  if (const Reason missing = operator_side(in)) return {{state.mode, state.fault, !in.enable}, missing};
+  if (const Reason missing = operator_side(in)) return {{state.mode, state.fault, false}, missing};
   if (!in.enable) return {{state.mode, state.fault, true}, {ReasonCode::kEnableNotPressed, 0, 0, 0}};
   if (!state.enable_released) return {{state.mode, state.fault, false}, {ReasonCode::kReleaseToRecover, 0, 0, 0}};
   return {{Mode::kAligning, {}, false}, {ReasonCode::kHandNotAligned, 0, 0, 0}};

@@ -47,6 +47,8 @@ class SdoDialogue {
   /// An answer of this node.
   void receive(const CanFrame& frame) noexcept;
   [[nodiscard]] bool done() const noexcept { return next_ == script_.size(); }
+  /// The node has answered: from now on it must not lose what it was told.
+  [[nodiscard]] bool begun() const noexcept { return next_ > 0; }
   /// kNodeIdentity (value seen, expected) or kNodeSetup (step that failed, steps there are).
   [[nodiscard]] const Reason& failure() const noexcept { return failure_; }
 

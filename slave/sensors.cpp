@@ -70,7 +70,9 @@ void SensorSet::on_length(std::size_t joint, const CanFrame& frame, Time now) no
   if (!reading) return accept(channel, 0, false, -1, now);
   const double length = reading->position_m;
   const bool in_range = length >= shortest_m_[joint] && length <= longest_m_[joint];
-  const double allowed = kValidity.jump_m + kValidity.cylinder_mps * to_seconds(now - channel.at);
+  // No longer than a value may be used: with all of its age, waiting would make every jump of a slipped drum possible.
+  const Duration since = std::min(now - channel.at, age_limit_);
+  const double allowed = kValidity.jump_m + kValidity.cylinder_mps * to_seconds(since);
   const bool reachable = channel.at == kNever || std::abs(length - channel.value) <= allowed;
   accept(channel, length, in_range && reachable, length, now);
 }

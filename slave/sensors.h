@@ -34,7 +34,8 @@ class SensorSet {
 
   /// A received frame; what is no sensor PDO is ignored.
   void receive(const CanFrame& frame, Time now) noexcept;
-  /// Forgets all values, as after a restart of the nodes.
+  /// Forgets all values, as after a restart of the nodes. Only then is a length believed again that is further from the
+  /// last good one than the cylinder goes while that one may be used.
   void reset() noexcept;
 
   /// First sensor that is stale (kSensorStale, ms) or sends impossible values (kSensorInvalid, raw); kNone while all
@@ -47,10 +48,6 @@ class SensorSet {
   [[nodiscard]] std::uint8_t oldest_node() const noexcept;
   /// Arrival of the newest value.
   [[nodiscard]] Time newest_at() const noexcept;
-  [[nodiscard]] std::uint8_t pressure_node(std::size_t chamber) const noexcept { return channels_[chamber].node; }
-  [[nodiscard]] std::uint8_t encoder_node(int joint) const noexcept {
-    return channels_[kPressures + static_cast<std::size_t>(joint)].node;
-  }
   /// Values left out because they could not be.
   [[nodiscard]] std::uint32_t rejected() const noexcept { return rejected_; }
 

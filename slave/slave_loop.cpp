@@ -26,11 +26,11 @@ void SlaveLoop::step(Time now) noexcept {
   receive_frames(now);
   client_.begin_step(now);
   estimate(now);
-  watch_sensors(now);
+  watch_sensors();
   receive_link(now);
   loss_ = loss_policy(master_.position_rad, master_.velocity_radps, now - master_at_, round_trip_,
                       static_cast<bool>(loss_.hold));
-  decide(now);
+  decide();
   command(now);
   client_.end_step(gate_.commands, led(), now);
   publish(now);
@@ -91,7 +91,7 @@ void SlaveLoop::estimate(Time now) noexcept {
 }
 
 /// Sensors and valves against each other, once everything runs.
-void SlaveLoop::watch_sensors(Time /*now*/) noexcept {
+void SlaveLoop::watch_sensors() noexcept {
   valve_reason_ = {};
   const auto measurement = sensors_.measurement();
   if (!client_.operational() || !measurement || sensor_fault_) {
@@ -107,7 +107,7 @@ void SlaveLoop::watch_sensors(Time /*now*/) noexcept {
   }
 }
 
-Reason SlaveLoop::machine_fault(Time /*now*/) const noexcept {
+Reason SlaveLoop::machine_fault() const noexcept {
   if (gap_ > longest_gap_) {
     return {ReasonCode::kLoopOverrun, 0, static_cast<float>(to_seconds(gap_) * 1e3),
             static_cast<float>(to_seconds(longest_gap_) * 1e3)};
@@ -115,10 +115,10 @@ Reason SlaveLoop::machine_fault(Time /*now*/) const noexcept {
   return client_.fault() ? client_.fault() : valve_reason_;
 }
 
-ModeInputs SlaveLoop::observe(Time now) const noexcept {
+ModeInputs SlaveLoop::observe() const noexcept {
   ModeInputs in;
   in.e_stop_open = client_.e_stop_open();
-  in.machine_fault = machine_fault(now);
+  in.machine_fault = machine_fault();
   in.sensor_fault = sensor_fault_;
   in.nodes_operational = client_.operational();
   in.pilot_on = client_.pilot_on();
@@ -138,8 +138,8 @@ ModeInputs SlaveLoop::observe(Time now) const noexcept {
   return in;
 }
 
-void SlaveLoop::decide(Time now) noexcept {
-  decision_ = next_mode(decision_.state, observe(now));
+void SlaveLoop::decide() noexcept {
+  decision_ = next_mode(decision_.state, observe());
 }
 
 void SlaveLoop::command(Time now) noexcept {
@@ -160,7 +160,7 @@ void SlaveLoop::command(Time now) noexcept {
   state.oldest_node = sensors_.oldest_node();
   gate_ = safety_gate(wanted_, decision_.state.mode, master_at_, state, gate_.memory, gate_limits_, now);
   if (gate_.fault) {
-    ModeInputs in = observe(now);
+    ModeInputs in = observe();
     in.machine_fault = gate_.fault;
     decision_ = next_mode(decision_.state, in);
   }

@@ -35,10 +35,6 @@ class SlaveLoop {
   /// One period of 1 / sync_Hz. A gap beyond the valves' watchdog is a fault (kLoopOverrun).
   void step(Time now) noexcept;
 
-  /// A lift begins: forget what was weighed so far. zero_payload(): the bucket is empty now.
-  void start_lift() noexcept { payload_.start(); }
-  void zero_payload() noexcept { payload_.zero(); }
-
   // What the last step knew and did.
   [[nodiscard]] Mode mode() const noexcept { return decision_.state.mode; }
   /// Why not engaged, or what limits an engaged machine.
@@ -71,10 +67,10 @@ class SlaveLoop {
   void receive_frames(Time now) noexcept;
   void receive_link(Time now) noexcept;
   void estimate(Time now) noexcept;
-  void watch_sensors(Time now) noexcept;
-  [[nodiscard]] Reason machine_fault(Time now) const noexcept;
-  [[nodiscard]] ModeInputs observe(Time now) const noexcept;
-  void decide(Time now) noexcept;
+  void watch_sensors() noexcept;
+  [[nodiscard]] Reason machine_fault() const noexcept;
+  [[nodiscard]] ModeInputs observe() const noexcept;
+  void decide() noexcept;
   void command(Time now) noexcept;
   void restart_nodes_if_asked(Time now) noexcept;
   void publish(Time now) noexcept;

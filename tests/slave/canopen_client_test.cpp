@@ -135,6 +135,63 @@ TEST(CanopenClient, ValveThatStartsInFaultIsResetAndActivated) {
   EXPECT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
 }
 
+// A valve whose fault outlives the NMT reset: only a rising edge of the reset bit takes it away.
+TEST(CanopenClient, ResetEdgeReachesAValveThatKeepsItsFaultWhicheverSyncItStartsOn) {
+  for (int extra_syncs = 0; extra_syncs < 4; ++extra_syncs) {
+    const MachineDescription d = test::test_machine();
+    VirtualCanBus bus(2, d.bus.bit_rate);
+    sim::CanNodes nodes(d, {}, bus.port(1), 1);
+    CanopenClient client(d, bus.port(0));
+    struct Valve {
+      bool faulty = true, reset_bit = true;  // true: a level alone is no edge
+    } valve;
+    bus.set_tap({[](void* context, Time, const CanFrame& frame) {
+                   auto& v = *static_cast<Valve*>(context);
+                   if (frame.id != canopen::rpdo1_id(0x11)) return;
+                   const bool bit = (canopen::parse_valve_command(frame)->control_word & canopen::kControlReset) != 0;
+                   if (bit && !v.reset_bit) v.faulty = false;
+                   v.reset_bit = bit;
+                 },
+                 &valve});
+    Time now{1s};
+    for (int i = 0; i < extra_syncs; ++i) client.begin_step(now);
+    client.restart();
+    for (int ms = 0; ms < 2000 && client.phase() != CanopenClient::Phase::kFailed; ++ms) {
+      now += 1ms;
+      nodes.step(now, {});
+      bus.advance(now);
+      if (ms % 5 != 0) continue;
+      for (CanFrame frame; bus.port(0).receive(frame);) {
+        if (auto status = canopen::parse_valve_status(frame);
+            status && frame.id == canopen::tpdo1_id(0x11) && valve.faulty) {
+          status->status_word &= static_cast<std::uint16_t>(~canopen::kStatusReady);
+          frame = canopen::valve_status_frame(frame.id, *status);
+        }
+        client.receive(frame, now);
+      }
+      client.begin_step(now);
+      client.end_step(JointVector::Zero(), false, now);
+    }
+    EXPECT_TRUE(client.operational()) << extra_syncs << ": " << text(client.fault());
+    EXPECT_FALSE(valve.faulty);
+  }
+}
+
+TEST(CanopenClient, NodeThatRebootsWhileTheBusIsSetUpMayNotJoin) {
+  using Phase = CanopenClient::Phase;
+  for (const Phase when : {Phase::kConfiguring, Phase::kStarting, Phase::kActivating, Phase::kOperational}) {
+    BenchMachine m;
+    for (int i = 0; i < 4000 && m.loop.client().phase() != when; ++i) m.tick();
+    ASSERT_EQ(m.loop.client().phase(), when);
+    if (when == Phase::kConfiguring) m.run(50ms);  // some answers in
+    ASSERT_EQ(m.loop.client().phase(), when);
+    m.bus.port(1).send(canopen::heartbeat_frame(0x24, canopen::NmtState::kBootUp));
+    const Reason why = fails(m, 100ms);
+    EXPECT_EQ(why.code, ReasonCode::kNodeFault) << static_cast<int>(when);
+    EXPECT_EQ(why.subject, 0x24);
+  }
+}
+
 TEST(CanopenClient, EmergencyOfAnyNodeIsAFaultWithItsCode) {
   BenchMachine m;
   ASSERT_TRUE(starts(m));

@@ -40,6 +40,7 @@ class Rig {
     }
     estimation::ForceEstimate force;
     force.tip_N = p.tip_N;
+    force.confidence = 1;
     force.fast_torque_Nm = kinematics_.tip_jacobian(p.joint_rad).transpose() * p.tip_N;
     const auto output = control_.step(state, force, command, sent_);
     sent_ = output.valve;
@@ -137,6 +138,41 @@ TEST(JointControl, ScalesAllAxesTogetherWhenThePumpIsShort) {
   EXPECT_NE(output.limits & kLimitPumpFlow, 0);
   EXPECT_NEAR(output.rate_radps[1] / output.rate_radps[0], -0.65 / 0.55, 1e-6);
   EXPECT_NEAR(output.rate_radps[2] / output.rate_radps[0], -1.2 / 0.55, 1e-6);
+}
+
+/// Joint rates asked of a machine held at its set-point, for an external torque as the estimator claims it.
+JointVector given_way(const JointVector& torque_Nm, double confidence) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  const Kinematics kinematics(machine);
+  JointControl control(machine, kStep_s);
+  estimation::JointState state;
+  state.angle_rad = kStart;
+  for (int i = 0; i < kJoints; ++i) state.lever_m[i] = kinematics.cylinder_at(i, kStart[i])->lever_m;
+  estimation::ForceEstimate force;
+  force.fast_torque_Nm = torque_Nm;
+  force.confidence = confidence;
+  return control.step(state, force, {kStart, JointVector::Zero(), true}, JointVector::Zero()).rate_radps;
+}
+
+TEST(JointControl, GivesWayOnlyToAForceThatIsTrustedAndNeverWithoutBound) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  const Kinematics kinematics(machine);
+  // A boom transmitter that jumps by 150 bar: more than 50 kN on the rod.
+  const double jump_Nm =
+      150e5 * machine.cylinders[kBoom].head_area_m2() * kinematics.cylinder_at(kBoom, kStart[kBoom])->lever_m;
+  for (const double sign : {-1.0, 1.0}) {
+    const JointVector jump(sign * jump_Nm, 0, 0);
+    EXPECT_TRUE(given_way(jump, 0.1).isZero(0)) << "nobody trusts it";
+    const JointVector rate = given_way(jump, 1);
+    const double gain = std::max(machine.control.position_gain_1ps, machine.control.bucket_position_gain_1ps);
+    EXPECT_GT(rate.norm(), 0);
+    EXPECT_LE((kinematics.tip_jacobian(kStart) * rate).norm(), gain * 5e3 / machine.control.tip_stiffness_N_per_m);
+    EXPECT_LT((given_way(2 * jump, 1) - rate).norm(), 1e-9) << "no more for twice the nonsense";
+    // An honest press: in full, and in proportion.
+    const JointVector press = kinematics.tip_jacobian(kStart).transpose() * PlanarVector(sign * 2000, 0);
+    EXPECT_LT((given_way(press, 0.4) - 2 * given_way(press / 2, 1)).norm(), 1e-9);
+    EXPECT_LT((given_way(press, 0.25) - 0.5 * given_way(press, 1)).norm(), 1e-9);
+  }
 }
 
 TEST(JointControl, IsNeutralWhileInactive) {

@@ -92,6 +92,29 @@ TEST(Modes, EnablePressedBeforeTheHandIsThereDoesNotCount) {
   EXPECT_EQ(s.blocking.code, ReasonCode::kEnableHeld);
 }
 
+TEST(Modes, PressMadeBeforeADeadScreenDoesNotCountOnceTheLinkIsBack) {
+  for (int cause = 0; cause < 3; ++cause) {
+    for (const Mode mode : {Mode::kReady, Mode::kAligning, Mode::kFault}) {
+      Story s;
+      s.state = {mode, mode == Mode::kFault ? reason(ReasonCode::kLinkLost) : Reason{}, false};
+      s.in.enable = false;
+      s.steps(3);
+      const auto missing = [&s, cause](bool is) {
+        if (cause == 0) s.in.link_lost = is ? reason(ReasonCode::kLinkLost) : Reason{};
+        if (cause == 1) s.in.device = is ? reason(ReasonCode::kDeviceLost) : Reason{};
+        if (cause == 2) s.in.presence = !is;
+      };
+      missing(true);
+      s.steps(50);  // the last packet says released, whatever the operator does
+      missing(false);
+      s.in.enable = true;  // the first packet of the living link, hand on the machine
+      const Mode before = s.state.mode;
+      EXPECT_EQ(s.steps(100), before) << "cause " << cause << " in " << static_cast<int>(mode);
+      EXPECT_EQ(s.engage(), Mode::kEngaged);
+    }
+  }
+}
+
 TEST(Modes, HandMustBeWithinFiveDegreesOnEveryJoint) {
   for (int joint = 0; joint < kJoints; ++joint) {
     for (const double sign : {-1.0, 1.0}) {

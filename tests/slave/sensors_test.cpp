@@ -79,6 +79,19 @@ TEST_F(Sensors, ImpossibleValuesAreLeftOutAndThreeInARowAreAFault) {
   }
 }
 
+TEST_F(Sensors, EncoderThatJumpedIsNotBelievedByWaiting) {
+  send_all();
+  for (int i = 0; i < 200 * 60; ++i) {  // the drum slipped by 25 mm: in range, and alive
+    now += 5ms;
+    for (std::uint8_t k = 0; k < 6; ++k) pressure(k, 50e5 + k * 1e5);
+    length(0, 0.9), length(1, 1.125), length(2, 0.9), tilt(0.02);
+    if (i < 3) continue;
+    ASSERT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid) << i * 5 << " ms";
+    ASSERT_EQ(sensors.fault(now).subject, 0x31);
+    ASSERT_NEAR(sensors.measurement()->cylinder_m[1], 1.1, 1e-6);
+  }
+}
+
 TEST_F(Sensors, BoomMountedTiltGivesTheHullPitch) {
   machine.sensors.tilt_mount = SensorDescription::TiltMount::kOnBoom;
   SensorSet on_boom(machine);
