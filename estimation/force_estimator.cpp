@@ -72,7 +72,14 @@ const JointVector& MomentumObserver::step(const JointVector& momentum, const Joi
 
 ForceEstimator::Channel::Channel(double velocity_Hz, double observer_Hz, double step_s) noexcept
     : first(velocity_Hz, step_s, JointVector::Zero()), rate(velocity_Hz, step_s), observer(observer_Hz, step_s) {
+  rest();
+}
+
+/// No speed, and bristles that are not bent either way. The observer starts with the pose.
+void ForceEstimator::Channel::rest() noexcept {
+  first.reset(JointVector::Zero());
   rate.reset(JointVector::Zero());
+  dahl = {};
 }
 
 ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
@@ -134,6 +141,10 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
 void ForceEstimator::start(const JointState& state) noexcept {
   started_ = true;
   last_angle_rad_ = state.angle_rad;
+  slow_.rest();
+  fast_.rest();
+  untouched_s_ = 0;
+  tare_.discard();
   pitch_.reset(state.hull_pitch_rad);
   const Pose pose(state.angle_rad, state.hull_pitch_rad);
   Bank bank;

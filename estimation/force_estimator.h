@@ -82,6 +82,10 @@ class ForceEstimator {
   /// confidence 0. The first call starts at rest.
   const ForceEstimate& step(const JointState& state) noexcept;
 
+  /// The sensors were away for a while: the next step starts at rest where the machine is then. What was learned of it
+  /// stays, but for the looks not yet learned.
+  void restart_motion() noexcept { started_ = false; }
+
   /// Somebody who can see the machine says that nothing touches it: until false is said again, the size of the force is
   /// no longer taken as a sign of contact, so that the tare learns it away (a sudden one still is).
   void tare(bool free_motion_certain) noexcept { free_motion_certain_ = free_motion_certain; }
@@ -99,6 +103,7 @@ class ForceEstimator {
   /// Speed, bristles and observer of one bandwidth.
   struct Channel {
     Channel(double velocity_Hz, double observer_Hz, double step_s) noexcept;
+    void rest() noexcept;
     /// Two equal poles: behind one, each 0.1 mm step of a wire encoder is a jolt of 500 N m to the boom's momentum.
     LowPass<JointVector> first;
     FohFilter<JointVector> rate;

@@ -72,13 +72,13 @@ void SlaveLoop::estimate(Time now) noexcept {
   const auto measurement = sensors_.measurement();
   sensor_fault_ = sensors_.fault(now);
   if (!measurement || sensor_fault_) {
-    // Old values say nothing of speed: when they come back, the rates start at rest.
-    filter_.reset();
+    restart_motion();
     if (!measurement) state_.reset();
     return;
   }
   state_ = filter_.step(*measurement);
   if (!state_) {
+    restart_motion();
     sensor_fault_ = {ReasonCode::kSensorInvalid, sensors_.oldest_node(), 0, 0};
     return;
   }
@@ -88,6 +88,14 @@ void SlaveLoop::estimate(Time now) noexcept {
   force_.hold_tare(payload_.maybe_loaded());
   force_.carry(payload_.carried());
   energy_in_J_ += std::max(0.0, force_.estimate().joint_torque_Nm.dot(state_->rate_radps)) * step_s_;
+}
+
+/// Old values say nothing of speed: when they come back, all that knows motion starts at rest. A jump over a gap would
+/// be taken for speed, and that for a force.
+void SlaveLoop::restart_motion() noexcept {
+  filter_.reset();
+  force_.restart_motion();
+  rest_rate_.reset(JointVector::Zero());
 }
 
 /// Sensors and valves against each other, once everything runs.

@@ -67,6 +67,7 @@ class SlaveLoop {
   void receive_frames(Time now) noexcept;
   void receive_link(Time now) noexcept;
   void estimate(Time now) noexcept;
+  void restart_motion() noexcept;
   void watch_sensors() noexcept;
   [[nodiscard]] Reason machine_fault() const noexcept;
   [[nodiscard]] ModeInputs observe() const noexcept;

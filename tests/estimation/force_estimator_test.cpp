@@ -49,6 +49,12 @@ class Twin {
     for (double speed = 1; speed > 0; speed -= kStep_s) step(PlanarVector::Zero(), speed);
     for (double t = 0; t < 1; t += kStep_s) step(PlanarVector::Zero(), 0);
   }
+  /// The sensors are away while the motion goes on.
+  void gap(double seconds) {
+    clock_s_ += seconds;
+    filter_.reset();
+    estimator_.restart_motion();
+  }
   ForceEstimator& estimator() { return estimator_; }
 
   SineMotion motion;
@@ -270,6 +276,24 @@ TEST(ForceEstimator, NonFiniteInputRepeatsTheLastEstimateWithoutConfidence) {
   EXPECT_TRUE(e.confidence_reasons & kBadInput);
   EXPECT_LT(run.free_motion(0.5).tip_N.norm(), 500);
   EXPECT_GT(run.estimator().estimate().confidence, 0.5);
+}
+
+TEST(ForceEstimator, PoseThatMovedWhileTheSensorsWereAwayIsNoForceAndTheTareStays) {
+  Twin run(oil_of_today());
+  run.free_motion(30);
+  run.stop();
+  const JointVector before_rad = run.angle_rad;
+  const TareVector learned = run.estimator().learned().state();
+  run.gap(1.5);
+  double most_N = 0;
+  for (double t = 0; t < 1; t += kStep_s) {
+    most_N = std::max(most_N, run.step(PlanarVector::Zero(), 0).tip_N.norm());
+    EXPECT_FALSE(run.estimator().estimate().contact) << t;
+  }
+  EXPECT_GT((run.angle_rad - before_rad).norm(), 0.1);
+  EXPECT_LT(most_N, 400) << "no more than friction hides at rest";
+  EXPECT_EQ((run.estimator().learned().state() - learned).norm(), 0);
+  EXPECT_FALSE(run.estimator().estimate().confidence_reasons & kNotTared);
 }
 
 TEST(ForceEstimator, StepAllocatesNothing) {

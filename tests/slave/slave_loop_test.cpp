@@ -153,6 +153,23 @@ TEST(SlaveLoop, SnappedWireAndFrozenEncoderEndNeutral) {
   }
 }
 
+TEST(SlaveLoop, WayMadeDuringASensorGapIsNeitherSpeedNorForce) {
+  BenchMachine m;
+  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  m.run(2s);
+  const JointVector torque = m.loop.force().fast_torque_Nm;
+  ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kSilent));
+  m.run(60ms);
+  m.signals.cylinder_m[kBoom] += 0.015;
+  m.nodes.inject(0x30, sim::NodeFault::kNone);
+  for (int i = 0; i < 100; ++i) {
+    m.run(5ms);
+    ASSERT_LT((m.loop.force().fast_torque_Nm - torque).norm(), 700) << i;  // gravity of another pose
+    ASSERT_LT(m.loop.sent().velocity_radps.norm(), 0.05) << i;
+  }
+  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+}
+
 TEST(SlaveLoop, StuckValveEndsNeutral) {
   BenchMachine m;
   lead(m);
