@@ -14,6 +14,7 @@ constexpr Duration kReportAgeLimit = 20ms;  // the firmware's own watchdog takes
 constexpr Duration kRestartAge = 1s;        // then it is treated as attached anew: its sequence may have started again
 constexpr Duration kSettleTime = 100ms;    // good reports before the device is ok (again): no fault is too short to see
 constexpr int kBadReportLimit = 3;         // damaged or implausible, in a row
+constexpr int kMostReports = 64;           // a step: a flood is cut off, not followed
 constexpr double kRangeMargin_rad = 0.15;  // end stops give way a little
 constexpr double kRateLimit_radps = 60;
 constexpr double kClockDrift = 200e-6;  // of the device's clock against ours, at most
@@ -70,7 +71,8 @@ void DeviceDriver::attach(Time now) noexcept {
   described_at_ = now - kDescribePeriod;
   bad_in_a_row_ = 0;
   HidReport stale;
-  while (port_.read(stale)) ++counters_.discarded_old;  // whatever was on the way when the cable was pulled
+  // Whatever was on the way when the cable was pulled.
+  for (int i = 0; i < kMostReports && port_.read(stale); ++i) ++counters_.discarded_old;
 }
 
 void DeviceDriver::detach() noexcept {
@@ -81,7 +83,7 @@ void DeviceDriver::detach() noexcept {
 
 void DeviceDriver::drain(Time now) noexcept {
   HidReport report;
-  while (port_.read(report)) {
+  for (int i = 0; i < kMostReports && port_.read(report); ++i) {
     if (const auto state = decode_state(report)) {
       ++counters_.reports;
       const int ahead = std::int16_t(state->sequence - newest_.sequence);

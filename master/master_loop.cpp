@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kStep_s = 1e-3;
 constexpr Duration kRestartSilence = 1s;  // after it any sequence number is news: the other side started again
+constexpr int kMostDatagrams = 64;        // a step: a flood is cut off, not followed
 constexpr double kRoundTripBlend = 0.05;  // per message: about 0.1 s at 200 Hz
 constexpr double kRoundTripBelieved_s = 5;
 constexpr double kDirectSilence_s = 0.5;
@@ -45,7 +46,7 @@ void MasterLoop::step(Time now) noexcept {
 }
 
 void MasterLoop::receive(Time now) noexcept {
-  while (link_.receive(incoming_)) {
+  for (int i = 0; i < kMostDatagrams && link_.receive(incoming_); ++i) {
     const auto message = decode_slave(incoming_.view());
     if (!message) continue;
     if (slave_ && !newer(message->sequence, slave_->sequence) && now - slave_at_ < kRestartSilence) continue;

@@ -15,6 +15,11 @@ constexpr std::size_t kMasterSize = kHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 
 constexpr std::size_t kSlaveSize =
     kHeaderSize + 4 + 4 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 2 * 8 + 3 * 8 + 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
 constexpr std::uint8_t kMasterFlags = 0x1F;
+// No honest number comes near these; within them no sum, square or difference in the loops overflows.
+constexpr Duration kMostTime = std::chrono::hours(10 * 365 * 24);
+constexpr double kMostAngle_rad = 10, kMostRate_radps = 200;
+constexpr double kMostForce_N = 1e8, kMostCovariance_N2 = 1e16;
+constexpr double kMostPressure_Pa = 1e10, kMostMass_kg = 1e9, kMostEnergy_J = 1e15, kMostScale = 1e6;
 
 ByteWriter begin(Datagram& datagram, Kind kind, std::size_t size) noexcept {
   datagram.size = static_cast<std::uint16_t>(size);
@@ -38,17 +43,34 @@ std::optional<ByteReader> open(std::span<const std::uint8_t> bytes, Kind kind, s
 void put(ByteWriter& out, Time time) noexcept {
   out.put(std::int64_t{time.time_since_epoch().count()});
 }
-Time get_time(ByteReader& in) noexcept {
-  return Time(Duration(in.get<std::int64_t>()));
-}
+/// Reads numbers that must be within bounds.
+class BoundedReader {
+ public:
+  explicit BoundedReader(ByteReader& in) noexcept : in_(in) {}
+  Time time() noexcept {
+    const Duration since{in_.get<std::int64_t>()};
+    ok_ = ok_ && since >= -kMostTime && since <= kMostTime;
+    return Time(since);
+  }
+  double number(double min, double max) noexcept {
+    const double value = in_.get<double>();
+    ok_ = ok_ && value >= min && value <= max;
+    return value;
+  }
+  template <typename Values>
+  void each(Values& values, double most) noexcept {
+    for (double& value : values) value = number(-most, most);
+  }
+  [[nodiscard]] bool ok() const noexcept { return ok_ && in_.ok(); }
+
+ private:
+  ByteReader& in_;
+  bool ok_ = true;
+};
 
 template <typename Values>
 void put_each(ByteWriter& out, const Values& values) noexcept {
   for (const double value : values) out.put(value);
-}
-template <typename Values>
-void get_each(ByteReader& in, Values& values) noexcept {
-  for (double& value : values) value = in.get<double>();
 }
 
 /// A reason may carry the very NaN it complains of; it must still get through, so it is sent as the largest number.
@@ -121,10 +143,11 @@ std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) 
   auto in = open(bytes, Kind::kMaster, kMasterSize);
   if (!in) return std::nullopt;
   MasterMessage message;
+  BoundedReader bounded(*in);
   message.sequence = in->get<std::uint32_t>();
-  message.sent_at = get_time(*in);
-  message.echoed_slave_time = get_time(*in);
-  message.device_report_at = get_time(*in);
+  message.sent_at = bounded.time();
+  message.echoed_slave_time = bounded.time();
+  message.device_report_at = bounded.time();
   const unsigned flags = in->get<std::uint8_t>();
   message.presence = (flags & 1U) != 0;
   message.enable = (flags & 2U) != 0;
@@ -132,12 +155,12 @@ std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) 
   message.stop = (flags & 8U) != 0;
   message.device_ok = (flags & 16U) != 0;
   const bool known = get(*in, message.device_reason);
-  get_each(*in, message.position_rad);
-  get_each(*in, message.velocity_radps);
-  message.position_scale = in->get<double>();
-  message.force_scale = in->get<double>();
-  message.energy_in_J = in->get<double>();
-  if (!known || (flags & ~unsigned{kMasterFlags}) != 0 || !in->ok()) return std::nullopt;
+  bounded.each(message.position_rad, kMostAngle_rad);
+  bounded.each(message.velocity_radps, kMostRate_radps);
+  message.position_scale = bounded.number(0, kMostScale);
+  message.force_scale = bounded.number(0, kMostScale);
+  message.energy_in_J = bounded.number(-kMostEnergy_J, kMostEnergy_J);
+  if (!known || (flags & ~unsigned{kMasterFlags}) != 0 || !bounded.ok()) return std::nullopt;
   return message;
 }
 
@@ -171,28 +194,29 @@ std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) no
   auto in = open(bytes, Kind::kSlave, kSlaveSize);
   if (!in) return std::nullopt;
   SlaveMessage message;
+  BoundedReader bounded(*in);
   message.sequence = in->get<std::uint32_t>();
-  message.sent_at = get_time(*in);
-  message.echoed_master_time = get_time(*in);
-  message.sensor_at = get_time(*in);
-  message.echoed_report_at = get_time(*in);
+  message.sent_at = bounded.time();
+  message.echoed_master_time = bounded.time();
+  message.sensor_at = bounded.time();
+  message.echoed_report_at = bounded.time();
   const auto mode = in->get<std::uint8_t>();
   const bool known = get(*in, message.blocking) && get(*in, message.fault);
-  get_each(*in, message.position_rad);
-  get_each(*in, message.velocity_radps);
-  get_each(*in, message.acted_on_rad);
-  get_each(*in, message.tip_force_N);
-  get_each(*in, message.covariance_N2);
-  message.confidence = in->get<double>();
+  bounded.each(message.position_rad, kMostAngle_rad);
+  bounded.each(message.velocity_radps, kMostRate_radps);
+  bounded.each(message.acted_on_rad, kMostAngle_rad);
+  bounded.each(message.tip_force_N, kMostForce_N);
+  bounded.each(message.covariance_N2, kMostCovariance_N2);
+  message.confidence = bounded.number(0, 1);
   const auto contact = in->get<std::uint8_t>();
   message.limits = in->get<std::uint16_t>();
-  get_each(*in, message.pressure_Pa);
-  message.payload_kg = in->get<double>();
-  message.payload_sigma_kg = in->get<double>();
-  message.energy_in_J = in->get<double>();
+  bounded.each(message.pressure_Pa, kMostPressure_Pa);
+  message.payload_kg = bounded.number(-kMostMass_kg, kMostMass_kg);
+  message.payload_sigma_kg = bounded.number(0, kMostMass_kg);
+  message.energy_in_J = bounded.number(-kMostEnergy_J, kMostEnergy_J);
   const bool in_range =
       known && mode <= static_cast<std::uint8_t>(Mode::kEStop) && contact <= 1 && (message.limits & ~kLimitBits) == 0;
-  if (!in_range || !in->ok()) return std::nullopt;
+  if (!in_range || !bounded.ok()) return std::nullopt;
   message.mode = static_cast<Mode>(mode);
   message.contact = contact == 1;
   return message;

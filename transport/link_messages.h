@@ -83,7 +83,7 @@ inline constexpr unsigned kLimitBits = 0xFF;  ///< All of them; others are refus
 
 [[nodiscard]] Datagram encode(const MasterMessage& message) noexcept;
 [[nodiscard]] Datagram encode(const SlaveMessage& message) noexcept;
-/// nullopt where size, magic, version or a non-finite number is wrong.
+/// nullopt where size, magic or version is wrong, or a number not finite or beyond anything honest.
 [[nodiscard]] std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) noexcept;
 [[nodiscard]] std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) noexcept;
 /// Serial-number arithmetic (RFC 1982): is a newer than b?

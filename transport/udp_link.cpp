@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstring>
 #include <utility>
 
@@ -13,6 +14,8 @@
 
 namespace knuckle {
 namespace {
+
+constexpr std::chrono::milliseconds kPeerSilence{1000};  // then the other side may have started anew, from a new port
 
 sockaddr_in parse(const std::string& address) {
   const auto colon = address.rfind(':');
@@ -54,7 +57,10 @@ UdpLink UdpLink::connect(const std::string& address) {
 }
 
 UdpLink::UdpLink(UdpLink&& other) noexcept
-    : socket_(std::exchange(other.socket_, -1)), listening_(other.listening_), peer_(other.peer_) {}
+    : socket_(std::exchange(other.socket_, -1)),
+      listening_(other.listening_),
+      peer_(other.peer_),
+      heard_at_(other.heard_at_) {}
 
 UdpLink::~UdpLink() {
   if (socket_ >= 0) ::close(socket_);
@@ -77,10 +83,19 @@ bool UdpLink::receive(Datagram& datagram) noexcept {
     if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return false;
     if (got < 0 || static_cast<std::size_t>(got) > kMaxDatagram) continue;
     datagram.size = static_cast<std::uint16_t>(got);
-    if (listening_) peer_ = from;
+    if (listening_ && !belongs_to(from)) continue;
     return true;
   }
   return false;
+}
+
+bool UdpLink::belongs_to(const sockaddr_in& from) noexcept {
+  const auto now = std::chrono::steady_clock::now();
+  const bool same = from.sin_port == peer_.sin_port && from.sin_addr.s_addr == peer_.sin_addr.s_addr;
+  if (!same && peer_.sin_port != 0 && now - heard_at_ < kPeerSilence) return false;
+  peer_ = from;
+  heard_at_ = now;
+  return true;
 }
 
 std::uint16_t UdpLink::port() const noexcept {

@@ -1,8 +1,10 @@
-// The link over a UDP socket (IPv4, non-blocking). One end listens and answers whoever spoke last; the other connects.
+// The link over a UDP socket (IPv4, non-blocking). One end listens and belongs to who spoke first, until
+// that one has been silent for a second; the other connects. Nothing is encrypted or proven: loopback and tests only.
 #pragma once
 
 #include <netinet/in.h>
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 
@@ -23,7 +25,7 @@ class UdpLink final : public Link {
 
   /// False where the system refused, or where a listening end has not heard anybody yet.
   bool send(std::span<const std::uint8_t> bytes) noexcept override;
-  /// Longer datagrams than kMaxDatagram are skipped.
+  /// Longer datagrams than kMaxDatagram, and those of strangers, are skipped.
   bool receive(Datagram& datagram) noexcept override;
   /// Local port, as bound.
   [[nodiscard]] std::uint16_t port() const noexcept;
@@ -32,7 +34,10 @@ class UdpLink final : public Link {
   UdpLink(int socket, bool listening) noexcept : socket_(socket), listening_(listening) {}
   int socket_;
   bool listening_;
-  sockaddr_in peer_{};  ///< Listening end: who spoke last; port 0 = nobody yet.
+  [[nodiscard]] bool belongs_to(const sockaddr_in& from) noexcept;
+
+  sockaddr_in peer_{};                                ///< Listening end: whom it belongs to; port 0 = nobody yet.
+  std::chrono::steady_clock::time_point heard_at_{};  ///< The peer, last.
 };
 
 }  // namespace knuckle

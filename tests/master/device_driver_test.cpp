@@ -49,6 +49,25 @@ struct Desk {
   Time now{};
 };
 
+/// A device that has more to say than anybody can read.
+struct Flood final : HidPort {
+  bool write(const HidReport&) noexcept override { return true; }
+  bool read(HidReport& report) noexcept override {
+    report = {};
+    return ++reads < 1000000;
+  }
+  [[nodiscard]] bool connected() const noexcept override { return true; }
+  int reads = 0;
+};
+
+TEST(DeviceDriver, EndsItsStepHoweverMuchTheDeviceSays) {
+  Flood flood;
+  DeviceDriver driver(desk_device(), flood);
+  driver.step(Time(1ms));
+  EXPECT_LE(flood.reads, 128);
+  EXPECT_FALSE(driver.reading().ok);
+}
+
 TEST(DeviceDriver, ReadsAnglesSpeedsAndButtonsAfterTheHandshake) {
   Desk desk;
   desk.intent.rate_radps = JointVector(0.2, 0, 0);

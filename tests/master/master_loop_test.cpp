@@ -274,6 +274,35 @@ TEST(MasterLoop, TakesTheNewestMessageAndIgnoresOvertakenOnes) {
   EXPECT_EQ(rig.loop.machine()->mode, Mode::kReady);
 }
 
+/// A network that brings more than anybody can read.
+struct Flood final : Link {
+  bool send(std::span<const std::uint8_t>) noexcept override { return true; }
+  bool receive(Datagram& datagram) noexcept override {
+    datagram = encode(SlaveMessage{});
+    return ++reads < 1000000;
+  }
+  int reads = 0;
+};
+
+TEST(MasterLoop, EndsItsStepHoweverMuchTheNetworkBrings) {
+  HidPair cable;
+  Flood flood;
+  MasterLoop loop(test::desk_device(), test::desk_machine(), cable.host(), flood, ControlLaw::kEchoSpring);
+  loop.step(Time(1ms));
+  EXPECT_LE(flood.reads, 64);
+}
+
+TEST(MasterLoop, FeelsAgainAfterAMachineThatSpokeNonsense) {
+  MasterRig rig;
+  rig.engage();
+  rig.machine.velocity_radps[0] = 1e308;
+  rig.run(0.02);
+  rig.machine.velocity_radps.setZero();
+  push_back(rig);
+  rig.run(20);
+  EXPECT_NEAR((rig.hand.truth().felt_N - PlanarVector(0, 2)).norm(), 0, 0.3);
+}
+
 TEST(MasterLoop, AllocatesNothingWhileItSteps) {
   MasterRig rig;
   rig.engage();

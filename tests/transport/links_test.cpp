@@ -247,6 +247,27 @@ TEST(UdpLink, CarriesDatagramsBothWaysOverLoopback) {
   EXPECT_FALSE(master.send(std::vector<std::uint8_t>(kMaxDatagram + 1)));
 }
 
+TEST(UdpLink, StrangersNeitherGetInNorTakeTheAnswersAway) {
+  UdpLink slave = UdpLink::listen("127.0.0.1:0");
+  const std::string address = "127.0.0.1:" + std::to_string(slave.port());
+  UdpLink master = UdpLink::connect(address), stranger = UdpLink::connect(address);
+  const std::array<std::uint8_t, 1> good{1}, stray{2};
+  Datagram datagram;
+  ASSERT_TRUE(master.send(good));
+  ASSERT_TRUE(wait_for(slave, datagram));
+  ASSERT_TRUE(stranger.send(stray));
+  ASSERT_TRUE(master.send(good));
+  ASSERT_TRUE(wait_for(slave, datagram));
+  EXPECT_EQ(datagram.bytes[0], 1);
+  ASSERT_TRUE(slave.send(good));
+  EXPECT_TRUE(wait_for(master, datagram));
+  EXPECT_FALSE(stranger.receive(datagram));
+  ::poll(nullptr, 0, 1100);  // the first one is gone: whoever comes now is served
+  ASSERT_TRUE(stranger.send(stray));
+  ASSERT_TRUE(wait_for(slave, datagram));
+  EXPECT_EQ(datagram.bytes[0], 2);
+}
+
 TEST(UdpLink, NamesTheAddressItCannotUse) {
   for (const char* bad : {"localhost", "127.0.0.1", "127.0.0.1:", "127.0.0.1:99999", "a.b.c.d:1", "127.0.0.1:1x"}) {
     try {
