@@ -1,5 +1,6 @@
 #include "transport/link_messages.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -43,6 +44,12 @@ std::optional<ByteReader> open(std::span<const std::uint8_t> bytes, Kind kind, s
 void put(ByteWriter& out, Time time) noexcept {
   out.put(std::int64_t{time.time_since_epoch().count()});
 }
+/// An estimate has no bound of its own where a stretched arm feels next to nothing; it must not cost the message.
+template <typename Values>
+void put_each(ByteWriter& out, const Values& values, double most) noexcept {
+  for (const double value : values) out.put(std::clamp(value, -most, most));
+}
+
 /// Reads numbers that must be within bounds.
 class BoundedReader {
  public:
@@ -178,8 +185,8 @@ Datagram encode(const SlaveMessage& message) noexcept {
   put_each(out, message.position_rad);
   put_each(out, message.velocity_radps);
   put_each(out, message.acted_on_rad);
-  put_each(out, message.tip_force_N);
-  put_each(out, message.covariance_N2);
+  put_each(out, message.tip_force_N, kMostForce_N);
+  put_each(out, message.covariance_N2, kMostCovariance_N2);
   out.put(message.confidence);
   out.put(static_cast<std::uint8_t>(message.contact ? 1 : 0));
   out.put(message.limits);
