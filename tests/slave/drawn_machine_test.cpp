@@ -1,5 +1,5 @@
 // The loop on simulated machines drawn as the design says (oil, friction, dead bands, pins, transmitters), in the air
-// and against a wall: no rule may take a sound machine for a broken one, and swapped or frozen sensors are found.
+// and against a wall: no rule may take a sound machine for a broken one, and frozen sensors are found.
 #include <gtest/gtest.h>
 
 #include <cmath>
