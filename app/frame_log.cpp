@@ -9,6 +9,7 @@ namespace {
 
 constexpr Duration kSilent = 50ms;       // a valve reports every 10 ms
 constexpr Duration kSpringTime = 100ms;  // generous: spools spring to neutral in about 60 ms
+constexpr Duration kUnderWay = 10ms;     // what the controller sent before it hung may reach the wire so much later
 
 FrameLog::const_iterator first_at(const FrameLog& log, Time at) {
   return std::lower_bound(log.begin(), log.end(), at, [](const TimedFrame& f, Time t) { return f.at < t; });
@@ -37,6 +38,21 @@ bool from_controller(const CanFrame& frame, const MachineDescription& machine) {
          canopen::function_of(frame.id) == 0x600;
 }
 
+/// When the controller broke a silence that began at `from` and lasted for longer than the valves bear. nullopt: it was
+/// never so silent. Time::max(): it did not speak again before `until`.
+std::optional<Time> end_of_silence(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
+  Time spoke_last = from;
+  for (auto it = first_at(log, from); it != log.end() && it->at < until; ++it) {
+    if (!from_controller(it->frame, machine)) continue;
+    if (it->at - spoke_last >= from_seconds(machine.bus.valve_watchdog_s)) return it->at;
+    if (it->at - from > kUnderWay) return std::nullopt;
+    spoke_last = it->at;
+  }
+  const Time end = log.empty() ? from : std::min(until, log.back().at);
+  if (end - spoke_last < from_seconds(machine.bus.valve_watchdog_s)) return std::nullopt;
+  return Time::max();
+}
+
 /// The enable node says that there is no pilot pressure: nothing can hold a spool open.
 bool pilot_off(const CanFrame& frame) {
   const auto inputs = canopen::parse_enable(frame);
@@ -52,7 +68,7 @@ bool all(const PerJoint<bool>& flags) {
 NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
   NeutralTimes times;
   PerJoint<bool> command{true, true, true}, spool{true, true, true};
-  std::optional<Time> controller_spoke, pilot_off_since;
+  std::optional<Time> pilot_off_since;
   PerJoint<Time> spool_at{};
   const auto note = [from](std::optional<Time>& since, const PerJoint<bool>& neutral, Time at) {
     if (!all(neutral)) {
@@ -81,11 +97,11 @@ NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machin
     for (std::size_t i = 0; i < kJoints; ++i) {
       if (f.at - spool_at[i] > kSilent) spool[i] = pilot_off_since && f.at - *pilot_off_since > kSpringTime;
     }
-    if (f.at >= from && !controller_spoke && from_controller(f.frame, machine)) controller_spoke = f.at;
     note(times.command, command, f.at);
     note(times.spool, spool, f.at);
   }
-  times.controller_silent = times.spool && (!controller_spoke || *controller_spoke > *times.spool);
+  const std::optional<Time> spoke = end_of_silence(log, machine, from, until);
+  times.controller_silent = times.spool && spoke && *spoke > *times.spool;
   if (times.controller_silent) times.command.reset();
   return times;
 }

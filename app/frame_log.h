@@ -22,8 +22,9 @@ struct NeutralTimes {
   std::optional<Time> command;     ///< Each valve's newest RPDO is a zero set-point or not ACTIVE.
   std::optional<Time> spool;       ///< Each valve's newest TPDO shows a spool inside its nominal dead band; of a valve
                                    ///< that has gone silent: pilot pressure has been off for 100 ms.
-  bool controller_silent = false;  ///< The controller put nothing on the wire from `from` until the spools were
-                                   ///< neutral: there was no command to judge, the nodes acted by themselves.
+  bool controller_silent = false;  ///< From `from` the controller put nothing on the wire for as long as the valves'
+                                   ///< watchdog, nor before the spools were neutral: there was no command to judge,
+                                   ///< the nodes acted by themselves.
 };
 
 /// Reads frames in [from, until). The state at `from` is that of the last frames before it.

@@ -185,6 +185,50 @@ TEST(NeutralTimes, AControllerThatOnlyKeepsSendingHeartbeatsIsNotSilent) {
   EXPECT_EQ(r.neutral(105, 1000).command, std::nullopt) << "and never told the valves";
 }
 
+/// A controller that talks every 10 ms in [from, until) while the spools report `position`.
+void talk(Recording& r, int from_ms, int until_ms, double set_point, double position) {
+  for (int ms = from_ms; ms < until_ms; ms += 10) {
+    r.sync(ms);
+    r.commands(ms + 1, set_point);
+    r.spools(ms + 2, position);
+  }
+}
+
+TEST(NeutralTimes, AMachineThatStandsIsNoExcuseForACommandThatNeverWasNeutral) {
+  Recording r;
+  talk(r, 0, 300, 0.05, 0);
+  r.spools(107, 0);  // before the next SYNC
+  EXPECT_FALSE(r.neutral(105, 300).controller_silent);
+  EXPECT_EQ(r.neutral(105, 300).command, std::nullopt);
+}
+
+TEST(NeutralTimes, AGapShorterThanTheValvesWatchdogIsNoSilence) {
+  Recording r;
+  talk(r, 0, 100, 0.5, 0.5);
+  r.spools(110, 0);
+  talk(r, 140, 300, 0.5, 0);  // 40 ms without the controller; the watchdog takes 50 ms
+  EXPECT_FALSE(r.neutral(100, 300).controller_silent);
+  EXPECT_FALSE(r.neutral(100, 135).controller_silent) << "nor one that is not over when the window ends";
+}
+
+TEST(NeutralTimes, WhatWasOnItsWayWhenTheControllerHungBreaksNoSilence) {
+  Recording r;
+  talk(r, 0, 100, 0.5, 0.5);
+  r.commands(101, 0.5);
+  r.spools(200, 0);
+  r.spools(210, 0);
+  EXPECT_TRUE(r.neutral(100, 400).controller_silent);
+}
+
+TEST(NeutralTimes, AControllerThatSpeaksBeforeTheSpoolsAreNeutralIsJudged) {
+  Recording r;
+  talk(r, 0, 100, 0.5, 0.5);
+  talk(r, 160, 250, 0.5, 0.5);
+  talk(r, 250, 400, 0, 0);
+  EXPECT_FALSE(r.neutral(100, 400).controller_silent);
+  EXPECT_EQ(r.neutral(100, 400).command, at_ms(251));
+}
+
 TEST(FrameLog, FindsTheLastFrameBeforeATime) {
   Recording r;
   r.sync(100);
