@@ -150,7 +150,9 @@ void read_nodes(TomlTable nodes, BusDescription& bus) {
 BusDescription read_bus(TomlTable file) {
   BusDescription bus;
   bus.bit_rate = static_cast<std::uint32_t>(1000 * file.integer("bit_rate_kbps", 50, 1000));
-  bus.sync_Hz = file.number("sync_Hz", 50, 400);
+  bus.sync_Hz = file.number("sync_Hz", 50, 250);
+  const double period_ms = 1e3 / bus.sync_Hz;
+  file.require(std::abs(period_ms - std::round(period_ms)) < 1e-6, "sync_Hz", "its period must be whole milliseconds");
   bus.valve_every_nth_sync = static_cast<int>(file.integer("valve_every_nth_sync", 1, 8));
   bus.controller_heartbeat_s = file.number("controller_heartbeat_ms", 10, 500, kMilli);
   bus.node_heartbeat_s = file.number("node_heartbeat_ms", 10, 500, kMilli);
@@ -159,13 +161,12 @@ BusDescription read_bus(TomlTable file) {
     file.require(ms >= 2 * twice_ms, key, "must be at least " + number_text(2 * twice_ms) + ", twice the " + what);
     return ms * kMilli;
   };
-  const double sync_ms = 1e3 / bus.sync_Hz;
   bus.node_heartbeat_timeout_s =
       at_least("node_heartbeat_timeout_ms", bus.node_heartbeat_s / kMilli, "nodes' heartbeat period");
-  bus.valve_watchdog_s = at_least("valve_watchdog_ms", sync_ms * bus.valve_every_nth_sync, "valves' command period");
+  bus.valve_watchdog_s = at_least("valve_watchdog_ms", period_ms * bus.valve_every_nth_sync, "valves' command period");
   bus.controller_timeout_s =
       at_least("controller_timeout_ms", bus.controller_heartbeat_s / kMilli, "controller's heartbeat period");
-  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", sync_ms, "SYNC period");
+  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", period_ms, "SYNC period");
   bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
   read_nodes(file.table("nodes"), bus);
   const double load = worst_bus_load(bus);
