@@ -36,7 +36,11 @@ bool FaultInjection::OperatorEnd::send(std::span<const std::uint8_t> bytes) noex
 
 bool FaultInjection::MachineEnd::receive(Datagram& datagram) noexcept {
   const bool received = link_.receive(datagram);
-  if (received && decode_master(datagram.view())) last_good = now;
+  const auto message = received ? decode_master(datagram.view()) : std::nullopt;
+  if (message && (!newest || newer(message->sequence, *newest))) {
+    newest = message->sequence;
+    last_good = now;
+  }
   return received;
 }
 

@@ -2,6 +2,8 @@
 // which the time to neutral counts.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "app/frame_log.h"
@@ -55,6 +57,7 @@ class FaultInjection {
     bool send(std::span<const std::uint8_t> bytes) noexcept override { return link_.send(bytes); }
     bool receive(Datagram& datagram) noexcept override;
     Time now{}, last_good = kNever;
+    std::optional<std::uint32_t> newest;  ///< Sequence: a copy or a late one is no news.
 
    private:
     Link& link_;

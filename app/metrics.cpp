@@ -29,6 +29,7 @@ constexpr MetricEntry kTable[] = {
     {"contact_error_rel", "force", "contact_error_rel", "1", &Metrics::contact_error_rel},
     {"direction_error_deg", "force", "direction_error_deg", "deg", &Metrics::direction_error_deg},
     {"detection_ms", "force", "detection_ms", "ms", &Metrics::detection_ms},
+    {"false_contact_share", "force", "false_contact_share", "1", &Metrics::false_contact_share},
     {"peak_N", "force", "peak_N", "N", &Metrics::peak_N},
     {"payload_truth_kg", "payload", "truth_kg", "kg", &Metrics::payload_truth_kg},
     {"payload_estimate_kg", "payload", "estimate_kg", "kg", &Metrics::payload_estimate_kg},
@@ -49,6 +50,7 @@ constexpr MetricEntry kTable[] = {
     {"pieces_broken", "session", "pieces_broken", "1", &Metrics::pieces_broken},
     {"phases_timed_out", "session", "phases_timed_out", "1", &Metrics::phases_timed_out},
     {"resumed_by_itself", "session", "resumed_by_itself", "1", &Metrics::resumed_by_itself},
+    {"records_lost", "session", "records_lost", "1", &Metrics::records_lost},
     {"pump_short_share", "session", "pump_short_share", "1", &Metrics::pump_short_share},
 };
 
@@ -204,6 +206,16 @@ void measure_detection(const SessionRecord& record, const std::vector<bool>& fre
   }
 }
 
+void measure_false_contact(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
+  int rows = 0, alarms = 0;
+  for (std::size_t i = 0; i < record.samples.size(); ++i) {
+    if (!free[i]) continue;
+    ++rows;
+    alarms += record.samples[i].contact ? 1 : 0;
+  }
+  if (rows > 0) metrics.false_contact_share = static_cast<double>(alarms) / rows;
+}
+
 /// At the end of the last phase "weigh"; without one, where the estimate was surest of a lifted load.
 void measure_payload(const SessionRecord& record, Metrics& metrics) {
   const Sample* weighed = nullptr;
@@ -224,6 +236,7 @@ void measure_payload(const SessionRecord& record, Metrics& metrics) {
 void measure_session(const SessionRecord& record, Metrics& metrics) {
   metrics.phases_timed_out = record.phases_timed_out;
   metrics.resumed_by_itself = record.resumed_by_itself;
+  metrics.records_lost = static_cast<double>(record.records_lost);
   metrics.faults = static_cast<double>(record.faults.size());
   for (const FaultRecord& fault : record.faults) {
     const auto worst = [&](Metric& metric, double at_s) {
@@ -265,6 +278,7 @@ Metrics compute_metrics(const SessionRecord& record) {
   measure_no_load(record, free, metrics);
   measure_contact_force(record, metrics);
   measure_detection(record, free, metrics);
+  measure_false_contact(record, free, metrics);
   measure_payload(record, metrics);
   measure_felt(record, metrics);
   measure_session(record, metrics);

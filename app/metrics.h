@@ -20,6 +20,7 @@ struct Metrics {
   Metric steady_drift_m;  ///< Largest mean error over a second in which the hand stood still.
   // force: estimate against truth
   Metric no_load_rms_N, contact_error_rel, direction_error_deg, detection_ms, peak_N;
+  Metric false_contact_share;  ///< Of free motion, with the contact event on.
   // payload
   Metric payload_truth_kg, payload_estimate_kg, payload_sigma_kg, payload_error_kg;
   // felt
@@ -32,6 +33,7 @@ struct Metrics {
   Metric pieces_broken;                         ///< World events that say "broke".
   Metric phases_timed_out;                      ///< 1 where the operator's plan did not come to its end.
   Metric resumed_by_itself;  ///< Faults after which a valve was commanded before enable was pressed anew.
+  Metric records_lost;       ///< Rows, frames, events and faults the recorder had no room for: fails every session.
   Metric pump_short_share;   ///< Of engaged time, pump delivering under 99 % of what was asked.
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "app/record_windows.h"
 
@@ -78,15 +79,19 @@ struct Response {
 void measure_response(const SessionRecord& record, const Window& press, Metrics& metrics) {
   const Response truth(record, press, [&](const Sample& s) { return record.force_scale * s.truth_tip_force_N.norm(); });
   const Response felt(record, press, [](const Sample& s) { return s.felt_N.norm(); });
-  if (truth.plateau_N < kLeastPlateau_N || felt.plateau_N < kLeastPlateau_N) return;
+  if (truth.plateau_N < kLeastPlateau_N) return;
   const auto time_s = [&](std::size_t row) { return record.samples[press.begin + row].t_s; };
   const double row_s = record.samples[press.begin + 1].t_s - record.samples[press.begin].t_s;
   const std::size_t start = truth.comes_to_stay(kRise, static_cast<std::size_t>(kStay_s / row_s));
   if (start == truth.force_N.size()) return;
   const double start_s = time_s(start);
-  keep_worst(metrics.rise_t90_s, std::max(0.0, time_s(felt.reaches(kRise)) - start_s));
+  // What is pressed and never felt, or never settles, meets no bound.
+  constexpr double kNeverComes_s = std::numeric_limits<double>::infinity();
+  const bool is_felt = felt.plateau_N >= kLeastPlateau_N;
+  keep_worst(metrics.rise_t90_s, is_felt ? std::max(0.0, time_s(felt.reaches(kRise)) - start_s) : kNeverComes_s);
   const std::size_t settled = felt.stays_within(kSettled);
-  if (settled < felt.force_N.size()) keep_worst(metrics.settle_s, std::max(0.0, time_s(settled) - start_s));
+  const bool settles = is_felt && settled < felt.force_N.size();
+  keep_worst(metrics.settle_s, settles ? std::max(0.0, time_s(settled) - start_s) : kNeverComes_s);
 }
 
 void measure_hold(const SessionRecord& record, const Window& hold, Metrics& metrics) {

@@ -107,6 +107,7 @@ class Loops {
   std::uint64_t events_read_ = 0;
   std::vector<sim::WorldEvent> world_events_;
   FrameLog frames_;
+  std::uint64_t lost_by_machine_ = 0;  ///< Frames and events without room.
 };
 
 Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end)
@@ -122,14 +123,14 @@ Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_
       machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, bus_.port(kMachinePort), setup.seed) {
   const double longest_s = setup.scenario.duration_s + 1;
   spans_.reserve(static_cast<std::size_t>(longest_s * setup.machine.bus.sync_Hz));
-  frames_.reserve(static_cast<std::size_t>(longest_s * kMostFramesPerSecond));
+  frames_.reserve(most_frames(setup.machine.bus, longest_s));
   world_events_.reserve(1024);
   seen_.machine_rad = master_seen_.machine_rad = setup.scenario.start_rad;
   bus_.set_tap({[](void* self, Time at, const CanFrame& f) { static_cast<Loops*>(self)->on_frame(at, f); }, this});
 }
 
 void Loops::on_frame(Time at, const CanFrame& frame) noexcept {
-  if (frames_.size() < frames_.capacity()) frames_.push_back({at, frame});
+  keep(frames_, {at, frame}, lost_by_machine_);
 }
 
 void Loops::step_hand(Time now) noexcept {
@@ -163,9 +164,8 @@ void Loops::step_slave(Time now) noexcept {
   master_to_record_.take(master_seen_);
   plant_to_record_.take(plant_seen_);
   faults_.step(now, slave_.mode(), slave_.fault(), hand_seen_.intent.enable);
-  if (record_.samples.size() < record_.samples.capacity()) {
-    record_.samples.push_back(sample_of(now, slave_, plant_seen_, hand_seen_, master_seen_, kinematics_));
-  }
+  keep(record_.samples, sample_of(now, slave_, plant_seen_, hand_seen_, master_seen_, kinematics_),
+       record_.records_lost);
   if (spans_.measured.size() < spans_.measured.capacity()) spans_.measured.push_back({now, now});
   const MasterMessage& set_point = slave_.master();
   if (set_point.sequence == heard_by_slave_) return;
@@ -186,14 +186,19 @@ void Loops::step_machine(Time now) noexcept {
   for (; events_read_ < plant.events.count; ++events_read_) {
     const sim::WorldEvent& event = plant.events.at(events_read_);
     if (event.kind == sim::WorldEventKind::kPieceBroke) ++breaks_;
-    if (world_events_.size() < world_events_.capacity()) world_events_.push_back(event);
+    keep(world_events_, event, lost_by_machine_);
   }
   plant_to_record_.put(plant);
 }
 
 void Loops::hand_over(Time end, SessionOutcome& outcome) {
+  record_.records_lost += lost_by_machine_;
   faults_.judge(
-      frames_, setup_.machine, end, [](Time latched_at) { return latched_at; }, record_);
+      frames_, setup_.machine, end,
+      [](Time latched_at) {
+        return Cause{latched_at, {}};
+      },
+      record_);
   for (const sim::WorldEvent& event : world_events_) record_.events.push_back({event.t_s, sim::name(event.kind)});
   record_.phases_timed_out = person_.timed_out() >= 0 || !person_.finished() ? 1 : 0;
   outcome.hops.hand_to_master = hand_to_master_;

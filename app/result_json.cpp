@@ -15,8 +15,8 @@ Json number(const Metric& value) {
 /// Counts are whole numbers in JSON too.
 Json metric_json(const MetricEntry& entry, const Metrics& metrics) {
   const Json value = number(metrics.*entry.member);
-  const bool counts =
-      entry.unit == "1" && (entry.key == "contact_losses" || entry.key == "faults" || entry.key == "pieces_broken");
+  const bool counts = entry.unit == "1" && (entry.key == "contact_losses" || entry.key == "faults" ||
+                                            entry.key == "pieces_broken" || entry.key == "records_lost");
   return counts && !value.is_null() ? Json(std::llround(value.get<double>())) : value;
 }
 
@@ -40,12 +40,16 @@ Json faults_json(const SessionRecord& record) {
   Json list = Json::array();
   for (const FaultRecord& f : record.faults) {
     const auto since_ms = [&](double at_s) { return at_s > 0 ? Json(1e3 * (at_s - f.last_good_input_s)) : Json(); };
-    list.push_back({{"code", name(f.reason.code)},
-                    {"reason", text(f.reason)},
-                    {"at_s", f.at_s},
-                    {"last_good_input", f.last_good_input_s},
-                    {"command_neutral_ms", since_ms(f.command_neutral_s)},
-                    {"spool_neutral_ms", since_ms(f.spool_neutral_s)}});
+    list.push_back(
+        {{"code", name(f.reason.code)},
+         {"reason", text(f.reason)},
+         {"at_s", f.at_s},
+         {"last_good_input", f.last_good_input_s},
+         {"command_neutral_ms", since_ms(f.command_neutral_s)},
+         {"spool_neutral_ms", since_ms(f.spool_neutral_s)},
+         {"injected_at", f.injected_s ? Json(*f.injected_s) : Json()},
+         {"since_injection_ms",
+          f.injected_s && f.spool_neutral_s > 0 ? Json(1e3 * (f.spool_neutral_s - *f.injected_s)) : Json()}});
   }
   return list;
 }

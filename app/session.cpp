@@ -41,6 +41,7 @@ struct Session::Impl {
   void note_master_hops() noexcept;
   void note_slave_hops() noexcept;
   void on_frame(Time at, const CanFrame& frame) noexcept;
+  Time last_good_input(const Injected& broken, Time latched_at) const;
   SessionRecord take_record();
 
   SessionSetup setup;
@@ -89,14 +90,14 @@ Session::Impl::Impl(const SessionSetup& s)
     throw InputError(s.machine.source + ": key 'bus.sync_Hz' = " + std::to_string(s.machine.bus.sync_Hz) +
                      ": its period must be whole milliseconds");
   }
-  frames.reserve(static_cast<std::size_t>(kMostFramesPerSecond * s.scenario.duration_s));
+  frames.reserve(most_frames(s.machine.bus, s.scenario.duration_s));
   spans.reserve(record.samples.capacity());
   world_events.reserve(1024);
   bus.set_tap({[](void* self, Time at, const CanFrame& f) { static_cast<Impl*>(self)->on_frame(at, f); }, this});
 }
 
 void Session::Impl::on_frame(Time at, const CanFrame& frame) noexcept {
-  if (frames.size() < frames.capacity()) frames.push_back({at, frame});
+  keep(frames, {at, frame}, record.records_lost);
 }
 
 void Session::Impl::step() noexcept {
@@ -152,37 +153,55 @@ void Session::Impl::read_events() noexcept {
   for (; events_read < events.count; ++events_read) {
     const sim::WorldEvent& event = events.at(events_read);
     if (event.kind == sim::WorldEventKind::kPieceBroke) ++breaks;
-    if (world_events.size() < world_events.capacity()) world_events.push_back(event);
+    keep(world_events, event, record.records_lost);
   }
 }
 
 void Session::Impl::sample(const sim::OperatorIntent& intent) noexcept {
   latched.step(now, slave.mode(), slave.fault(), intent.enable);
-  if (record.samples.size() == record.samples.capacity()) return;
   const HandView held = view_of(hand, person, intent, setup.scenario.phases.size());
   MasterView asked = view_of(master, setup.scenario.start_rad);
   asked.slew_N_per_ms = std::exchange(felt_slew, 0.0);
-  record.samples.push_back(sample_of(now, slave, machine.plant().state(), held, asked, kinematics));
+  keep(record.samples, sample_of(now, slave, machine.plant().state(), held, asked, kinematics), record.records_lost);
+}
+
+Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) const {
+  const int subject = broken.fault.subject;
+  switch (broken.fault.kind) {
+    case FaultKind::kValveStuck:  // It is sound for as long as nobody asks it to move: docs/results.md.
+      return last_following(frames, setup.machine, subject, latched_at).value_or(broken.at);
+    case FaultKind::kNodeSilent:
+      return last_frame_before(frames, canopen::tpdo1_id(static_cast<std::uint8_t>(subject)), broken.at)
+          .value_or(broken.at);
+    default:
+      return broken.last_good_input;
+  }
 }
 
 SessionRecord Session::Impl::take_record() {
   // What was broken last before the machine stopped is taken as the cause, also when it has just been mended; else the
   // stop itself is the last good input.
-  const auto last_good_input = [this](Time latched_at) {
-    Time last_good = latched_at;
+  const auto cause_of = [this](Time latched_at) {
+    Cause cause{latched_at, {}};
     for (const Injected& i : faults.injected()) {
       if (i.at > latched_at || latched_at - i.mended_at > kAftermath) continue;
-      last_good = i.fault.kind == FaultKind::kValveStuck
-                      ? last_following(frames, setup.machine, i.fault.subject, latched_at).value_or(i.at)
-                      : i.last_good_input;
+      cause = {last_good_input(i, latched_at), i.at};
     }
-    return last_good;
+    return cause;
   };
-  latched.judge(frames, setup.machine, now, last_good_input, record);
+  latched.judge(frames, setup.machine, now, cause_of, record);
   for (const sim::WorldEvent& event : world_events) record.events.push_back({event.t_s, sim::name(event.kind)});
   record.phases_timed_out = person.timed_out() >= 0 || !person.finished() ? 1 : 0;
   add_wire_latencies(frames, setup.machine.bus, spans, hops);
   return std::move(record);
+}
+
+std::size_t most_frames(const BusDescription& bus, double duration_s) noexcept {
+  constexpr double kSensors = 1 + 6 + 3 + 1, kValves = 2 * 3, kNodes = 6 + 3 + 3 + 2;  // the first with their SYNC
+  constexpr double kSpare = 1.5, kSetUp = 4000;
+  const double slow_Hz = 2 / bus.controller_heartbeat_s + 2 * kNodes / bus.node_heartbeat_s;
+  const double frames_Hz = bus.sync_Hz * (kSensors + kValves / bus.valve_every_nth_sync) + slow_Hz;
+  return static_cast<std::size_t>(kSetUp + kSpare * frames_Hz * duration_s);
 }
 
 SessionRecord start_record(const SessionSetup& setup) {

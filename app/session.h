@@ -31,8 +31,8 @@ struct SessionSetup {
   std::uint64_t seed = 1;
 };
 
-/// What a frame log is reserved for: a full map at 200 Hz, heartbeats and start-up.
-inline constexpr double kMostFramesPerSecond = 3200;
+/// What a frame log must have room for: the full map, heartbeats and set-up dialogues of a session this long.
+[[nodiscard]] std::size_t most_frames(const BusDescription& bus, double duration_s) noexcept;
 /// An empty record of this session, with room for every row.
 [[nodiscard]] SessionRecord start_record(const SessionSetup& setup);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -68,7 +69,14 @@ struct FaultRecord {
   double command_neutral_s = 0;    ///< First zero set-point or non-ACTIVE control word on the wire; 0: never.
   double spool_neutral_s = 0;      ///< Actual spool 0x6301 inside its dead band; 0: never.
   bool controller_silent = false;  ///< It put nothing on the wire until the spools were neutral: no command to judge.
+  std::optional<double> injected_s{};  ///< When what is taken as the cause was broken on purpose; null: nothing was.
 };
+
+/// Adds a row where there is room for it, without allocating; else counts it: a judge must know what it never saw.
+template <typename Row>
+void keep(std::vector<Row>& rows, const Row& row, std::uint64_t& lost) noexcept {
+  rows.size() < rows.capacity() ? rows.push_back(row) : void(++lost);
+}
 
 /// World events worth a picture: "piece broke", "contact", "scoop", ...
 struct EventRecord {
@@ -86,6 +94,8 @@ struct SessionRecord {
   double link_delay_s = 0;    ///< One way, as configured
   int phases_timed_out = 0;   ///< 1 where the operator's plan did not come to its end in time
   int resumed_by_itself = 0;  ///< Faults after which a valve was commanded before enable was let go and pressed again
+  /// Samples, frames, events and faults there was no room for. Any: nobody can vouch for the rest.
+  std::uint64_t records_lost = 0;
 };
 
 }  // namespace knuckle::app

@@ -154,6 +154,25 @@ TEST(Metrics, RiseAndSettlingRunFromTrueForceToFeltForce) {
   EXPECT_NEAR(metrics.settle_s.value(), 0.6, 1e-9);
 }
 
+TEST(Metrics, APressThatIsNeverFeltOrNeverSettlesMeetsNoBound) {
+  SessionRecord record = pressed_record();
+  during(record, 2, 10, [](Sample& s) { s.felt_N = {-0.05, 0}; });
+  EXPECT_FALSE(all_passed(evaluate({{"rise_t90_s", {}, 1e9}}, compute_metrics(record))));
+  EXPECT_FALSE(all_passed(evaluate({{"settle_s", {}, 1e9}}, compute_metrics(record))));
+  record = pressed_record();
+  during(record, 9.9, 10, [](Sample& s) { s.felt_N = {-2.4, 0}; });  // limit cycle to the end
+  EXPECT_TRUE(all_passed(evaluate({{"rise_t90_s", {}, 1}}, compute_metrics(record))));
+  EXPECT_FALSE(all_passed(evaluate({{"settle_s", {}, 1e9}}, compute_metrics(record))));
+}
+
+TEST(Metrics, FalseContactIsAShareOfFreeMotion) {
+  SessionRecord record = pressed_record();  // free: 2 s before it and the last second
+  EXPECT_EQ(compute_metrics(record).false_contact_share, 0);
+  during(record, 1, 1.3, [](Sample& s) { s.contact = true; });
+  during(record, 2, 10.9, [](Sample& s) { s.contact = true; });  // true, and just after
+  EXPECT_NEAR(compute_metrics(record).false_contact_share.value(), 0.1, 1e-3);
+}
+
 TEST(Metrics, HoldIsJudgedByErrorAndPeakToPeak) {
   SessionRecord record = pressed_record();
   during(record, 8, 10, [](Sample& s) { s.felt_N.x() += 0.1 * (static_cast<int>(s.t_s * 20) % 2 == 0 ? 1 : -1); });

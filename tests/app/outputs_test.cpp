@@ -89,7 +89,8 @@ TEST(ResultJson, HasEveryKeyToolsRelyOnEvenWhenNothingHappened) {
 
 TEST(ResultJson, SaysWhatHappened) {
   SessionResult session = synthetic_session();
-  session.record.faults = {{{ReasonCode::kLinkLost, 0, 200, 150}, 30.2, 30.0, 30.15, 0}};
+  session.record.faults = {{{ReasonCode::kLinkLost, 0, 200, 150}, 30.2, 30.0, 30.15, 0},
+                           {{ReasonCode::kNodeSilent, 0, 1, 1}, 31.2, 31.0, 31.15, 31.2, false, 30.9}};
   session.loops = {{"slave", "SCHED_FIFO", {5, 20, 60}, {9, 15, 40}, 1}};
   const auto json = nlohmann::json::parse(result_json(judge(session)).dump());
   EXPECT_EQ(json["scenario"], "dismantle");
@@ -102,6 +103,8 @@ TEST(ResultJson, SaysWhatHappened) {
   EXPECT_EQ(json["faults"][0]["code"], "link_lost");
   EXPECT_NEAR(json["faults"][0]["command_neutral_ms"].get<double>(), 150, 1e-6);
   EXPECT_TRUE(json["faults"][0]["spool_neutral_ms"].is_null());
+  EXPECT_TRUE(json["faults"][0]["since_injection_ms"].is_null());
+  EXPECT_NEAR(json["faults"][1]["since_injection_ms"].get<double>(), 300, 1e-6);
   EXPECT_EQ(json["realtime"]["slave"]["wake_us"]["p99"], 20);
   EXPECT_EQ(json["latency_us"]["hand_to_valve"]["p50"], 14000);
   EXPECT_EQ(json["modes"][2]["mode"], name(Mode::kEngaged));
