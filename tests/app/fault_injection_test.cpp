@@ -126,7 +126,11 @@ struct Watched {
   SessionRecord judge() {
     SessionRecord record;
     watch.judge(
-        frames, machine, Time(1s), [](Time latched_at) { return latched_at - 50ms; }, record);
+        frames, machine, Time(1s),
+        [](Time latched_at) {
+          return Cause{latched_at - 50ms, {}};
+        },
+        record);
     return record;
   }
   MachineDescription machine = load_machine(find_config("machine", "solar015"));

@@ -187,6 +187,7 @@ TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
       {"hydraulics.port_relief_bar", 200, "= 200: must be above main_relief_bar = 205"},
       {"sensors.pressure_range_bar", 235, "= 235: must be at least 1.05 port_relief_bar = 241.5"},
       {"bus.bit_rate_kbps", 250, "= 250: too slow: these frames load the bus to 118.5 %"},
+      {"bus.sync_Hz", 160, "= 160: its period must be whole milliseconds"},
       {"bus.valve_watchdog_ms", 15, "= 15: must be at least 20, twice the valves' command period"},
       {"bus.nodes.arm_encoder.id", 0x30, "= 48: is taken by 'boom_encoder'; node ids must be unique"},
       {"bus.nodes.tilt.id", 1, "= 1: is taken by 'controller_id'"},

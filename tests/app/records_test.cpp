@@ -1,9 +1,8 @@
 // Recorders with no room left say so, and the verdict listens; what counts as an input when a link is lost.
-#include "app/fault_watch.h"
-
 #include <gtest/gtest.h>
 
 #include "app/fault_injection.h"
+#include "app/fault_watch.h"
 #include "app/session.h"
 #include "app/simulate.h"
 #include "machine/load.h"
