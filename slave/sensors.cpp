@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "transport/canopen.h"
 
@@ -9,8 +10,6 @@ namespace knuckle::slave {
 
 SensorSet::SensorSet(const MachineDescription& machine)
     : pressure_ceiling_Pa_(machine.sensors.pressure_range_Pa * kValidity.pressure_over_range),
-      tilt_min_rad_(-kValidity.hull_tilt_rad),
-      tilt_max_rad_(kValidity.hull_tilt_rad),
       tilt_on_boom_(machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom),
       age_limit_(from_seconds(machine.bus.sensor_age_limit_s)),
       kinematics_(machine) {
@@ -22,14 +21,11 @@ SensorSet::SensorSet(const MachineDescription& machine)
   }
   channels_[kTilt].node = machine.bus.tilt.id;
   for (std::size_t i = 0; i < kChannels; ++i) index_[channels_[i].node & 0x7FU] = static_cast<std::uint8_t>(i + 1);
-  if (tilt_on_boom_) {
-    tilt_min_rad_ += machine.links[kBoom].min_rad;
-    tilt_max_rad_ += machine.links[kBoom].max_rad;
-  }
 }
 
 void SensorSet::reset() noexcept {
   for (Channel& channel : channels_) channel = {channel.node, 0, kNever, 0, 0};
+  shaken_ = 0;
 }
 
 void SensorSet::receive(const CanFrame& frame, Time now) noexcept {
@@ -39,7 +35,7 @@ void SensorSet::receive(const CanFrame& frame, Time now) noexcept {
   const std::size_t which = position - 1U;
   if (which < kPressures) return on_pressure(channels_[which], frame, now);
   if (which < kTilt) return on_length(which - kPressures, frame, now);
-  on_tilt(channels_[which], frame, now);
+  tilt_on_boom_ ? on_boom_tilt(channels_[which], frame, now) : on_hull_tilt(channels_[which], frame, now);
 }
 
 void SensorSet::accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept {
@@ -77,10 +73,27 @@ void SensorSet::on_length(std::size_t joint, const CanFrame& frame, Time now) no
   accept(channel, length, in_range && reachable, length, now);
 }
 
-void SensorSet::on_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
+void SensorSet::on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
   const auto slope = canopen::parse_tilt(frame);
   if (!slope) return accept(channel, 0, false, -1, now);
-  accept(channel, *slope, *slope >= tilt_min_rad_ && *slope <= tilt_max_rad_, *slope, now);
+  accept(channel, *slope, std::abs(*slope) <= kValidity.hull_tilt_rad, *slope, now);
+}
+
+/// The boom's slope less its angle is the hull's, but for the acceleration that the sensor feels as well: a boom that
+/// stops hard can turn the felt vertical by a right angle for a moment. So the hull is let turn slowly only.
+void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
+  const auto slope = canopen::parse_tilt(frame);
+  if (!slope || std::abs(*slope) > std::numbers::pi) return accept(channel, 0, false, slope.value_or(-1), now);
+  const Channel& length = channels_[kPressures + kBoom];
+  const auto boom_rad = kinematics_.joint_at(kBoom, length.value);
+  if (length.at == kNever || !boom_rad) return;  // ages
+  const double pitch = *slope - *boom_rad;
+  const bool possible = std::abs(pitch) <= kValidity.hull_tilt_rad;
+  shaken_ = possible ? 0 : std::min(shaken_ + 1, kValidity.shaken_in_a_row);
+  const double bound = std::clamp(pitch, -kValidity.hull_tilt_rad, kValidity.hull_tilt_rad);
+  const double turn = kValidity.hull_turn_radps * to_seconds(now - channel.at);
+  const double held = channel.at == kNever ? bound : std::clamp(bound, channel.value - turn, channel.value + turn);
+  accept(channel, held, shaken_ < kValidity.shaken_in_a_row, *slope, now);
 }
 
 Reason SensorSet::fault(Time now) const noexcept {
@@ -120,11 +133,6 @@ std::optional<estimation::Measurement> SensorSet::measurement() const noexcept {
   for (std::size_t i = 0; i < kPressures; ++i) m.pressure_Pa[i] = channels_[i].value;
   for (int i = 0; i < kJoints; ++i) m.cylinder_m[i] = channels_[kPressures + static_cast<std::size_t>(i)].value;
   m.hull_pitch_rad = channels_[kTilt].value;
-  if (tilt_on_boom_) {
-    const auto boom_rad = kinematics_.joint_at(kBoom, m.cylinder_m[kBoom]);
-    if (!boom_rad) return std::nullopt;
-    m.hull_pitch_rad -= *boom_rad;
-  }
   return m;
 }
 

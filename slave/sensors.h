@@ -24,6 +24,8 @@ struct ValidityLimits {
   double cylinder_mps = 0.8;          ///< Twice what the pump can do; a snapped wire winds back at more.
   double jump_m = 0.001;              ///< Jump allowed on top: ten steps of the encoder.
   double hull_tilt_rad = 0.8;         ///< A machine that leans further lies on its side.
+  double hull_turn_radps = 0.1;       ///< A slope sensor on the boom feels its jerks, which are quicker than this ...
+  int shaken_in_a_row = 60;           ///< ... and over sooner (0.3 s).
   int bad_in_a_row = 3;               ///< A single damaged value is left out; so many are a fault (15 ms).
 };
 inline constexpr ValidityLimits kValidity{};
@@ -64,13 +66,15 @@ class SensorSet {
   void accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept;
   void on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept;
   void on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept;
-  void on_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
+  void on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
+  void on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
 
   std::array<Channel, kChannels> channels_{};
   std::array<std::uint8_t, 128> index_{};  // node id -> channel + 1
   PerJoint<double> shortest_m_{}, longest_m_{};
-  double pressure_ceiling_Pa_, tilt_min_rad_, tilt_max_rad_;
+  double pressure_ceiling_Pa_;
   bool tilt_on_boom_;
+  int shaken_ = 0;  // slopes in a row that no hull can have
   Duration age_limit_;
   Kinematics kinematics_;
   std::uint32_t rejected_ = 0;

@@ -92,14 +92,50 @@ TEST_F(Sensors, EncoderThatJumpedIsNotBelievedByWaiting) {
   }
 }
 
-TEST_F(Sensors, BoomMountedTiltGivesTheHullPitch) {
-  machine.sensors.tilt_mount = SensorDescription::TiltMount::kOnBoom;
-  SensorSet on_boom(machine);
-  sensors = on_boom;
-  send_all();
-  const double boom = Kinematics(machine).joint_at(kBoom, 0.9).value();
-  tilt(boom + 0.05);
-  EXPECT_NEAR(sensors.measurement()->hull_pitch_rad, 0.05, 0.001);
+class BoomTilt : public Sensors {
+ public:
+  BoomTilt() {
+    machine.sensors.tilt_mount = SensorDescription::TiltMount::kOnBoom;
+    sensors = SensorSet(machine);
+    for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5);
+    length(0, 0.9), length(1, 1.1), length(2, 0.9);
+  }
+  void slope(double hull_rad) {
+    now += 5ms;
+    tilt(Kinematics(machine).joint_at(kBoom, 0.9).value() + hull_rad);
+  }
+  void slopes(double hull_rad, int times) {
+    for (int i = 0; i < times; ++i) slope(hull_rad);
+  }
+  [[nodiscard]] double pitch() const { return sensors.measurement()->hull_pitch_rad; }
+};
+
+TEST_F(BoomTilt, GivesTheHullPitch) {
+  slope(0.05);
+  EXPECT_NEAR(pitch(), 0.05, 0.001);
+  slopes(-0.05, 250);
+  EXPECT_NEAR(pitch(), -0.05, 0.001) << "a hull that turns is followed";
+}
+
+TEST_F(BoomTilt, AJerkOfTheBoomIsNeitherAFaultNorALeaningHull) {
+  slope(0.02);
+  slopes(1.4, 30);  // the felt vertical lies over for 0.15 s
+  EXPECT_NEAR(pitch(), 0.02, 0.016);
+  EXPECT_NE(sensors.fault(now).code, ReasonCode::kSensorInvalid);
+  slopes(0.02, 40);
+  EXPECT_NEAR(pitch(), 0.02, 0.001);
+}
+
+TEST_F(BoomTilt, ASlopeThatStaysImpossibleIsAFault) {
+  slope(0.02);
+  slopes(1.4, 70);
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid);
+}
+
+TEST_F(BoomTilt, WhatDevicesSendForBrokenIsAFaultAtOnce) {
+  slope(0.02);
+  for (int i = 0; i < 3; ++i) tilt(32767 * canopen::kTiltStep_rad);
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid);
 }
 
 }  // namespace
