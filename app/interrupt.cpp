@@ -17,11 +17,15 @@ InterruptGuard::InterruptGuard() noexcept {
   signalled = 0;
   previous_interrupt_ = std::signal(SIGINT, note_signal);
   previous_terminate_ = std::signal(SIGTERM, note_signal);
+  previous_hang_up_ = std::signal(SIGHUP, note_signal);
+  previous_pipe_ = std::signal(SIGPIPE, SIG_IGN);  // a reader that left shows as a failed write, which is told
 }
 
 InterruptGuard::~InterruptGuard() {
   std::signal(SIGINT, previous_interrupt_);
   std::signal(SIGTERM, previous_terminate_);
+  std::signal(SIGHUP, previous_hang_up_);
+  std::signal(SIGPIPE, previous_pipe_);
 }
 
 void InterruptGuard::check() const {

@@ -10,7 +10,7 @@ class Interrupted : public std::exception {
   [[nodiscard]] const char* what() const noexcept override { return "interrupted"; }
 };
 
-/// While one lives, SIGINT and SIGTERM are noted instead of ending the program at once.
+/// While one lives, SIGINT, SIGTERM and SIGHUP are noted instead of ending the program at once.
 class InterruptGuard {
  public:
   InterruptGuard() noexcept;
@@ -24,6 +24,8 @@ class InterruptGuard {
  private:
   void (*previous_interrupt_)(int);
   void (*previous_terminate_)(int);
+  void (*previous_hang_up_)(int);
+  void (*previous_pipe_)(int);
 };
 
 }  // namespace knuckle::app

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "app/record_windows.h"
 
@@ -11,7 +12,9 @@ namespace {
 
 constexpr double kContactGap_s = 0.05;  // shorter gaps are bounce, which is restitution and not control
 constexpr double kHoldJudged_s = 3;     // peak-to-peak: the last seconds of a hold
-constexpr double kStay_s = 0.3;         // longer than an impact
+constexpr double kTouch_N = 0.05;       // true force at the hand's scale: first touch
+constexpr double kCatchUp_s = 0.1;
+constexpr double kStay_s = 0.3;  // longer than an impact
 constexpr double kRise = 0.9, kSettled = 0.15;
 constexpr double kLeastPlateau_N = 0.1;  // below it there is nothing to rise to
 
@@ -52,12 +55,8 @@ struct Response {
     std::nth_element(end.begin(), middle, end.end());
     plateau_N = *middle;
   }
-  /// First row, counted from the press, that reaches the share of the plateau; force_N.size() if none does.
-  [[nodiscard]] std::size_t reaches(double share) const {
-    const auto there = [&](double f) { return f >= share * plateau_N; };
-    return static_cast<std::size_t>(std::find_if(force_N.begin(), force_N.end(), there) - force_N.begin());
-  }
-  /// Likewise, but the first from which it stays there for `rows`: an impact is not a level.
+  /// First row, counted from the press, from which it stays at the share of the plateau for `rows`: an impact is not a
+  /// level. force_N.size() if none does.
   [[nodiscard]] std::size_t comes_to_stay(double share, std::size_t rows) const {
     std::size_t run = 0;
     for (std::size_t i = 0; i < force_N.size(); ++i) {
@@ -74,24 +73,42 @@ struct Response {
   }
 };
 
-/// Rise and settling of the felt force, both from the moment the true force came to 90 % of its own level for kStay_s:
-/// the impact of a machine of 200 kg passes that level for a tenth of a second, whatever is held afterwards.
+/// First row at which the felt force is at 90 % of the true one (mean of the last kCatchUp_s: the impact of a machine
+/// of 200 kg on a stiff wall is shorter) and stays there for kCatchUp_s; end if none is.
+std::size_t catches_up(const Response& felt, const Response& truth, std::size_t touch, std::size_t rows) {
+  std::size_t run = 0;
+  for (std::size_t i = touch + rows; i < truth.force_N.size(); ++i) {
+    const auto last = truth.force_N.begin() + static_cast<std::ptrdiff_t>(i + 1);
+    const double mean_N =
+        std::accumulate(last - static_cast<std::ptrdiff_t>(rows), last, 0.0) / static_cast<double>(rows);
+    run = mean_N > kLeastPlateau_N && felt.force_N[i] >= kRise * mean_N ? run + 1 : 0;
+    if (run == rows) return i + 1 - rows;
+  }
+  return truth.force_N.size();
+}
+
+/// Rise: from the first touch until the felt force has caught up with the true one. Settling: from the moment the true
+/// force has come to 90 % of its own level for kStay_s.
 void measure_response(const SessionRecord& record, const Window& press, Metrics& metrics) {
   const Response truth(record, press, [&](const Sample& s) { return record.force_scale * s.truth_tip_force_N.norm(); });
   const Response felt(record, press, [](const Sample& s) { return s.felt_N.norm(); });
   if (truth.plateau_N < kLeastPlateau_N) return;
   const auto time_s = [&](std::size_t row) { return record.samples[press.begin + row].t_s; };
   const double row_s = record.samples[press.begin + 1].t_s - record.samples[press.begin].t_s;
-  const std::size_t start = truth.comes_to_stay(kRise, static_cast<std::size_t>(kStay_s / row_s));
-  if (start == truth.force_N.size()) return;
-  const double start_s = time_s(start);
+  const auto rows_in = [row_s](double seconds) { return static_cast<std::size_t>(std::lround(seconds / row_s)); };
   // What is pressed and never felt, or never settles, meets no bound.
   constexpr double kNeverComes_s = std::numeric_limits<double>::infinity();
-  const bool is_felt = felt.plateau_N >= kLeastPlateau_N;
-  keep_worst(metrics.rise_t90_s, is_felt ? std::max(0.0, time_s(felt.reaches(kRise)) - start_s) : kNeverComes_s);
+  const auto touched = std::find_if(truth.force_N.begin(), truth.force_N.end(), [](double f) { return f > kTouch_N; });
+  const auto touch = static_cast<std::size_t>(touched - truth.force_N.begin());
+  const std::size_t caught_up = catches_up(felt, truth, touch, rows_in(kCatchUp_s));
+  const bool is_felt = caught_up < truth.force_N.size();
+  keep_worst(metrics.rise_t90_s, is_felt ? time_s(caught_up) - time_s(touch) : kNeverComes_s);
+
+  const std::size_t start = truth.comes_to_stay(kRise, rows_in(kStay_s));
+  if (start == truth.force_N.size()) return;
   const std::size_t settled = felt.stays_within(kSettled);
   const bool settles = is_felt && settled < felt.force_N.size();
-  keep_worst(metrics.settle_s, settles ? std::max(0.0, time_s(settled) - start_s) : kNeverComes_s);
+  keep_worst(metrics.settle_s, settles ? std::max(0.0, time_s(settled) - time_s(start)) : kNeverComes_s);
 }
 
 void measure_hold(const SessionRecord& record, const Window& hold, Metrics& metrics) {

@@ -15,7 +15,7 @@ constexpr const char* kAbout =
     "Knuckle: teleoperation of a dismantling machine with force feedback and no force sensor.\n";
 constexpr const char* kExitCodes =
     "Exit codes: 0 done; 1 the session did not meet its criteria; 2 wrong usage or bad input.";
-constexpr double kLongestSession_s = 86400, kLongestDelay_ms = 5000;
+constexpr double kLongestSession_s = 3600, kLongestDelay_ms = 5000;
 const std::vector<std::string> kControls{"echo", "direct"};
 
 /// CLI11 would take -1 for a very large seed.
@@ -70,6 +70,7 @@ void check_readable(const std::string& option, const std::string& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) refuse(option, file, "no such file");
   if (std::filesystem::is_directory(file, error)) refuse(option, file, "is a folder, not a file");
+  if (!std::filesystem::is_regular_file(file, error)) refuse(option, file, "is not a regular file");
   if (!std::ifstream(file)) refuse(option, file, "cannot be read");
 }
 
@@ -85,6 +86,13 @@ void check_outputs(const SimulateOptions& o) {
       refuse(option, file,
              "already taken by " + other->second + (file == "-" ? ": only one can be standard output" : ""));
   };
+  // Configuration may be named, or be a file of the user's.
+  const auto take_file = [&](const char* option, const std::string& file) {
+    if (std::filesystem::exists(file)) take(option, file, false);
+  };
+  take_file("--scenario", o.scenario);
+  take_file("--machine", o.machine);
+  take_file("--device", o.device);
   take("--map", o.map, false);
   take("--truth", o.truth, false);
   take("--operator", o.operator_path(), false);
@@ -110,6 +118,14 @@ void check(const SimulateOptions& o) {
   if (!o.map.empty()) check_readable("--map", o.map);
   if (!o.truth.empty()) check_readable("--truth", o.truth);
   check_outputs(o);
+}
+
+/// An unset variable of a shell must not mean "as if not given".
+void check_given(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() > 0 && option->get_expected_min() > 0 && option->results().front().empty())
+      refuse(option->get_name(), "\"\"", "must not be empty");
+  }
 }
 
 /// CLI11 may answer in several lines, or with no hint of what to do next.
@@ -143,6 +159,7 @@ CommandLine parse_command_line(const std::vector<std::string>& arguments) {
   } catch (const CLI::ParseError& error) {
     throw InputError(one_line(error.what()));
   }
+  check_given(*app.get_subcommand("simulate"));
   check(line.simulate);
   line.command = CommandLine::Command::kSimulate;
   return line;

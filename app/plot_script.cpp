@@ -26,7 +26,8 @@ std::string titled(const std::string& title) {
 std::string plot_style() {
   std::ostringstream s;
   s << "set encoding utf8\nset border 3 lw 0.8 lc rgb '" << kInk << "'\nset tics nomirror out scale 0.5\n"
-    << "set clip two\nset grid lt 1 lw 0.4 lc rgb '#999999'\nset key above right horizontal maxrows 1 samplen 1.6 width 1\n"
+    << "set clip two\nset grid lt 1 lw 0.4 lc rgb '#999999'\nset key above right horizontal maxrows 1 samplen 1.6 "
+       "width 1\n"
     << "set xlabel offset 0,0.5\nset xtics offset 0,0.3\n";
   return s.str();
 }

@@ -23,7 +23,7 @@ p{margin:0 0 10px}.soft,figcaption{color:var(--soft);font-size:.9rem}section{bac
 dt{color:var(--soft);font-size:.82rem}dd{margin:0;font-size:1.12rem;font-variant-numeric:tabular-nums}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}th{text-align:left;color:var(--soft);font-weight:500;font-size:.85rem}
 td,th{padding:5px 12px 5px 0;border-bottom:1px solid var(--rule)}tr:last-child td{border-bottom:0}td.n,th.n{text-align:right;white-space:nowrap}.ok{color:var(--good)}.no{color:var(--bad);font-weight:650}
-.wide{overflow-x:auto}.plot{min-width:620px}.plot svg{display:block;width:100%;height:auto}.plot svg text{font-family:inherit}
+.wide{overflow-x:auto}.plot{min-width:620px}.plot svg{display:block;width:100%;height:auto}.plot svg text{font-family:inherit;fill:currentColor}
 figure{margin:0}.strip{display:grid;grid-template-columns:repeat(auto-fill,minmax(285px,1fr));gap:16px}.strip figure{border:1px solid var(--rule);border-radius:8px;overflow:hidden}
 .strip figcaption{padding:6px 10px;border-top:1px solid var(--rule)}.strip b{color:var(--ink);font-variant-numeric:tabular-nums}
 .key{display:inline-block;width:22px;height:0;border-top:4px solid;vertical-align:middle;margin:0 4px 0 10px}.digest{overflow-wrap:anywhere;font-family:ui-monospace,monospace;font-size:.78rem}

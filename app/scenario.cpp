@@ -255,6 +255,24 @@ void check_breaks(const TomlTable& file, const Scenario& scenario) {
   file.require(!until_break || breaks, "phase", "one has until_break, but no [[wall]] has a break_force_N");
 }
 
+/// The bucket starts in the open: a plant that starts inside a wall or below the soil would be thrown out of it.
+void check_start(const TomlTable& file, const Scenario& scenario, const MachineDescription& machine) {
+  constexpr double kClear_m = 0.05;  // pins of a drawn machine put its tip up to 4 cm beside
+  const PlanarVector tip_m = Kinematics(machine).tip(scenario.start_rad);
+  for (const sim::WallDescription& wall : scenario.world.walls) {
+    const PlanarVector normal = wall.normal.normalized(), from_m = tip_m - wall.point_m;
+    const double along_m = PlanarVector(-normal.y(), normal.x()).dot(from_m), clear_m = normal.dot(from_m);
+    const bool beside = along_m < wall.from_m || along_m > wall.to_m || clear_m < -wall.depth_m;
+    file.require(beside || clear_m > kClear_m, "start_deg",
+                 "puts the bucket's tip into a [[wall]] or within 5 cm of it");
+  }
+  for (const sim::SoilDescription& soil : scenario.world.soil) {
+    const PlanarVector up(-std::sin(soil.slope_rad), std::cos(soil.slope_rad));
+    file.require(up.dot(tip_m - soil.surface_point_m) > kClear_m, "start_deg",
+                 "puts the bucket's tip into the [[soil]] or within 5 cm of it");
+  }
+}
+
 /// What is measured at the machine grows with it: ways with its reach, loads and forces with its payload.
 double criterion_factor(const std::string& metric, const Scale& scale) {
   const MetricEntry* entry = find_metric(metric);
@@ -305,6 +323,7 @@ Scenario load_scenario(const std::string& path, const MachineDescription& machin
   scenario.criteria = read_criteria(file, scale);
   file.finish();
   check_breaks(file, scenario);
+  check_start(file, scenario, machine);
   return scenario;
 }
 

@@ -1,5 +1,6 @@
 #include "core/reason.h"
 
+#include <cmath>
 #include <cstdio>
 
 #include "core/joints.h"
@@ -91,7 +92,9 @@ std::string text(const Reason& reason) {
   std::string line = subject_text(e.subject, reason.subject) + e.text;
   if (e.unit != nullptr) {
     char buffer[96];
-    std::snprintf(buffer, sizeof buffer, " (%.3g %s; limit %.3g)", double(reason.value), e.unit, double(reason.limit));
+    const auto whole = [](float v) { return v == std::floor(v) && std::abs(v) < 1e6F; };  // a code is not 6.53e+04
+    std::snprintf(buffer, sizeof buffer, " (%.*g %s; limit %.*g)", whole(reason.value) ? 6 : 3, double(reason.value),
+                  e.unit, whole(reason.limit) ? 6 : 3, double(reason.limit));
     line += buffer;
   }
   return line;

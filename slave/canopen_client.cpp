@@ -14,7 +14,7 @@ constexpr Duration kStartPatience = 1s;        // heartbeat "operational" after 
 constexpr Duration kActivatePatience = 500ms;  // ACTIVE after the control words
 constexpr double kSpoolPossible = 1.1;         // of stroke; devices send the largest integer (2.0) for "broken"
 // An event-driven enable node repeats its inputs at the heartbeat's rate; three may be lost.
-constexpr int kInputPeriods = 4;
+constexpr int kInputPeriods = 3;
 constexpr std::uint32_t kEnableEveryNthSync = 10;  // 20 Hz
 
 Reason reason(ReasonCode code, std::uint8_t node, double value, double limit) noexcept {
