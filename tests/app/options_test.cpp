@@ -76,7 +76,7 @@ TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
       {{"--loss", "1.01"}, {"--loss", "1.01", "from 0 to 1"}},
       {{"--loss", "-0.1"}, {"--loss", "-0.1"}},
       {{"--duration", "0"}, {"--duration", "0.1"}},
-      {{"--duration", "1e9"}, {"--duration", "86400"}},
+      {{"--duration", "1e9"}, {"--duration", "3600"}},
       {{"--scenario", ""}, {"--scenario"}},
       {{"--control", "telepathy"}, {"--control", "telepathy", "echo"}},
       {{"--operator", "path:"}, {"--operator", "path:"}},
