@@ -160,7 +160,7 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& source) {
 TomlTable TomlTable::read(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
-    throw InputError(path + ": is not a regular file");
+    throw InputError(path + ": cannot be read: is not a regular file");
   }
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
