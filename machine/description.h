@@ -9,9 +9,11 @@
 #include <array>
 #include <cstdint>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "core/joints.h"
+#include "machine/calibration.h"
 
 namespace knuckle {
 
@@ -87,6 +89,7 @@ struct SensorDescription {
   double encoder_step_m = 0;
   double tilt_step_rad = 0, tilt_noise_rad = 0;
   enum class TiltMount : std::uint8_t { kOnHull, kOnBoom } tilt_mount = TiltMount::kOnHull;
+  JointVector encoder_offset_m = JointVector::Zero();  ///< Reading minus true length, as calibrated.
 };
 
 /// Identity a node must show (objects 0x1000 and 0x1018:01, :02) before anything moves.
@@ -136,6 +139,11 @@ struct MachineDescription {
   LimitsDescription limits;
   double payload_full_scale_kg = 0;
   PlanarVector payload_com_m = PlanarVector::Zero();  ///< Where a full bucket's load sits, bucket axes.
+  // What identification has found out; nothing of it is in the values above until calibrated() has put it there.
+  std::optional<DynamicsCalibration> dynamics_calibration;
+  std::optional<GeometryCalibration> geometry_calibration;
+  std::optional<PerJoint<ValveCalibration>> valve_calibration;
+  std::optional<CalibrationProvenance> calibration_provenance;
   /// Force scale etc. of the bilateral law live with the device; the slave's contact law in ControlDescription.
   struct Control {
     double position_gain_1ps = 3;                                 ///< Kp
@@ -148,6 +156,10 @@ struct MachineDescription {
     double dead_band_fill = 0.95;                                 ///< Compensated fraction of the dead band.
   } control;
 };
+
+/// The machine as controller and estimator are to see it: geometry, encoder offsets and valves replaced by what was
+/// calibrated. The simulator's machine is drawn around the description as it was read.
+[[nodiscard]] MachineDescription calibrated(const MachineDescription& machine);
 
 /// Haptic device: three revolute joints shaped like the machine's arm (forearm, wrist, finger).
 struct DeviceDescription {
