@@ -1,10 +1,12 @@
-// The command line: what `knuckle simulate` was asked to do, checked before anything runs.
+// The options of `knuckle simulate`, checked before anything runs.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
-#include <vector>
+
+#include "app/command.h"
 
 namespace knuckle::app {
 
@@ -26,16 +28,8 @@ struct SimulateOptions {
   [[nodiscard]] std::string operator_path() const;
 };
 
-/// What main() is to do.
-struct CommandLine {
-  enum class Command { kSimulate, kPrintText } command = Command::kPrintText;
-  SimulateOptions simulate;
-  std::string text;  ///< Help or version, for kPrintText.
-};
-
-/// @param arguments without the program's name.
-/// @throws InputError, one line, for anything that cannot be done: unknown options, values out of bounds, combinations
-/// that contradict each other, input files that cannot be read. Outputs are checked where they are opened.
-[[nodiscard]] CommandLine parse_command_line(const std::vector<std::string>& arguments);
+/// @param run gets options that are within their bounds, do not contradict each other and name inputs that can be read.
+/// Outputs are checked where they are opened. @return its exit code is the command's.
+[[nodiscard]] Command simulate_entry(std::function<int(const SimulateOptions&)> run);
 
 }  // namespace knuckle::app

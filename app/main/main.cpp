@@ -1,18 +1,31 @@
 // The program: reads the command line, runs the command, turns errors into exit codes.
 #include <iostream>
+#include <vector>
 
+#include "app/command.h"
 #include "app/interrupt.h"
 #include "app/options.h"
 #include "app/simulate.h"
 #include "core/error.h"
 
+namespace {
+
+/// Everything that Knuckle can be told to do.
+std::vector<knuckle::app::Command> commands() {
+  using namespace knuckle::app;
+  return {
+      simulate_entry([](const SimulateOptions& options) { return simulate_command(options, run_simulation); }),
+  };
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   using namespace knuckle;
   constexpr int kBadInput = 2, kFailed = 1, kInterrupted = 130;
   try {
-    const app::CommandLine line = app::parse_command_line({argv + 1, argv + argc});
-    if (line.command == app::CommandLine::Command::kSimulate)
-      return app::simulate_command(line.simulate, app::run_simulation);
+    const app::CommandLine line = app::parse_command_line(commands(), {argv + 1, argv + argc});
+    if (line.run) return line.run();
     std::cout << line.text;
     return 0;
   } catch (const InputError& error) {

@@ -10,11 +10,29 @@
 namespace knuckle::app {
 namespace {
 
-/// The message, or "accepted".
-std::string refusal(std::vector<std::string> arguments) {
+/// What the program would run `simulate` with.
+SimulateOptions simulate_options(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "simulate");
+  SimulateOptions asked;
+  const Command entry = simulate_entry([&](const SimulateOptions& options) {
+    asked = options;
+    return 0;
+  });
+  EXPECT_EQ(parse_command_line({entry}, arguments).run(), 0);
+  return asked;
+}
+
+/// Help or version.
+std::string printed(const std::vector<std::string>& arguments) {
+  const CommandLine line = parse_command_line({simulate_entry([](const SimulateOptions&) { return 0; })}, arguments);
+  EXPECT_FALSE(line.run);
+  return line.text;
+}
+
+/// The message, or "accepted".
+std::string refusal(const std::vector<std::string>& arguments) {
   try {
-    (void)parse_command_line(arguments);
+    (void)simulate_options(arguments);
   } catch (const InputError& error) {
     return error.what();
   }
@@ -22,15 +40,11 @@ std::string refusal(std::vector<std::string> arguments) {
 }
 
 TEST(CommandLine, TakesEveryOptionOfSimulate) {
-  const CommandLine line =
-      parse_command_line({"simulate",   "--scenario", "wall_contact",  "--machine", "solar015",
-                          "--device",   "knuckle1",   "--operator",    "relaxed",   "--control",
-                          "direct",     "--duration", "12.5",          "--seed",    "18446744073709551615",
-                          "--delay-ms", "10",         "--jitter-ms=2", "--loss",    "0.1",
-                          "--realtime", "--candump",  "a.log",         "--csv",     "a.csv",
-                          "--report",   "a.html",     "--json",        "-"});
-  EXPECT_EQ(line.command, CommandLine::Command::kSimulate);
-  const SimulateOptions& o = line.simulate;
+  const SimulateOptions o = simulate_options(
+      {"--scenario", "wall_contact", "--machine",     "solar015",   "--device", "knuckle1",   "--operator",
+       "relaxed",    "--control",    "direct",        "--duration", "12.5",     "--seed",     "18446744073709551615",
+       "--delay-ms", "10",           "--jitter-ms=2", "--loss",     "0.1",      "--realtime", "--candump",
+       "a.log",      "--csv",        "a.csv",         "--report",   "a.html",   "--json",     "-"});
   EXPECT_EQ(o.scenario, "wall_contact");
   EXPECT_EQ(o.operator_name, "relaxed");
   EXPECT_EQ(o.control, "direct");
@@ -44,15 +58,15 @@ TEST(CommandLine, TakesEveryOptionOfSimulate) {
 }
 
 TEST(CommandLine, RunsTheDismantlingSessionWithoutOptions) {
-  const SimulateOptions o = parse_command_line({"simulate"}).simulate;
+  const SimulateOptions o = simulate_options({});
   EXPECT_EQ(o.scenario, "dismantle");
   EXPECT_FALSE(o.delay_ms.has_value());
 }
 
 TEST(CommandLine, HelpAndVersionAreTextNotErrors) {
-  EXPECT_NE(parse_command_line({"--help"}).text.find("simulate"), std::string::npos);
-  EXPECT_NE(parse_command_line({"simulate", "--help"}).text.find("--delay-ms"), std::string::npos);
-  EXPECT_EQ(parse_command_line({"--version"}).text.rfind("knuckle ", 0), 0u);
+  EXPECT_NE(printed({"--help"}).find("simulate"), std::string::npos);
+  EXPECT_NE(printed({"simulate", "--help"}).find("--delay-ms"), std::string::npos);
+  EXPECT_EQ(printed({"--version"}).rfind("knuckle ", 0), 0u);
 }
 
 struct BadInput {
@@ -101,8 +115,19 @@ TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
 }
 
 TEST(CommandLine, ACommandIsNeeded) {
-  EXPECT_THROW((void)parse_command_line({}), InputError);
-  EXPECT_THROW((void)parse_command_line({"fly"}), InputError);
+  EXPECT_THROW((void)printed({}), InputError);
+  EXPECT_THROW((void)printed({"fly"}), InputError);
+}
+
+TEST(CommandLine, EveryCommandGetsItsOwnOptionsAndGivesItsOwnExitCode) {
+  const auto entry = [](const char* name, int code) {
+    return Command{name, "", [code](CLI::App&) { return [code] { return code; }; }};
+  };
+  const std::vector<Command> commands{entry("dig", 3), entry("lift", 4),
+                                      simulate_entry([](const SimulateOptions&) { return 5; })};
+  EXPECT_EQ(parse_command_line(commands, {"lift"}).run(), 4);
+  EXPECT_EQ(parse_command_line(commands, {"simulate", "--seed", "2"}).run(), 5);
+  EXPECT_THROW((void)parse_command_line(commands, {"dig", "--seed", "2"}), InputError);
 }
 
 }  // namespace
