@@ -94,6 +94,13 @@ void describe(const SessionSetup& setup, SessionResult& result) {
   result.machine = setup.machine;
 }
 
+/// The simulator's machine is drawn around the file as it was read; everything above the wires sees it as calibrated.
+void draw_machine(const SimulateOptions& options, SessionSetup& setup) {
+  setup.truth =
+      options.truth.empty() ? sim::draw_truth(setup.machine, options.seed) : load_truth(options.truth, setup.machine);
+  setup.machine = calibrated(setup.machine);
+}
+
 SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
   SessionSetup setup;
   if (options.realtime) refuse_impairment(options);
@@ -102,8 +109,7 @@ SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
   check_springs(setup.machine, setup.device);
   setup.scenario = load_scenario(find_config("scenario", options.scenario), setup.machine);
   setup.seed = options.seed;
-  setup.truth =
-      options.truth.empty() ? sim::draw_truth(setup.machine, options.seed) : load_truth(options.truth, setup.machine);
+  draw_machine(options, setup);
   const std::string recording = options.operator_path();
   if (!recording.empty()) {
     OperatorPath path = load_operator_path(recording, options.map, setup.machine);

@@ -20,7 +20,7 @@
 namespace knuckle::app {
 
 struct SessionSetup {
-  MachineDescription machine;  ///< Nominal: all that the controller knows.
+  MachineDescription machine;  ///< As calibrated: all that the controller knows.
   DeviceDescription device;
   Scenario scenario;
   sim::MachineTruth truth;

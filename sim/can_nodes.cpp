@@ -135,12 +135,14 @@ SensorNode::SensorNode(Kind kind, const NodeDescription& identity, double resolu
     case Kind::kEncoder:
       objects_ = {protocol_.add(canopen::kEncoderPosition, 4, Access::kReadOnly),
                   protocol_.add(canopen::kEncoderSpeed, 2, Access::kReadOnly),
-                  protocol_.add(canopen::kEncoderStep, 4, Access::kReadWrite, 100000),
+                  protocol_.add(canopen::kEncoderStep, 4, Access::kReadWrite,
+                                canopen::encoder_step_object(resolution > 0 ? resolution : canopen::kEncoderStep_m)),
                   protocol_.add(canopen::kEncoderSpeedStep, 4, Access::kReadWrite, 10)};
       break;
     case Kind::kTilt:
       objects_ = {protocol_.add(canopen::kTiltSlope, 2, Access::kReadOnly),
-                  protocol_.add(canopen::kTiltResolution, 2, Access::kReadWrite, 100)};
+                  protocol_.add(canopen::kTiltResolution, 2, Access::kReadWrite,
+                                canopen::tilt_step_object(resolution > 0 ? resolution : canopen::kTiltStep_rad))};
       break;
   }
 }

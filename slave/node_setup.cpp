@@ -1,6 +1,11 @@
 #include "slave/node_setup.h"
 
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include "core/error.h"
 
 namespace knuckle::slave {
 namespace {
@@ -77,9 +82,23 @@ SdoScript pressure_script(const MachineDescription& machine, const NodeDescripti
   return script;
 }
 
+/// What is counted in steps must not be read in slightly other ones, nor run out of numbers.
+void check_step(const MachineDescription& machine, const char* key, double step, double object, double most) {
+  constexpr double kSame = 1e-6;
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(machine.source + ": key 'sensors." + key + "': " + why);
+  };
+  const double units = step / object;
+  if (std::abs(units - std::round(units)) > kSame * units)
+    refuse("must be a whole number of what its node can be told");
+  if (step * std::numeric_limits<std::int16_t>::max() < most)
+    refuse("too fine: its 16 bits would not reach far enough");
+}
+
 SdoScript encoder_script(const MachineDescription& machine, const NodeDescription& node) {
   SdoScript script = identity(node);
-  const auto step = static_cast<std::uint32_t>(std::lround(canopen::kEncoderStep_m / 1e-9));               // 0.001 um
+  check_step(machine, "encoder_step_mm", machine.sensors.encoder_step_m, 1e-9, 0);
+  const std::uint32_t step = canopen::encoder_step_object(machine.sensors.encoder_step_m);
   const auto speed_step = static_cast<std::uint32_t>(std::lround(canopen::kEncoderSpeedStep_mps / 1e-5));  // 0.01 mm/s
   append(script, {{Kind::kRequire, canopen::kEncoderStep, step, 4},
                   {Kind::kRequire, canopen::kEncoderSpeedStep, speed_step, 4}});
@@ -90,8 +109,11 @@ SdoScript encoder_script(const MachineDescription& machine, const NodeDescriptio
 
 SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& node) {
   SdoScript script = identity(node);
-  const double step_deg = canopen::kTiltStep_rad * 180 / std::numbers::pi;
-  script.push_back({Kind::kRequire, canopen::kTiltResolution, milliseconds(step_deg), 2});  // 0.001 deg
+  const bool on_boom = machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom;
+  const double most_rad = on_boom ? std::numbers::pi : std::numbers::pi / 3;
+  check_step(machine, "tilt_step_deg", machine.sensors.tilt_step_rad, 1e-3 * std::numbers::pi / 180, most_rad);
+  script.push_back(
+      {Kind::kRequire, canopen::kTiltResolution, canopen::tilt_step_object(machine.sensors.tilt_step_rad), 2});
   append(script, tpdo(node.id, canopen::kTiltTpdo, 1));
   script.push_back(produce_heartbeat(machine.bus));
   return script;

@@ -26,7 +26,8 @@ struct SdoStep {
 };
 using SdoScript = std::vector<SdoStep>;
 
-// Scripts of the default profiles (CiA 408, 404, 406, 410, 401).
+// Scripts of the default profiles (CiA 408, 404, 406, 410, 401). Encoder and tilt count in the machine file's steps.
+// @throws InputError where a step cannot be told to its node.
 [[nodiscard]] SdoScript valve_script(const MachineDescription& machine, const NodeDescription& node);
 [[nodiscard]] SdoScript pressure_script(const MachineDescription& machine, const NodeDescription& node);
 [[nodiscard]] SdoScript encoder_script(const MachineDescription& machine, const NodeDescription& node);

@@ -22,7 +22,8 @@ Plausibility::Plausibility(const MachineDescription& machine, double step_s)
     : machine_(machine),
       step_s_(step_s),
       repeats_(machine.sensors.pressure_noise_Pa >= 0.5 * machine.sensors.pressure_step_Pa ? kLimits.repeats
-                                                                                           : kLimits.repeats_quiet) {}
+                                                                                           : kLimits.repeats_quiet),
+      moved_m_(std::max(kLimits.moved_m, kLimits.moved_steps * machine.sensors.encoder_step_m)) {}
 
 void Plausibility::reset() noexcept {
   started_ = false;
@@ -62,7 +63,7 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   const int direction = open ? (spool > 0 ? 1 : -1) : 0;
   const bool at_end =
       direction > 0 ? length > cylinder.max_length_m - kLimits.end_m : length < cylinder.min_length_m + kLimits.end_m;
-  if (direction != axis.direction || direction == 0 || at_end || std::abs(length - axis.anchor_m) >= kLimits.moved_m) {
+  if (direction != axis.direction || direction == 0 || at_end || std::abs(length - axis.anchor_m) >= moved_m_) {
     axis.direction = direction;
     axis.anchor_m = length;
     axis.return_Pa = pressure;

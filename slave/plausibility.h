@@ -20,7 +20,8 @@ struct PlausibilityLimits {
   double closed_margin = 0.03;  ///< ... and this far inside it none. Dead bands are known to 1 %.
   double sure_flow = 0.7;       ///< Part of the nominal valve flow that comes whatever gain and oil are.
   double sure_drop_Pa = 2e5;  ///< Taken off the return side's drop to tank: transmitter and tank are not known better.
-  double moved_m = 0.00035;   ///< An encoder that differs by this (3 steps) has moved.
+  double moved_m = 0.00035;   ///< An encoder that differs by this has moved ...
+  double moved_steps = 3.5;   ///< ... or, a coarse one, by this.
   double unseen_m = 0.004;    ///< Travel delivered without being seen: fault.
   double stall = 0.6;         ///< Of the main relief: a driven chamber above it may be a cylinder that cannot move ...
   double unmoved_s = 0.8;     ///< ... below it, one that does not move behind an open valve for so long is a fault.
@@ -72,6 +73,7 @@ class Plausibility {
   MachineDescription machine_;
   double step_s_;
   int repeats_;
+  double moved_m_;
   bool started_ = false;
   PerJoint<Axis> axes_{};
   std::array<Chamber, 6> chambers_{};

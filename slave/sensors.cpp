@@ -9,7 +9,11 @@
 namespace knuckle::slave {
 
 SensorSet::SensorSet(const MachineDescription& machine)
-    : pressure_ceiling_Pa_(machine.sensors.pressure_range_Pa * kValidity.pressure_over_range),
+    : encoder_offset_m_(machine.sensors.encoder_offset_m),
+      encoder_step_m_(machine.sensors.encoder_step_m),
+      tilt_step_rad_(machine.sensors.tilt_step_rad),
+      jump_m_(std::max(kValidity.jump_m, kValidity.jump_steps * encoder_step_m_)),
+      pressure_ceiling_Pa_(machine.sensors.pressure_range_Pa * kValidity.pressure_over_range),
       tilt_on_boom_(machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom),
       age_limit_(from_seconds(machine.bus.sensor_age_limit_s)),
       kinematics_(machine) {
@@ -62,19 +66,19 @@ void SensorSet::on_pressure(Channel& channel, const CanFrame& frame, Time now) n
 
 void SensorSet::on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept {
   Channel& channel = channels_[kPressures + joint];
-  const auto reading = canopen::parse_encoder(frame);
+  const auto reading = canopen::parse_encoder(frame, encoder_step_m_);
   if (!reading) return accept(channel, 0, false, -1, now);
-  const double length = reading->position_m;
+  const double length = reading->position_m - encoder_offset_m_[static_cast<Eigen::Index>(joint)];
   const bool in_range = length >= shortest_m_[joint] && length <= longest_m_[joint];
   // No longer than a value may be used: with all of its age, waiting would make every jump of a slipped drum possible.
   const Duration since = std::min(now - channel.at, age_limit_);
-  const double allowed = kValidity.jump_m + kValidity.cylinder_mps * to_seconds(since);
+  const double allowed = jump_m_ + kValidity.cylinder_mps * to_seconds(since);
   const bool reachable = channel.at == kNever || std::abs(length - channel.value) <= allowed;
   accept(channel, length, in_range && reachable, length, now);
 }
 
 void SensorSet::on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
-  const auto slope = canopen::parse_tilt(frame);
+  const auto slope = canopen::parse_tilt(frame, tilt_step_rad_);
   if (!slope) return accept(channel, 0, false, -1, now);
   accept(channel, *slope, std::abs(*slope) <= kValidity.hull_tilt_rad, *slope, now);
 }
@@ -82,7 +86,7 @@ void SensorSet::on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) 
 /// The boom's slope less its angle is the hull's, but for the acceleration that the sensor feels as well: a boom that
 /// stops hard can turn the felt vertical by a right angle for a moment. So the hull is let turn slowly only.
 void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
-  const auto slope = canopen::parse_tilt(frame);
+  const auto slope = canopen::parse_tilt(frame, tilt_step_rad_);
   if (!slope || std::abs(*slope) > std::numbers::pi) return accept(channel, 0, false, slope.value_or(-1), now);
   const Channel& length = channels_[kPressures + kBoom];
   const auto boom_rad = kinematics_.joint_at(kBoom, length.value);

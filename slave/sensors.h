@@ -1,5 +1,6 @@
 // The machine's sensors as the slave knows them: newest value and age of each, what is wrong with it, and the
-// synchronous measurement made of all of them. Values that cannot be are not used; they only let the last good one age.
+// synchronous measurement made of all of them, less the offsets that calibration found. Values that cannot be are not
+// used; they only let the last good one age.
 #pragma once
 
 #include <array>
@@ -22,7 +23,8 @@ struct ValidityLimits {
   double pressure_over_range = 1.05;  ///< Of the transmitter's range.
   double length_margin_m = 0.010;     ///< Beyond the cylinder's stroke: pin tolerances and encoder offset.
   double cylinder_mps = 0.8;          ///< Twice what the pump can do; a snapped wire winds back at more.
-  double jump_m = 0.001;              ///< Jump allowed on top: ten steps of the encoder.
+  double jump_m = 0.001;              ///< Jump allowed on top: ten steps of 0.1 mm ...
+  double jump_steps = 2;              ///< ... or two of a coarse encoder.
   double hull_tilt_rad = 0.8;         ///< A machine that leans further lies on its side.
   double hull_turn_radps = 0.1;       ///< A slope sensor on the boom feels its jerks, which are quicker than this ...
   int shaken_in_a_row = 60;           ///< ... and over sooner (0.3 s).
@@ -72,6 +74,8 @@ class SensorSet {
   std::array<Channel, kChannels> channels_{};
   std::array<std::uint8_t, 128> index_{};  // node id -> channel + 1
   PerJoint<double> shortest_m_{}, longest_m_{};
+  JointVector encoder_offset_m_;
+  double encoder_step_m_, tilt_step_rad_, jump_m_;
   double pressure_ceiling_Pa_;
   bool tilt_on_boom_;
   int shaken_ = 0;  // slopes in a row that no hull can have

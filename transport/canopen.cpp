@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "transport/bytes.h"
 
@@ -308,6 +309,14 @@ std::optional<PressureReading> parse_pressure(const CanFrame& frame) noexcept {
   ByteReader in(frame.data);
   const double pressure_Pa = in.get<std::int32_t>() * kPressureStep_Pa;
   return PressureReading{pressure_Pa, in.get<std::uint8_t>()};
+}
+
+std::uint32_t encoder_step_object(double step_m) noexcept {
+  return static_cast<std::uint32_t>(std::lround(step_m / 1e-9));
+}
+
+std::uint32_t tilt_step_object(double step_rad) noexcept {
+  return static_cast<std::uint32_t>(std::lround(step_rad * 180 / std::numbers::pi / 1e-3));
 }
 
 CanFrame encoder_frame(std::uint32_t cob_id, const EncoderReading& reading, double step_m,

@@ -209,9 +209,12 @@ enum class ValveState : std::uint8_t { kInit = 0x0, kDisabled = 0x1, kHold = 0x3
 // -----------------------------------------------
 inline constexpr double kFullStroke = 16384;           ///< Set-point and actual value at 100 % of spool stroke.
 inline constexpr double kPressureStep_Pa = 1000;       ///< 0.01 bar
-inline constexpr double kEncoderStep_m = 1e-4;         ///< 0x6005:01 = 100000
+inline constexpr double kEncoderStep_m = 1e-4;         ///< 0x6005:01 = 100000, where nothing else is said.
 inline constexpr double kEncoderSpeedStep_mps = 1e-4;  ///< 0x6005:02 = 10
-inline constexpr double kTiltStep_rad = 0.1 * std::numbers::pi / 180;  ///< 0x6000 = 100
+inline constexpr double kTiltStep_rad = 0.1 * std::numbers::pi / 180;  ///< 0x6000 = 100, where nothing else is said.
+/// Objects 0x6005:01 (0.001 um) and 0x6000 (0.001 deg) of these steps, to the nearest.
+[[nodiscard]] std::uint32_t encoder_step_object(double step_m) noexcept;
+[[nodiscard]] std::uint32_t tilt_step_object(double step_rad) noexcept;
 
 /// Nearest step count, saturated to the range of T; 0 for NaN (the neutral of a set-point).
 template <typename T>

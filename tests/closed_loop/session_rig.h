@@ -20,6 +20,7 @@ inline app::SessionSetup session_setup(const std::string& scenario, std::uint64_
   setup.device = load_device(find_config("device", "knuckle1"));
   setup.scenario = app::load_scenario(find_config("scenario", scenario), setup.machine);
   setup.truth = sim::draw_truth(setup.machine, seed);
+  setup.machine = calibrated(setup.machine);
   setup.limb = sim::draw_limb(setup.scenario.limb, seed);
   setup.to_machine.delay = setup.to_operator.delay = 1ms;
   setup.seed = seed;

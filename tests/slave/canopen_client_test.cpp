@@ -38,6 +38,47 @@ TEST(CanopenClient, AllNodesAreOperationalWithinTwoSeconds) {
   EXPECT_EQ(m.bus.dropped(1), 0U);
 }
 
+TEST(CanopenClient, EncoderAndTiltMustCountInTheMachineFilesSteps) {
+  MachineDescription fine = test::test_machine();
+  fine.sensors.encoder_step_m = 3e-5;
+  fine.sensors.tilt_step_rad = 0.01 * std::numbers::pi / 180;
+  BenchMachine m(fine);
+  ASSERT_TRUE(starts(m)) << text(m.loop.client().fault());
+  m.run(100ms);
+  const auto newest = [&m](std::uint32_t id) { return m.frames(id).back(); };
+  const CanFrame frame = newest(0x1B1);
+  const auto steps = static_cast<std::uint32_t>(frame.data[0] | frame.data[1] << 8 | frame.data[2] << 16);
+  EXPECT_EQ(steps, std::lround(m.signals.cylinder_m[kArm] / 3e-5));
+  EXPECT_NEAR(m.loop.sensors().measurement()->cylinder_m[kArm], m.signals.cylinder_m[kArm], 1.6e-5);
+
+  BenchMachine other(fine);
+  other.nodes.node(0x31)->replace(canopen::kEncoderStep, 100000);
+  const Reason refused = fails(other);
+  EXPECT_EQ(refused.code, ReasonCode::kNodeSetup);
+  EXPECT_EQ(refused.subject, 0x31);
+}
+
+TEST(CanopenClient, StepsThatANodeCannotBeToldAreRefused) {
+  MachineDescription d = test::test_machine();
+  const auto refused = [&d] {
+    try {
+      BenchMachine m(d);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  d.sensors.encoder_step_m = 1.000001234e-4;
+  EXPECT_NE(refused().find("sensors.encoder_step_mm"), std::string::npos);
+  d = test::test_machine();
+  d.sensors.tilt_step_rad = 0.001 * std::numbers::pi / 180;  // 16 bits: 33 deg
+  EXPECT_NE(refused().find("sensors.tilt_step_deg"), std::string::npos);
+  d.sensors.tilt_step_rad = 0.002 * std::numbers::pi / 180;
+  EXPECT_EQ(refused(), "");
+  d.sensors.tilt_mount = SensorDescription::TiltMount::kOnBoom;
+  EXPECT_NE(refused().find("sensors.tilt_step_deg"), std::string::npos);
+}
+
 TEST(CanopenClient, WritesTheMachineFilesTimeoutsIntoEveryNode) {
   MachineDescription d = test::test_machine();
   d.bus.valve_watchdog_s = 0.060;

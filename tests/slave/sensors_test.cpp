@@ -39,6 +39,46 @@ TEST_F(Sensors, MeasurementNeedsEverySensorOnce) {
   EXPECT_FALSE(sensors.fault(now));
 }
 
+TEST(SensorSteps, LengthsAndSlopesAreCountedInTheMachineFilesSteps) {
+  MachineDescription fine = test::test_machine();
+  fine.sensors.encoder_step_m = 3e-5;
+  fine.sensors.tilt_step_rad = 0.01 * 0.017453292519943295;
+  SensorSet sensors(fine);
+  for (std::uint8_t i = 0; i < 6; ++i) sensors.receive(canopen::pressure_frame(0x1A0U + i, {50e5, 0}), Time{1s});
+  // 30000, 36667 and 30000 steps; 115 steps.
+  const std::array<CanFrame, 3> lengths{{{0x1B0, 6, {0x30, 0x75, 0, 0, 0, 0}},
+                                         {0x1B1, 6, {0x3B, 0x8F, 0, 0, 0, 0}},
+                                         {0x1B2, 6, {0x30, 0x75, 0, 0, 0, 0}}}};
+  for (const CanFrame& frame : lengths) sensors.receive(frame, Time{1s});
+  sensors.receive({0x1B8, 2, {115, 0}}, Time{1s});
+  const auto m = sensors.measurement().value();
+  EXPECT_NEAR(m.cylinder_m[kBoom], 0.9, 1e-9);
+  EXPECT_NEAR(m.cylinder_m[kArm], 1.10001, 1e-9);
+  EXPECT_NEAR(m.hull_pitch_rad, 1.15 * 0.017453292519943295, 1e-9);
+}
+
+TEST(SensorOffsets, CalibratedOffsetsAreTakenOffAndLengthsAreJudgedWithoutThem) {
+  MachineDescription machine = test::test_machine();
+  machine.sensors.encoder_offset_m = JointVector(0.030, -0.020, 0);
+  SensorSet sensors(machine);
+  const auto length = [&sensors](std::uint8_t i, double m, Time at) {
+    sensors.receive(canopen::encoder_frame(0x1B0U + i, {m, 0}), at);
+  };
+  for (std::uint8_t i = 0; i < 6; ++i) sensors.receive(canopen::pressure_frame(0x1A0U + i, {50e5, 0}), Time{1s});
+  sensors.receive(canopen::tilt_frame(0x1B8, 0), Time{1s});
+  length(0, 1.18, Time{1s});  // 1.15 m: all of its stroke
+  length(1, 1.08, Time{1s});
+  length(2, 0.90, Time{1s});
+  ASSERT_TRUE(sensors.measurement());
+  EXPECT_NEAR(sensors.measurement()->cylinder_m[kBoom], 1.15, 1e-9);
+  EXPECT_NEAR(sensors.measurement()->cylinder_m[kArm], 1.10, 1e-9);
+  EXPECT_NEAR(sensors.measurement()->cylinder_m[kBucket], 0.90, 1e-9);
+  EXPECT_EQ(sensors.rejected(), 0U);
+  sensors.reset();
+  length(0, 0.75, Time{2s});  // 0.72 m: shorter than this cylinder can be
+  EXPECT_EQ(sensors.rejected(), 1U);
+}
+
 TEST_F(Sensors, OldestSensorIsNamedOnceItIsOlderThanItsLimit) {
   send_all();
   now += 10ms;
