@@ -42,7 +42,7 @@ std::string one_line(std::string message) {
 
 CommandLine parse_command_line(const std::vector<Command>& commands, const std::vector<std::string>& arguments) {
   CLI::App app(kAbout, "knuckle");
-  app.set_version_flag("--version", std::string("knuckle ") + KNUCKLE_VERSION);
+  app.set_version_flag("--version", program_version());
   app.require_subcommand(1);
   app.footer(std::string(kExample) + kExitCodes);
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::Throw);
@@ -65,6 +65,10 @@ CommandLine parse_command_line(const std::vector<Command>& commands, const std::
   const CLI::App& chosen = *app.get_subcommands().front();
   check_given(chosen);
   return {runs.at(chosen.get_name()), {}};
+}
+
+std::string program_version() {
+  return std::string("knuckle ") + KNUCKLE_VERSION;
 }
 
 void refuse_option(const std::string& option, const std::string& value, const std::string& why) {

@@ -31,6 +31,9 @@ struct CommandLine {
 [[nodiscard]] CommandLine parse_command_line(const std::vector<Command>& commands,
                                              const std::vector<std::string>& arguments);
 
+/// "knuckle 0.1.0"
+[[nodiscard]] std::string program_version();
+
 // For the checks of a command's own options.
 inline constexpr const char* kExitCodes =
     "Exit codes: 0 done; 1 what was asked for was not met; 2 wrong usage or bad input.";

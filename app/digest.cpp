@@ -67,6 +67,10 @@ void Digest::add(Time at, const CanFrame& frame) {
   state_->add(pack('c', std::int64_t{at.time_since_epoch().count()}, frame.id, frame.size, frame.data));
 }
 
+void Digest::add(std::string_view bytes) {
+  EVP_DigestUpdate(state_->context, bytes.data(), bytes.size());
+}
+
 std::string Digest::finish() {
   std::array<unsigned char, EVP_MAX_MD_SIZE> hash{};
   unsigned size = 0;

@@ -1,4 +1,5 @@
-// One number for a whole run: SHA-256 over every sample and every CAN frame. Equal digests mean equal runs.
+// One number for a whole run: SHA-256 over every sample and every CAN frame. Equal digests mean equal runs. Also of
+// files' bytes, as sha256sum gives it.
 #pragma once
 
 #include <array>
@@ -6,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "app/session_record.h"
 #include "core/time.h"
@@ -22,6 +24,7 @@ class Digest {
 
   void add(const Sample& sample);
   void add(Time at, const CanFrame& frame);
+  void add(std::string_view bytes);
   /// Hex of everything added so far; the digest is finished by it.
   [[nodiscard]] std::string finish();
 

@@ -2,15 +2,18 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "machine/description.h"
 
 namespace knuckle {
 
-/// Reads and checks a machine file. Everything is required; nothing has a silent default.
+/// Reads and checks a machine file. Everything is required but [calibration]; nothing has a silent default.
 /// @throws InputError naming file, line, key, value and bound: unknown, missing or out-of-range keys, geometry that
 /// does not reach or passes a toggle, node ids that clash, a bus that is too full, control constants out of bounds.
 [[nodiscard]] MachineDescription load_machine(const std::string& path);
+/// The same for text in memory; `source` names it in messages.
+[[nodiscard]] MachineDescription parse_machine(std::string_view text, const std::string& source);
 
 /// The same for a haptic device file.
 [[nodiscard]] DeviceDescription load_device(const std::string& path);

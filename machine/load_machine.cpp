@@ -6,6 +6,7 @@
 
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "machine/load_calibration.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {
@@ -231,21 +232,7 @@ void check_rates(const MachineDescription& machine, TomlTable& links) {
   }
 }
 
-}  // namespace
-
-double worst_bus_load(const BusDescription& bus) noexcept {
-  // 11-bit data frame with n bytes: 47 bits and interframe space, 8 n of data, a stuff bit per 4 of 34 + 8 n - 1.
-  const auto bits = [](int bytes) { return 47.0 + 8 * bytes + (34 + 8 * bytes - 1) / 4; };
-  const double valve_Hz = bus.sync_Hz / bus.valve_every_nth_sync;
-  constexpr int kNodes = 3 + 6 + 3 + 2;
-  const double sensors = bits(0) + 6 * bits(5) + 3 * bits(6) + bits(2);
-  const double valves = 3 * 2 * bits(4) + bits(1);
-  const double slow = 2 / bus.controller_heartbeat_s + kNodes / bus.node_heartbeat_s;  // enable inputs repeat likewise
-  return (bus.sync_Hz * sensors + valve_Hz * valves + slow * bits(1)) / bus.bit_rate;
-}
-
-MachineDescription load_machine(const std::string& path) {
-  TomlTable file = TomlTable::read(path);
+MachineDescription read_machine(TomlTable file) {
   MachineDescription machine;
   machine.name = file.text("name");
   machine.source = file.source();
@@ -267,9 +254,31 @@ MachineDescription load_machine(const std::string& path) {
   TomlTable payload = file.table("payload");
   machine.payload_full_scale_kg = payload.number("full_scale_kg", 1, kHeaviest_kg);
   machine.payload_com_m = payload.numbers<2>("com_m", -kFurthestPin_m, kFurthestPin_m);
+  load_calibration(file, machine);
   file.finish();
   check_rates(machine, links);
   return machine;
+}
+
+}  // namespace
+
+double worst_bus_load(const BusDescription& bus) noexcept {
+  // 11-bit data frame with n bytes: 47 bits and interframe space, 8 n of data, a stuff bit per 4 of 34 + 8 n - 1.
+  const auto bits = [](int bytes) { return 47.0 + 8 * bytes + (34 + 8 * bytes - 1) / 4; };
+  const double valve_Hz = bus.sync_Hz / bus.valve_every_nth_sync;
+  constexpr int kNodes = 3 + 6 + 3 + 2;
+  const double sensors = bits(0) + 6 * bits(5) + 3 * bits(6) + bits(2);
+  const double valves = 3 * 2 * bits(4) + bits(1);
+  const double slow = 2 / bus.controller_heartbeat_s + kNodes / bus.node_heartbeat_s;  // enable inputs repeat likewise
+  return (bus.sync_Hz * sensors + valve_Hz * valves + slow * bits(1)) / bus.bit_rate;
+}
+
+MachineDescription load_machine(const std::string& path) {
+  return read_machine(TomlTable::read(path));
+}
+
+MachineDescription parse_machine(std::string_view text, const std::string& source) {
+  return read_machine(TomlTable::parse(text, source));
 }
 
 }  // namespace knuckle

@@ -1,0 +1,185 @@
+// The optional [calibration] of a machine file: what it sets, and one line for every way to break it.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <numeric>
+#include <regex>
+#include <sstream>
+
+#include "core/error.h"
+#include "machine/kinematics.h"
+#include "machine/load.h"
+
+namespace knuckle {
+namespace {
+
+std::string shipped() {
+  std::ifstream file(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Row-wise: 1, 2, 3 ... as variances, and one covariance of 1 between the second and the third parameter.
+std::string covariance() {
+  std::ostringstream text;
+  for (int i = 0; i < kCalibrationCount; ++i) {
+    for (int k = 0; k < kCalibrationCount; ++k) {
+      text << (i == k ? i + 1 : i + k == 3 && i != 0 && k != 0 ? 1 : 0) << (k < kCalibrationCount - 1 ? ", " : ",\n");
+    }
+  }
+  return text.str();
+}
+
+std::string calibration() {
+  std::string text = R"(
+[calibration]
+method = "full"
+date = "2026-11-21T05:00:00Z"
+data_source = "a.csv"
+data_sha256 = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
+program = "knuckle 0.1.0"
+[calibration.dynamics]
+inertia_kgm2 = [501, 102, 13]
+moment_x_kgm = [304, 85, 26]
+moment_z_kgm = [17, -1.8, 9]
+residual_rms_Nm = [20, 10, 5]
+covariance_SI = [
+)" + covariance() + "]\n";
+  int n = 0;
+  for (const char* joint : kJointNames) {
+    const int more = 100 * n++;
+    text += "[calibration.dynamics.friction." + std::string(joint) +
+            "]\ncoulomb_extend_N = " + std::to_string(310 + more) +
+            "\ncoulomb_retract_N = " + std::to_string(290 + more) +
+            "\nviscous_kNs_per_m = 21\nbreakaway_N = 90\nload_share = 0.02\nstribeck_mmps = 12\n";
+  }
+  text += R"([calibration.geometry]
+length_m = [1.751, 0.949, 0.502]
+boom_parent_pin_m = [0.1153, -0.2255]
+boom_child_pin_m = [0.8754, 0.2374]
+arm_parent_pin_m = [0.8344, 0.6294]
+arm_child_pin_m = [-0.2144, 0.1349]
+bucket_cylinder_pin_m = [-0.1144, 0.2733]
+bucket_rocker_pin_m = [0.7515, 0]
+bucket_pin_m = [-0.0120, 0.1401]
+rocker_length_m = 0.2050
+coupler_length_m = 0.2049
+encoder_offset_mm = [1.5, -2, 0.5]
+tip_rms_mm = 2.5
+)";
+  for (const char* joint : kJointNames) {
+    text += "[calibration.valves." + std::string(joint) +
+            "]\ndead_band_extend = 0.1\ndead_band_retract = 0.12\ndelay_ms = 20\nnominal_flow_Lpm = 27\n";
+  }
+  return text;
+}
+
+MachineDescription load(const std::string& text) {
+  return parse_machine(text, "test.toml");
+}
+
+/// What loading the shipped file with this calibration says; "accepted" if nothing.
+std::string refusal(const std::string& calibration_text) {
+  try {
+    (void)load(shipped() + calibration_text);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string changed(const std::string& pattern, const std::string& to) {
+  const std::string text = calibration();
+  EXPECT_TRUE(std::regex_search(text, std::regex(pattern))) << pattern;
+  return std::regex_replace(text, std::regex(pattern), to, std::regex_constants::format_first_only);
+}
+
+TEST(MachineCalibration, SetsTheOptionalsInSiUnits) {
+  const MachineDescription machine = load(shipped() + calibration());
+  ASSERT_TRUE(machine.dynamics_calibration && machine.geometry_calibration && machine.valve_calibration);
+  const DynamicsCalibration& dynamics = *machine.dynamics_calibration;
+  EXPECT_EQ(dynamics.base()[0], 501);
+  EXPECT_EQ(dynamics.base()[4], 85);
+  EXPECT_EQ(dynamics.base()[7], -1.8);
+  EXPECT_EQ(dynamics.friction(kArm).coulomb_extend_N, 410);
+  EXPECT_EQ(dynamics.friction(kArm).coulomb_retract_N, 390);
+  EXPECT_EQ(dynamics.friction(kBucket).viscous_Ns_per_m, 21e3);
+  EXPECT_DOUBLE_EQ(dynamics.friction(kBoom).stribeck_mps, 0.012);
+  EXPECT_EQ(dynamics.covariance(5, 5), 6);
+  EXPECT_EQ(dynamics.covariance(1, 2), 1);
+  EXPECT_EQ(machine.geometry_calibration->length_m[1], 0.949);
+  EXPECT_DOUBLE_EQ(machine.geometry_calibration->encoder_offset_m[1], -0.002);
+  EXPECT_DOUBLE_EQ((*machine.valve_calibration)[2].delay_s, 0.020);
+  EXPECT_DOUBLE_EQ((*machine.valve_calibration)[2].nominal_flow_m3ps, 27e-3 / 60);
+  EXPECT_EQ(machine.calibration_provenance->method, "full");
+  EXPECT_EQ(machine.links[1].length_m, 0.95) << "the drawing stays until calibrated() is asked";
+  EXPECT_EQ(calibrated(machine).links[1].length_m, 0.949);
+}
+
+TEST(MachineCalibration, EachPartIsOptionalButNotWhereItCameFrom) {
+  const std::string text = calibration();
+  const auto from = [&](const char* table) { return text.find(table); };
+  EXPECT_FALSE(load(shipped()).calibration_provenance);
+  const MachineDescription none = load(shipped() + text.substr(0, from("[calibration.dynamics]")));
+  EXPECT_TRUE(none.calibration_provenance && !none.dynamics_calibration && !none.valve_calibration);
+  EXPECT_NE(refusal(text.substr(from("[calibration.geometry]"))).find("'calibration.method' is missing"),
+            std::string::npos);
+}
+
+TEST(MachineCalibration, RefusesEveryMissingAndEveryUnknownKeyByName) {
+  std::istringstream lines(calibration());
+  std::string line, table;
+  int keys = 0;
+  while (std::getline(lines, line)) {
+    if (line.starts_with("[")) table = line.substr(1, line.find(']') - 1);
+    const std::size_t equals = line.find(" = ");
+    if (equals == std::string::npos || line.starts_with("covariance")) continue;
+    std::string text = calibration();
+    const std::size_t at = text.find(line, text.find("[" + table + "]"));
+    const std::string key = line.substr(0, equals);
+    EXPECT_NE(refusal(text.erase(at, line.size())).find("key '" + table + "." + key + "' is missing"),
+              std::string::npos)
+        << key;
+    EXPECT_NE(refusal(text.insert(at, "x" + line)).find("key '" + table), std::string::npos) << key;
+    ++keys;
+  }
+  EXPECT_EQ(keys, 5 + 4 + 18 + 12 + 12);
+}
+
+TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
+  const std::vector<std::array<std::string, 3>> cases{
+      {"501", "-501", "calibration.dynamics.inertia_kgm2"},
+      {"501", "nan", "calibration.dynamics.inertia_kgm2"},
+      {"coulomb_retract_N = 290", "coulomb_retract_N = -311", "coulomb_retract_N' = -311: must be at least -310"},
+      {"breakaway_N = 90", "breakaway_N = -301", "breakaway_N' = -301: must be at least -300"},
+      {"viscous_kNs_per_m = 21", "viscous_kNs_per_m = -1", "viscous_kNs_per_m' = -1: must be within [0, 2000]"},
+      {"1, 0, 0", "-1, 0, 0", "covariance_SI': must have no negative number on its diagonal"},
+      {"1, 0, 0", "1, 0.5, 0", "covariance_SI': must be symmetric"},
+      {"1, 0, 0", "0, 0.5, 0", "covariance_SI': must be 0 beside a parameter whose variance is 0"},
+      {"24,", "24, 1,", "covariance_SI': must be 576 numbers"},
+      {"tip_rms_mm = 2.5", "tip_rms_mm = -1", "calibration.geometry.tip_rms_mm"},
+      {"encoder_offset_mm = .1.5", "encoder_offset_mm = [900", "calibration.geometry.encoder_offset_mm"},
+      {"rocker_length_m = 0.2050", "rocker_length_m = 0.1050", "[calibration.geometry] in place of the drawing's"},
+      {"dead_band_extend = 0.1", "dead_band_extend = 0.5", "calibration.valves.boom.dead_band_extend"},
+      {"0123456789abcdef", "0123456789abcdeF", "calibration.data_sha256"},
+  };
+  for (const auto& [pattern, to, named] : cases) {
+    const std::string line = refusal(changed(pattern, to));
+    const std::size_t end = named.find("':");  // of the key, the bound behind it
+    EXPECT_NE(line.find(named.substr(0, end)), std::string::npos) << named << ": " << line;
+    const std::string bound = end == std::string::npos ? "" : named.substr(end + 2);
+    EXPECT_NE(line.find(bound), std::string::npos) << named << ": " << line;
+    EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+  }
+}
+
+TEST(MachineCalibration, RefusesACovarianceThatIsNotPositiveSemidefinite) {
+  std::string text = changed("0, 2, 1, 0", "0, 2, 3, 0");  // correlation 3 / sqrt(2 * 3)
+  const std::size_t at = text.find("0, 1, 3, 0");
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_NE(refusal(text.replace(at, 10, "0, 3, 3, 0")).find("must be positive semidefinite"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace knuckle
