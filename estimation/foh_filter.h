@@ -19,6 +19,11 @@ class FohFilter {
     b0_ = 1.0 - (1.0 - lambda_) / at;
     b1_ = (1.0 - lambda_) / at - lambda_;
   }
+  /// Output 0 so far, input from now on.
+  void start(const T& input) noexcept {
+    input_ = input;
+    value_ = zero();
+  }
   /// As if the input had been `input` for ever.
   void reset(const T& input) noexcept { input_ = value_ = input; }
   const T& step(const T& input) noexcept {
