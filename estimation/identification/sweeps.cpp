@@ -1,0 +1,128 @@
+// Slow bidirectional sweeps, drawn in cylinder lengths.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/error.h"
+#include "estimation/identification/excitation.h"
+#include "estimation/identification/path_condition.h"
+#include "estimation/identification/path_room.h"
+
+namespace knuckle::estimation {
+namespace {
+
+constexpr double kStep_s = 0.005;
+constexpr double kRest_s = 1.0;      ///< At both ends.
+constexpr double kRound_s = 0.4;     ///< Each of two boxes that round off the reversals.
+constexpr double kShorter = 0.12;    ///< A stroke ends up to this share of the range before the range does.
+constexpr double kRateShare = 0.35;  ///< Of a joint's rate limit: where a lever is short the joint would whip.
+constexpr int kDraws = 24;
+constexpr std::size_t kEvery = 40;  ///< Samples of 0.2 s tell the condition.
+
+/// Largest cylinder speed that the joint's rate allows, by length.
+class SpeedLimit {
+ public:
+  SpeedLimit(const Kinematics& kinematics, const PathRoom& room, int joint) {
+    double previous = 0;
+    for (int i = 0; i <= kPoints; ++i) {
+      const double angle =
+          room.low_rad[joint] + (room.high_rad[joint] - room.low_rad[joint]) * static_cast<double>(i) / kPoints;
+      const CylinderState state = kinematics.cylinder_at(joint, angle).value();
+      length_m_.push_back(state.length_m);
+      speed_mps_.push_back(kRateShare * room.rate_radps[joint] * std::abs(state.lever_m));
+      previous = state.length_m;
+    }
+    if (previous < length_m_.front()) {
+      std::reverse(length_m_.begin(), length_m_.end());
+      std::reverse(speed_mps_.begin(), speed_mps_.end());
+    }
+  }
+  [[nodiscard]] double lowest_m() const { return length_m_.front(); }
+  [[nodiscard]] double highest_m() const { return length_m_.back(); }
+  /// Lengths are nearly even, but not quite: the smaller of two neighbours.
+  [[nodiscard]] double at(double length_m) const {
+    const auto above = std::upper_bound(length_m_.begin() + 1, length_m_.end() - 1, length_m);
+    const auto i = static_cast<std::size_t>(above - length_m_.begin());
+    return std::min(speed_mps_[i - 1], speed_mps_[i]);
+  }
+
+ private:
+  static constexpr int kPoints = 100;
+  std::vector<double> length_m_, speed_mps_;
+};
+
+/// Moving average of an odd number of samples, the ends held. Zero phase, and no value beyond what it averages.
+std::vector<double> box(const std::vector<double>& values, std::size_t half) {
+  std::vector<double> sums(values.size() + 2 * half + 1, 0);
+  for (std::size_t i = 0; i + 1 < sums.size(); ++i) {
+    const std::size_t at = i < half ? 0 : std::min(i - half, values.size() - 1);
+    sums[i + 1] = sums[i] + values[at];
+  }
+  std::vector<double> result(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    result[i] = (sums[i + 2 * half + 1] - sums[i]) / static_cast<double>(2 * half + 1);
+  }
+  return result;
+}
+
+/// One cylinder's length over time: strokes to and fro at a steady speed each.
+std::vector<double> strokes(const SpeedLimit& limit, double duration_s, const SweepOptions& options,
+                            PathRandom& random) {
+  const double range = limit.highest_m() - limit.lowest_m();
+  const auto samples = static_cast<std::size_t>(std::lround(duration_s / kStep_s));
+  const auto rest = static_cast<std::size_t>(std::lround((kRest_s + kRound_s) / kStep_s));
+  double length = uniform(random, limit.lowest_m(), limit.highest_m());
+  bool extends = uniform(random, 0, 1) < 0.5;
+  double speed = 0, target = length;
+  std::vector<double> result;
+  result.reserve(samples);
+  for (std::size_t i = 0; i < samples; ++i) {
+    result.push_back(length);
+    if (i < rest || i + rest >= samples) continue;
+    if (speed == 0 || (extends ? length >= target : length <= target)) {
+      extends = !extends;
+      const double before = uniform(random, 0, kShorter) * range;
+      target = extends ? limit.highest_m() - before : limit.lowest_m() + before;
+      speed = uniform(random, options.slowest_mps, options.fastest_mps);
+    }
+    const double step = std::min(speed, limit.at(length)) * kStep_s;
+    length = std::clamp(length + (extends ? step : -step), limit.lowest_m(), limit.highest_m());
+  }
+  const auto half = static_cast<std::size_t>(std::lround(kRound_s / kStep_s / 2));
+  return box(box(result, half), half);
+}
+
+struct Draw {
+  JointPath path;
+  double condition = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace
+
+JointPath slow_sweeps(const MachineDescription& machine, double duration_s, const SweepOptions& options) {
+  const PathRoom room(machine);
+  const Kinematics kinematics(machine);
+  const PathCondition condition(machine, false);
+  PathRandom random(options.seed);
+  std::optional<Draw> best;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Draw candidate;
+    candidate.path.step_s = kStep_s;
+    candidate.path.joint_rad.resize(static_cast<std::size_t>(std::lround(duration_s / kStep_s)));
+    for (int joint = 0; joint < kJoints; ++joint) {
+      const std::vector<double> lengths = strokes(SpeedLimit(kinematics, room, joint), duration_s, options, random);
+      for (std::size_t i = 0; i < lengths.size(); ++i) {
+        candidate.path.joint_rad[i][joint] = kinematics.joint_at(joint, lengths[i]).value();
+      }
+    }
+    candidate.condition = condition(candidate.path, kEvery);
+    if (!best || candidate.condition < best->condition) best = std::move(candidate);
+  }
+  if (const auto violations = check_path(machine, best->path); !violations.empty()) {
+    throw InputError(machine.source + ": sweeps cannot be driven: " + violations.front());
+  }
+  return std::move(best->path);
+}
+
+}  // namespace knuckle::estimation
