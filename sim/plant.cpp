@@ -55,6 +55,7 @@ struct Plant::Impl {
   WorldModel world;
   PerJoint<Spool> spools;
   bool pilot = false;
+  PlanarVector tip_load_N = PlanarVector::Zero();
   std::int64_t substeps = 0;
   StateVector x, slope;  // slope: derivative at x with the present inputs
   HeldInputs held;
@@ -87,6 +88,7 @@ void Plant::Impl::substep() noexcept {
     spools[i].advance(pilot);
     held.opening[i] = spools[i].opening();
   }
+  held.tip_load_N = tip_load_N;
   slope = model.derivative(x, held, world, detail);
   if (world.advance(static_cast<double>(substeps) * h, h, bucket_motion())) {
     held.load = world.load();
@@ -134,7 +136,7 @@ Powers Plant::Impl::powers() const noexcept {
         detail.bristle_loss_W[n] - (detail.stop_force[n] - model.stop_spring(i, detail.pose.length_m[n])) * v;
     p.joint_stop_lost -= (detail.joint_stop_torque[n] - model.joint_stop_spring(i, x[kAngle + n])) * x[kRate + n];
   }
-  p.tip = model.body().hull().back(detail.contact.sum()).dot(detail.tip_rate);
+  p.tip = detail.tip_force.dot(detail.tip_rate);
   return p;
 }
 
@@ -189,7 +191,7 @@ void Plant::Impl::publish() noexcept {
   state.tip_m = detail.tip;
   state.tip_mps = detail.tip_rate;
   state.tip_world_m = hull * detail.tip;
-  state.tip_N = hull.back(detail.contact.sum());
+  state.tip_N = detail.tip_force;
   state.wall_N = hull.back(detail.contact.wall);
   state.soil_N = hull.back(detail.contact.soil);
   state.pipe_N = hull.back(detail.contact.pipe);
@@ -237,6 +239,14 @@ void Plant::set_valve_demand(int joint, double demand) noexcept {
 
 void Plant::set_pilot(bool energised) noexcept {
   impl_->pilot = energised;
+}
+
+void Plant::set_tip_load(const PlanarVector& force_N) noexcept {
+  impl_->tip_load_N = force_N.allFinite() ? force_N : PlanarVector::Zero();
+}
+
+void Plant::hang(double mass_kg) {
+  impl_->world.hang(mass_kg, impl_->state.t_s);
 }
 
 void Plant::step(Duration tick) noexcept {

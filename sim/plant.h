@@ -24,7 +24,7 @@ struct EnergyLedger {
   PerJoint<Element> chambers{};  ///< in: oil from valve and tank checks; out: piston work; lost: port reliefs
   PerJoint<Element> piston{};  ///< in: piston work; out: to the links; lost: friction, cushions; stored: bristle, stops
   Element links;               ///< in: pistons; out: to the world; lost: joint stops; stored: kinetic, potential
-  Element contact;             ///< in: work of the tip on the world; nothing is split further
+  Element contact;             ///< in: work of the tip on world and test rig; nothing is split further
 };
 
 /// SI units; forces are of the world on the machine.
@@ -42,7 +42,7 @@ struct PlantState {
   std::array<double, 6> transmitter_Pa{};        ///< At the valve's end of the hose; sensor errors not included.
   PlanarVector tip_m = PlanarVector::Zero(), tip_mps = PlanarVector::Zero();  ///< Frame M.
   PlanarVector tip_world_m = PlanarVector::Zero();                            ///< Frame W.
-  PlanarVector tip_N = PlanarVector::Zero();  ///< All contact, frame M; payload not included.
+  PlanarVector tip_N = PlanarVector::Zero();  ///< All contact and the test rig's pull, frame M; payload not included.
   PlanarVector wall_N = PlanarVector::Zero(), soil_N = PlanarVector::Zero(),
                pipe_N = PlanarVector::Zero();     ///< Frame M.
   double payload_kg = 0;                          ///< In or on the bucket.
@@ -69,6 +69,11 @@ class Plant {
   void set_valve_demand(int joint, double demand) noexcept;
   /// Without pilot pressure every spool springs to neutral whatever its demand.
   void set_pilot(bool energised) noexcept;
+  /// A test rig pulls at the tip from the next step on: a chain with a load cell, frame M; a non-finite force is none.
+  void set_tip_load(const PlanarVector& force_N) noexcept;
+  /// Hangs a weight where loads lie in the bucket, in place of the one hung before; 0 takes it off. It comes and goes
+  /// within 0.3 s like any DeadWeightDescription. Not for loops: allocates.
+  void hang(double mass_kg);
   /// @param tick a multiple of 0.25 ms; allocates nothing.
   void step(Duration tick) noexcept;
 

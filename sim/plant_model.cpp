@@ -201,7 +201,8 @@ StateVector PlantModel::derivative(const StateVector& x, const HeldInputs& held,
   detail.tip = RigidBody::tip(detail.pose);
   detail.tip_rate = RigidBody::tip_rate(detail.pose, rate);
   detail.contact = world.forces(body_.hull() * detail.tip, body_.hull() * detail.tip_rate);
-  torque += RigidBody::tip_torque(detail.pose, body_.hull().back(detail.contact.sum()));
+  detail.tip_force = body_.hull().back(detail.contact.sum()) + held.tip_load_N;
+  torque += RigidBody::tip_torque(detail.pose, detail.tip_force);
 
   detail.mass = body_.mass(detail.pose, held.load);
   detail.acceleration = detail.mass.solve(torque - body_.bias(detail.pose, rate, held.load));

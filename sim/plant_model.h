@@ -32,6 +32,7 @@ using StateVector = Eigen::Matrix<double, 24, 1>;  // one spare entry, always 0:
 struct HeldInputs {
   PerJoint<double> opening{};  ///< Valves, behind the dead band.
   BucketLoad load;
+  PlanarVector tip_load_N = PlanarVector::Zero();  ///< A test rig's pull on the tip, frame M.
 };
 
 /// Seen while evaluating the derivative; SI.
@@ -47,6 +48,7 @@ struct PlantDetail {
   JointVector joint_stop_torque;
   PlanarVector tip, tip_rate;  ///< Frame M.
   ContactForces contact;       ///< Frame W.
+  PlanarVector tip_force;      ///< Contact and test rig, frame M.
   JointVector acceleration;
   double pump_flow, main_relief_flow;
   bool pump_at_limit;

@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kLoadTime_s = 0.3;       // a scooped piece's weight passes to the bucket in this time
 constexpr double kCurling_radps = -0.02;  // clockwise = closing
+constexpr double kSoon_s = 1e-9;
 constexpr double kContactOn_N = 50;
 constexpr double kContactGap_s = 0.05;  // shorter gaps are one contact
 
@@ -54,6 +55,15 @@ WorldModel::WorldModel(const WorldDescription& description, const PlanarVector& 
   }
   for (const LoosePieceDescription& piece : description.pieces) pieces_.push_back({piece, PieceState::kDown, 0});
   if (!description.soil.empty()) soil_.emplace(description.soil.front());
+}
+
+void WorldModel::hang(double mass_kg, double t_s) {
+  if (hung_) description_.weights.back().detach_at_s = t_s;
+  hung_ = mass_kg > 0;
+  if (!hung_) return;
+  const double later_s = std::max(t_s, kSoon_s);  // a weight from time 0 would always have been there
+  description_.weights.push_back({.mass_kg = mass_kg, .point_m = load_point_, .attach_at_s = later_s});
+  weight_on_.push_back(false);
 }
 
 void WorldModel::set_mobility(const Eigen::Matrix2d& mobility) noexcept {

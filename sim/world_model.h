@@ -35,6 +35,8 @@ class WorldModel {
   }
   /// After each substep. @return true where load or anchors moved, so that forces at the same motion are others.
   bool advance(double t_s, double dt, const BucketMotion& bucket) noexcept;
+  /// From t_s on one more weight hangs at the load point, or none (0); the one hung before goes.
+  void hang(double mass_kg, double t_s);
   /// Tip acceleration per force, frame W, for the damping of a wall touched next.
   void set_mobility(const Eigen::Matrix2d& mobility) noexcept;
 
@@ -75,6 +77,7 @@ class WorldModel {
   bool dumping_ = false, in_soil_ = false;
   double dug_kg_ = 0;
   std::vector<bool> weight_on_;
+  bool hung_ = false;  // the last weight is one of hang()
   bool pipe_touched_ = false;
   bool in_contact_ = false;
   double last_contact_s_ = -1, peak_N_ = 0;

@@ -1,0 +1,105 @@
+// What a test rig does to the plant: a known pull at the tip, and weights hung on and taken off.
+#include <gtest/gtest.h>
+
+#include "machine/kinematics.h"
+#include "test_plant.h"
+
+namespace knuckle::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+JointVector torque(const PlantState& s) {
+  return s.lever_m.cwiseProduct(s.cylinder_N);
+}
+
+TEST(TestRig, StaticPullShowsInTheChambersAsItsJointTorques) {
+  const Kinematics kinematics(default_machine());
+  for (const PlanarVector& pull : {PlanarVector(0, -2000), PlanarVector(-1500, 1000), PlanarVector(3000, 500)}) {
+    Plant plant = make_plant();
+    const JointVector before = torque(plant.state());
+    plant.set_tip_load(pull);
+    run(plant, 6);
+    const PlantState& s = plant.state();
+    ASSERT_LT(s.joint_radps.norm(), 1e-3);
+    EXPECT_EQ(s.tip_N, pull);
+    // Balance at rest: what the chambers changed by is - J^T f, but for what stuck friction carries and the little
+    // that gravity changes on the way.
+    const JointVector carried = kinematics.tip_jacobian(s.joint_rad).transpose() * pull;
+    for (int j = 0; j < kJoints; ++j) {
+      const FrictionDescription& friction = default_machine().cylinders[static_cast<std::size_t>(j)].friction;
+      const double stuck = std::abs(s.lever_m[j]) * friction.coulomb_N * friction.static_ratio;
+      EXPECT_NEAR(torque(s)[j] - before[j], -carried[j], stuck + 0.02 * carried.norm()) << j;
+    }
+  }
+}
+
+TEST(TestRig, PullIsExactlyBalancedWithFrictionAndGravity) {
+  Plant plant = make_plant();
+  plant.set_tip_load({1000, -1500});
+  run(plant, 4);
+  const PlantState& s = plant.state();
+  // Torques of chambers less friction, with the pull, hold what the unloaded machine needs in this very pose.
+  Plant unloaded = make_plant({}, s.joint_rad);
+  const JointVector gravity = torque(unloaded.state());
+  const JointVector held = s.lever_m.cwiseProduct(s.cylinder_N - s.friction_N) +
+                           Kinematics(default_machine()).tip_jacobian(s.joint_rad).transpose() * s.tip_N;
+  EXPECT_LT((held - gravity).norm(), 1e-3 * gravity.norm());
+}
+
+TEST(TestRig, WorkOfAMovingPullIsInTheLedger) {
+  Plant plant = make_plant();
+  const EnergyLedger start = plant.state().energy;
+  double through = 0, worked = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double t = i * 1e-3;
+    demand(plant, {0.4 * std::sin(2 * t), 0.5 * std::sin(1.7 * t + 1), 0.4 * std::sin(2.3 * t)});
+    plant.set_tip_load(1500 * std::min(1.0, t) * PlanarVector(std::sin(3 * t), std::cos(2 * t)));
+    plant.step(1ms);
+    const PlantState& s = plant.state();
+    through += 1e-3 * s.cylinder_N.cwiseProduct(s.cylinder_mps).cwiseAbs().sum();
+    worked -= 1e-3 * s.tip_N.dot(s.tip_mps);
+  }
+  const EnergyLedger& e = plant.state().energy;
+  EXPECT_GT(std::abs(worked), 20);
+  EXPECT_NEAR(e.contact.in - start.contact.in, worked, 0.01 * through);
+  const double missing = (e.links.in - start.links.in) - (e.links.out - start.links.out) -
+                         (e.links.lost - start.links.lost) - (e.links.stored - start.links.stored);
+  EXPECT_LT(std::abs(missing), 1e-3 * through);
+}
+
+TEST(TestRig, HungWeightEqualsOneOfTheScenario) {
+  WorldDescription world;
+  world.weights.push_back(
+      {.mass_kg = 80, .point_m = default_machine().payload_com_m, .attach_at_s = 0.5, .detach_at_s = 1.5});
+  Plant scripted = make_plant(world), hung = make_plant();
+  run(scripted, 0.5), run(hung, 0.5);
+  hung.hang(80);
+  run(scripted, 1), run(hung, 1);
+  EXPECT_DOUBLE_EQ(hung.state().payload_kg, 80);
+  EXPECT_EQ(hung.state().payload_m, default_machine().payload_com_m);
+  EXPECT_EQ(hung.state().chamber_Pa, scripted.state().chamber_Pa);
+  hung.hang(0);
+  run(scripted, 1), run(hung, 1);
+  EXPECT_EQ(hung.state().payload_kg, 0);
+  EXPECT_LT((hung.state().joint_rad - scripted.state().joint_rad).norm(), 1e-12);
+}
+
+TEST(TestRig, AnotherWeightTakesThePlaceOfTheOneBefore) {
+  Plant plant = make_plant();
+  plant.hang(80);
+  run(plant, 1);
+  plant.hang(30);
+  run(plant, 1);
+  EXPECT_DOUBLE_EQ(plant.state().payload_kg, 30);
+}
+
+TEST(TestRig, NonFinitePullIsNone) {
+  Plant plant = make_plant();
+  plant.set_tip_load({std::numeric_limits<double>::quiet_NaN(), 100});
+  run(plant, 0.1);
+  EXPECT_EQ(plant.state().tip_N.norm(), 0);
+}
+
+}  // namespace
+}  // namespace knuckle::sim
