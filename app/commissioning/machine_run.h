@@ -15,7 +15,7 @@
 
 namespace knuckle::app {
 
-/// What the simulator knows at a recorded sample, for judging only.
+/// What the simulator knows of the moment at which a recorded sample was measured, for judging only.
 struct TruthSample {
   JointVector joint_rad = JointVector::Zero(), joint_radps = JointVector::Zero(), joint_radps2 = JointVector::Zero();
   JointVector cylinder_mps = JointVector::Zero();
@@ -53,7 +53,8 @@ class MachineRun {
   /// Goes to each pose, waits until it rests, reads the encoders and surveys the three points with normal errors of
   /// sigma_m per coordinate.
   [[nodiscard]] estimation::Survey survey(const std::vector<JointVector>& poses_rad, double sigma_m);
-  /// Same stops, but recorded for duration_s each: for static identification.
+  /// Same stops, but recorded for duration_s each: for static identification. Between two stops lies one sample that is
+  /// marked as not usable.
   [[nodiscard]] MachineRecording stops(const std::vector<JointVector>& poses_rad, double duration_s);
 
   [[nodiscard]] double elapsed_s() const noexcept;
