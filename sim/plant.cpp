@@ -9,6 +9,9 @@
 namespace knuckle::sim {
 namespace {
 
+// Compiled without Eigen's packets (CMakeLists.txt): what is passed in and out must look as elsewhere.
+static_assert(alignof(PlanarVector) == 16 && alignof(StateVector) == 16);
+
 /// Powers whose integrals are the ledger, in its order; trapezoidal sums over the substeps.
 struct Powers {
   double pump_in = 0, pump_out = 0, pump_lost = 0;
