@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/gnuplot.h"
 #include "app/plot_script.h"
 #include "app/record_windows.h"
 
@@ -14,11 +15,11 @@ namespace {
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr std::array<const char*, kJoints> kJointColours{kBlue, kVermilion, kGreen};
 
-ReportPlot stacked(const std::string& title, const std::string& caption, int panels, PlotScript& script) {
+PageFigure stacked(const std::string& title, const std::string& caption, int panels, PlotScript& script) {
   return {title, caption, {900, panel_figure_height(panels), script.finish()}};
 }
 
-ReportPlot angles(const SessionRecord& record) {
+PageFigure angles(const SessionRecord& record) {
   PlotScript plot(record, 1);
   plot.panel("joint angle, deg");
   for (int j = 0; j < kJoints; ++j) {
@@ -31,7 +32,7 @@ ReportPlot angles(const SessionRecord& record) {
   return stacked("Joint angles", "Measured, and the operator's set-point as the machine received it.", 1, plot);
 }
 
-ReportPlot pressures(const SessionRecord& record) {
+PageFigure pressures(const SessionRecord& record) {
   PlotScript plot(record, kJoints);
   for (std::size_t j = 0; j < kJoints; ++j) {
     plot.panel(std::string(kJointNames[j]) + ", bar");
@@ -41,7 +42,7 @@ ReportPlot pressures(const SessionRecord& record) {
   return stacked("Cylinder pressures", "As the transmitters say.", kJoints, plot);
 }
 
-ReportPlot forces(const SessionRecord& record) {
+PageFigure forces(const SessionRecord& record) {
   constexpr double kTwoSided95 = 1.96;
   PlotScript plot(record, 2);
   for (const int axis : {0, 1}) {
@@ -60,7 +61,7 @@ ReportPlot forces(const SessionRecord& record) {
                  "Estimated from cylinder pressures with its 95 % band, against the simulator's truth.", 2, plot);
 }
 
-ReportPlot felt(const SessionRecord& record) {
+PageFigure felt(const SessionRecord& record) {
   const double scale = record.force_scale;
   PlotScript plot(record, 1);
   plot.panel("force, N");
@@ -70,7 +71,7 @@ ReportPlot felt(const SessionRecord& record) {
                  plot);
 }
 
-ReportPlot energy(const SessionRecord& record) {
+PageFigure energy(const SessionRecord& record) {
   PlotScript plot(record, 2);
   plot.panel("hand, J");
   plot.line([](const Sample& s) { return s.hand_energy_J; }, "work of the device on the hand", kBlue);
@@ -130,7 +131,7 @@ class Timeline {
   std::ostringstream bars_;
 };
 
-ReportPlot timeline(const SessionRecord& record) {
+PageFigure timeline(const SessionRecord& record) {
   Timeline bars(record);
   bars.row(
       "mode", [](const Sample& s) { return std::string(name(s.mode)); }, kBlue);
@@ -183,7 +184,7 @@ std::vector<PlanarVector> thinned_path(const SessionRecord& record, const Planar
   return path;
 }
 
-ReportPlot tip_path(const SessionResult& session) {
+PageFigure tip_path(const SessionResult& session) {
   const auto tip = thinned_path(session.record, &Sample::truth_tip_m, false);
   const auto asked = thinned_path(session.record, &Sample::hand_setpoint_tip_m, true);
   Eigen::AlignedBox2d box;
@@ -219,7 +220,7 @@ ReportPlot tip_path(const SessionResult& session) {
 
 }  // namespace
 
-std::vector<ReportPlot> report_plots(const SessionResult& session) {
+std::vector<PageFigure> report_plots(const SessionResult& session) {
   const SessionRecord& record = session.record;
   return {timeline(record), tip_path(session), angles(record), forces(record),
           felt(record),     pressures(record), energy(record)};

@@ -1,5 +1,5 @@
-// Figures measured on real recordings, as `scripts/real-recordings` writes them: one row a quantity, beside what simpler
-// methods reach on the same held-out data.
+// Figures measured on real recordings, as `scripts/real-recordings` writes them: one row a quantity, beside what
+// simpler methods reach on the same held-out data.
 #pragma once
 
 #include <string>
