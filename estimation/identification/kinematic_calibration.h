@@ -1,0 +1,57 @@
+// The arm's true lengths and pins from a survey of the standing machine. The drawing is the prior: what the survey
+// cannot tell apart stays as drawn.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "estimation/identification/identification.h"
+#include "estimation/identification/survey.h"
+#include "machine/description.h"
+
+namespace knuckle::estimation {
+
+/// Standard deviations of the machine around its drawing. +-2 mm evenly spread is 1.2 mm, +-0.5 mm is 0.3 mm.
+struct GeometryOptions {
+  double pin_sigma_m = 1.2e-3;  ///< One coordinate of a pin; a link's length.
+  double rod_sigma_m = 0.3e-3;  ///< Rocker and coupler.
+  double encoder_offset_sigma_m = 0.3e-3;
+  std::size_t least_poses = 8;
+  std::size_t folds = 4;  ///< Of cross-validation: each pose is predicted by a fit that has not seen it.
+};
+
+/// Distance of a surveyed tip from the one that the encoder readings give. Contains the surveyor's own error.
+struct TipError {
+  std::size_t poses = 0;
+  double rms_m = 0, median_m = 0, p95_m = 0;
+};
+
+/// Standard deviation of a cylinder's lever dL/dtheta at an encoder reading, over the joint's working range.
+struct LeverSigma {
+  double drawing_rel = 0, calibrated_rel = 0;  ///< RMS of sigma over RMS of the lever.
+};
+
+struct GeometryResult {
+  Identification summary;        ///< Parameters in mm; where not usable the geometry is the drawing's.
+  GeometryCalibration geometry;  ///< tip_rms_m is that of held_out.
+  TipError held_out, drawing;    ///< Of the same poses.
+  double residual_ratio = 0;  ///< RMS of weighted residuals per degree of freedom; 1 where the survey's sigma is true.
+  PerJoint<LeverSigma> lever{};
+  std::vector<std::string> left_out;  ///< "pose 7: tip is 0.213 m off"
+};
+
+/// Weighted least squares (Ceres) on arm pin, bucket pin and tip, as far as measured, with the drawing as prior; a
+/// point more than five standard deviations off is left out and named. Errors of a point: the survey's sigma and the
+/// encoders' step seen through their levers. The covariance is the linearised one, widened where residuals are.
+/// Too few or too similar poses, or points that cannot be this machine's (wrong unit, mirrored, swapped), make it
+/// `usable == false` with the reason.
+/// @param drawing its encoder offsets, too, are the prior's middle; its geometry calibration is not looked at.
+/// @throws InputError where the drawing itself is no machine.
+[[nodiscard]] GeometryResult calibrate_geometry(const MachineDescription& drawing, const Survey& survey,
+                                                const GeometryOptions& options = {});
+
+/// Poses [rad] to survey, in an order of short ways: each adds most to what the poses before it tell of the geometry
+/// (D-optimal, greedy, out of an evenly spread choice), inside soft margins and virtual walls.
+[[nodiscard]] std::vector<JointVector> survey_poses(const MachineDescription& machine, std::size_t count);
+
+}  // namespace knuckle::estimation

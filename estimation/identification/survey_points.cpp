@@ -1,0 +1,213 @@
+#include "estimation/identification/survey_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "core/error.h"
+
+namespace knuckle::estimation {
+namespace {
+
+constexpr double kMostOff = 0.05;      // of the reach: far above what pins and encoders explain
+constexpr double kMostLost = 0.25;     // of the poses
+constexpr double kLeastSpread = 0.25;  // of a joint's working range
+constexpr double kSamePose_rad = 0.02;
+
+std::string text(const char* format, double a, double b = 0, double c = 0) {
+  char line[160];
+  std::snprintf(line, sizeof line, format, a, b, c);
+  return line;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+const PlanarVector& point_of(const SurveyPose& pose, int link) {
+  return link == kBoom ? pose.arm_pin_m : link == kArm ? pose.bucket_pin_m : pose.tip_m;
+}
+
+/// A pose that the drawing can take.
+struct StandingPose {
+  std::size_t number;  ///< In the survey, from 1.
+  const SurveyPose* survey;
+  JointVector joints_rad;
+};
+
+class Selection {
+ public:
+  Selection(const MachineDescription& drawing, const Survey& survey, const GeometryOptions& options)
+      : drawing_(drawing), survey_(survey), options_(options), kinematics_(drawing) {
+    for (const LinkDescription& link : drawing.links) reach_m_ += link.length_m;
+  }
+
+  SurveyPoints run() {
+    stand();
+    judge_poses();
+    for (int link = 0; link < kJoints && result_.refusals.empty(); ++link) judge_points(link);
+    if (result_.refusals.empty()) take_points();
+    return std::move(result_);
+  }
+
+ private:
+  /// Poses whose readings are lengths the cylinders can have.
+  void stand() {
+    std::size_t lost = 0;
+    for (std::size_t n = 0; n < survey_.poses.size(); ++n) {
+      const SurveyPose& pose = survey_.poses[n];
+      StandingPose standing{n + 1, &pose, {}};
+      int joint = 0;
+      for (; joint < kJoints; ++joint) {
+        const double length = pose.cylinder_m[joint] - drawing_.sensors.encoder_offset_m[joint];
+        const auto angle = kinematics_.joint_at(joint, length);
+        if (!angle) break;
+        standing.joints_rad[joint] = *angle;
+      }
+      if (joint == kJoints) {
+        standing_.push_back(standing);
+      } else if (++lost; true) {
+        result_.left_out.push_back("pose " + std::to_string(n + 1) + ": " + unreachable(joint, pose.cylinder_m[joint]));
+      }
+    }
+    if (static_cast<double>(lost) > kMostLost * static_cast<double>(survey_.poses.size())) {
+      result_.refusals.push_back(std::to_string(lost) + " of " + std::to_string(survey_.poses.size()) +
+                                 " poses cannot be reached; " + result_.left_out.front());
+    }
+  }
+
+  [[nodiscard]] std::string unreachable(int joint, double reading) const {
+    const auto i = static_cast<std::size_t>(joint);
+    const CylinderDescription& cylinder = drawing_.cylinders[i];
+    const double ratio = reading / (0.5 * (cylinder.min_length_m + cylinder.max_length_m));
+    return std::string(kJointNames[i]) +
+           text(" encoder reads %.4g m, which no angle of the working range gives (cylinder %.3f to %.3f m)", reading,
+                cylinder.min_length_m, cylinder.max_length_m) +
+           (ratio > 300 && ratio < 3000 ? ": looks like millimetres" : "");
+  }
+
+  void judge_poses() {
+    std::vector<JointVector> distinct;
+    JointVector low = JointVector::Constant(1e9), high = -low;
+    for (const StandingPose& pose : standing_) {
+      low = low.cwiseMin(pose.joints_rad);
+      high = high.cwiseMax(pose.joints_rad);
+      const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const JointVector& other) {
+        return (other - pose.joints_rad).cwiseAbs().maxCoeff() < kSamePose_rad;
+      });
+      if (!known) distinct.push_back(pose.joints_rad);
+    }
+    if (distinct.size() < options_.least_poses) {
+      result_.refusals.push_back(std::to_string(distinct.size()) + " different poses of " +
+                                 std::to_string(survey_.poses.size()) + "; at least " +
+                                 std::to_string(options_.least_poses) + " are needed");
+      return;
+    }
+    for (int i = 0; i < kJoints; ++i) {
+      const LinkDescription& link = drawing_.links[static_cast<std::size_t>(i)];
+      const double part = (high[i] - low[i]) / (link.max_rad - link.min_rad);
+      if (part < kLeastSpread) {
+        result_.refusals.push_back(
+            std::string("the ") + kJointNames[static_cast<std::size_t>(i)] +
+            text(" moved over %.0f %% of its range; at least %.0f %% is needed", 100 * part, 100 * kLeastSpread));
+      }
+    }
+  }
+
+  [[nodiscard]] PlanarVector drawn(const StandingPose& pose, int link) const {
+    PlanarVector at = PlanarVector::Zero();
+    for (int i = 0; i <= link; ++i) {
+      const double along = pose.joints_rad.head(i + 1).sum();
+      at += drawing_.links[static_cast<std::size_t>(i)].length_m * PlanarVector(std::cos(along), std::sin(along));
+    }
+    return at;
+  }
+
+  using Change = std::function<PlanarVector(const PlanarVector&)>;
+  [[nodiscard]] double median_off(int link, const Change& change) const {
+    std::vector<double> off;
+    for (const StandingPose& pose : standing_) {
+      const PlanarVector& at = point_of(*pose.survey, link);
+      if (at.allFinite()) off.push_back((change(at) - drawn(pose, link)).norm());
+    }
+    return median(off);
+  }
+
+  /// Points of one kind that are off in the median are a mistake of the whole survey.
+  void judge_points(int link) {
+    const std::string name = kPointNames[static_cast<std::size_t>(link)];
+    const double bound = kMostOff * reach_m_;
+    const double off = median_off(link, [](const PlanarVector& p) { return p; });
+    if (off <= bound) return;
+    static const std::vector<std::pair<const char*, Change>> kMistakes{
+        {"in millimetres", [](const PlanarVector& p) { return PlanarVector(1e-3 * p); }},
+        {"with x mirrored", [](const PlanarVector& p) { return PlanarVector(-p.x(), p.y()); }},
+        {"with z mirrored", [](const PlanarVector& p) { return PlanarVector(p.x(), -p.y()); }},
+        {"with x and z swapped", [](const PlanarVector& p) { return PlanarVector(p.y(), p.x()); }}};
+    std::string line = name + text(" is %.3g m off the drawing in the median (bound %.3g m)", off, bound);
+    for (const auto& [mistake, change] : kMistakes) {
+      if (median_off(link, change) <= bound) line += std::string(": looks ") + mistake;
+    }
+    for (int other = 0; other < kJoints; ++other) {
+      if (other != link && looks_like(link, other, bound)) {
+        line += std::string(": looks like the ") + kPointNames[static_cast<std::size_t>(other)];
+      }
+    }
+    result_.refusals.push_back(line);
+  }
+
+  [[nodiscard]] bool looks_like(int link, int other, double bound) const {
+    std::vector<double> off;
+    for (const StandingPose& pose : standing_) {
+      const PlanarVector& at = point_of(*pose.survey, link);
+      if (at.allFinite()) off.push_back((at - drawn(pose, other)).norm());
+    }
+    return median(off) <= bound;
+  }
+
+  void take_points() {
+    for (const StandingPose& pose : standing_) {
+      const std::size_t before = result_.points.size();
+      for (int link = 0; link < kJoints; ++link) {
+        const PlanarVector& at = point_of(*pose.survey, link);
+        if (!at.allFinite()) continue;
+        const double off = (at - drawn(pose, link)).norm();
+        if (off > kMostOff * reach_m_) {
+          result_.left_out.push_back("pose " + std::to_string(pose.number) + ": " +
+                                     kPointNames[static_cast<std::size_t>(link)] +
+                                     text(" is %.3g m off the drawing", off));
+          continue;
+        }
+        result_.points.push_back({pose.number, link, pose.survey->cylinder_m, at,
+                                  whitening_of(kinematics_, drawing_, pose.joints_rad, link, survey_.point_sigma_m),
+                                  true});
+      }
+      if (result_.points.size() > before) ++result_.poses;
+    }
+    if (result_.poses < options_.least_poses) {
+      result_.refusals.push_back(std::to_string(result_.poses) + " poses have a usable point; at least " +
+                                 std::to_string(options_.least_poses) + " are needed");
+    }
+  }
+
+  const MachineDescription& drawing_;
+  const Survey& survey_;
+  const GeometryOptions& options_;
+  Kinematics kinematics_;
+  double reach_m_ = 0;
+  std::vector<StandingPose> standing_;
+  SurveyPoints result_;
+};
+
+}  // namespace
+
+SurveyPoints select_points(const MachineDescription& drawing, const Survey& survey, const GeometryOptions& options) {
+  if (!(survey.point_sigma_m > 0)) throw InputError(survey.source + ": point sigma must be above 0 m");
+  return Selection(drawing, survey, options).run();
+}
+
+}  // namespace knuckle::estimation
