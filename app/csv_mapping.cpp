@@ -15,7 +15,8 @@ namespace knuckle::app {
 namespace {
 
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
-constexpr double kAnyCell = 1e12;  // bound of a cell where the mapping gives none
+
+constexpr double kPsi_Pa = 6894.757293168;
 
 /// Fields of a date and time in the order of their letters in a pattern: YYYY, MM, DD, HH, MM, SS, mmm.
 enum Field { kYear, kMonth, kDay, kHour, kMinute, kSecond, kFraction, kFieldCount };
@@ -98,11 +99,12 @@ TimeMap read_time(TomlTable& file) {
 }
 
 ChannelMap read_channel(TomlTable& entry) {
-  static constexpr std::array kUnitFactors{1.0, std::numbers::pi / 180, 1.0, 1e-3, 1e5, 1.0};
+  static constexpr std::array kUnitFactors{1.0, std::numbers::pi / 180, 1.0, 1e-3, 1e5, 1.0, 1e3, 1e6, kPsi_Pa, 1.0,
+                                           0.01};
   ChannelMap channel;
   channel.name = entry.text("name");
   channel.column = entry.text("column");
-  const int unit = entry.choice("unit", {"rad", "deg", "m", "mm", "bar", "Pa"});
+  const int unit = entry.choice("unit", {"rad", "deg", "m", "mm", "bar", "Pa", "kPa", "MPa", "psi", "1", "%"});
   const double sign = entry.number("sign", -1, 1);
   entry.require(std::abs(sign) == 1, "sign", "must be 1 or -1");
   const double factor = kUnitFactors[static_cast<std::size_t>(unit)];

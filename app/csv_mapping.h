@@ -8,11 +8,13 @@
 
 namespace knuckle::app {
 
+inline constexpr double kAnyCell = 1e12;  ///< Bound of a cell where a mapping gives none.
+
 /// Knuckle's value [SI] = cell * factor + offset.
 struct ChannelMap {
   std::string name, column;
   double factor = 1, offset = 0;
-  double min, max;  ///< Bounds of a believable cell, in the file's unit.
+  double min = -kAnyCell, max = kAnyCell;  ///< Bounds of a believable cell, in the file's unit.
   bool zero_is_drop_out = false;
 };
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "app/csv_cells.h"
-#include "app/csv_mapping.h"
 #include "core/error.h"
 
 namespace knuckle::app {
@@ -72,8 +71,7 @@ std::vector<std::size_t> increasing(const std::vector<TimedRow>& rows) {
 /// Fills one MappedTable from the rows of one file.
 class Reader {
  public:
-  Reader(const std::string& csv_path, const std::string& map_path)
-      : map_(read_mapping(map_path)), cells_(read_cells(csv_path)) {
+  Reader(const std::string& csv_path, Mapping map) : map_(std::move(map)), cells_(read_cells(csv_path)) {
     table_.source = csv_path;
     table_.gap_s = map_.gap_s;
     const Cells& header = cells_.front();
@@ -256,7 +254,11 @@ void MappedTable::refuse(const std::string& why) const {
 }
 
 MappedTable read_mapped_csv(const std::string& csv_path, const std::string& map_path) {
-  return Reader(csv_path, map_path).read();
+  return Reader(csv_path, read_mapping(map_path)).read();
+}
+
+MappedTable read_mapped_csv(const std::string& csv_path, const Mapping& mapping) {
+  return Reader(csv_path, mapping).read();
 }
 
 }  // namespace knuckle::app

@@ -1,9 +1,11 @@
-// Reads a foreign CSV through a mapping file (app/csv_mapping.h). What is wrong with the data is found and named with
+// Reads a CSV through a mapping file (app/csv_mapping.h). What is wrong with the data is found and named with
 // row and column, never silently used.
 #pragma once
 
 #include <string>
 #include <vector>
+
+#include "app/csv_mapping.h"
 
 namespace knuckle::app {
 
@@ -58,5 +60,6 @@ struct MappedTable {
 /// @throws InputError for an unreadable file, a wrong mapping, a column that is not there or twice, quotes that do not
 /// close, or fewer than 4 usable rows.
 [[nodiscard]] MappedTable read_mapped_csv(const std::string& csv_path, const std::string& map_path);
+[[nodiscard]] MappedTable read_mapped_csv(const std::string& csv_path, const Mapping& mapping);
 
 }  // namespace knuckle::app
