@@ -45,7 +45,10 @@ class Checker {
 
   DataCheck run() {
     for (std::size_t c = 0; c < kSignalChannels; ++c) check_range(c);
-    if (check_.refused()) return std::move(check_);
+    if (check_.refused()) {
+      explain();
+      return std::move(check_);
+    }
     for (std::size_t c = 0; c < kPressureChannels; ++c) check_drop_outs(c);
     for (std::size_t c = 0; c + 1 < kSignalChannels; ++c) check_spikes(c);
     check_pitch_noise();
@@ -115,15 +118,12 @@ class Checker {
       double factor;
       const char* what;
     };
-    static const std::vector<Unit> kLength{{1e-3, ": looks like millimetres taken as metres"},
+    static const std::vector<Unit> kLength{{-1, ": has the wrong sign"},
+                                           {1e-3, ": looks like millimetres taken as metres"},
                                            {1e-2, ": looks like centimetres taken as metres"},
                                            {0.0254, ": looks like inches taken as metres"},
-                                           {1e3, ": looks like metres taken as millimetres"},
-                                           {-1, ": has the wrong sign"}};
-    static const std::vector<Unit> kPressure{{1e-5, ": looks like Pa taken as bar"},
-                                             {-1, ": has the wrong sign"},
-                                             {1e-2, ": looks like kPa taken as bar"},
-                                             {6894.757 * 1e-5, ": looks like psi taken as bar"}};
+                                           {1e3, ": looks like metres taken as millimetres"}};
+    static const std::vector<Unit> kPressure{{-1, ": has the wrong sign"}};
     static const std::vector<Unit> kAngle{{std::numbers::pi / 180, ": looks like degrees taken as radians"}};
     const auto& units = c < kPressureChannels ? kPressure : c == kSignalChannels - 1 ? kAngle : kLength;
     const Bounds range = bounds(c);
@@ -148,9 +148,10 @@ class Checker {
     const bool may_be_zero = c == kSignalChannels - 1;
     if (!may_be_zero && zero == usable) return refuse(file_.columns[c], "is zero throughout");
     if (static_cast<double>(beyond) > kMostLeftOut * static_cast<double>(usable)) {
-      return refuse(file_.columns[c], "is around " + number_text(middle(c)) + ", outside what can be, " +
-                                          number_text(range.low) + " to " + number_text(range.high) + " (SI units)" +
-                                          guess(c));
+      const auto percent = static_cast<double>(100 * beyond / usable);
+      return refuse(file_.columns[c], text("is for %.0f %% outside what can be, ", percent) + number_text(range.low) +
+                                          " to " + number_text(range.high) + " (SI units), its median is " +
+                                          number_text(middle(c)) + guess(c));
     }
     if (c >= kPressureChannels && !may_be_zero)
       mark(c, "drop-out to zero", [&](std::size_t i) { return at(c, i) == 0; });
@@ -317,6 +318,13 @@ class Checker {
     }
   }
 
+  /// What single mistake would explain it all.
+  bool explain() {
+    const auto better = better_reading(machine_, recording_);
+    if (better) refuse(columns_of(better->channels), better->what);
+    return better.has_value();
+  }
+
   [[nodiscard]] std::string columns_of(const std::vector<std::size_t>& channels) const {
     std::string names;
     for (std::size_t i = 0; i < channels.size(); ++i) names += (i > 0 ? " and " : "") + file_.columns[channels[i]];
@@ -330,8 +338,7 @@ class Checker {
     check_.weight_ratio = fit.ratio;
     for (int j = 0; j < kJoints; ++j) {
       if (fit.believable(j)) continue;
-      const auto better = better_reading(machine_, recording_);
-      if (better) return refuse(columns_of(better->channels), better->what);
+      if (explain()) return;
       const auto i = static_cast<std::size_t>(j);
       return refuse(
           file_.columns[2 * i] + " and " + file_.columns[2 * i + 1],

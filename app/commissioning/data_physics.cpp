@@ -96,13 +96,16 @@ std::vector<Hypothesis> hypotheses() {
                    }});
   };
   // What was written with which unit in mind, and what it was read as.
-  constexpr std::array<std::pair<double, const char*>, 7> kUnits{{{1e5, "looks like bar taken as Pa"},
-                                                                  {1e6, "looks like MPa taken as Pa"},
-                                                                  {1e3, "looks like kPa taken as Pa"},
-                                                                  {kPsi_Pa, "looks like psi taken as Pa"},
-                                                                  {kPsi_Pa / 1e5, "looks like psi taken as bar"},
-                                                                  {10, "looks like MPa taken as bar"},
-                                                                  {-1, "has the wrong sign"}}};
+  constexpr std::array<std::pair<double, const char*>, 10> kUnits{{{1e5, "looks like bar taken as Pa"},
+                                                                   {1e6, "looks like MPa taken as Pa"},
+                                                                   {1e3, "looks like kPa taken as Pa"},
+                                                                   {kPsi_Pa, "looks like psi taken as Pa"},
+                                                                   {kPsi_Pa / 1e5, "looks like psi taken as bar"},
+                                                                   {10, "looks like MPa taken as bar"},
+                                                                   {1e-5, "looks like Pa taken as bar"},
+                                                                   {1e-2, "looks like kPa taken as bar"},
+                                                                   {1e5 / kPsi_Pa, "looks like bar taken as psi"},
+                                                                   {-1, "has the wrong sign"}}};
   for (const auto& [factor, what] : kUnits) {
     scaled({0, 1, 2, 3, 4, 5}, factor, what);
     for (std::size_t j = 0; j < kJoints; ++j) scaled({2 * j, 2 * j + 1}, factor, what);
