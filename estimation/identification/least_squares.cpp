@@ -21,7 +21,7 @@ struct Factored {
     Eigen::MatrixXd weighted = root.asDiagonal() * problem.columns;
     scale = weighted.colwise().norm();
     for (Eigen::Index j = 0; j < scale.size(); ++j) {
-      const double floor = problem.floor.size() > 0 ? problem.floor[j] : 0;
+      const double floor = problem.floor.size() > 0 ? problem.floor[j] * root.norm() : 0;
       scale[j] = scale[j] > floor ? 1 / scale[j] : 0;
     }
     weighted *= scale.asDiagonal();

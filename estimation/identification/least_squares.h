@@ -17,7 +17,7 @@ struct LeastSquaresProblem {
   Eigen::VectorXd trust;     ///< [0, 1]; a row of trust 0 does not count.
   std::vector<int> group;    ///< 0 .. groups - 1: rows whose `weight` shares one unknown factor.
   std::vector<int> cluster;  ///< Rows whose errors go together; equal numbers in any order.
-  Eigen::VectorXd floor;     ///< A column whose weighted norm is below this says nothing and is left out.
+  Eigen::VectorXd floor;     ///< A column whose weighted root mean square is below this is left out: it is noise.
 };
 
 struct LeastSquaresOptions {

@@ -76,11 +76,15 @@ int half_window(double window_s, double step_s) noexcept {
   return std::max(1, static_cast<int>(std::lround((window_s / step_s - 1) / 2)));
 }
 
+int smoothing_half_window(const MotionOptions& options, double step_s) noexcept {
+  return std::max(half_window(options.window_s, step_s), (options.order + 1) / 2);
+}
+
 Motion offline_motion(const MachineDescription& machine, const Recording& recording, const MotionOptions& options) {
   const Kinematics kinematics(machine);
   const Raw raw(machine, kinematics, recording);
   const Eigen::Index size = raw.cylinder_m.cols();
-  const int half = std::max(half_window(options.window_s, recording.step_s), (options.order + 1) / 2);
+  const int half = smoothing_half_window(options, recording.step_s);
   const Eigen::VectorXd smoothing = savitzky_golay(half, options.order, 0, recording.step_s);
   const Eigen::VectorXd derivative = savitzky_golay(half, options.order, 1, recording.step_s);
 

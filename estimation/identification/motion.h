@@ -42,7 +42,8 @@ struct Motion {
 [[nodiscard]] Motion offline_motion(const MachineDescription& machine, const Recording& recording,
                                     const MotionOptions& options = {});
 
-/// Half the window in samples at a period: at least one.
+/// Half a window in samples: at least one; for smoothing, at least what the order needs.
 [[nodiscard]] int half_window(double window_s, double step_s) noexcept;
+[[nodiscard]] int smoothing_half_window(const MotionOptions& options, double step_s) noexcept;
 
 }  // namespace knuckle::estimation

@@ -7,21 +7,10 @@
 #include <limits>
 
 #include "estimation/identification/identification.h"
-#include "tests/estimation/test_machine.h"
+#include "tests/identification/synthetic.h"
 
 namespace knuckle::estimation {
 namespace {
-
-Recording recorded(const MachineDescription& machine, const SineMotion& motion, double duration_s, double step_s,
-                   const SyntheticErrors& errors = {}) {
-  SyntheticMachine twin(machine, errors);
-  Recording recording{"test", step_s, {}, {}, {}};
-  for (double t = 0; t < duration_s; t += step_s) {
-    recording.samples.push_back(twin.measure(motion.at(t), JointVector::Zero()));
-    recording.usable.push_back(1);
-  }
-  return recording;
-}
 
 TEST(OfflineMotion, GivesAnglesAndRatesOfACleanRecording) {
   const MachineDescription machine = test_machine();
@@ -44,7 +33,7 @@ TEST(OfflineMotion, GivesAnglesAndRatesOfACleanRecording) {
 
 TEST(OfflineMotion, TakesEncoderOffsetsOff) {
   MachineDescription machine = test_machine();
-  Recording recording = recorded(machine, {}, 1, 0.005);
+  Recording recording = recorded(machine, SineMotion{}, 1, 0.005);
   const double before = offline_motion(machine, recording).joint_rad(kBoom, 100);
   machine.sensors.encoder_offset_m[kBoom] = 1e-3;
   for (Measurement& m : recording.samples) m.cylinder_m[kBoom] += 1e-3;
@@ -53,7 +42,7 @@ TEST(OfflineMotion, TakesEncoderOffsetsOff) {
 
 TEST(OfflineMotion, NeverBridgesGaps) {
   const MachineDescription machine = test_machine();
-  Recording recording = recorded(machine, {}, 3, 0.005);
+  Recording recording = recorded(machine, SineMotion{}, 3, 0.005);
   recording.usable[200] = 0;
   recording.samples[400].pressure_Pa[3] = std::numeric_limits<double>::quiet_NaN();
   recording.samples[500].cylinder_m[kArm] = 3;  // no angle gives that length
@@ -73,7 +62,7 @@ TEST(OfflineMotion, KeepsItsWindowInSecondsAtAnyRate) {
 
 TEST(OfflineMotion, TakesThePressureLagOff) {
   const MachineDescription machine = test_machine();
-  Recording recording = recorded(machine, {}, 6, 0.005);
+  Recording recording = recorded(machine, SineMotion{}, 6, 0.005);
   const Motion fast = offline_motion(machine, recording);
   const double lag_s = 0.02;
   std::array<FohFilter<double>, 6> lags{FohFilter<double>(1 / (2 * std::numbers::pi * lag_s), 0.005),

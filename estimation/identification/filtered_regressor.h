@@ -1,0 +1,52 @@
+// The acceleration-free filtered regressor over a whole recording: what `full` solves and what it is judged by.
+//
+//   F tau = a (P - F P) Phi - a e^{-at} P(0) Phi + F (V + G) Phi + F (r f) ,  F(s) = a / (s + a)
+//
+// in relative joints (rows tau): P, V, G the momentum, velocity-product and gravity columns of estimation/regressor.h,
+// r the lever and f the friction columns of the joint's own cylinder.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "estimation/identification/motion.h"
+#include "estimation/regressor.h"
+#include "machine/calibration.h"
+
+namespace knuckle::estimation {
+
+struct FrictionColumns {
+  bool dahl = true;             ///< Bristle state; else the sign of the speed.
+  bool stribeck = true;         ///< Column of kBreakaway, else 0.
+  bool load = true;             ///< Column of kLoadShare, else 0.
+  double stribeck_mps = 0.012;  ///< v_s
+};
+
+/// Friction per unit of the five parameters (order of FrictionIndex) in every sample: row 5 i + k for cylinder i.
+/// Within a stretch the bristle starts relaxed; `known` says from 0 to 1 how far it has come to know its state.
+struct FrictionSignals {
+  Eigen::MatrixXd columns;  ///< 15 x samples [1] or [m/s] or [N]
+  Eigen::Matrix3Xd known;
+};
+[[nodiscard]] FrictionSignals friction_signals(const Motion& motion, const FrictionColumns& options);
+
+struct RegressorOptions {
+  double pole_Hz = 2;       ///< a / (2 pi)
+  double triangle_s = 0.2;  ///< Each of two zero-phase boxes over right side and columns; 0: none.
+  FrictionColumns friction;
+};
+
+/// One column a sample, NaN outside `stretches`.
+struct FilteredRegressor {
+  double step_s = 0;
+  std::vector<Stretch> stretches;
+  Eigen::MatrixXd base;      ///< 27 x samples: row 9 i + j is column j of joint i.
+  Eigen::MatrixXd friction;  ///< 15 x samples: row 5 i + k, lever included [N m per unit].
+  Eigen::Matrix3Xd right;    ///< Filtered cylinder torque [N m].
+  Eigen::Matrix3Xd trust;    ///< [0, 1]: share of the filters' memory in which friction is known (not near rest).
+};
+
+[[nodiscard]] FilteredRegressor filtered_regressor(const RigidArm& arm, const Motion& motion,
+                                                   const RegressorOptions& options = {});
+
+}  // namespace knuckle::estimation

@@ -1,0 +1,275 @@
+#include "estimation/identification/full.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <sstream>
+
+#include "estimation/identification/consistency.h"
+#include "estimation/identification/least_squares.h"
+#include "estimation/identification/projection.h"
+#include "estimation/identification/savitzky_golay.h"
+#include "estimation/identification/zero_phase.h"
+#include "estimation/regressor.h"
+
+namespace knuckle::estimation {
+namespace {
+
+constexpr double kRankTolerance = 1e-4;
+constexpr double kLeastVaf = 0.8;  ///< Below it the model is not of this machine.
+
+/// Rows of all recordings, joint by joint, thinned out to what the filters leave of independent information.
+class Rows {
+ public:
+  Rows(const RigidArm& arm, const FullOptions& options) : arm_(arm), options_(options) {}
+
+  void add(const Motion& motion) {
+    const FilteredRegressor regressor = filtered_regressor(arm_, motion, options_.regressor);
+    // Ten samples in a time constant over 2 pi of the pole.
+    const auto stride = std::max<Eigen::Index>(1, std::lround(0.1 / (options_.regressor.pole_Hz * motion.step_s)));
+    const auto block = std::max<Eigen::Index>(1, std::lround(options_.cluster_s / motion.step_s));
+    for (const Stretch& stretch : regressor.stretches) {
+      for (Eigen::Index n = stretch.first; n < stretch.end; n += stride) {
+        const int cluster = first_cluster_ + static_cast<int>(n / block);
+        for (int j = 0; j < kJoints; ++j) add(regressor, motion, n, j, cluster);
+      }
+    }
+    levers_m_ += motion.lever_m.cwiseAbs().array().isNaN().select(0, motion.lever_m.cwiseAbs()).sum();
+    lever_count_ += static_cast<double>(kJoints * total_size(motion.stretches));
+    first_cluster_ += 1 + static_cast<int>(motion.size() / block);
+  }
+  [[nodiscard]] bool empty() const { return right_.empty(); }
+  [[nodiscard]] double mean_lever_m() const { return levers_m_ / lever_count_; }
+
+  [[nodiscard]] LeastSquaresProblem problem() const {
+    LeastSquaresProblem p;
+    const auto rows = static_cast<Eigen::Index>(right_.size());
+    p.columns = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, kCalibrationCount, Eigen::RowMajor>>(
+        columns_.data(), rows, kCalibrationCount);
+    p.right = Eigen::Map<const Eigen::VectorXd>(right_.data(), rows);
+    p.weight = Eigen::Map<const Eigen::VectorXd>(weight_.data(), rows);
+    p.trust = Eigen::Map<const Eigen::VectorXd>(trust_.data(), rows);
+    p.group = group_;
+    p.cluster = cluster_;
+    return p;
+  }
+
+ private:
+  void add(const FilteredRegressor& regressor, const Motion& motion, Eigen::Index n, int joint, int cluster) {
+    const std::size_t at = columns_.size();
+    columns_.resize(at + kCalibrationCount, 0);
+    for (int k = 0; k < kBaseCount; ++k)
+      columns_[at + static_cast<std::size_t>(k)] = regressor.base(kBaseCount * joint + k, n);
+    for (int k = 0; k < kFrictionCount && options_.friction; ++k)
+      columns_[at + static_cast<std::size_t>(kBaseCount + kFrictionCount * joint + k)] =
+          regressor.friction(kFrictionCount * joint + k, n);
+    right_.push_back(regressor.right(joint, n));
+    weight_.push_back(options_.weighted ? lever_weight(motion.lever_m(joint, n)) : 1);
+    trust_.push_back(options_.weighted ? regressor.trust(joint, n) : 1);
+    group_.push_back(options_.weighted ? joint : 0);
+    cluster_.push_back(cluster);
+  }
+
+  const RigidArm& arm_;
+  const FullOptions& options_;
+  int first_cluster_ = 0;
+  double levers_m_ = 0, lever_count_ = 0;
+  std::vector<double> columns_, right_, weight_, trust_;
+  std::vector<int> group_, cluster_;
+};
+
+/// What encoder steps alone, at rest, make of each column (root mean square): less than this is not motion.
+CalibrationVector column_noise(const MachineDescription& machine, const FullOptions& options, double step_s,
+                               double lever_m) {
+  constexpr double kBristle = 0.02, kLoad_N = 1000;
+  const int half = smoothing_half_window(options.motion, step_s);
+  const double derivative = savitzky_golay(half, options.motion.order, 1, step_s).norm();
+  const double speed_mps = std::max(1e-9, machine.sensors.encoder_step_m / std::sqrt(12.0) * derivative);
+  CalibrationVector noise = CalibrationVector::Zero();
+  noise.head<kJoints>().setConstant(2 * std::numbers::pi * options.regressor.pole_Hz * speed_mps / lever_m);
+  for (int j = 0; j < kJoints; ++j) {
+    noise.segment<kFrictionCount>(friction_index(j, kCoulombExtend)).setConstant(kBristle * lever_m);
+    noise[friction_index(j, kViscous)] = speed_mps * lever_m;
+    noise[friction_index(j, kLoadShare)] *= kLoad_N;
+  }
+  return noise;
+}
+
+/// Columns that are there by the options.
+std::vector<int> active_columns(const FullOptions& options) {
+  std::vector<int> active;
+  for (int k = 0; k < kCalibrationCount; ++k) {
+    const int friction = k < kBaseCount ? -1 : (k - kBaseCount) % kFrictionCount;
+    const bool off = (friction >= 0 && !options.friction) ||
+                     (friction == kBreakaway && !options.regressor.friction.stribeck) ||
+                     (friction == kLoadShare && !options.regressor.friction.load);
+    if (!off) active.push_back(k);
+  }
+  return active;
+}
+
+std::vector<std::string> names_of(const std::vector<IdentifiedParameter>& parameters, const std::vector<int>& which) {
+  std::vector<std::string> names;
+  for (const int k : which) names.push_back(parameters[static_cast<std::size_t>(k)].name);
+  return names;
+}
+
+/// Reasons from the fit itself: a joint the model does not explain.
+void judge_fit(const LeastSquaresProblem& problem, const LeastSquaresSolution& solution, std::size_t joints,
+               std::vector<std::string>& reasons) {
+  for (std::size_t j = 0; j < joints; ++j) {
+    double n = 0, sum = 0, squares = 0, errors = 0;
+    for (Eigen::Index i = 0; i < problem.right.size(); ++i) {
+      if (i % kJoints != static_cast<Eigen::Index>(j)) continue;
+      n += 1;
+      sum += problem.right[i];
+      squares += problem.right[i] * problem.right[i];
+      errors += solution.residual[i] * solution.residual[i];
+    }
+    const double vaf = 1 - (errors / n) / (squares / n - sum * sum / (n * n));
+    if (vaf >= kLeastVaf) continue;
+    std::ostringstream line;
+    line.precision(2);
+    line << "the model explains only " << std::max(0.0, 100 * vaf) << " % of the " << kJointNames[j]
+         << "'s torque, at least " << 100 * kLeastVaf << " % are needed: is a channel wrong in sign, side or unit?";
+    reasons.push_back(line.str());
+  }
+}
+
+template <typename Matrix>
+CalibrationMatrix spread(const Matrix& of_active, const std::vector<int>& active) {
+  CalibrationMatrix all = CalibrationMatrix::Zero();
+  all(active, active) = of_active;
+  return all;
+}
+
+void fill(FullResult& result, const FullOptions& options) {
+  result.dynamics.covariance = result.sandwich_covariance;
+  if (options.model_error) result.dynamics.covariance += *options.model_error;
+  result.dynamics.stribeck_mps.setConstant(options.regressor.friction.stribeck_mps);
+  result.summary.covariance = result.dynamics.covariance;
+  for (int k = 0; k < kCalibrationCount; ++k) {
+    IdentifiedParameter& p = result.summary.parameters[static_cast<std::size_t>(k)];
+    p.value = result.dynamics.parameters[k];
+    p.sigma = std::sqrt(result.dynamics.covariance(k, k));
+  }
+}
+
+int rank_of_base(const LeastSquaresProblem& problem) {
+  LeastSquaresProblem base = problem;
+  base.columns = problem.columns.leftCols(kBaseCount);
+  base.floor = problem.floor.head(kBaseCount);
+  return solve_least_squares(base, {.iterations = 0, .rank_tolerance = kRankTolerance}).rank;
+}
+
+}  // namespace
+
+std::vector<IdentifiedParameter> calibration_names() {
+  std::vector<IdentifiedParameter> names;
+  for (const auto& [letter, unit] : {std::pair{"J", "kg m^2"}, std::pair{"X", "kg m"}, std::pair{"Z", "kg m"}}) {
+    for (int i = 1; i <= kJoints; ++i) names.push_back({letter + std::to_string(i), unit, 0, 0, false});
+  }
+  for (const char* joint : kJointNames) {
+    const std::string name = joint;
+    names.push_back({name + " F_c extend", "N", 0, 0, false});
+    names.push_back({name + " F_c retract", "N", 0, 0, false});
+    names.push_back({name + " F_v", "N s/m", 0, 0, false});
+    names.push_back({name + " F_b", "N", 0, 0, false});
+    names.push_back({name + " k", "1", 0, 0, false});
+  }
+  return names;
+}
+
+FullResult identify_full(const MachineDescription& machine, std::span<const Recording> recordings,
+                         const FullOptions& options) {
+  FullResult result;
+  Identification& summary = result.summary;
+  summary.method = "full";
+  summary.parameters = calibration_names();
+  std::vector<Motion> motions;
+  for (const Recording& recording : recordings) {
+    motions.push_back(offline_motion(machine, recording, options.motion));
+    summary.duration_s += motions.back().duration_s();
+  }
+  summary.reasons = excitation_faults(recordings, motions, options.limits);
+
+  const RigidArm arm(machine);
+  Rows rows(arm, options);
+  for (const Motion& motion : motions) rows.add(motion);
+  if (rows.empty()) return result;
+  LeastSquaresProblem problem = rows.problem();
+  problem.floor = column_noise(machine, options, motions.front().step_s, rows.mean_lever_m());
+  result.base_rank = rank_of_base(problem);
+  const std::vector<int> active = active_columns(options);
+  problem.columns = Eigen::MatrixXd(problem.columns(Eigen::all, active));
+  problem.floor = Eigen::VectorXd(problem.floor(active));
+  const LeastSquaresSolution solution =
+      solve_least_squares(problem, {.huber = options.huber, .rank_tolerance = kRankTolerance});
+  summary.condition_number = solution.condition_number;
+  summary.rank = solution.rank;
+  summary.columns = static_cast<int>(active.size());
+  summary.indistinct = indistinct_combinations(solution, names_of(summary.parameters, active));
+  if (!summary.reasons.empty()) return result;
+  for (const std::string& line : summary.indistinct) summary.reasons.push_back(line);
+  judge_fit(problem, solution, kJoints, summary.reasons);
+
+  CalibrationVector& parameters = result.dynamics.parameters;
+  parameters(active) = solution.parameters;
+  result.naive_covariance = spread(solution.naive, active);
+  result.sandwich_covariance = spread(solution.sandwich, active);
+  const JointVector greatest_kg = greatest_mass_kg(machine);
+  if (options.consistent && !physically_consistent(parameters, greatest_kg)) {
+    parameters = nearest_consistent(parameters, spread(solution.information, active), greatest_kg);
+    result.made_consistent = true;
+  }
+  fill(result, options);
+  summary.usable = summary.reasons.empty();
+  if (result.made_consistent) summary.reasons.push_back("moved to the nearest parameters that an arm can have");
+  return result;
+}
+
+TorqueComparison compare_torque(const DynamicsCalibration& dynamics, const MachineDescription& machine,
+                                const Recording& recording, const FullOptions& options) {
+  const Motion motion = offline_motion(machine, recording, options.motion);
+  const RigidArm arm(machine);
+  FrictionColumns columns = options.regressor.friction;
+  columns.stribeck_mps = dynamics.stribeck_mps[0];
+  const Eigen::MatrixXd friction = friction_signals(motion, columns).columns;
+  Eigen::MatrixXd momentum = Eigen::MatrixXd::Zero(kJoints, motion.size()), rest = momentum;
+  for (const Stretch& stretch : motion.stretches) {
+    for (Eigen::Index n = stretch.first; n < stretch.end; ++n) {
+      const Pose pose(motion.joint_rad.col(n), motion.hull_pitch_rad[n]);
+      const JointVector rate = absolute(motion.joint_radps.col(n));
+      momentum.col(n) = joint_torque(arm.momentum(pose, rate) * dynamics.base());
+      rest.col(n) = joint_torque((arm.velocity_products(pose, rate) + RigidArm::gravity(pose)) * dynamics.base());
+      for (int j = 0; j < kJoints; ++j) {
+        rest(j, n) += motion.lever_m(j, n) *
+                      friction.col(n)
+                          .segment<kFrictionCount>(kFrictionCount * j)
+                          .dot(dynamics.parameters.segment<kFrictionCount>(friction_index(j, kCoulombExtend)));
+      }
+    }
+  }
+  const int half = smoothing_half_window(options.motion, motion.step_s);
+  const Eigen::MatrixXd inertia =
+      filtered(momentum, savitzky_golay(half, options.motion.order, 1, motion.step_s), motion.stretches);
+  TorqueComparison comparison;
+  comparison.step_s = motion.step_s;
+  const auto size = static_cast<std::size_t>(motion.size());
+  const JointVector unknown = JointVector::Constant(std::numeric_limits<double>::quiet_NaN());
+  comparison.measured_Nm.assign(size, unknown);
+  comparison.modelled_Nm.assign(size, unknown);
+  comparison.usable.assign(size, 0);
+  for (const Stretch& stretch : shortened(motion.stretches, half)) {
+    for (Eigen::Index n = stretch.first; n < stretch.end; ++n) {
+      const auto i = static_cast<std::size_t>(n);
+      comparison.measured_Nm[i] = motion.lever_m.col(n).cwiseProduct(motion.cylinder_N.col(n));
+      comparison.modelled_Nm[i] = inertia.col(n) + rest.col(n);
+      comparison.usable[i] = 1;
+    }
+  }
+  return comparison;
+}
+
+}  // namespace knuckle::estimation

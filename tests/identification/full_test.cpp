@@ -1,0 +1,195 @@
+// The `full` method on data whose truth is known to the last digit: recovery, bias, rank, refusals.
+#include "estimation/identification/full.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <numbers>
+
+#include "estimation/identification/consistency.h"
+#include "estimation/identification/projection.h"
+#include "tests/identification/synthetic.h"
+
+namespace knuckle::estimation {
+namespace {
+
+FullResult full(const MachineDescription& machine, const Recording& recording, const FullOptions& options = {}) {
+  return identify_full(machine, std::array{recording}, options);
+}
+
+/// Gravity moments to `tolerance` of the link's own, inertias to `inertia_tolerance`.
+void expect_base(const BaseParameters& found, const BaseParameters& truth, double tolerance, double inertia_tolerance) {
+  for (int i = 0; i < kJoints; ++i) {
+    const double moment = std::hypot(truth[kMomentX + i], truth[kMomentZ + i]);
+    EXPECT_NEAR(found[kMomentX + i], truth[kMomentX + i], tolerance * moment) << "X" << i + 1;
+    EXPECT_NEAR(found[kMomentZ + i], truth[kMomentZ + i], tolerance * moment) << "Z" << i + 1;
+    EXPECT_NEAR(found[i], truth[i], inertia_tolerance * truth[i]) << "J" << i + 1;
+  }
+}
+
+/// The method as M sets it: short window, 20 Hz, plain least squares on sgn(v).
+FullOptions settings_of_m() {
+  FullOptions options;
+  options.motion.window_s = 0.035;
+  options.motion.order = 2;
+  options.regressor.pole_Hz = 20;
+  options.regressor.triangle_s = 0;
+  options.regressor.friction.dahl = options.regressor.friction.stribeck = options.regressor.friction.load = false;
+  options.weighted = false;
+  options.huber = 0;
+  options.consistent = false;
+  return options;
+}
+
+TEST(FilteredRegressor, ConvergesToTheFilteredInverseDynamicsWithTheSquareOfTheStep) {
+  const MachineDescription machine = test_machine();
+  const RigidArm arm(machine);
+  const BaseParameters parameters = base_parameters(machine);
+  const RichMotion path;
+  RegressorOptions options;
+  options.triangle_s = 0;
+  // F tau by a fine step, from rest of the filter as the regressor starts.
+  constexpr double kEnd_s = 4, kFine_s = 1e-4;
+  FohFilter<JointVector> fine(options.pole_Hz, kFine_s);
+  for (int n = 0; n <= std::lround(kEnd_s / kFine_s); ++n) {
+    const SineMotion::Point p = path.at(n * kFine_s);
+    const JointVector torque = inverse_dynamics(arm, parameters, p.angle, p.rate, p.acceleration, 0.01);
+    n == 0 ? fine.start(torque) : static_cast<void>(fine.step(torque));
+  }
+  const auto error = [&](double step_s) {
+    Motion motion;
+    motion.step_s = step_s;
+    const auto size = static_cast<Eigen::Index>(std::lround(kEnd_s / step_s)) + 1;
+    motion.stretches = {{0, size}};
+    motion.joint_rad = motion.joint_radps = Eigen::Matrix3Xd(3, size);
+    motion.cylinder_m = motion.cylinder_mps = motion.cylinder_N = motion.smooth_cylinder_N = motion.lever_m =
+        Eigen::Matrix3Xd::Zero(3, size);
+    motion.hull_pitch_rad = Eigen::RowVectorXd::Constant(size, 0.01);
+    for (Eigen::Index n = 0; n < size; ++n) {
+      const SineMotion::Point p = path.at(static_cast<double>(n) * step_s);
+      motion.joint_rad.col(n) = p.angle;
+      motion.joint_radps.col(n) = p.rate;
+    }
+    const FilteredRegressor regressor = filtered_regressor(arm, motion, options);
+    JointVector torque;
+    for (int j = 0; j < kJoints; ++j)
+      torque[j] = regressor.base.col(size - 1).segment<kBaseParameters>(kBaseParameters * j).dot(parameters);
+    return (torque - fine.value()).norm() / fine.value().norm();
+  };
+  const double coarse = error(0.004), half = error(0.002), least = error(0.0005);
+  EXPECT_NEAR(coarse / half, 4, 0.2);
+  EXPECT_LT(least, 1e-7);
+}
+
+TEST(Full, RecoversEveryParameterFromCleanData) {
+  const MachineDescription machine = plain_machine();
+  const FullResult result = full(machine, recorded(machine, RichMotion(), 60, 0.005));
+  ASSERT_TRUE(result.summary.usable) << result.summary.reasons.front();
+  EXPECT_EQ(result.summary.rank, kCalibrationCount);
+  EXPECT_EQ(result.base_rank, 9);
+  expect_base(result.dynamics.base(), lumped_parameters(machine), 2e-3, 1e-2);
+  for (int j = 0; j < kJoints; ++j) {
+    const FrictionDescription& truth = machine.cylinders[static_cast<std::size_t>(j)].friction;
+    const FrictionCalibration found = result.dynamics.friction(j);
+    EXPECT_NEAR(found.coulomb_extend_N, truth.coulomb_N, 0.05 * truth.coulomb_N);
+    EXPECT_NEAR(found.coulomb_retract_N, truth.coulomb_N, 0.05 * truth.coulomb_N);
+    EXPECT_NEAR(found.viscous_Ns_per_m, truth.viscous_Ns_per_m, 0.02 * truth.viscous_Ns_per_m);
+    EXPECT_NEAR(found.load_share, 0, 5e-3);
+  }
+}
+
+TEST(Full, RecoversParametersWithTheSensorsOfTheMachine) {
+  const MachineDescription machine = plain_machine();
+  SyntheticErrors errors = real_sensors();
+  errors.mass_factor = 1.04;
+  errors.friction_factor = 1.2;
+  const FullResult result = full(machine, recorded(machine, RichMotion(), 60, 0.005, errors));
+  ASSERT_TRUE(result.summary.usable) << result.summary.reasons.front();
+  expect_base(result.dynamics.base(), 1.04 * lumped_parameters(machine), 0.01, 0.1);
+  EXPECT_LT(result.summary.condition_number, 1e3);
+}
+
+TEST(Full, WithTheSettingsOfMInertiasOfArmAndBucketComeOutFarTooSmallAtSlowMotion) {
+  const MachineDescription machine = plain_machine();
+  const Recording recording = recorded(machine, RichMotion(0.7), 40, 0.01, real_sensors());
+  const BaseParameters truth = lumped_parameters(machine);
+  const BaseParameters m = full(machine, recording, settings_of_m()).dynamics.base();
+  const BaseParameters ours = full(machine, recording).dynamics.base();
+  // Encoder noise in the regressor, not in the torque: errors in variables pull the inertias towards zero.
+  EXPECT_LT(m[kInertia + kArm] / truth[kInertia + kArm], 0.7);
+  EXPECT_LT(m[kInertia + kBucket] / truth[kInertia + kBucket], 0.7);
+  EXPECT_NEAR(ours[kInertia + kArm] / truth[kInertia + kArm], 1, 0.1);
+  EXPECT_NEAR(ours[kInertia + kBucket] / truth[kInertia + kBucket], 1, 0.2);
+}
+
+TEST(Full, ExplainsHeldOutMotion) {
+  const MachineDescription machine = plain_machine();
+  const FullResult result = full(machine, recorded(machine, RichMotion(), 40, 0.005, real_sensors()));
+  const Recording other = recorded(machine, SineMotion{}, 20, 0.005, real_sensors());
+  const TorqueFit fit = torque_fit(compare_torque(result.dynamics, machine, other), 2);
+  for (int j = 0; j < kJoints; ++j) {
+    EXPECT_LT(fit.nrmse[j], 0.03) << kJointNames[static_cast<std::size_t>(j)];
+    EXPECT_GT(fit.nrmse[j], 1e-4) << "too good for sensors like these";
+  }
+}
+
+TEST(Full, AddsTheModelErrorItIsGivenToItsCovariance) {
+  const MachineDescription machine = plain_machine();
+  const Recording recording = recorded(machine, RichMotion(), 30, 0.01, real_sensors());
+  FullOptions options;
+  const FullResult without = full(machine, recording, options);
+  options.model_error = CalibrationMatrix(4 * CalibrationMatrix::Identity());
+  const FullResult with = full(machine, recording, options);
+  EXPECT_NEAR(with.dynamics.covariance(0, 0), without.dynamics.covariance(0, 0) + 4, 1e-9);
+  EXPECT_DOUBLE_EQ(with.summary.parameters[0].sigma, std::sqrt(with.dynamics.covariance(0, 0)));
+}
+
+TEST(Full, SurvivesGapsWithoutBridgingThem) {
+  const MachineDescription machine = plain_machine();
+  Recording recording = recorded(machine, RichMotion(), 60, 0.005);
+  for (std::size_t i = 700; i < recording.samples.size(); i += 1900) {
+    recording.usable[i] = 0;
+    recording.samples[i] = {};
+  }
+  const FullResult result = full(machine, recording);
+  ASSERT_TRUE(result.summary.usable) << result.summary.reasons.front();
+  EXPECT_LT(result.summary.duration_s, 59);
+  expect_base(result.dynamics.base(), lumped_parameters(machine), 2e-3, 1e-2);
+}
+
+TEST(Consistency, MovesAnImpossibleInertiaToTheNearestPossibleArm) {
+  const MachineDescription machine = test_machine();
+  const JointVector greatest_kg = greatest_mass_kg(machine);
+  CalibrationVector free = CalibrationVector::Ones();
+  free.head<kBaseCount>() = base_parameters(machine);
+  ASSERT_TRUE(physically_consistent(free, greatest_kg));
+  EXPECT_EQ(nearest_consistent(free, CalibrationMatrix::Identity(), greatest_kg), free);
+  free[kInertia + kBucket] = -3;
+  CalibrationMatrix information = CalibrationMatrix::Identity();
+  information(2, 2) = 1e-4;  // the inertia is what the data know least of, so it is what gives
+  const CalibrationVector moved = nearest_consistent(free, information, greatest_kg);
+  CalibrationVector rounded = moved;
+  rounded[kInertia + kBucket] += 1e-9;
+  EXPECT_TRUE(physically_consistent(rounded, greatest_kg));
+  EXPECT_NEAR(moved[kMomentX + kBucket], free[kMomentX + kBucket], 0.05);
+  const double least = (std::pow(moved[5], 2) + std::pow(moved[8], 2)) / greatest_kg[2];
+  EXPECT_NEAR(moved[kInertia + kBucket], least, 1e-4);  // on the border, no further in
+}
+
+TEST(Projection, FindsTheParametersOfTorquesThatAreExactlySuchAnArm) {
+  const MachineDescription machine = test_machine();
+  const RigidArm arm(machine);
+  const BaseParameters truth = base_parameters(machine);
+  std::vector<DynamicState> states;
+  for (double t = 0; t < 20; t += 0.1) {
+    const SineMotion::Point p = RichMotion().at(t);
+    states.push_back({p.angle, p.rate, p.acceleration, 0.02, JointVector(0.2, 0.2, 0.1),
+                      inverse_dynamics(arm, truth, p.angle, p.rate, p.acceleration, 0.02)});
+  }
+  EXPECT_TRUE(project(machine, states).isApprox(truth, 1e-9));
+  for (DynamicState& s : states) s.joint_radps = s.joint_radps2 = JointVector::Zero();
+  EXPECT_THROW(static_cast<void>(project(machine, states)), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace knuckle::estimation
