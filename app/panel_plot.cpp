@@ -114,6 +114,7 @@ std::string PanelPlot::finish(double first_s, double last_s) const {
     const bool last = i + 1 == drawn_.size();
     script << "set tmargin at screen " << 1 - top_px / height_px << "\nset bmargin at screen "
            << 1 - (top_px + kPanelPx) / height_px << "\nset ylabel " << plot_quoted(drawn_[i].y_label)
+           << " offset 1.2,0"
            << "\nset xlabel '" << (last ? "time, s" : "") << "'\nset format x '" << (last ? "%g" : "") << "'\n"
            << drawn_[i].curves << '\n';
     top_px += kPanelPx + kGapPx;

@@ -28,6 +28,11 @@ struct MalagutiOptions {
   double least_s = 20;       ///< Less motion is refused; the paper has 40 s.
 };
 
+/// The same with less noise in the columns: 2 Hz, and a cubic over 41 samples.
+[[nodiscard]] constexpr MalagutiOptions repaired_malaguti_options() noexcept {
+  return {.window_s = 0.41, .order = 3, .filter_Hz = 2};
+}
+
 inline constexpr int kMalagutiCount = 10;
 using MalagutiVector = Eigen::Matrix<double, kMalagutiCount, 1>;
 

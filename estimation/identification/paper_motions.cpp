@@ -198,14 +198,13 @@ JointPath kim_verification_2(const MachineDescription& machine) {
   const Reach reach(machine);
   RodPath path(machine, reach.at({0.4, 0.3, 0.7}));
   path.hold(kPause_s);
-  for (const JointVector& share : {JointVector(0.7, 0.4, 0.6),
-                                   {0.5, 0.5, 0.4},
-                                   {0.8, 0.7, 0.3},
-                                   {0.55, 0.6, 0.5},
-                                   {0.75, 0.45, 0.65},
-                                   {0.4, 0.3, 0.7}}) {
-    path.move(reach.at(share), 2.5);
-    path.hold(0.3);
+  const std::array<JointVector, 6> shares{JointVector(0.7, 0.4, 0.6),  {0.5, 0.5, 0.4},    {0.8, 0.7, 0.3},
+                                          JointVector(0.55, 0.6, 0.5), {0.75, 0.45, 0.65}, {0.4, 0.3, 0.7}};
+  for (int round = 0; round < 2; ++round) {
+    for (const JointVector& share : shares) {
+      path.move(reach.at(share), 2.5);
+      path.hold(0.3);
+    }
   }
   return path.take();
 }

@@ -1,0 +1,119 @@
+// The papers' experiments on the simulated machine: what comes out, and that the reports show the papers' tables and
+// figures.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "app/commissioning/baseline_report.h"
+#include "core/error.h"
+#include "machine/load.h"
+
+namespace knuckle::app {
+namespace {
+
+const MachineDescription& machine() {
+  static const MachineDescription loaded = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  return loaded;
+}
+
+/// What write() puts into a file.
+std::string page(const std::function<void(const std::string&)>& write) {
+  const auto path = std::filesystem::temp_directory_path() /
+                    (std::string("knuckle-") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".html");
+  write(path.string());
+  std::ifstream in(path);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::filesystem::remove(path);
+  return text;
+}
+
+void expect_all(const std::string& text, const std::vector<std::string>& parts) {
+  for (const std::string& part : parts) EXPECT_NE(text.find(part), std::string::npos) << part;
+}
+
+double ratio(const estimation::Identification& summary, const std::map<std::string, double>& truth,
+             const std::string& name) {
+  for (const estimation::IdentifiedParameter& p : summary.parameters) {
+    if (p.name == name) return p.value / truth.at(name);
+  }
+  return 0;
+}
+
+TEST(Baselines, SlowMotionFindsGravityAndAnEmptyBucketWithinTwoHundredNewton) {
+  const sim::MachineTruth truth = sim::draw_truth(machine(), 1);
+  const BaselineRuns runs = run_baseline("kim", machine(), truth, 1);
+  const BaselineData data{recordings(runs.identification), recordings(runs.verification),
+                          baseline_truth("kim", machine(), truth, runs.verification)};
+  const estimation::KimResult result = identify_kim(machine(), data.identification);
+  ASSERT_TRUE(result.summary.usable);
+  EXPECT_NEAR(ratio(result.summary, data.truth, "m1 L_O1G1"), 1, 0.05);
+  EXPECT_NEAR(ratio(result.summary, data.truth, "m2 L_O2G2"), 1, 0.15);
+  EXPECT_NEAR(ratio(result.summary, data.truth, "m3 L_O3G3"), 1, 0.1);
+  double squares = 0, count = 0;
+  for (const PlanarVector& force : external_force(result, machine(), data.verification[0])) {
+    if (!force.allFinite()) continue;
+    squares += force.squaredNorm();
+    ++count;
+  }
+  EXPECT_LT(std::sqrt(squares / count), 100);
+  EXPECT_GT(std::sqrt(squares / count), 10);  // friction without Coulomb cannot be that good
+  const std::string text = page([&](const std::string& path) { write_baseline_report(path, machine(), result, data); });
+  expect_all(text, {"usable: yes", "Table 1: Estimation results", "N m/(deg/s)", "m<sub>3</sub> = 60.00 kg",
+                    "98.65 kg m, 11.48", "Figure 4", "Figure 5", "Figure 6", "Figure 7 (a)", "Figure 7 (b)", "Figure 8",
+                    "</svg>", "</html>"});
+}
+
+TEST(Baselines, RodNoiseIsWhatPullsTheInertiasOfTheFilteredRegressorDown) {
+  const std::vector<InertiaBias> bias = malaguti_bias(machine(), 4, 1);
+  ASSERT_EQ(bias.size(), 4U);
+  const auto &as_read = bias[0], &exact = bias[1], &noisy = bias[2], &repaired = bias[3];
+  EXPECT_LT(as_read.stick[0], 0.8);
+  EXPECT_LT(as_read.bucket[0], 0.8);
+  EXPECT_NEAR(exact.stick[0], 1, 0.15);
+  EXPECT_NEAR(exact.bucket[0], 1, 0.3);
+  EXPECT_LT(noisy.stick[0], 0.2);
+  EXPECT_LT(noisy.bucket[0], 0.2);
+  EXPECT_NEAR(repaired.stick[0], 1, 0.2);
+  EXPECT_EQ(as_read.intervals, 6);
+  EXPECT_LE(as_read.covered, 2);  // naive intervals do not tell
+}
+
+TEST(Baselines, DiggingInTheAirGivesTablesTwoAndThree) {
+  const sim::MachineTruth truth = sim::draw_truth(machine(), 1);
+  const BaselineRuns runs = run_baseline("malaguti", machine(), truth, 1);
+  const BaselineData data{recordings(runs.identification), recordings(runs.verification),
+                          baseline_truth("malaguti", machine(), truth, runs.identification)};
+  const estimation::MalagutiResult result = identify_malaguti(machine(), data.identification);
+  ASSERT_TRUE(result.summary.usable);
+  EXPECT_NEAR(ratio(result.summary, data.truth, "phi_S1"), 1, 0.1);
+  EXPECT_NEAR(ratio(result.summary, data.truth, "phi_S3"), 1, 0.05);
+  const estimation::TorqueFit fit = torque_fit(compare_torque(result, machine(), data.verification[0]), 2);
+  EXPECT_LT(fit.nrmse[kArm], 0.15);
+  EXPECT_LT(fit.nrmse[kBucket], 0.15);
+  EXPECT_TRUE(std::isnan(fit.nrmse[kBoom]));
+  const std::string text = page([&](const std::string& path) { write_baseline_report(path, machine(), result, data); });
+  expect_all(text, {"Table 2: Parameter estimation in dynamic conditions", "φ<sub>D1</sub>, bucket J", "kg m/s^2",
+                    "Table 3", "26.7 %", "Figure 3", "Figure 4", "repaired", "</svg>"});
+}
+
+TEST(Baselines, FewPosesAreReportedAsNotUsable) {
+  const estimation::StaticResult result = estimation::identify_static(machine(), {});
+  const std::string text = page([&](const std::string& path) { write_baseline_report(path, machine(), result, {}); });
+  expect_all(text, {"usable: no", "0 poses at rest", "</html>"});
+  EXPECT_THROW((void)run_baseline("mean", machine(), sim::nominal_truth(machine()), 1), InputError);
+}
+
+TEST(Baselines, ProjectionOfAMachineWithoutCylinderMassIsItsOwnParameters) {
+  MachineDescription light = machine();
+  for (CylinderDescription& cylinder : light.cylinders) cylinder.body_mass_kg = cylinder.rod_mass_kg = 0.01;
+  light.bucket_linkage.rocker_mass_kg = light.bucket_linkage.coupler_mass_kg = 0.01;
+  const sim::MachineTruth truth = sim::nominal_truth(light);
+  const BaselineRuns runs = run_baseline("malaguti", light, truth, 1);
+  const estimation::BaseParameters expected = estimation::base_parameters(light);
+  const estimation::BaseParameters found = projected_parameters(truth, runs.identification);
+  EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 0.5) << found.transpose() << "\n" << expected.transpose();
+}
+
+}  // namespace
+}  // namespace knuckle::app
