@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "app/command.h"
+#include "app/commissioning/identify.h"
 #include "app/interrupt.h"
 #include "app/options.h"
 #include "app/simulate.h"
@@ -15,6 +16,7 @@ std::vector<knuckle::app::Command> commands() {
   using namespace knuckle::app;
   return {
       simulate_entry([](const SimulateOptions& options) { return simulate_command(options, run_simulation); }),
+      identify_entry(identify_command),
   };
 }
 

@@ -1,0 +1,189 @@
+#include "app/commissioning/identify.h"
+
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <iostream>
+#include <limits>
+
+#include "app/commissioning/calibration_file.h"
+#include "app/commissioning/identify_output.h"
+#include "app/commissioning/identify_report.h"
+#include "app/interrupt.h"
+#include "app/output_file.h"
+#include "app/progress.h"
+#include "estimation/identification/kim.h"
+#include "estimation/identification/malaguti.h"
+#include "estimation/identification/static_poses.h"
+#include "estimation/regressor.h"
+
+namespace knuckle::app {
+namespace {
+
+using estimation::Recording;
+using estimation::TorqueComparison;
+
+constexpr double kCutoff_Hz = 2;
+constexpr double kWorstNrmse = 0.25;  // of held-out torque: beyond it the model explains another machine
+
+/// What a method answers with, whichever it is.
+struct MethodRun {
+  estimation::Identification summary;
+  std::optional<DynamicsCalibration> dynamics;
+  std::function<TorqueComparison(const Recording&)> compare;
+};
+
+template <typename Result>
+MethodRun baseline(const Result& result, const MachineDescription& machine) {
+  return {result.summary, {}, [=](const Recording& recording) { return compare_torque(result, machine, recording); }};
+}
+
+MethodRun run_method(const std::string& method, const MachineDescription& machine,
+                     const std::vector<Recording>& recordings, const estimation::FullOptions& options) {
+  if (method == "static") {
+    estimation::StaticOptions all_links;
+    all_links.first_link = kBoom;
+    return baseline(estimation::identify_static(machine, recordings, all_links), machine);
+  }
+  if (method == "malaguti") return baseline(estimation::identify_malaguti(machine, recordings), machine);
+  if (method == "kim") return baseline(estimation::identify_kim(machine, recordings), machine);
+  const estimation::FullResult result = estimation::identify_full(machine, recordings, options);
+  return {result.summary, result.dynamics, [=, dynamics = result.dynamics](const Recording& recording) {
+            return estimation::compare_torque(dynamics, machine, recording, options);
+          }};
+}
+
+/// In the order of Calibration. Load-dependent friction is on no drawing.
+std::vector<double> drawing_values(const MachineDescription& machine) {
+  CalibrationVector values = CalibrationVector::Constant(std::numeric_limits<double>::quiet_NaN());
+  values.head<kBaseCount>() = estimation::lumped_parameters(machine);
+  for (int j = 0; j < kJoints; ++j) {
+    const FrictionDescription& friction = machine.cylinders[static_cast<std::size_t>(j)].friction;
+    values[friction_index(j, kCoulombExtend)] = values[friction_index(j, kCoulombRetract)] = friction.coulomb_N;
+    values[friction_index(j, kViscous)] = friction.viscous_Ns_per_m;
+    values[friction_index(j, kBreakaway)] = friction.coulomb_N * (friction.static_ratio - 1);
+  }
+  return {values.begin(), values.end()};
+}
+
+void validate(const IdentifyData& data, const MethodRun& run, const std::string& method, Identified& result) {
+  for (const Recording& recording : data.hold_out) {
+    const TorqueComparison comparison = run.compare(recording);
+    result.hold_out.push_back({recording.source, method, estimation::torque_fit(comparison, kCutoff_Hz),
+                               estimation::torque_fit(comparison, 0)});
+    if (method == result.method) result.comparisons.push_back(comparison);
+  }
+}
+
+/// Held-out torque that is not explained makes a result unusable, whatever its own residuals say.
+void judge(Identified& result) {
+  if (!result.summary.usable) return;
+  for (const HoldOut& held : result.hold_out) {
+    if (held.method != result.method) continue;
+    for (int j = 0; j < kJoints; ++j) {
+      const double nrmse = held.to_2Hz.nrmse[j];
+      if (std::isnan(nrmse) || nrmse <= kWorstNrmse) continue;
+      if (result.summary.usable) result.summary.reasons.clear();
+      result.summary.usable = false;
+      result.summary.reasons.push_back(held.source + ": leaves " + std::to_string(std::lround(100 * nrmse)) +
+                                       " % of the " + kJointNames[static_cast<std::size_t>(j)] +
+                                       "'s held-out torque unexplained; at most " +
+                                       std::to_string(std::lround(100 * kWorstNrmse)) + " %");
+    }
+  }
+}
+
+JointVector pooled_rms(const Identified& result) {
+  JointVector sum = JointVector::Zero();
+  double count = 0;
+  for (const HoldOut& held : result.hold_out) {
+    if (held.method != result.method || !held.to_2Hz.rms_Nm.allFinite()) continue;
+    sum += held.to_2Hz.rms_Nm.cwiseAbs2();
+    ++count;
+  }
+  return count > 0 ? JointVector((sum / count).cwiseSqrt()) : JointVector(JointVector::Zero());
+}
+
+std::string now_utc() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 24> text;
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text.data();
+}
+
+}  // namespace
+
+Identified identify(const IdentifyData& data, const std::string& method, const estimation::FullOptions& options,
+                    const std::function<void(double)>& progress) {
+  const auto done = [&](double share) {
+    if (progress) progress(share);
+  };
+  done(0);
+  Identified result;
+  result.method = method;
+  result.machine = data.machine;
+  const MachineDescription machine = calibrated(data.machine);
+  const MethodRun run = run_method(method, machine, data.training, options);
+  result.summary = run.summary;
+  done(0.6);
+  const bool solved = !run.summary.parameters.empty();
+  if (solved) validate(data, run, method, result);
+  judge(result);
+  if (method == "full") {
+    result.drawing = drawing_values(machine);
+    result.machine.dynamics_calibration = run.dynamics;
+    result.machine.dynamics_calibration->residual_rms_Nm = pooled_rms(result);
+    for (const char* paper : {"malaguti", "kim"}) {
+      const MethodRun other = run_method(paper, machine, data.training, options);
+      if (solved && other.summary.usable) validate(data, other, paper, result);
+    }
+  }
+  result.machine.calibration_provenance = {method, now_utc(), data.sha256, data.source, program_version()};
+  done(1);
+  return result;
+}
+
+int identify_command(const IdentifyOptions& options) {
+  const InterruptGuard interrupt;
+  std::optional<OutputFile> json, report;
+  if (!options.json.empty()) json.emplace("--json", options.json);
+  if (!options.report.empty()) {
+    check_identify_report_tools();
+    report.emplace("--report", options.report);
+  }
+  IdentifyData data;
+  Identified result;
+  {
+    ProgressBar bar(options.simulate ? "commissioning" : "identify");
+    const double driving = options.simulate ? 0.8 : 0.3;  // share of the time
+    const auto show = [&](double share) {
+      interrupt.check();
+      bar.show(share);
+    };
+    data =
+        options.simulate ? drive_for_data(options, [&](double share) { show(driving * share); }) : read_data(options);
+    result = identify(data, options.method, {}, [&](double share) { show(driving + (1 - driving) * share); });
+  }
+  std::ostream& told = options.json == "-" || options.report == "-" || options.out == "-" ? std::cerr : std::cout;
+  told << identify_summary(data, result);
+  if (!options.out.empty() && (result.summary.usable || options.write_unusable)) {
+    const std::string kept = write_calibrated_machine(result.machine, options.out);
+    told << "  written: " << options.out << (kept.empty() ? "" : ", the older one kept as " + kept) << '\n';
+  } else if (!options.out.empty()) {
+    told << "  " << options.out << " not written: not usable (--write-unusable writes it all the same)\n";
+  }
+  if (json) {
+    write_identify_json(data, result, json->stream());
+    json->commit();
+  }
+  if (report) {
+    write_identify_report(data, result, report->stream());
+    report->commit();
+    told << "  report: " << options.report << '\n';
+  }
+  return result.summary.usable ? 0 : 1;
+}
+
+}  // namespace knuckle::app

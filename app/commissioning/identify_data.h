@@ -1,0 +1,32 @@
+// What `knuckle identify` works on: recordings to identify from and to validate with, read from files or driven on the
+// simulated machine, checked and with the geometry of a survey.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commissioning/identify_options.h"
+#include "estimation/identification/kinematic_calibration.h"
+#include "estimation/identification/recording.h"
+#include "machine/description.h"
+
+namespace knuckle::app {
+
+struct IdentifyData {
+  MachineDescription machine;  ///< The drawing, with the survey's geometry where that is usable.
+  std::optional<estimation::GeometryResult> geometry;
+  std::vector<estimation::Recording> training, hold_out;
+  std::vector<std::string> findings;  ///< Of files and data, one line each: "a.csv: ..."
+  std::string source, sha256;         ///< Of all bytes: recordings, hold-out, survey in the order given.
+};
+
+/// @throws InputError for files that cannot be read or recordings that cannot be what they say.
+[[nodiscard]] IdentifyData read_data(const IdentifyOptions& options);
+
+/// Surveys, excites and records the simulated machine through its wires; judged like files. Writes options.record.
+/// @param progress done share in [0, 1]; may throw to end it.
+[[nodiscard]] IdentifyData drive_for_data(const IdentifyOptions& options, const std::function<void(double)>& progress);
+
+}  // namespace knuckle::app

@@ -1,0 +1,132 @@
+#include "app/commissioning/identify_output.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace knuckle::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kSchema = 1;
+constexpr std::size_t kFindingsShown = 12;
+
+template <typename... T>
+std::string formatted(const char* format, T... values) {
+  std::array<char, 400> text;
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+double total_s(const std::vector<estimation::Recording>& recordings) {
+  double sum = 0;
+  for (const estimation::Recording& r : recordings) sum += r.duration_s();
+  return sum;
+}
+
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json();
+}
+
+Json joints(const JointVector& values) {
+  return {{"boom", number(values[0])}, {"arm", number(values[1])}, {"bucket", number(values[2])}};
+}
+
+Json fit_json(const estimation::TorqueFit& fit) {
+  return {{"rms_Nm", joints(fit.rms_Nm)}, {"nrmse", joints(fit.nrmse)}, {"vaf", joints(fit.vaf)}};
+}
+
+Json geometry_json(const estimation::GeometryResult& geometry) {
+  return {{"usable", geometry.summary.usable},
+          {"poses", geometry.held_out.poses},
+          {"tip_rms_mm", number(1e3 * geometry.held_out.rms_m)},
+          {"drawing_tip_rms_mm", number(1e3 * geometry.drawing.rms_m)}};
+}
+
+Json parameters_json(const Identified& result) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < result.summary.parameters.size(); ++i) {
+    const estimation::IdentifiedParameter& p = result.summary.parameters[i];
+    const double drawing = i < result.drawing.size() ? result.drawing[i] : std::nan("");
+    list.push_back({{"name", p.name},
+                    {"unit", p.unit},
+                    {"value", number(p.value)},
+                    {"sigma", number(p.sigma)},
+                    {"fixed", p.fixed},
+                    {"drawing", number(drawing)}});
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string verdict(const Identified& result) {
+  if (result.summary.usable) return "usable";
+  return "usable: no" + (result.summary.reasons.empty() ? "" : " - " + result.summary.reasons.front());
+}
+
+std::string identify_summary(const IdentifyData& data, const Identified& result) {
+  const estimation::Identification& summary = result.summary;
+  std::string text = result.method + " on " + data.machine.name + ": " + verdict(result) + "\n";
+  text += formatted("  data: %s; %.0f s to identify from, %.0f s held out\n", data.source.c_str(),
+                    total_s(data.training), total_s(data.hold_out));
+  for (std::size_t i = summary.usable ? 0 : 1; i < summary.reasons.size(); ++i)
+    text += "  note: " + summary.reasons[i] + "\n";
+  if (data.geometry) {
+    text += formatted("  geometry: tip off by %.1f mm RMS on held-out poses, by the drawing %.1f mm\n",
+                      1e3 * data.geometry->held_out.rms_m, 1e3 * data.geometry->drawing.rms_m);
+  }
+  if (summary.columns > 0)
+    text +=
+        formatted("  rank %d of %d, condition number %.3g\n", summary.rank, summary.columns, summary.condition_number);
+  for (const std::string& combination : summary.indistinct) text += "  cannot be told apart: " + combination + "\n";
+  for (const HoldOut& held : result.hold_out) {
+    const JointVector percent = 100 * held.to_2Hz.nrmse;
+    text += formatted("  %s on %s, boom/arm/bucket: torque error %.1f/%.1f/%.1f %% to 2 Hz\n", held.method.c_str(),
+                      held.source.c_str(), percent[0], percent[1], percent[2]);
+  }
+  for (std::size_t i = 0; i < std::min(kFindingsShown, data.findings.size()); ++i)
+    text += "  " + data.findings[i] + "\n";
+  if (data.findings.size() > kFindingsShown)
+    text += formatted("  and %zu more, all in the report\n", data.findings.size() - kFindingsShown);
+  return text;
+}
+
+void write_identify_json(const IdentifyData& data, const Identified& result, std::ostream& out) {
+  const estimation::Identification& summary = result.summary;
+  const CalibrationProvenance& from = *result.machine.calibration_provenance;
+  Json json{{"schema", kSchema},
+            {"version", from.program},
+            {"command", "identify"},
+            {"machine", data.machine.name},
+            {"method", result.method},
+            {"usable", summary.usable},
+            {"reasons", summary.reasons},
+            {"date", from.date},
+            {"data",
+             {{"source", data.source},
+              {"sha256", data.sha256},
+              {"identified_s", total_s(data.training)},
+              {"held_out_s", total_s(data.hold_out)},
+              {"findings", data.findings}}},
+            {"rank", summary.rank},
+            {"columns", summary.columns},
+            {"condition_number", number(summary.condition_number)},
+            {"indistinct", summary.indistinct},
+            {"parameters", parameters_json(result)}};
+  Json held = Json::array();
+  for (const HoldOut& h : result.hold_out) {
+    held.push_back({{"source", h.source},
+                    {"method", h.method},
+                    {"to_2Hz", fit_json(h.to_2Hz)},
+                    {"unfiltered", fit_json(h.unfiltered)}});
+  }
+  json["hold_out"] = held;
+  if (data.geometry) json["geometry"] = geometry_json(*data.geometry);
+  out << json.dump(2) << '\n';
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,19 @@
+// An identification for people at a terminal and for tools.
+#pragma once
+
+#include <ostream>
+#include <string>
+
+#include "app/commissioning/identify.h"
+
+namespace knuckle::app {
+
+[[nodiscard]] std::string identify_summary(const IdentifyData& data, const Identified& result);
+
+/// Keys: docs/identification.md.
+void write_identify_json(const IdentifyData& data, const Identified& result, std::ostream& out);
+
+/// "usable", or "usable: no" with the first reason.
+[[nodiscard]] std::string verdict(const Identified& result);
+
+}  // namespace knuckle::app
