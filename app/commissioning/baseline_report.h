@@ -2,36 +2,31 @@
 #pragma once
 
 #include <map>
+#include <ostream>
 #include <string>
 #include <vector>
 
 #include "app/commissioning/baseline_runs.h"
-#include "estimation/identification/kim.h"
-#include "estimation/identification/malaguti.h"
-#include "estimation/identification/static_poses.h"
+#include "estimation/identification/recording.h"
+#include "machine/description.h"
 
 namespace knuckle::app {
 
 struct BaselineData {
   std::vector<estimation::Recording> identification;
   std::vector<estimation::Recording> verification;  ///< Not identified with; may be empty.
-  std::map<std::string, double> truth;              ///< By parameter name, of a simulated machine; else empty.
+  std::map<std::string, double> truth;              ///< baseline_truth of a simulated machine; else empty.
+  std::vector<InertiaBias> bias;                    ///< malaguti_bias, for "malaguti"; empty: left out.
 };
 
-/// Table 1 of M, and the torques of every pose.
-/// @throws InputError where the file cannot be written or gnuplot is missing; likewise below.
-void write_baseline_report(const std::string& path, const MachineDescription& machine,
-                           const estimation::StaticResult& result, const BaselineData& data);
-
-/// Tables 2 and 3, figures 3 and 4 of M (of the first verification run, or of the identification's where there is
-/// none), beside the same with a slower filter and a longer window.
-/// @param bias what malaguti_bias found; empty: left out.
-void write_baseline_report(const std::string& path, const MachineDescription& machine,
-                           const estimation::MalagutiResult& result, const BaselineData& data,
-                           const std::vector<InertiaBias>& bias = {});
-
-/// Table 1, figures 4 to 8 of K.
-void write_baseline_report(const std::string& path, const MachineDescription& machine,
-                           const estimation::KimResult& result, const BaselineData& data);
+/// Identifies by `method` with the authors' settings and writes the page:
+/// "static": table 1 of M (for all three links) and the torques of every pose.
+/// "malaguti": tables 2 and 3, figures 3 and 4 of M, beside the same with a slower filter and a longer window.
+/// "kim": table 1, figures 4 to 8 of K.
+/// Figures 3 and 4 are of the first verification, figure 8 of the last, or of the identification where there is none.
+/// @param machine as calibrated().
+/// @throws InputError for another method, or where gnuplot is missing.
+void write_baseline_report(const std::string& method, const MachineDescription& machine, const BaselineData& data,
+                           std::ostream& out);
 
 }  // namespace knuckle::app
