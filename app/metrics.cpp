@@ -31,6 +31,7 @@ constexpr MetricEntry kTable[] = {
     {"detection_ms", "force", "detection_ms", "ms", &Metrics::detection_ms},
     {"false_contact_share", "force", "false_contact_share", "1", &Metrics::false_contact_share},
     {"peak_N", "force", "peak_N", "N", &Metrics::peak_N},
+    {"pipe_peak_N", "force", "pipe_peak_N", "N", &Metrics::pipe_peak_N},
     {"payload_truth_kg", "payload", "truth_kg", "kg", &Metrics::payload_truth_kg},
     {"payload_estimate_kg", "payload", "estimate_kg", "kg", &Metrics::payload_estimate_kg},
     {"payload_sigma_kg", "payload", "sigma_kg", "kg", &Metrics::payload_sigma_kg},
@@ -164,7 +165,10 @@ double angle_between_deg(const PlanarVector& a, const PlanarVector& b) {
 /// Peak; magnitude and direction in steady blocks that follow a steady block (the estimate has had time to arrive).
 void measure_contact_force(const SessionRecord& record, Metrics& metrics) {
   const auto& rows = record.samples;
-  for (const Sample& s : rows) metrics.peak_N = std::max(metrics.peak_N.value_or(0), s.truth_tip_force_N.norm());
+  for (const Sample& s : rows) {
+    metrics.peak_N = std::max(metrics.peak_N.value_or(0), s.truth_tip_force_N.norm());
+    if (s.truth_pipe_N > 0) metrics.pipe_peak_N = std::max(metrics.pipe_peak_N.value_or(0), s.truth_pipe_N);
+  }
   double error = 0, angle_deg = 0;
   int count = 0;
   bool steady_before = false;

@@ -19,7 +19,7 @@ struct Metrics {
   Metric path_rms_m;      ///< The same while a recording is followed (phases named "path").
   Metric steady_drift_m;  ///< Largest mean error over a second in which the hand stood still.
   // force: estimate against truth
-  Metric no_load_rms_N, contact_error_rel, direction_error_deg, detection_ms, peak_N;
+  Metric no_load_rms_N, contact_error_rel, direction_error_deg, detection_ms, peak_N, pipe_peak_N;
   Metric false_contact_share;  ///< Of free motion, with the contact event on.
   // payload
   Metric payload_truth_kg, payload_estimate_kg, payload_sigma_kg, payload_error_kg;

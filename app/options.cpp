@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "app/scenario.h"
+
 namespace knuckle::app {
 namespace {
 
@@ -27,6 +29,8 @@ void add_options(CLI::App& c, SimulateOptions& o) {
   c.add_option("--delay-ms", o.delay_ms, "Link delay, one way");
   c.add_option("--jitter-ms", o.jitter_ms, "Link jitter, one way");
   c.add_option("--loss", o.loss, "Share of datagrams lost, 0 to 1");
+  c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
+  c.add_flag("--assist-stop-on-object", o.assist_stop_on_object, "Stop digging when something stiff is met");
   c.add_flag("--realtime", o.realtime, "Run the loops in real-time threads over UDP loopback");
   c.add_option("--truth", o.truth, "The plant's own parameters (.toml), instead of drawing them from the seed");
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
@@ -55,6 +59,8 @@ void check(const SimulateOptions& o) {
   check_range("--delay-ms", o.delay_ms, 0, kLongestDelay_ms, " ms");
   check_range("--jitter-ms", o.jitter_ms, 0, kLongestDelay_ms, " ms");
   check_range("--loss", o.loss, 0, 1, "");
+  if (o.assist_force_limit_N && *o.assist_force_limit_N != 0)
+    check_range("--assist-force-limit", o.assist_force_limit_N, kLeastAssist_N, kMostAssist_N, " N, or 0: off");
   if (!o.control.empty() && std::find(kControls.begin(), kControls.end(), o.control) == kControls.end())
     refuse_option("--control", o.control, "must be echo or direct");
   const bool plays_path = o.operator_name.rfind("path:", 0) == 0;

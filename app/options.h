@@ -20,6 +20,8 @@ struct SimulateOptions {
   std::optional<double> duration_s;
   std::uint64_t seed = 1;
   std::optional<double> delay_ms, jitter_ms, loss;  ///< Link, one way; loss in [0, 1].
+  std::optional<double> assist_force_limit_N;       ///< 0: off.
+  bool assist_stop_on_object = false;
   bool realtime = false;
   std::string truth;                       ///< Input: the plant's own parameters, instead of drawing them.
   std::string candump, csv, report, json;  ///< Outputs.

@@ -121,6 +121,7 @@ Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_
       record_(start_record(setup)),
       bus_(2, setup.machine.bus.bit_rate),
       machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, bus_.port(kMachinePort), setup.seed) {
+  master_.set_assist(setup.scenario.assist);
   const double longest_s = setup.scenario.duration_s + 1;
   spans_.reserve(static_cast<std::size_t>(longest_s * setup.machine.bus.sync_Hz));
   frames_.reserve(most_frames(setup.machine.bus, longest_s));

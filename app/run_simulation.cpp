@@ -117,6 +117,8 @@ SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
     result.notes = std::move(path.notes);
   }
   allow_for_path(setup.scenario, setup.path, options.scenario);
+  if (options.assist_force_limit_N) setup.scenario.assist.force_limit_N = *options.assist_force_limit_N;
+  setup.scenario.assist.stop_on_object |= options.assist_stop_on_object;
   if (options.duration_s) setup.scenario.duration_s = *options.duration_s;
   const sim::LimbClass limb = limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb);
   setup.limb = sim::draw_limb(limb, options.seed);

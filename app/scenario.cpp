@@ -100,6 +100,7 @@ sim::Phase read_phase(TomlTable& table, const Scale& scale, const WorkingRange& 
       break;
     case PhaseKind::kMove:
       read_target(table, phase, scale, range);
+      phase.until_hold = flag(table, "until_hold");
       break;
     case PhaseKind::kPress:
       read_press(table, phase, scale);
@@ -236,6 +237,13 @@ std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::
   return faults;
 }
 
+AssistSettings read_assist(TomlTable table, const Scale& scale) {
+  AssistSettings assist;
+  assist.force_limit_N = number_or(table, "force_limit_N", 0, kLeastAssist_N, kMostAssist_N, scale.load);
+  assist.stop_on_object = flag(table, "stop_on_object");
+  return assist;
+}
+
 void read_plan(TomlTable& file, const Scale& scale, const WorkingRange& range, Scenario& scenario) {
   constexpr std::size_t kMostPhases = 250;  // a row of the record has one byte for it
   for (TomlTable& table : file.tables("phase")) {
@@ -313,6 +321,7 @@ Scenario load_scenario(const std::string& path, const MachineDescription& machin
   range.require_pose(file, "hand_deg", scenario.hand_rad);
   scenario.duration_s = file.number("duration_s", 1, 3600);
   if (file.has("link")) scenario.delay_ms = file.table("link").number("delay_ms", 0, 5000);
+  if (file.has("assist")) scenario.assist = read_assist(file.table("assist"), scale);
   TomlTable person = file.table("operator");
   scenario.limb =
       static_cast<sim::LimbClass>(person.choice("limb", {"relaxed", "normal", "co_contracted", "light_grip"}));

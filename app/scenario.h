@@ -10,8 +10,12 @@
 #include "sim/operator.h"
 #include "sim/operator_limb.h"
 #include "sim/world.h"
+#include "transport/link_messages.h"
 
 namespace knuckle::app {
+
+/// Bounds of the assist's force limit: below, the estimate is not good enough to hold it; above, it limits nothing.
+inline constexpr double kLeastAssist_N = 300, kMostAssist_N = 1e5;
 
 /// What can be broken on purpose while a phase runs. In a file: the same names in the same order, link_cut, ...
 enum class FaultKind : std::uint8_t {
@@ -52,6 +56,7 @@ struct Scenario {
   std::vector<std::string> phase_names;
   sim::WorldDescription world;
   std::vector<ScheduledFault> faults;
+  AssistSettings assist;  ///< Switched on all the time, unless the command line says otherwise.
   std::vector<Criterion> criteria;
 };
 

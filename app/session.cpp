@@ -90,6 +90,7 @@ Session::Impl::Impl(const SessionSetup& s)
     throw InputError(s.machine.source + ": key 'bus.sync_Hz' = " + std::to_string(s.machine.bus.sync_Hz) +
                      ": its period must be whole milliseconds");
   }
+  master.set_assist(s.scenario.assist);
   frames.reserve(most_frames(s.machine.bus, s.scenario.duration_s));
   spans.reserve(record.samples.capacity());
   world_events.reserve(1024);

@@ -42,6 +42,7 @@ struct Sample {
   JointVector truth_spool = JointVector::Zero();          ///< [-1, 1]
   PlanarVector truth_tip_m = PlanarVector::Zero();        ///< Frame M.
   PlanarVector truth_tip_force_N = PlanarVector::Zero();  ///< Frame M; of the world incl. soil, payload excluded.
+  double truth_pipe_N = 0;                                ///< Of it, what a buried pipe takes.
   double truth_payload_kg = 0;
   double truth_pump_flow_share = 1;      ///< Delivered over asked flow: < 1 where the pump is short.
   double truth_energy_to_machine_J = 0;  ///< Cumulative work of the valves' port on the machine.

@@ -27,6 +27,8 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"machine_moving", SubjectKind::kJoint, "machine still moves: wait", "rad/s"},
     {"clutch_held", SubjectKind::kNothing, "clutch held: machine waits, release it to go on", nullptr},
     {"round_trip_too_long", SubjectKind::kNothing, "round trip too long: machine holds", "ms"},
+    {"buried_object", SubjectKind::kNothing,
+     "the bucket has met something stiff: release enable, look, then press again", "kN/m"},
     {"release_to_recover", SubjectKind::kNothing, "fault is over: release enable, then press again", nullptr},
     {"link_lost", SubjectKind::kNothing, "no newer packet over the link: check the network", "ms"},
     {"sensor_stale", SubjectKind::kNode, "sensor has stopped sending: check node and cable", "ms"},
@@ -54,6 +56,7 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"joint_limit", SubjectKind::kJoint, "end of the working range: move the other way", "deg"},
     {"virtual_wall", SubjectKind::kNothing, "virtual wall: move the bucket away from it", "m"},
     {"power_limit", SubjectKind::kNothing, "hydraulic power limited: move fewer joints or slower", "kW"},
+    {"assist_force", SubjectKind::kNothing, "force limit of the assist: move away, or set it higher", "N"},
     {"pilot_off", SubjectKind::kNothing, "machine enable gives no pilot pressure: check its node and the E-stop",
      nullptr},
 }};

@@ -22,6 +22,7 @@ enum class ReasonCode : std::uint16_t {
   kMachineMoving,     ///< subject: joint; rad/s
   kClutchHeld,        ///< the operator holds the clutch: machine waits
   kRoundTripTooLong,  ///< ms
+  kBuriedObject,      ///< assist: digging met something stiff; kN/m
   kReleaseToRecover,  ///< latched fault gone: release enable, then press again
   // Faults: each latches and is neutral on the wire.
   kLinkLost,           ///< ms since the last newer packet
@@ -51,6 +52,7 @@ enum class ReasonCode : std::uint16_t {
   kJointLimit,   ///< subject: joint; deg
   kVirtualWall,  ///< subject: 0 floor, 1 ceiling, 2 reach (no joint); m
   kPowerLimit,   ///< kW
+  kAssistForce,  ///< assist: force limit set by the operator; N
   kPilotOff,     ///< machine enable gives no pilot pressure
   kCount,
 };

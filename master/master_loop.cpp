@@ -31,7 +31,6 @@ MasterLoop::MasterLoop(const DeviceDescription& device, const MachineDescription
       walls_(device, machine),
       spring_(device.feel),
       limiter_(device),
-      position_scale_(device.feel.position_scale),
       force_scale_(device.feel.force_scale) {}
 
 void MasterLoop::step(Time now) noexcept {
@@ -129,8 +128,7 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
   message.device_reason = device.reason;
   message.position_rad = set_point_.position_rad();
   message.velocity_radps = set_point_.velocity_radps();
-  message.position_scale = position_scale_;
-  message.force_scale = force_scale_;
+  message.assist = assist_;
   message.energy_in_J = energy_.in_J();
   link_.send(encode(message).view());
 }
@@ -139,7 +137,6 @@ bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept 
   const bool usable =
       std::isfinite(position_scale) && position_scale > 0 && std::isfinite(force_scale) && force_scale > 0;
   if (!usable || (slave_ && leads(slave_->mode))) return false;
-  position_scale_ = position_scale;
   force_scale_ = force_scale;
   set_point_.set_scale(position_scale / feel_.position_scale);
   spring_.set_spring(feel_.spring_N_per_m * (position_scale / feel_.position_scale) *

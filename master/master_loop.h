@@ -40,6 +40,9 @@ class MasterLoop {
   /// finite.
   bool set_scales(double position_scale, double force_scale) noexcept;
 
+  /// Sent with every set-point from now on.
+  void set_assist(const AssistSettings& assist) noexcept { assist_ = assist; }
+
   // For displays and recordings; all of the last step.
   [[nodiscard]] const DeviceReading& device() const noexcept { return driver_.reading(); }
   [[nodiscard]] const DeviceDriver& driver() const noexcept { return driver_; }
@@ -75,7 +78,8 @@ class MasterLoop {
   TorqueLimiter limiter_;
   EnergyPort energy_;
 
-  double position_scale_, force_scale_;
+  double force_scale_;
+  AssistSettings assist_;
   std::optional<SlaveMessage> slave_;
   Time slave_at_ = kNever;  // arrival of slave_
   double round_trip_s_ = 0, silence_s_ = 1e9;

@@ -154,6 +154,7 @@ bool Operator::run(Time now, const OperatorView& view) noexcept {
       done = t >= phase.duration_s;
       break;
   }
+  if (phase.until_hold) done = view.mode == Mode::kHold;
   if (phase.until_fault) done = t >= phase.duration_s && stopped;
   intent_.joint_rad = meant_rad_ - offset_;
   return done;

@@ -46,12 +46,14 @@ JointControl::JointControl(const MachineDescription& machine, double step_s)
       supply_Pa_(machine.hydraulics.load_sensing_margin_Pa),
       velocity_(kVelocityFilter_Hz, step_s, JointVector::Zero()),
       acceleration_(kAccelerationFilter_Hz, step_s, JointVector::Zero()),
+      rising_(step_s),
       learning_{Learning(step_s), Learning(step_s), Learning(step_s)} {}
 
 void JointControl::reset() noexcept {
   running_ = false;
   velocity_.reset(JointVector::Zero());
   acceleration_.reset(JointVector::Zero());
+  rising_.reset();
 }
 
 JointVector JointControl::wanted_rates(const estimation::JointState& state, const estimation::ForceEstimate& force,
@@ -202,6 +204,16 @@ double JointControl::spool_command(int joint, double wanted_mps, const estimatio
   return clamp_abs(fill * fade_in + (1 - dead_band) * opening + dither, 1.0);
 }
 
+void JointControl::limit_force(const estimation::JointState& state, const estimation::ForceEstimate& force,
+                               double limit_N, Output& output) noexcept {
+  const Eigen::Matrix<double, 2, 3> jacobian = kinematics_.tip_jacobian(state.angle_rad);
+  const PlanarVector trusted_N = trusted_tip_force(jacobian, force);
+  const LimitedApproach approach = limit_approach(output.rate_radps, jacobian, rising_.step(trusted_N), limit_N);
+  output.rate_radps = approach.rate_radps;
+  output.assist_force_N = trusted_N.norm();
+  if (approach.limited) output.limits |= kLimitAssistForce;
+}
+
 JointControl::Output JointControl::step(const estimation::JointState& state, const estimation::ForceEstimate& force,
                                         const JointCommand& command, const JointVector& sent_valve_last) noexcept {
   Output output;
@@ -210,6 +222,7 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
     return output;
   }
   output.rate_radps = wanted_rates(state, force, command, output.limits);
+  if (command.force_limit_N > 0) limit_force(state, force, command.force_limit_N, output);
   const JointVector cylinder_mps = state.lever_m.cwiseProduct(output.rate_radps);
   update_supply(state, cylinder_mps);
   for (int i = 0; i < kJoints; ++i) {

@@ -10,13 +10,15 @@
 #include "estimation/joint_state.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
+#include "slave/assist.h"
 
 namespace knuckle::slave {
 
 struct JointCommand {
   JointVector position_rad = JointVector::Zero();
   JointVector velocity_radps = JointVector::Zero();
-  bool active = false;  ///< false: valves neutral, filters are let go; what was learned of the dead bands stays.
+  bool active = false;       ///< false: valves neutral, filters are let go; what was learned of the dead bands stays.
+  double force_limit_N = 0;  ///< Of the assist; 0: off.
 };
 
 class JointControl {
@@ -25,6 +27,7 @@ class JointControl {
     JointVector valve = JointVector::Zero();       ///< Spool commands [-1, 1], positive extends.
     JointVector rate_radps = JointVector::Zero();  ///< Joint rates asked of the valves.
     std::uint16_t limits = 0;                      ///< LimitFlag bits (transport/link_messages.h).
+    double assist_force_N = 0;                     ///< What the assist holds against its limit.
   };
   JointControl(const MachineDescription& machine, double step_s);
   /// @param sent_valve_last what left the gate in the last step; where the gate changed it, nothing is learned.
@@ -48,6 +51,9 @@ class JointControl {
   /// Joint displacements that let the tip give to the force like a spring of stiffness Ks, in every direction.
   [[nodiscard]] JointVector compliance(const estimation::JointState& state,
                                        const estimation::ForceEstimate& force) const noexcept;
+  /// The assist: slows what would press too hard.
+  void limit_force(const estimation::JointState& state, const estimation::ForceEstimate& force, double limit_N,
+                   Output& output) noexcept;
   double full_opening_mps(int joint, bool extend, const estimation::JointState& state) const noexcept;
   void update_supply(const estimation::JointState& state, const JointVector& cylinder_mps) noexcept;
   double spool_command(int joint, double wanted_mps, const estimation::JointState& state, bool learning) noexcept;
@@ -62,6 +68,7 @@ class JointControl {
   double supply_Pa_;
   JointVector last_valve_ = JointVector::Zero();
   LowPass<JointVector> velocity_, acceleration_;
+  RisingForce rising_;
   std::uint32_t steps_ = 0;
   PerJoint<std::array<double, 2>> learned_{};
   struct Learning {

@@ -16,6 +16,7 @@ SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link)
       filter_(machine, step_s_, kVelocityCutoff_Hz),
       force_(machine, step_s_),
       payload_(machine, step_s_),
+      object_cue_(machine, step_s_),
       control_(machine, step_s_),
       gate_limits_(machine),
       rest_rate_(kRestCutoff_Hz, step_s_, JointVector::Zero()) {}
@@ -28,6 +29,7 @@ void SlaveLoop::step(Time now) noexcept {
   estimate(now);
   watch_sensors();
   receive_link(now);
+  watch_digging();
   loss_ = loss_policy(master_.position_rad, master_.velocity_radps, now - master_at_, round_trip_,
                       static_cast<bool>(loss_.hold));
   decide();
@@ -95,7 +97,20 @@ void SlaveLoop::estimate(Time now) noexcept {
 void SlaveLoop::restart_motion() noexcept {
   filter_.reset();
   force_.restart_motion();
+  object_cue_.restart_motion();
   rest_rate_.reset(JointVector::Zero());
+}
+
+/// Assist: what stopped the digging stays a reason to hold until the operator has let go of enable. An object that the
+/// bucket still touches when it is pressed again is known to the operator then.
+void SlaveLoop::watch_digging() noexcept {
+  if (!master_.enable) object_ = {};
+  if (!state_ || sensor_fault_) return;
+  const bool before = object_cue_.on();
+  const bool met = object_cue_.step(*state_, force_.estimate()) && !before;
+  if (!met || !master_.assist.stop_on_object || decision_.state.mode != Mode::kEngaged) return;
+  object_ = {ReasonCode::kBuriedObject, 0, static_cast<float>(1e-3 * object_cue_.stiffness_N_per_m()),
+             static_cast<float>(1e-3 * estimation::BuriedObjectCue::kStiffness_N_per_m)};
 }
 
 /// Sensors and valves against each other, once everything runs.
@@ -131,7 +146,7 @@ ModeInputs SlaveLoop::observe() const noexcept {
   in.nodes_operational = client_.operational();
   in.pilot_on = client_.pilot_on();
   in.link_lost = loss_.link;
-  in.hold = loss_.hold;
+  in.hold = object_ ? object_ : loss_.hold;
   in.presence = master_.presence;
   in.enable = master_.enable;
   in.clutch = master_.clutch;
@@ -152,7 +167,7 @@ void SlaveLoop::decide() noexcept {
 
 void SlaveLoop::command(Time now) noexcept {
   const bool engaged = decision_.state.mode == Mode::kEngaged && state_;
-  const JointCommand setpoint{loss_.position_rad, loss_.velocity_radps, engaged};
+  const JointCommand setpoint{loss_.position_rad, loss_.velocity_radps, engaged, master_.assist.force_limit_N};
   const estimation::JointState at_rest;
   control_output_ = control_.step(state_ ? *state_ : at_rest, force_.estimate(), setpoint, gate_.commands);
   wanted_ = engaged ? JointVector(control_output_.valve * loss_.authority) : JointVector::Zero();
@@ -187,16 +202,22 @@ void SlaveLoop::restart_nodes_if_asked(Time now) noexcept {
   sensors_.reset();
 }
 
+/// What limits an engaged machine: the gate first.
+Reason SlaveLoop::limiting() const noexcept {
+  if (gate_.limiting || (control_output_.limits & kLimitAssistForce) == 0) return gate_.limiting;
+  return {ReasonCode::kAssistForce, 0, static_cast<float>(control_output_.assist_force_N),
+          static_cast<float>(master_.assist.force_limit_N)};
+}
+
 void SlaveLoop::publish(Time now) noexcept {
   const estimation::ForceEstimate& force = force_.estimate();
   ++sent_.sequence;
   sent_.sent_at = now;
   const bool heard = master_at_ != kNever;
   sent_.echoed_master_time = heard ? master_.sent_at + std::min(now - master_at_, kMostHeld) : Time{};
-  sent_.echoed_report_at = master_.device_report_at;
   sent_.sensor_at = sensors_.newest_at();
   sent_.mode = decision_.state.mode;
-  sent_.blocking = decision_.state.mode == Mode::kEngaged ? gate_.limiting : decision_.blocking;
+  sent_.blocking = decision_.state.mode == Mode::kEngaged ? limiting() : decision_.blocking;
   sent_.fault = decision_.state.fault;
   if (state_) {
     sent_.position_rad = state_->angle_rad;

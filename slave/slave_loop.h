@@ -9,6 +9,7 @@
 #include "core/joints.h"
 #include "core/reason.h"
 #include "core/time.h"
+#include "estimation/buried_object.h"
 #include "estimation/force_estimator.h"
 #include "estimation/joint_state.h"
 #include "estimation/payload.h"
@@ -68,6 +69,8 @@ class SlaveLoop {
   void receive_link(Time now) noexcept;
   void estimate(Time now) noexcept;
   void restart_motion() noexcept;
+  void watch_digging() noexcept;
+  [[nodiscard]] Reason limiting() const noexcept;
   void watch_sensors() noexcept;
   [[nodiscard]] Reason machine_fault() const noexcept;
   [[nodiscard]] ModeInputs observe() const noexcept;
@@ -88,6 +91,7 @@ class SlaveLoop {
   estimation::JointStateFilter filter_;
   estimation::ForceEstimator force_;
   estimation::PayloadEstimator payload_;
+  estimation::BuriedObjectCue object_cue_;
   JointControl control_;
   GateLimits gate_limits_;
 
@@ -96,6 +100,7 @@ class SlaveLoop {
   std::optional<estimation::JointState> state_;
   LowPass<JointVector> rest_rate_;
   Reason sensor_fault_, valve_reason_;
+  Reason object_;  // met while digging; until enable is let go
   MasterMessage master_;
   Time master_at_ = kNever;
   Duration round_trip_ = std::chrono::hours(1);

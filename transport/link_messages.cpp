@@ -12,15 +12,15 @@ namespace {
 constexpr std::uint16_t kMagic = 0x4E4B;  // "KN"
 enum class Kind : std::uint8_t { kMaster = 1, kSlave = 2 };
 constexpr std::size_t kHeaderSize = 4, kReasonSize = 11;
-constexpr std::size_t kMasterSize = kHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 6 * 8 + 3 * 8;
+constexpr std::size_t kMasterSize = kHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 6 * 8 + 4 + 8;
 constexpr std::size_t kSlaveSize =
-    kHeaderSize + 4 + 4 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 2 * 8 + 3 * 8 + 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
-constexpr std::uint8_t kMasterFlags = 0x1F;
+    kHeaderSize + 4 + 3 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 2 * 8 + 3 * 8 + 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
+constexpr std::uint8_t kMasterFlags = 0x3F;
 // No honest number comes near these; within them no sum, square or difference in the loops overflows.
 constexpr Duration kMostTime = std::chrono::hours(10 * 365 * 24);
 constexpr double kMostAngle_rad = 10, kMostRate_radps = 200;
 constexpr double kMostForce_N = 1e8, kMostCovariance_N2 = 1e16;
-constexpr double kMostPressure_Pa = 1e10, kMostMass_kg = 1e9, kMostEnergy_J = 1e15, kMostScale = 1e6;
+constexpr double kMostPressure_Pa = 1e10, kMostMass_kg = 1e9, kMostEnergy_J = 1e15;
 
 ByteWriter begin(Datagram& datagram, Kind kind, std::size_t size) noexcept {
   datagram.size = static_cast<std::uint16_t>(size);
@@ -59,11 +59,8 @@ class BoundedReader {
     ok_ = ok_ && since >= -kMostTime && since <= kMostTime;
     return Time(since);
   }
-  double number(double min, double max) noexcept {
-    const double value = in_.get<double>();
-    ok_ = ok_ && value >= min && value <= max;
-    return value;
-  }
+  double number(double min, double max) noexcept { return within(in_.get<double>(), min, max); }
+  double single(double min, double max) noexcept { return within(double{in_.get<float>()}, min, max); }
   template <typename Values>
   void each(Values& values, double most) noexcept {
     for (double& value : values) value = number(-most, most);
@@ -71,6 +68,10 @@ class BoundedReader {
   [[nodiscard]] bool ok() const noexcept { return ok_ && in_.ok(); }
 
  private:
+  double within(double value, double min, double max) noexcept {
+    ok_ = ok_ && value >= min && value <= max;
+    return value;
+  }
   ByteReader& in_;
   bool ok_ = true;
 };
@@ -135,13 +136,13 @@ Datagram encode(const MasterMessage& message) noexcept {
   put(out, message.echoed_slave_time);
   put(out, message.device_report_at);
   const unsigned flags = (message.presence ? 1U : 0U) | (message.enable ? 2U : 0U) | (message.clutch ? 4U : 0U) |
-                         (message.stop ? 8U : 0U) | (message.device_ok ? 16U : 0U);
+                         (message.stop ? 8U : 0U) | (message.device_ok ? 16U : 0U) |
+                         (message.assist.stop_on_object ? 32U : 0U);
   out.put(static_cast<std::uint8_t>(flags));
   put(out, message.device_reason);
   put_each(out, message.position_rad);
   put_each(out, message.velocity_radps);
-  out.put(message.position_scale);
-  out.put(message.force_scale);
+  out.put(static_cast<float>(std::clamp(message.assist.force_limit_N, -2 * kMostForce_N, 2 * kMostForce_N)));
   out.put(message.energy_in_J);
   return datagram;
 }
@@ -161,11 +162,11 @@ std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) 
   message.clutch = (flags & 4U) != 0;
   message.stop = (flags & 8U) != 0;
   message.device_ok = (flags & 16U) != 0;
+  message.assist.stop_on_object = (flags & 32U) != 0;
   const bool known = get(*in, message.device_reason);
   bounded.each(message.position_rad, kMostAngle_rad);
   bounded.each(message.velocity_radps, kMostRate_radps);
-  message.position_scale = bounded.number(0, kMostScale);
-  message.force_scale = bounded.number(0, kMostScale);
+  message.assist.force_limit_N = bounded.single(0, kMostForce_N);
   message.energy_in_J = bounded.number(-kMostEnergy_J, kMostEnergy_J);
   if (!known || (flags & ~unsigned{kMasterFlags}) != 0 || !bounded.ok()) return std::nullopt;
   return message;
@@ -178,7 +179,6 @@ Datagram encode(const SlaveMessage& message) noexcept {
   put(out, message.sent_at);
   put(out, message.echoed_master_time);
   put(out, message.sensor_at);
-  put(out, message.echoed_report_at);
   out.put(static_cast<std::uint8_t>(message.mode));
   put(out, message.blocking);
   put(out, message.fault);
@@ -206,7 +206,6 @@ std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) no
   message.sent_at = bounded.time();
   message.echoed_master_time = bounded.time();
   message.sensor_at = bounded.time();
-  message.echoed_report_at = bounded.time();
   const auto mode = in->get<std::uint8_t>();
   const bool known = get(*in, message.blocking) && get(*in, message.fault);
   bounded.each(message.position_rad, kMostAngle_rad);

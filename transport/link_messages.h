@@ -14,7 +14,7 @@
 
 namespace knuckle {
 
-inline constexpr std::uint8_t kLinkVersion = 1;
+inline constexpr std::uint8_t kLinkVersion = 2;
 /// Most that is added to an echoed time for having been held: echoes of a peer that fell silent grow old, so each side
 /// sees in its round trip when only the way back is dead. Four periods of the slower sender.
 inline constexpr Duration kMostHeld = 20ms;
@@ -22,6 +22,12 @@ inline constexpr Duration kMostHeld = 20ms;
 /// Modes of a session, decided by the slave (it owns the valves), shown by both.
 enum class Mode : std::uint8_t { kOff, kSelfTest, kReady, kAligning, kEngaged, kHold, kFault, kEStop };
 [[nodiscard]] const char* name(Mode mode) noexcept;
+
+/// What the operator has switched on to help.
+struct AssistSettings {
+  double force_limit_N = 0;     ///< Tip speed into a contact fades to zero at this tip force; 0: off.
+  bool stop_on_object = false;  ///< Digging holds when the bucket meets something much stiffer than soil.
+};
 
 /// Operator to machine, 500 Hz.
 struct MasterMessage {
@@ -37,9 +43,8 @@ struct MasterMessage {
   Reason device_reason;      ///< Why device_ok is false.
   JointVector position_rad = JointVector::Zero();  ///< Machine joint set-point, clutch offset included.
   JointVector velocity_radps = JointVector::Zero();
-  double position_scale = 10;  ///< Machine metres per hand metre at the tip.
-  double force_scale = 1e-3;   ///< Hand newtons per machine newton.
-  double energy_in_J = 0;      ///< Cumulative energy the hand put into the device; only grows.
+  AssistSettings assist;
+  double energy_in_J = 0;  ///< Cumulative energy the hand put into the device; only grows.
 };
 
 /// Machine to operator, 200 Hz.
@@ -48,7 +53,6 @@ struct SlaveMessage {
   Time sent_at{};
   Time echoed_master_time{};  ///< sent_at of the newest MasterMessage + how long it was held here, up to kMostHeld.
   Time sensor_at{};           ///< Sender's clock when the newest sensor frame behind this force came in.
-  Time echoed_report_at{};    ///< device_report_at of the set-point acted on (master's clock).
   Mode mode = Mode::kOff;
   Reason blocking;                                 ///< Why not engaged, or what limits.
   Reason fault;                                    ///< The latched fault.
@@ -78,8 +82,9 @@ enum LimitFlag : std::uint16_t {
   kLimitPower = 1 << 5,
   kLimitPumpFlow = 1 << 6,
   kLimitVelocity = 1 << 7,
+  kLimitAssistForce = 1 << 8,
 };
-inline constexpr unsigned kLimitBits = 0xFF;  ///< All of them; others are refused.
+inline constexpr unsigned kLimitBits = 0x1FF;  ///< All of them; others are refused.
 
 [[nodiscard]] Datagram encode(const MasterMessage& message) noexcept;
 [[nodiscard]] Datagram encode(const SlaveMessage& message) noexcept;

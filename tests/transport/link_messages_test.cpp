@@ -26,16 +26,15 @@ MasterMessage some_master() {
   m.device_reason = {ReasonCode::kNoPresence, 7, 1.0F, -2.0F};
   m.position_rad = {1, 2, -1};
   m.velocity_radps = {0, 0.5, 0};
-  m.position_scale = 10;
-  m.force_scale = 0.5;
+  m.assist = {1500, true};
   m.energy_in_J = 4;
   return m;
 }
 
 const std::string kMaster =
-    "4B4E 01 01  04030201  40420F0000000000 0200000000000000 FFFFFFFFFFFFFFFF  15  0200 07 0000803F 000000C0 "
+    "4B4E 02 01  04030201  40420F0000000000 0200000000000000 FFFFFFFFFFFFFFFF  35  0200 07 0000803F 000000C0 "
     "000000000000F03F 0000000000000040 000000000000F0BF  0000000000000000 000000000000E03F 0000000000000000 "
-    "0000000000002440 000000000000E03F 0000000000001040";
+    "0080BB44  0000000000001040";
 
 SlaveMessage some_slave() {
   SlaveMessage m;
@@ -43,7 +42,6 @@ SlaveMessage some_slave() {
   m.sent_at = Time(1ns);
   m.echoed_master_time = Time(2ns);
   m.sensor_at = Time(3ns);
-  m.echoed_report_at = Time(4ns);
   m.mode = Mode::kFault;
   m.blocking = {ReasonCode::kNoPresence, 0, 0, 0};
   m.fault = {ReasonCode::kStartingUp, 9, 1, 2};
@@ -54,7 +52,7 @@ SlaveMessage some_slave() {
   m.covariance_N2 = {4, 0, 10};
   m.confidence = 0.5;
   m.contact = true;
-  m.limits = kLimitPressure | kLimitPumpFlow;
+  m.limits = kLimitPressure | kLimitPumpFlow | kLimitAssistForce;
   m.pressure_Pa = {1, 2, 4, 10, 0.5, 0};
   m.payload_kg = 10;
   m.payload_sigma_kg = 0.5;
@@ -66,11 +64,11 @@ const std::string kZero = "0000000000000000 ", kHalf = "000000000000E03F ", kOne
                   kTwo = "0000000000000040 ", kFour = "0000000000001040 ", kTen = "0000000000002440 ",
                   kMinusOne = "000000000000F0BF ";
 const std::string kSlave =
-    "4B4E 01 02  01000000 "
-    "0100000000000000 0200000000000000 0300000000000000 0400000000000000 "
+    "4B4E 02 02  01000000 "
+    "0100000000000000 0200000000000000 0300000000000000 "
     "06  0200 00 00000000 00000000  0100 09 0000803F 00000040 " +
     kOne + kZero + kZero + kZero + kOne + kZero + kZero + kZero + kOne + kTwo + kMinusOne + kFour + kZero + kTen +
-    kHalf + "01 5000 " + kOne + kTwo + kFour + kTen + kHalf + kZero + kTen + kHalf + kTwo;
+    kHalf + "01 5001 " + kOne + kTwo + kFour + kTen + kHalf + kZero + kTen + kHalf + kTwo;
 
 TEST(LinkMessages, HaveTheBytesOfTheDesign) {
   EXPECT_EQ(bytes(encode(some_master())), test::hex(kMaster));
@@ -83,6 +81,8 @@ TEST(LinkMessages, DecodeTheSameBytes) {
   EXPECT_EQ(bytes(encode(*master)), test::hex(kMaster));
   EXPECT_TRUE(master->presence && master->clutch && master->device_ok);
   EXPECT_FALSE(master->enable || master->stop);
+  EXPECT_EQ(master->assist.force_limit_N, 1500);
+  EXPECT_TRUE(master->assist.stop_on_object);
   EXPECT_EQ(master->position_rad, JointVector(1, 2, -1));
   EXPECT_EQ(master->device_report_at, Time(-1ns));
   const auto slave = decode_slave(test::hex(kSlave));
@@ -122,12 +122,12 @@ TEST(LinkMessages, UnknownModesReasonsAndFlagsAreRefused) {
     changed.at(byte) = value;
     return changed;
   };
-  EXPECT_FALSE(decode_master(with(kMaster, 32, 0x35))) << "unknown flag";
+  EXPECT_FALSE(decode_master(with(kMaster, 32, 0x55))) << "unknown flag";
   EXPECT_FALSE(decode_master(with(kMaster, 34, 0x10))) << "unknown reason";
-  EXPECT_FALSE(decode_slave(with(kSlave, 40, 8))) << "unknown mode";
-  EXPECT_FALSE(decode_slave(with(kSlave, 42, 0x10))) << "unknown reason";
-  EXPECT_FALSE(decode_slave(with(kSlave, 183, 2))) << "contact is neither yes nor no";
-  EXPECT_FALSE(decode_slave(with(kSlave, 185, 1))) << "unknown limit";
+  EXPECT_FALSE(decode_slave(with(kSlave, 32, 8))) << "unknown mode";
+  EXPECT_FALSE(decode_slave(with(kSlave, 34, 0x10))) << "unknown reason";
+  EXPECT_FALSE(decode_slave(with(kSlave, 175, 2))) << "contact is neither yes nor no";
+  EXPECT_FALSE(decode_slave(with(kSlave, 177, 2))) << "unknown limit";
 }
 
 TEST(LinkMessages, ANonFiniteNumberAnywhereIsRefused) {
@@ -138,11 +138,14 @@ TEST(LinkMessages, ANonFiniteNumberAnywhereIsRefused) {
     return changed;
   };
   for (const double value : bad) {
-    for (std::size_t at = 44; at + 8 <= test::hex(kMaster).size(); at += 8) {
-      EXPECT_FALSE(decode_master(put(kMaster, at, value))) << at;
-    }
-    for (std::size_t at = 63; at + 8 <= 183; at += 8) EXPECT_FALSE(decode_slave(put(kSlave, at, value))) << at;
-    for (std::size_t at = 186; at + 8 <= test::hex(kSlave).size(); at += 8) {
+    for (std::size_t at = 44; at + 8 <= 92; at += 8) EXPECT_FALSE(decode_master(put(kMaster, at, value))) << at;
+    auto single = test::hex(kMaster);
+    const auto narrow = static_cast<float>(value);
+    std::memcpy(single.data() + 92, &narrow, sizeof narrow);
+    EXPECT_FALSE(decode_master(single));
+    EXPECT_FALSE(decode_master(put(kMaster, 96, value)));
+    for (std::size_t at = 55; at + 8 <= 175; at += 8) EXPECT_FALSE(decode_slave(put(kSlave, at, value))) << at;
+    for (std::size_t at = 178; at + 8 <= test::hex(kSlave).size(); at += 8) {
       EXPECT_FALSE(decode_slave(put(kSlave, at, value))) << at;
     }
   }
@@ -167,13 +170,11 @@ TEST(LinkMessages, NumbersBeyondAnythingHonestAreRefused) {
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.sent_at = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.echoed_master_time = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.sensor_at = wild; }));
-    EXPECT_FALSE(slave([&](SlaveMessage& m) { m.echoed_report_at = wild; }));
   }
   for (const double wild : {1e308, -1e308}) {
     EXPECT_FALSE(master([&](MasterMessage& m) { m.position_rad[kArm] = wild; }));
     EXPECT_FALSE(master([&](MasterMessage& m) { m.velocity_radps[kArm] = wild; }));
-    EXPECT_FALSE(master([&](MasterMessage& m) { m.position_scale = wild; }));
-    EXPECT_FALSE(master([&](MasterMessage& m) { m.force_scale = wild; }));
+    EXPECT_FALSE(master([&](MasterMessage& m) { m.assist.force_limit_N = wild; }));
     EXPECT_FALSE(master([&](MasterMessage& m) { m.energy_in_J = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.position_rad[kBoom] = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.velocity_radps[kBucket] = wild; }));
@@ -185,7 +186,7 @@ TEST(LinkMessages, NumbersBeyondAnythingHonestAreRefused) {
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.energy_in_J = wild; }));
   }
   EXPECT_FALSE(slave([](SlaveMessage& m) { m.confidence = 1.01; }));
-  for (const std::size_t at : {135U, 143U, 151U, 159U, 167U}) {  // force and covariance
+  for (const std::size_t at : {127U, 135U, 143U, 151U, 159U}) {  // force and covariance
     auto wild = test::hex(kSlave);
     const double value = 1e308;
     std::memcpy(wild.data() + at, &value, sizeof value);

@@ -1,0 +1,59 @@
+// Force-limited approach.
+#include "slave/assist.h"
+
+#include <algorithm>
+
+#include "estimation/tip_force.h"
+
+namespace knuckle::slave {
+
+PlanarVector trusted_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian, const estimation::ForceEstimate& force,
+                               const AssistLimits& limits) noexcept {
+  if (!force.fast_torque_Nm.allFinite()) return PlanarVector::Zero();
+  const JointVector variance = (force.look_variance_Nm2 + force.tare_variance_Nm2).cwiseMax(1.0);
+  const double trusted =
+      std::clamp((force.confidence - limits.no_trust) / (limits.full_trust - limits.no_trust), 0.0, 1.0);
+  return trusted * estimation::solve_tip_force(jacobian, force.fast_torque_Nm, variance.asDiagonal()).force_N;
+}
+
+RisingForce::RisingForce(double step_s, const AssistLimits& limits) noexcept
+    : step_s_(step_s), lead_s_(limits.lead_s), slope_(limits.lead_Hz, step_s, PlanarVector::Zero()) {}
+
+TipContact RisingForce::step(const PlanarVector& force_N) noexcept {
+  if (!started_) slope_.reset(PlanarVector::Zero());
+  const PlanarVector slope = started_ ? slope_.step((force_N - last_N_) / step_s_) : slope_.value();
+  last_N_ = force_N;
+  started_ = true;
+  const PlanarVector ahead_N = force_N + lead_s_ * slope;
+  return {force_N, ahead_N.squaredNorm() > force_N.squaredNorm() ? ahead_N : force_N};
+}
+
+LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matrix<double, 2, 3>& jacobian,
+                               const TipContact& contact, double limit_N, const AssistLimits& limits) noexcept {
+  LimitedApproach result{rate_radps, false};
+  if (limit_N <= 0) return result;
+  const double free_mps = limit_N / limits.free_Ns_per_m;
+  const double least_N = limits.known * limit_N;
+  // Only a force that is there, not one that is foreseen, says which way is away.
+  const PlanarVector tip_mps = jacobian * rate_radps;
+  const bool away = contact.now_N.norm() > least_N && tip_mps.dot(contact.now_N) > 0;
+  if (!away && tip_mps.norm() > free_mps) {
+    result.rate_radps *= free_mps / tip_mps.norm();
+    result.limited = true;
+  }
+  const double force_N = contact.ahead_N.norm();
+  if (force_N <= least_N) return result;
+  const PlanarVector into = -contact.ahead_N / force_N;
+  const JointVector added = (into.transpose() * jacobian).transpose().cwiseProduct(result.rate_radps);
+  const double pressing = added.cwiseMax(0.0).sum(), leaving = -added.cwiseMin(0.0).sum();
+  const double allowed = free_mps * std::max(0.0, 1 - force_N / limit_N);
+  if (pressing - leaving <= allowed) return result;
+  const double factor = std::clamp((allowed + leaving) / pressing, 0.0, 1.0);
+  for (int i = 0; i < kJoints; ++i) {
+    if (added[i] > 0) result.rate_radps[i] *= factor;
+  }
+  result.limited = true;
+  return result;
+}
+
+}  // namespace knuckle::slave

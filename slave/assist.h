@@ -1,0 +1,63 @@
+// Force-limited approach: help that the operator can switch on against pressing too hard. Pure function on joint rates;
+// it only ever makes them smaller.
+#pragma once
+
+#include "core/filters.h"
+#include "core/joints.h"
+#include "estimation/force_estimator.h"
+#include "machine/kinematics.h"
+
+namespace knuckle::slave {
+
+struct AssistLimits {
+  /// The tip's speed in free air is the force limit over this. What a tip at speed v presses before the valves have
+  /// closed, F = v sqrt(k m) + k v T, with some 150 kg, stiff ground in series with the oil, and T = 0.12 s of filters,
+  /// valve delay and spool.
+  double free_Ns_per_m = 6e4;
+  double lead_s = 0.1;  ///< A rising force is taken as it will be when valves that close now have closed.
+  double lead_Hz = 8;   ///< Low-pass of its rise.
+  double known = 0.2;   ///< Of the limit: from here on the force has a direction.
+  double no_trust = 0.1, full_trust = 0.4;  ///< Confidence between which the force counts, as for giving way to it.
+};
+inline constexpr AssistLimits kAssistLimits{};
+
+struct LimitedApproach {
+  JointVector rate_radps = JointVector::Zero();
+  bool limited = false;
+};
+
+/// Tip force of the estimator's fast channel, as far as it is trusted. Frame M, of the world on the tip.
+[[nodiscard]] PlanarVector trusted_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian,
+                                             const estimation::ForceEstimate& force,
+                                             const AssistLimits& limits = kAssistLimits) noexcept;
+
+/// Trusted force of the world on the tip, frame M: as it is, and as it will be if it goes on rising (never less).
+struct TipContact {
+  PlanarVector now_N = PlanarVector::Zero(), ahead_N = PlanarVector::Zero();
+};
+
+/// Looks ahead as far as valves need to close.
+class RisingForce {
+ public:
+  explicit RisingForce(double step_s, const AssistLimits& limits = kAssistLimits) noexcept;
+  TipContact step(const PlanarVector& force_N) noexcept;
+  void reset() noexcept { started_ = false; }
+
+ private:
+  double step_s_, lead_s_;
+  LowPass<PlanarVector> slope_;
+  PlanarVector last_N_ = PlanarVector::Zero();
+  bool started_ = false;
+};
+
+/// Slows what would press the tip harder than limit_N into what it touches. With n pointing into the contact
+/// (against the force) and J the tip's Jacobian, joint i adds n' J_i rate_i to the speed into it: the joints that add
+/// are scaled by one factor so that the sum stays within what the force leaves, v_free (1 - F / limit). Joints that
+/// lead away keep their rate: no rate changes its sign, grows, or comes from nothing. In free air, where nobody knows
+/// what comes next, all joints are scaled to v_free.
+/// @param limit_N 0: off, nothing is changed.
+[[nodiscard]] LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matrix<double, 2, 3>& jacobian,
+                                             const TipContact& contact, double limit_N,
+                                             const AssistLimits& limits = kAssistLimits) noexcept;
+
+}  // namespace knuckle::slave

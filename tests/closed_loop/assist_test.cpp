@@ -1,0 +1,89 @@
+// What the operator can switch on, in whole sessions: a force limit that holds whatever the hand does, and digging that
+// stops at a pipe.
+#include <gtest/gtest.h>
+
+#include "tests/closed_loop/session_rig.h"
+
+namespace knuckle::test {
+namespace {
+
+/// The operator pushes until 6 N are felt, 6 kN at the machine, and goes on for ten seconds.
+app::SessionSetup hard_press(std::uint64_t seed, double limit_N) {
+  app::SessionSetup setup = session_setup("wall_contact", seed);
+  phase_named(setup.scenario, "press").force_N = 6;
+  setup.scenario.assist.force_limit_N = limit_N;
+  return setup;
+}
+
+TEST(AssistForceLimit, TrueForceStaysWithinAFifthOfTheLimitHoweverHardTheHandPresses) {
+  for (const std::uint64_t seed : {1U, 2U}) {
+    const FinishedSession session = run_session(hard_press(seed, 1500));
+    EXPECT_LT(session.metrics.peak_N.value(), 1.2 * 1500) << "seed " << seed;
+    EXPECT_GT(session.metrics.peak_N.value(), 0.8 * 1500) << "the limit is used";
+    EXPECT_LT(session.metrics.hold_peak_to_peak_N.value(), 1) << "what is felt is steady";
+    EXPECT_EQ(session.metrics.contact_losses.value(), 0);
+    EXPECT_EQ(session.metrics.faults.value(), 0);
+    EXPECT_EQ(session.allocations, 0U);
+    bool told = false;
+    for (const app::Sample& s : session.record.samples) {
+      told = told || ((s.limits & kLimitAssistForce) != 0 && s.blocking == ReasonCode::kAssistForce);
+    }
+    EXPECT_TRUE(told);
+  }
+}
+
+TEST(AssistForceLimit, WithoutItTheSameHandPressesMoreThanTwiceAsHard) {
+  EXPECT_GT(run_session(hard_press(1, 0)).metrics.peak_N.value(), 2 * 1500);
+}
+
+bool holds(const app::Sample& s) {
+  return s.mode == Mode::kHold && s.blocking == ReasonCode::kBuriedObject;
+}
+
+TEST(AssistStopOnObject, DiggingHoldsAtAPipeUntilEnableIsLetGoAndPressedAgain) {
+  app::SessionSetup setup = session_setup("buried_pipe", 3);
+  phase_named(setup.scenario, "let_go").duration_s = 3;
+  // A hand that does not let go, but pulls and pushes: nothing moves.
+  sim::Phase stubborn;
+  stubborn.kind = sim::PhaseKind::kSweep;
+  stubborn.joints_rad = JointVector::Constant(0.1);
+  stubborn.periods_s = JointVector::Constant(2);
+  stubborn.duration_s = 4;
+  const auto at = std::find(setup.scenario.phase_names.begin(), setup.scenario.phase_names.end(), "let_go") -
+                  setup.scenario.phase_names.begin();
+  setup.scenario.phases.insert(setup.scenario.phases.begin() + at, stubborn);
+  setup.scenario.phase_names.insert(setup.scenario.phase_names.begin() + at, "stubborn");
+  const FinishedSession session = run_session(setup);
+
+  EXPECT_LT(session.metrics.pipe_peak_N.value(), 3000);
+  EXPECT_EQ(session.metrics.phases_timed_out.value(), 0) << "it was engaged again and backed out";
+  EXPECT_EQ(session.metrics.faults.value(), 0);
+  int rows = 0;
+  for (const app::Sample& s : session.record.samples) {
+    if (s.phase != at) continue;
+    ASSERT_TRUE(holds(s)) << s.t_s;
+    ASSERT_EQ(s.valve_command.norm(), 0);
+    ++rows;
+  }
+  EXPECT_GT(rows, 3.9 * 200);
+}
+
+TEST(AssistStopOnObject, WithoutItThePipeTakesMore) {
+  app::SessionSetup setup = session_setup("buried_pipe", 3);
+  setup.scenario.assist.stop_on_object = false;
+  phase_named(setup.scenario, "drag").timeout_s = 12;
+  EXPECT_GT(run_session(setup).metrics.pipe_peak_N.value(), 3500);
+}
+
+TEST(AssistStopOnObject, PlainSoilStopsNothing) {
+  for (const std::uint64_t seed : {1U, 2U}) {
+    app::SessionSetup setup = session_setup("dig_cycle", seed);
+    setup.scenario.assist.stop_on_object = true;
+    const FinishedSession session = run_session(setup);
+    EXPECT_EQ(std::count_if(session.record.samples.begin(), session.record.samples.end(), holds), 0);
+    EXPECT_EQ(session.metrics.phases_timed_out.value(), 0);
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::test

@@ -1,0 +1,116 @@
+// Force-limited approach: slows what presses, and nothing else.
+#include "slave/assist.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/slave/test_machine.h"
+
+namespace knuckle::slave {
+namespace {
+
+constexpr double kLimit_N = 1500, kFree_mps = kLimit_N / kAssistLimits.free_Ns_per_m;
+const JointVector kPose(0.3, -1.5, -0.8);
+
+Eigen::Matrix<double, 2, 3> jacobian() {
+  return Kinematics(test::test_machine()).tip_jacobian(kPose);
+}
+TipContact steady(const PlanarVector& force_N) {
+  return {force_N, force_N};
+}
+
+TEST(ForceLimitedApproach, ChangesNothingWhileItIsOff) {
+  const JointVector rate(0.5, -0.4, 0.3);
+  const auto result = limit_approach(rate, jacobian(), steady({-9000, 0}), 0);
+  EXPECT_EQ(result.rate_radps, rate);
+  EXPECT_FALSE(result.limited);
+}
+
+TEST(ForceLimitedApproach, KeepsTheTipSlowInFreeAirWhicheverWayItGoes) {
+  for (const JointVector& rate : {JointVector(0.5, -0.4, 0.3), JointVector(-0.5, 0.4, -0.3)}) {
+    const auto result = limit_approach(rate, jacobian(), steady({-50, 20}), kLimit_N);
+    EXPECT_TRUE(result.limited);
+    EXPECT_NEAR((jacobian() * result.rate_radps).norm(), kFree_mps, 1e-12);
+    EXPECT_NEAR(result.rate_radps.normalized().dot(rate.normalized()), 1, 1e-12);
+  }
+  const auto slow = limit_approach({0.001, 0.001, 0}, jacobian(), {}, kLimit_N);
+  EXPECT_FALSE(slow.limited);
+}
+
+TEST(ForceLimitedApproach, SpeedIntoTheContactFallsToZeroAtTheLimitAndStaysThereBeyond) {
+  double last = 1;
+  for (const double force_N : {400.0, 700.0, 1000.0, 1300.0, 1499.0, 1500.0, 3000.0, 1e6}) {
+    const auto result = limit_approach({0.3, 0.3, 0}, jacobian(), steady({-force_N, 0}), kLimit_N);
+    const double into = (jacobian() * result.rate_radps).x();
+    EXPECT_LE(into, kFree_mps * std::max(0.0, 1 - force_N / kLimit_N) + 1e-12) << force_N;
+    EXPECT_LE(into, last);
+    EXPECT_TRUE(result.limited);
+    last = into;
+  }
+  EXPECT_LE(last, 1e-12);
+}
+
+TEST(ForceLimitedApproach, MovingAwayIsFree) {
+  const PlanarVector force(-4000, 0);
+  JointVector away = jacobian().transpose() * force;
+  away *= 0.8 / away.cwiseAbs().maxCoeff();
+  const auto result = limit_approach(away, jacobian(), steady(force), kLimit_N);
+  EXPECT_EQ(result.rate_radps, away);
+  EXPECT_FALSE(result.limited);
+}
+
+TEST(ForceLimitedApproach, AForeseenForceFreesNoMotion) {
+  const JointVector rate(0.5, -0.4, 0.3);
+  const PlanarVector along = jacobian() * rate;
+  const TipContact foreseen{PlanarVector::Zero(), 5000 * along.normalized()};
+  EXPECT_NEAR((jacobian() * limit_approach(rate, jacobian(), foreseen, kLimit_N).rate_radps).norm(), kFree_mps, 1e-12);
+}
+
+TEST(ForceLimitedApproach, NoRateGrowsTurnsOrComesFromNothing) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 20000; ++k) {
+    JointVector rate(normal(random), normal(random), normal(random));
+    if (k % 5 == 0) rate[k % 3] = 0;
+    const TipContact contact{PlanarVector(normal(random), normal(random)) * 1500,
+                             PlanarVector(normal(random), normal(random)) * 1500};
+    const auto result = limit_approach(rate, jacobian(), contact, kLimit_N);
+    for (int i = 0; i < kJoints; ++i) {
+      ASSERT_LE(std::abs(result.rate_radps[i]), std::abs(rate[i]) * (1 + 1e-12));
+      ASSERT_GE(result.rate_radps[i] * rate[i], 0);
+    }
+    const double ahead_N = contact.ahead_N.norm();
+    if (ahead_N < kLimit_N) continue;
+    ASSERT_LE((jacobian() * result.rate_radps).dot(-contact.ahead_N / ahead_N), 1e-9);
+  }
+}
+
+TEST(ForceLimitedApproach, ForceCountsAsFarAsItIsTrusted) {
+  const PlanarVector pressed(-2000, 300);
+  estimation::ForceEstimate force;
+  force.fast_torque_Nm = jacobian().transpose() * pressed;
+  force.look_variance_Nm2 = JointVector::Constant(2500);
+  force.confidence = 1;
+  EXPECT_LT((trusted_tip_force(jacobian(), force) - pressed).norm(), 0.03 * pressed.norm());
+  force.confidence = 0.1;
+  EXPECT_EQ(trusted_tip_force(jacobian(), force).norm(), 0);
+  force.confidence = 1;
+  force.fast_torque_Nm[1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(trusted_tip_force(jacobian(), force).norm(), 0);
+}
+
+TEST(RisingForce, LooksAheadOfARiseAndNeverBelowWhatIs) {
+  RisingForce rising(0.005);
+  EXPECT_EQ(rising.step({-100, 0}).ahead_N, PlanarVector(-100, 0)) << "nothing is known of the rise yet";
+  TipContact contact;
+  for (int k = 1; k <= 100; ++k) contact = rising.step({-100 - 50 * k, 0});
+  EXPECT_NEAR(contact.ahead_N.x() - contact.now_N.x(), -1e4 * kAssistLimits.lead_s, 1);
+  for (int k = 1; k <= 50; ++k) {
+    contact = rising.step({-5100 + 50 * k, 0});
+    EXPECT_GE(contact.ahead_N.norm(), contact.now_N.norm());
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::slave
