@@ -28,7 +28,7 @@ SensorSet::SensorSet(const MachineDescription& machine)
 }
 
 void SensorSet::reset() noexcept {
-  for (Channel& channel : channels_) channel = {channel.node, 0, kNever, 0, 0};
+  for (Channel& channel : channels_) channel = Channel{channel.node};
   shaken_ = 0;
 }
 
@@ -75,6 +75,23 @@ void SensorSet::on_length(std::size_t joint, const CanFrame& frame, Time now) no
   const double allowed = jump_m_ + kValidity.cylinder_mps * to_seconds(since);
   const bool reachable = channel.at == kNever || std::abs(length - channel.value) <= allowed;
   accept(channel, length, in_range && reachable, length, now);
+  reachable ? void(channel.settled = 0) : settle(channel, length, in_range);
+}
+
+void SensorSet::settle(Channel& channel, double length_m, bool in_range) noexcept {
+  const bool still = in_range && channel.settled > 0 && std::abs(length_m - channel.elsewhere) <= jump_m_;
+  if (!still) channel.elsewhere = length_m;
+  channel.settled = in_range ? std::min(still ? channel.settled + 1 : 1, kValidity.settled_in_a_row) : 0;
+}
+
+void SensorSet::believe_settled_lengths(Time now) noexcept {
+  for (std::size_t i = kPressures; i < kTilt; ++i) {
+    Channel& channel = channels_[i];
+    if (channel.settled < kValidity.settled_in_a_row) continue;
+    channel.value = channel.elsewhere;
+    channel.at = now;
+    channel.bad = channel.settled = 0;
+  }
 }
 
 void SensorSet::on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {

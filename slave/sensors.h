@@ -28,6 +28,7 @@ struct ValidityLimits {
   double hull_tilt_rad = 0.8;         ///< A machine that leans further lies on its side.
   double hull_turn_radps = 0.1;       ///< A slope sensor on the boom feels its jerks, which are quicker than this ...
   int shaken_in_a_row = 60;           ///< ... and over sooner (0.3 s).
+  int settled_in_a_row = 200;         ///< A length that jumped and stood still for so long (1 s) may be told to count.
   int bad_in_a_row = 3;               ///< A single damaged value is left out; so many are a fault (15 ms).
 };
 inline constexpr ValidityLimits kValidity{};
@@ -38,9 +39,12 @@ class SensorSet {
 
   /// A received frame; what is no sensor PDO is ignored.
   void receive(const CanFrame& frame, Time now) noexcept;
-  /// Forgets all values, as after a restart of the nodes. Only then is a length believed again that is further from the
-  /// last good one than the cylinder goes while that one may be used.
+  /// Forgets all values, as after a restart of the nodes.
   void reset() noexcept;
+  /// A length further from the last good one than the cylinder goes while that one may be used is not believed by
+  /// waiting: only after reset(), or after this call where it has stood still there for a while (a slipped drum looks
+  /// the same, so this is for the operator to ask for).
+  void believe_settled_lengths(Time now) noexcept;
 
   /// First sensor that is stale (kSensorStale, ms) or sends impossible values (kSensorInvalid, raw); kNone while all
   /// are fresh and valid.
@@ -59,15 +63,18 @@ class SensorSet {
   static constexpr std::size_t kPressures = 6, kTilt = 9, kChannels = 10;
   struct Channel {
     std::uint8_t node = 0;
-    double value = 0;  ///< Last good one, SI.
-    Time at = kNever;  ///< Its arrival.
-    int bad = 0;       ///< Impossible values since.
-    double worst = 0;  ///< The last impossible one: raw status or SI value.
+    double value = 0;      ///< Last good one, SI.
+    Time at = kNever;      ///< Its arrival.
+    int bad = 0;           ///< Impossible values since.
+    double worst = 0;      ///< The last impossible one: raw status or SI value.
+    double elsewhere = 0;  ///< Where a length that jumped stands now, ...
+    int settled = 0;       ///< ... for so many values.
   };
   [[nodiscard]] const Channel& oldest() const noexcept;
   void accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept;
   void on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept;
   void on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept;
+  void settle(Channel& channel, double length_m, bool in_range) noexcept;
   void on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
   void on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
 

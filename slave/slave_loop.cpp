@@ -37,6 +37,7 @@ void SlaveLoop::step(Time now) noexcept {
   client_.end_step(gate_.commands, led(), now);
   publish(now);
   restart_nodes_if_asked(now);
+  believe_sensors_if_asked(now);
 }
 
 bool SlaveLoop::led() const noexcept {
@@ -200,6 +201,15 @@ void SlaveLoop::restart_nodes_if_asked(Time now) noexcept {
   if (master_.enable || now - failed_at_ < kRestartAfter) return;
   client_.restart();
   sensors_.reset();
+}
+
+/// An encoder that woke far from where it froze looks like one whose drum slipped: only the operator can tell. Letting
+/// go of enable, as for nodes, makes a length count that has stood still for a second; the machine is neutral, and
+/// stays so until enable is pressed and the hand aligned with what the sensors show then.
+void SlaveLoop::believe_sensors_if_asked(Time now) noexcept {
+  const bool stopped = decision_.state.mode == Mode::kFault || decision_.state.mode == Mode::kEStop;
+  const bool asks = stopped && !master_.enable && master_.presence && master_.device_ok && !loss_.link;
+  if (asks) sensors_.believe_settled_lengths(now);
 }
 
 /// What limits an engaged machine: the gate first.

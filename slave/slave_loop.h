@@ -77,6 +77,7 @@ class SlaveLoop {
   void decide() noexcept;
   void command(Time now) noexcept;
   void restart_nodes_if_asked(Time now) noexcept;
+  void believe_sensors_if_asked(Time now) noexcept;
   void publish(Time now) noexcept;
   [[nodiscard]] bool led() const noexcept;
 

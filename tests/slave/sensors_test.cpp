@@ -119,6 +119,33 @@ TEST_F(Sensors, ImpossibleValuesAreLeftOutAndThreeInARowAreAFault) {
   }
 }
 
+TEST_F(Sensors, LengthThatJumpedCountsOnceItIsToldToAndHasStoodStill) {
+  send_all();
+  const auto send = [this](double arm_m) {
+    now += 5ms;
+    for (std::uint8_t k = 0; k < 6; ++k) pressure(k, 50e5 + k * 1e5);
+    length(0, 0.9), length(1, arm_m), length(2, 0.9), tilt(0.02);
+  };
+  for (int i = 0; i < 190; ++i) send(1.14);
+  sensors.believe_settled_lengths(now);
+  send(1.14);
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid) << "not yet a second";
+  for (int i = 0; i < 400; ++i) send(1.14 + 1e-4 * i);  // still moves: 2 cm/s
+  sensors.believe_settled_lengths(now);
+  send(1.18);
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid);
+  for (int i = 0; i < 400; ++i) send(1.5);  // no length of this cylinder
+  sensors.believe_settled_lengths(now);
+  send(1.5);
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid);
+  for (int i = 0; i < 201; ++i) send(1.16);
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid) << "not by waiting";
+  sensors.believe_settled_lengths(now);
+  send(1.16);
+  EXPECT_FALSE(sensors.fault(now));
+  EXPECT_NEAR(sensors.measurement()->cylinder_m[kArm], 1.16, 1e-6);
+}
+
 TEST_F(Sensors, EncoderThatJumpedIsNotBelievedByWaiting) {
   send_all();
   for (int i = 0; i < 200 * 60; ++i) {  // the drum slipped by 25 mm: in range, and alive

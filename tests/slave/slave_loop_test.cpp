@@ -152,6 +152,33 @@ TEST(SlaveLoop, SnappedWireAndFrozenEncoderEndNeutral) {
   }
 }
 
+TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterTheOperatorLetGo) {
+  BenchMachine m;
+  lead(m);
+  ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kFrozen));
+  m.move(kFast, 400ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kFault);
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.nodes.inject(0x30, sim::NodeFault::kNone);
+  m.align();
+  m.run(3s);  // enable is still held
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+  m.hand.enable = false;
+  m.hand.presence = false;  // nobody there: nobody let go
+  m.run(3s);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  m.hand.presence = true;
+  m.run(20ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
+  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+  m.hand.enable = true;
+  m.align();
+  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+}
+
 TEST(SlaveLoop, WayMadeDuringASensorGapIsNeitherSpeedNorForce) {
   BenchMachine m;
   ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
