@@ -48,7 +48,11 @@ sim::MachineTruth load_truth(const std::string& path, const MachineDescription& 
     const auto offset_Pa = file.numbers<6>("pressure_offset_bar", -20, 20, 1e5);
     for (std::size_t i = 0; i < 6; ++i) truth.pressure[i].offset_Pa = offset_Pa[static_cast<Eigen::Index>(i)];
   }
+  double lag_s = 0;
+  read(file, "pressure_lag_ms", 0, 50, 1e-3, lag_s);
+  for (sim::PressureSensorError& sensor : truth.pressure) sensor.lag_s = lag_s;
   if (file.has("encoder_offset_mm")) truth.encoder_offset_m = file.numbers<3>("encoder_offset_mm", -5, 5, 1e-3);
+  read(file, "encoder_noise_mm", 0, 1, 1e-3, truth.encoder_noise_m);
   read(file, "hull_pitch_deg", -30, 30, kDeg, truth.hull_pitch_rad);
   read(file, "tilt_offset_deg", -5, 5, kDeg, truth.tilt_offset_rad);
   read(file, "viscosity_factor", 0.2, 5, 1, truth.viscosity_factor);

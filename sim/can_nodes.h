@@ -30,6 +30,7 @@ struct NodeOutputs {
 struct SensorErrors {
   std::array<double, 6> pressure_gain{1, 1, 1, 1, 1, 1}, pressure_offset_Pa{}, pressure_noise_Pa{};
   JointVector encoder_offset_m = JointVector::Zero();
+  double encoder_noise_m = 0;
   double tilt_offset_rad = 0, tilt_noise_rad = 0;
 };
 

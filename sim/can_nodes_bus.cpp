@@ -75,8 +75,8 @@ void CanNodes::step_sensors(const MachineSignals& signals) noexcept {
   }
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto axis = static_cast<int>(j);
-    const SensorNode::Sample sample{signals.cylinder_m[axis] + errors_.encoder_offset_m[axis],
-                                    signals.cylinder_mps[axis]};
+    SensorNode::Sample sample{signals.cylinder_m[axis] + errors_.encoder_offset_m[axis], signals.cylinder_mps[axis]};
+    if (encoders_[j].protocol().samples_now()) sample.value += noise(errors_.encoder_noise_m);
     step_node(kFirstEncoder + j, encoders_[j], sample);
   }
   SensorNode::Sample slope;

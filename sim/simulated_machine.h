@@ -1,6 +1,7 @@
 // The whole machine as the bus sees it: the plant behind its CANopen nodes. Controllers meet it only through frames.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "core/time.h"
@@ -36,10 +37,14 @@ class SimulatedMachine {
   void swap_chambers(int cylinder, bool swapped) noexcept { swapped_[static_cast<std::size_t>(cylinder)] = swapped; }
 
  private:
+  /// The transmitters' own lag.
+  void feel(Duration time) noexcept;
   [[nodiscard]] MachineSignals signals() const noexcept;
 
   Plant plant_;
   CanNodes nodes_;
+  std::array<double, 6> felt_Pa_, share_{};  // of the way to the true pressure within felt_for_
+  Duration felt_for_{};
   PerJoint<bool> swapped_{};
   Time last_ = kNever;
 };

@@ -81,6 +81,10 @@ void draw_friction(LuGreFriction& friction, Draw& draw) {
   friction.presliding_m = draw.scaled(friction.presliding_m, kFriction);
 }
 
+double draw_viscosity(Draw& draw) {
+  return std::exp(draw.within(std::log(1.25)));
+}
+
 [[noreturn]] void refuse(const MachineTruth& truth, int joint, const char* key, double value, const char* bound) {
   std::ostringstream line;
   line << (truth.machine.source.empty() ? "truth" : truth.machine.source) << ": "
@@ -122,8 +126,18 @@ MachineTruth draw_truth(const MachineDescription& nominal, std::uint64_t seed) {
   }
   truth.hull_pitch_rad = draw.within(0.5 * kDegree);
   truth.tilt_offset_rad = draw.within(0.5 * kDegree);
-  truth.viscosity_factor = std::exp(draw.within(std::log(1.25)));
+  truth.viscosity_factor = draw_viscosity(draw);
+  const double lag_s = 5e-3 + draw.within(3e-3);  // six of one make
+  for (PressureSensorError& sensor : truth.pressure) sensor.lag_s = lag_s;
+  truth.encoder_noise_m = nominal.sensors.encoder_step_m * (0.1 + draw.within(0.1));
   return truth;
+}
+
+MachineTruth another_day(const MachineTruth& truth, std::uint64_t seed) {
+  Draw draw(seed);
+  MachineTruth day = truth;
+  day.viscosity_factor = draw_viscosity(draw);
+  return day;
 }
 
 void check_truth(const MachineTruth& truth) {

@@ -22,11 +22,12 @@ struct LuGreFriction {
 };
 inline constexpr double kMinPresliding_m = 5e-5;  ///< Below it the bristle is too fast for the fixed step.
 
-/// Reading = gain * value + offset + noise, then the wire's quantisation.
+/// Reading = gain * lagged value + offset + noise, then the wire's quantisation.
 struct PressureSensorError {
   double offset_Pa = 0;
   double gain = 1;
   double noise_Pa = 0;  ///< Standard deviation.
+  double lag_s = 0;     ///< Time constant, first order.
 };
 
 /// Plain data. `machine` holds the true geometry, masses, cylinders and valves; in its friction and noise entries only
@@ -36,6 +37,7 @@ struct MachineTruth {
   PerJoint<LuGreFriction> friction{};
   std::array<PressureSensorError, 6> pressure{};  ///< boom A, B, arm A, B, bucket A, B
   JointVector encoder_offset_m = JointVector::Zero();
+  double encoder_noise_m = 0;   ///< Standard deviation, before the encoder's own steps.
   double hull_pitch_rad = 0;    ///< M's x axis above the horizontal, counter-clockwise.
   double tilt_offset_rad = 0;   ///< Error of the tilt sensor.
   double tilt_noise_rad = 0;    ///< Standard deviation.
@@ -46,8 +48,12 @@ struct MachineTruth {
 [[nodiscard]] MachineTruth nominal_truth(const MachineDescription& nominal);
 
 /// One machine of the population: masses +-5 %, friction +-30 %, pins +-2 mm, transmitters +-1 bar, hull pitch and
-/// tilt sensor +-0.5 deg, dead bands +-1 % of stroke, oil 0.8..1.25, and so on (bounds in truth.cpp; all uniform).
+/// tilt sensor +-0.5 deg, dead bands +-1 % of stroke, oil 0.8..1.25, transmitter lag 2..8 ms, and so on (bounds in
+/// truth.cpp; all uniform).
 [[nodiscard]] MachineTruth draw_truth(const MachineDescription& nominal, std::uint64_t seed);
+
+/// The same machine with oil of another temperature, drawn as in draw_truth(); all else stays.
+[[nodiscard]] MachineTruth another_day(const MachineTruth& truth, std::uint64_t seed);
 
 /// @throws InputError naming key, value and bound where a value would break the plant's numerics.
 void check_truth(const MachineTruth& truth);

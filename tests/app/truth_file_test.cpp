@@ -46,6 +46,8 @@ const std::vector<Key> kKeys{
      "pressure_offset_bar = [1, 2, 3, 4, 5, 26]"},
     {"", "encoder_offset_mm = [1, 2, 3]", [](auto& t) { return t.encoder_offset_m[2]; }, 3e-3,
      "encoder_offset_mm = [1, 2]"},
+    {"", "pressure_lag_ms = 6", [](auto& t) { return t.pressure[3].lag_s; }, 6e-3, "pressure_lag_ms = 60"},
+    {"", "encoder_noise_mm = 0.02", [](auto& t) { return t.encoder_noise_m; }, 2e-5, "encoder_noise_mm = -1"},
     {"", "hull_pitch_deg = 2", [](auto& t) { return t.hull_pitch_rad; }, 2 * std::numbers::pi / 180,
      "hull_pitch_deg = 31"},
     {"", "tilt_offset_deg = -1", [](auto& t) { return t.tilt_offset_rad; }, -std::numbers::pi / 180,

@@ -168,6 +168,23 @@ TEST(Truth, DrawnMachinesKeepTheirLinkagesClosedAndTheirLeversSigned) {
   }
 }
 
+TEST(Truth, AnotherDayIsTheSameMachineWithOtherOil) {
+  const MachineTruth first = draw_truth(default_machine(), 7), later = another_day(first, 1);
+  EXPECT_NE(later.viscosity_factor, first.viscosity_factor);
+  EXPECT_EQ(another_day(first, 1).viscosity_factor, later.viscosity_factor);
+  EXPECT_EQ(later.machine.links[1].mass_kg, first.machine.links[1].mass_kg);
+  EXPECT_EQ(later.pressure[5].offset_Pa, first.pressure[5].offset_Pa);
+  double thinnest = 1, thickest = 1;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const double viscosity = another_day(first, seed).viscosity_factor;
+    thinnest = std::min(thinnest, viscosity), thickest = std::max(thickest, viscosity);
+  }
+  EXPECT_GE(thinnest, 0.8);
+  EXPECT_LT(thinnest, 0.82);
+  EXPECT_LE(thickest, 1.25);
+  EXPECT_GT(thickest, 1.22);
+}
+
 TEST(Truth, SameSeedSameMachineAndDrawsStayInTheirBounds) {
   const MachineDescription& nominal = default_machine();
   const MachineTruth a = draw_truth(nominal, 7), b = draw_truth(nominal, 7), c = draw_truth(nominal, 8);
@@ -187,6 +204,9 @@ TEST(Truth, SameSeedSameMachineAndDrawsStayInTheirBounds) {
     }
     for (const PressureSensorError& sensor : truth.pressure) EXPECT_LE(std::abs(sensor.offset_Pa), 1e5);
     EXPECT_LE(std::abs(truth.hull_pitch_rad), 0.5 * std::numbers::pi / 180);
+    EXPECT_GE(truth.pressure[0].lag_s, 2e-3);
+    EXPECT_LE(truth.pressure[0].lag_s, 8e-3);
+    EXPECT_LE(truth.encoder_noise_m, 0.2 * nominal.sensors.encoder_step_m);
   }
   EXPECT_LE(widest_mass, 0.05);
   EXPECT_GT(widest_mass, 0.045);

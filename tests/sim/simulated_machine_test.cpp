@@ -47,6 +47,43 @@ TEST(SimulatedMachine, SaysOnTheBusWhatItsSensorsMeasureErrorsIncluded) {
               canopen::kTiltStep_rad);
 }
 
+TEST(SimulatedMachine, PressureReadingsLagByTheTimeConstantOfTheTransmitters) {
+  // Of a first-order lag y of p: integral of (p - y) = time constant * change of y.
+  constexpr double kLag_s = 8e-3;
+  MachineTruth truth = nominal_truth(load_machine(kFile));
+  for (auto& sensor : truth.pressure) sensor.noise_Pa = 0;
+  MachineRig sharp(truth);
+  for (auto& sensor : truth.pressure) sensor.lag_s = kLag_s;
+  MachineRig slow(truth);
+  const double before = slow.pressure(0);
+  sharp.machine.plant().set_tip_load({0, -3000});
+  slow.machine.plant().set_tip_load({0, -3000});
+  double behind = 0;
+  for (int i = 0; i < 1500; ++i) {
+    sharp.run(1ms), slow.run(1ms);
+    behind += 1e-3 * (sharp.pressure(0) - slow.pressure(0));
+  }
+  const double rise = slow.pressure(0) - before;
+  ASSERT_GT(rise, 20e5);
+  EXPECT_NEAR(behind, kLag_s * rise, 0.5e-3 * rise);  // the filter's step is a millisecond
+}
+
+TEST(SimulatedMachine, EncodersAreAsNoisyAsTheirTruth) {
+  MachineTruth truth = nominal_truth(load_machine(kFile));
+  truth.encoder_noise_m = 3e-4;
+  MachineRig rig(truth);
+  double sum = 0, squares = 0;
+  constexpr int kReadings = 400;
+  for (int i = 0; i < kReadings; ++i) {
+    rig.run(5ms);
+    const double error =
+        canopen::parse_encoder(rig.newest(0x1B1)->frame)->position_m - rig.machine.plant().state().cylinder_m[kArm];
+    sum += error, squares += error * error;
+  }
+  EXPECT_NEAR(sum / kReadings, 0, 6e-5);
+  EXPECT_NEAR(std::sqrt(squares / kReadings), 3e-4, 5e-5);  // steps of 0.1 mm add next to nothing
+}
+
 TEST(SimulatedMachine, PositiveSetPointExtendsTheCylinderAndOnlyWithPilotPressure) {
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto axis = static_cast<int>(j);
