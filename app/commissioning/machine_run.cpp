@@ -22,6 +22,9 @@ namespace {
 constexpr Duration kTick = 1ms;
 constexpr Duration kComeUp = 10s, kSettle = 20s, kRestart = 2s, kSettled = 3s;  // patience
 constexpr Duration kLoadComes = 500ms;
+// The arm swings on its oil after the valves have closed, by less than encoders see but by some hundred newtons at the
+// cylinders; within a second that falls to a quarter.
+constexpr Duration kStill = 1500ms, kBeforeMoving = 500ms;
 constexpr std::size_t kControllerPort = 0, kMachinePort = 1;
 
 /// The encoders' own readings whatever the controller has learned of their offsets.
@@ -60,7 +63,7 @@ struct MachineRun::Impl {
   void run_until(Condition reached, Duration patience, const char* what);
   void on_frame(const CanFrame& frame) noexcept;
   void go_to(const JointVector& pose_rad);
-  void stand();
+  void stand(Duration still = kStill);
   void settle();
   void apply_pull() noexcept;
   void let_go() noexcept;
@@ -162,13 +165,13 @@ void MachineRun::Impl::run_until(Condition reached, Duration patience, const cha
   }
 }
 
-void MachineRun::Impl::stand() {
+void MachineRun::Impl::stand(Duration still) {
   leader.stand();
-  run_until([this] { return leader.at_rest(now); }, kSettle, "the machine does not come to rest");
+  run_until([&] { return leader.at_rest(now, still); }, kSettle, "the machine does not come to rest");
 }
 
 void MachineRun::Impl::go_to(const JointVector& pose_rad) {
-  stand();
+  stand(kBeforeMoving);
   const JointVector from = leader.machine()->position_rad;
   leader.follow(transfer(machine, kinematics, from, pose_rad, to_seconds(slave_period)));
   run_until([this] { return leader.engaged(); }, kRestart, "the machine is not engaged again");

@@ -6,7 +6,7 @@
 namespace knuckle::app {
 namespace {
 
-constexpr double kSpeedShare = 0.4;  // of each joint's rate, the pump's flow and the tip's speed
+constexpr double kSpeedShare = 0.6;  // of each joint's rate, the pump's flow and the tip's speed
 constexpr double kShortest_s = 1.0;
 constexpr double kPeak = 1.875;  // greatest slope of the quintic
 constexpr int kPlaces = 20;      // looked at along the way
