@@ -7,8 +7,9 @@ namespace knuckle::app {
 namespace {
 
 constexpr Duration kSendPeriod = 2ms;
-// A step of a 0.1 mm encoder turns the bucket by up to 2 mrad.
-constexpr double kRest_rad = 3e-3;
+// A step of a 0.1 mm encoder turns the bucket by some milliradians where its lever is short, and noise makes it flicker
+// between two: angles are smoothed over 20 messages (0.1 s) before they are compared.
+constexpr double kRest_rad = 4e-3, kSmoothing = 0.05;
 
 /// Slope of the samples at index i, by central differences; one-sided at the ends.
 JointVector slope(const std::vector<JointVector>& samples, std::size_t i, double step_s) noexcept {
@@ -57,12 +58,14 @@ void PathLeader::hear(Time now) noexcept {
   while (link_.receive(datagram)) {
     const auto message = decode_slave(datagram.view());
     if (!message || (machine_ && !newer(message->sequence, machine_->sequence))) continue;
+    const bool first = !machine_;
     machine_ = *message;
+    smooth_rad_ += (first ? 1 : kSmoothing) * (machine_->position_rad - smooth_rad_);
     heard_at_ = now;
   }
   if (!machine_) return;
-  if (rest_since_ == kNever || (machine_->position_rad - rest_rad_).cwiseAbs().maxCoeff() > kRest_rad) {
-    rest_rad_ = machine_->position_rad;
+  if (rest_since_ == kNever || (smooth_rad_ - rest_rad_).cwiseAbs().maxCoeff() > kRest_rad) {
+    rest_rad_ = smooth_rad_;
     rest_since_ = now;
   }
 }

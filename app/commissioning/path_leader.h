@@ -51,7 +51,7 @@ class PathLeader {
   std::optional<SlaveMessage> machine_;
   Time heard_at_ = kNever, started_at_ = kNever;
   bool led_ = false;  // engaged before
-  JointVector rest_rad_ = JointVector::Zero();
+  JointVector smooth_rad_ = JointVector::Zero(), rest_rad_ = JointVector::Zero();
   Time rest_since_ = kNever;
   MasterMessage sent_;
 };
