@@ -1,0 +1,406 @@
+// Fit of the valve model, axis by axis.
+#include "estimation/identification/valve_identification.h"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "estimation/identification/stretch.h"
+#include "estimation/identification/zero_phase.h"
+
+namespace knuckle::estimation {
+namespace {
+
+constexpr double kMoves_mps = 0.005, kLeastMoving_s = 2;
+constexpr double kBox_s = 0.1;           ///< Each of two boxes over speeds of model and encoder.
+constexpr double kSettle_s = 0.5;        ///< Until the spool's past before a stretch is forgotten.
+constexpr double kEvery_s = 0.05;        ///< Of the filtered speeds that enter the fit.
+constexpr double kOffset_Pa = 0.6e5;     ///< Trust in a pressure: transmitters are within 1 bar.
+constexpr double kLeastDrop_Pa = 0.5e5;  ///< Below it the root amplifies offsets beyond use.
+constexpr double kSmallDrop_Pa = 3e5;    ///< Below it a sample counts less.
+/// What the model leaves out (spool frequency +- 15 %, hysteresis, the orifice's laminar part), as drawn machines show
+/// it.
+const std::array<double, 4> kModelError{8e-4, 8e-4, 3e-3, 0.01};  // dead bands, delay [s], gain (relative)
+constexpr double kWorstFit = 0.25;  ///< RMS of the misfit over RMS of the speed: worse is no valve of this kind.
+
+enum Parameter { kDeadExtend, kDeadRetract, kDelay, kGain, kHeadOffset, kRodOffset, kParameters };
+using Vector = Eigen::Matrix<double, kParameters, 1>;
+
+/// What one axis shows over one stretch of a recording without gaps.
+struct AxisStretch {
+  double step_s;
+  std::vector<double> command, length_m, head_Pa, rod_Pa;
+};
+
+/// Filtered speed of encoder and model, where both are known.
+struct Speeds {
+  std::vector<double> measured_mps, modelled_mps, least_drop_Pa;
+};
+
+/// The spool behind its command: delay, hysteresis as play, second order by exact transition.
+class SpoolModel {
+ public:
+  SpoolModel(const ValveDescription& valve, double step_s) : half_(valve.hysteresis / 2) {
+    const double w = 2 * std::numbers::pi * valve.natural_frequency_Hz;
+    const double zeta = std::min(valve.damping_ratio, 0.999);
+    const double wd = w * std::sqrt(1 - zeta * zeta), decay = std::exp(-zeta * w * step_s);
+    const double c = std::cos(wd * step_s), s = std::sin(wd * step_s) / wd;
+    transition_ << decay * (c + zeta * w * s), decay * s, -decay * w * w * s, decay * (c - zeta * w * s);
+  }
+  /// @return position after a step with this command.
+  double step(double command) {
+    played_ = std::clamp(played_, command - half_, command + half_);
+    state_[0] -= played_;
+    state_ = transition_ * state_;
+    state_[0] += played_;
+    return state_[0];
+  }
+
+ private:
+  double half_, played_ = 0;
+  Eigen::Matrix2d transition_;
+  Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
+};
+
+class AxisModel {
+ public:
+  AxisModel(const MachineDescription& machine, std::size_t joint)
+      : cylinder_(machine.cylinders[joint]), hydraulics_(machine.hydraulics) {}
+
+  /// Speed of the rod at every sample, NaN-free; the drop it went by in `drop_Pa`.
+  [[nodiscard]] std::vector<double> speed_mps(const AxisStretch& axis, const Vector& p,
+                                              std::vector<double>& drop_Pa) const {
+    const std::vector<double> spool = spool_without_delay(axis);
+    std::vector<double> speed(axis.command.size());
+    drop_Pa.assign(speed.size(), 0);
+    for (std::size_t i = 0; i < speed.size(); ++i) {
+      const double x = delayed(spool, p[kDelay] / axis.step_s, i);
+      const bool extends = x > 0;
+      const double dead = extends ? p[kDeadExtend] : p[kDeadRetract];
+      const double opening = std::max(0.0, std::min(std::abs(x), 1.0) - dead) / (1 - dead);
+      const double out_Pa = extends ? axis.rod_Pa[i] - p[kRodOffset] : axis.head_Pa[i] - p[kHeadOffset];
+      const double area = extends ? cylinder_.rod_side_area_m2() : cylinder_.head_area_m2();
+      drop_Pa[i] = std::max(kLeastDrop_Pa, out_Pa - hydraulics_.tank_Pa);
+      const double flow = p[kGain] * opening * std::sqrt(drop_Pa[i] / cylinder_.valve.nominal_drop_Pa);
+      speed[i] = (extends ? 1 : -1) * (flow + (opening > 0 ? compression(axis, i, extends) : 0)) / area;
+    }
+    return speed;
+  }
+
+ private:
+  [[nodiscard]] std::vector<double> spool_without_delay(const AxisStretch& axis) const {
+    SpoolModel model(cylinder_.valve, axis.step_s);
+    std::vector<double> position(axis.command.size(), 0);
+    for (std::size_t i = 0; i + 1 < position.size(); ++i) position[i + 1] = model.step(axis.command[i]);
+    return position;
+  }
+  /// Between samples the spool is smooth, unlike its command: the delay need not be whole steps.
+  static double delayed(const std::vector<double>& position, double steps, std::size_t i) {
+    const double at = std::max(0.0, static_cast<double>(i) - steps);
+    const auto before = static_cast<std::size_t>(at);
+    const double share = at - static_cast<double>(before);
+    return position[before] + (share > 0 ? share * (position[before + 1] - position[before]) : 0);
+  }
+  /// Oil that the return side takes up as its pressure rises.
+  [[nodiscard]] double compression(const AxisStretch& axis, std::size_t i, bool extends) const {
+    constexpr std::size_t kAround = 10;
+    if (i < kAround || i + kAround >= axis.command.size()) return 0;
+    const std::vector<double>& out = extends ? axis.rod_Pa : axis.head_Pa;
+    const double rate = (out[i + kAround] - out[i - kAround]) / (2 * kAround * axis.step_s);
+    const double column = extends ? cylinder_.rod_side_area_m2() * (cylinder_.max_length_m - axis.length_m[i])
+                                  : cylinder_.head_area_m2() * (axis.length_m[i] - cylinder_.min_length_m);
+    return (hydraulics_.hose_volume_m3 + std::max(0.0, column)) / hydraulics_.bulk_modulus_Pa * rate;
+  }
+
+  CylinderDescription cylinder_;
+  HydraulicsDescription hydraulics_;
+};
+
+std::vector<double> smoothed(const std::vector<double>& values, double step_s) {
+  const Eigen::MatrixXd row =
+      Eigen::Map<const Eigen::RowVectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  const auto half = static_cast<Eigen::Index>(std::lround(kBox_s / step_s / 2));
+  const std::vector<Stretch> whole{{0, static_cast<Eigen::Index>(values.size())}};
+  const Eigen::MatrixXd once = running_mean(row, half, whole);
+  const Eigen::MatrixXd twice = running_mean(once, half, whole);
+  return {twice.data(), twice.data() + twice.size()};
+}
+
+Speeds speeds(const AxisModel& model, const AxisStretch& axis, const Vector& parameters) {
+  std::vector<double> drop_Pa;
+  const std::vector<double> modelled = smoothed(model.speed_mps(axis, parameters, drop_Pa), axis.step_s);
+  std::vector<double> measured(axis.length_m.size(), 0);
+  for (std::size_t i = 1; i + 1 < measured.size(); ++i) {
+    measured[i] = (axis.length_m[i + 1] - axis.length_m[i - 1]) / (2 * axis.step_s);
+  }
+  measured = smoothed(measured, axis.step_s);
+  const auto settle = static_cast<std::size_t>(kSettle_s / axis.step_s);
+  const auto every = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kEvery_s / axis.step_s)));
+  Speeds result;
+  for (std::size_t i = settle; i + settle < measured.size(); i += every) {
+    result.measured_mps.push_back(measured[i]);
+    result.modelled_mps.push_back(modelled[i]);
+    result.least_drop_Pa.push_back(drop_Pa[i]);
+  }
+  return result;
+}
+
+/// One residual per filtered speed, then the trust in the file's values: in units of the residuals' sigma, as they
+/// count once their neighbours' share is taken off.
+class Misfit {
+ public:
+  Misfit(const AxisModel& model, const std::vector<AxisStretch>& stretches, Vector file, double speed_rms_mps,
+         double sigma)
+      : model_(model), stretches_(stretches), file_(std::move(file)), scale_mps_(0.05 * speed_rms_mps), sigma_(sigma) {
+    for (const AxisStretch& axis : stretches_) count_ += speeds(model_, axis, file_).measured_mps.size();
+  }
+  static constexpr int kPriors = 2;
+  [[nodiscard]] int count() const { return static_cast<int>(count_ + kPriors); }
+
+  bool operator()(double const* const* parameters, double* residuals) const {
+    const Vector p = Eigen::Map<const Vector>(parameters[0]).cwiseProduct(scales());
+    double* at = residuals;
+    for (const AxisStretch& axis : stretches_) {
+      const Speeds s = speeds(model_, axis, p);
+      for (std::size_t i = 0; i < s.measured_mps.size(); ++i) {
+        const double trust = std::min(1.0, s.least_drop_Pa[i] / kSmallDrop_Pa);
+        const double misfit = trust * (s.modelled_mps[i] - s.measured_mps[i]) / scale_mps_;
+        *at++ = std::copysign(std::sqrt(huber(misfit)), misfit);
+      }
+    }
+    *at++ = sigma_ * p[kHeadOffset] / kOffset_Pa;
+    *at++ = sigma_ * p[kRodOffset] / kOffset_Pa;
+    return true;
+  }
+  /// Units in which all parameters are near one.
+  [[nodiscard]] Vector scales() const {
+    Vector s;
+    s << 0.1, 0.1, 0.02, file_[kGain], 1e5, 1e5;
+    return s;
+  }
+
+ private:
+  static double huber(double r) {
+    constexpr double kBound = 1.5;
+    const double size = std::abs(r);
+    return size <= kBound ? r * r : kBound * (2 * size - kBound);
+  }
+
+  const AxisModel& model_;
+  const std::vector<AxisStretch>& stretches_;
+  Vector file_;
+  double scale_mps_, sigma_;
+  std::size_t count_ = 0;
+};
+
+struct Fit {
+  Vector parameters;
+  Eigen::Matrix<double, kParameters, kParameters> covariance;
+  double sigma = 1;  ///< Of a residual, neighbours' share taken off.
+  bool converged = false;
+};
+
+/// How many neighbouring residuals count as one: 1 + 2 sum of autocorrelations while these are positive.
+double correlated_residuals(const Eigen::VectorXd& residuals) {
+  const double power = residuals.squaredNorm();
+  double sum = 1;
+  for (Eigen::Index lag = 1; lag < std::min<Eigen::Index>(100, residuals.size()); ++lag) {
+    const double shared = residuals.head(residuals.size() - lag).dot(residuals.tail(residuals.size() - lag)) / power;
+    if (!(shared > 0)) break;
+    sum += 2 * shared;
+  }
+  return sum;
+}
+
+Fit fit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const Vector& file, const Vector& start,
+        double speed_rms_mps, double sigma) {
+  auto* misfit = new Misfit(model, stretches, file, speed_rms_mps, sigma);  // Ceres owns it
+  const Vector scales = misfit->scales();
+  const int count = misfit->count();
+  ceres::NumericDiffOptions steps;
+  steps.relative_step_size = 1e-3;  // play and dead bands have kinks
+  auto* cost = new ceres::DynamicNumericDiffCostFunction<Misfit, ceres::CENTRAL>(misfit, ceres::TAKE_OWNERSHIP, steps);
+  cost->AddParameterBlock(kParameters);
+  cost->SetNumResiduals(count);
+  Vector x = start.cwiseQuotient(scales);
+  ceres::Problem problem;
+  problem.AddResidualBlock(cost, nullptr, x.data());
+  const auto bound = [&](Parameter which, double low, double high) {
+    problem.SetParameterLowerBound(x.data(), which, low / scales[which]);
+    problem.SetParameterUpperBound(x.data(), which, high / scales[which]);
+  };
+  bound(kDeadExtend, 0, 0.6);
+  bound(kDeadRetract, 0, 0.6);
+  bound(kDelay, 0, 0.3);
+  bound(kGain, 0.05 * file[kGain], 20 * file[kGain]);
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.logging_type = ceres::SILENT;
+  options.max_num_iterations = 40;
+  options.function_tolerance = 1e-7;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+
+  Fit result;
+  result.parameters = x.cwiseProduct(scales);
+  result.converged = summary.IsSolutionUsable();
+  Eigen::VectorXd residuals(count);
+  Eigen::Matrix<double, Eigen::Dynamic, kParameters, Eigen::RowMajor> jacobian(count, static_cast<int>(kParameters));
+  const double* block = x.data();
+  double* rows = jacobian.data();
+  cost->Evaluate(&block, residuals.data(), &rows);
+  const Eigen::VectorXd misfits = residuals.head(count - Misfit::kPriors);
+  const double variance = misfits.squaredNorm() / static_cast<double>(misfits.size()) * correlated_residuals(misfits);
+  result.covariance =
+      scales.asDiagonal() * (variance * (jacobian.transpose() * jacobian).inverse()) * scales.asDiagonal();
+  return result;
+}
+
+std::vector<AxisStretch> axis_stretches(std::span<const Recording> recordings, int joint) {
+  std::vector<AxisStretch> result;
+  const auto k = static_cast<std::size_t>(joint);
+  for (const Recording& recording : recordings) {
+    if (recording.valve.size() != recording.samples.size()) continue;
+    for (const Stretch& stretch : usable_stretches(recording.usable)) {
+      if (static_cast<double>(stretch.size()) * recording.step_s < 4 * kSettle_s) continue;
+      AxisStretch axis{recording.step_s, {}, {}, {}, {}};
+      for (auto i = static_cast<std::size_t>(stretch.first); i < static_cast<std::size_t>(stretch.end); ++i) {
+        axis.command.push_back(recording.valve[i][joint]);
+        axis.length_m.push_back(recording.samples[i].cylinder_m[joint]);
+        axis.head_Pa.push_back(recording.samples[i].pressure_Pa[2 * k]);
+        axis.rod_Pa.push_back(recording.samples[i].pressure_Pa[2 * k + 1]);
+      }
+      result.push_back(std::move(axis));
+    }
+  }
+  return result;
+}
+
+std::string text(double value) {
+  std::ostringstream out;
+  out.precision(3);
+  out << value;
+  return out.str();
+}
+
+/// What the data hold, before any fit.
+struct Coverage {
+  double extending_s = 0, retracting_s = 0, duration_s = 0, speed_rms_mps = 0, largest_command = 0;
+};
+
+Coverage coverage(const AxisModel& model, const std::vector<AxisStretch>& stretches, const Vector& start) {
+  Coverage found;
+  double squares = 0;
+  std::size_t count = 0;
+  for (const AxisStretch& axis : stretches) {
+    found.duration_s += axis.step_s * static_cast<double>(axis.command.size());
+    for (const double command : axis.command)
+      found.largest_command = std::max(found.largest_command, std::abs(command));
+    for (const double speed : speeds(model, axis, start).measured_mps) {
+      (speed > 0 ? found.extending_s : found.retracting_s) += std::abs(speed) >= kMoves_mps ? kEvery_s : 0;
+      squares += speed * speed;
+      ++count;
+    }
+  }
+  found.speed_rms_mps = count > 0 ? std::sqrt(squares / static_cast<double>(count)) : 0;
+  return found;
+}
+
+double relative_misfit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const Vector& parameters,
+                       double speed_rms_mps) {
+  double squares = 0;
+  std::size_t count = 0;
+  for (const AxisStretch& axis : stretches) {
+    const Speeds s = speeds(model, axis, parameters);
+    for (std::size_t i = 0; i < s.measured_mps.size(); ++i) {
+      squares += (s.measured_mps[i] - s.modelled_mps[i]) * (s.measured_mps[i] - s.modelled_mps[i]);
+      ++count;
+    }
+  }
+  return std::sqrt(squares / static_cast<double>(count)) / speed_rms_mps;
+}
+
+/// Why the data cannot show a valve; empty where they can.
+std::vector<std::string> refusals(const std::string& name, const Coverage& found) {
+  std::vector<std::string> reasons;
+  const auto moved = [&](double seconds, const char* way) {
+    if (seconds >= kLeastMoving_s) return;
+    reasons.push_back(name + ": " + way + " for " + text(seconds) + " s at " + text(1e3 * kMoves_mps) +
+                      " mm/s or more, at least " + text(kLeastMoving_s) + " s are needed");
+  };
+  if (found.duration_s == 0) {
+    reasons.push_back(name + ": no stretch of " + text(4 * kSettle_s) + " s or more with valve commands");
+    return reasons;
+  }
+  if (found.largest_command == 0) reasons.push_back(name + ": valve commands are all zero");
+  moved(found.extending_s, "extending");
+  moved(found.retracting_s, "retracting");
+  return reasons;
+}
+
+Identification identify_axis(const MachineDescription& machine, int joint, std::span<const Recording> recordings,
+                             ValveCalibration& valve) {
+  const auto k = static_cast<std::size_t>(joint);
+  const ValveDescription& file = machine.cylinders[k].valve;
+  const std::string name = kJointNames[k];
+  valve = {file.dead_band_extend, file.dead_band_retract, file.delay_s, file.nominal_flow_m3ps};
+  const AxisModel model(machine, k);
+  const std::vector<AxisStretch> stretches = axis_stretches(recordings, joint);
+  Vector start;
+  start << file.dead_band_extend, file.dead_band_retract, file.delay_s, file.nominal_flow_m3ps, file.hysteresis, 0, 0;
+  const Coverage found = coverage(model, stretches, start);
+  Identification result;
+  result.method = "valves";
+  result.columns = kParameters;
+  result.duration_s = found.duration_s;
+  result.reasons = refusals(name, found);
+  if (!result.reasons.empty()) return result;
+
+  const Fit first = fit(model, stretches, start, start, found.speed_rms_mps, 1);
+  const Fit best = fit(model, stretches, start, first.parameters, found.speed_rms_mps, first.sigma);
+  const double misfit = relative_misfit(model, stretches, best.parameters, found.speed_rms_mps);
+  result.covariance = best.covariance;
+  result.rank = kParameters;
+  for (const Parameter which : {kDeadExtend, kDeadRetract, kDelay, kGain}) {
+    const double model_error = kModelError[which] * (which == kGain ? best.parameters[kGain] : 1);
+    result.covariance(which, which) += model_error * model_error;
+  }
+  const std::array<std::pair<const char*, const char*>, kParameters> names{{{"dead_band_extend", ""},
+                                                                            {"dead_band_retract", ""},
+                                                                            {"delay", "s"},
+                                                                            {"nominal_flow", "m^3/s"},
+                                                                            {"head_pressure_offset", "Pa"},
+                                                                            {"rod_pressure_offset", "Pa"}}};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    result.parameters.push_back(
+        {names[i].first, names[i].second, best.parameters[at], std::sqrt(result.covariance(at, at)), false});
+  }
+  result.reasons.push_back(name + ": commands to " + text(found.largest_command) +
+                           " of the spool's stroke; nothing is known beyond");
+  if (!best.converged || !(misfit <= kWorstFit)) {
+    result.reasons.insert(result.reasons.begin(), name + ": the valve model misses the speed by " + text(100 * misfit) +
+                                                      " % RMS, limit " + text(100 * kWorstFit) + " %");
+    return result;
+  }
+  result.usable = true;
+  valve = {best.parameters[kDeadExtend], best.parameters[kDeadRetract], best.parameters[kDelay],
+           best.parameters[kGain]};
+  return result;
+}
+
+}  // namespace
+
+ValveResult identify_valves(const MachineDescription& machine, std::span<const Recording> recordings) {
+  ValveResult result;
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const auto k = static_cast<std::size_t>(joint);
+    result.axes[k] = identify_axis(machine, joint, recordings, result.valves[k]);
+  }
+  return result;
+}
+
+}  // namespace knuckle::estimation
