@@ -23,7 +23,7 @@ constexpr double kLeastDrop_Pa = 0.5e5;  ///< Below it the root amplifies offset
 constexpr double kSmallDrop_Pa = 3e5;    ///< Below it a sample counts less.
 /// What the model leaves out (spool frequency +- 15 %, hysteresis, the orifice's laminar part), as drawn machines show
 /// it.
-const std::array<double, 4> kModelError{8e-4, 8e-4, 3e-3, 0.01};  // dead bands, delay [s], gain (relative)
+const std::array<double, 4> kModelError{8e-4, 8e-4, 4e-3, 0.01};  // dead bands, delay [s], gain (relative)
 constexpr double kWorstFit = 0.25;  ///< RMS of the misfit over RMS of the speed: worse is no valve of this kind.
 
 enum Parameter { kDeadExtend, kDeadRetract, kDelay, kGain, kHeadOffset, kRodOffset, kParameters };

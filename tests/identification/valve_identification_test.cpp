@@ -16,7 +16,7 @@ Recording recording(const MachineDescription& machine, double dead_band, double 
   Measurement now;
   for (int joint = 0; joint < kJoints; ++joint) now.cylinder_m[joint] = 0.95;
   now.pressure_Pa.fill(12e5);
-  for (int i = 0; i < 8000; ++i) {
+  for (int i = 0; i < 4000; ++i) {
     // The spool's lag is short beside the ten seconds of a period; what is left of it counts as delay.
     const double wave = std::sin(2 * M_PI * i * 0.005 / 10);
     const double command = retracts ? 0.25 * wave : 0.25 * std::abs(wave);
