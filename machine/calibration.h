@@ -10,9 +10,11 @@
 namespace knuckle {
 
 /// Friction of one cylinder at the rod, F_f(v) on a Dahl state s in [-1, 1]; v > 0 extends:
-///   F_f = (F_c + F_b exp(-(v/v_s)^2) + k |p_A A_A - p_B A_B|) s + F_v v,  F_c of the direction s points to.
+///   F_f = F_o + (F_c + F_b exp(-(v/v_s)^2) + k |p_A A_A - p_B A_B|) s + F_v v,
+/// F_c the mean of both directions' and F_o half their difference: at s = +-1 that is each direction's own. What makes
+/// them differ is mostly the pressure transmitters' offset, which is there at s = 0, too.
 struct FrictionCalibration {
-  double coulomb_extend_N = 0, coulomb_retract_N = 0;  ///< F_c. A constant pressure offset is half their difference.
+  double coulomb_extend_N = 0, coulomb_retract_N = 0;  ///< F_c + F_o, F_c - F_o
   double viscous_Ns_per_m = 0;                         ///< F_v, with the oil of the day of the recording.
   double breakaway_N = 0;                              ///< F_b = F_s - F_c
   double stribeck_mps = 0.012;                         ///< v_s

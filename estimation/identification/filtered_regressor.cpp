@@ -59,12 +59,13 @@ FrictionSignals friction_signals(const Motion& motion, const FrictionColumns& op
       double unknown = 1;
       for (Eigen::Index n = stretch.first; n < stretch.end; ++n) {
         const double v = motion.cylinder_mps(j, n), slip = v / options.stribeck_mps;
-        const double turned = dahl.step(v, motion.step_s);
+        double turned = dahl.step(v, motion.step_s);
+        if (options.settle) turned = dahl.settle(v, motion.step_s);
         unknown *= std::exp(-std::abs(v) * motion.step_s / DahlState::kTurnDistance_m);
         const double s = options.dahl ? turned : (v >= 0 ? 1.0 : -1.0);
         auto column = signals.columns.col(n).segment<kFrictionCount>(kFrictionCount * j);
-        column[kCoulombExtend] = std::max(s, 0.0);
-        column[kCoulombRetract] = std::min(s, 0.0);
+        column[kCoulombExtend] = (1 + s) / 2;
+        column[kCoulombRetract] = (s - 1) / 2;
         column[kViscous] = v;
         if (options.stribeck) column[kBreakaway] = s * std::exp(-slip * slip);
         if (options.load) column[kLoadShare] = s * std::abs(motion.smooth_cylinder_N(j, n));

@@ -17,6 +17,7 @@ namespace knuckle::estimation {
 
 struct FrictionColumns {
   bool dahl = true;             ///< Bristle state; else the sign of the speed.
+  bool settle = true;           ///< The bristles come loose where the rod stands.
   bool stribeck = true;         ///< Column of kBreakaway, else 0.
   bool load = true;             ///< Column of kLoadShare, else 0.
   double stribeck_mps = 0.012;  ///< v_s

@@ -81,6 +81,25 @@ TEST(FilteredRegressor, ConvergesToTheFilteredInverseDynamicsWithTheSquareOfTheS
   EXPECT_LT(least, 1e-7);
 }
 
+TEST(FrictionSignals, BristlesComeLooseWhereTheRodStandsAndAnOffsetStays) {
+  Motion motion;
+  motion.step_s = 0.005;
+  motion.stretches = {{0, 1000}};
+  motion.joint_rad = motion.cylinder_mps = Eigen::Matrix3Xd::Zero(3, 1000);
+  motion.cylinder_mps.leftCols(400).setConstant(0.05);
+  motion.smooth_cylinder_N = Eigen::Matrix3Xd::Constant(3, 1000, 1e4);
+  FrictionColumns options;
+  const auto state = [&](Eigen::Index n) {  // F_c 300 N either way, offset 40 N
+    const Eigen::MatrixXd columns = friction_signals(motion, options).columns;
+    return 340 * columns(kCoulombExtend, n) + 260 * columns(kCoulombRetract, n);
+  };
+  EXPECT_NEAR(state(390), 340, 0.1);
+  EXPECT_NEAR(state(500), 40 + 300 * std::exp(-1.0), 5);  // half a second later
+  EXPECT_NEAR(state(999), 40, 1);
+  options.settle = false;
+  EXPECT_NEAR(state(999), 340, 0.1);
+}
+
 TEST(Full, RecoversEveryParameterFromCleanData) {
   const MachineDescription machine = plain_machine();
   const FullResult result = full(machine, recorded(machine, RichMotion(), 60, 0.005));
@@ -105,7 +124,8 @@ TEST(Full, RecoversParametersWithTheSensorsOfTheMachine) {
   errors.friction_factor = 1.2;
   const FullResult result = full(machine, recorded(machine, RichMotion(), 60, 0.005, errors));
   ASSERT_TRUE(result.summary.usable) << result.summary.reasons.front();
-  expect_base(result.dynamics.base(), 1.04 * lumped_parameters(machine), 0.01, 0.1);
+  // A constant force in the boom's cylinder, that is pressure offset, looks much like weight far out: X1 is the worst.
+  expect_base(result.dynamics.base(), 1.04 * lumped_parameters(machine), 0.02, 0.1);
   EXPECT_LT(result.summary.condition_number, 1e3);
 }
 
