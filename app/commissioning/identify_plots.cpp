@@ -20,9 +20,10 @@ std::vector<double> times(std::size_t count, double step_s) {
 }
 
 /// One joint of a comparison, gaps where it is not usable.
-std::vector<double> column(const estimation::TorqueComparison& c, const std::vector<JointVector>& values, int joint) {
+std::vector<double> column_kNm(const estimation::TorqueComparison& c, const std::vector<JointVector>& values,
+                               int joint) {
   std::vector<double> y;
-  for (std::size_t i = 0; i < values.size(); ++i) y.push_back(c.usable[i] != 0 ? values[i][joint] : kGap);
+  for (std::size_t i = 0; i < values.size(); ++i) y.push_back(c.usable[i] != 0 ? 1e-3 * values[i][joint] : kGap);
   return y;
 }
 
@@ -31,14 +32,15 @@ PageFigure torque_figure(const std::string& source, const estimation::TorqueComp
   const std::vector<double> t = times(c.measured_Nm.size(), c.step_s);
   for (int j = 0; j < kJoints; ++j) {
     const std::string name = kJointNames[static_cast<std::size_t>(j)];
-    const std::vector<double> measured = column(c, c.measured_Nm, j), modelled = column(c, c.modelled_Nm, j);
+    const std::vector<double> measured = column_kNm(c, c.measured_Nm, j), modelled = column_kNm(c, c.modelled_Nm, j);
     std::vector<double> residual;
-    for (std::size_t i = 0; i < t.size(); ++i) residual.push_back(measured[i] - modelled[i]);
-    plot.panel(name + " [N m]");
-    plot.line(t, measured, "measured", kGrey);
-    plot.line(t, modelled, "modelled", kBlue);
+    const bool first = j == 0;  // one key for all panels
+    for (std::size_t i = 0; i < t.size(); ++i) residual.push_back(1e3 * (measured[i] - modelled[i]));
+    plot.panel(name + " [kN m]");
+    plot.line(t, measured, first ? "measured" : "", kGrey);
+    plot.line(t, modelled, first ? "modelled" : "", kBlue);
     plot.panel("left over [N m]");
-    plot.line(t, residual, "measured - modelled", kVermilion, "lw 1");
+    plot.line(t, residual, "", kVermilion, "lw 1");
   }
   return {"Torque: " + escaped(source),
           "Held-out motion: joint torque of cylinder pressures, what the identified model says, and the difference.",
@@ -66,7 +68,8 @@ FrictionCalibration drawn(const FrictionDescription& f) {
   return {f.coulomb_N, f.coulomb_N, f.viscous_Ns_per_m, f.coulomb_N * (f.static_ratio - 1), f.stribeck_mps, 0};
 }
 
-/// gnuplot data block: speed [mm/s], identified, low, high, drawing; a blank line where the direction changes.
+/// gnuplot data block: speed [mm/s], then [kN] identified, low, high, drawing; a blank line where the direction
+/// changes.
 std::string friction_block(const MachineDescription& machine, int joint) {
   const DynamicsCalibration& dynamics = *machine.dynamics_calibration;
   const FrictionCalibration found = dynamics.friction(joint);
@@ -80,9 +83,9 @@ std::string friction_block(const MachineDescription& machine, int joint) {
       block << '\n';
       continue;
     }
-    const double force = friction_N(found, v), sigma = friction_sigma_N(dynamics, joint, v);
+    const double force = 1e-3 * friction_N(found, v), sigma = 1e-3 * friction_sigma_N(dynamics, joint, v);
     block << 1e3 * v << ' ' << force << ' ' << force - 2 * sigma << ' ' << force + 2 * sigma << ' '
-          << friction_N(drawing, v) << '\n';
+          << 1e-3 * friction_N(drawing, v) << '\n';
   }
   return block.str();
 }
@@ -107,10 +110,10 @@ PageFigure data_figure(const MachineDescription& machine, const estimation::Reco
       rod.push_back(usable ? 1e-5 * m.pressure_Pa[2 * k + 1] : kGap);
     }
     plot.panel(angles_deg_labels()[k]);
-    plot.line(t, angle, "angle", kBlue);
+    plot.line(t, angle, "", kBlue);
     plot.panel("[bar]");
-    plot.line(t, head, "head side", kVermilion, "lw 1");
-    plot.line(t, rod, "rod side", kGreen, "lw 1");
+    plot.line(t, head, j == 0 ? "head side" : "", kVermilion, "lw 1");
+    plot.line(t, rod, j == 0 ? "rod side" : "", kGreen, "lw 1");
   }
   return {"Data: " + escaped(recording.source),
           "Identified from: joint angles by the encoders, cylinder pressures. Gaps were not used.",
@@ -129,14 +132,14 @@ std::vector<PageFigure> torque_figures(const IdentifyData& data, const Identifie
 std::vector<PageFigure> friction_figures(const Identified& result) {
   if (!result.machine.dynamics_calibration || result.summary.parameters.empty()) return {};
   std::ostringstream data, plots;
-  constexpr double kLeft = 0.08, kWidth = 0.275, kApart = 0.035;
+  constexpr double kLeft = 0.08, kWidth = 0.26, kApart = 0.055;
   for (int j = 0; j < kJoints; ++j) {
     const std::string name = kJointNames[static_cast<std::size_t>(j)];
     data << "$" << name << " << EOD\n" << friction_block(result.machine, j) << "EOD\n";
     const double left = kLeft + j * (kWidth + kApart);
     plots << "set lmargin at screen " << left << "\nset rmargin at screen " << left + kWidth << "\nset title '" << name
           << "'\n"
-          << (j == 0 ? "set ylabel 'friction [N]'\n" : "unset ylabel\n") << "plot $" << name
+          << (j == 0 ? "set ylabel 'friction [kN]'\n" : "unset ylabel\n") << "plot $" << name
           << " using 1:3:4 with filledcurves fc rgb '" << kSky
           << "' fs transparent solid 0.35 noborder title '±2 sigma', $" << name << " using 1:2 with lines lc rgb '"
           << kBlue << "' lw 2 title 'identified', $" << name << " using 1:5 with lines lc rgb '" << kGrey
@@ -146,8 +149,8 @@ std::vector<PageFigure> friction_figures(const Identified& result) {
            "Without load, at a steady speed; extending to the right.",
            {900, 330,
             plot_style() + data.str() +
-                "set multiplot\nset tmargin at screen 0.90\nset bmargin at screen 0.16\nset xlabel 'speed [mm/s]'\n"
-                "set xrange [-120:120]\nset xtics 60\nset key bottom right\n" +
+                "set multiplot\nset tmargin at screen 0.90\nset bmargin at screen 0.17\nset xlabel 'speed [mm/s]'\n"
+                "set xrange [-120:120]\nset xtics 60\nset key inside left top Left reverse samplen 1.5 width -2\n" +
                 plots.str() + "unset multiplot\n"}}};
 }
 

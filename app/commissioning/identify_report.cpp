@@ -17,14 +17,28 @@ constexpr const char* kCss =
 std::string digits(double value, int significant = 4) {
   if (!std::isfinite(value)) return "-";
   std::array<char, 40> text;
-  std::snprintf(text.data(), text.size(), "%.*g", significant, value);
+  const bool large = std::abs(value) >= std::pow(10, significant);  // no powers of ten in tables
+  std::snprintf(text.data(), text.size(), large ? "%.*f" : "%.*g", large ? 0 : significant, value);
   return text.data();
 }
 
-std::string joint_cells(const JointVector& values, int significant) {
-  std::string cells;
-  for (int j = 0; j < kJoints; ++j) cells += "<td class=\"n\">" + digits(values[j], significant);
-  return cells;
+/// Millimetres to a hundredth.
+std::string fixed(double value) {
+  std::array<char, 40> text;
+  std::snprintf(text.data(), text.size(), "%.2f", value);
+  return text.data();
+}
+
+/// Boom, arm and bucket in one cell: a table that is narrow enough to be read.
+std::string joints_cell(const JointVector& values, int significant) {
+  return "<td class=\"n\">" + digits(values[0], significant) + " / " + digits(values[1], significant) + " / " +
+         digits(values[2], significant);
+}
+
+/// "kg m^2" as people write it.
+std::string unit_text(std::string unit) {
+  if (const auto at = unit.find("^2"); at != std::string::npos) unit.replace(at, 2, "²");
+  return unit == "1" ? "" : escaped(unit);
 }
 
 void fact(std::ostream& out, const std::string& what, const std::string& value) {
@@ -61,18 +75,17 @@ void write_list(std::ostream& out, const char* title, const std::vector<std::str
 
 void write_hold_out(std::ostream& out, const Identified& result) {
   if (result.hold_out.empty()) return;
-  out << "<section><h2>Held-out motion</h2><p class=\"soft\">Joint torque that identification has not seen. NRMSE is "
+  out << "<section><h2>Held-out motion</h2><p class=\"soft\">Joint torque that identification has not seen, for boom / "
+         "arm / bucket. NRMSE is "
          "the "
          "RMS of the error over the standard deviation of the measured torque, VAF the share of its variance that is "
          "explained; both to 2 Hz, NRMSE unfiltered beside it. A dash: the method has no model of this joint.</p>"
-         "<div class=\"wide\"><table><tr><th>recording<th>method<th class=\"n\">RMS boom<th class=\"n\">arm<th "
-         "class=\"n\">bucket, N m<th class=\"n\">NRMSE boom<th class=\"n\">arm<th class=\"n\">bucket, %<th "
-         "class=\"n\">unfiltered boom<th class=\"n\">arm<th class=\"n\">bucket, %<th class=\"n\">VAF boom<th "
-         "class=\"n\">arm<th class=\"n\">bucket, %</tr>\n";
+         "<div class=\"wide\"><table><tr><th>recording<th>method<th class=\"n\">RMS, N m<th class=\"n\">NRMSE, %<th "
+         "class=\"n\">unfiltered, %<th class=\"n\">VAF, %</tr>\n";
   for (const HoldOut& h : result.hold_out) {
-    out << "<tr><td>" << escaped(h.source) << "<td>" << escaped(h.method) << joint_cells(h.to_2Hz.rms_Nm, 3)
-        << joint_cells(100 * h.to_2Hz.nrmse, 3) << joint_cells(100 * h.unfiltered.nrmse, 3)
-        << joint_cells(100 * h.to_2Hz.vaf, 4) << "</tr>\n";
+    out << "<tr><td>" << escaped(h.source) << "<td>" << escaped(h.method) << joints_cell(h.to_2Hz.rms_Nm, 3)
+        << joints_cell(100 * h.to_2Hz.nrmse, 2) << joints_cell(100 * h.unfiltered.nrmse, 2)
+        << joints_cell(100 * h.to_2Hz.vaf, 4) << "</tr>\n";
   }
   out << "</table></div></section>\n";
 }
@@ -86,7 +99,9 @@ void write_parameters(std::ostream& out, const Identified& result) {
                   "joint included. Difference: identified minus drawing over sigma; beyond 2 the drawing is another "
                   "machine than this one. "
                 : "")
-      << "Sigma is one standard deviation.</p><div class=\"wide\"><table><tr><th>parameter<th class=\"n\">value<th "
+      << "Sigma is one standard deviation by what the data say; what the model itself leaves out is part of it only "
+         "where an ensemble of simulated machines was asked for.</p><div class=\"wide\"><table><tr><th>parameter<th "
+         "class=\"n\">value<th "
          "class=\"n\">sigma<th>unit";
   if (drawn) out << "<th class=\"n\">drawing<th class=\"n\">difference, sigma";
   out << "</tr>\n";
@@ -94,7 +109,7 @@ void write_parameters(std::ostream& out, const Identified& result) {
     const estimation::IdentifiedParameter& p = result.summary.parameters[i];
     out << "<tr><td class=\"nowrap\">" << escaped(p.name) << (p.fixed ? " (from the machine file)" : "")
         << "<td class=\"n\">" << digits(p.value) << "<td class=\"n\">" << digits(p.sigma, 2) << "<td>"
-        << escaped(p.unit);
+        << unit_text(p.unit);
     if (drawn) {
       const double difference = p.sigma > 0 ? (p.value - result.drawing[i]) / p.sigma : std::nan("");
       out << "<td class=\"n\">" << digits(result.drawing[i]) << "<td class=\"n"
@@ -121,8 +136,8 @@ void write_geometry(std::ostream& out, const IdentifyData& data) {
   out << "</table></div><div class=\"wide\"><table><tr><th>length or pin<th class=\"n\">value<th class=\"n\">sigma<th>"
          "unit</tr>\n";
   for (const estimation::IdentifiedParameter& p : geometry.summary.parameters)
-    out << "<tr><td class=\"nowrap\">" << escaped(p.name) << "<td class=\"n\">" << digits(p.value, 6)
-        << "<td class=\"n\">" << digits(p.sigma, 2) << "<td>" << escaped(p.unit) << "</tr>\n";
+    out << "<tr><td class=\"nowrap\">" << escaped(p.name) << "<td class=\"n\">" << fixed(p.value) << "<td class=\"n\">"
+        << fixed(p.sigma) << "<td>" << escaped(p.unit) << "</tr>\n";
   out << "</table></div></section>\n";
 }
 
