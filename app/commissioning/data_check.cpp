@@ -334,7 +334,7 @@ class Checker {
   void check_weight() {
     const WeightFit fit = weigh(machine_, recording_);
     constexpr std::size_t kLeast = 20;
-    if (fit.samples < kLeast) return refuse("lengths", "give joint angles for hardly any sample");
+    if (fit.samples < kLeast && size() > steps(5)) return refuse("lengths", "give joint angles for hardly any sample");
     check_.weight_ratio = fit.ratio;
     for (int j = 0; j < kJoints; ++j) {
       if (fit.believable(j)) continue;

@@ -15,6 +15,7 @@ using estimation::Measurement;
 using estimation::Recording;
 
 constexpr double kEvery_s = 0.05;     // one sample so often is enough of a motion below 1 Hz
+constexpr double kLeast_s = 10;       // of motion, to judge by
 constexpr double kRateSpan_s = 0.05;  // for differences
 constexpr double kLeastRatio = 0.4, kMostRatio = 2.5, kMostError = 0.7;
 constexpr double kBucketRoom = 1.6;  // its weight hardly outweighs its cylinder's friction
@@ -29,8 +30,17 @@ double clear_sign(double speed_mps) {
 struct Sums {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  double torque2 = 0, gravity2 = 0;
+  double torque2 = 0, gravity2 = 0, lever2 = 0;
+  double shortest_m = 1e9, longest_m = 0;
 };
+
+/// At rest in one pose friction may hold any part of the weight.
+bool tells(const Sums& s, const CylinderDescription& cylinder) {
+  constexpr double kTravel = 0.1, kOutweighs = 3;
+  const double held_N = cylinder.friction.coulomb_N * cylinder.friction.static_ratio;
+  return s.longest_m - s.shortest_m > kTravel * (cylinder.max_length_m - cylinder.min_length_m) ||
+         s.gravity2 > kOutweighs * kOutweighs * held_N * held_N * s.lever2;
+}
 
 struct Row {
   JointVector gravity_Nm, torque_Nm, lever_m, speed_mps;
@@ -118,6 +128,7 @@ std::vector<Hypothesis> hypotheses() {
 }  // namespace
 
 bool WeightFit::believable(int joint) const {
+  if (!decisive[static_cast<std::size_t>(joint)]) return true;
   const double room = joint == kBucket ? kBucketRoom : 1;
   return ratio[joint] > kLeastRatio / room && ratio[joint] < kMostRatio * room && error[joint] < kMostError * room;
 }
@@ -154,12 +165,17 @@ WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
       s.right += columns * row->torque_Nm[j];
       s.torque2 += row->torque_Nm[j] * row->torque_Nm[j];
       s.gravity2 += row->gravity_Nm[j] * row->gravity_Nm[j];
+      s.lever2 += row->lever_m[j] * row->lever_m[j];
+      s.shortest_m = std::min(s.shortest_m, recording.samples[i].cylinder_m[j]);
+      s.longest_m = std::max(s.longest_m, recording.samples[i].cylinder_m[j]);
     }
   }
   for (int j = 0; j < kJoints && fit.samples > 0; ++j) {
     const Sums& s = sums[static_cast<std::size_t>(j)];
     const Eigen::Vector3d found = s.normal.completeOrthogonalDecomposition().solve(s.right);
     fit.ratio[j] = found[0];
+    fit.decisive[static_cast<std::size_t>(j)] = static_cast<double>(fit.samples) * kEvery_s >= kLeast_s &&
+                                                tells(s, machine.cylinders[static_cast<std::size_t>(j)]);
     fit.error[j] = std::sqrt(std::max(0.0, s.torque2 - found.dot(s.right)) / s.gravity2);
   }
   return fit;

@@ -1,6 +1,8 @@
 // Do cylinder forces carry the arm's weight and does friction brake? What a recording's labels are judged by.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,10 +14,11 @@ namespace knuckle::app {
 /// Fit of joint torque = s * (drawing's gravity torque) + friction over slow samples.
 struct WeightFit {
   JointVector ratio = JointVector::Zero();  ///< s: about 1, negative for swapped sides, 1e-5 for bar taken as Pa.
-  JointVector error = JointVector::Zero();  ///< RMS of what is left over that of gravity torque.
+  JointVector error = JointVector::Zero();  ///< RMS of what is left, over that of gravity torque.
+  std::array<bool, kJoints> decisive{};     ///< Enough data, moved about or with much more weight than friction holds.
   std::size_t samples = 0;
 
-  /// Loads, oil and a drawing that is off leave this much room. @return joint by joint.
+  /// Loads, oil and a drawing that is off leave much room; so does what cannot be told.
   [[nodiscard]] bool believable(int joint) const;
   /// 0 is perfect. To compare two readings of one recording.
   [[nodiscard]] double misfit() const;

@@ -155,9 +155,20 @@ IdentifyData drive_for_data(const IdentifyOptions& options, const std::function<
   const auto done = [&](double more_s) { progress((done_s += more_s) / all_s); };
   done(0);
   MachineRun run(as_known, sim::draw_truth(data.machine, options.seed), {}, middle_of_range(as_known), options.seed);
-  const Survey survey = rounded(run.survey(estimation::survey_poses(as_known, kSurveyedPoses), kSurveySigma_m));
+  Survey survey;
+  const std::vector<JointVector> poses = estimation::survey_poses(as_known, kSurveyedPoses);
+  constexpr std::size_t kAtOnce = 5;  // so that progress shows
+  for (std::size_t first = 0; first < poses.size(); first += kAtOnce) {
+    const auto begin = poses.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = poses.begin() + static_cast<std::ptrdiff_t>(std::min(poses.size(), first + kAtOnce));
+    const Survey some = run.survey({begin, end}, kSurveySigma_m);
+    survey.source = some.source;
+    survey.point_sigma_m = some.point_sigma_m;
+    survey.poses.insert(survey.poses.end(), some.poses.begin(), some.poses.end());
+    done(3.0 * kAtOnce);
+  }
+  survey = rounded(std::move(survey));
   calibrate_from(survey, data);
-  done(3.0 * kSurveyedPoses);
   const auto drive = [&](const char* name, const estimation::JointPath& path) {
     Recording recording = run.follow(path).recording;
     recording.source = name;
