@@ -17,6 +17,8 @@ constexpr double kMargin_rad = 0.03;
 /// Below this lever the cylinder no longer says where the joint is (0.1 mm would be 1 deg).
 constexpr double kLeastLever_m = 0.005;
 constexpr double kScanStep_rad = 0.002;
+/// Calibrated pins may need this much more stroke than drawn: the drawing's ends are no more exact than its pins.
+constexpr double kStrokeTolerance_m = 0.005;
 
 double wrapped(double angle_rad) noexcept {
   return std::remainder(angle_rad, 2 * std::numbers::pi);
@@ -57,12 +59,13 @@ std::optional<PlanarVector> circles_meet(const PlanarVector& a, double radius_a,
 void check_stroke(const MachineDescription& machine, int joint, double lowest_m, double highest_m) {
   const auto index = static_cast<std::size_t>(joint);
   const CylinderDescription& cylinder = machine.cylinders[index];
+  const double tolerance = machine.geometry_calibration ? kStrokeTolerance_m : 0;
   const std::string key = std::string("cylinders.") + kJointNames[index];
   const std::string why = std::string(", the length at an end of the ") + kJointNames[index] + "'s working range";
-  if (cylinder.min_length_m > lowest_m) {
+  if (cylinder.min_length_m > lowest_m + tolerance) {
     refuse(machine, key + ".min_length_m", cylinder.min_length_m, "must be at most " + number_text(lowest_m) + why);
   }
-  if (cylinder.max_length_m < highest_m) {
+  if (cylinder.max_length_m < highest_m - tolerance) {
     refuse(machine, key + ".max_length_m", cylinder.max_length_m, "must be at least " + number_text(highest_m) + why);
   }
 }

@@ -11,6 +11,7 @@ namespace knuckle::estimation {
 namespace {
 
 constexpr double kMostOff = 0.05;      // of the reach: far above what pins and encoders explain
+constexpr double kMostSigmas = 5;      // of the drawing's tolerances, on top
 constexpr double kMostLost = 0.25;     // of the poses
 constexpr double kLeastSpread = 0.25;  // of a joint's working range
 constexpr double kSamePose_rad = 0.02;
@@ -42,7 +43,11 @@ struct StandingPose {
 class Selection {
  public:
   Selection(const MachineDescription& drawing, const Survey& survey, const GeometryOptions& options)
-      : drawing_(drawing), survey_(survey), options_(options), kinematics_(drawing) {
+      : drawing_(drawing),
+        survey_(survey),
+        options_(options),
+        kinematics_(drawing),
+        prior_(geometry_prior(drawing, options)) {
     for (const LinkDescription& link : drawing.links) reach_m_ += link.length_m;
   }
 
@@ -169,6 +174,13 @@ class Selection {
     return median(off) <= bound;
   }
 
+  /// How far the drawing's tolerances move the point, to first order; far where a lever is short.
+  [[nodiscard]] double drawn_sigma(const StandingPose& pose, int link) const {
+    const SurveyPoint point{
+        pose.number, link, pose.survey->cylinder_m, PlanarVector::Zero(), Eigen::Matrix2d::Identity(), true};
+    return (error_gradient(point, prior_.mean, prior_.sides) * prior_.sigma.asDiagonal()).norm();
+  }
+
   void take_points() {
     for (const StandingPose& pose : standing_) {
       const std::size_t before = result_.points.size();
@@ -176,7 +188,7 @@ class Selection {
         const PlanarVector& at = point_of(*pose.survey, link);
         if (!at.allFinite()) continue;
         const double off = (at - drawn(pose, link)).norm();
-        if (off > kMostOff * reach_m_) {
+        if (off > kMostOff * reach_m_ + kMostSigmas * drawn_sigma(pose, link)) {
           result_.left_out.push_back("pose " + std::to_string(pose.number) + ": " +
                                      kPointNames[static_cast<std::size_t>(link)] +
                                      text(" is %.3g m off the drawing", off));
@@ -198,6 +210,7 @@ class Selection {
   const Survey& survey_;
   const GeometryOptions& options_;
   Kinematics kinematics_;
+  GeometryPrior prior_;
   double reach_m_ = 0;
   std::vector<StandingPose> standing_;
   SurveyPoints result_;

@@ -17,9 +17,10 @@ struct SurveyPoints {
   std::vector<std::string> refusals;  ///< Reasons for which the survey is of no use; empty where it is.
 };
 
-/// Poses whose encoder readings the drawing can reach, and their points as far as within 5 % of the machine's reach of
-/// where the drawing has them. Refused as a whole: too few poses, joints that hardly moved, points that are off in the
-/// median (with the mistake that explains it: millimetres, a mirrored axis, swapped columns).
+/// Poses whose encoder readings the drawing can reach, and their points as far as within 5 % of the machine's reach and
+/// five sigma of the drawing's tolerances of where the drawing has them. Refused as a whole: too few poses, joints that
+/// hardly moved, points that are off in the median (with the mistake that explains it: millimetres, a mirrored axis,
+/// swapped columns).
 [[nodiscard]] SurveyPoints select_points(const MachineDescription& drawing, const Survey& survey,
                                          const GeometryOptions& options);
 

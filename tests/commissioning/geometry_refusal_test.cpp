@@ -18,7 +18,7 @@ const MachineDescription& drawing() {
 }
 
 Survey good_survey(std::size_t poses = 30) {
-  return drawn_survey(sim::draw_truth(drawing(), 11), estimation::survey_poses(drawing(), poses), 1e-3, 11);
+  return drawn_survey(sim::draw_truth(drawing(), 11), drawing(), estimation::survey_poses(drawing(), poses), 1e-3, 11);
 }
 
 /// The first reason of a refusal; "accepted" where there is none.
@@ -62,7 +62,8 @@ TEST(GeometryRefusal, TooFewAndIdenticalPoses) {
 TEST(GeometryRefusal, JointThatHardlyMoved) {
   auto poses = estimation::survey_poses(drawing(), 30);
   for (JointVector& pose : poses) pose[kArm] = -1.5 + 0.05 * pose[kArm];
-  EXPECT_TRUE(says(refusal(drawn_survey(sim::draw_truth(drawing(), 11), poses, 1e-3, 11)), "the arm moved over "));
+  EXPECT_TRUE(
+      says(refusal(drawn_survey(sim::draw_truth(drawing(), 11), drawing(), poses, 1e-3, 11)), "the arm moved over "));
 }
 
 TEST(GeometryRefusal, WrongUnitMirroredAxisAndSwappedColumnsAreTold) {
@@ -102,7 +103,8 @@ TEST(GeometryRefusal, OriginBesideTheBoomPinIsNotTakenForGeometry) {
 }
 
 TEST(GeometryRefusal, TooSmallASigmaOfTheSurveyIsSeenAndWidensTheIntervals) {
-  Survey survey = drawn_survey(sim::draw_truth(drawing(), 11), estimation::survey_poses(drawing(), 30), 4e-3, 11);
+  Survey survey =
+      drawn_survey(sim::draw_truth(drawing(), 11), drawing(), estimation::survey_poses(drawing(), 30), 4e-3, 11);
   const double honest = calibrate_geometry(drawing(), survey).summary.parameters[0].sigma;
   survey.point_sigma_m = 1e-3;
   const GeometryResult result = calibrate_geometry(drawing(), survey);

@@ -75,7 +75,7 @@ TEST(Geometry, SurveyMakesLeversAsIfPinsWereKnownToHalfAMillimetre) {
   double inside = 0, told = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const sim::MachineTruth truth = sim::draw_truth(machine, seed);
-    const GeometryResult result = calibrate_geometry(machine, drawn_survey(truth, poses, kSigma_m, seed));
+    const GeometryResult result = calibrate_geometry(machine, drawn_survey(truth, machine, poses, kSigma_m, seed));
     ASSERT_TRUE(result.summary.usable) << "machine " << seed << ": " << result.summary.reasons.front();
     const TrueErrors before = true_errors(machine, truth), after = true_errors(seen_after(result), truth);
     for (int i = 0; i < kJoints; ++i) share[i].push_back(after.lever_rel[i] / before.lever_rel[i]);
@@ -98,7 +98,7 @@ TEST(Geometry, WhatASurveyCannotTellApartStaysAsDrawnAndIsNamed) {
   const MachineDescription machine = drawing();
   const sim::MachineTruth truth = sim::draw_truth(machine, 3);
   const GeometryResult result =
-      calibrate_geometry(machine, drawn_survey(truth, survey_poses(machine, kPoses), kSigma_m, 3));
+      calibrate_geometry(machine, drawn_survey(truth, machine, survey_poses(machine, kPoses), kSigma_m, 3));
   ASSERT_TRUE(result.summary.usable);
   // Points show joint angles: a triangle's two pins may turn together, and an offset hides in the pins' distance.
   EXPECT_LT(result.summary.rank, result.summary.columns);
@@ -112,7 +112,7 @@ TEST(Geometry, WhatASurveyCannotTellApartStaysAsDrawnAndIsNamed) {
 TEST(Geometry, TipAloneIsEnough) {
   const MachineDescription machine = drawing();
   const sim::MachineTruth truth = sim::draw_truth(machine, 5);
-  Survey survey = drawn_survey(truth, survey_poses(machine, kPoses), kSigma_m, 5);
+  Survey survey = drawn_survey(truth, machine, survey_poses(machine, kPoses), kSigma_m, 5);
   for (auto& pose : survey.poses) pose.arm_pin_m = pose.bucket_pin_m = PlanarVector::Constant(std::nan(""));
   const GeometryResult result = calibrate_geometry(machine, survey);
   ASSERT_TRUE(result.summary.usable) << result.summary.reasons.front();

@@ -199,5 +199,17 @@ TEST(Kinematics, RefusesACylinderThatIsTooLongOrTooShortWithTheLengthItNeeds) {
   }
 }
 
+// Pins are as drawn within millimetres, and so are the ends of the stroke.
+TEST(Kinematics, GrantsACalibratedMachineAFewMillimetresOfStroke) {
+  MachineDescription machine = shipped("solar015");
+  const double needed = Kinematics(machine).cylinder_at(kBucket, machine.links[kBucket].min_rad)->length_m;
+  machine.cylinders[kBucket].max_length_m = needed - 0.003;
+  EXPECT_NE(refusal(machine).find("cylinders.bucket.max_length_m"), std::string::npos) << refusal(machine);
+  machine.geometry_calibration.emplace();
+  EXPECT_EQ(refusal(machine), "accepted");
+  machine.cylinders[kBucket].max_length_m = needed - 0.006;
+  EXPECT_NE(refusal(machine).find("cylinders.bucket.max_length_m"), std::string::npos) << refusal(machine);
+}
+
 }  // namespace
 }  // namespace knuckle
