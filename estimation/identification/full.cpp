@@ -79,13 +79,14 @@ class Rows {
   std::vector<int> group_, cluster_;
 };
 
-/// What encoder steps alone, at rest, make of each column (root mean square): less than this is not motion.
+/// Less than this in a column (root mean square) is rest: a hundredth of what encoder steps make of it in motion.
+/// Columns with more noise than signal are kept on purpose: their bias is to be seen, not hidden.
 CalibrationVector column_noise(const MachineDescription& machine, const FullOptions& options, double step_s,
                                double lever_m) {
-  constexpr double kBristle = 0.02, kLoad_N = 1000;
+  constexpr double kShare = 0.01, kBristle = 0.02, kLoad_N = 1000;
   const int half = smoothing_half_window(options.motion, step_s);
   const double derivative = savitzky_golay(half, options.motion.order, 1, step_s).norm();
-  const double speed_mps = std::max(1e-9, machine.sensors.encoder_step_m / std::sqrt(12.0) * derivative);
+  const double speed_mps = std::max(1e-9, kShare * machine.sensors.encoder_step_m / std::sqrt(12.0) * derivative);
   CalibrationVector noise = CalibrationVector::Zero();
   noise.head<kJoints>().setConstant(2 * std::numbers::pi * options.regressor.pole_Hz * speed_mps / lever_m);
   for (int j = 0; j < kJoints; ++j) {
