@@ -45,7 +45,7 @@ void write_head(std::ostream& out, const std::string& title, const std::string& 
                 const estimation::Identification& summary, const MachineDescription& machine) {
   write_page_head(out, "Knuckle: " + title);
   out << "<h1>" << title << "</h1><p class=\"soft\">" << what << "</p>\n<span class=\"verdict"
-      << (summary.usable ? "" : " bad") << "\">usable: " << (summary.usable ? "yes" : "no") << "</span>\n"
+      << (summary.usable ? "" : " bad") << "\">" << (summary.usable ? "identified" : "not usable") << "</span>\n"
       << "<p>" << escaped(machine.name) << "; " << number(summary.duration_s, "%.0f") << " s of data; rank "
       << summary.rank << " of " << summary.columns << ", condition number " << number(summary.condition_number, "%.3g")
       << ".</p>\n";

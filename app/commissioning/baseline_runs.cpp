@@ -63,9 +63,8 @@ void add(InertiaBias& row, const MachineDescription& machine, const Recording& r
 
 }  // namespace
 
-BaselineRuns run_baseline(const std::string& method, const MachineDescription& machine, const sim::MachineTruth& truth,
+BaselineRuns run_baseline(const std::string& method, const MachineDescription& machine, MachineRun& run,
                           std::uint64_t seed) {
-  MachineRun run(machine, truth, {}, middle(machine), seed);
   BaselineRuns runs;
   if (method == "static") {
     runs.identification.push_back(run.stops(estimation::static_poses(machine, kPoses, seed), kRest_s));
@@ -113,9 +112,9 @@ BaseParameters projected_parameters(const sim::MachineTruth& truth, std::span<co
 }
 
 std::map<std::string, double> baseline_truth(const std::string& method, const MachineDescription& machine,
-                                             const sim::MachineTruth& truth,
-                                             const std::vector<MachineRecording>& runs) {
-  const BaseParameters base = projected_parameters(truth, runs);
+                                             const sim::MachineTruth& truth, const BaselineRuns& runs) {
+  const BaseParameters base =
+      projected_parameters(truth, runs.verification.empty() ? runs.identification : runs.verification);
   std::map<std::string, double> values;
   if (method == "kim") {
     const double m3 = machine.links[kBucket].mass_kg, m2 = machine.links[kArm].mass_kg;
@@ -144,18 +143,20 @@ std::map<std::string, double> baseline_truth(const std::string& method, const Ma
   return values;
 }
 
-std::vector<InertiaBias> malaguti_bias(const MachineDescription& machine, std::uint64_t first_seed, int machines) {
+std::vector<InertiaBias> malaguti_bias(const MachineDescription& machine, std::uint64_t first_seed, int machines,
+                                       const std::function<void(double)>& progress) {
   constexpr double kNoise_m = 1e-4;
   std::vector<InertiaBias> rows{{"the authors' settings, sensors as they are", {}, {}},
                                 {"the same on exact rod lengths", {}, {}},
                                 {"the same on exact rod lengths with 0.1 mm of white noise", {}, {}},
                                 {"2 Hz filter and 41-sample cubic, sensors as they are", {}, {}}};
   for (int i = 0; i < machines; ++i) {
+    if (progress) progress(static_cast<double>(i) / machines);
     const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(i);
     const sim::MachineTruth truth = sim::draw_truth(machine, seed);
     MachineRun run(machine, truth, {}, middle(machine), seed);
     const MachineRecording made = run.follow(estimation::malaguti_dig_like_motion(machine, seed));
-    const auto values = baseline_truth("malaguti", machine, truth, {made});
+    const auto values = baseline_truth("malaguti", machine, truth, {{made}, {}});
     add(rows[0], machine, made.recording, {}, values);
     add(rows[1], machine, with_exact_rods(made, truth, 0, seed), {}, values);
     add(rows[2], machine, with_exact_rods(made, truth, kNoise_m, seed), {}, values);

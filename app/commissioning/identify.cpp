@@ -6,6 +6,7 @@
 #include <iostream>
 #include <limits>
 
+#include "app/commissioning/baseline_report.h"
 #include "app/commissioning/calibration_file.h"
 #include "app/commissioning/identify_output.h"
 #include "app/commissioning/identify_report.h"
@@ -113,6 +114,19 @@ std::string now_utc() {
   return text.data();
 }
 
+/// The full method's own report, or the paper's tables and figures again.
+void write_page(const IdentifyOptions& options, const IdentifyData& data, const Identified& result, std::ostream& out) {
+  constexpr int kBiasMachines = 10;
+  if (options.method == "full") return write_identify_report(data, result, out);
+  BaselineData paper{data.training, data.hold_out, data.truth, {}};
+  if (options.simulate && options.method == "malaguti") {
+    MachineDescription drawing = data.machine;  // other machines than the one surveyed
+    drawing.geometry_calibration.reset();
+    paper.bias = malaguti_bias(drawing, options.seed, kBiasMachines);
+  }
+  write_baseline_report(options.method, calibrated(data.machine), paper, out);
+}
+
 }  // namespace
 
 Identified identify(const IdentifyData& data, const std::string& method, const estimation::FullOptions& options,
@@ -179,7 +193,7 @@ int identify_command(const IdentifyOptions& options) {
     json->commit();
   }
   if (report) {
-    write_identify_report(data, result, report->stream());
+    write_page(options, data, result, report->stream());
     report->commit();
     told << "  report: " << options.report << '\n';
   }

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "app/commissioning/baseline_runs.h"
 #include "app/commissioning/data_check.h"
 #include "app/commissioning/machine_run.h"
 #include "app/commissioning/recording_reader.h"
@@ -90,6 +91,22 @@ JointVector middle_of_range(const MachineDescription& machine) {
   return middle;
 }
 
+/// @param done is told the seconds of each part.
+Survey surveyed(MachineRun& run, const std::vector<JointVector>& poses, const std::function<void(double)>& done) {
+  constexpr std::size_t kAtOnce = 5;  // so that progress shows
+  Survey survey;
+  for (std::size_t first = 0; first < poses.size(); first += kAtOnce) {
+    const auto begin = poses.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = poses.begin() + static_cast<std::ptrdiff_t>(std::min(poses.size(), first + kAtOnce));
+    const Survey some = run.survey({begin, end}, kSurveySigma_m);
+    survey.source = some.source;
+    survey.point_sigma_m = some.point_sigma_m;
+    survey.poses.insert(survey.poses.end(), some.poses.begin(), some.poses.end());
+    done(3.0 * kAtOnce);
+  }
+  return survey;
+}
+
 /// Collects files in the order of their digest, and writes them where they are to be kept.
 class Keeper {
  public:
@@ -152,38 +169,35 @@ IdentifyData drive_for_data(const IdentifyOptions& options, const std::function<
   const double held_out_s = std::clamp(0.3 * (options.slow_s + options.fast_s), 20.0, 60.0);
   const double all_s = options.slow_s + options.fast_s + 2 * held_out_s + 3.0 * kSurveyedPoses;
   double done_s = 0;
-  const auto done = [&](double more_s) { progress((done_s += more_s) / all_s); };
+  const auto done = [&](double more_s) { progress(std::min(1.0, (done_s += more_s) / all_s)); };
   done(0);
-  MachineRun run(as_known, sim::draw_truth(data.machine, options.seed), {}, middle_of_range(as_known), options.seed);
-  Survey survey;
-  const std::vector<JointVector> poses = estimation::survey_poses(as_known, kSurveyedPoses);
-  constexpr std::size_t kAtOnce = 5;  // so that progress shows
-  for (std::size_t first = 0; first < poses.size(); first += kAtOnce) {
-    const auto begin = poses.begin() + static_cast<std::ptrdiff_t>(first);
-    const auto end = poses.begin() + static_cast<std::ptrdiff_t>(std::min(poses.size(), first + kAtOnce));
-    const Survey some = run.survey({begin, end}, kSurveySigma_m);
-    survey.source = some.source;
-    survey.point_sigma_m = some.point_sigma_m;
-    survey.poses.insert(survey.poses.end(), some.poses.begin(), some.poses.end());
-    done(3.0 * kAtOnce);
-  }
-  survey = rounded(std::move(survey));
+  const sim::MachineTruth truth = sim::draw_truth(data.machine, options.seed);
+  MachineRun run(as_known, truth, {}, middle_of_range(as_known), options.seed);
+  const Survey survey = rounded(surveyed(run, estimation::survey_poses(as_known, kSurveyedPoses), done));
   calibrate_from(survey, data);
-  const auto drive = [&](const char* name, const estimation::JointPath& path) {
-    Recording recording = run.follow(path).recording;
+  const auto taken = [&](const std::string& name, Recording recording) {
     recording.source = name;
-    done(path.duration_s());
-    keeper.keep(std::string(name) + ".csv", recording);
+    done(recording.duration_s());
+    keeper.keep(name + ".csv", recording);
     return checked(as_read(std::move(recording)), data);
   };
-  using estimation::MotionSpeed;
-  data.training.push_back(drive("slow", estimation::slow_sweeps(as_known, options.slow_s)));
-  data.training.push_back(drive("fast", estimation::fast_excitation(as_known, options.fast_s)));
-  const auto held_out = [&](MotionSpeed speed) {
-    return estimation::held_out_motion(as_known, options.seed + 100, speed, held_out_s);
-  };
-  data.hold_out.push_back(drive("hold_out_slow", held_out(MotionSpeed::kSlow)));
-  data.hold_out.push_back(drive("hold_out_digging", held_out(MotionSpeed::kDigging)));
+  if (options.method == "full") {
+    using estimation::MotionSpeed;
+    const auto held_out = [&](MotionSpeed speed) {
+      return run.follow(estimation::held_out_motion(as_known, options.seed + 100, speed, held_out_s)).recording;
+    };
+    data.training.push_back(taken("slow", run.follow(estimation::slow_sweeps(as_known, options.slow_s)).recording));
+    data.training.push_back(taken("fast", run.follow(estimation::fast_excitation(as_known, options.fast_s)).recording));
+    data.hold_out.push_back(taken("hold_out_slow", held_out(MotionSpeed::kSlow)));
+    data.hold_out.push_back(taken("hold_out_digging", held_out(MotionSpeed::kDigging)));
+  } else {
+    const BaselineRuns paper = run_baseline(options.method, as_known, run, options.seed);
+    data.truth = baseline_truth(options.method, as_known, truth, paper);
+    for (const MachineRecording& made : paper.identification)
+      data.training.push_back(taken(options.method + "_" + std::to_string(data.training.size() + 1), made.recording));
+    for (const MachineRecording& made : paper.verification)
+      data.hold_out.push_back(taken("verification_" + std::to_string(data.hold_out.size() + 1), made.recording));
+  }
   std::ostringstream table;
   write_survey(survey, table);
   keeper.keep("survey.csv", table.str());

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,14 +19,16 @@ struct IdentifyData {
   MachineDescription machine;  ///< The drawing, with the survey's geometry where that is usable.
   std::optional<estimation::GeometryResult> geometry;
   std::vector<estimation::Recording> training, hold_out;
-  std::vector<std::string> findings;  ///< Of files and data, one line each: "a.csv: ..."
-  std::string source, sha256;         ///< Of all bytes: recordings, hold-out, survey in the order given.
+  std::vector<std::string> findings;    ///< Of files and data, one line each: "a.csv: ..."
+  std::map<std::string, double> truth;  ///< By parameter name; of a simulated machine and the papers' methods only.
+  std::string source, sha256;           ///< Of all bytes: recordings, hold-out, survey in the order given.
 };
 
 /// @throws InputError for files that cannot be read or recordings that cannot be what they say.
 [[nodiscard]] IdentifyData read_data(const IdentifyOptions& options);
 
 /// Surveys, excites and records the simulated machine through its wires; judged like files. Writes options.record.
+/// For the papers' methods the motions are the papers'.
 /// @param progress done share in [0, 1]; may throw to end it.
 [[nodiscard]] IdentifyData drive_for_data(const IdentifyOptions& options, const std::function<void(double)>& progress);
 
