@@ -1,5 +1,6 @@
 #include "app/commissioning/identify.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -105,6 +106,16 @@ JointVector pooled_rms(const Identified& result) {
   return count > 0 ? JointVector((sum / count).cwiseSqrt()) : JointVector(JointVector::Zero());
 }
 
+/// Valves come from the same recordings, where their commands were recorded.
+void identify_axes(const IdentifyData& data, const MachineDescription& machine, Identified& result) {
+  const auto commanded = [](const Recording& recording) { return !recording.valve.empty(); };
+  if (!std::all_of(data.training.begin(), data.training.end(), commanded)) return;
+  result.valves = estimation::identify_valves(machine, data.training);
+  const auto& axes = result.valves->axes;
+  if (std::any_of(axes.begin(), axes.end(), [](const auto& axis) { return axis.usable; }))
+    result.machine.valve_calibration = result.valves->valves;
+}
+
 std::string now_utc() {
   const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
   std::tm utc{};
@@ -153,6 +164,8 @@ Identified identify(const IdentifyData& data, const std::string& method, const e
       const MethodRun other = run_method(paper, machine, data.training, options);
       if (solved && other.summary.usable) validate(data, other, paper, result);
     }
+    done(0.8);
+    if (result.summary.usable) identify_axes(data, machine, result);
   }
   result.machine.calibration_provenance = {method, now_utc(), data.sha256, data.source, program_version()};
   done(1);

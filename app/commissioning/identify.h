@@ -10,6 +10,7 @@
 #include "app/commissioning/identify_options.h"
 #include "estimation/identification/full.h"
 #include "estimation/identification/identification.h"
+#include "estimation/identification/valve_identification.h"
 #include "machine/description.h"
 
 namespace knuckle::app {
@@ -26,6 +27,7 @@ struct Identified {
   estimation::Identification summary;
   std::vector<HoldOut> hold_out;                          ///< The method's first, then the papers' on the same data.
   std::vector<estimation::TorqueComparison> comparisons;  ///< The method's, one a held-out recording.
+  std::optional<estimation::ValveResult> valves;          ///< Where recordings hold valve commands.
   std::vector<double> drawing;  ///< What the drawing says of each parameter; NaN where it says nothing.
   MachineDescription machine;   ///< With every calibration that is usable, and where it came from.
 };

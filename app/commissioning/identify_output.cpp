@@ -46,6 +46,17 @@ Json geometry_json(const estimation::GeometryResult& geometry) {
           {"drawing_tip_rms_mm", number(1e3 * geometry.drawing.rms_m)}};
 }
 
+Json valves_json(const estimation::ValveResult& valves) {
+  Json json = Json::object();
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    Json axis{{"usable", valves.axes[j].usable}, {"reasons", valves.axes[j].reasons}};
+    for (const estimation::IdentifiedParameter& p : valves.axes[j].parameters)
+      axis[p.name] = {{"value", number(p.value)}, {"sigma", number(p.sigma)}};
+    json[kJointNames[j]] = axis;
+  }
+  return json;
+}
+
 Json parameters_json(const Identified& result) {
   Json list = Json::array();
   for (std::size_t i = 0; i < result.summary.parameters.size(); ++i) {
@@ -83,10 +94,19 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
     text +=
         formatted("  rank %d of %d, condition number %.3g\n", summary.rank, summary.columns, summary.condition_number);
   for (const std::string& combination : summary.indistinct) text += "  cannot be told apart: " + combination + "\n";
+  for (std::size_t j = 0; j < kJoints && result.valves; ++j) {
+    const ValveCalibration& valve = result.valves->valves[j];
+    if (result.valves->axes[j].usable)
+      text += formatted("  %s valve: dead band %.3f/%.3f, delay %.0f ms\n", kJointNames[j], valve.dead_band_extend,
+                        valve.dead_band_retract, 1e3 * valve.delay_s);
+    else
+      text += std::string("  ") + kJointNames[j] + " valve: as drawn\n";
+  }
   for (const HoldOut& held : result.hold_out) {
-    const JointVector percent = 100 * held.to_2Hz.nrmse;
-    text += formatted("  %s on %s, boom/arm/bucket: torque error %.1f/%.1f/%.1f %% to 2 Hz\n", held.method.c_str(),
-                      held.source.c_str(), percent[0], percent[1], percent[2]);
+    std::string percent;
+    for (const double nrmse : held.to_2Hz.nrmse)
+      percent += (percent.empty() ? "" : "/") + (std::isfinite(nrmse) ? formatted("%.1f", 100 * nrmse) : "-");
+    text += "  " + held.method + " on " + held.source + ", boom/arm/bucket: torque error " + percent + " % to 2 Hz\n";
   }
   for (std::size_t i = 0; i < std::min(kFindingsShown, data.findings.size()); ++i)
     text += "  " + data.findings[i] + "\n";
@@ -126,6 +146,7 @@ void write_identify_json(const IdentifyData& data, const Identified& result, std
   }
   json["hold_out"] = held;
   if (data.geometry) json["geometry"] = geometry_json(*data.geometry);
+  if (result.valves) json["valves"] = valves_json(*result.valves);
   out << json.dump(2) << '\n';
 }
 

@@ -108,8 +108,8 @@ void write_parameters(std::ostream& out, const Identified& result) {
   for (std::size_t i = 0; i < result.summary.parameters.size(); ++i) {
     const estimation::IdentifiedParameter& p = result.summary.parameters[i];
     out << "<tr><td class=\"nowrap\">" << escaped(p.name) << (p.fixed ? " (from the machine file)" : "")
-        << "<td class=\"n\">" << digits(p.value) << "<td class=\"n\">" << digits(p.sigma, 2) << "<td>"
-        << unit_text(p.unit);
+        << "<td class=\"n\">" << digits(p.value) << "<td class=\"n\">" << digits(p.sigma, 2)
+        << "<td class=\"nowrap\">" << unit_text(p.unit);
     if (drawn) {
       const double difference = p.sigma > 0 ? (p.value - result.drawing[i]) / p.sigma : std::nan("");
       out << "<td class=\"n\">" << digits(result.drawing[i]) << "<td class=\"n"
@@ -141,6 +141,31 @@ void write_geometry(std::ostream& out, const IdentifyData& data) {
   out << "</table></div></section>\n";
 }
 
+void write_valves(std::ostream& out, const IdentifyData& data, const Identified& result) {
+  if (!result.valves) return;
+  out << "<section><h2>Valves</h2><p class=\"soft\">Dead bands as share of spool stroke, delay from command to first "
+         "motion, flow at the pressure drop of the machine file; the drawing's in brackets.</p><div "
+         "class=\"wide\"><table><tr><th>axis<th class=\"n\">extend<th class=\"n\">retract<th class=\"n\">delay, "
+         "ms<th class=\"n\">flow, L/min<th>verdict</tr>\n";
+  constexpr double kLitresPerMinute = 6e4;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const ValveCalibration& found = result.valves->valves[j];
+    const ValveDescription& drawn = data.machine.cylinders[j].valve;
+    const estimation::Identification& axis = result.valves->axes[j];
+    const auto cell = [&](double value, double drawing) {
+      out << "<td class=\"n\">" << digits(value, 3) << " (" << digits(drawing, 3) << ")";
+    };
+    out << "<tr><td>" << kJointNames[j];
+    cell(found.dead_band_extend, drawn.dead_band_extend);
+    cell(found.dead_band_retract, drawn.dead_band_retract);
+    cell(1e3 * found.delay_s, 1e3 * drawn.delay_s);
+    cell(kLitresPerMinute * found.nominal_flow_m3ps, kLitresPerMinute * drawn.nominal_flow_m3ps);
+    out << "<td>" << (axis.usable || axis.reasons.empty() ? "usable" : escaped("as drawn: " + axis.reasons.front()))
+        << "</tr>\n";
+  }
+  out << "</table></div></section>\n";
+}
+
 void write_provenance(std::ostream& out, const CalibrationProvenance& from) {
   out << "<p class=\"soft\" style=\"margin-top:18px\">" << escaped(from.program) << ", " << escaped(from.date)
       << ". SHA-256 of the data: <span class=\"digest\">" << escaped(from.data_sha256) << "</span></p>\n";
@@ -161,6 +186,7 @@ void write_identify_report(const IdentifyData& data, const Identified& result, s
   write_figures(out, torque_figures(data, result));
   write_parameters(out, result);
   write_figures(out, friction_figures(result));
+  write_valves(out, data, result);
   write_geometry(out, data);
   write_figures(out, data_figures(data));
   write_list(out, "Found in the data", data.findings);

@@ -79,6 +79,9 @@ TEST_F(IdentifyProgram, CommissionsTheSimulatedMachineAndSaysTheSameFromTheFiles
     for (const char* joint : {"boom", "arm", "bucket"})
       EXPECT_LT(held["to_2Hz"]["nrmse"][joint], 0.1) << held["source"] << " " << joint;
   }
+  EXPECT_EQ(a["valves"], b["valves"]);
+  ASSERT_TRUE(machine.valve_calibration);
+  for (const ValveCalibration& valve : *machine.valve_calibration) EXPECT_NEAR(valve.dead_band_extend, 0.11, 0.04);
   const ProgramRun session = test::run_program(
       KNUCKLE_BINARY, {"simulate", "--scenario", "free_motion", "--duration", "3", "--machine", path("cal.toml")});
   EXPECT_EQ(session.err, "");
