@@ -108,8 +108,8 @@ void write_parameters(std::ostream& out, const Identified& result) {
   for (std::size_t i = 0; i < result.summary.parameters.size(); ++i) {
     const estimation::IdentifiedParameter& p = result.summary.parameters[i];
     out << "<tr><td class=\"nowrap\">" << escaped(p.name) << (p.fixed ? " (from the machine file)" : "")
-        << "<td class=\"n\">" << digits(p.value) << "<td class=\"n\">" << digits(p.sigma, 2)
-        << "<td class=\"nowrap\">" << unit_text(p.unit);
+        << "<td class=\"n\">" << digits(p.value) << "<td class=\"n\">" << digits(p.sigma, 2) << "<td class=\"nowrap\">"
+        << unit_text(p.unit);
     if (drawn) {
       const double difference = p.sigma > 0 ? (p.value - result.drawing[i]) / p.sigma : std::nan("");
       out << "<td class=\"n\">" << digits(result.drawing[i]) << "<td class=\"n"
