@@ -1,0 +1,105 @@
+// Contact models beyond the tip force: inversions of two or three joint torques, with first-order covariances.
+#include "estimation/contact_models.h"
+
+#include <cmath>
+
+namespace knuckle::estimation {
+namespace {
+
+PlanarVector along(double angle_rad) noexcept {
+  return {std::cos(angle_rad), std::sin(angle_rad)};
+}
+PlanarVector normal(double angle_rad) noexcept {
+  return {-std::sin(angle_rad), std::cos(angle_rad)};
+}
+
+bool finite(const JointLoad& load) noexcept {
+  return load.joint_rad.allFinite() && load.torque_Nm.allFinite() && load.covariance_Nm2.allFinite() &&
+         load.lever_m.allFinite();
+}
+
+/// Maps (tau_boom, tau_arm, tau_bucket) to (tau_arm - tau_bucket, tau_bucket): moments about the arm joint of a force
+/// moved to the bucket joint, and about the bucket joint.
+Eigen::Matrix<double, 2, 3> two_moments() noexcept {
+  Eigen::Matrix<double, 2, 3> m;
+  m << 0, 1, -1, 0, 0, 1;
+  return m;
+}
+
+}  // namespace
+
+const char* reason(ContactRefusal refusal) noexcept {
+  switch (refusal) {
+    case ContactRefusal::kStraightArm:
+      return "arm straight: force along it and torque cannot be told apart";
+    case ContactRefusal::kBucketInLine:
+      return "bucket in line with the arm: no joint feels a force along both";
+    case ContactRefusal::kNearToggle:
+      return "bucket linkage near its toggle: its torque is not known";
+    case ContactRefusal::kDirectionAlongLink:
+      return "direction passes through a joint: no torque comes of it";
+    case ContactRefusal::kForceTooSmall:
+      return "force within its uncertainty: it has no place";
+    case ContactRefusal::kOffTheBucket:
+      return "place off the bucket: direction or model does not fit";
+    case ContactRefusal::kNotFinite:
+      return "torque or pose not finite";
+  }
+  return "";
+}
+
+OrRefusal<TipWrench> tip_wrench(const JointVector& length_m, const JointLoad& load) noexcept {
+  if (!finite(load)) return ContactRefusal::kNotFinite;
+  if (std::abs(std::sin(load.joint_rad[kArm])) < kLeastSine) return ContactRefusal::kStraightArm;
+  if (std::abs(load.lever_m[kBucket]) < kLeastBucketLever_m) return ContactRefusal::kNearToggle;
+  Eigen::Matrix3d transposed;  // row i: moment of (Fx, Fz, torque) at the tip about joint i
+  PlanarVector from_joint = PlanarVector::Zero();
+  double angle = load.joint_rad.sum();
+  for (int i = kBucket; i >= 0; --i) {
+    from_joint += length_m[i] * along(angle);
+    transposed.row(i) << -from_joint.y(), from_joint.x(), 1;
+    angle -= load.joint_rad[i];
+  }
+  const Eigen::Matrix3d inverse = transposed.inverse();
+  return TipWrench{inverse * load.torque_Nm, inverse * load.covariance_Nm2 * inverse.transpose()};
+}
+
+OrRefusal<TwoJointForce> tip_force_of_two(const JointVector& length_m, const JointLoad& load, double place_m) noexcept {
+  if (!finite(load) || !std::isfinite(place_m)) return ContactRefusal::kNotFinite;
+  if (std::abs(std::sin(load.joint_rad[kBucket])) < kLeastSine) return ContactRefusal::kBucketInLine;
+  if (std::abs(load.lever_m[kBucket]) < kLeastBucketLever_m) return ContactRefusal::kNearToggle;
+  if (place_m < kBesideBucket * length_m[kBucket]) return ContactRefusal::kDirectionAlongLink;
+  const double arm_rad = load.joint_rad[kBoom] + load.joint_rad[kArm];
+  Eigen::Matrix2d rows;
+  rows.row(0) = length_m[kArm] * normal(arm_rad).transpose();
+  rows.row(1) = place_m * normal(arm_rad + load.joint_rad[kBucket]).transpose();
+  const Eigen::Matrix<double, 2, 3> map = rows.inverse() * two_moments();
+  return TwoJointForce{map * load.torque_Nm, map * load.covariance_Nm2 * map.transpose()};
+}
+
+OrRefusal<ForceAtPlace> force_and_position(const JointVector& length_m, const JointLoad& load,
+                                           const PlanarVector& direction) noexcept {
+  if (!finite(load) || !direction.allFinite() || direction.norm() == 0) return ContactRefusal::kNotFinite;
+  if (std::abs(load.lever_m[kBucket]) < kLeastBucketLever_m) return ContactRefusal::kNearToggle;
+  const double arm_rad = load.joint_rad[kBoom] + load.joint_rad[kArm];
+  const PlanarVector unit = direction.normalized();
+  const double arm_sine = normal(arm_rad).dot(unit);
+  const double bucket_sine = normal(arm_rad + load.joint_rad[kBucket]).dot(unit);
+  if (std::abs(arm_sine) < kLeastSine || std::abs(bucket_sine) < kLeastSine) return ContactRefusal::kDirectionAlongLink;
+  const Eigen::Vector2d moments = two_moments() * load.torque_Nm;
+  const Eigen::Matrix2d spread = two_moments() * load.covariance_Nm2 * two_moments().transpose();
+  const double per_moment = 1 / (length_m[kArm] * arm_sine);
+  ForceAtPlace found;
+  found.force_N = per_moment * moments[0];
+  if (std::abs(found.force_N) < kLeastSigmas * std::abs(per_moment) * std::sqrt(spread(0, 0)))
+    return ContactRefusal::kForceTooSmall;
+  found.place_m = moments[1] / (found.force_N * bucket_sine);
+  const double beside = kBesideBucket * length_m[kBucket];
+  if (found.place_m < -beside || found.place_m > length_m[kBucket] + beside) return ContactRefusal::kOffTheBucket;
+  Eigen::Matrix2d slope;  // d (force, place) / d moments
+  slope << per_moment, 0, -found.place_m / found.force_N * per_moment, 1 / (found.force_N * bucket_sine);
+  found.covariance = slope * spread * slope.transpose();
+  return found;
+}
+
+}  // namespace knuckle::estimation
