@@ -19,9 +19,9 @@ BuriedObjectCue::BuriedObjectCue(const MachineDescription& machine, double step_
     : kinematics_(machine),
       step_s_(step_s),
       window_(std::clamp(static_cast<int>(std::lround(kWindow_s / step_s)), 1, kSamples - 1)),
-      first_(kFastVelocity_Hz, step_s),
-      second_(kFastVelocity_Hz, step_s),
-      third_(kFastObserver_Hz, step_s) {}
+      first_(kFastBand.velocity_Hz, step_s),
+      second_(kFastBand.velocity_Hz, step_s),
+      third_(kFastBand.observer_Hz, step_s) {}
 
 bool BuriedObjectCue::step(const JointState& state, const ForceEstimate& force) noexcept {
   if (!state.angle_rad.allFinite() || !force.fast_torque_Nm.allFinite()) return on_;

@@ -1,5 +1,5 @@
-// Contact as an event: two-sided CUSUM per joint on the high-passed fast torque, so that whatever changes slowly (bias,
-// gravity errors, a load being lifted) does not count and a step does at once.
+// Contact as an event: two-sided CUSUM per joint on the high-passed contact torque, so that whatever changes slowly
+// (bias, gravity errors, a load being lifted) does not count and a step does at once.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ class ContactCusum {
  public:
   static constexpr double kHighPass_Hz = 2;
   static constexpr double kDrift = 2;       ///< k, in standard deviations of the free signal.
-  static constexpr double kThreshold = 21;  ///< h, likewise, for a step of 5 ms.
+  static constexpr double kThreshold = 11;  ///< h, likewise, for a step of 5 ms.
   static constexpr double kReferenceStep_s = 5e-3;
   static constexpr double kClip = 10;  ///< One sample adds no more: a single outlier is no contact.
 

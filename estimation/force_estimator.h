@@ -1,5 +1,6 @@
-// The force of the world on the bucket tip, from cylinder pressures: momentum observer on the nominal model minus
-// friction ("dynamic tare"), with covariance, confidence and contact event. Runs in the slave loop.
+// The force of the world on the bucket tip, from cylinder pressures: momentum observer on the machine's model (as
+// calibrated, else as drawn) minus friction ("dynamic tare"), with covariance, confidence and contact event. Runs in
+// the slave loop. Mechanisms and figures: docs/force-estimation.md.
 #pragma once
 
 #include <array>
@@ -9,9 +10,11 @@
 #include "core/joints.h"
 #include "estimation/contact.h"
 #include "estimation/foh_filter.h"
+#include "estimation/free_spread.h"
 #include "estimation/friction.h"
 #include "estimation/joint_state.h"
 #include "estimation/load.h"
+#include "estimation/observer.h"
 #include "estimation/regressor.h"
 #include "estimation/tare.h"
 #include "machine/description.h"
@@ -35,7 +38,9 @@ struct ForceEstimate {
   JointVector joint_torque_Nm =
       JointVector::Zero();                           ///< External joint torque, observer at the force bandwidth (3 Hz).
   JointVector fast_torque_Nm = JointVector::Zero();  ///< Likewise at 6 Hz, for the slave's contact law.
-  PlanarVector tip_N = PlanarVector::Zero();         ///< Force of the world on the tip, frame M.
+  JointVector contact_torque_Nm = JointVector::Zero();             ///< Likewise at 12 Hz, for contact events alone.
+  Eigen::Matrix3d joint_covariance_Nm2 = Eigen::Matrix3d::Zero();  ///< Of joint_torque_Nm, for any contact model.
+  PlanarVector tip_N = PlanarVector::Zero();                       ///< Force of the world on the tip, frame M.
   Eigen::Matrix2d covariance_N2 = Eigen::Matrix2d::Zero();
   double confidence = 0;  ///< [0, 1]
   std::uint8_t confidence_reasons = 0;
@@ -54,23 +59,9 @@ struct ForceEstimate {
   JointVector tare_variance_Nm2 = JointVector::Zero();  ///< Of what the tare has not learned yet: lasts.
 };
 
-/// Force channels. Each is a momentum observer behind a velocity filter; gains of the design's start values.
-inline constexpr double kSlowObserver_Hz = 3, kSlowVelocity_Hz = 8;
-inline constexpr double kFastObserver_Hz = 6, kFastVelocity_Hz = 15;
-
-/// External joint torque e = a (p - F p) + F u of gain a, with p the momentum and u = (velocity products + gravity +
-/// friction - cylinder torque): the residual of the filtered regressor, Q replaced by what cylinders and friction give.
-class MomentumObserver {
- public:
-  MomentumObserver(double cutoff_Hz, double step_s) noexcept;
-  void reset(const JointVector& momentum, const JointVector& imbalance_Nm) noexcept;
-  const JointVector& step(const JointVector& momentum, const JointVector& imbalance_Nm) noexcept;
-
- private:
-  double gain_;
-  FohFilter<JointVector> momentum_, imbalance_;
-  JointVector external_Nm_ = JointVector::Zero();
-};
+/// The reported force; the slave's contact law; contact events.
+inline constexpr ChannelBand kSlowBand{3, 8}, kFastBand{6, 15}, kContactBand{12, 15};
+inline constexpr double kSlowVelocity_Hz = kSlowBand.velocity_Hz;
 
 class ForceEstimator {
  public:
@@ -100,37 +91,35 @@ class ForceEstimator {
   [[nodiscard]] const Tare& learned() const noexcept { return tare_; }
 
  private:
-  /// Speed, bristles and observer of one bandwidth.
-  struct Channel {
-    Channel(double velocity_Hz, double observer_Hz, double step_s) noexcept;
-    void rest() noexcept;
-    /// Two equal poles: behind one, each 0.1 mm step of a wire encoder is a jolt of 500 N m to the boom's momentum.
-    LowPass<JointVector> first;
-    FohFilter<JointVector> rate;
-    std::array<DahlState, kJoints> dahl{};
-    JointVector lever_m = JointVector::Zero(), cylinder_mps = JointVector::Zero(), bristle = JointVector::Zero();
-    MomentumObserver observer;
+  /// A channel that is not reported: its tare goes in with the rest, its cylinder torque passes twins of its velocity
+  /// poles.
+  struct QuickChannel {
+    QuickChannel(const ChannelBand& band, double step_s) noexcept
+        : motion(band, step_s), first(band.velocity_Hz, step_s), second(band.velocity_Hz, step_s) {}
+    ObserverChannel motion;
+    FohFilter<JointVector> first, second;
   };
   using Bank = Eigen::Array<double, 12, 1>;   ///< lever, cylinder torque, gravity on X, gravity on Z
   using Speeds = Eigen::Array<double, 6, 1>;  ///< lever * bristle, lever * extension rate
 
   void start(const JointState& state) noexcept;
-  void move(Channel& channel, const JointVector& joint_step_rad, const JointVector& lever_m) noexcept;
-  [[nodiscard]] JointVector friction_N(const Channel& channel) const noexcept;
+  void start(QuickChannel& channel, const Pose& pose, const JointVector& cylinder_Nm) noexcept;
   void slow_step(const Pose& pose, const JointState& state) noexcept;
-  void fast_step(const Pose& pose, const JointState& state) noexcept;
-  [[nodiscard]] JointVector stuck_variance(const Channel& channel) const noexcept;
+  [[nodiscard]] JointVector quick_step(QuickChannel& channel, const Pose& pose, const JointState& state) noexcept;
+  [[nodiscard]] JointVector stuck_variance(const ObserverChannel& channel) const noexcept;
   void watch_end_stops(const JointVector& joints_rad) noexcept;
-  [[nodiscard]] JointVector encoder_shake_Nm(const Pose& pose, double edge_Hz) const noexcept;
-  void update_covariance(const Pose& pose) noexcept;
+  void watch_reliefs(const JointState& state) noexcept;
+  [[nodiscard]] JointVector encoder_shake_Nm(const Pose& pose, const JointVector& lever_m,
+                                             const ChannelBand& band) const noexcept;
+  void update_covariance(const Pose& pose, const Eigen::Matrix<double, 2, 3>& jacobian) noexcept;
   void judge_contact() noexcept;
   void learn() noexcept;
-  void judge_confidence(const JointState& state) noexcept;
+  void judge_confidence() noexcept;
 
   MachineDescription machine_;
   Kinematics kinematics_;
   RigidArm arm_;
-  BaseParameters nominal_;
+  BaseParameters parameters_;
   PerJoint<CylinderFriction> friction_;
   double step_s_;
 
@@ -139,24 +128,23 @@ class ForceEstimator {
   Load carried_ = Load::Zero();
   JointVector last_angle_rad_ = JointVector::Zero();
   LowPass<double> pitch_;
-  Channel slow_, fast_;
+  ObserverChannel slow_;
+  QuickChannel fast_, contact_;
   FohFilter<Bank> matched_first_, matched_, bank_;  ///< Twins of the velocity filter's poles and the observer's.
   FohFilter<Speeds> speeds_;
-  FohFilter<JointVector> fast_first_, fast_matched_;  ///< Cylinder torque of the fast channel.
 
   TareSignals signals_;  ///< H, as late as the slow residual.
-  JointVector nominal_residual_Nm_ = JointVector::Zero();
+  JointVector untared_residual_Nm_ = JointVector::Zero();
   Tare tare_;
-  std::array<Eigen::Matrix3d, 2> free_covariance_;  ///< Of the tared residual in free motion: slow, fast motion.
-  std::array<JointVector, 2> free_ripple_;          ///< Variance of the high-passed fast torque, likewise.
-  Eigen::Matrix3d torque_covariance_ = Eigen::Matrix3d::Identity();
+  std::array<FreeSpread, 2> free_spread_;   ///< Of the reported torque: slow, fast motion.
+  std::array<JointVector, 2> free_ripple_;  ///< Variance of the high-passed contact torque, likewise.
   JointVector stuck_variance_ = JointVector::Zero();
   JointVector stop_variance_ = JointVector::Zero();     ///< What an end stop may take; holds on a little.
   JointVector turning_variance_ = JointVector::Zero();  ///< For the contact event: holds on after a rod turned.
-  JointVector fast_shake_Nm_ = JointVector::Zero();
+  JointVector relief_variance_ = JointVector::Zero();
   ContactCusum cusum_;
   double mahalanobis2_ = 0;
-  double untouched_s_ = 0, since_look_s_ = 0;
+  double untouched_s_ = 0, quiet_s_ = 0, since_look_s_ = 0;
   ForceEstimate estimate_;
 };
 

@@ -1,5 +1,5 @@
-// Cylinder friction by virtual work at the rod: Coulomb, Stribeck and viscous, each direction apart, on a Dahl state
-// instead of the sign of the speed.
+// Cylinder friction by virtual work at the rod: Coulomb, Stribeck, load-dependent and viscous, each direction apart, on
+// a Dahl state instead of the sign of the speed.
 #pragma once
 
 #include <cmath>
@@ -9,32 +9,41 @@
 
 namespace knuckle::estimation {
 
-/// Friction of one direction of motion.
-struct DirectionFriction {
-  double coulomb_N = 0;         ///< F_c
-  double static_N = 0;          ///< F_s
-  double viscous_Ns_per_m = 0;  ///< F_v
-};
-
 /// F_f opposes the rod: the joint feels lever * (cylinder force - F_f). Positive while extending.
+///   F_f = F_o + s (F_c + F_b exp(-(v/v_s)^2) + k |F|) + F_v v
+/// with F_c the mean of both directions and F_o half their difference: at s = +-1 that is each direction's own. What
+/// makes the directions differ is mostly the pressure transmitters' offset, which is there at s = 0, too.
 struct CylinderFriction {
-  DirectionFriction extend, retract;
-  double stribeck_mps = 0.01;  ///< v_s
+  double offset_N = 0;          ///< F_o
+  double coulomb_N = 0;         ///< F_c
+  double breakaway_N = 0;       ///< F_b = F_s - F_c
+  double viscous_Ns_per_m = 0;  ///< F_v
+  double stribeck_mps = 0.01;   ///< v_s
+  double load_share = 0;        ///< k
 
   explicit CylinderFriction(const FrictionDescription& nominal) noexcept
-      : extend{nominal.coulomb_N, nominal.coulomb_N * nominal.static_ratio, nominal.viscous_Ns_per_m},
-        retract(extend),
+      : coulomb_N(nominal.coulomb_N),
+        breakaway_N(nominal.coulomb_N * (nominal.static_ratio - 1)),
+        viscous_Ns_per_m(nominal.viscous_Ns_per_m),
         stribeck_mps(nominal.stribeck_mps) {}
+  explicit CylinderFriction(const FrictionCalibration& found) noexcept
+      : offset_N((found.coulomb_extend_N - found.coulomb_retract_N) / 2),
+        coulomb_N((found.coulomb_extend_N + found.coulomb_retract_N) / 2),
+        breakaway_N(found.breakaway_N),
+        viscous_Ns_per_m(found.viscous_Ns_per_m),
+        stribeck_mps(found.stribeck_mps),
+        load_share(found.load_share) {}
 
-  [[nodiscard]] const DirectionFriction& towards(double extension_mps) const noexcept {
-    return extension_mps >= 0 ? extend : retract;
-  }
-  /// @param dahl in [-1, 1], see DahlState. @return F_f [N].
-  [[nodiscard]] double force_N(double dahl, double extension_mps) const noexcept {
-    const DirectionFriction& f = towards(extension_mps);
+  /// @param dahl in [-1, 1], see DahlState; @param cylinder_N pressure force, for the seals' share of it.
+  /// @return F_f [N].
+  [[nodiscard]] double force_N(double dahl, double extension_mps, double cylinder_N = 0) const noexcept {
     const double slip = extension_mps / stribeck_mps;
-    return dahl * (f.coulomb_N + (f.static_N - f.coulomb_N) * std::exp(-slip * slip)) +
-           f.viscous_Ns_per_m * extension_mps;
+    return offset_N + dahl * (coulomb_N + breakaway_N * std::exp(-slip * slip) + load_share * std::abs(cylinder_N)) +
+           viscous_Ns_per_m * extension_mps;
+  }
+  /// What holds a rod at rest, at most: F_s.
+  [[nodiscard]] double static_N(double cylinder_N = 0) const noexcept {
+    return coulomb_N + breakaway_N + load_share * std::abs(cylinder_N);
   }
 };
 

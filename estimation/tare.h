@@ -1,5 +1,6 @@
 // The "dynamic tare": a Kalman filter that learns, in free motion, what the nominal model has wrong today: pressure
 // offsets, friction, oil viscosity, gravity moments.
+// A calibrated machine starts with what its identification left uncertain and what changes from day to day.
 //
 // In free motion the external torque is zero, so the nominal observer's answer e is minus the model error:
 // e = -H x + noise, where x are small corrections with priors. The correction H x is then added to every answer.
@@ -7,6 +8,7 @@
 
 #include <Eigen/Dense>
 #include <array>
+#include <limits>
 
 #include "core/joints.h"
 #include "machine/description.h"
@@ -43,7 +45,7 @@ struct TareSignals {
 struct TareSample {
   TareSignals signals;
   JointVector residual_Nm;   ///< e, nominal model
-  JointVector variance_Nm2;  ///< Of one look, already widened for what repeats from look to look.
+  JointVector variance_Nm2;  ///< Of one look taken alone.
 };
 
 class Tare {
@@ -52,6 +54,8 @@ class Tare {
   /// up to it is not learned either.
   static constexpr double kLookEvery_s = 0.05;
   static constexpr int kDelayedLooks = 20;
+  static constexpr double kRepeats = 20;  ///< Looks of one second tell about the same, so each counts for so little.
+  static constexpr double kNisMemory_s = 30;
 
   explicit Tare(const MachineDescription& machine);
 
@@ -64,10 +68,16 @@ class Tare {
 
   [[nodiscard]] const TareVector& state() const noexcept { return x_; }
   [[nodiscard]] const TareMatrix& covariance() const noexcept { return p_; }
+  /// Normalised innovation squared, mean of the three joints: e^2 / (H P H' + R) of one look before it is learned. 1 on
+  /// average where model and variances are right; NaN before the first look.
+  [[nodiscard]] double last_nis() const noexcept { return last_nis_; }
+  [[nodiscard]] double mean_nis() const noexcept { return mean_nis_; }  ///< Over the last half minute of looks.
   /// Seconds of free motion learned so far.
   [[nodiscard]] double learned_s() const noexcept { return learned_s_; }
 
  private:
+  void expect_drawing(const MachineDescription& machine);
+  void expect_calibrated(const MachineDescription& machine, const DynamicsCalibration& found);
   void learn(const TareSample& sample) noexcept;
 
   TareVector x_ = TareVector::Zero();
@@ -77,6 +87,7 @@ class Tare {
   std::array<TareSample, kDelayedLooks> queue_{};
   int queued_ = 0, next_ = 0;
   double learned_s_ = 0;
+  double last_nis_ = std::numeric_limits<double>::quiet_NaN(), mean_nis_ = last_nis_;
 };
 
 }  // namespace knuckle::estimation

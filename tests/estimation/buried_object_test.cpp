@@ -35,8 +35,8 @@ class Drag {
  private:
   Kinematics kinematics_{test_machine()};
   BuriedObjectCue cue_{test_machine(), kStep_s};
-  FohFilter<JointVector> first_{kFastVelocity_Hz, kStep_s}, second_{kFastVelocity_Hz, kStep_s},
-      third_{kFastObserver_Hz, kStep_s};
+  FohFilter<JointVector> first_{kFastBand.velocity_Hz, kStep_s}, second_{kFastBand.velocity_Hz, kStep_s},
+      third_{kFastBand.observer_Hz, kStep_s};
   double speed_mps_, x_m_ = 2.2;
 };
 

@@ -1,0 +1,206 @@
+// What the estimator makes of its torques: how sure it is, whether something was touched, what to learn from it.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "estimation/force_estimator.h"
+
+namespace knuckle::estimation {
+namespace {
+
+// Standstill: below this rod speed friction is somewhere between -F_s and +F_s.
+constexpr double kStuckSpeed_mps = 2e-3;
+constexpr double kStuckSpread = 0.5;  // standard deviation of stuck friction as a part of F_s
+// Two speed classes of what free motion leaves, by the fastest rod.
+constexpr double kFastClass_mps = 0.05;
+constexpr double kSmallestLever_m = 0.05;
+constexpr double kRippleMemory_s = 15;
+constexpr std::array<double, 2> kLeastRipple_N{35, 90};  // cylinder equivalent
+
+// Levers and angles are as wrong as pins and encoder zero are: standard deviation of a cylinder's length at a known
+// angle. Drawings: pins +-2 mm in x and z at both ends, zero +-0.5 mm; calibrated: a quarter of a millimetre.
+constexpr double kDrawnLength_m = 1.6e-3, kCalibratedLength_m = 0.35e-3;
+
+// Contact logic.
+constexpr double kTouch2 = 25, kClear2 = 12;  // squared Mahalanobis distances of three joint torques
+// Free motion is not Gaussian: a reversal or a slow beat of an encoder goes many standard deviations out now and then.
+// So a force is called significant only if it is beyond this as well, as cylinder force of each joint; slow, fast.
+constexpr std::array<double, 2> kExcursion_N{100, 150};
+constexpr double kClearTime_s = 0.3;
+constexpr double kFreeTime_s = 1.0;      // untouched for so long: free motion
+constexpr double kTurningFade_s = 0.15;  // how long a rod's turning is felt in the high-passed torque
+constexpr double kMoving_mps = 5e-3;
+
+// End stops: their cushions and steel take force that shows in the pressures but is not the world's. How much is not
+// known, so the joint's torque is not believed there.
+constexpr double kCushion_m = 0.02, kCushion_Ns_per_m = 2e5;  // throttled end of the stroke, generous
+constexpr double kStop_m = 4e-3, kStop_N = 1e4;               // steel, with what pins and encoder may be wrong
+constexpr double kJointStop_rad = 0.04;                       // beyond the working range: the linkage's own stop
+constexpr double kStopFade_s = 0.3;
+constexpr double kStopSeen_N = 300;
+
+// Confidence.
+constexpr double kTaredAfter_s = 10;
+constexpr double kUsableSigma_N = 300;
+constexpr double kReliefPart = 0.97;
+constexpr double kResidualSigma = 4;
+
+JointVector equivalent_torque2(const JointVector& lever_m, double cylinder_N) {
+  return (lever_m.cwiseAbs().cwiseMax(kSmallestLever_m) * cylinder_N).array().square();
+}
+
+std::size_t speed_class(const ObserverChannel& channel) noexcept {
+  return channel.cylinder_mps.cwiseAbs().maxCoeff() > kFastClass_mps ? 1 : 0;
+}
+
+}  // namespace
+
+/// Variance of joint torque that friction may hide where a rod (almost) stands.
+JointVector ForceEstimator::stuck_variance(const ObserverChannel& channel) const noexcept {
+  JointVector variance;
+  for (int i = 0; i < kJoints; ++i) {
+    const double slip = channel.cylinder_mps[i] / kStuckSpeed_mps;
+    const double hidden = kStuckSpread * friction_[static_cast<std::size_t>(i)].static_N() * channel.lever_m[i];
+    variance[i] = std::exp(-slip * slip) * hidden * hidden;
+  }
+  return variance;
+}
+
+void ForceEstimator::watch_end_stops(const JointVector& joints_rad) noexcept {
+  stop_variance_ *= std::exp(-step_s_ / kStopFade_s);
+  for (int i = 0; i < kJoints; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto cylinder = kinematics_.cylinder_at(i, joints_rad[i]);
+    if (!cylinder) continue;
+    const double in = cylinder->length_m - machine_.cylinders[k].min_length_m;
+    const double out = machine_.cylinders[k].max_length_m - cylinder->length_m;
+    const double gap = std::min(in, out);
+    const double closing = std::max(0.0, in < out ? -slow_.cylinder_mps[i] : slow_.cylinder_mps[i]);
+    const double throttled = std::clamp(1 - gap / kCushion_m, 0.0, 1.0);
+    const double beyond =
+        std::max(machine_.links[k].min_rad - joints_rad[i], joints_rad[i] - machine_.links[k].max_rad);
+    const double steel = std::clamp(std::max(1 - gap / kStop_m, beyond / kJointStop_rad), 0.0, 1.0);
+    const double hidden_N = kCushion_Ns_per_m * throttled * throttled * closing + kStop_N * steel;
+    stop_variance_[i] = std::max(stop_variance_[i], std::pow(cylinder->lever_m * hidden_N, 2));
+  }
+}
+
+/// An open relief takes up to the pump's whole flow through the hose between transmitter and chamber: the pressure read
+/// is off by that drop. It also ends what the cylinder can push back, so a larger force moves the machine instead.
+void ForceEstimator::watch_reliefs(const JointState& state) noexcept {
+  const HydraulicsDescription& hydraulics = machine_.hydraulics;
+  const double open_Pa = kReliefPart * hydraulics.main_relief_Pa;
+  const double drop_Pa = hydraulics.hose_drop_Pa_per_m3ps * hydraulics.pump_flow_m3ps;
+  for (int i = 0; i < kJoints; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const CylinderDescription& cylinder = machine_.cylinders[k];
+    double hidden_N = 0;
+    if (state.pressure_Pa[2 * k] > open_Pa) hidden_N = drop_Pa * cylinder.head_area_m2();
+    if (state.pressure_Pa[2 * k + 1] > open_Pa) hidden_N = std::hypot(hidden_N, drop_Pa * cylinder.rod_side_area_m2());
+    relief_variance_[i] = std::pow(state.lever_m[i] * hidden_N, 2);
+  }
+}
+
+/// Half a step of every wire encoder, shaken at a channel's edge: the most that its steps can do to the torque.
+/// Near one step per sample the error of a wire encoder is no noise but a slow beat.
+JointVector ForceEstimator::encoder_shake_Nm(const Pose& pose, const JointVector& lever_m,
+                                             const ChannelBand& band) const noexcept {
+  const JointVector half_step =
+      0.5 * machine_.sensors.encoder_step_m * lever_m.cwiseAbs().cwiseMax(kSmallestLever_m).cwiseInverse();
+  const double edge = 2.0 * std::numbers::pi * band.observer_Hz;
+  return edge * edge * joint_torque(arm_.momentum(pose, absolute(half_step)) * parameters_);
+}
+
+/// What the tare has not learned, in this pose + what free motion of this speed class leaves beside that + what stuck
+/// friction, end stops and reliefs hide + what wrong levers and angles make of the force itself.
+void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<double, 2, 3>& jacobian) noexcept {
+  stuck_variance_ = stuck_variance(slow_);
+  const TareColumns h = signals_.columns();
+  const Eigen::Matrix3d untared = h * tare_.covariance() * h.transpose();
+  const JointVector momentary = stuck_variance_ + stop_variance_ + relief_variance_;
+  const double length_m = machine_.geometry_calibration ? kCalibratedLength_m : kDrawnLength_m;
+  const JointVector lever = signals_.lever.cwiseAbs().cwiseMax(kSmallestLever_m);
+  const JointVector reach = jacobian.colwise().norm();
+  const JointVector proportional = (length_m * estimate_.tip_N.norm()) * reach.cwiseQuotient(lever);
+  const Eigen::Matrix3d& spread = free_spread_[speed_class(slow_)].covariance_Nm2();
+  estimate_.joint_covariance_Nm2 = untared + spread;
+  estimate_.joint_covariance_Nm2.diagonal() += momentary + proportional.cwiseAbs2();
+  estimate_.rod_mps = slow_.cylinder_mps;
+  estimate_.lever_m = signals_.lever;
+  estimate_.turned_lever_m = signals_.lever_dahl;
+  estimate_.look_variance_Nm2 = spread.diagonal() + momentary;
+  estimate_.tare_variance_Nm2 = untared.diagonal();
+  Eigen::Matrix3d generous = estimate_.joint_covariance_Nm2;
+  generous.diagonal() += equivalent_torque2(signals_.lever, kExcursion_N[speed_class(slow_)]) +
+                         0.5 * encoder_shake_Nm(pose, slow_.lever_m, kSlowBand).cwiseAbs2();
+  mahalanobis2_ = estimate_.joint_torque_Nm.dot(generous.inverse() * estimate_.joint_torque_Nm);
+}
+
+/// Touched: the contact channel stepped, or the slow one is larger than all that is uncertain about it. A press that
+/// grows too slowly for either is not learned while the rods stand still, which they do on anything stiff.
+void ForceEstimator::judge_contact() noexcept {
+  const std::size_t now = speed_class(contact_.motion);
+  turning_variance_ =
+      (turning_variance_ * std::exp(-step_s_ / kTurningFade_s)).cwiseMax(stuck_variance(contact_.motion));
+  const JointVector variance = free_ripple_[now] + turning_variance_ + stop_variance_;
+  // Taking a load into account is no event, so it is left in here.
+  const int alarm = cusum_.step(estimate_.contact_torque_Nm + estimate_.carried_Nm, variance.cwiseSqrt());
+  estimate_.significant = mahalanobis2_ > kTouch2 && !free_motion_certain_;
+  if (alarm >= 0 || estimate_.significant) {
+    if (!estimate_.contact) {
+      JointVector::Index largest = 0;
+      const JointVector spread = estimate_.joint_covariance_Nm2.diagonal();
+      estimate_.joint_torque_Nm.cwiseAbs2().cwiseQuotient(spread).maxCoeff(&largest);
+      estimate_.contact_joint = alarm >= 0 ? alarm : static_cast<int>(largest);
+    }
+    estimate_.contact = true;
+    untouched_s_ = 0;
+    tare_.discard();
+  } else if (mahalanobis2_ < kClear2 || free_motion_certain_ || !estimate_.contact) {
+    untouched_s_ += step_s_;
+  }
+  if (untouched_s_ > kClearTime_s) {
+    estimate_.contact = false;
+    estimate_.contact_joint = -1;
+  }
+  // Of what free motion shakes, alarms are no sign: with a spread too small they would keep it from being learned.
+  quiet_s_ = mahalanobis2_ < kClear2 ? quiet_s_ + step_s_ : 0;
+  if (quiet_s_ < kFreeTime_s) return;
+  const JointVector floor = equivalent_torque2(signals_.lever, kLeastRipple_N[now]);
+  JointVector& ripple = free_ripple_[now];
+  ripple = (ripple + step_s_ / kRippleMemory_s * (cusum_.high_passed_Nm().cwiseAbs2() - ripple)).cwiseMax(floor);
+}
+
+void ForceEstimator::learn() noexcept {
+  since_look_s_ += step_s_;
+  if (maybe_loaded_) tare_.discard();
+  if (maybe_loaded_ || since_look_s_ < Tare::kLookEvery_s || untouched_s_ < kFreeTime_s ||
+      slow_.cylinder_mps.cwiseAbs().maxCoeff() < kMoving_mps)
+    return;
+  since_look_s_ = 0;
+  tare_.look({signals_, untared_residual_Nm_, estimate_.look_variance_Nm2});
+  free_spread_[speed_class(slow_)].look(estimate_.joint_torque_Nm, estimate_.tare_variance_Nm2);
+}
+
+void ForceEstimator::judge_confidence() noexcept {
+  double confidence = 1;
+  std::uint8_t reasons = 0;
+  const auto lower = [&](std::uint8_t why, double factor) {
+    reasons = static_cast<std::uint8_t>(reasons | why);
+    confidence *= factor;
+  };
+  const Eigen::Matrix2d& c = estimate_.covariance_N2;
+  const double mean = 0.5 * (c(0, 0) + c(1, 1));
+  const double sigma = std::sqrt(mean + std::hypot(0.5 * (c(0, 0) - c(1, 1)), c(0, 1)));
+  if (sigma > kUsableSigma_N) lower(kNearSingular, kUsableSigma_N / sigma);
+  if (slow_.cylinder_mps.cwiseAbs().maxCoeff() < kStuckSpeed_mps) lower(kStuckFriction, 0.9);
+  if (slow_.cylinder_mps.cwiseAbs().maxCoeff() > kFastClass_mps) lower(kFastMotion, 0.9);
+  if (tare_.learned_s() < kTaredAfter_s) lower(kNotTared, 0.7 + 0.3 * tare_.learned_s() / kTaredAfter_s);
+  if (estimate_.residual_sigma > kResidualSigma) lower(kResidual, kResidualSigma / estimate_.residual_sigma);
+  if ((stop_variance_.array() > equivalent_torque2(signals_.lever, kStopSeen_N).array()).any()) lower(kEndStop, 0.8);
+  if (relief_variance_.maxCoeff() > 0) lower(kReliefOpen, 0.8);
+  estimate_.confidence = confidence;
+  estimate_.confidence_reasons = reasons;
+}
+
+}  // namespace knuckle::estimation
