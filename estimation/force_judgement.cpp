@@ -17,9 +17,9 @@ constexpr double kSmallestLever_m = 0.05;
 constexpr double kRippleMemory_s = 15;
 constexpr std::array<double, 2> kLeastRipple_N{35, 90};  // cylinder equivalent
 
-// Levers and angles are as wrong as pins and encoder zero are: standard deviation of a cylinder's length at a known
-// angle. Drawings: pins +-2 mm in x and z at both ends, zero +-0.5 mm; calibrated: a quarter of a millimetre.
-constexpr double kDrawnLength_m = 1.6e-3, kCalibratedLength_m = 0.35e-3;
+// Levers and angles are as wrong as pins are. Drawings: +-2 mm in x and z at both ends make 1.6 mm standard deviation of
+// the cylinder's length at a known angle, and as much of the lever; calibrated pins are known to some 0.2 mm.
+constexpr double kDrawnLength_m = 2.3e-3, kCalibratedLength_m = 0.35e-3;
 
 // Contact logic.
 constexpr double kTouch2 = 25, kClear2 = 12;  // squared Mahalanobis distances of three joint torques

@@ -1,0 +1,34 @@
+// The buried-object cue over drawn machines and hands: it comes at pipes and leaves digging in plain soil alone.
+#include <gtest/gtest.h>
+
+#include "tests/closed_loop/session_rig.h"
+
+namespace knuckle::test {
+namespace {
+
+constexpr std::uint64_t kSeeds = 10;
+
+bool stopped_at_object(const app::SessionRecord& record) {
+  return std::any_of(record.samples.begin(), record.samples.end(), [](const app::Sample& s) {
+    return s.mode == Mode::kHold && s.blocking == ReasonCode::kBuriedObject;
+  });
+}
+
+TEST(DeepBuriedObject, PlainSoilIsNeverTakenForOne) {
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    app::SessionSetup setup = session_setup("dig_cycle", seed);
+    setup.scenario.assist.stop_on_object = true;
+    EXPECT_FALSE(stopped_at_object(run_session(setup).record)) << "seed " << seed;
+  }
+}
+
+TEST(DeepBuriedObject, PipesStopTheDigging) {
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const FinishedSession session = run_session(session_setup("buried_pipe", seed));
+    EXPECT_TRUE(stopped_at_object(session.record)) << "seed " << seed;
+    EXPECT_LT(session.metrics.pipe_peak_N.value(), 4000) << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::test
