@@ -17,8 +17,8 @@ constexpr double kSmallestLever_m = 0.05;
 constexpr double kRippleMemory_s = 15;
 constexpr std::array<double, 2> kLeastRipple_N{35, 90};  // cylinder equivalent
 
-// Levers and angles are as wrong as pins are. Drawings: +-2 mm in x and z at both ends make 1.6 mm standard deviation of
-// the cylinder's length at a known angle, and as much of the lever; calibrated pins are known to some 0.2 mm.
+// Levers and angles are as wrong as pins are. Drawings: +-2 mm in x and z at both ends make 1.6 mm standard deviation
+// of the cylinder's length at a known angle, and as much of the lever; calibrated pins are known to some 0.2 mm.
 constexpr double kDrawnLength_m = 2.3e-3, kCalibratedLength_m = 0.35e-3;
 
 // Contact logic.
