@@ -6,6 +6,7 @@
 #include <ctime>
 #include <iostream>
 #include <limits>
+#include <stdexcept>
 
 #include "app/commissioning/baseline_report.h"
 #include "app/commissioning/calibration_file.h"
@@ -14,6 +15,7 @@
 #include "app/interrupt.h"
 #include "app/output_file.h"
 #include "app/progress.h"
+#include "core/error.h"
 #include "estimation/identification/kim.h"
 #include "estimation/identification/malaguti.h"
 #include "estimation/identification/static_poses.h"
@@ -182,7 +184,7 @@ int identify_command(const IdentifyOptions& options) {
   }
   IdentifyData data;
   Identified result;
-  {
+  try {
     ProgressBar bar(options.simulate ? "commissioning" : "identify");
     const double driving = options.simulate ? 0.8 : 0.3;  // share of the time
     const auto show = [&](double share) {
@@ -192,6 +194,11 @@ int identify_command(const IdentifyOptions& options) {
     data =
         options.simulate ? drive_for_data(options, [&](double share) { show(driving * share); }) : read_data(options);
     result = identify(data, options.method, {}, [&](double share) { show(driving + (1 - driving) * share); });
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::runtime_error& stopped) {  // the machine did not engage or dropped out
+    std::cerr << "knuckle: not identified: " << stopped.what() << '\n';
+    return 1;
   }
   std::ostream& told = options.json == "-" || options.report == "-" || options.out == "-" ? std::cerr : std::cout;
   told << identify_summary(data, result);
