@@ -5,6 +5,7 @@
 #include "app/command.h"
 #include "app/commissioning/identify.h"
 #include "app/commissioning/real_recordings.h"
+#include "app/commissioning/sweep.h"
 #include "app/interrupt.h"
 #include "app/options.h"
 #include "app/simulate.h"
@@ -19,6 +20,7 @@ std::vector<knuckle::app::Command> commands() {
       simulate_entry([](const SimulateOptions& options) { return simulate_command(options, run_simulation); }),
       identify_entry(identify_command),
       real_recordings_entry(),
+      sweep_entry(),
   };
 }
 

@@ -1,0 +1,54 @@
+// The commissioning of a machine by itself: survey, excitation through the valves, hold-out motion; then geometry,
+// valves and torques from what was recorded. Driving and calibrating are apart, so that the second half is the same
+// for recordings of any machine.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "app/commissioning/machine_run.h"
+#include "estimation/identification/full.h"
+#include "estimation/identification/kinematic_calibration.h"
+#include "estimation/identification/valve_identification.h"
+#include "machine/description.h"
+#include "sim/truth.h"
+
+namespace knuckle::app {
+
+struct CommissionPlan {
+  std::size_t survey_poses = 20;
+  double survey_sigma_m = 1e-3;
+  double slow_s = 120, fast_s = 80;
+  double validation_s = 40;  ///< Each, slow and at digging speed.
+};
+
+struct CommissionRuns {
+  estimation::Survey survey;
+  MachineRecording slow, fast;
+  MachineRecording validation_slow, validation_digging;
+};
+
+/// Drives the simulated machine through its wires. @param progress done share in [0, 1]; may throw to end it.
+/// @throws std::runtime_error with the reason where the machine does not do what it is asked.
+[[nodiscard]] CommissionRuns run_commissioning(const MachineDescription& machine, const sim::MachineTruth& truth,
+                                               const CommissionPlan& plan, std::uint64_t seed,
+                                               const std::function<void(double)>& progress = {});
+
+struct Commissioned {
+  estimation::GeometryResult geometry;
+  estimation::ValveResult valves;
+  estimation::FullResult full;
+  MachineDescription machine;  ///< The drawing with whatever was usable in its calibrations; not yet calibrated().
+};
+
+struct CommissionOptions {
+  bool calibrate_geometry = true;
+  estimation::FullOptions full;
+};
+[[nodiscard]] Commissioned calibrate(const MachineDescription& drawing, const CommissionRuns& runs,
+                                     const CommissionOptions& options);
+
+/// The middle of each joint's range: where commissioning starts.
+[[nodiscard]] JointVector middle_of_range(const MachineDescription& machine) noexcept;
+
+}  // namespace knuckle::app

@@ -1,0 +1,22 @@
+// Standard errors that hold: the error of an identified machine is mostly bias (pins, transmitters, oil, what the model
+// leaves out), which no residual shows. It is taken from an ensemble of simulated machines of the same drawing, each
+// commissioned and identified like the real one, and compared with what it really is.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "app/commissioning/commission.h"
+#include "machine/calibration.h"
+#include "machine/description.h"
+
+namespace knuckle::app {
+
+/// @param machines at least 2; @param seed of the ensemble, not of any machine that is judged with it.
+/// @return mean square error of the parameters over the machines; the naive covariance is part of it.
+[[nodiscard]] CalibrationMatrix model_error(const MachineDescription& drawing, const CommissionPlan& plan,
+                                            bool calibrate_geometry, int machines, std::uint64_t seed, int jobs,
+                                            const std::function<void(double)>& progress = {});
+
+}  // namespace knuckle::app

@@ -1,0 +1,41 @@
+// How good a method's forces are on one machine's trials.
+#pragma once
+
+#include <vector>
+
+#include "app/commissioning/offline_estimator.h"
+#include "app/commissioning/trials.h"
+
+namespace knuckle::app {
+
+struct PressScore {
+  double force_N = 0, error_N = 0, direction_deg = 0;
+  bool creeping = false;
+  bool covered = false;  ///< Truth inside the 95 % ellipse.
+  /// Within max(3 %, 60 N) and 3 degrees.
+  [[nodiscard]] bool good() const noexcept;
+};
+
+/// NaN and empty where a method has no answer of that kind.
+struct ForceScores {
+  double slow_rms_N, slow_p95_N;        ///< |F| in free motion.
+  double digging_rms_N, digging_p95_N;  ///< Likewise at digging speed.
+  std::vector<PressScore> presses;
+  std::vector<double> detection_s;  ///< Of each 500 N step; infinite where it was not seen while it lasted.
+  int false_alarms = 0;
+  double free_s = 0;           ///< Of free motion that they were counted over.
+  int looks = 0, covered = 0;  ///< Free motion every half second: zero inside the 95 % ellipse.
+  std::vector<double> payload_error_kg, payload_sigma_kg;
+  double nis = 0;  ///< Mean normalised innovation squared of the tare's filter, per degree of freedom.
+};
+
+/// The real-time estimator, first adapting in the warm-up.
+[[nodiscard]] ForceScores score_estimator(const MachineDescription& machine, const Trials& trials);
+
+/// Of a method that only gives a tip force: one series per recording, NaN where it has none.
+struct ForceSeries {
+  std::vector<PlanarVector> slow, digging, pulls;
+};
+[[nodiscard]] ForceScores score_series(const Trials& trials, const ForceSeries& series);
+
+}  // namespace knuckle::app
