@@ -264,7 +264,7 @@ MachineDescription read_machine(TomlTable file) {
 
 double worst_bus_load(const BusDescription& bus) noexcept {
   // 11-bit data frame with n bytes: 47 bits and interframe space, 8 n of data, a stuff bit per 4 of 34 + 8 n - 1.
-  const auto bits = [](int bytes) { return 47.0 + 8 * bytes + (34 + 8 * bytes - 1) / 4; };
+  const auto bits = [](int bytes) { return 47 + 8 * bytes + (34 + 8 * bytes - 1) / 4; };
   const double valve_Hz = bus.sync_Hz / bus.valve_every_nth_sync;
   constexpr int kNodes = 3 + 6 + 3 + 2;
   const double sensors = bits(0) + 6 * bits(5) + 3 * bits(6) + bits(2);

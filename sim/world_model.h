@@ -74,7 +74,7 @@ class WorldModel {
   std::vector<Piece> pieces_;  // pieces of breakable walls first, one per wall; then those lying about
   std::optional<Soil> soil_;
   double carried_kg_ = 0, wanted_kg_ = 0;  // scooped and dug; carried follows wanted in a fraction of a second
-  bool dumping_ = false, in_soil_ = false;
+  bool in_soil_ = false;
   double dug_kg_ = 0;
   std::vector<bool> weight_on_;
   bool hung_ = false;  // the last weight is one of hang()

@@ -14,7 +14,6 @@
 namespace knuckle::app {
 namespace {
 
-using estimation::Measurement;
 using estimation::Recording;
 using Flags = std::vector<std::uint8_t>;
 
@@ -148,7 +147,7 @@ class Checker {
     const bool may_be_zero = c == kSignalChannels - 1;
     if (!may_be_zero && zero == usable) return refuse(file_.columns[c], "is zero throughout");
     if (static_cast<double>(beyond) > kMostLeftOut * static_cast<double>(usable)) {
-      const auto percent = static_cast<double>(100 * beyond / usable);
+      const double percent = 100 * static_cast<double>(beyond) / static_cast<double>(usable);
       return refuse(file_.columns[c], text("is for %.0f %% outside what can be, ", percent) + number_text(range.low) +
                                           " to " + number_text(range.high) + " (SI units), its median is " +
                                           number_text(middle(c)) + guess(c));

@@ -1,5 +1,6 @@
 // The program: reads the command line, runs the command, turns errors into exit codes.
 #include <iostream>
+#include <string>
 #include <vector>
 
 #include "app/command.h"
@@ -11,11 +12,11 @@
 #include "app/simulate.h"
 #include "core/error.h"
 
+namespace knuckle::app {
 namespace {
 
 /// Everything that Knuckle can be told to do.
-std::vector<knuckle::app::Command> commands() {
-  using namespace knuckle::app;
+std::vector<Command> commands() {
   return {
       simulate_entry([](const SimulateOptions& options) { return simulate_command(options, run_simulation); }),
       identify_entry(identify_command),
@@ -24,24 +25,29 @@ std::vector<knuckle::app::Command> commands() {
   };
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  using namespace knuckle;
+/// @return the exit code.
+int run(const std::vector<std::string>& arguments) {
   constexpr int kBadInput = 2, kFailed = 1, kInterrupted = 130;
   try {
-    const app::CommandLine line = app::parse_command_line(commands(), {argv + 1, argv + argc});
+    const CommandLine line = parse_command_line(commands(), arguments);
     if (line.run) return line.run();
     std::cout << line.text;
     return 0;
   } catch (const InputError& error) {
     std::cerr << "knuckle: " << error.what() << '\n';
     return kBadInput;
-  } catch (const app::Interrupted&) {
+  } catch (const Interrupted&) {
     std::cerr << "knuckle: interrupted; nothing was written\n";
     return kInterrupted;
   } catch (const std::exception& error) {
     std::cerr << "knuckle: internal error: " << error.what() << '\n';
     return kFailed;
   }
+}
+
+}  // namespace
+}  // namespace knuckle::app
+
+int main(int argc, char** argv) {
+  return knuckle::app::run({argv + 1, argv + argc});
 }

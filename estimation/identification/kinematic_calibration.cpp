@@ -219,8 +219,9 @@ GeometryResult calibrate_geometry(const MachineDescription& drawing, const Surve
   const auto used =
       static_cast<std::size_t>(std::count_if(points.begin(), points.end(), [](auto& p) { return p.used; }));
   if (4 * used < 3 * points.size()) {
-    return refused(std::move(result), {std::to_string(points.size() - used) + " of " + std::to_string(points.size()) +
-                                       " points do not fit the others; " + result.left_out.back()});
+    const std::string reason = std::to_string(points.size() - used) + " of " + std::to_string(points.size()) +
+                               " points do not fit the others; " + result.left_out.back();
+    return refused(std::move(result), {reason});
   }
   const auto fit = fit_geometry(points, prior, false);
   const auto held_out = held_out_tips(points, prior, options.folds);

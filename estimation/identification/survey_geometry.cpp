@@ -1,5 +1,7 @@
 #include "estimation/identification/survey_geometry.h"
 
+#include <Eigen/Geometry>
+
 namespace knuckle::estimation {
 
 const std::array<const char*, kGeometryCount> kGeometryNames{
