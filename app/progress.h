@@ -2,6 +2,9 @@
 #pragma once
 
 #include <string>
+#include <utility>
+
+#include "app/interrupt.h"
 
 namespace knuckle::app {
 
@@ -21,5 +24,16 @@ class ProgressBar {
   bool on_terminal_;
   int shown_permille_ = -1;
 };
+
+/// Does `work` behind a bar, handing it a function to tell the done share to, which throws Interrupted once a signal
+/// has come.
+template <typename Work>
+auto watched(const InterruptGuard& interrupt, std::string title, const Work& work) {
+  ProgressBar bar(std::move(title));
+  return work([&](double done) {
+    interrupt.check();
+    bar.show(done);
+  });
+}
 
 }  // namespace knuckle::app

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <random>
 
+#include "app/commissioning/commission.h"
 #include "core/error.h"
 #include "estimation/identification/least_squares.h"
 #include "estimation/identification/malaguti.h"
@@ -22,16 +23,8 @@ using estimation::Recording;
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr int kPoses = 170;  // some are lost near end stops or do not come to rest
+constexpr int kVerifyingPoses = 40;
 constexpr double kRest_s = 0.8;
-
-JointVector middle(const MachineDescription& machine) {
-  JointVector joints;
-  for (int i = 0; i < kJoints; ++i) {
-    const LinkDescription& link = machine.links[static_cast<std::size_t>(i)];
-    joints[i] = (link.min_rad + link.max_rad) / 2;
-  }
-  return joints;
-}
 
 /// Rod lengths as they really were, with normal errors of noise_m; all else as recorded.
 Recording with_exact_rods(const MachineRecording& run, const sim::MachineTruth& truth, double noise_m,
@@ -68,6 +61,7 @@ BaselineRuns run_baseline(const std::string& method, const MachineDescription& m
   BaselineRuns runs;
   if (method == "static") {
     runs.identification.push_back(run.stops(estimation::static_poses(machine, kPoses, seed), kRest_s));
+    runs.verification.push_back(run.stops(estimation::static_poses(machine, kVerifyingPoses, seed + 1000), kRest_s));
   } else if (method == "malaguti") {
     runs.identification.push_back(run.follow(estimation::malaguti_dig_like_motion(machine, seed)));
     runs.verification.push_back(run.follow(estimation::malaguti_dig_like_motion(machine, seed + 1000)));
@@ -154,7 +148,7 @@ std::vector<InertiaBias> malaguti_bias(const MachineDescription& machine, std::u
     if (progress) progress(static_cast<double>(i) / machines);
     const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(i);
     const sim::MachineTruth truth = sim::draw_truth(machine, seed);
-    MachineRun run(machine, truth, {}, middle(machine), seed);
+    MachineRun run(machine, truth, {}, middle_of_range(machine), seed);
     const MachineRecording made = run.follow(estimation::malaguti_dig_like_motion(machine, seed));
     const auto values = baseline_truth("malaguti", machine, truth, {{made}, {}});
     add(rows[0], machine, made.recording, {}, values);

@@ -19,8 +19,8 @@ struct BaselineRuns {
   std::vector<MachineRecording> identification, verification;
 };
 
-/// Drives the machine as the paper of `method` did: "static" 170 poses, "malaguti" 40 s of digging in the air and
-/// another 40 s to verify with, "kim" each joint slowly in turn and two verification runs.
+/// Drives the machine as the paper of `method` did: "static" 170 poses and 40 others to verify with, "malaguti" 40 s of
+/// digging in the air and another 40 s to verify with, "kim" each joint slowly in turn and two verification runs.
 /// @param machine as the controller of `run` sees it; @param seed of poses and digging.
 /// @throws InputError for another method; std::runtime_error as MachineRun does.
 [[nodiscard]] BaselineRuns run_baseline(const std::string& method, const MachineDescription& machine, MachineRun& run,

@@ -41,13 +41,13 @@ MethodOutcome judge_full(const std::string& method, const MachineDescription& ma
     outcome.reason = full.summary.reasons.front();
     return outcome;
   }
-  MachineDescription known = machine;
-  known.dynamics_calibration = full.dynamics;
-  const MachineDescription seen = calibrated(known);
+  MachineDescription seen = calibrated(machine);
   const auto compare = [&](const MachineRecording& run) {
     return estimation::compare_torque(full.dynamics, seen, run.recording);
   };
   judge_torque(joined(compare(runs.validation_slow), compare(runs.validation_digging)), outcome);
+  seen.dynamics_calibration = full.dynamics;
+  seen.dynamics_calibration->residual_rms_Nm = outcome.torque_2Hz.rms_Nm;
   outcome.parameters = score_parameters(seen, runs, full.dynamics, hull_pitch_rad);
   outcome.force = score_estimator(seen, trials);
   return outcome;

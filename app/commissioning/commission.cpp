@@ -1,5 +1,6 @@
 #include "app/commissioning/commission.h"
 
+#include <algorithm>
 #include <array>
 
 #include "estimation/identification/excitation.h"
@@ -15,45 +16,48 @@ JointVector middle_of_range(const MachineDescription& machine) noexcept {
   return middle;
 }
 
-CommissionRuns run_commissioning(const MachineDescription& machine, const sim::MachineTruth& truth,
+CommissionRuns run_commissioning(const MachineDescription& drawing, const sim::MachineTruth& truth,
                                  const CommissionPlan& plan, std::uint64_t seed,
                                  const std::function<void(double)>& progress) {
-  const auto done = [&](double share) {
-    if (progress) progress(share);
-  };
-  MachineRun run(calibrated(machine), truth, {}, middle_of_range(machine), seed);
-  CommissionRuns runs;
-  done(0);
-  if (plan.survey_poses > 0) {
-    runs.survey = run.survey(estimation::survey_poses(machine, plan.survey_poses), plan.survey_sigma_m);
-  }
-  done(0.3);
-  runs.slow = run.follow(estimation::slow_sweeps(machine, plan.slow_s));
-  done(0.6);
-  runs.fast = run.follow(estimation::fast_excitation(machine, plan.fast_s, seed));
-  done(0.8);
   using estimation::MotionSpeed;
-  runs.validation_slow =
-      run.follow(estimation::held_out_motion(machine, seed + 100, MotionSpeed::kSlow, plan.validation_s));
-  runs.validation_digging =
-      run.follow(estimation::held_out_motion(machine, seed + 101, MotionSpeed::kDigging, plan.validation_s));
-  done(1);
+  const MachineDescription machine = calibrated(drawing);
+  MachineRun run(machine, truth, {}, middle_of_range(machine), seed);
+  if (progress) run.watch([&](double elapsed_s) { progress(std::min(1.0, elapsed_s / plan.duration_s())); });
+  const auto held_out = [&](std::uint64_t own, MotionSpeed speed) {
+    return run.follow(estimation::held_out_motion(machine, own, speed, plan.validation_s));
+  };
+  CommissionRuns runs;
+  if (plan.survey_poses > 0)
+    runs.survey = run.survey(estimation::survey_poses(machine, plan.survey_poses), plan.survey_sigma_m);
+  runs.slow = run.follow(estimation::slow_sweeps(machine, plan.slow_s));
+  runs.fast = run.follow(estimation::fast_excitation(machine, plan.fast_s, seed));
+  runs.validation_slow = held_out(seed + 100, MotionSpeed::kSlow);
+  runs.validation_digging = held_out(seed + 101, MotionSpeed::kDigging);
   return runs;
+}
+
+estimation::GeometryResult learn_geometry(MachineDescription& machine, const estimation::Survey& survey) {
+  estimation::GeometryResult result = estimation::calibrate_geometry(machine, survey);
+  if (result.summary.usable) machine.geometry_calibration = result.geometry;
+  return result;
+}
+
+estimation::ValveResult learn_valves(MachineDescription& machine, std::span<const estimation::Recording> recordings) {
+  estimation::ValveResult result = estimation::identify_valves(calibrated(machine), recordings);
+  const auto usable = [](const estimation::Identification& axis) { return axis.usable; };
+  if (std::any_of(result.axes.begin(), result.axes.end(), usable)) machine.valve_calibration = result.valves;
+  return result;
 }
 
 Commissioned calibrate(const MachineDescription& drawing, const CommissionRuns& runs,
                        const CommissionOptions& options) {
   Commissioned result;
   result.machine = drawing;
-  if (options.calibrate_geometry) {
-    result.geometry = estimation::calibrate_geometry(drawing, runs.survey, {});
-    if (result.geometry.summary.usable) result.machine.geometry_calibration = result.geometry.geometry;
-  }
+  if (options.calibrate_geometry) result.geometry = learn_geometry(result.machine, runs.survey);
   const std::array recordings{runs.slow.recording, runs.fast.recording};
-  result.valves = estimation::identify_valves(calibrated(result.machine), recordings);
-  result.machine.valve_calibration = result.valves.valves;
   result.full = estimation::identify_full(calibrated(result.machine), recordings, options.full);
   if (result.full.summary.usable) result.machine.dynamics_calibration = result.full.dynamics;
+  result.valves = learn_valves(result.machine, recordings);
   return result;
 }
 

@@ -1,10 +1,11 @@
 // The commissioning of a machine by itself: survey, excitation through the valves, hold-out motion; then geometry,
-// valves and torques from what was recorded. Driving and calibrating are apart, so that the second half is the same
+// torques and valves from what was recorded. Driving and calibrating are apart, so that the second half is the same
 // for recordings of any machine.
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <span>
 
 #include "app/commissioning/machine_run.h"
 #include "estimation/identification/full.h"
@@ -20,6 +21,11 @@ struct CommissionPlan {
   double survey_sigma_m = 1e-3;
   double slow_s = 120, fast_s = 80;
   double validation_s = 40;  ///< Each, slow and at digging speed.
+  /// What driving it takes, about.
+  [[nodiscard]] double duration_s() const noexcept {
+    constexpr double kPose_s = 5;  // there, come to rest
+    return kPose_s * static_cast<double>(survey_poses) + slow_s + fast_s + 2 * validation_s;
+  }
 };
 
 struct CommissionRuns {
@@ -30,7 +36,7 @@ struct CommissionRuns {
 
 /// Drives the simulated machine through its wires. @param progress done share in [0, 1]; may throw to end it.
 /// @throws std::runtime_error with the reason where the machine does not do what it is asked.
-[[nodiscard]] CommissionRuns run_commissioning(const MachineDescription& machine, const sim::MachineTruth& truth,
+[[nodiscard]] CommissionRuns run_commissioning(const MachineDescription& drawing, const sim::MachineTruth& truth,
                                                const CommissionPlan& plan, std::uint64_t seed,
                                                const std::function<void(double)>& progress = {});
 
@@ -47,6 +53,12 @@ struct CommissionOptions {
 };
 [[nodiscard]] Commissioned calibrate(const MachineDescription& drawing, const CommissionRuns& runs,
                                      const CommissionOptions& options);
+
+// Its first and last step by themselves: what is usable goes into the machine.
+/// Lengths and pins, on which angles and levers of everything else hang.
+estimation::GeometryResult learn_geometry(MachineDescription& machine, const estimation::Survey& survey);
+/// Valves, from recordings that hold their commands.
+estimation::ValveResult learn_valves(MachineDescription& machine, std::span<const estimation::Recording> recordings);
 
 /// The middle of each joint's range: where commissioning starts.
 [[nodiscard]] JointVector middle_of_range(const MachineDescription& machine) noexcept;

@@ -10,6 +10,7 @@
 
 #include "app/commissioning/baseline_report.h"
 #include "app/commissioning/calibration_file.h"
+#include "app/commissioning/ensemble.h"
 #include "app/commissioning/identify_output.h"
 #include "app/commissioning/identify_report.h"
 #include "app/interrupt.h"
@@ -79,22 +80,26 @@ void validate(const IdentifyData& data, const MethodRun& run, const std::string&
   }
 }
 
-/// Held-out torque that is not explained makes a result unusable, whatever its own residuals say.
+/// Held-out torque that is not explained makes a result unusable, whatever its own residuals say; so does none at all.
 void judge(Identified& result) {
-  if (!result.summary.usable) return;
+  bool validated = false;
+  std::vector<std::string> reasons;
   for (const HoldOut& held : result.hold_out) {
     if (held.method != result.method) continue;
     for (int j = 0; j < kJoints; ++j) {
-      const double nrmse = held.to_2Hz.nrmse[j];
-      if (std::isnan(nrmse) || nrmse <= kWorstNrmse) continue;
-      if (result.summary.usable) result.summary.reasons.clear();
-      result.summary.usable = false;
-      result.summary.reasons.push_back(held.source + ": leaves " + std::to_string(std::lround(100 * nrmse)) +
-                                       " % of the " + kJointNames[static_cast<std::size_t>(j)] +
-                                       "'s held-out torque unexplained; at most " +
-                                       std::to_string(std::lround(100 * kWorstNrmse)) + " %");
+      const double nrmse = held.judged().nrmse[j];
+      if (std::isnan(nrmse)) continue;
+      validated = true;
+      if (nrmse <= kWorstNrmse) continue;
+      reasons.push_back(held.source + ": leaves " + std::to_string(std::lround(100 * nrmse)) + " % of the " +
+                        kJointNames[static_cast<std::size_t>(j)] + "'s held-out torque unexplained; at most " +
+                        std::to_string(std::lround(100 * kWorstNrmse)) + " %");
     }
   }
+  if (!validated) reasons.emplace_back("nothing is held out that it could be validated with");
+  if (!result.summary.usable || reasons.empty()) return;
+  result.summary.usable = false;
+  result.summary.reasons = reasons;
 }
 
 JointVector pooled_rms(const Identified& result) {
@@ -108,16 +113,6 @@ JointVector pooled_rms(const Identified& result) {
   return count > 0 ? JointVector((sum / count).cwiseSqrt()) : JointVector(JointVector::Zero());
 }
 
-/// Valves come from the same recordings, where their commands were recorded.
-void identify_axes(const IdentifyData& data, const MachineDescription& machine, Identified& result) {
-  const auto commanded = [](const Recording& recording) { return !recording.valve.empty(); };
-  if (!std::all_of(data.training.begin(), data.training.end(), commanded)) return;
-  result.valves = estimation::identify_valves(machine, data.training);
-  const auto& axes = result.valves->axes;
-  if (std::any_of(axes.begin(), axes.end(), [](const auto& axis) { return axis.usable; }))
-    result.machine.valve_calibration = result.valves->valves;
-}
-
 std::string now_utc() {
   const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
   std::tm utc{};
@@ -127,16 +122,30 @@ std::string now_utc() {
   return text.data();
 }
 
+/// The machine before anything was learned of it.
+MachineDescription drawing_of(MachineDescription machine) {
+  machine.geometry_calibration.reset();
+  machine.dynamics_calibration.reset();
+  machine.valve_calibration.reset();
+  return machine;
+}
+
+/// Of machines drawn around the same drawing: commissioned alike, surveyed where this one's geometry is calibrated.
+CalibrationMatrix ensemble_error(const IdentifyOptions& options, const MachineDescription& machine,
+                                 const std::function<void(double)>& progress) {
+  const bool surveyed = machine.geometry_calibration.has_value();
+  CommissionPlan plan = commission_plan(options);
+  if (!surveyed) plan.survey_poses = 0;
+  return model_error(drawing_of(machine), plan, surveyed, options.ensemble, options.seed, 0, progress);
+}
+
 /// The full method's own report, or the paper's tables and figures again.
 void write_page(const IdentifyOptions& options, const IdentifyData& data, const Identified& result, std::ostream& out) {
   constexpr int kBiasMachines = 10;
   if (options.method == "full") return write_identify_report(data, result, out);
   BaselineData paper{data.training, data.hold_out, data.truth, {}};
-  if (options.simulate && options.method == "malaguti") {
-    MachineDescription drawing = data.machine;  // other machines than the one surveyed
-    drawing.geometry_calibration.reset();
-    paper.bias = malaguti_bias(drawing, options.seed, kBiasMachines);
-  }
+  if (options.simulate && options.method == "malaguti")  // other machines than the one surveyed
+    paper.bias = malaguti_bias(drawing_of(data.machine), options.seed, kBiasMachines);
   write_baseline_report(options.method, calibrated(data.machine), paper, out);
 }
 
@@ -150,6 +159,7 @@ Identified identify(const IdentifyData& data, const std::string& method, const e
   done(0);
   Identified result;
   result.method = method;
+  result.with_model_error = method == "full" && options.model_error;
   result.machine = data.machine;
   const MachineDescription machine = calibrated(data.machine);
   const MethodRun run = run_method(method, machine, data.training, options);
@@ -167,7 +177,9 @@ Identified identify(const IdentifyData& data, const std::string& method, const e
       if (solved && other.summary.usable) validate(data, other, paper, result);
     }
     done(0.8);
-    if (result.summary.usable) identify_axes(data, machine, result);
+    const auto commanded = [](const Recording& recording) { return !recording.valve.empty(); };
+    if (result.summary.usable && std::all_of(data.training.begin(), data.training.end(), commanded))
+      result.valves = learn_valves(result.machine, data.training);
   }
   result.machine.calibration_provenance = {method, now_utc(), data.sha256, data.source, program_version()};
   done(1);
@@ -185,15 +197,16 @@ int identify_command(const IdentifyOptions& options) {
   IdentifyData data;
   Identified result;
   try {
-    ProgressBar bar(options.simulate ? "commissioning" : "identify");
-    const double driving = options.simulate ? 0.8 : 0.3;  // share of the time
-    const auto show = [&](double share) {
-      interrupt.check();
-      bar.show(share);
-    };
-    data =
-        options.simulate ? drive_for_data(options, [&](double share) { show(driving * share); }) : read_data(options);
-    result = identify(data, options.method, {}, [&](double share) { show(driving + (1 - driving) * share); });
+    data = !options.simulate ? read_data(options) : watched(interrupt, "commissioning", [&](const auto& progress) {
+      return drive_for_data(options, progress);
+    });
+    estimation::FullOptions full;
+    if (options.ensemble > 0) {
+      full.model_error = watched(interrupt, "ensemble",
+                                 [&](const auto& progress) { return ensemble_error(options, data.machine, progress); });
+    }
+    result = watched(interrupt, "identify",
+                     [&](const auto& progress) { return identify(data, options.method, full, progress); });
   } catch (const InputError&) {
     throw;
   } catch (const std::runtime_error& stopped) {  // the machine did not engage or dropped out

@@ -19,12 +19,16 @@ namespace knuckle::app {
 struct HoldOut {
   std::string source, method;
   estimation::TorqueFit to_2Hz, unfiltered;
+  /// Rests are too short for the filter.
+  [[nodiscard]] bool filtered() const { return to_2Hz.nrmse.array().isFinite().any(); }
+  [[nodiscard]] const estimation::TorqueFit& judged() const { return filtered() ? to_2Hz : unfiltered; }
 };
 
 /// Starts pessimistic, as its summary does.
 struct Identified {
   std::string method;
   estimation::Identification summary;
+  bool with_model_error = false;                          ///< Whether the sigmas hold what the model gets wrong.
   std::vector<HoldOut> hold_out;                          ///< The method's first, then the papers' on the same data.
   std::vector<estimation::TorqueComparison> comparisons;  ///< The method's, one a held-out recording.
   std::optional<estimation::ValveResult> valves;          ///< Where recordings hold valve commands.

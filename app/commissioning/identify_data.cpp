@@ -9,7 +9,6 @@
 
 #include "app/commissioning/baseline_runs.h"
 #include "app/commissioning/data_check.h"
-#include "app/commissioning/machine_run.h"
 #include "app/commissioning/recording_reader.h"
 #include "app/commissioning/survey_file.h"
 #include "app/digest.h"
@@ -26,20 +25,15 @@ using estimation::Recording;
 using estimation::Survey;
 
 constexpr std::size_t kSurveyedPoses = 40;
-constexpr double kSurveySigma_m = 1e-3;
 
 std::string bytes_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Lengths and pins first: angles and levers of everything else hang on them.
 void calibrate_from(const Survey& survey, IdentifyData& data) {
-  data.geometry = estimation::calibrate_geometry(data.machine, survey);
-  if (data.geometry->summary.usable) {
-    data.machine.geometry_calibration = data.geometry->geometry;
-    return;
-  }
+  data.geometry = learn_geometry(data.machine, survey);
+  if (data.geometry->summary.usable) return;
   for (const std::string& reason : data.geometry->summary.reasons)
     data.findings.push_back(survey.source + ": survey not used: " + reason);
 }
@@ -84,27 +78,43 @@ Survey rounded(Survey survey) {
   return survey;
 }
 
-JointVector middle_of_range(const MachineDescription& machine) {
-  JointVector middle;
-  for (std::size_t i = 0; i < kJoints; ++i)
-    middle[static_cast<Eigen::Index>(i)] = (machine.links[i].min_rad + machine.links[i].max_rad) / 2;
-  return middle;
+/// What was driven, by the names of its files.
+struct Driven {
+  Survey survey;
+  std::vector<Recording> training, hold_out;
+  std::map<std::string, double> truth;
+};
+
+Recording named(const std::string& name, MachineRecording made) {
+  made.recording.source = name;
+  return std::move(made.recording);
 }
 
-/// @param done is told the seconds of each part.
-Survey surveyed(MachineRun& run, const std::vector<JointVector>& poses, const std::function<void(double)>& done) {
-  constexpr std::size_t kAtOnce = 5;  // so that progress shows
-  Survey survey;
-  for (std::size_t first = 0; first < poses.size(); first += kAtOnce) {
-    const auto begin = poses.begin() + static_cast<std::ptrdiff_t>(first);
-    const auto end = poses.begin() + static_cast<std::ptrdiff_t>(std::min(poses.size(), first + kAtOnce));
-    const Survey some = run.survey({begin, end}, kSurveySigma_m);
-    survey.source = some.source;
-    survey.point_sigma_m = some.point_sigma_m;
-    survey.poses.insert(survey.poses.end(), some.poses.begin(), some.poses.end());
-    done(3.0 * kAtOnce);
-  }
-  return survey;
+Driven drive_full(const IdentifyOptions& options, const MachineDescription& drawing, const sim::MachineTruth& truth,
+                  const std::function<void(double)>& progress) {
+  CommissionRuns runs = run_commissioning(drawing, truth, commission_plan(options), options.seed, progress);
+  return {rounded(std::move(runs.survey)),
+          {named("slow", std::move(runs.slow)), named("fast", std::move(runs.fast))},
+          {named("hold_out_slow", std::move(runs.validation_slow)),
+           named("hold_out_digging", std::move(runs.validation_digging))},
+          {}};
+}
+
+Driven drive_paper(const IdentifyOptions& options, const MachineDescription& drawing, const sim::MachineTruth& truth,
+                   const std::function<void(double)>& progress) {
+  const MachineDescription machine = calibrated(drawing);
+  const CommissionPlan plan = commission_plan(options);
+  MachineRun run(machine, truth, {}, middle_of_range(machine), options.seed);
+  run.watch([&](double elapsed_s) { progress(std::min(1.0, elapsed_s / plan.duration_s())); });
+  Driven driven;
+  driven.survey = rounded(run.survey(estimation::survey_poses(machine, plan.survey_poses), plan.survey_sigma_m));
+  const BaselineRuns paper = run_baseline(options.method, machine, run, options.seed);
+  for (const MachineRecording& made : paper.identification)
+    driven.training.push_back(named(options.method + "_" + std::to_string(driven.training.size() + 1), made));
+  for (const MachineRecording& made : paper.verification)
+    driven.hold_out.push_back(named("verification_" + std::to_string(driven.hold_out.size() + 1), made));
+  driven.truth = baseline_truth(options.method, machine, truth, paper);
+  return driven;
 }
 
 /// Collects files in the order of their digest, and writes them where they are to be kept.
@@ -161,45 +171,30 @@ IdentifyData read_data(const IdentifyOptions& options) {
   return data;
 }
 
+CommissionPlan commission_plan(const IdentifyOptions& options) {
+  const double held_out_s = std::clamp(0.3 * (options.slow_s + options.fast_s), 20.0, 60.0);
+  return {kSurveyedPoses, 1e-3 * options.survey_sigma_mm, options.slow_s, options.fast_s, held_out_s};
+}
+
 IdentifyData drive_for_data(const IdentifyOptions& options, const std::function<void(double)>& progress) {
   IdentifyData data;
   data.machine = load_machine(find_config("machine", options.machine));
   Keeper keeper(options.record);
-  const MachineDescription as_known = calibrated(data.machine);
-  const double held_out_s = std::clamp(0.3 * (options.slow_s + options.fast_s), 20.0, 60.0);
-  const double all_s = options.slow_s + options.fast_s + 2 * held_out_s + 3.0 * kSurveyedPoses;
-  double done_s = 0;
-  const auto done = [&](double more_s) { progress(std::min(1.0, (done_s += more_s) / all_s)); };
-  done(0);
   const sim::MachineTruth truth = sim::draw_truth(data.machine, options.seed);
-  MachineRun run(as_known, truth, {}, middle_of_range(as_known), options.seed);
-  const Survey survey = rounded(surveyed(run, estimation::survey_poses(as_known, kSurveyedPoses), done));
-  calibrate_from(survey, data);
-  const auto taken = [&](const std::string& name, Recording recording) {
-    recording.source = name;
-    done(recording.duration_s());
-    keeper.keep(name + ".csv", recording);
-    return checked(as_read(std::move(recording)), data);
+  Driven driven = options.method == "full" ? drive_full(options, data.machine, truth, progress)
+                                           : drive_paper(options, data.machine, truth, progress);
+  calibrate_from(driven.survey, data);
+  const auto take = [&](std::vector<Recording>& from, std::vector<Recording>& into) {
+    for (Recording& recording : from) {
+      keeper.keep(recording.source + ".csv", recording);
+      into.push_back(checked(as_read(std::move(recording)), data));
+    }
   };
-  if (options.method == "full") {
-    using estimation::MotionSpeed;
-    const auto held_out = [&](MotionSpeed speed) {
-      return run.follow(estimation::held_out_motion(as_known, options.seed + 100, speed, held_out_s)).recording;
-    };
-    data.training.push_back(taken("slow", run.follow(estimation::slow_sweeps(as_known, options.slow_s)).recording));
-    data.training.push_back(taken("fast", run.follow(estimation::fast_excitation(as_known, options.fast_s)).recording));
-    data.hold_out.push_back(taken("hold_out_slow", held_out(MotionSpeed::kSlow)));
-    data.hold_out.push_back(taken("hold_out_digging", held_out(MotionSpeed::kDigging)));
-  } else {
-    const BaselineRuns paper = run_baseline(options.method, as_known, run, options.seed);
-    data.truth = baseline_truth(options.method, as_known, truth, paper);
-    for (const MachineRecording& made : paper.identification)
-      data.training.push_back(taken(options.method + "_" + std::to_string(data.training.size() + 1), made.recording));
-    for (const MachineRecording& made : paper.verification)
-      data.hold_out.push_back(taken("verification_" + std::to_string(data.hold_out.size() + 1), made.recording));
-  }
+  take(driven.training, data.training);
+  take(driven.hold_out, data.hold_out);
+  data.truth = std::move(driven.truth);
   std::ostringstream table;
-  write_survey(survey, table);
+  write_survey(driven.survey, table);
   keeper.keep("survey.csv", table.str());
   data.sha256 = keeper.digest();
   data.source = "simulated " + data.machine.name + ", seed " + std::to_string(options.seed);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/commissioning/commission.h"
 #include "app/commissioning/identify_options.h"
 #include "estimation/identification/kinematic_calibration.h"
 #include "estimation/identification/recording.h"
@@ -26,6 +27,9 @@ struct IdentifyData {
 
 /// @throws InputError for files that cannot be read or recordings that cannot be what they say.
 [[nodiscard]] IdentifyData read_data(const IdentifyOptions& options);
+
+/// What --simulate drives, and every machine of an --ensemble.
+[[nodiscard]] CommissionPlan commission_plan(const IdentifyOptions& options);
 
 /// Surveys, excites and records the simulated machine through its wires; judged like files. Writes options.record.
 /// For the papers' methods the motions are the papers'.

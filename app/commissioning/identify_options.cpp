@@ -37,6 +37,10 @@ void add_options(CLI::App& c, Given& given) {
       ->check(CLI::Validator(seed_error, "", "seed"));
   c.add_option("--slow", o.slow_s, "Seconds of slow sweeps to drive")->capture_default_str();
   c.add_option("--fast", o.fast_s, "Seconds of fast motion to drive")->capture_default_str();
+  c.add_option("--ensemble", o.ensemble,
+               "Simulated machines of the same drawing, commissioned alike, that the model's own error is measured on; "
+               "0: standard deviations without it")
+      ->capture_default_str();
   c.add_option("--record", o.record, "Keep the recordings and the survey as CSV in this folder");
   c.add_option("--out", o.out, "Write the calibrated machine file; one that is there is kept under a number");
   c.add_flag("--write-unusable", o.write_unusable, "Write it even if the result is not usable");
@@ -63,8 +67,6 @@ void check_simulated(const IdentifyOptions& o) {
   if (!o.hold_out_files.empty()) refuse_option("--hold-out", o.hold_out_files.front(), "--simulate drives its own");
   if (!o.map.empty()) refuse_option("--map", o.map, "only goes with recordings");
   if (!o.survey.empty()) refuse_option("--survey", o.survey, "--simulate surveys by itself");
-  check_range("--slow", o.slow_s, kShortest_s, kLongest_s, " s");
-  check_range("--fast", o.fast_s, kShortest_s, kLongest_s, " s");
 }
 
 void check(const IdentifyOptions& o) {
@@ -72,6 +74,11 @@ void check(const IdentifyOptions& o) {
     refuse_option("--method", o.method, "must be full, static, malaguti or kim");
   if (o.method != "full" && !o.out.empty())
     refuse_option("--out", o.out, "only --method full knows all that a calibrated machine file needs");
+  check_range("--slow", o.slow_s, kShortest_s, kLongest_s, " s");
+  check_range("--fast", o.fast_s, kShortest_s, kLongest_s, " s");
+  if (o.ensemble != 0) check_range("--ensemble", o.ensemble, 2, 10'000, " machines");
+  if (o.ensemble != 0 && o.method != "full")
+    refuse_option("--ensemble", std::to_string(o.ensemble), "only goes with --method full");
   check_range("--survey-sigma-mm", o.survey_sigma_mm, 0.01, 100, " mm");
   if (o.simulate) {
     check_simulated(o);

@@ -79,6 +79,13 @@ std::string verdict(const Identified& result) {
   return "usable: no" + (result.summary.reasons.empty() ? "" : " - " + result.summary.reasons.front());
 }
 
+std::string sigma_text(const Identified& result) {
+  if (result.with_model_error)
+    return "standard deviations with the model's own error, measured on an ensemble of simulated machines";
+  const std::string naive = "standard deviations without model error: too small";
+  return result.method != "full" ? naive : naive + ", 95 % intervals hold about half of the true values; --ensemble N";
+}
+
 std::string identify_summary(const IdentifyData& data, const Identified& result) {
   const estimation::Identification& summary = result.summary;
   std::string text = result.method + " on " + data.machine.name + ": " + verdict(result) + "\n";
@@ -104,10 +111,12 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
   }
   for (const HoldOut& held : result.hold_out) {
     std::string percent;
-    for (const double nrmse : held.to_2Hz.nrmse)
+    for (const double nrmse : held.judged().nrmse)
       percent += (percent.empty() ? "" : "/") + (std::isfinite(nrmse) ? formatted("%.1f", 100 * nrmse) : "-");
-    text += "  " + held.method + " on " + held.source + ", boom/arm/bucket: torque error " + percent + " % to 2 Hz\n";
+    text += "  " + held.method + " on " + held.source + ", boom/arm/bucket: torque error " + percent +
+            (held.filtered() ? " % to 2 Hz\n" : " % unfiltered\n");
   }
+  if (!summary.parameters.empty()) text += "  sigma: " + sigma_text(result) + "\n";
   for (std::size_t i = 0; i < std::min(kFindingsShown, data.findings.size()); ++i)
     text += "  " + data.findings[i] + "\n";
   if (data.findings.size() > kFindingsShown)
@@ -136,6 +145,7 @@ void write_identify_json(const IdentifyData& data, const Identified& result, std
             {"columns", summary.columns},
             {"condition_number", number(summary.condition_number)},
             {"indistinct", summary.indistinct},
+            {"model_error", result.with_model_error},
             {"parameters", parameters_json(result)}};
   Json held = Json::array();
   for (const HoldOut& h : result.hold_out) {

@@ -16,4 +16,7 @@ void write_identify_json(const IdentifyData& data, const Identified& result, std
 /// "usable", or "usable: no" with the first reason.
 [[nodiscard]] std::string verdict(const Identified& result);
 
+/// Whether standard deviations can be believed.
+[[nodiscard]] std::string sigma_text(const Identified& result);
+
 }  // namespace knuckle::app

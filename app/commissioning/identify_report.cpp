@@ -99,8 +99,8 @@ void write_parameters(std::ostream& out, const Identified& result) {
                   "joint included. Difference: identified minus drawing over sigma; beyond 2 the drawing is another "
                   "machine than this one. "
                 : "")
-      << "Sigma is one standard deviation by what the data say; what the model itself leaves out is part of it only "
-         "where an ensemble of simulated machines was asked for.</p><div class=\"wide\"><table><tr><th>parameter<th "
+      << "Sigma: " << escaped(sigma_text(result))
+      << ".</p><div class=\"wide\"><table><tr><th>parameter<th "
          "class=\"n\">value<th "
          "class=\"n\">sigma<th>unit";
   if (drawn) out << "<th class=\"n\">drawing<th class=\"n\">difference, sigma";

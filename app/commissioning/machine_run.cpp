@@ -5,6 +5,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "app/commissioning/path_leader.h"
 #include "app/commissioning/transfer.h"
@@ -22,6 +23,7 @@ namespace {
 constexpr Duration kTick = 1ms;
 constexpr Duration kComeUp = 10s, kSettle = 20s, kRestart = 2s, kSettled = 3s;  // patience
 constexpr Duration kLoadComes = 500ms;
+constexpr Duration kWatched = 1s;
 // The arm swings on its oil after the valves have closed, by less than encoders see but by some hundred newtons at the
 // cylinders; within a second that falls to a quarter.
 constexpr Duration kStill = 1500ms, kBeforeMoving = 500ms;
@@ -94,6 +96,7 @@ struct MachineRun::Impl {
   const std::vector<PlanarVector>* pull = nullptr;  // of the test rig
   double pull_step_s = 0;
   Time pull_from = kNever;
+  std::function<void(double)> watcher;
 };
 
 MachineRun::Impl::Impl(const MachineDescription& description, const sim::MachineTruth& truth,
@@ -129,6 +132,7 @@ void MachineRun::Impl::tick() {
   if (pull != nullptr) apply_pull();
   if (now.time_since_epoch() % slave_period == Duration::zero()) sample();
   plant.step(now);
+  if (watcher && now.time_since_epoch() % kWatched == Duration::zero()) watcher(to_seconds(now));
   if (synchronised) {
     at_sampling = truth_of(plant.plant().state());
     synchronised = false;
@@ -235,6 +239,10 @@ MachineRun::MachineRun(const MachineDescription& machine, const sim::MachineTrut
     : impl_(std::make_unique<Impl>(machine, truth, world, start_rad, seed)) {}
 MachineRun::~MachineRun() = default;
 
+void MachineRun::watch(std::function<void(double elapsed_s)> watcher) {
+  impl_->watcher = std::move(watcher);
+}
+
 MachineRecording MachineRun::follow(const estimation::JointPath& path, const std::vector<PlanarVector>& pull_N) {
   Impl& i = *impl_;
   if (path.joint_rad.empty()) throw std::invalid_argument("a path must have a point");
@@ -296,10 +304,6 @@ estimation::Survey MachineRun::survey(const std::vector<JointVector>& poses_rad,
                             seen(points.bucket_pin_m), seen(points.tip_m)});
   }
   return survey;
-}
-
-double MachineRun::elapsed_s() const noexcept {
-  return to_seconds(impl_->now);
 }
 
 }  // namespace knuckle::app

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -41,6 +42,8 @@ class MachineRun {
              const JointVector& start_rad, std::uint64_t seed);
   ~MachineRun();
 
+  /// Is told the time driven so far every second of it; may throw to end the run, which is then of no more use.
+  void watch(std::function<void(double elapsed_s)> watcher);
   /// Goes gently to the path's first point, then follows it and records (the way there is not recorded).
   /// @param pull_N of a test rig (load cell on a chain) on the tip, frame M, one a sample of the path; empty: none.
   /// @throws std::runtime_error with the blocking reason where the machine does not engage or drops out.
@@ -56,8 +59,6 @@ class MachineRun {
   /// Same stops, but recorded for duration_s each: for static identification. Between two stops lies one sample that is
   /// marked as not usable.
   [[nodiscard]] MachineRecording stops(const std::vector<JointVector>& poses_rad, double duration_s);
-
-  [[nodiscard]] double elapsed_s() const noexcept;
 
  private:
   struct Impl;

@@ -1,6 +1,7 @@
 // Many independent pieces of work on a few threads; the caller's thread watches and may end it.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <exception>
@@ -11,10 +12,11 @@
 
 namespace knuckle::app {
 
-/// Calls work(i) for every i < count, on `jobs` threads. @param progress called a few times a second on this thread
-/// with the share done; what it throws, or work throws, ends the rest and is thrown on from here.
+/// Calls work(i) for every i < count, on `jobs` threads; 0: one a processor. @param progress called a few times a
+/// second on this thread with the share done; what it throws, or work throws, ends the rest and is thrown on from here.
 inline void parallel_for(std::size_t count, int jobs, const std::function<void(std::size_t)>& work,
                          const std::function<void(double)>& progress) {
+  if (jobs <= 0) jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   std::atomic<std::size_t> next{0}, done{0};
   std::atomic<int> running{jobs};
   std::exception_ptr failure;

@@ -5,7 +5,6 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "app/commissioning/battery_table.h"
 #include "app/commissioning/ensemble.h"
@@ -26,9 +25,7 @@ struct SweepOptions {
   std::uint64_t seed = 1;
 };
 
-// Seeds of the machines that are judged never meet those of the ensemble.
-constexpr std::uint64_t kSeedsApart = 1'000'000'007;
-constexpr std::uint64_t kEnsembleSeeds = 0x4000'0000'0000'0000;
+constexpr std::uint64_t kSeedsApart = 1'000'000'007;  // so that two sweeps share no machine
 
 void add_options(CLI::App& c, SweepOptions& o) {
   c.add_option("--battery", o.battery, "What is swept: estimation")->required()->check(CLI::IsMember({"estimation"}));
@@ -78,22 +75,9 @@ std::vector<FullVariant> ablation(const estimation::FullOptions& full) {
   return variants;
 }
 
-/// Runs work with a progress function behind a bar; Ctrl-C ends it.
-template <typename Work>
-auto watched(const std::string& title, const Work& work) {
-  const InterruptGuard interrupt;
-  ProgressBar bar(title);
-  return work([&](double done) {
-    interrupt.check();
-    bar.show(done);
-  });
-}
-
 class Sweep {
  public:
-  explicit Sweep(const SweepOptions& options)
-      : options_(options),
-        jobs_(options.jobs > 0 ? options.jobs : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))) {
+  explicit Sweep(const SweepOptions& options) : options_(options) {
     setup_.drawing = load_machine(find_config("machine", options.machine));
     if (setup_.drawing.dynamics_calibration || setup_.drawing.geometry_calibration) {
       throw InputError(setup_.drawing.source +
@@ -104,9 +88,9 @@ class Sweep {
 
   void run() {
     if (options_.ensemble > 0) {
-      setup_.full.model_error = watched("ensemble", [&](const auto& progress) {
-        return model_error(setup_.drawing, setup_.commission, true, options_.ensemble, kEnsembleSeeds + options_.seed,
-                           jobs_, progress);
+      setup_.full.model_error = watched(interrupt_, "ensemble", [&](const auto& progress) {
+        return model_error(setup_.drawing, setup_.commission, true, options_.ensemble, options_.seed, options_.jobs,
+                           progress);
       });
     }
     const auto drawn = [&](std::uint64_t seed) { return sim::draw_truth(setup_.drawing, seed); };
@@ -136,9 +120,9 @@ class Sweep {
   std::vector<MachineOutcome> judged(const BatterySetup& setup, int count, const std::string& title,
                                      const std::function<sim::MachineTruth(std::uint64_t)>& truth) {
     std::vector<MachineOutcome> outcomes(static_cast<std::size_t>(count));
-    watched(title, [&](const auto& progress) {
+    watched(interrupt_, title, [&](const auto& progress) {
       parallel_for(
-          outcomes.size(), jobs_,
+          outcomes.size(), options_.jobs,
           [&](std::size_t i) {
             const std::uint64_t seed = options_.seed * kSeedsApart + i;
             outcomes[i] = judge_machine(setup, truth(seed), seed);
@@ -162,8 +146,8 @@ class Sweep {
     }
   }
 
+  const InterruptGuard interrupt_;
   SweepOptions options_;
-  int jobs_;
   BatterySetup setup_;
   std::vector<BatteryRow> rows_;
   std::vector<std::string> failures_;

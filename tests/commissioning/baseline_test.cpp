@@ -123,6 +123,12 @@ TEST(DeepBaselines, PosesAtRestGiveTheMomentsButForFrictionAndOffsets) {
     EXPECT_NEAR(p.value, values.at(p.name), 6) << p.name;  // 1 bar of offset is some 300 N of a cylinder
     EXPECT_GT(p.sigma, 0.01) << p.name;
   }
+  // Other poses, by the same rule: a torque to judge it by.
+  const auto torque = compare_torque(result, machine(), runs.verification.at(0).recording);
+  for (const int joint : {kArm, kBucket}) {
+    EXPECT_LT(torque_fit(torque, 0).nrmse[joint], 0.15);
+    EXPECT_GT(torque_fit(torque, 0).nrmse[joint], 0.01);  // friction is in the measured torque
+  }
 }
 
 TEST(Baselines, ProjectionOfAMachineWithoutCylinderMassIsItsOwnParameters) {

@@ -1,5 +1,7 @@
 // `knuckle identify` from outside: one command commissions the simulated machine, the same answer comes from the files
 // it leaves, and recordings that cannot tell are refused with the reason.
+#include "app/commissioning/identify.h"
+
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -87,6 +89,43 @@ TEST_F(IdentifyProgram, CommissionsTheSimulatedMachineAndSaysTheSameFromTheFiles
   EXPECT_EQ(session.err, "");
 }
 
+TEST_F(IdentifyProgram, SaysThatSigmasAreTooSmallUnlessAnEnsembleMeasuredTheModelsError) {
+  {
+    std::ofstream file(path("a.csv"));
+    write_recording(recorded_motion(), file);
+  }
+  const ProgramRun naive = identify({path("a.csv"), "--json", path("naive.json"), "--write-unusable"});
+  const ProgramRun held = identify({path("a.csv"), "--ensemble", "2", "--slow", "20", "--fast", "20", "--json",
+                                    path("held.json"), "--write-unusable"});
+  EXPECT_TRUE(names(naive.out, "without model error: too small")) << naive.out << naive.err;
+  EXPECT_TRUE(names(held.out, "with the model's own error")) << held.out << held.err;
+  const nlohmann::json a = json("naive.json"), b = json("held.json");
+  EXPECT_FALSE(a["model_error"]);
+  EXPECT_TRUE(b["model_error"]);
+  ASSERT_EQ(a["parameters"].size(), 24U);
+  double widest = 0;
+  for (std::size_t i = 0; i < a["parameters"].size(); ++i) {
+    const auto &without = a["parameters"][i], &with = b["parameters"][i];
+    EXPECT_EQ(without["value"], with["value"]);
+    EXPECT_GE(with["sigma"], without["sigma"]);
+    widest = std::max(widest, with["sigma"].get<double>() / without["sigma"].get<double>());
+  }
+  EXPECT_GT(widest, 2);
+}
+
+TEST(Identify, IsUsableOnlyWhereHeldOutMotionSaysSo) {
+  IdentifyData data;
+  data.machine = recorded_machine();
+  data.training = data.hold_out = {recorded_motion()};
+  EXPECT_TRUE(identify(data, "full").summary.usable);
+  for (const std::vector<Recording>& nothing : {std::vector<Recording>{}, {part_of(recorded_motion(), 0, 20)}}) {
+    data.hold_out = nothing;
+    const Identified result = identify(data, "full");
+    EXPECT_FALSE(result.summary.usable);
+    EXPECT_TRUE(names(result.summary.reasons.at(0), "nothing is held out")) << result.summary.reasons.at(0);
+  }
+}
+
 TEST_F(IdentifyProgram, RefusesAllZeroPressures) {
   Recording recording = recorded_motion();
   for (auto& sample : recording.samples) sample.pressure_Pa.fill(0);
@@ -147,6 +186,8 @@ TEST_F(IdentifyProgram, NamesWhatIsWrongWithTheCommandOrItsFiles) {
       {{path("a.csv"), "--hold-out", "0.9"}, "--hold-out 0.9: must be from 0.05 to 0.6"},
       {{path("a.csv"), "--hold-out", path("none.csv")}, "no such file"},
       {{path("a.csv"), "--json", path("a.csv")}, "already taken by identify"},
+      {{"--simulate", "--ensemble", "1"}, "--ensemble 1: must be from 2 to 10000 machines"},
+      {{"--simulate", "--ensemble", "2", "--method", "kim"}, "only goes with --method full"},
       {{path("a.csv"), "--simulate"}, "makes its own recordings"},
       {{path("a.csv"), "--record", path("rec")}, "only goes with --simulate"},
       {{"--simulate", "--slow", "3"}, "--slow 3: must be from 20 to 1200"},
