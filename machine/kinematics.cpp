@@ -12,8 +12,12 @@
 namespace knuckle {
 namespace {
 
-/// joint_at answers this far beyond the working range: real machines are not built to the last millimetre.
+/// A linkage must work this far beyond the working range: real machines are not built to the last millimetre.
 constexpr double kMargin_rad = 0.03;
+/// joint_at answers as far as the cylinder itself can be found, pin tolerances and encoder offset included. Near a
+/// toggle an angle would be no margin: 0.03 rad are then less than a millimetre of stroke, which a stopping cylinder
+/// overruns.
+constexpr double kStrokeMargin_m = 0.010;
 /// Below this lever the cylinder no longer says where the joint is (0.1 mm would be 1 deg).
 constexpr double kLeastLever_m = 0.005;
 constexpr double kScanStep_rad = 0.002;
@@ -132,12 +136,29 @@ void Kinematics::scan(const MachineDescription& machine, int joint) {
     }
   }
   const auto length_at = [&](double angle) { return cylinder_at(joint, angle)->length_m; };
-  std::tie(span.min_length, span.max_length) = std::minmax({length_at(span.min_rad), length_at(span.max_rad)});
+  std::tie(span.min_length, span.max_length) =
+      std::minmax({length_at(outermost(machine, joint, span.min_rad, -kScanStep_rad)),
+                   length_at(outermost(machine, joint, span.max_rad, kScanStep_rad))});
   const auto [lowest, highest] = std::minmax({length_at(link.min_rad), length_at(link.max_rad)});
   check_stroke(machine, joint, lowest, highest);
   if (joint != kBucket) {
     triangles_[index].side = sign;
   }
+}
+
+double Kinematics::outermost(const MachineDescription& machine, int joint, double from_rad,
+                             double step_rad) const noexcept {
+  const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
+  const double sign = std::copysign(1.0, cylinder_at(joint, from_rad)->lever_m);
+  const auto can_be = [&](double angle) {
+    const auto state = cylinder_at(joint, angle);
+    return state && sign * state->lever_m >= kLeastLever_m &&
+           state->length_m >= cylinder.min_length_m - kStrokeMargin_m &&
+           state->length_m <= cylinder.max_length_m + kStrokeMargin_m;
+  };
+  double reached = from_rad;
+  while (can_be(reached + step_rad)) reached += step_rad;
+  return reached;
 }
 
 CylinderState Kinematics::triangle_at(const Triangle& triangle, double joint_rad) const noexcept {

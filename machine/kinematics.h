@@ -24,7 +24,8 @@ class Kinematics {
 
   /// @return nullopt beyond a toggle.
   [[nodiscard]] std::optional<CylinderState> cylinder_at(int joint, double joint_rad) const noexcept;
-  /// Inverse of cylinder_at(...).length_m on the working range (extended by a small margin); round trip <= 1e-10 rad.
+  /// Inverse of cylinder_at(...).length_m on the working range and beyond it, as far as the cylinder's stroke goes
+  /// (with 10 mm of tolerance) and the lever keeps 5 mm; round trip <= 1e-10 rad.
   /// @return nullopt for lengths that no angle of that range gives, or a non-finite one.
   [[nodiscard]] std::optional<double> joint_at(int joint, double length_m) const noexcept;
 
@@ -52,7 +53,7 @@ class Kinematics {
     double rocker_side;   ///< Side of H seen from G to J, over the working range.
     double coupler_side;  ///< Side of K seen from H to the bucket joint, over the working range.
   };
-  /// Where joint_at answers: the working range and its margin.
+  /// Where joint_at answers: the working range and what lies beyond it.
   struct Span {
     double min_rad, max_rad;
     double min_length, max_length;
@@ -63,6 +64,9 @@ class Kinematics {
   [[nodiscard]] std::optional<double> four_bar_inverse(double length_m) const noexcept;
   /// Refuses what cannot reach or passes a toggle; sets the span and the triangle's side.
   void scan(const MachineDescription& machine, int joint);
+  /// From an angle by steps of one sign as far as the stroke goes, short of the toggle.
+  [[nodiscard]] double outermost(const MachineDescription& machine, int joint, double from_rad,
+                                 double step_rad) const noexcept;
 
   std::array<Triangle, 2> triangles_{};
   FourBar four_bar_{};

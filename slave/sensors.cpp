@@ -130,6 +130,15 @@ Reason SensorSet::fault(Time now) const noexcept {
           static_cast<float>(to_seconds(age_limit_) * 1e3)};
 }
 
+Reason SensorSet::unreachable() const noexcept {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const Channel& length = channels_[kPressures + static_cast<std::size_t>(joint)];
+    if (length.at == kNever || kinematics_.joint_at(joint, length.value)) continue;
+    return {ReasonCode::kSensorInvalid, length.node, static_cast<float>(length.value), 0};
+  }
+  return {};
+}
+
 const SensorSet::Channel& SensorSet::oldest() const noexcept {
   return *std::min_element(channels_.begin(), channels_.end(),
                            [](const Channel& a, const Channel& b) { return a.at < b.at; });

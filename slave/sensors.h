@@ -49,6 +49,8 @@ class SensorSet {
   /// First sensor that is stale (kSensorStale, ms) or sends impossible values (kSensorInvalid, raw); kNone while all
   /// are fresh and valid.
   [[nodiscard]] Reason fault(Time now) const noexcept;
+  /// The first length that no angle of its joint gives (kSensorInvalid, m); kNone where all have one.
+  [[nodiscard]] Reason unreachable() const noexcept;
   /// nullopt until every sensor has been heard once. Ages are not looked at here.
   [[nodiscard]] std::optional<estimation::Measurement> measurement() const noexcept;
   /// Arrival of the oldest value in the measurement, and its node.

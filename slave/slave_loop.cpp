@@ -82,7 +82,7 @@ void SlaveLoop::estimate(Time now) noexcept {
   state_ = filter_.step(*measurement);
   if (!state_) {
     restart_motion();
-    sensor_fault_ = {ReasonCode::kSensorInvalid, sensors_.oldest_node(), 0, 0};
+    sensor_fault_ = sensors_.unreachable();
     return;
   }
   rest_rate_.step(state_->rate_radps);

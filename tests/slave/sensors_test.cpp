@@ -119,6 +119,19 @@ TEST_F(Sensors, ImpossibleValuesAreLeftOutAndThreeInARowAreAFault) {
   }
 }
 
+TEST_F(Sensors, LengthWithoutAJointAngleIsNamedByItsOwnEncoder) {
+  send_all();
+  EXPECT_FALSE(sensors.unreachable());
+  const double at_the_toggle_m = 1.105;  // the cylinder could be as long, its linkage not
+  sensors.reset();
+  length(2, at_the_toggle_m);
+  EXPECT_EQ(sensors.rejected(), 0U);
+  const Reason reason = sensors.unreachable();
+  EXPECT_EQ(reason.code, ReasonCode::kSensorInvalid);
+  EXPECT_EQ(reason.subject, 0x32);
+  EXPECT_NEAR(reason.value, at_the_toggle_m, 1e-4);
+}
+
 TEST_F(Sensors, LengthThatJumpedCountsOnceItIsToldToAndHasStoodStill) {
   send_all();
   const auto send = [this](double arm_m) {
