@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/csv_cells.h"
+#include "app/quantile.h"
 #include "core/error.h"
 
 namespace knuckle::app {
@@ -161,13 +162,11 @@ class Reader {
     std::vector<double> steps;
     for (std::size_t i = 1; i < rows.size(); ++i) steps.push_back(rows[i].time_s - rows[i - 1].time_s);
     if (steps.empty()) return;
-    std::vector<double> sorted = steps;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double usual = median(steps);
     for (std::size_t i = 0; i < steps.size(); ++i) {
       if (steps[i] > map_.gap_s) {
         found(Kind::kGap, rows[i + 1].row, map_.time.column);
-      } else if (std::abs(steps[i] - *middle) > 0.5 * *middle) {
+      } else if (std::abs(steps[i] - usual) > 0.5 * usual) {
         found(Kind::kUnevenStep, rows[i + 1].row, map_.time.column);
       }
     }

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "app/quantile.h"
 #include "app/record_windows.h"
 
 namespace knuckle::app {
@@ -51,9 +52,7 @@ struct Response {
     level.begin += level.size() / 2;
     std::vector<double> end;
     for (std::size_t i = level.begin; i < level.end; ++i) end.push_back(force(record.samples[i]));
-    const auto middle = end.begin() + static_cast<std::ptrdiff_t>(end.size() / 2);
-    std::nth_element(end.begin(), middle, end.end());
-    plateau_N = *middle;
+    plateau_N = median(end);
   }
   /// First row, counted from the press, from which it stays at the share of the plateau for `rows`: an impact is not a
   /// level. force_N.size() if none does.

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <sstream>
 
+#include "app/quantile.h"
+
 namespace knuckle::app {
 namespace {
 
@@ -14,19 +16,6 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTenMinutes_s = 600;
 
 using Values = std::vector<double>;
-
-double quantile(Values values, double share) {
-  std::erase_if(values, [](double v) { return std::isnan(v); });
-  if (values.empty()) return kNaN;
-  const auto rank = static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(values.size()))) - 1;
-  const auto at = values.begin() + std::max<std::ptrdiff_t>(rank, 0);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-double median(const Values& values) {
-  return quantile(values, 0.5);
-}
 
 double share(double part, double whole) {
   return whole > 0 ? part / whole : kNaN;

@@ -8,6 +8,7 @@
 
 #include "app/commissioning/data_physics.h"
 #include "app/csv_reader.h"
+#include "app/quantile.h"
 #include "core/error.h"
 #include "machine/toml_reader.h"
 
@@ -105,10 +106,7 @@ class Checker {
     for (std::size_t i = 0; i < size(); ++i) {
       if (is_good(c, i)) values.push_back(at(c, i));
     }
-    if (values.empty()) return 0;
-    const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), half, values.end());
-    return *half;
+    return values.empty() ? 0 : median(values);
   }
 
   /// What a channel far out of its range might be.

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "app/commissioning/channel_plausibility.h"
+#include "app/quantile.h"
 #include "core/error.h"
 #include "machine/load.h"
 
@@ -23,14 +24,10 @@ struct Spread {
   double median, p95, rms;
 };
 
-Spread spread(std::vector<double> distances) {
-  std::sort(distances.begin(), distances.end());
+Spread spread(const std::vector<double>& distances) {
   double squares = 0;
   for (const double d : distances) squares += d * d;
-  const auto at = [&](double part) {
-    return distances[static_cast<std::size_t>(part * static_cast<double>(distances.size() - 1) + 0.5)];
-  };
-  return {at(0.5), at(0.95), std::sqrt(squares / static_cast<double>(distances.size()))};
+  return {median(distances), quantile(distances, 0.95), std::sqrt(squares / static_cast<double>(distances.size()))};
 }
 
 using Prediction = std::function<PlanarVector(const TipSample&)>;
@@ -41,19 +38,13 @@ Spread tip_error(const std::vector<TipSample>& samples, const Prediction& predic
   return spread(distances);
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 PlanarVector median_tip(const std::vector<TipSample>& samples) {
   std::vector<double> x, z;
   for (const TipSample& s : samples) {
     x.push_back(s.tip_m.x());
     z.push_back(s.tip_m.y());
   }
-  return {median_of(x), median_of(z)};
+  return {median(x), median(z)};
 }
 
 /// Errors of the tip on held-out cycles, beside those of simpler predictions made from the same training cycles.

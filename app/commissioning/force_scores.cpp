@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "app/quantile.h"
+
 namespace knuckle::app {
 namespace {
 
@@ -25,9 +27,7 @@ Norms norms_of(const std::vector<PlanarVector>& forces, double step_s) {
   if (sizes.empty()) return {};
   double squares = 0;
   for (const double size : sizes) squares += size * size;
-  const auto rank = static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(sizes.size() - 1));
-  std::nth_element(sizes.begin(), sizes.begin() + rank, sizes.end());
-  return {std::sqrt(squares / static_cast<double>(sizes.size())), sizes[static_cast<std::size_t>(rank)]};
+  return {std::sqrt(squares / static_cast<double>(sizes.size())), quantile(sizes, 0.95)};
 }
 
 std::vector<PlanarVector> tips(const std::vector<EstimateSample>& samples) {

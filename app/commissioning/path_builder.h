@@ -17,7 +17,8 @@ class PathBuilder {
   }
 
   void hold(double duration_s) { path_.joint_rad.insert(path_.joint_rad.end(), samples(duration_s), at_); }
-  /// Quintic 10 s^3 - 15 s^4 + 6 s^5: its fastest moment is 1.875 times its mean speed.
+  static constexpr double kPeak = 1.875;  ///< A move's fastest moment over its mean speed.
+  /// Quintic 10 s^3 - 15 s^4 + 6 s^5.
   void move(const JointVector& to_rad, double duration_s) {
     const std::size_t n = std::max<std::size_t>(1, samples(duration_s));
     for (std::size_t i = 1; i <= n; ++i) {

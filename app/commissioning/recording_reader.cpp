@@ -8,6 +8,7 @@
 
 #include "app/csv_cells.h"
 #include "app/csv_reader.h"
+#include "app/quantile.h"
 #include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/toml_reader.h"
@@ -79,10 +80,9 @@ std::optional<Knots> knots_of(const MappedTable& table, const std::string& name)
 double usual_step(const MappedTable& table) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < table.time_s.size(); ++i) steps.push_back(table.time_s[i] - table.time_s[i - 1]);
-  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-  const double step_s = std::round(1e6 * steps[steps.size() / 2]) / 1e6;
+  const double usual_s = median(steps), step_s = std::round(1e6 * usual_s) / 1e6;
   if (step_s < kFastest_s || step_s > kSlowest_s) {
-    table.refuse("its usual step in time is " + number_text(steps[steps.size() / 2]) + " s, must be within [" +
+    table.refuse("its usual step in time is " + number_text(usual_s) + " s, must be within [" +
                  number_text(kFastest_s) + ", " + number_text(kSlowest_s) + "]" +
                  (step_s > kSlowest_s && step_s * 1e-3 >= kFastest_s ? ": looks like milliseconds" : ""));
   }

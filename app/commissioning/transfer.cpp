@@ -3,17 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/commissioning/path_builder.h"
+
 namespace knuckle::app {
 namespace {
 
 constexpr double kSpeedShare = 0.6;  // of each joint's rate, the pump's flow and the tip's speed
 constexpr double kShortest_s = 1.0;
-constexpr double kPeak = 1.875;  // greatest slope of the quintic
-constexpr int kPlaces = 20;      // looked at along the way
-
-double quintic(double u) noexcept {
-  return u * u * u * (10 + u * (-15 + 6 * u));
-}
+constexpr int kPlaces = 20;  // looked at along the way
 
 /// Oil that the joints' displacement takes per unit of the way [m^3], where the machine stands at `joint_rad`.
 double oil(const MachineDescription& machine, const Kinematics& kinematics, const JointVector& joint_rad,
@@ -43,11 +40,9 @@ estimation::JointPath transfer(const MachineDescription& machine, const Kinemati
     slowest = std::max(slowest, oil(machine, kinematics, joint_rad, way) / machine.hydraulics.pump_flow_m3ps);
     slowest = std::max(slowest, (kinematics.tip_jacobian(joint_rad) * way).norm() / machine.limits.tip_speed_mps);
   }
-  const double duration = std::max(kShortest_s, kPeak * slowest / kSpeedShare);
-  estimation::JointPath path{step_s, {}};
-  const auto steps = static_cast<int>(std::ceil(duration / step_s));
-  for (int i = 0; i <= steps; ++i) path.joint_rad.push_back(from_rad + quintic(static_cast<double>(i) / steps) * way);
-  return path;
+  PathBuilder path(from_rad, step_s);
+  path.move(to_rad, std::max(kShortest_s, PathBuilder::kPeak * slowest / kSpeedShare));
+  return path.path();
 }
 
 }  // namespace knuckle::app

@@ -16,7 +16,6 @@ constexpr double kHold_s = 2.0, kRamp_s = 0.5, kJudge_s = 0.5, kRest_s = 1.0;
 constexpr double kKnock_N = 500, kKnock_s = 0.4;
 constexpr double kCreep_mps = 0.015;     // of the fastest cylinder
 constexpr double kTransfer_mps = 0.03;   // likewise, between presses
-constexpr double kQuinticPeak = 1.875;   // fastest over mean speed of a move
 constexpr double kStrongest_Pa = 160e5;  // a pull that needs more would open the relief valves
 
 class Draw {
@@ -58,7 +57,7 @@ class Rig {
       furthest = std::max(furthest, std::abs(kinematics_.cylinder_at(i, to[i])->length_m -
                                              kinematics_.cylinder_at(i, from[i])->length_m));
     }
-    return std::max(0.5, kQuinticPeak * furthest / cylinder_mps);
+    return std::max(0.5, PathBuilder::kPeak * furthest / cylinder_mps);
   }
 
   /// A pull of 1-5 kN anywhere that this pose can hold.

@@ -21,7 +21,8 @@ const std::array<JointVector, 6> kPlaces{
 
 bool clear_of_walls(const LimitsDescription& limits, const Kinematics& kinematics, const PathRoom& room) {
   for (int i = 0; i < kGrid * kGrid * kGrid; ++i) {
-    const JointVector share = JointVector(i % kGrid, i / kGrid % kGrid, i / kGrid / kGrid) / (kGrid - 1.0);
+    const int arm = i / kGrid, bucket = arm / kGrid;
+    const JointVector share = JointVector(i % kGrid, arm % kGrid, bucket) / (kGrid - 1.0);
     const PlanarVector tip = kinematics.tip(room.low_rad + share.cwiseProduct(room.high_rad - room.low_rad));
     if (tip.y() < limits.floor_m + kWallMargin_m || tip.y() > limits.ceiling_m - kWallMargin_m ||
         tip.x() > limits.reach_m - kWallMargin_m) {
