@@ -56,7 +56,11 @@ struct ObserverChannel {
   void move(const JointVector& joint_step_rad, const JointVector& new_lever_m) noexcept {
     lever_m = new_lever_m;
     cylinder_mps = lever_m.cwiseProduct(rate.step(first.step(joint_step_rad / period_s)));
-    for (int i = 0; i < kJoints; ++i) bristle[i] = dahl[static_cast<std::size_t>(i)].step(cylinder_mps[i], period_s);
+    for (int i = 0; i < kJoints; ++i) {
+      DahlState& state = dahl[static_cast<std::size_t>(i)];
+      state.step(cylinder_mps[i], period_s);
+      bristle[i] = state.settle(cylinder_mps[i], period_s);
+    }
   }
   /// @param cylinder_Nm joint torque of the pressures, as late as the speed. @return joint torque of friction, to be
   /// taken off it.

@@ -97,7 +97,8 @@ class SyntheticMachine {
       FrictionDescription friction = machine_.cylinders[k].friction;
       friction.coulomb_N *= errors_.friction_factor;
       friction.viscous_Ns_per_m *= errors_.friction_factor * errors_.viscosity_factor;
-      const double bristle = dahl_[k].step(speed, kStep_s);
+      dahl_[k].step(speed, kStep_s);
+      const double bristle = dahl_[k].settle(speed, kStep_s);
       const double force =
           torque[i] / cylinder.lever_m + CylinderFriction(friction).force_N(bristle, speed) + errors_.bias_N[i];
       const double back = 30e5;
