@@ -2,6 +2,7 @@
 #include "estimation/payload.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "estimation/regressor.h"
@@ -29,7 +30,8 @@ constexpr double kKnownLooks = 4, kTakeUp_s = 0.3, kLetGo_s = 0.1;
 }  // namespace
 
 PayloadEstimator::PayloadEstimator(const MachineDescription& machine, double step_s)
-    : length_m_(machine.links[0].length_m, machine.links[1].length_m, machine.links[2].length_m),
+    : acceleration_(kSlowBand.observer_Hz, step_s, JointVector::Zero()),
+      length_m_(machine.links[0].length_m, machine.links[1].length_m, machine.links[2].length_m),
       usual_place_m_(machine.payload_com_m),
       full_scale_kg_(machine.payload_full_scale_kg > 0 ? machine.payload_full_scale_kg : machine.links[2].mass_kg),
       step_s_(step_s) {
@@ -57,6 +59,7 @@ void PayloadEstimator::zero() noexcept {
 }
 
 void PayloadEstimator::step(const JointState& state, const ForceEstimate& force) noexcept {
+  follow_motion(state, force);
   judge_load(force);
   carry();
   since_look_s_ += step_s_;
@@ -74,11 +77,36 @@ void PayloadEstimator::step(const JointState& state, const ForceEstimate& force)
   solve(force);
 }
 
+void PayloadEstimator::follow_motion(const JointState& state, const ForceEstimate& force) noexcept {
+  if (!state.angle_rad.allFinite() || (force.lever_m.array().abs() < kSmallestLever_m / 10).any()) return;
+  const JointVector rate = force.rod_mps.cwiseQuotient(force.lever_m);
+  acceleration_.step((rate - last_rate_radps_) / step_s_);
+  last_rate_radps_ = rate;
+  const Pose pose(state.angle_rad, state.hull_pitch_rad);
+  const auto turned_left = [](const PlanarVector& v) { return PlanarVector(-v.y(), v.x()); };
+  // Way of the load per turn of each joint.
+  std::array<PlanarVector, kJoints> way;
+  PlanarVector reach(pose.cos[kBucket] * usual_place_m_.x() - pose.sin[kBucket] * usual_place_m_.y(),
+                     pose.sin[kBucket] * usual_place_m_.x() + pose.cos[kBucket] * usual_place_m_.y());
+  const JointVector turning = absolute(rate);
+  PlanarVector acceleration_mps2 = -turning[kBucket] * turning[kBucket] * reach;
+  for (int i = kBucket; i >= 0; --i) {
+    if (i < kBucket) {
+      const PlanarVector link = length_m_[i] * PlanarVector(pose.cos[i], pose.sin[i]);
+      reach += link;
+      acceleration_mps2 -= turning[i] * turning[i] * link;
+    }
+    way[static_cast<std::size_t>(i)] = turned_left(reach);
+    acceleration_mps2 += acceleration_.value()[i] * way[static_cast<std::size_t>(i)];
+  }
+  for (int i = 0; i < kJoints; ++i) inertia_Nm_per_kg_[i] = -way[static_cast<std::size_t>(i)].dot(acceleration_mps2);
+}
+
 PayloadEstimator::Rows PayloadEstimator::rows(const JointState& state, const ForceEstimate& force) const noexcept {
   const Eigen::Matrix3d load = load_columns(length_m_, Pose(state.angle_rad, state.hull_pitch_rad));
   Rows rows = Rows::Zero();
   rows.leftCols<3>() = load;
-  rows.col(0) += load.rightCols<2>() * usual_place_m_;
+  rows.col(0) += load.rightCols<2>() * usual_place_m_ + inertia_Nm_per_kg_;
   rows.middleCols<3>(3).diagonal() = force.lever_m;
   rows.rightCols<3>().diagonal() = force.turned_lever_m;
   return rows;
@@ -132,7 +160,10 @@ void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
   const bool tared = (force.confidence_reasons & kNotTared) == 0;
   if (tared && !tared_) start();
   tared_ = tared;
-  const bool lifts = force.significant && force.joint_torque_Nm.dot(force.carried_Nm) < 0;
+  // What the carried load's inertia explains is no doubt.
+  const JointVector left = force.joint_torque_Nm - carried_[0] * inertia_Nm_per_kg_;
+  const bool lifts = force.significant && left.dot(force.carried_Nm) < 0 &&
+                     left.squaredNorm() > 0.5 * force.joint_torque_Nm.squaredNorm();
   doubted_s_ = lifts && known() ? doubted_s_ + step_s_ : 0;
   if (doubted_s_ > kDoubt_s) start();
   const bool seen = kg() > kEmpty_kg + 3 * sigma_kg_;

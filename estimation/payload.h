@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 
+#include "core/filters.h"
 #include "core/joints.h"
 #include "estimation/force_estimator.h"
 #include "estimation/joint_state.h"
@@ -19,7 +20,10 @@ namespace knuckle::estimation {
 /// m (x, z) is from where the machine file says that loads lie; per cylinder a constant and a part with the direction
 /// of motion (what the tare has not got right), all with priors. Moving both ways separates the last from the load.
 ///
-/// Only motion counts (at rest friction hides the load), and only slow motion (the load's inertia is not modelled).
+/// Its inertia counts as that of a mass at the usual place, with the acceleration that the rods show: a heavy load that
+/// is slowed down looks 50 kg heavier for a moment.
+///
+/// Only motion counts (at rest friction hides the load), and only slow motion.
 /// A lift starts by itself whenever looks disagree with the load known so far: a weight was hung on, a piece scooped or
 /// dropped, the soil let go. A contact is not gravity-like, so it keeps starting new lifts and sigma stays wide.
 /// Until the force estimator is tared, the bucket is taken to be empty.
@@ -57,6 +61,7 @@ class PayloadEstimator {
   using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
   using Rows = Eigen::Matrix<double, kJoints, kUnknowns>;
 
+  void follow_motion(const JointState& state, const ForceEstimate& force) noexcept;
   [[nodiscard]] Rows rows(const JointState& state, const ForceEstimate& force) const noexcept;
   [[nodiscard]] bool surprised(const Rows& rows, const JointVector& torque_Nm, const JointVector& variance) noexcept;
   void accumulate(const Rows& rows, const JointVector& torque_Nm, const JointVector& variance) noexcept;
@@ -66,6 +71,9 @@ class PayloadEstimator {
   void carry() noexcept;
   void count_lift(bool empty) noexcept;
 
+  LowPass<JointVector> acceleration_;  ///< Of the joints, as late as the external torque.
+  JointVector last_rate_radps_ = JointVector::Zero();
+  JointVector inertia_Nm_per_kg_ = JointVector::Zero();  ///< Joint torques of one kilogram that is accelerated so.
   JointVector length_m_;
   PlanarVector usual_place_m_;
   double full_scale_kg_, step_s_;
