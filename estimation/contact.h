@@ -13,7 +13,7 @@ class ContactCusum {
  public:
   static constexpr double kHighPass_Hz = 2;
   static constexpr double kDrift = 2;       ///< k, in standard deviations of the free signal.
-  static constexpr double kThreshold = 11;  ///< h, likewise, for a step of 5 ms.
+  static constexpr double kThreshold = 10;  ///< h, likewise, for a step of 5 ms.
   static constexpr double kReferenceStep_s = 5e-3;
   static constexpr double kClip = 10;  ///< One sample adds no more: a single outlier is no contact.
 

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "core/seed.h"
 
 namespace knuckle::sim {
 namespace {
@@ -134,7 +135,7 @@ MachineTruth draw_truth(const MachineDescription& nominal, std::uint64_t seed) {
 }
 
 MachineTruth another_day(const MachineTruth& truth, std::uint64_t seed) {
-  Draw draw(seed);
+  Draw draw(stream_seed(seed, Stream::kDay));  // not the numbers that drew the machine
   MachineTruth day = truth;
   day.viscosity_factor = draw_viscosity(draw);
   return day;

@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 
+#include "core/seed.h"
 #include "estimation/identification/kim.h"
 #include "estimation/identification/malaguti.h"
 
@@ -138,7 +139,7 @@ void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint6
   outcome.commissioning = score_commissioning(setup.drawing, found, truth);
   const sim::MachineTruth today = setup.oil_changes ? sim::another_day(truth, seed) : truth;
   const MachineDescription seen = calibrated(found.machine);
-  MachineRun run(seen, today, {}, middle_of_range(setup.drawing), seed + 1);
+  MachineRun run(seen, today, {}, middle_of_range(setup.drawing), stream_seed(seed, Stream::kUse));
   const Trials trials = run_trials(run, seen, setup.trials, seed);
   const double pitch = truth.hull_pitch_rad;
   outcome.methods.push_back(judge_full(kFull, found.machine, found.full, runs, trials, pitch));
@@ -149,7 +150,7 @@ void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint6
   }
   if (!setup.baselines) return;
   judge_baselines(setup, found, runs, trials, pitch, outcome);
-  outcome.methods.push_back(judge_fine_encoders(setup, found.machine, today, seed + 2));
+  outcome.methods.push_back(judge_fine_encoders(setup, found.machine, today, stream_seed(seed, Stream::kFine)));
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ void press_rows(const Outcomes& all, Table& table, double bound) {
     Values errors;
     for (const MethodOutcome* o : all) {
       for (const PressScore& press : o->force.presses) {
-        if (press.creeping != creeping || std::isnan(press.error_N)) continue;
+        if (press.creeping != creeping) continue;  // one without an answer is one missed
         ++presses;
         good += press.good() ? 1 : 0;
         errors.push_back(press.error_N);
@@ -233,7 +233,7 @@ std::vector<BatteryRow> battery_rows(const std::vector<MachineOutcome>& machines
       }
     }
     Table table(method, method == kFull || method == kFullAsDrawn || method == kFullFineEncoders);
-    table.state("machines with a usable result", share(usable, static_cast<double>(machines.size())), "1");
+    table.at_least("machines with a usable result", share(usable, static_cast<double>(machines.size())), "1", 1);
     if (method != kFullFineEncoders) {
       no_load_rows(all, table);
       press_rows(all, table, method == kFullAsDrawn ? 0.88 : 0.97);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/seed.h"
 #include "estimation/identification/excitation.h"
 
 namespace knuckle::app {
@@ -21,7 +22,7 @@ CommissionRuns run_commissioning(const MachineDescription& drawing, const sim::M
                                  const std::function<void(double)>& progress) {
   using estimation::MotionSpeed;
   const MachineDescription machine = calibrated(drawing);
-  MachineRun run(machine, truth, {}, middle_of_range(machine), seed);
+  MachineRun run(machine, truth, {}, middle_of_range(machine), stream_seed(seed, Stream::kSensorNoise));
   if (progress) run.watch([&](double elapsed_s) { progress(std::min(1.0, elapsed_s / plan.duration_s())); });
   const auto held_out = [&](std::uint64_t own, MotionSpeed speed) {
     return run.follow(estimation::held_out_motion(machine, own, speed, plan.validation_s));
@@ -30,9 +31,9 @@ CommissionRuns run_commissioning(const MachineDescription& drawing, const sim::M
   if (plan.survey_poses > 0)
     runs.survey = run.survey(estimation::survey_poses(machine, plan.survey_poses), plan.survey_sigma_m);
   runs.slow = run.follow(estimation::slow_sweeps(machine, plan.slow_s));
-  runs.fast = run.follow(estimation::fast_excitation(machine, plan.fast_s, seed));
-  runs.validation_slow = held_out(seed + 100, MotionSpeed::kSlow);
-  runs.validation_digging = held_out(seed + 101, MotionSpeed::kDigging);
+  runs.fast = run.follow(estimation::fast_excitation(machine, plan.fast_s, stream_seed(seed, Stream::kExcitation)));
+  runs.validation_slow = held_out(stream_seed(seed, Stream::kValidation), MotionSpeed::kSlow);
+  runs.validation_digging = held_out(stream_seed(seed, Stream::kValidation) + 1, MotionSpeed::kDigging);
   return runs;
 }
 

@@ -10,6 +10,7 @@
 #include "app/commissioning/path_leader.h"
 #include "app/commissioning/transfer.h"
 #include "core/error.h"
+#include "core/seed.h"
 #include "machine/kinematics.h"
 #include "sim/simulated_machine.h"
 #include "slave/slave_loop.h"
@@ -82,6 +83,7 @@ struct MachineRun::Impl {
   Kinematics kinematics;
   Duration slave_period;
   std::uint64_t seed;
+  std::mt19937_64 surveyor;  ///< His errors go on from survey to survey.
   Time now{};
 
   ImpairedLink link;
@@ -105,6 +107,7 @@ MachineRun::Impl::Impl(const MachineDescription& description, const sim::Machine
       kinematics(description),
       slave_period(from_seconds(1 / description.bus.sync_Hz)),
       seed(run_seed),
+      surveyor(stream_seed(run_seed, Stream::kSurvey)),
       link({}, {}, run_seed),
       bus(2, description.bus.bit_rate),
       leader(link.a()),
@@ -290,10 +293,9 @@ estimation::Survey MachineRun::survey(const std::vector<JointVector>& poses_rad,
   estimation::Survey survey;
   survey.source = impl_->start_recording().recording.source;
   survey.point_sigma_m = sigma_m;
-  std::mt19937_64 random(impl_->seed);
   std::normal_distribution<> error;
   const auto seen = [&](const PlanarVector& point) {
-    const double x = error(random), z = error(random);
+    const double x = error(impl_->surveyor), z = error(impl_->surveyor);
     return PlanarVector(point + sigma_m * PlanarVector(x, z));
   };
   for (const JointVector& pose : poses_rad) {

@@ -71,7 +71,8 @@ std::vector<FullVariant> ablation(const estimation::FullOptions& full) {
     o.motion.window_s = 0.035;
     o.motion.order = 2;
   });
-  without("pressure lag taken off", [](auto& o) { o.motion.pressure_lag_s = 0; });
+  variants.push_back({"with 5 ms of pressure lag taken off", full});
+  variants.back().options.motion.pressure_lag_s = 5e-3;
   return variants;
 }
 
@@ -89,7 +90,7 @@ class Sweep {
   void run() {
     if (options_.ensemble > 0) {
       setup_.full.model_error = watched(interrupt_, "ensemble", [&](const auto& progress) {
-        return model_error(setup_.drawing, setup_.commission, true, options_.ensemble, options_.seed, options_.jobs,
+        return model_error(setup_.drawing, setup_.commission, true, options_.ensemble, options_.seed * kSeedsApart, options_.jobs,
                            progress);
       });
     }

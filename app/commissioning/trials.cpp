@@ -5,6 +5,7 @@
 #include <random>
 
 #include "app/commissioning/path_builder.h"
+#include "core/seed.h"
 #include "estimation/identification/excitation.h"
 #include "estimation/regressor.h"
 #include "machine/kinematics.h"
@@ -183,11 +184,13 @@ Lift lift(MachineRun& run, const MachineDescription& machine, double step_s, dou
 Trials run_trials(MachineRun& run, const MachineDescription& machine, const TrialPlan& plan, std::uint64_t seed) {
   Trials trials;
   const double step_s = 1 / machine.bus.sync_Hz;
-  Rig rig(machine, step_s, seed);
-  trials.warm_up = run.follow(estimation::held_out_motion(machine, seed + 1, estimation::MotionSpeed::kDigging, 20));
-  trials.slow = run.follow(estimation::held_out_motion(machine, seed + 2, estimation::MotionSpeed::kSlow, plan.slow_s));
-  trials.digging =
-      run.follow(estimation::held_out_motion(machine, seed + 3, estimation::MotionSpeed::kDigging, plan.digging_s));
+  Rig rig(machine, step_s, stream_seed(seed, Stream::kLoads));
+  trials.warm_up = run.follow(
+      estimation::held_out_motion(machine, stream_seed(seed, Stream::kWarmUp), estimation::MotionSpeed::kDigging, 20));
+  trials.slow = run.follow(estimation::held_out_motion(machine, stream_seed(seed, Stream::kSlow),
+                                                       estimation::MotionSpeed::kSlow, plan.slow_s));
+  trials.digging = run.follow(estimation::held_out_motion(machine, stream_seed(seed, Stream::kDigging),
+                                                          estimation::MotionSpeed::kDigging, plan.digging_s));
   run_presses(run, rig, plan.presses, trials);
   run_knocks(run, rig, plan.knocks, trials);
   trials.empty = lift(run, machine, step_s, 0);

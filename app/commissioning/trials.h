@@ -38,8 +38,8 @@ struct Trials {
 
 /// Length of each kind of trial; shorter ones for tests.
 struct TrialPlan {
-  double slow_s = 40, digging_s = 40;
-  int presses = 16, knocks = 12, lifts = 2;
+  double slow_s = 30, digging_s = 30;
+  int presses = 12, knocks = 8, lifts = 2;
 };
 
 /// @param machine as the controller sees it. Same seed, same motions and loads.
