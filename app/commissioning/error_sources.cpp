@@ -47,8 +47,9 @@ sim::MachineTruth with_only(const MachineDescription& drawing, const sim::Machin
       truth.hull_pitch_rad = drawn.hull_pitch_rad;
       truth.tilt_offset_rad = drawn.tilt_offset_rad;
       break;
-    case ErrorSource::kEncoderOffset:
+    case ErrorSource::kEncoders:
       truth.encoder_offset_m = drawn.encoder_offset_m;
+      truth.encoder_noise_m = drawn.encoder_noise_m;
       break;
     case ErrorSource::kValves:
       for (std::size_t i = 0; i < kJoints; ++i) {
