@@ -24,7 +24,7 @@ struct Member {
 
 /// @throws std::runtime_error where it cannot be driven or identified.
 Member member(const MachineDescription& drawing, const CommissionPlan& plan, bool calibrate_geometry,
-                           std::uint64_t seed) {
+              std::uint64_t seed) {
   const sim::MachineTruth truth = sim::draw_truth(drawing, seed);
   const CommissionRuns runs = run_commissioning(drawing, truth, plan, seed);
   const Commissioned found = calibrate(drawing, runs, {calibrate_geometry, {}});

@@ -14,14 +14,14 @@ enum class ErrorSource : std::uint8_t {
   kMasses,
   kFriction,
   kTransmitters,
-  kSlope,  ///< Hull pitch and slope sensor.
+  kSlope,     ///< Hull pitch and slope sensor.
   kEncoders,  ///< Offsets and noise.
   kValves,
   kOil,  ///< Viscosity, and other oil on the day of use.
 };
 inline constexpr std::array<const char*, 9> kErrorSourceNames{
     "nothing but noise", "pins and lengths", "masses", "friction", "pressure transmitters",
-    "hull and slope",    "encoders",  "valves", "oil"};
+    "hull and slope",    "encoders",         "valves", "oil"};
 
 /// The drawing with one kind of error of the drawn machine.
 [[nodiscard]] sim::MachineTruth with_only(const MachineDescription& drawing, const sim::MachineTruth& drawn,

@@ -90,8 +90,8 @@ class Sweep {
   void run() {
     if (options_.ensemble > 0) {
       setup_.full.model_error = watched(interrupt_, "ensemble", [&](const auto& progress) {
-        return model_error(setup_.drawing, setup_.commission, true, options_.ensemble, options_.seed * kSeedsApart, options_.jobs,
-                           progress);
+        return model_error(setup_.drawing, setup_.commission, true, options_.ensemble, options_.seed * kSeedsApart,
+                           options_.jobs, progress);
       });
     }
     const auto drawn = [&](std::uint64_t seed) { return sim::draw_truth(setup_.drawing, seed); };
