@@ -17,7 +17,7 @@ struct Recording {
   /// 0 where a sample stands for a gap or for values that cannot be; one a sample. Motion is never pieced together
   /// over such samples.
   std::vector<std::uint8_t> usable;
-  std::vector<JointVector> valve;  ///< Commands [-1, 1] that were on the wire, one a sample; empty where not recorded.
+  std::vector<JointVector> valve;  ///< Commands [-1, 1] on the wire, one a sample, NaN: unknown; empty: not recorded.
 
   [[nodiscard]] double duration_s() const noexcept { return step_s * static_cast<double>(samples.size()); }
 };

@@ -97,9 +97,10 @@ class AxisModel {
     for (std::size_t i = 0; i + 1 < position.size(); ++i) position[i + 1] = model.step(axis.command[i]);
     return position;
   }
-  /// Between samples the spool is smooth, unlike its command: the delay need not be whole steps.
+  /// Between samples the spool is smooth, unlike its command: the delay need not be whole steps. Differences about a
+  /// delay of zero ask for one below.
   static double delayed(const std::vector<double>& position, double steps, std::size_t i) {
-    const double at = std::max(0.0, static_cast<double>(i) - steps);
+    const double at = std::clamp(static_cast<double>(i) - steps, 0.0, static_cast<double>(position.size() - 1));
     const auto before = static_cast<std::size_t>(at);
     const double share = at - static_cast<double>(before);
     return position[before] + (share > 0 ? share * (position[before + 1] - position[before]) : 0);
@@ -254,6 +255,7 @@ Fit fit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const
   cost->Evaluate(&block, residuals.data(), &rows);
   const Eigen::VectorXd misfits = residuals.head(count - Misfit::kPriors);
   const double variance = misfits.squaredNorm() / static_cast<double>(misfits.size()) * correlated_residuals(misfits);
+  result.sigma = std::sqrt(variance);
   result.covariance =
       scales.asDiagonal() * (variance * (jacobian.transpose() * jacobian).inverse()) * scales.asDiagonal();
   return result;
@@ -264,7 +266,11 @@ std::vector<AxisStretch> axis_stretches(std::span<const Recording> recordings, i
   const auto k = static_cast<std::size_t>(joint);
   for (const Recording& recording : recordings) {
     if (recording.valve.size() != recording.samples.size()) continue;
-    for (const Stretch& stretch : usable_stretches(recording.usable)) {
+    std::vector<std::uint8_t> known = recording.usable;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      if (!std::isfinite(recording.valve[i][joint])) known[i] = 0;
+    }
+    for (const Stretch& stretch : usable_stretches(known)) {
       if (static_cast<double>(stretch.size()) * recording.step_s < 4 * kSettle_s) continue;
       AxisStretch axis{recording.step_s, {}, {}, {}, {}};
       for (auto i = static_cast<std::size_t>(stretch.first); i < static_cast<std::size_t>(stretch.end); ++i) {
@@ -350,7 +356,7 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
   const AxisModel model(machine, k);
   const std::vector<AxisStretch> stretches = axis_stretches(recordings, joint);
   Vector start;
-  start << file.dead_band_extend, file.dead_band_retract, file.delay_s, file.nominal_flow_m3ps, file.hysteresis, 0, 0;
+  start << file.dead_band_extend, file.dead_band_retract, file.delay_s, file.nominal_flow_m3ps, 0, 0;
   const Coverage found = coverage(model, stretches, start);
   Identification result;
   result.method = "valves";

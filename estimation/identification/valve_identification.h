@@ -24,8 +24,8 @@ struct ValveResult {
 /// the filtered speed of model and encoder agree (Ceres, Huber loss); pressure offsets have a prior of +- 0.6 bar. The
 /// spool's frequency and hysteresis are the file's: hysteresis below the controller's dither does not show, and a
 /// slower spool looks like a longer delay, which sigma allows for. Saturation does not show before commands reach it.
-/// @param recordings with valve commands. An axis is refused, with the reason, that did not move at 5 mm/s or more for
-/// 2 s each way, or whose fit does not hold.
+/// @param recordings with valve commands; where an axis' command is NaN, that axis is not fitted. An axis is refused,
+/// with the reason, that did not move at 5 mm/s or more for 2 s each way, or whose fit does not hold.
 [[nodiscard]] ValveResult identify_valves(const MachineDescription& machine, std::span<const Recording> recordings);
 
 }  // namespace knuckle::estimation

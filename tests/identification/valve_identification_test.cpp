@@ -1,9 +1,11 @@
-// Refusals of the valve fit; what it finds is held against simulated machines in tests/commissioning.
+// Refusals and intervals of the valve fit; what it finds is held against simulated machines in tests/commissioning.
 #include "estimation/identification/valve_identification.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "machine/load.h"
 
@@ -47,6 +49,20 @@ TEST(ValveIdentification, FindsDeadBandAndGainOfItsOwnModel) {
   }
 }
 
+TEST(ValveIdentification, LeavesOutWhereOneAxisCommandIsUnknown) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  std::array recordings{recording(machine, 0.08, 1.2, true)};
+  for (std::size_t i = 1200; i < 2200; ++i) recordings[0].valve[i][kBoom] = std::nan("");
+  const ValveResult result = identify_valves(machine, recordings);
+  EXPECT_TRUE(result.axes[kBoom].usable) << result.axes[kBoom].reasons.front();
+  EXPECT_NEAR(result.valves[kBoom].dead_band_extend, 0.08, 2e-3);
+  EXPECT_NEAR(result.axes[kBoom].duration_s, 15, 1e-9);
+  EXPECT_NEAR(result.axes[kArm].duration_s, 20, 1e-9);
+  for (JointVector& command : recordings[0].valve) command.setConstant(std::nan(""));
+  EXPECT_NE(identify_valves(machine, recordings).axes[kBoom].reasons.front().find("with valve commands"),
+            std::string::npos);
+}
+
 TEST(ValveIdentification, RefusesWhatDidNotMoveBothWays) {
   const MachineDescription machine = load_machine(find_config("machine", "solar015"));
   const std::array recordings{recording(machine, 0.08, 1, false)};
@@ -72,6 +88,41 @@ TEST(ValveIdentification, RefusesRecordingsWithoutCommandsAndCommandsThatMoveNot
   EXPECT_FALSE(swapped.axes[kBoom].usable);
   EXPECT_NE(swapped.axes[kBoom].reasons.front().find("misses the speed"), std::string::npos);
   EXPECT_TRUE(swapped.axes[kArm].usable);
+}
+
+/// The arm's, of a quick spool behind a delay, so that noise is all that the model leaves; it differs only in size.
+Identification arm_with_noise(double noise_m) {
+  MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  ValveDescription& valve = machine.cylinders[kArm].valve;
+  valve.natural_frequency_Hz = 40;
+  valve.hysteresis = 0;
+  std::array recordings{recording(machine, 0.08, 1.2, true)};
+  std::rotate(recordings[0].valve.begin(), recordings[0].valve.begin() + 6, recordings[0].valve.end());
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0, noise_m);
+  for (Measurement& now : recordings[0].samples) now.cylinder_m[kArm] += noise(random);
+  for (JointVector& command : recordings[0].valve) command[kBoom] = command[kBucket] = std::nan("");
+  return identify_valves(machine, recordings).axes[kArm];
+}
+
+TEST(ValveIdentification, SigmaGrowsWithTheNoiseAndNeverBeyondWhatIsKnownOfThePressures) {
+  const std::array results{arm_with_noise(1.5e-4), arm_with_noise(3e-4), arm_with_noise(6e-4)};
+  const auto variance = [&](std::size_t run, std::size_t which) {
+    return std::pow(results[run].parameters[which].sigma, 2);
+  };
+  // Variances are a s^2 + b, where b is what the model leaves out: (16 - 4) / (4 - 1) = 4.
+  for (const std::size_t dead_band : {0U, 1U}) {
+    EXPECT_GT(variance(2, dead_band), 1.5 * variance(0, dead_band));
+    EXPECT_NEAR((variance(2, dead_band) - variance(1, dead_band)) / (variance(1, dead_band) - variance(0, dead_band)),
+                4, 1.2);
+  }
+  // Pressures that never change tell of their offsets only the difference; the mean keeps its prior of 0.6 bar.
+  for (std::size_t run = 0; run < results.size(); ++run) {
+    for (const std::size_t offset : {4U, 5U}) {
+      EXPECT_GT(std::sqrt(variance(run, offset)), 0.98 * 0.6e5 / std::sqrt(2)) << run;
+      EXPECT_LT(std::sqrt(variance(run, offset)), 0.6e5) << run;
+    }
+  }
 }
 
 }  // namespace
