@@ -69,8 +69,8 @@ void no_load_rows(const Outcomes& all, Table& table) {
   table.at_most("no-load tip force, slow, RMS, median of machines", median(slow), "N", 30);
   table.at_most("no-load tip force, slow, RMS, p95 of machines", quantile(slow, 0.95), "N", 45);
   const Values tail = of(all, [](const auto& o) { return o.force.slow_p95_N; });
-  table.at_most("no-load tip force, slow, 95 % of |F|, p95 of machines", quantile(tail, 0.95), "N", 90);
-  table.state("no-load tip force, slow, 95 % of |F|, worst machine", quantile(tail, 1), "N");
+  table.at_most("no-load tip force, slow, 95 % of its size, p95 of machines", quantile(tail, 0.95), "N", 90);
+  table.state("no-load tip force, slow, 95 % of its size, worst machine", quantile(tail, 1), "N");
   const Values digging = of(all, [](const auto& o) { return o.force.digging_rms_N; });
   table.at_most("no-load tip force, digging speed, RMS, median of machines", median(digging), "N", 45);
   table.at_most("no-load tip force, digging speed, RMS, p95 of machines", quantile(digging, 0.95), "N", 60);
