@@ -59,6 +59,8 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"assist_force", SubjectKind::kNothing, "force limit of the assist: move away, or set it higher", "N"},
     {"pilot_off", SubjectKind::kNothing, "machine enable gives no pilot pressure: check its node and the E-stop",
      nullptr},
+    {"assist_force_unknown", SubjectKind::kNothing,
+     "force limit of the assist: force unknown, held; switch it off to go on", nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

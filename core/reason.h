@@ -49,11 +49,12 @@ enum class ReasonCode : std::uint16_t {
   kPresenceLost,       ///< hand left the device while engaged
   kEnergyWatchdog,     ///< force lowered: returned minus put-in energy in J
   // What the safety gate limits (no faults): the operator feels or sees it.
-  kJointLimit,   ///< subject: joint; deg
-  kVirtualWall,  ///< subject: 0 floor, 1 ceiling, 2 reach (no joint); m
-  kPowerLimit,   ///< kW
-  kAssistForce,  ///< assist: force limit set by the operator; N
-  kPilotOff,     ///< machine enable gives no pilot pressure
+  kJointLimit,          ///< subject: joint; deg
+  kVirtualWall,         ///< subject: 0 floor, 1 ceiling, 2 reach (no joint); m
+  kPowerLimit,          ///< kW
+  kAssistForce,         ///< assist: force limit set by the operator; N
+  kPilotOff,            ///< machine enable gives no pilot pressure
+  kAssistForceUnknown,  ///< assist: no force is known to hold against the limit
   kCount,
 };
 

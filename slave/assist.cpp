@@ -2,18 +2,23 @@
 #include "slave/assist.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "estimation/tip_force.h"
 
 namespace knuckle::slave {
 
-PlanarVector trusted_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian, const estimation::ForceEstimate& force,
-                               const AssistLimits& limits) noexcept {
-  if (!force.fast_torque_Nm.allFinite()) return PlanarVector::Zero();
+PlanarVector raw_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian,
+                           const estimation::ForceEstimate& force) noexcept {
+  // Only which joint is surer than which may count: a doubt that all share would draw the force towards zero.
   const JointVector variance = (force.look_variance_Nm2 + force.tare_variance_Nm2).cwiseMax(1.0);
-  const double trusted =
-      std::clamp((force.confidence - limits.no_trust) / (limits.full_trust - limits.no_trust), 0.0, 1.0);
-  return trusted * estimation::solve_tip_force(jacobian, force.fast_torque_Nm, variance.asDiagonal()).force_N;
+  const JointVector weighed = variance / variance.minCoeff();
+  return estimation::solve_tip_force(jacobian, force.fast_torque_Nm, weighed.asDiagonal()).force_N;
+}
+
+double trust_in_direction(const estimation::ForceEstimate& force, const AssistLimits& limits) noexcept {
+  const double trust = (force.confidence - limits.no_trust) / (limits.full_trust - limits.no_trust);
+  return trust > 0 ? std::min(trust, 1.0) : 0.0;  // a NaN is no trust
 }
 
 RisingForce::RisingForce(double step_s, const AssistLimits& limits) noexcept
@@ -21,6 +26,10 @@ RisingForce::RisingForce(double step_s, const AssistLimits& limits) noexcept
 
 TipContact RisingForce::step(const PlanarVector& force_N) noexcept {
   if (!started_) slope_.reset(PlanarVector::Zero());
+  if (!std::isfinite(force_N.squaredNorm())) {
+    reset();
+    return {force_N, force_N};
+  }
   const PlanarVector slope = started_ ? slope_.step((force_N - last_N_) / step_s_) : slope_.value();
   last_N_ = force_N;
   started_ = true;
@@ -30,16 +39,23 @@ TipContact RisingForce::step(const PlanarVector& force_N) noexcept {
 
 LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matrix<double, 2, 3>& jacobian,
                                const TipContact& contact, double limit_N, const AssistLimits& limits) noexcept {
-  LimitedApproach result{rate_radps, false};
+  LimitedApproach result{rate_radps, {}};
   if (limit_N <= 0) return result;
+  // Nobody knows what the tip presses: no motion is certain not to press it harder.
+  if (!std::isfinite(contact.now_N.squaredNorm()) || !std::isfinite(contact.ahead_N.squaredNorm())) {
+    return {JointVector::Zero(), {ReasonCode::kAssistForceUnknown, 0, 0, 0}};
+  }
+  const Reason slowed{ReasonCode::kAssistForce, 0, static_cast<float>(contact.now_N.norm()),
+                      static_cast<float>(limit_N)};
   const double free_mps = limit_N / limits.free_Ns_per_m;
   const double least_N = limits.known * limit_N;
   // Only a force that is there, not one that is foreseen, says which way is away.
   const PlanarVector tip_mps = jacobian * rate_radps;
   const bool away = contact.now_N.norm() > least_N && tip_mps.dot(contact.now_N) > 0;
-  if (!away && tip_mps.norm() > free_mps) {
-    result.rate_radps *= free_mps / tip_mps.norm();
-    result.limited = true;
+  const double bound_mps = (away ? 1 - contact.direction_trust : 1) * tip_mps.norm();
+  if (bound_mps > free_mps) {
+    result.rate_radps *= free_mps / bound_mps;
+    result.limiting = slowed;
   }
   const double force_N = contact.ahead_N.norm();
   if (force_N <= least_N) return result;
@@ -52,7 +68,7 @@ LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matri
   for (int i = 0; i < kJoints; ++i) {
     if (added[i] > 0) result.rate_radps[i] *= factor;
   }
-  result.limited = true;
+  result.limiting = slowed;
   return result;
 }
 

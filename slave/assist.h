@@ -4,6 +4,7 @@
 
 #include "core/filters.h"
 #include "core/joints.h"
+#include "core/reason.h"
 #include "estimation/force_estimator.h"
 #include "machine/kinematics.h"
 
@@ -17,26 +18,32 @@ struct AssistLimits {
   double lead_s = 0.1;  ///< A rising force is taken as it will be when valves that close now have closed.
   double lead_Hz = 8;   ///< Low-pass of its rise.
   double known = 0.2;   ///< Of the limit: from here on the force has a direction.
-  double no_trust = 0.1, full_trust = 0.4;  ///< Confidence between which the force counts, as for giving way to it.
+  /// Confidence between which the force's direction counts, as for giving way to it. Its magnitude always counts.
+  double no_trust = 0.1, full_trust = 0.4;
 };
 inline constexpr AssistLimits kAssistLimits{};
 
 struct LimitedApproach {
   JointVector rate_radps = JointVector::Zero();
-  bool limited = false;
+  Reason limiting;  ///< kAssistForce [N], or kAssistForceUnknown; kNone where nothing was changed.
 };
 
-/// Tip force of the estimator's fast channel, as far as it is trusted. Frame M, of the world on the tip.
-[[nodiscard]] PlanarVector trusted_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian,
-                                             const estimation::ForceEstimate& force,
-                                             const AssistLimits& limits = kAssistLimits) noexcept;
+/// Tip force of the estimator's fast channel, whatever its confidence: distrust must not lift a limit. Frame M, of the
+/// world on the tip; not finite where the estimate is not.
+[[nodiscard]] PlanarVector raw_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian,
+                                         const estimation::ForceEstimate& force) noexcept;
 
-/// Trusted force of the world on the tip, frame M: as it is, and as it will be if it goes on rising (never less).
+/// How far that force tells which way is away, [0, 1].
+[[nodiscard]] double trust_in_direction(const estimation::ForceEstimate& force,
+                                        const AssistLimits& limits = kAssistLimits) noexcept;
+
+/// Force of the world on the tip, frame M: as it is, and as it will be if it goes on rising (never less).
 struct TipContact {
   PlanarVector now_N = PlanarVector::Zero(), ahead_N = PlanarVector::Zero();
+  double direction_trust = 0;
 };
 
-/// Looks ahead as far as valves need to close.
+/// Looks ahead as far as valves need to close. What is not finite comes out as it is and is forgotten.
 class RisingForce {
  public:
   explicit RisingForce(double step_s, const AssistLimits& limits = kAssistLimits) noexcept;
@@ -54,7 +61,8 @@ class RisingForce {
 /// (against the force) and J the tip's Jacobian, joint i adds n' J_i rate_i to the speed into it: the joints that add
 /// are scaled by one factor so that the sum stays within what the force leaves, v_free (1 - F / limit). Joints that
 /// lead away keep their rate: no rate changes its sign, grows, or comes from nothing. In free air, where nobody knows
-/// what comes next, all joints are scaled to v_free.
+/// what comes next, all joints are scaled to v_free; so they are on the way out, as far as the force's direction is not
+/// trusted. A force that is not finite holds all joints still.
 /// @param limit_N 0: off, nothing is changed.
 [[nodiscard]] LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matrix<double, 2, 3>& jacobian,
                                              const TipContact& contact, double limit_N,

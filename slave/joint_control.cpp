@@ -207,11 +207,12 @@ double JointControl::spool_command(int joint, double wanted_mps, const estimatio
 void JointControl::limit_force(const estimation::JointState& state, const estimation::ForceEstimate& force,
                                double limit_N, Output& output) noexcept {
   const Eigen::Matrix<double, 2, 3> jacobian = kinematics_.tip_jacobian(state.angle_rad);
-  const PlanarVector trusted_N = trusted_tip_force(jacobian, force);
-  const LimitedApproach approach = limit_approach(output.rate_radps, jacobian, rising_.step(trusted_N), limit_N);
+  TipContact contact = rising_.step(raw_tip_force(jacobian, force));
+  contact.direction_trust = trust_in_direction(force);
+  const LimitedApproach approach = limit_approach(output.rate_radps, jacobian, contact, limit_N);
   output.rate_radps = approach.rate_radps;
-  output.assist_force_N = trusted_N.norm();
-  if (approach.limited) output.limits |= kLimitAssistForce;
+  output.assist = approach.limiting;
+  if (approach.limiting) output.limits |= kLimitAssistForce;
 }
 
 JointControl::Output JointControl::step(const estimation::JointState& state, const estimation::ForceEstimate& force,
@@ -222,7 +223,11 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
     return output;
   }
   output.rate_radps = wanted_rates(state, force, command, output.limits);
-  if (command.force_limit_N > 0) limit_force(state, force, command.force_limit_N, output);
+  if (command.force_limit_N > 0) {
+    limit_force(state, force, command.force_limit_N, output);
+  } else {
+    rising_.reset();  // the force while it was off is no start of a rise
+  }
   const JointVector cylinder_mps = state.lever_m.cwiseProduct(output.rate_radps);
   update_supply(state, cylinder_mps);
   for (int i = 0; i < kJoints; ++i) {

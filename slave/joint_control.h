@@ -27,7 +27,7 @@ class JointControl {
     JointVector valve = JointVector::Zero();       ///< Spool commands [-1, 1], positive extends.
     JointVector rate_radps = JointVector::Zero();  ///< Joint rates asked of the valves.
     std::uint16_t limits = 0;                      ///< LimitFlag bits (transport/link_messages.h).
-    double assist_force_N = 0;                     ///< What the assist holds against its limit.
+    Reason assist;                                 ///< Why the assist slows or holds; kNone: it does not.
   };
   JointControl(const MachineDescription& machine, double step_s);
   /// @param sent_valve_last what left the gate in the last step; where the gate changed it, nothing is learned.

@@ -203,20 +203,20 @@ void SlaveLoop::restart_nodes_if_asked(Time now) noexcept {
   sensors_.reset();
 }
 
-/// An encoder that woke far from where it froze looks like one whose drum slipped: only the operator can tell. Letting
-/// go of enable, as for nodes, makes a length count that has stood still for a second; the machine is neutral, and
-/// stays so until enable is pressed and the hand aligned with what the sensors show then.
+/// An encoder that woke far from where it froze looks like one whose drum slipped: only the operator can tell, and must
+/// say so. Enable pressed and let go again, all of it after the stop and by somebody who is there, makes a length count
+/// that has stood still for a second at that moment. An enable that merely is not pressed says nothing. The machine is
+/// neutral, and stays so until enable is pressed once more and the hand aligned with what the sensors show then.
 void SlaveLoop::believe_sensors_if_asked(Time now) noexcept {
   const bool stopped = decision_.state.mode == Mode::kFault || decision_.state.mode == Mode::kEStop;
-  const bool asks = stopped && !master_.enable && master_.presence && master_.device_ok && !loss_.link;
-  if (asks) sensors_.believe_settled_lengths(now);
-}
-
-/// What limits an engaged machine: the gate first.
-Reason SlaveLoop::limiting() const noexcept {
-  if (gate_.limiting || (control_output_.limits & kLimitAssistForce) == 0) return gate_.limiting;
-  return {ReasonCode::kAssistForce, 0, static_cast<float>(control_output_.assist_force_N),
-          static_cast<float>(master_.assist.force_limit_N)};
+  if (!stopped || !master_.presence || !master_.device_ok || loss_.link) {
+    asking_ = Asking::kNothing;
+  } else if (!master_.enable) {
+    if (asking_ == Asking::kPressed) sensors_.believe_settled_lengths(now);
+    asking_ = Asking::kReleased;
+  } else if (asking_ == Asking::kReleased) {
+    asking_ = Asking::kPressed;
+  }
 }
 
 void SlaveLoop::publish(Time now) noexcept {
@@ -227,7 +227,8 @@ void SlaveLoop::publish(Time now) noexcept {
   sent_.echoed_master_time = heard ? master_.sent_at + std::min(now - master_at_, kMostHeld) : Time{};
   sent_.sensor_at = sensors_.newest_at();
   sent_.mode = decision_.state.mode;
-  sent_.blocking = decision_.state.mode == Mode::kEngaged ? limiting() : decision_.blocking;
+  const Reason& limiting = gate_.limiting ? gate_.limiting : control_output_.assist;
+  sent_.blocking = decision_.state.mode == Mode::kEngaged ? limiting : decision_.blocking;
   sent_.fault = decision_.state.fault;
   if (state_) {
     sent_.position_rad = state_->angle_rad;

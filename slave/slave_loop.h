@@ -70,7 +70,6 @@ class SlaveLoop {
   void estimate(Time now) noexcept;
   void restart_motion() noexcept;
   void watch_digging() noexcept;
-  [[nodiscard]] Reason limiting() const noexcept;
   void watch_sensors() noexcept;
   [[nodiscard]] Reason machine_fault() const noexcept;
   [[nodiscard]] ModeInputs observe() const noexcept;
@@ -102,6 +101,8 @@ class SlaveLoop {
   LowPass<JointVector> rest_rate_;
   Reason sensor_fault_, valve_reason_;
   Reason object_;  // met while digging; until enable is let go
+  enum class Asking : std::uint8_t { kNothing, kReleased, kPressed };
+  Asking asking_ = Asking::kNothing;  // what the operator did with enable since the machine stopped
   MasterMessage master_;
   Time master_at_ = kNever;
   Duration round_trip_ = std::chrono::hours(1);

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <random>
+#include <utility>
 
 #include "tests/slave/test_machine.h"
 
@@ -16,26 +19,34 @@ const JointVector kPose(0.3, -1.5, -0.8);
 Eigen::Matrix<double, 2, 3> jacobian() {
   return Kinematics(test::test_machine()).tip_jacobian(kPose);
 }
-TipContact steady(const PlanarVector& force_N) {
-  return {force_N, force_N};
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+TipContact steady(const PlanarVector& force_N, double direction_trust = 1) {
+  return {force_N, force_N, direction_trust};
+}
+estimation::ForceEstimate estimate(const PlanarVector& tip_N, double confidence) {
+  estimation::ForceEstimate force;
+  force.fast_torque_Nm = jacobian().transpose() * tip_N;
+  force.look_variance_Nm2 = JointVector::Constant(2500);
+  force.confidence = confidence;
+  return force;
 }
 
 TEST(ForceLimitedApproach, ChangesNothingWhileItIsOff) {
   const JointVector rate(0.5, -0.4, 0.3);
   const auto result = limit_approach(rate, jacobian(), steady({-9000, 0}), 0);
   EXPECT_EQ(result.rate_radps, rate);
-  EXPECT_FALSE(result.limited);
+  EXPECT_FALSE(result.limiting);
 }
 
 TEST(ForceLimitedApproach, KeepsTheTipSlowInFreeAirWhicheverWayItGoes) {
   for (const JointVector& rate : {JointVector(0.5, -0.4, 0.3), JointVector(-0.5, 0.4, -0.3)}) {
     const auto result = limit_approach(rate, jacobian(), steady({-50, 20}), kLimit_N);
-    EXPECT_TRUE(result.limited);
+    EXPECT_TRUE(result.limiting);
     EXPECT_NEAR((jacobian() * result.rate_radps).norm(), kFree_mps, 1e-12);
     EXPECT_NEAR(result.rate_radps.normalized().dot(rate.normalized()), 1, 1e-12);
   }
   const auto slow = limit_approach({0.001, 0.001, 0}, jacobian(), {}, kLimit_N);
-  EXPECT_FALSE(slow.limited);
+  EXPECT_FALSE(slow.limiting);
 }
 
 TEST(ForceLimitedApproach, SpeedIntoTheContactFallsToZeroAtTheLimitAndStaysThereBeyond) {
@@ -45,7 +56,7 @@ TEST(ForceLimitedApproach, SpeedIntoTheContactFallsToZeroAtTheLimitAndStaysThere
     const double into = (jacobian() * result.rate_radps).x();
     EXPECT_LE(into, kFree_mps * std::max(0.0, 1 - force_N / kLimit_N) + 1e-12) << force_N;
     EXPECT_LE(into, last);
-    EXPECT_TRUE(result.limited);
+    EXPECT_TRUE(result.limiting);
     last = into;
   }
   EXPECT_LE(last, 1e-12);
@@ -57,13 +68,13 @@ TEST(ForceLimitedApproach, MovingAwayIsFree) {
   away *= 0.8 / away.cwiseAbs().maxCoeff();
   const auto result = limit_approach(away, jacobian(), steady(force), kLimit_N);
   EXPECT_EQ(result.rate_radps, away);
-  EXPECT_FALSE(result.limited);
+  EXPECT_FALSE(result.limiting);
 }
 
 TEST(ForceLimitedApproach, AForeseenForceFreesNoMotion) {
   const JointVector rate(0.5, -0.4, 0.3);
   const PlanarVector along = jacobian() * rate;
-  const TipContact foreseen{PlanarVector::Zero(), 5000 * along.normalized()};
+  const TipContact foreseen{PlanarVector::Zero(), 5000 * along.normalized(), 1};
   EXPECT_NEAR((jacobian() * limit_approach(rate, jacobian(), foreseen, kLimit_N).rate_radps).norm(), kFree_mps, 1e-12);
 }
 
@@ -74,7 +85,7 @@ TEST(ForceLimitedApproach, NoRateGrowsTurnsOrComesFromNothing) {
     JointVector rate(normal(random), normal(random), normal(random));
     if (k % 5 == 0) rate[k % 3] = 0;
     const TipContact contact{PlanarVector(normal(random), normal(random)) * 1500,
-                             PlanarVector(normal(random), normal(random)) * 1500};
+                             PlanarVector(normal(random), normal(random)) * 1500, 0.25 * (k % 5)};
     const auto result = limit_approach(rate, jacobian(), contact, kLimit_N);
     for (int i = 0; i < kJoints; ++i) {
       ASSERT_LE(std::abs(result.rate_radps[i]), std::abs(rate[i]) * (1 + 1e-12));
@@ -86,18 +97,47 @@ TEST(ForceLimitedApproach, NoRateGrowsTurnsOrComesFromNothing) {
   }
 }
 
-TEST(ForceLimitedApproach, ForceCountsAsFarAsItIsTrusted) {
+TEST(ForceLimitedApproach, DistrustNeverMakesTheForceLess) {
   const PlanarVector pressed(-2000, 300);
-  estimation::ForceEstimate force;
-  force.fast_torque_Nm = jacobian().transpose() * pressed;
-  force.look_variance_Nm2 = JointVector::Constant(2500);
-  force.confidence = 1;
-  EXPECT_LT((trusted_tip_force(jacobian(), force) - pressed).norm(), 0.03 * pressed.norm());
-  force.confidence = 0.1;
-  EXPECT_EQ(trusted_tip_force(jacobian(), force).norm(), 0);
-  force.confidence = 1;
-  force.fast_torque_Nm[1] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(trusted_tip_force(jacobian(), force).norm(), 0);
+  for (const double confidence : {1.0, 0.4, 0.2, 0.1, 0.05, 0.0}) {
+    for (const double variance : {1.0, 2500.0, 1e6, 1e9}) {
+      auto force = estimate(pressed, confidence);
+      force.look_variance_Nm2.setConstant(variance);
+      EXPECT_LT((raw_tip_force(jacobian(), force) - pressed).norm(), 1) << confidence << ' ' << variance;
+    }
+  }
+}
+
+TEST(ForceLimitedApproach, DirectionCountsAsFarAsItIsTrusted) {
+  for (const auto& [confidence, trust] : {std::pair{1.0, 1.0}, {0.4, 1.0}, {0.25, 0.5}, {0.1, 0.0}, {kNan, 0.0}}) {
+    EXPECT_NEAR(trust_in_direction(estimate({-2000, 300}, confidence)), trust, 1e-12) << confidence;
+  }
+}
+
+TEST(ForceLimitedApproach, WithoutTrustItHoldsAgainstTheLimitAndLeavesAtTheSpeedOfFreeAir) {
+  const JointVector rate(0.3, 0.3, 0);
+  const PlanarVector along = (jacobian() * rate).normalized();
+  const auto pressing = limit_approach(rate, jacobian(), steady(-2 * kLimit_N * along, 0), kLimit_N);
+  EXPECT_LE((jacobian() * pressing.rate_radps).dot(along), 1e-12);
+  EXPECT_EQ(pressing.limiting.code, ReasonCode::kAssistForce);
+  EXPECT_FLOAT_EQ(pressing.limiting.value, 2 * kLimit_N);
+  EXPECT_FLOAT_EQ(pressing.limiting.limit, kLimit_N);
+  const auto leaving = limit_approach(rate, jacobian(), steady(2 * kLimit_N * along, 0), kLimit_N);
+  EXPECT_NEAR((jacobian() * leaving.rate_radps).norm(), kFree_mps, 1e-12);
+  const auto half = limit_approach(rate, jacobian(), steady(2 * kLimit_N * along, 0.5), kLimit_N);
+  EXPECT_NEAR((jacobian() * half.rate_radps).norm(), 2 * kFree_mps, 1e-12);
+}
+
+TEST(ForceLimitedApproach, AForceThatIsNotFiniteHoldsTheArmStillAndSaysWhy) {
+  auto force = estimate({-2000, 300}, 1);
+  force.fast_torque_Nm[1] = kNan;
+  const PlanarVector unknown = raw_tip_force(jacobian(), force);
+  const double huge = std::numeric_limits<double>::max();
+  for (const TipContact& contact : {steady(unknown), steady({huge, 0}), TipContact{{-500, 0}, {kNan, 0}, 1}}) {
+    const auto result = limit_approach({0.3, -0.3, 0.2}, jacobian(), contact, kLimit_N);
+    EXPECT_EQ(result.rate_radps, JointVector(0, 0, 0));
+    EXPECT_EQ(result.limiting.code, ReasonCode::kAssistForceUnknown);
+  }
 }
 
 TEST(RisingForce, LooksAheadOfARiseAndNeverBelowWhatIs) {
@@ -110,6 +150,13 @@ TEST(RisingForce, LooksAheadOfARiseAndNeverBelowWhatIs) {
     contact = rising.step({-5100 + 50 * k, 0});
     EXPECT_GE(contact.ahead_N.norm(), contact.now_N.norm());
   }
+}
+
+TEST(RisingForce, ForgetsWhatIsNotFinite) {
+  RisingForce rising(0.005);
+  rising.step({-100, 0});
+  EXPECT_TRUE(std::isnan(rising.step({kNan, 0}).now_N.x()));
+  EXPECT_EQ(rising.step({-900, 0}).ahead_N, PlanarVector(-900, 0)) << "no rise is known over the gap";
 }
 
 }  // namespace

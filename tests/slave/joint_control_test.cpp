@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "machine/load.h"
@@ -173,6 +174,60 @@ TEST(JointControl, GivesWayOnlyToAForceThatIsTrustedAndNeverWithoutBound) {
     EXPECT_LT((given_way(press, 0.4) - 2 * given_way(press / 2, 1)).norm(), 1e-9);
     EXPECT_LT((given_way(press, 0.25) - 0.5 * given_way(press, 1)).norm(), 1e-9);
   }
+}
+
+/// A bucket that stands against something it is asked to press: the force, the trust in it and the limit may change.
+class PressedMachine {
+ public:
+  JointControl::Output step(const PlanarVector& tip_N, double limit_N, double confidence = 1) {
+    estimation::JointState state;
+    state.angle_rad = kStart;
+    for (int i = 0; i < kJoints; ++i) state.lever_m[i] = kinematics_.cylinder_at(i, kStart[i])->lever_m;
+    estimation::ForceEstimate force;
+    force.fast_torque_Nm = kinematics_.tip_jacobian(kStart).transpose() * tip_N;
+    force.look_variance_Nm2 = JointVector::Constant(2500);
+    force.confidence = confidence;
+    const JointVector ahead = kinematics_.tip_jacobian(kStart).transpose() * PlanarVector(0.2, 0);
+    return control_.step(state, force, {kStart + ahead, JointVector::Zero(), true, limit_N}, JointVector::Zero());
+  }
+  [[nodiscard]] double forward_mps(const JointControl::Output& output) const {
+    return (kinematics_.tip_jacobian(kStart) * output.rate_radps).x();
+  }
+
+ private:
+  MachineDescription machine_ = load_machine(find_config("machine", "solar015"));
+  Kinematics kinematics_{machine_};
+  JointControl control_{machine_, kStep_s};
+};
+
+TEST(JointControl, ForceLimitSwitchedOnInContactTakesTheForceForNoRise) {
+  const PlanarVector pressed(-1000, 0);
+  PressedMachine always, again;
+  const double steady_mps = always.forward_mps(always.step(pressed, 4000));
+  ASSERT_GT(steady_mps, 0.01);
+  again.step({0, 0}, 4000);
+  for (int k = 0; k < 10; ++k) again.step(pressed, 0);
+  EXPECT_NEAR(again.forward_mps(again.step(pressed, 4000)), steady_mps, 1e-9);
+}
+
+TEST(JointControl, ForceLimitHoldsWhateverTheForceIsTrusted) {
+  for (const double confidence : {1.0, 0.2, 0.1, 0.0}) {
+    PressedMachine machine;
+    const auto output = machine.step({-3000, 0}, 1500, confidence);
+    EXPECT_LE(machine.forward_mps(output), 1e-9) << confidence;
+    EXPECT_NE(output.limits & kLimitAssistForce, 0);
+    EXPECT_EQ(output.assist.code, ReasonCode::kAssistForce);
+  }
+}
+
+TEST(JointControl, ForceLimitWithAnUnknownForceHoldsStillAndLetsGoWhenItIsKnownAgain) {
+  PressedMachine machine;
+  const auto held = machine.step({std::numeric_limits<double>::quiet_NaN(), 0}, 1500);
+  EXPECT_EQ(held.rate_radps, JointVector(0, 0, 0));
+  EXPECT_NE(held.limits & kLimitAssistForce, 0);
+  EXPECT_EQ(held.assist.code, ReasonCode::kAssistForceUnknown);
+  EXPECT_TRUE(held.valve.allFinite());
+  EXPECT_GT(machine.forward_mps(machine.step({-100, 0}, 1500)), 0.01);
 }
 
 TEST(JointControl, IsNeutralWhileInactive) {

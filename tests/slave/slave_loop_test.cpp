@@ -152,7 +152,7 @@ TEST(SlaveLoop, SnappedWireAndFrozenEncoderEndNeutral) {
   }
 }
 
-TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterTheOperatorLetGo) {
+TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWasPressedAndLetGo) {
   BenchMachine m;
   lead(m);
   ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kFrozen));
@@ -165,11 +165,21 @@ TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterTheOperat
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
   EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
   EXPECT_EQ(m.loop.blocking().subject, 0x30);
+  m.hand.enable = false;  // let go of in fright: no answer to anything
+  m.run(3s);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  m.hand.enable = true;
+  m.run(100ms);
   m.hand.enable = false;
   m.hand.presence = false;  // nobody there: nobody let go
   m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
   m.hand.presence = true;
+  m.run(3s);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  m.hand.enable = true;
+  m.run(3s);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  m.hand.enable = false;
   m.run(20ms);
   EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
   EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
@@ -177,6 +187,37 @@ TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterTheOperat
   m.hand.enable = true;
   m.align();
   EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+}
+
+TEST(SlaveLoop, DrumThatSlipsWhileTheMachineIsReadyIsNotBelievedBeforeEnableWasPressedAndLetGo) {
+  BenchMachine m;
+  m.hand.presence = true;
+  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  m.run(500ms);
+  m.hand.enable = true;  // a press and a release before the fault say nothing of it
+  m.run(50ms);
+  m.hand.enable = false;
+  m.run(500ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kReady);
+  const double before = m.loop.state()->angle_rad[kBoom];
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.run(10s);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], before, 1e-3);
+  m.hand.enable = true;
+  m.run(100ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  m.hand.enable = false;
+  m.run(20ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
+  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+  // The act was for that slip alone: the next one asks for its own.
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.run(3s);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
 }
 
 TEST(SlaveLoop, WayMadeDuringASensorGapIsNeitherSpeedNorForce) {
