@@ -332,7 +332,9 @@ class Checker {
     const WeightFit fit = weigh(machine_, recording_);
     constexpr std::size_t kLeast = 20;
     if (fit.samples < kLeast && size() > steps(5)) return refuse("lengths", "give joint angles for hardly any sample");
-    check_.weight_ratio = fit.ratio;
+    for (int j = 0; j < kJoints; ++j) {
+      if (fit.decisive[static_cast<std::size_t>(j)]) check_.weight_ratio[j] = fit.ratio[j];
+    }
     for (int j = 0; j < kJoints; ++j) {
       if (fit.believable(j)) continue;
       if (explain()) return;
@@ -343,6 +345,18 @@ class Checker {
               text(" and leave %.0f %% unexplained: wrong channel, unit, sign, machine file or load",
                    100 * fit.error[j]));
     }
+    check_scale(fit);
+  }
+
+  /// One factor on every pressure would be identified as a heavier arm, and every force be off by it.
+  void check_scale(const WeightFit& fit) {
+    const double scale = fit.common_scale();
+    if (scale == 1) return;
+    const double range_bar = machine_.sensors.pressure_range_Pa / kBar;
+    refuse("pressures", text("all carry %.2f times the weight that hangs on the cylinders by the machine's drawing (",
+                             scale) +
+                            check_.weights() + text("): looks like transmitters of %.0f bar", range_bar / scale) +
+                            text(" read with a range of %.0f bar, or masses in the machine file are off", range_bar));
   }
 
   const MachineDescription& machine_;
@@ -357,6 +371,15 @@ class Checker {
 
 bool DataCheck::refused() const {
   return std::any_of(findings.begin(), findings.end(), [](const DataFinding& f) { return f.refuses; });
+}
+
+std::string DataCheck::weights() const {
+  std::string list;
+  for (int j = 0; j < kJoints; ++j) {
+    list += (j > 0 ? ", " : "") + std::string(kJointNames[static_cast<std::size_t>(j)]) +
+            (std::isfinite(weight_ratio[j]) ? text(" %.2f", weight_ratio[j]) : " unknown");
+  }
+  return list;
 }
 
 std::vector<std::string> DataCheck::lines() const {

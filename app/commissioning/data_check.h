@@ -26,6 +26,8 @@ struct DataCheck {
   JointVector weight_ratio = JointVector::Constant(std::numeric_limits<double>::quiet_NaN());
 
   [[nodiscard]] bool refused() const;
+  /// "boom 1.02, arm 0.98, bucket unknown"
+  [[nodiscard]] std::string weights() const;
   /// One line for each kind of finding and column, refusals first: "boom_rod_Pa: stuck, 800 samples (row 12-811)".
   [[nodiscard]] std::vector<std::string> lines() const;
 };

@@ -1,6 +1,7 @@
 #include "app/commissioning/data_physics.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -131,6 +132,14 @@ bool WeightFit::believable(int joint) const {
   if (!decisive[static_cast<std::size_t>(joint)]) return true;
   const double room = joint == kBucket ? kBucketRoom : 1;
   return ratio[joint] > kLeastRatio / room && ratio[joint] < kMostRatio * room && error[joint] < kMostError * room;
+}
+
+double WeightFit::common_scale() const {
+  constexpr double kAlike = 0.1, kOff = 0.15;  // drawn machines with masses 5 % off have means within 0.93 and 1.05
+  if (!std::all_of(decisive.begin(), decisive.end(), [](bool d) { return d; }) || ratio.minCoeff() <= 0) return 1;
+  const double mean = std::cbrt(ratio.prod());
+  const bool alike = ((ratio / mean).array() - 1).abs().maxCoeff() < kAlike;
+  return alike && std::abs(mean - 1) > kOff ? mean : 1;
 }
 
 double WeightFit::misfit() const {

@@ -20,6 +20,8 @@ struct WeightFit {
 
   /// Loads, oil and a drawing that is off leave much room; so does what cannot be told.
   [[nodiscard]] bool believable(int joint) const;
+  /// What all three ratios are off by alike, such as transmitters of another range make them; 1 where they are not.
+  [[nodiscard]] double common_scale() const;
   /// 0 is perfect. To compare two readings of one recording.
   [[nodiscard]] double misfit() const;
 };

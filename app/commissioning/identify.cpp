@@ -80,26 +80,44 @@ void validate(const IdentifyData& data, const MethodRun& run, const std::string&
   }
 }
 
-/// Held-out torque that is not explained makes a result unusable, whatever its own residuals say; so does none at all.
-void judge(Identified& result) {
-  bool validated = false;
+/// What one joint's held-out motion says against the result; empty where it was explained in all that can be judged.
+std::vector<std::string> objections(const Identified& result, int joint) {
+  const std::string name = kJointNames[static_cast<std::size_t>(joint)];
   std::vector<std::string> reasons;
+  bool judged = false, constant = false;
   for (const HoldOut& held : result.hold_out) {
     if (held.method != result.method) continue;
-    for (int j = 0; j < kJoints; ++j) {
-      const double nrmse = held.judged().nrmse[j];
-      if (std::isnan(nrmse)) continue;
-      validated = true;
-      if (nrmse <= kWorstNrmse) continue;
-      reasons.push_back(held.source + ": leaves " + std::to_string(std::lround(100 * nrmse)) + " % of the " +
-                        kJointNames[static_cast<std::size_t>(j)] + "'s held-out torque unexplained; at most " +
-                        std::to_string(std::lround(100 * kWorstNrmse)) + " %");
-    }
+    const double nrmse = held.judged().nrmse[joint];
+    constant = constant || (!std::isfinite(nrmse) && std::isfinite(held.judged().rms_Nm[joint]));
+    if (!std::isfinite(nrmse)) continue;
+    judged = true;
+    if (nrmse <= kWorstNrmse) continue;
+    reasons.push_back(held.source + ": leaves " + std::to_string(std::lround(100 * nrmse)) + " % of the " + name +
+                      "'s held-out torque unexplained; at most " + std::to_string(std::lround(100 * kWorstNrmse)) +
+                      " %");
   }
+  const bool models_all = result.method == "full";  // the papers' methods leave joints out
+  if (!judged && (models_all || constant))
+    reasons.push_back("the " + name + " cannot be validated: " +
+                      (constant ? "its held-out torque never changes" : "nothing is held out that tells"));
+  return reasons;
+}
+
+/// Held-out torque that is not explained, or not there, makes a result unusable, whatever its own residuals say.
+void judge(Identified& result) {
+  if (!result.summary.usable) return;
+  std::vector<std::string> reasons;
+  const bool validated =
+      std::any_of(result.hold_out.begin(), result.hold_out.end(), [&](const HoldOut& held) {
+        return held.method == result.method && held.judged().nrmse.array().isFinite().any();
+      });
   if (!validated) reasons.emplace_back("nothing is held out that it could be validated with");
-  if (!result.summary.usable || reasons.empty()) return;
+  for (int j = 0; j < kJoints && validated; ++j) {
+    for (std::string& reason : objections(result, j)) reasons.push_back(std::move(reason));
+  }
+  if (reasons.empty()) return;
   result.summary.usable = false;
-  result.summary.reasons = reasons;
+  result.summary.reasons = std::move(reasons);
 }
 
 JointVector pooled_rms(const Identified& result) {
@@ -215,11 +233,11 @@ int identify_command(const IdentifyOptions& options) {
   }
   std::ostream& told = options.json == "-" || options.report == "-" || options.out == "-" ? std::cerr : std::cout;
   told << identify_summary(data, result);
-  if (!options.out.empty() && (result.summary.usable || options.write_unusable)) {
+  if (!options.out.empty() && result.summary.usable) {
     const std::string kept = write_calibrated_machine(result.machine, options.out);
     told << "  written: " << options.out << (kept.empty() ? "" : ", the older one kept as " + kept) << '\n';
   } else if (!options.out.empty()) {
-    told << "  " << options.out << " not written: not usable (--write-unusable writes it all the same)\n";
+    told << "  " << options.out << " not written: not usable\n";
   }
   if (json) {
     write_identify_json(data, result, json->stream());

@@ -41,8 +41,9 @@ void calibrate_from(const Survey& survey, IdentifyData& data) {
 Recording checked(RecordedFile file, IdentifyData& data) {
   const std::string name = file.recording.source + ": ";
   for (const std::string& note : file.notes) data.findings.push_back(note.starts_with(name) ? note : name + note);
-  for (const std::string& line : require_data(calibrated(data.machine), file).lines())
-    data.findings.push_back(name + line);
+  const DataCheck check = require_data(calibrated(data.machine), file);
+  data.findings.push_back(name + "weight carried, measured over drawn: " + check.weights());
+  for (const std::string& line : check.lines()) data.findings.push_back(name + line);
   return std::move(file.recording);
 }
 

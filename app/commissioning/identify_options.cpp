@@ -43,7 +43,6 @@ void add_options(CLI::App& c, Given& given) {
       ->capture_default_str();
   c.add_option("--record", o.record, "Keep the recordings and the survey as CSV in this folder");
   c.add_option("--out", o.out, "Write the calibrated machine file; one that is there is kept under a number");
-  c.add_flag("--write-unusable", o.write_unusable, "Write it even if the result is not usable");
   c.add_option("--report", o.report, "Write a self-contained HTML report");
   c.add_option("--json", o.json, "Write the result (docs/identification.md says what is in it)");
 }

@@ -25,7 +25,6 @@ struct IdentifyOptions {
   double slow_s = 120, fast_s = 80;  ///< Of the motions driven, here and by an ensemble.
   int ensemble = 0;                  ///< Simulated machines that the model's error is measured on.
   std::string record;                ///< Folder that keeps them as CSV.
-  bool write_unusable = false;
   std::string out, report, json;
 };
 

@@ -52,6 +52,8 @@ TorqueFit torque_fit(const TorqueComparison& comparison, double cutoff_Hz) {
     if (m.n < 2) continue;
     const double variance = m.measured2 / m.n - std::pow(m.measured / m.n, 2);
     fit.rms_Nm[j] = std::sqrt(m.error2 / m.n);
+    constexpr double kRounding = 1e-12;
+    if (variance <= kRounding * m.measured2 / m.n) continue;  // constant: nothing to relate the error to
     fit.nrmse[j] = fit.rms_Nm[j] / std::sqrt(variance);
     fit.vaf[j] = 1 - (m.error2 / m.n - std::pow(m.error / m.n, 2)) / variance;
   }

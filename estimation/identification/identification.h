@@ -35,7 +35,8 @@ struct TorqueComparison {
   std::vector<std::uint8_t> usable;
 };
 
-/// Figures of merit of a comparison, per joint. NaN where a method has no model of a joint.
+/// Figures of merit of a comparison, per joint. NaN where a method has no model of a joint
+/// or no usable sample; nrmse and vaf also where the measured torque is constant.
 struct TorqueFit {
   JointVector rms_Nm = JointVector::Zero();
   JointVector nrmse = JointVector::Zero();  ///< RMS(error) / std(measured)
