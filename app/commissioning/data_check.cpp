@@ -353,10 +353,10 @@ class Checker {
     const double scale = fit.common_scale();
     if (scale == 1) return;
     const double range_bar = machine_.sensors.pressure_range_Pa / kBar;
-    refuse("pressures", text("all carry %.2f times the weight that hangs on the cylinders by the machine's drawing (",
-                             scale) +
-                            check_.weights() + text("): looks like transmitters of %.0f bar", range_bar / scale) +
-                            text(" read with a range of %.0f bar, or masses in the machine file are off", range_bar));
+    refuse("pressures",
+           text("all carry %.2f times the weight that hangs on the cylinders by the machine's drawing (", scale) +
+               check_.weights() + text("): looks like transmitters of %.0f bar", range_bar / scale) +
+               text(" read with a range of %.0f bar, or masses in the machine file are off", range_bar));
   }
 
   const MachineDescription& machine_;

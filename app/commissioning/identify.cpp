@@ -107,10 +107,9 @@ std::vector<std::string> objections(const Identified& result, int joint) {
 void judge(Identified& result) {
   if (!result.summary.usable) return;
   std::vector<std::string> reasons;
-  const bool validated =
-      std::any_of(result.hold_out.begin(), result.hold_out.end(), [&](const HoldOut& held) {
-        return held.method == result.method && held.judged().nrmse.array().isFinite().any();
-      });
+  const bool validated = std::any_of(result.hold_out.begin(), result.hold_out.end(), [&](const HoldOut& held) {
+    return held.method == result.method && held.judged().nrmse.array().isFinite().any();
+  });
   if (!validated) reasons.emplace_back("nothing is held out that it could be validated with");
   for (int j = 0; j < kJoints && validated; ++j) {
     for (std::string& reason : objections(result, j)) reasons.push_back(std::move(reason));
