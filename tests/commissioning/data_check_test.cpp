@@ -90,6 +90,15 @@ TEST(DataCheck, NamesWrongUnits) {
   EXPECT_TRUE(names(tilt, {"hull_pitch_rad", "degrees taken as radians"})) << tilt;
 }
 
+TEST(DataCheck, RefusesPressuresOfAnotherTransmitterRange) {
+  for (const double factor : {0.625, 1.6}) {
+    const std::string said = refusal([&](Measurement& m) {
+      for (double& p : m.pressure_Pa) p *= factor;
+    });
+    EXPECT_TRUE(names(said, {"range"})) << factor << ": " << said;
+  }
+}
+
 TEST(DataCheck, NamesWrongSigns) {
   for (std::size_t c = 0; c + 1 < kSignalChannels; ++c) {
     const std::string said = refusal([c](Measurement& m) { signal(m, c) = -signal(m, c); });

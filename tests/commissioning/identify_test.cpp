@@ -94,9 +94,9 @@ TEST_F(IdentifyProgram, SaysThatSigmasAreTooSmallUnlessAnEnsembleMeasuredTheMode
     std::ofstream file(path("a.csv"));
     write_recording(recorded_motion(), file);
   }
-  const ProgramRun naive = identify({path("a.csv"), "--json", path("naive.json"), "--write-unusable"});
-  const ProgramRun held = identify({path("a.csv"), "--ensemble", "2", "--slow", "20", "--fast", "20", "--json",
-                                    path("held.json"), "--write-unusable"});
+  const ProgramRun naive = identify({path("a.csv"), "--json", path("naive.json")});
+  const ProgramRun held =
+      identify({path("a.csv"), "--ensemble", "2", "--slow", "20", "--fast", "20", "--json", path("held.json")});
   EXPECT_TRUE(names(naive.out, "without model error: too small")) << naive.out << naive.err;
   EXPECT_TRUE(names(held.out, "with the model's own error")) << held.out << held.err;
   const nlohmann::json a = json("naive.json"), b = json("held.json");
