@@ -23,8 +23,8 @@ constexpr double kSurprise = 4, kSurpriseBlend = 0.12;
 constexpr double kEmpty_kg = 3;
 // A force against the load's weight for so long makes the load itself doubtful: it may have fallen out.
 constexpr double kDoubt_s = 0.1;
-// A load that looks agree upon for so long is carried; its weight passes from force to load and back in these times.
 constexpr double kWeighedLooks = 20;  // a lift's weight is that of so many agreeing looks
+// A load that looks agree upon for so long is carried; its weight passes from force to load and back in these times.
 constexpr double kKnownLooks = 4, kTakeUp_s = 0.3, kLetGo_s = 0.1;
 
 }  // namespace
