@@ -1,7 +1,7 @@
 # Each header compiles alone: one generated source per header that includes nothing else, without the precompiled
 # headers that would hide a missing #include. Never linked; -O0 because only the front end matters.
 file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}
-     ${PROJECT_SOURCE_DIR}/app/*.h ${PROJECT_SOURCE_DIR}/app/commissioning/*.h
+     ${PROJECT_SOURCE_DIR}/app/*.h ${PROJECT_SOURCE_DIR}/app/commissioning/*.h ${PROJECT_SOURCE_DIR}/app/hardware/*.h
      ${PROJECT_SOURCE_DIR}/core/*.h ${PROJECT_SOURCE_DIR}/estimation/*.h
      ${PROJECT_SOURCE_DIR}/estimation/identification/*.h
      ${PROJECT_SOURCE_DIR}/machine/*.h ${PROJECT_SOURCE_DIR}/master/*.h ${PROJECT_SOURCE_DIR}/sim/*.h
@@ -13,5 +13,5 @@ foreach(header ${headers})
   list(APPEND sources ${source})
 endforeach()
 add_library(knuckle_header_check OBJECT ${sources})
-target_link_libraries(knuckle_header_check PRIVATE knuckle_commissioning)
+target_link_libraries(knuckle_header_check PRIVATE knuckle_hardware)
 target_compile_options(knuckle_header_check PRIVATE -O0 -g0)
