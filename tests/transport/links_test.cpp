@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <optional>
 
 #include "core/error.h"
 #include "tests/support/no_alloc.h"
@@ -268,17 +269,82 @@ TEST(UdpLink, StrangersNeitherGetInNorTakeTheAnswersAway) {
   EXPECT_EQ(datagram.bytes[0], 2);
 }
 
-TEST(UdpLink, NamesTheAddressItCannotUse) {
-  for (const char* bad : {"localhost", "127.0.0.1", "127.0.0.1:", "127.0.0.1:99999", "a.b.c.d:1", "127.0.0.1:1x"}) {
-    try {
-      (void)UdpLink::listen(bad);
-      ADD_FAILURE() << bad;
-    } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find(bad), std::string::npos) << error.what();
-    }
+TEST(UdpLink, SaysWhetherAnybodyListens) {
+  std::string address;
+  {
+    const UdpLink gone = UdpLink::listen("127.0.0.1:0");
+    address = "127.0.0.1:" + std::to_string(gone.port());
   }
+  UdpLink master = UdpLink::connect(address);
+  const std::array<std::uint8_t, 1> byte{1};
+  Datagram datagram;
+  EXPECT_FALSE(master.refused()) << "nothing was sent yet";
+  for (int i = 0; i < 200 && !master.refused(); ++i) {
+    master.send(byte);
+    EXPECT_FALSE(master.receive(datagram));
+    ::poll(nullptr, 0, 5);
+  }
+  EXPECT_TRUE(master.refused());
+  UdpLink slave = UdpLink::listen(address);
+  for (int i = 0; i < 200 && master.refused(); ++i) {  // it is found as soon as it answers
+    master.send(byte);
+    if (slave.receive(datagram)) slave.send(byte);
+    (void)wait_for(master, datagram);
+  }
+  EXPECT_FALSE(master.refused());
+}
+
+TEST(UdpLink, SpeaksIPv6WhereTheComputerDoes) {
+  std::optional<UdpLink> slave;
+  try {
+    slave.emplace(UdpLink::listen("[::1]:0"));
+  } catch (const InputError& error) {
+    GTEST_SKIP() << error.what();
+  }
+  UdpLink master = UdpLink::connect("[::1]:" + std::to_string(slave->port()));
+  const std::array<std::uint8_t, 2> ping{1, 2};
+  Datagram datagram;
+  ASSERT_TRUE(master.send(ping));
+  ASSERT_TRUE(wait_for(*slave, datagram));
+  EXPECT_EQ(datagram.size, 2);
+  ASSERT_TRUE(slave->send(ping));
+  EXPECT_TRUE(wait_for(master, datagram));
+}
+
+std::string refusal(UdpLink (*open)(const std::string&), const std::string& address) {
+  try {
+    (void)open(address);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(UdpLink, NamesTheAddressItCannotUseAndSaysWhy) {
   const UdpLink first = UdpLink::listen("127.0.0.1:0");
-  EXPECT_THROW((void)UdpLink::listen("127.0.0.1:" + std::to_string(first.port())), InputError);
+  const std::string taken = "127.0.0.1:" + std::to_string(first.port());
+  const std::vector<std::array<std::string, 2>> listening{
+      {"localhost", "ADDR:PORT"},
+      {"127.0.0.1", "ADDR:PORT"},
+      {"127.0.0.1:", "port"},
+      {"127.0.0.1:99999", "65535"},
+      {"127.0.0.1:-1", "port"},
+      {"127.0.0.1:1x", "port"},
+      {"a.b.c.d:1", "not an IPv4"},
+      {":5683", "ADDR:PORT"},
+      {"::1:5683", "[::1]:5683"},
+      {"[::1:5683", "[::1]:5683"},
+      {"[nonsense]:5683", "not an IPv4"},
+      {taken, "another program"},
+      {"192.0.2.1:5683", "no such address"},
+  };
+  for (const auto& [bad, why] : listening) {
+    const std::string message = refusal(&UdpLink::listen, bad);
+    EXPECT_NE(message.find(bad), std::string::npos) << message;
+    EXPECT_NE(message.find(why), std::string::npos) << message;
+  }
+  EXPECT_NE(refusal(&UdpLink::connect, "127.0.0.1:0").find("port 0"), std::string::npos);
+  EXPECT_NE(refusal(&UdpLink::connect, "0.0.0.0:5683").find("single computer"), std::string::npos);
 }
 
 }  // namespace
