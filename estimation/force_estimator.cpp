@@ -87,6 +87,9 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
 
   const TipForce tip = solve_tip_force(jacobian, estimate_.joint_torque_Nm, estimate_.joint_covariance_Nm2);
   estimate_.tip_N = tip.force_N;
+  estimate_.loaded_tip_N =
+      solve_tip_force(jacobian, estimate_.joint_torque_Nm + estimate_.carried_Nm, estimate_.joint_covariance_Nm2)
+          .force_N;
   estimate_.covariance_N2 = tip.covariance_N2;
   estimate_.residual_sigma = tip.residual_sigma;
   judge_contact();

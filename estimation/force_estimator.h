@@ -40,7 +40,9 @@ struct ForceEstimate {
   JointVector fast_torque_Nm = JointVector::Zero();  ///< Likewise at 6 Hz, for the slave's contact law.
   JointVector contact_torque_Nm = JointVector::Zero();             ///< Likewise at 12 Hz, for contact events alone.
   Eigen::Matrix3d joint_covariance_Nm2 = Eigen::Matrix3d::Zero();  ///< Of joint_torque_Nm, for any contact model.
-  PlanarVector tip_N = PlanarVector::Zero();                       ///< Force of the world on the tip, frame M.
+  PlanarVector tip_N = PlanarVector::Zero();  ///< Force of the world on the tip, frame M, without what is carried.
+  /// Likewise with the weight of what is carried: a steady pull down on a moving bucket cannot be told from a load.
+  PlanarVector loaded_tip_N = PlanarVector::Zero();
   Eigen::Matrix2d covariance_N2 = Eigen::Matrix2d::Zero();
   double confidence = 0;  ///< [0, 1]
   std::uint8_t confidence_reasons = 0;

@@ -33,8 +33,8 @@ void judge_torque(const estimation::TorqueComparison& comparison, MethodOutcome&
 }
 
 MethodOutcome judge_full(const std::string& method, const MachineDescription& machine,
-                         const estimation::FullResult& full, const CommissionRuns& runs, const Trials& trials,
-                         double hull_pitch_rad) {
+                         const estimation::FullOptions& options, const estimation::FullResult& full,
+                         const CommissionRuns& runs, const Trials& trials, double hull_pitch_rad) {
   MethodOutcome outcome;
   outcome.method = method;
   outcome.usable = full.summary.usable;
@@ -44,7 +44,7 @@ MethodOutcome judge_full(const std::string& method, const MachineDescription& ma
   }
   MachineDescription seen = calibrated(machine);
   const auto compare = [&](const MachineRecording& run) {
-    return estimation::compare_torque(full.dynamics, seen, run.recording);
+    return estimation::compare_torque(full.dynamics, seen, run.recording, options);
   };
   judge_torque(joined(compare(runs.validation_slow), compare(runs.validation_digging)), outcome);
   seen.dynamics_calibration = full.dynamics;
@@ -91,8 +91,9 @@ estimation::Recording paper_recording(const estimation::Recording& fast) {
 void judge_baselines(const BatterySetup& setup, const Commissioned& found, const CommissionRuns& runs,
                      const Trials& trials, double hull_pitch_rad, MachineOutcome& outcome) {
   const std::array recordings{runs.slow.recording, runs.fast.recording};
-  const estimation::FullResult drawn = estimation::identify_full(setup.drawing, recordings, setup.full);
-  outcome.methods.push_back(judge_full(kFullAsDrawn, setup.drawing, drawn, runs, trials, hull_pitch_rad));
+  const estimation::FullResult drawn = estimation::identify_full(setup.drawing, recordings, setup.full_as_drawn);
+  outcome.methods.push_back(
+      judge_full(kFullAsDrawn, setup.drawing, setup.full_as_drawn, drawn, runs, trials, hull_pitch_rad));
 
   const MachineDescription seen = calibrated(found.machine);
   outcome.methods.push_back(judge_baseline(
@@ -142,11 +143,11 @@ void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint6
   MachineRun run(seen, today, {}, middle_of_range(setup.drawing), stream_seed(seed, Stream::kUse));
   const Trials trials = run_trials(run, seen, setup.trials, seed);
   const double pitch = truth.hull_pitch_rad;
-  outcome.methods.push_back(judge_full(kFull, found.machine, found.full, runs, trials, pitch));
+  outcome.methods.push_back(judge_full(kFull, found.machine, setup.full, found.full, runs, trials, pitch));
   for (const FullVariant& variant : setup.variants) {
     const std::array recordings{runs.slow.recording, runs.fast.recording};
     const estimation::FullResult full = estimation::identify_full(seen, recordings, variant.options);
-    outcome.methods.push_back(judge_full(variant.method, found.machine, full, runs, trials, pitch));
+    outcome.methods.push_back(judge_full(variant.method, found.machine, variant.options, full, runs, trials, pitch));
   }
   if (!setup.baselines) return;
   judge_baselines(setup, found, runs, trials, pitch, outcome);

@@ -49,10 +49,11 @@ struct BatterySetup {
   MachineDescription drawing;
   CommissionPlan commission;
   TrialPlan trials;
-  estimation::FullOptions full;       ///< With the model-error covariance, where there is one.
-  std::vector<FullVariant> variants;  ///< Identified from the same recordings, judged on the same trials.
-  bool oil_changes = true;            ///< Other oil on the day of use.
-  bool baselines = true;              ///< The papers' methods, the drawing alone, pins as drawn, fine encoders.
+  estimation::FullOptions full;           ///< With the model-error covariance, where there is one.
+  estimation::FullOptions full_as_drawn;  ///< Likewise, of machines that were not surveyed.
+  std::vector<FullVariant> variants;      ///< Identified from the same recordings, judged on the same trials.
+  bool oil_changes = true;                ///< Other oil on the day of use.
+  bool baselines = true;                  ///< The papers' methods, the drawing alone, pins as drawn, fine encoders.
 };
 
 /// Never throws for a machine that fails: it says so in the outcome.

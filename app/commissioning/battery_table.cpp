@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTenMinutes_s = 600;
+constexpr double kLeastTaken = 0.1;
 
 using Values = std::vector<double>;
 
@@ -79,11 +80,13 @@ void no_load_rows(const Outcomes& all, Table& table) {
 void press_rows(const Outcomes& all, Table& table, double bound) {
   for (const bool creeping : {false, true}) {
     int presses = 0, good = 0;
+    int loads = 0;
     Values errors;
     for (const MethodOutcome* o : all) {
       for (const PressScore& press : o->force.presses) {
         if (press.creeping != creeping) continue;  // one without an answer is one missed
         ++presses;
+        loads += press.taken_for_load_N > kLeastTaken * press.force_N ? 1 : 0;
         good += press.good() ? 1 : 0;
         errors.push_back(press.error_N);
       }
@@ -92,6 +95,7 @@ void press_rows(const Outcomes& all, Table& table, double bound) {
     table.at_least("known force 1-5 kN within max(3 %, 60 N) and 3 deg" + which, share(good, presses), "1", bound);
     table.state("known force 1-5 kN, error, median" + which, median(errors), "N");
     table.state("known force 1-5 kN, error, p95" + which, quantile(errors, 0.95), "N");
+    table.state("known force 1-5 kN, a tenth or more of it reported as load" + which, share(loads, presses), "1");
   }
 }
 

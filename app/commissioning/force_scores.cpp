@@ -127,6 +127,7 @@ ForceScores score_estimator(const MachineDescription& machine, const Trials& tri
     PressScore score = judge_press(trials, press, pulled);
     const std::size_t last = press.judge_to - 1;
     score.covered = inside(pulls[last].tip_N - trials.pulls.truth[last].tip_N, pulls[last].covariance_N2);
+    score.taken_for_load_N = (pulls[last].tip_N - pulls[last].contact_N).norm();
     scores.presses.push_back(score);
   }
   scores.nis = nis;

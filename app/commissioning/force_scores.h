@@ -11,7 +11,8 @@ namespace knuckle::app {
 struct PressScore {
   double force_N = 0, error_N = 0, direction_deg = 0;
   bool creeping = false;
-  bool covered = false;  ///< Truth inside the 95 % ellipse.
+  bool covered = false;         ///< Truth inside the 95 % ellipse.
+  double taken_for_load_N = 0;  ///< Part of the estimate that was reported as a load's weight, at the end.
   /// Within max(3 %, 60 N) and 3 degrees.
   [[nodiscard]] bool good() const noexcept;
 };
@@ -29,7 +30,7 @@ struct ForceScores {
   double nis = 0;  ///< Mean normalised innovation squared of the tare's filter, per degree of freedom.
 };
 
-/// The real-time estimator, first adapting in the warm-up.
+/// The real-time estimator, first adapting in the warm-up. Forces are judged with what it takes for a load's weight.
 [[nodiscard]] ForceScores score_estimator(const MachineDescription& machine, const Trials& trials);
 
 /// Of a method that only gives a tip force: one series per recording, NaN where it has none.

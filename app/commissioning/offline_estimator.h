@@ -13,7 +13,8 @@ namespace knuckle::app {
 
 /// What is judged of one sample.
 struct EstimateSample {
-  PlanarVector tip_N = PlanarVector::Zero();
+  PlanarVector tip_N = PlanarVector::Zero();      ///< With the weight of what is carried.
+  PlanarVector contact_N = PlanarVector::Zero();  ///< Without.
   Eigen::Matrix2d covariance_N2 = Eigen::Matrix2d::Zero();
   bool contact = false;
   bool valid = false;  ///< false where a length made no joint angle.

@@ -89,10 +89,8 @@ class Sweep {
 
   void run() {
     if (options_.ensemble > 0) {
-      setup_.full.model_error = watched(interrupt_, "ensemble", [&](const auto& progress) {
-        return model_error(setup_.drawing, setup_.commission, true, options_.ensemble, options_.seed * kSeedsApart,
-                           options_.jobs, progress);
-      });
+      setup_.full.model_error = ensemble_error("ensemble", true);
+      setup_.full_as_drawn.model_error = ensemble_error("ensemble, pins as drawn", false);
     }
     const auto drawn = [&](std::uint64_t seed) { return sim::draw_truth(setup_.drawing, seed); };
     keep("", judged(setup_, options_.machines, "machines", drawn));
@@ -118,6 +116,15 @@ class Sweep {
   [[nodiscard]] const MachineDescription& drawing() const noexcept { return setup_.drawing; }
 
  private:
+  CalibrationMatrix ensemble_error(const std::string& title, bool surveyed) {
+    CommissionPlan plan = setup_.commission;
+    if (!surveyed) plan.survey_poses = 0;
+    return watched(interrupt_, title, [&](const auto& progress) {
+      return model_error(setup_.drawing, plan, surveyed, options_.ensemble, options_.seed * kSeedsApart, options_.jobs,
+                         progress);
+    });
+  }
+
   std::vector<MachineOutcome> judged(const BatterySetup& setup, int count, const std::string& title,
                                      const std::function<sim::MachineTruth(std::uint64_t)>& truth) {
     std::vector<MachineOutcome> outcomes(static_cast<std::size_t>(count));

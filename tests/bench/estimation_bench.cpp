@@ -1,8 +1,10 @@
 // Cost of one estimator step in the slave's loop.
 #include <benchmark/benchmark.h>
 
+#include <chrono>
 #include <vector>
 
+#include "app/quantile.h"
 #include "estimation/payload.h"
 #include "tests/estimation/test_machine.h"
 
@@ -26,6 +28,28 @@ void BM_ForceEstimator(benchmark::State& bench) {
   for (auto _ : bench) benchmark::DoNotOptimize(estimator.step(states[n++ % states.size()]).tip_N.data());
 }
 BENCHMARK(BM_ForceEstimator);
+
+/// Each step by itself, as the loop meets it: with the payload estimator, timed one by one (the clock's own 20-50 ns
+/// included), quantiles as counters.
+void BM_ForceAndPayloadQuantiles(benchmark::State& bench) {
+  const std::vector<JointState> states = moving_states();
+  ForceEstimator estimator(test_machine(), SyntheticMachine::kStep_s);
+  PayloadEstimator payload(test_machine(), SyntheticMachine::kStep_s);
+  std::vector<double> step_us;
+  step_us.reserve(2'000'000);
+  std::size_t n = 0;
+  for (auto _ : bench) {
+    const JointState& state = states[n++ % states.size()];
+    const auto start = std::chrono::steady_clock::now();
+    payload.step(state, estimator.step(state));
+    const auto end = std::chrono::steady_clock::now();
+    step_us.push_back(std::chrono::duration<double, std::micro>(end - start).count());
+  }
+  bench.counters["p50_us"] = app::quantile(step_us, 0.5);
+  bench.counters["p99_us"] = app::quantile(step_us, 0.99);
+  bench.counters["p99.9_us"] = app::quantile(step_us, 0.999);
+}
+BENCHMARK(BM_ForceAndPayloadQuantiles);
 
 void BM_Payload(benchmark::State& bench) {
   const std::vector<JointState> states = moving_states();
