@@ -1,0 +1,234 @@
+#include "transport/socket_can.h"
+
+#include <fcntl.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include "core/error.h"
+
+namespace knuckle {
+namespace {
+
+constexpr canid_t kExactMask = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG;
+constexpr canid_t kFunctionMask = 0x780 | CAN_EFF_FLAG | CAN_RTR_FLAG;
+constexpr int kInteractive = 6;  // first band of pfifo_fast, the queue of CAN interfaces; above it needs privileges
+// The kernel doubles this. A queued frame weighs about 768 bytes: some 20 frames, three steps of the loop. So the band
+// stays short even where somebody has set txqueuelen to hundreds.
+constexpr int kProcessSendBytes = 8 * 1024;
+constexpr int kErrorBatches = 8;  // a flood of error frames may not keep the loop busy
+
+/// SDOs wait for nobody and nobody waits for them; everything else is part of the process.
+constexpr bool is_service(canid_t id) noexcept {
+  const canid_t function = id & 0x780U;
+  return function == 0x580 || function == 0x600;
+}
+
+[[noreturn]] void refuse(const std::string& interface, const std::string& why) {
+  throw InputError("CAN interface \"" + interface + "\": " + why);
+}
+
+/// Closes on the way out of a constructor that throws.
+class Socket {
+ public:
+  explicit Socket(int fd) noexcept : fd_(fd) {}
+  Socket(const Socket&) = delete;
+  Socket& operator=(const Socket&) = delete;
+  ~Socket() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  [[nodiscard]] int get() const noexcept { return fd_; }
+  [[nodiscard]] int release() noexcept { return std::exchange(fd_, -1); }
+
+ private:
+  int fd_;
+};
+
+ifreq request(const std::string& interface) noexcept {
+  ifreq r{};
+  interface.copy(r.ifr_name, sizeof r.ifr_name - 1);
+  return r;
+}
+
+/// @return the interface's index. Asked over an ordinary socket, so that the answer does not hang on CAN in the kernel.
+int check_interface(const std::string& interface) {
+  const Socket any(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  ifreq index = request(interface), hardware = index, flags = index;
+  if (interface.empty() || interface.size() >= IFNAMSIZ || ::ioctl(any.get(), SIOCGIFINDEX, &index) != 0)
+    refuse(interface, "no such interface; `ip -brief link show type can` lists what there is (or: type vcan)");
+  if (::ioctl(any.get(), SIOCGIFHWADDR, &hardware) != 0 || hardware.ifr_hwaddr.sa_family != ARPHRD_CAN)
+    refuse(interface, "is not a CAN interface");
+  if (::ioctl(any.get(), SIOCGIFFLAGS, &flags) != 0 || (flags.ifr_flags & IFF_UP) == 0) {
+    const bool is_virtual = interface.starts_with("vcan") || interface.starts_with("vxcan");
+    refuse(interface,
+           "is down; as root: ip link set " + interface + (is_virtual ? " up" : " up type can bitrate 500000"));
+  }
+  return index.ifr_ifindex;
+}
+
+void set_option(const std::string& interface, int socket, int level, int option, const void* value, std::size_t size) {
+  if (::setsockopt(socket, level, option, value, static_cast<socklen_t>(size)) != 0)
+    refuse(interface, std::string("cannot set a socket option: ") + std::strerror(errno));
+}
+
+/// Filters come before bind(): not one unwanted frame may slip in between.
+int open_socket(const std::string& interface, int index, std::span<const can_filter> filters, can_err_mask_t errors) {
+  Socket socket(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
+  if (socket.get() < 0) {
+    if (errno == EPERM || errno == EACCES) refuse(interface, "no permission to open CAN sockets");
+    refuse(interface, std::string("cannot open a CAN socket (as root: modprobe can_raw): ") + std::strerror(errno));
+  }
+  const int on = 1;
+  const int fd = socket.get();
+  set_option(interface, fd, SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), filters.size_bytes());
+  set_option(interface, fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
+  set_option(interface, fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = index;
+  if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    if (errno == EPERM || errno == EACCES) refuse(interface, "no permission to use it");
+    refuse(interface, std::string("cannot be used: ") + std::strerror(errno));
+  }
+  return socket.release();
+}
+
+/// What one of the two sockets is to hear.
+std::vector<can_filter> filters_of(bool service, std::span<const std::uint32_t> hear) {
+  std::vector<can_filter> filters;
+  for (const std::uint32_t id : hear) {
+    if (is_service(id) == service) filters.push_back({id, kExactMask});
+  }
+  for (canid_t function = 0; hear.empty() && function <= 0x780; function += 0x80) {
+    if (is_service(function) == service) filters.push_back({function, kFunctionMask});
+  }
+  return filters;
+}
+
+SocketCanBus::Sockets open_sockets(const std::string& interface, std::span<const std::uint32_t> hear) {
+  for (const std::uint32_t id : hear) {
+    if (id > CAN_SFF_MASK) refuse(interface, "identifier " + std::to_string(id) + " to hear; limit 2047");
+  }
+  if (hear.size() > CAN_RAW_FILTER_MAX)
+    refuse(interface,
+           std::to_string(hear.size()) + " identifiers to hear; limit " + std::to_string(CAN_RAW_FILTER_MAX));
+  const int index = check_interface(interface);
+  Socket process(open_socket(interface, index, filters_of(false, hear), 0));
+  Socket service(open_socket(interface, index, filters_of(true, hear), 0));
+  Socket errors(open_socket(interface, index, {}, CAN_ERR_MASK));
+  set_option(interface, process.get(), SOL_SOCKET, SO_PRIORITY, &kInteractive, sizeof kInteractive);
+  set_option(interface, process.get(), SOL_SOCKET, SO_SNDBUF, &kProcessSendBytes, sizeof kProcessSendBytes);
+  return {process.release(), service.release(), errors.release()};
+}
+
+}  // namespace
+
+SocketCanBus::SocketCanBus(const std::string& interface, std::span<const std::uint32_t> hear)
+    : SocketCanBus(interface, open_sockets(interface, hear)) {}
+
+SocketCanBus::SocketCanBus(const std::string& interface, const Sockets& sockets)
+    : interface_(interface), process_(sockets.process), service_(sockets.service), errors_(sockets.errors) {}
+
+SocketCanBus::~SocketCanBus() {
+  for (const Inbox* inbox : {&process_, &service_, &errors_}) {
+    if (inbox->socket() >= 0) ::close(inbox->socket());
+  }
+}
+
+bool SocketCanBus::send(const CanFrame& frame) noexcept {
+  // Whoever was off the bus stays silent until somebody wants him back: the nodes then stop by themselves.
+  if (health_.state() == CanState::kBusOff || frame.size > CAN_MAX_DLEN) {
+    health_.on_not_sent();
+    return false;
+  }
+  can_frame out{};
+  out.can_id = frame.id & CAN_SFF_MASK;
+  out.len = frame.size;
+  std::copy_n(frame.data.begin(), frame.size, out.data);
+  const Inbox& way = is_service(out.can_id) ? service_ : process_;
+  if (::send(way.socket(), &out, sizeof out, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(sizeof out)) {
+    health_.on_sent();
+    return true;
+  }
+  health_.on_send_error(errno);
+  return false;
+}
+
+bool SocketCanBus::receive(CanFrame& frame) noexcept {
+  if (process_.empty()) look_at_errors();
+  return take(process_, frame) || take(service_, frame);
+}
+
+bool SocketCanBus::take(Inbox& inbox, CanFrame& frame) noexcept {
+  if (inbox.empty()) inbox.fill(health_);
+  while (!inbox.empty()) {
+    const can_frame& in = inbox.take();
+    // The filters let nothing else pass; a frame that is cut short or no data frame is nobody's.
+    if ((in.can_id & (CAN_EFF_FLAG | CAN_RTR_FLAG | CAN_ERR_FLAG)) != 0 || in.len > CAN_MAX_DLEN) continue;
+    frame.id = in.can_id & CAN_SFF_MASK;
+    frame.size = in.len;
+    frame.data = {};
+    std::copy_n(in.data, in.len, frame.data.begin());
+    health_.on_received();
+    return true;
+  }
+  return false;
+}
+
+void SocketCanBus::look_at_errors() noexcept {
+  health_.on_look();
+  for (int batch = 0; batch < kErrorBatches; ++batch) {
+    errors_.fill(health_);
+    if (errors_.empty()) return;
+    while (!errors_.empty()) {
+      const can_frame& in = errors_.take();
+      if ((in.can_id & CAN_ERR_FLAG) == 0) continue;
+      std::array<std::uint8_t, 8> data{};
+      std::copy_n(in.data, data.size(), data.begin());
+      health_.on_error_frame(in.can_id & CAN_ERR_MASK, data);
+    }
+  }
+}
+
+SocketCanBus::Inbox::Inbox(int socket) noexcept : socket_(socket) {
+  for (std::size_t i = 0; i < kBatch; ++i) {
+    places_[i] = {&frames_[i], sizeof(can_frame)};
+    messages_[i].msg_hdr.msg_iov = &places_[i];
+    messages_[i].msg_hdr.msg_iovlen = 1;
+    messages_[i].msg_hdr.msg_control = &controls_[i];
+  }
+}
+
+void SocketCanBus::Inbox::fill(CanHealth& health) noexcept {
+  next_ = count_ = 0;
+  for (mmsghdr& message : messages_) message.msg_hdr.msg_controllen = sizeof(Control);
+  const int got = ::recvmmsg(socket_, messages_.data(), kBatch, MSG_DONTWAIT, nullptr);
+  if (got < 0) return health.on_receive_error(errno);
+  count_ = static_cast<std::size_t>(got);
+  for (std::size_t i = 0; i < count_; ++i) {
+    count_overflows(health, messages_[i].msg_hdr);
+    if (messages_[i].msg_len != sizeof(can_frame)) frames_[i].can_id = CAN_EFF_FLAG;  // no classic frame: nobody's
+  }
+}
+
+/// The kernel tells with a frame how many were lost before it, since the socket was opened.
+void SocketCanBus::Inbox::count_overflows(CanHealth& health, const msghdr& message) noexcept {
+  if (message.msg_controllen < sizeof(cmsghdr)) return;
+  const cmsghdr* header = CMSG_FIRSTHDR(&message);
+  if (header == nullptr || header->cmsg_level != SOL_SOCKET || header->cmsg_type != SO_RXQ_OVFL) return;
+  std::uint32_t lost = 0;
+  std::memcpy(&lost, CMSG_DATA(header), sizeof lost);
+  health.on_overflow(lost - overflows_);
+  overflows_ = lost;
+}
+
+}  // namespace knuckle
