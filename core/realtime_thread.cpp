@@ -36,12 +36,6 @@ bool pin_to(int processor) noexcept {
   return pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0;
 }
 
-void ask_for_fifo(int priority) noexcept {
-  sched_param parameters{};
-  parameters.sched_priority = priority;
-  pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
-}
-
 /// Read back, because what was asked for says little.
 std::string granted_policy() {
   int policy = 0;
@@ -58,6 +52,12 @@ Time next_multiple(Time now, Duration period) noexcept {
 }
 
 }  // namespace
+
+void ask_for_fifo(int priority) noexcept {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+}
 
 RealtimeClock::RealtimeClock() noexcept : epoch_ns_(monotonic_ns()) {}
 

@@ -39,6 +39,9 @@ class PeriodicSchedule {
   std::uint64_t skipped_ = 0;
 };
 
+/// Asks for SCHED_FIFO at this priority (1..99) for the calling thread. Where that is not granted, nothing changes.
+void ask_for_fifo(int priority) noexcept;
+
 struct RealtimeOptions {
   std::string name;          ///< As top and gdb show it; 15 characters.
   Duration period{};         ///< > 0

@@ -11,6 +11,26 @@
 
 namespace knuckle {
 
+// How the device is found. 0x1209:0x0001 is the test number of pid.codes: a product needs one of its own.
+inline constexpr std::uint16_t kHidVendor = 0x1209, kHidProduct = 0x0001;
+inline constexpr std::uint16_t kHidUsagePage = 0xFF00;
+inline constexpr const char* kHidUsbId = "1209:0001";
+
+/// Report descriptor: one vendor-page collection of opaque 64-byte reports, 1 and 3 in, 2 and 4 out.
+inline constexpr std::array<std::uint8_t, 41> kHidReportDescriptor{
+    0x06, 0x00, 0xFF,                    // usage page 0xFF00
+    0x09, 0x01,                          // usage 1
+    0xA1, 0x01,                          // application collection
+    0x15, 0x00,                          //   logical minimum 0
+    0x26, 0xFF, 0x00,                    //   logical maximum 255
+    0x75, 0x08,                          //   report size 8 bits
+    0x95, 0x3F,                          //   report count 63, and the number in front
+    0x85, 0x01, 0x09, 0x01, 0x81, 0x02,  // report 1: input
+    0x85, 0x03, 0x09, 0x03, 0x81, 0x02,  // report 3: input
+    0x85, 0x02, 0x09, 0x02, 0x91, 0x02,  // report 2: output
+    0x85, 0x04, 0x09, 0x04, 0x91, 0x02,  // report 4: output
+    0xC0};
+
 inline constexpr std::uint8_t kHidVersion = 1;
 inline constexpr std::uint8_t kReportState = 0x01;        ///< IN
 inline constexpr std::uint8_t kReportTorque = 0x02;       ///< OUT

@@ -1,0 +1,255 @@
+// The threads around a real cable, with a cable in memory that can be blocked, pulled and plugged in again.
+#include "transport/hid_device_port.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <deque>
+
+#include "tests/support/no_alloc.h"
+#include "transport/hid_reports.h"
+#include "transport/hidapi_port.h"
+#include "transport/libusb_port.h"
+
+namespace knuckle {
+namespace {
+
+HidReport numbered(std::uint8_t report, std::uint8_t n) {
+  return {report, kHidVersion, n};
+}
+
+/// What the test's thread and the port's two threads share.
+class Cable {
+ public:
+  struct End final : HidConnection {
+    explicit End(Cable& cable, int plugged) : cable_(cable), plugged_(plugged) {}
+    Result read(HidReport& report, Duration timeout) override { return cable_.read(plugged_, report, timeout); }
+    Result write(const HidReport& report) override { return cable_.write(plugged_, report); }
+    Cable& cable_;
+    int plugged_;
+  };
+
+  HidOpen opener() {
+    return [this](const std::string& serial) {
+      const std::lock_guard lock(mutex_);
+      HidOpening opening;
+      std::vector<HidCandidate> found;
+      if (plugged_ % 2 == 1) found.push_back({"memory", serial_});
+      if (choose_device(found, serial, opening.problem) == nullptr) return opening;
+      opening.serial = serial_;
+      opening.connection = std::make_shared<End>(*this, plugged_);
+      return opening;
+    };
+  }
+  void plug(const std::string& serial = "A") {
+    const std::lock_guard lock(mutex_);
+    serial_ = serial;
+    ++plugged_;
+    changed_.notify_all();
+  }
+  void unplug() {
+    const std::lock_guard lock(mutex_);
+    to_host_.clear();
+    ++plugged_;
+    changed_.notify_all();
+  }
+  void block_writes(bool blocked) {
+    const std::lock_guard lock(mutex_);
+    blocked_ = blocked;
+    changed_.notify_all();
+  }
+  void send(const HidReport& report) {
+    const std::lock_guard lock(mutex_);
+    to_host_.push_back(report);
+    changed_.notify_all();
+  }
+  bool writing() {
+    const std::lock_guard lock(mutex_);
+    return writing_;
+  }
+  /// What the device was told, since it was plugged in last.
+  std::vector<HidReport> told() {
+    const std::lock_guard lock(mutex_);
+    return told_;
+  }
+
+ private:
+  using Result = HidConnection::Result;
+  Result read(int plugged, HidReport& report, Duration timeout) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, timeout, [&] { return plugged != plugged_ || !to_host_.empty(); });
+    if (plugged != plugged_) return Result::kGone;
+    if (to_host_.empty()) return Result::kNothing;
+    report = to_host_.front();
+    to_host_.pop_front();
+    return Result::kDone;
+  }
+  Result write(int plugged, const HidReport& report) {
+    std::unique_lock lock(mutex_);
+    writing_ = true;
+    changed_.wait(lock, [this] { return !blocked_; });
+    writing_ = false;
+    if (plugged != plugged_) return Result::kGone;
+    told_.push_back(report);
+    return Result::kDone;
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::string serial_;
+  int plugged_ = 0;  // odd: attached
+  bool blocked_ = false, writing_ = false;
+  std::deque<HidReport> to_host_;
+  std::vector<HidReport> told_;
+};
+
+/// Waits for other threads, without saying how long they may take: far beyond this, something hangs.
+template <typename Condition>
+bool eventually(Condition condition) {
+  for (int i = 0; i < 20'000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return false;
+}
+
+TEST(HidDevicePortThreads, ReportsCrossBothWaysOnceADeviceIsThere) {
+  Cable cable;
+  HidDevicePort port(cable.opener());
+  EXPECT_FALSE(port.connected());
+  EXPECT_FALSE(port.write(numbered(kReportTorque, 1)));
+  cable.plug();
+  ASSERT_TRUE(eventually([&] { return port.connected(); }));
+  for (std::uint8_t n = 1; n <= 3; ++n) cable.send(numbered(kReportState, n));
+  HidReport report;
+  for (std::uint8_t n = 1; n <= 3; ++n) {
+    ASSERT_TRUE(eventually([&] { return port.read(report); }));
+    EXPECT_EQ(report, numbered(kReportState, n));
+  }
+  EXPECT_TRUE(port.write(numbered(kReportTorque, 9)));
+  ASSERT_TRUE(eventually([&] { return cable.told().size() == 1; }));
+  EXPECT_EQ(cable.told()[0], numbered(kReportTorque, 9));
+}
+
+TEST(HidDevicePortThreads, AfterABlockedWriteOnlyTheNewestCommandLeavesAndRequestsAreNotLostToIt) {
+  Cable cable;
+  cable.plug();
+  HidDevicePort port(cable.opener());
+  ASSERT_TRUE(eventually([&] { return port.connected(); }));
+  cable.block_writes(true);
+  port.write(numbered(kReportTorque, 1));
+  ASSERT_TRUE(eventually([&] { return cable.writing(); }));
+  port.write(numbered(kReportDescribe, 2));
+  for (std::uint8_t n = 3; n <= 50; ++n) EXPECT_TRUE(port.write(numbered(kReportTorque, n)));  // none of these waits
+  cable.block_writes(false);
+  ASSERT_TRUE(eventually([&] { return cable.told().size() >= 3; }));
+  EXPECT_EQ(cable.told(),
+            (std::vector{numbered(kReportTorque, 1), numbered(kReportDescribe, 2), numbered(kReportTorque, 50)}));
+}
+
+TEST(HidDevicePortThreads, ADeviceThatCameBackBetweenTwoLooksReadsAsGoneOnce) {
+  Cable cable;
+  cable.plug();
+  HidDevicePort port(cable.opener());
+  ASSERT_TRUE(eventually([&] { return port.connected(); }));
+  cable.send(numbered(kReportState, 1));
+  ASSERT_TRUE(eventually([&] { return port.status().arrived == 1; }));
+  cable.unplug();
+  ASSERT_TRUE(eventually([&] { return !port.status().attached; }));
+  cable.plug();
+  ASSERT_TRUE(eventually([&] { return port.status().attached; }));
+  EXPECT_FALSE(port.connected());
+  EXPECT_TRUE(port.connected());
+  HidReport report;
+  EXPECT_FALSE(port.read(report));  // the report was made before the cable was pulled
+}
+
+TEST(HidDevicePortThreads, ACommandNeverReachesADeviceThatWasPluggedInAfterIt) {
+  Cable cable;
+  cable.plug();
+  HidDevicePort port(cable.opener());
+  ASSERT_TRUE(eventually([&] { return port.connected(); }));
+  cable.block_writes(true);
+  port.write(numbered(kReportTorque, 1));
+  ASSERT_TRUE(eventually([&] { return cable.writing(); }));
+  port.write(numbered(kReportTorque, 2));  // waits behind the blocked one
+  cable.unplug();
+  ASSERT_TRUE(eventually([&] { return !port.status().attached; }));
+  cable.plug();
+  ASSERT_TRUE(eventually([&] { return port.status().attached; }));
+  cable.block_writes(false);
+  ASSERT_TRUE(eventually([&] { return port.status().not_written == 2; }));
+  EXPECT_TRUE(cable.told().empty());
+}
+
+TEST(HidDevicePortThreads, OnlyTheDeviceWithTheSameSerialNumberIsTakenBack) {
+  Cable cable;
+  cable.plug("A");
+  HidDevicePort port(cable.opener());
+  ASSERT_TRUE(eventually([&] { return port.connected(); }));
+  cable.unplug();
+  ASSERT_TRUE(eventually([&] { return !port.connected(); }));
+  cable.plug("B");
+  ASSERT_TRUE(
+      eventually([&] { return port.status().problem.find("serial number B instead of A") != std::string::npos; }));
+  EXPECT_FALSE(port.connected());
+  cable.unplug();
+  cable.plug("A");
+  EXPECT_TRUE(eventually([&] { return port.connected(); }));
+}
+
+TEST(HidDevicePortThreads, ALoopThatDoesNotReadLosesReportsAndTheyAreCounted) {
+  Cable cable;
+  cable.plug();
+  HidDevicePort port(cable.opener());
+  ASSERT_TRUE(eventually([&] { return port.connected(); }));
+  for (int n = 0; n < 100; ++n) cable.send(numbered(kReportState, std::uint8_t(n)));
+  ASSERT_TRUE(eventually([&] { return port.status().arrived == 100; }));
+  EXPECT_EQ(port.status().dropped, 36u);
+}
+
+TEST(HidDevicePortThreads, TheLoopsCallsAllocateNothing) {
+  Cable cable;
+  cable.plug();
+  HidDevicePort port(cable.opener());
+  ASSERT_TRUE(eventually([&] { return port.connected(); }));
+  HidReport report = numbered(kReportTorque, 1);
+  test::NoAllocScope scope;  // counts this thread
+  (void)port.connected();
+  (void)port.write(report);
+  (void)port.read(report);
+  EXPECT_EQ(scope.allocations(), 0u);
+}
+
+TEST(HidDevicePort, ChoosesTheOnlyDeviceAndSaysWhyItCannotChoose) {
+  std::string problem;
+  EXPECT_EQ(choose_device({}, "", problem), nullptr);
+  EXPECT_EQ(problem, "no haptic device is attached (USB 1209:0001)");
+  const std::vector<HidCandidate> one{{"/dev/hidraw0", "7"}};
+  EXPECT_EQ(choose_device(one, "", problem), &one[0]);
+  EXPECT_EQ(choose_device(one, "8", problem), nullptr);
+  EXPECT_EQ(problem, "the attached haptic device is another one: serial number 7 instead of 8");
+  const std::vector<HidCandidate> two{{"/dev/hidraw0", "7"}, {"/dev/hidraw1", ""}};
+  EXPECT_EQ(choose_device(two, "7", problem), &two[0]);
+  EXPECT_EQ(choose_device(two, "", problem), nullptr);
+  EXPECT_EQ(problem, "several haptic devices are attached: choose one by its serial number: 7, none");
+}
+
+// This computer may have neither USB nor a device: both back ends must say so rather than fail.
+template <typename Port>
+void expect_one_line_for_a_device_that_is_not_there() {
+  Port port(HidDeviceOptions{.serial = "no such serial number"});
+  ASSERT_TRUE(eventually([&] { return port.status().problem != "still looking for the haptic device"; }));
+  EXPECT_FALSE(port.connected());
+  EXPECT_FALSE(port.status().problem.empty());
+  EXPECT_EQ(port.status().problem.find('\n'), std::string::npos);
+}
+TEST(HidapiPort, SaysInOneLineThatNoDeviceIsThere) {
+  expect_one_line_for_a_device_that_is_not_there<HidapiPort>();
+}
+TEST(LibusbPort, SaysInOneLineThatNoDeviceIsThere) {
+  expect_one_line_for_a_device_that_is_not_there<LibusbPort>();
+}
+
+}  // namespace
+}  // namespace knuckle
