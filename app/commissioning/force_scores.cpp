@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "app/commissioning/contact_model_scores.h"
 #include "app/quantile.h"
 
 namespace knuckle::app {
@@ -51,13 +52,7 @@ PressScore judge_press(const Trials& trials, const Press& press, const std::vect
     estimate += forces[k];
   }
   const double n = static_cast<double>(end - press.judge_from);
-  truth /= n;
-  estimate /= n;
-  const double turn = std::atan2(truth.x() * estimate.y() - truth.y() * estimate.x(), truth.dot(estimate));
-  return {.force_N = truth.norm(),
-          .error_N = (estimate - truth).norm(),
-          .direction_deg = std::abs(turn) * 180 / std::numbers::pi,
-          .creeping = press.creeping};
+  return score_pull(truth / n, estimate / n, press.creeping);
 }
 
 void judge_free(const MachineRecording& run, const std::vector<EstimateSample>& estimates, ForceScores& scores) {
@@ -106,6 +101,14 @@ void judge_norms(const Trials& trials, const ForceSeries& series, ForceScores& s
 
 }  // namespace
 
+PressScore score_pull(const PlanarVector& truth, const PlanarVector& estimate, bool creeping) {
+  const double turn = std::atan2(truth.x() * estimate.y() - truth.y() * estimate.x(), truth.dot(estimate));
+  return {.force_N = truth.norm(),
+          .error_N = (estimate - truth).norm(),
+          .direction_deg = std::abs(turn) * 180 / std::numbers::pi,
+          .creeping = creeping};
+}
+
 bool PressScore::good() const noexcept {
   return error_N <= std::max(0.03 * force_N, 60.0) && direction_deg <= 3;
 }
@@ -130,6 +133,7 @@ ForceScores score_estimator(const MachineDescription& machine, const Trials& tri
     score.taken_for_load_N = (pulls[last].tip_N - pulls[last].contact_N).norm();
     scores.presses.push_back(score);
   }
+  scores.contact_models = score_contact_models(machine, trials, pulls);
   scores.nis = nis;
   for (const std::size_t at : trials.knock_at) scores.detection_s.push_back(detection_s(trials, at, knocks));
   judge_lifts(estimator, trials, scores);

@@ -1,6 +1,7 @@
 // How good a method's forces are on one machine's trials.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "app/commissioning/offline_estimator.h"
@@ -17,11 +18,23 @@ struct PressScore {
   [[nodiscard]] bool good() const noexcept;
 };
 
+/// Estimate of one pull against its truth; NaN where there is none.
+[[nodiscard]] PressScore score_pull(const PlanarVector& truth, const PlanarVector& estimate, bool creeping);
+
+/// Of one model: a pull that it refuses has no answer (NaN) and counts as missed.
+struct ContactModelScore {
+  std::string model;
+  std::vector<PressScore> presses;
+  std::vector<double> torque_Nm;      ///< tip_wrench: torque about the tip, where there is none.
+  std::vector<double> place_error_m;  ///< force_and_position: along the bucket; its direction is given.
+};
+
 /// NaN and empty where a method has no answer of that kind.
 struct ForceScores {
   double slow_rms_N, slow_p95_N;        ///< |F| in free motion.
   double digging_rms_N, digging_p95_N;  ///< Likewise at digging speed.
   std::vector<PressScore> presses;
+  std::vector<ContactModelScore> contact_models;  ///< The others, on the same pulls.
   std::vector<double> detection_s;  ///< Of each 500 N step; infinite where it was not seen while it lasted.
   int false_alarms = 0;
   double free_s = 0;           ///< Of free motion that they were counted over.

@@ -30,7 +30,13 @@ std::vector<EstimateSample> OfflineEstimator::run(const estimation::Recording& r
     payload_.step(*state, force);
     force_.hold_tare(payload_.maybe_loaded());
     force_.carry(payload_.carried());
-    result[k] = {force.loaded_tip_N, force.tip_N, force.covariance_N2, force.contact, true};
+    result[k] = {
+        force.loaded_tip_N,
+        force.tip_N,
+        force.covariance_N2,
+        {state->angle_rad, state->lever_m, force.joint_torque_Nm + force.carried_Nm, force.joint_covariance_Nm2},
+        force.contact,
+        true};
   }
   return result;
 }

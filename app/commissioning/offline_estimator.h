@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "estimation/contact_models.h"
 #include "estimation/force_estimator.h"
 #include "estimation/identification/recording.h"
 #include "estimation/joint_state.h"
@@ -16,6 +17,7 @@ struct EstimateSample {
   PlanarVector tip_N = PlanarVector::Zero();      ///< With the weight of what is carried.
   PlanarVector contact_N = PlanarVector::Zero();  ///< Without.
   Eigen::Matrix2d covariance_N2 = Eigen::Matrix2d::Zero();
+  estimation::JointLoad load;  ///< With what is carried, for the other contact models.
   bool contact = false;
   bool valid = false;  ///< false where a length made no joint angle.
 };

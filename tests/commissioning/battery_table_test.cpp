@@ -49,6 +49,25 @@ TEST(BatteryTable, CountsAnUnansweredPressAsMissed) {
   EXPECT_EQ(row(rows, creeping).met, false);
 }
 
+TEST(BatteryTable, CountsAPullThatAContactModelRefusesAsMissed) {
+  MethodOutcome method = good_full();
+  ContactModelScore wrench;
+  wrench.model = "tip_wrench";
+  wrench.presses = {score_pull({0, 2000}, {30, 2000}, false), score_pull({0, 2000}, {kNaN, kNaN}, false)};
+  wrench.torque_Nm = {12};
+  method.force.contact_models = {wrench};
+  const auto rows = battery_rows({machine_with(method)}, kFullScale_kg);
+  const auto value = [&](const std::string& quantity) {
+    for (const BatteryRow& r : rows) {
+      if (r.method == "full, tip_wrench" && r.quantity.starts_with(quantity)) return r.value;
+    }
+    throw std::runtime_error("no row " + quantity);
+  };
+  EXPECT_EQ(value("known force 1-5 kN, answered"), 0.5);
+  EXPECT_EQ(value("known force 1-5 kN within max(3 %, 60 N) and 3 deg, standing"), 0.5);
+  EXPECT_EQ(value("torque about the tip that is not there, p95"), 12);
+}
+
 TEST(BatteryTable, SaysThatAMachineWithoutAUsableResultIsATargetMissed) {
   MethodOutcome failed;
   failed.method = kFull;

@@ -106,6 +106,16 @@ TEST(Payload, KnownLoadIsNoForceOfContactAndItsLossIsSeen) {
   EXPECT_NEAR(scale.payload().kg(), 0, 3);
 }
 
+TEST(Payload, PullDownThatIsTakenForALoadStaysInTheWholeForce) {
+  Scale scale(oil_of_today());
+  scale.move(40, 0);
+  const PlanarVector pull_N(0, -1300);
+  scale.move(6, 0, pull_N);
+  EXPECT_GT(scale.payload().kg(), 100);
+  EXPECT_GT((scale.force().tip_N - pull_N).norm(), 500);
+  EXPECT_LT((scale.force().loaded_tip_N - pull_N).norm(), 60);
+}
+
 TEST(Payload, ContactIsStillFeltInFullWithALoadInTheBucket) {
   Scale scale(oil_of_today());
   scale.move(40, 0);
