@@ -27,8 +27,15 @@ SensorSet::SensorSet(const MachineDescription& machine)
   for (std::size_t i = 0; i < kChannels; ++i) index_[channels_[i].node & 0x7FU] = static_cast<std::uint8_t>(i + 1);
 }
 
-void SensorSet::reset() noexcept {
-  for (Channel& channel : channels_) channel = Channel{channel.node};
+void SensorSet::restart() noexcept {
+  for (std::size_t i = 0; i < kChannels; ++i) {
+    const Channel before = channels_[i];
+    channels_[i] = Channel{before.node};
+    if (i < kPressures || i == kTilt) continue;
+    // As old as it is, so it is stale until a new one has been held against it.
+    channels_[i].value = before.value;
+    channels_[i].at = before.at;
+  }
   shaken_ = 0;
 }
 
@@ -92,6 +99,11 @@ void SensorSet::believe_settled_lengths(Time now) noexcept {
     channel.at = now;
     channel.bad = channel.settled = 0;
   }
+}
+
+bool SensorSet::length_settled() const noexcept {
+  return std::any_of(channels_.begin() + kPressures, channels_.begin() + kTilt,
+                     [](const Channel& channel) { return channel.settled >= kValidity.settled_in_a_row; });
 }
 
 void SensorSet::on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {

@@ -39,12 +39,14 @@ class SensorSet {
 
   /// A received frame; what is no sensor PDO is ignored.
   void receive(const CanFrame& frame, Time now) noexcept;
-  /// Forgets all values, as after a restart of the nodes.
-  void reset() noexcept;
+  /// The nodes start anew: all values are forgotten but the lengths, which stay what later ones are held against.
+  void restart() noexcept;
   /// A length further from the last good one than the cylinder goes while that one may be used is not believed by
-  /// waiting: only after reset(), or after this call where it has stood still there for a while (a slipped drum looks
-  /// the same, so this is for the operator to ask for).
+  /// waiting, nor by a restart: only by this call, where it has stood still there for a while (a slipped drum looks the
+  /// same, so this is for the operator to ask for).
   void believe_settled_lengths(Time now) noexcept;
+  /// Some length stands still where it is not believed.
+  [[nodiscard]] bool length_settled() const noexcept;
 
   /// First sensor that is stale (kSensorStale, ms) or sends impossible values (kSensorInvalid, raw); kNone while all
   /// are fresh and valid.

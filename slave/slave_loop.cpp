@@ -36,7 +36,7 @@ void SlaveLoop::step(Time now) noexcept {
   command(now);
   client_.end_step(gate_.commands, led(), now);
   publish(now);
-  restart_nodes_if_asked(now);
+  restart_nodes_once_released(now);
   believe_sensors_if_asked(now);
 }
 
@@ -191,8 +191,8 @@ void SlaveLoop::command(Time now) noexcept {
 }
 
 /// Nodes that failed are started anew after a while, but only once the operator has let go of enable; nothing moves by
-/// that alone.
-void SlaveLoop::restart_nodes_if_asked(Time now) noexcept {
+/// that alone, and no length is believed by it that is not where the last one was.
+void SlaveLoop::restart_nodes_once_released(Time now) noexcept {
   if (client_.phase() != CanopenClient::Phase::kFailed) {
     failed_at_ = kNever;
     return;
@@ -200,13 +200,14 @@ void SlaveLoop::restart_nodes_if_asked(Time now) noexcept {
   if (failed_at_ == kNever) failed_at_ = now;
   if (master_.enable || now - failed_at_ < kRestartAfter) return;
   client_.restart();
-  sensors_.reset();
+  sensors_.restart();
 }
 
-/// An encoder that woke far from where it froze looks like one whose drum slipped: only the operator can tell, and must
-/// say so. Enable pressed and let go again, all of it after the stop and by somebody who is there, makes a length count
-/// that has stood still for a second at that moment. An enable that merely is not pressed says nothing. The machine is
-/// neutral, and stays so until enable is pressed once more and the hand aligned with what the sensors show then.
+/// An encoder that woke far from where it froze, or came back elsewhere after it fell silent, looks like one whose drum
+/// slipped: only the operator can tell, and must say so. Enable pressed and let go again, all of it while a length
+/// stands still there and by somebody who is there, makes that length count. An enable that merely is not pressed says
+/// nothing, nor does one that was pressed before there was anything to answer. The machine is neutral, and stays so
+/// until enable is pressed once more and the hand aligned with what the sensors show then.
 void SlaveLoop::believe_sensors_if_asked(Time now) noexcept {
   const bool stopped = decision_.state.mode == Mode::kFault || decision_.state.mode == Mode::kEStop;
   if (!stopped || !master_.presence || !master_.device_ok || loss_.link) {
@@ -215,7 +216,7 @@ void SlaveLoop::believe_sensors_if_asked(Time now) noexcept {
     if (asking_ == Asking::kPressed) sensors_.believe_settled_lengths(now);
     asking_ = Asking::kReleased;
   } else if (asking_ == Asking::kReleased) {
-    asking_ = Asking::kPressed;
+    asking_ = sensors_.length_settled() ? Asking::kPressed : Asking::kNothing;
   }
 }
 

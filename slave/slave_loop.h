@@ -75,7 +75,7 @@ class SlaveLoop {
   [[nodiscard]] ModeInputs observe() const noexcept;
   void decide() noexcept;
   void command(Time now) noexcept;
-  void restart_nodes_if_asked(Time now) noexcept;
+  void restart_nodes_once_released(Time now) noexcept;
   void believe_sensors_if_asked(Time now) noexcept;
   void publish(Time now) noexcept;
   [[nodiscard]] bool led() const noexcept;

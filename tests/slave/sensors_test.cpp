@@ -74,7 +74,7 @@ TEST(SensorOffsets, CalibratedOffsetsAreTakenOffAndLengthsAreJudgedWithoutThem) 
   EXPECT_NEAR(sensors.measurement()->cylinder_m[kArm], 1.10, 1e-9);
   EXPECT_NEAR(sensors.measurement()->cylinder_m[kBucket], 0.90, 1e-9);
   EXPECT_EQ(sensors.rejected(), 0U);
-  sensors.reset();
+  sensors.restart();
   length(0, 0.75, Time{2s});  // 0.72 m: shorter than this cylinder can be
   EXPECT_EQ(sensors.rejected(), 1U);
 }
@@ -105,7 +105,7 @@ TEST_F(Sensors, ImpossibleValuesAreLeftOutAndThreeInARowAreAFault) {
                            +[](Sensors& s) { s.length(1, 1.13); },  // in range, but 3 cm in 5 ms
                            +[](Sensors& s) { s.tilt(1.0); }};
   for (const auto& bad : bad_values) {
-    sensors.reset();
+    sensors.restart();
     send_all();
     for (int i = 0; i < 3; ++i) {
       EXPECT_FALSE(sensors.fault(now)) << i;
@@ -123,13 +123,32 @@ TEST_F(Sensors, LengthWithoutAJointAngleIsNamedByItsOwnEncoder) {
   send_all();
   EXPECT_FALSE(sensors.unreachable());
   const double at_the_toggle_m = 1.105;  // the cylinder could be as long, its linkage not
-  sensors.reset();
+  sensors = SensorSet(machine);
   length(2, at_the_toggle_m);
   EXPECT_EQ(sensors.rejected(), 0U);
   const Reason reason = sensors.unreachable();
   EXPECT_EQ(reason.code, ReasonCode::kSensorInvalid);
   EXPECT_EQ(reason.subject, 0x32);
   EXPECT_NEAR(reason.value, at_the_toggle_m, 1e-4);
+}
+
+TEST_F(Sensors, RestartForgetsEverythingButWhereTheLengthsWere) {
+  send_all();
+  now += 5s;
+  sensors.restart();
+  EXPECT_FALSE(sensors.measurement());
+  send_all();
+  EXPECT_FALSE(sensors.fault(now)) << "back where it was";
+  now += 5s;
+  sensors.restart();
+  for (int i = 0; i < 3; ++i) {
+    now += 5ms;
+    for (std::uint8_t k = 0; k < 6; ++k) pressure(k, 50e5);
+    length(0, 0.9), length(1, 1.13), length(2, 0.9), tilt(0.02);
+  }
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid);
+  EXPECT_EQ(sensors.fault(now).subject, 0x31);
+  EXPECT_NEAR(sensors.measurement()->cylinder_m[kArm], 1.1, 1e-9);
 }
 
 TEST_F(Sensors, LengthThatJumpedCountsOnceItIsToldToAndHasStoodStill) {

@@ -220,6 +220,52 @@ TEST(SlaveLoop, DrumThatSlipsWhileTheMachineIsReadyIsNotBelievedBeforeEnableWasP
   EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
 }
 
+TEST(SlaveLoop, EncoderNodeThatComesBackElsewhereCountsOnlyAfterEnableWasPressedAndLetGoOnceItIsBack) {
+  BenchMachine m;
+  lead(m);
+  m.nodes.inject(0x30, sim::NodeFault::kSilent);
+  m.run(500ms);
+  ASSERT_EQ(m.loop.client().phase(), CanopenClient::Phase::kFailed);
+  for (const bool pressed : {false, true, false}) {  // while the node is away: answers nothing
+    m.hand.enable = pressed;
+    m.run(500ms);
+  }
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.nodes.inject(0x30, sim::NodeFault::kNone);
+  m.run(5s);
+  ASSERT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+  m.hand.enable = true;
+  m.run(100ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << "pressed is half an answer";
+  m.hand.enable = false;
+  m.run(20ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
+  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+}
+
+TEST(SlaveLoop, PressFromBeforeALengthSettledDoesNotMakeItCount) {
+  BenchMachine m;
+  lead(m);
+  ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kInvalid));
+  m.run(400ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kFault);
+  m.hand.enable = false;
+  m.run(100ms);
+  m.hand.enable = true;  // nothing asks anything yet
+  m.run(100ms);
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.nodes.inject(0x30, sim::NodeFault::kNone);
+  m.run(3s);
+  m.hand.enable = false;
+  m.run(1s);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+}
+
 TEST(SlaveLoop, WayMadeDuringASensorGapIsNeitherSpeedNorForce) {
   BenchMachine m;
   ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
@@ -276,20 +322,23 @@ TEST(SlaveLoop, EStopDropsEverythingAndCanBeLeftOnPurposeOnly) {
 }
 
 TEST(SlaveLoop, NodeThatComesBackIsSetUpAgainOnceTheOperatorLetsGo) {
-  BenchMachine m;
-  lead(m);
-  m.nodes.inject(0x11, sim::NodeFault::kSilent);
-  m.run(500ms);
-  ASSERT_EQ(m.loop.mode(), Mode::kFault);
-  m.nodes.inject(0x11, sim::NodeFault::kNone);
-  m.run(3s);
-  EXPECT_EQ(m.loop.client().phase(), CanopenClient::Phase::kFailed) << "enable is still held";
-  m.hand.enable = false;
-  m.run(3s);
-  EXPECT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
-  m.hand.enable = true;
-  m.align();
-  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+  for (const int node : {0x11, 0x30}) {
+    BenchMachine m;
+    lead(m);
+    const auto id = static_cast<std::uint8_t>(node);
+    m.nodes.inject(id, sim::NodeFault::kSilent);
+    m.run(500ms);
+    ASSERT_EQ(m.loop.mode(), Mode::kFault);
+    m.nodes.inject(id, sim::NodeFault::kNone);
+    m.run(3s);
+    EXPECT_EQ(m.loop.client().phase(), CanopenClient::Phase::kFailed) << "enable is still held";
+    m.hand.enable = false;
+    m.run(3s);
+    EXPECT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
+    m.hand.enable = true;
+    m.align();
+    EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+  }
 }
 
 TEST(SlaveLoop, OldAndDoubledPacketsAreNotActedOn) {
