@@ -61,6 +61,8 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      nullptr},
     {"assist_force_unknown", SubjectKind::kNothing,
      "force limit of the assist: force unknown, held; switch it off to go on", nullptr},
+    {"device_identity", SubjectKind::kNothing, "haptic device is not the one of its file: see knuckle doctor --device",
+     nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

@@ -55,6 +55,7 @@ enum class ReasonCode : std::uint16_t {
   kAssistForce,         ///< assist: force limit set by the operator; N
   kPilotOff,            ///< machine enable gives no pilot pressure
   kAssistForceUnknown,  ///< assist: no force is known to hold against the limit
+  kDeviceIdentity,      ///< fault: the haptic device is not the one its file describes
   kCount,
 };
 

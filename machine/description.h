@@ -179,6 +179,8 @@ struct DeviceDescription {
   PerJoint<double> thermal_time_constant_s{};     ///< For I^2 t.
   PerJoint<int> joint_sign{};
   PerJoint<std::int32_t> zero_counts{};
+  /// The one device that signs and zeros were measured on; 0: any, and the device's own word for its zeros counts.
+  std::uint32_t serial = 0;
   double watchdog_s = 0.02;
   /// Values of the bilateral law on the hand's side (docs of the echo spring).
   struct Feel {

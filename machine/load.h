@@ -17,6 +17,7 @@ namespace knuckle {
 
 /// The same for a haptic device file.
 [[nodiscard]] DeviceDescription load_device(const std::string& path);
+[[nodiscard]] DeviceDescription parse_device(std::string_view text, const std::string& source);
 
 /// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, sensor PDOs every SYNC, valve and enable
 /// PDOs every `valve_every_nth_sync`, the enable node's inputs at the controller heartbeat's rate, all heartbeats.

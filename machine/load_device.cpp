@@ -53,12 +53,11 @@ DeviceDescription::Feel read_feel(TomlTable file) {
   return feel;
 }
 
-}  // namespace
-
-DeviceDescription load_device(const std::string& path) {
-  TomlTable file = TomlTable::read(path);
+DeviceDescription read_device(TomlTable file) {
+  constexpr std::int64_t kLargestSerial = 0xFFFFFFFF;
   DeviceDescription device;
   device.name = file.text("name");
+  if (file.has("serial")) device.serial = static_cast<std::uint32_t>(file.integer("serial", 1, kLargestSerial));
   device.source = file.source();
   TomlTable joints = file.table("joints");
   for (std::size_t joint = 0; joint < kJoints; ++joint) {
@@ -68,6 +67,16 @@ DeviceDescription load_device(const std::string& path) {
   device.feel = read_feel(file.table("feel"));
   file.finish();
   return device;
+}
+
+}  // namespace
+
+DeviceDescription load_device(const std::string& path) {
+  return read_device(TomlTable::read(path));
+}
+
+DeviceDescription parse_device(std::string_view text, const std::string& source) {
+  return read_device(TomlTable::parse(text, source));
 }
 
 }  // namespace knuckle

@@ -25,7 +25,8 @@ bool agrees(double a, double b) noexcept {
 
 }  // namespace
 
-DeviceDriver::DeviceDriver(const DeviceDescription& device, HidPort& port) noexcept : device_(device), port_(port) {
+DeviceDriver::DeviceDriver(const DeviceDescription& device, HidPort& port) noexcept
+    : device_(device), port_(port), calibrated_(device.serial != 0), serial_(device.serial) {
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto row = Eigen::Index(i);
     const double sign_gear = device.joint_sign[i] * device.gear_ratio[i];
@@ -106,7 +107,7 @@ void DeviceDriver::check_identity(const DeviceIdentity& identity) noexcept {
   bool same = serial_ == 0 || identity.serial == serial_;
   for (std::size_t i = 0; i < kJoints; ++i) {
     same = same && identity.counts_per_turn[i] == device_.counts_per_turn[i] &&
-           identity.joint_sign[i] == device_.joint_sign[i] &&
+           (calibrated_ || identity.joint_sign[i] == device_.joint_sign[i]) &&
            agrees(double(identity.gear_ratio[i]), device_.gear_ratio[i]) &&
            agrees(double(identity.torque_constant_Nm_per_A[i]), device_.torque_constant_Nm_per_A[i]) &&
            agrees(identity.rated_current_mA[i] * 1e-3, device_.rated_current_A[i]);
@@ -133,7 +134,8 @@ void DeviceDriver::take(const DeviceState& state, Duration age, Time now) noexce
   JointVector joint_rad, rate_radps;
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto row = Eigen::Index(i);
-    joint_rad[row] = rad_per_count_[row] * (double(state.counts[i]) - double(identity_->zero_counts[i]));
+    const double zero_counts = calibrated_ ? device_.zero_counts[i] : identity_->zero_counts[i];
+    joint_rad[row] = rad_per_count_[row] * (state.counts[i] - zero_counts);
     rate_radps[row] = rad_per_count_[row] * state.counts_per_s[i];
   }
   newest_.sequence = state.sequence;
@@ -166,7 +168,8 @@ bool DeviceDriver::plausible(const JointVector& joint_rad, const JointVector& ra
 }
 
 Reason DeviceDriver::judge(Time now) const noexcept {
-  if (!attached_ || wrong_device_) return {ReasonCode::kDeviceLost, 0, 0, 0};
+  if (!attached_) return {ReasonCode::kDeviceLost, 0, 0, 0};
+  if (wrong_device_) return {ReasonCode::kDeviceIdentity, 0, 0, 0};
   if (bad_in_a_row_ >= kBadReportLimit) {
     return {ReasonCode::kDeviceReport, 0, float(bad_in_a_row_), float(kBadReportLimit)};
   }

@@ -57,13 +57,14 @@ class DeviceDriver {
   DeviceDescription device_;
   HidPort& port_;
   JointVector rad_per_count_, permille_per_Nm_;
+  bool calibrated_;  // the file's signs and zeros were measured on this very device
   DeviceReading reading_;
   DeviceCounters counters_;
 
   bool attached_ = false;
   std::optional<DeviceIdentity> identity_;  // of the attached device, agreeing with the file
   bool wrong_device_ = false;
-  std::uint32_t serial_ = 0;  // of the first device attached: only this one may come back
+  std::uint32_t serial_ = 0;  // of the file, or of the first device attached: only this one may come back
   Time described_at_ = kNever;
 
   bool reported_ = false;  // a good report came since attaching

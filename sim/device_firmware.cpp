@@ -43,7 +43,10 @@ void DeviceFirmware::track(const PerJoint<std::int32_t>& counts, double dt_s) no
 
 PerJoint<double> DeviceFirmware::step(Time now, const DeviceSensors& sensors) noexcept {
   if (injected_ != FirmwareFault::kHung) read_commands(now);
-  if (mode_ != TorqueMode::kOff && now - command_at_ > watchdog_) latch(kDeviceFaultWatchdog);
+  if (mode_ != TorqueMode::kOff && now - command_at_ > watchdog_) {
+    latch(kDeviceFaultWatchdog);
+    commanded_ = false;  // a program that starts anew counts anew; the latch still wants its mode 0
+  }
   if (std::ranges::any_of(sensors.heat, [](double heat) { return heat > kHeatTrip; })) {
     latch(kDeviceFaultOvertemperature);
   }

@@ -68,7 +68,7 @@ class DeviceFirmware {
   double damp_share_ = 0;          // of damping faded in
   bool latched_ = false;
   std::uint16_t fault_ = 0;
-  bool commanded_ = false;  // a command came since the last mode 0: its sequence counts
+  bool commanded_ = false;  // a command came since the last mode 0 and the last silence: its sequence counts
   std::uint16_t command_sequence_ = 0;
   Time command_at_ = kNever;
   Duration watchdog_{};

@@ -32,7 +32,7 @@ struct HandAndDevice::IntendedMotion {
 
 HandAndDevice::HandAndDevice(const DeviceDescription& device, const LimbImpedance& limb, HidPort& cable,
                              std::uint64_t seed, const JointVector& start_rad, std::uint32_t serial)
-    : device_(device), limb_(limb), firmware_(device, cable, serial) {
+    : device_(device), limb_(limb), firmware_(device, cable, serial != 0 ? serial : std::max(device.serial, 1u)) {
   std::mt19937_64 random(seed);
   const auto unit = [&random] { return double(random() >> 11) * 0x1p-53; };
   for (std::size_t i = 0; i < kJoints; ++i) {

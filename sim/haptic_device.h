@@ -46,9 +46,9 @@ struct HandTruth {
 class HandAndDevice {
  public:
   /// @param cable the device's end of the HID cable; outlives this. @param seed draws friction (+-20 %) and cogging
-  /// phase.
+  /// phase. @param serial 0: as the device's file says, or 1.
   HandAndDevice(const DeviceDescription& device, const LimbImpedance& limb, HidPort& cable, std::uint64_t seed,
-                const JointVector& start_rad, std::uint32_t serial = 1);
+                const JointVector& start_rad, std::uint32_t serial = 0);
 
   /// Moves hand and device by 1 ms, up to `now`; then one cycle of the firmware: commands in, report out, and the
   /// currents for the next millisecond.

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "sim/haptic_device.h"
 #include "tests/master/desk.h"
 #include "transport/hid_pair.h"
@@ -118,7 +121,44 @@ TEST(DeviceDriver, RefusesADeviceThatIsNotTheOneOfItsFile) {
   other.gear_ratio[1] *= 1.01;
   Desk desk(other);
   desk.run(400);
-  EXPECT_EQ(desk.reason(), ReasonCode::kDeviceLost);
+  EXPECT_EQ(desk.reason(), ReasonCode::kDeviceIdentity);
+}
+
+TEST(DeviceDriver, RefusesADeviceOfAnotherSignUnlessTheSignWasMeasuredOnThisVeryDevice) {
+  // Firmware and file differ about the wrist: the crossed cable was taken out, and nobody told the firmware.
+  DeviceDescription file = desk_device();
+  file.joint_sign[1] = -file.joint_sign[1];
+  Desk unsure(file);
+  unsure.run(400);
+  EXPECT_EQ(unsure.reason(), ReasonCode::kDeviceIdentity);
+  // Counts that rise the other way are the same counts seen from a mirrored zero.
+  const double per_rad = -file.joint_sign[1] * file.gear_ratio[1] * file.counts_per_turn[1] / (2 * std::numbers::pi);
+  file.zero_counts[1] += std::int32_t(std::lround(2 * per_rad * kMidPosture[1]));
+  file.serial = 77;
+  Desk calibrated(file);
+  calibrated.run(400);
+  ASSERT_TRUE(calibrated.driver.reading().ok);
+  EXPECT_NEAR((calibrated.driver.reading().joint_rad - kMidPosture).norm(), 0, 1e-2);
+}
+
+TEST(DeviceDriver, TakesTheZeroThatWasMeasuredOnThisVeryDeviceRatherThanTheDevicesOwn) {
+  DeviceDescription file = desk_device();
+  file.zero_counts[0] += 7823;  // 0.1 rad at the forearm
+  Desk any(file);
+  any.run(400);
+  EXPECT_NEAR(any.driver.reading().joint_rad[0], kMidPosture[0], 1e-2);
+  file.serial = 77;
+  Desk calibrated(file);
+  calibrated.run(400);
+  EXPECT_NEAR(calibrated.driver.reading().joint_rad[0], kMidPosture[0] - 0.1, 1e-2);
+}
+
+TEST(DeviceDriver, RefusesAnyOtherDeviceThanTheOneItsFileWasCalibratedFor) {
+  DeviceDescription file = desk_device();
+  file.serial = 78;
+  Desk desk(file);
+  desk.run(400);
+  EXPECT_EQ(desk.reason(), ReasonCode::kDeviceIdentity);
 }
 
 struct Story {
@@ -199,8 +239,30 @@ TEST(DeviceDriver, TakesBackOnlyTheDeviceItKnowsBySerialNumber) {
     return reading;
   };
   EXPECT_TRUE(run(77).ok);
-  EXPECT_EQ(run(78).reason.code, ReasonCode::kDeviceLost);
+  EXPECT_EQ(run(78).reason.code, ReasonCode::kDeviceIdentity);
   EXPECT_TRUE(run(77).ok);
+}
+
+TEST(DeviceDriver, ANewProgramIsObeyedByADeviceThatAnOldOneLeftInTorqueMode) {
+  Desk desk;
+  desk.torque_Nm = JointVector(0.5, 0, 0);
+  desk.run(1000);                  // commands 1 to 1000
+  for (int i = 0; i < 100; ++i) {  // killed
+    desk.now += 1ms;
+    desk.cable.advance();
+    desk.hand.step(desk.now, desk.intent);
+  }
+  ASSERT_TRUE(desk.hand.firmware().latched());
+  DeviceDriver next(desk_device(), desk.cable.host());  // counts from 1 again
+  for (int i = 0; i < 400; ++i) {
+    desk.now += 1ms;
+    desk.cable.advance();
+    desk.hand.step(desk.now, desk.intent);
+    next.step(desk.now);
+    next.command(JointVector::Zero());
+  }
+  EXPECT_TRUE(next.reading().ok);
+  EXPECT_FALSE(desk.hand.firmware().latched());
 }
 
 TEST(DeviceDriver, TellsOldReportsByDeviceTimeAfterAStall) {

@@ -1,0 +1,93 @@
+// The firmware's end of a cable as a file, over a packet socket pair.
+#include "transport/hid_file_port.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "core/error.h"
+
+namespace knuckle {
+namespace {
+
+struct Pair {
+  Pair() {
+    int ends[2] = {-1, -1};
+    EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET, 0, ends), 0);
+    host = ends[0];
+    port.emplace(ends[1]);
+  }
+  ~Pair() { hang_up(); }
+  void hang_up() {
+    if (host >= 0) ::close(host);
+    host = -1;
+  }
+  int host = -1;
+  std::optional<HidFilePort> port;
+};
+
+HidReport counting() {
+  HidReport report;
+  for (std::size_t i = 0; i < report.size(); ++i) report[i] = std::uint8_t(i + 1);
+  return report;
+}
+
+TEST(HidFilePort, PassesWholeReportsBothWaysAndNeverWaits) {
+  Pair pair;
+  HidReport report;
+  EXPECT_FALSE(pair.port->read(report));
+  EXPECT_TRUE(pair.port->connected());
+  EXPECT_TRUE(pair.port->write(counting()));
+  std::array<std::uint8_t, 100> heard{};
+  ASSERT_EQ(::read(pair.host, heard.data(), heard.size()), 64);
+  EXPECT_TRUE(std::equal(heard.begin(), heard.begin() + 64, counting().begin()));
+  ASSERT_EQ(::write(pair.host, counting().data(), 64), 64);
+  ASSERT_TRUE(pair.port->read(report));
+  EXPECT_EQ(report, counting());
+}
+
+TEST(HidFilePort, ATruncatedReportHasZerosBehindIt) {
+  Pair pair;
+  ASSERT_EQ(::write(pair.host, counting().data(), 10), 10);
+  HidReport report;
+  report.fill(0xEE);
+  ASSERT_TRUE(pair.port->read(report));
+  EXPECT_EQ(report[9], 10);
+  EXPECT_EQ(report[10], 0);
+  EXPECT_EQ(report[63], 0);
+}
+
+TEST(HidFilePort, RefusesReportsThatTheHostDoesNotFetchAndGoesOnWhenItDoes) {
+  Pair pair;
+  int taken = 0;
+  while (pair.port->write(counting())) ++taken;
+  EXPECT_GT(taken, 0);
+  EXPECT_TRUE(pair.port->connected());
+  HidReport heard;
+  ASSERT_EQ(::read(pair.host, heard.data(), heard.size()), 64);
+  EXPECT_TRUE(pair.port->write(counting()));
+}
+
+TEST(HidFilePort, SaysThatTheHostHasGone) {
+  Pair pair;
+  pair.hang_up();
+  HidReport report;
+  EXPECT_FALSE(pair.port->read(report));
+  EXPECT_FALSE(pair.port->connected());
+}
+
+TEST(HidFilePort, NamesTheFileThatCannotBeOpened) {
+  try {
+    HidFilePort port("--gadget", "/nowhere/hidg0");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "--gadget /nowhere/hidg0: cannot be opened: No such file or directory");
+  }
+}
+
+}  // namespace
+}  // namespace knuckle

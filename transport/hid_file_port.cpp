@@ -1,0 +1,63 @@
+#include "transport/hid_file_port.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "core/error.h"
+
+namespace knuckle {
+namespace {
+
+constexpr int kFlags = O_RDWR | O_NONBLOCK | O_CLOEXEC;
+constexpr int kFailuresBeforeOpening = 100;  // at 1 kHz: ten times a second
+
+}  // namespace
+
+HidFilePort::HidFilePort(const std::string& option, const std::string& path)
+    : path_(path), descriptor_(::open(path.c_str(), kFlags)) {
+  if (descriptor_ < 0) throw InputError(option + " " + path + ": cannot be opened: " + std::strerror(errno));
+}
+
+HidFilePort::HidFilePort(int descriptor) noexcept : descriptor_(descriptor) {
+  ::fcntl(descriptor, F_SETFL, ::fcntl(descriptor, F_GETFL) | O_NONBLOCK);
+}
+
+HidFilePort::~HidFilePort() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+bool HidFilePort::write(const HidReport& report) noexcept {
+  return note(::write(descriptor_, report.data(), report.size()));
+}
+
+bool HidFilePort::read(HidReport& report) noexcept {
+  report = {};
+  return note(::read(descriptor_, report.data(), report.size()));
+}
+
+/// @return whether a report was passed on.
+bool HidFilePort::note(long result) noexcept {
+  if (result > 0) {
+    connected_ = true;
+    failures_ = 0;
+    return true;
+  }
+  if (result < 0 && (errno == EAGAIN || errno == EINTR)) return false;
+  connected_ = false;
+  if (++failures_ % kFailuresBeforeOpening == 0) open_again();
+  return false;
+}
+
+/// A gadget that was unbound and bound again may have a new file under the old name.
+void HidFilePort::open_again() noexcept {
+  if (path_.empty()) return;
+  const int fresh = ::open(path_.c_str(), kFlags);
+  if (fresh < 0) return;
+  ::close(descriptor_);
+  descriptor_ = fresh;
+}
+
+}  // namespace knuckle
