@@ -63,14 +63,39 @@ void FaultInjection::step(Time now, int phase, Duration in_phase, sim::Simulated
   }
 }
 
+bool set_machine_fault(FaultKind kind, int subject, bool broken, sim::SimulatedMachine& machine) noexcept {
+  using sim::NodeFault;
+  const auto& bus = machine.plant().truth().machine.bus;
+  const auto index = static_cast<std::size_t>(subject);
+  const auto inject = [&](std::uint8_t id, NodeFault fault) {
+    return machine.inject(id, broken ? fault : NodeFault::kNone);
+  };
+  const auto node = static_cast<std::uint8_t>(subject);
+  switch (kind) {
+    case FaultKind::kNodeSilent:
+      return inject(node, NodeFault::kSilent);
+    case FaultKind::kNodeEmergency:
+      return machine.send_emcy(node, broken ? canopen::kEmcyDeviceSpecific : canopen::kEmcyReset);
+    case FaultKind::kSensorFrozen:
+      return inject(node, NodeFault::kFrozen);
+    case FaultKind::kPressureInvalid:
+      return inject(node, NodeFault::kInvalid);
+    case FaultKind::kEncoderBroken:
+      return inject(bus.encoders[index].id, NodeFault::kBrokenWire);
+    case FaultKind::kValveStuck:
+      return inject(bus.valves[index].id, NodeFault::kStuck);
+    case FaultKind::kEStop:
+      machine.set_estop(broken);
+      return true;
+    default:
+      return false;
+  }
+}
+
 void FaultInjection::set(const ScheduledFault& fault, bool broken, sim::SimulatedMachine& machine,
                          sim::HandAndDevice& hand) noexcept {
   using sim::FirmwareFault;
-  using sim::NodeFault;
-  const auto node = static_cast<std::uint8_t>(fault.subject);
-  const auto inject = [&](std::uint8_t id, NodeFault kind) { machine.inject(id, broken ? kind : NodeFault::kNone); };
   const auto firmware = [&](FirmwareFault kind) { hand.firmware().inject(broken ? kind : FirmwareFault::kNone); };
-  const auto& bus = machine.plant().truth().machine.bus;
   switch (fault.kind) {
     case FaultKind::kLinkCut:
       network_.cut(broken);
@@ -80,27 +105,6 @@ void FaultInjection::set(const ScheduledFault& fault, bool broken, sim::Simulate
       break;
     case FaultKind::kLinkNaN:
       operator_end_.spoil = broken;
-      break;
-    case FaultKind::kNodeSilent:
-      inject(node, NodeFault::kSilent);
-      break;
-    case FaultKind::kNodeEmergency:
-      machine.send_emcy(node, broken ? canopen::kEmcyDeviceSpecific : canopen::kEmcyReset);
-      break;
-    case FaultKind::kSensorFrozen:
-      inject(node, NodeFault::kFrozen);
-      break;
-    case FaultKind::kPressureInvalid:
-      inject(node, NodeFault::kInvalid);
-      break;
-    case FaultKind::kEncoderBroken:
-      inject(bus.encoders[node].id, NodeFault::kBrokenWire);
-      break;
-    case FaultKind::kValveStuck:
-      inject(bus.valves[node].id, NodeFault::kStuck);
-      break;
-    case FaultKind::kEStop:
-      machine.set_estop(broken);
       break;
     case FaultKind::kDeviceUnplugged:
       broken ? cable_.unplug() : cable_.plug();
@@ -116,6 +120,9 @@ void FaultInjection::set(const ScheduledFault& fault, bool broken, sim::Simulate
       break;
     case FaultKind::kLoopHung:
       loop_hung_ = broken;
+      break;
+    default:
+      set_machine_fault(fault.kind, fault.subject, broken, machine);
       break;
   }
 }

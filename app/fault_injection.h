@@ -24,6 +24,10 @@ struct Injected {
   Time last_good_input{};  ///< Of the input it takes away.
 };
 
+/// Breaks or mends what is behind the machine's bus. False where this kind of fault is elsewhere (link, device, loop),
+/// or there is nothing of the kind at this subject.
+bool set_machine_fault(FaultKind kind, int subject, bool broken, sim::SimulatedMachine& machine) noexcept;
+
 class FaultInjection {
  public:
   FaultInjection(std::vector<ScheduledFault> schedule, ImpairedLink& network, HidPair& cable);

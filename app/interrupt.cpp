@@ -28,8 +28,12 @@ InterruptGuard::~InterruptGuard() {
   std::signal(SIGPIPE, previous_pipe_);
 }
 
+bool InterruptGuard::pending() const noexcept {
+  return signalled != 0;
+}
+
 void InterruptGuard::check() const {
-  if (signalled != 0) throw Interrupted();
+  if (pending()) throw Interrupted();
 }
 
 }  // namespace knuckle::app

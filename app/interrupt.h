@@ -18,6 +18,8 @@ class InterruptGuard {
   InterruptGuard(const InterruptGuard&) = delete;
   InterruptGuard& operator=(const InterruptGuard&) = delete;
 
+  /// A signal has come.
+  [[nodiscard]] bool pending() const noexcept;
   /// @throws Interrupted once a signal has come.
   void check() const;
 

@@ -92,6 +92,11 @@ void RealtimeThread::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
+std::optional<std::string> RealtimeThread::granted() const {
+  if (!begun_.load(std::memory_order_acquire)) return std::nullopt;
+  return report_.policy;
+}
+
 void RealtimeThread::run() noexcept {
   pthread_setname_np(pthread_self(), options_.name.substr(0, 15).c_str());
   prctl(PR_SET_TIMERSLACK, 1UL);  // Without SCHED_FIFO a sleep may otherwise end 50 us late on purpose.
@@ -99,6 +104,7 @@ void RealtimeThread::run() noexcept {
   if (options_.processor >= 0) report_.pinned = pin_to(options_.processor);
   if (options_.fifo_priority > 0) ask_for_fifo(options_.fifo_priority);
   report_.policy = granted_policy();
+  begun_.store(true, std::memory_order_release);
 
   PeriodicSchedule schedule(next_multiple(clock_.now(), options_.period), options_.period);
   while (!stop_.load(std::memory_order_relaxed)) {

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -73,6 +74,8 @@ class RealtimeThread {
 
   /// Waits for the step that runs now, if any. May be called again.
   void stop();
+  /// The scheduling class granted, as soon as the thread has begun; any thread.
+  [[nodiscard]] std::optional<std::string> granted() const;
   /// Of the whole run: valid after stop().
   [[nodiscard]] const RealtimeReport& report() const noexcept { return report_; }
 
@@ -83,7 +86,7 @@ class RealtimeThread {
   RealtimeClock clock_;
   std::function<void(Time)> step_;
   RealtimeReport report_;
-  std::atomic<bool> stop_{false};
+  std::atomic<bool> stop_{false}, begun_{false};
   std::thread thread_;  ///< Last: everything above exists when it starts.
 };
 

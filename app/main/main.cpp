@@ -7,6 +7,8 @@
 #include "app/commissioning/identify.h"
 #include "app/commissioning/real_recordings.h"
 #include "app/commissioning/sweep.h"
+#include "app/hardware/node_command.h"
+#include "app/hardware/slave_command.h"
 #include "app/interrupt.h"
 #include "app/options.h"
 #include "app/simulate.h"
@@ -22,6 +24,8 @@ std::vector<Command> commands() {
       identify_entry(identify_command),
       real_recordings_entry(),
       sweep_entry(),
+      slave_entry(),
+      node_entry(),
   };
 }
 

@@ -1,0 +1,239 @@
+#include "app/hardware/master_program.h"
+
+#include <atomic>
+#include <cstdio>
+#include <memory>
+
+#include "core/mailbox.h"
+#include "core/ring.h"
+#include "transport/hid_reports.h"
+
+namespace knuckle::app {
+namespace {
+
+constexpr int kPriority = 75;
+constexpr double kSilent_s = 1;
+constexpr int kLettingGoSteps = 100;  // as many milliseconds: some of the datagrams arrive
+constexpr Duration kStandingReason = 1s;
+
+bool same(const Reason& a, const Reason& b) noexcept {
+  return a.code == b.code && a.subject == b.subject;
+}
+
+std::string reason_text(const Reason& reason) {
+  return std::string(name(reason.code)) + ": " + text(reason);
+}
+
+/// The device's wire; once let go, every command on it says "off" instead of what the loop asked for.
+class LettingGoPort final : public HidPort {
+ public:
+  explicit LettingGoPort(HidPort& port) noexcept : port_(port) {}
+  void let_go() noexcept { let_go_ = true; }
+  bool write(const HidReport& report) noexcept override {
+    auto command = let_go_ ? decode_command(report) : std::nullopt;
+    if (!command) return port_.write(report);
+    command->mode = TorqueMode::kOff;
+    command->torque_permille = {};
+    return port_.write(encode(*command));
+  }
+  bool read(HidReport& report) noexcept override { return port_.read(report); }
+  [[nodiscard]] bool connected() const noexcept override { return port_.connected(); }
+
+ private:
+  HidPort& port_;
+  bool let_go_ = false;
+};
+
+/// The link; once let go, every message on it says that nobody holds the device.
+class LettingGoLink final : public Link {
+ public:
+  explicit LettingGoLink(Link& link) noexcept : link_(link) {}
+  void let_go() noexcept { let_go_ = true; }
+  bool send(std::span<const std::uint8_t> bytes) noexcept override {
+    auto message = let_go_ ? decode_master(bytes) : std::nullopt;
+    if (!message) return link_.send(bytes);
+    message->presence = message->enable = message->clutch = false;
+    return link_.send(encode(*message).view());
+  }
+  bool receive(Datagram& datagram) noexcept override { return link_.receive(datagram); }
+
+ private:
+  Link& link_;
+  bool let_go_ = false;
+};
+
+struct MasterStatus {
+  MasterEvent now;
+  double round_trip_s = 0;
+};
+
+/// All that the loop's thread works on, and what crosses to the thread that tends it.
+class MasterRunner {
+ public:
+  MasterRunner(const MasterSetup& setup, HidPort& port, Link& link)
+      : port_(port), link_(link), master_(setup.device, setup.machine, port_, link_, setup.law) {
+    master_.set_assist(setup.assist);
+    last_device_.device.code = ReasonCode::kCount;  // what the device is worth is told at the start, too
+  }
+
+  // The loop's thread.
+  void step(Time now) noexcept;
+
+  // The tending thread.
+  void ask_to_stop() noexcept { stop_asked_.store(true, std::memory_order_relaxed); }
+  [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
+  bool next(MasterEvent& event) noexcept { return events_.pop(event); }
+  [[nodiscard]] const MasterStatus& status() noexcept {
+    status_.take(shown_);
+    return shown_;
+  }
+
+  // After the loop has ended.
+  [[nodiscard]] const Histogram& round_trip() const noexcept { return round_trip_; }
+  [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped(); }
+
+ private:
+  void observe(Time now) noexcept;
+
+  LettingGoPort port_;
+  LettingGoLink link_;
+  master::MasterLoop master_;
+  int letting_go_ = 0;
+  MasterEvent last_machine_, last_device_;
+  Histogram round_trip_;
+  Ring<MasterEvent, 256> events_;
+  Mailbox<MasterStatus> status_;
+  MasterStatus shown_;  // the tending thread's
+  std::atomic<bool> stop_asked_{false}, stopped_{false};
+};
+
+void MasterRunner::step(Time now) noexcept {
+  if (stop_asked_.load(std::memory_order_relaxed)) {
+    port_.let_go();
+    link_.let_go();
+    if (++letting_go_ == kLettingGoSteps) stopped_.store(true, std::memory_order_release);
+  }
+  master_.step(now);
+  observe(now);
+}
+
+void MasterRunner::observe(Time now) noexcept {
+  MasterEvent event;
+  event.at = now;
+  event.device = master_.device().reason;
+  const auto& told = master_.machine();
+  event.heard = told && master_.silence_s() < kSilent_s;
+  if (event.heard) {
+    event.mode = told->mode;
+    event.blocking = told->blocking;
+    event.fault = told->fault;
+    round_trip_.add(from_seconds(master_.round_trip_s()));
+  }
+  const bool machine_changed =
+      event.heard != last_machine_.heard || event.mode != last_machine_.mode || !same(event.fault, last_machine_.fault);
+  if (machine_changed) {
+    events_.push(event);
+    last_machine_ = event;
+  }
+  if (!same(event.device, last_device_.device)) {
+    event.about = MasterEvent::About::kDevice;
+    events_.push(event);
+    last_device_ = event;
+  }
+  event.about = MasterEvent::About::kMachine;
+  status_.put({event, master_.round_trip_s()});
+}
+
+/// Events as they come, what blocks or is wrong for long, and the status line.
+class Teller {
+ public:
+  Teller(ProgramConsole& console, std::vector<MasterEvent>& events, const std::function<std::string()>& device_problem)
+      : console_(console), events_(events), device_problem_(device_problem) {}
+
+  void tell(Time now, MasterRunner& runner) {
+    MasterEvent event;
+    while (runner.next(event)) {
+      events_.push_back(event);
+      console_.event(event.at, event_text(event));
+      if (event.about == MasterEvent::About::kMachine) told_ = event.fault ? event.fault : event.blocking;
+    }
+    const MasterStatus& status = runner.status();
+    tell_standing(now, status.now);
+    tell_problem(now);
+    console_.status(now, status_text(status));
+  }
+
+ private:
+  void tell_standing(Time now, const MasterEvent& event) {
+    if (!same(event.blocking, standing_)) standing_since_ = now;
+    standing_ = event.blocking;
+    if (!standing_ || same(standing_, told_) || now - standing_since_ < kStandingReason) return;
+    told_ = standing_;
+    MasterEvent shown = event;
+    shown.fault = {};
+    console_.event(now, event_text(shown));
+  }
+  void tell_problem(Time now) {
+    if (!device_problem_) return;
+    const std::string problem = device_problem_();
+    if (problem == problem_) return;
+    problem_ = problem;
+    if (!problem.empty()) console_.event(now, "device: " + problem);
+  }
+  static std::string status_text(const MasterStatus& status) {
+    std::string line = status.now.heard ? "machine " + std::string(name(status.now.mode)) : "machine is not heard";
+    if (status.now.blocking) line += " | " + text(status.now.blocking);
+    if (status.now.device) line += " | " + text(status.now.device);
+    char round_trip[48];
+    std::snprintf(round_trip, sizeof round_trip, " | round trip %.0f ms", 1e3 * status.round_trip_s);
+    return status.now.heard ? line + round_trip : line;
+  }
+
+  ProgramConsole& console_;
+  std::vector<MasterEvent>& events_;
+  const std::function<std::string()>& device_problem_;
+  std::string problem_;
+  Reason told_, standing_;
+  Time standing_since_{};
+};
+
+}  // namespace
+
+std::string event_text(const MasterEvent& event) {
+  if (event.about == MasterEvent::About::kDevice)
+    return event.device ? "device " + reason_text(event.device) : "device is ready";
+  if (!event.heard) return "machine is not heard";
+  const std::string mode = std::string("machine ") + name(event.mode);
+  if (event.fault) return mode + " " + reason_text(event.fault);
+  return event.blocking ? mode + ", " + reason_text(event.blocking) : mode;
+}
+
+MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
+                         const std::function<std::string()>& device_problem) {
+  const auto runner = std::make_unique<MasterRunner>(setup, port, link);
+  MasterOutcome outcome;
+  Teller teller(run.console, outcome.events, device_problem);
+  PolicyNote policy("master");
+  const RealtimeClock clock;
+  {
+    RealtimeThread loop({.name = "master", .period = 1ms, .fifo_priority = kPriority, .lock_memory = true}, clock,
+                        [&runner](Time now) { runner->step(now); });
+    const auto tend = [&](Time now) {
+      policy.tell(run.console, now, loop);
+      teller.tell(now, *runner);
+    };
+    tend_until_over(run, clock, tend);
+    runner->ask_to_stop();
+    tend_until_over({[&runner] { return !runner->stopped(); }, run.console}, clock, tend);
+    loop.stop();
+    tend(clock.now());
+    outcome.loop = loop.report();
+  }
+  outcome.ran_s = to_seconds(clock.now());
+  outcome.round_trip = runner->round_trip();
+  outcome.records_lost = runner->lost();
+  run.console.event(clock.now(), "stopped: let go of machine and device");
+  return outcome;
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,55 @@
+// The operator's side as a program, without a screen: the master loop of every session in a real-time thread of its
+// own, what the machine and the device say on the console, and an end that lets go of both.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app/hardware/program_console.h"
+#include "core/histogram.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "master/master_loop.h"
+#include "transport/hid_port.h"
+#include "transport/link.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::app {
+
+struct MasterSetup {
+  DeviceDescription device;
+  MachineDescription machine;  ///< As calibrated.
+  master::ControlLaw law = master::ControlLaw::kEchoSpring;
+  AssistSettings assist;
+};
+
+/// What the machine tells changed (its mode or fault, or that it is heard at all), or what the device is worth.
+struct MasterEvent {
+  enum class About : std::uint8_t { kMachine, kDevice } about = About::kMachine;
+  Time at{};
+  bool heard = false;  ///< The machine, within the last second.
+  Mode mode = Mode::kOff;
+  Reason blocking, fault;  ///< Machine.
+  Reason device;           ///< Why the device cannot be used; kNone where it can.
+};
+/// "machine engaged", "machine is not heard", "device device_lost: ..."
+[[nodiscard]] std::string event_text(const MasterEvent& event);
+
+struct MasterOutcome {
+  std::vector<MasterEvent> events;
+  Histogram round_trip;  ///< As measured; one value each step while the machine is heard.
+  RealtimeReport loop;
+  double ran_s = 0;
+  std::uint64_t records_lost = 0;
+};
+
+/// Runs until the run is over; then lets go: enable and presence off, torque off, and ends.
+/// @param port, @param link used by the loop's thread alone while this runs.
+/// @param device_problem what the port says is wrong, in one line; empty: nothing. May be empty itself.
+[[nodiscard]] MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
+                                       const std::function<std::string()>& device_problem = {});
+
+}  // namespace knuckle::app

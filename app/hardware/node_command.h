@@ -1,0 +1,11 @@
+// `knuckle node`: a simulated machine's nodes on a CAN interface.
+#pragma once
+
+#include "app/command.h"
+
+namespace knuckle::app {
+
+/// Exit codes: 0 it was told to end, or its time was over.
+[[nodiscard]] Command node_entry();
+
+}  // namespace knuckle::app

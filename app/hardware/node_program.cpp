@@ -1,0 +1,150 @@
+#include "app/hardware/node_program.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <memory>
+#include <utility>
+
+#include "core/ring.h"
+#include "sim/simulated_machine.h"
+
+namespace knuckle::app {
+namespace {
+
+constexpr Duration kTick = 1ms;
+constexpr int kPriority = 70, kTicksPerRow = 5;
+
+/// What is truly so, known to no controller.
+struct TruthRow {
+  Time at{};
+  JointVector joint_rad = JointVector::Zero(), joint_radps = JointVector::Zero(), spool = JointVector::Zero();
+  PlanarVector tip_m = PlanarVector::Zero(), tip_N = PlanarVector::Zero();
+  double payload_kg = 0;
+};
+constexpr const char* kTruthHeader =
+    "time_s,boom_rad,arm_rad,bucket_rad,boom_radps,arm_radps,bucket_radps,boom_spool,arm_spool,bucket_spool,"
+    "tip_x_m,tip_z_m,tip_force_x_N,tip_force_z_N,payload_kg\n";
+
+void write_row(std::ostream& out, const TruthRow& row) {
+  std::string line;
+  const auto cell = [&line](double value) {
+    std::array<char, 32> digits;
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 10);
+    if (!line.empty()) line += ',';
+    line.append(digits.data(), end.ptr);
+  };
+  cell(to_seconds(row.at));
+  for (const JointVector& joints : {row.joint_rad, row.joint_radps, row.spool}) {
+    for (const double value : joints) cell(value);
+  }
+  for (const PlanarVector& planar : {row.tip_m, row.tip_N}) {
+    for (const double value : planar) cell(value);
+  }
+  cell(row.payload_kg);
+  out << line << '\n';
+}
+
+/// All that the loop's thread works on, and what crosses to the thread that tends it.
+class NodeRunner {
+ public:
+  NodeRunner(const NodeSetup& setup, CanBus& bus, const std::atomic<std::uint32_t>& signals, bool wants_rows)
+      : port_(bus),
+        machine_(setup.truth, setup.world, setup.start_rad, port_, setup.seed),
+        faults_(setup.faults, setup.truth.machine.bus, port_),
+        signals_(signals),
+        wants_rows_(wants_rows) {
+    for (const std::uint8_t node : setup.left_out) machine_.inject(node, sim::NodeFault::kSilent);
+  }
+
+  // The loop's thread.
+  void step(Time now) noexcept {
+    faults_.step(now, signals_.load(std::memory_order_relaxed), machine_,
+                 [this](const FaultEvent& event) { fault_events_.push(event); });
+    // The plant moves in whole milliseconds; a period that was skipped is made up for in one longer step.
+    machine_.step(Time(now.time_since_epoch() / kTick * kTick));
+    const sim::PlantState& plant = machine_.plant().state();
+    for (; events_read_ < plant.events.count; ++events_read_) world_events_.push(plant.events.at(events_read_));
+    peak_tip_N_ = std::max(peak_tip_N_, plant.tip_N.norm());
+    if (wants_rows_ && ticks_++ % kTicksPerRow == 0)
+      rows_.push({now, plant.joint_rad, plant.joint_radps, plant.spool, plant.tip_m, plant.tip_N, plant.payload_kg});
+  }
+
+  // The tending thread.
+  bool next(FaultEvent& event) noexcept { return fault_events_.pop(event); }
+  bool next(sim::WorldEvent& event) noexcept { return world_events_.pop(event); }
+  void write(std::ostream* truth_csv) {
+    TruthRow row;
+    while (rows_.pop(row)) write_row(*truth_csv, row);
+  }
+
+  // After the loop has ended.
+  [[nodiscard]] double peak_tip_N() const noexcept { return peak_tip_N_; }
+  [[nodiscard]] std::uint64_t lost() const noexcept {
+    return fault_events_.dropped() + world_events_.dropped() + rows_.dropped();
+  }
+
+ private:
+  FaultyPort port_;
+  sim::SimulatedMachine machine_;
+  NodeFaults faults_;
+  const std::atomic<std::uint32_t>& signals_;
+  bool wants_rows_;
+  int ticks_ = 0;
+  double peak_tip_N_ = 0;
+  std::uint64_t events_read_ = 0;
+  Ring<FaultEvent, 64> fault_events_;
+  Ring<sim::WorldEvent, 256> world_events_;
+  Ring<TruthRow, 1024> rows_;
+};
+
+/// What was broken and what happened in the world, told and kept.
+void tell(const NodeSetup& setup, NodeRunner& runner, ProgramConsole& console, NodeOutcome& outcome) {
+  FaultEvent fault;
+  while (runner.next(fault)) {
+    const std::string& text = setup.faults[fault.fault].text;
+    console.event(fault.at, (fault.broken ? "broken: " : "mended: ") + text);
+    if (fault.broken) {
+      outcome.faults.push_back({text, to_seconds(fault.at)});
+      continue;
+    }
+    const auto last = std::find_if(outcome.faults.rbegin(), outcome.faults.rend(),
+                                   [&](const NodeOutcome::Fault& f) { return f.text == text; });
+    if (last != outcome.faults.rend()) last->mended_at_s = to_seconds(fault.at);
+  }
+  sim::WorldEvent event;
+  while (runner.next(event)) {
+    console.event(Time(from_seconds(event.t_s)), sim::name(event.kind));
+    outcome.events.push_back({sim::name(event.kind), event.t_s, event.value});
+  }
+}
+
+}  // namespace
+
+NodeOutcome run_node(const NodeSetup& setup, CanBus& bus, const ProgramRun& run,
+                     const std::atomic<std::uint32_t>& signals, std::ostream* truth_csv) {
+  const auto runner = std::make_unique<NodeRunner>(setup, bus, signals, truth_csv != nullptr);
+  if (truth_csv != nullptr) *truth_csv << kTruthHeader;
+  NodeOutcome outcome;
+  PolicyNote policy("node");
+  const RealtimeClock clock;
+  {
+    RealtimeThread loop({.name = "node", .period = kTick, .fifo_priority = kPriority}, clock,
+                        [&runner](Time now) { runner->step(now); });
+    const auto tend = [&](Time now) {
+      policy.tell(run.console, now, loop);
+      tell(setup, *runner, run.console, outcome);
+      runner->write(truth_csv);
+    };
+    tend_until_over(run, clock, tend);
+    loop.stop();
+    tend(clock.now());
+    outcome.loop = loop.report();
+  }
+  outcome.ran_s = to_seconds(clock.now());
+  outcome.peak_tip_N = runner->peak_tip_N();
+  outcome.records_lost = runner->lost();
+  return outcome;
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,48 @@
+#include "app/hardware/program_options.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/command.h"
+
+namespace knuckle::app {
+namespace {
+
+nlohmann::ordered_json percentiles_json(const Histogram& h) {
+  const auto us = [](Duration d) { return 1e6 * to_seconds(d); };
+  return {{"p50", us(h.quantile(0.5))}, {"p99", us(h.quantile(0.99))}, {"max", us(h.max())}};
+}
+
+}  // namespace
+
+void check_plain_link(const std::string& option, const std::string& address, bool insecure) {
+  if (insecure) return;
+  refuse_option(option, address, "the link is plain UDP, which proves and encrypts nothing; --insecure allows it");
+}
+
+std::vector<NamedNode> named_nodes(const BusDescription& bus) {
+  std::vector<NamedNode> nodes;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const std::string joint = kJointNames[j];
+    nodes.push_back({joint + "_valve", bus.valves[j]});
+    nodes.push_back({joint + "_head_pressure", bus.pressures[2 * j]});
+    nodes.push_back({joint + "_rod_pressure", bus.pressures[2 * j + 1]});
+    nodes.push_back({joint + "_encoder", bus.encoders[j]});
+  }
+  nodes.push_back({"tilt", bus.tilt});
+  nodes.push_back({"enable", bus.enable});
+  return nodes;
+}
+
+nlohmann::ordered_json loop_json(const RealtimeReport& report) {
+  return {{"policy", report.policy},
+          {"wake_us", percentiles_json(report.wake_lateness)},
+          {"execution_us", percentiles_json(report.execution)},
+          {"overruns", report.overruns}};
+}
+
+nlohmann::ordered_json reason_json(const Reason& reason) {
+  if (!reason) return nullptr;
+  return {{"code", name(reason.code)}, {"reason", text(reason)}};
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,51 @@
+// The machine's side as a program: the slave loop of every session in a real-time thread of its own, what it did and
+// why on the console, records for whoever asks, and an orderly end.
+#pragma once
+
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "app/hardware/program_console.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "transport/can_bus.h"
+#include "transport/link.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::app {
+
+/// Mode or latched fault changed.
+struct ModeEvent {
+  Time at{};
+  Mode mode = Mode::kOff;
+  Reason blocking, fault;
+};
+/// "engaged", "aligning, hand_not_aligned: arm: hand is away ...", "fault link_lost: no newer packet ..."
+[[nodiscard]] std::string event_text(const ModeEvent& event);
+
+/// Where records go; null: not wanted.
+struct SlaveRecords {
+  std::ostream* candump = nullptr;  ///< Every frame sent and heard, candump log format.
+  std::string interface = "can0";   ///< As the log names it.
+  std::ostream* csv = nullptr;      ///< A row each step from the first complete measurement on.
+};
+
+struct SlaveOutcome {
+  std::vector<ModeEvent> events;
+  RealtimeReport loop;
+  double ran_s = 0;
+  std::uint32_t malformed_datagrams = 0;
+  std::uint64_t records_lost = 0;        ///< Frames, rows and events there was no room for.
+  std::vector<std::string> unconfirmed;  ///< Nodes that did not say that they are off, by their names in the file.
+};
+
+/// Runs until the run is over, then stops in order: neutral, pilot pressure and valves off, then silence.
+/// @param machine as calibrated. @param bus, @param link used by the loop's thread alone while this runs.
+/// @throws InputError where the machine file cannot be worked with.
+[[nodiscard]] SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& link, const ProgramRun& run,
+                                     const SlaveRecords& records = {});
+
+}  // namespace knuckle::app
