@@ -51,6 +51,18 @@ vcan_up() {
 }
 sja1000_up() { ip link set "$1" type can bitrate 500000 && ip link set "$1" txqueuelen 1000 up; }
 
+# Records every frame of the interfaces; in memory first, a file of the host's is too slow for a full bus.
+record() {
+  candump -r 4000000 -L "$@" > /tmp/candump.log &
+  echo $! > /run/candump.pid
+  sleep 0.1
+}
+# record_end NAME: into /out/NAME.candump.log.
+record_end() {
+  stop candump
+  mv /tmp/candump.log "/out/$1.candump.log"
+}
+
 gadget=/sys/kernel/config/usb_gadget/haptic
 # The haptic device as USB sees it: vendor page 0xFF00, 64-byte numbered reports, 1 and 3 in, 2 and 4 out.
 gadget_make() {
