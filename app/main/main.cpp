@@ -7,6 +7,8 @@
 #include "app/commissioning/identify.h"
 #include "app/commissioning/real_recordings.h"
 #include "app/commissioning/sweep.h"
+#include "app/hardware/device_calibration.h"
+#include "app/hardware/device_command.h"
 #include "app/hardware/node_command.h"
 #include "app/hardware/slave_command.h"
 #include "app/interrupt.h"
@@ -26,6 +28,8 @@ std::vector<Command> commands() {
       sweep_entry(),
       slave_entry(),
       node_entry(),
+      device_entry(),
+      calibrate_device_entry(),
   };
 }
 
