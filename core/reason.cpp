@@ -43,7 +43,7 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"command_invalid", SubjectKind::kJoint, "controller gave an invalid command", "of stroke"},
     {"setpoint_invalid", SubjectKind::kJoint, "operator set-point is invalid", "rad"},
     {"pressure_limit", SubjectKind::kChamber, "pressure beyond its limit: reduce the load", "bar"},
-    {"bus_down", SubjectKind::kNothing, "CAN controller is off the bus: check wiring and bit rate", nullptr},
+    {"bus_down", SubjectKind::kNothing, "CAN interface is down: set it up again (ip link set NAME up)", nullptr},
     {"device_lost", SubjectKind::kNothing, "haptic device is gone: plug it in, then align again", nullptr},
     {"device_stale", SubjectKind::kNothing, "haptic device has stopped reporting", "ms"},
     {"device_report", SubjectKind::kNothing, "haptic device sends damaged reports: check cable", "in a row"},
@@ -63,6 +63,10 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "force limit of the assist: force unknown, held; switch it off to go on", nullptr},
     {"device_identity", SubjectKind::kNothing, "haptic device is not the one of its file: see knuckle doctor --device",
      nullptr},
+    {"bus_off", SubjectKind::kNothing,
+     "CAN was bus-off: mend the wiring, restart the controller, then press enable and let go", nullptr},
+    {"bus_passive", SubjectKind::kNothing,
+     "CAN frames are damaged or nobody acknowledges: check node power, cable, bit rate", nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

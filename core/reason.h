@@ -38,7 +38,7 @@ enum class ReasonCode : std::uint16_t {
   kCommandInvalid,     ///< subject: joint; non-finite or out of mode
   kSetpointInvalid,    ///< subject: joint; operator set-point non-finite or future-stamped
   kPressureLimit,      ///< subject: cylinder chamber 0..5; bar
-  kBusDown,            ///< CAN controller off or down
+  kBusDown,            ///< CAN interface down or gone
   kDeviceLost,         ///< haptic device unplugged
   kDeviceStale,        ///< ms since the last good report
   kDeviceReport,       ///< malformed reports: NaN-like, CRC, version; value: count
@@ -56,6 +56,9 @@ enum class ReasonCode : std::uint16_t {
   kPilotOff,            ///< machine enable gives no pilot pressure
   kAssistForceUnknown,  ///< assist: no force is known to hold against the limit
   kDeviceIdentity,      ///< fault: the haptic device is not the one its file describes
+  // More of the bus' faults.
+  kBusOff,      ///< CAN controller went bus-off; stays until an operator acknowledges it
+  kBusPassive,  ///< CAN controller error-passive: nobody acknowledges, or most frames are damaged
   kCount,
 };
 

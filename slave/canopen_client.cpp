@@ -15,10 +15,25 @@ constexpr Duration kActivatePatience = 500ms;  // ACTIVE after the control words
 constexpr double kSpoolPossible = 1.1;         // of stroke; devices send the largest integer (2.0) for "broken"
 // An event-driven enable node repeats its inputs at the heartbeat's rate; three may be lost.
 constexpr int kInputPeriods = 3;
-constexpr std::uint32_t kEnableEveryNthSync = 10;  // 20 Hz
 
 Reason reason(ReasonCode code, std::uint8_t node, double value, double limit) noexcept {
   return {code, node, static_cast<float>(value), static_cast<float>(limit)};
+}
+
+/// An error-passive controller has counted 128 errors more than an eighth of its good frames: nobody acknowledges it,
+/// or the bus is no longer one to move a machine by.
+Reason bus_fault(CanState state) noexcept {
+  switch (state) {
+    case CanState::kActive:
+      return {};
+    case CanState::kPassive:
+      return {ReasonCode::kBusPassive, 0, 0, 0};
+    case CanState::kBusOff:
+      return {ReasonCode::kBusOff, 0, 0, 0};
+    case CanState::kDown:
+      return {ReasonCode::kBusDown, 0, 0, 0};
+  }
+  return {ReasonCode::kBusDown, 0, 0, 0};
 }
 
 }  // namespace
@@ -121,8 +136,7 @@ void CanopenClient::on_valve_status(const Node& node, const CanFrame& frame, Tim
 void CanopenClient::begin_step(Time now) noexcept {
   bus_.send(canopen::sync_frame());
   ++syncs_;
-  const CanState state = bus_.state();
-  if (state == CanState::kBusOff || state == CanState::kDown) fail(reason(ReasonCode::kBusDown, 0, 0, 0));
+  if (const Reason why = bus_fault(bus_.state())) fail(why);
   step_phase(now);
 }
 

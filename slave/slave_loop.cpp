@@ -1,6 +1,7 @@
 #include "slave/slave_loop.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace knuckle::slave {
 
@@ -37,7 +38,7 @@ void SlaveLoop::step(Time now) noexcept {
   client_.end_step(gate_.commands, led(), now);
   publish(now);
   restart_nodes_once_released(now);
-  believe_sensors_if_asked(now);
+  go_on_if_asked(now);
 }
 
 bool SlaveLoop::led() const noexcept {
@@ -203,21 +204,28 @@ void SlaveLoop::restart_nodes_once_released(Time now) noexcept {
   sensors_.restart();
 }
 
-/// An encoder that woke far from where it froze, or came back elsewhere after it fell silent, looks like one whose drum
-/// slipped: only the operator can tell, and must say so. Enable pressed and let go again, all of it while a length
-/// stands still there and by somebody who is there, makes that length count. An enable that merely is not pressed says
-/// nothing, nor does one that was pressed before there was anything to answer. The machine is neutral, and stays so
-/// until enable is pressed once more and the hand aligned with what the sensors show then.
-void SlaveLoop::believe_sensors_if_asked(Time now) noexcept {
+/// Enable pressed and let go again, by somebody who is there, while the machine stands and there is something to
+/// answer: an enable that merely is not pressed says nothing, nor does one that was pressed before the question came
+/// up.
+bool SlaveLoop::answered(Asking& asking, bool question) const noexcept {
   const bool stopped = decision_.state.mode == Mode::kFault || decision_.state.mode == Mode::kEStop;
   if (!stopped || !master_.presence || !master_.device_ok || loss_.link) {
-    asking_ = Asking::kNothing;
+    asking = Asking::kNothing;
   } else if (!master_.enable) {
-    if (asking_ == Asking::kPressed) sensors_.believe_settled_lengths(now);
-    asking_ = Asking::kReleased;
-  } else if (asking_ == Asking::kReleased) {
-    asking_ = sensors_.length_settled() ? Asking::kPressed : Asking::kNothing;
+    return std::exchange(asking, Asking::kReleased) == Asking::kPressed;
+  } else if (asking == Asking::kReleased) {
+    asking = question ? Asking::kPressed : Asking::kNothing;
   }
+  return false;
+}
+
+/// What only the operator can answer for. An encoder that woke far from where it froze, or came back elsewhere after it
+/// fell silent, looks like one whose drum slipped. A controller that was bus-off and has been restarted may still be on
+/// a bus that nobody has mended. The machine is neutral, and stays so until enable is pressed once more and the hand
+/// aligned with what the sensors show then.
+void SlaveLoop::go_on_if_asked(Time now) noexcept {
+  if (answered(asking_length_, sensors_.length_settled())) sensors_.believe_settled_lengths(now);
+  if (answered(asking_bus_, bus_.state() != CanState::kActive)) bus_.acknowledge();
 }
 
 void SlaveLoop::publish(Time now) noexcept {

@@ -65,6 +65,8 @@ class SlaveLoop {
   static constexpr int kMostFrames = 256, kMostDatagrams = 64;  ///< Per step: nobody can keep the loop busy.
   static constexpr Duration kRestartAfter = 1s;                 ///< Nodes that failed are left alone this long.
 
+  enum class Asking : std::uint8_t { kNothing, kReleased, kPressed };
+
   void receive_frames(Time now) noexcept;
   void receive_link(Time now) noexcept;
   void estimate(Time now) noexcept;
@@ -76,7 +78,8 @@ class SlaveLoop {
   void decide() noexcept;
   void command(Time now) noexcept;
   void restart_nodes_once_released(Time now) noexcept;
-  void believe_sensors_if_asked(Time now) noexcept;
+  [[nodiscard]] bool answered(Asking& asking, bool question) const noexcept;
+  void go_on_if_asked(Time now) noexcept;
   void publish(Time now) noexcept;
   [[nodiscard]] bool led() const noexcept;
 
@@ -101,8 +104,8 @@ class SlaveLoop {
   LowPass<JointVector> rest_rate_;
   Reason sensor_fault_, valve_reason_;
   Reason object_;  // met while digging; until enable is let go
-  enum class Asking : std::uint8_t { kNothing, kReleased, kPressed };
-  Asking asking_ = Asking::kNothing;  // what the operator did with enable since the machine stopped
+  // What the operator did with enable since the machine stopped: about a length, about the bus.
+  Asking asking_length_ = Asking::kNothing, asking_bus_ = Asking::kNothing;
   MasterMessage master_;
   Time master_at_ = kNever;
   Duration round_trip_ = std::chrono::hours(1);

@@ -24,8 +24,8 @@ class CanBus {
   /// The next received frame, oldest first; false where there is none. Never blocks.
   virtual bool receive(CanFrame& frame) noexcept = 0;
   [[nodiscard]] virtual CanState state() const noexcept = 0;
-  /// An operator has taken note of what happened to the bus and wants to go on. A bus that keeps saying kBusOff until
-  /// then forgets it, if its controller is back; others need not be told.
+  /// An operator has taken note of what happened to the bus and wants to go on: a bus-off that is over, kept until
+  /// then, is forgotten.
   virtual void acknowledge() noexcept {}
 };
 

@@ -90,6 +90,7 @@ CanState CanHealth::state() const noexcept {
 
 void CanHealth::acknowledge() noexcept {
   was_off_ = off_;
+  if (counters_.received > received_before_passive_) passive_ = false;
 }
 
 std::string CanHealth::diagnosis(const std::string& interface) const {

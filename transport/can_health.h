@@ -43,7 +43,8 @@ class CanHealth {
 
   /// kBusOff stays until acknowledge(), even where kernel or integrator have restarted the controller since.
   [[nodiscard]] CanState state() const noexcept;
-  /// Forgets a bus-off that is over.
+  /// Forgets a bus-off that is over; and an error-passive during which frames were heard, as not every driver tells of
+  /// its end.
   void acknowledge() noexcept;
   [[nodiscard]] const CanCounters& counters() const noexcept { return counters_; }
   /// What is wrong and what to do, in one line that begins with the interface's name; empty while nothing is.

@@ -44,7 +44,7 @@ class SocketCanBus final : public CanBus {
   bool receive(CanFrame& frame) noexcept override;
   /// As of the last send() and receive(). A bus-off stays until acknowledge().
   [[nodiscard]] CanState state() const noexcept override { return health_.state(); }
-  /// Forgets a bus-off whose controller has been restarted since.
+  /// Forgets a bus-off whose controller has been restarted since, and an error-passive in which frames were heard.
   void acknowledge() noexcept override { health_.acknowledge(); }
 
   [[nodiscard]] const CanCounters& counters() const noexcept { return health_.counters(); }

@@ -34,12 +34,14 @@ class ThreadCan {
     bool send(const CanFrame& frame) noexcept override { return sent_.push(frame); }
     bool receive(CanFrame& frame) noexcept override { return arrived_.pop(frame); }
     [[nodiscard]] CanState state() const noexcept override { return state_.load(std::memory_order_relaxed); }
+    void acknowledge() noexcept override { acknowledged_.store(true, std::memory_order_relaxed); }
 
    private:
     friend class ThreadCan;
     Ring<CanFrame, 64> sent_;
     Ring<CanFrame, 1024> arrived_;  // 60 ms of a full bus at 1 Mbit/s
     std::atomic<CanState> state_{CanState::kActive};
+    std::atomic<bool> acknowledged_{false};
   };
   Controller controller_;
 };

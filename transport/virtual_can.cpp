@@ -28,7 +28,7 @@ VirtualCanBus::VirtualCanBus(std::size_t ports, std::uint32_t bit_rate)
 }
 
 bool VirtualCanBus::Port::send(const CanFrame& frame) noexcept {
-  if (off_) return false;
+  if (was_off_ || down_) return false;
   if (silent_) return true;  // its controller believes that it was sent
   if (waiting_ == kSendSlots) {
     ++dropped_;
@@ -48,13 +48,14 @@ bool VirtualCanBus::Port::receive(CanFrame& frame) noexcept {
 }
 
 CanState VirtualCanBus::Port::state() const noexcept {
-  if (off_) return CanState::kBusOff;
+  if (down_) return CanState::kDown;
+  if (was_off_) return CanState::kBusOff;
   // Without anybody to acknowledge, a controller's error counter stops at error passive.
   return bus_->cut_ ? CanState::kPassive : CanState::kActive;
 }
 
 void VirtualCanBus::Port::hear(const CanFrame& frame) noexcept {
-  if (off_) return;
+  if (off_ || down_) return;
   if (unread_ == kReceiveSlots) {
     ++dropped_;
     return;
@@ -103,16 +104,25 @@ void VirtualCanBus::finish() noexcept {
   if (tap_.on_frame != nullptr) tap_.on_frame(tap_.context, free_at_, on_wire_);
 }
 
+void VirtualCanBus::empty(Port& port) noexcept {
+  waiting_ -= port.waiting_;
+  port.waiting_ = 0;
+}
+
 void VirtualCanBus::silence(std::size_t port, bool on) noexcept {
-  Port& p = ports_[port];
-  p.silent_ = on;
-  waiting_ -= p.waiting_;
-  p.waiting_ = 0;
+  ports_[port].silent_ = on;
+  empty(ports_[port]);
 }
 
 void VirtualCanBus::bus_off(std::size_t port) noexcept {
   silence(port, false);
-  ports_[port].off_ = true;
+  ports_[port].off_ = ports_[port].was_off_ = true;
+  ports_[port].unread_ = 0;
+}
+
+void VirtualCanBus::take_down(std::size_t port, bool down) noexcept {
+  empty(ports_[port]);
+  ports_[port].down_ = down;
   ports_[port].unread_ = 0;
 }
 

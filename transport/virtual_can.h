@@ -9,6 +9,7 @@
 
 #include "core/time.h"
 #include "transport/can_bus.h"
+#include "transport/can_load.h"
 
 namespace knuckle {
 
@@ -20,12 +21,6 @@ struct CanTap {
 
 /// One line of a candump log without newline: "(0000000012.345678) can0 185#0011223344556677". Allocates.
 [[nodiscard]] std::string candump_line(Time at, const CanFrame& frame, const char* interface = "can0");
-
-/// Bits of a data frame with 11-bit identifier, interframe space and every possible stuff bit included.
-[[nodiscard]] constexpr unsigned worst_case_bits(std::uint8_t size) noexcept {
-  const unsigned stuffed_part = 34U + 8U * size;  // start of frame to CRC
-  return stuffed_part + (stuffed_part - 1) / 4 + 13U;
-}
 
 class VirtualCanBus {
  public:
@@ -48,9 +43,12 @@ class VirtualCanBus {
   void silence(std::size_t port, bool on) noexcept;
   /// Nobody hears anybody: frames wait in their queues, unacknowledged, and go out when the bus is whole again.
   void cut(bool on) noexcept { cut_ = on; }
-  /// The port's controller is off the bus: its queues are lost, it neither sends nor hears until recover().
+  /// The port's controller is off the bus: its queues are lost, it neither sends nor hears. After recover() it hears
+  /// again, but says kBusOff and sends nothing until acknowledge().
   void bus_off(std::size_t port) noexcept;
   void recover(std::size_t port) noexcept { ports_[port].off_ = false; }
+  /// The port's interface goes down (its queues are lost, it neither sends nor hears) or comes up again.
+  void take_down(std::size_t port, bool down) noexcept;
 
   // Since construction.
   [[nodiscard]] Duration busy() const noexcept { return busy_; }
@@ -64,6 +62,7 @@ class VirtualCanBus {
     bool send(const CanFrame& frame) noexcept override;
     bool receive(CanFrame& frame) noexcept override;
     [[nodiscard]] CanState state() const noexcept override;
+    void acknowledge() noexcept override { was_off_ = off_; }
 
    private:
     friend class VirtualCanBus;
@@ -78,9 +77,11 @@ class VirtualCanBus {
     std::array<CanFrame, kReceiveSlots> received_{};
     std::size_t waiting_ = 0, oldest_ = 0, unread_ = 0;
     std::uint64_t dropped_ = 0;
-    bool silent_ = false, off_ = false;
+    bool silent_ = false, down_ = false;
+    bool off_ = false, was_off_ = false;  // bus-off now; not yet acknowledged
   };
 
+  void empty(Port& port) noexcept;
   bool start_next() noexcept;
   void finish() noexcept;
 

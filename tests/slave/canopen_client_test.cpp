@@ -248,7 +248,7 @@ TEST(CanopenClient, BusOffIsAFaultAndNothingResumesByItself) {
   ASSERT_TRUE(m.engage());
   m.bus.bus_off(0);
   m.run(50ms);
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kBusDown);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kBusOff);
   m.bus.recover(0);
   m.run(3s);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);

@@ -286,6 +286,18 @@ TEST(CanHealth, BusOffOutlivesAnInterfaceThatWentDownAndUp) {
   EXPECT_EQ(health.state(), CanState::kActive);
 }
 
+TEST(CanHealth, PassiveWithoutAReportedEndIsForgottenOnAskingOnceFramesWereHeard) {
+  CanHealth health;
+  health.on_received();
+  health.on_error_frame(CAN_ERR_CRTL, {0, CAN_ERR_CRTL_RX_PASSIVE});
+  health.acknowledge();
+  EXPECT_EQ(health.state(), CanState::kPassive);
+  health.on_received();
+  EXPECT_EQ(health.state(), CanState::kPassive);
+  health.acknowledge();
+  EXPECT_EQ(health.state(), CanState::kActive);
+}
+
 TEST(CanHealth, FullQueueIsNoDownAndNothingToReadIsNoError) {
   CanHealth health;
   health.on_send_error(ENOBUFS);

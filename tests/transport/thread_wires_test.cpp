@@ -41,6 +41,10 @@ TEST(ThreadCan, TheLoopSeesTheStateOfTheController) {
   bus.bus_off(0);
   can.exchange(bus.port(0));
   EXPECT_EQ(can.controller().state(), CanState::kBusOff);
+  bus.recover(0);
+  can.controller().acknowledge();
+  can.exchange(bus.port(0));
+  EXPECT_EQ(can.controller().state(), CanState::kActive);
 }
 
 TEST(ThreadCan, AFullQueueRefusesAndCounts) {

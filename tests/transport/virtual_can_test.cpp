@@ -135,7 +135,7 @@ TEST(VirtualCanBus, ACutBusKeepsFramesWaitingAndShowsErrorPassive) {
   EXPECT_EQ(bus.port(0).state(), CanState::kActive);
 }
 
-TEST(VirtualCanBus, AControllerThatIsBusOffNeitherSendsNorHearsUntilItRecovers) {
+TEST(VirtualCanBus, AControllerThatIsBusOffHearsOnceItHasRecoveredAndSendsOnceThatIsAcknowledged) {
   VirtualCanBus bus(3, 500000);
   bus.port(0).send(frame(0x100));
   bus.bus_off(0);
@@ -145,10 +145,36 @@ TEST(VirtualCanBus, AControllerThatIsBusOffNeitherSendsNorHearsUntilItRecovers) 
   bus.advance(Time(1s));
   EXPECT_TRUE(received(bus.port(0)).empty());
   EXPECT_EQ(received(bus.port(2)), Ids{0x102});
+  bus.port(0).acknowledge();
+  EXPECT_EQ(bus.port(0).state(), CanState::kBusOff) << "it still is";
   bus.recover(0);
+  EXPECT_EQ(bus.port(0).state(), CanState::kBusOff);
+  EXPECT_FALSE(bus.port(0).send(frame(0x103)));
+  bus.port(1).send(frame(0x104));
+  bus.advance(Time(2s));
+  EXPECT_EQ(received(bus.port(0)), Ids{0x104});
+  received(bus.port(2));
+  bus.port(0).acknowledge();
+  EXPECT_EQ(bus.port(0).state(), CanState::kActive);
+  EXPECT_TRUE(bus.port(0).send(frame(0x105)));
+  bus.advance(Time(3s));
+  EXPECT_EQ(received(bus.port(2)), Ids{0x105});
+}
+
+TEST(VirtualCanBus, AnInterfaceThatIsDownLosesItsQueuesAndNeitherSendsNorHears) {
+  VirtualCanBus bus(2, 500000);
+  bus.port(0).send(frame(0x100));
+  bus.take_down(0, true);
+  EXPECT_EQ(bus.port(0).state(), CanState::kDown);
+  EXPECT_FALSE(bus.port(0).send(frame(0x101)));
+  bus.port(1).send(frame(0x102));
+  bus.advance(Time(1s));
+  bus.take_down(0, false);
+  EXPECT_TRUE(received(bus.port(0)).empty());
+  EXPECT_EQ(bus.port(0).state(), CanState::kActive);
   EXPECT_TRUE(bus.port(0).send(frame(0x103)));
   bus.advance(Time(2s));
-  EXPECT_EQ(received(bus.port(2)), Ids{0x103});
+  EXPECT_EQ(received(bus.port(1)), Ids{0x103});
 }
 
 TEST(VirtualCanBus, MovesFramesWithoutAllocating) {

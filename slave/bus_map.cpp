@@ -1,0 +1,61 @@
+#include "slave/bus_map.h"
+
+#include "slave/canopen_client.h"
+#include "transport/canopen.h"
+
+namespace knuckle::slave {
+namespace {
+
+std::uint8_t bytes_of(const canopen::PdoMap& map) {
+  std::uint32_t bits = 0;
+  for (std::uint8_t i = 0; i < map.count; ++i) bits += map.entries[i] & 0xFFU;
+  return static_cast<std::uint8_t>(bits / 8);
+}
+
+std::vector<NodeDescription> nodes_of(const BusDescription& bus) {
+  std::vector<NodeDescription> nodes(bus.valves.begin(), bus.valves.end());
+  nodes.insert(nodes.end(), bus.pressures.begin(), bus.pressures.end());
+  nodes.insert(nodes.end(), bus.encoders.begin(), bus.encoders.end());
+  nodes.push_back(bus.tilt);
+  nodes.push_back(bus.enable);
+  return nodes;
+}
+
+}  // namespace
+
+std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
+  const double valve_Hz = bus.sync_Hz / bus.valve_every_nth_sync;
+  std::vector<PeriodicFrame> map;
+  const auto sends = [&](const NodeDescription& node, const canopen::PdoMap& pdo, double rate_Hz) {
+    map.push_back({canopen::tpdo1_id(node.id), bytes_of(pdo), rate_Hz});
+  };
+  const auto hears = [&](const NodeDescription& node, const canopen::PdoMap& pdo, double rate_Hz) {
+    map.push_back({canopen::rpdo1_id(node.id), bytes_of(pdo), rate_Hz});
+  };
+  map.push_back({canopen::kSyncId, 0, bus.sync_Hz});
+  for (const NodeDescription& valve : bus.valves) {
+    sends(valve, canopen::kValveTpdo, valve_Hz);
+    hears(valve, canopen::kValveRpdo, valve_Hz);
+  }
+  for (const NodeDescription& pressure : bus.pressures) sends(pressure, canopen::kPressureTpdo, bus.sync_Hz);
+  for (const NodeDescription& encoder : bus.encoders) sends(encoder, canopen::kEncoderTpdo, bus.sync_Hz);
+  sends(bus.tilt, canopen::kTiltTpdo, bus.sync_Hz);
+  sends(bus.enable, canopen::kEnableTpdo, 1 / bus.controller_heartbeat_s);
+  hears(bus.enable, canopen::kEnableRpdo, bus.sync_Hz / CanopenClient::kEnableEveryNthSync);
+  map.push_back({canopen::heartbeat_id(bus.controller_id), 1, 1 / bus.controller_heartbeat_s});
+  for (const NodeDescription& node : nodes_of(bus))
+    map.push_back({canopen::heartbeat_id(node.id), 1, 1 / bus.node_heartbeat_s});
+  return map;
+}
+
+std::vector<std::uint32_t> heard_by_controller(const BusDescription& bus) {
+  std::vector<std::uint32_t> ids;
+  for (const NodeDescription& node : nodes_of(bus)) {
+    for (const std::uint32_t id : {canopen::tpdo1_id(node.id), canopen::heartbeat_id(node.id),
+                                   canopen::emcy_id(node.id), canopen::sdo_response_id(node.id)})
+      ids.push_back(id);
+  }
+  return ids;
+}
+
+}  // namespace knuckle::slave

@@ -1,0 +1,59 @@
+// The map from the machine file against what is on the wire.
+#include "slave/bus_map.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "machine/load.h"
+#include "tests/slave/bench_machine.h"
+
+namespace knuckle::slave {
+namespace {
+
+using test::BenchMachine;
+
+TEST(BusMap, IsWhatTravelsInOperation) {
+  BenchMachine m;
+  ASSERT_TRUE(m.engage());
+  m.run(100ms);
+  m.wire.clear();
+  m.run(2s);
+  std::map<std::uint32_t, std::pair<int, int>> seen;  // frames, size
+  for (const auto& w : m.wire) seen[w.frame.id] = {seen[w.frame.id].first + 1, w.frame.size};
+  const auto map = bus_map(m.description.bus);
+  EXPECT_EQ(seen.size(), map.size());
+  for (const PeriodicFrame& f : map) {
+    EXPECT_NEAR(seen[f.id].first, 2 * f.rate_Hz, 1) << std::hex << f.id;
+    EXPECT_EQ(seen[f.id].second, f.size) << std::hex << f.id;
+  }
+}
+
+TEST(BusMap, ControllerHearsAllThatItsNodesSendAndNothingOfItsOwn) {
+  BenchMachine m;
+  const auto heard = heard_by_controller(m.description.bus);
+  EXPECT_EQ(heard.size(), 14U * 4U);
+  ASSERT_TRUE(m.engage());
+  ASSERT_TRUE(m.nodes.send_emcy(0x25, 0x5030));
+  m.run(100ms);
+  for (const auto& w : m.wire) {
+    const std::uint32_t function = canopen::function_of(w.frame.id);
+    const bool own =
+        w.frame.id == 0x000 || w.frame.id == 0x080 || w.frame.id == 0x701 || function == 0x200 || function == 0x600;
+    EXPECT_EQ(std::count(heard.begin(), heard.end(), w.frame.id), own ? 0 : 1) << std::hex << w.frame.id;
+  }
+}
+
+/// The check of the machine file may count a little more than travels, never less.
+TEST(BusMap, MachineFilesLoadTheirBusesWithinSixtyPercentAsTheirOwnCheckSays) {
+  for (const char* name : {"solar015", "compact080"}) {
+    const BusDescription bus = load_machine(find_config("machine", name)).bus;
+    const CanLoad load = can_load(bus_map(bus), bus.bit_rate);
+    EXPECT_LE(load.worst_case, 0.60) << name;
+    EXPECT_LE(load.worst_case, worst_bus_load(bus)) << name;
+    EXPECT_GT(load.worst_case, worst_bus_load(bus) - 0.02) << name;
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::slave

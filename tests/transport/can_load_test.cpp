@@ -1,0 +1,88 @@
+// Bits and shares against a frame written out as text, bit by bit, by somebody who knows nothing of the code.
+#include "transport/can_load.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace knuckle {
+namespace {
+
+std::string binary(std::uint32_t value, std::size_t digits) {
+  std::string text;
+  for (std::size_t i = digits; i-- > 0;) text += (value >> i & 1U) != 0 ? '1' : '0';
+  return text;
+}
+
+/// Remainder of the text, followed by 15 zeros, divided by x^15 + x^14 + x^10 + x^8 + x^7 + x^4 + x^3 + 1: by hand.
+std::string crc(const std::string& text) {
+  const std::string divisor = "1100010110011001";
+  std::string rest = text + std::string(15, '0');
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (rest[i] == '0') continue;
+    for (std::size_t k = 0; k < divisor.size(); ++k) rest[i + k] = rest[i + k] == divisor[k] ? '0' : '1';
+  }
+  return rest.substr(text.size());
+}
+
+std::string stuffed(const std::string& text) {
+  std::string out;
+  for (const char bit : text) {
+    out += bit;
+    const std::size_t n = out.size();
+    if (n >= 5 && out.substr(n - 5) == std::string(5, bit)) out += bit == '0' ? '1' : '0';
+  }
+  return out;
+}
+
+std::size_t bits_by_hand(const CanFrame& frame) {
+  std::string text = "0" + binary(frame.id, 11) + "000" + binary(frame.size, 4);
+  for (std::size_t i = 0; i < frame.size; ++i) text += binary(frame.data[i], 8);
+  const std::string tail = "1" + std::string("01") + "1111111" + "111";  // CRC delimiter, ACK, end of frame, interframe
+  return (stuffed(text + crc(text)) + tail).size();
+}
+
+TEST(CanLoad, BitsOfAFrameWithoutAndWithEveryStuffBit) {
+  EXPECT_EQ(least_bits(0), 47U);
+  EXPECT_EQ(least_bits(8), 111U);
+  EXPECT_EQ(worst_case_bits(0), 55U);
+  EXPECT_EQ(worst_case_bits(8), 135U);
+}
+
+TEST(CanLoad, BitsOfAFrameAreThoseThatLeave) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 2000; ++i) {
+    CanFrame frame{static_cast<std::uint32_t>(random() % 0x800), static_cast<std::uint8_t>(random() % 9), {}};
+    const auto kind = static_cast<unsigned>(random() % 3);  // long runs of equal bits, or any
+    for (auto& byte : frame.data) byte = kind == 0 ? 0x00 : static_cast<std::uint8_t>(kind == 1 ? 0xFF : random());
+    ASSERT_EQ(frame_bits(frame), bits_by_hand(frame)) << "frame " << i;
+    ASSERT_GE(frame_bits(frame), least_bits(frame.size));
+    ASSERT_LE(frame_bits(frame), worst_case_bits(frame.size));
+  }
+}
+
+TEST(CanLoad, SharesOfPeriodicFramesAddUp) {
+  const std::array<PeriodicFrame, 2> frames{{{0x080, 0, 200}, {0x1A0, 8, 100}}};
+  const CanLoad load = can_load(frames, 125000);
+  EXPECT_DOUBLE_EQ(load.least, (200 * 47 + 100 * 111) / 125e3);
+  EXPECT_DOUBLE_EQ(load.worst_case, (200 * 55 + 100 * 135) / 125e3);
+}
+
+TEST(CanLoadMeter, MeasuresMeanAndBusiestWindow) {
+  const CanFrame frame{0x1A0, 5, {1, 2, 3, 4, 5}};
+  CanLoadMeter meter(500000);
+  EXPECT_EQ(meter.mean(), 0);
+  const auto send = [&](int from_ms, int until_ms, int period_ms) {
+    for (int ms = from_ms; ms < until_ms; ms += period_ms) meter.add(Time(ms * 1ms), frame);
+  };
+  send(1000, 1100, 5);
+  send(1100, 1200, 1);  // the busy one
+  send(1200, 1300, 5);
+  send(2000, 2001, 1);  // after a silence
+  const double bits = frame_bits(frame);
+  EXPECT_DOUBLE_EQ(meter.mean(), 141 * bits / 500e3);
+  EXPECT_DOUBLE_EQ(meter.busiest(), 100 * bits / 50e3);
+}
+
+}  // namespace
+}  // namespace knuckle
