@@ -137,7 +137,7 @@ void LIBUSB_CALL LibusbConnection::on_in(libusb_transfer* transfer) {
   slot.queued = false;
   if (transfer->status == LIBUSB_TRANSFER_COMPLETED) {
     std::fill(slot.report.begin() + transfer->actual_length, slot.report.end(), std::uint8_t{0});
-    (void)self.arrived_.push(slot.report);
+    if (transfer->actual_length > 0) (void)self.arrived_.push(slot.report);  // an empty packet only says "no more"
     if (!self.gone_ && self.submit(slot)) return;
   }
   self.gone_ = true;  // unplugged, stalled, or cancelled: begin anew

@@ -36,7 +36,7 @@ std::string bits_text(unsigned bits, std::initializer_list<std::pair<unsigned, c
 }
 
 Finding judge_stream(const DeviceListening& heard) {
-  const double rate_Hz = double(heard.reports) / heard.listened_s;
+  const double rate_Hz = heard.spanned_s > 0 ? double(heard.reports - 1) / heard.spanned_s : 0;
   const double missed = double(heard.missed) / double(heard.reports + heard.missed);
   const std::string text = format("%.0f reports/s, %.2f %% missed, %llu damaged, longest gap %.1f ms", rate_Hz,
                                   100 * missed, static_cast<unsigned long long>(heard.damaged), heard.longest_gap_ms);

@@ -26,6 +26,7 @@ void count(DeviceListening& heard, const DeviceState& state) {
     const auto gap_us = std::int32_t(state.device_time_us - heard.newest.device_time_us);
     heard.missed += ahead > 1 ? std::uint64_t(ahead - 1) : 0;
     heard.longest_gap_ms = std::max(heard.longest_gap_ms, 1e-3 * gap_us);
+    heard.spanned_s += 1e-6 * gap_us;
   }
   ++heard.reports;
   heard.newest = state;
@@ -80,7 +81,6 @@ DeviceListening DeviceProbe::listen(Duration length) {
       }
     }
   }
-  heard.listened_s = to_seconds(length);
   return heard;
 }
 

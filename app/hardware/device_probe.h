@@ -18,7 +18,7 @@ namespace knuckle::app {
 
 /// What a stretch of listening brought.
 struct DeviceListening {
-  double listened_s = 0;
+  double spanned_s = 0;  ///< From the first report to the newest, by the device's own clock.
   std::uint64_t reports = 0, damaged = 0;
   std::uint64_t missed = 0;                    ///< By the sequence numbers.
   double longest_gap_ms = 0;                   ///< Between two reports, by the device's own clock.

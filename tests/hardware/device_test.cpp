@@ -115,12 +115,11 @@ TEST_P(DeviceDoctorAilments, AreNamed) {
   const std::string lines = faults_in(examine_device(bench.probe, load_device(kFile)));
   EXPECT_NE(lines.find(GetParam().expected), std::string::npos) << lines;
 }
-INSTANTIATE_TEST_SUITE_P(Faults, DeviceDoctorAilments,
-                         testing::Values(Ailment{"hung@0", "does not say what it is"},
-                                         Ailment{"silent@0", "sends no state reports"},
-                                         Ailment{"silent@1+0.3", "missed"}, Ailment{"bad_crc@1+0.01", "10 damaged"},
-                                         Ailment{"frozen@1+0.5", "reports/s"},
-                                         Ailment{"wild_counts@0", "outside its range"}));
+INSTANTIATE_TEST_SUITE_P(
+    Faults, DeviceDoctorAilments,
+    testing::Values(Ailment{"hung@0", "does not say what it is"}, Ailment{"silent@0", "sends no state reports"},
+                    Ailment{"silent@1+0.3", "longest gap 301.0 ms"}, Ailment{"bad_crc@1+0.01", "10 damaged"},
+                    Ailment{"frozen@1+0.5", "longest gap 501.0 ms"}, Ailment{"wild_counts@0", "outside its range"}));
 
 TEST(DeviceCalibration, FindsSignsAndZerosOfADeviceThatWasBuiltOtherwise) {
   DeviceDescription built = load_device(kFile);
