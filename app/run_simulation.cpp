@@ -1,10 +1,10 @@
 // What the command line asks for, loaded, run and handed over as one result.
 #include <chrono>
-#include <cmath>
 #include <functional>
 #include <ostream>
 #include <utility>
 
+#include "app/device_choice.h"
 #include "app/digest.h"
 #include "app/machine_drawing.h"
 #include "app/operator_path.h"
@@ -15,7 +15,6 @@
 #include "app/truth_file.h"
 #include "core/error.h"
 #include "machine/load.h"
-#include "machine/toml_reader.h"
 #include "transport/virtual_can.h"
 
 namespace knuckle::app {
@@ -38,23 +37,6 @@ sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback) {
     known += std::string(sim::name(limb)) + ", ";
   }
   throw InputError("--operator " + name + ": must be " + known + "or path:FILE.csv");
-}
-
-/// The device made for this machine where there is one.
-DeviceDescription device_for(const MachineDescription& machine, const std::string& asked) {
-  const std::string own = "knuckle1_" + machine.name;
-  return load_device(find_config("device", !asked.empty() ? asked : has_config("device", own) ? own : "knuckle1"));
-}
-
-/// Hand and machine must be one spring, or what is held is not what is felt: K_l = lambda mu Ks.
-void check_springs(const MachineDescription& machine, const DeviceDescription& device) {
-  constexpr double kMismatch = 0.2;
-  const auto& feel = device.feel;
-  const double wanted = feel.force_scale * feel.position_scale * machine.control.tip_stiffness_N_per_m;
-  if (std::abs(feel.spring_N_per_m - wanted) <= kMismatch * wanted) return;
-  throw InputError(device.source + ": key 'feel.spring_N_per_m' = " + number_text(feel.spring_N_per_m) +
-                   ": must be within 20 % of " + number_text(wanted) +
-                   " = force_scale * position_scale * 'control.tip_stiffness_N_per_m' of " + machine.source);
 }
 
 void refuse_impairment(const SimulateOptions& options) {

@@ -147,8 +147,8 @@ void MasterRunner::observe(Time now) noexcept {
 /// Events as they come, what blocks or is wrong for long, and the status line.
 class Teller {
  public:
-  Teller(ProgramConsole& console, std::vector<MasterEvent>& events, const std::function<std::string()>& device_problem)
-      : console_(console), events_(events), device_problem_(device_problem) {}
+  Teller(ProgramConsole& console, std::vector<MasterEvent>& events, const std::function<std::string()>& wire_problem)
+      : console_(console), events_(events), wire_problem_(wire_problem) {}
 
   void tell(Time now, MasterRunner& runner) {
     MasterEvent event;
@@ -174,11 +174,11 @@ class Teller {
     console_.event(now, event_text(shown));
   }
   void tell_problem(Time now) {
-    if (!device_problem_) return;
-    const std::string problem = device_problem_();
+    if (!wire_problem_) return;
+    const std::string problem = wire_problem_();
     if (problem == problem_) return;
     problem_ = problem;
-    if (!problem.empty()) console_.event(now, "device: " + problem);
+    if (!problem.empty()) console_.event(now, problem);
   }
   static std::string status_text(const MasterStatus& status) {
     std::string line = status.now.heard ? "machine " + std::string(name(status.now.mode)) : "machine is not heard";
@@ -191,7 +191,7 @@ class Teller {
 
   ProgramConsole& console_;
   std::vector<MasterEvent>& events_;
-  const std::function<std::string()>& device_problem_;
+  const std::function<std::string()>& wire_problem_;
   std::string problem_;
   Reason told_, standing_;
   Time standing_since_{};
@@ -209,10 +209,10 @@ std::string event_text(const MasterEvent& event) {
 }
 
 MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
-                         const std::function<std::string()>& device_problem) {
+                         const std::function<std::string()>& wire_problem) {
   const auto runner = std::make_unique<MasterRunner>(setup, port, link);
   MasterOutcome outcome;
-  Teller teller(run.console, outcome.events, device_problem);
+  Teller teller(run.console, outcome.events, wire_problem);
   PolicyNote policy("master");
   const RealtimeClock clock;
   {

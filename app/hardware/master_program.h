@@ -48,8 +48,9 @@ struct MasterOutcome {
 
 /// Runs until the run is over; then lets go: enable and presence off, torque off, and ends.
 /// @param port, @param link used by the loop's thread alone while this runs.
-/// @param device_problem what the port says is wrong, in one line; empty: nothing. May be empty itself.
+/// @param wire_problem what is wrong with device or link below the loop, in one line; empty: nothing. May be empty
+/// itself.
 [[nodiscard]] MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
-                                       const std::function<std::string()>& device_problem = {});
+                                       const std::function<std::string()>& wire_problem = {});
 
 }  // namespace knuckle::app

@@ -7,9 +7,9 @@
 namespace knuckle::app {
 namespace {
 
-nlohmann::ordered_json percentiles_json(const Histogram& h) {
-  const auto us = [](Duration d) { return 1e6 * to_seconds(d); };
-  return {{"p50", us(h.quantile(0.5))}, {"p99", us(h.quantile(0.99))}, {"max", us(h.max())}};
+nlohmann::ordered_json percentiles_json(const Histogram& h, double units_per_s) {
+  const auto in_units = [units_per_s](Duration d) { return units_per_s * to_seconds(d); };
+  return {{"p50", in_units(h.quantile(0.5))}, {"p99", in_units(h.quantile(0.99))}, {"max", in_units(h.max())}};
 }
 
 }  // namespace
@@ -35,9 +35,13 @@ std::vector<NamedNode> named_nodes(const BusDescription& bus) {
 
 nlohmann::ordered_json loop_json(const RealtimeReport& report) {
   return {{"policy", report.policy},
-          {"wake_us", percentiles_json(report.wake_lateness)},
-          {"execution_us", percentiles_json(report.execution)},
+          {"wake_us", percentiles_json(report.wake_lateness, 1e6)},
+          {"execution_us", percentiles_json(report.execution, 1e6)},
           {"overruns", report.overruns}};
+}
+
+nlohmann::ordered_json milliseconds_json(const Histogram& histogram) {
+  return percentiles_json(histogram, 1e3);
 }
 
 nlohmann::ordered_json reason_json(const Reason& reason) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/output_file.h"
+#include "core/histogram.h"
 #include "core/realtime_thread.h"
 #include "core/reason.h"
 #include "machine/description.h"
@@ -49,6 +50,8 @@ struct NamedNode {
 
 /// How a loop ran, as `knuckle simulate --json` says it.
 [[nodiscard]] nlohmann::ordered_json loop_json(const RealtimeReport& report);
+/// {p50, p99, max}
+[[nodiscard]] nlohmann::ordered_json milliseconds_json(const Histogram& histogram);
 /// {code, reason}; null where there is none.
 [[nodiscard]] nlohmann::ordered_json reason_json(const Reason& reason);
 

@@ -9,6 +9,7 @@
 #include "app/commissioning/sweep.h"
 #include "app/hardware/device_calibration.h"
 #include "app/hardware/device_command.h"
+#include "app/hardware/master_command.h"
 #include "app/hardware/node_command.h"
 #include "app/hardware/slave_command.h"
 #include "app/interrupt.h"
@@ -27,6 +28,7 @@ std::vector<Command> commands() {
       real_recordings_entry(),
       sweep_entry(),
       slave_entry(),
+      master_entry(),
       node_entry(),
       device_entry(),
       calibrate_device_entry(),

@@ -1,0 +1,164 @@
+#include "app/hardware/master_command.h"
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app/device_choice.h"
+#include "app/hardware/master_program.h"
+#include "app/hardware/program_options.h"
+#include "app/interrupt.h"
+#include "app/scenario.h"
+#include "machine/load.h"
+#include "transport/hidapi_port.h"
+#include "transport/libusb_port.h"
+#include "transport/mirrored_link.h"
+#include "transport/udp_link.h"
+
+namespace knuckle::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* kSchema = "knuckle-master/1";
+constexpr int kDevicePriority = 85;  // above the master loop, which else waits for the reports it is to read
+
+struct Options {
+  std::string machine, device, device_file, serial, connect, mirror, control = "echo";
+  bool insecure = false;
+  double assist_force_limit_N = 0;
+  bool assist_stop_on_object = false;
+  std::optional<double> duration_s;
+  std::string json;
+};
+
+void add_options(CLI::App& c, Options& o) {
+  c.add_option("--machine", o.machine, "Machine name or .toml file, the same as on the machine's side")->required();
+  c.add_option("--device", o.device, "How the haptic device is attached: hid (hidraw), usb (libusb), or none")
+      ->required();
+  c.add_option("--device-file", o.device_file,
+               "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
+  c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
+  c.add_option("--connect", o.connect, "Address and port of the machine's side, such as 192.0.2.7:5683 or [::1]:5683")
+      ->required();
+  c.add_flag("--insecure", o.insecure, "Allow a link that is plain UDP");
+  c.add_option("--mirror", o.mirror, "Send a copy of all that goes over the link to this address and port: a screen");
+  c.add_option("--control", o.control, "Bilateral law: echo or direct")->capture_default_str();
+  c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
+  c.add_flag("--assist-stop-on-object", o.assist_stop_on_object, "Stop digging when something stiff is met");
+  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when told to)");
+  c.add_option("--json", o.json, "Write what happened (docs/programs.md says what is in it)");
+}
+
+void check(const Options& o) {
+  check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  if (o.assist_force_limit_N != 0)
+    check_range("--assist-force-limit", o.assist_force_limit_N, kLeastAssist_N, kMostAssist_N, " N, or 0: off");
+  if (o.device != "hid" && o.device != "usb" && o.device != "none")
+    refuse_option("--device", o.device, "must be hid, usb or none");
+  if (o.device == "none" && !o.serial.empty()) refuse_option("--serial", o.serial, "goes with --device hid or usb");
+  if (o.control != "echo" && o.control != "direct") refuse_option("--control", o.control, "must be echo or direct");
+  check_plain_link("--connect", o.connect, o.insecure);
+  Places places;
+  places.configuration("--machine", o.machine);
+  places.configuration("--device-file", o.device_file);
+  places.output("--json", o.json);
+}
+
+/// No device at all: the link, and what the machine tells, can be looked at without one.
+class NoDevice final : public HidPort {
+ public:
+  bool write(const HidReport& /*report*/) noexcept override { return false; }
+  bool read(HidReport& /*report*/) noexcept override { return false; }
+  [[nodiscard]] bool connected() const noexcept override { return false; }
+};
+
+/// nullptr for none.
+std::unique_ptr<HidDevicePort> open_device(const Options& o) {
+  const HidDeviceOptions options{.serial = o.serial, .fifo_priority = kDevicePriority};
+  if (o.device == "hid") return std::make_unique<HidapiPort>(options);
+  if (o.device == "usb") return std::make_unique<LibusbPort>(options);
+  return nullptr;
+}
+
+MasterSetup set_up(const Options& o) {
+  MasterSetup setup;
+  setup.machine = calibrated(load_machine(find_config("machine", o.machine)));
+  setup.device = device_for(setup.machine, o.device_file);
+  check_springs(setup.machine, setup.device);
+  setup.law = o.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
+  setup.assist.force_limit_N = o.assist_force_limit_N;
+  setup.assist.stop_on_object = o.assist_stop_on_object;
+  return setup;
+}
+
+/// What is wrong with the wires, in one line; empty where nothing is.
+std::string problem_of(const Options& o, const HidDevicePort* device, const UdpLink& link) {
+  if (link.refused()) return "nobody listens at " + o.connect;
+  return device != nullptr ? device->status().problem : "";
+}
+
+Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome) {
+  Json json{{"schema", kSchema},    {"version", program_version()},     {"machine", setup.machine.name},
+            {"device", o.device},   {"device_file", setup.device.name}, {"connect", o.connect},
+            {"control", o.control}, {"started_unix_s", started_unix_s}, {"ran_s", outcome.ran_s}};
+  json["machine_side"] = Json::array();
+  json["device_states"] = Json::array();
+  for (const MasterEvent& event : outcome.events) {
+    const double at_s = to_seconds(event.at);
+    if (event.about == MasterEvent::About::kDevice) {
+      json["device_states"].push_back({{"at_s", at_s}, {"ready", !event.device}, {"why", reason_json(event.device)}});
+    } else {
+      json["machine_side"].push_back({{"at_s", at_s},
+                                      {"heard", event.heard},
+                                      {"mode", event.heard ? Json(name(event.mode)) : Json()},
+                                      {"blocking", reason_json(event.blocking)},
+                                      {"fault", reason_json(event.fault)}});
+    }
+  }
+  json["round_trip_ms"] = milliseconds_json(outcome.round_trip);
+  json["records_lost"] = outcome.records_lost;
+  json["realtime"] = {{"master", loop_json(outcome.loop)}};
+  return json;
+}
+
+int run(const Options& o) {
+  check(o);
+  const InterruptGuard interrupt;
+  const MasterSetup setup = set_up(o);
+  AskedOutput json("--json", o.json);
+  UdpLink link = UdpLink::connect(o.connect);
+  std::optional<UdpLink> screen;
+  std::optional<MirroredLink> mirrored;
+  if (!o.mirror.empty()) mirrored.emplace(link, screen.emplace(UdpLink::connect(o.mirror)));
+  NoDevice nothing;
+  const std::unique_ptr<HidDevicePort> device = open_device(o);
+
+  ProgramConsole console("knuckle master");
+  console.note("link: " + std::string(kPlainLinkNote));
+  console.note("device " + setup.device.name + " (" + o.device + "), machine " + setup.machine.name + " at " +
+               o.connect);
+  ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
+  if (o.duration_s) program.duration_s = *o.duration_s;
+  const double started_unix_s = unix_time_s();
+  HidPort& port = device ? static_cast<HidPort&>(*device) : nothing;
+  Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link;
+  const MasterOutcome outcome =
+      run_master(setup, port, wire, program, [&] { return problem_of(o, device.get(), link); });
+
+  if (auto* out = json.stream()) *out << result_json(o, setup, started_unix_s, outcome).dump(2) << '\n';
+  json.commit();
+  return 0;
+}
+
+}  // namespace
+
+Command master_entry() {
+  return {"master", "Operator's side: lead a machine with a haptic device, without a screen", [](CLI::App& command) {
+            const auto options = std::make_shared<Options>();
+            add_options(command, *options);
+            return [options] { return run(*options); };
+          }};
+}
+
+}  // namespace knuckle::app

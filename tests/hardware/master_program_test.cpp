@@ -1,0 +1,123 @@
+// The operator side's program with a simulated device, against the programs of machine side and nodes.
+#include "app/hardware/master_program.h"
+
+#include <gtest/gtest.h>
+
+#include "sim/haptic_device.h"
+#include "sim/operator_limb.h"
+#include "tests/hardware/program_rig.h"
+#include "transport/hid_reports.h"
+
+namespace knuckle::test {
+namespace {
+
+/// A hand on a simulated haptic device at the far end of a cable, and the operator's side as its program runs it.
+class Desk {
+ public:
+  explicit Desk(const std::string& address) : link_(UdpLink::connect(address)) {
+    setup_.device = load_device(find_config("device", "knuckle1"));
+    setup_.machine = machine();
+    hand_.emplace(setup_.device, sim::draw_limb(sim::LimbClass::kNormal, 1), cable_.device(), 1, kStart);
+    mean([](sim::OperatorIntent& intent) {
+      intent.joint_rad = kStart;
+      intent.presence = true;
+    });
+    firmware_.emplace(RealtimeOptions{.name = "device", .period = 1ms, .fifo_priority = 65}, RealtimeClock(),
+                      [this](Time now) { step(now); });
+    master_thread_ = std::thread([this] {
+      app::ProgramConsole console("master", said.stream, false);
+      outcome = app::run_master(setup_, cable_.host(), link_, {[this] { return !end_; }, console});
+    });
+  }
+  ~Desk() { end(); }
+  Desk(const Desk&) = delete;
+  Desk& operator=(const Desk&) = delete;
+
+  void mean(const std::function<void(sim::OperatorIntent&)>& change) {
+    change(meant_);
+    intents_.put(meant_);
+  }
+  /// As SIGTERM does.
+  void end() {
+    end_ = true;
+    if (master_thread_.joinable()) master_thread_.join();
+  }
+  /// What the device says last; reports that the program did not read any more.
+  [[nodiscard]] std::optional<DeviceState> last_state() {
+    std::optional<DeviceState> last;
+    HidReport report;
+    while (cable_.host().read(report)) {
+      if (const auto state = decode_state(report)) last = state;
+    }
+    return last;
+  }
+
+  Heard said;
+  app::MasterOutcome outcome;  // after end()
+
+ private:
+  void step(Time now) noexcept {
+    intents_.take(intent_);
+    hand_->step(now, intent_);
+  }
+  app::MasterSetup setup_;
+  ThreadHid cable_;
+  UdpLink link_;
+  sim::OperatorIntent meant_, intent_;  // the test's thread; the device's
+  Mailbox<sim::OperatorIntent> intents_;
+  std::optional<sim::HandAndDevice> hand_;
+  std::atomic<bool> end_{false};
+  std::optional<RealtimeThread> firmware_;
+  std::thread master_thread_;
+};
+
+/// Where the machine is, by what its own program says last.
+bool engage(Desk& desk, Site& site) {
+  for (int attempt = 0; attempt < 10; ++attempt) {
+    desk.mean([](sim::OperatorIntent& intent) { intent.enable = false; });
+    if (!eventually([&] { return site.slave_said.says("enable_not_pressed"); })) return false;
+    site.slave_said.forget();
+    desk.mean([](sim::OperatorIntent& intent) { intent.enable = true; });
+    const bool decided = eventually([&] { return site.slave_said.says("engaged") || site.slave_said.says("fault"); });
+    if (decided && site.slave_said.says("engaged")) return true;
+  }
+  return false;
+}
+
+TEST(ProgramThreads, ADeviceLeadsAMachineThroughAllThreePrograms) {
+  Site site;
+  Desk desk(site.address());
+  ASSERT_TRUE(engage(desk, site)) << site.slave_said.text() << desk.said.text();
+  EXPECT_TRUE(eventually([&] { return desk.said.says("machine engaged"); })) << desk.said.text();
+  EXPECT_TRUE(desk.said.says("device is ready"));
+  desk.mean([](sim::OperatorIntent& intent) { intent.joint_rad[kArm] += 0.1; });
+  EXPECT_TRUE(eventually([&] { return driving_frames(site) > 10; })) << "the machine follows the hand";
+}
+
+TEST(ProgramThreads, AnOperatorsSideThatEndsLetsGoOfMachineAndDevice) {
+  Site site;
+  Desk desk(site.address());
+  ASSERT_TRUE(engage(desk, site)) << site.slave_said.text() << desk.said.text();
+  site.slave_said.forget();
+  desk.end();
+  EXPECT_TRUE(eventually([&] { return site.slave_said.says("ready"); })) << site.slave_said.text();
+  EXPECT_FALSE(site.slave_said.says("fault")) << "it was let go of, not lost: " << site.slave_said.text();
+  std::optional<DeviceState> state;
+  ASSERT_TRUE(eventually([&] { return (state = desk.last_state()).has_value(); }));
+  EXPECT_EQ(state->status & kDeviceTorqueOn, 0) << "no torque";
+  EXPECT_TRUE(desk.said.says("stopped: let go of machine and device"));
+  EXPECT_EQ(desk.outcome.records_lost, 0U);
+  EXPECT_GT(desk.outcome.round_trip.count(), 0U);
+}
+
+TEST(ProgramThreads, WithoutAMachineTheOperatorsSideSaysThatItHearsNothing) {
+  UdpLink nobody = UdpLink::listen("127.0.0.1:0");
+  Desk desk("127.0.0.1:" + std::to_string(nobody.port()));
+  EXPECT_TRUE(eventually([&] { return desk.said.says("device is ready"); })) << desk.said.text();
+  desk.end();
+  EXPECT_FALSE(desk.said.says("machine ready"));
+  for (const app::MasterEvent& event : desk.outcome.events) EXPECT_FALSE(event.heard);
+}
+
+}  // namespace
+}  // namespace knuckle::test
