@@ -20,7 +20,7 @@ namespace knuckle::app {
 namespace {
 
 DeviceProgramSetup setup_of_the_shipped_device() {
-  const std::string config = std::string(KNUCKLE_SOURCE_DIR) + "/config/";
+  const std::string config = KNUCKLE_SOURCE_DIR "/config/";
   DeviceProgramSetup setup;
   setup.device = load_device(config + "devices/knuckle1.toml");
   setup.plan.machine = load_machine(config + "machines/solar015.toml");
