@@ -15,10 +15,11 @@ FrameLog::const_iterator first_at(const FrameLog& log, Time at) {
   return std::lower_bound(log.begin(), log.end(), at, [](const TimedFrame& f, Time t) { return f.at < t; });
 }
 
-std::optional<std::size_t> valve_with(std::uint32_t id, std::uint32_t (*cob_id)(std::uint8_t) noexcept,
-                                      const MachineDescription& machine) {
+using FrameId = std::uint32_t (NodeDescription::*)() const noexcept;
+
+std::optional<std::size_t> valve_with(std::uint32_t id, FrameId cob_id, const MachineDescription& machine) {
   for (std::size_t i = 0; i < kJoints; ++i) {
-    if (id == cob_id(machine.bus.valves[i].id)) return i;
+    if (id == (machine.bus.valves[i].*cob_id)()) return i;
   }
   return std::nullopt;
 }
@@ -27,15 +28,16 @@ bool neutral(const canopen::ValveCommand& command) {
   return command.set_point == 0 || (command.control_word & 0x7) != canopen::kControlActive;
 }
 
-bool inside_dead_band(const CanFrame& frame, const ValveDescription& valve) {
-  const auto status = canopen::parse_valve_status(frame);
+bool inside_dead_band(const CanFrame& frame, const MachineDescription& machine, std::size_t joint) {
+  const ValveDescription& valve = machine.cylinders[joint].valve;
+  const auto status = canopen::parse_valve_status(frame, machine.bus.wire.valve_full_stroke);
   return status && status->spool <= valve.dead_band_extend && status->spool >= -valve.dead_band_retract;
 }
 
 bool from_controller(const CanFrame& frame, const MachineDescription& machine) {
   return frame.id == canopen::kNmtId || frame.id == canopen::kSyncId ||
-         frame.id == canopen::heartbeat_id(machine.bus.controller_id) || canopen::function_of(frame.id) == 0x200 ||
-         canopen::function_of(frame.id) == 0x600;
+         frame.id == canopen::heartbeat_id(machine.bus.controller_id) || frame.id == machine.bus.enable.rpdo_id() ||
+         valve_with(frame.id, &NodeDescription::rpdo_id, machine) || canopen::function_of(frame.id) == 0x600;
 }
 
 /// When the controller broke a silence that began at `from` and lasted for longer than the valves bear. nullopt: it was
@@ -79,14 +81,15 @@ NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machin
   };
   for (const TimedFrame& f : log) {
     if (f.at >= until) break;
-    if (const auto i = valve_with(f.frame.id, canopen::rpdo1_id, machine)) {
-      if (const auto told = canopen::parse_valve_command(f.frame)) command[*i] = neutral(*told);
+    if (const auto i = valve_with(f.frame.id, &NodeDescription::rpdo_id, machine)) {
+      if (const auto told = canopen::parse_valve_command(f.frame, machine.bus.wire.valve_full_stroke))
+        command[*i] = neutral(*told);
     }
-    if (const auto i = valve_with(f.frame.id, canopen::tpdo1_id, machine)) {
-      spool[*i] = inside_dead_band(f.frame, machine.cylinders[*i].valve);
+    if (const auto i = valve_with(f.frame.id, &NodeDescription::tpdo_id, machine)) {
+      spool[*i] = inside_dead_band(f.frame, machine, *i);
       spool_at[*i] = f.at;
     }
-    if (f.frame.id == canopen::tpdo1_id(machine.bus.enable.id)) {
+    if (f.frame.id == machine.bus.enable.tpdo_id()) {
       if (!pilot_off(f.frame)) {
         pilot_off_since.reset();
       } else if (!pilot_off_since) {
@@ -115,19 +118,19 @@ std::optional<Time> last_frame_before(const FrameLog& log, std::uint32_t id, Tim
 
 std::optional<Time> last_following(const FrameLog& log, const MachineDescription& machine, int joint, Time before) {
   constexpr double kTolerance = 0.1;
-  const std::uint8_t id = machine.bus.valves[static_cast<std::size_t>(joint)].id;
+  const NodeDescription& valve = machine.bus.valves[static_cast<std::size_t>(joint)];
   std::array<double, 6> demands{};
   std::size_t next = 0;
   std::optional<Time> last;
   for (const TimedFrame& f : log) {
     if (f.at >= before) break;
-    if (f.frame.id == canopen::rpdo1_id(id)) {
-      if (const auto command = canopen::parse_valve_command(f.frame)) {
+    if (f.frame.id == valve.rpdo_id()) {
+      if (const auto command = canopen::parse_valve_command(f.frame, machine.bus.wire.valve_full_stroke)) {
         demands[next++ % demands.size()] = command->set_point;
       }
-    } else if (f.frame.id == canopen::tpdo1_id(id)) {
+    } else if (f.frame.id == valve.tpdo_id()) {
       const auto [low, high] = std::minmax_element(demands.begin(), demands.end());
-      const auto status = canopen::parse_valve_status(f.frame);
+      const auto status = canopen::parse_valve_status(f.frame, machine.bus.wire.valve_full_stroke);
       if (status && status->spool >= *low - kTolerance && status->spool <= *high + kTolerance) last = f.at;
     }
   }
@@ -137,7 +140,7 @@ std::optional<Time> last_following(const FrameLog& log, const MachineDescription
 int commands_not_neutral(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
   int count = 0;
   for (auto it = first_at(log, from); it != log.end() && it->at < until; ++it) {
-    if (!valve_with(it->frame.id, canopen::rpdo1_id, machine)) continue;
+    if (!valve_with(it->frame.id, &NodeDescription::rpdo_id, machine)) continue;
     const auto told = canopen::parse_valve_command(it->frame);
     if (told && !neutral(*told)) ++count;
   }

@@ -44,8 +44,8 @@ void WireSpans::reserve(std::size_t rows) {
 
 void add_wire_latencies(const FrameLog& frames, const BusDescription& bus, const WireSpans& spans,
                         HopHistograms& hops) {
-  const std::uint32_t set_point_id = canopen::rpdo1_id(bus.valves.back().id);
-  const std::uint32_t pressure_id = canopen::tpdo1_id(bus.pressures.back().id);
+  const std::uint32_t set_point_id = bus.valves.back().rpdo_id();
+  const std::uint32_t pressure_id = bus.pressures.back().tpdo_id();
   hops.hand_to_valve = until_frame(frames, set_point_id, spans.acted);
   hops.pressure_to_slave = since_frame(frames, pressure_id, spans.measured);
   hops.pressure_to_hand = since_frame(frames, pressure_id, spans.felt);

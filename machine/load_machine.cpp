@@ -1,6 +1,8 @@
 // The machine file's sections, one function each, with the bounds of every key.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <numbers>
 
@@ -122,30 +124,96 @@ SensorDescription read_sensors(TomlTable file, const HydraulicsDescription& hydr
   return sensors;
 }
 
-/// Reads a node and refuses an id that another key has taken.
-NodeDescription read_node(TomlTable& nodes, const std::string& key, std::map<std::int64_t, std::string>& taken) {
-  TomlTable file = nodes.table(key);
-  const std::int64_t id = file.integer("id", 1, 127);
-  const auto [other, is_new] = taken.emplace(id, key);
-  file.require(is_new, "id", "is taken by '" + other->second + "'; node ids must be unique");
-  constexpr std::int64_t kMax32 = 0xFFFFFFFF;
-  return {.id = static_cast<std::uint8_t>(id),
-          .device_type = static_cast<std::uint32_t>(file.integer("device_type", 0, kMax32)),
-          .vendor = static_cast<std::uint32_t>(file.integer("vendor", 0, kMax32)),
-          .product = static_cast<std::uint32_t>(file.integer("product", 0, kMax32))};
-}
+/// Reads nodes and refuses ids of nodes and frames that another key has taken.
+class NodeReader {
+ public:
+  NodeReader(TomlTable nodes, std::uint8_t controller_id)
+      : nodes_(std::move(nodes)), ids_{{controller_id, "controller_id"}} {}
+
+  NodeDescription sensor(const std::string& key) { return read(key, false); }
+  /// One that is told something, too.
+  NodeDescription actuator(const std::string& key) { return read(key, true); }
+
+ private:
+  NodeDescription read(const std::string& key, bool receives) {
+    TomlTable file = nodes_.table(key);
+    constexpr std::int64_t kMax32 = 0xFFFFFFFF;
+    NodeDescription node;
+    node.id = static_cast<std::uint8_t>(file.integer("id", 1, 127));
+    const auto [other, is_new] = ids_.emplace(node.id, key);
+    file.require(is_new, "id", "is taken by '" + other->second + "'; node ids must be unique");
+    node.device_type = static_cast<std::uint32_t>(file.integer("device_type", 0, kMax32));
+    node.vendor = static_cast<std::uint32_t>(file.integer("vendor", 0, kMax32));
+    node.product = static_cast<std::uint32_t>(file.integer("product", 0, kMax32));
+    node.tpdo = frame_id(file, "tpdo");
+    take(file, key, "tpdo", node.tpdo_id());
+    if (!receives) return node;
+    node.rpdo = frame_id(file, "rpdo");
+    take(file, key, "rpdo", node.rpdo_id());
+    return node;
+  }
+
+  /// Optional. CiA 301 keeps what lies outside for other services.
+  static std::uint16_t frame_id(TomlTable& file, const char* pdo) {
+    if (!file.has(pdo)) return 0;
+    const std::int64_t id = file.integer(pdo, 0, 0xFFFF);
+    file.require(id >= 0x181 && id <= 0x57F, pdo, "must be within [0x181, 0x57F]");
+    return static_cast<std::uint16_t>(id);
+  }
+
+  void take(const TomlTable& file, const std::string& key, const char* pdo, std::uint32_t id) {
+    const auto [other, is_new] = frames_.emplace(id, key + "." + pdo);
+    file.require(is_new, file.has(pdo) ? pdo : "id",
+                 "its frames' identifier " + hex(id) + " is taken by '" + other->second + "'");
+  }
+
+  static std::string hex(std::uint32_t id) {
+    std::array<char, 16> text{};
+    std::snprintf(text.data(), text.size(), "0x%03X", id);
+    return text.data();
+  }
+
+  TomlTable nodes_;
+  std::map<std::int64_t, std::string> ids_;
+  std::map<std::uint32_t, std::string> frames_;
+};
 
 void read_nodes(TomlTable nodes, BusDescription& bus) {
-  std::map<std::int64_t, std::string> taken{{bus.controller_id, "controller_id"}};
+  NodeReader read(std::move(nodes), bus.controller_id);
   for (std::size_t joint = 0; joint < kJoints; ++joint) {
     const std::string name = kJointNames[joint];
-    bus.valves[joint] = read_node(nodes, name + "_valve", taken);
-    bus.pressures[2 * joint] = read_node(nodes, name + "_head_pressure", taken);
-    bus.pressures[2 * joint + 1] = read_node(nodes, name + "_rod_pressure", taken);
-    bus.encoders[joint] = read_node(nodes, name + "_encoder", taken);
+    bus.valves[joint] = read.actuator(name + "_valve");
+    bus.pressures[2 * joint] = read.sensor(name + "_head_pressure");
+    bus.pressures[2 * joint + 1] = read.sensor(name + "_rod_pressure");
+    bus.encoders[joint] = read.sensor(name + "_encoder");
   }
-  bus.tilt = read_node(nodes, "tilt", taken);
-  bus.enable = read_node(nodes, "enable", taken);
+  bus.tilt = read.sensor("tilt");
+  bus.enable = read.actuator("enable");
+}
+
+/// All optional: what the default profiles say where it is absent.
+WireDescription read_wire(TomlTable file) {
+  WireDescription wire;
+  if (file.has("valve_full_stroke")) wire.valve_full_stroke = file.number("valve_full_stroke", 100, 32767);
+  if (file.has("pressure_value")) wire.pressure_float = file.choice("pressure_value", {"integer", "float"}) == 1;
+  if (file.has("pressure_digits")) {
+    wire.pressure_digits = static_cast<int>(file.integer("pressure_digits", 0, 4));
+    file.require(!wire.pressure_float, "pressure_digits", "only goes with pressure_value = \"integer\"");
+  }
+  if (file.has("encoder_speed_step_mmps")) {
+    wire.encoder_speed_step_mps = file.number("encoder_speed_step_mmps", 0.01, 10, kMilli);
+  }
+  return wire;
+}
+
+void read_patience(TomlTable& file, BusDescription& bus) {
+  const auto optional = [&file](const char* key, double most_ms, double& seconds) {
+    if (file.has(key)) seconds = file.number(key, 10, most_ms, kMilli);
+  };
+  optional("sdo_timeout_ms", 5000, bus.sdo_timeout_s);
+  optional("boot_timeout_ms", 30000, bus.boot_timeout_s);
+  optional("start_timeout_ms", 30000, bus.start_timeout_s);
+  optional("activate_timeout_ms", 30000, bus.activate_timeout_s);
 }
 
 BusDescription read_bus(TomlTable file) {
@@ -168,6 +236,8 @@ BusDescription read_bus(TomlTable file) {
   bus.controller_timeout_s =
       at_least("controller_timeout_ms", bus.controller_heartbeat_s / kMilli, "controller's heartbeat period");
   bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", period_ms, "SYNC period");
+  read_patience(file, bus);
+  if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
   bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
   read_nodes(file.table("nodes"), bus);
   const double load = worst_bus_load(bus);

@@ -1,6 +1,7 @@
 #include "sim/can_nodes.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -16,6 +17,7 @@ constexpr double kFollowingLimit = 0.1;  // of spool stroke
 constexpr Duration kFollowingTime = 100ms;
 constexpr double kWindBack_mps = 1.5;
 constexpr std::uint8_t kEverySync = 1;
+constexpr canopen::Object kEncoderOffset{0x6509, 0};  // i32 steps, what a preset has added
 
 std::uint32_t bits(std::int32_t value) noexcept {
   return static_cast<std::uint32_t>(value);
@@ -60,13 +62,14 @@ ValveState asked_state(std::uint32_t control_word) noexcept {
 // ---- Valve
 // -----------------------------------------------------------------------------------------------------------
 
-ValveNode::ValveNode(const NodeDescription& identity)
+ValveNode::ValveNode(const NodeDescription& identity, double full_stroke)
     : protocol_(identity, canopen::kValveTpdo, kEverySync, canopen::kValveRpdo),
       control_(protocol_.add(canopen::kValveControlWord, 2, Access::kReadWrite)),
       status_(protocol_.add(canopen::kValveStatusWord, 2, Access::kReadOnly)),
       mode_(protocol_.add(canopen::kValveControlMode, 1, Access::kReadWrite, 1)),
       set_point_(protocol_.add(canopen::kValveSetPoint, 2, Access::kReadWrite)),
-      actual_(protocol_.add(canopen::kValveActual, 2, Access::kReadOnly)) {}
+      actual_(protocol_.add(canopen::kValveActual, 2, Access::kReadOnly)),
+      full_stroke_(full_stroke) {}
 
 void ValveNode::step(Time now, double spool, Outbox& out) noexcept {
   if (protocol_.take_reset()) {
@@ -80,15 +83,14 @@ void ValveNode::step(Time now, double spool, Outbox& out) noexcept {
   const bool from_bus = protocol_.value(mode_) == 1;
   const bool active = protocol_.operational() && state_ == ValveState::kActive && !faulted_ && from_bus;
   const auto set_point = static_cast<std::int16_t>(protocol_.value(set_point_));
-  demand_ = active ? std::clamp(set_point / canopen::kFullStroke, -1.0, 1.0) : 0.0;
+  demand_ = active ? std::clamp(set_point / full_stroke_, -1.0, 1.0) : 0.0;
   if (fault_ == NodeFault::kStuck) demand_ = stuck_at_;
 
   if (fault_ != NodeFault::kFrozen) {
     protocol_.set(status_, static_cast<std::uint32_t>(state_) | (faulted_ ? 0U : unsigned{canopen::kStatusReady}) |
                                (from_bus ? 0U : unsigned{canopen::kStatusLocal}));
-    const auto actual = fault_ == NodeFault::kInvalid
-                            ? std::numeric_limits<std::int16_t>::max()
-                            : canopen::to_steps<std::int16_t>(spool, 1 / canopen::kFullStroke);
+    const auto actual = fault_ == NodeFault::kInvalid ? std::numeric_limits<std::int16_t>::max()
+                                                      : canopen::to_steps<std::int16_t>(spool, 1 / full_stroke_);
     protocol_.set(actual_, bits(actual));
   }
   protocol_.step(now, out);
@@ -123,21 +125,27 @@ void ValveNode::watch(Time now, Outbox& out) noexcept {
 // ---- Sensors
 // ---------------------------------------------------------------------------------------------------------
 
-SensorNode::SensorNode(Kind kind, const NodeDescription& identity, double resolution, double range)
+SensorNode::SensorNode(Kind kind, const NodeDescription& identity, double resolution, double range,
+                       const WireDescription& wire)
     : kind_(kind), resolution_(resolution), range_(range), protocol_(identity, map_of(kind), kEverySync) {
   switch (kind) {
     case Kind::kPressure:
       objects_ = {protocol_.add(canopen::kPressureValue, 4, Access::kReadOnly),
                   protocol_.add(canopen::kPressureStatus, 1, Access::kReadOnly),
                   protocol_.add(canopen::kPressureUnit, 4, Access::kReadOnly, canopen::kUnitBar),
-                  protocol_.add(canopen::kPressureDigits, 1, Access::kReadOnly, 2)};
+                  protocol_.add(canopen::kPressureDigits, 1, Access::kReadOnly,
+                                static_cast<std::uint32_t>(wire.pressure_digits))};
+      float_value_ = protocol_.add(canopen::kPressureFloat, 4, Access::kReadOnly);
       break;
     case Kind::kEncoder:
       objects_ = {protocol_.add(canopen::kEncoderPosition, 4, Access::kReadOnly),
                   protocol_.add(canopen::kEncoderSpeed, 2, Access::kReadOnly),
                   protocol_.add(canopen::kEncoderStep, 4, Access::kReadWrite,
                                 canopen::encoder_step_object(resolution > 0 ? resolution : canopen::kEncoderStep_m)),
-                  protocol_.add(canopen::kEncoderSpeedStep, 4, Access::kReadWrite, 10)};
+                  protocol_.add(canopen::kEncoderSpeedStep, 4, Access::kReadWrite,
+                                static_cast<std::uint32_t>(std::lround(wire.encoder_speed_step_mps / 1e-5)))};
+      preset_ = protocol_.add(canopen::kEncoderPreset, 4, Access::kReadWrite);
+      offset_ = protocol_.add(kEncoderOffset, 4, Access::kReadOnly);
       break;
     case Kind::kTilt:
       objects_ = {protocol_.add(canopen::kTiltSlope, 2, Access::kReadOnly),
@@ -152,7 +160,14 @@ void SensorNode::inject(NodeFault fault, Time now) noexcept {
   fault_at_ = now;
 }
 
+// The offset is what a device keeps when it is told to save; the position follows it from the next sample on.
+void SensorNode::obey_preset() noexcept {
+  const auto here = static_cast<std::int32_t>(protocol_.value(objects_[0]) - protocol_.value(offset_));
+  protocol_.set(offset_, protocol_.value(preset_) - static_cast<std::uint32_t>(here));
+}
+
 void SensorNode::step(Time now, const Sample& sample, Outbox& out) noexcept {
+  if (kind_ == Kind::kEncoder && protocol_.take_written(canopen::kEncoderPreset)) obey_preset();
   if (fault_ == NodeFault::kInvalid) {
     put_invalid();
   } else if (fault_ != NodeFault::kFrozen && protocol_.samples_now()) {
@@ -188,14 +203,18 @@ SensorNode::Sample SensorNode::disturbed(const Sample& sample, Time now) noexcep
 void SensorNode::put_pressure(double pressure_Pa) noexcept {
   const unsigned status = (pressure_Pa > 1.02 * range_ ? unsigned{canopen::kPressureOverload} : 0U) |
                           (pressure_Pa < -0.02 * range_ ? unsigned{canopen::kPressureUnderload} : 0U);
-  protocol_.set(objects_[0], bits(canopen::to_steps<std::int32_t>(pressure_Pa, canopen::kPressureStep_Pa)));
+  const auto digits = static_cast<int>(protocol_.value(objects_[3]));
+  const double step_Pa = canopen::pressure_format(false, digits).unit_Pa;
+  protocol_.set(objects_[0], bits(canopen::to_steps<std::int32_t>(pressure_Pa, step_Pa)));
+  protocol_.set(float_value_, std::bit_cast<std::uint32_t>(static_cast<float>(pressure_Pa / 1e5)));
   protocol_.set(objects_[1], status);
 }
 
 void SensorNode::put_encoder(const Sample& sample) noexcept {
   const double step_m = protocol_.value(objects_[2]) * 1e-9;
   const double speed_step_mps = protocol_.value(objects_[3]) * 1e-5;
-  protocol_.set(objects_[0], bits(canopen::to_steps<std::int32_t>(sample.value, step_m)));
+  const auto offset = static_cast<std::int32_t>(protocol_.value(offset_));
+  protocol_.set(objects_[0], bits(canopen::to_steps<std::int32_t>(sample.value, step_m) + offset));
   protocol_.set(objects_[1], bits(canopen::to_steps<std::int16_t>(sample.rate, speed_step_mps)));
 }
 
@@ -208,28 +227,30 @@ void SensorNode::put_invalid() noexcept {
   const bool short_value = kind_ == Kind::kTilt;
   protocol_.set(objects_[0], short_value ? bits(std::numeric_limits<std::int16_t>::max())
                                          : bits(std::numeric_limits<std::int32_t>::max()));
-  if (kind_ == Kind::kPressure) protocol_.set(objects_[1], canopen::kPressureInvalid);
+  if (kind_ != Kind::kPressure) return;
+  protocol_.set(objects_[1], canopen::kPressureInvalid);
+  protocol_.set(float_value_, std::bit_cast<std::uint32_t>(std::numeric_limits<float>::quiet_NaN()));
 }
 
 // ---- Machine enable
 // --------------------------------------------------------------------------------------------------
 
-EnableNode::EnableNode(const NodeDescription& identity, const PerJoint<NodeDescription>& valves)
+EnableNode::EnableNode(const NodeDescription& identity, const PerJoint<NodeDescription>& valves, double full_stroke)
     : protocol_(identity, canopen::kEnableTpdo, canopen::kEventDriven, canopen::kEnableRpdo),
       inputs_(protocol_.add(canopen::kEnableInputs, 1, Access::kReadOnly)),
-      outputs_(protocol_.add(canopen::kEnableOutputs, 1, Access::kReadWrite)) {
-  for (std::size_t j = 0; j < kJoints; ++j) valve_ids_[j] = valves[j].id;
-}
+      outputs_(protocol_.add(canopen::kEnableOutputs, 1, Access::kReadWrite)),
+      valves_(valves),
+      full_stroke_(full_stroke) {}
 
 void EnableNode::observe(const CanFrame& frame) noexcept {
   for (std::size_t j = 0; j < kJoints; ++j) {
-    if (frame.id == canopen::rpdo1_id(valve_ids_[j])) {
-      if (const auto command = canopen::parse_valve_command(frame)) {
+    if (frame.id == valves_[j].rpdo_id()) {
+      if (const auto command = canopen::parse_valve_command(frame, full_stroke_)) {
         const bool active = asked_state(command->control_word) == ValveState::kActive;
         demands_[j][next_demand_[j]++ % kDemands] = active ? command->set_point : 0.0;
       }
-    } else if (frame.id == canopen::tpdo1_id(valve_ids_[j])) {
-      if (const auto status = canopen::parse_valve_status(frame)) {
+    } else if (frame.id == valves_[j].tpdo_id()) {
+      if (const auto status = canopen::parse_valve_status(frame, full_stroke_)) {
         actual_[j] = status->spool;
         valve_fault_[j] = canopen::valve_fault(status->status_word);
       }

@@ -47,7 +47,7 @@ enum class NodeFault : std::uint8_t {
 /// CiA 408 proportional valve.
 class ValveNode {
  public:
-  explicit ValveNode(const NodeDescription& identity);
+  explicit ValveNode(const NodeDescription& identity, double full_stroke = canopen::kFullStroke);
   void step(Time now, double spool, Outbox& out) noexcept;
   /// Zero unless operational, ACTIVE, without fault and set from the bus.
   [[nodiscard]] double demand() const noexcept { return demand_; }
@@ -62,7 +62,7 @@ class ValveNode {
   NodeProtocol::Handle control_, status_, mode_, set_point_, actual_;
   canopen::ValveState state_ = canopen::ValveState::kInit;
   bool faulted_ = false, reset_bit_ = false;
-  double demand_ = 0, stuck_at_ = 0;
+  double full_stroke_, demand_ = 0, stuck_at_ = 0;
   NodeFault fault_ = NodeFault::kNone;
 };
 
@@ -74,7 +74,8 @@ class SensorNode {
   };
   enum class Kind : std::uint8_t { kPressure, kEncoder, kTilt };
   /// @param resolution smallest difference the sensor itself can tell, in SI.
-  SensorNode(Kind kind, const NodeDescription& identity, double resolution, double range);
+  SensorNode(Kind kind, const NodeDescription& identity, double resolution, double range,
+             const WireDescription& wire = {});
   void step(Time now, const Sample& sample, Outbox& out) noexcept;
   [[nodiscard]] NodeProtocol& protocol() noexcept { return protocol_; }
   void inject(NodeFault fault, Time now) noexcept;
@@ -82,6 +83,7 @@ class SensorNode {
  private:
   void put_pressure(double pressure_Pa) noexcept;
   void put_encoder(const Sample& sample) noexcept;
+  void obey_preset() noexcept;
   void put_tilt(double slope_rad) noexcept;
   void put_invalid() noexcept;
   [[nodiscard]] Sample disturbed(const Sample& sample, Time now) noexcept;
@@ -90,6 +92,8 @@ class SensorNode {
   double resolution_, range_;
   NodeProtocol protocol_;
   std::array<NodeProtocol::Handle, 4> objects_{};  ///< Value, second value, and the two step objects of the kind.
+  NodeProtocol::Handle float_value_ = 0;           ///< Of a pressure.
+  NodeProtocol::Handle preset_ = 0, offset_ = 0;   ///< Of an encoder.
   NodeFault fault_ = NodeFault::kNone;
   Time fault_at_ = kNever;
 };
@@ -97,7 +101,8 @@ class SensorNode {
 /// CiA 401 machine enable: gives pilot pressure, and takes it away by itself.
 class EnableNode {
  public:
-  EnableNode(const NodeDescription& identity, const PerJoint<NodeDescription>& valves);
+  EnableNode(const NodeDescription& identity, const PerJoint<NodeDescription>& valves,
+             double full_stroke = canopen::kFullStroke);
   /// Every frame on the bus: it compares the valves' set-points with their actual positions.
   void observe(const CanFrame& frame) noexcept;
   void step(Time now, Outbox& out) noexcept;
@@ -112,7 +117,8 @@ class EnableNode {
 
   NodeProtocol protocol_;
   NodeProtocol::Handle inputs_, outputs_;
-  PerJoint<std::uint8_t> valve_ids_{};
+  PerJoint<NodeDescription> valves_;
+  double full_stroke_;
   PerJoint<std::array<double, kDemands>> demands_{};  ///< The newest set-points on the bus, a ring.
   PerJoint<std::size_t> next_demand_{};
   PerJoint<double> actual_{};

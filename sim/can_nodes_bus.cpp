@@ -13,17 +13,21 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
     : port_(port),
       errors_(errors),
       random_(seed),
-      valves_{ValveNode(machine.bus.valves[0]), ValveNode(machine.bus.valves[1]), ValveNode(machine.bus.valves[2])},
+      valves_{ValveNode(machine.bus.valves[0], machine.bus.wire.valve_full_stroke),
+              ValveNode(machine.bus.valves[1], machine.bus.wire.valve_full_stroke),
+              ValveNode(machine.bus.valves[2], machine.bus.wire.valve_full_stroke)},
       pressures_([&]<std::size_t... I>(std::index_sequence<I...>) {
         return std::array{SensorNode(SensorNode::Kind::kPressure, machine.bus.pressures[I],
-                                     machine.sensors.pressure_step_Pa, machine.sensors.pressure_range_Pa)...};
+                                     machine.sensors.pressure_step_Pa, machine.sensors.pressure_range_Pa,
+                                     machine.bus.wire)...};
       }(std::make_index_sequence<6>())),
       encoders_([&]<std::size_t... I>(std::index_sequence<I...>) {
         return std::array{SensorNode(SensorNode::Kind::kEncoder, machine.bus.encoders[I],
-                                     machine.sensors.encoder_step_m, machine.cylinders[I].max_length_m)...};
+                                     machine.sensors.encoder_step_m, machine.cylinders[I].max_length_m,
+                                     machine.bus.wire)...};
       }(std::make_index_sequence<kJoints>())),
       tilt_(SensorNode::Kind::kTilt, machine.bus.tilt, machine.sensors.tilt_step_rad, std::numbers::pi),
-      enable_(machine.bus.enable, machine.bus.valves) {
+      enable_(machine.bus.enable, machine.bus.valves, machine.bus.wire.valve_full_stroke) {
   std::size_t i = 0;
   for (ValveNode& node : valves_) all_[i++] = &node.protocol();
   for (SensorNode& node : pressures_) all_[i++] = &node.protocol();

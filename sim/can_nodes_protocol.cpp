@@ -94,6 +94,12 @@ bool NodeProtocol::take_written() noexcept {
   return written;
 }
 
+bool NodeProtocol::take_written(Object object) noexcept {
+  const bool written = last_written_ == object;
+  if (written) last_written_ = {};
+  return written;
+}
+
 bool NodeProtocol::take_reset() noexcept {
   const bool reset = reset_;
   reset_ = false;
@@ -165,6 +171,10 @@ void NodeProtocol::obey(NmtCommand command) noexcept {
   syncs_ = 0;
   sync_due_ = false;
   rpdo_heard_ = tpdo_sent_ = kNever;
+}
+
+void NodeProtocol::save() noexcept {
+  for (std::size_t i = 0; i < used_; ++i) entries_[i].at_power_on = entries_[i].value;
 }
 
 void NodeProtocol::power_on(std::uint16_t first_index, std::uint16_t last_index) noexcept {
@@ -256,6 +266,11 @@ SdoAbort NodeProtocol::missing(Object object) const noexcept {
 }
 
 SdoAbort NodeProtocol::write(Object object, std::uint32_t value, std::uint8_t size) noexcept {
+  if (object == canopen::kStoreParameters) {
+    if (value != canopen::kSaveSignature) return SdoAbort::kCannotStore;
+    save();
+    return SdoAbort::kNone;
+  }
   Entry* entry = find(object);
   if (entry == nullptr) return missing(object);
   if (entry->access == Access::kReadOnly) return SdoAbort::kReadOnly;
@@ -266,7 +281,10 @@ SdoAbort NodeProtocol::write(Object object, std::uint32_t value, std::uint8_t si
   if (object == canopen::kRpdo1MapCount) resolve(rpdo_);
   if (object == canopen::kConsumerHeartbeat) producer_heard_ = kNever;
   if (object == canopen::kTpdo1Type) syncs_ = 0;
-  if (object.index >= kFirstDeviceIndex) written_ = true;
+  if (object.index >= kFirstDeviceIndex) {
+    written_ = true;
+    last_written_ = object;
+  }
   return SdoAbort::kNone;
 }
 

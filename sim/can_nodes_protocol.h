@@ -54,6 +54,8 @@ class NodeProtocol {
   [[nodiscard]] bool samples_now() const noexcept;
   /// True once after something was written to the device's objects, by PDO or SDO.
   [[nodiscard]] bool take_written() noexcept;
+  /// True once after this very object was written by SDO.
+  [[nodiscard]] bool take_written(canopen::Object object) noexcept;
   /// True once after a reset of node or power-on.
   [[nodiscard]] bool take_reset() noexcept;
   /// The watched producer was heard and has been silent for longer than 0x1016:01 allows.
@@ -80,6 +82,8 @@ class NodeProtocol {
   void resolve(Pdo& pdo) noexcept;
   [[nodiscard]] bool enabled(const Pdo& pdo) const noexcept;
   void obey(canopen::NmtCommand command) noexcept;
+  /// Whatever can be written is kept over a reset from now on.
+  void save() noexcept;
   void power_on(std::uint16_t first_index, std::uint16_t last_index) noexcept;
   void serve(const CanFrame& frame, Outbox& out) noexcept;
   [[nodiscard]] canopen::SdoAbort missing(canopen::Object object) const noexcept;
@@ -99,6 +103,7 @@ class NodeProtocol {
   Time heartbeat_due_{}, producer_heard_ = kNever, rpdo_heard_ = kNever, tpdo_sent_ = kNever;
   std::uint32_t syncs_ = 0;
   bool sync_due_ = false, written_ = false, reset_ = true, loss_told_ = false;
+  canopen::Object last_written_;
   CanFrame last_tpdo_;
 };
 

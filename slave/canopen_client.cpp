@@ -8,11 +8,7 @@
 namespace knuckle::slave {
 namespace {
 
-// Patience of the start-up.
-constexpr Duration kBootPatience = 1s;         // boot-up message after a reset; some nodes calibrate first
-constexpr Duration kStartPatience = 1s;        // heartbeat "operational" after NMT start
-constexpr Duration kActivatePatience = 500ms;  // ACTIVE after the control words
-constexpr double kSpoolPossible = 1.1;         // of stroke; devices send the largest integer (2.0) for "broken"
+constexpr double kSpoolPossible = 1.1;  // of stroke; devices send the largest integer (2.0) for "broken"
 // An event-driven enable node repeats its inputs at the heartbeat's rate; three may be lost.
 constexpr int kInputPeriods = 3;
 
@@ -39,21 +35,19 @@ Reason bus_fault(CanState state) noexcept {
 }  // namespace
 
 CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus) : description_(machine.bus), bus_(bus) {
-  const auto add = [&](const NodeDescription& node, Kind kind, int joint, SdoScript script) {
+  using Role = NodeScript::Role;
+  for (NodeScript& entry : node_scripts(machine)) {
+    const NodeDescription& node = entry.node;
     if (node.id < 1 || node.id > 127 || index_[node.id] != 0 || node.id == description_.controller_id) {
       throw InputError(machine.source + ": bus: node id " + std::to_string(node.id) + " is not free or not in 1...127");
     }
-    nodes_.push_back({node.id, kind, joint, SdoDialogue(node.id, std::move(script)), false, false, kNever, 0, {}});
+    const Kind kind = entry.role == Role::kValve    ? Kind::kValve
+                      : entry.role == Role::kEnable ? Kind::kEnable
+                                                    : Kind::kSensor;
+    SdoDialogue dialogue(node.id, std::move(entry.script), from_seconds(description_.sdo_timeout_s));
+    nodes_.push_back({node.id, kind, entry.joint, std::move(dialogue), false, false, kNever, 0, {}});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
-  };
-  for (int i = 0; i < kJoints; ++i) {
-    const auto& node = machine.bus.valves[static_cast<std::size_t>(i)];
-    add(node, Kind::kValve, i, valve_script(machine, node));
   }
-  for (const auto& node : machine.bus.pressures) add(node, Kind::kSensor, -1, pressure_script(machine, node));
-  for (const auto& node : machine.bus.encoders) add(node, Kind::kSensor, -1, encoder_script(machine, node));
-  add(machine.bus.tilt, Kind::kSensor, -1, tilt_script(machine, machine.bus.tilt));
-  add(machine.bus.enable, Kind::kEnable, -1, enable_script(machine, machine.bus.enable));
 }
 
 CanopenClient::Node* CanopenClient::find(std::uint8_t id) noexcept {
@@ -70,6 +64,7 @@ void CanopenClient::restart() noexcept {
   }
   valves_ = {};
   fault_ = {};
+  setup_failure_ = {};
   inputs_seen_at_ = kNever;
   inputs_closed_ = pilot_on_ = false;
   demand_.setZero();
@@ -87,6 +82,7 @@ void CanopenClient::fail(const Reason& why) noexcept {
 }
 
 void CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
+  on_pdo(frame, now);
   Node* node = find(canopen::node_of(frame.id));
   if (node == nullptr) return;
   const std::uint8_t id = node->id;
@@ -95,15 +91,26 @@ void CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
   } else if (frame.id == canopen::heartbeat_id(id)) {
     on_heartbeat(*node, frame, now);
   } else if (frame.id == canopen::emcy_id(id)) {
-    if (const auto emergency = canopen::parse_emergency(frame)) node->emergency = emergency->code;
-  } else if (frame.id == canopen::tpdo1_id(id) && node->kind == Kind::kValve) {
-    on_valve_status(*node, frame, now);
-  } else if (frame.id == canopen::tpdo1_id(id) && node->kind == Kind::kEnable) {
-    if (const auto inputs = canopen::parse_enable(frame)) {
-      inputs_seen_at_ = now;
-      inputs_closed_ = (*inputs & canopen::kInputEStopClosed) != 0;
-      pilot_on_ = (*inputs & canopen::kInputPilotOn) != 0;
-    }
+    on_emergency(*node, frame, now);
+  }
+}
+
+void CanopenClient::on_emergency(Node& node, const CanFrame& frame, Time now) noexcept {
+  const auto emergency = canopen::parse_emergency(frame);
+  if (!emergency) return;
+  node.emergency = emergency->code;
+  emergencies_.add(now, node.id, *emergency);
+}
+
+void CanopenClient::on_pdo(const CanFrame& frame, Time now) noexcept {
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    if (frame.id == description_.valves[i].tpdo_id()) return on_valve_status(static_cast<int>(i), frame, now);
+  }
+  if (frame.id != description_.enable.tpdo_id()) return;
+  if (const auto inputs = canopen::parse_enable(frame)) {
+    inputs_seen_at_ = now;
+    inputs_closed_ = (*inputs & canopen::kInputEStopClosed) != 0;
+    pilot_on_ = (*inputs & canopen::kInputPilotOn) != 0;
   }
 }
 
@@ -123,14 +130,14 @@ void CanopenClient::on_heartbeat(Node& node, const CanFrame& frame, Time now) no
   }
 }
 
-void CanopenClient::on_valve_status(const Node& node, const CanFrame& frame, Time now) noexcept {
-  const auto status = canopen::parse_valve_status(frame);
+void CanopenClient::on_valve_status(int joint, const CanFrame& frame, Time now) noexcept {
+  const auto status = canopen::parse_valve_status(frame, description_.wire.valve_full_stroke);
   if (!status) return;
-  Valve& valve = valves_[static_cast<std::size_t>(node.joint)];
+  Valve& valve = valves_[static_cast<std::size_t>(joint)];
   valve.status_word = status->status_word;
   valve.seen_at = now;
   valve.spool = status->spool;
-  spool_[node.joint] = status->spool;
+  spool_[joint] = status->spool;
 }
 
 void CanopenClient::begin_step(Time now) noexcept {
@@ -149,7 +156,7 @@ void CanopenClient::step_phase(Time now) noexcept {
       return;
     case Phase::kResetting:
       // A node that never says it booted still gets its chance; its SDO time-out then names it.
-      if (all([](const Node& n) { return n.booted; }) || now - phase_since_ > kBootPatience) {
+      if (all([](const Node& n) { return n.booted; }) || to_seconds(now - phase_since_) > description_.boot_timeout_s) {
         bus_.send(canopen::nmt_frame(canopen::NmtCommand::kEnterPreOperational, 0));
         enter(Phase::kConfiguring, now);
       }
@@ -163,10 +170,10 @@ void CanopenClient::step_phase(Time now) noexcept {
         fail(lost->lost);
       } else if (all([](const Node& n) { return n.operational; })) {
         enter(Phase::kActivating, now);
-      } else if (now - phase_since_ > kStartPatience) {
+      } else if (to_seconds(now - phase_since_) > description_.start_timeout_s) {
         const auto late = std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return !n.operational; });
         fail(reason(ReasonCode::kNodeSilent, late->id, to_seconds(now - phase_since_) * 1e3,
-                    to_seconds(kStartPatience) * 1e3));
+                    description_.start_timeout_s * 1e3));
       }
       return;
     case Phase::kActivating:
@@ -184,7 +191,10 @@ void CanopenClient::configure(Time now) noexcept {
   for (Node& node : nodes_) {
     node.dialogue.step(bus_, now);
     if (node.lost) return fail(node.lost);
-    if (node.dialogue.failure()) return fail(node.dialogue.failure());
+    if (node.dialogue.failure()) {
+      setup_failure_ = node.dialogue.details();
+      return fail(node.dialogue.failure());
+    }
     done = done && node.dialogue.done();
   }
   if (!done) return;
@@ -222,7 +232,7 @@ void CanopenClient::activate(Time now) noexcept {
     }
   }
   if (all_active && inputs_seen_at_ != kNever) return enter(Phase::kOperational, now);
-  if (now - phase_since_ <= kActivatePatience) return;
+  if (to_seconds(now - phase_since_) <= description_.activate_timeout_s) return;
   const Reason why = supervise(now);
   fail(why ? why : reason(ReasonCode::kNodeSetup, description_.enable.id, 0, 0));
 }
@@ -266,7 +276,7 @@ void CanopenClient::end_step(const JointVector& commands, bool enable_output, Ti
     send_set_points(allowed);
     const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;
     if (output != enable_sent_ || syncs_ % kEnableEveryNthSync == 0) {
-      bus_.send(canopen::enable_output_frame(canopen::rpdo1_id(description_.enable.id), output));
+      bus_.send(canopen::enable_output_frame(description_.enable.rpdo_id(), output));
       enable_sent_ = output;
     }
   }
@@ -284,7 +294,8 @@ void CanopenClient::send_set_points(const JointVector& commands) noexcept {
     const bool dropped = commands[i] == 0 && demand_[i] != 0;
     if (!due && !dropped) continue;
     const canopen::ValveCommand command{valves_[joint].control_word, commands[i]};
-    if (bus_.send(canopen::valve_command_frame(canopen::rpdo1_id(description_.valves[joint].id), command))) {
+    const std::uint32_t id = description_.valves[joint].rpdo_id();
+    if (bus_.send(canopen::valve_command_frame(id, command, description_.wire.valve_full_stroke))) {
       demand_[i] = commands[i];
       valves_[joint].sent_word = command.control_word;
     }

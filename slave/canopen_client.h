@@ -10,6 +10,7 @@
 #include "core/reason.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "slave/emergency_log.h"
 #include "slave/node_setup.h"
 #include "transport/can_bus.h"
 
@@ -44,6 +45,9 @@ class CanopenClient {
   [[nodiscard]] bool operational() const noexcept { return phase_ == Phase::kOperational; }
   /// Why start-up failed or operation ended; kNone while healthy.
   [[nodiscard]] const Reason& fault() const noexcept { return fault_; }
+  /// What was asked and answered where a node's set-up failed; nothing where it did not.
+  [[nodiscard]] const SetupFailure& setup_failure() const noexcept { return setup_failure_; }
+  [[nodiscard]] const EmergencyLog& emergencies() const noexcept { return emergencies_; }
   [[nodiscard]] bool e_stop_open() const noexcept { return inputs_seen_at_ != kNever && !inputs_closed_; }
   [[nodiscard]] bool pilot_on() const noexcept { return pilot_on_; }
   [[nodiscard]] const JointVector& spool() const noexcept { return spool_; }    ///< Actual, [-1, 1].
@@ -72,7 +76,9 @@ class CanopenClient {
   void enter(Phase phase, Time now) noexcept;
   void fail(const Reason& reason) noexcept;
   void on_heartbeat(Node& node, const CanFrame& frame, Time now) noexcept;
-  void on_valve_status(const Node& node, const CanFrame& frame, Time now) noexcept;
+  void on_emergency(Node& node, const CanFrame& frame, Time now) noexcept;
+  void on_pdo(const CanFrame& frame, Time now) noexcept;
+  void on_valve_status(int joint, const CanFrame& frame, Time now) noexcept;
   void step_phase(Time now) noexcept;
   void configure(Time now) noexcept;
   void activate(Time now) noexcept;
@@ -88,6 +94,8 @@ class CanopenClient {
   Phase phase_ = Phase::kIdle;
   Time phase_since_ = kNever;
   Reason fault_;
+  SetupFailure setup_failure_;
+  EmergencyLog emergencies_;
   Time inputs_seen_at_ = kNever;
   bool inputs_closed_ = false, pilot_on_ = false;
   JointVector spool_ = JointVector::Zero(), demand_ = JointVector::Zero();

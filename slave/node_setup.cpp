@@ -1,6 +1,7 @@
 #include "slave/node_setup.h"
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -40,13 +41,12 @@ SdoScript pdo(Object cob_id_object, Object type, Object count, std::uint32_t cob
   return script;
 }
 
-SdoScript tpdo(std::uint8_t node, const canopen::PdoMap& map, std::uint8_t transmission) {
-  return pdo(canopen::kTpdo1CobId, canopen::kTpdo1Type, canopen::kTpdo1MapCount, canopen::tpdo1_id(node), map,
-             transmission);
+SdoScript tpdo(const NodeDescription& node, const canopen::PdoMap& map, std::uint8_t transmission) {
+  return pdo(canopen::kTpdo1CobId, canopen::kTpdo1Type, canopen::kTpdo1MapCount, node.tpdo_id(), map, transmission);
 }
 
-SdoScript rpdo(std::uint8_t node, const canopen::PdoMap& map) {
-  return pdo(canopen::kRpdo1CobId, canopen::kRpdo1Type, canopen::kRpdo1MapCount, canopen::rpdo1_id(node), map,
+SdoScript rpdo(const NodeDescription& node, const canopen::PdoMap& map) {
+  return pdo(canopen::kRpdo1CobId, canopen::kRpdo1Type, canopen::kRpdo1MapCount, node.rpdo_id(), map,
              canopen::kEventDriven);
 }
 
@@ -65,8 +65,8 @@ SdoStep watch_controller(const BusDescription& bus) {
 SdoScript valve_script(const MachineDescription& machine, const NodeDescription& node) {
   SdoScript script = identity(node);
   script.push_back({Kind::kRequire, canopen::kValveControlMode, 1, 1});
-  append(script, tpdo(node.id, canopen::kValveTpdo, static_cast<std::uint8_t>(machine.bus.valve_every_nth_sync)));
-  append(script, rpdo(node.id, canopen::kValveRpdo));
+  append(script, tpdo(node, canopen::kValveTpdo, static_cast<std::uint8_t>(machine.bus.valve_every_nth_sync)));
+  append(script, rpdo(node, canopen::kValveRpdo));
   append(script, {{Kind::kWrite, canopen::kRpdo1Timer, milliseconds(machine.bus.valve_watchdog_s), 2},
                   watch_controller(machine.bus),
                   produce_heartbeat(machine.bus)});
@@ -75,9 +75,12 @@ SdoScript valve_script(const MachineDescription& machine, const NodeDescription&
 
 SdoScript pressure_script(const MachineDescription& machine, const NodeDescription& node) {
   SdoScript script = identity(node);
-  append(script, {{Kind::kRequire, canopen::kPressureUnit, canopen::kUnitBar, 4},
-                  {Kind::kRequire, canopen::kPressureDigits, 2, 1}});
-  append(script, tpdo(node.id, canopen::kPressureTpdo, 1));
+  const WireDescription& wire = machine.bus.wire;
+  script.push_back({Kind::kRequire, canopen::kPressureUnit, canopen::kUnitBar, 4});
+  if (!wire.pressure_float) {
+    script.push_back({Kind::kRequire, canopen::kPressureDigits, static_cast<std::uint32_t>(wire.pressure_digits), 1});
+  }
+  append(script, tpdo(node, wire.pressure_float ? canopen::kPressureFloatTpdo : canopen::kPressureTpdo, 1));
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
@@ -99,10 +102,11 @@ SdoScript encoder_script(const MachineDescription& machine, const NodeDescriptio
   SdoScript script = identity(node);
   check_step(machine, "encoder_step_mm", machine.sensors.encoder_step_m, 1e-9, 0);
   const std::uint32_t step = canopen::encoder_step_object(machine.sensors.encoder_step_m);
-  const auto speed_step = static_cast<std::uint32_t>(std::lround(canopen::kEncoderSpeedStep_mps / 1e-5));  // 0.01 mm/s
+  const auto speed_step =
+      static_cast<std::uint32_t>(std::lround(machine.bus.wire.encoder_speed_step_mps / 1e-5));  // 0.01 mm/s
   append(script, {{Kind::kRequire, canopen::kEncoderStep, step, 4},
                   {Kind::kRequire, canopen::kEncoderSpeedStep, speed_step, 4}});
-  append(script, tpdo(node.id, canopen::kEncoderTpdo, 1));
+  append(script, tpdo(node, canopen::kEncoderTpdo, 1));
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
@@ -114,7 +118,7 @@ SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& 
   check_step(machine, "tilt_step_deg", machine.sensors.tilt_step_rad, 1e-3 * std::numbers::pi / 180, most_rad);
   script.push_back(
       {Kind::kRequire, canopen::kTiltResolution, canopen::tilt_step_object(machine.sensors.tilt_step_rad), 2});
-  append(script, tpdo(node.id, canopen::kTiltTpdo, 1));
+  append(script, tpdo(node, canopen::kTiltTpdo, 1));
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
@@ -122,11 +126,64 @@ SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& 
 SdoScript enable_script(const MachineDescription& machine, const NodeDescription& node) {
   SdoScript script = identity(node);
   // Inputs at once when they change, and often enough to be supervised.
-  append(script, tpdo(node.id, canopen::kEnableTpdo, canopen::kEventDriven));
+  append(script, tpdo(node, canopen::kEnableTpdo, canopen::kEventDriven));
   script.push_back({Kind::kWrite, canopen::kTpdo1Timer, milliseconds(machine.bus.controller_heartbeat_s), 2});
-  append(script, rpdo(node.id, canopen::kEnableRpdo));
+  append(script, rpdo(node, canopen::kEnableRpdo));
   append(script, {watch_controller(machine.bus), produce_heartbeat(machine.bus)});
   return script;
+}
+
+std::vector<NodeScript> node_scripts(const MachineDescription& machine) {
+  using Role = NodeScript::Role;
+  const BusDescription& bus = machine.bus;
+  std::vector<NodeScript> all;
+  const auto add = [&](Role role, int joint, std::string name, const NodeDescription& node, auto script) {
+    all.push_back({role, joint, std::move(name), node, script(machine, node)});
+  };
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    add(Role::kValve, static_cast<int>(i), std::string(kJointNames[i]) + "_valve", bus.valves[i], valve_script);
+  }
+  for (std::size_t i = 0; i < bus.pressures.size(); ++i) {
+    const char* side = i % 2 == 0 ? "_head_pressure" : "_rod_pressure";
+    add(Role::kPressure, -1, kJointNames[i / 2] + std::string(side), bus.pressures[i], pressure_script);
+  }
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    add(Role::kEncoder, static_cast<int>(i), std::string(kJointNames[i]) + "_encoder", bus.encoders[i], encoder_script);
+  }
+  add(Role::kTilt, -1, "tilt", bus.tilt, tilt_script);
+  add(Role::kEnable, -1, "enable", bus.enable, enable_script);
+  return all;
+}
+
+SdoScript preset_script(const MachineDescription& machine, double length_m) {
+  const auto steps = canopen::to_steps<std::int32_t>(length_m, machine.sensors.encoder_step_m);
+  return {{Kind::kWrite, canopen::kEncoderPreset, static_cast<std::uint32_t>(steps), 4},
+          {Kind::kWrite, canopen::kStoreParameters, canopen::kSaveSignature, 4}};
+}
+
+std::string text(const SetupFailure& failure) {
+  if (failure.what == SetupFailure::What::kNone) return "";
+  const SdoStep& step = failure.step;
+  std::array<char, 160> line{};
+  const auto put = [&](const char* format, auto... values) {
+    std::snprintf(line.data(), line.size(), format, values...);
+    return std::string(line.data());
+  };
+  const char* doing = step.kind == Kind::kWrite ? "writing" : "reading";
+  const std::string what = put("node 0x%02X: %s 0x%04X:%02X ", unsigned{failure.node}, doing,
+                               unsigned{step.object.index}, unsigned{step.object.subindex});
+  switch (failure.what) {
+    case SetupFailure::What::kSilent:
+      return what + "was not answered: check its power, cable and node id";
+    case SetupFailure::What::kAborted:
+      return what + put("was refused: %s (SDO abort 0x%08X)", canopen::abort_text(failure.abort),
+                        static_cast<unsigned>(failure.abort));
+    case SetupFailure::What::kOtherValue:
+      return what + put("gave 0x%X, the machine file says 0x%X", failure.seen, step.value);
+    case SetupFailure::What::kNone:
+      break;
+  }
+  return "";
 }
 
 void SdoDialogue::restart() noexcept {
@@ -134,19 +191,31 @@ void SdoDialogue::restart() noexcept {
   asked_ = 0;
   asked_at_ = kNever;
   failure_ = {};
+  details_ = {};
 }
 
-void SdoDialogue::fail(ReasonCode code, double value, double limit) noexcept {
-  failure_ = {code, node_, static_cast<float>(value), static_cast<float>(limit)};
+/// Another identity is another device; everything else is a set-up that did not work.
+void SdoDialogue::fail(SetupFailure::What what) noexcept {
+  const SdoStep& step = script_[next_];
+  details_.what = what;
+  details_.node = node_;
+  details_.step = step;
+  if (what == SetupFailure::What::kOtherValue && step.kind == Kind::kIdentity) {
+    failure_ = {ReasonCode::kNodeIdentity, node_, static_cast<float>(details_.seen), static_cast<float>(step.value)};
+  } else {
+    failure_ = {ReasonCode::kNodeSetup, node_, static_cast<float>(next_), static_cast<float>(script_.size())};
+  }
 }
 
 void SdoDialogue::step(CanBus& bus, Time now) noexcept {
-  if (done() || failure_ || (asked_ > 0 && now - asked_at_ < kSdoTimeout)) return;
-  if (asked_ == kSdoAttempts) {
-    fail(ReasonCode::kNodeSetup, static_cast<double>(next_), static_cast<double>(script_.size()));
-    return;
-  }
+  if (done() || failure_ || (asked_ > 0 && now - asked_at_ < timeout_)) return;
   const SdoStep& step = script_[next_];
+  if (asked_ > 0) {
+    // The node is told that its answer is not waited for any more (CiA 301), or it may take the next request for a
+    // part of this one.
+    bus.send(canopen::sdo_abandoned(node_, step.object, canopen::SdoAbort::kTimeout));
+    if (asked_ == kSdoAttempts) return fail(SetupFailure::What::kSilent);
+  }
   const bool sent =
       bus.send(step.kind == Kind::kWrite ? canopen::sdo_download(node_, step.object, step.value, step.size)
                                          : canopen::sdo_upload(node_, step.object));
@@ -164,15 +233,15 @@ void SdoDialogue::receive(const CanFrame& frame) noexcept {
   const bool written = step.kind == Kind::kWrite && answer->kind == Answer::kDownloaded;
   const bool read = step.kind != Kind::kWrite && answer->kind == Answer::kUploaded;
   if (!written && !read) {
-    fail(ReasonCode::kNodeSetup, static_cast<double>(next_), static_cast<double>(script_.size()));
-  } else if (read && answer->value != step.value && step.kind == Kind::kIdentity) {
-    fail(ReasonCode::kNodeIdentity, answer->value, step.value);
-  } else if (read && answer->value != step.value) {
-    fail(ReasonCode::kNodeSetup, static_cast<double>(next_), static_cast<double>(script_.size()));
-  } else {
-    ++next_;
-    asked_ = 0;
+    details_.abort = answer->kind == Answer::kAborted ? answer->abort : canopen::SdoAbort::kUnknownCommand;
+    return fail(SetupFailure::What::kAborted);
   }
+  if (read && answer->value != step.value) {
+    details_.seen = answer->value;
+    return fail(SetupFailure::What::kOtherValue);
+  }
+  ++next_;
+  asked_ = 0;
 }
 
 }  // namespace knuckle::slave

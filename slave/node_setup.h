@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/reason.h"
@@ -34,14 +35,40 @@ using SdoScript = std::vector<SdoStep>;
 [[nodiscard]] SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& node);
 [[nodiscard]] SdoScript enable_script(const MachineDescription& machine, const NodeDescription& node);
 
-/// How long to wait for an SDO answer, and how often to ask.
-inline constexpr Duration kSdoTimeout = 250ms;
+/// Every node of the machine file with what it is called there and what it must be and is told.
+struct NodeScript {
+  enum class Role : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable } role = Role::kValve;
+  int joint = -1;    ///< Of a valve or an encoder.
+  std::string name;  ///< Key in the machine file, such as "boom_valve".
+  NodeDescription node;
+  SdoScript script;
+};
+/// In the order valves, pressures, encoders, tilt, enable. @throws InputError as the scripts do.
+[[nodiscard]] std::vector<NodeScript> node_scripts(const MachineDescription& machine);
+
+/// Makes an encoder show this length here and now (CiA 406), and keep it over a reset.
+[[nodiscard]] SdoScript preset_script(const MachineDescription& machine, double length_m);
+
+/// How often to ask.
 inline constexpr int kSdoAttempts = 2;
+
+/// What went wrong in a dialogue, for people: Reason has no room for it.
+struct SetupFailure {
+  enum class What : std::uint8_t { kNone, kSilent, kAborted, kOtherValue } what = What::kNone;
+  std::uint8_t node = 0;
+  SdoStep step;
+  canopen::SdoAbort abort = canopen::SdoAbort::kNone;
+  std::uint32_t seen = 0;  ///< kOtherValue
+};
+/// "node 0x10: writing 0x1400:05 was refused: object does not exist (SDO abort 0x06020000)". Allocates.
+[[nodiscard]] std::string text(const SetupFailure& failure);
 
 /// Works through one node's script: one request outstanding at a time.
 class SdoDialogue {
  public:
-  SdoDialogue(std::uint8_t node, SdoScript script) : node_(node), script_(std::move(script)) {}
+  /// @param timeout for one answer.
+  SdoDialogue(std::uint8_t node, SdoScript script, Duration timeout)
+      : node_(node), timeout_(timeout), script_(std::move(script)) {}
   void restart() noexcept;
   /// Sends what is due. Call once a step.
   void step(CanBus& bus, Time now) noexcept;
@@ -52,16 +79,19 @@ class SdoDialogue {
   [[nodiscard]] bool begun() const noexcept { return next_ > 0; }
   /// kNodeIdentity (value seen, expected) or kNodeSetup (step that failed, steps there are).
   [[nodiscard]] const Reason& failure() const noexcept { return failure_; }
+  [[nodiscard]] const SetupFailure& details() const noexcept { return details_; }
 
  private:
-  void fail(ReasonCode code, double value, double limit) noexcept;
+  void fail(SetupFailure::What what) noexcept;
 
   std::uint8_t node_;
+  Duration timeout_;
   SdoScript script_;
   std::size_t next_ = 0;
   int asked_ = 0;  // times the current step was asked
   Time asked_at_ = kNever;
   Reason failure_;
+  SetupFailure details_;
 };
 
 }  // namespace knuckle::slave

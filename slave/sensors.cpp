@@ -9,7 +9,8 @@
 namespace knuckle::slave {
 
 SensorSet::SensorSet(const MachineDescription& machine)
-    : encoder_offset_m_(machine.sensors.encoder_offset_m),
+    : pressure_format_(canopen::pressure_format(machine.bus.wire.pressure_float, machine.bus.wire.pressure_digits)),
+      encoder_offset_m_(machine.sensors.encoder_offset_m),
       encoder_step_m_(machine.sensors.encoder_step_m),
       tilt_step_rad_(machine.sensors.tilt_step_rad),
       jump_m_(std::max(kValidity.jump_m, kValidity.jump_steps * encoder_step_m_)),
@@ -17,20 +18,20 @@ SensorSet::SensorSet(const MachineDescription& machine)
       tilt_on_boom_(machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom),
       age_limit_(from_seconds(machine.bus.sensor_age_limit_s)),
       kinematics_(machine) {
-  for (std::size_t i = 0; i < kPressures; ++i) channels_[i].node = machine.bus.pressures[i].id;
+  const auto from = [](const NodeDescription& node) { return Channel{.node = node.id, .frame_id = node.tpdo_id()}; };
+  for (std::size_t i = 0; i < kPressures; ++i) channels_[i] = from(machine.bus.pressures[i]);
   for (std::size_t i = 0; i < kJoints; ++i) {
-    channels_[kPressures + i].node = machine.bus.encoders[i].id;
+    channels_[kPressures + i] = from(machine.bus.encoders[i]);
     shortest_m_[i] = machine.cylinders[i].min_length_m - kValidity.length_margin_m;
     longest_m_[i] = machine.cylinders[i].max_length_m + kValidity.length_margin_m;
   }
-  channels_[kTilt].node = machine.bus.tilt.id;
-  for (std::size_t i = 0; i < kChannels; ++i) index_[channels_[i].node & 0x7FU] = static_cast<std::uint8_t>(i + 1);
+  channels_[kTilt] = from(machine.bus.tilt);
 }
 
 void SensorSet::restart() noexcept {
   for (std::size_t i = 0; i < kChannels; ++i) {
     const Channel before = channels_[i];
-    channels_[i] = Channel{before.node};
+    channels_[i] = Channel{.node = before.node, .frame_id = before.frame_id};
     if (i < kPressures || i == kTilt) continue;
     // As old as it is, so it is stale until a new one has been held against it.
     channels_[i].value = before.value;
@@ -40,10 +41,9 @@ void SensorSet::restart() noexcept {
 }
 
 void SensorSet::receive(const CanFrame& frame, Time now) noexcept {
-  if (frame.id > 0x7FF || canopen::function_of(frame.id) != canopen::tpdo1_id(0)) return;
-  const std::uint8_t position = index_[canopen::node_of(frame.id)];
-  if (position == 0) return;
-  const std::size_t which = position - 1U;
+  std::size_t which = 0;
+  while (which < kChannels && channels_[which].frame_id != frame.id) ++which;
+  if (which == kChannels) return;
   if (which < kPressures) return on_pressure(channels_[which], frame, now);
   if (which < kTilt) return on_length(which - kPressures, frame, now);
   tilt_on_boom_ ? on_boom_tilt(channels_[which], frame, now) : on_hull_tilt(channels_[which], frame, now);
@@ -62,7 +62,7 @@ void SensorSet::accept(Channel& channel, double value, bool possible, double sho
 }
 
 void SensorSet::on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept {
-  const auto reading = canopen::parse_pressure(frame);
+  const auto reading = canopen::parse_pressure(frame, pressure_format_);
   if (!reading) return accept(channel, 0, false, -1, now);
   const bool status_bad = (reading->status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0;
   const bool in_range =

@@ -14,6 +14,7 @@
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "transport/can_bus.h"
+#include "transport/canopen.h"
 
 namespace knuckle::slave {
 
@@ -67,6 +68,7 @@ class SensorSet {
   static constexpr std::size_t kPressures = 6, kTilt = 9, kChannels = 10;
   struct Channel {
     std::uint8_t node = 0;
+    std::uint32_t frame_id = 0;
     double value = 0;      ///< Last good one, SI.
     Time at = kNever;      ///< Its arrival.
     int bad = 0;           ///< Impossible values since.
@@ -83,7 +85,7 @@ class SensorSet {
   void on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
 
   std::array<Channel, kChannels> channels_{};
-  std::array<std::uint8_t, 128> index_{};  // node id -> channel + 1
+  canopen::PressureFormat pressure_format_;
   PerJoint<double> shortest_m_{}, longest_m_{};
   JointVector encoder_offset_m_;
   double encoder_step_m_, tilt_step_rad_, jump_m_;

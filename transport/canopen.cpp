@@ -1,5 +1,6 @@
 #include "transport/canopen.h"
 
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -8,6 +9,8 @@
 
 namespace knuckle::canopen {
 namespace {
+
+constexpr double kBar_Pa = 1e5;
 
 /// Fills a frame field by field.
 template <typename... Fields>
@@ -186,6 +189,10 @@ CanFrame sdo_upload(std::uint8_t node, Object object) noexcept {
   return sdo_frame(sdo_request_id(node), 0x40U, object, 0);
 }
 
+CanFrame sdo_abandoned(std::uint8_t node, Object object, SdoAbort code) noexcept {
+  return sdo_frame(sdo_request_id(node), 0x80U, object, static_cast<std::uint32_t>(code));
+}
+
 CanFrame sdo_downloaded(std::uint8_t node, Object object) noexcept {
   return sdo_frame(sdo_response_id(node), 0x60U, object, 0);
 }
@@ -278,37 +285,46 @@ T to_steps(double value, double step) noexcept {
 template std::int16_t to_steps<std::int16_t>(double, double) noexcept;
 template std::int32_t to_steps<std::int32_t>(double, double) noexcept;
 
-CanFrame valve_status_frame(std::uint32_t cob_id, const ValveStatus& status) noexcept {
-  return frame_of(cob_id, status.status_word, to_steps<std::int16_t>(status.spool, 1 / kFullStroke));
+CanFrame valve_status_frame(std::uint32_t cob_id, const ValveStatus& status, double full_stroke) noexcept {
+  return frame_of(cob_id, status.status_word, to_steps<std::int16_t>(status.spool, 1 / full_stroke));
 }
 
-std::optional<ValveStatus> parse_valve_status(const CanFrame& frame) noexcept {
+std::optional<ValveStatus> parse_valve_status(const CanFrame& frame, double full_stroke) noexcept {
   if (frame.size != 4) return std::nullopt;
   ByteReader in(frame.data);
   const auto word = in.get<std::uint16_t>();
-  return ValveStatus{word, in.get<std::int16_t>() / kFullStroke};
+  return ValveStatus{word, in.get<std::int16_t>() / full_stroke};
 }
 
-CanFrame valve_command_frame(std::uint32_t cob_id, const ValveCommand& command) noexcept {
-  return frame_of(cob_id, command.control_word, to_steps<std::int16_t>(command.set_point, 1 / kFullStroke));
+CanFrame valve_command_frame(std::uint32_t cob_id, const ValveCommand& command, double full_stroke) noexcept {
+  return frame_of(cob_id, command.control_word, to_steps<std::int16_t>(command.set_point, 1 / full_stroke));
 }
 
-std::optional<ValveCommand> parse_valve_command(const CanFrame& frame) noexcept {
+std::optional<ValveCommand> parse_valve_command(const CanFrame& frame, double full_stroke) noexcept {
   if (frame.size != 4) return std::nullopt;
   ByteReader in(frame.data);
   const auto word = in.get<std::uint16_t>();
-  return ValveCommand{word, in.get<std::int16_t>() / kFullStroke};
+  return ValveCommand{word, in.get<std::int16_t>() / full_stroke};
 }
 
-CanFrame pressure_frame(std::uint32_t cob_id, const PressureReading& reading) noexcept {
-  return frame_of(cob_id, to_steps<std::int32_t>(reading.pressure_Pa, kPressureStep_Pa), reading.status);
+PressureFormat pressure_format(bool is_float, int digits) noexcept {
+  return {is_float ? kBar_Pa : kBar_Pa / std::pow(10, digits), is_float};
 }
 
-std::optional<PressureReading> parse_pressure(const CanFrame& frame) noexcept {
+CanFrame pressure_frame(std::uint32_t cob_id, const PressureReading& reading, const PressureFormat& format) noexcept {
+  if (format.is_float) {
+    const auto value = static_cast<float>(reading.pressure_Pa / format.unit_Pa);
+    return frame_of(cob_id, std::bit_cast<std::uint32_t>(value), reading.status);
+  }
+  return frame_of(cob_id, to_steps<std::int32_t>(reading.pressure_Pa, format.unit_Pa), reading.status);
+}
+
+std::optional<PressureReading> parse_pressure(const CanFrame& frame, const PressureFormat& format) noexcept {
   if (frame.size != 5) return std::nullopt;
   ByteReader in(frame.data);
-  const double pressure_Pa = in.get<std::int32_t>() * kPressureStep_Pa;
-  return PressureReading{pressure_Pa, in.get<std::uint8_t>()};
+  const auto raw = in.get<std::uint32_t>();
+  const double value = format.is_float ? double{std::bit_cast<float>(raw)} : static_cast<std::int32_t>(raw);
+  return PressureReading{value * format.unit_Pa, in.get<std::uint8_t>()};
 }
 
 std::uint32_t encoder_step_object(double step_m) noexcept {

@@ -54,6 +54,9 @@ inline constexpr Object kDeviceType{0x1000, 0}, kErrorRegister{0x1001, 0};
 inline constexpr Object kConsumerHeartbeat{0x1016, 1};  ///< u32: node << 16 | time in ms
 inline constexpr Object kProducerHeartbeat{0x1017, 0};  ///< u16, ms; 0 = off
 inline constexpr Object kVendorId{0x1018, 1}, kProductCode{0x1018, 2};
+inline constexpr Object kSerialNumber{0x1018, 4};
+inline constexpr Object kStoreParameters{0x1010, 1};         ///< u32: kSaveSignature
+inline constexpr std::uint32_t kSaveSignature = 0x65766173;  ///< "save"
 inline constexpr Object kRpdo1CobId{0x1400, 1}, kRpdo1Type{0x1400, 2};
 inline constexpr Object kRpdo1Timer{0x1400, 5};     ///< u16, ms: watchdog of the receiver; 0 = off
 inline constexpr Object kRpdo1MapCount{0x1600, 0};  ///< u8; entries at subindex 1...
@@ -68,11 +71,13 @@ inline constexpr Object kValveControlMode{0x6042, 0};                        ///
 inline constexpr Object kValveSetPoint{0x6300, 1}, kValveActual{0x6301, 1};  ///< i16; 16384 = full stroke
 // CiA 404 pressure
 inline constexpr Object kPressureValue{0x9130, 1};   ///< i32, in 10^-digits of the unit
+inline constexpr Object kPressureFloat{0x6130, 1};   ///< float32, in the unit
 inline constexpr Object kPressureStatus{0x6150, 1};  ///< u8
 inline constexpr Object kPressureUnit{0x6131, 1}, kPressureDigits{0x6132, 1};
 inline constexpr std::uint32_t kUnitBar = 0x004E0000;
 // CiA 406 encoders
 inline constexpr Object kEncoderPosition{0x6004, 0};   ///< i32 steps
+inline constexpr Object kEncoderPreset{0x6003, 0};     ///< i32 steps: what the position is to be here and now
 inline constexpr Object kEncoderSpeed{0x6030, 1};      ///< i16 steps
 inline constexpr Object kEncoderStep{0x6005, 1};       ///< u32, 0.001 um
 inline constexpr Object kEncoderSpeedStep{0x6005, 2};  ///< u32, 0.01 mm/s
@@ -93,6 +98,7 @@ struct PdoMap {
 inline constexpr PdoMap kValveTpdo{2, {mapping(kValveStatusWord, 16), mapping(kValveActual, 16)}};
 inline constexpr PdoMap kValveRpdo{2, {mapping(kValveControlWord, 16), mapping(kValveSetPoint, 16)}};
 inline constexpr PdoMap kPressureTpdo{2, {mapping(kPressureValue, 32), mapping(kPressureStatus, 8)}};
+inline constexpr PdoMap kPressureFloatTpdo{2, {mapping(kPressureFloat, 32), mapping(kPressureStatus, 8)}};
 inline constexpr PdoMap kEncoderTpdo{2, {mapping(kEncoderPosition, 32), mapping(kEncoderSpeed, 16)}};
 inline constexpr PdoMap kTiltTpdo{1, {mapping(kTiltSlope, 16)}};
 inline constexpr PdoMap kEnableTpdo{1, {mapping(kEnableInputs, 8)}};
@@ -168,6 +174,8 @@ enum class SdoAbort : std::uint32_t {
 [[nodiscard]] CanFrame sdo_download(std::uint8_t node, Object object, std::uint32_t value, std::uint8_t size) noexcept;
 /// Client to server: read.
 [[nodiscard]] CanFrame sdo_upload(std::uint8_t node, Object object) noexcept;
+/// Client to server: an answer is not waited for any more.
+[[nodiscard]] CanFrame sdo_abandoned(std::uint8_t node, Object object, SdoAbort code) noexcept;
 
 /// What a server answered. The sender is node_of(frame.id).
 struct SdoResponse {
@@ -230,18 +238,32 @@ struct ValveCommand {
   std::uint16_t control_word = 0;
   double set_point = 0;  ///< Fraction of spool stroke, positive = extend.
 };
-[[nodiscard]] CanFrame valve_status_frame(std::uint32_t cob_id, const ValveStatus& status) noexcept;
-[[nodiscard]] std::optional<ValveStatus> parse_valve_status(const CanFrame& frame) noexcept;
-[[nodiscard]] CanFrame valve_command_frame(std::uint32_t cob_id, const ValveCommand& command) noexcept;
-[[nodiscard]] std::optional<ValveCommand> parse_valve_command(const CanFrame& frame) noexcept;
+[[nodiscard]] CanFrame valve_status_frame(std::uint32_t cob_id, const ValveStatus& status,
+                                          double full_stroke = kFullStroke) noexcept;
+[[nodiscard]] std::optional<ValveStatus> parse_valve_status(const CanFrame& frame,
+                                                            double full_stroke = kFullStroke) noexcept;
+[[nodiscard]] CanFrame valve_command_frame(std::uint32_t cob_id, const ValveCommand& command,
+                                           double full_stroke = kFullStroke) noexcept;
+[[nodiscard]] std::optional<ValveCommand> parse_valve_command(const CanFrame& frame,
+                                                              double full_stroke = kFullStroke) noexcept;
 
 inline constexpr std::uint8_t kPressureInvalid = 1, kPressureOverload = 2, kPressureUnderload = 4;  ///< 0x6150 bits
 struct PressureReading {
   double pressure_Pa = 0;
   std::uint8_t status = 0;
 };
-[[nodiscard]] CanFrame pressure_frame(std::uint32_t cob_id, const PressureReading& reading) noexcept;
-[[nodiscard]] std::optional<PressureReading> parse_pressure(const CanFrame& frame) noexcept;
+/// What a value of 1 means, and whether it is an integer or a float.
+struct PressureFormat {
+  double unit_Pa = kPressureStep_Pa;
+  bool is_float = false;
+};
+/// 0x9130 with so many decimal digits of a bar, or 0x6130 in bar.
+[[nodiscard]] PressureFormat pressure_format(bool is_float, int digits) noexcept;
+[[nodiscard]] CanFrame pressure_frame(std::uint32_t cob_id, const PressureReading& reading,
+                                      const PressureFormat& format = {}) noexcept;
+/// A float may be no number at all.
+[[nodiscard]] std::optional<PressureReading> parse_pressure(const CanFrame& frame,
+                                                            const PressureFormat& format = {}) noexcept;
 
 struct EncoderReading {
   double position_m = 0;

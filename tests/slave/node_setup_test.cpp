@@ -1,0 +1,181 @@
+// What the machine file says of identifiers, scalings and patience reaches the nodes; what goes wrong is told in words.
+#include "slave/node_setup.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/slave/bench_machine.h"
+
+namespace knuckle::slave {
+namespace {
+
+using test::BenchMachine;
+
+bool starts(BenchMachine& m) {
+  for (const Time end = m.now + 4s; m.now < end && !m.loop.client().operational();) m.tick();
+  return m.loop.client().operational();
+}
+
+Reason fails(BenchMachine& m, Duration patience = 4s) {
+  for (const Time end = m.now + patience; m.now < end && !m.loop.client().fault();) m.tick();
+  return m.loop.client().fault();
+}
+
+TEST(NodeSetup, FramesCarryTheIdentifiersOfTheMachineFile) {
+  MachineDescription d = test::test_machine();
+  d.bus.valves[kArm].tpdo = 0x2A1;
+  d.bus.valves[kArm].rpdo = 0x3A2;
+  d.bus.pressures[3].tpdo = 0x1F0;
+  d.bus.encoders[kBoom].tpdo = 0x281;
+  d.bus.tilt.tpdo = 0x4B0;
+  d.bus.enable.tpdo = 0x2C1;
+  d.bus.enable.rpdo = 0x3C1;
+  BenchMachine m(d);
+  ASSERT_TRUE(m.engage()) << text(m.loop.client().fault());
+  m.wire.clear();
+  m.run(1s);
+  EXPECT_EQ(m.frames(0x3A2).size(), 100U);
+  EXPECT_EQ(m.frames(0x2A1).size(), 100U);
+  for (const std::uint32_t id : {0x1F0U, 0x281U, 0x4B0U}) EXPECT_EQ(m.frames(id).size(), 200U) << id;
+  for (const std::uint32_t id : {0x191U, 0x211U, 0x1A3U, 0x1B0U, 0x1B8U, 0x1C0U, 0x240U}) {
+    EXPECT_TRUE(m.frames(id).empty()) << id;
+  }
+  EXPECT_TRUE(m.loop.client().pilot_on());
+  EXPECT_NEAR(m.loop.sensors().measurement()->pressure_Pa[3], m.signals.pressure_Pa[3], 2e5);
+}
+
+TEST(NodeSetup, ValuesAreScaledAsTheMachineFileSays) {
+  for (const bool is_float : {false, true}) {
+    MachineDescription d = test::test_machine();
+    d.bus.wire.valve_full_stroke = 1000;
+    d.bus.wire.pressure_float = is_float;
+    d.bus.wire.pressure_digits = 1;
+    d.bus.wire.encoder_speed_step_mps = 1e-3;
+    BenchMachine m(d);
+    ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure());
+    m.move(JointVector(0.3, 0, 0), 300ms);
+    const CanFrame command = m.frames(0x210).back();
+    const auto raw = static_cast<std::int16_t>(command.data[2] | command.data[3] << 8);
+    EXPECT_EQ(raw, std::lround(1000 * m.loop.client().demand()[kBoom]));
+    EXPECT_GT(raw, 100);
+    EXPECT_NEAR(m.loop.client().spool()[kBoom], m.signals.spool[kBoom], 0.05);
+    EXPECT_GT(m.loop.client().spool()[kBoom], 0.1);
+    const CanFrame pressure = m.frames(0x1A0).back();
+    const std::uint32_t bits = pressure.data[0] | static_cast<std::uint32_t>(pressure.data[1]) << 8 |
+                               static_cast<std::uint32_t>(pressure.data[2]) << 16 |
+                               static_cast<std::uint32_t>(pressure.data[3]) << 24;
+    const double bar = is_float ? double{std::bit_cast<float>(bits)} : 0.1 * static_cast<std::int32_t>(bits);
+    EXPECT_NEAR(bar, 60, 2);
+    EXPECT_NEAR(m.loop.sensors().measurement()->pressure_Pa[0], 60e5, 2e5);
+  }
+}
+
+TEST(NodeSetup, PressureThatIsNoNumberIsNotUsed) {
+  MachineDescription d = test::test_machine();
+  d.bus.wire.pressure_float = true;
+  BenchMachine m(d);
+  ASSERT_TRUE(m.engage());
+  ASSERT_TRUE(m.nodes.inject(0x22, sim::NodeFault::kInvalid));
+  m.run(100ms);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kSensorInvalid);
+  EXPECT_EQ(m.loop.fault().subject, 0x22);
+}
+
+TEST(NodeSetup, SilentNodeIsGivenUpAfterTheFilesPatienceAndToldSo) {
+  MachineDescription d = test::test_machine();
+  d.bus.sdo_timeout_s = 0.06;
+  d.bus.boot_timeout_s = 0.3;
+  BenchMachine m(d);
+  ASSERT_TRUE(m.nodes.inject(0x31, sim::NodeFault::kSilent));
+  const Time start = m.now;
+  EXPECT_EQ(fails(m).code, ReasonCode::kNodeSetup);
+  EXPECT_LT(m.now - start, 500ms);
+  EXPECT_EQ(text(m.loop.client().setup_failure()),
+            "node 0x31: reading 0x1000:00 was not answered: check its power, cable and node id");
+  const std::vector<CanFrame> requests = m.frames(0x631);
+  ASSERT_EQ(requests.size(), 4U);  // asked, abandoned, asked, abandoned
+  const std::array<std::uint8_t, 8> timed_out{0x80, 0x00, 0x10, 0x00, 0x00, 0x00, 0x04, 0x05};
+  EXPECT_EQ(requests[1].data, timed_out);
+  EXPECT_EQ(requests[3].data, timed_out);
+}
+
+TEST(NodeSetup, FailureNamesTheObjectAndWhatTheNodeSaid) {
+  BenchMachine other_device;
+  other_device.nodes.set_product(0x10, 0x77);
+  EXPECT_EQ(fails(other_device).code, ReasonCode::kNodeIdentity);
+  EXPECT_EQ(text(other_device.loop.client().setup_failure()),
+            "node 0x10: reading 0x1018:02 gave 0x77, the machine file says 0x10");
+
+  MachineDescription d = test::test_machine();
+  d.bus.tilt.tpdo = 0x601;  // not a PDO's: the node refuses it
+  BenchMachine refused(d);
+  EXPECT_EQ(fails(refused).code, ReasonCode::kNodeSetup);
+  EXPECT_EQ(text(refused.loop.client().setup_failure()),
+            "node 0x38: writing 0x1800:01 was refused: value out of range (SDO abort 0x06090030)");
+  EXPECT_EQ(text(SetupFailure{}), "");
+}
+
+TEST(NodeSetup, EmergenciesAreKeptWithTimeAndMeaning) {
+  BenchMachine m;
+  ASSERT_TRUE(starts(m));
+  ASSERT_TRUE(m.nodes.send_emcy(0x25, 0x5030));
+  m.run(10ms);
+  const EmergencyLog& log = m.loop.client().emergencies();
+  ASSERT_EQ(log.count(), 1U);
+  EXPECT_EQ(text(log.newest()), "node 0x25: 0x5030 sensor error (error register 0x01)");
+  EXPECT_LE(m.now - log.newest().at, 10ms);
+  for (int i = 0; i < 100; ++i) {
+    m.nodes.send_emcy(0x21, static_cast<std::uint16_t>(0xFF00 + i));
+    m.tick();
+  }
+  m.run(10ms);
+  EXPECT_EQ(log.count(), 101U);
+  ASSERT_EQ(log.kept(), EmergencyLog::kKept);
+  EXPECT_EQ(log.newest(0).emergency.code, 0xFF00 + 99);
+  EXPECT_EQ(log.newest(31).emergency.code, 0xFF00 + 99 - 31);
+}
+
+TEST(NodeSetup, PresetMakesAnEncoderShowTheLengthAndOutlivesAReset) {
+  BenchMachine m;
+  ASSERT_TRUE(starts(m));
+  SdoDialogue preset(0x30, preset_script(m.description, 0.9), 250ms);
+  // The loop empties the port: the answers are read off the wire.
+  std::size_t seen = m.wire.size();
+  for (int i = 0; i < 200 && !preset.done(); ++i) {
+    preset.step(m.bus.port(0), m.now);
+    m.tick();
+    for (; seen < m.wire.size(); ++seen) {
+      if (m.wire[seen].frame.id == 0x5B0) preset.receive(m.wire[seen].frame);
+    }
+  }
+  ASSERT_TRUE(preset.done()) << text(preset.details());
+  const auto shown = [&m] {
+    m.run(20ms);
+    const CanFrame frame = m.frames(0x1B0).back();
+    return (frame.data[0] | frame.data[1] << 8 | frame.data[2] << 16) * m.description.sensors.encoder_step_m;
+  };
+  EXPECT_NEAR(shown(), 0.9, 1e-4);
+  m.signals.cylinder_m[kBoom] += 0.01;
+  EXPECT_NEAR(shown(), 0.91, 1.5e-4);
+  m.bus.port(0).send(canopen::nmt_frame(canopen::NmtCommand::kResetNode, 0x30));
+  m.run(20ms);
+  m.bus.port(0).send(canopen::nmt_frame(canopen::NmtCommand::kStart, 0x30));
+  EXPECT_NEAR(shown(), 0.91, 1.5e-4);
+}
+
+TEST(NodeSetup, EveryNodeOfTheFileHasAScriptThatBeginsWithItsIdentity) {
+  const std::vector<NodeScript> scripts = node_scripts(test::test_machine());
+  ASSERT_EQ(scripts.size(), 14U);
+  EXPECT_EQ(scripts[0].name, "boom_valve");
+  EXPECT_EQ(scripts[4].name, "boom_rod_pressure");
+  EXPECT_EQ(scripts[13].name, "enable");
+  for (const NodeScript& node : scripts) {
+    ASSERT_GE(node.script.size(), 3U);
+    EXPECT_EQ(node.script[0].object, canopen::kDeviceType);
+    EXPECT_EQ(node.script[1].object, canopen::kVendorId);
+    EXPECT_EQ(node.script[2].object, canopen::kProductCode);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(node.script[static_cast<std::size_t>(i)].kind, SdoStep::Kind::kIdentity);
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::slave
