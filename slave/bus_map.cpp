@@ -27,10 +27,10 @@ std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
   const double valve_Hz = bus.sync_Hz / bus.valve_every_nth_sync;
   std::vector<PeriodicFrame> map;
   const auto sends = [&](const NodeDescription& node, const canopen::PdoMap& pdo, double rate_Hz) {
-    map.push_back({canopen::tpdo1_id(node.id), bytes_of(pdo), rate_Hz});
+    map.push_back({node.tpdo_id(), bytes_of(pdo), rate_Hz});
   };
   const auto hears = [&](const NodeDescription& node, const canopen::PdoMap& pdo, double rate_Hz) {
-    map.push_back({canopen::rpdo1_id(node.id), bytes_of(pdo), rate_Hz});
+    map.push_back({node.rpdo_id(), bytes_of(pdo), rate_Hz});
   };
   map.push_back({canopen::kSyncId, 0, bus.sync_Hz});
   for (const NodeDescription& valve : bus.valves) {
@@ -51,8 +51,8 @@ std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
 std::vector<std::uint32_t> heard_by_controller(const BusDescription& bus) {
   std::vector<std::uint32_t> ids;
   for (const NodeDescription& node : nodes_of(bus)) {
-    for (const std::uint32_t id : {canopen::tpdo1_id(node.id), canopen::heartbeat_id(node.id),
-                                   canopen::emcy_id(node.id), canopen::sdo_response_id(node.id)})
+    for (const std::uint32_t id :
+         {node.tpdo_id(), canopen::heartbeat_id(node.id), canopen::emcy_id(node.id), canopen::sdo_response_id(node.id)})
       ids.push_back(id);
   }
   return ids;

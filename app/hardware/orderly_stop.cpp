@@ -50,13 +50,13 @@ void OrderlyStop::enter(Phase phase, Time now) noexcept {
 void OrderlyStop::hear() noexcept {
   CanFrame frame;
   for (int i = 0; i < kMostFrames && bus_.receive(frame); ++i) {
-    if (frame.id == canopen::tpdo1_id(machine_.bus.enable.id)) {
+    if (frame.id == machine_.bus.enable.tpdo_id()) {
       const auto inputs = canopen::parse_enable(frame);
       if (inputs) pilot_off_ = (*inputs & canopen::kInputPilotOn) == 0;
     }
     for (std::size_t j = 0; j < kJoints; ++j) {
-      if (frame.id != canopen::tpdo1_id(machine_.bus.valves[j].id)) continue;
-      if (const auto status = canopen::parse_valve_status(frame))
+      if (frame.id != machine_.bus.valves[j].tpdo_id()) continue;
+      if (const auto status = canopen::parse_valve_status(frame, machine_.bus.wire.valve_full_stroke))
         valves_[j] = {true, status->status_word, status->spool};
     }
   }
@@ -65,8 +65,8 @@ void OrderlyStop::hear() noexcept {
 void OrderlyStop::send_commands(std::uint16_t control_word, bool at_once) noexcept {
   if (!at_once && syncs_ % machine_.bus.valve_every_nth_sync != 0) return;
   for (const NodeDescription& valve : machine_.bus.valves)
-    bus_.send(canopen::valve_command_frame(canopen::rpdo1_id(valve.id), {control_word, 0}));
-  bus_.send(canopen::enable_output_frame(canopen::rpdo1_id(machine_.bus.enable.id), 0));
+    bus_.send(canopen::valve_command_frame(valve.rpdo_id(), {control_word, 0}));
+  bus_.send(canopen::enable_output_frame(machine_.bus.enable.rpdo_id(), 0));
 }
 
 void OrderlyStop::heartbeat(Time now) noexcept {

@@ -54,7 +54,7 @@ std::vector<std::uint32_t> heard_identifiers(const BusDescription& bus) {
   for (const NamedNode& named : named_nodes(bus)) {
     const std::uint8_t id = named.node.id;
     for (const std::uint32_t heard :
-         {canopen::emcy_id(id), canopen::tpdo1_id(id), canopen::sdo_response_id(id), canopen::heartbeat_id(id)}) {
+         {canopen::emcy_id(id), named.node.tpdo_id(), canopen::sdo_response_id(id), canopen::heartbeat_id(id)}) {
       ids.push_back(heard);
     }
   }

@@ -7,8 +7,10 @@
 #include "app/commissioning/identify.h"
 #include "app/commissioning/real_recordings.h"
 #include "app/commissioning/sweep.h"
+#include "app/hardware/commission_command.h"
 #include "app/hardware/device_calibration.h"
 #include "app/hardware/device_command.h"
+#include "app/hardware/doctor_command.h"
 #include "app/hardware/master_command.h"
 #include "app/hardware/node_command.h"
 #include "app/hardware/slave_command.h"
@@ -32,6 +34,8 @@ std::vector<Command> commands() {
       node_entry(),
       device_entry(),
       calibrate_device_entry(),
+      doctor_entry(),
+      commission_entry(),
   };
 }
 

@@ -1,0 +1,62 @@
+// Motion of all joints in closed loop on a machine bus, led and recorded for `knuckle identify`: the same slave loop,
+// safety gate and frames as with an operator.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app/commissioning/path_leader.h"
+#include "app/hardware/bus_access.h"
+#include "estimation/identification/joint_path.h"
+#include "estimation/identification/recording.h"
+#include "machine/description.h"
+#include "machine/kinematics.h"
+#include "slave/slave_loop.h"
+#include "transport/impaired_link.h"
+
+namespace knuckle::app {
+
+class LedMachine {
+ public:
+  /// @param stopped whether somebody wants it to stop; asked every SYNC.
+  LedMachine(const MachineDescription& machine, BusAccess& access, std::function<bool()> stopped);
+
+  /// From reset to engaged, where the machine stands. @throws CommissionEnded with what is in the way.
+  void engage();
+  /// Gently to the path's first point, then along it; only that is recorded, with the encoders' own readings.
+  /// @throws CommissionEnded with the reason where the machine drops out or somebody stops it.
+  [[nodiscard]] estimation::Recording follow(const estimation::JointPath& path, const std::string& source);
+  /// Waits with closed valves, enable let go of; for the way out.
+  void neutral() noexcept;
+
+ private:
+  void tick();
+  template <typename Condition>
+  void run_until(Condition reached, Duration patience, const char* what);
+  void sample(const JointVector& demand);
+
+  MachineDescription machine_;
+  Kinematics kinematics_;
+  BusAccess& access_;
+  std::function<bool()> stopped_;
+  Duration period_;
+  Time step_due_;
+  ImpairedLink link_;
+  PathLeader leader_;
+  slave::SlaveLoop slave_;
+  estimation::Recording* recording_ = nullptr;
+};
+
+/// Slow sweeps, fast motion and two motions to validate with, in the order of their names.
+struct IdentifyMotions {
+  double slow_s = 120, fast_s = 80, validation_s = 40;
+  std::uint64_t seed = 1;
+};
+/// Writes slow.csv, fast.csv, hold_out_slow.csv and hold_out_digging.csv into the folder.
+/// @return their names. @throws CommissionEnded, InputError
+[[nodiscard]] std::vector<std::string> record_motions(const MachineDescription& machine, BusAccess& access,
+                                                      const IdentifyMotions& motions, const std::string& folder,
+                                                      const std::function<bool()>& stopped);
+
+}  // namespace knuckle::app

@@ -1,0 +1,97 @@
+#include "app/hardware/doctor_command.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "app/commissioning/commission.h"
+#include "app/hardware/bus_access.h"
+#include "app/hardware/doctor_computer.h"
+#include "app/hardware/doctor_report.h"
+#include "app/interrupt.h"
+#include "app/output_file.h"
+#include "machine/load.h"
+
+namespace knuckle::app {
+namespace {
+
+struct DoctorOptions {
+  std::string can, machine, json;
+  bool simulate = false;
+  double listen_s = 2;
+  std::uint32_t bit_rate_kbps = 500;
+};
+
+void add_options(CLI::App& c, DoctorOptions& o) {
+  c.add_option("--can", o.can, "Look at the machine bus on this CAN interface (can0); reads only");
+  c.add_flag("--simulate", o.simulate, "Look at the simulated machine's bus instead");
+  c.add_option("--machine", o.machine, "Hold the bus against this machine: name or .toml file");
+  c.add_option("--listen", o.listen_s, "Seconds to listen before anything is asked")->capture_default_str();
+  c.add_option("--bit-rate", o.bit_rate_kbps, "kbit/s of the bus, for its load, where no --machine says it")
+      ->capture_default_str()
+      ->check(CLI::Range(10, 1000));
+  c.add_option("--json", o.json, "Write the findings for tools; - is standard output");
+}
+
+void check(const DoctorOptions& o) {
+  if (o.simulate && !o.can.empty()) refuse_option("--can", o.can, "is already taken by --simulate");
+  if (o.simulate && o.machine.empty()) refuse_option("--simulate", "", "needs --machine");
+  if (!o.machine.empty() && o.can.empty() && !o.simulate) refuse_option("--machine", o.machine, "needs --can");
+  check_range("--listen", o.listen_s, 0.1, 60, " s");
+}
+
+BusAccess access_of(const DoctorOptions& o, const std::optional<MachineDescription>& machine) {
+  if (!o.simulate) return real_access(o.can);
+  const sim::MachineTruth truth = sim::draw_truth(*machine, 1);
+  return simulated_access(std::make_shared<SimulatedBus>(truth, middle_of_range(*machine), 1));
+}
+
+int run_doctor(const DoctorOptions& options) {
+  check(options);
+  const InterruptGuard interrupt;
+  std::optional<OutputFile> json;
+  if (!options.json.empty()) json.emplace("--json", options.json);
+  std::ostream& told = options.json == "-" ? std::cerr : std::cout;
+  nlohmann::ordered_json result{{"schema", "knuckle.doctor"}, {"version", 1}};
+  Findings findings;
+  if (options.can.empty() && !options.simulate) {
+    findings = judge_computer(computer_facts());
+    print_findings(findings, told);
+  } else {
+    std::optional<MachineDescription> machine;
+    if (!options.machine.empty()) machine = calibrated(load_machine(find_config("machine", options.machine)));
+    BusAccess access = access_of(options, machine);
+    const std::uint32_t bit_rate = machine ? machine->bus.bit_rate : 1000 * options.bit_rate_kbps;
+    const auto wanted = machine ? doctor_objects(*machine) : std::map<std::uint8_t, std::vector<canopen::Object>>();
+    SurveyOptions survey;
+    survey.listen_s = options.listen_s;
+    const BusDiagnosis diagnosis = diagnose(survey_bus(access, bit_rate, wanted, survey, [&] { interrupt.check(); }),
+                                            machine ? &*machine : nullptr);
+    findings = diagnosis.findings;
+    print_diagnosis(diagnosis, told);
+    result.update(diagnosis_json(diagnosis));
+  }
+  const bool passed = healthy(findings);
+  told << (passed ? "nothing wrong\n" : "something is wrong: see FAULT above\n");
+  result["passed"] = passed;
+  result["findings"] = findings_json(findings);
+  if (json) {
+    json->stream() << result.dump(2) << '\n';
+    json->commit();
+  }
+  return passed ? 0 : 1;
+}
+
+}  // namespace
+
+Command doctor_entry() {
+  return {"doctor", "Tell what this computer and a machine bus can do, and what is missing; reads only",
+          [](CLI::App& command) {
+            const auto options = std::make_shared<DoctorOptions>();
+            add_options(command, *options);
+            return [options] { return run_doctor(*options); };
+          }};
+}
+
+}  // namespace knuckle::app
