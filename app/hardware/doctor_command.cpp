@@ -7,6 +7,7 @@
 
 #include "app/commissioning/commission.h"
 #include "app/hardware/bus_access.h"
+#include "app/hardware/device_doctor.h"
 #include "app/hardware/doctor_computer.h"
 #include "app/hardware/doctor_report.h"
 #include "app/interrupt.h"
@@ -21,6 +22,7 @@ struct DoctorOptions {
   bool simulate = false;
   double listen_s = 2;
   std::uint32_t bit_rate_kbps = 500;
+  DeviceDoctorOptions device;
 };
 
 void add_options(CLI::App& c, DoctorOptions& o) {
@@ -31,6 +33,10 @@ void add_options(CLI::App& c, DoctorOptions& o) {
   c.add_option("--bit-rate", o.bit_rate_kbps, "kbit/s of the bus, for its load, where no --machine says it")
       ->capture_default_str()
       ->check(CLI::Range(10, 1000));
+  c.add_option("--device", o.device.back_end, "Examine a haptic device through hid or usb; only listens");
+  c.add_option("--serial", o.device.serial, "USB serial number of that device, where there are several");
+  c.add_option("--device-file", o.device.device, "Device file it is held against: name or .toml file")
+      ->capture_default_str();
   c.add_option("--json", o.json, "Write the findings for tools; - is standard output");
 }
 
@@ -38,6 +44,9 @@ void check(const DoctorOptions& o) {
   if (o.simulate && !o.can.empty()) refuse_option("--can", o.can, "is already taken by --simulate");
   if (o.simulate && o.machine.empty()) refuse_option("--simulate", "", "needs --machine");
   if (!o.machine.empty() && o.can.empty() && !o.simulate) refuse_option("--machine", o.machine, "needs --can");
+  const bool bus = o.simulate || !o.can.empty(), device = !o.device.back_end.empty();
+  if (bus && device) refuse_option("--device", o.device.back_end, "look at bus and device one after the other");
+  if (!device && !o.device.serial.empty()) refuse_option("--serial", o.device.serial, "needs --device");
   check_range("--listen", o.listen_s, 0.1, 60, " s");
 }
 
@@ -56,7 +65,8 @@ int run_doctor(const DoctorOptions& options) {
   nlohmann::ordered_json result{{"schema", "knuckle.doctor"}, {"version", 1}};
   Findings findings;
   if (options.can.empty() && !options.simulate) {
-    findings = judge_computer(computer_facts());
+    const bool device = !options.device.back_end.empty();
+    findings = device ? doctor_device(options.device) : judge_computer(computer_facts());
     print_findings(findings, told);
   } else {
     std::optional<MachineDescription> machine;
