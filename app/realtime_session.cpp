@@ -9,7 +9,7 @@
 #include "app/fault_watch.h"
 #include "app/loop_views.h"
 #include "app/operator_path.h"
-#include "app/wire_latency.h"
+#include "app/session_books.h"
 #include "core/error.h"
 #include "core/mailbox.h"
 #include "core/realtime_thread.h"
@@ -23,7 +23,8 @@ namespace knuckle::app {
 namespace {
 
 constexpr Duration kTick = 1ms;
-constexpr double kTail_s = 0.5;  // recorded after the operator has finished
+constexpr double kTail_s = 0.5;   // recorded after the operator has finished
+constexpr double kGrace_s = 1.0;  // until all threads have ended, at most
 constexpr std::size_t kControllerPort = 0, kMachinePort = 1;
 // The slave first, because it decides what the valves do; what only plays the world comes last.
 constexpr int kSlavePriority = 80, kMasterPriority = 75, kMachinePriority = 70, kHandPriority = 65;
@@ -50,6 +51,11 @@ LoopTiming timing(const char* loop, const RealtimeReport& report) {
   return {loop, report.policy, percentiles_us(report.wake_lateness), percentiles_us(report.execution), report.overruns};
 }
 
+/// Steps of the slave there may be.
+std::size_t most_rows(const SessionSetup& setup) {
+  return static_cast<std::size_t>((setup.scenario.duration_s + kGrace_s) * setup.machine.bus.sync_Hz);
+}
+
 /// All that the four threads work on. Each member belongs to one of them; between them go only wires, mailboxes and
 /// atomics. Vectors are reserved before they start and read after they ended.
 class Loops {
@@ -69,8 +75,6 @@ class Loops {
   void hand_over(Time end, SessionOutcome& outcome);
 
  private:
-  void on_frame(Time at, const CanFrame& frame) noexcept;
-
   const SessionSetup& setup_;
   // wires and what crosses threads
   ThreadHid cable_;
@@ -80,34 +84,28 @@ class Loops {
   Mailbox<sim::PlantState> plant_to_record_;
   std::atomic<int> breaks_{0}, phase_{0};
   std::atomic<bool> finished_{false};
-  WireSpans spans_;  // felt: master's; the others: slave's
   // hand
   sim::Operator person_;
   sim::HandAndDevice hand_;
   MasterView seen_;
   // master
   master::MasterLoop master_;
-  std::uint32_t heard_by_master_ = 0;
+  MasterBook master_book_;
   PlanarVector last_force_N_ = PlanarVector::Zero();
   RecentPeak slew_;
-  Histogram hand_to_master_, slave_to_master_;
   // slave
   slave::SlaveLoop slave_;
   Kinematics kinematics_;
-  std::uint32_t heard_by_slave_ = 0;
+  SlaveBook slave_book_;
   MasterView master_seen_;
   HandView hand_seen_;
   sim::PlantState plant_seen_;
   FaultWatch faults_;
   SessionRecord record_;
-  Histogram master_to_slave_;
   // machine
   VirtualCanBus bus_;
   sim::SimulatedMachine machine_;
-  std::uint64_t events_read_ = 0;
-  std::vector<sim::WorldEvent> world_events_;
-  FrameLog frames_;
-  std::uint64_t lost_by_machine_ = 0;  ///< Frames and events without room.
+  MachineBook machine_book_;
 };
 
 Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end)
@@ -116,22 +114,18 @@ Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_
               setup.scenario.reaction, press_stiffness_N_per_m(setup)),
       hand_(setup.device, setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
       master_(setup.device, setup.machine, cable_.host(), operator_end, setup.law),
+      master_book_(most_rows(setup)),
       slave_(setup.machine, can_.controller(), machine_end),
       kinematics_(setup.machine),
+      slave_book_(most_rows(setup)),
       record_(start_record(setup)),
       bus_(2, setup.machine.bus.bit_rate),
-      machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, bus_.port(kMachinePort), setup.seed) {
+      machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, bus_.port(kMachinePort), setup.seed),
+      machine_book_(most_frames(setup.machine.bus, setup.scenario.duration_s + kGrace_s)) {
   master_.set_assist(setup.scenario.assist);
-  const double longest_s = setup.scenario.duration_s + 1;
-  spans_.reserve(static_cast<std::size_t>(longest_s * setup.machine.bus.sync_Hz));
-  frames_.reserve(most_frames(setup.machine.bus, longest_s));
-  world_events_.reserve(1024);
   seen_.machine_rad = master_seen_.machine_rad = setup.scenario.start_rad;
-  bus_.set_tap({[](void* self, Time at, const CanFrame& f) { static_cast<Loops*>(self)->on_frame(at, f); }, this});
-}
-
-void Loops::on_frame(Time at, const CanFrame& frame) noexcept {
-  keep(frames_, {at, frame}, lost_by_machine_);
+  bus_.set_tap(
+      {[](void* book, Time at, const CanFrame& f) { static_cast<MachineBook*>(book)->note(at, f); }, &machine_book_});
 }
 
 void Loops::step_hand(Time now) noexcept {
@@ -150,13 +144,7 @@ void Loops::step_master(Time now) noexcept {
   last_force_N_ = view.sent_force_N;
   master_to_hand_.put(view);
   master_to_record_.put(view);
-  const auto& told = master_.machine();
-  if (!told || told->sequence == heard_by_master_) return;
-  heard_by_master_ = told->sequence;
-  slave_to_master_.add(now - told->sent_at);
-  if (told->sensor_at != kNever && spans_.felt.size() < spans_.felt.capacity())
-    spans_.felt.push_back({told->sensor_at, now});
-  if (master_.device().ok) hand_to_master_.add(now - master_.device().measured_at);
+  master_book_.note(now, master_);
 }
 
 void Loops::step_slave(Time now) noexcept {
@@ -167,14 +155,7 @@ void Loops::step_slave(Time now) noexcept {
   faults_.step(now, slave_.mode(), slave_.fault(), hand_seen_.intent.enable);
   keep(record_.samples, sample_of(now, slave_, plant_seen_, hand_seen_, master_seen_, kinematics_),
        record_.records_lost);
-  if (spans_.measured.size() < spans_.measured.capacity()) spans_.measured.push_back({now, now});
-  const MasterMessage& set_point = slave_.master();
-  if (set_point.sequence == heard_by_slave_) return;
-  heard_by_slave_ = set_point.sequence;
-  master_to_slave_.add(now - set_point.sent_at);
-  if (slave_.mode() == Mode::kEngaged && spans_.acted.size() < spans_.acted.capacity()) {
-    spans_.acted.push_back({set_point.device_report_at, now});
-  }
+  slave_book_.note(now, slave_);
 }
 
 void Loops::step_machine(Time now) noexcept {
@@ -184,30 +165,23 @@ void Loops::step_machine(Time now) noexcept {
   // The plant moves in whole milliseconds; a period that was skipped is made up for in one longer step.
   machine_.step(Time(now.time_since_epoch() / kTick * kTick));
   const sim::PlantState& plant = machine_.plant().state();
-  for (; events_read_ < plant.events.count; ++events_read_) {
-    const sim::WorldEvent& event = plant.events.at(events_read_);
-    if (event.kind == sim::WorldEventKind::kPieceBroke) ++breaks_;
-    keep(world_events_, event, lost_by_machine_);
-  }
+  machine_book_.note(plant.events);
+  breaks_ = machine_book_.breaks;
   plant_to_record_.put(plant);
 }
 
 void Loops::hand_over(Time end, SessionOutcome& outcome) {
-  record_.records_lost += lost_by_machine_;
   faults_.judge(
-      frames_, setup_.machine, end,
+      machine_book_.frames, setup_.machine, end,
       [](Time latched_at) {
         return Cause{latched_at, {}};
       },
       record_);
-  for (const sim::WorldEvent& event : world_events_) record_.events.push_back({event.t_s, sim::name(event.kind)});
+  machine_book_.hand_over(record_);
   record_.phases_timed_out = person_.timed_out() >= 0 || !person_.finished() ? 1 : 0;
-  outcome.hops.hand_to_master = hand_to_master_;
-  outcome.hops.master_to_slave = master_to_slave_;
-  outcome.hops.slave_to_master = slave_to_master_;
-  add_wire_latencies(frames_, setup_.machine.bus, spans_, outcome.hops);
+  outcome.hops = hops_of(master_book_, slave_book_, machine_book_, setup_.machine.bus);
   outcome.record = std::move(record_);
-  outcome.frames = std::move(frames_);
+  outcome.frames = std::move(machine_book_.frames);
   outcome.elapsed_s = to_seconds(end);
 }
 

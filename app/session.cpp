@@ -7,7 +7,7 @@
 #include "app/fault_watch.h"
 #include "app/loop_views.h"
 #include "app/operator_path.h"
-#include "app/wire_latency.h"
+#include "app/session_books.h"
 #include "core/error.h"
 #include "machine/kinematics.h"
 #include "sim/haptic_device.h"
@@ -37,10 +37,7 @@ struct Session::Impl {
   explicit Impl(const SessionSetup& s);
   void step() noexcept;
   void sample(const sim::OperatorIntent& intent) noexcept;
-  void read_events() noexcept;
-  void note_master_hops() noexcept;
-  void note_slave_hops() noexcept;
-  void on_frame(Time at, const CanFrame& frame) noexcept;
+  void note_slew() noexcept;
   Time last_good_input(const Injected& broken, Time latched_at) const;
   SessionRecord take_record();
 
@@ -48,18 +45,15 @@ struct Session::Impl {
   Kinematics kinematics;
   Time now{};
   Duration slave_period;
-  FrameLog frames;
   SessionRecord record;
-  HopHistograms hops;
-  std::vector<sim::WorldEvent> world_events;
+  MasterBook master_book;
+  SlaveBook slave_book;
+  MachineBook machine_book;
+  HopHistograms hops;  // once the record was taken
   FaultWatch latched;
-  std::uint64_t events_read = 0;
-  int breaks = 0;
   double felt_slew = 0;
   PlanarVector last_force_N = PlanarVector::Zero();
   Time finished_at = Time::max();
-  std::uint32_t heard_by_master = 0, heard_by_slave = 0;
-  WireSpans spans;
 
   HidPair cable;
   ImpairedLink network;
@@ -77,6 +71,9 @@ Session::Impl::Impl(const SessionSetup& s)
       kinematics(s.machine),
       slave_period(from_seconds(1 / s.machine.bus.sync_Hz)),
       record(start_record(s)),
+      master_book(record.samples.capacity()),
+      slave_book(record.samples.capacity()),
+      machine_book(most_frames(s.machine.bus, s.scenario.duration_s)),
       network(s.to_machine, s.to_operator, s.seed),
       bus(2, s.machine.bus.bit_rate),
       faults(s.scenario.faults, network, cable),
@@ -91,14 +88,8 @@ Session::Impl::Impl(const SessionSetup& s)
                      ": its period must be whole milliseconds");
   }
   master.set_assist(s.scenario.assist);
-  frames.reserve(most_frames(s.machine.bus, s.scenario.duration_s));
-  spans.reserve(record.samples.capacity());
-  world_events.reserve(1024);
-  bus.set_tap({[](void* self, Time at, const CanFrame& f) { static_cast<Impl*>(self)->on_frame(at, f); }, this});
-}
-
-void Session::Impl::on_frame(Time at, const CanFrame& frame) noexcept {
-  keep(frames, {at, frame}, record.records_lost);
+  bus.set_tap(
+      {[](void* book, Time at, const CanFrame& f) { static_cast<MachineBook*>(book)->note(at, f); }, &machine_book});
 }
 
 void Session::Impl::step() noexcept {
@@ -106,56 +97,30 @@ void Session::Impl::step() noexcept {
   cable.advance();
   network.advance(now);
   const MasterView shown = view_of(master, setup.scenario.start_rad);
-  const sim::OperatorIntent intent = person.step(now, person_view(shown, hand.truth(), breaks));
+  const sim::OperatorIntent intent = person.step(now, person_view(shown, hand.truth(), machine_book.breaks));
   faults.step(now, person.phase(), person.in_phase(now), machine, hand);
   hand.step(now, intent);
   master.step(now);
-  note_master_hops();
+  note_slew();
+  master_book.note(now, master);
   bus.advance(now);
   if (now.time_since_epoch() % slave_period == Duration::zero()) {
     if (faults.slave_runs()) {
       slave.step(now);
-      note_slave_hops();
+      slave_book.note(now, slave);
     }
     sample(intent);
   }
   machine.step(now);
-  read_events();
+  machine_book.note(machine.plant().state().events);
   if (person.finished() && finished_at == Time::max()) finished_at = now;
 }
 
-void Session::Impl::note_master_hops() noexcept {
-  // How much the felt force changed in this millisecond, for the slew bound.
+/// How much the felt force changed in this millisecond, for the slew bound.
+void Session::Impl::note_slew() noexcept {
   const PlanarVector force_N = hand.truth().felt_N;
   felt_slew = std::max(felt_slew, (force_N - last_force_N).norm());
   last_force_N = force_N;
-  const auto& message = master.machine();
-  if (!message || message->sequence == heard_by_master) return;
-  heard_by_master = message->sequence;
-  hops.slave_to_master.add(now - message->sent_at);
-  if (message->sensor_at != kNever && spans.felt.size() < spans.felt.capacity())
-    spans.felt.push_back({message->sensor_at, now});
-  hops.hand_to_master.add(now - master.device().measured_at);
-}
-
-void Session::Impl::note_slave_hops() noexcept {
-  if (spans.measured.size() < spans.measured.capacity()) spans.measured.push_back({now, now});
-  const MasterMessage& message = slave.master();
-  if (message.sequence == heard_by_slave) return;
-  heard_by_slave = message.sequence;
-  hops.master_to_slave.add(now - message.sent_at);
-  if (slave.mode() == Mode::kEngaged && spans.acted.size() < spans.acted.capacity()) {
-    spans.acted.push_back({message.device_report_at, now});
-  }
-}
-
-void Session::Impl::read_events() noexcept {
-  const auto& events = machine.plant().state().events;
-  for (; events_read < events.count; ++events_read) {
-    const sim::WorldEvent& event = events.at(events_read);
-    if (event.kind == sim::WorldEventKind::kPieceBroke) ++breaks;
-    keep(world_events, event, record.records_lost);
-  }
 }
 
 void Session::Impl::sample(const sim::OperatorIntent& intent) noexcept {
@@ -170,9 +135,9 @@ Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) con
   const int subject = broken.fault.subject;
   switch (broken.fault.kind) {
     case FaultKind::kValveStuck:  // It is sound for as long as nobody asks it to move: docs/results.md.
-      return last_following(frames, setup.machine, subject, latched_at).value_or(broken.at);
+      return last_following(machine_book.frames, setup.machine, subject, latched_at).value_or(broken.at);
     case FaultKind::kNodeSilent:
-      return last_frame_before(frames, canopen::tpdo1_id(static_cast<std::uint8_t>(subject)), broken.at)
+      return last_frame_before(machine_book.frames, canopen::tpdo1_id(static_cast<std::uint8_t>(subject)), broken.at)
           .value_or(broken.at);
     default:
       return broken.last_good_input;
@@ -190,10 +155,10 @@ SessionRecord Session::Impl::take_record() {
     }
     return cause;
   };
-  latched.judge(frames, setup.machine, now, cause_of, record);
-  for (const sim::WorldEvent& event : world_events) record.events.push_back({event.t_s, sim::name(event.kind)});
+  latched.judge(machine_book.frames, setup.machine, now, cause_of, record);
+  machine_book.hand_over(record);
   record.phases_timed_out = person.timed_out() >= 0 || !person.finished() ? 1 : 0;
-  add_wire_latencies(frames, setup.machine.bus, spans, hops);
+  hops = hops_of(master_book, slave_book, machine_book, setup.machine.bus);
   return std::move(record);
 }
 
@@ -236,7 +201,7 @@ SessionRecord Session::take_record() {
   return impl_->take_record();
 }
 const FrameLog& Session::frames() const noexcept {
-  return impl_->frames;
+  return impl_->machine_book.frames;
 }
 const HopHistograms& Session::hops() const noexcept {
   return impl_->hops;

@@ -38,10 +38,6 @@ Histogram until_frame(const FrameLog& frames, std::uint32_t id, const std::vecto
 
 }  // namespace
 
-void WireSpans::reserve(std::size_t rows) {
-  for (auto* spans : {&measured, &acted, &felt}) spans->reserve(rows);
-}
-
 void add_wire_latencies(const FrameLog& frames, const BusDescription& bus, const WireSpans& spans,
                         HopHistograms& hops) {
   const std::uint32_t set_point_id = bus.valves.back().rpdo_id();

@@ -1,7 +1,6 @@
 // Latencies that begin or end on the CAN wire, read from the frames that were on it.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "app/frame_log.h"
@@ -21,7 +20,6 @@ struct WireSpans {
   std::vector<Span> measured;  ///< Slave step to itself.
   std::vector<Span> acted;     ///< Device report to the slave step that acted on it.
   std::vector<Span> felt;      ///< Slave step that estimated a force to the master step that rendered it.
-  void reserve(std::size_t rows);
 };
 
 /// Fills pressure_to_slave, pressure_to_hand (from the last pressure frame of a cycle) and hand_to_valve (to the last
