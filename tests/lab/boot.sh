@@ -1,6 +1,6 @@
 # What the other tests stand on: CAN, USB HID and the network of a stock kernel do here what they do on a machine.
-# shellcheck shell=sh
-. /lab/common.sh
+# shellcheck shell=dash disable=SC2154,SC2016
+. /lab/lib/common.sh
 
 vcan_up vcan0
 candump -L vcan0,0:0,#FFFFFFFF > /tmp/vcan.log &

@@ -1,10 +1,10 @@
 # The machine's side against simulated nodes on the kernel's CAN, first vcan, then two controllers with their driver:
 # without an operator's side all comes alive, and nothing moves.
-# shellcheck shell=sh
-. /lab/common.sh
+# shellcheck shell=dash disable=SC2154,SC2016
+. /lab/lib/common.sh
 
 nodes="10 11 12 20 21 22 23 24 25 30 31 32 38 40"
-seen() { grep -c -e " $2" "/out/$1.candump.log"; }
+seen() { grep -c -e " $2" "$result/$1.candump.log"; }
 at_least() { [ "$(seen "$1" "$3")" -ge "$2" ]; }
 never() { [ "$(seen "$1" "$2")" -eq 0 ]; }
 heartbeats() { for node in $nodes; do at_least "$1" 50 "7$node#05" || return 1; done; }
@@ -13,14 +13,14 @@ values() {
   for node in 20 21 22 23 24 25 30 31 32 38; do at_least "$1" 980 "$(printf '%X' $((0x180 + 0x$node)))#" || return 1; done
   for node in 10 11 12; do at_least "$1" 490 "$(printf '%X' $((0x180 + 0x$node)))#" || return 1; done
 }
-json() { jq -e "$2" "/out/$1.json" > /dev/null; }
+json() { says "$result/$1.json" "$2"; }
 
 # machine_alone NAME SLAVES_INTERFACE NODES_INTERFACE
 machine_alone() {
-  record "$2"
-  start "$1.node" knuckle node --can "$3" --json "/out/$1.node.json"
-  start "$1.slave" knuckle slave --machine solar015 --can "$2" --listen 127.0.0.1:5683 --insecure --json "/out/$1.json"
-  within 3 holds "/out/$1.slave.log" 'ready'
+  record "$1" "$2"
+  start "$1.node" knuckle node --can "$3" --json "$result/$1.node.json"
+  start "$1.slave" knuckle slave --machine solar015 --can "$2" --listen 127.0.0.1:5683 --insecure --json "$result/$1.json"
+  within 3 holds "$result/$1.slave.log" 'ready'
   cansend "$2" 610#40EFBE0000000000  # reads object 0xBEEF, which no valve has
   sleep 5
   check "$1: the slave still runs" runs "$1.slave"
@@ -28,17 +28,17 @@ machine_alone() {
   check "$1: ... and ends in order: valves disabled, pilot pressure off" json "$1" '.stop.confirmed'
   sleep 0.2
   stop "$1.node"
-  record_end "$1"
+  stop recorder
   check "$1: within a second all nodes are set up and all sensors alive" json "$1" '.modes[] | select(.mode == "ready") | .at_s < 1'
   check "$1: engaging is impossible without an operator's side" json "$1" '.modes | map(.mode) == ["self_test", "ready", "off"]'
-  check "$1: ... and the slave says why" holds "/out/$1.slave.log" 'ready, link_lost: no newer packet over the link'
+  check "$1: ... and the slave says why" holds "$result/$1.slave.log" 'ready, link_lost: no newer packet over the link'
   check "$1: no fault" json "$1" '.faults == []'
   check "$1: SYNC comes 200 times a second" at_least "$1" 980 '080#'
   check "$1: all 14 nodes are operational" heartbeats "$1"
   check "$1: ... and send their values with SYNC" values "$1"
   check "$1: an object that no node has is refused with its code" at_least "$1" 1 '590#80EFBE0000000206'
   check "$1: no other SDO was refused" test "$(seen "$1" '5[89A-F][0-9A-F]#80')" -eq 1
-  check "$1: no valve was ever active or told to move" never "$1" '21[012]#\(...[7F]\|....[0-9A-F]*[1-9A-F]\)'
+  check "$1: no valve was ever told to move" never "$1" '21[012]#....[0-9A-F]*[1-9A-F]'
   check "$1: pilot pressure was never asked for" never "$1" '240#0*[1-9A-F]'
   check "$1: no frame was lost or refused" json "$1" '.can_counters | [.queue_full, .overflows, .not_sendable, .error_frames] | add == 0'
 }

@@ -1,39 +1,49 @@
 # Sourced by the tests inside the virtual machine: TAP lines, waiting, CAN interfaces, the USB gadget.
-# shellcheck shell=sh
+# shellcheck shell=dash
 KNUCKLE_CONFIG_DIR=/config
 export KNUCKLE_CONFIG_DIR
-count=0
+count=0  # of TAP lines
 
-# check WHAT COMMAND...: one TAP line, ok where the command succeeds.
+# check WHAT COMMAND...: one TAP line, ok where the command succeeds; that is what it returns, too.
 check() {
-  what=$1
+  local what=$1
   shift
   count=$((count + 1))
-  if "$@"; then echo "ok $count - $what"; else echo "not ok $count - $what"; fi
+  if "$@"; then
+    echo "ok $count - $what"
+  else
+    echo "not ok $count - $what"
+    return 1
+  fi
 }
 
 # Last line of every test: how many there were, so that none can be missing.
 plan() { echo "1..$count"; }
 
-# within SECONDS COMMAND...: tries every 20 ms; fails where it never succeeded.
+# within SECONDS COMMAND...: tries every 50 ms; fails where it never succeeded.
 within() {
-  tries=$(($1 * 50))
+  local tries=$(($1 * 20))
   shift
   until "$@"; do
     tries=$((tries - 1))
     [ "$tries" -gt 0 ] || return 1
-    usleep 20000
+    usleep 50000
   done
 }
 
 holds() { grep -q -e "$2" "$1"; }
-holds_not() { ! grep -q -e "$2" "$1"; }
+# says FILE EXPRESSION: jq's answer of the JSON file is true.
+says() { jq -e "$2" "$1" > /dev/null; }
 
-# start NAME COMMAND...: in the background, what it says in /out/NAME.log, its process in /run/NAME.pid.
+# Results go into memory and to the host at the end: /out is a folder of the host's, and while it lets a program wait, the
+# virtual machine's time runs on as fast as it can.
+result=/result
+
+# start NAME COMMAND...: in the background, what it says in $result/NAME.log, its process in /run/NAME.pid.
 start() {
-  name=$1
+  local name=$1
   shift
-  "$@" > "/out/$name.log" 2>&1 &
+  "$@" > "$result/$name.log" 2>&1 &
   echo $! > "/run/$name.pid"
 }
 signal() { kill "-$2" "$(cat "/run/$1.pid")"; }
@@ -51,16 +61,13 @@ vcan_up() {
 }
 sja1000_up() { ip link set "$1" type can bitrate 500000 && ip link set "$1" txqueuelen 1000 up; }
 
-# Records every frame of the interfaces; in memory first, a file of the host's is too slow for a full bus.
+# record NAME INTERFACE...: every frame of the interfaces into $result/NAME.candump.log, until `stop recorder`.
 record() {
-  candump -r 4000000 -L "$@" > /tmp/candump.log &
-  echo $! > /run/candump.pid
+  local log=$result/$1.candump.log
+  shift
+  candump -r 4000000 -L "$@" > "$log" &
+  echo $! > /run/recorder.pid
   sleep 0.1
-}
-# record_end NAME: into /out/NAME.candump.log.
-record_end() {
-  stop candump
-  mv /tmp/candump.log "/out/$1.candump.log"
 }
 
 gadget=/sys/kernel/config/usb_gadget/haptic
@@ -77,12 +84,7 @@ gadget_make() {
   echo 0 > "$gadget/functions/hid.usb0/protocol"
   echo 0 > "$gadget/functions/hid.usb0/subclass"
   echo 64 > "$gadget/functions/hid.usb0/report_length"
-  printf '\006\000\377\011\001\241\001\025\000\046\377\000\165\010\225\077' > /tmp/descriptor
-  for report in '\001\011\001\201\002' '\003\011\003\201\002' '\002\011\002\221\002' '\004\011\004\221\002'; do
-    printf "\\205$report" >> /tmp/descriptor
-  done
-  printf '\300' >> /tmp/descriptor
-  cat /tmp/descriptor > "$gadget/functions/hid.usb0/report_desc"
+  knuckle device --descriptor - > "$gadget/functions/hid.usb0/report_desc"
   ln -s "$gadget/functions/hid.usb0" "$gadget/configs/c.1"
 }
 gadget_plug() { echo dummy_udc.0 > "$gadget/UDC"; }

@@ -1,0 +1,37 @@
+# A whole session on the kernel's interfaces: an operator at a USB haptic device leads a machine on a CAN bus over UDP,
+# approaches a wall, presses, holds, lets go. First through hidraw; then a short one through libusb.
+# shellcheck shell=dash disable=SC2154,SC2016
+. /lab/lib/common.sh
+. /lab/lib/session.sh
+
+# session NAME BACK_END SCENARIO LONGEST_S
+session() {
+  record "$1" vcan0
+  start_machine "$1" vcan0 vcan0 "$3"
+  start_operator "$1" "$2" "$3"
+  check "$1: the operator gets to the end of the scenario" within "$4" not runs "$1.device"
+  stop "$1.master"
+  stop_machine "$1"
+  stop recorder
+  check "$1: ... with no phase given up" of "$1.device" '.finished and (.phases | map(.timed_out) | any | not)'
+  check "$1: the machine was led for as long as the operator was there" of "$1.slave" \
+    '(.modes | map(.mode) | index("engaged")) and (.faults == [] or (.faults | map(.code)) == ["device_stale"])'
+  check "$1: valves were moved over CAN" holds "$result/$1.candump.log" ' 21[012]#.[7F]00.*[1-9A-F]'
+  check "$1: the firmware never had to take the torque away" of "$1.device" '.latches | map(select(.at_s > 1)) == []'
+  check "$1: no CAN frame was lost" of "$1.slave" '.can_counters | [.queue_full, .overflows, .not_sendable, .error_frames] | add == 0'
+  check "$1: the machine's side ends in order" of "$1.slave" '.stop.confirmed'
+}
+
+hosts_up 10
+vcan_up vcan0
+gadget_make
+gadget_plug
+within 5 test -c /dev/hidraw0
+
+session hid hid wall_contact 120
+check "hid: the bucket met the wall" of hid.node '(.events | map(.what) | index("contact")) and .peak_tip_force_N > 1000'
+check "hid: ... and it was felt in the hand" of hid.device '.felt_peak_N > 1.5 and .felt_peak_N < 6'
+check "hid: ... without energy from nowhere" of hid.device '.energy_to_hand_J < 0.05'
+
+session usb usb /lab/sweep.toml 40
+plan
