@@ -15,6 +15,7 @@ namespace knuckle::app {
 namespace {
 
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+constexpr double kAnyTime_s = 1e12;  // beyond it no step in time would be told from another
 
 constexpr double kPsi_Pa = 6894.757293168;
 
@@ -127,7 +128,10 @@ double number_in(std::string_view cell) {
 }
 
 double TimeMap::seconds_in(const std::string& cell) const {
-  if (pattern.empty()) return number_in(cell) * factor;
+  if (pattern.empty()) {
+    const double s = number_in(cell) * factor;
+    return std::abs(s) <= kAnyTime_s ? s : kNoNumber;
+  }
   for (std::size_t at = 0; at + pattern.size() <= cell.size(); ++at) {
     const double s = date_time_at(std::string_view(cell).substr(at), pattern);
     if (std::isfinite(s)) return s;

@@ -23,7 +23,7 @@ struct TimeMap {
   std::string column, pattern;
   double factor = 1;    ///< Seconds a unit of the column.
   double period_s = 0;  ///< Above 0: rows are equally spaced and there is no column.
-  /// Seconds, of a cell; NaN where it holds no time. With a pattern counted from 1970-01-01.
+  /// Seconds, of a cell; NaN where it holds no time within 1e12 s. With a pattern counted from 1970-01-01.
   [[nodiscard]] double seconds_in(const std::string& cell) const;
 };
 

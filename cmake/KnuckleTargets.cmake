@@ -2,6 +2,7 @@
 #   knuckle_library(NAME deps...)   one static library per folder
 #   knuckle_tests(NAME deps...)     one GoogleTest binary per test folder
 #   knuckle_fuzzers(deps...)        one libFuzzer binary per tests/fuzz/*_fuzz.cpp
+#   knuckle_fuzz_replays(deps...)   one test per tests/fuzz/corpus/NAME: these files once through that fuzzer's check
 
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
@@ -79,5 +80,19 @@ function(knuckle_fuzzers)
     add_executable(fuzz_${name} ${source})
     target_link_libraries(fuzz_${name} PRIVATE ${ARGN})
     target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
+    target_compile_definitions(fuzz_${name} PRIVATE KNUCKLE_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  endforeach()
+endfunction()
+
+# Without libFuzzer, so in every build; the files in config/ go through as well.
+function(knuckle_fuzz_replays)
+  file(GLOB corpora CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/*)
+  foreach(corpus ${corpora})
+    get_filename_component(name ${corpus} NAME)
+    add_executable(replay_${name} fuzz/${name}_fuzz.cpp fuzz/replay.cpp)
+    target_link_libraries(replay_${name} PRIVATE ${ARGN})
+    target_compile_definitions(replay_${name} PRIVATE KNUCKLE_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+    add_test(NAME fuzz.${name} COMMAND replay_${name} ${corpus} ${PROJECT_SOURCE_DIR}/config)
+    set_tests_properties(fuzz.${name} PROPERTIES LABELS fuzz TIMEOUT 60)
   endforeach()
 endfunction()

@@ -1,0 +1,50 @@
+// Any mapping file, a line "---", any CSV: refused in one line, or a table of even columns whose time increases and
+// whose cells are finite or left out.
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "app/csv_reader.h"
+#include "core/error.h"
+#include "tests/fuzz/file_in_memory.h"
+
+namespace {
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+void check(const knuckle::app::MappedTable& table) {
+  const std::size_t rows = table.time_s.size();
+  require(rows >= 4 && rows <= table.rows_read && table.time_s.front() == 0);
+  require(table.rows.size() == rows && table.until_s.size() == rows);
+  for (std::size_t i = 0; i < rows; ++i) {
+    require(std::isfinite(table.time_s[i]) && table.until_s[i] >= table.time_s[i]);
+    require(i == 0 || table.time_s[i] > table.time_s[i - 1]);
+  }
+  require(!table.channels.empty());
+  for (const knuckle::app::MappedChannel& channel : table.channels) {
+    require(channel.values.size() == rows);
+    for (const double value : channel.values) require(!std::isinf(value));
+  }
+  for (const std::string& line : table.report()) require(!line.empty());
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  constexpr std::string_view kBetween = "\n---\n";
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  const std::size_t at = text.find(kBetween);
+  const bool both = at != std::string_view::npos;
+  const knuckle::test::FileInMemory map(text.substr(0, at)), csv(both ? text.substr(at + kBetween.size()) : "");
+  try {
+    check(knuckle::app::read_mapped_csv(csv.path(), map.path()));
+  } catch (const knuckle::InputError& error) {
+    const std::string message = error.what();
+    require(!message.empty() && message.find('\n') == std::string::npos);
+  }
+  return 0;
+}

@@ -1,0 +1,68 @@
+// Any text as a machine, device and scenario file: refused in one line, or a description that holds what it promises.
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "app/scenario.h"
+#include "core/error.h"
+#include "machine/kinematics.h"
+#include "machine/load.h"
+#include "tests/fuzz/file_in_memory.h"
+
+namespace {
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+/// @param read throws InputError or leaves nothing to object to; anything else it throws ends the program.
+template <typename Read>
+void refused_or(Read read) {
+  try {
+    read();
+  } catch (const knuckle::InputError& error) {
+    const std::string message = error.what();
+    require(!message.empty() && message.find('\n') == std::string::npos);
+  }
+}
+
+void check_machine(std::string_view text) {
+  const knuckle::MachineDescription machine = knuckle::parse_machine(text, "input");
+  require(!machine.name.empty());
+  const double load = knuckle::worst_bus_load(machine.bus);
+  require(load >= 0 && load <= 1);
+  const knuckle::Kinematics kinematics(machine);
+  for (int joint = 0; joint < knuckle::kJoints; ++joint) {
+    const knuckle::LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
+    for (const double angle : {link.min_rad, 0.5 * (link.min_rad + link.max_rad), link.max_rad}) {
+      const auto state = kinematics.cylinder_at(joint, angle);
+      require(state && std::isfinite(state->length_m) && std::isfinite(state->lever_m) && state->lever_m != 0);
+    }
+  }
+}
+
+void check_scenario(const std::string& path) {
+  static const knuckle::MachineDescription machine =
+      knuckle::load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  const knuckle::app::Scenario scenario = knuckle::app::load_scenario(path, machine);
+  require(!scenario.phases.empty() && scenario.phases.size() == scenario.phase_names.size());
+  require(scenario.start_rad.allFinite() && scenario.hand_rad.allFinite());
+  require(std::isfinite(scenario.duration_s) && std::isfinite(scenario.delay_ms));
+  for (const knuckle::app::ScheduledFault& fault : scenario.faults) {
+    require(fault.phase >= 0 && static_cast<std::size_t>(fault.phase) < scenario.phases.size());
+    require(std::isfinite(fault.after_s) && std::isfinite(fault.duration_s));
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  const knuckle::test::FileInMemory file(text);
+  refused_or([&] { check_machine(text); });
+  refused_or([&] { (void)knuckle::load_device(file.path()); });
+  refused_or([&] { check_scenario(file.path()); });
+  return 0;
+}
