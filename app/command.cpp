@@ -32,15 +32,40 @@ void check_given(const CLI::App& command) {
   }
 }
 
-/// CLI11 may answer in several lines, or with no hint of what to do next.
-std::string one_line(std::string message) {
+/// CLI11's words in one line, with option and value where it leaves them to be guessed, and what to do next.
+std::string refusal(const CLI::ParseError& error, const std::string& command) {
+  std::string message = error.what();
   if (const auto end = message.find('\n'); end != std::string::npos) message.resize(end);
-  return message + " (see knuckle --help)";
+  if (error.get_name() == "ConversionError") {  // "Could not convert: --slow = fast"
+    const auto option = message.find("--"), equals = message.find(" = ");
+    if (option < equals && equals != std::string::npos) {
+      const std::string value = message.substr(equals + 3);
+      message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) +
+                ": is not a number that it can take";
+    }
+  } else if (message.find(": At Most 1 required") != std::string::npos) {
+    message = message.substr(0, message.find(':')) + ": is given more than once";
+  } else if (message.starts_with("--") && message.ends_with(" missing")) {  // "--map: 1 required TEXT missing"
+    message = message.substr(0, message.find(':')) + ": needs a value";
+  }
+  return message + " (see knuckle " + (command.empty() ? "" : command + " ") + "--help)";
+}
+
+/// The command that is asked for; empty where none is. @throws InputError for a word that is no command.
+std::string command_in(const std::vector<Command>& commands, const std::vector<std::string>& arguments) {
+  if (arguments.empty() || arguments.front().starts_with('-')) return "";
+  std::string names;
+  for (const Command& command : commands) {
+    if (command.name == arguments.front()) return command.name;
+    names += (names.empty() ? "" : ", ") + command.name;
+  }
+  throw InputError("unknown command '" + arguments.front() + "': there are " + names + " (see knuckle --help)");
 }
 
 }  // namespace
 
 CommandLine parse_command_line(const std::vector<Command>& commands, const std::vector<std::string>& arguments) {
+  const std::string asked_for = command_in(commands, arguments);
   CLI::App app(kAbout, "knuckle");
   app.set_version_flag("--version", program_version());
   app.require_subcommand(1);
@@ -60,7 +85,7 @@ CommandLine parse_command_line(const std::vector<Command>& commands, const std::
     app.exit(asked, text, unused);
     return {{}, text.str()};
   } catch (const CLI::ParseError& error) {
-    throw InputError(one_line(error.what()));
+    throw InputError(refusal(error, asked_for));
   }
   const CLI::App& chosen = *app.get_subcommands().front();
   check_given(chosen);
@@ -72,7 +97,7 @@ std::string program_version() {
 }
 
 void refuse_option(const std::string& option, const std::string& value, const std::string& why) {
-  throw InputError(option + " " + value + ": " + why);
+  throw InputError(option + (value.empty() ? "" : " " + value) + ": " + why);
 }
 
 void check_range(const char* option, const std::optional<double>& value, double low, double high, const char* unit) {
@@ -92,7 +117,21 @@ std::string seed_error(const std::string& text) {
   std::uint64_t seed = 0;
   const auto end = std::from_chars(text.data(), text.data() + text.size(), seed);
   if (end.ec == std::errc() && end.ptr == text.data() + text.size()) return "";
-  return text + " must be a whole number from 0 to 18446744073709551615";
+  return (text.empty() ? "\"\"" : text) + " must be a whole number from 0 to 18446744073709551615";
+}
+
+std::string count_error(const std::string& text, int low, int high) {
+  int count = 0;
+  const auto end = std::from_chars(text.data(), text.data() + text.size(), count);
+  const bool whole = end.ec == std::errc() && end.ptr == text.data() + text.size();
+  if (whole && count >= low && count <= high) return "";
+  return (text.empty() ? "\"\"" : text) + " must be a whole number from " + std::to_string(low) + " to " +
+         std::to_string(high);
+}
+
+std::string ensemble_size_error(const std::string& text) {
+  const std::string error = count_error(text, 2, 10'000);
+  return text == "0" || error.empty() ? "" : error + " machines, or 0: none";
 }
 
 void Places::configuration(const std::string& option, const std::string& name_or_file) {

@@ -38,7 +38,7 @@ struct CommandLine {
 inline constexpr const char* kExitCodes =
     "Exit codes: 0 done; 1 what was asked for was not met; 2 wrong usage or bad input.";
 
-/// @throws InputError "option value: why".
+/// @param value may be empty: "option: why". @throws InputError "option value: why".
 [[noreturn]] void refuse_option(const std::string& option, const std::string& value, const std::string& why);
 /// A value that is not given is in every range. @throws InputError
 void check_range(const char* option, const std::optional<double>& value, double low, double high, const char* unit);
@@ -46,6 +46,9 @@ void check_range(const char* option, const std::optional<double>& value, double 
 void check_readable(const std::string& option, const std::string& file);
 /// What is wrong with the text of a seed; empty where nothing is. (CLI11 would take -1 for a very large one.)
 [[nodiscard]] std::string seed_error(const std::string& text);
+/// Likewise of a count within [low, high], and of how many machines an ensemble has: none, or two and more.
+[[nodiscard]] std::string count_error(const std::string& text, int low, int high);
+[[nodiscard]] std::string ensemble_size_error(const std::string& text);
 
 /// No two outputs into one place, none over an input. Empty names are not asked for.
 class Places {

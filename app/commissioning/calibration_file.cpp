@@ -9,7 +9,6 @@
 #include <iterator>
 #include <sstream>
 
-#include "app/output_file.h"
 #include "core/error.h"
 #include "machine/load.h"
 
@@ -174,10 +173,14 @@ std::string calibrated_machine_text(std::string_view machine_file, const Machine
 }
 
 std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target) {
+  OutputFile file("--out", target);
+  return write_calibrated_machine(machine, target, file);
+}
+
+std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target, OutputFile& file) {
   std::ifstream source(machine.source, std::ios::binary);
   if (!source) throw InputError(machine.source + ": cannot be read");
   const std::string text = calibrated_machine_text({std::string(std::istreambuf_iterator<char>(source), {})}, machine);
-  OutputFile file("--out", target);
   file.stream() << text;
   const std::string kept = target != "-" && fs::is_regular_file(target) ? keep(fs::canonical(target)) : "";
   file.commit();

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "app/output_file.h"
 #include "machine/description.h"
 
 namespace knuckle::app {
@@ -18,5 +19,7 @@ namespace knuckle::app {
 /// @return where the old one was kept; empty if there was none.
 /// @throws InputError naming the file that cannot be read or written.
 std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target);
+/// The same into a file opened before, so that a bad place is known before the work is done.
+std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target, OutputFile& file);
 
 }  // namespace knuckle::app

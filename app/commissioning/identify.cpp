@@ -205,7 +205,8 @@ Identified identify(const IdentifyData& data, const std::string& method, const e
 
 int identify_command(const IdentifyOptions& options) {
   const InterruptGuard interrupt;
-  std::optional<OutputFile> json, report;
+  std::optional<OutputFile> json, report, out;
+  if (!options.out.empty()) out.emplace("--out", options.out);
   if (!options.json.empty()) json.emplace("--json", options.json);
   if (!options.report.empty()) {
     check_identify_report_tools();
@@ -232,10 +233,10 @@ int identify_command(const IdentifyOptions& options) {
   }
   std::ostream& told = options.json == "-" || options.report == "-" || options.out == "-" ? std::cerr : std::cout;
   told << identify_summary(data, result);
-  if (!options.out.empty() && result.summary.usable) {
-    const std::string kept = write_calibrated_machine(result.machine, options.out);
+  if (out && result.summary.usable) {
+    const std::string kept = write_calibrated_machine(result.machine, options.out, *out);
     told << "  written: " << options.out << (kept.empty() ? "" : ", the older one kept as " + kept) << '\n';
-  } else if (!options.out.empty()) {
+  } else if (out) {
     told << "  " << options.out << " not written: not usable\n";
   }
   if (json) {

@@ -121,14 +121,13 @@ Driven drive_paper(const IdentifyOptions& options, const MachineDescription& dra
 /// Collects files in the order of their digest, and writes them where they are to be kept.
 class Keeper {
  public:
-  explicit Keeper(std::string folder) : folder_(std::move(folder)) {
-    std::error_code error;
-    if (!folder_.empty() && !fs::is_directory(folder_) && !fs::create_directories(folder_, error))
-      throw InputError("--record " + folder_ + ": cannot be made: " + error.message());
-  }
+  explicit Keeper(std::string folder) : folder_(std::move(folder)) {}
   void keep(const std::string& name, const std::string& text) {
     digest_.add(text);
     if (folder_.empty()) return;
+    std::error_code error;
+    fs::create_directories(folder_, error);
+    if (!fs::is_directory(folder_)) throw InputError("--record " + folder_ + ": cannot be made: " + error.message());
     OutputFile file("--record", (fs::path(folder_) / name).string());
     file.stream() << text;
     file.commit();

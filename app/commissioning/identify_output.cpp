@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 namespace knuckle::app {
 namespace {
@@ -72,11 +73,37 @@ Json parameters_json(const Identified& result) {
   return list;
 }
 
+/// "boom F_b, k and X1 only together: boom F_b + 2 k; X1" as one line a combination.
+std::string unseen_text(const std::string& combination) {
+  static constexpr std::string_view kTogether = " only together: ";
+  const std::size_t at = combination.find(kTogether);
+  if (at == std::string::npos) return "  " + combination + "\n";
+  std::string text = "  cannot be told apart: " + combination.substr(0, at) + "; the data show only\n";
+  for (std::size_t from = at + kTogether.size(), end; from < combination.size(); from = end + 2) {
+    end = std::min(combination.find("; ", from), combination.size());
+    text += "    the sum " + combination.substr(from, end - from) + "\n";
+  }
+  return text;
+}
+
+bool is_unseen(const Identified& result, const std::string& reason) {
+  const std::vector<std::string>& unseen = result.summary.indistinct;
+  return std::find(unseen.begin(), unseen.end(), reason) != unseen.end();
+}
+
+/// The head of such a reason: which parameters, without the sums that are told below it.
+std::string short_reason(const Identified& result) {
+  const std::string& reason = result.summary.reasons.front();
+  const std::size_t at = reason.find(" only together: ");
+  if (!is_unseen(result, reason) || at == std::string::npos) return reason;
+  return "the data cannot tell apart " + reason.substr(0, at);
+}
+
 }  // namespace
 
 std::string verdict(const Identified& result) {
   if (result.summary.usable) return "usable";
-  return "usable: no" + (result.summary.reasons.empty() ? "" : " - " + result.summary.reasons.front());
+  return "usable: no" + (result.summary.reasons.empty() ? "" : " - " + short_reason(result));
 }
 
 std::string sigma_text(const Identified& result) {
@@ -91,8 +118,9 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
   std::string text = result.method + " on " + data.machine.name + ": " + verdict(result) + "\n";
   text += formatted("  data: %s; %.0f s to identify from, %.0f s held out\n", data.source.c_str(),
                     total_s(data.training), total_s(data.hold_out));
-  for (std::size_t i = summary.usable ? 0 : 1; i < summary.reasons.size(); ++i)
-    text += "  note: " + summary.reasons[i] + "\n";
+  for (std::size_t i = summary.usable ? 0 : 1; i < summary.reasons.size(); ++i) {
+    if (!is_unseen(result, summary.reasons[i])) text += "  note: " + summary.reasons[i] + "\n";  // else told below
+  }
   if (data.geometry) {
     text += formatted("  geometry: tip off by %.1f mm RMS on held-out poses, by the drawing %.1f mm\n",
                       1e3 * data.geometry->held_out.rms_m, 1e3 * data.geometry->drawing.rms_m);
@@ -100,7 +128,7 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
   if (summary.columns > 0)
     text +=
         formatted("  rank %d of %d, condition number %.3g\n", summary.rank, summary.columns, summary.condition_number);
-  for (const std::string& combination : summary.indistinct) text += "  cannot be told apart: " + combination + "\n";
+  for (const std::string& combination : summary.indistinct) text += unseen_text(combination);
   for (std::size_t j = 0; j < kJoints && result.valves; ++j) {
     const ValveCalibration& valve = result.valves->valves[j];
     if (result.valves->axes[j].usable)

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 
 #include "app/commissioning/dig_cycles.h"
@@ -41,12 +42,32 @@ void print_table(const std::vector<RealRow>& rows, std::ostream& out) {
   }
 }
 
+void check_folders(const std::string& train_dir, const std::string& test_dir) {
+  for (const auto& [option, folder] : {std::pair{"--train", train_dir}, {"--test", test_dir}}) {
+    std::error_code ignored;
+    if (!fs::is_directory(folder, ignored)) refuse_option(option, folder, "is no folder");
+  }
+}
+
+/// No output over a file of the folders that are read.
+void keep_recordings(const Options& options) {
+  if (options.json.empty() || !fs::exists(options.json)) return;
+  const fs::path json = fs::canonical(options.json);
+  for (const auto& [option, folder] : {std::pair{"--train", options.train}, {"--test", options.test}}) {
+    const fs::path inside = json.lexically_relative(fs::canonical(folder));
+    if (*inside.begin() != "..") refuse_option("--json", options.json, std::string("is already there in ") + option);
+  }
+}
+
 int run(const Options& options) {
+  check_folders(options.train, options.test);
+  keep_recordings(options);
+  std::optional<OutputFile> json;  // opened first, so that a bad place is known at once
+  if (!options.json.empty()) json.emplace("--json", options.json);
   const std::vector<RealRow> rows = real_rows(options.train, options.test, std::cerr);
-  if (!options.json.empty()) {
-    OutputFile file("--json", options.json);
-    write_real_rows(rows, file.stream());
-    file.commit();
+  if (json) {
+    write_real_rows(rows, json->stream());
+    json->commit();
   }
   if (options.json != "-") print_table(rows, std::cout);
   return 0;
@@ -55,26 +76,28 @@ int run(const Options& options) {
 }  // namespace
 
 std::vector<RealRow> real_rows(const std::string& train_dir, const std::string& test_dir, std::ostream& said) {
-  for (const auto& [option, folder] : {std::pair{"--train", train_dir}, {"--test", test_dir}}) {
-    std::error_code ignored;
-    if (!fs::is_directory(folder, ignored)) refuse_option(option, folder, "is no folder");
-  }
+  check_folders(train_dir, test_dir);
   std::vector<RealRow> rows;
+  std::string left_out;
   bool any = false;
   for (const Dataset& dataset : kDatasets) {
     const fs::path train = fs::path(train_dir) / dataset.name, test = fs::path(test_dir) / dataset.name;
     std::error_code ignored;
     const bool in_train = fs::is_directory(train, ignored), in_test = fs::is_directory(test, ignored);
     if (!in_train || !in_test) {
-      said << "knuckle: " << dataset.name << " is not in " << (in_train ? test_dir : train_dir)
-           << ": its rows are left out\n";
+      left_out += std::string("knuckle: ") + dataset.name + " is not in " + (in_train ? test_dir : train_dir) +
+                  ": its rows are left out\n";
       continue;
     }
     any = true;
     const std::vector<RealRow> found = dataset.rows(train.string(), test.string());
     rows.insert(rows.end(), found.begin(), found.end());
   }
-  if (!any) throw InputError(train_dir + " and " + test_dir + " share neither excavator_dig_cycles nor wheel_loader");
+  if (!any) {
+    throw InputError("--train " + train_dir + " and --test " + test_dir +
+                     ": must share a folder excavator_dig_cycles or wheel_loader");
+  }
+  said << left_out;
   return rows;
 }
 

@@ -27,26 +27,32 @@ struct SweepOptions {
 
 constexpr std::uint64_t kSeedsApart = 1'000'000'007;  // so that two sweeps share no machine
 
+CLI::Validator count(int low, int high) {
+  return {[low, high](const std::string& text) { return count_error(text, low, high); }, "", "count"};
+}
+
 void add_options(CLI::App& c, SweepOptions& o) {
   c.add_option("--battery", o.battery, "What is swept: estimation")->required()->check(CLI::IsMember({"estimation"}));
   c.add_option("--machine", o.machine, "Drawing that the machines are drawn around: name or .toml file")
       ->capture_default_str();
-  c.add_option("--machines", o.machines, "How many drawn machines")
+  c.add_option("--machines", o.machines, "How many drawn machines, 1 to 100000")
       ->capture_default_str()
-      ->check(CLI::Range(1, 100000));
+      ->check(count(1, 100'000));
   c.add_option("--seed", o.seed, "Draws the machines")
       ->capture_default_str()
       ->check(CLI::Validator(seed_error, "", "seed"));
-  c.add_option("--ensemble", o.ensemble, "Other machines that the model's error is measured on; 0: none")
+  c.add_option("--ensemble", o.ensemble, "Other machines that the model's error is measured on, 2 to 10000; 0: none")
       ->capture_default_str()
-      ->check(CLI::Range(0, 10000));
-  c.add_option("--ablation", o.ablation, "Judge every ingredient switched off in turn, on so many machines")
+      ->check(CLI::Validator(ensemble_size_error, "", "machines"));
+  c.add_option("--ablation", o.ablation, "Judge every ingredient switched off in turn, on so many machines; 0: not")
       ->capture_default_str()
-      ->check(CLI::Range(0, 100000));
-  c.add_option("--budget", o.budget, "Judge machines with one source of error each, so many of each source")
+      ->check(count(0, 100'000));
+  c.add_option("--budget", o.budget, "Judge machines with one source of error each, so many of each source; 0: not")
       ->capture_default_str()
-      ->check(CLI::Range(0, 100000));
-  c.add_option("--jobs", o.jobs, "Threads; 0: one a processor")->capture_default_str()->check(CLI::Range(0, 1024));
+      ->check(count(0, 100'000));
+  c.add_option("--jobs", o.jobs, "Threads, up to 1024; 0: one a processor")
+      ->capture_default_str()
+      ->check(count(0, 1024));
   c.add_option("--json", o.json, "Write the rows (docs/estimation-results.md says what they mean)");
   c.footer(kExitCodes);
 }
@@ -192,6 +198,9 @@ void print(std::ostream& out, const Sweep& sweep) {
 }
 
 int run_sweep(const SweepOptions& options) {
+  Places places;
+  places.configuration("--machine", options.machine);
+  places.output("--json", options.json);
   std::optional<OutputFile> json;
   if (!options.json.empty()) json.emplace("--json", options.json);
   Sweep sweep(options);

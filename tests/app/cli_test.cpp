@@ -224,6 +224,50 @@ TEST_F(ProgramRefuses, OptionsThatCannotBe) {
   }
 }
 
+/// Each in one line, exit 2, before any work and without a trace.
+TEST_F(ProgramRefuses, SweepsAndRealRecordingsThatCannotBe) {
+  std::ofstream(path("file")) << "mine";
+  fs::create_directories(path("folder/wheel_loader"));
+  std::ofstream(path("folder/wheel_loader/a.csv")) << "mine";
+  fs::create_directory(path("empty"));
+  const std::vector<std::string> sweep{"sweep", "--battery", "estimation", "--machines", "1"};
+  const std::vector<std::string> real{"real-recordings", "--train", path("folder"), "--test", path("folder")};
+  const std::vector<std::pair<std::vector<std::string>, Refusal>> table{
+      {{"swep"}, {{}, {"unknown command 'swep'", "sweep", "real-recordings"}}},
+      {{"sweep"}, {{}, {"--battery is required", "knuckle sweep --help"}}},
+      {{"sweep", "--battery"}, {{}, {"--battery: needs a value"}}},
+      {{"sweep", "--battery", "forces"}, {{}, {"--battery", "forces", "estimation"}}},
+      {sweep, {{"--ensemble", "1"}, {"--ensemble: 1 must be a whole number from 2 to 10000 machines, or 0: none"}}},
+      {sweep, {{"--ensemble", "nan"}, {"--ensemble: nan"}}},
+      {sweep, {{"--machines", "2"}, {"--machines: is given more than once"}}},
+      {sweep, {{"--jobs", "-1"}, {"--jobs: -1 must be a whole number from 0 to 1024"}}},
+      {sweep, {{"--budget", "1e9"}, {"--budget: 1e9 must be a whole number from 0 to 100000"}}},
+      {sweep, {{"--ablation", ""}, {"--ablation: \"\" must be"}}},
+      {sweep, {{"--seed", "18446744073709551616"}, {"--seed", "18446744073709551615"}}},
+      {sweep, {{"--machine", "solar016"}, {"solar016", "solar015"}}},
+      {sweep, {{"--machine", path("file"), "--json", path("file")}, {"--json", "already taken by --machine"}}},
+      {sweep, {{"--json", path("nowhere/a")}, {"--json", "nowhere/a"}}},
+      {{"real-recordings"}, {{}, {"--train is required"}}},
+      {{"real-recordings", "--train", path("file")}, {{"--test", path("folder")}, {"--train", "is no folder"}}},
+      {{"real-recordings", "--train", path("folder")},
+       {{"--test", path("empty")}, {"--train", "--test", "wheel_loader"}}},
+      {real, {{"--train", path("folder")}, {"--train: is given more than once"}}},
+      {real, {{"--json", path("nowhere/a")}, {"--json", "nowhere/a"}}},
+      {real, {{"--json", path("folder/wheel_loader/a.csv")}, {"--json", "is already there in --train"}}},
+  };
+  const std::vector<std::string> before = left_behind();
+  for (auto [arguments, refusal] : table) {
+    arguments.insert(arguments.end(), refusal.arguments.begin(), refusal.arguments.end());
+    const ProgramRun run = run_program(KNUCKLE_BINARY, arguments);
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    EXPECT_EQ(run.out, "");
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    for (const std::string& word : refusal.named)
+      EXPECT_NE(run.err.find(word), std::string::npos) << run.err << "lacks " << word;
+  }
+  EXPECT_EQ(left_behind(), before);
+}
+
 TEST_F(ProgramRefuses, OutputsThatCannotBeWritten) {
   expect({{"--json", path("nowhere/a.json")}, {"--json", "nowhere/a.json"}});
   fs::create_directory(path("folder"));

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "app/commissioning/data_check.h"
+#include "app/commissioning/identify_output.h"
 #include "estimation/identification/full.h"
 #include "machine/load.h"
 #include "tests/commissioning/recorded_motion.h"
@@ -177,16 +178,32 @@ TEST_F(IdentifyProgram, RefusesLengthsBeyondTheToggle) {
 
 TEST_F(IdentifyProgram, NamesWhatIsWrongWithTheCommandOrItsFiles) {
   std::ofstream(path("a.csv")) << "time_s,boom_head_Pa\n0,1\n1,2\n";
+  std::ofstream(path("m.toml")) << "name = 'm'\n";
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
-      {{}, "needs recordings"},
+      {{}, "knuckle: identify: needs recordings"},
+      {{"--hold-out", path("a.csv")}, "named before --hold-out"},
+      {{path("a.csv"), path("a.csv")}, "a.csv: is given twice"},
+      {{path("a.csv"), "--hold-out", path("a.csv")}, "must not have been seen"},
+      {{path("a.csv"), "--hold-out", "nan"}, "--hold-out nan: no such file, nor a single share from 0.05 to 0.6"},
+      {{path("a.csv"), "--seed", "3"}, "--seed: only goes with --simulate or --ensemble"},
+      {{path("a.csv"), "--slow", "50"}, "--slow: only goes with --simulate or --ensemble"},
+      {{path("a.csv"), "--survey-sigma-mm", "3"}, "--survey-sigma-mm: only goes with --survey or --simulate"},
+      {{"--simulate", "--method", "kim", "--fast", "50"}, "--fast: only goes with --method full"},
+      {{"--simulate", "--hold-out", "0.3"}, "--hold-out 0.3: --simulate drives its own"},
+      {{"--simulate", "--fast", "abc"}, "--fast abc: is not a number"},
+      {{"--simulate", "--ensemble", "1.5"}, "--ensemble: 1.5 must be a whole number from 2 to 10000"},
+      {{"--simulate", "--seed", "1", "--seed", "2"}, "--seed: is given more than once (see knuckle identify --help)"},
+      {{path("a.csv"), "--map"}, "--map: needs a value"},
+      {{"--simulate=3"}, "--simulate"},
+      {{path("a.csv"), "--machine", path("m.toml"), "--json", path("m.toml")}, "already taken by --machine"},
       {{path("none.csv")}, "no such file"},
       {{path("a.csv")}, "no column 'boom_rod_Pa'"},
       {{path("a.csv"), "--method", "guess"}, "--method guess: must be full, static, malaguti or kim"},
       {{path("a.csv"), "--method", "kim", "--out", path("o.toml")}, "--out"},
       {{path("a.csv"), "--hold-out", "0.9"}, "--hold-out 0.9: must be from 0.05 to 0.6"},
       {{path("a.csv"), "--hold-out", path("none.csv")}, "no such file"},
-      {{path("a.csv"), "--json", path("a.csv")}, "already taken by identify"},
-      {{"--simulate", "--ensemble", "1"}, "--ensemble 1: must be from 2 to 10000 machines"},
+      {{path("a.csv"), "--json", path("a.csv")}, "already taken by the recordings"},
+      {{"--simulate", "--ensemble", "1"}, "--ensemble: 1 must be a whole number from 2 to 10000 machines, or 0: none"},
       {{"--simulate", "--ensemble", "2", "--method", "kim"}, "only goes with --method full"},
       {{path("a.csv"), "--simulate"}, "makes its own recordings"},
       {{path("a.csv"), "--record", path("rec")}, "only goes with --simulate"},
@@ -198,6 +215,53 @@ TEST_F(IdentifyProgram, NamesWhatIsWrongWithTheCommandOrItsFiles) {
     EXPECT_TRUE(names(run.err, named)) << run.err;
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
   }
+}
+
+TEST_F(IdentifyProgram, RefusesOutputsThatCannotBeWrittenBeforeItDrives) {
+  fs::create_directory(path("folder"));
+  std::ofstream(path("file")) << "mine";
+  for (const char* option : {"--out", "--report", "--json"}) {
+    for (const std::string& target : {path("folder"), path("nowhere/a"), path("file/a")}) {
+      const ProgramRun run = identify({"--simulate", "--slow", "1200", "--record", path("rec"), option, target});
+      EXPECT_EQ(run.exit_code, 2) << run.out;
+      EXPECT_TRUE(names(run.err, std::string(option) + " " + target + ": cannot be written")) << run.err;
+    }
+  }
+  for (const char* record : {"file", "file/rec"}) {
+    const ProgramRun run = identify({"--simulate", "--slow", "1200", "--record", path(record)});
+    EXPECT_EQ(run.exit_code, 2) << run.out;
+    EXPECT_TRUE(names(run.err, "--record " + path(record)) && names(run.err, "is not a folder")) << run.err;
+  }
+  EXPECT_FALSE(fs::exists(path("rec")));
+}
+
+TEST_F(IdentifyProgram, RecordsOverNothingThatIsThere) {
+  fs::create_directory(path("rec"));
+  std::ofstream(path("rec/fast.csv")) << "mine";
+  const ProgramRun run = identify({"--simulate", "--slow", "1200", "--record", path("rec")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(names(run.err, "--record " + path("rec") + ": has fast.csv already")) << run.err;
+  std::string kept;
+  std::getline(std::ifstream(path("rec/fast.csv")), kept);
+  EXPECT_EQ(kept, "mine");
+}
+
+TEST(Identify, TellsCombinationsThatTheDataDoNotSeparateOneALine) {
+  IdentifyData data;
+  data.machine = recorded_machine();
+  Identified result;
+  result.method = "full";
+  result.machine = data.machine;
+  result.summary.indistinct = {"J1, X1 and Z1 only together: J1 + 2 X1; Z1 - 3 X1",
+                               "boom F_b does not show in the data"};
+  result.summary.reasons = result.summary.indistinct;
+  const std::string text = identify_summary(data, result);
+  EXPECT_TRUE(names(text, "usable: no - the data cannot tell apart J1, X1 and Z1\n")) << text;
+  EXPECT_TRUE(names(text,
+                    "\n  cannot be told apart: J1, X1 and Z1; the data show only\n    the sum J1 + 2 X1\n"
+                    "    the sum Z1 - 3 X1\n  boom F_b does not show in the data\n"))
+      << text;
+  EXPECT_FALSE(names(text, "note:")) << text;
 }
 
 TEST_F(IdentifyProgram, InterruptedLeavesNothingBehind) {
