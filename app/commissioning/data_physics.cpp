@@ -18,6 +18,7 @@ using estimation::Recording;
 constexpr double kEvery_s = 0.05;     // one sample so often is enough of a motion below 1 Hz
 constexpr double kLeast_s = 10;       // of motion, to judge by
 constexpr double kRateSpan_s = 0.05;  // for differences
+constexpr double kMean_s = 1;         // over it inertia averages out, and so does an arm that swings
 constexpr double kLeastRatio = 0.4, kMostRatio = 2.5, kMostError = 0.7;
 constexpr double kBucketRoom = 1.6;  // its weight hardly outweighs its cylinder's friction
 constexpr double kPsi_Pa = 6894.757293168;
@@ -27,12 +28,32 @@ double clear_sign(double speed_mps) {
   return std::abs(speed_mps) < kStill_mps ? 0.0 : std::copysign(1.0, speed_mps);
 }
 
+/// One joint, sample by sample, gathered into means.
+struct Means {
+  Eigen::Vector3d columns = Eigen::Vector3d::Zero();
+  double torque_Nm = 0, lever_m = 0;
+};
+
 /// Normal equations of one joint: gravity torque, lever sgn v, lever v.
 struct Sums {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   double torque2 = 0, gravity2 = 0, lever2 = 0;
   double shortest_m = 1e9, longest_m = 0;
+  Means gathered;
+
+  /// The mean of what was gathered counts as so many samples.
+  void close(double count) {
+    if (count == 0) return;
+    const Eigen::Vector3d columns = gathered.columns / count;
+    const double torque_Nm = gathered.torque_Nm / count, lever_m = gathered.lever_m / count;
+    normal += count * columns * columns.transpose();
+    right += count * torque_Nm * columns;
+    torque2 += count * torque_Nm * torque_Nm;
+    gravity2 += count * columns[0] * columns[0];
+    lever2 += count * lever_m * lever_m;
+    gathered = {};
+  }
 };
 
 /// At rest in one pose friction may hold any part of the weight.
@@ -160,25 +181,32 @@ WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
   const std::size_t every = steps(kEvery_s), reach = steps(kRateSpan_s / 2);
   std::array<Sums, kJoints> sums;
   WeightFit fit;
+  const auto in_mean = static_cast<double>(steps(kMean_s) / every);
+  double gathered = 0;
+  const auto close = [&] {
+    for (Sums& s : sums) s.close(gathered);
+    gathered = 0;
+  };
   for (std::size_t i = reach; i + reach < recording.samples.size(); i += every) {
-    if (recording.usable[i] == 0 || recording.usable[i - reach] == 0 || recording.usable[i + reach] == 0) continue;
-    const auto row = row_at(machine, kinematics, drawing, recording.samples[i], recording.samples[i - reach],
-                            recording.samples[i + reach], recording.step_s * static_cast<double>(2 * reach));
+    std::optional<Row> row;
+    if (recording.usable[i] != 0 && recording.usable[i - reach] != 0 && recording.usable[i + reach] != 0)
+      row = row_at(machine, kinematics, drawing, recording.samples[i], recording.samples[i - reach],
+                   recording.samples[i + reach], recording.step_s * static_cast<double>(2 * reach));
+    if (!row || gathered >= in_mean) close();
     if (!row) continue;
     ++fit.samples;
+    ++gathered;
     for (int j = 0; j < kJoints; ++j) {
       Sums& s = sums[static_cast<std::size_t>(j)];
-      const Eigen::Vector3d columns(row->gravity_Nm[j], row->lever_m[j] * clear_sign(row->speed_mps[j]),
-                                    row->lever_m[j] * row->speed_mps[j]);
-      s.normal += columns * columns.transpose();
-      s.right += columns * row->torque_Nm[j];
-      s.torque2 += row->torque_Nm[j] * row->torque_Nm[j];
-      s.gravity2 += row->gravity_Nm[j] * row->gravity_Nm[j];
-      s.lever2 += row->lever_m[j] * row->lever_m[j];
+      s.gathered.columns += Eigen::Vector3d(row->gravity_Nm[j], row->lever_m[j] * clear_sign(row->speed_mps[j]),
+                                            row->lever_m[j] * row->speed_mps[j]);
+      s.gathered.torque_Nm += row->torque_Nm[j];
+      s.gathered.lever_m += row->lever_m[j];
       s.shortest_m = std::min(s.shortest_m, recording.samples[i].cylinder_m[j]);
       s.longest_m = std::max(s.longest_m, recording.samples[i].cylinder_m[j]);
     }
   }
+  close();
   for (int j = 0; j < kJoints && fit.samples > 0; ++j) {
     const Sums& s = sums[static_cast<std::size_t>(j)];
     const Eigen::Vector3d found = s.normal.completeOrthogonalDecomposition().solve(s.right);

@@ -11,7 +11,7 @@
 
 namespace knuckle::app {
 
-/// Fit of joint torque = s * (drawing's gravity torque) + friction over slow samples.
+/// Fit of joint torque = s * (drawing's gravity torque) + friction to means over a second.
 struct WeightFit {
   JointVector ratio = JointVector::Zero();  ///< s: about 1, negative for swapped sides, 1e-5 for bar taken as Pa.
   JointVector error = JointVector::Zero();  ///< RMS of what is left, over that of gravity torque.

@@ -134,8 +134,10 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
     if (result.valves->axes[j].usable)
       text += formatted("  %s valve: dead band %.3f/%.3f, delay %.0f ms\n", kJointNames[j], valve.dead_band_extend,
                         valve.dead_band_retract, 1e3 * valve.delay_s);
-    else
+    else {
       text += std::string("  ") + kJointNames[j] + " valve: as drawn\n";
+      for (const std::string& reason : result.valves->axes[j].reasons) text += "    " + reason + "\n";
+    }
   }
   for (const HoldOut& held : result.hold_out) {
     std::string percent;

@@ -18,6 +18,7 @@ namespace {
 
 using estimation::Measurement;
 using estimation::Recording;
+using Flags = std::vector<std::uint8_t>;
 
 constexpr const char* kTimeColumn = "time_s";
 constexpr double kOwnGap_s = 0.05;
@@ -139,6 +140,7 @@ class Builder {
     fill_pitch();
     fill_valves();
     note_holes();
+    require_samples();
     return std::move(file_);
   }
 
@@ -162,6 +164,7 @@ class Builder {
       if (grid.usable[i] == 0) recording.usable[i] = 0;
     }
     bridged_ = std::max(bridged_, grid.bridged);
+    missing_[c] = static_cast<std::size_t>(std::count(grid.usable.begin(), grid.usable.end(), std::uint8_t{0}));
   }
 
   void fill_length(std::size_t joint) {
@@ -207,15 +210,31 @@ class Builder {
     fill(c, grid);
   }
 
+  /// Commands are no less believable for a hole in another channel, nor the other channels for a hole in these.
   void fill_valves() {
-    PerJoint<Grid> grids;
+    Recording& recording = file_.recording;
     for (std::size_t j = 0; j < kJoints; ++j) {
-      const auto knots = knots_of(table_, joint_channel(j, "_valve"));
-      if (!knots) return;
-      grids[j] = on_grid(*knots, file_.recording.step_s, file_.recording.samples.size());
+      const std::string name = joint_channel(j, "_valve");
+      const auto knots = knots_of(table_, name);
+      if (!knots) continue;
+      for (const ChannelMap& c : map_.channels) {
+        if (c.name == name) file_.valve_columns[j] = c.column;
+      }
+      if (recording.valve.empty())
+        recording.valve.assign(recording.samples.size(),
+                               JointVector::Constant(std::numeric_limits<double>::quiet_NaN()));
+      const Grid grid = on_grid(*knots, recording.step_s, recording.samples.size());
+      std::size_t unknown = 0;
+      for (std::size_t i = 0; i < grid.value.size(); ++i) {
+        if (grid.usable[i] != 0)
+          recording.valve[i][static_cast<Eigen::Index>(j)] = grid.value[i];
+        else
+          ++unknown;
+      }
+      if (unknown > 0)
+        file_.notes.push_back(std::to_string(unknown) + " samples of " + file_.valve_columns[j] +
+                              " lie in longer holes: not used for this valve");
     }
-    for (std::size_t i = 0; i < file_.recording.samples.size(); ++i)
-      file_.recording.valve.emplace_back(grids[0].value[i], grids[1].value[i], grids[2].value[i]);
   }
 
   void place_rows() {
@@ -233,6 +252,24 @@ class Builder {
     if (bridged_ > 0)
       file_.notes.push_back(std::to_string(bridged_) + " samples lie between rows or in short holes: interpolated");
     if (unusable > 0) file_.notes.push_back(std::to_string(unusable) + " samples lie in longer holes: not used");
+    const std::size_t of_all = *std::min_element(missing_.begin(), missing_.end());  // whole rows
+    for (std::size_t c = 0; c < kSignalChannels; ++c) {
+      if (missing_[c] > of_all)
+        file_.notes.push_back(std::to_string(missing_[c]) + " of them for want of " + file_.columns[c]);
+    }
+  }
+
+  /// A sample needs all signals: those of which there is nothing are named, and no others.
+  void require_samples() const {
+    const Flags& usable = file_.recording.usable;
+    if (std::find(usable.begin(), usable.end(), 1) != usable.end()) return;
+    std::string empty, missing;
+    for (std::size_t c = 0; c < kSignalChannels; ++c) {
+      if (missing_[c] == usable.size()) empty += (empty.empty() ? "column '" : ", '") + file_.columns[c] + "'";
+      if (missing_[c] > 0) missing += (missing.empty() ? " '" : ", '") + file_.columns[c] + "'";
+    }
+    table_.refuse(empty.empty() ? "no row has all signals; with longer holes:" + missing
+                                : empty + " has no usable value");
   }
 
   const MappedTable& table_;
@@ -241,6 +278,7 @@ class Builder {
   Kinematics kinematics_;
   RecordedFile file_;
   std::size_t bridged_ = 0;
+  std::array<std::size_t, kSignalChannels> missing_{};
 };
 
 }  // namespace
@@ -280,7 +318,7 @@ void write_recording(const Recording& recording, std::ostream& out) {
     }
     for (int j = 0; j < kJoints && !recording.valve.empty(); ++j) {
       row += ',';
-      add(recording.valve[i][j]);
+      if (std::isfinite(recording.valve[i][j])) add(recording.valve[i][j]);
     }
     out << row << '\n';
   }

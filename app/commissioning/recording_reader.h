@@ -27,19 +27,21 @@ struct RecordedFile {
   std::vector<std::size_t> rows;                     ///< One a sample: the row it was read from, or the next one.
   std::size_t rows_read = 0;
   std::vector<std::string> notes;  ///< What was found and what was done about it; one line each.
+  PerJoint<std::string> valve_columns{"boom_valve", "arm_valve", "bucket_valve"};  ///< In the file, where there.
 };
 
 /// Samples lie on an even grid of the file's usual step. What is missing for at most four steps is interpolated,
 /// longer holes are not usable and hold the last value.
 /// A mapping names the channels above; instead of a cylinder's length an angle BOOM_rad (boom, arm, bucket), instead of
-/// hull_pitch_rad a boom_tilt_rad (boom against the horizontal); BOOM_valve (commands) is optional.
+/// hull_pitch_rad a boom_tilt_rad (boom against the horizontal); BOOM_valve (commands) is optional;
+/// where it is missing for longer, it is NaN and the sample stays usable.
 /// @param map_path empty for Knuckle's own files.
 /// @throws InputError for what read_mapped_csv refuses, missing columns (all named), a step that is none of a
 /// recording, angles that no cylinder gives.
 [[nodiscard]] RecordedFile read_recording(const std::string& csv_path, const std::string& map_path,
                                           const MachineDescription& machine);
 
-/// Numbers are read again as they were; the cells of unusable samples stay empty.
+/// Numbers are read again as they were; the cells of unusable samples and unknown commands stay empty.
 void write_recording(const estimation::Recording& recording, std::ostream& out);
 
 /// Samples first ... last - 1.

@@ -112,6 +112,24 @@ TEST_F(RecordingReader, ReadsForeignColumnsThroughAMapping) {
       ASSERT_NEAR(signal(foreign.recording.samples[i], c), signal(truth.samples[i], c), c < 6 ? 1e-6 : 1e-9);
 }
 
+TEST_F(RecordingReader, LeavesMissingCommandsUnknownAndKeepsTheirSamples) {
+  estimation::Recording written = part_of(recorded_motion(), 1000, 2000);
+  for (std::size_t i = 300; i < 350; ++i) written.valve[i][kArm] = std::nan("");
+  const RecordedFile again = read(as_csv(written));
+  for (std::size_t i = 0; i < written.valve.size(); ++i) {
+    EXPECT_EQ(std::isnan(again.recording.valve[i][kArm]), i >= 300 && i < 350) << i;
+    EXPECT_EQ(again.recording.valve[i][kBoom], written.valve[i][kBoom]);
+  }
+  EXPECT_EQ(again.recording.usable, written.usable);
+  EXPECT_NE(std::find(again.notes.begin(), again.notes.end(),
+                      "50 samples of arm_valve lie in longer holes: not used for this valve"),
+            again.notes.end());
+  std::string without = csv();
+  without.replace(without.find("arm_valve"), 9, "elsewhere");
+  EXPECT_TRUE(
+      read(without).recording.valve[500].array().isNaN().cwiseEqual(Eigen::Array3<bool>(false, true, false)).all());
+}
+
 TEST_F(RecordingReader, NamesEveryMissingColumn) {
   std::string text = csv();
   for (const char* name : {"arm_rod_Pa", "hull_pitch_rad"}) text.replace(text.find(name), 3, "xyz");
@@ -120,6 +138,23 @@ TEST_F(RecordingReader, NamesEveryMissingColumn) {
   const std::string session = refusal("t_s,boom_rad,boom_A_bar\n0,1,2\n");
   EXPECT_NE(session.find("knuckle simulate"), std::string::npos) << session;
   EXPECT_NE(session.find("'boom_cylinder_m'"), std::string::npos) << session;
+}
+
+TEST_F(RecordingReader, NamesOnlyTheColumnThatIsEmptyThroughout) {
+  std::istringstream in(csv());
+  std::string text, line;
+  std::getline(in, line);
+  text = line + "\n";
+  while (std::getline(in, line)) {  // the third cell is boom_rod_Pa's
+    const std::size_t second = line.find(',', line.find(',') + 1);
+    text += line.substr(0, second + 1) + "nan" + line.substr(line.find(',', second + 1)) + "\n";
+  }
+  const std::string said = refusal(text);
+  EXPECT_NE(said.find("column 'boom_rod_Pa' has no usable value"), std::string::npos) << said;
+  for (const char* other : kSignalNames) {
+    const bool named = said.find(other) != std::string::npos;
+    EXPECT_EQ(named, std::string(other) == "boom_rod_Pa") << said;
+  }
 }
 
 TEST_F(RecordingReader, InterpolatesShortHolesAndLeavesLongOnesOut) {
