@@ -10,6 +10,7 @@
 #include "app/commissioning/baseline_runs.h"
 #include "app/commissioning/data_check.h"
 #include "app/commissioning/recording_reader.h"
+#include "app/commissioning/shared_samples.h"
 #include "app/commissioning/survey_file.h"
 #include "app/digest.h"
 #include "app/output_file.h"
@@ -45,6 +46,18 @@ Recording checked(RecordedFile file, IdentifyData& data) {
   data.findings.push_back(name + "weight carried, measured over drawn: " + check.weights());
   for (const std::string& line : check.lines()) data.findings.push_back(name + line);
   return std::move(file.recording);
+}
+
+/// What is held out must be new, and nothing may count twice. @param earlier as read, like `recording`.
+void require_new(const std::vector<Recording>& earlier, const Recording& recording) {
+  constexpr double kMostShared = 0.2;
+  for (const Recording& other : earlier) {
+    const double share = std::max(shared_samples(other, recording), shared_samples(recording, other));
+    if (share > kMostShared)
+      throw InputError(recording.source + ": " + std::to_string(std::lround(100 * share)) +
+                       " % of it is the same as in " + other.source +
+                       ": held out must be what was not identified from, and nothing may be given twice");
+  }
 }
 
 /// The end of each recording is held out.
@@ -151,12 +164,16 @@ IdentifyData read_data(const IdentifyOptions& options) {
   data.machine = load_machine(find_config("machine", options.machine));
   if (!options.survey.empty()) calibrate_from(read_survey(options.survey, 1e-3 * options.survey_sigma_mm), data);
   Digest digest;
+  std::vector<Recording> seen;
   const auto read = [&](const std::vector<std::string>& files) {
     std::vector<Recording> recordings;
     for (const std::string& file : files) {
       digest.add(bytes_of(file));
       data.source += (data.source.empty() ? "" : ", ") + fs::path(file).filename().string();
-      recordings.push_back(checked(read_recording(file, options.map, calibrated(data.machine)), data));
+      RecordedFile recorded = read_recording(file, options.map, calibrated(data.machine));
+      require_new(seen, recorded.recording);
+      seen.push_back(recorded.recording);
+      recordings.push_back(checked(std::move(recorded), data));
     }
     return recordings;
   };
