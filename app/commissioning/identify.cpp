@@ -13,6 +13,7 @@
 #include "app/commissioning/ensemble.h"
 #include "app/commissioning/identify_output.h"
 #include "app/commissioning/identify_report.h"
+#include "app/commissioning/time_skew.h"
 #include "app/interrupt.h"
 #include "app/output_file.h"
 #include "app/progress.h"
@@ -119,6 +120,12 @@ void judge(Identified& result) {
   result.summary.reasons = std::move(reasons);
 }
 
+/// Reasons why a result is not usable come before whatever else is to be known of it.
+void tell(const TimeSkew& skew, estimation::Identification& summary) {
+  summary.reasons.insert(skew.refuses ? summary.reasons.begin() : summary.reasons.end(), skew.what);
+  summary.usable = summary.usable && !skew.refuses;
+}
+
 JointVector pooled_rms(const Identified& result) {
   JointVector sum = JointVector::Zero();
   double count = 0;
@@ -168,7 +175,7 @@ void write_page(const IdentifyOptions& options, const IdentifyData& data, const 
 
 }  // namespace
 
-Identified identify(const IdentifyData& data, const std::string& method, const estimation::FullOptions& options,
+Identified identify(const IdentifyData& given, const std::string& method, const estimation::FullOptions& options,
                     const std::function<void(double)>& progress) {
   const auto done = [&](double share) {
     if (progress) progress(share);
@@ -177,14 +184,18 @@ Identified identify(const IdentifyData& data, const std::string& method, const e
   Identified result;
   result.method = method;
   result.with_model_error = method == "full" && options.model_error;
-  result.machine = data.machine;
-  const MachineDescription machine = calibrated(data.machine);
+  result.machine = given.machine;
+  const MachineDescription machine = calibrated(given.machine);
+  IdentifyData data = given;
+  const TimeSkew skew = method == "full" ? take_off_skew(machine, data) : TimeSkew{};
+  done(0.3);
   const MethodRun run = run_method(method, machine, data.training, options);
   result.summary = run.summary;
   done(0.6);
   const bool solved = !run.summary.parameters.empty();
   if (solved) validate(data, run, method, result);
   judge(result);
+  if (!skew.what.empty()) tell(skew, result.summary);
   if (method == "full") {
     result.drawing = drawing_values(machine);
     result.machine.dynamics_calibration = run.dynamics;

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -12,6 +14,7 @@
 #include "app/commissioning/data_check.h"
 #include "app/commissioning/identify_output.h"
 #include "estimation/identification/full.h"
+#include "estimation/identification/pressure_lag.h"
 #include "machine/load.h"
 #include "tests/commissioning/recorded_motion.h"
 #include "tests/support/run_program.h"
@@ -125,6 +128,98 @@ TEST(Identify, IsUsableOnlyWhereHeldOutMotionSaysSo) {
     EXPECT_FALSE(result.summary.usable);
     EXPECT_TRUE(names(result.summary.reasons.at(0), "nothing is held out")) << result.summary.reasons.at(0);
   }
+}
+
+/// Not one sample known, or a torque in which there is nothing to explain.
+TEST(Identify, RefusesHeldOutMotionThatCannotJudge) {
+  IdentifyData data;
+  data.machine = recorded_machine();
+  data.training = data.hold_out = {recorded_motion()};
+  std::fill(data.hold_out[0].usable.begin(), data.hold_out[0].usable.end(), std::uint8_t{0});
+  const Identified unknown = identify(data, "full");
+  EXPECT_FALSE(unknown.summary.usable);
+  EXPECT_TRUE(names(unknown.summary.reasons.at(0), "nothing is held out")) << unknown.summary.reasons.at(0);
+  data.hold_out = {recorded_motion()};
+  for (auto& sample : data.hold_out[0].samples) {  // the lever hangs on the length alone, and so the torque
+    const auto& first = recorded_motion().samples.front();
+    sample.cylinder_m[kBucket] = first.cylinder_m[kBucket];
+    std::copy(first.pressure_Pa.begin() + 4, first.pressure_Pa.end(), sample.pressure_Pa.begin() + 4);
+  }
+  const Identified constant = identify(data, "full");
+  EXPECT_FALSE(constant.summary.usable);
+  const std::vector<std::string>& reasons = constant.summary.reasons;
+  EXPECT_TRUE(std::any_of(reasons.begin(), reasons.end(), [](const std::string& reason) {
+    return names(reason, "the bucket cannot be validated: its held-out torque never changes");
+  })) << reasons.at(0);
+}
+
+/// Pressures that come so much later than lengths [s].
+Recording skewed(double lag_s) {
+  return estimation::without_pressure_lag(recorded_motion(), -lag_s);
+}
+
+TEST(Identify, TakesOffTheSkewOfPressuresAndLengthsAndSaysSo) {
+  IdentifyData data;
+  data.machine = recorded_machine();
+  data.training = data.hold_out = {recorded_motion()};
+  const Identified straight = identify(data, "full");
+  for (const std::string& reason : straight.summary.reasons) EXPECT_FALSE(names(reason, "than lengths")) << reason;
+  for (const auto& [lag_s, told] :
+       {std::pair{0.1, " ms later than lengths: taken off"}, std::pair{-0.1, " ms earlier than lengths: taken off"}}) {
+    data.training = data.hold_out = {skewed(lag_s)};
+    const Identified result = identify(data, "full");
+    EXPECT_TRUE(result.summary.usable);
+    EXPECT_TRUE(names(result.summary.reasons.back(), told)) << result.summary.reasons.back();
+    for (int j = 0; j < kJoints; ++j)
+      EXPECT_LT(result.hold_out[0].judged().nrmse[j], 1.3 * straight.hold_out[0].judged().nrmse[j])
+          << lag_s << " " << j;
+  }
+}
+
+TEST(Identify, RefusesMoreSkewThanCanBeTakenOffAndRecordingsOfDifferentSkew) {
+  IdentifyData data;
+  data.machine = recorded_machine();
+  data.hold_out = {recorded_motion()};
+  for (const auto& [lag_s, told] :
+       {std::pair{0.3, "250 ms or more later"}, std::pair{-0.3, "250 ms or more earlier"}}) {
+    data.training = {skewed(lag_s)};
+    const Identified result = identify(data, "full");
+    EXPECT_FALSE(result.summary.usable);
+    EXPECT_TRUE(names(result.summary.reasons.at(0), told)) << result.summary.reasons.at(0);
+  }
+  data.training = {recorded_motion(), skewed(0.15)};
+  const Identified mixed = identify(data, "full");
+  EXPECT_FALSE(mixed.summary.usable);
+  EXPECT_TRUE(names(mixed.summary.reasons.at(0), "not one clock")) << mixed.summary.reasons.at(0);
+}
+
+TEST_F(IdentifyProgram, RefusesToValidateWithWhatItIdentifiesFrom) {
+  const auto write = [&](const std::string& name, const Recording& recording, const std::string& more = "") {
+    std::ofstream file(path(name));
+    write_recording(recording, file);
+    file << more;
+  };
+  write("a.csv", recorded_motion());
+  write("copy.csv", recorded_motion(), "\n");  // other bytes, the same recording
+  write("part.csv", part_of(recorded_motion(), 2000, 5000));
+  for (const char* held : {"a.csv", "copy.csv", "part.csv"}) {
+    const ProgramRun run = identify({path("a.csv"), "--hold-out", path(held)});
+    EXPECT_EQ(run.exit_code, 2) << held << run.out;
+    EXPECT_TRUE(names(run.err, std::string(held) + ": 100 % of it is the same as in")) << run.err;
+  }
+}
+
+TEST_F(IdentifyProgram, SaysOfEveryValveWhyItStaysAsDrawn) {
+  Recording recording = recorded_motion();
+  for (JointVector& command : recording.valve) command[kArm] = std::nan("");
+  {
+    std::ofstream file(path("a.csv"));
+    write_recording(recording, file);
+  }
+  const ProgramRun run = identify({path("a.csv")});
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_TRUE(names(run.out, "boom valve: dead band")) << run.out;
+  EXPECT_TRUE(names(run.out, "arm valve: as drawn\n    arm: no stretch")) << run.out;
 }
 
 TEST_F(IdentifyProgram, RefusesAllZeroPressures) {
