@@ -62,10 +62,9 @@ LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matri
   const PlanarVector into = -contact.ahead_N / force_N;
   const JointVector added = (into.transpose() * jacobian).transpose().cwiseProduct(result.rate_radps);
   const double pressing = added.cwiseMax(0.0).sum(), leaving = -added.cwiseMin(0.0).sum();
-  const double room = std::max(0.0, 1 - force_N / limit_N);
-  const double allowed = room * (limit_N / limits.press_Ns_per_m + leaving);
-  if (pressing <= allowed) return result;
-  const double factor = allowed / pressing;
+  const double allowed = free_mps * std::max(0.0, 1 - force_N / limit_N);
+  if (pressing - leaving <= allowed) return result;
+  const double factor = std::clamp((allowed + leaving) / pressing, 0.0, 1.0);
   for (int i = 0; i < kJoints; ++i) {
     if (added[i] > 0) result.rate_radps[i] *= factor;
   }

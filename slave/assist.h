@@ -11,13 +11,10 @@
 namespace knuckle::slave {
 
 struct AssistLimits {
-  /// The tip's speed in free air is the force limit over this: stiffness times time. Ground is far stiffer than the oil
-  /// that carries the tip (8e5 N/m), and 0.1 s pass from the touch until filters, valve and spool have closed. What is
-  /// left of 20 % over the limit is for oil and valves that differ.
-  double free_Ns_per_m = 7.5e4;
-  /// Likewise in contact, where the speed follows the force: a loop with that stiffness and that delay overshoots
-  /// unless its gain is below 1 / (e stiffness delay).
-  double press_Ns_per_m = 2e5;
+  /// The tip's speed in free air is the force limit over this. What a tip at speed v presses before the valves have
+  /// closed, F = v sqrt(k m) + k v T, with some 150 kg, stiff ground in series with the oil, and T = 0.12 s of filters,
+  /// valve delay and spool.
+  double free_Ns_per_m = 6e4;
   double lead_s = 0.1;  ///< A rising force is taken as it will be when valves that close now have closed.
   double lead_Hz = 8;   ///< Low-pass of its rise.
   double known = 0.2;   ///< Of the limit: from here on the force has a direction.
@@ -62,9 +59,7 @@ class RisingForce {
 
 /// Slows what would press the tip harder than limit_N into what it touches. With n pointing into the contact
 /// (against the force) and J the tip's Jacobian, joint i adds n' J_i rate_i to the speed into it: the joints that add
-/// are scaled by one factor so that the sum stays within what the force leaves, v_press (1 - F / limit). What other
-/// joints take away counts as far as the force leaves room, too: at the limit nothing presses on the promise of a valve
-/// that may still be in its dead band. Joints that
+/// are scaled by one factor so that the sum stays within what the force leaves, v_free (1 - F / limit). Joints that
 /// lead away keep their rate: no rate changes its sign, grows, or comes from nothing. In free air, where nobody knows
 /// what comes next, all joints are scaled to v_free; so they are on the way out, as far as the force's direction is not
 /// trusted. A force that is not finite holds all joints still.
