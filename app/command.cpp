@@ -45,6 +45,8 @@ std::string refusal(const CLI::ParseError& error, const std::string& command) {
     }
   } else if (message.find(": At Most 1 required") != std::string::npos) {
     message = message.substr(0, message.find(':')) + ": is given more than once";
+  } else if (const auto end = message.find(" was given a disallowed flag override"); end != std::string::npos) {
+    message = "--" + message.substr(0, end) + ": takes no value";
   } else if (message.starts_with("--") && message.ends_with(" missing")) {  // "--map: 1 required TEXT missing"
     message = message.substr(0, message.find(':')) + ": needs a value";
   }
