@@ -12,8 +12,9 @@ using estimation::Recording;
 
 // Transmitters lag by 2 to 8 ms and an estimate errs by as much; steps of 50 ms, the slowest, let it err by more.
 constexpr double kInStep_s = 0.04;
-constexpr double kTellsAlone_s = 35;     // shorter ones hardly identify a machine
-constexpr double kMostTakenOff_s = 0.2;  // looked for a little farther, so that this is no clamped value
+constexpr double kTellsAlone_s = 35;  // shorter ones hardly identify a machine
+// Found on every machine tried. Looked for farther, so that it is no clamped value.
+constexpr double kMostTakenOff_s = 0.15;
 
 std::string later(double lag_s) {
   const bool clamped = std::abs(lag_s) >= estimation::kMostPressureLag_s;

@@ -12,22 +12,17 @@ namespace {
 constexpr double kShift_s = 0.05;  // between the shifts tried: within less the error hardly grows
 constexpr double kStep_s = 0.02;   // coarse is enough and quick
 constexpr double kCutoff_Hz = 2;
+constexpr double kShortest_s = 20;  // less motion fits any shift
 
-/// Share of the torque's variance that the model, identified anew, leaves.
-struct Unexplained {
-  double sum = 0;
-  bool usable = false;
-};
-
-/// None where it cannot be solved for.
-std::optional<Unexplained> unexplained(const MachineDescription& machine, const std::vector<Recording>& recordings) {
+/// Share of the torque's variance that the model, identified anew, leaves; none where it cannot be solved for.
+std::optional<double> unexplained(const MachineDescription& machine, const std::vector<Recording>& recordings) {
   const FullResult found = identify_full(machine, recordings);
   if (found.summary.parameters.empty()) return {};
-  Unexplained left{0, found.summary.usable};
+  double left = 0;
   for (const Recording& recording : recordings) {
     const TorqueComparison comparison = compare_torque(found.dynamics, machine, recording);
     for (const double nrmse : torque_fit(comparison, kCutoff_Hz).nrmse) {
-      if (std::isfinite(nrmse)) left.sum += nrmse * nrmse * recording.duration_s();
+      if (std::isfinite(nrmse)) left += nrmse * nrmse * recording.duration_s();
     }
   }
   return left;
@@ -57,9 +52,12 @@ Recording without_pressure_lag(const Recording& recording, double lag_s) {
 }
 
 std::optional<double> pressure_lag_s(const MachineDescription& machine, const std::vector<Recording>& recordings) {
+  double duration_s = 0;
+  for (const Recording& recording : recordings) duration_s += recording.duration_s();
+  if (duration_s < kShortest_s) return {};
   const int most = static_cast<int>(std::lround(kMostPressureLag_s / kShift_s));
-  std::map<int, Unexplained> left;  // by shift
-  const auto at = [&](int shift) -> std::optional<Unexplained> {
+  std::map<int, double> left;  // by shift
+  const auto at = [&](int shift) -> std::optional<double> {
     if (const auto known = left.find(shift); known != left.end()) return known->second;
     std::vector<Recording> tried;
     for (const Recording& recording : recordings) {
@@ -74,14 +72,12 @@ std::optional<double> pressure_lag_s(const MachineDescription& machine, const st
   for (int shift = 0; std::abs(shift) <= most;) {
     const auto before = at(shift - 1), here = at(shift), after = at(shift + 1);
     if (!before || !here || !after) return {};
-    if (here->sum <= before->sum && here->sum <= after->sum) {
-      const double bend = before->sum - 2 * here->sum + after->sum;
-      if (!here->usable) return {};
-      return kShift_s * (shift + (bend > 0 ? 0.5 * (before->sum - after->sum) / bend : 0));
+    if (*here <= *before && *here <= *after) {
+      const double bend = *before - 2 * *here + *after;
+      return kShift_s * (shift + (bend > 0 ? 0.5 * (*before - *after) / bend : 0));
     }
-    const int next = shift + (before->sum < after->sum ? -1 : 1);
+    const int next = shift + (*before < *after ? -1 : 1);
     if (std::abs(next) > most) {
-      if (!here->usable) return {};
       return std::copysign(kMostPressureLag_s, static_cast<double>(shift));
     }
     shift = next;

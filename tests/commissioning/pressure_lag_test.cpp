@@ -11,13 +11,13 @@ namespace {
 using estimation::Recording;
 
 TEST(PressureLag, IsFoundEitherWayAndNotWhereThereIsNone) {
-  for (const auto& [name, duration_s] : {std::pair{"solar015", 40.0}, {"compact080", 80.0}}) {  // by what they need
+  for (const char* name : {"solar015", "compact080"}) {
     const MachineDescription machine =
         load_machine(std::string(KNUCKLE_SOURCE_DIR "/config/machines/") + name + ".toml");
-    const estimation::JointPath path = estimation::slow_sweeps(machine, duration_s);
+    const estimation::JointPath path = estimation::slow_sweeps(machine, 40);
     MachineRun run(machine, sim::draw_truth(machine, 7), {}, path.joint_rad.front(), 7);
     const Recording recording = run.follow(path).recording;
-    for (const double put_s : {-0.2, -0.06, 0.0, 0.06, 0.2}) {
+    for (const double put_s : {-0.15, -0.06, 0.0, 0.06, 0.15}) {
       const auto found_s = estimation::pressure_lag_s(machine, {estimation::without_pressure_lag(recording, -put_s)});
       ASSERT_TRUE(found_s) << name;
       EXPECT_NEAR(*found_s, put_s + 0.005, 0.015) << name << ": transmitters themselves lag by 2 to 8 ms";
@@ -25,7 +25,7 @@ TEST(PressureLag, IsFoundEitherWayAndNotWhereThereIsNone) {
   }
 }
 
-TEST(PressureLag, IsNoneWhereNothingMoves) {
+TEST(PressureLag, IsNoneOfAFewMoments) {
   EXPECT_FALSE(estimation::pressure_lag_s(recorded_machine(), {part_of(recorded_motion(), 0, 100)}));
 }
 
