@@ -9,7 +9,7 @@
 #include "app/hardware/slave_program.h"
 #include "app/interrupt.h"
 #include "machine/load.h"
-#include "transport/canopen.h"
+#include "slave/bus_map.h"
 #include "transport/socket_can.h"
 #include "transport/udp_link.h"
 
@@ -46,19 +46,6 @@ void check(const Options& o) {
   places.output("--candump", o.candump);
   places.output("--csv", o.csv);
   places.output("--json", o.json);
-}
-
-/// What the machine's side must hear; the kernel keeps the rest away.
-std::vector<std::uint32_t> heard_identifiers(const BusDescription& bus) {
-  std::vector<std::uint32_t> ids;
-  for (const NamedNode& named : named_nodes(bus)) {
-    const std::uint8_t id = named.node.id;
-    for (const std::uint32_t heard :
-         {canopen::emcy_id(id), named.node.tpdo_id(), canopen::sdo_response_id(id), canopen::heartbeat_id(id)}) {
-      ids.push_back(heard);
-    }
-  }
-  return ids;
 }
 
 Json counters_json(const CanCounters& c) {
@@ -105,7 +92,7 @@ int run(const Options& o) {
   const InterruptGuard interrupt;
   const MachineDescription machine = calibrated(load_machine(find_config("machine", o.machine)));
   AskedOutput candump("--candump", o.candump), csv("--csv", o.csv), json("--json", o.json);
-  SocketCanBus bus(o.can, heard_identifiers(machine.bus));
+  SocketCanBus bus(o.can, slave::heard_by_controller(machine.bus));
   UdpLink link = UdpLink::listen(o.listen);
 
   ProgramConsole console("knuckle slave");
