@@ -1,63 +1,14 @@
 #include "app/csv_table.h"
 
-#include <charconv>
-#include <string_view>
+#include <array>
 
+#include "app/csv_row.h"
 #include "app/record_windows.h"
 
 namespace knuckle::app {
 namespace {
 
 constexpr double kBarPerPa = 1e-5;
-constexpr std::size_t kFlushBytes = 1 << 16;
-
-/// Header and rows go through the same calls, so that they cannot disagree: a row is written as names or as values.
-class RowWriter {
- public:
-  RowWriter(std::ostream& out, bool names) : out_(out), names_(names) { text_.reserve(kFlushBytes + 8192); }
-  ~RowWriter() { out_.write(text_.data(), static_cast<std::streamsize>(text_.size())); }
-  RowWriter(const RowWriter&) = delete;
-  RowWriter& operator=(const RowWriter&) = delete;
-
-  void number(std::string_view name, double value) {
-    if (names_) return cell(name);
-    std::array<char, 32> digits;
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 10);
-    cell({digits.data(), end.ptr});
-  }
-  void word(std::string_view name, std::string_view value) { cell(names_ ? name : value); }
-  /// Columns prefix + joint + suffix.
-  void joints(std::string_view prefix, std::string_view suffix, const JointVector& values) {
-    for (int j = 0; j < kJoints; ++j)
-      number(joined(prefix, kJointNames[static_cast<std::size_t>(j)], suffix), values[j]);
-  }
-  void planar(std::string_view name, std::string_view unit, const PlanarVector& value) {
-    number(joined(name, "_x_", unit), value.x());
-    number(joined(name, "_z_", unit), value.y());
-  }
-  void end_row() {
-    text_ += '\n';
-    row_is_empty_ = true;
-    if (text_.size() < kFlushBytes) return;
-    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
-    text_.clear();
-  }
-
- private:
-  std::string joined(std::string_view a, std::string_view b, std::string_view c) const {
-    std::string name;
-    if (names_) name.append(a).append(b).append(c);
-    return name;
-  }
-  void cell(std::string_view value) {
-    if (!row_is_empty_) text_ += ',';
-    row_is_empty_ = false;
-    text_.append(value);
-  }
-  std::ostream& out_;
-  bool names_, row_is_empty_ = true;
-  std::string text_;
-};
 
 void machine_columns(RowWriter& row, const Sample& s) {
   row.joints("", "_rad", s.joint_rad);

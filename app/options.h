@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/command.h"
+#include "sim/operator_limb.h"
 
 namespace knuckle::app {
 
@@ -29,6 +30,11 @@ struct SimulateOptions {
   /// FILE of "path:FILE.csv"; empty for a named operator.
   [[nodiscard]] std::string operator_path() const;
 };
+
+/// The operator's limb by its name, as --operator takes it; none given: fallback.
+/// @param or_else what else the option takes, for the message. @throws InputError
+[[nodiscard]] sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback,
+                                        const std::string& or_else = "");
 
 /// @param run gets options that are within their bounds, do not contradict each other and name inputs that can be read.
 /// Outputs are checked where they are opened. @return its exit code is the command's.

@@ -28,17 +28,6 @@ LinkImpairment impairment(const SimulateOptions& options, const Scenario& scenar
   return link;
 }
 
-sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback) {
-  if (name.empty()) return fallback;
-  std::string known;
-  for (const auto limb :
-       {sim::LimbClass::kRelaxed, sim::LimbClass::kNormal, sim::LimbClass::kCoContracted, sim::LimbClass::kLightGrip}) {
-    if (name == sim::name(limb)) return limb;
-    known += std::string(sim::name(limb)) + ", ";
-  }
-  throw InputError("--operator " + name + ": must be " + known + "or path:FILE.csv");
-}
-
 void refuse_impairment(const SimulateOptions& options) {
   for (const auto& [name, value] :
        {std::pair{"--delay-ms", options.delay_ms}, {"--jitter-ms", options.jitter_ms}, {"--loss", options.loss}}) {
@@ -102,7 +91,8 @@ SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
   if (options.assist_force_limit_N) setup.scenario.assist.force_limit_N = *options.assist_force_limit_N;
   setup.scenario.assist.stop_on_object |= options.assist_stop_on_object;
   if (options.duration_s) setup.scenario.duration_s = *options.duration_s;
-  const sim::LimbClass limb = limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb);
+  const sim::LimbClass limb =
+      limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb, " or path:FILE.csv");
   setup.limb = sim::draw_limb(limb, options.seed);
   if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options, setup.scenario);
   setup.law = options.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;

@@ -13,8 +13,8 @@
 #include "sim/haptic_device.h"
 #include "sim/operator.h"
 #include "sim/simulated_machine.h"
+#include "slave/bus_map.h"
 #include "slave/slave_loop.h"
-#include "transport/canopen.h"
 #include "transport/hid_pair.h"
 #include "transport/virtual_can.h"
 
@@ -137,8 +137,11 @@ Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) con
     case FaultKind::kValveStuck:  // It is sound for as long as nobody asks it to move: docs/results.md.
       return last_following(machine_book.frames, setup.machine, subject, latched_at).value_or(broken.at);
     case FaultKind::kNodeSilent:
-      return last_frame_before(machine_book.frames, canopen::tpdo1_id(static_cast<std::uint8_t>(subject)), broken.at)
-          .value_or(broken.at);
+      for (const NodeDescription& node : slave::nodes_of(setup.machine.bus)) {
+        if (node.id != subject) continue;
+        return last_frame_before(machine_book.frames, node.tpdo_id(), broken.at).value_or(broken.at);
+      }
+      return broken.at;
     default:
       return broken.last_good_input;
   }

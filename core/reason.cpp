@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 
 #include "core/joints.h"
 
@@ -14,6 +15,8 @@ struct Entry {
   const char* text;  // without values
   const char* unit;  // nullptr: value and limit are not shown
 };
+
+constexpr float kNeverYet_ms = 1e9F;  // no age but that of kNever is so long
 
 // In the order of ReasonCode.
 constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntries{{
@@ -101,6 +104,7 @@ const char* name(ReasonCode code) noexcept {
 std::string text(const Reason& reason) {
   const Entry& e = entry(reason.code);
   std::string line = subject_text(e.subject, reason.subject) + e.text;
+  if (e.unit != nullptr && std::strcmp(e.unit, "ms") == 0 && reason.value > kNeverYet_ms) return line + " (never yet)";
   if (e.unit != nullptr) {
     char buffer[96];
     const auto whole = [](float v) { return v == std::floor(v) && std::abs(v) < 1e6F; };  // a code is not 6.53e+04

@@ -12,6 +12,8 @@ std::uint8_t bytes_of(const canopen::PdoMap& map) {
   return static_cast<std::uint8_t>(bits / 8);
 }
 
+}  // namespace
+
 std::vector<NodeDescription> nodes_of(const BusDescription& bus) {
   std::vector<NodeDescription> nodes(bus.valves.begin(), bus.valves.end());
   nodes.insert(nodes.end(), bus.pressures.begin(), bus.pressures.end());
@@ -20,8 +22,6 @@ std::vector<NodeDescription> nodes_of(const BusDescription& bus) {
   nodes.push_back(bus.enable);
   return nodes;
 }
-
-}  // namespace
 
 std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
   const double valve_Hz = bus.sync_Hz / bus.valve_every_nth_sync;

@@ -81,12 +81,20 @@ JogBench::JogBench(const MachineDescription& machine, BusAccess& access, std::fu
 }
 
 /// Missed periods are skipped: a command is never sent twice in a burst.
-void JogBench::step(const JointVector& commands, bool pilot) {
+void JogBench::wait() {
   due_ = std::max(due_ + period_, access_.now());
   access_.wait_until(due_);
-  const Time now = access_.now();
   CanFrame frame;
   while (access_.bus().receive(frame)) hear(frame);
+}
+
+void JogBench::rest(bool pilot) {
+  wait();
+  send(JointVector::Zero(), pilot);
+}
+
+void JogBench::send(const JointVector& commands, bool pilot) {
+  const Time now = access_.now();
   client_.begin_step(now);
   client_.end_step(commands, pilot, now);
   if (telling_) telling_->step(access_.bus(), now);
@@ -124,7 +132,7 @@ void JogBench::hear(const CanFrame& frame) noexcept {
 }
 
 void JogBench::idle() {
-  step(JointVector::Zero(), false);
+  rest(false);
 }
 
 void JogBench::idle(Duration time) {
@@ -143,7 +151,7 @@ void JogBench::start() {
 
 void JogBench::neutral() noexcept {
   try {
-    for (const Time end = access_.now() + kSettle; access_.now() < end;) step(JointVector::Zero(), false);
+    for (const Time end = access_.now() + kSettle; access_.now() < end;) rest(false);
   } catch (const CommissionEnded&) {
     // A bus that is gone: the nodes' own watchdogs act.
   }
@@ -156,12 +164,12 @@ void JogBench::require_pilot(bool on) {
       throw CommissionEnded(on ? "no pilot pressure: check the enable node's output and its valve"
                                : "pilot pressure does not go off: check the enable valve before anything else");
     }
-    step(JointVector::Zero(), on);
+    rest(on);
   }
 }
 
 void JogBench::close() {
-  for (const Time end = access_.now() + kSettle; access_.now() < end;) step(JointVector::Zero(), true);
+  for (const Time end = access_.now() + kSettle; access_.now() < end;) rest(true);
   require_pilot(false);
 }
 
@@ -169,7 +177,7 @@ JointVector JogBench::try_pilot(Duration time) {
   const JointVector before = sensors_.length_m;
   require_pilot(true);
   for (const Time end = access_.now() + time; access_.now() < end;) {
-    step(JointVector::Zero(), true);
+    rest(true);
     if (stopped_()) throw CommissionEnded("stopped from the keyboard");
   }
   const JointVector crept = sensors_.length_m - before;
@@ -201,13 +209,14 @@ JogRun JogBench::run(const JogPlan& plan) {
   const Time start = access_.now();
   JogEnd end(plan, sensors_.length_m[plan.joint]);
   do {
+    wait();
     const double t_s = to_seconds(access_.now() - start);
     const double command = std::copysign(std::min(std::abs(plan.peak), plan.rise_1ps * t_s), plan.peak);
     made.samples.push_back(sample(plan, t_s, command));
     guard(plan, made.samples.front(), made.samples.back());
     JointVector commands = JointVector::Zero();
     commands[plan.joint] = command;
-    step(commands, true);
+    send(commands, true);
     made.end = end.step(to_seconds(access_.now() - start), sensors_.length_m[plan.joint]);
   } while (made.end == JogRun::End::kTime && made.samples.back().t_s < plan.longest_s);
   made.samples.push_back(sample(plan, to_seconds(access_.now() - start), made.samples.back().command));

@@ -96,7 +96,10 @@ class JogBench {
   void neutral() noexcept;
 
  private:
-  void step(const JointVector& commands, bool pilot);
+  /// For the next SYNC period, and hears what has come in. What is sent then is judged by this.
+  void wait();
+  void send(const JointVector& commands, bool pilot);
+  void rest(bool pilot);
   void hear(const CanFrame& frame) noexcept;
   void require_pilot(bool on);
   void close();

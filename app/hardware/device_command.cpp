@@ -9,6 +9,7 @@
 #include "app/hardware/device_program.h"
 #include "app/hardware/program_options.h"
 #include "app/interrupt.h"
+#include "app/options.h"
 #include "app/output_file.h"
 #include "app/scenario.h"
 #include "core/error.h"
@@ -66,17 +67,6 @@ void check(const Options& o) {
   places.input("--gadget", o.gadget);
   places.output("--csv", o.csv);
   places.output("--json", o.json);
-}
-
-sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback) {
-  if (name.empty()) return fallback;
-  std::string known;
-  for (const auto limb :
-       {sim::LimbClass::kRelaxed, sim::LimbClass::kNormal, sim::LimbClass::kCoContracted, sim::LimbClass::kLightGrip}) {
-    if (name == sim::name(limb)) return limb;
-    known += (known.empty() ? "" : ", ") + std::string(sim::name(limb));
-  }
-  refuse_option("--operator", name, "must be one of " + known);
 }
 
 DeviceProgramSetup set_up(const Options& o) {

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <charconv>
 #include <memory>
 
+#include "app/csv_row.h"
+#include "app/hardware/device_probe.h"
 #include "app/operator_path.h"
 #include "core/ring.h"
 #include "sim/haptic_device.h"
@@ -24,28 +25,21 @@ struct TruthRow {
   sim::OperatorIntent intent;
   int phase = 0;
 };
-constexpr const char* kTruthHeader =
-    "time_s,forearm_rad,wrist_rad,finger_rad,meant_forearm_rad,meant_wrist_rad,meant_finger_rad,tip_x_m,tip_z_m,"
-    "felt_x_N,felt_z_N,contact_x_N,contact_z_N,presence,enable,clutch,stop,phase\n";
 
-void write_row(std::ostream& out, const TruthRow& row) {
-  std::string line;
-  const auto cell = [&line](double value) {
-    std::array<char, 32> digits;
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 10);
-    if (!line.empty()) line += ',';
-    line.append(digits.data(), end.ptr);
-  };
-  cell(to_seconds(row.at));
-  for (const JointVector& joints : {row.truth.joint_rad, row.intent.joint_rad}) {
-    for (const double value : joints) cell(value);
-  }
-  for (const PlanarVector& planar : {row.truth.tip_m, row.truth.felt_N, row.truth.contact_N}) {
-    for (const double value : planar) cell(value);
-  }
-  for (const bool pressed : {row.intent.presence, row.intent.enable, row.intent.clutch, row.intent.stop}) cell(pressed);
-  cell(row.phase);
-  out << line << '\n';
+void write_truth(std::ostream& out, const TruthRow& truth, bool names) {
+  RowWriter row(out, names);
+  row.number("time_s", to_seconds(truth.at));
+  row.joints("", "_rad", truth.truth.joint_rad, kDeviceJointNames);
+  row.joints("meant_", "_rad", truth.intent.joint_rad, kDeviceJointNames);
+  row.planar("tip", "m", truth.truth.tip_m);
+  row.planar("felt", "N", truth.truth.felt_N);
+  row.planar("contact", "N", truth.truth.contact_N);
+  row.number("presence", truth.intent.presence ? 1 : 0);
+  row.number("enable", truth.intent.enable ? 1 : 0);
+  row.number("clutch", truth.intent.clutch ? 1 : 0);
+  row.number("stop", truth.intent.stop ? 1 : 0);
+  row.number("phase", truth.phase);
+  row.end_row();
 }
 
 /// Something to tell: from the loop's thread to the one that tends it.
@@ -88,7 +82,7 @@ class DeviceRunner {
   bool next(Event& event) noexcept { return events_.pop(event); }
   void write(std::ostream* truth_csv) {
     TruthRow row;
-    while (rows_.pop(row)) write_row(*truth_csv, row);
+    while (rows_.pop(row)) write_truth(*truth_csv, row, false);
   }
   [[nodiscard]] bool finished() const noexcept { return finished_; }
 
@@ -189,7 +183,7 @@ void tell(const DeviceProgramSetup& setup, DeviceRunner& runner, ProgramConsole&
 DeviceProgramOutcome run_device(const DeviceProgramSetup& setup, HidPort& cable, Link* screen, const ProgramRun& run,
                                 std::ostream* truth_csv) {
   const auto runner = std::make_unique<DeviceRunner>(setup, cable, screen, truth_csv != nullptr);
-  if (truth_csv != nullptr) *truth_csv << kTruthHeader;
+  if (truth_csv != nullptr) write_truth(*truth_csv, {}, true);
   DeviceProgramOutcome outcome;
   PolicyNote policy("device");
   const RealtimeClock clock;

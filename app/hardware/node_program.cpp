@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <memory>
 #include <utility>
 
+#include "app/csv_row.h"
 #include "core/ring.h"
 #include "sim/simulated_machine.h"
 
@@ -22,27 +22,17 @@ struct TruthRow {
   PlanarVector tip_m = PlanarVector::Zero(), tip_N = PlanarVector::Zero();
   double payload_kg = 0;
 };
-constexpr const char* kTruthHeader =
-    "time_s,boom_rad,arm_rad,bucket_rad,boom_radps,arm_radps,bucket_radps,boom_spool,arm_spool,bucket_spool,"
-    "tip_x_m,tip_z_m,tip_force_x_N,tip_force_z_N,payload_kg\n";
 
-void write_row(std::ostream& out, const TruthRow& row) {
-  std::string line;
-  const auto cell = [&line](double value) {
-    std::array<char, 32> digits;
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 10);
-    if (!line.empty()) line += ',';
-    line.append(digits.data(), end.ptr);
-  };
-  cell(to_seconds(row.at));
-  for (const JointVector& joints : {row.joint_rad, row.joint_radps, row.spool}) {
-    for (const double value : joints) cell(value);
-  }
-  for (const PlanarVector& planar : {row.tip_m, row.tip_N}) {
-    for (const double value : planar) cell(value);
-  }
-  cell(row.payload_kg);
-  out << line << '\n';
+void write_truth(std::ostream& out, const TruthRow& truth, bool names) {
+  RowWriter row(out, names);
+  row.number("time_s", to_seconds(truth.at));
+  row.joints("", "_rad", truth.joint_rad);
+  row.joints("", "_radps", truth.joint_radps);
+  row.joints("", "_spool", truth.spool);
+  row.planar("tip", "m", truth.tip_m);
+  row.planar("tip_force", "N", truth.tip_N);
+  row.number("payload_kg", truth.payload_kg);
+  row.end_row();
 }
 
 /// All that the loop's thread works on, and what crosses to the thread that tends it.
@@ -75,7 +65,7 @@ class NodeRunner {
   bool next(sim::WorldEvent& event) noexcept { return world_events_.pop(event); }
   void write(std::ostream* truth_csv) {
     TruthRow row;
-    while (rows_.pop(row)) write_row(*truth_csv, row);
+    while (rows_.pop(row)) write_truth(*truth_csv, row, false);
   }
 
   // After the loop has ended.
@@ -124,7 +114,7 @@ void tell(const NodeSetup& setup, NodeRunner& runner, ProgramConsole& console, N
 NodeOutcome run_node(const NodeSetup& setup, CanBus& bus, const ProgramRun& run,
                      const std::atomic<std::uint32_t>& signals, std::ostream* truth_csv) {
   const auto runner = std::make_unique<NodeRunner>(setup, bus, signals, truth_csv != nullptr);
-  if (truth_csv != nullptr) *truth_csv << kTruthHeader;
+  if (truth_csv != nullptr) write_truth(*truth_csv, {}, true);
   NodeOutcome outcome;
   PolicyNote policy("node");
   const RealtimeClock clock;

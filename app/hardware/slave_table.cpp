@@ -1,41 +1,13 @@
 #include "app/hardware/slave_table.h"
 
-#include <charconv>
-#include <string>
-#include <string_view>
-
 #include "app/commissioning/recording_reader.h"
+#include "app/csv_row.h"
 
 namespace knuckle::app {
 namespace {
 
-/// Header and rows go through the same calls, so that they cannot disagree: a row is written as names or as values.
-class Cells {
- public:
-  explicit Cells(bool names) : names_(names) {}
-  void number(const std::string& name, double value) {
-    if (names_) return cell(name);
-    std::array<char, 32> digits;
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 10);
-    cell({digits.data(), end.ptr});
-  }
-  void word(std::string_view name, std::string_view value) { cell(names_ ? name : value); }
-  void joints(const std::string& prefix, const std::string& suffix, const JointVector& values) {
-    for (int j = 0; j < kJoints; ++j) number(prefix + kJointNames[static_cast<std::size_t>(j)] + suffix, values[j]);
-  }
-  [[nodiscard]] const std::string& line() const { return line_; }
-
- private:
-  void cell(std::string_view value) {
-    if (!line_.empty()) line_ += ',';
-    line_.append(value);
-  }
-  bool names_;
-  std::string line_;
-};
-
 void write_line(std::ostream& out, const SlaveRow& row, bool names) {
-  Cells cells(names);
+  RowWriter cells(out, names);
   cells.number("time_s", to_seconds(row.at));
   for (std::size_t c = 0; c < kSignalChannels; ++c) cells.number(kSignalNames[c], signal(row.measurement, c));
   cells.joints("", "_valve", row.valve);
@@ -46,13 +18,12 @@ void write_line(std::ostream& out, const SlaveRow& row, bool names) {
   cells.joints("", "_radps", row.joint_radps);
   cells.joints("setpoint_", "_rad", row.setpoint_rad);
   cells.joints("", "_spool", row.spool);
-  cells.number("tip_force_x_N", row.tip_force_N.x());
-  cells.number("tip_force_z_N", row.tip_force_N.y());
+  cells.planar("tip_force", "N", row.tip_force_N);
   cells.number("confidence", row.confidence);
   cells.number("contact", row.contact ? 1 : 0);
   cells.number("payload_kg", row.payload_kg);
   cells.number("round_trip_ms", row.round_trip_ms);
-  out << cells.line() << '\n';
+  cells.end_row();
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ class Tshark : public ::testing::Test {
   void SetUp() override {
     if (run_program("tshark", {"--version"}).exit_code != 0)
       GTEST_SKIP() << "NOT TESTED: tshark is not installed, so nobody else has looked at our CAN frames";
-    std::string folder = "/tmp/knuckle_tshark_XXXXXX";
+    std::string folder = (std::filesystem::temp_directory_path() / "knuckle_tshark_XXXXXX").string();
     ASSERT_NE(mkdtemp(folder.data()), nullptr);
     folder_ = folder;
   }

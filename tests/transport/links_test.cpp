@@ -1,11 +1,13 @@
 #include <gtest/gtest.h>
+#include <netinet/in.h>
 #include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <optional>
 
 #include "core/error.h"
 #include "tests/support/no_alloc.h"
@@ -294,20 +296,27 @@ TEST(UdpLink, SaysWhetherAnybodyListens) {
   EXPECT_FALSE(master.refused());
 }
 
+/// Asked of the kernel, not of what is tested.
+bool has_ipv6() {
+  const int any = ::socket(AF_INET6, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in6 loopback{};
+  loopback.sin6_family = AF_INET6;
+  loopback.sin6_addr = in6addr_loopback;
+  const bool bound = any >= 0 && ::bind(any, reinterpret_cast<const sockaddr*>(&loopback), sizeof loopback) == 0;
+  if (any >= 0) ::close(any);
+  return bound;
+}
+
 TEST(UdpLink, SpeaksIPv6WhereTheComputerDoes) {
-  std::optional<UdpLink> slave;
-  try {
-    slave.emplace(UdpLink::listen("[::1]:0"));
-  } catch (const InputError& error) {
-    GTEST_SKIP() << error.what();
-  }
-  UdpLink master = UdpLink::connect("[::1]:" + std::to_string(slave->port()));
+  if (!has_ipv6()) GTEST_SKIP() << "NOT TESTED: this computer has no IPv6 loopback";
+  UdpLink slave = UdpLink::listen("[::1]:0");
+  UdpLink master = UdpLink::connect("[::1]:" + std::to_string(slave.port()));
   const std::array<std::uint8_t, 2> ping{1, 2};
   Datagram datagram;
   ASSERT_TRUE(master.send(ping));
-  ASSERT_TRUE(wait_for(*slave, datagram));
+  ASSERT_TRUE(wait_for(slave, datagram));
   EXPECT_EQ(datagram.size, 2);
-  ASSERT_TRUE(slave->send(ping));
+  ASSERT_TRUE(slave.send(ping));
   EXPECT_TRUE(wait_for(master, datagram));
 }
 
