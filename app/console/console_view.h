@@ -1,0 +1,76 @@
+// What the console's screens show: the newest of everything, plain data that crosses from the loops' thread to the
+// window's through mailboxes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/histogram.h"
+#include "core/joints.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "sim/world.h"
+#include "transport/link_messages.h"
+#include "transport/machine_status.h"
+
+namespace knuckle::app {
+
+/// The operator's side of the newest step.
+struct OperatorSide {
+  Reason device;  ///< Why the device cannot be used; kNone where it can.
+  bool presence = false, enable = false, clutch = false, stop = false;
+  JointVector ghost_rad = JointVector::Zero();       ///< Machine pose that the hand asks for, not clamped.
+  JointVector set_point_rad = JointVector::Zero();   ///< Clamped, as sent.
+  JointVector torque_Nm = JointVector::Zero();       ///< Sent to the device's motors.
+  PlanarVector sent_force_N = PlanarVector::Zero();  ///< The same as a force at the hand.
+  double position_scale = 1;                         ///< Machine metres per hand metre.
+  double force_scale = 1;                            ///< Hand newtons per machine newton.
+  AssistSettings assist;
+  Reason warning;            ///< Such as the energy observer lowering the force.
+  double hand_energy_J = 0;  ///< Net work of the rendered force on the hand.
+};
+
+/// The link as the operator's side sees it.
+struct LinkSide {
+  bool heard = false;          ///< The machine, ever.
+  double silence_s = 0;        ///< Age of the newest message.
+  double neutral_after_s = 0;  ///< The machine goes to neutral when it has heard nothing for so long.
+  double round_trip_s = 0;
+  Histogram round_trip;      ///< Of the last 10 s.
+  Histogram arrival_jitter;  ///< Likewise: how far from the mean period messages come in.
+  double loss = 0;           ///< Share of the machine's messages that never came, likewise.
+  Histogram hand_to_valve;   ///< Likewise: device report to valve command on the wire.
+};
+
+/// How a loop of this process keeps its time.
+struct LoopHealth {
+  std::array<char, 24> policy{};  ///< Scheduling class granted.
+  Duration period{};
+  std::uint64_t steps = 0, overruns = 0;
+  Histogram wake_lateness, execution;  ///< Of the last 10 s.
+};
+
+/// What is truly so; a real machine has nobody to tell.
+struct SimulatedTruth {
+  JointVector joint_rad = JointVector::Zero();
+  PlanarVector tip_N = PlanarVector::Zero();  ///< Frame M.
+  double payload_kg = 0;
+  double pump_Pa = 0;
+  double pump_share = 1;  ///< Delivered over asked flow.
+  sim::WorldEventRing events;
+};
+
+struct ConsoleView {
+  Time now{};  ///< Of the operator's loop.
+  OperatorSide hand;
+  LinkSide link;
+  SlaveMessage machine;  ///< Newest; meaningless before link.heard.
+  MachineStatus status;  ///< Newest; meaningless before status_heard.
+  bool status_heard = false;
+  double status_age_s = 0;
+  bool simulated = false, paused = false;
+  double simulated_s = 0;  ///< Of the session on screen.
+  SimulatedTruth truth;    ///< Where simulated.
+};
+
+}  // namespace knuckle::app

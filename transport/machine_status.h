@@ -1,0 +1,44 @@
+// What the machine's side tells of itself a few times a second beside the newest SlaveMessage: what a person watches,
+// no loop acts on it. A datagram of its own on the same link; who does not know it drops it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "core/joints.h"
+#include "core/time.h"
+#include "transport/link.h"
+
+namespace knuckle {
+
+/// Machine to operator, 20 Hz. All values SI.
+struct MachineStatus {
+  /// How late or how long, of the steps since the status before.
+  struct Timing {
+    Duration p50{}, p99{}, max{};
+  };
+  std::uint32_t sequence = 0;
+  Time sent_at{};                                   ///< Sender's clock.
+  JointVector valve_command = JointVector::Zero();  ///< After the gate, [-1, 1].
+  JointVector spool = JointVector::Zero();          ///< As the valves report, [-1, 1].
+  bool pilot_on = false;                            ///< As the enable node reports.
+  double oil_flow_m3ps = 0;                         ///< What the cylinders take from the pump, from their speeds.
+  double hydraulic_power_W = 0;                     ///< That flow times the pressures it works against.
+  Timing wake_lateness, execution;                  ///< Of the machine's loop.
+  Duration period{};                                ///< It is meant to keep.
+  std::uint64_t steps = 0, overruns = 0;            ///< Since its start.
+  std::uint8_t fifo_priority = 0;                   ///< Granted; 0: no real-time class.
+  double bus_load = 0;                              ///< Share of the CAN bus in use.
+  std::uint32_t can_errors = 0;                     ///< Error frames and frames lost, since the start.
+  /// Operator's clock: the device report behind the set-point that is on the valves' wire now; kNever: none is.
+  Time acted_report_at = kNever;
+  Duration acted_held{};  ///< From that datagram's arrival to the valve frame.
+};
+
+[[nodiscard]] Datagram encode(const MachineStatus& status) noexcept;
+/// nullopt where size, magic or version is wrong, or a number not finite or beyond anything honest.
+[[nodiscard]] std::optional<MachineStatus> decode_status(std::span<const std::uint8_t> bytes) noexcept;
+
+}  // namespace knuckle
