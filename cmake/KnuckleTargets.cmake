@@ -1,6 +1,6 @@
 # Compiler settings shared by every target, and the calls that make one:
 #   knuckle_library(NAME deps...)   one static library per folder
-#   knuckle_tests(NAME deps...)     one GoogleTest binary per test folder
+#   knuckle_tests(NAME deps... [LABEL name])   one GoogleTest binary per test folder; its ctest label, unless NAME
 #   knuckle_fuzzers(deps...)        one libFuzzer binary per tests/fuzz/*_fuzz.cpp
 #   knuckle_fuzz_replays(deps...)   one test per tests/fuzz/corpus/NAME: these files once through that fuzzer's check
 
@@ -51,20 +51,24 @@ function(knuckle_library name)
 endfunction()
 
 function(knuckle_tests name)
+  cmake_parse_arguments(PARSE_ARGV 1 tests "" "LABEL" "")
+  if(NOT tests_LABEL)
+    set(tests_LABEL ${name})
+  endif()
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*_test.cpp)
   if(NOT sources)
     return()
   endif()
   add_executable(test_${name} ${sources})
   # Object libraries are not passed on by others: each test binary holds the counting malloc itself.
-  target_link_libraries(test_${name} PRIVATE ${ARGN} knuckle_no_alloc GTest::gtest_main)
+  target_link_libraries(test_${name} PRIVATE ${tests_UNPARSED_ARGUMENTS} knuckle_no_alloc GTest::gtest_main)
   target_precompile_headers(test_${name} PRIVATE <Eigen/Dense> <gtest/gtest.h> <array> <string> <vector>)
   target_compile_definitions(test_${name} PRIVATE KNUCKLE_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   # The suite's name says where it runs: Deep* in `scripts/test --deep` only, *Thread* under TSan as well. One label a
   # test: the discovery of CMake 3.25 passes no lists on; `ctest -R '^${name}[.]'` selects a folder whole.
   set(common TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60)
   gtest_discover_tests(test_${name} ${common} TEST_FILTER "-Deep*:*Thread*.*" TEST_LIST ${name}_tests
-                       PROPERTIES LABELS ${name})
+                       PROPERTIES LABELS ${tests_LABEL})
   gtest_discover_tests(test_${name} ${common} TEST_FILTER "Deep*" TEST_LIST ${name}_deep_tests
                        PROPERTIES LABELS deep)
   gtest_discover_tests(test_${name} ${common} TEST_FILTER "*Thread*.*:-Deep*" TEST_LIST ${name}_thread_tests

@@ -17,6 +17,7 @@
 #include "app/interrupt.h"
 #include "app/options.h"
 #include "app/simulate.h"
+#include "app/window/console_command.h"
 #include "core/error.h"
 
 namespace knuckle::app {
@@ -29,6 +30,7 @@ std::vector<Command> commands() {
       identify_entry(identify_command),
       real_recordings_entry(),
       sweep_entry(),
+      console_entry(),
       slave_entry(),
       master_entry(),
       node_entry(),

@@ -1,0 +1,45 @@
+// What the person has chosen in the window: nothing of it leaves the window but through ConsoleInput.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "app/console/console_input.h"
+#include "app/window/units.h"
+
+namespace knuckle::app {
+
+enum class Screen : std::uint8_t { kOperate, kLink, kRealTime, kHydraulics, kCalibrate, kEvents, kCount };
+
+/// What a simulated session starts with; taken up by the next reset.
+struct SimulationChoice {
+  int scenario = 0;  ///< Index into ConsoleFacts::scenarios.
+  float delay_ms = 1, jitter_ms = 0, loss_percent = 0;
+  bool demo = false;  ///< The scenario's own operator drives.
+};
+
+struct EventFilter {
+  std::array<char, 64> text{};
+  int least_severity = 0;
+};
+
+struct UiState {
+  Screen screen = Screen::kOperate;
+  bool light = false;
+  UnitSystem units = UnitSystem::kMetric;
+  bool help = false;
+  bool side_view = true;
+  bool stop = false;  ///< Latched until released on purpose.
+  float position_scale = 0, force_scale = 0;
+  bool scales_chosen = false;  ///< By the person; before, the sliders follow the device's file.
+  AssistSettings assist;
+  float assist_limit_N = 1000;
+  bool paused = false;
+  std::uint32_t reset_count = 0;
+  SimulationChoice simulation;
+  EventFilter events;
+  std::string export_path, export_result;
+};
+
+}  // namespace knuckle::app
