@@ -37,13 +37,18 @@ bool pin_to(int processor) noexcept {
 }
 
 /// Read back, because what was asked for says little.
-std::string granted_policy() {
+struct Granted {
+  std::string policy;
+  int fifo_priority = 0;
+};
+Granted granted_policy() {
   int policy = 0;
   sched_param parameters{};
   pthread_getschedparam(pthread_self(), &policy, &parameters);
-  if (policy == SCHED_FIFO) return "SCHED_FIFO " + std::to_string(parameters.sched_priority);
-  if (policy == SCHED_RR) return "SCHED_RR " + std::to_string(parameters.sched_priority);
-  return policy == SCHED_OTHER ? "SCHED_OTHER" : "policy " + std::to_string(policy);
+  const std::string priority = std::to_string(parameters.sched_priority);
+  if (policy == SCHED_FIFO) return {"SCHED_FIFO " + priority, parameters.sched_priority};
+  if (policy == SCHED_RR) return {"SCHED_RR " + priority};
+  return {policy == SCHED_OTHER ? "SCHED_OTHER" : "policy " + std::to_string(policy)};
 }
 
 /// The first multiple of period after now.
@@ -103,19 +108,25 @@ void RealtimeThread::run() noexcept {
   if (options_.lock_memory) report_.memory_locked = lock_all_memory();
   if (options_.processor >= 0) report_.pinned = pin_to(options_.processor);
   if (options_.fifo_priority > 0) ask_for_fifo(options_.fifo_priority);
-  report_.policy = granted_policy();
+  const Granted granted = granted_policy();
+  report_.policy = granted.policy;
   begun_.store(true, std::memory_order_release);
 
+  std::optional<LoopHealthMeter> meter;
+  if (options_.health != nullptr)
+    meter.emplace(*options_.health, granted.policy, granted.fifo_priority, options_.period);
   PeriodicSchedule schedule(next_multiple(clock_.now(), options_.period), options_.period);
   while (!stop_.load(std::memory_order_relaxed)) {
     clock_.sleep_until(schedule.next());
     const Time woke = clock_.now();
     step_(woke);
     const Time done = clock_.now();
-    report_.wake_lateness.add(woke - schedule.next());
-    report_.execution.add(done - woke);
+    const Duration late = woke - schedule.next(), took = done - woke;
+    report_.wake_lateness.add(late);
+    report_.execution.add(took);
     ++report_.steps;
     schedule.advance(done);
+    if (meter) meter->note(done, late, took, schedule.skipped());
   }
   report_.overruns = schedule.skipped();
 }

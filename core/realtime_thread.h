@@ -10,6 +10,8 @@
 #include <thread>
 
 #include "core/histogram.h"
+#include "core/loop_health.h"
+#include "core/mailbox.h"
 #include "core/time.h"
 
 namespace knuckle {
@@ -49,6 +51,8 @@ struct RealtimeOptions {
   int fifo_priority = 0;     ///< 1..99 asks for SCHED_FIFO; 0 does not.
   int processor = -1;        ///< Runs on this one only; -1: any.
   bool lock_memory = false;  ///< Asks that no page of the process be swapped out.
+  /// Told four times a second, from the first step on, how the loop runs; outlives the thread. Null: nobody asks.
+  Mailbox<LoopHealth>* health = nullptr;
 };
 
 /// What the operating system granted, and what came of it.

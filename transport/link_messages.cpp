@@ -4,82 +4,28 @@
 #include <cmath>
 #include <limits>
 
-#include "transport/bytes.h"
+#include "transport/link_codec.h"
 
 namespace knuckle {
 namespace {
 
-constexpr std::uint16_t kMagic = 0x4E4B;  // "KN"
-enum class Kind : std::uint8_t { kMaster = 1, kSlave = 2 };
-constexpr std::size_t kHeaderSize = 4, kReasonSize = 11;
+using link_codec::begin;
+using link_codec::BoundedReader;
+using link_codec::kHeaderSize;
+using link_codec::Kind;
+using link_codec::open;
+using link_codec::put;
+using link_codec::put_each;
+
+constexpr std::size_t kReasonSize = 11;
 constexpr std::size_t kMasterSize = kHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 6 * 8 + 4 + 8;
 constexpr std::size_t kSlaveSize =
     kHeaderSize + 4 + 3 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 2 * 8 + 3 * 8 + 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
 constexpr std::uint8_t kMasterFlags = 0x3F;
 // No honest number comes near these; within them no sum, square or difference in the loops overflows.
-constexpr Duration kMostTime = std::chrono::hours(10 * 365 * 24);
 constexpr double kMostAngle_rad = 10, kMostRate_radps = 200;
 constexpr double kMostForce_N = 1e8, kMostCovariance_N2 = 1e16;
 constexpr double kMostPressure_Pa = 1e10, kMostMass_kg = 1e9, kMostEnergy_J = 1e15;
-
-ByteWriter begin(Datagram& datagram, Kind kind, std::size_t size) noexcept {
-  datagram.size = static_cast<std::uint16_t>(size);
-  ByteWriter out(std::span(datagram.bytes).first(size));
-  out.put(kMagic);
-  out.put(kLinkVersion);
-  out.put(static_cast<std::uint8_t>(kind));
-  return out;
-}
-
-/// A reader past the header; nullopt where size or header is not that of this kind.
-std::optional<ByteReader> open(std::span<const std::uint8_t> bytes, Kind kind, std::size_t size) noexcept {
-  if (bytes.size() != size) return std::nullopt;
-  ByteReader in(bytes);
-  const bool known = in.get<std::uint16_t>() == kMagic && in.get<std::uint8_t>() == kLinkVersion &&
-                     in.get<std::uint8_t>() == static_cast<std::uint8_t>(kind);
-  if (!known) return std::nullopt;
-  return in;
-}
-
-void put(ByteWriter& out, Time time) noexcept {
-  out.put(std::int64_t{time.time_since_epoch().count()});
-}
-/// An estimate has no bound of its own where a stretched arm feels next to nothing; it must not cost the message.
-template <typename Values>
-void put_each(ByteWriter& out, const Values& values, double most) noexcept {
-  for (const double value : values) out.put(std::clamp(value, -most, most));
-}
-
-/// Reads numbers that must be within bounds.
-class BoundedReader {
- public:
-  explicit BoundedReader(ByteReader& in) noexcept : in_(in) {}
-  Time time() noexcept {
-    const Duration since{in_.get<std::int64_t>()};
-    ok_ = ok_ && since >= -kMostTime && since <= kMostTime;
-    return Time(since);
-  }
-  double number(double min, double max) noexcept { return within(in_.get<double>(), min, max); }
-  double single(double min, double max) noexcept { return within(double{in_.get<float>()}, min, max); }
-  template <typename Values>
-  void each(Values& values, double most) noexcept {
-    for (double& value : values) value = number(-most, most);
-  }
-  [[nodiscard]] bool ok() const noexcept { return ok_ && in_.ok(); }
-
- private:
-  double within(double value, double min, double max) noexcept {
-    ok_ = ok_ && value >= min && value <= max;
-    return value;
-  }
-  ByteReader& in_;
-  bool ok_ = true;
-};
-
-template <typename Values>
-void put_each(ByteWriter& out, const Values& values) noexcept {
-  for (const double value : values) out.put(value);
-}
 
 /// A reason may carry the very NaN it complains of; it must still get through, so it is sent as the largest number.
 float sendable(float value) noexcept {

@@ -14,7 +14,6 @@
 
 namespace knuckle {
 
-inline constexpr std::uint8_t kLinkVersion = 2;
 /// Most that is added to an echoed time for having been held: echoes of a peer that fell silent grow old, so each side
 /// sees in its round trip when only the way back is dead. Four periods of the slower sender.
 inline constexpr Duration kMostHeld = 20ms;

@@ -2,7 +2,6 @@
 // no loop acts on it. A datagram of its own on the same link; who does not know it drops it.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -15,7 +14,7 @@ namespace knuckle {
 
 /// Machine to operator, 20 Hz. All values SI.
 struct MachineStatus {
-  /// How late or how long, of the steps since the status before.
+  /// How late or how long, of the steps of the last 10 s.
   struct Timing {
     Duration p50{}, p99{}, max{};
   };
@@ -33,8 +32,10 @@ struct MachineStatus {
   double bus_load = 0;                              ///< Share of the CAN bus in use.
   std::uint32_t can_errors = 0;                     ///< Error frames and frames lost, since the start.
   /// Operator's clock: the device report behind the set-point that is on the valves' wire now; kNever: none is.
+  /// Hand to valve = arrival of this here - acted_report_at - acted_ago - the way back (half a round trip).
   Time acted_report_at = kNever;
   Duration acted_held{};  ///< From that datagram's arrival to the valve frame.
+  Duration acted_ago{};   ///< From that valve frame to sent_at.
 };
 
 [[nodiscard]] Datagram encode(const MachineStatus& status) noexcept;

@@ -4,14 +4,24 @@
 #include <optional>
 
 #include "transport/link_messages.h"
+#include "transport/machine_status.h"
 
 namespace {
+
+bool finite(const knuckle::MachineStatus& status) {
+  return status.valve_command.allFinite() && status.spool.allFinite() && std::isfinite(status.oil_flow_m3ps) &&
+         std::isfinite(status.hydraulic_power_W) && std::isfinite(status.bus_load);
+}
+template <typename Message>
+bool finite(const Message& message) {
+  return message.position_rad.allFinite() && message.velocity_radps.allFinite();
+}
 
 template <typename Decode>
 void check(std::span<const std::uint8_t> bytes, Decode decode) {
   const auto message = decode(bytes);
   if (!message) return;
-  if (!message->position_rad.allFinite() || !message->velocity_radps.allFinite()) std::abort();
+  if (!finite(*message)) std::abort();
   const knuckle::Datagram once = encode(*message);
   const auto again = decode(once.view());
   if (!again) std::abort();
@@ -25,5 +35,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::span<const std::uint8_t> bytes(data, size);
   check(bytes, knuckle::decode_master);
   check(bytes, knuckle::decode_slave);
+  check(bytes, knuckle::decode_status);
   return 0;
 }

@@ -1,0 +1,280 @@
+#include "transport/machine_status.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "tests/support/no_alloc.h"
+#include "tests/transport/hex.h"
+#include "transport/link_messages.h"
+#include "transport/status_link.h"
+
+namespace knuckle {
+namespace {
+
+std::vector<std::uint8_t> bytes(const Datagram& datagram) {
+  return {datagram.view().begin(), datagram.view().end()};
+}
+
+MachineStatus some_status() {
+  MachineStatus s;
+  s.sequence = 0x01020304;
+  s.sent_at = Time(1ms);
+  s.valve_command = {1, -1, 0.5};
+  s.spool = {0, 2, 0};
+  s.pilot_on = true;
+  s.oil_flow_m3ps = 0.5;
+  s.hydraulic_power_W = 10;
+  s.wake_lateness = {1ns, 2ns, 3ns};
+  s.execution = {4ns, 5ns, 6ns};
+  s.period = 5ms;
+  s.steps = 7;
+  s.overruns = 8;
+  s.fifo_priority = 80;
+  s.bus_load = 0.5;
+  s.can_errors = 9;
+  s.acted_report_at = Time(-1ns);
+  s.acted_held = 10ns;
+  s.acted_ago = 11ns;
+  return s;
+}
+
+const std::string kStatus =
+    "4B4E 02 03  04030201  40420F0000000000 "
+    "000000000000F03F 000000000000F0BF 000000000000E03F  0000000000000000 0000000000000040 0000000000000000  01 "
+    "000000000000E03F 0000000000002440 "
+    "0100000000000000 0200000000000000 0300000000000000  0400000000000000 0500000000000000 0600000000000000 "
+    "404B4C0000000000  0700000000000000 0800000000000000  50  000000000000E03F  09000000 "
+    "FFFFFFFFFFFFFFFF 0A00000000000000 0B00000000000000";
+// Where in it what is.
+constexpr std::size_t kSentAt = 8, kCommand = 16, kPilot = 64, kFlow = 65, kWake = 81, kPeriod = 129, kPriority = 153,
+                      kLoad = 154, kReport = 166, kHeld = 174, kAgo = 182;
+
+template <typename T>
+std::vector<std::uint8_t> with(std::size_t at, T value) {
+  auto changed = test::hex(kStatus);
+  std::memcpy(changed.data() + at, &value, sizeof value);
+  return changed;
+}
+
+TEST(MachineStatus, HasTheBytesOfTheDesign) {
+  EXPECT_EQ(bytes(encode(some_status())), test::hex(kStatus));
+}
+
+TEST(MachineStatus, DecodesTheSameBytes) {
+  const auto status = decode_status(test::hex(kStatus));
+  ASSERT_TRUE(status);
+  EXPECT_EQ(bytes(encode(*status)), test::hex(kStatus));
+  EXPECT_EQ(status->sequence, 0x01020304U);
+  EXPECT_EQ(status->sent_at, Time(1ms));
+  EXPECT_EQ(status->valve_command, JointVector(1, -1, 0.5));
+  EXPECT_EQ(status->spool, JointVector(0, 2, 0));
+  EXPECT_TRUE(status->pilot_on);
+  EXPECT_EQ(status->oil_flow_m3ps, 0.5);
+  EXPECT_EQ(status->hydraulic_power_W, 10);
+  EXPECT_EQ(status->wake_lateness.p99, 2ns);
+  EXPECT_EQ(status->execution.max, 6ns);
+  EXPECT_EQ(status->period, 5ms);
+  EXPECT_EQ(status->steps, 7U);
+  EXPECT_EQ(status->overruns, 8U);
+  EXPECT_EQ(status->fifo_priority, 80);
+  EXPECT_EQ(status->bus_load, 0.5);
+  EXPECT_EQ(status->can_errors, 9U);
+  EXPECT_EQ(status->acted_report_at, Time(-1ns));
+  EXPECT_EQ(status->acted_held, 10ns);
+  EXPECT_EQ(status->acted_ago, 11ns);
+}
+
+TEST(MachineStatus, TruncatedLongerOrForeignDatagramsAreRefused) {
+  auto good = test::hex(kStatus);
+  for (std::size_t size = 0; size < good.size(); ++size) EXPECT_FALSE(decode_status(std::span(good).first(size)));
+  for (std::size_t header = 0; header < 4; ++header) {
+    auto foreign = good;
+    foreign[header] ^= 0x40;
+    EXPECT_FALSE(decode_status(foreign));
+  }
+  EXPECT_FALSE(decode_master(good));
+  EXPECT_FALSE(decode_slave(good));
+  EXPECT_FALSE(decode_status(encode(MasterMessage{}).view()));
+  EXPECT_FALSE(decode_status(encode(SlaveMessage{}).view()));
+  good.push_back(0);
+  EXPECT_FALSE(decode_status(good));
+}
+
+TEST(MachineStatus, ANonFiniteOrImpossibleNumberAnywhereIsRefused) {
+  std::vector<std::size_t> numbers{kFlow, kFlow + 8, kLoad};
+  for (std::size_t n = 0; n < 6; ++n) numbers.push_back(kCommand + 8 * n);
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                           -std::numeric_limits<double>::infinity(), 1e300, -1e300}) {
+    for (const std::size_t at : numbers) EXPECT_FALSE(decode_status(with(at, bad))) << at << " " << bad;
+  }
+  EXPECT_FALSE(decode_status(with(kFlow, -1.0))) << "nothing flows back into the pump";
+  EXPECT_FALSE(decode_status(with(kLoad, -0.1)));
+  EXPECT_FALSE(decode_status(with(kPilot, std::uint8_t{2})));
+  EXPECT_FALSE(decode_status(with(kPriority, std::uint8_t{100})));
+  std::vector<std::size_t> spans{kPeriod, kHeld, kAgo};
+  for (std::size_t n = 0; n < 6; ++n) spans.push_back(kWake + 8 * n);
+  for (const std::size_t at : spans) {
+    EXPECT_FALSE(decode_status(with(at, std::int64_t{-1}))) << at;
+    EXPECT_FALSE(decode_status(with(at, std::numeric_limits<std::int64_t>::max()))) << at;
+  }
+  for (const std::size_t at : {kSentAt, kReport}) {
+    EXPECT_FALSE(decode_status(with(at, std::numeric_limits<std::int64_t>::min()))) << at;
+    EXPECT_FALSE(decode_status(with(at, std::numeric_limits<std::int64_t>::max()))) << at;
+  }
+}
+
+TEST(MachineStatus, AnEstimateWithoutBoundDoesNotCostTheMessage) {
+  MachineStatus status = some_status();
+  status.oil_flow_m3ps = 1e200;
+  status.hydraulic_power_W = -1e200;
+  status.spool[kArm] = -1e200;
+  const auto back = decode_status(encode(status).view());
+  ASSERT_TRUE(back);
+  EXPECT_GE(back->oil_flow_m3ps, 10);
+  EXPECT_EQ(back->hydraulic_power_W, 0);
+  EXPECT_LE(back->spool[kArm], -10);
+}
+
+TEST(MachineStatus, RandomValuesSurviveTheRoundTripAndRandomBytesNeverBreakTheDecoder) {
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<> unit(-1, 1);
+  const auto span = [&random] { return Duration(static_cast<std::int64_t>(random() >> 8)); };
+  int accepted = 0;
+  for (int i = 0; i < 2000; ++i) {
+    MachineStatus s;
+    s.sequence = static_cast<std::uint32_t>(random());
+    s.sent_at = Time(span());
+    for (double& value : s.valve_command) value = unit(random);
+    for (double& value : s.spool) value = unit(random);
+    s.pilot_on = i % 2 == 0;
+    s.oil_flow_m3ps = std::abs(unit(random));
+    s.hydraulic_power_W = 1e5 * std::abs(unit(random));
+    s.wake_lateness = {span(), span(), span()};
+    s.execution = {span(), span(), span()};
+    s.period = span();
+    s.steps = random();
+    s.overruns = random();
+    s.fifo_priority = static_cast<std::uint8_t>(random() % 100);
+    s.bus_load = std::abs(unit(random));
+    s.can_errors = static_cast<std::uint32_t>(random());
+    s.acted_report_at = i % 3 == 0 ? kNever : Time(span());
+    s.acted_held = span();
+    s.acted_ago = span();
+    const Datagram sent = encode(s);
+    const auto back = decode_status(sent.view());
+    ASSERT_TRUE(back);
+    ASSERT_EQ(bytes(encode(*back)), bytes(sent));
+    ASSERT_EQ(back->spool, s.spool);
+    ASSERT_EQ(back->steps, s.steps);
+    ASSERT_EQ(back->acted_report_at, s.acted_report_at);
+    ASSERT_EQ(back->acted_ago, s.acted_ago);
+    auto noise = test::hex(kStatus);
+    for (int n = 0; n < 4; ++n) noise[4 + random() % (noise.size() - 4)] = static_cast<std::uint8_t>(random());
+    const auto read = decode_status(noise);
+    accepted += read ? 1 : 0;
+    ASSERT_TRUE(!read || (read->spool.allFinite() && std::isfinite(read->bus_load) && read->period >= 0ns));
+  }
+  EXPECT_GT(accepted, 100) << "the noise was not refused for its header alone";
+}
+
+/// What the machine's side put on the wire, in order.
+class Incoming final : public Link {
+ public:
+  void put(const Datagram& datagram) { datagrams_.push_back(datagram); }
+  bool send(std::span<const std::uint8_t> bytes) noexcept override {
+    sent_bytes += bytes.size();
+    return true;
+  }
+  bool receive(Datagram& datagram) noexcept override {
+    if (next_ == datagrams_.size()) return false;
+    datagram = datagrams_[next_++];
+    return true;
+  }
+  std::size_t sent_bytes = 0;
+
+ private:
+  std::vector<Datagram> datagrams_;
+  std::size_t next_ = 0;
+};
+
+Datagram status(std::uint32_t sequence, std::uint64_t steps = 0) {
+  MachineStatus s;
+  s.sequence = sequence;
+  s.steps = steps;
+  return encode(s);
+}
+
+TEST(StatusLink, SortsStatusesOutAndPassesEverythingElseOnInOrder) {
+  Incoming wire;
+  SlaveMessage first, second;
+  first.sequence = 1;
+  second.sequence = 2;
+  Datagram garbage;
+  garbage.size = 3;
+  for (const Datagram& datagram : {status(1), encode(first), status(2), status(3), garbage, encode(second), status(4)})
+    wire.put(datagram);
+  StatusLink link(wire);
+  EXPECT_FALSE(link.status());
+  EXPECT_EQ(link.status_at(), kNever);
+  link.stamp(Time(7ms));
+  Datagram datagram;
+  ASSERT_TRUE(link.receive(datagram));
+  EXPECT_EQ(decode_slave(datagram.view())->sequence, 1U);
+  EXPECT_EQ(link.status()->sequence, 1U);
+  ASSERT_TRUE(link.receive(datagram));
+  EXPECT_EQ(datagram.size, 3) << "malformed is for the loop to count";
+  ASSERT_TRUE(link.receive(datagram));
+  EXPECT_EQ(decode_slave(datagram.view())->sequence, 2U);
+  link.stamp(Time(9ms));
+  EXPECT_FALSE(link.receive(datagram));
+  EXPECT_EQ(link.status()->sequence, 4U);
+  EXPECT_EQ(link.status_at(), Time(9ms)) << "its arrival";
+  link.send(status(1).view());
+  EXPECT_EQ(wire.sent_bytes, status(1).size);
+}
+
+TEST(StatusLink, TheNewestNumberWinsUntilTheMachineHasBeenSilent) {
+  Incoming wire;
+  StatusLink link(wire);
+  Datagram datagram;
+  const auto hear = [&](Time at, std::uint32_t sequence, std::uint64_t steps) {
+    wire.put(status(sequence, steps));
+    link.stamp(at);
+    EXPECT_FALSE(link.receive(datagram));
+    return link.status()->steps;
+  };
+  EXPECT_EQ(hear(Time(1s), 0xFFFFFFFF, 1), 1U);
+  EXPECT_EQ(hear(Time(1050ms), 0, 2), 2U) << "across the wrap";
+  EXPECT_EQ(hear(Time(1100ms), 0xFFFFFFFF, 3), 2U) << "late";
+  EXPECT_EQ(hear(Time(1150ms), 0, 4), 2U) << "twice";
+  EXPECT_EQ(link.status_at(), Time(1050ms));
+  EXPECT_EQ(hear(Time(2050ms), 0xFFFFFFFF, 5), 5U) << "it has started anew";
+}
+
+TEST(StatusLink, AFloodOfStatusesKeepsNoLoopBusy) {
+  class Flood final : public Link {
+   public:
+    bool send(std::span<const std::uint8_t>) noexcept override { return true; }
+    bool receive(Datagram& datagram) noexcept override {
+      datagram = status(++count);
+      return true;
+    }
+    std::uint32_t count = 0;
+  } wire;
+  StatusLink link(wire);
+  Datagram datagram;
+  const test::NoAllocScope scope;
+  const bool received = link.receive(datagram);
+  const auto allocations = scope.allocations();
+  EXPECT_FALSE(received);
+  EXPECT_LE(wire.count, 64U);
+  EXPECT_EQ(allocations, 0U);
+}
+
+}  // namespace
+}  // namespace knuckle

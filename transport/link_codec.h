@@ -1,0 +1,90 @@
+// What the codecs of the link's messages have in common: one header, and numbers that must be within bounds. For the
+// codecs of this folder only.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "core/time.h"
+#include "transport/bytes.h"
+#include "transport/link.h"
+
+namespace knuckle::link_codec {
+
+inline constexpr std::uint16_t kMagic = 0x4E4B;  // "KN"
+inline constexpr std::uint8_t kLinkVersion = 2;
+enum class Kind : std::uint8_t { kMaster = 1, kSlave = 2, kStatus = 3 };
+inline constexpr std::size_t kHeaderSize = 4;
+/// No honest time comes near it; within it no difference overflows.
+inline constexpr Duration kMostTime = std::chrono::hours(10 * 365 * 24);
+
+/// A writer past the header of a datagram of this size.
+inline ByteWriter begin(Datagram& datagram, Kind kind, std::size_t size) noexcept {
+  datagram.size = static_cast<std::uint16_t>(size);
+  ByteWriter out(std::span(datagram.bytes).first(size));
+  out.put(kMagic);
+  out.put(kLinkVersion);
+  out.put(static_cast<std::uint8_t>(kind));
+  return out;
+}
+
+/// A reader past the header; nullopt where size or header is not that of this kind.
+inline std::optional<ByteReader> open(std::span<const std::uint8_t> bytes, Kind kind, std::size_t size) noexcept {
+  if (bytes.size() != size) return std::nullopt;
+  ByteReader in(bytes);
+  const bool known = in.get<std::uint16_t>() == kMagic && in.get<std::uint8_t>() == kLinkVersion &&
+                     in.get<std::uint8_t>() == static_cast<std::uint8_t>(kind);
+  if (!known) return std::nullopt;
+  return in;
+}
+
+inline void put(ByteWriter& out, Duration duration) noexcept {
+  out.put(std::int64_t{duration.count()});
+}
+inline void put(ByteWriter& out, Time time) noexcept {
+  put(out, time.time_since_epoch());
+}
+template <typename Values>
+void put_each(ByteWriter& out, const Values& values) noexcept {
+  for (const double value : values) out.put(value);
+}
+/// For what has no bound of its own and must not cost the message.
+template <typename Values>
+void put_each(ByteWriter& out, const Values& values, double most) noexcept {
+  for (const double value : values) out.put(std::clamp(value, -most, most));
+}
+
+/// Reads numbers that must be within bounds.
+class BoundedReader {
+ public:
+  explicit BoundedReader(ByteReader& in) noexcept : in_(in) {}
+  Time time() noexcept { return Time(between(-kMostTime, kMostTime)); }
+  /// Not negative.
+  Duration span() noexcept { return between(Duration::zero(), kMostTime); }
+  double number(double min, double max) noexcept { return within(in_.get<double>(), min, max); }
+  double single(double min, double max) noexcept { return within(double{in_.get<float>()}, min, max); }
+  template <typename Values>
+  void each(Values& values, double most) noexcept {
+    for (double& value : values) value = number(-most, most);
+  }
+  [[nodiscard]] bool ok() const noexcept { return ok_ && in_.ok(); }
+
+ private:
+  Duration between(Duration min, Duration max) noexcept {
+    const Duration value{in_.get<std::int64_t>()};
+    ok_ = ok_ && value >= min && value <= max;
+    return value;
+  }
+  double within(double value, double min, double max) noexcept {
+    ok_ = ok_ && value >= min && value <= max;
+    return value;
+  }
+  ByteReader& in_;
+  bool ok_ = true;
+};
+
+}  // namespace knuckle::link_codec

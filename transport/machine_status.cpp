@@ -1,0 +1,86 @@
+#include "transport/machine_status.h"
+
+#include "transport/link_codec.h"
+
+namespace knuckle {
+namespace {
+
+using link_codec::put;
+using link_codec::put_each;
+
+constexpr std::size_t kSize =
+    link_codec::kHeaderSize + 4 + 8 + 2 * 3 * 8 + 1 + 2 * 8 + 2 * 3 * 8 + 8 + 2 * 8 + 1 + 8 + 4 + 3 * 8;
+// No honest number comes near these.
+constexpr double kMostOpening = 1e3;  // of spool stroke, as a valve may report it
+constexpr double kMostFlow_m3ps = 1e3, kMostPower_W = 1e12, kMostLoad = 10;
+constexpr std::uint8_t kMostPriority = 99;
+
+void put(ByteWriter& out, const MachineStatus::Timing& timing) noexcept {
+  put(out, timing.p50);
+  put(out, timing.p99);
+  put(out, timing.max);
+}
+
+MachineStatus::Timing timing(link_codec::BoundedReader& bounded) noexcept {
+  MachineStatus::Timing timing;
+  timing.p50 = bounded.span();
+  timing.p99 = bounded.span();
+  timing.max = bounded.span();
+  return timing;
+}
+
+}  // namespace
+
+Datagram encode(const MachineStatus& status) noexcept {
+  Datagram datagram;
+  ByteWriter out = link_codec::begin(datagram, link_codec::Kind::kStatus, kSize);
+  out.put(status.sequence);
+  put(out, status.sent_at);
+  put_each(out, status.valve_command, kMostOpening);
+  put_each(out, status.spool, kMostOpening);
+  out.put(static_cast<std::uint8_t>(status.pilot_on ? 1 : 0));
+  out.put(std::clamp(status.oil_flow_m3ps, 0.0, kMostFlow_m3ps));
+  out.put(std::clamp(status.hydraulic_power_W, 0.0, kMostPower_W));
+  put(out, status.wake_lateness);
+  put(out, status.execution);
+  put(out, status.period);
+  out.put(status.steps);
+  out.put(status.overruns);
+  out.put(status.fifo_priority);
+  out.put(std::clamp(status.bus_load, 0.0, kMostLoad));
+  out.put(status.can_errors);
+  put(out, status.acted_report_at);
+  put(out, status.acted_held);
+  put(out, status.acted_ago);
+  return datagram;
+}
+
+std::optional<MachineStatus> decode_status(std::span<const std::uint8_t> bytes) noexcept {
+  auto in = link_codec::open(bytes, link_codec::Kind::kStatus, kSize);
+  if (!in) return std::nullopt;
+  link_codec::BoundedReader bounded(*in);
+  MachineStatus status;
+  status.sequence = in->get<std::uint32_t>();
+  status.sent_at = bounded.time();
+  bounded.each(status.valve_command, kMostOpening);
+  bounded.each(status.spool, kMostOpening);
+  const auto pilot_on = in->get<std::uint8_t>();
+  status.pilot_on = pilot_on == 1;
+  status.oil_flow_m3ps = bounded.number(0, kMostFlow_m3ps);
+  status.hydraulic_power_W = bounded.number(0, kMostPower_W);
+  status.wake_lateness = timing(bounded);
+  status.execution = timing(bounded);
+  status.period = bounded.span();
+  status.steps = in->get<std::uint64_t>();
+  status.overruns = in->get<std::uint64_t>();
+  status.fifo_priority = in->get<std::uint8_t>();
+  status.bus_load = bounded.number(0, kMostLoad);
+  status.can_errors = in->get<std::uint32_t>();
+  status.acted_report_at = bounded.time();
+  status.acted_held = bounded.span();
+  status.acted_ago = bounded.span();
+  if (pilot_on > 1 || status.fifo_priority > kMostPriority || !bounded.ok()) return std::nullopt;
+  return status;
+}
+
+}  // namespace knuckle
