@@ -7,6 +7,24 @@
 #include "estimation/identification/excitation.h"
 
 namespace knuckle::app {
+namespace {
+
+estimation::Survey survey(MachineRun& run, const std::vector<JointVector>& poses_rad, double sigma_m,
+                          const std::function<void(const estimation::Survey&)>& posed) {
+  estimation::Survey all;
+  for (const JointVector& pose_rad : poses_rad) {
+    estimation::Survey one = run.survey({pose_rad}, sigma_m);
+    if (all.poses.empty()) {
+      all = std::move(one);
+    } else {
+      all.poses.push_back(one.poses.front());
+    }
+    if (posed) posed(all);
+  }
+  return all;
+}
+
+}  // namespace
 
 JointVector middle_of_range(const MachineDescription& machine) noexcept {
   JointVector middle;
@@ -19,7 +37,8 @@ JointVector middle_of_range(const MachineDescription& machine) noexcept {
 
 CommissionRuns run_commissioning(const MachineDescription& drawing, const sim::MachineTruth& truth,
                                  const CommissionPlan& plan, std::uint64_t seed,
-                                 const std::function<void(double)>& progress) {
+                                 const std::function<void(double)>& progress,
+                                 const std::function<void(const estimation::Survey&)>& posed) {
   using estimation::MotionSpeed;
   const MachineDescription machine = calibrated(drawing);
   MachineRun run(machine, truth, {}, middle_of_range(machine), stream_seed(seed, Stream::kSensorNoise));
@@ -29,7 +48,7 @@ CommissionRuns run_commissioning(const MachineDescription& drawing, const sim::M
   };
   CommissionRuns runs;
   if (plan.survey_poses > 0)
-    runs.survey = run.survey(estimation::survey_poses(machine, plan.survey_poses), plan.survey_sigma_m);
+    runs.survey = survey(run, estimation::survey_poses(machine, plan.survey_poses), plan.survey_sigma_m, posed);
   runs.slow = run.follow(estimation::slow_sweeps(machine, plan.slow_s));
   runs.fast = run.follow(estimation::fast_excitation(machine, plan.fast_s, stream_seed(seed, Stream::kExcitation)));
   runs.validation_slow = held_out(stream_seed(seed, Stream::kValidation), MotionSpeed::kSlow);

@@ -105,8 +105,8 @@ Recording named(const std::string& name, MachineRecording made) {
 }
 
 Driven drive_full(const IdentifyOptions& options, const MachineDescription& drawing, const sim::MachineTruth& truth,
-                  const std::function<void(double)>& progress) {
-  CommissionRuns runs = run_commissioning(drawing, truth, commission_plan(options), options.seed, progress);
+                  const std::function<void(double)>& progress, const std::function<void(const Survey&)>& posed) {
+  CommissionRuns runs = run_commissioning(drawing, truth, commission_plan(options), options.seed, progress, posed);
   return {rounded(std::move(runs.survey)),
           {named("slow", std::move(runs.slow)), named("fast", std::move(runs.fast))},
           {named("hold_out_slow", std::move(runs.validation_slow)),
@@ -193,12 +193,13 @@ CommissionPlan commission_plan(const IdentifyOptions& options) {
   return {kSurveyedPoses, 1e-3 * options.survey_sigma_mm, options.slow_s, options.fast_s, held_out_s};
 }
 
-IdentifyData drive_for_data(const IdentifyOptions& options, const std::function<void(double)>& progress) {
+IdentifyData drive_for_data(const IdentifyOptions& options, const std::function<void(double)>& progress,
+                            const std::function<void(const Survey&)>& posed) {
   IdentifyData data;
   data.machine = load_machine(find_config("machine", options.machine));
   Keeper keeper(options.record);
   const sim::MachineTruth truth = sim::draw_truth(data.machine, options.seed);
-  Driven driven = options.method == "full" ? drive_full(options, data.machine, truth, progress)
+  Driven driven = options.method == "full" ? drive_full(options, data.machine, truth, progress, posed)
                                            : drive_paper(options, data.machine, truth, progress);
   calibrate_from(driven.survey, data);
   const auto take = [&](std::vector<Recording>& from, std::vector<Recording>& into) {

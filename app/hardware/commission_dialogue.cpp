@@ -34,9 +34,15 @@ void Dialogue::say(const std::string& line) {
   out_ << line << '\n' << std::flush;
 }
 
-std::string Dialogue::answer() {
+void Dialogue::begin(int number, const std::string& title) {
+  say("\n" + std::to_string(number) + ". " + title);
+  if (input_.began) input_.began(number, title);
+}
+
+std::string Dialogue::answer(Question question) {
   while (interrupted()) {
   }
+  if (input_.asked) input_.asked(question);
   out_ << "> " << std::flush;
   for (;;) {
     if (auto line = input_.poll()) return *line;
@@ -48,7 +54,7 @@ int Dialogue::ask(const std::string& question, std::initializer_list<const char*
   std::string all;
   for (const char* word : words) all += (all.empty() ? "" : " | ") + std::string(word);
   out_ << question << " [" << all << "]\n";
-  const std::string typed = answer();
+  const std::string typed = answer({question, {words.begin(), words.end()}, {}});
   int index = 0;
   for (const char* word : words) {
     if (typed == word) return index;
@@ -60,7 +66,9 @@ int Dialogue::ask(const std::string& question, std::initializer_list<const char*
 double Dialogue::ask_number(const std::string& question, double low, double high, std::optional<double> known) {
   const std::string bounds = number_text(low) + " to " + number_text(high);
   out_ << question << " [" << bounds << (known ? " | tape" : "") << "]\n";
-  const std::string typed = answer();
+  Question asked{question, {}, std::pair(low, high)};
+  if (known) asked.words.emplace_back("tape");
+  const std::string typed = answer(std::move(asked));
   if (known && typed == "tape") return *known;
   double value = 0;
   const auto end = std::from_chars(typed.data(), typed.data() + typed.size(), value);

@@ -8,6 +8,8 @@
 #include <ostream>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace knuckle::app {
 
@@ -32,17 +34,27 @@ class LineInput {
 
 class Dialogue {
  public:
+  /// What is asked, for whoever shows it otherwise than as a line of text.
+  struct Question {
+    std::string text;
+    std::vector<std::string> words;                   ///< One of these is the answer,
+    std::optional<std::pair<double, double>> bounds;  ///< or a number within these.
+  };
   struct Input {
     std::function<std::optional<std::string>()> poll;  ///< As LineInput::poll().
     /// A person types as it goes: what was typed before a question is no answer to it, and anything typed while
     /// something moves means stop. A script's lines are all there from the beginning.
     bool live = false;
+    std::function<void(const Question&)> asked{};          ///< Told of every question; may be empty.
+    std::function<void(int, const std::string&)> began{};  ///< Told of every step: its number and title; likewise.
   };
   /// @param idle lets the machine go on for a moment; called until there is an answer.
   Dialogue(std::ostream& out, Input input, std::function<void()> idle)
       : out_(out), input_(std::move(input)), idle_(std::move(idle)) {}
 
   void say(const std::string& line);
+  /// A step of the commissioning begins.
+  void begin(int number, const std::string& title);
   /// @return which of the words. @throws CommissionEnded for any other answer.
   int ask(const std::string& question, std::initializer_list<const char*> words);
   /// @throws CommissionEnded for anything but a number within the bounds.
@@ -52,7 +64,7 @@ class Dialogue {
   [[nodiscard]] bool interrupted();
 
  private:
-  std::string answer();
+  std::string answer(Question question);
 
   std::ostream& out_;
   Input input_;

@@ -46,7 +46,7 @@ class Wizard {
 
   /// Reads only.
   void identity() {
-    dialogue_.say("\n1. Identity");
+    dialogue_.begin(1, "Identity");
     const BusSurvey survey = survey_bus(access_, machine_.bus.bit_rate, doctor_objects(machine_), {}, check_);
     const BusDiagnosis diagnosis = diagnose(survey, &machine_);
     print_diagnosis(diagnosis, out_);
@@ -57,7 +57,7 @@ class Wizard {
   }
 
   void probe() {
-    dialogue_.say("\n2. Nodes");
+    dialogue_.begin(2, "Nodes");
     dialogue_.ask("The nodes are configured and started now; pilot pressure stays off.", {"configure"});
     bench_.emplace(machine_, access_, [this] {
       check_();
@@ -71,7 +71,7 @@ class Wizard {
   }
 
   void enable_motion() {
-    dialogue_.say("\n3. Motion enable");
+    dialogue_.begin(3, "Motion enable");
     dialogue_.ask("Step 1 of 2: pilot pressure on for two seconds, all valves closed. Nothing may move.", {"pilot"});
     const JointVector crept = bench_->try_pilot(2s);
     for (int j = 0; j < kJoints; ++j) {
@@ -86,7 +86,7 @@ class Wizard {
   }
 
   void signs() {
-    dialogue_.say("\n4. Signs: small motions");
+    dialogue_.begin(4, "Signs: small motions");
     for (int j = 0; j < kJoints; ++j) {
       small_motion(j, 1);
       small_motion(j, -1);
@@ -94,7 +94,7 @@ class Wizard {
   }
 
   void strokes() {
-    dialogue_.say("\n5. Stroke ends and zero");
+    dialogue_.begin(5, "Stroke ends and zero");
     for (int j = 0; j < kJoints; ++j) {
       const auto extended = drive_to_end(j, 1), retracted = drive_to_end(j, -1);
       if (extended && retracted) {
@@ -108,7 +108,7 @@ class Wizard {
   }
 
   void dead_bands() {
-    dialogue_.say("\n6. Dead bands");
+    dialogue_.begin(6, "Dead bands");
     for (int j = 0; j < kJoints; ++j) {
       if (!offered(j, "slow ramps both ways", true)) continue;
       AxisResult& axis = result_.axes[static_cast<std::size_t>(j)];
@@ -119,7 +119,7 @@ class Wizard {
 
   template <typename Record>
   void hand_over(const Record& record) {
-    dialogue_.say("\n7. Identification");
+    dialogue_.begin(7, "Identification");
     bool zeroed = true;
     for (const AxisResult& axis : result_.axes) zeroed = zeroed && axis.preset;
     if (!zeroed) {

@@ -1,0 +1,280 @@
+#include "app/console/calibration_job.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <ostream>
+#include <sstream>
+#include <streambuf>
+#include <utility>
+
+#include "app/commissioning/calibration_file.h"
+#include "app/commissioning/commission.h"
+#include "app/commissioning/identify.h"
+#include "app/commissioning/identify_data.h"
+#include "app/commissioning/identify_output.h"
+#include "app/hardware/bus_access.h"
+#include "app/hardware/commission_wizard.h"
+#include "app/output_file.h"
+#include "core/error.h"
+#include "estimation/regressor.h"
+#include "machine/kinematics.h"
+#include "machine/load.h"
+
+namespace knuckle::app {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr double kJudged_Hz = 2;          // as identify judges held-out torque
+constexpr std::size_t kTellingPoses = 3;  // with fewer nothing can be told apart
+constexpr auto kIdle = std::chrono::milliseconds(20);
+
+/// Simulated time no faster than `pace` times the wall's.
+class Pacer {
+ public:
+  explicit Pacer(double pace) : pace_(pace), began_(std::chrono::steady_clock::now()) {}
+  void wait(Time now) const {
+    if (pace_ <= 0 || now.time_since_epoch() % kGrain != Duration::zero()) return;
+    std::this_thread::sleep_until(began_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                               std::chrono::duration<double>(to_seconds(now) / pace_)));
+  }
+
+ private:
+  static constexpr Duration kGrain = 20ms;
+  double pace_;
+  std::chrono::steady_clock::time_point began_;
+};
+
+/// What the held-out motion says of a calibration that is in use; nullopt where there is none.
+std::optional<JointVector> old_nrmse(const MachineDescription& before, const estimation::Recording& recording) {
+  if (!before.dynamics_calibration) return std::nullopt;
+  const auto comparison = estimation::compare_torque(*before.dynamics_calibration, calibrated(before), recording,
+                                                     estimation::FullOptions{});
+  return estimation::torque_fit(comparison, kJudged_Hz).nrmse;
+}
+
+/// How well the poses so far tell the links' weights apart: condition number of the column-scaled gravity regressor.
+/// nullopt where a reading is no angle of this arm.
+std::optional<double> gravity_condition(const Kinematics& kinematics, const estimation::Survey& survey) {
+  constexpr int kMoments = estimation::kBaseParameters - estimation::kMomentX;
+  Eigen::MatrixXd rows(kJoints * static_cast<int>(survey.poses.size()), kMoments);
+  for (std::size_t p = 0; p < survey.poses.size(); ++p) {
+    JointVector joints_rad;
+    for (int j = 0; j < kJoints; ++j) {
+      const auto angle = kinematics.joint_at(j, survey.poses[p].cylinder_m[j]);
+      if (!angle) return std::nullopt;
+      joints_rad[j] = *angle;
+    }
+    rows.middleRows<kJoints>(kJoints * static_cast<int>(p)) =
+        estimation::RigidArm::gravity(estimation::Pose(joints_rad, 0)).rightCols<kMoments>();
+  }
+  rows.array().rowwise() /= rows.colwise().norm().array().max(1e-12).eval();
+  const Eigen::VectorXd singular = rows.jacobiSvd().singularValues();
+  return singular[0] / std::max(singular[kMoments - 1], 1e-12);
+}
+
+CalibrationStage stage_of(int step) {
+  constexpr int kSteps = 7;
+  return static_cast<CalibrationStage>(std::clamp(step, 1, kSteps) - 1);
+}
+
+}  // namespace
+
+/// Lines of the wizard into the state.
+class CalibrationJob::Lines final : public std::streambuf {
+ public:
+  explicit Lines(CalibrationJob& job) : job_(job) {}
+
+ private:
+  int_type overflow(int_type c) override {
+    if (c == traits_type::eof()) return 0;
+    if (c != '\n') {
+      line_ += static_cast<char>(c);
+      return c;
+    }
+    if (line_.rfind("> ", 0) == 0) line_.erase(0, 2);  // the prompt before an answer
+    if (!line_.empty()) job_.change([this](CalibrationState& state) { state.said.push_back(line_); });
+    line_.clear();
+    return c;
+  }
+  CalibrationJob& job_;
+  std::string line_;
+};
+
+CalibrationJob::CalibrationJob(CalibrationPlan plan)
+    : plan_(std::move(plan)), machine_file_(find_config("machine", plan_.machine)) {
+  (void)load_machine(machine_file_);
+  OutputFile("calibrated machine file", plan_.target);  // a bad place is told before the work is done
+  thread_ = std::thread([this] { run(); });
+}
+
+CalibrationJob::~CalibrationJob() {
+  cancel();
+  thread_.join();
+}
+
+template <typename Change>
+void CalibrationJob::change(Change change) {
+  const std::lock_guard lock(mutex_);
+  change(state_);
+  ++version_;
+}
+
+std::optional<CalibrationState> CalibrationJob::newer(std::uint64_t& seen) const {
+  const std::lock_guard lock(mutex_);
+  if (seen == version_) return std::nullopt;
+  seen = version_;
+  return state_;
+}
+
+void CalibrationJob::answer(const std::string& word) {
+  change([&](CalibrationState& state) {
+    state.question.reset();
+    answers_.push_back(word);
+  });
+}
+
+void CalibrationJob::cancel() {
+  cancelled_ = true;
+}
+
+void CalibrationJob::accept() {
+  const std::lock_guard lock(mutex_);
+  decision_ = Decision::kAccept;
+}
+
+void CalibrationJob::discard() {
+  const std::lock_guard lock(mutex_);
+  decision_ = Decision::kDiscard;
+}
+
+void CalibrationJob::check() const {
+  if (cancelled_) throw CommissionEnded("cancelled");
+}
+
+std::optional<std::string> CalibrationJob::poll() {
+  check();
+  const std::lock_guard lock(mutex_);
+  if (answers_.empty()) return std::nullopt;
+  std::string word = std::move(answers_.front());
+  answers_.erase(answers_.begin());
+  return word;
+}
+
+void CalibrationJob::run() {
+  std::string outcome;
+  try {
+    commission();
+    identify_and_decide();
+    return;
+  } catch (const std::exception& ended) {
+    outcome = std::string("ended, nothing was changed: ") + ended.what();
+  }
+  change([&](CalibrationState& state) {
+    state.stage = CalibrationStage::kOver;
+    state.question.reset();
+    state.outcome = outcome;
+  });
+}
+
+void CalibrationJob::commission() {
+  const MachineDescription drawing = load_machine(machine_file_);
+  const MachineDescription machine = calibrated(drawing);
+  const auto bus =
+      std::make_shared<SimulatedBus>(sim::draw_truth(drawing, plan_.seed), middle_of_range(machine), plan_.seed);
+  const Pacer pacer(plan_.pace);
+  bus->each_ms = [&](SimulatedBus& simulated) {
+    poses_.put(simulated.machine.plant().state().joint_rad);
+    pacer.wait(simulated.now);
+  };
+  BusAccess access = simulated_access(bus);
+  Dialogue::Input input{[this] { return poll(); }, true};
+  input.asked = [this](const Dialogue::Question& question) {
+    change([&](CalibrationState& state) { state.question = question; });
+  };
+  input.began = [this](int step, const std::string&) {
+    change([&](CalibrationState& state) { state.stage = stage_of(step); });
+  };
+  bool recorded = false;
+  const auto record = [&recorded](const MachineDescription&, const std::function<bool()>&) {
+    recorded = true;  // driven below, where poses and motions can be watched
+    return std::vector<std::string>{};
+  };
+  Lines lines(*this);
+  std::ostream out(&lines);
+  (void)run_wizard(machine, access, input, out, record, [this] { check(); });
+  if (!recorded) throw CommissionEnded("finished before identification");
+}
+
+CalibrationJob::Decision CalibrationJob::wait_for_decision() const {
+  for (;; std::this_thread::sleep_for(kIdle)) {
+    check();
+    const std::lock_guard lock(mutex_);
+    if (decision_ != Decision::kNone) return decision_;
+  }
+}
+
+void CalibrationJob::identify_and_decide() {
+  IdentifyOptions options;
+  options.machine = machine_file_;
+  options.simulate = true;
+  options.seed = plan_.seed;
+  options.slow_s = plan_.slow_s;
+  options.fast_s = plan_.fast_s;
+  const Kinematics kinematics(calibrated(load_machine(machine_file_)));
+  const auto driven = [this](double share) {
+    check();
+    change([&](CalibrationState& state) { state.done = share; });
+  };
+  const auto posed = [&](const estimation::Survey& survey) {
+    check();
+    const auto condition = gravity_condition(kinematics, survey);
+    const std::size_t all = commission_plan(options).survey_poses;
+    change([&](CalibrationState& state) {
+      state.poses = survey.poses.size();
+      if (condition && state.poses >= kTellingPoses) state.condition_numbers.push_back(*condition);
+      if (state.poses == all) state.stage = CalibrationStage::kDynamics;
+    });
+  };
+  change([](CalibrationState& state) { state.stage = CalibrationStage::kPoses; });
+  const IdentifyData data = drive_for_data(options, driven, posed);
+  change([](CalibrationState& state) {
+    state.stage = CalibrationStage::kHoldOut;
+    state.done = 0;
+  });
+  const Identified result = identify(data, "full", {}, driven);
+  const std::string before_file = fs::exists(plan_.target) ? plan_.target : machine_file_;
+  const MachineDescription before = load_machine(before_file);
+  change([&](CalibrationState& state) {
+    for (std::size_t i = 0; i < data.hold_out.size(); ++i) {
+      HoldOutRow row{data.hold_out[i].source, {}, old_nrmse(before, data.hold_out[i])};
+      for (const HoldOut& held : result.hold_out)
+        if (held.method == result.method && held.source == row.recording) row.new_nrmse = held.judged().nrmse;
+      state.hold_out.push_back(row);
+    }
+    state.usable = result.summary.usable;
+    state.verdict = verdict(result);
+    state.stage = CalibrationStage::kDecision;
+  });
+  const bool wanted = wait_for_decision() == Decision::kAccept && result.summary.usable;
+  const std::string kept = wanted ? write_calibrated_machine(result.machine, plan_.target) : "";
+  change([&](CalibrationState& state) {
+    state.stage = CalibrationStage::kOver;
+    state.accepted = wanted;
+    state.kept = kept;
+    state.outcome = wanted ? "accepted: " + plan_.target + (kept.empty() ? "" : ", the one before kept as " + kept)
+                           : "discarded: nothing was changed";
+  });
+}
+
+void roll_back(const std::string& target, const std::string& kept) {
+  std::error_code error;
+  if (kept.empty()) {
+    fs::remove(target, error);
+  } else {
+    fs::rename(kept, target, error);
+  }
+  if (error) throw InputError(target + ": cannot be rolled back: " + error.message());
+}
+
+}  // namespace knuckle::app
