@@ -14,7 +14,9 @@ namespace knuckle::app {
 /// Writes rows as names or as values. Buffered: all is out when it is gone.
 class RowWriter {
  public:
-  RowWriter(std::ostream& out, bool names) : out_(out), names_(names) {}
+  /// @param line_end "\r\n" for files that shall obey RFC 4180 to the letter.
+  RowWriter(std::ostream& out, bool names, std::string_view line_end = "\n")
+      : out_(out), names_(names), line_end_(line_end) {}
   ~RowWriter() { flush(); }
   RowWriter(const RowWriter&) = delete;
   RowWriter& operator=(const RowWriter&) = delete;
@@ -25,7 +27,14 @@ class RowWriter {
     const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 10);
     cell({digits.data(), end.ptr});
   }
-  void word(std::string_view name, std::string_view value) { cell(names_ ? name : value); }
+  /// Quoted where it has to be.
+  void word(std::string_view name, std::string_view value) {
+    const std::string_view shown = names_ ? name : value;
+    if (shown.find_first_of(",\"\r\n") == std::string_view::npos) return cell(shown);
+    std::string quoted = "\"";
+    for (const char c : shown) quoted.append(c == '"' ? 2 : 1, c);
+    cell(quoted + '"');
+  }
   /// Columns prefix + joint + suffix.
   void joints(std::string_view prefix, std::string_view suffix, const JointVector& values,
               const PerJoint<const char*>& joint_names = kJointNames) {
@@ -37,7 +46,7 @@ class RowWriter {
     number(joined(name, "_z_", unit), value.y());
   }
   void end_row() {
-    text_ += '\n';
+    text_ += line_end_;
     row_is_empty_ = true;
     if (text_.size() >= kFlushBytes) flush();
   }
@@ -62,6 +71,7 @@ class RowWriter {
 
   std::ostream& out_;
   bool names_, row_is_empty_ = true;
+  std::string_view line_end_;
   std::string text_;
 };
 

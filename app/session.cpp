@@ -8,23 +8,16 @@
 #include "app/loop_views.h"
 #include "app/operator_path.h"
 #include "app/session_books.h"
-#include "core/error.h"
+#include "app/session_sides.h"
 #include "machine/kinematics.h"
-#include "sim/haptic_device.h"
 #include "sim/operator.h"
-#include "sim/simulated_machine.h"
 #include "slave/bus_map.h"
-#include "slave/slave_loop.h"
-#include "transport/hid_pair.h"
-#include "transport/virtual_can.h"
 
 namespace knuckle::app {
 namespace {
 
-constexpr Duration kTick = 1ms;
 constexpr double kTail_s = 0.5;         // recorded after the operator has finished
 constexpr Duration kAftermath = 300ms;  // a fault that latches so soon after something was mended is due to it
-constexpr std::size_t kControllerPort = 0, kMachinePort = 1;
 
 }  // namespace
 
@@ -44,7 +37,6 @@ struct Session::Impl {
   SessionSetup setup;
   Kinematics kinematics;
   Time now{};
-  Duration slave_period;
   SessionRecord record;
   MasterBook master_book;
   SlaveBook slave_book;
@@ -55,80 +47,70 @@ struct Session::Impl {
   PlanarVector last_force_N = PlanarVector::Zero();
   Time finished_at = Time::max();
 
-  HidPair cable;
-  ImpairedLink network;
-  VirtualCanBus bus;
-  FaultInjection faults;
   sim::Operator person;
-  sim::HandAndDevice hand;
+  HandSide hand;
+  ImpairedLink network;
+  FaultInjection faults;
   master::MasterLoop master;
-  slave::SlaveLoop slave;
-  sim::SimulatedMachine machine;
+  MachineSide far;
 };
 
 Session::Impl::Impl(const SessionSetup& s)
     : setup(s),
       kinematics(s.machine),
-      slave_period(from_seconds(1 / s.machine.bus.sync_Hz)),
       record(start_record(s)),
       master_book(record.samples.capacity()),
       slave_book(record.samples.capacity()),
       machine_book(most_frames(s.machine.bus, s.scenario.duration_s)),
-      network(s.to_machine, s.to_operator, s.seed),
-      bus(2, s.machine.bus.bit_rate),
-      faults(s.scenario.faults, network, cable),
       person(s.machine, s.scenario.phases, s.path, kPathPeriod, s.scenario.hand_rad, s.scenario.reaction,
              press_stiffness_N_per_m(s)),
-      hand(s.device, s.limb, cable.device(), s.seed, s.scenario.hand_rad),
-      master(s.device, s.machine, cable.host(), faults.operator_end(), s.law),
-      slave(s.machine, bus.port(kControllerPort), faults.machine_end()),
-      machine(s.truth, s.scenario.world, s.scenario.start_rad, bus.port(kMachinePort), s.seed) {
-  if (slave_period % kTick != Duration::zero()) {
-    throw InputError(s.machine.source + ": key 'bus.sync_Hz' = " + std::to_string(s.machine.bus.sync_Hz) +
-                     ": its period must be whole milliseconds");
-  }
+      hand(s.device, s.limb, s.seed, s.scenario.hand_rad),
+      network(s.to_machine, s.to_operator, s.seed),
+      faults(s.scenario.faults, network, hand.cable),
+      master(s.device, s.machine, hand.cable.host(), faults.operator_end(), s.law),
+      far(s.machine, s.truth, s.scenario, s.seed, faults.machine_end()) {
   master.set_assist(s.scenario.assist);
-  bus.set_tap(
+  far.bus.set_tap(
       {[](void* book, Time at, const CanFrame& f) { static_cast<MachineBook*>(book)->note(at, f); }, &machine_book});
 }
 
 void Session::Impl::step() noexcept {
   now += kTick;
-  cable.advance();
   network.advance(now);
   const MasterView shown = view_of(master, setup.scenario.start_rad);
-  const sim::OperatorIntent intent = person.step(now, person_view(shown, hand.truth(), machine_book.breaks));
-  faults.step(now, person.phase(), person.in_phase(now), machine, hand);
+  const sim::OperatorIntent intent = person.step(now, person_view(shown, hand.device.truth(), machine_book.breaks));
+  faults.step(now, person.phase(), person.in_phase(now), far.machine, hand.device);
   hand.step(now, intent);
   master.step(now);
   note_slew();
   master_book.note(now, master);
-  bus.advance(now);
-  if (now.time_since_epoch() % slave_period == Duration::zero()) {
+  far.bus.advance(now);
+  if (far.slave_due(now)) {
     if (faults.slave_runs()) {
-      slave.step(now);
-      slave_book.note(now, slave);
+      far.slave.step(now);
+      slave_book.note(now, far.slave);
     }
     sample(intent);
   }
-  machine.step(now);
-  machine_book.note(machine.plant().state().events);
+  far.machine.step(now);
+  machine_book.note(far.machine.plant().state().events);
   if (person.finished() && finished_at == Time::max()) finished_at = now;
 }
 
 /// How much the felt force changed in this millisecond, for the slew bound.
 void Session::Impl::note_slew() noexcept {
-  const PlanarVector force_N = hand.truth().felt_N;
+  const PlanarVector force_N = hand.device.truth().felt_N;
   felt_slew = std::max(felt_slew, (force_N - last_force_N).norm());
   last_force_N = force_N;
 }
 
 void Session::Impl::sample(const sim::OperatorIntent& intent) noexcept {
-  latched.step(now, slave.mode(), slave.fault(), intent.enable);
-  const HandView held = view_of(hand, person, intent, setup.scenario.phases.size());
+  latched.step(now, far.slave.mode(), far.slave.fault(), intent.enable);
+  const HandView held = view_of(hand.device, person, intent, setup.scenario.phases.size());
   MasterView asked = view_of(master, setup.scenario.start_rad);
   asked.slew_N_per_ms = std::exchange(felt_slew, 0.0);
-  keep(record.samples, sample_of(now, slave, machine.plant().state(), held, asked, kinematics), record.records_lost);
+  keep(record.samples, sample_of(now, far.slave, far.machine.plant().state(), held, asked, kinematics),
+       record.records_lost);
 }
 
 Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) const {

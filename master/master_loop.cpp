@@ -123,7 +123,7 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
   message.presence = device.presence;
   message.enable = device.enable;
   message.clutch = device.clutch;
-  message.stop = device.stop;
+  message.stop = stop();
   message.device_ok = device.ok;
   message.device_reason = device.reason;
   message.position_rad = set_point_.position_rad();

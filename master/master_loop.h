@@ -42,6 +42,8 @@ class MasterLoop {
 
   /// Sent with every set-point from now on.
   void set_assist(const AssistSettings& assist) noexcept { assist_ = assist; }
+  /// Likewise: a stop besides the device's own button, which needs no device to act.
+  void set_stop(bool pressed) noexcept { stop_ = pressed; }
 
   // For displays and recordings; all of the last step.
   [[nodiscard]] const DeviceReading& device() const noexcept { return driver_.reading(); }
@@ -56,6 +58,9 @@ class MasterLoop {
   [[nodiscard]] PlanarVector sent_force_N() const noexcept { return tip_force_of(posture_.jacobian, torque_Nm_); }
   [[nodiscard]] double round_trip_s() const noexcept { return round_trip_s_; }
   [[nodiscard]] double silence_s() const noexcept { return silence_s_; }
+  [[nodiscard]] bool stop() const noexcept { return stop_ || driver_.reading().stop; }
+  [[nodiscard]] double position_scale() const noexcept { return feel_.position_scale * set_point_.scale(); }
+  [[nodiscard]] double force_scale() const noexcept { return force_scale_; }
   /// Newest message from the machine; nothing before the first.
   [[nodiscard]] const std::optional<SlaveMessage>& machine() const noexcept { return slave_; }
   [[nodiscard]] Reason warning() const noexcept;  ///< Energy watchdog lowering the force; else none.
@@ -80,6 +85,7 @@ class MasterLoop {
 
   double force_scale_;
   AssistSettings assist_;
+  bool stop_ = false;
   std::optional<SlaveMessage> slave_;
   Time slave_at_ = kNever;  // arrival of slave_
   double round_trip_s_ = 0, silence_s_ = 1e9;

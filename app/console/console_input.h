@@ -17,10 +17,18 @@ struct HandInput {
   bool clutch = false;
 };
 
+/// Input older than this counts as nobody holding anything, a haptic device included: who cannot see, nor press Stop,
+/// leads nothing.
+inline constexpr Duration kInputAgeLimit = 400ms;
+
+/// Bounds of the scales; what is asked for beyond them is taken as the bound.
+inline constexpr double kLeastPositionScale = 2, kMostPositionScale = 20;            ///< Machine m per hand m.
+inline constexpr double kLeastForceScale = 1.0 / 8000, kMostForceScale = 1.0 / 500;  ///< Hand N per machine N.
+
 struct ConsoleInput {
-  Time at = kNever;   ///< When the window's thread last looked; too old, and nobody holds anything.
-  HandInput hand;     ///< Without effect where a haptic device is in use.
-  bool stop = false;  ///< Software stop is pressed in.
+  Time at = kNever;                            ///< When the window's thread last looked.
+  HandInput hand;                              ///< Without effect where a haptic device is in use.
+  bool stop = false;                           ///< Software stop is pressed in.
   double position_scale = 0, force_scale = 0;  ///< 0: as the device's file says. Taken while nothing is led.
   AssistSettings assist;
   bool paused = false;            ///< Simulated session only.

@@ -42,14 +42,6 @@ struct LinkSide {
   Histogram hand_to_valve;   ///< Likewise: device report to valve command on the wire.
 };
 
-/// How a loop of this process keeps its time.
-struct LoopHealth {
-  std::array<char, 24> policy{};  ///< Scheduling class granted.
-  Duration period{};
-  std::uint64_t steps = 0, overruns = 0;
-  Histogram wake_lateness, execution;  ///< Of the last 10 s.
-};
-
 /// What is truly so; a real machine has nobody to tell.
 struct SimulatedTruth {
   JointVector joint_rad = JointVector::Zero();

@@ -4,16 +4,15 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/hardware/letting_go.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
-#include "transport/hid_reports.h"
 
 namespace knuckle::app {
 namespace {
 
 constexpr int kPriority = 75;
 constexpr double kSilent_s = 1;
-constexpr int kLettingGoSteps = 100;  // as many milliseconds: some of the datagrams arrive
 constexpr Duration kStandingReason = 1s;
 
 bool same(const Reason& a, const Reason& b) noexcept {
@@ -23,44 +22,6 @@ bool same(const Reason& a, const Reason& b) noexcept {
 std::string reason_text(const Reason& reason) {
   return std::string(name(reason.code)) + ": " + text(reason);
 }
-
-/// The device's wire; once let go, every command on it says "off" instead of what the loop asked for.
-class LettingGoPort final : public HidPort {
- public:
-  explicit LettingGoPort(HidPort& port) noexcept : port_(port) {}
-  void let_go() noexcept { let_go_ = true; }
-  bool write(const HidReport& report) noexcept override {
-    auto command = let_go_ ? decode_command(report) : std::nullopt;
-    if (!command) return port_.write(report);
-    command->mode = TorqueMode::kOff;
-    command->torque_permille = {};
-    return port_.write(encode(*command));
-  }
-  bool read(HidReport& report) noexcept override { return port_.read(report); }
-  [[nodiscard]] bool connected() const noexcept override { return port_.connected(); }
-
- private:
-  HidPort& port_;
-  bool let_go_ = false;
-};
-
-/// The link; once let go, every message on it says that nobody holds the device.
-class LettingGoLink final : public Link {
- public:
-  explicit LettingGoLink(Link& link) noexcept : link_(link) {}
-  void let_go() noexcept { let_go_ = true; }
-  bool send(std::span<const std::uint8_t> bytes) noexcept override {
-    auto message = let_go_ ? decode_master(bytes) : std::nullopt;
-    if (!message) return link_.send(bytes);
-    message->presence = message->enable = message->clutch = false;
-    return link_.send(encode(*message).view());
-  }
-  bool receive(Datagram& datagram) noexcept override { return link_.receive(datagram); }
-
- private:
-  Link& link_;
-  bool let_go_ = false;
-};
 
 struct MasterStatus {
   MasterEvent now;

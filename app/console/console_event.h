@@ -1,0 +1,40 @@
+// What happened, as the loops' thread notes it in the very step: plain data on its way to the event book, so that a
+// window that stalls misses nothing.
+#pragma once
+
+#include <cstdint>
+
+#include "core/reason.h"
+#include "core/time.h"
+#include "sim/world.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::app {
+
+enum class ConsoleEventKind : std::uint8_t {
+  kMachine,   ///< mode or fault changed: mode, reason = the fault, or what blocks
+  kBlocked,   ///< reason has blocked, or limited, for more than a second
+  kDevice,    ///< reason why the device cannot be used; kNone: it can
+  kLink,      ///< on: the machine is heard
+  kContact,   ///< on; value: force on the tip [N]
+  kPiece,     ///< simulated world: piece; value as its event says
+  kStop,      ///< on: pressed in
+  kInput,     ///< on: what is held counts again; off: the window has stalled, nobody holds anything
+  kScales,    ///< on: taken; off: refused while the machine is led
+  kWarning,   ///< reason; kNone: over
+  kPaused,    ///< on
+  kNewStart,  ///< the simulated session was begun anew
+};
+
+struct ConsoleEvent {
+  ConsoleEventKind kind = ConsoleEventKind::kMachine;
+  Time at{};              ///< Of the session on screen.
+  std::uint32_t run = 1;  ///< Which session, where it is begun anew.
+  bool on = false;
+  Mode mode = Mode::kOff;
+  Reason reason;
+  sim::WorldEventKind piece = sim::WorldEventKind::kPieceBroke;
+  double value = 0;
+};
+
+}  // namespace knuckle::app

@@ -1,0 +1,184 @@
+#include "app/console/event_book.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <utility>
+
+#include "app/csv_row.h"
+#include "app/output_file.h"
+
+namespace knuckle::app {
+namespace {
+
+struct Told {
+  Severity severity;
+  std::string code, text;
+};
+
+std::string with_number(const char* format, double value) {
+  char buffer[96];
+  std::snprintf(buffer, sizeof buffer, format, value);
+  return buffer;
+}
+
+Told machine(const ConsoleEvent& event) {
+  const bool stopped = event.mode == Mode::kFault || event.mode == Mode::kEStop;
+  const std::string mode = std::string("machine: ") + name(event.mode);
+  const std::string why = event.reason ? ", " + text(event.reason) : "";
+  return {stopped ? Severity::kAlarm : Severity::kInfo, stopped && event.reason ? name(event.reason.code) : "mode",
+          mode + why};
+}
+
+Told device(const ConsoleEvent& event) {
+  if (!event.reason) return {Severity::kInfo, "device", "haptic device is ready"};
+  const bool starting = event.reason.code == ReasonCode::kStartingUp;
+  return {starting ? Severity::kInfo : Severity::kWarning, name(event.reason.code),
+          starting ? "haptic device is starting up" : text(event.reason)};
+}
+
+Told piece(const ConsoleEvent& event) {
+  switch (event.piece) {
+    case sim::WorldEventKind::kContact:
+      return {Severity::kInfo, "piece", "bucket touches"};
+    case sim::WorldEventKind::kRelease:
+      return {Severity::kInfo, "piece", "bucket is free"};
+    case sim::WorldEventKind::kPieceBroke:
+      return {Severity::kInfo, "piece", with_number("piece broke off at %.0f N", event.value)};
+    case sim::WorldEventKind::kPieceDown:
+      return {Severity::kInfo, "piece", "piece is down"};
+    case sim::WorldEventKind::kScooped:
+      return {Severity::kInfo, "piece", with_number("piece scooped: %.0f kg", event.value)};
+    case sim::WorldEventKind::kDug:
+      return {Severity::kInfo, "piece", with_number("dug: %.0f kg", event.value)};
+    case sim::WorldEventKind::kDumped:
+      return {Severity::kInfo, "piece", with_number("dumped: %.0f kg", event.value)};
+    case sim::WorldEventKind::kPipeTouched:
+      return {Severity::kWarning, "piece", "pipe touched"};
+    case sim::WorldEventKind::kWeightOn:
+      return {Severity::kInfo, "piece", with_number("weight hung on: %.0f kg", event.value)};
+    case sim::WorldEventKind::kWeightOff:
+      return {Severity::kInfo, "piece", "weight taken off"};
+  }
+  return {Severity::kInfo, "piece", "?"};
+}
+
+Told told(const ConsoleEvent& event) {
+  switch (event.kind) {
+    case ConsoleEventKind::kMachine:
+      return machine(event);
+    case ConsoleEventKind::kBlocked:
+      return {Severity::kInfo, name(event.reason.code), text(event.reason)};
+    case ConsoleEventKind::kDevice:
+      return device(event);
+    case ConsoleEventKind::kLink:
+      return event.on ? Told{Severity::kInfo, "link", "machine is heard"}
+                      : Told{Severity::kAlarm, "link", "machine is not heard: check the network"};
+    case ConsoleEventKind::kContact:
+      return {Severity::kInfo, "contact",
+              event.on ? with_number("contact, %.0f N", event.value) : std::string("contact is over")};
+    case ConsoleEventKind::kPiece:
+      return piece(event);
+    case ConsoleEventKind::kStop:
+      return event.on ? Told{Severity::kWarning, "stop", "Stop pressed"}
+                      : Told{Severity::kInfo, "stop", "Stop released: let go of enable, then press it again"};
+    case ConsoleEventKind::kInput:
+      return event.on ? Told{Severity::kInfo, "input", "window runs again: let go of enable, then press it again"}
+                      : Told{Severity::kWarning, "input", "window has stalled: nobody leads the machine"};
+    case ConsoleEventKind::kScales:
+      return event.on ? Told{Severity::kInfo, "scales", "scales taken"}
+                      : Told{Severity::kInfo, "scales", "scales are locked while the machine is led"};
+    case ConsoleEventKind::kWarning:
+      return event.reason ? Told{Severity::kWarning, name(event.reason.code), text(event.reason)}
+                          : Told{Severity::kInfo, "warning", "warning is over"};
+    case ConsoleEventKind::kPaused:
+      return {Severity::kInfo, "session", event.on ? "paused" : "goes on"};
+    case ConsoleEventKind::kNewStart:
+      return {Severity::kInfo, "session", "begun anew"};
+  }
+  return {Severity::kInfo, "?", "?"};
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+void put_row(std::ostream& out, const EventRow& event, bool names) {
+  RowWriter row(out, names, "\r\n");
+  row.number("number", static_cast<double>(event.number));
+  row.number("run", event.run);
+  row.number("time_s", to_seconds(event.at));
+  row.word("severity", name(event.severity));
+  row.word("code", event.code);
+  row.word("text", event.text);
+  row.word("acknowledged", event.acknowledged ? "yes" : "no");
+  row.end_row();
+}
+
+}  // namespace
+
+const char* name(Severity severity) noexcept {
+  switch (severity) {
+    case Severity::kInfo:
+      return "info";
+    case Severity::kWarning:
+      return "warning";
+    case Severity::kAlarm:
+      return "alarm";
+  }
+  return "?";
+}
+
+void EventBook::add(const ConsoleEvent& event) {
+  const Told line = told(event);
+  add(event.at, event.run, line.severity, line.code, line.text);
+}
+
+void EventBook::add(Time at, std::uint32_t run, Severity severity, const std::string& code, const std::string& text) {
+  rows_.push_back({++numbered_, run, at, severity, code, text, severity == Severity::kInfo});
+  if (rows_.size() <= kMost) return;
+  rows_.pop_front();
+  ++forgotten_;
+}
+
+void EventBook::note_lost(Time at, std::uint32_t run, std::uint64_t lost) {
+  if (lost <= lost_) return;
+  add(at, run, Severity::kWarning, "events_lost", std::to_string(lost - lost_) + " events lost: too many at a time");
+  lost_ = lost;
+}
+
+std::vector<const EventRow*> EventBook::matching(const EventFilter& filter) const {
+  const std::string wanted = lower(filter.text);
+  std::vector<const EventRow*> found;
+  for (const EventRow& row : rows_) {
+    if (row.severity < filter.least || (filter.open_only && row.acknowledged)) continue;
+    const bool said = wanted.empty() || lower(row.code).find(wanted) != std::string::npos ||
+                      lower(row.text).find(wanted) != std::string::npos;
+    if (said) found.push_back(&row);
+  }
+  return found;
+}
+
+std::size_t EventBook::open(Severity least) const noexcept {
+  return static_cast<std::size_t>(std::count_if(
+      rows_.begin(), rows_.end(), [least](const EventRow& row) { return !row.acknowledged && row.severity >= least; }));
+}
+
+void EventBook::acknowledge(std::uint64_t number) noexcept {
+  for (EventRow& row : rows_) row.acknowledged |= row.number == number;
+}
+
+void EventBook::acknowledge_all() noexcept {
+  for (EventRow& row : rows_) row.acknowledged = true;
+}
+
+void EventBook::export_csv(const std::string& path) const {
+  OutputFile file("export", path);
+  put_row(file.stream(), {}, true);
+  for (const EventRow& row : rows_) put_row(file.stream(), row, false);
+  file.commit();
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,64 @@
+// What happened, for people: lines with time, severity and what to do, to filter, acknowledge and export.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "app/console/console_event.h"
+#include "core/time.h"
+
+namespace knuckle::app {
+
+enum class Severity : std::uint8_t { kInfo, kWarning, kAlarm };
+[[nodiscard]] const char* name(Severity severity) noexcept;  ///< "info", "warning", "alarm"
+
+struct EventRow {
+  std::uint64_t number = 0;  ///< Counts up from 1; never used twice.
+  std::uint32_t run = 1;     ///< Which session, where it is begun anew.
+  Time at{};                 ///< Of that session.
+  Severity severity = Severity::kInfo;
+  std::string code;           ///< Stable: "mode", "link_lost", ...
+  std::string text;           ///< One line.
+  bool acknowledged = false;  ///< Information needs none and has it from the start.
+};
+
+/// Empty text and kInfo: everything.
+struct EventFilter {
+  Severity least = Severity::kInfo;
+  std::string text;        ///< In code or text, whatever the case.
+  bool open_only = false;  ///< Not acknowledged.
+};
+
+class EventBook {
+ public:
+  static constexpr std::size_t kMost = 2000;  ///< The oldest go first.
+
+  void add(const ConsoleEvent& event);
+  /// What the window itself has to say, such as a gamepad that is gone.
+  void add(Time at, std::uint32_t run, Severity severity, const std::string& code, const std::string& text);
+  /// Events that the loops had no room for; a row whenever it has grown. @param lost so far.
+  void note_lost(Time at, std::uint32_t run, std::uint64_t lost);
+
+  /// Oldest first.
+  [[nodiscard]] const std::deque<EventRow>& rows() const noexcept { return rows_; }
+  /// Oldest first; valid until something is added.
+  [[nodiscard]] std::vector<const EventRow*> matching(const EventFilter& filter) const;
+  /// Not acknowledged.
+  [[nodiscard]] std::size_t open(Severity least) const noexcept;
+  void acknowledge(std::uint64_t number) noexcept;
+  void acknowledge_all() noexcept;
+  /// Rows there was no room for any more.
+  [[nodiscard]] std::uint64_t forgotten() const noexcept { return forgotten_; }
+
+  /// All rows as CSV (RFC 4180). @throws InputError where the file cannot be written.
+  void export_csv(const std::string& path) const;
+
+ private:
+  std::deque<EventRow> rows_;
+  std::uint64_t numbered_ = 0, forgotten_ = 0, lost_ = 0;
+};
+
+}  // namespace knuckle::app

@@ -1,0 +1,92 @@
+// The console's keys, once: what the window listens to and what the help shows. Codes are GLFW's, as its documentation
+// lists them, so that this needs no window.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace knuckle::app {
+
+namespace key {
+inline constexpr int kSpace = 32, kMinus = '-', kSlash = '/', kEqual = '=';
+inline constexpr int kF1 = 290, kF2 = 291, kF3 = 292, kF4 = 293, kF5 = 294, kF6 = 295;
+inline constexpr int kF9 = 298, kF10 = 299, kF11 = 300, kF12 = 301;
+inline constexpr int kKeypadSubtract = 333, kKeypadAdd = 334;
+inline constexpr int kLeftShift = 340, kLeftControl = 341, kRightShift = 344, kRightControl = 345;
+}  // namespace key
+
+enum class KeyAction : std::uint8_t {
+  // held
+  kEnable,
+  kClutch,
+  kSlow,
+  kBoomUp,
+  kBoomDown,
+  kArmOut,
+  kArmIn,
+  kBucketOut,
+  kBucketIn,
+  // pressed
+  kStop,
+  kReleaseStop,
+  kOperate,
+  kLink,
+  kRealTime,
+  kHydraulics,
+  kCalibrate,
+  kEvents,
+  kPause,
+  kReset,
+  kView,
+  kTheme,
+  kUnits,
+  kFullScreen,
+  kLarger,
+  kSmaller,
+  kHelp,
+};
+
+struct KeyBinding {
+  KeyAction action;
+  int key;
+  bool held;         ///< Acts for as long as it is down, whatever else is down.
+  bool control;      ///< Pressed ones: together with Ctrl, and only so. Shift is the dead-man and never counts.
+  const char* keys;  ///< For the help; empty: another key of the line before.
+  const char* what;
+};
+
+inline constexpr std::array kKeys{
+    KeyBinding{KeyAction::kEnable, key::kLeftShift, true, false, "Shift", "enable, for as long as it is held"},
+    KeyBinding{KeyAction::kEnable, key::kRightShift, true, false, "", ""},
+    KeyBinding{KeyAction::kBoomUp, 'Q', true, false, "Q", "boom up"},
+    KeyBinding{KeyAction::kBoomDown, 'A', true, false, "A", "boom down"},
+    KeyBinding{KeyAction::kArmOut, 'W', true, false, "W", "arm out"},
+    KeyBinding{KeyAction::kArmIn, 'S', true, false, "S", "arm in"},
+    KeyBinding{KeyAction::kBucketOut, 'E', true, false, "E", "bucket out"},
+    KeyBinding{KeyAction::kBucketIn, 'D', true, false, "D", "bucket in (curl)"},
+    KeyBinding{KeyAction::kSlow, key::kLeftControl, true, false, "Ctrl", "slow"},
+    KeyBinding{KeyAction::kSlow, key::kRightControl, true, false, "", ""},
+    KeyBinding{KeyAction::kClutch, 'C', true, false, "C", "clutch: the machine waits while the hand moves"},
+    KeyBinding{KeyAction::kStop, key::kSpace, false, false, "Space", "Stop"},
+    KeyBinding{KeyAction::kReleaseStop, key::kSpace, false, true, "Ctrl+Space", "release Stop"},
+    KeyBinding{KeyAction::kOperate, key::kF1, false, false, "F1", "Operate"},
+    KeyBinding{KeyAction::kLink, key::kF2, false, false, "F2", "Link"},
+    KeyBinding{KeyAction::kRealTime, key::kF3, false, false, "F3", "Real time"},
+    KeyBinding{KeyAction::kHydraulics, key::kF4, false, false, "F4", "Hydraulics"},
+    KeyBinding{KeyAction::kCalibrate, key::kF5, false, false, "F5", "Calibrate"},
+    KeyBinding{KeyAction::kEvents, key::kF6, false, false, "F6", "Events"},
+    KeyBinding{KeyAction::kPause, 'P', false, false, "P", "pause (simulation)"},
+    KeyBinding{KeyAction::kReset, 'R', false, true, "Ctrl+R", "begin anew (simulation)"},
+    KeyBinding{KeyAction::kView, 'V', false, false, "V", "side view or orbit"},
+    KeyBinding{KeyAction::kTheme, key::kF9, false, false, "F9", "light or dark"},
+    KeyBinding{KeyAction::kUnits, key::kF10, false, false, "F10", "metric or imperial"},
+    KeyBinding{KeyAction::kFullScreen, key::kF11, false, false, "F11", "full screen"},
+    KeyBinding{KeyAction::kLarger, key::kEqual, false, true, "Ctrl and +", "larger"},
+    KeyBinding{KeyAction::kLarger, key::kKeypadAdd, false, true, "", ""},
+    KeyBinding{KeyAction::kSmaller, key::kMinus, false, true, "Ctrl and -", "smaller"},
+    KeyBinding{KeyAction::kSmaller, key::kKeypadSubtract, false, true, "", ""},
+    KeyBinding{KeyAction::kHelp, key::kF12, false, false, "F12 or ?", "this help"},
+    KeyBinding{KeyAction::kHelp, key::kSlash, false, false, "", ""},
+};
+
+}  // namespace knuckle::app

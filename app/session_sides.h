@@ -1,0 +1,57 @@
+// The two simulated sides of a session on virtual time, each behind its wire: what lies between them (master loop,
+// link, what goes wrong) belongs to whoever runs the session.
+#pragma once
+
+#include <cstdint>
+
+#include "app/scenario.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "sim/haptic_device.h"
+#include "sim/operator_limb.h"
+#include "sim/simulated_machine.h"
+#include "sim/truth.h"
+#include "slave/slave_loop.h"
+#include "transport/can_bus.h"
+#include "transport/hid_pair.h"
+#include "transport/link.h"
+#include "transport/virtual_can.h"
+
+namespace knuckle::app {
+
+inline constexpr Duration kTick = 1ms;  ///< Of every session on virtual time.
+
+/// A limb on a haptic device at the end of its cable.
+struct HandSide {
+  HandSide(const DeviceDescription& description, const sim::LimbImpedance& limb, std::uint64_t seed,
+           const JointVector& start_rad)
+      : device(description, limb, cable.device(), seed, start_rad) {}
+
+  /// One tick; the master's step comes next.
+  void step(Time now, const sim::OperatorIntent& intent) noexcept {
+    cable.advance();
+    device.step(now, intent);
+  }
+
+  HidPair cable;
+  sim::HandAndDevice device;
+};
+
+/// A machine in its world, its bus and the loop that leads it. One tick is bus.advance(), slave.step() where it is due,
+/// machine.step(), in this order.
+struct MachineSide {
+  /// @param link outlives this. @throws InputError where machine file, truth, world and start do not fit together.
+  MachineSide(const MachineDescription& description, const sim::MachineTruth& truth, const Scenario& scenario,
+              std::uint64_t seed, Link& link);
+
+  [[nodiscard]] bool slave_due(Time now) const noexcept {
+    return now.time_since_epoch() % slave_period == Duration::zero();
+  }
+
+  Duration slave_period;
+  VirtualCanBus bus;
+  slave::SlaveLoop slave;
+  sim::SimulatedMachine machine;
+};
+
+}  // namespace knuckle::app
