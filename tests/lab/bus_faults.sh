@@ -27,6 +27,7 @@ fault no_acknowledge bus_passive 'cansend vcan0 20000024#0020000000008000' 'cans
 
 # Not the node of the machine file: nobody can engage the machine, however often the operator tries.
 record wrong_identity vcan1 marks
+mark $breaking
 mark $broken
 start_machine wrong_identity vcan0 vcan1 /lab/sweep.toml --fault wrong_identity:boom_valve@0
 sleep 5
@@ -44,8 +45,9 @@ start_machine babble vcan0 vcan1 /lab/sweep.toml --fault babble@usr1+1
 within 20 holds "$result/babble.slave.log" ' engaged'
 record babble vcan1 marks
 sleep 1.3
-mark $broken
+mark $breaking
 signal babble.node USR1
+mark $broken
 sleep 1
 mark $mended
 sleep 0.3

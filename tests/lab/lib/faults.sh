@@ -5,9 +5,10 @@
 . /lab/lib/common.sh
 . /lab/lib/session.sh
 
-# Marks in the frame log, on an interface of their own: when something was broken, when mended, when judging ends.
+# Marks in the frame log, on an interface of their own: before something is broken, when it is, when it is mended, when
+# judging ends.
 mark() { cansend marks "7F0#$1"; }
-broken=01 mended=02 over=03
+breaking=01 broken=02 mended=03 over=04
 
 gateway_up() { cangw -A -s vcan0 -d vcan1 -e && cangw -A -s vcan1 -d vcan0 -e; }
 
@@ -27,9 +28,9 @@ faults_set_up() {
   start_operator all hid /tmp/faults.toml
 }
 
-# Reads a candump log; prints JSON: moving before; ms from the fault until all valves that were not neutral had been seen to
-# be told to stand still, their spools to be in the dead band, and pilot pressure to be off, null where that was not seen;
-# frames that ask for motion after the mending.
+# Reads a candump log; prints JSON: moving before; ms that the breaking took; ms from its begin until all valves that were
+# not neutral had been seen to be told to stand still, their spools to be in the dead band, and pilot pressure to be off,
+# null where that was not seen; frames that ask for motion after the mending.
 judge_frames() {
   awk '
     function hex(text, at, n,  i, value) {
@@ -56,16 +57,16 @@ judge_frames() {
       return sprintf("%.1f", 1000 * (all - t0))
     }
     { t = substr($1, 2) + 0; split($3, frame, "#"); id = frame[1]; data = frame[2] }
-    $2 == "marks" { phase = hex(data, 1, 2); if (phase == 1) t0 = t; next }
-    phase == 3 { next }
+    $2 == "marks" { phase = hex(data, 1, 2); if (phase == 1) t0 = t; if (phase == 2) broken = t; next }
+    phase == 4 { next }
     id ~ /^21[012]$/ { moves = hex(data, 2, 1) % 8 == 7 && i16(data, 5) != 0 }
     id ~ /^21[012]$/ && !phase && moves { moved_at = t }
-    id ~ /^21[012]$/ { watch("command", id, moves); resumed += phase == 2 && moves }
+    id ~ /^21[012]$/ { watch("command", id, moves); resumed += phase == 3 && moves }
     id ~ /^19[012]$/ { spool = i16(data, 5); watch("spool", id, spool > 1802 || spool < -1802) }
     id == "1C0" { watch("pilot", id, int(hex(data, 2, 1) / 2) % 2) }
     END {
-      printf "{\"moved\":%s,\"command_neutral_ms\":%s,\"spool_neutral_ms\":%s,\"pilot_off_ms\":%s,\"resumed\":%d}\n",
-        (moved_at > t0 - 0.1 ? "true" : "false"), worst("command"), worst("spool"), worst("pilot"), resumed
+      printf "{\"moved\":%s,\"breaking_ms\":%.1f,\"command_neutral_ms\":%s,\"spool_neutral_ms\":%s,\"pilot_off_ms\":%s,\"resumed\":%d}\n",
+        (moved_at > t0 - 0.1 ? "true" : "false"), 1000 * (broken - t0), worst("command"), worst("spool"), worst("pilot"), resumed
     }' "$1"
 }
 
@@ -85,8 +86,9 @@ keep_result() {
 }
 
 # fault NAME EXPECTED_CODE BREAK MEND [NODE_FAULT]: BREAK and MEND are shell commands; NODE_FAULT is what the nodes break
-# at SIGUSR1. A code of "none": the slave cannot say anything. COMMAND_MS, SPOOL_MS: other bounds than the usual ones; a
-# COMMAND_MS of "null": nobody is there to send a neutral command, the nodes stop by themselves.
+# at SIGUSR1. A code of "none": the slave cannot say anything. COMMAND_MS, SPOOL_MS: other bounds than the usual ones,
+# from when BREAK has returned (the last good input came in before that); a COMMAND_MS of "null": nobody is there to send
+# a neutral command, the nodes stop by themselves.
 fault() {
   local name=$1 code=$2 break=$3 mend=$4
   start_machine "$name" vcan0 vcan1 /lab/sweep.toml ${5:+--fault "$5"}
@@ -97,8 +99,9 @@ fault() {
   fi
   record "$name" vcan1 marks
   sleep 1.3
-  mark $broken
+  mark $breaking
   eval "$break"
+  mark $broken
   sleep 1
   eval "$mend"
   mark $mended
@@ -111,6 +114,7 @@ fault() {
   # Without SYNC, or mute, a valve does not tell its position: then pilot pressure must be off.
   check "$name: $(jq -r '"\(.code), ms until neutral: command \(.command_neutral_ms), spools \(.spool_neutral_ms), pilot pressure \(.pilot_off_ms)"' /tmp/fault.json)" \
     says /tmp/fault.json '.moved and .code == .expected and .resumed == 0
-      and (.command_bound_ms == null or (.command_neutral_ms // 1e9) <= .command_bound_ms)
-      and ([.spool_neutral_ms, .pilot_off_ms] | map(. // 1e9) | min) <= .spool_bound_ms' || cat /tmp/fault.json
+      and (.command_bound_ms == null or (.command_neutral_ms // 1e9) - .breaking_ms <= .command_bound_ms)
+      and ([.spool_neutral_ms, .pilot_off_ms] | map(. // 1e9) | min) - .breaking_ms <= .spool_bound_ms' ||
+    sed 's/^/# /' /tmp/fault.json
 }

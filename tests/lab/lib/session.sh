@@ -18,6 +18,7 @@ hosts_up() {
   tc qdisc add dev to_operator root netem delay "$1ms"
   tc -n operator qdisc add dev to_machine root netem delay "$1ms"
 }
+# What the machine hears is cut last.
 link_cut() { tc qdisc replace dev to_operator root netem loss 100% && tc -n operator qdisc replace dev to_machine root netem loss 100%; }
 link_mend() { tc qdisc replace dev to_operator root netem delay 10ms && tc -n operator qdisc replace dev to_machine root netem delay 10ms; }
 
