@@ -36,6 +36,7 @@ stop_machine wrong_identity
 mark $over
 stop recorder
 keep_result wrong_identity node_identity "never engaged"
+cat /tmp/fault.json >> "$result/faults.jsonl"
 check "wrong_identity: the machine is never engaged, nothing moves, and the node is named" \
   says /tmp/fault.json '(.reason // "" | startswith("node 0x10")) and .code == .expected and .resumed == 0'
 check "wrong_identity: never engaged" of wrong_identity.slave '.modes | map(.mode) | index("engaged") | not'
@@ -55,6 +56,7 @@ mark $over
 stop_machine babble
 stop recorder
 keep_result babble none "goes on working, no frame lost"
+cat /tmp/fault.json >> "$result/faults.jsonl"
 check "babble: more than 1000 frames in a second" test "$(grep -c ' 001#' "$result/babble.candump.log")" -gt 1000
 check "babble: no fault, no frame lost, the machine goes on moving" of babble.slave \
   '.faults == [] and (.can_counters | [.queue_full, .overflows] | add == 0)'

@@ -70,7 +70,7 @@ judge_frames() {
     }' "$1"
 }
 
-# keep_result NAME EXPECTED_CODE [NOTE]: what frames and slave say, as one line of JSON.
+# keep_result NAME EXPECTED_CODE [NOTE]: what frames and slave say, as one line of JSON in /tmp/fault.json.
 keep_result() {
   judge_frames "$result/$1.candump.log" > /tmp/judged.json
   local told=$result/$1.slave.json
@@ -82,7 +82,6 @@ keep_result() {
        note: (if $note == "" then null else $note end),
        mode: (($slave[0].modes // []) | map(.mode | select(. == "fault" or . == "e_stop")) | .[0]),
        command_bound_ms: $command, spool_bound_ms: $spool} + .' /tmp/judged.json > /tmp/fault.json
-  cat /tmp/fault.json >> "$result/faults.jsonl"
 }
 
 # fault NAME EXPECTED_CODE BREAK MEND [NODE_FAULT]: BREAK and MEND are shell commands; NODE_FAULT is what the nodes break
@@ -90,12 +89,31 @@ keep_result() {
 # from when BREAK has returned (the last good input came in before that); a COMMAND_MS of "null": nobody is there to send
 # a neutral command, the nodes stop by themselves.
 fault() {
+  local name=$1 tries=3
+  until try_fault "$@"; do
+    tries=$((tries - 1))
+    if [ $tries = 0 ]; then
+      check "$name: could be tried on a machine in motion" false
+      return
+    fi
+    echo "# $name: the machine was not in motion, so nothing was learned: once more"
+  done
+  # Without SYNC, or mute, a valve does not tell its position: then pilot pressure must be off.
+  check "$name: $(jq -r '"\(.code), ms until neutral: command \(.command_neutral_ms), spools \(.spool_neutral_ms), pilot pressure \(.pilot_off_ms)"' /tmp/fault.json)" \
+    says /tmp/fault.json '.code == .expected and .resumed == 0
+      and (.command_bound_ms == null or (.command_neutral_ms // 1e9) - .breaking_ms <= .command_bound_ms)
+      and ([.spool_neutral_ms, .pilot_off_ms] | map(. // 1e9) | min) - .breaking_ms <= .spool_bound_ms' ||
+    sed 's/^/# /' /tmp/fault.json
+  cat /tmp/fault.json >> "$result/faults.jsonl"
+}
+
+# Result in /tmp/fault.json. @return false where the machine was not engaged and in motion just before.
+try_fault() {
   local name=$1 code=$2 break=$3 mend=$4
   start_machine "$name" vcan0 vcan1 /lab/sweep.toml ${5:+--fault "$5"}
   if ! within 20 holds "$result/$name.slave.log" ' engaged'; then
-    check "$name: could be tried on an engaged machine" false
     stop_machine "$name"
-    return
+    return 1
   fi
   record "$name" vcan1 marks
   sleep 1.3
@@ -111,10 +129,5 @@ fault() {
   stop recorder
   stop "$name.node"
   keep_result "$name" "$code"
-  # Without SYNC, or mute, a valve does not tell its position: then pilot pressure must be off.
-  check "$name: $(jq -r '"\(.code), ms until neutral: command \(.command_neutral_ms), spools \(.spool_neutral_ms), pilot pressure \(.pilot_off_ms)"' /tmp/fault.json)" \
-    says /tmp/fault.json '.moved and .code == .expected and .resumed == 0
-      and (.command_bound_ms == null or (.command_neutral_ms // 1e9) - .breaking_ms <= .command_bound_ms)
-      and ([.spool_neutral_ms, .pilot_off_ms] | map(. // 1e9) | min) - .breaking_ms <= .spool_bound_ms' ||
-    sed 's/^/# /' /tmp/fault.json
+  says /tmp/fault.json .moved
 }
