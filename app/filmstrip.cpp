@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "app/machine_drawing.h"
+#include "app/machine_pose.h"
 
 namespace knuckle::app {
 namespace {

@@ -1,25 +1,9 @@
 #include "app/machine_drawing.h"
 
-#include <Eigen/Geometry>
-#include <cmath>
+#include "app/machine_pose.h"
 
 namespace knuckle::app {
 namespace {
-
-using Frame2 = Eigen::Isometry2d;
-
-Frame2 joint_frame(const Frame2& parent, const PlanarVector& origin_m, double angle_rad) {
-  return parent * Eigen::Translation2d(origin_m) * Eigen::Rotation2Dd(angle_rad);
-}
-
-struct LinkFrames {
-  Frame2 boom, arm, bucket;
-};
-LinkFrames link_frames(const MachineDescription& m, const JointVector& q) {
-  const Frame2 boom = joint_frame(Frame2::Identity(), PlanarVector::Zero(), q[kBoom]);
-  const Frame2 arm = joint_frame(boom, {m.links[kBoom].length_m, 0}, q[kArm]);
-  return {boom, arm, joint_frame(arm, {m.links[kArm].length_m, 0}, q[kBucket])};
-}
 
 std::vector<PlanarVector> moved(const Frame2& frame, const std::vector<PlanarVector>& points_m) {
   std::vector<PlanarVector> all;
@@ -27,22 +11,10 @@ std::vector<PlanarVector> moved(const Frame2& frame, const std::vector<PlanarVec
   return all;
 }
 
-/// H of the bucket linkage: |HJ| and |HK| from J and K, on the given side of the ray from J to K.
-PlanarVector linkage_joint(const BucketLinkage& linkage, const PlanarVector& j, const PlanarVector& k) {
-  const PlanarVector ray = k - j;
-  const double d = ray.norm();
-  const double along = (linkage.rocker_length_m * linkage.rocker_length_m -
-                        linkage.coupler_length_m * linkage.coupler_length_m + d * d) /
-                       (2 * d);
-  const double aside = std::sqrt(std::max(0.0, linkage.rocker_length_m * linkage.rocker_length_m - along * along));
-  const PlanarVector left(-ray.y(), ray.x());
-  return j + (along * ray + linkage.branch * aside * left) / d;
-}
-
-void draw_cylinder(SvgCanvas& canvas, const CylinderDescription& cylinder, const PlanarVector& base,
-                   const PlanarVector& rod_end) {
+void draw_cylinder(SvgCanvas& canvas, const CylinderDescription& cylinder, const MachinePose::Cylinder& pins) {
+  const auto& [base, rod_end] = pins;
   const PlanarVector along = (rod_end - base).normalized();
-  const PlanarVector gland = base + along * std::min(cylinder.min_length_m * 0.86, (rod_end - base).norm() * 0.95);
+  const PlanarVector gland = base + along * barrel_length_m(cylinder, pins.length_m());
   canvas.wide(cylinder.rod_m).polyline("rod", {gland, rod_end});
   canvas.wide(cylinder.bore_m * 1.25).polyline("barrel", {base, gland});
   canvas.circle("pin", base, cylinder.rod_m * 0.55);
@@ -63,30 +35,24 @@ void draw_hull(SvgCanvas& canvas, double size_m, double ground_m) {
 
 }  // namespace
 
-double reach_m(const MachineDescription& machine) {
-  return machine.links[0].length_m + machine.links[1].length_m + machine.links[2].length_m;
-}
-
 std::vector<PlanarVector> outline(const MachineDescription& m, const JointVector& q) {
-  const LinkFrames frames = link_frames(m, q);
-  return {frames.boom * m.arm_mount.parent_pin_m, frames.arm * m.arm_mount.child_pin_m,
-          frames.arm * m.bucket_linkage.cylinder_pin_m, frames.bucket.translation(),
-          frames.bucket * PlanarVector(m.links[kBucket].length_m, 0)};
+  const MachinePose pose = pose_of(m, q);
+  return {pose.cylinders[kArm].base_m, pose.cylinders[kArm].rod_end_m, pose.cylinders[kBucket].base_m,
+          pose.bucket.translation(), pose.tip_m};
 }
 
 void draw_machine(SvgCanvas& canvas, const MachineDescription& m, const JointVector& q, double ground_m) {
   const double size = reach_m(m);
   const double boom_length = m.links[kBoom].length_m, arm_length = m.links[kArm].length_m;
   const double tip = m.links[kBucket].length_m;
-  const auto [boom, arm, bucket] = link_frames(m, q);
+  const MachinePose pose = pose_of(m, q);
+  const Frame2 &boom = pose.boom, &arm = pose.arm, &bucket = pose.bucket;
   const PlanarVector d = m.boom_mount.child_pin_m, e = m.arm_mount.parent_pin_m;
   const PlanarVector f = m.arm_mount.child_pin_m, g = m.bucket_linkage.cylinder_pin_m,
                      j = m.bucket_linkage.rocker_pin_m;
-  const PlanarVector k_world = bucket * m.bucket_linkage.bucket_pin_m;
-  const PlanarVector h_world = linkage_joint(m.bucket_linkage, arm * j, k_world);
 
   draw_hull(canvas, size, ground_m);
-  draw_cylinder(canvas, m.cylinders[kBoom], m.boom_mount.parent_pin_m, boom * d);
+  draw_cylinder(canvas, m.cylinders[kBoom], pose.cylinders[kBoom]);
   // The boom is bent: its crest lies between the two cylinder pins.
   const PlanarVector crest = 0.5 * d + 0.5 * e - PlanarVector(0, 0.025 * size);
   const double w = 0.022 * size;
@@ -117,9 +83,9 @@ void draw_machine(SvgCanvas& canvas, const MachineDescription& m, const JointVec
                                      {arm_length, -0.8 * w},
                                      {0, -1.3 * w},
                                      {f.x() - 0.4 * w, f.y() - 0.6 * w}}));
-  draw_cylinder(canvas, m.cylinders[kArm], boom * e, arm * f);
-  canvas.wide(0.6 * w).polyline("rocker", {arm * j, h_world, k_world});
-  draw_cylinder(canvas, m.cylinders[kBucket], arm * g, h_world);
+  draw_cylinder(canvas, m.cylinders[kArm], pose.cylinders[kArm]);
+  canvas.wide(0.6 * w).polyline("rocker", {pose.rocker_pin_m, pose.linkage_pin_m, pose.bucket_pin_m});
+  draw_cylinder(canvas, m.cylinders[kBucket], pose.cylinders[kBucket]);
   for (const Frame2* frame : {&boom, &arm, &bucket}) canvas.circle("pin", frame->translation(), 0.45 * w);
 }
 

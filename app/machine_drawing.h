@@ -36,7 +36,4 @@ void draw_machine(SvgCanvas& canvas, const MachineDescription& machine, const Jo
 /// The outermost points of the arm at these angles, frame M: what a picture of it must hold.
 [[nodiscard]] std::vector<PlanarVector> outline(const MachineDescription& machine, const JointVector& joints_rad);
 
-/// Reach of the stretched arm: the machine's size, which line widths go by.
-[[nodiscard]] double reach_m(const MachineDescription& machine);
-
 }  // namespace knuckle::app

@@ -6,7 +6,7 @@
 
 #include "app/device_choice.h"
 #include "app/digest.h"
-#include "app/machine_drawing.h"
+#include "app/machine_pose.h"
 #include "app/operator_path.h"
 #include "app/realtime_session.h"
 #include "app/scene.h"

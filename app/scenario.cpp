@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/machine_drawing.h"
+#include "app/machine_pose.h"
 #include "machine/kinematics.h"
 #include "machine/toml_reader.h"
 
