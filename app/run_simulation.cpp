@@ -4,53 +4,17 @@
 #include <ostream>
 #include <utility>
 
-#include "app/device_choice.h"
 #include "app/digest.h"
 #include "app/machine_pose.h"
-#include "app/operator_path.h"
 #include "app/realtime_session.h"
 #include "app/scene.h"
 #include "app/session.h"
+#include "app/session_setup.h"
 #include "app/simulate.h"
-#include "app/truth_file.h"
-#include "core/error.h"
-#include "machine/load.h"
 #include "transport/virtual_can.h"
 
 namespace knuckle::app {
 namespace {
-
-LinkImpairment impairment(const SimulateOptions& options, const Scenario& scenario) {
-  LinkImpairment link;
-  link.delay = from_seconds(1e-3 * options.delay_ms.value_or(scenario.delay_ms));
-  link.jitter = from_seconds(1e-3 * options.jitter_ms.value_or(0.0));
-  link.loss = options.loss.value_or(0.0);
-  return link;
-}
-
-void refuse_impairment(const SimulateOptions& options) {
-  for (const auto& [name, value] :
-       {std::pair{"--delay-ms", options.delay_ms}, {"--jitter-ms", options.jitter_ms}, {"--loss", options.loss}}) {
-    if (value) throw InputError(std::string(name) + ": needs virtual time; with --realtime the link is what it is");
-  }
-}
-
-/// A recording takes its own time, whatever else the plan allows for.
-/// @throws InputError where the plan follows a recording and there is none, or the other way round.
-void allow_for_path(Scenario& scenario, const std::vector<sim::PathPoint>& path, const std::string& name) {
-  const double played_s = to_seconds(kPathPeriod) * static_cast<double>(path.size());
-  bool follows = false;
-  for (sim::Phase& phase : scenario.phases) {
-    if (phase.kind != sim::PhaseKind::kPath) continue;
-    follows = true;
-    phase.timeout_s += played_s;
-    scenario.duration_s += played_s;
-  }
-  if (follows && path.empty()) {
-    throw InputError("--scenario " + name + ": follows a recorded motion; give --operator path:FILE.csv and --map");
-  }
-  if (!follows && !path.empty()) throw InputError("--scenario " + name + ": does not follow a recorded motion");
-}
 
 void describe(const SessionSetup& setup, SessionResult& result) {
   result.scenario = setup.scenario.name;
@@ -63,42 +27,6 @@ void describe(const SessionSetup& setup, SessionResult& result) {
   result.loss = setup.to_machine.loss;
   result.criteria = setup.scenario.criteria;
   result.machine = setup.machine;
-}
-
-/// The simulator's machine is drawn around the file as it was read; everything above the wires sees it as calibrated.
-void draw_machine(const SimulateOptions& options, SessionSetup& setup) {
-  setup.truth =
-      options.truth.empty() ? sim::draw_truth(setup.machine, options.seed) : load_truth(options.truth, setup.machine);
-  setup.machine = calibrated(setup.machine);
-}
-
-SessionSetup set_up(const SimulateOptions& options, SessionResult& result) {
-  SessionSetup setup;
-  if (options.realtime) refuse_impairment(options);
-  setup.machine = load_machine(find_config("machine", options.machine.empty() ? "solar015" : options.machine));
-  setup.device = device_for(setup.machine, options.device);
-  check_springs(setup.machine, setup.device);
-  setup.scenario = load_scenario(find_config("scenario", options.scenario), setup.machine);
-  setup.seed = options.seed;
-  draw_machine(options, setup);
-  const std::string recording = options.operator_path();
-  if (!recording.empty()) {
-    OperatorPath path = load_operator_path(recording, options.map, setup.machine);
-    setup.path = std::move(path.points);
-    result.notes = std::move(path.notes);
-  }
-  allow_for_path(setup.scenario, setup.path, options.scenario);
-  if (options.assist_force_limit_N) setup.scenario.assist.force_limit_N = *options.assist_force_limit_N;
-  setup.scenario.assist.stop_on_object |= options.assist_stop_on_object;
-  if (options.duration_s) setup.scenario.duration_s = *options.duration_s;
-  const sim::LimbClass limb =
-      limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb, " or path:FILE.csv");
-  setup.limb = sim::draw_limb(limb, options.seed);
-  if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options, setup.scenario);
-  setup.law = options.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
-  result.operator_name = recording.empty() ? sim::name(limb) : options.operator_name;
-  describe(setup, result);
-  return setup;
 }
 
 HopLatency hop(const char* name, const Histogram& h) {
@@ -137,7 +65,11 @@ SessionOutcome run_on_virtual_time(const SessionSetup& setup, const std::functio
 
 SessionResult run_simulation(const SimulateOptions& options, const SessionHooks& hooks) {
   SessionResult result;
-  const SessionSetup setup = set_up(options, result);
+  LoadedSession loaded = load_session(options);
+  const SessionSetup& setup = loaded.setup;
+  result.operator_name = loaded.operator_name;
+  result.notes = std::move(loaded.notes);
+  describe(setup, result);
   const auto start = std::chrono::steady_clock::now();
   SessionOutcome outcome =
       options.realtime ? run_realtime(setup, hooks.progress) : run_on_virtual_time(setup, hooks.progress);

@@ -61,6 +61,7 @@ class MasterLoop {
   [[nodiscard]] bool stop() const noexcept { return stop_ || driver_.reading().stop; }
   [[nodiscard]] double position_scale() const noexcept { return feel_.position_scale * set_point_.scale(); }
   [[nodiscard]] double force_scale() const noexcept { return force_scale_; }
+  [[nodiscard]] const AssistSettings& assist() const noexcept { return assist_; }
   /// Newest message from the machine; nothing before the first.
   [[nodiscard]] const std::optional<SlaveMessage>& machine() const noexcept { return slave_; }
   [[nodiscard]] Reason warning() const noexcept;  ///< Energy watchdog lowering the force; else none.

@@ -52,17 +52,27 @@ struct SimulatedTruth {
   sim::WorldEventRing events;
 };
 
+/// What the loop makes of the newest input.
+struct InputSide {
+  bool stale = false;           ///< The window has stalled, or has not begun: nobody holds anything.
+  bool release_enable = false;  ///< Enable has been held since then: it counts only once it was let go of.
+  bool scales_locked = false;   ///< The scales that are asked for are not taken while the machine is led.
+};
+
 struct ConsoleView {
-  Time now{};  ///< Of the operator's loop.
+  Time now{};             ///< Of the operator's loop: of the session on screen where simulated.
+  std::uint32_t run = 1;  ///< Which session; counts up whenever it is begun anew.
   OperatorSide hand;
+  InputSide input;
   LinkSide link;
   SlaveMessage machine;  ///< Newest; meaningless before link.heard.
   MachineStatus status;  ///< Newest; meaningless before status_heard.
   bool status_heard = false;
   double status_age_s = 0;
   bool simulated = false, paused = false;
-  double simulated_s = 0;  ///< Of the session on screen.
-  SimulatedTruth truth;    ///< Where simulated.
+  bool led_by_scenario = false;  ///< By its own operator; what is held in the window has no effect.
+  double simulated_s = 0;        ///< Of the session on screen.
+  SimulatedTruth truth;          ///< Where simulated.
 };
 
 }  // namespace knuckle::app

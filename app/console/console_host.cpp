@@ -1,0 +1,81 @@
+#include "app/console/console_host.h"
+
+#include <utility>
+
+#include "app/session_setup.h"
+#include "transport/virtual_can.h"
+
+namespace knuckle::app {
+namespace {
+
+constexpr int kPriority = 75;
+constexpr Duration kLongestEnd = 1s;  // a loop that has died keeps no window open
+
+}  // namespace
+
+ConsoleHost::ConsoleHost(const SimulateOptions& options, LiveSession::Led led, HidPort* device, std::ostream* candump)
+    : device_(device), candump_(candump) {
+  choose(options, led);
+  loop_ = std::make_unique<ConsoleLoop>(std::make_unique<LiveSession>(*session_, led_, device_), candump != nullptr);
+}
+
+ConsoleHost::ConsoleHost(const StationSetup& setup, Link& link, HidPort* device)
+    : device_(device), loop_(std::make_unique<ConsoleLoop>(std::make_unique<OperatorStation>(setup, link, device))) {}
+
+ConsoleHost::~ConsoleHost() {
+  stop();
+}
+
+void ConsoleHost::choose(const SimulateOptions& options, LiveSession::Led led) {
+  SessionSetup loaded = load_session(options, led == LiveSession::Led::kByScenario).setup;
+  const LiveSession trial(loaded, led, nullptr);  // what can be refused is refused now
+  session_ = std::move(loaded);
+  led_ = led;
+}
+
+void ConsoleHost::skip_to(double simulated_s) {
+  for (Time now{}; to_seconds(now) < simulated_s; write_frames()) loop_->step(now += kTick);
+}
+
+void ConsoleHost::begin() {
+  thread_ = std::make_unique<RealtimeThread>(
+      RealtimeOptions{
+          .name = "console", .period = kTick, .fifo_priority = kPriority, .lock_memory = true, .health = &health_box_},
+      clock_, [this](Time now) { loop_->step(now); });
+}
+
+void ConsoleHost::stop() {
+  if (!thread_) return;
+  loop_->let_go();
+  const Time latest = clock_.now() + kLongestEnd;
+  while (!loop_->has_let_go() && clock_.now() < latest) clock_.sleep_until(clock_.now() + kTick);
+  thread_->stop();
+  thread_.reset();
+  write_frames();
+}
+
+void ConsoleHost::put(ConsoleInput input) {
+  input.at = clock_.now();
+  loop_->put(input);
+  loop_->collect();
+  write_frames();
+  if (input.reset_count == std::exchange(resets_, input.reset_count) || !session_) return;
+  loop_->offer(std::make_unique<LiveSession>(*session_, led_, device_));
+}
+
+const ConsoleView& ConsoleHost::view() noexcept {
+  loop_->take(view_);
+  return view_;
+}
+
+const LoopHealth& ConsoleHost::health() noexcept {
+  health_box_.take(health_);
+  return health_;
+}
+
+void ConsoleHost::write_frames() {
+  TimedFrame passed;
+  while (loop_->next(passed)) *candump_ << candump_line(passed.at, passed.frame) << '\n';
+}
+
+}  // namespace knuckle::app

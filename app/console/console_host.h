@@ -1,0 +1,81 @@
+// Everything behind the console's window, in the window's hands: clock, real-time thread, loop, and the log of the
+// simulated bus. All calls belong to the window's thread; none waits for the loop but stop().
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <ostream>
+#include <string>
+
+#include "app/console/console_event.h"
+#include "app/console/console_input.h"
+#include "app/console/console_loop.h"
+#include "app/console/console_view.h"
+#include "app/options.h"
+#include "app/session.h"
+#include "core/loop_health.h"
+#include "core/mailbox.h"
+#include "core/realtime_thread.h"
+#include "core/time.h"
+#include "transport/hid_port.h"
+#include "transport/link.h"
+
+namespace knuckle::app {
+
+class ConsoleHost {
+ public:
+  /// A simulated session. @param device a haptic device that leads it, nullptr: a simulated hand.
+  /// @param candump where every frame of its bus goes; nullptr: nowhere. Both outlive this.
+  /// @throws InputError as load_session() does.
+  ConsoleHost(const SimulateOptions& options, LiveSession::Led led, HidPort* device, std::ostream* candump);
+  /// The operator's side of a machine that is elsewhere. @param link, @param device outlive this; nullptr as above.
+  ConsoleHost(const StationSetup& setup, Link& link, HidPort* device);
+  /// As stop().
+  ~ConsoleHost();
+  ConsoleHost(const ConsoleHost&) = delete;
+  ConsoleHost& operator=(const ConsoleHost&) = delete;
+
+  /// Before begin(), or instead of it: takes a simulated session on to this time, as fast as it goes. With a session
+  /// led by its scenario the same time always shows the same picture.
+  void skip_to(double simulated_s);
+  /// From now on the loop runs, in a thread of its own.
+  void begin();
+  /// Lets go of machine and device in order, and ends the thread. May be called again.
+  void stop();
+
+  /// In every frame: what is asked for now, stamped here; a session is begun anew where reset_count has grown. Also
+  /// writes the log and frees what is no longer used.
+  void put(ConsoleInput input);
+  /// What the next session begun anew is made of. Nothing changes before.
+  /// @throws InputError as load_session() does; what was chosen before stays.
+  void choose(const SimulateOptions& options, LiveSession::Led led);
+
+  /// The newest.
+  const ConsoleView& view() noexcept;
+  bool next(ConsoleEvent& event) noexcept { return loop_->next(event); }
+  [[nodiscard]] std::uint64_t events_lost() const noexcept { return loop_->events_lost(); }
+  [[nodiscard]] std::uint64_t frames_lost() const noexcept { return loop_->frames_lost(); }
+  /// Of the loop's thread; told a few times a second.
+  const LoopHealth& health() noexcept;
+  /// Set-up of the simulated session chosen last; nothing where there is none.
+  [[nodiscard]] const std::optional<SessionSetup>& session() const noexcept { return session_; }
+  [[nodiscard]] Time now() const noexcept { return clock_.now(); }
+
+ private:
+  void write_frames();
+
+  RealtimeClock clock_;
+  HidPort* device_;
+  std::ostream* candump_ = nullptr;
+  std::optional<SessionSetup> session_;
+  LiveSession::Led led_ = LiveSession::Led::kByPerson;
+  std::unique_ptr<ConsoleLoop> loop_;
+  std::uint32_t resets_ = 0;
+  ConsoleView view_;
+  Mailbox<LoopHealth> health_box_;
+  LoopHealth health_;
+  std::unique_ptr<RealtimeThread> thread_;
+};
+
+}  // namespace knuckle::app

@@ -1,0 +1,136 @@
+#include "app/console/console_loop.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace knuckle::app {
+namespace {
+
+constexpr Duration kShowPeriod = 5ms;
+constexpr std::int64_t kMostTicks = 5;  // that are made up for at once
+
+}  // namespace
+
+ConsoleLoop::ConsoleLoop(std::unique_ptr<LiveSession> session, bool record_frames)
+    : session_(std::move(session)), frames_(record_frames ? std::make_unique<FrameRing>() : nullptr) {
+  tap(*session_);
+}
+
+ConsoleLoop::ConsoleLoop(std::unique_ptr<OperatorStation> station) : station_(std::move(station)) {}
+
+ConsoleLoop::~ConsoleLoop() {
+  delete offered_.load();
+  delete retired_.load();
+}
+
+void ConsoleLoop::tap(LiveSession& session) noexcept {
+  if (!frames_) return;
+  const auto keep = [](void* loop, Time at, const CanFrame& frame) {
+    auto& self = *static_cast<ConsoleLoop*>(loop);
+    self.frames_->push({at + self.recorded_before_, frame});
+  };
+  session.set_tap({keep, this});
+}
+
+void ConsoleLoop::offer(std::unique_ptr<LiveSession> session) noexcept {
+  tap(*session);
+  delete offered_.exchange(session.release(), std::memory_order_acq_rel);
+}
+
+void ConsoleLoop::collect() noexcept {
+  delete retired_.exchange(nullptr, std::memory_order_acq_rel);
+}
+
+/// The old session goes where the window frees it; while an older one still waits there, the new one waits, too.
+void ConsoleLoop::begin_offered() noexcept {
+  if (!session_ || retired_.load(std::memory_order_acquire) != nullptr) return;
+  LiveSession* const begun = offered_.exchange(nullptr, std::memory_order_acq_rel);
+  if (begun == nullptr) return;
+  recorded_before_ += session_->now().time_since_epoch();
+  retired_.store(session_.release(), std::memory_order_release);
+  session_.reset(begun);
+  held_.released = false;
+  watch_.begin_anew();
+}
+
+void ConsoleLoop::step(Time now) noexcept {
+  now_ = now;
+  begin_offered();
+  look_at_input(now);
+  const bool letting_go = let_go_asked_.load(std::memory_order_relaxed);
+  if (letting_go) step_letting_go();
+  apply(station());
+  if (session_) {
+    step_session(now);
+  } else {
+    station_->step(now, hand());
+  }
+  stepped_at_ = now;
+  watch_.step(session_time(now), station().master(), session_ ? &session_->plant().events : nullptr);
+  if (now >= shown_at_ && now - shown_at_ < kShowPeriod) return;
+  shown_at_ = now;
+  show();
+}
+
+/// Old input is nobody's; after it, enable that was held on meanwhile counts as let go of until it is.
+void ConsoleLoop::look_at_input(Time now) noexcept {
+  inputs_.take(input_);
+  const bool fresh = now - input_.at <= kInputAgeLimit;
+  if (fresh != held_.fresh && held_.ever_fresh) watch_.note(session_time(now), ConsoleEventKind::kInput, fresh);
+  held_.fresh = fresh;
+  held_.ever_fresh |= fresh;
+  held_.released = fresh && (held_.released || !input_.hand.enable);
+}
+
+HandInput ConsoleLoop::hand() const noexcept {
+  if (!held_.fresh || letting_go_ > 0) return {};
+  HandInput hand = input_.hand;
+  hand.enable = hand.enable && held_.released;
+  return hand;
+}
+
+void ConsoleLoop::apply(OperatorStation& station) noexcept {
+  station.set_stop(input_.stop);
+  if (letting_go_ == 0 && station.has_device()) station.set_nobody(!held_.fresh);
+  // A scenario brings its own settings.
+  if (!held_.ever_fresh || led_by_scenario()) return;
+  station.set_assist(input_.assist);
+  apply_scales(station);
+}
+
+/// Told once for every wish.
+void ConsoleLoop::apply_scales(OperatorStation& station) noexcept {
+  const ScalesAnswer answer = station.set_scales(input_.position_scale, input_.force_scale);
+  const bool locked = answer == ScalesAnswer::kLocked;
+  if (answer == ScalesAnswer::kTaken || (locked && !scales_locked_))
+    watch_.note(session_time(now_), ConsoleEventKind::kScales, !locked);
+  scales_locked_ = locked;
+}
+
+void ConsoleLoop::step_session(Time now) noexcept {
+  const bool paused = input_.paused && letting_go_ == 0;
+  if (paused != paused_) watch_.note(session_->now(), ConsoleEventKind::kPaused, paused);
+  paused_ = paused;
+  if (paused) return;
+  const std::int64_t missed = stepped_at_ == kNever ? 1 : (now - stepped_at_) / kTick;
+  for (std::int64_t i = 0; i < std::clamp<std::int64_t>(missed, 1, kMostTicks); ++i) session_->step(hand());
+}
+
+void ConsoleLoop::step_letting_go() noexcept {
+  station().let_go();
+  if (++letting_go_ == kLettingGoSteps) has_let_go_.store(true, std::memory_order_release);
+}
+
+void ConsoleLoop::show() noexcept {
+  if (session_) {
+    session_->show(view_);
+  } else {
+    station_->show(now_, view_);
+  }
+  view_.run = watch_.run();
+  view_.paused = paused_;
+  view_.input = {!held_.fresh, held_.fresh && input_.hand.enable && !held_.released, scales_locked_};
+  views_.put(view_);
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,93 @@
+// What the console's one real-time thread steps: the simulated session or the operator's station, by what the window
+// asks for. The window meets it in mailboxes and rings only, so it may stall as long as it likes.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "app/console/console_event.h"
+#include "app/console/console_input.h"
+#include "app/console/console_view.h"
+#include "app/console/event_watch.h"
+#include "app/console/live_session.h"
+#include "app/console/operator_station.h"
+#include "app/frame_log.h"
+#include "core/mailbox.h"
+#include "core/ring.h"
+#include "core/time.h"
+
+namespace knuckle::app {
+
+class ConsoleLoop {
+ public:
+  using FrameRing = Ring<TimedFrame, 1 << 16>;  ///< About 20 s of a machine's bus.
+
+  explicit ConsoleLoop(std::unique_ptr<LiveSession> session, bool record_frames = false);
+  explicit ConsoleLoop(std::unique_ptr<OperatorStation> station);
+  ~ConsoleLoop();
+  ConsoleLoop(const ConsoleLoop&) = delete;
+  ConsoleLoop& operator=(const ConsoleLoop&) = delete;
+
+  // For the loop's thread.
+  /// Every millisecond. A simulated session makes up for a few periods that were missed; time that is lost beyond that
+  /// is lost for the session, too. Allocates nothing.
+  void step(Time now) noexcept;
+
+  // For the window's thread; none of it waits.
+  void put(const ConsoleInput& input) noexcept { inputs_.put(input); }
+  /// False where there is nothing new.
+  bool take(ConsoleView& view) noexcept { return views_.take(view); }
+  bool next(ConsoleEvent& event) noexcept { return events_.pop(event); }
+  [[nodiscard]] std::uint64_t events_lost() const noexcept { return events_.dropped(); }
+  /// Frames of the simulated bus, where they are recorded, in time that goes on when a session is begun anew.
+  bool next(TimedFrame& frame) noexcept { return frames_ && frames_->pop(frame); }
+  [[nodiscard]] std::uint64_t frames_lost() const noexcept { return frames_ ? frames_->dropped() : 0; }
+  /// Begins a simulated session anew with this one, which replaces one that was offered and is not yet begun.
+  void offer(std::unique_ptr<LiveSession> session) noexcept;
+  /// Frees the session that was replaced.
+  void collect() noexcept;
+  /// For the end: nobody holds anything from now on, and a haptic device's torque is off.
+  void let_go() noexcept { let_go_asked_.store(true, std::memory_order_relaxed); }
+  /// It was told for long enough.
+  [[nodiscard]] bool has_let_go() const noexcept { return has_let_go_.load(std::memory_order_acquire); }
+
+ private:
+  /// What is held, as far as it counts.
+  struct Held {
+    bool ever_fresh = false, fresh = false, released = false;
+  };
+  void tap(LiveSession& session) noexcept;
+  void begin_offered() noexcept;
+  void look_at_input(Time now) noexcept;
+  [[nodiscard]] HandInput hand() const noexcept;
+  void apply(OperatorStation& station) noexcept;
+  void apply_scales(OperatorStation& station) noexcept;
+  void step_session(Time now) noexcept;
+  void step_letting_go() noexcept;
+  void show() noexcept;
+  [[nodiscard]] OperatorStation& station() noexcept { return session_ ? session_->station() : *station_; }
+  [[nodiscard]] Time session_time(Time now) const noexcept { return session_ ? session_->now() : now; }
+  [[nodiscard]] bool led_by_scenario() const noexcept { return session_ && session_->led_by_scenario(); }
+
+  std::unique_ptr<LiveSession> session_;  // one of the two
+  std::unique_ptr<OperatorStation> station_;
+  std::atomic<LiveSession*> offered_{nullptr}, retired_{nullptr};
+  std::atomic<bool> let_go_asked_{false}, has_let_go_{false};
+  Mailbox<ConsoleInput> inputs_;
+  Mailbox<ConsoleView> views_;
+  EventRing events_;
+  std::unique_ptr<FrameRing> frames_;
+
+  // The loop's thread.
+  ConsoleInput input_;
+  Held held_;
+  EventWatch watch_{events_};
+  ConsoleView view_;
+  Time now_{}, stepped_at_ = kNever, shown_at_ = kNever;
+  Duration recorded_before_{};  // by sessions that were replaced
+  bool scales_locked_ = false, paused_ = false;
+  int letting_go_ = 0;
+};
+
+}  // namespace knuckle::app

@@ -1,0 +1,105 @@
+#include "app/console/event_watch.h"
+
+#include <algorithm>
+
+namespace knuckle::app {
+namespace {
+
+constexpr double kSilent_s = 1;
+constexpr Duration kStanding = 1s;
+
+bool same(const Reason& a, const Reason& b) noexcept {
+  return a.code == b.code && a.subject == b.subject;
+}
+
+}  // namespace
+
+ConsoleEvent EventWatch::event(Time now, ConsoleEventKind kind) const noexcept {
+  ConsoleEvent event;
+  event.kind = kind;
+  event.at = now;
+  event.run = run_;
+  return event;
+}
+
+void EventWatch::note(Time now, ConsoleEventKind kind, bool on) noexcept {
+  ConsoleEvent e = event(now, kind);
+  e.on = on;
+  ring_.push(e);
+}
+
+void EventWatch::begin_anew() noexcept {
+  told_ = {};
+  standing_ = {};
+  standing_since_ = {};
+  world_read_ = 0;
+  ++run_;
+  note(Time{}, ConsoleEventKind::kNewStart, true);
+}
+
+void EventWatch::step(Time now, const master::MasterLoop& master, const sim::WorldEventRing* world) noexcept {
+  watch_operator(now, master);
+  watch_machine(now, master);
+  if (world != nullptr) watch_world(now, *world);
+}
+
+void EventWatch::watch_machine(Time now, const master::MasterLoop& master) noexcept {
+  const auto& machine = master.machine();
+  const bool heard = machine && master.silence_s() < kSilent_s;
+  if (heard != told_.heard) note(now, ConsoleEventKind::kLink, heard);
+  told_.heard = heard;
+  if (!heard) return;
+  if (machine->mode != told_.mode || !same(machine->fault, told_.fault)) {
+    ConsoleEvent e = event(now, ConsoleEventKind::kMachine);
+    e.mode = told_.mode = machine->mode;
+    e.reason = told_.reason = machine->fault ? machine->fault : machine->blocking;
+    told_.fault = machine->fault;
+    ring_.push(e);
+  }
+  if (machine->contact != told_.contact) {
+    ConsoleEvent e = event(now, ConsoleEventKind::kContact);
+    e.on = told_.contact = machine->contact;
+    e.value = machine->tip_force_N.norm();
+    ring_.push(e);
+  }
+  watch_standing(now, machine->blocking);
+}
+
+void EventWatch::watch_standing(Time now, const Reason& reason) noexcept {
+  if (!same(reason, standing_)) standing_since_ = now;
+  standing_ = reason;
+  if (!standing_ || same(standing_, told_.reason) || now - standing_since_ < kStanding) return;
+  told_.reason = standing_;
+  ConsoleEvent e = event(now, ConsoleEventKind::kBlocked);
+  e.reason = standing_;
+  ring_.push(e);
+}
+
+void EventWatch::watch_operator(Time now, const master::MasterLoop& master) noexcept {
+  if (master.stop() != told_.stop) note(now, ConsoleEventKind::kStop, master.stop());
+  told_.stop = master.stop();
+  const auto changed = [&](ConsoleEventKind kind, const Reason& reason, Reason& told) {
+    if (same(reason, told)) return;
+    ConsoleEvent e = event(now, kind);
+    e.reason = told = reason;
+    ring_.push(e);
+  };
+  changed(ConsoleEventKind::kDevice, master.device().reason, told_.device);
+  changed(ConsoleEventKind::kWarning, master.warning(), told_.warning);
+}
+
+void EventWatch::watch_world(Time now, const sim::WorldEventRing& world) noexcept {
+  if (world.count > world_read_ + sim::WorldEventRing::kCapacity)
+    world_read_ = world.count - sim::WorldEventRing::kCapacity;
+  for (; world_read_ < world.count; ++world_read_) {
+    const sim::WorldEvent& happened = world.at(world_read_);
+    // What the machine itself feels is told as contact.
+    if (happened.kind == sim::WorldEventKind::kContact || happened.kind == sim::WorldEventKind::kRelease) continue;
+    ConsoleEvent e = event(now, ConsoleEventKind::kPiece);
+    e.piece = happened.kind;
+    e.value = happened.value;
+    ring_.push(e);
+  }
+}
+
+}  // namespace knuckle::app

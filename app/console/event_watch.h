@@ -1,0 +1,51 @@
+// Notices in the loops' own step what the person shall be told, and puts it where the window finds it when it has time.
+#pragma once
+
+#include <cstdint>
+
+#include "app/console/console_event.h"
+#include "core/reason.h"
+#include "core/ring.h"
+#include "core/time.h"
+#include "master/master_loop.h"
+#include "sim/world.h"
+
+namespace knuckle::app {
+
+using EventRing = Ring<ConsoleEvent, 512>;
+
+class EventWatch {
+ public:
+  /// @param ring outlives this; this is its only producer.
+  explicit EventWatch(EventRing& ring) noexcept : ring_(ring) {}
+
+  /// After every step. @param world of a simulated session; nullptr: there is none.
+  void step(Time now, const master::MasterLoop& master, const sim::WorldEventRing* world) noexcept;
+  /// What happens in the loop around.
+  void note(Time now, ConsoleEventKind kind, bool on) noexcept;
+  /// Another session from now on.
+  void begin_anew() noexcept;
+  [[nodiscard]] std::uint32_t run() const noexcept { return run_; }
+
+ private:
+  void watch_machine(Time now, const master::MasterLoop& master) noexcept;
+  void watch_standing(Time now, const Reason& reason) noexcept;
+  void watch_operator(Time now, const master::MasterLoop& master) noexcept;
+  void watch_world(Time now, const sim::WorldEventRing& world) noexcept;
+  [[nodiscard]] ConsoleEvent event(Time now, ConsoleEventKind kind) const noexcept;
+
+  /// What was told last.
+  struct Told {
+    bool heard = false, contact = false, stop = false;
+    Mode mode = Mode::kOff;
+    Reason fault, reason, device{ReasonCode::kStartingUp, 0, 0, 0}, warning;
+  };
+  EventRing& ring_;
+  std::uint32_t run_ = 1;
+  Told told_;
+  Reason standing_;
+  Time standing_since_{};
+  std::uint64_t world_read_ = 0;
+};
+
+}  // namespace knuckle::app

@@ -1,0 +1,70 @@
+#include "app/console/live_session.h"
+
+#include "app/loop_views.h"
+#include "app/operator_path.h"
+
+namespace knuckle::app {
+namespace {
+
+StationSetup station_setup(const SessionSetup& setup) {
+  return {.device = setup.device,
+          .machine = setup.machine,
+          .law = setup.law,
+          .limb = setup.limb,
+          .hand_rad = setup.scenario.hand_rad,
+          .start_rad = setup.scenario.start_rad,
+          .seed = setup.seed};
+}
+
+}  // namespace
+
+LiveSession::LiveSession(const SessionSetup& setup, Led led, HidPort* device)
+    : network_(setup.to_machine, setup.to_operator, setup.seed),
+      station_(station_setup(setup), network_.a(), led == Led::kByPerson ? device : nullptr),
+      far_(setup.machine, setup.truth, setup.scenario, setup.seed, network_.b()) {
+  station_.set_assist(setup.scenario.assist);
+  if (led == Led::kByPerson) return;
+  scripted_.emplace(setup.machine, setup.scenario.phases, setup.path, kPathPeriod, setup.scenario.hand_rad,
+                    setup.scenario.reaction, press_stiffness_N_per_m(setup));
+}
+
+void LiveSession::step(const HandInput& held) noexcept {
+  now_ += kTick;
+  network_.advance(now_);
+  if (scripted_) {
+    station_.step(now_, scripted_->step(now_, seen_by_operator()));
+  } else {
+    station_.step(now_, held);
+  }
+  far_.bus.advance(now_);
+  if (far_.slave_due(now_)) far_.slave.step(now_);
+  far_.machine.step(now_);
+  count_breaks();
+}
+
+sim::OperatorView LiveSession::seen_by_operator() const noexcept {
+  return person_view(view_of(station_.master(), station_.start_rad()), station_.hand(), breaks_);
+}
+
+void LiveSession::count_breaks() noexcept {
+  const sim::WorldEventRing& ring = plant().events;
+  for (; events_read_ < ring.count; ++events_read_)
+    if (ring.at(events_read_).kind == sim::WorldEventKind::kPieceBroke) ++breaks_;
+}
+
+void LiveSession::show(ConsoleView& view) noexcept {
+  station_.show(now_, view);
+  view.simulated = true;
+  view.led_by_scenario = led_by_scenario();
+  view.simulated_s = to_seconds(now_);
+  const sim::PlantState& plant = this->plant();
+  SimulatedTruth& truth = view.truth;
+  truth.joint_rad = plant.joint_rad;
+  truth.tip_N = plant.tip_N;
+  truth.payload_kg = plant.payload_kg;
+  truth.pump_Pa = plant.pump_Pa;
+  truth.pump_share = plant.pump_share;
+  truth.events = plant.events;
+}
+
+}  // namespace knuckle::app

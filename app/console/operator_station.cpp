@@ -1,0 +1,98 @@
+#include "app/console/operator_station.h"
+
+#include <algorithm>
+
+#include "app/loop_views.h"
+#include "slave/loss_policy.h"
+
+namespace knuckle::app {
+namespace {
+
+constexpr Duration kHistogramPeriod = 200ms;
+
+}  // namespace
+
+OperatorStation::OperatorStation(const StationSetup& setup, Link& link, HidPort* device)
+    : feel_(setup.device.feel),
+      scales_{feel_.position_scale, feel_.force_scale},
+      start_rad_(setup.start_rad),
+      person_(setup.device, setup.machine, setup.limb),
+      port_(device != nullptr ? *device
+                              : hand_.emplace(setup.device, setup.limb, setup.seed, setup.hand_rad).cable.host()),
+      watch_(link, from_seconds(1 / setup.machine.bus.sync_Hz)),
+      status_(watch_),
+      gate_(status_),
+      master_(setup.device, setup.machine, port_, gate_, setup.law) {}
+
+void OperatorStation::step(Time now, const HandInput& held) noexcept {
+  if (!hand_) return step_master(now);
+  const sim::OperatorView seen = person_view(view_of(master_, start_rad_), hand(), 0);
+  step(now, person_.step(now, held, seen, master_.set_point().scale()));
+}
+
+void OperatorStation::step(Time now, const sim::OperatorIntent& intent) noexcept {
+  hand_->step(now, intent);
+  step_master(now);
+}
+
+void OperatorStation::step_master(Time now) noexcept {
+  watch_.stamp(now);
+  status_.stamp(now);
+  master_.step(now);
+  const auto& status = status_.status();
+  if (!status || status->sequence == status_seen_) return;
+  status_seen_ = status->sequence;
+  watch_.note(*status, from_seconds(master_.round_trip_s()));
+}
+
+ScalesAnswer OperatorStation::set_scales(double position_scale, double force_scale) noexcept {
+  const double position =
+      position_scale > 0 ? std::clamp(position_scale, kLeastPositionScale, kMostPositionScale) : feel_.position_scale;
+  const double force = force_scale > 0 ? std::clamp(force_scale, kLeastForceScale, kMostForceScale) : feel_.force_scale;
+  if (position == scales_.position && force == scales_.force) return ScalesAnswer::kAsTheyAre;
+  if (!master_.set_scales(position, force)) return ScalesAnswer::kLocked;
+  scales_ = {position, force};
+  return ScalesAnswer::kTaken;
+}
+
+void OperatorStation::show(Time now, ConsoleView& view) noexcept {
+  view.now = now;
+  OperatorSide& hand = view.hand;
+  const master::DeviceReading& device = master_.device();
+  hand.device = device.reason;
+  hand.presence = device.presence;
+  hand.enable = device.enable;
+  hand.clutch = device.clutch;
+  hand.stop = master_.stop();
+  hand.ghost_rad = master_.set_point().unclamped_rad();
+  hand.set_point_rad = master_.set_point().position_rad();
+  hand.torque_Nm = master_.joint_torque_Nm();
+  hand.sent_force_N = master_.sent_force_N();
+  hand.position_scale = master_.position_scale();
+  hand.force_scale = master_.force_scale();
+  hand.assist = master_.assist();
+  hand.warning = master_.warning();
+  hand.hand_energy_J = master_.energy().out_J() - master_.energy().in_J();
+  show_link(now, view.link);
+  if (master_.machine()) view.machine = *master_.machine();
+  view.status_heard = status_.status().has_value();
+  view.status_age_s = to_seconds(now - status_.status_at());
+  if (status_.status()) view.status = *status_.status();
+}
+
+void OperatorStation::show_link(Time now, LinkSide& link) noexcept {
+  if (now - shown_at_ >= kHistogramPeriod) {
+    shown_at_ = now;
+    shown_.round_trip = watch_.round_trip();
+    shown_.arrival_jitter = watch_.arrival_jitter();
+    shown_.hand_to_valve = watch_.hand_to_valve();
+    shown_.loss = watch_.loss();
+  }
+  shown_.heard = master_.machine().has_value();
+  shown_.silence_s = master_.silence_s();
+  shown_.neutral_after_s = to_seconds(slave::kLossLimits.neutral);
+  shown_.round_trip_s = master_.round_trip_s();
+  link = shown_;
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,88 @@
+// The operator's side of a machine, simulated or not, behind the console's window: a haptic device or a simulated hand,
+// the master loop, and what there is to be seen of both and of the link.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "app/console/console_input.h"
+#include "app/console/console_view.h"
+#include "app/console/link_watch.h"
+#include "app/console/person_hand.h"
+#include "app/hardware/letting_go.h"
+#include "app/session_sides.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "master/master_loop.h"
+#include "sim/haptic_device.h"
+#include "sim/operator_limb.h"
+#include "transport/hid_port.h"
+#include "transport/link.h"
+#include "transport/status_link.h"
+
+namespace knuckle::app {
+
+struct StationSetup {
+  DeviceDescription device;
+  MachineDescription machine;  ///< As calibrated.
+  master::ControlLaw law = master::ControlLaw::kEchoSpring;
+  // Of the simulated hand.
+  sim::LimbImpedance limb;
+  JointVector hand_rad = JointVector::Zero();   ///< At the start.
+  JointVector start_rad = JointVector::Zero();  ///< Machine's pose as shown until it has told it.
+  std::uint64_t seed = 1;
+};
+
+enum class ScalesAnswer : std::uint8_t { kAsTheyAre, kTaken, kLocked };
+
+class OperatorStation {
+ public:
+  /// @param link, @param device outlive this. @param device nullptr: a simulated hand takes its place.
+  OperatorStation(const StationSetup& setup, Link& link, HidPort* device);
+
+  /// One millisecond. Allocates nothing. @param held without effect with a haptic device.
+  void step(Time now, const HandInput& held) noexcept;
+  /// The same with a hand that knows where it means to be; simulated hand only.
+  void step(Time now, const sim::OperatorIntent& intent) noexcept;
+
+  void set_stop(bool pressed) noexcept { master_.set_stop(pressed); }
+  void set_assist(const AssistSettings& assist) noexcept { master_.set_assist(assist); }
+  /// 0: as the device's file says; what is beyond a bound is taken as the bound. Locked while the machine is led or
+  /// holds.
+  ScalesAnswer set_scales(double position_scale, double force_scale) noexcept;
+  /// While on, the machine is told that nobody holds the device, whatever the device says.
+  void set_nobody(bool on) noexcept { gate_.let_go(on); }
+  /// For the end: the device's torque off for good, and nobody there.
+  void let_go() noexcept { port_.let_go(), gate_.let_go(); }
+
+  [[nodiscard]] bool has_device() const noexcept { return !hand_; }
+  [[nodiscard]] const master::MasterLoop& master() const noexcept { return master_; }
+  /// Simulated hand only.
+  [[nodiscard]] const sim::HandTruth& hand() const noexcept { return hand_->device.truth(); }
+  [[nodiscard]] const JointVector& start_rad() const noexcept { return start_rad_; }
+  /// Puts in what the operator's side knows.
+  void show(Time now, ConsoleView& view) noexcept;
+
+ private:
+  void step_master(Time now) noexcept;
+  void show_link(Time now, LinkSide& link) noexcept;
+
+  struct Scales {
+    double position, force;
+  };
+  DeviceDescription::Feel feel_;
+  Scales scales_;  // as taken
+  JointVector start_rad_;
+  std::optional<HandSide> hand_;
+  PersonHand person_;
+  LettingGoPort port_;
+  LinkWatch watch_;
+  StatusLink status_;
+  LettingGoLink gate_;
+  master::MasterLoop master_;
+  std::uint32_t status_seen_ = 0;
+  LinkSide shown_;  // histograms are gathered a few times a second
+  Time shown_at_ = kNever;
+};
+
+}  // namespace knuckle::app

@@ -1,0 +1,313 @@
+// What a person at the console can rely on: the machine follows the keys, and stops whenever it must.
+#include "app/console/console_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "app/session.h"
+#include "tests/console_loops/console_rig.h"
+#include "tests/support/no_alloc.h"
+
+namespace knuckle::test {
+namespace {
+
+using app::ConsoleEventKind;
+
+/// Engaged, and moving: the boom goes up.
+void lead(ConsoleRig& rig) {
+  rig.start_up();
+  ASSERT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+  rig.keys.boom_up = true;
+  rig.run(1);
+  ASSERT_EQ(rig.view.machine.mode, Mode::kEngaged);
+  ASSERT_GT(rig.view.machine.velocity_radps[kBoom], 0.1);
+}
+
+void expect_neutral_within(const ConsoleRig& rig, Time from, Duration limit) {
+  const app::NeutralTimes neutral = rig.neutral_since(from);
+  ASSERT_TRUE(neutral.command.has_value());
+  EXPECT_LE(*neutral.command - from, limit);
+  ASSERT_TRUE(neutral.spool.has_value());
+  EXPECT_LE(*neutral.spool - from, limit + 120ms);
+}
+
+bool told(const ConsoleRig& rig, ConsoleEventKind kind, bool on) {
+  return std::any_of(rig.events.begin(), rig.events.end(),
+                     [&](const app::ConsoleEvent& e) { return e.kind == kind && e.on == on; });
+}
+
+TEST(ConsoleKeys, LeadEachJointOfTheSimulatedMachineTheWayTheyPoint) {
+  ConsoleRig rig;
+  rig.start_up();
+  ASSERT_TRUE(rig.engage());
+  const std::pair<bool app::HeldKeys::*, bool app::HeldKeys::*> kPairs[]{
+      {&app::HeldKeys::boom_up, &app::HeldKeys::boom_down},
+      {&app::HeldKeys::arm_out, &app::HeldKeys::arm_in},
+      {&app::HeldKeys::bucket_out, &app::HeldKeys::bucket_in}};
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    const auto row = Eigen::Index(joint);
+    const auto [positive, negative] = kPairs[joint];
+    for (const auto key : {positive, negative}) {
+      const JointVector before = rig.view.truth.joint_rad;
+      rig.keys.*key = true;
+      rig.run(1);
+      rig.keys.*key = false;
+      rig.run(0.5);
+      JointVector moved = rig.view.truth.joint_rad - before;
+      const double asked = (key == positive ? 1 : -1) * app::kFullRate_radps[row];
+      EXPECT_NEAR(moved[row], asked, 0.25 * std::abs(asked)) << kJointNames[joint];
+      moved[row] = 0;
+      EXPECT_LT(moved.cwiseAbs().maxCoeff(), 0.04) << kJointNames[joint] << " moves another";
+    }
+  }
+  EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
+}
+
+TEST(ConsoleKeys, WithoutEnableNothingMovesWhateverIsHeld) {
+  ConsoleRig rig;
+  rig.start_up();
+  const JointVector before = rig.view.truth.joint_rad;
+  rig.keys.boom_up = rig.keys.arm_out = true;
+  rig.run(2);
+  EXPECT_LT((rig.view.truth.joint_rad - before).cwiseAbs().maxCoeff(), 2e-3);
+  EXPECT_EQ(commands_not_neutral(rig.frames, rig.setup.machine, Time{}, rig.now), 0);
+}
+
+TEST(ConsoleKeys, LettingGoOfEnableIsNeutralOnTheWire) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.keys = {};
+  const Time released = rig.now;
+  rig.run(1);
+  expect_neutral_within(rig, released, 200ms);
+  EXPECT_EQ(rig.view.machine.mode, Mode::kReady);  // no fault
+}
+
+TEST(ConsoleStop, IsNeutralOnTheWireWithin200Milliseconds) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.input.stop = true;
+  const Time pressed = rig.now;
+  rig.run(1);
+  expect_neutral_within(rig, pressed, 200ms);
+  EXPECT_EQ(rig.view.machine.mode, Mode::kFault);
+  EXPECT_EQ(rig.view.machine.fault.code, ReasonCode::kOperatorStop);
+  EXPECT_TRUE(told(rig, ConsoleEventKind::kStop, true));
+}
+
+TEST(ConsoleStop, ReleasedDoesNotResumeBeforeEnableWasLetGoOf) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.input.stop = true;
+  rig.run(0.5);
+  rig.input.stop = false;
+  const Time released = rig.now;
+  rig.run(3);
+  EXPECT_EQ(commands_not_neutral(rig.frames, rig.setup.machine, released, rig.now), 0);
+  EXPECT_EQ(rig.view.machine.mode, Mode::kFault);
+  rig.keys = {};
+  rig.run(0.3);
+  EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+}
+
+TEST(ConsoleStop, NeedsNoHapticDevice) {
+  class Unplugged final : public HidPort {
+    bool write(const HidReport& /*report*/) noexcept override { return false; }
+    bool read(HidReport& /*report*/) noexcept override { return false; }
+    [[nodiscard]] bool connected() const noexcept override { return false; }
+  } unplugged;
+  const app::SessionSetup setup = live_setup();
+  app::ConsoleLoop loop(std::make_unique<app::LiveSession>(setup, app::LiveSession::Led::kByPerson, &unplugged));
+  app::ConsoleInput input;
+  app::ConsoleView view;
+  for (Time now{1ms}; now < Time(4s); now += 1ms) {
+    input.at = now;
+    input.stop = now > Time(3s);
+    loop.put(input);
+    loop.step(now);
+    loop.take(view);
+    if (now == Time(3s)) {
+      ASSERT_EQ(view.machine.mode, Mode::kReady);
+    }
+  }
+  EXPECT_EQ(view.machine.mode, Mode::kFault);
+  EXPECT_EQ(view.machine.fault.code, ReasonCode::kOperatorStop);
+  EXPECT_EQ(view.hand.device.code, ReasonCode::kDeviceLost);
+}
+
+TEST(ConsoleWindow, ThatStallsHoldsNothingAnyMore) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.stalled = true;
+  const Time stalled = rig.now;
+  rig.run(2);
+  expect_neutral_within(rig, stalled, app::kInputAgeLimit + 200ms);
+}
+
+TEST(ConsoleWindow, ThatRunsAgainWithEnableHeldDoesNotResume) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.stalled = true;
+  rig.run(1);
+  rig.stalled = false;
+  const Time again = rig.now;
+  rig.run(3);
+  EXPECT_EQ(commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
+  EXPECT_TRUE(rig.view.input.release_enable);
+  rig.keys = {};
+  rig.run(0.5);
+  EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+}
+
+TEST(ConsoleWindow, ThatStallsMissesNoEventOfTheMeantime) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.stalled = true;
+  rig.run(3);  // enable falls, mode ready, "no hand" stands
+  rig.stalled = false;
+  rig.events.clear();
+  rig.run(0.1);
+  const auto became = [&rig](Mode mode) {
+    return std::any_of(rig.events.begin(), rig.events.end(), [mode](const app::ConsoleEvent& e) {
+      return e.kind == ConsoleEventKind::kMachine && e.mode == mode;
+    });
+  };
+  EXPECT_TRUE(became(Mode::kReady) || became(Mode::kFault));
+  EXPECT_TRUE(told(rig, ConsoleEventKind::kInput, false));
+  EXPECT_TRUE(told(rig, ConsoleEventKind::kInput, true));
+  EXPECT_EQ(rig.loop.events_lost(), 0u);
+}
+
+TEST(ConsolePause, TimeStandsAndGoesOnWhereItStood) {
+  ConsoleRig rig;
+  rig.start_up();
+  rig.input.paused = true;
+  rig.run(0.1);
+  const app::ConsoleView stood = rig.view;
+  rig.run(2);
+  EXPECT_TRUE(rig.view.paused);
+  EXPECT_EQ(rig.view.now, stood.now);
+  EXPECT_EQ(rig.view.truth.joint_rad, stood.truth.joint_rad);
+  rig.input.paused = false;
+  rig.run(1);
+  EXPECT_NEAR(to_seconds(rig.view.now - stood.now), 1, 0.03);
+  EXPECT_NE(rig.view.machine.mode, Mode::kFault);
+}
+
+TEST(ConsoleScales, AreTakenBeforeAndLockedWhileTheMachineIsLed) {
+  ConsoleRig rig;
+  rig.start_up();
+  rig.input.position_scale = 8;
+  rig.input.force_scale = 1.0 / 2000;
+  rig.run(0.1);
+  EXPECT_DOUBLE_EQ(rig.view.hand.position_scale, 8);
+  EXPECT_DOUBLE_EQ(rig.view.hand.force_scale, 1.0 / 2000);
+  ASSERT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+  rig.input.position_scale = 5;
+  rig.run(0.5);
+  EXPECT_DOUBLE_EQ(rig.view.hand.position_scale, 8);
+  EXPECT_TRUE(rig.view.input.scales_locked);
+  const auto refusals = std::count_if(rig.events.begin(), rig.events.end(), [](const app::ConsoleEvent& e) {
+    return e.kind == ConsoleEventKind::kScales && !e.on;
+  });
+  EXPECT_EQ(refusals, 1);
+  rig.keys = {};
+  rig.run(0.5);
+  EXPECT_DOUBLE_EQ(rig.view.hand.position_scale, 5);
+  EXPECT_FALSE(rig.view.input.scales_locked);
+}
+
+TEST(ConsoleScales, BeyondTheirBoundsAreTakenAsTheBound) {
+  ConsoleRig rig;
+  rig.input.position_scale = 1e6;
+  rig.input.force_scale = 1e-9;
+  rig.run(0.1);
+  EXPECT_DOUBLE_EQ(rig.view.hand.position_scale, app::kMostPositionScale);
+  EXPECT_DOUBLE_EQ(rig.view.hand.force_scale, app::kLeastForceScale);
+  rig.input.position_scale = rig.input.force_scale = 0;
+  rig.run(0.1);
+  EXPECT_DOUBLE_EQ(rig.view.hand.position_scale, rig.setup.device.feel.position_scale);
+}
+
+TEST(ConsoleReset, BeginsAnewAndNeutralWhateverIsHeld) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.loop.offer(live_session(rig.setup));
+  const Time reset = rig.now;
+  rig.run(6);  // past the new machine's start-up, keys still held
+  EXPECT_EQ(rig.view.run, 2u);
+  EXPECT_NEAR(rig.view.simulated_s, 6, 0.1);
+  EXPECT_TRUE(told(rig, ConsoleEventKind::kNewStart, true));
+  EXPECT_TRUE(
+      std::is_sorted(rig.frames.begin(), rig.frames.end(), [](const auto& a, const auto& b) { return a.at < b.at; }));
+  EXPECT_EQ(commands_not_neutral(rig.frames, rig.setup.machine, reset, rig.now), 0);
+  EXPECT_EQ(rig.view.machine.mode, Mode::kReady);
+}
+
+TEST(ConsoleDemo, ShowsTheSameAtTheSameTimeBitForBit) {
+  const auto at_12_s = [](double look_every_s) {
+    ConsoleRig rig(live_setup("wall_contact", 3), app::LiveSession::Led::kByScenario);
+    for (double t = 0; t < 12; t += look_every_s) rig.run(look_every_s);
+    return std::pair{rig.view, rig.frames.size()};
+  };
+  const auto [a, frames_a] = at_12_s(0.5);
+  const auto [b, frames_b] = at_12_s(4);
+  EXPECT_EQ(a.now, b.now);
+  EXPECT_EQ(frames_a, frames_b);
+  for (int j = 0; j < kJoints; ++j)
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(a.truth.joint_rad[j]), std::bit_cast<std::uint64_t>(b.truth.joint_rad[j]));
+  EXPECT_EQ(a.hand.torque_Nm, b.hand.torque_Nm);
+  EXPECT_EQ(a.machine.mode, Mode::kEngaged);  // it was a session
+}
+
+TEST(ConsoleDemo, IsTheVerySessionThatSimulateRuns) {
+  const app::SessionSetup setup = live_setup("wall_contact", 2);
+  app::Session session(setup);
+  for (int i = 0; i < 8000; ++i) session.step();
+  ConsoleRig rig(setup, app::LiveSession::Led::kByScenario);
+  rig.run(8);
+  ASSERT_EQ(rig.frames.size(), session.frames().size());
+  for (std::size_t i = 0; i < rig.frames.size(); ++i) {
+    ASSERT_EQ(rig.frames[i].at, session.frames()[i].at) << i;
+    ASSERT_EQ(rig.frames[i].frame.id, session.frames()[i].frame.id) << i;
+    ASSERT_EQ(rig.frames[i].frame.data, session.frames()[i].frame.data) << i;
+  }
+}
+
+TEST(ConsoleStep, AllocatesNothingWhateverThePersonDoes) {
+  ConsoleRig rig;
+  rig.start_up();
+  ASSERT_TRUE(rig.engage());
+  auto next = live_session(rig.setup);
+  rig.input.hand = app::hand_from_keys(rig.keys);
+  rig.input.hand.rate_radps = app::kFullRate_radps;
+  std::uint64_t allocated = 0;
+  for (int i = 0; i < 3000; ++i) {
+    rig.now += 1ms;
+    rig.input.at = rig.now;
+    rig.input.stop = i > 1500;
+    rig.input.paused = i > 1700 && i < 1800;
+    rig.input.position_scale = i > 2000 ? 7 : 0;
+    rig.loop.put(rig.input);
+    if (i == 2200) rig.loop.offer(std::move(next));
+    const NoAllocScope scope;
+    rig.loop.step(rig.now);
+    allocated += scope.allocations();
+  }
+  EXPECT_EQ(allocated, 0u);
+}
+
+TEST(ConsoleEnd, LetsGoOfMachineAndHand) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.loop.let_go();
+  const Time asked = rig.now;
+  rig.run(0.3);
+  EXPECT_TRUE(rig.loop.has_let_go());
+  expect_neutral_within(rig, asked, 200ms);
+}
+
+}  // namespace
+}  // namespace knuckle::test

@@ -1,0 +1,83 @@
+// A console's loop on virtual time, with a person at the keys who looks 60 times a second.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/console/console_loop.h"
+#include "app/console/hand_input.h"
+#include "app/frame_log.h"
+#include "app/session_setup.h"
+
+namespace knuckle::test {
+
+inline app::SessionSetup live_setup(const std::string& scenario = "free_motion", std::uint64_t seed = 1) {
+  app::SimulateOptions options;
+  options.scenario = scenario;
+  options.seed = seed;
+  return app::load_session(options).setup;
+}
+
+/// A new session of this setup.
+inline std::unique_ptr<app::LiveSession> live_session(const app::SessionSetup& setup,
+                                                      app::LiveSession::Led led = app::LiveSession::Led::kByPerson) {
+  return std::make_unique<app::LiveSession>(setup, led, nullptr);
+}
+
+struct ConsoleRig {
+  explicit ConsoleRig(app::SessionSetup session_setup = live_setup(),
+                      app::LiveSession::Led led = app::LiveSession::Led::kByPerson)
+      : setup(std::move(session_setup)), loop(live_session(setup, led), true) {}
+
+  /// Goes on for so long, a frame of the window every 16 ms unless it stalls.
+  void run(double seconds) {
+    const Time until = now + from_seconds(seconds);
+    while (now < until) {
+      now += 1ms;
+      if (!stalled && now.time_since_epoch() % 16ms == Duration::zero()) look();
+      loop.step(now);
+      drain();
+    }
+  }
+  void look() {
+    input.hand = app::hand_from_keys(keys);
+    input.at = now;
+    loop.put(input);
+    loop.take(view);
+    loop.collect();
+  }
+  void drain() {
+    app::TimedFrame frame;
+    while (loop.next(frame)) frames.push_back(frame);
+    if (stalled) return;
+    app::ConsoleEvent event;
+    while (loop.next(event)) events.push_back(event);
+  }
+  /// Enable is held until the machine is led. @return whether it came to that.
+  bool engage() {
+    keys.enable = true;
+    for (int i = 0; i < 200 && view.machine.mode != Mode::kEngaged; ++i) run(0.05);
+    return view.machine.mode == Mode::kEngaged;
+  }
+  /// Self test and start-up are over.
+  void start_up() {
+    for (int i = 0; i < 200 && view.machine.mode != Mode::kReady; ++i) run(0.05);
+  }
+  [[nodiscard]] app::NeutralTimes neutral_since(Time from) const {
+    return app::neutral_times(frames, setup.machine, from, now);
+  }
+
+  app::SessionSetup setup;
+  app::ConsoleLoop loop;
+  Time now{};
+  app::HeldKeys keys;
+  app::ConsoleInput input;
+  app::ConsoleView view;
+  app::FrameLog frames;
+  std::vector<app::ConsoleEvent> events;
+  bool stalled = false;
+};
+
+}  // namespace knuckle::test

@@ -1,0 +1,105 @@
+// What the Link screen tells, against links whose faults are known.
+#include "app/console/link_watch.h"
+
+#include <gtest/gtest.h>
+
+#include "transport/impaired_link.h"
+
+namespace knuckle::app {
+namespace {
+
+constexpr Duration kPeriod = 5ms;
+
+/// A machine that answers every message at once.
+struct Rig {
+  explicit Rig(const LinkImpairment& impairment) : network({}, impairment, 5), watch(network.a(), kPeriod) {}
+  void run(double seconds) {
+    for (const Time until = now + from_seconds(seconds); now < until;) {
+      now += 1ms;
+      network.advance(now);
+      if (now.time_since_epoch() % kPeriod == Duration::zero()) {
+        SlaveMessage message;
+        message.sequence = ++sequence;
+        message.sent_at = message.echoed_master_time = now;
+        network.b().send(encode(message).view());
+      }
+      watch.stamp(now);
+      for (Datagram datagram; watch.receive(datagram);) ++passed;
+    }
+  }
+  ImpairedLink network;
+  LinkWatch watch;
+  Time now{};
+  std::uint32_t sequence = 0;
+  int passed = 0;
+};
+
+LinkImpairment delayed(Duration delay) {
+  LinkImpairment impairment;
+  impairment.delay = delay;
+  return impairment;
+}
+
+TEST(LinkWatch, ASteadyLinkHasItsDelayNoJitterAndNoLoss) {
+  Rig rig(delayed(30ms));
+  rig.run(5);
+  EXPECT_NEAR(to_seconds(rig.watch.round_trip().quantile(0.5)), 0.030, 0.004);
+  EXPECT_EQ(rig.watch.arrival_jitter().max(), Duration::zero());
+  EXPECT_EQ(rig.watch.loss(), 0);
+  EXPECT_NEAR(rig.passed, 5 * 200, 8);  // everything is passed on
+}
+
+TEST(LinkWatch, LossIsTheShareThatNeverCame) {
+  LinkImpairment impairment = delayed(10ms);
+  impairment.loss = 0.2;
+  Rig rig(impairment);
+  rig.run(10);
+  EXPECT_NEAR(rig.watch.loss(), 0.2, 0.03);
+}
+
+TEST(LinkWatch, JitterAndLateMessagesAreNoLoss) {
+  LinkImpairment impairment = delayed(30ms);
+  impairment.jitter = 20ms;
+  impairment.reordering = 0.1;
+  Rig rig(impairment);
+  rig.run(10);
+  EXPECT_LT(rig.watch.loss(), 0.005);
+  EXPECT_GT(to_seconds(rig.watch.arrival_jitter().quantile(0.5)), 0.003);
+  EXPECT_LT(to_seconds(rig.watch.arrival_jitter().quantile(0.99)), 0.05);
+}
+
+TEST(LinkWatch, ForgetsWhatIsMoreThanTenSecondsOld) {
+  LinkImpairment impairment = delayed(10ms);
+  impairment.cut_from = Time(2s);
+  impairment.cut_until = Time(2500ms);
+  Rig rig(impairment);
+  rig.run(5);
+  EXPECT_NEAR(rig.watch.loss(), 0.1, 0.03);
+  rig.run(11);
+  EXPECT_EQ(rig.watch.loss(), 0);
+  EXPECT_EQ(rig.watch.arrival_jitter().max(), Duration::zero());
+}
+
+TEST(LinkWatch, AMachineThatBeginsItsNumbersAnewIsNoLoss) {
+  Rig rig(delayed(1ms));
+  rig.run(3);
+  rig.sequence = 0;
+  rig.now += 2s;  // as long as a restart takes
+  rig.run(3);
+  EXPECT_EQ(rig.watch.loss(), 0);
+}
+
+TEST(LinkWatch, HandToValveIsWhatTheStatusSaysWithoutItsWayBack) {
+  Rig rig(delayed(10ms));
+  rig.run(1);
+  MachineStatus status;
+  rig.watch.note(status, 20ms);  // nobody has led yet
+  EXPECT_EQ(rig.watch.hand_to_valve().count(), 0u);
+  status.acted_report_at = rig.now - 60ms;
+  status.acted_ago = 15ms;
+  rig.watch.note(status, 20ms);
+  EXPECT_NEAR(to_seconds(rig.watch.hand_to_valve().quantile(0.5)), 0.035, 0.005);
+}
+
+}  // namespace
+}  // namespace knuckle::app
