@@ -273,7 +273,7 @@ Reason CanopenClient::supervise(Time now) const noexcept {
 void CanopenClient::end_step(const JointVector& commands, bool enable_output, Time now) noexcept {
   if (phase_ == Phase::kActivating || phase_ == Phase::kOperational || phase_ == Phase::kFailed) {
     const JointVector allowed = phase_ == Phase::kOperational ? commands : JointVector::Zero();
-    send_set_points(allowed);
+    send_set_points(allowed, now);
     const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;
     if (output != enable_sent_ || syncs_ % kEnableEveryNthSync == 0) {
       bus_.send(canopen::enable_output_frame(description_.enable.rpdo_id(), output));
@@ -287,7 +287,7 @@ void CanopenClient::end_step(const JointVector& commands, bool enable_output, Ti
 }
 
 /// A frame that the controller's queue does not take is dropped: the next one is newer.
-void CanopenClient::send_set_points(const JointVector& commands) noexcept {
+void CanopenClient::send_set_points(const JointVector& commands, Time now) noexcept {
   const bool due = syncs_ % static_cast<std::uint32_t>(description_.valve_every_nth_sync) == 0;
   for (int i = 0; i < kJoints; ++i) {
     const auto joint = static_cast<std::size_t>(i);
@@ -297,6 +297,7 @@ void CanopenClient::send_set_points(const JointVector& commands) noexcept {
     const std::uint32_t id = description_.valves[joint].rpdo_id();
     if (bus_.send(canopen::valve_command_frame(id, command, description_.wire.valve_full_stroke))) {
       demand_[i] = commands[i];
+      set_points_at_ = now;
       valves_[joint].sent_word = command.control_word;
     }
   }

@@ -52,6 +52,8 @@ class CanopenClient {
   [[nodiscard]] bool pilot_on() const noexcept { return pilot_on_; }
   [[nodiscard]] const JointVector& spool() const noexcept { return spool_; }    ///< Actual, [-1, 1].
   [[nodiscard]] const JointVector& demand() const noexcept { return demand_; }  ///< As last put on the wire.
+  /// When the controller last took a set-point for a valve; kNever before the first.
+  [[nodiscard]] Time set_points_at() const noexcept { return set_points_at_; }
 
  private:
   enum class Kind : std::uint8_t { kValve, kSensor, kEnable };
@@ -84,7 +86,7 @@ class CanopenClient {
   void activate(Time now) noexcept;
   [[nodiscard]] Reason supervise(Time now) const noexcept;
   [[nodiscard]] Reason valve_fault(const Valve& valve, std::uint8_t id, Time now) const noexcept;
-  void send_set_points(const JointVector& commands) noexcept;
+  void send_set_points(const JointVector& commands, Time now) noexcept;
 
   BusDescription description_;
   CanBus& bus_;
@@ -99,6 +101,7 @@ class CanopenClient {
   Time inputs_seen_at_ = kNever;
   bool inputs_closed_ = false, pilot_on_ = false;
   JointVector spool_ = JointVector::Zero(), demand_ = JointVector::Zero();
+  Time set_points_at_ = kNever;
   std::uint32_t syncs_ = 0;
   std::uint8_t enable_sent_ = 0;
   Time heartbeat_at_ = kNever;

@@ -27,6 +27,8 @@ class CanBus {
   /// An operator has taken note of what happened to the bus and wants to go on: a bus-off that is over, kept until
   /// then, is forgotten.
   virtual void acknowledge() noexcept {}
+  /// Error frames heard and frames lost on the way, both ways, since it was opened.
+  [[nodiscard]] virtual std::uint64_t errors() const noexcept { return 0; }
 };
 
 }  // namespace knuckle

@@ -26,6 +26,10 @@ struct CanCounters {
   std::uint64_t restarts = 0;         ///< Times the controller was restarted after bus-off.
   std::uint64_t downs = 0;            ///< Times the interface went down or away.
   std::uint8_t transmit_errors = 0, receive_errors = 0;  ///< The controller's error counters, as last reported.
+  /// Error frames, and frames lost on the way.
+  [[nodiscard]] std::uint64_t errors() const noexcept {
+    return error_frames + queue_full + not_sendable + overflows + controller_overflows;
+  }
 };
 
 class CanHealth {

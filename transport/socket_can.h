@@ -46,6 +46,7 @@ class SocketCanBus final : public CanBus {
   [[nodiscard]] CanState state() const noexcept override { return health_.state(); }
   /// Forgets a bus-off whose controller has been restarted since, and an error-passive in which frames were heard.
   void acknowledge() noexcept override { health_.acknowledge(); }
+  [[nodiscard]] std::uint64_t errors() const noexcept override { return health_.counters().errors(); }
 
   [[nodiscard]] const CanCounters& counters() const noexcept { return health_.counters(); }
   /// What is wrong and what to do, in one line; empty while nothing is. Allocates: not for loops.

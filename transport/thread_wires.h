@@ -21,7 +21,8 @@ class ThreadCan {
 
   /// For the thread of the loop.
   [[nodiscard]] CanBus& controller() noexcept { return controller_; }
-  /// For the thread of the bus: hands over what the loop sent, and what arrived at the port, and the port's state.
+  /// For the thread of the bus: hands over what the loop sent, what arrived at the port, and the port's state and
+  /// errors.
   void exchange(CanBus& port) noexcept;
   /// Frames lost between the threads, both ways.
   [[nodiscard]] std::uint64_t dropped() const noexcept {
@@ -35,6 +36,9 @@ class ThreadCan {
     bool receive(CanFrame& frame) noexcept override { return arrived_.pop(frame); }
     [[nodiscard]] CanState state() const noexcept override { return state_.load(std::memory_order_relaxed); }
     void acknowledge() noexcept override { acknowledged_.store(true, std::memory_order_relaxed); }
+    [[nodiscard]] std::uint64_t errors() const noexcept override {
+      return errors_.load(std::memory_order_relaxed) + sent_.dropped() + arrived_.dropped();
+    }
 
    private:
     friend class ThreadCan;
@@ -42,6 +46,7 @@ class ThreadCan {
     Ring<CanFrame, 1024> arrived_;  // 60 ms of a full bus at 1 Mbit/s
     std::atomic<CanState> state_{CanState::kActive};
     std::atomic<bool> acknowledged_{false};
+    std::atomic<std::uint64_t> errors_{0};
   };
   Controller controller_;
 };

@@ -63,6 +63,7 @@ class VirtualCanBus {
     bool receive(CanFrame& frame) noexcept override;
     [[nodiscard]] CanState state() const noexcept override;
     void acknowledge() noexcept override { was_off_ = off_; }
+    [[nodiscard]] std::uint64_t errors() const noexcept override { return dropped_; }
 
    private:
     friend class VirtualCanBus;

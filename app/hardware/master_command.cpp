@@ -98,6 +98,13 @@ std::string problem_of(const Options& o, const HidDevicePort* device, const UdpL
   return device != nullptr ? device->status().problem : "";
 }
 
+Json status_json(const std::optional<MachineStatus>& status) {
+  if (!status) return nullptr;
+  return {{"pilot_on", status->pilot_on},      {"bus_load", status->bus_load},
+          {"can_errors", status->can_errors},  {"loop_steps", status->steps},
+          {"loop_overruns", status->overruns}, {"loop_fifo_priority", status->fifo_priority}};
+}
+
 Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome) {
   Json json{{"schema", kSchema},    {"version", program_version()},     {"machine", setup.machine.name},
             {"device", o.device},   {"device_file", setup.device.name}, {"connect", o.connect},
@@ -117,6 +124,7 @@ Json result_json(const Options& o, const MasterSetup& setup, double started_unix
     }
   }
   json["round_trip_ms"] = milliseconds_json(outcome.round_trip);
+  json["machine_status"] = status_json(outcome.machine_status);
   json["records_lost"] = outcome.records_lost;
   json["realtime"] = {{"master", loop_json(outcome.loop)}};
   return json;

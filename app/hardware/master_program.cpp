@@ -7,6 +7,7 @@
 #include "app/hardware/letting_go.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
+#include "transport/status_link.h"
 
 namespace knuckle::app {
 namespace {
@@ -32,7 +33,10 @@ struct MasterStatus {
 class MasterRunner {
  public:
   MasterRunner(const MasterSetup& setup, HidPort& port, Link& link)
-      : port_(port), link_(link), master_(setup.device, setup.machine, port_, link_, setup.law) {
+      : port_(port),
+        letting_go_link_(link),
+        link_(letting_go_link_),
+        master_(setup.device, setup.machine, port_, link_, setup.law) {
     master_.set_assist(setup.assist);
     last_device_.device.code = ReasonCode::kCount;  // what the device is worth is told at the start, too
   }
@@ -51,13 +55,15 @@ class MasterRunner {
 
   // After the loop has ended.
   [[nodiscard]] const Histogram& round_trip() const noexcept { return round_trip_; }
+  [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept { return link_.status(); }
   [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped(); }
 
  private:
   void observe(Time now) noexcept;
 
   LettingGoPort port_;
-  LettingGoLink link_;
+  LettingGoLink letting_go_link_;
+  StatusLink link_;
   master::MasterLoop master_;
   int letting_go_ = 0;
   MasterEvent last_machine_, last_device_;
@@ -71,9 +77,10 @@ class MasterRunner {
 void MasterRunner::step(Time now) noexcept {
   if (stop_asked_.load(std::memory_order_relaxed)) {
     port_.let_go();
-    link_.let_go();
+    letting_go_link_.let_go();
     if (++letting_go_ == kLettingGoSteps) stopped_.store(true, std::memory_order_release);
   }
+  link_.stamp(now);
   master_.step(now);
   observe(now);
 }
@@ -192,6 +199,7 @@ MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, co
   }
   outcome.ran_s = to_seconds(clock.now());
   outcome.round_trip = runner->round_trip();
+  outcome.machine_status = runner->machine_status();
   outcome.records_lost = runner->lost();
   run.console.event(clock.now(), "stopped: let go of machine and device");
   return outcome;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "transport/hid_port.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
+#include "transport/machine_status.h"
 
 namespace knuckle::app {
 
@@ -40,7 +42,8 @@ struct MasterEvent {
 
 struct MasterOutcome {
   std::vector<MasterEvent> events;
-  Histogram round_trip;  ///< As measured; one value each step while the machine is heard.
+  Histogram round_trip;                         ///< As measured; one value each step while the machine is heard.
+  std::optional<MachineStatus> machine_status;  ///< The newest; nothing where the machine's side sent none.
   RealtimeReport loop;
   double ran_s = 0;
   std::uint64_t records_lost = 0;

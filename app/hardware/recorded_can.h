@@ -33,6 +33,7 @@ class RecordedCan final : public CanBus {
   }
   [[nodiscard]] CanState state() const noexcept override { return bus_.state(); }
   void acknowledge() noexcept override { bus_.acknowledge(); }
+  [[nodiscard]] std::uint64_t errors() const noexcept override { return bus_.errors(); }
 
   // For the thread that writes.
   /// Lines of a candump log for what has passed since the last call.

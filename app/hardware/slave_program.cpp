@@ -11,6 +11,8 @@
 #include "core/mailbox.h"
 #include "core/ring.h"
 #include "slave/slave_loop.h"
+#include "slave/status_reporter.h"
+#include "transport/metered_can.h"
 
 namespace knuckle::app {
 namespace {
@@ -36,12 +38,16 @@ std::string reason_text(const Reason& reason) {
 /// All that the loop's thread works on, and what crosses to the thread that tends it.
 class SlaveRunner {
  public:
-  SlaveRunner(const MachineDescription& machine, CanBus& bus, Link& link, const SlaveRecords& records)
+  /// @param health of the loop's thread.
+  SlaveRunner(const MachineDescription& machine, CanBus& bus, Link& link, const SlaveRecords& records,
+              Mailbox<LoopHealth>& health)
       : machine_(machine),
         link_(link),
         can_(bus, records.candump != nullptr),
+        metered_(can_, machine.bus.bit_rate),
         wants_rows_(records.csv != nullptr),
-        slave_(machine, can_, link),
+        slave_(machine, metered_, link),
+        reporter_(machine, metered_, link, &health),
         stop_(machine, can_) {}
 
   // The loop's thread.
@@ -67,8 +73,10 @@ class SlaveRunner {
   const MachineDescription& machine_;
   Link& link_;
   RecordedCan can_;
+  MeteredCan metered_;
   bool wants_rows_;
   slave::SlaveLoop slave_;
+  slave::StatusReporter reporter_;
   OrderlyStop stop_;
   SlaveMessage farewell_;
   bool said_off_ = false;
@@ -84,6 +92,7 @@ void SlaveRunner::step(Time now) noexcept {
   can_.stamp(now);
   if (stop_asked_.load(std::memory_order_relaxed)) return step_stop(now);
   slave_.step(now);
+  reporter_.step(now, slave_);
   observe(now);
 }
 
@@ -186,7 +195,8 @@ std::string event_text(const ModeEvent& event) {
 
 SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& link, const ProgramRun& run,
                        const SlaveRecords& records) {
-  const auto runner = std::make_unique<SlaveRunner>(machine, bus, link, records);
+  Mailbox<LoopHealth> health;
+  const auto runner = std::make_unique<SlaveRunner>(machine, bus, link, records, health);
   if (records.csv != nullptr) write_slave_header(*records.csv);
   SlaveOutcome outcome;
   Teller teller(run.console, outcome.events);
@@ -196,7 +206,8 @@ SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& lin
     RealtimeThread loop({.name = "slave",
                          .period = from_seconds(1 / machine.bus.sync_Hz),
                          .fifo_priority = kPriority,
-                         .lock_memory = true},
+                         .lock_memory = true,
+                         .health = &health},
                         clock, [&runner](Time now) { runner->step(now); });
     const auto tend = [&](Time now) {
       policy.tell(run.console, now, loop);

@@ -1,0 +1,83 @@
+#include "slave/status_reporter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace knuckle::slave {
+namespace {
+
+MachineStatus::Timing timing(const Histogram& h) noexcept {
+  return {h.quantile(0.5), h.quantile(0.99), h.max()};
+}
+
+}  // namespace
+
+/// Continuity without compression, Q = A v, and power p Q (Merritt, Hydraulic Control Systems, 1967, ch. 3), with area
+/// and pressure of the chamber that is being filled. A cylinder that moves against its spool, or with it closed, is
+/// moved by its load or only seems to move: it takes nothing.
+OilDemand oil_demand(const MachineDescription& machine, const estimation::JointState& state,
+                     const JointVector& spool) noexcept {
+  OilDemand demand;
+  for (int i = 0; i < kJoints; ++i) {
+    const auto joint = static_cast<std::size_t>(i);
+    const double speed_mps = state.lever_m[i] * state.rate_radps[i];
+    if (speed_mps * spool[i] <= 0) continue;
+    const bool extends = speed_mps > 0;
+    const CylinderDescription& cylinder = machine.cylinders[joint];
+    const double area_m2 = extends ? cylinder.head_area_m2() : cylinder.rod_side_area_m2();
+    const double flow_m3ps = area_m2 * std::abs(speed_mps);
+    demand.flow_m3ps += flow_m3ps;
+    demand.power_W += flow_m3ps * std::max(0.0, state.pressure_Pa[2 * joint + (extends ? 0 : 1)]);
+  }
+  return demand;
+}
+
+StatusReporter::StatusReporter(const MachineDescription& machine, MeteredCan& bus, Link& link,
+                               Mailbox<LoopHealth>* health) noexcept
+    : machine_(machine), bus_(bus), link_(link), mailbox_(health) {
+  status_.period = from_seconds(1 / machine.bus.sync_Hz);
+}
+
+void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
+  if (mailbox_ == nullptr) ++status_.steps;
+  note_acted(now, slave);
+  if (now < due_) return;
+  // On a grid, so that the loop's period does not add to this one; what was missed is not made up for.
+  due_ = due_ == kNever || now - due_ >= kPeriod ? now + kPeriod : due_ + kPeriod;
+  note_health();
+  ++status_.sequence;
+  status_.sent_at = now;
+  status_.valve_command = slave.commands();
+  status_.spool = slave.client().spool();
+  status_.pilot_on = slave.client().pilot_on();
+  const OilDemand oil = slave.state() ? oil_demand(machine_, *slave.state(), status_.spool) : OilDemand{};
+  status_.oil_flow_m3ps = oil.flow_m3ps;
+  status_.hydraulic_power_W = oil.power_W;
+  status_.bus_load = bus_.take_load(now);
+  constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  status_.can_errors = static_cast<std::uint32_t>(std::min(bus_.errors(), kMost));
+  status_.acted_ago = status_.acted_report_at == kNever ? Duration::zero() : now - set_points_at_;
+  link_.send(encode(status_).view());
+}
+
+/// A set-point went out in this step: whose hand is behind it?
+void StatusReporter::note_acted(Time now, const SlaveLoop& slave) noexcept {
+  if (slave.client().set_points_at() != now) return;
+  set_points_at_ = now;
+  const bool led = slave.mode() == Mode::kEngaged;
+  status_.acted_report_at = led ? slave.master().device_report_at : kNever;
+  status_.acted_held = led ? now - slave.master_at() : Duration::zero();
+}
+
+void StatusReporter::note_health() noexcept {
+  if (mailbox_ == nullptr || !mailbox_->take(health_)) return;
+  status_.wake_lateness = timing(health_.wake_lateness);
+  status_.execution = timing(health_.execution);
+  status_.period = health_.period;
+  status_.steps = health_.steps;
+  status_.overruns = health_.overruns;
+  status_.fifo_priority = health_.fifo_priority;
+}
+
+}  // namespace knuckle::slave

@@ -1,0 +1,54 @@
+// What the machine's side tells of itself beside every SlaveMessage: gathered around the slave loop, which knows
+// nothing of it, and sent 20 times a second.
+#pragma once
+
+#include "core/joints.h"
+#include "core/loop_health.h"
+#include "core/mailbox.h"
+#include "core/time.h"
+#include "estimation/joint_state.h"
+#include "machine/description.h"
+#include "slave/slave_loop.h"
+#include "transport/link.h"
+#include "transport/machine_status.h"
+#include "transport/metered_can.h"
+
+namespace knuckle::slave {
+
+struct OilDemand {
+  double flow_m3ps = 0;
+  double power_W = 0;
+};
+/// What moving cylinders take from the pump, and the power of it.
+/// @param spool actual, [-1, 1], positive = extend.
+[[nodiscard]] OilDemand oil_demand(const MachineDescription& machine, const estimation::JointState& state,
+                                   const JointVector& spool) noexcept;
+
+class StatusReporter {
+ public:
+  static constexpr Duration kPeriod = 50ms;
+
+  /// All outlive this. @param bus of the loop, @param link of the loop.
+  /// @param health of the thread that steps the loop, read in that thread; null: the loop has no real time.
+  StatusReporter(const MachineDescription& machine, MeteredCan& bus, Link& link,
+                 Mailbox<LoopHealth>* health = nullptr) noexcept;
+
+  /// After every step of the loop, in its thread.
+  void step(Time now, const SlaveLoop& slave) noexcept;
+  /// The last one told.
+  [[nodiscard]] const MachineStatus& sent() const noexcept { return status_; }
+
+ private:
+  void note_acted(Time now, const SlaveLoop& slave) noexcept;
+  void note_health() noexcept;
+
+  const MachineDescription& machine_;
+  MeteredCan& bus_;
+  Link& link_;
+  Mailbox<LoopHealth>* mailbox_;
+  LoopHealth health_;
+  MachineStatus status_;
+  Time due_ = kNever, set_points_at_ = kNever;
+};
+
+}  // namespace knuckle::slave

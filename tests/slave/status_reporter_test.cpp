@@ -1,0 +1,216 @@
+// What the machine's side tells of itself, against the bench machine: whose hand is on the valves, what the loop's
+// thread says of its time, and the oil that moving cylinders take.
+#include "slave/status_reporter.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <vector>
+
+#include "tests/slave/bench_machine.h"
+#include "tests/support/no_alloc.h"
+
+namespace knuckle::slave {
+namespace {
+
+/// Keeps what was sent, decoded.
+class Told final : public Link {
+ public:
+  Told() { statuses.reserve(1000); }
+  bool send(std::span<const std::uint8_t> bytes) noexcept override {
+    if (const auto status = decode_status(bytes)) statuses.push_back(*status);
+    return true;
+  }
+  bool receive(Datagram& /*datagram*/) noexcept override { return false; }
+  std::vector<MachineStatus> statuses;
+};
+
+struct ReportingBench {
+  explicit ReportingBench(Mailbox<LoopHealth>* health = nullptr) : reporter(m.description, metered, told, health) {}
+  void tick() {
+    m.tick();
+    if (m.ticks % 5 == 0) reporter.step(m.now, m.loop);
+  }
+  void run(Duration time) {
+    for (const Time end = m.now + time; m.now < end;) tick();
+  }
+  test::BenchMachine m;
+  MeteredCan metered{m.bus.port(0), m.description.bus.bit_rate};
+  Told told;
+  StatusReporter reporter;
+};
+
+TEST(StatusReporter, TellsTwentyTimesASecondWithRisingNumbers) {
+  ReportingBench bench;
+  bench.run(10s);
+  const auto& told = bench.told.statuses;
+  ASSERT_EQ(told.size(), 200U);
+  for (std::size_t i = 1; i < told.size(); ++i) {
+    EXPECT_EQ(told[i].sequence, told[i - 1].sequence + 1);
+    EXPECT_EQ(told[i].sent_at - told[i - 1].sent_at, 50ms);
+  }
+  EXPECT_EQ(told.back().period, 5ms);
+  EXPECT_GT(told.back().steps, 1900U);
+  EXPECT_EQ(told.back().fifo_priority, 0);
+}
+
+TEST(StatusReporter, DoesNotMakeUpForWhatAHungLoopMissed) {
+  ReportingBench bench;
+  bench.run(1s);
+  const std::size_t before = bench.told.statuses.size();
+  bench.m.run(2s);  // without it
+  bench.run(100ms);
+  EXPECT_LE(bench.told.statuses.size(), before + 3);
+}
+
+TEST(StatusReporter, ShowsCommandsSpoolsAndPilotOfTheLedMachine) {
+  ReportingBench bench;
+  ASSERT_TRUE(bench.m.engage()) << text(bench.m.loop.blocking());
+  bench.m.move(JointVector(0.25, -0.25, -0.3), 400ms);
+  bench.run(5ms);
+  const MachineStatus& status = bench.reporter.sent();
+  EXPECT_TRUE(status.pilot_on);
+  EXPECT_EQ(status.valve_command, bench.m.loop.commands());
+  EXPECT_EQ(status.spool, bench.m.loop.client().spool());
+  EXPECT_GT(status.spool.cwiseAbs().minCoeff(), 0.05);
+  EXPECT_GT(status.oil_flow_m3ps, 0);
+  EXPECT_GT(status.hydraulic_power_W, 0);
+}
+
+/// Which set-point each of its frames on the wire was made of, against what was told afterwards.
+TEST(StatusReporter, TellsWhoseReportIsOnTheValvesWireHowLongItWaitedAndHowLongAgo) {
+  ReportingBench bench;
+  auto& m = bench.m;
+  ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
+  bench.told.statuses.clear();
+  struct Step {
+    Time report, arrived;
+    bool sent = false;  // a set-point frame
+  };
+  std::map<Time, Step> steps;
+  Time arrived = kNever, report = kNever;
+  const std::uint32_t valve = canopen::rpdo1_id(m.description.bus.valves[0].id);
+  for (int n = 0; n < 400; ++n) {
+    m.wire.clear();
+    m.link_up = n % 3 == 0;  // so that some wait for the valve frame
+    m.hand.device_report_at = Time(1h + n * 1ms);
+    for (int ms = 0; ms < 5; ++ms) {
+      bench.tick();
+      if (m.ticks % 5 != 0) continue;
+      if (m.link_up) {
+        arrived = m.now;
+        report = m.hand.device_report_at;
+      }
+      steps[m.now] = {report, arrived};
+    }
+    // The frame of a step is on the wire before the next one.
+    const Time stepped = steps.rbegin()->first;
+    for (const auto& w : m.wire) {
+      if (w.frame.id == valve) steps[w.at > stepped ? stepped : stepped - 5ms].sent = true;
+    }
+  }
+  ASSERT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
+  int told = 0, waited = 0;
+  for (const MachineStatus& status : bench.told.statuses) {
+    const auto acted = steps.find(status.sent_at - status.acted_ago);
+    if (status.sent_at < steps.begin()->first + 100ms || status.sent_at == steps.rbegin()->first) continue;
+    ASSERT_NE(acted, steps.end());
+    EXPECT_TRUE(acted->second.sent);
+    EXPECT_EQ(status.acted_report_at, acted->second.report);
+    EXPECT_EQ(status.acted_held, acted->first - acted->second.arrived);
+    EXPECT_LT(status.acted_ago, 10ms) << "every second step";
+    ++told;
+    waited += status.acted_held > 0ns ? 1 : 0;
+  }
+  EXPECT_GT(told, 30);
+  EXPECT_GT(waited, 5);
+}
+
+TEST(StatusReporter, NobodysReportIsOnTheWireOnceTheMachineIsLetGo) {
+  ReportingBench bench;
+  bench.m.hand.device_report_at = Time(1h);
+  bench.run(3s);
+  EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever) << "not led yet";
+  ASSERT_TRUE(bench.m.engage());
+  bench.run(100ms);
+  EXPECT_EQ(bench.reporter.sent().acted_report_at, Time(1h));
+  bench.m.hand.enable = false;
+  bench.run(100ms);
+  EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever);
+  EXPECT_EQ(bench.reporter.sent().acted_held, 0ns);
+  EXPECT_EQ(bench.reporter.sent().acted_ago, 0ns);
+}
+
+TEST(StatusReporter, PassesOnWhatTheLoopsThreadSaysOfItsTime) {
+  Mailbox<LoopHealth> mailbox;
+  ReportingBench bench(&mailbox);
+  LoopHealth health;
+  health.period = 5ms;
+  health.steps = 12'345;
+  health.overruns = 6;
+  health.fifo_priority = 80;
+  for (int i = 0; i < 99; ++i) health.wake_lateness.add(20us);
+  health.wake_lateness.add(1ms);
+  for (int i = 0; i < 100; ++i) health.execution.add(200us);
+  mailbox.put(health);
+  bench.run(200ms);
+  const MachineStatus& status = bench.reporter.sent();
+  EXPECT_EQ(status.steps, 12'345U);
+  EXPECT_EQ(status.overruns, 6U);
+  EXPECT_EQ(status.fifo_priority, 80);
+  EXPECT_LE(status.wake_lateness.p50, 23us);
+  EXPECT_EQ(status.wake_lateness.max, 1ms);
+  EXPECT_EQ(status.execution.p99, 200us);
+}
+
+TEST(StatusReporter, TellsLoadAndLossesOfTheBus) {
+  ReportingBench bench;
+  bench.run(55ms);  // told once, and once more
+  const CanFrame frame{.id = 0x7FF, .size = 8, .data = {1, 2, 3, 4, 5, 6, 7, 8}};
+  int sent = 0;
+  for (int i = 0; i < 100; ++i) sent += bench.metered.send(frame) ? 1 : 0;
+  const double share = sent * static_cast<double>(frame_bits(frame)) / (0.050 * bench.m.description.bus.bit_rate);
+  bench.run(50ms);
+  EXPECT_DOUBLE_EQ(bench.reporter.sent().bus_load, share);
+  EXPECT_GE(bench.reporter.sent().can_errors, static_cast<std::uint32_t>(100 - sent));
+  EXPECT_LT(sent, 100);
+  bench.run(50ms);
+  EXPECT_EQ(bench.reporter.sent().bus_load, 0);
+}
+
+TEST(StatusReporter, AllocatesNothing) {
+  Mailbox<LoopHealth> mailbox;
+  ReportingBench bench(&mailbox);
+  mailbox.put({});
+  bench.run(2s);
+  const test::NoAllocScope scope;
+  for (int i = 0; i < 40; ++i) bench.reporter.step(bench.m.now + i * 5ms, bench.m.loop);
+  const auto allocations = scope.allocations();
+  EXPECT_EQ(allocations, 0U);
+}
+
+TEST(OilDemand, IsTheFilledChambersAreaTimesSpeedAndItsPressureTimesThat) {
+  const MachineDescription machine = test::test_machine();  // bores 65, 60, 60 mm, rods 35 mm
+  estimation::JointState state;
+  state.lever_m = {0.5, -0.4, 0.3};
+  state.rate_radps = {0.2, 0.5, 0};  // boom extends at 0.1 m/s, arm retracts at 0.2 m/s
+  state.pressure_Pa = {100e5, 30e5, 20e5, 50e5, 40e5, 40e5};
+  const OilDemand demand = oil_demand(machine, state, {0.5, -0.5, 0.5});
+  EXPECT_NEAR(demand.flow_m3ps, 3.31831e-4 + 3.73064e-4, 1e-8);
+  EXPECT_NEAR(demand.power_W, 3318.31 + 1865.32, 0.1);
+}
+
+TEST(OilDemand, WhatItsLoadMovesOrAClosedValveHoldsTakesNothing) {
+  const MachineDescription machine = test::test_machine();
+  estimation::JointState state;
+  state.lever_m = {0.5, 0.4, 0.3};
+  state.rate_radps = {-0.2, 0.1, 0.5};
+  state.pressure_Pa = {100e5, 30e5, 20e5, 50e5, -1e5, 40e5};
+  EXPECT_EQ(oil_demand(machine, state, {0.5, 0, 0}).flow_m3ps, 0);
+  const OilDemand sucking = oil_demand(machine, state, {0, 0, 1});
+  EXPECT_GT(sucking.flow_m3ps, 0);
+  EXPECT_EQ(sucking.power_W, 0) << "a vacuum gives no power back";
+}
+
+}  // namespace
+}  // namespace knuckle::slave
