@@ -108,6 +108,9 @@ TEST(ProgramThreads, AnOperatorsSideThatEndsLetsGoOfMachineAndDevice) {
   EXPECT_TRUE(desk.said.says("stopped: let go of machine and device"));
   EXPECT_EQ(desk.outcome.records_lost, 0U);
   EXPECT_GT(desk.outcome.round_trip.count(), 0U);
+  ASSERT_TRUE(desk.outcome.machine_status) << "the machine's side told of itself";
+  EXPECT_EQ(desk.outcome.machine_status->period, 5ms);
+  EXPECT_GT(desk.outcome.machine_status->steps, 0U);
 }
 
 TEST(ProgramThreads, WithoutAMachineTheOperatorsSideSaysThatItHearsNothing) {

@@ -26,6 +26,8 @@
 #include "sim/truth.h"
 #include "transport/canopen.h"
 #include "transport/link_messages.h"
+#include "transport/machine_status.h"
+#include "transport/status_link.h"
 #include "transport/thread_wires.h"
 #include "transport/udp_link.h"
 #include "transport/virtual_can.h"
@@ -184,7 +186,7 @@ class Site {
 /// it asks for the pose that the machine has.
 class Hand {
  public:
-  explicit Hand(const std::string& address) : link_(UdpLink::connect(address)) {
+  explicit Hand(const std::string& address) : udp_(UdpLink::connect(address)) {
     say([](MasterMessage& m) { m.device_ok = m.presence = true; });
     thread_.emplace(RealtimeOptions{.name = "hand", .period = 2ms, .fifo_priority = 60}, RealtimeClock(),
                     [this](Time now) { step(now); });
@@ -204,6 +206,11 @@ class Hand {
     if (heard_.take(told)) seen_ = told;
     return seen_;
   }
+  [[nodiscard]] std::optional<MachineStatus> status() {
+    MachineStatus told;
+    if (statuses_.take(told)) status_ = told;
+    return status_;
+  }
   [[nodiscard]] bool sees(Mode mode) {
     const auto told = machine();
     return told && told->mode == mode;
@@ -211,6 +218,7 @@ class Hand {
 
  private:
   void step(Time now) noexcept {
+    link_.stamp(now);
     while (link_.receive(datagram_)) {
       const auto told = decode_slave(datagram_.view());
       if (!told) continue;
@@ -218,23 +226,27 @@ class Hand {
       slave_at_ = told->sent_at;
       if (told->mode != Mode::kEngaged) from_rad_ = told->position_rad;
     }
+    if (link_.status_at() == now) statuses_.put(*link_.status());
     to_say_.take(said_);
     MasterMessage message = said_;
     message.position_rad += from_rad_;
     message.sequence = ++sequence_;
-    message.sent_at = now;
+    message.sent_at = message.device_report_at = now;
     message.echoed_slave_time = slave_at_;
     if (!silent_) link_.send(encode(message).view());
   }
   // the test's thread
   MasterMessage meant_;
   std::optional<SlaveMessage> seen_;
+  std::optional<MachineStatus> status_;
   // between the two
   Mailbox<MasterMessage> to_say_;
   Mailbox<SlaveMessage> heard_;
+  Mailbox<MachineStatus> statuses_;
   std::atomic<bool> silent_{false};
   // the hand's thread
-  UdpLink link_;
+  UdpLink udp_;
+  StatusLink link_{udp_};
   MasterMessage said_;  // position: away from from_rad_
   JointVector from_rad_ = JointVector::Zero();
   Time slave_at_{};
