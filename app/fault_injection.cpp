@@ -2,7 +2,6 @@
 
 #include <limits>
 
-#include "transport/canopen.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::app {
@@ -12,15 +11,36 @@ bool takes_link_away(FaultKind kind) {
   return kind == FaultKind::kLinkCut || kind == FaultKind::kLinkNaN;
 }
 
+void set_device_fault(FaultKind kind, bool broken, HandSide& hand) noexcept {
+  using sim::FirmwareFault;
+  const auto firmware = [&](FirmwareFault fault) {
+    hand.device.firmware().inject(broken ? fault : FirmwareFault::kNone);
+  };
+  switch (kind) {
+    case FaultKind::kDeviceUnplugged:
+      return broken ? hand.cable.unplug() : hand.cable.plug();
+    case FaultKind::kDeviceSilent:
+      return firmware(FirmwareFault::kSilent);
+    case FaultKind::kDeviceBadCrc:
+      return firmware(FirmwareFault::kBadCrc);
+    case FaultKind::kDeviceTruncated:
+      return hand.device_end.truncate(broken);
+    case FaultKind::kDeviceWild:
+      return firmware(FirmwareFault::kWildCounts);
+    default:
+      return;
+  }
+}
+
 }  // namespace
 
-FaultInjection::FaultInjection(std::vector<ScheduledFault> schedule, ImpairedLink& network, HidPair& cable)
+FaultInjection::FaultInjection(std::vector<ScheduledFault> schedule, ImpairedLink& network, const BusDescription& bus)
     : schedule_(std::move(schedule)),
       done_(schedule_.size(), false),
       network_(network),
-      cable_(cable),
       operator_end_(network.a()),
-      machine_end_(network.b()) {
+      machine_end_(network.b()),
+      machine_faults_(bus) {
   injected_.reserve(schedule_.size());
 }
 
@@ -44,86 +64,51 @@ bool FaultInjection::MachineEnd::receive(Datagram& datagram) noexcept {
   return received;
 }
 
-void FaultInjection::step(Time now, int phase, Duration in_phase, sim::SimulatedMachine& machine,
-                          sim::HandAndDevice& hand) noexcept {
+void FaultInjection::step(Time now, int phase, Duration in_phase, MachineSide& far, HandSide& hand) noexcept {
   machine_end_.now = now;
   for (Injected& i : injected_) {
     if (i.mended_at != Time::max()) continue;
     if (takes_link_away(i.fault.kind)) i.last_good_input = machine_end_.last_good;
-    if (now < i.at + from_seconds(i.fault.duration_s)) continue;
-    set(i.fault, false, machine, hand);
+    if (now < i.at + from_seconds(i.fault.duration_s)) {
+      machine_faults_.keep_up(i.fault.kind, static_cast<std::uint8_t>(i.fault.subject), far.machine, far.nodes_end);
+      continue;
+    }
+    set(i.fault, false, far, hand);
     i.mended_at = now;
   }
   for (std::size_t n = 0; n < schedule_.size(); ++n) {
     const ScheduledFault& fault = schedule_[n];
     if (done_[n] || fault.phase != phase || to_seconds(in_phase) < fault.after_s) continue;
     done_[n] = true;
-    set(fault, true, machine, hand);
+    set(fault, true, far, hand);
     injected_.push_back({fault, now, Time::max(), takes_link_away(fault.kind) ? machine_end_.last_good : now});
   }
 }
 
-bool set_machine_fault(FaultKind kind, int subject, bool broken, sim::SimulatedMachine& machine) noexcept {
-  using sim::NodeFault;
-  const auto& bus = machine.plant().truth().machine.bus;
-  const auto index = static_cast<std::size_t>(subject);
-  const auto inject = [&](std::uint8_t id, NodeFault fault) {
-    return machine.inject(id, broken ? fault : NodeFault::kNone);
-  };
-  const auto node = static_cast<std::uint8_t>(subject);
-  switch (kind) {
-    case FaultKind::kNodeSilent:
-      return inject(node, NodeFault::kSilent);
-    case FaultKind::kNodeEmergency:
-      return machine.send_emcy(node, broken ? canopen::kEmcyDeviceSpecific : canopen::kEmcyReset);
-    case FaultKind::kSensorFrozen:
-      return inject(node, NodeFault::kFrozen);
-    case FaultKind::kPressureInvalid:
-      return inject(node, NodeFault::kInvalid);
-    case FaultKind::kEncoderBroken:
-      return inject(bus.encoders[index].id, NodeFault::kBrokenWire);
-    case FaultKind::kValveStuck:
-      return inject(bus.valves[index].id, NodeFault::kStuck);
-    case FaultKind::kEStop:
-      machine.set_estop(broken);
-      return true;
-    default:
-      return false;
-  }
-}
-
-void FaultInjection::set(const ScheduledFault& fault, bool broken, sim::SimulatedMachine& machine,
-                         sim::HandAndDevice& hand) noexcept {
-  using sim::FirmwareFault;
-  const auto firmware = [&](FirmwareFault kind) { hand.firmware().inject(broken ? kind : FirmwareFault::kNone); };
+void FaultInjection::set(const ScheduledFault& fault, bool broken, MachineSide& far, HandSide& hand) noexcept {
+  constexpr std::size_t kController = MachineSide::kControllerPort;
   switch (fault.kind) {
     case FaultKind::kLinkCut:
-      network_.cut(broken);
-      break;
+      return network_.cut(broken);
     case FaultKind::kLinkCutBack:
-      network_.cut_b_to_a(broken);
-      break;
+      return network_.cut_b_to_a(broken);
     case FaultKind::kLinkNaN:
       operator_end_.spoil = broken;
-      break;
-    case FaultKind::kDeviceUnplugged:
-      broken ? cable_.unplug() : cable_.plug();
-      break;
-    case FaultKind::kDeviceSilent:
-      firmware(FirmwareFault::kSilent);
-      break;
-    case FaultKind::kDeviceBadCrc:
-      firmware(FirmwareFault::kBadCrc);
-      break;
-    case FaultKind::kDeviceWild:
-      firmware(FirmwareFault::kWildCounts);
-      break;
+      return;
     case FaultKind::kLoopHung:
       loop_hung_ = broken;
-      break;
+      return;
+    case FaultKind::kBusOff:
+      return broken ? far.bus.bus_off(kController) : far.bus.recover(kController);
+    case FaultKind::kCanDown:
+      return far.bus.take_down(kController, broken);
+    case FaultKind::kNoAcknowledge:
+      return far.bus.disturb(kController, broken);
+    case FaultKind::kBusCut:  // at the controller's end: it is the nodes that are watched
+      return far.bus.disconnect(kController, broken);
     default:
-      set_machine_fault(fault.kind, fault.subject, broken, machine);
-      break;
+      set_device_fault(fault.kind, broken, hand);
+      machine_faults_.set(fault.kind, static_cast<std::uint8_t>(fault.subject), broken, far.machine, far.nodes_end);
   }
 }
 

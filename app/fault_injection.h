@@ -7,11 +7,10 @@
 #include <vector>
 
 #include "app/frame_log.h"
+#include "app/machine_faults.h"
 #include "app/scenario.h"
+#include "app/session_sides.h"
 #include "core/time.h"
-#include "sim/haptic_device.h"
-#include "sim/simulated_machine.h"
-#include "transport/hid_pair.h"
 #include "transport/impaired_link.h"
 #include "transport/link.h"
 
@@ -24,20 +23,17 @@ struct Injected {
   Time last_good_input{};  ///< Of the input it takes away.
 };
 
-/// Breaks or mends what is behind the machine's bus. False where this kind of fault is elsewhere (link, device, loop),
-/// or there is nothing of the kind at this subject.
-bool set_machine_fault(FaultKind kind, int subject, bool broken, sim::SimulatedMachine& machine) noexcept;
-
 class FaultInjection {
  public:
-  FaultInjection(std::vector<ScheduledFault> schedule, ImpairedLink& network, HidPair& cable);
+  /// @param network outlives this. @param bus as the machine file says.
+  FaultInjection(std::vector<ScheduledFault> schedule, ImpairedLink& network, const BusDescription& bus);
 
   /// The operator's and the machine's end of the link, as master and slave are to use them.
   [[nodiscard]] Link& operator_end() noexcept { return operator_end_; }
   [[nodiscard]] Link& machine_end() noexcept { return machine_end_; }
 
   /// Breaks and mends what is due `in_phase` into the operator's phase number `phase`.
-  void step(Time now, int phase, Duration in_phase, sim::SimulatedMachine& machine, sim::HandAndDevice& hand) noexcept;
+  void step(Time now, int phase, Duration in_phase, MachineSide& far, HandSide& hand) noexcept;
   /// False while the slave loop hangs.
   [[nodiscard]] bool slave_runs() const noexcept { return !loop_hung_; }
   [[nodiscard]] const std::vector<Injected>& injected() const noexcept { return injected_; }
@@ -66,15 +62,15 @@ class FaultInjection {
    private:
     Link& link_;
   };
-  void set(const ScheduledFault& fault, bool broken, sim::SimulatedMachine& machine, sim::HandAndDevice& hand) noexcept;
+  void set(const ScheduledFault& fault, bool broken, MachineSide& far, HandSide& hand) noexcept;
 
   std::vector<ScheduledFault> schedule_;
   std::vector<bool> done_;
   std::vector<Injected> injected_;
   ImpairedLink& network_;
-  HidPair& cable_;
   OperatorEnd operator_end_;
   MachineEnd machine_end_;
+  MachineFaults machine_faults_;
   bool loop_hung_ = false;
 };
 

@@ -185,34 +185,24 @@ sim::WorldDescription read_world(TomlTable& file, const Scale& scale, const Mach
   return world;
 }
 
-/// Joint or id of the node that a fault is about; 0 where it is about neither.
-int fault_subject(TomlTable& table, FaultKind kind, const MachineDescription& machine) {
-  switch (kind) {
-    case FaultKind::kEncoderBroken:
-    case FaultKind::kValveStuck:
-      return table.choice("joint", {"boom", "arm", "bucket"});
-    case FaultKind::kNodeSilent:
-    case FaultKind::kNodeEmergency:
-    case FaultKind::kSensorFrozen:
-    case FaultKind::kPressureInvalid: {
-      const int node =
-          table.choice("node", {"valve_boom", "valve_arm", "valve_bucket", "pressure_boom_A", "pressure_boom_B",
-                                "pressure_arm_A", "pressure_arm_B", "pressure_bucket_A", "pressure_bucket_B",
-                                "encoder_boom", "encoder_arm", "encoder_bucket", "tilt", "enable"});
-      const auto i = static_cast<std::size_t>(node);
-      const bool pressure = i >= 3 && i < 9, sensor = i >= 3 && i < 13;
-      table.require(kind != FaultKind::kPressureInvalid || pressure, "node", "must be a pressure transmitter");
-      table.require(kind != FaultKind::kSensorFrozen || sensor, "node", "must be a sensor");
-      const auto& bus = machine.bus;
-      return i < 3     ? bus.valves[i].id
-             : i < 9   ? bus.pressures[i - 3].id
-             : i < 12  ? bus.encoders[i - 9].id
-             : i == 12 ? bus.tilt.id
-                       : bus.enable.id;
-    }
-    default:
-      return 0;
-  }
+/// Id of the node that a fault is about; 0 where it is about none.
+int fault_subject(TomlTable& table, FaultKind kind, const BusDescription& bus) {
+  if (!concerns_node(kind)) return 0;
+  const auto joint = [&table] { return static_cast<std::size_t>(table.choice("joint", {"boom", "arm", "bucket"})); };
+  if (kind == FaultKind::kEncoderBroken) return bus.encoders[joint()].id;
+  if (kind == FaultKind::kValveStuck) return bus.valves[joint()].id;
+  const auto i = static_cast<std::size_t>(
+      table.choice("node", {"valve_boom", "valve_arm", "valve_bucket", "pressure_boom_A", "pressure_boom_B",
+                            "pressure_arm_A", "pressure_arm_B", "pressure_bucket_A", "pressure_bucket_B",
+                            "encoder_boom", "encoder_arm", "encoder_bucket", "tilt", "enable"}));
+  const std::uint8_t node = i < 3     ? bus.valves[i].id
+                            : i < 9   ? bus.pressures[i - 3].id
+                            : i < 12  ? bus.encoders[i - 9].id
+                            : i == 12 ? bus.tilt.id
+                                      : bus.enable.id;
+  const char* const why = why_not(kind, node, bus);
+  table.require(why == nullptr, "node", why == nullptr ? "" : why);
+  return node;
 }
 
 std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::string>& phases,
@@ -220,10 +210,9 @@ std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::
   std::vector<ScheduledFault> faults;
   for (TomlTable& table : file.tables("fault")) {
     ScheduledFault fault;
-    fault.kind = static_cast<FaultKind>(
-        table.choice("kind", {"link_cut", "link_nan", "node_silent", "node_emergency", "sensor_frozen",
-                              "encoder_broken", "pressure_invalid", "valve_stuck", "e_stop", "device_unplugged",
-                              "device_silent", "device_bad_crc", "device_wild", "loop_hung", "link_cut_back"}));
+    const auto kind = fault_named(table.text("kind"));
+    table.require(kind.has_value(), "kind", "must be one of " + fault_names());
+    fault.kind = *kind;
     const std::string phase = table.text("phase");
     const auto with_name = std::count(phases.begin(), phases.end(), phase);
     table.require(with_name > 0, "phase", "no [[phase]] has this name");
@@ -231,7 +220,7 @@ std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::
     fault.phase = static_cast<int>(std::find(phases.begin(), phases.end(), phase) - phases.begin());
     fault.after_s = table.number("after_s", 0, 3600);
     fault.duration_s = table.number("duration_s", 0.001, 3600);
-    fault.subject = fault_subject(table, fault.kind, machine);
+    fault.subject = fault_subject(table, fault.kind, machine.bus);
     faults.push_back(fault);
   }
   return faults;

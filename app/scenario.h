@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/criteria.h"
+#include "app/fault_kinds.h"
 #include "core/time.h"
 #include "machine/description.h"
 #include "sim/operator.h"
@@ -17,31 +18,13 @@ namespace knuckle::app {
 /// Bounds of the assist's force limit: below, the estimate is not good enough to hold it; above, it limits nothing.
 inline constexpr double kLeastAssist_N = 300, kMostAssist_N = 1e5;
 
-/// What can be broken on purpose while a phase runs. In a file: the same names in the same order, link_cut, ...
-enum class FaultKind : std::uint8_t {
-  kLinkCut,          ///< no datagram passes, both ways
-  kLinkNaN,          ///< set-points arrive as not-a-number
-  kNodeSilent,       ///< node stops sending anything; subject: node id
-  kNodeEmergency,    ///< node sends EMCY; subject: node id
-  kSensorFrozen,     ///< node goes on sending its last value; subject: node id
-  kEncoderBroken,    ///< wire broken: the encoder runs to its end; subject: joint
-  kPressureInvalid,  ///< status byte of a transmitter turns bad; subject: node id
-  kValveStuck,       ///< spool stays where it is; subject: joint
-  kEStop,            ///< E-stop chain of the machine opens
-  kDeviceUnplugged,
-  kDeviceSilent,
-  kDeviceBadCrc,
-  kDeviceWild,   ///< encoder counts that stand for no angle
-  kLoopHung,     ///< the slave loop does not run
-  kLinkCutBack,  ///< nothing comes back from the machine; set-points still arrive
-};
-
+/// What is broken while a phase runs.
 struct ScheduledFault {
   FaultKind kind = FaultKind::kLinkCut;
   int phase = 0;          ///< Index of the operator's phase in which it happens.
   double after_s = 0;     ///< Into that phase.
   double duration_s = 0;  ///< Then it is mended.
-  int subject = 0;
+  int subject = 0;        ///< Id of the node that it is about; 0 where it is about none.
 };
 
 struct Scenario {

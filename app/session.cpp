@@ -66,7 +66,7 @@ Session::Impl::Impl(const SessionSetup& s)
              press_stiffness_N_per_m(s)),
       hand(s.device, s.limb, s.seed, s.scenario.hand_rad),
       network(s.to_machine, s.to_operator, s.seed),
-      faults(s.scenario.faults, network, hand.cable),
+      faults(s.scenario.faults, network, s.machine.bus),
       master(s.device, s.machine, hand.cable.host(), faults.operator_end(), s.law),
       far(s.machine, s.truth, s.scenario, s.seed, faults.machine_end()) {
   master.set_assist(s.scenario.assist);
@@ -79,7 +79,7 @@ void Session::Impl::step() noexcept {
   network.advance(now);
   const MasterView shown = view_of(master, setup.scenario.start_rad);
   const sim::OperatorIntent intent = person.step(now, person_view(shown, hand.device.truth(), machine_book.breaks));
-  faults.step(now, person.phase(), person.in_phase(now), far.machine, hand.device);
+  faults.step(now, person.phase(), person.in_phase(now), far, hand);
   hand.step(now, intent);
   master.step(now);
   note_slew();
@@ -114,16 +114,24 @@ void Session::Impl::sample(const sim::OperatorIntent& intent) noexcept {
 }
 
 Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) const {
-  const int subject = broken.fault.subject;
+  const BusDescription& wire = setup.machine.bus;
+  const auto last_from = [&](const NodeDescription& node) {
+    return last_frame_before(machine_book.frames, node.tpdo_id(), broken.at).value_or(broken.at);
+  };
   switch (broken.fault.kind) {
     case FaultKind::kValveStuck:  // It is sound for as long as nobody asks it to move: docs/results.md.
-      return last_following(machine_book.frames, setup.machine, subject, latched_at).value_or(broken.at);
-    case FaultKind::kNodeSilent:
-      for (const NodeDescription& node : slave::nodes_of(setup.machine.bus)) {
-        if (node.id != subject) continue;
-        return last_frame_before(machine_book.frames, node.tpdo_id(), broken.at).value_or(broken.at);
+      for (int joint = 0; joint < kJoints; ++joint) {
+        if (wire.valves[static_cast<std::size_t>(joint)].id != broken.fault.subject) continue;
+        return last_following(machine_book.frames, setup.machine, joint, latched_at).value_or(broken.at);
       }
       return broken.at;
+    case FaultKind::kNodeSilent:
+      for (const NodeDescription& node : slave::nodes_of(wire)) {
+        if (node.id == broken.fault.subject) return last_from(node);
+      }
+      return broken.at;
+    case FaultKind::kSyncDropped:  // all sensors at once
+      return last_from(wire.pressures[0]);
     default:
       return broken.last_good_input;
   }

@@ -7,8 +7,6 @@
 namespace knuckle::app {
 namespace {
 
-constexpr std::size_t kControllerPort = 0, kMachinePort = 1, kPorts = 2;
-
 /// @throws InputError where it is no multiple of a tick.
 Duration period_of(const MachineDescription& machine) {
   const Duration period = from_seconds(1 / machine.bus.sync_Hz);
@@ -23,7 +21,8 @@ MachineSide::MachineSide(const MachineDescription& description, const sim::Machi
                          const Scenario& scenario, std::uint64_t seed, Link& link)
     : slave_period(period_of(description)),
       bus(kPorts, description.bus.bit_rate),
+      nodes_end(bus.port(kMachinePort)),
       slave(description, bus.port(kControllerPort), link),
-      machine(truth, scenario.world, scenario.start_rad, bus.port(kMachinePort), seed) {}
+      machine(truth, scenario.world, scenario.start_rad, nodes_end, seed) {}
 
 }  // namespace knuckle::app

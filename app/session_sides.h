@@ -2,8 +2,10 @@
 // link, what goes wrong) belongs to whoever runs the session.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
+#include "app/faulty_ports.h"
 #include "app/scenario.h"
 #include "core/time.h"
 #include "machine/description.h"
@@ -25,7 +27,7 @@ inline constexpr Duration kTick = 1ms;  ///< Of every session on virtual time.
 struct HandSide {
   HandSide(const DeviceDescription& description, const sim::LimbImpedance& limb, std::uint64_t seed,
            const JointVector& start_rad)
-      : device(description, limb, cable.device(), seed, start_rad) {}
+      : device(description, limb, device_end, seed, start_rad) {}
 
   /// One tick; the master's step comes next.
   void step(Time now, const sim::OperatorIntent& intent) noexcept {
@@ -34,12 +36,14 @@ struct HandSide {
   }
 
   HidPair cable;
+  TruncatingPort device_end{cable.device()};
   sim::HandAndDevice device;
 };
 
 /// A machine in its world, its bus and the loop that leads it. One tick is bus.advance(), slave.step() where it is due,
 /// machine.step(), in this order.
 struct MachineSide {
+  static constexpr std::size_t kControllerPort = 0, kMachinePort = 1, kPorts = 2;  ///< Of the bus.
   /// @param link outlives this. @throws InputError where machine file, truth, world and start do not fit together.
   MachineSide(const MachineDescription& description, const sim::MachineTruth& truth, const Scenario& scenario,
               std::uint64_t seed, Link& link);
@@ -50,6 +54,7 @@ struct MachineSide {
 
   Duration slave_period;
   VirtualCanBus bus;
+  FaultyPort nodes_end;
   slave::SlaveLoop slave;
   sim::SimulatedMachine machine;
 };

@@ -51,11 +51,11 @@ CanState VirtualCanBus::Port::state() const noexcept {
   if (down_) return CanState::kDown;
   if (was_off_) return CanState::kBusOff;
   // Without anybody to acknowledge, a controller's error counter stops at error passive.
-  return bus_->cut_ ? CanState::kPassive : CanState::kActive;
+  return bus_->cut_ || disconnected_ || disturbed_ ? CanState::kPassive : CanState::kActive;
 }
 
 void VirtualCanBus::Port::hear(const CanFrame& frame) noexcept {
-  if (off_ || down_) return;
+  if (off_ || down_ || disconnected_) return;
   if (unread_ == kReceiveSlots) {
     ++dropped_;
     return;
@@ -77,6 +77,7 @@ bool VirtualCanBus::start_next() noexcept {
   Port::Waiting* winner = nullptr;
   for (std::size_t p = 0; p < count_; ++p) {
     Port& port = ports_[p];
+    if (port.disconnected_) continue;
     for (std::size_t i = 0; i < port.waiting_; ++i) {
       if (winner == nullptr || port.sending_[i].rank < winner->rank) {
         winner = &port.sending_[i];
@@ -84,6 +85,7 @@ bool VirtualCanBus::start_next() noexcept {
       }
     }
   }
+  if (winner == nullptr) return false;
   on_wire_ = winner->frame;
   *winner = ports_[sender_].sending_[--ports_[sender_].waiting_];
   --waiting_;
@@ -96,7 +98,7 @@ bool VirtualCanBus::start_next() noexcept {
 
 void VirtualCanBus::finish() noexcept {
   sending_ = false;
-  if (cut_) return;  // broken off: nobody acknowledged it
+  if (cut_ || ports_[sender_].disconnected_) return;  // broken off: nobody acknowledged it
   ++frames_;
   for (std::size_t p = 0; p < count_; ++p) {
     if (p != sender_) ports_[p].hear(on_wire_);

@@ -43,6 +43,11 @@ class VirtualCanBus {
   void silence(std::size_t port, bool on) noexcept;
   /// Nobody hears anybody: frames wait in their queues, unacknowledged, and go out when the bus is whole again.
   void cut(bool on) noexcept { cut_ = on; }
+  /// The port's end of the cable is cut off: nobody hears it, it hears nobody, and finds nobody who acknowledges: its
+  /// frames wait, and go out when the cable is mended. The others go on.
+  void disconnect(std::size_t port, bool on) noexcept { ports_[port].disconnected_ = on; }
+  /// The port's controller has counted so many errors that it is error-passive; its frames still pass.
+  void disturb(std::size_t port, bool on) noexcept { ports_[port].disturbed_ = on; }
   /// The port's controller is off the bus: its queues are lost, it neither sends nor hears. After recover() it hears
   /// again, but says kBusOff and sends nothing until acknowledge().
   void bus_off(std::size_t port) noexcept;
@@ -78,7 +83,7 @@ class VirtualCanBus {
     std::array<CanFrame, kReceiveSlots> received_{};
     std::size_t waiting_ = 0, oldest_ = 0, unread_ = 0;
     std::uint64_t dropped_ = 0;
-    bool silent_ = false, down_ = false;
+    bool silent_ = false, down_ = false, disconnected_ = false, disturbed_ = false;
     bool off_ = false, was_off_ = false;  // bus-off now; not yet acknowledged
   };
 

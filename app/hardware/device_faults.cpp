@@ -9,8 +9,6 @@
 namespace knuckle::app {
 namespace {
 
-constexpr std::size_t kTruncatedSize = 20;  // in the middle of the counts
-
 [[noreturn]] void refuse(const std::string& text) {
   std::string kinds;
   for (const char* name : kDeviceFaultNames) kinds += (kinds.empty() ? "" : ", ") + std::string(name);
@@ -58,13 +56,6 @@ PlannedDeviceFault parse_device_fault(const std::string& text) {
   fault.at_s = seconds(text, times.substr(0, plus));
   if (plus != std::string_view::npos) fault.duration_s = seconds(text, times.substr(plus + 1));
   return fault;
-}
-
-bool TruncatingPort::write(const HidReport& report) noexcept {
-  if (!truncating_) return port_.write(report);
-  HidReport cut{};
-  std::copy_n(report.begin(), kTruncatedSize, cut.begin());
-  return port_.write(cut);
 }
 
 DeviceFaults::DeviceFaults(std::vector<PlannedDeviceFault> plan) : plan_(std::move(plan)), broken_(plan_.size()) {}

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "app/faulty_ports.h"
 #include "core/time.h"
 #include "sim/device_firmware.h"
-#include "transport/hid_port.h"
 
 namespace knuckle::app {
 
@@ -33,21 +33,6 @@ struct PlannedDeviceFault {
 };
 /// "KIND@S[+D]". @throws InputError naming --fault, its value and what is wrong with it.
 [[nodiscard]] PlannedDeviceFault parse_device_fault(const std::string& text);
-
-/// The firmware's end of the cable, with reports that can be cut short: their end is not sent, and reads as zeros.
-class TruncatingPort final : public HidPort {
- public:
-  explicit TruncatingPort(HidPort& port) noexcept : port_(port) {}
-  void truncate(bool on) noexcept { truncating_ = on; }
-
-  bool write(const HidReport& report) noexcept override;
-  bool read(HidReport& report) noexcept override { return port_.read(report); }
-  [[nodiscard]] bool connected() const noexcept override { return port_.connected(); }
-
- private:
-  HidPort& port_;
-  bool truncating_ = false;
-};
 
 class DeviceFaults {
  public:

@@ -6,39 +6,15 @@
 
 #include "app/command.h"
 #include "app/csv_mapping.h"
-#include "app/fault_injection.h"
 #include "app/hardware/program_options.h"
-#include "machine/load.h"
-#include "transport/canopen.h"
-#include "transport/virtual_can.h"
 
 namespace knuckle::app {
 namespace {
 
-constexpr double kBabbledLoad = 0.95, kLatest_s = 1e6;
-constexpr CanFrame kBabbled{.id = 0x001, .size = 8, .data = {}};  // before all but NMT
+constexpr double kLatest_s = 1e6;
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
   refuse_option("--fault", text, why);
-}
-
-/// Which kind concerns a node, and of which kind of node.
-bool concerns_node(NodeFaultKind kind) {
-  switch (kind) {
-    case NodeFaultKind::kEStop:
-    case NodeFaultKind::kSyncDropped:
-    case NodeFaultKind::kBusCut:
-    case NodeFaultKind::kBabble:
-      return false;
-    default:
-      return true;
-  }
-}
-
-template <std::size_t N>
-int index_of(const std::array<NodeDescription, N>& nodes, std::uint8_t id) {
-  const auto found = std::find_if(nodes.begin(), nodes.end(), [id](const auto& n) { return n.id == id; });
-  return found == nodes.end() ? -1 : static_cast<int>(found - nodes.begin());
 }
 
 double seconds_in(const std::string& text, const std::string& cell, const char* what) {
@@ -47,7 +23,7 @@ double seconds_in(const std::string& text, const std::string& cell, const char* 
   refuse(text, std::string(what) + " \"" + cell + "\" must be seconds from 0 to 1e6");
 }
 
-std::uint8_t node_in(const std::string& text, const std::string& cell, NodeFaultKind kind, const BusDescription& bus) {
+std::uint8_t node_in(const std::string& text, const std::string& cell, FaultKind kind, const BusDescription& bus) {
   const auto nodes = named_nodes(bus);
   const bool hex = cell.rfind("0x", 0) == 0;
   unsigned id = 0;
@@ -63,11 +39,7 @@ std::uint8_t node_in(const std::string& text, const std::string& cell, NodeFault
     refuse(text, "no node \"" + cell + "\"; there are " + known);
   }
   const std::uint8_t node = found->node.id;
-  if (kind == NodeFaultKind::kValveStuck && index_of(bus.valves, node) < 0) refuse(text, "only a valve can be stuck");
-  if (kind == NodeFaultKind::kEncoderBroken && index_of(bus.encoders, node) < 0)
-    refuse(text, "only an encoder has a wire");
-  const bool by_nature = kind == NodeFaultKind::kFrozen || kind == NodeFaultKind::kInvalid;
-  if (by_nature && node == bus.enable.id) refuse(text, "the enable node cannot do that");
+  if (const char* const why = why_not(kind, node, bus)) refuse(text, why);
   return node;
 }
 
@@ -81,13 +53,9 @@ PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
   const std::string what = text.substr(0, at), when = text.substr(at + 1);
   const auto colon = what.find(':');
   const std::string kind = what.substr(0, colon);
-  const auto named = std::find(kNodeFaultNames.begin(), kNodeFaultNames.end(), kind);
-  if (named == kNodeFaultNames.end()) {
-    std::string known;
-    for (const char* name : kNodeFaultNames) known += std::string(known.empty() ? "" : ", ") + name;
-    refuse(text, "no fault \"" + kind + "\"; there are " + known);
-  }
-  fault.kind = static_cast<NodeFaultKind>(named - kNodeFaultNames.begin());
+  const auto named = fault_named(kind);
+  if (!named || !behind_bus(*named)) refuse(text, "no fault \"" + kind + "\"; there are " + fault_names(behind_bus));
+  fault.kind = *named;
   const bool given = colon != std::string::npos;
   if (concerns_node(fault.kind) != given)
     refuse(text, given ? kind + " concerns no single node" : "needs a node: " + kind + ":NODE@S");
@@ -99,28 +67,8 @@ PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
   return fault;
 }
 
-bool FaultyPort::send(const CanFrame& frame) noexcept {
-  return cut_ || bus_.send(frame);  // who is cut off believes that it was sent
-}
-
-bool FaultyPort::receive(CanFrame& frame) noexcept {
-  if (whispered_) {
-    frame = *whispered_;
-    whispered_.reset();
-    return true;
-  }
-  while (bus_.receive(frame)) {
-    if (!cut_ && !(drop_sync_ && frame.id == canopen::kSyncId)) return true;
-  }
-  return false;
-}
-
 NodeFaults::NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus, FaultyPort& port)
-    : plan_(std::move(plan)),
-      state_(plan_.size()),
-      bus_(bus),
-      port_(port),
-      babble_bits_per_ms_(1e-3 * bus.bit_rate * std::max(0.0, kBabbledLoad - worst_bus_load(bus))) {}
+    : plan_(std::move(plan)), state_(plan_.size()), port_(port), machine_faults_(bus) {}
 
 bool NodeFaults::toggle(std::size_t index, Time now, bool signalled, sim::SimulatedMachine& machine) noexcept {
   const PlannedFault& fault = plan_[index];
@@ -134,56 +82,8 @@ bool NodeFaults::toggle(std::size_t index, Time now, bool signalled, sim::Simula
   state.broken = !state.broken;
   state.at = now;
   state.done = fault.at_s.has_value();
-  set(fault, state.broken, machine);
+  machine_faults_.set(fault.kind, fault.node, state.broken, machine, port_);
   return true;
-}
-
-void NodeFaults::set(const PlannedFault& fault, bool broken, sim::SimulatedMachine& machine) noexcept {
-  const auto pass_on = [&](FaultKind kind, int subject) { set_machine_fault(kind, subject, broken, machine); };
-  switch (fault.kind) {
-    case NodeFaultKind::kSilent:
-      return pass_on(FaultKind::kNodeSilent, fault.node);
-    case NodeFaultKind::kEmergency:
-      return pass_on(FaultKind::kNodeEmergency, fault.node);
-    case NodeFaultKind::kFrozen:
-      return pass_on(FaultKind::kSensorFrozen, fault.node);
-    case NodeFaultKind::kInvalid:
-      return pass_on(FaultKind::kPressureInvalid, fault.node);
-    case NodeFaultKind::kEncoderBroken:
-      return pass_on(FaultKind::kEncoderBroken, index_of(bus_.encoders, fault.node));
-    case NodeFaultKind::kValveStuck:
-      return pass_on(FaultKind::kValveStuck, index_of(bus_.valves, fault.node));
-    case NodeFaultKind::kEStop:
-      return pass_on(FaultKind::kEStop, 0);
-    case NodeFaultKind::kReset:
-      if (broken) port_.whisper(canopen::nmt_frame(canopen::NmtCommand::kResetNode, fault.node));
-      return;
-    case NodeFaultKind::kWrongIdentity:
-      if (auto* node = machine.nodes().node(fault.node)) {
-        const std::uint32_t product = node->value(canopen::kProductCode);
-        machine.nodes().set_product(fault.node, product ^ 1U);  // twice is the right one again
-      }
-      return;
-    case NodeFaultKind::kEmcyStorm:
-      if (!broken) pass_on(FaultKind::kNodeEmergency, fault.node);
-      return;
-    case NodeFaultKind::kSyncDropped:
-      return port_.drop_sync(broken);
-    case NodeFaultKind::kBusCut:
-      return port_.cut(broken);
-    case NodeFaultKind::kBabble:
-      babble_bits_ = 0;
-      return;
-  }
-}
-
-void NodeFaults::keep_up(const PlannedFault& fault, sim::SimulatedMachine& machine) noexcept {
-  if (fault.kind == NodeFaultKind::kEmcyStorm) set_machine_fault(FaultKind::kNodeEmergency, fault.node, true, machine);
-  if (fault.kind != NodeFaultKind::kBabble) return;
-  for (babble_bits_ += babble_bits_per_ms_; babble_bits_ >= worst_case_bits(kBabbled.size);
-       babble_bits_ -= worst_case_bits(kBabbled.size)) {
-    port_.shout(kBabbled);
-  }
 }
 
 }  // namespace knuckle::app

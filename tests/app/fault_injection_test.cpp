@@ -6,6 +6,7 @@
 #include "app/fault_watch.h"
 #include "machine/load.h"
 #include "transport/canopen.h"
+#include "transport/hid_reports.h"
 #include "transport/link_messages.h"
 #include "transport/virtual_can.h"
 
@@ -16,19 +17,25 @@ using namespace std::chrono_literals;
 
 const JointVector kPose(0.7, -1.3, -0.7);
 
+Scenario standing_at(const JointVector& joints_rad) {
+  Scenario scenario;
+  scenario.start_rad = joints_rad;
+  return scenario;
+}
+
 /// All that faults are put into, idle.
 struct Bench {
-  explicit Bench(std::vector<ScheduledFault> schedule) : faults(std::move(schedule), network, cable) {}
+  explicit Bench(std::vector<ScheduledFault> schedule) : faults(std::move(schedule), network, description.bus) {}
 
   void step(int phase, Duration in_phase) {
     now += 1ms;
-    cable.advance();
+    hand.cable.advance();
     network.advance(now);
     MasterMessage message;
     message.sequence = ++sequence;
     message.sent_at = now;
     (void)faults.operator_end().send(encode(message).view());
-    faults.step(now, phase, in_phase, machine, hand);
+    faults.step(now, phase, in_phase, far, hand);
     Datagram datagram;
     while (faults.machine_end().receive(datagram))
       got_good = decode_master(datagram.view()).has_value() ? now : got_good;
@@ -39,12 +46,11 @@ struct Bench {
 
   MachineDescription description = load_machine(find_config("machine", "solar015"));
   DeviceDescription device = load_device(find_config("device", "knuckle1"));
-  HidPair cable;
   ImpairedLink network{{}, {}, 1};
-  VirtualCanBus bus{2, description.bus.bit_rate};
-  sim::SimulatedMachine machine{sim::nominal_truth(description), {}, kPose, bus.port(1), 1};
-  sim::HandAndDevice hand{device, sim::draw_limb(sim::LimbClass::kNormal, 1), cable.device(), 1, kPose};
+  Scenario scenario = standing_at(kPose);
   FaultInjection faults;
+  MachineSide far{description, sim::nominal_truth(description), scenario, 1, faults.machine_end()};
+  HandSide hand{device, sim::draw_limb(sim::LimbClass::kNormal, 1), 1, kPose};
   Time now{}, got_good = kNever;
   std::uint32_t sequence = 0;
 };
@@ -103,9 +109,45 @@ TEST(FaultInjection, OtherFaultsCountFromWhenTheyHappen) {
 TEST(FaultInjection, AnUnpluggedDeviceIsPluggedInAgain) {
   Bench bench({fault_of(FaultKind::kDeviceUnplugged)});
   bench.run(1, 0.3);
-  EXPECT_FALSE(bench.cable.host().connected());
+  EXPECT_FALSE(bench.hand.cable.host().connected());
   bench.run(2, 0.3);
-  EXPECT_TRUE(bench.cable.host().connected());
+  EXPECT_TRUE(bench.hand.cable.host().connected());
+}
+
+TEST(FaultInjection, WhatTheControllerSuffersShowsInItsStateUntilItIsMended) {
+  const std::vector<std::pair<FaultKind, CanState>> states{{FaultKind::kBusOff, CanState::kBusOff},
+                                                           {FaultKind::kCanDown, CanState::kDown},
+                                                           {FaultKind::kNoAcknowledge, CanState::kPassive},
+                                                           {FaultKind::kBusCut, CanState::kPassive}};
+  for (const auto& [kind, state] : states) {
+    Bench bench({fault_of(kind)});
+    CanBus& controller = bench.far.bus.port(MachineSide::kControllerPort);
+    bench.run(1, 0.15);
+    EXPECT_EQ(controller.state(), CanState::kActive) << name(kind);
+    bench.run(1, 0.25);
+    EXPECT_EQ(controller.state(), state) << name(kind);
+    bench.run(2, 0.3);
+    controller.acknowledge();
+    EXPECT_EQ(controller.state(), CanState::kActive) << name(kind);
+  }
+}
+
+TEST(FaultInjection, ReportsThatEndEarlyAreNoGoodOnes) {
+  Bench bench({fault_of(FaultKind::kDeviceTruncated)});
+  HidReport report{};
+  const auto good_reports = [&](int phase, double seconds) {
+    for (bench.hand.cable.advance(); bench.hand.cable.host().read(report);) {
+    }
+    int good = 0;
+    for (int ms = 0; ms < static_cast<int>(1000 * seconds); ++ms) {
+      bench.step(phase, ms * 1ms);
+      bench.hand.device.step(bench.now, {});
+      while (bench.hand.cable.host().read(report)) good += decode_state(report) ? 1 : 0;
+    }
+    return good;
+  };
+  EXPECT_NEAR(good_reports(1, 0.4), 200, 2) << "until it is broken";
+  EXPECT_NEAR(good_reports(2, 0.2), 100, 2) << "from when it was mended on";
 }
 
 /// A fault that latches at 100 ms while valves are driven; told to be neutral at once.

@@ -85,17 +85,15 @@ TEST(FaultWatch, TellsWhenTheCauseWasInjected) {
 
 TEST(FaultInjection, ACopyOfASetPointIsNoNews) {
   const SessionSetup setup = short_session();
-  HidPair cable;
   ImpairedLink network({}, {}, 1);
-  VirtualCanBus bus(2, setup.machine.bus.bit_rate);
-  sim::SimulatedMachine machine(setup.truth, {}, setup.scenario.start_rad, bus.port(1), 1);
-  sim::HandAndDevice hand(setup.device, setup.limb, cable.device(), 1, setup.scenario.hand_rad);
-  FaultInjection faults({{FaultKind::kLinkCut, 0, 0.03, 1}}, network, cable);
+  FaultInjection faults({{FaultKind::kLinkCut, 0, 0.03, 1}}, network, setup.machine.bus);
+  MachineSide far(setup.machine, setup.truth, setup.scenario, 1, faults.machine_end());
+  HandSide hand(setup.device, setup.limb, 1, setup.scenario.hand_rad);
   MasterMessage message;
   for (int t = 1; t <= 30; ++t) {
     const Time now(t * 1ms);
     network.advance(now);
-    faults.step(now, 0, t * 1ms, machine, hand);
+    faults.step(now, 0, t * 1ms, far, hand);
     message.sequence = t <= 10 ? static_cast<std::uint32_t>(t) : t % 2 == 0 ? 10U : 9U;  // from 10 ms on: old ones
     if (t < 30) faults.operator_end().send(encode(message).view());
     Datagram datagram;

@@ -252,32 +252,48 @@ TEST_F(ScenarioFile, FaultsMustNameOnePhaseAndWhatCanHaveThem) {
     return with("kind = \"node_silent\"\nphase = \"sweep\"\nafter_s = 2.3\nduration_s = 1.0\nnode = \"pressure_arm_A\"",
                 "kind = \"" + kind + "\"\nphase = \"sweep\"\nafter_s = 2.3\nduration_s = 1.0\nnode = \"" + node + "\"");
   };
-  EXPECT_NE(refusal(fault("pressure_invalid", "encoder_arm")).find("must be a pressure transmitter"),
-            std::string::npos);
-  EXPECT_NE(refusal(fault("sensor_frozen", "valve_arm")).find("must be a sensor"), std::string::npos);
+  EXPECT_NE(refusal(fault("sensor_invalid", "enable")).find("the enable node cannot"), std::string::npos);
+  EXPECT_NE(refusal(fault("sensor_frozen", "enable")).find("the enable node cannot"), std::string::npos);
   EXPECT_EQ(load(fault("sensor_frozen", "tilt")).faults[0].subject, machine().bus.tilt.id);
   EXPECT_EQ(load(fault("node_silent", "enable")).faults[0].subject, machine().bus.enable.id);
-  EXPECT_EQ(load(fault("pressure_invalid", "pressure_bucket_B")).faults[0].subject, machine().bus.pressures[5].id);
+  EXPECT_EQ(load(fault("sensor_invalid", "pressure_bucket_B")).faults[0].subject, machine().bus.pressures[5].id);
 }
 
-TEST_F(ScenarioFile, FaultKindsAreReadInTheirOrder) {
+TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
   const std::vector<std::pair<const char*, FaultKind>> kinds{{"link_cut", FaultKind::kLinkCut},
                                                              {"link_nan", FaultKind::kLinkNaN},
                                                              {"e_stop", FaultKind::kEStop},
                                                              {"device_unplugged", FaultKind::kDeviceUnplugged},
                                                              {"device_silent", FaultKind::kDeviceSilent},
                                                              {"device_bad_crc", FaultKind::kDeviceBadCrc},
+                                                             {"device_truncated", FaultKind::kDeviceTruncated},
                                                              {"device_wild", FaultKind::kDeviceWild},
                                                              {"loop_hung", FaultKind::kLoopHung},
-                                                             {"link_cut_back", FaultKind::kLinkCutBack}};
+                                                             {"link_cut_back", FaultKind::kLinkCutBack},
+                                                             {"bus_off", FaultKind::kBusOff},
+                                                             {"can_down", FaultKind::kCanDown},
+                                                             {"no_acknowledge", FaultKind::kNoAcknowledge},
+                                                             {"sync_dropped", FaultKind::kSyncDropped},
+                                                             {"bus_cut", FaultKind::kBusCut},
+                                                             {"babble", FaultKind::kBabble}};
   for (const auto& [kind, expected] : kinds) {
     std::string text = with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"");
     text.erase(text.find("node = \"pressure_arm_A\""), std::string("node = \"pressure_arm_A\"").size());
     EXPECT_EQ(load(text).faults[0].kind, expected) << kind;
   }
+  for (const auto& [kind, expected] :
+       std::vector<std::pair<const char*, FaultKind>>{{"node_emergency", FaultKind::kNodeEmergency},
+                                                      {"emcy_storm", FaultKind::kEmcyStorm},
+                                                      {"node_reset", FaultKind::kNodeReset},
+                                                      {"wrong_identity", FaultKind::kWrongIdentity},
+                                                      {"sensor_frozen", FaultKind::kSensorFrozen},
+                                                      {"sensor_invalid", FaultKind::kSensorInvalid}}) {
+    EXPECT_EQ(load(with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"")).faults[0].kind, expected);
+  }
+  expect_refused("kind = \"node_silent\"", "kind = \"gremlin\"", {"fault[0].kind", "gremlin", "link_cut", "babble"});
   EXPECT_EQ(load(kWhole).faults[0].kind, FaultKind::kNodeSilent);
   EXPECT_EQ(load(kWhole).faults[1].kind, FaultKind::kValveStuck);
-  EXPECT_EQ(load(kWhole).faults[1].subject, kArm);
+  EXPECT_EQ(load(kWhole).faults[1].subject, machine().bus.valves[kArm].id);
 }
 
 TEST_F(ScenarioFile, PressingUntilItBreaksNeedsSomethingThatBreaks) {

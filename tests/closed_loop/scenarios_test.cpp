@@ -42,7 +42,7 @@ TEST_P(ScenarioDrawn, MeetsItsCriteriaForDrawnMachinesAndHands) {
 }
 
 const auto kScenarios = testing::Values("dismantle", "free_motion", "wall_contact", "dig_cycle", "lift_weight",
-                                        "link_faults", "sensor_faults", "hidden_faults", "buried_pipe");
+                                        "link_faults", "sensor_faults", "hidden_faults", "bus_faults", "buried_pipe");
 const auto kName = [](const auto& test) { return std::string(test.param); };
 INSTANTIATE_TEST_SUITE_P(Scenarios, Scenario, kScenarios, kName);
 INSTANTIATE_TEST_SUITE_P(DeepScenarios, ScenarioDrawn, kScenarios, kName);

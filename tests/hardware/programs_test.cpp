@@ -130,21 +130,22 @@ TEST(ProgramThreads, ASilentOperatorEndsNeutralAndOnlyANewPressResumes) {
 TEST(NodeFaults, AreReadWithTheirNodeTimeAndLength) {
   const BusDescription bus = machine().bus;
   const app::PlannedFault timed = app::parse_fault("node_silent:boom_valve@10+2.5", bus);
-  EXPECT_EQ(timed.kind, app::NodeFaultKind::kSilent);
+  EXPECT_EQ(timed.kind, app::FaultKind::kNodeSilent);
   EXPECT_EQ(timed.node, bus.valves[0].id);
   EXPECT_EQ(timed.at_s, 10);
   EXPECT_EQ(timed.duration_s, 2.5);
   const app::PlannedFault signalled = app::parse_fault("wrong_identity:0x25@usr1", bus);
   EXPECT_EQ(signalled.node, 0x25);
   EXPECT_FALSE(signalled.at_s);
-  EXPECT_EQ(app::parse_fault("babble@0", bus).kind, app::NodeFaultKind::kBabble);
+  EXPECT_EQ(app::parse_fault("babble@0", bus).kind, app::FaultKind::kBabble);
 }
 
 TEST(NodeFaults, RefuseWhatCannotBe) {
   const BusDescription bus = machine().bus;
-  for (const char* bad : {"node_silent", "node_silent@1", "node_silent:nobody@1", "node_silent:0x7F@1", "gremlin@1",
-                          "babble:tilt@1", "valve_stuck:tilt@1", "encoder_broken:tilt@1", "sensor_frozen:enable@1",
-                          "e_stop@", "e_stop@-1", "e_stop@nan", "e_stop@1+x", "e_stop@1e9"}) {
+  for (const char* bad :
+       {"node_silent", "node_silent@1", "node_silent:nobody@1", "node_silent:0x7F@1", "gremlin@1", "babble:tilt@1",
+        "valve_stuck:tilt@1", "encoder_broken:tilt@1", "sensor_frozen:enable@1", "bus_off@1", "link_cut@1", "e_stop@",
+        "e_stop@-1", "e_stop@nan", "e_stop@1+x", "e_stop@1e9"}) {
     try {
       (void)app::parse_fault(bad, bus);
       ADD_FAILURE() << bad;

@@ -135,6 +135,36 @@ TEST(VirtualCanBus, ACutBusKeepsFramesWaitingAndShowsErrorPassive) {
   EXPECT_EQ(bus.port(0).state(), CanState::kActive);
 }
 
+TEST(VirtualCanBus, APortWhoseCableIsCutIsAloneAndItsFramesWait) {
+  VirtualCanBus bus(3, 500000);
+  bus.disconnect(0, true);
+  EXPECT_TRUE(bus.port(0).send(frame(0x100)));
+  bus.port(1).send(frame(0x200));
+  bus.advance(Time(1s));
+  EXPECT_EQ(received(bus.port(2)), Ids{0x200}) << "the others go on";
+  EXPECT_TRUE(received(bus.port(0)).empty());
+  EXPECT_EQ(bus.port(0).state(), CanState::kPassive) << "nobody acknowledges";
+  EXPECT_EQ(bus.port(1).state(), CanState::kActive);
+  bus.disconnect(0, false);
+  bus.advance(Time(2s));
+  EXPECT_EQ(received(bus.port(2)), Ids{0x100});
+  EXPECT_EQ(bus.port(0).state(), CanState::kActive);
+}
+
+TEST(VirtualCanBus, ADisturbedControllerSaysSoAndItsFramesStillPass) {
+  VirtualCanBus bus(2, 500000);
+  bus.disturb(0, true);
+  EXPECT_EQ(bus.port(0).state(), CanState::kPassive);
+  EXPECT_EQ(bus.port(1).state(), CanState::kActive);
+  bus.port(0).send(frame(0x100));
+  bus.port(1).send(frame(0x101));
+  bus.advance(Time(1s));
+  EXPECT_EQ(received(bus.port(0)), Ids{0x101});
+  EXPECT_EQ(received(bus.port(1)), Ids{0x100});
+  bus.disturb(0, false);
+  EXPECT_EQ(bus.port(0).state(), CanState::kActive);
+}
+
 TEST(VirtualCanBus, AControllerThatIsBusOffHearsOnceItHasRecoveredAndSendsOnceThatIsAcknowledged) {
   VirtualCanBus bus(3, 500000);
   bus.port(0).send(frame(0x100));
