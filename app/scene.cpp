@@ -32,7 +32,8 @@ SceneLine face(const sim::WallDescription& wall, double reach_m, double back_m, 
           {front + from * t, front + to * t, behind + to * t, behind + from * t},
           true,
           from_s,
-          until_s};
+          until_s,
+          wall.break_force_N > 0 && back_m == 0};
 }
 
 SceneLine lump(const PlanarVector& at, double reach_m, double from_s, double until_s) {

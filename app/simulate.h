@@ -24,6 +24,7 @@ struct SceneLine {
   std::vector<PlanarVector> points_m;
   bool closed = false;  ///< An area; otherwise an open line with material below it (ground, soil).
   double from_s = 0, until_s = 1e18;
+  bool breaks = false;  ///< A wall that force can break.
 };
 using Scene = std::vector<SceneLine>;
 

@@ -46,7 +46,8 @@ GlProgram::GlProgram(const char* vertex_source, const char* fragment_source) : p
 
 GlMesh::GlMesh(const Mesh& mesh)
     : triangle_indices_(static_cast<GLsizei>(mesh.triangles.size())),
-      edge_indices_(static_cast<GLsizei>(mesh.edges.size())) {
+      edge_indices_(static_cast<GLsizei>(mesh.edges.size())),
+      round_indices_(static_cast<GLsizei>(mesh.rounds.size())) {
   glGenVertexArrays(1, &array_);
   glGenBuffers(1, &vertices_);
   glGenBuffers(1, &indices_);
@@ -56,6 +57,7 @@ GlMesh::GlMesh(const Mesh& mesh)
                mesh.vertices.data(), GL_STATIC_DRAW);
   std::vector<std::uint32_t> indices = mesh.triangles;
   indices.insert(indices.end(), mesh.edges.begin(), mesh.edges.end());
+  indices.insert(indices.end(), mesh.rounds.begin(), mesh.rounds.end());
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_);
   glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(std::uint32_t)), indices.data(),
                GL_STATIC_DRAW);
@@ -81,6 +83,7 @@ void GlMesh::swap(GlMesh& other) noexcept {
   std::swap(indices_, other.indices_);
   std::swap(triangle_indices_, other.triangle_indices_);
   std::swap(edge_indices_, other.edge_indices_);
+  std::swap(round_indices_, other.round_indices_);
 }
 
 void GlMesh::draw_triangles() const {
@@ -89,10 +92,10 @@ void GlMesh::draw_triangles() const {
   glDrawElements(GL_TRIANGLES, triangle_indices_, GL_UNSIGNED_INT, nullptr);
 }
 
-void GlMesh::draw_edges() const {
-  if (edge_indices_ == 0) return;
+void GlMesh::draw_lines(GLsizei indices) const {
+  if (indices == 0) return;
   glBindVertexArray(array_);
-  glDrawElements(GL_LINES, edge_indices_, GL_UNSIGNED_INT,
+  glDrawElements(GL_LINES, indices, GL_UNSIGNED_INT,
                  offset(static_cast<std::size_t>(triangle_indices_) * sizeof(std::uint32_t)));
 }
 

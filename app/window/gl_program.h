@@ -38,12 +38,15 @@ class GlMesh {
   ~GlMesh();
 
   void draw_triangles() const;
-  void draw_edges() const;
+  void draw_edges() const { draw_lines(edge_indices_); }
+  /// Edges and what may be a silhouette.
+  void draw_wires() const { draw_lines(edge_indices_ + round_indices_); }
 
  private:
   void swap(GlMesh& other) noexcept;
+  void draw_lines(GLsizei indices) const;
   GLuint array_ = 0, vertices_ = 0, indices_ = 0;
-  GLsizei triangle_indices_ = 0, edge_indices_ = 0;
+  GLsizei triangle_indices_ = 0, edge_indices_ = 0, round_indices_ = 0;
 };
 
 }  // namespace knuckle::app

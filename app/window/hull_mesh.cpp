@@ -18,15 +18,15 @@ void add_tracks(Mesh& mesh, double s, double ground_m, double top_m) {
   const PlanarVector rear(kTrackRear * s + radius, middle), front(kTrackFront * s - radius, middle);
   mesh.extrude_pair(hull_of({{rear, radius}, {front, radius}}), kTrackInner * s, kTrackOuter * s, Material::kRubber);
   // What is seen of the track frame and its wheels from outside.
-  mesh.extrude_pair(hull_of({{rear, 0.62 * radius}, {front, 0.62 * radius}}), kTrackOuter * s,
+  mesh.extrude_pair(hull_of({{rear, 0.62 * radius}, {front, 0.62 * radius}}), (kTrackOuter - 0.01) * s,
                     (kTrackOuter + 0.004) * s, Material::kTrim);
   for (const PlanarVector& wheel : {rear, front})
-    mesh.extrude_pair(hull_of({{wheel, 0.5 * radius}}), (kTrackOuter + 0.004) * s, (kTrackOuter + 0.010) * s,
+    mesh.extrude_pair(hull_of({{wheel, 0.5 * radius}}), (kTrackOuter - 0.01) * s, (kTrackOuter + 0.010) * s,
                       Material::kSteel);
   constexpr int kRollers = 3;
   for (int i = 1; i <= kRollers; ++i) {
     const PlanarVector at = rear + i / (kRollers + 1.0) * (front - rear) - PlanarVector(0, 0.32 * radius);
-    mesh.extrude_pair(hull_of({{at, 0.2 * radius}}), (kTrackOuter + 0.004) * s, (kTrackOuter + 0.010) * s,
+    mesh.extrude_pair(hull_of({{at, 0.2 * radius}}), (kTrackOuter - 0.01) * s, (kTrackOuter + 0.010) * s,
                       Material::kSteel);
   }
   mesh.box({-0.395 * s, -kTrackInner * s, ground_m + 0.035 * s}, {0.0, kTrackInner * s, top_m - 0.012 * s},

@@ -21,7 +21,9 @@ using Eigen::Vector3f;
 // Bits of the stencil buffer.
 constexpr GLuint kOnGround = 1;  // the ground's surface: shadows fall here
 constexpr GLuint kInShadow = 2;  // drawn once, however many bodies shade it
-constexpr GLuint kTold = 4;      // inside the commanded machine: its outline runs around this
+constexpr GLuint kSeen = 4;      // the machine, nothing in front of it
+constexpr GLuint kHidden = 8;    // the machine behind something
+constexpr GLuint kTold = 16;     // inside the commanded machine: its outline runs around this
 
 constexpr double kLongestArrow = 1.25;  // times the one of full force
 
@@ -71,7 +73,8 @@ Matrix4f shadow_on(double level_m) {
 
 bool same(const Scene& a, const Scene& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const SceneLine& x, const SceneLine& y) {
-    return x.kind == y.kind && x.closed == y.closed && x.name == y.name && x.points_m == y.points_m;
+    return x.kind == y.kind && x.closed == y.closed && x.breaks == y.breaks && x.name == y.name &&
+           x.points_m == y.points_m;
   });
 }
 
@@ -126,6 +129,7 @@ struct MachineView::Parts {
   void draw_world(const PictureColours& colours);
   void draw_shadow(const BodyPlaces& at, const PictureColours& colours);
   void draw_solid(const BodyPlaces& at, const Look& look, const PictureColours& colours);
+  void draw_hidden(const BodyPlaces& at, const Look& look);
   void draw_transparent_world(const PictureColours& colours);
   void draw_ghost(const BodyPlaces& at, const Rgb& colour);
   void draw_outline(const BodyPlaces& at, const Rgb& colour);
@@ -187,7 +191,7 @@ void MachineView::Parts::draw_world(const PictureColours& colours) {
 
 void MachineView::Parts::draw_shadow(const BodyPlaces& at, const PictureColours& colours) {
   const Matrix4f fall = shadow_on(ground_m + 1e-3 * reach_m(machine));
-  const Look dark{colours.shadow, 1, 0.28F, false};
+  Look dark{colours.shadow, 1, 0.28F, false};
   glEnable(GL_BLEND);
   glDisable(GL_CULL_FACE);
   glDepthMask(GL_FALSE);
@@ -195,7 +199,13 @@ void MachineView::Parts::draw_shadow(const BodyPlaces& at, const PictureColours&
   glStencilMask(kInShadow);
   glStencilOp(GL_KEEP, GL_KEEP, GL_INVERT);
   painter.triangles(*hull, fall, dark);
-  for (std::size_t i = 0; i < kBodies; ++i) painter.triangles(bodies[i], fall * at[i], dark);
+  glEnable(GL_CLIP_DISTANCE0);
+  for (std::size_t i = 0; i < kBodies; ++i) {
+    dark.kept = at[i].row(2);
+    dark.kept.w() -= static_cast<float>(ground_m);  // what is below the ground has no shadow on it
+    painter.triangles(bodies[i], fall * at[i], dark);
+  }
+  glDisable(GL_CLIP_DISTANCE0);
   glStencilMask(0xFF);
   glStencilFunc(GL_ALWAYS, 0, 0);
   glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
@@ -206,13 +216,36 @@ void MachineView::Parts::draw_shadow(const BodyPlaces& at, const PictureColours&
 
 void MachineView::Parts::draw_solid(const BodyPlaces& at, const Look& look, const PictureColours& colours) {
   glEnable(GL_POLYGON_OFFSET_FILL);
+  glStencilFunc(GL_ALWAYS, kSeen, kSeen);
+  glStencilMask(kSeen);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
   painter.triangles(*hull, kHere, look);
   for (std::size_t i = 0; i < kBodies; ++i) painter.triangles(bodies[i], at[i], look);
   glDisable(GL_POLYGON_OFFSET_FILL);
+  glStencilMask(0xFF);
+  glStencilFunc(GL_ALWAYS, 0, 0);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
   lines(1);
   const Look edge{colours.edge, 0.75F, 1, false};
   painter.edges(*hull, kHere, edge);
   for (std::size_t i = 0; i < kBodies; ++i) painter.edges(bodies[i], at[i], edge);
+}
+
+/// What of the arm is behind a wall or below the ground shines through: the tip must not get lost.
+void MachineView::Parts::draw_hidden(const BodyPlaces& at, const Look& look) {
+  glEnable(GL_BLEND);
+  glDepthMask(GL_FALSE);
+  glDepthFunc(GL_GREATER);
+  glStencilFunc(GL_EQUAL, 0, kSeen | kHidden);
+  glStencilMask(kHidden);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_INVERT);
+  for (std::size_t i = 0; i < kBodies; ++i) painter.triangles(bodies[i], at[i], look);
+  glStencilMask(0xFF);
+  glStencilFunc(GL_ALWAYS, 0, 0);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  glDepthFunc(GL_LEQUAL);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_BLEND);
 }
 
 void MachineView::Parts::draw_transparent_world(const PictureColours& colours) {
@@ -243,7 +276,7 @@ void MachineView::Parts::draw_ghost(const BodyPlaces& at, const Rgb& colour) {
   glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
-/// Wide wires of all triangles, kept only outside the shape itself; in front of everything.
+/// Wide wires, kept only outside the shape itself; in front of everything.
 void MachineView::Parts::draw_outline(const BodyPlaces& at, const Rgb& colour) {
   glDisable(GL_DEPTH_TEST);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
@@ -254,10 +287,8 @@ void MachineView::Parts::draw_outline(const BodyPlaces& at, const Rgb& colour) {
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glStencilFunc(GL_NOTEQUAL, kTold, kTold);
   glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-  glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
   lines(4);
-  for (std::size_t i = 0; i < kBodies; ++i) painter.triangles(bodies[i], at[i], {colour, 1, 1, false});
-  glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+  for (std::size_t i = 0; i < kBodies; ++i) painter.wires(bodies[i], at[i], {colour, 1, 1, false});
   glStencilMask(0xFF);
   glStencilFunc(GL_ALWAYS, 0, 0);
   glEnable(GL_DEPTH_TEST);
@@ -313,7 +344,7 @@ void MachineView::Parts::draw_force(const MachinePicture& picture, const Picture
   glDepthMask(GL_FALSE);
   draw_ellipse(tip + arrow, picture.covariance_N2, colour);
   glDepthMask(GL_TRUE);
-  draw_arrow(tip, arrow, {colour, 1, 0.35F + 0.65F * trust, true});
+  draw_arrow(tip, arrow, {colour, 1, 0.5F + 0.5F * trust, true});
   glDisable(GL_BLEND);
 }
 
@@ -330,7 +361,9 @@ void MachineView::draw(const MachinePicture& picture, const Camera& camera, cons
   const BodyPlaces measured = places(p.machine, picture.measured_rad);
   p.draw_world(colours);
   p.draw_shadow(measured, colours);
-  p.draw_solid(measured, {colours.stale, picture.measured_is_stale ? 0.85F : 0.0F, 1, true}, colours);
+  const float greyed = picture.measured_is_stale ? 0.92F : 0.0F;
+  p.draw_solid(measured, {colours.stale, greyed, 1, true}, colours);
+  p.draw_hidden(measured, {colours.stale, greyed, 0.38F, true});
   p.draw_transparent_world(colours);
   if (picture.show_hand) p.draw_ghost(places(p.machine, picture.hand_rad), colours.hand);
   if (picture.show_commanded) p.draw_outline(places(p.machine, picture.commanded_rad), colours.commanded);

@@ -45,7 +45,7 @@ class MachineView {
   MachineView& operator=(const MachineView&) = delete;
   ~MachineView();
 
-  /// Fills the viewport of the bound framebuffer, which needs a depth buffer and three bits of stencil. Clears what
+  /// Fills the viewport of the bound framebuffer, which needs a depth buffer and five bits of stencil. Clears what
   /// it needs; leaves depth test, stencil test, scissor test, blending and face culling off.
   void draw(const MachinePicture& picture, const Camera& camera, const Viewport& viewport,
             const PictureColours& colours);

@@ -69,7 +69,8 @@ void Mesh::extrude(const Outline& wanted, double low_m, double high_m, Material 
     const std::uint32_t c = add(in_space(corner(i + 1), high_m), to, material);
     const std::uint32_t d = add(in_space(corner(i + 1), low_m), to, material);
     quad(a, b, c, d);
-    if (normal.dot(before) <= kSharp) edges.insert(edges.end(), {a, b});
+    std::vector<std::uint32_t>& lines = normal.dot(before) > kSharp ? rounds : edges;
+    lines.insert(lines.end(), {a, b});
   }
 }
 
@@ -109,6 +110,7 @@ void Mesh::cone(const Vector3d& from, const Vector3d& to, double from_radius, do
     const Vector3d next_normal = (directions[next] + slope * along).normalized();
     const std::uint32_t a = add(near[i], normal, material), b = add(near[next], next_normal, material);
     const std::uint32_t c = add(far[next], next_normal, material), d = add(far[i], normal, material);
+    if (i % 2 == 0) rounds.insert(rounds.end(), {a, d});
     if (to_radius > 0) {
       quad(a, b, c, d);
     } else {

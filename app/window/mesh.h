@@ -60,6 +60,7 @@ class Mesh {
   std::vector<MeshVertex> vertices;
   std::vector<std::uint32_t> triangles;  ///< Three vertices each.
   std::vector<std::uint32_t> edges;      ///< Two vertices each: sharp edges of the solids.
+  std::vector<std::uint32_t> rounds;     ///< Likewise, lines along round surfaces: what may be a silhouette.
 
  private:
   std::uint32_t add(const Eigen::Vector3d& position_m, const Eigen::Vector3d& normal, Material material);

@@ -11,12 +11,13 @@ layout(location = 2) in float material;
 uniform mat4 transform;
 uniform mat3 turn;
 uniform vec3 palette[14];
-uniform vec4 tint;
+uniform vec4 tint, kept;
 uniform float alpha, lit;
 uniform vec3 sky, earth, sun, sun_direction;
 out vec4 colour;
 void main() {
   gl_Position = transform * vec4(position, 1.0);
+  gl_ClipDistance[0] = dot(kept, vec4(position, 1.0));
   vec3 n = normalize(turn * normal);
   vec3 light = mix(earth, sky, 0.5 + 0.5 * n.z) + sun * max(dot(n, sun_direction), 0.0);
   vec3 own = mix(palette[int(material + 0.5)], tint.rgb, tint.a);
@@ -56,6 +57,7 @@ Painter::Painter()
       tint_(program_.uniform("tint")),
       alpha_(program_.uniform("alpha")),
       lit_(program_.uniform("lit")),
+      kept_(program_.uniform("kept")),
       sky_(program_.uniform("sky")),
       earth_(program_.uniform("earth")),
       sun_(program_.uniform("sun")),
@@ -78,6 +80,7 @@ void Painter::set(const Eigen::Matrix4f& model, const Look& look) {
   glUniformMatrix3fv(turn_, 1, GL_FALSE, turn.data());
   glUniform4f(tint_, look.tint.x(), look.tint.y(), look.tint.z(), look.tinted);
   glUniform1f(alpha_, look.alpha);
+  glUniform4fv(kept_, 1, look.kept.data());
   glUniform1f(lit_, look.lit ? 1.0F : 0.0F);
 }
 
@@ -89,6 +92,11 @@ void Painter::triangles(const GlMesh& mesh, const Eigen::Matrix4f& model, const 
 void Painter::edges(const GlMesh& mesh, const Eigen::Matrix4f& model, const Look& look) {
   set(model, look);
   mesh.draw_edges();
+}
+
+void Painter::wires(const GlMesh& mesh, const Eigen::Matrix4f& model, const Look& look) {
+  set(model, look);
+  mesh.draw_wires();
 }
 
 }  // namespace knuckle::app

@@ -15,6 +15,8 @@ struct Look {
   float tinted = 0;  ///< Share of the tint in the colour; the rest is the material's.
   float alpha = 1;
   bool lit = true;
+  Eigen::Vector4f kept{0, 0, 0,
+                       1};  ///< Plane in the mesh's axes; with GL_CLIP_DISTANCE0, what is below it is not drawn.
 };
 
 /// A plane frame as one in space: x forward, y to the left, z up.
@@ -27,11 +29,12 @@ class Painter {
   void begin(const Eigen::Matrix4f& view_projection, const PictureColours& colours);
   void triangles(const GlMesh& mesh, const Eigen::Matrix4f& model, const Look& look);
   void edges(const GlMesh& mesh, const Eigen::Matrix4f& model, const Look& look);
+  void wires(const GlMesh& mesh, const Eigen::Matrix4f& model, const Look& look);
 
  private:
   void set(const Eigen::Matrix4f& model, const Look& look);
   GlProgram program_;
-  GLint transform_, turn_, palette_, tint_, alpha_, lit_, sky_, earth_, sun_, sun_direction_;
+  GLint transform_, turn_, palette_, tint_, alpha_, lit_, kept_, sky_, earth_, sun_, sun_direction_;
   Eigen::Matrix4f view_projection_ = Eigen::Matrix4f::Identity();
 };
 

@@ -58,7 +58,7 @@ void add_cracks(Mesh& cracks, const Outline& wall, double floor_m, double reach)
   std::uniform_real_distribution<double> jitter(-1, 1);
   const double half = kWallHalf * reach;
   const PlanarVector from = wall[0], along = wall[1] - wall[0];  // the face, as scenes list it
-  const PlanarVector out = 0.003 * reach * (wall[0] - wall[3]).normalized();
+  const PlanarVector out = 0.001 * reach * (wall[0] - wall[3]).normalized();
   const auto on_face = [&](double share, double y) {
     const PlanarVector p = from + share * along + out;
     return Vector3d(p.x(), y, p.y());
@@ -79,12 +79,11 @@ void add_cracks(Mesh& cracks, const Outline& wall, double floor_m, double reach)
 }
 
 void add_wall(WorldMeshes& world, const SceneLine& wall, double floor_m, double reach) {
-  const bool breaks = wall.name == std::string_view("breakable wall");
   const Outline standing = above(wall.points_m, floor_m);
   if (standing.empty()) return;
   world.solids.extrude(standing, -kWallHalf * reach, kWallHalf * reach,
-                       breaks ? Material::kBreakable : Material::kWall);
-  if (breaks && wall.points_m.size() == 4) add_cracks(world.cracks, wall.points_m, floor_m, reach);
+                       wall.breaks ? Material::kBreakable : Material::kWall);
+  if (wall.breaks && wall.points_m.size() == 4) add_cracks(world.cracks, wall.points_m, floor_m, reach);
 }
 
 void add_piece(Mesh& solids, const SceneLine& piece, double reach) {
@@ -116,6 +115,9 @@ void add_virtual_wall(Mesh& lines, const SceneLine& wall, double reach) {
     };
     const Vector3d corners[] = {at(0, -half), at(length, -half), at(length, half), at(0, half)};
     for (std::size_t k = 0; k < 4; ++k) lines.line(corners[k], corners[(k + 1) % 4], Material::kMarker);
+    const Vector3d forbidden = Vector3d(ray.y() / length, 0, -ray.x() / length);
+    for (double along = spacing; along <= length; along += spacing)
+      lines.line(at(along, 0), at(along - 0.4 * spacing, 0) + 0.4 * spacing * forbidden, Material::kMarker);
     // Lines of 45 deg: along - y = s, cut off at the rectangle.
     for (double s = -half + spacing; s < length + half; s += spacing) {
       const double from = std::max(0.0, s - half), to = std::min(length, s + half);
@@ -125,6 +127,19 @@ void add_virtual_wall(Mesh& lines, const SceneLine& wall, double reach) {
 }
 
 }  // namespace
+
+Scene virtual_walls(const LimitsDescription& limits, double reach_m) {
+  constexpr double kFar_m = 1e6;  // the description's word for "no limit" is farther
+  const double low = std::max(limits.floor_m, -0.9 * reach_m), high = std::min(limits.ceiling_m, 0.9 * reach_m);
+  const double back = 0.15 * reach_m, front = std::min(limits.reach_m, 1.05 * reach_m);
+  Scene walls;
+  if (limits.floor_m > -kFar_m) walls.push_back({"floor", SceneLine::Kind::kVirtualWall, {{back, low}, {front, low}}});
+  if (limits.ceiling_m < kFar_m)
+    walls.push_back({"ceiling", SceneLine::Kind::kVirtualWall, {{front, high}, {back, high}}});
+  if (limits.reach_m < kFar_m)
+    walls.push_back({"reach", SceneLine::Kind::kVirtualWall, {{limits.reach_m, low}, {limits.reach_m, high}}});
+  return walls;
+}
 
 double grid_step_m(double reach_m) {
   return reach_m < 5 ? 0.5 : reach_m < 10 ? 1 : 2;

@@ -3,6 +3,7 @@
 
 #include "app/simulate.h"
 #include "app/window/mesh.h"
+#include "machine/description.h"
 
 namespace knuckle::app {
 
@@ -12,7 +13,7 @@ struct WorldMeshes {
   Mesh solids;         ///< Walls, pieces, pipes.
   Mesh soil;           ///< Shown transparent: what is dug for lies in it.
   Mesh cracks;         ///< Lines on walls that can break.
-  Mesh virtual_walls;  ///< Lines: border and hatching.
+  Mesh virtual_walls;  ///< Lines: border and hatching; ticks on the forbidden side, right of the scene's line.
 };
 
 /// The lines of a scene that exist at this time of its session.
@@ -22,6 +23,9 @@ struct WorldMeshes {
 [[nodiscard]] double ground_level_m(const Scene& scene, double reach_m);
 
 [[nodiscard]] WorldMeshes world_meshes(const Scene& scene, double reach_m);
+
+/// The limits of a machine's tip as lines of a scene; none where the file sets none.
+[[nodiscard]] Scene virtual_walls(const LimitsDescription& limits, double reach_m);
 
 /// 0.5 m, or more for a large machine: what one square of the ground's grid measures.
 [[nodiscard]] double grid_step_m(double reach_m);

@@ -174,6 +174,24 @@ TEST_F(MachineViewPicture, ShowsTheSceneOfItsTime) {
   EXPECT_LT(piece, 0.02);
 }
 
+TEST_F(MachineViewPicture, TheArmShinesThroughAWallInFrontOfIt) {
+  MachinePicture picture = at_rest();
+  const PlanarVector tip = pose_of(machine(), picture.measured_rad).tip_m;
+  const auto block = [](const PlanarVector& at) {
+    return Scene{{"wall",
+                  SceneLine::Kind::kWall,
+                  {at + PlanarVector(-0.3, 0.3), at + PlanarVector(-0.3, -0.3), at + PlanarVector(0.3, -0.3),
+                   at + PlanarVector(0.3, 0.3)},
+                  true}};
+  };
+  const Scene around_bucket = block(tip);
+  picture.scene = &around_bucket;
+  const Pixels hiding = drawn(picture);
+  MachinePicture elsewhere = picture;
+  elsewhere.measured_rad[kBucket] -= 0.3;
+  EXPECT_GT(share_changed(hiding, drawn(elsewhere)), 0.001) << "the bucket moves inside the block";
+}
+
 TEST_F(MachineViewPicture, LeavesTheRestOfTheWindowAlone) {
   glDisable(GL_SCISSOR_TEST);
   glClearColor(1, 0, 1, 1);

@@ -254,10 +254,28 @@ TEST(WorldMesh, WallsStandOnTheGround) {
   EXPECT_NEAR(static_cast<double>(lowest), ground_level_m(scene, 3.2), 1e-6);
 }
 
+TEST(WorldMesh, VirtualWallsAreTheLimitsThatTheFileSets) {
+  EXPECT_TRUE(virtual_walls({}, 3.2).empty());
+  LimitsDescription limits;
+  limits.floor_m = -0.5;
+  limits.reach_m = 2.9;
+  const Scene walls = virtual_walls(limits, 3.2);
+  ASSERT_EQ(walls.size(), 2U);
+  EXPECT_EQ(walls[0].points_m.front().y(), -0.5);
+  EXPECT_EQ(walls[0].points_m.back().y(), -0.5);
+  EXPECT_EQ(walls[1].points_m.front().x(), 2.9);
+  const WorldMeshes world = world_meshes(walls, 3.2);
+  EXPECT_TRUE(world.solids.triangles.empty()) << "nothing solid";
+  double lowest = 0;
+  for (const MeshVertex& v : world.virtual_walls.vertices)
+    lowest = std::min(lowest, static_cast<double>(v.position_m.z()));
+  EXPECT_LT(lowest, -0.51) << "ticks are on the forbidden side";
+}
+
 TEST(WorldMesh, OnlyBreakableWallsHaveCracks) {
   Scene scene{{"wall", SceneLine::Kind::kWall, {{2, 1}, {2, -1}, {3, -1}, {3, 1}}, true}};
   EXPECT_TRUE(world_meshes(scene, 3.2).cracks.edges.empty());
-  scene.front().name = "breakable wall";
+  scene.front().breaks = true;
   EXPECT_FALSE(world_meshes(scene, 3.2).cracks.edges.empty());
 }
 
