@@ -46,4 +46,10 @@ Duration Histogram::quantile(double q) const noexcept {
   return max_;
 }
 
+std::uint64_t Histogram::count_below(Duration edge) const noexcept {
+  std::uint64_t below = 0;
+  for (std::size_t i = 0; i < kBins && upper_edge(i) <= edge.count(); ++i) below += bins_[i];
+  return below;
+}
+
 }  // namespace knuckle

@@ -20,6 +20,8 @@ class Histogram {
   [[nodiscard]] Duration max() const noexcept { return max_; }
   /// Upper edge of the bin that holds quantile q in [0, 1], at most max(); zero where nothing was added.
   [[nodiscard]] Duration quantile(double q) const noexcept;
+  /// Values in the bins that end at or before `edge`: exact where edge is (8 + n) 2^k ns, n 0..7.
+  [[nodiscard]] std::uint64_t count_below(Duration edge) const noexcept;
 
  private:
   static constexpr int kBinsPerOctave = 8;

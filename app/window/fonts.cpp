@@ -32,6 +32,22 @@ std::vector<char> read_font(const std::string& folder, const char* file) {
   return bytes;
 }
 
+/// A mono font's point leaves a hole in every number: "1. 47". Numbers have as many points whatever they are, so a
+/// narrower one keeps them from dancing as well.
+void narrow_point(ImFont& font) {
+  constexpr float kShare = 0.55F;
+  for (const ImWchar c : {ImWchar{'.'}, ImWchar{','}, ImWchar{':'}}) {
+    auto* glyph = const_cast<ImFontGlyph*>(font.FindGlyphNoFallback(c));
+    if (glyph == nullptr) continue;
+    const float advance = std::round(glyph->AdvanceX * kShare);
+    const float shift = std::round((advance - (glyph->X1 - glyph->X0)) / 2 - glyph->X0);
+    glyph->X0 += shift;
+    glyph->X1 += shift;
+    glyph->AdvanceX = advance;
+    font.IndexAdvanceX[c] = advance;
+  }
+}
+
 }  // namespace
 
 FontFiles::FontFiles() {
@@ -64,6 +80,7 @@ Fonts FontFiles::build(ImFontAtlas& atlas, float scale) {
   fonts.mono_title = add(atlas, kMono, kTitle * scale);
   fonts.mono_display = add(atlas, kMono, kDisplay * scale);
   if (!atlas.Build()) throw InputError("fonts of fonts-b612 cannot be drawn: install it again");
+  for (ImFont* font : {fonts.mono_small, fonts.mono, fonts.mono_title, fonts.mono_display}) narrow_point(*font);
   return fonts;
 }
 

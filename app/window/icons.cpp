@@ -56,9 +56,9 @@ void link(const Pen& p) {
 void drop(const Pen& p) {
   p.list.PathLineTo(p.at(0, -0.95F));
   p.list.PathBezierCubicCurveTo(p.at(0.3F, -0.5F), p.at(0.68F, -0.1F), p.at(0.68F, 0.28F));
-  p.list.PathArcTo(p.at(0, 0.28F), 0.68F * p.half, 0, kPi);
-  p.list.PathBezierCubicCurveTo(p.at(-0.68F, -0.1F), p.at(-0.3F, -0.5F), p.at(0, -0.95F));
-  p.list.PathStroke(p.colour, 0, p.width);
+  p.list.PathArcTo(p.at(0, 0.28F), 0.68F * p.half, 0.1F, kPi - 0.1F);
+  p.list.PathBezierCubicCurveTo(p.at(-0.68F, -0.1F), p.at(-0.3F, -0.5F), p.at(-0.01F, -0.95F));
+  p.list.PathStroke(p.colour, ImDrawFlags_Closed, p.width);
 }
 
 void wrench(const Pen& p) {
@@ -117,7 +117,12 @@ void draw_icon(ImDrawList& list, Icon icon, ImVec2 centre, float size, ImU32 col
     case Icon::kNone:
       return;
     case Icon::kStop:
-      return list.AddNgonFilled(centre, size * 0.52F, colour, 8);
+      // Flat on top, as on the road.
+      for (int i = 0; i < 8; ++i) {
+        const float a = (static_cast<float>(i) + 0.5F) * kPi / 4;
+        list.PathLineTo(p.at(std::cos(a), std::sin(a)));
+      }
+      return list.PathFillConvex(colour);
     case Icon::kLink:
       return link(p);
     case Icon::kClock:

@@ -24,14 +24,6 @@ constexpr Palette kDark{
     .stop = rgb(0xC9261C),
     .stop_text = rgb(0xFFFFFF),
     .series = {rgb(0x56B4E9), rgb(0xE69F00), rgb(0x35C79B), rgb(0xCC79A7), rgb(0xF0E442), rgb(0xE8743B)},
-    .sky = rgb(0x151C24),
-    .ground = rgb(0x232C34),
-    .machine = rgb(0xD9A441),
-    .bucket = rgb(0x8C9AA8),
-    .wall = rgb(0x7D8791),
-    .soil = rgb(0x6B553F),
-    .ghost_command = rgb(0x56B4E9),
-    .ghost_hand = rgb(0xCC79A7),
     .force = rgb(0xFF8A55),
 };
 
@@ -49,14 +41,6 @@ constexpr Palette kLight{
     .stop = rgb(0xC9261C),
     .stop_text = rgb(0xFFFFFF),
     .series = {rgb(0x0072B2), rgb(0xC77E00), rgb(0x009E73), rgb(0xB05585), rgb(0x8A7F00), rgb(0xC24A00)},
-    .sky = rgb(0xDCE6EE),
-    .ground = rgb(0xC3CBD2),
-    .machine = rgb(0xC98A1B),
-    .bucket = rgb(0x5E6B78),
-    .wall = rgb(0x8D969F),
-    .soil = rgb(0xA38B6D),
-    .ghost_command = rgb(0x0072B2),
-    .ghost_hand = rgb(0xA64C7D),
     .force = rgb(0xC24A00),
 };
 

@@ -18,8 +18,7 @@ struct Palette {
   ImU32 good, notice, bad;  ///< Readable as text; never the only sign.
   ImU32 stop, stop_text;
   std::array<ImU32, 6> series;  ///< Lines and bars, told apart by order and label as well.
-  // The 3-D picture.
-  ImU32 sky, ground, machine, bucket, wall, soil, ghost_command, ghost_hand, force;
+  ImU32 force;
 };
 
 [[nodiscard]] const Palette& dark_palette() noexcept;

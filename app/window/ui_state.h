@@ -19,7 +19,7 @@ struct SimulationChoice {
   bool demo = false;  ///< The scenario's own operator drives.
 };
 
-struct EventFilter {
+struct EventChoice {
   std::array<char, 64> text{};
   int least_severity = 0;
 };
@@ -38,7 +38,7 @@ struct UiState {
   bool paused = false;
   std::uint32_t reset_count = 0;
   SimulationChoice simulation;
-  EventFilter events;
+  EventChoice events;
   std::string export_path, export_result;
 };
 

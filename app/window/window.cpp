@@ -101,7 +101,10 @@ void Window::begin_frame() {
   presses_.swap(arriving_);
   float x = 1, y = 1;
   glfwGetWindowContentScale(window_, &x, &y);
-  const float wanted = std::clamp(std::max(x, y) * scale_, 0.75F, 4.F);
+  // Never larger than what leaves the layout its least room.
+  const auto [width, height] = framebuffer_size();
+  const float most = std::min(static_cast<float>(width) / 1280.F, static_cast<float>(height) / 720.F);
+  const float wanted = std::clamp(std::max(x, y) * scale_, 0.75F, std::clamp(most, 0.75F, 4.F));
   if (wanted != theme_.scale || theme_.fonts.body == nullptr) {
     theme_.scale = wanted;
     rebuild_fonts();

@@ -18,6 +18,16 @@ TEST(Histogram, StartsEmpty) {
   EXPECT_EQ(histogram.max(), Duration::zero());
 }
 
+TEST(Histogram, CountsWhatLiesBelowAnEdge) {
+  Histogram histogram;
+  for (const Duration value : std::initializer_list<Duration>{10ns, 100ns, 1us, 1us, 1ms}) histogram.add(value);
+  EXPECT_EQ(histogram.count_below(64ns), 1u);
+  EXPECT_EQ(histogram.count_below(128ns), 2u);
+  EXPECT_EQ(histogram.count_below(960ns), 2u);   // the bin of 1 us begins here
+  EXPECT_EQ(histogram.count_below(1024ns), 4u);  // and ends here
+  EXPECT_EQ(histogram.count_below(1s), 5u);
+}
+
 TEST(Histogram, QuantilesAreRightToAnEighthAndNeverTooSmall) {
   std::mt19937_64 random(1);
   std::lognormal_distribution<double> duration_ns(11, 2.5);  // 60 us, from ns to s

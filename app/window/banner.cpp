@@ -1,0 +1,131 @@
+#include "app/window/banner.h"
+
+#include <cmath>
+
+namespace knuckle::app {
+namespace {
+
+bool alarming(Mode mode) {
+  return mode == Mode::kFault || mode == Mode::kEStop;
+}
+
+/// The mode on its colour. An old mode is no mode: grey, with its age.
+void mode_block(const Ui& ui, const ConsoleView& view, const Area& area) {
+  const Theme& t = ui.theme;
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const Freshness fresh = machine_freshness(view);
+  const double age_s = std::max(fresh.age_s, ui.view_age_s);
+  const bool old = !fresh.heard || age_s > fresh.limit_s;
+  const Mode mode = view.machine.mode;
+  const ImU32 fill = old ? t.colours.raised : t.mode_colour(mode);
+  const ImU32 on = old ? t.colours.muted : text_on(fill);
+  list.AddRectFilled(area.min, area.max, fill, t.px(8));
+  if (alarming(mode) && !old && !ui.steady && std::fmod(ui.now_s, 1.0) < 0.5)
+    list.AddRect({area.min.x + t.px(3), area.min.y + t.px(3)}, {area.max.x - t.px(3), area.max.y - t.px(3)}, on,
+                 t.px(6), 0, t.px(3));
+  draw_icon(list, fresh.heard ? mode_icon(mode) : Icon::kLink, {area.min.x + t.px(38), area.centre().y}, t.px(34), on);
+  const float x = area.min.x + t.px(70), y = area.centre().y;
+  const char* word = fresh.heard ? mode_word(mode) : "NO LINK";
+  if (old && fresh.heard) {
+    put_text(t.fonts.title, on, {x, y - t.px(10)}, Align::kLeft, word);
+    put_text(t.fonts.mono_small, t.colours.notice, {x, y + t.px(14)}, Align::kLeft,
+             shown("%s old", shown_duration(age_s).c_str()).c_str());
+  } else {
+    put_text(t.fonts.display, on, {x, y}, Align::kLeft, word);
+  }
+}
+
+/// From the right: how old the link is, and what this session is.
+void tags(const Ui& ui, const ConsoleData& data, Area& area) {
+  const Theme& t = ui.theme;
+  const ConsoleView& view = data.view;
+  const float y = area.centre().y;
+  const auto tag = [&](Icon icon, const char* text, ImU32 fill) {
+    const Area place = area.cut_right(chip_width(ui, text), t.unit());
+    chip(ui, {place.min.x, y}, icon, text, fill);
+  };
+  const Freshness fresh = machine_freshness(view);
+  const ImU32 quiet = mix(t.colours.surface, t.colours.border, 0.6F);
+  if (fresh.heard)
+    tag(Icon::kLink, shown("link %.0f ms", std::max(fresh.age_s, ui.view_age_s) * 1e3).c_str(),
+        fresh.stale() ? t.colours.notice : quiet);
+  if (view.simulated) tag(Icon::kCircle, "SIMULATED", mix(t.colours.surface, t.colours.accent, 0.35F));
+  if (view.paused) tag(Icon::kPause, "PAUSED", t.colours.notice);
+  if (view.hand.warning) tag(Icon::kWarning, "FORCE LOWERED", t.colours.notice);
+}
+
+}  // namespace
+
+const char* mode_word(Mode mode) noexcept {
+  switch (mode) {
+    case Mode::kOff:
+      return "OFF";
+    case Mode::kSelfTest:
+      return "SELF-TEST";
+    case Mode::kReady:
+      return "READY";
+    case Mode::kAligning:
+      return "ALIGNING";
+    case Mode::kEngaged:
+      return "ENGAGED";
+    case Mode::kHold:
+      return "HOLD";
+    case Mode::kFault:
+      return "FAULT";
+    case Mode::kEStop:
+      return "E-STOP";
+  }
+  return "?";
+}
+
+Icon mode_icon(Mode mode) noexcept {
+  switch (mode) {
+    case Mode::kOff:
+      return Icon::kRing;
+    case Mode::kSelfTest:
+      return Icon::kWrench;
+    case Mode::kReady:
+      return Icon::kCheck;
+    case Mode::kAligning:
+      return Icon::kHand;
+    case Mode::kEngaged:
+      return Icon::kArm;
+    case Mode::kHold:
+      return Icon::kPause;
+    case Mode::kFault:
+      return Icon::kWarning;
+    case Mode::kEStop:
+      return Icon::kStop;
+  }
+  return Icon::kNone;
+}
+
+std::string banner_reason(const ConsoleView& view, bool stop) {
+  if (stop) return "Stop is pressed: release it beside the button, or with Ctrl+Space";
+  if (!view.link.heard) return "nothing heard from the machine's side yet";
+  if (machine_freshness(view).stale())
+    return "the machine has not been heard for " + std::string(shown_duration(view.link.silence_s).c_str()) +
+           ": check the network";
+  if (view.machine.fault) return text(view.machine.fault);
+  if (view.hand.device) return text(view.hand.device);
+  if (view.machine.blocking) return text(view.machine.blocking);
+  if (view.machine.mode == Mode::kEngaged) return "the machine follows the hand";
+  return "";
+}
+
+void draw_banner(const Ui& ui, const ConsoleData& data, const UiState& state, Area area) {
+  const Theme& t = ui.theme;
+  ImGui::GetWindowDrawList()->AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
+  mode_block(ui, data.view, area.cut_left(t.px(318), t.unit(2)));
+  area = area.inset(t.unit(), 0);
+  tags(ui, data, area);
+  const std::string reason = banner_reason(data.view, state.stop);
+  // One large line where it fits, else two smaller ones.
+  if (text_width(t.fonts.title, reason.c_str()) <= area.width())
+    return put_text(t.fonts.title, t.colours.text, {area.min.x, area.centre().y}, Align::kLeft, reason.c_str());
+  const ImFont* font = t.fonts.body;
+  const float height = font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), reason.c_str()).y;
+  put_lines(font, t.colours.text, {{area.min.x, area.centre().y - height / 2}, area.max}, reason.c_str());
+}
+
+}  // namespace knuckle::app

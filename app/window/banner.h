@@ -1,0 +1,16 @@
+// The line on top of every screen: mode, the one reason that blocks, and how old all of it is. Nothing ever covers it.
+#pragma once
+
+#include "app/window/console_data.h"
+#include "app/window/ui_state.h"
+
+namespace knuckle::app {
+
+void draw_banner(const Ui& ui, const ConsoleData& data, const UiState& state, Area area);
+/// The one line of what is to be done, or of what goes on.
+[[nodiscard]] std::string banner_reason(const ConsoleView& view, bool stop);
+/// "SELF-TEST", ...
+[[nodiscard]] const char* mode_word(Mode mode) noexcept;
+[[nodiscard]] Icon mode_icon(Mode mode) noexcept;
+
+}  // namespace knuckle::app

@@ -1,0 +1,201 @@
+#include "app/window/chrome.h"
+
+#include <array>
+
+#include "app/console/keys.h"
+
+namespace knuckle::app {
+namespace {
+
+ImDrawList& canvas() {
+  return *ImGui::GetWindowDrawList();
+}
+
+struct Entry {
+  Screen screen;
+  Icon icon;
+  const char *label, *key;
+};
+constexpr std::array<Entry, static_cast<std::size_t>(Screen::kCount)> kScreens{{
+    {Screen::kOperate, Icon::kArm, "Operate", "F1"},
+    {Screen::kLink, Icon::kLink, "Link", "F2"},
+    {Screen::kRealTime, Icon::kClock, "Real time", "F3"},
+    {Screen::kHydraulics, Icon::kDrop, "Hydraulics", "F4"},
+    {Screen::kCalibrate, Icon::kWrench, "Calibrate", "F5"},
+    {Screen::kEvents, Icon::kList, "Events", "F6"},
+}};
+
+void rail_entry(const Ui& ui, const Entry& entry, std::size_t open, UiState& state, const Area& area) {
+  const Theme& t = ui.theme;
+  const Palette& c = t.colours;
+  const bool chosen = state.screen == entry.screen;
+  ImGui::SetCursorScreenPos(area.min);
+  if (ImGui::InvisibleButton(entry.label, area.size())) state.screen = entry.screen;
+  if (chosen || ImGui::IsItemHovered())
+    canvas().AddRectFilled(area.min, area.max, mix(c.background, chosen ? c.accent : c.raised, chosen ? 0.28F : 0.8F),
+                           t.px(8));
+  if (ImGui::IsItemFocused() && ImGui::GetIO().NavVisible)
+    canvas().AddRect(area.min, area.max, c.text, t.px(8), 0, t.px(2));
+  const ImU32 colour = chosen ? c.text : c.muted;
+  const float x = area.centre().x, middle = area.centre().y;
+  draw_icon(canvas(), entry.icon, {x, middle - t.px(13)}, t.px(28), chosen ? c.accent : c.muted);
+  put_text(t.fonts.small, colour, {x, middle + t.px(18)}, Align::kCentre, entry.label);
+  put_text(t.fonts.small, c.muted, {area.max.x - t.px(6), area.min.y + t.px(12)}, Align::kRight, entry.key);
+  if (open == 0) return;
+  const Shown count = open > 99 ? shown("99+") : shown("%zu", open);
+  const ImVec2 at{area.min.x + t.px(18), area.min.y + t.px(14)};
+  canvas().AddRectFilled({at.x - t.px(14), at.y - t.px(9)}, {at.x + t.px(14), at.y + t.px(9)}, c.stop, t.px(9));
+  put_text(t.fonts.mono_small, c.stop_text, at, Align::kCentre, count.c_str());
+}
+
+void hand_card(const Ui& ui, const ConsoleData& data, const Area& area) {
+  const Theme& t = ui.theme;
+  const OperatorSide& hand = data.view.hand;
+  const Card card(ui, "HAND", area);
+  Area rest = card.inside();
+  const Area head = rest.cut_top(t.px(24), t.unit(0.5F));
+  const HandSource source = data.facts.hand;
+  const Icon icon = source == HandSource::kKeyboard  ? Icon::kKeyboard
+                    : source == HandSource::kGamepad ? Icon::kGamepad
+                                                     : Icon::kHand;
+  draw_icon(canvas(), icon, {head.min.x + t.px(11), head.centre().y}, t.px(22), ink(t.colours.text));
+  const char* word = source == HandSource::kKeyboard  ? "Keyboard"
+                     : source == HandSource::kGamepad ? "Gamepad"
+                                                      : "Haptic device";
+  Area words = head;
+  words.cut_left(t.px(32));
+  put_fitted(t.fonts.body, t.colours.text, words, word);
+  if (hand.device) {
+    put_lines(t.fonts.small, t.colours.bad, rest, text(hand.device).c_str());
+    return;
+  }
+  const std::array<std::pair<const char*, bool>, 3> lamps{
+      {{"Presence", hand.presence}, {"Enable", hand.enable}, {"Clutch", hand.clutch}}};
+  for (const auto& [label, on] : lamps)
+    lamp(ui, rest.cut_top(t.px(24), t.px(2)), label, on,
+         on && hand.clutch && label == lamps[2].first ? t.colours.notice : t.colours.good);
+}
+
+void small_slider(const Ui& ui, Area& rest, const char* label, float& value, float high, const char* format) {
+  const Theme& t = ui.theme;
+  Area row = rest.cut_top(t.px(32), t.unit(0.5F));
+  put_text(t.fonts.small, t.colours.muted, {row.min.x, row.centre().y}, Align::kLeft, label);
+  row.cut_left(t.px(56));
+  slider(ui, row, shown("##%s", label).c_str(), value, 0, high, format);
+}
+
+void simulation_card(const Ui& ui, const ConsoleData& data, UiState& state, const Area& area) {
+  const Theme& t = ui.theme;
+  const Card card(ui, "SIMULATION", area);
+  Area rest = card.inside();
+  value_row(ui, rest.cut_top(t.px(22), t.unit(0.5F)), "Session", shown("%.1f", data.view.simulated_s).c_str(), "s");
+  SimulationChoice& choice = state.simulation;
+  static constexpr std::size_t kMost = 32;
+  std::array<const char*, kMost> names{};
+  const std::size_t count = std::min(kMost, data.facts.scenarios.size());
+  for (std::size_t i = 0; i < count; ++i) names[i] = data.facts.scenarios[i].c_str();
+  stepper(ui, rest.cut_top(t.px(32), t.unit(0.5F)), "scenario", choice.scenario, std::span(names).first(count));
+  small_slider(ui, rest, "Delay", choice.delay_ms, 400, "%.0f ms");
+  small_slider(ui, rest, "Jitter", choice.jitter_ms, 100, "%.0f ms");
+  small_slider(ui, rest, "Loss", choice.loss_percent, 50, "%.0f %%");
+  toggle(ui, rest.cut_top(t.px(28), t.unit(0.5F)), "Scenario drives", choice.demo);
+  const Area buttons = rest.cut_top(t.px(36));
+  const Area left = buttons.column(0, 2, t.unit()), right = buttons.column(1, 2, t.unit());
+  if (button(ui, left, state.paused ? Icon::kPlay : Icon::kPause, state.paused ? "Go on" : "Pause", state.paused))
+    state.paused = !state.paused;
+  if (button(ui, right, Icon::kReset, "Reset")) ++state.reset_count;
+}
+
+void connection_card(const Ui& ui, const ConsoleData& data, const Area& area) {
+  const Theme& t = ui.theme;
+  const Card card(ui, "MACHINE", area, machine_freshness(data.view));
+  Area rest = card.inside();
+  put_fitted(t.fonts.body, t.colours.text, rest.cut_top(t.px(24), t.unit(0.5F)), data.facts.machine.name.c_str());
+  put_fitted(t.fonts.mono_small, t.colours.muted, rest.cut_top(t.px(22), t.unit(0.5F)), data.facts.peer.c_str());
+  value_row(ui, rest.cut_top(t.px(22)), "Round trip", shown("%.1f", data.view.link.round_trip_s * 1e3).c_str(), "ms");
+  value_row(ui, rest.cut_top(t.px(22)), "Loss", shown("%.1f", data.view.link.loss * 100).c_str(), "%");
+}
+
+}  // namespace
+
+void draw_rail(const Ui& ui, const ConsoleData& data, UiState& state, Area area) {
+  const Theme& t = ui.theme;
+  const float height = std::min(t.px(84), (area.height() - t.px(96)) / static_cast<float>(kScreens.size()));
+  const std::size_t open = data.events.open(Severity::kWarning);
+  for (const Entry& entry : kScreens)
+    rail_entry(ui, entry, entry.screen == Screen::kEvents ? open : 0, state, area.cut_top(height, t.px(2)));
+  Area hints = area.cut_bottom(t.px(88));
+  const std::array<std::pair<const char*, const char*>, 4> keys{
+      {{"F9", t.light ? "Dark" : "Light"}, {"F10", "Units"}, {"F11", "Full"}, {"F12", "Help"}}};
+  for (const auto& [key, what] : keys) {
+    Area row = hints.cut_top(t.px(22));
+    put_text(t.fonts.small, t.colours.muted, {row.min.x + t.px(6), row.centre().y}, Align::kLeft, key);
+    put_text(t.fonts.small, t.colours.muted, {row.max.x - t.px(4), row.centre().y}, Align::kRight, what);
+  }
+}
+
+void draw_stop(const Ui& ui, UiState& state, Area area) {
+  const Theme& t = ui.theme;
+  const Palette& c = t.colours;
+  if (state.stop) {
+    const Area release = area.cut_right((area.width() - t.unit()) * 0.46F, t.unit());
+    if (button(ui, release, Icon::kNone, "Release")) state.stop = false;
+    put_text(t.fonts.small, c.muted, {release.centre().x, release.max.y - t.px(16)}, Align::kCentre, "Ctrl+Space");
+  }
+  ImGui::SetCursorScreenPos(area.min);
+  // Acts when it is pressed, not when it is let go.
+  ImGui::InvisibleButton("Stop", area.size());
+  if (ImGui::IsItemActivated()) state.stop = true;
+  const ImU32 fill = state.stop ? mix(c.stop, c.background, 0.45F) : c.stop;
+  canvas().AddRectFilled(area.min, area.max, ImGui::IsItemHovered() ? mix(fill, c.stop_text, 0.08F) : fill, t.px(10));
+  canvas().AddRect(area.min, area.max, state.stop ? c.notice : mix(c.stop, c.stop_text, 0.35F), t.px(10), 0,
+                   t.px(state.stop ? 3.F : 1.5F));
+  const ImVec2 middle = area.centre();
+  if (state.stop) {
+    draw_icon(canvas(), Icon::kLock, {middle.x, middle.y - t.px(20)}, t.px(26), c.stop_text);
+    return put_text(t.fonts.title, c.stop_text, {middle.x, middle.y + t.px(18)}, Align::kCentre, "STOPPED");
+  }
+  draw_icon(canvas(), Icon::kStop, {area.min.x + t.px(48), middle.y}, t.px(50), c.stop_text);
+  put_text(t.fonts.display, c.stop_text, {area.min.x + t.px(86), middle.y - t.px(6)}, Align::kLeft, "STOP");
+  put_text(t.fonts.small, c.stop_text, {area.min.x + t.px(88), middle.y + t.px(24)}, Align::kLeft, "Space");
+}
+
+void draw_side_column(const Ui& ui, const ConsoleData& data, UiState& state, Area area) {
+  const Theme& t = ui.theme;
+  const float gap = t.px(10);
+  draw_stop(ui, state, area.cut_bottom(t.px(96), gap));
+  hand_card(ui, data, area.cut_top(t.px(152), gap));
+  if (data.view.simulated)
+    simulation_card(ui, data, state, area.cut_top(t.px(282)));
+  else
+    connection_card(ui, data, area.cut_top(t.px(152)));
+}
+
+void draw_help(const Ui& ui, const Area& area) {
+  const Theme& t = ui.theme;
+  canvas().AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
+  canvas().AddRect(area.min, area.max, t.colours.accent, t.px(8), 0, t.px(1.5F));
+  Area rest = area.inset(t.unit(3), t.unit(2));
+  put_text(t.fonts.title, t.colours.text, {rest.min.x, rest.min.y + t.px(14)}, Align::kLeft, "Keys");
+  put_text(t.fonts.small, t.colours.muted, {rest.max.x, rest.min.y + t.px(14)}, Align::kRight, "F12 closes");
+  rest.cut_top(t.px(38));
+  const Area note = rest.cut_bottom(t.px(48), t.unit());
+  put_lines(t.fonts.small, t.colours.notice, note,
+            "Stop is software: it asks the machine's side to stop over the link. It is no emergency stop; the machine "
+            "has its own, hard-wired.");
+  std::size_t lines = 0;
+  for (const KeyBinding& b : kKeys) lines += *b.keys != '\0';
+  const std::size_t half = (lines + 1) / 2;
+  std::size_t i = 0;
+  for (const KeyBinding& b : kKeys) {
+    if (*b.keys == '\0') continue;
+    Area column = rest.column(i < half ? 0 : 1, 2, t.unit(4));
+    Area row = column.row(static_cast<int>(i % half), static_cast<int>(half), 0);
+    put_text(t.fonts.mono_small, t.colours.accent, {row.min.x, row.centre().y}, Align::kLeft, b.keys);
+    row.cut_left(t.px(108));
+    put_fitted(t.fonts.small, t.colours.text, row, b.what);
+    ++i;
+  }
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,50 @@
+// What a screen is drawn from: the newest view and what does not change while the window is open.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/console/console_view.h"
+#include "app/console/event_book.h"
+#include "app/window/history.h"
+#include "app/window/payload_total.h"
+#include "app/window/widgets.h"
+#include "core/loop_health.h"
+#include "machine/description.h"
+
+namespace knuckle::app {
+
+enum class HandSource : std::uint8_t { kKeyboard, kGamepad, kDevice };
+
+struct ConsoleFacts {
+  MachineDescription machine;
+  DeviceDescription device;
+  HandSource hand = HandSource::kKeyboard;
+  std::string peer;                    ///< "simulated", or address and port of the machine's side.
+  std::vector<std::string> scenarios;  ///< That a simulated session can be begun with.
+};
+
+struct ConsoleData {
+  const ConsoleFacts& facts;
+  const ConsoleView& view;
+  const LoopHealth& loop;
+  const History& history;
+  const PayloadTotal& payload;
+  EventBook& events;
+};
+
+/// How fresh the machine's newest message is, and its status beside it.
+[[nodiscard]] inline Freshness machine_freshness(const ConsoleView& view) {
+  constexpr double kLimit_s = 0.25;  // sent 200 times a second
+  return {view.link.heard, view.link.silence_s, kLimit_s};
+}
+[[nodiscard]] inline Freshness status_freshness(const ConsoleView& view) {
+  constexpr double kLimit_s = 0.5;  // sent 20 times a second
+  return {view.status_heard, view.status_age_s, kLimit_s};
+}
+/// Somebody leads the machine, or is about to: nothing that changes the feel may be changed.
+[[nodiscard]] inline bool led(Mode mode) {
+  return mode == Mode::kAligning || mode == Mode::kEngaged || mode == Mode::kHold;
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,158 @@
+#include "app/window/console_window.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/window/screens.h"
+
+namespace knuckle::app {
+namespace {
+
+constexpr int kControl = 2;  // GLFW_MOD_CONTROL
+constexpr float kScaleStep = 1.1F;
+
+/// While text is typed, only these keys act on the console.
+bool acts_in_text(KeyAction action) {
+  return action == KeyAction::kStop || action == KeyAction::kReleaseStop ||
+         (action >= KeyAction::kOperate && action <= KeyAction::kEvents) || action == KeyAction::kFullScreen;
+}
+
+}  // namespace
+
+ConsoleWindow::ConsoleWindow(const WindowOptions& options, ConsoleFacts facts)
+    : facts_(std::move(facts)),
+      window_(options),
+      payload_(0.05 * facts_.machine.payload_full_scale_kg),
+      machine_(facts_.machine) {
+  state_.light = options.light;
+}
+
+void ConsoleWindow::watch(const ConsoleView& view) {
+  if (view.simulated_s < drawn_s_) payload_.clear();
+  drawn_s_ = view.simulated_s;
+  history_.watch(view);
+  machine_.watch(view);
+  if (view.link.heard) payload_.watch(view.machine, view.now);
+}
+
+void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
+  window_.begin_frame();
+  take_keys();
+  watch(view);
+  const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  const Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_};
+  open_canvas();
+  const std::optional<Area> picture = draw_console(ui, {facts_, view, loop, history_, payload_, events}, state_);
+  machine_.take_mouse(picture.value_or(Area{}), state_.side_view, view);
+  ImGui::End();
+  window_.clear();
+  const bool stale = machine_freshness(view).stale() || view_age_s > machine_freshness(view).limit_s;
+  if (picture) machine_.draw(*picture, state_.side_view, state_.light, stale, view);
+  window_.draw_widgets();
+}
+
+void ConsoleWindow::take_keys() {
+  for (const KeyPress& press : window_.key_presses()) {
+    const bool control = (press.modifiers & kControl) != 0;
+    const auto binding = std::find_if(kKeys.begin(), kKeys.end(), [&](const KeyBinding& b) {
+      return !b.held && b.key == press.key && b.control == control;
+    });
+    if (binding == kKeys.end() || press.repeat) continue;
+    if (ImGui::GetIO().WantTextInput && !acts_in_text(binding->action)) continue;
+    act(binding->action);
+  }
+}
+
+void ConsoleWindow::act(KeyAction action) {
+  switch (action) {
+    case KeyAction::kStop:
+      state_.stop = true;
+      return;
+    case KeyAction::kReleaseStop:
+      state_.stop = false;
+      return;
+    case KeyAction::kOperate:
+    case KeyAction::kLink:
+    case KeyAction::kRealTime:
+    case KeyAction::kHydraulics:
+    case KeyAction::kCalibrate:
+    case KeyAction::kEvents:
+      state_.screen = static_cast<Screen>(static_cast<int>(action) - static_cast<int>(KeyAction::kOperate));
+      state_.help = false;
+      return;
+    case KeyAction::kPause:
+      state_.paused = !state_.paused;
+      return;
+    case KeyAction::kReset:
+      ++state_.reset_count;
+      return;
+    case KeyAction::kView:
+      state_.side_view = !state_.side_view;
+      return;
+    case KeyAction::kTheme:
+      state_.light = !state_.light;
+      window_.set_light(state_.light);
+      return;
+    case KeyAction::kUnits:
+      state_.units = state_.units == UnitSystem::kMetric ? UnitSystem::kImperial : UnitSystem::kMetric;
+      return;
+    case KeyAction::kFullScreen:
+      window_.toggle_full_screen();
+      return;
+    case KeyAction::kLarger:
+      window_.set_scale(window_.scale() * kScaleStep);
+      return;
+    case KeyAction::kSmaller:
+      window_.set_scale(window_.scale() / kScaleStep);
+      return;
+    case KeyAction::kHelp:
+      state_.help = !state_.help;
+      return;
+    case KeyAction::kEnable:
+    case KeyAction::kClutch:
+    case KeyAction::kSlow:
+    case KeyAction::kBoomUp:
+    case KeyAction::kBoomDown:
+    case KeyAction::kArmOut:
+    case KeyAction::kArmIn:
+    case KeyAction::kBucketOut:
+    case KeyAction::kBucketIn:
+      return;  // held, not pressed
+  }
+}
+
+HeldKeys ConsoleWindow::held_keys() const {
+  HeldKeys held;
+  if (ImGui::GetIO().WantTextInput) return held;
+  for (const KeyBinding& b : kKeys) {
+    if (!b.held || !window_.key_down(b.key)) continue;
+    if (b.action == KeyAction::kEnable) held.enable = true;
+    if (b.action == KeyAction::kClutch) held.clutch = true;
+    if (b.action == KeyAction::kSlow) held.slow = true;
+    if (b.action == KeyAction::kBoomUp) held.boom_up = true;
+    if (b.action == KeyAction::kBoomDown) held.boom_down = true;
+    if (b.action == KeyAction::kArmOut) held.arm_out = true;
+    if (b.action == KeyAction::kArmIn) held.arm_in = true;
+    if (b.action == KeyAction::kBucketOut) held.bucket_out = true;
+    if (b.action == KeyAction::kBucketIn) held.bucket_in = true;
+  }
+  return held;
+}
+
+ConsoleInput ConsoleWindow::input(Time now) const {
+  ConsoleInput input;
+  input.at = now;
+  input.hand = together(hand_from_keys(held_keys()), machine_.pulled());
+  input.stop = state_.stop;
+  if (state_.scales_chosen) {
+    input.position_scale = static_cast<double>(state_.position_scale);
+    input.force_scale = 1 / static_cast<double>(state_.force_scale);
+  }
+  input.assist = state_.assist;
+  input.paused = state_.paused;
+  input.reset_count = state_.reset_count;
+  return input;
+}
+
+}  // namespace knuckle::app

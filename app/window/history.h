@@ -1,0 +1,36 @@
+// The last ten seconds of a few signals, for plots.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "app/console/console_view.h"
+
+namespace knuckle::app {
+
+/// Fixed room; sampled on the loops' own time, so a paused session stands still.
+class History {
+ public:
+  static constexpr double kSpan_s = 10, kStep_s = 0.05;
+  static constexpr std::size_t kSamples = 201;
+
+  struct Sample {
+    PerJoint<float> command{}, spool{}, velocity_radps{};
+    float flow_m3ps = 0, power_W = 0, round_trip_s = 0, force_N = 0, hand_energy_J = 0;
+  };
+
+  /// Takes a sample when one is due; begins anew when the session did.
+  void watch(const ConsoleView& view);
+  [[nodiscard]] std::size_t size() const noexcept { return count_; }
+  /// 0: the newest.
+  [[nodiscard]] const Sample& ago(std::size_t steps) const noexcept {
+    return samples_[(next_ + kSamples - 1 - steps) % kSamples];
+  }
+
+ private:
+  std::array<Sample, kSamples> samples_{};
+  std::size_t next_ = 0, count_ = 0;
+  Time last_ = kNever;
+};
+
+}  // namespace knuckle::app

@@ -1,0 +1,40 @@
+// The picture of the machine on the Operate screen: fed from the view, turned by the mouse; in the side view the mouse
+// pulls the tip.
+#pragma once
+
+#include "app/console/console_view.h"
+#include "app/console/hand_input.h"
+#include "app/window/area.h"
+#include "app/window/live_scene.h"
+#include "app/window/machine_view.h"
+#include "machine/kinematics.h"
+
+namespace knuckle::app {
+
+class MachinePanel {
+ public:
+  /// @throws InputError as MachineView does.
+  explicit MachinePanel(const MachineDescription& machine);
+
+  /// The world of the simulated session on screen.
+  void begin(const sim::WorldDescription& world) { scene_.begin(world); }
+  void watch(const ConsoleView& view);
+  /// Takes the mouse in, while ImGui's frame is open. @param picture where the picture lies; screen pixels.
+  void take_mouse(const Area& picture, bool side_view, const ConsoleView& view);
+  /// Into the bound framebuffer.
+  void draw(const Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view);
+  /// The tip pulled by the mouse; nothing is held where it is not.
+  [[nodiscard]] const HandInput& pulled() const noexcept { return pulled_; }
+
+ private:
+  [[nodiscard]] Viewport viewport(const Area& picture) const;
+
+  Kinematics kinematics_;
+  MachineView view_;
+  Camera side_, orbit_;
+  LiveScene scene_;
+  HandInput pulled_;
+  Time contact_since_ = kNever;
+};
+
+}  // namespace knuckle::app

@@ -1,0 +1,31 @@
+#include "app/window/payload_total.h"
+
+#include <algorithm>
+
+namespace knuckle::app {
+namespace {
+constexpr Duration kDwell = 1s;  // an estimate that jumps for a moment is no load
+}
+
+void PayloadTotal::clear() {
+  *this = PayloadTotal(least_kg_);
+}
+
+void PayloadTotal::watch(const SlaveMessage& machine, Time now) {
+  const double heavy_kg = std::max(least_kg_, 2 * machine.payload_sigma_kg);
+  const bool heavy = machine.payload_kg > heavy_kg, light = machine.payload_kg < heavy_kg / 2;
+  if (carrying_ ? !light : !heavy) since_ = now;
+  if (heavy && (load_sigma_kg_ == 0 || machine.payload_sigma_kg <= load_sigma_kg_)) {
+    load_kg_ = machine.payload_kg;  // what was known best while it hung there
+    load_sigma_kg_ = machine.payload_sigma_kg;
+  }
+  if (now - since_ < kDwell) return;
+  since_ = now;
+  carrying_ = !carrying_;
+  if (carrying_) return;
+  total_kg_ += load_kg_;
+  ++loads_;
+  load_kg_ = load_sigma_kg_ = 0;
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,124 @@
+#include <algorithm>
+#include <array>
+
+#include "app/window/screens.h"
+#include "core/error.h"
+
+namespace knuckle::app {
+namespace {
+
+constexpr std::array<const char*, 3> kFilterWords{"All", "Warnings", "Alarms"};
+
+Icon severity_icon(Severity severity) {
+  return severity == Severity::kInfo ? Icon::kCircle : severity == Severity::kWarning ? Icon::kWarning : Icon::kStop;
+}
+
+ImU32 severity_colour(const Theme& t, Severity severity) {
+  return severity == Severity::kInfo      ? t.colours.accent
+         : severity == Severity::kWarning ? t.colours.notice
+                                          : t.colours.bad;
+}
+
+void tools(const Ui& ui, const ConsoleData& data, UiState& state, Area row) {
+  const Theme& t = ui.theme;
+  for (int i = 0; i < 3; ++i) {
+    const Area place = row.cut_left(t.px(i == 0 ? 56.F : 104.F), t.unit(0.5F));
+    if (button(ui, place, Icon::kNone, kFilterWords[static_cast<std::size_t>(i)], state.events.least_severity == i))
+      state.events.least_severity = i;
+  }
+  const Area out = row.cut_right(t.px(130), t.unit());
+  if (button(ui, out, Icon::kNone, "Export CSV")) {
+    try {
+      data.events.export_csv(state.export_path);
+      state.export_result = "written: " + state.export_path;
+    } catch (const InputError& error) {
+      state.export_result = error.what();
+    }
+  }
+  const Area all = row.cut_right(t.px(168), t.unit());
+  if (button(ui, all, Icon::kCheck, "Acknowledge all", false, data.events.open(Severity::kWarning) > 0))
+    data.events.acknowledge_all();
+  row.cut_left(t.unit(0.5F));
+  ImGui::SetCursorScreenPos(row.min);
+  ImGui::SetNextItemWidth(row.width());
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {t.unit(), (row.height() - ImGui::GetFontSize()) / 2});
+  // Blanks are left out: that key is Stop, also here.
+  ImGui::InputTextWithHint("##filter", "filter", state.events.text.data(), state.events.text.size(),
+                           ImGuiInputTextFlags_CharsNoBlank);
+  ImGui::PopStyleVar();
+}
+
+void event_row(const Ui& ui, const ConsoleData& data, const EventRow& row) {
+  const Theme& t = ui.theme;
+  const ImU32 colour = severity_colour(t, row.severity);
+  const float height = t.px(40);  // room for two small lines
+  ImGui::TableNextRow(0, height);
+  ImGui::TableNextColumn();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float y = at.y + height / 2 - t.px(4);
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  draw_icon(list, severity_icon(row.severity), {at.x + t.px(10), y}, t.px(17), ink(colour));
+  put_text(t.fonts.small, colour, {at.x + t.px(26), y}, Align::kLeft, name(row.severity));
+  ImGui::TableNextColumn();
+  const ImVec2 when = ImGui::GetCursorScreenPos();
+  put_text(t.fonts.mono_small, t.colours.text, {when.x, y}, Align::kLeft, shown("%.3f", to_seconds(row.at)).c_str());
+  ImGui::TableNextColumn();
+  put_text(t.fonts.mono_small, t.colours.muted, {ImGui::GetCursorScreenPos().x, y}, Align::kLeft, row.code.c_str());
+  ImGui::TableNextColumn();
+  const ImVec2 words = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x;
+  const ImFont* font = t.fonts.small;
+  const float tall = std::min(t.px(34), font->CalcTextSizeA(font->FontSize, 1e9F, width, row.text.c_str()).y);
+  if (text_width(t.fonts.body, row.text.c_str()) <= width)
+    put_text(t.fonts.body, t.colours.text, {words.x, y}, Align::kLeft, row.text.c_str());
+  else
+    put_lines(font, t.colours.text, {{words.x, y - tall / 2}, {words.x + width, y + t.px(19)}}, row.text.c_str());
+  ImGui::TableNextColumn();
+  if (row.severity == Severity::kInfo) return;
+  const ImVec2 place = ImGui::GetCursorScreenPos();
+  if (row.acknowledged)
+    put_text(t.fonts.small, t.colours.muted, {place.x + t.px(4), y}, Align::kLeft, "seen");
+  else if (button(ui, {{place.x, y - t.px(13)}, {place.x + t.px(64), y + t.px(13)}}, Icon::kNone,
+                  shown("Ack##%llu", static_cast<unsigned long long>(row.number)).c_str()))
+    data.events.acknowledge(row.number);
+}
+
+}  // namespace
+
+void events_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area) {
+  const Theme& t = ui.theme;
+  const Card card(ui, "EVENTS", area);
+  Area rest = card.inside();
+  tools(ui, data, state, rest.cut_top(t.px(34), t.unit()));
+  const Area foot = rest.cut_bottom(t.px(22), t.unit(0.5F));
+  EventFilter filter;
+  filter.least = static_cast<Severity>(state.events.least_severity);
+  filter.text = state.events.text.data();
+  const std::vector<const EventRow*> rows = data.events.matching(filter);
+  put_fitted(t.fonts.small, t.colours.muted, foot,
+             state.export_result.empty()
+                 ? shown("%zu shown, %zu in all", rows.size(), data.events.rows().size()).c_str()
+                 : state.export_result.c_str());
+  ImGui::SetCursorScreenPos(rest.min);
+  constexpr ImGuiTableFlags kFlags =
+      ImGuiTableFlags_ScrollY | ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_NoSavedSettings;
+  if (!ImGui::BeginTable("events", 5, kFlags, rest.size())) return;
+  ImGui::TableSetupScrollFreeze(0, 1);
+  ImGui::TableSetupColumn("Severity", ImGuiTableColumnFlags_WidthFixed, t.px(92));
+  ImGui::TableSetupColumn("Time, s", ImGuiTableColumnFlags_WidthFixed, t.px(84));
+  ImGui::TableSetupColumn("Code", ImGuiTableColumnFlags_WidthFixed, t.px(150));
+  ImGui::TableSetupColumn("What", ImGuiTableColumnFlags_WidthStretch);
+  ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, t.px(68));
+  ImGui::PushFont(t.fonts.small);
+  ImGui::TableHeadersRow();
+  ImGui::PopFont();
+  // Newest first; only those in sight are drawn.
+  ImGuiListClipper clipper;
+  clipper.Begin(static_cast<int>(rows.size()));
+  while (clipper.Step())
+    for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i)
+      event_row(ui, data, *rows[rows.size() - 1 - static_cast<std::size_t>(i)]);
+  ImGui::EndTable();
+}
+
+}  // namespace knuckle::app

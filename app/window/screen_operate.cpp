@@ -1,0 +1,231 @@
+#include <array>
+#include <cmath>
+
+#include "app/window/picture_colours.h"
+#include "app/window/screens.h"
+
+namespace knuckle::app {
+namespace {
+
+ImDrawList& canvas() {
+  return *ImGui::GetWindowDrawList();
+}
+
+/// Standard deviation along the force itself.
+double sigma_along(const SlaveMessage& m) {
+  const double norm = m.tip_force_N.norm();
+  const auto& [xx, xz, zz] = m.covariance_N2;
+  if (norm < 1) return std::sqrt(std::max(0.0, 0.5 * (xx + zz)));
+  const PlanarVector u = m.tip_force_N / norm;
+  return std::sqrt(std::max(0.0, u.x() * u.x() * xx + 2 * u.x() * u.y() * xz + u.y() * u.y() * zz));
+}
+
+/// Compass of the arm's plane, machine on the left: the force's direction, not its size.
+void direction_dial(const Ui& ui, const Area& area, const SlaveMessage& m, bool known) {
+  const Theme& t = ui.theme;
+  const ImVec2 c = area.centre();
+  const float r = std::min(area.width(), area.height()) / 2 - t.px(2);
+  canvas().AddCircle(c, r, ink(t.colours.border), 48, t.px(1.5F));
+  for (int i = 0; i < 8; ++i) {
+    const float a = static_cast<float>(i) * 0.7853982F, inner = r - t.px(i % 2 == 0 ? 7.F : 4.F);
+    canvas().AddLine({c.x + inner * std::cos(a), c.y + inner * std::sin(a)},
+                     {c.x + r * std::cos(a), c.y + r * std::sin(a)}, ink(t.colours.border), t.px(1.5F));
+  }
+  if (!known) return put_text(t.fonts.mono, t.colours.muted, c, Align::kCentre, "-");
+  const PlanarVector u = m.tip_force_N.normalized();
+  const ImVec2 d{static_cast<float>(u.x()), static_cast<float>(-u.y())}, n{-d.y, d.x};
+  const auto at = [&](float along, float across) {
+    return ImVec2{c.x + d.x * along * r + n.x * across * r, c.y + d.y * along * r + n.y * across * r};
+  };
+  const ImU32 colour = ink(t.colours.force);
+  canvas().AddLine(at(-0.7F, 0), at(0.4F, 0), colour, t.px(4));
+  canvas().AddTriangleFilled(at(0.78F, 0), at(0.3F, -0.28F), at(0.3F, 0.28F), colour);
+}
+
+void force_card(const Ui& ui, const ConsoleData& data, const Area& area) {
+  const Theme& t = ui.theme;
+  const SlaveMessage& m = data.view.machine;
+  const Card card(ui, "FORCE ON THE BUCKET TIP", area, machine_freshness(data.view));
+  Area rest = card.inside();
+  const double force_N = m.tip_force_N.norm(), sigma_N = sigma_along(m);
+  Area top = rest.cut_top(t.px(84), t.unit());
+  direction_dial(ui, top.cut_right(t.px(84), t.unit()), m, force_N > 2 * sigma_N && force_N > 1);
+  const Quantity q = Quantity::kForce;
+  value_large(ui, top, "Estimated", ui.units.number(q, force_N).c_str(), ui.units.unit(q));
+  put_text(t.fonts.mono_small, t.colours.muted, {top.min.x, top.max.y - t.px(10)}, Align::kLeft,
+           shown("\xC2\xB1 %s", ui.units.text(q, sigma_N).c_str()).c_str());
+  lamp(ui, rest.cut_top(t.px(24), t.unit(0.5F)), m.contact ? "In contact" : "No contact", m.contact, t.colours.force);
+  value_row(ui, rest.cut_top(t.px(24)), "Forward", ui.units.number(q, m.tip_force_N.x()).c_str(), ui.units.unit(q));
+  value_row(ui, rest.cut_top(t.px(24)), "Up", ui.units.number(q, m.tip_force_N.y()).c_str(), ui.units.unit(q));
+  value_row(ui, rest.cut_top(t.px(24), t.unit(0.5F)), "Felt in the hand",
+            ui.units.number(Quantity::kHandForce, data.view.hand.sent_force_N.norm()).c_str(),
+            ui.units.unit(Quantity::kHandForce));
+  const auto confidence = static_cast<float>(m.confidence);
+  const char* word = confidence > 0.75F ? "good" : confidence > 0.4F ? "fair" : "poor";
+  const ImU32 colour = confidence > 0.75F ? t.colours.good : confidence > 0.4F ? t.colours.notice : t.colours.bad;
+  value_row(ui, rest.cut_top(t.px(24)), "Confidence", shown("%.0f", m.confidence * 100).c_str(), "%");
+  bar(ui, rest.cut_top(t.px(10), t.unit(0.75F)), 0, confidence, colour);
+  put_lines(t.fonts.small, t.colours.muted, rest,
+            (std::string(word) + ": " + confidence_words(data.view, data.facts.machine)).c_str());
+}
+
+void payload_card(const Ui& ui, const ConsoleData& data, const Area& area) {
+  const Theme& t = ui.theme;
+  const SlaveMessage& m = data.view.machine;
+  const Card card(ui, "PAYLOAD", area, machine_freshness(data.view));
+  Area rest = card.inside();
+  const Quantity q = Quantity::kMass;
+  const Area line = rest.cut_top(t.px(40), t.unit(0.5F));
+  const Shown number = ui.units.number(q, m.payload_kg);
+  put_text(t.fonts.mono_display, t.colours.text, {line.min.x, line.centre().y}, Align::kLeft, number.c_str());
+  const float x = line.min.x + text_width(t.fonts.mono_display, number.c_str()) + t.unit();
+  put_text(t.fonts.body, t.colours.muted, {x, line.centre().y + t.px(4)}, Align::kLeft, ui.units.unit(q));
+  put_text(t.fonts.mono_small, t.colours.muted, {line.max.x, line.centre().y + t.px(4)}, Align::kRight,
+           shown("\xC2\xB1 %s", ui.units.text(q, m.payload_sigma_kg).c_str()).c_str());
+  const float full = static_cast<float>(data.facts.machine.payload_full_scale_kg);
+  bar(ui, rest.cut_top(t.px(10), t.unit(0.75F)), 0, static_cast<float>(m.payload_kg) / std::max(full, 1.F),
+      t.colours.accent);
+  value_row(ui, rest.cut_top(t.px(24)), shown("Carried, %d loads", data.payload.loads()).c_str(),
+            ui.units.number(q, data.payload.total_kg()).c_str(), ui.units.unit(q));
+}
+
+void limits_card(const Ui& ui, const ConsoleData& data, const Area& area) {
+  const Theme& t = ui.theme;
+  const Card card(ui, "LIMITS BEING HIT", area, machine_freshness(data.view));
+  if (limit_chips(ui, data.view.machine.limits, card.inside())) return;
+  const ImVec2 at{card.inside().min.x, card.inside().min.y + t.px(13)};
+  draw_icon(canvas(), Icon::kCheck, {at.x + t.px(9), at.y}, t.px(16), ink(t.colours.good));
+  put_text(t.fonts.body, t.colours.muted, {at.x + t.px(26), at.y}, Align::kLeft, "none");
+}
+
+void pressure_bar(const Ui& ui, const ConsoleData& data, std::size_t chamber, Area area) {
+  const Theme& t = ui.theme;
+  const HydraulicsDescription& h = data.facts.machine.hydraulics;
+  const double pressure = data.view.machine.pressure_Pa[chamber];
+  const double full = 1.1 * std::max(h.port_relief_Pa, h.main_relief_Pa);
+  const Area words = area.cut_bottom(t.px(20));
+  const Area number = area.cut_bottom(t.px(20));
+  put_text(t.fonts.small, t.colours.muted, words.centre(), Align::kCentre, chamber % 2 == 0 ? "A" : "B");
+  put_text(t.fonts.mono_small, t.colours.text, number.centre(), Align::kCentre,
+           ui.units.number(Quantity::kPressure, pressure).c_str());
+  const Area tube = area.inset((area.width() - t.px(22)) / 2, 0);
+  canvas().AddRectFilled(tube.min, tube.max, ink(t.colours.raised), t.px(4));
+  const auto y_of = [&](double pa) {
+    return tube.max.y - tube.height() * static_cast<float>(std::clamp(pa / full, 0.0, 1.0));
+  };
+  const bool high = pressure > data.facts.machine.limits.chamber_pressure_Pa;
+  const ImU32 colour = high ? t.colours.bad : t.colours.series[chamber / 2];
+  canvas().AddRectFilled({tube.min.x, y_of(pressure)}, tube.max, ink(colour), t.px(4));
+  const auto mark = [&](double pa, ImU32 mark_colour, float overhang) {
+    canvas().AddLine({tube.min.x - overhang, y_of(pa)}, {tube.max.x + overhang, y_of(pa)}, ink(mark_colour), t.px(2));
+  };
+  mark(h.main_relief_Pa, t.colours.text, 0);
+  mark(h.port_relief_Pa, t.colours.bad, t.px(6));
+}
+
+void pressures_card(const Ui& ui, const ConsoleData& data, const Area& area) {
+  const Theme& t = ui.theme;
+  const Card card(ui, shown("CYLINDER PRESSURES, %s", ui.units.unit(Quantity::kPressure)).c_str(), area,
+                  machine_freshness(data.view));
+  Area rest = card.inside();
+  Area legend = rest.cut_bottom(t.px(20));
+  const auto key = [&](ImU32 colour, const char* word) {
+    canvas().AddLine({legend.min.x, legend.centre().y}, {legend.min.x + t.px(16), legend.centre().y}, ink(colour),
+                     t.px(2));
+    put_text(t.fonts.small, t.colours.muted, {legend.min.x + t.px(22), legend.centre().y}, Align::kLeft, word);
+    legend.cut_left(t.px(34) + text_width(t.fonts.small, word));
+  };
+  key(t.colours.text, "main relief");
+  key(t.colours.bad, "port relief");
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    Area axis = rest.column(static_cast<int>(j), kJoints, t.unit());
+    const Area name = axis.cut_bottom(t.px(20));
+    put_text(t.fonts.small, t.colours.text, name.centre(), Align::kCentre, kJointNames[j]);
+    const float spare = std::max(0.F, axis.width() - t.px(120)) / 2;
+    axis = axis.inset(spare, 0);
+    for (std::size_t side = 0; side < 2; ++side)
+      pressure_bar(ui, data, 2 * j + side, axis.column(static_cast<int>(side), 2, t.px(2)));
+  }
+}
+
+void scale_slider(const Ui& ui, Area& rest, const char* label, const char* id, float& value, float low, float high,
+                  const char* format, bool locked) {
+  const Theme& t = ui.theme;
+  const Area name = rest.cut_top(t.px(20), t.px(2));
+  put_text(t.fonts.small, t.colours.muted, {name.min.x, name.centre().y}, Align::kLeft, label);
+  if (locked) {
+    put_text(t.fonts.small, t.colours.notice, {name.max.x, name.centre().y}, Align::kRight, "locked");
+    const float x = name.max.x - text_width(t.fonts.small, "locked") - t.px(14);
+    draw_icon(canvas(), Icon::kLock, {x, name.centre().y}, t.px(14), ink(t.colours.notice));
+  }
+  slider(ui, rest.cut_top(t.px(32), t.unit(0.5F)), id, value, low, high, format, locked, true);
+}
+
+void scales_card(const Ui& ui, const ConsoleData& data, UiState& state, const Area& area) {
+  const Theme& t = ui.theme;
+  const Card card(ui, "SCALES AND ASSIST", area);
+  Area rest = card.inside();
+  const bool locked = led(data.view.machine.mode);
+  constexpr float kLeastRatio = 500, kMostRatio = 8000;  // of forces, machine to hand
+  constexpr float kLeastLimit_N = 300, kMostLimit_N = 5000;
+  if (!state.scales_chosen) {
+    state.position_scale = static_cast<float>(data.facts.device.feel.position_scale);
+    state.force_scale = static_cast<float>(1 / data.facts.device.feel.force_scale);
+  }
+  const float position = state.position_scale, force = state.force_scale;
+  scale_slider(ui, rest, "Position, machine per hand", "##position", state.position_scale, 2, 20, "%.1f : 1", locked);
+  scale_slider(ui, rest, "Force, machine per hand", "##force", state.force_scale, kLeastRatio, kMostRatio, "%.0f : 1",
+               locked);
+  if (position != state.position_scale || force != state.force_scale) state.scales_chosen = true;
+  Area limit = rest.cut_top(t.px(32), t.unit(0.5F));
+  bool on = state.assist.force_limit_N > 0;
+  toggle(ui, limit.cut_left(t.px(126), t.unit()), "Force limit", on);
+  // The slider speaks the person's unit, the state newtons.
+  const auto per_N = static_cast<float>(ui.units.convert(Quantity::kForce, 1));
+  float limit_shown = state.assist_limit_N * per_N;
+  if (slider(ui, limit, "##limit", limit_shown, kLeastLimit_N * per_N, kMostLimit_N * per_N,
+             shown("%%.0f %s", ui.units.unit(Quantity::kForce)).c_str(), !on))
+    state.assist_limit_N = limit_shown / per_N;
+  state.assist.force_limit_N = on ? static_cast<double>(state.assist_limit_N) : 0;
+  toggle(ui, rest.cut_top(t.px(30)), "Stop on buried object", state.assist.stop_on_object);
+}
+
+/// Frame around the picture, its title, and what its colours mean.
+Area picture_area(const Ui& ui, const ConsoleData& data, const UiState& state, const Area& area) {
+  const Theme& t = ui.theme;
+  const float y = area.max.y - t.px(18);
+  float x = area.min.x + t.unit(1.5F);
+  const auto key = [&](ImU32 colour, const char* word) {
+    canvas().AddCircleFilled({x + t.px(5), y}, t.px(5), colour);
+    put_text(t.fonts.small, t.colours.text, {x + t.px(16), y}, Align::kLeft, word);
+    x += t.px(32) + text_width(t.fonts.small, word);
+  };
+  const Shown title = shown("%s  %s", data.facts.machine.name.c_str(), state.side_view ? "side view" : "orbit");
+  put_text(t.fonts.small, t.colours.muted, {area.min.x + t.unit(1.5F), area.min.y + t.px(18)}, Align::kLeft,
+           title.c_str());
+  put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(1.5F), area.min.y + t.px(18)}, Align::kRight,
+           "V: view");
+  const PictureColours colours = t.light ? light_picture_colours() : dark_picture_colours();
+  const auto packed = [](const Rgb& c) { return ImGui::ColorConvertFloat4ToU32({c.x(), c.y(), c.z(), 1}); };
+  key(packed(colours.commanded), "told to be");
+  key(packed(colours.hand), "hand");
+  key(packed(colours.force), "force");
+  return area;
+}
+
+}  // namespace
+
+Area operate_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area) {
+  const Theme& t = ui.theme;
+  const float gap = t.px(10);
+  Area right = area.cut_right(t.px(300), gap);
+  force_card(ui, data, right.cut_top(t.px(330), gap));
+  payload_card(ui, data, right.cut_top(t.px(134), gap));
+  limits_card(ui, data, right);
+  Area bottom = area.cut_bottom(t.px(228), gap);
+  scales_card(ui, data, state, bottom.cut_right(t.px(286), gap));
+  pressures_card(ui, data, bottom);
+  return picture_area(ui, data, state, area);
+}
+
+}  // namespace knuckle::app

@@ -1,0 +1,33 @@
+// The screens: free functions from the newest view to widgets; what the person changes goes into the state.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/window/console_data.h"
+#include "app/window/ui_state.h"
+
+namespace knuckle::app {
+
+/// @return where the machine's picture goes.
+[[nodiscard]] Area operate_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
+void link_screen(const Ui& ui, const ConsoleData& data, Area area);
+void real_time_screen(const Ui& ui, const ConsoleData& data, Area area);
+void hydraulics_screen(const Ui& ui, const ConsoleData& data, Area area);
+void events_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
+void calibrate_screen(const Ui& ui, const Area& area);
+
+/// Opens the one window of ImGui's, without a frame of its own and as large as ours; ImGui::End() closes it.
+void open_canvas();
+/// Everything on screen for one frame, into the open canvas. @return where the
+/// machine's picture goes, on the screen that has one.
+std::optional<Area> draw_console(const Ui& ui, const ConsoleData& data, UiState& state);
+
+/// Words for what is limited now, such as "pump flow"; nullptr behind the last.
+[[nodiscard]] const char* limit_word(unsigned bit) noexcept;
+/// Chips for all limits being hit, in rows. @return false where nothing is limited.
+bool limit_chips(const Ui& ui, std::uint16_t limits, const Area& area);
+/// Why the force is known no better, in a few words, from what the view itself shows.
+[[nodiscard]] std::string confidence_words(const ConsoleView& view, const MachineDescription& machine);
+
+}  // namespace knuckle::app
