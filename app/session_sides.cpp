@@ -22,7 +22,8 @@ MachineSide::MachineSide(const MachineDescription& description, const sim::Machi
     : slave_period(period_of(description)),
       bus(kPorts, description.bus.bit_rate),
       nodes_end(bus.port(kMachinePort)),
-      slave(description, bus.port(kControllerPort), link),
+      metered(bus.port(kControllerPort), description.bus.bit_rate),
+      slave(description, metered, link),
       machine(truth, scenario.world, scenario.start_rad, nodes_end, seed) {}
 
 }  // namespace knuckle::app

@@ -14,9 +14,9 @@
 #include "sim/simulated_machine.h"
 #include "sim/truth.h"
 #include "slave/slave_loop.h"
-#include "transport/can_bus.h"
 #include "transport/hid_pair.h"
 #include "transport/link.h"
+#include "transport/metered_can.h"
 #include "transport/virtual_can.h"
 
 namespace knuckle::app {
@@ -55,6 +55,7 @@ struct MachineSide {
   Duration slave_period;
   VirtualCanBus bus;
   FaultyPort nodes_end;
+  MeteredCan metered;  ///< The slave's end of it.
   slave::SlaveLoop slave;
   sim::SimulatedMachine machine;
 };

@@ -24,15 +24,17 @@ bool LinkWatch::receive(Datagram& datagram) noexcept {
 LinkWatch::Slice& LinkWatch::slice() noexcept {
   const std::int64_t second = second_of(now_);
   Slice& slice = slices_[static_cast<std::size_t>(second) % kSlices];
-  if (slice.second != second) slice = {second, 0, 0};
+  if (slice.second != second) slice = {.second = second};
   return slice;
 }
 
 void LinkWatch::note(const SlaveMessage& message) noexcept {
   Slice& counts = slice();
   const Duration round_trip = now_ - message.echoed_master_time;
-  if (message.echoed_master_time > Time{} && round_trip >= Duration::zero() && round_trip < kBelieved)
+  if (message.echoed_master_time > Time{} && round_trip >= Duration::zero() && round_trip < kBelieved) {
     round_trip_.add(now_, round_trip);
+    counts.quickest = std::min(counts.quickest, round_trip);
+  }
   ++counts.came;
   if (!newest_ || now_ - newest_at_ >= kRestartSilence) {
     ++counts.sent;
@@ -47,16 +49,27 @@ void LinkWatch::note(const SlaveMessage& message) noexcept {
   newest_at_ = now_;
 }
 
-void LinkWatch::note(const MachineStatus& status, Duration round_trip) noexcept {
-  if (status.acted_report_at == kNever) return;
-  const Duration took = now_ - status.acted_report_at - status.acted_ago - round_trip / 2;
+bool LinkWatch::recent(const Slice& slice) const noexcept {
+  return slice.second >= 0 && slice.second > second_of(now_) - static_cast<std::int64_t>(kSlices);
+}
+
+Duration LinkWatch::quickest() const noexcept {
+  Duration quickest = Duration::max();
+  for (const Slice& slice : slices_)
+    if (recent(slice)) quickest = std::min(quickest, slice.quickest);
+  return quickest;
+}
+
+void LinkWatch::note(const MachineStatus& status) noexcept {
+  if (status.acted_report_at == kNever || quickest() == Duration::max()) return;
+  const Duration took = now_ - status.acted_report_at - status.acted_ago - quickest() / 2;
   if (took >= Duration::zero() && took < kBelieved) hand_to_valve_.add(now_, took);
 }
 
 double LinkWatch::loss() const noexcept {
   std::uint64_t sent = 0, came = 0;
   for (const Slice& slice : slices_) {
-    if (slice.second <= second_of(now_) - static_cast<std::int64_t>(kSlices) || slice.second < 0) continue;
+    if (!recent(slice)) continue;
     sent += slice.sent;
     came += slice.came;
   }

@@ -26,8 +26,8 @@ class LinkWatch final : public Link {
   void stamp(Time now) noexcept { now_ = now; }
   bool send(std::span<const std::uint8_t> bytes) noexcept override { return link_.send(bytes); }
   bool receive(Datagram& datagram) noexcept override;
-  /// For every new status. @param round_trip to be shared with the way there.
-  void note(const MachineStatus& status, Duration round_trip) noexcept;
+  /// For every new status. Its own way back, which nobody measures, is taken for half of the quickest round trip.
+  void note(const MachineStatus& status) noexcept;
 
   // Of the last 10 s; a few thousand additions each: not for every step.
   [[nodiscard]] Histogram round_trip() const noexcept { return round_trip_.recent(now_); }
@@ -41,9 +41,12 @@ class LinkWatch final : public Link {
   struct Slice {
     std::int64_t second = -1;
     std::uint64_t sent = 0, came = 0;
+    Duration quickest = Duration::max();  // round trip
   };
   void note(const SlaveMessage& message) noexcept;
   [[nodiscard]] Slice& slice() noexcept;
+  [[nodiscard]] bool recent(const Slice& slice) const noexcept;
+  [[nodiscard]] Duration quickest() const noexcept;
 
   Link& link_;
   Duration period_;

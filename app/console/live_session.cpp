@@ -21,7 +21,9 @@ StationSetup station_setup(const SessionSetup& setup) {
 LiveSession::LiveSession(const SessionSetup& setup, Led led, HidPort* device)
     : network_(setup.to_machine, setup.to_operator, setup.seed),
       station_(station_setup(setup), network_.a(), led == Led::kByPerson ? device : nullptr),
-      far_(setup.machine, setup.truth, setup.scenario, setup.seed, network_.b()) {
+      far_(setup.machine, setup.truth, setup.scenario, setup.seed, network_.b()),
+      machine_(setup.machine),
+      reporter_(machine_, far_.metered, network_.b()) {
   station_.set_assist(setup.scenario.assist);
   if (led == Led::kByPerson) return;
   scripted_.emplace(setup.machine, setup.scenario.phases, setup.path, kPathPeriod, setup.scenario.hand_rad,
@@ -37,7 +39,10 @@ void LiveSession::step(const HandInput& held) noexcept {
     station_.step(now_, held);
   }
   far_.bus.advance(now_);
-  if (far_.slave_due(now_)) far_.slave.step(now_);
+  if (far_.slave_due(now_)) {
+    far_.slave.step(now_);
+    reporter_.step(now_, far_.slave);
+  }
   far_.machine.step(now_);
   count_breaks();
 }

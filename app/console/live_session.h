@@ -11,7 +11,9 @@
 #include "app/session.h"
 #include "app/session_sides.h"
 #include "core/time.h"
+#include "machine/description.h"
 #include "sim/operator.h"
+#include "slave/status_reporter.h"
 #include "transport/hid_port.h"
 #include "transport/impaired_link.h"
 #include "transport/virtual_can.h"
@@ -51,6 +53,8 @@ class LiveSession {
   ImpairedLink network_;
   OperatorStation station_;
   MachineSide far_;
+  MachineDescription machine_;
+  slave::StatusReporter reporter_;
   std::optional<sim::Operator> scripted_;
   std::uint64_t events_read_ = 0;
   int breaks_ = 0;

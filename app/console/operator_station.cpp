@@ -42,7 +42,7 @@ void OperatorStation::step_master(Time now) noexcept {
   const auto& status = status_.status();
   if (!status || status->sequence == status_seen_) return;
   status_seen_ = status->sequence;
-  watch_.note(*status, from_seconds(master_.round_trip_s()));
+  watch_.note(*status);
 }
 
 ScalesAnswer OperatorStation::set_scales(double position_scale, double force_scale) noexcept {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "app/session.h"
 #include "tests/console_loops/console_rig.h"
@@ -297,6 +298,22 @@ TEST(ConsoleStep, AllocatesNothingWhateverThePersonDoes) {
     allocated += scope.allocations();
   }
   EXPECT_EQ(allocated, 0u);
+}
+
+TEST(ConsoleView, ShowsWhatTheMachineTellsOfItselfAndHowLongTheHandTakesToTheValves) {
+  ConsoleRig rig;
+  lead(rig);
+  EXPECT_TRUE(rig.view.status_heard);
+  EXPECT_LT(rig.view.status_age_s, 0.1);
+  EXPECT_TRUE(rig.view.status.pilot_on);
+  EXPECT_GT(std::abs(rig.view.status.valve_command[kBoom]), 0.05);
+  EXPECT_GT(rig.view.status.bus_load, 0.05);
+  const Histogram& hand_to_valve = rig.view.link.hand_to_valve;
+  ASSERT_GT(hand_to_valve.count(), 5u);
+  const double link_s = 1e-3 * rig.setup.scenario.delay_ms;
+  EXPECT_GE(to_seconds(hand_to_valve.quantile(0.5)), link_s);
+  EXPECT_LT(to_seconds(hand_to_valve.quantile(0.5)), link_s + 0.030);
+  EXPECT_EQ(rig.view.link.loss, 0);
 }
 
 TEST(ConsoleEnd, LetsGoOfMachineAndHand) {
