@@ -10,14 +10,13 @@
 #include "app/loop_views.h"
 #include "app/operator_path.h"
 #include "app/session_books.h"
+#include "app/threaded_machine.h"
 #include "core/error.h"
 #include "core/mailbox.h"
 #include "core/realtime_thread.h"
-#include "sim/simulated_machine.h"
 #include "transport/canopen.h"
 #include "transport/thread_wires.h"
 #include "transport/udp_link.h"
-#include "transport/virtual_can.h"
 
 namespace knuckle::app {
 namespace {
@@ -25,9 +24,8 @@ namespace {
 constexpr Duration kTick = 1ms;
 constexpr double kTail_s = 0.5;   // recorded after the operator has finished
 constexpr double kGrace_s = 1.0;  // until all threads have ended, at most
-constexpr std::size_t kControllerPort = 0, kMachinePort = 1;
 // The slave first, because it decides what the valves do; what only plays the world comes last.
-constexpr int kSlavePriority = 80, kMasterPriority = 75, kMachinePriority = 70, kHandPriority = 65;
+constexpr int kSlavePriority = 80, kMasterPriority = 75, kHandPriority = 65;
 
 /// Largest of the last values.
 class RecentPeak {
@@ -78,7 +76,7 @@ class Loops {
   const SessionSetup& setup_;
   // wires and what crosses threads
   ThreadHid cable_;
-  ThreadCan can_;
+  ThreadedMachine machine_;
   Mailbox<MasterView> master_to_hand_, master_to_record_;
   Mailbox<HandView> hand_to_record_;
   Mailbox<sim::PlantState> plant_to_record_;
@@ -103,28 +101,25 @@ class Loops {
   FaultWatch faults_;
   SessionRecord record_;
   // machine
-  VirtualCanBus bus_;
-  sim::SimulatedMachine machine_;
   MachineBook machine_book_;
 };
 
 Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end)
     : setup_(setup),
+      machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, setup.seed),
       person_(setup.machine, setup.scenario.phases, setup.path, kPathPeriod, setup.scenario.hand_rad,
               setup.scenario.reaction, press_stiffness_N_per_m(setup)),
       hand_(setup.device, setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
       master_(setup.device, setup.machine, cable_.host(), operator_end, setup.law),
       master_book_(most_rows(setup)),
-      slave_(setup.machine, can_.controller(), machine_end),
+      slave_(setup.machine, machine_.controller(), machine_end),
       kinematics_(setup.machine),
       slave_book_(most_rows(setup)),
       record_(start_record(setup)),
-      bus_(2, setup.machine.bus.bit_rate),
-      machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, bus_.port(kMachinePort), setup.seed),
       machine_book_(most_frames(setup.machine.bus, setup.scenario.duration_s + kGrace_s)) {
   master_.set_assist(setup.scenario.assist);
   seen_.machine_rad = master_seen_.machine_rad = setup.scenario.start_rad;
-  bus_.set_tap(
+  machine_.set_tap(
       {[](void* book, Time at, const CanFrame& f) { static_cast<MachineBook*>(book)->note(at, f); }, &machine_book_});
 }
 
@@ -159,12 +154,8 @@ void Loops::step_slave(Time now) noexcept {
 }
 
 void Loops::step_machine(Time now) noexcept {
-  can_.exchange(bus_.port(kControllerPort));
-  bus_.advance(now);
-  can_.exchange(bus_.port(kControllerPort));
-  // The plant moves in whole milliseconds; a period that was skipped is made up for in one longer step.
-  machine_.step(Time(now.time_since_epoch() / kTick * kTick));
-  const sim::PlantState& plant = machine_.plant().state();
+  machine_.step(now);
+  const sim::PlantState& plant = machine_.plant();
   machine_book_.note(plant.events);
   breaks_ = machine_book_.breaks;
   plant_to_record_.put(plant);
@@ -212,8 +203,9 @@ SessionOutcome run_realtime(const SessionSetup& setup, const std::function<void(
   const RealtimeClock clock;
   {
     const Duration slave_period = from_seconds(1 / setup.machine.bus.sync_Hz);
-    RealtimeThread machine({.name = "machine", .period = kTick, .fifo_priority = kMachinePriority}, clock,
-                           [&loops](Time now) { loops.step_machine(now); });
+    RealtimeThread machine(
+        {.name = "machine", .period = ThreadedMachine::kTick, .fifo_priority = ThreadedMachine::kPriority}, clock,
+        [&loops](Time now) { loops.step_machine(now); });
     RealtimeThread slave(
         {.name = "slave", .period = slave_period, .fifo_priority = kSlavePriority, .lock_memory = true}, clock,
         [&loops](Time now) { loops.step_slave(now); });

@@ -13,6 +13,7 @@
 #include <iterator>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace knuckle::test {
@@ -31,18 +32,18 @@ inline std::string slurp(const std::string& file) {
 
 }  // namespace program_detail
 
-/// @param interrupt_after if not zero, sends SIGINT after so long.
-inline ProgramRun run_program(const std::string& program, std::vector<std::string> arguments,
-                              std::chrono::milliseconds interrupt_after = {}) {
-  std::string folder = "/tmp/knuckle_run_XXXXXX";
-  if (mkdtemp(folder.data()) == nullptr) return {};
-  const std::string out = folder + "/out", err = folder + "/err";
-  arguments.insert(arguments.begin(), program);
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  const pid_t child = fork();
-  if (child == 0) {
+/// A program that runs while the test goes on. One that is still running at the end is killed.
+class RunningProgram {
+ public:
+  RunningProgram(const std::string& program, std::vector<std::string> arguments) {
+    if (mkdtemp(folder_.data()) == nullptr) return;
+    arguments.insert(arguments.begin(), program);
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const std::string out = folder_ + "/out", err = folder_ + "/err";
+    child_ = fork();
+    if (child_ != 0) return;
     const int out_file = open(out.c_str(), O_WRONLY | O_CREAT, 0600),
               err_file = open(err.c_str(), O_WRONLY | O_CREAT, 0600);
     dup2(out_file, STDOUT_FILENO);
@@ -50,17 +51,45 @@ inline ProgramRun run_program(const std::string& program, std::vector<std::strin
     execvp(argv[0], argv.data());
     _exit(127);
   }
+  ~RunningProgram() {
+    signal(SIGKILL);
+    (void)wait();
+  }
+  RunningProgram(const RunningProgram&) = delete;
+  RunningProgram& operator=(const RunningProgram&) = delete;
+
+  void signal(int number) const {
+    if (child_ > 0) kill(child_, number);
+  }
+  /// Until it has ended.
+  ProgramRun wait() {
+    if (child_ <= 0) return {};
+    int status = 0;
+    waitpid(child_, &status, 0);
+    child_ = -1;
+    const std::string out = folder_ + "/out", err = folder_ + "/err";
+    ProgramRun run{WIFEXITED(status) ? WEXITSTATUS(status) : -1, program_detail::slurp(out),
+                   program_detail::slurp(err)};
+    unlink(out.c_str());
+    unlink(err.c_str());
+    rmdir(folder_.c_str());
+    return run;
+  }
+
+ private:
+  std::string folder_ = "/tmp/knuckle_run_XXXXXX";
+  pid_t child_ = -1;
+};
+
+/// @param interrupt_after if not zero, sends SIGINT after so long.
+inline ProgramRun run_program(const std::string& program, std::vector<std::string> arguments,
+                              std::chrono::milliseconds interrupt_after = {}) {
+  RunningProgram running(program, std::move(arguments));
   if (interrupt_after.count() > 0) {
     std::this_thread::sleep_for(interrupt_after);
-    kill(child, SIGINT);
+    running.signal(SIGINT);
   }
-  int status = 0;
-  waitpid(child, &status, 0);
-  ProgramRun run{WIFEXITED(status) ? WEXITSTATUS(status) : -1, program_detail::slurp(out), program_detail::slurp(err)};
-  unlink(out.c_str());
-  unlink(err.c_str());
-  rmdir(folder.c_str());
-  return run;
+  return running.wait();
 }
 
 }  // namespace knuckle::test
