@@ -64,7 +64,7 @@ void ConsoleHost::put(ConsoleInput input) {
 }
 
 const ConsoleView& ConsoleHost::view() noexcept {
-  loop_->take(view_);
+  if (loop_->take(view_)) viewed_at_ = now();
   return view_;
 }
 

@@ -53,6 +53,8 @@ class ConsoleHost {
 
   /// The newest.
   const ConsoleView& view() noexcept;
+  /// Since the loop last gave one, as far as view() has looked: whether it runs at all.
+  [[nodiscard]] double view_age_s() const noexcept { return to_seconds(now() - viewed_at_); }
   bool next(ConsoleEvent& event) noexcept { return loop_->next(event); }
   [[nodiscard]] std::uint64_t events_lost() const noexcept { return loop_->events_lost(); }
   [[nodiscard]] std::uint64_t frames_lost() const noexcept { return loop_->frames_lost(); }
@@ -73,6 +75,7 @@ class ConsoleHost {
   std::unique_ptr<ConsoleLoop> loop_;
   std::uint32_t resets_ = 0;
   ConsoleView view_;
+  Time viewed_at_{};
   Mailbox<LoopHealth> health_box_;
   LoopHealth health_;
   std::unique_ptr<RealtimeThread> thread_;

@@ -86,6 +86,7 @@ HandInput ConsoleLoop::hand() const noexcept {
   if (!held_.fresh || letting_go_ > 0) return {};
   HandInput hand = input_.hand;
   hand.enable = hand.enable && held_.released;
+  if (!hand.rate_radps.allFinite()) hand.rate_radps.setZero();
   return hand;
 }
 

@@ -145,6 +145,66 @@ TEST(ConsoleWindow, ThatStallsHoldsNothingAnyMore) {
   const Time stalled = rig.now;
   rig.run(2);
   expect_neutral_within(rig, stalled, app::kInputAgeLimit + 200ms);
+  rig.loop.take(rig.view);
+  EXPECT_TRUE(rig.view.input.stale);
+  EXPECT_FALSE(rig.view.hand.presence || rig.view.hand.enable);
+}
+
+TEST(ConsoleWindow, ThatStallsLetsNobodyLeadWithAHapticDeviceEither) {
+  const app::SessionSetup setup = live_setup();
+  app::HandSide device(setup.device, setup.limb, 1, setup.scenario.hand_rad);
+  app::PersonHand person(setup.device, setup.machine, setup.limb);
+  app::ConsoleLoop loop(
+      std::make_unique<app::LiveSession>(setup, app::LiveSession::Led::kByPerson, &device.cable.host()));
+  app::ConsoleInput window;
+  app::ConsoleView view;
+  app::HandInput held;
+  Time now{};
+  const auto run = [&](double seconds, bool stalled) {
+    for (const Time until = now + from_seconds(seconds); now < until;) {
+      now += 1ms;
+      loop.take(view);
+      sim::OperatorView seen;
+      seen.machine_rad = view.machine.position_rad;
+      seen.ghost_rad = view.hand.ghost_rad;
+      seen.hand_rad = device.device.truth().joint_rad;
+      seen.mode = view.machine.mode;
+      device.step(now, person.step(now, held, seen, 1));
+      window.at = stalled ? window.at : now;
+      loop.put(window);
+      loop.step(now);
+    }
+  };
+  run(3, false);
+  held.presence = held.enable = true;
+  run(5, false);
+  ASSERT_EQ(view.machine.mode, Mode::kEngaged) << text(view.machine.blocking);
+  run(to_seconds(app::kInputAgeLimit) - 0.05, true);
+  EXPECT_EQ(view.machine.mode, Mode::kEngaged);
+  run(0.3, true);
+  EXPECT_EQ(view.machine.mode, Mode::kReady);
+  EXPECT_TRUE(view.hand.enable);  // the device still says so
+  run(3, false);
+  EXPECT_EQ(view.machine.mode, Mode::kReady);  // it has to be pressed again
+  EXPECT_EQ(view.machine.blocking.code, ReasonCode::kEnableHeld);
+}
+
+TEST(ConsoleWindow, ThatAsksForNoNumberMovesNothing) {
+  ConsoleRig rig;
+  rig.start_up();
+  ASSERT_TRUE(rig.engage());
+  rig.run(1);          // the machine has come to the hand
+  rig.stalled = true;  // its frames are put here
+  const JointVector before = rig.view.truth.joint_rad;
+  for (int i = 0; i < 100; ++i) {
+    rig.input.at = rig.now;
+    rig.input.hand.rate_radps = JointVector(std::nan(""), 0.2, 0.2);
+    rig.loop.put(rig.input);
+    rig.run(0.01);
+  }
+  rig.loop.take(rig.view);
+  EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
+  EXPECT_LT((rig.view.truth.joint_rad - before).cwiseAbs().maxCoeff(), 0.01);
 }
 
 TEST(ConsoleWindow, ThatRunsAgainWithEnableHeldDoesNotResume) {
