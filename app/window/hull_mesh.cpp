@@ -13,22 +13,24 @@ using Eigen::Vector3d;
 constexpr double kTrackRear = -0.52, kTrackFront = 0.10, kTrackInner = 0.095, kTrackOuter = 0.172;
 constexpr double kHouseHalf = 0.165;
 
+void add_wheel(Mesh& mesh, double s, const PlanarVector& at_m, double radius_m) {
+  for (const double side : {-1.0, 1.0})
+    mesh.tube({at_m.x(), side * (kTrackOuter - 0.01) * s, at_m.y()},
+              {at_m.x(), side * (kTrackOuter + 0.01) * s, at_m.y()}, radius_m, Material::kSteel, 20);
+}
+
 void add_tracks(Mesh& mesh, double s, double ground_m, double top_m) {
   const double radius = (top_m - ground_m) / 2, middle = (top_m + ground_m) / 2;
   const PlanarVector rear(kTrackRear * s + radius, middle), front(kTrackFront * s - radius, middle);
-  mesh.extrude_pair(hull_of({{rear, radius}, {front, radius}}), kTrackInner * s, kTrackOuter * s, Material::kRubber);
+  mesh.extrude_pair(hull_of({{rear, radius}, {front, radius}}, 24), kTrackInner * s, kTrackOuter * s,
+                    Material::kRubber);
   // What is seen of the track frame and its wheels from outside.
-  mesh.extrude_pair(hull_of({{rear, 0.62 * radius}, {front, 0.62 * radius}}), (kTrackOuter - 0.01) * s,
+  mesh.extrude_pair(hull_of({{rear, 0.62 * radius}, {front, 0.62 * radius}}, 24), (kTrackOuter - 0.01) * s,
                     (kTrackOuter + 0.004) * s, Material::kTrim);
-  for (const PlanarVector& wheel : {rear, front})
-    mesh.extrude_pair(hull_of({{wheel, 0.5 * radius}}), (kTrackOuter - 0.01) * s, (kTrackOuter + 0.010) * s,
-                      Material::kSteel);
+  for (const PlanarVector& wheel : {rear, front}) add_wheel(mesh, s, wheel, 0.5 * radius);
   constexpr int kRollers = 3;
-  for (int i = 1; i <= kRollers; ++i) {
-    const PlanarVector at = rear + i / (kRollers + 1.0) * (front - rear) - PlanarVector(0, 0.32 * radius);
-    mesh.extrude_pair(hull_of({{at, 0.2 * radius}}), (kTrackOuter - 0.01) * s, (kTrackOuter + 0.010) * s,
-                      Material::kSteel);
-  }
+  for (int i = 1; i <= kRollers; ++i)
+    add_wheel(mesh, s, rear + i / (kRollers + 1.0) * (front - rear) - PlanarVector(0, 0.32 * radius), 0.2 * radius);
   mesh.box({-0.395 * s, -kTrackInner * s, ground_m + 0.035 * s}, {0.0, kTrackInner * s, top_m - 0.012 * s},
            Material::kTrim);
   mesh.tube({-0.21 * s, 0, top_m - 0.02 * s}, {-0.21 * s, 0, top_m + 0.015 * s}, 0.10 * s, Material::kSteel);
@@ -46,7 +48,8 @@ void add_house(Mesh& mesh, double s, double floor_m) {
   mesh.extrude(hull_of({{{-0.43 * s, 0.06 * s}, 0.05 * s},
                         {{-0.44 * s, floor_m + 0.05 * s}, 0.05 * s},
                         {{-0.37 * s, floor_m}, 0},
-                        {{-0.37 * s, 0.11 * s}, 0}}),
+                        {{-0.37 * s, 0.11 * s}, 0}},
+                       24),
                -(kHouseHalf + 0.004) * s, (kHouseHalf + 0.004) * s, Material::kPaint);
   // Tank and hood to the right of the cab.
   mesh.extrude({{-0.37 * s, waist}, {-0.09 * s, waist}, {-0.12 * s, 0.09 * s}, {-0.37 * s, 0.105 * s}}, -kHouseHalf * s,

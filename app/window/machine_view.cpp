@@ -86,6 +86,31 @@ BodyPlaces places(const MachineDescription& machine, const JointVector& joints_r
   return all;
 }
 
+/// While it lives, what is drawn is mixed with what is there and hides nothing that comes after.
+class Blended {
+ public:
+  Blended() {
+    glEnable(GL_BLEND);
+    glDepthMask(GL_FALSE);
+  }
+  Blended(const Blended&) = delete;
+  Blended& operator=(const Blended&) = delete;
+  ~Blended() {
+    glDisable(GL_BLEND);
+    glDepthMask(GL_TRUE);
+  }
+};
+
+/// Draws where the compared bits are those of `value`, or where they are not, and changes the written ones.
+void stencil(GLenum draws_where, GLuint value, GLuint compared, GLenum change, GLuint written) {
+  glStencilFunc(draws_where, static_cast<GLint>(value), compared);
+  glStencilOp(GL_KEEP, GL_KEEP, change);
+  glStencilMask(written);
+}
+void no_stencil() {
+  stencil(GL_ALWAYS, 0, 0, GL_KEEP, 0xFF);
+}
+
 }  // namespace
 
 ForceScale force_scale(const MachineDescription& machine) {
@@ -164,6 +189,7 @@ void MachineView::Parts::clear(const Viewport& v, const PictureColours& colours)
   glEnable(GL_STENCIL_TEST);
   glEnable(GL_CULL_FACE);
   glDisable(GL_BLEND);
+  glEnable(GL_LINE_SMOOTH);
   glDepthFunc(GL_LEQUAL);
   glCullFace(GL_BACK);
   glFrontFace(GL_CCW);
@@ -174,13 +200,13 @@ void MachineView::Parts::clear(const Viewport& v, const PictureColours& colours)
 /// Surfaces stand a little back, so that the lines on them are seen.
 void MachineView::Parts::draw_world(const PictureColours& colours) {
   glEnable(GL_POLYGON_OFFSET_FILL);
-  glStencilFunc(GL_ALWAYS, kOnGround, kOnGround);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  stencil(GL_ALWAYS, kOnGround, kOnGround, GL_REPLACE, kOnGround);
   painter.triangles(world[kGround], kHere, {});
-  glStencilFunc(GL_ALWAYS, 0, 0);
+  stencil(GL_ALWAYS, 0, kOnGround, GL_REPLACE, kOnGround);
   painter.triangles(world[kSolids], kHere, {});
+  no_stencil();
   glDisable(GL_POLYGON_OFFSET_FILL);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  const Blended soft;
   lines(1);
   painter.edges(world[kGrid], kHere, {colours.grid, 1, 1, false});
   painter.edges(world[kGround], kHere, {colours.grid, 1, 1, false});
@@ -192,12 +218,9 @@ void MachineView::Parts::draw_world(const PictureColours& colours) {
 void MachineView::Parts::draw_shadow(const BodyPlaces& at, const PictureColours& colours) {
   const Matrix4f fall = shadow_on(ground_m + 1e-3 * reach_m(machine));
   Look dark{colours.shadow, 1, 0.28F, false};
-  glEnable(GL_BLEND);
+  const Blended mixed;
   glDisable(GL_CULL_FACE);
-  glDepthMask(GL_FALSE);
-  glStencilFunc(GL_EQUAL, kOnGround, kOnGround | kInShadow);
-  glStencilMask(kInShadow);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_INVERT);
+  stencil(GL_EQUAL, kOnGround, kOnGround | kInShadow, GL_INVERT, kInShadow);
   painter.triangles(*hull, fall, dark);
   glEnable(GL_CLIP_DISTANCE0);
   for (std::size_t i = 0; i < kBodies; ++i) {
@@ -206,25 +229,18 @@ void MachineView::Parts::draw_shadow(const BodyPlaces& at, const PictureColours&
     painter.triangles(bodies[i], fall * at[i], dark);
   }
   glDisable(GL_CLIP_DISTANCE0);
-  glStencilMask(0xFF);
-  glStencilFunc(GL_ALWAYS, 0, 0);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-  glDepthMask(GL_TRUE);
+  no_stencil();
   glEnable(GL_CULL_FACE);
-  glDisable(GL_BLEND);
 }
 
 void MachineView::Parts::draw_solid(const BodyPlaces& at, const Look& look, const PictureColours& colours) {
   glEnable(GL_POLYGON_OFFSET_FILL);
-  glStencilFunc(GL_ALWAYS, kSeen, kSeen);
-  glStencilMask(kSeen);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  stencil(GL_ALWAYS, kSeen, kSeen, GL_REPLACE, kSeen);
   painter.triangles(*hull, kHere, look);
   for (std::size_t i = 0; i < kBodies; ++i) painter.triangles(bodies[i], at[i], look);
   glDisable(GL_POLYGON_OFFSET_FILL);
-  glStencilMask(0xFF);
-  glStencilFunc(GL_ALWAYS, 0, 0);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  no_stencil();
+  const Blended soft;
   lines(1);
   const Look edge{colours.edge, 0.75F, 1, false};
   painter.edges(*hull, kHere, edge);
@@ -233,30 +249,20 @@ void MachineView::Parts::draw_solid(const BodyPlaces& at, const Look& look, cons
 
 /// What of the arm is behind a wall or below the ground shines through: the tip must not get lost.
 void MachineView::Parts::draw_hidden(const BodyPlaces& at, const Look& look) {
-  glEnable(GL_BLEND);
-  glDepthMask(GL_FALSE);
+  const Blended mixed;
   glDepthFunc(GL_GREATER);
-  glStencilFunc(GL_EQUAL, 0, kSeen | kHidden);
-  glStencilMask(kHidden);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_INVERT);
+  stencil(GL_EQUAL, 0, kSeen | kHidden, GL_INVERT, kHidden);
   for (std::size_t i = 0; i < kBodies; ++i) painter.triangles(bodies[i], at[i], look);
-  glStencilMask(0xFF);
-  glStencilFunc(GL_ALWAYS, 0, 0);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  no_stencil();
   glDepthFunc(GL_LEQUAL);
-  glDepthMask(GL_TRUE);
-  glDisable(GL_BLEND);
 }
 
 void MachineView::Parts::draw_transparent_world(const PictureColours& colours) {
-  glEnable(GL_BLEND);
-  glDepthMask(GL_FALSE);
+  const Blended mixed;
   painter.triangles(world[kSoil], kHere, {Rgb::Zero(), 0, 0.62F, true});
   painter.edges(world[kSoil], kHere, {colours.edge, 0.4F, 0.8F, false});
   lines(1.5);
   painter.edges(world[kVirtualWalls], kHere, {colours.virtual_wall, 1, 0.65F, false});
-  glDepthMask(GL_TRUE);
-  glDisable(GL_BLEND);
 }
 
 /// Depth first, so that only its nearest surface is seen through; behind the machine where both are in one place.
@@ -267,11 +273,8 @@ void MachineView::Parts::draw_ghost(const BodyPlaces& at, const Rgb& colour) {
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   for (std::size_t i = 0; i < kBodies; ++i) painter.triangles(bodies[i], at[i], look);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  glEnable(GL_BLEND);
-  glDepthMask(GL_FALSE);
+  const Blended mixed;
   for (std::size_t i = 0; i < kBodies; ++i) painter.triangles(bodies[i], at[i], look);
-  glDepthMask(GL_TRUE);
-  glDisable(GL_BLEND);
   glPolygonOffset(1, 1);
   glDisable(GL_POLYGON_OFFSET_FILL);
 }
@@ -280,17 +283,15 @@ void MachineView::Parts::draw_ghost(const BodyPlaces& at, const Rgb& colour) {
 void MachineView::Parts::draw_outline(const BodyPlaces& at, const Rgb& colour) {
   glDisable(GL_DEPTH_TEST);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  glStencilFunc(GL_ALWAYS, kTold, kTold);
-  glStencilMask(kTold);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  stencil(GL_ALWAYS, kTold, kTold, GL_REPLACE, kTold);
   for (std::size_t i = 0; i < kBodies; ++i) painter.triangles(bodies[i], at[i], {});
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  glStencilFunc(GL_NOTEQUAL, kTold, kTold);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  stencil(GL_NOTEQUAL, kTold, kTold, GL_KEEP, 0);
+  glDisable(GL_LINE_SMOOTH);  // too many short lines to be smoothed by the processor
   lines(4);
   for (std::size_t i = 0; i < kBodies; ++i) painter.wires(bodies[i], at[i], {colour, 1, 1, false});
-  glStencilMask(0xFF);
-  glStencilFunc(GL_ALWAYS, 0, 0);
+  no_stencil();
+  glEnable(GL_LINE_SMOOTH);
   glEnable(GL_DEPTH_TEST);
 }
 
@@ -309,8 +310,9 @@ void MachineView::Parts::draw_ring(const PlanarVector& tip, double contact_s, co
   const double flash = std::clamp(1 - contact_s / kFlash_s, 0.0, 1.0);
   const double radius = (0.03 + 0.07 * flash) * reach_m(machine);
   const Frame2 at(Eigen::Translation2d{tip});
+  const Blended soft;
   lines(2 + 2 * flash);
-  painter.edges(disc, scaled(in_space(at), radius, radius, radius), {colours.force, 1, 1, false});
+  painter.wires(disc, scaled(in_space(at), radius, radius, radius), {colours.force, 1, 1, false});
 }
 
 /// Of 95 %, around the arrow's end and to its scale.
@@ -324,9 +326,10 @@ void MachineView::Parts::draw_ellipse(const PlanarVector& end, const std::array<
   const PlanarVector axis = solver.eigenvectors().col(0);
   const Frame2 centre = Eigen::Translation2d(end) * Eigen::Rotation2Dd(std::atan2(axis.y(), axis.x()));
   const Matrix4f ellipse = scaled(in_space(centre), radii[0], 0.1 * reach_m(machine), radii[1]);
+  const Blended mixed;
   painter.triangles(disc, ellipse, {colour, 1, 0.22F, false});
   lines(1);
-  painter.edges(disc, ellipse, {colour, 1, 0.9F, false});
+  painter.wires(disc, ellipse, {colour, 1, 0.9F, false});
 }
 
 /// In front of everything: what is felt must not hide behind the bucket.
@@ -336,14 +339,12 @@ void MachineView::Parts::draw_force(const MachinePicture& picture, const Picture
   if (picture.contact) draw_ring(tip, picture.contact_s, colours);
   const double force_N = picture.tip_force_N.norm();
   if (!(force_N > force.least_N)) return;
-  glEnable(GL_BLEND);
   const auto trust = static_cast<float>(std::clamp(picture.confidence, 0.0, 1.0));
   const Rgb colour = colours.uncertain + trust * (colours.force - colours.uncertain);
   const double length = std::min(force_N / force.full_N, kLongestArrow) * force.full_m;
   const PlanarVector arrow = length / force_N * picture.tip_force_N;
-  glDepthMask(GL_FALSE);
   draw_ellipse(tip + arrow, picture.covariance_N2, colour);
-  glDepthMask(GL_TRUE);
+  glEnable(GL_BLEND);
   draw_arrow(tip, arrow, {colour, 1, 0.5F + 0.5F * trust, true});
   glDisable(GL_BLEND);
 }
@@ -369,6 +370,7 @@ void MachineView::draw(const MachinePicture& picture, const Camera& camera, cons
   if (picture.show_commanded) p.draw_outline(places(p.machine, picture.commanded_rad), colours.commanded);
   p.draw_force(picture, colours);
   glBindVertexArray(0);
+  glDisable(GL_LINE_SMOOTH);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_STENCIL_TEST);
   glDisable(GL_SCISSOR_TEST);

@@ -89,7 +89,7 @@ void Mesh::disc(const std::vector<Vector3d>& rim, const Vector3d& normal, Materi
   const auto corners = static_cast<std::uint32_t>(rim.size());
   for (const Vector3d& p : rim) add(p, normal, material);
   for (std::uint32_t i = 1; i + 1 < corners; ++i) triangles.insert(triangles.end(), {first, first + i, first + i + 1});
-  for (std::uint32_t i = 0; i < corners; ++i) edges.insert(edges.end(), {first + i, first + (i + 1) % corners});
+  for (std::uint32_t i = 0; i < corners; ++i) rounds.insert(rounds.end(), {first + i, first + (i + 1) % corners});
 }
 
 void Mesh::cone(const Vector3d& from, const Vector3d& to, double from_radius, double to_radius, Material material,

@@ -48,9 +48,10 @@ class Mesh {
   void box(const Eigen::Vector3d& low_m, const Eigen::Vector3d& high_m, Material material);
   /// From one point to the other with these radii there; 0 makes a point.
   void cone(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double from_radius_m, double to_radius_m,
-            Material material, int sides = 14);
-  void tube(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double radius_m, Material material) {
-    cone(from_m, to_m, radius_m, radius_m, material);
+            Material material, int sides = 12);
+  void tube(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double radius_m, Material material,
+            int sides = 12) {
+    cone(from_m, to_m, radius_m, radius_m, material, sides);
   }
   /// A pin across the arm's plane.
   void pin(const PlanarVector& at_m, double radius_m, double half_length_m, Material material);
@@ -60,7 +61,7 @@ class Mesh {
   std::vector<MeshVertex> vertices;
   std::vector<std::uint32_t> triangles;  ///< Three vertices each.
   std::vector<std::uint32_t> edges;      ///< Two vertices each: sharp edges of the solids.
-  std::vector<std::uint32_t> rounds;     ///< Likewise, lines along round surfaces: what may be a silhouette.
+  std::vector<std::uint32_t> rounds;     ///< Likewise, of tubes and round corners: what may be a silhouette.
 
  private:
   std::uint32_t add(const Eigen::Vector3d& position_m, const Eigen::Vector3d& normal, Material material);
@@ -69,12 +70,12 @@ class Mesh {
   void disc(const std::vector<Eigen::Vector3d>& rim, const Eigen::Vector3d& normal, Material material);
 };
 
-/// The convex hull of discs: how plates and tapered beams look.
+/// The convex hull of discs, each of so many corners: how plates and tapered beams look.
 struct Disc {
   PlanarVector centre_m;
   double radius_m;
 };
-[[nodiscard]] Outline hull_of(const std::vector<Disc>& discs);
+[[nodiscard]] Outline hull_of(const std::vector<Disc>& discs, int corners = 12);
 
 /// A beam along a line of discs, round at its ends: unlike hull_of it follows the bends.
 [[nodiscard]] Outline swept(const std::vector<Disc>& spine);

@@ -9,8 +9,6 @@
 namespace knuckle::app {
 namespace {
 
-constexpr int kDiscCorners = 20;
-
 double cross(const PlanarVector& a, const PlanarVector& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
@@ -59,11 +57,11 @@ std::vector<std::uint32_t> triangulated(const Outline& outline) {
   return triangles;
 }
 
-Outline hull_of(const std::vector<Disc>& discs) {
+Outline hull_of(const std::vector<Disc>& discs, int corners) {
   Outline points;
   for (const Disc& disc : discs)
-    for (int i = 0; i < (disc.radius_m > 0 ? kDiscCorners : 1); ++i)
-      points.push_back(disc.centre_m + disc.radius_m * at_angle(i * 2 * std::numbers::pi / kDiscCorners));
+    for (int i = 0; i < (disc.radius_m > 0 ? corners : 1); ++i)
+      points.push_back(disc.centre_m + disc.radius_m * at_angle(i * 2 * std::numbers::pi / corners));
   std::sort(points.begin(), points.end(), [](const PlanarVector& a, const PlanarVector& b) {
     return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
   });
