@@ -18,7 +18,7 @@ void OrderlyStop::step(Time now) noexcept {
   const bool first = phase_since_ == kNever;
   if (first) phase_since_ = now;
   hear();
-  bus_.send(canopen::sync_frame());
+  if (phase_ != Phase::kRelease) bus_.send(canopen::sync_frame());
   ++syncs_;
   switch (phase_) {
     case Phase::kNeutral:
@@ -31,11 +31,15 @@ void OrderlyStop::step(Time now) noexcept {
         send_commands(canopen::kControlDisabled, false);
         break;
       }
-      bus_.send(canopen::nmt_frame(canopen::NmtCommand::kEnterPreOperational, 0));
       bus_.send(canopen::heartbeat_frame(machine_.bus.controller_id, canopen::NmtState::kStopped));
-      phase_ = Phase::kDone;
+      enter(Phase::kRelease, now);
       return;
     }
+    case Phase::kRelease:
+      // Pre-operational as after power-on: nodes that went on watching our heartbeat would call its silence a fault.
+      bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetCommunication, 0));
+      phase_ = Phase::kDone;
+      return;
     case Phase::kDone:
       return;
   }

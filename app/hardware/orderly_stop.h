@@ -1,5 +1,6 @@
 // Takes a running machine out of service: spools to neutral and pilot pressure off, valves disabled, nodes out of their
-// operational state, and only then silence. What does not answer is left to its own watchdog.
+// operational state and no longer waiting for us, and only then silence. What does not answer is left to its own
+// watchdog.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +25,7 @@ class OrderlyStop {
   [[nodiscard]] bool unconfirmed_pilot() const noexcept { return !pilot_off_; }
 
  private:
-  enum class Phase : std::uint8_t { kNeutral, kDisable, kDone };
+  enum class Phase : std::uint8_t { kNeutral, kDisable, kRelease, kDone };
   struct Valve {
     bool heard = false;
     std::uint16_t status_word = 0;

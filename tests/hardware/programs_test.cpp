@@ -90,7 +90,7 @@ TEST(ProgramThreads, AToldEndGoesNeutralThenDisablesThenFallsSilent) {
       if (word == canopen::kControlHold && told->set_point == 0) hold = i;
       if (word == canopen::kControlDisabled) disabled = i;
     } else if (frame.id == canopen::kNmtId &&
-               canopen::parse_nmt(frame)->command == canopen::NmtCommand::kEnterPreOperational) {
+               canopen::parse_nmt(frame)->command == canopen::NmtCommand::kResetCommunication) {
       release = i;
     } else if (frame.id == canopen::kSyncId) {
       last_sync = i;
@@ -103,6 +103,7 @@ TEST(ProgramThreads, AToldEndGoesNeutralThenDisablesThenFallsSilent) {
   EXPECT_LT(hold, disabled);
   EXPECT_LT(disabled, release);
   EXPECT_LT(last_sync, last_heartbeat) << "heartbeats go on until all is off";
+  EXPECT_LT(last_heartbeat, release) << "nodes would call our silence a fault";
   EXPECT_EQ(canopen::parse_heartbeat(log[static_cast<std::size_t>(last_heartbeat)].frame), canopen::NmtState::kStopped);
 }
 
