@@ -9,6 +9,7 @@
 namespace knuckle {
 
 /// Reads and checks a machine file. Everything is required but [calibration]; nothing has a silent default.
+/// [commissioning] is somebody else's.
 /// @throws InputError naming file, line, key, value and bound: unknown, missing or out-of-range keys, geometry that
 /// does not reach or passes a toggle, node ids that clash, a bus that is too full, control constants out of bounds.
 [[nodiscard]] MachineDescription load_machine(const std::string& path);

@@ -325,6 +325,7 @@ MachineDescription read_machine(TomlTable file) {
   machine.payload_full_scale_kg = payload.number("full_scale_kg", 1, kHeaviest_kg);
   machine.payload_com_m = payload.numbers<2>("com_m", -kFurthestPin_m, kFurthestPin_m);
   load_calibration(file, machine);
+  file.leave("commissioning");  // what `knuckle commission` has found, for people and tools
   file.finish();
   check_rates(machine, links);
   return machine;

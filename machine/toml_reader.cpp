@@ -279,6 +279,10 @@ bool TomlTable::has(std::string_view key) const {
   return node_->table->contains(key);
 }
 
+void TomlTable::leave(std::string_view key) {
+  node_->asked.emplace(key);
+}
+
 void TomlTable::require(bool ok, std::string_view key, const std::string& bound) const {
   if (!ok) {
     const toml::node* value = node_->table->get(key);

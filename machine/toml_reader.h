@@ -46,6 +46,8 @@ class TomlTable {
 
   /// For optional keys: whether it is there. Does not count as asking for its value.
   [[nodiscard]] bool has(std::string_view key) const;
+  /// For what others keep in the file: whether it is there and what is in it does not matter.
+  void leave(std::string_view key);
   /// A check between keys: throws the usual line with `key`, its value and `bound` unless `ok`.
   void require(bool ok, std::string_view key, const std::string& bound) const;
   /// @throws InputError for the first key, here or in any table handed out, that no getter asked for; suggests the

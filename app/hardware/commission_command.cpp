@@ -39,7 +39,7 @@ void add_options(CLI::App& c, CommissionCommandOptions& o) {
       ->capture_default_str()
       ->check(CLI::Validator(seed_error, "", "seed"));
   c.add_option("--machine", o.machine, "Machine name or .toml file")->required();
-  c.add_option("--out", o.out, "Write the result (.toml)")->required();
+  c.add_option("--out", o.out, "Write the machine file with what was found (.toml)")->required();
   c.add_option("--record", o.record, "Folder for the recordings that identify reads")->capture_default_str();
   c.add_option("--slow", o.motions.slow_s, "Seconds of slow sweeps to record")->capture_default_str();
   c.add_option("--fast", o.motions.fast_s, "Seconds of fast motion to record")->capture_default_str();
@@ -64,10 +64,14 @@ BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription&
   return simulated_access(std::make_shared<SimulatedBus>(truth, middle_of_range(machine), o.seed));
 }
 
-std::string sha256_of(const std::string& path) {
+std::string text_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string sha256_of(const std::string& text) {
   Digest digest;
-  digest.add(std::string(std::istreambuf_iterator<char>(file), {}));
+  digest.add(text);
   return digest.finish();
 }
 
@@ -83,8 +87,9 @@ std::string now_utc() {
 int run_commission(CommissionCommandOptions options) {
   check(options);
   const InterruptGuard interrupt;
-  const std::string file = find_config("machine", options.machine);
+  const std::string file = find_config("machine", options.machine), text = text_of(file);
   const MachineDescription machine = calibrated(load_machine(file));
+  check_layout(text, machine);
   OutputFile out("--out", options.out);
   BusAccess access = access_of(options, machine);
   options.motions.seed = options.seed;
@@ -95,13 +100,13 @@ int run_commission(CommissionCommandOptions options) {
   try {
     const WizardResult result = run_wizard(machine, access, {[&] { return input.poll(); }, isatty(STDIN_FILENO) == 1},
                                            std::cout, record, [&] { interrupt.check(); });
-    write_wizard_result(result, machine, {access.name(), now_utc(), sha256_of(file)}, out.stream());
+    out.stream() << commissioned_text(text, machine, result, {access.name(), now_utc(), sha256_of(text)});
     out.commit();
     std::cout << "\nwritten: " << options.out << '\n';
     if (result.recordings.size() == 4) {
       const auto& r = result.recordings;
       std::cout << "next: knuckle identify " << r[0] << ' ' << r[1] << " --hold-out " << r[2] << " --hold-out " << r[3]
-                << " --machine " << options.machine << " --out calibrated.toml --report identify.html\n";
+                << " --machine " << options.out << " --out calibrated.toml --report identify.html\n";
     }
     return 0;
   } catch (const CommissionEnded& ended) {

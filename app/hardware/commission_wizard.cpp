@@ -1,11 +1,14 @@
 #include "app/hardware/commission_wizard.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 
+#include "app/hardware/commission_result.h"
 #include "app/hardware/doctor_report.h"
+#include "app/hardware/orderly_stop.h"
 
 namespace knuckle::app {
 namespace {
@@ -17,7 +20,7 @@ constexpr double kSmallWay_m = 0.015, kRampWay_m = 0.005;
 constexpr double kRampRise_1ps = 0.03;
 constexpr double kEndOpening = 0.14;  // behind the dead band: some centimetres a second
 constexpr double kSmallest_s = 10, kStroke_s = 80;
-constexpr double kCreep_m = 2e-3, kPresetError_m = 1e-3, kTiltError_rad = 1 * kDegree, kDeadBandNote = 0.03;
+constexpr double kCreep_m = 2e-3, kPresetError_m = 1e-3, kTiltError_rad = 1 * kDegree;
 constexpr double kTape_mm = 10;  // a drawing that is off
 constexpr Duration kEStopPatience = 2s;
 
@@ -134,14 +137,25 @@ class Wizard {
       return;
     }
     bench_->neutral();
-    result_.recordings = record(with_findings(), [this] {
+    result_.recordings = record(found_machine(machine_, result_.axes), [this] {
       check_();
       return dialogue_.interrupted();
     });
   }
 
-  void neutral() noexcept {
-    if (bench_) bench_->neutral();
+  /// Whatever happened before. Nodes that were left alone stay so.
+  void out_of_service() noexcept {
+    if (!bench_) return;
+    OrderlyStop stop(machine_, access_.bus());
+    while (!stop.done()) {
+      stop.step(access_.now());
+      access_.wait_until(access_.now() + from_seconds(1 / machine_.bus.sync_Hz));
+    }
+    const auto valves = stop.unconfirmed_valves();
+    const bool confirmed = std::none_of(valves.begin(), valves.end(), [](bool open) { return open; });
+    dialogue_.say(confirmed && !stop.unconfirmed_pilot()
+                      ? "\nOut of service: valves disabled, pilot pressure off."
+                      : "\nOut of service, but not all nodes said so: left to their own watchdogs.");
   }
   [[nodiscard]] WizardResult take() { return std::move(result_); }
 
@@ -300,22 +314,11 @@ class Wizard {
       return std::nullopt;
     }
     const double file = file_dead_band(joint, direction);
-    const bool off = std::abs(*found - file) > kDeadBandNote;
+    const bool off = dead_band_differs(*found, file);
     keep({off ? Level::kNote : Level::kOk, about,
           put("dead band to %s %.1f %% of stroke, the file says %.1f %%", way, 100 * *found, 100 * file) +
-              (off ? put("; put it into the file as dead_band_%s", way) : std::string())});
+              (off ? put("; the result has it as dead_band_%s", way) : std::string())});
     return found;
-  }
-
-  /// What motion in closed loop is to work with.
-  [[nodiscard]] MachineDescription with_findings() const {
-    MachineDescription machine = machine_;
-    for (std::size_t j = 0; j < kJoints; ++j) {
-      ValveDescription& valve = machine.cylinders[j].valve;
-      valve.dead_band_extend = result_.axes[j].dead_band_extend.value_or(valve.dead_band_extend);
-      valve.dead_band_retract = result_.axes[j].dead_band_retract.value_or(valve.dead_band_retract);
-    }
-    return machine;
   }
 
   const MachineDescription& machine_;
@@ -344,10 +347,10 @@ WizardResult run_wizard(
     wizard.dead_bands();
     wizard.hand_over(record);
   } catch (...) {
-    wizard.neutral();
+    wizard.out_of_service();
     throw;
   }
-  wizard.neutral();
+  wizard.out_of_service();
   return wizard.take();
 }
 

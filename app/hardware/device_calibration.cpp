@@ -1,6 +1,5 @@
 #include "app/hardware/device_calibration.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -10,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/hardware/toml_lines.h"
 #include "core/error.h"
 #include "machine/load.h"
 
@@ -78,27 +78,6 @@ std::vector<std::pair<std::string, std::string>> joint_values(const DeviceDescri
           {"zero_counts", std::to_string(device.zero_counts[joint])}};
 }
 
-/// The key that a line of TOML sets, or its [table].
-std::string key_of(const std::string& line) {
-  const auto begin = line.find_first_not_of(" \t");
-  if (begin == std::string::npos) return "";
-  if (line[begin] == '[') return line.substr(begin, line.find(']') - begin + 1);
-  const auto equals = line.find('=', begin);
-  if (equals == std::string::npos) return "";
-  const auto end = line.find_last_not_of(" \t", equals - 1);
-  return line.substr(begin, end - begin + 1);
-}
-
-/// "key = value", with the comment that stands behind the old value.
-std::string with_value(const std::string& line, const std::string& value) {
-  const auto equals = line.find('=');
-  const auto comment = line.find('#', equals);
-  std::string changed = line.substr(0, equals + 1) + " " + value;
-  if (comment == std::string::npos) return changed;
-  changed.resize(std::max(changed.size() + 1, comment), ' ');
-  return changed + line.substr(comment);
-}
-
 }  // namespace
 
 std::optional<DeviceDescription> calibrated_device(const DeviceDescription& file, const DeviceIdentity& identity,
@@ -149,10 +128,10 @@ std::string calibrated_device_text(std::string_view file_text, const DeviceDescr
   std::string text, table;
   const std::string serial = std::to_string(device.serial);
   for (std::string line; std::getline(lines, line); text += line + '\n') {
-    const std::string key = key_of(line);
+    const std::string key = toml_key(line);
     if (!key.empty() && key.front() == '[') table = key;
     if (table.empty() && key == "serial") {
-      line = with_value(line, serial);
+      line = with_toml_value(line, serial);
     } else if (table.empty() && key == "name" && parse_device(file_text, device.source).serial == 0) {
       line += "\nserial = " + serial + "  # signs and zeros below were measured on this device";
     }
@@ -161,7 +140,7 @@ std::string calibrated_device_text(std::string_view file_text, const DeviceDescr
       for (const auto& [name, value] : joint_values(device, i)) {
         if (key != name) continue;
         if (name == "counts_rise" && line.find(value) == std::string::npos) line = line.substr(0, line.find('#'));
-        line = with_value(line, value);
+        line = with_toml_value(line, value);
       }
     }
   }

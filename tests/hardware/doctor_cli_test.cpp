@@ -67,13 +67,15 @@ TEST_F(HardwareCli, CommissioningThatEndsEarlyWritesNothing) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);  // the answers alone
 }
 
-TEST_F(HardwareCli, CommissioningByAScriptWritesItsResult) {
+TEST_F(HardwareCli, CommissioningByAScriptWritesAMachineFileThatTheOthersTake) {
   std::string lines = "ready\nconfigure\npressed\nreleased\n0\npilot\nmove\n";
   for (int j = 0; j < 3; ++j) lines += "go\nlonger\ngo\nshorter\n";
   for (int j = 0; j < 3; ++j) lines += "go\ngo\ngo\ntape\npreset\n";
   const ProgramRun run = commission(lines + "go\ngo\ngo\nfinish\n");
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
-  EXPECT_TRUE(fs::exists(path("result.toml")));
+  const ProgramRun doctor =
+      run_program(KNUCKLE_BINARY, {"doctor", "--simulate", "--machine", path("result.toml"), "--listen", "0.2"});
+  EXPECT_EQ(doctor.exit_code, 0) << doctor.out << doctor.err;
 }
 
 }  // namespace

@@ -100,6 +100,16 @@ TEST(TomlReader, SuggestsTheNearestKeyForAMisspeltOne) {
   EXPECT_EQ(refusal("[hydraulics]\n", ask_for_relief), "m.toml:1: key 'hydraulics.main_relief_bar' is missing");
 }
 
+TEST(TomlReader, WhatIsLeftToOthersMayHoldAnything) {
+  const auto read = [](TomlTable& file) {
+    (void)file.number("x", 0, 1);
+    file.leave("record");
+  };
+  EXPECT_EQ(refusal("x = 1", read), "accepted");
+  EXPECT_EQ(refusal("x = 1\n[record]\nany = 1\n[[record.more]]\nkeys = [2]", read), "accepted");
+  EXPECT_NE(refusal("x = 1\n[records]\nany = 1", read), "accepted");
+}
+
 TEST(TomlReader, SaysWhereTheSyntaxBreaks) {
   const std::string line = refusal("x = 1\ny = = 2\n", ask_for_x);
   EXPECT_EQ(line.rfind("m.toml:2: ", 0), 0u) << line;
