@@ -19,6 +19,7 @@ constexpr int kPriority = 70, kTicksPerRow = 5;
 struct TruthRow {
   Time at{};
   JointVector joint_rad = JointVector::Zero(), joint_radps = JointVector::Zero(), spool = JointVector::Zero();
+  JointVector cylinder_m = JointVector::Zero();  // pin to pin
   PlanarVector tip_m = PlanarVector::Zero(), tip_N = PlanarVector::Zero();
   double payload_kg = 0;
 };
@@ -29,6 +30,7 @@ void write_truth(std::ostream& out, const TruthRow& truth, bool names) {
   row.joints("", "_rad", truth.joint_rad);
   row.joints("", "_radps", truth.joint_radps);
   row.joints("", "_spool", truth.spool);
+  row.joints("", "_cylinder_m", truth.cylinder_m);
   row.planar("tip", "m", truth.tip_m);
   row.planar("tip_force", "N", truth.tip_N);
   row.number("payload_kg", truth.payload_kg);
@@ -57,7 +59,8 @@ class NodeRunner {
     for (; events_read_ < plant.events.count; ++events_read_) world_events_.push(plant.events.at(events_read_));
     peak_tip_N_ = std::max(peak_tip_N_, plant.tip_N.norm());
     if (wants_rows_ && ticks_++ % kTicksPerRow == 0)
-      rows_.push({now, plant.joint_rad, plant.joint_radps, plant.spool, plant.tip_m, plant.tip_N, plant.payload_kg});
+      rows_.push({now, plant.joint_rad, plant.joint_radps, plant.spool, plant.cylinder_m, plant.tip_m, plant.tip_N,
+                  plant.payload_kg});
   }
 
   // The tending thread.

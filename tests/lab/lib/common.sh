@@ -53,6 +53,11 @@ stop() {
   signal "$1" TERM 2> /dev/null
   within 5 not runs "$1" || signal "$1" KILL
 }
+# Exit code of a program that was started, once it has ended by itself.
+exit_code_of() {
+  within 60 not runs "$1" || signal "$1" KILL
+  wait "$(cat "/run/$1.pid")"
+}
 not() { ! "$@"; }
 
 vcan_up() {
