@@ -24,6 +24,18 @@ bool has_config(const std::string& kind, const std::string& name) {
   return !name.empty() && fs::is_regular_file(folder_of(kind) / (name + ".toml"), ignored);
 }
 
+std::vector<std::string> config_names(const std::string& kind) {
+  std::error_code ignored;
+  std::vector<std::string> names;
+  for (fs::directory_iterator entry(folder_of(kind), ignored), end; entry != end; entry.increment(ignored)) {
+    if (entry->path().extension() == ".toml") {
+      names.push_back(entry->path().stem().string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 std::string find_config(const std::string& kind, const std::string& name_or_path) {
   if (name_or_path.find('/') != std::string::npos || name_or_path.ends_with(".toml")) {
     return name_or_path;
@@ -32,16 +44,8 @@ std::string find_config(const std::string& kind, const std::string& name_or_path
   if (has_config(kind, name_or_path)) {
     return (folder / (name_or_path + ".toml")).string();
   }
-  std::error_code ignored;
-  std::vector<std::string> names;
-  for (fs::directory_iterator entry(folder, ignored), end; entry != end; entry.increment(ignored)) {
-    if (entry->path().extension() == ".toml") {
-      names.push_back(entry->path().stem().string());
-    }
-  }
-  std::sort(names.begin(), names.end());
   std::string all;
-  for (const std::string& name : names) {
+  for (const std::string& name : config_names(kind)) {
     all += (all.empty() ? "" : ", ") + name;
   }
   throw InputError("unknown " + kind + " '" + name_or_path + "': " + folder.string() + " has " +

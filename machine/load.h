@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "machine/description.h"
 
@@ -28,6 +29,9 @@ namespace knuckle {
 /// a '/' or ending in ".toml" is a path and stays as it is. The directory is $KNUCKLE_CONFIG_DIR or the one built in.
 /// @throws InputError for an unknown name, listing the ones there are.
 [[nodiscard]] std::string find_config(const std::string& kind, const std::string& name_or_path);
+
+/// What the configuration directory has of a kind, sorted.
+[[nodiscard]] std::vector<std::string> config_names(const std::string& kind);
 
 /// Whether the configuration directory has a file of this name and kind.
 [[nodiscard]] bool has_config(const std::string& kind, const std::string& name);

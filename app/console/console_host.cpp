@@ -34,7 +34,7 @@ void ConsoleHost::choose(const SimulateOptions& options, LiveSession::Led led) {
 }
 
 void ConsoleHost::skip_to(double simulated_s) {
-  for (Time now{}; to_seconds(now) < simulated_s; write_frames()) loop_->step(now += kTick);
+  for (; to_seconds(skipped_to_) < simulated_s; write_frames()) loop_->step(skipped_to_ += kTick);
 }
 
 void ConsoleHost::begin() {

@@ -37,7 +37,7 @@ class ConsoleHost {
   ConsoleHost& operator=(const ConsoleHost&) = delete;
 
   /// Before begin(), or instead of it: takes a simulated session on to this time, as fast as it goes. With a session
-  /// led by its scenario the same time always shows the same picture.
+  /// led by its scenario the same time always shows the same picture. May be called again, for a later time.
   void skip_to(double simulated_s);
   /// From now on the loop runs, in a thread of its own.
   void begin();
@@ -74,6 +74,7 @@ class ConsoleHost {
   LiveSession::Led led_ = LiveSession::Led::kByPerson;
   std::unique_ptr<ConsoleLoop> loop_;
   std::uint32_t resets_ = 0;
+  Time skipped_to_{};
   ConsoleView view_;
   Time viewed_at_{};
   Mailbox<LoopHealth> health_box_;

@@ -1,65 +1,139 @@
 #include "app/window/console_command.h"
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
+#include <algorithm>
 #include <memory>
-#include <optional>
-#include <string>
+#include <nlohmann/json.hpp>
 
+#include "app/device_choice.h"
+#include "app/hardware/program_options.h"
 #include "app/interrupt.h"
-#include "app/window/window.h"
+#include "app/window/console_options.h"
+#include "app/window/console_program.h"
+#include "core/error.h"
+#include "machine/load.h"
+#include "sim/operator_limb.h"
+#include "transport/hidapi_port.h"
+#include "transport/libusb_port.h"
+#include "transport/udp_link.h"
 
 namespace knuckle::app {
 namespace {
 
-struct Options {
-  bool light = false;
-  double scale = 1;
-  std::string size = "1280x800";
-  std::optional<double> duration_s;
+using Json = nlohmann::ordered_json;
+constexpr const char* kSchema = "knuckle-console/1";
+constexpr int kDevicePriority = 85;  // above the loop, which else waits for the reports it is to read
+
+/// nullptr: no haptic device.
+std::unique_ptr<HidDevicePort> open_device(const ConsoleOptions& o) {
+  const HidDeviceOptions options{.serial = o.serial, .fifo_priority = kDevicePriority};
+  if (o.device == "hid") return std::make_unique<HidapiPort>(options);
+  if (o.device == "usb") return std::make_unique<LibusbPort>(options);
+  return nullptr;
+}
+
+/// Loops and the wires below them, in the order in which they are taken down.
+struct Behind {
+  std::unique_ptr<HidDevicePort> device;
+  std::optional<UdpLink> link;
+  std::unique_ptr<ConsoleHost> host;
 };
 
-void add_options(CLI::App& c, Options& o) {
-  c.add_flag("--light", o.light, "Light colours instead of dark ones");
-  c.add_option("--scale", o.scale, "Size of everything, on top of the monitor's own scale")->capture_default_str();
-  c.add_option("--size", o.size, "Size of the window in pixels, WxH")->capture_default_str();
-  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when the window is closed)");
-}
-
-WindowOptions window_options(const Options& o) {
-  check_range("--scale", o.scale, 0.75, 3, "");
-  check_range("--duration", o.duration_s, 0.1, 1e6, " s");
-  WindowOptions window{.scale = static_cast<float>(o.scale), .light = o.light};
-  char end = 0;
-  constexpr int kLeastWidth = 1280, kLeastHeight = 720, kMost = 16384;
-  if (std::sscanf(o.size.c_str(), "%dx%d%c", &window.width, &window.height, &end) != 2 || window.width < kLeastWidth ||
-      window.height < kLeastHeight || window.width > kMost || window.height > kMost)
-    refuse_option("--size", o.size, "must be WxH, at least 1280x720, at most 16384x16384");
-  return window;
-}
-
-int run(const Options& o) {
-  const WindowOptions options = window_options(o);
-  const InterruptGuard interrupt;
-  Window window(options);
-  const auto begin = std::chrono::steady_clock::now();
-  const auto ran_s = [begin] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
-  while (!window.closing() && !interrupt.pending() && ran_s() < o.duration_s.value_or(1e9)) {
-    window.begin_frame();
-    window.clear();
-    window.draw_widgets();
-    window.end_frame();
+StationSetup station_setup(const ConsoleOptions& o, const ConsoleFacts& facts) {
+  StationSetup setup;
+  setup.device = facts.device;
+  setup.machine = facts.machine;
+  setup.limb = sim::draw_limb(sim::LimbClass::kNormal, o.seed);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const auto axis = static_cast<Eigen::Index>(j);
+    setup.hand_rad[axis] = 0.5 * (facts.device.min_rad[j] + facts.device.max_rad[j]);
+    setup.start_rad[axis] = 0.5 * (facts.machine.links[j].min_rad + facts.machine.links[j].max_rad);
   }
+  setup.seed = o.seed;
+  return setup;
+}
+
+ConsoleFacts facts_of(const ConsoleOptions& o) {
+  ConsoleFacts facts;
+  facts.machine = calibrated(load_machine(find_config("machine", o.machine.empty() ? "solar015" : o.machine)));
+  facts.device = device_for(facts.machine, o.device_file);
+  check_springs(facts.machine, facts.device);
+  facts.hand = o.device == "keyboard"  ? HandSource::kKeyboard
+               : o.device == "gamepad" ? HandSource::kGamepad
+                                       : HandSource::kDevice;
+  facts.peer = o.simulate ? "simulated" : o.connect;
+  facts.scenarios = config_names("scenario");
+  if (std::find(facts.scenarios.begin(), facts.scenarios.end(), o.scenario) == facts.scenarios.end())
+    facts.scenarios.insert(facts.scenarios.begin(), o.scenario);
+  return facts;
+}
+
+Behind behind(const ConsoleOptions& o, const ConsoleFacts& facts, std::ostream* candump) {
+  Behind b;
+  b.device = open_device(o);
+  if (o.simulate) {
+    const auto led = o.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson;
+    b.host = std::make_unique<ConsoleHost>(o.session(), led, b.device.get(), candump);
+  } else {
+    b.link.emplace(UdpLink::connect(o.connect));
+    b.host = std::make_unique<ConsoleHost>(station_setup(o, facts), *b.link, b.device.get());
+  }
+  return b;
+}
+
+void set_up(UiState& state, const ConsoleOptions& o, const ConsoleFacts& facts) {
+  state.screen = o.first_screen();
+  state.units = o.imperial ? UnitSystem::kImperial : UnitSystem::kMetric;
+  state.export_path = "knuckle-events.csv";
+  const auto chosen = std::find(facts.scenarios.begin(), facts.scenarios.end(), o.scenario);
+  state.simulation.scenario = static_cast<int>(chosen - facts.scenarios.begin());
+  state.simulation.delay_ms = static_cast<float>(o.delay_ms.value_or(1));
+  state.simulation.jitter_ms = static_cast<float>(o.jitter_ms.value_or(0));
+  state.simulation.loss_percent = static_cast<float>(o.loss.value_or(0) * 100);
+  state.simulation.demo = o.demo;
+}
+
+Json result_json(const ConsoleOutcome& outcome) {
+  return {{"schema", kSchema},
+          {"version", program_version()},
+          {"ran_s", outcome.ran_s},
+          {"frames", outcome.frames},
+          {"frames_per_s", static_cast<double>(outcome.frames) / std::max(outcome.ran_s, 1e-9)},
+          {"ui_cpu_share", outcome.ui_cpu_share},
+          {"heap_growth_bytes", outcome.heap_growth_bytes},
+          {"simulated_s", outcome.simulated_s},
+          {"mode", outcome.mode}};
+}
+
+int run(const ConsoleOptions& o) {
+  check(o);
+  const InterruptGuard interrupt;
+  const ConsoleFacts facts = facts_of(o);
+  AskedOutput candump("--candump", o.candump), json("--json", o.json);
+  const Behind loops = behind(o, facts, candump.stream());
+  ConsoleWindow window(o.window(), facts);
+  if (facts.hand == HandSource::kGamepad && !window.window().gamepad())
+    refuse_option("--device", o.device, "no gamepad is there: plug one in, or use --device keyboard");
+  set_up(window.state(), o, facts);
+
+  ConsoleRun run;
+  run.keep_on = [&interrupt] { return !interrupt.pending(); };
+  run.skip_to_s = o.at_s.value_or(0);
+  run.duration_s = o.duration_s.value_or(o.screenshot.empty() ? kLongestRun_s : 0);
+  run.screenshot = o.screenshot;
+  if (o.simulate) run.simulated = o.session();
+  if (!o.screenshot.empty()) window.hold_steady();
+  const ConsoleOutcome outcome = run_console(window, *loops.host, run);
+  if (auto* out = json.stream()) *out << result_json(outcome).dump(2) << '\n';
+  for (auto* file : {&candump, &json}) file->commit();
   return 0;
 }
 
 }  // namespace
 
 Command console_entry() {
-  return {"console", "Operator's window", [](CLI::App& command) {
-            const auto options = std::make_shared<Options>();
+  return {"console", "Operator's window, on a simulated machine or on one that is elsewhere", [](CLI::App& command) {
+            const auto options = std::make_shared<ConsoleOptions>();
             add_options(command, *options);
             return [options] { return run(*options); };
           }};

@@ -52,6 +52,14 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   window_.draw_widgets();
 }
 
+void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
+  gamepad_ = {};
+  if (!state) return;
+  const GamepadHand read = hand_from_gamepad(*state);
+  gamepad_ = read.hand;
+  if (read.stop) state_.stop = true;
+}
+
 void ConsoleWindow::take_keys() {
   for (const KeyPress& press : window_.key_presses()) {
     const bool control = (press.modifiers & kControl) != 0;
@@ -143,7 +151,7 @@ HeldKeys ConsoleWindow::held_keys() const {
 ConsoleInput ConsoleWindow::input(Time now) const {
   ConsoleInput input;
   input.at = now;
-  input.hand = together(hand_from_keys(held_keys()), machine_.pulled());
+  input.hand = together(together(hand_from_keys(held_keys()), machine_.pulled()), gamepad_);
   input.stop = state_.stop;
   if (state_.scales_chosen) {
     input.position_scale = static_cast<double>(state_.position_scale);

@@ -21,6 +21,8 @@ class ConsoleWindow {
   ConsoleWindow(const WindowOptions& options, ConsoleFacts facts);
 
   [[nodiscard]] bool closing() const { return window_.closing(); }
+  /// The gamepad that leads, as in the newest frame: none, and nothing of it is held.
+  void take_gamepad(const std::optional<GamepadState>& state);
   /// The world of the simulated session on screen.
   void show_world(const sim::WorldDescription& world) { machine_.begin(world); }
   /// Takes a view into histories and totals without drawing it.
@@ -34,6 +36,7 @@ class ConsoleWindow {
   /// The frame drawn last, as PNG. @throws InputError where the file cannot be written.
   void write_png(const std::string& path) const { window_.write_png(path); }
 
+  [[nodiscard]] const ConsoleFacts& facts() const noexcept { return facts_; }
   [[nodiscard]] UiState& state() noexcept { return state_; }
   [[nodiscard]] Window& window() noexcept { return window_; }
   /// Nothing flashes: for pictures.
@@ -43,7 +46,6 @@ class ConsoleWindow {
   void take_keys();
   void act(KeyAction action);
   [[nodiscard]] HeldKeys held_keys() const;
-  [[nodiscard]] std::optional<GamepadState> gamepad() const;
 
   ConsoleFacts facts_;
   Window window_;
@@ -51,6 +53,7 @@ class ConsoleWindow {
   History history_;
   PayloadTotal payload_;
   MachinePanel machine_;
+  HandInput gamepad_;
   bool steady_ = false;
   double drawn_s_ = 0;  ///< Time of the session drawn last.
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();

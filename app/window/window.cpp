@@ -180,8 +180,16 @@ bool Window::key_down(int key) const {
   return glfwGetKey(window_, key) == GLFW_PRESS;
 }
 
-bool Window::focused() const {
-  return glfwGetWindowAttrib(window_, GLFW_FOCUSED) != 0;
+std::optional<GamepadState> Window::gamepad() const {
+  for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id) {
+    GLFWgamepadstate read;
+    if (glfwJoystickIsGamepad(id) == 0 || glfwGetGamepadState(id, &read) == 0) continue;
+    GamepadState state;
+    std::copy(std::begin(read.buttons), std::end(read.buttons), state.buttons.begin());
+    std::copy(std::begin(read.axes), std::end(read.axes), state.axes.begin());
+    return state;
+  }
+  return std::nullopt;
 }
 
 std::array<int, 2> Window::framebuffer_size() const {

@@ -5,9 +5,11 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "app/console/hand_input.h"
 #include "app/window/fonts.h"
 #include "app/window/theme.h"
 
@@ -59,7 +61,8 @@ class Window {
 
   [[nodiscard]] const std::vector<KeyPress>& key_presses() const noexcept { return presses_; }
   [[nodiscard]] bool key_down(int key) const;
-  [[nodiscard]] bool focused() const;
+  /// The first one there is.
+  [[nodiscard]] std::optional<GamepadState> gamepad() const;
   [[nodiscard]] std::array<int, 2> framebuffer_size() const;
   [[nodiscard]] GLFWwindow* handle() const noexcept { return window_; }
 

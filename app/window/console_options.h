@@ -1,0 +1,35 @@
+// The options of `knuckle console`, checked before anything opens.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "app/options.h"
+#include "app/window/ui_state.h"
+#include "app/window/window.h"
+
+namespace CLI {
+class App;
+}
+
+namespace knuckle::app {
+
+struct ConsoleOptions {
+  bool simulate = false, insecure = false, demo = false, light = false, imperial = false;
+  std::string connect, machine, device = "keyboard", device_file, serial, scenario = "dismantle", candump;
+  std::uint64_t seed = 1;
+  std::optional<double> delay_ms, jitter_ms, loss, duration_s, at_s;
+  double scale = 1;
+  std::string size = "1280x800", screen = "operate", screenshot, json;
+
+  [[nodiscard]] WindowOptions window() const;
+  [[nodiscard]] Screen first_screen() const;
+  [[nodiscard]] SimulateOptions session() const;
+};
+
+void add_options(CLI::App& command, ConsoleOptions& options);
+/// @throws InputError, one line.
+void check(const ConsoleOptions& options);
+
+}  // namespace knuckle::app

@@ -1,0 +1,130 @@
+#include "app/window/console_program.h"
+
+#include <malloc.h>
+
+#include <chrono>
+#include <ctime>
+
+#include "core/error.h"
+
+namespace knuckle::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+double thread_cpu_s() {
+  std::timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+std::int64_t heap_bytes() {
+  return static_cast<std::int64_t>(mallinfo2().uordblks);
+}
+
+/// How long the loops have told nothing. A paused session tells nothing new, but its loop's health goes on.
+class ViewAge {
+ public:
+  double watch(const ConsoleView& view, const LoopHealth& health) {
+    if (view.now != view_at_ || health.steps != steps_) told_ = Clock::now();
+    view_at_ = view.now;
+    steps_ = health.steps;
+    return since(told_);
+  }
+
+ private:
+  Time view_at_ = kNever;
+  std::uint64_t steps_ = 0;
+  Clock::time_point told_ = Clock::now();
+};
+
+void take_events(ConsoleHost& host, EventBook& events) {
+  ConsoleEvent event;
+  while (host.next(event)) events.add(event);
+  const ConsoleView& view = host.view();
+  events.note_lost(view.now, view.run, host.events_lost());
+}
+
+/// Begins the session anew with what was chosen since; what cannot be is an event, and the session goes on as it was.
+void begin_anew(ConsoleWindow& window, ConsoleHost& host, EventBook& events, const ConsoleRun& run) {
+  const SimulationChoice& choice = window.state().simulation;
+  SimulateOptions options = *run.simulated;
+  options.scenario = window.facts().scenarios[static_cast<std::size_t>(choice.scenario)];
+  options.delay_ms = static_cast<double>(choice.delay_ms);
+  options.jitter_ms = static_cast<double>(choice.jitter_ms);
+  options.loss = static_cast<double>(choice.loss_percent) / 100;
+  try {
+    host.choose(options, choice.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson);
+    window.show_world(host.session()->scenario.world);
+  } catch (const InputError& error) {
+    events.add(host.view().now, host.view().run, Severity::kWarning, "session", error.what());
+  }
+}
+
+void skip(ConsoleWindow& window, ConsoleHost& host, EventBook& events, double to_s) {
+  for (double at_s = 0; at_s < to_s;) {
+    at_s = std::min(to_s, at_s + History::kStep_s);
+    host.skip_to(at_s);
+    window.watch(host.view());
+    take_events(host, events);
+  }
+}
+
+}  // namespace
+
+ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const ConsoleRun& run) {
+  constexpr double kWarmUp_s = 1;  // textures, shaders and buffers find their sizes
+  EventBook events;
+  ConsoleOutcome outcome;
+  ViewAge age;
+  if (host.session()) window.show_world(host.session()->scenario.world);
+  skip(window, host, events, run.skip_to_s);
+  const bool picture_only = !run.screenshot.empty() && run.duration_s <= 0;
+  if (!picture_only) host.begin();
+  const Clock::time_point begin = Clock::now();
+  const double cpu_before_s = thread_cpu_s();
+  std::int64_t heap_before = heap_bytes();
+  bool warm = false, gamepad_there = true;
+  std::uint32_t resets = window.state().reset_count;
+  constexpr std::uint64_t kSettled = 3;  // ImGui lays some things out by the frame before
+  for (bool last = false; !last && !window.closing() && run.keep_on();) {
+    last = picture_only ? outcome.frames + 1 >= kSettled : since(begin) >= run.duration_s;
+    take_events(host, events);
+    const ConsoleView& view = host.view();
+    const LoopHealth& health = host.health();
+    if (window.facts().hand == HandSource::kGamepad) {
+      const std::optional<GamepadState> gamepad = window.window().gamepad();
+      window.take_gamepad(gamepad);
+      if (gamepad.has_value() != gamepad_there)
+        events.add(view.now, view.run, gamepad ? Severity::kInfo : Severity::kWarning, "gamepad",
+                   gamepad ? "gamepad is there again" : "gamepad is gone: plug it in");
+      gamepad_there = gamepad.has_value();
+    }
+    window.frame(view, health, events, picture_only ? 0 : age.watch(view, health));
+    if (last && !run.screenshot.empty()) window.write_png(run.screenshot);
+    window.show();
+    ++outcome.frames;
+    if (!picture_only) {
+      if (run.simulated && window.state().reset_count != resets) begin_anew(window, host, events, run);
+      resets = window.state().reset_count;
+      host.put(window.input(host.now()));
+    }
+    if (!warm && since(begin) > kWarmUp_s) {
+      warm = true;
+      heap_before = heap_bytes();
+    }
+  }
+  outcome.ran_s = since(begin);
+  outcome.ui_cpu_share = (thread_cpu_s() - cpu_before_s) / std::max(outcome.ran_s, 1e-9);
+  outcome.heap_growth_bytes = warm ? heap_bytes() - heap_before : 0;
+  outcome.simulated_s = host.view().simulated_s;
+  outcome.mode = name(host.view().machine.mode);
+  host.stop();
+  return outcome;
+}
+
+}  // namespace knuckle::app
