@@ -64,7 +64,7 @@ void hand_card(const Ui& ui, const ConsoleData& data, const Area& area) {
                                                       : "Haptic device";
   Area words = head;
   words.cut_left(t.px(32));
-  put_fitted(t.fonts.body, t.colours.text, words, word);
+  put_fitted(t.fonts.body, t.colours.text, words, data.view.led_by_scenario ? "Scenario" : word);
   if (hand.device) {
     put_lines(t.fonts.small, t.colours.bad, rest, text(hand.device).c_str());
     return;

@@ -26,22 +26,6 @@ std::int64_t heap_bytes() {
   return static_cast<std::int64_t>(mallinfo2().uordblks);
 }
 
-/// How long the loops have told nothing. A paused session tells nothing new, but its loop's health goes on.
-class ViewAge {
- public:
-  double watch(const ConsoleView& view, const LoopHealth& health) {
-    if (view.now != view_at_ || health.steps != steps_) told_ = Clock::now();
-    view_at_ = view.now;
-    steps_ = health.steps;
-    return since(told_);
-  }
-
- private:
-  Time view_at_ = kNever;
-  std::uint64_t steps_ = 0;
-  Clock::time_point told_ = Clock::now();
-};
-
 void take_events(ConsoleHost& host, EventBook& events) {
   ConsoleEvent event;
   while (host.next(event)) events.add(event);
@@ -80,7 +64,6 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   constexpr double kWarmUp_s = 1;  // textures, shaders and buffers find their sizes
   EventBook events;
   ConsoleOutcome outcome;
-  ViewAge age;
   if (host.session()) window.show_world(host.session()->scenario.world);
   skip(window, host, events, run.skip_to_s);
   const bool picture_only = !run.screenshot.empty() && run.duration_s <= 0;
@@ -104,7 +87,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
                    gamepad ? "gamepad is there again" : "gamepad is gone: plug it in");
       gamepad_there = gamepad.has_value();
     }
-    window.frame(view, health, events, picture_only ? 0 : age.watch(view, health));
+    window.frame(view, health, events, picture_only ? 0 : host.view_age_s());
     if (last && !run.screenshot.empty()) window.write_png(run.screenshot);
     window.show();
     ++outcome.frames;

@@ -1,0 +1,168 @@
+// `knuckle console` as a program: what it refuses, in one line, and what its Stop does.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "app/console/console_host.h"
+#include "tests/window/canned_console.h"
+#include "tests/window/virtual_display.h"
+
+namespace knuckle::app {
+namespace {
+
+struct Ended {
+  int code = -1;
+  std::string said;
+};
+
+/// @param environment such as "DISPLAY= KNUCKLE_FONT_DIR=/nowhere".
+Ended console(const std::string& environment, const std::string& options) {
+  const std::string command = "env " + environment + " " KNUCKLE_BINARY " console " + options + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  Ended ended;
+  std::array<char, 256> part{};
+  while (std::fgets(part.data(), part.size(), pipe) != nullptr) ended.said += part.data();
+  ended.code = WEXITSTATUS(pclose(pipe));
+  return ended;
+}
+
+void expect_refused(const Ended& ended, const std::string& because) {
+  EXPECT_EQ(ended.code, 2) << ended.said;
+  EXPECT_EQ(std::count(ended.said.begin(), ended.said.end(), '\n'), 1) << ended.said;
+  EXPECT_NE(ended.said.find(because), std::string::npos) << ended.said;
+}
+
+TEST(ConsoleCommand, SaysInOneLineThatThereIsNoDisplay) {
+  expect_refused(console("-u DISPLAY -u WAYLAND_DISPLAY", "--simulate"), "no display");
+  expect_refused(console("DISPLAY=:9999", "--simulate"), "no display");
+}
+
+TEST(ConsoleCommand, SaysInOneLineThatAFontIsMissing) {
+  expect_refused(console("KNUCKLE_FONT_DIR=/nowhere", "--simulate"), "/nowhere/B612-Regular.otf is missing");
+  expect_refused(console("KNUCKLE_FONT_DIR=" KNUCKLE_SOURCE_DIR, "--simulate"), "B612-Regular.otf is missing");
+}
+
+TEST(ConsoleCommand, SaysInOneLineThatOpenGlIsMissing) {
+  const VirtualDisplay display("1280x800", {"-extension", "GLX"});
+  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  expect_refused(console("", "--simulate"), "OpenGL 3.3 is missing");
+}
+
+TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
+  expect_refused(console("", ""), "--simulate and --connect");
+  expect_refused(console("", "--simulate --connect 127.0.0.1:5683"), "--simulate and --connect");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --machine solar015"), "--insecure");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure"), "--machine");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --demo"), "--demo");
+  expect_refused(console("", "--simulate --size 640x480"), "1280x720");
+  expect_refused(console("", "--simulate --scale 9"), "--scale");
+  expect_refused(console("", "--simulate --screen nowhere"), "--screen");
+  expect_refused(console("", "--simulate --device mouse"), "--device");
+  expect_refused(console("", "--simulate --scenario nowhere"), "nowhere");
+  expect_refused(console("", "--simulate --loss 2"), "--loss");
+}
+
+TEST(ConsoleCommand, RefusesAGamepadThatIsNotThere) {
+  const VirtualDisplay display("1280x800");
+  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  expect_refused(console("", "--simulate --device gamepad"), "no gamepad is there");
+}
+
+/// A led session, on virtual time behind a real window.
+class LedConsole : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!display_.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+    SimulateOptions options;
+    options.scenario = "wall_contact";
+    host_ = std::make_unique<ConsoleHost>(options, LiveSession::Led::kByScenario, nullptr, nullptr);
+    window_ = std::make_unique<ConsoleWindow>(WindowOptions{.full_speed = true}, canned_facts());
+    for (; host_->view().machine.mode != Mode::kEngaged && at_s_ < 20;) run(0.1);
+    run(0.5);
+    ASSERT_EQ(host_->view().machine.mode, Mode::kEngaged);
+  }
+  void run(double seconds) { host_->skip_to(at_s_ += seconds); }
+  void frame() {
+    window_->frame(host_->view(), host_->health(), events_, 0);
+    window_->show();
+    host_->put(window_->input(host_->now()));
+  }
+  void expect_stopped() {
+    run(0.6);
+    EXPECT_EQ(host_->view().machine.mode, Mode::kFault);
+    EXPECT_EQ(host_->view().machine.fault.code, ReasonCode::kOperatorStop);
+    EXPECT_EQ(host_->view().status.valve_command, JointVector(JointVector::Zero()));
+    EXPECT_LT(host_->view().status.spool.cwiseAbs().maxCoeff(), 0.05);
+  }
+
+  VirtualDisplay display_{"1280x800"};
+  std::unique_ptr<ConsoleHost> host_;
+  std::unique_ptr<ConsoleWindow> window_;
+  EventBook events_;
+  double at_s_ = 0;
+};
+
+TEST_F(LedConsole, StopKeyTakesTheMachineToNeutralAndStaysUntilReleased) {
+  frame();
+  ASSERT_TRUE(xdotool("key space"));
+  frame();
+  frame();
+  expect_stopped();
+  EXPECT_TRUE(window_->state().stop);
+  ASSERT_TRUE(xdotool("key ctrl+space"));
+  frame();
+  frame();
+  EXPECT_FALSE(window_->state().stop);
+}
+
+TEST_F(LedConsole, StopButtonActsOnEveryScreenWhereItIs) {
+  for (int screen = 1; screen <= 6; ++screen) {
+    window_->state().stop = false;
+    frame();
+    ASSERT_TRUE(xdotool("key F" + std::to_string(screen) + " mousemove 1150 740 mousedown 1"));
+    for (int i = 0; i < 3; ++i) frame();
+    EXPECT_TRUE(window_->state().stop) << "screen " << screen;
+    ASSERT_TRUE(xdotool("mouseup 1 mousemove 500 5"));
+    for (int i = 0; i < 3; ++i) frame();
+  }
+  expect_stopped();
+}
+
+TEST_F(LedConsole, StopKeyActsWhileTextIsTyped) {
+  window_->state().screen = Screen::kEvents;
+  frame();
+  ASSERT_TRUE(xdotool("mousemove 540 140 click 1"));
+  for (int i = 0; i < 3; ++i) frame();
+  ASSERT_TRUE(xdotool("key a space b"));
+  for (int i = 0; i < 4; ++i) frame();
+  EXPECT_TRUE(window_->state().stop);
+  EXPECT_STREQ(window_->state().events.text.data(), "ab");
+}
+
+TEST(PayloadTotal, CountsEachLoadOnceWhenItIsLetGo) {
+  PayloadTotal total(10);
+  SlaveMessage machine;
+  machine.payload_sigma_kg = 2;
+  const auto carry = [&](double kg, Duration from, Duration to) {
+    machine.payload_kg = kg;
+    for (Duration at = from; at < to; at += 100ms) total.watch(machine, Time(at));
+  };
+  carry(0, 0s, 3s);
+  carry(40, 3s, 8s);
+  EXPECT_EQ(total.loads(), 0);
+  carry(0, 8s, 12s);
+  EXPECT_EQ(total.loads(), 1);
+  EXPECT_DOUBLE_EQ(total.total_kg(), 40);
+  carry(60, 12s, 12300ms);  // an estimate that jumped
+  carry(0, 12300ms, 15s);
+  carry(25, 15s, 18s);
+  carry(0, 18s, 21s);
+  EXPECT_EQ(total.loads(), 2);
+  EXPECT_DOUBLE_EQ(total.total_kg(), 65);
+}
+
+}  // namespace
+}  // namespace knuckle::app
