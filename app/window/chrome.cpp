@@ -55,9 +55,10 @@ void hand_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   Area rest = card.inside();
   const Area head = rest.cut_top(t.px(24), t.unit(0.5F));
   const HandSource source = data.facts.hand;
-  const Icon icon = source == HandSource::kKeyboard  ? Icon::kKeyboard
-                    : source == HandSource::kGamepad ? Icon::kGamepad
-                                                     : Icon::kHand;
+  const Icon icon = data.view.led_by_scenario         ? Icon::kPlay
+                    : source == HandSource::kKeyboard ? Icon::kKeyboard
+                    : source == HandSource::kGamepad  ? Icon::kGamepad
+                                                      : Icon::kHand;
   draw_icon(canvas(), icon, {head.min.x + t.px(11), head.centre().y}, t.px(22), ink(t.colours.text));
   const char* word = source == HandSource::kKeyboard  ? "Keyboard"
                      : source == HandSource::kGamepad ? "Gamepad"

@@ -88,6 +88,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
       gamepad_there = gamepad.has_value();
     }
     window.frame(view, health, events, picture_only ? 0 : host.view_age_s());
+    if (last && warm) outcome.heap_growth_bytes = heap_bytes() - heap_before;
     if (last && !run.screenshot.empty()) window.write_png(run.screenshot);
     window.show();
     ++outcome.frames;
@@ -103,7 +104,6 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   }
   outcome.ran_s = since(begin);
   outcome.ui_cpu_share = (thread_cpu_s() - cpu_before_s) / std::max(outcome.ran_s, 1e-9);
-  outcome.heap_growth_bytes = warm ? heap_bytes() - heap_before : 0;
   outcome.simulated_s = host.view().simulated_s;
   outcome.mode = name(host.view().machine.mode);
   host.stop();

@@ -58,8 +58,14 @@ void machine_loop_card(const Ui& ui, const ConsoleView& view, const Area& area) 
     cell(1, "p99", timing_of.p99);
     cell(2, "max", timing_of.max);
   };
-  timing("Lateness of waking", s.wake_lateness);
-  timing("Time of execution", s.execution);
+  if (s.execution.max > Duration::zero() || s.wake_lateness.max > Duration::zero()) {
+    timing("Lateness of waking", s.wake_lateness);
+    timing("Time of execution", s.execution);
+  } else {
+    rest.cut_top(t.px(8));
+    put_lines(t.fonts.small, t.colours.muted, rest.cut_top(t.px(60)),
+              "Not timed: a simulated machine's loop runs inside this console's, step by step.");
+  }
   rest.cut_top(t.px(8));
   value_row(ui, rest.cut_top(t.px(26)), "CAN bus load", shown("%.0f", s.bus_load * 100).c_str(), "%");
   value_row(ui, rest.cut_top(t.px(26)), "CAN errors", shown("%u", s.can_errors).c_str(), "");

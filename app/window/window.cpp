@@ -16,7 +16,6 @@ namespace knuckle::app {
 namespace {
 
 constexpr std::chrono::nanoseconds kFramePeriod{16'666'667};
-constexpr int kSamples = 4;  // of one pixel: smooth edges of the machine
 
 /// What GLFW said last, on one line.
 std::string last_error() {
@@ -49,7 +48,8 @@ void Window::open(const WindowOptions& options) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-  glfwWindowHint(GLFW_SAMPLES, kSamples);
+  // No multisampling: the picture smooths its own lines, and where the processor draws it would halve the frames.
+  glfwWindowHint(GLFW_SAMPLES, 0);
   glfwWindowHint(GLFW_FOCUS_ON_SHOW, GLFW_TRUE);
   window_ = glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
   if (window_ == nullptr) throw InputError("OpenGL 3.3 is missing: " + last_error());
