@@ -26,6 +26,7 @@ struct ConsoleFacts {
 
 struct ConsoleData {
   const ConsoleFacts& facts;
+  const Kinematics& kinematics;
   const ConsoleView& view;
   const LoopHealth& loop;
   const History& history;

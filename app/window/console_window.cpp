@@ -23,6 +23,7 @@ bool acts_in_text(KeyAction action) {
 ConsoleWindow::ConsoleWindow(const WindowOptions& options, ConsoleFacts facts)
     : facts_(std::move(facts)),
       window_(options),
+      kinematics_(facts_.machine),
       payload_(0.05 * facts_.machine.payload_full_scale_kg),
       machine_(facts_.machine) {
   state_.light = options.light;
@@ -31,7 +32,7 @@ ConsoleWindow::ConsoleWindow(const WindowOptions& options, ConsoleFacts facts)
 void ConsoleWindow::watch(const ConsoleView& view) {
   if (view.simulated_s < drawn_s_) payload_.clear();
   drawn_s_ = view.simulated_s;
-  history_.watch(view);
+  history_.watch(view, kinematics_);
   machine_.watch(view);
   if (view.link.heard) payload_.watch(view.machine, view.now);
 }
@@ -43,7 +44,8 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   const Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_};
   open_canvas();
-  const std::optional<Area> picture = draw_console(ui, {facts_, view, loop, history_, payload_, events}, state_);
+  const std::optional<Area> picture =
+      draw_console(ui, {facts_, kinematics_, view, loop, history_, payload_, events}, state_);
   machine_.take_mouse(picture.value_or(Area{}), state_.side_view, view);
   ImGui::End();
   window_.clear();

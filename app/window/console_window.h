@@ -50,6 +50,7 @@ class ConsoleWindow {
   ConsoleFacts facts_;
   Window window_;
   UiState state_;
+  Kinematics kinematics_;
   History history_;
   PayloadTotal payload_;
   MachinePanel machine_;

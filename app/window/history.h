@@ -5,8 +5,12 @@
 #include <cstddef>
 
 #include "app/console/console_view.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::app {
+
+/// Speed at which a joint's cylinder extends; what cannot be told is none.
+[[nodiscard]] double cylinder_speed_mps(const Kinematics& kinematics, const SlaveMessage& machine, int joint) noexcept;
 
 /// Fixed room; sampled on the loops' own time, so a paused session stands still.
 class History {
@@ -15,12 +19,12 @@ class History {
   static constexpr std::size_t kSamples = 201;
 
   struct Sample {
-    PerJoint<float> command{}, spool{}, velocity_radps{};
+    PerJoint<float> command{}, spool{}, cylinder_mps{};  ///< All positive where the cylinder extends.
     float flow_m3ps = 0, power_W = 0, round_trip_s = 0, force_N = 0, hand_energy_J = 0;
   };
 
   /// Takes a sample when one is due; begins anew when the session did.
-  void watch(const ConsoleView& view);
+  void watch(const ConsoleView& view, const Kinematics& kinematics);
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
   /// 0: the newest.
   [[nodiscard]] const Sample& ago(std::size_t steps) const noexcept {

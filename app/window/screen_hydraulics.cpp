@@ -21,6 +21,11 @@ void signed_row(const Ui& ui, Area area, const char* label, double share, const 
                                       t.px(1));
 }
 
+/// With the whole pump on its head side.
+double fastest_cylinder_mps(const MachineDescription& machine, std::size_t joint) {
+  return machine.hydraulics.pump_flow_m3ps / machine.cylinders[joint].head_area_m2();
+}
+
 void axis_card(const Ui& ui, const ConsoleData& data, std::size_t joint, const Area& area) {
   const Theme& t = ui.theme;
   const ConsoleView& view = data.view;
@@ -30,19 +35,19 @@ void axis_card(const Ui& ui, const ConsoleData& data, std::size_t joint, const A
   Area rest = card.inside();
   Area bars = rest.cut_left(rest.width() * 0.46F, t.unit(2));
   const ImU32 command = t.colours.series[0], spool = t.colours.series[1], velocity = t.colours.series[2];
-  const double fastest = data.facts.machine.links[joint].max_rate_radps;
+  const double speed_mps = cylinder_speed_mps(data.kinematics, view.machine, static_cast<int>(joint));
+  const double fastest_mps = fastest_cylinder_mps(data.facts.machine, joint);
   const float height = std::min(t.px(56), bars.height() / 3);
   signed_row(ui, bars.cut_top(height), "command", view.status.valve_command[axis],
              shown("%+.1f %%", view.status.valve_command[axis] * 100).c_str(), command);
   signed_row(ui, bars.cut_top(height), "spool", view.status.spool[axis],
              shown("%+.1f %%", view.status.spool[axis] * 100).c_str(), spool);
-  constexpr double kDegrees = 180 / std::numbers::pi;
-  signed_row(ui, bars.cut_top(height), "velocity", view.machine.velocity_radps[axis] / fastest,
-             shown("%+.1f \xC2\xB0/s", view.machine.velocity_radps[axis] * kDegrees).c_str(), velocity);
+  signed_row(ui, bars.cut_top(height), "speed", speed_mps / fastest_mps,
+             ui.units.text(Quantity::kSpeed, speed_mps).c_str(), velocity);
   const std::array lines{Line{"command", command, [joint](const History::Sample& s) { return s.command[joint]; }},
                          Line{"spool", spool, [joint](const History::Sample& s) { return s.spool[joint]; }},
-                         Line{"velocity", velocity, [joint, fastest](const History::Sample& s) {
-                                return s.velocity_radps[joint] / static_cast<float>(fastest);
+                         Line{"speed", velocity, [joint, fastest_mps](const History::Sample& s) {
+                                return s.cylinder_mps[joint] / static_cast<float>(fastest_mps);
                               }}};
   history_plot(ui, rest, data.history, lines, {-1, 1, "-100 %", "+100 %, 10 s"});
 }

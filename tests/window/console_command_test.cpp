@@ -142,6 +142,36 @@ TEST_F(LedConsole, StopKeyActsWhileTextIsTyped) {
   EXPECT_STREQ(window_->state().events.text.data(), "ab");
 }
 
+TEST(ConsoleKeyboard, DrivesTheSimulatedMachine) {
+  const VirtualDisplay display("1280x800");
+  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  SimulateOptions options;
+  options.scenario = "free_motion";
+  ConsoleHost host(options, LiveSession::Led::kByPerson, nullptr, nullptr);
+  ConsoleWindow window({}, canned_facts());
+  EventBook events;
+  host.begin();
+  const auto until = [&](const auto& reached) {
+    constexpr int kMostFrames = 1800;  // half a minute at least; the pace is the loop's
+    for (int i = 0; i < kMostFrames && !reached(); ++i) {
+      window.frame(host.view(), host.health(), events, host.view_age_s());
+      window.show();
+      host.put(window.input(host.now()));
+    }
+    return reached();
+  };
+  const auto mode_is = [&host](Mode mode) { return [&host, mode] { return host.view().machine.mode == mode; }; };
+  ASSERT_TRUE(until(mode_is(Mode::kReady)));
+  ASSERT_TRUE(xdotool("keydown shift"));
+  ASSERT_TRUE(until(mode_is(Mode::kEngaged))) << name(host.view().machine.blocking.code);
+  const double boom_rad = host.view().machine.position_rad[kBoom];
+  constexpr double kSeen_rad = 0.05;
+  ASSERT_TRUE(xdotool("keydown q"));
+  EXPECT_TRUE(until([&] { return host.view().machine.position_rad[kBoom] > boom_rad + kSeen_rad; }));
+  ASSERT_TRUE(xdotool("keyup q keyup shift"));
+  EXPECT_TRUE(until([&] { return host.view().machine.mode != Mode::kEngaged; })) << "enable was let go of";
+}
+
 TEST(PayloadTotal, CountsEachLoadOnceWhenItIsLetGo) {
   PayloadTotal total(10);
   SlaveMessage machine;
