@@ -108,6 +108,7 @@ std::string banner_reason(const ConsoleView& view, bool stop) {
            ": check the network";
   if (view.machine.fault) return text(view.machine.fault);
   if (view.hand.device) return text(view.hand.device);
+  if (view.input.release_enable) return "let go of enable first: the window had stalled, and nobody held it then";
   if (view.machine.blocking) return text(view.machine.blocking);
   if (view.machine.mode == Mode::kEngaged) return "the machine follows the hand";
   return "";

@@ -104,7 +104,8 @@ void simulation_card(const Ui& ui, const ConsoleData& data, UiState& state, cons
   const Area left = buttons.column(0, 2, t.unit()), right = buttons.column(1, 2, t.unit());
   if (button(ui, left, state.paused ? Icon::kPlay : Icon::kPause, state.paused ? "Go on" : "Pause", state.paused))
     state.paused = !state.paused;
-  if (button(ui, right, Icon::kReset, "Reset")) ++state.reset_count;
+  // Stands out while what is chosen is not what runs.
+  if (button(ui, right, Icon::kReset, "Reset", !(choice == state.running))) ++state.reset_count;
 }
 
 void connection_card(const Ui& ui, const ConsoleData& data, const Area& area) {

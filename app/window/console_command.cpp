@@ -91,6 +91,7 @@ void set_up(UiState& state, const ConsoleOptions& o, const ConsoleFacts& facts) 
   state.simulation.jitter_ms = static_cast<float>(o.jitter_ms.value_or(0));
   state.simulation.loss_percent = static_cast<float>(o.loss.value_or(0) * 100);
   state.simulation.demo = o.demo;
+  state.running = state.simulation;
 }
 
 Json result_json(const ConsoleOutcome& outcome) {

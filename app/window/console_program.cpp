@@ -44,6 +44,7 @@ void begin_anew(ConsoleWindow& window, ConsoleHost& host, EventBook& events, con
   try {
     host.choose(options, choice.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson);
     window.show_world(host.session()->scenario.world);
+    window.state().running = choice;
   } catch (const InputError& error) {
     events.add(host.view().now, host.view().run, Severity::kWarning, "session", error.what());
   }

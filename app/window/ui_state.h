@@ -17,6 +17,7 @@ struct SimulationChoice {
   int scenario = 0;  ///< Index into ConsoleFacts::scenarios.
   float delay_ms = 1, jitter_ms = 0, loss_percent = 0;
   bool demo = false;  ///< The scenario's own operator drives.
+  bool operator==(const SimulationChoice&) const = default;
 };
 
 struct EventChoice {
@@ -37,7 +38,7 @@ struct UiState {
   float assist_limit_N = 1000;
   bool paused = false;
   std::uint32_t reset_count = 0;
-  SimulationChoice simulation;
+  SimulationChoice simulation, running;  ///< Chosen for the next session; what the one on screen began with.
   EventChoice events;
   std::string export_path, export_result;
 };
