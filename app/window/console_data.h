@@ -1,11 +1,13 @@
 // What a screen is drawn from: the newest view and what does not change while the window is open.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "app/console/console_view.h"
 #include "app/console/event_book.h"
+#include "app/window/calibrate_panel.h"
 #include "app/window/history.h"
 #include "app/window/payload_total.h"
 #include "app/window/widgets.h"
@@ -20,6 +22,7 @@ struct ConsoleFacts {
   MachineDescription machine;
   DeviceDescription device;
   HandSource hand = HandSource::kKeyboard;
+  std::uint64_t seed = 1;              ///< Of the simulated machine.
   std::string peer;                    ///< "simulated", or address and port of the machine's side.
   std::vector<std::string> scenarios;  ///< That a simulated session can be begun with.
 };
@@ -32,6 +35,7 @@ struct ConsoleData {
   const History& history;
   const PayloadTotal& payload;
   EventBook& events;
+  CalibrationPanel& calibration;
 };
 
 /// How fresh the machine's newest message is, and its status beside it.

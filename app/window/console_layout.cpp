@@ -45,7 +45,7 @@ std::optional<Area> draw_console(const Ui& ui, const ConsoleData& data, UiState&
         hydraulics_screen(ui, data, rest);
         break;
       case Screen::kCalibrate:
-        calibrate_screen(ui, rest);
+        picture = calibrate_screen(ui, data, rest);
         break;
       case Screen::kEvents:
         events_screen(ui, data, state, rest);

@@ -27,6 +27,9 @@ ConsoleWindow::ConsoleWindow(const WindowOptions& options, ConsoleFacts facts)
       payload_(0.05 * facts_.machine.payload_full_scale_kg),
       machine_(facts_.machine) {
   state_.light = options.light;
+  calibration_.plan.machine = facts_.machine.source;
+  calibration_.plan.target = facts_.machine.name + "_calibrated.toml";
+  calibration_.plan.seed = facts_.seed;
 }
 
 void ConsoleWindow::watch(const ConsoleView& view) {
@@ -41,16 +44,24 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   window_.begin_frame();
   take_keys();
   watch(view);
+  calibration_.update();
+  if (state_.stop) calibration_.cancel();
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   const Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_};
   open_canvas();
   const std::optional<Area> picture =
-      draw_console(ui, {facts_, kinematics_, view, loop, history_, payload_, events}, state_);
-  machine_.take_mouse(picture.value_or(Area{}), state_.side_view, view);
+      draw_console(ui, {facts_, kinematics_, view, loop, history_, payload_, events, calibration_}, state_);
+  const bool commissioned = picture && state_.screen == Screen::kCalibrate;
+  // The tip of the machine that is being commissioned cannot be pulled.
+  const bool no_mouse = !picture || (commissioned && state_.side_view);
+  machine_.take_mouse(no_mouse ? Area{} : *picture, state_.side_view, view);
   ImGui::End();
   window_.clear();
   const bool stale = machine_freshness(view).stale() || view_age_s > machine_freshness(view).limit_s;
-  if (picture) machine_.draw(*picture, state_.side_view, state_.light, stale, view);
+  if (commissioned)
+    machine_.draw(*picture, state_.side_view, state_.light, calibration_.job()->pose_rad());
+  else if (picture)
+    machine_.draw(*picture, state_.side_view, state_.light, stale, view);
   window_.draw_widgets();
 }
 

@@ -8,6 +8,7 @@
 #include "app/console/event_book.h"
 #include "app/console/hand_input.h"
 #include "app/console/keys.h"
+#include "app/window/calibrate_panel.h"
 #include "app/window/console_data.h"
 #include "app/window/machine_panel.h"
 #include "app/window/ui_state.h"
@@ -55,6 +56,7 @@ class ConsoleWindow {
   PayloadTotal payload_;
   MachinePanel machine_;
   HandInput gamepad_;
+  CalibrationPanel calibration_;
   bool steady_ = false;
   double drawn_s_ = 0;  ///< Time of the session drawn last.
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();

@@ -91,4 +91,11 @@ void MachinePanel::draw(const Area& picture, bool side_view, bool light, bool st
              light ? light_picture_colours() : dark_picture_colours());
 }
 
+void MachinePanel::draw(const Area& picture, bool side_view, bool light, const JointVector& pose_rad) {
+  MachinePicture p;
+  p.measured_rad = pose_rad;
+  view_.draw(p, side_view ? side_ : orbit_, viewport(picture),
+             light ? light_picture_colours() : dark_picture_colours());
+}
+
 }  // namespace knuckle::app

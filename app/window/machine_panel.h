@@ -23,6 +23,8 @@ class MachinePanel {
   void take_mouse(const Area& picture, bool side_view, const ConsoleView& view);
   /// Into the bound framebuffer.
   void draw(const Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view);
+  /// Only the machine, at this pose.
+  void draw(const Area& picture, bool side_view, bool light, const JointVector& pose_rad);
   /// The tip pulled by the mouse; nothing is held where it is not.
   [[nodiscard]] const HandInput& pulled() const noexcept { return pulled_; }
 

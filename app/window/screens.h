@@ -15,7 +15,8 @@ void link_screen(const Ui& ui, const ConsoleData& data, Area area);
 void real_time_screen(const Ui& ui, const ConsoleData& data, Area area);
 void hydraulics_screen(const Ui& ui, const ConsoleData& data, Area area);
 void events_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
-void calibrate_screen(const Ui& ui, const Area& area);
+/// @return where the picture of the machine being commissioned goes, while it may move.
+[[nodiscard]] std::optional<Area> calibrate_screen(const Ui& ui, const ConsoleData& data, Area area);
 
 /// Opens the one window of ImGui's, without a frame of its own and as large as ours; ImGui::End() closes it.
 void open_canvas();

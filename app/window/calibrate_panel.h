@@ -1,0 +1,43 @@
+// What the Calibrate screen keeps: the job, what it last told, and what the person types.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "app/console/calibration_job.h"
+
+namespace knuckle::app {
+
+class CalibrationPanel {
+ public:
+  CalibrationPlan plan;  ///< What the next job works by.
+  /// Text of a number being typed.
+  std::array<char, 16> typed{};
+
+  [[nodiscard]] bool begun() const noexcept { return job_ != nullptr; }
+  [[nodiscard]] bool running() const noexcept { return job_ && state_.stage != CalibrationStage::kOver; }
+  [[nodiscard]] const CalibrationState& state() const noexcept { return state_; }
+  /// nullptr: nothing was begun.
+  [[nodiscard]] CalibrationJob* job() noexcept { return job_.get(); }
+  /// What went wrong last, in one line; empty: nothing.
+  [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
+  [[nodiscard]] bool can_roll_back() const noexcept { return accepted_; }
+
+  void begin();
+  /// Takes what the job has told since; once a frame.
+  void update();
+  void answer(const std::string& word);
+  void cancel();
+  void take_back();
+
+ private:
+  std::unique_ptr<CalibrationJob> job_;
+  CalibrationState state_;
+  std::uint64_t seen_ = 0;
+  bool accepted_ = false;
+  std::string problem_;
+};
+
+}  // namespace knuckle::app
