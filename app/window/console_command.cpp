@@ -57,6 +57,7 @@ ConsoleFacts facts_of(const ConsoleOptions& o) {
   ConsoleFacts facts;
   facts.machine = calibrated(load_machine(find_config("machine", o.machine.empty() ? "solar015" : o.machine)));
   facts.device = device_for(facts.machine, o.device_file);
+  facts.seed = o.seed;
   check_springs(facts.machine, facts.device);
   facts.hand = o.device == "keyboard"  ? HandSource::kKeyboard
                : o.device == "gamepad" ? HandSource::kGamepad

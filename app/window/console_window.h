@@ -39,6 +39,7 @@ class ConsoleWindow {
 
   [[nodiscard]] const ConsoleFacts& facts() const noexcept { return facts_; }
   [[nodiscard]] UiState& state() noexcept { return state_; }
+  [[nodiscard]] CalibrationPanel& calibration() noexcept { return calibration_; }
   [[nodiscard]] Window& window() noexcept { return window_; }
   /// Nothing flashes: for pictures.
   void hold_steady() noexcept { steady_ = true; }

@@ -184,7 +184,7 @@ std::optional<Area> calibrate_screen(const Ui& ui, const ConsoleData& data, Area
   }
   question_card(ui, panel, area.cut_bottom(t.px(150), gap));
   if (by_wizard(stage)) {
-    said_card(ui, panel.state(), area.cut_right(0.52F * area.width(), gap));
+    said_card(ui, panel.state(), area.cut_bottom(0.5F * area.height(), gap));
     return area;
   }
   if (after)

@@ -1,6 +1,7 @@
 // A display of a test's own, and hands on its keyboard and mouse.
 #pragma once
 
+#include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -15,14 +16,20 @@ extern char** environ;
 
 namespace knuckle::app {
 
-/// Starts a program. @return its process; nullopt where there is no such program.
+/// Starts a program that says nothing: what is left over of it must not keep anybody waiting who reads the test's own
+/// output. @return its process; nullopt where there is no such program.
 inline std::optional<pid_t> start_program(std::vector<std::string> words) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
+  posix_spawn_file_actions_t silent;
+  posix_spawn_file_actions_init(&silent);
+  for (const int out : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&silent, out, "/dev/null", O_WRONLY, 0);
   pid_t process = 0;
-  if (posix_spawnp(&process, arguments[0], nullptr, nullptr, arguments.data(), environ) != 0) return std::nullopt;
-  return process;
+  const int error = posix_spawnp(&process, arguments[0], &silent, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&silent);
+  return error == 0 ? std::optional(process) : std::nullopt;
 }
 
 /// An X server without a screen, on a number that it finds itself; DISPLAY names it while it lives.
@@ -31,9 +38,10 @@ class VirtualDisplay {
   explicit VirtualDisplay(const std::string& size, const std::vector<std::string>& more = {}) {
     std::array<int, 2> pipe_ends{};
     if (pipe(pipe_ends.data()) != 0) return;
-    std::vector<std::string> words{"Xvfb",      "-displayfd", std::to_string(pipe_ends[1]),
-                                   "-screen",   "0",          size + "x24",
-                                   "-nolisten", "tcp",        "-noreset"};
+    // It ends with the test, however that ends.
+    std::vector<std::string> words{
+        "setpriv", "--pdeathsig", "KILL",       "Xvfb",      "-displayfd", std::to_string(pipe_ends[1]),
+        "-screen", "0",           size + "x24", "-nolisten", "tcp",        "-noreset"};
     words.insert(words.end(), more.begin(), more.end());
     server_ = start_program(words);
     close(pipe_ends[1]);
