@@ -1,6 +1,7 @@
 // Wires of the simulated machine and device, with what can be done to them: they lose, swallow and cut short.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "transport/can_bus.h"
@@ -16,6 +17,7 @@ class FaultyPort final : public CanBus {
   bool receive(CanFrame& frame) noexcept override;
   [[nodiscard]] CanState state() const noexcept override { return bus_.state(); }
   void acknowledge() noexcept override { bus_.acknowledge(); }
+  [[nodiscard]] std::uint64_t errors() const noexcept override { return bus_.errors(); }
 
   void cut(bool on) noexcept { cut_ = on; }
   void drop_sync(bool on) noexcept { drop_sync_ = on; }

@@ -1,6 +1,7 @@
 #include "slave/bus_map.h"
 
 #include "slave/canopen_client.h"
+#include "slave/node_setup.h"
 #include "transport/canopen.h"
 
 namespace knuckle::slave {
@@ -37,7 +38,7 @@ std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
     sends(valve, canopen::kValveTpdo, valve_Hz);
     hears(valve, canopen::kValveRpdo, valve_Hz);
   }
-  for (const NodeDescription& pressure : bus.pressures) sends(pressure, canopen::kPressureTpdo, bus.sync_Hz);
+  for (const NodeDescription& pressure : bus.pressures) sends(pressure, pressure_map(bus.wire), bus.sync_Hz);
   for (const NodeDescription& encoder : bus.encoders) sends(encoder, canopen::kEncoderTpdo, bus.sync_Hz);
   sends(bus.tilt, canopen::kTiltTpdo, bus.sync_Hz);
   sends(bus.enable, canopen::kEnableTpdo, 1 / bus.controller_heartbeat_s);

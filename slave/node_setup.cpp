@@ -73,6 +73,10 @@ SdoScript valve_script(const MachineDescription& machine, const NodeDescription&
   return script;
 }
 
+const canopen::PdoMap& pressure_map(const WireDescription& wire) noexcept {
+  return wire.pressure_float ? canopen::kPressureFloatTpdo : canopen::kPressureTpdo;
+}
+
 SdoScript pressure_script(const MachineDescription& machine, const NodeDescription& node) {
   SdoScript script = identity(node);
   const WireDescription& wire = machine.bus.wire;
@@ -80,7 +84,7 @@ SdoScript pressure_script(const MachineDescription& machine, const NodeDescripti
   if (!wire.pressure_float) {
     script.push_back({Kind::kRequire, canopen::kPressureDigits, static_cast<std::uint32_t>(wire.pressure_digits), 1});
   }
-  append(script, tpdo(node, wire.pressure_float ? canopen::kPressureFloatTpdo : canopen::kPressureTpdo, 1));
+  append(script, tpdo(node, pressure_map(wire), 1));
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }

@@ -35,6 +35,9 @@ using SdoScript = std::vector<SdoStep>;
 [[nodiscard]] SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& node);
 [[nodiscard]] SdoScript enable_script(const MachineDescription& machine, const NodeDescription& node);
 
+/// What a pressure transmitter is told to send.
+[[nodiscard]] const canopen::PdoMap& pressure_map(const WireDescription& wire) noexcept;
+
 /// Every node of the machine file with what it is called there and what it must be and is told.
 struct NodeScript {
   enum class Role : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable } role = Role::kValve;

@@ -29,7 +29,7 @@ struct Options {
   double assist_force_limit_N = 0;
   bool assist_stop_on_object = false;
   std::optional<double> duration_s;
-  std::string json;
+  std::string csv, json;
 };
 
 void add_options(CLI::App& c, Options& o) {
@@ -47,6 +47,7 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
   c.add_flag("--assist-stop-on-object", o.assist_stop_on_object, "Stop digging when something stiff is met");
   c.add_option("--duration", o.duration_s, "End after so many seconds (default: when told to)");
+  c.add_option("--csv", o.csv, "Write device, set-point, force and what the machine tells, a row every 5 ms");
   c.add_option("--json", o.json, "Write what happened (docs/programs.md says what is in it)");
 }
 
@@ -62,6 +63,7 @@ void check(const Options& o) {
   Places places;
   places.configuration("--machine", o.machine);
   places.configuration("--device-file", o.device_file);
+  places.output("--csv", o.csv);
   places.output("--json", o.json);
 }
 
@@ -134,7 +136,7 @@ int run(const Options& o) {
   check(o);
   const InterruptGuard interrupt;
   const MasterSetup setup = set_up(o);
-  AskedOutput json("--json", o.json);
+  AskedOutput csv("--csv", o.csv), json("--json", o.json);
   UdpLink link = UdpLink::connect(o.connect);
   std::optional<UdpLink> screen;
   std::optional<MirroredLink> mirrored;
@@ -151,11 +153,11 @@ int run(const Options& o) {
   const double started_unix_s = unix_time_s();
   HidPort& port = device ? static_cast<HidPort&>(*device) : nothing;
   Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link;
-  const MasterOutcome outcome =
-      run_master(setup, port, wire, program, [&] { return problem_of(o, device.get(), link); });
+  const MasterOutcome outcome = run_master(
+      setup, port, wire, program, [&] { return problem_of(o, device.get(), link); }, csv.stream());
 
   if (auto* out = json.stream()) *out << result_json(o, setup, started_unix_s, outcome).dump(2) << '\n';
-  json.commit();
+  for (auto* file : {&csv, &json}) file->commit();
   return 0;
 }
 

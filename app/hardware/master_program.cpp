@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "app/hardware/letting_go.h"
+#include "app/hardware/master_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
 #include "transport/status_link.h"
@@ -12,7 +13,7 @@
 namespace knuckle::app {
 namespace {
 
-constexpr int kPriority = 75;
+constexpr int kPriority = 75, kStepsPerRow = 5;
 constexpr double kSilent_s = 1;
 constexpr Duration kStandingReason = 1s;
 
@@ -32,8 +33,9 @@ struct MasterStatus {
 /// All that the loop's thread works on, and what crosses to the thread that tends it.
 class MasterRunner {
  public:
-  MasterRunner(const MasterSetup& setup, HidPort& port, Link& link)
-      : port_(port),
+  MasterRunner(const MasterSetup& setup, HidPort& port, Link& link, bool wants_rows)
+      : wants_rows_(wants_rows),
+        port_(port),
         letting_go_link_(link),
         link_(letting_go_link_),
         master_(setup.device, setup.machine, port_, link_, setup.law) {
@@ -48,6 +50,10 @@ class MasterRunner {
   void ask_to_stop() noexcept { stop_asked_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
   bool next(MasterEvent& event) noexcept { return events_.pop(event); }
+  void write(std::ostream* csv) {
+    MasterRow row;
+    while (rows_.pop(row)) write_master_row(*csv, row);
+  }
   [[nodiscard]] const MasterStatus& status() noexcept {
     status_.take(shown_);
     return shown_;
@@ -56,11 +62,13 @@ class MasterRunner {
   // After the loop has ended.
   [[nodiscard]] const Histogram& round_trip() const noexcept { return round_trip_; }
   [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept { return link_.status(); }
-  [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped(); }
+  [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped() + rows_.dropped(); }
 
  private:
   void observe(Time now) noexcept;
 
+  bool wants_rows_;
+  int steps_ = 0;
   LettingGoPort port_;
   LettingGoLink letting_go_link_;
   StatusLink link_;
@@ -69,6 +77,7 @@ class MasterRunner {
   MasterEvent last_machine_, last_device_;
   Histogram round_trip_;
   Ring<MasterEvent, 256> events_;
+  Ring<MasterRow, 1024> rows_;
   Mailbox<MasterStatus> status_;
   MasterStatus shown_;  // the tending thread's
   std::atomic<bool> stop_asked_{false}, stopped_{false};
@@ -83,6 +92,7 @@ void MasterRunner::step(Time now) noexcept {
   link_.stamp(now);
   master_.step(now);
   observe(now);
+  if (wants_rows_ && steps_++ % kStepsPerRow == 0) rows_.push(row_of(now, master_));
 }
 
 void MasterRunner::observe(Time now) noexcept {
@@ -177,8 +187,9 @@ std::string event_text(const MasterEvent& event) {
 }
 
 MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
-                         const std::function<std::string()>& wire_problem) {
-  const auto runner = std::make_unique<MasterRunner>(setup, port, link);
+                         const std::function<std::string()>& wire_problem, std::ostream* csv) {
+  const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv != nullptr);
+  if (csv != nullptr) write_master_header(*csv);
   MasterOutcome outcome;
   Teller teller(run.console, outcome.events, wire_problem);
   PolicyNote policy("master");
@@ -189,6 +200,7 @@ MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, co
     const auto tend = [&](Time now) {
       policy.tell(run.console, now, loop);
       teller.tell(now, *runner);
+      runner->write(csv);
     };
     tend_until_over(run, clock, tend);
     runner->ask_to_stop();

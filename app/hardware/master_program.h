@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -46,14 +47,15 @@ struct MasterOutcome {
   std::optional<MachineStatus> machine_status;  ///< The newest; nothing where the machine's side sent none.
   RealtimeReport loop;
   double ran_s = 0;
-  std::uint64_t records_lost = 0;
+  std::uint64_t records_lost = 0;  ///< Events and rows there was no room for.
 };
 
 /// Runs until the run is over; then lets go: enable and presence off, torque off, and ends.
 /// @param port, @param link used by the loop's thread alone while this runs.
 /// @param wire_problem what is wrong with device or link below the loop, in one line; empty: nothing. May be empty
-/// itself.
+/// itself. @param csv a row every 5 ms; null: not wanted.
 [[nodiscard]] MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
-                                       const std::function<std::string()>& wire_problem = {});
+                                       const std::function<std::string()>& wire_problem = {},
+                                       std::ostream* csv = nullptr);
 
 }  // namespace knuckle::app

@@ -51,6 +51,8 @@ class NodeRunner {
 
   // The loop's thread.
   void step(Time now) noexcept {
+    // Nodes have no operator whom to ask: restarted after a bus-off, they are there again.
+    if (port_.state() == CanState::kBusOff) port_.acknowledge();
     faults_.step(now, signals_.load(std::memory_order_relaxed), machine_,
                  [this](const FaultEvent& event) { fault_events_.push(event); });
     // The plant moves in whole milliseconds; a period that was skipped is made up for in one longer step.

@@ -142,6 +142,22 @@ Json counters_json(const CanCounters& c) {
           {"downs", c.downs}};
 }
 
+Json nodes_json(const SlaveOutcome& outcome) {
+  Json failures = Json::array(), emergencies = Json::array();
+  for (const SetupFailureEvent& event : outcome.setup_failures) {
+    failures.push_back(
+        {{"at_s", to_seconds(event.at)}, {"node", event.failure.node}, {"text", slave::text(event.failure)}});
+  }
+  for (const auto& [first, times] : outcome.emergencies) {
+    emergencies.push_back({{"at_s", to_seconds(first.at)},
+                           {"node", first.node},
+                           {"code", first.emergency.code},
+                           {"text", slave::text(first)},
+                           {"times", times}});
+  }
+  return {{"setup_failures", std::move(failures)}, {"emergencies", std::move(emergencies)}};
+}
+
 Json simulation_json(const std::optional<Simulation>& simulation) {
   if (!simulation) return nullptr;
   return {{"scenario", simulation->scenario.name}, {"seed", simulation->seed}};
@@ -169,6 +185,7 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
     fault["at_s"] = to_seconds(event.at);
     json["faults"].push_back(std::move(fault));
   }
+  json.update(nodes_json(outcome));
   json["stop"] = {{"confirmed", outcome.unconfirmed.empty()}, {"unconfirmed", outcome.unconfirmed}};
   json["malformed_datagrams"] = outcome.malformed_datagrams;
   json["records_lost"] = outcome.records_lost;

@@ -1,5 +1,6 @@
 #include "app/hardware/slave_program.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <memory>
@@ -31,6 +32,10 @@ bool same(const Reason& a, const Reason& b) noexcept {
   return a.code == b.code && a.subject == b.subject;
 }
 
+bool same(const canopen::Emergency& a, const canopen::Emergency& b) noexcept {
+  return a.code == b.code && a.error_register == b.error_register;
+}
+
 std::string reason_text(const Reason& reason) {
   return std::string(name(reason.code)) + ": " + text(reason);
 }
@@ -57,6 +62,8 @@ class SlaveRunner {
   void ask_to_stop() noexcept { stop_asked_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
   bool next(ModeEvent& event) noexcept { return events_.pop(event); }
+  bool next(SetupFailureEvent& event) noexcept { return failures_.pop(event); }
+  bool next(slave::EmergencyRecord& record) noexcept { return emergencies_.pop(record); }
   [[nodiscard]] const SlaveStatus& status() noexcept {
     status_.take(shown_);
     return shown_;
@@ -68,6 +75,7 @@ class SlaveRunner {
 
  private:
   void observe(Time now) noexcept;
+  void observe_nodes(Time now) noexcept;
   void step_stop(Time now) noexcept;
 
   const MachineDescription& machine_;
@@ -81,7 +89,11 @@ class SlaveRunner {
   SlaveMessage farewell_;
   bool said_off_ = false;
   ModeEvent last_;
+  bool setup_failed_ = false;
+  std::uint64_t emergencies_seen_ = 0, emergencies_lost_ = 0;
   Ring<ModeEvent, 256> events_;
+  Ring<SetupFailureEvent, 16> failures_;
+  Ring<slave::EmergencyRecord, 1024> emergencies_;
   Ring<SlaveRow, 1024> rows_;
   Mailbox<SlaveStatus> status_;
   SlaveStatus shown_;  // the tending thread's
@@ -94,6 +106,7 @@ void SlaveRunner::step(Time now) noexcept {
   slave_.step(now);
   reporter_.step(now, slave_);
   observe(now);
+  observe_nodes(now);
 }
 
 void SlaveRunner::observe(Time now) noexcept {
@@ -104,6 +117,20 @@ void SlaveRunner::observe(Time now) noexcept {
   status_.put({event.mode, event.blocking, event.fault, heard, slave_.round_trip()});
   const auto measurement = wants_rows_ ? slave_.sensors().measurement() : std::nullopt;
   if (measurement) rows_.push(row_of(now, slave_, *measurement));
+}
+
+void SlaveRunner::observe_nodes(Time now) noexcept {
+  const slave::SetupFailure& failure = slave_.client().setup_failure();
+  const bool failed = failure.what != slave::SetupFailure::What::kNone;
+  if (failed && !setup_failed_) failures_.push({now, failure});
+  setup_failed_ = failed;
+  const slave::EmergencyLog& log = slave_.client().emergencies();
+  const std::uint64_t fresh = log.count() - emergencies_seen_;
+  emergencies_seen_ = log.count();
+  for (auto age = static_cast<std::size_t>(std::min<std::uint64_t>(fresh, log.kept())); age > 0; --age) {
+    emergencies_.push(log.newest(age - 1));
+  }
+  if (fresh > log.kept()) emergencies_lost_ += fresh - log.kept();
 }
 
 /// The operator is told with every step that the machine is off: a single datagram may be lost.
@@ -132,7 +159,8 @@ void SlaveRunner::write(const SlaveRecords& records) {
 
 void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   outcome.malformed_datagrams = slave_.malformed_datagrams();
-  outcome.records_lost = can_.lost() + rows_.dropped() + events_.dropped();
+  outcome.records_lost = can_.lost() + rows_.dropped() + events_.dropped() + failures_.dropped() +
+                         emergencies_.dropped() + emergencies_lost_;
   const auto valves = stop_.unconfirmed_valves();
   for (std::size_t j = 0; j < kJoints; ++j) {
     if (valves[j]) outcome.unconfirmed.push_back(std::string(kJointNames[j]) + "_valve");
@@ -150,15 +178,16 @@ std::string stop_text(const SlaveOutcome& outcome) {
 /// Events as they come, what blocks for long, and the status line.
 class Teller {
  public:
-  Teller(ProgramConsole& console, std::vector<ModeEvent>& events) : console_(console), events_(events) {}
+  Teller(ProgramConsole& console, SlaveOutcome& outcome) : console_(console), outcome_(outcome) {}
 
   void tell(Time now, SlaveRunner& runner) {
     ModeEvent event;
     while (runner.next(event)) {
-      events_.push_back(event);
+      outcome_.events.push_back(event);
       console_.event(event.at, event_text(event));
       told_ = event.fault ? event.fault : event.blocking;
     }
+    tell_nodes(runner);
     const SlaveStatus& status = runner.status();
     if (!same(status.blocking, standing_)) standing_since_ = now;
     standing_ = status.blocking;
@@ -170,6 +199,27 @@ class Teller {
   }
 
  private:
+  void tell_nodes(SlaveRunner& runner) {
+    SetupFailureEvent failed;
+    while (runner.next(failed)) {
+      outcome_.setup_failures.push_back(failed);
+      console_.event(failed.at, "set-up: " + slave::text(failed.failure));
+    }
+    slave::EmergencyRecord record;
+    while (runner.next(record)) tell_emergency(record);
+  }
+  /// A node that says the same over and over is told once.
+  void tell_emergency(const slave::EmergencyRecord& record) {
+    auto& all = outcome_.emergencies;
+    const auto before = std::find_if(all.rbegin(), all.rend(),
+                                     [&](const SlaveOutcome::Emergency& e) { return e.first.node == record.node; });
+    if (before != all.rend() && same(before->first.emergency, record.emergency)) {
+      ++before->times;
+      return;
+    }
+    all.push_back({record});
+    console_.event(record.at, "emergency: " + slave::text(record));
+  }
   static std::string status_text(const SlaveStatus& status) {
     std::string line = name(status.mode);
     if (status.blocking) line += " | " + text(status.blocking);
@@ -180,7 +230,7 @@ class Teller {
   }
 
   ProgramConsole& console_;
-  std::vector<ModeEvent>& events_;
+  SlaveOutcome& outcome_;
   Reason told_, standing_;
   Time standing_since_{};
 };
@@ -199,7 +249,7 @@ SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& lin
   const auto runner = std::make_unique<SlaveRunner>(machine, bus, link, records, health);
   if (records.csv != nullptr) write_slave_header(*records.csv);
   SlaveOutcome outcome;
-  Teller teller(run.console, outcome.events);
+  Teller teller(run.console, outcome);
   PolicyNote policy("slave");
   const RealtimeClock clock;
   {

@@ -11,6 +11,8 @@
 #include "core/reason.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "slave/emergency_log.h"
+#include "slave/node_setup.h"
 #include "transport/can_bus.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
@@ -33,8 +35,21 @@ struct SlaveRecords {
   std::ostream* csv = nullptr;      ///< A row each step from the first complete measurement on.
 };
 
+/// The set-up of a node failed: what was asked and answered.
+struct SetupFailureEvent {
+  Time at{};
+  slave::SetupFailure failure;
+};
+
 struct SlaveOutcome {
+  /// Emergencies of a node that say the same one after the other are one.
+  struct Emergency {
+    slave::EmergencyRecord first;
+    std::uint64_t times = 1;
+  };
   std::vector<ModeEvent> events;
+  std::vector<SetupFailureEvent> setup_failures;
+  std::vector<Emergency> emergencies;
   RealtimeReport loop;
   double ran_s = 0;
   std::uint32_t malformed_datagrams = 0;

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <sstream>
+
 #include "sim/haptic_device.h"
 #include "sim/operator_limb.h"
 #include "tests/hardware/program_rig.h"
@@ -26,7 +29,7 @@ class Desk {
                       [this](Time now) { step(now); });
     master_thread_ = std::thread([this] {
       app::ProgramConsole console("master", said.stream, false);
-      outcome = app::run_master(setup_, cable_.host(), link_, {[this] { return !end_; }, console});
+      outcome = app::run_master(setup_, cable_.host(), link_, {[this] { return !end_; }, console}, {}, &csv.stream);
     });
   }
   ~Desk() { end(); }
@@ -52,7 +55,7 @@ class Desk {
     return last;
   }
 
-  Heard said;
+  Heard said, csv;
   app::MasterOutcome outcome;  // after end()
 
  private:
@@ -111,6 +114,34 @@ TEST(ProgramThreads, AnOperatorsSideThatEndsLetsGoOfMachineAndDevice) {
   ASSERT_TRUE(desk.outcome.machine_status) << "the machine's side told of itself";
   EXPECT_EQ(desk.outcome.machine_status->period, 5ms);
   EXPECT_GT(desk.outcome.machine_status->steps, 0U);
+}
+
+TEST(ProgramThreads, AnOperatorsSideWritesWhatItKnewAndDidEveryFiveMilliseconds) {
+  Site site;
+  Desk desk(site.address());
+  ASSERT_TRUE(engage(desk, site)) << site.slave_said.text() << desk.said.text();
+  ASSERT_TRUE(eventually([&] { return desk.said.says("machine engaged"); }));
+  ASSERT_TRUE(eventually([&] { return desk.csv.says(",engaged,none,none,"); })) << "mode, blocking, fault";
+  desk.end();
+  std::istringstream table(desk.csv.text());
+  std::string header, row;
+  ASSERT_TRUE(std::getline(table, header));
+  for (const char* column :
+       {"time_s,forearm_rad,wrist_rad,finger_rad", "presence,enable,clutch,stop", "setpoint_boom_rad", "sent_force_x_N",
+        "round_trip_ms", "mode", "tip_force_z_N", "confidence"}) {
+    EXPECT_NE(header.find(column), std::string::npos) << column;
+  }
+  const auto columns = std::count(header.begin(), header.end(), ',');
+  double before_s = -1;
+  int rows = 0;
+  for (; std::getline(table, row); ++rows) {
+    ASSERT_EQ(std::count(row.begin(), row.end(), ','), columns) << row;
+    const double at_s = std::stod(row);
+    EXPECT_GT(at_s, before_s);
+    before_s = at_s;
+  }
+  EXPECT_GT(rows, 10);
+  EXPECT_LE(rows, 200 * desk.outcome.ran_s + 1);
 }
 
 TEST(ProgramThreads, WithoutAMachineTheOperatorsSideSaysThatItHearsNothing) {

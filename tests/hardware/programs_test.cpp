@@ -186,5 +186,73 @@ TEST(ProgramThreads, RecordsHoldEveryFrameAndEveryMeasurement) {
   EXPECT_EQ(site.node.records_lost, 0U);
 }
 
+TEST(ProgramThreads, EmergenciesAreToldInWordsAndAFloodOfThemOnce) {
+  Site site({"emcy_storm:arm_encoder@usr1+0.2"});
+  Hand hand(site.address());
+  ASSERT_TRUE(engage(hand)) << site.slave_said.text();
+  ++site.signals;
+  ASSERT_TRUE(eventually([&] { return site.slave_said.says("emergency: node 0x31: 0xFF00"); }))
+      << site.slave_said.text();
+  ASSERT_TRUE(eventually([&] { return site.slave_said.says("emergency: node 0x31: 0x0000"); })) << "taken back";
+  site.end_slave();
+  ASSERT_EQ(site.slave.emergencies.size(), 2U);
+  EXPECT_EQ(site.slave.emergencies[0].first.node, 0x31);
+  EXPECT_EQ(site.slave.emergencies[0].first.emergency.code, 0xFF00);
+  EXPECT_GT(site.slave.emergencies[0].times, 20U);
+  EXPECT_EQ(site.slave.emergencies[1].first.emergency.code, 0);
+  EXPECT_TRUE(site.slave.setup_failures.empty());
+}
+
+TEST(ProgramThreads, WhyANodeCouldNotBeSetUpIsToldInWords) {
+  Site site({"wrong_identity:boom_valve@0"});
+  ASSERT_TRUE(eventually([&] { return site.slave_said.says("set-up: node 0x10: reading 0x1018:02 gave 0x409"); }))
+      << site.slave_said.text();
+  site.end_slave();
+  ASSERT_FALSE(site.slave.setup_failures.empty());
+  EXPECT_EQ(site.slave.setup_failures[0].failure.node, 0x10);
+}
+
+/// A controller that is off the bus, or was and has been restarted; what it is given to send is counted.
+class RestartedBus final : public CanBus {
+ public:
+  bool send(const CanFrame& /*frame*/) noexcept override {
+    if (was_off_) return false;
+    ++sent_;
+    return true;
+  }
+  bool receive(CanFrame& /*frame*/) noexcept override { return false; }
+  [[nodiscard]] CanState state() const noexcept override { return was_off_ ? CanState::kBusOff : CanState::kActive; }
+  void acknowledge() noexcept override { was_off_ = off_.load(); }
+
+  void restart() { off_ = false; }
+  [[nodiscard]] int sent() const { return sent_; }
+
+ private:
+  std::atomic<bool> off_{true}, was_off_{true};
+  std::atomic<int> sent_{0};
+};
+
+TEST(ProgramThreads, NodesWhoseControllerWasRestartedAfterABusOffAreThereAgain) {
+  app::NodeSetup setup;
+  setup.truth = sim::nominal_truth(machine());
+  setup.start_rad = kStart;
+  setup.faults = {app::parse_fault("node_emergency:tilt@0+0.1", machine().bus),
+                  app::parse_fault("emcy_storm:tilt@0.2", machine().bus)};
+  RestartedBus bus;
+  Heard said;
+  std::atomic<bool> end{false};
+  const std::atomic<std::uint32_t> signals{0};
+  std::thread nodes([&] {
+    app::ProgramConsole console("node", said.stream, false);
+    (void)app::run_node(setup, bus, {[&] { return !end; }, console}, signals);
+  });
+  EXPECT_TRUE(eventually([&] { return said.says("mended: node_emergency"); }));
+  EXPECT_EQ(bus.sent(), 0) << "off the bus";
+  bus.restart();
+  EXPECT_TRUE(eventually([&] { return bus.sent() > 0; }));
+  end = true;
+  nodes.join();
+}
+
 }  // namespace
 }  // namespace knuckle::test

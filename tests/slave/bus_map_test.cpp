@@ -44,6 +44,33 @@ TEST(BusMap, ControllerHearsAllThatItsNodesSendAndNothingOfItsOwn) {
   }
 }
 
+/// Bytes that a node's script tells it to map into its first PDO: entries of this object, 8 bits a byte.
+int told_to_map(const SdoScript& script, std::uint16_t mapping_object) {
+  int bits = 0;
+  for (const SdoStep& step : script) {
+    const bool entry = step.object.index == mapping_object && step.object.subindex > 0;
+    if (entry && step.kind == SdoStep::Kind::kWrite) bits += static_cast<int>(step.value & 0xFFU);
+  }
+  return bits / 8;
+}
+
+TEST(BusMap, CountsTheBytesThatNodesAreToldToSendWhateverTheMachineFileMaps) {
+  for (const bool pressure_float : {false, true}) {
+    MachineDescription machine = load_machine(find_config("machine", "solar015"));
+    machine.bus.wire.pressure_float = pressure_float;
+    machine.bus.pressures[2].tpdo = 0x2A5;
+    std::map<std::uint32_t, int> mapped;
+    for (const PeriodicFrame& f : bus_map(machine.bus)) mapped[f.id] = f.size;
+    for (const NodeScript& node : node_scripts(machine)) {
+      EXPECT_EQ(told_to_map(node.script, 0x1A00), mapped[node.node.tpdo_id()]) << node.name;
+      const int hears = told_to_map(node.script, 0x1600);
+      if (hears == 0) continue;
+      EXPECT_EQ(hears, mapped[node.node.rpdo_id()]) << node.name;
+    }
+    EXPECT_LE(can_load(bus_map(machine.bus), machine.bus.bit_rate).worst_case, worst_bus_load(machine.bus));
+  }
+}
+
 /// The check of the machine file may count a little more than travels, never less.
 TEST(BusMap, MachineFilesLoadTheirBusesWithinSixtyPercentAsTheirOwnCheckSays) {
   for (const char* name : {"solar015", "compact080"}) {
