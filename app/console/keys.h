@@ -8,7 +8,7 @@
 namespace knuckle::app {
 
 namespace key {
-inline constexpr int kSpace = 32, kMinus = '-', kSlash = '/', kEqual = '=';
+inline constexpr int kSpace = 32, kBackspace = 259, kMinus = '-', kSlash = '/', kEqual = '=';
 inline constexpr int kF1 = 290, kF2 = 291, kF3 = 292, kF4 = 293, kF5 = 294, kF6 = 295;
 inline constexpr int kF9 = 298, kF10 = 299, kF11 = 300, kF12 = 301;
 inline constexpr int kKeypadSubtract = 333, kKeypadAdd = 334;
@@ -50,7 +50,7 @@ struct KeyBinding {
   KeyAction action;
   int key;
   bool held;         ///< Acts for as long as it is down, whatever else is down.
-  bool control;      ///< Pressed ones: together with Ctrl, and only so. Shift is the dead-man and never counts.
+  bool control;      ///< Pressed ones: together with Ctrl, and only so; Stop whatever is held. Shift never counts.
   const char* keys;  ///< For the help; empty: another key of the line before.
   const char* what;
 };
@@ -68,7 +68,7 @@ inline constexpr std::array kKeys{
     KeyBinding{KeyAction::kSlow, key::kRightControl, true, false, "", ""},
     KeyBinding{KeyAction::kClutch, 'C', true, false, "C", "clutch: the machine waits while the hand moves"},
     KeyBinding{KeyAction::kStop, key::kSpace, false, false, "Space", "Stop"},
-    KeyBinding{KeyAction::kReleaseStop, key::kSpace, false, true, "Ctrl+Space", "release Stop"},
+    KeyBinding{KeyAction::kReleaseStop, key::kBackspace, false, true, "Ctrl+Backspace", "release Stop"},
     KeyBinding{KeyAction::kOperate, key::kF1, false, false, "F1", "Operate"},
     KeyBinding{KeyAction::kLink, key::kF2, false, false, "F2", "Link"},
     KeyBinding{KeyAction::kRealTime, key::kF3, false, false, "F3", "Real time"},

@@ -101,7 +101,7 @@ Icon mode_icon(Mode mode) noexcept {
 }
 
 std::string banner_reason(const ConsoleView& view, bool stop) {
-  if (stop) return "Stop is pressed: release it beside the button, or with Ctrl+Space";
+  if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace";
   if (!view.link.heard) return "nothing heard from the machine's side yet";
   if (machine_freshness(view).stale())
     return "the machine has not been heard for " + std::string(shown_duration(view.link.silence_s).c_str()) +

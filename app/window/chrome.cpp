@@ -139,11 +139,6 @@ void draw_rail(const Ui& ui, const ConsoleData& data, UiState& state, Area area)
 void draw_stop(const Ui& ui, UiState& state, Area area) {
   const Theme& t = ui.theme;
   const Palette& c = t.colours;
-  if (state.stop) {
-    const Area release = area.cut_right((area.width() - t.unit()) * 0.46F, t.unit());
-    if (button(ui, release, Icon::kNone, "Release")) state.stop = false;
-    put_text(t.fonts.small, c.muted, {release.centre().x, release.max.y - t.px(16)}, Align::kCentre, "Ctrl+Space");
-  }
   ImGui::SetCursorScreenPos(area.min);
   // Acts when it is pressed, not when it is let go.
   ImGui::InvisibleButton("Stop", area.size());
@@ -155,7 +150,7 @@ void draw_stop(const Ui& ui, UiState& state, Area area) {
   const ImVec2 middle = area.centre();
   if (state.stop) {
     draw_icon(canvas(), Icon::kLock, {middle.x, middle.y - t.px(20)}, t.px(26), c.stop_text);
-    return put_text(t.fonts.title, c.stop_text, {middle.x, middle.y + t.px(18)}, Align::kCentre, "STOPPED");
+    return put_text(t.fonts.title, c.stop_text, {middle.x, middle.y + t.px(18)}, Align::kCentre, "STOP PRESSED");
   }
   draw_icon(canvas(), Icon::kStop, {area.min.x + t.px(48), middle.y}, t.px(50), c.stop_text);
   put_text(t.fonts.display, c.stop_text, {area.min.x + t.px(86), middle.y - t.px(6)}, Align::kLeft, "STOP");
@@ -166,6 +161,9 @@ void draw_side_column(const Ui& ui, const ConsoleData& data, UiState& state, Are
   const Theme& t = ui.theme;
   const float gap = t.px(10);
   draw_stop(ui, state, area.cut_bottom(t.px(96), gap));
+  // Never where Stop is: a second, hasty click must not let go.
+  if (state.stop && button(ui, area.cut_bottom(t.px(40), gap), Icon::kNone, "Release (Ctrl+Backspace)"))
+    state.stop = false;
   hand_card(ui, data, area.cut_top(t.px(152), gap));
   if (data.view.simulated)
     simulation_card(ui, data, state, area.cut_top(t.px(282)));

@@ -34,7 +34,8 @@ void take_events(ConsoleHost& host, EventBook& events) {
 }
 
 /// Begins the session anew with what was chosen since; what cannot be is an event, and the session goes on as it was.
-void begin_anew(ConsoleWindow& window, ConsoleHost& host, EventBook& events, const ConsoleRun& run) {
+void begin_anew(ConsoleWindow& window, ConsoleHost& host, EventBook& events, const ConsoleRun& run,
+                std::uint32_t resets) {
   const SimulationChoice& choice = window.state().simulation;
   SimulateOptions options = *run.simulated;
   options.scenario = window.facts().scenarios[static_cast<std::size_t>(choice.scenario)];
@@ -47,6 +48,7 @@ void begin_anew(ConsoleWindow& window, ConsoleHost& host, EventBook& events, con
     window.state().running = choice;
   } catch (const InputError& error) {
     events.add(host.view().now, host.view().run, Severity::kWarning, "session", error.what());
+    window.state().reset_count = resets;
   }
 }
 
@@ -91,13 +93,13 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
     window.frame(view, health, events, picture_only ? 0 : host.view_age_s());
     if (last && warm) outcome.heap_growth_bytes = heap_bytes() - heap_before;
     if (last && !run.screenshot.empty()) window.write_png(run.screenshot);
-    window.show();
-    ++outcome.frames;
-    if (!picture_only) {
-      if (run.simulated && window.state().reset_count != resets) begin_anew(window, host, events, run);
+    if (!picture_only) {  // before the frame is shown, which may take its time
+      if (run.simulated && window.state().reset_count != resets) begin_anew(window, host, events, run, resets);
       resets = window.state().reset_count;
       host.put(window.input(host.now()));
     }
+    window.show();
+    ++outcome.frames;
     if (!warm && since(begin) > kWarmUp_s) {
       warm = true;
       heap_before = heap_bytes();

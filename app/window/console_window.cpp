@@ -67,19 +67,24 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
 
 void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
   gamepad_ = {};
+  if (!state) pad_enable_was_up_ = false;
   if (!state) return;
   const GamepadHand read = hand_from_gamepad(*state);
+  pad_enable_was_up_ |= !read.hand.enable;
   gamepad_ = read.hand;
+  gamepad_.enable = read.hand.enable && pad_enable_was_up_;
   if (read.stop) state_.stop = true;
 }
 
 void ConsoleWindow::take_keys() {
+  const bool enable = window_.key_down(key::kLeftShift) || window_.key_down(key::kRightShift);
+  keys_enable_was_up_ = !ImGui::GetIO().WantTextInput && (keys_enable_was_up_ || !enable);
   for (const KeyPress& press : window_.key_presses()) {
     const bool control = (press.modifiers & kControl) != 0;
     const auto binding = std::find_if(kKeys.begin(), kKeys.end(), [&](const KeyBinding& b) {
-      return !b.held && b.key == press.key && b.control == control;
+      return !b.held && b.key == press.key && (b.control == control || b.action == KeyAction::kStop);
     });
-    if (binding == kKeys.end() || press.repeat) continue;
+    if (binding == kKeys.end()) continue;
     if (ImGui::GetIO().WantTextInput && !acts_in_text(binding->action)) continue;
     act(binding->action);
   }
@@ -148,7 +153,7 @@ HeldKeys ConsoleWindow::held_keys() const {
   if (ImGui::GetIO().WantTextInput) return held;
   for (const KeyBinding& b : kKeys) {
     if (!b.held || !window_.key_down(b.key)) continue;
-    if (b.action == KeyAction::kEnable) held.enable = true;
+    if (b.action == KeyAction::kEnable) held.enable = keys_enable_was_up_;
     if (b.action == KeyAction::kClutch) held.clutch = true;
     if (b.action == KeyAction::kSlow) held.slow = true;
     if (b.action == KeyAction::kBoomUp) held.boom_up = true;

@@ -87,8 +87,9 @@ Window::~Window() {
 
 void Window::on_key(GLFWwindow* window, int key, int /*scancode*/, int action, int modifiers) {
   auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
-  if (action != GLFW_RELEASE && self->arriving_.size() < self->arriving_.capacity())
-    self->arriving_.push_back({key, modifiers, action == GLFW_REPEAT});
+  // A key that repeats must not take the place of one that is pressed.
+  if (action == GLFW_PRESS && self->arriving_.size() < self->arriving_.capacity())
+    self->arriving_.push_back({key, modifiers});
 }
 
 bool Window::closing() const {

@@ -29,7 +29,6 @@ struct WindowOptions {
 struct KeyPress {
   int key = 0;  ///< GLFW_KEY_...
   int modifiers = 0;
-  bool repeat = false;
 };
 
 class Window {

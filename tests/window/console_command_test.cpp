@@ -112,10 +112,52 @@ TEST_F(LedConsole, StopKeyTakesTheMachineToNeutralAndStaysUntilReleased) {
   frame();
   expect_stopped();
   EXPECT_TRUE(window_->state().stop);
-  ASSERT_TRUE(xdotool("key ctrl+space"));
+  ASSERT_TRUE(xdotool("key ctrl+BackSpace"));
   frame();
   frame();
   EXPECT_FALSE(window_->state().stop);
+}
+
+TEST_F(LedConsole, StopKeyActsWhateverElseIsHeld) {
+  for (const char* held : {"ctrl", "shift", "ctrl+shift+alt"}) {
+    window_->state().stop = false;
+    frame();
+    ASSERT_TRUE(xdotool(std::string("key ") + held + "+space"));
+    frame();
+    frame();
+    EXPECT_TRUE(window_->state().stop) << held;
+  }
+}
+
+TEST_F(LedConsole, ASecondClickWhereStopIsDoesNotReleaseIt) {
+  for (const int x : {1060, 1150, 1250}) {
+    window_->state().stop = false;
+    frame();
+    for (int click = 0; click < 2; ++click) {
+      ASSERT_TRUE(xdotool("mousemove " + std::to_string(x) + " 740 mousedown 1"));
+      for (int i = 0; i < 3; ++i) frame();
+      ASSERT_TRUE(xdotool("mouseup 1"));
+      for (int i = 0; i < 3; ++i) frame();
+      EXPECT_TRUE(window_->state().stop) << x;
+    }
+  }
+}
+
+TEST_F(LedConsole, EnableHeldWhileItsGamepadWasGoneHasNotBeenPressed) {
+  constexpr std::size_t kRightBumper = 5;
+  const auto enabled = [this](std::optional<bool> bumper) {
+    std::optional<GamepadState> pad;
+    if (bumper) pad.emplace().buttons[kRightBumper] = *bumper;
+    window_->take_gamepad(pad);
+    return window_->input(Time{}).hand.enable;
+  };
+  EXPECT_FALSE(enabled(true)) << "held from before";
+  EXPECT_FALSE(enabled(false));
+  EXPECT_TRUE(enabled(true));
+  EXPECT_FALSE(enabled(std::nullopt));
+  EXPECT_FALSE(enabled(true)) << "plugged in again with the finger on it";
+  EXPECT_FALSE(enabled(false));
+  EXPECT_TRUE(enabled(true));
 }
 
 TEST_F(LedConsole, StopButtonActsOnEveryScreenWhereItIs) {
