@@ -72,8 +72,8 @@ class Heard : public std::streambuf {
 };
 
 /// Waits until it is so. @return false where it never was.
-inline bool eventually(const std::function<bool()>& so) {
-  const auto give_up = std::chrono::steady_clock::now() + kPatience;
+inline bool eventually(const std::function<bool()>& so, std::chrono::milliseconds patience = kPatience) {
+  const auto give_up = std::chrono::steady_clock::now() + patience;
   while (!so()) {
     if (std::chrono::steady_clock::now() > give_up) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -266,7 +266,8 @@ inline bool engage(Hand& hand) {
     });
     if (!only_enable_missing) return false;
     hand.say([](MasterMessage& m) { m.enable = true; });
-    if (!eventually([&] { return hand.sees(Mode::kAligning) || hand.sees(Mode::kEngaged); })) return false;
+    if (!eventually([&] { return hand.sees(Mode::kAligning) || hand.sees(Mode::kEngaged); }, std::chrono::seconds(3)))
+      continue;
     if (!eventually([&] { return !hand.sees(Mode::kAligning); })) return false;
     if (hand.sees(Mode::kEngaged)) return true;
   }

@@ -14,9 +14,11 @@ fault node_emergency node_emergency "$usr1" : node_emergency:boom_valve@usr1+1
 fault emcy_storm node_emergency "$usr1" : emcy_storm:arm_encoder@usr1+1
 fault e_stop emergency_stop "$usr1" : e_stop@usr1+1
 fault sync_dropped sensor_stale "$usr1" : sync_dropped@usr1+1
-COMMAND_MS=1000 SPOOL_MS=1100  # found once the valve is asked to be elsewhere; or by what the other sensors say
-fault valve_stuck node_emergency "$usr1" : valve_stuck:arm_valve@usr1+1
-fault sensor_frozen sensor_implausible "$usr1" : sensor_frozen:boom_encoder@usr1+1
+# Found once the valve is asked to be elsewhere, or by what the other sensors say: within the swing of the sweep.
+BROKEN_S=2 COMMAND_MS=2000 SPOOL_MS=2100
+fault valve_stuck node_emergency "$usr1" : valve_stuck:arm_valve@usr1+2
+fault sensor_frozen sensor_implausible "$usr1" : sensor_frozen:boom_encoder@usr1+2
+unset BROKEN_S
 COMMAND_MS=null SPOOL_MS=320  # nothing from the slave arrives
 fault bus_cut sensor_stale 'cangw -F' gateway_up
 fault can_down bus_down 'ip link set vcan0 down' 'ip link set vcan0 up'

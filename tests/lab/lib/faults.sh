@@ -87,7 +87,7 @@ keep_result() {
 # fault NAME EXPECTED_CODE BREAK MEND [NODE_FAULT]: BREAK and MEND are shell commands; NODE_FAULT is what the nodes break
 # at SIGUSR1. A code of "none": the slave cannot say anything. COMMAND_MS, SPOOL_MS: other bounds than the usual ones,
 # from when BREAK has returned (the last good input came in before that); a COMMAND_MS of "null": nobody is there to send
-# a neutral command, the nodes stop by themselves.
+# a neutral command, the nodes stop by themselves. BROKEN_S: for longer than a second.
 fault() {
   local name=$1 tries=3
   until try_fault "$@"; do
@@ -120,7 +120,7 @@ try_fault() {
   mark $breaking
   eval "$break"
   mark $broken
-  sleep 1
+  sleep "${BROKEN_S:-1}"
   eval "$mend"
   mark $mended
   sleep 0.7
