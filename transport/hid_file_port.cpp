@@ -1,6 +1,7 @@
 #include "transport/hid_file_port.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -19,6 +20,11 @@ constexpr int kFailuresBeforeOpening = 100;  // at 1 kHz: ten times a second
 HidFilePort::HidFilePort(const std::string& option, const std::string& path)
     : path_(path), descriptor_(::open(path.c_str(), kFlags)) {
   if (descriptor_ < 0) throw InputError(option + " " + path + ": cannot be opened: " + std::strerror(errno));
+  struct stat kind {};
+  if (::fstat(descriptor_, &kind) != 0 || S_ISREG(kind.st_mode)) {
+    ::close(descriptor_);
+    throw InputError(option + " " + path + ": is a file, not a device: reports would be written over what is in it");
+  }
 }
 
 HidFilePort::HidFilePort(int descriptor) noexcept : descriptor_(descriptor) {

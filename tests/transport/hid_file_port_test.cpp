@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
+#include <fstream>
 #include <optional>
 
 #include "core/error.h"
@@ -78,6 +80,16 @@ TEST(HidFilePort, SaysThatTheHostHasGone) {
   HidReport report;
   EXPECT_FALSE(pair.port->read(report));
   EXPECT_FALSE(pair.port->connected());
+}
+
+TEST(HidFilePort, WritesOverNoFile) {
+  const std::string path = testing::TempDir() + "/hid_file_port_test.txt";
+  std::ofstream(path) << "kept";
+  EXPECT_THROW(HidFilePort("--gadget", path), InputError);
+  std::string text;
+  std::ifstream(path) >> text;
+  EXPECT_EQ(text, "kept");
+  std::remove(path.c_str());
 }
 
 TEST(HidFilePort, NamesTheFileThatCannotBeOpened) {
