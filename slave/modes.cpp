@@ -73,13 +73,18 @@ ModeDecision self_test(const ModeInputs& in) noexcept {
   return to_ready(in, {in.enable ? ReasonCode::kEnableHeld : ReasonCode::kEnableNotPressed, 0, 0, 0});
 }
 
-ModeDecision ready(const ModeState& state, const ModeInputs& in) noexcept {
+/// The pilot is asked for from now on, and is what is missing if nothing else is.
+ModeDecision to_aligning(const ModeInputs& in, const ModeLimits& limits) noexcept {
+  return {{Mode::kAligning, {}, false}, first_of(alignment(in, limits), {ReasonCode::kPilotOff, 0, 0, 0})};
+}
+
+ModeDecision ready(const ModeState& state, const ModeInputs& in, const ModeLimits& limits) noexcept {
   if (const Reason reason = machine_side(in)) return fault(reason);
   // A press counts only if it was made when nothing else was missing; otherwise it has to be made again.
   if (const Reason missing = operator_side(in)) return to_ready(in, missing);
   if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed, 0, 0, 0});
   if (!state.enable_released) return {{Mode::kReady, {}, false}, {ReasonCode::kEnableHeld, 0, 0, 0}};
-  return {{Mode::kAligning, {}, false}, {ReasonCode::kHandNotAligned, 0, 0, 0}};
+  return to_aligning(in, limits);
 }
 
 ModeDecision aligning(const ModeInputs& in, const ModeLimits& limits) noexcept {
@@ -108,7 +113,7 @@ ModeDecision led(const ModeInputs& in, const ModeLimits& limits, bool holding) n
 }
 
 /// Fault and E-stop: both need the cause gone, then enable released, then pressed.
-ModeDecision latched(const ModeState& state, const ModeInputs& in) noexcept {
+ModeDecision latched(const ModeState& state, const ModeInputs& in, const ModeLimits& limits) noexcept {
   // Nodes that are being started anew are no cause of their own, but nothing goes on before they are ready.
   const bool restarting = !in.machine_fault && !in.nodes_operational;
   if (restarting) return {{state.mode, state.fault, false}, {ReasonCode::kStartingUp, 0, 0, 0}};
@@ -116,7 +121,7 @@ ModeDecision latched(const ModeState& state, const ModeInputs& in) noexcept {
   if (const Reason missing = operator_side(in)) return {{state.mode, state.fault, false}, missing};
   if (!in.enable) return {{state.mode, state.fault, true}, {ReasonCode::kEnableNotPressed, 0, 0, 0}};
   if (!state.enable_released) return {{state.mode, state.fault, false}, {ReasonCode::kReleaseToRecover, 0, 0, 0}};
-  return {{Mode::kAligning, {}, false}, {ReasonCode::kHandNotAligned, 0, 0, 0}};
+  return to_aligning(in, limits);
 }
 
 }  // namespace
@@ -132,7 +137,7 @@ ModeDecision next_mode(const ModeState& state, const ModeInputs& in, const ModeL
     case Mode::kSelfTest:
       return self_test(in);
     case Mode::kReady:
-      return ready(state, in);
+      return ready(state, in, limits);
     case Mode::kAligning:
       return aligning(in, limits);
     case Mode::kEngaged:
@@ -141,7 +146,7 @@ ModeDecision next_mode(const ModeState& state, const ModeInputs& in, const ModeL
       return led(in, limits, true);
     case Mode::kFault:
     case Mode::kEStop:
-      return latched(state, in);
+      return latched(state, in, limits);
   }
   // Not a mode at all (damaged memory): the only safe answer.
   return fault({ReasonCode::kCommandInvalid, 0, 0, 0});

@@ -359,6 +359,9 @@ TEST(Modes, RandomInputsNeverEngageAgainstARule) {
     const Mode before = s.state.mode;
     const Mode after = s.step();
     EXPECT_EQ(static_cast<bool>(s.blocking), after != Mode::kEngaged);
+    if (s.blocking.code == ReasonCode::kHandNotAligned) {
+      EXPECT_GT(s.blocking.value, s.blocking.limit);
+    }
     EXPECT_EQ(static_cast<bool>(s.state.fault), after == Mode::kFault || after == Mode::kEStop);
     if (after != Mode::kEngaged) continue;
     ++engaged;
