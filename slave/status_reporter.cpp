@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "estimation/force_estimator.h"
+
 namespace knuckle::slave {
 namespace {
 
@@ -58,6 +60,9 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
   status_.can_errors = static_cast<std::uint32_t>(std::min(bus_.errors(), kMost));
   status_.acted_ago = status_.acted_report_at == kNever ? Duration::zero() : now - set_points_at_;
+  // A force told with no confidence at all rests on no usable sensors, whatever the estimator made of the last ones.
+  const bool known = slave.sent().confidence > 0;
+  status_.force_doubts = known ? slave.force().confidence_reasons : std::uint8_t{estimation::kBadInput};
   link_.send(encode(status_).view());
 }
 

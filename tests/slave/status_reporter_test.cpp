@@ -77,6 +77,24 @@ TEST(StatusReporter, ShowsCommandsSpoolsAndPilotOfTheLedMachine) {
   EXPECT_GT(status.hydraulic_power_W, 0);
 }
 
+TEST(StatusReporter, TellsWhyTheForceIsKnownNoBetter) {
+  ReportingBench bench;
+  ASSERT_TRUE(bench.m.engage()) << text(bench.m.loop.blocking());
+  bench.run(500ms);
+  const std::uint8_t doubts = bench.reporter.sent().force_doubts;
+  EXPECT_EQ(doubts, bench.m.loop.force().confidence_reasons);
+  EXPECT_TRUE(doubts & estimation::kNotTared) << "it has never moved freely";
+  EXPECT_FALSE(doubts & estimation::kBadInput);
+}
+
+TEST(StatusReporter, SaysThatSensorsAreNotUsableWhereTheForceIsToldWithoutConfidence) {
+  ReportingBench bench;
+  bench.run(10ms);
+  ASSERT_FALSE(bench.m.loop.state());
+  ASSERT_EQ(bench.m.loop.sent().confidence, 0);
+  EXPECT_EQ(bench.reporter.sent().force_doubts, estimation::kBadInput);
+}
+
 /// Which set-point each of its frames on the wire was made of, against what was told afterwards.
 TEST(StatusReporter, TellsWhoseReportIsOnTheValvesWireHowLongItWaitedAndHowLongAgo) {
   ReportingBench bench;

@@ -40,6 +40,7 @@ MachineStatus some_status() {
   s.acted_report_at = Time(-1ns);
   s.acted_held = 10ns;
   s.acted_ago = 11ns;
+  s.force_doubts = 0x85;
   return s;
 }
 
@@ -49,7 +50,7 @@ const std::string kStatus =
     "000000000000E03F 0000000000002440 "
     "0100000000000000 0200000000000000 0300000000000000  0400000000000000 0500000000000000 0600000000000000 "
     "404B4C0000000000  0700000000000000 0800000000000000  50  000000000000E03F  09000000 "
-    "FFFFFFFFFFFFFFFF 0A00000000000000 0B00000000000000";
+    "FFFFFFFFFFFFFFFF 0A00000000000000 0B00000000000000  85";
 // Where in it what is.
 constexpr std::size_t kSentAt = 8, kCommand = 16, kPilot = 64, kFlow = 65, kWake = 81, kPeriod = 129, kPriority = 153,
                       kLoad = 154, kReport = 166, kHeld = 174, kAgo = 182;
@@ -87,6 +88,7 @@ TEST(MachineStatus, DecodesTheSameBytes) {
   EXPECT_EQ(status->acted_report_at, Time(-1ns));
   EXPECT_EQ(status->acted_held, 10ns);
   EXPECT_EQ(status->acted_ago, 11ns);
+  EXPECT_EQ(status->force_doubts, 0x85);
 }
 
 TEST(MachineStatus, TruncatedLongerOrForeignDatagramsAreRefused) {
@@ -165,6 +167,7 @@ TEST(MachineStatus, RandomValuesSurviveTheRoundTripAndRandomBytesNeverBreakTheDe
     s.acted_report_at = i % 3 == 0 ? kNever : Time(span());
     s.acted_held = span();
     s.acted_ago = span();
+    s.force_doubts = static_cast<std::uint8_t>(random());
     const Datagram sent = encode(s);
     const auto back = decode_status(sent.view());
     ASSERT_TRUE(back);
@@ -173,6 +176,7 @@ TEST(MachineStatus, RandomValuesSurviveTheRoundTripAndRandomBytesNeverBreakTheDe
     ASSERT_EQ(back->steps, s.steps);
     ASSERT_EQ(back->acted_report_at, s.acted_report_at);
     ASSERT_EQ(back->acted_ago, s.acted_ago);
+    ASSERT_EQ(back->force_doubts, s.force_doubts);
     auto noise = test::hex(kStatus);
     for (int n = 0; n < 4; ++n) noise[4 + random() % (noise.size() - 4)] = static_cast<std::uint8_t>(random());
     const auto read = decode_status(noise);
