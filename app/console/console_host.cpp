@@ -38,6 +38,7 @@ void ConsoleHost::skip_to(double simulated_s) {
 }
 
 void ConsoleHost::begin() {
+  viewed_at_ = now();
   thread_ = std::make_unique<RealtimeThread>(
       RealtimeOptions{
           .name = "console", .period = kTick, .fifo_priority = kPriority, .lock_memory = true, .health = &health_box_},

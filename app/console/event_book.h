@@ -34,7 +34,7 @@ struct EventFilter {
 
 class EventBook {
  public:
-  static constexpr std::size_t kMost = 2000;  ///< The oldest go first.
+  static constexpr std::size_t kMost = 2000;  ///< The oldest go first; what is not acknowledged, last.
 
   void add(const ConsoleEvent& event);
   /// What the window itself has to say, such as a gamepad that is gone.
@@ -50,15 +50,16 @@ class EventBook {
   [[nodiscard]] std::size_t open(Severity least) const noexcept;
   void acknowledge(std::uint64_t number) noexcept;
   void acknowledge_all() noexcept;
-  /// Rows there was no room for any more.
+  /// Rows there was no room for any more, and how many of them nobody had acknowledged.
   [[nodiscard]] std::uint64_t forgotten() const noexcept { return forgotten_; }
+  [[nodiscard]] std::uint64_t forgotten_open() const noexcept { return forgotten_open_; }
 
   /// All rows as CSV (RFC 4180). @throws InputError where the file cannot be written.
   void export_csv(const std::string& path) const;
 
  private:
   std::deque<EventRow> rows_;
-  std::uint64_t numbered_ = 0, forgotten_ = 0, lost_ = 0;
+  std::uint64_t numbered_ = 0, forgotten_ = 0, forgotten_open_ = 0, lost_ = 0;
 };
 
 }  // namespace knuckle::app

@@ -89,6 +89,19 @@ TEST(EventBook, KeepsTheNewestAndCountsWhatItForgot) {
   EXPECT_EQ(book.rows().back().number, all);
 }
 
+TEST(EventBook, ForgetsWhatIsNotAcknowledgedLastAndSaysSo) {
+  EventBook book;
+  for (int i = 0; i < 3; ++i) book.add(Time{}, 1, Severity::kAlarm, "alarm", std::to_string(i));
+  const std::size_t most = EventBook::kMost;
+  for (std::size_t i = 0; i < most + 7; ++i) book.add(Time{}, 1, Severity::kInfo, "n", "");
+  EXPECT_EQ(book.open(Severity::kAlarm), 3u);
+  EXPECT_EQ(book.forgotten(), 10u);
+  EXPECT_EQ(book.forgotten_open(), 0u);
+  for (std::size_t i = 0; i < most; ++i) book.add(Time{}, 1, Severity::kWarning, "w", "");
+  EXPECT_EQ(book.rows().size(), most);
+  EXPECT_EQ(book.forgotten_open(), 3u) << "the alarms, once nothing else could go";
+}
+
 TEST(EventBook, SaysOnceHowManyEventsWereLost) {
   EventBook book;
   book.note_lost(Time{}, 1, 0);
