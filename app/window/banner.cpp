@@ -13,9 +13,8 @@ bool alarming(Mode mode) {
 void mode_block(const Ui& ui, const ConsoleView& view, const Area& area) {
   const Theme& t = ui.theme;
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  const Freshness fresh = machine_freshness(view);
-  const double age_s = std::max(fresh.age_s, ui.view_age_s);
-  const bool old = !fresh.heard || age_s > fresh.limit_s;
+  const Freshness fresh = machine_freshness(view).after(ui.view_age_s);
+  const bool old = fresh.stale() || ui.loop_silent();
   const Mode mode = view.machine.mode;
   const ImU32 fill = old ? t.colours.raised : t.mode_colour(mode);
   const ImU32 on = old ? t.colours.muted : text_on(fill);
@@ -29,7 +28,7 @@ void mode_block(const Ui& ui, const ConsoleView& view, const Area& area) {
   if (old && fresh.heard) {
     put_text(t.fonts.title, on, {x, y - t.px(10)}, Align::kLeft, word);
     put_text(t.fonts.mono_small, t.colours.notice, {x, y + t.px(14)}, Align::kLeft,
-             shown("%s old", shown_duration(age_s).c_str()).c_str());
+             shown("%s old", shown_duration(fresh.age_s).c_str()).c_str());
   } else {
     put_text(t.fonts.display, on, {x, y}, Align::kLeft, word);
   }
@@ -44,14 +43,28 @@ void tags(const Ui& ui, const ConsoleData& data, Area& area) {
     const Area place = area.cut_right(chip_width(ui, text), t.unit());
     chip(ui, {place.min.x, y}, icon, text, fill);
   };
-  const Freshness fresh = machine_freshness(view);
+  const Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const ImU32 quiet = mix(t.colours.surface, t.colours.border, 0.6F);
   if (fresh.heard)
-    tag(Icon::kLink, shown("link %.0f ms", std::max(fresh.age_s, ui.view_age_s) * 1e3).c_str(),
-        fresh.stale() ? t.colours.notice : quiet);
+    tag(Icon::kLink, shown("link %.0f ms", fresh.age_s * 1e3).c_str(), fresh.stale() ? t.colours.notice : quiet);
   if (view.simulated) tag(Icon::kCircle, "SIMULATED", mix(t.colours.surface, t.colours.accent, 0.35F));
   if (view.paused) tag(Icon::kPause, "PAUSED", t.colours.notice);
   if (view.hand.warning) tag(Icon::kWarning, "FORCE LOWERED", t.colours.notice);
+}
+
+/// What keeps this console from knowing how the machine is; nothing where it does.
+struct Silence {
+  std::string what;
+  const char* remedy = "";
+};
+Silence silence(const ConsoleView& view, double view_age_s) {
+  const auto for_so_long = [](double seconds) { return std::string(shown_duration(seconds).c_str()); };
+  if (view_age_s > kLoopSilent_s)
+    return {"this console's own loop has stood still for " + for_so_long(view_age_s), "close the console, begin anew"};
+  if (!view.link.heard) return {"nothing heard from the machine's side yet", "check that it runs"};
+  const Freshness fresh = machine_freshness(view);
+  if (fresh.stale()) return {"the machine has not been heard for " + for_so_long(fresh.age_s), "check the network"};
+  return {};
 }
 
 }  // namespace
@@ -100,12 +113,14 @@ Icon mode_icon(Mode mode) noexcept {
   return Icon::kNone;
 }
 
-std::string banner_reason(const ConsoleView& view, bool stop) {
+std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s) {
+  const Silence unheard = silence(view, view_age_s);
+  // Who has pressed Stop must know whether it came through.
+  if (stop && !unheard.what.empty())
+    return "Stop is pressed, but " + unheard.what + ": do not rely on it, use the machine's own E-stop";
+  if (stop && led(view.machine.mode)) return "Stop is pressed; the machine has not confirmed it yet";
   if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace";
-  if (!view.link.heard) return "nothing heard from the machine's side yet";
-  if (machine_freshness(view).stale())
-    return "the machine has not been heard for " + std::string(shown_duration(view.link.silence_s).c_str()) +
-           ": check the network";
+  if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
   if (view.machine.fault) return text(view.machine.fault);
   if (view.hand.device) return text(view.hand.device);
   if (view.input.release_enable) return "let go of enable first: the window had stalled, and nobody held it then";
@@ -120,7 +135,7 @@ void draw_banner(const Ui& ui, const ConsoleData& data, const UiState& state, Ar
   mode_block(ui, data.view, area.cut_left(t.px(318), t.unit(2)));
   area = area.inset(t.unit(), 0);
   tags(ui, data, area);
-  const std::string reason = banner_reason(data.view, state.stop);
+  const std::string reason = banner_reason(data.view, state.stop, ui.view_age_s);
   // One large line where it fits, else two smaller ones.
   if (text_width(t.fonts.title, reason.c_str()) <= area.width())
     return put_text(t.fonts.title, t.colours.text, {area.min.x, area.centre().y}, Align::kLeft, reason.c_str());

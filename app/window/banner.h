@@ -7,8 +7,8 @@
 namespace knuckle::app {
 
 void draw_banner(const Ui& ui, const ConsoleData& data, const UiState& state, Area area);
-/// The one line of what is to be done, or of what goes on.
-[[nodiscard]] std::string banner_reason(const ConsoleView& view, bool stop);
+/// The one line of what is to be done, or of what goes on. @param view_age_s since the loops last put a view.
+[[nodiscard]] std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s);
 /// "SELF-TEST", ...
 [[nodiscard]] const char* mode_word(Mode mode) noexcept;
 [[nodiscard]] Icon mode_icon(Mode mode) noexcept;

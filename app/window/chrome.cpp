@@ -77,12 +77,12 @@ void hand_card(const Ui& ui, const ConsoleData& data, const Area& area) {
          on && hand.clutch && label == lamps[2].first ? t.colours.notice : t.colours.good);
 }
 
-void small_slider(const Ui& ui, Area& rest, const char* label, float& value, float high, const char* format) {
+bool small_slider(const Ui& ui, Area& rest, const char* label, float& value, float high, const char* format) {
   const Theme& t = ui.theme;
   Area row = rest.cut_top(t.px(32), t.unit(0.5F));
   put_text(t.fonts.small, t.colours.muted, {row.min.x, row.centre().y}, Align::kLeft, label);
   row.cut_left(t.px(56));
-  slider(ui, row, shown("##%s", label).c_str(), value, 0, high, format);
+  return slider(ui, row, shown("##%s", label).c_str(), value, 0, high, {.format = format, .value_width = t.px(58)});
 }
 
 void simulation_card(const Ui& ui, const ConsoleData& data, UiState& state, const Area& area) {
@@ -96,9 +96,9 @@ void simulation_card(const Ui& ui, const ConsoleData& data, UiState& state, cons
   const std::size_t count = std::min(kMost, data.facts.scenarios.size());
   for (std::size_t i = 0; i < count; ++i) names[i] = data.facts.scenarios[i].c_str();
   stepper(ui, rest.cut_top(t.px(32), t.unit(0.5F)), "scenario", choice.scenario, std::span(names).first(count));
-  small_slider(ui, rest, "Delay", choice.delay_ms, 400, "%.0f ms");
-  small_slider(ui, rest, "Jitter", choice.jitter_ms, 100, "%.0f ms");
-  small_slider(ui, rest, "Loss", choice.loss_percent, 50, "%.0f %%");
+  choice.link_chosen |= small_slider(ui, rest, "Delay", choice.delay_ms, 400, "%.0f ms");
+  choice.link_chosen |= small_slider(ui, rest, "Jitter", choice.jitter_ms, 100, "%.0f ms");
+  choice.link_chosen |= small_slider(ui, rest, "Loss", choice.loss_percent, 50, "%.0f %%");
   toggle(ui, rest.cut_top(t.px(28), t.unit(0.5F)), "Scenario drives", choice.demo);
   const Area buttons = rest.cut_top(t.px(36));
   const Area left = buttons.column(0, 2, t.unit()), right = buttons.column(1, 2, t.unit());
@@ -192,7 +192,7 @@ void draw_help(const Ui& ui, const Area& area) {
     Area column = rest.column(i < half ? 0 : 1, 2, t.unit(4));
     Area row = column.row(static_cast<int>(i % half), static_cast<int>(half), 0);
     put_text(t.fonts.mono_small, t.colours.accent, {row.min.x, row.centre().y}, Align::kLeft, b.keys);
-    row.cut_left(t.px(108));
+    row.cut_left(t.px(132));
     put_fitted(t.fonts.small, t.colours.text, row, b.what);
     ++i;
   }

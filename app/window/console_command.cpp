@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -82,17 +83,14 @@ Behind behind(const ConsoleOptions& o, const ConsoleFacts& facts, std::ostream* 
   return b;
 }
 
-void set_up(UiState& state, const ConsoleOptions& o, const ConsoleFacts& facts) {
+void set_up(UiState& state, const ConsoleOptions& o, const ConsoleFacts& facts, const ConsoleHost& host) {
   state.screen = o.first_screen();
   state.units = o.imperial ? UnitSystem::kImperial : UnitSystem::kMetric;
   state.export_path = "knuckle-events.csv";
   const auto chosen = std::find(facts.scenarios.begin(), facts.scenarios.end(), o.scenario);
   state.simulation.scenario = static_cast<int>(chosen - facts.scenarios.begin());
-  state.simulation.delay_ms = static_cast<float>(o.delay_ms.value_or(1));
-  state.simulation.jitter_ms = static_cast<float>(o.jitter_ms.value_or(0));
-  state.simulation.loss_percent = static_cast<float>(o.loss.value_or(0) * 100);
   state.simulation.demo = o.demo;
-  state.running = state.simulation;
+  if (host.session()) show_session(state, host);
 }
 
 Json result_json(const ConsoleOutcome& outcome) {
@@ -104,7 +102,9 @@ Json result_json(const ConsoleOutcome& outcome) {
           {"ui_cpu_share", outcome.ui_cpu_share},
           {"heap_growth_bytes", outcome.heap_growth_bytes},
           {"simulated_s", outcome.simulated_s},
-          {"mode", outcome.mode}};
+          {"mode", outcome.mode},
+          {"events_lost", outcome.events_lost},
+          {"frames_lost", outcome.frames_lost}};
 }
 
 int run(const ConsoleOptions& o) {
@@ -116,7 +116,7 @@ int run(const ConsoleOptions& o) {
   ConsoleWindow window(o.window(), facts);
   if (facts.hand == HandSource::kGamepad && !window.window().gamepad())
     refuse_option("--device", o.device, "no gamepad is there: plug one in, or use --device keyboard");
-  set_up(window.state(), o, facts);
+  set_up(window.state(), o, facts, *loops.host);
 
   ConsoleRun run;
   run.keep_on = [&interrupt] { return !interrupt.pending(); };
@@ -126,6 +126,9 @@ int run(const ConsoleOptions& o) {
   if (o.simulate) run.simulated = o.session();
   if (!o.screenshot.empty()) window.hold_steady();
   const ConsoleOutcome outcome = run_console(window, *loops.host, run);
+  if (outcome.frames_lost > 0)
+    std::cerr << "knuckle console: --candump " << o.candump << ": " << outcome.frames_lost
+              << " frames are missing: the window was too slow to write them\n";
   if (auto* out = json.stream()) *out << result_json(outcome).dump(2) << '\n';
   for (auto* file : {&candump, &json}) file->commit();
   return 0;

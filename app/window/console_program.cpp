@@ -33,19 +33,24 @@ void take_events(ConsoleHost& host, EventBook& events) {
   events.note_lost(view.now, view.run, host.events_lost());
 }
 
+/// Tells once that the log of the bus has holes. @param told whether it was.
+void watch_log(ConsoleHost& host, EventBook& events, bool& told) {
+  if (told || host.frames_lost() == 0) return;
+  told = true;
+  const ConsoleView& view = host.view();
+  events.add(view.now, view.run, Severity::kWarning, "frames_lost",
+             "the candump log has holes from here on: the window was too slow to write it");
+}
+
 /// Begins the session anew with what was chosen since; what cannot be is an event, and the session goes on as it was.
 void begin_anew(ConsoleWindow& window, ConsoleHost& host, EventBook& events, const ConsoleRun& run,
                 std::uint32_t resets) {
   const SimulationChoice& choice = window.state().simulation;
-  SimulateOptions options = *run.simulated;
-  options.scenario = window.facts().scenarios[static_cast<std::size_t>(choice.scenario)];
-  options.delay_ms = static_cast<double>(choice.delay_ms);
-  options.jitter_ms = static_cast<double>(choice.jitter_ms);
-  options.loss = static_cast<double>(choice.loss_percent) / 100;
   try {
-    host.choose(options, choice.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson);
+    host.choose(next_session(*run.simulated, choice, window.facts()),
+                choice.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson);
     window.show_world(host.session()->scenario.world);
-    window.state().running = choice;
+    show_session(window.state(), host);
   } catch (const InputError& error) {
     events.add(host.view().now, host.view().run, Severity::kWarning, "session", error.what());
     window.state().reset_count = resets;
@@ -63,6 +68,29 @@ void skip(ConsoleWindow& window, ConsoleHost& host, EventBook& events, double to
 
 }  // namespace
 
+SimulateOptions next_session(const SimulateOptions& asked, const SimulationChoice& choice, const ConsoleFacts& facts) {
+  SimulateOptions options = asked;
+  options.scenario = facts.scenarios[static_cast<std::size_t>(choice.scenario)];
+  if (!choice.link_chosen) return options;
+  options.delay_ms = static_cast<double>(choice.delay_ms);
+  options.jitter_ms = static_cast<double>(choice.jitter_ms);
+  options.loss = static_cast<double>(choice.loss_percent) / 100;
+  return options;
+}
+
+void show_session(UiState& state, const ConsoleHost& host) {
+  const SessionSetup& session = *host.session();
+  SimulationChoice& choice = state.simulation;
+  choice.delay_ms = static_cast<float>(to_seconds(session.to_machine.delay) * 1e3);
+  choice.jitter_ms = static_cast<float>(to_seconds(session.to_machine.jitter) * 1e3);
+  choice.loss_percent = static_cast<float>(session.to_machine.loss * 100);
+  if (choice.scenario != state.running.scenario) {
+    state.assist = session.scenario.assist;
+    if (state.assist.force_limit_N > 0) state.assist_limit_N = static_cast<float>(state.assist.force_limit_N);
+  }
+  state.running = choice;
+}
+
 ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const ConsoleRun& run) {
   constexpr double kWarmUp_s = 1;  // textures, shaders and buffers find their sizes
   EventBook events;
@@ -74,12 +102,13 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   const Clock::time_point begin = Clock::now();
   const double cpu_before_s = thread_cpu_s();
   std::int64_t heap_before = heap_bytes();
-  bool warm = false, gamepad_there = true;
+  bool warm = false, gamepad_there = true, holes_told = false;
   std::uint32_t resets = window.state().reset_count;
   constexpr std::uint64_t kSettled = 3;  // ImGui lays some things out by the frame before
   for (bool last = false; !last && !window.closing() && run.keep_on();) {
     last = picture_only ? outcome.frames + 1 >= kSettled : since(begin) >= run.duration_s;
     take_events(host, events);
+    watch_log(host, events, holes_told);
     const ConsoleView& view = host.view();
     const LoopHealth& health = host.health();
     if (window.facts().hand == HandSource::kGamepad) {
@@ -110,6 +139,8 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   outcome.simulated_s = host.view().simulated_s;
   outcome.mode = name(host.view().machine.mode);
   host.stop();
+  outcome.events_lost = host.events_lost();
+  outcome.frames_lost = host.frames_lost();
   return outcome;
 }
 

@@ -27,8 +27,15 @@ struct ConsoleOutcome {
   std::int64_t heap_growth_bytes = 0;  ///< From a second after the beginning on.
   double simulated_s = 0;
   std::string mode;
+  std::uint64_t events_lost = 0, frames_lost = 0;  ///< That there was no room for; frames of the simulated bus.
 };
 
+/// What the session begun next is made of. @param asked by the command line, which counts where the person chose
+/// nothing.
+[[nodiscard]] SimulateOptions next_session(const SimulateOptions& asked, const SimulationChoice& choice,
+                                           const ConsoleFacts& facts);
+/// Takes over what the session that was chosen last brings with it: link and assist. @param host with such a session.
+void show_session(UiState& state, const ConsoleHost& host);
 /// @throws InputError where the screenshot cannot be written.
 [[nodiscard]] ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const ConsoleRun& run);
 

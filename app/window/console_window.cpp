@@ -35,9 +35,10 @@ ConsoleWindow::ConsoleWindow(const WindowOptions& options, ConsoleFacts facts)
 void ConsoleWindow::watch(const ConsoleView& view) {
   if (view.simulated_s < drawn_s_) payload_.clear();
   drawn_s_ = view.simulated_s;
-  history_.watch(view, kinematics_);
+  const bool heard = !machine_freshness(view).stale();
+  history_.watch(view, kinematics_, heard, !status_freshness(view).stale());
   machine_.watch(view);
-  if (view.link.heard) payload_.watch(view.machine, view.now);
+  if (heard) payload_.watch(view.machine, view.now);
 }
 
 void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
@@ -57,7 +58,7 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   machine_.take_mouse(no_mouse ? Area{} : *picture, state_.side_view, view);
   ImGui::End();
   window_.clear();
-  const bool stale = machine_freshness(view).stale() || view_age_s > machine_freshness(view).limit_s;
+  const bool stale = ui.loop_silent() || machine_freshness(view).after(view_age_s).stale();
   if (commissioned)
     machine_.draw(*picture, state_.side_view, state_.light, calibration_.job()->pose_rad());
   else if (picture)

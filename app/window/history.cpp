@@ -9,24 +9,30 @@ double cylinder_speed_mps(const Kinematics& kinematics, const SlaveMessage& mach
   return cylinder ? cylinder->lever_m * machine.velocity_radps[joint] : 0;
 }
 
-void History::watch(const ConsoleView& view, const Kinematics& kinematics) {
-  if (view.now < last_) count_ = 0;
-  if (last_ != kNever && view.now >= last_ && to_seconds(view.now - last_) < kStep_s) return;
-  last_ = view.now;
-  Sample& s = samples_[next_];
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    const auto axis = static_cast<Eigen::Index>(j);
-    s.command[j] = static_cast<float>(view.status.valve_command[axis]);
-    s.spool[j] = static_cast<float>(view.status.spool[axis]);
-    s.cylinder_mps[j] = static_cast<float>(cylinder_speed_mps(kinematics, view.machine, static_cast<int>(j)));
-  }
-  s.flow_m3ps = static_cast<float>(view.status.oil_flow_m3ps);
-  s.power_W = static_cast<float>(view.status.hydraulic_power_W);
-  s.round_trip_s = static_cast<float>(view.link.round_trip_s);
-  s.force_N = static_cast<float>(view.machine.tip_force_N.norm());
-  s.hand_energy_J = static_cast<float>(view.hand.hand_energy_J);
+void History::add(const Sample& sample) noexcept {
+  samples_[next_] = sample;
   next_ = (next_ + 1) % kSamples;
   count_ = std::min(count_ + 1, kSamples);
+}
+
+void History::watch(const ConsoleView& view, const Kinematics& kinematics, bool machine_known, bool status_known) {
+  constexpr std::int64_t kHeld = 4;  // steps that a window which draws slowly may hold a value
+  const std::int64_t step = view.now.time_since_epoch() / from_seconds(kStep_s);
+  if (step < last_) *this = History();
+  if (step == last_) return;
+  Sample s;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const auto axis = static_cast<Eigen::Index>(j);
+    if (status_known) s.command[j] = static_cast<float>(view.status.valve_command[axis]);
+    if (status_known) s.spool[j] = static_cast<float>(view.status.spool[axis]);
+    if (machine_known)
+      s.cylinder_mps[j] = static_cast<float>(cylinder_speed_mps(kinematics, view.machine, static_cast<int>(j)));
+  }
+  s.hand_energy_J = static_cast<float>(view.hand.hand_energy_J);
+  const std::int64_t steps = last_ < 0 ? 1 : std::min<std::int64_t>(step - last_, kSamples);
+  for (std::int64_t i = 1; i < steps; ++i) add(steps > kHeld ? Sample{} : s);
+  add(s);
+  last_ = step;
 }
 
 }  // namespace knuckle::app

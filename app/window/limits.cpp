@@ -1,8 +1,9 @@
 // Words for limits and for trust in the force.
 #include <array>
-#include <cmath>
+#include <utility>
 
 #include "app/window/screens.h"
+#include "estimation/force_estimator.h"
 
 namespace knuckle::app {
 
@@ -30,29 +31,22 @@ bool limit_chips(const Ui& ui, std::uint16_t limits, const Area& area) {
   return any;
 }
 
-std::string confidence_words(const ConsoleView& view, const MachineDescription& machine) {
-  const SlaveMessage& m = view.machine;
-  if (m.confidence <= 0) return "unknown: sensors are not usable";
+std::string confidence_words(const ConsoleView& view) {
+  using namespace estimation;
+  constexpr std::array<std::pair<ConfidenceReason, const char*>, 8> kWords{
+      {{kBadInput, "sensors are not usable"},
+       {kNearSingular, "arm near straight or bucket near its end"},
+       {kResidual, "the joints disagree: touched elsewhere, or a sensor is off"},
+       {kEndStop, "a cylinder is at its end stop"},
+       {kReliefOpen, "a relief valve is open"},
+       {kStuckFriction, "standing: friction hides small forces"},
+       {kFastMotion, "fast motion"},
+       {kNotTared, "still learning this machine's free motion"}}};
+  if (status_freshness(view).stale()) return "the machine does not tell why";
   std::string words;
-  const auto add = [&words](const char* why) { words += (words.empty() ? "" : ", ") + std::string(why); };
-  // Bounds near those that lower the estimate's confidence itself.
-  constexpr double kUsableSigma_N = 600, kStill_radps = 0.005, kFastShare = 0.6, kNearRelief = 0.95;
-  const auto& [xx, xz, zz] = m.covariance_N2;
-  const double sigma_N = std::sqrt(0.5 * (xx + zz) + std::hypot(0.5 * (xx - zz), xz));
-  if (sigma_N > kUsableSigma_N) add("arm near straight or bucket near its end");
-  double fastest = 0;
-  for (std::size_t j = 0; j < kJoints; ++j)
-    fastest =
-        std::max(fastest, std::abs(m.velocity_radps[static_cast<Eigen::Index>(j)]) / machine.links[j].max_rate_radps);
-  if (m.velocity_radps.cwiseAbs().maxCoeff() < kStill_radps) add("standing: friction hides small forces");
-  if (fastest > kFastShare) add("fast motion");
-  for (const double pressure : m.pressure_Pa) {
-    if (pressure < kNearRelief * machine.hydraulics.port_relief_Pa) continue;
-    add("a relief valve is open");
-    break;
-  }
-  if (words.empty()) words = m.confidence > 0.75 ? "nothing in the way" : "still learning this machine's free motion";
-  return words;
+  for (const auto& [bit, why] : kWords)
+    if ((view.status.force_doubts & bit) != 0) words += (words.empty() ? "" : ", ") + std::string(why);
+  return words.empty() ? "nothing in the way" : words;
 }
 
 }  // namespace knuckle::app

@@ -4,8 +4,9 @@
 
 namespace knuckle::app {
 namespace {
-constexpr Duration kDwell = 1s;  // an estimate that jumps for a moment is no load
-}
+constexpr Duration kDwell = 1s;          // an estimate that jumps for a moment is no load
+constexpr Duration kLongestGap = 250ms;  // what was not seen for longer is not taken to have gone on
+}  // namespace
 
 void PayloadTotal::clear() {
   *this = PayloadTotal(least_kg_);
@@ -14,7 +15,9 @@ void PayloadTotal::clear() {
 void PayloadTotal::watch(const SlaveMessage& machine, Time now) {
   const double heavy_kg = std::max(least_kg_, 2 * machine.payload_sigma_kg);
   const bool heavy = machine.payload_kg > heavy_kg, light = machine.payload_kg < heavy_kg / 2;
-  if (carrying_ ? !light : !heavy) since_ = now;
+  if (now - seen_ > kLongestGap || (carrying_ ? !light : !heavy)) since_ = now;
+  seen_ = now;
+  if (!carrying_ && !heavy) load_kg_ = load_sigma_kg_ = 0;
   if (heavy && (load_sigma_kg_ == 0 || machine.payload_sigma_kg <= load_sigma_kg_)) {
     load_kg_ = machine.payload_kg;  // what was known best while it hung there
     load_sigma_kg_ = machine.payload_sigma_kg;

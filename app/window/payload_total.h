@@ -10,6 +10,7 @@ class PayloadTotal {
  public:
   /// @param least_kg what counts as a load on this machine.
   explicit PayloadTotal(double least_kg) : least_kg_(least_kg) {}
+  /// Of what is known to be so now: not to be called while the machine is not heard.
   void watch(const SlaveMessage& machine, Time now);
   void clear();
   [[nodiscard]] double total_kg() const noexcept { return total_kg_; }
@@ -20,7 +21,7 @@ class PayloadTotal {
   double total_kg_ = 0, load_kg_ = 0, load_sigma_kg_ = 0;
   int loads_ = 0;
   bool carrying_ = false;
-  Time since_ = kNever;  ///< Carried, or let go.
+  Time since_ = kNever, seen_ = kNever;  ///< Carried, or let go.
 };
 
 }  // namespace knuckle::app

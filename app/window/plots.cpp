@@ -107,10 +107,17 @@ void history_plot(const Ui& ui, const Area& area, const History& history, std::s
   const float step = area.width() / static_cast<float>(History::kSamples - 1);
   std::array<ImVec2, History::kSamples> points;
   for (const Line& line : lines) {
-    const std::size_t n = history.size();
-    for (std::size_t i = 0; i < n; ++i)
-      points[i] = {area.max.x - static_cast<float>(i) * step, y_of(line.value(history.ago(i)))};
-    if (n > 1) canvas().AddPolyline(points.data(), static_cast<int>(n), ink(line.colour), 0, t.px(1.75F));
+    std::size_t n = 0;
+    const auto stroke = [&] {
+      if (n > 1) canvas().AddPolyline(points.data(), static_cast<int>(n), ink(line.colour), 0, t.px(1.75F));
+      n = 0;
+    };
+    for (std::size_t i = 0; i < history.size(); ++i) {
+      const float value = line.value(history.ago(i));
+      if (!std::isfinite(value)) stroke();  // a gap
+      if (std::isfinite(value)) points[n++] = {area.max.x - static_cast<float>(i) * step, y_of(value)};
+    }
+    stroke();
   }
   const float inset = t.unit(0.5F), half = t.fonts.small->FontSize * 0.55F;
   put_text(t.fonts.small, t.colours.muted, {area.min.x + inset, area.min.y + half}, Align::kLeft, axis.high_label);

@@ -32,7 +32,7 @@ struct Axis {
   const char* high_label = "";
 };
 
-/// The last ten seconds, newest on the right.
+/// The last ten seconds, newest on the right; a gap where nothing is known.
 void history_plot(const Ui& ui, const Area& area, const History& history, std::span<const Line> lines,
                   const Axis& axis);
 

@@ -30,9 +30,9 @@ void tools(const Ui& ui, const ConsoleData& data, UiState& state, Area row) {
   if (button(ui, out, Icon::kNone, "Export CSV")) {
     try {
       data.events.export_csv(state.export_path);
-      state.export_result = "written: " + state.export_path;
+      state.export_result = ";  written: " + state.export_path;
     } catch (const InputError& error) {
-      state.export_result = error.what();
+      state.export_result = std::string(";  ") + error.what();
     }
   }
   const Area all = row.cut_right(t.px(168), t.unit());
@@ -83,6 +83,14 @@ void event_row(const Ui& ui, const ConsoleData& data, const EventRow& row) {
     data.events.acknowledge(row.number);
 }
 
+std::string count_words(const EventBook& events, std::size_t shown) {
+  std::string words = std::to_string(shown) + " shown, " + std::to_string(events.rows().size()) + " in all";
+  if (events.forgotten() > 0) words += ", " + std::to_string(events.forgotten()) + " older ones forgotten";
+  if (events.forgotten_open() > 0)
+    words += ", " + std::to_string(events.forgotten_open()) + " of them not acknowledged";
+  return words;
+}
+
 }  // namespace
 
 void events_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area) {
@@ -95,10 +103,9 @@ void events_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area a
   filter.least = static_cast<Severity>(state.events.least_severity);
   filter.text = state.events.text.data();
   const std::vector<const EventRow*> rows = data.events.matching(filter);
-  put_fitted(t.fonts.small, t.colours.muted, foot,
-             state.export_result.empty()
-                 ? shown("%zu shown, %zu in all", rows.size(), data.events.rows().size()).c_str()
-                 : state.export_result.c_str());
+  const bool missed = data.events.forgotten_open() > 0;
+  put_fitted(t.fonts.small, missed ? t.colours.notice : t.colours.muted, foot,
+             (count_words(data.events, rows.size()) + state.export_result).c_str());
   ImGui::SetCursorScreenPos(rest.min);
   constexpr ImGuiTableFlags kFlags =
       ImGuiTableFlags_ScrollY | ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_NoSavedSettings;

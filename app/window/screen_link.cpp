@@ -11,7 +11,7 @@ void time_left_card(const Ui& ui, const ConsoleView& view, const Area& area) {
   const LinkSide& link = view.link;
   const Card card(ui, "TIME LEFT BEFORE THE MACHINE GOES TO NEUTRAL", area, machine_freshness(view));
   Area rest = card.inside();
-  const double left_s = std::max(0.0, link.neutral_after_s - link.silence_s);
+  const double left_s = std::max(0.0, link.neutral_after_s - link.silence_s - ui.view_age_s);
   const float share = link.neutral_after_s > 0 ? static_cast<float>(left_s / link.neutral_after_s) : 0;
   const ImU32 colour = share > 0.6F ? t.colours.good : share > 0.25F ? t.colours.notice : t.colours.bad;
   Area line = rest.cut_top(t.px(42), t.unit());
@@ -38,7 +38,7 @@ void figures_card(const Ui& ui, const ConsoleView& view, const Area& area) {
   row("Round trip p50", to_seconds(link.round_trip.quantile(0.5)) * 1e3, "%.1f", "ms");
   row("Round trip p99", to_seconds(link.round_trip.quantile(0.99)) * 1e3, "%.1f", "ms");
   row("Lost on the way here", link.loss * 100, "%.2f", "%");
-  row("Age of the newest", link.silence_s * 1e3, "%.0f", "ms");
+  row("Age of the newest", (link.silence_s + ui.view_age_s) * 1e3, "%.0f", "ms");
 }
 
 }  // namespace

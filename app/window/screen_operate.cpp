@@ -65,8 +65,7 @@ void force_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   const ImU32 colour = confidence > 0.75F ? t.colours.good : confidence > 0.4F ? t.colours.notice : t.colours.bad;
   value_row(ui, rest.cut_top(t.px(24)), "Confidence", shown("%.0f", m.confidence * 100).c_str(), "%");
   bar(ui, rest.cut_top(t.px(10), t.unit(0.75F)), 0, confidence, colour);
-  put_lines(t.fonts.small, t.colours.muted, rest,
-            (std::string(word) + ": " + confidence_words(data.view, data.facts.machine)).c_str());
+  put_lines(t.fonts.small, t.colours.muted, rest, (std::string(word) + ": " + confidence_words(data.view)).c_str());
 }
 
 void payload_card(const Ui& ui, const ConsoleData& data, const Area& area) {
@@ -146,48 +145,6 @@ void pressures_card(const Ui& ui, const ConsoleData& data, const Area& area) {
     for (std::size_t side = 0; side < 2; ++side)
       pressure_bar(ui, data, 2 * j + side, axis.column(static_cast<int>(side), 2, t.px(2)));
   }
-}
-
-void scale_slider(const Ui& ui, Area& rest, const char* label, const char* id, float& value, float low, float high,
-                  const char* format, bool locked) {
-  const Theme& t = ui.theme;
-  const Area name = rest.cut_top(t.px(20), t.px(2));
-  put_text(t.fonts.small, t.colours.muted, {name.min.x, name.centre().y}, Align::kLeft, label);
-  if (locked) {
-    put_text(t.fonts.small, t.colours.notice, {name.max.x, name.centre().y}, Align::kRight, "locked");
-    const float x = name.max.x - text_width(t.fonts.small, "locked") - t.px(14);
-    draw_icon(canvas(), Icon::kLock, {x, name.centre().y}, t.px(14), ink(t.colours.notice));
-  }
-  slider(ui, rest.cut_top(t.px(32), t.unit(0.5F)), id, value, low, high, format, locked, true);
-}
-
-void scales_card(const Ui& ui, const ConsoleData& data, UiState& state, const Area& area) {
-  const Theme& t = ui.theme;
-  const Card card(ui, "SCALES AND ASSIST", area);
-  Area rest = card.inside();
-  const bool locked = led(data.view.machine.mode);
-  constexpr float kLeastRatio = 500, kMostRatio = 8000;  // of forces, machine to hand
-  constexpr float kLeastLimit_N = 300, kMostLimit_N = 5000;
-  if (!state.scales_chosen) {
-    state.position_scale = static_cast<float>(data.facts.device.feel.position_scale);
-    state.force_scale = static_cast<float>(1 / data.facts.device.feel.force_scale);
-  }
-  const float position = state.position_scale, force = state.force_scale;
-  scale_slider(ui, rest, "Position, machine per hand", "##position", state.position_scale, 2, 20, "%.1f : 1", locked);
-  scale_slider(ui, rest, "Force, machine per hand", "##force", state.force_scale, kLeastRatio, kMostRatio, "%.0f : 1",
-               locked);
-  if (position != state.position_scale || force != state.force_scale) state.scales_chosen = true;
-  Area limit = rest.cut_top(t.px(32), t.unit(0.5F));
-  bool on = state.assist.force_limit_N > 0;
-  toggle(ui, limit.cut_left(t.px(126), t.unit()), "Force limit", on);
-  // The slider speaks the person's unit, the state newtons.
-  const auto per_N = static_cast<float>(ui.units.convert(Quantity::kForce, 1));
-  float limit_shown = state.assist_limit_N * per_N;
-  if (slider(ui, limit, "##limit", limit_shown, kLeastLimit_N * per_N, kMostLimit_N * per_N,
-             shown("%%.0f %s", ui.units.unit(Quantity::kForce)).c_str(), !on))
-    state.assist_limit_N = limit_shown / per_N;
-  state.assist.force_limit_N = on ? static_cast<double>(state.assist_limit_N) : 0;
-  toggle(ui, rest.cut_top(t.px(30)), "Stop on buried object", state.assist.stop_on_object);
 }
 
 /// Frame around the picture, its title, and what its colours mean.

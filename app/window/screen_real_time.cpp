@@ -64,7 +64,8 @@ void machine_loop_card(const Ui& ui, const ConsoleView& view, const Area& area) 
   } else {
     rest.cut_top(t.px(8));
     put_lines(t.fonts.small, t.colours.muted, rest.cut_top(t.px(60)),
-              "Not timed: a simulated machine's loop runs inside this console's, step by step.");
+              view.simulated ? "Not timed: a simulated machine's loop runs inside this console's, step by step."
+                             : "Not timed yet.");
   }
   rest.cut_top(t.px(8));
   value_row(ui, rest.cut_top(t.px(26)), "CAN bus load", shown("%.0f", s.bus_load * 100).c_str(), "%");

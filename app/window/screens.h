@@ -11,6 +11,8 @@ namespace knuckle::app {
 
 /// @return where the machine's picture goes.
 [[nodiscard]] Area operate_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
+/// Scales and assists: what is in use, and what is asked for where that is something else.
+void scales_card(const Ui& ui, const ConsoleData& data, UiState& state, const Area& area);
 void link_screen(const Ui& ui, const ConsoleData& data, Area area);
 void real_time_screen(const Ui& ui, const ConsoleData& data, Area area);
 void hydraulics_screen(const Ui& ui, const ConsoleData& data, Area area);
@@ -28,7 +30,7 @@ std::optional<Area> draw_console(const Ui& ui, const ConsoleData& data, UiState&
 [[nodiscard]] const char* limit_word(unsigned bit) noexcept;
 /// Chips for all limits being hit, in rows. @return false where nothing is limited.
 bool limit_chips(const Ui& ui, std::uint16_t limits, const Area& area);
-/// Why the force is known no better, in a few words, from what the view itself shows.
-[[nodiscard]] std::string confidence_words(const ConsoleView& view, const MachineDescription& machine);
+/// Why the force is known no better, in a few words, as the machine's side tells it.
+[[nodiscard]] std::string confidence_words(const ConsoleView& view);
 
 }  // namespace knuckle::app

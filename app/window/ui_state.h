@@ -15,8 +15,9 @@ enum class Screen : std::uint8_t { kOperate, kLink, kRealTime, kHydraulics, kCal
 /// What a simulated session starts with; taken up by the next reset.
 struct SimulationChoice {
   int scenario = 0;  ///< Index into ConsoleFacts::scenarios.
-  float delay_ms = 1, jitter_ms = 0, loss_percent = 0;
-  bool demo = false;  ///< The scenario's own operator drives.
+  float delay_ms = 0, jitter_ms = 0, loss_percent = 0;
+  bool link_chosen = false;  ///< By the person; before, the three follow the session that runs.
+  bool demo = false;         ///< The scenario's own operator drives.
   bool operator==(const SimulationChoice&) const = default;
 };
 
@@ -33,12 +34,13 @@ struct UiState {
   bool side_view = true;
   bool stop = false;  ///< Latched until released on purpose.
   float position_scale = 0, force_scale = 0;
-  bool scales_chosen = false;  ///< By the person; before, the sliders follow the device's file.
-  AssistSettings assist;
-  float assist_limit_N = 1000;
+  bool scales_chosen = false;   ///< By the person; before, the sliders follow what is in use.
+  AssistSettings assist;        ///< At first, and with another scenario, as the scenario says.
+  float assist_limit_N = 1000;  ///< Waits here while it is switched off.
   bool paused = false;
   std::uint32_t reset_count = 0;
-  SimulationChoice simulation, running;  ///< Chosen for the next session; what the one on screen began with.
+  SimulationChoice simulation;               ///< Chosen for the next session.
+  SimulationChoice running{.scenario = -1};  ///< What the one on screen began with.
   EventChoice events;
   std::string export_path, export_result;
 };

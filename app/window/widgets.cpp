@@ -54,14 +54,13 @@ void put_fitted(const ImFont* font, ImU32 colour, const Area& area, const char* 
 Card::Card(const Ui& ui, const char* title, const Area& area, Freshness freshness) {
   const Theme& t = ui.theme;
   const Palette& c = t.colours;
-  constexpr double kLoopSilent_s = 0.5;  // the loops tell something every few milliseconds
-  greyed_ = freshness.stale() || ui.view_age_s > kLoopSilent_s;
-  const double age_s = std::max(freshness.age_s, ui.view_age_s);
+  freshness = freshness.after(ui.view_age_s);
+  greyed_ = freshness.stale() || ui.loop_silent();
   canvas().AddRectFilled(area.min, area.max, c.surface, t.px(8));
   inside_ = area.inset(t.unit(1.5F), t.unit(1.25F));
   Area head = inside_.cut_top(t.fonts.small->FontSize, t.unit(0.75F));
   if (greyed_) {
-    const Shown age = freshness.heard ? shown("%s old", shown_duration(age_s).c_str()) : shown("no data yet");
+    const Shown age = freshness.heard ? shown("%s old", shown_duration(freshness.age_s).c_str()) : shown("no data yet");
     const float width = text_width(t.fonts.small, age.c_str());
     const Area tag = head.cut_right(width + t.unit(2.5F), t.unit());
     draw_icon(canvas(), Icon::kClock, {tag.min.x + t.unit(), tag.centre().y}, t.px(14), c.notice);
@@ -160,18 +159,23 @@ bool button(const Ui& ui, const Area& area, Icon icon, const char* label, bool c
   return pressed;
 }
 
-bool slider(const Ui& ui, const Area& area, const char* id, float& value, float low, float high, const char* format,
-            bool locked, bool logarithmic) {
+bool slider(const Ui& ui, Area area, const char* id, float& value, float low, float high, const SliderLook& look) {
+  const Theme& t = ui.theme;
+  const Area beside = area.cut_right(look.value_width, t.unit());
   ImGui::SetCursorScreenPos(area.min);
   ImGui::SetNextItemWidth(area.width());
-  ImGui::PushFont(ui.theme.fonts.mono);
-  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {ui.theme.unit(), (area.height() - ImGui::GetFontSize()) / 2});
-  ImGui::BeginDisabled(locked);
-  const ImGuiSliderFlags flags = ImGuiSliderFlags_AlwaysClamp | (logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
-  const bool moved = ImGui::SliderFloat(id, &value, low, high, format, flags);
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {t.unit(), (area.height() - ImGui::GetFontSize()) / 2});
+  ImGui::PushStyleColor(ImGuiCol_Text, 0);  // ImGui's own text would lie under the knob
+  ImGui::BeginDisabled(look.locked);
+  const ImGuiSliderFlags flags =
+      ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput | (look.logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
+  const bool moved = ImGui::SliderFloat(id, &value, low, high, look.format, flags);
   ImGui::EndDisabled();
+  ImGui::PopStyleColor();
   ImGui::PopStyleVar();
-  ImGui::PopFont();
+  const ImU32 colour = look.marked ? t.colours.notice : t.colours.text;
+  put_text(t.fonts.mono_small, colour, {beside.max.x, beside.centre().y}, Align::kRight,
+           shown(look.format, static_cast<double>(value)).c_str());
   return moved;
 }
 

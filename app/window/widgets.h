@@ -11,6 +11,9 @@
 
 namespace knuckle::app {
 
+/// The loops tell something every few milliseconds: without news for so long, they stand still.
+inline constexpr double kLoopSilent_s = 0.2;
+
 /// What every widget needs to know.
 struct Ui {
   const Theme& theme;
@@ -18,6 +21,7 @@ struct Ui {
   double now_s = 0;       ///< The window's clock; for flashing alone.
   double view_age_s = 0;  ///< Since the loops last told anything.
   bool steady = false;    ///< Nothing flashes: for pictures.
+  [[nodiscard]] bool loop_silent() const noexcept { return view_age_s > kLoopSilent_s; }
 };
 
 /// How old what is shown is, and how old it may be.
@@ -26,6 +30,8 @@ struct Freshness {
   double age_s = 0;
   double limit_s = 1e9;
   [[nodiscard]] bool stale() const noexcept { return !heard || age_s > limit_s; }
+  /// So much later.
+  [[nodiscard]] Freshness after(double seconds) const noexcept { return {heard, age_s + seconds, limit_s}; }
 };
 
 enum class Align : std::uint8_t { kLeft, kCentre, kRight };
@@ -67,8 +73,13 @@ void bar(const Ui& ui, const Area& area, float share_from, float share_to, ImU32
 
 // What can be operated. @return true in the frame it was.
 bool button(const Ui& ui, const Area& area, Icon icon, const char* label, bool chosen = false, bool enabled = true);
-bool slider(const Ui& ui, const Area& area, const char* id, float& value, float low, float high, const char* format,
-            bool locked = false, bool logarithmic = false);
+struct SliderLook {
+  const char* format;  ///< Of the value, which moves in steps of its last digit.
+  float value_width;   ///< Of the value's place beside the track, where the knob never covers it.
+  bool locked = false, logarithmic = false;
+  bool marked = false;  ///< The value stands out: it is not what is so.
+};
+bool slider(const Ui& ui, Area area, const char* id, float& value, float low, float high, const SliderLook& look);
 bool toggle(const Ui& ui, const Area& area, const char* label, bool& value);
 /// "< word >": steps through words without a list that would cover anything.
 bool stepper(const Ui& ui, const Area& area, const char* id, int& index, std::span<const char* const> words);

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "app/window/console_window.h"
+#include "estimation/force_estimator.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 
@@ -74,6 +75,7 @@ inline ConsoleView canned_view() {
   s.overruns = 1;
   s.fifo_priority = 80;
   s.bus_load = 0.41;
+  s.force_doubts = estimation::kStuckFriction | estimation::kNotTared;
   return v;
 }
 
@@ -130,7 +132,8 @@ inline void fill(EventBook& events) {
   add(Kind::kContact, 11800ms, Mode::kEngaged, {}, 1440);
 }
 
-/// Ten seconds before the view, so that histories are full; then the view.
+/// Ten seconds before the view, so that histories are full; then the view. What is silent in the view was heard until
+/// then.
 template <typename Show>
 void with_history(const ConsoleView& view, const Show& show) {
   for (int i = 200; i >= 0; --i) {
@@ -139,6 +142,8 @@ void with_history(const ConsoleView& view, const Show& show) {
     const double t = to_seconds(v.now);
     v.simulated_s = t;
     if (i > 0) {
+      const double since_s = view.link.silence_s - 0.05 * i;
+      v.link.silence_s = v.status_age_s = std::max(0.004, since_s);
       v.status.valve_command = {0.5 * std::sin(t), 0.7 * std::sin(0.7 * t + 1), 0.3 * std::sin(1.9 * t)};
       v.status.spool = 0.93 * v.status.valve_command;
       v.machine.velocity_radps = 0.3 * v.status.valve_command;

@@ -214,27 +214,5 @@ TEST(ConsoleKeyboard, DrivesTheSimulatedMachine) {
   EXPECT_TRUE(until([&] { return host.view().machine.mode != Mode::kEngaged; })) << "enable was let go of";
 }
 
-TEST(PayloadTotal, CountsEachLoadOnceWhenItIsLetGo) {
-  PayloadTotal total(10);
-  SlaveMessage machine;
-  machine.payload_sigma_kg = 2;
-  const auto carry = [&](double kg, Duration from, Duration to) {
-    machine.payload_kg = kg;
-    for (Duration at = from; at < to; at += 100ms) total.watch(machine, Time(at));
-  };
-  carry(0, 0s, 3s);
-  carry(40, 3s, 8s);
-  EXPECT_EQ(total.loads(), 0);
-  carry(0, 8s, 12s);
-  EXPECT_EQ(total.loads(), 1);
-  EXPECT_DOUBLE_EQ(total.total_kg(), 40);
-  carry(60, 12s, 12300ms);  // an estimate that jumped
-  carry(0, 12300ms, 15s);
-  carry(25, 15s, 18s);
-  carry(0, 18s, 21s);
-  EXPECT_EQ(total.loads(), 2);
-  EXPECT_DOUBLE_EQ(total.total_kg(), 65);
-}
-
 }  // namespace
 }  // namespace knuckle::app

@@ -35,7 +35,20 @@ struct Shot {
   bool light = false;
   std::vector<std::string> keys{};
   double silence_s = 0.004;  ///< Since the machine was heard.
+  double view_age_s = 0;     ///< Since the loop told anything.
+  void (*prepare)(ConsoleView&, UiState&) = [](ConsoleView&, UiState&) {};
 };
+void by_scenario(ConsoleView& view, UiState&) {
+  view.led_by_scenario = true;
+  view.hand.assist = {2500, true};
+}
+void asked_for_more(ConsoleView& view, UiState& state) {
+  view.hand.assist = {1500, true};
+  state.scales_chosen = true;
+  state.position_scale = 12.5F;
+  state.force_scale = 2000;
+  state.assist = {0, true};
+}
 void PrintTo(const Shot& shot, std::ostream* out) {
   *out << shot.name;
 }
@@ -60,13 +73,18 @@ TEST_P(Screens, AreReachedByKeysAndLookAsTheyDid) {
   console.show_world(canned_world());
   ConsoleView view = canned_view();
   view.link.silence_s = view.status_age_s = shot.silence_s;
+  SimulationChoice& choice = console.state().simulation;
+  choice.delay_ms = 10;
+  choice.scenario = 1;
+  console.state().running = choice;
+  shot.prepare(view, console.state());
   const LoopHealth loop = canned_loop();
   EventBook events;
   fill(events);
   with_history(view, [&](const ConsoleView& v) { console.watch(v); });
   const auto frames = [&](int n) {
     for (int i = 0; i < n; ++i) {
-      console.frame(view, loop, events, 0);
+      console.frame(view, loop, events, shot.view_age_s);
       if (i + 1 < n) console.show();
     }
   };
@@ -84,20 +102,22 @@ TEST_P(Screens, AreReachedByKeysAndLookAsTheyDid) {
       << now << " is not as " << golden;
 }
 
-INSTANTIATE_TEST_SUITE_P(Console, Screens,
-                         testing::Values(Shot{.name = "operate", .keys = {}}, Shot{.name = "link", .keys = {"F2"}},
-                                         Shot{.name = "real_time", .keys = {"F3"}},
-                                         Shot{.name = "hydraulics", .keys = {"F4"}},
-                                         Shot{.name = "calibrate", .keys = {"F5"}},
-                                         Shot{.name = "events", .keys = {"F6"}}, Shot{.name = "help", .keys = {"F12"}},
-                                         Shot{.name = "stopped", .keys = {"space"}},
-                                         Shot{.name = "operate_light_imperial", .keys = {"F9", "F10"}},
-                                         Shot{.name = "link_light", .light = true, .keys = {"F2"}},
-                                         Shot{.name = "operate_stale", .silence_s = 1.24},
-                                         Shot{.name = "hydraulics_stale", .keys = {"F4"}, .silence_s = 1.24},
-                                         Shot{.name = "operate_720", .size = "1280x720"},
-                                         Shot{.name = "operate_4k", .size = "3840x2160", .scale = 2}),
-                         [](const auto& shot) { return shot.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Console, Screens,
+    testing::Values(
+        Shot{.name = "operate", .keys = {}}, Shot{.name = "link", .keys = {"F2"}},
+        Shot{.name = "real_time", .keys = {"F3"}}, Shot{.name = "hydraulics", .keys = {"F4"}},
+        Shot{.name = "calibrate", .keys = {"F5"}}, Shot{.name = "events", .keys = {"F6"}},
+        Shot{.name = "help", .keys = {"F12"}}, Shot{.name = "stopped", .keys = {"space"}},
+        Shot{.name = "operate_light_imperial", .keys = {"F9", "F10"}},
+        Shot{.name = "link_light", .light = true, .keys = {"F2"}}, Shot{.name = "operate_stale", .silence_s = 1.24},
+        Shot{.name = "hydraulics_stale", .keys = {"F4"}, .silence_s = 1.24},
+        Shot{.name = "operate_by_scenario", .prepare = by_scenario},
+        Shot{.name = "operate_asked", .light = true, .prepare = asked_for_more},
+        Shot{.name = "stopped_unheard", .size = "1280x720", .light = true, .keys = {"space"}, .silence_s = 1.24},
+        Shot{.name = "loop_silent", .keys = {}, .view_age_s = 3.1}, Shot{.name = "operate_720", .size = "1280x720"},
+        Shot{.name = "operate_4k", .size = "3840x2160", .scale = 2}),
+    [](const auto& shot) { return shot.param.name; });
 
 }  // namespace
 }  // namespace knuckle::app
