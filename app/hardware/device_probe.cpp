@@ -91,6 +91,12 @@ std::unique_ptr<HidDevicePort> open_device_port(const std::string& option, const
   throw InputError(option + " " + back_end + ": must be one of " + kDeviceBackEnds);
 }
 
+std::unique_ptr<HidDevicePort> open_leading_device(const std::string& back_end, const std::string& serial) {
+  constexpr int kPriority = 85;
+  if (back_end != "hid" && back_end != "usb") return nullptr;
+  return open_device_port("--device", back_end, {.serial = serial, .fifo_priority = kPriority});
+}
+
 std::vector<HidCandidate> list_devices(const std::string& back_end) {
   return back_end == "usb" ? libusb_devices() : hidapi_devices();
 }

@@ -46,6 +46,10 @@ inline constexpr const char* kDeviceBackEnds = "hid, usb";
 /// @param back_end "hid" or "usb". @throws InputError for others, naming `option`.
 [[nodiscard]] std::unique_ptr<HidDevicePort> open_device_port(const std::string& option, const std::string& back_end,
                                                               const HidDeviceOptions& options);
+/// The device that leads a machine, read with more urgency than the loop has which waits for its reports.
+/// @return nullptr where the back end is neither "hid" nor "usb": none, or a keyboard.
+[[nodiscard]] std::unique_ptr<HidDevicePort> open_leading_device(const std::string& back_end,
+                                                                 const std::string& serial);
 /// The devices that back end can see.
 [[nodiscard]] std::vector<HidCandidate> list_devices(const std::string& back_end);
 

@@ -6,13 +6,12 @@
 #include <optional>
 
 #include "app/device_choice.h"
+#include "app/hardware/device_probe.h"
 #include "app/hardware/master_program.h"
 #include "app/hardware/program_options.h"
 #include "app/interrupt.h"
 #include "app/scenario.h"
 #include "machine/load.h"
-#include "transport/hidapi_port.h"
-#include "transport/libusb_port.h"
 #include "transport/mirrored_link.h"
 #include "transport/udp_link.h"
 
@@ -21,7 +20,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr const char* kSchema = "knuckle-master/1";
-constexpr int kDevicePriority = 85;  // above the master loop, which else waits for the reports it is to read
 
 struct Options {
   std::string machine, device, device_file, serial, connect, mirror, control = "echo";
@@ -74,14 +72,6 @@ class NoDevice final : public HidPort {
   bool read(HidReport& /*report*/) noexcept override { return false; }
   [[nodiscard]] bool connected() const noexcept override { return false; }
 };
-
-/// nullptr for none.
-std::unique_ptr<HidDevicePort> open_device(const Options& o) {
-  const HidDeviceOptions options{.serial = o.serial, .fifo_priority = kDevicePriority};
-  if (o.device == "hid") return std::make_unique<HidapiPort>(options);
-  if (o.device == "usb") return std::make_unique<LibusbPort>(options);
-  return nullptr;
-}
 
 MasterSetup set_up(const Options& o) {
   MasterSetup setup;
@@ -142,7 +132,7 @@ int run(const Options& o) {
   std::optional<MirroredLink> mirrored;
   if (!o.mirror.empty()) mirrored.emplace(link, screen.emplace(UdpLink::connect(o.mirror)));
   NoDevice nothing;
-  const std::unique_ptr<HidDevicePort> device = open_device(o);
+  const std::unique_ptr<HidDevicePort> device = open_leading_device(o.device, o.serial);
 
   ProgramConsole console("knuckle master");
   console.note("link: " + std::string(kPlainLinkNote));

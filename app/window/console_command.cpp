@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/device_choice.h"
+#include "app/hardware/device_probe.h"
 #include "app/hardware/program_options.h"
 #include "app/interrupt.h"
 #include "app/window/console_options.h"
@@ -14,8 +15,6 @@
 #include "core/error.h"
 #include "machine/load.h"
 #include "sim/operator_limb.h"
-#include "transport/hidapi_port.h"
-#include "transport/libusb_port.h"
 #include "transport/udp_link.h"
 
 namespace knuckle::app {
@@ -23,15 +22,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr const char* kSchema = "knuckle-console/1";
-constexpr int kDevicePriority = 85;  // above the loop, which else waits for the reports it is to read
-
-/// nullptr: no haptic device.
-std::unique_ptr<HidDevicePort> open_device(const ConsoleOptions& o) {
-  const HidDeviceOptions options{.serial = o.serial, .fifo_priority = kDevicePriority};
-  if (o.device == "hid") return std::make_unique<HidapiPort>(options);
-  if (o.device == "usb") return std::make_unique<LibusbPort>(options);
-  return nullptr;
-}
 
 /// Loops and the wires below them, in the order in which they are taken down.
 struct Behind {
@@ -72,7 +62,7 @@ ConsoleFacts facts_of(const ConsoleOptions& o) {
 
 Behind behind(const ConsoleOptions& o, const ConsoleFacts& facts, std::ostream* candump) {
   Behind b;
-  b.device = open_device(o);
+  b.device = open_leading_device(o.device, o.serial);
   if (o.simulate) {
     const auto led = o.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson;
     b.host = std::make_unique<ConsoleHost>(o.session(), led, b.device.get(), candump);

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "app/window/theme.h"
+
 namespace knuckle::app {
 namespace {
 
@@ -10,6 +12,18 @@ Rgb rgb(std::uint32_t code) {
   return Rgb(static_cast<float>(code >> 16 & 0xFF), static_cast<float>(code >> 8 & 0xFF),
              static_cast<float>(code & 0xFF)) /
          255.0F;
+}
+
+Rgb rgb_of(ImU32 colour) {
+  const ImVec4 c = ImGui::ColorConvertU32ToFloat4(colour);
+  return {c.x, c.y, c.z};
+}
+
+/// What has a meaning has the same colour on the whole screen.
+void set_meanings(PictureColours& c, const Palette& palette) {
+  c.commanded = c.virtual_wall = rgb_of(palette.series[0]);
+  c.hand = rgb_of(palette.series[2]);
+  c.force = rgb_of(palette.force);
 }
 
 }  // namespace
@@ -26,12 +40,9 @@ PictureColours light_picture_colours() {
   c.sky = {0.78F, 0.79F, 0.80F};
   c.earth = {0.56F, 0.55F, 0.53F};
   c.sun = {0.34F, 0.33F, 0.31F};
-  c.commanded = rgb(0x0072B2);
-  c.hand = rgb(0x009E73);
-  c.force = rgb(0xD55E00);
   c.uncertain = rgb(0x8A8F96);
-  c.virtual_wall = rgb(0x0072B2);
   c.stale = rgb(0xB4B7BB);
+  set_meanings(c, light_palette());
   return c;
 }
 
@@ -47,12 +58,9 @@ PictureColours dark_picture_colours() {
   c.sky = {0.74F, 0.76F, 0.80F};
   c.earth = {0.46F, 0.46F, 0.47F};
   c.sun = {0.42F, 0.41F, 0.38F};
-  c.commanded = rgb(0x56B4E9);
-  c.hand = rgb(0x2CC79A);
-  c.force = rgb(0xF0783C);
   c.uncertain = rgb(0x8A9099);
-  c.virtual_wall = rgb(0x56B4E9);
   c.stale = rgb(0x5E646B);
+  set_meanings(c, dark_palette());
   return c;
 }
 
