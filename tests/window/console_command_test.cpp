@@ -1,10 +1,15 @@
 // `knuckle console` as a program: what it refuses, in one line, and what its Stop does.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <array>
+#include <chrono>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "app/console/console_host.h"
 #include "tests/window/canned_console.h"
@@ -69,6 +74,25 @@ TEST(ConsoleCommand, RefusesAGamepadThatIsNotThere) {
   const VirtualDisplay display("1280x800");
   if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
   expect_refused(console("", "--simulate --device gamepad"), "no gamepad is there");
+}
+
+/// Whoever reads the log is away for longer than the loop keeps frames.
+TEST(DeepConsoleCommand, SaysHowManyFramesAreMissingInALogThatCouldNotBeWritten) {
+  const VirtualDisplay display("1280x800");
+  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  const std::string pipe = testing::TempDir() + "console_log_" + std::to_string(getpid());
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::thread reader([&pipe] {
+    std::ifstream in(pipe);
+    std::this_thread::sleep_for(std::chrono::seconds(40));
+    for (std::string line; std::getline(in, line);) {
+    }
+  });
+  const Ended ended = console("", "--simulate --duration 5 --candump " + pipe);
+  reader.join();
+  std::filesystem::remove(pipe);
+  EXPECT_EQ(ended.code, 0) << ended.said;
+  EXPECT_NE(ended.said.find(" frames are missing"), std::string::npos) << ended.said;
 }
 
 /// A led session, on virtual time behind a real window.
