@@ -34,29 +34,30 @@ StationSetup station_setup(const ConsoleOptions& o, const ConsoleFacts& facts) {
   StationSetup setup;
   setup.device = facts.device;
   setup.machine = facts.machine;
-  setup.limb = sim::draw_limb(sim::LimbClass::kNormal, o.seed);
+  setup.limb = sim::draw_limb(sim::LimbClass::kNormal, o.session.seed);
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto axis = static_cast<Eigen::Index>(j);
     setup.hand_rad[axis] = 0.5 * (facts.device.min_rad[j] + facts.device.max_rad[j]);
     setup.start_rad[axis] = 0.5 * (facts.machine.links[j].min_rad + facts.machine.links[j].max_rad);
   }
-  setup.seed = o.seed;
+  setup.seed = o.session.seed;
   return setup;
 }
 
 ConsoleFacts facts_of(const ConsoleOptions& o) {
   ConsoleFacts facts;
-  facts.machine = calibrated(load_machine(find_config("machine", o.machine.empty() ? "solar015" : o.machine)));
-  facts.device = device_for(facts.machine, o.device_file);
-  facts.seed = o.seed;
+  facts.machine =
+      calibrated(load_machine(find_config("machine", o.session.machine.empty() ? "solar015" : o.session.machine)));
+  facts.device = device_for(facts.machine, o.session.device);
+  facts.seed = o.session.seed;
   check_springs(facts.machine, facts.device);
   facts.hand = o.device == "keyboard"  ? HandSource::kKeyboard
                : o.device == "gamepad" ? HandSource::kGamepad
                                        : HandSource::kDevice;
   facts.peer = o.simulate ? "simulated" : o.connect;
   facts.scenarios = config_names("scenario");
-  if (std::find(facts.scenarios.begin(), facts.scenarios.end(), o.scenario) == facts.scenarios.end())
-    facts.scenarios.insert(facts.scenarios.begin(), o.scenario);
+  if (std::find(facts.scenarios.begin(), facts.scenarios.end(), o.session.scenario) == facts.scenarios.end())
+    facts.scenarios.insert(facts.scenarios.begin(), o.session.scenario);
   return facts;
 }
 
@@ -65,7 +66,7 @@ Behind behind(const ConsoleOptions& o, const ConsoleFacts& facts, std::ostream* 
   b.device = open_leading_device(o.device, o.serial);
   if (o.simulate) {
     const auto led = o.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson;
-    b.host = std::make_unique<ConsoleHost>(o.session(), led, b.device.get(), candump);
+    b.host = std::make_unique<ConsoleHost>(o.session, led, b.device.get(), candump);
   } else {
     b.link.emplace(UdpLink::connect(o.connect));
     b.host = std::make_unique<ConsoleHost>(station_setup(o, facts), *b.link, b.device.get());
@@ -77,7 +78,7 @@ void set_up(UiState& state, const ConsoleOptions& o, const ConsoleFacts& facts, 
   state.screen = o.first_screen();
   state.units = o.imperial ? UnitSystem::kImperial : UnitSystem::kMetric;
   state.export_path = "knuckle-events.csv";
-  const auto chosen = std::find(facts.scenarios.begin(), facts.scenarios.end(), o.scenario);
+  const auto chosen = std::find(facts.scenarios.begin(), facts.scenarios.end(), o.session.scenario);
   state.simulation.scenario = static_cast<int>(chosen - facts.scenarios.begin());
   state.simulation.demo = o.demo;
   if (host.session()) show_session(state, host);
@@ -113,7 +114,7 @@ int run(const ConsoleOptions& o) {
   run.skip_to_s = o.at_s.value_or(0);
   run.duration_s = o.duration_s.value_or(o.screenshot.empty() ? kLongestRun_s : 0);
   run.screenshot = o.screenshot;
-  if (o.simulate) run.simulated = o.session();
+  if (o.simulate) run.simulated = o.session;
   if (!o.screenshot.empty()) window.hold_steady();
   const ConsoleOutcome outcome = run_console(window, *loops.host, run);
   if (outcome.frames_lost > 0)

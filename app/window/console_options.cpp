@@ -31,9 +31,9 @@ Size size_of(const std::string& text) {
 
 /// Options that only a simulated session has a use for.
 void check_simulated_only(const ConsoleOptions& o) {
-  const std::array<std::pair<const char*, bool>, 7> in_vain{{{"--delay-ms", o.delay_ms.has_value()},
-                                                             {"--jitter-ms", o.jitter_ms.has_value()},
-                                                             {"--loss", o.loss.has_value()},
+  const std::array<std::pair<const char*, bool>, 7> in_vain{{{"--delay-ms", o.session.delay_ms.has_value()},
+                                                             {"--jitter-ms", o.session.jitter_ms.has_value()},
+                                                             {"--loss", o.session.loss.has_value()},
                                                              {"--demo", o.demo},
                                                              {"--candump", !o.candump.empty()},
                                                              {"--at", o.at_s.has_value()},
@@ -56,20 +56,20 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_flag("--simulate", o.simulate, "A simulated machine, in real time");
   c.add_option("--connect", o.connect, "Address and port of the machine's side, such as 192.0.2.7:5683 or [::1]:5683");
   c.add_flag("--insecure", o.insecure, "Allow a link that is plain UDP");
-  c.add_option("--machine", o.machine, "Machine name or .toml file (default with --simulate: solar015)");
+  c.add_option("--machine", o.session.machine, "Machine name or .toml file (default with --simulate: solar015)");
   c.add_option("--device", o.device, "What leads: keyboard (and mouse), gamepad, or a haptic device by hid or usb")
       ->capture_default_str();
-  c.add_option("--device-file", o.device_file,
+  c.add_option("--device-file", o.session.device,
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
   c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
-  c.add_option("--scenario", o.scenario, "World and start of the simulated session, by name or .toml file")
+  c.add_option("--scenario", o.session.scenario, "World and start of the simulated session, by name or .toml file")
       ->capture_default_str();
-  c.add_option("--seed", o.seed, "Draws the simulated machine and all its noise")
+  c.add_option("--seed", o.session.seed, "Draws the simulated machine and all its noise")
       ->capture_default_str()
       ->check(CLI::Validator(seed_error, "", "seed"));
-  c.add_option("--delay-ms", o.delay_ms, "Simulated link, one way");
-  c.add_option("--jitter-ms", o.jitter_ms, "Likewise, standard deviation");
-  c.add_option("--loss", o.loss, "Likewise, share of the datagrams, 0 to 1");
+  c.add_option("--delay-ms", o.session.delay_ms, "Simulated link, one way");
+  c.add_option("--jitter-ms", o.session.jitter_ms, "Likewise, half-width of its variation");
+  c.add_option("--loss", o.session.loss, "Likewise, share of the datagrams, 0 to 0.9");
   c.add_flag("--demo", o.demo, "The scenario's own operator leads");
   c.add_option("--candump", o.candump, "Write every frame of the simulated bus in candump log format");
   c.add_option("--size", o.size, "Size of the window in pixels, WxH")->capture_default_str();
@@ -87,7 +87,8 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
 void check(const ConsoleOptions& o) {
   if (o.simulate == !o.connect.empty()) throw InputError("console: give one of --simulate and --connect HOST:PORT");
   if (!o.simulate) {
-    if (o.machine.empty()) throw InputError("--machine: is required with --connect, the same as on the machine's side");
+    if (o.session.machine.empty())
+      throw InputError("--machine: is required with --connect, the same as on the machine's side");
     check_plain_link("--connect", o.connect, o.insecure);
     check_simulated_only(o);
   }
@@ -95,15 +96,15 @@ void check(const ConsoleOptions& o) {
   check_range("--scale", o.scale, 0.75, 3, "");
   check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
   check_range("--at", o.at_s, 0, 600, " s");
-  check_range("--delay-ms", o.delay_ms, 0, 1000, " ms");
-  check_range("--jitter-ms", o.jitter_ms, 0, 1000, " ms");
-  check_range("--loss", o.loss, 0, 0.9, "");
+  check_range("--delay-ms", o.session.delay_ms, 0, 1000, " ms");
+  check_range("--jitter-ms", o.session.jitter_ms, 0, 1000, " ms");
+  check_range("--loss", o.session.loss, 0, 0.9, "");
   (void)size_of(o.size);
   (void)o.first_screen();
   Places places;
-  places.configuration("--machine", o.machine);
-  places.configuration("--device-file", o.device_file);
-  places.configuration("--scenario", o.scenario);
+  places.configuration("--machine", o.session.machine);
+  places.configuration("--device-file", o.session.device);
+  places.configuration("--scenario", o.session.scenario);
   places.output("--candump", o.candump);
   places.output("--screenshot", o.screenshot);
   places.output("--json", o.json);
@@ -124,18 +125,6 @@ Screen ConsoleOptions::first_screen() const {
   if (found == kScreens.end())
     refuse_option("--screen", screen, "must be operate, link, real-time, hydraulics, calibrate or events");
   return static_cast<Screen>(found - kScreens.begin());
-}
-
-SimulateOptions ConsoleOptions::session() const {
-  SimulateOptions options;
-  options.scenario = scenario;
-  options.machine = machine;
-  options.device = device_file;
-  options.seed = seed;
-  options.delay_ms = delay_ms;
-  options.jitter_ms = jitter_ms;
-  options.loss = loss;
-  return options;
 }
 
 }  // namespace knuckle::app

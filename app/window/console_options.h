@@ -1,7 +1,6 @@
 // The options of `knuckle console`, checked before anything opens.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -17,15 +16,14 @@ namespace knuckle::app {
 
 struct ConsoleOptions {
   bool simulate = false, insecure = false, demo = false, light = false, imperial = false;
-  std::string connect, machine, device = "keyboard", device_file, serial, scenario = "dismantle", candump;
-  std::uint64_t seed = 1;
-  std::optional<double> delay_ms, jitter_ms, loss, duration_s, at_s;
+  SimulateOptions session;  ///< Machine, haptic device's file and seed count with --connect, too.
+  std::string connect, device = "keyboard", serial, candump;
+  std::optional<double> duration_s, at_s;
   double scale = 1;
   std::string size = "1280x800", screen = "operate", screenshot, json;
 
   [[nodiscard]] WindowOptions window() const;
   [[nodiscard]] Screen first_screen() const;
-  [[nodiscard]] SimulateOptions session() const;
 };
 
 void add_options(CLI::App& command, ConsoleOptions& options);
