@@ -116,7 +116,8 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
       window.take_gamepad(gamepad);
       if (gamepad.has_value() != gamepad_there)
         events.add(view.now, view.run, gamepad ? Severity::kInfo : Severity::kWarning, "gamepad",
-                   gamepad ? "gamepad is there again" : "gamepad is gone: plug it in");
+                   gamepad ? "gamepad is there again: press enable and let go of it, then press it again"
+                           : "gamepad is gone: plug it in");
       gamepad_there = gamepad.has_value();
     }
     window.frame(view, health, events, picture_only ? 0 : host.view_age_s());

@@ -68,10 +68,15 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
 
 void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
   gamepad_ = {};
-  if (!state) pad_enable_was_up_ = false;
-  if (!state) return;
+  if (!state) {
+    pad_enable_was_up_ = false;
+    pad_came_back_ = true;
+    return;
+  }
   const GamepadHand read = hand_from_gamepad(*state);
-  pad_enable_was_up_ |= !read.hand.enable;
+  // A gamepad that has come back says of every button that it is up, until it reports what is held.
+  if (read.hand.enable) pad_came_back_ = false;
+  pad_enable_was_up_ |= !read.hand.enable && !pad_came_back_;
   gamepad_ = read.hand;
   gamepad_.enable = read.hand.enable && pad_enable_was_up_;
   if (read.stop) state_.stop = true;

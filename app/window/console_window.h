@@ -59,6 +59,7 @@ class ConsoleWindow {
   HandInput gamepad_;
   /// A finger that stayed on enable while its gamepad was gone, or while text was typed, has not pressed it.
   bool keys_enable_was_up_ = false, pad_enable_was_up_ = false;
+  bool pad_came_back_ = false;  ///< And its bumper was not down since.
   CalibrationPanel calibration_;
   bool steady_ = false;
   double drawn_s_ = 0;  ///< Time of the session drawn last.

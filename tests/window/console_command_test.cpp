@@ -179,7 +179,8 @@ TEST_F(LedConsole, EnableHeldWhileItsGamepadWasGoneHasNotBeenPressed) {
   EXPECT_FALSE(enabled(false));
   EXPECT_TRUE(enabled(true));
   EXPECT_FALSE(enabled(std::nullopt));
-  EXPECT_FALSE(enabled(true)) << "plugged in again with the finger on it";
+  EXPECT_FALSE(enabled(false)) << "plugged in again with the finger on it, not yet reported";
+  EXPECT_FALSE(enabled(true));
   EXPECT_FALSE(enabled(false));
   EXPECT_TRUE(enabled(true));
 }
