@@ -25,19 +25,20 @@ void OrderlyStop::step(Time now) noexcept {
       send_commands(canopen::kControlHold, first);
       if (!first && (at_rest() || now - phase_since_ >= kNeutralPatience)) enter(Phase::kDisable, now);
       break;
-    case Phase::kDisable: {
-      const bool all = std::all_of(valves_.begin(), valves_.end(), [this](const Valve& v) { return disabled(v); });
-      if ((!all || !pilot_off_) && now - phase_since_ < kDisablePatience) {
+    case Phase::kDisable:
+      if (!confirmed() && now - phase_since_ < kDisablePatience) {
         send_commands(canopen::kControlDisabled, false);
         break;
       }
       bus_.send(canopen::heartbeat_frame(machine_.bus.controller_id, canopen::NmtState::kStopped));
       enter(Phase::kRelease, now);
       return;
-    }
     case Phase::kRelease:
       // Pre-operational as after power-on: nodes that went on watching our heartbeat would call its silence a fault.
-      bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetCommunication, 0));
+      // But the reset also erases their watchdogs (0x1016, 0x1400:05), all that is left where one did not obey. Then
+      // nothing is sent: operational, with both watchdogs on, is the one state in which every node ends its outputs by
+      // itself.
+      if (confirmed()) bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetCommunication, 0));
       phase_ = Phase::kDone;
       return;
     case Phase::kDone:
@@ -92,6 +93,10 @@ bool OrderlyStop::disabled(const Valve& valve) const noexcept {
   if (!valve.heard) return false;
   const auto state = canopen::valve_state(valve.status_word);
   return state == canopen::ValveState::kDisabled || state == canopen::ValveState::kInit;
+}
+
+bool OrderlyStop::confirmed() const noexcept {
+  return pilot_off_ && std::all_of(valves_.begin(), valves_.end(), [this](const Valve& v) { return disabled(v); });
 }
 
 PerJoint<bool> OrderlyStop::unconfirmed_valves() const noexcept {

@@ -1,6 +1,6 @@
 // Takes a running machine out of service: spools to neutral and pilot pressure off, valves disabled, nodes out of their
-// operational state and no longer waiting for us, and only then silence. What does not answer is left to its own
-// watchdog.
+// operational state and no longer waiting for us, and only then silence. Where one of them does not say so, all are
+// left as they are, with their watchdogs on: the silence then ends what we could not.
 #pragma once
 
 #include <cstdint>
@@ -36,6 +36,7 @@ class OrderlyStop {
   void heartbeat(Time now) noexcept;
   void enter(Phase phase, Time now) noexcept;
   [[nodiscard]] bool at_rest() const noexcept;
+  [[nodiscard]] bool confirmed() const noexcept;
   [[nodiscard]] bool disabled(const Valve& valve) const noexcept;
 
   const MachineDescription& machine_;
