@@ -31,15 +31,20 @@ LedMachine::LedMachine(const MachineDescription& machine, BusAccess& access, std
       slave_(machine, access.bus(), link_.b()) {}
 
 /// A period that was missed is skipped.
-void LedMachine::tick() {
+bool LedMachine::advance() {
   access_.wait_until(access_.now() + kTick);
   const Time now = access_.now();
   link_.advance(now);
   leader_.step(now);
-  if (now >= step_due_) {
-    step_due_ = std::max(step_due_ + period_, now);
-    const JointVector demand = slave_.client().demand();  // on the wire while these sensors were sampled
-    slave_.step(now);
+  if (now < step_due_) return false;
+  step_due_ = std::max(step_due_ + period_, now);
+  slave_.step(now);
+  return true;
+}
+
+void LedMachine::tick() {
+  const JointVector demand = slave_.client().demand();  // on the wire while these sensors were sampled
+  if (advance()) {
     sample(demand);
     if (stopped_()) throw CommissionEnded("stopped from the keyboard");
   }
@@ -92,12 +97,7 @@ estimation::Recording LedMachine::follow(const estimation::JointPath& path, cons
 void LedMachine::neutral() noexcept {
   try {
     leader_.stand();
-    for (const Time end = access_.now() + kLetGo; access_.now() < end;) {
-      access_.wait_until(access_.now() + kTick);
-      link_.advance(access_.now());
-      leader_.step(access_.now());
-      slave_.step(access_.now());
-    }
+    for (const Time end = access_.now() + kLetGo; access_.now() < end;) advance();
   } catch (const CommissionEnded&) {
     // The nodes' own watchdogs act.
   }

@@ -27,10 +27,12 @@ class LedMachine {
   /// Gently to the path's first point, then along it; only that is recorded, with the encoders' own readings.
   /// @throws CommissionEnded with the reason where the machine drops out or somebody stops it.
   [[nodiscard]] estimation::Recording follow(const estimation::JointPath& path, const std::string& source);
-  /// Waits with closed valves, enable let go of; for the way out.
+  /// Waits with closed valves, pilot pressure still on; for the way out, before an orderly stop.
   void neutral() noexcept;
 
  private:
+  /// A millisecond of link and leader. @return whether the slave loop's period was due, and it has stepped.
+  bool advance();
   void tick();
   template <typename Condition>
   void run_until(Condition reached, Duration patience, const char* what);
