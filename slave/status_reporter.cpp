@@ -16,17 +16,18 @@ MachineStatus::Timing timing(const Histogram& h) noexcept {
 }  // namespace
 
 /// Continuity without compression, Q = A v, and power p Q (Merritt, Hydraulic Control Systems, 1967, ch. 3), with area
-/// and pressure of the chamber that is being filled. A cylinder that moves against its spool, or with it closed, is
-/// moved by its load or only seems to move: it takes nothing.
+/// and pressure of the chamber that is being filled. A cylinder that moves against its spool, or with it inside its
+/// dead band (where dither never lets it be 0), is moved by its load or only seems to move: it takes nothing.
 OilDemand oil_demand(const MachineDescription& machine, const estimation::JointState& state,
                      const JointVector& spool) noexcept {
   OilDemand demand;
   for (int i = 0; i < kJoints; ++i) {
     const auto joint = static_cast<std::size_t>(i);
     const double speed_mps = state.lever_m[i] * state.rate_radps[i];
-    if (speed_mps * spool[i] <= 0) continue;
     const bool extends = speed_mps > 0;
     const CylinderDescription& cylinder = machine.cylinders[joint];
+    const ValveDescription& valve = cylinder.valve;
+    if (extends ? spool[i] <= valve.dead_band_extend : spool[i] >= -valve.dead_band_retract) continue;
     const double area_m2 = extends ? cylinder.head_area_m2() : cylinder.rod_side_area_m2();
     const double flow_m3ps = area_m2 * std::abs(speed_mps);
     demand.flow_m3ps += flow_m3ps;
@@ -53,12 +54,14 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
   status_.valve_command = slave.commands();
   status_.spool = slave.client().spool();
   status_.pilot_on = slave.client().pilot_on();
-  const OilDemand oil = slave.state() ? oil_demand(machine_, *slave.state(), status_.spool) : OilDemand{};
+  const bool fresh = slave.state() && !slave.sensors().fault(now);  // the state outlives its sensors
+  const OilDemand oil = fresh ? oil_demand(machine_, *slave.state(), status_.spool) : OilDemand{};
   status_.oil_flow_m3ps = oil.flow_m3ps;
   status_.hydraulic_power_W = oil.power_W;
   status_.bus_load = bus_.take_load(now);
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
   status_.can_errors = static_cast<std::uint32_t>(std::min(bus_.errors(), kMost));
+  forget_acted(now, slave);
   status_.acted_ago = status_.acted_report_at == kNever ? Duration::zero() : now - set_points_at_;
   // A force told with no confidence at all rests on no usable sensors, whatever the estimator made of the last ones.
   const bool known = slave.sent().confidence > 0;
@@ -73,6 +76,13 @@ void StatusReporter::note_acted(Time now, const SlaveLoop& slave) noexcept {
   const bool led = slave.mode() == Mode::kEngaged;
   status_.acted_report_at = led ? slave.master().device_report_at : kNever;
   status_.acted_held = led ? now - slave.master_at() : Duration::zero();
+}
+
+/// Where no set-point can be sent none replaces the last one: after the valves' watchdog nobody's hand is behind it.
+void StatusReporter::forget_acted(Time now, const SlaveLoop& slave) noexcept {
+  if (slave.mode() == Mode::kEngaged && to_seconds(now - set_points_at_) <= machine_.bus.valve_watchdog_s) return;
+  status_.acted_report_at = kNever;
+  status_.acted_held = Duration::zero();
 }
 
 void StatusReporter::note_health() noexcept {

@@ -40,6 +40,7 @@ class StatusReporter {
 
  private:
   void note_acted(Time now, const SlaveLoop& slave) noexcept;
+  void forget_acted(Time now, const SlaveLoop& slave) noexcept;
   void note_health() noexcept;
 
   const MachineDescription& machine_;

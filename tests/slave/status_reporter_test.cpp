@@ -159,6 +159,52 @@ TEST(StatusReporter, NobodysReportIsOnTheWireOnceTheMachineIsLetGo) {
   EXPECT_EQ(bench.reporter.sent().acted_ago, 0ns);
 }
 
+TEST(StatusReporter, NobodysReportIsOnTheWireOnceNoSetPointLeavesTheController) {
+  for (const bool bus_off : {true, false}) {
+    ReportingBench bench;
+    bench.m.hand.device_report_at = Time(1h);
+    ASSERT_TRUE(bench.m.engage());
+    bench.run(100ms);
+    ASSERT_EQ(bench.reporter.sent().acted_report_at, Time(1h));
+    bus_off ? bench.m.bus.bus_off(0) : bench.m.bus.take_down(0, true);
+    bench.run(100ms);
+    EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever);
+    EXPECT_EQ(bench.reporter.sent().acted_held, 0ns);
+    EXPECT_EQ(bench.reporter.sent().acted_ago, 0ns);
+  }
+}
+
+TEST(StatusReporter, AReportIsNoLongerOnTheWireThanTheValvesWatchdogLetsIt) {
+  ReportingBench bench;
+  bench.m.hand.device_report_at = Time(1h);
+  ASSERT_TRUE(bench.m.engage());
+  bench.run(100ms);
+  const Time sent_at = bench.m.loop.client().set_points_at();
+  const Duration watchdog = from_seconds(bench.m.description.bus.valve_watchdog_s);
+  bench.reporter.step(sent_at + watchdog, bench.m.loop);
+  EXPECT_EQ(bench.reporter.sent().acted_report_at, Time(1h));
+  EXPECT_EQ(bench.reporter.sent().acted_ago, watchdog);
+  bench.reporter.step(sent_at + watchdog + StatusReporter::kPeriod, bench.m.loop);
+  ASSERT_EQ(bench.m.loop.mode(), Mode::kEngaged);
+  EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever);
+}
+
+TEST(StatusReporter, OldSensorsTakeNoOil) {
+  ReportingBench bench;
+  auto& m = bench.m;
+  ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
+  m.move(JointVector(0.25, -0.25, -0.3), 400ms);
+  bench.run(5ms);
+  ASSERT_GT(bench.reporter.sent().oil_flow_m3ps, 0);
+  for (const NodeDescription& valve : m.description.bus.valves) m.nodes.inject(valve.id, sim::NodeFault::kFrozen);
+  m.nodes.inject(m.description.bus.encoders[kArm].id, sim::NodeFault::kSilent);
+  bench.run(200ms);
+  ASSERT_TRUE(m.loop.state());
+  EXPECT_GT(oil_demand(m.description, *m.loop.state(), bench.reporter.sent().spool).flow_m3ps, 0) << "as it was";
+  EXPECT_EQ(bench.reporter.sent().oil_flow_m3ps, 0);
+  EXPECT_EQ(bench.reporter.sent().hydraulic_power_W, 0);
+}
+
 TEST(StatusReporter, PassesOnWhatTheLoopsThreadSaysOfItsTime) {
   Mailbox<LoopHealth> mailbox;
   ReportingBench bench(&mailbox);
@@ -228,6 +274,24 @@ TEST(OilDemand, WhatItsLoadMovesOrAClosedValveHoldsTakesNothing) {
   const OilDemand sucking = oil_demand(machine, state, {0, 0, 1});
   EXPECT_GT(sucking.flow_m3ps, 0);
   EXPECT_EQ(sucking.power_W, 0) << "a vacuum gives no power back";
+}
+
+TEST(OilDemand, ASpoolInsideItsDeadBandIsClosedWhateverItsDitherSays) {
+  MachineDescription machine = test::test_machine();
+  for (CylinderDescription& cylinder : machine.cylinders) {
+    cylinder.valve.dead_band_extend = 0.11;
+    cylinder.valve.dead_band_retract = 0.06;
+  }
+  estimation::JointState state;
+  state.pressure_Pa.fill(50e5);
+  for (const double direction : {1.0, -1.0}) {  // as its load moves it
+    state.lever_m.setConstant(0.4 * direction);
+    state.rate_radps.setConstant(0.2);
+    for (const double spool : {-0.06, -0.0075, 0.0, 0.0075, 0.11})
+      EXPECT_EQ(oil_demand(machine, state, JointVector::Constant(spool)).flow_m3ps, 0) << spool;
+    const double open = direction > 0 ? 0.111 : -0.061;
+    EXPECT_GT(oil_demand(machine, state, JointVector::Constant(open)).flow_m3ps, 0);
+  }
 }
 
 }  // namespace
