@@ -241,7 +241,7 @@ Reason CanopenClient::valve_fault(const Valve& valve, std::uint8_t id, Time now)
   if (std::abs(valve.spool) > kSpoolPossible) {
     return reason(ReasonCode::kSensorInvalid, id, valve.spool, kSpoolPossible);
   }
-  const double age_s = valve.seen_at == kNever ? 1e6 : to_seconds(now - valve.seen_at);
+  const double age_s = to_seconds(now - valve.seen_at);
   const double age_limit_s = description_.sensor_age_limit_s + description_.valve_every_nth_sync / description_.sync_Hz;
   if (age_s > age_limit_s) return reason(ReasonCode::kSensorStale, id, age_s * 1e3, age_limit_s * 1e3);
   const bool active = canopen::valve_state(valve.status_word) == canopen::ValveState::kActive;

@@ -218,6 +218,25 @@ TEST(CanopenClient, ResetEdgeReachesAValveThatKeepsItsFaultWhicheverSyncItStarts
   }
 }
 
+TEST(CanopenClient, AValveThatWasNeverHeardIsToldByNoAge) {
+  const MachineDescription machine = test::test_machine();
+  VirtualCanBus bus(2, machine.bus.bit_rate);
+  sim::CanNodes nodes(machine, {}, bus.port(1), 1);
+  CanopenClient client(machine, bus.port(0));
+  Time now{1s};
+  for (int ms = 0; ms < 4000 && !client.fault(); ++ms) {
+    now += 1ms;
+    nodes.step(now, {});
+    bus.advance(now);
+    if (ms % 5 != 0) continue;
+    for (CanFrame frame; bus.port(0).receive(frame);)
+      if (frame.id != canopen::tpdo1_id(0x11)) client.receive(frame, now);
+    client.begin_step(now);
+    client.end_step(JointVector::Zero(), false, now);
+  }
+  EXPECT_EQ(text(client.fault()), "node 0x11: sensor has stopped sending: check node and cable (never yet)");
+}
+
 TEST(CanopenClient, NodeThatRebootsWhileTheBusIsSetUpMayNotJoin) {
   using Phase = CanopenClient::Phase;
   for (const Phase when : {Phase::kConfiguring, Phase::kStarting, Phase::kActivating, Phase::kOperational}) {
