@@ -57,8 +57,8 @@ void link_screen(const Ui& ui, const ConsoleData& data, Area area) {
   };
   plot(0, "ROUND TRIP", "Operator to machine and back", view.link.round_trip, {262144ns, 2147483648ns},
        t.colours.series[0]);
-  plot(1, "ARRIVAL", "Distance from the period at which the machine sends", view.link.arrival_jitter, {8192ns, 536870912ns},
-       t.colours.series[1]);
+  plot(1, "ARRIVAL", "Distance from the period at which the machine sends", view.link.arrival_jitter,
+       {8192ns, 536870912ns}, t.colours.series[1]);
   plot(2, "HAND TO VALVE", "Device report to valve command on the wire", view.link.hand_to_valve,
        {262144ns, 2147483648ns}, t.colours.series[2]);
 }
