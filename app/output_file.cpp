@@ -72,4 +72,20 @@ void OutputFile::fail(int error) const {
   throw InputError(option_ + " " + target_ + ": cannot be written: " + std::strerror(error));
 }
 
+std::string keep_older(const std::string& target) {
+  if (target == "-" || !fs::is_regular_file(target)) return {};
+  const fs::path old = fs::canonical(target);
+  for (int n = 1;; ++n) {
+    fs::path name = old;
+    name.replace_filename(old.stem().string() + "." + std::to_string(n) + old.extension().string());
+    std::error_code error;
+    // A second name for the same content, so that nothing is ever half copied.
+    fs::create_hard_link(old, name, error);
+    if (!error) return name.string();
+    if (fs::exists(name)) continue;
+    if (fs::copy_file(old, name, error)) return name.string();  // a file system without hard links
+    throw InputError(name.string() + ": cannot be written: " + error.message());
+  }
+}
+
 }  // namespace knuckle::app

@@ -31,4 +31,8 @@ class OutputFile {
   std::ostream* stream_ = nullptr;
 };
 
+/// Before a file is written anew: FILE.toml is kept as FILE.N.toml, the next free number.
+/// @return that name; empty where there is no such regular file. @throws InputError where it cannot be kept.
+std::string keep_older(const std::string& target);
+
 }  // namespace knuckle::app

@@ -14,7 +14,6 @@
 
 namespace knuckle::app {
 namespace {
-namespace fs = std::filesystem;
 
 constexpr double kMilli = 1e-3, kLitrePerMinute = 1e-3 / 60;
 constexpr const char* kOpening = "# Written by knuckle identify; what stands above is the machine's drawing.";
@@ -145,20 +144,6 @@ std::string without_calibration(std::string_view text) {
   return kept.substr(0, end == std::string::npos ? 0 : end + 1) + '\n';
 }
 
-/// FILE.toml as FILE.N.toml: a second name for the same content, so that nothing is ever half copied.
-std::string keep(const fs::path& old) {
-  for (int n = 1;; ++n) {
-    fs::path name = old;
-    name.replace_filename(old.stem().string() + "." + std::to_string(n) + old.extension().string());
-    std::error_code error;
-    fs::create_hard_link(old, name, error);
-    if (!error) return name.string();
-    if (fs::exists(name)) continue;
-    if (fs::copy_file(old, name, error)) return name.string();  // a file system without hard links
-    throw InputError(name.string() + ": cannot be written: " + error.message());
-  }
-}
-
 }  // namespace
 
 std::string calibrated_machine_text(std::string_view machine_file, const MachineDescription& machine) {
@@ -182,7 +167,7 @@ std::string write_calibrated_machine(const MachineDescription& machine, const st
   if (!source) throw InputError(machine.source + ": cannot be read");
   const std::string text = calibrated_machine_text({std::string(std::istreambuf_iterator<char>(source), {})}, machine);
   file.stream() << text;
-  const std::string kept = target != "-" && fs::is_regular_file(target) ? keep(fs::canonical(target)) : "";
+  const std::string kept = keep_older(target);
   file.commit();
   return kept;
 }

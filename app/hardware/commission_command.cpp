@@ -41,8 +41,8 @@ void add_options(CLI::App& c, CommissionCommandOptions& o) {
   c.add_option("--machine", o.machine, "Machine name or .toml file")->required();
   c.add_option("--out", o.out, "Write the machine file with what was found (.toml)")->required();
   c.add_option("--record", o.record, "Folder for the recordings that identify reads")->capture_default_str();
-  c.add_option("--slow", o.motions.slow_s, "Seconds of slow sweeps to record")->capture_default_str();
-  c.add_option("--fast", o.motions.fast_s, "Seconds of fast motion to record")->capture_default_str();
+  c.add_option("--slow", o.motions.slow_s, "Seconds of slow sweeps to record, 20 to 1200")->capture_default_str();
+  c.add_option("--fast", o.motions.fast_s, "Seconds of fast motion to record, 20 to 1200")->capture_default_str();
 }
 
 void check(const CommissionCommandOptions& o) {
@@ -53,6 +53,10 @@ void check(const CommissionCommandOptions& o) {
   if (o.out == "-") refuse_option("--out", "-", "must be a file: standard output is the dialogue");
   std::error_code error;
   if (!std::filesystem::is_directory(o.record, error)) refuse_option("--record", o.record, "is no folder");
+  for (const char* name : kMotionNames) {
+    if (std::filesystem::exists(recording_file(o.record, name), error))
+      refuse_option("--record", o.record, "has " + std::string(name) + ".csv already; give another folder");
+  }
   Places places;
   places.configuration("--machine", o.machine);
   places.output("--out", o.out);
@@ -101,8 +105,9 @@ int run_commission(CommissionCommandOptions options) {
     const WizardResult result = run_wizard(machine, access, {[&] { return input.poll(); }, isatty(STDIN_FILENO) == 1},
                                            std::cout, record, [&] { interrupt.check(); });
     out.stream() << commissioned_text(text, machine, result, {access.name(), now_utc(), sha256_of(text)});
+    const std::string older = keep_older(options.out);
     out.commit();
-    std::cout << "\nwritten: " << options.out << '\n';
+    std::cout << "\nwritten: " << options.out << (older.empty() ? "" : "; the older file is " + older) << '\n';
     if (result.recordings.size() == 4) {
       const auto& r = result.recordings;
       std::cout << "next: knuckle identify " << r[0] << ' ' << r[1] << " --hold-out " << r[2] << " --hold-out " << r[3]
@@ -123,7 +128,8 @@ Command commission_entry() {
           [](CLI::App& command) {
             const auto options = std::make_shared<CommissionCommandOptions>();
             add_options(command, *options);
-            command.footer("Answers are read from standard input: one word, or number, a line.");
+            command.footer("Answers are read from standard input: one word, or number, a line.\n" +
+                           std::string(kExitCodes));
             return [options] { return run_commission(*options); };
           }};
 }

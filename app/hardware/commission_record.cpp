@@ -1,7 +1,6 @@
 #include "app/hardware/commission_record.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "app/commissioning/recording_reader.h"
 #include "app/commissioning/transfer.h"
@@ -11,7 +10,6 @@
 
 namespace knuckle::app {
 namespace {
-namespace fs = std::filesystem;
 
 constexpr Duration kTick = 1ms;
 constexpr Duration kComeUp = 15s, kRestart = 3s, kSettle = 20s, kStand = 500ms, kRest = 1500ms;
@@ -110,7 +108,7 @@ std::vector<std::string> record_motions(const MachineDescription& machine, BusAc
   std::vector<std::string> files;
   LedMachine led(machine, access, stopped);
   const auto record = [&](const char* name, const estimation::JointPath& path) {
-    const std::string file = (fs::path(folder) / (std::string(name) + ".csv")).string();
+    const std::string file = recording_file(folder, name);
     OutputFile out("--record", file);
     write_recording(led.follow(path, name), out.stream());
     out.commit();
@@ -118,11 +116,11 @@ std::vector<std::string> record_motions(const MachineDescription& machine, BusAc
   };
   try {
     led.engage();
-    record("slow", estimation::slow_sweeps(machine, motions.slow_s));
-    record("fast", estimation::fast_excitation(machine, motions.fast_s, motions.seed));
-    record("hold_out_slow",
+    record(kMotionNames[0], estimation::slow_sweeps(machine, motions.slow_s));
+    record(kMotionNames[1], estimation::fast_excitation(machine, motions.fast_s, motions.seed));
+    record(kMotionNames[2],
            estimation::held_out_motion(machine, motions.seed + 1, MotionSpeed::kSlow, motions.validation_s));
-    record("hold_out_digging",
+    record(kMotionNames[3],
            estimation::held_out_motion(machine, motions.seed + 2, MotionSpeed::kDigging, motions.validation_s));
   } catch (...) {
     led.neutral();

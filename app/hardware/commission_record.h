@@ -2,6 +2,8 @@
 // safety gate and frames as with an operator.
 #pragma once
 
+#include <array>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -55,7 +57,11 @@ struct IdentifyMotions {
   double slow_s = 120, fast_s = 80, validation_s = 40;
   std::uint64_t seed = 1;
 };
-/// Writes slow.csv, fast.csv, hold_out_slow.csv and hold_out_digging.csv into the folder.
+inline constexpr std::array<const char*, 4> kMotionNames{"slow", "fast", "hold_out_slow", "hold_out_digging"};
+[[nodiscard]] inline std::string recording_file(const std::string& folder, const char* motion) {
+  return (std::filesystem::path(folder) / (std::string(motion) + ".csv")).string();
+}
+/// Writes each as a recording_file().
 /// @return their names. @throws CommissionEnded, InputError
 [[nodiscard]] std::vector<std::string> record_motions(const MachineDescription& machine, BusAccess& access,
                                                       const IdentifyMotions& motions, const std::string& folder,

@@ -20,8 +20,9 @@ namespace {
 struct DoctorOptions {
   std::string can, machine, json;
   bool simulate = false;
-  double listen_s = 2;
-  std::uint32_t bit_rate_kbps = 500;
+  std::optional<double> listen_s;
+  std::optional<std::uint32_t> bit_rate_kbps;
+  std::optional<std::string> device_file;
   DeviceDoctorOptions device;
 };
 
@@ -29,14 +30,14 @@ void add_options(CLI::App& c, DoctorOptions& o) {
   c.add_option("--can", o.can, "Look at the machine bus on this CAN interface (can0); reads only");
   c.add_flag("--simulate", o.simulate, "Look at the simulated machine's bus instead");
   c.add_option("--machine", o.machine, "Hold the bus against this machine: name or .toml file");
-  c.add_option("--listen", o.listen_s, "Seconds to listen before anything is asked")->capture_default_str();
-  c.add_option("--bit-rate", o.bit_rate_kbps, "kbit/s of the bus, for its load, where no --machine says it")
-      ->capture_default_str()
+  c.add_option("--listen", o.listen_s, "Seconds to listen before anything is asked (default: 2)");
+  c.add_option("--bit-rate", o.bit_rate_kbps,
+               "kbit/s of the bus, for its load, where no --machine says it (default: 500)")
       ->check(CLI::Range(10, 1000));
   c.add_option("--device", o.device.back_end, "Examine a haptic device through hid or usb; only listens");
   c.add_option("--serial", o.device.serial, "USB serial number of that device, where there are several");
-  c.add_option("--device-file", o.device.device, "Device file it is held against: name or .toml file")
-      ->capture_default_str();
+  c.add_option("--device-file", o.device_file,
+               "Device file it is held against: name or .toml file (default: knuckle1)");
   c.add_option("--json", o.json, "Write the findings for tools; - is standard output");
 }
 
@@ -47,6 +48,9 @@ void check(const DoctorOptions& o) {
   const bool bus = o.simulate || !o.can.empty(), device = !o.device.back_end.empty();
   if (bus && device) refuse_option("--device", o.device.back_end, "look at bus and device one after the other");
   if (!device && !o.device.serial.empty()) refuse_option("--serial", o.device.serial, "needs --device");
+  if (!device && o.device_file) refuse_option("--device-file", *o.device_file, "needs --device");
+  if (!bus && o.listen_s) refuse_option("--listen", "", "needs --can");
+  if (!bus && o.bit_rate_kbps) refuse_option("--bit-rate", "", "needs --can");
   check_range("--listen", o.listen_s, 0.1, 60, " s");
 }
 
@@ -56,8 +60,9 @@ BusAccess access_of(const DoctorOptions& o, const std::optional<MachineDescripti
   return simulated_access(std::make_shared<SimulatedBus>(truth, middle_of_range(*machine), 1));
 }
 
-int run_doctor(const DoctorOptions& options) {
+int run_doctor(DoctorOptions options) {
   check(options);
+  if (options.device_file) options.device.device = *options.device_file;
   const InterruptGuard interrupt;
   std::optional<OutputFile> json;
   if (!options.json.empty()) json.emplace("--json", options.json);
@@ -72,10 +77,10 @@ int run_doctor(const DoctorOptions& options) {
     std::optional<MachineDescription> machine;
     if (!options.machine.empty()) machine = calibrated(load_machine(find_config("machine", options.machine)));
     BusAccess access = access_of(options, machine);
-    const std::uint32_t bit_rate = machine ? machine->bus.bit_rate : 1000 * options.bit_rate_kbps;
+    const std::uint32_t bit_rate = machine ? machine->bus.bit_rate : 1000 * options.bit_rate_kbps.value_or(500);
     const auto wanted = machine ? doctor_objects(*machine) : std::map<std::uint8_t, std::vector<canopen::Object>>();
     SurveyOptions survey;
-    survey.listen_s = options.listen_s;
+    if (options.listen_s) survey.listen_s = *options.listen_s;
     const BusDiagnosis diagnosis = diagnose(survey_bus(access, bit_rate, wanted, survey, [&] { interrupt.check(); }),
                                             machine ? &*machine : nullptr);
     findings = diagnosis.findings;

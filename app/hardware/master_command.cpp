@@ -147,7 +147,7 @@ int run(const Options& o) {
       setup, port, wire, program, [&] { return problem_of(o, device.get(), link); }, csv.stream());
 
   if (auto* out = json.stream()) *out << result_json(o, setup, started_unix_s, outcome).dump(2) << '\n';
-  for (auto* file : {&csv, &json}) file->commit();
+  commit_all({&csv, &json});
   return 0;
 }
 

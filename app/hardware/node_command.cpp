@@ -149,7 +149,7 @@ int run(const Options& o) {
 
   if (const std::string wrong = bus.diagnosis(); !wrong.empty()) console.note(wrong);
   if (auto* out = json.stream()) *out << result_json(o, started_unix_s, outcome).dump(2) << '\n';
-  for (auto* file : {&csv, &json}) file->commit();
+  commit_all({&csv, &json});
   return 0;
 }
 

@@ -1,8 +1,10 @@
 #include "app/hardware/program_options.h"
 
+#include <exception>
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
+#include "core/error.h"
 
 namespace knuckle::app {
 namespace {
@@ -17,6 +19,18 @@ nlohmann::ordered_json percentiles_json(const Histogram& h, double units_per_s) 
 void check_plain_link(const std::string& option, const std::string& address, bool insecure) {
   if (insecure) return;
   refuse_option(option, address, "the link is plain UDP, which proves and encrypts nothing; --insecure allows it");
+}
+
+void commit_all(std::initializer_list<AskedOutput*> outputs) {
+  std::exception_ptr refused;
+  for (AskedOutput* output : outputs) {
+    try {
+      output->commit();
+    } catch (const InputError&) {
+      if (!refused) refused = std::current_exception();
+    }
+  }
+  if (refused) std::rethrow_exception(refused);
 }
 
 std::vector<NamedNode> named_nodes(const BusDescription& bus) {

@@ -1,6 +1,7 @@
 // What the programs' command lines have in common.
 #pragma once
 
+#include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <ostream>
@@ -40,6 +41,10 @@ class AskedOutput {
  private:
   std::optional<OutputFile> file_;
 };
+
+/// Puts every finished file in place, also where the disk refused another. @throws InputError as the first that was
+/// refused.
+void commit_all(std::initializer_list<AskedOutput*> outputs);
 
 /// A node of the machine file: its key there and what it must be.
 struct NamedNode {

@@ -227,7 +227,7 @@ int run(const Options& o) {
     result["realtime"]["machine"] = loop_json(machine.machine_thread()->report());
   }
   if (auto* out = json.stream()) *out << result.dump(2) << '\n';
-  for (auto* file : {&candump, &csv, &json}) file->commit();
+  commit_all({&candump, &csv, &json});
   return 0;
 }
 

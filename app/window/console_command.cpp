@@ -121,7 +121,7 @@ int run(const ConsoleOptions& o) {
     std::cerr << "knuckle console: --candump " << o.candump << ": " << outcome.frames_lost
               << " frames are missing: the window was too slow to write them\n";
   if (auto* out = json.stream()) *out << result_json(outcome).dump(2) << '\n';
-  for (auto* file : {&candump, &json}) file->commit();
+  commit_all({&candump, &json});
   return 0;
 }
 

@@ -26,7 +26,7 @@ class HardwareCli : public testing::Test {
     std::ofstream(path("answers.txt")) << lines;
     return run_program("/bin/sh",
                        {"-c", std::string(KNUCKLE_BINARY) + " commission --simulate --machine solar015 --out " +
-                                  path("result.toml") + " < " + path("answers.txt")});
+                                  path("result.toml") + " --record " + folder_.string() + " < " + path("answers.txt")});
   }
   fs::path folder_;
 };
@@ -53,6 +53,9 @@ TEST_F(HardwareCli, WrongUsageIsOneLineAndTwo) {
   EXPECT_NE(line({"doctor", "--can", "nosuch0"}).find("nosuch0"), std::string::npos);
   EXPECT_NE(line({"doctor", "--machine", "solar015"}).find("needs --can"), std::string::npos);
   EXPECT_NE(line({"doctor", "--simulate"}).find("needs --machine"), std::string::npos);
+  EXPECT_NE(line({"doctor", "--device-file", "knuckle1"}).find("needs --device"), std::string::npos);
+  EXPECT_NE(line({"doctor", "--listen", "1"}).find("needs --can"), std::string::npos);
+  EXPECT_NE(line({"doctor", "--device", "hid", "--bit-rate", "250"}).find("needs --can"), std::string::npos);
   EXPECT_NE(line({"commission", "--machine", "solar015", "--out", path("r.toml")}).find("needs --can"),
             std::string::npos);
   EXPECT_NE(line({"commission", "--simulate", "--machine", "solar015"}).find("--out"), std::string::npos);
@@ -67,12 +70,22 @@ TEST_F(HardwareCli, CommissioningThatEndsEarlyWritesNothing) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);  // the answers alone
 }
 
+TEST_F(HardwareCli, CommissioningWritesOverNoRecording) {
+  std::ofstream(path("fast.csv")) << "mine\n";
+  const ProgramRun run = commission("ready\n");
+  EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
+  EXPECT_NE(run.err.find("has fast.csv already"), std::string::npos) << run.err;
+  EXPECT_EQ(std::filesystem::file_size(path("fast.csv")), 5U);
+}
+
 TEST_F(HardwareCli, CommissioningByAScriptWritesAMachineFileThatTheOthersTake) {
   std::string lines = "ready\nconfigure\npressed\nreleased\n0\npilot\nmove\n";
   for (int j = 0; j < 3; ++j) lines += "go\nlonger\ngo\nshorter\n";
   for (int j = 0; j < 3; ++j) lines += "go\ngo\ngo\ntape\npreset\n";
+  std::ofstream(path("result.toml")) << "mine\n";
   const ProgramRun run = commission(lines + "go\ngo\ngo\nfinish\n");
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_EQ(std::filesystem::file_size(path("result.1.toml")), 5U) << "the older file is kept";
   const ProgramRun doctor =
       run_program(KNUCKLE_BINARY, {"doctor", "--simulate", "--machine", path("result.toml"), "--listen", "0.2"});
   EXPECT_EQ(doctor.exit_code, 0) << doctor.out << doctor.err;

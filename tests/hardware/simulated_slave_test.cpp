@@ -95,6 +95,15 @@ struct Refused {
   std::string says;
 };
 
+TEST_F(SimulatedSlaveThreads, KeepsItsOtherFilesWhereTheDiskRefusesOne) {
+  const ProgramRun run =
+      run_program(KNUCKLE_BINARY, {"slave", "--simulate", "--listen", "127.0.0.1:0", "--insecure", "--duration", "0.3",
+                                   "--candump", "/dev/full", "--json", path("run.json")});
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_NE(run.err.find("/dev/full"), std::string::npos) << run.err;
+  EXPECT_EQ(nlohmann::json::parse(contents("run.json")).at("schema"), "knuckle-slave/1");
+}
+
 TEST(SimulatedSlave, TakesExactlyOneBusAndNothingInVain) {
   const std::vector<Refused> cases{
       {{}, "needs --can, or --simulate"},

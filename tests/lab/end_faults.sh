@@ -19,7 +19,7 @@ COMMAND_MS=210 SPOOL_MS=330  # datagrams on the way arrive 10 ms after the cut, 
 fault link_cut link_lost link_cut link_mend
 fault master_stopped link_lost 'signal all.master STOP' 'signal all.master CONT'
 fault master_killed link_lost 'signal all.master KILL' 'start_master all hid'
-COMMAND_MS=null SPOOL_MS=320
+COMMAND_MS=null SPOOL_MS=320 WITNESS=pilot  # nobody sends SYNC
 fault slave_stopped loop_overrun 'signal "$name.slave" STOP' 'signal "$name.slave" CONT'
 fault slave_killed none 'signal "$name.slave" KILL' :
 plan

@@ -76,18 +76,19 @@ keep_result() {
   local told=$result/$1.slave.json
   [ -s "$told" ] || echo null > "$told"
   jq -c --arg name "$1" --arg code "$2" --arg note "$3" --slurpfile slave "$told" \
-    --argjson command "${COMMAND_MS:-200}" --argjson spool "${SPOOL_MS:-320}" '
+    --argjson command "${COMMAND_MS:-200}" --argjson spool "${SPOOL_MS:-320}" --arg witness "${WITNESS:-spool}" '
     ($slave[0].faults // [] | .[0]) as $fault
     | {name: $name, expected: $code, code: ($fault.code // "none"), reason: $fault.reason,
        note: (if $note == "" then null else $note end),
        mode: (($slave[0].modes // []) | map(.mode | select(. == "fault" or . == "e_stop")) | .[0]),
-       command_bound_ms: $command, spool_bound_ms: $spool} + .' /tmp/judged.json > /tmp/fault.json
+       command_bound_ms: $command, spool_bound_ms: $spool, witness: $witness} + .' /tmp/judged.json > /tmp/fault.json
 }
 
 # fault NAME EXPECTED_CODE BREAK MEND [NODE_FAULT]: BREAK and MEND are shell commands; NODE_FAULT is what the nodes break
 # at SIGUSR1. A code of "none": the slave cannot say anything. COMMAND_MS, SPOOL_MS: other bounds than the usual ones,
 # from when BREAK has returned (the last good input came in before that); a COMMAND_MS of "null": nobody is there to send
-# a neutral command, the nodes stop by themselves. BROKEN_S: for longer than a second.
+# a neutral command, the nodes stop by themselves. WITNESS=pilot: valves do not tell their positions, so pilot pressure must
+# be off; else every spool must be told to be in its dead band. BROKEN_S: for longer than a second.
 fault() {
   local name=$1 tries=3
   until try_fault "$@"; do
@@ -98,11 +99,10 @@ fault() {
     fi
     echo "# $name: the machine was not in motion, so nothing was learned: once more"
   done
-  # Without SYNC, or mute, a valve does not tell its position: then pilot pressure must be off.
   check "$name: $(jq -r '"\(.code), ms until neutral: command \(.command_neutral_ms), spools \(.spool_neutral_ms), pilot pressure \(.pilot_off_ms)"' /tmp/fault.json)" \
     says /tmp/fault.json '.code == .expected and .resumed == 0
       and (.command_bound_ms == null or (.command_neutral_ms // 1e9) - .breaking_ms <= .command_bound_ms)
-      and ([.spool_neutral_ms, .pilot_off_ms] | map(. // 1e9) | min) - .breaking_ms <= .spool_bound_ms' ||
+      and ((if .witness == "pilot" then .pilot_off_ms else .spool_neutral_ms end) // 1e9) - .breaking_ms <= .spool_bound_ms' ||
     sed 's/^/# /' /tmp/fault.json
   cat /tmp/fault.json >> "$result/faults.jsonl"
 }
