@@ -20,6 +20,7 @@ enum class ConsoleEventKind : std::uint8_t {
   kPiece,     ///< simulated world: piece; value as its event says
   kStop,      ///< on: pressed in
   kInput,     ///< on: what is held counts again; off: the window has stalled, nobody holds anything
+  kAttended,  ///< on: the window is in front of the person; off: it is not, nobody holds anything
   kScales,    ///< on: taken; off: refused while the machine is led
   kWarning,   ///< reason; kNone: over
   kPaused,    ///< on

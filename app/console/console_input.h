@@ -26,9 +26,12 @@ inline constexpr double kLeastPositionScale = 2, kMostPositionScale = 20;       
 inline constexpr double kLeastForceScale = 1.0 / 8000, kMostForceScale = 1.0 / 500;  ///< Hand N per machine N.
 
 struct ConsoleInput {
-  Time at = kNever;                            ///< When the window's thread last looked.
+  Time at = kNever;  ///< When the window's thread last looked.
+  /// The window is in front of the person: it has the keyboard and is not iconified. While it is not, a gamepad or a
+  /// haptic device still moves, but its person looks elsewhere and Stop's key goes elsewhere: nobody holds anything.
+  bool attended = false;
   HandInput hand;                              ///< Without effect where a haptic device is in use.
-  bool stop = false;                           ///< Software stop is pressed in.
+  bool stop = false;                           ///< Software stop is pressed in; acts attended or not.
   double position_scale = 0, force_scale = 0;  ///< 0: as the device's file says. Taken while nothing is led.
   AssistSettings assist;
   bool paused = false;            ///< Simulated session only.

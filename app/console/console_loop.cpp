@@ -72,18 +72,25 @@ void ConsoleLoop::step(Time now) noexcept {
   show();
 }
 
-/// Old input is nobody's; after it, enable that was held on meanwhile counts as let go of until it is.
+/// Old input is nobody's, and so is that of a window that nobody looks at; after it, enable that was held on meanwhile
+/// counts as let go of until it is.
 void ConsoleLoop::look_at_input(Time now) noexcept {
   inputs_.take(input_);
   const bool fresh = now - input_.at <= kInputAgeLimit;
-  if (fresh != held_.fresh && held_.ever_fresh) watch_.note(session_time(now), ConsoleEventKind::kInput, fresh);
+  if (fresh != held_.fresh) note_input(ConsoleEventKind::kInput, fresh);
+  if (input_.attended != held_.attended) note_input(ConsoleEventKind::kAttended, input_.attended);
   held_.fresh = fresh;
+  held_.attended = input_.attended;
   held_.ever_fresh |= fresh;
-  held_.released = fresh && (held_.released || !input_.hand.enable);
+  held_.released = held_.counts() && (held_.released || !input_.hand.enable);
+}
+
+void ConsoleLoop::note_input(ConsoleEventKind kind, bool on) noexcept {
+  if (held_.ever_fresh && !led_by_scenario()) watch_.note(session_time(now_), kind, on);
 }
 
 HandInput ConsoleLoop::hand() const noexcept {
-  if (!held_.fresh || letting_go_ > 0) return {};
+  if (!held_.counts() || letting_go_ > 0) return {};
   HandInput hand = input_.hand;
   hand.enable = hand.enable && held_.released;
   if (!hand.rate_radps.allFinite()) hand.rate_radps.setZero();
@@ -92,7 +99,7 @@ HandInput ConsoleLoop::hand() const noexcept {
 
 void ConsoleLoop::apply(OperatorStation& station) noexcept {
   station.set_stop(input_.stop);
-  if (letting_go_ == 0 && station.has_device()) station.set_nobody(!held_.fresh);
+  if (letting_go_ == 0 && station.has_device()) station.set_nobody(!held_.counts());
   // A scenario brings its own settings.
   if (!held_.ever_fresh || led_by_scenario()) return;
   station.set_assist(input_.assist);
@@ -130,7 +137,11 @@ void ConsoleLoop::show() noexcept {
   }
   view_.run = watch_.run();
   view_.paused = paused_;
-  view_.input = {!held_.fresh, held_.fresh && input_.hand.enable && !held_.released, scales_locked_};
+  view_.input = {};
+  if (!led_by_scenario())
+    view_.input = {.stale = !held_.fresh,
+                   .unattended = held_.fresh && !held_.attended,
+                   .release_enable = held_.counts() && input_.hand.enable && !held_.released};
   views_.put(view_);
 }
 

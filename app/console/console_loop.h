@@ -55,11 +55,13 @@ class ConsoleLoop {
  private:
   /// What is held, as far as it counts.
   struct Held {
-    bool ever_fresh = false, fresh = false, released = false;
+    bool ever_fresh = false, fresh = false, attended = false, released = false;
+    [[nodiscard]] bool counts() const noexcept { return fresh && attended; }
   };
   void tap(LiveSession& session) noexcept;
   void begin_offered() noexcept;
   void look_at_input(Time now) noexcept;
+  void note_input(ConsoleEventKind kind, bool on) noexcept;
   [[nodiscard]] HandInput hand() const noexcept;
   void apply(OperatorStation& station) noexcept;
   void apply_scales(OperatorStation& station) noexcept;

@@ -37,7 +37,7 @@ struct LinkSide {
   double neutral_after_s = 0;  ///< The machine goes to neutral when it has heard nothing for so long.
   double round_trip_s = 0;
   Histogram round_trip;      ///< Of the last 10 s.
-  Histogram arrival_jitter;  ///< Likewise: how far from the mean period messages come in.
+  Histogram arrival_jitter;  ///< Likewise: how far from the machine's period messages come in.
   double loss = 0;           ///< Share of the machine's messages that never came, likewise.
   Histogram hand_to_valve;   ///< Likewise: device report to valve command on the wire.
 };
@@ -52,11 +52,11 @@ struct SimulatedTruth {
   sim::WorldEventRing events;
 };
 
-/// What the loop makes of the newest input.
+/// What the loop makes of the newest input; nothing to be said of it where a scenario leads.
 struct InputSide {
   bool stale = false;           ///< The window has stalled, or has not begun: nobody holds anything.
+  bool unattended = false;      ///< The window is not in front of the person: likewise.
   bool release_enable = false;  ///< Enable has been held since then: it counts only once it was let go of.
-  bool scales_locked = false;   ///< The scales that are asked for are not taken while the machine is led.
 };
 
 struct ConsoleView {

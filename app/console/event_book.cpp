@@ -85,6 +85,10 @@ Told told(const ConsoleEvent& event) {
     case ConsoleEventKind::kInput:
       return event.on ? Told{Severity::kInfo, "input", "window runs again: let go of enable, then press it again"}
                       : Told{Severity::kWarning, "input", "window has stalled: nobody leads the machine"};
+    case ConsoleEventKind::kAttended:
+      return {Severity::kInfo, "input",
+              event.on ? "window is in front: let go of enable, then press it again"
+                       : "window is not in front: nobody leads the machine"};
     case ConsoleEventKind::kScales:
       return event.on ? Told{Severity::kInfo, "scales", "scales taken"}
                       : Told{Severity::kInfo, "scales", "scales are locked while the machine is led"};
@@ -156,7 +160,7 @@ std::vector<const EventRow*> EventBook::matching(const EventFilter& filter) cons
   const std::string wanted = lower(filter.text);
   std::vector<const EventRow*> found;
   for (const EventRow& row : rows_) {
-    if (row.severity < filter.least || (filter.open_only && row.acknowledged)) continue;
+    if (row.severity < filter.least) continue;
     const bool said = wanted.empty() || lower(row.code).find(wanted) != std::string::npos ||
                       lower(row.text).find(wanted) != std::string::npos;
     if (said) found.push_back(&row);

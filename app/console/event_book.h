@@ -28,8 +28,7 @@ struct EventRow {
 /// Empty text and kInfo: everything.
 struct EventFilter {
   Severity least = Severity::kInfo;
-  std::string text;        ///< In code or text, whatever the case.
-  bool open_only = false;  ///< Not acknowledged.
+  std::string text;  ///< In code or text, whatever the case.
 };
 
 class EventBook {

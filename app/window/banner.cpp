@@ -123,7 +123,8 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s)
   if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
   if (view.machine.fault) return text(view.machine.fault);
   if (view.hand.device) return text(view.hand.device);
-  if (view.input.release_enable) return "let go of enable first: the window had stalled, and nobody held it then";
+  if (view.input.unattended) return "this window does not have the keyboard: click into it to lead the machine";
+  if (view.input.release_enable) return "let go of enable first: while the window was away nobody held it";
   if (view.machine.blocking) return text(view.machine.blocking);
   if (view.machine.mode == Mode::kEngaged) return "the machine follows the hand";
   return "";

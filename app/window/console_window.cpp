@@ -175,6 +175,7 @@ HeldKeys ConsoleWindow::held_keys() const {
 ConsoleInput ConsoleWindow::input(Time now) const {
   ConsoleInput input;
   input.at = now;
+  input.attended = window_.attended();
   input.hand = together(together(hand_from_keys(held_keys()), machine_.pulled()), gamepad_);
   input.stop = state_.stop;
   if (state_.scales_chosen) {

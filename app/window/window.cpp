@@ -96,6 +96,11 @@ bool Window::closing() const {
   return glfwWindowShouldClose(window_) != 0;
 }
 
+bool Window::attended() const {
+  return glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE &&
+         glfwGetWindowAttrib(window_, GLFW_ICONIFIED) == GLFW_FALSE;
+}
+
 void Window::begin_frame() {
   arriving_.clear();
   glfwPollEvents();

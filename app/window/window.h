@@ -40,6 +40,8 @@ class Window {
   Window& operator=(const Window&) = delete;
 
   [[nodiscard]] bool closing() const;
+  /// It has the keyboard and is not iconified.
+  [[nodiscard]] bool attended() const;
   /// Takes events in and opens ImGui's frame.
   void begin_frame();
   /// Clears the framebuffer; what is drawn between this and end_frame() lies under ImGui's widgets.

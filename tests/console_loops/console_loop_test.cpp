@@ -16,29 +16,6 @@ namespace {
 
 using app::ConsoleEventKind;
 
-/// Engaged, and moving: the boom goes up.
-void lead(ConsoleRig& rig) {
-  rig.start_up();
-  ASSERT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
-  rig.keys.boom_up = true;
-  rig.run(1);
-  ASSERT_EQ(rig.view.machine.mode, Mode::kEngaged);
-  ASSERT_GT(rig.view.machine.velocity_radps[kBoom], 0.1);
-}
-
-void expect_neutral_within(const ConsoleRig& rig, Time from, Duration limit) {
-  const app::NeutralTimes neutral = rig.neutral_since(from);
-  ASSERT_TRUE(neutral.command.has_value());
-  EXPECT_LE(*neutral.command - from, limit);
-  ASSERT_TRUE(neutral.spool.has_value());
-  EXPECT_LE(*neutral.spool - from, limit + 120ms);
-}
-
-bool told(const ConsoleRig& rig, ConsoleEventKind kind, bool on) {
-  return std::any_of(rig.events.begin(), rig.events.end(),
-                     [&](const app::ConsoleEvent& e) { return e.kind == kind && e.on == on; });
-}
-
 TEST(ConsoleKeys, LeadEachJointOfTheSimulatedMachineTheWayTheyPoint) {
   ConsoleRig rig;
   rig.start_up();
@@ -113,6 +90,17 @@ TEST(ConsoleStop, ReleasedDoesNotResumeBeforeEnableWasLetGoOf) {
   EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
 }
 
+TEST(ConsoleStop, ActsThoughNobodyAttendsTheWindow) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.attended = false;
+  rig.input.stop = true;  // a gamepad's button, say
+  const Time pressed = rig.now;
+  rig.run(1);
+  expect_neutral_within(rig, pressed, 200ms);
+  EXPECT_EQ(rig.view.machine.fault.code, ReasonCode::kOperatorStop);
+}
+
 TEST(ConsoleStop, NeedsNoHapticDevice) {
   class Unplugged final : public HidPort {
     bool write(const HidReport& /*report*/) noexcept override { return false; }
@@ -136,109 +124,6 @@ TEST(ConsoleStop, NeedsNoHapticDevice) {
   EXPECT_EQ(view.machine.mode, Mode::kFault);
   EXPECT_EQ(view.machine.fault.code, ReasonCode::kOperatorStop);
   EXPECT_EQ(view.hand.device.code, ReasonCode::kDeviceLost);
-}
-
-TEST(ConsoleWindow, ThatStallsHoldsNothingAnyMore) {
-  ConsoleRig rig;
-  lead(rig);
-  rig.stalled = true;
-  const Time stalled = rig.now;
-  rig.run(2);
-  expect_neutral_within(rig, stalled, app::kInputAgeLimit + 200ms);
-  rig.loop.take(rig.view);
-  EXPECT_TRUE(rig.view.input.stale);
-  EXPECT_FALSE(rig.view.hand.presence || rig.view.hand.enable);
-}
-
-TEST(ConsoleWindow, ThatStallsLetsNobodyLeadWithAHapticDeviceEither) {
-  const app::SessionSetup setup = live_setup();
-  app::HandSide device(setup.device, setup.limb, 1, setup.scenario.hand_rad);
-  app::PersonHand person(setup.device, setup.machine, setup.limb);
-  app::ConsoleLoop loop(
-      std::make_unique<app::LiveSession>(setup, app::LiveSession::Led::kByPerson, &device.cable.host()));
-  app::ConsoleInput window;
-  app::ConsoleView view;
-  app::HandInput held;
-  Time now{};
-  const auto run = [&](double seconds, bool stalled) {
-    for (const Time until = now + from_seconds(seconds); now < until;) {
-      now += 1ms;
-      loop.take(view);
-      sim::OperatorView seen;
-      seen.machine_rad = view.machine.position_rad;
-      seen.ghost_rad = view.hand.ghost_rad;
-      seen.hand_rad = device.device.truth().joint_rad;
-      seen.mode = view.machine.mode;
-      device.step(now, person.step(now, held, seen, 1));
-      window.at = stalled ? window.at : now;
-      loop.put(window);
-      loop.step(now);
-    }
-  };
-  run(3, false);
-  held.presence = held.enable = true;
-  run(5, false);
-  ASSERT_EQ(view.machine.mode, Mode::kEngaged) << text(view.machine.blocking);
-  run(to_seconds(app::kInputAgeLimit) - 0.05, true);
-  EXPECT_EQ(view.machine.mode, Mode::kEngaged);
-  run(0.3, true);
-  EXPECT_EQ(view.machine.mode, Mode::kReady);
-  EXPECT_TRUE(view.hand.enable);  // the device still says so
-  run(3, false);
-  EXPECT_EQ(view.machine.mode, Mode::kReady);  // it has to be pressed again
-  EXPECT_EQ(view.machine.blocking.code, ReasonCode::kEnableHeld);
-}
-
-TEST(ConsoleWindow, ThatAsksForNoNumberMovesNothing) {
-  ConsoleRig rig;
-  rig.start_up();
-  ASSERT_TRUE(rig.engage());
-  rig.run(1);          // the machine has come to the hand
-  rig.stalled = true;  // its frames are put here
-  const JointVector before = rig.view.truth.joint_rad;
-  for (int i = 0; i < 100; ++i) {
-    rig.input.at = rig.now;
-    rig.input.hand.rate_radps = JointVector(std::nan(""), 0.2, 0.2);
-    rig.loop.put(rig.input);
-    rig.run(0.01);
-  }
-  rig.loop.take(rig.view);
-  EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
-  EXPECT_LT((rig.view.truth.joint_rad - before).cwiseAbs().maxCoeff(), 0.01);
-}
-
-TEST(ConsoleWindow, ThatRunsAgainWithEnableHeldDoesNotResume) {
-  ConsoleRig rig;
-  lead(rig);
-  rig.stalled = true;
-  rig.run(1);
-  rig.stalled = false;
-  const Time again = rig.now;
-  rig.run(3);
-  EXPECT_EQ(commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
-  EXPECT_TRUE(rig.view.input.release_enable);
-  rig.keys = {};
-  rig.run(0.5);
-  EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
-}
-
-TEST(ConsoleWindow, ThatStallsMissesNoEventOfTheMeantime) {
-  ConsoleRig rig;
-  lead(rig);
-  rig.stalled = true;
-  rig.run(3);  // enable falls, mode ready, "no hand" stands
-  rig.stalled = false;
-  rig.events.clear();
-  rig.run(0.1);
-  const auto became = [&rig](Mode mode) {
-    return std::any_of(rig.events.begin(), rig.events.end(), [mode](const app::ConsoleEvent& e) {
-      return e.kind == ConsoleEventKind::kMachine && e.mode == mode;
-    });
-  };
-  EXPECT_TRUE(became(Mode::kReady) || became(Mode::kFault));
-  EXPECT_TRUE(told(rig, ConsoleEventKind::kInput, false));
-  EXPECT_TRUE(told(rig, ConsoleEventKind::kInput, true));
-  EXPECT_EQ(rig.loop.events_lost(), 0u);
 }
 
 TEST(ConsolePause, TimeStandsAndGoesOnWhereItStood) {
@@ -269,7 +154,6 @@ TEST(ConsoleScales, AreTakenBeforeAndLockedWhileTheMachineIsLed) {
   rig.input.position_scale = 5;
   rig.run(0.5);
   EXPECT_DOUBLE_EQ(rig.view.hand.position_scale, 8);
-  EXPECT_TRUE(rig.view.input.scales_locked);
   const auto refusals = std::count_if(rig.events.begin(), rig.events.end(), [](const app::ConsoleEvent& e) {
     return e.kind == ConsoleEventKind::kScales && !e.on;
   });
@@ -277,7 +161,6 @@ TEST(ConsoleScales, AreTakenBeforeAndLockedWhileTheMachineIsLed) {
   rig.keys = {};
   rig.run(0.5);
   EXPECT_DOUBLE_EQ(rig.view.hand.position_scale, 5);
-  EXPECT_FALSE(rig.view.input.scales_locked);
 }
 
 TEST(ConsoleScales, BeyondTheirBoundsAreTakenAsTheBound) {
@@ -321,6 +204,23 @@ TEST(ConsoleDemo, ShowsTheSameAtTheSameTimeBitForBit) {
     EXPECT_EQ(std::bit_cast<std::uint64_t>(a.truth.joint_rad[j]), std::bit_cast<std::uint64_t>(b.truth.joint_rad[j]));
   EXPECT_EQ(a.hand.torque_Nm, b.hand.torque_Nm);
   EXPECT_EQ(a.machine.mode, Mode::kEngaged);  // it was a session
+}
+
+TEST(ConsoleDemo, GoesOnAndHasNothingToSayWhenNobodyAttendsOrTheWindowStalls) {
+  ConsoleRig rig(live_setup("wall_contact", 3), app::LiveSession::Led::kByScenario);
+  rig.run(8);
+  rig.attended = false;
+  rig.run(1);
+  rig.stalled = true;
+  rig.run(2);
+  rig.stalled = false;
+  rig.run(1);
+  EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
+  EXPECT_FALSE(rig.view.input.stale || rig.view.input.unattended || rig.view.input.release_enable);
+  for (const bool on : {true, false}) {
+    EXPECT_FALSE(told(rig, ConsoleEventKind::kInput, on));
+    EXPECT_FALSE(told(rig, ConsoleEventKind::kAttended, on));
+  }
 }
 
 TEST(ConsoleDemo, IsTheVerySessionThatSimulateRuns) {

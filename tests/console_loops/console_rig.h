@@ -1,6 +1,9 @@
 // A console's loop on virtual time, with a person at the keys who looks 60 times a second.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -44,6 +47,7 @@ struct ConsoleRig {
   void look() {
     input.hand = app::hand_from_keys(keys);
     input.at = now;
+    input.attended = attended;
     loop.put(input);
     loop.take(view);
     loop.collect();
@@ -77,7 +81,30 @@ struct ConsoleRig {
   app::ConsoleView view;
   app::FrameLog frames;
   std::vector<app::ConsoleEvent> events;
-  bool stalled = false;
+  bool stalled = false, attended = true;
 };
+
+/// Engaged, and moving: the boom goes up.
+inline void lead(ConsoleRig& rig) {
+  rig.start_up();
+  ASSERT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+  rig.keys.boom_up = true;
+  rig.run(1);
+  ASSERT_EQ(rig.view.machine.mode, Mode::kEngaged);
+  ASSERT_GT(rig.view.machine.velocity_radps[kBoom], 0.1);
+}
+
+inline void expect_neutral_within(const ConsoleRig& rig, Time from, Duration limit) {
+  const app::NeutralTimes neutral = rig.neutral_since(from);
+  ASSERT_TRUE(neutral.command.has_value());
+  EXPECT_LE(*neutral.command - from, limit);
+  ASSERT_TRUE(neutral.spool.has_value());
+  EXPECT_LE(*neutral.spool - from, limit + 120ms);
+}
+
+inline bool told(const ConsoleRig& rig, app::ConsoleEventKind kind, bool on) {
+  return std::any_of(rig.events.begin(), rig.events.end(),
+                     [&](const app::ConsoleEvent& e) { return e.kind == kind && e.on == on; });
+}
 
 }  // namespace knuckle::test

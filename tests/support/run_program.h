@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -77,7 +78,7 @@ class RunningProgram {
   }
 
  private:
-  std::string folder_ = "/tmp/knuckle_run_XXXXXX";
+  std::string folder_ = (std::filesystem::temp_directory_path() / "knuckle_run_XXXXXX").string();
   pid_t child_ = -1;
 };
 
