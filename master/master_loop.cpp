@@ -8,15 +8,10 @@ namespace knuckle::master {
 namespace {
 
 constexpr double kStep_s = 1e-3;
-constexpr Duration kRestartSilence = 1s;  // after it any sequence number is news: the other side started again
 constexpr int kMostDatagrams = 64;        // a step: a flood is cut off, not followed
 constexpr double kRoundTripBlend = 0.05;  // per message: about 0.1 s at 200 Hz
 constexpr double kRoundTripBelieved_s = 5;
 constexpr double kDirectSilence_s = 0.5;
-
-bool leads(Mode mode) noexcept {
-  return mode == Mode::kEngaged || mode == Mode::kHold;
-}
 
 }  // namespace
 
@@ -136,7 +131,7 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
 bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept {
   const bool usable =
       std::isfinite(position_scale) && position_scale > 0 && std::isfinite(force_scale) && force_scale > 0;
-  if (!usable || (slave_ && leads(slave_->mode))) return false;
+  if (!usable || (slave_ && led(slave_->mode))) return false;
   force_scale_ = force_scale;
   set_point_.set_scale(position_scale / feel_.position_scale);
   spring_.set_spring(feel_.spring_N_per_m * (position_scale / feel_.position_scale) *

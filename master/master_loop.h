@@ -36,8 +36,7 @@ class MasterLoop {
   void step(Time now) noexcept;
 
   /// @param position_scale machine metres per hand metre, @param force_scale hand newtons per machine newton.
-  /// @return false, and nothing changes, while the machine is led or holds, or where a scale is not positive and
-  /// finite.
+  /// @return false, and nothing changes, while the machine is led, or where a scale is not positive and finite.
   bool set_scales(double position_scale, double force_scale) noexcept;
 
   /// Sent with every set-point from now on.

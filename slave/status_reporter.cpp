@@ -73,16 +73,13 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
 void StatusReporter::note_acted(Time now, const SlaveLoop& slave) noexcept {
   if (slave.client().set_points_at() != now) return;
   set_points_at_ = now;
-  const bool led = slave.mode() == Mode::kEngaged;
-  status_.acted_report_at = led ? slave.master().device_report_at : kNever;
-  status_.acted_held = led ? now - slave.master_at() : Duration::zero();
+  status_.acted_report_at = slave.mode() == Mode::kEngaged ? slave.master().device_report_at : kNever;
 }
 
 /// Where no set-point can be sent none replaces the last one: after the valves' watchdog nobody's hand is behind it.
 void StatusReporter::forget_acted(Time now, const SlaveLoop& slave) noexcept {
   if (slave.mode() == Mode::kEngaged && to_seconds(now - set_points_at_) <= machine_.bus.valve_watchdog_s) return;
   status_.acted_report_at = kNever;
-  status_.acted_held = Duration::zero();
 }
 
 void StatusReporter::note_health() noexcept {

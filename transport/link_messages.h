@@ -21,6 +21,10 @@ inline constexpr Duration kMostHeld = 20ms;
 /// Modes of a session, decided by the slave (it owns the valves), shown by both.
 enum class Mode : std::uint8_t { kOff, kSelfTest, kReady, kAligning, kEngaged, kHold, kFault, kEStop };
 [[nodiscard]] const char* name(Mode mode) noexcept;
+/// Somebody leads the machine, holds it, or is about to: nothing that changes how it feels may be changed.
+[[nodiscard]] constexpr bool led(Mode mode) noexcept {
+  return mode == Mode::kAligning || mode == Mode::kEngaged || mode == Mode::kHold;
+}
 
 /// What the operator has switched on to help.
 struct AssistSettings {
@@ -90,6 +94,9 @@ inline constexpr unsigned kLimitBits = 0x1FF;  ///< All of them; others are refu
 /// nullopt where size, magic or version is wrong, or a number not finite or beyond anything honest.
 [[nodiscard]] std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) noexcept;
 [[nodiscard]] std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) noexcept;
+/// After a silence of so long any number is news to the operator's side: the machine's may have begun anew.
+inline constexpr Duration kRestartSilence = 1s;
+
 /// Serial-number arithmetic (RFC 1982): is a newer than b?
 [[nodiscard]] constexpr bool newer(std::uint32_t a, std::uint32_t b) noexcept {
   return static_cast<std::int32_t>(a - b) > 0;

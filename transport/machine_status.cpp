@@ -9,7 +9,7 @@ using link_codec::put;
 using link_codec::put_each;
 
 constexpr std::size_t kSize =
-    link_codec::kHeaderSize + 4 + 8 + 2 * 3 * 8 + 1 + 2 * 8 + 2 * 3 * 8 + 8 + 2 * 8 + 1 + 8 + 4 + 3 * 8 + 1;
+    link_codec::kHeaderSize + 4 + 8 + 2 * 3 * 8 + 1 + 2 * 8 + 2 * 3 * 8 + 8 + 2 * 8 + 1 + 8 + 4 + 2 * 8 + 1;
 // No honest number comes near these.
 constexpr double kMostOpening = 1e3;  // of spool stroke, as a valve may report it
 constexpr double kMostFlow_m3ps = 1e3, kMostPower_W = 1e12, kMostLoad = 10;
@@ -50,7 +50,6 @@ Datagram encode(const MachineStatus& status) noexcept {
   out.put(std::clamp(status.bus_load, 0.0, kMostLoad));
   out.put(status.can_errors);
   put(out, status.acted_report_at);
-  put(out, status.acted_held);
   put(out, status.acted_ago);
   out.put(status.force_doubts);
   return datagram;
@@ -78,7 +77,6 @@ std::optional<MachineStatus> decode_status(std::span<const std::uint8_t> bytes) 
   status.bus_load = bounded.number(0, kMostLoad);
   status.can_errors = in->get<std::uint32_t>();
   status.acted_report_at = bounded.time();
-  status.acted_held = bounded.span();
   status.acted_ago = bounded.span();
   status.force_doubts = in->get<std::uint8_t>();
   if (pilot_on > 1 || status.fifo_priority > kMostPriority || !bounded.ok()) return std::nullopt;

@@ -34,7 +34,6 @@ struct MachineStatus {
   /// Operator's clock: the device report behind the set-point that is on the valves' wire now; kNever: none is.
   /// Hand to valve = arrival of this here - acted_report_at - acted_ago - the way back (half a round trip).
   Time acted_report_at = kNever;
-  Duration acted_held{};          ///< From that datagram's arrival to the valve frame.
   Duration acted_ago{};           ///< From that valve frame to sent_at.
   std::uint8_t force_doubts = 0;  ///< estimation::ConfidenceReason bits: why the tip force is known no better.
 };

@@ -12,9 +12,6 @@ namespace knuckle {
 
 class StatusLink final : public Link {
  public:
-  /// A machine's side that was silent for so long may have started anew with its numbers.
-  static constexpr Duration kRestartSilence = 1s;
-
   /// @param link outlives this.
   explicit StatusLink(Link& link) noexcept : link_(link) {}
 

@@ -47,8 +47,8 @@ class OperatorStation {
 
   void set_stop(bool pressed) noexcept { master_.set_stop(pressed); }
   void set_assist(const AssistSettings& assist) noexcept { master_.set_assist(assist); }
-  /// 0: as the device's file says; what is beyond a bound is taken as the bound. Locked while the machine is led or
-  /// holds.
+  /// 0: as the device's file says; what is beyond a bound is taken as the bound. Locked while
+  /// the machine is led.
   ScalesAnswer set_scales(double position_scale, double force_scale) noexcept;
   /// While on, the machine is told that nobody holds the device, whatever the device says.
   void set_nobody(bool on) noexcept { gate_.let_go(on); }

@@ -47,9 +47,5 @@ struct ConsoleData {
   constexpr double kLimit_s = 0.5;  // sent 20 times a second
   return {view.status_heard, view.status_age_s, kLimit_s};
 }
-/// Somebody leads the machine, or is about to: nothing that changes the feel may be changed.
-[[nodiscard]] inline bool led(Mode mode) {
-  return mode == Mode::kAligning || mode == Mode::kEngaged || mode == Mode::kHold;
-}
 
 }  // namespace knuckle::app

@@ -244,10 +244,14 @@ TEST(MasterLoop, KeepsTheSetPointInTheMachinesRangeAndPushesTheHandBack) {
   EXPECT_EQ(rig.loop.law_force_N().norm(), 0);
 }
 
-TEST(MasterLoop, ChangesScalesOnlyWhileTheMachineIsNotLed) {
+TEST(MasterLoop, ChangesScalesOnlyWhileTheMachineIsNotLedNorAboutToBe) {
   MasterRig rig;
   rig.engage();
-  EXPECT_FALSE(rig.loop.set_scales(5, 2e-3));
+  for (const Mode mode : {Mode::kAligning, Mode::kEngaged, Mode::kHold}) {
+    rig.machine.mode = mode;
+    rig.run(0.1);
+    EXPECT_FALSE(rig.loop.set_scales(5, 2e-3)) << name(mode);
+  }
   rig.machine.mode = Mode::kReady;
   rig.run(0.1);
   EXPECT_FALSE(rig.loop.set_scales(-5, 2e-3));

@@ -38,7 +38,6 @@ MachineStatus some_status() {
   s.bus_load = 0.5;
   s.can_errors = 9;
   s.acted_report_at = Time(-1ns);
-  s.acted_held = 10ns;
   s.acted_ago = 11ns;
   s.force_doubts = 0x85;
   return s;
@@ -50,10 +49,10 @@ const std::string kStatus =
     "000000000000E03F 0000000000002440 "
     "0100000000000000 0200000000000000 0300000000000000  0400000000000000 0500000000000000 0600000000000000 "
     "404B4C0000000000  0700000000000000 0800000000000000  50  000000000000E03F  09000000 "
-    "FFFFFFFFFFFFFFFF 0A00000000000000 0B00000000000000  85";
+    "FFFFFFFFFFFFFFFF 0B00000000000000  85";
 // Where in it what is.
 constexpr std::size_t kSentAt = 8, kCommand = 16, kPilot = 64, kFlow = 65, kWake = 81, kPeriod = 129, kPriority = 153,
-                      kLoad = 154, kReport = 166, kHeld = 174, kAgo = 182;
+                      kLoad = 154, kReport = 166, kAgo = 174;
 
 template <typename T>
 std::vector<std::uint8_t> with(std::size_t at, T value) {
@@ -86,7 +85,6 @@ TEST(MachineStatus, DecodesTheSameBytes) {
   EXPECT_EQ(status->bus_load, 0.5);
   EXPECT_EQ(status->can_errors, 9U);
   EXPECT_EQ(status->acted_report_at, Time(-1ns));
-  EXPECT_EQ(status->acted_held, 10ns);
   EXPECT_EQ(status->acted_ago, 11ns);
   EXPECT_EQ(status->force_doubts, 0x85);
 }
@@ -118,7 +116,7 @@ TEST(MachineStatus, ANonFiniteOrImpossibleNumberAnywhereIsRefused) {
   EXPECT_FALSE(decode_status(with(kLoad, -0.1)));
   EXPECT_FALSE(decode_status(with(kPilot, std::uint8_t{2})));
   EXPECT_FALSE(decode_status(with(kPriority, std::uint8_t{100})));
-  std::vector<std::size_t> spans{kPeriod, kHeld, kAgo};
+  std::vector<std::size_t> spans{kPeriod, kAgo};
   for (std::size_t n = 0; n < 6; ++n) spans.push_back(kWake + 8 * n);
   for (const std::size_t at : spans) {
     EXPECT_FALSE(decode_status(with(at, std::int64_t{-1}))) << at;
@@ -165,7 +163,6 @@ TEST(MachineStatus, RandomValuesSurviveTheRoundTripAndRandomBytesNeverBreakTheDe
     s.bus_load = std::abs(unit(random));
     s.can_errors = static_cast<std::uint32_t>(random());
     s.acted_report_at = i % 3 == 0 ? kNever : Time(span());
-    s.acted_held = span();
     s.acted_ago = span();
     s.force_doubts = static_cast<std::uint8_t>(random());
     const Datagram sent = encode(s);
