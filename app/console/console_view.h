@@ -38,7 +38,7 @@ struct LinkSide {
   double round_trip_s = 0;
   Histogram round_trip;      ///< Of the last 10 s.
   Histogram arrival_jitter;  ///< Likewise: how far from the machine's period messages come in.
-  double loss = 0;           ///< Share of the machine's messages that never came, likewise.
+  double loss = 0;           ///< Share of the machine's messages that never came, likewise; grows in a silence.
   Histogram hand_to_valve;   ///< Likewise: device report to valve command on the wire.
 };
 

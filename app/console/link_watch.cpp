@@ -6,8 +6,9 @@
 namespace knuckle::app {
 namespace {
 
-constexpr Duration kRestartSilence = 1s;  // as the master loop has it: then any number is news
-constexpr Duration kBelieved = 5s;        // no honest latency is longer
+constexpr Duration kWindow = 10s;
+constexpr Duration kBelieved = 5s;   // no honest latency is longer
+constexpr Duration kSilent = 200ms;  // what has not come by then is no longer taken to be merely late
 
 std::int64_t second_of(Time at) noexcept {
   return at.time_since_epoch() / Duration(1s);
@@ -15,48 +16,74 @@ std::int64_t second_of(Time at) noexcept {
 
 }  // namespace
 
+void NumbersSeen::begin(std::uint32_t number) noexcept {
+  came_.reset();
+  came_.set(index(number));
+  newest_ = number;
+  known_ = 1;
+}
+
+NumbersSeen::Arrival NumbersSeen::add(std::uint32_t number) noexcept {
+  if (newer(number, newest_)) {
+    const std::uint32_t ahead = std::min(number - newest_, kKept);
+    for (std::uint32_t i = 0; i < ahead; ++i) came_.reset(index(number - i));
+    came_.set(index(number));
+    newest_ = number;
+    known_ = std::min(known_ + ahead, kKept);
+    return Arrival::kNewest;
+  }
+  if (newest_ - number >= known_ || came_.test(index(number))) return Arrival::kAgain;
+  came_.set(index(number));
+  return Arrival::kLate;
+}
+
+double NumbersSeen::missing(std::uint32_t window, std::uint32_t due) const noexcept {
+  if (known_ == 0) return 0;
+  due = std::min(due, window);
+  const std::uint32_t sent = std::min(known_, window - due);
+  std::uint32_t came = 0;
+  for (std::uint32_t i = 0; i < sent; ++i) came += came_.test(index(newest_ - i)) ? 1U : 0U;
+  return 1 - static_cast<double>(came) / static_cast<double>(sent + due);
+}
+
 bool LinkWatch::receive(Datagram& datagram) noexcept {
   if (!link_.receive(datagram)) return false;
   if (const auto message = decode_slave(datagram.view())) note(*message);
   return true;
 }
 
-LinkWatch::Slice& LinkWatch::slice() noexcept {
-  const std::int64_t second = second_of(now_);
-  Slice& slice = slices_[static_cast<std::size_t>(second) % kSlices];
-  if (slice.second != second) slice = {.second = second};
-  return slice;
-}
-
 void LinkWatch::note(const SlaveMessage& message) noexcept {
-  Slice& counts = slice();
-  const Duration round_trip = now_ - message.echoed_master_time;
-  if (message.echoed_master_time > Time{} && round_trip >= Duration::zero() && round_trip < kBelieved) {
-    round_trip_.add(now_, round_trip);
-    counts.quickest = std::min(counts.quickest, round_trip);
-  }
-  ++counts.came;
-  if (!newest_ || now_ - newest_at_ >= kRestartSilence) {
-    ++counts.sent;
-  } else if (newer(message.sequence, *newest_)) {
-    const std::uint32_t ahead = message.sequence - *newest_;
-    counts.sent += ahead;
-    jitter_.add(now_, Duration(std::abs((now_ - newest_at_ - ahead * period_).count())));
+  const std::uint32_t ahead = message.sequence - numbers_.newest();
+  const bool begun_anew = now_ - newest_at_ >= kRestartSilence && !newer(message.sequence, numbers_.newest());
+  if (numbers_.known() == 0 || begun_anew) {
+    numbers_.begin(message.sequence);
+    newest_at_ = now_;
   } else {
-    return;  // late: it was counted as sent when a newer one came
+    const NumbersSeen::Arrival arrival = numbers_.add(message.sequence);
+    if (arrival == NumbersSeen::Arrival::kAgain) return;
+    if (arrival == NumbersSeen::Arrival::kNewest) {
+      jitter_.add(now_, Duration(std::abs((now_ - newest_at_ - ahead * period_).count())));
+      newest_at_ = now_;
+    }
   }
-  newest_ = message.sequence;
-  newest_at_ = now_;
+  if (message.echoed_master_time > Time{}) note_round_trip(now_ - message.echoed_master_time);
 }
 
-bool LinkWatch::recent(const Slice& slice) const noexcept {
-  return slice.second >= 0 && slice.second > second_of(now_) - static_cast<std::int64_t>(kSlices);
+void LinkWatch::note_round_trip(Duration took) noexcept {
+  if (took < Duration::zero() || took >= kBelieved) return;
+  round_trip_.add(now_, took);
+  const std::int64_t second = second_of(now_);
+  Slice& slice = quickest_[static_cast<std::size_t>(second) % kSlices];
+  if (slice.second != second) slice = {.second = second};
+  slice.quickest = std::min(slice.quickest, took);
 }
 
 Duration LinkWatch::quickest() const noexcept {
   Duration quickest = Duration::max();
-  for (const Slice& slice : slices_)
-    if (recent(slice)) quickest = std::min(quickest, slice.quickest);
+  for (const Slice& slice : quickest_) {
+    const bool recent = slice.second >= 0 && slice.second > second_of(now_) - static_cast<std::int64_t>(kSlices);
+    if (recent) quickest = std::min(quickest, slice.quickest);
+  }
   return quickest;
 }
 
@@ -67,13 +94,12 @@ void LinkWatch::note(const MachineStatus& status) noexcept {
 }
 
 double LinkWatch::loss() const noexcept {
-  std::uint64_t sent = 0, came = 0;
-  for (const Slice& slice : slices_) {
-    if (!recent(slice)) continue;
-    sent += slice.sent;
-    came += slice.came;
-  }
-  return sent == 0 ? 0 : std::max(0.0, 1 - static_cast<double>(came) / static_cast<double>(sent));
+  const auto window = static_cast<std::uint32_t>(
+      std::clamp<std::int64_t>(kWindow / period_, 1, static_cast<std::int64_t>(NumbersSeen::kKept)));
+  const Duration silence = now_ - newest_at_;
+  const auto due = static_cast<std::uint32_t>(
+      silence < kSilent ? 0 : std::min<std::int64_t>(silence / period_, static_cast<std::int64_t>(window)));
+  return numbers_.missing(window, due);
 }
 
 }  // namespace knuckle::app

@@ -68,6 +68,63 @@ TEST(LinkWatch, JitterAndLateMessagesAreNoLoss) {
   EXPECT_LT(to_seconds(rig.watch.arrival_jitter().quantile(0.99)), 0.05);
 }
 
+TEST(LinkWatch, CopiesHideNoLossAndAreNoRoundTripsOfTheirOwn) {
+  for (const double loss : {0.0, 0.2}) {
+    LinkImpairment impairment = delayed(10ms);
+    impairment.loss = loss;
+    impairment.duplication = 0.5;
+    impairment.reorder_delay = 40ms;  // of the copies
+    Rig rig(impairment);
+    rig.run(10);
+    EXPECT_NEAR(rig.watch.loss(), loss, 0.03);
+    EXPECT_NEAR(to_seconds(rig.watch.round_trip().quantile(0.99)), 0.010, 0.002);
+  }
+}
+
+TEST(LinkWatch, LossGrowsInASilenceToAllOfIt) {
+  LinkImpairment impairment = delayed(10ms);
+  impairment.cut_from = Time(20s);
+  Rig rig(impairment);
+  rig.run(20);
+  EXPECT_EQ(rig.watch.loss(), 0);
+  for (const double silent_s : {1.0, 3.0, 5.0, 9.0}) {
+    rig.run(silent_s + 20 - to_seconds(rig.now));
+    EXPECT_NEAR(rig.watch.loss(), silent_s / 10, 0.01);
+  }
+  rig.run(60);
+  EXPECT_EQ(rig.watch.loss(), 1);
+}
+
+TEST(LinkWatch, ALongSilenceIsLossOfTheLastTenSecondsAfterItToo) {
+  LinkImpairment impairment = delayed(10ms);
+  impairment.cut_from = Time(20s);
+  impairment.cut_until = Time(24s);
+  Rig rig(impairment);
+  rig.run(26);
+  EXPECT_NEAR(rig.watch.loss(), 0.4, 0.01);
+  rig.run(6);
+  EXPECT_NEAR(rig.watch.loss(), 0.2, 0.01);
+  rig.run(3);
+  EXPECT_EQ(rig.watch.loss(), 0);
+}
+
+TEST(NumbersSeen, CountsEachNumberOnceWhereverTheSequenceWrapsAndHoweverFarItJumps) {
+  NumbersSeen numbers;
+  EXPECT_EQ(numbers.missing(100, 0), 0) << "nothing is known yet";
+  constexpr std::uint32_t kFirst = 0xFFFFFFF0;
+  numbers.begin(kFirst);
+  using Arrival = NumbersSeen::Arrival;
+  EXPECT_EQ(numbers.add(kFirst - 1), Arrival::kAgain) << "from before the first";
+  for (std::uint32_t i = 2; i < 40; i += 2) EXPECT_EQ(numbers.add(kFirst + i), Arrival::kNewest);
+  EXPECT_DOUBLE_EQ(numbers.missing(1000, 0), 19.0 / 39);
+  EXPECT_EQ(numbers.add(kFirst + 1), Arrival::kLate);
+  EXPECT_EQ(numbers.add(kFirst + 1), Arrival::kAgain);
+  EXPECT_DOUBLE_EQ(numbers.missing(1000, 0), 18.0 / 39);
+  EXPECT_DOUBLE_EQ(numbers.missing(1000, 11), 29.0 / 50);
+  EXPECT_EQ(numbers.add(kFirst + 1'000'000), Arrival::kNewest);
+  EXPECT_DOUBLE_EQ(numbers.missing(1000, 0), 0.999);
+}
+
 TEST(LinkWatch, ForgetsWhatIsMoreThanTenSecondsOld) {
   LinkImpairment impairment = delayed(10ms);
   impairment.cut_from = Time(2s);
