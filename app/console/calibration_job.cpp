@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <ostream>
 #include <sstream>
 #include <streambuf>
@@ -44,6 +46,19 @@ class Pacer {
   double pace_;
   std::chrono::steady_clock::time_point began_;
 };
+
+/// @return the file itself where the target is a link. @throws InputError where no file can come to be there.
+std::string file_of(const std::string& target) {
+  if (fs::exists(target) && !fs::is_regular_file(target)) throw InputError(target + ": cannot be written: is no file");
+  if (!fs::exists(target) && fs::is_symlink(target))
+    throw InputError(target + ": cannot be written: is a link to a file that is not there");
+  return fs::exists(target) ? fs::canonical(target).string() : target;
+}
+
+std::string content_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
 
 /// What the held-out motion says of a calibration that is in use; nullopt where there is none.
 std::optional<JointVector> old_nrmse(const MachineDescription& before, const estimation::Recording& recording) {
@@ -103,8 +118,11 @@ class CalibrationJob::Lines final : public std::streambuf {
 
 CalibrationJob::CalibrationJob(CalibrationPlan plan)
     : plan_(std::move(plan)), machine_file_(find_config("machine", plan_.machine)) {
+  // All that can be refused is refused before the work is done.
   (void)load_machine(machine_file_);
-  OutputFile("calibrated machine file", plan_.target);  // a bad place is told before the work is done
+  plan_.target = file_of(plan_.target);
+  OutputFile("calibrated machine file", plan_.target);
+  before_ = load_machine(fs::exists(plan_.target) ? plan_.target : machine_file_);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -243,11 +261,9 @@ void CalibrationJob::identify_and_decide() {
     state.done = 0;
   });
   const Identified result = identify(data, "full", {}, driven);
-  const std::string before_file = fs::exists(plan_.target) ? plan_.target : machine_file_;
-  const MachineDescription before = load_machine(before_file);
   change([&](CalibrationState& state) {
     for (std::size_t i = 0; i < data.hold_out.size(); ++i) {
-      HoldOutRow row{data.hold_out[i].source, {}, old_nrmse(before, data.hold_out[i])};
+      HoldOutRow row{data.hold_out[i].source, {}, old_nrmse(before_, data.hold_out[i])};
       for (const HoldOut& held : result.hold_out)
         if (held.method == result.method && held.source == row.recording) row.new_nrmse = held.judged().nrmse;
       state.hold_out.push_back(row);
@@ -257,24 +273,31 @@ void CalibrationJob::identify_and_decide() {
     state.stage = CalibrationStage::kDecision;
   });
   const bool wanted = wait_for_decision() == Decision::kAccept && result.summary.usable;
-  const std::string kept = wanted ? write_calibrated_machine(result.machine, plan_.target) : "";
+  std::optional<Acceptance> accepted;
+  if (wanted) {
+    const std::string kept = write_calibrated_machine(result.machine, plan_.target);
+    accepted = {plan_.target, kept, content_of(plan_.target)};
+  }
   change([&](CalibrationState& state) {
     state.stage = CalibrationStage::kOver;
-    state.accepted = wanted;
-    state.kept = kept;
-    state.outcome = wanted ? "accepted: " + plan_.target + (kept.empty() ? "" : ", the one before kept as " + kept)
-                           : "discarded: nothing was changed";
+    state.accepted = accepted;
+    state.outcome = "discarded: nothing was changed";
+    if (!accepted) return;
+    state.outcome = "accepted: " + accepted->file;
+    if (!accepted->kept.empty()) state.outcome += ", the one before kept as " + accepted->kept;
   });
 }
 
-void roll_back(const std::string& target, const std::string& kept) {
+void roll_back(const Acceptance& accepted) {
+  if (content_of(accepted.file) != accepted.content)
+    throw InputError(accepted.file + ": not rolled back: it is no longer what was accepted");
   std::error_code error;
-  if (kept.empty()) {
-    fs::remove(target, error);
+  if (accepted.kept.empty()) {
+    fs::remove(accepted.file, error);
   } else {
-    fs::rename(kept, target, error);
+    fs::rename(accepted.kept, accepted.file, error);
   }
-  if (error) throw InputError(target + ": cannot be rolled back: " + error.message());
+  if (error) throw InputError(accepted.file + ": cannot be rolled back: " + error.message());
 }
 
 }  // namespace knuckle::app

@@ -13,12 +13,13 @@
 #include "app/hardware/commission_dialogue.h"
 #include "core/joints.h"
 #include "core/mailbox.h"
+#include "machine/description.h"
 
 namespace knuckle::app {
 
 struct CalibrationPlan {
   std::string machine = "solar015";  ///< Name in config/machines or path of a .toml file.
-  std::string target;                ///< Calibrated machine file to write on acceptance.
+  std::string target;                ///< Calibrated machine file to write on acceptance; a link stays a link.
   std::uint64_t seed = 1;            ///< Draws the simulated machine's truth.
   double slow_s = 120, fast_s = 80;  ///< Of the motions driven.
   double pace = 8;  ///< Simulated seconds in one while the wizard moves something; 0: as fast as it can.
@@ -46,6 +47,13 @@ struct HoldOutRow {
   std::optional<JointVector> old_nrmse;  ///< nullopt: there was no calibration before.
 };
 
+/// A calibration that was accepted, with what it takes to take it back.
+struct Acceptance {
+  std::string file;     ///< The file itself, where the target is a link.
+  std::string kept;     ///< Where the file before it is; empty: there was none.
+  std::string content;  ///< As it was written.
+};
+
 struct CalibrationState {
   CalibrationStage stage = CalibrationStage::kIdentity;
   double done = 0;                             ///< Share of a stage that takes its time.
@@ -56,14 +64,14 @@ struct CalibrationState {
   std::vector<HoldOutRow> hold_out;
   bool usable = false;
   std::string verdict;  ///< One line, once identified.
-  std::string kept;     ///< After acceptance: where the file before it is; empty: there was none.
   std::string outcome;  ///< At the end, one line.
-  bool accepted = false;
+  std::optional<Acceptance> accepted;
 };
 
 class CalibrationJob {
  public:
-  /// Starts at once. @throws InputError where the machine file cannot be used or the target cannot be written.
+  /// Starts at once. @throws InputError where the machine file cannot be used, or the target cannot be written or is
+  /// something else than a machine file.
   explicit CalibrationJob(CalibrationPlan plan);
   /// Ends what is going on; the simulated machine is neutral then.
   ~CalibrationJob();
@@ -99,7 +107,8 @@ class CalibrationJob {
 
   CalibrationPlan plan_;
   std::string machine_file_;
-  mutable std::mutex mutex_;  // of all below up to the thread: no real-time loop comes here
+  MachineDescription before_;  // as calibrated until now
+  mutable std::mutex mutex_;   // of all below up to the thread: no real-time loop comes here
   CalibrationState state_;
   std::uint64_t version_ = 1;
   std::vector<std::string> answers_;
@@ -110,8 +119,8 @@ class CalibrationJob {
   std::thread thread_;
 };
 
-/// Takes an acceptance back: the file kept becomes the target again, or, where none was, the target goes.
-/// @throws InputError where that cannot be done; the target is as it was then.
-void roll_back(const std::string& target, const std::string& kept);
+/// Takes an acceptance back: the file kept takes its place again, or, where none was, the file goes.
+/// @throws InputError where that cannot be done, or the file is no longer what was accepted; it is as it was then.
+void roll_back(const Acceptance& accepted);
 
 }  // namespace knuckle::app

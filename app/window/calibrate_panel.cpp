@@ -39,10 +39,11 @@ void CalibrationPanel::cancel() {
 
 void CalibrationPanel::take_back() {
   try {
-    roll_back(plan.target, state_.kept);
+    const Acceptance& accepted = state_.accepted.value();
+    roll_back(accepted);
     accepted_ = false;
     problem_ =
-        "rolled back: " + plan.target + (state_.kept.empty() ? " is gone, as before" : " is the one before again");
+        "rolled back: " + accepted.file + (accepted.kept.empty() ? " is gone, as before" : " is the one before again");
   } catch (const InputError& error) {
     problem_ = error.what();
   }

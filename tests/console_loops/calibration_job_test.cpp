@@ -6,7 +6,8 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
+#include <functional>
+#include <iterator>
 
 #include "core/error.h"
 #include "machine/load.h"
@@ -29,6 +30,10 @@ class CalibrationJobTest : public ::testing::Test {
   }
   [[nodiscard]] std::string target() const { return (folder_ / "calibrated.toml").string(); }
   [[nodiscard]] bool folder_is_empty() const { return fs::is_empty(folder_); }
+  static std::string text_of(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
   fs::path folder_;
 };
 
@@ -43,16 +48,31 @@ std::string right_answer(const Dialogue::Question& question, bool& extends) {
   return question.words.front();
 }
 
+/// Looks at every new state until one is so, or for much longer than any job takes.
+CalibrationState until(CalibrationJob& job, const std::function<bool(const CalibrationState&)>& so) {
+  constexpr int kMostLooks = 300'000;
+  std::uint64_t seen = 0;
+  CalibrationState last;
+  for (int look = 0; look < kMostLooks; ++look, std::this_thread::sleep_for(std::chrono::milliseconds(1))) {
+    const auto state = job.newer(seen);
+    if (state && so(*state)) return *state;
+    if (state) last = *state;
+  }
+  ADD_FAILURE() << "it never came to that: " << last.outcome;
+  return last;
+}
+
+bool is_over(const CalibrationState& state) {
+  return state.stage == CalibrationStage::kOver;
+}
+
 /// Answers until the stage is reached or the job is over.
 CalibrationState answer_until(CalibrationJob& job, CalibrationStage stage) {
-  std::uint64_t seen = 0;
-  bool extends = false;
-  for (;; std::this_thread::sleep_for(std::chrono::milliseconds(1))) {
-    const auto state = job.newer(seen);
-    if (!state) continue;
-    if (state->stage == stage || state->stage == CalibrationStage::kOver) return *state;
-    if (state->question) job.answer(right_answer(*state->question, extends));
-  }
+  return until(job, [&job, stage, extends = false](const CalibrationState& state) mutable {
+    if (state.stage == stage || is_over(state)) return true;
+    if (state.question) job.answer(right_answer(*state.question, extends));
+    return false;
+  });
 }
 
 TEST_F(CalibrationJobTest, LeadsFromIdentityToAnAcceptedFileAndBack) {
@@ -70,54 +90,86 @@ TEST_F(CalibrationJobTest, LeadsFromIdentityToAnAcceptedFileAndBack) {
   EXPECT_LT(ready.condition_numbers.back(), ready.condition_numbers.front()) << "poses tell more and more";
   job.accept();
   const CalibrationState over = answer_until(job, CalibrationStage::kOver);
-  EXPECT_TRUE(over.accepted) << over.outcome;
+  ASSERT_TRUE(over.accepted) << over.outcome;
   EXPECT_TRUE(load_machine(target()).dynamics_calibration);
-  roll_back(target(), over.kept);
+  roll_back(*over.accepted);
   EXPECT_TRUE(folder_is_empty());
 }
 
-TEST_F(CalibrationJobTest, KeepsTheFileBeforeAndRollsBackToIt) {
+TEST_F(CalibrationJobTest, KeepsTheFileBeforeAndRollsBackToItThroughALink) {
+  const fs::path real = folder_ / "real", file = real / "mine.toml";
+  fs::create_directory(real);
+  fs::copy_file(find_config("machine", "solar015"), file);
+  const std::string before = text_of(file);
+  fs::create_symlink(file, target());
+  CalibrationJob job(plan());
+  ASSERT_EQ(answer_until(job, CalibrationStage::kDecision).stage, CalibrationStage::kDecision);
+  job.accept();
+  const CalibrationState over = until(job, is_over);
+  ASSERT_TRUE(over.accepted) << over.outcome;
+  EXPECT_TRUE(load_machine(file.string()).dynamics_calibration);
+  EXPECT_EQ(text_of(over.accepted->kept), before);
+  roll_back(*over.accepted);
+  EXPECT_EQ(text_of(file), before);
+  EXPECT_FALSE(fs::exists(over.accepted->kept));
+  EXPECT_TRUE(fs::is_symlink(target())) << "a link stays a link";
+  EXPECT_THROW(roll_back(*over.accepted), InputError) << "there is nothing to go back to any more";
+  EXPECT_EQ(text_of(file), before);
+}
+
+TEST_F(CalibrationJobTest, RollsBackNothingThatSomebodyElseWroteSince) {
   const std::string kept = (folder_ / "calibrated.1.toml").string();
-  std::ofstream(target()) << "new";
   std::ofstream(kept) << "old";
-  roll_back(target(), kept);
-  std::ostringstream now;
-  now << std::ifstream(target()).rdbuf();
-  EXPECT_EQ(now.str(), "old");
-  EXPECT_FALSE(fs::exists(kept));
-  EXPECT_THROW(roll_back(target(), kept), InputError) << "there is nothing to go back to any more";
-  EXPECT_TRUE(fs::exists(target()));
+  std::ofstream(target()) << "somebody else's";
+  for (const Acceptance& accepted : {Acceptance{target(), "", "new"}, Acceptance{target(), kept, "new"}}) {
+    try {
+      roll_back(accepted);
+      ADD_FAILURE() << "rolled back over it";
+    } catch (const InputError& refused) {
+      EXPECT_EQ(refused.what(), target() + ": not rolled back: it is no longer what was accepted");
+    }
+    EXPECT_EQ(text_of(target()), "somebody else's");
+    EXPECT_EQ(text_of(kept), "old");
+  }
 }
 
 TEST_F(CalibrationJobTest, EndsAtAWrongWordAndWritesNothing) {
   CalibrationJob job(plan());
-  std::uint64_t seen = 0;
-  for (bool said = false;; std::this_thread::sleep_for(std::chrono::milliseconds(1))) {
-    const auto state = job.newer(seen);
-    if (state && state->question && !said) {
+  const CalibrationState over = until(job, [&job, said = false](const CalibrationState& state) mutable {
+    if (state.question && !said) {
       job.answer("what?");
       said = true;
     }
-    if (!state || state->stage != CalibrationStage::kOver) continue;
-    EXPECT_NE(state->outcome.find("'what?'"), std::string::npos) << state->outcome;
-    break;
-  }
+    return is_over(state);
+  });
+  EXPECT_NE(over.outcome.find("'what?'"), std::string::npos) << over.outcome;
   EXPECT_TRUE(folder_is_empty());
 }
 
 TEST_F(CalibrationJobTest, CanBeCancelledWhileAQuestionWaits) {
   CalibrationJob job(plan());
-  std::uint64_t seen = 0;
-  while (!job.newer(seen).value_or(CalibrationState{}).question) std::this_thread::yield();
+  (void)until(job, [](const CalibrationState& state) { return state.question.has_value(); });
   job.cancel();
-  EXPECT_NE(answer_until(job, CalibrationStage::kOver).outcome.find("cancelled"), std::string::npos);
+  EXPECT_NE(until(job, is_over).outcome.find("cancelled"), std::string::npos);
   EXPECT_TRUE(folder_is_empty());
 }
 
-TEST_F(CalibrationJobTest, RefusesATargetThatCannotBeWritten) {
-  CalibrationPlan bad = plan();
-  bad.target = (folder_ / "none" / "calibrated.toml").string();
-  EXPECT_THROW(CalibrationJob{bad}, InputError);
+TEST_F(CalibrationJobTest, RefusesBeforeItBeginsATargetThatCannotBeWrittenOrIsSomethingElse) {
+  std::ofstream(folder_ / "text.toml") << "this is no machine\n";
+  fs::create_directory(folder_ / "folder.toml");
+  fs::create_symlink(folder_ / "nowhere.toml", folder_ / "link.toml");
+  for (const char* name : {"none/calibrated.toml", "text.toml", "folder.toml", "link.toml"}) {
+    CalibrationPlan bad = plan();
+    bad.target = (folder_ / name).string();
+    try {
+      const CalibrationJob job(bad);
+      ADD_FAILURE() << name << " was taken";
+    } catch (const InputError& refused) {
+      const std::string said = refused.what();
+      EXPECT_NE(said.find(bad.target), std::string::npos) << said;
+      EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+    }
+  }
 }
 
 }  // namespace
