@@ -1,4 +1,5 @@
-// A CAN bus whose frames are counted by their bits as they pass, both ways: how full it is.
+// A CAN bus whose frames are counted by their bits as they pass, both ways: how much of it the controller's own traffic
+// takes.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,7 @@
 
 namespace knuckle {
 
-/// Frames that the controller's filter keeps out are not counted.
+/// Frames that the controller's filter keeps out are not counted: on a CAN interface, those of a stranger who babbles.
 class MeteredCan final : public CanBus {
  public:
   /// @param bus outlives this.
