@@ -54,7 +54,26 @@ nlohmann::ordered_json loop_json(const RealtimeReport& report) {
           {"overruns", report.overruns}};
 }
 
+nlohmann::ordered_json counters_json(const CanCounters& c) {
+  return {{"sent", c.sent},
+          {"received", c.received},
+          {"queue_full", c.queue_full},
+          {"not_sendable", c.not_sendable},
+          {"overflows", c.overflows},
+          {"controller_overflows", c.controller_overflows},
+          {"error_frames", c.error_frames},
+          {"protocol_errors", c.protocol_errors},
+          {"no_acknowledge", c.no_acknowledge},
+          {"passive", c.passive},
+          {"bus_off", c.bus_off},
+          {"restarts", c.restarts},
+          {"downs", c.downs},
+          {"transmit_errors", c.transmit_errors},
+          {"receive_errors", c.receive_errors}};
+}
+
 nlohmann::ordered_json milliseconds_json(const Histogram& histogram) {
+  if (histogram.count() == 0) return nullptr;
   return percentiles_json(histogram, 1e3);
 }
 

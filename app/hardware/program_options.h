@@ -13,6 +13,7 @@
 #include "core/realtime_thread.h"
 #include "core/reason.h"
 #include "machine/description.h"
+#include "transport/can_health.h"
 
 namespace knuckle::app {
 
@@ -55,7 +56,9 @@ struct NamedNode {
 
 /// How a loop ran, as `knuckle simulate --json` says it.
 [[nodiscard]] nlohmann::ordered_json loop_json(const RealtimeReport& report);
-/// {p50, p99, max}
+/// Every counter by its name, as docs/can-bus.md lists them.
+[[nodiscard]] nlohmann::ordered_json counters_json(const CanCounters& counters);
+/// {p50, p99, max}; null where nothing was measured.
 [[nodiscard]] nlohmann::ordered_json milliseconds_json(const Histogram& histogram);
 /// {code, reason}; null where there is none.
 [[nodiscard]] nlohmann::ordered_json reason_json(const Reason& reason);

@@ -127,33 +127,19 @@ class MachineBus {
   std::optional<RealtimeThread> thread_;
 };
 
-Json counters_json(const CanCounters& c) {
-  return {{"sent", c.sent},
-          {"received", c.received},
-          {"queue_full", c.queue_full},
-          {"not_sendable", c.not_sendable},
-          {"overflows", c.overflows},
-          {"controller_overflows", c.controller_overflows},
-          {"error_frames", c.error_frames},
-          {"no_acknowledge", c.no_acknowledge},
-          {"passive", c.passive},
-          {"bus_off", c.bus_off},
-          {"restarts", c.restarts},
-          {"downs", c.downs}};
-}
-
 Json nodes_json(const SlaveOutcome& outcome) {
   Json failures = Json::array(), emergencies = Json::array();
   for (const SetupFailureEvent& event : outcome.setup_failures) {
     failures.push_back(
         {{"at_s", to_seconds(event.at)}, {"node", event.failure.node}, {"text", slave::text(event.failure)}});
   }
-  for (const auto& [first, times] : outcome.emergencies) {
+  for (const auto& [first, times, last_at] : outcome.emergencies) {
     emergencies.push_back({{"at_s", to_seconds(first.at)},
                            {"node", first.node},
                            {"code", first.emergency.code},
                            {"text", slave::text(first)},
-                           {"times", times}});
+                           {"times", times},
+                           {"last_at_s", to_seconds(last_at)}});
   }
   return {{"setup_failures", std::move(failures)}, {"emergencies", std::move(emergencies)}};
 }

@@ -32,10 +32,6 @@ bool same(const Reason& a, const Reason& b) noexcept {
   return a.code == b.code && a.subject == b.subject;
 }
 
-bool same(const canopen::Emergency& a, const canopen::Emergency& b) noexcept {
-  return a.code == b.code && a.error_register == b.error_register;
-}
-
 std::string reason_text(const Reason& reason) {
   return std::string(name(reason.code)) + ": " + text(reason);
 }
@@ -159,8 +155,8 @@ void SlaveRunner::write(const SlaveRecords& records) {
 
 void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   outcome.malformed_datagrams = slave_.malformed_datagrams();
-  outcome.records_lost = can_.lost() + rows_.dropped() + events_.dropped() + failures_.dropped() +
-                         emergencies_.dropped() + emergencies_lost_;
+  outcome.records_lost += can_.lost() + rows_.dropped() + events_.dropped() + failures_.dropped() +
+                          emergencies_.dropped() + emergencies_lost_;
   const auto valves = stop_.unconfirmed_valves();
   for (std::size_t j = 0; j < kJoints; ++j) {
     if (valves[j]) outcome.unconfirmed.push_back(std::string(kJointNames[j]) + "_valve");
@@ -206,19 +202,9 @@ class Teller {
       console_.event(failed.at, "set-up: " + slave::text(failed.failure));
     }
     slave::EmergencyRecord record;
-    while (runner.next(record)) tell_emergency(record);
-  }
-  /// A node that says the same over and over is told once.
-  void tell_emergency(const slave::EmergencyRecord& record) {
-    auto& all = outcome_.emergencies;
-    const auto before = std::find_if(all.rbegin(), all.rend(),
-                                     [&](const SlaveOutcome::Emergency& e) { return e.first.node == record.node; });
-    if (before != all.rend() && same(before->first.emergency, record.emergency)) {
-      ++before->times;
-      return;
+    while (runner.next(record)) {
+      if (outcome_.add(record)) console_.event(record.at, "emergency: " + slave::text(record));
     }
-    all.push_back({record});
-    console_.event(record.at, "emergency: " + slave::text(record));
   }
   static std::string status_text(const SlaveStatus& status) {
     std::string line = name(status.mode);
@@ -241,6 +227,23 @@ std::string event_text(const ModeEvent& event) {
   const std::string mode = name(event.mode);
   if (event.fault) return mode + " " + reason_text(event.fault);
   return event.blocking ? mode + ", " + reason_text(event.blocking) : mode;
+}
+
+bool SlaveOutcome::add(const slave::EmergencyRecord& record) {
+  const auto known = std::find_if(emergencies.begin(), emergencies.end(), [&record](const Emergency& e) {
+    return e.first.node == record.node && e.first.emergency.code == record.emergency.code;
+  });
+  if (known != emergencies.end()) {
+    ++known->times;
+    known->last_at = record.at;
+    return false;
+  }
+  if (emergencies.size() == kMostEmergencies) {
+    ++records_lost;
+    return false;
+  }
+  emergencies.push_back({record, 1, record.at});
+  return true;
 }
 
 SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& link, const ProgramRun& run,

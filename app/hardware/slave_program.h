@@ -42,19 +42,23 @@ struct SetupFailureEvent {
 };
 
 struct SlaveOutcome {
-  /// Emergencies of a node that say the same one after the other are one.
+  /// All of one node with the same code.
   struct Emergency {
     slave::EmergencyRecord first;
     std::uint64_t times = 1;
+    Time last_at = kNever;
   };
+  static constexpr std::size_t kMostEmergencies = 256;
   std::vector<ModeEvent> events;
   std::vector<SetupFailureEvent> setup_failures;
   std::vector<Emergency> emergencies;
   RealtimeReport loop;
   double ran_s = 0;
   std::uint32_t malformed_datagrams = 0;
-  std::uint64_t records_lost = 0;        ///< Frames, rows and events there was no room for.
+  std::uint64_t records_lost = 0;        ///< Frames, rows, events, set-up failures, emergencies: no room for them.
   std::vector<std::string> unconfirmed;  ///< Nodes that did not say that they are off, by their names in the file.
+  /// @return whether it is the first of its node and code. Beyond kMostEmergencies such kinds it is lost, and counted.
+  bool add(const slave::EmergencyRecord& record);
 };
 
 /// Runs until the run is over, then stops in order: neutral, pilot pressure and valves off, then silence.

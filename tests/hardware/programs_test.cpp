@@ -186,11 +186,44 @@ TEST(ProgramThreads, RecordsHoldEveryFrameAndEveryMeasurement) {
   EXPECT_EQ(site.node.records_lost, 0U);
 }
 
+std::ptrdiff_t frames_with(const Site& site, std::uint32_t id) {
+  const app::FrameLog log = site.frames();
+  return std::count_if(log.begin(), log.end(), [id](const app::TimedFrame& timed) { return timed.frame.id == id; });
+}
+
+TEST(SlaveOutcome, KeepsOneOfEachNodesCodesHoweverTheyAlternate) {
+  app::SlaveOutcome outcome;
+  const auto hears = [&outcome](Time at, std::uint8_t node, std::uint16_t code) {
+    return outcome.add({at, node, {code, 1, {}}});
+  };
+  int told = 0;
+  for (int i = 0; i < 1000; ++i)
+    for (const std::uint16_t code : {std::uint16_t{0x5030}, std::uint16_t{0}})
+      told += hears(Time{} + i * 1s, 0x25, code) ? 1 : 0;
+  EXPECT_EQ(told, 2);
+  EXPECT_TRUE(hears(Time(1h), 0x24, 0x5030)) << "another node";
+  ASSERT_EQ(outcome.emergencies.size(), 3U);
+  EXPECT_EQ(outcome.emergencies[0].times, 1000U);
+  EXPECT_EQ(outcome.emergencies[0].first.at, Time{});
+  EXPECT_EQ(outcome.emergencies[0].last_at, Time(999s));
+  EXPECT_EQ(outcome.records_lost, 0U);
+}
+
+TEST(SlaveOutcome, CountsTheCodesOfANodeThatMakesUpEverNewOnes) {
+  app::SlaveOutcome outcome;
+  for (int code = 0; code < 1000; ++code) outcome.add({Time{}, 0x25, {static_cast<std::uint16_t>(code), 1, {}}});
+  EXPECT_EQ(outcome.emergencies.size(), app::SlaveOutcome::kMostEmergencies);
+  EXPECT_EQ(outcome.records_lost, 1000 - app::SlaveOutcome::kMostEmergencies);
+}
+
 TEST(ProgramThreads, EmergenciesAreToldInWordsAndAFloodOfThemOnce) {
   Site site({"emcy_storm:arm_encoder@usr1+0.2"});
   Hand hand(site.address());
   ASSERT_TRUE(engage(hand)) << site.slave_said.text();
-  ++site.signals;
+  ASSERT_TRUE(eventually([&] {
+    ++site.signals;  // again, wherever it is over
+    return frames_with(site, canopen::emcy_id(0x31)) > 60;
+  }));
   ASSERT_TRUE(eventually([&] { return site.slave_said.says("emergency: node 0x31: 0xFF00"); }))
       << site.slave_said.text();
   ASSERT_TRUE(eventually([&] { return site.slave_said.says("emergency: node 0x31: 0x0000"); })) << "taken back";
