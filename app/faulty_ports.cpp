@@ -16,11 +16,7 @@ bool FaultyPort::send(const CanFrame& frame) noexcept {
 }
 
 bool FaultyPort::receive(CanFrame& frame) noexcept {
-  if (whispered_) {
-    frame = *whispered_;
-    whispered_.reset();
-    return true;
-  }
+  if (whispered_.pop(frame)) return true;
   while (bus_.receive(frame)) {
     if (!cut_ && !(drop_sync_ && frame.id == canopen::kSyncId)) return true;
   }

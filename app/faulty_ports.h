@@ -1,9 +1,7 @@
 // Wires of the simulated machine and device, with what can be done to them: they lose, swallow and cut short.
 #pragma once
 
-#include <cstdint>
-#include <optional>
-
+#include "core/ring.h"
 #include "transport/can_bus.h"
 #include "transport/hid_port.h"
 
@@ -21,15 +19,15 @@ class FaultyPort final : public CanBus {
 
   void cut(bool on) noexcept { cut_ = on; }
   void drop_sync(bool on) noexcept { drop_sync_ = on; }
-  /// Only the nodes on this port hear it, before anything else.
-  void whisper(const CanFrame& frame) noexcept { whispered_ = frame; }
+  /// Only the nodes on this port hear it, before anything else. As many between two steps as there are node ids.
+  void whisper(const CanFrame& frame) noexcept { whispered_.push(frame); }
   /// Past everything else, onto the bus.
   bool shout(const CanFrame& frame) noexcept { return bus_.send(frame); }
 
  private:
   CanBus& bus_;
   bool cut_ = false, drop_sync_ = false;
-  std::optional<CanFrame> whispered_;
+  Ring<CanFrame, 128> whispered_;
 };
 
 /// The firmware's end of the device's cable. Of a report that is cut short the end is not sent, and reads as zeros.

@@ -54,7 +54,7 @@ void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, sim::Sim
     case FaultKind::kBusCut:
       return port.cut(broken);
     case FaultKind::kBabble:
-      babble_bits_ = 0;
+      babblers_ += broken ? 1 : -1;
       return;
     default:
       return;
@@ -65,7 +65,7 @@ void MachineFaults::keep_up(FaultKind kind, std::uint8_t node, sim::SimulatedMac
                             FaultyPort& port) noexcept {
   if (kind == FaultKind::kEmcyStorm) machine.send_emcy(node, canopen::kEmcyDeviceSpecific);
   if (kind != FaultKind::kBabble) return;
-  for (babble_bits_ += babble_bits_per_ms_; babble_bits_ >= worst_case_bits(kBabbled.size);
+  for (babble_bits_ += babble_bits_per_ms_ / babblers_; babble_bits_ >= worst_case_bits(kBabbled.size);
        babble_bits_ -= worst_case_bits(kBabbled.size)) {
     port.shout(kBabbled);
   }

@@ -23,6 +23,7 @@ class MachineFaults {
 
  private:
   double babble_bits_per_ms_, babble_bits_ = 0;
+  int babblers_ = 0;  ///< They share what is left of the bus.
 };
 
 }  // namespace knuckle::app
