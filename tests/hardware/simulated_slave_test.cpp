@@ -45,9 +45,17 @@ int lines_with(const std::string& text, const std::string& what) {
 }
 
 TEST_F(SimulatedSlaveThreads, RunsWithoutAnyInterfaceRecordsItsBusAndSaysThatItIsSimulated) {
-  const ProgramRun run =
-      run_program(KNUCKLE_BINARY, {"slave", "--simulate", "--listen", "127.0.0.1:0", "--insecure", "--duration", "2",
-                                   "--candump", path("bus.log"), "--json", path("run.json")});
+  const std::string address = free_address();
+  RunningProgram program(KNUCKLE_BINARY, {"slave", "--simulate", "--listen", address, "--insecure", "--candump",
+                                          path("bus.log"), "--json", path("run.json")});
+  {
+    Hand hand(address);
+    ASSERT_TRUE(eventually([&] { return hand.sees(Mode::kReady); }));  // its nodes are set up, its valves active
+    const std::uint32_t then = hand.machine()->sequence;
+    ASSERT_TRUE(eventually([&] { return hand.machine()->sequence > then + 50; }));
+  }
+  program.signal(SIGTERM);
+  const ProgramRun run = program.wait();
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(lines_with(run.err, "SIMULATED"), 1) << run.err;
   EXPECT_NE(run.err.find("stopped: valves disabled, pilot pressure off"), std::string::npos) << run.err;
