@@ -2,7 +2,9 @@
 
 #include <cmath>
 
+#include "app/commissioning/commission.h"
 #include "core/realtime_thread.h"
+#include "sim/truth.h"
 #include "transport/socket_can.h"
 
 namespace knuckle::app {
@@ -31,6 +33,10 @@ BusAccess simulated_access(std::shared_ptr<SimulatedBus> simulated) {
     return std::round(simulated->machine.plant().state().cylinder_m[joint] / kTape_m) * kTape_m;
   };
   return access;
+}
+
+BusAccess simulated_access(const MachineDescription& read, std::uint64_t seed) {
+  return simulated_access(std::make_shared<SimulatedBus>(sim::draw_truth(read, seed), middle_of_range(read), seed));
 }
 
 BusAccess real_access(const std::string& interface) {

@@ -54,6 +54,9 @@ struct SimulatedBus {
 };
 
 [[nodiscard]] BusAccess simulated_access(std::shared_ptr<SimulatedBus> simulated);
+/// In the middle of its range. @param read the machine file as it was read, not calibrated: what was calibrated on this
+/// machine must not make it another one.
+[[nodiscard]] BusAccess simulated_access(const MachineDescription& read, std::uint64_t seed);
 /// @throws InputError where there is no such CAN interface or it cannot be opened.
 [[nodiscard]] BusAccess real_access(const std::string& interface);
 

@@ -12,7 +12,6 @@
 #include <iterator>
 #include <memory>
 
-#include "app/commissioning/commission.h"
 #include "app/digest.h"
 #include "app/hardware/bus_access.h"
 #include "app/hardware/commission_record.h"
@@ -35,7 +34,7 @@ struct CommissionCommandOptions {
 void add_options(CLI::App& c, CommissionCommandOptions& o) {
   c.add_option("--can", o.can, "CAN interface of the machine bus (can0)");
   c.add_flag("--simulate", o.simulate, "Commission the simulated machine instead, on virtual time");
-  c.add_option("--seed", o.seed, "Draws the simulated machine's truth")
+  c.add_option("--seed", o.seed, "Draws the motions that are recorded and, with --simulate, the machine's truth")
       ->capture_default_str()
       ->check(CLI::Validator(seed_error, "", "seed"));
   c.add_option("--machine", o.machine, "Machine name or .toml file")->required();
@@ -62,10 +61,8 @@ void check(const CommissionCommandOptions& o) {
   places.output("--out", o.out);
 }
 
-BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription& machine) {
-  if (!o.simulate) return real_access(o.can);
-  const sim::MachineTruth truth = sim::draw_truth(machine, o.seed);
-  return simulated_access(std::make_shared<SimulatedBus>(truth, middle_of_range(machine), o.seed));
+BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription& read) {
+  return o.simulate ? simulated_access(read, o.seed) : real_access(o.can);
 }
 
 std::string text_of(const std::string& path) {
@@ -92,10 +89,10 @@ int run_commission(CommissionCommandOptions options) {
   check(options);
   const InterruptGuard interrupt;
   const std::string file = find_config("machine", options.machine), text = text_of(file);
-  const MachineDescription machine = calibrated(load_machine(file));
+  const MachineDescription read = load_machine(file), machine = calibrated(read);
   check_layout(text, machine);
   OutputFile out("--out", options.out);
-  BusAccess access = access_of(options, machine);
+  BusAccess access = access_of(options, read);
   options.motions.seed = options.seed;
   LineInput input(STDIN_FILENO);
   const auto record = [&](const MachineDescription& found, const std::function<bool()>& stopped) {

@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 
-#include "app/commissioning/commission.h"
 #include "app/hardware/bus_access.h"
 #include "app/hardware/device_doctor.h"
 #include "app/hardware/doctor_computer.h"
@@ -54,10 +53,9 @@ void check(const DoctorOptions& o) {
   check_range("--listen", o.listen_s, 0.1, 60, " s");
 }
 
-BusAccess access_of(const DoctorOptions& o, const std::optional<MachineDescription>& machine) {
-  if (!o.simulate) return real_access(o.can);
-  const sim::MachineTruth truth = sim::draw_truth(*machine, 1);
-  return simulated_access(std::make_shared<SimulatedBus>(truth, middle_of_range(*machine), 1));
+BusAccess access_of(const DoctorOptions& o, const std::optional<MachineDescription>& read) {
+  constexpr std::uint64_t kSeed = 1;
+  return o.simulate ? simulated_access(*read, kSeed) : real_access(o.can);
 }
 
 int run_doctor(DoctorOptions options) {
@@ -74,9 +72,12 @@ int run_doctor(DoctorOptions options) {
     findings = device ? doctor_device(options.device) : judge_computer(computer_facts());
     print_findings(findings, told);
   } else {
-    std::optional<MachineDescription> machine;
-    if (!options.machine.empty()) machine = calibrated(load_machine(find_config("machine", options.machine)));
-    BusAccess access = access_of(options, machine);
+    std::optional<MachineDescription> read, machine;
+    if (!options.machine.empty()) {
+      read = load_machine(find_config("machine", options.machine));
+      machine = calibrated(*read);
+    }
+    BusAccess access = access_of(options, read);
     const std::uint32_t bit_rate = machine ? machine->bus.bit_rate : 1000 * options.bit_rate_kbps.value_or(500);
     const auto wanted = machine ? doctor_objects(*machine) : std::map<std::uint8_t, std::vector<canopen::Object>>();
     SurveyOptions survey;

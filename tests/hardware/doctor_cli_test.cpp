@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/support/run_program.h"
 
@@ -22,10 +23,10 @@ class HardwareCli : public testing::Test {
   ~HardwareCli() override { fs::remove_all(folder_); }
   [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
   /// With these lines on standard input.
-  ProgramRun commission(const std::string& lines) const {
+  ProgramRun commission(const std::string& lines, const std::string& machine = "solar015") const {
     std::ofstream(path("answers.txt")) << lines;
     return run_program("/bin/sh",
-                       {"-c", std::string(KNUCKLE_BINARY) + " commission --simulate --machine solar015 --out " +
+                       {"-c", std::string(KNUCKLE_BINARY) + " commission --simulate --machine " + machine + " --out " +
                                   path("result.toml") + " --record " + folder_.string() + " < " + path("answers.txt")});
   }
   fs::path folder_;
@@ -41,6 +42,51 @@ TEST_F(HardwareCli, DoctorOfTheSimulatedBusIsWellAndSaysSoToTools) {
   EXPECT_EQ(json["schema"], "knuckle.doctor");
   EXPECT_EQ(json["passed"], true);
   EXPECT_EQ(json["nodes"].size(), 14U);
+}
+
+constexpr const char* kCalibration = R"(
+[calibration]
+method = "survey"
+date = "2026-01-01"
+data_sha256 = "0000000000000000000000000000000000000000000000000000000000000000"
+data_source = "survey.csv"
+program = "knuckle"
+[calibration.geometry]
+length_m = [1.76, 0.95, 0.50]
+boom_parent_pin_m = [0.115, -0.225]
+boom_child_pin_m = [0.875, 0.257]
+arm_parent_pin_m = [0.834, 0.610]
+arm_child_pin_m = [-0.214, 0.135]
+bucket_cylinder_pin_m = [-0.114436, 0.273280]
+bucket_rocker_pin_m = [0.751520, 0]
+bucket_pin_m = [-0.011956, 0.140056]
+rocker_length_m = 0.204960
+coupler_length_m = 0.204960
+encoder_offset_mm = [12, -9, 3]
+tip_rms_mm = 4
+)";
+
+/// The lines of the sensors in the table of nodes: what they read on the simulated machine.
+std::vector<std::string> readings(const std::string& told) {
+  std::vector<std::string> lines;
+  std::istringstream in(told);
+  for (std::string line; std::getline(in, line);)
+    if (line.rfind("0x2", 0) == 0 || line.rfind("0x3", 0) == 0) lines.push_back(line);
+  return lines;
+}
+
+TEST_F(HardwareCli, TheSimulatedMachineIsTheSameOneOnceItsFileIsCalibrated) {
+  const std::string drawing = KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml";
+  const std::string file = path("calibrated.toml");
+  std::ofstream(file) << std::ifstream(drawing).rdbuf() << kCalibration;
+  const auto doctor = [](const std::string& machine) {
+    return readings(run_program(KNUCKLE_BINARY, {"doctor", "--simulate", "--machine", machine, "--listen", "0.2"}).out);
+  };
+  ASSERT_EQ(doctor(drawing).size(), 10U);
+  EXPECT_EQ(doctor(drawing), doctor(file));
+  const auto identity = [this](const std::string& machine) { return readings(commission("ready\n", machine).out); };
+  ASSERT_EQ(identity(drawing).size(), 10U);
+  EXPECT_EQ(identity(drawing), identity(file));
 }
 
 TEST_F(HardwareCli, WrongUsageIsOneLineAndTwo) {
