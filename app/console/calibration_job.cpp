@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -88,6 +89,14 @@ std::optional<double> gravity_condition(const Kinematics& kinematics, const esti
   return singular[0] / std::max(singular[kMoments - 1], 1e-12);
 }
 
+/// The wizard's words, where there is a button instead of a terminal's key.
+std::string on_screen(std::string words) {
+  for (const char* key : {"any key with Enter", "Any key with Enter"})
+    if (const auto at = words.find(key); at != std::string::npos)
+      words.replace(at, std::strlen(key), *key == 'A' ? "The button End" : "the button End");
+  return words;
+}
+
 CalibrationStage stage_of(int step) {
   constexpr int kSteps = 7;
   return static_cast<CalibrationStage>(std::clamp(step, 1, kSteps) - 1);
@@ -108,7 +117,7 @@ class CalibrationJob::Lines final : public std::streambuf {
       return c;
     }
     if (line_.rfind("> ", 0) == 0) line_.erase(0, 2);  // the prompt before an answer
-    if (!line_.empty()) job_.change([this](CalibrationState& state) { state.said.push_back(line_); });
+    if (!line_.empty()) job_.change([this](CalibrationState& state) { state.said.push_back(on_screen(line_)); });
     line_.clear();
     return c;
   }
@@ -208,7 +217,10 @@ void CalibrationJob::commission() {
   BusAccess access = simulated_access(bus);
   Dialogue::Input input{[this] { return poll(); }, true};
   input.asked = [this](const Dialogue::Question& question) {
-    change([&](CalibrationState& state) { state.question = question; });
+    change([&](CalibrationState& state) {
+      state.question = question;
+      state.question->text = on_screen(question.text);
+    });
   };
   input.began = [this](int step, const std::string&) {
     change([&](CalibrationState& state) { state.stage = stage_of(step); });
@@ -288,16 +300,20 @@ void CalibrationJob::identify_and_decide() {
   });
 }
 
-void roll_back(const Acceptance& accepted) {
+std::string roll_back(const Acceptance& accepted) {
   if (content_of(accepted.file) != accepted.content)
     throw InputError(accepted.file + ": not rolled back: it is no longer what was accepted");
+  const std::string kept = keep_older(accepted.file);
   std::error_code error;
   if (accepted.kept.empty()) {
     fs::remove(accepted.file, error);
   } else {
     fs::rename(accepted.kept, accepted.file, error);
   }
-  if (error) throw InputError(accepted.file + ": cannot be rolled back: " + error.message());
+  if (!error) return kept;
+  std::error_code ignored;
+  fs::remove(kept, ignored);
+  throw InputError(accepted.file + ": cannot be rolled back: " + error.message());
 }
 
 }  // namespace knuckle::app

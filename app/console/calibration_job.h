@@ -120,7 +120,8 @@ class CalibrationJob {
 };
 
 /// Takes an acceptance back: the file kept takes its place again, or, where none was, the file goes.
+/// What was accepted is kept beside it. @return where.
 /// @throws InputError where that cannot be done, or the file is no longer what was accepted; it is as it was then.
-void roll_back(const Acceptance& accepted);
+std::string roll_back(const Acceptance& accepted);
 
 }  // namespace knuckle::app

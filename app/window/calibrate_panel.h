@@ -29,6 +29,10 @@ class CalibrationPanel {
   /// Takes what the job has told since; once a frame.
   void update();
   void answer(const std::string& word);
+  /// Answers with the number typed; one that the question does not take is refused, and the question goes on waiting.
+  void enter();
+  /// Why the number typed last was refused; empty: it was not.
+  [[nodiscard]] const std::string& refused() const noexcept { return refused_; }
   void cancel();
   void take_back();
 
@@ -37,7 +41,7 @@ class CalibrationPanel {
   CalibrationState state_;
   std::uint64_t seen_ = 0;
   bool accepted_ = false;
-  std::string problem_;
+  std::string problem_, refused_;
 };
 
 }  // namespace knuckle::app

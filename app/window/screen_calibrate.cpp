@@ -17,6 +17,15 @@ bool by_wizard(CalibrationStage stage) {
   return stage <= CalibrationStage::kDeadBands;
 }
 
+float height_of(const ImFont* font, float width, const std::string& text) {
+  return font->CalcTextSizeA(font->FontSize, 1e9F, width, text.c_str()).y;
+}
+
+/// As many lines as it takes, from the top of what is left.
+void paragraph(const Theme& t, const ImFont* font, ImU32 colour, Area& rest, const std::string& text) {
+  put_lines(font, colour, rest.cut_top(height_of(font, rest.width(), text), t.unit()), text.c_str());
+}
+
 void steps_card(const Ui& ui, const CalibrationPanel& panel, const Area& area) {
   const Theme& t = ui.theme;
   const Card card(ui, "STEPS", area);
@@ -49,9 +58,9 @@ void begin_card(const Ui& ui, const ConsoleData& data, CalibrationPanel& panel, 
     return;
   }
   Area text = rest.cut_top(t.px(84), t.unit());
-  put_lines(t.fonts.body, t.colours.text, text,
-            "Commissions the simulated machine step by step, as knuckle commission does at a real one, then surveys, "
-            "excites, identifies and validates it. Nothing changes before you accept the result.");
+  paragraph(t, t.fonts.body, t.colours.text, text,
+            "Commissions a simulated machine of its own step by step, as knuckle commission does a real one, then "
+            "surveys, excites, identifies and validates it. Nothing changes before you accept the result.");
   const Area place = rest.cut_top(t.px(40), t.unit());
   if (button(ui, Area{place.min, {place.min.x + t.px(220), place.max.y}}, Icon::kWrench,
              panel.begun() ? "Begin again" : "Begin"))
@@ -60,10 +69,13 @@ void begin_card(const Ui& ui, const ConsoleData& data, CalibrationPanel& panel, 
       button(ui, Area{{place.min.x + t.px(232), place.min.y}, {place.min.x + t.px(452), place.max.y}}, Icon::kReset,
              "Roll back"))
     panel.take_back();
-  put_text(t.fonts.small, t.colours.muted, {rest.min.x, rest.cut_top(t.px(24)).centre().y}, Align::kLeft,
-           shown("result: %s", panel.plan.target.c_str()).c_str());
+  paragraph(t, t.fonts.small, t.colours.muted, rest, "result: " + panel.plan.target);
   const std::string& told = panel.problem().empty() ? panel.state().outcome : panel.problem();
-  if (!told.empty()) put_lines(t.fonts.body_bold, t.colours.text, rest, told.c_str());
+  if (!told.empty()) paragraph(t, t.fonts.body_bold, t.colours.text, rest, told);
+  if (panel.can_roll_back())
+    paragraph(t, t.fonts.body, t.colours.text, rest,
+              "This session goes on with the machine file it began with. For the new one: knuckle console --machine " +
+                  panel.state().accepted.value_or(Acceptance{}).file);
 }
 
 void number_answer(const Ui& ui, CalibrationPanel& panel, const Dialogue::Question& question, Area row) {
@@ -75,9 +87,15 @@ void number_answer(const Ui& ui, CalibrationPanel& panel, const Dialogue::Questi
                                         ImGuiInputTextFlags_CharsScientific | ImGuiInputTextFlags_EnterReturnsTrue);
   const bool any = panel.typed[0] != 0;
   if ((button(ui, row.cut_left(t.px(90), t.unit()), Icon::kCheck, "Enter", false, any) || entered) && any)
-    panel.answer(panel.typed.data());
+    panel.enter();
   put_text(t.fonts.small, t.colours.muted, {row.min.x, row.centre().y}, Align::kLeft,
            shown("%g to %g", question.bounds->first, question.bounds->second).c_str());
+}
+
+const char* work_words(CalibrationStage stage) {
+  if (by_wizard(stage)) return "at work: calibration's own simulated machine may move";
+  if (stage == CalibrationStage::kHoldOut) return "identifying and checking";
+  return "recording calibration's own simulated machine, faster than real time";
 }
 
 void question_card(const Ui& ui, CalibrationPanel& panel, const Area& area) {
@@ -96,13 +114,13 @@ void question_card(const Ui& ui, CalibrationPanel& panel, const Area& area) {
   }
   if (!state.question) {
     const float share = static_cast<float>(state.done);
-    put_text(t.fonts.body, t.colours.muted, {rest.min.x, rest.cut_top(t.px(26)).centre().y}, Align::kLeft,
-             by_wizard(state.stage) ? "at work: the machine may move" : "at work, faster than real time");
+    paragraph(t, t.fonts.body, t.colours.muted, rest, work_words(state.stage));
     if (!by_wizard(state.stage)) bar(ui, rest.cut_top(t.px(18)), 0, share, t.colours.accent);
     return;
   }
   const Dialogue::Question question = *state.question;  // an answer takes it away
-  put_lines(t.fonts.body, t.colours.text, rest, question.text.c_str());
+  paragraph(t, t.fonts.body, t.colours.text, rest, question.text);
+  if (!panel.refused().empty()) paragraph(t, t.fonts.body_bold, t.colours.bad, rest, panel.refused());
   for (const std::string& word : question.words)
     if (button(ui, row.cut_left(t.px(110), t.unit(0.5F)), Icon::kNone, word.c_str())) panel.answer(word);
   if (question.bounds) number_answer(ui, panel, question, row);
@@ -112,11 +130,18 @@ void said_card(const Ui& ui, const CalibrationState& state, const Area& area) {
   const Theme& t = ui.theme;
   const Card card(ui, "WHAT WAS FOUND", area);
   Area rest = card.inside();
-  const float height = t.px(20);
-  const auto fits = static_cast<std::size_t>(rest.height() / height);
-  const std::size_t first = state.said.size() > fits ? state.said.size() - fits : 0;
-  for (std::size_t i = first; i < state.said.size(); ++i)
-    put_fitted(t.fonts.mono_small, t.colours.text, rest.cut_top(height), state.said[i].c_str());
+  const ImFont* font = t.fonts.mono_small;
+  const float gap = t.px(4);
+  // The newest that fit, each of them whole.
+  std::size_t first = state.said.size();
+  for (float left = rest.height(); first > 0; --first) {
+    left -= height_of(font, rest.width(), state.said[first - 1]) + gap;
+    if (left < 0) break;
+  }
+  for (std::size_t i = first; i < state.said.size(); ++i) {
+    const float height = height_of(font, rest.width(), state.said[i]);
+    put_lines(font, t.colours.text, rest.cut_top(height, gap), state.said[i].c_str());
+  }
 }
 
 /// Falls with every pose that tells something new.
@@ -128,7 +153,11 @@ void condition_card(const Ui& ui, const CalibrationState& state, const Area& are
   Area line = rest.cut_top(t.px(44), t.unit());
   value_large(ui, line, "condition number", all.empty() ? "-" : shown("%.1f", all.back()).c_str(),
               shown("after %zu poses", state.poses).c_str());
-  if (all.size() < 2) return;
+  if (all.size() < 2) {
+    if (!state.question) put_text(t.fonts.title, t.colours.muted, rest.centre(), Align::kCentre, "recording ...");
+    return;
+  }
+  const Area numbers = rest.cut_left(t.px(44));
   const double high = std::log10(*std::max_element(all.begin(), all.end()) * 1.2), low = 0;
   std::vector<ImVec2> points;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -137,7 +166,18 @@ void condition_card(const Ui& ui, const CalibrationState& state, const Area& are
     points.push_back({rest.min.x + x * rest.width(), rest.max.y - y * rest.height()});
   }
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  list.AddLine({rest.min.x, rest.max.y}, rest.max, ink(t.colours.border), t.px(1));
+  float free_below = rest.max.y + t.px(10);
+  for (double decade = 1; decade < 1e12; decade *= 10) {
+    for (const double step : {1.0, 2.0, 5.0}) {
+      const auto share = static_cast<float>(std::log10(step * decade) / high);
+      const float y = rest.max.y - share * rest.height();
+      if (share > 1 || y > free_below) continue;
+      free_below = y - t.px(22);
+      list.AddLine({rest.min.x, y}, {rest.max.x, y}, ink(t.colours.border), t.px(1));
+      put_text(t.fonts.small, t.colours.muted, {numbers.max.x - t.px(8), y}, Align::kRight,
+               shown("%.0f", step * decade).c_str());
+    }
+  }
   list.AddPolyline(points.data(), static_cast<int>(points.size()), ink(t.colours.series[0]), 0, t.px(2));
   for (const ImVec2& point : points) list.AddCircleFilled(point, t.px(3), ink(t.colours.series[0]));
 }
@@ -178,13 +218,15 @@ std::optional<Area> calibrate_screen(const Ui& ui, const ConsoleData& data, Area
   const CalibrationStage stage = panel.state().stage;
   const bool after = panel.begun() && stage >= CalibrationStage::kHoldOut && !panel.state().hold_out.empty();
   if (!panel.running()) {
-    begin_card(ui, data, panel, after ? area.cut_top(t.px(230), gap) : area);
+    begin_card(ui, data, panel, after ? area.cut_top(t.px(330), gap) : area);
     if (after) hold_out_card(ui, panel.state(), area);
     return std::nullopt;
   }
   question_card(ui, panel, area.cut_bottom(t.px(150), gap));
   if (by_wizard(stage)) {
     said_card(ui, panel.state(), area.cut_bottom(0.5F * area.height(), gap));
+    put_text(t.fonts.small, t.colours.muted, {area.min.x + t.unit(1.5F), area.min.y + t.px(18)}, Align::kLeft,
+             "calibration's own simulated machine, not the session's");
     return area;
   }
   if (after)

@@ -92,8 +92,10 @@ TEST_F(CalibrationJobTest, LeadsFromIdentityToAnAcceptedFileAndBack) {
   const CalibrationState over = answer_until(job, CalibrationStage::kOver);
   ASSERT_TRUE(over.accepted) << over.outcome;
   EXPECT_TRUE(load_machine(target()).dynamics_calibration);
-  roll_back(*over.accepted);
-  EXPECT_TRUE(folder_is_empty());
+  const std::string accepted = text_of(target());
+  const std::string kept = roll_back(*over.accepted);
+  EXPECT_FALSE(fs::exists(target())) << "as before";
+  EXPECT_EQ(text_of(kept), accepted) << "minutes of work are not thrown away";
 }
 
 TEST_F(CalibrationJobTest, KeepsTheFileBeforeAndRollsBackToItThroughALink) {
@@ -109,11 +111,13 @@ TEST_F(CalibrationJobTest, KeepsTheFileBeforeAndRollsBackToItThroughALink) {
   ASSERT_TRUE(over.accepted) << over.outcome;
   EXPECT_TRUE(load_machine(file.string()).dynamics_calibration);
   EXPECT_EQ(text_of(over.accepted->kept), before);
-  roll_back(*over.accepted);
+  const std::string accepted = text_of(file), kept = roll_back(*over.accepted);
   EXPECT_EQ(text_of(file), before);
+  EXPECT_EQ(text_of(kept), accepted);
+  EXPECT_EQ(fs::path(kept).parent_path(), real) << "beside the file itself";
   EXPECT_FALSE(fs::exists(over.accepted->kept));
   EXPECT_TRUE(fs::is_symlink(target())) << "a link stays a link";
-  EXPECT_THROW(roll_back(*over.accepted), InputError) << "there is nothing to go back to any more";
+  EXPECT_THROW((void)roll_back(*over.accepted), InputError) << "there is nothing to go back to any more";
   EXPECT_EQ(text_of(file), before);
 }
 
@@ -123,19 +127,21 @@ TEST_F(CalibrationJobTest, RollsBackNothingThatSomebodyElseWroteSince) {
   std::ofstream(target()) << "somebody else's";
   for (const Acceptance& accepted : {Acceptance{target(), "", "new"}, Acceptance{target(), kept, "new"}}) {
     try {
-      roll_back(accepted);
+      (void)roll_back(accepted);
       ADD_FAILURE() << "rolled back over it";
     } catch (const InputError& refused) {
       EXPECT_EQ(refused.what(), target() + ": not rolled back: it is no longer what was accepted");
     }
     EXPECT_EQ(text_of(target()), "somebody else's");
     EXPECT_EQ(text_of(kept), "old");
+    EXPECT_FALSE(fs::exists(folder_ / "calibrated.2.toml"));
   }
 }
 
 TEST_F(CalibrationJobTest, EndsAtAWrongWordAndWritesNothing) {
   CalibrationJob job(plan());
   const CalibrationState over = until(job, [&job, said = false](const CalibrationState& state) mutable {
+    for (const std::string& line : state.said) EXPECT_EQ(line.find("Enter"), std::string::npos) << line;
     if (state.question && !said) {
       job.answer("what?");
       said = true;

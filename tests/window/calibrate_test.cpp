@@ -48,6 +48,18 @@ class CalibrateScreen : public testing::Test {
     ASSERT_TRUE(xdotool("mouseup 1"));
     frames(2);
   }
+  /// Into the field of a number, and Enter.
+  void type(const std::string& number) {
+    click(kFirstWordX, kWordsY);
+    for (const char digit : number) {
+      ASSERT_TRUE(xdotool(std::string("key ") + digit));
+      frames(2);
+    }
+    for (const char* step : {"keydown Return", "keyup Return"}) {
+      ASSERT_TRUE(xdotool(step));
+      frames(2);
+    }
+  }
   /// First word of the question that is there after some frames; empty for a number, or where the job is over.
   std::string asked_word() {
     const CalibrationState& state = asked();
@@ -83,11 +95,13 @@ TEST_F(CalibrateScreen, IsLedByButtonsAndEndedByStop) {
   }
   ASSERT_TRUE(asked().question.value().bounds) << "the slope by a spirit level";
   picture("knuckle-console-calibrate-number.png");
-  click(kFirstWordX, kWordsY);
-  for (const char* step : {"key 0", "keydown Return", "keyup Return"}) {
-    ASSERT_TRUE(xdotool(step));
-    frames(2);
-  }
+  type("99");
+  ASSERT_TRUE(console_->calibration().running()) << console_->calibration().state().outcome;
+  ASSERT_TRUE(console_->calibration().state().question) << "a number out of its bounds answers nothing";
+  EXPECT_EQ(console_->calibration().refused(), "99 is not within -30 to 30: type another");
+  picture("knuckle-console-calibrate-refused.png");
+  type("0");
+  EXPECT_EQ(console_->calibration().refused(), "");
   for (const char* word : {"pilot", "move", "go", "longer"}) {
     ASSERT_EQ(asked_word(), word) << console_->calibration().state().outcome;
     if (std::string(word) == "longer") picture("knuckle-console-calibrate-signs.png");
