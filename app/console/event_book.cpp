@@ -156,15 +156,17 @@ void EventBook::note_lost(Time at, std::uint32_t run, std::uint64_t lost) {
   lost_ = lost;
 }
 
+bool EventFilter::lets_through(const EventRow& row) const {
+  if (row.severity < least) return false;
+  const std::string wanted = lower(text);
+  return wanted.empty() || lower(row.code).find(wanted) != std::string::npos ||
+         lower(row.text).find(wanted) != std::string::npos;
+}
+
 std::vector<const EventRow*> EventBook::matching(const EventFilter& filter) const {
-  const std::string wanted = lower(filter.text);
   std::vector<const EventRow*> found;
-  for (const EventRow& row : rows_) {
-    if (row.severity < filter.least) continue;
-    const bool said = wanted.empty() || lower(row.code).find(wanted) != std::string::npos ||
-                      lower(row.text).find(wanted) != std::string::npos;
-    if (said) found.push_back(&row);
-  }
+  for (const EventRow& row : rows_)
+    if (filter.lets_through(row)) found.push_back(&row);
   return found;
 }
 
@@ -177,15 +179,17 @@ void EventBook::acknowledge(std::uint64_t number) noexcept {
   for (EventRow& row : rows_) row.acknowledged |= row.number == number;
 }
 
-void EventBook::acknowledge_all() noexcept {
-  for (EventRow& row : rows_) row.acknowledged = true;
+void EventBook::acknowledge(const EventFilter& filter) {
+  for (EventRow& row : rows_) row.acknowledged |= filter.lets_through(row);
 }
 
-void EventBook::export_csv(const std::string& path) const {
+std::string EventBook::export_csv(const std::string& path, const EventFilter& filter) const {
   OutputFile file("export", path);
   put_row(file.stream(), {}, true);
-  for (const EventRow& row : rows_) put_row(file.stream(), row, false);
+  for (const EventRow* row : matching(filter)) put_row(file.stream(), *row, false);
+  const std::string kept = keep_older(path);
   file.commit();
+  return kept;
 }
 
 }  // namespace knuckle::app

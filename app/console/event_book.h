@@ -29,6 +29,8 @@ struct EventRow {
 struct EventFilter {
   Severity least = Severity::kInfo;
   std::string text;  ///< In code or text, whatever the case.
+  [[nodiscard]] bool hides_some() const noexcept { return least != Severity::kInfo || !text.empty(); }
+  [[nodiscard]] bool lets_through(const EventRow& row) const;
 };
 
 class EventBook {
@@ -48,13 +50,14 @@ class EventBook {
   /// Not acknowledged.
   [[nodiscard]] std::size_t open(Severity least) const noexcept;
   void acknowledge(std::uint64_t number) noexcept;
-  void acknowledge_all() noexcept;
+  void acknowledge(const EventFilter& filter);
   /// Rows there was no room for any more, and how many of them nobody had acknowledged.
   [[nodiscard]] std::uint64_t forgotten() const noexcept { return forgotten_; }
   [[nodiscard]] std::uint64_t forgotten_open() const noexcept { return forgotten_open_; }
 
-  /// All rows as CSV (RFC 4180). @throws InputError where the file cannot be written.
-  void export_csv(const std::string& path) const;
+  /// What the filter lets through, as CSV (RFC 4180); a file already there is kept beside it.
+  /// @return where; empty: there was none. @throws InputError where it cannot be written, or the older one not be kept.
+  std::string export_csv(const std::string& path, const EventFilter& filter = {}) const;
 
  private:
   std::deque<EventRow> rows_;

@@ -19,6 +19,20 @@ ImU32 severity_colour(const Theme& t, Severity severity) {
                                           : t.colours.bad;
 }
 
+EventFilter chosen_filter(const UiState& state) {
+  return {static_cast<Severity>(state.events.least_severity), state.events.text.data()};
+}
+
+void export_shown(const EventBook& events, const EventFilter& filter, UiState& state) {
+  try {
+    const std::string kept = events.export_csv(state.export_path, filter);
+    state.export_result = ";  written: " + state.export_path;
+    if (!kept.empty()) state.export_result += ", the one before kept as " + kept;
+  } catch (const InputError& error) {
+    state.export_result = std::string(";  ") + error.what();
+  }
+}
+
 void tools(const Ui& ui, const ConsoleData& data, UiState& state, Area row) {
   const Theme& t = ui.theme;
   for (int i = 0; i < 3; ++i) {
@@ -27,17 +41,15 @@ void tools(const Ui& ui, const ConsoleData& data, UiState& state, Area row) {
       state.events.least_severity = i;
   }
   const Area out = row.cut_right(t.px(130), t.unit());
-  if (button(ui, out, Icon::kNone, "Export CSV")) {
-    try {
-      data.events.export_csv(state.export_path);
-      state.export_result = ";  written: " + state.export_path;
-    } catch (const InputError& error) {
-      state.export_result = std::string(";  ") + error.what();
-    }
-  }
-  const Area all = row.cut_right(t.px(168), t.unit());
-  if (button(ui, all, Icon::kCheck, "Acknowledge all", false, data.events.open(Severity::kWarning) > 0))
-    data.events.acknowledge_all();
+  // Both act on what is shown, and say so where that is not all.
+  const EventFilter filter = chosen_filter(state);
+  const bool some = filter.hides_some();
+  if (button(ui, out, Icon::kNone, some ? "Export shown" : "Export CSV")) export_shown(data.events, filter, state);
+  const std::vector<const EventRow*> rows = data.events.matching(filter);
+  const bool open = std::any_of(rows.begin(), rows.end(), [](const EventRow* r) { return !r->acknowledged; });
+  const Area seen = row.cut_right(t.px(190), t.unit());
+  if (button(ui, seen, Icon::kCheck, some ? "Acknowledge shown" : "Acknowledge all", false, open))
+    data.events.acknowledge(filter);
   row.cut_left(t.unit(0.5F));
   ImGui::SetCursorScreenPos(row.min);
   ImGui::SetNextItemWidth(row.width());
@@ -99,10 +111,7 @@ void events_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area a
   Area rest = card.inside();
   tools(ui, data, state, rest.cut_top(t.px(34), t.unit()));
   const Area foot = rest.cut_bottom(t.px(22), t.unit(0.5F));
-  EventFilter filter;
-  filter.least = static_cast<Severity>(state.events.least_severity);
-  filter.text = state.events.text.data();
-  const std::vector<const EventRow*> rows = data.events.matching(filter);
+  const std::vector<const EventRow*> rows = data.events.matching(chosen_filter(state));
   const bool missed = data.events.forgotten_open() > 0;
   put_fitted(t.fonts.small, missed ? t.colours.notice : t.colours.muted, foot,
              (count_words(data.events, rows.size()) + state.export_result).c_str());

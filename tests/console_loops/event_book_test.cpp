@@ -74,8 +74,21 @@ TEST(EventBook, AcknowledgesOneOrAllAndInformationNeedsIt) {
   EXPECT_EQ(book.open(Severity::kAlarm), 2u);
   EXPECT_TRUE(book.rows()[2].acknowledged);
   EXPECT_FALSE(book.rows()[1].acknowledged);
-  book.acknowledge_all();
+  book.acknowledge(EventFilter{});
   EXPECT_EQ(book.open(Severity::kInfo), 0u);
+}
+
+TEST(EventBook, AcknowledgesNothingThatTheFilterHides) {
+  EventBook book;
+  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  book.add(Time{}, 1, Severity::kWarning, "gamepad", "gamepad is gone");
+  book.acknowledge(EventFilter{Severity::kInfo, "Gamepad"});
+  EXPECT_FALSE(book.rows()[0].acknowledged);
+  EXPECT_TRUE(book.rows()[1].acknowledged);
+  book.add(Time{}, 1, Severity::kWarning, "gamepad", "gamepad is gone");
+  book.acknowledge(EventFilter{Severity::kAlarm, ""});
+  EXPECT_TRUE(book.rows()[0].acknowledged);
+  EXPECT_FALSE(book.rows()[2].acknowledged);
 }
 
 TEST(EventBook, KeepsTheNewestAndCountsWhatItForgot) {
@@ -128,6 +141,20 @@ TEST(EventBook, ExportsEveryRowAsCsvThatReadsBackWhateverItsText) {
   ASSERT_GE(rows.size(), 2u);
   EXPECT_EQ(rows[1][4], "sensor_stale");
   EXPECT_EQ(rows[1][2], "1.5");
+}
+
+TEST(EventBook, ExportsWhatTheFilterShowsAndKeepsTheFileBefore) {
+  EventBook book;
+  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  const TemporaryFile file;
+  EXPECT_EQ(book.export_csv(file.path), "");
+  book.add(Time{}, 1, Severity::kWarning, "gamepad", "gamepad is gone");
+  const TemporaryFile kept{book.export_csv(file.path, {Severity::kInfo, "gamepad"})};
+  const auto now = read_cells(file.path), before = read_cells(kept.path);
+  ASSERT_EQ(now.size(), 2u);
+  EXPECT_EQ(now[1][4], "gamepad");
+  ASSERT_EQ(before.size(), 2u);
+  EXPECT_EQ(before[1][4], "sensor_stale");
 }
 
 TEST(EventBook, SaysInOneLineWhyItCannotExport) {
