@@ -45,8 +45,10 @@ void tags(const Ui& ui, const ConsoleData& data, Area& area) {
   };
   const Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const ImU32 quiet = mix(t.colours.surface, t.colours.border, 0.6F);
-  if (fresh.heard)
-    tag(Icon::kLink, shown("link %.0f ms", fresh.age_s * 1e3).c_str(), fresh.stale() ? t.colours.notice : quiet);
+  if (fresh.heard) {
+    const Shown age = fresh.age_s < 1 ? shown("%.0f ms", fresh.age_s * 1e3) : shown_duration(fresh.age_s);
+    tag(Icon::kLink, shown("heard %s ago", age.c_str()).c_str(), fresh.stale() ? t.colours.notice : quiet);
+  }
   if (view.simulated) tag(Icon::kCircle, "SIMULATED", mix(t.colours.surface, t.colours.accent, 0.35F));
   if (view.paused) tag(Icon::kPause, "PAUSED", t.colours.notice);
   if (view.hand.warning) tag(Icon::kWarning, "FORCE LOWERED", t.colours.notice);
@@ -61,10 +63,24 @@ Silence silence(const ConsoleView& view, double view_age_s) {
   const auto for_so_long = [](double seconds) { return std::string(shown_duration(seconds).c_str()); };
   if (view_age_s > kLoopSilent_s)
     return {"this console's own loop has stood still for " + for_so_long(view_age_s), "close the console, begin anew"};
-  if (!view.link.heard) return {"nothing heard from the machine's side yet", "check that it runs"};
+  if (!view.link.heard)
+    return {"nothing heard from the machine's side yet", "check that it runs, or leads for another operator"};
   const Freshness fresh = machine_freshness(view);
+  // It says OFF only as it begins and as its last word.
+  if (fresh.stale() && view.machine.mode == Mode::kOff)
+    return {"the machine's side has ended, " + for_so_long(fresh.age_s) + " ago", "start it again to go on"};
   if (fresh.stale()) return {"the machine has not been heard for " + for_so_long(fresh.age_s), "check the network"};
   return {};
+}
+
+/// Why the machine does not follow, in terms of what this person has in hand.
+std::string blocking_words(const ConsoleView& view, HandSource hand) {
+  const ReasonCode code = view.machine.blocking.code;
+  const bool waits = code == ReasonCode::kNoPresence || code == ReasonCode::kEnableNotPressed;
+  if (waits && view.led_by_scenario) return "the scenario's operator has not taken hold yet";
+  if (waits && hand == HandSource::kKeyboard) return "hold Shift (enable) and move with Q A W S E D";
+  if (waits && hand == HandSource::kGamepad) return "hold the right bumper (enable) and move with the sticks";
+  return text(view.machine.blocking);
 }
 
 }  // namespace
@@ -113,19 +129,24 @@ Icon mode_icon(Mode mode) noexcept {
   return Icon::kNone;
 }
 
-std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s) {
+std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s, const AtWindow& person) {
   const Silence unheard = silence(view, view_age_s);
   // Who has pressed Stop must know whether it came through.
   if (stop && !unheard.what.empty())
     return "Stop is pressed, but " + unheard.what + ": do not rely on it, use the machine's own E-stop";
+  const bool paused = view.paused && view_age_s <= kLoopSilent_s;
+  if (stop && paused && led(view.machine.mode)) return "Stop is pressed; it acts when the session goes on: press P";
   if (stop && led(view.machine.mode)) return "Stop is pressed; the machine has not confirmed it yet";
   if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace";
+  if (paused) return "paused: P goes on";
   if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
   if (view.machine.fault) return text(view.machine.fault);
   if (view.hand.device) return text(view.hand.device);
   if (view.input.unattended) return "this window does not have the keyboard: click into it to lead the machine";
   if (view.input.release_enable) return "let go of enable first: while the window was away nobody held it";
-  if (view.machine.blocking) return text(view.machine.blocking);
+  if (person.typing && person.enable_ignored) return "enable does not count while text is typed: leave the field first";
+  if (person.enable_ignored) return "let go of enable, then press it again";
+  if (view.machine.blocking) return blocking_words(view, person.hand);
   if (view.machine.mode == Mode::kEngaged) return "the machine follows the hand";
   return "";
 }
@@ -136,7 +157,8 @@ void draw_banner(const Ui& ui, const ConsoleData& data, const UiState& state, Ar
   mode_block(ui, data.view, area.cut_left(t.px(318), t.unit(2)));
   area = area.inset(t.unit(), 0);
   tags(ui, data, area);
-  const std::string reason = banner_reason(data.view, state.stop, ui.view_age_s);
+  const std::string reason =
+      banner_reason(data.view, state.stop, ui.view_age_s, {data.facts.hand, state.typing, state.enable_ignored});
   // One large line where it fits, else two smaller ones.
   if (text_width(t.fonts.title, reason.c_str()) <= area.width())
     return put_text(t.fonts.title, t.colours.text, {area.min.x, area.centre().y}, Align::kLeft, reason.c_str());

@@ -7,8 +7,15 @@
 namespace knuckle::app {
 
 void draw_banner(const Ui& ui, const ConsoleData& data, const UiState& state, Area area);
+/// What the window itself knows of its person.
+struct AtWindow {
+  HandSource hand = HandSource::kDevice;
+  bool typing = false;          ///< Text, into a field.
+  bool enable_ignored = false;  ///< Enable's key is held, but was pressed while text was typed, or before the window.
+};
 /// The one line of what is to be done, or of what goes on. @param view_age_s since the loops last put a view.
-[[nodiscard]] std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s);
+[[nodiscard]] std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
+                                        const AtWindow& person = {});
 /// "SELF-TEST", ...
 [[nodiscard]] const char* mode_word(Mode mode) noexcept;
 [[nodiscard]] Icon mode_icon(Mode mode) noexcept;

@@ -84,7 +84,9 @@ void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
 
 void ConsoleWindow::take_keys() {
   const bool enable = window_.key_down(key::kLeftShift) || window_.key_down(key::kRightShift);
-  keys_enable_was_up_ = !ImGui::GetIO().WantTextInput && (keys_enable_was_up_ || !enable);
+  state_.typing = ImGui::GetIO().WantTextInput;
+  keys_enable_was_up_ = !state_.typing && (keys_enable_was_up_ || !enable);
+  state_.enable_ignored = enable && !keys_enable_was_up_;
   for (const KeyPress& press : window_.key_presses()) {
     const bool control = (press.modifiers & kControl) != 0;
     const auto binding = std::find_if(kKeys.begin(), kKeys.end(), [&](const KeyBinding& b) {

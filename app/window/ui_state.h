@@ -37,6 +37,8 @@ struct UiState {
   bool scales_chosen = false;   ///< By the person; before, the sliders follow what is in use.
   AssistSettings assist;        ///< At first, and with another scenario, as the scenario says.
   float assist_limit_N = 1000;  ///< Waits here while it is switched off.
+  bool typing = false;          ///< Text, into a field: keys lead nothing.
+  bool enable_ignored = false;  ///< Its key is held without counting.
   bool paused = false;
   std::uint32_t reset_count = 0;
   SimulationChoice simulation;               ///< Chosen for the next session.
