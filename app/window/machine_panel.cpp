@@ -77,7 +77,9 @@ void MachinePanel::draw(const Area& picture, bool side_view, bool light, bool st
   p.measured_is_stale = stale;
   p.commanded_rad = view.hand.set_point_rad;
   p.hand_rad = view.hand.ghost_rad;
-  p.show_commanded = p.show_hand = !view.hand.device;
+  // Before somebody leads or takes hold, both are where a loop began: nobody told the machine, nor asks for it.
+  p.show_commanded = !view.hand.device && view.link.heard && led(m.mode);
+  p.show_hand = p.show_commanded || (!view.hand.device && view.link.heard && view.hand.presence);
   if (view.link.heard && !stale) {
     p.tip_force_N = m.tip_force_N;
     p.covariance_N2 = m.covariance_N2;

@@ -1,12 +1,17 @@
 #include "app/window/payload_total.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace knuckle::app {
 namespace {
 constexpr Duration kDwell = 1s;          // an estimate that jumps for a moment is no load
 constexpr Duration kLongestGap = 250ms;  // what was not seen for longer is not taken to have gone on
 }  // namespace
+
+bool payload_is_known(const SlaveMessage& machine, double full_scale_kg) noexcept {
+  return machine.payload_sigma_kg <= std::max(std::abs(machine.payload_kg), 0.05 * full_scale_kg);
+}
 
 void PayloadTotal::clear() {
   *this = PayloadTotal(least_kg_);

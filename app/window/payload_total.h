@@ -6,6 +6,9 @@
 
 namespace knuckle::app {
 
+/// The estimate says more than that something may hang there.
+[[nodiscard]] bool payload_is_known(const SlaveMessage& machine, double full_scale_kg) noexcept;
+
 class PayloadTotal {
  public:
   /// @param least_kg what counts as a load on this machine.

@@ -75,16 +75,20 @@ void payload_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   Area rest = card.inside();
   const Quantity q = Quantity::kMass;
   const Area line = rest.cut_top(t.px(40), t.unit(0.5F));
-  const Shown number = ui.units.number(q, m.payload_kg);
-  put_text(t.fonts.mono_display, t.colours.text, {line.min.x, line.centre().y}, Align::kLeft, number.c_str());
+  const double full_kg = data.facts.machine.payload_full_scale_kg;
+  const bool known = payload_is_known(m, full_kg);
+  const Shown number = known ? ui.units.number(q, m.payload_kg) : shown("-");
+  put_text(t.fonts.mono_display, known ? t.colours.text : t.colours.muted, {line.min.x, line.centre().y}, Align::kLeft,
+           number.c_str());
   const float x = line.min.x + text_width(t.fonts.mono_display, number.c_str()) + t.unit();
-  put_text(t.fonts.body, t.colours.muted, {x, line.centre().y + t.px(4)}, Align::kLeft, ui.units.unit(q));
+  put_text(t.fonts.body, t.colours.muted, {x, line.centre().y + t.px(4)}, Align::kLeft,
+           known ? ui.units.unit(q) : "not known yet");
   put_text(t.fonts.mono_small, t.colours.muted, {line.max.x, line.centre().y + t.px(4)}, Align::kRight,
            shown("\xC2\xB1 %s", ui.units.text(q, m.payload_sigma_kg).c_str()).c_str());
-  const float full = static_cast<float>(data.facts.machine.payload_full_scale_kg);
-  bar(ui, rest.cut_top(t.px(10), t.unit(0.75F)), 0, static_cast<float>(m.payload_kg) / std::max(full, 1.F),
-      t.colours.accent);
-  value_row(ui, rest.cut_top(t.px(24)), shown("Carried, %d loads", data.payload.loads()).c_str(),
+  const Area share = rest.cut_top(t.px(10), t.unit(0.75F));
+  if (known) bar(ui, share, 0, static_cast<float>(m.payload_kg / std::max(full_kg, 1.0)), t.colours.accent);
+  const int loads = data.payload.loads();
+  value_row(ui, rest.cut_top(t.px(24)), shown("Carried, %d load%s", loads, loads == 1 ? "" : "s").c_str(),
             ui.units.number(q, data.payload.total_kg()).c_str(), ui.units.unit(q));
 }
 

@@ -55,6 +55,54 @@ TEST(BannerReason, TellsOfALoopThatStandsStillInsteadOfTheLastReason) {
   EXPECT_EQ(banner_reason(canned_view(), false, 0.05), "the machine follows the hand");
 }
 
+TEST(BannerReason, SaysWhatToDoWithTheInputInUse) {
+  ConsoleView view = canned_view();
+  view.machine.mode = Mode::kReady;
+  for (const ReasonCode code : {ReasonCode::kNoPresence, ReasonCode::kEnableNotPressed}) {
+    view.machine.blocking = {code};
+    view.led_by_scenario = false;
+    EXPECT_TRUE(says(banner_reason(view, false, 0, {HandSource::kKeyboard}), "hold Shift"));
+    EXPECT_TRUE(says(banner_reason(view, false, 0, {HandSource::kGamepad}), "hold the right bumper"));
+    EXPECT_EQ(banner_reason(view, false, 0, {HandSource::kDevice}), text(view.machine.blocking));
+    view.led_by_scenario = true;
+    EXPECT_TRUE(says(banner_reason(view, false, 0, {HandSource::kKeyboard}), "scenario"));
+  }
+}
+
+TEST(BannerReason, SaysThatEnableDoesNotCountWhileTextIsTyped) {
+  ConsoleView view = canned_view();
+  view.machine.mode = Mode::kReady;
+  view.machine.blocking = {ReasonCode::kNoPresence};
+  AtWindow person{HandSource::kKeyboard, true, false};
+  EXPECT_TRUE(says(banner_reason(view, false, 0, person), "hold Shift"));
+  person.enable_ignored = true;
+  EXPECT_TRUE(says(banner_reason(view, false, 0, person), "while text is typed"));
+  person.typing = false;
+  EXPECT_TRUE(says(banner_reason(view, false, 0, person), "let go of enable"));
+}
+
+TEST(BannerReason, SaysHowAPausedSessionGoesOnAndStopBeforeThat) {
+  ConsoleView view = canned_view();
+  view.paused = true;
+  for (const Mode mode : {Mode::kReady, Mode::kEngaged, Mode::kFault}) {
+    view.machine.mode = mode;
+    EXPECT_EQ(banner_reason(view, false, 0), "paused: P goes on") << name(mode);
+    EXPECT_EQ(banner_reason(view, true, 0).rfind("Stop is pressed", 0), 0U) << name(mode);
+  }
+  view.machine.mode = Mode::kEngaged;
+  EXPECT_TRUE(says(banner_reason(view, true, 0), "press P")) << "no machine confirms anything while its time stands";
+}
+
+TEST(BannerReason, TellsAMachinesSideThatHasEndedFromOneThatIsLost) {
+  ConsoleView view = unheard_view();
+  EXPECT_TRUE(says(banner_reason(view, false, 0), "check the network"));
+  view.machine.mode = Mode::kOff;
+  EXPECT_TRUE(says(banner_reason(view, false, 0), "machine's side has ended")) << banner_reason(view, false, 0);
+  EXPECT_FALSE(says(banner_reason(view, false, 0), "network"));
+  view.link.heard = false;
+  EXPECT_TRUE(says(banner_reason(view, false, 0), "another operator"));
+}
+
 ConsoleHost host_of(const char* scenario) {
   SimulateOptions options;
   options.scenario = scenario;
@@ -169,6 +217,22 @@ TEST_F(HistoryOfSixtyFrames, LeavesOpenWhatNobodyLookedAtAndBeginsAnewWithTheSes
   view_.now = Time(50ms);
   history_.watch(view_, kinematics_, true, true);
   EXPECT_EQ(history_.size(), 1U);
+}
+
+TEST(PayloadKnown, OnlyWhereItSaysMoreThanItsDoubt) {
+  constexpr double kFull_kg = 150;
+  const auto known = [](double kg, double sigma_kg) {
+    SlaveMessage machine;
+    machine.payload_kg = kg;
+    machine.payload_sigma_kg = sigma_kg;
+    return payload_is_known(machine, kFull_kg);
+  };
+  EXPECT_TRUE(known(44.6, 2.3));
+  EXPECT_TRUE(known(-0.4, 2.3)) << "an empty bucket";
+  EXPECT_FALSE(known(0, 300)) << "nothing learnt yet";
+  EXPECT_FALSE(known(312, 1070)) << "pressed against a wall";
+  EXPECT_FALSE(known(7, 8));
+  EXPECT_TRUE(known(9, 8));
 }
 
 class Payload : public testing::Test {
