@@ -25,6 +25,13 @@ constexpr std::array<Entry, static_cast<std::size_t>(Screen::kCount)> kScreens{{
     {Screen::kEvents, Icon::kList, "Events", "F6"},
 }};
 
+/// What the help tells beside the keys of the console itself.
+constexpr std::array<std::pair<const char*, const char*>, 4> kPointing{
+    {{"Tab, arrows", "through buttons and sliders"},
+     {"Enter", "presses the one that is framed"},
+     {"Mouse", "side view: pulls the bucket's tip"},
+     {"Mouse", "orbit: turns; right: shifts; wheel: closer"}}};
+
 void rail_entry(const Ui& ui, const Entry& entry, std::size_t open, UiState& state, const Area& area) {
   const Theme& t = ui.theme;
   const Palette& c = t.colours;
@@ -183,19 +190,23 @@ void draw_help(const Ui& ui, const Area& area) {
   put_lines(t.fonts.small, t.colours.notice, note,
             "Stop is software: it asks the machine's side to stop over the link. It is no emergency stop; the machine "
             "has its own, hard-wired.");
-  std::size_t lines = 0;
+  std::size_t lines = kPointing.size();
   for (const KeyBinding& b : kKeys) lines += *b.keys != '\0';
   const std::size_t half = (lines + 1) / 2;
   std::size_t i = 0;
-  for (const KeyBinding& b : kKeys) {
-    if (*b.keys == '\0') continue;
-    Area column = rest.column(i < half ? 0 : 1, 2, t.unit(4));
+  const auto line = [&](const char* keys, const char* what) {
+    Area column = rest.column(i < half ? 0 : 1, 2, t.unit(2));
     Area row = column.row(static_cast<int>(i % half), static_cast<int>(half), 0);
-    put_text(t.fonts.mono_small, t.colours.accent, {row.min.x, row.centre().y}, Align::kLeft, b.keys);
-    row.cut_left(t.px(132));
-    put_fitted(t.fonts.small, t.colours.text, row, b.what);
+    put_text(t.fonts.mono_small, t.colours.accent, {row.min.x, row.centre().y}, Align::kLeft, keys);
+    row.cut_left(t.px(124));
+    const ImFont* font = t.fonts.small;
+    const float height = font->CalcTextSizeA(font->FontSize, 1e9F, row.width(), what).y;
+    put_lines(font, t.colours.text, row.inset(0, (row.height() - height) / 2), what);
     ++i;
-  }
+  };
+  for (const KeyBinding& b : kKeys)
+    if (*b.keys != '\0') line(b.keys, b.what);
+  for (const auto& [keys, what] : kPointing) line(keys, what);
 }
 
 }  // namespace knuckle::app

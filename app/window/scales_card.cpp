@@ -66,7 +66,9 @@ void assist_rows(const Ui& ui, Area& rest, const AssistSettings& in_use, AssistS
     limit_N = limit_shown / per_N;
   asked.force_limit_N = on ? static_cast<double>(limit_N) : 0;
   const Area stop = rest.cut_top(t.px(28));
-  toggle(ui, {stop.min, {stop.min.x + t.px(200), stop.max.y}}, "Stop on buried object", asked.stop_on_object);
+  Area words = stop;
+  if (asked.stop_on_object != in_use.stop_on_object) words.cut_right(text_width(t.fonts.small, "now off"), t.unit());
+  toggle(ui, words, "Stop on buried object", asked.stop_on_object);
   remark(ui, stop, Lock::kNone, asked.stop_on_object != in_use.stop_on_object, in_use.stop_on_object ? "on" : "off");
   ImGui::EndDisabled();
 }
