@@ -82,7 +82,7 @@ void payload_card(const Ui& ui, const ConsoleData& data, const Area& area) {
            number.c_str());
   const float x = line.min.x + text_width(t.fonts.mono_display, number.c_str()) + t.unit();
   put_text(t.fonts.body, t.colours.muted, {x, line.centre().y + t.px(4)}, Align::kLeft,
-           known ? ui.units.unit(q) : "not known yet");
+           known ? ui.units.unit(q) : "not known");
   put_text(t.fonts.mono_small, t.colours.muted, {line.max.x, line.centre().y + t.px(4)}, Align::kRight,
            shown("\xC2\xB1 %s", ui.units.text(q, m.payload_sigma_kg).c_str()).c_str());
   const Area share = rest.cut_top(t.px(10), t.unit(0.75F));
