@@ -23,7 +23,7 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"none", SubjectKind::kNothing, "nothing blocks", nullptr},
     {"starting_up", SubjectKind::kNothing, "self test is running: wait", nullptr},
     {"no_presence", SubjectKind::kNothing, "no hand on the device: take hold of it", nullptr},
-    {"enable_not_pressed", SubjectKind::kNothing, "ready: press enable", nullptr},
+    {"enable_not_pressed", SubjectKind::kNothing, "press enable", nullptr},
     {"enable_held", SubjectKind::kNothing, "enable was held too early: release it, then press again", nullptr},
     {"hand_not_aligned", SubjectKind::kJoint, "hand is away from the machine: move it or use the clutch", "deg"},
     {"hand_moving", SubjectKind::kJoint, "hand moves: hold it still to engage", "rad/s"},
@@ -70,6 +70,8 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "CAN was bus-off: mend the wiring, restart the controller, then press enable and let go", nullptr},
     {"bus_passive", SubjectKind::kNothing,
      "CAN frames are damaged or nobody acknowledges: check node power, cable, bit rate", nullptr},
+    {"pilot_awaited", SubjectKind::kNothing,
+     "pilot pressure comes up: where it does not, check the enable node and the E-stop", nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

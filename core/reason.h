@@ -59,6 +59,7 @@ enum class ReasonCode : std::uint16_t {
   // More of the bus' faults.
   kBusOff,      ///< CAN controller went bus-off; stays until an operator acknowledges it
   kBusPassive,  ///< CAN controller error-passive: nobody acknowledges, or most frames are damaged
+  kPilotAwaited,  ///< engaging: pilot pressure was asked for and is not there yet
   kCount,
 };
 

@@ -45,7 +45,7 @@ Reason operator_side(const ModeInputs& in) noexcept {
 /// What keeps a machine under an enabled operator from being engaged.
 Reason alignment(const ModeInputs& in, const ModeLimits& limits) noexcept {
   if (in.hold) return in.hold;
-  if (!in.pilot_on) return {ReasonCode::kPilotOff, 0, 0, 0};
+  if (!in.pilot_on) return {ReasonCode::kPilotAwaited, 0, 0, 0};
   if (in.clutch) return {ReasonCode::kClutchHeld, 0, 0, 0};
   const Reason where = not_aligned(in, limits);
   if (where) return where;
@@ -75,7 +75,7 @@ ModeDecision self_test(const ModeInputs& in) noexcept {
 
 /// The pilot is asked for from now on, and is what is missing if nothing else is.
 ModeDecision to_aligning(const ModeInputs& in, const ModeLimits& limits) noexcept {
-  return {{Mode::kAligning, {}, false}, first_of(alignment(in, limits), {ReasonCode::kPilotOff, 0, 0, 0})};
+  return {{Mode::kAligning, {}, false}, first_of(alignment(in, limits), {ReasonCode::kPilotAwaited, 0, 0, 0})};
 }
 
 ModeDecision ready(const ModeState& state, const ModeInputs& in, const ModeLimits& limits) noexcept {

@@ -305,7 +305,7 @@ TEST(Modes, PilotPressureIsNeededToEngageAndLosingItIsAFault) {
   Story s;
   s.in.pilot_on = false;
   EXPECT_EQ(s.engage(), Mode::kAligning);
-  EXPECT_EQ(s.blocking.code, ReasonCode::kPilotOff);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kPilotAwaited);
   s.in.pilot_on = true;
   EXPECT_EQ(s.step(), Mode::kEngaged);
   s.in.pilot_on = false;
