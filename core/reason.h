@@ -57,8 +57,8 @@ enum class ReasonCode : std::uint16_t {
   kAssistForceUnknown,  ///< assist: no force is known to hold against the limit
   kDeviceIdentity,      ///< fault: the haptic device is not the one its file describes
   // More of the bus' faults.
-  kBusOff,      ///< CAN controller went bus-off; stays until an operator acknowledges it
-  kBusPassive,  ///< CAN controller error-passive: nobody acknowledges, or most frames are damaged
+  kBusOff,        ///< CAN controller went bus-off; stays until an operator acknowledges it
+  kBusPassive,    ///< CAN controller error-passive: nobody acknowledges, or most frames are damaged
   kPilotAwaited,  ///< engaging: pilot pressure was asked for and is not there yet
   kCount,
 };

@@ -131,7 +131,8 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
 bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept {
   const bool usable =
       std::isfinite(position_scale) && position_scale > 0 && std::isfinite(force_scale) && force_scale > 0;
-  if (!usable || (slave_ && led(slave_->mode))) return false;
+  // What the machine says is old by the way back: enable is the first to tell.
+  if (!usable || driver_.reading().enable || (slave_ && led(slave_->mode))) return false;
   force_scale_ = force_scale;
   set_point_.set_scale(position_scale / feel_.position_scale);
   spring_.set_spring(feel_.spring_N_per_m * (position_scale / feel_.position_scale) *

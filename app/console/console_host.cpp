@@ -55,8 +55,7 @@ void ConsoleHost::stop() {
   write_frames();
 }
 
-void ConsoleHost::put(ConsoleInput input) {
-  input.at = clock_.now();
+void ConsoleHost::put(const ConsoleInput& input) {
   loop_->put(input);
   loop_->collect();
   write_frames();

@@ -44,9 +44,9 @@ class ConsoleHost {
   /// Lets go of machine and device in order, and ends the thread. May be called again.
   void stop();
 
-  /// In every frame: what is asked for now, stamped here; a session is begun anew where reset_count has grown. Also
-  /// writes the log and frees what is no longer used.
-  void put(ConsoleInput input);
+  /// In every frame: what is asked for; a session is begun anew where reset_count has grown. Also writes the log and
+  /// frees what is no longer used.
+  void put(const ConsoleInput& input);
   /// What the next session begun anew is made of. Nothing changes before.
   /// @throws InputError as load_session() does; what was chosen before stays.
   void choose(const SimulateOptions& options, LiveSession::Led led);

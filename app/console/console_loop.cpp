@@ -99,7 +99,12 @@ HandInput ConsoleLoop::hand() const noexcept {
 
 void ConsoleLoop::apply(OperatorStation& station) noexcept {
   station.set_stop(input_.stop);
-  if (letting_go_ == 0 && station.has_device()) station.set_nobody(!held_.counts());
+  if (station.has_device()) {
+    // So short a time may not have reached the machine's side: enable that is held on through it counts no more,
+    // either.
+    held_.nobody = !held_.counts() || (held_.nobody && station.master().device().enable);
+    if (letting_go_ == 0) station.set_nobody(held_.nobody);
+  }
   // A scenario brings its own settings.
   if (!held_.ever_fresh || led_by_scenario()) return;
   station.set_assist(input_.assist);
@@ -141,7 +146,8 @@ void ConsoleLoop::show() noexcept {
   if (!led_by_scenario())
     view_.input = {.stale = !held_.fresh,
                    .unattended = held_.fresh && !held_.attended,
-                   .release_enable = held_.counts() && input_.hand.enable && !held_.released};
+                   .release_enable = held_.counts() &&
+                                     (station().has_device() ? held_.nobody : input_.hand.enable && !held_.released)};
   views_.put(view_);
 }
 

@@ -55,6 +55,7 @@ class ConsoleLoop {
  private:
   /// What is held, as far as it counts.
   struct Held {
+    bool nobody = true;  ///< With a haptic device.
     bool ever_fresh = false, fresh = false, attended = false, released = false;
     [[nodiscard]] bool counts() const noexcept { return fresh && attended; }
   };

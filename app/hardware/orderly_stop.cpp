@@ -50,6 +50,9 @@ void OrderlyStop::step(Time now) noexcept {
 void OrderlyStop::enter(Phase phase, Time now) noexcept {
   phase_ = phase;
   phase_since_ = now;
+  if (phase != Phase::kDisable) return;
+  valves_ = {};  // what was said before the command confirms nothing
+  pilot_off_ = false;
 }
 
 void OrderlyStop::hear() noexcept {

@@ -65,7 +65,7 @@ Silence silence(const ConsoleView& view, double view_age_s) {
     return {"this console's own loop has stood still for " + for_so_long(view_age_s), "close the console, begin anew"};
   if (!view.link.heard)
     return {"nothing heard from the machine's side yet", "check that it runs, or leads for another operator"};
-  const Freshness fresh = machine_freshness(view);
+  const Freshness fresh = machine_freshness(view).after(view_age_s);
   // It says OFF only as it begins and as its last word.
   if (fresh.stale() && view.machine.mode == Mode::kOff)
     return {"the machine's side has ended, " + for_so_long(fresh.age_s) + " ago", "start it again to go on"};
@@ -81,6 +81,17 @@ std::string blocking_words(const ConsoleView& view, HandSource hand) {
   if (waits && hand == HandSource::kKeyboard) return "hold Shift (enable) and move with Q A W S E D";
   if (waits && hand == HandSource::kGamepad) return "hold the right bumper (enable) and move with the sticks";
   return text(view.machine.blocking);
+}
+
+/// What there is to do now, or nothing.
+std::string what_blocks(const ConsoleView& view, const AtWindow& person) {
+  if (view.hand.device) return text(view.hand.device);
+  if (view.input.unattended) return "this window does not have the keyboard: click into it to lead the machine";
+  if (view.input.release_enable) return "let go of enable first: while the window was away nobody held it";
+  if (person.typing && person.enable_ignored) return "enable does not count while text is typed: leave the field first";
+  if (person.enable_ignored) return "let go of enable, then press it again";
+  if (view.machine.blocking) return blocking_words(view, person.hand);
+  return view.machine.mode == Mode::kEngaged ? "the machine follows the hand" : "";
 }
 
 }  // namespace
@@ -135,20 +146,17 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
   if (stop && !unheard.what.empty())
     return "Stop is pressed, but " + unheard.what + ": do not rely on it, use the machine's own E-stop";
   const bool paused = view.paused && view_age_s <= kLoopSilent_s;
-  if (stop && paused && led(view.machine.mode)) return "Stop is pressed; it acts when the session goes on: press P";
-  if (stop && led(view.machine.mode)) return "Stop is pressed; the machine has not confirmed it yet";
+  // A machine that has heard of it is in a fault.
+  const bool unconfirmed = led(view.machine.mode) || view.machine.mode == Mode::kReady;
+  if (stop && paused && unconfirmed) return "Stop is pressed; it acts when the session goes on: press P";
+  if (stop && unconfirmed) return "Stop is pressed; the machine has not confirmed it yet";
   if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace";
   if (paused) return "paused: P goes on";
   if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
-  if (view.machine.fault) return text(view.machine.fault);
-  if (view.hand.device) return text(view.hand.device);
-  if (view.input.unattended) return "this window does not have the keyboard: click into it to lead the machine";
-  if (view.input.release_enable) return "let go of enable first: while the window was away nobody held it";
-  if (person.typing && person.enable_ignored) return "enable does not count while text is typed: leave the field first";
-  if (person.enable_ignored) return "let go of enable, then press it again";
-  if (view.machine.blocking) return blocking_words(view, person.hand);
-  if (view.machine.mode == Mode::kEngaged) return "the machine follows the hand";
-  return "";
+  const std::string next = what_blocks(view, person);
+  if (!view.machine.fault) return next;
+  const std::string cause = text(view.machine.fault);
+  return next.empty() || next == cause ? cause : cause + "; now: " + next;
 }
 
 void draw_banner(const Ui& ui, const ConsoleData& data, const UiState& state, Area area) {

@@ -109,6 +109,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
     last = picture_only ? outcome.frames + 1 >= kSettled : since(begin) >= run.duration_s;
     take_events(host, events);
     watch_log(host, events, holes_told);
+    const Time looked_at = host.now();  // at what is held, and no later
     const ConsoleView& view = host.view();
     const LoopHealth& health = host.health();
     if (window.facts().hand == HandSource::kGamepad) {
@@ -126,7 +127,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
     if (!picture_only) {  // before the frame is shown, which may take its time
       if (run.simulated && window.state().reset_count != resets) begin_anew(window, host, events, run, resets);
       resets = window.state().reset_count;
-      host.put(window.input(host.now()));
+      host.put(window.input(looked_at));
     }
     window.show();
     ++outcome.frames;

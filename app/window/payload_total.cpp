@@ -19,7 +19,8 @@ void PayloadTotal::clear() {
 
 void PayloadTotal::watch(const SlaveMessage& machine, Time now) {
   const double heavy_kg = std::max(least_kg_, 2 * machine.payload_sigma_kg);
-  const bool heavy = machine.payload_kg > heavy_kg, light = machine.payload_kg < heavy_kg / 2;
+  const bool heavy = machine.payload_kg > heavy_kg;
+  const bool light = machine.payload_kg + 2 * machine.payload_sigma_kg < least_kg_;  // known to be, not only unknown
   if (now - seen_ > kLongestGap || (carrying_ ? !light : !heavy)) since_ = now;
   seen_ = now;
   if (!carrying_ && !heavy) load_kg_ = load_sigma_kg_ = 0;

@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <thread>
+#include <utility>
 
+#include "app/console/keys.h"
 #include "app/window/png_file.h"
 #include "core/error.h"
 
@@ -60,6 +62,7 @@ void Window::open(const WindowOptions& options) {
   glfwSwapInterval(full_speed_ ? 0 : 1);
   glfwSetWindowSizeLimits(window_, 960, 600, GLFW_DONT_CARE, GLFW_DONT_CARE);
   glfwSetWindowUserPointer(window_, this);
+  grab_.watch(window_);
   glfwSetKeyCallback(window_, on_key);  // ImGui's own comes after and calls this one
 }
 
@@ -87,9 +90,11 @@ Window::~Window() {
 
 void Window::on_key(GLFWwindow* window, int key, int /*scancode*/, int action, int modifiers) {
   auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
-  // A key that repeats must not take the place of one that is pressed.
-  if (action == GLFW_PRESS && self->arriving_.size() < self->arriving_.capacity())
+  if (action != GLFW_PRESS) return;  // a key that repeats must not take the place of one that is pressed
+  if (self->arriving_.size() < self->arriving_.capacity())
     self->arriving_.push_back({key, modifiers});
+  else if (key == key::kSpace)
+    self->arriving_.back() = {key, modifiers};  // Stop is never the one too many
 }
 
 bool Window::closing() const {
@@ -97,14 +102,15 @@ bool Window::closing() const {
 }
 
 bool Window::attended() const {
-  return glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE &&
+  return !grabbed_ && glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE &&
          glfwGetWindowAttrib(window_, GLFW_ICONIFIED) == GLFW_FALSE;
 }
 
 void Window::begin_frame() {
-  arriving_.clear();
   glfwPollEvents();
   presses_.swap(arriving_);
+  arriving_.clear();
+  grabbed_ = grab_.grabbed();
   float x = 1, y = 1;
   glfwGetWindowContentScale(window_, &x, &y);
   // Never larger than what leaves the layout its least room.
@@ -186,15 +192,20 @@ bool Window::key_down(int key) const {
   return glfwGetKey(window_, key) == GLFW_PRESS;
 }
 
-std::optional<GamepadState> Window::gamepad() const {
+std::optional<GamepadState> Window::gamepad() {
   for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id) {
     GLFWgamepadstate read;
     if (glfwJoystickIsGamepad(id) == 0 || glfwGetGamepadState(id, &read) == 0) continue;
+    // GLFW forgets the pointer of a gamepad that is gone.
+    const bool another = std::exchange(pad_, id) != id || glfwGetJoystickUserPointer(id) != this;
+    glfwSetJoystickUserPointer(id, this);
+    if (another) return std::nullopt;
     GamepadState state;
     std::copy(std::begin(read.buttons), std::end(read.buttons), state.buttons.begin());
     std::copy(std::begin(read.axes), std::end(read.axes), state.axes.begin());
     return state;
   }
+  pad_ = -1;
   return std::nullopt;
 }
 

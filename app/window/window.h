@@ -11,6 +11,7 @@
 
 #include "app/console/hand_input.h"
 #include "app/window/fonts.h"
+#include "app/window/grab_watch.h"
 #include "app/window/theme.h"
 
 struct GLFWwindow;
@@ -40,7 +41,7 @@ class Window {
   Window& operator=(const Window&) = delete;
 
   [[nodiscard]] bool closing() const;
-  /// It has the keyboard and is not iconified.
+  /// It has the keyboard, which nobody has grabbed, and is not iconified.
   [[nodiscard]] bool attended() const;
   /// Takes events in and opens ImGui's frame.
   void begin_frame();
@@ -62,8 +63,8 @@ class Window {
 
   [[nodiscard]] const std::vector<KeyPress>& key_presses() const noexcept { return presses_; }
   [[nodiscard]] bool key_down(int key) const;
-  /// The first one there is.
-  [[nodiscard]] std::optional<GamepadState> gamepad() const;
+  /// The first one there is; none for once when it is another one than before.
+  [[nodiscard]] std::optional<GamepadState> gamepad();
   [[nodiscard]] std::array<int, 2> framebuffer_size() const;
   [[nodiscard]] GLFWwindow* handle() const noexcept { return window_; }
 
@@ -74,10 +75,12 @@ class Window {
   void rebuild_fonts();
 
   GLFWwindow* window_ = nullptr;
+  GrabWatch grab_;
   FontFiles font_files_;
   Theme theme_;
   float scale_ = 1;
-  bool widgets_started_ = false, full_speed_ = false;
+  bool widgets_started_ = false, full_speed_ = false, grabbed_ = false;
+  int pad_ = -1;
   std::vector<KeyPress> presses_, arriving_;
   std::chrono::steady_clock::time_point next_frame_;
   std::array<int, 4> windowed_{};  ///< Place and size before full screen.

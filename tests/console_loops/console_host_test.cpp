@@ -40,6 +40,7 @@ struct Window {
       input.attended = true;
       input.hand = app::hand_from_keys(keys);
       if (presses_again && host.view().input.release_enable) input.hand = {};
+      input.at = host.now();
       host.put(input);
       for (app::ConsoleEvent event; host.next(event);) book.add(event);
       if (so(host.view())) return true;

@@ -68,7 +68,7 @@ struct DeviceRig {
     window.attended = true;
     run(3);
     EXPECT_EQ(view.machine.mode, Mode::kReady);
-    EXPECT_EQ(view.machine.blocking.code, ReasonCode::kEnableHeld);
+    EXPECT_TRUE(view.input.release_enable);
   }
 };
 
@@ -79,6 +79,16 @@ TEST(ConsoleWindow, ThatStallsLetsNobodyLeadWithAHapticDeviceEither) {
   rig.run(to_seconds(app::kInputAgeLimit) - 0.05);
   EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
   rig.run(0.3);
+  rig.expect_has_to_press_again();
+}
+
+TEST(ConsoleWindow, ThatStallsAMomentTooLongIsNoticedThoughTheLinkMayHaveCarriedNothingOfIt) {
+  DeviceRig rig;
+  rig.engage();
+  rig.stalled = true;
+  rig.run(to_seconds(app::kInputAgeLimit) + 0.003);
+  rig.stalled = false;
+  rig.run(0.5);
   rig.expect_has_to_press_again();
 }
 

@@ -256,6 +256,11 @@ TEST(MasterLoop, ChangesScalesOnlyWhileTheMachineIsNotLedNorAboutToBe) {
   rig.run(0.1);
   EXPECT_FALSE(rig.loop.set_scales(-5, 2e-3));
   EXPECT_FALSE(rig.loop.set_scales(5, std::numeric_limits<double>::quiet_NaN()));
+  rig.intent.enable = true;
+  rig.run(0.1);
+  EXPECT_FALSE(rig.loop.set_scales(5, 2e-3)) << "pressed, and the machine's answer is still under way";
+  rig.intent.enable = false;
+  rig.run(0.1);
   const JointVector before = rig.heard.position_rad;
   EXPECT_TRUE(rig.loop.set_scales(5, 2e-3));
   rig.run(0.1);

@@ -6,6 +6,8 @@
 #include "app/window/banner.h"
 #include "tests/window/canned_console.h"
 #include "tests/window/virtual_display.h"
+// Last, as it defines common words as macros.
+#include <X11/Xlib.h>
 
 namespace knuckle::app {
 namespace {
@@ -47,6 +49,19 @@ TEST_F(Attention, IsGoneWhileAnotherWindowHasTheKeyboardButStopOfAGamepadActs) {
   glfwDestroyWindow(other);
   glfwFocusWindow(console_->window().handle());
   EXPECT_TRUE(input().attended);
+}
+
+TEST_F(Attention, IsGoneWhileAScreenLockerHasGrabbedTheKeyboard) {
+  ASSERT_TRUE(input().attended);
+  Display* const locker = XOpenDisplay(nullptr);
+  ASSERT_EQ(XGrabKeyboard(locker, DefaultRootWindow(locker), True, GrabModeAsync, GrabModeAsync, CurrentTime),
+            GrabSuccess);
+  XSync(locker, False);
+  EXPECT_FALSE(input().attended);
+  XUngrabKeyboard(locker, CurrentTime);
+  XSync(locker, False);
+  EXPECT_TRUE(input().attended);
+  XCloseDisplay(locker);
 }
 
 TEST_F(Attention, IsGoneWhileTheWindowIsOutOfSight) {

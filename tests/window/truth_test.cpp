@@ -36,12 +36,24 @@ TEST(BannerReason, TellsOfSilenceAlsoWhileStopIsPressed) {
 
 TEST(BannerReason, TakesStopForDoneOnlyWhenTheMachineLeadsNoMore) {
   ConsoleView view = canned_view();
-  for (const Mode mode : {Mode::kAligning, Mode::kEngaged, Mode::kHold}) {
+  for (const Mode mode : {Mode::kReady, Mode::kAligning, Mode::kEngaged, Mode::kHold}) {
     view.machine.mode = mode;
     EXPECT_TRUE(says(banner_reason(view, true, 0), "not confirmed")) << name(mode);
   }
   view.machine.mode = Mode::kFault;
   EXPECT_TRUE(says(banner_reason(view, true, 0), "release it")) << banner_reason(view, true, 0);
+}
+
+TEST(BannerReason, SaysBesideAnOldCauseWhatThereIsToDoNow) {
+  ConsoleView view = canned_view();
+  view.machine.mode = Mode::kEStop;
+  view.machine.fault = view.machine.blocking = {ReasonCode::kEmergencyStop, 0, 0, 0};
+  EXPECT_EQ(banner_reason(view, false, 0), text(view.machine.fault)) << "while the cause is there";
+  view.machine.blocking = {ReasonCode::kReleaseToRecover, 0, 0, 0};
+  const std::string gone = banner_reason(view, false, 0);
+  EXPECT_TRUE(says(gone, text(view.machine.fault)) && says(gone, text(view.machine.blocking))) << gone;
+  view.input.release_enable = true;
+  EXPECT_TRUE(says(banner_reason(view, false, 0), "let go of enable first"));
 }
 
 TEST(BannerReason, TellsOfALoopThatStandsStillInsteadOfTheLastReason) {
@@ -271,6 +283,15 @@ TEST_F(Payload, AShortSpikeIsNoLoadNorPartOfALaterOne) {
   carry(0, 2, 3s);
   EXPECT_EQ(total_.loads(), 1);
   EXPECT_DOUBLE_EQ(total_.total_kg(), 25);
+}
+
+TEST_F(Payload, IsNoTwoLoadsWhereItWasUnknownInBetween) {
+  carry(40, 2, 3s);
+  carry(0, 200, 3s);  // the machine's side weighs anew
+  carry(40, 2, 3s);
+  carry(0, 2, 3s);
+  EXPECT_EQ(total_.loads(), 1);
+  EXPECT_DOUBLE_EQ(total_.total_kg(), 40);
 }
 
 TEST_F(Payload, BooksNothingForTimeInWhichNothingWasHeard) {
