@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <atomic>
 #include <charconv>
 #include <chrono>
@@ -69,6 +70,26 @@ class TwoPrograms : public testing::Test {
  protected:
   void SetUp() override {
     if (!display_.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  }
+  void TearDown() override { end(); }
+  /// Leads the machine, then does this to the console. @param fault what the machine's side says at its end, and no
+  /// more: its own loop was not disturbed. Where this computer stood still instead, nothing was learned: once more.
+  void while_led(const std::function<void()>& act, const std::string& fault) {
+    for (int tries = 3; tries > 0; --tries) {
+      begin();
+      if (HasFatalFailure()) return;
+      act();
+      const std::vector<std::string> codes = faults();
+      end();
+      const bool stood_still = std::any_of(codes.begin(), codes.end(), [](const std::string& code) {
+        return code == "sensor_stale" || code == "loop_overrun";
+      });
+      if (stood_still && tries > 1) continue;
+      EXPECT_EQ(codes, std::vector<std::string>{fault});
+      return;
+    }
+  }
+  void begin() {
     fs::create_directories(folder_);
     wire_ = std::make_unique<WireWatch>(path("bus"));
     machine_ = std::make_unique<RunningProgram>(
@@ -84,10 +105,13 @@ class TwoPrograms : public testing::Test {
     }
     ASSERT_TRUE(wire_->moving()) << "the keyboard moves the machine that is elsewhere";
   }
-  void TearDown() override {
+  void end() {
     if (console_) console_->signal(SIGKILL);
+    if (console_) (void)console_->wait();
+    console_.reset();
     if (machine_) machine_->signal(SIGTERM);
     if (machine_) (void)machine_->wait();
+    machine_.reset();
     wire_.reset();
     fs::remove_all(folder_);
   }
@@ -123,23 +147,32 @@ class TwoPrograms : public testing::Test {
 };
 
 TEST_F(TwoPrograms, StopInTheWindowIsNeutralOnTheWire) {
-  ASSERT_TRUE(app::xdotool("key space"));
-  expect_neutral_for_good();
-  EXPECT_EQ(faults(), std::vector<std::string>{"operator_stop"});
+  while_led(
+      [this] {
+        ASSERT_TRUE(app::xdotool("key space"));
+        expect_neutral_for_good();
+      },
+      "operator_stop");
 }
 
 TEST_F(TwoPrograms, AFrozenConsoleIsNeutralAndStaysSoWhenItGoesOn) {
-  console_->signal(SIGSTOP);
-  expect_neutral_for_good();
-  console_->signal(SIGCONT);  // the keys are still held
-  expect_neutral_for_good();
-  EXPECT_EQ(faults(), std::vector<std::string>{"link_lost"}) << "and the machine's own loop was not disturbed";
+  while_led(
+      [this] {
+        console_->signal(SIGSTOP);
+        expect_neutral_for_good();
+        console_->signal(SIGCONT);  // the keys are still held
+        expect_neutral_for_good();
+      },
+      "link_lost");
 }
 
 TEST_F(TwoPrograms, AKilledConsoleIsNeutral) {
-  console_->signal(SIGKILL);
-  expect_neutral_for_good();
-  EXPECT_EQ(faults(), std::vector<std::string>{"link_lost"}) << "and the machine's own loop was not disturbed";
+  while_led(
+      [this] {
+        console_->signal(SIGKILL);
+        expect_neutral_for_good();
+      },
+      "link_lost");
 }
 
 }  // namespace
