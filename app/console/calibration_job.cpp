@@ -50,10 +50,12 @@ class Pacer {
 
 /// @return the file itself where the target is a link. @throws InputError where no file can come to be there.
 std::string file_of(const std::string& target) {
-  if (fs::exists(target) && !fs::is_regular_file(target)) throw InputError(target + ": cannot be written: is no file");
-  if (!fs::exists(target) && fs::is_symlink(target))
+  std::error_code ignored;  // a link to itself, say: it is not there
+  const bool there = fs::exists(target, ignored);
+  if (there && !fs::is_regular_file(target)) throw InputError(target + ": cannot be written: is no file");
+  if (!there && fs::is_symlink(target, ignored))
     throw InputError(target + ": cannot be written: is a link to a file that is not there");
-  return fs::exists(target) ? fs::canonical(target).string() : target;
+  return there ? fs::canonical(target).string() : target;
 }
 
 std::string content_of(const std::string& file) {

@@ -12,11 +12,10 @@ void CalibrationPanel::begin() {
   problem_.clear();
   refused_.clear();
   try {
-    job_.reset();
+    job_ = std::make_unique<CalibrationJob>(plan);  // where it is refused, the one before can still be rolled back
     state_ = {};
     seen_ = 0;
     accepted_ = false;
-    job_ = std::make_unique<CalibrationJob>(plan);
   } catch (const InputError& error) {
     problem_ = error.what();
   }

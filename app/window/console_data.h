@@ -1,6 +1,7 @@
 // What a screen is drawn from: the newest view and what does not change while the window is open.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -42,6 +43,14 @@ struct ConsoleData {
 [[nodiscard]] inline Freshness machine_freshness(const ConsoleView& view) {
   constexpr double kLimit_s = 0.25;  // sent 200 times a second
   return {view.link.heard, view.link.silence_s, kLimit_s};
+}
+/// How fresh what its sensors say is: pose, pressures, force, payload. It goes on sending the last of it when they are
+/// mute.
+[[nodiscard]] inline Freshness measured_freshness(const ConsoleView& view) {
+  const SlaveMessage& m = view.machine;
+  Freshness fresh = machine_freshness(view).after(std::max(0.0, to_seconds(m.sent_at - m.sensor_at)));
+  fresh.heard = fresh.heard && m.sensor_at >= Time{};
+  return fresh;
 }
 [[nodiscard]] inline Freshness status_freshness(const ConsoleView& view) {
   constexpr double kLimit_s = 0.5;  // sent 20 times a second

@@ -35,7 +35,7 @@ ConsoleWindow::ConsoleWindow(const WindowOptions& options, ConsoleFacts facts)
 void ConsoleWindow::watch(const ConsoleView& view) {
   if (view.simulated_s < drawn_s_) payload_.clear();
   drawn_s_ = view.simulated_s;
-  const bool heard = !machine_freshness(view).stale();
+  const bool heard = !measured_freshness(view).stale();
   history_.watch(view, kinematics_, heard, !status_freshness(view).stale());
   machine_.watch(view);
   if (heard) payload_.watch(view.machine, view.now);
@@ -58,7 +58,7 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   machine_.take_mouse(no_mouse ? Area{} : *picture, state_.side_view, view);
   ImGui::End();
   window_.clear();
-  const bool stale = ui.loop_silent() || machine_freshness(view).after(view_age_s).stale();
+  const bool stale = ui.loop_silent() || measured_freshness(view).after(view_age_s).stale();
   if (commissioned)
     machine_.draw(*picture, state_.side_view, state_.light, calibration_.job()->pose_rad());
   else if (picture)

@@ -45,7 +45,7 @@ void direction_dial(const Ui& ui, const Area& area, const SlaveMessage& m, bool 
 void force_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   const Theme& t = ui.theme;
   const SlaveMessage& m = data.view.machine;
-  const Card card(ui, "FORCE ON THE BUCKET TIP", area, machine_freshness(data.view));
+  const Card card(ui, "FORCE ON THE BUCKET TIP", area, measured_freshness(data.view));
   Area rest = card.inside();
   const double force_N = m.tip_force_N.norm(), sigma_N = sigma_along(m);
   Area top = rest.cut_top(t.px(84), t.unit());
@@ -71,7 +71,7 @@ void force_card(const Ui& ui, const ConsoleData& data, const Area& area) {
 void payload_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   const Theme& t = ui.theme;
   const SlaveMessage& m = data.view.machine;
-  const Card card(ui, "PAYLOAD", area, machine_freshness(data.view));
+  const Card card(ui, "PAYLOAD", area, measured_freshness(data.view));
   Area rest = card.inside();
   const Quantity q = Quantity::kMass;
   const Area line = rest.cut_top(t.px(40), t.unit(0.5F));
@@ -129,7 +129,7 @@ void pressure_bar(const Ui& ui, const ConsoleData& data, std::size_t chamber, Ar
 void pressures_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   const Theme& t = ui.theme;
   const Card card(ui, shown("CYLINDER PRESSURES, %s", ui.units.unit(Quantity::kPressure)).c_str(), area,
-                  machine_freshness(data.view));
+                  measured_freshness(data.view));
   Area rest = card.inside();
   Area legend = rest.cut_bottom(t.px(20));
   const auto key = [&](ImU32 colour, const char* word) {

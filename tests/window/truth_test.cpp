@@ -115,6 +115,18 @@ TEST(BannerReason, TellsAMachinesSideThatHasEndedFromOneThatIsLost) {
   EXPECT_TRUE(says(banner_reason(view, false, 0), "another operator"));
 }
 
+TEST(Freshness, IsNoneOfMuteSensorsThoughTheMachinesSideGoesOnSending) {
+  ConsoleView view = canned_view();
+  view.machine.sent_at = Time(10s);
+  view.machine.sensor_at = Time(10s) - 8ms;
+  EXPECT_FALSE(measured_freshness(view).stale());
+  view.machine.sensor_at = Time(10s) - 300ms;
+  EXPECT_TRUE(measured_freshness(view).stale());
+  EXPECT_FALSE(machine_freshness(view).stale());
+  view.machine.sensor_at = kNever;
+  EXPECT_FALSE(measured_freshness(view).heard);
+}
+
 ConsoleHost host_of(const char* scenario) {
   SimulateOptions options;
   options.scenario = scenario;
