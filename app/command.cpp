@@ -142,8 +142,9 @@ void Places::configuration(const std::string& option, const std::string& name_or
 
 void Places::take(const std::string& option, const std::string& file, bool output) {
   if (file.empty()) return;
-  const std::string path =
-      file == "-" ? file : std::filesystem::weakly_canonical(std::filesystem::absolute(file)).string();
+  std::error_code nameless;  // such as the pipe behind /dev/stdout
+  const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(file), nameless);
+  const std::string path = file == "-" || nameless ? file : real.string();
   const auto [other, is_new] = taken_.emplace(path, option);
   if (is_new || !output) return;
   refuse_option(option, file,

@@ -40,13 +40,12 @@ OutputFile::OutputFile(std::string option, const std::string& target) : option_(
   stream_ = &file_;
   std::error_code ignored;
   if (fs::is_directory(target, ignored)) fail(EISDIR);
-  if (fs::exists(target, ignored)) {
-    if (access(target.c_str(), W_OK) != 0) fail(errno);
-    target_ = fs::canonical(target, ignored).string();  // a link stays a link, to the new content
-  }
-  if (fs::exists(target_, ignored) && !fs::is_regular_file(target_, ignored)) {
+  const bool exists = fs::exists(target, ignored);
+  if (exists && access(target.c_str(), W_OK) != 0) fail(errno);
+  if (exists && !fs::is_regular_file(target, ignored)) {
     file_.open(target_, std::ios::binary);
   } else {
+    if (exists) target_ = fs::canonical(target).string();  // a link stays a link, to the new content
     temporary_ = create_beside(fs::absolute(target_));
     if (temporary_.empty()) fail(errno);
     file_.open(temporary_, std::ios::binary | std::ios::trunc);
@@ -59,9 +58,14 @@ OutputFile::~OutputFile() {
 }
 
 void OutputFile::commit() {
+  const bool refused = !*stream_;
   errno = 0;
+  if (refused) {  // once more, for nothing but the reason, which is forgotten
+    stream_->clear();
+    stream_->put('\n');
+  }
   stream_->flush();
-  if (!*stream_) fail(errno != 0 ? errno : EIO);
+  if (refused || !*stream_) fail(errno != 0 ? errno : EIO);
   if (temporary_.empty()) return;
   file_.close();
   if (!file_ || rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno != 0 ? errno : EIO);

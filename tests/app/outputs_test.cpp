@@ -195,6 +195,19 @@ TEST(OutputFile, RefusesWhatCannotBeWrittenBeforeAnythingIs) {
   EXPECT_EQ(folder.count(), 0);
 }
 
+TEST(OutputFile, SaysWhyTheDiskRefusesHoweverMuchIsWritten) {
+  for (const std::size_t size : {1UL, 100'000UL}) {
+    OutputFile out("--candump", "/dev/full");
+    out.stream() << std::string(size, 'x');
+    try {
+      out.commit();
+      ADD_FAILURE() << size;
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()), "--candump /dev/full: cannot be written: No space left on device");
+    }
+  }
+}
+
 TEST(OutputFile, WritesToDevicesInPlace) {
   OutputFile out("--csv", "/dev/null");
   out.stream() << "x";
