@@ -193,9 +193,7 @@ void wait_for_the_end(const RealtimeClock& clock, const Loops& loops, double lon
 }  // namespace
 
 SessionOutcome run_realtime(const SessionSetup& setup, const std::function<void(double)>& progress) {
-  if (!setup.scenario.faults.empty()) {
-    throw InputError(setup.scenario.source + ": schedules faults, which need virtual time: run it without --realtime");
-  }
+  refuse_faults(setup.scenario);
   UdpLink machine_end = UdpLink::listen("127.0.0.1:0");
   UdpLink operator_end = UdpLink::connect("127.0.0.1:" + std::to_string(machine_end.port()));
   Loops loops(setup, operator_end, machine_end);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "app/machine_pose.h"
+#include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/toml_reader.h"
 
@@ -323,6 +324,17 @@ Scenario load_scenario(const std::string& path, const MachineDescription& machin
   check_breaks(file, scenario);
   check_start(file, scenario, machine);
   return scenario;
+}
+
+void refuse_faults(const Scenario& scenario) {
+  if (scenario.faults.empty()) return;
+  throw InputError(scenario.source +
+                   ": schedules faults, which need virtual time: run it with knuckle simulate, without --realtime");
+}
+
+bool follows_recording(const Scenario& scenario) {
+  return std::any_of(scenario.phases.begin(), scenario.phases.end(),
+                     [](const sim::Phase& phase) { return phase.kind == sim::PhaseKind::kPath; });
 }
 
 }  // namespace knuckle::app

@@ -49,4 +49,9 @@ struct Scenario {
 /// @throws InputError naming file, line, key, value and bound; also for a pose that this machine cannot take.
 [[nodiscard]] Scenario load_scenario(const std::string& path, const MachineDescription& machine);
 
+/// For whoever runs it in real time. @throws InputError where it schedules faults, which would never happen.
+void refuse_faults(const Scenario& scenario);
+/// Its own operator's plan needs a recording.
+[[nodiscard]] bool follows_recording(const Scenario& scenario);
+
 }  // namespace knuckle::app

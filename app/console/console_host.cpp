@@ -2,7 +2,9 @@
 
 #include <utility>
 
+#include "app/scenario.h"
 #include "app/session_setup.h"
+#include "core/error.h"
 #include "transport/virtual_can.h"
 
 namespace knuckle::app {
@@ -27,7 +29,12 @@ ConsoleHost::~ConsoleHost() {
 }
 
 void ConsoleHost::choose(const SimulateOptions& options, LiveSession::Led led) {
-  SessionSetup loaded = load_session(options, led == LiveSession::Led::kByScenario).setup;
+  SessionSetup loaded = load_session(options, false).setup;
+  refuse_faults(loaded.scenario);
+  if (led == LiveSession::Led::kByScenario && follows_recording(loaded.scenario)) {
+    throw InputError("--scenario " + options.scenario +
+                     ": its own operator follows a recorded motion: run it with knuckle simulate, or lead it yourself");
+  }
   const LiveSession trial(loaded, led, nullptr);  // what can be refused is refused now
   session_ = std::move(loaded);
   led_ = led;

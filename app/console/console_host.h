@@ -27,7 +27,7 @@ class ConsoleHost {
  public:
   /// A simulated session. @param device a haptic device that leads it, nullptr: a simulated hand.
   /// @param candump where every frame of its bus goes; nullptr: nowhere. Both outlive this.
-  /// @throws InputError as load_session() does.
+  /// @throws InputError as choose() does.
   ConsoleHost(const SimulateOptions& options, LiveSession::Led led, HidPort* device, std::ostream* candump);
   /// The operator's side of a machine that is elsewhere. @param link, @param device outlive this; nullptr as above.
   ConsoleHost(const StationSetup& setup, Link& link, HidPort* device);
@@ -48,7 +48,8 @@ class ConsoleHost {
   /// frees what is no longer used.
   void put(const ConsoleInput& input);
   /// What the next session begun anew is made of. Nothing changes before.
-  /// @throws InputError as load_session() does; what was chosen before stays.
+  /// @throws InputError as load_session() does, and for what no console can play: scheduled faults, and a scenario's
+  /// operator who follows a recording. What was chosen before stays.
   void choose(const SimulateOptions& options, LiveSession::Led led);
 
   /// The newest.

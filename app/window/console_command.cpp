@@ -10,6 +10,7 @@
 #include "app/hardware/device_probe.h"
 #include "app/hardware/program_options.h"
 #include "app/interrupt.h"
+#include "app/scenario.h"
 #include "app/window/console_options.h"
 #include "app/window/console_program.h"
 #include "core/error.h"
@@ -44,10 +45,25 @@ StationSetup station_setup(const ConsoleOptions& o, const ConsoleFacts& facts) {
   return setup;
 }
 
+/// That a console can play, whoever leads. One that does not fit this machine stays: choosing it says why.
+std::vector<std::string> playable_scenarios(const MachineDescription& machine) {
+  std::vector<std::string> names = config_names("scenario");
+  std::erase_if(names, [&machine](const std::string& name) {
+    try {
+      const Scenario scenario = load_scenario(find_config("scenario", name), machine);
+      return !scenario.faults.empty() || follows_recording(scenario);
+    } catch (const InputError&) {
+      return false;
+    }
+  });
+  return names;
+}
+
 ConsoleFacts facts_of(const ConsoleOptions& o) {
   ConsoleFacts facts;
-  facts.machine =
-      calibrated(load_machine(find_config("machine", o.session.machine.empty() ? "solar015" : o.session.machine)));
+  const MachineDescription read =
+      load_machine(find_config("machine", o.session.machine.empty() ? "solar015" : o.session.machine));
+  facts.machine = calibrated(read);
   facts.device = device_for(facts.machine, o.session.device);
   facts.seed = o.session.seed;
   check_springs(facts.machine, facts.device);
@@ -55,7 +71,7 @@ ConsoleFacts facts_of(const ConsoleOptions& o) {
                : o.device == "gamepad" ? HandSource::kGamepad
                                        : HandSource::kDevice;
   facts.peer = o.simulate ? "simulated" : o.connect;
-  facts.scenarios = config_names("scenario");
+  facts.scenarios = playable_scenarios(read);
   if (std::find(facts.scenarios.begin(), facts.scenarios.end(), o.session.scenario) == facts.scenarios.end())
     facts.scenarios.insert(facts.scenarios.begin(), o.session.scenario);
   return facts;

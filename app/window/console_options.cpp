@@ -31,7 +31,9 @@ Size size_of(const std::string& text) {
 
 /// Options that only a simulated session has a use for.
 void check_simulated_only(const ConsoleOptions& o) {
-  const std::array<std::pair<const char*, bool>, 7> in_vain{{{"--delay-ms", o.session.delay_ms.has_value()},
+  const std::array<std::pair<const char*, bool>, 9> in_vain{{{"--scenario", o.scenario_given},
+                                                             {"--seed", o.seed_given},
+                                                             {"--delay-ms", o.session.delay_ms.has_value()},
                                                              {"--jitter-ms", o.session.jitter_ms.has_value()},
                                                              {"--loss", o.session.loss.has_value()},
                                                              {"--demo", o.demo},
@@ -48,6 +50,8 @@ void check_device(const ConsoleOptions& o) {
     refuse_option("--device", o.device, "must be keyboard, gamepad, hid or usb");
   if (o.device != "hid" && o.device != "usb" && !o.serial.empty())
     refuse_option("--serial", o.serial, "goes with --device hid or usb");
+  if (o.demo && (o.device == "hid" || o.device == "usb"))
+    refuse_option("--device", o.device, "has no part in --demo, where the scenario's own operator leads");
 }
 
 }  // namespace
@@ -63,17 +67,22 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
   c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
   c.add_option("--scenario", o.session.scenario, "World and start of the simulated session, by name or .toml file")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->each([&o](const std::string& /*name*/) { o.scenario_given = true; });
   c.add_option("--seed", o.session.seed, "Draws the simulated machine and all its noise")
       ->capture_default_str()
-      ->check(CLI::Validator(seed_error, "", "seed"));
+      ->check(CLI::Validator(seed_error, "", "seed"))
+      ->each([&o](const std::string& /*seed*/) { o.seed_given = true; });
   c.add_option("--delay-ms", o.session.delay_ms, "Simulated link, one way");
   c.add_option("--jitter-ms", o.session.jitter_ms, "Likewise, half-width of its variation");
   c.add_option("--loss", o.session.loss, "Likewise, share of the datagrams, 0 to 0.9");
   c.add_flag("--demo", o.demo, "The scenario's own operator leads");
   c.add_option("--candump", o.candump, "Write every frame of the simulated bus in candump log format");
-  c.add_option("--size", o.size, "Size of the window in pixels, WxH")->capture_default_str();
-  c.add_option("--scale", o.scale, "Size of all in it, on top of the monitor's own scale")->capture_default_str();
+  c.add_option("--size", o.size, "Size of the window in pixels, WxH, from 1280x720 to 8192x8192")
+      ->capture_default_str();
+  c.add_option("--scale", o.scale,
+               "Size of all in it, 0.75 to 3, on top of the monitor's own scale; less where the window has no room")
+      ->capture_default_str();
   c.add_flag("--light", o.light, "Light colours");
   c.add_flag("--imperial", o.imperial, "Imperial units");
   c.add_option("--screen", o.screen, "Begin on this one: operate, link, real-time, hydraulics, calibrate, events")
@@ -91,6 +100,8 @@ void check(const ConsoleOptions& o) {
       throw InputError("--machine: is required with --connect, the same as on the machine's side");
     check_plain_link("--connect", o.connect, o.insecure);
     check_simulated_only(o);
+  } else if (o.insecure) {
+    refuse_option("--insecure", "", "goes with --connect");
   }
   check_device(o);
   check_range("--scale", o.scale, 0.75, 3, "");

@@ -16,7 +16,8 @@ namespace knuckle::app {
 
 struct ConsoleOptions {
   bool simulate = false, insecure = false, demo = false, light = false, imperial = false;
-  SimulateOptions session;  ///< Machine, haptic device's file and seed count with --connect, too.
+  bool scenario_given = false, seed_given = false;
+  SimulateOptions session;  ///< Machine and haptic device's file count with --connect, too.
   std::string connect, device = "keyboard", serial, candump;
   std::optional<double> duration_s, at_s;
   double scale = 1;

@@ -10,6 +10,7 @@
 #include "app/console/hand_input.h"
 #include "app/session_setup.h"
 #include "core/error.h"
+#include "slave/status_reporter.h"
 #include "tests/support/candump.h"
 #include "transport/udp_link.h"
 
@@ -116,12 +117,16 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
   UdpLink machine_end = UdpLink::listen("127.0.0.1:0");
   UdpLink operator_end = UdpLink::connect("127.0.0.1:" + std::to_string(machine_end.port()));
   app::MachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, machine_end);
+  slave::StatusReporter reporter(setup.machine, far.metered, machine_end);
   const RealtimeClock clock;
   Time machine_time{};  // a clock of its own, that no busy computer makes jump
   RealtimeThread machine({.name = "machine", .period = 1ms}, clock, [&](Time /*now*/) {
     machine_time += 1ms;
     far.bus.advance(machine_time);
-    if (far.slave_due(machine_time)) far.slave.step(machine_time);
+    if (far.slave_due(machine_time)) {
+      far.slave.step(machine_time);
+      reporter.step(machine_time, far.slave);
+    }
     far.machine.step(machine_time);
   });
   app::StationSetup station;
@@ -159,6 +164,7 @@ TEST(ConsoleHost, RefusesWhatItCannotBeginAndKeepsWhatWasChosen) {
   app::ConsoleHost host(scenario("free_motion"), Led::kByPerson, nullptr, nullptr);
   EXPECT_THROW(host.choose(scenario("no_such_place"), Led::kByPerson), InputError);
   EXPECT_THROW(host.choose(scenario("recorded_dig"), Led::kByScenario), InputError);  // without its recording
+  EXPECT_THROW(host.choose(scenario("link_faults"), Led::kByPerson), InputError);     // which would never happen
   EXPECT_EQ(host.session()->scenario.name, "free_motion");
   host.choose(scenario("recorded_dig"), Led::kByPerson);  // a person needs none
   EXPECT_EQ(host.session()->scenario.name, "recorded_dig");

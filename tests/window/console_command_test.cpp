@@ -62,6 +62,15 @@ TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
   expect_refused(console("", "--connect 127.0.0.1:5683 --machine solar015"), "--insecure");
   expect_refused(console("", "--connect 127.0.0.1:5683 --insecure"), "--machine");
   expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --demo"), "--demo");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --scenario dismantle"),
+                 "--scenario: goes with --simulate");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --seed 1"),
+                 "--seed: goes with --simulate");
+  expect_refused(console("", "--simulate --insecure"), "--insecure: goes with --connect");
+  expect_refused(console("", "--simulate --demo --device hid"), "--device hid: has no part in --demo");
+  expect_refused(console("", "--simulate --scenario link_faults"), "schedules faults");
+  expect_refused(console("", "--simulate --demo --scenario recorded_dig_soil"),
+                 "follows a recorded motion: run it with");
   expect_refused(console("", "--simulate --size 640x480"), "1280x720");
   expect_refused(console("", "--simulate --scale 9"), "--scale");
   expect_refused(console("", "--simulate --screen nowhere"), "--screen");
