@@ -72,6 +72,10 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "CAN frames are damaged or nobody acknowledges: check node power, cable, bit rate", nullptr},
     {"pilot_awaited", SubjectKind::kNothing,
      "pilot pressure comes up: where it does not, check the enable node and the E-stop", nullptr},
+    {"other_machine", SubjectKind::kNothing,
+     "machine's side drives another machine: give the same --machine on both sides", nullptr},
+    {"machine_not_told", SubjectKind::kNothing,
+     "machine's side does not say which machine it drives: run the same version on both sides", nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

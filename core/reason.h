@@ -60,6 +60,9 @@ enum class ReasonCode : std::uint16_t {
   kBusOff,        ///< CAN controller went bus-off; stays until an operator acknowledges it
   kBusPassive,    ///< CAN controller error-passive: nobody acknowledges, or most frames are damaged
   kPilotAwaited,  ///< engaging: pilot pressure was asked for and is not there yet
+  // The two sides do not fit together: not led at all.
+  kOtherMachine,    ///< the machine's side drives another machine than the operator's side leads
+  kMachineNotTold,  ///< the machine's side does not tell which machine it drives
   kCount,
 };
 

@@ -40,6 +40,7 @@ StatusReporter::StatusReporter(const MachineDescription& machine, MeteredCan& bu
                                Mailbox<LoopHealth>* health) noexcept
     : machine_(machine), bus_(bus), link_(link), mailbox_(health) {
   status_.period = from_seconds(1 / machine.bus.sync_Hz);
+  status_.machine = MachineName(machine.name);
 }
 
 void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {

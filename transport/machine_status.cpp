@@ -1,5 +1,7 @@
 #include "transport/machine_status.h"
 
+#include <algorithm>
+
 #include "transport/link_codec.h"
 
 namespace knuckle {
@@ -8,8 +10,8 @@ namespace {
 using link_codec::put;
 using link_codec::put_each;
 
-constexpr std::size_t kSize =
-    link_codec::kHeaderSize + 4 + 8 + 2 * 3 * 8 + 1 + 2 * 8 + 2 * 3 * 8 + 8 + 2 * 8 + 1 + 8 + 4 + 2 * 8 + 1;
+constexpr std::size_t kSize = link_codec::kHeaderSize + 4 + 8 + 2 * 3 * 8 + 1 + 2 * 8 + 2 * 3 * 8 + 8 + 2 * 8 + 1 + 8 +
+                              4 + 2 * 8 + 1 + MachineName::kSize;
 // No honest number comes near these.
 constexpr double kMostOpening = 1e3;  // of spool stroke, as a valve may report it
 constexpr double kMostFlow_m3ps = 1e3, kMostPower_W = 1e12, kMostLoad = 10;
@@ -29,7 +31,39 @@ MachineStatus::Timing timing(link_codec::BoundedReader& bounded) noexcept {
   return timing;
 }
 
+bool printable(char c) noexcept {
+  return c >= ' ' && c <= '~';
+}
+
+void put(ByteWriter& out, const MachineName& name) noexcept {
+  const std::string_view text = name.text();
+  for (std::size_t i = 0; i < MachineName::kSize; ++i)
+    out.put(static_cast<std::uint8_t>(i < text.size() ? text[i] : '\0'));
+}
+
+/// nullopt where it is not as put() writes it.
+std::optional<MachineName> machine_name(ByteReader& in) noexcept {
+  std::array<char, MachineName::kSize> told{};
+  for (char& c : told) c = static_cast<char>(in.get<std::uint8_t>());
+  const auto end = std::find(told.begin(), told.end(), '\0');
+  const bool honest = end != told.end() && std::all_of(told.begin(), end, printable) &&
+                      std::all_of(end, told.end(), [](char c) { return c == '\0'; });
+  if (!honest) return std::nullopt;
+  return MachineName(std::string_view(told.data(), static_cast<std::size_t>(end - told.begin())));
+}
+
 }  // namespace
+
+MachineName::MachineName(std::string_view name) noexcept {
+  const std::size_t size = std::min(name.size(), kSize - 1);
+  std::replace_copy_if(
+      name.begin(), name.begin() + static_cast<std::ptrdiff_t>(size), bytes_.begin(),
+      [](char c) { return !printable(c); }, '?');
+}
+
+std::string_view MachineName::text() const noexcept {
+  return {bytes_.data(), static_cast<std::size_t>(std::find(bytes_.begin(), bytes_.end() - 1, '\0') - bytes_.begin())};
+}
 
 Datagram encode(const MachineStatus& status) noexcept {
   Datagram datagram;
@@ -52,6 +86,7 @@ Datagram encode(const MachineStatus& status) noexcept {
   put(out, status.acted_report_at);
   put(out, status.acted_ago);
   out.put(status.force_doubts);
+  put(out, status.machine);
   return datagram;
 }
 
@@ -79,7 +114,9 @@ std::optional<MachineStatus> decode_status(std::span<const std::uint8_t> bytes) 
   status.acted_report_at = bounded.time();
   status.acted_ago = bounded.span();
   status.force_doubts = in->get<std::uint8_t>();
-  if (pilot_on > 1 || status.fifo_priority > kMostPriority || !bounded.ok()) return std::nullopt;
+  const auto machine = machine_name(*in);
+  if (pilot_on > 1 || status.fifo_priority > kMostPriority || !machine || !bounded.ok()) return std::nullopt;
+  status.machine = *machine;
   return status;
 }
 

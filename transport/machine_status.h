@@ -1,16 +1,32 @@
 // What the machine's side tells of itself a few times a second beside the newest SlaveMessage: what a person watches,
-// no loop acts on it. A datagram of its own on the same link; who does not know it drops it.
+// and which machine it is; no loop acts on it. A datagram of its own on the same link; who does not know it drops it.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "core/joints.h"
 #include "core/time.h"
 #include "transport/link.h"
 
 namespace knuckle {
+
+/// A machine's name as it travels: printable ASCII (? for anything else), cut to 31, zeros behind it.
+class MachineName {
+ public:
+  static constexpr std::size_t kSize = 32;
+  MachineName() noexcept = default;
+  explicit MachineName(std::string_view name) noexcept;
+  [[nodiscard]] std::string_view text() const noexcept;
+  bool operator==(const MachineName&) const noexcept = default;
+
+ private:
+  std::array<char, kSize> bytes_{};
+};
 
 /// Machine to operator, 20 Hz. All values SI.
 struct MachineStatus {
@@ -36,6 +52,7 @@ struct MachineStatus {
   Time acted_report_at = kNever;
   Duration acted_ago{};           ///< From that valve frame to sent_at.
   std::uint8_t force_doubts = 0;  ///< estimation::ConfidenceReason bits: why the tip force is known no better.
+  MachineName machine;            ///< That it drives: nobody leads it as another one.
 };
 
 [[nodiscard]] Datagram encode(const MachineStatus& status) noexcept;

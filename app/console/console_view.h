@@ -17,7 +17,7 @@ namespace knuckle::app {
 
 /// The operator's side of the newest step.
 struct OperatorSide {
-  Reason device;  ///< Why the device cannot be used; kNone where it can.
+  Reason device;  ///< Why the device cannot be used, or leads nothing: the far end's machine is another one.
   bool presence = false, enable = false, clutch = false, stop = false;
   JointVector ghost_rad = JointVector::Zero();       ///< Machine pose that the hand asks for, not clamped.
   JointVector set_point_rad = JointVector::Zero();   ///< Clamped, as sent.

@@ -20,7 +20,7 @@ OperatorStation::OperatorStation(const StationSetup& setup, Link& link, HidPort*
       port_(device != nullptr ? *device
                               : hand_.emplace(setup.device, setup.limb, setup.seed, setup.hand_rad).cable.host()),
       watch_(link, from_seconds(1 / setup.machine.bus.sync_Hz)),
-      status_(watch_),
+      status_(setup.machine.name, watch_),
       gate_(status_),
       master_(setup.device, setup.machine, port_, gate_, setup.law) {}
 
@@ -59,7 +59,8 @@ void OperatorStation::show(Time now, ConsoleView& view) noexcept {
   view.now = now;
   OperatorSide& hand = view.hand;
   const master::DeviceReading& device = master_.device();
-  hand.device = device.reason;
+  const Reason other_machine = status_.reason();
+  hand.device = other_machine ? other_machine : device.reason;
   hand.presence = device.presence;
   hand.enable = device.enable;
   hand.clutch = device.clutch;

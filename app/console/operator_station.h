@@ -10,6 +10,7 @@
 #include "app/console/link_watch.h"
 #include "app/console/person_hand.h"
 #include "app/hardware/letting_go.h"
+#include "app/hardware/same_machine_link.h"
 #include "app/session_sides.h"
 #include "core/time.h"
 #include "machine/description.h"
@@ -18,7 +19,6 @@
 #include "sim/operator_limb.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"
-#include "transport/status_link.h"
 
 namespace knuckle::app {
 
@@ -77,7 +77,7 @@ class OperatorStation {
   PersonHand person_;
   LettingGoPort port_;
   LinkWatch watch_;
-  StatusLink status_;
+  SameMachineLink status_;
   LettingGoLink gate_;
   master::MasterLoop master_;
   std::uint32_t status_seen_ = 0;

@@ -92,9 +92,10 @@ std::string problem_of(const Options& o, const HidDevicePort* device, const UdpL
 
 Json status_json(const std::optional<MachineStatus>& status) {
   if (!status) return nullptr;
-  return {{"pilot_on", status->pilot_on},      {"bus_load", status->bus_load},
-          {"can_errors", status->can_errors},  {"loop_steps", status->steps},
-          {"loop_overruns", status->overruns}, {"loop_fifo_priority", status->fifo_priority}};
+  return {
+      {"machine", status->machine.text()},          {"pilot_on", status->pilot_on}, {"bus_load", status->bus_load},
+      {"can_errors", status->can_errors},           {"loop_steps", status->steps},  {"loop_overruns", status->overruns},
+      {"loop_fifo_priority", status->fifo_priority}};
 }
 
 Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome) {
@@ -103,10 +104,16 @@ Json result_json(const Options& o, const MasterSetup& setup, double started_unix
             {"control", o.control}, {"started_unix_s", started_unix_s}, {"ran_s", outcome.ran_s}};
   json["machine_side"] = Json::array();
   json["device_states"] = Json::array();
+  json["other_machine"] = Json::array();
   for (const MasterEvent& event : outcome.events) {
     const double at_s = to_seconds(event.at);
     if (event.about == MasterEvent::About::kDevice) {
       json["device_states"].push_back({{"at_s", at_s}, {"ready", !event.device}, {"why", reason_json(event.device)}});
+    } else if (event.about == MasterEvent::About::kSameMachine) {
+      json["other_machine"].push_back({{"at_s", at_s},
+                                       {"here", event.here.text()},
+                                       {"there", event.there.text()},
+                                       {"why", reason_json(event.other_machine)}});
     } else {
       json["machine_side"].push_back({{"at_s", at_s},
                                       {"heard", event.heard},

@@ -6,9 +6,9 @@
 
 #include "app/hardware/letting_go.h"
 #include "app/hardware/master_table.h"
+#include "app/hardware/same_machine_link.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
-#include "transport/status_link.h"
 
 namespace knuckle::app {
 namespace {
@@ -37,7 +37,7 @@ class MasterRunner {
       : wants_rows_(wants_rows),
         port_(port),
         letting_go_link_(link),
-        link_(letting_go_link_),
+        link_(setup.machine.name, letting_go_link_),
         master_(setup.device, setup.machine, port_, link_, setup.law) {
     master_.set_assist(setup.assist);
     last_device_.device.code = ReasonCode::kCount;  // what the device is worth is told at the start, too
@@ -71,10 +71,10 @@ class MasterRunner {
   int steps_ = 0;
   LettingGoPort port_;
   LettingGoLink letting_go_link_;
-  StatusLink link_;
+  SameMachineLink link_;
   master::MasterLoop master_;
   int letting_go_ = 0;
-  MasterEvent last_machine_, last_device_;
+  MasterEvent last_machine_, last_device_, last_other_;
   Histogram round_trip_;
   Ring<MasterEvent, 256> events_;
   Ring<MasterRow, 1024> rows_;
@@ -118,6 +118,14 @@ void MasterRunner::observe(Time now) noexcept {
     events_.push(event);
     last_device_ = event;
   }
+  event.other_machine = link_.reason();
+  event.here = link_.here();
+  if (link_.status()) event.there = link_.status()->machine;
+  if (!same(event.other_machine, last_other_.other_machine) || !(event.there == last_other_.there)) {
+    event.about = MasterEvent::About::kSameMachine;
+    if (event.other_machine || last_other_.other_machine) events_.push(event);
+    last_other_ = event;
+  }
   event.about = MasterEvent::About::kMachine;
   status_.put({event, master_.round_trip_s()});
 }
@@ -160,6 +168,7 @@ class Teller {
   }
   static std::string status_text(const MasterStatus& status) {
     std::string line = status.now.heard ? "machine " + std::string(name(status.now.mode)) : "machine is not heard";
+    if (status.now.other_machine) line += " | " + text(status.now.other_machine);
     if (status.now.blocking) line += " | " + text(status.now.blocking);
     if (status.now.device) line += " | " + text(status.now.device);
     char round_trip[48];
@@ -175,11 +184,19 @@ class Teller {
   Time standing_since_{};
 };
 
+std::string same_machine_text(const MasterEvent& event) {
+  const std::string here(event.here.text()), there(event.there.text());
+  if (!event.other_machine) return "machine is " + there + " on both sides";
+  const std::string text = reason_text(event.other_machine) + " (here " + here;
+  return text + (event.other_machine.code == ReasonCode::kOtherMachine ? ", there " + there + ")" : ")");
+}
+
 }  // namespace
 
 std::string event_text(const MasterEvent& event) {
   if (event.about == MasterEvent::About::kDevice)
     return event.device ? "device " + reason_text(event.device) : "device is ready";
+  if (event.about == MasterEvent::About::kSameMachine) return same_machine_text(event);
   if (!event.heard) return "machine is not heard";
   const std::string mode = std::string("machine ") + name(event.mode);
   if (event.fault) return mode + " " + reason_text(event.fault);

@@ -29,16 +29,19 @@ struct MasterSetup {
   AssistSettings assist;
 };
 
-/// What the machine tells changed (its mode or fault, or that it is heard at all), or what the device is worth.
+/// What the machine tells changed (its mode or fault, or that it is heard at all), what the device is worth, or whether
+/// both sides mean the same machine.
 struct MasterEvent {
-  enum class About : std::uint8_t { kMachine, kDevice } about = About::kMachine;
+  enum class About : std::uint8_t { kMachine, kDevice, kSameMachine } about = About::kMachine;
   Time at{};
   bool heard = false;  ///< The machine, within the last second.
   Mode mode = Mode::kOff;
   Reason blocking, fault;  ///< Machine.
   Reason device;           ///< Why the device cannot be used; kNone where it can.
+  Reason other_machine;    ///< Why the far end cannot be led; kNone where it can.
+  MachineName here, there;
 };
-/// "machine engaged", "machine is not heard", "device device_lost: ..."
+/// "machine engaged", "machine is not heard", "device device_lost: ...", "other_machine: ..."
 [[nodiscard]] std::string event_text(const MasterEvent& event);
 
 struct MasterOutcome {

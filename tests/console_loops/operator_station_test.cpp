@@ -5,6 +5,8 @@
 
 #include "machine/load.h"
 #include "sim/operator_limb.h"
+#include "slave/status_reporter.h"
+#include "tests/console_loops/console_rig.h"
 #include "transport/hid_reports.h"
 #include "transport/impaired_link.h"
 
@@ -44,6 +46,19 @@ struct Rig {
   sim::OperatorIntent intent{setup.hand_rad, JointVector::Zero(), true, false, false, false};
   Time now{};
   MasterMessage sent;
+  SlaveMessage slave;
+  bool speaks = false;
+  MachineStatus status = [this] {
+    MachineStatus told;
+    told.machine = MachineName(setup.machine.name);
+    return told;
+  }();
+  std::uint32_t statuses = 1000;  // that are sent
+  [[nodiscard]] ReasonCode reason() {
+    ConsoleView view;
+    station.show(now, view);
+    return view.hand.device.code;
+  }
 
   void run(Duration time) {
     for (const Time until = now + time; now < until;) {
@@ -51,6 +66,11 @@ struct Rig {
       network.advance(now);
       intent.enable = now > Time(300ms);
       hand.step(now, intent);
+      if (now.time_since_epoch() % 50ms == 0ms && status.sequence < statuses) {
+        ++status.sequence;
+        network.b().send(encode(status).view());
+      }
+      if (speaks) network.b().send(encode(slave).view());
       station.step(now, HandInput{});
       for (Datagram datagram; network.b().receive(datagram);)
         if (const auto message = decode_master(datagram.view())) sent = *message;
@@ -80,6 +100,75 @@ TEST(OperatorStation, WithNobodyAtTheWindowNobodyLeadsWhateverTheDeviceSays) {
   rig.station.set_nobody(false);
   rig.run(10ms);
   EXPECT_TRUE(rig.sent.presence && rig.sent.enable);
+}
+
+TEST(OperatorStation, NobodyLeadsAnotherMachine) {
+  Rig rig;
+  rig.status.machine = MachineName("compact080");
+  rig.run(500ms);
+  EXPECT_TRUE(rig.sent.device_ok);
+  EXPECT_FALSE(rig.sent.presence || rig.sent.enable);
+  EXPECT_EQ(rig.reason(), ReasonCode::kOtherMachine);
+  rig.status.machine = MachineName(rig.setup.machine.name);
+  rig.run(100ms);
+  EXPECT_TRUE(rig.sent.presence && rig.sent.enable);
+  EXPECT_EQ(rig.reason(), ReasonCode::kNone);
+  rig.status.machine = MachineName("compact080");
+  rig.run(100ms);
+  EXPECT_FALSE(rig.sent.presence || rig.sent.enable) << "whatever it was before";
+}
+
+/// Keys that ask for the machine as soon as it can be had, and a machine's side that tells this name.
+bool ever_engages(const std::string& name) {
+  const SessionSetup setup = test::live_setup();
+  ImpairedLink network({}, {}, 1);
+  OperatorStation station({.device = setup.device,
+                           .machine = setup.machine,
+                           .law = setup.law,
+                           .limb = setup.limb,
+                           .hand_rad = setup.scenario.hand_rad,
+                           .start_rad = setup.scenario.start_rad,
+                           .seed = setup.seed},
+                          network.a(), nullptr);
+  MachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, network.b());
+  MachineDescription told = setup.machine;
+  told.name = name;
+  slave::StatusReporter reporter(told, far.metered, network.b());
+  HeldKeys keys;
+  for (Time now{}; now < Time(15s); now += 1ms) {
+    keys.enable = now > Time(5s) && now.time_since_epoch() % 2s > 100ms;
+    network.advance(now);
+    station.step(now, hand_from_keys(keys));
+    far.bus.advance(now);
+    if (far.slave_due(now)) {
+      far.slave.step(now);
+      reporter.step(now, far.slave);
+    }
+    far.machine.step(now);
+    if (far.slave.mode() == Mode::kEngaged) return true;
+  }
+  return false;
+}
+
+TEST(OperatorStation, AMachineEngagesOnlyWhereBothSidesMeanTheSame) {
+  EXPECT_TRUE(ever_engages("solar015"));
+  EXPECT_FALSE(ever_engages("compact080"));
+}
+
+TEST(OperatorStation, NobodyLeadsBeforeTheMachineHasSaidWhichItIsButAfterwardsItsSilenceIsNoReason) {
+  Rig rig;
+  rig.statuses = 0;
+  rig.speaks = true;
+  rig.run(900ms);
+  EXPECT_FALSE(rig.sent.presence || rig.sent.enable);
+  EXPECT_EQ(rig.reason(), ReasonCode::kNone) << "it may still say";
+  rig.run(300ms);
+  EXPECT_FALSE(rig.sent.presence || rig.sent.enable);
+  EXPECT_EQ(rig.reason(), ReasonCode::kMachineNotTold);
+  rig.statuses = 1;
+  rig.run(2s);
+  EXPECT_TRUE(rig.sent.presence && rig.sent.enable);
+  EXPECT_EQ(rig.reason(), ReasonCode::kNone);
 }
 
 TEST(OperatorStation, StopIsInTheNextMessageAndIsOutOfItOnlyWhenReleased) {

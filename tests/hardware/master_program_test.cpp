@@ -17,9 +17,11 @@ namespace {
 /// A hand on a simulated haptic device at the far end of a cable, and the operator's side as its program runs it.
 class Desk {
  public:
-  explicit Desk(const std::string& address) : link_(UdpLink::connect(address)) {
+  /// @param name of the machine that it leads; empty: the right one.
+  explicit Desk(const std::string& address, const std::string& name = "") : link_(UdpLink::connect(address)) {
     setup_.device = load_device(find_config("device", "knuckle1"));
     setup_.machine = machine();
+    if (!name.empty()) setup_.machine.name = name;
     hand_.emplace(setup_.device, sim::draw_limb(sim::LimbClass::kNormal, 1), cable_.device(), 1, kStart);
     mean([](sim::OperatorIntent& intent) {
       intent.joint_rad = kStart;
@@ -95,6 +97,18 @@ TEST(ProgramThreads, ADeviceLeadsAMachineThroughAllThreePrograms) {
   EXPECT_TRUE(desk.said.says("device is ready"));
   desk.mean([](sim::OperatorIntent& intent) { intent.joint_rad[kArm] += 0.1; });
   EXPECT_TRUE(eventually([&] { return driving_frames(site) > 10; })) << "the machine follows the hand";
+}
+
+TEST(ProgramThreads, AMachineIsNotLedAsAnotherAndBothNamesAreTold) {
+  Site site;
+  Desk desk(site.address(), "compact080");
+  EXPECT_TRUE(eventually([&] { return desk.said.says("other_machine: "); })) << desk.said.text();
+  EXPECT_TRUE(desk.said.says("(here compact080, there " + machine().name + ")")) << desk.said.text();
+  EXPECT_TRUE(eventually([&] { return site.slave_said.says("no_presence"); })) << "though somebody holds the device";
+  desk.mean([](sim::OperatorIntent& intent) { intent.enable = true; });
+  EXPECT_TRUE(eventually([&] { return desk.csv.says(",1,1,0,0,"); })) << "presence and enable, as the device has them";
+  desk.end();
+  EXPECT_FALSE(site.slave_said.says("engaged")) << site.slave_said.text();
 }
 
 TEST(ProgramThreads, AnOperatorsSideThatEndsLetsGoOfMachineAndDevice) {

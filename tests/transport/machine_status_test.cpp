@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <random>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/no_alloc.h"
@@ -40,6 +43,7 @@ MachineStatus some_status() {
   s.acted_report_at = Time(-1ns);
   s.acted_ago = 11ns;
   s.force_doubts = 0x85;
+  s.machine = MachineName("solar015");
   return s;
 }
 
@@ -49,10 +53,11 @@ const std::string kStatus =
     "000000000000E03F 0000000000002440 "
     "0100000000000000 0200000000000000 0300000000000000  0400000000000000 0500000000000000 0600000000000000 "
     "404B4C0000000000  0700000000000000 0800000000000000  50  000000000000E03F  09000000 "
-    "FFFFFFFFFFFFFFFF 0B00000000000000  85";
+    "FFFFFFFFFFFFFFFF 0B00000000000000  85 "
+    "736F6C6172303135 0000000000000000 0000000000000000 0000000000000000";
 // Where in it what is.
 constexpr std::size_t kSentAt = 8, kCommand = 16, kPilot = 64, kFlow = 65, kWake = 81, kPeriod = 129, kPriority = 153,
-                      kLoad = 154, kReport = 166, kAgo = 174;
+                      kLoad = 154, kReport = 166, kAgo = 174, kName = 183;
 
 template <typename T>
 std::vector<std::uint8_t> with(std::size_t at, T value) {
@@ -87,6 +92,31 @@ TEST(MachineStatus, DecodesTheSameBytes) {
   EXPECT_EQ(status->acted_report_at, Time(-1ns));
   EXPECT_EQ(status->acted_ago, 11ns);
   EXPECT_EQ(status->force_doubts, 0x85);
+  EXPECT_EQ(status->machine.text(), "solar015");
+}
+
+TEST(MachineStatus, CutsALongNameAndSendsNothingUnprintable) {
+  const std::string longest(31, 'm'), longer = longest + "ore";
+  MachineStatus status = some_status();
+  for (const auto& [name, travels] : {std::pair<std::string, std::string>{"", ""},
+                                      {longest, longest},
+                                      {longer, longest},
+                                      {"b\xC3\xA4r\n", "b??r?"}}) {
+    status.machine = MachineName(name);
+    const auto back = decode_status(encode(status).view());
+    ASSERT_TRUE(back) << name;
+    EXPECT_EQ(back->machine.text(), travels);
+    EXPECT_TRUE(back->machine == MachineName(name)) << "both sides cut alike";
+  }
+}
+
+TEST(MachineStatus, ANameWithoutEndOrNotPrintableIsRefused) {
+  EXPECT_FALSE(decode_status(with(kName, std::uint8_t{'\n'})));
+  EXPECT_FALSE(decode_status(with(kName, std::uint8_t{0x80})));
+  EXPECT_FALSE(decode_status(with(kName + 20, std::uint8_t{'x'}))) << "behind its end";
+  std::array<char, MachineName::kSize> endless{};
+  endless.fill('x');
+  EXPECT_FALSE(decode_status(with(kName, endless)));
 }
 
 TEST(MachineStatus, TruncatedLongerOrForeignDatagramsAreRefused) {
@@ -165,6 +195,7 @@ TEST(MachineStatus, RandomValuesSurviveTheRoundTripAndRandomBytesNeverBreakTheDe
     s.acted_report_at = i % 3 == 0 ? kNever : Time(span());
     s.acted_ago = span();
     s.force_doubts = static_cast<std::uint8_t>(random());
+    s.machine = MachineName(std::to_string(random()));
     const Datagram sent = encode(s);
     const auto back = decode_status(sent.view());
     ASSERT_TRUE(back);
@@ -175,7 +206,7 @@ TEST(MachineStatus, RandomValuesSurviveTheRoundTripAndRandomBytesNeverBreakTheDe
     ASSERT_EQ(back->acted_ago, s.acted_ago);
     ASSERT_EQ(back->force_doubts, s.force_doubts);
     auto noise = test::hex(kStatus);
-    for (int n = 0; n < 4; ++n) noise[4 + random() % (noise.size() - 4)] = static_cast<std::uint8_t>(random());
+    for (int n = 0; n < 4; ++n) noise[4 + random() % (kName - 4)] = static_cast<std::uint8_t>(random());
     const auto read = decode_status(noise);
     accepted += read ? 1 : 0;
     ASSERT_TRUE(!read || (read->spool.allFinite() && std::isfinite(read->bus_load) && read->period >= 0ns));
