@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <thread>
-#include <utility>
 
 #include "app/console/keys.h"
 #include "app/window/png_file.h"
@@ -197,7 +196,8 @@ std::optional<GamepadState> Window::gamepad() {
     GLFWgamepadstate read;
     if (glfwJoystickIsGamepad(id) == 0 || glfwGetGamepadState(id, &read) == 0) continue;
     // GLFW forgets the pointer of a gamepad that is gone.
-    const bool another = std::exchange(pad_, id) != id || glfwGetJoystickUserPointer(id) != this;
+    const bool another = pad_ >= 0 && (pad_ != id || glfwGetJoystickUserPointer(id) != this);
+    pad_ = id;
     glfwSetJoystickUserPointer(id, this);
     if (another) return std::nullopt;
     GamepadState state;

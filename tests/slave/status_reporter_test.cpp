@@ -50,7 +50,7 @@ TEST(StatusReporter, TellsTwentyTimesASecondWithRisingNumbers) {
     EXPECT_EQ(told[i].sent_at - told[i - 1].sent_at, 50ms);
   }
   EXPECT_EQ(told.back().period, 5ms);
-  EXPECT_EQ(told.front().machine.text(), "solar015");
+  EXPECT_EQ(told.front().machine.text(), "test");
   EXPECT_GT(told.back().steps, 1900U);
   EXPECT_EQ(told.back().fifo_priority, 0);
 }
