@@ -1,6 +1,6 @@
-// What the machine's side tells of itself a few times a second beside the newest SlaveMessage: what a person watches, and
-// which machine it is, which alone is acted on: another one is not led. A datagram of its own on the same link; who does
-// not know it drops it.
+// What the machine's side tells of itself a few times a second beside the newest SlaveMessage: what a person watches,
+// and which machine it is, which alone is acted on: another one is not led. A datagram of its own on the same link; who
+// does not know it drops it.
 #pragma once
 
 #include <array>
