@@ -35,15 +35,10 @@ void SlaveLoop::step(Time now) noexcept {
                       static_cast<bool>(loss_.hold));
   decide();
   command(now);
-  client_.end_step(gate_.commands, led(), now);
+  client_.end_step(gate_.commands, led(decision_.state.mode), now);
   publish(now);
   restart_nodes_once_released(now);
   go_on_if_asked(now);
-}
-
-bool SlaveLoop::led() const noexcept {
-  const Mode mode = decision_.state.mode;
-  return mode == Mode::kAligning || mode == Mode::kEngaged || mode == Mode::kHold;
 }
 
 void SlaveLoop::receive_frames(Time now) noexcept {

@@ -81,7 +81,6 @@ class SlaveLoop {
   [[nodiscard]] bool answered(Asking& asking, bool question) const noexcept;
   void go_on_if_asked(Time now) noexcept;
   void publish(Time now) noexcept;
-  [[nodiscard]] bool led() const noexcept;
 
   double step_s_;
   Duration longest_gap_;

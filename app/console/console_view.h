@@ -21,8 +21,7 @@ struct OperatorSide {
   bool presence = false, enable = false, clutch = false, stop = false;
   JointVector ghost_rad = JointVector::Zero();       ///< Machine pose that the hand asks for, not clamped.
   JointVector set_point_rad = JointVector::Zero();   ///< Clamped, as sent.
-  JointVector torque_Nm = JointVector::Zero();       ///< Sent to the device's motors.
-  PlanarVector sent_force_N = PlanarVector::Zero();  ///< The same as a force at the hand.
+  PlanarVector sent_force_N = PlanarVector::Zero();  ///< Sent to the device, as a force at the hand.
   double position_scale = 1;                         ///< Machine metres per hand metre.
   double force_scale = 1;                            ///< Hand newtons per machine newton.
   AssistSettings assist;
@@ -45,10 +44,7 @@ struct LinkSide {
 /// What is truly so; a real machine has nobody to tell.
 struct SimulatedTruth {
   JointVector joint_rad = JointVector::Zero();
-  PlanarVector tip_N = PlanarVector::Zero();  ///< Frame M.
-  double payload_kg = 0;
   double pump_Pa = 0;
-  double pump_share = 1;  ///< Delivered over asked flow.
   sim::WorldEventRing events;
 };
 

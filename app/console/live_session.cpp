@@ -65,10 +65,7 @@ void LiveSession::show(ConsoleView& view) noexcept {
   const sim::PlantState& plant = this->plant();
   SimulatedTruth& truth = view.truth;
   truth.joint_rad = plant.joint_rad;
-  truth.tip_N = plant.tip_N;
-  truth.payload_kg = plant.payload_kg;
   truth.pump_Pa = plant.pump_Pa;
-  truth.pump_share = plant.pump_share;
   truth.events = plant.events;
 }
 

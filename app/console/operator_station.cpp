@@ -67,7 +67,6 @@ void OperatorStation::show(Time now, ConsoleView& view) noexcept {
   hand.stop = master_.stop();
   hand.ghost_rad = master_.set_point().unclamped_rad();
   hand.set_point_rad = master_.set_point().position_rad();
-  hand.torque_Nm = master_.joint_torque_Nm();
   hand.sent_force_N = master_.sent_force_N();
   hand.position_scale = master_.position_scale();
   hand.force_scale = master_.force_scale();

@@ -202,7 +202,7 @@ TEST(ConsoleDemo, ShowsTheSameAtTheSameTimeBitForBit) {
   EXPECT_EQ(frames_a, frames_b);
   for (int j = 0; j < kJoints; ++j)
     EXPECT_EQ(std::bit_cast<std::uint64_t>(a.truth.joint_rad[j]), std::bit_cast<std::uint64_t>(b.truth.joint_rad[j]));
-  EXPECT_EQ(a.hand.torque_Nm, b.hand.torque_Nm);
+  EXPECT_EQ(a.hand.sent_force_N, b.hand.sent_force_N);
   EXPECT_EQ(a.machine.mode, Mode::kEngaged);  // it was a session
 }
 
