@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "app/simulate.h"
+#include "app/session_result.h"
 
 namespace knuckle::app {
 

@@ -6,14 +6,10 @@
 
 #include "core/time.h"
 #include "machine/description.h"
-#include "transport/can_bus.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::app {
 
-struct TimedFrame {
-  Time at{};
-  CanFrame frame;
-};
 using FrameLog = std::vector<TimedFrame>;
 
 /// Since when the valves were told to be neutral, and since when their spools were, to stay so. nullopt: not by

@@ -1,12 +1,10 @@
-// The options of `knuckle simulate`, checked before anything runs.
+// What a session is asked to be, as the command line says it.
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 
-#include "app/command.h"
 #include "sim/operator_limb.h"
 
 namespace knuckle::app {
@@ -35,9 +33,5 @@ struct SimulateOptions {
 /// @param or_else what else the option takes, for the message. @throws InputError
 [[nodiscard]] sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback,
                                         const std::string& or_else = "");
-
-/// @param run gets options that are within their bounds, do not contradict each other and name inputs that can be read.
-/// Outputs are checked where they are opened. @return its exit code is the command's.
-[[nodiscard]] Command simulate_entry(std::function<int(const SimulateOptions&)> run);
 
 }  // namespace knuckle::app

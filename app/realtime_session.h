@@ -8,7 +8,7 @@
 #include "app/frame_log.h"
 #include "app/session.h"
 #include "app/session_record.h"
-#include "app/simulate.h"
+#include "app/session_result.h"
 
 namespace knuckle::app {
 

@@ -3,7 +3,7 @@
 
 #include <ostream>
 
-#include "app/simulate.h"
+#include "app/session_result.h"
 
 namespace knuckle::app {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "app/html.h"
-#include "app/simulate.h"
+#include "app/session_result.h"
 
 namespace knuckle::app {
 

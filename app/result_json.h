@@ -3,7 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "app/simulate.h"
+#include "app/session_result.h"
 
 namespace knuckle::app {
 

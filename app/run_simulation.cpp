@@ -4,13 +4,13 @@
 #include <ostream>
 #include <utility>
 
-#include "app/digest.h"
 #include "app/machine_pose.h"
 #include "app/realtime_session.h"
 #include "app/scene.h"
 #include "app/session.h"
+#include "app/session_digest.h"
 #include "app/session_setup.h"
-#include "app/simulate.h"
+#include "app/session_result.h"
 #include "transport/virtual_can.h"
 
 namespace knuckle::app {
@@ -36,8 +36,8 @@ HopLatency hop(const char* name, const Histogram& h) {
 
 std::string digest_of(const SessionRecord& record, const FrameLog& frames) {
   Digest digest;
-  for (const Sample& sample : record.samples) digest.add(sample);
-  for (const TimedFrame& frame : frames) digest.add(frame.at, frame.frame);
+  for (const Sample& sample : record.samples) add(digest, sample);
+  for (const TimedFrame& frame : frames) add(digest, frame.at, frame.frame);
   return digest.finish();
 }
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "app/simulate.h"
+#include "app/session_result.h"
 
 namespace knuckle::app {
 

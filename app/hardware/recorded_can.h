@@ -6,10 +6,10 @@
 #include <ostream>
 #include <string>
 
-#include "app/frame_log.h"
 #include "core/ring.h"
 #include "core/time.h"
 #include "transport/can_bus.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::app {
 

@@ -15,8 +15,7 @@
 #include "app/hardware/node_command.h"
 #include "app/hardware/slave_command.h"
 #include "app/interrupt.h"
-#include "app/options.h"
-#include "app/simulate.h"
+#include "app/programs/simulate_command.h"
 #include "app/window/console_command.h"
 #include "core/error.h"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <memory>
 
-#include "app/simulate.h"
+#include "app/scene.h"
 #include "app/window/camera.h"
 #include "app/window/picture_colours.h"
 #include "core/joints.h"

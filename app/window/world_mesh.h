@@ -1,7 +1,7 @@
 // What stands around the machine as solids: a scene's lines are profiles of it in the arm's plane.
 #pragma once
 
-#include "app/simulate.h"
+#include "app/scene.h"
 #include "app/window/mesh.h"
 #include "machine/description.h"
 

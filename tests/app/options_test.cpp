@@ -1,5 +1,5 @@
 // The command line: what it accepts, and one clear line for everything it does not.
-#include "app/options.h"
+#include "app/programs/simulate_command.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/simulate.h"
+#include "app/session_result.h"
 #include "app/wire_latency.h"
 #include "core/error.h"
 #include "transport/canopen.h"

@@ -4,7 +4,7 @@
 #include "app/fault_injection.h"
 #include "app/fault_watch.h"
 #include "app/session.h"
-#include "app/simulate.h"
+#include "app/session_result.h"
 #include "machine/load.h"
 #include "transport/link_messages.h"
 #include "transport/virtual_can.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "app/simulate.h"
+#include "app/session_result.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 

@@ -9,7 +9,7 @@
 #include <functional>
 #include <numbers>
 
-#include "app/digest.h"
+#include "app/session_digest.h"
 #include "app/session.h"
 #include "core/error.h"
 #include "machine/load.h"
@@ -128,7 +128,7 @@ std::string digest_of(const sim::MachineTruth& truth) {
   Session session(setup);
   while (!session.done()) session.step();
   Digest digest;
-  for (const Sample& sample : session.take_record().samples) digest.add(sample);
+  for (const Sample& sample : session.take_record().samples) add(digest, sample);
   return digest.finish();
 }
 

@@ -19,7 +19,7 @@ constexpr double kMostLoad = 0.60;
 /// The session's candump log, read back as anybody would.
 std::vector<WireFrame> logged(const app::FrameLog& frames) {
   std::stringstream log;
-  for (const app::TimedFrame& f : frames) log << candump_line(f.at, f.frame) << '\n';
+  for (const TimedFrame& f : frames) log << candump_line(f.at, f.frame) << '\n';
   return read_candump(log);
 }
 

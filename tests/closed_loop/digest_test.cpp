@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "app/simulate.h"
+#include "app/session_result.h"
 #include "tests/support/run_program.h"
 
 namespace knuckle::test {

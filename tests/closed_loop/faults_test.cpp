@@ -63,7 +63,7 @@ struct Told {
 
   explicit Told(FinishedSession session) : record(std::move(session.record)) {
     std::stringstream log;
-    for (const app::TimedFrame& f : session.frames) log << candump_line(f.at, f.frame) << '\n';
+    for (const TimedFrame& f : session.frames) log << candump_line(f.at, f.frame) << '\n';
     wire = read_candump(log);
     broken_s = start_of(kMoving) - kRow_s + kFaultAfter_s;  // a row may come up to a step late: never too kind
     released_s = start_of(kAgain) - kRow_s;

@@ -1,7 +1,7 @@
 // Every scenario meets its own criteria: what a user gets from `knuckle simulate --scenario NAME`.
 #include <gtest/gtest.h>
 
-#include "app/simulate.h"
+#include "app/session_result.h"
 
 namespace knuckle::test {
 namespace {

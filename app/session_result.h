@@ -1,32 +1,20 @@
-// The `simulate` command: the seam between its outputs (files, summary, verdict) and the session that runs.
+// What a session came to: what ran, what happened, how to judge and draw it. Every output is written from this.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/criteria.h"
 #include "app/metrics.h"
 #include "app/options.h"
+#include "app/scene.h"
 #include "app/session_record.h"
 #include "machine/description.h"
 
 namespace knuckle::app {
-
-/// A line of the world for drawings, frame M. It may exist for a part of the session only (a wall before it broke).
-struct SceneLine {
-  enum class Kind : std::uint8_t { kGround, kWall, kPiece, kSoil, kVirtualWall };
-  std::string name;
-  Kind kind = Kind::kGround;
-  std::vector<PlanarVector> points_m;
-  bool closed = false;  ///< An area; otherwise an open line with material below it (ground, soil).
-  double from_s = 0, until_s = 1e18;
-  bool breaks = false;  ///< A wall that force can break.
-};
-using Scene = std::vector<SceneLine>;
 
 struct Percentiles {
   double p50 = 0, p99 = 0, max = 0;
@@ -55,7 +43,7 @@ struct SessionResult {
   std::vector<std::string> notes;  ///< What was done to the inputs (gaps filled, angles scaled): shown everywhere.
   // What happened.
   SessionRecord record;
-  std::string digest;  ///< Hex, from app/digest.h, over every sample and every CAN frame.
+  std::string digest;  ///< Hex, over every sample and every CAN frame.
   double simulated_s = 0, wall_s = 0;
   std::vector<HopLatency> hops;
   std::vector<LoopTiming> loops;  ///< Empty on virtual time.
@@ -82,10 +70,5 @@ struct Judged {
   bool passed = false;
 };
 [[nodiscard]] Judged judge(const SessionResult& session);
-
-/// Opens the outputs, runs, judges, writes. @return exit code: 0 criteria met, 1 not met.
-/// @throws InputError before anything ran where an input or output is not usable.
-int simulate_command(const SimulateOptions& options,
-                     const std::function<SessionResult(const SimulateOptions&, const SessionHooks&)>& run);
 
 }  // namespace knuckle::app
