@@ -11,20 +11,21 @@
 #include <streambuf>
 #include <utility>
 
-#include "app/commissioning/calibration_file.h"
-#include "app/commissioning/commission.h"
-#include "app/commissioning/identify.h"
-#include "app/commissioning/identify_data.h"
-#include "app/commissioning/identify_output.h"
-#include "app/hardware/bus_access.h"
-#include "app/hardware/commission_wizard.h"
-#include "app/output_file.h"
+#include "app/bringup/bus_access.h"
+#include "app/bringup/commission_wizard.h"
+#include "app/cli/output_file.h"
+#include "app/identify/calibration_file.h"
+#include "app/identify/commission.h"
+#include "app/identify/identify.h"
+#include "app/identify/identify_data.h"
+#include "app/identify/identify_output.h"
 #include "core/error.h"
 #include "estimation/regressor.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "machine/pose.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 namespace fs = std::filesystem;
@@ -132,7 +133,7 @@ CalibrationJob::CalibrationJob(CalibrationPlan plan)
   // All that can be refused is refused before the work is done.
   (void)load_machine(machine_file_);
   plan_.target = file_of(plan_.target);
-  OutputFile("calibrated machine file", plan_.target);
+  cli::OutputFile("calibrated machine file", plan_.target);
   before_ = load_machine(fs::exists(plan_.target) ? plan_.target : machine_file_);
   thread_ = std::thread([this] { run(); });
 }
@@ -178,7 +179,7 @@ void CalibrationJob::discard() {
 }
 
 void CalibrationJob::check() const {
-  if (cancelled_) throw CommissionEnded("cancelled");
+  if (cancelled_) throw bringup::CommissionEnded("cancelled");
 }
 
 std::optional<std::string> CalibrationJob::poll() {
@@ -209,16 +210,16 @@ void CalibrationJob::run() {
 void CalibrationJob::commission() {
   const MachineDescription drawing = load_machine(machine_file_);
   const MachineDescription machine = calibrated(drawing);
-  const auto bus =
-      std::make_shared<SimulatedBus>(sim::draw_truth(drawing, plan_.seed), middle_of_range(machine), plan_.seed);
+  const auto bus = std::make_shared<bringup::SimulatedBus>(sim::draw_truth(drawing, plan_.seed),
+                                                           middle_of_range(machine), plan_.seed);
   const Pacer pacer(plan_.pace);
-  bus->each_ms = [&](SimulatedBus& simulated) {
+  bus->each_ms = [&](bringup::SimulatedBus& simulated) {
     poses_.put(simulated.machine.plant().state().joint_rad);
     pacer.wait(simulated.now);
   };
-  BusAccess access = simulated_access(bus);
-  Dialogue::Input input{[this] { return poll(); }, true};
-  input.asked = [this](const Dialogue::Question& question) {
+  bringup::BusAccess access = bringup::simulated_access(bus);
+  bringup::Dialogue::Input input{[this] { return poll(); }, true};
+  input.asked = [this](const bringup::Dialogue::Question& question) {
     change([&](CalibrationState& state) {
       state.question = question;
       state.question->text = on_screen(question.text);
@@ -234,8 +235,8 @@ void CalibrationJob::commission() {
   };
   Lines lines(*this);
   std::ostream out(&lines);
-  (void)run_wizard(machine, access, input, out, record, [this] { check(); });
-  if (!recorded) throw CommissionEnded("finished before identification");
+  (void)bringup::run_wizard(machine, access, input, out, record, [this] { check(); });
+  if (!recorded) throw bringup::CommissionEnded("finished before identification");
 }
 
 CalibrationJob::Decision CalibrationJob::wait_for_decision() const {
@@ -247,7 +248,7 @@ CalibrationJob::Decision CalibrationJob::wait_for_decision() const {
 }
 
 void CalibrationJob::identify_and_decide() {
-  IdentifyOptions options;
+  identify::IdentifyOptions options;
   options.machine = machine_file_;
   options.simulate = true;
   options.seed = plan_.seed;
@@ -261,7 +262,7 @@ void CalibrationJob::identify_and_decide() {
   const auto posed = [&](const estimation::Survey& survey) {
     check();
     const auto condition = gravity_condition(kinematics, survey);
-    const std::size_t all = commission_plan(options).survey_poses;
+    const std::size_t all = identify::commission_plan(options).survey_poses;
     change([&](CalibrationState& state) {
       state.poses = survey.poses.size();
       if (condition && state.poses >= kTellingPoses) state.condition_numbers.push_back(*condition);
@@ -269,27 +270,27 @@ void CalibrationJob::identify_and_decide() {
     });
   };
   change([](CalibrationState& state) { state.stage = CalibrationStage::kPoses; });
-  const IdentifyData data = drive_for_data(options, driven, posed);
+  const identify::IdentifyData data = identify::drive_for_data(options, driven, posed);
   change([](CalibrationState& state) {
     state.stage = CalibrationStage::kHoldOut;
     state.done = 0;
   });
-  const Identified result = identify(data, "full", {}, driven);
+  const identify::Identified result = identify::identify(data, "full", {}, driven);
   change([&](CalibrationState& state) {
     for (std::size_t i = 0; i < data.hold_out.size(); ++i) {
       HoldOutRow row{data.hold_out[i].source, {}, old_nrmse(before_, data.hold_out[i])};
-      for (const HoldOut& held : result.hold_out)
+      for (const identify::HoldOut& held : result.hold_out)
         if (held.method == result.method && held.source == row.recording) row.new_nrmse = held.judged().nrmse;
       state.hold_out.push_back(row);
     }
     state.usable = result.summary.usable;
-    state.verdict = verdict(result);
+    state.verdict = identify::verdict(result);
     state.stage = CalibrationStage::kDecision;
   });
   const bool wanted = wait_for_decision() == Decision::kAccept && result.summary.usable;
   std::optional<Acceptance> accepted;
   if (wanted) {
-    const std::string kept = write_calibrated_machine(result.machine, plan_.target);
+    const std::string kept = identify::write_calibrated_machine(result.machine, plan_.target);
     accepted = {plan_.target, kept, content_of(plan_.target)};
   }
   change([&](CalibrationState& state) {
@@ -305,7 +306,7 @@ void CalibrationJob::identify_and_decide() {
 std::string roll_back(const Acceptance& accepted) {
   if (content_of(accepted.file) != accepted.content)
     throw InputError(accepted.file + ": not rolled back: it is no longer what was accepted");
-  const std::string kept = keep_older(accepted.file);
+  const std::string kept = cli::keep_older(accepted.file);
   std::error_code error;
   if (accepted.kept.empty()) {
     fs::remove(accepted.file, error);
@@ -318,4 +319,4 @@ std::string roll_back(const Acceptance& accepted) {
   throw InputError(accepted.file + ": cannot be rolled back: " + error.message());
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

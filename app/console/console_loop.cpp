@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 constexpr Duration kShowPeriod = 5ms;
@@ -125,13 +125,13 @@ void ConsoleLoop::step_session(Time now) noexcept {
   if (paused != paused_) watch_.note(session_->now(), ConsoleEventKind::kPaused, paused);
   paused_ = paused;
   if (paused) return;
-  const std::int64_t missed = stepped_at_ == kNever ? 1 : (now - stepped_at_) / kTick;
+  const std::int64_t missed = stepped_at_ == kNever ? 1 : (now - stepped_at_) / session::kTick;
   for (std::int64_t i = 0; i < std::clamp<std::int64_t>(missed, 1, kMostTicks); ++i) session_->step(hand());
 }
 
 void ConsoleLoop::step_letting_go() noexcept {
   station().let_go();
-  if (++letting_go_ == kLettingGoSteps) has_let_go_.store(true, std::memory_order_release);
+  if (++letting_go_ == programs::kLettingGoSteps) has_let_go_.store(true, std::memory_order_release);
 }
 
 void ConsoleLoop::show() noexcept {
@@ -151,4 +151,4 @@ void ConsoleLoop::show() noexcept {
   views_.put(view_);
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -12,12 +12,12 @@
 #include "app/console/event_watch.h"
 #include "app/console/live_session.h"
 #include "app/console/operator_station.h"
-#include "app/frame_log.h"
+#include "app/session/frame_log.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
 #include "core/time.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 class ConsoleLoop {
  public:
@@ -93,4 +93,4 @@ class ConsoleLoop {
   int letting_go_ = 0;
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

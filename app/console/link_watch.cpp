@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 constexpr Duration kWindow = 10s;
@@ -102,4 +102,4 @@ double LinkWatch::loss() const noexcept {
   return numbers_.missing(window, due);
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

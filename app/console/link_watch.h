@@ -14,7 +14,7 @@
 #include "transport/link_messages.h"
 #include "transport/machine_status.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 /// Which numbers of a sequence have come, each counted once, however often and in whatever order they come.
 class NumbersSeen {
@@ -81,4 +81,4 @@ class LinkWatch final : public Link {
   std::array<Slice, kSlices> quickest_{};
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

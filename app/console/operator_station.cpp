@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "app/loop_views.h"
+#include "app/session/loop_views.h"
 #include "slave/loss_policy.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 constexpr Duration kHistogramPeriod = 200ms;
@@ -26,7 +26,7 @@ OperatorStation::OperatorStation(const StationSetup& setup, Link& link, HidPort*
 
 void OperatorStation::step(Time now, const HandInput& held) noexcept {
   if (!hand_) return step_master(now);
-  const sim::OperatorView seen = person_view(view_of(master_, start_rad_), hand(), 0);
+  const sim::OperatorView seen = session::person_view(session::view_of(master_, start_rad_), hand(), 0);
   step(now, person_.step(now, held, seen, master_.set_point().scale()));
 }
 
@@ -95,4 +95,4 @@ void OperatorStation::show_link(Time now, LinkSide& link) noexcept {
   link = shown_;
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -9,9 +9,9 @@
 #include "app/console/console_view.h"
 #include "app/console/link_watch.h"
 #include "app/console/person_hand.h"
-#include "app/hardware/letting_go.h"
-#include "app/hardware/same_machine_link.h"
-#include "app/session_sides.h"
+#include "app/programs/letting_go.h"
+#include "app/programs/same_machine_link.h"
+#include "app/session/session_sides.h"
 #include "core/time.h"
 #include "machine/description.h"
 #include "master/master_loop.h"
@@ -20,7 +20,7 @@
 #include "transport/hid_port.h"
 #include "transport/link.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 struct StationSetup {
   DeviceDescription device;
@@ -73,16 +73,16 @@ class OperatorStation {
   DeviceDescription::Feel feel_;
   Scales scales_;  // as taken
   JointVector start_rad_;
-  std::optional<HandSide> hand_;
+  std::optional<session::HandSide> hand_;
   PersonHand person_;
-  LettingGoPort port_;
+  programs::LettingGoPort port_;
   LinkWatch watch_;
-  SameMachineLink status_;
-  LettingGoLink gate_;
+  programs::SameMachineLink status_;
+  programs::LettingGoLink gate_;
   master::MasterLoop master_;
   std::uint32_t status_seen_ = 0;
   LinkSide shown_;  // histograms are gathered a few times a second
   Time shown_at_ = kNever;
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -17,7 +17,7 @@ namespace {
 constexpr double kMostLoad = 0.60;
 
 /// The session's candump log, read back as anybody would.
-std::vector<WireFrame> logged(const app::FrameLog& frames) {
+std::vector<WireFrame> logged(const session::FrameLog& frames) {
   std::stringstream log;
   for (const TimedFrame& f : frames) log << candump_line(f.at, f.frame) << '\n';
   return read_candump(log);
@@ -30,7 +30,7 @@ CanFrame frame_of(const WireFrame& wire) {
 }
 
 TEST(BusLoad, MeasuredInOperationLiesWhereTheMapSaysAndNeverAboveSixtyPercent) {
-  app::SessionSetup setup = session_setup("free_motion", 1);
+  session::SessionSetup setup = session_setup("free_motion", 1);
   setup.scenario.duration_s = 8;
   const FinishedSession session = run_session(setup);
   const BusDescription& bus = setup.machine.bus;

@@ -143,8 +143,8 @@ TEST_F(Tshark, DecodesEveryFrameKindWithItsContent) {
 }
 
 TEST_F(Tshark, FindsNoFaultInASessionThatEndsInOne) {
-  app::SessionSetup setup = session_setup("free_motion", 1);
-  setup.scenario.faults = {{app::FaultKind::kNodeEmergency, 1, 1.0, 0.5, 0x21}};
+  session::SessionSetup setup = session_setup("free_motion", 1);
+  setup.scenario.faults = {{session::FaultKind::kNodeEmergency, 1, 1.0, 0.5, 0x21}};
   setup.scenario.duration_s = 8;
   std::stringstream log;
   std::vector<std::uint32_t> ids;

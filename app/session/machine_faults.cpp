@@ -1,0 +1,74 @@
+#include "app/session/machine_faults.h"
+
+#include <algorithm>
+
+#include "machine/load.h"
+#include "transport/can_load.h"
+#include "transport/canopen.h"
+
+namespace knuckle::session {
+namespace {
+
+constexpr double kBabbledLoad = 0.95;
+constexpr CanFrame kBabbled{.id = 0x001, .size = 8, .data = {}};  // before all but NMT
+
+}  // namespace
+
+MachineFaults::MachineFaults(const BusDescription& bus) noexcept
+    : babble_bits_per_ms_(1e-3 * bus.bit_rate * std::max(0.0, kBabbledLoad - worst_bus_load(bus))) {}
+
+void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, sim::SimulatedMachine& machine,
+                        FaultyPort& port) noexcept {
+  using sim::NodeFault;
+  const auto inject = [&](NodeFault fault) { machine.inject(node, broken ? fault : NodeFault::kNone); };
+  switch (kind) {
+    case FaultKind::kNodeSilent:
+      return inject(NodeFault::kSilent);
+    case FaultKind::kSensorFrozen:
+      return inject(NodeFault::kFrozen);
+    case FaultKind::kSensorInvalid:
+      return inject(NodeFault::kInvalid);
+    case FaultKind::kEncoderBroken:
+      return inject(NodeFault::kBrokenWire);
+    case FaultKind::kValveStuck:
+      return inject(NodeFault::kStuck);
+    case FaultKind::kEmcyStorm:
+      if (!broken) machine.send_emcy(node, canopen::kEmcyReset);
+      return;
+    case FaultKind::kNodeEmergency:
+      machine.send_emcy(node, broken ? canopen::kEmcyDeviceSpecific : canopen::kEmcyReset);
+      return;
+    case FaultKind::kNodeReset:
+      if (broken) port.whisper(canopen::nmt_frame(canopen::NmtCommand::kResetNode, node));
+      return;
+    case FaultKind::kWrongIdentity:
+      if (auto* there = machine.nodes().node(node)) {
+        const std::uint32_t product = there->value(canopen::kProductCode);
+        machine.nodes().set_product(node, product ^ 1U);  // twice is the right one again
+      }
+      return;
+    case FaultKind::kEStop:
+      return machine.set_estop(broken);
+    case FaultKind::kSyncDropped:
+      return port.drop_sync(broken);
+    case FaultKind::kBusCut:
+      return port.cut(broken);
+    case FaultKind::kBabble:
+      babblers_ += broken ? 1 : -1;
+      return;
+    default:
+      return;
+  }
+}
+
+void MachineFaults::keep_up(FaultKind kind, std::uint8_t node, sim::SimulatedMachine& machine,
+                            FaultyPort& port) noexcept {
+  if (kind == FaultKind::kEmcyStorm) machine.send_emcy(node, canopen::kEmcyDeviceSpecific);
+  if (kind != FaultKind::kBabble) return;
+  for (babble_bits_ += babble_bits_per_ms_ / babblers_; babble_bits_ >= worst_case_bits(kBabbled.size);
+       babble_bits_ -= worst_case_bits(kBabbled.size)) {
+    port.shout(kBabbled);
+  }
+}
+
+}  // namespace knuckle::session

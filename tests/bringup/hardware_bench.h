@@ -1,0 +1,32 @@
+// The simulated machine behind a bus, for what looks at buses and moves machines.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <string>
+
+#include "app/bringup/bus_access.h"
+#include "app/identify/commission.h"
+#include "machine/load.h"
+#include "machine/pose.h"
+#include "sim/truth.h"
+
+namespace knuckle::bringup::test {
+
+inline const MachineDescription& solar() {
+  static const MachineDescription machine = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  return machine;
+}
+
+/// Switched on some time ago. @param machine as it really is; the file may say something else.
+inline std::shared_ptr<SimulatedBus> simulated_bus(const MachineDescription& machine = solar(),
+                                                   std::uint64_t seed = 1) {
+  auto made = std::make_shared<SimulatedBus>(sim::draw_truth(machine, seed), middle_of_range(machine), seed);
+  made->advance(Time{50ms});
+  CanFrame boot_up;
+  while (made->bus.port(SimulatedBus::kControllerPort).receive(boot_up)) {
+  }
+  return made;
+}
+
+}  // namespace knuckle::bringup::test
