@@ -215,7 +215,7 @@ TEST(DeviceCalibration, ComesToNothingWhenThePersonGivesUp) {
   EXPECT_FALSE(find_stops(bench.probe, *identity, person.dialogue()));
 }
 
-TEST(programs::DeviceFaults, ThatCannotBeReadAreRefusedWithTheKindsThereAre) {
+TEST(DeviceFaults, ThatCannotBeReadAreRefusedWithTheKindsThereAre) {
   for (const char* text : {"", "silent", "loud@1", "silent@", "silent@-1", "silent@1+", "silent@1+x"}) {
     EXPECT_THROW((void)programs::parse_device_fault(text), InputError) << text;
   }

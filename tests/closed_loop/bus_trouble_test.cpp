@@ -43,16 +43,16 @@ TEST(WrongIdentity, IsNeverEngagedHoweverOftenTheOperatorTries) {
   EXPECT_TRUE(std::none_of(session.record.samples.begin(), session.record.samples.end(), [](const session::Sample& s) {
     return s.mode == Mode::kAligning || s.mode == Mode::kEngaged || s.mode == Mode::kHold;
   }));
-  EXPECT_TRUE(std::none_of(session.frames.begin(), session.frames.end(),
-                           [](const app::TimedFrame& f) { return drives(f.frame); }));
+  EXPECT_TRUE(
+      std::none_of(session.frames.begin(), session.frames.end(), [](const TimedFrame& f) { return drives(f.frame); }));
 }
 
 TEST(WrongIdentity, MendedAndTheOperatorHavingLetGoTheMachineIsEngaged) {
   const FinishedSession session = run_session(story({FaultKind::kWrongIdentity, 0, 0, 4, 0x10}, 1));
   ASSERT_EQ(session.record.faults.size(), 1U);
   EXPECT_EQ(session.record.phases_timed_out, 0);
-  EXPECT_TRUE(std::any_of(session.frames.begin(), session.frames.end(),
-                          [](const app::TimedFrame& f) { return drives(f.frame); }));
+  EXPECT_TRUE(
+      std::any_of(session.frames.begin(), session.frames.end(), [](const TimedFrame& f) { return drives(f.frame); }));
 }
 
 /// What the bus carried, and how long after the step that sent them its frames were through.
@@ -64,7 +64,7 @@ struct Traffic {
 Traffic traffic(const session::FrameLog& frames, double from_s, double until_s, double bit_rate) {
   Traffic traffic;
   int syncs = 0, set_points = 0;
-  for (const app::TimedFrame& f : frames) {
+  for (const TimedFrame& f : frames) {
     const double at_s = to_seconds(f.at);
     if (at_s < from_s || at_s >= until_s) continue;
     const double late_s = std::fmod(at_s, kStep_s);
@@ -82,7 +82,7 @@ TEST(Babble, KeepsEverybodyWaitingAndTheMachineGoesOn) {
   const session::SessionSetup setup = story({FaultKind::kBabble, 1, kAfter_s, kLasts_s, 0}, 6);
   const FinishedSession session = run_session(setup);
   const auto first = std::find_if(session.frames.begin(), session.frames.end(),
-                                  [](const app::TimedFrame& f) { return f.frame.id == kBabbled; });
+                                  [](const TimedFrame& f) { return f.frame.id == kBabbled; });
   ASSERT_NE(first, session.frames.end());
   const double from_s = to_seconds(first->at);
   const Traffic before = traffic(session.frames, from_s - 1, from_s, setup.machine.bus.bit_rate);
@@ -93,7 +93,7 @@ TEST(Babble, KeepsEverybodyWaitingAndTheMachineGoesOn) {
   EXPECT_GT(babbled.set_points_s, before.set_points_s + 800e-6);
   EXPECT_TRUE(session.record.faults.empty());
   EXPECT_EQ(session.record.phases_timed_out, 0);
-  EXPECT_TRUE(std::any_of(session.frames.begin(), session.frames.end(), [&](const app::TimedFrame& f) {
+  EXPECT_TRUE(std::any_of(session.frames.begin(), session.frames.end(), [&](const TimedFrame& f) {
     return to_seconds(f.at) > from_s + 1 && drives(f.frame);
   })) << "the machine goes on";
 }

@@ -148,7 +148,7 @@ TEST_F(Tshark, FindsNoFaultInASessionThatEndsInOne) {
   setup.scenario.duration_s = 8;
   std::stringstream log;
   std::vector<std::uint32_t> ids;
-  for (const app::TimedFrame& f : run_session(setup).frames) {
+  for (const TimedFrame& f : run_session(setup).frames) {
     log << candump_line(f.at, f.frame) << '\n';
     ids.push_back(f.frame.id);
   }

@@ -50,7 +50,7 @@ TEST(ConsoleKeys, WithoutEnableNothingMovesWhateverIsHeld) {
   rig.keys.boom_up = rig.keys.arm_out = true;
   rig.run(2);
   EXPECT_LT((rig.view.truth.joint_rad - before).cwiseAbs().maxCoeff(), 2e-3);
-  EXPECT_EQ(commands_not_neutral(rig.frames, rig.setup.machine, Time{}, rig.now), 0);
+  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, Time{}, rig.now), 0);
 }
 
 TEST(ConsoleKeys, LettingGoOfEnableIsNeutralOnTheWire) {
@@ -83,7 +83,7 @@ TEST(ConsoleStop, ReleasedDoesNotResumeBeforeEnableWasLetGoOf) {
   rig.input.stop = false;
   const Time released = rig.now;
   rig.run(3);
-  EXPECT_EQ(commands_not_neutral(rig.frames, rig.setup.machine, released, rig.now), 0);
+  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, released, rig.now), 0);
   EXPECT_EQ(rig.view.machine.mode, Mode::kFault);
   rig.keys = {};
   rig.run(0.3);
@@ -187,7 +187,7 @@ TEST(ConsoleReset, BeginsAnewAndNeutralWhateverIsHeld) {
   EXPECT_TRUE(told(rig, ConsoleEventKind::kNewStart, true));
   EXPECT_TRUE(
       std::is_sorted(rig.frames.begin(), rig.frames.end(), [](const auto& a, const auto& b) { return a.at < b.at; }));
-  EXPECT_EQ(commands_not_neutral(rig.frames, rig.setup.machine, reset, rig.now), 0);
+  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, reset, rig.now), 0);
   EXPECT_EQ(rig.view.machine.mode, Mode::kReady);
 }
 

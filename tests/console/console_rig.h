@@ -53,7 +53,7 @@ struct ConsoleRig {
     loop.collect();
   }
   void drain() {
-    app::TimedFrame frame;
+    TimedFrame frame;
     while (loop.next(frame)) frames.push_back(frame);
     if (stalled) return;
     console::ConsoleEvent event;

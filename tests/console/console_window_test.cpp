@@ -121,7 +121,7 @@ TEST(ConsoleWindow, ThatIsAttendedAgainWithEnableHeldDoesNotResume) {
   rig.attended = true;
   const Time again = rig.now;
   rig.run(3);
-  EXPECT_EQ(commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
+  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
   EXPECT_FALSE(rig.view.input.unattended);
   EXPECT_TRUE(rig.view.input.release_enable);
   EXPECT_TRUE(told(rig, ConsoleEventKind::kAttended, true));
@@ -156,7 +156,7 @@ TEST(ConsoleWindow, ThatRunsAgainWithEnableHeldDoesNotResume) {
   rig.stalled = false;
   const Time again = rig.now;
   rig.run(3);
-  EXPECT_EQ(commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
+  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
   EXPECT_TRUE(rig.view.input.release_enable);
   rig.keys = {};
   rig.run(0.5);

@@ -15,16 +15,16 @@
 namespace knuckle::programs {
 namespace {
 
-using test::solar;
+using bringup::test::solar;
 
 /// What was on the bus from 0.1 s on, when the faults begin, to 1.1 s.
 std::vector<CanFrame> frames_with(const std::vector<std::string>& asked) {
-  VirtualCanBus bus(2, bringup::solar().bus.bit_rate);
+  VirtualCanBus bus(2, solar().bus.bit_rate);
   session::FaultyPort port(bus.port(1));
-  sim::SimulatedMachine machine(sim::nominal_truth(bringup::solar()), {}, middle_of_range(bringup::solar()), port, 1);
+  sim::SimulatedMachine machine(sim::nominal_truth(solar()), {}, middle_of_range(solar()), port, 1);
   std::vector<PlannedFault> plan;
-  for (const std::string& fault : asked) plan.push_back(parse_fault(fault, bringup::solar().bus));
-  NodeFaults faults(std::move(plan), bringup::solar().bus, port);
+  for (const std::string& fault : asked) plan.push_back(parse_fault(fault, solar().bus));
+  NodeFaults faults(std::move(plan), solar().bus, port);
   std::vector<CanFrame> frames;
   for (Time now{}; now < Time(1100ms); now += 1ms) {
     if (now == Time(100ms)) {
@@ -45,8 +45,7 @@ auto count(const std::vector<CanFrame>& frames, std::uint32_t id) {
 
 TEST(NodeFaults, EveryNodeThatReceivesItsResetInTheSameMillisecondReboots) {
   const auto frames = frames_with({"node_reset:boom_valve@0.1", "node_reset:tilt@0.1", "node_reset:enable@0.1"});
-  for (const std::uint8_t id :
-       {bringup::solar().bus.valves[kBoom].id, bringup::solar().bus.tilt.id, bringup::solar().bus.enable.id})
+  for (const std::uint8_t id : {solar().bus.valves[kBoom].id, solar().bus.tilt.id, solar().bus.enable.id})
     EXPECT_EQ(count(frames, canopen::heartbeat_id(id)), 1) << "boot-up of " << int{id};
   EXPECT_EQ(frames.size(), 3U);
 }

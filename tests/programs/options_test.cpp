@@ -39,7 +39,7 @@ std::string refusal(const std::vector<std::string>& arguments) {
   return "accepted";
 }
 
-TEST(cli::CommandLine, TakesEveryOptionOfSimulate) {
+TEST(CommandLine, TakesEveryOptionOfSimulate) {
   const session::SimulateOptions o = simulate_options(
       {"--scenario", "wall_contact", "--machine",     "solar015",   "--device", "knuckle1",   "--operator",
        "relaxed",    "--control",    "direct",        "--duration", "12.5",     "--seed",     "18446744073709551615",
@@ -57,13 +57,13 @@ TEST(cli::CommandLine, TakesEveryOptionOfSimulate) {
   EXPECT_EQ(o.json, "-");
 }
 
-TEST(cli::CommandLine, RunsTheDismantlingSessionWithoutOptions) {
+TEST(CommandLine, RunsTheDismantlingSessionWithoutOptions) {
   const session::SimulateOptions o = simulate_options({});
   EXPECT_EQ(o.scenario, "dismantle");
   EXPECT_FALSE(o.delay_ms.has_value());
 }
 
-TEST(cli::CommandLine, HelpAndVersionAreTextNotErrors) {
+TEST(CommandLine, HelpAndVersionAreTextNotErrors) {
   EXPECT_NE(printed({"--help"}).find("simulate"), std::string::npos);
   EXPECT_NE(printed({"simulate", "--help"}).find("--delay-ms"), std::string::npos);
   EXPECT_EQ(printed({"--version"}).rfind("knuckle ", 0), 0u);
@@ -74,7 +74,7 @@ struct BadInput {
   std::vector<std::string> named;  ///< What the one line must contain.
 };
 
-TEST(cli::CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
+TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
   const std::string map = KNUCKLE_SOURCE_DIR "/CMakeLists.txt";  // any file that is there
   const std::vector<BadInput> table{
       {{"--bogus"}, {"--bogus"}},
@@ -114,12 +114,12 @@ TEST(cli::CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
   }
 }
 
-TEST(cli::CommandLine, ACommandIsNeeded) {
+TEST(CommandLine, ACommandIsNeeded) {
   EXPECT_THROW((void)printed({}), InputError);
   EXPECT_THROW((void)printed({"fly"}), InputError);
 }
 
-TEST(cli::CommandLine, EveryCommandGetsItsOwnOptionsAndGivesItsOwnExitCode) {
+TEST(CommandLine, EveryCommandGetsItsOwnOptionsAndGivesItsOwnExitCode) {
   const auto entry = [](const char* name, int code) {
     return cli::Command{name, "", [code](CLI::App&) { return [code] { return code; }; }};
   };

@@ -112,7 +112,7 @@ class Wire {
     slave_.exchange(bus_.port(0));
     nodes_.exchange(bus_.port(1));
   }
-  void keep(const app::TimedFrame& frame) noexcept {
+  void keep(const TimedFrame& frame) noexcept {
     const std::size_t kept = kept_.load(std::memory_order_relaxed);
     if (kept == frames_.size()) return;
     frames_[kept] = frame;

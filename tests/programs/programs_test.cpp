@@ -188,7 +188,7 @@ TEST(ProgramThreads, RecordsHoldEveryFrameAndEveryMeasurement) {
 
 std::ptrdiff_t frames_with(const Site& site, std::uint32_t id) {
   const session::FrameLog log = site.frames();
-  return std::count_if(log.begin(), log.end(), [id](const app::TimedFrame& timed) { return timed.frame.id == id; });
+  return std::count_if(log.begin(), log.end(), [id](const TimedFrame& timed) { return timed.frame.id == id; });
 }
 
 TEST(SlaveOutcome, KeepsOneOfEachNodesCodesHoweverTheyAlternate) {

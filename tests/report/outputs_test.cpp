@@ -1,75 +1,26 @@
 // What a session leaves behind: criteria, JSON, CSV, digest, report, and files that are whole or absent.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <csignal>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "app/cli/interrupt.h"
-#include "app/cli/output_file.h"
-#include "app/programs/simulate_command.h"
 #include "app/report/csv_table.h"
 #include "app/report/filmstrip.h"
 #include "app/report/report.h"
 #include "app/report/result_json.h"
 #include "app/report/summary.h"
-#include "app/session/criteria.h"
-#include "app/session/session_digest.h"
 #include "core/error.h"
 #include "tests/session/synthetic_session.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::report {
 namespace {
-namespace fs = std::filesystem;
-
-class Folder {
- public:
-  Folder() : path_(fs::temp_directory_path() / ("knuckle_outputs_" + std::to_string(getpid()))) {
-    fs::create_directories(path_);
-  }
-  ~Folder() { fs::remove_all(path_); }
-  [[nodiscard]] std::string file(const std::string& name) const { return (path_ / name).string(); }
-  [[nodiscard]] std::ptrdiff_t count() const {
-    return std::distance(fs::directory_iterator(path_), fs::directory_iterator());
-  }
-
- private:
-  fs::path path_;
-};
-
-std::string content(const std::string& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 std::vector<std::string> split(const std::string& text, char separator) {
   std::vector<std::string> parts;
   std::istringstream in(text);
   for (std::string part; std::getline(in, part, separator);) parts.push_back(part);
   return parts;
-}
-
-TEST(Criteria, EachBoundIsJudgedAtItsEdge) {
-  session::Metrics metrics;
-  metrics.tip_rms_m = 0.05;
-  EXPECT_TRUE(session::all_passed(session::evaluate({{"tip_rms_m", 0.05, 0.05}}, metrics)));
-  EXPECT_FALSE(session::all_passed(session::evaluate({{"tip_rms_m", {}, 0.0499}}, metrics)));
-  EXPECT_FALSE(session::all_passed(session::evaluate({{"tip_rms_m", 0.0501, {}}}, metrics)));
-}
-
-TEST(Criteria, WhatWasNotMeasuredOrIsNotANumberFails) {
-  session::Metrics metrics;
-  EXPECT_FALSE(session::all_passed(session::evaluate({{"hold_error_N", {}, 1}}, metrics)));
-  metrics.hold_error_N = std::nan("");
-  EXPECT_FALSE(session::all_passed(session::evaluate({{"hold_error_N", {}, 1}}, metrics)));
-}
-
-TEST(Criteria, UnknownMetricsAndMissingBoundsAreRefused) {
-  EXPECT_THROW(session::check_criteria({{"tip_rms", {}, 1}}, "x.toml"), InputError);
-  EXPECT_THROW(session::check_criteria({{"tip_rms_m", {}, {}}}, "x.toml"), InputError);
 }
 
 TEST(ResultJson, HasEveryKeyToolsRelyOnEvenWhenNothingHappened) {
@@ -112,7 +63,7 @@ TEST(ResultJson, SaysWhatHappened) {
 }
 
 TEST(ResultJson, IsDocumentedKeyByKey) {
-  const std::string documentation = content(std::string(KNUCKLE_SOURCE_DIR) + "/docs/results.md");
+  const std::string documentation = test::content(std::string(KNUCKLE_SOURCE_DIR) + "/docs/results.md");
   const nlohmann::ordered_json json = result_json(session::judge(session::synthetic_session()));
   for (const auto& [key, value] : json.items()) {
     EXPECT_NE(documentation.find('`' + key), std::string::npos) << key;
@@ -150,113 +101,6 @@ TEST(CsvTable, ValuesSitUnderTheirHeadersInTheirUnits) {
   EXPECT_EQ(value("arm_B_bar"), "123.4");
   EXPECT_EQ(value("truth_tip_force_z_N"), "-8");
   EXPECT_EQ(value("mode"), name(Mode::kEngaged));
-}
-
-TEST(cli::Digest, IsSha256OfValuesAndSeesEveryOne) {
-  EXPECT_EQ(cli::Digest().finish(), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
-  const auto digest_of = [](const session::Sample& s) {
-    cli::Digest digest;
-    session::add(digest, s);
-    return digest.finish();
-  };
-  session::Sample a;
-  const std::string base = digest_of(a);
-  EXPECT_EQ(base, digest_of(session::Sample{}));
-  a.felt_slew_N_per_ms = 1e-300;
-  EXPECT_NE(base, digest_of(a));
-  cli::Digest digest;
-  session::add(digest, Time{1ns}, CanFrame{0x181, 2, {1, 2}});
-  cli::Digest other;
-  session::add(other, Time{1ns}, CanFrame{0x181, 2, {1, 3}});
-  EXPECT_NE(digest.finish(), other.finish());
-}
-
-TEST(cli::OutputFile, LeavesTheOldFileUntilCommitted) {
-  const Folder folder;
-  const std::string target = folder.file("result.json");
-  std::ofstream(target) << "old";
-  {
-    cli::OutputFile out("--json", target);
-    out.stream() << "half";
-  }
-  EXPECT_EQ(content(target), "old");
-  EXPECT_EQ(folder.count(), 1);
-  cli::OutputFile out("--json", target);
-  out.stream() << "new";
-  EXPECT_EQ(content(target), "old");
-  out.commit();
-  EXPECT_EQ(content(target), "new");
-  EXPECT_EQ(folder.count(), 1);
-}
-
-TEST(cli::OutputFile, RefusesWhatCannotBeWrittenBeforeAnythingIs) {
-  const Folder folder;
-  EXPECT_THROW(cli::OutputFile("--csv", folder.file("missing/x.csv")), InputError);
-  EXPECT_THROW(cli::OutputFile("--csv", folder.file("")), InputError);
-  EXPECT_EQ(folder.count(), 0);
-}
-
-TEST(cli::OutputFile, SaysWhyTheDiskRefusesHoweverMuchIsWritten) {
-  for (const std::size_t size : {1UL, 100'000UL}) {
-    cli::OutputFile out("--candump", "/dev/full");
-    out.stream() << std::string(size, 'x');
-    try {
-      out.commit();
-      ADD_FAILURE() << size;
-    } catch (const InputError& error) {
-      EXPECT_EQ(std::string(error.what()), "--candump /dev/full: cannot be written: No space left on device");
-    }
-  }
-}
-
-TEST(cli::OutputFile, WritesToDevicesInPlace) {
-  cli::OutputFile out("--csv", "/dev/null");
-  out.stream() << "x";
-  out.commit();
-  EXPECT_TRUE(fs::is_character_file("/dev/null"));
-}
-
-TEST(SimulateCommand, WritesEveryOutputWhenTheSessionIsDone) {
-  const Folder folder;
-  session::SimulateOptions options;
-  options.csv = folder.file("a.csv");
-  options.json = folder.file("a.json");
-  options.candump = folder.file("a.log");
-  testing::internal::CaptureStdout();
-  const int code =
-      programs::simulate_command(options, [](const session::SimulateOptions&, const session::SessionHooks& hooks) {
-        *hooks.candump << "(0.000000) can0 080#\n";
-        return session::synthetic_session();
-      });
-  const std::string summary = testing::internal::GetCapturedStdout();
-  EXPECT_EQ(code, 1);
-  EXPECT_NE(summary.find("FAIL  hold_error_N"), std::string::npos) << summary;
-  EXPECT_EQ(folder.count(), 3);
-  EXPECT_EQ(content(options.candump), "(0.000000) can0 080#\n");
-}
-
-TEST(SimulateCommand, ASessionThatFailsLeavesNoOutput) {
-  const Folder folder;
-  session::SimulateOptions options;
-  options.csv = folder.file("a.csv");
-  const auto failing = [](const session::SimulateOptions&, const session::SessionHooks&) -> SessionResult {
-    throw InputError("bad");
-  };
-  EXPECT_THROW(programs::simulate_command(options, failing), InputError);
-  EXPECT_EQ(folder.count(), 0);
-}
-
-TEST(SimulateCommand, CtrlCEndsTheSessionAndLeavesNoOutput) {
-  const Folder folder;
-  session::SimulateOptions options;
-  options.csv = folder.file("a.csv");
-  const auto interrupted = [](const session::SimulateOptions&, const session::SessionHooks& hooks) {
-    std::raise(SIGINT);
-    hooks.progress(0.5);
-    return session::synthetic_session();
-  };
-  EXPECT_THROW(programs::simulate_command(options, interrupted), cli::Interrupted);
-  EXPECT_EQ(folder.count(), 0);
 }
 
 TEST(Report, IsOneSelfContainedPage) {

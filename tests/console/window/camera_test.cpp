@@ -10,7 +10,7 @@
 #include "machine/load.h"
 #include "machine/pose.h"
 
-namespace knuckle::window {
+namespace knuckle::console::window {
 namespace {
 
 using Eigen::Vector2d;
@@ -35,7 +35,7 @@ void expect_round_trip(const picture::Camera& camera, const picture::Viewport& v
   EXPECT_NEAR((*back - pixel).norm(), 0, 1e-6) << "seed " << kSeed;
 }
 
-TEST(picture::Camera, APixelOfTheMachinesPlaneIsFoundAgain) {
+TEST(Camera, APixelOfTheMachinesPlaneIsFoundAgain) {
   std::mt19937 random(kSeed);
   const auto uniform = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
@@ -52,7 +52,7 @@ TEST(picture::Camera, APixelOfTheMachinesPlaneIsFoundAgain) {
   }
 }
 
-TEST(picture::Camera, SideViewShowsForwardRightAndUpUp) {
+TEST(Camera, SideViewShowsForwardRightAndUpUp) {
   const picture::Camera camera = picture::side_camera(machine());
   const Vector2d origin = *picture::pixel_of(camera, kWindow, Vector3d::Zero());
   EXPECT_GT(picture::pixel_of(camera, kWindow, Vector3d(1, 0, 0))->x(), origin.x() + 50);
@@ -60,7 +60,7 @@ TEST(picture::Camera, SideViewShowsForwardRightAndUpUp) {
   EXPECT_NEAR((*picture::pixel_of(camera, kWindow, Vector3d(0, 5, 0)) - origin).norm(), 0, 1e-9) << "no perspective";
 }
 
-TEST(picture::Camera, SideViewHoldsTheWholeReachInWindowsOfAnyShape) {
+TEST(Camera, SideViewHoldsTheWholeReachInWindowsOfAnyShape) {
   const MachineDescription m = machine();
   const picture::Camera camera = picture::side_camera(m);
   const LinkDescription *boom = &m.links[kBoom], *arm = &m.links[kArm], *bucket = &m.links[kBucket];
@@ -75,7 +75,7 @@ TEST(picture::Camera, SideViewHoldsTheWholeReachInWindowsOfAnyShape) {
         }
 }
 
-TEST(picture::Camera, OrbitFirstShowsTheMachineAndWhereItWorks) {
+TEST(Camera, OrbitFirstShowsTheMachineAndWhereItWorks) {
   const MachineDescription m = machine();
   const picture::Camera camera = picture::orbit_camera(m);
   for (const Vector3d& point :
@@ -83,7 +83,7 @@ TEST(picture::Camera, OrbitFirstShowsTheMachineAndWhereItWorks) {
     EXPECT_TRUE(inside(*picture::pixel_of(camera, kWindow, point), kWindow)) << point.transpose();
 }
 
-TEST(picture::Camera, AnOrbitStaysAboveTheGroundAndInSightHoweverTheMouseIsMoved) {
+TEST(Camera, AnOrbitStaysAboveTheGroundAndInSightHoweverTheMouseIsMoved) {
   const MachineDescription m = machine();
   picture::Camera camera = picture::orbit_camera(m);
   std::mt19937 random(kSeed);
@@ -102,7 +102,7 @@ TEST(picture::Camera, AnOrbitStaysAboveTheGroundAndInSightHoweverTheMouseIsMoved
   }
 }
 
-TEST(picture::Camera, TheMouseTakesWhatItHoldsAlong) {
+TEST(Camera, TheMouseTakesWhatItHoldsAlong) {
   const picture::Camera camera = picture::orbit_camera(machine());
   const Vector3d front(0.7, -0.5, 0);  // near the target, on the camera's side
   const Vector2d before = *picture::pixel_of(camera, kWindow, front);
@@ -113,14 +113,14 @@ TEST(picture::Camera, TheMouseTakesWhatItHoldsAlong) {
   EXPECT_LT(picture::zoomed(camera, 1).distance_m, camera.distance_m);
 }
 
-TEST(picture::Camera, ASideViewDoesNotMove) {
+TEST(Camera, ASideViewDoesNotMove) {
   const picture::Camera camera = picture::side_camera(machine());
   const picture::Camera after =
       picture::zoomed(picture::shifted(picture::turned(camera, {50, 50}, kWindow), {50, 50}, kWindow), 3);
   EXPECT_EQ(picture::view_projection(camera, kWindow), picture::view_projection(after, kWindow));
 }
 
-TEST(picture::Camera, NoPointOfThePlaneIsUnderAPixelOfTheSky) {
+TEST(Camera, NoPointOfThePlaneIsUnderAPixelOfTheSky) {
   picture::Camera camera = picture::orbit_camera(machine());
   camera.yaw_rad = -1.2;
   EXPECT_FALSE(picture::plane_point(camera, kWindow, {1279, 400})) << "looks past the plane";
@@ -128,4 +128,4 @@ TEST(picture::Camera, NoPointOfThePlaneIsUnderAPixelOfTheSky) {
 }
 
 }  // namespace
-}  // namespace knuckle::window
+}  // namespace knuckle::console::window

@@ -11,7 +11,7 @@
 #include "machine/pose.h"
 #include "tests/console/window/offscreen.h"
 
-namespace knuckle::window {
+namespace knuckle::console::window {
 namespace {
 
 constexpr int kWidth = 640, kHeight = 400;
@@ -209,7 +209,7 @@ TEST_F(MachineViewPicture, LeavesTheRestOfTheWindowAlone) {
   EXPECT_NEAR(outside, 0.75, 1e-9);
 }
 
-TEST(picture::ForceScale, IsARoundNumberOfTheMachinesOwnSize) {
+TEST(ForceScale, IsARoundNumberOfTheMachinesOwnSize) {
   for (const char* name : {"solar015", "compact080"}) {
     const MachineDescription m = load_machine(std::string(KNUCKLE_SOURCE_DIR "/config/machines/") + name + ".toml");
     const picture::ForceScale scale = picture::force_scale(m);
@@ -221,4 +221,4 @@ TEST(picture::ForceScale, IsARoundNumberOfTheMachinesOwnSize) {
 }
 
 }  // namespace
-}  // namespace knuckle::window
+}  // namespace knuckle::console::window

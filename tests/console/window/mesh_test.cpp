@@ -18,7 +18,7 @@
 #include "machine/kinematics.h"
 #include "machine/load.h"
 
-namespace knuckle::window {
+namespace knuckle::console::window {
 namespace {
 
 constexpr unsigned kSeed = 20;
@@ -98,7 +98,7 @@ double lowest_x(const picture::Mesh& mesh) {
   return static_cast<double>(least);
 }
 
-TEST(picture::Outline, TrianglesCoverItOnce) {
+TEST(Outline, TrianglesCoverItOnce) {
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> radius(0.3, 1);
   for (int run = 0; run < 200; ++run) {
@@ -120,26 +120,26 @@ TEST(picture::Outline, TrianglesCoverItOnce) {
   }
 }
 
-TEST(picture::Outline, AHullOfOneDiscIsThatDisc) {
+TEST(Outline, AHullOfOneDiscIsThatDisc) {
   EXPECT_NEAR(picture::signed_area_m2(picture::hull_of({{{1, 2}, 0.5}}, 24)), std::numbers::pi * 0.25,
               0.03 * 0.25 * std::numbers::pi);
 }
 
-TEST(picture::Outline, AHullHoldsItsPointsAndTurnsLeftOnly) {
+TEST(Outline, AHullHoldsItsPointsAndTurnsLeftOnly) {
   const picture::Outline square =
       picture::hull_of({{{0, 0}, 0}, {{1, 0}, 0}, {{1, 1}, 0}, {{0, 1}, 0}, {{0.5, 0.5}, 0.2}});
   EXPECT_EQ(square.size(), 4U);
   EXPECT_NEAR(picture::signed_area_m2(square), 1, 1e-12);
 }
 
-TEST(picture::Outline, IsCutOffAtTheFloor) {
+TEST(Outline, IsCutOffAtTheFloor) {
   const picture::Outline square{{0, -1}, {1, -1}, {1, 1}, {0, 1}};
   EXPECT_NEAR(picture::signed_area_m2(picture::above(square, 0)), 1, 1e-12);
   EXPECT_NEAR(picture::signed_area_m2(picture::above(square, -2)), 2, 1e-12);
   EXPECT_TRUE(picture::above(square, 2).empty());
 }
 
-TEST(picture::Mesh, SolidsHaveTheVolumeOfTheirShape) {
+TEST(Mesh, SolidsHaveTheVolumeOfTheirShape) {
   picture::Mesh box, tube, cone;
   box.box({-1, -2, -3}, {1, 2, 3}, picture::Material::kPaint);
   EXPECT_NEAR(volume_m3(box), 48, 1e-5);
@@ -288,4 +288,4 @@ TEST(WorldMesh, OnlyBreakableWallsHaveCracks) {
 }
 
 }  // namespace
-}  // namespace knuckle::window
+}  // namespace knuckle::console::window

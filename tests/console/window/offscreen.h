@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace knuckle::window {
+namespace knuckle::console::window {
 
 /// Mesa's surfaceless platform: needs no display. Current from construction on.
 class Offscreen {
@@ -58,4 +58,4 @@ class Offscreen {
   GLuint frame_ = 0, buffers_[2]{};
 };
 
-}  // namespace knuckle::window
+}  // namespace knuckle::console::window

@@ -117,7 +117,7 @@ TEST(BannerReason, TellsAMachinesSideThatHasEndedFromOneThatIsLost) {
   EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "another operator"));
 }
 
-TEST(widgets::Freshness, IsNoneOfMuteSensorsThoughTheMachinesSideGoesOnSending) {
+TEST(Freshness, IsNoneOfMuteSensorsThoughTheMachinesSideGoesOnSending) {
   ConsoleView view = canned_view();
   view.machine.sent_at = Time(10s);
   view.machine.sensor_at = Time(10s) - 8ms;
@@ -182,7 +182,7 @@ TEST(ConfidenceWords, AreThoseOfTheMachinesSideAndNotGuessedAt) {
   EXPECT_EQ(screens::confidence_words(view), "the machine does not tell why");
 }
 
-TEST(widgets::Freshness, GrowsOldWithTheLoopsView) {
+TEST(Freshness, GrowsOldWithTheLoopsView) {
   const widgets::Freshness fresh{.heard = true, .age_s = 0.1, .limit_s = 0.25};
   EXPECT_FALSE(fresh.after(0.1).stale());
   EXPECT_TRUE(fresh.after(0.2).stale());

@@ -14,7 +14,7 @@
 
 extern char** environ;
 
-namespace knuckle::window {
+namespace knuckle::console::window {
 
 /// Starts a program that says nothing: what is left over of it must not keep anybody waiting who reads the test's own
 /// output. @return its process; nullopt where there is no such program.
@@ -73,4 +73,4 @@ inline bool xdotool(const std::string& words) {
   return std::system(("xdotool " + words).c_str()) == 0;
 }
 
-}  // namespace knuckle::window
+}  // namespace knuckle::console::window
