@@ -76,6 +76,7 @@ void MasterLoop::receive(Time now) noexcept {
 }
 
 void MasterLoop::take(const SlaveMessage& message, Time now) noexcept {
+  if (tap_.on_message != nullptr) tap_.on_message(tap_.context, message);
   if (!is_news(message, slave_, now - slave_at_)) return;
   slave_ = message;
   slave_at_ = now;

@@ -32,6 +32,12 @@ enum class FarEnd : std::uint8_t {
   kIsThisMachine,    ///< Whoever makes this loop makes the far end from the same description: nothing is checked.
 };
 
+/// Told of every SlaveMessage, in step(), copies and overtaken ones included.
+struct SlaveMessageTap {
+  void (*on_message)(void* context, const SlaveMessage& message) = nullptr;
+  void* context = nullptr;
+};
+
 class MasterLoop {
  public:
   /// @param device, @param machine as their files say; of the machine only its name, joint ranges and soft margins are
@@ -56,6 +62,8 @@ class MasterLoop {
   void let_go() noexcept;
   /// So many steps ago (0.1 s) that some of the messages that say so have arrived.
   [[nodiscard]] bool has_let_go() const noexcept;
+
+  void set_tap(SlaveMessageTap tap) noexcept { tap_ = tap; }
 
   // For displays and recordings; all of the last step.
   [[nodiscard]] const DeviceReading& device() const noexcept { return driver_.reading(); }
@@ -113,6 +121,7 @@ class MasterLoop {
   AssistSettings assist_;
   bool stop_ = false, nobody_ = false, let_go_ = false;
   int steps_since_let_go_ = 0;
+  SlaveMessageTap tap_;
   std::optional<SlaveMessage> slave_;
   Time slave_at_ = kNever;  // arrival of slave_
   std::optional<MachineStatus> status_;

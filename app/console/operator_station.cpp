@@ -17,11 +17,14 @@ OperatorStation::OperatorStation(const StationSetup& setup, Link& link, HidPort*
       scales_{feel_.position_scale, feel_.force_scale},
       start_rad_(setup.start_rad),
       person_(setup.device, setup.machine, setup.limb),
-      watch_(link, from_seconds(1 / setup.machine.bus.sync_Hz)),
+      watch_(from_seconds(1 / setup.machine.bus.sync_Hz)),
       master_(setup.device, setup.machine,
               device != nullptr ? *device
                                 : hand_.emplace(setup.device, setup.limb, setup.seed, setup.hand_rad).cable.host(),
-              watch_, setup.law) {}
+              link, setup.law) {
+  master_.set_tap(
+      {[](void* watch, const SlaveMessage& message) { static_cast<LinkWatch*>(watch)->note(message); }, &watch_});
+}
 
 void OperatorStation::step(Time now, const HandInput& held) noexcept {
   if (!hand_) return step_master(now);

@@ -37,6 +37,8 @@ class OperatorStation {
  public:
   /// @param link, @param device outlive this. @param device nullptr: a simulated hand takes its place.
   OperatorStation(const StationSetup& setup, Link& link, HidPort* device);
+  OperatorStation(const OperatorStation&) = delete;
+  OperatorStation& operator=(const OperatorStation&) = delete;
 
   /// One millisecond. Allocates nothing. @param held without effect with a haptic device.
   void step(Time now, const HandInput& held) noexcept;

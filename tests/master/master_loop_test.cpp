@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "tests/master/master_rig.h"
 #include "tests/support/no_alloc.h"
@@ -281,6 +282,27 @@ TEST(MasterLoop, TakesTheNewestMessageAndIgnoresOvertakenOnes) {
   rig.network.b().send(encode(late).view());
   rig.run(0.003);
   EXPECT_EQ(rig.loop.machine()->mode, Mode::kReady);
+}
+
+TEST(MasterLoop, ShowsItsTapEveryMessageCopiesAndOvertakenOnesIncluded) {
+  MasterRig rig;
+  rig.run(0.3);
+  std::vector<std::uint32_t> seen;
+  rig.loop.set_tap({[](void* numbers, const SlaveMessage& message) {
+                      static_cast<std::vector<std::uint32_t>*>(numbers)->push_back(message.sequence);
+                    },
+                    &seen});
+  const std::uint32_t newest = rig.machine.sequence;
+  Datagram garbage;
+  garbage.size = 3;
+  rig.network.b().send(garbage.view());
+  for (const std::uint32_t sequence : {newest + 2, newest + 1, newest + 2}) {
+    rig.machine.sequence = sequence;
+    rig.network.b().send(encode(rig.machine).view());
+  }
+  rig.run(0.002);
+  EXPECT_EQ(seen, (std::vector<std::uint32_t>{newest, newest + 2, newest + 1, newest + 2}));
+  EXPECT_EQ(rig.loop.machine()->sequence, newest + 2);
 }
 
 /// A network that brings more than anybody can read, of the same kind without end.
