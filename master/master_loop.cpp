@@ -145,7 +145,7 @@ PlanarVector MasterLoop::law_force(const SpringInputs& in) noexcept {
 void MasterLoop::render(const DeviceReading& device) noexcept {
   const SpringInputs in = spring_inputs();
   law_force_N_ = energy_.gain() * law_force(in);
-  if (!device.ok) {  // the firmware takes the torque away by itself, without a kick
+  if (!device.ok || let_go_) {  // the firmware takes the torque away by itself, without a kick
     torque_Nm_.setZero();
     limiter_.reset();
     return;
