@@ -46,12 +46,6 @@ double NumbersSeen::missing(std::uint32_t window, std::uint32_t due) const noexc
   return 1 - static_cast<double>(came) / static_cast<double>(sent + due);
 }
 
-bool LinkWatch::receive(Datagram& datagram) noexcept {
-  if (!link_.receive(datagram)) return false;
-  if (const auto message = decode_slave(datagram.view())) note(*message);
-  return true;
-}
-
 void LinkWatch::note(const SlaveMessage& message) noexcept {
   const std::uint32_t ahead = message.sequence - numbers_.newest();
   const bool begun_anew = now_ - newest_at_ >= kRestartSilence && !newer(message.sequence, numbers_.newest());

@@ -9,8 +9,6 @@
 #include "app/console/console_view.h"
 #include "app/console/link_watch.h"
 #include "app/console/person_hand.h"
-#include "app/programs/letting_go.h"
-#include "app/programs/same_machine_link.h"
 #include "app/session/session_sides.h"
 #include "core/time.h"
 #include "machine/description.h"
@@ -39,6 +37,8 @@ class OperatorStation {
  public:
   /// @param link, @param device outlive this. @param device nullptr: a simulated hand takes its place.
   OperatorStation(const StationSetup& setup, Link& link, HidPort* device);
+  OperatorStation(const OperatorStation&) = delete;
+  OperatorStation& operator=(const OperatorStation&) = delete;
 
   /// One millisecond. Allocates nothing. @param held without effect with a haptic device.
   void step(Time now, const HandInput& held) noexcept;
@@ -51,9 +51,9 @@ class OperatorStation {
   /// the machine is led.
   ScalesAnswer set_scales(double position_scale, double force_scale) noexcept;
   /// While on, the machine is told that nobody holds the device, whatever the device says.
-  void set_nobody(bool on) noexcept { gate_.let_go(on); }
+  void set_nobody(bool on) noexcept { master_.set_nobody(on); }
   /// For the end: the device's torque off for good, and nobody there.
-  void let_go() noexcept { port_.let_go(), gate_.let_go(); }
+  void let_go() noexcept { master_.let_go(); }
 
   [[nodiscard]] bool has_device() const noexcept { return !hand_; }
   [[nodiscard]] const master::MasterLoop& master() const noexcept { return master_; }
@@ -75,12 +75,8 @@ class OperatorStation {
   JointVector start_rad_;
   std::optional<session::HandSide> hand_;
   PersonHand person_;
-  programs::LettingGoPort port_;
   LinkWatch watch_;
-  programs::SameMachineLink status_;
-  programs::LettingGoLink gate_;
   master::MasterLoop master_;
-  std::uint32_t status_seen_ = 0;
   LinkSide shown_;  // histograms are gathered a few times a second
   Time shown_at_ = kNever;
 };

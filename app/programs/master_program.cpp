@@ -4,9 +4,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "app/programs/letting_go.h"
 #include "app/programs/master_table.h"
-#include "app/programs/same_machine_link.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
 
@@ -34,11 +32,7 @@ struct MasterStatus {
 class MasterRunner {
  public:
   MasterRunner(const MasterSetup& setup, HidPort& port, Link& link, bool wants_rows)
-      : wants_rows_(wants_rows),
-        port_(port),
-        letting_go_link_(link),
-        link_(setup.machine.name, letting_go_link_),
-        master_(setup.device, setup.machine, port_, link_, setup.law) {
+      : wants_rows_(wants_rows), master_(setup.device, setup.machine, port, link, setup.law) {
     master_.set_assist(setup.assist);
     last_device_.device.code = ReasonCode::kCount;  // what the device is worth is told at the start, too
   }
@@ -61,7 +55,7 @@ class MasterRunner {
 
   // After the loop has ended.
   [[nodiscard]] const Histogram& round_trip() const noexcept { return round_trip_; }
-  [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept { return link_.status(); }
+  [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept { return master_.machine_status(); }
   [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped() + rows_.dropped(); }
 
  private:
@@ -69,11 +63,7 @@ class MasterRunner {
 
   bool wants_rows_;
   int steps_ = 0;
-  LettingGoPort port_;
-  LettingGoLink letting_go_link_;
-  SameMachineLink link_;
   master::MasterLoop master_;
-  int letting_go_ = 0;
   MasterEvent last_machine_, last_device_, last_other_;
   Histogram round_trip_;
   Ring<MasterEvent, 256> events_;
@@ -84,13 +74,9 @@ class MasterRunner {
 };
 
 void MasterRunner::step(Time now) noexcept {
-  if (stop_asked_.load(std::memory_order_relaxed)) {
-    port_.let_go();
-    letting_go_link_.let_go();
-    if (++letting_go_ == kLettingGoSteps) stopped_.store(true, std::memory_order_release);
-  }
-  link_.stamp(now);
+  if (stop_asked_.load(std::memory_order_relaxed)) master_.let_go();
   master_.step(now);
+  if (master_.has_let_go()) stopped_.store(true, std::memory_order_release);
   observe(now);
   if (wants_rows_ && steps_++ % kStepsPerRow == 0) rows_.push(row_of(now, master_));
 }
@@ -118,9 +104,9 @@ void MasterRunner::observe(Time now) noexcept {
     events_.push(event);
     last_device_ = event;
   }
-  event.other_machine = link_.reason();
-  event.here = link_.here();
-  if (link_.status()) event.there = link_.status()->machine;
+  event.other_machine = master_.other_machine();
+  event.here = master_.machine_name();
+  if (master_.machine_status()) event.there = master_.machine_status()->machine;
   if (!same(event.other_machine, last_other_.other_machine) || !(event.there == last_other_.there)) {
     event.about = MasterEvent::About::kSameMachine;
     if (event.other_machine || last_other_.other_machine) events_.push(event);

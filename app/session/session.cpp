@@ -67,7 +67,7 @@ Session::Impl::Impl(const SessionSetup& s)
       hand(s.device, s.limb, s.seed, s.scenario.hand_rad),
       network(s.to_machine, s.to_operator, s.seed),
       faults(s.scenario.faults, network, s.machine.bus),
-      master(s.device, s.machine, hand.cable.host(), faults.operator_end(), s.law),
+      master(s.device, s.machine, hand.cable.host(), faults.operator_end(), s.law, master::FarEnd::kIsThisMachine),
       far(s.machine, s.truth, s.scenario, s.seed, faults.machine_end()) {
   master.set_assist(s.scenario.assist);
   far.bus.set_tap(

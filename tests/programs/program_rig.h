@@ -27,7 +27,6 @@
 #include "transport/canopen.h"
 #include "transport/link_messages.h"
 #include "transport/machine_status.h"
-#include "transport/status_link.h"
 #include "transport/thread_wires.h"
 #include "transport/udp_link.h"
 #include "transport/virtual_can.h"
@@ -187,7 +186,7 @@ class Site {
 /// it asks for the pose that the machine has.
 class Hand {
  public:
-  explicit Hand(const std::string& address) : udp_(UdpLink::connect(address)) {
+  explicit Hand(const std::string& address) : link_(UdpLink::connect(address)) {
     say([](MasterMessage& m) { m.device_ok = m.presence = true; });
     thread_.emplace(RealtimeOptions{.name = "hand", .period = 2ms, .fifo_priority = 60}, RealtimeClock(),
                     [this](Time now) { step(now); });
@@ -219,15 +218,14 @@ class Hand {
 
  private:
   void step(Time now) noexcept {
-    link_.stamp(now);
     while (link_.receive(datagram_)) {
+      if (const auto status = decode_status(datagram_.view())) statuses_.put(*status);
       const auto told = decode_slave(datagram_.view());
       if (!told) continue;
       heard_.put(*told);
       slave_at_ = told->sent_at;
       if (told->mode != Mode::kEngaged) from_rad_ = told->position_rad;
     }
-    if (link_.status_at() == now) statuses_.put(*link_.status());
     to_say_.take(said_);
     MasterMessage message = said_;
     message.position_rad += from_rad_;
@@ -246,8 +244,7 @@ class Hand {
   Mailbox<MachineStatus> statuses_;
   std::atomic<bool> silent_{false};
   // the hand's thread
-  UdpLink udp_;
-  StatusLink link_{udp_};
+  UdpLink link_;
   MasterMessage said_;  // position: away from from_rad_
   JointVector from_rad_ = JointVector::Zero();
   Time slave_at_{};
