@@ -99,8 +99,10 @@ int run_commission(CommissionCommandOptions options) {
     return record_motions(found, access, options.motions, options.record, stopped);
   };
   try {
-    const WizardResult result = run_wizard(machine, access, {[&] { return input.poll(); }, isatty(STDIN_FILENO) == 1},
-                                           std::cout, record, [&] { interrupt.check(); });
+    const WizardResult result = run_wizard(machine, access,
+                                           terminal(
+                                               std::cout, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
+                                           record, [&] { interrupt.check(); });
     out.stream() << commissioned_text(text, machine, result, {access.name(), now_utc(), sha256_of(text)});
     const std::string older = cli::keep_older(options.out);
     out.commit();

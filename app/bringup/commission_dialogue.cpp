@@ -3,6 +3,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -30,57 +31,61 @@ std::optional<std::string> LineInput::poll() {
   }
 }
 
-void Dialogue::say(const std::string& line) {
-  out_ << line << '\n' << std::flush;
+std::string text(const Question& question) {
+  std::string answers;
+  if (question.bounds) answers = number_text(question.bounds->first) + " to " + number_text(question.bounds->second);
+  for (const std::string& word : question.words) answers += (answers.empty() ? "" : " | ") + word;
+  return question.text + " [" + answers + "]";
 }
 
-void Dialogue::begin(int number, const std::string& title) {
-  say("\n" + std::to_string(number) + ". " + title);
-  if (input_.began) input_.began(number, title);
+Partner terminal(std::ostream& out, std::function<std::optional<std::string>()> poll, bool live) {
+  Partner partner;
+  partner.say = [&out](const std::string& line) { out << line << '\n' << std::flush; };
+  partner.begin = [&out](int number, const std::string& title) {
+    out << '\n' << number << ". " << title << '\n' << std::flush;
+  };
+  partner.ask = [&out](const Question& question) { out << text(question) << "\n> " << std::flush; };
+  partner.poll = std::move(poll);
+  partner.live = live;
+  return partner;
 }
 
-std::string Dialogue::answer(Question question) {
+std::string Dialogue::answer(const Question& question) {
   while (interrupted()) {
   }
-  if (input_.asked) input_.asked(question);
-  out_ << "> " << std::flush;
+  partner_.ask(question);
   for (;;) {
-    if (auto line = input_.poll()) return *line;
+    if (auto line = partner_.poll()) return *line;
     idle_();
   }
 }
 
 int Dialogue::ask(const std::string& question, std::initializer_list<const char*> words) {
+  const Question asked{question, {words.begin(), words.end()}, {}};
+  const std::string typed = answer(asked);
+  const auto found = std::find(asked.words.begin(), asked.words.end(), typed);
+  if (found != asked.words.end()) return static_cast<int>(found - asked.words.begin());
   std::string all;
-  for (const char* word : words) all += (all.empty() ? "" : " | ") + std::string(word);
-  out_ << question << " [" << all << "]\n";
-  const std::string typed = answer({question, {words.begin(), words.end()}, {}});
-  int index = 0;
-  for (const char* word : words) {
-    if (typed == word) return index;
-    ++index;
-  }
+  for (const std::string& word : asked.words) all += (all.empty() ? "" : " | ") + word;
   throw CommissionEnded("'" + typed + "' is not " + all);
 }
 
 double Dialogue::ask_number(const std::string& question, double low, double high, std::optional<double> known) {
-  const std::string bounds = number_text(low) + " to " + number_text(high);
-  out_ << question << " [" << bounds << (known ? " | tape" : "") << "]\n";
   Question asked{question, {}, std::pair(low, high)};
   if (known) asked.words.emplace_back("tape");
-  const std::string typed = answer(std::move(asked));
+  const std::string typed = answer(asked);
   if (known && typed == "tape") return *known;
   double value = 0;
   const auto end = std::from_chars(typed.data(), typed.data() + typed.size(), value);
   const bool number = end.ec == std::errc() && end.ptr == typed.data() + typed.size();
   if (!number || !(value >= low && value <= high)) {
-    throw CommissionEnded("'" + typed + "' is no number from " + bounds);
+    throw CommissionEnded("'" + typed + "' is no number from " + number_text(low) + " to " + number_text(high));
   }
   return value;
 }
 
 bool Dialogue::interrupted() {
-  return input_.live && input_.poll().has_value();
+  return partner_.live && partner_.poll().has_value();
 }
 
 }  // namespace knuckle::bringup

@@ -32,29 +32,37 @@ class LineInput {
   bool ended_ = false;
 };
 
+/// What is asked: the answer is one of the words, or a number within the bounds.
+struct Question {
+  std::string text;
+  std::vector<std::string> words;
+  std::optional<std::pair<double, double>> bounds;
+};
+/// In one line: "text [word | word]".
+[[nodiscard]] std::string text(const Question& question);
+
+/// Whoever the commissioning talks with: a terminal, a script, or the buttons of a screen.
+struct Partner {
+  std::function<void(const std::string& line)> say;
+  std::function<void(int number, const std::string& title)> begin;  ///< A step begins.
+  std::function<void(const Question&)> ask;
+  std::function<std::optional<std::string>()> poll;  ///< The next answer, if there is one by now.
+  /// A person types as it goes: what was typed before a question is no answer to it, and anything typed while
+  /// something moves means stop. A script's lines are all there from the beginning.
+  bool live = false;
+  std::string stop_gesture = "any key with Enter";  ///< By which a person ends it while something moves.
+};
+/// Lines of text. @param poll as LineInput::poll(). @param out outlives what is returned.
+[[nodiscard]] Partner terminal(std::ostream& out, std::function<std::optional<std::string>()> poll, bool live);
+
 class Dialogue {
  public:
-  /// What is asked, for whoever shows it otherwise than as a line of text.
-  struct Question {
-    std::string text;
-    std::vector<std::string> words;                   ///< One of these is the answer,
-    std::optional<std::pair<double, double>> bounds;  ///< or a number within these.
-  };
-  struct Input {
-    std::function<std::optional<std::string>()> poll;  ///< As LineInput::poll().
-    /// A person types as it goes: what was typed before a question is no answer to it, and anything typed while
-    /// something moves means stop. A script's lines are all there from the beginning.
-    bool live = false;
-    std::function<void(const Question&)> asked{};          ///< Told of every question; may be empty.
-    std::function<void(int, const std::string&)> began{};  ///< Told of every step: its number and title; likewise.
-  };
   /// @param idle lets the machine go on for a moment; called until there is an answer.
-  Dialogue(std::ostream& out, Input input, std::function<void()> idle)
-      : out_(out), input_(std::move(input)), idle_(std::move(idle)) {}
+  Dialogue(Partner partner, std::function<void()> idle) : partner_(std::move(partner)), idle_(std::move(idle)) {}
 
-  void say(const std::string& line);
+  void say(const std::string& line) { partner_.say(line); }
   /// A step of the commissioning begins.
-  void begin(int number, const std::string& title);
+  void begin(int number, const std::string& title) { partner_.begin(number, title); }
   /// @return which of the words. @throws CommissionEnded for any other answer.
   int ask(const std::string& question, std::initializer_list<const char*> words);
   /// @throws CommissionEnded for anything but a number within the bounds.
@@ -62,12 +70,12 @@ class Dialogue {
   double ask_number(const std::string& question, double low, double high, std::optional<double> known = {});
   /// Whether a person typed anything: while something moves, that means stop.
   [[nodiscard]] bool interrupted();
+  [[nodiscard]] const std::string& stop_gesture() const noexcept { return partner_.stop_gesture; }
 
  private:
-  std::string answer(Question question);
+  std::string answer(const Question& question);
 
-  std::ostream& out_;
-  Input input_;
+  Partner partner_;
   std::function<void()> idle_;
 };
 

@@ -33,14 +33,12 @@ std::string put(const char* format, Values... values) {
 
 class Wizard {
  public:
-  Wizard(const MachineDescription& machine, BusAccess& access, const Dialogue::Input& input, std::ostream& out,
-         const std::function<void()>& check)
-      : machine_(machine), access_(access), check_(check), out_(out), dialogue_(out, input, [this] { idle(); }) {}
+  Wizard(const MachineDescription& machine, BusAccess& access, Partner partner, const std::function<void()>& check)
+      : machine_(machine), access_(access), check_(check), dialogue_(std::move(partner), [this] { idle(); }) {}
 
   void prepare() {
-    dialogue_.say(
-        "Any answer but the asked word, and any key with Enter while something moves, ends the commissioning "
-        "with the machine neutral.");
+    dialogue_.say("Any answer but the asked word, and " + dialogue_.stop_gesture() +
+                  " while something moves, ends the commissioning with the machine neutral.");
     dialogue_.ask(
         "Tracks blocked, bucket free of ground and load, engine at low speed, nobody in reach, a hand on the "
         "machine's own E-stop?",
@@ -52,7 +50,7 @@ class Wizard {
     dialogue_.begin(1, "Identity");
     const BusSurvey survey = survey_bus(access_, machine_.bus.bit_rate, doctor_objects(machine_), {}, check_);
     const BusDiagnosis diagnosis = diagnose(survey, &machine_);
-    print_diagnosis(diagnosis, out_);
+    for (const std::string& line : diagnosis_lines(diagnosis)) dialogue_.say(line);
     result_.nodes = diagnosis.nodes;
     if (!healthy(diagnosis.findings)) {
       throw CommissionEnded("the bus is not as it must be (see FAULT); nothing was configured or moved");
@@ -132,7 +130,8 @@ class Wizard {
     }
     if (dialogue_.ask(
             "Motion of all joints over their whole ranges, in closed loop, recorded for 'knuckle identify'. The "
-            "bucket needs room everywhere; any key with Enter stops.",
+            "bucket needs room everywhere; " +
+                dialogue_.stop_gesture() + " stops.",
             {"record", "finish"}) == 1) {
       return;
     }
@@ -324,7 +323,6 @@ class Wizard {
   const MachineDescription& machine_;
   BusAccess& access_;
   const std::function<void()>& check_;
-  std::ostream& out_;
   Dialogue dialogue_;
   std::optional<JogBench> bench_;
   WizardResult result_;
@@ -333,10 +331,10 @@ class Wizard {
 }  // namespace
 
 WizardResult run_wizard(
-    const MachineDescription& machine, BusAccess& access, const Dialogue::Input& input, std::ostream& out,
+    const MachineDescription& machine, BusAccess& access, Partner partner,
     const std::function<std::vector<std::string>(const MachineDescription&, const std::function<bool()>&)>& record,
     const std::function<void()>& check) {
-  Wizard wizard(machine, access, input, out, check);
+  Wizard wizard(machine, access, std::move(partner), check);
   try {
     wizard.prepare();
     wizard.identity();

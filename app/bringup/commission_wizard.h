@@ -1,10 +1,9 @@
-// The commissioning of a machine at a terminal, from identity to dead bands: every step is announced, nothing moves
-// without its word, and what does not fit ends it with the machine neutral.
+// The commissioning of a machine, step by step with a person, from identity to dead bands: every step is announced,
+// nothing moves without its word, and what does not fit ends it with the machine neutral.
 #pragma once
 
 #include <functional>
 #include <optional>
-#include <ostream>
 #include <string>
 #include <vector>
 
@@ -34,7 +33,7 @@ struct WizardResult {
 /// asked for by a word of its own. @param check called all the time; may throw to end it.
 /// @throws CommissionEnded where it did not come to its end; the machine is neutral then.
 [[nodiscard]] WizardResult run_wizard(
-    const MachineDescription& machine, BusAccess& access, const Dialogue::Input& input, std::ostream& out,
+    const MachineDescription& machine, BusAccess& access, Partner partner,
     const std::function<std::vector<std::string>(const MachineDescription&, const std::function<bool()>& stopped)>&
         record,
     const std::function<void()>& check);

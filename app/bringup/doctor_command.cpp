@@ -70,7 +70,7 @@ int run_doctor(DoctorOptions options) {
   if (options.can.empty() && !options.simulate) {
     const bool device = !options.device.back_end.empty();
     findings = device ? doctor_device(options.device) : judge_computer(computer_facts());
-    print_findings(findings, told);
+    for (const std::string& line : finding_lines(findings)) told << line << '\n';
   } else {
     std::optional<MachineDescription> read, machine;
     if (!options.machine.empty()) {
@@ -85,7 +85,7 @@ int run_doctor(DoctorOptions options) {
     const BusDiagnosis diagnosis = diagnose(survey_bus(access, bit_rate, wanted, survey, [&] { interrupt.check(); }),
                                             machine ? &*machine : nullptr);
     findings = diagnosis.findings;
-    print_diagnosis(diagnosis, told);
+    for (const std::string& line : diagnosis_lines(diagnosis)) told << line << '\n';
     result.update(diagnosis_json(diagnosis));
   }
   const bool passed = healthy(findings);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdio>
+#include <utility>
 
 namespace knuckle::bringup {
 namespace {
@@ -19,12 +20,12 @@ std::string profile_of(std::optional<std::uint32_t> device_type) {
   return device_type ? std::to_string(*device_type & 0xFFFFU) : "-";
 }
 
-void print_row(std::ostream& out, const std::array<std::string, 8>& cells) {
+std::string row(const std::array<std::string, 8>& cells) {
   std::array<char, 240> line{};
-  std::snprintf(line.data(), line.size(), "%-5s %-20s %-16s %-4s %-11s %-11s %-6s %s\n", cells[0].c_str(),
+  std::snprintf(line.data(), line.size(), "%-5s %-20s %-16s %-4s %-11s %-11s %-6s %s", cells[0].c_str(),
                 cells[1].c_str(), cells[2].c_str(), cells[3].c_str(), cells[4].c_str(), cells[5].c_str(),
                 cells[6].c_str(), cells[7].c_str());
-  out << line.data();
+  return line.data();
 }
 
 template <typename T>
@@ -34,31 +35,35 @@ Json or_null(const std::optional<T>& value) {
 
 }  // namespace
 
-void print_findings(const Findings& findings, std::ostream& out) {
+std::vector<std::string> finding_lines(const Findings& findings) {
+  std::vector<std::string> lines;
   using Level = Finding::Level;
   for (const Level level : {Level::kFault, Level::kNote, Level::kOk}) {
     for (const Finding& one : findings) {
       if (one.level != level) continue;
       std::array<char, 8> head{};
       std::snprintf(head.data(), head.size(), "%-6s", name(level));
-      out << head.data() << one.about << ": " << one.text << '\n';
+      lines.push_back(head.data() + one.about + ": " + one.text);
     }
   }
+  return lines;
 }
 
-void print_diagnosis(const BusDiagnosis& diagnosis, std::ostream& out) {
-  print_row(out, {"node", "name", "state", "CiA", "vendor", "product", "error", "now"});
+std::vector<std::string> diagnosis_lines(const BusDiagnosis& diagnosis) {
+  std::vector<std::string> lines{row({"node", "name", "state", "CiA", "vendor", "product", "error", "now"})};
   for (const NodeLine& node : diagnosis.nodes) {
     std::string now = node.reading;
     if (node.settings) {
       now += (now.empty() ? "" : "; ") + std::to_string(*node.settings_as_file) + " of " +
              std::to_string(*node.settings) + " settings as in the file";
     }
-    print_row(out, {hex("0x%02X", node.id), node.name, node.state, profile_of(node.device_type),
-                    hex("0x%08X", node.vendor), hex("0x%08X", node.product), hex("0x%02X", node.error_register), now});
+    lines.push_back(
+        row({hex("0x%02X", node.id), node.name, node.state, profile_of(node.device_type), hex("0x%08X", node.vendor),
+             hex("0x%08X", node.product), hex("0x%02X", node.error_register), now}));
   }
-  out << '\n';
-  print_findings(diagnosis.findings, out);
+  lines.emplace_back();
+  for (std::string& line : finding_lines(diagnosis.findings)) lines.push_back(std::move(line));
+  return lines;
 }
 
 Json findings_json(const Findings& findings) {

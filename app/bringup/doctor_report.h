@@ -2,7 +2,8 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <ostream>
+#include <string>
+#include <vector>
 
 #include "app/bringup/doctor_bus.h"
 #include "app/bringup/doctor_finding.h"
@@ -10,9 +11,9 @@
 namespace knuckle::bringup {
 
 /// One line each; what is well comes last.
-void print_findings(const Findings& findings, std::ostream& out);
-/// The table of nodes and the findings.
-void print_diagnosis(const BusDiagnosis& diagnosis, std::ostream& out);
+[[nodiscard]] std::vector<std::string> finding_lines(const Findings& findings);
+/// The table of nodes, an empty line, the findings.
+[[nodiscard]] std::vector<std::string> diagnosis_lines(const BusDiagnosis& diagnosis);
 
 [[nodiscard]] nlohmann::ordered_json findings_json(const Findings& findings);
 [[nodiscard]] nlohmann::ordered_json diagnosis_json(const BusDiagnosis& diagnosis);

@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <ostream>
 #include <sstream>
-#include <streambuf>
 #include <utility>
 
 #include "app/bringup/bus_access.h"
@@ -92,41 +89,12 @@ std::optional<double> gravity_condition(const Kinematics& kinematics, const esti
   return singular[0] / std::max(singular[kMoments - 1], 1e-12);
 }
 
-/// The wizard's words, where there is a button instead of a terminal's key.
-std::string on_screen(std::string words) {
-  for (const char* key : {"any key with Enter", "Any key with Enter"})
-    if (const auto at = words.find(key); at != std::string::npos)
-      words.replace(at, std::strlen(key), *key == 'A' ? "The button End" : "the button End");
-  return words;
-}
-
 CalibrationStage stage_of(int step) {
   constexpr int kSteps = 7;
   return static_cast<CalibrationStage>(std::clamp(step, 1, kSteps) - 1);
 }
 
 }  // namespace
-
-/// Lines of the wizard into the state.
-class CalibrationJob::Lines final : public std::streambuf {
- public:
-  explicit Lines(CalibrationJob& job) : job_(job) {}
-
- private:
-  int_type overflow(int_type c) override {
-    if (c == traits_type::eof()) return 0;
-    if (c != '\n') {
-      line_ += static_cast<char>(c);
-      return c;
-    }
-    if (line_.rfind("> ", 0) == 0) line_.erase(0, 2);  // the prompt before an answer
-    if (!line_.empty()) job_.change([this](CalibrationState& state) { state.said.push_back(on_screen(line_)); });
-    line_.clear();
-    return c;
-  }
-  CalibrationJob& job_;
-  std::string line_;
-};
 
 CalibrationJob::CalibrationJob(CalibrationPlan plan)
     : plan_(std::move(plan)), machine_file_(find_config("machine", plan_.machine)) {
@@ -207,6 +175,27 @@ void CalibrationJob::run() {
   });
 }
 
+/// The wizard's partner: what it says goes into the state, buttons answer.
+bringup::Partner CalibrationJob::screen() {
+  const auto say = [this](const std::string& line) {
+    if (!line.empty()) change([&](CalibrationState& state) { state.said.push_back(line); });
+  };
+  bringup::Partner partner;
+  partner.say = say;
+  partner.begin = [this, say](int step, const std::string& title) {
+    say(std::to_string(step) + ". " + title);
+    change([&](CalibrationState& state) { state.stage = stage_of(step); });
+  };
+  partner.ask = [this, say](const bringup::Question& question) {
+    say(text(question));
+    change([&](CalibrationState& state) { state.question = question; });
+  };
+  partner.poll = [this] { return poll(); };
+  partner.live = true;
+  partner.stop_gesture = "the button End";
+  return partner;
+}
+
 void CalibrationJob::commission() {
   const MachineDescription drawing = load_machine(machine_file_);
   const MachineDescription machine = calibrated(drawing);
@@ -218,24 +207,12 @@ void CalibrationJob::commission() {
     pacer.wait(simulated.now);
   };
   bringup::BusAccess access = bringup::simulated_access(bus);
-  bringup::Dialogue::Input input{[this] { return poll(); }, true};
-  input.asked = [this](const bringup::Dialogue::Question& question) {
-    change([&](CalibrationState& state) {
-      state.question = question;
-      state.question->text = on_screen(question.text);
-    });
-  };
-  input.began = [this](int step, const std::string&) {
-    change([&](CalibrationState& state) { state.stage = stage_of(step); });
-  };
   bool recorded = false;
   const auto record = [&recorded](const MachineDescription&, const std::function<bool()>&) {
     recorded = true;  // driven below, where poses and motions can be watched
     return std::vector<std::string>{};
   };
-  Lines lines(*this);
-  std::ostream out(&lines);
-  (void)bringup::run_wizard(machine, access, input, out, record, [this] { check(); });
+  (void)bringup::run_wizard(machine, access, screen(), record, [this] { check(); });
   if (!recorded) throw bringup::CommissionEnded("finished before identification");
 }
 

@@ -56,10 +56,10 @@ struct Acceptance {
 
 struct CalibrationState {
   CalibrationStage stage = CalibrationStage::kIdentity;
-  double done = 0;                                      ///< Share of a stage that takes its time.
-  std::vector<std::string> said;                        ///< By the wizard, line by line.
-  std::optional<bringup::Dialogue::Question> question;  ///< Waits for answer().
-  std::vector<double> condition_numbers;                ///< After each surveyed pose, as soon as there are enough.
+  double done = 0;                            ///< Share of a stage that takes its time.
+  std::vector<std::string> said;              ///< By the wizard, line by line.
+  std::optional<bringup::Question> question;  ///< Waits for answer().
+  std::vector<double> condition_numbers;      ///< After each surveyed pose, as soon as there are enough.
   std::size_t poses = 0;
   std::vector<HoldOutRow> hold_out;
   bool usable = false;
@@ -94,10 +94,10 @@ class CalibrationJob {
   }
 
  private:
-  class Lines;
   enum class Decision : std::uint8_t { kNone, kAccept, kDiscard };
   void run();
   void commission();
+  [[nodiscard]] bringup::Partner screen();
   void identify_and_decide();
   [[nodiscard]] Decision wait_for_decision() const;
   void check() const;

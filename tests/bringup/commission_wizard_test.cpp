@@ -49,20 +49,19 @@ Outcome commission(const std::shared_ptr<SimulatedBus>& bus, Script script, cons
                    const std::function<void(BusAccess&)>& change = {}) {
   BusAccess access = simulated_access(bus);
   if (change) change(access);
-  const Dialogue::Input input{[&script]() -> std::optional<std::string> {
-                                if (script.empty()) throw CommissionEnded("the input has ended");
-                                std::string line = script.front();
-                                script.pop_front();
-                                return line;
-                              },
-                              false};
+  const auto next = [&script]() -> std::optional<std::string> {
+    if (script.empty()) throw CommissionEnded("the input has ended");
+    std::string line = script.front();
+    script.pop_front();
+    return line;
+  };
   std::ostringstream told;
   Outcome outcome;
   const auto record = [](const MachineDescription&, const std::function<bool()>&) {
     return std::vector<std::string>();
   };
   try {
-    outcome.result = run_wizard(file, access, input, told, record, [] {});
+    outcome.result = run_wizard(file, access, terminal(told, next, false), record, [] {});
   } catch (const CommissionEnded& ended) {
     outcome.ended = ended.what();
   }
@@ -278,14 +277,13 @@ TEST(CommissionDialogue, LinesComeWholeFromAPipeAndItsEndIsTold) {
 TEST(CommissionDialogue, PersonsTypeAheadIsNoAnswerAndMeansStopWhileSomethingMoves) {
   std::deque<std::optional<std::string>> typed;
   std::ostringstream out;
-  const Dialogue::Input live{[&typed]() -> std::optional<std::string> {
-                               if (typed.empty()) return std::nullopt;
-                               auto line = typed.front();
-                               typed.pop_front();
-                               return line;
-                             },
-                             true};
-  Dialogue dialogue(out, live, [&typed] { typed.emplace_back("go"); });
+  const auto next = [&typed]() -> std::optional<std::string> {
+    if (typed.empty()) return std::nullopt;
+    auto line = typed.front();
+    typed.pop_front();
+    return line;
+  };
+  Dialogue dialogue(terminal(out, next, true), [&typed] { typed.emplace_back("go"); });
   typed.emplace_back("pilot");  // before the question
   EXPECT_EQ(dialogue.ask("?", {"pilot", "go"}), 1);
   EXPECT_FALSE(dialogue.interrupted());
@@ -296,7 +294,9 @@ TEST(CommissionDialogue, PersonsTypeAheadIsNoAnswerAndMeansStopWhileSomethingMov
 TEST(CommissionDialogue, NumbersAreTakenWithinTheirBoundsOnly) {
   const auto answer = [](const std::string& line) {
     std::ostringstream out;
-    Dialogue dialogue(out, {[&line] { return std::optional(line); }, false}, [] {});
+    Dialogue dialogue(terminal(
+                          out, [&line] { return std::optional(line); }, false),
+                      [] {});
     return dialogue.ask_number("?", -30, 30);
   };
   EXPECT_EQ(answer("-30"), -30);

@@ -204,7 +204,7 @@ TEST(DoctorBus, ReportTellsFaultsFirstAndToolsTheSame) {
   bus->machine.inject(0x22, sim::NodeFault::kSilent);
   const BusDiagnosis diagnosis = look(bus);
   std::ostringstream text;
-  print_diagnosis(diagnosis, text);
+  for (const std::string& line : diagnosis_lines(diagnosis)) text << line << '\n';
   EXPECT_LT(text.str().find("FAULT node 0x22 arm_head_pressure"), text.str().find("ok    node 0x10 boom_valve"));
   const auto json = diagnosis_json(diagnosis);
   ASSERT_EQ(json["nodes"].size(), 14U);

@@ -38,7 +38,7 @@ class CalibrationJobTest : public ::testing::Test {
 };
 
 /// What somebody who sees the machine do what it should would press.
-std::string right_answer(const bringup::Dialogue::Question& question, bool& extends) {
+std::string right_answer(const bringup::Question& question, bool& extends) {
   for (const std::string& word : question.words) {
     if (word == "tape") return word;
     if (word == "longer") return extends ? "longer" : "shorter";

@@ -79,7 +79,7 @@ void begin_card(const widgets::Ui& ui, const ConsoleData& data, CalibrationPanel
                   panel.state().accepted.value_or(Acceptance{}).file);
 }
 
-void number_answer(const widgets::Ui& ui, CalibrationPanel& panel, const bringup::Dialogue::Question& question,
+void number_answer(const widgets::Ui& ui, CalibrationPanel& panel, const bringup::Question& question,
                    widgets::Area row) {
   const widgets::Theme& t = ui.theme;
   const widgets::Area field = row.cut_left(t.px(140), t.unit());
@@ -122,7 +122,7 @@ void question_card(const widgets::Ui& ui, CalibrationPanel& panel, const widgets
     if (!by_wizard(state.stage)) widgets::bar(ui, rest.cut_top(t.px(18)), 0, share, t.colours.accent);
     return;
   }
-  const bringup::Dialogue::Question question = *state.question;  // an answer takes it away
+  const bringup::Question question = *state.question;  // an answer takes it away
   paragraph(t, t.fonts.body, t.colours.text, rest, question.text);
   if (!panel.refused().empty()) paragraph(t, t.fonts.body_bold, t.colours.bad, rest, panel.refused());
   for (const std::string& word : question.words)
