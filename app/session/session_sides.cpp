@@ -22,8 +22,8 @@ MachineSide::MachineSide(const MachineDescription& description, const sim::Machi
     : slave_period(period_of(description)),
       bus(kPorts, description.bus.bit_rate),
       nodes_end(bus.port(kMachinePort)),
-      metered(bus.port(kControllerPort), description.bus.bit_rate),
-      slave(description, metered, link),
+      can(bus.port(kControllerPort), description.bus.bit_rate),
+      slave(description, can, link),
       machine(truth, scenario.world, scenario.start_rad, nodes_end, seed) {}
 
 }  // namespace knuckle::session

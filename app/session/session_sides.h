@@ -16,8 +16,8 @@
 #include "slave/slave_loop.h"
 #include "transport/hid_pair.h"
 #include "transport/link.h"
-#include "transport/metered_can.h"
 #include "transport/virtual_can.h"
+#include "transport/watched_can.h"
 
 namespace knuckle::session {
 
@@ -55,7 +55,7 @@ struct MachineSide {
   Duration slave_period;
   VirtualCanBus bus;
   FaultyPort nodes_end;
-  MeteredCan metered;  ///< The slave's end of it.
+  WatchedCan can;  ///< The slave's end of it.
   slave::SlaveLoop slave;
   sim::SimulatedMachine machine;
 };

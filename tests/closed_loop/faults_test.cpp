@@ -10,7 +10,7 @@
 
 #include "tests/closed_loop/session_rig.h"
 #include "tests/support/candump.h"
-#include "transport/virtual_can.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::test {
 namespace {

@@ -11,7 +11,7 @@
 #include "tests/closed_loop/session_rig.h"
 #include "tests/slave/bench_machine.h"
 #include "tests/support/run_program.h"
-#include "transport/virtual_can.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::test {
 namespace {
