@@ -1,5 +1,5 @@
-// How full a CAN bus is: bits of classic data frames with 11-bit identifier (ISO 11898-1), and the share of the bus' time
-// that a set of periodic frames takes.
+// How full a CAN bus is: bits of classic data frames with 11-bit identifier (ISO 11898-1), and the share of the bus'
+// time that a set of periodic frames takes.
 #pragma once
 
 #include <cstdint>

@@ -69,7 +69,7 @@ PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
   return fault;
 }
 
-NodeFaults::NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus, session::FaultyPort& port)
+NodeFaults::NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus, FaultyPort& port)
     : plan_(std::move(plan)), state_(plan_.size()), port_(port), machine_faults_(bus) {}
 
 bool NodeFaults::toggle(std::size_t index, Time now, bool signalled, sim::SimulatedMachine& machine) noexcept {

@@ -37,7 +37,7 @@ struct FaultEvent {
 class NodeFaults {
  public:
   /// @param bus as the machine file says; @param port outlives this.
-  NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus, session::FaultyPort& port);
+  NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus, FaultyPort& port);
 
   /// Every millisecond, before the machine's step. @param signals SIGUSR1 so far.
   /// @param on_event called with each FaultEvent; must be fit for a step.
@@ -60,7 +60,7 @@ class NodeFaults {
 
   std::vector<PlannedFault> plan_;
   std::vector<State> state_;
-  session::FaultyPort& port_;
+  FaultyPort& port_;
   session::MachineFaults machine_faults_;
   std::uint32_t signals_seen_ = 0;
 };

@@ -80,7 +80,7 @@ class NodeRunner {
   }
 
  private:
-  session::FaultyPort port_;
+  FaultyPort port_;
   sim::SimulatedMachine machine_;
   NodeFaults faults_;
   const std::atomic<std::uint32_t>& signals_;

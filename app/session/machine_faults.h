@@ -4,9 +4,9 @@
 #include <cstdint>
 
 #include "app/session/fault_kinds.h"
-#include "app/session/faulty_ports.h"
 #include "machine/description.h"
 #include "sim/simulated_machine.h"
+#include "transport/faulty_ports.h"
 
 namespace knuckle::session {
 

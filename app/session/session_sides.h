@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "app/session/faulty_ports.h"
 #include "app/session/scenario.h"
 #include "core/time.h"
 #include "machine/description.h"
@@ -14,6 +13,7 @@
 #include "sim/simulated_machine.h"
 #include "sim/truth.h"
 #include "slave/slave_loop.h"
+#include "transport/faulty_ports.h"
 #include "transport/hid_pair.h"
 #include "transport/link.h"
 #include "transport/virtual_can.h"

@@ -20,7 +20,7 @@ using bringup::test::solar;
 /// What was on the bus from 0.1 s on, when the faults begin, to 1.1 s.
 std::vector<CanFrame> frames_with(const std::vector<std::string>& asked) {
   VirtualCanBus bus(2, solar().bus.bit_rate);
-  session::FaultyPort port(bus.port(1));
+  FaultyPort port(bus.port(1));
   sim::SimulatedMachine machine(sim::nominal_truth(solar()), {}, middle_of_range(solar()), port, 1);
   std::vector<PlannedFault> plan;
   for (const std::string& fault : asked) plan.push_back(parse_fault(fault, solar().bus));

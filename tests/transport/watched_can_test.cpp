@@ -79,7 +79,8 @@ TEST(Candump, LineIsThatOfTheTool) {
   const CanFrame f{.id = 0x185, .size = 2, .data = {0x00, 0x11}};
   EXPECT_EQ(candump_line(Time(12s + 345678us + 999ns), f), "(0000000012.345678) can0 185#0011");
   EXPECT_EQ(candump_line(Time{}, {.id = 0x080}, "vcan7"), "(0000000000.000000) vcan7 080#");
-  EXPECT_EQ(candump_line(Time(1us), {.id = 0x001, .size = 8, .data = {0xFE}}), "(0000000000.000001) can0 001#FE00000000000000");
+  EXPECT_EQ(candump_line(Time(1us), {.id = 0x001, .size = 8, .data = {0xFE}}),
+            "(0000000000.000001) can0 001#FE00000000000000");
 }
 
 TEST(CanBus, FramesLostAreErrorsOnEitherSideOfAThreadBorder) {
