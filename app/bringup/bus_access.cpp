@@ -2,10 +2,8 @@
 
 #include <cmath>
 
-#include "core/realtime_thread.h"
 #include "machine/pose.h"
 #include "sim/truth.h"
-#include "transport/socket_can.h"
 
 namespace knuckle::bringup {
 
@@ -37,14 +35,6 @@ BusAccess simulated_access(std::shared_ptr<SimulatedBus> simulated) {
 
 BusAccess simulated_access(const MachineDescription& read, std::uint64_t seed) {
   return simulated_access(std::make_shared<SimulatedBus>(sim::draw_truth(read, seed), middle_of_range(read), seed));
-}
-
-BusAccess real_access(const std::string& interface) {
-  const RealtimeClock clock;
-  return {interface, std::make_shared<SocketCanBus>(interface), [clock](Time due) {
-            clock.sleep_until(due);
-            return clock.now();
-          }};
 }
 
 }  // namespace knuckle::bringup

@@ -217,7 +217,7 @@ void CalibrationJob::commission() {
     poses_.put(simulated.machine.plant().state().joint_rad);
     pacer.wait(simulated.now);
   };
-  bringup::BusAccess access = bringup::simulated_access(bus);
+  BusAccess access = bringup::simulated_access(bus);
   bringup::Dialogue::Input input{[this] { return poll(); }, true};
   input.asked = [this](const bringup::Dialogue::Question& question) {
     change([&](CalibrationState& state) {
