@@ -11,7 +11,6 @@
 #include <streambuf>
 #include <utility>
 
-#include "app/bringup/bus_access.h"
 #include "app/bringup/commission_wizard.h"
 #include "app/cli/output_file.h"
 #include "app/identify/calibration_file.h"
@@ -24,6 +23,7 @@
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/pose.h"
+#include "sim/machine_on_bus.h"
 
 namespace knuckle::console {
 namespace {
@@ -210,14 +210,14 @@ void CalibrationJob::run() {
 void CalibrationJob::commission() {
   const MachineDescription drawing = load_machine(machine_file_);
   const MachineDescription machine = calibrated(drawing);
-  const auto bus = std::make_shared<bringup::SimulatedBus>(sim::draw_truth(drawing, plan_.seed),
-                                                           middle_of_range(machine), plan_.seed);
+  const auto simulated = std::make_shared<sim::MachineOnBus>(
+      sim::draw_truth(drawing, plan_.seed), sim::WorldDescription{}, middle_of_range(machine), plan_.seed);
   const Pacer pacer(plan_.pace);
-  bus->each_ms = [&](bringup::SimulatedBus& simulated) {
-    poses_.put(simulated.machine.plant().state().joint_rad);
-    pacer.wait(simulated.now);
+  simulated->each_tick = [&](sim::MachineOnBus& machine_now) {
+    poses_.put(machine_now.plant().joint_rad);
+    pacer.wait(machine_now.now());
   };
-  BusAccess access = bringup::simulated_access(bus);
+  BusAccess access = sim::access_to(simulated);
   bringup::Dialogue::Input input{[this] { return poll(); }, true};
   input.asked = [this](const bringup::Dialogue::Question& question) {
     change([&](CalibrationState& state) {

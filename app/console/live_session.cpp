@@ -38,12 +38,10 @@ void LiveSession::step(const HandInput& held) noexcept {
   } else {
     station_.step(now_, held);
   }
-  far_.bus.advance(now_);
-  if (far_.slave_due(now_)) {
+  far_.step(now_, [this] {
     far_.slave.step(now_);
     reporter_.step(now_, far_.slave);
-  }
-  far_.machine.step(now_);
+  });
   count_breaks();
 }
 

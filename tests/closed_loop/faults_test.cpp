@@ -15,7 +15,7 @@
 namespace knuckle::test {
 namespace {
 
-using session::FaultKind;
+using sim::FaultKind;
 
 // The machine's bus, again.
 constexpr unsigned kFirstValve = 0x10, kSetPointPdo = 0x200, kActualPdo = 0x180, kSync = 0x080, kHeartbeat = 0x701;

@@ -144,7 +144,7 @@ TEST_F(Tshark, DecodesEveryFrameKindWithItsContent) {
 
 TEST_F(Tshark, FindsNoFaultInASessionThatEndsInOne) {
   session::SessionSetup setup = session_setup("free_motion", 1);
-  setup.scenario.faults = {{session::FaultKind::kNodeEmergency, 1, 1.0, 0.5, 0x21}};
+  setup.scenario.faults = {{sim::FaultKind::kNodeEmergency, 1, 1.0, 0.5, 0x21}};
   setup.scenario.duration_s = 8;
   std::stringstream log;
   std::vector<std::uint32_t> ids;

@@ -122,12 +122,10 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
   Time machine_time{};  // a clock of its own, that no busy computer makes jump
   RealtimeThread machine({.name = "machine", .period = 1ms}, clock, [&](Time /*now*/) {
     machine_time += 1ms;
-    far.bus.advance(machine_time);
-    if (far.slave_due(machine_time)) {
+    far.step(machine_time, [&] {
       far.slave.step(machine_time);
       reporter.step(machine_time, far.slave);
-    }
-    far.machine.step(machine_time);
+    });
   });
   console::StationSetup station;
   station.device = setup.device;

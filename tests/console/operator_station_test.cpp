@@ -139,12 +139,10 @@ bool ever_engages(const std::string& name) {
     keys.enable = now > Time(5s) && now.time_since_epoch() % 2s > 100ms;
     network.advance(now);
     station.step(now, hand_from_keys(keys));
-    far.bus.advance(now);
-    if (far.slave_due(now)) {
+    far.step(now, [&] {
       far.slave.step(now);
       reporter.step(now, far.slave);
-    }
-    far.machine.step(now);
+    });
     if (far.slave.mode() == Mode::kEngaged) return true;
   }
   return false;
