@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "app/bringup/bus_access.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "transport/bus_access.h"
 #include "transport/canopen.h"
 
 namespace knuckle::bringup {

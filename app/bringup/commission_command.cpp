@@ -12,7 +12,6 @@
 #include <iterator>
 #include <memory>
 
-#include "app/bringup/bus_access.h"
 #include "app/bringup/commission_record.h"
 #include "app/bringup/commission_result.h"
 #include "app/bringup/commission_wizard.h"
@@ -20,6 +19,8 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "machine/load.h"
+#include "machine/pose.h"
+#include "sim/machine_on_bus.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -61,8 +62,12 @@ void check(const CommissionCommandOptions& o) {
   places.output("--out", o.out);
 }
 
+/// @param read the machine file as it was read, not calibrated: what was calibrated on the simulated machine must not
+/// make it another one.
 BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription& read) {
-  return o.simulate ? simulated_access(read, o.seed) : real_access(o.can);
+  if (!o.simulate) return real_access(o.can);
+  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::draw_truth(read, o.seed), sim::WorldDescription{},
+                                                            middle_of_range(read), o.seed));
 }
 
 std::string text_of(const std::string& path) {

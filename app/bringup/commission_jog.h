@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "app/bringup/bus_access.h"
 #include "core/joints.h"
 #include "core/time.h"
 #include "machine/description.h"
 #include "slave/canopen_client.h"
 #include "slave/node_setup.h"
+#include "transport/bus_access.h"
 
 namespace knuckle::bringup {
 

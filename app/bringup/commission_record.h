@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "app/bringup/bus_access.h"
 #include "app/motion/path_leader.h"
 #include "estimation/identification/joint_path.h"
 #include "estimation/identification/recording.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "slave/slave_loop.h"
+#include "transport/bus_access.h"
 #include "transport/impaired_link.h"
 
 namespace knuckle::bringup {

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "app/bringup/bus_access.h"
 #include "app/bringup/commission_checks.h"
 #include "app/bringup/commission_dialogue.h"
 #include "app/bringup/doctor_bus.h"
 #include "machine/description.h"
+#include "transport/bus_access.h"
 
 namespace knuckle::bringup {
 

@@ -5,13 +5,14 @@
 #include <memory>
 #include <optional>
 
-#include "app/bringup/bus_access.h"
 #include "app/bringup/device_doctor.h"
 #include "app/bringup/doctor_computer.h"
 #include "app/bringup/doctor_report.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "machine/load.h"
+#include "machine/pose.h"
+#include "sim/machine_on_bus.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -55,7 +56,9 @@ void check(const DoctorOptions& o) {
 
 BusAccess access_of(const DoctorOptions& o, const std::optional<MachineDescription>& read) {
   constexpr std::uint64_t kSeed = 1;
-  return o.simulate ? simulated_access(*read, kSeed) : real_access(o.can);
+  if (!o.simulate) return real_access(o.can);
+  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::draw_truth(*read, kSeed), sim::WorldDescription{},
+                                                            middle_of_range(*read), kSeed));
 }
 
 int run_doctor(DoctorOptions options) {

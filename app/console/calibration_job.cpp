@@ -8,7 +8,6 @@
 #include <sstream>
 #include <utility>
 
-#include "app/bringup/bus_access.h"
 #include "app/bringup/commission_wizard.h"
 #include "app/cli/output_file.h"
 #include "app/identify/calibration_file.h"
@@ -21,6 +20,7 @@
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/pose.h"
+#include "sim/machine_on_bus.h"
 
 namespace knuckle::console {
 namespace {
@@ -199,14 +199,14 @@ bringup::Partner CalibrationJob::screen() {
 void CalibrationJob::commission() {
   const MachineDescription drawing = load_machine(machine_file_);
   const MachineDescription machine = calibrated(drawing);
-  const auto bus = std::make_shared<bringup::SimulatedBus>(sim::draw_truth(drawing, plan_.seed),
-                                                           middle_of_range(machine), plan_.seed);
+  const auto simulated = std::make_shared<sim::MachineOnBus>(
+      sim::draw_truth(drawing, plan_.seed), sim::WorldDescription{}, middle_of_range(machine), plan_.seed);
   const Pacer pacer(plan_.pace);
-  bus->each_ms = [&](bringup::SimulatedBus& simulated) {
-    poses_.put(simulated.machine.plant().state().joint_rad);
-    pacer.wait(simulated.now);
+  simulated->each_tick = [&](sim::MachineOnBus& machine_now) {
+    poses_.put(machine_now.plant().joint_rad);
+    pacer.wait(machine_now.now());
   };
-  bringup::BusAccess access = bringup::simulated_access(bus);
+  BusAccess access = sim::access_to(simulated);
   bool recorded = false;
   const auto record = [&recorded](const MachineDescription&, const std::function<bool()>&) {
     recorded = true;  // driven below, where poses and motions can be watched

@@ -5,7 +5,7 @@
 #include "app/session/scenario.h"
 #include "app/session/session_setup.h"
 #include "core/error.h"
-#include "transport/virtual_can.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::console {
 namespace {

@@ -23,7 +23,7 @@ LiveSession::LiveSession(const session::SessionSetup& setup, Led led, HidPort* d
       station_(station_setup(setup), network_.a(), led == Led::kByPerson ? device : nullptr),
       far_(setup.machine, setup.truth, setup.scenario, setup.seed, network_.b()),
       machine_(setup.machine),
-      reporter_(machine_, far_.metered, network_.b()) {
+      reporter_(machine_, far_.can, network_.b()) {
   station_.set_assist(setup.scenario.assist);
   if (led == Led::kByPerson) return;
   scripted_.emplace(setup.machine, setup.scenario.phases, setup.path, session::kPathPeriod, setup.scenario.hand_rad,
@@ -38,12 +38,10 @@ void LiveSession::step(const HandInput& held) noexcept {
   } else {
     station_.step(now_, held);
   }
-  far_.bus.advance(now_);
-  if (far_.slave_due(now_)) {
+  far_.step(now_, [this] {
     far_.slave.step(now_);
     reporter_.step(now_, far_.slave);
-  }
-  far_.machine.step(now_);
+  });
   count_breaks();
 }
 

@@ -35,14 +35,14 @@ class LiveSession {
   LiveSession& operator=(const LiveSession&) = delete;
 
   /// Told of every frame on the bus, in step().
-  void set_tap(CanTap tap) noexcept { far_.bus.set_tap(tap); }
+  void set_tap(CanTap tap) noexcept { far_.simulated.bus().set_tap(tap); }
   /// One millisecond. Allocates nothing.
   void step(const HandInput& held) noexcept;
 
   [[nodiscard]] Time now() const noexcept { return now_; }
   [[nodiscard]] bool led_by_scenario() const noexcept { return scripted_.has_value(); }
   [[nodiscard]] OperatorStation& station() noexcept { return station_; }
-  [[nodiscard]] const sim::PlantState& plant() const noexcept { return far_.machine.plant().state(); }
+  [[nodiscard]] const sim::PlantState& plant() const noexcept { return far_.simulated.plant(); }
   /// Puts in all but what the loop around this knows.
   void show(ConsoleView& view) noexcept;
 

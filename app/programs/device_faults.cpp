@@ -60,7 +60,7 @@ PlannedDeviceFault parse_device_fault(const std::string& text) {
 
 DeviceFaults::DeviceFaults(std::vector<PlannedDeviceFault> plan) : plan_(std::move(plan)), broken_(plan_.size()) {}
 
-int DeviceFaults::step(Time now, sim::DeviceFirmware& firmware, session::TruncatingPort& port) noexcept {
+int DeviceFaults::step(Time now, sim::DeviceFirmware& firmware, TruncatingPort& port) noexcept {
   for (std::size_t i = 0; i < plan_.size(); ++i) {
     const double since_s = to_seconds(now) - plan_[i].at_s;
     const bool broken = since_s >= 0 && since_s < plan_[i].duration_s;

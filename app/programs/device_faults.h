@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "app/session/faulty_ports.h"
 #include "core/time.h"
 #include "sim/device_firmware.h"
+#include "transport/faulty_ports.h"
 
 namespace knuckle::programs {
 
@@ -40,7 +40,7 @@ class DeviceFaults {
 
   /// Before each cycle of the firmware; of several faults at a time the last one counts.
   /// @return the fault that was broken or mended just now: its place in the plan; else -1.
-  int step(Time now, sim::DeviceFirmware& firmware, session::TruncatingPort& port) noexcept;
+  int step(Time now, sim::DeviceFirmware& firmware, TruncatingPort& port) noexcept;
   [[nodiscard]] bool broken(int fault) const noexcept { return broken_[static_cast<std::size_t>(fault)]; }
 
  private:

@@ -133,7 +133,7 @@ class DeviceRunner {
   }
 
   const OperatorPlan& plan_;
-  session::TruncatingPort port_;
+  TruncatingPort port_;
   DeviceFaults faults_;
   sim::Operator person_;
   sim::HandAndDevice hand_;

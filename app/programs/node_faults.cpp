@@ -7,6 +7,7 @@
 #include "app/cli/command.h"
 #include "app/programs/program_options.h"
 #include "app/recordings/csv_mapping.h"
+#include "machine/load.h"
 
 namespace knuckle::programs {
 namespace {
@@ -23,8 +24,7 @@ double seconds_in(const std::string& text, const std::string& cell, const char* 
   refuse(text, std::string(what) + " \"" + cell + "\" must be seconds from 0 to 1e6");
 }
 
-std::uint8_t node_in(const std::string& text, const std::string& cell, session::FaultKind kind,
-                     const BusDescription& bus) {
+std::uint8_t node_in(const std::string& text, const std::string& cell, sim::FaultKind kind, const BusDescription& bus) {
   const auto nodes = named_nodes(bus);
   const bool hex = cell.rfind("0x", 0) == 0;
   unsigned id = 0;
@@ -40,7 +40,7 @@ std::uint8_t node_in(const std::string& text, const std::string& cell, session::
     refuse(text, "no node \"" + cell + "\"; there are " + known);
   }
   const std::uint8_t node = found->node.id;
-  if (const char* const why = session::why_not(kind, node, bus)) refuse(text, why);
+  if (const char* const why = sim::why_not(kind, node, bus)) refuse(text, why);
   return node;
 }
 
@@ -54,12 +54,12 @@ PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
   const std::string what = text.substr(0, at), when = text.substr(at + 1);
   const auto colon = what.find(':');
   const std::string kind = what.substr(0, colon);
-  const auto named = session::fault_named(kind);
-  if (!named || !session::behind_bus(*named))
-    refuse(text, "no fault \"" + kind + "\"; there are " + session::fault_names(session::behind_bus));
+  const auto named = sim::fault_named(kind);
+  if (!named || !sim::behind_bus(*named))
+    refuse(text, "no fault \"" + kind + "\"; there are " + sim::fault_names(sim::behind_bus));
   fault.kind = *named;
   const bool given = colon != std::string::npos;
-  if (session::concerns_node(fault.kind) != given)
+  if (sim::concerns_node(fault.kind) != given)
     refuse(text, given ? kind + " concerns no single node" : "needs a node: " + kind + ":NODE@S");
   if (given) fault.node = node_in(text, what.substr(colon + 1), fault.kind, bus);
   const auto plus = when.find('+');
@@ -69,10 +69,10 @@ PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
   return fault;
 }
 
-NodeFaults::NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus, session::FaultyPort& port)
-    : plan_(std::move(plan)), state_(plan_.size()), port_(port), machine_faults_(bus) {}
+NodeFaults::NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus)
+    : plan_(std::move(plan)), state_(plan_.size()), machine_faults_(bus.bit_rate, worst_bus_load(bus)) {}
 
-bool NodeFaults::toggle(std::size_t index, Time now, bool signalled, sim::SimulatedMachine& machine) noexcept {
+bool NodeFaults::toggle(std::size_t index, Time now, bool signalled, sim::MachineOnBus& machine) noexcept {
   const PlannedFault& fault = plan_[index];
   State& state = state_[index];
   if (state.broken) {
@@ -84,7 +84,7 @@ bool NodeFaults::toggle(std::size_t index, Time now, bool signalled, sim::Simula
   state.broken = !state.broken;
   state.at = now;
   state.done = fault.at_s.has_value();
-  machine_faults_.set(fault.kind, fault.node, state.broken, machine, port_);
+  machine_faults_.set(fault.kind, fault.node, state.broken, machine);
   return true;
 }
 

@@ -8,18 +8,16 @@
 #include <string>
 #include <vector>
 
-#include "app/session/fault_kinds.h"
-#include "app/session/machine_faults.h"
 #include "core/time.h"
 #include "machine/description.h"
-#include "sim/simulated_machine.h"
+#include "sim/machine_faults.h"
 
 namespace knuckle::programs {
 
 struct PlannedFault {
-  session::FaultKind kind = session::FaultKind::kNodeSilent;  ///< One behind the bus.
-  std::uint8_t node = 0;                                      ///< 0 where the kind concerns none.
-  std::optional<double> at_s;                                 ///< nullopt: at every SIGUSR1 that finds it mended.
+  sim::FaultKind kind = sim::FaultKind::kNodeSilent;  ///< One behind the bus.
+  std::uint8_t node = 0;                              ///< 0 where the kind concerns none.
+  std::optional<double> at_s;                         ///< nullopt: at every SIGUSR1 that finds it mended.
   double duration_s = std::numeric_limits<double>::infinity();
   std::string text;  ///< As it was asked for.
 };
@@ -36,18 +34,18 @@ struct FaultEvent {
 
 class NodeFaults {
  public:
-  /// @param bus as the machine file says; @param port outlives this.
-  NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus, session::FaultyPort& port);
+  /// @param bus as the machine file says.
+  NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus);
 
   /// Every millisecond, before the machine's step. @param signals SIGUSR1 so far.
   /// @param on_event called with each FaultEvent; must be fit for a step.
   template <typename OnEvent>
-  void step(Time now, std::uint32_t signals, sim::SimulatedMachine& machine, const OnEvent& on_event) noexcept {
+  void step(Time now, std::uint32_t signals, sim::MachineOnBus& machine, const OnEvent& on_event) noexcept {
     const bool signalled = signals != signals_seen_;
     signals_seen_ = signals;
     for (std::size_t i = 0; i < plan_.size(); ++i) {
       if (toggle(i, now, signalled, machine)) on_event(FaultEvent{i, now, state_[i].broken});
-      if (state_[i].broken) machine_faults_.keep_up(plan_[i].kind, plan_[i].node, machine, port_);
+      if (state_[i].broken) machine_faults_.keep_up(plan_[i].kind, plan_[i].node, machine);
     }
   }
 
@@ -56,12 +54,11 @@ class NodeFaults {
     bool broken = false, done = false;
     Time at{};
   };
-  [[nodiscard]] bool toggle(std::size_t index, Time now, bool signalled, sim::SimulatedMachine& machine) noexcept;
+  [[nodiscard]] bool toggle(std::size_t index, Time now, bool signalled, sim::MachineOnBus& machine) noexcept;
 
   std::vector<PlannedFault> plan_;
   std::vector<State> state_;
-  session::FaultyPort& port_;
-  session::MachineFaults machine_faults_;
+  sim::MachineFaults machine_faults_;
   std::uint32_t signals_seen_ = 0;
 };
 

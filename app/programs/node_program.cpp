@@ -7,13 +7,12 @@
 
 #include "app/recordings/csv_row.h"
 #include "core/ring.h"
-#include "sim/simulated_machine.h"
+#include "sim/machine_on_bus.h"
 
 namespace knuckle::programs {
 namespace {
 
-constexpr Duration kTick = 1ms;
-constexpr int kPriority = 70, kTicksPerRow = 5;
+constexpr int kTicksPerRow = 5;
 
 /// What is truly so, known to no controller.
 struct TruthRow {
@@ -41,23 +40,21 @@ void write_truth(std::ostream& out, const TruthRow& truth, bool names) {
 class NodeRunner {
  public:
   NodeRunner(const NodeSetup& setup, CanBus& bus, const std::atomic<std::uint32_t>& signals, bool wants_rows)
-      : port_(bus),
-        machine_(setup.truth, setup.world, setup.start_rad, port_, setup.seed),
-        faults_(setup.faults, setup.truth.machine.bus, port_),
+      : machine_(setup.truth, setup.world, setup.start_rad, setup.seed, &bus),
+        faults_(setup.faults, setup.truth.machine.bus),
         signals_(signals),
         wants_rows_(wants_rows) {
-    for (const std::uint8_t node : setup.left_out) machine_.inject(node, sim::NodeFault::kSilent);
+    for (const std::uint8_t node : setup.left_out) machine_.machine().inject(node, sim::NodeFault::kSilent);
   }
 
   // The loop's thread.
   void step(Time now) noexcept {
     // Nodes have no operator whom to ask: restarted after a bus-off, they are there again.
-    if (port_.state() == CanState::kBusOff) port_.acknowledge();
+    if (machine_.nodes_end().state() == CanState::kBusOff) machine_.nodes_end().acknowledge();
     faults_.step(now, signals_.load(std::memory_order_relaxed), machine_,
                  [this](const FaultEvent& event) { fault_events_.push(event); });
-    // The plant moves in whole milliseconds; a period that was skipped is made up for in one longer step.
-    machine_.step(Time(now.time_since_epoch() / kTick * kTick));
-    const sim::PlantState& plant = machine_.plant().state();
+    machine_.step(now);
+    const sim::PlantState& plant = machine_.plant();
     for (; events_read_ < plant.events.count; ++events_read_) world_events_.push(plant.events.at(events_read_));
     peak_tip_N_ = std::max(peak_tip_N_, plant.tip_N.norm());
     if (wants_rows_ && ticks_++ % kTicksPerRow == 0)
@@ -80,8 +77,7 @@ class NodeRunner {
   }
 
  private:
-  session::FaultyPort port_;
-  sim::SimulatedMachine machine_;
+  sim::MachineOnBus machine_;
   NodeFaults faults_;
   const std::atomic<std::uint32_t>& signals_;
   bool wants_rows_;
@@ -124,8 +120,9 @@ NodeOutcome run_node(const NodeSetup& setup, CanBus& bus, const ProgramRun& run,
   PolicyNote policy("node");
   const RealtimeClock clock;
   {
-    RealtimeThread loop({.name = "node", .period = kTick, .fifo_priority = kPriority}, clock,
-                        [&runner](Time now) { runner->step(now); });
+    RealtimeThread loop(
+        {.name = "node", .period = sim::MachineOnBus::kTick, .fifo_priority = sim::MachineOnBus::kPriority}, clock,
+        [&runner](Time now) { runner->step(now); });
     const auto tend = [&](Time now) {
       policy.tell(run.console, now, loop);
       tell(setup, *runner, run.console, outcome);

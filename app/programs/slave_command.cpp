@@ -10,8 +10,8 @@
 #include "app/programs/program_options.h"
 #include "app/programs/slave_program.h"
 #include "app/session/scenario.h"
-#include "app/session/threaded_machine.h"
 #include "machine/load.h"
+#include "sim/machine_on_bus.h"
 #include "sim/truth.h"
 #include "slave/bus_map.h"
 #include "transport/socket_can.h"
@@ -108,10 +108,10 @@ class MachineBus {
     }
     const Simulation& simulation = *setup.simulation;
     machine_.emplace(simulation.truth, simulation.scenario.world, simulation.scenario.start_rad, simulation.seed);
-    thread_.emplace(RealtimeOptions{.name = "machine",
-                                    .period = session::ThreadedMachine::kTick,
-                                    .fifo_priority = session::ThreadedMachine::kPriority},
-                    RealtimeClock(), [this](Time now) { machine_->step(now); });
+    thread_.emplace(
+        RealtimeOptions{
+            .name = "machine", .period = sim::MachineOnBus::kTick, .fifo_priority = sim::MachineOnBus::kPriority},
+        RealtimeClock(), [this](Time now) { machine_->step(now); });
   }
   MachineBus(const MachineBus&) = delete;
   MachineBus& operator=(const MachineBus&) = delete;
@@ -125,7 +125,7 @@ class MachineBus {
 
  private:
   std::optional<SocketCanBus> interface_;
-  std::optional<session::ThreadedMachine> machine_;
+  std::optional<sim::ThreadedMachine> machine_;
   std::optional<RealtimeThread> thread_;
 };
 

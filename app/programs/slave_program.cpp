@@ -7,13 +7,12 @@
 #include <utility>
 
 #include "app/bringup/orderly_stop.h"
-#include "app/programs/recorded_can.h"
 #include "app/programs/slave_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
 #include "slave/slave_loop.h"
 #include "slave/status_reporter.h"
-#include "transport/metered_can.h"
+#include "transport/watched_can.h"
 
 namespace knuckle::programs {
 namespace {
@@ -44,11 +43,10 @@ class SlaveRunner {
               Mailbox<LoopHealth>& health)
       : machine_(machine),
         link_(link),
-        can_(bus, records.candump != nullptr),
-        metered_(can_, machine.bus.bit_rate),
+        can_(bus, machine.bus.bit_rate, records.candump != nullptr),
         wants_rows_(records.csv != nullptr),
-        slave_(machine, metered_, link),
-        reporter_(machine, metered_, link, &health),
+        slave_(machine, can_, link),
+        reporter_(machine, can_, link, &health),
         stop_(machine, can_) {}
 
   // The loop's thread.
@@ -76,8 +74,7 @@ class SlaveRunner {
 
   const MachineDescription& machine_;
   Link& link_;
-  RecordedCan can_;
-  MeteredCan metered_;
+  WatchedCan can_;
   bool wants_rows_;
   slave::SlaveLoop slave_;
   slave::StatusReporter reporter_;

@@ -2,10 +2,13 @@
 
 #include <limits>
 
+#include "machine/load.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::session {
 namespace {
+
+using sim::FaultKind;
 
 bool takes_link_away(FaultKind kind) {
   return kind == FaultKind::kLinkCut || kind == FaultKind::kLinkNaN;
@@ -40,7 +43,7 @@ FaultInjection::FaultInjection(std::vector<ScheduledFault> schedule, ImpairedLin
       network_(network),
       operator_end_(network.a()),
       machine_end_(network.b()),
-      machine_faults_(bus) {
+      machine_faults_(bus.bit_rate, worst_bus_load(bus)) {
   injected_.reserve(schedule_.size());
 }
 
@@ -70,7 +73,7 @@ void FaultInjection::step(Time now, int phase, Duration in_phase, MachineSide& f
     if (i.mended_at != Time::max()) continue;
     if (takes_link_away(i.fault.kind)) i.last_good_input = machine_end_.last_good;
     if (now < i.at + from_seconds(i.fault.duration_s)) {
-      machine_faults_.keep_up(i.fault.kind, static_cast<std::uint8_t>(i.fault.subject), far.machine, far.nodes_end);
+      machine_faults_.keep_up(i.fault.kind, static_cast<std::uint8_t>(i.fault.subject), far.simulated);
       continue;
     }
     set(i.fault, false, far, hand);
@@ -86,7 +89,8 @@ void FaultInjection::step(Time now, int phase, Duration in_phase, MachineSide& f
 }
 
 void FaultInjection::set(const ScheduledFault& fault, bool broken, MachineSide& far, HandSide& hand) noexcept {
-  constexpr std::size_t kController = MachineSide::kControllerPort;
+  constexpr std::size_t kController = sim::MachineOnBus::kControllerPort;
+  VirtualCanBus& bus = far.simulated.bus();
   switch (fault.kind) {
     case FaultKind::kLinkCut:
       return network_.cut(broken);
@@ -99,16 +103,16 @@ void FaultInjection::set(const ScheduledFault& fault, bool broken, MachineSide& 
       loop_hung_ = broken;
       return;
     case FaultKind::kBusOff:
-      return broken ? far.bus.bus_off(kController) : far.bus.recover(kController);
+      return broken ? bus.bus_off(kController) : bus.recover(kController);
     case FaultKind::kCanDown:
-      return far.bus.take_down(kController, broken);
+      return bus.take_down(kController, broken);
     case FaultKind::kNoAcknowledge:
-      return far.bus.disturb(kController, broken);
+      return bus.disturb(kController, broken);
     case FaultKind::kBusCut:  // at the controller's end: it is the nodes that are watched
-      return far.bus.disconnect(kController, broken);
+      return bus.disconnect(kController, broken);
     default:
       set_device_fault(fault.kind, broken, hand);
-      machine_faults_.set(fault.kind, static_cast<std::uint8_t>(fault.subject), broken, far.machine, far.nodes_end);
+      machine_faults_.set(fault.kind, static_cast<std::uint8_t>(fault.subject), broken, far.simulated);
   }
 }
 

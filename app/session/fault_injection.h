@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "app/session/frame_log.h"
-#include "app/session/machine_faults.h"
 #include "app/session/scenario.h"
 #include "app/session/session_sides.h"
 #include "core/time.h"
+#include "sim/machine_faults.h"
 #include "transport/impaired_link.h"
 #include "transport/link.h"
 
@@ -70,7 +70,7 @@ class FaultInjection {
   ImpairedLink& network_;
   OperatorEnd operator_end_;
   MachineEnd machine_end_;
-  MachineFaults machine_faults_;
+  sim::MachineFaults machine_faults_;
   bool loop_hung_ = false;
 };
 

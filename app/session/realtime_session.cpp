@@ -10,10 +10,10 @@
 #include "app/session/loop_views.h"
 #include "app/session/operator_path.h"
 #include "app/session/session_books.h"
-#include "app/session/threaded_machine.h"
 #include "core/error.h"
 #include "core/mailbox.h"
 #include "core/realtime_thread.h"
+#include "sim/machine_on_bus.h"
 #include "transport/canopen.h"
 #include "transport/thread_wires.h"
 #include "transport/udp_link.h"
@@ -76,7 +76,7 @@ class Loops {
   const SessionSetup& setup_;
   // wires and what crosses threads
   ThreadHid cable_;
-  ThreadedMachine machine_;
+  sim::ThreadedMachine machine_;
   Mailbox<MasterView> master_to_hand_, master_to_record_;
   Mailbox<HandView> hand_to_record_;
   Mailbox<sim::PlantState> plant_to_record_;
@@ -201,9 +201,8 @@ SessionOutcome run_realtime(const SessionSetup& setup, const std::function<void(
   const RealtimeClock clock;
   {
     const Duration slave_period = from_seconds(1 / setup.machine.bus.sync_Hz);
-    RealtimeThread machine(
-        {.name = "machine", .period = ThreadedMachine::kTick, .fifo_priority = ThreadedMachine::kPriority}, clock,
-        [&loops](Time now) { loops.step_machine(now); });
+    RealtimeThread machine({.name = "machine", .period = kTick, .fifo_priority = sim::MachineOnBus::kPriority}, clock,
+                           [&loops](Time now) { loops.step_machine(now); });
     RealtimeThread slave(
         {.name = "slave", .period = slave_period, .fifo_priority = kSlavePriority, .lock_memory = true}, clock,
         [&loops](Time now) { loops.step_slave(now); });

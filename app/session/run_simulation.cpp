@@ -11,7 +11,7 @@
 #include "app/session/session_result.h"
 #include "app/session/session_setup.h"
 #include "machine/pose.h"
-#include "transport/virtual_can.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::session {
 namespace {

@@ -187,11 +187,11 @@ sim::WorldDescription read_world(TomlTable& file, const Scale& scale, const Mach
 }
 
 /// Id of the node that a fault is about; 0 where it is about none.
-int fault_subject(TomlTable& table, FaultKind kind, const BusDescription& bus) {
+int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& bus) {
   if (!concerns_node(kind)) return 0;
   const auto joint = [&table] { return static_cast<std::size_t>(table.choice("joint", {"boom", "arm", "bucket"})); };
-  if (kind == FaultKind::kEncoderBroken) return bus.encoders[joint()].id;
-  if (kind == FaultKind::kValveStuck) return bus.valves[joint()].id;
+  if (kind == sim::FaultKind::kEncoderBroken) return bus.encoders[joint()].id;
+  if (kind == sim::FaultKind::kValveStuck) return bus.valves[joint()].id;
   const auto i = static_cast<std::size_t>(
       table.choice("node", {"valve_boom", "valve_arm", "valve_bucket", "pressure_boom_A", "pressure_boom_B",
                             "pressure_arm_A", "pressure_arm_B", "pressure_bucket_A", "pressure_bucket_B",
@@ -211,8 +211,8 @@ std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::
   std::vector<ScheduledFault> faults;
   for (TomlTable& table : file.tables("fault")) {
     ScheduledFault fault;
-    const auto kind = fault_named(table.text("kind"));
-    table.require(kind.has_value(), "kind", "must be one of " + fault_names());
+    const auto kind = sim::fault_named(table.text("kind"));
+    table.require(kind.has_value(), "kind", "must be one of " + sim::fault_names());
     fault.kind = *kind;
     const std::string phase = table.text("phase");
     const auto with_name = std::count(phases.begin(), phases.end(), phase);

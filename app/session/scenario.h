@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "app/session/criteria.h"
-#include "app/session/fault_kinds.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "sim/fault_kinds.h"
 #include "sim/operator.h"
 #include "sim/operator_limb.h"
 #include "sim/world.h"
@@ -20,7 +20,7 @@ inline constexpr double kLeastAssist_N = 300, kMostAssist_N = 1e5;
 
 /// What is broken while a phase runs.
 struct ScheduledFault {
-  FaultKind kind = FaultKind::kLinkCut;
+  sim::FaultKind kind = sim::FaultKind::kLinkCut;
   int phase = 0;          ///< Index of the operator's phase in which it happens.
   double after_s = 0;     ///< Into that phase.
   double duration_s = 0;  ///< Then it is mended.

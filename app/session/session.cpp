@@ -16,6 +16,8 @@
 namespace knuckle::session {
 namespace {
 
+using sim::FaultKind;
+
 constexpr double kTail_s = 0.5;         // recorded after the operator has finished
 constexpr Duration kAftermath = 300ms;  // a fault that latches so soon after something was mended is due to it
 
@@ -70,7 +72,7 @@ Session::Impl::Impl(const SessionSetup& s)
       master(s.device, s.machine, hand.cable.host(), faults.operator_end(), s.law, master::FarEnd::kIsThisMachine),
       far(s.machine, s.truth, s.scenario, s.seed, faults.machine_end()) {
   master.set_assist(s.scenario.assist);
-  far.bus.set_tap(
+  far.simulated.bus().set_tap(
       {[](void* book, Time at, const CanFrame& f) { static_cast<MachineBook*>(book)->note(at, f); }, &machine_book});
 }
 
@@ -84,16 +86,14 @@ void Session::Impl::step() noexcept {
   master.step(now);
   note_slew();
   master_book.note(now, master);
-  far.bus.advance(now);
-  if (far.slave_due(now)) {
+  far.step(now, [&] {
     if (faults.slave_runs()) {
       far.slave.step(now);
       slave_book.note(now, far.slave);
     }
     sample(intent);
-  }
-  far.machine.step(now);
-  machine_book.note(far.machine.plant().state().events);
+  });
+  machine_book.note(far.simulated.plant().events);
   if (person.finished() && finished_at == Time::max()) finished_at = now;
 }
 
@@ -109,8 +109,7 @@ void Session::Impl::sample(const sim::OperatorIntent& intent) noexcept {
   const HandView held = view_of(hand.device, person, intent, setup.scenario.phases.size());
   MasterView asked = view_of(master, setup.scenario.start_rad);
   asked.slew_N_per_ms = std::exchange(felt_slew, 0.0);
-  keep(record.samples, sample_of(now, far.slave, far.machine.plant().state(), held, asked, kinematics),
-       record.records_lost);
+  keep(record.samples, sample_of(now, far.slave, far.simulated.plant(), held, asked, kinematics), record.records_lost);
 }
 
 Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) const {

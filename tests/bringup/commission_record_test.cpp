@@ -24,10 +24,10 @@ using test::solar;
 class CommissionRecord : public testing::Test {
  protected:
   CommissionRecord() {
-    bus_->bus.set_tap({[](void* self, Time at, const CanFrame& frame) {
-                         if (frame.id == canopen::kSyncId) static_cast<CommissionRecord*>(self)->syncs_.push_back(at);
-                       },
-                       this});
+    bus_->bus().set_tap({[](void* self, Time at, const CanFrame& frame) {
+                           if (frame.id == canopen::kSyncId) static_cast<CommissionRecord*>(self)->syncs_.push_back(at);
+                         },
+                         this});
     std::string name = (fs::temp_directory_path() / "knuckle_record_XXXXXX").string();
     folder_ = mkdtemp(name.data());
   }
@@ -44,8 +44,8 @@ class CommissionRecord : public testing::Test {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
   }
 
-  std::shared_ptr<SimulatedBus> bus_ = simulated_bus();
-  BusAccess access_ = simulated_access(bus_);
+  std::shared_ptr<sim::MachineOnBus> bus_ = simulated_bus();
+  BusAccess access_ = sim::access_to(bus_);
   std::vector<Time> syncs_;
   fs::path folder_;
 };
@@ -57,19 +57,19 @@ TEST_F(CommissionRecord, TheWayOutKeepsTheBusAtItsRate) {
   led.neutral();
   EXPECT_NEAR(static_cast<double>(syncs_.size() - before), 60, 1) << "300 ms at 200 Hz";
   expect_sync_period();
-  EXPECT_EQ(bus_->machine.nodes().outputs().spool_demand, JointVector::Zero());
+  EXPECT_EQ(bus_->machine().nodes().outputs().spool_demand, JointVector::Zero());
 }
 
 TEST_F(CommissionRecord, WhoeverStopsItInMotionLeavesAClosedMachineAndNoFile) {
   bool moved = false;
   const auto stopped = [&] {
-    moved = bus_->machine.plant().state().cylinder_mps.cwiseAbs().maxCoeff() > 0.02;
+    moved = bus_->plant().cylinder_mps.cwiseAbs().maxCoeff() > 0.02;
     return moved;
   };
   EXPECT_THROW((void)record_motions(solar(), access_, {}, folder_, stopped), CommissionEnded);
   EXPECT_TRUE(moved);
   expect_sync_period();
-  EXPECT_EQ(bus_->machine.nodes().outputs().spool_demand, JointVector::Zero());
+  EXPECT_EQ(bus_->machine().nodes().outputs().spool_demand, JointVector::Zero());
   EXPECT_EQ(files(), 0U);
 }
 

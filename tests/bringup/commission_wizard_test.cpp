@@ -45,9 +45,9 @@ struct Outcome {
   JointVector demand = JointVector::Zero();
 };
 
-Outcome commission(const std::shared_ptr<SimulatedBus>& bus, Script script, const MachineDescription& file = solar(),
-                   const std::function<void(BusAccess&)>& change = {}) {
-  BusAccess access = simulated_access(bus);
+Outcome commission(const std::shared_ptr<sim::MachineOnBus>& bus, Script script,
+                   const MachineDescription& file = solar(), const std::function<void(BusAccess&)>& change = {}) {
+  BusAccess access = sim::access_to(bus);
   if (change) change(access);
   const auto next = [&script]() -> std::optional<std::string> {
     if (script.empty()) throw CommissionEnded("the input has ended");
@@ -66,7 +66,7 @@ Outcome commission(const std::shared_ptr<SimulatedBus>& bus, Script script, cons
     outcome.ended = ended.what();
   }
   outcome.told = told.str();
-  const sim::NodeOutputs outputs = bus->machine.nodes().outputs();
+  const sim::NodeOutputs outputs = bus->machine().nodes().outputs();
   outcome.pilot = outputs.pilot;
   outcome.demand = outputs.spool_demand;
   return outcome;
@@ -74,13 +74,13 @@ Outcome commission(const std::shared_ptr<SimulatedBus>& bus, Script script, cons
 
 TEST(CommissionWizard, FindsZeroAndDeadBandsOfADrawnMachineAndPresetsItsEncoders) {
   const auto bus = simulated_bus(solar(), 7);
-  const sim::MachineTruth& truth = bus->machine.plant().truth();
+  const sim::MachineTruth& truth = bus->machine().plant().truth();
   const Outcome outcome = commission(bus, all());
   ASSERT_EQ(outcome.ended, "") << outcome.told;
   EXPECT_TRUE(healthy(outcome.result.findings));
   EXPECT_FALSE(outcome.pilot);
   EXPECT_EQ(outcome.demand, JointVector::Zero());
-  bus->advance(bus->now + 50ms);
+  bus->advance(bus->now() + 50ms);
   for (std::size_t j = 0; j < kJoints; ++j) {
     const AxisResult& axis = outcome.result.axes[j];
     ASSERT_TRUE(axis.offset_m && axis.dead_band_extend && axis.dead_band_retract) << j;
@@ -89,9 +89,9 @@ TEST(CommissionWizard, FindsZeroAndDeadBandsOfADrawnMachineAndPresetsItsEncoders
     EXPECT_NEAR(*axis.dead_band_extend, valve.dead_band_extend, 0.015) << kJointNames[j];
     EXPECT_NEAR(*axis.dead_band_retract, valve.dead_band_retract, 0.015) << kJointNames[j];
     const auto steps = static_cast<std::int32_t>(
-        bus->machine.nodes().node(solar().bus.encoders[j].id)->value(canopen::kEncoderPosition));
+        bus->machine().nodes().node(solar().bus.encoders[j].id)->value(canopen::kEncoderPosition));
     const double shown_m = steps * solar().sensors.encoder_step_m;
-    EXPECT_NEAR(shown_m, bus->machine.plant().state().cylinder_m[static_cast<int>(j)], 3e-3) << kJointNames[j];
+    EXPECT_NEAR(shown_m, bus->plant().cylinder_m[static_cast<int>(j)], 3e-3) << kJointNames[j];
   }
 }
 
@@ -99,7 +99,7 @@ TEST(CommissionWizard, LeavesABusWithWhichADoctorFindsNothingWrong) {
   const auto bus = simulated_bus();
   const Outcome outcome = commission(bus, {"ready", "configure", "pressed", "released", "0", "no"});
   EXPECT_NE(outcome.told.find("Out of service: valves disabled, pilot pressure off."), std::string::npos);
-  BusAccess access = simulated_access(bus);
+  BusAccess access = sim::access_to(bus);
   const BusSurvey survey = survey_bus(access, solar().bus.bit_rate, doctor_objects(solar()), {}, [] {});
   for (const Finding& one : diagnose(survey, &solar()).findings)
     EXPECT_EQ(one.level, Finding::Level::kOk) << one.about << ": " << one.text;
@@ -109,10 +109,10 @@ TEST(CommissionWizard, NothingMovesAndNothingIsPoweredBeforeItsWord) {
   const auto bus = simulated_bus();
   bool powered = false;
   double moved_m = 0;
-  const JointVector before = bus->machine.plant().state().cylinder_m;
-  bus->each_ms = [&](SimulatedBus& b) {
-    powered = powered || b.machine.nodes().outputs().pilot;
-    moved_m = std::max(moved_m, (b.machine.plant().state().cylinder_m - before).cwiseAbs().maxCoeff());
+  const JointVector before = bus->plant().cylinder_m;
+  bus->each_tick = [&](sim::MachineOnBus& b) {
+    powered = powered || b.machine().nodes().outputs().pilot;
+    moved_m = std::max(moved_m, (b.plant().cylinder_m - before).cwiseAbs().maxCoeff());
   };
   Script script = start();
   script.erase(script.begin() + 5, script.end());  // all but the two words that enable motion
@@ -138,10 +138,10 @@ TEST(CommissionWizard, AnyOtherAnswerEndsItNeutralAndOnlyThatFar) {
 
 TEST(CommissionWizard, BusThatIsNotAsTheFileSaysIsLeftAlone) {
   const auto bus = simulated_bus();
-  bus->machine.nodes().set_product(0x31, 0x999);
+  bus->machine().nodes().set_product(0x31, 0x999);
   const Outcome outcome = commission(bus, all());
   EXPECT_NE(outcome.ended.find("nothing was configured or moved"), std::string::npos) << outcome.ended;
-  EXPECT_EQ(bus->machine.nodes().node(0x10)->value(canopen::kProducerHeartbeat), 0U);
+  EXPECT_EQ(bus->machine().nodes().node(0x10)->value(canopen::kProducerHeartbeat), 0U);
 }
 
 TEST(CommissionWizard, EStopThatIsNotWiredIsFoundBeforeAnythingMoves) {
@@ -155,9 +155,9 @@ TEST(CommissionWizard, EStopDuringAMotionEndsIt) {
   Script script = start();
   script.push_back("go");
   bool once = false;
-  bus->each_ms = [&once](SimulatedBus& b) {
-    if (!once && std::abs(b.machine.plant().state().cylinder_mps[kBoom]) > 0.002 && b.machine.nodes().outputs().pilot) {
-      b.machine.set_estop(true);
+  bus->each_tick = [&once](sim::MachineOnBus& b) {
+    if (!once && std::abs(b.plant().cylinder_mps[kBoom]) > 0.002 && b.machine().nodes().outputs().pilot) {
+      b.machine().set_estop(true);
       once = true;
     }
   };
@@ -179,7 +179,7 @@ TEST(CommissionWizard, ExchangedEncodersAreFoundByTheFirstMotion) {
 
 TEST(CommissionWizard, ExchangedPressureSidesAreFoundAtTheStop) {
   const auto bus = simulated_bus();
-  bus->machine.swap_chambers(kBoom, true);
+  bus->machine().swap_chambers(kBoom, true);
   const Outcome outcome = commission(bus, all());
   EXPECT_NE(outcome.ended.find("at the stop the boom rod side transmitter rises by"), std::string::npos)
       << outcome.ended;

@@ -46,7 +46,7 @@ struct Bench {
   }
   Time now{};
   HidPair cable;
-  session::TruncatingPort port{cable.device()};
+  TruncatingPort port{cable.device()};
   std::optional<programs::DeviceFaults> faults;
   sim::HandAndDevice hand;
   sim::OperatorIntent intent;

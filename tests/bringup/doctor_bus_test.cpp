@@ -22,8 +22,8 @@ SurveyOptions brief() {
   return options;
 }
 
-BusDiagnosis look(const std::shared_ptr<SimulatedBus>& bus, const MachineDescription& file = solar()) {
-  BusAccess access = simulated_access(bus);
+BusDiagnosis look(const std::shared_ptr<sim::MachineOnBus>& bus, const MachineDescription& file = solar()) {
+  BusAccess access = sim::access_to(bus);
   return diagnose(survey_bus(access, file.bus.bit_rate, doctor_objects(file), brief()), &file);
 }
 
@@ -65,20 +65,20 @@ TEST(DoctorBus, SendsNothingButReadingRequests) {
   struct Seen {
     int reads = 0, others = 0;
   } seen;
-  bus->bus.set_tap({[](void* context, Time, const CanFrame& frame) {
-                      auto& s = *static_cast<Seen*>(context);
-                      const std::uint32_t function = canopen::function_of(frame.id);
-                      if (function == 0x580 || function == 0x700) return;  // of the nodes
-                      const auto request = canopen::parse_sdo_request(frame);
-                      const bool read = request && request->kind == canopen::SdoRequest::Kind::kUpload;
-                      read ? ++s.reads : ++s.others;
-                    },
-                    &seen});
+  bus->bus().set_tap({[](void* context, Time, const CanFrame& frame) {
+                        auto& s = *static_cast<Seen*>(context);
+                        const std::uint32_t function = canopen::function_of(frame.id);
+                        if (function == 0x580 || function == 0x700) return;  // of the nodes
+                        const auto request = canopen::parse_sdo_request(frame);
+                        const bool read = request && request->kind == canopen::SdoRequest::Kind::kUpload;
+                        read ? ++s.reads : ++s.others;
+                      },
+                      &seen});
   (void)look(bus);
   EXPECT_GT(seen.reads, 200);
   EXPECT_EQ(seen.others, 0);
   for (std::uint8_t id = 0x10; id <= 0x40; ++id) {
-    if (sim::NodeProtocol* node = bus->machine.nodes().node(id)) {
+    if (sim::NodeProtocol* node = bus->machine().nodes().node(id)) {
       EXPECT_EQ(node->state(), canopen::NmtState::kPreOperational);
       EXPECT_EQ(node->value(canopen::kProducerHeartbeat), 0U);
     }
@@ -87,7 +87,7 @@ TEST(DoctorBus, SendsNothingButReadingRequests) {
 
 TEST(DoctorBus, SilentNodeIsNamedWithWhatToCheck) {
   const auto bus = simulated_bus();
-  bus->machine.inject(0x22, sim::NodeFault::kSilent);
+  bus->machine().inject(0x22, sim::NodeFault::kSilent);
   const BusDiagnosis diagnosis = look(bus);
   EXPECT_EQ(faults(diagnosis),
             "node 0x22 arm_head_pressure: does not answer: check its power, its plug, its node id and its bit rate\n");
@@ -96,7 +96,7 @@ TEST(DoctorBus, SilentNodeIsNamedWithWhatToCheck) {
 
 TEST(DoctorBus, AnotherDeviceIsAFaultWithBothIdentities) {
   const auto bus = simulated_bus();
-  bus->machine.nodes().set_product(0x31, 0x999);
+  bus->machine().nodes().set_product(0x31, 0x999);
   EXPECT_EQ(faults(look(bus)),
             "node 0x31 arm_encoder: product 0x00000999, the machine file says 0x00000406: another device; put it into "
             "the file only if you know it\n");
@@ -123,8 +123,8 @@ TEST(DoctorBus, MissingNodeIsFoundUnderTheWrongId) {
 
 TEST(DoctorBus, WhatStartUpRequiresMustBeSo) {
   const auto bus = simulated_bus();
-  bus->machine.nodes().node(0x30)->replace(canopen::kEncoderStep, 50000);
-  bus->machine.nodes().node(0x11)->replace(canopen::kValveControlMode, 2);
+  bus->machine().nodes().node(0x30)->replace(canopen::kEncoderStep, 50000);
+  bus->machine().nodes().node(0x11)->replace(canopen::kValveControlMode, 2);
   const std::string told = faults(look(bus));
   EXPECT_NE(told.find("node 0x30 boom_encoder: 0x6005:01 is 0xC350, the machine file needs 0x186A0: set it with the "
                       "maker's tool, or correct the file"),
@@ -135,10 +135,10 @@ TEST(DoctorBus, WhatStartUpRequiresMustBeSo) {
 
 TEST(DoctorBus, ErrorRegisterAndEmergencyAreToldInWords) {
   const auto bus = simulated_bus();
-  bus->machine.nodes().node(0x25)->replace(canopen::kErrorRegister, 0x05);
+  bus->machine().nodes().node(0x25)->replace(canopen::kErrorRegister, 0x05);
   bool sent = false;
-  bus->each_ms = [&sent](SimulatedBus& b) {
-    if (!sent && b.now > Time{150ms}) sent = b.machine.send_emcy(0x12, 0x4210);
+  bus->each_tick = [&sent](sim::MachineOnBus& b) {
+    if (!sent && b.now() > Time{150ms}) sent = b.machine().send_emcy(0x12, 0x4210);
   };
   const BusDiagnosis diagnosis = look(bus);
   const std::string told = faults(diagnosis);
@@ -152,11 +152,11 @@ TEST(DoctorBus, ErrorRegisterAndEmergencyAreToldInWords) {
 
 TEST(DoctorBus, UnpluggedBusIsToldOnce) {
   const auto bus = simulated_bus();
-  bus->bus.silence(SimulatedBus::kMachinePort, true);
+  bus->bus().silence(sim::MachineOnBus::kMachinePort, true);
   EXPECT_EQ(faults(look(bus)),
             "simulated bus: nobody is heard and nobody answers: check the nodes' power, the plug and the bit rate\n");
   const auto off = simulated_bus();
-  off->bus.bus_off(SimulatedBus::kControllerPort);
+  off->bus().bus_off(sim::MachineOnBus::kControllerPort);
   EXPECT_NE(faults(look(off)).find("the controller is off the bus"), std::string::npos);
 }
 
@@ -165,13 +165,12 @@ TEST(DoctorBus, AsksNobodyWhileSomebodyElseAsks) {
   struct Count {
     int reads = 0;
   } count;
-  bus->bus.set_tap({[](void* context, Time, const CanFrame& frame) {
-                      if (canopen::function_of(frame.id) == 0x600) ++static_cast<Count*>(context)->reads;
-                    },
-                    &count});
-  bus->each_ms = [](SimulatedBus& b) {
-    if (b.now == Time{150ms})
-      b.bus.port(SimulatedBus::kMachinePort).send(canopen::sdo_upload(0x20, canopen::kDeviceType));
+  bus->bus().set_tap({[](void* context, Time, const CanFrame& frame) {
+                        if (canopen::function_of(frame.id) == 0x600) ++static_cast<Count*>(context)->reads;
+                      },
+                      &count});
+  bus->each_tick = [](sim::MachineOnBus& b) {
+    if (b.now() == Time{150ms}) b.nodes_end().send(canopen::sdo_upload(0x20, canopen::kDeviceType));
   };
   const BusDiagnosis diagnosis = look(bus);
   EXPECT_EQ(count.reads, 1);
@@ -180,11 +179,11 @@ TEST(DoctorBus, AsksNobodyWhileSomebodyElseAsks) {
 
 TEST(DoctorBus, LoadIsThatOfTheFramesHeard) {
   const auto bus = simulated_bus();
-  bus->each_ms = [](SimulatedBus& b) {
+  bus->each_tick = [](sim::MachineOnBus& b) {
     CanFrame frame;
     frame.id = 0x2F0;
     frame.size = 8;
-    b.bus.port(SimulatedBus::kMachinePort).send(frame);
+    b.nodes_end().send(frame);
   };
   const BusDiagnosis diagnosis = look(bus);
   EXPECT_NEAR(diagnosis.load, 1000.0 * worst_case_bits(8) / solar().bus.bit_rate, 0.005);
@@ -192,7 +191,7 @@ TEST(DoctorBus, LoadIsThatOfTheFramesHeard) {
 }
 
 TEST(DoctorBus, WithoutAMachineFileWhoeverIsThereIsListed) {
-  BusAccess access = simulated_access(simulated_bus());
+  BusAccess access = sim::access_to(simulated_bus());
   const BusDiagnosis diagnosis = diagnose(survey_bus(access, 500000, {}, brief()), nullptr);
   EXPECT_EQ(diagnosis.nodes.size(), 14U);
   EXPECT_TRUE(healthy(diagnosis.findings)) << faults(diagnosis);
@@ -201,7 +200,7 @@ TEST(DoctorBus, WithoutAMachineFileWhoeverIsThereIsListed) {
 
 TEST(DoctorBus, ReportTellsFaultsFirstAndToolsTheSame) {
   const auto bus = simulated_bus();
-  bus->machine.inject(0x22, sim::NodeFault::kSilent);
+  bus->machine().inject(0x22, sim::NodeFault::kSilent);
   const BusDiagnosis diagnosis = look(bus);
   std::ostringstream text;
   for (const std::string& line : diagnosis_lines(diagnosis)) text << line << '\n';

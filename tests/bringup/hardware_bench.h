@@ -5,10 +5,10 @@
 #include <memory>
 #include <string>
 
-#include "app/bringup/bus_access.h"
 #include "app/identify/commission.h"
 #include "machine/load.h"
 #include "machine/pose.h"
+#include "sim/machine_on_bus.h"
 #include "sim/truth.h"
 
 namespace knuckle::bringup::test {
@@ -19,12 +19,13 @@ inline const MachineDescription& solar() {
 }
 
 /// Switched on some time ago. @param machine as it really is; the file may say something else.
-inline std::shared_ptr<SimulatedBus> simulated_bus(const MachineDescription& machine = solar(),
-                                                   std::uint64_t seed = 1) {
-  auto made = std::make_shared<SimulatedBus>(sim::draw_truth(machine, seed), middle_of_range(machine), seed);
+inline std::shared_ptr<sim::MachineOnBus> simulated_bus(const MachineDescription& machine = solar(),
+                                                        std::uint64_t seed = 1) {
+  auto made = std::make_shared<sim::MachineOnBus>(sim::draw_truth(machine, seed), sim::WorldDescription{},
+                                                  middle_of_range(machine), seed);
   made->advance(Time{50ms});
   CanFrame boot_up;
-  while (made->bus.port(SimulatedBus::kControllerPort).receive(boot_up)) {
+  while (made->controllers_end().receive(boot_up)) {
   }
   return made;
 }

@@ -41,8 +41,8 @@ class LossyCan final : public CanBus {
 struct Stopped {
   explicit Stopped(std::vector<std::uint32_t> lost = {}) {
     LedMachine(solar(), access, [] { return false; }).engage();
-    engaged = bus->machine.nodes().outputs().pilot;
-    bus->bus.set_tap(
+    engaged = bus->machine().nodes().outputs().pilot;
+    bus->bus().set_tap(
         {[](void* self, Time, const CanFrame& frame) { static_cast<Stopped*>(self)->wire.push_back(frame); }, this});
     can->lost = std::move(lost);
     while (!stop.done()) {
@@ -51,7 +51,7 @@ struct Stopped {
     }
   }
   [[nodiscard]] std::uint32_t value(std::uint8_t node, canopen::Object object) const {
-    return bus->machine.nodes().node(node)->value(object);
+    return bus->machine().nodes().node(node)->value(object);
   }
   [[nodiscard]] auto count(std::uint32_t id) const {
     return std::count_if(wire.begin(), wire.end(), [id](const CanFrame& frame) { return frame.id == id; });
@@ -62,15 +62,15 @@ struct Stopped {
     for (const NodeDescription& valve : solar().bus.valves) {
       EXPECT_NE(value(valve.id, canopen::kConsumerHeartbeat), 0U) << int{valve.id};
       EXPECT_NE(value(valve.id, canopen::kRpdo1Timer), 0U) << int{valve.id};
-      EXPECT_TRUE(bus->machine.nodes().node(valve.id)->operational()) << int{valve.id};
+      EXPECT_TRUE(bus->machine().nodes().node(valve.id)->operational()) << int{valve.id};
     }
     const std::uint8_t enable = solar().bus.enable.id;
     EXPECT_NE(value(enable, canopen::kConsumerHeartbeat), 0U);
-    EXPECT_TRUE(bus->machine.nodes().node(enable)->operational());
+    EXPECT_TRUE(bus->machine().nodes().node(enable)->operational());
   }
 
-  std::shared_ptr<SimulatedBus> bus = simulated_bus();
-  std::shared_ptr<LossyCan> can = std::make_shared<LossyCan>(bus->bus.port(SimulatedBus::kControllerPort));
+  std::shared_ptr<sim::MachineOnBus> bus = simulated_bus();
+  std::shared_ptr<LossyCan> can = std::make_shared<LossyCan>(bus->controllers_end());
   BusAccess access{"lossy bus", can, [bus = bus](Time due) { return bus->advance(due); }};
   OrderlyStop stop{solar(), access.bus()};
   bool engaged = false;
@@ -90,7 +90,7 @@ TEST(OrderlyStop, NodesThatAllSaidThatTheyAreOffMissNobodyAfterwards) {
   }
   EXPECT_EQ(machine.value(solar().bus.enable.id, canopen::kConsumerHeartbeat), 0U);
   EXPECT_EQ(machine.count(canopen::emcy_id(solar().bus.enable.id)), 0);
-  EXPECT_FALSE(machine.bus->machine.nodes().outputs().pilot);
+  EXPECT_FALSE(machine.bus->machine().nodes().outputs().pilot);
 }
 
 TEST(OrderlyStop, AnEnableNodeThatMissedItsOutputKeepsItsWatchdogAndDropsPilotPressureByIt) {
@@ -99,9 +99,9 @@ TEST(OrderlyStop, AnEnableNodeThatMissedItsOutputKeepsItsWatchdogAndDropsPilotPr
   ASSERT_TRUE(machine.engaged);
   EXPECT_TRUE(machine.stop.unconfirmed_pilot());
   machine.expect_watched();
-  EXPECT_TRUE(machine.bus->machine.nodes().outputs().pilot) << "nothing has told it otherwise yet";
+  EXPECT_TRUE(machine.bus->machine().nodes().outputs().pilot) << "nothing has told it otherwise yet";
   machine.access.wait_until(machine.access.now() + 300ms);
-  EXPECT_FALSE(machine.bus->machine.nodes().outputs().pilot);
+  EXPECT_FALSE(machine.bus->machine().nodes().outputs().pilot);
   EXPECT_GT(machine.count(canopen::emcy_id(enable.id)), 0) << "by its own watchdog";
 }
 
@@ -113,7 +113,7 @@ TEST(OrderlyStop, AValveThatIsNotReachedKeepsItsWatchdogsAndGoesNeutralByThem) {
   EXPECT_FALSE(machine.stop.unconfirmed_valves()[kArm]);
   machine.expect_watched();
   machine.access.wait_until(machine.access.now() + 300ms);
-  EXPECT_EQ(machine.bus->machine.nodes().outputs().spool_demand, JointVector::Zero());
+  EXPECT_EQ(machine.bus->machine().nodes().outputs().spool_demand, JointVector::Zero());
   EXPECT_GT(machine.count(canopen::emcy_id(boom.id)), 0) << "by its own watchdog";
 }
 

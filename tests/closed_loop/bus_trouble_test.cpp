@@ -11,7 +11,7 @@
 namespace knuckle::test {
 namespace {
 
-using session::FaultKind;
+using sim::FaultKind;
 
 constexpr std::uint32_t kSync = 0x080, kFirstSetPoint = 0x210, kLastSetPoint = 0x212, kBabbled = 0x001;
 constexpr double kStep_s = 0.005;

@@ -10,12 +10,12 @@
 
 #include "tests/closed_loop/session_rig.h"
 #include "tests/support/candump.h"
-#include "transport/virtual_can.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::test {
 namespace {
 
-using session::FaultKind;
+using sim::FaultKind;
 
 // The machine's bus, again.
 constexpr unsigned kFirstValve = 0x10, kSetPointPdo = 0x200, kActualPdo = 0x180, kSync = 0x080, kHeartbeat = 0x701;

@@ -19,7 +19,7 @@ session::SessionSetup story(std::uint64_t seed) {
   sweep.duration_s = kCutAfter_s + kCutLasts_s;
   setup.scenario.phases = {engage, sweep, engage};
   setup.scenario.phase_names = {"engage", "moving", "again"};
-  setup.scenario.faults = {{session::FaultKind::kLinkCutBack, kMoving, kCutAfter_s, kCutLasts_s, 0}};
+  setup.scenario.faults = {{sim::FaultKind::kLinkCutBack, kMoving, kCutAfter_s, kCutLasts_s, 0}};
   setup.scenario.duration_s = 30;
   return setup;
 }

@@ -11,7 +11,7 @@
 #include "tests/closed_loop/session_rig.h"
 #include "tests/slave/bench_machine.h"
 #include "tests/support/run_program.h"
-#include "transport/virtual_can.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::test {
 namespace {
@@ -144,7 +144,7 @@ TEST_F(Tshark, DecodesEveryFrameKindWithItsContent) {
 
 TEST_F(Tshark, FindsNoFaultInASessionThatEndsInOne) {
   session::SessionSetup setup = session_setup("free_motion", 1);
-  setup.scenario.faults = {{session::FaultKind::kNodeEmergency, 1, 1.0, 0.5, 0x21}};
+  setup.scenario.faults = {{sim::FaultKind::kNodeEmergency, 1, 1.0, 0.5, 0x21}};
   setup.scenario.duration_s = 8;
   std::stringstream log;
   std::vector<std::uint32_t> ids;

@@ -117,17 +117,15 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
   UdpLink machine_end = UdpLink::listen("127.0.0.1:0");
   UdpLink operator_end = UdpLink::connect("127.0.0.1:" + std::to_string(machine_end.port()));
   session::MachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, machine_end);
-  slave::StatusReporter reporter(setup.machine, far.metered, machine_end);
+  slave::StatusReporter reporter(setup.machine, far.can, machine_end);
   const RealtimeClock clock;
   Time machine_time{};  // a clock of its own, that no busy computer makes jump
   RealtimeThread machine({.name = "machine", .period = 1ms}, clock, [&](Time /*now*/) {
     machine_time += 1ms;
-    far.bus.advance(machine_time);
-    if (far.slave_due(machine_time)) {
+    far.step(machine_time, [&] {
       far.slave.step(machine_time);
       reporter.step(machine_time, far.slave);
-    }
-    far.machine.step(machine_time);
+    });
   });
   console::StationSetup station;
   station.device = setup.device;

@@ -133,18 +133,16 @@ bool ever_engages(const std::string& name) {
   session::MachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, network.b());
   MachineDescription told = setup.machine;
   told.name = name;
-  slave::StatusReporter reporter(told, far.metered, network.b());
+  slave::StatusReporter reporter(told, far.can, network.b());
   HeldKeys keys;
   for (Time now{}; now < Time(15s); now += 1ms) {
     keys.enable = now > Time(5s) && now.time_since_epoch() % 2s > 100ms;
     network.advance(now);
     station.step(now, hand_from_keys(keys));
-    far.bus.advance(now);
-    if (far.slave_due(now)) {
+    far.step(now, [&] {
       far.slave.step(now);
       reporter.step(now, far.slave);
-    }
-    far.machine.step(now);
+    });
     if (far.slave.mode() == Mode::kEngaged) return true;
   }
   return false;

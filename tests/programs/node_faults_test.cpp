@@ -19,22 +19,19 @@ using bringup::test::solar;
 
 /// What was on the bus from 0.1 s on, when the faults begin, to 1.1 s.
 std::vector<CanFrame> frames_with(const std::vector<std::string>& asked) {
-  VirtualCanBus bus(2, solar().bus.bit_rate);
-  session::FaultyPort port(bus.port(1));
-  sim::SimulatedMachine machine(sim::nominal_truth(solar()), {}, middle_of_range(solar()), port, 1);
+  sim::MachineOnBus machine(sim::nominal_truth(solar()), {}, middle_of_range(solar()), 1);
   std::vector<PlannedFault> plan;
   for (const std::string& fault : asked) plan.push_back(parse_fault(fault, solar().bus));
-  NodeFaults faults(std::move(plan), solar().bus, port);
+  NodeFaults faults(std::move(plan), solar().bus);
   std::vector<CanFrame> frames;
   for (Time now{}; now < Time(1100ms); now += 1ms) {
     if (now == Time(100ms)) {
-      bus.set_tap(
+      machine.bus().set_tap(
           {[](void* kept, Time, const CanFrame& frame) { static_cast<std::vector<CanFrame>*>(kept)->push_back(frame); },
            &frames});
     }
     faults.step(now, 0, machine, [](const FaultEvent&) {});
     machine.step(now);
-    bus.advance(now);
   }
   return frames;
 }

@@ -131,14 +131,14 @@ TEST(ProgramThreads, ASilentOperatorEndsNeutralAndOnlyANewPressResumes) {
 TEST(NodeFaults, AreReadWithTheirNodeTimeAndLength) {
   const BusDescription bus = machine().bus;
   const programs::PlannedFault timed = programs::parse_fault("node_silent:boom_valve@10+2.5", bus);
-  EXPECT_EQ(timed.kind, session::FaultKind::kNodeSilent);
+  EXPECT_EQ(timed.kind, sim::FaultKind::kNodeSilent);
   EXPECT_EQ(timed.node, bus.valves[0].id);
   EXPECT_EQ(timed.at_s, 10);
   EXPECT_EQ(timed.duration_s, 2.5);
   const programs::PlannedFault signalled = programs::parse_fault("wrong_identity:0x25@usr1", bus);
   EXPECT_EQ(signalled.node, 0x25);
   EXPECT_FALSE(signalled.at_s);
-  EXPECT_EQ(programs::parse_fault("babble@0", bus).kind, session::FaultKind::kBabble);
+  EXPECT_EQ(programs::parse_fault("babble@0", bus).kind, sim::FaultKind::kBabble);
 }
 
 TEST(NodeFaults, RefuseWhatCannotBe) {

@@ -14,6 +14,7 @@ namespace knuckle::session {
 namespace {
 
 using namespace std::chrono_literals;
+using sim::FaultKind;
 
 const JointVector kPose(0.7, -1.3, -0.7);
 
@@ -121,7 +122,7 @@ TEST(FaultInjection, WhatTheControllerSuffersShowsInItsStateUntilItIsMended) {
                                                            {FaultKind::kBusCut, CanState::kPassive}};
   for (const auto& [kind, state] : states) {
     Bench bench({fault_of(kind)});
-    CanBus& controller = bench.far.bus.port(MachineSide::kControllerPort);
+    CanBus& controller = bench.far.simulated.controllers_end();
     bench.run(1, 0.15);
     EXPECT_EQ(controller.state(), CanState::kActive) << name(kind);
     bench.run(1, 0.25);

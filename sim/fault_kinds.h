@@ -8,7 +8,7 @@
 
 #include "machine/description.h"
 
-namespace knuckle::session {
+namespace knuckle::sim {
 
 /// By name in files and on the command line: name() and fault_named().
 enum class FaultKind : std::uint8_t {
@@ -55,4 +55,4 @@ inline constexpr int kFaultKinds = 25;
 /// Why this node of the bus cannot have it; nullptr where it can.
 [[nodiscard]] const char* why_not(FaultKind kind, std::uint8_t node, const BusDescription& bus) noexcept;
 
-}  // namespace knuckle::session
+}  // namespace knuckle::sim

@@ -1,9 +1,9 @@
-#include "app/session/fault_kinds.h"
+#include "sim/fault_kinds.h"
 
 #include <algorithm>
 #include <array>
 
-namespace knuckle::session {
+namespace knuckle::sim {
 namespace {
 
 /// In the order of FaultKind.
@@ -61,4 +61,4 @@ const char* why_not(FaultKind kind, std::uint8_t node, const BusDescription& bus
   }
 }
 
-}  // namespace knuckle::session
+}  // namespace knuckle::sim

@@ -1,12 +1,11 @@
-#include "app/session/machine_faults.h"
+#include "sim/machine_faults.h"
 
 #include <algorithm>
 
-#include "machine/load.h"
 #include "transport/can_load.h"
 #include "transport/canopen.h"
 
-namespace knuckle::session {
+namespace knuckle::sim {
 namespace {
 
 constexpr double kBabbledLoad = 0.95;
@@ -14,12 +13,12 @@ constexpr CanFrame kBabbled{.id = 0x001, .size = 8, .data = {}};  // before all 
 
 }  // namespace
 
-MachineFaults::MachineFaults(const BusDescription& bus) noexcept
-    : babble_bits_per_ms_(1e-3 * bus.bit_rate * std::max(0.0, kBabbledLoad - worst_bus_load(bus))) {}
+MachineFaults::MachineFaults(std::uint32_t bit_rate, double bus_load) noexcept
+    : babble_bits_per_ms_(1e-3 * bit_rate * std::max(0.0, kBabbledLoad - bus_load)) {}
 
-void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, sim::SimulatedMachine& machine,
-                        FaultyPort& port) noexcept {
-  using sim::NodeFault;
+void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, MachineOnBus& far) noexcept {
+  SimulatedMachine& machine = far.machine();
+  FaultyPort& port = far.nodes_end();
   const auto inject = [&](NodeFault fault) { machine.inject(node, broken ? fault : NodeFault::kNone); };
   switch (kind) {
     case FaultKind::kNodeSilent:
@@ -61,14 +60,13 @@ void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, sim::Sim
   }
 }
 
-void MachineFaults::keep_up(FaultKind kind, std::uint8_t node, sim::SimulatedMachine& machine,
-                            FaultyPort& port) noexcept {
-  if (kind == FaultKind::kEmcyStorm) machine.send_emcy(node, canopen::kEmcyDeviceSpecific);
+void MachineFaults::keep_up(FaultKind kind, std::uint8_t node, MachineOnBus& far) noexcept {
+  if (kind == FaultKind::kEmcyStorm) far.machine().send_emcy(node, canopen::kEmcyDeviceSpecific);
   if (kind != FaultKind::kBabble) return;
   for (babble_bits_ += babble_bits_per_ms_ / babblers_; babble_bits_ >= worst_case_bits(kBabbled.size);
        babble_bits_ -= worst_case_bits(kBabbled.size)) {
-    port.shout(kBabbled);
+    far.nodes_end().shout(kBabbled);
   }
 }
 
-}  // namespace knuckle::session
+}  // namespace knuckle::sim

@@ -1,10 +1,10 @@
-#include "app/session/faulty_ports.h"
+#include "transport/faulty_ports.h"
 
 #include <algorithm>
 
 #include "transport/canopen.h"
 
-namespace knuckle::session {
+namespace knuckle {
 namespace {
 
 constexpr std::size_t kTruncatedSize = 20;  // in the middle of the counts
@@ -30,4 +30,4 @@ bool TruncatingPort::write(const HidReport& report) noexcept {
   return port_.write(cut);
 }
 
-}  // namespace knuckle::session
+}  // namespace knuckle

@@ -1,20 +1,17 @@
-// A machine bus to work on, and what makes its time pass: a real interface in real time, or the simulated machine on
-// virtual time. What uses it cannot tell which.
+// A machine bus to work on, and what makes its time pass: a real interface in real time, or a simulated machine's bus
+// on virtual time. What uses it cannot tell which.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/time.h"
-#include "machine/description.h"
-#include "sim/simulated_machine.h"
 #include "transport/can_bus.h"
-#include "transport/virtual_can.h"
 
-namespace knuckle::bringup {
+namespace knuckle {
 
 class BusAccess {
  public:
@@ -39,25 +36,7 @@ class BusAccess {
   Time now_;
 };
 
-/// The simulated machine at the far end of a virtual bus.
-struct SimulatedBus {
-  static constexpr std::size_t kControllerPort = 0, kMachinePort = 1;
-  SimulatedBus(const sim::MachineTruth& truth, const JointVector& start_rad, std::uint64_t seed);
-  /// In steps of a millisecond.
-  Time advance(Time due);
-
-  VirtualCanBus bus;
-  sim::SimulatedMachine machine;
-  Time now{};
-  /// Called after every millisecond; for tests.
-  std::function<void(SimulatedBus&)> each_ms;
-};
-
-[[nodiscard]] BusAccess simulated_access(std::shared_ptr<SimulatedBus> simulated);
-/// In the middle of its range. @param read the machine file as it was read, not calibrated: what was calibrated on this
-/// machine must not make it another one.
-[[nodiscard]] BusAccess simulated_access(const MachineDescription& read, std::uint64_t seed);
 /// @throws InputError where there is no such CAN interface or it cannot be opened.
 [[nodiscard]] BusAccess real_access(const std::string& interface);
 
-}  // namespace knuckle::bringup
+}  // namespace knuckle

@@ -5,7 +5,7 @@
 #include "transport/can_bus.h"
 #include "transport/hid_port.h"
 
-namespace knuckle::session {
+namespace knuckle {
 
 /// The nodes' end of the machine's bus.
 class FaultyPort final : public CanBus {
@@ -45,4 +45,4 @@ class TruncatingPort final : public HidPort {
   bool truncating_ = false;
 };
 
-}  // namespace knuckle::session
+}  // namespace knuckle
