@@ -1,6 +1,6 @@
 # Compiler settings shared by every target, and the calls that make one:
 #   knuckle_library(NAME deps...)   one static library per folder
-#   knuckle_tests(NAME deps... [LABEL name])   one GoogleTest binary per test folder; its ctest label, unless NAME
+#   knuckle_tests(FOLDER deps... [LABEL name])   one GoogleTest binary per test folder; its ctest label, unless FOLDER
 #   knuckle_fuzzers(deps...)        one libFuzzer binary per tests/fuzz/*_fuzz.cpp
 #   knuckle_fuzz_replays(deps...)   one test per tests/fuzz/corpus/NAME: these files once through that fuzzer's check
 
@@ -50,12 +50,13 @@ function(knuckle_library name)
   target_link_libraries(knuckle_${name} ${scope} knuckle_options Eigen3::Eigen Threads::Threads ${ARGN})
 endfunction()
 
-function(knuckle_tests name)
+function(knuckle_tests folder)
   cmake_parse_arguments(PARSE_ARGV 1 tests "" "LABEL" "")
+  get_filename_component(name ${folder} NAME)
   if(NOT tests_LABEL)
     set(tests_LABEL ${name})
   endif()
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*_test.cpp)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*_test.cpp)
   if(NOT sources)
     return()
   endif()

@@ -188,13 +188,14 @@ void DeviceDriver::command(const JointVector& torque_Nm) noexcept {
   if (!attached_) return;
   DeviceCommand command;
   command.sequence = ++command_sequence_;
-  command.mode = reading_.ok ? TorqueMode::kTorque : TorqueMode::kOff;
+  const bool on = reading_.ok && !let_go_;
+  command.mode = on ? TorqueMode::kTorque : TorqueMode::kOff;
   command.watchdog_ms = std::uint16_t(std::lround(device_.watchdog_s * 1e3));
   command.echoed_sequence = newest_.sequence;
   for (std::size_t i = 0; i < kJoints; ++i) {
     const double peak = std::min(32767.0, 1e3 * device_.peak_current_A[i] / device_.rated_current_A[i]);
     command.limit_permille[i] = std::uint16_t(peak);
-    if (!reading_.ok) continue;
+    if (!on) continue;
     const double permille = permille_per_Nm_[Eigen::Index(i)] * torque_Nm[Eigen::Index(i)];
     command.torque_permille[i] =
         std::int16_t(std::isfinite(permille) ? std::lround(std::clamp(permille, -peak, peak)) : 0);

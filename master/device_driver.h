@@ -36,8 +36,11 @@ class DeviceDriver {
 
   /// Drains the port to the newest report; call every millisecond.
   const DeviceReading& step(Time now) noexcept;
-  /// Sends joint torques, or mode off while the device is not ok (which also clears the firmware's latch).
+  /// Sends joint torques, or mode off while the device is not ok (which also clears the firmware's latch) or once it
+  /// was let go of.
   void command(const JointVector& torque_Nm) noexcept;
+  /// From now on every command says "off".
+  void let_go() noexcept { let_go_ = true; }
 
   [[nodiscard]] const DeviceReading& reading() const noexcept { return reading_; }
   [[nodiscard]] const DeviceCounters& counters() const noexcept { return counters_; }
@@ -76,6 +79,7 @@ class DeviceDriver {
   int bad_in_a_row_ = 0;
   Time bad_since_ = kNever;  // newest moment the device was not ok
   std::uint16_t command_sequence_ = 0;
+  bool let_go_ = false;
 };
 
 }  // namespace knuckle::master

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "transport/link_kind.h"
+
 namespace knuckle::master {
 namespace {
 
@@ -12,13 +14,23 @@ constexpr int kMostDatagrams = 64;        // a step: a flood is cut off, not fol
 constexpr double kRoundTripBlend = 0.05;  // per message: about 0.1 s at 200 Hz
 constexpr double kRoundTripBelieved_s = 5;
 constexpr double kDirectSilence_s = 0.5;
+constexpr Duration kTimeToTell = 1s;  // its machine: twenty times what it takes
+constexpr int kLettingGoSteps = 100;  // an end takes
+
+/// By its number; after a silence any is, as the far end may have begun anew.
+template <typename Message>
+bool is_news(const Message& message, const std::optional<Message>& newest, Duration silence) noexcept {
+  return !newest || newer(message.sequence, newest->sequence) || silence >= kRestartSilence;
+}
 
 }  // namespace
 
 MasterLoop::MasterLoop(const DeviceDescription& device, const MachineDescription& machine, HidPort& port, Link& link,
-                       ControlLaw law) noexcept
+                       ControlLaw law, FarEnd far_end) noexcept
     : feel_(device.feel),
+      machine_name_(machine.name),
       law_(law),
+      far_end_(far_end),
       link_(link),
       driver_(device, port),
       kinematics_(device.link_m),
@@ -37,22 +49,59 @@ void MasterLoop::step(Time now) noexcept {
   driver_.command(torque_Nm_);
   send_now_ = !send_now_;
   if (send_now_) send(device, now);
+  if (let_go_ && !has_let_go()) ++steps_since_let_go_;
+}
+
+void MasterLoop::let_go() noexcept {
+  let_go_ = true;
+  driver_.let_go();
+}
+
+bool MasterLoop::has_let_go() const noexcept {
+  return steps_since_let_go_ >= kLettingGoSteps;
 }
 
 void MasterLoop::receive(Time now) noexcept {
   for (int i = 0; i < kMostDatagrams && link_.receive(incoming_); ++i) {
-    const auto message = decode_slave(incoming_.view());
-    if (!message) continue;
-    if (slave_ && !newer(message->sequence, slave_->sequence) && now - slave_at_ < kRestartSilence) continue;
-    slave_ = *message;
-    slave_at_ = now;
-    const double sample_s = to_seconds(now - message->echoed_master_time);
-    if (message->echoed_master_time > Time{} && sample_s >= 0 && sample_s < kRoundTripBelieved_s) {
-      round_trip_s_ += (sample_s - round_trip_s_) * (heard_ ? kRoundTripBlend : 1);
-      heard_ = true;
+    if (first_heard_at_ == kNever) first_heard_at_ = now;
+    const auto kind = link_kind(incoming_.view());
+    if (kind == LinkKind::kSlave) {
+      if (const auto message = decode_slave(incoming_.view())) take(*message, now);
+    } else if (kind == LinkKind::kStatus) {
+      if (const auto status = decode_status(incoming_.view())) take(*status, now);
     }
   }
   silence_s_ = to_seconds(now - slave_at_);
+  other_machine_ = judge_far_end(now);
+}
+
+void MasterLoop::take(const SlaveMessage& message, Time now) noexcept {
+  if (tap_.on_message != nullptr) tap_.on_message(tap_.context, message);
+  if (!is_news(message, slave_, now - slave_at_)) return;
+  slave_ = message;
+  slave_at_ = now;
+  const double sample_s = to_seconds(now - message.echoed_master_time);
+  if (message.echoed_master_time > Time{} && sample_s >= 0 && sample_s < kRoundTripBelieved_s) {
+    round_trip_s_ += (sample_s - round_trip_s_) * (heard_ ? kRoundTripBlend : 1);
+    heard_ = true;
+  }
+}
+
+void MasterLoop::take(const MachineStatus& status, Time now) noexcept {
+  if (!is_news(status, status_, now - status_at_)) return;
+  status_ = status;
+  status_at_ = now;
+}
+
+bool MasterLoop::same_machine() const noexcept {
+  return far_end_ == FarEnd::kIsThisMachine || (status_ && status_->machine == machine_name_);
+}
+
+Reason MasterLoop::judge_far_end(Time now) const noexcept {
+  if (same_machine()) return {};
+  if (status_) return {ReasonCode::kOtherMachine, 0, 0, 0};
+  const bool silent = first_heard_at_ != kNever && now - first_heard_at_ > kTimeToTell;
+  return {silent ? ReasonCode::kMachineNotTold : ReasonCode::kNone, 0, 0, 0};
 }
 
 SpringInputs MasterLoop::spring_inputs() const noexcept {
@@ -96,7 +145,7 @@ PlanarVector MasterLoop::law_force(const SpringInputs& in) noexcept {
 void MasterLoop::render(const DeviceReading& device) noexcept {
   const SpringInputs in = spring_inputs();
   law_force_N_ = energy_.gain() * law_force(in);
-  if (!device.ok) {  // the firmware takes the torque away by itself, without a kick
+  if (!device.ok || let_go_) {  // the firmware takes the torque away by itself, without a kick
     torque_Nm_.setZero();
     limiter_.reset();
     return;
@@ -110,14 +159,15 @@ void MasterLoop::render(const DeviceReading& device) noexcept {
 }
 
 void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
+  const bool held = !nobody_ && !let_go_ && same_machine();
   MasterMessage message;
   message.sequence = ++sequence_;
   message.sent_at = now;
   if (slave_) message.echoed_slave_time = slave_->sent_at + std::min(now - slave_at_, kMostHeld);
   message.device_report_at = std::max(device.measured_at, Time{});
-  message.presence = device.presence;
-  message.enable = device.enable;
-  message.clutch = device.clutch;
+  message.presence = held && device.presence;
+  message.enable = held && device.enable;
+  message.clutch = held && device.clutch;
   message.stop = stop();
   message.device_ok = device.ok;
   message.device_reason = device.reason;

@@ -17,6 +17,7 @@
 #include "transport/hid_port.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
+#include "transport/machine_status.h"
 
 namespace knuckle::master {
 
@@ -25,12 +26,24 @@ enum class ControlLaw : std::uint8_t {
   kDirect,      ///< raw force reflection: unstable over delay, kept as the cautionary baseline
 };
 
+/// How it is known that the far end drives the machine that is led here.
+enum class FarEnd : std::uint8_t {
+  kTellsItsMachine,  ///< Its MachineStatus names it. Until then messages say that nobody holds the device.
+  kIsThisMachine,    ///< Whoever makes this loop makes the far end from the same description: nothing is checked.
+};
+
+/// Told of every SlaveMessage, in step(), copies and overtaken ones included.
+struct SlaveMessageTap {
+  void (*on_message)(void* context, const SlaveMessage& message) = nullptr;
+  void* context = nullptr;
+};
+
 class MasterLoop {
  public:
-  /// @param device, @param machine as their files say; of the machine only joint ranges and soft margins are used.
-  /// @param port, @param link outlive this.
+  /// @param device, @param machine as their files say; of the machine only its name, joint ranges and soft margins are
+  /// used. @param port, @param link outlive this.
   MasterLoop(const DeviceDescription& device, const MachineDescription& machine, HidPort& port, Link& link,
-             ControlLaw law) noexcept;
+             ControlLaw law, FarEnd far_end = FarEnd::kTellsItsMachine) noexcept;
 
   /// One step, every millisecond of the master's clock; sends a MasterMessage every second one.
   void step(Time now) noexcept;
@@ -43,6 +56,14 @@ class MasterLoop {
   void set_assist(const AssistSettings& assist) noexcept { assist_ = assist; }
   /// Likewise: a stop besides the device's own button, which needs no device to act.
   void set_stop(bool pressed) noexcept { stop_ = pressed; }
+  /// While on, messages say that nobody holds the device, whatever the device says.
+  void set_nobody(bool on) noexcept { nobody_ = on; }
+  /// For the end: from the next step on the device's torque is off for good, and messages say that nobody holds it.
+  void let_go() noexcept;
+  /// So many steps ago (0.1 s) that some of the messages that say so have arrived.
+  [[nodiscard]] bool has_let_go() const noexcept;
+
+  void set_tap(SlaveMessageTap tap) noexcept { tap_ = tap; }
 
   // For displays and recordings; all of the last step.
   [[nodiscard]] const DeviceReading& device() const noexcept { return driver_.reading(); }
@@ -63,17 +84,30 @@ class MasterLoop {
   [[nodiscard]] const AssistSettings& assist() const noexcept { return assist_; }
   /// Newest message from the machine; nothing before the first.
   [[nodiscard]] const std::optional<SlaveMessage>& machine() const noexcept { return slave_; }
+  /// Likewise what the machine's side tells of itself, and when it came; kNever before the first.
+  [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept { return status_; }
+  [[nodiscard]] Time machine_status_at() const noexcept { return status_at_; }
+  /// Of the machine that is led here.
+  [[nodiscard]] const MachineName& machine_name() const noexcept { return machine_name_; }
+  /// Why the far end cannot be led from here; kNone where it can, and before it has had time to tell its machine.
+  [[nodiscard]] Reason other_machine() const noexcept { return other_machine_; }
   [[nodiscard]] Reason warning() const noexcept;  ///< Energy watchdog lowering the force; else none.
 
  private:
   void receive(Time now) noexcept;
+  void take(const SlaveMessage& message, Time now) noexcept;
+  void take(const MachineStatus& status, Time now) noexcept;
+  [[nodiscard]] bool same_machine() const noexcept;
+  [[nodiscard]] Reason judge_far_end(Time now) const noexcept;
   [[nodiscard]] SpringInputs spring_inputs() const noexcept;
   [[nodiscard]] PlanarVector law_force(const SpringInputs& in) noexcept;
   void render(const DeviceReading& device) noexcept;
   void send(const DeviceReading& device, Time now) noexcept;
 
   DeviceDescription::Feel feel_;
+  MachineName machine_name_;
   ControlLaw law_;
+  FarEnd far_end_;
   Link& link_;
   DeviceDriver driver_;
   DeviceKinematics kinematics_;
@@ -85,9 +119,14 @@ class MasterLoop {
 
   double force_scale_;
   AssistSettings assist_;
-  bool stop_ = false;
+  bool stop_ = false, nobody_ = false, let_go_ = false;
+  int steps_since_let_go_ = 0;
+  SlaveMessageTap tap_;
   std::optional<SlaveMessage> slave_;
   Time slave_at_ = kNever;  // arrival of slave_
+  std::optional<MachineStatus> status_;
+  Time status_at_ = kNever, first_heard_at_ = kNever;  // arrival of status_; of the very first datagram
+  Reason other_machine_;
   double round_trip_s_ = 0, silence_s_ = 1e9;
   bool heard_ = false;     // a round trip was measured
   DevicePosture posture_;  // at the set-point

@@ -36,7 +36,7 @@ OilDemand oil_demand(const MachineDescription& machine, const estimation::JointS
   return demand;
 }
 
-StatusReporter::StatusReporter(const MachineDescription& machine, MeteredCan& bus, Link& link,
+StatusReporter::StatusReporter(const MachineDescription& machine, WatchedCan& bus, Link& link,
                                Mailbox<LoopHealth>* health) noexcept
     : machine_(machine), bus_(bus), link_(link), mailbox_(health) {
   status_.period = from_seconds(1 / machine.bus.sync_Hz);

@@ -11,7 +11,7 @@
 #include "slave/slave_loop.h"
 #include "transport/link.h"
 #include "transport/machine_status.h"
-#include "transport/metered_can.h"
+#include "transport/watched_can.h"
 
 namespace knuckle::slave {
 
@@ -30,7 +30,7 @@ class StatusReporter {
 
   /// All outlive this. @param bus of the loop, @param link of the loop.
   /// @param health of the thread that steps the loop, read in that thread; null: the loop has no real time.
-  StatusReporter(const MachineDescription& machine, MeteredCan& bus, Link& link,
+  StatusReporter(const MachineDescription& machine, WatchedCan& bus, Link& link,
                  Mailbox<LoopHealth>* health = nullptr) noexcept;
 
   /// After every step of the loop, in its thread.
@@ -44,7 +44,7 @@ class StatusReporter {
   void note_health() noexcept;
 
   const MachineDescription& machine_;
-  MeteredCan& bus_;
+  WatchedCan& bus_;
   Link& link_;
   Mailbox<LoopHealth>* mailbox_;
   LoopHealth health_;

@@ -1,5 +1,7 @@
 #include "transport/can_load.h"
 
+#include <algorithm>
+
 namespace knuckle {
 namespace {
 
@@ -50,23 +52,6 @@ CanLoad can_load(std::span<const PeriodicFrame> frames, std::uint32_t bit_rate) 
     load.worst_case += f.rate_Hz * worst_case_bits(f.size) / bit_rate;
   }
   return load;
-}
-
-void CanLoadMeter::add(Time at, const CanFrame& frame) noexcept {
-  if (first_ == kNever) first_ = window_ = at;
-  if (at - window_ >= kWindow) {
-    busiest_ = std::max(busiest_, static_cast<double>(window_bits_) / (to_seconds(kWindow) * bit_rate_));
-    window_ += (at - window_) / kWindow * kWindow;
-    window_bits_ = 0;
-  }
-  const unsigned bits = frame_bits(frame);
-  bits_ += bits;
-  window_bits_ += bits;
-  last_ = at;
-}
-
-double CanLoadMeter::mean() const noexcept {
-  return last_ > first_ ? static_cast<double>(bits_) / (to_seconds(last_ - first_) * bit_rate_) : 0;
 }
 
 }  // namespace knuckle

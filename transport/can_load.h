@@ -1,12 +1,10 @@
-// How full a CAN bus is: bits of classic data frames with 11-bit identifier (ISO 11898-1), the share of the bus' time
-// that a set of periodic frames takes, and the share that recorded frames took.
+// How full a CAN bus is: bits of classic data frames with 11-bit identifier (ISO 11898-1), and the share of the bus'
+// time that a set of periodic frames takes.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 
-#include "core/time.h"
 #include "transport/can_bus.h"
 
 namespace knuckle {
@@ -34,24 +32,5 @@ struct CanLoad {
   double least = 0, worst_case = 0;
 };
 [[nodiscard]] CanLoad can_load(std::span<const PeriodicFrame> frames, std::uint32_t bit_rate) noexcept;
-
-/// Load of frames as they come by, by their own bits.
-class CanLoadMeter {
- public:
-  static constexpr Duration kWindow = 100ms;
-  explicit CanLoadMeter(std::uint32_t bit_rate) noexcept : bit_rate_(bit_rate) {}
-  /// @param at when the frame was seen; never before an earlier one.
-  void add(Time at, const CanFrame& frame) noexcept;
-  /// From the first frame to the last; 0 before there are two.
-  [[nodiscard]] double mean() const noexcept;
-  /// The busiest of the windows that follow one another from the first frame on and have ended.
-  [[nodiscard]] double busiest() const noexcept { return busiest_; }
-
- private:
-  std::uint32_t bit_rate_;
-  Time first_ = kNever, last_ = kNever, window_ = kNever;
-  std::uint64_t bits_ = 0, window_bits_ = 0;
-  double busiest_ = 0;
-};
 
 }  // namespace knuckle

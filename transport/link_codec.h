@@ -12,34 +12,27 @@
 #include "core/time.h"
 #include "transport/bytes.h"
 #include "transport/link.h"
+#include "transport/link_kind.h"
 
 namespace knuckle::link_codec {
 
-inline constexpr std::uint16_t kMagic = 0x4E4B;  // "KN"
-inline constexpr std::uint8_t kLinkVersion = 2;
-enum class Kind : std::uint8_t { kMaster = 1, kSlave = 2, kStatus = 3 };
-inline constexpr std::size_t kHeaderSize = 4;
 /// No honest time comes near it; within it no difference overflows.
 inline constexpr Duration kMostTime = std::chrono::hours(10 * 365 * 24);
 
 /// A writer past the header of a datagram of this size.
-inline ByteWriter begin(Datagram& datagram, Kind kind, std::size_t size) noexcept {
+inline ByteWriter begin(Datagram& datagram, LinkKind kind, std::size_t size) noexcept {
   datagram.size = static_cast<std::uint16_t>(size);
   ByteWriter out(std::span(datagram.bytes).first(size));
-  out.put(kMagic);
+  out.put(kLinkMagic);
   out.put(kLinkVersion);
   out.put(static_cast<std::uint8_t>(kind));
   return out;
 }
 
 /// A reader past the header; nullopt where size or header is not that of this kind.
-inline std::optional<ByteReader> open(std::span<const std::uint8_t> bytes, Kind kind, std::size_t size) noexcept {
-  if (bytes.size() != size) return std::nullopt;
-  ByteReader in(bytes);
-  const bool known = in.get<std::uint16_t>() == kMagic && in.get<std::uint8_t>() == kLinkVersion &&
-                     in.get<std::uint8_t>() == static_cast<std::uint8_t>(kind);
-  if (!known) return std::nullopt;
-  return in;
+inline std::optional<ByteReader> open(std::span<const std::uint8_t> bytes, LinkKind kind, std::size_t size) noexcept {
+  if (bytes.size() != size || link_kind(bytes) != kind) return std::nullopt;
+  return ByteReader(bytes.subspan(kLinkHeaderSize));
 }
 
 inline void put(ByteWriter& out, Duration duration) noexcept {

@@ -11,16 +11,14 @@ namespace {
 
 using link_codec::begin;
 using link_codec::BoundedReader;
-using link_codec::kHeaderSize;
-using link_codec::Kind;
 using link_codec::open;
 using link_codec::put;
 using link_codec::put_each;
 
 constexpr std::size_t kReasonSize = 11;
-constexpr std::size_t kMasterSize = kHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 6 * 8 + 4 + 8;
+constexpr std::size_t kMasterSize = kLinkHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 6 * 8 + 4 + 8;
 constexpr std::size_t kSlaveSize =
-    kHeaderSize + 4 + 3 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 2 * 8 + 3 * 8 + 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
+    kLinkHeaderSize + 4 + 3 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 2 * 8 + 3 * 8 + 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
 constexpr std::uint8_t kMasterFlags = 0x3F;
 // No honest number comes near these; within them no sum, square or difference in the loops overflows.
 constexpr double kMostAngle_rad = 10, kMostRate_radps = 200;
@@ -76,7 +74,7 @@ const char* name(Mode mode) noexcept {
 
 Datagram encode(const MasterMessage& message) noexcept {
   Datagram datagram;
-  ByteWriter out = begin(datagram, Kind::kMaster, kMasterSize);
+  ByteWriter out = begin(datagram, LinkKind::kMaster, kMasterSize);
   out.put(message.sequence);
   put(out, message.sent_at);
   put(out, message.echoed_slave_time);
@@ -94,7 +92,7 @@ Datagram encode(const MasterMessage& message) noexcept {
 }
 
 std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) noexcept {
-  auto in = open(bytes, Kind::kMaster, kMasterSize);
+  auto in = open(bytes, LinkKind::kMaster, kMasterSize);
   if (!in) return std::nullopt;
   MasterMessage message;
   BoundedReader bounded(*in);
@@ -120,7 +118,7 @@ std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) 
 
 Datagram encode(const SlaveMessage& message) noexcept {
   Datagram datagram;
-  ByteWriter out = begin(datagram, Kind::kSlave, kSlaveSize);
+  ByteWriter out = begin(datagram, LinkKind::kSlave, kSlaveSize);
   out.put(message.sequence);
   put(out, message.sent_at);
   put(out, message.echoed_master_time);
@@ -144,7 +142,7 @@ Datagram encode(const SlaveMessage& message) noexcept {
 }
 
 std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) noexcept {
-  auto in = open(bytes, Kind::kSlave, kSlaveSize);
+  auto in = open(bytes, LinkKind::kSlave, kSlaveSize);
   if (!in) return std::nullopt;
   SlaveMessage message;
   BoundedReader bounded(*in);

@@ -10,8 +10,8 @@ namespace {
 using link_codec::put;
 using link_codec::put_each;
 
-constexpr std::size_t kSize = link_codec::kHeaderSize + 4 + 8 + 2 * 3 * 8 + 1 + 2 * 8 + 2 * 3 * 8 + 8 + 2 * 8 + 1 + 8 +
-                              4 + 2 * 8 + 1 + MachineName::kSize;
+constexpr std::size_t kSize = kLinkHeaderSize + 4 + 8 + 2 * 3 * 8 + 1 + 2 * 8 + 2 * 3 * 8 + 8 + 2 * 8 + 1 + 8 + 4 +
+                              2 * 8 + 1 + MachineName::kSize;
 // No honest number comes near these.
 constexpr double kMostOpening = 1e3;  // of spool stroke, as a valve may report it
 constexpr double kMostFlow_m3ps = 1e3, kMostPower_W = 1e12, kMostLoad = 10;
@@ -67,7 +67,7 @@ std::string_view MachineName::text() const noexcept {
 
 Datagram encode(const MachineStatus& status) noexcept {
   Datagram datagram;
-  ByteWriter out = link_codec::begin(datagram, link_codec::Kind::kStatus, kSize);
+  ByteWriter out = link_codec::begin(datagram, LinkKind::kStatus, kSize);
   out.put(status.sequence);
   put(out, status.sent_at);
   put_each(out, status.valve_command, kMostOpening);
@@ -91,7 +91,7 @@ Datagram encode(const MachineStatus& status) noexcept {
 }
 
 std::optional<MachineStatus> decode_status(std::span<const std::uint8_t> bytes) noexcept {
-  auto in = link_codec::open(bytes, link_codec::Kind::kStatus, kSize);
+  auto in = link_codec::open(bytes, LinkKind::kStatus, kSize);
   if (!in) return std::nullopt;
   link_codec::BoundedReader bounded(*in);
   MachineStatus status;

@@ -1,6 +1,8 @@
 // A CAN frame with the time at which it passed.
 #pragma once
 
+#include <string>
+
 #include "core/time.h"
 #include "transport/can_bus.h"
 
@@ -10,5 +12,8 @@ struct TimedFrame {
   Time at{};
   CanFrame frame;
 };
+
+/// One line of a candump log without newline: "(0000000012.345678) can0 185#0011223344556677". Allocates.
+[[nodiscard]] std::string candump_line(Time at, const CanFrame& frame, const char* interface = "can0");
 
 }  // namespace knuckle

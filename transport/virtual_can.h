@@ -5,7 +5,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
 #include "core/time.h"
 #include "transport/can_bus.h"
@@ -18,9 +17,6 @@ struct CanTap {
   void (*on_frame)(void* context, Time at, const CanFrame& frame) = nullptr;
   void* context = nullptr;
 };
-
-/// One line of a candump log without newline: "(0000000012.345678) can0 185#0011223344556677". Allocates.
-[[nodiscard]] std::string candump_line(Time at, const CanFrame& frame, const char* interface = "can0");
 
 class VirtualCanBus {
  public:

@@ -2,29 +2,27 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <ostream>
 #include <sstream>
-#include <streambuf>
 #include <utility>
 
-#include "app/commissioning/calibration_file.h"
-#include "app/commissioning/commission.h"
-#include "app/commissioning/identify.h"
-#include "app/commissioning/identify_data.h"
-#include "app/commissioning/identify_output.h"
-#include "app/hardware/bus_access.h"
-#include "app/hardware/commission_wizard.h"
-#include "app/output_file.h"
+#include "app/bringup/commission_wizard.h"
+#include "app/cli/output_file.h"
+#include "app/identify/calibration_file.h"
+#include "app/identify/commission.h"
+#include "app/identify/identify.h"
+#include "app/identify/identify_data.h"
+#include "app/identify/identify_output.h"
 #include "core/error.h"
 #include "estimation/regressor.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "machine/pose.h"
+#include "sim/machine_on_bus.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 namespace fs = std::filesystem;
@@ -91,14 +89,6 @@ std::optional<double> gravity_condition(const Kinematics& kinematics, const esti
   return singular[0] / std::max(singular[kMoments - 1], 1e-12);
 }
 
-/// The wizard's words, where there is a button instead of a terminal's key.
-std::string on_screen(std::string words) {
-  for (const char* key : {"any key with Enter", "Any key with Enter"})
-    if (const auto at = words.find(key); at != std::string::npos)
-      words.replace(at, std::strlen(key), *key == 'A' ? "The button End" : "the button End");
-  return words;
-}
-
 CalibrationStage stage_of(int step) {
   constexpr int kSteps = 7;
   return static_cast<CalibrationStage>(std::clamp(step, 1, kSteps) - 1);
@@ -106,33 +96,12 @@ CalibrationStage stage_of(int step) {
 
 }  // namespace
 
-/// Lines of the wizard into the state.
-class CalibrationJob::Lines final : public std::streambuf {
- public:
-  explicit Lines(CalibrationJob& job) : job_(job) {}
-
- private:
-  int_type overflow(int_type c) override {
-    if (c == traits_type::eof()) return 0;
-    if (c != '\n') {
-      line_ += static_cast<char>(c);
-      return c;
-    }
-    if (line_.rfind("> ", 0) == 0) line_.erase(0, 2);  // the prompt before an answer
-    if (!line_.empty()) job_.change([this](CalibrationState& state) { state.said.push_back(on_screen(line_)); });
-    line_.clear();
-    return c;
-  }
-  CalibrationJob& job_;
-  std::string line_;
-};
-
 CalibrationJob::CalibrationJob(CalibrationPlan plan)
     : plan_(std::move(plan)), machine_file_(find_config("machine", plan_.machine)) {
   // All that can be refused is refused before the work is done.
   (void)load_machine(machine_file_);
   plan_.target = file_of(plan_.target);
-  OutputFile("calibrated machine file", plan_.target);
+  cli::OutputFile("calibrated machine file", plan_.target);
   before_ = load_machine(fs::exists(plan_.target) ? plan_.target : machine_file_);
   thread_ = std::thread([this] { run(); });
 }
@@ -178,7 +147,7 @@ void CalibrationJob::discard() {
 }
 
 void CalibrationJob::check() const {
-  if (cancelled_) throw CommissionEnded("cancelled");
+  if (cancelled_) throw bringup::CommissionEnded("cancelled");
 }
 
 std::optional<std::string> CalibrationJob::poll() {
@@ -206,36 +175,45 @@ void CalibrationJob::run() {
   });
 }
 
+/// The wizard's partner: what it says goes into the state, buttons answer.
+bringup::Partner CalibrationJob::screen() {
+  const auto say = [this](const std::string& line) {
+    if (!line.empty()) change([&](CalibrationState& state) { state.said.push_back(line); });
+  };
+  bringup::Partner partner;
+  partner.say = say;
+  partner.begin = [this, say](int step, const std::string& title) {
+    say(std::to_string(step) + ". " + title);
+    change([&](CalibrationState& state) { state.stage = stage_of(step); });
+  };
+  partner.ask = [this, say](const bringup::Question& question) {
+    say(text(question));
+    change([&](CalibrationState& state) { state.question = question; });
+  };
+  partner.poll = [this] { return poll(); };
+  partner.live = true;
+  partner.stop_gesture = "the button End";
+  return partner;
+}
+
 void CalibrationJob::commission() {
   const MachineDescription drawing = load_machine(machine_file_);
   const MachineDescription machine = calibrated(drawing);
-  const auto bus =
-      std::make_shared<SimulatedBus>(sim::draw_truth(drawing, plan_.seed), middle_of_range(machine), plan_.seed);
+  const auto simulated = std::make_shared<sim::MachineOnBus>(
+      sim::draw_truth(drawing, plan_.seed), sim::WorldDescription{}, middle_of_range(machine), plan_.seed);
   const Pacer pacer(plan_.pace);
-  bus->each_ms = [&](SimulatedBus& simulated) {
-    poses_.put(simulated.machine.plant().state().joint_rad);
-    pacer.wait(simulated.now);
+  simulated->each_tick = [&](sim::MachineOnBus& machine_now) {
+    poses_.put(machine_now.plant().joint_rad);
+    pacer.wait(machine_now.now());
   };
-  BusAccess access = simulated_access(bus);
-  Dialogue::Input input{[this] { return poll(); }, true};
-  input.asked = [this](const Dialogue::Question& question) {
-    change([&](CalibrationState& state) {
-      state.question = question;
-      state.question->text = on_screen(question.text);
-    });
-  };
-  input.began = [this](int step, const std::string&) {
-    change([&](CalibrationState& state) { state.stage = stage_of(step); });
-  };
+  BusAccess access = sim::access_to(simulated);
   bool recorded = false;
   const auto record = [&recorded](const MachineDescription&, const std::function<bool()>&) {
     recorded = true;  // driven below, where poses and motions can be watched
     return std::vector<std::string>{};
   };
-  Lines lines(*this);
-  std::ostream out(&lines);
-  (void)run_wizard(machine, access, input, out, record, [this] { check(); });
-  if (!recorded) throw CommissionEnded("finished before identification");
+  (void)bringup::run_wizard(machine, access, screen(), record, [this] { check(); });
+  if (!recorded) throw bringup::CommissionEnded("finished before identification");
 }
 
 CalibrationJob::Decision CalibrationJob::wait_for_decision() const {
@@ -247,7 +225,7 @@ CalibrationJob::Decision CalibrationJob::wait_for_decision() const {
 }
 
 void CalibrationJob::identify_and_decide() {
-  IdentifyOptions options;
+  identify::IdentifyOptions options;
   options.machine = machine_file_;
   options.simulate = true;
   options.seed = plan_.seed;
@@ -261,7 +239,7 @@ void CalibrationJob::identify_and_decide() {
   const auto posed = [&](const estimation::Survey& survey) {
     check();
     const auto condition = gravity_condition(kinematics, survey);
-    const std::size_t all = commission_plan(options).survey_poses;
+    const std::size_t all = identify::commission_plan(options).survey_poses;
     change([&](CalibrationState& state) {
       state.poses = survey.poses.size();
       if (condition && state.poses >= kTellingPoses) state.condition_numbers.push_back(*condition);
@@ -269,27 +247,27 @@ void CalibrationJob::identify_and_decide() {
     });
   };
   change([](CalibrationState& state) { state.stage = CalibrationStage::kPoses; });
-  const IdentifyData data = drive_for_data(options, driven, posed);
+  const identify::IdentifyData data = identify::drive_for_data(options, driven, posed);
   change([](CalibrationState& state) {
     state.stage = CalibrationStage::kHoldOut;
     state.done = 0;
   });
-  const Identified result = identify(data, "full", {}, driven);
+  const identify::Identified result = identify::identify(data, "full", {}, driven);
   change([&](CalibrationState& state) {
     for (std::size_t i = 0; i < data.hold_out.size(); ++i) {
       HoldOutRow row{data.hold_out[i].source, {}, old_nrmse(before_, data.hold_out[i])};
-      for (const HoldOut& held : result.hold_out)
+      for (const identify::HoldOut& held : result.hold_out)
         if (held.method == result.method && held.source == row.recording) row.new_nrmse = held.judged().nrmse;
       state.hold_out.push_back(row);
     }
     state.usable = result.summary.usable;
-    state.verdict = verdict(result);
+    state.verdict = identify::verdict(result);
     state.stage = CalibrationStage::kDecision;
   });
   const bool wanted = wait_for_decision() == Decision::kAccept && result.summary.usable;
   std::optional<Acceptance> accepted;
   if (wanted) {
-    const std::string kept = write_calibrated_machine(result.machine, plan_.target);
+    const std::string kept = identify::write_calibrated_machine(result.machine, plan_.target);
     accepted = {plan_.target, kept, content_of(plan_.target)};
   }
   change([&](CalibrationState& state) {
@@ -305,7 +283,7 @@ void CalibrationJob::identify_and_decide() {
 std::string roll_back(const Acceptance& accepted) {
   if (content_of(accepted.file) != accepted.content)
     throw InputError(accepted.file + ": not rolled back: it is no longer what was accepted");
-  const std::string kept = keep_older(accepted.file);
+  const std::string kept = cli::keep_older(accepted.file);
   std::error_code error;
   if (accepted.kept.empty()) {
     fs::remove(accepted.file, error);
@@ -318,4 +296,4 @@ std::string roll_back(const Acceptance& accepted) {
   throw InputError(accepted.file + ": cannot be rolled back: " + error.message());
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -10,12 +10,12 @@
 #include <thread>
 #include <vector>
 
-#include "app/hardware/commission_dialogue.h"
+#include "app/bringup/commission_dialogue.h"
 #include "core/joints.h"
 #include "core/mailbox.h"
 #include "machine/description.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 struct CalibrationPlan {
   std::string machine = "solar015";  ///< Name in config/machines or path of a .toml file.
@@ -56,10 +56,10 @@ struct Acceptance {
 
 struct CalibrationState {
   CalibrationStage stage = CalibrationStage::kIdentity;
-  double done = 0;                             ///< Share of a stage that takes its time.
-  std::vector<std::string> said;               ///< By the wizard, line by line.
-  std::optional<Dialogue::Question> question;  ///< Waits for answer().
-  std::vector<double> condition_numbers;       ///< After each surveyed pose, as soon as there are enough.
+  double done = 0;                            ///< Share of a stage that takes its time.
+  std::vector<std::string> said;              ///< By the wizard, line by line.
+  std::optional<bringup::Question> question;  ///< Waits for answer().
+  std::vector<double> condition_numbers;      ///< After each surveyed pose, as soon as there are enough.
   std::size_t poses = 0;
   std::vector<HoldOutRow> hold_out;
   bool usable = false;
@@ -94,10 +94,10 @@ class CalibrationJob {
   }
 
  private:
-  class Lines;
   enum class Decision : std::uint8_t { kNone, kAccept, kDiscard };
   void run();
   void commission();
+  [[nodiscard]] bringup::Partner screen();
   void identify_and_decide();
   [[nodiscard]] Decision wait_for_decision() const;
   void check() const;
@@ -124,4 +124,4 @@ class CalibrationJob {
 /// @throws InputError where that cannot be done, or the file is no longer what was accepted; it is as it was then.
 std::string roll_back(const Acceptance& accepted);
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -9,7 +9,7 @@
 #include "sim/world.h"
 #include "transport/link_messages.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 enum class ConsoleEventKind : std::uint8_t {
   kMachine,   ///< mode or fault changed: mode, reason = the fault, or what blocks
@@ -38,4 +38,4 @@ struct ConsoleEvent {
   double value = 0;
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

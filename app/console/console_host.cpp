@@ -2,12 +2,12 @@
 
 #include <utility>
 
-#include "app/scenario.h"
-#include "app/session_setup.h"
+#include "app/session/scenario.h"
+#include "app/session/session_setup.h"
 #include "core/error.h"
-#include "transport/virtual_can.h"
+#include "transport/timed_frame.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 constexpr int kPriority = 75;
@@ -15,7 +15,8 @@ constexpr Duration kLongestEnd = 1s;  // a loop that has died keeps no window op
 
 }  // namespace
 
-ConsoleHost::ConsoleHost(const SimulateOptions& options, LiveSession::Led led, HidPort* device, std::ostream* candump)
+ConsoleHost::ConsoleHost(const session::SimulateOptions& options, LiveSession::Led led, HidPort* device,
+                         std::ostream* candump)
     : device_(device), candump_(candump) {
   choose(options, led);
   loop_ = std::make_unique<ConsoleLoop>(std::make_unique<LiveSession>(*session_, led_, device_), candump != nullptr);
@@ -28,9 +29,9 @@ ConsoleHost::~ConsoleHost() {
   stop();
 }
 
-void ConsoleHost::choose(const SimulateOptions& options, LiveSession::Led led) {
-  SessionSetup loaded = load_session(options, false).setup;
-  refuse_faults(loaded.scenario);
+void ConsoleHost::choose(const session::SimulateOptions& options, LiveSession::Led led) {
+  session::SessionSetup loaded = session::load_session(options, false).setup;
+  session::refuse_faults(loaded.scenario);
   if (led == LiveSession::Led::kByScenario && follows_recording(loaded.scenario)) {
     throw InputError("--scenario " + options.scenario +
                      ": its own operator follows a recorded motion: run it with knuckle simulate, or lead it yourself");
@@ -41,22 +42,24 @@ void ConsoleHost::choose(const SimulateOptions& options, LiveSession::Led led) {
 }
 
 void ConsoleHost::skip_to(double simulated_s) {
-  for (; to_seconds(skipped_to_) < simulated_s; write_frames()) loop_->step(skipped_to_ += kTick);
+  for (; to_seconds(skipped_to_) < simulated_s; write_frames()) loop_->step(skipped_to_ += session::kTick);
 }
 
 void ConsoleHost::begin() {
   viewed_at_ = now();
-  thread_ = std::make_unique<RealtimeThread>(
-      RealtimeOptions{
-          .name = "console", .period = kTick, .fifo_priority = kPriority, .lock_memory = true, .health = &health_box_},
-      clock_, [this](Time now) { loop_->step(now); });
+  thread_ = std::make_unique<RealtimeThread>(RealtimeOptions{.name = "console",
+                                                             .period = session::kTick,
+                                                             .fifo_priority = kPriority,
+                                                             .lock_memory = true,
+                                                             .health = &health_box_},
+                                             clock_, [this](Time now) { loop_->step(now); });
 }
 
 void ConsoleHost::stop() {
   if (!thread_) return;
   loop_->let_go();
   const Time latest = clock_.now() + kLongestEnd;
-  while (!loop_->has_let_go() && clock_.now() < latest) clock_.sleep_until(clock_.now() + kTick);
+  while (!loop_->has_let_go() && clock_.now() < latest) clock_.sleep_until(clock_.now() + session::kTick);
   thread_->stop();
   thread_.reset();
   write_frames();
@@ -85,4 +88,4 @@ void ConsoleHost::write_frames() {
   while (loop_->next(passed)) *candump_ << candump_line(passed.at, passed.frame) << '\n';
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

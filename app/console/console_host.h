@@ -12,8 +12,8 @@
 #include "app/console/console_input.h"
 #include "app/console/console_loop.h"
 #include "app/console/console_view.h"
-#include "app/options.h"
-#include "app/session.h"
+#include "app/session/options.h"
+#include "app/session/session.h"
 #include "core/loop_health.h"
 #include "core/mailbox.h"
 #include "core/realtime_thread.h"
@@ -21,14 +21,14 @@
 #include "transport/hid_port.h"
 #include "transport/link.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 class ConsoleHost {
  public:
   /// A simulated session. @param device a haptic device that leads it, nullptr: a simulated hand.
   /// @param candump where every frame of its bus goes; nullptr: nowhere. Both outlive this.
   /// @throws InputError as choose() does.
-  ConsoleHost(const SimulateOptions& options, LiveSession::Led led, HidPort* device, std::ostream* candump);
+  ConsoleHost(const session::SimulateOptions& options, LiveSession::Led led, HidPort* device, std::ostream* candump);
   /// The operator's side of a machine that is elsewhere. @param link, @param device outlive this; nullptr as above.
   ConsoleHost(const StationSetup& setup, Link& link, HidPort* device);
   /// As stop().
@@ -50,7 +50,7 @@ class ConsoleHost {
   /// What the next session begun anew is made of. Nothing changes before.
   /// @throws InputError as load_session() does, and for what no console can play: scheduled faults, and a scenario's
   /// operator who follows a recording. What was chosen before stays.
-  void choose(const SimulateOptions& options, LiveSession::Led led);
+  void choose(const session::SimulateOptions& options, LiveSession::Led led);
 
   /// The newest.
   const ConsoleView& view() noexcept;
@@ -62,7 +62,7 @@ class ConsoleHost {
   /// Of the loop's thread; told a few times a second.
   const LoopHealth& health() noexcept;
   /// Set-up of the simulated session chosen last; nothing where there is none.
-  [[nodiscard]] const std::optional<SessionSetup>& session() const noexcept { return session_; }
+  [[nodiscard]] const std::optional<session::SessionSetup>& session() const noexcept { return session_; }
   [[nodiscard]] Time now() const noexcept { return clock_.now(); }
 
  private:
@@ -71,7 +71,7 @@ class ConsoleHost {
   RealtimeClock clock_;
   HidPort* device_;
   std::ostream* candump_ = nullptr;
-  std::optional<SessionSetup> session_;
+  std::optional<session::SessionSetup> session_;
   LiveSession::Led led_ = LiveSession::Led::kByPerson;
   std::unique_ptr<ConsoleLoop> loop_;
   std::uint32_t resets_ = 0;
@@ -83,4 +83,4 @@ class ConsoleHost {
   std::unique_ptr<RealtimeThread> thread_;
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -7,7 +7,7 @@
 #include "core/time.h"
 #include "transport/link_messages.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 /// How the hand is moved without a haptic device, by keyboard, mouse or gamepad.
 struct HandInput {
@@ -38,4 +38,4 @@ struct ConsoleInput {
   std::uint32_t reset_count = 0;  ///< Counts up with every wish to begin the simulated session anew.
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 constexpr Duration kShowPeriod = 5ms;
@@ -57,8 +57,8 @@ void ConsoleLoop::step(Time now) noexcept {
   now_ = now;
   begin_offered();
   look_at_input(now);
-  const bool letting_go = let_go_asked_.load(std::memory_order_relaxed);
-  if (letting_go) step_letting_go();
+  letting_go_ = let_go_asked_.load(std::memory_order_relaxed);
+  if (letting_go_) station().let_go();
   apply(station());
   if (session_) {
     step_session(now);
@@ -66,6 +66,7 @@ void ConsoleLoop::step(Time now) noexcept {
     station_->step(now, hand());
   }
   stepped_at_ = now;
+  if (station().master().has_let_go()) has_let_go_.store(true, std::memory_order_release);
   watch_.step(session_time(now), station().master(), session_ ? &session_->plant().events : nullptr);
   if (now >= shown_at_ && now - shown_at_ < kShowPeriod) return;
   shown_at_ = now;
@@ -90,7 +91,7 @@ void ConsoleLoop::note_input(ConsoleEventKind kind, bool on) noexcept {
 }
 
 HandInput ConsoleLoop::hand() const noexcept {
-  if (!held_.counts() || letting_go_ > 0) return {};
+  if (!held_.counts() || letting_go_) return {};
   HandInput hand = input_.hand;
   hand.enable = hand.enable && held_.released;
   if (!hand.rate_radps.allFinite()) hand.rate_radps.setZero();
@@ -103,7 +104,7 @@ void ConsoleLoop::apply(OperatorStation& station) noexcept {
     // So short a time may not have reached the machine's side: enable that is held on through it counts no more,
     // either.
     held_.nobody = !held_.counts() || (held_.nobody && station.master().device().enable);
-    if (letting_go_ == 0) station.set_nobody(held_.nobody);
+    station.set_nobody(held_.nobody);
   }
   // A scenario brings its own settings.
   if (!held_.ever_fresh || led_by_scenario()) return;
@@ -121,17 +122,12 @@ void ConsoleLoop::apply_scales(OperatorStation& station) noexcept {
 }
 
 void ConsoleLoop::step_session(Time now) noexcept {
-  const bool paused = input_.paused && letting_go_ == 0;
+  const bool paused = input_.paused && !letting_go_;
   if (paused != paused_) watch_.note(session_->now(), ConsoleEventKind::kPaused, paused);
   paused_ = paused;
   if (paused) return;
-  const std::int64_t missed = stepped_at_ == kNever ? 1 : (now - stepped_at_) / kTick;
+  const std::int64_t missed = stepped_at_ == kNever ? 1 : (now - stepped_at_) / session::kTick;
   for (std::int64_t i = 0; i < std::clamp<std::int64_t>(missed, 1, kMostTicks); ++i) session_->step(hand());
-}
-
-void ConsoleLoop::step_letting_go() noexcept {
-  station().let_go();
-  if (++letting_go_ == kLettingGoSteps) has_let_go_.store(true, std::memory_order_release);
 }
 
 void ConsoleLoop::show() noexcept {
@@ -151,4 +147,4 @@ void ConsoleLoop::show() noexcept {
   views_.put(view_);
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

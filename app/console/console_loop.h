@@ -12,12 +12,12 @@
 #include "app/console/event_watch.h"
 #include "app/console/live_session.h"
 #include "app/console/operator_station.h"
-#include "app/frame_log.h"
+#include "app/session/frame_log.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
 #include "core/time.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 class ConsoleLoop {
  public:
@@ -67,7 +67,6 @@ class ConsoleLoop {
   void apply(OperatorStation& station) noexcept;
   void apply_scales(OperatorStation& station) noexcept;
   void step_session(Time now) noexcept;
-  void step_letting_go() noexcept;
   void show() noexcept;
   [[nodiscard]] OperatorStation& station() noexcept { return session_ ? session_->station() : *station_; }
   [[nodiscard]] Time session_time(Time now) const noexcept { return session_ ? session_->now() : now; }
@@ -89,8 +88,7 @@ class ConsoleLoop {
   ConsoleView view_;
   Time now_{}, stepped_at_ = kNever, shown_at_ = kNever;
   Duration recorded_before_{};  // by sessions that were replaced
-  bool scales_locked_ = false, paused_ = false;
-  int letting_go_ = 0;
+  bool scales_locked_ = false, paused_ = false, letting_go_ = false;
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

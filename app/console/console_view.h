@@ -13,7 +13,7 @@
 #include "transport/link_messages.h"
 #include "transport/machine_status.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 /// The operator's side of the newest step.
 struct OperatorSide {
@@ -71,4 +71,4 @@ struct ConsoleView {
   SimulatedTruth truth;          ///< Where simulated.
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <utility>
 
-#include "app/csv_row.h"
-#include "app/output_file.h"
+#include "app/cli/output_file.h"
+#include "app/recordings/csv_row.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 struct Told {
@@ -110,7 +110,7 @@ std::string lower(std::string text) {
 }
 
 void put_row(std::ostream& out, const EventRow& event, bool names) {
-  RowWriter row(out, names, "\r\n");
+  recordings::RowWriter row(out, names, "\r\n");
   row.number("number", static_cast<double>(event.number));
   row.number("run", event.run);
   row.number("time_s", to_seconds(event.at));
@@ -184,12 +184,12 @@ void EventBook::acknowledge(const EventFilter& filter) {
 }
 
 std::string EventBook::export_csv(const std::string& path, const EventFilter& filter) const {
-  OutputFile file("export", path);
+  cli::OutputFile file("export", path);
   put_row(file.stream(), {}, true);
   for (const EventRow* row : matching(filter)) put_row(file.stream(), *row, false);
-  const std::string kept = keep_older(path);
+  const std::string kept = cli::keep_older(path);
   file.commit();
   return kept;
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -10,7 +10,7 @@
 #include "app/console/console_event.h"
 #include "core/time.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 enum class Severity : std::uint8_t { kInfo, kWarning, kAlarm };
 [[nodiscard]] const char* name(Severity severity) noexcept;  ///< "info", "warning", "alarm"
@@ -64,4 +64,4 @@ class EventBook {
   std::uint64_t numbered_ = 0, forgotten_ = 0, forgotten_open_ = 0, lost_ = 0;
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

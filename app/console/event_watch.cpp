@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 constexpr double kSilent_s = 1;
@@ -102,4 +102,4 @@ void EventWatch::watch_world(Time now, const sim::WorldEventRing& world) noexcep
   }
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -10,7 +10,7 @@
 #include "master/master_loop.h"
 #include "sim/world.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 using EventRing = Ring<ConsoleEvent, 512>;
 
@@ -48,4 +48,4 @@ class EventWatch {
   std::uint64_t world_read_ = 0;
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

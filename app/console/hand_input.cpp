@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 constexpr double kExpo = 0.6;             // share of the cube in a stick's curve: fine near the middle
@@ -80,4 +80,4 @@ HandInput together(const HandInput& a, const HandInput& b) noexcept {
           a.clutch || b.clutch};
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -8,7 +8,7 @@
 #include "core/joints.h"
 #include "machine/kinematics.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 /// Machine rates at a full key, stick or drag: about half of what one axis can do.
 inline const JointVector kFullRate_radps{0.25, 0.35, 0.6};
@@ -50,4 +50,4 @@ inline constexpr double kStickDeadZone = 0.15;
 /// Two hands at once: rates add up to no more than full rate, what either holds is held.
 [[nodiscard]] HandInput together(const HandInput& a, const HandInput& b) noexcept;
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 namespace key {
 inline constexpr int kSpace = 32, kBackspace = 259, kMinus = '-', kSlash = '/', kEqual = '=';
@@ -89,4 +89,4 @@ inline constexpr std::array kKeys{
     KeyBinding{KeyAction::kHelp, key::kSlash, false, false, "", ""},
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

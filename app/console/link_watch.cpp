@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 constexpr Duration kWindow = 10s;
@@ -44,12 +44,6 @@ double NumbersSeen::missing(std::uint32_t window, std::uint32_t due) const noexc
   std::uint32_t came = 0;
   for (std::uint32_t i = 0; i < sent; ++i) came += came_.test(index(newest_ - i)) ? 1U : 0U;
   return 1 - static_cast<double>(came) / static_cast<double>(sent + due);
-}
-
-bool LinkWatch::receive(Datagram& datagram) noexcept {
-  if (!link_.receive(datagram)) return false;
-  if (const auto message = decode_slave(datagram.view())) note(*message);
-  return true;
 }
 
 void LinkWatch::note(const SlaveMessage& message) noexcept {
@@ -102,4 +96,4 @@ double LinkWatch::loss() const noexcept {
   return numbers_.missing(window, due);
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

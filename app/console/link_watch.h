@@ -5,16 +5,14 @@
 #include <array>
 #include <bitset>
 #include <cstdint>
-#include <span>
 
 #include "core/histogram.h"
 #include "core/recent_histogram.h"
 #include "core/time.h"
-#include "transport/link.h"
 #include "transport/link_messages.h"
 #include "transport/machine_status.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 /// Which numbers of a sequence have come, each counted once, however often and in whatever order they come.
 class NumbersSeen {
@@ -41,16 +39,15 @@ class NumbersSeen {
   std::uint32_t newest_ = 0, known_ = 0;  // known_: numbers up to the newest since the first, at most kKept
 };
 
-/// Passes everything on.
-class LinkWatch final : public Link {
+class LinkWatch {
  public:
-  /// @param link outlives this. @param period at which the machine sends.
-  LinkWatch(Link& link, Duration period) noexcept : link_(link), period_(period) {}
+  /// @param period at which the machine sends.
+  explicit LinkWatch(Duration period) noexcept : period_(period) {}
 
   /// Time that arrivals get from now on: of the step that takes them.
   void stamp(Time now) noexcept { now_ = now; }
-  bool send(std::span<const std::uint8_t> bytes) noexcept override { return link_.send(bytes); }
-  bool receive(Datagram& datagram) noexcept override;
+  /// For every message, copies and overtaken ones included.
+  void note(const SlaveMessage& message) noexcept;
   /// For every new status. Its own way back, which nobody measures, is taken for half of the quickest round trip.
   void note(const MachineStatus& status) noexcept;
 
@@ -69,11 +66,9 @@ class LinkWatch final : public Link {
     std::int64_t second = -1;
     Duration quickest = Duration::max();  // round trip
   };
-  void note(const SlaveMessage& message) noexcept;
   void note_round_trip(Duration took) noexcept;
   [[nodiscard]] Duration quickest() const noexcept;
 
-  Link& link_;
   Duration period_;
   Time now_{}, newest_at_ = kNever;
   NumbersSeen numbers_;
@@ -81,4 +76,4 @@ class LinkWatch final : public Link {
   std::array<Slice, kSlices> quickest_{};
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

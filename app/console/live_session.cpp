@@ -1,12 +1,12 @@
 #include "app/console/live_session.h"
 
-#include "app/loop_views.h"
-#include "app/operator_path.h"
+#include "app/session/loop_views.h"
+#include "app/session/operator_path.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
-StationSetup station_setup(const SessionSetup& setup) {
+StationSetup station_setup(const session::SessionSetup& setup) {
   return {.device = setup.device,
           .machine = setup.machine,
           .law = setup.law,
@@ -18,37 +18,35 @@ StationSetup station_setup(const SessionSetup& setup) {
 
 }  // namespace
 
-LiveSession::LiveSession(const SessionSetup& setup, Led led, HidPort* device)
+LiveSession::LiveSession(const session::SessionSetup& setup, Led led, HidPort* device)
     : network_(setup.to_machine, setup.to_operator, setup.seed),
       station_(station_setup(setup), network_.a(), led == Led::kByPerson ? device : nullptr),
       far_(setup.machine, setup.truth, setup.scenario, setup.seed, network_.b()),
       machine_(setup.machine),
-      reporter_(machine_, far_.metered, network_.b()) {
+      reporter_(machine_, far_.can, network_.b()) {
   station_.set_assist(setup.scenario.assist);
   if (led == Led::kByPerson) return;
-  scripted_.emplace(setup.machine, setup.scenario.phases, setup.path, kPathPeriod, setup.scenario.hand_rad,
-                    setup.scenario.reaction, press_stiffness_N_per_m(setup));
+  scripted_.emplace(setup.machine, setup.scenario.phases, setup.path, session::kPathPeriod, setup.scenario.hand_rad,
+                    setup.scenario.reaction, session::press_stiffness_N_per_m(setup));
 }
 
 void LiveSession::step(const HandInput& held) noexcept {
-  now_ += kTick;
+  now_ += session::kTick;
   network_.advance(now_);
   if (scripted_) {
     station_.step(now_, scripted_->step(now_, seen_by_operator()));
   } else {
     station_.step(now_, held);
   }
-  far_.bus.advance(now_);
-  if (far_.slave_due(now_)) {
+  far_.step(now_, [this] {
     far_.slave.step(now_);
     reporter_.step(now_, far_.slave);
-  }
-  far_.machine.step(now_);
+  });
   count_breaks();
 }
 
 sim::OperatorView LiveSession::seen_by_operator() const noexcept {
-  return person_view(view_of(station_.master(), station_.start_rad()), station_.hand(), breaks_);
+  return session::person_view(session::view_of(station_.master(), station_.start_rad()), station_.hand(), breaks_);
 }
 
 void LiveSession::count_breaks() noexcept {
@@ -69,4 +67,4 @@ void LiveSession::show(ConsoleView& view) noexcept {
   truth.events = plant.events;
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -1,5 +1,6 @@
-// A simulated session that somebody leads: the loops and the plant of app/session.h in lock-step on virtual time, for
-// as long as anybody likes. A scenario gives the world and the start; what it breaks on a schedule stays whole.
+// A simulated session that somebody leads: the loops and the plant of app/session/session.h in lock-step on virtual
+// time, for as long as anybody likes. A scenario gives the world and the start; what it breaks on a schedule stays
+// whole.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +9,8 @@
 #include "app/console/console_input.h"
 #include "app/console/console_view.h"
 #include "app/console/operator_station.h"
-#include "app/session.h"
-#include "app/session_sides.h"
+#include "app/session/session.h"
+#include "app/session/session_sides.h"
 #include "core/time.h"
 #include "machine/description.h"
 #include "sim/operator.h"
@@ -18,7 +19,7 @@
 #include "transport/impaired_link.h"
 #include "transport/virtual_can.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 class LiveSession {
  public:
@@ -29,19 +30,19 @@ class LiveSession {
 
   /// @param device a haptic device, which outlives this; nullptr: a simulated one.
   /// @throws InputError where the setup does not fit together. Allocates all that steps need.
-  LiveSession(const SessionSetup& setup, Led led, HidPort* device);
+  LiveSession(const session::SessionSetup& setup, Led led, HidPort* device);
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
 
   /// Told of every frame on the bus, in step().
-  void set_tap(CanTap tap) noexcept { far_.bus.set_tap(tap); }
+  void set_tap(CanTap tap) noexcept { far_.simulated.bus().set_tap(tap); }
   /// One millisecond. Allocates nothing.
   void step(const HandInput& held) noexcept;
 
   [[nodiscard]] Time now() const noexcept { return now_; }
   [[nodiscard]] bool led_by_scenario() const noexcept { return scripted_.has_value(); }
   [[nodiscard]] OperatorStation& station() noexcept { return station_; }
-  [[nodiscard]] const sim::PlantState& plant() const noexcept { return far_.machine.plant().state(); }
+  [[nodiscard]] const sim::PlantState& plant() const noexcept { return far_.simulated.plant(); }
   /// Puts in all but what the loop around this knows.
   void show(ConsoleView& view) noexcept;
 
@@ -52,7 +53,7 @@ class LiveSession {
   Time now_{};
   ImpairedLink network_;
   OperatorStation station_;
-  MachineSide far_;
+  session::MachineSide far_;
   MachineDescription machine_;
   slave::StatusReporter reporter_;
   std::optional<sim::Operator> scripted_;
@@ -60,4 +61,4 @@ class LiveSession {
   int breaks_ = 0;
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "app/loop_views.h"
+#include "app/session/loop_views.h"
 #include "slave/loss_policy.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 constexpr Duration kHistogramPeriod = 200ms;
@@ -17,16 +17,18 @@ OperatorStation::OperatorStation(const StationSetup& setup, Link& link, HidPort*
       scales_{feel_.position_scale, feel_.force_scale},
       start_rad_(setup.start_rad),
       person_(setup.device, setup.machine, setup.limb),
-      port_(device != nullptr ? *device
-                              : hand_.emplace(setup.device, setup.limb, setup.seed, setup.hand_rad).cable.host()),
-      watch_(link, from_seconds(1 / setup.machine.bus.sync_Hz)),
-      status_(setup.machine.name, watch_),
-      gate_(status_),
-      master_(setup.device, setup.machine, port_, gate_, setup.law) {}
+      watch_(from_seconds(1 / setup.machine.bus.sync_Hz)),
+      master_(setup.device, setup.machine,
+              device != nullptr ? *device
+                                : hand_.emplace(setup.device, setup.limb, setup.seed, setup.hand_rad).cable.host(),
+              link, setup.law) {
+  master_.set_tap(
+      {[](void* watch, const SlaveMessage& message) { static_cast<LinkWatch*>(watch)->note(message); }, &watch_});
+}
 
 void OperatorStation::step(Time now, const HandInput& held) noexcept {
   if (!hand_) return step_master(now);
-  const sim::OperatorView seen = person_view(view_of(master_, start_rad_), hand(), 0);
+  const sim::OperatorView seen = session::person_view(session::view_of(master_, start_rad_), hand(), 0);
   step(now, person_.step(now, held, seen, master_.set_point().scale()));
 }
 
@@ -37,12 +39,8 @@ void OperatorStation::step(Time now, const sim::OperatorIntent& intent) noexcept
 
 void OperatorStation::step_master(Time now) noexcept {
   watch_.stamp(now);
-  status_.stamp(now);
   master_.step(now);
-  const auto& status = status_.status();
-  if (!status || status->sequence == status_seen_) return;
-  status_seen_ = status->sequence;
-  watch_.note(*status);
+  if (master_.machine_status_at() == now) watch_.note(*master_.machine_status());
 }
 
 ScalesAnswer OperatorStation::set_scales(double position_scale, double force_scale) noexcept {
@@ -59,7 +57,7 @@ void OperatorStation::show(Time now, ConsoleView& view) noexcept {
   view.now = now;
   OperatorSide& hand = view.hand;
   const master::DeviceReading& device = master_.device();
-  const Reason other_machine = status_.reason();
+  const Reason other_machine = master_.other_machine();
   hand.device = other_machine ? other_machine : device.reason;
   hand.presence = device.presence;
   hand.enable = device.enable;
@@ -75,9 +73,9 @@ void OperatorStation::show(Time now, ConsoleView& view) noexcept {
   hand.hand_energy_J = master_.energy().out_J() - master_.energy().in_J();
   show_link(now, view.link);
   if (master_.machine()) view.machine = *master_.machine();
-  view.status_heard = status_.status().has_value();
-  view.status_age_s = to_seconds(now - status_.status_at());
-  if (status_.status()) view.status = *status_.status();
+  view.status_heard = master_.machine_status().has_value();
+  view.status_age_s = to_seconds(now - master_.machine_status_at());
+  if (view.status_heard) view.status = *master_.machine_status();
 }
 
 void OperatorStation::show_link(Time now, LinkSide& link) noexcept {
@@ -95,4 +93,4 @@ void OperatorStation::show_link(Time now, LinkSide& link) noexcept {
   link = shown_;
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -9,9 +9,7 @@
 #include "app/console/console_view.h"
 #include "app/console/link_watch.h"
 #include "app/console/person_hand.h"
-#include "app/hardware/letting_go.h"
-#include "app/hardware/same_machine_link.h"
-#include "app/session_sides.h"
+#include "app/session/session_sides.h"
 #include "core/time.h"
 #include "machine/description.h"
 #include "master/master_loop.h"
@@ -20,7 +18,7 @@
 #include "transport/hid_port.h"
 #include "transport/link.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 struct StationSetup {
   DeviceDescription device;
@@ -39,6 +37,8 @@ class OperatorStation {
  public:
   /// @param link, @param device outlive this. @param device nullptr: a simulated hand takes its place.
   OperatorStation(const StationSetup& setup, Link& link, HidPort* device);
+  OperatorStation(const OperatorStation&) = delete;
+  OperatorStation& operator=(const OperatorStation&) = delete;
 
   /// One millisecond. Allocates nothing. @param held without effect with a haptic device.
   void step(Time now, const HandInput& held) noexcept;
@@ -51,9 +51,9 @@ class OperatorStation {
   /// the machine is led.
   ScalesAnswer set_scales(double position_scale, double force_scale) noexcept;
   /// While on, the machine is told that nobody holds the device, whatever the device says.
-  void set_nobody(bool on) noexcept { gate_.let_go(on); }
+  void set_nobody(bool on) noexcept { master_.set_nobody(on); }
   /// For the end: the device's torque off for good, and nobody there.
-  void let_go() noexcept { port_.let_go(), gate_.let_go(); }
+  void let_go() noexcept { master_.let_go(); }
 
   [[nodiscard]] bool has_device() const noexcept { return !hand_; }
   [[nodiscard]] const master::MasterLoop& master() const noexcept { return master_; }
@@ -73,16 +73,12 @@ class OperatorStation {
   DeviceDescription::Feel feel_;
   Scales scales_;  // as taken
   JointVector start_rad_;
-  std::optional<HandSide> hand_;
+  std::optional<session::HandSide> hand_;
   PersonHand person_;
-  LettingGoPort port_;
   LinkWatch watch_;
-  SameMachineLink status_;
-  LettingGoLink gate_;
   master::MasterLoop master_;
-  std::uint32_t status_seen_ = 0;
   LinkSide shown_;  // histograms are gathered a few times a second
   Time shown_at_ = kNever;
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -4,7 +4,7 @@
 
 #include "app/console/hand_input.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 namespace {
 
 constexpr double kRamp_s = 0.25;          // from rest to full rate, and back
@@ -84,4 +84,4 @@ JointVector PersonHand::within_reach(const JointVector& joint_rad, const JointVe
   return hand_rad + ahead_rad;
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -11,7 +11,7 @@
 #include "sim/operator.h"
 #include "sim/operator_limb.h"
 
-namespace knuckle::app {
+namespace knuckle::console {
 
 class PersonHand {
  public:
@@ -40,4 +40,4 @@ class PersonHand {
   Time last_{}, took_hold_{};
 };
 
-}  // namespace knuckle::app
+}  // namespace knuckle::console

@@ -9,22 +9,22 @@
 #include <utility>
 #include <vector>
 
-#include "app/csv_table.h"
-#include "app/interrupt.h"
-#include "app/output_file.h"
-#include "app/progress.h"
-#include "app/report.h"
-#include "app/result_json.h"
-#include "app/scenario.h"
-#include "app/summary.h"
+#include "app/cli/interrupt.h"
+#include "app/cli/output_file.h"
+#include "app/cli/progress.h"
+#include "app/report/csv_table.h"
+#include "app/report/report.h"
+#include "app/report/result_json.h"
+#include "app/report/summary.h"
+#include "app/session/scenario.h"
 
-namespace knuckle::app {
+namespace knuckle::programs {
 namespace {
 
 constexpr double kLongestSession_s = 3600, kLongestDelay_ms = 5000;
 const std::vector<std::string> kControls{"echo", "direct"};
 
-void add_options(CLI::App& c, SimulateOptions& o) {
+void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--scenario", o.scenario, "Scenario name or .toml file")->capture_default_str();
   c.add_option("--machine", o.machine, "Machine name or .toml file (default: solar015)");
   c.add_option("--device", o.device,
@@ -35,7 +35,7 @@ void add_options(CLI::App& c, SimulateOptions& o) {
   c.add_option("--duration", o.duration_s, "Stop after so many seconds");
   c.add_option("--seed", o.seed, "Draws the plant's truth, the link and the operator")
       ->capture_default_str()
-      ->check(CLI::Validator(seed_error, "", "seed"));
+      ->check(CLI::Validator(cli::seed_error, "", "seed"));
   c.add_option("--delay-ms", o.delay_ms, "Link delay, one way");
   c.add_option("--jitter-ms", o.jitter_ms, "Link jitter, one way");
   c.add_option("--loss", o.loss, "Share of datagrams lost, 0 to 1");
@@ -49,8 +49,8 @@ void add_options(CLI::App& c, SimulateOptions& o) {
   c.add_option("--json", o.json, "Write the result (docs/results.md says what is in it)");
 }
 
-void check_places(const SimulateOptions& o) {
-  Places places;
+void check_places(const session::SimulateOptions& o) {
+  cli::Places places;
   places.configuration("--scenario", o.scenario);
   places.configuration("--machine", o.machine);
   places.configuration("--device", o.device);
@@ -63,59 +63,60 @@ void check_places(const SimulateOptions& o) {
   places.output("--json", o.json);
 }
 
-void check(const SimulateOptions& o) {
-  if (o.scenario.empty()) refuse_option("--scenario", "\"\"", "must name a scenario");
-  check_range("--duration", o.duration_s, 0.1, kLongestSession_s, " s");
-  check_range("--delay-ms", o.delay_ms, 0, kLongestDelay_ms, " ms");
-  check_range("--jitter-ms", o.jitter_ms, 0, kLongestDelay_ms, " ms");
-  check_range("--loss", o.loss, 0, 1, "");
+void check(const session::SimulateOptions& o) {
+  if (o.scenario.empty()) cli::refuse_option("--scenario", "\"\"", "must name a scenario");
+  cli::check_range("--duration", o.duration_s, 0.1, kLongestSession_s, " s");
+  cli::check_range("--delay-ms", o.delay_ms, 0, kLongestDelay_ms, " ms");
+  cli::check_range("--jitter-ms", o.jitter_ms, 0, kLongestDelay_ms, " ms");
+  cli::check_range("--loss", o.loss, 0, 1, "");
   if (o.assist_force_limit_N && *o.assist_force_limit_N != 0)
-    check_range("--assist-force-limit", o.assist_force_limit_N, kLeastAssist_N, kMostAssist_N, " N, or 0: off");
+    cli::check_range("--assist-force-limit", o.assist_force_limit_N, session::kLeastAssist_N, session::kMostAssist_N,
+                     " N, or 0: off");
   if (!o.control.empty() && std::find(kControls.begin(), kControls.end(), o.control) == kControls.end())
-    refuse_option("--control", o.control, "must be echo or direct");
+    cli::refuse_option("--control", o.control, "must be echo or direct");
   const bool plays_path = o.operator_name.rfind("path:", 0) == 0;
   if (plays_path && o.operator_path().empty())
-    refuse_option("--operator", o.operator_name, "must name a file after path:");
+    cli::refuse_option("--operator", o.operator_name, "must name a file after path:");
   if (plays_path && o.map.empty())
-    refuse_option("--operator", o.operator_name, "needs --map FILE.toml to say how to read it");
-  if (!plays_path && !o.map.empty()) refuse_option("--map", o.map, "only goes with --operator path:FILE.csv");
-  if (plays_path) check_readable("--operator", o.operator_path());
-  if (!o.map.empty()) check_readable("--map", o.map);
-  if (!o.truth.empty()) check_readable("--truth", o.truth);
+    cli::refuse_option("--operator", o.operator_name, "needs --map FILE.toml to say how to read it");
+  if (!plays_path && !o.map.empty()) cli::refuse_option("--map", o.map, "only goes with --operator path:FILE.csv");
+  if (plays_path) cli::check_readable("--operator", o.operator_path());
+  if (!o.map.empty()) cli::check_readable("--map", o.map);
+  if (!o.truth.empty()) cli::check_readable("--truth", o.truth);
   check_places(o);
 }
 
 /// Every output asked for, opened before the session so that a bad place is known at once.
 struct Outputs {
-  explicit Outputs(const SimulateOptions& o) {
+  explicit Outputs(const session::SimulateOptions& o) {
     open(candump, "--candump", o.candump);
     open(csv, "--csv", o.csv);
     open(report, "--report", o.report);
     open(json, "--json", o.json);
-    if (report) check_report_tools();
+    if (report) report::check_report_tools();
   }
-  std::optional<OutputFile> candump, csv, report, json;
+  std::optional<cli::OutputFile> candump, csv, report, json;
 
  private:
-  static void open(std::optional<OutputFile>& file, const char* option, const std::string& target) {
+  static void open(std::optional<cli::OutputFile>& file, const char* option, const std::string& target) {
     if (!target.empty()) file.emplace(option, target);
   }
 };
 
-void commit(std::optional<OutputFile>& file) {
+void commit(std::optional<cli::OutputFile>& file) {
   if (file) file->commit();
 }
 
-bool uses_standard_output(const SimulateOptions& o) {
+bool uses_standard_output(const session::SimulateOptions& o) {
   return o.candump == "-" || o.csv == "-" || o.report == "-" || o.json == "-";
 }
 
 }  // namespace
 
-Command simulate_entry(std::function<int(const SimulateOptions&)> run) {
+cli::Command simulate_entry(std::function<int(const session::SimulateOptions&)> run) {
   return {"simulate", "Run a headless teleoperation session on virtual time",
           [run = std::move(run)](CLI::App& command) {
-            const auto options = std::make_shared<SimulateOptions>();
+            const auto options = std::make_shared<session::SimulateOptions>();
             add_options(command, *options);
             return [options, run] {
               check(*options);
@@ -124,14 +125,15 @@ Command simulate_entry(std::function<int(const SimulateOptions&)> run) {
           }};
 }
 
-int simulate_command(const SimulateOptions& options,
-                     const std::function<SessionResult(const SimulateOptions&, const SessionHooks&)>& run) {
-  const InterruptGuard interrupt;
+int simulate_command(
+    const session::SimulateOptions& options,
+    const std::function<session::SessionResult(const session::SimulateOptions&, const session::SessionHooks&)>& run) {
+  const cli::InterruptGuard interrupt;
   Outputs outputs(options);
-  SessionResult session;
+  session::SessionResult session;
   {
-    ProgressBar bar(options.scenario);
-    SessionHooks hooks;
+    cli::ProgressBar bar(options.scenario);
+    session::SessionHooks hooks;
     hooks.progress = [&](double done_fraction) {
       interrupt.check();
       bar.show(done_fraction);
@@ -139,16 +141,16 @@ int simulate_command(const SimulateOptions& options,
     if (outputs.candump) hooks.candump = &outputs.candump->stream();
     session = run(options, hooks);
   }
-  const Judged judged = judge(session);
-  if (outputs.csv) write_csv(session.record, outputs.csv->stream());
-  if (outputs.json) outputs.json->stream() << result_json(judged).dump(2) << '\n';
+  const session::Judged judged = session::judge(session);
+  if (outputs.csv) report::write_csv(session.record, outputs.csv->stream());
+  if (outputs.json) outputs.json->stream() << report::result_json(judged).dump(2) << '\n';
   for (auto* file : {&outputs.candump, &outputs.csv, &outputs.json}) commit(*file);
   // Last: should the plots fail, the numbers are safe.
-  if (outputs.report) write_report(judged, outputs.report->stream());
+  if (outputs.report) report::write_report(judged, outputs.report->stream());
   commit(outputs.report);
   // Standard output belongs to whatever was sent there.
-  (uses_standard_output(options) ? std::cerr : std::cout) << summary_text(judged, options.report);
+  (uses_standard_output(options) ? std::cerr : std::cout) << report::summary_text(judged, options.report);
   return judged.passed ? 0 : 1;
 }
 
-}  // namespace knuckle::app
+}  // namespace knuckle::programs

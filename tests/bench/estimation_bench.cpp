@@ -4,7 +4,7 @@
 #include <chrono>
 #include <vector>
 
-#include "app/quantile.h"
+#include "core/quantile.h"
 #include "estimation/payload.h"
 #include "tests/estimation/test_machine.h"
 
@@ -45,9 +45,9 @@ void BM_ForceAndPayloadQuantiles(benchmark::State& bench) {
     const auto end = std::chrono::steady_clock::now();
     step_us.push_back(std::chrono::duration<double, std::micro>(end - start).count());
   }
-  bench.counters["p50_us"] = app::quantile(step_us, 0.5);
-  bench.counters["p99_us"] = app::quantile(step_us, 0.99);
-  bench.counters["p99.9_us"] = app::quantile(step_us, 0.999);
+  bench.counters["p50_us"] = quantile(step_us, 0.5);
+  bench.counters["p99_us"] = quantile(step_us, 0.99);
+  bench.counters["p99.9_us"] = quantile(step_us, 0.999);
 }
 BENCHMARK(BM_ForceAndPayloadQuantiles);
 

@@ -19,13 +19,13 @@ INSTANTIATE_TEST_SUITE_P(Allocation, EveryStep,
                          [](const auto& test) { return std::string(test.param); });
 
 TEST(EveryStepOfTheDirectLaw, AllocatesNothingInAWholeSession) {
-  app::SessionSetup setup = session_setup("wall_contact", 1);
+  session::SessionSetup setup = session_setup("wall_contact", 1);
   setup.law = master::ControlLaw::kDirect;
   EXPECT_EQ(run_session(setup).allocations, 0u);
 }
 
 TEST(EveryStepOverABadLink, AllocatesNothingInAWholeSession) {
-  app::SessionSetup setup = session_setup("wall_contact", 1);
+  session::SessionSetup setup = session_setup("wall_contact", 1);
   setup.to_machine.delay = setup.to_operator.delay = 50ms;
   setup.to_machine.jitter = setup.to_operator.jitter = 20ms;
   setup.to_machine.loss = setup.to_operator.loss = 0.1;

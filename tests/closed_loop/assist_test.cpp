@@ -8,8 +8,8 @@ namespace knuckle::test {
 namespace {
 
 /// The operator pushes until 6 N are felt, 6 kN at the machine, and goes on for ten seconds.
-app::SessionSetup hard_press(std::uint64_t seed, double limit_N) {
-  app::SessionSetup setup = session_setup("wall_contact", seed);
+session::SessionSetup hard_press(std::uint64_t seed, double limit_N) {
+  session::SessionSetup setup = session_setup("wall_contact", seed);
   phase_named(setup.scenario, "press").force_N = 6;
   setup.scenario.assist.force_limit_N = limit_N;
   return setup;
@@ -25,7 +25,7 @@ TEST(AssistForceLimit, TrueForceStaysWithinAFifthOfTheLimitHoweverHardTheHandPre
     EXPECT_EQ(session.metrics.faults.value(), 0);
     EXPECT_EQ(session.allocations, 0U);
     bool told = false;
-    for (const app::Sample& s : session.record.samples) {
+    for (const session::Sample& s : session.record.samples) {
       told = told || ((s.limits & kLimitAssistForce) != 0 && s.blocking == ReasonCode::kAssistForce);
     }
     EXPECT_TRUE(told);
@@ -36,12 +36,12 @@ TEST(AssistForceLimit, WithoutItTheSameHandPressesMoreThanTwiceAsHard) {
   EXPECT_GT(run_session(hard_press(1, 0)).metrics.peak_N.value(), 2 * 1500);
 }
 
-bool holds(const app::Sample& s) {
+bool holds(const session::Sample& s) {
   return s.mode == Mode::kHold && s.blocking == ReasonCode::kBuriedObject;
 }
 
 TEST(AssistStopOnObject, DiggingHoldsAtAPipeUntilEnableIsLetGoAndPressedAgain) {
-  app::SessionSetup setup = session_setup("buried_pipe", 3);
+  session::SessionSetup setup = session_setup("buried_pipe", 3);
   phase_named(setup.scenario, "let_go").duration_s = 3;
   // A hand that does not let go, but pulls and pushes: nothing moves.
   sim::Phase stubborn;
@@ -59,7 +59,7 @@ TEST(AssistStopOnObject, DiggingHoldsAtAPipeUntilEnableIsLetGoAndPressedAgain) {
   EXPECT_EQ(session.metrics.phases_timed_out.value(), 0) << "it was engaged again and backed out";
   EXPECT_EQ(session.metrics.faults.value(), 0);
   int rows = 0;
-  for (const app::Sample& s : session.record.samples) {
+  for (const session::Sample& s : session.record.samples) {
     if (s.phase != at) continue;
     ASSERT_TRUE(holds(s)) << s.t_s;
     ASSERT_EQ(s.valve_command.norm(), 0);
@@ -69,7 +69,7 @@ TEST(AssistStopOnObject, DiggingHoldsAtAPipeUntilEnableIsLetGoAndPressedAgain) {
 }
 
 TEST(AssistStopOnObject, WithoutItThePipeTakesMore) {
-  app::SessionSetup setup = session_setup("buried_pipe", 3);
+  session::SessionSetup setup = session_setup("buried_pipe", 3);
   setup.scenario.assist.stop_on_object = false;
   phase_named(setup.scenario, "drag").timeout_s = 12;
   EXPECT_GT(run_session(setup).metrics.pipe_peak_N.value(), 3500);
@@ -77,7 +77,7 @@ TEST(AssistStopOnObject, WithoutItThePipeTakesMore) {
 
 TEST(AssistStopOnObject, PlainSoilStopsNothing) {
   for (const std::uint64_t seed : {1U, 2U}) {
-    app::SessionSetup setup = session_setup("dig_cycle", seed);
+    session::SessionSetup setup = session_setup("dig_cycle", seed);
     setup.scenario.assist.stop_on_object = true;
     const FinishedSession session = run_session(setup);
     EXPECT_EQ(std::count_if(session.record.samples.begin(), session.record.samples.end(), holds), 0);

@@ -8,15 +8,15 @@ namespace {
 
 constexpr std::uint64_t kSeeds = 10;
 
-bool stopped_at_object(const app::SessionRecord& record) {
-  return std::any_of(record.samples.begin(), record.samples.end(), [](const app::Sample& s) {
+bool stopped_at_object(const session::SessionRecord& record) {
+  return std::any_of(record.samples.begin(), record.samples.end(), [](const session::Sample& s) {
     return s.mode == Mode::kHold && s.blocking == ReasonCode::kBuriedObject;
   });
 }
 
 TEST(DeepBuriedObject, PlainSoilIsNeverTakenForOne) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    app::SessionSetup setup = session_setup("dig_cycle", seed);
+    session::SessionSetup setup = session_setup("dig_cycle", seed);
     setup.scenario.assist.stop_on_object = true;
     EXPECT_FALSE(stopped_at_object(run_session(setup).record)) << "seed " << seed;
   }

@@ -11,14 +11,14 @@
 namespace knuckle::test {
 namespace {
 
-using app::FaultKind;
+using sim::FaultKind;
 
 constexpr std::uint32_t kSync = 0x080, kFirstSetPoint = 0x210, kLastSetPoint = 0x212, kBabbled = 0x001;
 constexpr double kStep_s = 0.005;
 
 /// Engage and sweep, with one thing broken.
-app::SessionSetup story(const app::ScheduledFault& fault, double sweep_s) {
-  app::SessionSetup setup = session_setup("bus_faults", 1);
+session::SessionSetup story(const session::ScheduledFault& fault, double sweep_s) {
+  session::SessionSetup setup = session_setup("bus_faults", 1);
   sim::Phase sweep = phase_named(setup.scenario, "warm_up");
   sweep.duration_s = sweep_s;
   setup.scenario.phases = {phase_named(setup.scenario, "engage"), sweep};
@@ -34,25 +34,25 @@ bool drives(const CanFrame& frame) {
 }
 
 TEST(WrongIdentity, IsNeverEngagedHoweverOftenTheOperatorTries) {
-  app::SessionSetup setup = story({FaultKind::kWrongIdentity, 0, 0, 3600, 0x10}, 1);
+  session::SessionSetup setup = story({FaultKind::kWrongIdentity, 0, 0, 3600, 0x10}, 1);
   setup.scenario.duration_s = 12;
   const FinishedSession session = run_session(setup);
   ASSERT_FALSE(session.record.faults.empty());
   EXPECT_EQ(session.record.faults[0].reason.code, ReasonCode::kNodeIdentity);
   EXPECT_EQ(session.record.faults[0].reason.subject, 0x10);
-  EXPECT_TRUE(std::none_of(session.record.samples.begin(), session.record.samples.end(), [](const app::Sample& s) {
+  EXPECT_TRUE(std::none_of(session.record.samples.begin(), session.record.samples.end(), [](const session::Sample& s) {
     return s.mode == Mode::kAligning || s.mode == Mode::kEngaged || s.mode == Mode::kHold;
   }));
-  EXPECT_TRUE(std::none_of(session.frames.begin(), session.frames.end(),
-                           [](const app::TimedFrame& f) { return drives(f.frame); }));
+  EXPECT_TRUE(
+      std::none_of(session.frames.begin(), session.frames.end(), [](const TimedFrame& f) { return drives(f.frame); }));
 }
 
 TEST(WrongIdentity, MendedAndTheOperatorHavingLetGoTheMachineIsEngaged) {
   const FinishedSession session = run_session(story({FaultKind::kWrongIdentity, 0, 0, 4, 0x10}, 1));
   ASSERT_EQ(session.record.faults.size(), 1U);
   EXPECT_EQ(session.record.phases_timed_out, 0);
-  EXPECT_TRUE(std::any_of(session.frames.begin(), session.frames.end(),
-                          [](const app::TimedFrame& f) { return drives(f.frame); }));
+  EXPECT_TRUE(
+      std::any_of(session.frames.begin(), session.frames.end(), [](const TimedFrame& f) { return drives(f.frame); }));
 }
 
 /// What the bus carried, and how long after the step that sent them its frames were through.
@@ -61,10 +61,10 @@ struct Traffic {
   double sync_s = 0, set_points_s = 0;
 };
 
-Traffic traffic(const app::FrameLog& frames, double from_s, double until_s, double bit_rate) {
+Traffic traffic(const session::FrameLog& frames, double from_s, double until_s, double bit_rate) {
   Traffic traffic;
   int syncs = 0, set_points = 0;
-  for (const app::TimedFrame& f : frames) {
+  for (const TimedFrame& f : frames) {
     const double at_s = to_seconds(f.at);
     if (at_s < from_s || at_s >= until_s) continue;
     const double late_s = std::fmod(at_s, kStep_s);
@@ -79,10 +79,10 @@ Traffic traffic(const app::FrameLog& frames, double from_s, double until_s, doub
 
 TEST(Babble, KeepsEverybodyWaitingAndTheMachineGoesOn) {
   constexpr double kAfter_s = 2, kLasts_s = 2;
-  const app::SessionSetup setup = story({FaultKind::kBabble, 1, kAfter_s, kLasts_s, 0}, 6);
+  const session::SessionSetup setup = story({FaultKind::kBabble, 1, kAfter_s, kLasts_s, 0}, 6);
   const FinishedSession session = run_session(setup);
   const auto first = std::find_if(session.frames.begin(), session.frames.end(),
-                                  [](const app::TimedFrame& f) { return f.frame.id == kBabbled; });
+                                  [](const TimedFrame& f) { return f.frame.id == kBabbled; });
   ASSERT_NE(first, session.frames.end());
   const double from_s = to_seconds(first->at);
   const Traffic before = traffic(session.frames, from_s - 1, from_s, setup.machine.bus.bit_rate);
@@ -93,7 +93,7 @@ TEST(Babble, KeepsEverybodyWaitingAndTheMachineGoesOn) {
   EXPECT_GT(babbled.set_points_s, before.set_points_s + 800e-6);
   EXPECT_TRUE(session.record.faults.empty());
   EXPECT_EQ(session.record.phases_timed_out, 0);
-  EXPECT_TRUE(std::any_of(session.frames.begin(), session.frames.end(), [&](const app::TimedFrame& f) {
+  EXPECT_TRUE(std::any_of(session.frames.begin(), session.frames.end(), [&](const TimedFrame& f) {
     return to_seconds(f.at) > from_s + 1 && drives(f.frame);
   })) << "the machine goes on";
 }

@@ -4,20 +4,20 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "app/session_result.h"
+#include "app/session/session_result.h"
 #include "tests/support/run_program.h"
 
 namespace knuckle::test {
 namespace {
 
 std::string digest(const std::string& scenario, std::uint64_t seed, double loss = 0) {
-  app::SimulateOptions options;
+  session::SimulateOptions options;
   options.scenario = scenario;
   options.seed = seed;
   options.duration_s = 8;
   options.jitter_ms = 5;
   options.loss = loss;
-  return app::run_simulation(options, {}).digest;
+  return session::run_simulation(options, {}).digest;
 }
 
 std::string digest_of_program(const std::string& scenario, std::uint64_t seed) {

@@ -10,12 +10,12 @@
 
 #include "tests/closed_loop/session_rig.h"
 #include "tests/support/candump.h"
-#include "transport/virtual_can.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::test {
 namespace {
 
-using app::FaultKind;
+using sim::FaultKind;
 
 // The machine's bus, again.
 constexpr unsigned kFirstValve = 0x10, kSetPointPdo = 0x200, kActualPdo = 0x180, kSync = 0x080, kHeartbeat = 0x701;
@@ -40,9 +40,9 @@ sim::Phase sweep(double duration_s) {
 }
 
 /// Engage, sweep until the machine stops, go on holding enable for a while, engage anew, sweep.
-app::SessionSetup story(const app::ScheduledFault& fault, std::uint64_t seed) {
-  app::SessionSetup setup = session_setup("link_faults", seed);
-  app::Scenario& scenario = setup.scenario;
+session::SessionSetup story(const session::ScheduledFault& fault, std::uint64_t seed) {
+  session::SessionSetup setup = session_setup("link_faults", seed);
+  session::Scenario& scenario = setup.scenario;
   sim::Phase engage, wait;
   engage.kind = sim::PhaseKind::kEngage;
   wait.kind = sim::PhaseKind::kWait;
@@ -57,7 +57,7 @@ app::SessionSetup story(const app::ScheduledFault& fault, std::uint64_t seed) {
 
 /// A finished story, its wire as text would tell it, and when what happened.
 struct Told {
-  app::SessionRecord record;
+  session::SessionRecord record;
   std::vector<WireFrame> wire;
   double broken_s = 0, released_s = 0;  ///< The fault; the operator letting go of enable.
 
@@ -69,7 +69,7 @@ struct Told {
     released_s = start_of(kAgain) - kRow_s;
   }
   double start_of(int phase) const {
-    for (const app::Sample& s : record.samples) {
+    for (const session::Sample& s : record.samples) {
       if (s.phase == phase) return s.t_s;
     }
     ADD_FAILURE() << "phase " << phase << " was never reached";
@@ -108,9 +108,9 @@ double kept_since(const std::vector<WireFrame>& wire, bool (*breaks)(const WireF
 }
 
 /// Time of the last row in [from, until) in which a spool is truly open; `from` if there is none.
-double truly_closed_since(const app::SessionRecord& record, double from, double until) {
+double truly_closed_since(const session::SessionRecord& record, double from, double until) {
   double last = from;
-  for (const app::Sample& s : record.samples) {
+  for (const session::Sample& s : record.samples) {
     if (s.t_s < until && s.truth_spool.cwiseAbs().maxCoeff() > kDeadBandShare) last = std::max(last, s.t_s);
   }
   return last;
@@ -121,9 +121,9 @@ bool moves_between(const std::vector<WireFrame>& wire, double from, double until
                      [&](const WireFrame& f) { return f.at_s >= from && f.at_s < until && commands_motion(f); });
 }
 
-double turned_rad(const app::SessionRecord& record, double from, double until) {
+double turned_rad(const session::SessionRecord& record, double from, double until) {
   JointVector low = JointVector::Constant(1e9), high = -low;
-  for (const app::Sample& s : record.samples) {
+  for (const session::Sample& s : record.samples) {
     if (s.t_s < from || s.t_s >= until) continue;
     low = low.cwiseMin(s.truth_joint_rad);
     high = high.cwiseMax(s.truth_joint_rad);
@@ -208,7 +208,7 @@ TEST(HungLoop, LooksDeadOnTheWire) {
 
 // The reader above can tell: the same story without a fault is full of motion until the end.
 TEST(FaultJudge, SeesMotionWhereNothingFails) {
-  app::SessionSetup setup = story({}, 1);
+  session::SessionSetup setup = story({}, 1);
   setup.scenario.faults.clear();
   setup.scenario.phases[kMoving].until_fault = false;
   setup.scenario.phases[kWaiting] = setup.scenario.phases[kMoving];

@@ -12,14 +12,14 @@ constexpr double kHolds_s = 0.55;   // the longest round trip of 0.5 s, and what
 constexpr double kCloses_s = 0.15;  // the spools, once the command is neutral
 
 /// Engage, then sweep while the way back dies and returns.
-app::SessionSetup story(std::uint64_t seed) {
-  app::SessionSetup setup = session_setup("link_faults", seed);
+session::SessionSetup story(std::uint64_t seed) {
+  session::SessionSetup setup = session_setup("link_faults", seed);
   sim::Phase engage, sweep = phase_named(setup.scenario, "cut_back");
   engage.kind = sim::PhaseKind::kEngage;
   sweep.duration_s = kCutAfter_s + kCutLasts_s;
   setup.scenario.phases = {engage, sweep, engage};
   setup.scenario.phase_names = {"engage", "moving", "again"};
-  setup.scenario.faults = {{app::FaultKind::kLinkCutBack, kMoving, kCutAfter_s, kCutLasts_s, 0}};
+  setup.scenario.faults = {{sim::FaultKind::kLinkCutBack, kMoving, kCutAfter_s, kCutLasts_s, 0}};
   setup.scenario.duration_s = 30;
   return setup;
 }
@@ -28,11 +28,11 @@ TEST(ReturnLink, MachineHoldsWhileTheOperatorHearsNothingOfIt) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const auto record = run_session(story(seed)).record;
     const auto begun = std::find_if(record.samples.begin(), record.samples.end(),
-                                    [](const app::Sample& s) { return s.phase == kMoving; });
+                                    [](const session::Sample& s) { return s.phase == kMoving; });
     ASSERT_NE(begun, record.samples.end());
     const double cut_s = begun->t_s + kCutAfter_s;
     bool moved = false;
-    for (const app::Sample& s : record.samples) {
+    for (const session::Sample& s : record.samples) {
       if (s.t_s < cut_s) moved = moved || (s.t_s > cut_s - 0.1 && s.valve_command.cwiseAbs().maxCoeff() > 0.1);
       if (s.t_s < cut_s + kHolds_s || s.t_s >= cut_s + kCutLasts_s) continue;
       ASSERT_EQ(s.mode, Mode::kHold) << s.t_s - cut_s;

@@ -1,7 +1,7 @@
 // Every scenario meets its own criteria: what a user gets from `knuckle simulate --scenario NAME`.
 #include <gtest/gtest.h>
 
-#include "app/session_result.h"
+#include "app/session/session_result.h"
 
 namespace knuckle::test {
 namespace {
@@ -10,14 +10,14 @@ constexpr std::uint64_t kQuickSeeds = 2, kDeepSeeds = 20;
 
 /// Empty where every criterion is met; else which are not, by how much.
 std::string unmet(const std::string& scenario, std::uint64_t seed) {
-  app::SimulateOptions options;
+  session::SimulateOptions options;
   options.scenario = scenario;
   options.seed = seed;
-  const app::SessionResult result = app::run_simulation(options, {});
-  const app::Judged judged = app::judge(result);
+  const session::SessionResult result = session::run_simulation(options, {});
+  const session::Judged judged = session::judge(result);
   EXPECT_FALSE(judged.criteria.empty());
   std::string text;
-  for (const app::CriterionResult& c : judged.criteria) {
+  for (const session::CriterionResult& c : judged.criteria) {
     if (c.passed) continue;
     text += c.name + " = " + (c.value ? std::to_string(*c.value) : "not measured") + ", " + c.relation + " " +
             std::to_string(c.bound) + "; ";

@@ -6,19 +6,19 @@
 #include <stdexcept>
 #include <string>
 
-#include "app/metrics.h"
-#include "app/session.h"
+#include "app/session/metrics.h"
+#include "app/session/session.h"
 #include "machine/load.h"
 #include "tests/support/no_alloc.h"
 
 namespace knuckle::test {
 
 /// What `knuckle simulate --scenario NAME --seed N` would run, as the scenario's file says.
-inline app::SessionSetup session_setup(const std::string& scenario, std::uint64_t seed) {
-  app::SessionSetup setup;
+inline session::SessionSetup session_setup(const std::string& scenario, std::uint64_t seed) {
+  session::SessionSetup setup;
   setup.machine = load_machine(find_config("machine", "solar015"));
   setup.device = load_device(find_config("device", "knuckle1"));
-  setup.scenario = app::load_scenario(find_config("scenario", scenario), setup.machine);
+  setup.scenario = session::load_scenario(find_config("scenario", scenario), setup.machine);
   setup.truth = sim::draw_truth(setup.machine, seed);
   setup.machine = calibrated(setup.machine);
   setup.limb = sim::draw_limb(setup.scenario.limb, seed);
@@ -27,28 +27,28 @@ inline app::SessionSetup session_setup(const std::string& scenario, std::uint64_
   return setup;
 }
 
-inline sim::Phase& phase_named(app::Scenario& scenario, const std::string& name) {
+inline sim::Phase& phase_named(session::Scenario& scenario, const std::string& name) {
   const auto it = std::find(scenario.phase_names.begin(), scenario.phase_names.end(), name);
   if (it == scenario.phase_names.end()) throw std::invalid_argument("no phase " + name);
   return scenario.phases[static_cast<std::size_t>(it - scenario.phase_names.begin())];
 }
 
 struct FinishedSession {
-  app::SessionRecord record;
-  app::FrameLog frames;
-  app::Metrics metrics;
+  session::SessionRecord record;
+  session::FrameLog frames;
+  session::Metrics metrics;
   std::uint64_t allocations = 0;  ///< Of all steps together.
 };
 
-inline FinishedSession run_session(const app::SessionSetup& setup) {
-  app::Session session(setup);
+inline FinishedSession run_session(const session::SessionSetup& setup) {
+  session::Session session(setup);
   FinishedSession finished;
   NoAllocScope scope;
   while (!session.done()) session.step();
   finished.allocations = scope.allocations();
   finished.frames = session.frames();
   finished.record = session.take_record();
-  finished.metrics = app::compute_metrics(finished.record);
+  finished.metrics = session::compute_metrics(finished.record);
   return finished;
 }
 

@@ -26,11 +26,11 @@ struct Cell {
   LimbClass limb;
 };
 
-app::SessionSetup press_on_ground(const Cell& cell, std::uint64_t seed) {
-  app::SessionSetup setup = session_setup("wall_contact", seed);
+session::SessionSetup press_on_ground(const Cell& cell, std::uint64_t seed) {
+  session::SessionSetup setup = session_setup("wall_contact", seed);
   setup.to_machine.delay = setup.to_operator.delay = cell.round_trip_ms * 1ms / 2;
   setup.limb = sim::draw_limb(cell.limb, seed);
-  app::Scenario& scenario = setup.scenario;
+  session::Scenario& scenario = setup.scenario;
   scenario.start_rad = JointVector(40, -75, -40) * kDeg;
   scenario.hand_rad = JointVector(42, -77, -38) * kDeg;
   scenario.world.walls.at(0).stiffness_N_per_m = cell.stiffness_N_per_m;
@@ -50,7 +50,7 @@ app::SessionSetup press_on_ground(const Cell& cell, std::uint64_t seed) {
   return setup;
 }
 
-std::string beyond(const char* what, const app::Metric& value, double bound) {
+std::string beyond(const char* what, const session::Metric& value, double bound) {
   if (value && *value <= bound) return "";
   return std::string(what) + " " + (value ? std::to_string(*value) : "not measured") + " > " + std::to_string(bound) +
          "; ";
@@ -58,7 +58,7 @@ std::string beyond(const char* what, const app::Metric& value, double bound) {
 
 /// Empty where the session was stable by the gate.
 std::string instability(const FinishedSession& session) {
-  const app::Metrics& m = session.metrics;
+  const session::Metrics& m = session.metrics;
   return beyond("peak to peak N", m.hold_peak_to_peak_N, kStill_N) +
          beyond("contact losses", m.contact_losses, kMostLosses) + beyond("faults", m.faults, 0) +
          beyond("phases timed out", m.phases_timed_out, 0);
@@ -88,7 +88,7 @@ const auto kLimbs = testing::Values(LimbClass::kRelaxed, LimbClass::kCoContracte
 class DefaultLaw : public testing::TestWithParam<Parameters> {};
 
 TEST_P(DefaultLaw, HoldsStillInContactWithTheForceThatIsThere) {
-  app::SessionSetup setup = press_on_ground(cell_of(GetParam()), 1);
+  session::SessionSetup setup = press_on_ground(cell_of(GetParam()), 1);
   const FinishedSession session = run_session(setup);
   EXPECT_EQ(instability(session), "");
   EXPECT_EQ(untruth(session, phase_named(setup.scenario, "press").force_N), "");
@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(DeepStability, DefaultLawDrawn, testing::Combine(kRound
 class DirectLaw : public testing::TestWithParam<Parameters> {};
 
 TEST_P(DirectLaw, SwingsWhereTheLimbIsTooSoftForTheDelay) {
-  app::SessionSetup setup = press_on_ground(cell_of(GetParam()), 1);
+  session::SessionSetup setup = press_on_ground(cell_of(GetParam()), 1);
   setup.law = master::ControlLaw::kDirect;
   const FinishedSession session = run_session(setup);
   const bool swings = session.metrics.hold_peak_to_peak_N.value_or(0) > kStill_N ||

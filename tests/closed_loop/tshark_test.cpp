@@ -11,7 +11,7 @@
 #include "tests/closed_loop/session_rig.h"
 #include "tests/slave/bench_machine.h"
 #include "tests/support/run_program.h"
-#include "transport/virtual_can.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::test {
 namespace {
@@ -143,12 +143,12 @@ TEST_F(Tshark, DecodesEveryFrameKindWithItsContent) {
 }
 
 TEST_F(Tshark, FindsNoFaultInASessionThatEndsInOne) {
-  app::SessionSetup setup = session_setup("free_motion", 1);
-  setup.scenario.faults = {{app::FaultKind::kNodeEmergency, 1, 1.0, 0.5, 0x21}};
+  session::SessionSetup setup = session_setup("free_motion", 1);
+  setup.scenario.faults = {{sim::FaultKind::kNodeEmergency, 1, 1.0, 0.5, 0x21}};
   setup.scenario.duration_s = 8;
   std::stringstream log;
   std::vector<std::uint32_t> ids;
-  for (const app::TimedFrame& f : run_session(setup).frames) {
+  for (const TimedFrame& f : run_session(setup).frames) {
     log << candump_line(f.at, f.frame) << '\n';
     ids.push_back(f.frame.id);
   }

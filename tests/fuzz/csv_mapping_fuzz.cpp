@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "app/csv_reader.h"
+#include "app/recordings/csv_reader.h"
 #include "core/error.h"
 #include "tests/fuzz/file_in_memory.h"
 
@@ -16,7 +16,7 @@ void require(bool condition) {
   if (!condition) std::abort();
 }
 
-void check(const knuckle::app::MappedTable& table) {
+void check(const knuckle::recordings::MappedTable& table) {
   const std::size_t rows = table.time_s.size();
   require(rows >= 4 && rows <= table.rows_read && table.time_s.front() == 0);
   require(table.rows.size() == rows && table.until_s.size() == rows);
@@ -25,7 +25,7 @@ void check(const knuckle::app::MappedTable& table) {
     require(i == 0 || table.time_s[i] > table.time_s[i - 1]);
   }
   require(!table.channels.empty());
-  for (const knuckle::app::MappedChannel& channel : table.channels) {
+  for (const knuckle::recordings::MappedChannel& channel : table.channels) {
     require(channel.values.size() == rows);
     for (const double value : channel.values) require(!std::isinf(value));
   }
@@ -41,7 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const bool both = at != std::string_view::npos;
   const knuckle::test::FileInMemory map(text.substr(0, at)), csv(both ? text.substr(at + kBetween.size()) : "");
   try {
-    check(knuckle::app::read_mapped_csv(csv.path(), map.path()));
+    check(knuckle::recordings::read_mapped_csv(csv.path(), map.path()));
   } catch (const knuckle::InputError& error) {
     const std::string message = error.what();
     require(!message.empty() && message.find('\n') == std::string::npos);

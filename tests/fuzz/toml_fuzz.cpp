@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "app/scenario.h"
+#include "app/session/scenario.h"
 #include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
@@ -46,11 +46,11 @@ void check_machine(std::string_view text) {
 void check_scenario(const std::string& path) {
   static const knuckle::MachineDescription machine =
       knuckle::load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
-  const knuckle::app::Scenario scenario = knuckle::app::load_scenario(path, machine);
+  const knuckle::session::Scenario scenario = knuckle::session::load_scenario(path, machine);
   require(!scenario.phases.empty() && scenario.phases.size() == scenario.phase_names.size());
   require(scenario.start_rad.allFinite() && scenario.hand_rad.allFinite());
   require(std::isfinite(scenario.duration_s) && std::isfinite(scenario.delay_ms));
-  for (const knuckle::app::ScheduledFault& fault : scenario.faults) {
+  for (const knuckle::session::ScheduledFault& fault : scenario.faults) {
     require(fault.phase >= 0 && static_cast<std::size_t>(fault.phase) < scenario.phases.size());
     require(std::isfinite(fault.after_s) && std::isfinite(fault.duration_s));
   }

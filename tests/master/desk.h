@@ -35,6 +35,7 @@ inline DeviceDescription desk_device() {
 
 inline MachineDescription desk_machine() {
   MachineDescription machine;
+  machine.name = "desk";
   const JointVector length(1.75, 0.95, 0.5), low(-0.474, -2.585, -2.5), high(1.092, -0.510, 0.784);
   for (std::size_t i = 0; i < kJoints; ++i) {
     machine.links[i].length_m = length[Eigen::Index(i)];

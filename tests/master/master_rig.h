@@ -12,11 +12,13 @@
 #include "transport/hid_pair.h"
 #include "transport/impaired_link.h"
 #include "transport/link_messages.h"
+#include "transport/machine_status.h"
 
 namespace knuckle::test {
 
-/// Everything around one MasterLoop. `machine` is what the scripted machine answers every 5 ms; by default it follows
-/// the set-point at once, confident, without contact.
+/// Everything around one MasterLoop. `machine` is what the scripted machine answers every 5 ms, and `status` what it
+/// tells of itself every 50 ms; by default it follows the set-point at once, confident, without contact, and is the
+/// right one.
 struct MasterRig {
   explicit MasterRig(master::ControlLaw law = master::ControlLaw::kEchoSpring, Duration one_way = 1ms,
                      const sim::LimbImpedance& limb = steady_limb(), const DeviceDescription& device = desk_device())
@@ -28,6 +30,7 @@ struct MasterRig {
     machine.mode = Mode::kReady;
     machine.confidence = 1;
     machine.position_rad = machine.acted_on_rad = kMidPosture;
+    status.machine = MachineName(desk_machine().name);
   }
 
   void tick() {
@@ -47,6 +50,9 @@ struct MasterRig {
     machine.sent_at = now;
     machine.echoed_master_time = heard.sent_at == Time{} ? Time{} : heard.sent_at + (now - heard_at);
     network.b().send(encode(machine).view());
+    if (now.time_since_epoch() % 50ms != 0ms || !tells_status) return;
+    ++status.sequence;
+    network.b().send(encode(status).view());
   }
   void run(double seconds) {
     for (int i = 0; i < int(seconds * 1e3 + 0.5); ++i) tick();
@@ -65,7 +71,8 @@ struct MasterRig {
   master::MasterLoop loop;
   sim::OperatorIntent intent;
   SlaveMessage machine;
-  bool follow = true, machine_silent = false;
+  MachineStatus status;
+  bool follow = true, machine_silent = false, tells_status = true;
   std::function<void(MasterRig&)> react;
   MasterMessage heard;
   Time heard_at{};

@@ -9,6 +9,7 @@
 
 #include "tests/sim/can_rig.h"
 #include "tests/support/no_alloc.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::sim::test {
 namespace {

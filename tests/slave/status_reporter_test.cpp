@@ -26,7 +26,7 @@ class Told final : public Link {
 };
 
 struct ReportingBench {
-  explicit ReportingBench(Mailbox<LoopHealth>* health = nullptr) : reporter(m.description, metered, told, health) {}
+  explicit ReportingBench(Mailbox<LoopHealth>* health = nullptr) : reporter(m.description, can, told, health) {}
   void tick() {
     m.tick();
     if (m.ticks % 5 == 0) reporter.step(m.now, m.loop);
@@ -35,7 +35,7 @@ struct ReportingBench {
     for (const Time end = m.now + time; m.now < end;) tick();
   }
   test::BenchMachine m;
-  MeteredCan metered{m.bus.port(0), m.description.bus.bit_rate};
+  WatchedCan can{m.bus.port(0), m.description.bus.bit_rate};
   Told told;
   StatusReporter reporter;
 };
@@ -225,7 +225,7 @@ TEST(StatusReporter, TellsLoadAndLossesOfTheBus) {
   bench.run(55ms);  // told once, and once more
   const CanFrame frame{.id = 0x7FF, .size = 8, .data = {1, 2, 3, 4, 5, 6, 7, 8}};
   int sent = 0;
-  for (int i = 0; i < 100; ++i) sent += bench.metered.send(frame) ? 1 : 0;
+  for (int i = 0; i < 100; ++i) sent += bench.can.send(frame) ? 1 : 0;
   const double share = sent * static_cast<double>(frame_bits(frame)) / (0.050 * bench.m.description.bus.bit_rate);
   bench.run(50ms);
   EXPECT_DOUBLE_EQ(bench.reporter.sent().bus_load, share);

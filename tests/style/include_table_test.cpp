@@ -15,24 +15,62 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a folder may include besides itself: whole folders, or single headers.
-const std::map<std::string, std::set<std::string>> kTable{
-    {"core", {}},
-    {"machine", {"core"}},
-    {"transport", {"core"}},
-    {"estimation", {"core", "machine"}},
-    {"master", {"core", "machine", "transport"}},
-    {"slave", {"core", "machine", "transport", "estimation"}},
-    {"sim", {"core", "transport", "machine/description.h"}},
-    {"app", {"core", "machine", "transport", "estimation", "master", "slave", "sim"}},
-};
+/// What a subject may include besides itself: whole subjects, or single headers. A subject is the longest of these
+/// names that a file's path begins with.
+using Table = std::map<std::string, std::set<std::string>>;
 
-std::string folder_of(const std::string& path) {
-  return path.substr(0, path.find('/'));
+std::set<std::string> operator+(std::set<std::string> some, const std::set<std::string>& more) {
+  some.insert(more.begin(), more.end());
+  return some;
 }
 
-/// One line per #include in text that the table forbids to a file of folder.
-std::vector<std::string> violations(const std::string& folder, const std::string& file, const std::string& text) {
+Table make_table() {
+  const std::set<std::string> loops{"core", "machine", "transport", "estimation", "slave", "sim"};
+  const std::set<std::string> tables{"core", "machine", "estimation", "app/cli", "app/recordings"};
+  const std::set<std::string> screens = loops + std::set<std::string>{"master", "app/session", "app/console"};
+  Table table{
+      {"core", {}},
+      {"machine", {"core"}},
+      {"transport", {"core"}},
+      {"estimation", {"core", "machine"}},
+      {"master", {"core", "machine", "transport"}},
+      {"slave", {"core", "machine", "transport", "estimation"}},
+      {"sim", {"core", "transport", "machine/description.h"}},
+      {"app/cli", {"core"}},
+      {"app/recordings", {"core", "machine", "estimation", "app/cli"}},
+      {"app/session", loops + tables + std::set<std::string>{"master"}},
+      {"app/motion", loops + std::set<std::string>{"app/cli"}},
+      {"app/report", tables + std::set<std::string>{"app/session"}},
+      {"app/bringup", loops + tables + std::set<std::string>{"app/motion"}},
+      {"app/identify", tables + std::set<std::string>{"sim", "app/motion", "app/report"}},
+      {"app/programs", loops + tables + std::set<std::string>{"master", "app/session", "app/report", "app/bringup"}},
+      {"app/studies", tables + std::set<std::string>{"sim", "app/motion", "app/report", "app/identify"}},
+      {"app/console/widgets", screens},
+      {"app/console/picture", screens + std::set<std::string>{"app/console/widgets"}},
+      {"app/console/screens", screens + std::set<std::string>{"app/console/widgets", "app/console/picture"}},
+  };
+  table["app/console"] = table["app/programs"] + std::set<std::string>{"app/programs", "app/identify"};
+  table["app/console/window"] =
+      table["app/console"] + table["app/console/screens"] + std::set<std::string>{"app/console/screens"};
+  std::set<std::string> everything;
+  for (const auto& [subject, may] : table) everything.insert(subject);
+  table["app"] = everything;  // main() alone
+  return table;
+}
+
+const Table kTable = make_table();
+
+/// Empty where the path is in none.
+std::string subject_of(const std::string& path) {
+  std::string longest;
+  for (const auto& [subject, may] : kTable) {
+    if (path.rfind(subject + '/', 0) == 0 && subject.size() > longest.size()) longest = subject;
+  }
+  return longest;
+}
+
+/// One line per #include in text that the table forbids to a file of this subject.
+std::vector<std::string> violations(const std::string& subject, const std::string& file, const std::string& text) {
   static const std::regex include_line(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
   std::vector<std::string> found;
   std::istringstream lines(text);
@@ -41,14 +79,38 @@ std::vector<std::string> violations(const std::string& folder, const std::string
     std::smatch match;
     if (!std::regex_search(line, match, include_line)) continue;
     const std::string header = match[2];
-    const std::string target = folder_of(header);
+    const std::string target = subject_of(header);
     const std::string at = file + ":" + std::to_string(number) + ": ";
-    if (match[1] == "\"" && !kTable.contains(target)) {
+    if (match[1] == "\"" && target.empty()) {
       found.push_back(at + "\"" + header + "\" is not FOLDER/FILE of this project");
-    } else if (kTable.contains(target) && target != folder && !kTable.at(folder).contains(target) &&
-               !kTable.at(folder).contains(header)) {
-      found.push_back(at + folder + " may not include " + header);
+    } else if (!target.empty() && target != subject && !kTable.at(subject).contains(target) &&
+               !kTable.at(subject).contains(header)) {
+      found.push_back(at + subject + " may not include " + header);
     }
+  }
+  return found;
+}
+
+/// Namespaces that a subject's files may open, besides unnamed ones: its own and what is inside it; and of core and
+/// machine and transport, which hold what everything is made of, that of the project.
+bool belongs(const std::string& subject, const std::string& name) {
+  const bool common = subject == "core" || subject == "machine" || subject == "transport" || subject == "app";
+  std::string own = "knuckle";
+  if (!common) own += "::" + std::regex_replace(subject, std::regex("^app/"), "");
+  own = std::regex_replace(own, std::regex("/"), "::");
+  return name == own || name.rfind(own + "::", 0) == 0;
+}
+
+/// One line per namespace in text that is another subject's.
+std::vector<std::string> strangers(const std::string& subject, const std::string& file, const std::string& text) {
+  static const std::regex opening(R"(^namespace (knuckle[a-z_:]*) \{)");
+  std::vector<std::string> found;
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    std::smatch match;
+    if (!std::regex_search(line, match, opening) || belongs(subject, match[1])) continue;
+    found.push_back(file + ":" + std::to_string(number) + ": " + subject + " may not define in " + match[1].str());
   }
   return found;
 }
@@ -82,16 +144,16 @@ bool names_a_private_path(const std::string& text) {
   return std::regex_search(text, path);
 }
 
-TEST(IncludeTable, EveryFileIncludesOnlyWhatItsFolderMay) {
+TEST(IncludeTable, EveryFileIncludesAndDefinesOnlyWhatItsSubjectMay) {
   const fs::path root = KNUCKLE_SOURCE_DIR;
   int checked = 0;
   for (const fs::path& file : project_files(root)) {
-    const std::string folder = folder_of(file.generic_string());
-    if (!is_source(file) || !kTable.contains(folder)) continue;
+    const std::string subject = subject_of(file.generic_string());
+    if (!is_source(file) || subject.empty()) continue;
     ++checked;
-    for (const std::string& line : violations(folder, file.generic_string(), contents(root / file))) {
-      ADD_FAILURE() << line;
-    }
+    const std::string text = contents(root / file);
+    for (const std::string& line : violations(subject, file.generic_string(), text)) ADD_FAILURE() << line;
+    for (const std::string& line : strangers(subject, file.generic_string(), text)) ADD_FAILURE() << line;
   }
   EXPECT_GT(checked, 10) << "no sources under " << root;
 }
@@ -104,6 +166,19 @@ TEST(IncludeTable, SeesWhatItForbids) {
   EXPECT_EQ(violations("master", "master/a.cpp", "#include \"estimation/force_estimator.h\"").size(), 1u);
   EXPECT_EQ(violations("slave", "slave/a.cpp", "  #  include <master/loop.h>").size(), 1u);
   EXPECT_EQ(violations("core", "core/a.cpp", "#include \"local.h\"").size(), 1u);
+  EXPECT_EQ(violations("app/session", "app/session/a.cpp", "#include \"app/report/html.h\"").size(), 1u);
+  EXPECT_EQ(violations("app/programs", "app/programs/a.cpp", "#include \"app/studies/sweep.h\"").size(), 1u);
+  EXPECT_EQ(violations("app/console", "app/console/a.cpp", "#include \"app/console/window/window.h\"").size(), 1u);
+  EXPECT_EQ(violations("app/console/window", "app/console/window/a.cpp", "#include \"app/console/keys.h\"").size(), 0u);
+}
+
+TEST(IncludeTable, SeesADefinitionInTheNamespaceOfAnotherSubject) {
+  EXPECT_EQ(strangers("app/report", "app/report/a.h", "namespace knuckle::report {\nnamespace {\n").size(), 0u);
+  EXPECT_EQ(strangers("app/report", "app/report/a.h", "\nnamespace knuckle::session {\n"),
+            std::vector<std::string>{"app/report/a.h:2: app/report may not define in knuckle::session"});
+  EXPECT_EQ(strangers("app/console/window", "a.h", "namespace knuckle::console::window {\n").size(), 0u);
+  EXPECT_EQ(strangers("app/console/window", "a.h", "namespace knuckle::console {\n").size(), 1u);
+  EXPECT_EQ(strangers("app/report", "a.h", "namespace knuckle {\n").size(), 1u);
 }
 
 TEST(ProjectFiles, NameNoPrivatePath) {

@@ -68,21 +68,5 @@ TEST(CanLoad, SharesOfPeriodicFramesAddUp) {
   EXPECT_DOUBLE_EQ(load.worst_case, (200 * 55 + 100 * 135) / 125e3);
 }
 
-TEST(CanLoadMeter, MeasuresMeanAndBusiestWindow) {
-  const CanFrame frame{0x1A0, 5, {1, 2, 3, 4, 5}};
-  CanLoadMeter meter(500000);
-  EXPECT_EQ(meter.mean(), 0);
-  const auto send = [&](int from_ms, int until_ms, int period_ms) {
-    for (int ms = from_ms; ms < until_ms; ms += period_ms) meter.add(Time(ms * 1ms), frame);
-  };
-  send(1000, 1100, 5);
-  send(1100, 1200, 1);  // the busy one
-  send(1200, 1300, 5);
-  send(2000, 2001, 1);  // after a silence
-  const double bits = frame_bits(frame);
-  EXPECT_DOUBLE_EQ(meter.mean(), 141 * bits / 500e3);
-  EXPECT_DOUBLE_EQ(meter.busiest(), 100 * bits / 50e3);
-}
-
 }  // namespace
 }  // namespace knuckle

@@ -8,6 +8,8 @@
 #include <random>
 
 #include "tests/transport/hex.h"
+#include "transport/link_kind.h"
+#include "transport/machine_status.h"
 
 namespace knuckle {
 namespace {
@@ -114,6 +116,19 @@ TEST(LinkMessages, TruncatedLongerOrForeignDatagramsAreRefused) {
   }
   EXPECT_FALSE(decode_slave(test::hex(kMaster)));
   EXPECT_FALSE(decode_master(test::hex(kSlave)));
+}
+
+TEST(LinkMessages, TellTheirKindInTheHeader) {
+  EXPECT_EQ(link_kind(encode(MasterMessage{}).view()), LinkKind::kMaster);
+  EXPECT_EQ(link_kind(encode(SlaveMessage{}).view()), LinkKind::kSlave);
+  EXPECT_EQ(link_kind(encode(MachineStatus{}).view()), LinkKind::kStatus);
+  for (std::size_t byte = 0; byte < 3; ++byte) {
+    Datagram foreign = encode(SlaveMessage{});
+    foreign.bytes[byte] ^= 0x40;
+    EXPECT_FALSE(link_kind(foreign.view())) << byte;
+  }
+  EXPECT_FALSE(link_kind(encode(SlaveMessage{}).view().first(3)));
+  EXPECT_FALSE(link_kind({}));
 }
 
 TEST(LinkMessages, UnknownModesReasonsAndFlagsAreRefused) {

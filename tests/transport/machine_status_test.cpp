@@ -11,10 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/no_alloc.h"
 #include "tests/transport/hex.h"
 #include "transport/link_messages.h"
-#include "transport/status_link.h"
 
 namespace knuckle {
 namespace {
@@ -212,100 +210,6 @@ TEST(MachineStatus, RandomValuesSurviveTheRoundTripAndRandomBytesNeverBreakTheDe
     ASSERT_TRUE(!read || (read->spool.allFinite() && std::isfinite(read->bus_load) && read->period >= 0ns));
   }
   EXPECT_GT(accepted, 100) << "the noise was not refused for its header alone";
-}
-
-/// What the machine's side put on the wire, in order.
-class Incoming final : public Link {
- public:
-  void put(const Datagram& datagram) { datagrams_.push_back(datagram); }
-  bool send(std::span<const std::uint8_t> bytes) noexcept override {
-    sent_bytes += bytes.size();
-    return true;
-  }
-  bool receive(Datagram& datagram) noexcept override {
-    if (next_ == datagrams_.size()) return false;
-    datagram = datagrams_[next_++];
-    return true;
-  }
-  std::size_t sent_bytes = 0;
-
- private:
-  std::vector<Datagram> datagrams_;
-  std::size_t next_ = 0;
-};
-
-Datagram status(std::uint32_t sequence, std::uint64_t steps = 0) {
-  MachineStatus s;
-  s.sequence = sequence;
-  s.steps = steps;
-  return encode(s);
-}
-
-TEST(StatusLink, SortsStatusesOutAndPassesEverythingElseOnInOrder) {
-  Incoming wire;
-  SlaveMessage first, second;
-  first.sequence = 1;
-  second.sequence = 2;
-  Datagram garbage;
-  garbage.size = 3;
-  for (const Datagram& datagram : {status(1), encode(first), status(2), status(3), garbage, encode(second), status(4)})
-    wire.put(datagram);
-  StatusLink link(wire);
-  EXPECT_FALSE(link.status());
-  EXPECT_EQ(link.status_at(), kNever);
-  link.stamp(Time(7ms));
-  Datagram datagram;
-  ASSERT_TRUE(link.receive(datagram));
-  EXPECT_EQ(decode_slave(datagram.view())->sequence, 1U);
-  EXPECT_EQ(link.status()->sequence, 1U);
-  ASSERT_TRUE(link.receive(datagram));
-  EXPECT_EQ(datagram.size, 3) << "malformed is for the loop to count";
-  ASSERT_TRUE(link.receive(datagram));
-  EXPECT_EQ(decode_slave(datagram.view())->sequence, 2U);
-  link.stamp(Time(9ms));
-  EXPECT_FALSE(link.receive(datagram));
-  EXPECT_EQ(link.status()->sequence, 4U);
-  EXPECT_EQ(link.status_at(), Time(9ms)) << "its arrival";
-  link.send(status(1).view());
-  EXPECT_EQ(wire.sent_bytes, status(1).size);
-}
-
-TEST(StatusLink, TheNewestNumberWinsUntilTheMachineHasBeenSilent) {
-  Incoming wire;
-  StatusLink link(wire);
-  Datagram datagram;
-  const auto hear = [&](Time at, std::uint32_t sequence, std::uint64_t steps) {
-    wire.put(status(sequence, steps));
-    link.stamp(at);
-    EXPECT_FALSE(link.receive(datagram));
-    return link.status()->steps;
-  };
-  EXPECT_EQ(hear(Time(1s), 0xFFFFFFFF, 1), 1U);
-  EXPECT_EQ(hear(Time(1050ms), 0, 2), 2U) << "across the wrap";
-  EXPECT_EQ(hear(Time(1100ms), 0xFFFFFFFF, 3), 2U) << "late";
-  EXPECT_EQ(hear(Time(1150ms), 0, 4), 2U) << "twice";
-  EXPECT_EQ(link.status_at(), Time(1050ms));
-  EXPECT_EQ(hear(Time(2050ms), 0xFFFFFFFF, 5), 5U) << "it has started anew";
-}
-
-TEST(StatusLink, AFloodOfStatusesKeepsNoLoopBusy) {
-  class Flood final : public Link {
-   public:
-    bool send(std::span<const std::uint8_t>) noexcept override { return true; }
-    bool receive(Datagram& datagram) noexcept override {
-      datagram = status(++count);
-      return true;
-    }
-    std::uint32_t count = 0;
-  } wire;
-  StatusLink link(wire);
-  Datagram datagram;
-  const test::NoAllocScope scope;
-  const bool received = link.receive(datagram);
-  const auto allocations = scope.allocations();
-  EXPECT_FALSE(received);
-  EXPECT_LE(wire.count, 64U);
-  EXPECT_EQ(allocations, 0U);
 }
 
 }  // namespace

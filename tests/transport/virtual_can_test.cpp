@@ -227,13 +227,5 @@ TEST(VirtualCanBus, RefusesImpossibleSetUps) {
   EXPECT_THROW(VirtualCanBus(2, 0), InputError);
 }
 
-TEST(Candump, LineIsThatOfTheTool) {
-  CanFrame f = frame(0x185, 2, 0x00);
-  f.data[1] = 0x11;
-  EXPECT_EQ(candump_line(Time(12s + 345678us + 999ns), f), "(0000000012.345678) can0 185#0011");
-  EXPECT_EQ(candump_line(Time{}, frame(0x080, 0), "vcan7"), "(0000000000.000000) vcan7 080#");
-  EXPECT_EQ(candump_line(Time(1us), frame(0x001, 8, 0xFE)), "(0000000000.000001) can0 001#FE00000000000000");
-}
-
 }  // namespace
 }  // namespace knuckle

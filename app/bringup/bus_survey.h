@@ -1,0 +1,73 @@
+// What is on a machine bus, found out by listening and by reading objects over SDO: nothing is started, configured or
+// moved, and nothing but SDO upload requests is ever sent.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/time.h"
+#include "machine/description.h"
+#include "transport/bus_access.h"
+#include "transport/canopen.h"
+
+namespace knuckle::bringup {
+
+/// How one object was answered.
+struct ObjectRead {
+  canopen::Object object;
+  enum class Answer : std::uint8_t { kSilent, kAborted, kValue } answer = Answer::kSilent;
+  std::uint32_t value = 0;
+  canopen::SdoAbort abort = canopen::SdoAbort::kNone;
+};
+
+/// One identifier seen while listening.
+struct HeardFrames {
+  std::uint64_t count = 0;
+  std::uint64_t bits = 0;  ///< With worst-case stuffing.
+};
+
+/// One node: what it sent by itself and what it answered.
+struct SurveyedNode {
+  std::uint8_t id = 0;
+  std::optional<canopen::NmtState> state;       ///< Of its newest heartbeat; nullopt where it sends none.
+  bool booted = false;                          ///< It started while being listened to.
+  std::optional<canopen::Emergency> emergency;  ///< Newest heard.
+  std::uint64_t emergencies = 0;
+  std::vector<ObjectRead> objects;
+
+  /// nullptr where it was not asked.
+  [[nodiscard]] const ObjectRead* read(canopen::Object object) const noexcept;
+  /// nullopt where there is no answer with a value.
+  [[nodiscard]] std::optional<std::uint32_t> value(canopen::Object object) const noexcept;
+  /// It has answered anything at all, be it with an abort.
+  [[nodiscard]] bool answers() const noexcept;
+};
+
+struct BusSurvey {
+  std::string name;  ///< Of the interface.
+  CanState state = CanState::kActive;
+  double listened_s = 0;
+  double load = 0;                             ///< Share of the bit rate, without what the survey sent itself.
+  std::map<std::uint32_t, HeardFrames> heard;  ///< By identifier.
+  std::map<std::uint8_t, SurveyedNode> nodes;  ///< By id; whoever sent or answered anything, and all that were asked.
+  bool others_ask = false;  ///< Somebody else uses SDO: nothing was asked, or answers could have been mixed up.
+  bool sync = false;        ///< A controller is at work.
+};
+
+struct SurveyOptions {
+  double listen_s = 2;
+  double answer_s = 0.25;  ///< Patience for one SDO answer.
+};
+
+/// @param wanted objects to read of nodes by their id; every other id is asked for its device type, and whoever
+/// answers for its identity. @param check called every millisecond; may throw to end it.
+[[nodiscard]] BusSurvey survey_bus(BusAccess& access, std::uint32_t bit_rate,
+                                   const std::map<std::uint8_t, std::vector<canopen::Object>>& wanted,
+                                   const SurveyOptions& options = {}, const std::function<void()>& check = {});
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,141 @@
+#include "app/bringup/commission_command.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <memory>
+
+#include "app/bringup/commission_record.h"
+#include "app/bringup/commission_result.h"
+#include "app/bringup/commission_wizard.h"
+#include "app/cli/digest.h"
+#include "app/cli/interrupt.h"
+#include "app/cli/output_file.h"
+#include "machine/load.h"
+#include "machine/pose.h"
+#include "sim/machine_on_bus.h"
+
+namespace knuckle::bringup {
+namespace {
+
+struct CommissionCommandOptions {
+  std::string can, machine, out, record = ".";
+  bool simulate = false;
+  std::uint64_t seed = 1;
+  IdentifyMotions motions;
+};
+
+void add_options(CLI::App& c, CommissionCommandOptions& o) {
+  c.add_option("--can", o.can, "CAN interface of the machine bus (can0)");
+  c.add_flag("--simulate", o.simulate, "Commission the simulated machine instead, on virtual time");
+  c.add_option("--seed", o.seed, "Draws the motions that are recorded and, with --simulate, the machine's truth")
+      ->capture_default_str()
+      ->check(CLI::Validator(cli::seed_error, "", "seed"));
+  c.add_option("--machine", o.machine, "Machine name or .toml file")->required();
+  c.add_option("--out", o.out, "Write the machine file with what was found (.toml)")->required();
+  c.add_option("--record", o.record, "Folder for the recordings that identify reads")->capture_default_str();
+  c.add_option("--slow", o.motions.slow_s, "Seconds of slow sweeps to record, 20 to 1200")->capture_default_str();
+  c.add_option("--fast", o.motions.fast_s, "Seconds of fast motion to record, 20 to 1200")->capture_default_str();
+}
+
+void check(const CommissionCommandOptions& o) {
+  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "is already taken by --simulate");
+  if (!o.simulate && o.can.empty()) cli::refuse_option("commission", "", "needs --can, or --simulate");
+  cli::check_range("--slow", o.motions.slow_s, 20, 1200, " s");
+  cli::check_range("--fast", o.motions.fast_s, 20, 1200, " s");
+  if (o.out == "-") cli::refuse_option("--out", "-", "must be a file: standard output is the dialogue");
+  std::error_code error;
+  if (!std::filesystem::is_directory(o.record, error)) cli::refuse_option("--record", o.record, "is no folder");
+  for (const char* name : kMotionNames) {
+    if (std::filesystem::exists(recording_file(o.record, name), error))
+      cli::refuse_option("--record", o.record, "has " + std::string(name) + ".csv already; give another folder");
+  }
+  cli::Places places;
+  places.configuration("--machine", o.machine);
+  places.output("--out", o.out);
+}
+
+/// @param read the machine file as it was read, not calibrated: what was calibrated on the simulated machine must not
+/// make it another one.
+BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription& read) {
+  if (!o.simulate) return real_access(o.can);
+  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::draw_truth(read, o.seed), sim::WorldDescription{},
+                                                            middle_of_range(read), o.seed));
+}
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string sha256_of(const std::string& text) {
+  cli::Digest digest;
+  digest.add(text);
+  return digest.finish();
+}
+
+std::string now_utc() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 24> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text.data();
+}
+
+int run_commission(CommissionCommandOptions options) {
+  check(options);
+  const cli::InterruptGuard interrupt;
+  const std::string file = find_config("machine", options.machine), text = text_of(file);
+  const MachineDescription read = load_machine(file), machine = calibrated(read);
+  check_layout(text, machine);
+  cli::OutputFile out("--out", options.out);
+  BusAccess access = access_of(options, read);
+  options.motions.seed = options.seed;
+  LineInput input(STDIN_FILENO);
+  const auto record = [&](const MachineDescription& found, const std::function<bool()>& stopped) {
+    return record_motions(found, access, options.motions, options.record, stopped);
+  };
+  try {
+    const WizardResult result = run_wizard(machine, access,
+                                           terminal(
+                                               std::cout, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
+                                           record, [&] { interrupt.check(); });
+    out.stream() << commissioned_text(text, machine, result, {access.name(), now_utc(), sha256_of(text)});
+    const std::string older = cli::keep_older(options.out);
+    out.commit();
+    std::cout << "\nwritten: " << options.out << (older.empty() ? "" : "; the older file is " + older) << '\n';
+    if (result.recordings.size() == 4) {
+      const auto& r = result.recordings;
+      std::cout << "next: knuckle identify " << r[0] << ' ' << r[1] << " --hold-out " << r[2] << " --hold-out " << r[3]
+                << " --machine " << options.out << " --out calibrated.toml --report identify.html\n";
+    }
+    return 0;
+  } catch (const CommissionEnded& ended) {
+    std::cerr << "knuckle: commissioning ended, machine neutral, nothing written to " << options.out << ": "
+              << ended.what() << '\n';
+    return 1;
+  }
+}
+
+}  // namespace
+
+cli::Command commission_entry() {
+  return {"commission", "First motions of a machine, step by step: signs, stroke ends, zero, dead bands, recordings",
+          [](CLI::App& command) {
+            const auto options = std::make_shared<CommissionCommandOptions>();
+            add_options(command, *options);
+            command.footer("Answers are read from standard input: one word, or number, a line.\n" +
+                           std::string(cli::kExitCodes));
+            return [options] { return run_commission(*options); };
+          }};
+}
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,91 @@
+#include "app/bringup/commission_dialogue.h"
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+
+#include "machine/toml_reader.h"
+
+namespace knuckle::bringup {
+
+std::optional<std::string> LineInput::poll() {
+  for (;;) {
+    if (const auto end = pending_.find('\n'); end != std::string::npos) {
+      std::string line = pending_.substr(0, end);
+      pending_.erase(0, end + 1);
+      if (!line.empty() && line.back() == '\r') line.pop_back();
+      return line;
+    }
+    if (ended_) throw CommissionEnded("the input has ended");
+    pollfd ready{descriptor_, POLLIN, 0};
+    if (::poll(&ready, 1, 0) <= 0) return std::nullopt;
+    std::array<char, 256> bytes{};
+    const ssize_t count = read(descriptor_, bytes.data(), bytes.size());
+    if (count < 0 && (errno == EINTR || errno == EAGAIN)) return std::nullopt;
+    if (count <= 0) ended_ = true;
+    if (count > 0) pending_.append(bytes.data(), static_cast<std::size_t>(count));
+  }
+}
+
+std::string text(const Question& question) {
+  std::string answers;
+  if (question.bounds) answers = number_text(question.bounds->first) + " to " + number_text(question.bounds->second);
+  for (const std::string& word : question.words) answers += (answers.empty() ? "" : " | ") + word;
+  return question.text + " [" + answers + "]";
+}
+
+Partner terminal(std::ostream& out, std::function<std::optional<std::string>()> poll, bool live) {
+  Partner partner;
+  partner.say = [&out](const std::string& line) { out << line << '\n' << std::flush; };
+  partner.begin = [&out](int number, const std::string& title) {
+    out << '\n' << number << ". " << title << '\n' << std::flush;
+  };
+  partner.ask = [&out](const Question& question) { out << text(question) << "\n> " << std::flush; };
+  partner.poll = std::move(poll);
+  partner.live = live;
+  return partner;
+}
+
+std::string Dialogue::answer(const Question& question) {
+  while (interrupted()) {
+  }
+  partner_.ask(question);
+  for (;;) {
+    if (auto line = partner_.poll()) return *line;
+    idle_();
+  }
+}
+
+int Dialogue::ask(const std::string& question, std::initializer_list<const char*> words) {
+  const Question asked{question, {words.begin(), words.end()}, {}};
+  const std::string typed = answer(asked);
+  const auto found = std::find(asked.words.begin(), asked.words.end(), typed);
+  if (found != asked.words.end()) return static_cast<int>(found - asked.words.begin());
+  std::string all;
+  for (const std::string& word : asked.words) all += (all.empty() ? "" : " | ") + word;
+  throw CommissionEnded("'" + typed + "' is not " + all);
+}
+
+double Dialogue::ask_number(const std::string& question, double low, double high, std::optional<double> known) {
+  Question asked{question, {}, std::pair(low, high)};
+  if (known) asked.words.emplace_back("tape");
+  const std::string typed = answer(asked);
+  if (known && typed == "tape") return *known;
+  double value = 0;
+  const auto end = std::from_chars(typed.data(), typed.data() + typed.size(), value);
+  const bool number = end.ec == std::errc() && end.ptr == typed.data() + typed.size();
+  if (!number || !(value >= low && value <= high)) {
+    throw CommissionEnded("'" + typed + "' is no number from " + number_text(low) + " to " + number_text(high));
+  }
+  return value;
+}
+
+bool Dialogue::interrupted() {
+  return partner_.live && partner_.poll().has_value();
+}
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,82 @@
+// Questions at a terminal that take one of a few words for an answer, asked while the machine's loop goes on. Any other
+// answer ends the commissioning: a word typed by mistake must never move a machine.
+#pragma once
+
+#include <functional>
+#include <initializer_list>
+#include <optional>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace knuckle::bringup {
+
+/// Why commissioning ended before its end. The machine is neutral when it is caught.
+class CommissionEnded : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Lines typed by a person or a script, without waiting for them.
+class LineInput {
+ public:
+  explicit LineInput(int descriptor) noexcept : descriptor_(descriptor) {}
+  /// The next whole line, if there is one by now. @throws CommissionEnded where the input has ended.
+  [[nodiscard]] std::optional<std::string> poll();
+
+ private:
+  int descriptor_;
+  std::string pending_;
+  bool ended_ = false;
+};
+
+/// What is asked: the answer is one of the words, or a number within the bounds.
+struct Question {
+  std::string text;
+  std::vector<std::string> words;
+  std::optional<std::pair<double, double>> bounds;
+};
+/// In one line: "text [word | word]".
+[[nodiscard]] std::string text(const Question& question);
+
+/// Whoever the commissioning talks with: a terminal, a script, or the buttons of a screen.
+struct Partner {
+  std::function<void(const std::string& line)> say;
+  std::function<void(int number, const std::string& title)> begin;  ///< A step begins.
+  std::function<void(const Question&)> ask;
+  std::function<std::optional<std::string>()> poll;  ///< The next answer, if there is one by now.
+  /// A person types as it goes: what was typed before a question is no answer to it, and anything typed while
+  /// something moves means stop. A script's lines are all there from the beginning.
+  bool live = false;
+  std::string stop_gesture = "any key with Enter";  ///< By which a person ends it while something moves.
+};
+/// Lines of text. @param poll as LineInput::poll(). @param out outlives what is returned.
+[[nodiscard]] Partner terminal(std::ostream& out, std::function<std::optional<std::string>()> poll, bool live);
+
+class Dialogue {
+ public:
+  /// @param idle lets the machine go on for a moment; called until there is an answer.
+  Dialogue(Partner partner, std::function<void()> idle) : partner_(std::move(partner)), idle_(std::move(idle)) {}
+
+  void say(const std::string& line) { partner_.say(line); }
+  /// A step of the commissioning begins.
+  void begin(int number, const std::string& title) { partner_.begin(number, title); }
+  /// @return which of the words. @throws CommissionEnded for any other answer.
+  int ask(const std::string& question, std::initializer_list<const char*> words);
+  /// @throws CommissionEnded for anything but a number within the bounds.
+  /// @param known where the answer is known without asking (on a simulated machine), the word "tape" takes it.
+  double ask_number(const std::string& question, double low, double high, std::optional<double> known = {});
+  /// Whether a person typed anything: while something moves, that means stop.
+  [[nodiscard]] bool interrupted();
+  [[nodiscard]] const std::string& stop_gesture() const noexcept { return partner_.stop_gesture; }
+
+ private:
+  std::string answer(const Question& question);
+
+  Partner partner_;
+  std::function<void()> idle_;
+};
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,41 @@
+// The commissioning of a machine, step by step with a person, from identity to dead bands: every step is announced,
+// nothing moves without its word, and what does not fit ends it with the machine neutral.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/bringup/commission_checks.h"
+#include "app/bringup/commission_dialogue.h"
+#include "app/bringup/doctor_bus.h"
+#include "machine/description.h"
+#include "transport/bus_access.h"
+
+namespace knuckle::bringup {
+
+struct AxisResult {
+  std::optional<double> stroke_m;  ///< Between its stops.
+  std::optional<double> offset_m;  ///< Reading minus the pin-to-pin length, before any preset.
+  bool preset = false;             ///< The encoder was made to show the pin-to-pin length.
+  std::optional<double> dead_band_extend, dead_band_retract;
+};
+struct WizardResult {
+  std::vector<NodeLine> nodes;
+  std::optional<double> tilt_error_rad;  ///< Reading minus the spirit level; nullopt where not compared.
+  PerJoint<AxisResult> axes;
+  Findings findings;
+  std::vector<std::string> recordings;  ///< Files for `knuckle identify`.
+};
+
+/// @param record drives and records motion in closed loop with what has been found so far, and says in which files;
+/// asked for by a word of its own. @param check called all the time; may throw to end it.
+/// @throws CommissionEnded where it did not come to its end; the machine is neutral then.
+[[nodiscard]] WizardResult run_wizard(
+    const MachineDescription& machine, BusAccess& access, Partner partner,
+    const std::function<std::vector<std::string>(const MachineDescription&, const std::function<bool()>& stopped)>&
+        record,
+    const std::function<void()>& check);
+
+}  // namespace knuckle::bringup

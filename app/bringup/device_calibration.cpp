@@ -1,0 +1,154 @@
+#include "app/bringup/device_calibration.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "core/error.h"
+#include "machine/load.h"
+#include "machine/toml_lines.h"
+
+namespace knuckle::bringup {
+namespace {
+
+constexpr double kStopTolerance = 0.05;  // of the way between the stops: rubber gives way, wrong gears do not
+constexpr Duration kStillTime = 200ms;
+constexpr double kStill_rad = 0.02;
+constexpr const char* kLayoutNeeded = ": calibration needs each [joints.*] table with one key a line";
+
+struct Stops {
+  const char *low, *high;
+};
+constexpr PerJoint<Stops> kDirections{{{"Lower the forearm", "Raise the forearm"},
+                                       {"Fold the wrist in", "Stretch the wrist out"},
+                                       {"Curl the finger in", "Stretch the finger out"}}};
+
+double counts_per_rad(const DeviceIdentity& identity, std::size_t joint) {
+  return double(identity.gear_ratio[joint]) * identity.counts_per_turn[joint] / (2 * std::numbers::pi);
+}
+
+std::string fixed(double value, int digits) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.*f", digits, value);
+  return text.data();
+}
+
+/// Nine digits: all that was measured, none that only binary fractions have.
+std::string digits(double value) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.9g", value);
+  return text.data();
+}
+
+/// A float of the wire as the decimal number it was made from.
+double decimal(float value) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.7g", double(value));
+  return std::strtod(text.data(), nullptr);
+}
+
+/// Counts of one joint, held still; nullopt where no reports come.
+std::optional<std::int32_t> still_counts(DeviceProbe& probe, double per_rad, std::size_t joint,
+                                         const CalibrationDialogue& person, const std::string& request) {
+  for (;;) {
+    if (!person.ask(request + " to its stop, hold it there, and press Enter.")) return std::nullopt;
+    const DeviceListening heard = probe.listen(kStillTime);
+    if (heard.reports == 0) {
+      person.say("The device has stopped reporting: check its cable, then start again.");
+      return std::nullopt;
+    }
+    const double moved_rad = (double(heard.highest[joint]) - heard.lowest[joint]) / per_rad;
+    if (moved_rad <= kStill_rad) return heard.newest.counts[joint];
+    person.say("It moved by " + fixed(moved_rad * 180 / std::numbers::pi, 1) + " deg meanwhile: once more.");
+  }
+}
+
+/// What stands in one [joints.*] table after calibration: key and value.
+std::vector<std::pair<std::string, std::string>> joint_values(const DeviceDescription& device, std::size_t joint) {
+  return {{"counts_per_turn", std::to_string(device.counts_per_turn[joint])},
+          {"gear_ratio", digits(device.gear_ratio[joint])},
+          {"torque_constant_mNm_per_A", digits(1e3 * device.torque_constant_Nm_per_A[joint])},
+          {"rated_current_A", digits(device.rated_current_A[joint])},
+          {"counts_rise", device.joint_sign[joint] > 0 ? "\"counter-clockwise\"" : "\"clockwise\""},
+          {"zero_counts", std::to_string(device.zero_counts[joint])}};
+}
+
+}  // namespace
+
+std::optional<DeviceDescription> calibrated_device(const DeviceDescription& file, const DeviceIdentity& identity,
+                                                   const StopCounts& stops, std::string& problem) {
+  DeviceDescription device = file;
+  device.serial = identity.serial;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const double per_rad = counts_per_rad(identity, i);
+    const double moved = double(stops.high[i]) - double(stops.low[i]);
+    const double moved_rad = std::abs(moved) / per_rad, range_rad = file.max_rad[i] - file.min_rad[i];
+    if (std::abs(moved_rad - range_rad) > kStopTolerance * range_rad) {
+      problem =
+          std::string(kDeviceJointNames[i]) + ": its counts moved by " + fixed(moved_rad, 3) +
+          " rad between stops that are " + fixed(range_rad, 3) +
+          " rad apart (min_rad, max_rad): not at its stops, or gear_ratio or counts_per_turn of the device are wrong";
+      return std::nullopt;
+    }
+    const int sign = moved > 0 ? 1 : -1;
+    const double middle_counts = 0.5 * (double(stops.low[i]) + double(stops.high[i]));
+    const double middle_rad = 0.5 * (file.min_rad[i] + file.max_rad[i]);
+    device.joint_sign[i] = sign;
+    device.zero_counts[i] = std::int32_t(std::lround(middle_counts - sign * per_rad * middle_rad));
+    device.counts_per_turn[i] = identity.counts_per_turn[i];
+    device.gear_ratio[i] = decimal(identity.gear_ratio[i]);
+    device.torque_constant_Nm_per_A[i] = 1e-3 * decimal(1e3F * identity.torque_constant_Nm_per_A[i]);
+    device.rated_current_A[i] = identity.rated_current_mA[i] / 1e3;
+  }
+  return device;
+}
+
+std::optional<StopCounts> find_stops(DeviceProbe& probe, const DeviceIdentity& identity,
+                                     const CalibrationDialogue& person) {
+  StopCounts stops;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const double per_rad = counts_per_rad(identity, i);
+    const auto low = still_counts(probe, per_rad, i, person, kDirections[i].low);
+    if (!low) return std::nullopt;
+    const auto high = still_counts(probe, per_rad, i, person, kDirections[i].high);
+    if (!high) return std::nullopt;
+    stops.low[i] = *low;
+    stops.high[i] = *high;
+  }
+  return stops;
+}
+
+std::string calibrated_device_text(std::string_view file_text, const DeviceDescription& device) {
+  std::istringstream lines{std::string(file_text)};
+  std::string text, table;
+  const std::string serial = std::to_string(device.serial);
+  for (std::string line; std::getline(lines, line); text += line + '\n') {
+    const std::string key = toml_key(line);
+    if (!key.empty() && key.front() == '[') table = key;
+    if (table.empty() && key == "serial") {
+      line = with_toml_value(line, serial);
+    } else if (table.empty() && key == "name" && parse_device(file_text, device.source).serial == 0) {
+      line += "\nserial = " + serial + "  # signs and zeros below were measured on this device";
+    }
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      if (table != "[joints." + std::string(kDeviceJointNames[i]) + "]") continue;
+      for (const auto& [name, value] : joint_values(device, i)) {
+        if (key != name) continue;
+        if (name == "counts_rise" && line.find(value) == std::string::npos) line = line.substr(0, line.find('#'));
+        line = with_toml_value(line, value);
+      }
+    }
+  }
+  const DeviceDescription back = parse_device(text, device.source);
+  const bool same = back.serial == device.serial && back.joint_sign == device.joint_sign &&
+                    back.zero_counts == device.zero_counts && back.counts_per_turn == device.counts_per_turn;
+  if (!same) throw InputError(device.source + kLayoutNeeded);
+  return text;
+}
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,149 @@
+#include "app/bringup/device_doctor.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <utility>
+
+#include "core/realtime_thread.h"
+#include "machine/load.h"
+
+namespace knuckle::bringup {
+namespace {
+
+using Level = Finding::Level;
+constexpr Duration kAttachPatience = 2s, kDescribePatience = 1s, kListen = 2s;
+constexpr double kReports_Hz = 1000, kRateTolerance = 0.02, kMostMissed = 0.01;
+constexpr double kLongestGap_ms = 10;  // half of what the driver calls stale
+constexpr double kIdleCurrent = 0.05;  // of rated, while nobody asks for torque
+constexpr double kRangeMargin_rad = 0.15;
+constexpr const char* kAbout = "haptic device";
+
+template <typename... Values>
+std::string format(const char* pattern, Values... values) {
+  std::array<char, 256> text;
+  std::snprintf(text.data(), text.size(), pattern, values...);
+  return text.data();
+}
+
+std::string bits_text(unsigned bits, std::initializer_list<std::pair<unsigned, const char*>> names) {
+  std::string text;
+  for (const auto& [bit, name] : names) {
+    if ((bits & bit) != 0) text += (text.empty() ? "" : ", ") + std::string(name);
+  }
+  return text.empty() ? "none" : text;
+}
+
+Finding judge_stream(const DeviceListening& heard) {
+  const double rate_Hz = heard.spanned_s > 0 ? double(heard.reports - 1) / heard.spanned_s : 0;
+  const double missed = double(heard.missed) / double(heard.reports + heard.missed);
+  const std::string text = format("%.0f reports/s, %.2f %% missed, %llu damaged, longest gap %.1f ms", rate_Hz,
+                                  100 * missed, static_cast<unsigned long long>(heard.damaged), heard.longest_gap_ms);
+  const bool well = std::abs(rate_Hz - kReports_Hz) <= kRateTolerance * kReports_Hz && missed <= kMostMissed &&
+                    heard.damaged == 0 && heard.longest_gap_ms <= kLongestGap_ms;
+  if (well) return {Level::kOk, "reports", text};
+  return {Level::kFault, "reports",
+          text + ": 1000/s, none damaged and no gap above 10 ms are needed: check cable, hub and what else runs here"};
+}
+
+Finding judge_faults(const DeviceListening& heard) {
+  const bool latched = (heard.newest.status & kDeviceLatched) != 0;
+  const std::string text = bits_text(heard.newest.fault, {{kDeviceFaultWatchdog, "watchdog"},
+                                                          {kDeviceFaultCrc, "damaged command"},
+                                                          {kDeviceFaultSequence, "repeated command"},
+                                                          {kDeviceFaultOvertemperature, "motor too hot"},
+                                                          {kDeviceFaultOvercurrent, "overcurrent"},
+                                                          {kDeviceFaultEncoder, "encoder"}});
+  constexpr unsigned kOfItsOwn = kDeviceFaultOvertemperature | kDeviceFaultOvercurrent | kDeviceFaultEncoder;
+  if ((heard.newest.fault & kOfItsOwn) != 0) return {Level::kFault, "faults", text + ": see docs/haptic-device.md"};
+  if (latched || heard.newest.fault != 0) {
+    return {Level::kNote, "faults", text + ": left by the last program; the next one clears it"};
+  }
+  return {Level::kOk, "faults", text};
+}
+
+Finding judge_buttons(const DeviceListening& heard) {
+  const std::string text = bits_text(
+      heard.status_seen,
+      {{kDevicePresence, "presence"}, {kDeviceEnable, "enable"}, {kDeviceClutch, "clutch"}, {kDeviceStop, "stop"}});
+  return {Level::kNote, "buttons", "seen: " + text + " (hold each of them while this runs)"};
+}
+
+Finding judge_supply(const DeviceListening& heard) {
+  return {Level::kOk, "supply",
+          format("%.1f V, warmest motor %.1f degC", 1e-3 * heard.newest.bus_mV, 0.1 * heard.newest.temperature_dC)};
+}
+
+/// Signs and zeros as the driver will use them: of the file where it was calibrated, else of the device.
+Finding judge_joint(const DeviceListening& heard, const DeviceIdentity& identity, const DeviceDescription& file,
+                    std::size_t joint) {
+  const char* name = kDeviceJointNames[joint];
+  const bool calibrated = file.serial != 0;
+  const double sign = calibrated ? file.joint_sign[joint] : identity.joint_sign[joint];
+  const double zero = calibrated ? file.zero_counts[joint] : identity.zero_counts[joint];
+  const double per_count =
+      2 * std::numbers::pi / (sign * double(identity.gear_ratio[joint]) * identity.counts_per_turn[joint]);
+  const double angle_rad = per_count * (heard.newest.counts[joint] - zero);
+  const double current_A = 1e-3 * heard.newest.current_mA[joint];
+  const std::string text =
+      format("%d counts = %.1f deg, %.2f A", heard.newest.counts[joint], angle_rad * 180 / std::numbers::pi, current_A);
+  if (angle_rad < file.min_rad[joint] - kRangeMargin_rad || angle_rad > file.max_rad[joint] + kRangeMargin_rad) {
+    return {Level::kFault, name,
+            text + format(", outside its range %.1f to %.1f deg: run knuckle calibrate-device",
+                          file.min_rad[joint] * 180 / std::numbers::pi, file.max_rad[joint] * 180 / std::numbers::pi)};
+  }
+  if (std::abs(current_A) > kIdleCurrent * 1e-3 * identity.rated_current_mA[joint] &&
+      (heard.newest.status & kDeviceTorqueOn) == 0) {
+    return {Level::kFault, name, text + ": current flows though nobody asks for torque: do not hold the device"};
+  }
+  return {Level::kOk, name, text};
+}
+
+Findings one_fault(std::string text) {
+  return {{Level::kFault, kAbout, std::move(text)}};
+}
+
+}  // namespace
+
+Findings examine_device(DeviceProbe& probe, const DeviceDescription& file) {
+  const auto identity = probe.identity(kDescribePatience);
+  if (!identity) {
+    return one_fault(
+        "does not say what it is: its firmware does not answer report 4, or what is written does not reach it");
+  }
+  Findings found{{Level::kOk, kAbout, "describes itself, serial number " + std::to_string(identity->serial)}};
+  for (const std::string& difference : differences(*identity, file)) {
+    found.push_back({Level::kFault, kAbout,
+                     difference + " (" + file.source + "): choose its own file, or run knuckle calibrate-device"});
+  }
+  if (file.serial == 0) {
+    found.push_back({Level::kNote, kAbout,
+                     file.source + " was not calibrated: signs and zeros are the device's own word for them"});
+  }
+  const DeviceListening heard = probe.listen(kListen);
+  if (heard.reports == 0) {
+    found.push_back({Level::kFault, "reports", "it sends no state reports (report 1), or only damaged ones"});
+    return found;
+  }
+  found.insert(found.end(), {judge_stream(heard), judge_faults(heard), judge_supply(heard), judge_buttons(heard)});
+  for (std::size_t i = 0; i < kJoints; ++i) found.push_back(judge_joint(heard, *identity, file, i));
+  return found;
+}
+
+Findings doctor_device(const DeviceDoctorOptions& options) {
+  const DeviceDescription file = load_device(find_config("device", options.device));
+  const auto port = open_device_port("--device", options.back_end, {.serial = options.serial});
+  const RealtimeClock clock;
+  const auto wait = [&clock](Duration time) { clock.sleep_until(clock.now() + time); };
+  for (Duration waited{}; !port->status().attached && waited < kAttachPatience; waited += 10ms) wait(10ms);
+  if (const HidDeviceStatus status = port->status(); !status.attached) {
+    const bool only_usb = options.back_end == "hid" && list_devices("hid").empty() && !list_devices("usb").empty();
+    return one_fault(status.problem +
+                     (only_usb ? ", though USB shows one: does --device usb use it, or is usbhid missing?" : ""));
+  }
+  DeviceProbe probe(*port, wait);
+  return examine_device(probe, file);
+}
+
+}  // namespace knuckle::bringup

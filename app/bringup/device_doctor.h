@@ -1,0 +1,25 @@
+// What `knuckle doctor --device` finds out about a haptic device. Only listens; the motors stay as they are.
+#pragma once
+
+#include <string>
+
+#include "app/bringup/device_probe.h"
+#include "app/bringup/doctor_finding.h"
+#include "machine/description.h"
+
+namespace knuckle::bringup {
+
+struct DeviceDoctorOptions {
+  std::string back_end;             ///< "hid" or "usb"
+  std::string serial;               ///< USB serial number; empty: the only device there is.
+  std::string device = "knuckle1";  ///< Name or .toml file that the device is held against.
+};
+
+/// Looks for the device, opens it and examines it.
+/// @throws InputError for another back end, or a device file that cannot be used.
+[[nodiscard]] Findings doctor_device(const DeviceDoctorOptions& options);
+
+/// Examines a device that is attached.
+[[nodiscard]] Findings examine_device(DeviceProbe& probe, const DeviceDescription& file);
+
+}  // namespace knuckle::bringup

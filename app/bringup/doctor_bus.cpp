@@ -1,0 +1,334 @@
+#include "app/bringup/doctor_bus.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <numbers>
+#include <set>
+
+#include "app/bringup/node_reading.h"
+#include "machine/load.h"
+#include "slave/emergency_log.h"
+#include "slave/node_setup.h"
+
+namespace knuckle::bringup {
+namespace {
+
+using canopen::Object;
+using Level = Finding::Level;
+using slave::NodeScript;
+using slave::SdoStep;
+
+constexpr double kFullestBus = 0.6;
+constexpr Object kErrorCount{0x1003, 0}, kNewestError{0x1003, 1};
+
+template <typename... Values>
+std::string put(const char* format, Values... values) {
+  std::array<char, 200> line{};
+  std::snprintf(line.data(), line.size(), format, values...);
+  return line.data();
+}
+
+/// The script's objects, each once, with what it is to hold in the end (a COB-ID is written twice).
+std::vector<SdoStep> final_steps(const slave::SdoScript& script) {
+  std::vector<SdoStep> last;
+  for (const SdoStep& step : script) {
+    const auto same = std::find_if(last.begin(), last.end(), [&](const SdoStep& s) { return s.object == step.object; });
+    same == last.end() ? last.push_back(step) : void(*same = step);
+  }
+  return last;
+}
+
+std::string profile(std::uint32_t device_type) {
+  constexpr std::array kKnown{std::pair{401U, "inputs and outputs"}, std::pair{404U, "measuring device"},
+                              std::pair{406U, "encoder"}, std::pair{408U, "hydraulic valve"},
+                              std::pair{410U, "inclinometer"}};
+  const unsigned number = device_type & 0xFFFFU;
+  const auto known = std::find_if(kKnown.begin(), kKnown.end(), [&](const auto& one) { return one.first == number; });
+  return known == kKnown.end() ? put("CiA %u", number) : put("CiA %u, %s", number, known->second);
+}
+
+std::string error_bits(std::uint32_t error_register) {
+  constexpr std::array kBits{"generic",       "current", "voltage",  "temperature",
+                             "communication", "profile", "reserved", "manufacturer"};
+  std::string text;
+  for (std::size_t i = 0; i < kBits.size(); ++i) {
+    if ((error_register >> i & 1U) != 0) text += (text.empty() ? "" : ", ") + std::string(kBits[i]);
+  }
+  return text;
+}
+
+std::string emergency_text(std::uint32_t code) {
+  return put("0x%04X %s", code, canopen::emergency_text(static_cast<std::uint16_t>(code)));
+}
+
+std::string state_text(const SurveyedNode& node) {
+  if (!node.state) return node.answers() ? "no heartbeat" : "silent";
+  switch (*node.state) {
+    case canopen::NmtState::kBootUp:
+      return "booting";
+    case canopen::NmtState::kStopped:
+      return "stopped";
+    case canopen::NmtState::kOperational:
+      return "operational";
+    case canopen::NmtState::kPreOperational:
+      return "pre-operational";
+  }
+  return "?";
+}
+
+class Doctor {
+ public:
+  Doctor(const BusSurvey& survey, const MachineDescription* machine) : survey_(survey), machine_(machine) {
+    result_.bus = survey.name;
+    result_.load = survey.load;
+    result_.listened_s = survey.listened_s;
+    if (machine != nullptr) {
+      scripts_ = slave::node_scripts(*machine);
+      result_.expected_load = worst_bus_load(machine->bus);
+    }
+  }
+
+  [[nodiscard]] BusDiagnosis run() {
+    judge_bus();
+    for (const NodeScript& expected : scripts_) judge_expected(expected);
+    for (const auto& [id, node] : survey_.nodes) {
+      if (!expects(id)) judge_stranger(node);
+    }
+    if (machine_ != nullptr) judge_frames();
+    return std::move(result_);
+  }
+
+ private:
+  void say(Level level, const std::string& about, const std::string& text) {
+    result_.findings.push_back({level, about, text});
+  }
+  [[nodiscard]] bool expects(std::uint8_t id) const {
+    return std::any_of(scripts_.begin(), scripts_.end(), [id](const NodeScript& s) { return s.node.id == id; });
+  }
+  [[nodiscard]] bool nobody() const {
+    return survey_.heard.empty() && std::none_of(survey_.nodes.begin(), survey_.nodes.end(),
+                                                 [](const auto& entry) { return entry.second.answers(); });
+  }
+
+  void judge_bus() {
+    const std::string& name = survey_.name;
+    switch (survey_.state) {
+      case CanState::kActive:
+        break;
+      case CanState::kPassive:
+        say(Level::kFault, name,
+            "the controller is error passive: nobody acknowledges its frames, or they are damaged: check bit rate, "
+            "termination (120 ohm at both ends) and cable");
+        break;
+      case CanState::kBusOff:
+        say(Level::kFault, name,
+            "the controller is off the bus: check bit rate and wiring (CAN-H and CAN-L exchanged, short circuit), then "
+            "set the interface down and up again");
+        break;
+      case CanState::kDown:
+        say(Level::kFault, name, "the interface is down: set it up (ip link set " + name + " up type can bitrate ...)");
+        break;
+    }
+    if (survey_.others_ask) {
+      say(Level::kFault, name,
+          "somebody else reads or writes nodes over SDO: stop that program, then look again; nothing was asked");
+    }
+    if (survey_.sync) say(Level::kNote, name, "SYNC is heard: a controller is at work; nodes were read beside it");
+    if (nobody() && !survey_.others_ask) {
+      say(Level::kFault, name, "nobody is heard and nobody answers: check the nodes' power, the plug and the bit rate");
+    }
+    const std::string load = put("%.1f %% load over %.1f s", 100 * survey_.load, survey_.listened_s);
+    say(survey_.load > kFullestBus ? Level::kFault : Level::kOk, name,
+        survey_.load > kFullestBus ? load + put("; at most %.0f %%: find who sends that much", 100 * kFullestBus)
+                                   : load);
+  }
+
+  NodeLine line_of(const SurveyedNode& node, const std::string& name) {
+    NodeLine line{node.id, name, state_text(node), "", {}, {}, {}, {}, {}, {}, {}};
+    line.device_type = node.value(canopen::kDeviceType);
+    line.vendor = node.value(canopen::kVendorId);
+    line.product = node.value(canopen::kProductCode);
+    line.error_register = node.value(canopen::kErrorRegister);
+    if (node.emergency) {
+      line.emergency = node.emergency->code;
+    } else if (node.value(kErrorCount).value_or(0) > 0) {
+      if (const auto newest = node.value(kNewestError)) line.emergency = static_cast<std::uint16_t>(*newest & 0xFFFFU);
+    }
+    return line;
+  }
+
+  void judge_expected(const NodeScript& expected) {
+    const auto found = survey_.nodes.find(expected.node.id);
+    const SurveyedNode node =
+        found == survey_.nodes.end() ? SurveyedNode{expected.node.id, {}, false, {}, 0, {}} : found->second;
+    const std::string about = put("node 0x%02X ", unsigned{node.id}) + expected.name;
+    NodeLine line = line_of(node, expected.name);
+    const std::size_t before = result_.findings.size();
+    if (!node.answers()) {
+      silent(node, about);
+    } else if (identity(node, expected, about)) {
+      settings(node, expected, about, line);
+      const NodeReading reading = reading_of(node, expected, *machine_);
+      line.reading = reading.text;
+      if (!reading.complaint.empty()) say(reading.fault ? Level::kFault : Level::kNote, about, reading.complaint);
+    }
+    errors(node, about);
+    result_.nodes.push_back(line);
+    const bool complained =
+        std::any_of(result_.findings.begin() + static_cast<std::ptrdiff_t>(before), result_.findings.end(),
+                    [](const Finding& one) { return one.level != Level::kOk; });
+    if (!complained && node.answers()) say(Level::kOk, about, "as the machine file says");
+  }
+
+  void silent(const SurveyedNode& node, const std::string& about) {
+    if (survey_.others_ask || nobody()) return;  // said once, for all
+    if (node.state == canopen::NmtState::kStopped) {
+      say(Level::kFault, about, "was stopped and answers nothing in that state: switch it off and on");
+    } else if (node.state) {
+      say(Level::kFault, about, "sends its heartbeat, but answers no SDO: check that nobody else uses its SDO channel");
+    } else {
+      say(Level::kFault, about, "does not answer: check its power, its plug, its node id and its bit rate");
+    }
+  }
+
+  /// @return whether it is the device that the file names.
+  bool identity(const SurveyedNode& node, const NodeScript& expected, const std::string& about) {
+    const auto type = node.value(canopen::kDeviceType);
+    if (type && *type != expected.node.device_type) {
+      const bool other_profile = (*type & 0xFFFFU) != (expected.node.device_type & 0xFFFFU);
+      say(Level::kFault, about,
+          put("device type 0x%08X (", *type) + profile(*type) +
+              put("), the machine file says 0x%08X (", expected.node.device_type) + profile(expected.node.device_type) +
+              "): " +
+              (other_profile ? "two node ids may be exchanged" : "put the right one into the file if you know it"));
+      return false;
+    }
+    const auto same = [&](Object object, const char* what, std::uint32_t wanted) {
+      const auto value = node.value(object);
+      if (value == wanted) return true;
+      const std::string is = value ? put("%s 0x%08X", what, *value) : put("%s cannot be read", what);
+      say(Level::kFault, about,
+          is + put(", the machine file says 0x%08X: another device; put it into the file only if you know it", wanted));
+      return false;
+    };
+    return same(canopen::kDeviceType, "device type", expected.node.device_type) &&
+           same(canopen::kVendorId, "vendor", expected.node.vendor) &&
+           same(canopen::kProductCode, "product", expected.node.product);
+  }
+
+  /// What start-up requires must be so; what it writes may differ, but must be there to be written.
+  void settings(const SurveyedNode& node, const NodeScript& expected, const std::string& about, NodeLine& line) {
+    int as_file = 0, all = 0;
+    for (const SdoStep& step : final_steps(expected.script)) {
+      if (step.kind == SdoStep::Kind::kIdentity) continue;
+      const ObjectRead* read = node.read(step.object);
+      const bool there = read != nullptr && read->answer == ObjectRead::Answer::kValue;
+      const std::string object = put("0x%04X:%02X ", unsigned{step.object.index}, unsigned{step.object.subindex});
+      if (!there) {
+        const bool refused = read != nullptr && read->answer == ObjectRead::Answer::kAborted;
+        say(Level::kFault, about,
+            object + "cannot be read (" + (refused ? canopen::abort_text(read->abort) : "no answer") +
+                "), but start-up " + (step.kind == SdoStep::Kind::kWrite ? "writes" : "requires") + " it");
+      } else if (step.kind == SdoStep::Kind::kRequire && read->value != step.value) {
+        say(Level::kFault, about,
+            object + put("is 0x%X, the machine file needs 0x%X: set it with the maker's tool, or correct the file",
+                         read->value, step.value));
+      }
+      if (step.kind != SdoStep::Kind::kWrite) continue;
+      ++all;
+      if (there && read->value == step.value) ++as_file;
+    }
+    line.settings = all;
+    line.settings_as_file = as_file;
+  }
+
+  void errors(const SurveyedNode& node, const std::string& about) {
+    if (node.emergency && node.emergency->code != canopen::kEmcyReset) {
+      say(Level::kFault, about,
+          "sends the emergency " + emergency_text(node.emergency->code) +
+              put(" (%llu while listening): see its manual", static_cast<unsigned long long>(node.emergencies)));
+    }
+    const std::uint32_t bits = node.value(canopen::kErrorRegister).value_or(0);
+    if (bits == 0) return;
+    std::string history;
+    if (node.value(kErrorCount).value_or(0) > 0) {
+      if (const auto newest = node.value(kNewestError)) history = ", newest " + emergency_text(*newest & 0xFFFFU);
+    }
+    say(Level::kFault, about,
+        put("error register 0x%02X (", bits) + error_bits(bits) + ")" + history +
+            ": find the cause by its manual, then switch it off and on");
+  }
+
+  void judge_stranger(const SurveyedNode& node) {
+    const std::string about = put("node 0x%02X", unsigned{node.id});
+    const NodeLine line = line_of(node, "-");
+    result_.nodes.push_back(line);
+    if (machine_ != nullptr && node.id == machine_->bus.controller_id) {
+      say(Level::kFault, about, "has the controller's own node id: another controller is on the bus; take one away");
+    } else if (machine_ != nullptr) {
+      say(Level::kNote, about,
+          "is not in the machine file" +
+              (line.device_type
+                   ? " (" + profile(*line.device_type) +
+                         put(", vendor 0x%08X, product 0x%08X)", line.vendor.value_or(0), line.product.value_or(0))
+                   : std::string()) +
+              meant(node));
+    }
+    errors(node, about);
+  }
+
+  /// A missing node of the same make: most likely its id is wrong.
+  [[nodiscard]] std::string meant(const SurveyedNode& node) const {
+    for (const NodeScript& expected : scripts_) {
+      const auto there = survey_.nodes.find(expected.node.id);
+      const bool missing = there == survey_.nodes.end() || !there->second.answers();
+      if (missing && node.value(canopen::kDeviceType) == expected.node.device_type &&
+          node.value(canopen::kProductCode) == expected.node.product) {
+        return ": may be " + expected.name + put(" with another id than 0x%02X", unsigned{expected.node.id});
+      }
+    }
+    return "";
+  }
+
+  /// Identifiers that nobody in the file sends.
+  void judge_frames() {
+    std::set<std::uint32_t> known{canopen::kNmtId, canopen::kSyncId, 0x100};
+    for (const NodeScript& s : scripts_) known.insert({s.node.tpdo_id(), s.node.rpdo_id()});
+    for (const auto& [id, frames] : survey_.heard) {
+      const std::uint32_t function = canopen::function_of(id);
+      const bool service = function == 0x080 || function >= 0x580;
+      if (known.contains(id) || service) continue;
+      const unsigned node = canopen::node_of(id);
+      say(Level::kNote, put("frames 0x%03X", id),
+          put("%.0f a second, in nobody's name", static_cast<double>(frames.count) / survey_.listened_s) +
+              (expects(static_cast<std::uint8_t>(node))
+                   ? put(": perhaps a further PDO of node 0x%02X; switch it off with the maker's tool", node)
+                   : std::string()));
+    }
+  }
+
+  const BusSurvey& survey_;
+  const MachineDescription* machine_;
+  std::vector<NodeScript> scripts_;
+  BusDiagnosis result_;
+};
+
+}  // namespace
+
+std::map<std::uint8_t, std::vector<Object>> doctor_objects(const MachineDescription& machine) {
+  std::map<std::uint8_t, std::vector<Object>> wanted;
+  for (const NodeScript& node : slave::node_scripts(machine)) {
+    std::vector<Object>& objects = wanted[node.node.id];
+    for (const SdoStep& step : final_steps(node.script)) objects.push_back(step.object);
+    for (const Object& object : {canopen::kErrorRegister, kErrorCount, kNewestError}) objects.push_back(object);
+    for (const Object& object : reading_objects(node.role, machine)) objects.push_back(object);
+  }
+  return wanted;
+}
+
+BusDiagnosis diagnose(const BusSurvey& survey, const MachineDescription* machine) {
+  return Doctor(survey, machine).run();
+}
+
+}  // namespace knuckle::bringup

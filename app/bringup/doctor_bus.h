@@ -1,0 +1,42 @@
+// A surveyed machine bus held against the machine file: what is there, what is missing, what is another device than the
+// file names, and what start-up would stumble over.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/bringup/bus_survey.h"
+#include "app/bringup/doctor_finding.h"
+#include "machine/description.h"
+
+namespace knuckle::bringup {
+
+/// One node as a line of a table.
+struct NodeLine {
+  std::uint8_t id = 0;
+  std::string name;     ///< Key in the machine file; "-" where it is not in there.
+  std::string state;    ///< "operational", ...; "no heartbeat", "silent"
+  std::string reading;  ///< Process value or state now, such as "60.21 bar"; empty where there is none.
+  std::optional<std::uint32_t> device_type, vendor, product, error_register;
+  std::optional<std::uint16_t> emergency;         ///< Newest EMCY heard, or of its own list of errors (0x1003).
+  std::optional<int> settings_as_file, settings;  ///< PDO and heartbeat objects: as the machine file says, of all.
+};
+
+struct BusDiagnosis {
+  std::string bus;
+  double load = 0, listened_s = 0;
+  std::optional<double> expected_load;  ///< Worst case by the machine file.
+  std::vector<NodeLine> nodes;
+  Findings findings;
+};
+
+/// What survey_bus() is to read of the nodes in the machine file.
+[[nodiscard]] std::map<std::uint8_t, std::vector<canopen::Object>> doctor_objects(const MachineDescription& machine);
+
+/// @param machine nullptr: nothing is expected, whoever is there is listed.
+[[nodiscard]] BusDiagnosis diagnose(const BusSurvey& survey, const MachineDescription* machine);
+
+}  // namespace knuckle::bringup

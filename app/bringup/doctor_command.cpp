@@ -1,0 +1,116 @@
+#include "app/bringup/doctor_command.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "app/bringup/device_doctor.h"
+#include "app/bringup/doctor_computer.h"
+#include "app/bringup/doctor_report.h"
+#include "app/cli/interrupt.h"
+#include "app/cli/output_file.h"
+#include "machine/load.h"
+#include "machine/pose.h"
+#include "sim/machine_on_bus.h"
+
+namespace knuckle::bringup {
+namespace {
+
+struct DoctorOptions {
+  std::string can, machine, json;
+  bool simulate = false;
+  std::optional<double> listen_s;
+  std::optional<std::uint32_t> bit_rate_kbps;
+  std::optional<std::string> device_file;
+  DeviceDoctorOptions device;
+};
+
+void add_options(CLI::App& c, DoctorOptions& o) {
+  c.add_option("--can", o.can, "Look at the machine bus on this CAN interface (can0); reads only");
+  c.add_flag("--simulate", o.simulate, "Look at the simulated machine's bus instead");
+  c.add_option("--machine", o.machine, "Hold the bus against this machine: name or .toml file");
+  c.add_option("--listen", o.listen_s, "Seconds to listen before anything is asked (default: 2)");
+  c.add_option("--bit-rate", o.bit_rate_kbps,
+               "kbit/s of the bus, for its load, where no --machine says it (default: 500)")
+      ->check(CLI::Range(10, 1000));
+  c.add_option("--device", o.device.back_end, "Examine a haptic device through hid or usb; only listens");
+  c.add_option("--serial", o.device.serial, "USB serial number of that device, where there are several");
+  c.add_option("--device-file", o.device_file,
+               "Device file it is held against: name or .toml file (default: knuckle1)");
+  c.add_option("--json", o.json, "Write the findings for tools; - is standard output");
+}
+
+void check(const DoctorOptions& o) {
+  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "is already taken by --simulate");
+  if (o.simulate && o.machine.empty()) cli::refuse_option("--simulate", "", "needs --machine");
+  if (!o.machine.empty() && o.can.empty() && !o.simulate) cli::refuse_option("--machine", o.machine, "needs --can");
+  const bool bus = o.simulate || !o.can.empty(), device = !o.device.back_end.empty();
+  if (bus && device) cli::refuse_option("--device", o.device.back_end, "look at bus and device one after the other");
+  if (!device && !o.device.serial.empty()) cli::refuse_option("--serial", o.device.serial, "needs --device");
+  if (!device && o.device_file) cli::refuse_option("--device-file", *o.device_file, "needs --device");
+  if (!bus && o.listen_s) cli::refuse_option("--listen", "", "needs --can");
+  if (!bus && o.bit_rate_kbps) cli::refuse_option("--bit-rate", "", "needs --can");
+  cli::check_range("--listen", o.listen_s, 0.1, 60, " s");
+}
+
+BusAccess access_of(const DoctorOptions& o, const std::optional<MachineDescription>& read) {
+  constexpr std::uint64_t kSeed = 1;
+  if (!o.simulate) return real_access(o.can);
+  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::draw_truth(*read, kSeed), sim::WorldDescription{},
+                                                            middle_of_range(*read), kSeed));
+}
+
+int run_doctor(DoctorOptions options) {
+  check(options);
+  if (options.device_file) options.device.device = *options.device_file;
+  const cli::InterruptGuard interrupt;
+  std::optional<cli::OutputFile> json;
+  if (!options.json.empty()) json.emplace("--json", options.json);
+  std::ostream& told = options.json == "-" ? std::cerr : std::cout;
+  nlohmann::ordered_json result{{"schema", "knuckle.doctor"}, {"version", 1}};
+  Findings findings;
+  if (options.can.empty() && !options.simulate) {
+    const bool device = !options.device.back_end.empty();
+    findings = device ? doctor_device(options.device) : judge_computer(computer_facts());
+    for (const std::string& line : finding_lines(findings)) told << line << '\n';
+  } else {
+    std::optional<MachineDescription> read, machine;
+    if (!options.machine.empty()) {
+      read = load_machine(find_config("machine", options.machine));
+      machine = calibrated(*read);
+    }
+    BusAccess access = access_of(options, read);
+    const std::uint32_t bit_rate = machine ? machine->bus.bit_rate : 1000 * options.bit_rate_kbps.value_or(500);
+    const auto wanted = machine ? doctor_objects(*machine) : std::map<std::uint8_t, std::vector<canopen::Object>>();
+    SurveyOptions survey;
+    if (options.listen_s) survey.listen_s = *options.listen_s;
+    const BusDiagnosis diagnosis = diagnose(survey_bus(access, bit_rate, wanted, survey, [&] { interrupt.check(); }),
+                                            machine ? &*machine : nullptr);
+    findings = diagnosis.findings;
+    for (const std::string& line : diagnosis_lines(diagnosis)) told << line << '\n';
+    result.update(diagnosis_json(diagnosis));
+  }
+  const bool passed = healthy(findings);
+  told << (passed ? "nothing wrong\n" : "something is wrong: see FAULT above\n");
+  result["passed"] = passed;
+  result["findings"] = findings_json(findings);
+  if (json) {
+    json->stream() << result.dump(2) << '\n';
+    json->commit();
+  }
+  return passed ? 0 : 1;
+}
+
+}  // namespace
+
+cli::Command doctor_entry() {
+  return {"doctor", "Tell what this computer and a machine bus can do, and what is missing; reads only",
+          [](CLI::App& command) {
+            const auto options = std::make_shared<DoctorOptions>();
+            add_options(command, *options);
+            return [options] { return run_doctor(*options); };
+          }};
+}
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,100 @@
+#include "app/bringup/doctor_report.h"
+
+#include <array>
+#include <cstdio>
+#include <utility>
+
+namespace knuckle::bringup {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string hex(const char* format, std::optional<std::uint32_t> value) {
+  if (!value) return "-";
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), format, *value);
+  return text.data();
+}
+
+std::string profile_of(std::optional<std::uint32_t> device_type) {
+  return device_type ? std::to_string(*device_type & 0xFFFFU) : "-";
+}
+
+std::string row(const std::array<std::string, 8>& cells) {
+  std::array<char, 240> line{};
+  std::snprintf(line.data(), line.size(), "%-5s %-20s %-16s %-4s %-11s %-11s %-6s %s", cells[0].c_str(),
+                cells[1].c_str(), cells[2].c_str(), cells[3].c_str(), cells[4].c_str(), cells[5].c_str(),
+                cells[6].c_str(), cells[7].c_str());
+  return line.data();
+}
+
+template <typename T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
+
+}  // namespace
+
+std::vector<std::string> finding_lines(const Findings& findings) {
+  std::vector<std::string> lines;
+  using Level = Finding::Level;
+  for (const Level level : {Level::kFault, Level::kNote, Level::kOk}) {
+    for (const Finding& one : findings) {
+      if (one.level != level) continue;
+      std::array<char, 8> head{};
+      std::snprintf(head.data(), head.size(), "%-6s", name(level));
+      lines.push_back(head.data() + one.about + ": " + one.text);
+    }
+  }
+  return lines;
+}
+
+std::vector<std::string> diagnosis_lines(const BusDiagnosis& diagnosis) {
+  std::vector<std::string> lines{row({"node", "name", "state", "CiA", "vendor", "product", "error", "now"})};
+  for (const NodeLine& node : diagnosis.nodes) {
+    std::string now = node.reading;
+    if (node.settings) {
+      now += (now.empty() ? "" : "; ") + std::to_string(*node.settings_as_file) + " of " +
+             std::to_string(*node.settings) + " settings as in the file";
+    }
+    lines.push_back(
+        row({hex("0x%02X", node.id), node.name, node.state, profile_of(node.device_type), hex("0x%08X", node.vendor),
+             hex("0x%08X", node.product), hex("0x%02X", node.error_register), now}));
+  }
+  lines.emplace_back();
+  for (std::string& line : finding_lines(diagnosis.findings)) lines.push_back(std::move(line));
+  return lines;
+}
+
+Json findings_json(const Findings& findings) {
+  Json all = Json::array();
+  for (const Finding& one : findings) {
+    const char* level = one.level == Finding::Level::kFault ? "fault" : name(one.level);
+    all.push_back({{"level", level}, {"about", one.about}, {"text", one.text}});
+  }
+  return all;
+}
+
+Json diagnosis_json(const BusDiagnosis& diagnosis) {
+  Json nodes = Json::array();
+  for (const NodeLine& node : diagnosis.nodes) {
+    nodes.push_back({{"id", node.id},
+                     {"name", node.name == "-" ? Json() : Json(node.name)},
+                     {"state", node.state},
+                     {"device_type", or_null(node.device_type)},
+                     {"vendor", or_null(node.vendor)},
+                     {"product", or_null(node.product)},
+                     {"error_register", or_null(node.error_register)},
+                     {"emergency", or_null(node.emergency)},
+                     {"reading", node.reading.empty() ? Json() : Json(node.reading)},
+                     {"settings_as_file", or_null(node.settings_as_file)},
+                     {"settings", or_null(node.settings)}});
+  }
+  return {{"bus", diagnosis.bus},
+          {"load", diagnosis.load},
+          {"listened_s", diagnosis.listened_s},
+          {"expected_load", or_null(diagnosis.expected_load)},
+          {"nodes", nodes}};
+}
+
+}  // namespace knuckle::bringup

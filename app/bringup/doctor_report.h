@@ -1,0 +1,21 @@
+// What `knuckle doctor` says, for people and for tools (docs/commissioning.md lists the keys).
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/bringup/doctor_bus.h"
+#include "app/bringup/doctor_finding.h"
+
+namespace knuckle::bringup {
+
+/// One line each; what is well comes last.
+[[nodiscard]] std::vector<std::string> finding_lines(const Findings& findings);
+/// The table of nodes, an empty line, the findings.
+[[nodiscard]] std::vector<std::string> diagnosis_lines(const BusDiagnosis& diagnosis);
+
+[[nodiscard]] nlohmann::ordered_json findings_json(const Findings& findings);
+[[nodiscard]] nlohmann::ordered_json diagnosis_json(const BusDiagnosis& diagnosis);
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,23 @@
+// What a node measures or does at the moment, as read over SDO, in words and units of people.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/bringup/bus_survey.h"
+#include "machine/description.h"
+#include "slave/node_setup.h"
+
+namespace knuckle::bringup {
+
+struct NodeReading {
+  std::string text;       ///< "60.21 bar", "INIT, spool 0.0 %"; empty where it could not be read.
+  std::string complaint;  ///< What is wrong with it and what to do; empty where nothing is.
+  bool fault = false;     ///< The complaint keeps a machine from being run.
+};
+[[nodiscard]] std::vector<canopen::Object> reading_objects(slave::NodeScript::Role role,
+                                                           const MachineDescription& machine);
+[[nodiscard]] NodeReading reading_of(const SurveyedNode& node, const slave::NodeScript& expected,
+                                     const MachineDescription& machine);
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,111 @@
+#include "app/bringup/orderly_stop.h"
+
+#include <algorithm>
+
+#include "transport/canopen.h"
+
+namespace knuckle::bringup {
+namespace {
+
+constexpr int kMostFrames = 256;              // a step: a babbling node cannot keep the stop from going on
+constexpr Duration kNeutralPatience = 320ms;  // as long as a spool may take to be neutral
+constexpr Duration kDisablePatience = 200ms;
+
+}  // namespace
+
+void OrderlyStop::step(Time now) noexcept {
+  if (done()) return;
+  const bool first = phase_since_ == kNever;
+  if (first) phase_since_ = now;
+  hear();
+  if (phase_ != Phase::kRelease) bus_.send(canopen::sync_frame());
+  ++syncs_;
+  switch (phase_) {
+    case Phase::kNeutral:
+      send_commands(canopen::kControlHold, first);
+      if (!first && (at_rest() || now - phase_since_ >= kNeutralPatience)) enter(Phase::kDisable, now);
+      break;
+    case Phase::kDisable:
+      if (!confirmed() && now - phase_since_ < kDisablePatience) {
+        send_commands(canopen::kControlDisabled, false);
+        break;
+      }
+      bus_.send(canopen::heartbeat_frame(machine_.bus.controller_id, canopen::NmtState::kStopped));
+      enter(Phase::kRelease, now);
+      return;
+    case Phase::kRelease:
+      // Pre-operational as after power-on: nodes that went on watching our heartbeat would call its silence a fault.
+      // But the reset also erases their watchdogs (0x1016, 0x1400:05), all that is left where one did not obey. Then
+      // nothing is sent: operational, with both watchdogs on, is the one state in which every node ends its outputs by
+      // itself.
+      if (confirmed()) bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetCommunication, 0));
+      phase_ = Phase::kDone;
+      return;
+    case Phase::kDone:
+      return;
+  }
+  heartbeat(now);
+}
+
+void OrderlyStop::enter(Phase phase, Time now) noexcept {
+  phase_ = phase;
+  phase_since_ = now;
+  if (phase != Phase::kDisable) return;
+  valves_ = {};  // what was said before the command confirms nothing
+  pilot_off_ = false;
+}
+
+void OrderlyStop::hear() noexcept {
+  CanFrame frame;
+  for (int i = 0; i < kMostFrames && bus_.receive(frame); ++i) {
+    if (frame.id == machine_.bus.enable.tpdo_id()) {
+      const auto inputs = canopen::parse_enable(frame);
+      if (inputs) pilot_off_ = (*inputs & canopen::kInputPilotOn) == 0;
+    }
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      if (frame.id != machine_.bus.valves[j].tpdo_id()) continue;
+      if (const auto status = canopen::parse_valve_status(frame, machine_.bus.wire.valve_full_stroke))
+        valves_[j] = {true, status->status_word, status->spool};
+    }
+  }
+}
+
+void OrderlyStop::send_commands(std::uint16_t control_word, bool at_once) noexcept {
+  if (!at_once && syncs_ % machine_.bus.valve_every_nth_sync != 0) return;
+  for (const NodeDescription& valve : machine_.bus.valves)
+    bus_.send(canopen::valve_command_frame(valve.rpdo_id(), {control_word, 0}));
+  bus_.send(canopen::enable_output_frame(machine_.bus.enable.rpdo_id(), 0));
+}
+
+void OrderlyStop::heartbeat(Time now) noexcept {
+  if (to_seconds(now - heartbeat_at_) < machine_.bus.controller_heartbeat_s - 1e-6) return;
+  bus_.send(canopen::heartbeat_frame(machine_.bus.controller_id, canopen::NmtState::kOperational));
+  heartbeat_at_ = now;
+}
+
+bool OrderlyStop::at_rest() const noexcept {
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const ValveDescription& drawn = machine_.cylinders[j].valve;
+    const Valve& valve = valves_[j];
+    if (!valve.heard || valve.spool > drawn.dead_band_extend || valve.spool < -drawn.dead_band_retract) return false;
+  }
+  return true;
+}
+
+bool OrderlyStop::disabled(const Valve& valve) const noexcept {
+  if (!valve.heard) return false;
+  const auto state = canopen::valve_state(valve.status_word);
+  return state == canopen::ValveState::kDisabled || state == canopen::ValveState::kInit;
+}
+
+bool OrderlyStop::confirmed() const noexcept {
+  return pilot_off_ && std::all_of(valves_.begin(), valves_.end(), [this](const Valve& v) { return disabled(v); });
+}
+
+PerJoint<bool> OrderlyStop::unconfirmed_valves() const noexcept {
+  PerJoint<bool> open{};
+  for (std::size_t j = 0; j < kJoints; ++j) open[j] = !disabled(valves_[j]);
+  return open;
+}
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,51 @@
+// Takes a running machine out of service: spools to neutral and pilot pressure off, valves disabled, nodes out of their
+// operational state and no longer waiting for us, and only then silence. Where one of them does not say so, all are
+// left as they are, with their watchdogs on: the silence then ends what we could not.
+#pragma once
+
+#include <cstdint>
+
+#include "core/joints.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "transport/can_bus.h"
+
+namespace knuckle::bringup {
+
+class OrderlyStop {
+ public:
+  /// @param bus outlives this.
+  OrderlyStop(const MachineDescription& machine, CanBus& bus) noexcept : machine_(machine), bus_(bus) {}
+
+  /// In place of the slave loop's step, every SYNC period, until done(). SYNC and heartbeat go on until then.
+  void step(Time now) noexcept;
+  [[nodiscard]] bool done() const noexcept { return phase_ == Phase::kDone; }
+  /// Valves that did not say that they are disabled, and an enable node that did not say that pilot pressure is off.
+  [[nodiscard]] PerJoint<bool> unconfirmed_valves() const noexcept;
+  [[nodiscard]] bool unconfirmed_pilot() const noexcept { return !pilot_off_; }
+
+ private:
+  enum class Phase : std::uint8_t { kNeutral, kDisable, kRelease, kDone };
+  struct Valve {
+    bool heard = false;
+    std::uint16_t status_word = 0;
+    double spool = 0;
+  };
+  void hear() noexcept;
+  void send_commands(std::uint16_t control_word, bool at_once) noexcept;
+  void heartbeat(Time now) noexcept;
+  void enter(Phase phase, Time now) noexcept;
+  [[nodiscard]] bool at_rest() const noexcept;
+  [[nodiscard]] bool confirmed() const noexcept;
+  [[nodiscard]] bool disabled(const Valve& valve) const noexcept;
+
+  const MachineDescription& machine_;
+  CanBus& bus_;
+  Phase phase_ = Phase::kNeutral;
+  Time phase_since_ = kNever, heartbeat_at_ = kNever;
+  PerJoint<Valve> valves_{};
+  bool pilot_off_ = false;
+  int syncs_ = 0;
+};
+
+}  // namespace knuckle::bringup

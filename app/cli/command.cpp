@@ -1,0 +1,154 @@
+#include "app/cli/command.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "core/error.h"
+
+namespace knuckle::cli {
+namespace {
+
+constexpr const char* kAbout =
+    "Knuckle: teleoperation of a dismantling machine with force feedback and no force sensor.\n";
+constexpr const char* kExample = "Try: knuckle simulate --scenario dismantle --report report.html\n";
+
+std::string shown(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+/// An unset variable of a shell must not mean "as if not given".
+void check_given(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_expected_min() == 0) continue;
+    for (const std::string& value : option->results()) {
+      if (value.empty()) refuse_option(option->get_name(), "\"\"", "must not be empty");
+    }
+  }
+}
+
+/// CLI11's words in one line, with option and value where it leaves them to be guessed, and what to do next.
+std::string refusal(const CLI::ParseError& error, const std::string& command) {
+  std::string message = error.what();
+  if (const auto end = message.find('\n'); end != std::string::npos) message.resize(end);
+  if (error.get_name() == "ConversionError") {  // "Could not convert: --slow = fast"
+    const auto option = message.find("--"), equals = message.find(" = ");
+    if (option < equals && equals != std::string::npos) {
+      const std::string value = message.substr(equals + 3);
+      message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) +
+                ": is not a number that it can take";
+    }
+  } else if (message.find(": At Most 1 required") != std::string::npos) {
+    message = message.substr(0, message.find(':')) + ": is given more than once";
+  } else if (const auto end = message.find(" was given a disallowed flag override"); end != std::string::npos) {
+    message = "--" + message.substr(0, end) + ": takes no value";
+  } else if (message.starts_with("--") && message.ends_with(" missing")) {  // "--map: 1 required TEXT missing"
+    message = message.substr(0, message.find(':')) + ": needs a value";
+  }
+  return message + " (see knuckle " + (command.empty() ? "" : command + " ") + "--help)";
+}
+
+/// The command that is asked for; empty where none is. @throws InputError for a word that is no command.
+std::string command_in(const std::vector<Command>& commands, const std::vector<std::string>& arguments) {
+  if (arguments.empty() || arguments.front().starts_with('-')) return "";
+  std::string names;
+  for (const Command& command : commands) {
+    if (command.name == arguments.front()) return command.name;
+    names += (names.empty() ? "" : ", ") + command.name;
+  }
+  throw InputError("unknown command '" + arguments.front() + "': there are " + names + " (see knuckle --help)");
+}
+
+}  // namespace
+
+CommandLine parse_command_line(const std::vector<Command>& commands, const std::vector<std::string>& arguments) {
+  const std::string asked_for = command_in(commands, arguments);
+  CLI::App app(kAbout, "knuckle");
+  app.set_version_flag("--version", program_version());
+  app.require_subcommand(1);
+  app.footer(std::string(kExample) + kExitCodes);
+  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::Throw);
+  std::map<std::string, std::function<int()>> runs;
+  for (const Command& command : commands) {
+    CLI::App& options = *app.add_subcommand(command.name, command.about);
+    options.footer(kExitCodes);
+    runs[command.name] = command.declare(options);
+  }
+  try {
+    std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // the order CLI11 takes a vector in
+    app.parse(std::move(reversed));
+  } catch (const CLI::Success& asked) {
+    std::ostringstream text, unused;
+    app.exit(asked, text, unused);
+    return {{}, text.str()};
+  } catch (const CLI::ParseError& error) {
+    throw InputError(refusal(error, asked_for));
+  }
+  const CLI::App& chosen = *app.get_subcommands().front();
+  check_given(chosen);
+  return {runs.at(chosen.get_name()), {}};
+}
+
+std::string program_version() {
+  return std::string("knuckle ") + KNUCKLE_VERSION;
+}
+
+void refuse_option(const std::string& option, const std::string& value, const std::string& why) {
+  throw InputError(option + (value.empty() ? "" : " " + value) + ": " + why);
+}
+
+void check_range(const char* option, const std::optional<double>& value, double low, double high, const char* unit) {
+  if (!value || (*value >= low && *value <= high)) return;  // a NaN is in no range
+  refuse_option(option, shown(*value), "must be from " + shown(low) + " to " + shown(high) + unit);
+}
+
+void check_readable(const std::string& option, const std::string& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) refuse_option(option, file, "no such file");
+  if (std::filesystem::is_directory(file, error)) refuse_option(option, file, "is a folder, not a file");
+  if (!std::filesystem::is_regular_file(file, error)) refuse_option(option, file, "is not a regular file");
+  if (!std::ifstream(file)) refuse_option(option, file, "cannot be read");
+}
+
+std::string seed_error(const std::string& text) {
+  std::uint64_t seed = 0;
+  const auto end = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (end.ec == std::errc() && end.ptr == text.data() + text.size()) return "";
+  return (text.empty() ? "\"\"" : text) + " must be a whole number from 0 to 18446744073709551615";
+}
+
+std::string count_error(const std::string& text, int low, int high) {
+  int count = 0;
+  const auto end = std::from_chars(text.data(), text.data() + text.size(), count);
+  const bool whole = end.ec == std::errc() && end.ptr == text.data() + text.size();
+  if (whole && count >= low && count <= high) return "";
+  return (text.empty() ? "\"\"" : text) + " must be a whole number from " + std::to_string(low) + " to " +
+         std::to_string(high);
+}
+
+std::string ensemble_size_error(const std::string& text) {
+  const std::string error = count_error(text, 2, 10'000);
+  return text == "0" || error.empty() ? "" : error + " machines, or 0: none";
+}
+
+void Places::configuration(const std::string& option, const std::string& name_or_file) {
+  if (std::filesystem::exists(name_or_file)) take(option, name_or_file, false);
+}
+
+void Places::take(const std::string& option, const std::string& file, bool output) {
+  if (file.empty()) return;
+  std::error_code nameless;  // such as the pipe behind /dev/stdout
+  const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(file), nameless);
+  const std::string path = file == "-" || nameless ? file : real.string();
+  const auto [other, is_new] = taken_.emplace(path, option);
+  if (is_new || !output) return;
+  refuse_option(option, file,
+                "already taken by " + other->second + (file == "-" ? ": only one can be standard output" : ""));
+}
+
+}  // namespace knuckle::cli

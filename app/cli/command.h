@@ -1,0 +1,67 @@
+// What the program can be told: each command declares its options and runs in a file of its own; main() lists them.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace knuckle::cli {
+
+struct Command {
+  std::string name, about;
+  /// Declares the options, into storage that lives as long as what it returns: checks them, runs, gives the exit code.
+  std::function<std::function<int()>(CLI::App& options)> declare;
+};
+
+/// What main() is to do: run, or print text (help or version).
+struct CommandLine {
+  std::function<int()> run;
+  std::string text;
+};
+
+/// @param arguments without the program's name.
+/// @throws InputError, one line, for unknown commands and options and for values that are no values. `run` throws it
+/// for values out of bounds, combinations that contradict each other, files that cannot be read.
+[[nodiscard]] CommandLine parse_command_line(const std::vector<Command>& commands,
+                                             const std::vector<std::string>& arguments);
+
+/// "knuckle 0.1.0"
+[[nodiscard]] std::string program_version();
+
+// For the checks of a command's own options.
+inline constexpr const char* kExitCodes =
+    "Exit codes: 0 done; 1 what was asked for was not met; 2 wrong usage or bad input.";
+
+/// @param value may be empty: "option: why". @throws InputError "option value: why".
+[[noreturn]] void refuse_option(const std::string& option, const std::string& value, const std::string& why);
+/// A value that is not given is in every range. @throws InputError
+void check_range(const char* option, const std::optional<double>& value, double low, double high, const char* unit);
+/// @throws InputError unless the file can be read.
+void check_readable(const std::string& option, const std::string& file);
+/// What is wrong with the text of a seed; empty where nothing is. (CLI11 would take -1 for a very large one.)
+[[nodiscard]] std::string seed_error(const std::string& text);
+/// Likewise of a count within [low, high], and of how many machines an ensemble has: none, or two and more.
+[[nodiscard]] std::string count_error(const std::string& text, int low, int high);
+[[nodiscard]] std::string ensemble_size_error(const std::string& text);
+
+/// No two outputs into one place, none over an input. Empty names are not asked for.
+class Places {
+ public:
+  void input(const std::string& option, const std::string& file) { take(option, file, false); }
+  /// Configuration may be named, or be a file of the user's.
+  void configuration(const std::string& option, const std::string& name_or_file);
+  /// @throws InputError where it is taken.
+  void output(const std::string& option, const std::string& file) { take(option, file, true); }
+
+ private:
+  void take(const std::string& option, const std::string& file, bool output);
+  std::map<std::string, std::string> taken_;  // path -> option
+};
+
+}  // namespace knuckle::cli

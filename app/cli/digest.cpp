@@ -1,0 +1,37 @@
+#include "app/cli/digest.h"
+
+#include <openssl/evp.h>
+
+#include <array>
+#include <stdexcept>
+
+namespace knuckle::cli {
+
+struct Digest::State {
+  EVP_MD_CTX* context = EVP_MD_CTX_new();
+  ~State() { EVP_MD_CTX_free(context); }
+};
+
+Digest::Digest() : state_(std::make_unique<State>()) {
+  if (EVP_DigestInit_ex(state_->context, EVP_sha256(), nullptr) != 1) throw std::runtime_error("SHA-256 is not there");
+}
+Digest::~Digest() = default;
+
+void Digest::add(std::string_view bytes) {
+  EVP_DigestUpdate(state_->context, bytes.data(), bytes.size());
+}
+
+std::string Digest::finish() {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> hash{};
+  unsigned size = 0;
+  if (EVP_DigestFinal_ex(state_->context, hash.data(), &size) != 1) throw std::runtime_error("SHA-256 failed");
+  std::string hex;
+  constexpr char kDigits[] = "0123456789abcdef";
+  for (unsigned i = 0; i < size; ++i) {
+    hex += kDigits[hash[i] >> 4];
+    hex += kDigits[hash[i] & 15];
+  }
+  return hex;
+}
+
+}  // namespace knuckle::cli

@@ -1,0 +1,26 @@
+// SHA-256 of bytes, as sha256sum gives it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace knuckle::cli {
+
+class Digest {
+ public:
+  Digest();
+  ~Digest();
+  Digest(const Digest&) = delete;
+  Digest& operator=(const Digest&) = delete;
+
+  void add(std::string_view bytes);
+  /// Hex of everything added so far; the digest is finished by it.
+  [[nodiscard]] std::string finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace knuckle::cli

@@ -1,0 +1,62 @@
+// From where the picture is seen: pure functions from mouse to camera and between pixels and the machine's plane.
+// Space as in mesh.h: frame M with y to the left. Pixels count from the viewport's upper left corner, y down.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+
+#include "core/joints.h"
+#include "machine/description.h"
+
+namespace knuckle::console::picture {
+
+/// The part of the framebuffer that the picture fills.
+struct Viewport {
+  int left_px = 0, bottom_px = 0;  ///< From the framebuffer's lower left corner, as OpenGL counts.
+  int width_px = 1, height_px = 1;
+  double line_scale = 1;  ///< Width of lines: the interface's scale.
+};
+
+struct Camera {
+  enum class Kind : std::uint8_t { kOrbit, kSide };
+  Kind kind = Kind::kSide;
+  double reach_m = 1;  ///< Of the machine: what distances are limited by.
+  // Orbit.
+  double yaw_rad = 0;    ///< 0: from the machine's right; positive: from further ahead.
+  double pitch_rad = 0;  ///< Above the horizon.
+  double distance_m = 1;
+  Eigen::Vector3d target_m = Eigen::Vector3d::Zero();
+  // Side.
+  Eigen::AlignedBox2d shown_m;  ///< At least this of the machine's plane is seen.
+};
+
+/// Everything that hull and bucket can reach in their working ranges, frame M.
+[[nodiscard]] Eigen::AlignedBox2d reach_box(const MachineDescription& machine);
+
+/// From the right, without perspective, the whole reach visible.
+[[nodiscard]] Camera side_camera(const MachineDescription& machine);
+/// From behind on the right, as an operator who stands there sees it.
+[[nodiscard]] Camera orbit_camera(const MachineDescription& machine);
+
+// A side view does not move: these change an orbit only.
+/// The mouse dragged the machine round.
+[[nodiscard]] Camera turned(Camera camera, const Eigen::Vector2d& drag_px, const Viewport& viewport);
+/// The wheel: positive steps come closer.
+[[nodiscard]] Camera zoomed(Camera camera, double steps);
+/// The mouse dragged the target along.
+[[nodiscard]] Camera shifted(Camera camera, const Eigen::Vector2d& drag_px, const Viewport& viewport);
+
+/// Column vectors, clip space of OpenGL.
+[[nodiscard]] Eigen::Matrix4d view_projection(const Camera& camera, const Viewport& viewport);
+
+/// Where the machine's plane (y = 0) is under a pixel, as (x, z); nullopt where it is not, or beyond anything to be
+/// pointed at.
+[[nodiscard]] std::optional<PlanarVector> plane_point(const Camera& camera, const Viewport& viewport,
+                                                      const Eigen::Vector2d& pixel);
+/// nullopt behind the camera.
+[[nodiscard]] std::optional<Eigen::Vector2d> pixel_of(const Camera& camera, const Viewport& viewport,
+                                                      const Eigen::Vector3d& point_m);
+
+}  // namespace knuckle::console::picture

@@ -1,0 +1,52 @@
+// What OpenGL owns, released with its owner: a program and meshes in the graphics memory. Context current throughout.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <utility>
+
+#include "app/console/picture/mesh.h"
+
+namespace knuckle::console::picture {
+
+class GlProgram {
+ public:
+  /// @throws InputError with the driver's own words where it does not compile or link.
+  GlProgram(const char* vertex_source, const char* fragment_source);
+  GlProgram(const GlProgram&) = delete;
+  GlProgram& operator=(const GlProgram&) = delete;
+  ~GlProgram() { glDeleteProgram(program_); }
+
+  void use() const { glUseProgram(program_); }
+  [[nodiscard]] GLint uniform(const char* name) const { return glGetUniformLocation(program_, name); }
+
+ private:
+  GLuint program_ = 0;
+};
+
+/// A mesh's triangles and edges; attributes 0 position, 1 normal, 2 material.
+class GlMesh {
+ public:
+  explicit GlMesh(const Mesh& mesh);
+  GlMesh(GlMesh&& other) noexcept { swap(other); }
+  GlMesh& operator=(GlMesh&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  GlMesh(const GlMesh&) = delete;
+  GlMesh& operator=(const GlMesh&) = delete;
+  ~GlMesh();
+
+  void draw_triangles() const;
+  void draw_edges() const { draw_lines(edge_indices_); }
+  /// Edges and what may be a silhouette.
+  void draw_wires() const { draw_lines(edge_indices_ + round_indices_); }
+
+ private:
+  void swap(GlMesh& other) noexcept;
+  void draw_lines(GLsizei indices) const;
+  GLuint array_ = 0, vertices_ = 0, indices_ = 0;
+  GLsizei triangle_indices_ = 0, edge_indices_ = 0, round_indices_ = 0;
+};
+
+}  // namespace knuckle::console::picture

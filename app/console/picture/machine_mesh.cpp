@@ -1,0 +1,174 @@
+#include "app/console/picture/machine_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace knuckle::console::picture {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Widths that the machine file does not know, by the machine's reach.
+struct Proportions {
+  double reach, beam;                    // beam: half the height of a link at its ends
+  double boom_half, arm_half, eye_half;  // eye: of a cylinder, between lugs
+  double bucket_half;
+  explicit Proportions(const MachineDescription& machine)
+      : reach(reach_m(machine)),
+        beam(0.022 * reach),
+        boom_half(0.026 * reach),
+        arm_half(0.019 * reach),
+        eye_half(0.010 * reach),
+        bucket_half(0.075 * reach) {}
+};
+
+Mesh boom_mesh(const MachineDescription& m, const Proportions& size) {
+  Mesh mesh;
+  const double w = size.beam;
+  const PlanarVector head(m.links[kBoom].length_m, 0);
+  const PlanarVector d = m.boom_mount.child_pin_m, e = m.arm_mount.parent_pin_m;
+  // The boom is bent where its cylinder holds it: a parabola from foot to head that passes between the cylinder pins.
+  const PlanarVector crest = 0.55 * d + 0.45 * e - PlanarVector(0, 0.02 * size.reach);
+  const PlanarVector control = 2 * crest - 0.5 * head;
+  std::vector<Disc> spine;
+  constexpr int kSteps = 10;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double t = static_cast<double>(i) / kSteps;
+    const double swell = std::sin(std::numbers::pi * t);
+    spine.push_back({2 * t * (1 - t) * control + t * t * head, w * (0.8 + 0.75 * swell * swell)});
+  }
+  mesh.extrude(swept(spine), -size.boom_half, size.boom_half, Material::kPaint);
+  const PlanarVector along(head.normalized());
+  for (const auto& [pin, radius] : {std::pair{d, 0.62 * w}, std::pair{e, 0.62 * w}})
+    mesh.extrude_pair(hull_of({{pin, radius}, {crest - 2.2 * w * along, 0.5 * w}, {crest + 2.2 * w * along, 0.5 * w}}),
+                      size.eye_half + 0.15 * w, size.boom_half - 0.25 * w, Material::kPaint);
+  mesh.pin(PlanarVector::Zero(), 0.45 * w, size.boom_half + 0.55 * w, Material::kSteel);
+  for (const PlanarVector& pin : {d, e, head}) mesh.pin(pin, 0.38 * w, size.boom_half + 0.12 * w, Material::kSteel);
+  return mesh;
+}
+
+Mesh arm_mesh(const MachineDescription& m, const Proportions& size) {
+  Mesh mesh;
+  const double w = size.beam, length = m.links[kArm].length_m;
+  const PlanarVector f = m.arm_mount.child_pin_m, g = m.bucket_linkage.cylinder_pin_m;
+  const PlanarVector j = m.bucket_linkage.rocker_pin_m;
+  mesh.extrude(hull_of({{{0, 0}, 1.15 * w}, {{0.22 * length, 0.5 * w}, 1.35 * w}, {{length, 0}, 0.72 * w}}),
+               -size.arm_half, size.arm_half, Material::kPaint);
+  mesh.extrude_pair(hull_of({{f, 0.6 * w}, {g, 0.6 * w}, {{0, 0}, 0.9 * w}, {{0.24 * length, 0.6 * w}, 1.1 * w}}),
+                    size.eye_half + 0.1 * w, size.arm_half - 0.2 * w, Material::kPaint);
+  for (const PlanarVector& pin : {f, g}) mesh.pin(pin, 0.36 * w, size.arm_half + 0.12 * w, Material::kSteel);
+  mesh.pin(j, 0.34 * w, size.arm_half + 0.5 * w, Material::kSteel);
+  mesh.pin({length, 0}, 0.4 * w, size.arm_half + 0.75 * w, Material::kSteel);
+  return mesh;
+}
+
+/// The back of the bucket from above K round to the cutting edge; its mouth is open from the hinge to the tip.
+std::vector<PlanarVector> bucket_back(double tip_m, const PlanarVector& k) {
+  std::vector<PlanarVector> back{{0.02 * tip_m, std::max(0.24 * tip_m, 0.8 * k.y())}};
+  for (const auto& [x, z] :
+       {std::pair{0.08, 0.37}, {0.20, 0.47}, {0.36, 0.53}, {0.53, 0.51}, {0.68, 0.42}, {0.81, 0.29}, {0.92, 0.14}})
+    back.emplace_back(x * tip_m, z * tip_m);
+  return back;
+}
+
+Mesh bucket_mesh(const MachineDescription& m, const Proportions& size) {
+  Mesh mesh;
+  const double w = size.beam, tip = m.links[kBucket].length_m, half = size.bucket_half;
+  const PlanarVector k = m.bucket_linkage.bucket_pin_m;
+  const std::vector<PlanarVector> back = bucket_back(tip, k);
+  std::vector<Disc> shell{{{0.04 * tip, 0.04 * tip}, 0.02 * tip}};
+  for (const PlanarVector& p : back) shell.push_back({p, 0.02 * tip});
+  mesh.extrude(swept(shell), -half + 0.03 * tip, half - 0.03 * tip, Material::kBucket);
+  Outline side{{0.02 * tip, -0.02 * tip}};
+  side.insert(side.end(), back.begin(), back.end());
+  side.insert(side.end(),
+              {{0.93 * tip, 0.10 * tip}, {0.74 * tip, 0.13 * tip}, {0.34 * tip, 0.12 * tip}, {0.16 * tip, 0.02 * tip}});
+  mesh.extrude_pair(side, half - 0.03 * tip, half, Material::kBucket);
+  // Ears that hold the bucket's pin and K.
+  mesh.extrude_pair(
+      hull_of({{{0, 0}, 0.85 * w}, {k, 0.7 * w}, {back[1], 0.2 * w}, {{0.08 * tip, 0.06 * tip}, 0.3 * w}}),
+      size.arm_half + 0.12 * w, size.arm_half + 0.5 * w, Material::kBucket);
+  mesh.pin(k, 0.34 * w, size.arm_half + 0.62 * w, Material::kSteel);
+  constexpr int kTeeth = 4;
+  const double width = 0.10 * tip;
+  for (int i = 0; i < kTeeth; ++i) {
+    const double y = (half - 0.5 * width) * (2.0 * i / (kTeeth - 1) - 1);
+    mesh.extrude({{0.88 * tip, 0.14 * tip}, {0.94 * tip, 0.16 * tip}, {tip, 0}}, y - 0.5 * width, y + 0.5 * width,
+                 Material::kSteel);
+  }
+  return mesh;
+}
+
+/// A bar between two pins, as a pair of plates or as one between them.
+Mesh rocker_mesh(double length_m, const Proportions& size) {
+  Mesh mesh;
+  const double w = size.beam;
+  mesh.extrude_pair(hull_of({{{0, 0}, 0.55 * w}, {{length_m, 0}, 0.5 * w}}), size.arm_half + 0.08 * w,
+                    size.arm_half + 0.38 * w, Material::kTrim);
+  mesh.pin({length_m, 0}, 0.34 * w, size.arm_half + 0.5 * w, Material::kSteel);
+  return mesh;
+}
+
+Mesh coupler_mesh(double length_m, const Proportions& size) {
+  Mesh mesh;
+  const double w = size.beam;
+  mesh.extrude_pair(hull_of({{{0, 0}, 0.5 * w}, {{length_m, 0}, 0.5 * w}}), size.eye_half + 0.1 * w,
+                    size.arm_half - 0.2 * w, Material::kTrim);
+  return mesh;
+}
+
+Mesh barrel_mesh(const CylinderDescription& cylinder, const Proportions& size) {
+  Mesh mesh;
+  const double end = barrel_length_m(cylinder, cylinder.max_length_m), radius = 0.6 * cylinder.bore_m;
+  mesh.pin({0, 0}, 0.8 * cylinder.rod_m, size.eye_half, Material::kTrim);
+  mesh.tube({0.5 * cylinder.rod_m, 0, 0}, {end, 0, 0}, radius, Material::kTrim);
+  mesh.tube({end - 0.6 * cylinder.bore_m, 0, 0}, {end + 0.15 * cylinder.bore_m, 0, 0}, 1.12 * radius, Material::kTrim);
+  return mesh;
+}
+
+/// Long enough for the whole stroke, short enough to end inside the barrel.
+Mesh rod_mesh(const CylinderDescription& cylinder, const Proportions& size) {
+  Mesh mesh;
+  const double barrel = barrel_length_m(cylinder, cylinder.max_length_m);
+  const double length = std::min(cylinder.max_length_m - barrel + cylinder.bore_m, 0.95 * cylinder.min_length_m);
+  mesh.tube({-length, 0, 0}, {-0.3 * cylinder.rod_m, 0, 0}, 0.5 * cylinder.rod_m, Material::kRod);
+  mesh.pin({0, 0}, 0.8 * cylinder.rod_m, size.eye_half, Material::kTrim);
+  return mesh;
+}
+
+Frame2 along(const PlanarVector& from, const PlanarVector& to, const PlanarVector& origin) {
+  const PlanarVector ray = to - from;
+  return Eigen::Translation2d(origin) * Eigen::Rotation2Dd(std::atan2(ray.y(), ray.x()));
+}
+
+}  // namespace
+
+std::array<Mesh, kBodies> body_meshes(const MachineDescription& m) {
+  const Proportions size(m);
+  return {boom_mesh(m, size),
+          arm_mesh(m, size),
+          bucket_mesh(m, size),
+          rocker_mesh(m.bucket_linkage.rocker_length_m, size),
+          coupler_mesh(m.bucket_linkage.coupler_length_m, size),
+          barrel_mesh(m.cylinders[kBoom], size),
+          barrel_mesh(m.cylinders[kArm], size),
+          barrel_mesh(m.cylinders[kBucket], size),
+          rod_mesh(m.cylinders[kBoom], size),
+          rod_mesh(m.cylinders[kArm], size),
+          rod_mesh(m.cylinders[kBucket], size)};
+}
+
+std::array<Frame2, kBodies> body_frames(const MachinePose& pose) {
+  std::array<Frame2, kBodies> frames{pose.boom, pose.arm, pose.bucket,
+                                     along(pose.rocker_pin_m, pose.linkage_pin_m, pose.rocker_pin_m),
+                                     along(pose.linkage_pin_m, pose.bucket_pin_m, pose.linkage_pin_m)};
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const auto& [base, rod_end] = pose.cylinders[i];
+    frames[static_cast<std::size_t>(Body::kBoomBarrel) + i] = along(base, rod_end, base);
+    frames[static_cast<std::size_t>(Body::kBoomRod) + i] = along(base, rod_end, rod_end);
+  }
+  return frames;
+}
+
+}  // namespace knuckle::console::picture

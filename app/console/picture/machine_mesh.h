@@ -1,0 +1,40 @@
+// The machine as rigid bodies, shaped by the machine file alone, and where each of them is in a pose.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "app/console/picture/mesh.h"
+#include "machine/description.h"
+#include "machine/pose.h"
+
+namespace knuckle::console::picture {
+
+/// The bodies that move with the joints. Axes: links as in the machine file; rocker from J to H and coupler from H to K
+/// along x; barrels from the base pin and rods from the rod end's pin, both with x along the cylinder.
+enum class Body : std::uint8_t {
+  kBoom,
+  kArm,
+  kBucket,
+  kRocker,
+  kCoupler,
+  kBoomBarrel,
+  kArmBarrel,
+  kBucketBarrel,
+  kBoomRod,
+  kArmRod,
+  kBucketRod,
+};
+inline constexpr std::size_t kBodies = 11;
+
+/// In the bodies' own axes.
+[[nodiscard]] std::array<Mesh, kBodies> body_meshes(const MachineDescription& machine);
+
+/// Of the bodies' axes, frame M.
+[[nodiscard]] std::array<Frame2, kBodies> body_frames(const MachinePose& pose);
+
+/// What stands on the ground, frame M: tracks, cab and the boom's bracket. The description says nothing of them but
+/// where the boom and its cylinder are held.
+[[nodiscard]] Mesh hull_mesh(const MachineDescription& machine, double ground_m);
+
+}  // namespace knuckle::console::picture

@@ -1,0 +1,103 @@
+#include "app/console/picture/machine_panel.h"
+
+#include <imgui.h>
+
+#include <cmath>
+
+namespace knuckle::console::picture {
+namespace {
+
+double reach_of(const MachineDescription& machine) {
+  double reach_m = 0;
+  for (const LinkDescription& link : machine.links) reach_m += link.length_m;
+  return reach_m;
+}
+
+Eigen::Vector2d pixels(ImVec2 v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y)};
+}
+
+}  // namespace
+
+MachinePanel::MachinePanel(const MachineDescription& machine)
+    : kinematics_(machine),
+      view_(machine),
+      side_(side_camera(machine)),
+      orbit_(orbit_camera(machine)),
+      scene_(reach_of(machine)) {
+  scene_.begin({});
+}
+
+Viewport MachinePanel::viewport(const widgets::Area& picture) const {
+  const ImGuiIO& io = ImGui::GetIO();
+  const ImVec2 s = io.DisplayFramebufferScale;
+  const auto pixel = [](float v) { return static_cast<int>(std::lround(v)); };
+  return {.left_px = pixel(picture.min.x * s.x),
+          .bottom_px = pixel((io.DisplaySize.y - picture.max.y) * s.y),
+          .width_px = std::max(1, pixel(picture.width() * s.x)),
+          .height_px = std::max(1, pixel(picture.height() * s.y)),
+          .line_scale = static_cast<double>(ImGui::GetFontSize()) / 18};
+}
+
+void MachinePanel::watch(const ConsoleView& view) {
+  if (!view.machine.contact || view.now < contact_since_)
+    contact_since_ = kNever;
+  else if (contact_since_ == kNever)
+    contact_since_ = view.now;
+  if (view.simulated) scene_.watch(view.truth.events);
+}
+
+void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, const ConsoleView& view) {
+  pulled_ = {};
+  if (picture.width() < 1 || picture.height() < 1) return;
+  ImGui::SetCursorScreenPos(picture.min);
+  ImGui::InvisibleButton("picture", picture.size(),
+                         ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
+  const ImGuiIO& io = ImGui::GetIO();
+  const Viewport port = viewport(picture);
+  const Eigen::Vector2d scale = pixels(io.DisplayFramebufferScale);
+  const Eigen::Vector2d drag = pixels(io.MouseDelta).cwiseProduct(scale);
+  const bool held = ImGui::IsItemActive();
+  if (!side_view) {
+    if (held && ImGui::IsMouseDown(ImGuiMouseButton_Left)) orbit_ = turned(orbit_, drag, port);
+    if (held && ImGui::IsMouseDown(ImGuiMouseButton_Right)) orbit_ = shifted(orbit_, drag, port);
+    if (ImGui::IsItemHovered() && io.MouseWheel != 0) orbit_ = zoomed(orbit_, static_cast<double>(io.MouseWheel));
+    return;
+  }
+  if (!held || !ImGui::IsMouseDown(ImGuiMouseButton_Left)) return;
+  const ImVec2 at{io.MousePos.x - picture.min.x, io.MousePos.y - picture.min.y};
+  if (const auto mouse_m = plane_point(side_, port, pixels(at).cwiseProduct(scale)))
+    pulled_ = hand_from_drag(*mouse_m - kinematics_.tip(view.hand.ghost_rad), view.hand.ghost_rad, kinematics_);
+}
+
+void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view) {
+  const SlaveMessage& m = view.machine;
+  MachinePicture p;
+  p.measured_rad = view.link.heard ? m.position_rad : view.hand.set_point_rad;
+  p.measured_is_stale = stale;
+  p.commanded_rad = view.hand.set_point_rad;
+  p.hand_rad = view.hand.ghost_rad;
+  // Before somebody leads or takes hold, both are where a loop began: nobody told the machine, nor asks for it.
+  p.show_commanded = !view.hand.device && view.link.heard && led(m.mode);
+  p.show_hand = p.show_commanded || (!view.hand.device && view.link.heard && view.hand.presence);
+  if (view.link.heard && !stale) {
+    p.tip_force_N = m.tip_force_N;
+    p.covariance_N2 = m.covariance_N2;
+    p.confidence = m.confidence;
+    p.contact = m.contact;
+    p.contact_s = contact_since_ == kNever ? 1e9 : to_seconds(view.now - contact_since_);
+  }
+  p.scene = &scene_.scene();
+  p.scene_s = view.simulated_s;
+  view_.draw(p, side_view ? side_ : orbit_, viewport(picture),
+             light ? light_picture_colours() : dark_picture_colours());
+}
+
+void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, const JointVector& pose_rad) {
+  MachinePicture p;
+  p.measured_rad = pose_rad;
+  view_.draw(p, side_view ? side_ : orbit_, viewport(picture),
+             light ? light_picture_colours() : dark_picture_colours());
+}
+
+}  // namespace knuckle::console::picture

@@ -1,0 +1,42 @@
+// The picture of the machine on the Operate screen: fed from the view, turned by the mouse; in the side view the mouse
+// pulls the tip.
+#pragma once
+
+#include "app/console/console_view.h"
+#include "app/console/hand_input.h"
+#include "app/console/picture/live_scene.h"
+#include "app/console/picture/machine_view.h"
+#include "app/console/widgets/area.h"
+#include "machine/kinematics.h"
+
+namespace knuckle::console::picture {
+
+class MachinePanel {
+ public:
+  /// @throws InputError as MachineView does.
+  explicit MachinePanel(const MachineDescription& machine);
+
+  /// The world of the simulated session on screen.
+  void begin(const sim::WorldDescription& world) { scene_.begin(world); }
+  void watch(const ConsoleView& view);
+  /// Takes the mouse in, while ImGui's frame is open. @param picture where the picture lies; screen pixels.
+  void take_mouse(const widgets::Area& picture, bool side_view, const ConsoleView& view);
+  /// Into the bound framebuffer.
+  void draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view);
+  /// Only the machine, at this pose.
+  void draw(const widgets::Area& picture, bool side_view, bool light, const JointVector& pose_rad);
+  /// The tip pulled by the mouse; nothing is held where it is not.
+  [[nodiscard]] const HandInput& pulled() const noexcept { return pulled_; }
+
+ private:
+  [[nodiscard]] Viewport viewport(const widgets::Area& picture) const;
+
+  Kinematics kinematics_;
+  MachineView view_;
+  Camera side_, orbit_;
+  LiveScene scene_;
+  HandInput pulled_;
+  Time contact_since_ = kNever;
+};
+
+}  // namespace knuckle::console::picture

@@ -1,0 +1,58 @@
+// The picture of the machine and of what it touches, drawn with OpenGL 3.3.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "app/console/picture/camera.h"
+#include "app/console/picture/picture_colours.h"
+#include "app/session/scene.h"
+#include "core/joints.h"
+#include "machine/description.h"
+
+namespace knuckle::console::picture {
+
+/// What the picture shows; all frame M, from the newest view.
+struct MachinePicture {
+  JointVector measured_rad = JointVector::Zero();  ///< Drawn solid.
+  bool measured_is_stale = false;                  ///< Drawn grey.
+  JointVector commanded_rad = JointVector::Zero();
+  bool show_commanded = false;  ///< Outline of where the machine was told to be.
+  JointVector hand_rad = JointVector::Zero();
+  bool show_hand = false;  ///< Translucent: where the operator's hand asks to be.
+  PlanarVector tip_force_N = PlanarVector::Zero();
+  std::array<double, 3> covariance_N2{};  ///< xx, xz, zz: drawn as ellipse of 95 %.
+  double confidence = 1;                  ///< [0, 1]; the arrow fades with it.
+  bool contact = false;                   ///< Ring around the tip.
+  double contact_s = 1e9;                 ///< How long; the ring flashes at first.
+  const session::Scene* scene = nullptr;  ///< None: ground only.
+  double scene_s = 0;                     ///< Time of the scene's session.
+};
+
+/// How long forces are drawn.
+struct ForceScale {
+  double full_N = 1;   ///< A round number that this machine presses with.
+  double full_m = 1;   ///< Length of its arrow; longer ones are cut off at 1.25 times.
+  double least_N = 0;  ///< Shorter arrows are not drawn.
+};
+[[nodiscard]] ForceScale force_scale(const MachineDescription& machine);
+
+class MachineView {
+ public:
+  /// @throws InputError where the driver refuses the shaders. OpenGL 3.3 context current, here and in all the rest.
+  explicit MachineView(const MachineDescription& machine);
+  MachineView(const MachineView&) = delete;
+  MachineView& operator=(const MachineView&) = delete;
+  ~MachineView();
+
+  /// Fills the viewport of the bound framebuffer, which needs a depth buffer and five bits of stencil. Clears what
+  /// it needs; leaves depth test, stencil test, scissor test, blending and face culling off.
+  void draw(const MachinePicture& picture, const Camera& camera, const Viewport& viewport,
+            const PictureColours& colours);
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace knuckle::console::picture

@@ -1,0 +1,102 @@
+#include "app/console/picture/painter.h"
+
+namespace knuckle::console::picture {
+namespace {
+
+// Colours are worked out at the corners: the processor may have to do all of this.
+constexpr const char* kVertexSource = R"(#version 330 core
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in float material;
+uniform mat4 transform;
+uniform mat3 turn;
+uniform vec3 palette[14];
+uniform vec4 tint, kept;
+uniform float alpha, lit;
+uniform vec3 sky, earth, sun, sun_direction;
+out vec4 colour;
+void main() {
+  gl_Position = transform * vec4(position, 1.0);
+  gl_ClipDistance[0] = dot(kept, vec4(position, 1.0));
+  vec3 n = normalize(turn * normal);
+  vec3 light = mix(earth, sky, 0.5 + 0.5 * n.z) + sun * max(dot(n, sun_direction), 0.0);
+  vec3 own = mix(palette[int(material + 0.5)], tint.rgb, tint.a);
+  colour = vec4(own * mix(vec3(1.0), light, lit), alpha);
+}
+)";
+constexpr const char* kFragmentSource = R"(#version 330 core
+in vec4 colour;
+out vec4 pixel;
+void main() { pixel = colour; }
+)";
+static_assert(kMaterials == 14, "as in the shader");
+
+}  // namespace
+
+Eigen::Matrix4f in_space(const Frame2& frame) {
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  const Eigen::Matrix2d turn = frame.linear();
+  m(0, 0) = turn(0, 0);
+  m(0, 2) = turn(0, 1);
+  m(2, 0) = turn(1, 0);
+  m(2, 2) = turn(1, 1);
+  m(0, 3) = frame.translation().x();
+  m(2, 3) = frame.translation().y();
+  return m.cast<float>();
+}
+
+Eigen::Vector3f sun_direction() {
+  return Eigen::Vector3f(0.30F, -0.45F, 0.84F).normalized();
+}
+
+Painter::Painter()
+    : program_(kVertexSource, kFragmentSource),
+      transform_(program_.uniform("transform")),
+      turn_(program_.uniform("turn")),
+      palette_(program_.uniform("palette")),
+      tint_(program_.uniform("tint")),
+      alpha_(program_.uniform("alpha")),
+      lit_(program_.uniform("lit")),
+      kept_(program_.uniform("kept")),
+      sky_(program_.uniform("sky")),
+      earth_(program_.uniform("earth")),
+      sun_(program_.uniform("sun")),
+      sun_direction_(program_.uniform("sun_direction")) {}
+
+void Painter::begin(const Eigen::Matrix4f& view_projection, const PictureColours& colours) {
+  view_projection_ = view_projection;
+  program_.use();
+  glUniform3fv(palette_, kMaterials, colours.material.front().data());
+  glUniform3fv(sky_, 1, colours.sky.data());
+  glUniform3fv(earth_, 1, colours.earth.data());
+  glUniform3fv(sun_, 1, colours.sun.data());
+  glUniform3fv(sun_direction_, 1, sun_direction().data());
+}
+
+void Painter::set(const Eigen::Matrix4f& model, const Look& look) {
+  const Eigen::Matrix4f transform = view_projection_ * model;
+  const Eigen::Matrix3f turn = model.topLeftCorner<3, 3>();
+  glUniformMatrix4fv(transform_, 1, GL_FALSE, transform.data());
+  glUniformMatrix3fv(turn_, 1, GL_FALSE, turn.data());
+  glUniform4f(tint_, look.tint.x(), look.tint.y(), look.tint.z(), look.tinted);
+  glUniform1f(alpha_, look.alpha);
+  glUniform4fv(kept_, 1, look.kept.data());
+  glUniform1f(lit_, look.lit ? 1.0F : 0.0F);
+}
+
+void Painter::triangles(const GlMesh& mesh, const Eigen::Matrix4f& model, const Look& look) {
+  set(model, look);
+  mesh.draw_triangles();
+}
+
+void Painter::edges(const GlMesh& mesh, const Eigen::Matrix4f& model, const Look& look) {
+  set(model, look);
+  mesh.draw_edges();
+}
+
+void Painter::wires(const GlMesh& mesh, const Eigen::Matrix4f& model, const Look& look) {
+  set(model, look);
+  mesh.draw_wires();
+}
+
+}  // namespace knuckle::console::picture

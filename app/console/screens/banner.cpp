@@ -1,0 +1,183 @@
+#include "app/console/screens/banner.h"
+
+#include <cmath>
+
+namespace knuckle::console::screens {
+namespace {
+
+bool alarming(Mode mode) {
+  return mode == Mode::kFault || mode == Mode::kEStop;
+}
+
+/// The mode on its colour. An old mode is no mode: grey, with its age.
+void mode_block(const widgets::Ui& ui, const ConsoleView& view, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
+  const bool old = fresh.stale() || ui.loop_silent();
+  const Mode mode = view.machine.mode;
+  const ImU32 fill = old ? t.colours.raised : t.mode_colour(mode);
+  const ImU32 on = old ? t.colours.muted : widgets::text_on(fill);
+  list.AddRectFilled(area.min, area.max, fill, t.px(8));
+  if (alarming(mode) && !old && !ui.steady && std::fmod(ui.now_s, 1.0) < 0.5)
+    list.AddRect({area.min.x + t.px(3), area.min.y + t.px(3)}, {area.max.x - t.px(3), area.max.y - t.px(3)}, on,
+                 t.px(6), 0, t.px(3));
+  widgets::draw_icon(list, fresh.heard ? mode_icon(mode) : widgets::Icon::kLink,
+                     {area.min.x + t.px(38), area.centre().y}, t.px(34), on);
+  const float x = area.min.x + t.px(70), y = area.centre().y;
+  const char* word = fresh.heard ? mode_word(mode) : "NO LINK";
+  if (old && fresh.heard) {
+    widgets::put_text(t.fonts.title, on, {x, y - t.px(10)}, widgets::Align::kLeft, word);
+    widgets::put_text(t.fonts.mono_small, t.colours.notice, {x, y + t.px(14)}, widgets::Align::kLeft,
+                      widgets::shown("%s old", widgets::shown_duration(fresh.age_s).c_str()).c_str());
+  } else {
+    widgets::put_text(t.fonts.display, on, {x, y}, widgets::Align::kLeft, word);
+  }
+}
+
+/// From the right: how old the link is, and what this session is.
+void tags(const widgets::Ui& ui, const ConsoleData& data, widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const ConsoleView& view = data.view;
+  const float y = area.centre().y;
+  const auto tag = [&](widgets::Icon icon, const char* text, ImU32 fill) {
+    const widgets::Area place = area.cut_right(widgets::chip_width(ui, text), t.unit());
+    widgets::chip(ui, {place.min.x, y}, icon, text, fill);
+  };
+  const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
+  const ImU32 quiet = widgets::mix(t.colours.surface, t.colours.border, 0.6F);
+  if (fresh.heard) {
+    const widgets::Shown age =
+        fresh.age_s < 1 ? widgets::shown("%.0f ms", fresh.age_s * 1e3) : widgets::shown_duration(fresh.age_s);
+    tag(widgets::Icon::kLink, widgets::shown("heard %s ago", age.c_str()).c_str(),
+        fresh.stale() ? t.colours.notice : quiet);
+  }
+  if (view.simulated)
+    tag(widgets::Icon::kCircle, "SIMULATED", widgets::mix(t.colours.surface, t.colours.accent, 0.35F));
+  if (view.paused) tag(widgets::Icon::kPause, "PAUSED", t.colours.notice);
+  if (view.hand.warning) tag(widgets::Icon::kWarning, "FORCE LOWERED", t.colours.notice);
+}
+
+/// What keeps this console from knowing how the machine is; nothing where it does.
+struct Silence {
+  std::string what;
+  const char* remedy = "";
+};
+Silence silence(const ConsoleView& view, double view_age_s) {
+  const auto for_so_long = [](double seconds) { return std::string(widgets::shown_duration(seconds).c_str()); };
+  if (view_age_s > widgets::kLoopSilent_s)
+    return {"this console's own loop has stood still for " + for_so_long(view_age_s), "close the console, begin anew"};
+  if (!view.link.heard)
+    return {"nothing heard from the machine's side yet", "check that it runs, or leads for another operator"};
+  const widgets::Freshness fresh = machine_freshness(view).after(view_age_s);
+  // It says OFF only as it begins and as its last word.
+  if (fresh.stale() && view.machine.mode == Mode::kOff)
+    return {"the machine's side has ended, " + for_so_long(fresh.age_s) + " ago", "start it again to go on"};
+  if (fresh.stale()) return {"the machine has not been heard for " + for_so_long(fresh.age_s), "check the network"};
+  return {};
+}
+
+/// Why the machine does not follow, in terms of what this person has in hand.
+std::string blocking_words(const ConsoleView& view, HandSource hand) {
+  const ReasonCode code = view.machine.blocking.code;
+  const bool waits = code == ReasonCode::kNoPresence || code == ReasonCode::kEnableNotPressed;
+  if (waits && view.led_by_scenario) return "the scenario's operator has not taken hold yet";
+  if (waits && hand == HandSource::kKeyboard) return "hold Shift (enable) and move with Q A W S E D";
+  if (waits && hand == HandSource::kGamepad) return "hold the right bumper (enable) and move with the sticks";
+  return text(view.machine.blocking);
+}
+
+/// What there is to do now, or nothing.
+std::string what_blocks(const ConsoleView& view, const AtWindow& person) {
+  if (view.hand.device) return text(view.hand.device);
+  if (view.input.unattended) return "this window does not have the keyboard: click into it to lead the machine";
+  if (view.input.release_enable) return "let go of enable first: while the window was away nobody held it";
+  if (person.typing && person.enable_ignored) return "enable does not count while text is typed: leave the field first";
+  if (person.enable_ignored) return "let go of enable, then press it again";
+  if (view.machine.blocking) return blocking_words(view, person.hand);
+  return view.machine.mode == Mode::kEngaged ? "the machine follows the hand" : "";
+}
+
+}  // namespace
+
+const char* mode_word(Mode mode) noexcept {
+  switch (mode) {
+    case Mode::kOff:
+      return "OFF";
+    case Mode::kSelfTest:
+      return "SELF-TEST";
+    case Mode::kReady:
+      return "READY";
+    case Mode::kAligning:
+      return "ALIGNING";
+    case Mode::kEngaged:
+      return "ENGAGED";
+    case Mode::kHold:
+      return "HOLD";
+    case Mode::kFault:
+      return "FAULT";
+    case Mode::kEStop:
+      return "E-STOP";
+  }
+  return "?";
+}
+
+widgets::Icon mode_icon(Mode mode) noexcept {
+  switch (mode) {
+    case Mode::kOff:
+      return widgets::Icon::kRing;
+    case Mode::kSelfTest:
+      return widgets::Icon::kWrench;
+    case Mode::kReady:
+      return widgets::Icon::kCheck;
+    case Mode::kAligning:
+      return widgets::Icon::kHand;
+    case Mode::kEngaged:
+      return widgets::Icon::kArm;
+    case Mode::kHold:
+      return widgets::Icon::kPause;
+    case Mode::kFault:
+      return widgets::Icon::kWarning;
+    case Mode::kEStop:
+      return widgets::Icon::kStop;
+  }
+  return widgets::Icon::kNone;
+}
+
+std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s, const AtWindow& person) {
+  const Silence unheard = silence(view, view_age_s);
+  // Who has pressed Stop must know whether it came through.
+  if (stop && !unheard.what.empty())
+    return "Stop is pressed, but " + unheard.what + ": do not rely on it, use the machine's own E-stop";
+  const bool paused = view.paused && view_age_s <= widgets::kLoopSilent_s;
+  // A machine that has heard of it is in a fault.
+  const bool unconfirmed = led(view.machine.mode) || view.machine.mode == Mode::kReady;
+  if (stop && paused && unconfirmed) return "Stop is pressed; it acts when the session goes on: press P";
+  if (stop && unconfirmed) return "Stop is pressed; the machine has not confirmed it yet";
+  if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace";
+  if (paused) return "paused: P goes on";
+  if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
+  const std::string next = what_blocks(view, person);
+  if (!view.machine.fault) return next;
+  const std::string cause = text(view.machine.fault);
+  return next.empty() || next == cause ? cause : cause + "; now: " + next;
+}
+
+void draw_banner(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, widgets::Area area) {
+  const widgets::Theme& t = ui.theme;
+  ImGui::GetWindowDrawList()->AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
+  mode_block(ui, data.view, area.cut_left(t.px(318), t.unit(2)));
+  area = area.inset(t.unit(), 0);
+  tags(ui, data, area);
+  const std::string reason =
+      banner_reason(data.view, state.stop, ui.view_age_s, {data.facts.hand, state.typing, state.enable_ignored});
+  // One large line where it fits, else two smaller ones.
+  if (widgets::text_width(t.fonts.title, reason.c_str()) <= area.width())
+    return widgets::put_text(t.fonts.title, t.colours.text, {area.min.x, area.centre().y}, widgets::Align::kLeft,
+                             reason.c_str());
+  const ImFont* font = t.fonts.body;
+  const float height = font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), reason.c_str()).y;
+  widgets::put_lines(font, t.colours.text, {{area.min.x, area.centre().y - height / 2}, area.max}, reason.c_str());
+}
+
+}  // namespace knuckle::console::screens

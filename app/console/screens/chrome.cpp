@@ -1,0 +1,231 @@
+#include "app/console/screens/chrome.h"
+
+#include <array>
+
+#include "app/console/keys.h"
+
+namespace knuckle::console::screens {
+namespace {
+
+ImDrawList& canvas() {
+  return *ImGui::GetWindowDrawList();
+}
+
+struct Entry {
+  Screen screen;
+  widgets::Icon icon;
+  const char *label, *key;
+};
+constexpr std::array<Entry, static_cast<std::size_t>(Screen::kCount)> kScreens{{
+    {Screen::kOperate, widgets::Icon::kArm, "Operate", "F1"},
+    {Screen::kLink, widgets::Icon::kLink, "Link", "F2"},
+    {Screen::kRealTime, widgets::Icon::kClock, "Real time", "F3"},
+    {Screen::kHydraulics, widgets::Icon::kDrop, "Hydraulics", "F4"},
+    {Screen::kCalibrate, widgets::Icon::kWrench, "Calibrate", "F5"},
+    {Screen::kEvents, widgets::Icon::kList, "Events", "F6"},
+}};
+
+/// What the help tells beside the keys of the console itself.
+constexpr std::array<std::pair<const char*, const char*>, 4> kPointing{
+    {{"Tab, arrows", "through buttons and sliders"},
+     {"Enter", "presses the one that is framed"},
+     {"Mouse", "side view: pulls the bucket's tip"},
+     {"Mouse", "orbit: turns; right: shifts; wheel: closer"}}};
+
+void rail_entry(const widgets::Ui& ui, const Entry& entry, std::size_t open, UiState& state,
+                const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const widgets::Palette& c = t.colours;
+  const bool chosen = state.screen == entry.screen;
+  ImGui::SetCursorScreenPos(area.min);
+  if (ImGui::InvisibleButton(entry.label, area.size())) state.screen = entry.screen;
+  if (chosen || ImGui::IsItemHovered())
+    canvas().AddRectFilled(area.min, area.max,
+                           widgets::mix(c.background, chosen ? c.accent : c.raised, chosen ? 0.28F : 0.8F), t.px(8));
+  if (ImGui::IsItemFocused() && ImGui::GetIO().NavVisible)
+    canvas().AddRect(area.min, area.max, c.text, t.px(8), 0, t.px(2));
+  const ImU32 colour = chosen ? c.text : c.muted;
+  const float x = area.centre().x, middle = area.centre().y;
+  widgets::draw_icon(canvas(), entry.icon, {x, middle - t.px(13)}, t.px(28), chosen ? c.accent : c.muted);
+  widgets::put_text(t.fonts.small, colour, {x, middle + t.px(18)}, widgets::Align::kCentre, entry.label);
+  widgets::put_text(t.fonts.small, c.muted, {area.max.x - t.px(6), area.min.y + t.px(12)}, widgets::Align::kRight,
+                    entry.key);
+  if (open == 0) return;
+  const widgets::Shown count = open > 99 ? widgets::shown("99+") : widgets::shown("%zu", open);
+  const ImVec2 at{area.min.x + t.px(18), area.min.y + t.px(14)};
+  canvas().AddRectFilled({at.x - t.px(14), at.y - t.px(9)}, {at.x + t.px(14), at.y + t.px(9)}, c.stop, t.px(9));
+  widgets::put_text(t.fonts.mono_small, c.stop_text, at, widgets::Align::kCentre, count.c_str());
+}
+
+void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const OperatorSide& hand = data.view.hand;
+  const widgets::Card card(ui, "HAND", area);
+  widgets::Area rest = card.inside();
+  const widgets::Area head = rest.cut_top(t.px(24), t.unit(0.5F));
+  const HandSource source = data.facts.hand;
+  const widgets::Icon icon = data.view.led_by_scenario         ? widgets::Icon::kPlay
+                             : source == HandSource::kKeyboard ? widgets::Icon::kKeyboard
+                             : source == HandSource::kGamepad  ? widgets::Icon::kGamepad
+                                                               : widgets::Icon::kHand;
+  widgets::draw_icon(canvas(), icon, {head.min.x + t.px(11), head.centre().y}, t.px(22), widgets::ink(t.colours.text));
+  const char* word = source == HandSource::kKeyboard  ? "Keyboard"
+                     : source == HandSource::kGamepad ? "Gamepad"
+                                                      : "Haptic device";
+  widgets::Area words = head;
+  words.cut_left(t.px(32));
+  widgets::put_fitted(t.fonts.body, t.colours.text, words, data.view.led_by_scenario ? "Scenario" : word);
+  if (hand.device) {
+    widgets::put_lines(t.fonts.small, t.colours.bad, rest, text(hand.device).c_str());
+    return;
+  }
+  const std::array<std::pair<const char*, bool>, 3> lamps{
+      {{"Presence", hand.presence}, {"Enable", hand.enable}, {"Clutch", hand.clutch}}};
+  for (const auto& [label, on] : lamps)
+    widgets::lamp(ui, rest.cut_top(t.px(24), t.px(2)), label, on,
+                  on && hand.clutch && label == lamps[2].first ? t.colours.notice : t.colours.good);
+}
+
+bool small_slider(const widgets::Ui& ui, widgets::Area& rest, const char* label, float& value, float high,
+                  const char* format) {
+  const widgets::Theme& t = ui.theme;
+  widgets::Area row = rest.cut_top(t.px(32), t.unit(0.5F));
+  widgets::put_text(t.fonts.small, t.colours.muted, {row.min.x, row.centre().y}, widgets::Align::kLeft, label);
+  row.cut_left(t.px(56));
+  return widgets::slider(ui, row, widgets::shown("##%s", label).c_str(), value, 0, high,
+                         {.format = format, .value_width = t.px(58)});
+}
+
+void simulation_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const widgets::Card card(ui, "SIMULATION", area);
+  widgets::Area rest = card.inside();
+  widgets::value_row(ui, rest.cut_top(t.px(22), t.unit(0.5F)), "Session",
+                     widgets::shown("%.1f", data.view.simulated_s).c_str(), "s");
+  SimulationChoice& choice = state.simulation;
+  static constexpr std::size_t kMost = 32;
+  std::array<const char*, kMost> names{};
+  const std::size_t count = std::min(kMost, data.facts.scenarios.size());
+  for (std::size_t i = 0; i < count; ++i) names[i] = data.facts.scenarios[i].c_str();
+  widgets::stepper(ui, rest.cut_top(t.px(32), t.unit(0.5F)), "scenario", choice.scenario,
+                   std::span(names).first(count));
+  choice.link_chosen |= small_slider(ui, rest, "Delay", choice.delay_ms, 400, "%.0f ms");
+  choice.link_chosen |= small_slider(ui, rest, "Jitter", choice.jitter_ms, 100, "%.0f ms");
+  choice.link_chosen |= small_slider(ui, rest, "Loss", choice.loss_percent, 50, "%.0f %%");
+  widgets::toggle(ui, rest.cut_top(t.px(28), t.unit(0.5F)), "Scenario drives", choice.demo);
+  const widgets::Area buttons = rest.cut_top(t.px(36));
+  const widgets::Area left = buttons.column(0, 2, t.unit()), right = buttons.column(1, 2, t.unit());
+  if (widgets::button(ui, left, state.paused ? widgets::Icon::kPlay : widgets::Icon::kPause,
+                      state.paused ? "Go on" : "Pause", state.paused))
+    state.paused = !state.paused;
+  // Stands out while what is chosen is not what runs.
+  if (widgets::button(ui, right, widgets::Icon::kReset, "Reset", !(choice == state.running))) ++state.reset_count;
+}
+
+void connection_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const widgets::Card card(ui, "MACHINE", area, machine_freshness(data.view));
+  widgets::Area rest = card.inside();
+  widgets::put_fitted(t.fonts.body, t.colours.text, rest.cut_top(t.px(24), t.unit(0.5F)),
+                      data.facts.machine.name.c_str());
+  widgets::put_fitted(t.fonts.mono_small, t.colours.muted, rest.cut_top(t.px(22), t.unit(0.5F)),
+                      data.facts.peer.c_str());
+  widgets::value_row(ui, rest.cut_top(t.px(22)), "Round trip",
+                     widgets::shown("%.1f", data.view.link.round_trip_s * 1e3).c_str(), "ms");
+  widgets::value_row(ui, rest.cut_top(t.px(22)), "Loss", widgets::shown("%.1f", data.view.link.loss * 100).c_str(),
+                     "%");
+}
+
+}  // namespace
+
+void draw_rail(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
+  const widgets::Theme& t = ui.theme;
+  const float height = std::min(t.px(84), (area.height() - t.px(96)) / static_cast<float>(kScreens.size()));
+  const std::size_t open = data.events.open(Severity::kWarning);
+  for (const Entry& entry : kScreens)
+    rail_entry(ui, entry, entry.screen == Screen::kEvents ? open : 0, state, area.cut_top(height, t.px(2)));
+  widgets::Area hints = area.cut_bottom(t.px(88));
+  const std::array<std::pair<const char*, const char*>, 4> keys{
+      {{"F9", t.light ? "Dark" : "Light"}, {"F10", "Units"}, {"F11", "Full"}, {"F12", "Help"}}};
+  for (const auto& [key, what] : keys) {
+    widgets::Area row = hints.cut_top(t.px(22));
+    widgets::put_text(t.fonts.small, t.colours.muted, {row.min.x + t.px(6), row.centre().y}, widgets::Align::kLeft,
+                      key);
+    widgets::put_text(t.fonts.small, t.colours.muted, {row.max.x - t.px(4), row.centre().y}, widgets::Align::kRight,
+                      what);
+  }
+}
+
+void draw_stop(const widgets::Ui& ui, UiState& state, widgets::Area area) {
+  const widgets::Theme& t = ui.theme;
+  const widgets::Palette& c = t.colours;
+  ImGui::SetCursorScreenPos(area.min);
+  // Acts when it is pressed, not when it is let go.
+  ImGui::InvisibleButton("Stop", area.size());
+  if (ImGui::IsItemActivated()) state.stop = true;
+  const ImU32 fill = state.stop ? widgets::mix(c.stop, c.background, 0.45F) : c.stop;
+  canvas().AddRectFilled(area.min, area.max, ImGui::IsItemHovered() ? widgets::mix(fill, c.stop_text, 0.08F) : fill,
+                         t.px(10));
+  canvas().AddRect(area.min, area.max, state.stop ? c.notice : widgets::mix(c.stop, c.stop_text, 0.35F), t.px(10), 0,
+                   t.px(state.stop ? 3.F : 1.5F));
+  const ImVec2 middle = area.centre();
+  if (state.stop) {
+    widgets::draw_icon(canvas(), widgets::Icon::kLock, {middle.x, middle.y - t.px(20)}, t.px(26), c.stop_text);
+    return widgets::put_text(t.fonts.title, c.stop_text, {middle.x, middle.y + t.px(18)}, widgets::Align::kCentre,
+                             "STOP PRESSED");
+  }
+  widgets::draw_icon(canvas(), widgets::Icon::kStop, {area.min.x + t.px(48), middle.y}, t.px(50), c.stop_text);
+  widgets::put_text(t.fonts.display, c.stop_text, {area.min.x + t.px(86), middle.y - t.px(6)}, widgets::Align::kLeft,
+                    "STOP");
+  widgets::put_text(t.fonts.small, c.stop_text, {area.min.x + t.px(88), middle.y + t.px(24)}, widgets::Align::kLeft,
+                    "Space");
+}
+
+void draw_side_column(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
+  const widgets::Theme& t = ui.theme;
+  const float gap = t.px(10);
+  draw_stop(ui, state, area.cut_bottom(t.px(96), gap));
+  // Never where Stop is: a second, hasty click must not let go.
+  if (state.stop && button(ui, area.cut_bottom(t.px(40), gap), widgets::Icon::kNone, "Release (Ctrl+Backspace)"))
+    state.stop = false;
+  hand_card(ui, data, area.cut_top(t.px(152), gap));
+  if (data.view.simulated)
+    simulation_card(ui, data, state, area.cut_top(t.px(282)));
+  else
+    connection_card(ui, data, area.cut_top(t.px(152)));
+}
+
+void draw_help(const widgets::Ui& ui, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  canvas().AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
+  canvas().AddRect(area.min, area.max, t.colours.accent, t.px(8), 0, t.px(1.5F));
+  widgets::Area rest = area.inset(t.unit(3), t.unit(2));
+  widgets::put_text(t.fonts.title, t.colours.text, {rest.min.x, rest.min.y + t.px(14)}, widgets::Align::kLeft, "Keys");
+  widgets::put_text(t.fonts.small, t.colours.muted, {rest.max.x, rest.min.y + t.px(14)}, widgets::Align::kRight,
+                    "F12 closes");
+  rest.cut_top(t.px(38));
+  const widgets::Area note = rest.cut_bottom(t.px(48), t.unit());
+  widgets::put_lines(
+      t.fonts.small, t.colours.notice, note,
+      "Stop is software: it asks the machine's side to stop over the link. It is no emergency stop; the machine "
+      "has its own, hard-wired.");
+  std::size_t lines = kPointing.size();
+  for (const KeyBinding& b : kKeys) lines += *b.keys != '\0';
+  const std::size_t half = (lines + 1) / 2;
+  std::size_t i = 0;
+  const auto line = [&](const char* keys, const char* what) {
+    widgets::Area column = rest.column(i < half ? 0 : 1, 2, t.unit(2));
+    widgets::Area row = column.row(static_cast<int>(i % half), static_cast<int>(half), 0);
+    widgets::put_text(t.fonts.mono_small, t.colours.accent, {row.min.x, row.centre().y}, widgets::Align::kLeft, keys);
+    row.cut_left(t.px(124));
+    const ImFont* font = t.fonts.small;
+    const float height = font->CalcTextSizeA(font->FontSize, 1e9F, row.width(), what).y;
+    widgets::put_lines(font, t.colours.text, row.inset(0, (row.height() - height) / 2), what);
+    ++i;
+  };
+  for (const KeyBinding& b : kKeys)
+    if (*b.keys != '\0') line(b.keys, b.what);
+  for (const auto& [keys, what] : kPointing) line(keys, what);
+}
+
+}  // namespace knuckle::console::screens

@@ -1,0 +1,60 @@
+// What a screen is drawn from: the newest view and what does not change while the window is open.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "app/console/console_view.h"
+#include "app/console/event_book.h"
+#include "app/console/screens/calibrate_panel.h"
+#include "app/console/screens/payload_total.h"
+#include "app/console/widgets/history.h"
+#include "app/console/widgets/widgets.h"
+#include "core/loop_health.h"
+#include "machine/description.h"
+
+namespace knuckle::console::screens {
+
+enum class HandSource : std::uint8_t { kKeyboard, kGamepad, kDevice };
+
+struct ConsoleFacts {
+  MachineDescription machine;
+  DeviceDescription device;
+  HandSource hand = HandSource::kKeyboard;
+  std::uint64_t seed = 1;              ///< Of the simulated machine.
+  std::string peer;                    ///< "simulated", or address and port of the machine's side.
+  std::vector<std::string> scenarios;  ///< That a simulated session can be begun with.
+};
+
+struct ConsoleData {
+  const ConsoleFacts& facts;
+  const Kinematics& kinematics;
+  const ConsoleView& view;
+  const LoopHealth& loop;
+  const widgets::History& history;
+  const PayloadTotal& payload;
+  EventBook& events;
+  CalibrationPanel& calibration;
+};
+
+/// How fresh the machine's newest message is, and its status beside it.
+[[nodiscard]] inline widgets::Freshness machine_freshness(const ConsoleView& view) {
+  constexpr double kLimit_s = 0.25;  // sent 200 times a second
+  return {view.link.heard, view.link.silence_s, kLimit_s};
+}
+/// How fresh what its sensors say is: pose, pressures, force, payload. It goes on sending the last of it when they are
+/// mute.
+[[nodiscard]] inline widgets::Freshness measured_freshness(const ConsoleView& view) {
+  const SlaveMessage& m = view.machine;
+  widgets::Freshness fresh = machine_freshness(view).after(std::max(0.0, to_seconds(m.sent_at - m.sensor_at)));
+  fresh.heard = fresh.heard && m.sensor_at >= Time{};
+  return fresh;
+}
+[[nodiscard]] inline widgets::Freshness status_freshness(const ConsoleView& view) {
+  constexpr double kLimit_s = 0.5;  // sent 20 times a second
+  return {view.status_heard, view.status_age_s, kLimit_s};
+}
+
+}  // namespace knuckle::console::screens

@@ -1,0 +1,52 @@
+// Words for limits and for trust in the force.
+#include <array>
+#include <utility>
+
+#include "app/console/screens/screens.h"
+#include "estimation/force_estimator.h"
+
+namespace knuckle::console::screens {
+
+const char* limit_word(unsigned bit) noexcept {
+  constexpr std::array<const char*, 9> kWords{"full stroke", "spool rate", "joint range",    "virtual wall", "pressure",
+                                              "power",       "pump flow",  "joint velocity", "assist force"};
+  return bit < kWords.size() ? kWords[bit] : nullptr;
+}
+
+bool limit_chips(const widgets::Ui& ui, std::uint16_t limits, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  float x = area.min.x, y = area.min.y + t.px(16);
+  bool any = false;
+  for (unsigned bit = 0; limit_word(bit) != nullptr; ++bit) {
+    if ((limits & (1U << bit)) == 0) continue;
+    const float width = widgets::chip_width(ui, limit_word(bit));
+    if (any && x + width > area.max.x) {
+      x = area.min.x;
+      y += t.px(34);
+    }
+    widgets::chip(ui, {x, y}, widgets::Icon::kWarning, limit_word(bit), t.colours.notice);
+    x += width + t.unit();
+    any = true;
+  }
+  return any;
+}
+
+std::string confidence_words(const ConsoleView& view) {
+  using namespace estimation;
+  constexpr std::array<std::pair<ConfidenceReason, const char*>, 8> kWords{
+      {{kBadInput, "sensors are not usable"},
+       {kNearSingular, "arm near straight or bucket near its end"},
+       {kResidual, "the joints disagree: touched elsewhere, or a sensor is off"},
+       {kEndStop, "a cylinder is at its end stop"},
+       {kReliefOpen, "a relief valve is open"},
+       {kStuckFriction, "standing: friction hides small forces"},
+       {kFastMotion, "fast motion"},
+       {kNotTared, "still learning this machine's free motion"}}};
+  if (status_freshness(view).stale()) return "the machine does not tell why";
+  std::string words;
+  for (const auto& [bit, why] : kWords)
+    if ((view.status.force_doubts & bit) != 0) words += (words.empty() ? "" : ", ") + std::string(why);
+  return words.empty() ? "nothing in the way" : words;
+}
+
+}  // namespace knuckle::console::screens

@@ -1,0 +1,147 @@
+#include <algorithm>
+#include <array>
+
+#include "app/console/screens/screens.h"
+#include "core/error.h"
+
+namespace knuckle::console::screens {
+namespace {
+
+constexpr std::array<const char*, 3> kFilterWords{"All", "Warnings", "Alarms"};
+
+widgets::Icon severity_icon(Severity severity) {
+  return severity == Severity::kInfo      ? widgets::Icon::kCircle
+         : severity == Severity::kWarning ? widgets::Icon::kWarning
+                                          : widgets::Icon::kStop;
+}
+
+ImU32 severity_colour(const widgets::Theme& t, Severity severity) {
+  return severity == Severity::kInfo      ? t.colours.accent
+         : severity == Severity::kWarning ? t.colours.notice
+                                          : t.colours.bad;
+}
+
+EventFilter chosen_filter(const UiState& state) {
+  return {static_cast<Severity>(state.events.least_severity), state.events.text.data()};
+}
+
+void export_shown(const EventBook& events, const EventFilter& filter, UiState& state) {
+  try {
+    const std::string kept = events.export_csv(state.export_path, filter);
+    state.export_result = ";  written: " + state.export_path;
+    if (!kept.empty()) state.export_result += ", the one before kept as " + kept;
+  } catch (const InputError& error) {
+    state.export_result = std::string(";  ") + error.what();
+  }
+}
+
+void tools(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area row) {
+  const widgets::Theme& t = ui.theme;
+  for (int i = 0; i < 3; ++i) {
+    const widgets::Area place = row.cut_left(t.px(i == 0 ? 56.F : 104.F), t.unit(0.5F));
+    if (widgets::button(ui, place, widgets::Icon::kNone, kFilterWords[static_cast<std::size_t>(i)],
+                        state.events.least_severity == i))
+      state.events.least_severity = i;
+  }
+  const widgets::Area out = row.cut_right(t.px(130), t.unit());
+  // Both act on what is shown, and say so where that is not all.
+  const EventFilter filter = chosen_filter(state);
+  const bool some = filter.hides_some();
+  if (widgets::button(ui, out, widgets::Icon::kNone, some ? "Export shown" : "Export CSV"))
+    export_shown(data.events, filter, state);
+  const std::vector<const EventRow*> rows = data.events.matching(filter);
+  const bool open = std::any_of(rows.begin(), rows.end(), [](const EventRow* r) { return !r->acknowledged; });
+  const widgets::Area seen = row.cut_right(t.px(190), t.unit());
+  if (widgets::button(ui, seen, widgets::Icon::kCheck, some ? "Acknowledge shown" : "Acknowledge all", false, open))
+    data.events.acknowledge(filter);
+  row.cut_left(t.unit(0.5F));
+  ImGui::SetCursorScreenPos(row.min);
+  ImGui::SetNextItemWidth(row.width());
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {t.unit(), (row.height() - ImGui::GetFontSize()) / 2});
+  // Blanks are left out: that key is Stop, also here.
+  ImGui::InputTextWithHint("##filter", "filter", state.events.text.data(), state.events.text.size(),
+                           ImGuiInputTextFlags_CharsNoBlank);
+  ImGui::PopStyleVar();
+}
+
+void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& row) {
+  const widgets::Theme& t = ui.theme;
+  const ImU32 colour = severity_colour(t, row.severity);
+  const float height = t.px(40);  // room for two small lines
+  ImGui::TableNextRow(0, height);
+  ImGui::TableNextColumn();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float y = at.y + height / 2 - t.px(4);
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  widgets::draw_icon(list, severity_icon(row.severity), {at.x + t.px(10), y}, t.px(17), widgets::ink(colour));
+  widgets::put_text(t.fonts.small, colour, {at.x + t.px(26), y}, widgets::Align::kLeft, name(row.severity));
+  ImGui::TableNextColumn();
+  const ImVec2 when = ImGui::GetCursorScreenPos();
+  widgets::put_text(t.fonts.mono_small, t.colours.text, {when.x, y}, widgets::Align::kLeft,
+                    widgets::shown("%.3f", to_seconds(row.at)).c_str());
+  ImGui::TableNextColumn();
+  widgets::put_text(t.fonts.mono_small, t.colours.muted, {ImGui::GetCursorScreenPos().x, y}, widgets::Align::kLeft,
+                    row.code.c_str());
+  ImGui::TableNextColumn();
+  const ImVec2 words = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x;
+  const ImFont* font = t.fonts.small;
+  const float tall = std::min(t.px(34), font->CalcTextSizeA(font->FontSize, 1e9F, width, row.text.c_str()).y);
+  if (widgets::text_width(t.fonts.body, row.text.c_str()) <= width)
+    widgets::put_text(t.fonts.body, t.colours.text, {words.x, y}, widgets::Align::kLeft, row.text.c_str());
+  else
+    widgets::put_lines(font, t.colours.text, {{words.x, y - tall / 2}, {words.x + width, y + t.px(19)}},
+                       row.text.c_str());
+  ImGui::TableNextColumn();
+  if (row.severity == Severity::kInfo) return;
+  const ImVec2 place = ImGui::GetCursorScreenPos();
+  if (row.acknowledged)
+    widgets::put_text(t.fonts.small, t.colours.muted, {place.x + t.px(4), y}, widgets::Align::kLeft, "seen");
+  else if (widgets::button(ui, {{place.x, y - t.px(13)}, {place.x + t.px(64), y + t.px(13)}}, widgets::Icon::kNone,
+                           widgets::shown("Ack##%llu", static_cast<unsigned long long>(row.number)).c_str()))
+    data.events.acknowledge(row.number);
+}
+
+std::string count_words(const EventBook& events, std::size_t shown) {
+  std::string words = std::to_string(shown) + " shown, " + std::to_string(events.rows().size()) + " in all";
+  if (events.forgotten() > 0) words += ", " + std::to_string(events.forgotten()) + " older ones forgotten";
+  if (events.forgotten_open() > 0)
+    words += ", " + std::to_string(events.forgotten_open()) + " of them not acknowledged";
+  return words;
+}
+
+}  // namespace
+
+void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
+  const widgets::Theme& t = ui.theme;
+  const widgets::Card card(ui, "EVENTS", area);
+  widgets::Area rest = card.inside();
+  tools(ui, data, state, rest.cut_top(t.px(34), t.unit()));
+  const widgets::Area foot = rest.cut_bottom(t.px(22), t.unit(0.5F));
+  const std::vector<const EventRow*> rows = data.events.matching(chosen_filter(state));
+  const bool missed = data.events.forgotten_open() > 0;
+  widgets::put_fitted(t.fonts.small, missed ? t.colours.notice : t.colours.muted, foot,
+                      (count_words(data.events, rows.size()) + state.export_result).c_str());
+  ImGui::SetCursorScreenPos(rest.min);
+  constexpr ImGuiTableFlags kFlags =
+      ImGuiTableFlags_ScrollY | ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_NoSavedSettings;
+  if (!ImGui::BeginTable("events", 5, kFlags, rest.size())) return;
+  ImGui::TableSetupScrollFreeze(0, 1);
+  ImGui::TableSetupColumn("Severity", ImGuiTableColumnFlags_WidthFixed, t.px(92));
+  ImGui::TableSetupColumn("Time, s", ImGuiTableColumnFlags_WidthFixed, t.px(84));
+  ImGui::TableSetupColumn("Code", ImGuiTableColumnFlags_WidthFixed, t.px(150));
+  ImGui::TableSetupColumn("What", ImGuiTableColumnFlags_WidthStretch);
+  ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, t.px(68));
+  ImGui::PushFont(t.fonts.small);
+  ImGui::TableHeadersRow();
+  ImGui::PopFont();
+  // Newest first; only those in sight are drawn.
+  ImGuiListClipper clipper;
+  clipper.Begin(static_cast<int>(rows.size()));
+  while (clipper.Step())
+    for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i)
+      event_row(ui, data, *rows[rows.size() - 1 - static_cast<std::size_t>(i)]);
+  ImGui::EndTable();
+}
+
+}  // namespace knuckle::console::screens

@@ -1,0 +1,96 @@
+#include <array>
+#include <cmath>
+
+#include "app/console/screens/screens.h"
+#include "app/console/widgets/plots.h"
+
+namespace knuckle::console::screens {
+namespace {
+
+/// A bar from the middle, for what has a sign.
+void signed_row(const widgets::Ui& ui, widgets::Area area, const char* label, double share, const char* number,
+                ImU32 colour) {
+  const widgets::Theme& t = ui.theme;
+  const widgets::Area name = area.cut_left(t.px(70));
+  widgets::put_text(t.fonts.small, t.colours.muted, {name.min.x, name.centre().y}, widgets::Align::kLeft, label);
+  const widgets::Area value = area.cut_right(t.px(74), t.unit());
+  widgets::put_text(t.fonts.mono_small, t.colours.text, {value.max.x, value.centre().y}, widgets::Align::kRight,
+                    number);
+  const widgets::Area track = area.inset(0, (area.height() - t.px(22)) / 2);
+  widgets::bar(ui, track, 0.5F, 0.5F + 0.5F * static_cast<float>(std::clamp(share, -1.0, 1.0)), colour);
+  const float x = track.centre().x;
+  ImGui::GetWindowDrawList()->AddLine({x, track.min.y - t.px(4)}, {x, track.max.y + t.px(4)},
+                                      widgets::ink(t.colours.muted), t.px(1));
+}
+
+/// With the whole pump on its head side.
+double fastest_cylinder_mps(const MachineDescription& machine, std::size_t joint) {
+  return machine.hydraulics.pump_flow_m3ps / machine.cylinders[joint].head_area_m2();
+}
+
+void axis_card(const widgets::Ui& ui, const ConsoleData& data, std::size_t joint, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const ConsoleView& view = data.view;
+  const auto axis = static_cast<Eigen::Index>(joint);
+  constexpr std::array<const char*, kJoints> kTitles{"BOOM", "ARM", "BUCKET"};
+  const widgets::Card card(ui, kTitles[joint], area, status_freshness(view));
+  widgets::Area rest = card.inside();
+  widgets::Area bars = rest.cut_left(rest.width() * 0.46F, t.unit(2));
+  const ImU32 command = t.colours.series[0], spool = t.colours.series[1], velocity = t.colours.series[2];
+  const double speed_mps = widgets::cylinder_speed_mps(data.kinematics, view.machine, static_cast<int>(joint));
+  const double fastest_mps = fastest_cylinder_mps(data.facts.machine, joint);
+  const float height = std::min(t.px(56), bars.height() / 3);
+  signed_row(ui, bars.cut_top(height), "command", view.status.valve_command[axis],
+             widgets::shown("%+.1f %%", view.status.valve_command[axis] * 100).c_str(), command);
+  signed_row(ui, bars.cut_top(height), "spool", view.status.spool[axis],
+             widgets::shown("%+.1f %%", view.status.spool[axis] * 100).c_str(), spool);
+  signed_row(ui, bars.cut_top(height), "speed", speed_mps / fastest_mps,
+             ui.units.text(widgets::Quantity::kSpeed, speed_mps).c_str(), velocity);
+  const std::array lines{
+      widgets::Line{"command", command, [joint](const widgets::History::Sample& s) { return s.command[joint]; }},
+      widgets::Line{"spool", spool, [joint](const widgets::History::Sample& s) { return s.spool[joint]; }},
+      widgets::Line{"speed", velocity, [joint, fastest_mps](const widgets::History::Sample& s) {
+                      return s.cylinder_mps[joint] / static_cast<float>(fastest_mps);
+                    }}};
+  widgets::history_plot(ui, rest, data.history, lines, {-1, 1, "-100 %", "+100 %, 10 s"});
+}
+
+void flow_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const MachineStatus& s = data.view.status;
+  const HydraulicsDescription& h = data.facts.machine.hydraulics;
+  const widgets::Card card(ui, "OIL", area, status_freshness(data.view));
+  widgets::Area rest = card.inside();
+  const auto gauge = [&](widgets::Quantity q, const char* label, double value, double full, ImU32 colour) {
+    widgets::value_row(ui, rest.cut_top(t.px(24)), label, ui.units.number(q, value).c_str(), ui.units.unit(q));
+    widgets::bar(ui, rest.cut_top(t.px(10), t.px(2)), 0, static_cast<float>(value / full), colour);
+    widgets::Area of = rest.cut_top(t.px(20), t.unit(0.5F));
+    widgets::put_text(t.fonts.small, t.colours.muted, {of.max.x, of.centre().y}, widgets::Align::kRight,
+                      widgets::shown("of %s", ui.units.text(q, full).c_str()).c_str());
+  };
+  gauge(widgets::Quantity::kFlow, "Flow to the cylinders", s.oil_flow_m3ps, h.pump_flow_m3ps, t.colours.series[0]);
+  gauge(widgets::Quantity::kPower, "Hydraulic power", s.hydraulic_power_W, h.pump_power_W, t.colours.series[1]);
+  if (data.view.simulated)
+    gauge(widgets::Quantity::kPressure, "Pump (simulated)", data.view.truth.pump_Pa, h.main_relief_Pa,
+          t.colours.series[2]);
+  widgets::lamp(ui, rest.cut_top(t.px(26)), s.pilot_on ? "Pilot pressure on" : "Pilot pressure off", s.pilot_on,
+                t.colours.good);
+}
+
+}  // namespace
+
+void hydraulics_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area) {
+  const widgets::Theme& t = ui.theme;
+  const float gap = t.px(10);
+  widgets::Area right = area.cut_right(t.px(300), gap);
+  flow_card(ui, data, right.cut_top(t.px(data.view.simulated ? 258.F : 200.F), gap));
+  {
+    const widgets::Card card(ui, "LIMITS BEING HIT", right, machine_freshness(data.view));
+    if (!limit_chips(ui, data.view.machine.limits, card.inside()))
+      widgets::put_text(t.fonts.body, t.colours.muted, {card.inside().min.x, card.inside().min.y + t.px(13)},
+                        widgets::Align::kLeft, "none");
+  }
+  for (std::size_t j = 0; j < kJoints; ++j) axis_card(ui, data, j, area.row(static_cast<int>(j), kJoints, gap));
+}
+
+}  // namespace knuckle::console::screens

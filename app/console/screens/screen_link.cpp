@@ -1,0 +1,68 @@
+#include <cmath>
+
+#include "app/console/screens/screens.h"
+#include "app/console/widgets/plots.h"
+
+namespace knuckle::console::screens {
+namespace {
+
+void time_left_card(const widgets::Ui& ui, const ConsoleView& view, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const LinkSide& link = view.link;
+  const widgets::Card card(ui, "TIME LEFT BEFORE THE MACHINE GOES TO NEUTRAL", area, machine_freshness(view));
+  widgets::Area rest = card.inside();
+  const double left_s = std::max(0.0, link.neutral_after_s - link.silence_s - ui.view_age_s);
+  const float share = link.neutral_after_s > 0 ? static_cast<float>(left_s / link.neutral_after_s) : 0;
+  const ImU32 colour = share > 0.6F ? t.colours.good : share > 0.25F ? t.colours.notice : t.colours.bad;
+  widgets::Area line = rest.cut_top(t.px(42), t.unit());
+  const widgets::Shown number = widgets::shown("%.0f", left_s * 1e3);
+  widgets::put_text(t.fonts.mono_display, t.colours.text, {line.min.x, line.centre().y}, widgets::Align::kLeft,
+                    number.c_str());
+  const float x = line.min.x + widgets::text_width(t.fonts.mono_display, number.c_str()) + t.unit();
+  widgets::put_text(t.fonts.body, t.colours.muted, {x, line.centre().y + t.px(4)}, widgets::Align::kLeft,
+                    widgets::shown("ms of %.0f ms", link.neutral_after_s * 1e3).c_str());
+  widgets::bar(ui, rest.cut_top(t.px(26), t.unit()), 0, share, colour);
+  widgets::put_lines(
+      t.fonts.small, t.colours.muted, rest,
+      "Counted from the newest message heard here. The machine counts on its own, from ours, and closes its "
+      "valves when it has heard nothing for as long.");
+}
+
+void figures_card(const widgets::Ui& ui, const ConsoleView& view, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const LinkSide& link = view.link;
+  const widgets::Card card(ui, "LAST 10 SECONDS", area, machine_freshness(view));
+  widgets::Area rest = card.inside();
+  const auto row = [&](const char* label, double value, const char* format, const char* unit) {
+    widgets::value_row(ui, rest.cut_top(t.px(27)), label, widgets::shown(format, value).c_str(), unit);
+  };
+  row("Round trip now", link.round_trip_s * 1e3, "%.1f", "ms");
+  row("Round trip p50", to_seconds(link.round_trip.quantile(0.5)) * 1e3, "%.1f", "ms");
+  row("Round trip p99", to_seconds(link.round_trip.quantile(0.99)) * 1e3, "%.1f", "ms");
+  row("Lost on the way here", link.loss * 100, "%.2f", "%");
+  row("Age of the newest", (link.silence_s + ui.view_age_s) * 1e3, "%.0f", "ms");
+}
+
+}  // namespace
+
+void link_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area) {
+  const widgets::Theme& t = ui.theme;
+  const float gap = t.px(10);
+  const ConsoleView& view = data.view;
+  widgets::Area top = area.cut_top(t.px(196), gap);
+  figures_card(ui, view, top.cut_right(t.px(330), gap));
+  time_left_card(ui, view, top);
+  const auto plot = [&](int i, const char* title, const char* label, const Histogram& histogram,
+                        widgets::HistogramRange range, ImU32 colour) {
+    const widgets::Card card(ui, title, area.row(i, 3, gap), machine_freshness(view));
+    widgets::histogram_plot(ui, card.inside(), label, histogram, range, colour);
+  };
+  plot(0, "ROUND TRIP", "Operator to machine and back", view.link.round_trip, {262144ns, 2147483648ns},
+       t.colours.series[0]);
+  plot(1, "ARRIVAL", "Distance from the period at which the machine sends", view.link.arrival_jitter,
+       {8192ns, 536870912ns}, t.colours.series[1]);
+  plot(2, "HAND TO VALVE", "Device report to valve command on the wire", view.link.hand_to_valve,
+       {262144ns, 2147483648ns}, t.colours.series[2]);
+}
+
+}  // namespace knuckle::console::screens

@@ -1,0 +1,203 @@
+#include <array>
+#include <cmath>
+
+#include "app/console/picture/picture_colours.h"
+#include "app/console/screens/screens.h"
+
+namespace knuckle::console::screens {
+namespace {
+
+ImDrawList& canvas() {
+  return *ImGui::GetWindowDrawList();
+}
+
+/// Standard deviation along the force itself.
+double sigma_along(const SlaveMessage& m) {
+  const double norm = m.tip_force_N.norm();
+  const auto& [xx, xz, zz] = m.covariance_N2;
+  if (norm < 1) return std::sqrt(std::max(0.0, 0.5 * (xx + zz)));
+  const PlanarVector u = m.tip_force_N / norm;
+  return std::sqrt(std::max(0.0, u.x() * u.x() * xx + 2 * u.x() * u.y() * xz + u.y() * u.y() * zz));
+}
+
+/// Compass of the arm's plane, machine on the left: the force's direction, not its size.
+void direction_dial(const widgets::Ui& ui, const widgets::Area& area, const SlaveMessage& m, bool known) {
+  const widgets::Theme& t = ui.theme;
+  const ImVec2 c = area.centre();
+  const float r = std::min(area.width(), area.height()) / 2 - t.px(2);
+  canvas().AddCircle(c, r, widgets::ink(t.colours.border), 48, t.px(1.5F));
+  for (int i = 0; i < 8; ++i) {
+    const float a = static_cast<float>(i) * 0.7853982F, inner = r - t.px(i % 2 == 0 ? 7.F : 4.F);
+    canvas().AddLine({c.x + inner * std::cos(a), c.y + inner * std::sin(a)},
+                     {c.x + r * std::cos(a), c.y + r * std::sin(a)}, widgets::ink(t.colours.border), t.px(1.5F));
+  }
+  if (!known) return widgets::put_text(t.fonts.mono, t.colours.muted, c, widgets::Align::kCentre, "-");
+  const PlanarVector u = m.tip_force_N.normalized();
+  const ImVec2 d{static_cast<float>(u.x()), static_cast<float>(-u.y())}, n{-d.y, d.x};
+  const auto at = [&](float along, float across) {
+    return ImVec2{c.x + d.x * along * r + n.x * across * r, c.y + d.y * along * r + n.y * across * r};
+  };
+  const ImU32 colour = widgets::ink(t.colours.force);
+  canvas().AddLine(at(-0.7F, 0), at(0.4F, 0), colour, t.px(4));
+  canvas().AddTriangleFilled(at(0.78F, 0), at(0.3F, -0.28F), at(0.3F, 0.28F), colour);
+}
+
+void force_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const SlaveMessage& m = data.view.machine;
+  const widgets::Card card(ui, "FORCE ON THE BUCKET TIP", area, measured_freshness(data.view));
+  widgets::Area rest = card.inside();
+  const double force_N = m.tip_force_N.norm(), sigma_N = sigma_along(m);
+  widgets::Area top = rest.cut_top(t.px(84), t.unit());
+  direction_dial(ui, top.cut_right(t.px(84), t.unit()), m, force_N > 2 * sigma_N && force_N > 1);
+  const widgets::Quantity q = widgets::Quantity::kForce;
+  widgets::value_large(ui, top, "Estimated", ui.units.number(q, force_N).c_str(), ui.units.unit(q));
+  widgets::put_text(t.fonts.mono_small, t.colours.muted, {top.min.x, top.max.y - t.px(10)}, widgets::Align::kLeft,
+                    widgets::shown("\xC2\xB1 %s", ui.units.text(q, sigma_N).c_str()).c_str());
+  widgets::lamp(ui, rest.cut_top(t.px(24), t.unit(0.5F)), m.contact ? "In contact" : "No contact", m.contact,
+                t.colours.force);
+  widgets::value_row(ui, rest.cut_top(t.px(24)), "Forward", ui.units.number(q, m.tip_force_N.x()).c_str(),
+                     ui.units.unit(q));
+  widgets::value_row(ui, rest.cut_top(t.px(24)), "Up", ui.units.number(q, m.tip_force_N.y()).c_str(), ui.units.unit(q));
+  widgets::value_row(ui, rest.cut_top(t.px(24), t.unit(0.5F)), "Felt in the hand",
+                     ui.units.number(widgets::Quantity::kHandForce, data.view.hand.sent_force_N.norm()).c_str(),
+                     ui.units.unit(widgets::Quantity::kHandForce));
+  const auto confidence = static_cast<float>(m.confidence);
+  const char* word = confidence > 0.75F ? "good" : confidence > 0.4F ? "fair" : "poor";
+  const ImU32 colour = confidence > 0.75F ? t.colours.good : confidence > 0.4F ? t.colours.notice : t.colours.bad;
+  widgets::value_row(ui, rest.cut_top(t.px(24)), "Confidence", widgets::shown("%.0f", m.confidence * 100).c_str(), "%");
+  widgets::bar(ui, rest.cut_top(t.px(10), t.unit(0.75F)), 0, confidence, colour);
+  widgets::put_lines(t.fonts.small, t.colours.muted, rest,
+                     (std::string(word) + ": " + confidence_words(data.view)).c_str());
+}
+
+void payload_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const SlaveMessage& m = data.view.machine;
+  const widgets::Card card(ui, "PAYLOAD", area, measured_freshness(data.view));
+  widgets::Area rest = card.inside();
+  const widgets::Quantity q = widgets::Quantity::kMass;
+  const widgets::Area line = rest.cut_top(t.px(40), t.unit(0.5F));
+  const double full_kg = data.facts.machine.payload_full_scale_kg;
+  const bool known = payload_is_known(m, full_kg);
+  const widgets::Shown number = known ? ui.units.number(q, m.payload_kg) : widgets::shown("-");
+  widgets::put_text(t.fonts.mono_display, known ? t.colours.text : t.colours.muted, {line.min.x, line.centre().y},
+                    widgets::Align::kLeft, number.c_str());
+  const float x = line.min.x + widgets::text_width(t.fonts.mono_display, number.c_str()) + t.unit();
+  widgets::put_text(t.fonts.body, t.colours.muted, {x, line.centre().y + t.px(4)}, widgets::Align::kLeft,
+                    known ? ui.units.unit(q) : "not known");
+  widgets::put_text(t.fonts.mono_small, t.colours.muted, {line.max.x, line.centre().y + t.px(4)},
+                    widgets::Align::kRight,
+                    widgets::shown("\xC2\xB1 %s", ui.units.text(q, m.payload_sigma_kg).c_str()).c_str());
+  const widgets::Area share = rest.cut_top(t.px(10), t.unit(0.75F));
+  if (known) widgets::bar(ui, share, 0, static_cast<float>(m.payload_kg / std::max(full_kg, 1.0)), t.colours.accent);
+  const int loads = data.payload.loads();
+  widgets::value_row(ui, rest.cut_top(t.px(24)),
+                     widgets::shown("Carried, %d load%s", loads, loads == 1 ? "" : "s").c_str(),
+                     ui.units.number(q, data.payload.total_kg()).c_str(), ui.units.unit(q));
+}
+
+void limits_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const widgets::Card card(ui, "LIMITS BEING HIT", area, machine_freshness(data.view));
+  if (limit_chips(ui, data.view.machine.limits, card.inside())) return;
+  const ImVec2 at{card.inside().min.x, card.inside().min.y + t.px(13)};
+  widgets::draw_icon(canvas(), widgets::Icon::kCheck, {at.x + t.px(9), at.y}, t.px(16), widgets::ink(t.colours.good));
+  widgets::put_text(t.fonts.body, t.colours.muted, {at.x + t.px(26), at.y}, widgets::Align::kLeft, "none");
+}
+
+void pressure_bar(const widgets::Ui& ui, const ConsoleData& data, std::size_t chamber, widgets::Area area) {
+  const widgets::Theme& t = ui.theme;
+  const HydraulicsDescription& h = data.facts.machine.hydraulics;
+  const double pressure = data.view.machine.pressure_Pa[chamber];
+  const double full = 1.1 * std::max(h.port_relief_Pa, h.main_relief_Pa);
+  const widgets::Area words = area.cut_bottom(t.px(20));
+  const widgets::Area number = area.cut_bottom(t.px(20));
+  widgets::put_text(t.fonts.small, t.colours.muted, words.centre(), widgets::Align::kCentre,
+                    chamber % 2 == 0 ? "A" : "B");
+  widgets::put_text(t.fonts.mono_small, t.colours.text, number.centre(), widgets::Align::kCentre,
+                    ui.units.number(widgets::Quantity::kPressure, pressure).c_str());
+  const widgets::Area tube = area.inset((area.width() - t.px(22)) / 2, 0);
+  canvas().AddRectFilled(tube.min, tube.max, widgets::ink(t.colours.raised), t.px(4));
+  const auto y_of = [&](double pa) {
+    return tube.max.y - tube.height() * static_cast<float>(std::clamp(pa / full, 0.0, 1.0));
+  };
+  const bool high = pressure > data.facts.machine.limits.chamber_pressure_Pa;
+  const ImU32 colour = high ? t.colours.bad : t.colours.series[chamber / 2];
+  canvas().AddRectFilled({tube.min.x, y_of(pressure)}, tube.max, widgets::ink(colour), t.px(4));
+  const auto mark = [&](double pa, ImU32 mark_colour, float overhang) {
+    canvas().AddLine({tube.min.x - overhang, y_of(pa)}, {tube.max.x + overhang, y_of(pa)}, widgets::ink(mark_colour),
+                     t.px(2));
+  };
+  mark(h.main_relief_Pa, t.colours.text, 0);
+  mark(h.port_relief_Pa, t.colours.bad, t.px(6));
+}
+
+void pressures_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const widgets::Card card(
+      ui, widgets::shown("CYLINDER PRESSURES, %s", ui.units.unit(widgets::Quantity::kPressure)).c_str(), area,
+      measured_freshness(data.view));
+  widgets::Area rest = card.inside();
+  widgets::Area legend = rest.cut_bottom(t.px(20));
+  const auto key = [&](ImU32 colour, const char* word) {
+    canvas().AddLine({legend.min.x, legend.centre().y}, {legend.min.x + t.px(16), legend.centre().y},
+                     widgets::ink(colour), t.px(2));
+    widgets::put_text(t.fonts.small, t.colours.muted, {legend.min.x + t.px(22), legend.centre().y},
+                      widgets::Align::kLeft, word);
+    legend.cut_left(t.px(34) + widgets::text_width(t.fonts.small, word));
+  };
+  key(t.colours.text, "main relief");
+  key(t.colours.bad, "port relief");
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    widgets::Area axis = rest.column(static_cast<int>(j), kJoints, t.unit());
+    const widgets::Area name = axis.cut_bottom(t.px(20));
+    widgets::put_text(t.fonts.small, t.colours.text, name.centre(), widgets::Align::kCentre, kJointNames[j]);
+    const float spare = std::max(0.F, axis.width() - t.px(120)) / 2;
+    axis = axis.inset(spare, 0);
+    for (std::size_t side = 0; side < 2; ++side)
+      pressure_bar(ui, data, 2 * j + side, axis.column(static_cast<int>(side), 2, t.px(2)));
+  }
+}
+
+/// Frame around the picture, its title, and what its colours mean.
+widgets::Area picture_area(const widgets::Ui& ui, const ConsoleData& data, const UiState& state,
+                           const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const float y = area.max.y - t.px(18);
+  float x = area.min.x + t.unit(1.5F);
+  const auto key = [&](ImU32 colour, const char* word) {
+    canvas().AddCircleFilled({x + t.px(5), y}, t.px(5), colour);
+    widgets::put_text(t.fonts.small, t.colours.text, {x + t.px(16), y}, widgets::Align::kLeft, word);
+    x += t.px(32) + widgets::text_width(t.fonts.small, word);
+  };
+  const widgets::Shown title =
+      widgets::shown("%s  %s", data.facts.machine.name.c_str(), state.side_view ? "side view" : "orbit");
+  widgets::put_text(t.fonts.small, t.colours.muted, {area.min.x + t.unit(1.5F), area.min.y + t.px(18)},
+                    widgets::Align::kLeft, title.c_str());
+  widgets::put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(1.5F), area.min.y + t.px(18)},
+                    widgets::Align::kRight, "V: view");
+  const picture::PictureColours colours = t.light ? picture::light_picture_colours() : picture::dark_picture_colours();
+  const auto packed = [](const picture::Rgb& c) { return ImGui::ColorConvertFloat4ToU32({c.x(), c.y(), c.z(), 1}); };
+  key(packed(colours.commanded), "told to be");
+  key(packed(colours.hand), "hand");
+  key(packed(colours.force), "force");
+  return area;
+}
+
+}  // namespace
+
+widgets::Area operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
+  const widgets::Theme& t = ui.theme;
+  const float gap = t.px(10);
+  widgets::Area right = area.cut_right(t.px(300), gap);
+  force_card(ui, data, right.cut_top(t.px(330), gap));
+  payload_card(ui, data, right.cut_top(t.px(134), gap));
+  limits_card(ui, data, right);
+  widgets::Area bottom = area.cut_bottom(t.px(228), gap);
+  scales_card(ui, data, state, bottom.cut_right(t.px(286), gap));
+  pressures_card(ui, data, bottom);
+  return picture_area(ui, data, state, area);
+}
+
+}  // namespace knuckle::console::screens

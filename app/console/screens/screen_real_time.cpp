@@ -1,0 +1,110 @@
+#include <cmath>
+
+#include "app/console/screens/screens.h"
+#include "app/console/widgets/plots.h"
+
+namespace knuckle::console::screens {
+namespace {
+
+void rows_of_loop(const widgets::Ui& ui, widgets::Area& rest, const char* policy, Duration period, std::uint64_t steps,
+                  std::uint64_t overruns) {
+  const widgets::Theme& t = ui.theme;
+  const auto row = [&](const char* label, const char* number, const char* unit) {
+    widgets::value_row(ui, rest.cut_top(t.px(26)), label, number, unit);
+  };
+  row("Scheduling granted", *policy != '\0' ? policy : "-", "");
+  row("Period", widgets::shown("%.2f", to_seconds(period) * 1e3).c_str(), "ms");
+  row("Steps", widgets::shown("%llu", static_cast<unsigned long long>(steps)).c_str(), "");
+  row("Overruns", widgets::shown("%llu", static_cast<unsigned long long>(overruns)).c_str(), "");
+}
+
+void own_loop_cards(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area) {
+  const widgets::Theme& t = ui.theme;
+  const float gap = t.px(10);
+  const LoopHealth& loop = data.loop;
+  {
+    const widgets::Card card(ui, "THIS CONSOLE'S LOOP", area.cut_top(t.px(150), gap));
+    widgets::Area rest = card.inside();
+    rows_of_loop(ui, rest, loop.policy.data(), loop.period, loop.steps, loop.overruns);
+  }
+  const double period_s = to_seconds(loop.period);
+  const widgets::HistogramRange range{1024ns, 134217728ns, period_s, "period"};
+  {
+    const widgets::Card card(ui, "LATENESS OF WAKING", area.row(0, 2, gap));
+    widgets::histogram_plot(ui, card.inside(), "Waking", loop.wake_lateness, range, t.colours.series[0]);
+  }
+  const widgets::Card card(ui, "TIME OF EXECUTION", area.row(1, 2, gap));
+  widgets::histogram_plot(ui, card.inside(), "Running", loop.execution, range, t.colours.series[1]);
+}
+
+void machine_loop_card(const widgets::Ui& ui, const ConsoleView& view, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const MachineStatus& s = view.status;
+  const widgets::Card card(ui, "THE MACHINE'S LOOP", area, status_freshness(view));
+  widgets::Area rest = card.inside();
+  const widgets::Shown policy = s.fifo_priority > 0 ? widgets::shown("SCHED_FIFO %d", int{s.fifo_priority})
+                                                    : widgets::shown("no real-time class");
+  rows_of_loop(ui, rest, policy.c_str(), s.period, s.steps, s.overruns);
+  const auto timing = [&](const char* label, const MachineStatus::Timing& timing_of) {
+    rest.cut_top(t.px(8));
+    widgets::put_text(t.fonts.small, t.colours.muted, rest.cut_top(t.px(20)).centre(), widgets::Align::kCentre, label);
+    const widgets::Area row = rest.cut_top(t.px(40));
+    const auto cell = [&](int i, const char* name, Duration value) {
+      const widgets::Area a = row.column(i, 3, t.unit());
+      widgets::put_text(t.fonts.mono, t.colours.text, {a.centre().x, a.min.y + t.px(10)}, widgets::Align::kCentre,
+                        widgets::shown_duration(to_seconds(value)).c_str());
+      widgets::put_text(t.fonts.small, t.colours.muted, {a.centre().x, a.min.y + t.px(30)}, widgets::Align::kCentre,
+                        name);
+    };
+    cell(0, "p50", timing_of.p50);
+    cell(1, "p99", timing_of.p99);
+    cell(2, "max", timing_of.max);
+  };
+  if (s.execution.max > Duration::zero() || s.wake_lateness.max > Duration::zero()) {
+    timing("Lateness of waking", s.wake_lateness);
+    timing("Time of execution", s.execution);
+  } else {
+    rest.cut_top(t.px(8));
+    widgets::put_lines(t.fonts.small, t.colours.muted, rest.cut_top(t.px(60)),
+                       view.simulated
+                           ? "Not timed: a simulated machine's loop runs inside this console's, step by step."
+                           : "Not timed yet.");
+  }
+  rest.cut_top(t.px(8));
+  widgets::value_row(ui, rest.cut_top(t.px(26)), "CAN bus load", widgets::shown("%.0f", s.bus_load * 100).c_str(), "%");
+  widgets::value_row(ui, rest.cut_top(t.px(26)), "CAN errors", widgets::shown("%u", s.can_errors).c_str(), "");
+}
+
+void energy_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const OperatorSide& hand = data.view.hand;
+  const widgets::Card card(ui, "ENERGY OBSERVER", area);
+  widgets::Area rest = card.inside();
+  widgets::value_row(ui, rest.cut_top(t.px(26)), "Net work on the hand",
+                     widgets::shown("%.3f", hand.hand_energy_J).c_str(), "J");
+  const bool lowered = hand.warning.code == ReasonCode::kEnergyWatchdog;
+  widgets::lamp(ui, rest.cut_top(t.px(26), t.unit(0.5F)), lowered ? "Lowers the felt force" : "Lets all force through",
+                lowered, t.colours.notice);
+  float most = 0.1F;
+  for (std::size_t i = 0; i < data.history.size(); ++i)
+    most = std::max(most, std::abs(data.history.ago(i).hand_energy_J));
+  most = std::exp2(std::ceil(std::log2(most)));
+  const std::array lines{
+      widgets::Line{"energy", t.colours.series[3], [](const widgets::History::Sample& s) { return s.hand_energy_J; }}};
+  widgets::history_plot(ui, rest, data.history, lines,
+                        {-most, most, widgets::shown("%.2f J", static_cast<double>(-most)).c_str(),
+                         widgets::shown("%.2f J, 10 s", static_cast<double>(most)).c_str()});
+}
+
+}  // namespace
+
+void real_time_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area) {
+  const widgets::Theme& t = ui.theme;
+  const float gap = t.px(10);
+  widgets::Area right = area.cut_right(t.px(340), gap);
+  machine_loop_card(ui, data.view, right.cut_top(t.px(370), gap));
+  energy_card(ui, data, right);
+  own_loop_cards(ui, data, area);
+}
+
+}  // namespace knuckle::console::screens

@@ -1,0 +1,38 @@
+// The screens: free functions from the newest view to widgets; what the person changes goes into the state.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/console/screens/console_data.h"
+#include "app/console/screens/ui_state.h"
+
+namespace knuckle::console::screens {
+
+/// @return where the machine's picture goes.
+[[nodiscard]] widgets::Area operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state,
+                                           widgets::Area area);
+/// Scales and assists: what is in use, and what is asked for where that is something else.
+void scales_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& area);
+void link_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
+void real_time_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
+void hydraulics_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
+void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
+/// @return where the picture of the machine being commissioned goes, while it may move.
+[[nodiscard]] std::optional<widgets::Area> calibrate_screen(const widgets::Ui& ui, const ConsoleData& data,
+                                                            widgets::Area area);
+
+/// Opens the one window of ImGui's, without a frame of its own and as large as ours; ImGui::End() closes it.
+void open_canvas();
+/// Everything on screen for one frame, into the open canvas. @return where the
+/// machine's picture goes, on the screen that has one.
+std::optional<widgets::Area> draw_console(const widgets::Ui& ui, const ConsoleData& data, UiState& state);
+
+/// Words for what is limited now, such as "pump flow"; nullptr behind the last.
+[[nodiscard]] const char* limit_word(unsigned bit) noexcept;
+/// Chips for all limits being hit, in rows. @return false where nothing is limited.
+bool limit_chips(const widgets::Ui& ui, std::uint16_t limits, const widgets::Area& area);
+/// Why the force is known no better, in a few words, as the machine's side tells it.
+[[nodiscard]] std::string confidence_words(const ConsoleView& view);
+
+}  // namespace knuckle::console::screens

@@ -1,0 +1,50 @@
+// What the person has chosen in the window: nothing of it leaves the window but through ConsoleInput.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "app/console/console_input.h"
+#include "app/console/widgets/units.h"
+
+namespace knuckle::console::screens {
+
+enum class Screen : std::uint8_t { kOperate, kLink, kRealTime, kHydraulics, kCalibrate, kEvents, kCount };
+
+/// What a simulated session starts with; taken up by the next reset.
+struct SimulationChoice {
+  int scenario = 0;  ///< Index into ConsoleFacts::scenarios.
+  float delay_ms = 0, jitter_ms = 0, loss_percent = 0;
+  bool link_chosen = false;  ///< By the person; before, the three follow the session that runs.
+  bool demo = false;         ///< The scenario's own operator drives.
+  bool operator==(const SimulationChoice&) const = default;
+};
+
+struct EventChoice {
+  std::array<char, 64> text{};
+  int least_severity = 0;
+};
+
+struct UiState {
+  Screen screen = Screen::kOperate;
+  bool light = false;
+  widgets::UnitSystem units = widgets::UnitSystem::kMetric;
+  bool help = false;
+  bool side_view = true;
+  bool stop = false;  ///< Latched until released on purpose.
+  float position_scale = 0, force_scale = 0;
+  bool scales_chosen = false;   ///< By the person; before, the sliders follow what is in use.
+  AssistSettings assist;        ///< At first, and with another scenario, as the scenario says.
+  float assist_limit_N = 1000;  ///< Waits here while it is switched off.
+  bool typing = false;          ///< Text, into a field: keys lead nothing.
+  bool enable_ignored = false;  ///< Its key is held without counting.
+  bool paused = false;
+  std::uint32_t reset_count = 0;
+  SimulationChoice simulation;               ///< Chosen for the next session.
+  SimulationChoice running{.scenario = -1};  ///< What the one on screen began with.
+  EventChoice events;
+  std::string export_path, export_result;
+};
+
+}  // namespace knuckle::console::screens

@@ -1,0 +1,127 @@
+#include "app/console/widgets/plots.h"
+
+#include <array>
+#include <cmath>
+
+namespace knuckle::console::widgets {
+namespace {
+
+ImDrawList& canvas() {
+  return *ImGui::GetWindowDrawList();
+}
+
+/// Place of a time on the logarithmic axis, 0..1.
+float place(const HistogramRange& range, double seconds) {
+  const double low = std::log2(to_seconds(range.from)), high = std::log2(to_seconds(range.to));
+  return static_cast<float>((std::log2(std::max(seconds, 1e-9)) - low) / (high - low));
+}
+
+/// Words under the axis: decades that lie on it.
+void time_axis(const Ui& ui, const Area& area, const HistogramRange& range, float y) {
+  const Theme& t = ui.theme;
+  for (double tick = 1e-6; tick < 20; tick *= 10) {
+    const float share = place(range, tick);
+    if (share < -0.001F || share > 1.001F) continue;
+    const float x = area.min.x + share * area.width();
+    canvas().AddLine({x, area.min.y}, {x, area.max.y}, ink(t.colours.border));
+    const Shown words = tick < 0.9e-3 ? shown("%.0f \xC2\xB5s", tick * 1e6)
+                        : tick < 0.9  ? shown("%.0f ms", tick * 1e3)
+                                      : shown("%.0f s", tick);
+    const Align align = share < 0.05F ? Align::kLeft : share > 0.95F ? Align::kRight : Align::kCentre;
+    put_text(t.fonts.small, t.colours.muted, {x, y}, align, words.c_str());
+  }
+}
+
+void histogram_bars(const Ui& ui, const Area& area, const Histogram& histogram, const HistogramRange& range,
+                    ImU32 colour) {
+  // Quarter octaves, whose edges are edges of the histogram's own bins.
+  constexpr std::size_t kMost = 128;
+  struct Bar {
+    float from, to;
+    double count;
+  };
+  std::array<Bar, kMost> bars{};
+  std::size_t n = 0;
+  double tallest = 1;
+  const auto edge = [](int quarter) {
+    return Duration((std::int64_t{4} + quarter % 4) << (quarter / 4 + 4));  // 64 ns and up
+  };
+  for (int quarter = 0; quarter < 112 && n < kMost; ++quarter) {
+    const Duration from = edge(quarter), to = edge(quarter + 1);
+    if (from < range.from || to > range.to) continue;
+    const auto count = static_cast<double>(histogram.count_below(to) - histogram.count_below(from));
+    bars[n++] = {place(range, to_seconds(from)), place(range, to_seconds(to)), count};
+    tallest = std::max(tallest, count);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (bars[i].count == 0) continue;
+    // Square root: a single late step among thousands stays visible.
+    const float share = static_cast<float>(std::sqrt(bars[i].count / tallest));
+    const float x0 = area.min.x + bars[i].from * area.width(), x1 = area.min.x + bars[i].to * area.width();
+    const float top = area.max.y - std::max(ui.theme.px(2), share * area.height());
+    canvas().AddRectFilled({x0 + 0.5F, top}, {std::max(x1 - 0.5F, x0 + 1.5F), area.max.y}, ink(colour));
+  }
+}
+
+}  // namespace
+
+void histogram_plot(const Ui& ui, const Area& area, const char* label, const Histogram& histogram,
+                    const HistogramRange& range, ImU32 colour) {
+  const Theme& t = ui.theme;
+  Area rest = area;
+  const Area head = rest.cut_top(t.fonts.body->FontSize, t.unit(0.5F));
+  put_text(t.fonts.body, t.colours.text, {head.min.x, head.centre().y}, Align::kLeft, label);
+  std::array<char, 128> words{};
+  if (histogram.count() == 0) {
+    std::snprintf(words.data(), words.size(), "nothing measured yet");
+  } else {
+    std::snprintf(words.data(), words.size(), "p50 %s   p99 %s   max %s",
+                  shown_duration(to_seconds(histogram.quantile(0.5))).c_str(),
+                  shown_duration(to_seconds(histogram.quantile(0.99))).c_str(),
+                  shown_duration(to_seconds(histogram.max())).c_str());
+  }
+  put_text(t.fonts.mono_small, t.colours.text, {head.max.x, head.centre().y}, Align::kRight, words.data());
+  const Area axis = rest.cut_bottom(t.fonts.small->FontSize * 1.2F);
+  canvas().AddRectFilled(rest.min, rest.max, ink(t.colours.raised), t.px(3));
+  time_axis(ui, rest, range, axis.centre().y);
+  histogram_bars(ui, rest, histogram, range, colour);
+  if (range.limit_s > 0) {
+    const float x = rest.min.x + place(range, range.limit_s) * rest.width();
+    canvas().AddLine({x, rest.min.y}, {x, rest.max.y}, ink(t.colours.bad), t.px(2));
+    const bool left = x > rest.centre().x;
+    put_text(t.fonts.small, t.colours.bad, {x + (left ? -t.unit(0.5F) : t.unit(0.5F)), rest.min.y + t.px(10)},
+             left ? Align::kRight : Align::kLeft, range.limit_label);
+  }
+}
+
+void history_plot(const Ui& ui, const Area& area, const History& history, std::span<const Line> lines,
+                  const Axis& axis) {
+  const Theme& t = ui.theme;
+  canvas().AddRectFilled(area.min, area.max, ink(t.colours.raised), t.px(3));
+  const auto y_of = [&](float value) {
+    const float share = std::clamp((value - axis.low) / (axis.high - axis.low), 0.F, 1.F);
+    return area.max.y - share * area.height();
+  };
+  if (axis.low < 0 && axis.high > 0)
+    canvas().AddLine({area.min.x, y_of(0)}, {area.max.x, y_of(0)}, ink(t.colours.border), t.px(1));
+  const float step = area.width() / static_cast<float>(History::kSamples - 1);
+  std::array<ImVec2, History::kSamples> points;
+  for (const Line& line : lines) {
+    std::size_t n = 0;
+    const auto stroke = [&] {
+      if (n > 1) canvas().AddPolyline(points.data(), static_cast<int>(n), ink(line.colour), 0, t.px(1.75F));
+      n = 0;
+    };
+    for (std::size_t i = 0; i < history.size(); ++i) {
+      const float value = line.value(history.ago(i));
+      if (!std::isfinite(value)) stroke();  // a gap
+      if (std::isfinite(value)) points[n++] = {area.max.x - static_cast<float>(i) * step, y_of(value)};
+    }
+    stroke();
+  }
+  const float inset = t.unit(0.5F), half = t.fonts.small->FontSize * 0.55F;
+  put_text(t.fonts.small, t.colours.muted, {area.min.x + inset, area.min.y + half}, Align::kLeft, axis.high_label);
+  put_text(t.fonts.small, t.colours.muted, {area.min.x + inset, area.max.y - half}, Align::kLeft, axis.low_label);
+}
+
+}  // namespace knuckle::console::widgets

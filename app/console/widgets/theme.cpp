@@ -1,0 +1,157 @@
+#include "app/console/widgets/theme.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace knuckle::console::widgets {
+namespace {
+
+constexpr ImU32 rgb(unsigned hex, unsigned alpha = 255) {
+  return IM_COL32((hex >> 16) & 255U, (hex >> 8) & 255U, hex & 255U, alpha);
+}
+
+constexpr Palette kDark{
+    .background = rgb(0x10151A),
+    .surface = rgb(0x1A2129),
+    .raised = rgb(0x27313B),
+    .border = rgb(0x35414D),
+    .text = rgb(0xEAF0F5),
+    .muted = rgb(0xA6B3BF),
+    .accent = rgb(0x56B4E9),
+    .good = rgb(0x35C79B),
+    .notice = rgb(0xE69F00),
+    .bad = rgb(0xFF8A55),
+    .stop = rgb(0xC9261C),
+    .stop_text = rgb(0xFFFFFF),
+    .series = {rgb(0x56B4E9), rgb(0xE69F00), rgb(0x35C79B), rgb(0xCC79A7), rgb(0xF0E442), rgb(0xE8743B)},
+    .force = rgb(0xFF8A55),
+};
+
+constexpr Palette kLight{
+    .background = rgb(0xE6EAEE),
+    .surface = rgb(0xFBFCFD),
+    .raised = rgb(0xEEF2F5),
+    .border = rgb(0xC3CCD5),
+    .text = rgb(0x131A21),
+    .muted = rgb(0x4A5763),
+    .accent = rgb(0x00639C),
+    .good = rgb(0x006B4D),
+    .notice = rgb(0x875300),
+    .bad = rgb(0xA83C00),
+    .stop = rgb(0xC9261C),
+    .stop_text = rgb(0xFFFFFF),
+    .series = {rgb(0x0072B2), rgb(0xC77E00), rgb(0x009E73), rgb(0xB05585), rgb(0x8A7F00), rgb(0xC24A00)},
+    .force = rgb(0xC24A00),
+};
+
+double luminance(ImU32 colour) noexcept {
+  const auto linear = [](ImU32 byte) {
+    const double v = static_cast<double>(byte & 255U) / 255;
+    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+  };
+  return 0.2126 * linear(colour >> IM_COL32_R_SHIFT) + 0.7152 * linear(colour >> IM_COL32_G_SHIFT) +
+         0.0722 * linear(colour >> IM_COL32_B_SHIFT);
+}
+
+}  // namespace
+
+const Palette& dark_palette() noexcept {
+  return kDark;
+}
+
+const Palette& light_palette() noexcept {
+  return kLight;
+}
+
+double contrast(ImU32 a, ImU32 b) noexcept {
+  const double la = luminance(a), lb = luminance(b);
+  return (std::max(la, lb) + 0.05) / (std::min(la, lb) + 0.05);
+}
+
+ImU32 text_on(ImU32 fill) noexcept {
+  constexpr ImU32 kBlack = rgb(0x0B0F13), kWhite = rgb(0xFFFFFF);
+  return contrast(fill, kBlack) >= contrast(fill, kWhite) ? kBlack : kWhite;
+}
+
+ImU32 mix(ImU32 a, ImU32 b, float share_of_b) noexcept {
+  const ImVec4 x = ImGui::ColorConvertU32ToFloat4(a), y = ImGui::ColorConvertU32ToFloat4(b);
+  const float s = std::clamp(share_of_b, 0.F, 1.F);
+  return ImGui::ColorConvertFloat4ToU32(
+      {x.x + (y.x - x.x) * s, x.y + (y.y - x.y) * s, x.z + (y.z - x.z) * s, x.w + (y.w - x.w) * s});
+}
+
+ImU32 Theme::mode_colour(Mode mode) const noexcept {
+  switch (mode) {
+    case Mode::kOff:
+      return rgb(0x5B6874);
+    case Mode::kSelfTest:
+      return rgb(0x7C6BB0);
+    case Mode::kReady:
+      return rgb(0x0072B2);
+    case Mode::kAligning:
+      return rgb(0xF0E442);
+    case Mode::kEngaged:
+      return rgb(0x009E73);
+    case Mode::kHold:
+      return rgb(0xE69F00);
+    case Mode::kFault:
+      return rgb(0xD55E00);
+    case Mode::kEStop:
+      return rgb(0xC9261C);
+  }
+  return colours.muted;
+}
+
+void apply_style(const Theme& theme) {
+  const Palette& c = theme.colours;
+  ImGuiStyle style;  // from its defaults each time: measures must not be scaled twice
+  style.WindowPadding = {theme.unit(2), theme.unit(1.5F)};
+  style.FramePadding = {theme.unit(1.25F), theme.unit(0.75F)};
+  style.ItemSpacing = {theme.unit(), theme.unit()};
+  style.ItemInnerSpacing = {theme.unit(), theme.unit(0.5F)};
+  style.CellPadding = {theme.unit(), theme.unit(0.5F)};
+  style.WindowRounding = style.ChildRounding = style.PopupRounding = theme.px(8);
+  style.FrameRounding = style.GrabRounding = style.TabRounding = theme.px(5);
+  style.ScrollbarRounding = theme.px(6);
+  style.ScrollbarSize = theme.px(12);
+  style.GrabMinSize = theme.px(14);
+  style.WindowBorderSize = style.ChildBorderSize = style.FrameBorderSize = 0;
+  style.PopupBorderSize = 1;
+  style.DisabledAlpha = 0.5F;
+
+  const auto set = [&style](ImGuiCol which, ImU32 colour) {
+    style.Colors[which] = ImGui::ColorConvertU32ToFloat4(colour);
+  };
+  set(ImGuiCol_Text, c.text);
+  set(ImGuiCol_TextDisabled, c.muted);
+  set(ImGuiCol_WindowBg, c.background);
+  set(ImGuiCol_ChildBg, c.surface);
+  set(ImGuiCol_PopupBg, c.raised);
+  set(ImGuiCol_Border, c.border);
+  set(ImGuiCol_FrameBg, c.raised);
+  set(ImGuiCol_FrameBgHovered, mix(c.raised, c.accent, 0.15F));
+  set(ImGuiCol_FrameBgActive, mix(c.raised, c.accent, 0.25F));
+  set(ImGuiCol_SliderGrab, c.accent);
+  set(ImGuiCol_SliderGrabActive, c.accent);
+  set(ImGuiCol_CheckMark, c.accent);
+  set(ImGuiCol_Button, c.raised);
+  set(ImGuiCol_ButtonHovered, mix(c.raised, c.accent, 0.2F));
+  set(ImGuiCol_ButtonActive, mix(c.raised, c.accent, 0.35F));
+  set(ImGuiCol_Header, mix(c.surface, c.accent, 0.25F));
+  set(ImGuiCol_HeaderHovered, mix(c.surface, c.accent, 0.2F));
+  set(ImGuiCol_HeaderActive, mix(c.surface, c.accent, 0.35F));
+  set(ImGuiCol_Separator, c.border);
+  set(ImGuiCol_ScrollbarBg, c.surface);
+  set(ImGuiCol_ScrollbarGrab, c.border);
+  set(ImGuiCol_ScrollbarGrabHovered, c.muted);
+  set(ImGuiCol_ScrollbarGrabActive, c.accent);
+  set(ImGuiCol_TableHeaderBg, c.raised);
+  set(ImGuiCol_TableBorderLight, c.border);
+  set(ImGuiCol_TableBorderStrong, c.border);
+  set(ImGuiCol_TableRowBgAlt, mix(c.surface, c.raised, 0.5F));
+  set(ImGuiCol_TextSelectedBg, mix(c.surface, c.accent, 0.4F));
+  set(ImGuiCol_NavHighlight, c.accent);
+  ImGui::GetStyle() = style;
+}
+
+}  // namespace knuckle::console::widgets

@@ -1,0 +1,216 @@
+#include "app/console/widgets/widgets.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+namespace knuckle::console::widgets {
+namespace {
+
+ImDrawList& canvas() {
+  return *ImGui::GetWindowDrawList();
+}
+
+constexpr float kGreyed = 0.42F;
+
+/// How much of the text fits into this width, cut before a UTF-8 character.
+const char* cut_at(const ImFont* font, float width, const char* text) {
+  const char* rest = text;
+  font->CalcTextSizeA(font->FontSize, width, 0, text, nullptr, &rest);
+  return rest;
+}
+
+}  // namespace
+
+float text_width(const ImFont* font, const char* text) {
+  return font->CalcTextSizeA(font->FontSize, 1e9F, 0, text).x;
+}
+
+void put_text(const ImFont* font, ImU32 colour, ImVec2 at, Align align, const char* text) {
+  const float width = align == Align::kLeft ? 0 : text_width(font, text);
+  const float x = align == Align::kRight ? at.x - width : align == Align::kCentre ? at.x - width / 2 : at.x;
+  canvas().AddText(font, font->FontSize, {std::round(x), std::round(at.y - font->FontSize / 2)}, ink(colour), text);
+}
+
+float put_lines(const ImFont* font, ImU32 colour, const Area& area, const char* text) {
+  canvas().PushClipRect(area.min, area.max, true);
+  canvas().AddText(font, font->FontSize, {std::round(area.min.x), std::round(area.min.y)}, ink(colour), text, nullptr,
+                   area.width());
+  canvas().PopClipRect();
+  return font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), text).y;
+}
+
+void put_fitted(const ImFont* font, ImU32 colour, const Area& area, const char* text) {
+  const ImVec2 at{area.min.x, area.centre().y};
+  if (text_width(font, text) <= area.width()) return put_text(font, colour, at, Align::kLeft, text);
+  constexpr const char* kDots = "...";
+  const char* end = cut_at(font, area.width() - text_width(font, kDots), text);
+  std::array<char, 256> cut{};
+  std::snprintf(cut.data(), cut.size(), "%.*s%s", static_cast<int>(end - text), text, kDots);
+  put_text(font, colour, at, Align::kLeft, cut.data());
+}
+
+Card::Card(const Ui& ui, const char* title, const Area& area, Freshness freshness) {
+  const Theme& t = ui.theme;
+  const Palette& c = t.colours;
+  freshness = freshness.after(ui.view_age_s);
+  greyed_ = freshness.stale() || ui.loop_silent();
+  canvas().AddRectFilled(area.min, area.max, c.surface, t.px(8));
+  inside_ = area.inset(t.unit(1.5F), t.unit(1.25F));
+  Area head = inside_.cut_top(t.fonts.small->FontSize, t.unit(0.75F));
+  if (greyed_) {
+    const Shown age = freshness.heard ? shown("%s old", shown_duration(freshness.age_s).c_str()) : shown("no data yet");
+    const float width = text_width(t.fonts.small, age.c_str());
+    const Area tag = head.cut_right(width + t.unit(2.5F), t.unit());
+    draw_icon(canvas(), Icon::kClock, {tag.min.x + t.unit(), tag.centre().y}, t.px(14), c.notice);
+    put_text(t.fonts.small, c.notice, {tag.max.x, tag.centre().y}, Align::kRight, age.c_str());
+  }
+  put_fitted(t.fonts.small, c.muted, head, title);
+  ImGui::PushID(title);
+  ImGui::PushClipRect(inside_.min, {area.max.x, area.max.y}, true);
+  if (greyed_) ImGui::PushStyleVar(ImGuiStyleVar_Alpha, kGreyed);
+}
+
+Card::~Card() {
+  if (greyed_) ImGui::PopStyleVar();
+  ImGui::PopClipRect();
+  ImGui::PopID();
+}
+
+void value_row(const Ui& ui, const Area& area, const char* label, const char* number, const char* unit) {
+  const Theme& t = ui.theme;
+  const float y = area.centre().y;
+  float right = area.max.x;
+  if (*unit != '\0') {
+    put_text(t.fonts.small, t.colours.muted, {right, y}, Align::kRight, unit);
+    right -= text_width(t.fonts.small, unit) + t.unit(0.5F);
+  }
+  put_text(t.fonts.mono, t.colours.text, {right, y}, Align::kRight, number);
+  right -= text_width(t.fonts.mono, number) + t.unit(0.5F);
+  put_fitted(t.fonts.small, t.colours.muted, {area.min, {right, area.max.y}}, label);
+}
+
+void value_large(const Ui& ui, const Area& area, const char* label, const char* number, const char* unit) {
+  const Theme& t = ui.theme;
+  Area rest = area;
+  put_fitted(t.fonts.small, t.colours.muted, rest.cut_top(t.fonts.small->FontSize * 1.1F), label);
+  const float y = rest.min.y + t.fonts.mono_display->FontSize * 0.55F;
+  put_text(t.fonts.mono_display, t.colours.text, {area.min.x, y}, Align::kLeft, number);
+  const float x = area.min.x + text_width(t.fonts.mono_display, number) + t.unit();
+  put_text(t.fonts.body, t.colours.muted, {x, y + t.px(4)}, Align::kLeft, unit);
+}
+
+void lamp(const Ui& ui, const Area& area, const char* label, bool on, ImU32 colour) {
+  const Theme& t = ui.theme;
+  const float radius = t.px(7);
+  const ImVec2 centre{area.min.x + radius, area.centre().y};
+  if (on)
+    canvas().AddCircleFilled(centre, radius, ink(colour));
+  else
+    canvas().AddCircle(centre, radius - t.px(1), ink(t.colours.muted), 0, t.px(1.5F));
+  Area words{{centre.x + radius + t.unit(), area.min.y}, area.max};
+  put_fitted(on ? t.fonts.body_bold : t.fonts.body, on ? t.colours.text : t.colours.muted, words, label);
+}
+
+float chip_width(const Ui& ui, const char* text) {
+  return text_width(ui.theme.fonts.small, text) + ui.theme.unit(4.5F);
+}
+
+float chip(const Ui& ui, ImVec2 left_middle, Icon icon, const char* text, ImU32 fill) {
+  const Theme& t = ui.theme;
+  const float half = t.px(14), width = chip_width(ui, text);
+  canvas().AddRectFilled({left_middle.x, left_middle.y - half}, {left_middle.x + width, left_middle.y + half},
+                         ink(fill), half);
+  const ImU32 on = text_on(fill);
+  draw_icon(canvas(), icon, {left_middle.x + t.unit(1.75F), left_middle.y}, t.px(14), ink(on));
+  put_text(t.fonts.small, on, {left_middle.x + t.unit(3.25F), left_middle.y}, Align::kLeft, text);
+  return width;
+}
+
+void bar(const Ui& ui, const Area& area, float share_from, float share_to, ImU32 colour) {
+  const Theme& t = ui.theme;
+  canvas().AddRectFilled(area.min, area.max, ink(t.colours.raised), t.px(3));
+  const auto x = [&area](float share) { return area.min.x + area.width() * std::clamp(share, 0.F, 1.F); };
+  const float a = x(std::min(share_from, share_to)), b = x(std::max(share_from, share_to));
+  if (b > a) canvas().AddRectFilled({a, area.min.y}, {b, area.max.y}, ink(colour), std::min(t.px(3), (b - a) / 2));
+}
+
+bool button(const Ui& ui, const Area& area, Icon icon, const char* label, bool chosen, bool enabled) {
+  const Theme& t = ui.theme;
+  const Palette& c = t.colours;
+  if (area.width() < 1 || area.height() < 1) return false;
+  ImGui::SetCursorScreenPos(area.min);
+  ImGui::BeginDisabled(!enabled);
+  const bool pressed = ImGui::InvisibleButton(label, area.size());
+  const bool hovered = ImGui::IsItemHovered(), held = ImGui::IsItemActive(), focused = ImGui::IsItemFocused();
+  const ImU32 base = chosen ? mix(c.surface, c.accent, 0.30F) : c.raised;
+  canvas().AddRectFilled(area.min, area.max, ink(mix(base, c.accent, held ? 0.3F : hovered ? 0.15F : 0)), t.px(5));
+  if (chosen) canvas().AddRect(area.min, area.max, ink(c.accent), t.px(5), 0, t.px(1.5F));
+  if (focused && ImGui::GetIO().NavVisible) canvas().AddRect(area.min, area.max, ink(c.text), t.px(5), 0, t.px(2));
+  const ImFont* font = chosen ? t.fonts.body_bold : t.fonts.body;
+  const char* end = std::strstr(label, "##");
+  const Shown words = shown("%.*s", end != nullptr ? static_cast<int>(end - label) : 31, label);
+  const float mark = icon == Icon::kNone ? 0 : t.px(26);
+  const float left = area.centre().x - (text_width(font, words.c_str()) + mark) / 2;
+  if (icon != Icon::kNone) draw_icon(canvas(), icon, {left + t.px(9), area.centre().y}, t.px(18), ink(c.text));
+  put_text(font, c.text, {left + mark, area.centre().y}, Align::kLeft, words.c_str());
+  ImGui::EndDisabled();
+  return pressed;
+}
+
+bool slider(const Ui& ui, Area area, const char* id, float& value, float low, float high, const SliderLook& look) {
+  const Theme& t = ui.theme;
+  const Area beside = area.cut_right(look.value_width, t.unit());
+  ImGui::SetCursorScreenPos(area.min);
+  ImGui::SetNextItemWidth(area.width());
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {t.unit(), (area.height() - ImGui::GetFontSize()) / 2});
+  ImGui::PushStyleColor(ImGuiCol_Text, 0);  // ImGui's own text would lie under the knob
+  ImGui::BeginDisabled(look.locked);
+  const ImGuiSliderFlags flags =
+      ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput | (look.logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
+  const bool moved = ImGui::SliderFloat(id, &value, low, high, look.format, flags);
+  ImGui::EndDisabled();
+  ImGui::PopStyleColor();
+  ImGui::PopStyleVar();
+  const ImU32 colour = look.marked ? t.colours.notice : t.colours.text;
+  put_text(t.fonts.mono_small, colour, {beside.max.x, beside.centre().y}, Align::kRight,
+           shown(look.format, static_cast<double>(value)).c_str());
+  return moved;
+}
+
+bool toggle(const Ui& ui, const Area& area, const char* label, bool& value) {
+  const Theme& t = ui.theme;
+  const Palette& c = t.colours;
+  ImGui::SetCursorScreenPos(area.min);
+  const bool pressed = ImGui::InvisibleButton(label, area.size());
+  if (pressed) value = !value;
+  const float h = t.px(20), w = t.px(36), y = area.centre().y;
+  const ImVec2 a{area.min.x, y - h / 2}, b{area.min.x + w, y + h / 2};
+  canvas().AddRectFilled(a, b, ink(value ? c.accent : c.raised), h / 2);
+  canvas().AddRect(a, b, ink(value ? c.accent : c.muted), h / 2, 0, t.px(1.5F));
+  canvas().AddCircleFilled({value ? b.x - h / 2 : a.x + h / 2, y}, h / 2 - t.px(4), ink(value ? c.surface : c.muted));
+  if (ImGui::IsItemFocused() && ImGui::GetIO().NavVisible)
+    canvas().AddRect({a.x - t.px(3), a.y - t.px(3)}, {b.x + t.px(3), b.y + t.px(3)}, ink(c.text), h, 0, t.px(2));
+  put_fitted(t.fonts.body, c.text, {{b.x + t.unit(), area.min.y}, area.max}, label);
+  return pressed;
+}
+
+bool stepper(const Ui& ui, const Area& area, const char* id, int& index, std::span<const char* const> words) {
+  const Theme& t = ui.theme;
+  const int count = static_cast<int>(words.size());
+  if (count == 0) return false;
+  const int before = index;
+  Area rest = area;
+  ImGui::PushID(id);
+  if (button(ui, rest.cut_left(t.px(30), t.unit(0.5F)), Icon::kNone, "<")) index = (index + count - 1) % count;
+  if (button(ui, rest.cut_right(t.px(30), t.unit(0.5F)), Icon::kNone, ">")) index = (index + 1) % count;
+  ImGui::PopID();
+  canvas().AddRectFilled(rest.min, rest.max, ink(t.colours.raised), t.px(5));
+  const char* word = words[static_cast<std::size_t>(std::clamp(index, 0, count - 1))];
+  const ImFont* font = text_width(t.fonts.body, word) > rest.width() ? t.fonts.small : t.fonts.body;
+  put_text(font, t.colours.text, rest.centre(), Align::kCentre, word);
+  return index != before;
+}
+
+}  // namespace knuckle::console::widgets

@@ -1,0 +1,87 @@
+// The console's own widgets, each drawn into an area that the layout gave it.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "app/console/widgets/area.h"
+#include "app/console/widgets/icons.h"
+#include "app/console/widgets/theme.h"
+#include "app/console/widgets/units.h"
+
+namespace knuckle::console::widgets {
+
+/// The loops tell something every few milliseconds: without news for so long, they stand still.
+inline constexpr double kLoopSilent_s = 0.2;
+
+/// What every widget needs to know.
+struct Ui {
+  const Theme& theme;
+  Units units;
+  double now_s = 0;       ///< The window's clock; for flashing alone.
+  double view_age_s = 0;  ///< Since the loops last told anything.
+  bool steady = false;    ///< Nothing flashes: for pictures.
+  [[nodiscard]] bool loop_silent() const noexcept { return view_age_s > kLoopSilent_s; }
+};
+
+/// How old what is shown is, and how old it may be.
+struct Freshness {
+  bool heard = true;  ///< There was ever anything to show.
+  double age_s = 0;
+  double limit_s = 1e9;
+  [[nodiscard]] bool stale() const noexcept { return !heard || age_s > limit_s; }
+  /// So much later.
+  [[nodiscard]] Freshness after(double seconds) const noexcept { return {heard, age_s + seconds, limit_s}; }
+};
+
+enum class Align : std::uint8_t { kLeft, kCentre, kRight };
+
+// Text. Positions are of the text's middle line.
+[[nodiscard]] float text_width(const ImFont* font, const char* text);
+void put_text(const ImFont* font, ImU32 colour, ImVec2 at, Align align, const char* text);
+/// Broken into lines at blanks; what does not fit is cut. @return the height used.
+float put_lines(const ImFont* font, ImU32 colour, const Area& area, const char* text);
+/// Ends with "..." where the area is too narrow.
+void put_fitted(const ImFont* font, ImU32 colour, const Area& area, const char* text);
+
+/// A titled box. What is in it is greyed, with its age beside the title, while it is stale; every screen shows data in
+/// cards alone, so nothing old looks new.
+class Card {
+ public:
+  Card(const Ui& ui, const char* title, const Area& area, Freshness freshness = {});
+  ~Card();
+  Card(const Card&) = delete;
+  Card& operator=(const Card&) = delete;
+  [[nodiscard]] const Area& inside() const noexcept { return inside_; }
+
+ private:
+  Area inside_;
+  bool greyed_;
+};
+
+/// Label on the left, number in mono on the right, unit behind it.
+void value_row(const Ui& ui, const Area& area, const char* label, const char* number, const char* unit);
+/// The same with a number large enough to be read from two metres.
+void value_large(const Ui& ui, const Area& area, const char* label, const char* number, const char* unit);
+/// Lamp with its word: filled and coloured where on, an empty ring where off.
+void lamp(const Ui& ui, const Area& area, const char* label, bool on, ImU32 colour);
+/// Rounded tag with an icon. @return its width.
+float chip(const Ui& ui, ImVec2 left_middle, Icon icon, const char* text, ImU32 fill);
+[[nodiscard]] float chip_width(const Ui& ui, const char* text);
+/// Horizontal bar from share_from to share_to of the area's width.
+void bar(const Ui& ui, const Area& area, float share_from, float share_to, ImU32 colour);
+
+// What can be operated. @return true in the frame it was.
+bool button(const Ui& ui, const Area& area, Icon icon, const char* label, bool chosen = false, bool enabled = true);
+struct SliderLook {
+  const char* format;  ///< Of the value, which moves in steps of its last digit.
+  float value_width;   ///< Of the value's place beside the track, where the knob never covers it.
+  bool locked = false, logarithmic = false;
+  bool marked = false;  ///< The value stands out: it is not what is so.
+};
+bool slider(const Ui& ui, Area area, const char* id, float& value, float low, float high, const SliderLook& look);
+bool toggle(const Ui& ui, const Area& area, const char* label, bool& value);
+/// "< word >": steps through words without a list that would cover anything.
+bool stepper(const Ui& ui, const Area& area, const char* id, int& index, std::span<const char* const> words);
+
+}  // namespace knuckle::console::widgets

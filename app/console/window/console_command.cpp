@@ -1,0 +1,155 @@
+#include "app/console/window/console_command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/bringup/device_probe.h"
+#include "app/cli/interrupt.h"
+#include "app/console/window/console_options.h"
+#include "app/console/window/console_program.h"
+#include "app/programs/program_options.h"
+#include "app/session/scenario.h"
+#include "core/error.h"
+#include "machine/device_choice.h"
+#include "machine/load.h"
+#include "sim/operator_limb.h"
+#include "transport/udp_link.h"
+
+namespace knuckle::console::window {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* kSchema = "knuckle-console/1";
+
+/// Loops and the wires below them, in the order in which they are taken down.
+struct Behind {
+  std::unique_ptr<HidDevicePort> device;
+  std::optional<UdpLink> link;
+  std::unique_ptr<ConsoleHost> host;
+};
+
+StationSetup station_setup(const ConsoleOptions& o, const screens::ConsoleFacts& facts) {
+  StationSetup setup;
+  setup.device = facts.device;
+  setup.machine = facts.machine;
+  setup.limb = sim::draw_limb(sim::LimbClass::kNormal, o.session.seed);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const auto axis = static_cast<Eigen::Index>(j);
+    setup.hand_rad[axis] = 0.5 * (facts.device.min_rad[j] + facts.device.max_rad[j]);
+    setup.start_rad[axis] = 0.5 * (facts.machine.links[j].min_rad + facts.machine.links[j].max_rad);
+  }
+  setup.seed = o.session.seed;
+  return setup;
+}
+
+/// That a console can play, whoever leads. One that does not fit this machine stays: choosing it says why.
+std::vector<std::string> playable_scenarios(const MachineDescription& machine) {
+  std::vector<std::string> names = config_names("scenario");
+  std::erase_if(names, [&machine](const std::string& name) {
+    try {
+      const session::Scenario scenario = session::load_scenario(find_config("scenario", name), machine);
+      return !scenario.faults.empty() || session::follows_recording(scenario);
+    } catch (const InputError&) {
+      return false;
+    }
+  });
+  return names;
+}
+
+screens::ConsoleFacts facts_of(const ConsoleOptions& o) {
+  screens::ConsoleFacts facts;
+  const MachineDescription read =
+      load_machine(find_config("machine", o.session.machine.empty() ? "solar015" : o.session.machine));
+  facts.machine = calibrated(read);
+  facts.device = device_for(facts.machine, o.session.device);
+  facts.seed = o.session.seed;
+  check_springs(facts.machine, facts.device);
+  facts.hand = o.device == "keyboard"  ? screens::HandSource::kKeyboard
+               : o.device == "gamepad" ? screens::HandSource::kGamepad
+                                       : screens::HandSource::kDevice;
+  facts.peer = o.simulate ? "simulated" : o.connect;
+  facts.scenarios = playable_scenarios(read);
+  if (std::find(facts.scenarios.begin(), facts.scenarios.end(), o.session.scenario) == facts.scenarios.end())
+    facts.scenarios.insert(facts.scenarios.begin(), o.session.scenario);
+  return facts;
+}
+
+Behind behind(const ConsoleOptions& o, const screens::ConsoleFacts& facts, std::ostream* candump) {
+  Behind b;
+  b.device = bringup::open_leading_device(o.device, o.serial);
+  if (o.simulate) {
+    const auto led = o.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson;
+    b.host = std::make_unique<ConsoleHost>(o.session, led, b.device.get(), candump);
+  } else {
+    b.link.emplace(UdpLink::connect(o.connect));
+    b.host = std::make_unique<ConsoleHost>(station_setup(o, facts), *b.link, b.device.get());
+  }
+  return b;
+}
+
+void set_up(screens::UiState& state, const ConsoleOptions& o, const screens::ConsoleFacts& facts,
+            const ConsoleHost& host) {
+  state.screen = o.first_screen();
+  state.units = o.imperial ? widgets::UnitSystem::kImperial : widgets::UnitSystem::kMetric;
+  state.export_path = "knuckle-events.csv";
+  const auto chosen = std::find(facts.scenarios.begin(), facts.scenarios.end(), o.session.scenario);
+  state.simulation.scenario = static_cast<int>(chosen - facts.scenarios.begin());
+  state.simulation.demo = o.demo;
+  if (host.session()) show_session(state, host);
+}
+
+Json result_json(const ConsoleOutcome& outcome) {
+  return {{"schema", kSchema},
+          {"version", cli::program_version()},
+          {"ran_s", outcome.ran_s},
+          {"frames", outcome.frames},
+          {"frames_per_s", static_cast<double>(outcome.frames) / std::max(outcome.ran_s, 1e-9)},
+          {"ui_cpu_share", outcome.ui_cpu_share},
+          {"heap_growth_bytes", outcome.heap_growth_bytes},
+          {"simulated_s", outcome.simulated_s},
+          {"mode", outcome.mode},
+          {"events_lost", outcome.events_lost},
+          {"frames_lost", outcome.frames_lost}};
+}
+
+int run(const ConsoleOptions& o) {
+  check(o);
+  const cli::InterruptGuard interrupt;
+  const screens::ConsoleFacts facts = facts_of(o);
+  programs::AskedOutput candump("--candump", o.candump), json("--json", o.json);
+  const Behind loops = behind(o, facts, candump.stream());
+  ConsoleWindow window(o.window(), facts);
+  if (facts.hand == screens::HandSource::kGamepad && !window.window().gamepad())
+    cli::refuse_option("--device", o.device, "no gamepad is there: plug one in, or use --device keyboard");
+  set_up(window.state(), o, facts, *loops.host);
+
+  ConsoleRun run;
+  run.keep_on = [&interrupt] { return !interrupt.pending(); };
+  run.skip_to_s = o.at_s.value_or(0);
+  run.duration_s = o.duration_s.value_or(o.screenshot.empty() ? programs::kLongestRun_s : 0);
+  run.screenshot = o.screenshot;
+  if (o.simulate) run.simulated = o.session;
+  if (!o.screenshot.empty()) window.hold_steady();
+  const ConsoleOutcome outcome = run_console(window, *loops.host, run);
+  if (outcome.frames_lost > 0)
+    std::cerr << "knuckle console: --candump " << o.candump << ": " << outcome.frames_lost
+              << " frames are missing: the window was too slow to write them\n";
+  if (auto* out = json.stream()) *out << result_json(outcome).dump(2) << '\n';
+  programs::commit_all({&candump, &json});
+  return 0;
+}
+
+}  // namespace
+
+cli::Command console_entry() {
+  return {"console", "Operator's window, on a simulated machine or on one that is elsewhere", [](CLI::App& command) {
+            const auto options = std::make_shared<ConsoleOptions>();
+            add_options(command, *options);
+            return [options] { return run(*options); };
+          }};
+}
+
+}  // namespace knuckle::console::window

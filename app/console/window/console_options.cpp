@@ -1,0 +1,142 @@
+#include "app/console/window/console_options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <utility>
+
+#include "app/cli/command.h"
+#include "app/programs/program_options.h"
+#include "core/error.h"
+
+namespace knuckle::console::window {
+namespace {
+
+constexpr std::array<const char*, static_cast<std::size_t>(screens::Screen::kCount)> kScreens{
+    "operate", "link", "real-time", "hydraulics", "calibrate", "events"};
+
+struct Size {
+  int width = 0, height = 0;
+};
+
+Size size_of(const std::string& text) {
+  Size size;
+  char rest = 0;
+  constexpr int kLeastWidth = 1280, kLeastHeight = 720, kMost = 8192;
+  if (std::sscanf(text.c_str(), "%dx%d%c", &size.width, &size.height, &rest) != 2 || size.width < kLeastWidth ||
+      size.height < kLeastHeight || size.width > kMost || size.height > kMost)
+    cli::refuse_option("--size", text, "must be WxH, from 1280x720 to 8192x8192");
+  return size;
+}
+
+/// Options that only a simulated session has a use for.
+void check_simulated_only(const ConsoleOptions& o) {
+  const std::array<std::pair<const char*, bool>, 9> in_vain{{{"--scenario", o.scenario_given},
+                                                             {"--seed", o.seed_given},
+                                                             {"--delay-ms", o.session.delay_ms.has_value()},
+                                                             {"--jitter-ms", o.session.jitter_ms.has_value()},
+                                                             {"--loss", o.session.loss.has_value()},
+                                                             {"--demo", o.demo},
+                                                             {"--candump", !o.candump.empty()},
+                                                             {"--at", o.at_s.has_value()},
+                                                             {"--screenshot", !o.screenshot.empty()}}};
+  for (const auto& [option, given] : in_vain)
+    if (given) cli::refuse_option(option, "", "goes with --simulate");
+}
+
+void check_device(const ConsoleOptions& o) {
+  constexpr std::array<const char*, 4> kDevices{"keyboard", "gamepad", "hid", "usb"};
+  if (std::find(kDevices.begin(), kDevices.end(), o.device) == kDevices.end())
+    cli::refuse_option("--device", o.device, "must be keyboard, gamepad, hid or usb");
+  if (o.device != "hid" && o.device != "usb" && !o.serial.empty())
+    cli::refuse_option("--serial", o.serial, "goes with --device hid or usb");
+  if (o.demo && (o.device == "hid" || o.device == "usb"))
+    cli::refuse_option("--device", o.device, "has no part in --demo, where the scenario's own operator leads");
+}
+
+}  // namespace
+
+void add_options(CLI::App& c, ConsoleOptions& o) {
+  c.add_flag("--simulate", o.simulate, "A simulated machine, in real time");
+  c.add_option("--connect", o.connect, "Address and port of the machine's side, such as 192.0.2.7:5683 or [::1]:5683");
+  c.add_flag("--insecure", o.insecure, "Allow a link that is plain UDP");
+  c.add_option("--machine", o.session.machine, "Machine name or .toml file (default with --simulate: solar015)");
+  c.add_option("--device", o.device, "What leads: keyboard (and mouse), gamepad, or a haptic device by hid or usb")
+      ->capture_default_str();
+  c.add_option("--device-file", o.session.device,
+               "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
+  c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
+  c.add_option("--scenario", o.session.scenario, "World and start of the simulated session, by name or .toml file")
+      ->capture_default_str()
+      ->each([&o](const std::string& /*name*/) { o.scenario_given = true; });
+  c.add_option("--seed", o.session.seed, "Draws the simulated machine and all its noise")
+      ->capture_default_str()
+      ->check(CLI::Validator(cli::seed_error, "", "seed"))
+      ->each([&o](const std::string& /*seed*/) { o.seed_given = true; });
+  c.add_option("--delay-ms", o.session.delay_ms, "Simulated link, one way");
+  c.add_option("--jitter-ms", o.session.jitter_ms, "Likewise, half-width of its variation");
+  c.add_option("--loss", o.session.loss, "Likewise, share of the datagrams, 0 to 0.9");
+  c.add_flag("--demo", o.demo, "The scenario's own operator leads");
+  c.add_option("--candump", o.candump, "Write every frame of the simulated bus in candump log format");
+  c.add_option("--size", o.size, "Size of the window in pixels, WxH, from 1280x720 to 8192x8192")
+      ->capture_default_str();
+  c.add_option("--scale", o.scale,
+               "Size of all in it, 0.75 to 3, on top of the monitor's own scale; less where the window has no room")
+      ->capture_default_str();
+  c.add_flag("--light", o.light, "Light colours");
+  c.add_flag("--imperial", o.imperial, "Imperial units");
+  c.add_option("--screen", o.screen, "Begin on this one: operate, link, real-time, hydraulics, calibrate, events")
+      ->capture_default_str();
+  c.add_option("--at", o.at_s, "Begin the simulated session so many seconds late, at once");
+  c.add_option("--screenshot", o.screenshot, "Write the window's picture as PNG and end: at --at, or --duration later");
+  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when the window is closed)");
+  c.add_option("--json", o.json, "Write what the window cost (docs/console.md says what is in it)");
+}
+
+void check(const ConsoleOptions& o) {
+  if (o.simulate == !o.connect.empty()) throw InputError("console: give one of --simulate and --connect HOST:PORT");
+  if (!o.simulate) {
+    if (o.session.machine.empty())
+      throw InputError("--machine: is required with --connect, the same as on the machine's side");
+    programs::check_plain_link("--connect", o.connect, o.insecure);
+    check_simulated_only(o);
+  } else if (o.insecure) {
+    cli::refuse_option("--insecure", "", "goes with --connect");
+  }
+  check_device(o);
+  cli::check_range("--scale", o.scale, 0.75, 3, "");
+  cli::check_range("--duration", o.duration_s, 0.1, programs::kLongestRun_s, " s");
+  cli::check_range("--at", o.at_s, 0, 600, " s");
+  cli::check_range("--delay-ms", o.session.delay_ms, 0, 1000, " ms");
+  cli::check_range("--jitter-ms", o.session.jitter_ms, 0, 1000, " ms");
+  cli::check_range("--loss", o.session.loss, 0, 0.9, "");
+  (void)size_of(o.size);
+  (void)o.first_screen();
+  cli::Places places;
+  places.configuration("--machine", o.session.machine);
+  places.configuration("--device-file", o.session.device);
+  places.configuration("--scenario", o.session.scenario);
+  places.output("--candump", o.candump);
+  places.output("--screenshot", o.screenshot);
+  places.output("--json", o.json);
+}
+
+WindowOptions ConsoleOptions::window() const {
+  const Size asked = size_of(size);
+  return {.title = "Knuckle console",
+          .width = asked.width,
+          .height = asked.height,
+          .scale = static_cast<float>(scale),
+          .light = light,
+          .full_speed = false};
+}
+
+screens::Screen ConsoleOptions::first_screen() const {
+  const auto found = std::find(kScreens.begin(), kScreens.end(), screen);
+  if (found == kScreens.end())
+    cli::refuse_option("--screen", screen, "must be operate, link, real-time, hydraulics, calibrate or events");
+  return static_cast<screens::Screen>(found - kScreens.begin());
+}
+
+}  // namespace knuckle::console::window

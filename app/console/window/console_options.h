@@ -1,0 +1,34 @@
+// The options of `knuckle console`, checked before anything opens.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/console/screens/ui_state.h"
+#include "app/console/window/window.h"
+#include "app/session/options.h"
+
+namespace CLI {
+class App;
+}
+
+namespace knuckle::console::window {
+
+struct ConsoleOptions {
+  bool simulate = false, insecure = false, demo = false, light = false, imperial = false;
+  bool scenario_given = false, seed_given = false;
+  session::SimulateOptions session;  ///< Machine and haptic device's file count with --connect, too.
+  std::string connect, device = "keyboard", serial, candump;
+  std::optional<double> duration_s, at_s;
+  double scale = 1;
+  std::string size = "1280x800", screen = "operate", screenshot, json;
+
+  [[nodiscard]] WindowOptions window() const;
+  [[nodiscard]] screens::Screen first_screen() const;
+};
+
+void add_options(CLI::App& command, ConsoleOptions& options);
+/// @throws InputError, one line.
+void check(const ConsoleOptions& options);
+
+}  // namespace knuckle::console::window

@@ -1,0 +1,150 @@
+#include "app/console/window/console_program.h"
+
+#include <malloc.h>
+
+#include <chrono>
+#include <ctime>
+
+#include "core/error.h"
+
+namespace knuckle::console::window {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+double thread_cpu_s() {
+  std::timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+std::int64_t heap_bytes() {
+  return static_cast<std::int64_t>(mallinfo2().uordblks);
+}
+
+void take_events(ConsoleHost& host, EventBook& events) {
+  ConsoleEvent event;
+  while (host.next(event)) events.add(event);
+  const ConsoleView& view = host.view();
+  events.note_lost(view.now, view.run, host.events_lost());
+}
+
+/// Tells once that the log of the bus has holes. @param told whether it was.
+void watch_log(ConsoleHost& host, EventBook& events, bool& told) {
+  if (told || host.frames_lost() == 0) return;
+  told = true;
+  const ConsoleView& view = host.view();
+  events.add(view.now, view.run, Severity::kWarning, "frames_lost",
+             "the candump log has holes from here on: the window was too slow to write it");
+}
+
+/// Begins the session anew with what was chosen since; what cannot be is an event, and the session goes on as it was.
+void begin_anew(ConsoleWindow& window, ConsoleHost& host, EventBook& events, const ConsoleRun& run,
+                std::uint32_t resets) {
+  const screens::SimulationChoice& choice = window.state().simulation;
+  try {
+    host.choose(next_session(*run.simulated, choice, window.facts()),
+                choice.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson);
+    window.show_world(host.session()->scenario.world);
+    show_session(window.state(), host);
+  } catch (const InputError& error) {
+    events.add(host.view().now, host.view().run, Severity::kWarning, "session", error.what());
+    window.state().reset_count = resets;
+  }
+}
+
+void skip(ConsoleWindow& window, ConsoleHost& host, EventBook& events, double to_s) {
+  for (double at_s = 0; at_s < to_s;) {
+    at_s = std::min(to_s, at_s + widgets::History::kStep_s);
+    host.skip_to(at_s);
+    window.watch(host.view());
+    take_events(host, events);
+  }
+}
+
+}  // namespace
+
+session::SimulateOptions next_session(const session::SimulateOptions& asked, const screens::SimulationChoice& choice,
+                                      const screens::ConsoleFacts& facts) {
+  session::SimulateOptions options = asked;
+  options.scenario = facts.scenarios[static_cast<std::size_t>(choice.scenario)];
+  if (!choice.link_chosen) return options;
+  options.delay_ms = static_cast<double>(choice.delay_ms);
+  options.jitter_ms = static_cast<double>(choice.jitter_ms);
+  options.loss = static_cast<double>(choice.loss_percent) / 100;
+  return options;
+}
+
+void show_session(screens::UiState& state, const ConsoleHost& host) {
+  const session::SessionSetup& session = *host.session();
+  screens::SimulationChoice& choice = state.simulation;
+  choice.delay_ms = static_cast<float>(to_seconds(session.to_machine.delay) * 1e3);
+  choice.jitter_ms = static_cast<float>(to_seconds(session.to_machine.jitter) * 1e3);
+  choice.loss_percent = static_cast<float>(session.to_machine.loss * 100);
+  if (choice.scenario != state.running.scenario) {
+    state.assist = session.scenario.assist;
+    if (state.assist.force_limit_N > 0) state.assist_limit_N = static_cast<float>(state.assist.force_limit_N);
+  }
+  state.running = choice;
+}
+
+ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const ConsoleRun& run) {
+  constexpr double kWarmUp_s = 1;  // textures, shaders and buffers find their sizes
+  EventBook events;
+  ConsoleOutcome outcome;
+  if (host.session()) window.show_world(host.session()->scenario.world);
+  skip(window, host, events, run.skip_to_s);
+  const bool picture_only = !run.screenshot.empty() && run.duration_s <= 0;
+  if (!picture_only) host.begin();
+  const Clock::time_point begin = Clock::now();
+  const double cpu_before_s = thread_cpu_s();
+  std::int64_t heap_before = heap_bytes();
+  bool warm = false, gamepad_there = true, holes_told = false;
+  std::uint32_t resets = window.state().reset_count;
+  constexpr std::uint64_t kSettled = 3;  // ImGui lays some things out by the frame before
+  for (bool last = false; !last && !window.closing() && run.keep_on();) {
+    last = picture_only ? outcome.frames + 1 >= kSettled : since(begin) >= run.duration_s;
+    take_events(host, events);
+    watch_log(host, events, holes_told);
+    const Time looked_at = host.now();  // at what is held, and no later
+    const ConsoleView& view = host.view();
+    const LoopHealth& health = host.health();
+    if (window.facts().hand == screens::HandSource::kGamepad) {
+      const std::optional<GamepadState> gamepad = window.window().gamepad();
+      window.take_gamepad(gamepad);
+      if (gamepad.has_value() != gamepad_there)
+        events.add(view.now, view.run, gamepad ? Severity::kInfo : Severity::kWarning, "gamepad",
+                   gamepad ? "gamepad is there again: press enable and let go of it, then press it again"
+                           : "gamepad is gone: plug it in");
+      gamepad_there = gamepad.has_value();
+    }
+    window.frame(view, health, events, picture_only ? 0 : host.view_age_s());
+    if (last && warm) outcome.heap_growth_bytes = heap_bytes() - heap_before;
+    if (last && !run.screenshot.empty()) window.write_png(run.screenshot);
+    if (!picture_only) {  // before the frame is shown, which may take its time
+      if (run.simulated && window.state().reset_count != resets) begin_anew(window, host, events, run, resets);
+      resets = window.state().reset_count;
+      host.put(window.input(looked_at));
+    }
+    window.show();
+    ++outcome.frames;
+    if (!warm && since(begin) > kWarmUp_s) {
+      warm = true;
+      heap_before = heap_bytes();
+    }
+  }
+  outcome.ran_s = since(begin);
+  outcome.ui_cpu_share = (thread_cpu_s() - cpu_before_s) / std::max(outcome.ran_s, 1e-9);
+  outcome.simulated_s = host.view().simulated_s;
+  outcome.mode = name(host.view().machine.mode);
+  host.stop();
+  outcome.events_lost = host.events_lost();
+  outcome.frames_lost = host.frames_lost();
+  return outcome;
+}
+
+}  // namespace knuckle::console::window

@@ -1,0 +1,194 @@
+#include "app/console/window/console_window.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/console/screens/screens.h"
+
+namespace knuckle::console::window {
+namespace {
+
+constexpr int kControl = 2;  // GLFW_MOD_CONTROL
+constexpr float kScaleStep = 1.1F;
+
+/// While text is typed, only these keys act on the console.
+bool acts_in_text(KeyAction action) {
+  return action == KeyAction::kStop || action == KeyAction::kReleaseStop ||
+         (action >= KeyAction::kOperate && action <= KeyAction::kEvents) || action == KeyAction::kFullScreen;
+}
+
+}  // namespace
+
+ConsoleWindow::ConsoleWindow(const WindowOptions& options, screens::ConsoleFacts facts)
+    : facts_(std::move(facts)),
+      window_(options),
+      kinematics_(facts_.machine),
+      payload_(0.05 * facts_.machine.payload_full_scale_kg),
+      machine_(facts_.machine) {
+  state_.light = options.light;
+  calibration_.plan.machine = facts_.machine.source;
+  calibration_.plan.target = facts_.machine.name + "_calibrated.toml";
+  calibration_.plan.seed = facts_.seed;
+}
+
+void ConsoleWindow::watch(const ConsoleView& view) {
+  if (view.simulated_s < drawn_s_) payload_.clear();
+  drawn_s_ = view.simulated_s;
+  const bool heard = !screens::measured_freshness(view).stale();
+  history_.watch(view, kinematics_, heard, !screens::status_freshness(view).stale());
+  machine_.watch(view);
+  if (heard) payload_.watch(view.machine, view.now);
+}
+
+void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
+  window_.begin_frame();
+  take_keys();
+  watch(view);
+  calibration_.update();
+  if (state_.stop) calibration_.cancel();
+  const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  const widgets::Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_};
+  screens::open_canvas();
+  const std::optional<widgets::Area> picture =
+      screens::draw_console(ui, {facts_, kinematics_, view, loop, history_, payload_, events, calibration_}, state_);
+  const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
+  // The tip of the machine that is being commissioned cannot be pulled.
+  const bool no_mouse = !picture || (commissioned && state_.side_view);
+  machine_.take_mouse(no_mouse ? widgets::Area{} : *picture, state_.side_view, view);
+  ImGui::End();
+  window_.clear();
+  const bool stale = ui.loop_silent() || screens::measured_freshness(view).after(view_age_s).stale();
+  if (commissioned)
+    machine_.draw(*picture, state_.side_view, state_.light, calibration_.job()->pose_rad());
+  else if (picture)
+    machine_.draw(*picture, state_.side_view, state_.light, stale, view);
+  window_.draw_widgets();
+}
+
+void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
+  gamepad_ = {};
+  if (!state) {
+    pad_enable_was_up_ = false;
+    pad_came_back_ = true;
+    return;
+  }
+  const GamepadHand read = hand_from_gamepad(*state);
+  // A gamepad that has come back says of every button that it is up, until it reports what is held.
+  if (read.hand.enable) pad_came_back_ = false;
+  pad_enable_was_up_ |= !read.hand.enable && !pad_came_back_;
+  gamepad_ = read.hand;
+  gamepad_.enable = read.hand.enable && pad_enable_was_up_;
+  if (read.stop) state_.stop = true;
+}
+
+void ConsoleWindow::take_keys() {
+  const bool enable = window_.key_down(key::kLeftShift) || window_.key_down(key::kRightShift);
+  state_.typing = ImGui::GetIO().WantTextInput;
+  keys_enable_was_up_ = !state_.typing && (keys_enable_was_up_ || !enable);
+  state_.enable_ignored = enable && !keys_enable_was_up_;
+  for (const KeyPress& press : window_.key_presses()) {
+    const bool control = (press.modifiers & kControl) != 0;
+    const auto binding = std::find_if(kKeys.begin(), kKeys.end(), [&](const KeyBinding& b) {
+      return !b.held && b.key == press.key && (b.control == control || b.action == KeyAction::kStop);
+    });
+    if (binding == kKeys.end()) continue;
+    if (ImGui::GetIO().WantTextInput && !acts_in_text(binding->action)) continue;
+    act(binding->action);
+  }
+}
+
+void ConsoleWindow::act(KeyAction action) {
+  switch (action) {
+    case KeyAction::kStop:
+      state_.stop = true;
+      return;
+    case KeyAction::kReleaseStop:
+      state_.stop = false;
+      return;
+    case KeyAction::kOperate:
+    case KeyAction::kLink:
+    case KeyAction::kRealTime:
+    case KeyAction::kHydraulics:
+    case KeyAction::kCalibrate:
+    case KeyAction::kEvents:
+      state_.screen = static_cast<screens::Screen>(static_cast<int>(action) - static_cast<int>(KeyAction::kOperate));
+      state_.help = false;
+      return;
+    case KeyAction::kPause:
+      state_.paused = !state_.paused;
+      return;
+    case KeyAction::kReset:
+      ++state_.reset_count;
+      return;
+    case KeyAction::kView:
+      state_.side_view = !state_.side_view;
+      return;
+    case KeyAction::kTheme:
+      state_.light = !state_.light;
+      window_.set_light(state_.light);
+      return;
+    case KeyAction::kUnits:
+      state_.units =
+          state_.units == widgets::UnitSystem::kMetric ? widgets::UnitSystem::kImperial : widgets::UnitSystem::kMetric;
+      return;
+    case KeyAction::kFullScreen:
+      window_.toggle_full_screen();
+      return;
+    case KeyAction::kLarger:
+      window_.set_scale(window_.scale() * kScaleStep);
+      return;
+    case KeyAction::kSmaller:
+      window_.set_scale(window_.scale() / kScaleStep);
+      return;
+    case KeyAction::kHelp:
+      state_.help = !state_.help;
+      return;
+    case KeyAction::kEnable:
+    case KeyAction::kClutch:
+    case KeyAction::kSlow:
+    case KeyAction::kBoomUp:
+    case KeyAction::kBoomDown:
+    case KeyAction::kArmOut:
+    case KeyAction::kArmIn:
+    case KeyAction::kBucketOut:
+    case KeyAction::kBucketIn:
+      return;  // held, not pressed
+  }
+}
+
+HeldKeys ConsoleWindow::held_keys() const {
+  HeldKeys held;
+  if (ImGui::GetIO().WantTextInput) return held;
+  for (const KeyBinding& b : kKeys) {
+    if (!b.held || !window_.key_down(b.key)) continue;
+    if (b.action == KeyAction::kEnable) held.enable = keys_enable_was_up_;
+    if (b.action == KeyAction::kClutch) held.clutch = true;
+    if (b.action == KeyAction::kSlow) held.slow = true;
+    if (b.action == KeyAction::kBoomUp) held.boom_up = true;
+    if (b.action == KeyAction::kBoomDown) held.boom_down = true;
+    if (b.action == KeyAction::kArmOut) held.arm_out = true;
+    if (b.action == KeyAction::kArmIn) held.arm_in = true;
+    if (b.action == KeyAction::kBucketOut) held.bucket_out = true;
+    if (b.action == KeyAction::kBucketIn) held.bucket_in = true;
+  }
+  return held;
+}
+
+ConsoleInput ConsoleWindow::input(Time now) const {
+  ConsoleInput input;
+  input.at = now;
+  input.attended = window_.attended();
+  input.hand = together(together(hand_from_keys(held_keys()), machine_.pulled()), gamepad_);
+  input.stop = state_.stop;
+  if (state_.scales_chosen) {
+    input.position_scale = static_cast<double>(state_.position_scale);
+    input.force_scale = 1 / static_cast<double>(state_.force_scale);
+  }
+  input.assist = state_.assist;
+  input.paused = state_.paused;
+  input.reset_count = state_.reset_count;
+  return input;
+}
+
+}  // namespace knuckle::console::window

@@ -1,0 +1,69 @@
+// The console's window as a whole: takes keys in, draws the screens, says what the person asks for.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "app/console/event_book.h"
+#include "app/console/hand_input.h"
+#include "app/console/keys.h"
+#include "app/console/picture/machine_panel.h"
+#include "app/console/screens/calibrate_panel.h"
+#include "app/console/screens/console_data.h"
+#include "app/console/screens/ui_state.h"
+#include "app/console/window/window.h"
+
+namespace knuckle::console::window {
+
+class ConsoleWindow {
+ public:
+  /// @throws InputError as Window does.
+  ConsoleWindow(const WindowOptions& options, screens::ConsoleFacts facts);
+
+  [[nodiscard]] bool closing() const { return window_.closing(); }
+  /// The gamepad that leads, as in the newest frame: none, and nothing of it is held.
+  void take_gamepad(const std::optional<GamepadState>& state);
+  /// The world of the simulated session on screen.
+  void show_world(const sim::WorldDescription& world) { machine_.begin(world); }
+  /// Takes a view into histories and totals without drawing it.
+  void watch(const ConsoleView& view);
+  /// The same, and one frame of it, yet to be shown. @param view_age_s since the loops last put a view.
+  void frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
+  /// Shows the frame drawn and waits until the next is due.
+  void show() { window_.end_frame(); }
+  /// What the person asks for now. @param now of the loops' clock.
+  [[nodiscard]] ConsoleInput input(Time now) const;
+  /// The frame drawn last, as PNG. @throws InputError where the file cannot be written.
+  void write_png(const std::string& path) const { window_.write_png(path); }
+
+  [[nodiscard]] const screens::ConsoleFacts& facts() const noexcept { return facts_; }
+  [[nodiscard]] screens::UiState& state() noexcept { return state_; }
+  [[nodiscard]] screens::CalibrationPanel& calibration() noexcept { return calibration_; }
+  [[nodiscard]] Window& window() noexcept { return window_; }
+  /// Nothing flashes: for pictures.
+  void hold_steady() noexcept { steady_ = true; }
+
+ private:
+  void take_keys();
+  void act(KeyAction action);
+  [[nodiscard]] HeldKeys held_keys() const;
+
+  screens::ConsoleFacts facts_;
+  Window window_;
+  screens::UiState state_;
+  Kinematics kinematics_;
+  widgets::History history_;
+  screens::PayloadTotal payload_;
+  picture::MachinePanel machine_;
+  HandInput gamepad_;
+  /// A finger that stayed on enable while its gamepad was gone, or while text was typed, has not pressed it.
+  bool keys_enable_was_up_ = false, pad_enable_was_up_ = false;
+  bool pad_came_back_ = false;  ///< And its bumper was not down since.
+  screens::CalibrationPanel calibration_;
+  bool steady_ = false;
+  double drawn_s_ = 0;  ///< Time of the session drawn last.
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace knuckle::console::window

@@ -1,0 +1,218 @@
+#include "app/console/window/window.h"
+
+#include <epoxy/gl.h>
+// After epoxy, which is to be the only one that declares OpenGL.
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "app/console/keys.h"
+#include "app/console/window/png_file.h"
+#include "core/error.h"
+
+namespace knuckle::console::window {
+namespace {
+
+constexpr std::chrono::nanoseconds kFramePeriod{16'666'667};
+
+/// What GLFW said last, on one line.
+std::string last_error() {
+  const char* text = nullptr;
+  glfwGetError(&text);
+  std::string line = text != nullptr ? text : "no reason given";
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  return line;
+}
+
+}  // namespace
+
+Window::Window(const WindowOptions& options) : scale_(options.scale), full_speed_(options.full_speed) {
+  presses_.reserve(64);
+  arriving_.reserve(64);
+  if (glfwInit() == GLFW_FALSE)
+    throw InputError("no display: " + last_error() + " (is DISPLAY or WAYLAND_DISPLAY set?)");
+  try {
+    open(options);
+    start_widgets();
+    set_light(options.light);
+  } catch (...) {
+    glfwTerminate();
+    throw;
+  }
+  next_frame_ = std::chrono::steady_clock::now();
+}
+
+void Window::open(const WindowOptions& options) {
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  // No multisampling: the picture smooths its own lines, and where the processor draws it would halve the frames.
+  glfwWindowHint(GLFW_SAMPLES, 0);
+  glfwWindowHint(GLFW_FOCUS_ON_SHOW, GLFW_TRUE);
+  window_ = glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
+  if (window_ == nullptr) throw InputError("OpenGL 3.3 is missing: " + last_error());
+  glfwMakeContextCurrent(window_);
+  if (epoxy_gl_version() < 33)
+    throw InputError("OpenGL 3.3 is missing: this display has " + std::to_string(epoxy_gl_version() / 10) + "." +
+                     std::to_string(epoxy_gl_version() % 10));
+  glfwSwapInterval(full_speed_ ? 0 : 1);
+  glfwSetWindowSizeLimits(window_, 960, 600, GLFW_DONT_CARE, GLFW_DONT_CARE);
+  glfwSetWindowUserPointer(window_, this);
+  grab_.watch(window_);
+  glfwSetKeyCallback(window_, on_key);  // ImGui's own comes after and calls this one
+}
+
+void Window::start_widgets() {
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;  // nothing is remembered behind the person's back
+  io.ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
+  ImGui_ImplGlfw_InitForOpenGL(window_, true);
+  ImGui_ImplOpenGL3_Init("#version 330");
+  io.KeyMap[ImGuiKey_Space] = GLFW_KEY_ENTER;  // Enter activates: Space is Stop, and nothing else
+  widgets_started_ = true;
+}
+
+Window::~Window() {
+  if (widgets_started_) {
+    ImGui_ImplOpenGL3_Shutdown();
+    ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+  }
+  glfwDestroyWindow(window_);
+  glfwTerminate();
+}
+
+void Window::on_key(GLFWwindow* window, int key, int /*scancode*/, int action, int modifiers) {
+  auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
+  if (action != GLFW_PRESS) return;  // a key that repeats must not take the place of one that is pressed
+  if (self->arriving_.size() < self->arriving_.capacity())
+    self->arriving_.push_back({key, modifiers});
+  else if (key == key::kSpace)
+    self->arriving_.back() = {key, modifiers};  // Stop is never the one too many
+}
+
+bool Window::closing() const {
+  return glfwWindowShouldClose(window_) != 0;
+}
+
+bool Window::attended() const {
+  return !grabbed_ && glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE &&
+         glfwGetWindowAttrib(window_, GLFW_ICONIFIED) == GLFW_FALSE;
+}
+
+void Window::begin_frame() {
+  glfwPollEvents();
+  presses_.swap(arriving_);
+  arriving_.clear();
+  grabbed_ = grab_.grabbed();
+  float x = 1, y = 1;
+  glfwGetWindowContentScale(window_, &x, &y);
+  // Never larger than what leaves the layout its least room.
+  const auto [width, height] = framebuffer_size();
+  const float most = std::min(static_cast<float>(width) / 1280.F, static_cast<float>(height) / 720.F);
+  const float wanted = std::clamp(std::max(x, y) * scale_, 0.75F, std::clamp(most, 0.75F, 4.F));
+  if (wanted != theme_.scale || theme_.fonts.body == nullptr) {
+    theme_.scale = wanted;
+    rebuild_fonts();
+  }
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+}
+
+void Window::rebuild_fonts() {
+  ImGuiIO& io = ImGui::GetIO();
+  theme_.fonts = font_files_.build(*io.Fonts, theme_.scale);
+  ImGui_ImplOpenGL3_DestroyFontsTexture();
+  ImGui_ImplOpenGL3_CreateFontsTexture();
+  io.FontDefault = theme_.fonts.body;
+  widgets::apply_style(theme_);
+}
+
+void Window::clear() {
+  const auto [width, height] = framebuffer_size();
+  const ImVec4 c = ImGui::ColorConvertU32ToFloat4(theme_.colours.background);
+  glViewport(0, 0, width, height);
+  glClearColor(c.x, c.y, c.z, 1);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+void Window::draw_widgets() {
+  ImGui::Render();
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+void Window::end_frame() {
+  glfwSwapBuffers(window_);
+  if (full_speed_) return;
+  // Where the display does not set the pace, or a faster one than is of use.
+  const auto now = std::chrono::steady_clock::now();
+  next_frame_ += kFramePeriod;
+  if (next_frame_ < now)
+    next_frame_ = now;
+  else
+    std::this_thread::sleep_until(next_frame_);
+}
+
+void Window::write_png(const std::string& path) const {
+  const auto [width, height] = framebuffer_size();
+  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, pixels.data());
+  write_png_file(path, width, height, pixels);
+}
+
+void Window::set_light(bool light) {
+  theme_.light = light;
+  theme_.colours = light ? widgets::light_palette() : widgets::dark_palette();
+  if (theme_.fonts.body != nullptr) widgets::apply_style(theme_);
+}
+
+void Window::toggle_full_screen() {
+  auto& [x, y, width, height] = windowed_;
+  if (glfwGetWindowMonitor(window_) != nullptr) {
+    glfwSetWindowMonitor(window_, nullptr, x, y, width, height, GLFW_DONT_CARE);
+    return;
+  }
+  GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+  const GLFWvidmode* mode = monitor != nullptr ? glfwGetVideoMode(monitor) : nullptr;
+  if (mode == nullptr) return;
+  glfwGetWindowPos(window_, &x, &y);
+  glfwGetWindowSize(window_, &width, &height);
+  glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
+bool Window::key_down(int key) const {
+  return glfwGetKey(window_, key) == GLFW_PRESS;
+}
+
+std::optional<GamepadState> Window::gamepad() {
+  for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id) {
+    GLFWgamepadstate read;
+    if (glfwJoystickIsGamepad(id) == 0 || glfwGetGamepadState(id, &read) == 0) continue;
+    // GLFW forgets the pointer of a gamepad that is gone.
+    const bool another = pad_ >= 0 && (pad_ != id || glfwGetJoystickUserPointer(id) != this);
+    pad_ = id;
+    glfwSetJoystickUserPointer(id, this);
+    if (another) return std::nullopt;
+    GamepadState state;
+    std::copy(std::begin(read.buttons), std::end(read.buttons), state.buttons.begin());
+    std::copy(std::begin(read.axes), std::end(read.axes), state.axes.begin());
+    return state;
+  }
+  pad_ = -1;
+  return std::nullopt;
+}
+
+std::array<int, 2> Window::framebuffer_size() const {
+  std::array<int, 2> size{};
+  glfwGetFramebufferSize(window_, size.data(), &size[1]);
+  return size;
+}
+
+}  // namespace knuckle::console::window

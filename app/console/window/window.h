@@ -1,0 +1,89 @@
+// One window with an OpenGL 3.3 context and Dear ImGui in it: opening, frames at a steady rate, keys, closing. The
+// only file that knows GLFW's loop.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/console/hand_input.h"
+#include "app/console/widgets/fonts.h"
+#include "app/console/widgets/theme.h"
+#include "app/console/window/grab_watch.h"
+
+struct GLFWwindow;
+
+namespace knuckle::console::window {
+
+struct WindowOptions {
+  std::string title = "Knuckle";
+  int width = 1280, height = 800;
+  float scale = 1;  ///< The person's; multiplies the monitor's.
+  bool light = false;
+  bool full_speed = false;  ///< No cap: for measuring.
+};
+
+/// A key that went down since the frame before; a tap shorter than a frame is not lost.
+struct KeyPress {
+  int key = 0;  ///< GLFW_KEY_...
+  int modifiers = 0;
+};
+
+class Window {
+ public:
+  /// @throws InputError, one line, where there is no display, no OpenGL 3.3 or no font.
+  explicit Window(const WindowOptions& options);
+  ~Window();
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+
+  [[nodiscard]] bool closing() const;
+  /// It has the keyboard, which nobody has grabbed, and is not iconified.
+  [[nodiscard]] bool attended() const;
+  /// Takes events in and opens ImGui's frame.
+  void begin_frame();
+  /// Clears the framebuffer; what is drawn between this and end_frame() lies under ImGui's widgets.
+  void clear();
+  /// Draws ImGui's widgets.
+  void draw_widgets();
+  /// Shows the frame and waits until the next is due.
+  void end_frame();
+  /// What has been drawn since clear(), as PNG. @throws InputError where the file cannot be written.
+  void write_png(const std::string& path) const;
+
+  [[nodiscard]] const widgets::Theme& theme() const noexcept { return theme_; }
+  void set_light(bool light);
+  /// Takes effect with the next frame.
+  void set_scale(float scale) noexcept { scale_ = scale; }
+  [[nodiscard]] float scale() const noexcept { return scale_; }
+  void toggle_full_screen();
+
+  [[nodiscard]] const std::vector<KeyPress>& key_presses() const noexcept { return presses_; }
+  [[nodiscard]] bool key_down(int key) const;
+  /// The first one there is; none for once when it is another one than before.
+  [[nodiscard]] std::optional<GamepadState> gamepad();
+  [[nodiscard]] std::array<int, 2> framebuffer_size() const;
+  [[nodiscard]] GLFWwindow* handle() const noexcept { return window_; }
+
+ private:
+  static void on_key(GLFWwindow* window, int key, int scancode, int action, int modifiers);
+  void open(const WindowOptions& options);
+  void start_widgets();
+  void rebuild_fonts();
+
+  GLFWwindow* window_ = nullptr;
+  GrabWatch grab_;
+  widgets::FontFiles font_files_;
+  widgets::Theme theme_;
+  float scale_ = 1;
+  bool widgets_started_ = false, full_speed_ = false, grabbed_ = false;
+  int pad_ = -1;
+  std::vector<KeyPress> presses_, arriving_;
+  std::chrono::steady_clock::time_point next_frame_;
+  std::array<int, 4> windowed_{};  ///< Place and size before full screen.
+};
+
+}  // namespace knuckle::console::window

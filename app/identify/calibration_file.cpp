@@ -1,0 +1,176 @@
+#include "app/identify/calibration_file.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "core/error.h"
+#include "machine/load.h"
+
+namespace knuckle::identify {
+namespace {
+
+constexpr double kMilli = 1e-3, kLitrePerMinute = 1e-3 / 60;
+constexpr const char* kOpening = "# Written by knuckle identify; what stands above is the machine's drawing.";
+
+/// Shortest digits that give the same number again.
+std::string digits(double value) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  std::string result(text.data(), end);
+  return result.find_first_not_of("-0123456789") == std::string::npos ? result + ".0" : result;
+}
+
+/// For comments.
+std::string rounded(double value) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.2g", value);
+  return text.data();
+}
+
+template <typename Vector>
+std::string array(const Vector& values, double unit = 1) {
+  std::string text = "[";
+  for (Eigen::Index i = 0; i < values.size(); ++i) text += (i > 0 ? ", " : "") + digits(values[i] / unit);
+  return text + "]";
+}
+
+/// A TOML string in quotes.
+std::string quoted(const std::string& value) {
+  std::string text = "\"";
+  for (const char c : value) {
+    if (c == '"' || c == '\\') text += '\\';
+    text += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+  }
+  return text + "\"";
+}
+
+void write_provenance(std::ostream& out, const CalibrationProvenance& from) {
+  out << "[calibration]\nmethod = " << quoted(from.method) << "\ndate = " << quoted(from.date)
+      << "\ndata_source = " << quoted(from.data_source) << "\ndata_sha256 = " << quoted(from.data_sha256)
+      << "\nprogram = " << quoted(from.program) << '\n';
+}
+
+void write_dynamics(std::ostream& out, const DynamicsCalibration& dynamics) {
+  const CalibrationVector sigma = dynamics.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const auto three = [&](const char* key, int first) {
+    out << key << " = " << array(dynamics.parameters.segment<kJoints>(first)) << "  # sigma " << rounded(sigma[first])
+        << ", " << rounded(sigma[first + 1]) << ", " << rounded(sigma[first + 2]) << '\n';
+  };
+  out << "\n[calibration.dynamics]         # base parameters: boom, arm, bucket; later links' masses included\n";
+  three("inertia_kgm2", 0);
+  three("moment_x_kgm", kJoints);
+  three("moment_z_kgm", 2 * kJoints);
+  out << "residual_rms_Nm = " << array(dynamics.residual_rms_Nm)
+      << "  # joint torque left over on held-out motion, to 2 Hz\n";
+  out << "# Of the parameters in this order: three of each line above, then of each cylinder coulomb_extend_N,\n"
+         "# coulomb_retract_N, viscous_Ns_per_m (SI, not kNs), breakaway_N, load_share.\n"
+         "covariance_SI = [\n";
+  for (int i = 0; i < kCalibrationCount; ++i) {
+    const std::string row = array(dynamics.covariance.row(i));
+    out << "  " << row.substr(1, row.size() - 2) << ",\n";
+  }
+  out << "]\n";
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const FrictionCalibration friction = dynamics.friction(joint);
+    const auto line = [&](const char* key, double value, double unit, FrictionIndex which) {
+      out << key << " = " << digits(value / unit) << "  # sigma " << rounded(sigma[friction_index(joint, which)] / unit)
+          << '\n';
+    };
+    out << "[calibration.dynamics.friction." << kJointNames[static_cast<std::size_t>(joint)] << "]\n";
+    line("coulomb_extend_N", friction.coulomb_extend_N, 1, kCoulombExtend);
+    line("coulomb_retract_N", friction.coulomb_retract_N, 1, kCoulombRetract);
+    line("viscous_kNs_per_m", friction.viscous_Ns_per_m, 1e3, kViscous);
+    line("breakaway_N", friction.breakaway_N, 1, kBreakaway);
+    line("load_share", friction.load_share, 1, kLoadShare);
+    out << "stribeck_mmps = " << digits(friction.stribeck_mps / kMilli) << '\n';
+  }
+}
+
+void write_geometry(std::ostream& out, const GeometryCalibration& geometry) {
+  out << "\n[calibration.geometry]         # in place of links, mounts and linkage above\n"
+      << "length_m = " << array(geometry.length_m) << "\nboom_parent_pin_m = " << array(geometry.boom_parent_pin_m)
+      << "\nboom_child_pin_m = " << array(geometry.boom_child_pin_m)
+      << "\narm_parent_pin_m = " << array(geometry.arm_parent_pin_m)
+      << "\narm_child_pin_m = " << array(geometry.arm_child_pin_m)
+      << "\nbucket_cylinder_pin_m = " << array(geometry.cylinder_pin_m)
+      << "\nbucket_rocker_pin_m = " << array(geometry.rocker_pin_m)
+      << "\nbucket_pin_m = " << array(geometry.bucket_pin_m)
+      << "\nrocker_length_m = " << digits(geometry.rocker_length_m)
+      << "\ncoupler_length_m = " << digits(geometry.coupler_length_m)
+      << "\nencoder_offset_mm = " << array(geometry.encoder_offset_m, kMilli) << "  # reading minus true length\n"
+      << "tip_rms_mm = " << digits(geometry.tip_rms_m / kMilli) << "  # of held-out poses\n";
+}
+
+void write_valves(std::ostream& out, const PerJoint<ValveCalibration>& valves) {
+  out << '\n';
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    const ValveCalibration& valve = valves[joint];
+    out << "[calibration.valves." << kJointNames[joint] << "]\ndead_band_extend = " << digits(valve.dead_band_extend)
+        << "\ndead_band_retract = " << digits(valve.dead_band_retract)
+        << "\ndelay_ms = " << digits(valve.delay_s / kMilli)
+        << "\nnominal_flow_Lpm = " << digits(valve.nominal_flow_m3ps / kLitrePerMinute) << '\n';
+  }
+}
+
+/// Whether a line opens a table, and if so whether it is one of the calibration's.
+enum class Line { kOther, kTable, kCalibrationTable };
+Line kind_of(std::string_view line) {
+  const std::size_t bracket = line.find_first_not_of(" \t");
+  if (bracket == std::string_view::npos || line[bracket] != '[') return Line::kOther;
+  const std::size_t begin = line.find_first_not_of(" \t[", bracket);
+  if (begin == std::string_view::npos) return Line::kOther;
+  const std::string_view name = line.substr(begin);
+  constexpr std::string_view kName = "calibration";
+  const bool ours = name.starts_with(kName) && name.find_first_of(" \t.]", kName.size()) == kName.size();
+  return ours ? Line::kCalibrationTable : Line::kTable;
+}
+
+/// The file without its calibration tables and the line that opened them.
+std::string without_calibration(std::string_view text) {
+  std::istringstream lines{std::string(text)};
+  std::string kept, line;
+  bool ours = false;
+  while (std::getline(lines, line)) {
+    if (const Line kind = kind_of(line); kind != Line::kOther) ours = kind == Line::kCalibrationTable;
+    if (!ours && line.rfind(kOpening, 0) != 0) kept += line + '\n';
+  }
+  const std::size_t end = kept.find_last_not_of("\n\r \t");
+  return kept.substr(0, end == std::string::npos ? 0 : end + 1) + '\n';
+}
+
+}  // namespace
+
+std::string calibrated_machine_text(std::string_view machine_file, const MachineDescription& machine) {
+  std::ostringstream out;
+  out << without_calibration(machine_file) << '\n' << kOpening << '\n';
+  write_provenance(out, machine.calibration_provenance.value());
+  if (machine.dynamics_calibration) write_dynamics(out, *machine.dynamics_calibration);
+  if (machine.geometry_calibration) write_geometry(out, *machine.geometry_calibration);
+  if (machine.valve_calibration) write_valves(out, *machine.valve_calibration);
+  (void)parse_machine(out.str(), "calibrated " + machine.source);
+  return out.str();
+}
+
+std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target) {
+  cli::OutputFile file("--out", target);
+  return write_calibrated_machine(machine, target, file);
+}
+
+std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target,
+                                     cli::OutputFile& file) {
+  std::ifstream source(machine.source, std::ios::binary);
+  if (!source) throw InputError(machine.source + ": cannot be read");
+  const std::string text = calibrated_machine_text({std::string(std::istreambuf_iterator<char>(source), {})}, machine);
+  file.stream() << text;
+  const std::string kept = cli::keep_older(target);
+  file.commit();
+  return kept;
+}
+
+}  // namespace knuckle::identify

@@ -1,0 +1,26 @@
+// A calibrated machine file: the machine file as it was, comments and all, with what was found out behind it.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "app/cli/output_file.h"
+#include "machine/description.h"
+
+namespace knuckle::identify {
+
+/// @param machine_file text of a machine file; [calibration] tables of an earlier calibration are left out.
+/// @param machine its provenance and whichever other calibrations it has are written. Numbers keep all their digits.
+/// @throws InputError where the result, read back, is refused: a calibration that no machine can have.
+[[nodiscard]] std::string calibrated_machine_text(std::string_view machine_file, const MachineDescription& machine);
+
+/// Writes it to `target` from machine.source. A file already there is kept: FILE.toml as FILE.N.toml, the next free
+/// number. At any moment `target` is the old file or the new one, whole.
+/// @return where the old one was kept; empty if there was none.
+/// @throws InputError naming the file that cannot be read or written.
+std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target);
+/// The same into a file opened before, so that a bad place is known before the work is done.
+std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target,
+                                     cli::OutputFile& file);
+
+}  // namespace knuckle::identify

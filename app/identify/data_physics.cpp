@@ -1,0 +1,240 @@
+#include "app/identify/data_physics.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+
+#include "estimation/regressor.h"
+#include "machine/kinematics.h"
+
+namespace knuckle::identify {
+namespace {
+
+using estimation::Measurement;
+using estimation::Recording;
+
+constexpr double kEvery_s = 0.05;     // one sample so often is enough of a motion below 1 Hz
+constexpr double kLeast_s = 10;       // of motion, to judge by
+constexpr double kRateSpan_s = 0.05;  // for differences
+constexpr double kMean_s = 1;         // over it inertia averages out, and so does an arm that swings
+constexpr double kLeastRatio = 0.4, kMostRatio = 2.5, kMostError = 0.7;
+constexpr double kBucketRoom = 1.6;  // its weight hardly outweighs its cylinder's friction
+constexpr double kPsi_Pa = 6894.757293168;
+
+double clear_sign(double speed_mps) {
+  constexpr double kStill_mps = 2e-3;
+  return std::abs(speed_mps) < kStill_mps ? 0.0 : std::copysign(1.0, speed_mps);
+}
+
+/// One joint, sample by sample, gathered into means.
+struct Means {
+  Eigen::Vector3d columns = Eigen::Vector3d::Zero();
+  double torque_Nm = 0, lever_m = 0;
+};
+
+/// Normal equations of one joint: gravity torque, lever sgn v, lever v.
+struct Sums {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  double torque2 = 0, gravity2 = 0, lever2 = 0;
+  double shortest_m = 1e9, longest_m = 0;
+  Means gathered;
+
+  /// The mean of what was gathered counts as so many samples.
+  void close(double count) {
+    if (count == 0) return;
+    const Eigen::Vector3d columns = gathered.columns / count;
+    const double torque_Nm = gathered.torque_Nm / count, lever_m = gathered.lever_m / count;
+    normal += count * columns * columns.transpose();
+    right += count * torque_Nm * columns;
+    torque2 += count * torque_Nm * torque_Nm;
+    gravity2 += count * columns[0] * columns[0];
+    lever2 += count * lever_m * lever_m;
+    gathered = {};
+  }
+};
+
+/// At rest in one pose friction may hold any part of the weight.
+bool tells(const Sums& s, const CylinderDescription& cylinder) {
+  constexpr double kTravel = 0.1, kOutweighs = 3;
+  const double held_N = cylinder.friction.coulomb_N * cylinder.friction.static_ratio;
+  return s.longest_m - s.shortest_m > kTravel * (cylinder.max_length_m - cylinder.min_length_m) ||
+         s.gravity2 > kOutweighs * kOutweighs * held_N * held_N * s.lever2;
+}
+
+struct Row {
+  JointVector gravity_Nm, torque_Nm, lever_m, speed_mps;
+};
+
+/// What one sample says; none where a length has no angle.
+std::optional<Row> row_at(const MachineDescription& machine, const Kinematics& kinematics,
+                          const estimation::BaseParameters& drawing, const Measurement& now, const Measurement& before,
+                          const Measurement& after, double span_s) {
+  Row row;
+  JointVector angle;
+  for (int j = 0; j < kJoints; ++j) {
+    const auto i = static_cast<std::size_t>(j);
+    const auto theta = kinematics.joint_at(j, now.cylinder_m[j] - machine.sensors.encoder_offset_m[j]);
+    if (!theta) return std::nullopt;
+    angle[j] = *theta;
+    row.lever_m[j] = kinematics.cylinder_at(j, *theta)->lever_m;
+    const CylinderDescription& cylinder = machine.cylinders[i];
+    row.torque_Nm[j] = row.lever_m[j] * (now.pressure_Pa[2 * i] * cylinder.head_area_m2() -
+                                         now.pressure_Pa[2 * i + 1] * cylinder.rod_side_area_m2());
+  }
+  row.speed_mps = (after.cylinder_m - before.cylinder_m) / span_s;
+  row.gravity_Nm =
+      estimation::joint_torque(estimation::RigidArm::gravity(estimation::Pose(angle, now.hull_pitch_rad)) * drawing);
+  return row;
+}
+
+void swap_channels(Recording& recording, std::size_t a, std::size_t b) {
+  for (Measurement& m : recording.samples) std::swap(recordings::signal(m, a), recordings::signal(m, b));
+}
+
+void scale_channel(Recording& recording, std::size_t channel, double factor) {
+  for (Measurement& m : recording.samples) recordings::signal(m, channel) *= factor;
+}
+
+struct Hypothesis {
+  Relabelling relabelling;
+  std::function<void(Recording&)> apply;
+};
+
+std::vector<Hypothesis> hypotheses() {
+  std::vector<Hypothesis> all;
+  const auto swapped = [&](std::vector<std::size_t> pairs) {
+    all.push_back({{pairs, "look swapped"}, [pairs](Recording& r) {
+                     for (std::size_t i = 0; i + 1 < pairs.size(); i += 2) swap_channels(r, pairs[i], pairs[i + 1]);
+                   }});
+  };
+  for (std::size_t j = 0; j < kJoints; ++j) swapped({2 * j, 2 * j + 1});
+  for (std::size_t a = 0; a < kJoints; ++a) {
+    for (std::size_t b = a + 1; b < kJoints; ++b) {
+      swapped({recordings::kPressureChannels + a, recordings::kPressureChannels + b});
+      swapped({2 * a, 2 * b, 2 * a + 1, 2 * b + 1});
+    }
+  }
+  for (std::size_t a = 0; a < recordings::kPressureChannels; ++a) {
+    for (std::size_t b = a + 1; b < recordings::kPressureChannels; ++b) {
+      if (a / 2 != b / 2) swapped({a, b});
+    }
+  }
+  const auto scaled = [&](std::vector<std::size_t> channels, double factor, const char* what) {
+    all.push_back({{channels, what}, [channels, factor](Recording& r) {
+                     for (const std::size_t c : channels) scale_channel(r, c, factor);
+                   }});
+  };
+  // What was written with which unit in mind, and what it was read as.
+  constexpr std::array<std::pair<double, const char*>, 10> kUnits{{{1e5, "looks like bar taken as Pa"},
+                                                                   {1e6, "looks like MPa taken as Pa"},
+                                                                   {1e3, "looks like kPa taken as Pa"},
+                                                                   {kPsi_Pa, "looks like psi taken as Pa"},
+                                                                   {kPsi_Pa / 1e5, "looks like psi taken as bar"},
+                                                                   {10, "looks like MPa taken as bar"},
+                                                                   {1e-5, "looks like Pa taken as bar"},
+                                                                   {1e-2, "looks like kPa taken as bar"},
+                                                                   {1e5 / kPsi_Pa, "looks like bar taken as psi"},
+                                                                   {-1, "has the wrong sign"}}};
+  for (const auto& [factor, what] : kUnits) {
+    scaled({0, 1, 2, 3, 4, 5}, factor, what);
+    for (std::size_t j = 0; j < kJoints; ++j) scaled({2 * j, 2 * j + 1}, factor, what);
+    for (std::size_t c = 0; c < recordings::kPressureChannels; ++c) scaled({c}, factor, what);
+  }
+  scaled({recordings::kSignalChannels - 1}, -1, "has the wrong sign");
+  return all;
+}
+
+}  // namespace
+
+bool WeightFit::believable(int joint) const {
+  if (!decisive[static_cast<std::size_t>(joint)]) return true;
+  const double room = joint == kBucket ? kBucketRoom : 1;
+  return ratio[joint] > kLeastRatio / room && ratio[joint] < kMostRatio * room && error[joint] < kMostError * room;
+}
+
+double WeightFit::common_scale() const {
+  constexpr double kAlike = 0.1, kOff = 0.15;  // drawn machines with masses 5 % off have means within 0.93 and 1.05
+  if (!std::all_of(decisive.begin(), decisive.end(), [](bool d) { return d; }) || ratio.minCoeff() <= 0) return 1;
+  const double mean = std::cbrt(ratio.prod());
+  const bool alike = ((ratio / mean).array() - 1).abs().maxCoeff() < kAlike;
+  return alike && std::abs(mean - 1) > kOff ? mean : 1;
+}
+
+double WeightFit::misfit() const {
+  double sum = 0;
+  for (int j = 0; j < kJoints; ++j) {
+    constexpr double kWrongSign = 5;
+    sum += (ratio[j] > 0 ? std::min(kWrongSign, std::abs(std::log(ratio[j]))) : kWrongSign) + std::min(5.0, error[j]);
+  }
+  return sum;
+}
+
+WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
+  const Kinematics kinematics(machine);
+  const estimation::BaseParameters drawing = estimation::lumped_parameters(machine);
+  const auto steps = [&](double s) {
+    return static_cast<std::size_t>(std::max(1.0, std::round(s / recording.step_s)));
+  };
+  const std::size_t every = steps(kEvery_s), reach = steps(kRateSpan_s / 2);
+  std::array<Sums, kJoints> sums;
+  WeightFit fit;
+  const auto in_mean = static_cast<double>(steps(kMean_s) / every);
+  double gathered = 0;
+  const auto close = [&] {
+    for (Sums& s : sums) s.close(gathered);
+    gathered = 0;
+  };
+  for (std::size_t i = reach; i + reach < recording.samples.size(); i += every) {
+    std::optional<Row> row;
+    if (recording.usable[i] != 0 && recording.usable[i - reach] != 0 && recording.usable[i + reach] != 0)
+      row = row_at(machine, kinematics, drawing, recording.samples[i], recording.samples[i - reach],
+                   recording.samples[i + reach], recording.step_s * static_cast<double>(2 * reach));
+    if (!row || gathered >= in_mean) close();
+    if (!row) continue;
+    ++fit.samples;
+    ++gathered;
+    for (int j = 0; j < kJoints; ++j) {
+      Sums& s = sums[static_cast<std::size_t>(j)];
+      s.gathered.columns += Eigen::Vector3d(row->gravity_Nm[j], row->lever_m[j] * clear_sign(row->speed_mps[j]),
+                                            row->lever_m[j] * row->speed_mps[j]);
+      s.gathered.torque_Nm += row->torque_Nm[j];
+      s.gathered.lever_m += row->lever_m[j];
+      s.shortest_m = std::min(s.shortest_m, recording.samples[i].cylinder_m[j]);
+      s.longest_m = std::max(s.longest_m, recording.samples[i].cylinder_m[j]);
+    }
+  }
+  close();
+  for (int j = 0; j < kJoints && fit.samples > 0; ++j) {
+    const Sums& s = sums[static_cast<std::size_t>(j)];
+    const Eigen::Vector3d found = s.normal.completeOrthogonalDecomposition().solve(s.right);
+    fit.ratio[j] = found[0];
+    fit.decisive[static_cast<std::size_t>(j)] = static_cast<double>(fit.samples) * kEvery_s >= kLeast_s &&
+                                                tells(s, machine.cylinders[static_cast<std::size_t>(j)]);
+    fit.error[j] = std::sqrt(std::max(0.0, s.torque2 - found.dot(s.right)) / s.gravity2);
+  }
+  return fit;
+}
+
+std::optional<Relabelling> better_reading(const MachineDescription& machine, const Recording& recording) {
+  std::optional<Relabelling> best;
+  // A coarser recording tells labels apart as well and keeps this quick.
+  const auto every = static_cast<std::size_t>(std::max(1.0, std::floor(kRateSpan_s / 2 / recording.step_s)));
+  const Recording coarse = estimation::decimated(recording, every);
+  const WeightFit labelled = weigh(machine, coarse);
+  constexpr double kClearlyBetter = 0.6;
+  double least = labelled.samples > 0 ? kClearlyBetter * labelled.misfit() : 1e9;
+  for (const Hypothesis& hypothesis : hypotheses()) {
+    Recording read = coarse;
+    hypothesis.apply(read);
+    const WeightFit fit = weigh(machine, read);
+    if (fit.samples == 0 || fit.samples < labelled.samples || fit.misfit() >= least) continue;
+    least = fit.misfit();
+    best = hypothesis.relabelling;
+  }
+  return best;
+}
+
+}  // namespace knuckle::identify

@@ -1,0 +1,78 @@
+#include "app/identify/ensemble.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "app/identify/parallel.h"
+#include "app/identify/parameter_scores.h"
+#include "core/error.h"
+
+namespace knuckle::identify {
+namespace {
+
+constexpr std::uint64_t kSeedsApart = 0x4000'0000'0000'0000;  // from those of machines that are judged
+
+struct Member {
+  CalibrationVector error;  ///< Identified minus true parameters.
+  CalibrationMatrix told;   ///< Covariance from the recordings alone.
+};
+
+/// @throws std::runtime_error where it cannot be driven or identified.
+Member member(const MachineDescription& drawing, const CommissionPlan& plan, bool calibrate_geometry,
+              std::uint64_t seed) {
+  const sim::MachineTruth truth = sim::draw_truth(drawing, seed);
+  const CommissionRuns runs = run_commissioning(drawing, truth, plan, seed);
+  const Commissioned found = calibrate(drawing, runs, {calibrate_geometry, {}});
+  if (!found.full.summary.usable) throw std::runtime_error(found.full.summary.reasons.front());
+  const CalibrationVector truly =
+      true_parameters(calibrated(found.machine), runs, found.full.dynamics, truth.hull_pitch_rad);
+  return {found.full.dynamics.parameters - truly, found.full.dynamics.covariance};
+}
+
+/// Directions of less than no variance are taken out, with every parameter in units of its own `variance`.
+CalibrationMatrix positive_part(const CalibrationMatrix& matrix, const CalibrationVector& variance) {
+  const CalibrationVector sigma = variance.cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt();
+  const CalibrationMatrix scaled = sigma.cwiseInverse().asDiagonal() * matrix * sigma.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<CalibrationMatrix> modes(scaled);
+  const CalibrationMatrix clipped =
+      modes.eigenvectors() * modes.eigenvalues().cwiseMax(0).asDiagonal() * modes.eigenvectors().transpose();
+  return sigma.asDiagonal() * clipped * sigma.asDiagonal();
+}
+
+}  // namespace
+
+CalibrationMatrix model_error(const MachineDescription& drawing, const CommissionPlan& plan, bool calibrate_geometry,
+                              int machines, std::uint64_t seed, int jobs, const std::function<void(double)>& progress) {
+  std::vector<std::optional<Member>> members(static_cast<std::size_t>(machines));
+  std::vector<std::string> reasons(members.size());
+  parallel_for(
+      members.size(), jobs,
+      [&](std::size_t i) {
+        try {
+          members[i] = member(drawing, plan, calibrate_geometry, kSeedsApart + seed + i);
+        } catch (const std::runtime_error& error) {
+          reasons[i] = error.what();
+        }
+      },
+      progress);
+  CalibrationMatrix squares = CalibrationMatrix::Zero(), told = CalibrationMatrix::Zero();
+  int usable = 0;
+  for (const auto& one : members) {
+    if (!one) continue;
+    squares += one->error * one->error.transpose();
+    told += one->told;
+    ++usable;
+  }
+  if (usable < 2) {
+    const auto reason = std::find_if(reasons.begin(), reasons.end(), [](auto& text) { return !text.empty(); });
+    throw InputError("ensemble: fewer than 2 of " + std::to_string(machines) + " machines were usable: " + *reason);
+  }
+  return positive_part((squares - told) / usable, squares.diagonal() / usable);
+}
+
+}  // namespace knuckle::identify

@@ -1,0 +1,265 @@
+#include "app/identify/identify.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <iostream>
+#include <limits>
+#include <stdexcept>
+
+#include "app/cli/interrupt.h"
+#include "app/cli/output_file.h"
+#include "app/cli/progress.h"
+#include "app/identify/baseline_report.h"
+#include "app/identify/calibration_file.h"
+#include "app/identify/ensemble.h"
+#include "app/identify/identify_output.h"
+#include "app/identify/identify_report.h"
+#include "app/identify/time_skew.h"
+#include "core/error.h"
+#include "estimation/identification/kim.h"
+#include "estimation/identification/malaguti.h"
+#include "estimation/identification/static_poses.h"
+#include "estimation/regressor.h"
+
+namespace knuckle::identify {
+namespace {
+
+using estimation::Recording;
+using estimation::TorqueComparison;
+
+constexpr double kCutoff_Hz = 2;
+constexpr double kWorstNrmse = 0.25;  // of held-out torque: beyond it the model explains another machine
+
+/// What a method answers with, whichever it is.
+struct MethodRun {
+  estimation::Identification summary;
+  std::optional<DynamicsCalibration> dynamics;
+  std::function<TorqueComparison(const Recording&)> compare;
+};
+
+template <typename Result>
+MethodRun baseline(const Result& result, const MachineDescription& machine) {
+  return {result.summary, {}, [=](const Recording& recording) { return compare_torque(result, machine, recording); }};
+}
+
+MethodRun run_method(const std::string& method, const MachineDescription& machine,
+                     const std::vector<Recording>& recordings, const estimation::FullOptions& options) {
+  if (method == "static") {
+    estimation::StaticOptions all_links;
+    all_links.first_link = kBoom;
+    return baseline(estimation::identify_static(machine, recordings, all_links), machine);
+  }
+  if (method == "malaguti") return baseline(estimation::identify_malaguti(machine, recordings), machine);
+  if (method == "kim") return baseline(estimation::identify_kim(machine, recordings), machine);
+  const estimation::FullResult result = estimation::identify_full(machine, recordings, options);
+  return {result.summary, result.dynamics, [=, dynamics = result.dynamics](const Recording& recording) {
+            return estimation::compare_torque(dynamics, machine, recording, options);
+          }};
+}
+
+/// In the order of Calibration. Load-dependent friction is on no drawing.
+std::vector<double> drawing_values(const MachineDescription& machine) {
+  CalibrationVector values = CalibrationVector::Constant(std::numeric_limits<double>::quiet_NaN());
+  values.head<kBaseCount>() = estimation::lumped_parameters(machine);
+  for (int j = 0; j < kJoints; ++j) {
+    const FrictionDescription& friction = machine.cylinders[static_cast<std::size_t>(j)].friction;
+    values[friction_index(j, kCoulombExtend)] = values[friction_index(j, kCoulombRetract)] = friction.coulomb_N;
+    values[friction_index(j, kViscous)] = friction.viscous_Ns_per_m;
+    values[friction_index(j, kBreakaway)] = friction.coulomb_N * (friction.static_ratio - 1);
+  }
+  return {values.begin(), values.end()};
+}
+
+void validate(const IdentifyData& data, const MethodRun& run, const std::string& method, Identified& result) {
+  for (const Recording& recording : data.hold_out) {
+    const TorqueComparison comparison = run.compare(recording);
+    result.hold_out.push_back({recording.source, method, estimation::torque_fit(comparison, kCutoff_Hz),
+                               estimation::torque_fit(comparison, 0)});
+    if (method == result.method) result.comparisons.push_back(comparison);
+  }
+}
+
+/// What one joint's held-out motion says against the result; empty where it was explained in all that can be judged.
+std::vector<std::string> objections(const Identified& result, int joint) {
+  const std::string name = kJointNames[static_cast<std::size_t>(joint)];
+  std::vector<std::string> reasons;
+  bool judged = false, constant = false;
+  for (const HoldOut& held : result.hold_out) {
+    if (held.method != result.method) continue;
+    const double nrmse = held.judged().nrmse[joint];
+    constant = constant || (!std::isfinite(nrmse) && std::isfinite(held.judged().rms_Nm[joint]));
+    if (!std::isfinite(nrmse)) continue;
+    judged = true;
+    if (nrmse <= kWorstNrmse) continue;
+    reasons.push_back(held.source + ": leaves " + std::to_string(std::lround(100 * nrmse)) + " % of the " + name +
+                      "'s held-out torque unexplained; at most " + std::to_string(std::lround(100 * kWorstNrmse)) +
+                      " %");
+  }
+  const bool models_all = result.method == "full";  // the papers' methods leave joints out
+  if (!judged && (models_all || constant))
+    reasons.push_back("the " + name + " cannot be validated: " +
+                      (constant ? "its held-out torque never changes" : "nothing is held out that tells"));
+  return reasons;
+}
+
+/// Held-out torque that is not explained, or not there, makes a result unusable, whatever its own residuals say.
+void judge(Identified& result) {
+  if (!result.summary.usable) return;
+  std::vector<std::string> reasons;
+  const bool validated = std::any_of(result.hold_out.begin(), result.hold_out.end(), [&](const HoldOut& held) {
+    return held.method == result.method && held.judged().nrmse.array().isFinite().any();
+  });
+  if (!validated) reasons.emplace_back("nothing is held out that it could be validated with");
+  for (int j = 0; j < kJoints && validated; ++j) {
+    for (std::string& reason : objections(result, j)) reasons.push_back(std::move(reason));
+  }
+  if (reasons.empty()) return;
+  result.summary.usable = false;
+  result.summary.reasons = std::move(reasons);
+}
+
+/// Reasons why a result is not usable come before whatever else is to be known of it.
+void tell(const TimeSkew& skew, estimation::Identification& summary) {
+  summary.reasons.insert(skew.refuses ? summary.reasons.begin() : summary.reasons.end(), skew.what);
+  summary.usable = summary.usable && !skew.refuses;
+}
+
+JointVector pooled_rms(const Identified& result) {
+  JointVector sum = JointVector::Zero();
+  double count = 0;
+  for (const HoldOut& held : result.hold_out) {
+    if (held.method != result.method || !held.to_2Hz.rms_Nm.allFinite()) continue;
+    sum += held.to_2Hz.rms_Nm.cwiseAbs2();
+    ++count;
+  }
+  return count > 0 ? JointVector((sum / count).cwiseSqrt()) : JointVector(JointVector::Zero());
+}
+
+std::string now_utc() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 24> text;
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text.data();
+}
+
+/// The machine before anything was learned of it.
+MachineDescription drawing_of(MachineDescription machine) {
+  machine.geometry_calibration.reset();
+  machine.dynamics_calibration.reset();
+  machine.valve_calibration.reset();
+  return machine;
+}
+
+/// Of machines drawn around the same drawing: commissioned alike, surveyed where this one's geometry is calibrated.
+CalibrationMatrix ensemble_error(const IdentifyOptions& options, const MachineDescription& machine,
+                                 const std::function<void(double)>& progress) {
+  const bool surveyed = machine.geometry_calibration.has_value();
+  CommissionPlan plan = commission_plan(options);
+  if (!surveyed) plan.survey_poses = 0;
+  return model_error(drawing_of(machine), plan, surveyed, options.ensemble, options.seed, 0, progress);
+}
+
+/// The full method's own report, or the paper's tables and figures again.
+void write_page(const IdentifyOptions& options, const IdentifyData& data, const Identified& result, std::ostream& out) {
+  constexpr int kBiasMachines = 10;
+  if (options.method == "full") return write_identify_report(data, result, out);
+  BaselineData paper{data.training, data.hold_out, data.truth, {}};
+  if (options.simulate && options.method == "malaguti")  // other machines than the one surveyed
+    paper.bias = malaguti_bias(drawing_of(data.machine), options.seed, kBiasMachines);
+  write_baseline_report(options.method, calibrated(data.machine), paper, out);
+}
+
+}  // namespace
+
+Identified identify(const IdentifyData& given, const std::string& method, const estimation::FullOptions& options,
+                    const std::function<void(double)>& progress) {
+  const auto done = [&](double share) {
+    if (progress) progress(share);
+  };
+  done(0);
+  Identified result;
+  result.method = method;
+  result.with_model_error = method == "full" && options.model_error;
+  result.machine = given.machine;
+  const MachineDescription machine = calibrated(given.machine);
+  IdentifyData data = given;
+  const TimeSkew skew = method == "full" ? take_off_skew(machine, data) : TimeSkew{};
+  done(0.3);
+  const MethodRun run = run_method(method, machine, data.training, options);
+  result.summary = run.summary;
+  done(0.6);
+  const bool solved = !run.summary.parameters.empty();
+  if (solved) validate(data, run, method, result);
+  judge(result);
+  if (!skew.what.empty()) tell(skew, result.summary);
+  if (method == "full") {
+    result.drawing = drawing_values(machine);
+    result.machine.dynamics_calibration = run.dynamics;
+    result.machine.dynamics_calibration->residual_rms_Nm = pooled_rms(result);
+    for (const char* paper : {"malaguti", "kim"}) {
+      const MethodRun other = run_method(paper, machine, data.training, options);
+      if (solved && other.summary.usable) validate(data, other, paper, result);
+    }
+    done(0.8);
+    const auto commanded = [](const Recording& recording) { return !recording.valve.empty(); };
+    if (result.summary.usable && std::all_of(data.training.begin(), data.training.end(), commanded))
+      result.valves = learn_valves(result.machine, data.training);
+  }
+  result.machine.calibration_provenance = {method, now_utc(), data.sha256, data.source, cli::program_version()};
+  done(1);
+  return result;
+}
+
+int identify_command(const IdentifyOptions& options) {
+  const cli::InterruptGuard interrupt;
+  std::optional<cli::OutputFile> json, report, out;
+  if (!options.out.empty()) out.emplace("--out", options.out);
+  if (!options.json.empty()) json.emplace("--json", options.json);
+  if (!options.report.empty()) {
+    check_identify_report_tools();
+    report.emplace("--report", options.report);
+  }
+  IdentifyData data;
+  Identified result;
+  try {
+    data = !options.simulate ? read_data(options) : cli::watched(interrupt, "commissioning", [&](const auto& progress) {
+      return drive_for_data(options, progress);
+    });
+    estimation::FullOptions full;
+    if (options.ensemble > 0) {
+      full.model_error = cli::watched(
+          interrupt, "ensemble", [&](const auto& progress) { return ensemble_error(options, data.machine, progress); });
+    }
+    result = cli::watched(interrupt, "identify",
+                          [&](const auto& progress) { return identify(data, options.method, full, progress); });
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::runtime_error& stopped) {  // the machine did not engage or dropped out
+    std::cerr << "knuckle: not identified: " << stopped.what() << '\n';
+    return 1;
+  }
+  std::ostream& told = options.json == "-" || options.report == "-" || options.out == "-" ? std::cerr : std::cout;
+  told << identify_summary(data, result);
+  if (out && result.summary.usable) {
+    const std::string kept = write_calibrated_machine(result.machine, options.out, *out);
+    told << "  written: " << options.out << (kept.empty() ? "" : ", the older one kept as " + kept) << '\n';
+  } else if (out) {
+    told << "  " << options.out << " not written: not usable\n";
+  }
+  if (json) {
+    write_identify_json(data, result, json->stream());
+    json->commit();
+  }
+  if (report) {
+    write_page(options, data, result, report->stream());
+    report->commit();
+    told << "  report: " << options.report << '\n';
+  }
+  return result.summary.usable ? 0 : 1;
+}
+
+}  // namespace knuckle::identify

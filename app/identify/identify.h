@@ -1,0 +1,50 @@
+// `knuckle identify`: from checked recordings to a calibration, validated on motion that it has not seen.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/identify/identify_data.h"
+#include "app/identify/identify_options.h"
+#include "estimation/identification/full.h"
+#include "estimation/identification/identification.h"
+#include "estimation/identification/valve_identification.h"
+#include "machine/description.h"
+
+namespace knuckle::identify {
+
+/// Torque of one held-out recording as one method models it.
+struct HoldOut {
+  std::string source, method;
+  estimation::TorqueFit to_2Hz, unfiltered;
+  /// Rests are too short for the filter.
+  [[nodiscard]] bool filtered() const { return to_2Hz.nrmse.array().isFinite().any(); }
+  [[nodiscard]] const estimation::TorqueFit& judged() const { return filtered() ? to_2Hz : unfiltered; }
+};
+
+/// Starts pessimistic, as its summary does.
+struct Identified {
+  std::string method;
+  estimation::Identification summary;
+  bool with_model_error = false;                          ///< Whether the sigmas hold what the model gets wrong.
+  std::vector<HoldOut> hold_out;                          ///< The method's first, then the papers' on the same data.
+  std::vector<estimation::TorqueComparison> comparisons;  ///< The method's, one a held-out recording.
+  std::optional<estimation::ValveResult> valves;          ///< Where recordings hold valve commands.
+  std::vector<double> drawing;  ///< What the drawing says of each parameter; NaN where it says nothing.
+  MachineDescription machine;   ///< With every calibration that is usable, and where it came from.
+};
+
+/// @param options of the full method, such as an ensemble's model error.
+/// @param progress done share in [0, 1]; may throw to end it.
+[[nodiscard]] Identified identify(const IdentifyData& data, const std::string& method,
+                                  const estimation::FullOptions& options = {},
+                                  const std::function<void(double)>& progress = {});
+
+/// Reads or drives, identifies, writes what was asked for. @return exit code: 0 usable; 1 not, or the machine did not
+/// do what it was asked.
+/// @throws InputError for inputs and outputs that cannot be used.
+int identify_command(const IdentifyOptions& options);
+
+}  // namespace knuckle::identify

@@ -1,0 +1,193 @@
+#include "app/identify/identify_options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "app/cli/output_file.h"
+#include "app/recordings/csv_mapping.h"
+
+namespace knuckle::identify {
+namespace {
+namespace fs = std::filesystem;
+
+const std::vector<std::string> kMethods{"full", "static", "malaguti", "kim"};
+constexpr double kShortest_s = 20, kLongest_s = 1200;
+
+struct Given {
+  IdentifyOptions options;
+  std::vector<std::string> hold_out;  // a share or files
+  std::set<std::string> told;         // options that must not be told in vain
+};
+
+void add_options(CLI::App& c, Given& given) {
+  IdentifyOptions& o = given.options;
+  const auto noted = [&](const char* option) {
+    return [&given, option](const std::string&) { given.told.insert(option); };
+  };
+  c.add_option("recordings", o.recordings, "CSV files of sensor signals: Knuckle's own, or any with --map");
+  c.add_option("--map", o.map, "Mapping file (.toml) that says how to read them");
+  c.add_option("--machine", o.machine, "Machine name or .toml file: its drawing")->capture_default_str();
+  c.add_option("--method", o.method, "full, static, malaguti or kim")->capture_default_str();
+  c.add_option("--hold-out", given.hold_out,
+               "Validate on this share of each recording's end, 0.05 to 0.6 (default: 0.25), or on these files")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->expected(1, 20);
+  c.add_option("--survey", o.survey, "Surveyed poses (.csv): calibrates lengths and pins first");
+  c.add_option("--survey-sigma-mm", o.survey_sigma_mm, "Standard deviation of a surveyed coordinate")
+      ->capture_default_str()
+      ->each(noted("--survey-sigma-mm"));
+  c.add_flag("--simulate", o.simulate, "Commission the simulated machine: survey, excite, record, identify, validate")
+      ->disable_flag_override();
+  c.add_option("--seed", o.seed, "Draws the simulated machine's truth, and an ensemble's")
+      ->capture_default_str()
+      ->check(CLI::Validator(cli::seed_error, "", "seed"))
+      ->each(noted("--seed"));
+  c.add_option("--slow", o.slow_s, "Seconds of slow sweeps to drive, 20 to 1200; with --simulate or --ensemble")
+      ->capture_default_str()
+      ->each(noted("--slow"));
+  c.add_option("--fast", o.fast_s, "Seconds of fast motion to drive, likewise")
+      ->capture_default_str()
+      ->each(noted("--fast"));
+  c.add_option("--ensemble", o.ensemble,
+               "Simulated machines of the same drawing, commissioned alike, that the model's own error is measured on: "
+               "2 to 10000; 0: standard deviations without it")
+      ->capture_default_str()
+      ->check(CLI::Validator(cli::ensemble_size_error, "", "machines"));
+  c.add_option("--record", o.record, "Keep the simulated recordings and survey in this folder, which has no .csv yet");
+  c.add_option("--out", o.out, "Write the calibrated machine file; one that is there is kept under a number");
+  c.add_option("--report", o.report, "Write a self-contained HTML report");
+  c.add_option("--json", o.json, "Write the result (docs/identification.md says what is in it)");
+}
+
+void sort_hold_out(Given& given) {
+  IdentifyOptions& o = given.options;
+  for (const std::string& value : given.hold_out) {
+    const double share = recordings::number_in(value);
+    if (std::isfinite(share) && given.hold_out.size() == 1) {
+      cli::check_range("--hold-out", share, 0.05, 0.6, "");
+      o.hold_out_share = share;
+      continue;
+    }
+    if (!fs::exists(value))
+      cli::refuse_option("--hold-out", value, "no such file, nor a single share from 0.05 to 0.6");
+    cli::check_readable("--hold-out", value);
+    o.hold_out_files.push_back(value);
+  }
+}
+
+/// An option that would change nothing is a misunderstanding.
+void check_told(const Given& given) {
+  const IdentifyOptions& o = given.options;
+  for (const char* option : {"--seed", "--slow", "--fast"}) {
+    if (given.told.contains(option) && !o.simulate && o.ensemble == 0)
+      cli::refuse_option(option, "", "only goes with --simulate or --ensemble");
+  }
+  for (const char* option : {"--slow", "--fast"}) {
+    if (given.told.contains(option) && o.method != "full")
+      cli::refuse_option(option, "", "only goes with --method full: the papers' motions have their own lengths");
+  }
+  if (given.told.contains("--survey-sigma-mm") && !o.simulate && o.survey.empty())
+    cli::refuse_option("--survey-sigma-mm", "", "only goes with --survey or --simulate");
+}
+
+void check_simulated(const Given& given) {
+  const IdentifyOptions& o = given.options;
+  if (!o.recordings.empty())
+    cli::refuse_option("--simulate", "", "makes its own recordings; " + o.recordings.front() + " is one too many");
+  if (!given.hold_out.empty()) cli::refuse_option("--hold-out", given.hold_out.front(), "--simulate drives its own");
+  if (!o.map.empty()) cli::refuse_option("--map", o.map, "only goes with recordings");
+  if (!o.survey.empty()) cli::refuse_option("--survey", o.survey, "--simulate surveys by itself");
+}
+
+/// The folder can be made and written to, and no recording is lost.
+void check_record(const std::string& record) {
+  if (record.empty()) return;
+  if (record == "-") cli::refuse_option("--record", record, "is a folder, not standard output");
+  fs::path there = fs::absolute(record).lexically_normal();
+  std::error_code error;
+  if (fs::is_directory(there, error)) {
+    std::set<std::string> recordings;
+    for (const fs::directory_entry& entry : fs::directory_iterator(there, error)) {
+      if (entry.path().extension() == ".csv") recordings.insert(entry.path().filename().string());
+    }
+    if (!recordings.empty()) {
+      cli::refuse_option("--record", record,
+                         "has " + *recordings.begin() + " already; give a new folder, or one without .csv files");
+    }
+  }
+  while (!fs::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  if (!fs::is_directory(there, error)) cli::refuse_option("--record", record, there.string() + " is not a folder");
+  const cli::OutputFile probe("--record", (there / "survey.csv").string());
+}
+
+void check_inputs(const IdentifyOptions& o) {
+  std::set<fs::path> seen;
+  for (const std::string& file : o.recordings) {
+    cli::check_readable("recording", file);
+    if (!seen.insert(fs::canonical(file)).second) cli::refuse_option("recording", file, "is given twice");
+  }
+  for (const std::string& file : o.hold_out_files) {
+    if (!seen.insert(fs::canonical(file)).second)
+      cli::refuse_option("--hold-out", file, "is given twice; what is validated on must not have been seen");
+  }
+  if (!o.map.empty()) cli::check_readable("--map", o.map);
+  if (!o.survey.empty()) cli::check_readable("--survey", o.survey);
+}
+
+void check_places(const IdentifyOptions& o) {
+  cli::Places places;
+  for (const std::string& file : o.recordings) places.input("the recordings", file);
+  for (const std::string& file : o.hold_out_files) places.input("--hold-out", file);
+  places.input("--map", o.map);
+  places.input("--survey", o.survey);
+  places.output("--out", o.out);  // may replace the drawing, which is kept
+  places.configuration("--machine", o.machine);
+  places.output("--report", o.report);
+  places.output("--json", o.json);
+}
+
+void check(const Given& given) {
+  const IdentifyOptions& o = given.options;
+  if (std::find(kMethods.begin(), kMethods.end(), o.method) == kMethods.end())
+    cli::refuse_option("--method", o.method, "must be full, static, malaguti or kim");
+  if (o.method != "full" && !o.out.empty())
+    cli::refuse_option("--out", o.out, "only --method full knows all that a calibrated machine file needs");
+  cli::check_range("--slow", o.slow_s, kShortest_s, kLongest_s, " s");
+  cli::check_range("--fast", o.fast_s, kShortest_s, kLongest_s, " s");
+  if (o.ensemble != 0 && o.method != "full")
+    cli::refuse_option("--ensemble", std::to_string(o.ensemble), "only goes with --method full");
+  cli::check_range("--survey-sigma-mm", o.survey_sigma_mm, 0.01, 100, " mm");
+  check_told(given);
+  if (o.simulate) {
+    check_simulated(given);
+  } else {
+    if (o.recordings.empty() && !given.hold_out.empty())
+      cli::refuse_option("identify", "", "needs recordings (.csv), named before --hold-out, or --simulate");
+    if (o.recordings.empty()) cli::refuse_option("identify", "", "needs recordings (.csv), or --simulate");
+    if (!o.record.empty()) cli::refuse_option("--record", o.record, "only goes with --simulate");
+  }
+  check_inputs(o);
+  check_places(o);
+  check_record(o.record);
+}
+
+}  // namespace
+
+cli::Command identify_entry(std::function<int(const IdentifyOptions&)> run) {
+  return {"identify", "Find out a machine's parameters from recordings; write a calibrated machine file",
+          [run = std::move(run)](CLI::App& command) {
+            const auto given = std::make_shared<Given>();
+            add_options(command, *given);
+            return [given, run] {
+              sort_hold_out(*given);
+              check(*given);
+              return run(given->options);
+            };
+          }};
+}
+
+}  // namespace knuckle::identify

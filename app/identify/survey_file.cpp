@@ -1,0 +1,115 @@
+#include "app/identify/survey_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "app/recordings/csv_cells.h"
+#include "app/recordings/csv_mapping.h"
+#include "core/error.h"
+
+namespace knuckle::identify {
+namespace {
+
+constexpr std::size_t kEncoders = 3, kValues = 9;  // of a pose: readings, then three points
+constexpr std::array<const char*, kValues> kNames{"boom_encoder", "arm_encoder", "bucket_encoder",
+                                                  "arm_pin_x",    "arm_pin_z",   "bucket_pin_x",
+                                                  "bucket_pin_z", "tip_x",       "tip_z"};
+
+struct Column {
+  std::size_t value;  ///< Index in kNames.
+  double factor;      ///< Metres a unit.
+};
+
+Column column_of(const std::string& path, const std::string& header) {
+  for (std::size_t i = 0; i < kValues; ++i) {
+    if (header == std::string(kNames[i]) + "_m") return {i, 1};
+    if (header == std::string(kNames[i]) + "_mm") return {i, 1e-3};
+  }
+  throw InputError(path + ": row 1: unknown column '" + header + "'; a survey has " + kNames[0] + "_m ... " +
+                   kNames[kValues - 1] + "_m, or the same in _mm");
+}
+
+std::vector<Column> columns_of(const std::string& path, const recordings::Cells& header) {
+  std::vector<Column> columns;
+  std::array<int, kValues> seen{};
+  for (const std::string& cell : header) {
+    columns.push_back(column_of(path, cell));
+    if (++seen[columns.back().value] > 1) throw InputError(path + ": row 1: column '" + cell + "' is there twice");
+  }
+  for (std::size_t i = 0; i < kEncoders; ++i) {
+    if (seen[i] == 0) throw InputError(path + ": row 1: no column '" + kNames[i] + "_m'");
+  }
+  for (std::size_t i = kEncoders; i < kValues; i += 2) {
+    if (seen[i] != seen[i + 1]) {
+      throw InputError(path + ": row 1: column '" + kNames[seen[i] ? i + 1 : i] + "_m' is missing beside '" +
+                       kNames[seen[i] ? i : i + 1] + "'");
+    }
+  }
+  if (std::all_of(seen.begin() + kEncoders, seen.end(), [](int n) { return n == 0; })) {
+    throw InputError(path + ": row 1: no surveyed point: arm_pin, bucket_pin or tip, each with _x_m and _z_m");
+  }
+  return columns;
+}
+
+estimation::SurveyPose pose_of(const std::string& path, std::size_t row, const recordings::Cells& cells,
+                               const recordings::Cells& header, const std::vector<Column>& columns) {
+  const std::string where = path + ": row " + std::to_string(row) + ": ";
+  if (cells.size() != columns.size()) {
+    throw InputError(where + std::to_string(cells.size()) + " cells, but " + std::to_string(columns.size()) +
+                     " columns");
+  }
+  std::array<double, kValues> value;
+  value.fill(std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    const bool may_be_empty = columns[c].value >= kEncoders;
+    if (cells[c].empty() && may_be_empty) continue;
+    value[columns[c].value] = recordings::number_in(cells[c]) * columns[c].factor;
+    if (!std::isfinite(value[columns[c].value])) {
+      throw InputError(where + header[c] + " = '" + cells[c] + "': must be a number" +
+                       (may_be_empty ? " or empty" : ""));
+    }
+  }
+  for (std::size_t i = kEncoders; i < kValues; i += 2) {
+    if (std::isfinite(value[i]) != std::isfinite(value[i + 1])) {
+      throw InputError(where + kNames[i] + " and " + kNames[i + 1] + ": both or none must be there");
+    }
+  }
+  return {{value[0], value[1], value[2]}, {value[3], value[4]}, {value[5], value[6]}, {value[7], value[8]}};
+}
+
+}  // namespace
+
+estimation::Survey read_survey(const std::string& path, double point_sigma_m) {
+  const std::vector<recordings::Cells> rows = recordings::read_cells(path);
+  const std::vector<Column> columns = columns_of(path, rows.front());
+  estimation::Survey survey;
+  survey.source = path;
+  survey.point_sigma_m = point_sigma_m;
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    if (rows[r].empty()) continue;  // a blank line
+    survey.poses.push_back(pose_of(path, r + 1, rows[r], rows.front(), columns));
+  }
+  if (survey.poses.empty()) throw InputError(path + ": no pose below the header");
+  return survey;
+}
+
+void write_survey(const estimation::Survey& survey, std::ostream& out) {
+  for (std::size_t i = 0; i < kValues; ++i) out << (i > 0 ? "," : "") << kNames[i] << "_m";
+  out << '\n';
+  for (const estimation::SurveyPose& pose : survey.poses) {
+    Eigen::Matrix<double, kValues, 1> values;
+    values << pose.cylinder_m, pose.arm_pin_m, pose.bucket_pin_m, pose.tip_m;
+    for (std::size_t i = 0; i < kValues; ++i) {
+      char cell[32] = "";
+      const double value = values[static_cast<Eigen::Index>(i)];
+      if (std::isfinite(value)) std::snprintf(cell, sizeof cell, "%.5f", value);
+      out << (i > 0 ? "," : "") << cell;
+    }
+    out << '\n';
+  }
+}
+
+}  // namespace knuckle::identify

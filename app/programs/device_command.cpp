@@ -1,0 +1,165 @@
+#include "app/programs/device_command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app/cli/interrupt.h"
+#include "app/cli/output_file.h"
+#include "app/programs/device_program.h"
+#include "app/programs/program_options.h"
+#include "app/session/options.h"
+#include "app/session/scenario.h"
+#include "core/error.h"
+#include "machine/load.h"
+#include "transport/hid_file_port.h"
+#include "transport/hid_reports.h"
+#include "transport/udp_link.h"
+
+namespace knuckle::programs {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* kSchema = "knuckle-device/1";
+
+struct Options {
+  std::string gadget, device = "knuckle1", machine = "solar015", scenario, limb, screen, descriptor;
+  std::uint64_t seed = 1;
+  std::uint32_t serial = 0;
+  std::vector<std::string> faults;
+  std::optional<double> duration_s;
+  std::string csv, json;
+};
+
+void add_options(CLI::App& c, Options& o) {
+  c.add_option("--gadget", o.gadget, "File of the HID gadget, such as /dev/hidg0");
+  c.add_option("--device-file", o.device, "Device to play: name or .toml file")->capture_default_str();
+  c.add_option("--serial", o.serial, "Serial number it tells (default: that of its file, or 1)");
+  c.add_option("--scenario", o.scenario, "What the operator does, by name or .toml file (default: holds it still)");
+  c.add_option("--machine", o.machine, "Machine that the operator has before the eyes")->capture_default_str();
+  c.add_option("--operator", o.limb, "How the operator holds it: relaxed, normal, co_contracted or light_grip");
+  c.add_option("--screen", o.screen, "Address and port where the operator's screen is shown (knuckle master --mirror)");
+  c.add_option("--seed", o.seed, "Draws the limb, friction and cogging")
+      ->capture_default_str()
+      ->check(CLI::Validator(cli::seed_error, "", "seed"));
+  c.add_option("--fault", o.faults, "Break something: KIND@S[+D], from S seconds on for D seconds")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->expected(1);
+  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when told to)");
+  c.add_option("--csv", o.csv, "Write what is truly so, a row every 5 ms");
+  c.add_option("--json", o.json, "Write what happened (docs/haptic-device.md says what is in it)");
+  c.add_option("--descriptor", o.descriptor, "Only write the HID report descriptor, to set a gadget up with");
+}
+
+void check(const Options& o) {
+  cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  if (o.gadget.empty()) throw InputError("--gadget: is required, such as --gadget /dev/hidg0");
+  if (!o.scenario.empty() && o.screen.empty()) {
+    cli::refuse_option("--scenario", o.scenario, "the operator must see the machine: needs --screen");
+  }
+  if (o.scenario.empty() && !o.screen.empty()) cli::refuse_option("--screen", o.screen, "needs --scenario");
+  cli::Places places;
+  places.configuration("--device-file", o.device);
+  places.configuration("--machine", o.machine);
+  places.configuration("--scenario", o.scenario);
+  places.input("--gadget", o.gadget);
+  places.output("--csv", o.csv);
+  places.output("--json", o.json);
+}
+
+DeviceProgramSetup set_up(const Options& o) {
+  DeviceProgramSetup setup;
+  setup.device = load_device(find_config("device", o.device));
+  setup.plan.machine = calibrated(load_machine(find_config("machine", o.machine)));
+  sim::LimbClass limb = sim::LimbClass::kNormal;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    setup.start_rad[Eigen::Index(i)] = 0.5 * (setup.device.min_rad[i] + setup.device.max_rad[i]);
+  }
+  if (!o.scenario.empty()) {
+    session::Scenario scenario = session::load_scenario(find_config("scenario", o.scenario), setup.plan.machine);
+    for (const sim::Phase& phase : scenario.phases) {
+      if (phase.kind != sim::PhaseKind::kPath) continue;
+      cli::refuse_option("--scenario", o.scenario, "follows a recorded motion, which only knuckle simulate plays");
+    }
+    setup.plan.phases = std::move(scenario.phases);
+    setup.plan.phase_names = std::move(scenario.phase_names);
+    setup.plan.reaction = scenario.reaction;
+    setup.start_rad = scenario.hand_rad;
+    limb = scenario.limb;
+  }
+  setup.limb = sim::draw_limb(session::limb_named(o.limb, limb), o.seed);
+  setup.seed = o.seed;
+  setup.serial = o.serial;
+  for (const std::string& fault : o.faults) setup.faults.push_back(parse_device_fault(fault));
+  return setup;
+}
+
+Json result_json(const Options& o, double started_unix_s, const DeviceProgramOutcome& outcome) {
+  Json json{{"schema", kSchema},      {"version", cli::program_version()},
+            {"device", o.device},     {"scenario", o.scenario.empty() ? Json() : Json(o.scenario)},
+            {"seed", o.seed},         {"started_unix_s", started_unix_s},
+            {"ran_s", outcome.ran_s}, {"finished", outcome.finished}};
+  json["phases"] = Json::array();
+  for (const auto& phase : outcome.phases)
+    json["phases"].push_back({{"name", phase.name}, {"began_s", phase.began_s}, {"timed_out", phase.timed_out}});
+  json["latches"] = Json::array();
+  for (const auto& latch : outcome.latches) json["latches"].push_back({{"at_s", latch.at_s}, {"fault", latch.fault}});
+  json["faults"] = Json::array();
+  for (const auto& fault : outcome.faults)
+    json["faults"].push_back({{"fault", fault.text}, {"at_s", fault.at_s}, {"broken", fault.broken}});
+  json["felt_peak_N"] = outcome.felt_peak_N;
+  json["energy_to_hand_J"] = outcome.energy_to_hand_J;
+  json["records_lost"] = outcome.records_lost;
+  json["realtime"] = {{"device", loop_json(outcome.loop)}};
+  return json;
+}
+
+int write_descriptor(const std::string& target) {
+  cli::OutputFile file("--descriptor", target);
+  file.stream().write(reinterpret_cast<const char*>(kHidReportDescriptor.data()), kHidReportDescriptor.size());
+  file.commit();
+  return 0;
+}
+
+int run(const Options& o) {
+  if (!o.descriptor.empty()) return write_descriptor(o.descriptor);
+  check(o);
+  const cli::InterruptGuard interrupt;
+  const DeviceProgramSetup setup = set_up(o);
+  std::optional<cli::OutputFile> csv, json;
+  if (!o.csv.empty()) csv.emplace("--csv", o.csv);
+  if (!o.json.empty()) json.emplace("--json", o.json);
+  std::optional<UdpLink> screen;
+  if (!o.screen.empty()) screen.emplace(UdpLink::listen(o.screen));
+  HidFilePort cable("--gadget", o.gadget);
+
+  ProgramConsole console("knuckle device");
+  console.note("plays " + setup.device.name + " on " + o.gadget);
+  ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
+  if (o.duration_s) program.duration_s = *o.duration_s;
+  const double started_unix_s = unix_time_s();
+  const DeviceProgramOutcome outcome =
+      run_device(setup, cable, screen ? &*screen : nullptr, program, csv ? &csv->stream() : nullptr);
+
+  if (json) json->stream() << result_json(o, started_unix_s, outcome).dump(2) << '\n';
+  for (auto* file : {&csv, &json}) {
+    if (*file) (*file)->commit();
+  }
+  const bool gave_up = std::any_of(outcome.phases.begin(), outcome.phases.end(),
+                                   [](const DeviceProgramOutcome::Phase& phase) { return phase.timed_out; });
+  return o.scenario.empty() || (outcome.finished && !gave_up) ? 0 : 1;
+}
+
+}  // namespace
+
+cli::Command device_entry() {
+  return {"device", "Simulated haptic device: play firmware and hand on a USB gadget", [](CLI::App& command) {
+            const auto options = std::make_shared<Options>();
+            add_options(command, *options);
+            return [options] { return run(*options); };
+          }};
+}
+
+}  // namespace knuckle::programs

@@ -1,0 +1,12 @@
+// `knuckle device`: the simulated firmware and hand on a USB gadget.
+#pragma once
+
+#include "app/cli/command.h"
+
+namespace knuckle::programs {
+
+/// Exit codes: 0 ended when told to, or the operator has finished; 1 the operator has given up, or was ended before;
+/// 2 wrong usage.
+[[nodiscard]] cli::Command device_entry();
+
+}  // namespace knuckle::programs

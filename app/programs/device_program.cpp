@@ -1,0 +1,217 @@
+#include "app/programs/device_program.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <memory>
+
+#include "app/bringup/device_probe.h"
+#include "app/recordings/csv_row.h"
+#include "app/session/operator_path.h"
+#include "core/ring.h"
+#include "sim/haptic_device.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::programs {
+namespace {
+
+constexpr Duration kTick = 1ms, kTail = 500ms;  // how long the device stays after the operator has finished
+constexpr int kPriority = 65, kTicksPerRow = 5;
+
+/// What is truly so, known to no controller.
+struct TruthRow {
+  Time at{};
+  sim::HandTruth truth;
+  sim::OperatorIntent intent;
+  int phase = 0;
+};
+
+void write_truth(std::ostream& out, const TruthRow& truth, bool names) {
+  recordings::RowWriter row(out, names);
+  row.number("time_s", to_seconds(truth.at));
+  row.joints("", "_rad", truth.truth.joint_rad, bringup::kDeviceJointNames);
+  row.joints("meant_", "_rad", truth.intent.joint_rad, bringup::kDeviceJointNames);
+  row.planar("tip", "m", truth.truth.tip_m);
+  row.planar("felt", "N", truth.truth.felt_N);
+  row.planar("contact", "N", truth.truth.contact_N);
+  row.number("presence", truth.intent.presence ? 1 : 0);
+  row.number("enable", truth.intent.enable ? 1 : 0);
+  row.number("clutch", truth.intent.clutch ? 1 : 0);
+  row.number("stop", truth.intent.stop ? 1 : 0);
+  row.number("phase", truth.phase);
+  row.end_row();
+}
+
+/// Something to tell: from the loop's thread to the one that tends it.
+struct Event {
+  enum class Kind : std::uint8_t { kPhase, kLatch, kFault } kind = Kind::kPhase;
+  Time at{};
+  int value = 0;    ///< Phase begun, or fault of the plan.
+  bool is = false;  ///< The phase before timed out; the fault was broken.
+  std::uint16_t bits = 0;
+};
+
+/// All that the loop's thread works on, and what crosses to the thread that tends it.
+class DeviceRunner {
+ public:
+  DeviceRunner(const DeviceProgramSetup& setup, HidPort& cable, Link* screen, bool wants_rows)
+      : plan_(setup.plan),
+        port_(cable),
+        faults_(setup.faults),
+        person_(setup.plan.machine, setup.plan.phases, {}, session::kPathPeriod, setup.start_rad, setup.plan.reaction,
+                press_N_per_m(setup)),
+        hand_(setup.device, setup.limb, port_, setup.seed, setup.start_rad, setup.serial),
+        screen_(screen),
+        wants_rows_(wants_rows) {
+    seen_.machine_rad = seen_.ghost_rad = still_.joint_rad = setup.start_rad;
+    still_.presence = true;
+  }
+
+  // The loop's thread.
+  void step(Time now) noexcept {
+    look();
+    if (const int fault = faults_.step(now, hand_.firmware(), port_); fault >= 0)
+      events_.push({Event::Kind::kFault, now, fault, faults_.broken(fault), 0});
+    hand_.step(now, act(now));
+    note_latch(now);
+    felt_peak_N_ = std::max(felt_peak_N_, hand_.truth().felt_N.norm());
+    if (wants_rows_ && ticks_++ % kTicksPerRow == 0) rows_.push({now, hand_.truth(), intent_, phase_});
+  }
+
+  // The tending thread.
+  bool next(Event& event) noexcept { return events_.pop(event); }
+  void write(std::ostream* truth_csv) {
+    TruthRow row;
+    while (rows_.pop(row)) write_truth(*truth_csv, row, false);
+  }
+  [[nodiscard]] bool finished() const noexcept { return finished_; }
+
+  // After the loop has ended.
+  [[nodiscard]] double felt_peak_N() const noexcept { return felt_peak_N_; }
+  [[nodiscard]] double energy_to_hand_J() const noexcept { return hand_.truth().energy_to_hand_J; }
+  [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped() + rows_.dropped(); }
+
+ private:
+  /// What a hand adds to the felt force per machine metre, limb and rendered spring in series.
+  static double press_N_per_m(const DeviceProgramSetup& setup) noexcept {
+    const double limb = setup.limb.stiffness_N_per_m, spring = setup.device.feel.spring_N_per_m;
+    return limb * spring / (limb + spring) / setup.device.feel.position_scale;
+  }
+
+  /// The newest of what passed over the link, as a screen beside the operator would show it.
+  void look() noexcept {
+    if (screen_ == nullptr) return;
+    while (screen_->receive(datagram_)) {
+      if (const auto machine = decode_slave(datagram_.view())) {
+        seen_.machine_rad = machine->position_rad;
+        seen_.mode = machine->mode;
+      } else if (const auto asked = decode_master(datagram_.view())) {
+        seen_.ghost_rad = asked->position_rad;
+      }
+    }
+  }
+
+  const sim::OperatorIntent& act(Time now) noexcept {
+    if (plan_.phases.empty()) return intent_ = still_;
+    seen_.hand_rad = hand_.truth().joint_rad;
+    seen_.felt_N = hand_.truth().felt_N;
+    intent_ = person_.step(now, seen_);
+    if (person_.phase() != phase_ || !begun_) {
+      const bool gave_up = person_.timed_out() == phase_ && begun_;
+      begun_ = true;
+      phase_ = person_.phase();
+      events_.push({Event::Kind::kPhase, now, phase_, gave_up, 0});
+    }
+    finished_ = person_.finished();
+    return intent_;
+  }
+
+  void note_latch(Time now) noexcept {
+    const bool latched = hand_.firmware().latched();
+    if (latched && !latched_) events_.push({Event::Kind::kLatch, now, 0, true, hand_.firmware().fault()});
+    latched_ = latched;
+  }
+
+  const OperatorPlan& plan_;
+  TruncatingPort port_;
+  DeviceFaults faults_;
+  sim::Operator person_;
+  sim::HandAndDevice hand_;
+  Link* screen_;
+  bool wants_rows_;
+  sim::OperatorView seen_;
+  sim::OperatorIntent intent_, still_;
+  Datagram datagram_;
+  int phase_ = 0, ticks_ = 0;
+  bool begun_ = false, latched_ = false;
+  double felt_peak_N_ = 0;
+  std::atomic<bool> finished_{false};
+  Ring<Event, 256> events_;
+  Ring<TruthRow, 1024> rows_;
+};
+
+void tell(const DeviceProgramSetup& setup, DeviceRunner& runner, ProgramConsole& console,
+          DeviceProgramOutcome& outcome) {
+  for (Event event; runner.next(event);) {
+    const double at_s = to_seconds(event.at);
+    switch (event.kind) {
+      case Event::Kind::kPhase: {
+        if (event.is && !outcome.phases.empty()) outcome.phases.back().timed_out = true;
+        const auto index = static_cast<std::size_t>(event.value);
+        const bool over = index >= setup.plan.phase_names.size();
+        if (!over) outcome.phases.push_back({setup.plan.phase_names[index], at_s});
+        console.event(event.at, (event.is ? "given up; " : "") + (over ? std::string("the operator has finished")
+                                                                       : "operator: " + setup.plan.phase_names[index]));
+        break;
+      }
+      case Event::Kind::kLatch:
+        outcome.latches.push_back({at_s, event.bits});
+        console.event(event.at, "the device took its torque away, fault bits " + std::to_string(event.bits));
+        break;
+      case Event::Kind::kFault: {
+        const std::string& text = setup.faults[static_cast<std::size_t>(event.value)].text;
+        outcome.faults.push_back({text, at_s, event.is});
+        console.event(event.at, (event.is ? "broken: " : "mended: ") + text);
+        break;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+DeviceProgramOutcome run_device(const DeviceProgramSetup& setup, HidPort& cable, Link* screen, const ProgramRun& run,
+                                std::ostream* truth_csv) {
+  const auto runner = std::make_unique<DeviceRunner>(setup, cable, screen, truth_csv != nullptr);
+  if (truth_csv != nullptr) write_truth(*truth_csv, {}, true);
+  DeviceProgramOutcome outcome;
+  PolicyNote policy("device");
+  const RealtimeClock clock;
+  {
+    RealtimeThread loop({.name = "device", .period = kTick, .fifo_priority = kPriority}, clock,
+                        [&runner](Time now) { runner->step(now); });
+    const auto tend = [&](Time now) {
+      policy.tell(run.console, now, loop);
+      tell(setup, *runner, run.console, outcome);
+      runner->write(truth_csv);
+    };
+    Time finished_at = kNever;
+    const auto keep_on = [&] {
+      if (runner->finished() && finished_at == kNever) finished_at = clock.now();
+      const bool over = finished_at != kNever && clock.now() - finished_at >= kTail;
+      return !over && (!run.keep_on || run.keep_on());
+    };
+    tend_until_over({keep_on, run.console, run.duration_s}, clock, tend);
+    loop.stop();
+    tend(clock.now());
+    outcome.loop = loop.report();
+  }
+  outcome.ran_s = to_seconds(clock.now());
+  outcome.finished = runner->finished();
+  outcome.felt_peak_N = runner->felt_peak_N();
+  outcome.energy_to_hand_J = runner->energy_to_hand_J();
+  outcome.records_lost = runner->lost();
+  return outcome;
+}
+
+}  // namespace knuckle::programs

@@ -1,0 +1,72 @@
+// The haptic device as a program: the simulated firmware and a simulated hand at the device's end of a real cable, in
+// real time, for bringing up the driver or the operator's side without a device.
+#pragma once
+
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "app/programs/device_faults.h"
+#include "app/programs/program_console.h"
+#include "core/joints.h"
+#include "machine/description.h"
+#include "sim/operator.h"
+#include "sim/operator_limb.h"
+#include "transport/hid_port.h"
+#include "transport/link.h"
+
+namespace knuckle::programs {
+
+/// What the operator does, and the machine it is done with.
+struct OperatorPlan {
+  MachineDescription machine;
+  std::vector<sim::Phase> phases;  ///< Empty: the hand holds the device still and presses nothing.
+  std::vector<std::string> phase_names;
+  Duration reaction = 200ms;
+};
+
+struct DeviceProgramSetup {
+  DeviceDescription device;
+  sim::LimbImpedance limb;
+  OperatorPlan plan;
+  JointVector start_rad = JointVector::Zero();
+  std::uint64_t seed = 1;
+  std::uint32_t serial = 0;  ///< 0: as the device's file says, or 1.
+  std::vector<PlannedDeviceFault> faults;
+};
+
+struct DeviceProgramOutcome {
+  struct Phase {
+    std::string name;
+    double began_s = 0;
+    bool timed_out = false;
+  };
+  struct Latch {
+    double at_s = 0;
+    std::uint16_t fault = 0;  ///< DeviceFault bits.
+  };
+  struct Fault {
+    std::string text;
+    double at_s = 0;
+    bool broken = false;  ///< Else mended.
+  };
+  std::vector<Phase> phases;
+  std::vector<Latch> latches;
+  std::vector<Fault> faults;
+  bool finished = false;   ///< The plan was carried out to its end.
+  double felt_peak_N = 0;  ///< Largest force that the motors made at the tip.
+  double energy_to_hand_J = 0;
+  double ran_s = 0;
+  RealtimeReport loop;
+  std::uint64_t records_lost = 0;
+};
+
+/// Until told to end, or until shortly after the operator has finished.
+/// @param cable the device's end, used by the loop's thread alone while this runs. @param screen brings what the
+/// operator sees: copies of the link's datagrams; null: nothing is seen. @param truth_csv a row every 5 ms of what is
+/// truly so; null: not wanted.
+[[nodiscard]] DeviceProgramOutcome run_device(const DeviceProgramSetup& setup, HidPort& cable, Link* screen,
+                                              const ProgramRun& run, std::ostream* truth_csv = nullptr);
+
+}  // namespace knuckle::programs

@@ -1,0 +1,174 @@
+#include "app/programs/master_command.h"
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app/bringup/device_probe.h"
+#include "app/cli/interrupt.h"
+#include "app/programs/master_program.h"
+#include "app/programs/program_options.h"
+#include "app/session/scenario.h"
+#include "machine/device_choice.h"
+#include "machine/load.h"
+#include "transport/mirrored_link.h"
+#include "transport/udp_link.h"
+
+namespace knuckle::programs {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* kSchema = "knuckle-master/1";
+
+struct Options {
+  std::string machine, device, device_file, serial, connect, mirror, control = "echo";
+  bool insecure = false;
+  double assist_force_limit_N = 0;
+  bool assist_stop_on_object = false;
+  std::optional<double> duration_s;
+  std::string csv, json;
+};
+
+void add_options(CLI::App& c, Options& o) {
+  c.add_option("--machine", o.machine, "Machine name or .toml file, the same as on the machine's side")->required();
+  c.add_option("--device", o.device, "How the haptic device is attached: hid (hidraw), usb (libusb), or none")
+      ->required();
+  c.add_option("--device-file", o.device_file,
+               "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
+  c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
+  c.add_option("--connect", o.connect, "Address and port of the machine's side, such as 192.0.2.7:5683 or [::1]:5683")
+      ->required();
+  c.add_flag("--insecure", o.insecure, "Allow a link that is plain UDP");
+  c.add_option("--mirror", o.mirror, "Send a copy of all that goes over the link to this address and port: a screen");
+  c.add_option("--control", o.control, "Bilateral law: echo or direct")->capture_default_str();
+  c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
+  c.add_flag("--assist-stop-on-object", o.assist_stop_on_object, "Stop digging when something stiff is met");
+  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when told to)");
+  c.add_option("--csv", o.csv, "Write device, set-point, force and what the machine tells, a row every 5 ms");
+  c.add_option("--json", o.json, "Write what happened (docs/programs.md says what is in it)");
+}
+
+void check(const Options& o) {
+  cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  if (o.assist_force_limit_N != 0)
+    cli::check_range("--assist-force-limit", o.assist_force_limit_N, session::kLeastAssist_N, session::kMostAssist_N,
+                     " N, or 0: off");
+  if (o.device != "hid" && o.device != "usb" && o.device != "none")
+    cli::refuse_option("--device", o.device, "must be hid, usb or none");
+  if (o.device == "none" && !o.serial.empty())
+    cli::refuse_option("--serial", o.serial, "goes with --device hid or usb");
+  if (o.control != "echo" && o.control != "direct")
+    cli::refuse_option("--control", o.control, "must be echo or direct");
+  check_plain_link("--connect", o.connect, o.insecure);
+  cli::Places places;
+  places.configuration("--machine", o.machine);
+  places.configuration("--device-file", o.device_file);
+  places.output("--csv", o.csv);
+  places.output("--json", o.json);
+}
+
+/// No device at all: the link, and what the machine tells, can be looked at without one.
+class NoDevice final : public HidPort {
+ public:
+  bool write(const HidReport& /*report*/) noexcept override { return false; }
+  bool read(HidReport& /*report*/) noexcept override { return false; }
+  [[nodiscard]] bool connected() const noexcept override { return false; }
+};
+
+MasterSetup set_up(const Options& o) {
+  MasterSetup setup;
+  setup.machine = calibrated(load_machine(find_config("machine", o.machine)));
+  setup.device = device_for(setup.machine, o.device_file);
+  check_springs(setup.machine, setup.device);
+  setup.law = o.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
+  setup.assist.force_limit_N = o.assist_force_limit_N;
+  setup.assist.stop_on_object = o.assist_stop_on_object;
+  return setup;
+}
+
+/// What is wrong with the wires, in one line; empty where nothing is.
+std::string problem_of(const Options& o, const HidDevicePort* device, const UdpLink& link) {
+  if (link.refused()) return "nobody listens at " + o.connect;
+  return device != nullptr ? device->status().problem : "";
+}
+
+Json status_json(const std::optional<MachineStatus>& status) {
+  if (!status) return nullptr;
+  return {
+      {"machine", status->machine.text()},          {"pilot_on", status->pilot_on}, {"bus_load", status->bus_load},
+      {"can_errors", status->can_errors},           {"loop_steps", status->steps},  {"loop_overruns", status->overruns},
+      {"loop_fifo_priority", status->fifo_priority}};
+}
+
+Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome) {
+  Json json{{"schema", kSchema},    {"version", cli::program_version()}, {"machine", setup.machine.name},
+            {"device", o.device},   {"device_file", setup.device.name},  {"connect", o.connect},
+            {"control", o.control}, {"started_unix_s", started_unix_s},  {"ran_s", outcome.ran_s}};
+  json["machine_side"] = Json::array();
+  json["device_states"] = Json::array();
+  json["other_machine"] = Json::array();
+  for (const MasterEvent& event : outcome.events) {
+    const double at_s = to_seconds(event.at);
+    if (event.about == MasterEvent::About::kDevice) {
+      json["device_states"].push_back({{"at_s", at_s}, {"ready", !event.device}, {"why", reason_json(event.device)}});
+    } else if (event.about == MasterEvent::About::kSameMachine) {
+      json["other_machine"].push_back({{"at_s", at_s},
+                                       {"here", event.here.text()},
+                                       {"there", event.there.text()},
+                                       {"why", reason_json(event.other_machine)}});
+    } else {
+      json["machine_side"].push_back({{"at_s", at_s},
+                                      {"heard", event.heard},
+                                      {"mode", event.heard ? Json(name(event.mode)) : Json()},
+                                      {"blocking", reason_json(event.blocking)},
+                                      {"fault", reason_json(event.fault)}});
+    }
+  }
+  json["round_trip_ms"] = milliseconds_json(outcome.round_trip);
+  json["machine_status"] = status_json(outcome.machine_status);
+  json["records_lost"] = outcome.records_lost;
+  json["realtime"] = {{"master", loop_json(outcome.loop)}};
+  return json;
+}
+
+int run(const Options& o) {
+  check(o);
+  const cli::InterruptGuard interrupt;
+  const MasterSetup setup = set_up(o);
+  AskedOutput csv("--csv", o.csv), json("--json", o.json);
+  UdpLink link = UdpLink::connect(o.connect);
+  std::optional<UdpLink> screen;
+  std::optional<MirroredLink> mirrored;
+  if (!o.mirror.empty()) mirrored.emplace(link, screen.emplace(UdpLink::connect(o.mirror)));
+  NoDevice nothing;
+  const std::unique_ptr<HidDevicePort> device = bringup::open_leading_device(o.device, o.serial);
+
+  ProgramConsole console("knuckle master");
+  console.note("link: " + std::string(kPlainLinkNote));
+  console.note("device " + setup.device.name + " (" + o.device + "), machine " + setup.machine.name + " at " +
+               o.connect);
+  ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
+  if (o.duration_s) program.duration_s = *o.duration_s;
+  const double started_unix_s = unix_time_s();
+  HidPort& port = device ? static_cast<HidPort&>(*device) : nothing;
+  Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link;
+  const MasterOutcome outcome = run_master(
+      setup, port, wire, program, [&] { return problem_of(o, device.get(), link); }, csv.stream());
+
+  if (auto* out = json.stream()) *out << result_json(o, setup, started_unix_s, outcome).dump(2) << '\n';
+  commit_all({&csv, &json});
+  return 0;
+}
+
+}  // namespace
+
+cli::Command master_entry() {
+  return {"master", "Operator's side: lead a machine with a haptic device, without a screen", [](CLI::App& command) {
+            const auto options = std::make_shared<Options>();
+            add_options(command, *options);
+            return [options] { return run(*options); };
+          }};
+}
+
+}  // namespace knuckle::programs

@@ -1,0 +1,223 @@
+#include "app/programs/master_program.h"
+
+#include <atomic>
+#include <cstdio>
+#include <memory>
+
+#include "app/programs/master_table.h"
+#include "core/mailbox.h"
+#include "core/ring.h"
+
+namespace knuckle::programs {
+namespace {
+
+constexpr int kPriority = 75, kStepsPerRow = 5;
+constexpr double kSilent_s = 1;
+constexpr Duration kStandingReason = 1s;
+
+bool same(const Reason& a, const Reason& b) noexcept {
+  return a.code == b.code && a.subject == b.subject;
+}
+
+std::string reason_text(const Reason& reason) {
+  return std::string(name(reason.code)) + ": " + text(reason);
+}
+
+struct MasterStatus {
+  MasterEvent now;
+  double round_trip_s = 0;
+};
+
+/// All that the loop's thread works on, and what crosses to the thread that tends it.
+class MasterRunner {
+ public:
+  MasterRunner(const MasterSetup& setup, HidPort& port, Link& link, bool wants_rows)
+      : wants_rows_(wants_rows), master_(setup.device, setup.machine, port, link, setup.law) {
+    master_.set_assist(setup.assist);
+    last_device_.device.code = ReasonCode::kCount;  // what the device is worth is told at the start, too
+  }
+
+  // The loop's thread.
+  void step(Time now) noexcept;
+
+  // The tending thread.
+  void ask_to_stop() noexcept { stop_asked_.store(true, std::memory_order_relaxed); }
+  [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
+  bool next(MasterEvent& event) noexcept { return events_.pop(event); }
+  void write(std::ostream* csv) {
+    MasterRow row;
+    while (rows_.pop(row)) write_master_row(*csv, row);
+  }
+  [[nodiscard]] const MasterStatus& status() noexcept {
+    status_.take(shown_);
+    return shown_;
+  }
+
+  // After the loop has ended.
+  [[nodiscard]] const Histogram& round_trip() const noexcept { return round_trip_; }
+  [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept { return master_.machine_status(); }
+  [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped() + rows_.dropped(); }
+
+ private:
+  void observe(Time now) noexcept;
+
+  bool wants_rows_;
+  int steps_ = 0;
+  master::MasterLoop master_;
+  MasterEvent last_machine_, last_device_, last_other_;
+  Histogram round_trip_;
+  Ring<MasterEvent, 256> events_;
+  Ring<MasterRow, 1024> rows_;
+  Mailbox<MasterStatus> status_;
+  MasterStatus shown_;  // the tending thread's
+  std::atomic<bool> stop_asked_{false}, stopped_{false};
+};
+
+void MasterRunner::step(Time now) noexcept {
+  if (stop_asked_.load(std::memory_order_relaxed)) master_.let_go();
+  master_.step(now);
+  if (master_.has_let_go()) stopped_.store(true, std::memory_order_release);
+  observe(now);
+  if (wants_rows_ && steps_++ % kStepsPerRow == 0) rows_.push(row_of(now, master_));
+}
+
+void MasterRunner::observe(Time now) noexcept {
+  MasterEvent event;
+  event.at = now;
+  event.device = master_.device().reason;
+  const auto& told = master_.machine();
+  event.heard = told && master_.silence_s() < kSilent_s;
+  if (event.heard) {
+    event.mode = told->mode;
+    event.blocking = told->blocking;
+    event.fault = told->fault;
+    round_trip_.add(from_seconds(master_.round_trip_s()));
+  }
+  const bool machine_changed =
+      event.heard != last_machine_.heard || event.mode != last_machine_.mode || !same(event.fault, last_machine_.fault);
+  if (machine_changed) {
+    events_.push(event);
+    last_machine_ = event;
+  }
+  if (!same(event.device, last_device_.device)) {
+    event.about = MasterEvent::About::kDevice;
+    events_.push(event);
+    last_device_ = event;
+  }
+  event.other_machine = master_.other_machine();
+  event.here = master_.machine_name();
+  if (master_.machine_status()) event.there = master_.machine_status()->machine;
+  if (!same(event.other_machine, last_other_.other_machine) || !(event.there == last_other_.there)) {
+    event.about = MasterEvent::About::kSameMachine;
+    if (event.other_machine || last_other_.other_machine) events_.push(event);
+    last_other_ = event;
+  }
+  event.about = MasterEvent::About::kMachine;
+  status_.put({event, master_.round_trip_s()});
+}
+
+/// Events as they come, what blocks or is wrong for long, and the status line.
+class Teller {
+ public:
+  Teller(ProgramConsole& console, std::vector<MasterEvent>& events, const std::function<std::string()>& wire_problem)
+      : console_(console), events_(events), wire_problem_(wire_problem) {}
+
+  void tell(Time now, MasterRunner& runner) {
+    MasterEvent event;
+    while (runner.next(event)) {
+      events_.push_back(event);
+      console_.event(event.at, event_text(event));
+      if (event.about == MasterEvent::About::kMachine) told_ = event.fault ? event.fault : event.blocking;
+    }
+    const MasterStatus& status = runner.status();
+    tell_standing(now, status.now);
+    tell_problem(now);
+    console_.status(now, status_text(status));
+  }
+
+ private:
+  void tell_standing(Time now, const MasterEvent& event) {
+    if (!same(event.blocking, standing_)) standing_since_ = now;
+    standing_ = event.blocking;
+    if (!standing_ || same(standing_, told_) || now - standing_since_ < kStandingReason) return;
+    told_ = standing_;
+    MasterEvent shown = event;
+    shown.fault = {};
+    console_.event(now, event_text(shown));
+  }
+  void tell_problem(Time now) {
+    if (!wire_problem_) return;
+    const std::string problem = wire_problem_();
+    if (problem == problem_) return;
+    problem_ = problem;
+    if (!problem.empty()) console_.event(now, problem);
+  }
+  static std::string status_text(const MasterStatus& status) {
+    std::string line = status.now.heard ? "machine " + std::string(name(status.now.mode)) : "machine is not heard";
+    if (status.now.other_machine) line += " | " + text(status.now.other_machine);
+    if (status.now.blocking) line += " | " + text(status.now.blocking);
+    if (status.now.device) line += " | " + text(status.now.device);
+    char round_trip[48];
+    std::snprintf(round_trip, sizeof round_trip, " | round trip %.0f ms", 1e3 * status.round_trip_s);
+    return status.now.heard ? line + round_trip : line;
+  }
+
+  ProgramConsole& console_;
+  std::vector<MasterEvent>& events_;
+  const std::function<std::string()>& wire_problem_;
+  std::string problem_;
+  Reason told_, standing_;
+  Time standing_since_{};
+};
+
+std::string same_machine_text(const MasterEvent& event) {
+  const std::string here(event.here.text()), there(event.there.text());
+  if (!event.other_machine) return "machine is " + there + " on both sides";
+  const std::string text = reason_text(event.other_machine) + " (here " + here;
+  return text + (event.other_machine.code == ReasonCode::kOtherMachine ? ", there " + there + ")" : ")");
+}
+
+}  // namespace
+
+std::string event_text(const MasterEvent& event) {
+  if (event.about == MasterEvent::About::kDevice)
+    return event.device ? "device " + reason_text(event.device) : "device is ready";
+  if (event.about == MasterEvent::About::kSameMachine) return same_machine_text(event);
+  if (!event.heard) return "machine is not heard";
+  const std::string mode = std::string("machine ") + name(event.mode);
+  if (event.fault) return mode + " " + reason_text(event.fault);
+  return event.blocking ? mode + ", " + reason_text(event.blocking) : mode;
+}
+
+MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
+                         const std::function<std::string()>& wire_problem, std::ostream* csv) {
+  const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv != nullptr);
+  if (csv != nullptr) write_master_header(*csv);
+  MasterOutcome outcome;
+  Teller teller(run.console, outcome.events, wire_problem);
+  PolicyNote policy("master");
+  const RealtimeClock clock;
+  {
+    RealtimeThread loop({.name = "master", .period = 1ms, .fifo_priority = kPriority, .lock_memory = true}, clock,
+                        [&runner](Time now) { runner->step(now); });
+    const auto tend = [&](Time now) {
+      policy.tell(run.console, now, loop);
+      teller.tell(now, *runner);
+      runner->write(csv);
+    };
+    tend_until_over(run, clock, tend);
+    runner->ask_to_stop();
+    tend_until_over({[&runner] { return !runner->stopped(); }, run.console}, clock, tend);
+    loop.stop();
+    tend(clock.now());
+    outcome.loop = loop.report();
+  }
+  outcome.ran_s = to_seconds(clock.now());
+  outcome.round_trip = runner->round_trip();
+  outcome.machine_status = runner->machine_status();
+  outcome.records_lost = runner->lost();
+  run.console.event(clock.now(), "stopped: let go of machine and device");
+  return outcome;
+}
+
+}  // namespace knuckle::programs

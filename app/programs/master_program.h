@@ -1,0 +1,64 @@
+// The operator's side as a program, without a screen: the master loop of every session in a real-time thread of its
+// own, what the machine and the device say on the console, and an end that lets go of both.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "app/programs/program_console.h"
+#include "core/histogram.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "master/master_loop.h"
+#include "transport/hid_port.h"
+#include "transport/link.h"
+#include "transport/link_messages.h"
+#include "transport/machine_status.h"
+
+namespace knuckle::programs {
+
+struct MasterSetup {
+  DeviceDescription device;
+  MachineDescription machine;  ///< As calibrated.
+  master::ControlLaw law = master::ControlLaw::kEchoSpring;
+  AssistSettings assist;
+};
+
+/// What the machine tells changed (its mode or fault, or that it is heard at all), what the device is worth, or whether
+/// both sides mean the same machine.
+struct MasterEvent {
+  enum class About : std::uint8_t { kMachine, kDevice, kSameMachine } about = About::kMachine;
+  Time at{};
+  bool heard = false;  ///< The machine, within the last second.
+  Mode mode = Mode::kOff;
+  Reason blocking, fault;  ///< Machine.
+  Reason device;           ///< Why the device cannot be used; kNone where it can.
+  Reason other_machine;    ///< Why the far end cannot be led; kNone where it can.
+  MachineName here, there;
+};
+/// "machine engaged", "machine is not heard", "device device_lost: ...", "other_machine: ..."
+[[nodiscard]] std::string event_text(const MasterEvent& event);
+
+struct MasterOutcome {
+  std::vector<MasterEvent> events;
+  Histogram round_trip;                         ///< As measured; one value each step while the machine is heard.
+  std::optional<MachineStatus> machine_status;  ///< The newest; nothing where the machine's side sent none.
+  RealtimeReport loop;
+  double ran_s = 0;
+  std::uint64_t records_lost = 0;  ///< Events and rows there was no room for.
+};
+
+/// Runs until the run is over; then lets go: enable and presence off, torque off, and ends.
+/// @param port, @param link used by the loop's thread alone while this runs.
+/// @param wire_problem what is wrong with device or link below the loop, in one line; empty: nothing. May be empty
+/// itself. @param csv a row every 5 ms; null: not wanted.
+[[nodiscard]] MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
+                                       const std::function<std::string()>& wire_problem = {},
+                                       std::ostream* csv = nullptr);
+
+}  // namespace knuckle::programs

@@ -1,0 +1,166 @@
+#include "app/programs/node_command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
+
+#include "app/cli/interrupt.h"
+#include "app/programs/node_program.h"
+#include "app/programs/program_options.h"
+#include "app/session/scenario.h"
+#include "app/session/truth_file.h"
+#include "machine/load.h"
+#include "transport/socket_can.h"
+
+namespace knuckle::programs {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* kSchema = "knuckle-node/1";
+
+struct Options {
+  std::string machine = "solar015", can, scenario = "free_motion", nodes = "all", truth;
+  std::uint64_t seed = 1;
+  std::vector<std::string> faults;
+  std::optional<double> duration_s;
+  std::string csv, json;
+};
+
+std::atomic<std::uint32_t> user_signals{0};  // a handler can reach nothing else
+static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
+
+/// While one lives, SIGUSR1 is counted.
+class UserSignal {
+ public:
+  UserSignal() noexcept : previous_(std::signal(SIGUSR1, [](int) { ++user_signals; })) {}
+  ~UserSignal() { std::signal(SIGUSR1, previous_); }
+  UserSignal(const UserSignal&) = delete;
+  UserSignal& operator=(const UserSignal&) = delete;
+
+ private:
+  void (*previous_)(int);
+};
+
+void add_options(CLI::App& c, Options& o) {
+  c.add_option("--can", o.can, "CAN interface, such as vcan0")->required();
+  c.add_option("--machine", o.machine, "Machine name or .toml file")->capture_default_str();
+  c.add_option("--scenario", o.scenario, "Where the machine starts and what is around it, by name or .toml file")
+      ->capture_default_str();
+  c.add_option("--seed", o.seed, "Draws the machine's truth")
+      ->capture_default_str()
+      ->check(CLI::Validator(cli::seed_error, "", "seed"));
+  c.add_option("--truth", o.truth, "The machine's own parameters (.toml), instead of drawing them from the seed");
+  c.add_option("--nodes", o.nodes, "Nodes to play: all, or names with commas, such as boom_valve,tilt")
+      ->capture_default_str();
+  c.add_option("--fault", o.faults,
+               "Break something: KIND[:NODE]@S[+D], from S seconds on (usr1: at SIGUSR1) for D seconds")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->expected(1);
+  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when told to)");
+  c.add_option("--csv", o.csv, "Write what is truly so, a row every 5 ms");
+  c.add_option("--json", o.json, "Write what happened (docs/programs.md says what is in it)");
+}
+
+void check(const Options& o) {
+  cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  if (!o.truth.empty()) cli::check_readable("--truth", o.truth);
+  cli::Places places;
+  places.configuration("--machine", o.machine);
+  places.configuration("--scenario", o.scenario);
+  places.input("--truth", o.truth);
+  places.output("--csv", o.csv);
+  places.output("--json", o.json);
+}
+
+/// Ids of the nodes that are not played.
+std::vector<std::uint8_t> left_out(const std::string& asked, const BusDescription& bus) {
+  std::vector<std::uint8_t> out;
+  if (asked == "all") return out;
+  std::vector<std::string> played;
+  std::istringstream list(asked);
+  for (std::string name; std::getline(list, name, ',');) played.push_back(name);
+  const auto nodes = named_nodes(bus);
+  for (const std::string& name : played) {
+    if (std::any_of(nodes.begin(), nodes.end(), [&](const NamedNode& n) { return n.name == name; })) continue;
+    std::string known = "all";
+    for (const NamedNode& n : nodes) known += ", " + n.name;
+    cli::refuse_option("--nodes", asked, "no node \"" + name + "\"; there are " + known);
+  }
+  for (const NamedNode& n : nodes) {
+    if (std::find(played.begin(), played.end(), n.name) == played.end()) out.push_back(n.node.id);
+  }
+  return out;
+}
+
+NodeSetup set_up(const Options& o) {
+  const MachineDescription machine = load_machine(find_config("machine", o.machine));
+  const session::Scenario scenario = session::load_scenario(find_config("scenario", o.scenario), machine);
+  NodeSetup setup;
+  setup.truth = o.truth.empty() ? sim::draw_truth(machine, o.seed) : session::load_truth(o.truth, machine);
+  setup.world = scenario.world;
+  setup.start_rad = scenario.start_rad;
+  setup.seed = o.seed;
+  setup.left_out = left_out(o.nodes, machine.bus);
+  for (const std::string& fault : o.faults) setup.faults.push_back(parse_fault(fault, machine.bus));
+  return setup;
+}
+
+Json result_json(const Options& o, double started_unix_s, const NodeOutcome& outcome) {
+  Json json{{"schema", kSchema},
+            {"version", cli::program_version()},
+            {"machine", o.machine},
+            {"can", o.can},
+            {"scenario", o.scenario},
+            {"seed", o.seed},
+            {"started_unix_s", started_unix_s},
+            {"ran_s", outcome.ran_s}};
+  json["faults"] = Json::array();
+  for (const auto& fault : outcome.faults)
+    json["faults"].push_back({{"fault", fault.text},
+                              {"at_s", fault.at_s},
+                              {"mended_at_s", fault.mended_at_s < 0 ? Json() : Json(fault.mended_at_s)}});
+  json["events"] = Json::array();
+  for (const auto& event : outcome.events)
+    json["events"].push_back({{"what", event.what}, {"at_s", event.at_s}, {"value", event.value}});
+  json["peak_tip_force_N"] = outcome.peak_tip_N;
+  json["records_lost"] = outcome.records_lost;
+  json["realtime"] = {{"node", loop_json(outcome.loop)}};
+  return json;
+}
+
+int run(const Options& o) {
+  check(o);
+  const cli::InterruptGuard interrupt;
+  const UserSignal user_signal;
+  const NodeSetup setup = set_up(o);
+  AskedOutput csv("--csv", o.csv), json("--json", o.json);
+  SocketCanBus bus(o.can);
+
+  ProgramConsole console("knuckle node");
+  console.note("plays " + (o.nodes == "all" ? "all nodes" : o.nodes) + " of " + o.machine + " on " + o.can);
+  ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
+  if (o.duration_s) program.duration_s = *o.duration_s;
+  const double started_unix_s = unix_time_s();
+  const NodeOutcome outcome = run_node(setup, bus, program, user_signals, csv.stream());
+
+  if (const std::string wrong = bus.diagnosis(); !wrong.empty()) console.note(wrong);
+  if (auto* out = json.stream()) *out << result_json(o, started_unix_s, outcome).dump(2) << '\n';
+  commit_all({&csv, &json});
+  return 0;
+}
+
+}  // namespace
+
+cli::Command node_entry() {
+  return {"node", "Simulated machine: play the nodes of a machine's bus on a CAN interface", [](CLI::App& command) {
+            const auto options = std::make_shared<Options>();
+            add_options(command, *options);
+            return [options] { return run(*options); };
+          }};
+}
+
+}  // namespace knuckle::programs

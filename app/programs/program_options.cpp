@@ -1,0 +1,85 @@
+#include "app/programs/program_options.h"
+
+#include <exception>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/command.h"
+#include "core/error.h"
+
+namespace knuckle::programs {
+namespace {
+
+nlohmann::ordered_json percentiles_json(const Histogram& h, double units_per_s) {
+  const auto in_units = [units_per_s](Duration d) { return units_per_s * to_seconds(d); };
+  return {{"p50", in_units(h.quantile(0.5))}, {"p99", in_units(h.quantile(0.99))}, {"max", in_units(h.max())}};
+}
+
+}  // namespace
+
+void check_plain_link(const std::string& option, const std::string& address, bool insecure) {
+  if (insecure) return;
+  cli::refuse_option(option, address, "the link is plain UDP, which proves and encrypts nothing; --insecure allows it");
+}
+
+void commit_all(std::initializer_list<AskedOutput*> outputs) {
+  std::exception_ptr refused;
+  for (AskedOutput* output : outputs) {
+    try {
+      output->commit();
+    } catch (const InputError&) {
+      if (!refused) refused = std::current_exception();
+    }
+  }
+  if (refused) std::rethrow_exception(refused);
+}
+
+std::vector<NamedNode> named_nodes(const BusDescription& bus) {
+  std::vector<NamedNode> nodes;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const std::string joint = kJointNames[j];
+    nodes.push_back({joint + "_valve", bus.valves[j]});
+    nodes.push_back({joint + "_head_pressure", bus.pressures[2 * j]});
+    nodes.push_back({joint + "_rod_pressure", bus.pressures[2 * j + 1]});
+    nodes.push_back({joint + "_encoder", bus.encoders[j]});
+  }
+  nodes.push_back({"tilt", bus.tilt});
+  nodes.push_back({"enable", bus.enable});
+  return nodes;
+}
+
+nlohmann::ordered_json loop_json(const RealtimeReport& report) {
+  return {{"policy", report.policy},
+          {"wake_us", percentiles_json(report.wake_lateness, 1e6)},
+          {"execution_us", percentiles_json(report.execution, 1e6)},
+          {"overruns", report.overruns}};
+}
+
+nlohmann::ordered_json counters_json(const CanCounters& c) {
+  return {{"sent", c.sent},
+          {"received", c.received},
+          {"queue_full", c.queue_full},
+          {"not_sendable", c.not_sendable},
+          {"overflows", c.overflows},
+          {"controller_overflows", c.controller_overflows},
+          {"error_frames", c.error_frames},
+          {"protocol_errors", c.protocol_errors},
+          {"no_acknowledge", c.no_acknowledge},
+          {"passive", c.passive},
+          {"bus_off", c.bus_off},
+          {"restarts", c.restarts},
+          {"downs", c.downs},
+          {"transmit_errors", c.transmit_errors},
+          {"receive_errors", c.receive_errors}};
+}
+
+nlohmann::ordered_json milliseconds_json(const Histogram& histogram) {
+  if (histogram.count() == 0) return nullptr;
+  return percentiles_json(histogram, 1e3);
+}
+
+nlohmann::ordered_json reason_json(const Reason& reason) {
+  if (!reason) return nullptr;
+  return {{"code", name(reason.code)}, {"reason", text(reason)}};
+}
+
+}  // namespace knuckle::programs

@@ -1,0 +1,233 @@
+#include "app/programs/slave_command.h"
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "app/cli/interrupt.h"
+#include "app/programs/program_options.h"
+#include "app/programs/slave_program.h"
+#include "app/session/scenario.h"
+#include "machine/load.h"
+#include "sim/machine_on_bus.h"
+#include "sim/truth.h"
+#include "slave/bus_map.h"
+#include "transport/socket_can.h"
+#include "transport/udp_link.h"
+
+namespace knuckle::programs {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* kSchema = "knuckle-slave/1";
+constexpr const char* kSimulatedBus = "simulated";
+
+struct Options {
+  std::string machine, can, listen;
+  bool simulate = false;
+  std::string scenario;
+  std::optional<std::uint64_t> seed;
+  bool insecure = false;
+  std::optional<double> duration_s;
+  std::string candump, csv, json;
+};
+
+void add_options(CLI::App& c, Options& o) {
+  c.add_option("--machine", o.machine, "Machine name or .toml file (default with --simulate: solar015)");
+  c.add_option("--can", o.can, "CAN interface of the machine's bus, such as can0");
+  c.add_flag("--simulate", o.simulate, "Drive a simulated machine inside this program instead");
+  c.add_option("--scenario", o.scenario,
+               "With --simulate: where it starts and what is around it, by name or .toml file (default: free_motion)");
+  c.add_option("--seed", o.seed, "With --simulate: draws the machine's truth (default: 1)")
+      ->check(CLI::Validator(cli::seed_error, "", "seed"));
+  c.add_option("--listen", o.listen, "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683")
+      ->required();
+  c.add_flag("--insecure", o.insecure, "Allow a link that is plain UDP");
+  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when told to)");
+  c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
+  c.add_option("--csv", o.csv, "Write sensors, commands and estimates, a row each step; `knuckle identify` reads it");
+  c.add_option("--json", o.json, "Write what happened (docs/programs.md says what is in it)");
+}
+
+/// On a CAN interface, or simulated: one of the two, and nothing that only the other takes.
+void check_bus(const Options& o) {
+  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "is already taken by --simulate");
+  if (o.simulate) return;
+  if (o.can.empty()) cli::refuse_option("slave", "", "needs --can, or --simulate");
+  if (o.machine.empty()) cli::refuse_option("--machine", "", "is required with --can");
+  if (!o.scenario.empty()) cli::refuse_option("--scenario", o.scenario, "only goes with --simulate");
+  if (o.seed) cli::refuse_option("--seed", std::to_string(*o.seed), "only goes with --simulate");
+}
+
+void check(const Options& o) {
+  check_bus(o);
+  cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  check_plain_link("--listen", o.listen, o.insecure);
+  cli::Places places;
+  places.configuration("--machine", o.machine);
+  places.configuration("--scenario", o.scenario);
+  places.output("--candump", o.candump);
+  places.output("--csv", o.csv);
+  places.output("--json", o.json);
+}
+
+/// What is simulated of the machine, if it is.
+struct Simulation {
+  session::Scenario scenario;
+  std::uint64_t seed = 1;
+  sim::MachineTruth truth;
+};
+
+struct Setup {
+  MachineDescription machine;  ///< As calibrated.
+  std::optional<Simulation> simulation;
+};
+
+Setup set_up(const Options& o) {
+  const MachineDescription read = load_machine(find_config("machine", o.machine.empty() ? "solar015" : o.machine));
+  Setup setup{calibrated(read), {}};
+  if (!o.simulate) return setup;
+  const std::uint64_t seed = o.seed.value_or(1);
+  setup.simulation = {
+      session::load_scenario(find_config("scenario", o.scenario.empty() ? "free_motion" : o.scenario), read), seed,
+      sim::draw_truth(read, seed)};
+  session::refuse_faults(setup.simulation->scenario);
+  return setup;
+}
+
+/// The machine's bus: an interface of this computer, or one in this program with a simulated machine in a thread of its
+/// own.
+class MachineBus {
+ public:
+  MachineBus(const Options& o, const Setup& setup) {
+    if (!setup.simulation) {
+      interface_.emplace(o.can, slave::heard_by_controller(setup.machine.bus));
+      return;
+    }
+    const Simulation& simulation = *setup.simulation;
+    machine_.emplace(simulation.truth, simulation.scenario.world, simulation.scenario.start_rad, simulation.seed);
+    thread_.emplace(
+        RealtimeOptions{
+            .name = "machine", .period = sim::MachineOnBus::kTick, .fifo_priority = sim::MachineOnBus::kPriority},
+        RealtimeClock(), [this](Time now) { machine_->step(now); });
+  }
+  MachineBus(const MachineBus&) = delete;
+  MachineBus& operator=(const MachineBus&) = delete;
+
+  [[nodiscard]] CanBus& bus() noexcept {
+    return interface_ ? static_cast<CanBus&>(*interface_) : machine_->controller();
+  }
+  /// nullptr where the machine is simulated, and the other way round.
+  [[nodiscard]] const SocketCanBus* interface() const noexcept { return interface_ ? &*interface_ : nullptr; }
+  [[nodiscard]] RealtimeThread* machine_thread() noexcept { return thread_ ? &*thread_ : nullptr; }
+
+ private:
+  std::optional<SocketCanBus> interface_;
+  std::optional<sim::ThreadedMachine> machine_;
+  std::optional<RealtimeThread> thread_;
+};
+
+Json nodes_json(const SlaveOutcome& outcome) {
+  Json failures = Json::array(), emergencies = Json::array();
+  for (const SetupFailureEvent& event : outcome.setup_failures) {
+    failures.push_back(
+        {{"at_s", to_seconds(event.at)}, {"node", event.failure.node}, {"text", slave::text(event.failure)}});
+  }
+  for (const auto& [first, times, last_at] : outcome.emergencies) {
+    emergencies.push_back({{"at_s", to_seconds(first.at)},
+                           {"node", first.node},
+                           {"code", first.emergency.code},
+                           {"text", slave::text(first)},
+                           {"times", times},
+                           {"last_at_s", to_seconds(last_at)}});
+  }
+  return {{"setup_failures", std::move(failures)}, {"emergencies", std::move(emergencies)}};
+}
+
+Json simulation_json(const std::optional<Simulation>& simulation) {
+  if (!simulation) return nullptr;
+  return {{"scenario", simulation->scenario.name}, {"seed", simulation->seed}};
+}
+
+Json result_json(const Options& o, const Setup& setup, double started_unix_s, const SlaveOutcome& outcome) {
+  Json json{{"schema", kSchema},
+            {"version", cli::program_version()},
+            {"machine", o.machine.empty() ? setup.machine.name : o.machine},
+            {"can", o.can.empty() ? Json() : Json(o.can)},
+            {"simulated", simulation_json(setup.simulation)},
+            {"listen", o.listen},
+            {"started_unix_s", started_unix_s},
+            {"ran_s", outcome.ran_s}};
+  json["modes"] = Json::array();
+  json["faults"] = Json::array();
+  Reason standing;
+  for (const ModeEvent& event : outcome.events) {
+    json["modes"].push_back(
+        {{"mode", name(event.mode)}, {"at_s", to_seconds(event.at)}, {"blocking", reason_json(event.blocking)}});
+    const bool news = event.fault && (event.fault.code != standing.code || event.fault.subject != standing.subject);
+    standing = event.fault;
+    if (!news) continue;
+    Json fault = reason_json(event.fault);
+    fault["at_s"] = to_seconds(event.at);
+    json["faults"].push_back(std::move(fault));
+  }
+  json.update(nodes_json(outcome));
+  json["stop"] = {{"confirmed", outcome.unconfirmed.empty()}, {"unconfirmed", outcome.unconfirmed}};
+  json["malformed_datagrams"] = outcome.malformed_datagrams;
+  json["records_lost"] = outcome.records_lost;
+  json["realtime"] = {{"slave", loop_json(outcome.loop)}};
+  return json;
+}
+
+/// Nobody is to take one for the other.
+std::string machine_note(const Options& o, const Setup& setup) {
+  const std::string listening = ", listening on " + o.listen;
+  if (!setup.simulation) return "machine " + setup.machine.name + " on " + o.can + listening;
+  return "SIMULATED machine " + setup.machine.name + " (scenario " + setup.simulation->scenario.name + ", seed " +
+         std::to_string(setup.simulation->seed) + "), nothing real moves" + listening;
+}
+
+int run(const Options& o) {
+  check(o);
+  const cli::InterruptGuard interrupt;
+  const Setup setup = set_up(o);
+  AskedOutput candump("--candump", o.candump), csv("--csv", o.csv), json("--json", o.json);
+  MachineBus machine(o, setup);
+  UdpLink link = UdpLink::listen(o.listen);
+
+  ProgramConsole console("knuckle slave");
+  console.note("link: " + std::string(kPlainLinkNote));
+  console.note(machine_note(o, setup));
+  const SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream()};
+  ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
+  if (o.duration_s) program.duration_s = *o.duration_s;
+  const double started_unix_s = unix_time_s();
+  const SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link, program, records);
+
+  Json result = result_json(o, setup, started_unix_s, outcome);
+  if (const SocketCanBus* bus = machine.interface()) {
+    if (const std::string wrong = bus->diagnosis(); !wrong.empty()) console.note(wrong);
+    result["can_counters"] = counters_json(bus->counters());
+  } else {
+    machine.machine_thread()->stop();
+    result["realtime"]["machine"] = loop_json(machine.machine_thread()->report());
+  }
+  if (auto* out = json.stream()) *out << result.dump(2) << '\n';
+  commit_all({&candump, &csv, &json});
+  return 0;
+}
+
+}  // namespace
+
+cli::Command slave_entry() {
+  return {"slave", "Machine's side: drive a machine on a CAN interface for an operator's side over the link",
+          [](CLI::App& command) {
+            const auto options = std::make_shared<Options>();
+            add_options(command, *options);
+            return [options] { return run(*options); };
+          }};
+}
+
+}  // namespace knuckle::programs

@@ -1,0 +1,280 @@
+#include "app/programs/slave_program.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <memory>
+#include <utility>
+
+#include "app/bringup/orderly_stop.h"
+#include "app/programs/slave_table.h"
+#include "core/mailbox.h"
+#include "core/ring.h"
+#include "slave/slave_loop.h"
+#include "slave/status_reporter.h"
+#include "transport/watched_can.h"
+
+namespace knuckle::programs {
+namespace {
+
+constexpr int kPriority = 80;
+constexpr Duration kStandingReason = 1s;  // what blocks for so long is told, also where no terminal shows it
+
+struct SlaveStatus {
+  Mode mode = Mode::kOff;
+  Reason blocking, fault;
+  bool heard = false;  ///< The operator's side, ever.
+  Duration round_trip{};
+};
+
+bool same(const Reason& a, const Reason& b) noexcept {
+  return a.code == b.code && a.subject == b.subject;
+}
+
+std::string reason_text(const Reason& reason) {
+  return std::string(name(reason.code)) + ": " + text(reason);
+}
+
+/// All that the loop's thread works on, and what crosses to the thread that tends it.
+class SlaveRunner {
+ public:
+  /// @param health of the loop's thread.
+  SlaveRunner(const MachineDescription& machine, CanBus& bus, Link& link, const SlaveRecords& records,
+              Mailbox<LoopHealth>& health)
+      : machine_(machine),
+        link_(link),
+        can_(bus, machine.bus.bit_rate, records.candump != nullptr),
+        wants_rows_(records.csv != nullptr),
+        slave_(machine, can_, link),
+        reporter_(machine, can_, link, &health),
+        stop_(machine, can_) {}
+
+  // The loop's thread.
+  void step(Time now) noexcept;
+
+  // The tending thread.
+  void ask_to_stop() noexcept { stop_asked_.store(true, std::memory_order_relaxed); }
+  [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
+  bool next(ModeEvent& event) noexcept { return events_.pop(event); }
+  bool next(SetupFailureEvent& event) noexcept { return failures_.pop(event); }
+  bool next(slave::EmergencyRecord& record) noexcept { return emergencies_.pop(record); }
+  [[nodiscard]] const SlaveStatus& status() noexcept {
+    status_.take(shown_);
+    return shown_;
+  }
+  void write(const SlaveRecords& records);
+
+  // After the loop has ended.
+  void hand_over(SlaveOutcome& outcome) const;
+
+ private:
+  void observe(Time now) noexcept;
+  void observe_nodes(Time now) noexcept;
+  void step_stop(Time now) noexcept;
+
+  const MachineDescription& machine_;
+  Link& link_;
+  WatchedCan can_;
+  bool wants_rows_;
+  slave::SlaveLoop slave_;
+  slave::StatusReporter reporter_;
+  bringup::OrderlyStop stop_;
+  SlaveMessage farewell_;
+  bool said_off_ = false;
+  ModeEvent last_;
+  bool setup_failed_ = false;
+  std::uint64_t emergencies_seen_ = 0, emergencies_lost_ = 0;
+  Ring<ModeEvent, 256> events_;
+  Ring<SetupFailureEvent, 16> failures_;
+  Ring<slave::EmergencyRecord, 1024> emergencies_;
+  Ring<SlaveRow, 1024> rows_;
+  Mailbox<SlaveStatus> status_;
+  SlaveStatus shown_;  // the tending thread's
+  std::atomic<bool> stop_asked_{false}, stopped_{false};
+};
+
+void SlaveRunner::step(Time now) noexcept {
+  can_.stamp(now);
+  if (stop_asked_.load(std::memory_order_relaxed)) return step_stop(now);
+  slave_.step(now);
+  reporter_.step(now, slave_);
+  observe(now);
+  observe_nodes(now);
+}
+
+void SlaveRunner::observe(Time now) noexcept {
+  const ModeEvent event{now, slave_.mode(), slave_.blocking(), slave_.fault()};
+  if (event.mode != last_.mode || !same(event.fault, last_.fault)) events_.push(event);
+  last_ = event;
+  const bool heard = slave_.master_at() != kNever;
+  status_.put({event.mode, event.blocking, event.fault, heard, slave_.round_trip()});
+  const auto measurement = wants_rows_ ? slave_.sensors().measurement() : std::nullopt;
+  if (measurement) rows_.push(row_of(now, slave_, *measurement));
+}
+
+void SlaveRunner::observe_nodes(Time now) noexcept {
+  const slave::SetupFailure& failure = slave_.client().setup_failure();
+  const bool failed = failure.what != slave::SetupFailure::What::kNone;
+  if (failed && !setup_failed_) failures_.push({now, failure});
+  setup_failed_ = failed;
+  const slave::EmergencyLog& log = slave_.client().emergencies();
+  const std::uint64_t fresh = log.count() - emergencies_seen_;
+  emergencies_seen_ = log.count();
+  for (auto age = static_cast<std::size_t>(std::min<std::uint64_t>(fresh, log.kept())); age > 0; --age) {
+    emergencies_.push(log.newest(age - 1));
+  }
+  if (fresh > log.kept()) emergencies_lost_ += fresh - log.kept();
+}
+
+/// The operator is told with every step that the machine is off: a single datagram may be lost.
+void SlaveRunner::step_stop(Time now) noexcept {
+  if (stopped()) return;
+  stop_.step(now);
+  if (!said_off_) {
+    said_off_ = true;
+    farewell_ = slave_.sent();
+    farewell_.mode = Mode::kOff;
+    farewell_.blocking = farewell_.fault = {};
+    events_.push({now, Mode::kOff, {}, {}});
+    status_.put({});
+  }
+  ++farewell_.sequence;
+  farewell_.sent_at = now;
+  link_.send(encode(farewell_).view());
+  if (stop_.done()) stopped_.store(true, std::memory_order_release);
+}
+
+void SlaveRunner::write(const SlaveRecords& records) {
+  if (records.candump != nullptr) can_.write(*records.candump, records.interface);
+  SlaveRow row;
+  while (rows_.pop(row)) write_slave_row(*records.csv, row);
+}
+
+void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
+  outcome.malformed_datagrams = slave_.malformed_datagrams();
+  outcome.records_lost += can_.lost() + rows_.dropped() + events_.dropped() + failures_.dropped() +
+                          emergencies_.dropped() + emergencies_lost_;
+  const auto valves = stop_.unconfirmed_valves();
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    if (valves[j]) outcome.unconfirmed.push_back(std::string(kJointNames[j]) + "_valve");
+  }
+  if (stop_.unconfirmed_pilot()) outcome.unconfirmed.emplace_back("enable");
+}
+
+std::string stop_text(const SlaveOutcome& outcome) {
+  if (outcome.unconfirmed.empty()) return "stopped: valves disabled, pilot pressure off";
+  std::string open;
+  for (const std::string& node : outcome.unconfirmed) open += (open.empty() ? "" : ", ") + node;
+  return "stopped, but not confirmed by " + open + ": left to their own watchdogs";
+}
+
+/// Events as they come, what blocks for long, and the status line.
+class Teller {
+ public:
+  Teller(ProgramConsole& console, SlaveOutcome& outcome) : console_(console), outcome_(outcome) {}
+
+  void tell(Time now, SlaveRunner& runner) {
+    ModeEvent event;
+    while (runner.next(event)) {
+      outcome_.events.push_back(event);
+      console_.event(event.at, event_text(event));
+      told_ = event.fault ? event.fault : event.blocking;
+    }
+    tell_nodes(runner);
+    const SlaveStatus& status = runner.status();
+    if (!same(status.blocking, standing_)) standing_since_ = now;
+    standing_ = status.blocking;
+    if (standing_ && !same(standing_, told_) && now - standing_since_ >= kStandingReason) {
+      told_ = standing_;
+      console_.event(now, event_text({now, status.mode, status.blocking, {}}));
+    }
+    console_.status(now, status_text(status));
+  }
+
+ private:
+  void tell_nodes(SlaveRunner& runner) {
+    SetupFailureEvent failed;
+    while (runner.next(failed)) {
+      outcome_.setup_failures.push_back(failed);
+      console_.event(failed.at, "set-up: " + slave::text(failed.failure));
+    }
+    slave::EmergencyRecord record;
+    while (runner.next(record)) {
+      if (outcome_.add(record)) console_.event(record.at, "emergency: " + slave::text(record));
+    }
+  }
+  static std::string status_text(const SlaveStatus& status) {
+    std::string line = name(status.mode);
+    if (status.blocking) line += " | " + text(status.blocking);
+    if (!status.heard) return line + " | operator: not heard yet";
+    char round_trip[48];
+    std::snprintf(round_trip, sizeof round_trip, " | round trip %.0f ms", 1e3 * to_seconds(status.round_trip));
+    return line + (status.round_trip < 10s ? round_trip : "");
+  }
+
+  ProgramConsole& console_;
+  SlaveOutcome& outcome_;
+  Reason told_, standing_;
+  Time standing_since_{};
+};
+
+}  // namespace
+
+std::string event_text(const ModeEvent& event) {
+  const std::string mode = name(event.mode);
+  if (event.fault) return mode + " " + reason_text(event.fault);
+  return event.blocking ? mode + ", " + reason_text(event.blocking) : mode;
+}
+
+bool SlaveOutcome::add(const slave::EmergencyRecord& record) {
+  const auto known = std::find_if(emergencies.begin(), emergencies.end(), [&record](const Emergency& e) {
+    return e.first.node == record.node && e.first.emergency.code == record.emergency.code;
+  });
+  if (known != emergencies.end()) {
+    ++known->times;
+    known->last_at = record.at;
+    return false;
+  }
+  if (emergencies.size() == kMostEmergencies) {
+    ++records_lost;
+    return false;
+  }
+  emergencies.push_back({record, 1, record.at});
+  return true;
+}
+
+SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& link, const ProgramRun& run,
+                       const SlaveRecords& records) {
+  Mailbox<LoopHealth> health;
+  const auto runner = std::make_unique<SlaveRunner>(machine, bus, link, records, health);
+  if (records.csv != nullptr) write_slave_header(*records.csv);
+  SlaveOutcome outcome;
+  Teller teller(run.console, outcome);
+  PolicyNote policy("slave");
+  const RealtimeClock clock;
+  {
+    RealtimeThread loop({.name = "slave",
+                         .period = from_seconds(1 / machine.bus.sync_Hz),
+                         .fifo_priority = kPriority,
+                         .lock_memory = true,
+                         .health = &health},
+                        clock, [&runner](Time now) { runner->step(now); });
+    const auto tend = [&](Time now) {
+      policy.tell(run.console, now, loop);
+      teller.tell(now, *runner);
+      runner->write(records);
+    };
+    tend_until_over(run, clock, tend);
+    runner->ask_to_stop();
+    tend_until_over({[&runner] { return !runner->stopped(); }, run.console}, clock, tend);
+    loop.stop();
+    tend(clock.now());
+    outcome.loop = loop.report();
+  }
+  outcome.ran_s = to_seconds(clock.now());
+  runner->hand_over(outcome);
+  run.console.event(clock.now(), stop_text(outcome));
+  return outcome;
+}
+
+}  // namespace knuckle::programs

@@ -1,0 +1,70 @@
+// The machine's side as a program: the slave loop of every session in a real-time thread of its own, what it did and
+// why on the console, records for whoever asks, and an orderly end.
+#pragma once
+
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "app/programs/program_console.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "slave/emergency_log.h"
+#include "slave/node_setup.h"
+#include "transport/can_bus.h"
+#include "transport/link.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::programs {
+
+/// Mode or latched fault changed.
+struct ModeEvent {
+  Time at{};
+  Mode mode = Mode::kOff;
+  Reason blocking, fault;
+};
+/// "engaged", "aligning, hand_not_aligned: arm: hand is away ...", "fault link_lost: no newer packet ..."
+[[nodiscard]] std::string event_text(const ModeEvent& event);
+
+/// Where records go; null: not wanted.
+struct SlaveRecords {
+  std::ostream* candump = nullptr;  ///< Every frame sent and heard, candump log format.
+  std::string interface = "can0";   ///< As the log names it.
+  std::ostream* csv = nullptr;      ///< A row each step from the first complete measurement on.
+};
+
+/// The set-up of a node failed: what was asked and answered.
+struct SetupFailureEvent {
+  Time at{};
+  slave::SetupFailure failure;
+};
+
+struct SlaveOutcome {
+  /// All of one node with the same code.
+  struct Emergency {
+    slave::EmergencyRecord first;
+    std::uint64_t times = 1;
+    Time last_at = kNever;
+  };
+  static constexpr std::size_t kMostEmergencies = 256;
+  std::vector<ModeEvent> events;
+  std::vector<SetupFailureEvent> setup_failures;
+  std::vector<Emergency> emergencies;
+  RealtimeReport loop;
+  double ran_s = 0;
+  std::uint32_t malformed_datagrams = 0;
+  std::uint64_t records_lost = 0;        ///< Frames, rows, events, set-up failures, emergencies: no room for them.
+  std::vector<std::string> unconfirmed;  ///< Nodes that did not say that they are off, by their names in the file.
+  /// @return whether it is the first of its node and code. Beyond kMostEmergencies such kinds it is lost, and counted.
+  bool add(const slave::EmergencyRecord& record);
+};
+
+/// Runs until the run is over, then stops in order: neutral, pilot pressure and valves off, then silence.
+/// @param machine as calibrated. @param bus, @param link used by the loop's thread alone while this runs.
+/// @throws InputError where the machine file cannot be worked with.
+[[nodiscard]] SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& link, const ProgramRun& run,
+                                     const SlaveRecords& records = {});
+
+}  // namespace knuckle::programs

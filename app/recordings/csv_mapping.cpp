@@ -1,0 +1,158 @@
+#include "app/recordings/csv_mapping.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "machine/toml_reader.h"
+
+namespace knuckle::recordings {
+namespace {
+
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+constexpr double kAnyTime_s = 1e12;  // beyond it no step in time would be told from another
+
+constexpr double kPsi_Pa = 6894.757293168;
+
+/// Fields of a date and time in the order of their letters in a pattern: YYYY, MM, DD, HH, MM, SS, mmm.
+enum Field { kYear, kMonth, kDay, kHour, kMinute, kSecond, kFraction, kFieldCount };
+
+/// The field that a pattern's letter starts; MM is the month before HH and the minute behind it.
+std::optional<Field> field_of(char letter, bool hour_seen) {
+  switch (letter) {
+    case 'Y':
+      return kYear;
+    case 'M':
+      return hour_seen ? kMinute : kMonth;
+    case 'D':
+      return kDay;
+    case 'H':
+      return kHour;
+    case 'S':
+      return kSecond;
+    case 'm':
+      return kFraction;
+    default:
+      return std::nullopt;
+  }
+}
+
+std::size_t run_length(std::string_view text, std::size_t at) {
+  const std::size_t end = text.find_first_not_of(text[at], at);
+  return (end == std::string_view::npos ? text.size() : end) - at;
+}
+
+bool pattern_is_whole(const std::string& pattern) {
+  std::array<bool, kFieldCount> seen{};
+  for (std::size_t at = 0; at < pattern.size(); at += run_length(pattern, at)) {
+    if (const auto field = field_of(pattern[at], seen[kHour])) seen[*field] = true;
+  }
+  return std::all_of(seen.begin(), seen.begin() + kFraction, [](bool s) { return s; });
+}
+
+/// Seconds since 1970 of text that starts with a date and time as the pattern says; NaN where it does not.
+double date_time_at(std::string_view text, const std::string& pattern) {
+  std::array<int, kFieldCount> value{};
+  double fraction_unit = 1;
+  bool hour_seen = false;
+  for (std::size_t at = 0, length; at < pattern.size(); at += length) {
+    length = run_length(pattern, at);
+    if (at + length > text.size()) return kNoNumber;
+    const auto field = field_of(pattern[at], hour_seen);
+    if (!field) {
+      if (text.substr(at, length) != std::string_view(pattern).substr(at, length)) return kNoNumber;
+      continue;
+    }
+    const std::string_view digits = text.substr(at, length);
+    if (digits.find_first_not_of("0123456789") != std::string_view::npos) return kNoNumber;
+    std::from_chars(digits.data(), digits.data() + length, value[*field]);
+    if (*field == kFraction) fraction_unit = std::pow(10.0, -static_cast<double>(length));
+    hour_seen = hour_seen || *field == kHour;
+  }
+  const std::chrono::year_month_day date{std::chrono::year(value[kYear]),
+                                         std::chrono::month(static_cast<unsigned>(value[kMonth])),
+                                         std::chrono::day(static_cast<unsigned>(value[kDay]))};
+  if (!date.ok() || value[kHour] > 23 || value[kMinute] > 59 || value[kSecond] > 60) return kNoNumber;
+  const auto days = static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count());
+  return 86400 * days + 3600 * value[kHour] + 60 * value[kMinute] + value[kSecond] + fraction_unit * value[kFraction];
+}
+
+TimeMap read_time(TomlTable& file) {
+  TimeMap time;
+  if (file.has("period_s")) {
+    time.period_s = file.number("period_s", 1e-4, 10);
+    return time;
+  }
+  time.column = file.text("column");
+  if (file.has("pattern")) {
+    time.pattern = file.text("pattern");
+    file.require(pattern_is_whole(time.pattern), "pattern",
+                 "must hold YYYY, MM, DD, HH, MM and SS, and mmm for milliseconds: YYYYMMDD_HHMMSS.mmm");
+  } else {
+    time.factor = file.choice("unit", {"s", "ms"}) == 0 ? 1.0 : 1e-3;
+  }
+  return time;
+}
+
+ChannelMap read_channel(TomlTable& entry) {
+  static constexpr std::array kUnitFactors{1.0, std::numbers::pi / 180, 1.0, 1e-3, 1e5, 1.0, 1e3, 1e6, kPsi_Pa, 1.0,
+                                           0.01};
+  ChannelMap channel;
+  channel.name = entry.text("name");
+  channel.column = entry.text("column");
+  const int unit = entry.choice("unit", {"rad", "deg", "m", "mm", "bar", "Pa", "kPa", "MPa", "psi", "1", "%"});
+  const double sign = entry.number("sign", -1, 1);
+  entry.require(std::abs(sign) == 1, "sign", "must be 1 or -1");
+  const double factor = kUnitFactors[static_cast<std::size_t>(unit)];
+  channel.factor = factor * sign;
+  channel.offset = entry.number("offset", -1e6, 1e6, factor);
+  channel.min = entry.has("min") ? entry.number("min", -kAnyCell, kAnyCell) : -kAnyCell;
+  channel.max = entry.has("max") ? entry.number("max", channel.min, kAnyCell) : kAnyCell;
+  channel.zero_is_drop_out = entry.has("zero_is_drop_out") && entry.boolean("zero_is_drop_out");
+  return channel;
+}
+
+}  // namespace
+
+double number_in(std::string_view cell) {
+  if (cell.starts_with('+')) cell.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  const bool whole = error == std::errc() && end == cell.data() + cell.size();
+  return whole && std::isfinite(value) ? value : kNoNumber;
+}
+
+double TimeMap::seconds_in(const std::string& cell) const {
+  if (pattern.empty()) {
+    const double s = number_in(cell) * factor;
+    return std::abs(s) <= kAnyTime_s ? s : kNoNumber;
+  }
+  for (std::size_t at = 0; at + pattern.size() <= cell.size(); ++at) {
+    const double s = date_time_at(std::string_view(cell).substr(at), pattern);
+    if (std::isfinite(s)) return s;
+  }
+  return kNoNumber;
+}
+
+Mapping read_mapping(const std::string& path) {
+  TomlTable file = TomlTable::read(path);
+  Mapping map;
+  TomlTable time = file.table("time");
+  map.gap_s = time.number("gap_s", 1e-3, 1e3);
+  map.time = read_time(time);
+  for (TomlTable& entry : file.tables("channel")) {
+    map.channels.push_back(read_channel(entry));
+    const auto same = [&](const ChannelMap& c) { return c.name == map.channels.back().name; };
+    entry.require(std::count_if(map.channels.begin(), map.channels.end(), same) == 1, "name", "is there twice");
+  }
+  file.require(!map.channels.empty(), "channel", "at least one [[channel]] is needed");
+  file.finish();
+  return map;
+}
+
+}  // namespace knuckle::recordings

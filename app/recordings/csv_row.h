@@ -1,0 +1,78 @@
+// Rows of CSV, header and values through the same calls, so that they cannot disagree.
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <ostream>
+#include <string>
+#include <string_view>
+
+#include "core/joints.h"
+
+namespace knuckle::recordings {
+
+/// Writes rows as names or as values. Buffered: all is out when it is gone.
+class RowWriter {
+ public:
+  /// @param line_end "\r\n" for files that shall obey RFC 4180 to the letter.
+  RowWriter(std::ostream& out, bool names, std::string_view line_end = "\n")
+      : out_(out), names_(names), line_end_(line_end) {}
+  ~RowWriter() { flush(); }
+  RowWriter(const RowWriter&) = delete;
+  RowWriter& operator=(const RowWriter&) = delete;
+
+  void number(std::string_view name, double value) {
+    if (names_) return cell(name);
+    std::array<char, 32> digits;
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 10);
+    cell({digits.data(), end.ptr});
+  }
+  /// Quoted where it has to be.
+  void word(std::string_view name, std::string_view value) {
+    const std::string_view shown = names_ ? name : value;
+    if (shown.find_first_of(",\"\r\n") == std::string_view::npos) return cell(shown);
+    std::string quoted = "\"";
+    for (const char c : shown) quoted.append(c == '"' ? 2 : 1, c);
+    cell(quoted + '"');
+  }
+  /// Columns prefix + joint + suffix.
+  void joints(std::string_view prefix, std::string_view suffix, const JointVector& values,
+              const PerJoint<const char*>& joint_names = kJointNames) {
+    for (int j = 0; j < kJoints; ++j)
+      number(joined(prefix, joint_names[static_cast<std::size_t>(j)], suffix), values[j]);
+  }
+  void planar(std::string_view name, std::string_view unit, const PlanarVector& value) {
+    number(joined(name, "_x_", unit), value.x());
+    number(joined(name, "_z_", unit), value.y());
+  }
+  void end_row() {
+    text_ += line_end_;
+    row_is_empty_ = true;
+    if (text_.size() >= kFlushBytes) flush();
+  }
+
+ private:
+  static constexpr std::size_t kFlushBytes = 1 << 16;
+
+  [[nodiscard]] std::string joined(std::string_view a, std::string_view b, std::string_view c) const {
+    std::string name;
+    if (names_) name.append(a).append(b).append(c);
+    return name;
+  }
+  void cell(std::string_view value) {
+    if (!row_is_empty_) text_ += ',';
+    row_is_empty_ = false;
+    text_.append(value);
+  }
+  void flush() {
+    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+    text_.clear();
+  }
+
+  std::ostream& out_;
+  bool names_, row_is_empty_ = true;
+  std::string_view line_end_;
+  std::string text_;
+};
+
+}  // namespace knuckle::recordings

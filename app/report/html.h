@@ -1,0 +1,28 @@
+// What every HTML page of Knuckle shares: one style for light and dark screens and for paper, no script, nothing
+// fetched.
+#pragma once
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "app/report/gnuplot.h"
+
+namespace knuckle::report {
+
+/// Text that is safe inside HTML.
+[[nodiscard]] std::string escaped(const std::string& text);
+
+/// A titled figure of a page.
+struct PageFigure {
+  std::string title, caption;  ///< HTML.
+  Figure figure;
+};
+
+/// Up to and including <main>. @param css beyond the shared style.
+void write_page_head(std::ostream& out, const std::string& title, const std::string& css = "");
+/// Draws all figures in one run of gnuplot; each is a section. @throws InputError where gnuplot is missing or refuses.
+void write_figures(std::ostream& out, const std::vector<PageFigure>& figures);
+void write_page_end(std::ostream& out);
+
+}  // namespace knuckle::report

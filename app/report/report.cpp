@@ -1,0 +1,106 @@
+#include "app/report/report.h"
+
+#include <cstdio>
+
+#include "app/report/filmstrip.h"
+#include "app/report/html.h"
+#include "app/report/report_plots.h"
+#include "app/report/summary.h"
+
+namespace knuckle::report {
+namespace {
+
+void write_fact(std::ostream& out, const std::string& what, const std::string& value) {
+  out << "<div><dt>" << what << "</dt><dd>" << escaped(value) << "</dd></div>\n";
+}
+
+void write_header(std::ostream& out, const session::Judged& judged) {
+  const session::SessionResult& s = judged.session;
+  const session::Metrics& m = judged.metrics;
+  std::size_t met = 0;
+  for (const session::CriterionResult& c : judged.criteria) met += c.passed ? 1 : 0;
+  out << "<h1>" << escaped(s.scenario) << "</h1><p class=\"soft\">" << escaped(s.machine_name) << ", seed " << s.seed
+      << ", " << escaped(s.operator_name) << " operator, " << escaped(s.control) << " law; link "
+      << shown(s.delay_ms, "ms") << " one way, jitter " << shown(s.jitter_ms, "ms") << ", loss "
+      << shown(100 * s.loss, "%") << "</p>\n<span class=\"verdict" << (judged.passed ? "" : " bad") << "\">"
+      << (judged.passed ? "Passed" : "Not passed") << ": " << met << " of " << judged.criteria.size()
+      << " criteria</span>\n<dl class=\"facts\">";
+  write_fact(out, "tip error, free motion", shown(m.tip_rms_m, "m"));
+  write_fact(out, "no-load force", shown(m.no_load_rms_N, "N"));
+  write_fact(out, "contact force error", m.contact_error_rel ? shown(100 * *m.contact_error_rel, "%") : "-");
+  write_fact(out, "hold error at the hand", shown(m.hold_error_N, "N"));
+  write_fact(out, "felt force rises in", shown(m.rise_t90_s, "s"));
+  write_fact(out, "payload",
+             m.payload_estimate_kg
+                 ? shown(m.payload_estimate_kg, "kg") + " (true " + shown(m.payload_truth_kg, "kg") + ")"
+                 : "-");
+  write_fact(out, "simulated", shown(s.simulated_s, "s"));
+  write_fact(out, "speed", s.wall_s > 0 ? shown(s.simulated_s / s.wall_s, "x real time") : "-");
+  out << "</dl>\n";
+}
+
+void write_criteria(std::ostream& out, const std::vector<session::CriterionResult>& criteria) {
+  if (criteria.empty()) return;
+  out << "<section><h2>Criteria</h2><div class=\"wide\"><table><tr><th>metric<th class=\"n\">value<th "
+         "class=\"n\">bound<th>verdict</tr>\n";
+  for (const session::CriterionResult& c : criteria)
+    out << "<tr><td>" << escaped(c.name) << "<td class=\"n\">" << escaped(shown(c.value, c.unit)) << "<td class=\"n\">"
+        << (c.relation == "max" ? "≤ " : "≥ ") << escaped(shown(c.bound, c.unit)) << "<td class=\""
+        << (c.passed ? "ok\">✓ met" : "no\">✗ not met") << "</tr>\n";
+  out << "</table></div></section>\n";
+}
+
+void write_happenings(std::ostream& out, const session::SessionResult& s) {
+  if (s.notes.empty() && s.record.faults.empty()) return;
+  out << "<section><h2>Faults and notes</h2><ul>";
+  for (const session::FaultRecord& f : s.record.faults)
+    out << "<li>" << shown(f.at_s, "s") << ": " << escaped(text(f.reason)) << "</li>\n";
+  for (const std::string& note : s.notes) out << "<li>" << escaped(note) << "</li>\n";
+  out << "</ul></section>\n";
+}
+
+void write_filmstrip(std::ostream& out, const session::SessionResult& session) {
+  out << "<section><h2>Key moments</h2><p class=\"soft\">To scale. Arrows: force of the world on the bucket tip,"
+         "<span class=\"key\" style=\"color:var(--vermilion)\"></span>true force"
+         "<span class=\"key\" style=\"color:var(--blue)\"></span>estimated; the line is the tip's last 4 s.</p><div "
+         "class=\"strip\">\n";
+  for (const Frame& frame : filmstrip(session)) {
+    char time[32];
+    std::snprintf(time, sizeof time, "%.1f s", frame.t_s);
+    out << "<figure>" << frame.svg << "<figcaption><b>" << time << "</b> " << escaped(frame.label)
+        << "</figcaption></figure>\n";
+  }
+  out << "</div></section>\n";
+}
+
+void write_all_metrics(std::ostream& out, const session::Metrics& metrics) {
+  out << "<section><h2>All numbers</h2><div class=\"wide\"><table><tr><th>group<th>metric<th class=\"n\">value</tr>\n";
+  for (const session::MetricEntry& entry : session::metric_table())
+    out << "<tr><td>" << entry.group << "<td>" << entry.name << "<td class=\"n\">"
+        << escaped(shown(metrics.*entry.member, std::string(entry.unit))) << "</tr>\n";
+  out << "</table></div></section>\n";
+}
+
+}  // namespace
+
+void check_report_tools() {
+  check_gnuplot();
+}
+
+void write_report(const session::Judged& judged, std::ostream& out) {
+  const session::SessionResult& session = judged.session;
+  write_page_head(out, "Knuckle: " + session.scenario + ", seed " + std::to_string(session.seed), filmstrip_css());
+  write_header(out, judged);
+  write_criteria(out, judged.criteria);
+  write_happenings(out, session);
+  if (session.record.samples.size() > 1) {
+    write_filmstrip(out, session);
+    write_figures(out, report_plots(session));
+  }
+  write_all_metrics(out, judged.metrics);
+  out << "<p class=\"soft\" style=\"margin-top:18px\">Knuckle " << KNUCKLE_VERSION
+      << ". Digest of the run: <span class=\"digest\">" << session.digest << "</span></p>\n";
+  write_page_end(out);
+}
+
+}  // namespace knuckle::report

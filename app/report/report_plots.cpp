@@ -1,0 +1,232 @@
+#include "app/report/report_plots.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "app/report/gnuplot.h"
+#include "app/report/plot_script.h"
+#include "app/session/record_windows.h"
+
+namespace knuckle::report {
+namespace {
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+constexpr std::array<const char*, kJoints> kJointColours{kBlue, kVermilion, kGreen};
+
+PageFigure stacked(const std::string& title, const std::string& caption, int panels, PlotScript& script) {
+  return {title, caption, {900, panel_figure_height(panels), script.finish()}};
+}
+
+PageFigure angles(const session::SessionRecord& record) {
+  PlotScript plot(record, 1);
+  plot.panel("joint angle, deg");
+  for (int j = 0; j < kJoints; ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    plot.line([j](const session::Sample& s) { return s.joint_rad[j] * kDegPerRad; }, kJointNames[at],
+              kJointColours[at]);
+  }
+  for (int j = 0; j < kJoints; ++j)
+    plot.line([j](const session::Sample& s) { return s.setpoint_rad[j] * kDegPerRad; }, j == 0 ? "set-point" : "", kInk,
+              "dt 2 lw 0.9");
+  return stacked("Joint angles", "Measured, and the operator's set-point as the machine received it.", 1, plot);
+}
+
+PageFigure pressures(const session::SessionRecord& record) {
+  PlotScript plot(record, kJoints);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    plot.panel(std::string(kJointNames[j]) + ", bar");
+    plot.line([j](const session::Sample& s) { return s.pressure_Pa[2 * j] * 1e-5; }, "A, head side", kJointColours[j]);
+    plot.line([j](const session::Sample& s) { return s.pressure_Pa[2 * j + 1] * 1e-5; }, "B, rod side", kGrey, "lw 1");
+  }
+  return stacked("Cylinder pressures", "As the transmitters say.", kJoints, plot);
+}
+
+PageFigure forces(const session::SessionRecord& record) {
+  constexpr double kTwoSided95 = 1.96;
+  PlotScript plot(record, 2);
+  for (const int axis : {0, 1}) {
+    const std::size_t cov = axis == 0 ? 0 : 2;
+    const auto edge = [axis, cov](double side) {
+      return [=](const session::Sample& s) {
+        return 1e-3 * (s.tip_force_N[axis] + side * kTwoSided95 * std::sqrt(std::max(0.0, s.force_cov_N2[cov])));
+      };
+    };
+    plot.panel(axis == 0 ? "forward, kN" : "up, kN");
+    plot.band(edge(-1), edge(1), "95 % band", kBlue);
+    plot.line([axis](const session::Sample& s) { return 1e-3 * s.truth_tip_force_N[axis]; }, "true", kVermilion);
+    plot.line([axis](const session::Sample& s) { return 1e-3 * s.tip_force_N[axis]; }, "estimated", kBlue);
+  }
+  return stacked("Force of the world on the bucket tip",
+                 "Estimated from cylinder pressures with its 95 % band, against the simulator's truth.", 2, plot);
+}
+
+PageFigure felt(const session::SessionRecord& record) {
+  const double scale = record.force_scale;
+  PlotScript plot(record, 1);
+  plot.panel("force, N");
+  plot.line([scale](const session::Sample& s) { return scale * s.truth_tip_force_N.norm(); }, "true force, scaled",
+            kVermilion);
+  plot.line([](const session::Sample& s) { return s.felt_N.norm(); }, "felt by the hand", kBlue);
+  return stacked("Felt force", "Force on the operator's hand, against the true contact force times the force scale.", 1,
+                 plot);
+}
+
+PageFigure energy(const session::SessionRecord& record) {
+  PlotScript plot(record, 2);
+  plot.panel("hand, J");
+  plot.line([](const session::Sample& s) { return s.hand_energy_J; }, "work of the device on the hand", kBlue);
+  plot.panel("machine, kJ");
+  plot.line([](const session::Sample& s) { return 1e-3 * s.truth_energy_to_machine_J; },
+            "work of the valves on the machine", kOrange);
+  return stacked("Energy over the two ports", "Cumulative. A port that only takes energy from the hand falls.", 2,
+                 plot);
+}
+
+/// Rows of bars over time: what was on, and when.
+class Timeline {
+ public:
+  explicit Timeline(const session::SessionRecord& record) : record_(record) {}
+
+  /// One row of bars; `label` names the bar a sample belongs to, empty for none.
+  void row(const std::string& name, const std::function<std::string(const session::Sample&)>& label,
+           const char* colour) {
+    names_ += (rows_ > 0 ? ", " : "") + plot_quoted(name) + " " + std::to_string(-rows_);
+    const auto& samples = record_.samples;
+    int bar = 0;
+    for (std::size_t i = 0; i < samples.size();) {
+      const std::string text = label(samples[i]);
+      const std::size_t begin = i;
+      while (i < samples.size() && label(samples[i]) == text) ++i;
+      if (!text.empty()) add_bar(samples[begin].t_s, samples[i - 1].t_s, text == name ? "" : text, colour, bar++);
+    }
+    ++rows_;
+  }
+
+  [[nodiscard]] Figure figure() const {
+    const double first_s = record_.samples.empty() ? 0 : record_.samples.front().t_s;
+    const double last_s = record_.samples.empty() ? 1 : record_.samples.back().t_s;
+    std::ostringstream s;
+    s << plot_style()
+      << "unset key\nset border 1\nset lmargin at screen 0.085\nset rmargin at screen 0.985\nset xrange [" << first_s
+      << ':' << std::max(last_s, first_s + 1e-3) << "]\nset yrange [" << 0.6 - rows_ << ":0.5]\nset ytics scale 0 ("
+      << names_ << ")\nset grid noytics\nset xlabel 'time, s'\n"
+      << bars_.str() << "plot NaN notitle\n";
+    return {900, 64 + 30 * rows_, s.str()};
+  }
+
+ private:
+  void add_bar(double from_s, double to_s, const std::string& text, const char* colour, int bar) {
+    ++objects_;
+    bars_ << "set object " << objects_ << " rect from " << from_s << ',' << -rows_ - 0.38 << " to " << to_s << ','
+          << -rows_ + 0.38 << " fs solid " << (bar % 2 == 0 ? 0.38 : 0.2) << " noborder fc rgb '" << colour << "'\n";
+    const double shown_s = record_.samples.back().t_s - record_.samples.front().t_s;
+    const double width_px = 800 * (to_s - from_s) / std::max(shown_s, 1e-3);
+    if (width_px < 7 * static_cast<double>(text.size()) + 4) return;  // it would run into its neighbour
+    bars_ << "set label " << objects_ << ' ' << plot_quoted(text) << " at " << (from_s + to_s) / 2 << ',' << -rows_
+          << " center font ',11' front\n";
+  }
+
+  const session::SessionRecord& record_;
+  int rows_ = 0, objects_ = 0;
+  std::string names_;
+  std::ostringstream bars_;
+};
+
+PageFigure timeline(const session::SessionRecord& record) {
+  Timeline bars(record);
+  bars.row(
+      "mode", [](const session::Sample& s) { return std::string(name(s.mode)); }, kBlue);
+  bars.row(
+      "phase", [&record](const session::Sample& s) { return std::string(session::phase_name(record, s)); }, kGreen);
+  bars.row(
+      "contact", [](const session::Sample& s) { return session::in_contact(s) ? "contact" : ""; }, kVermilion);
+  bars.row(
+      "noticed", [](const session::Sample& s) { return s.contact ? "noticed" : ""; }, kBlue);
+  bars.row(
+      "limited", [](const session::Sample& s) { return s.limits != 0 ? "limited" : ""; }, kOrange);
+  return {"Course of the session",
+          "Mode of the machine, phase of the operator's plan, contact in truth and as the estimator noticed it, any "
+          "limit of the safety "
+          "gate.",
+          bars.figure()};
+}
+
+void write_points(std::ostringstream& out, const std::string& name, const std::vector<PlanarVector>& points) {
+  out << name << " << EOD\n";
+  for (const PlanarVector& p : points) out << p.x() << ' ' << p.y() << '\n';
+  out << "EOD\n";
+}
+
+const char* scene_colour(session::SceneLine::Kind kind) {
+  switch (kind) {
+    case session::SceneLine::Kind::kGround:
+      return kGrey;
+    case session::SceneLine::Kind::kWall:
+      return kGrey;
+    case session::SceneLine::Kind::kPiece:
+      return kPurple;
+    case session::SceneLine::Kind::kSoil:
+      return kOrange;
+    case session::SceneLine::Kind::kVirtualWall:
+      return kSky;
+  }
+  return kGrey;
+}
+
+/// Rows far enough from the last one kept to be told apart in the plot.
+std::vector<PlanarVector> thinned_path(const session::SessionRecord& record, const PlanarVector session::Sample::*point,
+                                       bool engaged_only) {
+  constexpr double kStep_m = 0.004;
+  std::vector<PlanarVector> path;
+  for (const session::Sample& s : record.samples) {
+    if (engaged_only && s.mode != Mode::kEngaged) continue;
+    if (path.empty() || (s.*point - path.back()).norm() > kStep_m) path.push_back(s.*point);
+  }
+  return path;
+}
+
+PageFigure tip_path(const session::SessionResult& session) {
+  const auto tip = thinned_path(session.record, &session::Sample::truth_tip_m, false);
+  const auto asked = thinned_path(session.record, &session::Sample::hand_setpoint_tip_m, true);
+  Eigen::AlignedBox2d box;
+  for (const auto* path : {&tip, &asked})
+    for (const PlanarVector& p : *path) box.extend(p);
+  if (box.isEmpty()) box.extend(PlanarVector::Zero());
+  const double margin_m = 0.25;
+  std::ostringstream s;
+  write_points(s, "$asked", asked);
+  write_points(s, "$tip", tip);
+  std::string curves;
+  for (std::size_t i = 0; i < session.scene.size(); ++i) {
+    const session::SceneLine& line = session.scene[i];
+    auto points = line.points_m;
+    if (line.closed && !points.empty()) points.push_back(points.front());
+    const std::string block = "$s" + std::to_string(i);
+    write_points(s, block, points);
+    const bool named_before = std::any_of(session.scene.begin(), session.scene.begin() + static_cast<std::ptrdiff_t>(i),
+                                          [&](const session::SceneLine& other) { return other.name == line.name; });
+    curves += block + " using 1:2 with lines lw 1.5 lc rgb '" + scene_colour(line.kind) +
+              (named_before ? "' notitle" : "' title ") + (named_before ? "" : plot_quoted(line.name)) + ", ";
+  }
+  s << plot_style() << "set size ratio -1\nset xrange [" << box.min().x() - margin_m << ':' << box.max().x() + margin_m
+    << "]\nset yrange [" << box.min().y() - margin_m << ':' << box.max().y() + margin_m
+    << "]\nset xlabel 'forward of the boom pin, m'\nset ylabel 'above the boom pin, m'\nplot " << curves
+    << "$asked using 1:2 with lines lw 1 dt 2 lc rgb '" << kInk
+    << "' title 'asked by the hand', $tip using 1:2 with lines lw 1.8 lc rgb '" << kBlue << "' title 'bucket tip'\n";
+  const double aspect = (box.sizes().y() + 2 * margin_m) / (box.sizes().x() + 2 * margin_m);
+  return {"Path of the bucket tip",
+          "To scale, in the machine's frame.",
+          {900, std::clamp(static_cast<int>(90 + 800 * aspect), 260, 620), s.str()}};
+}
+
+}  // namespace
+
+std::vector<PageFigure> report_plots(const session::SessionResult& session) {
+  const session::SessionRecord& record = session.record;
+  return {timeline(record), tip_path(session), angles(record), forces(record),
+          felt(record),     pressures(record), energy(record)};
+}
+
+}  // namespace knuckle::report

@@ -1,0 +1,129 @@
+#include "app/report/result_json.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace knuckle::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(const session::Metric& value) {
+  return value && std::isfinite(*value) ? Json(*value) : Json();
+}
+
+/// Counts are whole numbers in JSON too.
+Json metric_json(const session::MetricEntry& entry, const session::Metrics& metrics) {
+  const Json value = number(metrics.*entry.member);
+  const bool counts = entry.unit == "1" && (entry.key == "contact_losses" || entry.key == "faults" ||
+                                            entry.key == "pieces_broken" || entry.key == "records_lost");
+  return counts && !value.is_null() ? Json(std::llround(value.get<double>())) : value;
+}
+
+Json criteria_json(const std::vector<session::CriterionResult>& criteria) {
+  Json list = Json::array();
+  for (const session::CriterionResult& c : criteria)
+    list.push_back({{"name", c.name},
+                    {"value", number(c.value)},
+                    {"unit", c.unit},
+                    {"relation", c.relation},
+                    {"bound", c.bound},
+                    {"passed", c.passed}});
+  return list;
+}
+
+Json percentiles_json(const session::Percentiles& p) {
+  return {{"p50", p.p50}, {"p99", p.p99}, {"max", p.max}};
+}
+
+Json faults_json(const session::SessionRecord& record) {
+  Json list = Json::array();
+  for (const session::FaultRecord& f : record.faults) {
+    const auto since_ms = [&](double at_s) { return at_s > 0 ? Json(1e3 * (at_s - f.last_good_input_s)) : Json(); };
+    list.push_back(
+        {{"code", name(f.reason.code)},
+         {"reason", text(f.reason)},
+         {"at_s", f.at_s},
+         {"last_good_input", f.last_good_input_s},
+         {"command_neutral_ms", since_ms(f.command_neutral_s)},
+         {"spool_neutral_ms", since_ms(f.spool_neutral_s)},
+         {"injected_at", f.injected_s ? Json(*f.injected_s) : Json()},
+         {"since_injection_ms",
+          f.injected_s && f.spool_neutral_s > 0 ? Json(1e3 * (f.spool_neutral_s - *f.injected_s)) : Json()}});
+  }
+  return list;
+}
+
+Json latencies_json(const std::vector<session::HopLatency>& hops) {
+  Json object = Json::object();
+  for (const session::HopLatency& h : hops) {
+    object[h.hop] = percentiles_json(h.latency_us);
+    object[h.hop]["samples"] = h.samples;
+  }
+  return object;
+}
+
+Json realtime_json(const std::vector<session::LoopTiming>& loops) {
+  if (loops.empty()) return Json();
+  Json object = Json::object();
+  for (const session::LoopTiming& l : loops)
+    object[l.loop] = {{"policy", l.policy},
+                      {"wake_us", percentiles_json(l.wake_us)},
+                      {"execution_us", percentiles_json(l.execution_us)},
+                      {"overruns", l.overruns}};
+  return object;
+}
+
+Json modes_json(const session::SessionRecord& record) {
+  Json list = Json::array();
+  for (const session::ModeVisit& visit : session::modes_visited(record))
+    list.push_back({{"mode", name(visit.mode)}, {"at_s", visit.at_s}, {"duration_s", visit.duration_s}});
+  return list;
+}
+
+Json events_json(const session::SessionRecord& record) {
+  Json list = Json::array();
+  for (const session::EventRecord& event : record.events) list.push_back({{"at_s", event.t_s}, {"what", event.what}});
+  return list;
+}
+
+Json energy_json(const session::SessionRecord& record) {
+  const session::PortEnergies e = session::port_energies(record);
+  const auto port = [](double in_J, double out_J) {
+    return Json{{"in_J", in_J}, {"out_J", out_J}, {"net_J", in_J - out_J}};
+  };
+  return {{"hand", port(e.hand_in_J, e.hand_out_J)}, {"machine", port(e.machine_in_J, e.machine_out_J)}};
+}
+
+}  // namespace
+
+Json result_json(const session::Judged& judged) {
+  const session::SessionResult& s = judged.session;
+  Json json{{"schema", kResultSchema}, {"version", KNUCKLE_VERSION}};
+  json["versions"] = {{"knuckle", KNUCKLE_VERSION}, {"compiler", __VERSION__}};
+  json["scenario"] = s.scenario;
+  json["machine"] = s.machine_name;
+  json["device"] = s.device_name;
+  json["operator"] = s.operator_name;
+  json["control"] = s.control;
+  json["seed"] = s.seed;
+  json["link"] = {{"delay_ms", s.delay_ms}, {"jitter_ms", s.jitter_ms}, {"loss", s.loss}};
+  json["digest"] = s.digest;
+  json["passed"] = judged.passed;
+  json["criteria"] = criteria_json(judged.criteria);
+  json["timing"] = {{"simulated_s", s.simulated_s},
+                    {"wall_s", s.wall_s},
+                    {"real_time_factor", s.wall_s > 0 ? Json(s.simulated_s / s.wall_s) : Json()}};
+  for (const session::MetricEntry& entry : session::metric_table())
+    json[std::string(entry.group)][std::string(entry.key)] = metric_json(entry, judged.metrics);
+  json["faults"] = faults_json(s.record);
+  json["realtime"] = realtime_json(s.loops);
+  json["latency_us"] = latencies_json(s.hops);
+  json["energy"] = energy_json(s.record);
+  json["modes"] = modes_json(s.record);
+  json["events"] = events_json(s.record);
+  json["notes"] = s.notes;
+  return json;
+}
+
+}  // namespace knuckle::report

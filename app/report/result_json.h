@@ -1,0 +1,16 @@
+// The machine-readable result of a session. docs/results.md documents every key.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "app/session/session_result.h"
+
+namespace knuckle::report {
+
+/// Changes when a key changes its meaning or goes; new keys leave it as it is.
+inline constexpr const char* kResultSchema = "knuckle-session/1";
+
+/// Every documented key is there, null where the session had nothing to say; all numbers are finite.
+[[nodiscard]] nlohmann::ordered_json result_json(const session::Judged& judged);
+
+}  // namespace knuckle::report

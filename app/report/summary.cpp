@@ -1,0 +1,49 @@
+#include "app/report/summary.h"
+
+#include <cstdio>
+
+namespace knuckle::report {
+namespace {
+
+template <typename... T>
+std::string formatted(const char* format, T... values) {
+  std::array<char, 256> text;
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+std::string what_ran(const session::SessionResult& s) {
+  return formatted("%s on %s, seed %llu: %.1f s simulated in %.2f s (%.0f x real time)\n", s.scenario.c_str(),
+                   s.machine_name.c_str(), static_cast<unsigned long long>(s.seed), s.simulated_s, s.wall_s,
+                   s.wall_s > 0 ? s.simulated_s / s.wall_s : 0.0);
+}
+
+std::string key_numbers(const session::Metrics& m) {
+  return "  tip in free motion " + shown(m.tip_rms_m, "m") + " RMS, no-load force " + shown(m.no_load_rms_N, "N") +
+         ", hold error " + shown(m.hold_error_N, "N") + "\n";
+}
+
+}  // namespace
+
+std::string shown(const session::Metric& value, const std::string& unit) {
+  if (!value) return "-";
+  return formatted("%.3g", *value) + (unit == "1" ? "" : " " + unit);
+}
+
+std::string summary_text(const session::Judged& judged, const std::string& report) {
+  const session::SessionResult& s = judged.session;
+  std::string text = what_ran(s);
+  text += key_numbers(judged.metrics);
+  for (const std::string& note : s.notes) text += "  note: " + note + "\n";
+  for (const session::FaultRecord& f : s.record.faults)
+    text += formatted("  fault at %.2f s: ", f.at_s) + knuckle::text(f.reason) + "\n";
+  for (const session::CriterionResult& c : judged.criteria)
+    text +=
+        formatted("  %s  %-22s %12s  %s %s\n", c.passed ? "pass" : "FAIL", c.name.c_str(),
+                  shown(c.value, c.unit).c_str(), c.relation == "max" ? "<=" : ">=", shown(c.bound, c.unit).c_str());
+  text += judged.criteria.empty() ? "  no criteria to meet\n" : judged.passed ? "passed\n" : "NOT passed\n";
+  if (!report.empty()) text += "report: " + report + "\n";
+  return text;
+}
+
+}  // namespace knuckle::report

@@ -1,0 +1,37 @@
+// What a scenario asks of a session: bounds on metrics, and the verdict.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/session/metrics.h"
+
+namespace knuckle::session {
+
+/// One [[criteria]] entry of a scenario. At least one bound is set.
+struct Criterion {
+  std::string metric;  ///< Name of a metric, as in metric_table().
+  std::optional<double> min, max;
+};
+
+/// One bound checked. A metric the session could not measure fails its criterion.
+struct CriterionResult {
+  std::string name;
+  std::optional<double> value;
+  std::string unit;
+  std::string relation;  ///< "max" or "min"
+  double bound = 0;
+  bool passed = false;
+};
+
+/// @throws InputError where a criterion names no known metric or has no bound; `source` names the file in the message.
+void check_criteria(const std::vector<Criterion>& criteria, const std::string& source);
+
+/// One result per bound, in the order given.
+/// @throws InputError for an unknown metric.
+[[nodiscard]] std::vector<CriterionResult> evaluate(const std::vector<Criterion>& criteria, const Metrics& metrics);
+
+[[nodiscard]] bool all_passed(const std::vector<CriterionResult>& results) noexcept;
+
+}  // namespace knuckle::session

@@ -1,0 +1,150 @@
+#include "app/session/frame_log.h"
+
+#include <algorithm>
+
+#include "transport/canopen.h"
+
+namespace knuckle::session {
+namespace {
+
+constexpr Duration kSilent = 50ms;       // a valve reports every 10 ms
+constexpr Duration kSpringTime = 100ms;  // generous: spools spring to neutral in about 60 ms
+constexpr Duration kUnderWay = 10ms;     // what the controller sent before it hung may reach the wire so much later
+
+FrameLog::const_iterator first_at(const FrameLog& log, Time at) {
+  return std::lower_bound(log.begin(), log.end(), at, [](const TimedFrame& f, Time t) { return f.at < t; });
+}
+
+using FrameId = std::uint32_t (NodeDescription::*)() const noexcept;
+
+std::optional<std::size_t> valve_with(std::uint32_t id, FrameId cob_id, const MachineDescription& machine) {
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    if (id == (machine.bus.valves[i].*cob_id)()) return i;
+  }
+  return std::nullopt;
+}
+
+bool neutral(const canopen::ValveCommand& command) {
+  return command.set_point == 0 || (command.control_word & 0x7) != canopen::kControlActive;
+}
+
+bool inside_dead_band(const CanFrame& frame, const MachineDescription& machine, std::size_t joint) {
+  const ValveDescription& valve = machine.cylinders[joint].valve;
+  const auto status = canopen::parse_valve_status(frame, machine.bus.wire.valve_full_stroke);
+  return status && status->spool <= valve.dead_band_extend && status->spool >= -valve.dead_band_retract;
+}
+
+bool from_controller(const CanFrame& frame, const MachineDescription& machine) {
+  return frame.id == canopen::kNmtId || frame.id == canopen::kSyncId ||
+         frame.id == canopen::heartbeat_id(machine.bus.controller_id) || frame.id == machine.bus.enable.rpdo_id() ||
+         valve_with(frame.id, &NodeDescription::rpdo_id, machine) || canopen::function_of(frame.id) == 0x600;
+}
+
+/// When the controller broke a silence that began at `from` and lasted for longer than the valves bear. nullopt: it was
+/// never so silent. Time::max(): it did not speak again before `until`.
+std::optional<Time> end_of_silence(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
+  Time spoke_last = from;
+  for (auto it = first_at(log, from); it != log.end() && it->at < until; ++it) {
+    if (!from_controller(it->frame, machine)) continue;
+    if (it->at - spoke_last >= from_seconds(machine.bus.valve_watchdog_s)) return it->at;
+    if (it->at - from > kUnderWay) return std::nullopt;
+    spoke_last = it->at;
+  }
+  const Time end = log.empty() ? from : std::min(until, log.back().at);
+  if (end - spoke_last < from_seconds(machine.bus.valve_watchdog_s)) return std::nullopt;
+  return Time::max();
+}
+
+/// The enable node says that there is no pilot pressure: nothing can hold a spool open.
+bool pilot_off(const CanFrame& frame) {
+  const auto inputs = canopen::parse_enable(frame);
+  return inputs && (*inputs & canopen::kInputPilotOn) == 0;
+}
+
+bool all(const PerJoint<bool>& flags) {
+  return std::all_of(flags.begin(), flags.end(), [](bool b) { return b; });
+}
+
+}  // namespace
+
+NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
+  NeutralTimes times;
+  PerJoint<bool> command{true, true, true}, spool{true, true, true};
+  std::optional<Time> pilot_off_since;
+  PerJoint<Time> spool_at{};
+  const auto note = [from](std::optional<Time>& since, const PerJoint<bool>& neutral, Time at) {
+    if (!all(neutral)) {
+      since.reset();
+    } else if (!since && at >= from) {
+      since = at;
+    }
+  };
+  for (const TimedFrame& f : log) {
+    if (f.at >= until) break;
+    if (const auto i = valve_with(f.frame.id, &NodeDescription::rpdo_id, machine)) {
+      if (const auto told = canopen::parse_valve_command(f.frame, machine.bus.wire.valve_full_stroke))
+        command[*i] = neutral(*told);
+    }
+    if (const auto i = valve_with(f.frame.id, &NodeDescription::tpdo_id, machine)) {
+      spool[*i] = inside_dead_band(f.frame, machine, *i);
+      spool_at[*i] = f.at;
+    }
+    if (f.frame.id == machine.bus.enable.tpdo_id()) {
+      if (!pilot_off(f.frame)) {
+        pilot_off_since.reset();
+      } else if (!pilot_off_since) {
+        pilot_off_since = f.at;
+      }
+    }
+    // A valve that has gone silent shows no spool: without pilot pressure its spring has closed it.
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      if (f.at - spool_at[i] > kSilent) spool[i] = pilot_off_since && f.at - *pilot_off_since > kSpringTime;
+    }
+    note(times.command, command, f.at);
+    note(times.spool, spool, f.at);
+  }
+  const std::optional<Time> spoke = end_of_silence(log, machine, from, until);
+  times.controller_silent = times.spool && spoke && *spoke > *times.spool;
+  if (times.controller_silent) times.command.reset();
+  return times;
+}
+
+std::optional<Time> last_frame_before(const FrameLog& log, std::uint32_t id, Time before) {
+  for (auto it = first_at(log, before); it != log.begin();) {
+    if ((--it)->frame.id == id) return it->at;
+  }
+  return std::nullopt;
+}
+
+std::optional<Time> last_following(const FrameLog& log, const MachineDescription& machine, int joint, Time before) {
+  constexpr double kTolerance = 0.1;
+  const NodeDescription& valve = machine.bus.valves[static_cast<std::size_t>(joint)];
+  std::array<double, 6> demands{};
+  std::size_t next = 0;
+  std::optional<Time> last;
+  for (const TimedFrame& f : log) {
+    if (f.at >= before) break;
+    if (f.frame.id == valve.rpdo_id()) {
+      if (const auto command = canopen::parse_valve_command(f.frame, machine.bus.wire.valve_full_stroke)) {
+        demands[next++ % demands.size()] = command->set_point;
+      }
+    } else if (f.frame.id == valve.tpdo_id()) {
+      const auto [low, high] = std::minmax_element(demands.begin(), demands.end());
+      const auto status = canopen::parse_valve_status(f.frame, machine.bus.wire.valve_full_stroke);
+      if (status && status->spool >= *low - kTolerance && status->spool <= *high + kTolerance) last = f.at;
+    }
+  }
+  return last;
+}
+
+int commands_not_neutral(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
+  int count = 0;
+  for (auto it = first_at(log, from); it != log.end() && it->at < until; ++it) {
+    if (!valve_with(it->frame.id, &NodeDescription::rpdo_id, machine)) continue;
+    const auto told = canopen::parse_valve_command(it->frame);
+    if (told && !neutral(*told)) ++count;
+  }
+  return count;
+}
+
+}  // namespace knuckle::session

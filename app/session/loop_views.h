@@ -1,0 +1,51 @@
+// What each loop of a session shows the others and the recorder: plain data, so that it can cross threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "app/session/session_record.h"
+#include "core/joints.h"
+#include "core/time.h"
+#include "machine/kinematics.h"
+#include "master/master_loop.h"
+#include "sim/haptic_device.h"
+#include "sim/operator.h"
+#include "sim/plant.h"
+#include "slave/slave_loop.h"
+
+namespace knuckle::session {
+
+/// Operator, hand and device.
+struct HandView {
+  sim::HandTruth truth;
+  sim::OperatorIntent intent;
+  std::uint8_t phase = 0;  ///< Index into SessionRecord::phases.
+};
+
+/// Master loop.
+struct MasterView {
+  Mode mode = Mode::kOff;                            ///< As the machine told; kOff before it did.
+  JointVector machine_rad = JointVector::Zero();     ///< Likewise; the start before it did.
+  JointVector ghost_rad = JointVector::Zero();       ///< Machine pose that the hand asks for, not clamped.
+  JointVector set_point_rad = JointVector::Zero();   ///< Clamped, as sent.
+  PlanarVector sent_force_N = PlanarVector::Zero();  ///< Rendered, tip.
+  double round_trip_s = 0;
+  double slew_N_per_ms = 0;  ///< See Sample::felt_slew_N_per_ms.
+};
+
+/// @param phases number of phases of the plan; a press that holds counts as one more.
+[[nodiscard]] HandView view_of(const sim::HandAndDevice& hand, const sim::Operator& person,
+                               const sim::OperatorIntent& intent, std::size_t phases) noexcept;
+
+/// @param start_rad shown as the machine's pose until the machine has told it. slew_N_per_ms is left to the caller.
+[[nodiscard]] MasterView view_of(const master::MasterLoop& master, const JointVector& start_rad) noexcept;
+
+/// What the person sees and feels. @param breaks pieces seen to give way so far.
+[[nodiscard]] sim::OperatorView person_view(const MasterView& master, const sim::HandTruth& hand, int breaks) noexcept;
+
+/// One row of the record.
+[[nodiscard]] Sample sample_of(Time now, const slave::SlaveLoop& slave, const sim::PlantState& plant,
+                               const HandView& hand, const MasterView& master, const Kinematics& kinematics) noexcept;
+
+}  // namespace knuckle::session

@@ -1,0 +1,314 @@
+#include "app/session/metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "app/session/metrics_felt.h"
+#include "app/session/record_windows.h"
+#include "estimation/force_estimator.h"
+
+namespace knuckle::session {
+namespace {
+
+constexpr double kSettle_s = 1;  // from the hand's stop, for the position loop to settle (three time constants)
+constexpr double kStandstill_s = 1, kStandstill_m = 0.005;  // set-point inside a 5 mm circle for a second
+constexpr double kPress_N = 500;                            // contact error is taken above this
+constexpr double kBlock_s = 0.5, kSteadySpread = 0.2;       // steady: force varies by under 20 % in half a second
+constexpr double kDetectable_N = 500, kOnset_N = 50;        // a contact counts for detection if it grows to 500 N
+constexpr double kLiftedPayload_kg = 1;
+constexpr double kPumpShort = 0.99;
+
+constexpr MetricEntry kTable[] = {
+    {"tip_rms_m", "tracking", "tip_rms_m", "m", &Metrics::tip_rms_m},
+    {"tip_max_m", "tracking", "tip_max_m", "m", &Metrics::tip_max_m},
+    {"path_rms_m", "tracking", "path_rms_m", "m", &Metrics::path_rms_m},
+    {"steady_drift_m", "tracking", "steady_drift_m", "m", &Metrics::steady_drift_m},
+    {"no_load_rms_N", "force", "no_load_rms_N", "N", &Metrics::no_load_rms_N},
+    {"contact_error_rel", "force", "contact_error_rel", "1", &Metrics::contact_error_rel},
+    {"direction_error_deg", "force", "direction_error_deg", "deg", &Metrics::direction_error_deg},
+    {"detection_ms", "force", "detection_ms", "ms", &Metrics::detection_ms},
+    {"false_contact_share", "force", "false_contact_share", "1", &Metrics::false_contact_share},
+    {"peak_N", "force", "peak_N", "N", &Metrics::peak_N},
+    {"pipe_peak_N", "force", "pipe_peak_N", "N", &Metrics::pipe_peak_N},
+    {"payload_truth_kg", "payload", "truth_kg", "kg", &Metrics::payload_truth_kg},
+    {"payload_estimate_kg", "payload", "estimate_kg", "kg", &Metrics::payload_estimate_kg},
+    {"payload_sigma_kg", "payload", "sigma_kg", "kg", &Metrics::payload_sigma_kg},
+    {"payload_error_kg", "payload", "error_kg", "kg", &Metrics::payload_error_kg},
+    {"contact_losses", "felt", "contact_losses", "1", &Metrics::contact_losses},
+    {"rise_t90_s", "felt", "rise_t90_s", "s", &Metrics::rise_t90_s},
+    {"settle_s", "felt", "settle_s", "s", &Metrics::settle_s},
+    {"hold_peak_to_peak_N", "felt", "hold_peak_to_peak_N", "N", &Metrics::hold_peak_to_peak_N},
+    {"hold_error_N", "felt", "hold_error_N", "N", &Metrics::hold_error_N},
+    {"drag_rms_N", "felt", "drag_rms_N", "N", &Metrics::drag_rms_N},
+    {"max_slew_N_per_ms", "felt", "max_slew_N_per_ms", "N/ms", &Metrics::max_slew_N_per_ms},
+    {"net_energy_J", "felt", "net_energy_J", "J", &Metrics::net_energy_J},
+    {"engaged_s", "session", "engaged_s", "s", &Metrics::engaged_s},
+    {"faults", "session", "faults", "1", &Metrics::faults},
+    {"command_neutral_ms", "session", "command_neutral_ms", "ms", &Metrics::command_neutral_ms},
+    {"spool_neutral_ms", "session", "spool_neutral_ms", "ms", &Metrics::spool_neutral_ms},
+    {"pieces_broken", "session", "pieces_broken", "1", &Metrics::pieces_broken},
+    {"phases_timed_out", "session", "phases_timed_out", "1", &Metrics::phases_timed_out},
+    {"resumed_by_itself", "session", "resumed_by_itself", "1", &Metrics::resumed_by_itself},
+    {"records_lost", "session", "records_lost", "1", &Metrics::records_lost},
+    {"pump_short_share", "session", "pump_short_share", "1", &Metrics::pump_short_share},
+};
+
+/// Sums squares; null while nothing was added.
+class RootMeanSquare {
+ public:
+  void add(double squared) noexcept {
+    sum_ += squared;
+    ++count_;
+  }
+  [[nodiscard]] Metric value() const { return count_ > 0 ? Metric(std::sqrt(sum_ / count_)) : std::nullopt; }
+
+ private:
+  double sum_ = 0;
+  int count_ = 0;
+};
+
+/// Where the hand asked the tip to be at a past time, between rows; null before the first engaged row.
+class PastSetpoint {
+ public:
+  explicit PastSetpoint(const SessionRecord& record) : rows_(record.samples) {}
+  /// Times must not go back from call to call.
+  std::optional<PlanarVector> at(double t_s) {
+    while (row_ + 1 < rows_.size() && rows_[row_ + 1].t_s <= t_s) ++row_;
+    const Sample& a = rows_[row_];
+    if (t_s < a.t_s || a.mode != Mode::kEngaged) return std::nullopt;
+    if (row_ + 1 == rows_.size()) return a.hand_setpoint_tip_m;
+    const Sample& b = rows_[row_ + 1];
+    const double share = (t_s - a.t_s) / (b.t_s - a.t_s);
+    return PlanarVector(a.hand_setpoint_tip_m + share * (b.hand_setpoint_tip_m - a.hand_setpoint_tip_m));
+  }
+
+ private:
+  const std::vector<Sample>& rows_;
+  std::size_t row_ = 0;
+};
+
+/// Mean tip error over each second in which the delayed set-point stood still.
+class Standstill {
+ public:
+  void add(double t_s, const PlanarVector& setpoint_m, const PlanarVector& error_m, Metric& worst_m) {
+    if (start_s_ < 0 || (setpoint_m - anchor_m_).norm() > kStandstill_m || t_s - last_s_ > kStandstill_s / 10) {
+      restart(t_s, setpoint_m);
+    }
+    last_s_ = t_s;
+    if (t_s - start_s_ < kSettle_s) return;
+    sum_m_ += error_m;
+    ++count_;
+    if (t_s - start_s_ < kSettle_s + kStandstill_s) return;
+    worst_m = std::max(worst_m.value_or(0), (sum_m_ / count_).norm());
+    restart(t_s, setpoint_m);
+  }
+
+ private:
+  void restart(double t_s, const PlanarVector& setpoint_m) {
+    start_s_ = t_s;
+    anchor_m_ = setpoint_m;
+    sum_m_.setZero();
+    count_ = 0;
+  }
+  double start_s_ = -1, last_s_ = 0;
+  PlanarVector anchor_m_ = PlanarVector::Zero(), sum_m_ = PlanarVector::Zero();
+  int count_ = 0;
+};
+
+void measure_tracking(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
+  if (record.samples.empty()) return;
+  PastSetpoint hand(record);
+  RootMeanSquare rms, path_rms;
+  Standstill standstill;
+  for (std::size_t i = 0; i < record.samples.size(); ++i) {
+    const Sample& s = record.samples[i];
+    const auto wanted_m = hand.at(s.t_s - record.link_delay_s);
+    if (!free[i] || !wanted_m) continue;
+    const PlanarVector error_m = s.truth_tip_m - *wanted_m;
+    rms.add(error_m.squaredNorm());
+    if (phase_name(record, s) == "path") path_rms.add(error_m.squaredNorm());
+    metrics.tip_max_m = std::max(metrics.tip_max_m.value_or(0), error_m.norm());
+    standstill.add(s.t_s, *wanted_m, s.tip_m - *wanted_m, metrics.steady_drift_m);
+  }
+  metrics.tip_rms_m = rms.value();
+  metrics.path_rms_m = path_rms.value();
+}
+
+void measure_no_load(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
+  RootMeanSquare rms;
+  for (std::size_t i = 0; i < record.samples.size(); ++i) {
+    const Sample& s = record.samples[i];
+    const bool tared = (s.confidence_reasons & estimation::kNotTared) == 0;
+    if (free[i] && tared && s.truth_payload_kg == 0) rms.add(s.tip_force_N.squaredNorm());
+  }
+  metrics.no_load_rms_N = rms.value();
+}
+
+/// A block of half a second in which the true force hardly changed.
+bool steady_press(const SessionRecord& record, const Window& block) {
+  double low = 1e300, high = 0;
+  for (std::size_t i = block.begin; i < block.end; ++i) {
+    if (record.samples[i].mode != Mode::kEngaged) return false;
+    const double force_N = record.samples[i].truth_tip_force_N.norm();
+    low = std::min(low, force_N);
+    high = std::max(high, force_N);
+  }
+  return low > kPress_N && high - low <= kSteadySpread * low;
+}
+
+double angle_between_deg(const PlanarVector& a, const PlanarVector& b) {
+  return std::abs(std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b))) * 180 / std::numbers::pi;
+}
+
+/// Peak; magnitude and direction in steady blocks that follow a steady block (the estimate has had time to arrive).
+void measure_contact_force(const SessionRecord& record, Metrics& metrics) {
+  const auto& rows = record.samples;
+  for (const Sample& s : rows) {
+    metrics.peak_N = std::max(metrics.peak_N.value_or(0), s.truth_tip_force_N.norm());
+    if (s.truth_pipe_N > 0) metrics.pipe_peak_N = std::max(metrics.pipe_peak_N.value_or(0), s.truth_pipe_N);
+  }
+  double error = 0, angle_deg = 0;
+  int count = 0;
+  bool steady_before = false;
+  Window block;
+  while (block.end < rows.size()) {
+    block.begin = block.end;
+    while (block.end < rows.size() && rows[block.end].t_s < rows[block.begin].t_s + kBlock_s) ++block.end;
+    const bool steady = steady_press(record, block);
+    for (std::size_t i = block.begin; steady && steady_before && i < block.end; ++i) {
+      const double truth_N = rows[i].truth_tip_force_N.norm();
+      error += std::abs(rows[i].tip_force_N.norm() - truth_N) / truth_N;
+      angle_deg += angle_between_deg(rows[i].tip_force_N, rows[i].truth_tip_force_N);
+      ++count;
+    }
+    steady_before = steady;
+  }
+  if (count == 0) return;
+  metrics.contact_error_rel = error / count;
+  metrics.direction_error_deg = angle_deg / count;
+}
+
+/// Slowest contact event: from the true force's passing 50 N to the event, for contacts that come out of free motion
+/// and grow to 500 N. A contact that is never noticed counts with its whole length.
+void measure_detection(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
+  const auto& rows = record.samples;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    if (!free[i - 1] || rows[i - 1].contact || !in_contact(rows[i])) continue;
+    std::optional<double> onset_s, noticed_s;
+    double peak_N = 0;
+    for (; i < rows.size() && in_contact(rows[i]); ++i) {
+      const double force_N = rows[i].truth_tip_force_N.norm();
+      peak_N = std::max(peak_N, force_N);
+      if (!onset_s && force_N > kOnset_N) onset_s = rows[i].t_s;
+      if (!noticed_s && rows[i].contact) noticed_s = rows[i].t_s;
+    }
+    if (peak_N < kDetectable_N) continue;
+    const double ms = 1e3 * (noticed_s.value_or(rows[i - 1].t_s) - *onset_s);
+    metrics.detection_ms = std::max(metrics.detection_ms.value_or(0), ms);
+  }
+}
+
+void measure_false_contact(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
+  int rows = 0, alarms = 0;
+  for (std::size_t i = 0; i < record.samples.size(); ++i) {
+    if (!free[i]) continue;
+    ++rows;
+    alarms += record.samples[i].contact ? 1 : 0;
+  }
+  if (rows > 0) metrics.false_contact_share = static_cast<double>(alarms) / rows;
+}
+
+/// At the end of the last phase "weigh"; without one, where the estimate was surest of a lifted load.
+void measure_payload(const SessionRecord& record, Metrics& metrics) {
+  const Sample* weighed = nullptr;
+  const Sample* surest = nullptr;
+  for (const Sample& s : record.samples) {
+    if (phase_name(record, s) == "weigh") weighed = &s;
+    if (s.truth_payload_kg < kLiftedPayload_kg || s.payload_sigma_kg <= 0) continue;
+    if (surest == nullptr || s.payload_sigma_kg < surest->payload_sigma_kg) surest = &s;
+  }
+  const Sample* s = weighed != nullptr ? weighed : surest;
+  if (s == nullptr) return;
+  metrics.payload_truth_kg = s->truth_payload_kg;
+  metrics.payload_estimate_kg = s->payload_kg;
+  metrics.payload_sigma_kg = s->payload_sigma_kg;
+  metrics.payload_error_kg = std::abs(s->payload_kg - s->truth_payload_kg);
+}
+
+void measure_session(const SessionRecord& record, Metrics& metrics) {
+  metrics.phases_timed_out = record.phases_timed_out;
+  metrics.resumed_by_itself = record.resumed_by_itself;
+  metrics.records_lost = static_cast<double>(record.records_lost);
+  metrics.faults = static_cast<double>(record.faults.size());
+  for (const FaultRecord& fault : record.faults) {
+    const auto worst = [&](Metric& metric, double at_s) {
+      const double ms = at_s > 0 ? 1e3 * (at_s - fault.last_good_input_s) : std::numeric_limits<double>::infinity();
+      metric = std::max(metric.value_or(0), ms);
+    };
+    if (!fault.controller_silent) worst(metrics.command_neutral_ms, fault.command_neutral_s);
+    worst(metrics.spool_neutral_ms, fault.spool_neutral_s);
+  }
+  metrics.pieces_broken = static_cast<double>(std::count_if(record.events.begin(), record.events.end(), is_break));
+  double engaged_s = 0, short_s = 0;
+  for (std::size_t i = 1; i < record.samples.size(); ++i) {
+    const Sample& s = record.samples[i];
+    if (s.mode != Mode::kEngaged) continue;
+    const double step_s = s.t_s - record.samples[i - 1].t_s;
+    engaged_s += step_s;
+    if (s.truth_pump_flow_share < kPumpShort) short_s += step_s;
+  }
+  metrics.engaged_s = engaged_s;
+  if (engaged_s > 0) metrics.pump_short_share = short_s / engaged_s;
+}
+
+}  // namespace
+
+std::span<const MetricEntry> metric_table() noexcept {
+  return kTable;
+}
+
+const MetricEntry* find_metric(std::string_view name) noexcept {
+  for (const MetricEntry& entry : kTable)
+    if (entry.name == name) return &entry;
+  return nullptr;
+}
+
+Metrics compute_metrics(const SessionRecord& record) {
+  Metrics metrics;
+  const std::vector<bool> free = free_motion(record);
+  measure_tracking(record, free, metrics);
+  measure_no_load(record, free, metrics);
+  measure_contact_force(record, metrics);
+  measure_detection(record, free, metrics);
+  measure_false_contact(record, free, metrics);
+  measure_payload(record, metrics);
+  measure_felt(record, metrics);
+  measure_session(record, metrics);
+  return metrics;
+}
+
+std::vector<ModeVisit> modes_visited(const SessionRecord& record) {
+  std::vector<ModeVisit> visits;
+  for (const Sample& s : record.samples) {
+    if (visits.empty() || visits.back().mode != s.mode) visits.push_back({s.mode, s.t_s, 0});
+    visits.back().duration_s = s.t_s - visits.back().at_s;
+  }
+  return visits;
+}
+
+PortEnergies port_energies(const SessionRecord& record) noexcept {
+  PortEnergies energies;
+  const auto split = [](double change_J, double& in_J, double& out_J) {
+    (change_J > 0 ? in_J : out_J) += std::abs(change_J);
+  };
+  for (std::size_t i = 1; i < record.samples.size(); ++i) {
+    const Sample &a = record.samples[i - 1], &b = record.samples[i];
+    split(b.hand_energy_J - a.hand_energy_J, energies.hand_in_J, energies.hand_out_J);
+    split(b.truth_energy_to_machine_J - a.truth_energy_to_machine_J, energies.machine_in_J, energies.machine_out_J);
+  }
+  return energies;
+}
+
+}  // namespace knuckle::session

@@ -1,0 +1,68 @@
+// The numbers a session is judged by, computed from its record alone. docs/results.md says how each is defined.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "app/session/session_record.h"
+
+namespace knuckle::session {
+
+/// A metric is null where the session had nothing to measure it on (no press, no payload, ...).
+using Metric = std::optional<double>;
+
+struct Metrics {
+  // tracking: free motion only, tip against hand(t - one-way link delay)
+  Metric tip_rms_m, tip_max_m;
+  Metric path_rms_m;      ///< The same while a recording is followed (phases named "path").
+  Metric steady_drift_m;  ///< Largest mean error over a second in which the hand stood still.
+  // force: estimate against truth
+  Metric no_load_rms_N, contact_error_rel, direction_error_deg, detection_ms, peak_N, pipe_peak_N;
+  Metric false_contact_share;  ///< Of free motion, with the contact event on.
+  // payload
+  Metric payload_truth_kg, payload_estimate_kg, payload_sigma_kg, payload_error_kg;
+  // felt
+  Metric contact_losses, rise_t90_s, settle_s, hold_peak_to_peak_N, hold_error_N, drag_rms_N, max_slew_N_per_ms,
+      net_energy_J;
+  // session
+  Metric engaged_s;                             ///< Time in mode engaged.
+  Metric faults;                                ///< Number of faults latched.
+  Metric command_neutral_ms, spool_neutral_ms;  ///< Worst fault: last good input to neutral.
+  Metric pieces_broken;                         ///< World events that say "broke".
+  Metric phases_timed_out;                      ///< 1 where the operator's plan did not come to its end.
+  Metric resumed_by_itself;  ///< Faults after which a valve was commanded before enable was pressed anew.
+  Metric records_lost;       ///< Rows, frames, events and faults the recorder had no room for: fails every session.
+  Metric pump_short_share;   ///< Of engaged time, pump delivering under 99 % of what was asked.
+};
+
+/// How a metric is called in scenario criteria and in the JSON result: group.key.
+struct MetricEntry {
+  std::string_view name;   ///< Unique; used by criteria.
+  std::string_view group;  ///< JSON object: tracking, force, payload, felt, session
+  std::string_view key;    ///< Key in that object.
+  std::string_view unit;
+  Metric Metrics::*member;
+};
+[[nodiscard]] std::span<const MetricEntry> metric_table() noexcept;
+/// @return nullptr for an unknown name.
+[[nodiscard]] const MetricEntry* find_metric(std::string_view name) noexcept;
+
+[[nodiscard]] Metrics compute_metrics(const SessionRecord& record);
+
+/// A stay in one mode.
+struct ModeVisit {
+  Mode mode;
+  double at_s, duration_s;
+};
+[[nodiscard]] std::vector<ModeVisit> modes_visited(const SessionRecord& record);
+
+/// Work over the two ports; in = into the hand or machine, out = back from it, net = in - out.
+struct PortEnergies {
+  double hand_in_J = 0, hand_out_J = 0;
+  double machine_in_J = 0, machine_out_J = 0;
+};
+[[nodiscard]] PortEnergies port_energies(const SessionRecord& record) noexcept;
+
+}  // namespace knuckle::session

@@ -1,0 +1,159 @@
+#include "app/session/metrics_felt.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "app/session/record_windows.h"
+#include "core/quantile.h"
+
+namespace knuckle::session {
+namespace {
+
+constexpr double kContactGap_s = 0.05;  // shorter gaps are bounce, which is restitution and not control
+constexpr double kHoldJudged_s = 3;     // peak-to-peak: the last seconds of a hold
+constexpr double kTouch_N = 0.05;       // true force at the hand's scale: first touch
+constexpr double kCatchUp_s = 0.1;
+constexpr double kStay_s = 0.3;  // longer than an impact
+constexpr double kRise = 0.9, kSettled = 0.15;
+constexpr double kLeastPlateau_N = 0.1;  // below it there is nothing to rise to
+
+void keep_worst(Metric& worst, double value) {
+  worst = worst ? std::max(*worst, value) : value;
+}
+
+/// True gaps in contact over kContactGap_s after the first touch.
+int contact_losses(const SessionRecord& record, const Window& press) {
+  int losses = 0;
+  std::size_t i = press.begin;
+  while (i < press.end && !in_contact(record.samples[i])) ++i;
+  while (i < press.end) {
+    while (i < press.end && in_contact(record.samples[i])) ++i;
+    if (i == press.end) break;
+    const double lost_s = record.samples[i].t_s;
+    while (i < press.end && !in_contact(record.samples[i])) ++i;
+    const double back_s = record.samples[std::min(i, press.end - 1)].t_s;
+    if (back_s - lost_s > kContactGap_s) ++losses;
+  }
+  return losses;
+}
+
+/// Force over a press, and the level it comes to.
+struct Response {
+  std::vector<double> force_N;
+  double plateau_N = 0;  ///< Median over the second half of the hold, or of the press where it has no hold.
+
+  template <typename Force>
+  Response(const SessionRecord& record, const Window& press, Force force) {
+    for (std::size_t i = press.begin; i < press.end; ++i) force_N.push_back(force(record.samples[i]));
+    Window level = hold_part(record, press);
+    if (level.size() == 0) level = press;
+    level.begin += level.size() / 2;
+    std::vector<double> end;
+    for (std::size_t i = level.begin; i < level.end; ++i) end.push_back(force(record.samples[i]));
+    plateau_N = median(end);
+  }
+  /// First row, counted from the press, from which it stays at the share of the plateau for `rows`: an impact is not a
+  /// level. force_N.size() if none does.
+  [[nodiscard]] std::size_t comes_to_stay(double share, std::size_t rows) const {
+    std::size_t run = 0;
+    for (std::size_t i = 0; i < force_N.size(); ++i) {
+      run = force_N[i] >= share * plateau_N ? run + 1 : 0;
+      if (run == rows) return i + 1 - rows;
+    }
+    return force_N.size();
+  }
+  /// First row after which the force never again leaves plateau (1 +- band).
+  [[nodiscard]] std::size_t stays_within(double band) const {
+    std::size_t i = force_N.size();
+    while (i > 0 && std::abs(force_N[i - 1] - plateau_N) <= band * plateau_N) --i;
+    return i;
+  }
+};
+
+/// First row at which the felt force is at 90 % of the true one (mean of the last kCatchUp_s: the impact of a machine
+/// of 200 kg on a stiff wall is shorter) and stays there for kCatchUp_s; end if none is.
+std::size_t catches_up(const Response& felt, const Response& truth, std::size_t touch, std::size_t rows) {
+  std::size_t run = 0;
+  for (std::size_t i = touch + rows; i < truth.force_N.size(); ++i) {
+    const auto last = truth.force_N.begin() + static_cast<std::ptrdiff_t>(i + 1);
+    const double mean_N =
+        std::accumulate(last - static_cast<std::ptrdiff_t>(rows), last, 0.0) / static_cast<double>(rows);
+    run = mean_N > kLeastPlateau_N && felt.force_N[i] >= kRise * mean_N ? run + 1 : 0;
+    if (run == rows) return i + 1 - rows;
+  }
+  return truth.force_N.size();
+}
+
+/// Rise: from the first touch until the felt force has caught up with the true one. Settling: from the moment the true
+/// force has come to 90 % of its own level for kStay_s.
+void measure_response(const SessionRecord& record, const Window& press, Metrics& metrics) {
+  const Response truth(record, press, [&](const Sample& s) { return record.force_scale * s.truth_tip_force_N.norm(); });
+  const Response felt(record, press, [](const Sample& s) { return s.felt_N.norm(); });
+  if (truth.plateau_N < kLeastPlateau_N) return;
+  const auto time_s = [&](std::size_t row) { return record.samples[press.begin + row].t_s; };
+  const double row_s = record.samples[press.begin + 1].t_s - record.samples[press.begin].t_s;
+  const auto rows_in = [row_s](double seconds) { return static_cast<std::size_t>(std::lround(seconds / row_s)); };
+  // What is pressed and never felt, or never settles, meets no bound.
+  constexpr double kNeverComes_s = std::numeric_limits<double>::infinity();
+  const auto touched = std::find_if(truth.force_N.begin(), truth.force_N.end(), [](double f) { return f > kTouch_N; });
+  const auto touch = static_cast<std::size_t>(touched - truth.force_N.begin());
+  const std::size_t caught_up = catches_up(felt, truth, touch, rows_in(kCatchUp_s));
+  const bool is_felt = caught_up < truth.force_N.size();
+  keep_worst(metrics.rise_t90_s, is_felt ? time_s(caught_up) - time_s(touch) : kNeverComes_s);
+
+  const std::size_t start = truth.comes_to_stay(kRise, rows_in(kStay_s));
+  if (start == truth.force_N.size()) return;
+  const std::size_t settled = felt.stays_within(kSettled);
+  const bool settles = is_felt && settled < felt.force_N.size();
+  keep_worst(metrics.settle_s, settles ? std::max(0.0, time_s(settled) - time_s(start)) : kNeverComes_s);
+}
+
+void measure_hold(const SessionRecord& record, const Window& hold, Metrics& metrics) {
+  if (hold.size() < 2) return;
+  double low = 1e300, high = -1e300, error = 0;
+  const double judged_from_s = record.samples[hold.end - 1].t_s - kHoldJudged_s;
+  for (std::size_t i = hold.begin; i < hold.end; ++i) {
+    const Sample& s = record.samples[i];
+    error += (record.force_scale * s.truth_tip_force_N - s.felt_N).norm();
+    if (s.t_s < judged_from_s) continue;
+    low = std::min(low, s.felt_N.norm());
+    high = std::max(high, s.felt_N.norm());
+  }
+  keep_worst(metrics.hold_peak_to_peak_N, high - low);
+  keep_worst(metrics.hold_error_N, error / static_cast<double>(hold.size()));
+}
+
+/// The master's own peak between rows, and never less than what the rows themselves show.
+double slew_N_per_ms(const SessionRecord& record, std::size_t i) {
+  const Sample& s = record.samples[i];
+  if (i == 0) return s.felt_slew_N_per_ms;
+  const Sample& before = record.samples[i - 1];
+  return std::max(s.felt_slew_N_per_ms, (s.felt_N - before.felt_N).norm() / (1e3 * (s.t_s - before.t_s)));
+}
+
+}  // namespace
+
+void measure_felt(const SessionRecord& record, Metrics& metrics) {
+  const auto presses = press_windows(record);
+  for (const Window& press : presses) {
+    metrics.contact_losses = metrics.contact_losses.value_or(0) + contact_losses(record, press);
+    measure_response(record, press, metrics);
+    measure_hold(record, hold_part(record, press), metrics);
+  }
+  const std::vector<bool> free = free_motion(record);
+  double squares = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < record.samples.size(); ++i) {
+    const Sample& s = record.samples[i];
+    keep_worst(metrics.max_slew_N_per_ms, slew_N_per_ms(record, i));
+    keep_worst(metrics.net_energy_J, s.hand_energy_J - record.samples.front().hand_energy_J);
+    if (!free[i]) continue;
+    squares += s.felt_N.squaredNorm();
+    ++count;
+  }
+  if (count > 0) metrics.drag_rms_N = std::sqrt(squares / count);
+}
+
+}  // namespace knuckle::session

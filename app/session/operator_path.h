@@ -1,0 +1,28 @@
+// A recorded motion as the operator's intent: read through a mapping, made fit for this machine (range, speed, pump),
+// interpolated without overshoot. What was done to it is told.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "machine/description.h"
+#include "sim/operator.h"
+
+namespace knuckle::session {
+
+struct OperatorPath {
+  std::vector<sim::PathPoint> points;  ///< Equally spaced by kPathPeriod; from rest to rest.
+  std::vector<std::string> notes;      ///< What was found in the data and what was done to it; one line each.
+  double recorded_s = 0, played_s = 0;
+};
+inline constexpr Duration kPathPeriod = 5ms;
+/// Of joint, tip and pump limits: a hand does not lead the machine at its limit.
+inline constexpr double kPathSpeedShare = 0.7;
+inline constexpr double kPathRangeMargin_rad = 0.06;  ///< Kept free at both ends of a joint's range.
+
+/// Needs the channels boom_rad, arm_rad and bucket_rad in the mapping.
+/// @throws InputError where file or mapping cannot be used, or the motion plays longer than 30 minutes.
+[[nodiscard]] OperatorPath load_operator_path(const std::string& csv_path, const std::string& map_path,
+                                              const MachineDescription& machine);
+
+}  // namespace knuckle::session

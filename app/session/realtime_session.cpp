@@ -1,0 +1,222 @@
+#include "app/session/realtime_session.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <string>
+#include <utility>
+
+#include "app/session/fault_watch.h"
+#include "app/session/loop_views.h"
+#include "app/session/operator_path.h"
+#include "app/session/session_books.h"
+#include "core/error.h"
+#include "core/mailbox.h"
+#include "core/realtime_thread.h"
+#include "sim/machine_on_bus.h"
+#include "transport/canopen.h"
+#include "transport/thread_wires.h"
+#include "transport/udp_link.h"
+
+namespace knuckle::session {
+namespace {
+
+constexpr Duration kTick = 1ms;
+constexpr double kTail_s = 0.5;   // recorded after the operator has finished
+constexpr double kGrace_s = 1.0;  // until all threads have ended, at most
+// The slave first, because it decides what the valves do; what only plays the world comes last.
+constexpr int kSlavePriority = 80, kMasterPriority = 75, kHandPriority = 65;
+
+/// Largest of the last values.
+class RecentPeak {
+ public:
+  double step(double value) noexcept {
+    values_[next_++ % values_.size()] = value;
+    return *std::max_element(values_.begin(), values_.end());
+  }
+
+ private:
+  std::array<double, 5> values_{};  // one slave period at 200 Hz
+  std::size_t next_ = 0;
+};
+
+Percentiles percentiles_us(const Histogram& h) {
+  const auto us = [](Duration d) { return 1e6 * to_seconds(d); };
+  return {us(h.quantile(0.5)), us(h.quantile(0.99)), us(h.max())};
+}
+
+LoopTiming timing(const char* loop, const RealtimeReport& report) {
+  return {loop, report.policy, percentiles_us(report.wake_lateness), percentiles_us(report.execution), report.overruns};
+}
+
+/// Steps of the slave there may be.
+std::size_t most_rows(const SessionSetup& setup) {
+  return static_cast<std::size_t>((setup.scenario.duration_s + kGrace_s) * setup.machine.bus.sync_Hz);
+}
+
+/// All that the four threads work on. Each member belongs to one of them; between them go only wires, mailboxes and
+/// atomics. Vectors are reserved before they start and read after they ended.
+class Loops {
+ public:
+  Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end);
+
+  void step_hand(Time now) noexcept;
+  void step_master(Time now) noexcept;
+  void step_slave(Time now) noexcept;
+  void step_machine(Time now) noexcept;
+
+  [[nodiscard]] double done_fraction() const noexcept {
+    return static_cast<double>(phase_) / static_cast<double>(setup_.scenario.phases.size());
+  }
+  [[nodiscard]] bool finished() const noexcept { return finished_; }
+  /// After the threads have ended.
+  void hand_over(Time end, SessionOutcome& outcome);
+
+ private:
+  const SessionSetup& setup_;
+  // wires and what crosses threads
+  ThreadHid cable_;
+  sim::ThreadedMachine machine_;
+  Mailbox<MasterView> master_to_hand_, master_to_record_;
+  Mailbox<HandView> hand_to_record_;
+  Mailbox<sim::PlantState> plant_to_record_;
+  std::atomic<int> breaks_{0}, phase_{0};
+  std::atomic<bool> finished_{false};
+  // hand
+  sim::Operator person_;
+  sim::HandAndDevice hand_;
+  MasterView seen_;
+  // master
+  master::MasterLoop master_;
+  MasterBook master_book_;
+  PlanarVector last_force_N_ = PlanarVector::Zero();
+  RecentPeak slew_;
+  // slave
+  slave::SlaveLoop slave_;
+  Kinematics kinematics_;
+  SlaveBook slave_book_;
+  MasterView master_seen_;
+  HandView hand_seen_;
+  sim::PlantState plant_seen_;
+  FaultWatch faults_;
+  SessionRecord record_;
+  // machine
+  MachineBook machine_book_;
+};
+
+Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end)
+    : setup_(setup),
+      machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, setup.seed),
+      person_(setup.machine, setup.scenario.phases, setup.path, kPathPeriod, setup.scenario.hand_rad,
+              setup.scenario.reaction, press_stiffness_N_per_m(setup)),
+      hand_(setup.device, setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
+      master_(setup.device, setup.machine, cable_.host(), operator_end, setup.law, master::FarEnd::kIsThisMachine),
+      master_book_(most_rows(setup)),
+      slave_(setup.machine, machine_.controller(), machine_end),
+      kinematics_(setup.machine),
+      slave_book_(most_rows(setup)),
+      record_(start_record(setup)),
+      machine_book_(most_frames(setup.machine.bus, setup.scenario.duration_s + kGrace_s)) {
+  master_.set_assist(setup.scenario.assist);
+  seen_.machine_rad = master_seen_.machine_rad = setup.scenario.start_rad;
+  machine_.set_tap(
+      {[](void* book, Time at, const CanFrame& f) { static_cast<MachineBook*>(book)->note(at, f); }, &machine_book_});
+}
+
+void Loops::step_hand(Time now) noexcept {
+  master_to_hand_.take(seen_);
+  const sim::OperatorIntent intent = person_.step(now, person_view(seen_, hand_.truth(), breaks_));
+  hand_.step(now, intent);
+  hand_to_record_.put(view_of(hand_, person_, intent, setup_.scenario.phases.size()));
+  phase_ = person_.phase();
+  finished_ = person_.finished();
+}
+
+void Loops::step_master(Time now) noexcept {
+  master_.step(now);
+  MasterView view = view_of(master_, setup_.scenario.start_rad);
+  view.slew_N_per_ms = slew_.step((view.sent_force_N - last_force_N_).norm());
+  last_force_N_ = view.sent_force_N;
+  master_to_hand_.put(view);
+  master_to_record_.put(view);
+  master_book_.note(now, master_);
+}
+
+void Loops::step_slave(Time now) noexcept {
+  slave_.step(now);
+  hand_to_record_.take(hand_seen_);
+  master_to_record_.take(master_seen_);
+  plant_to_record_.take(plant_seen_);
+  faults_.step(now, slave_.mode(), slave_.fault(), hand_seen_.intent.enable);
+  keep(record_.samples, sample_of(now, slave_, plant_seen_, hand_seen_, master_seen_, kinematics_),
+       record_.records_lost);
+  slave_book_.note(now, slave_);
+}
+
+void Loops::step_machine(Time now) noexcept {
+  machine_.step(now);
+  const sim::PlantState& plant = machine_.plant();
+  machine_book_.note(plant.events);
+  breaks_ = machine_book_.breaks;
+  plant_to_record_.put(plant);
+}
+
+void Loops::hand_over(Time end, SessionOutcome& outcome) {
+  faults_.judge(
+      machine_book_.frames, setup_.machine, end,
+      [](Time latched_at) {
+        return Cause{latched_at, {}};
+      },
+      record_);
+  machine_book_.hand_over(record_);
+  record_.phases_timed_out = person_.timed_out() >= 0 || !person_.finished() ? 1 : 0;
+  outcome.hops = hops_of(master_book_, slave_book_, machine_book_, setup_.machine.bus);
+  outcome.record = std::move(record_);
+  outcome.frames = std::move(machine_book_.frames);
+  outcome.elapsed_s = to_seconds(end);
+}
+
+/// Until the operator has finished and a little longer, or the scenario's time is over.
+void wait_for_the_end(const RealtimeClock& clock, const Loops& loops, double longest_s,
+                      const std::function<void(double)>& progress) {
+  Time finished_at = Time::max();
+  for (;;) {
+    const Time now = clock.now();
+    if (loops.finished() && finished_at == Time::max()) finished_at = now;
+    if (to_seconds(now) >= longest_s) return;
+    if (finished_at != Time::max() && to_seconds(now - finished_at) > kTail_s) return;
+    if (progress) progress(std::max(loops.done_fraction(), to_seconds(now) / longest_s));
+    clock.sleep_until(now + 250ms);
+  }
+}
+
+}  // namespace
+
+SessionOutcome run_realtime(const SessionSetup& setup, const std::function<void(double)>& progress) {
+  refuse_faults(setup.scenario);
+  UdpLink machine_end = UdpLink::listen("127.0.0.1:0");
+  UdpLink operator_end = UdpLink::connect("127.0.0.1:" + std::to_string(machine_end.port()));
+  Loops loops(setup, operator_end, machine_end);
+  SessionOutcome outcome;
+  const RealtimeClock clock;
+  {
+    const Duration slave_period = from_seconds(1 / setup.machine.bus.sync_Hz);
+    RealtimeThread machine({.name = "machine", .period = kTick, .fifo_priority = sim::MachineOnBus::kPriority}, clock,
+                           [&loops](Time now) { loops.step_machine(now); });
+    RealtimeThread slave(
+        {.name = "slave", .period = slave_period, .fifo_priority = kSlavePriority, .lock_memory = true}, clock,
+        [&loops](Time now) { loops.step_slave(now); });
+    RealtimeThread master({.name = "master", .period = kTick, .fifo_priority = kMasterPriority}, clock,
+                          [&loops](Time now) { loops.step_master(now); });
+    RealtimeThread hand({.name = "hand", .period = kTick, .fifo_priority = kHandPriority}, clock,
+                        [&loops](Time now) { loops.step_hand(now); });
+    wait_for_the_end(clock, loops, setup.scenario.duration_s, progress);
+    for (RealtimeThread* thread : {&hand, &master, &slave, &machine}) thread->stop();
+    outcome.loops = {timing("master", master.report()), timing("slave", slave.report()),
+                     timing("machine", machine.report()), timing("hand", hand.report())};
+  }
+  loops.hand_over(clock.now(), outcome);
+  return outcome;
+}
+
+}  // namespace knuckle::session

@@ -1,0 +1,59 @@
+#include "app/session/record_windows.h"
+
+#include <algorithm>
+
+namespace knuckle::session {
+
+std::string_view phase_name(const SessionRecord& record, const Sample& sample) noexcept {
+  return sample.phase < record.phases.size() ? std::string_view(record.phases[sample.phase]) : std::string_view();
+}
+
+std::vector<bool> free_motion(const SessionRecord& record) {
+  std::vector<bool> free(record.samples.size());
+  double last_contact_s = -1e9;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const Sample& s = record.samples[i];
+    if (in_contact(s)) last_contact_s = s.t_s;
+    free[i] = s.mode == Mode::kEngaged && s.t_s - last_contact_s >= kFreeAfterContact_s;
+  }
+  return free;
+}
+
+bool is_break(const EventRecord& event) noexcept {
+  return event.what.find("broke") != std::string::npos;
+}
+
+std::vector<Window> press_windows(const SessionRecord& record) {
+  const auto pressing = [&](const Sample& s) {
+    const std::string_view phase = phase_name(record, s);
+    return s.mode == Mode::kEngaged && (phase == "press" || phase == "hold");
+  };
+  std::vector<Window> windows;
+  const auto& rows = record.samples;
+  for (std::size_t i = 0; i < rows.size();) {
+    if (!pressing(rows[i])) {
+      ++i;
+      continue;
+    }
+    Window w{i, i};
+    while (w.end < rows.size() && pressing(rows[w.end])) ++w.end;
+    i = w.end;
+    for (const EventRecord& event : record.events) {
+      if (!is_break(event)) continue;
+      while (w.size() > 0 && event.t_s >= rows[w.begin].t_s && event.t_s <= rows[w.end - 1].t_s) --w.end;
+    }
+    if (w.size() > 0) windows.push_back(w);
+  }
+  return windows;
+}
+
+Window hold_part(const SessionRecord& record, const Window& press) noexcept {
+  const auto holds = [&](std::size_t i) { return phase_name(record, record.samples[i]) == "hold"; };
+  Window hold{press.begin, press.end};
+  while (hold.begin < press.end && !holds(hold.begin)) ++hold.begin;
+  hold.end = hold.begin;
+  while (hold.end < press.end && holds(hold.end)) ++hold.end;
+  return hold;
+}
+
+}  // namespace knuckle::session

@@ -1,0 +1,40 @@
+// Stretches of a session that a metric is taken over: free motion, and the operator meaning to touch.
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+#include "app/session/session_record.h"
+
+namespace knuckle::session {
+
+/// Rows [begin, end).
+struct Window {
+  std::size_t begin = 0, end = 0;
+  [[nodiscard]] std::size_t size() const noexcept { return end - begin; }
+};
+
+inline constexpr double kContactForce_N = 1;      ///< True force on the tip above this is contact.
+inline constexpr double kFreeAfterContact_s = 1;  ///< Free motion begins this long after the last contact.
+
+[[nodiscard]] inline bool in_contact(const Sample& s) noexcept {
+  return s.truth_tip_force_N.norm() > kContactForce_N;
+}
+
+/// Name of a row's phase; empty where the record has none.
+[[nodiscard]] std::string_view phase_name(const SessionRecord& record, const Sample& sample) noexcept;
+
+/// Per row: engaged, and no contact now or within the last kFreeAfterContact_s.
+[[nodiscard]] std::vector<bool> free_motion(const SessionRecord& record);
+
+/// Runs of the phases "press" and "hold" while engaged. One that a "broke" event falls into ends there.
+[[nodiscard]] std::vector<Window> press_windows(const SessionRecord& record);
+
+/// The part of a press window in phase "hold"; empty where there is none.
+[[nodiscard]] Window hold_part(const SessionRecord& record, const Window& press) noexcept;
+
+/// Whether an event is a piece that broke.
+[[nodiscard]] bool is_break(const EventRecord& event) noexcept;
+
+}  // namespace knuckle::session

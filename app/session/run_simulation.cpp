@@ -1,0 +1,90 @@
+// What the command line asks for, loaded, run and handed over as one result.
+#include <chrono>
+#include <functional>
+#include <ostream>
+#include <utility>
+
+#include "app/session/realtime_session.h"
+#include "app/session/scene.h"
+#include "app/session/session.h"
+#include "app/session/session_digest.h"
+#include "app/session/session_result.h"
+#include "app/session/session_setup.h"
+#include "machine/pose.h"
+#include "transport/timed_frame.h"
+
+namespace knuckle::session {
+namespace {
+
+void describe(const SessionSetup& setup, SessionResult& result) {
+  result.scenario = setup.scenario.name;
+  result.machine_name = setup.machine.name;
+  result.device_name = setup.device.name;
+  result.control = setup.law == master::ControlLaw::kDirect ? "direct" : "echo_spring";
+  result.seed = setup.seed;
+  result.delay_ms = 1e3 * to_seconds(setup.to_machine.delay);
+  result.jitter_ms = 1e3 * to_seconds(setup.to_machine.jitter);
+  result.loss = setup.to_machine.loss;
+  result.criteria = setup.scenario.criteria;
+  result.machine = setup.machine;
+}
+
+HopLatency hop(const char* name, const Histogram& h) {
+  const auto us = [](Duration d) { return 1e6 * to_seconds(d); };
+  return {name, h.count(), {us(h.quantile(0.5)), us(h.quantile(0.99)), us(h.max())}};
+}
+
+std::string digest_of(const SessionRecord& record, const FrameLog& frames) {
+  cli::Digest digest;
+  for (const Sample& sample : record.samples) add(digest, sample);
+  for (const TimedFrame& frame : frames) add(digest, frame.at, frame.frame);
+  return digest.finish();
+}
+
+std::vector<HopLatency> hops_of(const HopHistograms& h) {
+  return {hop("hand_to_master", h.hand_to_master),   hop("master_to_slave", h.master_to_slave),
+          hop("hand_to_valve", h.hand_to_valve),     hop("pressure_to_slave", h.pressure_to_slave),
+          hop("slave_to_master", h.slave_to_master), hop("pressure_to_hand", h.pressure_to_hand)};
+}
+
+SessionOutcome run_on_virtual_time(const SessionSetup& setup, const std::function<void(double)>& progress) {
+  Session session(setup);
+  for (int tick = 0; !session.done(); ++tick) {
+    session.step();
+    if (progress && tick % 2000 == 0) progress(session.done_fraction());
+  }
+  SessionOutcome outcome;
+  outcome.elapsed_s = session.elapsed_s();
+  outcome.record = session.take_record();
+  outcome.frames = session.frames();
+  outcome.hops = session.hops();
+  return outcome;
+}
+
+}  // namespace
+
+SessionResult run_simulation(const SimulateOptions& options, const SessionHooks& hooks) {
+  SessionResult result;
+  LoadedSession loaded = load_session(options);
+  const SessionSetup& setup = loaded.setup;
+  result.operator_name = loaded.operator_name;
+  result.notes = std::move(loaded.notes);
+  describe(setup, result);
+  const auto start = std::chrono::steady_clock::now();
+  SessionOutcome outcome =
+      options.realtime ? run_realtime(setup, hooks.progress) : run_on_virtual_time(setup, hooks.progress);
+  result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (hooks.progress) hooks.progress(1);
+  result.simulated_s = outcome.elapsed_s;
+  result.record = std::move(outcome.record);
+  result.hops = hops_of(outcome.hops);
+  result.loops = std::move(outcome.loops);
+  result.digest = digest_of(result.record, outcome.frames);
+  result.scene = scene_of(setup.scenario.world, result.record, reach_m(setup.machine));
+  if (hooks.candump != nullptr) {
+    for (const TimedFrame& f : outcome.frames) *hooks.candump << candump_line(f.at, f.frame) << '\n';
+  }
+  return result;
+}
+
+}  // namespace knuckle::session

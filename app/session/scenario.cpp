@@ -1,0 +1,340 @@
+#include "app/session/scenario.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "machine/kinematics.h"
+#include "machine/pose.h"
+#include "machine/toml_reader.h"
+
+namespace knuckle::session {
+namespace {
+
+constexpr double kDeg = std::numbers::pi / 180;
+constexpr double kFar_m = 100;
+
+/// What one unit of length and one of load in the file are on this machine.
+struct Scale {
+  double length = 1, load = 1;
+};
+
+/// Refuses poses that a machine cannot take.
+class WorkingRange {
+ public:
+  explicit WorkingRange(const MachineDescription& machine) : machine_(machine), kinematics_(machine) {}
+
+  /// @param who goes before the complaint, such as "phase 'lift': ".
+  void require_pose(const TomlTable& table, const char* key, const JointVector& joints_rad,
+                    const std::string& who = "") const {
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      const double angle = joints_rad[static_cast<Eigen::Index>(i)];
+      const double min = machine_.links[i].min_rad, max = machine_.links[i].max_rad;
+      table.require(angle >= min && angle <= max, key,
+                    who + kJointNames[i] + " would be at " + degrees(angle) + " deg: must be within [" + degrees(min) +
+                        ", " + degrees(max) + "] on machine '" + machine_.name + "'");
+    }
+  }
+  void require_tip(const TomlTable& table, const char* key, const PlanarVector& tip_m, double bucket_rad,
+                   const std::string& who) const {
+    const auto joints = kinematics_.inverse(tip_m, bucket_rad);
+    table.require(joints.has_value(), key,
+                  who + "beyond the range of machine '" + machine_.name + "' with this bucket_deg");
+    require_pose(table, key, *joints, who);
+  }
+
+ private:
+  static std::string degrees(double rad) { return number_text(std::round(10 * rad / kDeg) / 10); }
+  const MachineDescription& machine_;
+  Kinematics kinematics_;
+};
+
+bool flag(TomlTable& table, const char* key) {
+  return table.has(key) && table.boolean(key);
+}
+
+double number_or(TomlTable& table, const char* key, double fallback, double min, double max, double factor = 1) {
+  return table.has(key) ? table.number(key, min, max, factor) : fallback * factor;
+}
+
+PlanarVector point(TomlTable& table, const char* key, const Scale& scale) {
+  return table.numbers<2>(key, -kFar_m, kFar_m, scale.length);
+}
+
+void read_target(TomlTable& table, sim::Phase& phase, const Scale& scale, const WorkingRange& range) {
+  const std::string who = "phase '" + table.text("name") + "': ";
+  phase.joint_space = table.has("joints_deg");
+  phase.tolerance_m = number_or(table, "tolerance_m", 0.06, 1e-3, 10, scale.length);
+  if (phase.joint_space) {
+    phase.joints_rad = table.numbers<3>("joints_deg", -180, 180, kDeg);
+    range.require_pose(table, "joints_deg", phase.joints_rad, who);
+    phase.speed_mps = table.number("speed_radps", 0.01, 3);
+  } else {
+    phase.tip_m = point(table, "tip_m", scale);
+    phase.bucket_rad = table.number("bucket_deg", -360, 180, kDeg);
+    range.require_tip(table, "tip_m", phase.tip_m, phase.bucket_rad, who);
+    phase.speed_mps = table.number("speed_mps", 0.01, 3, scale.length);
+  }
+}
+
+void read_press(TomlTable& table, sim::Phase& phase, const Scale& scale) {
+  phase.direction = table.numbers<2>("direction", -1, 1);
+  table.require(phase.direction.norm() > 1e-3, "direction", "must not be zero");
+  phase.direction.normalize();
+  phase.speed_mps = table.number("speed_mps", 0.01, 1, scale.length);
+  phase.force_N = table.number("felt_N", 0.1, 20);
+  phase.until_break = flag(table, "until_break");
+  if (!phase.until_break) phase.duration_s = table.number("hold_s", 0, 600);
+}
+
+sim::Phase read_phase(TomlTable& table, const Scale& scale, const WorkingRange& range) {
+  using sim::PhaseKind;
+  sim::Phase phase;
+  // In the order of PhaseKind.
+  const int kind = table.choice("kind", {"engage", "let_go", "move", "press", "sweep", "path", "clutch", "wait"});
+  phase.kind = static_cast<PhaseKind>(kind);
+  phase.timeout_s = number_or(table, "timeout_s", 30, 0.1, 3600);
+  switch (phase.kind) {
+    case PhaseKind::kEngage:
+    case PhaseKind::kPath:
+      break;
+    case PhaseKind::kMove:
+      read_target(table, phase, scale, range);
+      phase.until_hold = flag(table, "until_hold");
+      break;
+    case PhaseKind::kPress:
+      read_press(table, phase, scale);
+      break;
+    case PhaseKind::kClutch:
+      phase.joints_rad = table.numbers<3>("hand_deg", -90, 90, kDeg);
+      break;
+    case PhaseKind::kSweep:
+      phase.joints_rad = table.numbers<3>("amplitude_deg", 0, 90, kDeg);
+      phase.periods_s = table.numbers<3>("period_s", 0.5, 100);
+      [[fallthrough]];
+    case PhaseKind::kLetGo:
+    case PhaseKind::kWait:
+      phase.duration_s = table.number("duration_s", 0, 3600);
+      phase.until_fault = phase.kind != PhaseKind::kLetGo && flag(table, "until_fault");
+      break;
+  }
+  return phase;
+}
+
+sim::WallDescription read_wall(TomlTable& table, const Scale& scale) {
+  sim::WallDescription wall;
+  wall.point_m = point(table, "point_m", scale);
+  wall.normal = table.numbers<2>("normal", -1, 1);
+  table.require(wall.normal.norm() > 1e-3, "normal", "must not be zero");
+  if (table.has("hunt_crossley_N_per_m15")) {
+    wall.hunt_crossley_N_per_m15 = table.number("hunt_crossley_N_per_m15", 1e6, 1e10);
+  } else {
+    wall.stiffness_N_per_m = table.number("stiffness_N_per_m", 1e4, 1e8);
+    wall.damping_ratio = table.number("damping_ratio", 0, 1);
+  }
+  wall.friction = table.number("friction", 0, 1.5);
+  if (table.has("from_m")) wall.from_m = table.number("from_m", -kFar_m, kFar_m, scale.length);
+  if (table.has("to_m")) wall.to_m = table.number("to_m", -kFar_m, kFar_m, scale.length);
+  if (table.has("break_force_N")) {
+    wall.break_force_N = table.number("break_force_N", 100, 1e6, scale.load);
+    wall.break_impulse_Ns = table.number("break_impulse_Ns", 1, 1e6, scale.load);
+    wall.piece_mass_kg = table.number("piece_mass_kg", 1, 1e5, scale.load);
+    wall.piece_depth_m = table.number("piece_depth_m", 0.01, 5, scale.length);
+    wall.piece_rest_m = point(table, "piece_rest_m", scale);
+  }
+  return wall;
+}
+
+sim::SoilDescription read_soil(TomlTable& table, const Scale& scale) {
+  sim::SoilDescription soil;
+  soil.surface_point_m = point(table, "surface_point_m", scale);
+  soil.slope_rad = table.number("slope_deg", -45, 45, kDeg);
+  soil.density_kg_per_m3 = table.number("density_kg_per_m3", 500, 4000);
+  soil.cohesion_Pa = table.number("cohesion_Pa", 0, 2e5);
+  soil.internal_friction_rad = table.number("internal_friction_deg", 0, 60, kDeg);
+  soil.tool_friction_rad = table.number("tool_friction_deg", 0, 45, kDeg);
+  soil.bucket_width_m = table.number("bucket_width_m", 0.1, 5, scale.length);
+  soil.bearing_area_m2 *= scale.length * scale.length;
+  soil.bucket_capacity_m3 = table.number("bucket_capacity_m3", 1e-3, 10, scale.load);
+  return soil;
+}
+
+sim::WorldDescription read_world(TomlTable& file, const Scale& scale, const MachineDescription& machine) {
+  sim::WorldDescription world;
+  world.scoop_reach_m *= scale.length;
+  for (TomlTable& table : file.tables("wall")) world.walls.push_back(read_wall(table, scale));
+  for (TomlTable& table : file.tables("soil")) world.soil.push_back(read_soil(table, scale));
+  file.require(world.soil.size() <= 1, "soil", "one at most");
+  for (TomlTable& table : file.tables("weight")) {
+    sim::DeadWeightDescription weight;
+    weight.mass_kg = table.number("mass_kg", 0.1, 1e4, scale.load);
+    weight.point_m = machine.payload_com_m;
+    weight.attach_at_s = table.number("attach_at_s", 0, 3600);
+    if (table.has("detach_at_s")) weight.detach_at_s = table.number("detach_at_s", weight.attach_at_s, 3600);
+    world.weights.push_back(weight);
+  }
+  for (TomlTable& table : file.tables("piece")) {
+    world.pieces.push_back({table.number("mass_kg", 0.1, 1e4, scale.load), point(table, "position_m", scale)});
+  }
+  for (TomlTable& table : file.tables("pipe")) {
+    sim::PipeDescription pipe;
+    pipe.centre_m = point(table, "centre_m", scale);
+    pipe.radius_m = table.number("radius_m", 0.005, 1, scale.length);
+    world.pipes.push_back(pipe);
+  }
+  return world;
+}
+
+/// Id of the node that a fault is about; 0 where it is about none.
+int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& bus) {
+  if (!concerns_node(kind)) return 0;
+  const auto joint = [&table] { return static_cast<std::size_t>(table.choice("joint", {"boom", "arm", "bucket"})); };
+  if (kind == sim::FaultKind::kEncoderBroken) return bus.encoders[joint()].id;
+  if (kind == sim::FaultKind::kValveStuck) return bus.valves[joint()].id;
+  const auto i = static_cast<std::size_t>(
+      table.choice("node", {"valve_boom", "valve_arm", "valve_bucket", "pressure_boom_A", "pressure_boom_B",
+                            "pressure_arm_A", "pressure_arm_B", "pressure_bucket_A", "pressure_bucket_B",
+                            "encoder_boom", "encoder_arm", "encoder_bucket", "tilt", "enable"}));
+  const std::uint8_t node = i < 3     ? bus.valves[i].id
+                            : i < 9   ? bus.pressures[i - 3].id
+                            : i < 12  ? bus.encoders[i - 9].id
+                            : i == 12 ? bus.tilt.id
+                                      : bus.enable.id;
+  const char* const why = why_not(kind, node, bus);
+  table.require(why == nullptr, "node", why == nullptr ? "" : why);
+  return node;
+}
+
+std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::string>& phases,
+                                        const MachineDescription& machine) {
+  std::vector<ScheduledFault> faults;
+  for (TomlTable& table : file.tables("fault")) {
+    ScheduledFault fault;
+    const auto kind = sim::fault_named(table.text("kind"));
+    table.require(kind.has_value(), "kind", "must be one of " + sim::fault_names());
+    fault.kind = *kind;
+    const std::string phase = table.text("phase");
+    const auto with_name = std::count(phases.begin(), phases.end(), phase);
+    table.require(with_name > 0, "phase", "no [[phase]] has this name");
+    table.require(with_name == 1, "phase", "more than one [[phase]] has this name");
+    fault.phase = static_cast<int>(std::find(phases.begin(), phases.end(), phase) - phases.begin());
+    fault.after_s = table.number("after_s", 0, 3600);
+    fault.duration_s = table.number("duration_s", 0.001, 3600);
+    fault.subject = fault_subject(table, fault.kind, machine.bus);
+    faults.push_back(fault);
+  }
+  return faults;
+}
+
+AssistSettings read_assist(TomlTable table, const Scale& scale) {
+  AssistSettings assist;
+  assist.force_limit_N = number_or(table, "force_limit_N", 0, kLeastAssist_N, kMostAssist_N, scale.load);
+  assist.stop_on_object = flag(table, "stop_on_object");
+  return assist;
+}
+
+void read_plan(TomlTable& file, const Scale& scale, const WorkingRange& range, Scenario& scenario) {
+  constexpr std::size_t kMostPhases = 250;  // a row of the record has one byte for it
+  for (TomlTable& table : file.tables("phase")) {
+    scenario.phase_names.push_back(table.text("name"));
+    scenario.phases.push_back(read_phase(table, scale, range));
+  }
+  file.require(!scenario.phases.empty(), "phase", "at least one [[phase]] is needed");
+  file.require(scenario.phases.size() <= kMostPhases, "phase", "must be 250 at most");
+}
+
+/// A press until something breaks needs something that can.
+void check_breaks(const TomlTable& file, const Scenario& scenario) {
+  const bool until_break = std::any_of(scenario.phases.begin(), scenario.phases.end(),
+                                       [](const sim::Phase& phase) { return phase.until_break; });
+  const bool breaks = std::any_of(scenario.world.walls.begin(), scenario.world.walls.end(),
+                                  [](const sim::WallDescription& wall) { return wall.break_force_N > 0; });
+  file.require(!until_break || breaks, "phase", "one has until_break, but no [[wall]] has a break_force_N");
+}
+
+/// The bucket starts in the open: a plant that starts inside a wall or below the soil would be thrown out of it.
+void check_start(const TomlTable& file, const Scenario& scenario, const MachineDescription& machine) {
+  constexpr double kClear_m = 0.05;  // pins of a drawn machine put its tip up to 4 cm beside
+  const PlanarVector tip_m = Kinematics(machine).tip(scenario.start_rad);
+  for (const sim::WallDescription& wall : scenario.world.walls) {
+    const PlanarVector normal = wall.normal.normalized(), from_m = tip_m - wall.point_m;
+    const double along_m = PlanarVector(-normal.y(), normal.x()).dot(from_m), clear_m = normal.dot(from_m);
+    const bool beside = along_m < wall.from_m || along_m > wall.to_m || clear_m < -wall.depth_m;
+    file.require(beside || clear_m > kClear_m, "start_deg",
+                 "puts the bucket's tip into a [[wall]] or within 5 cm of it");
+  }
+  for (const sim::SoilDescription& soil : scenario.world.soil) {
+    const PlanarVector up(-std::sin(soil.slope_rad), std::cos(soil.slope_rad));
+    file.require(up.dot(tip_m - soil.surface_point_m) > kClear_m, "start_deg",
+                 "puts the bucket's tip into the [[soil]] or within 5 cm of it");
+  }
+}
+
+/// What is measured at the machine grows with it: ways with its reach, loads and forces with its payload.
+double criterion_factor(const std::string& metric, const Scale& scale) {
+  const MetricEntry* entry = find_metric(metric);
+  if (entry == nullptr) return 1;  // refused by check_criteria
+  if (entry->group == "tracking" && entry->unit == "m") return scale.length;
+  if (entry->unit == "kg" || (entry->group == "force" && entry->unit == "N")) return scale.load;
+  return 1;
+}
+
+std::vector<Criterion> read_criteria(TomlTable& file, const Scale& scale) {
+  std::vector<Criterion> criteria;
+  for (TomlTable& table : file.tables("criteria")) {
+    Criterion criterion;
+    criterion.metric = table.text("metric");
+    const double factor = criterion_factor(criterion.metric, scale);
+    if (table.has("min")) criterion.min = table.number("min", -1e12, 1e12, factor);
+    if (table.has("max")) criterion.max = table.number("max", -1e12, 1e12, factor);
+    criteria.push_back(criterion);
+  }
+  check_criteria(criteria, file.source());
+  return criteria;
+}
+
+}  // namespace
+
+Scenario load_scenario(const std::string& path, const MachineDescription& machine) {
+  const WorkingRange range(machine);
+  TomlTable file = TomlTable::read(path);
+  Scenario scenario;
+  scenario.source = path;
+  scenario.name = file.text("name");
+  scenario.description = file.text("description");
+  const Scale scale{reach_m(machine) / file.number("reference_reach_m", 0.1, 100),
+                    machine.payload_full_scale_kg / file.number("reference_payload_kg", 1, 1e5)};
+  scenario.start_rad = file.numbers<3>("start_deg", -180, 180, kDeg);
+  range.require_pose(file, "start_deg", scenario.start_rad);
+  scenario.hand_rad = file.numbers<3>("hand_deg", -180, 180, kDeg);
+  range.require_pose(file, "hand_deg", scenario.hand_rad);
+  scenario.duration_s = file.number("duration_s", 1, 3600);
+  if (file.has("link")) scenario.delay_ms = file.table("link").number("delay_ms", 0, 5000);
+  if (file.has("assist")) scenario.assist = read_assist(file.table("assist"), scale);
+  TomlTable person = file.table("operator");
+  scenario.limb =
+      static_cast<sim::LimbClass>(person.choice("limb", {"relaxed", "normal", "co_contracted", "light_grip"}));
+  scenario.reaction = from_seconds(person.number("reaction_ms", 0, 600, 1e-3));
+  read_plan(file, scale, range, scenario);
+  scenario.world = read_world(file, scale, machine);
+  scenario.faults = read_faults(file, scenario.phase_names, machine);
+  scenario.criteria = read_criteria(file, scale);
+  file.finish();
+  check_breaks(file, scenario);
+  check_start(file, scenario, machine);
+  return scenario;
+}
+
+void refuse_faults(const Scenario& scenario) {
+  if (scenario.faults.empty()) return;
+  throw InputError(scenario.source +
+                   ": schedules faults, which need virtual time: run it with knuckle simulate, without --realtime");
+}
+
+bool follows_recording(const Scenario& scenario) {
+  return std::any_of(scenario.phases.begin(), scenario.phases.end(),
+                     [](const sim::Phase& phase) { return phase.kind == sim::PhaseKind::kPath; });
+}
+
+}  // namespace knuckle::session

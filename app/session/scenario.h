@@ -1,0 +1,57 @@
+// A scenario file: where everything stands, what the operator does, what goes wrong, and what is asked of the session.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/session/criteria.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "sim/fault_kinds.h"
+#include "sim/operator.h"
+#include "sim/operator_limb.h"
+#include "sim/world.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::session {
+
+/// Bounds of the assist's force limit: below, the estimate is not good enough to hold it; above, it limits nothing.
+inline constexpr double kLeastAssist_N = 300, kMostAssist_N = 1e5;
+
+/// What is broken while a phase runs.
+struct ScheduledFault {
+  sim::FaultKind kind = sim::FaultKind::kLinkCut;
+  int phase = 0;          ///< Index of the operator's phase in which it happens.
+  double after_s = 0;     ///< Into that phase.
+  double duration_s = 0;  ///< Then it is mended.
+  int subject = 0;        ///< Id of the node that it is about; 0 where it is about none.
+};
+
+struct Scenario {
+  std::string name, description, source;
+  JointVector start_rad = JointVector::Zero();  ///< Machine at the start.
+  JointVector hand_rad = JointVector::Zero();   ///< Hand at the start.
+  sim::LimbClass limb = sim::LimbClass::kNormal;
+  Duration reaction = 200ms;
+  double delay_ms = 1;      ///< Link, one way, unless the command line says otherwise.
+  double duration_s = 120;  ///< Given up after this long.
+  std::vector<sim::Phase> phases;
+  std::vector<std::string> phase_names;
+  sim::WorldDescription world;
+  std::vector<ScheduledFault> faults;
+  AssistSettings assist;  ///< Switched on all the time, unless the command line says otherwise.
+  std::vector<Criterion> criteria;
+};
+
+/// Lengths in the file are for a reach of `reference_reach_m` (links added up) and are scaled to this machine's; loads
+/// (masses, break forces) with its payload; bounds on what is measured at the machine likewise. docs/scenarios.md has
+/// every key.
+/// @throws InputError naming file, line, key, value and bound; also for a pose that this machine cannot take.
+[[nodiscard]] Scenario load_scenario(const std::string& path, const MachineDescription& machine);
+
+/// For whoever runs it in real time. @throws InputError where it schedules faults, which would never happen.
+void refuse_faults(const Scenario& scenario);
+/// Its own operator's plan needs a recording.
+[[nodiscard]] bool follows_recording(const Scenario& scenario);
+
+}  // namespace knuckle::session

@@ -1,0 +1,75 @@
+// One teleoperation session on virtual time: operator, device, master, link, slave, bus and machine in lock-step, one
+// millisecond a step, in one thread. Above the wires nothing knows that it is simulated.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/session/frame_log.h"
+#include "app/session/scenario.h"
+#include "app/session/session_record.h"
+#include "core/histogram.h"
+#include "machine/description.h"
+#include "master/master_loop.h"
+#include "sim/operator_limb.h"
+#include "sim/truth.h"
+#include "transport/impaired_link.h"
+
+namespace knuckle::session {
+
+struct SessionSetup {
+  MachineDescription machine;  ///< As calibrated: all that the controller knows.
+  DeviceDescription device;
+  Scenario scenario;
+  sim::MachineTruth truth;
+  sim::LimbImpedance limb;
+  std::vector<sim::PathPoint> path;
+  LinkImpairment to_machine, to_operator;
+  master::ControlLaw law = master::ControlLaw::kEchoSpring;
+  std::uint64_t seed = 1;
+};
+
+/// What a frame log must have room for: the full map, heartbeats and set-up dialogues of a session this long.
+[[nodiscard]] std::size_t most_frames(const BusDescription& bus, double duration_s) noexcept;
+/// An empty record of this session, with room for every row.
+[[nodiscard]] SessionRecord start_record(const SessionSetup& setup);
+
+/// Per-sample latencies; from the stamps that travel with each sample.
+struct HopHistograms {
+  Histogram hand_to_master;     ///< device report made -> report taken by the master
+  Histogram master_to_slave;    ///< datagram sent -> taken by the slave loop
+  Histogram hand_to_valve;      ///< device report -> set-point on the wire
+  Histogram pressure_to_slave;  ///< pressure frame on the wire -> force estimated
+  Histogram slave_to_master;    ///< datagram sent -> taken by the master
+  Histogram pressure_to_hand;   ///< pressure frame on the wire -> torque report written
+};
+
+/// What a push feels like to the operator: limb and the spring of contact in series, per metre at the machine.
+[[nodiscard]] double press_stiffness_N_per_m(const SessionSetup& setup);
+
+class Session {
+ public:
+  /// @throws InputError where the setup does not fit together. Allocates all that steps need.
+  explicit Session(const SessionSetup& setup);
+  ~Session();
+
+  /// One millisecond. Allocates nothing.
+  void step() noexcept;
+  [[nodiscard]] bool done() const noexcept;
+  [[nodiscard]] double elapsed_s() const noexcept;
+  /// Share of the scenario done, for progress: by phases.
+  [[nodiscard]] double done_fraction() const noexcept;
+
+  /// Judges faults from the recorded frames and hands the record over; the session is over then.
+  [[nodiscard]] SessionRecord take_record();
+  [[nodiscard]] const FrameLog& frames() const noexcept;
+  [[nodiscard]] const HopHistograms& hops() const noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace knuckle::session

@@ -1,0 +1,65 @@
+#include "app/session/session_books.h"
+
+namespace knuckle::session {
+namespace {
+
+constexpr std::size_t kMostEvents = 1024;
+
+/// A latency less is no harm; memory taken in a step is.
+void add_span(std::vector<Span>& spans, const Span& span) noexcept {
+  if (spans.size() < spans.capacity()) spans.push_back(span);
+}
+
+}  // namespace
+
+void MasterBook::note(Time now, const master::MasterLoop& master) noexcept {
+  const auto& told = master.machine();
+  if (!told || told->sequence == heard) return;
+  heard = told->sequence;
+  slave_to_master.add(now - told->sent_at);
+  if (told->sensor_at != kNever) add_span(felt, {told->sensor_at, now});
+  if (master.device().ok) hand_to_master.add(now - master.device().measured_at);
+}
+
+SlaveBook::SlaveBook(std::size_t rows) {
+  for (auto* spans : {&measured, &acted}) spans->reserve(rows);
+}
+
+void SlaveBook::note(Time now, const slave::SlaveLoop& slave) noexcept {
+  add_span(measured, {now, now});
+  const MasterMessage& message = slave.master();
+  if (message.sequence == heard) return;
+  heard = message.sequence;
+  master_to_slave.add(now - message.sent_at);
+  if (slave.mode() == Mode::kEngaged) add_span(acted, {message.device_report_at, now});
+}
+
+MachineBook::MachineBook(std::size_t most_frames) {
+  frames.reserve(most_frames);
+  events.reserve(kMostEvents);
+}
+
+void MachineBook::note(const sim::WorldEventRing& ring) noexcept {
+  for (; events_read < ring.count; ++events_read) {
+    const sim::WorldEvent& event = ring.at(events_read);
+    if (event.kind == sim::WorldEventKind::kPieceBroke) ++breaks;
+    keep(events, event, lost);
+  }
+}
+
+void MachineBook::hand_over(SessionRecord& record) const {
+  record.records_lost += lost;
+  for (const sim::WorldEvent& event : events) record.events.push_back({event.t_s, sim::name(event.kind)});
+}
+
+HopHistograms hops_of(const MasterBook& master, const SlaveBook& slave, const MachineBook& machine,
+                      const BusDescription& bus) {
+  HopHistograms hops;
+  hops.hand_to_master = master.hand_to_master;
+  hops.slave_to_master = master.slave_to_master;
+  hops.master_to_slave = slave.master_to_slave;
+  add_wire_latencies(machine.frames, bus, {slave.measured, slave.acted, master.felt}, hops);
+  return hops;
+}
+
+}  // namespace knuckle::session

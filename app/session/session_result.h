@@ -1,0 +1,74 @@
+// What a session came to: what ran, what happened, how to judge and draw it. Every output is written from this.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "app/session/criteria.h"
+#include "app/session/metrics.h"
+#include "app/session/options.h"
+#include "app/session/scene.h"
+#include "app/session/session_record.h"
+#include "machine/description.h"
+
+namespace knuckle::session {
+
+struct Percentiles {
+  double p50 = 0, p99 = 0, max = 0;
+};
+
+/// One hop of the per-sample latency chain, in the session's time (virtual, or real with --realtime).
+struct HopLatency {
+  std::string hop;  ///< snake_case, such as "hand_to_valve"
+  std::uint64_t samples = 0;
+  Percentiles latency_us;
+};
+
+/// One real-time loop as it ran; with --realtime only.
+struct LoopTiming {
+  std::string loop;    ///< "master", "slave", ...
+  std::string policy;  ///< Scheduling class granted.
+  Percentiles wake_us, execution_us;
+  std::uint64_t overruns = 0;
+};
+
+struct SessionResult {
+  // What ran.
+  std::string scenario, machine_name, device_name, operator_name, control;
+  std::uint64_t seed = 0;
+  double delay_ms = 0, jitter_ms = 0, loss = 0;
+  std::vector<std::string> notes;  ///< What was done to the inputs (gaps filled, angles scaled): shown everywhere.
+  // What happened.
+  SessionRecord record;
+  std::string digest;  ///< Hex, over every sample and every CAN frame.
+  double simulated_s = 0, wall_s = 0;
+  std::vector<HopLatency> hops;
+  std::vector<LoopTiming> loops;  ///< Empty on virtual time.
+  // How to judge and draw it.
+  std::vector<Criterion> criteria;
+  MachineDescription machine;
+  Scene scene;
+};
+
+/// What the session reports to while it runs.
+struct SessionHooks {
+  std::function<void(double done_fraction)> progress;  ///< A few times a second; may throw to end the session.
+  std::ostream* candump = nullptr;                     ///< Every CAN frame, candump log format; null: not wanted.
+};
+
+/// Runs one session. @throws InputError for bad scenario, machine, device, map or motion files.
+[[nodiscard]] SessionResult run_simulation(const SimulateOptions& options, const SessionHooks& hooks);
+
+/// A result and its verdict: what every output is written from.
+struct Judged {
+  const SessionResult& session;
+  Metrics metrics;
+  std::vector<CriterionResult> criteria;
+  bool passed = false;
+};
+[[nodiscard]] Judged judge(const SessionResult& session);
+
+}  // namespace knuckle::session

@@ -1,0 +1,84 @@
+#include "app/session/session_setup.h"
+
+#include <utility>
+
+#include "app/session/operator_path.h"
+#include "app/session/truth_file.h"
+#include "core/error.h"
+#include "machine/device_choice.h"
+#include "machine/load.h"
+
+namespace knuckle::session {
+namespace {
+
+LinkImpairment impairment(const SimulateOptions& options, const Scenario& scenario) {
+  LinkImpairment link;
+  link.delay = from_seconds(1e-3 * options.delay_ms.value_or(scenario.delay_ms));
+  link.jitter = from_seconds(1e-3 * options.jitter_ms.value_or(0.0));
+  link.loss = options.loss.value_or(0.0);
+  return link;
+}
+
+void refuse_impairment(const SimulateOptions& options) {
+  for (const auto& [name, value] :
+       {std::pair{"--delay-ms", options.delay_ms}, {"--jitter-ms", options.jitter_ms}, {"--loss", options.loss}}) {
+    if (value) throw InputError(std::string(name) + ": needs virtual time; with --realtime the link is what it is");
+  }
+}
+
+/// A recording takes its own time, whatever else the plan allows for.
+/// @throws InputError where the plan follows a recording and there is none, or the other way round.
+void allow_for_path(Scenario& scenario, const std::vector<sim::PathPoint>& path, const std::string& name) {
+  const double played_s = to_seconds(kPathPeriod) * static_cast<double>(path.size());
+  bool follows = false;
+  for (sim::Phase& phase : scenario.phases) {
+    if (phase.kind != sim::PhaseKind::kPath) continue;
+    follows = true;
+    phase.timeout_s += played_s;
+    scenario.duration_s += played_s;
+  }
+  if (follows && path.empty()) {
+    throw InputError("--scenario " + name + ": follows a recorded motion; give --operator path:FILE.csv and --map");
+  }
+  if (!follows && !path.empty()) throw InputError("--scenario " + name + ": does not follow a recorded motion");
+}
+
+/// The simulator's machine is drawn around the file as it was read; everything above the wires sees it as calibrated.
+void draw_machine(const SimulateOptions& options, SessionSetup& setup) {
+  setup.truth =
+      options.truth.empty() ? sim::draw_truth(setup.machine, options.seed) : load_truth(options.truth, setup.machine);
+  setup.machine = calibrated(setup.machine);
+}
+
+}  // namespace
+
+LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
+  LoadedSession loaded;
+  SessionSetup& setup = loaded.setup;
+  if (options.realtime) refuse_impairment(options);
+  setup.machine = load_machine(find_config("machine", options.machine.empty() ? "solar015" : options.machine));
+  setup.device = device_for(setup.machine, options.device);
+  check_springs(setup.machine, setup.device);
+  setup.scenario = load_scenario(find_config("scenario", options.scenario), setup.machine);
+  setup.seed = options.seed;
+  draw_machine(options, setup);
+  const std::string recording = options.operator_path();
+  if (!recording.empty()) {
+    OperatorPath path = load_operator_path(recording, options.map, setup.machine);
+    setup.path = std::move(path.points);
+    loaded.notes = std::move(path.notes);
+  }
+  if (follows_plan) allow_for_path(setup.scenario, setup.path, options.scenario);
+  if (options.assist_force_limit_N) setup.scenario.assist.force_limit_N = *options.assist_force_limit_N;
+  setup.scenario.assist.stop_on_object |= options.assist_stop_on_object;
+  if (options.duration_s) setup.scenario.duration_s = *options.duration_s;
+  const sim::LimbClass limb =
+      limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb, " or path:FILE.csv");
+  setup.limb = sim::draw_limb(limb, options.seed);
+  if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options, setup.scenario);
+  setup.law = options.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
+  loaded.operator_name = recording.empty() ? sim::name(limb) : options.operator_name;
+  return loaded;
+}
+
+}  // namespace knuckle::session

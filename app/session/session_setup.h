@@ -1,0 +1,22 @@
+// From options to a session that can run: files read, machine and limb drawn, everything checked.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/session/options.h"
+#include "app/session/session.h"
+
+namespace knuckle::session {
+
+struct LoadedSession {
+  SessionSetup setup;
+  std::string operator_name;       ///< Limb, or the recorded motion.
+  std::vector<std::string> notes;  ///< What was done to the inputs.
+};
+
+/// @param follows_plan false: somebody else moves the hand, and what the scenario's plan needs is not missed.
+/// @throws InputError for bad scenario, machine, device, map or motion files, or files that do not fit together.
+[[nodiscard]] LoadedSession load_session(const SimulateOptions& options, bool follows_plan = true);
+
+}  // namespace knuckle::session

@@ -1,0 +1,12 @@
+#include "app/session/session_sides.h"
+
+namespace knuckle::session {
+
+MachineSide::MachineSide(const MachineDescription& description, const sim::MachineTruth& truth,
+                         const Scenario& scenario, std::uint64_t seed, Link& link)
+    : slave_period(sim::period_in_ticks(description)),
+      simulated(truth, scenario.world, scenario.start_rad, seed),
+      can(simulated.controllers_end(), description.bus.bit_rate),
+      slave(description, can, link) {}
+
+}  // namespace knuckle::session

@@ -1,0 +1,61 @@
+// The two simulated sides of a session on virtual time, each behind its wire: what lies between them (master loop,
+// link, what goes wrong) belongs to whoever runs the session.
+#pragma once
+
+#include <cstdint>
+
+#include "app/session/scenario.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "sim/haptic_device.h"
+#include "sim/machine_on_bus.h"
+#include "sim/operator_limb.h"
+#include "sim/truth.h"
+#include "slave/slave_loop.h"
+#include "transport/faulty_ports.h"
+#include "transport/hid_pair.h"
+#include "transport/link.h"
+#include "transport/watched_can.h"
+
+namespace knuckle::session {
+
+inline constexpr Duration kTick = sim::MachineOnBus::kTick;  ///< Of every session on virtual time.
+
+/// A limb on a haptic device at the end of its cable.
+struct HandSide {
+  HandSide(const DeviceDescription& description, const sim::LimbImpedance& limb, std::uint64_t seed,
+           const JointVector& start_rad)
+      : device(description, limb, device_end, seed, start_rad) {}
+
+  /// One tick; the master's step comes next.
+  void step(Time now, const sim::OperatorIntent& intent) noexcept {
+    cable.advance();
+    device.step(now, intent);
+  }
+
+  HidPair cable;
+  TruncatingPort device_end{cable.device()};
+  sim::HandAndDevice device;
+};
+
+/// A machine in its world, its bus and the loop that leads it.
+struct MachineSide {
+  /// @param link outlives this. @throws InputError where machine file, truth, world and start do not fit together.
+  MachineSide(const MachineDescription& description, const sim::MachineTruth& truth, const Scenario& scenario,
+              std::uint64_t seed, Link& link);
+
+  /// One tick. @param controller called where the slave's step is due, which is its to take or to leave out.
+  template <typename Controller>
+  void step(Time now, const Controller& controller) noexcept {
+    simulated.step(now, [&] {
+      if (now.time_since_epoch() % slave_period == Duration::zero()) controller();
+    });
+  }
+
+  Duration slave_period;
+  sim::MachineOnBus simulated;
+  WatchedCan can;  ///< The slave's end of the bus.
+  slave::SlaveLoop slave;
+};
+
+}  // namespace knuckle::session

@@ -1,0 +1,63 @@
+// One drawn machine of the estimation battery: commissioned, identified by every method, judged on held-out trials.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/identify/commission.h"
+#include "app/identify/parameter_scores.h"
+#include "app/studies/commission_scores.h"
+#include "app/studies/force_scores.h"
+#include "app/studies/trials.h"
+#include "estimation/identification/identification.h"
+#include "machine/description.h"
+#include "sim/truth.h"
+
+namespace knuckle::studies {
+
+// Methods, as the table names them.
+inline constexpr const char* kFull = "full";
+inline constexpr const char* kFullAsDrawn = "full, pins as drawn";          ///< No survey.
+inline constexpr const char* kFullFineEncoders = "full, 0.03 mm encoders";  ///< Contact only.
+inline constexpr const char* kUncalibrated = "drawing only";                ///< The estimator without any file.
+
+struct MethodOutcome {
+  std::string method;
+  bool usable = false;
+  std::string reason;  ///< Why not.
+  ForceScores force;
+  estimation::TorqueFit torque_2Hz, torque_raw;  ///< On held-out motion of the same day; NaN where there is no model.
+  std::optional<identify::ParameterScores> parameters;
+};
+
+struct MachineOutcome {
+  std::uint64_t seed = 0;
+  std::string failure;  ///< Not empty: nothing could be judged.
+  CommissionScores commissioning;
+  std::vector<MethodOutcome> methods;
+};
+
+/// A method "full" with something changed, for the ablation.
+struct FullVariant {
+  std::string method;
+  estimation::FullOptions options;
+};
+
+struct BatterySetup {
+  MachineDescription drawing;
+  identify::CommissionPlan commission;
+  TrialPlan trials;
+  estimation::FullOptions full;           ///< With the model-error covariance, where there is one.
+  estimation::FullOptions full_as_drawn;  ///< Likewise, of machines that were not surveyed.
+  std::vector<FullVariant> variants;      ///< Identified from the same recordings, judged on the same trials.
+  bool oil_changes = true;                ///< Other oil on the day of use.
+  bool baselines = true;                  ///< The papers' methods, the drawing alone, pins as drawn, fine encoders.
+};
+
+/// Never throws for a machine that fails: it says so in the outcome.
+[[nodiscard]] MachineOutcome judge_machine(const BatterySetup& setup, const sim::MachineTruth& truth,
+                                           std::uint64_t seed);
+
+}  // namespace knuckle::studies

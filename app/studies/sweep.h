@@ -1,0 +1,10 @@
+// The command `knuckle sweep --battery estimation`: many drawn machines, each commissioned, identified and judged.
+#pragma once
+
+#include "app/cli/command.h"
+
+namespace knuckle::studies {
+
+[[nodiscard]] cli::Command sweep_entry();
+
+}  // namespace knuckle::studies

@@ -1,0 +1,104 @@
+// A simulated machine on its bus, stepped in the one order there is: frames arrive, whoever controls the machine hears
+// and commands, the machine moves. In lock-step with a controller, or in a thread of its own.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "core/joints.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "sim/simulated_machine.h"
+#include "sim/truth.h"
+#include "sim/world.h"
+#include "transport/bus_access.h"
+#include "transport/can_bus.h"
+#include "transport/faulty_ports.h"
+#include "transport/thread_wires.h"
+#include "transport/virtual_can.h"
+
+namespace knuckle::sim {
+
+class MachineOnBus {
+ public:
+  static constexpr Duration kTick = 1ms;
+  /// In real time, below the loops: the slave decides what the valves do, this only plays the world.
+  static constexpr int kPriority = 70;
+  static constexpr std::size_t kControllerPort = 0, kMachinePort = 1;  ///< Of the virtual bus.
+
+  /// @param wire bus that is there and outlives this; nullptr: a virtual one of its own. @param seed of the sensor
+  /// noise. @throws InputError where truth, world and start do not fit together.
+  MachineOnBus(const MachineTruth& truth, const WorldDescription& world, const JointVector& start_rad,
+               std::uint64_t seed, CanBus* wire = nullptr);
+  MachineOnBus(const MachineOnBus&) = delete;
+  MachineOnBus& operator=(const MachineOnBus&) = delete;
+
+  /// Every tick. @param controller called once the bus has carried what was sent before; must be fit for a step.
+  template <typename Controller>
+  void step(Time now, const Controller& controller) noexcept {
+    if (bus_) bus_->advance(now);
+    controller();
+    // The plant moves in whole milliseconds; a period that was skipped is made up for in one longer step.
+    machine_.step(Time(now.time_since_epoch() / kTick * kTick));
+    now_ = now;
+  }
+  void step(Time now) noexcept {
+    step(now, [] {});
+  }
+  /// Tick by tick from 0 on, where the machine is switched on, for who controls it between two calls. @return due
+  Time advance(Time due);
+  /// Called after every tick of advance(), for who looks on or meddles.
+  std::function<void(MachineOnBus&)> each_tick;
+
+  [[nodiscard]] Time now() const noexcept { return now_; }
+  [[nodiscard]] const PlantState& plant() const noexcept { return machine_.plant().state(); }
+  [[nodiscard]] SimulatedMachine& machine() noexcept { return machine_; }
+  [[nodiscard]] FaultyPort& nodes_end() noexcept { return nodes_end_; }
+  // With a virtual bus only.
+  [[nodiscard]] VirtualCanBus& bus() noexcept { return *bus_; }
+  [[nodiscard]] CanBus& controllers_end() noexcept { return bus_->port(kControllerPort); }
+
+ private:
+  std::optional<VirtualCanBus> bus_;
+  FaultyPort nodes_end_;
+  SimulatedMachine machine_;
+  Time now_ = kNever;
+};
+
+/// Period of a controller in lock-step with it. @throws InputError where it is no multiple of a tick.
+[[nodiscard]] Duration period_in_ticks(const MachineDescription& machine);
+
+/// Access to the bus of a simulated machine that goes on when somebody waits.
+[[nodiscard]] BusAccess access_to(std::shared_ptr<MachineOnBus> machine);
+
+/// A machine on a virtual bus in a thread of its own: a loop in another thread meets it as on the machine, through a
+/// CAN controller.
+class ThreadedMachine {
+ public:
+  ThreadedMachine(const MachineTruth& truth, const WorldDescription& world, const JointVector& start_rad,
+                  std::uint64_t seed)
+      : machine_(truth, world, start_rad, seed) {}
+
+  /// For the thread of the loop.
+  [[nodiscard]] CanBus& controller() noexcept { return can_.controller(); }
+
+  // For the thread of the machine.
+  /// Every tick.
+  void step(Time now) noexcept {
+    const auto exchange = [this] { can_.exchange(machine_.controllers_end()); };
+    exchange();
+    machine_.step(now, exchange);
+  }
+  [[nodiscard]] const PlantState& plant() const noexcept { return machine_.plant(); }
+  /// Before the first step.
+  void set_tap(CanTap tap) noexcept { machine_.bus().set_tap(tap); }
+
+ private:
+  ThreadCan can_;
+  MachineOnBus machine_;
+};
+
+}  // namespace knuckle::sim

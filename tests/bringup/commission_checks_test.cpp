@@ -1,0 +1,126 @@
+// What recorded motions say of an axis, and what ends a motion.
+#include "app/bringup/commission_checks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include "tests/bringup/hardware_bench.h"
+
+namespace knuckle::bringup {
+namespace {
+
+using Level = Finding::Level;
+using test::solar;
+
+/// A motion of the boom by so much, to an end of its own.
+JogRun motion(double peak, double way_m, JogRun::End end = JogRun::End::kTravelled) {
+  JogRun run{end, {.joint = kBoom, .peak = peak}, {}};
+  for (int i = 0; i <= 200; ++i) {
+    JogSample s{0.005 * i, peak, peak, JointVector(0.9 + way_m * i / 200, 1.1, 0.9), {}};
+    s.pressure_Pa.fill(20e5);
+    run.samples.push_back(s);
+  }
+  return run;
+}
+
+TEST(CommissionChecks, DirectionIsRightOnlyWhereEyeValveAndEncoderAgree) {
+  EXPECT_EQ(judge_direction(motion(0.2, 0.015), Seen::kLonger).level, Level::kOk);
+  EXPECT_EQ(judge_direction(motion(-0.2, -0.015), Seen::kShorter).level, Level::kOk);
+  const auto fault = [](const JogRun& run, Seen seen) {
+    const Finding finding = judge_direction(run, seen);
+    return finding.level == Level::kFault ? finding.text : "";
+  };
+  EXPECT_NE(fault(motion(0.2, -0.015), Seen::kLonger).find("counts the wrong way"), std::string::npos);
+  EXPECT_NE(fault(motion(0.2, -0.015), Seen::kShorter).find("moves the wrong way"), std::string::npos);
+  EXPECT_NE(fault(motion(0.2, 0.015), Seen::kShorter).find("moves the wrong way"), std::string::npos);
+  EXPECT_NE(fault(motion(0.2, 0), Seen::kLonger).find("its encoder shows nothing"), std::string::npos);
+  EXPECT_NE(fault(motion(0.2, 0.015), Seen::kStill).find("encoders are exchanged"), std::string::npos);
+  EXPECT_NE(fault(motion(0.2, 0), Seen::kStill).find("did not move"), std::string::npos);
+  EXPECT_NE(fault(motion(0.2, 0.015), Seen::kAnother).find("moves another cylinder"), std::string::npos);
+}
+
+TEST(CommissionChecks, AtAStopTheDrivenChamberRisesMost) {
+  JogRun run = motion(0.2, 0.1, JogRun::End::kStalled);
+  for (JogSample& s : run.samples) {
+    if (s.t_s > 0.5) s.pressure_Pa[0] = 180e5;
+  }
+  const auto end = stroke_end(run);
+  ASSERT_TRUE(end);
+  EXPECT_NEAR(end->rise_Pa[0], 160e5, 1);
+  EXPECT_EQ(judge_sides(*end, kBoom, true).level, Level::kOk);
+  EXPECT_EQ(judge_sides(*end, kBoom, false).level, Level::kFault);
+  const Finding other = judge_sides(*end, kArm, true);
+  EXPECT_EQ(other.level, Level::kFault);
+  EXPECT_NE(other.text.find("the boom head side transmitter rises by 160 bar instead of the arm head one"),
+            std::string::npos)
+      << other.text;
+  EXPECT_EQ(judge_sides(*stroke_end(motion(0.2, 0.1, JogRun::End::kStalled)), kBoom, true).level, Level::kNote);
+  EXPECT_FALSE(stroke_end(motion(0.2, 0.1, JogRun::End::kTime)));
+}
+
+TEST(CommissionChecks, StrokeLiesBetweenWorkingRangeAndCylinder) {
+  const CylinderDescription& boom = solar().cylinders[kBoom];
+  const double most_m = boom.max_length_m - boom.min_length_m;  // 380 mm; the working range needs 341
+  const auto level = [](double stroke_m) { return judge_stroke(stroke_m, kBoom, solar()).level; };
+  EXPECT_EQ(level(most_m), Level::kOk);
+  EXPECT_EQ(level(most_m + 0.0079), Level::kOk);
+  EXPECT_EQ(level(most_m + 0.0081), Level::kFault);
+  EXPECT_EQ(level(0.350), Level::kOk);
+  EXPECT_EQ(level(0.330), Level::kFault);
+  EXPECT_EQ(level(-0.360), Level::kFault);
+}
+
+TEST(CommissionChecks, DeadBandIsTheRootOfTheWayThroughQuantisedReadings) {
+  const ValveDescription& valve = solar().cylinders[kBoom].valve;
+  const double lag_s = valve.delay_s + 2 * valve.damping_ratio / (2 * std::numbers::pi * valve.natural_frequency_Hz);
+  for (const double band : {0.06, 0.11, 0.17}) {
+    for (const double sign : {1.0, -1.0}) {
+      JogRun ramp{JogRun::End::kTravelled, {.joint = kArm, .peak = sign * 0.35, .rise_1ps = 0.03}, {}};
+      for (int i = 0; i < 2400; ++i) {
+        const double t = 0.005 * i, since = std::max(0.0, t - band / 0.03 - lag_s);
+        const double way = std::round(0.5 * 0.005 * since * since / 1e-4) * 1e-4;
+        ramp.samples.push_back({t, 0, 0, JointVector(0, 1.1 + sign * way, 0), {}});
+      }
+      const auto found = dead_band(ramp, valve);
+      ASSERT_TRUE(found);
+      EXPECT_NEAR(*found, band, 0.003) << sign;
+    }
+  }
+  EXPECT_FALSE(dead_band(motion(0.2, 1e-4), valve));
+}
+
+TEST(JogGate, EndsAMotionThatIsNotWhatItWasToBe) {
+  JogState good;
+  good.pressure_Pa.fill(100e5);
+  EXPECT_EQ(jog_gate(good, solar()), "");
+  const auto said = [&](const std::function<void(JogState&)>& change) {
+    JogState state = good;
+    change(state);
+    return jog_gate(state, solar());
+  };
+  const double infinite = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(said([](JogState& s) { s.command = 0.35; }), "");
+  EXPECT_EQ(said([](JogState& s) { s.command = -0.35; }), "");
+  for (const double bad : {0.351, -0.351, nan, infinite}) {
+    EXPECT_NE(said([&](JogState& s) { s.command = bad; }).find("command"), std::string::npos) << bad;
+  }
+  EXPECT_EQ(said([](JogState& s) { s.elapsed_s = 90; }), "");
+  EXPECT_NE(said([](JogState& s) { s.elapsed_s = 90.1; }), "");
+  EXPECT_EQ(said([](JogState& s) { s.oldest = 25ms; }), "");
+  EXPECT_NE(said([](JogState& s) { s.oldest = 26ms; }), "");
+  EXPECT_EQ(said([](JogState& s) { s.other_travel_m = 0.010; }), "");
+  EXPECT_NE(said([](JogState& s) { s.other_travel_m = 0.0101; }), "");
+  EXPECT_NE(said([&](JogState& s) { s.other_travel_m = nan; }), "");
+  EXPECT_EQ(said([](JogState& s) { s.pressure_Pa[3] = 240e5; }), "");
+  EXPECT_NE(said([](JogState& s) { s.pressure_Pa[3] = 240.1e5; }).find("arm rod side"), std::string::npos);
+  EXPECT_NE(said([&](JogState& s) { s.pressure_Pa[5] = nan; }), "");
+  EXPECT_NE(said([](JogState& s) { s.invalid = true; }), "");
+  EXPECT_NE(said([](JogState& s) { s.e_stop_open = true; }), "");
+}
+
+}  // namespace
+}  // namespace knuckle::bringup

@@ -1,0 +1,229 @@
+// Doctor and calibration of a haptic device, before the simulated firmware on a cable in memory.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "app/bringup/device_calibration.h"
+#include "app/bringup/device_doctor.h"
+#include "app/programs/device_faults.h"
+#include "core/error.h"
+#include "machine/load.h"
+#include "sim/haptic_device.h"
+#include "tests/support/run_program.h"
+#include "transport/hid_pair.h"
+
+namespace knuckle::bringup {
+namespace {
+
+const std::string kFile = std::string(KNUCKLE_SOURCE_DIR) + "/config/devices/knuckle1.toml";
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// A device as it was built, in somebody's hand, and a probe at the other end of its cable.
+struct Bench {
+  explicit Bench(const DeviceDescription& built, std::uint32_t serial = 77)
+      : hand(built, sim::draw_limb(sim::LimbClass::kNormal, 1), port, 1, middle(built), serial) {
+    intent.joint_rad = middle(built);
+    intent.presence = true;
+  }
+  static JointVector middle(const DeviceDescription& device) {
+    JointVector rad;
+    for (std::size_t i = 0; i < kJoints; ++i) rad[Eigen::Index(i)] = 0.5 * (device.min_rad[i] + device.max_rad[i]);
+    return rad;
+  }
+  void wait(Duration time) {
+    for (Duration done{}; done < time; done += 1ms) {
+      now += 1ms;
+      cable.advance();
+      if (faults) faults->step(now, hand.firmware(), port);
+      hand.step(now, intent);
+    }
+  }
+  Time now{};
+  HidPair cable;
+  TruncatingPort port{cable.device()};
+  std::optional<programs::DeviceFaults> faults;
+  sim::HandAndDevice hand;
+  sim::OperatorIntent intent;
+  DeviceProbe probe{cable.host(), [this](Duration time) { wait(time); }};
+};
+
+/// Does what the lines ask for: pushes each joint beyond its stop.
+struct ObedientPerson {
+  explicit ObedientPerson(Bench& where) : bench(where) {}
+  CalibrationDialogue dialogue() {
+    return {[this](const std::string& line) { said.push_back(line); },
+            [this](const std::string& line) {
+              for (std::size_t i = 0; i < kJoints; ++i) {
+                if (line.find(kDeviceJointNames[i]) == std::string::npos) continue;
+                const bool low = line.rfind("Lower", 0) == 0 || line.find(" in ") != std::string::npos;
+                bench.intent.joint_rad[Eigen::Index(i)] = low ? device.min_rad[i] - 0.1 : device.max_rad[i] + 0.1;
+              }
+              bench.wait(3s);
+              return ++answers <= most_answers;
+            }};
+  }
+  Bench& bench;
+  DeviceDescription device = load_device(kFile);
+  std::vector<std::string> said;
+  int answers = 0, most_answers = 1000;
+};
+
+std::string faults_in(const Findings& findings) {
+  std::string lines;
+  for (const Finding& one : findings) {
+    if (one.level == Finding::Level::kFault) lines += one.about + ": " + one.text + "\n";
+  }
+  return lines;
+}
+
+TEST(DeviceDoctor, FindsNothingWrongWithADeviceThatIsTheOneOfItsFile) {
+  Bench bench(load_device(kFile));
+  EXPECT_EQ(faults_in(examine_device(bench.probe, load_device(kFile))), "");
+}
+
+TEST(DeviceDoctor, NeverCommandsTheDevice) {
+  Bench bench(load_device(kFile));
+  (void)examine_device(bench.probe, load_device(kFile));
+  EXPECT_EQ(bench.hand.truth().motor_torque_Nm.norm(), 0);
+  EXPECT_FALSE(bench.hand.firmware().latched());
+}
+
+TEST(DeviceDoctor, NamesWhatDiffersFromTheFile) {
+  DeviceDescription built = load_device(kFile);
+  built.gear_ratio[1] = 12;
+  built.counts_per_turn[2] = 4096;
+  Bench bench(built);
+  const std::string lines = faults_in(examine_device(bench.probe, load_device(kFile)));
+  EXPECT_NE(lines.find("wrist: gear ratio 12, file 15"), std::string::npos) << lines;
+  EXPECT_NE(lines.find("finger: counts per turn 4096, file 8192"), std::string::npos) << lines;
+}
+
+struct Ailment {
+  const char* fault;
+  const char* expected;
+};
+class DeviceDoctorAilments : public testing::TestWithParam<Ailment> {};
+TEST_P(DeviceDoctorAilments, AreNamed) {
+  Bench bench(load_device(kFile));
+  bench.faults.emplace(std::vector{programs::parse_device_fault(GetParam().fault)});
+  const std::string lines = faults_in(examine_device(bench.probe, load_device(kFile)));
+  EXPECT_NE(lines.find(GetParam().expected), std::string::npos) << lines;
+}
+INSTANTIATE_TEST_SUITE_P(
+    Faults, DeviceDoctorAilments,
+    testing::Values(Ailment{"hung@0", "does not say what it is"}, Ailment{"silent@0", "sends no state reports"},
+                    Ailment{"silent@1+0.3", "longest gap 301.0 ms"}, Ailment{"bad_crc@1+0.01", "10 damaged"},
+                    Ailment{"frozen@1+0.5", "longest gap 501.0 ms"}, Ailment{"wild_counts@0", "outside its range"}));
+
+TEST(DeviceCalibration, FindsSignsAndZerosOfADeviceThatWasBuiltOtherwise) {
+  DeviceDescription built = load_device(kFile);
+  built.joint_sign = {-1, 1, 1};
+  built.zero_counts = {-70000, 12345, -900};
+  Bench bench(built);
+  ObedientPerson person(bench);
+  const auto identity = bench.probe.identity(1s);
+  ASSERT_TRUE(identity);
+  const auto stops = find_stops(bench.probe, *identity, person.dialogue());
+  ASSERT_TRUE(stops);
+  std::string problem;
+  const auto device = calibrated_device(load_device(kFile), *identity, *stops, problem);
+  ASSERT_TRUE(device) << problem;
+  EXPECT_EQ(device->serial, 77u);
+  EXPECT_EQ(device->joint_sign, built.joint_sign);
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const double counts_per_deg = built.gear_ratio[i] * built.counts_per_turn[i] / 360;
+    EXPECT_NEAR(device->zero_counts[i], built.zero_counts[i], 1.5 * counts_per_deg) << kDeviceJointNames[i];
+  }
+}
+
+TEST(DeviceCalibration, KeepsTheFileAsItWasButForWhatItFoundOut) {
+  DeviceDescription device = load_device(kFile);
+  device.serial = 4000000000;
+  device.joint_sign = {-1, 1, -1};
+  device.zero_counts = {1, -2, 3};
+  const std::string text = calibrated_device_text(text_of(kFile), device);
+  const DeviceDescription back = parse_device(text, "calibrated");
+  EXPECT_EQ(back.serial, 4000000000u);
+  EXPECT_EQ(back.joint_sign, device.joint_sign);
+  EXPECT_EQ(back.zero_counts, device.zero_counts);
+  EXPECT_EQ(back.gear_ratio, device.gear_ratio);
+  EXPECT_EQ(back.feel.spring_N_per_m, device.feel.spring_N_per_m);
+  EXPECT_NE(text.find("# counts at 0 rad"), std::string::npos);
+  EXPECT_EQ(text.find("# the drive cable is crossed"), std::string::npos);  // explained a sign that is another now
+  EXPECT_EQ(calibrated_device_text(text, device), text);                    // once more changes nothing
+}
+
+TEST(DeviceCalibration, RefusesAFileWhoseLayoutItCannotChange) {
+  DeviceDescription device = load_device(kFile);
+  device.serial = 7;
+  device.zero_counts[0] += 1;
+  std::string text = text_of(kFile);
+  const std::string header = "[joints.forearm]";
+  text.replace(text.find(header), header.size(), "[ joints . forearm ]");
+  EXPECT_THROW((void)calibrated_device_text(text, device), InputError);
+}
+
+TEST(DeviceCalibration, RefusesStopsThatAreNotWhereTheFileHasThem) {
+  const DeviceDescription file = load_device(kFile);
+  DeviceIdentity identity;
+  identity.counts_per_turn = file.counts_per_turn;
+  identity.torque_constant_Nm_per_A.fill(0.02F);
+  StopCounts stops;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    identity.gear_ratio[i] = float(file.gear_ratio[i]);
+    const double per_rad = file.gear_ratio[i] * file.counts_per_turn[i] / 6.283185307;
+    stops.low[i] = std::int32_t(per_rad * file.min_rad[i]);
+    stops.high[i] = std::int32_t(per_rad * file.max_rad[i]);
+  }
+  std::string problem;
+  EXPECT_TRUE(calibrated_device(file, identity, stops, problem)) << problem;
+  stops.high[1] -= (stops.high[1] - stops.low[1]) / 10;  // given up early
+  EXPECT_FALSE(calibrated_device(file, identity, stops, problem));
+  EXPECT_EQ(problem.rfind("wrist: its counts moved by 1.867 rad between stops that are 2.075 rad apart", 0), 0u)
+      << problem;
+}
+
+TEST(DeviceCalibration, AsksAgainWhereTheJointWasNotHeldStill) {
+  Bench bench(load_device(kFile));
+  const auto identity = bench.probe.identity(1s);
+  ASSERT_TRUE(identity);
+  int asked = 0;
+  std::vector<std::string> said;
+  (void)find_stops(bench.probe, *identity,
+                   {[&](const std::string& line) { said.push_back(line); },
+                    [&](const std::string&) {
+                      bench.intent.joint_rad[0] += 0.3;  // and the hand only follows while it is listened to
+                      return ++asked <= 2;
+                    }});
+  EXPECT_EQ(asked, 3);
+  ASSERT_EQ(said.size(), 2u);
+  EXPECT_NE(said[0].find("meanwhile: once more"), std::string::npos);
+}
+
+TEST(DeviceCalibration, ComesToNothingWhenThePersonGivesUp) {
+  Bench bench(load_device(kFile));
+  ObedientPerson person(bench);
+  person.most_answers = 4;
+  const auto identity = bench.probe.identity(1s);
+  ASSERT_TRUE(identity);
+  EXPECT_FALSE(find_stops(bench.probe, *identity, person.dialogue()));
+}
+
+TEST(DeviceFaults, ThatCannotBeReadAreRefusedWithTheKindsThereAre) {
+  for (const char* text : {"", "silent", "loud@1", "silent@", "silent@-1", "silent@1+", "silent@1+x"}) {
+    EXPECT_THROW((void)programs::parse_device_fault(text), InputError) << text;
+  }
+  const programs::PlannedDeviceFault fault = programs::parse_device_fault("bad_crc@5+0.1");
+  EXPECT_EQ(fault.kind, programs::DeviceFaultKind::kBadCrc);
+  EXPECT_EQ(fault.at_s, 5);
+  EXPECT_EQ(fault.duration_s, 0.1);
+}
+
+}  // namespace
+}  // namespace knuckle::bringup

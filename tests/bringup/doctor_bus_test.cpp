@@ -1,0 +1,216 @@
+// What the doctor says of a bus, read off simulated nodes; and that it only ever reads.
+#include "app/bringup/doctor_bus.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "app/bringup/doctor_report.h"
+#include "tests/bringup/hardware_bench.h"
+#include "transport/canopen.h"
+
+namespace knuckle::bringup {
+namespace {
+
+using test::simulated_bus;
+using test::solar;
+
+SurveyOptions brief() {
+  SurveyOptions options;
+  options.listen_s = 0.3;
+  options.answer_s = 0.05;
+  return options;
+}
+
+BusDiagnosis look(const std::shared_ptr<sim::MachineOnBus>& bus, const MachineDescription& file = solar()) {
+  BusAccess access = sim::access_to(bus);
+  return diagnose(survey_bus(access, file.bus.bit_rate, doctor_objects(file), brief()), &file);
+}
+
+/// All findings of this level, one line each.
+std::string said(const BusDiagnosis& diagnosis, Finding::Level level) {
+  std::string lines;
+  for (const Finding& one : diagnosis.findings) {
+    if (one.level == level) lines += one.about + ": " + one.text + "\n";
+  }
+  return lines;
+}
+std::string faults(const BusDiagnosis& diagnosis) {
+  return said(diagnosis, Finding::Level::kFault);
+}
+const NodeLine& line(const BusDiagnosis& diagnosis, std::uint8_t id) {
+  for (const NodeLine& one : diagnosis.nodes) {
+    if (one.id == id) return one;
+  }
+  throw std::runtime_error("no such node");
+}
+
+TEST(DoctorBus, MachineAsItsFileSaysIsHealthyNodeByNode) {
+  const BusDiagnosis diagnosis = look(simulated_bus());
+  EXPECT_TRUE(healthy(diagnosis.findings)) << faults(diagnosis);
+  ASSERT_EQ(diagnosis.nodes.size(), 14U);
+  const NodeLine& valve = line(diagnosis, 0x10);
+  EXPECT_EQ(valve.name, "boom_valve");
+  EXPECT_EQ(valve.device_type, 0x198U);
+  EXPECT_EQ(valve.vendor, 0x4B4EU);
+  EXPECT_EQ(valve.state, "no heartbeat");  // nobody has configured it
+  EXPECT_EQ(valve.reading, "INIT, spool 0.0 %");
+  EXPECT_NE(line(diagnosis, 0x20).reading.find(" bar"), std::string::npos);
+  EXPECT_EQ(line(diagnosis, 0x40).reading, "E-stop chain closed, pilot off");
+  EXPECT_LT(*valve.settings_as_file, *valve.settings);  // watchdogs are off until start-up writes them
+}
+
+TEST(DoctorBus, SendsNothingButReadingRequests) {
+  const auto bus = simulated_bus();
+  struct Seen {
+    int reads = 0, others = 0;
+  } seen;
+  bus->bus().set_tap({[](void* context, Time, const CanFrame& frame) {
+                        auto& s = *static_cast<Seen*>(context);
+                        const std::uint32_t function = canopen::function_of(frame.id);
+                        if (function == 0x580 || function == 0x700) return;  // of the nodes
+                        const auto request = canopen::parse_sdo_request(frame);
+                        const bool read = request && request->kind == canopen::SdoRequest::Kind::kUpload;
+                        read ? ++s.reads : ++s.others;
+                      },
+                      &seen});
+  (void)look(bus);
+  EXPECT_GT(seen.reads, 200);
+  EXPECT_EQ(seen.others, 0);
+  for (std::uint8_t id = 0x10; id <= 0x40; ++id) {
+    if (sim::NodeProtocol* node = bus->machine().nodes().node(id)) {
+      EXPECT_EQ(node->state(), canopen::NmtState::kPreOperational);
+      EXPECT_EQ(node->value(canopen::kProducerHeartbeat), 0U);
+    }
+  }
+}
+
+TEST(DoctorBus, SilentNodeIsNamedWithWhatToCheck) {
+  const auto bus = simulated_bus();
+  bus->machine().inject(0x22, sim::NodeFault::kSilent);
+  const BusDiagnosis diagnosis = look(bus);
+  EXPECT_EQ(faults(diagnosis),
+            "node 0x22 arm_head_pressure: does not answer: check its power, its plug, its node id and its bit rate\n");
+  EXPECT_EQ(line(diagnosis, 0x22).state, "silent");
+}
+
+TEST(DoctorBus, AnotherDeviceIsAFaultWithBothIdentities) {
+  const auto bus = simulated_bus();
+  bus->machine().nodes().set_product(0x31, 0x999);
+  EXPECT_EQ(faults(look(bus)),
+            "node 0x31 arm_encoder: product 0x00000999, the machine file says 0x00000406: another device; put it into "
+            "the file only if you know it\n");
+  MachineDescription exchanged = solar();
+  std::swap(exchanged.bus.valves[0].id, exchanged.bus.tilt.id);
+  const std::string told = faults(look(simulated_bus(), exchanged));
+  EXPECT_NE(told.find("node 0x38 boom_valve: device type 0x0000019A (CiA 410, inclinometer), the machine file says "
+                      "0x00000198 (CiA 408, hydraulic valve): two node ids may be exchanged"),
+            std::string::npos)
+      << told;
+}
+
+TEST(DoctorBus, MissingNodeIsFoundUnderTheWrongId) {
+  MachineDescription file = solar();
+  file.bus.encoders[kBucket].id = 0x33;
+  const BusDiagnosis diagnosis = look(simulated_bus(), file);
+  EXPECT_NE(faults(diagnosis).find("node 0x33 bucket_encoder: does not answer"), std::string::npos);
+  const std::string notes = said(diagnosis, Finding::Level::kNote);
+  EXPECT_NE(notes.find("node 0x32: is not in the machine file (CiA 406, encoder, vendor 0x00004B4E, product 0x00000406)"
+                       ": may be bucket_encoder with another id than 0x33"),
+            std::string::npos)
+      << notes;
+}
+
+TEST(DoctorBus, WhatStartUpRequiresMustBeSo) {
+  const auto bus = simulated_bus();
+  bus->machine().nodes().node(0x30)->replace(canopen::kEncoderStep, 50000);
+  bus->machine().nodes().node(0x11)->replace(canopen::kValveControlMode, 2);
+  const std::string told = faults(look(bus));
+  EXPECT_NE(told.find("node 0x30 boom_encoder: 0x6005:01 is 0xC350, the machine file needs 0x186A0: set it with the "
+                      "maker's tool, or correct the file"),
+            std::string::npos)
+      << told;
+  EXPECT_NE(told.find("node 0x11 arm_valve: 0x6042:00 is 0x2"), std::string::npos) << told;
+}
+
+TEST(DoctorBus, ErrorRegisterAndEmergencyAreToldInWords) {
+  const auto bus = simulated_bus();
+  bus->machine().nodes().node(0x25)->replace(canopen::kErrorRegister, 0x05);
+  bool sent = false;
+  bus->each_tick = [&sent](sim::MachineOnBus& b) {
+    if (!sent && b.now() > Time{150ms}) sent = b.machine().send_emcy(0x12, 0x4210);
+  };
+  const BusDiagnosis diagnosis = look(bus);
+  const std::string told = faults(diagnosis);
+  EXPECT_NE(told.find("node 0x25 bucket_rod_pressure: error register 0x05 (generic, voltage)"), std::string::npos)
+      << told;
+  EXPECT_NE(told.find("node 0x12 bucket_valve: sends the emergency 0x4210 device temperature (1 while listening)"),
+            std::string::npos)
+      << told;
+  EXPECT_EQ(line(diagnosis, 0x12).emergency, 0x4210);
+}
+
+TEST(DoctorBus, UnpluggedBusIsToldOnce) {
+  const auto bus = simulated_bus();
+  bus->bus().silence(sim::MachineOnBus::kMachinePort, true);
+  EXPECT_EQ(faults(look(bus)),
+            "simulated bus: nobody is heard and nobody answers: check the nodes' power, the plug and the bit rate\n");
+  const auto off = simulated_bus();
+  off->bus().bus_off(sim::MachineOnBus::kControllerPort);
+  EXPECT_NE(faults(look(off)).find("the controller is off the bus"), std::string::npos);
+}
+
+TEST(DoctorBus, AsksNobodyWhileSomebodyElseAsks) {
+  const auto bus = simulated_bus();
+  struct Count {
+    int reads = 0;
+  } count;
+  bus->bus().set_tap({[](void* context, Time, const CanFrame& frame) {
+                        if (canopen::function_of(frame.id) == 0x600) ++static_cast<Count*>(context)->reads;
+                      },
+                      &count});
+  bus->each_tick = [](sim::MachineOnBus& b) {
+    if (b.now() == Time{150ms}) b.nodes_end().send(canopen::sdo_upload(0x20, canopen::kDeviceType));
+  };
+  const BusDiagnosis diagnosis = look(bus);
+  EXPECT_EQ(count.reads, 1);
+  EXPECT_NE(faults(diagnosis).find("somebody else reads or writes nodes over SDO"), std::string::npos);
+}
+
+TEST(DoctorBus, LoadIsThatOfTheFramesHeard) {
+  const auto bus = simulated_bus();
+  bus->each_tick = [](sim::MachineOnBus& b) {
+    CanFrame frame;
+    frame.id = 0x2F0;
+    frame.size = 8;
+    b.nodes_end().send(frame);
+  };
+  const BusDiagnosis diagnosis = look(bus);
+  EXPECT_NEAR(diagnosis.load, 1000.0 * worst_case_bits(8) / solar().bus.bit_rate, 0.005);
+  EXPECT_NE(said(diagnosis, Finding::Level::kNote).find("frames 0x2F0: "), std::string::npos);
+}
+
+TEST(DoctorBus, WithoutAMachineFileWhoeverIsThereIsListed) {
+  BusAccess access = sim::access_to(simulated_bus());
+  const BusDiagnosis diagnosis = diagnose(survey_bus(access, 500000, {}, brief()), nullptr);
+  EXPECT_EQ(diagnosis.nodes.size(), 14U);
+  EXPECT_TRUE(healthy(diagnosis.findings)) << faults(diagnosis);
+  EXPECT_EQ(line(diagnosis, 0x38).device_type, 0x19AU);
+}
+
+TEST(DoctorBus, ReportTellsFaultsFirstAndToolsTheSame) {
+  const auto bus = simulated_bus();
+  bus->machine().inject(0x22, sim::NodeFault::kSilent);
+  const BusDiagnosis diagnosis = look(bus);
+  std::ostringstream text;
+  for (const std::string& line : diagnosis_lines(diagnosis)) text << line << '\n';
+  EXPECT_LT(text.str().find("FAULT node 0x22 arm_head_pressure"), text.str().find("ok    node 0x10 boom_valve"));
+  const auto json = diagnosis_json(diagnosis);
+  ASSERT_EQ(json["nodes"].size(), 14U);
+  EXPECT_EQ(json["nodes"][0]["name"], "boom_valve");
+  EXPECT_EQ(json["nodes"][5]["device_type"], nullptr);
+  EXPECT_EQ(findings_json(diagnosis.findings).size(), diagnosis.findings.size());
+}
+
+}  // namespace
+}  // namespace knuckle::bringup

@@ -1,0 +1,71 @@
+// What facts about a computer mean for whoever wants to run a machine with it.
+#include "app/bringup/doctor_computer.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace knuckle::bringup {
+namespace {
+
+ComputerFacts good() {
+  ComputerFacts facts;
+  facts.fifo_granted = facts.memory_lock_granted = facts.realtime_kernel = true;
+  facts.governor = "performance";
+  facts.can_in_kernel = facts.hidraw_in_kernel = facts.usb_files = true;
+  facts.can_interfaces = {"can0", "can1"};
+  facts.hidraw = {{"/dev/hidraw0", true}};
+  return facts;
+}
+std::string text_of(const ComputerFacts& facts, Finding::Level level) {
+  std::string lines;
+  for (const Finding& one : judge_computer(facts)) {
+    if (one.level == level) lines += one.about + ": " + one.text + "\n";
+  }
+  return lines;
+}
+
+TEST(DoctorComputer, ComputerWithEverythingIsWell) {
+  EXPECT_TRUE(healthy(judge_computer(good())));
+  EXPECT_EQ(text_of(good(), Finding::Level::kNote), "");
+  EXPECT_NE(text_of(good(), Finding::Level::kOk).find("can0, can1; next: knuckle doctor --can can0"),
+            std::string::npos);
+}
+
+TEST(DoctorComputer, EachThingMissingIsToldWithItsRemedy) {
+  const auto fault = [](const std::function<void(ComputerFacts&)>& change) {
+    ComputerFacts facts = good();
+    change(facts);
+    return text_of(facts, Finding::Level::kFault);
+  };
+  EXPECT_NE(fault([](auto& f) { f.fifo_granted = false; }).find("rtprio"), std::string::npos);
+  EXPECT_NE(fault([](auto& f) { f.memory_lock_granted = false; }).find("memlock"), std::string::npos);
+  EXPECT_NE(fault([](auto& f) {
+              f.can_in_kernel = false;
+              f.can_error = 97;
+            }).find("no CAN sockets in this kernel: Address family not supported"),
+            std::string::npos);
+  EXPECT_NE(fault([](auto& f) { f.can_interfaces.clear(); }).find("no CAN interface"), std::string::npos);
+  EXPECT_NE(fault([](auto& f) { f.hidraw_in_kernel = false; }).find("hidraw"), std::string::npos);
+  EXPECT_NE(fault([](auto& f) { f.usb_files = false; }).find("/dev/bus/usb"), std::string::npos);
+}
+
+TEST(DoctorComputer, WhatOnlyCostsEvennessIsANote) {
+  ComputerFacts facts = good();
+  facts.realtime_kernel = false;
+  facts.governor = "powersave";
+  facts.hidraw[0].usable = false;
+  EXPECT_TRUE(healthy(judge_computer(facts)));
+  const std::string notes = text_of(facts, Finding::Level::kNote);
+  for (const char* part : {"PREEMPT_RT", "powersave", "udev rule"})
+    EXPECT_NE(notes.find(part), std::string::npos) << part;
+}
+
+TEST(DoctorComputer, FactsAreThoseOfThisComputerWhateverItIs) {
+  const ComputerFacts facts = computer_facts();
+  EXPECT_EQ(facts.can_in_kernel, facts.can_error == 0);
+  EXPECT_TRUE(facts.can_in_kernel || facts.can_interfaces.empty());
+}
+
+}  // namespace
+}  // namespace knuckle::bringup

@@ -1,0 +1,33 @@
+// The simulated machine behind a bus, for what looks at buses and moves machines.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <string>
+
+#include "app/identify/commission.h"
+#include "machine/load.h"
+#include "machine/pose.h"
+#include "sim/machine_on_bus.h"
+#include "sim/truth.h"
+
+namespace knuckle::bringup::test {
+
+inline const MachineDescription& solar() {
+  static const MachineDescription machine = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  return machine;
+}
+
+/// Switched on some time ago. @param machine as it really is; the file may say something else.
+inline std::shared_ptr<sim::MachineOnBus> simulated_bus(const MachineDescription& machine = solar(),
+                                                        std::uint64_t seed = 1) {
+  auto made = std::make_shared<sim::MachineOnBus>(sim::draw_truth(machine, seed), sim::WorldDescription{},
+                                                  middle_of_range(machine), seed);
+  made->advance(Time{50ms});
+  CanFrame boot_up;
+  while (made->controllers_end().receive(boot_up)) {
+  }
+  return made;
+}
+
+}  // namespace knuckle::bringup::test

@@ -1,0 +1,172 @@
+// The console's thread as it runs behind a window: real time, real sockets. Nothing here judges how fast it was.
+#include "app/console/console_host.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <sstream>
+
+#include "app/console/event_book.h"
+#include "app/console/hand_input.h"
+#include "app/session/session_setup.h"
+#include "core/error.h"
+#include "slave/status_reporter.h"
+#include "tests/support/candump.h"
+#include "transport/udp_link.h"
+
+namespace knuckle::test {
+namespace {
+
+using Led = console::LiveSession::Led;
+
+session::SimulateOptions scenario(const std::string& name) {
+  session::SimulateOptions options;
+  options.scenario = name;
+  return options;
+}
+
+/// A window that draws nothing.
+struct Window {
+  console::ConsoleHost& host;
+  console::HeldKeys keys;
+  console::ConsoleInput input;
+  console::EventBook book;
+  /// Where the computer stood still for long enough to make what is held count no more, enable is let go of and pressed
+  /// again, as a person would.
+  bool presses_again = true;
+
+  /// Goes on until it is so. @return false: it never was, for much longer than it can take.
+  bool until(const std::function<bool(const console::ConsoleView&)>& so) {
+    for (int frame = 0; frame < 60 * 120; ++frame) {
+      input.attended = true;
+      input.hand = console::hand_from_keys(keys);
+      if (presses_again && host.view().input.release_enable) input.hand = {};
+      input.at = host.now();
+      host.put(input);
+      for (console::ConsoleEvent event; host.next(event);) book.add(event);
+      if (so(host.view())) return true;
+      RealtimeClock clock;
+      clock.sleep_until(clock.now() + 16ms);
+    }
+    return false;
+  }
+  bool until_mode(Mode mode) {
+    return until([mode](const console::ConsoleView& view) { return view.link.heard && view.machine.mode == mode; });
+  }
+};
+
+/// Valve set-points on the wire that ask for motion (RPDO1 of the valve nodes).
+std::vector<double> motion_on_wire(const std::vector<WireFrame>& frames, const MachineDescription& machine) {
+  std::vector<double> at_s;
+  for (const WireFrame& frame : frames) {
+    for (const NodeDescription& valve : machine.bus.valves) {
+      constexpr unsigned kRpdo1 = 0x200;
+      if (frame.id == kRpdo1 + valve.id && frame.data.size() >= 4 && (frame.i16(2) != 0 && frame.u16(0) == 7))
+        at_s.push_back(frame.at_s);
+    }
+  }
+  return at_s;
+}
+
+TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsEveryMotionOnTheWire) {
+  std::ostringstream candump;
+  console::ConsoleHost host(scenario("free_motion"), Led::kByPerson, nullptr, &candump);
+  Window window{host, {}, {}, {}};
+  host.begin();
+  ASSERT_TRUE(window.until_mode(Mode::kReady));
+  window.keys.enable = true;
+  ASSERT_TRUE(window.until_mode(Mode::kEngaged));
+  const JointVector start_rad = host.view().truth.joint_rad;
+  window.keys.boom_up = true;
+  ASSERT_TRUE(
+      window.until([&](const console::ConsoleView& v) { return v.truth.joint_rad[kBoom] > start_rad[kBoom] + 0.1; }));
+  window.input.stop = true;
+  ASSERT_TRUE(window.until_mode(Mode::kFault));
+  const double stopped_s = host.view().simulated_s;
+  window.input.stop = false;
+  window.presses_again = false;
+  ASSERT_TRUE(window.until([&](const console::ConsoleView& v) { return v.simulated_s > stopped_s + 1; }));
+  EXPECT_NE(host.view().machine.mode, Mode::kEngaged) << "enable is still held";
+  host.stop();
+  std::istringstream log(candump.str());
+  const auto motion_s = motion_on_wire(read_candump(log), host.session()->machine);
+  ASSERT_FALSE(motion_s.empty());
+  EXPECT_LT(motion_s.back(), stopped_s);
+  EXPECT_EQ(host.frames_lost(), 0u);
+  EXPECT_EQ(window.book.matching({console::Severity::kAlarm, "operator_stop"}).size(), 1u);
+}
+
+TEST(ConsoleHostThread, BeginsTheSessionAnewAsOftenAsAskedAndWithWhatWasChosen) {
+  console::ConsoleHost host(scenario("free_motion"), Led::kByPerson, nullptr, nullptr);
+  Window window{host, {}, {}, {}};
+  host.begin();
+  ASSERT_TRUE(window.until_mode(Mode::kReady));
+  session::SimulateOptions slow = scenario("wall_contact");
+  slow.delay_ms = 40;
+  host.choose(slow, Led::kByPerson);
+  for (std::uint32_t run = 2; run < 5; ++run) {
+    ++window.input.reset_count;
+    ASSERT_TRUE(window.until([run](const console::ConsoleView& v) { return v.run == run; }));
+  }
+  ASSERT_TRUE(window.until_mode(Mode::kReady));
+  EXPECT_NEAR(host.view().link.round_trip_s, 0.08, 0.02);
+}
+
+TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
+  const session::SessionSetup setup = session::load_session(scenario("free_motion")).setup;
+  UdpLink machine_end = UdpLink::listen("127.0.0.1:0");
+  UdpLink operator_end = UdpLink::connect("127.0.0.1:" + std::to_string(machine_end.port()));
+  session::MachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, machine_end);
+  slave::StatusReporter reporter(setup.machine, far.can, machine_end);
+  const RealtimeClock clock;
+  Time machine_time{};  // a clock of its own, that no busy computer makes jump
+  RealtimeThread machine({.name = "machine", .period = 1ms}, clock, [&](Time /*now*/) {
+    machine_time += 1ms;
+    far.step(machine_time, [&] {
+      far.slave.step(machine_time);
+      reporter.step(machine_time, far.slave);
+    });
+  });
+  console::StationSetup station;
+  station.device = setup.device;
+  station.machine = setup.machine;
+  station.limb = setup.limb;
+  station.hand_rad = setup.scenario.hand_rad;
+  console::ConsoleHost host(station, operator_end, nullptr);
+  Window window{host, {}, {}, {}};
+  host.begin();
+  ASSERT_TRUE(window.until_mode(Mode::kReady));
+  window.input.stop = true;
+  ASSERT_TRUE(window.until_mode(Mode::kFault));
+  EXPECT_EQ(host.view().machine.fault.code, ReasonCode::kOperatorStop);
+  host.stop();
+  machine.stop();
+  EXPECT_FALSE(far.slave.master().presence);
+}
+
+TEST(ConsoleHost, SkippedToATimeShowsTheSamePictureAgain) {
+  const auto picture = [] {
+    console::ConsoleHost host(scenario("wall_contact"), Led::kByScenario, nullptr, nullptr);
+    host.skip_to(9);
+    return host.view();
+  };
+  const console::ConsoleView a = picture(), b = picture();
+  EXPECT_GE(a.simulated_s, 8.99);
+  EXPECT_EQ(a.now, b.now);
+  EXPECT_EQ(a.truth.joint_rad, b.truth.joint_rad);
+  EXPECT_EQ(a.hand.sent_force_N, b.hand.sent_force_N);
+  EXPECT_EQ(a.machine.mode, Mode::kEngaged);
+}
+
+TEST(ConsoleHost, RefusesWhatItCannotBeginAndKeepsWhatWasChosen) {
+  console::ConsoleHost host(scenario("free_motion"), Led::kByPerson, nullptr, nullptr);
+  EXPECT_THROW(host.choose(scenario("no_such_place"), Led::kByPerson), InputError);
+  EXPECT_THROW(host.choose(scenario("recorded_dig"), Led::kByScenario), InputError);  // without its recording
+  EXPECT_THROW(host.choose(scenario("link_faults"), Led::kByPerson), InputError);     // which would never happen
+  EXPECT_EQ(host.session()->scenario.name, "free_motion");
+  host.choose(scenario("recorded_dig"), Led::kByPerson);  // a person needs none
+  EXPECT_EQ(host.session()->scenario.name, "recorded_dig");
+}
+
+}  // namespace
+}  // namespace knuckle::test

@@ -1,0 +1,186 @@
+// What is held counts only while a window runs and somebody attends it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/console/console_loop.h"
+#include "app/console/person_hand.h"
+#include "tests/console/console_rig.h"
+
+namespace knuckle::test {
+namespace {
+
+using console::ConsoleEventKind;
+
+TEST(ConsoleWindow, ThatStallsHoldsNothingAnyMore) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.stalled = true;
+  const Time stalled = rig.now;
+  rig.run(2);
+  expect_neutral_within(rig, stalled, console::kInputAgeLimit + 200ms);
+  rig.loop.take(rig.view);
+  EXPECT_TRUE(rig.view.input.stale);
+  EXPECT_FALSE(rig.view.hand.presence || rig.view.hand.enable);
+}
+
+/// Somebody with a haptic device in front of the window.
+struct DeviceRig {
+  session::SessionSetup setup = live_setup();
+  session::HandSide device{setup.device, setup.limb, 1, setup.scenario.hand_rad};
+  console::PersonHand person{setup.device, setup.machine, setup.limb};
+  console::ConsoleLoop loop{
+      std::make_unique<console::LiveSession>(setup, console::LiveSession::Led::kByPerson, &device.cable.host())};
+  console::ConsoleInput window;
+  console::ConsoleView view;
+  console::HandInput held;
+  Time now{};
+  bool stalled = false;
+
+  DeviceRig() { window.attended = true; }
+  void run(double seconds) {
+    for (const Time until = now + from_seconds(seconds); now < until;) {
+      now += 1ms;
+      loop.take(view);
+      sim::OperatorView seen;
+      seen.machine_rad = view.machine.position_rad;
+      seen.ghost_rad = view.hand.ghost_rad;
+      seen.hand_rad = device.device.truth().joint_rad;
+      seen.mode = view.machine.mode;
+      device.step(now, person.step(now, held, seen, 1));
+      window.at = stalled ? window.at : now;
+      loop.put(window);
+      loop.step(now);
+    }
+  }
+  void engage() {
+    run(3);
+    held.presence = held.enable = true;
+    run(5);
+    ASSERT_EQ(view.machine.mode, Mode::kEngaged) << text(view.machine.blocking);
+  }
+  /// Enable is held on while nobody is at the window, and after it.
+  void expect_has_to_press_again() {
+    EXPECT_EQ(view.machine.mode, Mode::kReady);
+    EXPECT_TRUE(view.hand.enable) << "the device still says so";
+    stalled = false;
+    window.attended = true;
+    run(3);
+    EXPECT_EQ(view.machine.mode, Mode::kReady);
+    EXPECT_TRUE(view.input.release_enable);
+  }
+};
+
+TEST(ConsoleWindow, ThatStallsLetsNobodyLeadWithAHapticDeviceEither) {
+  DeviceRig rig;
+  rig.engage();
+  rig.stalled = true;
+  rig.run(to_seconds(console::kInputAgeLimit) - 0.05);
+  EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
+  rig.run(0.3);
+  rig.expect_has_to_press_again();
+}
+
+TEST(ConsoleWindow, ThatStallsAMomentTooLongIsNoticedThoughTheLinkMayHaveCarriedNothingOfIt) {
+  DeviceRig rig;
+  rig.engage();
+  rig.stalled = true;
+  rig.run(to_seconds(console::kInputAgeLimit) + 0.003);
+  rig.stalled = false;
+  rig.run(0.5);
+  rig.expect_has_to_press_again();
+}
+
+TEST(ConsoleWindow, ThatNobodyAttendsLetsNobodyLeadWithAHapticDevice) {
+  DeviceRig rig;
+  rig.engage();
+  rig.window.attended = false;
+  rig.run(0.3);
+  rig.expect_has_to_press_again();
+}
+
+TEST(ConsoleWindow, ThatNobodyAttendsHoldsNothingAndIsNeutralOnTheWire) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.attended = false;  // keys stay held: as a gamepad's, which does not care for windows
+  const Time away = rig.now;
+  rig.run(1);
+  expect_neutral_within(rig, away, 200ms);
+  EXPECT_EQ(rig.view.machine.mode, Mode::kReady);  // no fault
+  EXPECT_TRUE(rig.view.input.unattended);
+  EXPECT_FALSE(rig.view.hand.presence || rig.view.hand.enable);
+  EXPECT_TRUE(told(rig, ConsoleEventKind::kAttended, false));
+}
+
+TEST(ConsoleWindow, ThatIsAttendedAgainWithEnableHeldDoesNotResume) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.attended = false;
+  rig.run(1);
+  rig.attended = true;
+  const Time again = rig.now;
+  rig.run(3);
+  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
+  EXPECT_FALSE(rig.view.input.unattended);
+  EXPECT_TRUE(rig.view.input.release_enable);
+  EXPECT_TRUE(told(rig, ConsoleEventKind::kAttended, true));
+  rig.keys = {};
+  rig.run(0.5);
+  EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+}
+
+TEST(ConsoleWindow, ThatAsksForNoNumberMovesNothing) {
+  ConsoleRig rig;
+  rig.start_up();
+  ASSERT_TRUE(rig.engage());
+  rig.run(1);          // the machine has come to the hand
+  rig.stalled = true;  // its frames are put here
+  const JointVector before = rig.view.truth.joint_rad;
+  for (int i = 0; i < 100; ++i) {
+    rig.input.at = rig.now;
+    rig.input.hand.rate_radps = JointVector(std::nan(""), 0.2, 0.2);
+    rig.loop.put(rig.input);
+    rig.run(0.01);
+  }
+  rig.loop.take(rig.view);
+  EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
+  EXPECT_LT((rig.view.truth.joint_rad - before).cwiseAbs().maxCoeff(), 0.01);
+}
+
+TEST(ConsoleWindow, ThatRunsAgainWithEnableHeldDoesNotResume) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.stalled = true;
+  rig.run(1);
+  rig.stalled = false;
+  const Time again = rig.now;
+  rig.run(3);
+  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
+  EXPECT_TRUE(rig.view.input.release_enable);
+  rig.keys = {};
+  rig.run(0.5);
+  EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+}
+
+TEST(ConsoleWindow, ThatStallsMissesNoEventOfTheMeantime) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.stalled = true;
+  rig.run(3);  // enable falls, mode ready, "no hand" stands
+  rig.stalled = false;
+  rig.events.clear();
+  rig.run(0.1);
+  const auto became = [&rig](Mode mode) {
+    return std::any_of(rig.events.begin(), rig.events.end(), [mode](const console::ConsoleEvent& e) {
+      return e.kind == ConsoleEventKind::kMachine && e.mode == mode;
+    });
+  };
+  EXPECT_TRUE(became(Mode::kReady) || became(Mode::kFault));
+  EXPECT_TRUE(told(rig, ConsoleEventKind::kInput, false));
+  EXPECT_TRUE(told(rig, ConsoleEventKind::kInput, true));
+  EXPECT_EQ(rig.loop.events_lost(), 0u);
+}
+
+}  // namespace
+}  // namespace knuckle::test

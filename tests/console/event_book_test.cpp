@@ -1,0 +1,165 @@
+// The event book: what is told, found again, acknowledged and written out.
+#include "app/console/event_book.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "app/recordings/csv_cells.h"
+#include "core/error.h"
+
+namespace knuckle::console {
+namespace {
+
+ConsoleEvent machine_event(Mode mode, ReasonCode code = ReasonCode::kNone) {
+  ConsoleEvent event;
+  event.at = Time(1500ms);
+  event.mode = mode;
+  event.reason.code = code;
+  return event;
+}
+
+/// A name in the folder for temporary files, gone again at the end.
+struct TemporaryFile {
+  std::string path =
+      (std::filesystem::temp_directory_path() / ("knuckle_events_" + std::to_string(getpid()) + ".csv")).string();
+  ~TemporaryFile() { std::filesystem::remove(path); }
+};
+
+TEST(EventBook, AFaultIsAnAlarmWithItsCodeAndWhatToDo) {
+  EventBook book;
+  book.add(machine_event(Mode::kFault, ReasonCode::kLinkLost));
+  const EventRow& row = book.rows().front();
+  EXPECT_EQ(row.severity, Severity::kAlarm);
+  EXPECT_EQ(row.code, "link_lost");
+  EXPECT_NE(row.text.find("check the network"), std::string::npos);
+  EXPECT_FALSE(row.acknowledged);
+}
+
+TEST(EventBook, EveryKindOfEventHasWordsOfItsOwn) {
+  std::vector<std::string> texts;
+  for (int kind = 0; kind <= static_cast<int>(ConsoleEventKind::kNewStart); ++kind) {
+    EventBook book;
+    ConsoleEvent event = machine_event(Mode::kReady, ReasonCode::kEnergyWatchdog);
+    event.kind = static_cast<ConsoleEventKind>(kind);
+    book.add(event);
+    ASSERT_EQ(book.rows().size(), 1u);
+    EXPECT_GT(book.rows().front().text.size(), 3u) << kind;
+    EXPECT_NE(book.rows().front().code, "?") << kind;
+  }
+}
+
+TEST(EventBook, FilterFindsBySeverityAndByWordsWhateverTheirCase) {
+  EventBook book;
+  book.add(machine_event(Mode::kReady));
+  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  book.add(Time{}, 1, Severity::kWarning, "gamepad", "Gamepad is gone");
+  EXPECT_EQ(book.matching({}).size(), 3u);
+  EXPECT_EQ(book.matching({Severity::kWarning, ""}).size(), 2u);
+  EXPECT_EQ(book.matching({Severity::kAlarm, ""}).size(), 1u);
+  EXPECT_EQ(book.matching({Severity::kInfo, "GAMEPAD is"}).size(), 1u);
+  EXPECT_EQ(book.matching({Severity::kInfo, "sensor_stale"}).size(), 1u);
+  EXPECT_EQ(book.matching({Severity::kInfo, "nothing of the kind"}).size(), 0u);
+}
+
+TEST(EventBook, AcknowledgesOneOrAllAndInformationNeedsIt) {
+  EventBook book;
+  book.add(machine_event(Mode::kReady));
+  for (int i = 0; i < 3; ++i) book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  EXPECT_EQ(book.open(Severity::kInfo), 3u);
+  book.acknowledge(book.rows()[2].number);
+  EXPECT_EQ(book.open(Severity::kAlarm), 2u);
+  EXPECT_TRUE(book.rows()[2].acknowledged);
+  EXPECT_FALSE(book.rows()[1].acknowledged);
+  book.acknowledge(EventFilter{});
+  EXPECT_EQ(book.open(Severity::kInfo), 0u);
+}
+
+TEST(EventBook, AcknowledgesNothingThatTheFilterHides) {
+  EventBook book;
+  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  book.add(Time{}, 1, Severity::kWarning, "gamepad", "gamepad is gone");
+  book.acknowledge(EventFilter{Severity::kInfo, "Gamepad"});
+  EXPECT_FALSE(book.rows()[0].acknowledged);
+  EXPECT_TRUE(book.rows()[1].acknowledged);
+  book.add(Time{}, 1, Severity::kWarning, "gamepad", "gamepad is gone");
+  book.acknowledge(EventFilter{Severity::kAlarm, ""});
+  EXPECT_TRUE(book.rows()[0].acknowledged);
+  EXPECT_FALSE(book.rows()[2].acknowledged);
+}
+
+TEST(EventBook, KeepsTheNewestAndCountsWhatItForgot) {
+  EventBook book;
+  const std::size_t all = EventBook::kMost + 5;
+  for (std::size_t i = 0; i < all; ++i) book.add(Time{}, 1, Severity::kInfo, "n", std::to_string(i));
+  EXPECT_EQ(book.rows().size(), EventBook::kMost);
+  EXPECT_EQ(book.forgotten(), 5u);
+  EXPECT_EQ(book.rows().front().text, "5");
+  EXPECT_EQ(book.rows().back().number, all);
+}
+
+TEST(EventBook, ForgetsWhatIsNotAcknowledgedLastAndSaysSo) {
+  EventBook book;
+  for (int i = 0; i < 3; ++i) book.add(Time{}, 1, Severity::kAlarm, "alarm", std::to_string(i));
+  const std::size_t most = EventBook::kMost;
+  for (std::size_t i = 0; i < most + 7; ++i) book.add(Time{}, 1, Severity::kInfo, "n", "");
+  EXPECT_EQ(book.open(Severity::kAlarm), 3u);
+  EXPECT_EQ(book.forgotten(), 10u);
+  EXPECT_EQ(book.forgotten_open(), 0u);
+  for (std::size_t i = 0; i < most; ++i) book.add(Time{}, 1, Severity::kWarning, "w", "");
+  EXPECT_EQ(book.rows().size(), most);
+  EXPECT_EQ(book.forgotten_open(), 3u) << "the alarms, once nothing else could go";
+}
+
+TEST(EventBook, SaysOnceHowManyEventsWereLost) {
+  EventBook book;
+  book.note_lost(Time{}, 1, 0);
+  EXPECT_TRUE(book.rows().empty());
+  book.note_lost(Time{}, 1, 7);
+  book.note_lost(Time{}, 1, 7);
+  ASSERT_EQ(book.rows().size(), 1u);
+  EXPECT_EQ(book.rows().front().text, "7 events lost: too many at a time");
+}
+
+TEST(EventBook, ExportsEveryRowAsCsvThatReadsBackWhateverItsText) {
+  EventBook book;
+  const std::string awkward = "a \"quoted\" word, a comma\r\nand a second line";
+  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  book.add(Time(2s), 3, Severity::kWarning, "gamepad", awkward);
+  const TemporaryFile file;
+  book.export_csv(file.path);
+  std::ifstream in(file.path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_EQ(text.substr(0, text.find('\n') + 1), "number,run,time_s,severity,code,text,acknowledged\r\n");
+  EXPECT_NE(text.find("\n2,3,2,warning,gamepad,\"a \"\"quoted\"\" word, a comma\r\nand a second line\",no\r\n"),
+            std::string::npos)
+      << text;
+  const auto rows = recordings::read_cells(file.path);
+  ASSERT_GE(rows.size(), 2u);
+  EXPECT_EQ(rows[1][4], "sensor_stale");
+  EXPECT_EQ(rows[1][2], "1.5");
+}
+
+TEST(EventBook, ExportsWhatTheFilterShowsAndKeepsTheFileBefore) {
+  EventBook book;
+  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  const TemporaryFile file;
+  EXPECT_EQ(book.export_csv(file.path), "");
+  book.add(Time{}, 1, Severity::kWarning, "gamepad", "gamepad is gone");
+  const TemporaryFile kept{book.export_csv(file.path, {Severity::kInfo, "gamepad"})};
+  const auto now = recordings::read_cells(file.path), before = recordings::read_cells(kept.path);
+  ASSERT_EQ(now.size(), 2u);
+  EXPECT_EQ(now[1][4], "gamepad");
+  ASSERT_EQ(before.size(), 2u);
+  EXPECT_EQ(before[1][4], "sensor_stale");
+}
+
+TEST(EventBook, SaysInOneLineWhyItCannotExport) {
+  EXPECT_THROW(EventBook().export_csv("/nowhere/at/all.csv"), InputError);
+}
+
+}  // namespace
+}  // namespace knuckle::console

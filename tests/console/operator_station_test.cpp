@@ -1,0 +1,194 @@
+// The operator's side behind the window, with a haptic device that is not simulated by it.
+#include "app/console/operator_station.h"
+
+#include <gtest/gtest.h>
+
+#include "machine/load.h"
+#include "sim/operator_limb.h"
+#include "slave/status_reporter.h"
+#include "tests/console/console_rig.h"
+#include "transport/hid_reports.h"
+#include "transport/impaired_link.h"
+
+namespace knuckle::console {
+namespace {
+
+/// Notes what the device is told.
+class Overheard final : public HidPort {
+ public:
+  explicit Overheard(HidPort& port) : port_(port) {}
+  bool write(const HidReport& report) noexcept override {
+    if (const auto command = decode_command(report)) told = *command;
+    return port_.write(report);
+  }
+  bool read(HidReport& report) noexcept override { return port_.read(report); }
+  [[nodiscard]] bool connected() const noexcept override { return port_.connected(); }
+  DeviceCommand told;
+
+ private:
+  HidPort& port_;
+};
+
+/// A device that somebody holds with enable pressed, and the far end of the link.
+struct Rig {
+  StationSetup setup = [] {
+    StationSetup s;
+    s.machine = load_machine(find_config("machine", "solar015"));
+    s.device = load_device(find_config("device", "knuckle1"));
+    s.limb = sim::draw_limb(sim::LimbClass::kNormal, 1);
+    s.hand_rad = JointVector(0.3, -1.4, -0.9);
+    return s;
+  }();
+  session::HandSide hand{setup.device, setup.limb, 1, setup.hand_rad};
+  Overheard port{hand.cable.host()};
+  ImpairedLink network{{}, {}, 1};
+  OperatorStation station{setup, network.a(), &port};
+  sim::OperatorIntent intent{setup.hand_rad, JointVector::Zero(), true, false, false, false};
+  Time now{};
+  MasterMessage sent;
+  SlaveMessage slave;
+  bool speaks = false;
+  MachineStatus status = [this] {
+    MachineStatus told;
+    told.machine = MachineName(setup.machine.name);
+    return told;
+  }();
+  std::uint32_t statuses = 1000;  // that are sent
+  [[nodiscard]] ReasonCode reason() {
+    ConsoleView view;
+    station.show(now, view);
+    return view.hand.device.code;
+  }
+
+  void run(Duration time) {
+    for (const Time until = now + time; now < until;) {
+      now += 1ms;
+      network.advance(now);
+      intent.enable = now > Time(300ms);
+      hand.step(now, intent);
+      if (now.time_since_epoch() % 50ms == 0ms && status.sequence < statuses) {
+        ++status.sequence;
+        network.b().send(encode(status).view());
+      }
+      if (speaks) network.b().send(encode(slave).view());
+      station.step(now, HandInput{});
+      for (Datagram datagram; network.b().receive(datagram);)
+        if (const auto message = decode_master(datagram.view())) sent = *message;
+    }
+  }
+};
+
+TEST(OperatorStation, TellsTheMachineWhatItsHapticDeviceSays) {
+  Rig rig;
+  rig.run(500ms);
+  EXPECT_TRUE(rig.sent.device_ok);
+  EXPECT_TRUE(rig.sent.presence && rig.sent.enable);
+  EXPECT_LT((rig.sent.position_rad - rig.setup.hand_rad).cwiseAbs().maxCoeff(), 0.02);
+  ConsoleView view;
+  rig.station.show(rig.now, view);
+  EXPECT_FALSE(view.hand.device);
+  EXPECT_TRUE(view.hand.enable);
+  EXPECT_FALSE(view.link.heard);
+}
+
+TEST(OperatorStation, WithNobodyAtTheWindowNobodyLeadsWhateverTheDeviceSays) {
+  Rig rig;
+  rig.run(500ms);
+  rig.station.set_nobody(true);
+  rig.run(10ms);
+  EXPECT_FALSE(rig.sent.presence || rig.sent.enable || rig.sent.clutch);
+  rig.station.set_nobody(false);
+  rig.run(10ms);
+  EXPECT_TRUE(rig.sent.presence && rig.sent.enable);
+}
+
+TEST(OperatorStation, NobodyLeadsAnotherMachine) {
+  Rig rig;
+  rig.status.machine = MachineName("compact080");
+  rig.run(500ms);
+  EXPECT_TRUE(rig.sent.device_ok);
+  EXPECT_FALSE(rig.sent.presence || rig.sent.enable);
+  EXPECT_EQ(rig.reason(), ReasonCode::kOtherMachine);
+  rig.status.machine = MachineName(rig.setup.machine.name);
+  rig.run(100ms);
+  EXPECT_TRUE(rig.sent.presence && rig.sent.enable);
+  EXPECT_EQ(rig.reason(), ReasonCode::kNone);
+  rig.status.machine = MachineName("compact080");
+  rig.run(100ms);
+  EXPECT_FALSE(rig.sent.presence || rig.sent.enable) << "whatever it was before";
+}
+
+/// Keys that ask for the machine as soon as it can be had, and a machine's side that tells this name.
+bool ever_engages(const std::string& name) {
+  const session::SessionSetup setup = test::live_setup();
+  ImpairedLink network({}, {}, 1);
+  OperatorStation station({.device = setup.device,
+                           .machine = setup.machine,
+                           .law = setup.law,
+                           .limb = setup.limb,
+                           .hand_rad = setup.scenario.hand_rad,
+                           .start_rad = setup.scenario.start_rad,
+                           .seed = setup.seed},
+                          network.a(), nullptr);
+  session::MachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, network.b());
+  MachineDescription told = setup.machine;
+  told.name = name;
+  slave::StatusReporter reporter(told, far.can, network.b());
+  HeldKeys keys;
+  for (Time now{}; now < Time(15s); now += 1ms) {
+    keys.enable = now > Time(5s) && now.time_since_epoch() % 2s > 100ms;
+    network.advance(now);
+    station.step(now, hand_from_keys(keys));
+    far.step(now, [&] {
+      far.slave.step(now);
+      reporter.step(now, far.slave);
+    });
+    if (far.slave.mode() == Mode::kEngaged) return true;
+  }
+  return false;
+}
+
+TEST(OperatorStation, AMachineEngagesOnlyWhereBothSidesMeanTheSame) {
+  EXPECT_TRUE(ever_engages("solar015"));
+  EXPECT_FALSE(ever_engages("compact080"));
+}
+
+TEST(OperatorStation, NobodyLeadsBeforeTheMachineHasSaidWhichItIsButAfterwardsItsSilenceIsNoReason) {
+  Rig rig;
+  rig.statuses = 0;
+  rig.speaks = true;
+  rig.run(900ms);
+  EXPECT_FALSE(rig.sent.presence || rig.sent.enable);
+  EXPECT_EQ(rig.reason(), ReasonCode::kNone) << "it may still say";
+  rig.run(300ms);
+  EXPECT_FALSE(rig.sent.presence || rig.sent.enable);
+  EXPECT_EQ(rig.reason(), ReasonCode::kMachineNotTold);
+  rig.statuses = 1;
+  rig.run(2s);
+  EXPECT_TRUE(rig.sent.presence && rig.sent.enable);
+  EXPECT_EQ(rig.reason(), ReasonCode::kNone);
+}
+
+TEST(OperatorStation, StopIsInTheNextMessageAndIsOutOfItOnlyWhenReleased) {
+  Rig rig;
+  rig.run(500ms);
+  rig.station.set_stop(true);
+  rig.run(2ms);
+  EXPECT_TRUE(rig.sent.stop);
+  rig.station.set_stop(false);
+  rig.run(4ms);
+  EXPECT_FALSE(rig.sent.stop);
+}
+
+TEST(OperatorStation, LetsGoOfDeviceAndMachineForGood) {
+  Rig rig;
+  rig.run(500ms);
+  EXPECT_EQ(rig.port.told.mode, TorqueMode::kTorque);
+  rig.station.let_go();
+  rig.run(10ms);
+  EXPECT_EQ(rig.port.told.mode, TorqueMode::kOff);
+  EXPECT_FALSE(rig.sent.presence || rig.sent.enable);
+}
+
+}  // namespace
+}  // namespace knuckle::console

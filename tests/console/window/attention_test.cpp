@@ -1,0 +1,106 @@
+// Whether somebody attends the console's window: what a gamepad or haptic device holds counts only then.
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <gtest/gtest.h>
+
+#include "app/console/screens/banner.h"
+#include "tests/console/window/canned_console.h"
+#include "tests/console/window/virtual_display.h"
+// Last, as it defines common words as macros.
+#include <X11/Xlib.h>
+
+namespace knuckle::console::window {
+namespace {
+
+class Attention : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!display_.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+    console_ = std::make_unique<ConsoleWindow>(WindowOptions{.full_speed = true}, canned_facts());
+  }
+  /// What the window asks for, once what the display was told has come about.
+  ConsoleInput input() {
+    for (int i = 0; i < 3; ++i) {
+      console_->frame(view_, loop_, events_, 0);
+      console_->show();
+    }
+    return console_->input(Time{});
+  }
+  VirtualDisplay display_{"1280x800"};
+  std::unique_ptr<ConsoleWindow> console_;
+  ConsoleView view_ = canned_view();
+  LoopHealth loop_ = canned_loop();
+  EventBook events_;
+};
+
+TEST_F(Attention, IsThereFromTheStartWithoutAWindowManager) {
+  EXPECT_TRUE(input().attended);
+}
+
+TEST_F(Attention, IsGoneWhileAnotherWindowHasTheKeyboardButStopOfAGamepadActs) {
+  constexpr std::size_t kB = GamepadState::kB;
+  GLFWwindow* const other = glfwCreateWindow(200, 200, "another", nullptr, nullptr);
+  glfwFocusWindow(other);
+  EXPECT_FALSE(input().attended);
+  GamepadState pad;
+  pad.buttons[kB] = 1;
+  console_->take_gamepad(pad);
+  EXPECT_TRUE(input().stop);
+  glfwDestroyWindow(other);
+  glfwFocusWindow(console_->window().handle());
+  EXPECT_TRUE(input().attended);
+}
+
+TEST_F(Attention, IsGoneWhileAScreenLockerHasGrabbedTheKeyboard) {
+  ASSERT_TRUE(input().attended);
+  Display* const locker = XOpenDisplay(nullptr);
+  ASSERT_EQ(XGrabKeyboard(locker, DefaultRootWindow(locker), True, GrabModeAsync, GrabModeAsync, CurrentTime),
+            GrabSuccess);
+  XSync(locker, False);
+  EXPECT_FALSE(input().attended);
+  XUngrabKeyboard(locker, CurrentTime);
+  XSync(locker, False);
+  EXPECT_TRUE(input().attended);
+  XCloseDisplay(locker);
+}
+
+TEST_F(Attention, IsGoneWhileTheWindowIsOutOfSight) {
+  ASSERT_TRUE(input().attended);
+  ASSERT_TRUE(xdotool("search --name '^Knuckle$' windowunmap --sync"));
+  EXPECT_FALSE(input().attended);
+}
+
+TEST_F(Attention, ThatIsMissingIsSaidInTheBannerWithWhatToDo) {
+  view_.machine = {};
+  view_.input.unattended = true;
+  EXPECT_NE(screens::banner_reason(view_, false, 0).find("click into it"), std::string::npos);
+  EXPECT_EQ(screens::banner_reason(view_, true, 0).rfind("Stop", 0), 0U) << "Stop comes first";
+}
+
+TEST_F(Attention, OfTheEnableKeyIsGoneWhileTextIsTypedAndUntilItIsPressedAnew) {
+  const auto click = [this](const std::string& place) {
+    for (const std::string& step : {"mousemove " + place, std::string("mousedown 1"), std::string("mouseup 1")}) {
+      ASSERT_TRUE(xdotool(step));
+      (void)input();
+    }
+  };
+  console_->state().screen = screens::Screen::kEvents;
+  (void)input();
+  click("520 140");  // the filter
+  ASSERT_TRUE(console_->state().typing);
+  EXPECT_FALSE(console_->state().enable_ignored);
+  ASSERT_TRUE(xdotool("keydown Shift_L"));
+  EXPECT_FALSE(input().hand.enable);
+  EXPECT_TRUE(console_->state().enable_ignored);
+  click("520 700");  // the list
+  EXPECT_FALSE(console_->state().typing);
+  EXPECT_FALSE(input().hand.enable);
+  EXPECT_TRUE(console_->state().enable_ignored) << "it was not pressed since";
+  ASSERT_TRUE(xdotool("keyup Shift_L") && !input().hand.enable && xdotool("keydown Shift_L"));
+  EXPECT_TRUE(input().hand.enable);
+  EXPECT_FALSE(console_->state().enable_ignored);
+  ASSERT_TRUE(xdotool("keyup Shift_L"));
+}
+
+}  // namespace
+}  // namespace knuckle::console::window

@@ -1,0 +1,131 @@
+// Between pixels and the machine's plane, and what the mouse does to the view.
+#include "app/console/picture/camera.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "machine/load.h"
+#include "machine/pose.h"
+
+namespace knuckle::console::window {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr unsigned kSeed = 21;
+const picture::Viewport kWindow{.width_px = 1280, .height_px = 800};
+
+MachineDescription machine() {
+  return load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+}
+
+bool inside(const Vector2d& pixel, const picture::Viewport& viewport) {
+  return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= viewport.width_px && pixel.y() <= viewport.height_px;
+}
+
+void expect_round_trip(const picture::Camera& camera, const picture::Viewport& viewport, const Vector2d& pixel) {
+  const auto point = picture::plane_point(camera, viewport, pixel);
+  ASSERT_TRUE(point);
+  const auto back = picture::pixel_of(camera, viewport, Vector3d(point->x(), 0, point->y()));
+  ASSERT_TRUE(back);
+  EXPECT_NEAR((*back - pixel).norm(), 0, 1e-6) << "seed " << kSeed;
+}
+
+TEST(Camera, APixelOfTheMachinesPlaneIsFoundAgain) {
+  std::mt19937 random(kSeed);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const picture::Camera side = picture::side_camera(machine()), first = picture::orbit_camera(machine());
+  for (int run = 0; run < 500; ++run) {
+    const picture::Viewport viewport{.width_px = 300 + run, .height_px = 900 - run};
+    const Vector2d pixel(uniform(0, viewport.width_px), uniform(0, viewport.height_px));
+    expect_round_trip(side, viewport, pixel);
+    picture::Camera orbit = first;
+    orbit.yaw_rad = uniform(-0.7, 0.7);
+    orbit.pitch_rad = uniform(0.1, 0.6);
+    expect_round_trip(picture::zoomed(orbit, uniform(-5, 5)), viewport, pixel);
+  }
+}
+
+TEST(Camera, SideViewShowsForwardRightAndUpUp) {
+  const picture::Camera camera = picture::side_camera(machine());
+  const Vector2d origin = *picture::pixel_of(camera, kWindow, Vector3d::Zero());
+  EXPECT_GT(picture::pixel_of(camera, kWindow, Vector3d(1, 0, 0))->x(), origin.x() + 50);
+  EXPECT_LT(picture::pixel_of(camera, kWindow, Vector3d(0, 0, 1))->y(), origin.y() - 50);
+  EXPECT_NEAR((*picture::pixel_of(camera, kWindow, Vector3d(0, 5, 0)) - origin).norm(), 0, 1e-9) << "no perspective";
+}
+
+TEST(Camera, SideViewHoldsTheWholeReachInWindowsOfAnyShape) {
+  const MachineDescription m = machine();
+  const picture::Camera camera = picture::side_camera(m);
+  const LinkDescription *boom = &m.links[kBoom], *arm = &m.links[kArm], *bucket = &m.links[kBucket];
+  for (const picture::Viewport& viewport : {kWindow, picture::Viewport{.width_px = 400, .height_px = 900},
+                                            picture::Viewport{.width_px = 2000, .height_px = 300}})
+    for (double q1 : {boom->min_rad, 0.3, boom->max_rad})
+      for (double q2 : {arm->min_rad, -1.5, arm->max_rad})
+        for (double q3 : {bucket->min_rad, -1.0, bucket->max_rad}) {
+          const PlanarVector tip = pose_of(m, {q1, q2, q3}).tip_m;
+          EXPECT_TRUE(inside(*picture::pixel_of(camera, viewport, Vector3d(tip.x(), 0, tip.y())), viewport))
+              << tip.transpose();
+        }
+}
+
+TEST(Camera, OrbitFirstShowsTheMachineAndWhereItWorks) {
+  const MachineDescription m = machine();
+  const picture::Camera camera = picture::orbit_camera(m);
+  for (const Vector3d& point :
+       {Vector3d(-1.6, -0.5, -0.8), Vector3d(-1.6, 0.5, 1.3), Vector3d(2.8, 0, 0.5), Vector3d(2.3, -1, -0.8)})
+    EXPECT_TRUE(inside(*picture::pixel_of(camera, kWindow, point), kWindow)) << point.transpose();
+}
+
+TEST(Camera, AnOrbitStaysAboveTheGroundAndInSightHoweverTheMouseIsMoved) {
+  const MachineDescription m = machine();
+  picture::Camera camera = picture::orbit_camera(m);
+  std::mt19937 random(kSeed);
+  std::uniform_real_distribution<double> drag(-2000, 2000);
+  for (int run = 0; run < 1000; ++run) {
+    camera = picture::turned(camera, {drag(random), drag(random)}, kWindow);
+    camera = picture::shifted(camera, {drag(random), drag(random)}, kWindow);
+    camera = picture::zoomed(camera, drag(random) / 100);
+    EXPECT_GT(camera.pitch_rad, 0);
+    EXPECT_LT(camera.pitch_rad, 1.5);
+    EXPECT_LE(std::abs(camera.yaw_rad), 3.15);
+    EXPECT_LE(camera.target_m.cwiseAbs().maxCoeff(), reach_m(m));
+    EXPECT_GE(camera.distance_m, 0.4 * reach_m(m));
+    EXPECT_LE(camera.distance_m, 7 * reach_m(m));
+    EXPECT_TRUE(picture::view_projection(camera, kWindow).allFinite());
+  }
+}
+
+TEST(Camera, TheMouseTakesWhatItHoldsAlong) {
+  const picture::Camera camera = picture::orbit_camera(machine());
+  const Vector3d front(0.7, -0.5, 0);  // near the target, on the camera's side
+  const Vector2d before = *picture::pixel_of(camera, kWindow, front);
+  EXPECT_GT(picture::pixel_of(picture::turned(camera, {40, 0}, kWindow), kWindow, front)->x(), before.x());
+  const Vector2d target = *picture::pixel_of(camera, kWindow, camera.target_m);
+  const Vector2d moved = *picture::pixel_of(picture::shifted(camera, {30, 20}, kWindow), kWindow, camera.target_m);
+  EXPECT_NEAR((moved - target - Vector2d(30, 20)).norm(), 0, 2);
+  EXPECT_LT(picture::zoomed(camera, 1).distance_m, camera.distance_m);
+}
+
+TEST(Camera, ASideViewDoesNotMove) {
+  const picture::Camera camera = picture::side_camera(machine());
+  const picture::Camera after =
+      picture::zoomed(picture::shifted(picture::turned(camera, {50, 50}, kWindow), {50, 50}, kWindow), 3);
+  EXPECT_EQ(picture::view_projection(camera, kWindow), picture::view_projection(after, kWindow));
+}
+
+TEST(Camera, NoPointOfThePlaneIsUnderAPixelOfTheSky) {
+  picture::Camera camera = picture::orbit_camera(machine());
+  camera.yaw_rad = -1.2;
+  EXPECT_FALSE(picture::plane_point(camera, kWindow, {1279, 400})) << "looks past the plane";
+  EXPECT_FALSE(picture::pixel_of(camera, kWindow, Vector3d(-100, 0, 0))) << "behind the camera";
+}
+
+}  // namespace
+}  // namespace knuckle::console::window

@@ -1,0 +1,263 @@
+// `knuckle console` as a program: what it refuses, in one line, and what its Stop does.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "app/console/console_host.h"
+#include "tests/console/window/canned_console.h"
+#include "tests/console/window/virtual_display.h"
+
+namespace knuckle::console::window {
+namespace {
+
+struct Ended {
+  int code = -1;
+  std::string said;
+};
+
+/// @param environment such as "DISPLAY= KNUCKLE_FONT_DIR=/nowhere".
+Ended console(const std::string& environment, const std::string& options) {
+  const std::string command = "env " + environment + " " KNUCKLE_BINARY " console " + options + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  Ended ended;
+  std::array<char, 256> part{};
+  while (std::fgets(part.data(), part.size(), pipe) != nullptr) ended.said += part.data();
+  ended.code = WEXITSTATUS(pclose(pipe));
+  return ended;
+}
+
+void expect_refused(const Ended& ended, const std::string& because) {
+  EXPECT_EQ(ended.code, 2) << ended.said;
+  EXPECT_EQ(std::count(ended.said.begin(), ended.said.end(), '\n'), 1) << ended.said;
+  EXPECT_NE(ended.said.find(because), std::string::npos) << ended.said;
+}
+
+TEST(ConsoleCommand, SaysInOneLineThatThereIsNoDisplay) {
+  expect_refused(console("-u DISPLAY -u WAYLAND_DISPLAY", "--simulate"), "no display");
+  expect_refused(console("DISPLAY=:9999", "--simulate"), "no display");
+}
+
+TEST(ConsoleCommand, SaysInOneLineThatAFontIsMissing) {
+  expect_refused(console("KNUCKLE_FONT_DIR=/nowhere", "--simulate"), "/nowhere/B612-Regular.otf is missing");
+  expect_refused(console("KNUCKLE_FONT_DIR=" KNUCKLE_SOURCE_DIR, "--simulate"), "B612-Regular.otf is missing");
+}
+
+TEST(ConsoleCommand, SaysInOneLineThatOpenGlIsMissing) {
+  const VirtualDisplay display("1280x800", {"-extension", "GLX"});
+  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  expect_refused(console("", "--simulate"), "OpenGL 3.3 is missing");
+}
+
+TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
+  expect_refused(console("", ""), "--simulate and --connect");
+  expect_refused(console("", "--simulate --connect 127.0.0.1:5683"), "--simulate and --connect");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --machine solar015"), "--insecure");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure"), "--machine");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --demo"), "--demo");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --scenario dismantle"),
+                 "--scenario: goes with --simulate");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --seed 1"),
+                 "--seed: goes with --simulate");
+  expect_refused(console("", "--simulate --insecure"), "--insecure: goes with --connect");
+  expect_refused(console("", "--simulate --demo --device hid"), "--device hid: has no part in --demo");
+  expect_refused(console("", "--simulate --scenario link_faults"), "schedules faults");
+  expect_refused(console("", "--simulate --demo --scenario recorded_dig_soil"),
+                 "follows a recorded motion: run it with");
+  expect_refused(console("", "--simulate --size 640x480"), "1280x720");
+  expect_refused(console("", "--simulate --scale 9"), "--scale");
+  expect_refused(console("", "--simulate --screen nowhere"), "--screen");
+  expect_refused(console("", "--simulate --device mouse"), "--device");
+  expect_refused(console("", "--simulate --scenario nowhere"), "nowhere");
+  expect_refused(console("", "--simulate --loss 2"), "--loss");
+}
+
+TEST(ConsoleCommand, RefusesAGamepadThatIsNotThere) {
+  const VirtualDisplay display("1280x800");
+  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  expect_refused(console("", "--simulate --device gamepad"), "no gamepad is there");
+}
+
+/// Whoever reads the log is away for longer than the loop keeps frames.
+TEST(DeepConsoleCommand, SaysHowManyFramesAreMissingInALogThatCouldNotBeWritten) {
+  const VirtualDisplay display("1280x800");
+  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  const std::string pipe = testing::TempDir() + "console_log_" + std::to_string(getpid());
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::thread reader([&pipe] {
+    std::ifstream in(pipe);
+    std::this_thread::sleep_for(std::chrono::seconds(40));
+    for (std::string line; std::getline(in, line);) {
+    }
+  });
+  const Ended ended = console("", "--simulate --duration 5 --candump " + pipe);
+  reader.join();
+  std::filesystem::remove(pipe);
+  EXPECT_EQ(ended.code, 0) << ended.said;
+  EXPECT_NE(ended.said.find(" frames are missing"), std::string::npos) << ended.said;
+}
+
+/// A led session, on virtual time behind a real window.
+class LedConsole : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!display_.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+    session::SimulateOptions options;
+    options.scenario = "wall_contact";
+    host_ = std::make_unique<ConsoleHost>(options, LiveSession::Led::kByScenario, nullptr, nullptr);
+    window_ = std::make_unique<ConsoleWindow>(WindowOptions{.full_speed = true}, canned_facts());
+    for (; host_->view().machine.mode != Mode::kEngaged && at_s_ < 20;) run(0.1);
+    run(0.5);
+    ASSERT_EQ(host_->view().machine.mode, Mode::kEngaged);
+  }
+  void run(double seconds) { host_->skip_to(at_s_ += seconds); }
+  void frame() {
+    window_->frame(host_->view(), host_->health(), events_, 0);
+    window_->show();
+    host_->put(window_->input(host_->now()));
+  }
+  void expect_stopped() {
+    run(0.6);
+    EXPECT_EQ(host_->view().machine.mode, Mode::kFault);
+    EXPECT_EQ(host_->view().machine.fault.code, ReasonCode::kOperatorStop);
+    EXPECT_EQ(host_->view().status.valve_command, JointVector(JointVector::Zero()));
+    EXPECT_LT(host_->view().status.spool.cwiseAbs().maxCoeff(), 0.05);
+  }
+
+  VirtualDisplay display_{"1280x800"};
+  std::unique_ptr<ConsoleHost> host_;
+  std::unique_ptr<ConsoleWindow> window_;
+  EventBook events_;
+  double at_s_ = 0;
+};
+
+TEST_F(LedConsole, StopKeyTakesTheMachineToNeutralAndStaysUntilReleased) {
+  frame();
+  ASSERT_TRUE(xdotool("key space"));
+  frame();
+  frame();
+  expect_stopped();
+  EXPECT_TRUE(window_->state().stop);
+  ASSERT_TRUE(xdotool("key ctrl+BackSpace"));
+  frame();
+  frame();
+  EXPECT_FALSE(window_->state().stop);
+}
+
+TEST_F(LedConsole, StopKeyActsWhateverElseIsHeld) {
+  for (const char* held : {"ctrl", "shift", "ctrl+shift+alt"}) {
+    window_->state().stop = false;
+    frame();
+    ASSERT_TRUE(xdotool(std::string("key ") + held + "+space"));
+    frame();
+    frame();
+    EXPECT_TRUE(window_->state().stop) << held;
+  }
+}
+
+TEST_F(LedConsole, ASecondClickWhereStopIsDoesNotReleaseIt) {
+  for (const int x : {1060, 1150, 1250}) {
+    window_->state().stop = false;
+    frame();
+    for (int click = 0; click < 2; ++click) {
+      ASSERT_TRUE(xdotool("mousemove " + std::to_string(x) + " 740 mousedown 1"));
+      for (int i = 0; i < 3; ++i) frame();
+      ASSERT_TRUE(xdotool("mouseup 1"));
+      for (int i = 0; i < 3; ++i) frame();
+      EXPECT_TRUE(window_->state().stop) << x;
+    }
+  }
+}
+
+TEST_F(LedConsole, EnableHeldWhileItsGamepadWasGoneHasNotBeenPressed) {
+  constexpr std::size_t kRightBumper = 5;
+  const auto enabled = [this](std::optional<bool> bumper) {
+    std::optional<GamepadState> pad;
+    if (bumper) pad.emplace().buttons[kRightBumper] = *bumper;
+    window_->take_gamepad(pad);
+    return window_->input(Time{}).hand.enable;
+  };
+  EXPECT_FALSE(enabled(true)) << "held from before";
+  EXPECT_FALSE(enabled(false));
+  EXPECT_TRUE(enabled(true));
+  EXPECT_FALSE(enabled(std::nullopt));
+  EXPECT_FALSE(enabled(false)) << "plugged in again with the finger on it, not yet reported";
+  EXPECT_FALSE(enabled(true));
+  EXPECT_FALSE(enabled(false));
+  EXPECT_TRUE(enabled(true));
+}
+
+TEST_F(LedConsole, StopButtonActsOnEveryScreenWhereItIs) {
+  for (int screen = 1; screen <= 6; ++screen) {
+    window_->state().stop = false;
+    frame();
+    ASSERT_TRUE(xdotool("key F" + std::to_string(screen) + " mousemove 1150 740 mousedown 1"));
+    for (int i = 0; i < 3; ++i) frame();
+    EXPECT_TRUE(window_->state().stop) << "screen " << screen;
+    ASSERT_TRUE(xdotool("mouseup 1 mousemove 500 5"));
+    for (int i = 0; i < 3; ++i) frame();
+  }
+  expect_stopped();
+}
+
+TEST_F(LedConsole, StopKeyActsWhileTextIsTyped) {
+  window_->state().screen = screens::Screen::kEvents;
+  frame();
+  ASSERT_TRUE(xdotool("mousemove 540 140 click 1"));
+  for (int i = 0; i < 3; ++i) frame();
+  ASSERT_TRUE(xdotool("key a space b"));
+  for (int i = 0; i < 4; ++i) frame();
+  EXPECT_TRUE(window_->state().stop);
+  EXPECT_STREQ(window_->state().events.text.data(), "ab");
+}
+
+TEST(ConsoleKeyboard, DrivesTheSimulatedMachine) {
+  const VirtualDisplay display("1280x800");
+  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  session::SimulateOptions options;
+  options.scenario = "free_motion";
+  ConsoleHost host(options, LiveSession::Led::kByPerson, nullptr, nullptr);
+  ConsoleWindow window({}, canned_facts());
+  EventBook events;
+  host.begin();
+  const auto frame = [&] {
+    window.frame(host.view(), host.health(), events, host.view_age_s());
+    window.show();
+    host.put(window.input(host.now()));
+  };
+  bool leads = false;
+  const auto until = [&](const auto& reached) {
+    constexpr int kMostFrames = 1800;  // half a minute at least; the pace is the loop's
+    for (int i = 0; i < kMostFrames && !reached(); ++i) {
+      frame();
+      if (!leads || !host.view().input.release_enable) continue;
+      // The computer stood still for so long that what is held counts no more: pressed again, as a person would.
+      EXPECT_TRUE(xdotool("keyup shift"));
+      frame();
+      EXPECT_TRUE(xdotool("keydown shift"));
+    }
+    return reached();
+  };
+  const auto mode_is = [&host](Mode mode) { return [&host, mode] { return host.view().machine.mode == mode; }; };
+  ASSERT_TRUE(until(mode_is(Mode::kReady)));
+  leads = true;
+  ASSERT_TRUE(xdotool("keydown shift"));
+  ASSERT_TRUE(until(mode_is(Mode::kEngaged))) << name(host.view().machine.blocking.code);
+  const double boom_rad = host.view().machine.position_rad[kBoom];
+  constexpr double kSeen_rad = 0.05;
+  ASSERT_TRUE(xdotool("keydown q"));
+  EXPECT_TRUE(until([&] { return host.view().machine.position_rad[kBoom] > boom_rad + kSeen_rad; }));
+  leads = false;
+  ASSERT_TRUE(xdotool("keyup q keyup shift"));
+  EXPECT_TRUE(until(mode_is(Mode::kReady))) << "enable was let go of";
+}
+
+}  // namespace
+}  // namespace knuckle::console::window

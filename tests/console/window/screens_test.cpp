@@ -1,0 +1,123 @@
+// The console's screens in a real window: reached by keys, compared with pictures that somebody has looked at.
+// KNUCKLE_WRITE_GOLDENS=1 writes those (scripts/console-pictures --goldens).
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/console/window/canned_console.h"
+#include "tests/console/window/virtual_display.h"
+
+namespace knuckle::console::window {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Share of the pixels that differ by more than a driver's smoothing of edges does, by ImageMagick; 1 where the two
+/// cannot be compared.
+double picture_error(const std::string& a, const std::string& b, double pixels) {
+  const std::string command = "compare -metric AE -fuzz 10% '" + a + "' '" + b + "' null: 2>&1";
+  std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  std::array<char, 256> line{};
+  double different = pixels;
+  if (pipe && std::fgets(line.data(), line.size(), pipe.get()) != nullptr)
+    if (std::sscanf(line.data(), "%lf", &different) != 1) ADD_FAILURE() << line.data();
+  return different / pixels;
+}
+
+struct Shot {
+  std::string name, size = "1280x800";
+  float scale = 1;
+  bool light = false;
+  std::vector<std::string> keys{};
+  double silence_s = 0.004;  ///< Since the machine was heard.
+  double view_age_s = 0;     ///< Since the loop told anything.
+  void (*prepare)(ConsoleView&, screens::UiState&) = [](ConsoleView&, screens::UiState&) {};
+};
+void by_scenario(ConsoleView& view, screens::UiState&) {
+  view.led_by_scenario = true;
+  view.hand.assist = {2500, true};
+}
+void asked_for_more(ConsoleView& view, screens::UiState& state) {
+  view.hand.assist = {1500, true};
+  state.scales_chosen = true;
+  state.position_scale = 12.5F;
+  state.force_scale = 2000;
+  state.assist = {0, true};
+}
+void PrintTo(const Shot& shot, std::ostream* out) {
+  *out << shot.name;
+}
+
+class Screens : public testing::TestWithParam<Shot> {
+ protected:
+  static constexpr double kTolerance = 1e-3;  // 1024 pixels of 1280x800: a few words
+
+  void SetUp() override {
+    display_ = std::make_unique<VirtualDisplay>(GetParam().size);
+    if (!display_->up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  }
+  std::unique_ptr<VirtualDisplay> display_;
+};
+
+TEST_P(Screens, AreReachedByKeysAndLookAsTheyDid) {
+  const Shot& shot = GetParam();
+  WindowOptions options{.scale = shot.scale, .light = shot.light, .full_speed = true};
+  ASSERT_EQ(std::sscanf(shot.size.c_str(), "%dx%d", &options.width, &options.height), 2);
+  ConsoleWindow console(options, canned_facts());
+  console.hold_steady();
+  console.show_world(canned_world());
+  ConsoleView view = canned_view();
+  view.link.silence_s = view.status_age_s = shot.silence_s;
+  screens::SimulationChoice& choice = console.state().simulation;
+  choice.delay_ms = 10;
+  choice.scenario = 1;
+  console.state().running = choice;
+  shot.prepare(view, console.state());
+  const LoopHealth loop = canned_loop();
+  EventBook events;
+  fill(events);
+  with_history(view, [&](const ConsoleView& v) { console.watch(v); });
+  const auto frames = [&](int n) {
+    for (int i = 0; i < n; ++i) {
+      console.frame(view, loop, events, shot.view_age_s);
+      if (i + 1 < n) console.show();
+    }
+  };
+  frames(3);
+  for (const std::string& key : shot.keys) {
+    ASSERT_TRUE(xdotool("key " + key));
+    console.show();
+    frames(3);
+  }
+  const fs::path golden = fs::path(KNUCKLE_SOURCE_DIR) / "tests/console/window/golden" / (shot.name + ".png");
+  const fs::path now = fs::temp_directory_path() / ("knuckle-console-" + shot.name + ".png");
+  if (std::getenv("KNUCKLE_WRITE_GOLDENS") != nullptr) return console.write_png(golden);
+  console.write_png(now);
+  EXPECT_LE(picture_error(golden, now, double(options.width) * options.height), kTolerance)
+      << now << " is not as " << golden;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Console, Screens,
+    testing::Values(
+        Shot{.name = "operate", .keys = {}}, Shot{.name = "link", .keys = {"F2"}},
+        Shot{.name = "real_time", .keys = {"F3"}}, Shot{.name = "hydraulics", .keys = {"F4"}},
+        Shot{.name = "calibrate", .keys = {"F5"}}, Shot{.name = "events", .keys = {"F6"}},
+        Shot{.name = "help", .keys = {"F12"}}, Shot{.name = "stopped", .keys = {"space"}},
+        Shot{.name = "operate_light_imperial", .keys = {"F9", "F10"}},
+        Shot{.name = "link_light", .light = true, .keys = {"F2"}}, Shot{.name = "operate_stale", .silence_s = 1.24},
+        Shot{.name = "hydraulics_stale", .keys = {"F4"}, .silence_s = 1.24},
+        Shot{.name = "operate_by_scenario", .prepare = by_scenario},
+        Shot{.name = "operate_asked", .light = true, .prepare = asked_for_more},
+        Shot{.name = "stopped_unheard", .size = "1280x720", .light = true, .keys = {"space"}, .silence_s = 1.24},
+        Shot{.name = "loop_silent", .keys = {}, .view_age_s = 3.1}, Shot{.name = "operate_720", .size = "1280x720"},
+        Shot{.name = "operate_4k", .size = "3840x2160", .scale = 2}),
+    [](const auto& shot) { return shot.param.name; });
+
+}  // namespace
+}  // namespace knuckle::console::window

@@ -1,0 +1,328 @@
+// What the console shows of a machine it does not hear, or of a loop that stands still: nothing old passes for new.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "app/console/screens/banner.h"
+#include "app/console/screens/payload_total.h"
+#include "app/console/screens/screens.h"
+#include "app/console/widgets/history.h"
+#include "app/console/window/console_program.h"
+#include "tests/console/window/canned_console.h"
+
+namespace knuckle::console::window {
+namespace {
+
+bool says(const std::string& text, const std::string& words) {
+  return text.find(words) != std::string::npos;
+}
+
+ConsoleView unheard_view() {
+  ConsoleView view = canned_view();
+  view.link.silence_s = 1.24;
+  return view;
+}
+
+TEST(BannerReason, TellsOfSilenceAlsoWhileStopIsPressed) {
+  EXPECT_TRUE(says(screens::banner_reason(unheard_view(), false, 0), "not been heard for 1.2 s"));
+  const std::string both = screens::banner_reason(unheard_view(), true, 0);
+  EXPECT_TRUE(says(both, "Stop is pressed") && says(both, "not been heard for 1.2 s") && says(both, "E-stop")) << both;
+  ConsoleView never = canned_view();
+  never.link.heard = false;
+  const std::string nobody = screens::banner_reason(never, true, 0);
+  EXPECT_TRUE(says(nobody, "Stop is pressed") && says(nobody, "nothing heard")) << nobody;
+}
+
+TEST(BannerReason, TakesStopForDoneOnlyWhenTheMachineLeadsNoMore) {
+  ConsoleView view = canned_view();
+  for (const Mode mode : {Mode::kReady, Mode::kAligning, Mode::kEngaged, Mode::kHold}) {
+    view.machine.mode = mode;
+    EXPECT_TRUE(says(screens::banner_reason(view, true, 0), "not confirmed")) << name(mode);
+  }
+  view.machine.mode = Mode::kFault;
+  EXPECT_TRUE(says(screens::banner_reason(view, true, 0), "release it")) << screens::banner_reason(view, true, 0);
+}
+
+TEST(BannerReason, SaysBesideAnOldCauseWhatThereIsToDoNow) {
+  ConsoleView view = canned_view();
+  view.machine.mode = Mode::kEStop;
+  view.machine.fault = view.machine.blocking = {ReasonCode::kEmergencyStop, 0, 0, 0};
+  EXPECT_EQ(screens::banner_reason(view, false, 0), text(view.machine.fault)) << "while the cause is there";
+  view.machine.blocking = {ReasonCode::kReleaseToRecover, 0, 0, 0};
+  const std::string gone = screens::banner_reason(view, false, 0);
+  EXPECT_TRUE(says(gone, text(view.machine.fault)) && says(gone, text(view.machine.blocking))) << gone;
+  view.input.release_enable = true;
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "let go of enable first"));
+}
+
+TEST(BannerReason, TellsOfALoopThatStandsStillInsteadOfTheLastReason) {
+  for (const bool stop : {false, true}) {
+    for (const ConsoleView& view : {canned_view(), unheard_view()}) {
+      const std::string reason = screens::banner_reason(view, stop, 3.1);
+      EXPECT_TRUE(says(reason, "own loop has stood still for 3.1 s")) << reason;
+      EXPECT_EQ(says(reason, "Stop is pressed"), stop) << reason;
+    }
+  }
+  EXPECT_EQ(screens::banner_reason(canned_view(), false, 0.05), "the machine follows the hand");
+}
+
+TEST(BannerReason, SaysWhatToDoWithTheInputInUse) {
+  ConsoleView view = canned_view();
+  view.machine.mode = Mode::kReady;
+  for (const ReasonCode code : {ReasonCode::kNoPresence, ReasonCode::kEnableNotPressed}) {
+    view.machine.blocking = {code};
+    view.led_by_scenario = false;
+    EXPECT_TRUE(says(screens::banner_reason(view, false, 0, {screens::HandSource::kKeyboard}), "hold Shift"));
+    EXPECT_TRUE(says(screens::banner_reason(view, false, 0, {screens::HandSource::kGamepad}), "hold the right bumper"));
+    EXPECT_EQ(screens::banner_reason(view, false, 0, {screens::HandSource::kDevice}), text(view.machine.blocking));
+    view.led_by_scenario = true;
+    EXPECT_TRUE(says(screens::banner_reason(view, false, 0, {screens::HandSource::kKeyboard}), "scenario"));
+  }
+}
+
+TEST(BannerReason, SaysThatEnableDoesNotCountWhileTextIsTyped) {
+  ConsoleView view = canned_view();
+  view.machine.mode = Mode::kReady;
+  view.machine.blocking = {ReasonCode::kNoPresence};
+  screens::AtWindow person{screens::HandSource::kKeyboard, true, false};
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "hold Shift"));
+  person.enable_ignored = true;
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "while text is typed"));
+  person.typing = false;
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "let go of enable"));
+}
+
+TEST(BannerReason, SaysHowAPausedSessionGoesOnAndStopBeforeThat) {
+  ConsoleView view = canned_view();
+  view.paused = true;
+  for (const Mode mode : {Mode::kReady, Mode::kEngaged, Mode::kFault}) {
+    view.machine.mode = mode;
+    EXPECT_EQ(screens::banner_reason(view, false, 0), "paused: P goes on") << name(mode);
+    EXPECT_EQ(screens::banner_reason(view, true, 0).rfind("Stop is pressed", 0), 0U) << name(mode);
+  }
+  view.machine.mode = Mode::kEngaged;
+  EXPECT_TRUE(says(screens::banner_reason(view, true, 0), "press P"))
+      << "no machine confirms anything while its time stands";
+}
+
+TEST(BannerReason, TellsAMachinesSideThatHasEndedFromOneThatIsLost) {
+  ConsoleView view = unheard_view();
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "check the network"));
+  view.machine.mode = Mode::kOff;
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "machine's side has ended"))
+      << screens::banner_reason(view, false, 0);
+  EXPECT_FALSE(says(screens::banner_reason(view, false, 0), "network"));
+  view.link.heard = false;
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "another operator"));
+}
+
+TEST(Freshness, IsNoneOfMuteSensorsThoughTheMachinesSideGoesOnSending) {
+  ConsoleView view = canned_view();
+  view.machine.sent_at = Time(10s);
+  view.machine.sensor_at = Time(10s) - 8ms;
+  EXPECT_FALSE(screens::measured_freshness(view).stale());
+  view.machine.sensor_at = Time(10s) - 300ms;
+  EXPECT_TRUE(screens::measured_freshness(view).stale());
+  EXPECT_FALSE(screens::machine_freshness(view).stale());
+  view.machine.sensor_at = kNever;
+  EXPECT_FALSE(screens::measured_freshness(view).heard);
+}
+
+ConsoleHost host_of(const char* scenario) {
+  session::SimulateOptions options;
+  options.scenario = scenario;
+  return ConsoleHost(options, LiveSession::Led::kByPerson, nullptr, nullptr);
+}
+
+TEST(SessionChoice, BeginsWithTheScenariosOwnLinkAndAssist) {
+  screens::UiState state;
+  show_session(state, host_of("wall_contact"));
+  EXPECT_FLOAT_EQ(state.simulation.delay_ms, 10);
+  EXPECT_EQ(state.simulation, state.running);
+  EXPECT_FALSE(state.assist.stop_on_object);
+  state.simulation.scenario = 1;
+  show_session(state, host_of("buried_pipe"));
+  EXPECT_FLOAT_EQ(state.simulation.delay_ms, 1);
+  EXPECT_TRUE(state.assist.stop_on_object);
+  state.assist.stop_on_object = false;  // the person's, from now on
+  show_session(state, host_of("buried_pipe"));
+  EXPECT_FALSE(state.assist.stop_on_object);
+}
+
+TEST(SessionChoice, LeavesTheLinkToScenarioAndCommandLineUntilThePersonMovesASlider) {
+  screens::SimulationChoice choice;
+  choice.scenario = 1;
+  choice.delay_ms = 30;
+  choice.loss_percent = 2;
+  session::SimulateOptions asked;
+  EXPECT_FALSE(next_session(asked, choice, canned_facts()).delay_ms);
+  EXPECT_EQ(next_session(asked, choice, canned_facts()).scenario, "wall_contact");
+  asked.delay_ms = 5;
+  EXPECT_EQ(next_session(asked, choice, canned_facts()).delay_ms, 5);
+  choice.link_chosen = true;
+  EXPECT_EQ(next_session(asked, choice, canned_facts()).delay_ms, 30);
+  EXPECT_DOUBLE_EQ(next_session(asked, choice, canned_facts()).loss.value_or(0), 0.02);
+}
+
+TEST(ConfidenceWords, AreThoseOfTheMachinesSideAndNotGuessedAt) {
+  ConsoleView view = canned_view();
+  EXPECT_EQ(screens::confidence_words(view),
+            "standing: friction hides small forces, still learning this machine's free motion");
+  view.status.force_doubts = 0;
+  EXPECT_EQ(screens::confidence_words(view), "nothing in the way");
+  std::string before;
+  for (unsigned bit = 1; bit <= 0x80; bit <<= 1) {
+    view.status.force_doubts = static_cast<std::uint8_t>(bit);
+    EXPECT_FALSE(says(screens::confidence_words(view), "nothing")) << bit;
+    EXPECT_NE(screens::confidence_words(view), before) << bit;
+    before = screens::confidence_words(view);
+  }
+  view.status_age_s = 3;
+  EXPECT_EQ(screens::confidence_words(view), "the machine does not tell why");
+}
+
+TEST(Freshness, GrowsOldWithTheLoopsView) {
+  const widgets::Freshness fresh{.heard = true, .age_s = 0.1, .limit_s = 0.25};
+  EXPECT_FALSE(fresh.after(0.1).stale());
+  EXPECT_TRUE(fresh.after(0.2).stale());
+  EXPECT_DOUBLE_EQ(fresh.after(0.2).age_s, 0.3);
+}
+
+class HistoryOfSixtyFrames : public testing::Test {
+ protected:
+  /// One second of frames, 60 each.
+  void run(bool machine_known, bool status_known) {
+    for (int i = 0; i < 60; ++i) {
+      view_.now += 16'666'667ns;
+      history_.watch(view_, kinematics_, machine_known, status_known);
+    }
+  }
+  /// How many of the newest second's samples are known.
+  template <typename Value>
+  int known(const Value& value) const {
+    int n = 0;
+    for (std::size_t i = 0; i < 20; ++i) n += std::isfinite(value(history_.ago(i))) ? 1 : 0;
+    return n;
+  }
+  static float command(const widgets::History::Sample& s) { return s.command[kArm]; }
+  static float speed(const widgets::History::Sample& s) { return s.cylinder_mps[kArm]; }
+  static float energy(const widgets::History::Sample& s) { return s.hand_energy_J; }
+
+  Kinematics kinematics_{canned_facts().machine};
+  ConsoleView view_ = canned_view();
+  widgets::History history_;
+};
+
+TEST_F(HistoryOfSixtyFrames, HasTwentySamplesASecondAndKnowsThemAll) {
+  run(true, true);
+  EXPECT_NEAR(static_cast<double>(history_.size()), 20, 1);
+  EXPECT_FLOAT_EQ(history_.ago(0).command[kArm], -0.62F);
+  EXPECT_EQ(known(command), 20);
+  EXPECT_EQ(known(speed), 20);
+}
+
+TEST_F(HistoryOfSixtyFrames, KnowsNothingOfAMachineThatIsNotHeard) {
+  run(true, true);
+  run(false, true);
+  EXPECT_EQ(known(speed), 0);
+  EXPECT_EQ(known(command), 20);
+  run(true, false);
+  EXPECT_EQ(known(speed), 20);
+  EXPECT_EQ(known(command), 0);
+  EXPECT_EQ(known(energy), 20) << "the hand is on this side";
+}
+
+TEST_F(HistoryOfSixtyFrames, LeavesOpenWhatNobodyLookedAtAndBeginsAnewWithTheSession) {
+  run(true, true);
+  view_.now += 500ms;
+  history_.watch(view_, kinematics_, true, true);
+  EXPECT_EQ(known(energy), 20 - 9) << "half a second without a view, but its last step";
+  view_.now += 150ms;
+  history_.watch(view_, kinematics_, true, true);
+  EXPECT_EQ(known(energy), 20 - 9) << "a window that draws slowly holds its values";
+  view_.now = Time(50ms);
+  history_.watch(view_, kinematics_, true, true);
+  EXPECT_EQ(history_.size(), 1U);
+}
+
+TEST(PayloadKnown, OnlyWhereItSaysMoreThanItsDoubt) {
+  constexpr double kFull_kg = 150;
+  const auto known = [](double kg, double sigma_kg) {
+    SlaveMessage machine;
+    machine.payload_kg = kg;
+    machine.payload_sigma_kg = sigma_kg;
+    return screens::payload_is_known(machine, kFull_kg);
+  };
+  EXPECT_TRUE(known(44.6, 2.3));
+  EXPECT_TRUE(known(-0.4, 2.3)) << "an empty bucket";
+  EXPECT_FALSE(known(0, 300)) << "nothing learnt yet";
+  EXPECT_FALSE(known(312, 1070)) << "pressed against a wall";
+  EXPECT_FALSE(known(7, 8));
+  EXPECT_TRUE(known(9, 8));
+}
+
+class Payload : public testing::Test {
+ protected:
+  void carry(double kg, double sigma_kg, Duration time) {
+    machine_.payload_kg = kg;
+    machine_.payload_sigma_kg = sigma_kg;
+    for (const Time end = now_ + time; now_ < end; now_ += 100ms) total_.watch(machine_, now_);
+  }
+  screens::PayloadTotal total_{10};
+  SlaveMessage machine_;
+  Time now_{};
+};
+
+TEST_F(Payload, CountsEachLoadOnceWhenItIsLetGoAsItWasKnownBest) {
+  carry(0, 2, 3s);
+  carry(38, 4, 1s);
+  carry(40, 1.5, 3s);
+  carry(43, 3, 1s);
+  EXPECT_EQ(total_.loads(), 0);
+  carry(0, 2, 4s);
+  EXPECT_EQ(total_.loads(), 1);
+  EXPECT_DOUBLE_EQ(total_.total_kg(), 40);
+  carry(25, 2, 3s);
+  carry(0, 2, 3s);
+  EXPECT_EQ(total_.loads(), 2);
+  EXPECT_DOUBLE_EQ(total_.total_kg(), 65);
+}
+
+TEST_F(Payload, AShortSpikeIsNoLoadNorPartOfALaterOne) {
+  carry(0, 2, 3s);
+  carry(60, 0.5, 300ms);
+  carry(0, 2, 3s);
+  EXPECT_EQ(total_.loads(), 0);
+  carry(25, 2, 3s);
+  carry(0, 2, 3s);
+  EXPECT_EQ(total_.loads(), 1);
+  EXPECT_DOUBLE_EQ(total_.total_kg(), 25);
+}
+
+TEST_F(Payload, IsNoTwoLoadsWhereItWasUnknownInBetween) {
+  carry(40, 2, 3s);
+  carry(0, 200, 3s);  // the machine's side weighs anew
+  carry(40, 2, 3s);
+  carry(0, 2, 3s);
+  EXPECT_EQ(total_.loads(), 1);
+  EXPECT_DOUBLE_EQ(total_.total_kg(), 40);
+}
+
+TEST_F(Payload, BooksNothingForTimeInWhichNothingWasHeard) {
+  carry(40, 2, 300ms);
+  now_ += 5s;
+  carry(40, 2, 300ms);
+  now_ += 5s;
+  carry(0, 2, 3s);
+  EXPECT_EQ(total_.loads(), 0) << "seen for no second on end";
+  carry(40, 2, 3s);
+  now_ += 5s;
+  carry(0, 2, 300ms);
+  EXPECT_EQ(total_.loads(), 0) << "an estimate that is light for a moment";
+  carry(0, 2, 1s);
+  EXPECT_EQ(total_.loads(), 1);
+}
+
+}  // namespace
+}  // namespace knuckle::console::window

@@ -1,0 +1,146 @@
+// The papers' experiments on the simulated machine: what comes out, and that the reports show the papers' tables and
+// figures.
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "app/identify/baseline_report.h"
+#include "core/error.h"
+#include "estimation/identification/kim.h"
+#include "estimation/identification/malaguti.h"
+#include "estimation/identification/static_poses.h"
+#include "machine/load.h"
+
+namespace knuckle::identify {
+namespace {
+
+const MachineDescription& machine() {
+  static const MachineDescription loaded = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  return loaded;
+}
+
+std::string page(const std::string& method, const BaselineData& data) {
+  std::ostringstream out;
+  write_baseline_report(method, machine(), data, out);
+  return out.str();
+}
+
+const JointVector kStart(0.3, -1.5, -0.9);
+
+BaselineRuns driven(const std::string& method, const sim::MachineTruth& truth) {
+  motion::MachineRun run(machine(), truth, {}, kStart, 1);
+  return run_baseline(method, machine(), run, 1);
+}
+
+void expect_all(const std::string& text, const std::vector<std::string>& parts) {
+  for (const std::string& part : parts) EXPECT_NE(text.find(part), std::string::npos) << part;
+}
+
+double ratio(const estimation::Identification& summary, const std::map<std::string, double>& truth,
+             const std::string& name) {
+  for (const estimation::IdentifiedParameter& p : summary.parameters) {
+    if (p.name == name) return p.value / truth.at(name);
+  }
+  return 0;
+}
+
+TEST(Baselines, SlowMotionFindsGravityAndAnEmptyBucketWithinTwoHundredNewton) {
+  const sim::MachineTruth truth = sim::draw_truth(machine(), 1);
+  const BaselineRuns runs = driven("kim", truth);
+  const BaselineData data{recordings(runs.identification),
+                          recordings(runs.verification),
+                          baseline_truth("kim", machine(), truth, runs),
+                          {}};
+  const estimation::KimResult result = identify_kim(machine(), data.identification);
+  ASSERT_TRUE(result.summary.usable);
+  EXPECT_NEAR(ratio(result.summary, data.truth, "m1 L_O1G1"), 1, 0.05);
+  EXPECT_NEAR(ratio(result.summary, data.truth, "m2 L_O2G2"), 1, 0.15);
+  EXPECT_NEAR(ratio(result.summary, data.truth, "m3 L_O3G3"), 1, 0.1);
+  double squares = 0, count = 0;
+  for (const PlanarVector& force : external_force(result, machine(), data.verification[0])) {
+    if (!force.allFinite()) continue;
+    squares += force.squaredNorm();
+    ++count;
+  }
+  EXPECT_LT(std::sqrt(squares / count), 100);
+  EXPECT_GT(std::sqrt(squares / count), 10);  // friction without Coulomb cannot be that good
+  const std::string text = page("kim", data);
+  expect_all(text, {">identified<", "Table 1: Estimation results", "N m/(deg/s)", "m<sub>3</sub> = 60.00 kg",
+                    "98.65 kg m, 11.48", "Figure 4", "Figure 5", "Figure 6", "Figure 7 (a)", "Figure 7 (b)", "Figure 8",
+                    "</svg>", "</html>"});
+}
+
+TEST(Baselines, RodNoiseIsWhatPullsTheInertiasOfTheFilteredRegressorDown) {
+  const std::vector<InertiaBias> bias = malaguti_bias(machine(), 4, 1);
+  ASSERT_EQ(bias.size(), 4U);
+  const auto &as_read = bias[0], &exact = bias[1], &noisy = bias[2], &repaired = bias[3];
+  EXPECT_LT(as_read.stick[0], 0.8);
+  EXPECT_LT(as_read.bucket[0], 0.8);
+  EXPECT_NEAR(exact.stick[0], 1, 0.15);
+  EXPECT_NEAR(exact.bucket[0], 1, 0.3);
+  EXPECT_LT(noisy.stick[0], 0.2);
+  EXPECT_LT(noisy.bucket[0], 0.2);
+  EXPECT_NEAR(repaired.stick[0], 1, 0.2);
+  EXPECT_EQ(as_read.intervals, 6);
+  EXPECT_LE(as_read.covered, 2);  // naive intervals do not tell
+}
+
+TEST(Baselines, DiggingInTheAirGivesTablesTwoAndThree) {
+  const sim::MachineTruth truth = sim::draw_truth(machine(), 1);
+  const BaselineRuns runs = driven("malaguti", truth);
+  const BaselineData data{recordings(runs.identification),
+                          recordings(runs.verification),
+                          baseline_truth("malaguti", machine(), truth, runs),
+                          {}};
+  const estimation::MalagutiResult result = identify_malaguti(machine(), data.identification);
+  ASSERT_TRUE(result.summary.usable);
+  EXPECT_NEAR(ratio(result.summary, data.truth, "phi_S1"), 1, 0.1);
+  EXPECT_NEAR(ratio(result.summary, data.truth, "phi_S3"), 1, 0.05);
+  const estimation::TorqueFit fit = torque_fit(compare_torque(result, machine(), data.verification[0]), 2);
+  EXPECT_LT(fit.nrmse[kArm], 0.15);
+  EXPECT_LT(fit.nrmse[kBucket], 0.15);
+  EXPECT_TRUE(std::isnan(fit.nrmse[kBoom]));
+  const std::string text = page("malaguti", data);
+  expect_all(text, {"Table 2: Parameter estimation in dynamic conditions", "φ<sub>D1</sub>, bucket J", "kg m/s^2",
+                    "Table 3", "26.7 %", "Figure 3", "Figure 4", "repaired", "</svg>"});
+}
+
+TEST(Baselines, FewPosesAreReportedAsNotUsable) {
+  const std::string text = page("static", {});
+  expect_all(text, {">not usable<", "0 poses at rest", "</html>"});
+  EXPECT_THROW((void)page("mean", {}), InputError);
+  EXPECT_THROW((void)driven("mean", sim::nominal_truth(machine())), InputError);
+}
+
+TEST(DeepBaselines, PosesAtRestGiveTheMomentsButForFrictionAndOffsets) {
+  const sim::MachineTruth truth = sim::draw_truth(machine(), 1);
+  const BaselineRuns runs = driven("static", truth);
+  const auto values = baseline_truth("static", machine(), truth, runs);
+  const estimation::StaticResult result = identify_static(machine(), recordings(runs.identification));
+  EXPECT_TRUE(result.summary.usable);
+  EXPECT_GE(result.poses, 150);
+  for (const estimation::IdentifiedParameter& p : result.summary.parameters) {
+    EXPECT_NEAR(p.value, values.at(p.name), 6) << p.name;  // 1 bar of offset is some 300 N of a cylinder
+    EXPECT_GT(p.sigma, 0.01) << p.name;
+  }
+  // Other poses, by the same rule: a torque to judge it by.
+  const auto torque = compare_torque(result, machine(), runs.verification.at(0).recording);
+  for (const int joint : {kArm, kBucket}) {
+    EXPECT_LT(torque_fit(torque, 0).nrmse[joint], 0.15);
+    EXPECT_GT(torque_fit(torque, 0).nrmse[joint], 0.01);  // friction is in the measured torque
+  }
+}
+
+TEST(Baselines, ProjectionOfAMachineWithoutCylinderMassIsItsOwnParameters) {
+  MachineDescription light = machine();
+  for (CylinderDescription& cylinder : light.cylinders) cylinder.body_mass_kg = cylinder.rod_mass_kg = 0.01;
+  light.bucket_linkage.rocker_mass_kg = light.bucket_linkage.coupler_mass_kg = 0.01;
+  const sim::MachineTruth truth = sim::nominal_truth(light);
+  const BaselineRuns runs = driven("malaguti", truth);
+  const estimation::BaseParameters expected = estimation::base_parameters(light);
+  const estimation::BaseParameters found = projected_parameters(truth, runs.identification);
+  EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 0.5) << found.transpose() << "\n" << expected.transpose();
+}
+
+}  // namespace
+}  // namespace knuckle::identify

@@ -1,0 +1,162 @@
+// Calibrated machine files: what is written is read again to the last digit, comments stay, no old one is lost.
+#include "app/identify/calibration_file.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "core/error.h"
+#include "machine/load.h"
+
+namespace knuckle::identify {
+namespace {
+namespace fs = std::filesystem;
+
+const std::string kMachine = KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml";
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The shipped machine with drawn calibrations.
+MachineDescription identified(unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  MachineDescription machine = load_machine(kMachine);
+  const auto drawn = [&](double middle, double sigma) { return middle + sigma * normal(random); };
+  DynamicsCalibration& dynamics = machine.dynamics_calibration.emplace();
+  for (int i = 0; i < kCalibrationCount; ++i) dynamics.parameters[i] = drawn(300, 30);
+  for (int j = 0; j < kJoints; ++j) dynamics.parameters[friction_index(j, kLoadShare)] = drawn(0.03, 0.005);
+  for (int j = 0; j < kJoints; ++j) dynamics.parameters[friction_index(j, kViscous)] = drawn(2e4, 1e3);
+  const CalibrationMatrix root = CalibrationMatrix::NullaryExpr([&] { return drawn(0, 1); });
+  const CalibrationVector scale = dynamics.parameters.cwiseAbs() * 0.03;
+  dynamics.covariance = scale.asDiagonal() * (root * root.transpose()) * scale.asDiagonal();
+  dynamics.stribeck_mps = JointVector(0.0111, 0.0122, 0.0133);
+  dynamics.residual_rms_Nm = JointVector(12.3, 4.56, 1.0 / 3);
+  GeometryCalibration& geometry = machine.geometry_calibration.emplace();
+  for (std::size_t i = 0; i < kJoints; ++i)
+    geometry.length_m[static_cast<Eigen::Index>(i)] = drawn(machine.links[i].length_m, 1e-3);
+  geometry.boom_parent_pin_m = machine.boom_mount.parent_pin_m.array() + drawn(0, 1e-3);
+  geometry.boom_child_pin_m = machine.boom_mount.child_pin_m.array() + drawn(0, 1e-3);
+  geometry.arm_parent_pin_m = machine.arm_mount.parent_pin_m.array() + drawn(0, 1e-3);
+  geometry.arm_child_pin_m = machine.arm_mount.child_pin_m.array() + drawn(0, 1e-3);
+  geometry.cylinder_pin_m = machine.bucket_linkage.cylinder_pin_m.array() + drawn(0, 1e-3);
+  geometry.rocker_pin_m = machine.bucket_linkage.rocker_pin_m.array() + drawn(0, 1e-3);
+  geometry.bucket_pin_m = machine.bucket_linkage.bucket_pin_m.array() + drawn(0, 1e-3);
+  geometry.rocker_length_m = drawn(machine.bucket_linkage.rocker_length_m, 1e-3);
+  geometry.coupler_length_m = drawn(machine.bucket_linkage.coupler_length_m, 1e-3);
+  geometry.encoder_offset_m = JointVector(drawn(0, 1e-3), drawn(0, 1e-3), drawn(0, 1e-3));
+  geometry.tip_rms_m = std::abs(drawn(2e-3, 1e-4));
+  for (ValveCalibration& valve : machine.valve_calibration.emplace())
+    valve = {drawn(0.11, 0.01), drawn(0.11, 0.01), drawn(0.02, 0.002), drawn(4e-4, 1e-5)};
+  machine.calibration_provenance = {"full", "2026-11-21T05:00:00Z", std::string(64, 'a'), "a \"b\" \\c.csv", "knuckle"};
+  return machine;
+}
+
+template <typename A, typename B>
+void expect_same(const A& a, const B& b) {
+  EXPECT_LE((a - b).cwiseAbs().maxCoeff(), 1e-12 * (1e-3 + a.cwiseAbs().maxCoeff()));
+}
+
+class CalibrationFile : public testing::Test {
+ protected:
+  CalibrationFile() {
+    std::string name = (fs::temp_directory_path() / "knuckle_calibration_XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+  }
+  ~CalibrationFile() override { fs::remove_all(folder_); }
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  fs::path folder_;
+};
+
+TEST_F(CalibrationFile, IsReadAgainToTwelveDigits) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const MachineDescription machine = identified(seed);
+    (void)write_calibrated_machine(machine, path("out.toml"));
+    const MachineDescription again = load_machine(path("out.toml"));
+    const DynamicsCalibration &a = *machine.dynamics_calibration, &b = *again.dynamics_calibration;
+    for (int i = 0; i < kCalibrationCount; ++i) EXPECT_NEAR(a.parameters[i] / b.parameters[i], 1, 1e-12);
+    expect_same(a.covariance, b.covariance);
+    expect_same(a.stribeck_mps, b.stribeck_mps);
+    expect_same(a.residual_rms_Nm, b.residual_rms_Nm);
+    const GeometryCalibration &c = *machine.geometry_calibration, &d = *again.geometry_calibration;
+    expect_same(c.length_m, d.length_m);
+    expect_same(c.boom_parent_pin_m, d.boom_parent_pin_m);
+    expect_same(c.boom_child_pin_m, d.boom_child_pin_m);
+    expect_same(c.arm_parent_pin_m, d.arm_parent_pin_m);
+    expect_same(c.arm_child_pin_m, d.arm_child_pin_m);
+    expect_same(c.cylinder_pin_m, d.cylinder_pin_m);
+    expect_same(c.rocker_pin_m, d.rocker_pin_m);
+    expect_same(c.bucket_pin_m, d.bucket_pin_m);
+    expect_same(c.encoder_offset_m, d.encoder_offset_m);
+    EXPECT_NEAR(c.rocker_length_m, d.rocker_length_m, 1e-12);
+    EXPECT_NEAR(c.coupler_length_m, d.coupler_length_m, 1e-12);
+    EXPECT_NEAR(c.tip_rms_m, d.tip_rms_m, 1e-12);
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      const ValveCalibration &v = (*machine.valve_calibration)[j], &w = (*again.valve_calibration)[j];
+      EXPECT_NEAR(v.dead_band_extend, w.dead_band_extend, 1e-12);
+      EXPECT_NEAR(v.dead_band_retract, w.dead_band_retract, 1e-12);
+      EXPECT_NEAR(v.delay_s, w.delay_s, 1e-12);
+      EXPECT_NEAR(v.nominal_flow_m3ps / w.nominal_flow_m3ps, 1, 1e-12);
+    }
+    EXPECT_EQ(again.calibration_provenance->data_source, "a \"b\" \\c.csv");
+    EXPECT_EQ(again.calibration_provenance->date, machine.calibration_provenance->date);
+  }
+}
+
+TEST_F(CalibrationFile, KeepsTheMachineFileWordForWordAndReplacesAnOlderCalibration) {
+  (void)write_calibrated_machine(identified(1), path("once.toml"));
+  MachineDescription again = identified(2);
+  again.source = path("once.toml");
+  (void)write_calibrated_machine(again, path("twice.toml"));
+  const std::string original = text_of(kMachine), twice = text_of(path("twice.toml"));
+  EXPECT_EQ(twice.substr(0, original.size()), original);
+  again.source = kMachine;
+  (void)write_calibrated_machine(again, path("fresh.toml"));
+  EXPECT_EQ(twice, text_of(path("fresh.toml")));
+}
+
+TEST_F(CalibrationFile, LeavesTablesThatTheUserPutBehindACalibration) {
+  const std::string text = text_of(kMachine);
+  const std::size_t payload = text.find("[payload]");
+  const std::string moved =
+      text.substr(0, payload) + "[calibration]\nmethod = \"x\"\n[calibration.valves.boom]\n" + text.substr(payload);
+  EXPECT_EQ(calibrated_machine_text(moved, identified(1)), calibrated_machine_text(text, identified(1)));
+}
+
+TEST_F(CalibrationFile, KeepsEveryOlderFileUnderTheNextFreeNumber) {
+  std::ofstream(path("mine.toml")) << "first";
+  std::ofstream(path("mine.2.toml")) << "somebody's";
+  EXPECT_EQ(write_calibrated_machine(identified(1), path("mine.toml")), fs::canonical(folder_) / "mine.1.toml");
+  EXPECT_EQ(write_calibrated_machine(identified(2), path("mine.toml")), fs::canonical(folder_) / "mine.3.toml");
+  EXPECT_EQ(text_of(path("mine.1.toml")), "first");
+  EXPECT_EQ(text_of(path("mine.2.toml")), "somebody's");
+  EXPECT_NE(text_of(path("mine.3.toml")), text_of(path("mine.toml")));
+  EXPECT_EQ(write_calibrated_machine(identified(2), path("new.toml")), "");
+}
+
+TEST_F(CalibrationFile, CalibratesAMachineFileInPlace) {
+  fs::copy_file(kMachine, path("mine.toml"));
+  MachineDescription machine = identified(1);
+  machine.source = path("mine.toml");
+  EXPECT_FALSE(write_calibrated_machine(machine, path("mine.toml")).empty());
+  EXPECT_TRUE(load_machine(path("mine.toml")).dynamics_calibration);
+  EXPECT_EQ(text_of(path("mine.1.toml")), text_of(kMachine));
+}
+
+TEST_F(CalibrationFile, IsNotTouchedByACalibrationThatWouldBeRefused) {
+  std::ofstream(path("mine.toml")) << "first";
+  MachineDescription machine = identified(1);
+  machine.dynamics_calibration->parameters[0] = -1;
+  EXPECT_THROW((void)write_calibrated_machine(machine, path("mine.toml")), InputError);
+  EXPECT_EQ(text_of(path("mine.toml")), "first");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
+}
+
+}  // namespace
+}  // namespace knuckle::identify

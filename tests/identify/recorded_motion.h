@@ -1,0 +1,35 @@
+// One recording of the simulated machine in slow and fast motion, made once and shared by tests.
+#pragma once
+
+#include "app/motion/machine_run.h"
+#include "app/recordings/recording_reader.h"
+#include "estimation/identification/excitation.h"
+#include "machine/load.h"
+
+namespace knuckle::identify {
+
+inline const MachineDescription& recorded_machine() {
+  static const MachineDescription machine = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  return machine;
+}
+
+/// 40 s of slow sweeps.
+inline const estimation::Recording& recorded_motion() {
+  static const estimation::Recording recording = [] {
+    const MachineDescription& machine = recorded_machine();
+    const estimation::JointPath path = estimation::slow_sweeps(machine, 40);
+    motion::MachineRun run(machine, sim::draw_truth(machine, 3), {}, path.joint_rad.front(), 3);
+    return run.follow(path).recording;
+  }();
+  return recording;
+}
+
+/// As if it came from a file of Knuckle's: sample i is row i + 2.
+inline recordings::RecordedFile as_file(const estimation::Recording& recording) {
+  recordings::RecordedFile file{recording, {}, {}, recording.samples.size(), {}};
+  for (std::size_t c = 0; c < recordings::kSignalChannels; ++c) file.columns[c] = recordings::kSignalNames[c];
+  for (std::size_t i = 0; i < recording.samples.size(); ++i) file.rows.push_back(i + 2);
+  return file;
+}
+
+}  // namespace knuckle::identify

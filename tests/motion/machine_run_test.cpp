@@ -1,0 +1,189 @@
+// Driving the simulated machine through its wires along given motions, and what is recorded of it.
+#include "app/motion/machine_run.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "machine/kinematics.h"
+#include "machine/load.h"
+
+namespace knuckle::motion {
+namespace {
+
+const JointVector kStart(0.3, -1.5, -0.9);
+
+const MachineDescription& machine() {
+  static const MachineDescription loaded = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  return loaded;
+}
+
+/// All joints to and fro about the start, from rest to rest.
+estimation::JointPath wave(double duration_s) {
+  estimation::JointPath path{0.01, {}};
+  for (int i = 0; i < static_cast<int>(duration_s / path.step_s); ++i) {
+    const double t = i * path.step_s, fade = std::min(1.0, std::min(t, duration_s - t) / 2);
+    path.joint_rad.push_back(
+        kStart + fade * JointVector(0.2 * std::sin(0.6 * t), 0.3 * std::sin(0.8 * t), 0.4 * std::sin(1.1 * t)));
+  }
+  return path;
+}
+
+MachineRecording recorded(std::uint64_t seed) {
+  MachineRun run(machine(), sim::draw_truth(machine(), seed), {}, kStart, seed);
+  return run.follow(wave(8));
+}
+
+TEST(MachineRun, FollowsThePathWithinAFewDegrees) {
+  const estimation::JointPath path = wave(8);
+  const MachineRecording made = recorded(1);
+  ASSERT_EQ(made.recording.samples.size(), 1600u);  // the path's 800, at the slave's rate
+  EXPECT_DOUBLE_EQ(made.recording.step_s, 0.005);
+  JointVector worst = JointVector::Zero(), span = JointVector::Zero();
+  for (std::size_t i = 0; i < made.truth.size(); ++i) {
+    worst = worst.cwiseMax((made.truth[i].joint_rad - path.joint_rad[i / 2]).cwiseAbs());
+    span = span.cwiseMax((made.truth[i].joint_rad - kStart).cwiseAbs());
+  }
+  EXPECT_LT(worst.maxCoeff(), 3 * std::numbers::pi / 180) << worst.transpose();
+  EXPECT_GT(span.minCoeff(), 0.15);
+}
+
+TEST(MachineRun, RecordsOneOfEverythingASample) {
+  const MachineRecording made = recorded(1);
+  const std::size_t count = made.recording.samples.size();
+  EXPECT_EQ(made.recording.usable.size(), count);
+  EXPECT_EQ(made.recording.valve.size(), count);
+  EXPECT_EQ(made.truth.size(), count);
+  double moved = 0, opened = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    EXPECT_EQ(made.recording.usable[i], 1);
+    moved = std::max(moved, made.truth[i].joint_radps2.norm());
+    opened = std::max(opened, made.recording.valve[i].cwiseAbs().maxCoeff());
+  }
+  EXPECT_GT(moved, 0.05);
+  EXPECT_GT(opened, machine().cylinders[kBoom].valve.dead_band_extend);
+}
+
+TEST(MachineRun, RecordsRawReadingsOfTheMomentOfTheirTruth) {
+  // Offsets of a few millimetres, known to the controller or not, are in the readings.
+  MachineDescription known = machine();
+  sim::MachineTruth truth = sim::nominal_truth(machine());
+  truth.encoder_offset_m = JointVector(2e-3, -1e-3, 1.5e-3);
+  known.sensors.encoder_offset_m = truth.encoder_offset_m;
+  const Kinematics kinematics(machine());
+  for (const MachineDescription& seen : {machine(), known}) {
+    MachineRun run(seen, truth, {}, kStart, 4);
+    const MachineRecording made = run.follow(wave(4));
+    double worst = 0;
+    for (std::size_t i = 0; i < made.truth.size(); ++i) {
+      for (int j = 0; j < kJoints; ++j) {
+        const double length = kinematics.cylinder_at(j, made.truth[i].joint_rad[j]).value().length_m;
+        const double error = made.recording.samples[i].cylinder_m[j] - length - truth.encoder_offset_m[j];
+        worst = std::max(worst, std::abs(error));
+      }
+    }
+    EXPECT_LT(worst, 0.51 * machine().sensors.encoder_step_m);  // no lag: half a step of the encoder
+  }
+}
+
+TEST(MachineRun, IsAFunctionOfItsSeed) {
+  const MachineRecording first = recorded(3), again = recorded(3), other = recorded(4);
+  bool same = true, differs = false;
+  for (std::size_t i = 0; i < first.recording.samples.size(); ++i) {
+    same = same && first.recording.samples[i].pressure_Pa == again.recording.samples[i].pressure_Pa &&
+           first.truth[i].joint_rad == again.truth[i].joint_rad;
+    differs = differs || first.recording.samples[i].pressure_Pa != other.recording.samples[i].pressure_Pa;
+  }
+  EXPECT_TRUE(same);
+  EXPECT_TRUE(differs);
+}
+
+TEST(MachineRun, StopsAtEachPoseAtRest) {
+  MachineRun run(machine(), sim::draw_truth(machine(), 5), {}, kStart, 5);
+  const std::vector<JointVector> poses{{0.5, -1.2, -1.2}, {0.2, -1.8, -0.6}};
+  const MachineRecording made = run.stops(poses, 0.5);
+  ASSERT_EQ(made.recording.samples.size(), 100u + 1 + 100);
+  EXPECT_EQ(made.recording.usable[100], 0);
+  for (std::size_t i = 0; i < made.truth.size(); ++i) {
+    if (i == 100) continue;
+    EXPECT_EQ(made.recording.usable[i], 1);
+    EXPECT_LT(made.truth[i].joint_radps.norm(), 0.01) << i;
+    EXPECT_LT((made.truth[i].joint_rad - poses[i / 101]).cwiseAbs().maxCoeff(), 0.05) << i;
+    EXPECT_EQ(made.recording.valve[i], JointVector::Zero());
+  }
+}
+
+TEST(MachineRun, SurveysTheTrueJointsWithTheErrorsAskedFor) {
+  const sim::MachineTruth truth = sim::nominal_truth(machine());
+  MachineRun run(machine(), truth, {}, kStart, 6);
+  const Kinematics kinematics(machine());
+  for (const double sigma_m : {0.0, 0.01}) {
+    const estimation::Survey survey = run.survey({{0.5, -1.2, -1.2}}, sigma_m);
+    ASSERT_EQ(survey.poses.size(), 1u);
+    EXPECT_EQ(survey.point_sigma_m, sigma_m);
+    JointVector angle;
+    for (int j = 0; j < kJoints; ++j) angle[j] = kinematics.joint_at(j, survey.poses[0].cylinder_m[j]).value();
+    const double tip_error = (survey.poses[0].tip_m - kinematics.tip(angle)).norm();
+    const double link_error =
+        (survey.poses[0].bucket_pin_m - survey.poses[0].arm_pin_m).norm() - machine().links[kArm].length_m;
+    EXPECT_LT(tip_error, 2e-3 + 4 * sigma_m);
+    EXPECT_LT(std::abs(link_error), 1e-9 + 4 * sigma_m);
+    EXPECT_EQ(std::abs(link_error) > 1e-5, sigma_m > 0);
+  }
+}
+
+TEST(MachineRun, TestRigPullsAndLetsGo) {
+  MachineRun run(machine(), sim::nominal_truth(machine()), {}, kStart, 7);
+  estimation::JointPath hold{0.01, std::vector<JointVector>(200, kStart)};
+  std::vector<PlanarVector> pull(200, PlanarVector(0, -800));
+  for (std::size_t i = 0; i < 100; ++i) pull[i] *= static_cast<double>(i) / 100;
+  const MachineRecording made = run.follow(hold, pull);
+  for (std::size_t i = 0; i < made.truth.size(); ++i) {
+    EXPECT_NEAR(made.truth[i].tip_N.y(), pull[i / 2].y(), 12) << i;  // a sample is some milliseconds old
+  }
+  const auto boom_head = [](const MachineRecording& r, std::size_t i) { return r.recording.samples[i].pressure_Pa[0]; };
+  EXPECT_GT(boom_head(made, 399), boom_head(made, 0) + 5e5);
+  EXPECT_EQ(run.rest(0.1).truth.front().tip_N.norm(), 0);
+  EXPECT_THROW((void)run.follow(hold, {PlanarVector::Zero()}), std::invalid_argument);
+}
+
+TEST(MachineRun, WeightHangsUntilItIsTakenOff) {
+  MachineRun run(machine(), sim::nominal_truth(machine()), {}, kStart, 8);
+  const double before = run.rest(0.1).recording.samples.back().pressure_Pa[0];
+  run.hang(100);
+  const MachineRecording hung = run.rest(0.1);
+  EXPECT_DOUBLE_EQ(hung.truth.front().payload_kg, 100);
+  EXPECT_GT(hung.recording.samples.back().pressure_Pa[0], before + 10e5);
+  run.hang(0);
+  EXPECT_DOUBLE_EQ(run.rest(0.1).truth.front().payload_kg, 0);
+}
+
+std::string refusal(const MachineDescription& seen, const sim::MachineTruth& truth) {
+  try {
+    MachineRun run(seen, truth, {}, kStart, 1);
+    (void)run.follow(wave(6));
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(MachineRun, SaysWhyTheMachineDoesNotEngage) {
+  sim::MachineTruth truth = sim::nominal_truth(machine());
+  truth.machine.bus.encoders[kArm].product += 1;  // another device than the file says
+  EXPECT_NE(refusal(machine(), truth).find("does not engage: node 0x31"), std::string::npos)
+      << refusal(machine(), truth);
+}
+
+TEST(MachineRun, SaysWhyTheMachineHasDroppedOut) {
+  sim::MachineTruth truth = sim::nominal_truth(machine());
+  truth.machine.cylinders[kArm].valve.dead_band_extend = truth.machine.cylinders[kArm].valve.dead_band_retract = 0.6;
+  const std::string said = refusal(machine(), truth);
+  EXPECT_NE(said.find("dropped out: "), std::string::npos) << said;
+  EXPECT_GT(said.size(), 30u) << said;
+}
+
+}  // namespace
+}  // namespace knuckle::motion

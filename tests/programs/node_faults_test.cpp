@@ -1,0 +1,61 @@
+// Faults of simulated nodes that are planned for the same moment.
+#include "app/programs/node_faults.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "machine/pose.h"
+#include "tests/bringup/hardware_bench.h"
+#include "transport/canopen.h"
+#include "transport/virtual_can.h"
+
+namespace knuckle::programs {
+namespace {
+
+using bringup::test::solar;
+
+/// What was on the bus from 0.1 s on, when the faults begin, to 1.1 s.
+std::vector<CanFrame> frames_with(const std::vector<std::string>& asked) {
+  sim::MachineOnBus machine(sim::nominal_truth(solar()), {}, middle_of_range(solar()), 1);
+  std::vector<PlannedFault> plan;
+  for (const std::string& fault : asked) plan.push_back(parse_fault(fault, solar().bus));
+  NodeFaults faults(std::move(plan), solar().bus);
+  std::vector<CanFrame> frames;
+  for (Time now{}; now < Time(1100ms); now += 1ms) {
+    if (now == Time(100ms)) {
+      machine.bus().set_tap(
+          {[](void* kept, Time, const CanFrame& frame) { static_cast<std::vector<CanFrame>*>(kept)->push_back(frame); },
+           &frames});
+    }
+    faults.step(now, 0, machine, [](const FaultEvent&) {});
+    machine.step(now);
+  }
+  return frames;
+}
+
+auto count(const std::vector<CanFrame>& frames, std::uint32_t id) {
+  return std::count_if(frames.begin(), frames.end(), [id](const CanFrame& frame) { return frame.id == id; });
+}
+
+TEST(NodeFaults, EveryNodeThatReceivesItsResetInTheSameMillisecondReboots) {
+  const auto frames = frames_with({"node_reset:boom_valve@0.1", "node_reset:tilt@0.1", "node_reset:enable@0.1"});
+  for (const std::uint8_t id : {solar().bus.valves[kBoom].id, solar().bus.tilt.id, solar().bus.enable.id})
+    EXPECT_EQ(count(frames, canopen::heartbeat_id(id)), 1) << "boot-up of " << int{id};
+  EXPECT_EQ(frames.size(), 3U);
+}
+
+TEST(NodeFaults, WhoeverBabblesTogetherFillsTheBusNoFullerThanOne) {
+  constexpr std::uint32_t kBabbled = 0x001;
+  const auto one = count(frames_with({"babble@0.1"}), kBabbled);
+  const auto two = count(frames_with({"babble@0.1", "babble@0.1"}), kBabbled);
+  EXPECT_GT(one, 1000);
+  EXPECT_NEAR(static_cast<double>(two), static_cast<double>(one), 1);
+  const auto in_turn = count(frames_with({"babble@0.1+0.5", "babble@0.6"}), kBabbled);
+  EXPECT_NEAR(static_cast<double>(in_turn), static_cast<double>(one), 2);
+}
+
+}  // namespace
+}  // namespace knuckle::programs

@@ -1,0 +1,134 @@
+// The command line: what it accepts, and one clear line for everything it does not.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "app/programs/simulate_command.h"
+#include "core/error.h"
+
+namespace knuckle::programs {
+namespace {
+
+/// What the program would run `simulate` with.
+session::SimulateOptions simulate_options(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "simulate");
+  session::SimulateOptions asked;
+  const cli::Command entry = simulate_entry([&](const session::SimulateOptions& options) {
+    asked = options;
+    return 0;
+  });
+  EXPECT_EQ(cli::parse_command_line({entry}, arguments).run(), 0);
+  return asked;
+}
+
+/// Help or version.
+std::string printed(const std::vector<std::string>& arguments) {
+  const cli::CommandLine line =
+      cli::parse_command_line({simulate_entry([](const session::SimulateOptions&) { return 0; })}, arguments);
+  EXPECT_FALSE(line.run);
+  return line.text;
+}
+
+/// The message, or "accepted".
+std::string refusal(const std::vector<std::string>& arguments) {
+  try {
+    (void)simulate_options(arguments);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(CommandLine, TakesEveryOptionOfSimulate) {
+  const session::SimulateOptions o = simulate_options(
+      {"--scenario", "wall_contact", "--machine",     "solar015",   "--device", "knuckle1",   "--operator",
+       "relaxed",    "--control",    "direct",        "--duration", "12.5",     "--seed",     "18446744073709551615",
+       "--delay-ms", "10",           "--jitter-ms=2", "--loss",     "0.1",      "--realtime", "--candump",
+       "a.log",      "--csv",        "a.csv",         "--report",   "a.html",   "--json",     "-"});
+  EXPECT_EQ(o.scenario, "wall_contact");
+  EXPECT_EQ(o.operator_name, "relaxed");
+  EXPECT_EQ(o.control, "direct");
+  EXPECT_EQ(o.duration_s, 12.5);
+  EXPECT_EQ(o.seed, 18446744073709551615u);
+  EXPECT_EQ(o.delay_ms, 10);
+  EXPECT_EQ(o.jitter_ms, 2);
+  EXPECT_EQ(o.loss, 0.1);
+  EXPECT_TRUE(o.realtime);
+  EXPECT_EQ(o.json, "-");
+}
+
+TEST(CommandLine, RunsTheDismantlingSessionWithoutOptions) {
+  const session::SimulateOptions o = simulate_options({});
+  EXPECT_EQ(o.scenario, "dismantle");
+  EXPECT_FALSE(o.delay_ms.has_value());
+}
+
+TEST(CommandLine, HelpAndVersionAreTextNotErrors) {
+  EXPECT_NE(printed({"--help"}).find("simulate"), std::string::npos);
+  EXPECT_NE(printed({"simulate", "--help"}).find("--delay-ms"), std::string::npos);
+  EXPECT_EQ(printed({"--version"}).rfind("knuckle ", 0), 0u);
+}
+
+struct BadInput {
+  std::vector<std::string> arguments;
+  std::vector<std::string> named;  ///< What the one line must contain.
+};
+
+TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
+  const std::string map = KNUCKLE_SOURCE_DIR "/CMakeLists.txt";  // any file that is there
+  const std::vector<BadInput> table{
+      {{"--bogus"}, {"--bogus"}},
+      {{"stray"}, {"stray"}},
+      {{"--seed"}, {"--seed"}},
+      {{"--seed", "-1"}, {"--seed", "-1"}},
+      {{"--seed", "1.5"}, {"--seed", "1.5"}},
+      {{"--seed", "1", "--seed", "2"}, {"--seed"}},
+      {{"--delay-ms", "abc"}, {"--delay-ms", "abc"}},
+      {{"--delay-ms", "-1"}, {"--delay-ms", "-1", "0", "5000"}},
+      {{"--delay-ms", "nan"}, {"--delay-ms", "nan"}},
+      {{"--jitter-ms", "inf"}, {"--jitter-ms", "inf"}},
+      {{"--loss", "1.01"}, {"--loss", "1.01", "from 0 to 1"}},
+      {{"--loss", "-0.1"}, {"--loss", "-0.1"}},
+      {{"--duration", "0"}, {"--duration", "0.1"}},
+      {{"--duration", "1e9"}, {"--duration", "3600"}},
+      {{"--scenario", ""}, {"--scenario"}},
+      {{"--control", "telepathy"}, {"--control", "telepathy", "echo"}},
+      {{"--operator", "path:"}, {"--operator", "path:"}},
+      {{"--operator", "path:/nowhere.csv"}, {"--operator", "--map"}},
+      {{"--operator", "path:/nowhere.csv", "--map", map}, {"--operator", "/nowhere.csv", "no such file"}},
+      {{"--operator", "path:" + map, "--map", "/nowhere.toml"}, {"--map", "/nowhere.toml"}},
+      {{"--operator", "path:/", "--map", map}, {"--operator", "folder"}},
+      {{"--map", map}, {"--map", "--operator path:"}},
+      {{"--operator", "relaxed", "--map", map}, {"--map", "--operator path:"}},
+      {{"--truth", "/nowhere.toml"}, {"--truth", "/nowhere.toml"}},
+      {{"--json", "-", "--candump", "-"}, {"--json", "--candump", "standard output"}},
+      {{"--json", "x", "--csv", "./x"}, {"--json", "--csv"}},
+      {{"--truth", map, "--csv", map}, {"--csv", "--truth"}},
+  };
+  for (const BadInput& bad : table) {
+    const std::string message = refusal(bad.arguments);
+    EXPECT_NE(message, "accepted") << bad.arguments[0];
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    for (const std::string& word : bad.named)
+      EXPECT_NE(message.find(word), std::string::npos) << message << " lacks " << word;
+  }
+}
+
+TEST(CommandLine, ACommandIsNeeded) {
+  EXPECT_THROW((void)printed({}), InputError);
+  EXPECT_THROW((void)printed({"fly"}), InputError);
+}
+
+TEST(CommandLine, EveryCommandGetsItsOwnOptionsAndGivesItsOwnExitCode) {
+  const auto entry = [](const char* name, int code) {
+    return cli::Command{name, "", [code](CLI::App&) { return [code] { return code; }; }};
+  };
+  const std::vector<cli::Command> commands{entry("dig", 3), entry("lift", 4),
+                                           simulate_entry([](const session::SimulateOptions&) { return 5; })};
+  EXPECT_EQ(cli::parse_command_line(commands, {"lift"}).run(), 4);
+  EXPECT_EQ(cli::parse_command_line(commands, {"simulate", "--seed", "2"}).run(), 5);
+  EXPECT_THROW((void)cli::parse_command_line(commands, {"dig", "--seed", "2"}), InputError);
+}
+
+}  // namespace
+}  // namespace knuckle::programs

@@ -1,0 +1,245 @@
+// Foreign recordings: what is wrong with them is named by row and column, what is left is right to the last digit.
+#include "app/recordings/csv_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "core/error.h"
+
+namespace knuckle::recordings {
+namespace {
+
+using Kind = Finding::Kind;
+
+const std::string kTimeInSeconds = "[time]\ncolumn = \"t\"\nunit = \"s\"\ngap_s = 0.5\n";
+const std::string kTwoChannels = R"(
+[[channel]]
+name = "a_rad"
+column = "A"
+unit = "deg"
+sign = -1
+offset = 10
+[[channel]]
+name = "p_Pa"
+column = "P"
+unit = "bar"
+sign = 1
+offset = 0
+min = 0
+max = 400
+zero_is_drop_out = true
+)";
+const std::string kMap = kTimeInSeconds + kTwoChannels;
+
+std::string file(const std::string& suffix, const std::string& text) {
+  const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::string path = ::testing::TempDir() + "knuckle_csv_" + test + suffix;
+  std::ofstream(path, std::ios::binary) << text;
+  return path;
+}
+
+MappedTable read(const std::string& csv, const std::string& map = kMap) {
+  return read_mapped_csv(file(".csv", csv), file(".toml", map));
+}
+
+/// The refusal, without the folder of the file; "accepted" where there is none.
+std::string refusal(const std::string& csv, const std::string& map = kMap) {
+  try {
+    (void)read(csv, map);
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    return text.substr(text.rfind('/') + 1);
+  }
+  return "accepted";
+}
+
+/// "9 P kDropOut" as "8:9:P", one behind the other.
+std::string found(const MappedTable& table) {
+  std::string text;
+  for (const Finding& f : table.findings) {
+    text += std::to_string(static_cast<int>(f.kind)) + ":" + std::to_string(f.row) + ":" + f.column + " ";
+  }
+  return text;
+}
+
+std::string one(Kind kind, std::size_t row, const std::string& column) {
+  return std::to_string(static_cast<int>(kind)) + ":" + std::to_string(row) + ":" + column + " ";
+}
+
+// Rows 2 to 6, 0.1 s apart.
+constexpr const char* kGood = "t,A,P\n0,1,10\n0.1,2,20\n0.2,3,30\n0.3,4,40\n0.4,5,50\n";
+
+TEST(CsvReader, AppliesUnitSignAndOffset) {
+  const MappedTable table = read(kGood);
+  EXPECT_EQ(table.findings.size(), 0u) << found(table);
+  constexpr double kDeg = std::numbers::pi / 180;
+  const auto& angle = table.channel("a_rad").values;
+  ASSERT_EQ(angle.size(), 5u);
+  EXPECT_NEAR(angle[0], (10 - 1) * kDeg, 1e-15);
+  EXPECT_NEAR(angle[4], (10 - 5) * kDeg, 1e-15);
+  EXPECT_NEAR(table.channel("p_Pa").values[1], 20e5, 1e-9);
+  EXPECT_EQ(table.rows.back(), 6u);
+  EXPECT_THROW((void)table.channel("b_rad"), InputError);
+}
+
+TEST(CsvReader, NamesEveryDefectByItsRowAndColumn) {
+  struct Case {
+    const char* csv;
+    std::string findings;
+    std::size_t used;
+  };
+  const Case cases[] = {
+      {"t,A,P\n0,1,10\n0.1,2,20\n0.2,2,20\n0.3,3,30\n0.4,4,40\n", one(Kind::kRepeatedRow, 4, ""), 4},
+      {"t,A,P\n0,1,10\n0.1,2,20\n0.1,3,30\n0.2,4,40\n0.3,5,50\n", one(Kind::kRepeatedTime, 4, "t"), 4},
+      {"t,A,P\n0,1,10\n0.1,2,20\n9.9,3,30\n0.2,4,40\n0.3,5,50\n", one(Kind::kTimeOutOfOrder, 4, "t"), 4},
+      {"t,A,P\n0.4,1,10\n0.1,2,20\n0.2,3,30\n0.3,4,40\n0.4,5,50\n", one(Kind::kRepeatedTime, 2, "t"), 4},
+      {"t,A,P\n0,1,10\n0.1,2,20\n0.2,3,30\n0.8,4,40\n0.9,5,50\n", one(Kind::kGap, 5, "t"), 5},
+      {"t,A,P\n0,1,10\n0.1,2,20\n0.2,3,30\n0.24,4,40\n0.34,5,50\n", one(Kind::kUnevenStep, 5, "t"), 5},
+      {"t,A,P\n0,1,10\n0.1,2,\n0.2,3,30\n0.3,4,40\n", one(Kind::kMissing, 3, "P"), 4},
+      {"t,A,P\n0,1,10\n,2,20\n0.1,3,30\n0.2,4,40\n0.3,5,50\n", one(Kind::kMissing, 3, "t"), 4},
+      {"t,A,P\n0,1,10\n0.1,n/a,20\n0.2,3,30\n0.3,4,40\n", one(Kind::kNotANumber, 3, "A"), 4},
+      {"t,A,P\n0,1,10\n0.1,nan,20\n0.2,3,30\n0.3,4,40\n", one(Kind::kNotANumber, 3, "A"), 4},
+      {"t,A,P\n0,1,10\nlate,2,20\n0.1,3,30\n0.2,4,40\n0.3,5,50\n", one(Kind::kNotANumber, 3, "t"), 4},
+      {"t,A,P\n0,0,10\n0.1,2,0.00\n0.2,3,30\n0.3,4,40\n", one(Kind::kDropOut, 3, "P"), 4},
+      {"t,A,P\n0,1,10\n0.1,2,20\n0.2,3,401\n0.3,4,40\n", one(Kind::kOutOfRange, 4, "P"), 4},
+      {"t,A,P\n0,1,10\n0.05,20\n0.1,3,30\n0.2,4,40\n0.3,5,50\n", one(Kind::kRaggedRow, 3, ""), 4},
+      {"t,A,P\n0,1,10\n0.05,2,5,20\n0.1,3,30\n0.2,4,40\n0.3,5,50\n", one(Kind::kRaggedRow, 3, ""), 4},
+  };
+  for (const Case& c : cases) {
+    const MappedTable table = read(c.csv);
+    EXPECT_EQ(found(table), c.findings) << c.csv;
+    EXPECT_EQ(table.time_s.size(), c.used) << c.csv;
+  }
+}
+
+TEST(CsvReader, AnUnusableCellIsNotANumberAndItsNeighboursAreUsed) {
+  const MappedTable table = read("t,A,P\n0,1,10\n0.1,2,0\n0.2,x,30\n0.3,4,40\n");
+  EXPECT_TRUE(std::isnan(table.channel("p_Pa").values[1]));
+  EXPECT_FALSE(std::isnan(table.channel("a_rad").values[1]));
+  EXPECT_TRUE(std::isnan(table.channel("a_rad").values[2]));
+  EXPECT_FALSE(std::isnan(table.channel("p_Pa").values[2]));
+}
+
+TEST(CsvReader, TellsUntilWhenRepeatedRowsHeldAValueButNotAcrossAGap) {
+  const MappedTable table = read("t,A,P\n0,1,10\n0.1,1,10\n0.2,1,10\n1.2,1,10\n1.3,2,20\n1.4,3,30\n1.5,4,40\n");
+  ASSERT_EQ(table.rows, (std::vector<std::size_t>{2, 6, 7, 8}));
+  EXPECT_NEAR(table.until_s[0], 0.2, 1e-12);
+  EXPECT_EQ(table.until_s[1], table.time_s[1]);
+}
+
+TEST(CsvReader, ReadsTheSameFromEveryWayOfWritingTheSameTable) {
+  const MappedTable plain = read(kGood);
+  for (const char* csv : {
+           "t,A,P\r\n0,1,10\r\n0.1,2,20\r\n0.2,3,30\r\n0.3,4,40\r\n0.4,5,50\r\n",                  // Windows
+           "t,A,P\r0,1,10\r0.1,2,20\r0.2,3,30\r0.3,4,40\r0.4,5,50",                                // old Mac, no end
+           "\xEF\xBB\xBFt,A,P\n0,1,10\n0.1,2,20\n0.2,3,30\n0.3,4,40\n0.4,5,50\n",                  // byte order mark
+           "\"t\",\"A\",\"P\"\n\"0\",\"1\",10\n0.1,\"2\",20\n0.2,3,\"30\"\n0.3,4,40\n0.4,5,50\n",  // quoted
+           "t , A,P \n 0,1 ,10\n0.1, 2,20\n0.2,3,+30\n0.3,4,40.0\n4e-1,5,50\n",                    // spaces
+           "P,more,A,t\n10,,1,0\n20,text,2,0.1\n30,\"a,b\",3,0.2\n40,\"q\"\"q\",4,0.3\n50,-,5,0.4\n",  // shuffled
+           "t,A,P\n0,1,10,\n0.1,2,20,\n0.2,3,30,,\n0.3,4,40\n0.4,5,50\n",  // trailing commas
+       }) {
+    const MappedTable table = read(csv);
+    EXPECT_EQ(found(table), "") << csv;
+    EXPECT_EQ(table.time_s, plain.time_s) << csv;
+    EXPECT_EQ(table.channel("a_rad").values, plain.channel("a_rad").values) << csv;
+    EXPECT_EQ(table.channel("p_Pa").values, plain.channel("p_Pa").values) << csv;
+  }
+}
+
+TEST(CsvReader, CountsRowsAsASpreadsheetDoesPastBlankLinesAndQuotedOnes) {
+  const MappedTable table = read("t,A,P,note\n\n0,1,10,\"two\nlines\"\n,,,\n0.1,2,0,\n0.2,3,30,\n0.3,4,40,\n");
+  EXPECT_EQ(found(table), one(Kind::kDropOut, 5, "P"));
+  EXPECT_EQ(table.rows_read, 4u);
+}
+
+TEST(CsvReader, TakesTimeFromMillisecondsAndFromAFixedPeriod) {
+  const std::string milliseconds = std::string("[time]\ncolumn = \"t\"\nunit = \"ms\"\ngap_s = 0.5\n") + kTwoChannels;
+  const MappedTable in_ms = read("t,A,P\n500,1,10\n600,2,20\n700,3,30\n800,4,40\n", milliseconds);
+  EXPECT_NEAR(in_ms.time_s[3], 0.3, 1e-12);
+  const std::string fixed = std::string("[time]\nperiod_s = 0.05\ngap_s = 0.5\n") + kTwoChannels;
+  const MappedTable spaced = read("A,P\n1,10\n2\n3,30\n4,40\n5,50\n", fixed);
+  EXPECT_NEAR(spaced.time_s[1], 0.1, 1e-12) << "a row that is left out takes its time all the same";
+  EXPECT_NEAR(spaced.time_s[3], 0.2, 1e-12);
+}
+
+TEST(CsvReader, FindsDatesAndTimesInsideTextAcrossMidnightAndTheEndOfAYear) {
+  const std::string dated =
+      std::string("[time]\ncolumn = \"img\"\npattern = \"YYYYMMDD_HHMMSS.mmm\"\ngap_s = 0.5\n") + kTwoChannels;
+  const MappedTable table = read(
+      "img,A,P\nP_20231231_235959.900,1,10\n20231231_235959.950,2,20\nx20240101_000000.000y,3,30\n"
+      "20240101_000000.250,4,40\n20240230_000000.300,5,50\n20240101_000000,6,60\n",
+      dated);
+  EXPECT_EQ(found(table),
+            one(Kind::kUnevenStep, 5, "img") + one(Kind::kNotANumber, 6, "img") + one(Kind::kNotANumber, 7, "img"));
+  ASSERT_EQ(table.time_s.size(), 4u);
+  EXPECT_NEAR(table.time_s[1], 0.05, 1e-6);
+  EXPECT_NEAR(table.time_s[2], 0.10, 1e-6);
+  EXPECT_NEAR(table.time_s[3], 0.35, 1e-6);
+  const std::string iso =
+      std::string("[time]\ncolumn = \"t\"\npattern = \"YYYY-MM-DDTHH:MM:SS\"\ngap_s = 5\n") + kTwoChannels;
+  const MappedTable seconds = read(
+      "t,A,P\n2024-02-28T23:59:59Z,1,10\n2024-02-29T00:00:01Z,2,20\n2024-02-29T00:00:03Z,3,30\n"
+      "2024-02-29T00:01:00Z,4,40\n",
+      iso);
+  EXPECT_NEAR(seconds.time_s[1], 2, 1e-6);
+  EXPECT_NEAR(seconds.time_s[3], 61, 1e-6);
+}
+
+TEST(CsvReader, ReportsEachKindOnceWithItsRows) {
+  const MappedTable table = read("t,A,P\n0,1,10\n0.1,2,0\n0.2,3,0\n0.3,4,40\n0.4,5,0\n0.5,6,60\n");
+  const std::vector<std::string> lines = table.report();
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_NE(lines[0].find("6 rows, 6 used"), std::string::npos) << lines[0];
+  EXPECT_EQ(lines[1], "3 x drop-out (not used) in P: row 3-4, 6");
+  EXPECT_EQ(row_list({2, 3, 4, 9, 11}, 2), "2-4, 9 and 1 more");
+}
+
+TEST(CsvReader, RefusesWithOneLineWhatCannotBeRead) {
+  EXPECT_EQ(refusal(""), "knuckle_csv_RefusesWithOneLineWhatCannotBeRead.csv: is empty");
+  const std::pair<const char*, const char*> cases[] = {
+      {"\n \r\n", "is empty"},
+      {"t,A,P\n", "0 usable rows of 0, at least 4"},
+      {"t,A,P\n0,1,10\n0.1,2,20\n0.2,3,30\n", "3 usable rows of 3, at least 4"},
+      {"t,A,P\n0,1,10\n0,2,20\n0,3,30\n0,4,40\n0,5,50\n",
+       "1 usable rows of 5, at least 4 are needed; 4 x repeated time (left out) in t: row 3-6"},
+      {"t,B,P\n0,1,10\n", "row 1: no column 'A'"},
+      {"t;A;P\n0;1;10\n", "row 1: no column 't'"},
+      {"t,A,A,P\n0,1,1,10\n", "row 1: column 'A' is there twice"},
+      {"t,A,P\n0,1,10\n0.1,\"2,20\n0.2,3,30\n0.3,4,40\n", "row 3: a quote"},
+      {"t,A,P\n0,1,10\n0.1,2\"x\",20\n0.2,3,30\n0.3,4,40\n", "row 3: a quote"},
+  };
+  for (const auto& [csv, part] : cases) {
+    const std::string line = refusal(csv);
+    EXPECT_NE(line.find(part), std::string::npos) << line;
+    EXPECT_EQ(line.find('\n'), std::string::npos);
+  }
+  const std::string map = file(".toml", kMap);
+  EXPECT_THROW((void)read_mapped_csv(::testing::TempDir(), map), InputError);
+  EXPECT_THROW((void)read_mapped_csv("/nowhere.csv", map), InputError);
+}
+
+TEST(CsvReader, RefusesAMappingThatCannotMeanAnything) {
+  const std::string &time = kTimeInSeconds, &channels = kTwoChannels;
+  const std::pair<std::string, const char*> cases[] = {
+      {time, "channel"},
+      {channels, "time"},
+      {time + channels + "extra = 1\n", "extra"},
+      {"[time]\ncolumn = \"t\"\npattern = \"YYYYMMDD\"\ngap_s = 1\n" + channels, "pattern"},
+      {"[time]\ncolumn = \"t\"\nunit = \"min\"\ngap_s = 1\n" + channels, "unit"},
+      {time + "[[channel]]\nname = \"a\"\ncolumn = \"A\"\nunit = \"deg\"\nsign = 0\noffset = 0\n", "sign"},
+      {time + "[[channel]]\nname = \"a\"\ncolumn = \"A\"\nunit = \"deg\"\nsign = 1\noffset = 0\nmin = 2\nmax = 1\n",
+       "max"},
+      {time + channels + channels, "name"},
+  };
+  for (const auto& [map, key] : cases) {
+    const std::string line = refusal(kGood, map);
+    EXPECT_NE(line.find(".toml"), std::string::npos) << line;
+    EXPECT_NE(line.find(key), std::string::npos) << line;
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::recordings

@@ -1,0 +1,210 @@
+// Recordings as CSV: what is written is read again bit for bit; foreign files come out the same in Knuckle's units.
+#include "app/recordings/recording_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+#include <sstream>
+
+#include "core/error.h"
+#include "machine/kinematics.h"
+#include "tests/identify/recorded_motion.h"
+
+namespace knuckle::recordings {
+namespace {
+namespace fs = std::filesystem;
+
+class RecordingReader : public testing::Test {
+ protected:
+  RecordingReader() {
+    std::string name = (fs::temp_directory_path() / "knuckle_reader_XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+  }
+  ~RecordingReader() override { fs::remove_all(folder_); }
+  [[nodiscard]] std::string file(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+  [[nodiscard]] RecordedFile read(const std::string& text) const {
+    return read_recording(file("a.csv", text), "", identify::recorded_machine());
+  }
+  [[nodiscard]] std::string refusal(const std::string& text) const {
+    try {
+      (void)read(text);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  fs::path folder_;
+};
+
+std::string as_csv(const estimation::Recording& recording) {
+  std::ostringstream out;
+  write_recording(recording, out);
+  return out.str();
+}
+
+const std::string& csv() {
+  static const std::string text = as_csv(part_of(identify::recorded_motion(), 1000, 2000));
+  return text;
+}
+
+/// csv() with one row's text changed; row 1 is the header.
+std::string with_row(std::size_t row, const std::function<std::string(const std::string&)>& change) {
+  std::istringstream in(csv());
+  std::string out, line;
+  for (std::size_t r = 1; std::getline(in, line); ++r) out += r == row ? change(line) : line + "\n";
+  return out;
+}
+
+TEST_F(RecordingReader, ReadsAgainWhatWasWrittenBitForBit) {
+  estimation::Recording written = part_of(identify::recorded_motion(), 1000, 2000);
+  for (std::size_t i = 300; i < 320; ++i) written.usable[i] = 0;
+  const RecordedFile again = read(as_csv(written));
+  ASSERT_EQ(again.recording.samples.size(), written.samples.size());
+  EXPECT_EQ(again.recording.step_s, written.step_s);
+  EXPECT_EQ(again.recording.usable, written.usable);
+  ASSERT_EQ(again.recording.valve.size(), written.valve.size());
+  for (std::size_t i = 0; i < written.samples.size(); ++i) {
+    if (written.usable[i] == 0) continue;
+    EXPECT_EQ(again.recording.valve[i], written.valve[i]);
+    for (std::size_t c = 0; c < kSignalChannels; ++c)
+      ASSERT_EQ(signal(again.recording.samples[i], c), signal(written.samples[i], c)) << i << " " << c;
+  }
+  EXPECT_EQ(again.rows[10], 12u);
+}
+
+TEST_F(RecordingReader, ReadsForeignColumnsThroughAMapping) {
+  const estimation::Recording truth = part_of(identify::recorded_motion(), 1000, 2000);
+  const Kinematics kinematics(identify::recorded_machine());
+  std::ostringstream out;
+  out.precision(17);
+  out << "ms,junk,bucketR,bucketH,armR,armH,boomR,boomH,boom,stick,spoon,slope\n";
+  for (std::size_t i = 0; i < truth.samples.size(); ++i) {
+    const estimation::Measurement& m = truth.samples[i];
+    out << 5 * i + 1000 << ',' << i;
+    for (std::size_t c = 6; c-- > 0;) out << ',' << m.pressure_Pa[c] / 1e5;
+    out << ',' << *kinematics.joint_at(0, m.cylinder_m[0]) * 180 / std::numbers::pi << ',' << 1e3 * m.cylinder_m[1]
+        << ',' << m.cylinder_m[2] << ',' << -m.hull_pitch_rad << '\n';
+  }
+  std::string map = "[time]\ncolumn = \"ms\"\nunit = \"ms\"\ngap_s = 0.1\n";
+  const auto channel = [&](const char* name, const char* column, const char* unit, int sign) {
+    map += std::string("[[channel]]\nname = \"") + name + "\"\ncolumn = \"" + column + "\"\nunit = \"" + unit +
+           "\"\noffset = 0\nsign = " + std::to_string(sign) + "\n";
+  };
+  const std::array<const char*, 6> columns{"boomH", "boomR", "armH", "armR", "bucketH", "bucketR"};
+  for (std::size_t c = 0; c < 6; ++c) channel(kSignalNames[c], columns[c], "bar", 1);
+  channel("boom_rad", "boom", "deg", 1);
+  channel("arm_cylinder_m", "stick", "mm", 1);
+  channel("bucket_cylinder_m", "spoon", "m", 1);
+  channel("hull_pitch_rad", "slope", "rad", -1);
+  const RecordedFile foreign =
+      read_recording(file("foreign.csv", out.str()), file("map.toml", map), identify::recorded_machine());
+  EXPECT_EQ(foreign.columns[0], "boomH");
+  EXPECT_EQ(foreign.columns[6], "boom");
+  ASSERT_EQ(foreign.recording.samples.size(), truth.samples.size());
+  for (std::size_t i = 0; i < truth.samples.size(); ++i)
+    for (std::size_t c = 0; c < kSignalChannels; ++c)
+      ASSERT_NEAR(signal(foreign.recording.samples[i], c), signal(truth.samples[i], c), c < 6 ? 1e-6 : 1e-9);
+}
+
+TEST_F(RecordingReader, LeavesMissingCommandsUnknownAndKeepsTheirSamples) {
+  estimation::Recording written = part_of(identify::recorded_motion(), 1000, 2000);
+  for (std::size_t i = 300; i < 350; ++i) written.valve[i][kArm] = std::nan("");
+  const RecordedFile again = read(as_csv(written));
+  for (std::size_t i = 0; i < written.valve.size(); ++i) {
+    EXPECT_EQ(std::isnan(again.recording.valve[i][kArm]), i >= 300 && i < 350) << i;
+    EXPECT_EQ(again.recording.valve[i][kBoom], written.valve[i][kBoom]);
+  }
+  EXPECT_EQ(again.recording.usable, written.usable);
+  EXPECT_NE(std::find(again.notes.begin(), again.notes.end(),
+                      "50 samples of arm_valve lie in longer holes: not used for this valve"),
+            again.notes.end());
+  std::string without = csv();
+  without.replace(without.find("arm_valve"), 9, "elsewhere");
+  EXPECT_TRUE(
+      read(without).recording.valve[500].array().isNaN().cwiseEqual(Eigen::Array3<bool>(false, true, false)).all());
+}
+
+TEST_F(RecordingReader, NamesEveryMissingColumn) {
+  std::string text = csv();
+  for (const char* name : {"arm_rod_Pa", "hull_pitch_rad"}) text.replace(text.find(name), 3, "xyz");
+  const std::string said = refusal(text);
+  EXPECT_NE(said.find("no column 'arm_rod_Pa', 'hull_pitch_rad'"), std::string::npos) << said;
+  const std::string session = refusal("t_s,boom_rad,boom_A_bar\n0,1,2\n");
+  EXPECT_NE(session.find("knuckle simulate"), std::string::npos) << session;
+  EXPECT_NE(session.find("'boom_cylinder_m'"), std::string::npos) << session;
+}
+
+TEST_F(RecordingReader, NamesOnlyTheColumnThatIsEmptyThroughout) {
+  std::istringstream in(csv());
+  std::string text, line;
+  std::getline(in, line);
+  text = line + "\n";
+  while (std::getline(in, line)) {  // the third cell is boom_rod_Pa's
+    const std::size_t second = line.find(',', line.find(',') + 1);
+    text += line.substr(0, second + 1) + "nan" + line.substr(line.find(',', second + 1)) + "\n";
+  }
+  const std::string said = refusal(text);
+  EXPECT_NE(said.find("column 'boom_rod_Pa' has no usable value"), std::string::npos) << said;
+  for (const char* other : kSignalNames) {
+    const bool named = said.find(other) != std::string::npos;
+    EXPECT_EQ(named, std::string(other) == "boom_rod_Pa") << said;
+  }
+}
+
+TEST_F(RecordingReader, InterpolatesShortHolesAndLeavesLongOnesOut) {
+  const auto cut = [](std::size_t first, std::size_t last) {
+    std::istringstream in(csv());
+    std::string out, line;
+    for (std::size_t r = 1; std::getline(in, line); ++r) out += r >= first && r <= last ? "" : line + "\n";
+    return out;
+  };
+  const RecordedFile brief = read(cut(500, 502)), lasting = read(cut(500, 599));
+  const std::size_t count = part_of(identify::recorded_motion(), 1000, 2000).samples.size();
+  EXPECT_EQ(brief.recording.samples.size(), count);
+  EXPECT_EQ(brief.recording.usable, std::vector<std::uint8_t>(count, 1));
+  for (std::size_t i = 498; i < 501; ++i)
+    EXPECT_NEAR(brief.recording.samples[i].cylinder_m[0], identify::recorded_motion().samples[1000 + i].cylinder_m[0],
+                5e-4);
+  EXPECT_EQ(std::count(lasting.recording.usable.begin(), lasting.recording.usable.end(), 0), 100);
+  EXPECT_EQ(lasting.recording.usable[498], 0);
+  EXPECT_EQ(lasting.recording.usable[597], 0);
+}
+
+TEST_F(RecordingReader, TellsOfRepeatedAndMissingCellsByRowAndColumn) {
+  const auto told = [&](const std::string& text, const std::string& what) {
+    for (const std::string& note : read(text).notes)
+      if (note.find(what) != std::string::npos) return true;
+    return false;
+  };
+  EXPECT_TRUE(told(with_row(77, [](const std::string& line) { return line + "\n" + line + "\n"; }),
+                   "repeated time (left out) in time_s: row 78"));
+  EXPECT_TRUE(
+      told(with_row(77, [](std::string line) { return line.erase(line.find(',') + 1, 4) + "\n"; }), "1000 rows"));
+  EXPECT_TRUE(told(with_row(77, [](const std::string& line) { return line.substr(0, line.find(',') + 1) + "\n"; }),
+                   "another number of cells than the header (left out): row 77"));
+  EXPECT_TRUE(told(with_row(77,
+                            [](std::string line) {
+                              const std::size_t at = line.find(',') + 1;
+                              return line.replace(at, line.find(',', at) - at, "n/a") + "\n";
+                            }),
+                   "cell that is not a number (not used) in boom_head_Pa: row 77"));
+}
+
+TEST_F(RecordingReader, RefusesATimeThatIsNone) {
+  std::istringstream in(csv());
+  std::string out, line;
+  std::getline(in, line);
+  out = line + "\n";
+  for (int i = 0; std::getline(in, line); i += 5) out += std::to_string(i) + line.substr(line.find(',')) + "\n";
+  const std::string said = refusal(out);
+  EXPECT_NE(said.find("looks like milliseconds"), std::string::npos) << said;
+}
+
+}  // namespace
+}  // namespace knuckle::recordings

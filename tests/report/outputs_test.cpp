@@ -1,0 +1,151 @@
+// What a session leaves behind: criteria, JSON, CSV, digest, report, and files that are whole or absent.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "app/report/csv_table.h"
+#include "app/report/filmstrip.h"
+#include "app/report/report.h"
+#include "app/report/result_json.h"
+#include "app/report/summary.h"
+#include "core/error.h"
+#include "tests/session/synthetic_session.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::report {
+namespace {
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::istringstream in(text);
+  for (std::string part; std::getline(in, part, separator);) parts.push_back(part);
+  return parts;
+}
+
+TEST(ResultJson, HasEveryKeyToolsRelyOnEvenWhenNothingHappened) {
+  const nlohmann::ordered_json json = result_json(session::judge(session::SessionResult{}));
+  const std::vector<std::string> pointers = split(
+      "/schema /version /scenario /machine /control /seed /digest /passed /criteria /timing/simulated_s /timing/wall_s "
+      "/timing/real_time_factor /tracking/tip_rms_m /force/no_load_rms_N /force/contact_error_rel "
+      "/force/direction_error_deg /force/detection_ms /payload/truth_kg /payload/estimate_kg /payload/sigma_kg "
+      "/felt/contact_losses /felt/rise_t90_s /felt/settle_s /felt/hold_peak_to_peak_N /felt/hold_error_N "
+      "/felt/drag_rms_N /felt/max_slew_N_per_ms /felt/net_energy_J /faults /realtime /latency_us /energy /modes "
+      "/events",
+      ' ');
+  for (const std::string& pointer : pointers)
+    EXPECT_TRUE(json.contains(nlohmann::ordered_json::json_pointer(pointer))) << pointer;
+  EXPECT_TRUE(json["tracking"]["tip_rms_m"].is_null());
+  EXPECT_TRUE(json["realtime"].is_null());
+}
+
+TEST(ResultJson, SaysWhatHappened) {
+  session::SessionResult session = session::synthetic_session();
+  session.record.faults = {{{ReasonCode::kLinkLost, 0, 200, 150}, 30.2, 30.0, 30.15, 0},
+                           {{ReasonCode::kNodeSilent, 0, 1, 1}, 31.2, 31.0, 31.15, 31.2, false, 30.9}};
+  session.loops = {{"slave", "SCHED_FIFO", {5, 20, 60}, {9, 15, 40}, 1}};
+  const auto json = nlohmann::json::parse(result_json(session::judge(session)).dump());
+  EXPECT_EQ(json["scenario"], "dismantle");
+  EXPECT_EQ(json["passed"], false);  // the hold error is made too large for its bound
+  ASSERT_EQ(json["criteria"].size(), 4u);
+  EXPECT_EQ(json["criteria"][0]["name"], "tip_rms_m");
+  EXPECT_EQ(json["criteria"][0]["bound"], 0.05);
+  EXPECT_EQ(json["criteria"][0]["passed"], true);
+  EXPECT_EQ(json["felt"]["contact_losses"], 0);
+  EXPECT_EQ(json["faults"][0]["code"], "link_lost");
+  EXPECT_NEAR(json["faults"][0]["command_neutral_ms"].get<double>(), 150, 1e-6);
+  EXPECT_TRUE(json["faults"][0]["spool_neutral_ms"].is_null());
+  EXPECT_TRUE(json["faults"][0]["since_injection_ms"].is_null());
+  EXPECT_NEAR(json["faults"][1]["since_injection_ms"].get<double>(), 300, 1e-6);
+  EXPECT_EQ(json["realtime"]["slave"]["wake_us"]["p99"], 20);
+  EXPECT_EQ(json["latency_us"]["hand_to_valve"]["p50"], 14000);
+  EXPECT_EQ(json["modes"][2]["mode"], name(Mode::kEngaged));
+}
+
+TEST(ResultJson, IsDocumentedKeyByKey) {
+  const std::string documentation = test::content(std::string(KNUCKLE_SOURCE_DIR) + "/docs/results.md");
+  const nlohmann::ordered_json json = result_json(session::judge(session::synthetic_session()));
+  for (const auto& [key, value] : json.items()) {
+    EXPECT_NE(documentation.find('`' + key), std::string::npos) << key;
+    if (!value.is_object() || key == "latency_us" || key == "realtime") continue;
+    for (const auto& [inner, unused] : value.items()) EXPECT_NE(documentation.find(inner), std::string::npos) << inner;
+  }
+  for (const session::MetricEntry& entry : session::metric_table())
+    EXPECT_NE(documentation.find('`' + std::string(entry.name) + '`'), std::string::npos) << entry.name;
+}
+
+TEST(CsvTable, HasOneHeaderOneRowPerSampleAndTheSameColumnsInEach) {
+  const session::SessionResult session = session::synthetic_session();
+  std::ostringstream out;
+  write_csv(session.record, out);
+  const auto lines = split(out.str(), '\n');
+  ASSERT_EQ(lines.size(), session.record.samples.size() + 1);
+  const auto header = split(lines[0], ',');
+  for (const std::string& line : lines) ASSERT_EQ(split(line, ',').size(), header.size()) << line;
+  for (const std::string name : {"t_s", "boom_rad", "boom_A_bar", "bucket_B_bar", "valve_arm", "tip_force_x_N",
+                                 "truth_tip_z_m", "truth_tip_force_x_N", "truth_boom_rad", "felt_z_N"})
+    EXPECT_EQ(std::count(header.begin(), header.end(), name), 1) << name;
+}
+
+TEST(CsvTable, ValuesSitUnderTheirHeadersInTheirUnits) {
+  session::SessionRecord record = session::engaged_record(0.005);
+  record.samples[0].pressure_Pa[3] = 123.4e5;
+  record.samples[0].truth_tip_force_N = {7, -8};
+  std::ostringstream out;
+  write_csv(record, out);
+  const auto lines = split(out.str(), '\n');
+  const auto header = split(lines[0], ','), row = split(lines[1], ',');
+  const auto value = [&](const std::string& name) {
+    return row.at(static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin()));
+  };
+  EXPECT_EQ(value("arm_B_bar"), "123.4");
+  EXPECT_EQ(value("truth_tip_force_z_N"), "-8");
+  EXPECT_EQ(value("mode"), name(Mode::kEngaged));
+}
+
+TEST(Report, IsOneSelfContainedPage) {
+  std::ostringstream out;
+  write_report(session::judge(session::synthetic_session()), out);
+  const std::string page = out.str();
+  if (const char* keep = std::getenv("KNUCKLE_KEEP_REPORT")) std::ofstream(keep) << page;
+  for (const std::string fetched : {"http", "src=", "<script", "@import", "url(http"})
+    EXPECT_EQ(page.find(fetched), std::string::npos)
+        << fetched << ": " << page.substr(std::min(page.find(fetched), page.size() - 1), 80);
+  for (const std::string part : {"Criteria", "Key moments", "Path of the bucket tip", "Cylinder pressures", "95 % band",
+                                 "Felt force", "piece broke", "</html>"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  EXPECT_LT(page.size(), 2'000'000u);
+}
+
+TEST(Report, SurvivesASessionWithoutRows) {
+  std::ostringstream out;
+  session::SessionResult empty;
+  write_report(session::judge(empty), out);
+  EXPECT_NE(out.str().find("</html>"), std::string::npos);
+}
+
+TEST(Report, MarksHostileNamesAsText) {
+  session::SessionResult session = session::synthetic_session();
+  session.scenario = "<img>'&";
+  session.record.events[0].what = "it's <b>";
+  session.record.phases[1] = "don't";
+  std::ostringstream out;
+  write_report(session::judge(session), out);
+  EXPECT_EQ(out.str().find("<img>"), std::string::npos);
+}
+
+TEST(Filmstrip, ShowsTheFirstEventOfEachKindInTimeOrderAndTheEnd) {
+  session::SessionRecord record = session::synthetic_session().record;
+  for (int i = 0; i < 20; ++i) record.events.insert(record.events.begin(), {8.1 + i * 0.4, "contact"});
+  const auto moments = key_moments(record);
+  EXPECT_EQ(moments.back().row, record.samples.size() - 1);
+  ASSERT_LE(moments.size(), kMostMoments);
+  EXPECT_TRUE(
+      std::is_sorted(moments.begin(), moments.end(), [](const Moment& a, const Moment& b) { return a.row < b.row; }));
+  const auto broke = std::find_if(moments.begin(), moments.end(),
+                                  [](const Moment& m) { return m.label.find("piece broke") != std::string::npos; });
+  EXPECT_NE(broke, moments.end());
+}
+
+}  // namespace
+}  // namespace knuckle::report

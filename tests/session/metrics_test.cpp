@@ -1,0 +1,259 @@
+// Metrics on records whose answers are known beforehand.
+#include "app/session/metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "app/session/criteria.h"
+#include "app/session/record_windows.h"
+#include "estimation/force_estimator.h"
+#include "tests/session/synthetic_session.h"
+
+namespace knuckle::session {
+namespace {
+
+/// Rows in [from, to) seconds.
+template <typename Change>
+void during(SessionRecord& record, double from_s, double to_s, Change change) {
+  for (Sample& s : record.samples)
+    if (s.t_s >= from_s - 1e-9 && s.t_s < to_s - 1e-9) change(s);
+}
+
+/// 2 s approach, 1 s press, 7 s hold with 2 kN true force and 1.8 N felt, then release.
+SessionRecord pressed_record() {
+  SessionRecord record = engaged_record(12);
+  during(record, 2, 3, [](Sample& s) { s.phase = 1; });
+  during(record, 3, 10, [](Sample& s) { s.phase = 2; });
+  during(record, 10, 12, [](Sample& s) { s.phase = 3; });
+  during(record, 2, 10, [](Sample& s) {
+    s.truth_tip_force_N = {-2000, 0};
+    s.tip_force_N = {-2000, 0};
+    s.felt_N = {-1.8, 0};
+  });
+  return record;
+}
+
+TEST(Metrics, TipErrorIsTakenAgainstTheHandOneLinkDelayAgo) {
+  SessionRecord record = engaged_record(5);
+  record.link_delay_s = 0.05;
+  during(record, 0, 5, [](Sample& s) {
+    s.hand_setpoint_tip_m = {0.2 * s.t_s, 0};
+    s.truth_tip_m = {0.2 * (s.t_s - 0.05), 0.03};  // exactly the delay behind, and 3 cm high
+  });
+  const Metrics metrics = compute_metrics(record);
+  EXPECT_NEAR(metrics.tip_rms_m.value(), 0.03, 1e-9);
+  EXPECT_NEAR(metrics.tip_max_m.value(), 0.03, 1e-9);
+}
+
+TEST(Metrics, TipErrorInterpolatesTheHandBetweenRows) {
+  SessionRecord record = engaged_record(5);
+  record.link_delay_s = 0.0025;
+  during(record, 0, 5, [](Sample& s) {
+    s.hand_setpoint_tip_m = {0.2 * s.t_s, 0};
+    s.truth_tip_m = {0.2 * (s.t_s - 0.0025), 0};
+  });
+  EXPECT_NEAR(compute_metrics(record).tip_rms_m.value(), 0, 1e-12);
+}
+
+TEST(Metrics, TrackingLeavesOutContactAndTheSecondAfterIt) {
+  SessionRecord record = engaged_record(6);
+  during(record, 2, 3.9, [](Sample& s) { s.truth_tip_m = {1, 0}; });
+  during(record, 2, 3, [](Sample& s) { s.truth_tip_force_N = {-100, 0}; });
+  EXPECT_EQ(compute_metrics(record).tip_rms_m, 0.0);
+}
+
+TEST(Metrics, DriftIsTheMeanErrorWhileTheHandStandsStill) {
+  SessionRecord record = engaged_record(8);
+  during(record, 0, 8, [](Sample& s) { s.tip_m = {0.02 * (s.t_s < 4 ? 0 : 1), 0.001 * std::sin(40 * s.t_s)}; });
+  EXPECT_NEAR(compute_metrics(record).steady_drift_m.value(), 0.02, 1e-3);
+  during(record, 0, 8, [](Sample& s) { s.hand_setpoint_tip_m = {s.t_s, 0}; });
+  EXPECT_FALSE(compute_metrics(record).steady_drift_m.has_value());
+}
+
+TEST(Metrics, NoLoadForceCountsOnlyTaredUnloadedFreeRows) {
+  SessionRecord record = engaged_record(10);
+  during(record, 0, 10, [](Sample& s) { s.tip_force_N = {60, 80}; });
+  during(record, 0, 2, [](Sample& s) {
+    s.tip_force_N = {9000, 0};
+    s.confidence_reasons = estimation::kNotTared;
+  });
+  during(record, 5, 6, [](Sample& s) {
+    s.tip_force_N = {9000, 0};
+    s.truth_payload_kg = 50;
+  });
+  EXPECT_NEAR(compute_metrics(record).no_load_rms_N.value(), 100, 1e-9);
+}
+
+TEST(Metrics, ContactErrorAndDirectionComeFromSteadyPresses) {
+  SessionRecord record = pressed_record();
+  const double angle = 5 * M_PI / 180;
+  during(record, 2, 10, [&](Sample& s) { s.tip_force_N = -1840 * PlanarVector(std::cos(angle), std::sin(angle)); });
+  const Metrics metrics = compute_metrics(record);
+  EXPECT_NEAR(metrics.contact_error_rel.value(), 0.08, 1e-9);
+  EXPECT_NEAR(metrics.direction_error_deg.value(), 5, 1e-9);
+}
+
+TEST(Metrics, AnUnsteadyOrLightPressGivesNoContactError) {
+  SessionRecord record = pressed_record();
+  during(record, 2, 10, [](Sample& s) { s.truth_tip_force_N *= 1 + 0.3 * std::sin(20 * s.t_s); });
+  EXPECT_FALSE(compute_metrics(record).contact_error_rel.has_value());
+  during(record, 2, 10, [](Sample& s) { s.truth_tip_force_N = {-400, 0}; });
+  EXPECT_FALSE(compute_metrics(record).contact_error_rel.has_value());
+}
+
+TEST(Metrics, DetectionRunsFromTrueOnsetToTheContactEvent) {
+  SessionRecord record = pressed_record();
+  during(record, 2.04, 10, [](Sample& s) { s.contact = true; });
+  EXPECT_NEAR(compute_metrics(record).detection_ms.value(), 40, 1e-6);
+}
+
+TEST(Metrics, AContactNeverNoticedCountsWithItsWholeLength) {
+  EXPECT_NEAR(compute_metrics(pressed_record()).detection_ms.value(), 7995, 1e-6);
+}
+
+TEST(Metrics, PayloadIsReadAtTheEndOfWeighing) {
+  SessionRecord record = engaged_record(5);
+  during(record, 3, 4, [](Sample& s) {
+    s.phase = 5;
+    s.truth_payload_kg = 50;
+    s.payload_kg = s.t_s < 3.9 ? 10 : 47;
+    s.payload_sigma_kg = 1;
+  });
+  const Metrics metrics = compute_metrics(record);
+  EXPECT_EQ(metrics.payload_truth_kg, 50);
+  EXPECT_EQ(metrics.payload_estimate_kg, 47);
+  EXPECT_EQ(metrics.payload_error_kg, 3);
+}
+
+TEST(Metrics, ContactLossesAreGapsOverFiftyMilliseconds) {
+  SessionRecord record = pressed_record();
+  const auto lift = [](Sample& s) { s.truth_tip_force_N.setZero(); };
+  during(record, 4, 4.04, lift);  // bounce
+  during(record, 5, 5.06, lift);
+  during(record, 6, 6.5, lift);
+  EXPECT_EQ(compute_metrics(record).contact_losses, 2);
+}
+
+TEST(Metrics, AWallThatBreaksIsNoContactLoss) {
+  SessionRecord record = pressed_record();
+  during(record, 8, 10, [](Sample& s) { s.truth_tip_force_N.setZero(); });
+  EXPECT_EQ(compute_metrics(record).contact_losses, 1);
+  record.events.push_back({8.0, "piece broke"});
+  EXPECT_EQ(compute_metrics(record).contact_losses, 0);
+  EXPECT_EQ(compute_metrics(record).pieces_broken, 1);
+}
+
+TEST(Metrics, RiseAndSettlingRunFromTrueForceToFeltForce) {
+  SessionRecord record = pressed_record();
+  during(record, 2, 2.2, [](Sample& s) { s.felt_N.setZero(); });
+  during(record, 2.3, 2.6, [](Sample& s) { s.felt_N = {-2.4, 0}; });  // overshoot
+  const Metrics metrics = compute_metrics(record);
+  EXPECT_NEAR(metrics.rise_t90_s.value(), 0.2, 1e-9);
+  EXPECT_NEAR(metrics.settle_s.value(), 0.6, 1e-9);
+}
+
+TEST(Metrics, APressThatIsNeverFeltOrNeverSettlesMeetsNoBound) {
+  SessionRecord record = pressed_record();
+  during(record, 2, 10, [](Sample& s) { s.felt_N = {-0.05, 0}; });
+  EXPECT_FALSE(all_passed(evaluate({{"rise_t90_s", {}, 1e9}}, compute_metrics(record))));
+  EXPECT_FALSE(all_passed(evaluate({{"settle_s", {}, 1e9}}, compute_metrics(record))));
+  record = pressed_record();
+  during(record, 9.9, 10, [](Sample& s) { s.felt_N = {-2.4, 0}; });  // limit cycle to the end
+  EXPECT_TRUE(all_passed(evaluate({{"rise_t90_s", {}, 1}}, compute_metrics(record))));
+  EXPECT_FALSE(all_passed(evaluate({{"settle_s", {}, 1e9}}, compute_metrics(record))));
+}
+
+TEST(Metrics, FalseContactIsAShareOfFreeMotion) {
+  SessionRecord record = pressed_record();  // free: 2 s before it and the last second
+  EXPECT_EQ(compute_metrics(record).false_contact_share, 0);
+  during(record, 1, 1.3, [](Sample& s) { s.contact = true; });
+  during(record, 2, 10.9, [](Sample& s) { s.contact = true; });  // true, and just after
+  EXPECT_NEAR(compute_metrics(record).false_contact_share.value(), 0.1, 1e-3);
+}
+
+TEST(Metrics, HoldIsJudgedByErrorAndPeakToPeak) {
+  SessionRecord record = pressed_record();
+  during(record, 8, 10, [](Sample& s) { s.felt_N.x() += 0.1 * (static_cast<int>(s.t_s * 20) % 2 == 0 ? 1 : -1); });
+  const Metrics metrics = compute_metrics(record);
+  EXPECT_NEAR(metrics.hold_error_N.value(), 0.2, 1e-3);
+  EXPECT_NEAR(metrics.hold_peak_to_peak_N.value(), 0.2, 1e-9);
+}
+
+TEST(Metrics, DragIsFeltForceInFreeMotion) {
+  SessionRecord record = pressed_record();
+  during(record, 0, 2, [](Sample& s) { s.felt_N = {0, 0.1}; });
+  during(record, 10, 12, [](Sample& s) { s.felt_N = {s.t_s < 10.9 ? 5.0 : 0.1, 0}; });
+  EXPECT_NEAR(compute_metrics(record).drag_rms_N.value(), 0.1, 1e-6);
+}
+
+TEST(Metrics, SlewIsThePeakBetweenRowsAndNeverLessThanTheRowsShow) {
+  SessionRecord record = engaged_record(2);
+  record.samples[50].felt_slew_N_per_ms = 0.3;
+  EXPECT_EQ(compute_metrics(record).max_slew_N_per_ms, 0.3);
+  during(record, 1, 2, [](Sample& s) { s.felt_N = {2.5, 0}; });  // 2.5 N in one row of 5 ms
+  EXPECT_NEAR(compute_metrics(record).max_slew_N_per_ms.value(), 0.5, 1e-9);
+}
+
+TEST(Metrics, NetEnergyIsTheMostEverGivenToTheHand) {
+  SessionRecord record = engaged_record(3);
+  during(record, 1, 2, [](Sample& s) { s.hand_energy_J = 0.02; });
+  during(record, 2, 3, [](Sample& s) { s.hand_energy_J = -1; });
+  EXPECT_EQ(compute_metrics(record).net_energy_J, 0.02);
+  const PortEnergies ports = port_energies(record);
+  EXPECT_NEAR(ports.hand_in_J, 0.02, 1e-12);
+  EXPECT_NEAR(ports.hand_out_J, 1.02, 1e-12);
+}
+
+TEST(Metrics, PumpShortageIsAShareOfEngagedTime) {
+  SessionRecord record = engaged_record(10);
+  during(record, 4, 5, [](Sample& s) { s.truth_pump_flow_share = 0.5; });
+  EXPECT_NEAR(compute_metrics(record).pump_short_share.value(), 0.1, 1e-3);
+}
+
+TEST(Metrics, TimesToNeutralAreThoseOfTheWorstFault) {
+  SessionRecord record = engaged_record(3);
+  record.faults = {{{ReasonCode::kLinkLost, 0, 200, 150}, 1.2, 1.0, 1.15, 1.25},
+                   {{ReasonCode::kNodeSilent, 0, 1, 1}, 2.1, 2.0, 2.19, 2.20}};
+  const Metrics metrics = compute_metrics(record);
+  EXPECT_EQ(metrics.faults, 2);
+  EXPECT_NEAR(metrics.command_neutral_ms.value(), 190, 1e-6);
+  EXPECT_NEAR(metrics.spool_neutral_ms.value(), 250, 1e-6);
+}
+
+TEST(Metrics, AFaultThatNeverBecameNeutralMeetsNoBound) {
+  SessionRecord record = engaged_record(3);
+  record.faults = {{{ReasonCode::kLinkLost, 0, 200, 150}, 1.2, 1.0, 1.15, 1.25},
+                   {{ReasonCode::kNodeSilent, 0, 1, 1}, 2.1, 2.0, 0, 0}};
+  EXPECT_FALSE(all_passed(evaluate({{"command_neutral_ms", {}, 1e9}}, compute_metrics(record))));
+  EXPECT_FALSE(all_passed(evaluate({{"spool_neutral_ms", {}, 1e9}}, compute_metrics(record))));
+  record.faults.back() = {{ReasonCode::kLoopOverrun, 0, 600, 50}, 2.1, 2.0, 0, 2.2, true};
+  EXPECT_NEAR(compute_metrics(record).command_neutral_ms.value(), 150, 1e-6)
+      << "a controller that hangs commands nothing";
+}
+
+TEST(Metrics, NothingToMeasureOnIsNullAndNotZero) {
+  const Metrics metrics = compute_metrics(SessionRecord{});
+  for (const MetricEntry& entry : metric_table()) {
+    if (entry.group == "session") continue;
+    EXPECT_FALSE((metrics.*entry.member).has_value()) << entry.name;
+  }
+}
+
+TEST(Metrics, NamesAreUnique) {
+  std::set<std::string_view> names;
+  for (const MetricEntry& entry : metric_table()) EXPECT_TRUE(names.insert(entry.name).second) << entry.name;
+}
+
+TEST(Metrics, ModesAreListedInOrderWithTheirLengths) {
+  SessionRecord record = engaged_record(4);
+  during(record, 0, 1, [](Sample& s) { s.mode = Mode::kReady; });
+  const auto visits = modes_visited(record);
+  ASSERT_EQ(visits.size(), 2u);
+  EXPECT_EQ(visits[0].mode, Mode::kReady);
+  EXPECT_NEAR(visits[1].at_s, 1, 1e-9);
+}
+
+}  // namespace
+}  // namespace knuckle::session

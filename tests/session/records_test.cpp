@@ -1,0 +1,108 @@
+// Recorders with no room left say so, and the verdict listens; what counts as an input when a link is lost.
+#include <gtest/gtest.h>
+
+#include "app/session/fault_injection.h"
+#include "app/session/fault_watch.h"
+#include "app/session/session.h"
+#include "app/session/session_result.h"
+#include "machine/load.h"
+#include "transport/link_messages.h"
+#include "transport/virtual_can.h"
+
+namespace knuckle::session {
+namespace {
+
+SessionSetup short_session() {
+  SessionSetup setup;
+  setup.machine = load_machine(find_config("machine", "solar015"));
+  setup.device = load_device(find_config("device", "knuckle1"));
+  setup.scenario = load_scenario(find_config("scenario", "free_motion"), setup.machine);
+  setup.scenario.duration_s = 1;
+  setup.truth = sim::draw_truth(setup.machine, 1);
+  setup.limb = sim::draw_limb(setup.scenario.limb, 1);
+  return setup;
+}
+
+std::uint64_t lost_after(double seconds) {
+  Session session(short_session());
+  while (session.elapsed_s() < seconds) session.step();
+  return session.take_record().records_lost;
+}
+
+TEST(Recorder, CountsWhatItHasNoRoomFor) {
+  EXPECT_EQ(lost_after(1), 0u);
+  EXPECT_GE(lost_after(2.5), 99u);  // rows: 1 s and one to spare at 200 Hz
+}
+
+TEST(Recorder, HasRoomForTheFramesOfTheFastestBus) {
+  BusDescription bus;
+  bus.sync_Hz = 250;
+  bus.valve_every_nth_sync = 1;
+  EXPECT_GE(most_frames(bus, 10), 10 * 250 * (1 + 6 + 3 + 1 + 2 * 3));
+}
+
+TEST(Verdict, IsFailedByALostRecordWhateverTheScenarioAsks) {
+  SessionResult result;
+  EXPECT_TRUE(judge(result).passed);
+  result.record.records_lost = 1;
+  const Judged judged = judge(result);
+  EXPECT_FALSE(judged.passed);
+  ASSERT_EQ(judged.criteria.size(), 1u);
+  EXPECT_EQ(judged.criteria[0].name, "records_lost");
+}
+
+TEST(FaultWatch, CountsFaultsBeyondItsRoom) {
+  FaultWatch watch;
+  for (int i = 0; i < 70; ++i) {
+    watch.step(Time(2 * i * 1s), Mode::kFault, {}, false);
+    watch.step(Time((2 * i + 1) * 1s), Mode::kReady, {}, false);
+  }
+  SessionRecord record;
+  watch.judge(
+      {}, load_machine(find_config("machine", "solar015")), Time(200s),
+      [](Time at) {
+        return Cause{at, {}};
+      },
+      record);
+  EXPECT_EQ(record.faults.size() + record.records_lost, 70u);
+  EXPECT_GT(record.records_lost, 0u);
+}
+
+TEST(FaultWatch, TellsWhenTheCauseWasInjected) {
+  FaultWatch watch;
+  watch.step(Time(3s), Mode::kFault, {}, true);
+  SessionRecord record;
+  watch.judge(
+      {}, load_machine(find_config("machine", "solar015")), Time(9s),
+      [](Time at) {
+        return Cause{at - 1s, at - 2s};
+      },
+      record);
+  ASSERT_EQ(record.faults.size(), 1u);
+  EXPECT_EQ(record.faults[0].last_good_input_s, 2);
+  EXPECT_EQ(record.faults[0].injected_s, 1);
+}
+
+TEST(FaultInjection, ACopyOfASetPointIsNoNews) {
+  const SessionSetup setup = short_session();
+  ImpairedLink network({}, {}, 1);
+  FaultInjection faults({{sim::FaultKind::kLinkCut, 0, 0.03, 1}}, network, setup.machine.bus);
+  MachineSide far(setup.machine, setup.truth, setup.scenario, 1, faults.machine_end());
+  HandSide hand(setup.device, setup.limb, 1, setup.scenario.hand_rad);
+  MasterMessage message;
+  for (int t = 1; t <= 30; ++t) {
+    const Time now(t * 1ms);
+    network.advance(now);
+    faults.step(now, 0, t * 1ms, far, hand);
+    message.sequence = t <= 10 ? static_cast<std::uint32_t>(t) : t % 2 == 0 ? 10U : 9U;  // from 10 ms on: old ones
+    if (t < 30) faults.operator_end().send(encode(message).view());
+    Datagram datagram;
+    while (faults.machine_end().receive(datagram)) {
+    }
+  }
+  ASSERT_EQ(faults.injected().size(), 1u);
+  EXPECT_EQ(faults.injected()[0].last_good_input, Time(10ms));
+}
+
+}  // namespace
+}  // namespace knuckle::session

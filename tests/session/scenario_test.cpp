@@ -1,0 +1,351 @@
+// Scenario files: shipped ones fit the shipped machines, every key is needed and bounded, lengths and loads follow the
+// machine's size.
+#include "app/session/scenario.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "core/error.h"
+#include "machine/load.h"
+
+namespace knuckle::session {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr double kDeg = std::numbers::pi / 180;
+const fs::path kConfig = fs::path(KNUCKLE_SOURCE_DIR) / "config";
+
+/// Every section once. A line that ends in "#o" may be left out.
+constexpr const char* kWhole = R"(
+name = "whole"
+description = "Everything a scenario can have."
+reference_reach_m = 3.2
+reference_payload_kg = 150
+start_deg = [40, -75, -40]
+hand_deg = [42, -77, -38]
+duration_s = 60
+[link] #o
+delay_ms = 10
+[operator]
+limb = "normal"
+reaction_ms = 200
+[[phase]]
+name = "engage"
+kind = "engage"
+timeout_s = 20 #o
+[[phase]]
+name = "sweep"
+kind = "sweep"
+amplitude_deg = [12, 18, 22]
+period_s = [9, 7, 5.5]
+duration_s = 20
+until_fault = true #o
+[[phase]]
+name = "approach"
+kind = "move"
+tip_m = [2.2, 0.1]
+bucket_deg = -75
+speed_mps = 0.3
+tolerance_m = 0.05 #o
+[[phase]]
+name = "home"
+kind = "move"
+joints_deg = [40, -75, -40]
+speed_radps = 0.4
+[[phase]]
+name = "press"
+kind = "press"
+direction = [0.5, 0]
+speed_mps = 0.1
+felt_N = 2.0
+hold_s = 10
+[[phase]]
+name = "index"
+kind = "clutch"
+hand_deg = [5, 5, 5]
+[[phase]]
+name = "rest"
+kind = "wait"
+duration_s = 2
+[[wall]]
+point_m = [2.55, 0.5]
+normal = [-1, 0]
+stiffness_N_per_m = 1e6
+damping_ratio = 0.3
+friction = 0.4
+from_m = -1 #o
+to_m = 1 #o
+break_force_N = 2200
+break_impulse_Ns = 800
+piece_mass_kg = 45
+piece_depth_m = 0.3
+piece_rest_m = [1.85, -0.75]
+[[soil]]
+surface_point_m = [0, -0.8]
+slope_deg = 0
+density_kg_per_m3 = 1700
+cohesion_Pa = 3000
+internal_friction_deg = 32
+tool_friction_deg = 20
+bucket_width_m = 0.45
+bucket_capacity_m3 = 0.04
+[[weight]]
+mass_kg = 50
+attach_at_s = 34
+detach_at_s = 40 #o
+[[piece]]
+mass_kg = 30
+position_m = [1.7, -0.7]
+[[pipe]]
+centre_m = [1.6, -1.0]
+radius_m = 0.05
+[[fault]]
+kind = "node_silent"
+phase = "sweep"
+after_s = 2.3
+duration_s = 1.0
+node = "pressure_arm_A"
+[[fault]]
+kind = "valve_stuck"
+phase = "sweep"
+after_s = 9
+duration_s = 1.0
+joint = "arm"
+[[criteria]]
+metric = "tip_rms_m"
+max = 0.05
+[[criteria]]
+metric = "payload_error_kg"
+max = 5
+[[criteria]]
+metric = "no_load_rms_N"
+max = 150
+[[criteria]]
+metric = "hold_error_N"
+max = 0.3
+)";
+
+const MachineDescription& machine(const std::string& name = "solar015") {
+  static const MachineDescription small = load_machine(kConfig / "machines/solar015.toml");
+  static const MachineDescription large = load_machine(kConfig / "machines/compact080.toml");
+  return name == "solar015" ? small : large;
+}
+
+class ScenarioFile : public ::testing::Test {
+ protected:
+  ~ScenarioFile() override { fs::remove(path_); }
+  Scenario load(const std::string& text, const MachineDescription& m = machine()) {
+    std::ofstream(path_) << text;
+    return load_scenario(path_, m);
+  }
+  /// The message with which `text` is refused; empty where it is not.
+  std::string refusal(const std::string& text, const MachineDescription& m = machine()) {
+    try {
+      (void)load(text, m);
+      return "";
+    } catch (const InputError& error) {
+      const std::string line = error.what();
+      EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+      EXPECT_NE(line.find(path_.filename().string()), std::string::npos) << line;
+      return line;
+    }
+  }
+  static std::string with(const std::string& from, const std::string& to) {
+    std::string text = kWhole;
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+  }
+  void expect_refused(const std::string& from, const std::string& to, const std::vector<std::string>& named) {
+    const std::string line = refusal(with(from, to));
+    for (const std::string& word : named) EXPECT_NE(line.find(word), std::string::npos) << to << ": " << line;
+  }
+
+  fs::path path_ = fs::temp_directory_path() / ("knuckle_scenario_" + std::to_string(getpid()) + ".toml");
+};
+
+TEST(Scenarios, ShippedOnesLoadForEveryShippedMachine) {
+  int loaded = 0;
+  for (const auto& scenario : fs::directory_iterator(kConfig / "scenarios")) {
+    for (const auto& file : fs::directory_iterator(kConfig / "machines")) {
+      const MachineDescription m = load_machine(file.path());
+      EXPECT_NO_THROW((void)load_scenario(scenario.path(), m)) << scenario.path() << " on " << m.name;
+      ++loaded;
+    }
+  }
+  EXPECT_GE(loaded, 16);
+}
+
+TEST(Scenarios, NameIsTheFilesName) {
+  for (const auto& scenario : fs::directory_iterator(kConfig / "scenarios")) {
+    EXPECT_EQ(load_scenario(scenario.path(), machine()).name, scenario.path().stem().string());
+  }
+}
+
+TEST_F(ScenarioFile, EveryKeyIsNeededUnlessItIsMarkedOptional) {
+  ASSERT_EQ(refusal(kWhole), "");
+  std::istringstream lines(kWhole);
+  int tried = 0;
+  std::size_t at = 0;
+  for (std::string line; std::getline(lines, line); at += line.size() + 1) {
+    const auto equals = line.find(" = ");
+    if (equals == std::string::npos) continue;
+    std::string text = kWhole;
+    text.erase(at, line.size());
+    const bool optional = line.ends_with("#o");
+    const std::string key = line.substr(0, equals), message = refusal(text);
+    ++tried;
+    if (optional) {
+      EXPECT_EQ(message, "") << line;
+    } else if (key == "break_force_N" || key == "joints_deg") {
+      EXPECT_NE(message, "") << line;  // without them, others are unknown
+    } else if (line == "max = 0.05" || key == "max") {
+      EXPECT_NE(message.find("neither min nor max"), std::string::npos) << message;
+    } else {
+      EXPECT_NE(message.find(key), std::string::npos) << "without '" << line << "': " << message;
+      EXPECT_NE(message.find("missing"), std::string::npos) << "without '" << line << "': " << message;
+    }
+  }
+  EXPECT_GT(tried, 80);
+}
+
+TEST_F(ScenarioFile, UnknownKeysAreRefused) {
+  expect_refused("duration_s = 60", "duration_s = 60\nduration_ms = 1", {"duration_ms", "unknown", "duration_s"});
+  expect_refused("felt_N = 2.0", "felt_N = 2.0\nspeed_radps = 1", {"speed_radps", "unknown"});
+  expect_refused("friction = 0.4", "friction = 0.4\nhunt_crossley = 1e8", {"hunt_crossley", "unknown"});
+}
+
+TEST_F(ScenarioFile, ValuesBeyondTheirBoundsAreRefused) {
+  expect_refused("limb = \"normal\"", "limb = \"strong\"", {"limb", "strong", "light_grip"});
+  expect_refused("reaction_ms = 200", "reaction_ms = 601", {"reaction_ms", "601", "600"});
+  expect_refused("damping_ratio = 0.3", "damping_ratio = 1.1", {"damping_ratio", "1.1", "[0, 1]"});
+  expect_refused("direction = [0.5, 0]", "direction = [0, 0]", {"direction", "zero"});
+  expect_refused("normal = [-1, 0]", "normal = [0, 0]", {"normal", "zero"});
+  expect_refused("felt_N = 2.0", "felt_N = nan", {"felt_N", "nan"});
+  expect_refused("detach_at_s = 40", "detach_at_s = 30", {"detach_at_s", "30", "34"});
+  expect_refused("metric = \"tip_rms_m\"", "metric = \"tip_rms\"", {"tip_rms", "not a metric"});
+  expect_refused("kind = \"engage\"", "kind = \"fly\"", {"fly", "let_go"});
+}
+
+TEST_F(ScenarioFile, PosesThisMachineCannotTakeAreRefused) {
+  expect_refused("tip_m = [2.2, 0.1]", "tip_m = [9, 0.1]", {"approach", "tip_m", "range", "solar015"});
+  expect_refused("bucket_deg = -75", "bucket_deg = 100", {"approach", "tip_m", "bucket would be at", "44.9"});
+  expect_refused("joints_deg = [40, -75, -40]", "joints_deg = [40, -20, -40]",
+                 {"home", "joints_deg", "arm would be at -20 deg", "-29.2"});
+  expect_refused("start_deg = [40, -75, -40]", "start_deg = [80, -75, -40]",
+                 {"start_deg", "boom would be at 80 deg", "62.6"});
+  expect_refused("hand_deg = [42, -77, -38]", "hand_deg = [42, -77, 60]", {"hand_deg", "bucket would be at 60 deg"});
+}
+
+TEST_F(ScenarioFile, FaultsMustNameOnePhaseAndWhatCanHaveThem) {
+  expect_refused("phase = \"sweep\"", "phase = \"swep\"", {"fault[0].phase", "swep", "no [[phase]]"});
+  expect_refused("name = \"rest\"", "name = \"sweep\"", {"fault[0].phase", "sweep", "more than one"});
+  expect_refused("kind = \"node_silent\"", "kind = \"valve_stuck\"", {"fault[0].joint", "missing"});
+  expect_refused("kind = \"node_silent\"", "kind = \"link_cut\"", {"fault[0].node", "unknown"});
+  expect_refused("node = \"pressure_arm_A\"", "node = \"pressure_arm\"", {"fault[0].node", "pressure_arm_B"});
+  const auto fault = [](const std::string& kind, const std::string& node) {
+    return with("kind = \"node_silent\"\nphase = \"sweep\"\nafter_s = 2.3\nduration_s = 1.0\nnode = \"pressure_arm_A\"",
+                "kind = \"" + kind + "\"\nphase = \"sweep\"\nafter_s = 2.3\nduration_s = 1.0\nnode = \"" + node + "\"");
+  };
+  EXPECT_NE(refusal(fault("sensor_invalid", "enable")).find("the enable node cannot"), std::string::npos);
+  EXPECT_NE(refusal(fault("sensor_frozen", "enable")).find("the enable node cannot"), std::string::npos);
+  EXPECT_EQ(load(fault("sensor_frozen", "tilt")).faults[0].subject, machine().bus.tilt.id);
+  EXPECT_EQ(load(fault("node_silent", "enable")).faults[0].subject, machine().bus.enable.id);
+  EXPECT_EQ(load(fault("sensor_invalid", "pressure_bucket_B")).faults[0].subject, machine().bus.pressures[5].id);
+}
+
+TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
+  const std::vector<std::pair<const char*, FaultKind>> kinds{{"link_cut", FaultKind::kLinkCut},
+                                                             {"link_nan", FaultKind::kLinkNaN},
+                                                             {"e_stop", FaultKind::kEStop},
+                                                             {"device_unplugged", FaultKind::kDeviceUnplugged},
+                                                             {"device_silent", FaultKind::kDeviceSilent},
+                                                             {"device_bad_crc", FaultKind::kDeviceBadCrc},
+                                                             {"device_truncated", FaultKind::kDeviceTruncated},
+                                                             {"device_wild", FaultKind::kDeviceWild},
+                                                             {"loop_hung", FaultKind::kLoopHung},
+                                                             {"link_cut_back", FaultKind::kLinkCutBack},
+                                                             {"bus_off", FaultKind::kBusOff},
+                                                             {"can_down", FaultKind::kCanDown},
+                                                             {"no_acknowledge", FaultKind::kNoAcknowledge},
+                                                             {"sync_dropped", FaultKind::kSyncDropped},
+                                                             {"bus_cut", FaultKind::kBusCut},
+                                                             {"babble", FaultKind::kBabble}};
+  for (const auto& [kind, expected] : kinds) {
+    std::string text = with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"");
+    text.erase(text.find("node = \"pressure_arm_A\""), std::string("node = \"pressure_arm_A\"").size());
+    EXPECT_EQ(load(text).faults[0].kind, expected) << kind;
+  }
+  for (const auto& [kind, expected] :
+       std::vector<std::pair<const char*, FaultKind>>{{"node_emergency", FaultKind::kNodeEmergency},
+                                                      {"emcy_storm", FaultKind::kEmcyStorm},
+                                                      {"node_reset", FaultKind::kNodeReset},
+                                                      {"wrong_identity", FaultKind::kWrongIdentity},
+                                                      {"sensor_frozen", FaultKind::kSensorFrozen},
+                                                      {"sensor_invalid", FaultKind::kSensorInvalid}}) {
+    EXPECT_EQ(load(with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"")).faults[0].kind, expected);
+  }
+  expect_refused("kind = \"node_silent\"", "kind = \"gremlin\"", {"fault[0].kind", "gremlin", "link_cut", "babble"});
+  EXPECT_EQ(load(kWhole).faults[0].kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(load(kWhole).faults[1].kind, FaultKind::kValveStuck);
+  EXPECT_EQ(load(kWhole).faults[1].subject, machine().bus.valves[kArm].id);
+}
+
+TEST_F(ScenarioFile, PressingUntilItBreaksNeedsSomethingThatBreaks) {
+  std::string text = with("hold_s = 10", "until_break = true");
+  EXPECT_TRUE(load(text).phases[4].until_break);
+  for (const char* key : {"break_force_N", "break_impulse_Ns", "piece_mass_kg", "piece_depth_m", "piece_rest_m"}) {
+    const auto at = text.find(key);
+    text.erase(at, text.find('\n', at) - at);
+  }
+  EXPECT_NE(refusal(text).find("break_force_N"), std::string::npos);
+}
+
+TEST_F(ScenarioFile, PhasesAreReadAsWritten) {
+  const Scenario s = load(kWhole);
+  ASSERT_EQ(s.phases.size(), 7U);
+  EXPECT_EQ(s.phase_names[4], "press");
+  EXPECT_EQ(s.phases[0].timeout_s, 20);
+  EXPECT_EQ(s.phases[1].timeout_s, 30) << "unless said otherwise";
+  EXPECT_TRUE(s.phases[1].until_fault);
+  EXPECT_NEAR(s.phases[1].joints_rad[2], 22 * kDeg, 1e-12);
+  EXPECT_FALSE(s.phases[2].joint_space);
+  EXPECT_TRUE(s.phases[3].joint_space);
+  EXPECT_EQ(s.phases[4].direction, PlanarVector(1, 0)) << "of length one";
+  EXPECT_NEAR(s.phases[5].joints_rad[0], 5 * kDeg, 1e-12);
+  EXPECT_EQ(s.reaction, 200ms);
+  EXPECT_EQ(s.delay_ms, 10);
+}
+
+TEST_F(ScenarioFile, LengthsFollowTheReachAndLoadsThePayload) {
+  const Scenario small = load(kWhole, machine()), large = load(kWhole, machine("compact080"));
+  const double length = 6.5 / 3.2, load = 800.0 / 150;
+  EXPECT_NEAR(small.phases[2].tip_m.x(), 2.2, 1e-12);
+  EXPECT_NEAR(large.phases[2].tip_m.x(), 2.2 * length, 1e-12);
+  EXPECT_NEAR(large.phases[2].speed_mps, 0.3 * length, 1e-12);
+  EXPECT_NEAR(large.phases[2].tolerance_m, 0.05 * length, 1e-12);
+  EXPECT_EQ(large.phases[2].bucket_rad, small.phases[2].bucket_rad) << "angles stay";
+  EXPECT_EQ(large.phases[4].force_N, small.phases[4].force_N) << "the hand stays the same size";
+  EXPECT_NEAR(large.world.walls[0].point_m.x(), 2.55 * length, 1e-12);
+  EXPECT_NEAR(large.world.walls[0].to_m, 1 * length, 1e-12);
+  EXPECT_NEAR(large.world.walls[0].break_force_N, 2200 * load, 1e-9);
+  EXPECT_NEAR(large.world.walls[0].piece_mass_kg, 45 * load, 1e-9);
+  EXPECT_EQ(large.world.walls[0].stiffness_N_per_m, 1e6) << "concrete is concrete";
+  EXPECT_NEAR(large.world.soil[0].bucket_width_m, 0.45 * length, 1e-12);
+  EXPECT_NEAR(large.world.soil[0].bucket_capacity_m3, 0.04 * load, 1e-12);
+  EXPECT_NEAR(large.world.weights[0].mass_kg, 50 * load, 1e-9);
+  EXPECT_EQ(large.world.weights[0].point_m, machine("compact080").payload_com_m);
+  EXPECT_NEAR(large.world.pipes[0].radius_m, 0.05 * length, 1e-12);
+  EXPECT_NEAR(large.criteria[0].max.value(), 0.05 * length, 1e-12);
+  EXPECT_NEAR(large.criteria[1].max.value(), 5 * load, 1e-9);
+  EXPECT_NEAR(large.criteria[2].max.value(), 150 * load, 1e-9);
+  EXPECT_EQ(large.criteria[3].max.value(), 0.3) << "what the hand feels";
+}
+
+}  // namespace
+}  // namespace knuckle::session

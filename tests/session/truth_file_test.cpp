@@ -1,0 +1,155 @@
+// --truth FILE: every key reaches the simulated machine in the right unit, bad values are refused.
+#include "app/session/truth_file.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <numbers>
+
+#include "app/session/session.h"
+#include "app/session/session_digest.h"
+#include "core/error.h"
+#include "machine/load.h"
+
+namespace knuckle::session {
+namespace {
+namespace fs = std::filesystem;
+
+const MachineDescription& machine() {
+  static const MachineDescription description = load_machine(find_config("machine", "solar015"));
+  return description;
+}
+
+class TruthFile : public ::testing::Test {
+ protected:
+  ~TruthFile() override { fs::remove(path_); }
+  sim::MachineTruth load(const std::string& text) {
+    std::ofstream(path_) << text;
+    return load_truth(path_, machine());
+  }
+  fs::path path_ = fs::temp_directory_path() / ("knuckle_truth_" + std::to_string(getpid()) + ".toml");
+};
+
+struct Key {
+  const char* table;
+  const char* line;
+  std::function<double(const sim::MachineTruth&)> value;
+  double expected;
+  const char* too_much;  ///< The same key beyond its bound.
+};
+
+const std::vector<Key> kKeys{
+    {"", "pressure_offset_bar = [1, 2, 3, 4, 5, 6]", [](auto& t) { return t.pressure[4].offset_Pa; }, 5e5,
+     "pressure_offset_bar = [1, 2, 3, 4, 5, 26]"},
+    {"", "encoder_offset_mm = [1, 2, 3]", [](auto& t) { return t.encoder_offset_m[2]; }, 3e-3,
+     "encoder_offset_mm = [1, 2]"},
+    {"", "pressure_lag_ms = 6", [](auto& t) { return t.pressure[3].lag_s; }, 6e-3, "pressure_lag_ms = 60"},
+    {"", "encoder_noise_mm = 0.02", [](auto& t) { return t.encoder_noise_m; }, 2e-5, "encoder_noise_mm = -1"},
+    {"", "hull_pitch_deg = 2", [](auto& t) { return t.hull_pitch_rad; }, 2 * std::numbers::pi / 180,
+     "hull_pitch_deg = 31"},
+    {"", "tilt_offset_deg = -1", [](auto& t) { return t.tilt_offset_rad; }, -std::numbers::pi / 180,
+     "tilt_offset_deg = -6"},
+    {"", "viscosity_factor = 1.5", [](auto& t) { return t.viscosity_factor; }, 1.5, "viscosity_factor = 0"},
+    {"", "bulk_modulus_GPa = 0.7", [](auto& t) { return t.machine.hydraulics.bulk_modulus_Pa; }, 0.7e9,
+     "bulk_modulus_GPa = 7"},
+    {"[arm]", "mass_factor = 1.1", [](auto& t) { return t.machine.links[1].mass_kg; }, 66, "mass_factor = 3"},
+    {"[arm]", "mass_factor = 1.1", [](auto& t) { return t.machine.links[1].inertia_kgm2; }, 6.6, "mass_factor = 0"},
+    {"[boom.friction]", "coulomb_extend_N = 500", [](auto& t) { return t.friction[0].coulomb_extend_N; }, 500,
+     "coulomb_extend_N = 0"},
+    {"[boom.friction]", "coulomb_retract_N = 400", [](auto& t) { return t.friction[0].coulomb_retract_N; }, 400,
+     "coulomb_retract_N = -1"},
+    {"[arm.friction]", "static_ratio = 1.6", [](auto& t) { return t.friction[1].static_ratio; }, 1.6,
+     "static_ratio = 0.9"},
+    {"[arm.friction]", "stribeck_mmps = 15", [](auto& t) { return t.friction[1].stribeck_mps; }, 0.015,
+     "stribeck_mmps = 0"},
+    {"[bucket.friction]", "viscous_kNs_per_m = 30", [](auto& t) { return t.friction[2].viscous_Ns_per_m; }, 3e4,
+     "viscous_kNs_per_m = 2000"},
+    {"[bucket.valve]", "dead_band_extend = 0.13", [](auto& t) { return t.machine.cylinders[2].valve.dead_band_extend; },
+     0.13, "dead_band_extend = 0.6"},
+    {"[bucket.valve]", "dead_band_retract = 0.09",
+     [](auto& t) { return t.machine.cylinders[2].valve.dead_band_retract; }, 0.09, "dead_band_retract = -0.1"},
+    {"[boom.valve]", "hysteresis = 0.02", [](auto& t) { return t.machine.cylinders[0].valve.hysteresis; }, 0.02,
+     "hysteresis = 0.2"},
+    {"[boom.valve]", "delay_ms = 25", [](auto& t) { return t.machine.cylinders[0].valve.delay_s; }, 0.025,
+     "delay_ms = 200"},
+    {"[arm.valve]", "natural_frequency_Hz = 7",
+     [](auto& t) { return t.machine.cylinders[1].valve.natural_frequency_Hz; }, 7, "natural_frequency_Hz = 0"}};
+
+TEST_F(TruthFile, EveryKeyAloneReachesTheMachineInItsUnit) {
+  for (const Key& key : kKeys) {
+    const sim::MachineTruth truth = load(std::string(key.table) + "\n" + key.line + "\n");
+    EXPECT_NEAR(key.value(truth), key.expected, 1e-9 * std::abs(key.expected)) << key.table << " " << key.line;
+    EXPECT_GT(std::abs(key.value(truth) - key.value(sim::nominal_truth(machine()))), 1e-6 * std::abs(key.expected))
+        << key.line << " is to change something";
+  }
+}
+
+TEST_F(TruthFile, ValuesBeyondTheirBoundsAreRefusedByFileAndKey) {
+  for (const Key& key : kKeys) {
+    const std::string text(key.too_much), name = text.substr(0, text.find(' '));
+    try {
+      (void)load(std::string(key.table) + "\n" + text + "\n");
+      ADD_FAILURE() << text << " was taken";
+    } catch (const InputError& error) {
+      const std::string line = error.what();
+      EXPECT_NE(line.find(path_.string()), std::string::npos) << line;
+      EXPECT_NE(line.find(name), std::string::npos) << line;
+      EXPECT_NE(line.find("must be"), std::string::npos) << line;
+      EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+    }
+  }
+}
+
+TEST_F(TruthFile, UnknownKeysAreRefused) {
+  for (const char* text :
+       {"viscosity = 1", "[boom]\nmass = 1", "[boom.friction]\ncoulomb_N = 300", "[stick]\nmass_factor = 1"}) {
+    EXPECT_THROW((void)load(text), InputError) << text;
+  }
+}
+
+TEST_F(TruthFile, TheShippedExampleFitsEveryShippedMachine) {
+  for (const char* name : {"solar015", "compact080"}) {
+    EXPECT_NO_THROW(
+        (void)load_truth(KNUCKLE_SOURCE_DIR "/config/truth/example.toml", load_machine(find_config("machine", name))));
+  }
+}
+
+std::string digest_of(const sim::MachineTruth& truth) {
+  SessionSetup setup;
+  setup.machine = machine();
+  setup.device = load_device(find_config("device", "knuckle1"));
+  setup.scenario = load_scenario(find_config("scenario", "free_motion"), setup.machine);
+  setup.scenario.duration_s = 8;
+  setup.truth = truth;
+  setup.limb = sim::draw_limb(setup.scenario.limb, 1);
+  Session session(setup);
+  while (!session.done()) session.step();
+  cli::Digest digest;
+  for (const Sample& sample : session.take_record().samples) add(digest, sample);
+  return digest.finish();
+}
+
+TEST_F(TruthFile, OneThatSaysWhatTheMachineFileSaysGivesTheNominalSession) {
+  const std::string nominal = digest_of(sim::nominal_truth(machine()));
+  EXPECT_EQ(digest_of(load("")), nominal);
+  std::string text =
+      "pressure_offset_bar = [0, 0, 0, 0, 0, 0]\nencoder_offset_mm = [0, 0, 0]\nhull_pitch_deg = 0\n"
+      "tilt_offset_deg = 0\nviscosity_factor = 1\nbulk_modulus_GPa = 1.0\n";
+  const PerJoint<const char*> coulomb{"350", "300", "250"};
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const std::string joint = kJointNames[i], force = coulomb[i];
+    text += "[" + joint + "]\nmass_factor = 1\n[" + joint + ".friction]\ncoulomb_extend_N = " + force +
+            "\ncoulomb_retract_N = " + force + "\nstatic_ratio = 1.4\nstribeck_mmps = 12\nviscous_kNs_per_m = 20\n[" +
+            joint +
+            ".valve]\ndead_band_extend = 0.11\ndead_band_retract = 0.11\nhysteresis = 0.01\ndelay_ms = 15\n"
+            "natural_frequency_Hz = 10\n";
+  }
+  EXPECT_EQ(digest_of(load(text)), nominal);
+  EXPECT_NE(digest_of(load("viscosity_factor = 1.001")), nominal);
+}
+
+}  // namespace
+}  // namespace knuckle::session
