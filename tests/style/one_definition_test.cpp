@@ -46,8 +46,7 @@ std::vector<std::string> defined_twice_in(const Contents& files) {
   return defined_twice(all);
 }
 
-/// Sources of the product under "", and those of each folder of tests/ under its name; a fuzzer is a program of its
-/// own.
+/// Sources of the product under "", and those of each folder of tests under its path; a fuzzer is a program of its own.
 std::map<std::string, Contents> sources_by_program() {
   const fs::path root = KNUCKLE_SOURCE_DIR;
   std::map<std::string, Contents> programs;
@@ -57,7 +56,8 @@ std::map<std::string, Contents> sources_by_program() {
     if (it->path().extension() != ".h" && it->path().extension() != ".cpp") continue;
     const std::string file = fs::relative(it->path(), root).generic_string();
     const bool fuzzer = file.starts_with("tests/fuzz/") && file.ends_with(".cpp");
-    const std::string program = fuzzer ? file : file.starts_with("tests/") ? file.substr(6, file.find('/', 6) - 6) : "";
+    const std::string folder = file.substr(0, file.rfind('/'));
+    const std::string program = fuzzer ? file : folder.starts_with("tests/") ? folder : "";
     std::ifstream stream(it->path(), std::ios::binary);
     programs[program][file] = {std::istreambuf_iterator<char>(stream), {}};
   }
@@ -76,11 +76,11 @@ TEST(OneDefinition, EveryNameIsDefinedOnceInEachProgram) {
   Definitions product;
   add(product, programs.at(""));
   tell(product);
-  add(product, programs.at("support"));
+  add(product, programs.at("tests/support"));
   tell(product);
   for (const auto& [program, files] : programs) {
     Definitions linked = product;
-    if (!program.empty() && program != "support") add(linked, files);
+    if (!program.empty() && program != "tests/support") add(linked, files);
     tell(linked);
   }
 }
