@@ -7,6 +7,7 @@
 #include "app/session/scenario.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "machine/device_description.h"
 #include "sim/haptic_device.h"
 #include "sim/machine_on_bus.h"
 #include "sim/operator_limb.h"
