@@ -8,6 +8,7 @@
 
 #include "app/cli/command.h"
 #include "app/programs/program_options.h"
+#include "app/session/scenario.h"
 #include "core/error.h"
 
 namespace knuckle::console::window {
