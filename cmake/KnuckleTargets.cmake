@@ -1,4 +1,5 @@
 # Compiler settings shared by every target, and the calls that make one:
+#   knuckle_precompile(NAME headers... LINK deps...)   headers that several targets share, compiled once
 #   knuckle_library(NAME deps...)   one static library per folder
 #   knuckle_tests(FOLDER deps... [LABEL name])   one GoogleTest binary per test folder; its ctest label, unless FOLDER
 #   knuckle_fuzzers(deps...)        one libFuzzer binary per tests/fuzz/*_fuzz.cpp
@@ -36,12 +37,21 @@ if(KNUCKLE_COVERAGE)
   target_link_options(knuckle_options INTERFACE --coverage)
 endif()
 
+# Every target that shares it must be compiled alike: g++ says so where one is not. Its own defines do no harm.
+function(knuckle_precompile name)
+  cmake_parse_arguments(PARSE_ARGV 1 shared "" "" "LINK")
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/precompiled/${name}.cpp CONTENT "")
+  add_library(knuckle_${name} OBJECT ${PROJECT_BINARY_DIR}/precompiled/${name}.cpp)
+  target_link_libraries(knuckle_${name} PRIVATE knuckle_options Eigen3::Eigen ${shared_LINK})
+  target_precompile_headers(knuckle_${name} PRIVATE ${shared_UNPARSED_ARGUMENTS})
+endfunction()
+
 function(knuckle_library name)
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   if(sources)
     add_library(knuckle_${name} STATIC ${sources})
     set(scope PUBLIC)
-    target_precompile_headers(knuckle_${name} PRIVATE <Eigen/Dense> <array> <cstdint> <optional> <string> <vector>)
+    target_precompile_headers(knuckle_${name} REUSE_FROM knuckle_precompiled)
   else()
     add_library(knuckle_${name} INTERFACE)
     set(scope INTERFACE)
@@ -63,7 +73,7 @@ function(knuckle_tests folder)
   add_executable(test_${name} ${sources})
   # Object libraries are not passed on by others: each test binary holds the counting malloc itself.
   target_link_libraries(test_${name} PRIVATE ${tests_UNPARSED_ARGUMENTS} knuckle_no_alloc GTest::gtest_main)
-  target_precompile_headers(test_${name} PRIVATE <Eigen/Dense> <gtest/gtest.h> <array> <string> <vector>)
+  target_precompile_headers(test_${name} REUSE_FROM knuckle_precompiled_tests)
   target_compile_definitions(test_${name} PRIVATE KNUCKLE_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   # The suite's name says where it runs: Deep* in `scripts/test --deep` only, *Thread* under TSan as well. One label a
   # test: the discovery of CMake 3.25 passes no lists on; `ctest -R '^${name}[.]'` selects a folder whole.

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/arm_description.h"
 
 namespace knuckle::estimation {
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "machine/description.h"
+#include "machine/device_description.h"
 
 namespace knuckle {
 

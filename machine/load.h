@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "machine/description.h"
+#include "machine/device_description.h"
 
 namespace knuckle {
 

@@ -8,7 +8,7 @@
 #include "core/joints.h"
 #include "core/reason.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/device_description.h"
 #include "transport/hid_port.h"
 #include "transport/hid_reports.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/device_description.h"
 
 namespace knuckle::master {
 

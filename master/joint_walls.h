@@ -3,6 +3,7 @@
 
 #include "core/joints.h"
 #include "machine/description.h"
+#include "machine/device_description.h"
 
 namespace knuckle::master {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/device_description.h"
 #include "master/device_kinematics.h"
 
 namespace knuckle::master {

@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/bus_description.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"
 

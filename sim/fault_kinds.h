@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "machine/description.h"
+#include "machine/bus_description.h"
 
 namespace knuckle::sim {
 

@@ -7,7 +7,7 @@
 
 #include "core/joints.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/device_description.h"
 #include "sim/device_firmware.h"
 #include "sim/operator_limb.h"
 #include "transport/hid_port.h"

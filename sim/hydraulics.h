@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "machine/description.h"
+#include "machine/arm_description.h"
 
 namespace knuckle::sim {
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/loop_table.h"
 
 namespace knuckle::sim {
 
@@ -24,7 +25,7 @@ Time MachineOnBus::advance(Time due) {
 
 Duration period_in_ticks(const MachineDescription& machine) {
   const Duration period = from_seconds(1 / machine.bus.sync_Hz);
-  if (period % MachineOnBus::kTick == Duration::zero()) return period;
+  if (period % kTick == Duration::zero()) return period;
   throw InputError(machine.source + ": key 'bus.sync_Hz' = " + std::to_string(machine.bus.sync_Hz) +
                    ": its period must be whole milliseconds");
 }

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/joints.h"
+#include "core/loop_table.h"
 #include "core/time.h"
 #include "machine/description.h"
 #include "sim/simulated_machine.h"
@@ -24,9 +25,6 @@ namespace knuckle::sim {
 
 class MachineOnBus {
  public:
-  static constexpr Duration kTick = 1ms;
-  /// In real time, below the loops: the slave decides what the valves do, this only plays the world.
-  static constexpr int kPriority = 70;
   static constexpr std::size_t kControllerPort = 0, kMachinePort = 1;  ///< Of the virtual bus.
 
   /// @param wire bus that is there and outlives this; nullptr: a virtual one of its own. @param seed of the sensor

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "machine/description.h"
+#include "machine/arm_description.h"
 
 namespace knuckle::sim {
 

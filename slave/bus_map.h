@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "machine/description.h"
+#include "machine/bus_description.h"
 #include "transport/can_load.h"
 
 namespace knuckle::slave {

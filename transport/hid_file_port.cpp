@@ -32,7 +32,7 @@ HidFilePort::HidFilePort(int descriptor) noexcept : descriptor_(descriptor) {
 }
 
 HidFilePort::~HidFilePort() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  let_go();
 }
 
 bool HidFilePort::write(const HidReport& report) noexcept {
@@ -53,17 +53,16 @@ bool HidFilePort::note(long result) noexcept {
   }
   if (result < 0 && (errno == EAGAIN || errno == EINTR)) return false;
   connected_ = false;
-  if (++failures_ % kFailuresBeforeOpening == 0) open_again();
+  let_go();
+  if (++failures_ % kFailuresBeforeOpening == 0 && !path_.empty()) descriptor_ = ::open(path_.c_str(), kFlags);
   return false;
 }
 
-/// A gadget that was unbound and bound again may have a new file under the old name.
-void HidFilePort::open_again() noexcept {
-  if (path_.empty()) return;
-  const int fresh = ::open(path_.c_str(), kFlags);
-  if (fresh < 0) return;
-  ::close(descriptor_);
-  descriptor_ = fresh;
+/// A gadget that is bound again has a new file under the old name; and a kernel with CVE-2026-31606 is damaged where a
+/// gadget is bound again whose old file is still open.
+void HidFilePort::let_go() noexcept {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  descriptor_ = -1;
 }
 
 }  // namespace knuckle

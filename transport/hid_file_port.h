@@ -8,7 +8,8 @@
 namespace knuckle {
 
 /// One report a read or write, never blocking. What the host has not fetched yet is not replaced: the newer report is
-/// refused, as by a controller with one buffer. Where the host has gone, the file is opened again every now and then.
+/// refused, as by a controller with one buffer. Where the host has gone, the file is closed at once, and opened again
+/// every now and then.
 class HidFilePort final : public HidPort {
  public:
   /// @param option named in messages, such as "--gadget". @throws InputError where the file cannot be opened.
@@ -27,7 +28,7 @@ class HidFilePort final : public HidPort {
 
  private:
   bool note(long result) noexcept;
-  void open_again() noexcept;
+  void let_go() noexcept;
 
   std::string path_;
   int descriptor_;

@@ -6,12 +6,12 @@
 #include "app/cli/output_file.h"
 #include "app/motion/transfer.h"
 #include "app/recordings/recording_reader.h"
+#include "core/loop_table.h"
 #include "estimation/identification/excitation.h"
 
 namespace knuckle::bringup {
 namespace {
 
-constexpr Duration kTick = 1ms;
 constexpr Duration kComeUp = 15s, kRestart = 3s, kSettle = 20s, kStand = 500ms, kRest = 1500ms;
 constexpr Duration kLetGo = 300ms;
 

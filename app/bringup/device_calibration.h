@@ -11,7 +11,7 @@
 #include "app/bringup/device_probe.h"
 #include "app/cli/command.h"
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/device_description.h"
 #include "transport/hid_port.h"
 
 namespace knuckle::bringup {

@@ -5,7 +5,7 @@
 
 #include "app/bringup/device_probe.h"
 #include "app/bringup/doctor_finding.h"
-#include "machine/description.h"
+#include "machine/device_description.h"
 
 namespace knuckle::bringup {
 

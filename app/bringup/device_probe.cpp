@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/loop_table.h"
 #include "transport/hidapi_port.h"
 #include "transport/libusb_port.h"
 
@@ -92,9 +93,8 @@ std::unique_ptr<HidDevicePort> open_device_port(const std::string& option, const
 }
 
 std::unique_ptr<HidDevicePort> open_leading_device(const std::string& back_end, const std::string& serial) {
-  constexpr int kPriority = 85;
   if (back_end != "hid" && back_end != "usb") return nullptr;
-  return open_device_port("--device", back_end, {.serial = serial, .fifo_priority = kPriority});
+  return open_device_port("--device", back_end, {.serial = serial, .fifo_priority = fifo_priority::kDevicePort});
 }
 
 std::vector<HidCandidate> list_devices(const std::string& back_end) {

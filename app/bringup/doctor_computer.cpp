@@ -13,12 +13,13 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/loop_table.h"
+
 namespace knuckle::bringup {
 namespace {
 namespace fs = std::filesystem;
 using Level = Finding::Level;
 
-constexpr int kLoopPriority = 80;
 constexpr int kCanLinkType = 280;  // ARPHRD_CAN
 
 std::string first_line(const fs::path& file) {
@@ -33,7 +34,7 @@ bool fifo_granted() {
   sched_param before{}, wanted{};
   int policy = 0;
   if (pthread_getschedparam(pthread_self(), &policy, &before) != 0) return false;
-  wanted.sched_priority = kLoopPriority;
+  wanted.sched_priority = fifo_priority::kSlave;
   if (pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted) != 0) return false;
   pthread_setschedparam(pthread_self(), policy, &before);
   return true;

@@ -5,12 +5,12 @@
 #include "app/session/scenario.h"
 #include "app/session/session_setup.h"
 #include "core/error.h"
+#include "core/loop_table.h"
 #include "transport/timed_frame.h"
 
 namespace knuckle::console {
 namespace {
 
-constexpr int kPriority = 75;
 constexpr Duration kLongestEnd = 1s;  // a loop that has died keeps no window open
 
 }  // namespace
@@ -42,14 +42,14 @@ void ConsoleHost::choose(const session::SimulateOptions& options, LiveSession::L
 }
 
 void ConsoleHost::skip_to(double simulated_s) {
-  for (; to_seconds(skipped_to_) < simulated_s; write_frames()) loop_->step(skipped_to_ += session::kTick);
+  for (; to_seconds(skipped_to_) < simulated_s; write_frames()) loop_->step(skipped_to_ += kTick);
 }
 
 void ConsoleHost::begin() {
   viewed_at_ = now();
   thread_ = std::make_unique<RealtimeThread>(RealtimeOptions{.name = "console",
-                                                             .period = session::kTick,
-                                                             .fifo_priority = kPriority,
+                                                             .period = kTick,
+                                                             .fifo_priority = fifo_priority::kMaster,
                                                              .lock_memory = true,
                                                              .health = &health_box_},
                                              clock_, [this](Time now) { loop_->step(now); });
@@ -59,7 +59,7 @@ void ConsoleHost::stop() {
   if (!thread_) return;
   loop_->let_go();
   const Time latest = clock_.now() + kLongestEnd;
-  while (!loop_->has_let_go() && clock_.now() < latest) clock_.sleep_until(clock_.now() + session::kTick);
+  while (!loop_->has_let_go() && clock_.now() < latest) clock_.sleep_until(clock_.now() + kTick);
   thread_->stop();
   thread_.reset();
   write_frames();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/loop_table.h"
+
 namespace knuckle::console {
 namespace {
 
@@ -126,7 +128,7 @@ void ConsoleLoop::step_session(Time now) noexcept {
   if (paused != paused_) watch_.note(session_->now(), ConsoleEventKind::kPaused, paused);
   paused_ = paused;
   if (paused) return;
-  const std::int64_t missed = stepped_at_ == kNever ? 1 : (now - stepped_at_) / session::kTick;
+  const std::int64_t missed = stepped_at_ == kNever ? 1 : (now - stepped_at_) / kTick;
   for (std::int64_t i = 0; i < std::clamp<std::int64_t>(missed, 1, kMostTicks); ++i) session_->step(hand());
 }
 

@@ -2,6 +2,7 @@
 
 #include "app/session/loop_views.h"
 #include "app/session/operator_path.h"
+#include "core/loop_table.h"
 
 namespace knuckle::console {
 namespace {
@@ -31,7 +32,7 @@ LiveSession::LiveSession(const session::SessionSetup& setup, Led led, HidPort* d
 }
 
 void LiveSession::step(const HandInput& held) noexcept {
-  now_ += session::kTick;
+  now_ += kTick;
   network_.advance(now_);
   if (scripted_) {
     station_.step(now_, scripted_->step(now_, seen_by_operator()));

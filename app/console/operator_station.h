@@ -12,6 +12,7 @@
 #include "app/session/session_sides.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "machine/device_description.h"
 #include "master/master_loop.h"
 #include "sim/haptic_device.h"
 #include "sim/operator_limb.h"

@@ -6,6 +6,7 @@
 #include "core/joints.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "machine/device_description.h"
 #include "master/device_kinematics.h"
 #include "sim/haptic_device.h"
 #include "sim/operator.h"

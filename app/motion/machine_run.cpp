@@ -10,6 +10,7 @@
 #include "app/motion/path_leader.h"
 #include "app/motion/transfer.h"
 #include "core/error.h"
+#include "core/loop_table.h"
 #include "core/seed.h"
 #include "machine/kinematics.h"
 #include "sim/simulated_machine.h"
@@ -21,7 +22,6 @@
 namespace knuckle::motion {
 namespace {
 
-constexpr Duration kTick = 1ms;
 constexpr Duration kComeUp = 10s, kSettle = 20s, kRestart = 2s, kSettled = 3s;  // patience
 constexpr Duration kLoadComes = 500ms;
 constexpr Duration kWatched = 1s;

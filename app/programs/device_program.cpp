@@ -8,6 +8,7 @@
 #include "app/bringup/device_probe.h"
 #include "app/recordings/csv_row.h"
 #include "app/session/operator_path.h"
+#include "core/loop_table.h"
 #include "core/ring.h"
 #include "sim/haptic_device.h"
 #include "transport/link_messages.h"
@@ -15,8 +16,8 @@
 namespace knuckle::programs {
 namespace {
 
-constexpr Duration kTick = 1ms, kTail = 500ms;  // how long the device stays after the operator has finished
-constexpr int kPriority = 65, kTicksPerRow = 5;
+constexpr Duration kTail = 500ms;  // how long the device stays after the operator has finished
+constexpr int kTicksPerRow = 5;
 
 /// What is truly so, known to no controller.
 struct TruthRow {
@@ -188,7 +189,7 @@ DeviceProgramOutcome run_device(const DeviceProgramSetup& setup, HidPort& cable,
   PolicyNote policy("device");
   const RealtimeClock clock;
   {
-    RealtimeThread loop({.name = "device", .period = kTick, .fifo_priority = kPriority}, clock,
+    RealtimeThread loop({.name = "device", .period = kTick, .fifo_priority = fifo_priority::kHand}, clock,
                         [&runner](Time now) { runner->step(now); });
     const auto tend = [&](Time now) {
       policy.tell(run.console, now, loop);

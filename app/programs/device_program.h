@@ -11,6 +11,7 @@
 #include "app/programs/program_console.h"
 #include "core/joints.h"
 #include "machine/description.h"
+#include "machine/device_description.h"
 #include "sim/operator.h"
 #include "sim/operator_limb.h"
 #include "transport/hid_port.h"

@@ -5,13 +5,14 @@
 #include <memory>
 
 #include "app/programs/master_table.h"
+#include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
 
 namespace knuckle::programs {
 namespace {
 
-constexpr int kPriority = 75, kStepsPerRow = 5;
+constexpr int kStepsPerRow = 5;
 constexpr double kSilent_s = 1;
 constexpr Duration kStandingReason = 1s;
 
@@ -198,8 +199,9 @@ MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, co
   PolicyNote policy("master");
   const RealtimeClock clock;
   {
-    RealtimeThread loop({.name = "master", .period = 1ms, .fifo_priority = kPriority, .lock_memory = true}, clock,
-                        [&runner](Time now) { runner->step(now); });
+    RealtimeThread loop(
+        {.name = "master", .period = kTick, .fifo_priority = fifo_priority::kMaster, .lock_memory = true}, clock,
+        [&runner](Time now) { runner->step(now); });
     const auto tend = [&](Time now) {
       policy.tell(run.console, now, loop);
       teller.tell(now, *runner);

@@ -14,6 +14,7 @@
 #include "core/reason.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "machine/device_description.h"
 #include "master/master_loop.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/bus_description.h"
 #include "sim/machine_faults.h"
 
 namespace knuckle::programs {

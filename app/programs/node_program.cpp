@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/recordings/csv_row.h"
+#include "core/loop_table.h"
 #include "core/ring.h"
 #include "sim/machine_on_bus.h"
 
@@ -120,9 +121,8 @@ NodeOutcome run_node(const NodeSetup& setup, CanBus& bus, const ProgramRun& run,
   PolicyNote policy("node");
   const RealtimeClock clock;
   {
-    RealtimeThread loop(
-        {.name = "node", .period = sim::MachineOnBus::kTick, .fifo_priority = sim::MachineOnBus::kPriority}, clock,
-        [&runner](Time now) { runner->step(now); });
+    RealtimeThread loop({.name = "node", .period = kTick, .fifo_priority = fifo_priority::kMachine}, clock,
+                        [&runner](Time now) { runner->step(now); });
     const auto tend = [&](Time now) {
       policy.tell(run.console, now, loop);
       tell(setup, *runner, run.console, outcome);

@@ -12,7 +12,7 @@
 #include "core/histogram.h"
 #include "core/realtime_thread.h"
 #include "core/reason.h"
-#include "machine/description.h"
+#include "machine/bus_description.h"
 #include "transport/can_health.h"
 
 namespace knuckle::programs {

@@ -21,7 +21,7 @@
 namespace knuckle::programs {
 namespace {
 
-constexpr double kLongestSession_s = 3600, kLongestDelay_ms = 5000;
+constexpr double kLongestSession_s = 3600;
 const std::vector<std::string> kControls{"echo", "direct"};
 
 void add_options(CLI::App& c, session::SimulateOptions& o) {
@@ -66,8 +66,8 @@ void check_places(const session::SimulateOptions& o) {
 void check(const session::SimulateOptions& o) {
   if (o.scenario.empty()) cli::refuse_option("--scenario", "\"\"", "must name a scenario");
   cli::check_range("--duration", o.duration_s, 0.1, kLongestSession_s, " s");
-  cli::check_range("--delay-ms", o.delay_ms, 0, kLongestDelay_ms, " ms");
-  cli::check_range("--jitter-ms", o.jitter_ms, 0, kLongestDelay_ms, " ms");
+  cli::check_range("--delay-ms", o.delay_ms, 0, session::kLongestDelay_ms, " ms");
+  cli::check_range("--jitter-ms", o.jitter_ms, 0, session::kLongestDelay_ms, " ms");
   cli::check_range("--loss", o.loss, 0, 1, "");
   if (o.assist_force_limit_N && *o.assist_force_limit_N != 0)
     cli::check_range("--assist-force-limit", o.assist_force_limit_N, session::kLeastAssist_N, session::kMostAssist_N,

@@ -10,6 +10,7 @@
 #include "app/programs/program_options.h"
 #include "app/programs/slave_program.h"
 #include "app/session/scenario.h"
+#include "core/loop_table.h"
 #include "machine/load.h"
 #include "sim/machine_on_bus.h"
 #include "sim/truth.h"
@@ -108,10 +109,8 @@ class MachineBus {
     }
     const Simulation& simulation = *setup.simulation;
     machine_.emplace(simulation.truth, simulation.scenario.world, simulation.scenario.start_rad, simulation.seed);
-    thread_.emplace(
-        RealtimeOptions{
-            .name = "machine", .period = sim::MachineOnBus::kTick, .fifo_priority = sim::MachineOnBus::kPriority},
-        RealtimeClock(), [this](Time now) { machine_->step(now); });
+    thread_.emplace(RealtimeOptions{.name = "machine", .period = kTick, .fifo_priority = fifo_priority::kMachine},
+                    RealtimeClock(), [this](Time now) { machine_->step(now); });
   }
   MachineBus(const MachineBus&) = delete;
   MachineBus& operator=(const MachineBus&) = delete;

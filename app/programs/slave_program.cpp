@@ -8,6 +8,7 @@
 
 #include "app/bringup/orderly_stop.h"
 #include "app/programs/slave_table.h"
+#include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
 #include "slave/slave_loop.h"
@@ -17,7 +18,6 @@
 namespace knuckle::programs {
 namespace {
 
-constexpr int kPriority = 80;
 constexpr Duration kStandingReason = 1s;  // what blocks for so long is told, also where no terminal shows it
 
 struct SlaveStatus {
@@ -255,7 +255,7 @@ SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& lin
   {
     RealtimeThread loop({.name = "slave",
                          .period = from_seconds(1 / machine.bus.sync_Hz),
-                         .fifo_priority = kPriority,
+                         .fifo_priority = fifo_priority::kSlave,
                          .lock_memory = true,
                          .health = &health},
                         clock, [&runner](Time now) { runner->step(now); });

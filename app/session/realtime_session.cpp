@@ -11,6 +11,7 @@
 #include "app/session/operator_path.h"
 #include "app/session/session_books.h"
 #include "core/error.h"
+#include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/realtime_thread.h"
 #include "sim/machine_on_bus.h"
@@ -21,11 +22,9 @@
 namespace knuckle::session {
 namespace {
 
-constexpr Duration kTick = 1ms;
 constexpr double kTail_s = 0.5;   // recorded after the operator has finished
 constexpr double kGrace_s = 1.0;  // until all threads have ended, at most
 // The slave first, because it decides what the valves do; what only plays the world comes last.
-constexpr int kSlavePriority = 80, kMasterPriority = 75, kHandPriority = 65;
 
 /// Largest of the last values.
 class RecentPeak {
@@ -201,14 +200,14 @@ SessionOutcome run_realtime(const SessionSetup& setup, const std::function<void(
   const RealtimeClock clock;
   {
     const Duration slave_period = from_seconds(1 / setup.machine.bus.sync_Hz);
-    RealtimeThread machine({.name = "machine", .period = kTick, .fifo_priority = sim::MachineOnBus::kPriority}, clock,
+    RealtimeThread machine({.name = "machine", .period = kTick, .fifo_priority = fifo_priority::kMachine}, clock,
                            [&loops](Time now) { loops.step_machine(now); });
     RealtimeThread slave(
-        {.name = "slave", .period = slave_period, .fifo_priority = kSlavePriority, .lock_memory = true}, clock,
+        {.name = "slave", .period = slave_period, .fifo_priority = fifo_priority::kSlave, .lock_memory = true}, clock,
         [&loops](Time now) { loops.step_slave(now); });
-    RealtimeThread master({.name = "master", .period = kTick, .fifo_priority = kMasterPriority}, clock,
+    RealtimeThread master({.name = "master", .period = kTick, .fifo_priority = fifo_priority::kMaster}, clock,
                           [&loops](Time now) { loops.step_master(now); });
-    RealtimeThread hand({.name = "hand", .period = kTick, .fifo_priority = kHandPriority}, clock,
+    RealtimeThread hand({.name = "hand", .period = kTick, .fifo_priority = fifo_priority::kHand}, clock,
                         [&loops](Time now) { loops.step_hand(now); });
     wait_for_the_end(clock, loops, setup.scenario.duration_s, progress);
     for (RealtimeThread* thread : {&hand, &master, &slave, &machine}) thread->stop();

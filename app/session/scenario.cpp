@@ -310,7 +310,7 @@ Scenario load_scenario(const std::string& path, const MachineDescription& machin
   scenario.hand_rad = file.numbers<3>("hand_deg", -180, 180, kDeg);
   range.require_pose(file, "hand_deg", scenario.hand_rad);
   scenario.duration_s = file.number("duration_s", 1, 3600);
-  if (file.has("link")) scenario.delay_ms = file.table("link").number("delay_ms", 0, 5000);
+  if (file.has("link")) scenario.delay_ms = file.table("link").number("delay_ms", 0, kLongestDelay_ms);
   if (file.has("assist")) scenario.assist = read_assist(file.table("assist"), scale);
   TomlTable person = file.table("operator");
   scenario.limb =

@@ -15,6 +15,8 @@
 
 namespace knuckle::session {
 
+/// Of the link, one way: of its delay and of its jitter.
+inline constexpr double kLongestDelay_ms = 5000;
 /// Bounds of the assist's force limit: below, the estimate is not good enough to hold it; above, it limits nothing.
 inline constexpr double kLeastAssist_N = 300, kMostAssist_N = 1e5;
 

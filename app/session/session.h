@@ -12,6 +12,7 @@
 #include "app/session/session_record.h"
 #include "core/histogram.h"
 #include "machine/description.h"
+#include "machine/device_description.h"
 #include "master/master_loop.h"
 #include "sim/operator_limb.h"
 #include "sim/truth.h"

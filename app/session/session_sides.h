@@ -5,8 +5,10 @@
 #include <cstdint>
 
 #include "app/session/scenario.h"
+#include "core/loop_table.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "machine/device_description.h"
 #include "sim/haptic_device.h"
 #include "sim/machine_on_bus.h"
 #include "sim/operator_limb.h"
@@ -18,8 +20,6 @@
 #include "transport/watched_can.h"
 
 namespace knuckle::session {
-
-inline constexpr Duration kTick = sim::MachineOnBus::kTick;  ///< Of every session on virtual time.
 
 /// A limb on a haptic device at the end of its cable.
 struct HandSide {

@@ -6,7 +6,7 @@
 #include "app/session/frame_log.h"
 #include "app/session/session.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/bus_description.h"
 
 namespace knuckle::session {
 

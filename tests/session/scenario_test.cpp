@@ -260,39 +260,40 @@ TEST_F(ScenarioFile, FaultsMustNameOnePhaseAndWhatCanHaveThem) {
 }
 
 TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
-  const std::vector<std::pair<const char*, FaultKind>> kinds{{"link_cut", FaultKind::kLinkCut},
-                                                             {"link_nan", FaultKind::kLinkNaN},
-                                                             {"e_stop", FaultKind::kEStop},
-                                                             {"device_unplugged", FaultKind::kDeviceUnplugged},
-                                                             {"device_silent", FaultKind::kDeviceSilent},
-                                                             {"device_bad_crc", FaultKind::kDeviceBadCrc},
-                                                             {"device_truncated", FaultKind::kDeviceTruncated},
-                                                             {"device_wild", FaultKind::kDeviceWild},
-                                                             {"loop_hung", FaultKind::kLoopHung},
-                                                             {"link_cut_back", FaultKind::kLinkCutBack},
-                                                             {"bus_off", FaultKind::kBusOff},
-                                                             {"can_down", FaultKind::kCanDown},
-                                                             {"no_acknowledge", FaultKind::kNoAcknowledge},
-                                                             {"sync_dropped", FaultKind::kSyncDropped},
-                                                             {"bus_cut", FaultKind::kBusCut},
-                                                             {"babble", FaultKind::kBabble}};
+  const std::vector<std::pair<const char*, sim::FaultKind>> kinds{
+      {"link_cut", sim::FaultKind::kLinkCut},
+      {"link_nan", sim::FaultKind::kLinkNaN},
+      {"e_stop", sim::FaultKind::kEStop},
+      {"device_unplugged", sim::FaultKind::kDeviceUnplugged},
+      {"device_silent", sim::FaultKind::kDeviceSilent},
+      {"device_bad_crc", sim::FaultKind::kDeviceBadCrc},
+      {"device_truncated", sim::FaultKind::kDeviceTruncated},
+      {"device_wild", sim::FaultKind::kDeviceWild},
+      {"loop_hung", sim::FaultKind::kLoopHung},
+      {"link_cut_back", sim::FaultKind::kLinkCutBack},
+      {"bus_off", sim::FaultKind::kBusOff},
+      {"can_down", sim::FaultKind::kCanDown},
+      {"no_acknowledge", sim::FaultKind::kNoAcknowledge},
+      {"sync_dropped", sim::FaultKind::kSyncDropped},
+      {"bus_cut", sim::FaultKind::kBusCut},
+      {"babble", sim::FaultKind::kBabble}};
   for (const auto& [kind, expected] : kinds) {
     std::string text = with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"");
     text.erase(text.find("node = \"pressure_arm_A\""), std::string("node = \"pressure_arm_A\"").size());
     EXPECT_EQ(load(text).faults[0].kind, expected) << kind;
   }
   for (const auto& [kind, expected] :
-       std::vector<std::pair<const char*, FaultKind>>{{"node_emergency", FaultKind::kNodeEmergency},
-                                                      {"emcy_storm", FaultKind::kEmcyStorm},
-                                                      {"node_reset", FaultKind::kNodeReset},
-                                                      {"wrong_identity", FaultKind::kWrongIdentity},
-                                                      {"sensor_frozen", FaultKind::kSensorFrozen},
-                                                      {"sensor_invalid", FaultKind::kSensorInvalid}}) {
+       std::vector<std::pair<const char*, sim::FaultKind>>{{"node_emergency", sim::FaultKind::kNodeEmergency},
+                                                           {"emcy_storm", sim::FaultKind::kEmcyStorm},
+                                                           {"node_reset", sim::FaultKind::kNodeReset},
+                                                           {"wrong_identity", sim::FaultKind::kWrongIdentity},
+                                                           {"sensor_frozen", sim::FaultKind::kSensorFrozen},
+                                                           {"sensor_invalid", sim::FaultKind::kSensorInvalid}}) {
     EXPECT_EQ(load(with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"")).faults[0].kind, expected);
   }
   expect_refused("kind = \"node_silent\"", "kind = \"gremlin\"", {"fault[0].kind", "gremlin", "link_cut", "babble"});
-  EXPECT_EQ(load(kWhole).faults[0].kind, FaultKind::kNodeSilent);
-  EXPECT_EQ(load(kWhole).faults[1].kind, FaultKind::kValveStuck);
+  EXPECT_EQ(load(kWhole).faults[0].kind, sim::FaultKind::kNodeSilent);
+  EXPECT_EQ(load(kWhole).faults[1].kind, sim::FaultKind::kValveStuck);
   EXPECT_EQ(load(kWhole).faults[1].subject, machine().bus.valves[kArm].id);
 }
 

@@ -43,7 +43,7 @@ class ScriptedLink final : public Link {
   bool pending_ = false;
 };
 
-struct WireFrame {
+struct SentFrame {
   Time at;
   CanFrame frame;
 };
@@ -156,7 +156,7 @@ class BenchMachine {
   bool link_up = true, hung = false, recording = true;
   Duration round_trip = 20ms;
   PerJoint<bool> blocked{};  ///< The cylinder does not move whatever its valve does.
-  std::vector<WireFrame> wire;
+  std::vector<SentFrame> wire;
 
  private:
   static sim::SensorErrors errors() {

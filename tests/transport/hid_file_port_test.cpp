@@ -8,8 +8,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <optional>
+#include <string>
+#include <system_error>
 
 #include "core/error.h"
 
@@ -80,6 +83,35 @@ TEST(HidFilePort, SaysThatTheHostHasGone) {
   HidReport report;
   EXPECT_FALSE(pair.port->read(report));
   EXPECT_FALSE(pair.port->connected());
+}
+
+/// How often this program has the file open.
+int times_open(const std::string& path) {
+  int times = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    std::error_code gone;
+    times += std::filesystem::read_symlink(entry.path(), gone) == path ? 1 : 0;
+  }
+  return times;
+}
+
+TEST(HidFilePort, LetsGoOfTheFileWhenTheHostHasGoneAndOpensItAgainLater) {
+  const std::string path = testing::TempDir() + "/hid_file_port_gadget";
+  std::filesystem::remove(path);
+  std::filesystem::create_symlink("/dev/full", path);  // takes no report
+  HidFilePort port("--gadget", path);
+  EXPECT_EQ(times_open("/dev/full"), 1);
+  EXPECT_FALSE(port.write(counting()));
+  EXPECT_EQ(times_open("/dev/full"), 0);  // may be bound anew from here on
+  std::filesystem::remove(path);
+  std::filesystem::create_symlink("/dev/null", path);  // takes every report
+  const int others = times_open("/dev/null");
+  bool taken = false;
+  for (int i = 0; i < 1000 && !taken; ++i) taken = port.write(counting());
+  EXPECT_TRUE(taken);
+  EXPECT_TRUE(port.connected());
+  EXPECT_EQ(times_open("/dev/null"), others + 1);
+  std::filesystem::remove(path);
 }
 
 TEST(HidFilePort, WritesOverNoFile) {

@@ -14,6 +14,7 @@
 #include "app/console/widgets/widgets.h"
 #include "core/loop_health.h"
 #include "machine/description.h"
+#include "machine/device_description.h"
 
 namespace knuckle::console::screens {
 

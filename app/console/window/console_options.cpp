@@ -8,6 +8,7 @@
 
 #include "app/cli/command.h"
 #include "app/programs/program_options.h"
+#include "app/session/scenario.h"
 #include "core/error.h"
 
 namespace knuckle::console::window {
@@ -108,7 +109,7 @@ void check(const ConsoleOptions& o) {
   cli::check_range("--scale", o.scale, 0.75, 3, "");
   cli::check_range("--duration", o.duration_s, 0.1, programs::kLongestRun_s, " s");
   cli::check_range("--at", o.at_s, 0, 600, " s");
-  cli::check_range("--delay-ms", o.session.delay_ms, 0, 1000, " ms");
+  cli::check_range("--delay-ms", o.session.delay_ms, 0, session::kLongestDelay_ms, " ms");
   cli::check_range("--jitter-ms", o.session.jitter_ms, 0, 1000, " ms");
   cli::check_range("--loss", o.session.loss, 0, 0.9, "");
   (void)size_of(o.size);

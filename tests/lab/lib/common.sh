@@ -20,6 +20,9 @@ check() {
 # Last line of every test: how many there were, so that none can be missing.
 plan() { echo "1..$count"; }
 
+# What the test does now: one line for who looks at a test that came to no end.
+begin() { echo ": $*"; }
+
 # within SECONDS COMMAND...: tries every 50 ms; fails where it never succeeded.
 within() {
   local tries=$(($1 * 20))
@@ -43,6 +46,7 @@ result=/result
 start() {
   local name=$1
   shift
+  begin "program $name"
   "$@" > "$result/$name.log" 2>&1 &
   echo $! > "/run/$name.pid"
 }

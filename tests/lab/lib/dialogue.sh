@@ -16,6 +16,7 @@ asks() { tail -n 2 "$result/$talking.log" | awk -v asked="$1" '$0 != "> " { last
 # every look costs more than the machine's motion.
 asked() {
   local tries=400
+  begin "waiting for the question '$1'"
   until [ -n "$unanswered" ] || asks "$1"; do
     tries=$((tries - 1))
     [ "$tries" -gt 0 ] && runs "$talking" || unanswered=$1

@@ -117,6 +117,7 @@ try_fault() {
   fi
   record "$name" vcan1 marks
   sleep 1.3
+  begin "breaking: $name"
   mark $breaking
   eval "$break"
   mark $broken
