@@ -6,6 +6,7 @@
 
 #include "core/joints.h"
 #include "machine/arm_description.h"
+#include "machine/calibration.h"
 
 namespace knuckle::estimation {
 
