@@ -42,8 +42,8 @@ void MasterLoop::step(Time now) noexcept {
 void MasterLoop::receive(Time now) noexcept {
   for (int i = 0; i < kMostDatagrams && link_.receive(incoming_); ++i) {
     const auto message = decode_slave(incoming_.view());
-    if (!message) continue;
-    if (slave_ && !newer(message->sequence, slave_->sequence) && now - slave_at_ < kRestartSilence) continue;
+    const bool silent = now - slave_at_ >= kRestartSilence;
+    if (!message || !news_.take(*message, message->echoed_master_time, now, silent)) continue;
     slave_ = *message;
     slave_at_ = now;
     const double sample_s = to_seconds(now - message->echoed_master_time);

@@ -17,6 +17,7 @@
 #include "transport/hid_port.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
+#include "transport/news.h"
 
 namespace knuckle::master {
 
@@ -86,6 +87,7 @@ class MasterLoop {
   double force_scale_;
   AssistSettings assist_;
   bool stop_ = false;
+  News news_;
   std::optional<SlaveMessage> slave_;
   Time slave_at_ = kNever;  // arrival of slave_
   double round_trip_s_ = 0, silence_s_ = 1e9;
