@@ -17,12 +17,6 @@ constexpr double kDirectSilence_s = 0.5;
 constexpr Duration kTimeToTell = 1s;  // its machine: twenty times what it takes
 constexpr int kLettingGoSteps = 100;  // an end takes
 
-/// By its number; after a silence any is, as the far end may have begun anew.
-template <typename Message>
-bool is_news(const Message& message, const std::optional<Message>& newest, Duration silence) noexcept {
-  return !newest || newer(message.sequence, newest->sequence) || silence >= kRestartSilence;
-}
-
 }  // namespace
 
 MasterLoop::MasterLoop(const DeviceDescription& device, const MachineDescription& machine, HidPort& port, Link& link,
@@ -77,7 +71,8 @@ void MasterLoop::receive(Time now) noexcept {
 
 void MasterLoop::take(const SlaveMessage& message, Time now) noexcept {
   if (tap_.on_message != nullptr) tap_.on_message(tap_.context, message);
-  if (!is_news(message, slave_, now - slave_at_)) return;
+  const bool silent = now - slave_at_ >= kRestartSilence;
+  if (!news_.take(message, message.echoed_master_time, now, silent)) return;
   slave_ = message;
   slave_at_ = now;
   const double sample_s = to_seconds(now - message.echoed_master_time);
@@ -88,7 +83,8 @@ void MasterLoop::take(const SlaveMessage& message, Time now) noexcept {
 }
 
 void MasterLoop::take(const MachineStatus& status, Time now) noexcept {
-  if (!is_news(status, status_, now - status_at_)) return;
+  // By its number; after a silence any is, as the far end may have begun anew.
+  if (status_ && !newer(status.sequence, status_->sequence) && now - status_at_ < kRestartSilence) return;
   status_ = status;
   status_at_ = now;
 }

@@ -19,6 +19,7 @@
 #include "transport/link.h"
 #include "transport/link_messages.h"
 #include "transport/machine_status.h"
+#include "transport/news.h"
 
 namespace knuckle::master {
 
@@ -123,6 +124,7 @@ class MasterLoop {
   bool stop_ = false, nobody_ = false, let_go_ = false;
   int steps_since_let_go_ = 0;
   SlaveMessageTap tap_;
+  News news_;
   std::optional<SlaveMessage> slave_;
   Time slave_at_ = kNever;  // arrival of slave_
   std::optional<MachineStatus> status_;

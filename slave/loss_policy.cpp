@@ -33,16 +33,16 @@ float milliseconds(Duration d) noexcept {
 
 }  // namespace
 
-LossDecision loss_policy(const JointVector& position_rad, const JointVector& velocity_radps, Duration age,
+LossDecision loss_policy(const JointVector& position_rad, const JointVector& velocity_radps, Duration age, Duration gap,
                          Duration round_trip, bool holding, const LossLimits& limits) noexcept {
   LossDecision decision;
-  decision.stage = stage_at(age, limits);
+  decision.stage = gap >= limits.neutral ? LossStage::kLost : stage_at(age, limits);
   decision.authority = authority_at(decision.stage, age, limits);
   const Duration ahead = std::clamp(age, Duration::zero(), limits.extrapolate);
   decision.position_rad = position_rad + velocity_radps * to_seconds(ahead);
   if (decision.stage == LossStage::kExtrapolate) decision.velocity_radps = velocity_radps;
   if (decision.stage == LossStage::kLost) {
-    decision.link = {ReasonCode::kLinkLost, 0, milliseconds(age), milliseconds(limits.neutral)};
+    decision.link = {ReasonCode::kLinkLost, 0, milliseconds(std::max(age, gap)), milliseconds(limits.neutral)};
   }
   const double release = holding ? limits.round_trip_release : 1.0;
   if (round_trip < Duration::zero() || to_seconds(round_trip) > release * to_seconds(limits.max_round_trip)) {

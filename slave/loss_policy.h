@@ -1,5 +1,6 @@
 // What the machine does with the operator's last set-point while newer ones fail to come. Pure; ages are counted by the
-// machine's own clock from the arrival of the last *newer* packet.
+// machine's own clock from the arrival of the last *newer* packet. What ends a gap does not undo it: an outage as long
+// as the neutral age counts as a loss also in the step in which the next packet comes in.
 #pragma once
 
 #include <cstdint>
@@ -27,16 +28,17 @@ struct LossDecision {
   JointVector position_rad = JointVector::Zero();  ///< Set-point to act on.
   JointVector velocity_radps = JointVector::Zero();
   double authority = 0;  ///< [0, 1], factor on the valve commands.
-  Reason link;           ///< kLinkLost from the neutral age on.
+  Reason link;           ///< kLinkLost from the neutral age on: of the packet, or of the gap before it.
   Reason hold;           ///< kRoundTripTooLong.
 };
 
 /// @param position_rad, velocity_radps the newest set-point, per joint.
 /// @param age time since its packet came in; negative counts as lost (a stamp from the future is not to be believed).
+/// @param gap age of the newest packet known before this step took any: the age itself where nothing newer came in.
 /// @param round_trip as echoed in that packet; negative counts as too long.
 /// @param holding the machine already holds for the round trip.
 [[nodiscard]] LossDecision loss_policy(const JointVector& position_rad, const JointVector& velocity_radps, Duration age,
-                                       Duration round_trip, bool holding,
+                                       Duration gap, Duration round_trip, bool holding,
                                        const LossLimits& limits = kLossLimits) noexcept;
 
 }  // namespace knuckle::slave

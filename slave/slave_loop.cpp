@@ -29,9 +29,10 @@ void SlaveLoop::step(Time now) noexcept {
   client_.begin_step(now);
   estimate(now);
   watch_sensors();
+  const Duration gap = now - master_at_;  // before anything new is taken
   receive_link(now);
   watch_digging();
-  loss_ = loss_policy(master_.position_rad, master_.velocity_radps, now - master_at_, round_trip_,
+  loss_ = loss_policy(master_.position_rad, master_.velocity_radps, now - master_at_, gap, round_trip_,
                       static_cast<bool>(loss_.hold));
   decide();
   command(now);
@@ -49,8 +50,7 @@ void SlaveLoop::receive_frames(Time now) noexcept {
   }
 }
 
-/// Newest wins: whatever is older than what is known is dropped, except after a loss, when the other side may have
-/// started anew with its numbers.
+/// Newest wins: whatever is older than what is known is no command, however long nothing newer has come.
 void SlaveLoop::receive_link(Time now) noexcept {
   Datagram datagram;
   for (int i = 0; i < kMostDatagrams && link_.receive(datagram); ++i) {
@@ -60,7 +60,7 @@ void SlaveLoop::receive_link(Time now) noexcept {
       continue;
     }
     const bool lost = now - master_at_ >= kLossLimits.neutral;
-    if (!lost && !newer(message->sequence, master_.sequence)) continue;
+    if (!news_.take(*message, message->echoed_slave_time, now, lost)) continue;
     master_ = *message;
     master_at_ = now;
     round_trip_ = message->echoed_slave_time == Time{} ? Duration(1h) : now - message->echoed_slave_time;
@@ -204,7 +204,7 @@ void SlaveLoop::restart_nodes_once_released(Time now) noexcept {
 /// up.
 bool SlaveLoop::answered(Asking& asking, bool question) const noexcept {
   const bool stopped = decision_.state.mode == Mode::kFault || decision_.state.mode == Mode::kEStop;
-  if (!stopped || !master_.presence || !master_.device_ok || loss_.link) {
+  if (!stopped || !master_.presence || !master_.device_ok || loss_.link || loss_.hold) {
     asking = Asking::kNothing;
   } else if (!master_.enable) {
     return std::exchange(asking, Asking::kReleased) == Asking::kPressed;

@@ -25,6 +25,7 @@
 #include "transport/can_bus.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
+#include "transport/news.h"
 
 namespace knuckle::slave {
 
@@ -105,6 +106,7 @@ class SlaveLoop {
   Reason object_;  // met while digging; until enable is let go
   // What the operator did with enable since the machine stopped: about a length, about the bus.
   Asking asking_length_ = Asking::kNothing, asking_bus_ = Asking::kNothing;
+  News news_;
   MasterMessage master_;
   Time master_at_ = kNever;
   Duration round_trip_ = std::chrono::hours(1);

@@ -28,6 +28,7 @@ void check(const LinkImpairment& impairment) {
   duration("slow_jitter", impairment.slow_jitter);
   duration("reorder_delay", impairment.reorder_delay);
   duration("burst_length", impairment.burst_length);
+  duration("second_path", impairment.second_path);
   for (const auto& step : impairment.steps) duration("steps.delay", step.delay);
   if (impairment.jitter_time <= Duration::zero()) throw InputError("link: jitter_time must be above 0");
   if (!(impairment.bursts_per_s >= 0)) throw InputError("link: bursts_per_s is below 0");
@@ -61,6 +62,7 @@ ImpairedLink::Direction::Direction(const LinkImpairment& impairment, std::uint64
 
 void ImpairedLink::Direction::send(std::span<const std::uint8_t> bytes, Time now) noexcept {
   ++counts_.sent;
+  if (impairment_.second_path > Duration::zero()) schedule(bytes, now + impairment_.second_path);
   if (lost(now)) {
     ++counts_.lost;
     return;

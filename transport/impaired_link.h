@@ -25,6 +25,8 @@ struct LinkImpairment {
   double duplication = 0;  ///< The copy comes up to reorder_delay later.
   double reordering = 0;   ///< Held back by reorder_delay, so that later ones overtake.
   Duration reorder_delay = 10ms;
+  /// A second path brings a copy of everything so much later, also of what the first one loses; zero: there is none.
+  Duration second_path{};
   struct DelayStep {
     Time at = Time::max();
     Duration delay{};  ///< Replaces `delay` for what is sent from `at` on.

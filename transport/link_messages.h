@@ -94,7 +94,7 @@ inline constexpr unsigned kLimitBits = 0x1FF;  ///< All of them; others are refu
 /// nullopt where size, magic or version is wrong, or a number not finite or beyond anything honest.
 [[nodiscard]] std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) noexcept;
 [[nodiscard]] std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) noexcept;
-/// After a silence of so long any number is news to the operator's side: the machine's may have begun anew.
+/// After a silence of so long the machine's side may have begun anew, for the operator's side.
 inline constexpr Duration kRestartSilence = 1s;
 
 /// Serial-number arithmetic (RFC 1982): is a newer than b?

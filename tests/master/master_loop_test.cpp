@@ -305,7 +305,39 @@ TEST(MasterLoop, ShowsItsTapEveryMessageCopiesAndOvertakenOnesIncluded) {
   EXPECT_EQ(rig.loop.machine()->sequence, newest + 2);
 }
 
-/// A network that brings more than anybody can read, of the same kind without end.
+TEST(MasterLoop, LateCopyEndsNoSilence) {
+  MasterRig rig;
+  rig.engage();
+  const SlaveMessage before = rig.machine;
+  rig.run(0.1);
+  rig.machine_silent = true;
+  rig.run(1.5);
+  ASSERT_EQ(rig.loop.machine()->sequence, rig.machine.sequence);
+  for (SlaveMessage copy : {before, rig.machine}) {
+    copy.mode = Mode::kReady;
+    rig.network.b().send(encode(copy).view());
+    rig.run(0.003);
+    EXPECT_EQ(rig.loop.machine()->mode, Mode::kEngaged);
+    EXPECT_GT(rig.loop.silence_s(), 1.5);
+  }
+}
+
+TEST(MasterLoop, HearsAMachinesSideThatStartedAnewAfterASecondOfSilence) {
+  MasterRig rig;
+  rig.engage();
+  rig.machine_silent = true;
+  rig.run(0.5);
+  rig.machine.sequence = 0;
+  rig.machine.mode = Mode::kReady;
+  rig.machine_silent = false;
+  rig.run(0.4);
+  EXPECT_EQ(rig.loop.machine()->mode, Mode::kEngaged);
+  rig.run(0.2);
+  EXPECT_EQ(rig.loop.machine()->mode, Mode::kReady);
+  EXPECT_LT(rig.loop.silence_s(), 0.01);
+}
+
+/// A network that brings more than anybody can read.
 struct Flood final : Link {
   bool send(std::span<const std::uint8_t>) noexcept override { return true; }
   bool receive(Datagram& datagram) noexcept override {

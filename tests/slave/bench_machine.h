@@ -79,7 +79,7 @@ class BenchMachine {
     if (ticks % 5 != 0) return;
     if (link_up) {
       ++hand.sequence;
-      hand.sent_at = now;
+      hand.sent_at = now + master_clock;
       hand.echoed_slave_time = now - round_trip;
       link.deliver(encode(hand));
     }
@@ -155,6 +155,7 @@ class BenchMachine {
   long ticks = 0;
   bool link_up = true, hung = false, recording = true;
   Duration round_trip = 20ms;
+  Duration master_clock{};   ///< Of the operator's side, against ours.
   PerJoint<bool> blocked{};  ///< The cylinder does not move whatever its valve does.
   std::vector<SentFrame> wire;
 

@@ -10,7 +10,7 @@ const JointVector kPosition(0.4, -1.2, 0.1);
 const JointVector kVelocity(0.5, -0.25, 1.0);
 
 LossDecision at(Duration age, Duration round_trip = 20ms, bool holding = false) {
-  return loss_policy(kPosition, kVelocity, age, round_trip, holding);
+  return loss_policy(kPosition, kVelocity, age, age, round_trip, holding);
 }
 
 TEST(LossPolicy, TimingTableHoldsOnBothSidesOfEveryBorder) {
@@ -57,6 +57,20 @@ TEST(LossPolicy, PacketFromTheFutureCountsAsLost) {
   EXPECT_EQ(d.stage, LossStage::kLost);
   EXPECT_EQ(d.authority, 0);
   EXPECT_EQ(d.link.code, ReasonCode::kLinkLost);
+}
+
+TEST(LossPolicy, GapAsLongAsTheNeutralAgeIsALossWhateverEndsIt) {
+  for (Duration gap = 190ms; gap <= 210ms; gap += 100us) {
+    const LossDecision d = loss_policy(kPosition, kVelocity, 0ms, gap, 20ms, false);
+    const bool lost = gap >= 200ms;
+    EXPECT_EQ(d.link.code, lost ? ReasonCode::kLinkLost : ReasonCode::kNone) << to_seconds(gap);
+    EXPECT_EQ(d.stage, lost ? LossStage::kLost : LossStage::kExtrapolate);
+    EXPECT_EQ(d.authority, lost ? 0 : 1);
+    EXPECT_EQ(d.velocity_radps, lost ? JointVector(0, 0, 0) : kVelocity);
+    if (lost) {
+      EXPECT_FLOAT_EQ(d.link.value, static_cast<float>(to_seconds(gap) * 1e3));
+    }
+  }
 }
 
 TEST(LossPolicy, DelayAloneHoldsButIsNoLoss) {

@@ -217,6 +217,21 @@ TEST(Modes, FaultLatchesUntilReleasePressAndRealignment) {
   EXPECT_EQ(s.step(), Mode::kEngaged);
 }
 
+TEST(Modes, ReleaseAndPressHeardOverTooLongARoundTripDoNotEndAFault) {
+  Story s;
+  ASSERT_EQ(s.engage(), Mode::kEngaged);
+  s.in.link_lost = reason(ReasonCode::kLinkLost);
+  s.step();
+  s.in.link_lost = {};
+  s.in.hold = reason(ReasonCode::kRoundTripTooLong);
+  EXPECT_EQ(s.engage(), Mode::kFault);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kRoundTripTooLong);
+  s.in.hold = {};
+  EXPECT_EQ(s.steps(50), Mode::kFault);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kReleaseToRecover);
+  EXPECT_EQ(s.engage(), Mode::kEngaged);
+}
+
 TEST(Modes, ReleaseWhileTheCauseIsThereDoesNotCount) {
   Story s;
   ASSERT_EQ(s.engage(), Mode::kEngaged);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "tests/slave/bench_machine.h"
 #include "tests/support/no_alloc.h"
@@ -81,6 +82,79 @@ TEST(SlaveLoop, LinkCutEndsNeutralWithinTheDesignsTimesAndNothingResumes) {
   m.run(2s);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
   expect_neutral_within(m, cut, 200ms);
+  m.hand.enable = false;
+  m.run(50ms);
+  m.hand.enable = true;
+  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+}
+
+/// What the operator's side sends while it lasts, to be delivered again later.
+std::vector<MasterMessage> sent_while(BenchMachine& m, Duration time) {
+  std::vector<MasterMessage> sent;
+  for (const Time end = m.now + time; m.now < end;) {
+    m.move(kFast, 5ms);
+    sent.push_back(m.hand);
+  }
+  return sent;
+}
+
+TEST(SlaveLoop, LateCopiesEndNoOutage) {
+  BenchMachine m;
+  lead(m);
+  const auto sent = sent_while(m, 250ms);
+  const Time cut = m.now;
+  const MasterMessage newest = m.loop.master();
+  m.link_up = false;
+  for (const MasterMessage& copy : sent) {  // 250 ms late, one a step
+    m.link.deliver(encode(copy));
+    m.run(5ms);
+    EXPECT_EQ(m.loop.master().sequence, newest.sequence);
+    EXPECT_EQ(m.loop.master().position_rad, newest.position_rad);
+  }
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
+  expect_neutral_within(m, cut, 200ms);
+  m.link_up = true;
+  m.align();
+  m.run(2s);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "enable is still held";
+}
+
+// The next packet comes in exactly when the outage has lasted that long, and is a good one.
+TEST(SlaveLoop, OutageAsLongAsTheLimitLatchesAlsoInTheStepThatEndsIt) {
+  for (const Duration outage : {190ms, 195ms, 200ms, 205ms, 240ms, 600ms}) {
+    BenchMachine m;
+    lead(m);
+    const Time last = m.loop.master_at();
+    m.link_up = false;
+    while (m.now < last + outage - 5ms) m.run(5ms);
+    m.link_up = true;
+    m.run(5ms);
+    ASSERT_EQ(m.loop.master_at(), last + outage);
+    m.run(100ms);
+    EXPECT_EQ(m.loop.mode() == Mode::kFault, outage >= 200ms) << to_seconds(outage);
+    if (outage >= 200ms) {
+      EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
+      expect_neutral_within(m, last, 200ms);
+    }
+  }
+}
+
+TEST(SlaveLoop, OperatorsSideThatStartedAnewLeadsAgainAfterReleasePressAndAlignment) {
+  BenchMachine m;
+  lead(m);
+  const std::uint32_t before = m.hand.sequence;
+  m.link_up = false;
+  m.run(1s);
+  ASSERT_EQ(m.loop.mode(), Mode::kFault);
+  m.hand.sequence = 0;
+  m.master_clock = -m.now.time_since_epoch();  // as a program that has just begun, too
+  m.link_up = true;
+  m.align();
+  m.run(200ms);
+  EXPECT_LT(m.loop.master().sequence, before);
+  EXPECT_EQ(m.loop.master().sequence, m.hand.sequence) << "it is heard";
+  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "enable is still held";
   m.hand.enable = false;
   m.run(50ms);
   m.hand.enable = true;

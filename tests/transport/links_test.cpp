@@ -179,6 +179,17 @@ TEST(ImpairedLink, CutLosesExactlyWhatIsSentMeanwhile) {
   EXPECT_FALSE(link.a().receive(datagram));
 }
 
+TEST(ImpairedLink, SecondPathBringsALateCopyOfEverythingAlsoOfWhatTheFirstLoses) {
+  LinkImpairment impairment;
+  impairment.delay = 5ms;
+  impairment.second_path = 250ms;
+  impairment.cut_from = Time(100ms);
+  impairment.cut_until = Time(300ms);
+  std::map<Duration, int> travels;
+  for (const Arrival& a : traffic(impairment, 500)) ++travels[a.travel];
+  EXPECT_EQ(travels, (std::map<Duration, int>{{5ms, 400}, {250ms, 500}}));
+}
+
 TEST(ImpairedLink, SameSeedSameFateOtherSeedAnother) {
   LinkImpairment impairment;
   impairment.delay = 25ms;
@@ -218,11 +229,13 @@ TEST(ImpairedLink, BoundedStorageCountsOverflowAndNeverAllocates) {
 }
 
 TEST(ImpairedLink, RefusesImpossibleSetUps) {
-  LinkImpairment loss, delay;
+  LinkImpairment loss, delay, second;
   loss.loss = 1.5;
   delay.delay = -1ms;
   EXPECT_THROW(ImpairedLink(loss, {}, 1), InputError);
+  second.second_path = -1ms;
   EXPECT_THROW(ImpairedLink({}, delay, 1), InputError);
+  EXPECT_THROW(ImpairedLink({}, second, 1), InputError);
 }
 
 bool wait_for(UdpLink& link, Datagram& datagram) {
