@@ -5,16 +5,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <sstream>
 
+#include "app/cli/interrupt.h"
 #include "core/error.h"
 
 namespace knuckle::cli {
 namespace {
-
-constexpr const char* kAbout =
-    "Knuckle: teleoperation of a dismantling machine with force feedback and no force sensor.\n";
-constexpr const char* kExample = "Try: knuckle simulate --scenario dismantle --report report.html\n";
 
 std::string shown(double value) {
   std::ostringstream text;
@@ -33,7 +31,7 @@ void check_given(const CLI::App& command) {
 }
 
 /// CLI11's words in one line, with option and value where it leaves them to be guessed, and what to do next.
-std::string refusal(const CLI::ParseError& error, const std::string& command) {
+std::string refusal(const CLI::ParseError& error, const std::string& program, const std::string& command) {
   std::string message = error.what();
   if (const auto end = message.find('\n'); end != std::string::npos) message.resize(end);
   if (error.get_name() == "ConversionError") {  // "Could not convert: --slow = fast"
@@ -50,31 +48,32 @@ std::string refusal(const CLI::ParseError& error, const std::string& command) {
   } else if (message.starts_with("--") && message.ends_with(" missing")) {  // "--map: 1 required TEXT missing"
     message = message.substr(0, message.find(':')) + ": needs a value";
   }
-  return message + " (see knuckle " + (command.empty() ? "" : command + " ") + "--help)";
+  return message + " (see " + program + " " + (command.empty() ? "" : command + " ") + "--help)";
 }
 
 /// The command that is asked for; empty where none is. @throws InputError for a word that is no command.
-std::string command_in(const std::vector<Command>& commands, const std::vector<std::string>& arguments) {
+std::string command_in(const Program& program, const std::vector<std::string>& arguments) {
   if (arguments.empty() || arguments.front().starts_with('-')) return "";
   std::string names;
-  for (const Command& command : commands) {
+  for (const Command& command : program.commands) {
     if (command.name == arguments.front()) return command.name;
     names += (names.empty() ? "" : ", ") + command.name;
   }
-  throw InputError("unknown command '" + arguments.front() + "': there are " + names + " (see knuckle --help)");
+  throw InputError("unknown command '" + arguments.front() + "': there are " + names + " (see " + program.name +
+                   " --help)");
 }
 
 }  // namespace
 
-CommandLine parse_command_line(const std::vector<Command>& commands, const std::vector<std::string>& arguments) {
-  const std::string asked_for = command_in(commands, arguments);
-  CLI::App app(kAbout, "knuckle");
+CommandLine parse_command_line(const Program& program, const std::vector<std::string>& arguments) {
+  const std::string asked_for = command_in(program, arguments);
+  CLI::App app(program.about, program.name);
   app.set_version_flag("--version", program_version());
   app.require_subcommand(1);
-  app.footer(std::string(kExample) + kExitCodes);
+  app.footer(program.example + kExitCodes);
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::Throw);
   std::map<std::string, std::function<int()>> runs;
-  for (const Command& command : commands) {
+  for (const Command& command : program.commands) {
     CLI::App& options = *app.add_subcommand(command.name, command.about);
     options.footer(kExitCodes);
     runs[command.name] = command.declare(options);
@@ -87,11 +86,30 @@ CommandLine parse_command_line(const std::vector<Command>& commands, const std::
     app.exit(asked, text, unused);
     return {{}, text.str()};
   } catch (const CLI::ParseError& error) {
-    throw InputError(refusal(error, asked_for));
+    throw InputError(refusal(error, program.name, asked_for));
   }
   const CLI::App& chosen = *app.get_subcommands().front();
   check_given(chosen);
   return {runs.at(chosen.get_name()), {}};
+}
+
+int run_program(const Program& program, const std::vector<std::string>& arguments) {
+  constexpr int kBadInput = 2, kFailed = 1, kInterrupted = 130;
+  try {
+    const CommandLine line = parse_command_line(program, arguments);
+    if (line.run) return line.run();
+    std::cout << line.text;
+    return 0;
+  } catch (const InputError& error) {
+    std::cerr << program.name << ": " << error.what() << '\n';
+    return kBadInput;
+  } catch (const Interrupted&) {
+    std::cerr << program.name << ": interrupted; nothing was written\n";
+    return kInterrupted;
+  } catch (const std::exception& error) {
+    std::cerr << program.name << ": internal error: " << error.what() << '\n';
+    return kFailed;
+  }
 }
 
 std::string program_version() {

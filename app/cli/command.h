@@ -1,4 +1,4 @@
-// What the program can be told: each command declares its options and runs in a file of its own; main() lists them.
+// What a program can be told: each command declares its options and runs in a file of its own; main() lists them.
 #pragma once
 
 #include <functional>
@@ -19,6 +19,12 @@ struct Command {
   std::function<std::function<int()>(CLI::App& options)> declare;
 };
 
+struct Program {
+  std::string name;            ///< As it is called, and as its messages begin.
+  std::string about, example;  ///< For its help.
+  std::vector<Command> commands;
+};
+
 /// What main() is to do: run, or print text (help or version).
 struct CommandLine {
   std::function<int()> run;
@@ -28,8 +34,10 @@ struct CommandLine {
 /// @param arguments without the program's name.
 /// @throws InputError, one line, for unknown commands and options and for values that are no values. `run` throws it
 /// for values out of bounds, combinations that contradict each other, files that cannot be read.
-[[nodiscard]] CommandLine parse_command_line(const std::vector<Command>& commands,
-                                             const std::vector<std::string>& arguments);
+[[nodiscard]] CommandLine parse_command_line(const Program& program, const std::vector<std::string>& arguments);
+
+/// Reads the command line, runs the command, turns errors into exit codes, one line each. @return the exit code.
+[[nodiscard]] int run_program(const Program& program, const std::vector<std::string>& arguments);
 
 /// "knuckle 0.1.0"
 [[nodiscard]] std::string program_version();

@@ -1,4 +1,5 @@
-// The command `knuckle sweep --battery estimation`: many drawn machines, each commissioned, identified and judged.
+// The command `knuckle-studies sweep --battery estimation`: many drawn machines, each commissioned, identified and
+// judged.
 #pragma once
 
 #include "app/cli/command.h"

@@ -234,7 +234,7 @@ TEST_F(ProgramRefuses, SweepsAndRealRecordingsThatCannotBe) {
   const std::vector<std::string> real{"real-recordings", "--train", path("folder"), "--test", path("folder")};
   const std::vector<std::pair<std::vector<std::string>, Refusal>> table{
       {{"swep"}, {{}, {"unknown command 'swep'", "sweep", "real-recordings"}}},
-      {{"sweep"}, {{}, {"--battery is required", "knuckle sweep --help"}}},
+      {{"sweep"}, {{}, {"--battery is required", "knuckle-studies sweep --help"}}},
       {{"sweep", "--battery"}, {{}, {"--battery: needs a value"}}},
       {{"sweep", "--battery", "forces"}, {{}, {"--battery", "forces", "estimation"}}},
       {sweep, {{"--ensemble", "1"}, {"--ensemble: 1 must be a whole number from 2 to 10000 machines, or 0: none"}}},
@@ -258,7 +258,7 @@ TEST_F(ProgramRefuses, SweepsAndRealRecordingsThatCannotBe) {
   const std::vector<std::string> before = left_behind();
   for (auto [arguments, refusal] : table) {
     arguments.insert(arguments.end(), refusal.arguments.begin(), refusal.arguments.end());
-    const ProgramRun run = run_program(KNUCKLE_BINARY, arguments);
+    const ProgramRun run = run_program(KNUCKLE_STUDIES_BINARY, arguments);
     EXPECT_EQ(run.exit_code, 2) << run.err;
     EXPECT_EQ(run.out, "");
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;

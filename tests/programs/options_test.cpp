@@ -17,14 +17,14 @@ session::SimulateOptions simulate_options(std::vector<std::string> arguments) {
     asked = options;
     return 0;
   });
-  EXPECT_EQ(cli::parse_command_line({entry}, arguments).run(), 0);
+  EXPECT_EQ(cli::parse_command_line({"knuckle", "", "", {entry}}, arguments).run(), 0);
   return asked;
 }
 
 /// Help or version.
 std::string printed(const std::vector<std::string>& arguments) {
-  const cli::CommandLine line =
-      cli::parse_command_line({simulate_entry([](const session::SimulateOptions&) { return 0; })}, arguments);
+  const cli::CommandLine line = cli::parse_command_line(
+      {"knuckle", "", "", {simulate_entry([](const session::SimulateOptions&) { return 0; })}}, arguments);
   EXPECT_FALSE(line.run);
   return line.text;
 }
@@ -123,11 +123,13 @@ TEST(CommandLine, EveryCommandGetsItsOwnOptionsAndGivesItsOwnExitCode) {
   const auto entry = [](const char* name, int code) {
     return cli::Command{name, "", [code](CLI::App&) { return [code] { return code; }; }};
   };
-  const std::vector<cli::Command> commands{entry("dig", 3), entry("lift", 4),
-                                           simulate_entry([](const session::SimulateOptions&) { return 5; })};
-  EXPECT_EQ(cli::parse_command_line(commands, {"lift"}).run(), 4);
-  EXPECT_EQ(cli::parse_command_line(commands, {"simulate", "--seed", "2"}).run(), 5);
-  EXPECT_THROW((void)cli::parse_command_line(commands, {"dig", "--seed", "2"}), InputError);
+  const cli::Program program{
+      "knuckle", "", "", {entry("dig", 3), entry("lift", 4), simulate_entry([](const session::SimulateOptions&) {
+                            return 5;
+                          })}};
+  EXPECT_EQ(cli::parse_command_line(program, {"lift"}).run(), 4);
+  EXPECT_EQ(cli::parse_command_line(program, {"simulate", "--seed", "2"}).run(), 5);
+  EXPECT_THROW((void)cli::parse_command_line(program, {"dig", "--seed", "2"}), InputError);
 }
 
 }  // namespace

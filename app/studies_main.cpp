@@ -1,0 +1,12 @@
+// The program `knuckle-studies`: what judges Knuckle. Nothing that runs a machine is linked with it.
+#include "app/cli/command.h"
+#include "app/studies/real_recordings.h"
+#include "app/studies/sweep.h"
+
+int main(int argc, char** argv) {
+  return knuckle::cli::run_program({"knuckle-studies",
+                                    "Judges Knuckle: many drawn machines, recordings of real ones.\n",
+                                    "Try: knuckle-studies sweep --battery estimation --machines 2 --ensemble 0\n",
+                                    {knuckle::studies::real_recordings_entry(), knuckle::studies::sweep_entry()}},
+                                   {argv + 1, argv + argc});
+}
