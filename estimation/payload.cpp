@@ -23,7 +23,6 @@ constexpr double kSurprise = 4, kSurpriseBlend = 0.12;
 constexpr double kEmpty_kg = 3;
 // A force against the load's weight for so long makes the load itself doubtful: it may have fallen out.
 constexpr double kDoubt_s = 0.1;
-constexpr double kWeighedLooks = 20;  // a lift's weight is that of so many agreeing looks
 // A load that looks agree upon for so long is carried; its weight passes from force to load and back in these times.
 constexpr double kKnownLooks = 4, kTakeUp_s = 0.3, kLetGo_s = 0.1;
 
@@ -54,7 +53,6 @@ void PayloadEstimator::zero() noexcept {
   zero_kg_ = kg_;
   zero_sigma_kg_ = own_sigma_kg_;
   maybe_loaded_ = false;
-  held_kg_ = 0;
   start();
 }
 
@@ -170,24 +168,6 @@ void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
   const bool empty = !force.contact && kg() < kEmpty_kg && sigma_kg_ < kEmpty_kg;
   if (force.contact || seen) maybe_loaded_ = true;
   if (empty || !tared_) maybe_loaded_ = false;
-  count_lift(empty);
-}
-
-void PayloadEstimator::count_lift(bool empty) noexcept {
-  if (known() && looks_ > kWeighedLooks) {
-    held_kg_ = kg();
-    held_sigma_kg_ = sigma_kg_;
-  } else if (empty && held_kg_ > 0) {
-    total_kg_ += held_kg_;
-    total_variance_kg2_ += held_sigma_kg_ * held_sigma_kg_;
-    ++lifts_;
-    held_kg_ = 0;
-  }
-}
-
-/// Errors of single lifts are taken as independent but for the zero, which is the same in all of them.
-double PayloadEstimator::total_sigma_kg() const noexcept {
-  return std::hypot(std::sqrt(total_variance_kg2_), lifts_ * zero_sigma_kg_);
 }
 
 bool PayloadEstimator::known() const noexcept {

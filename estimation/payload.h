@@ -38,17 +38,10 @@ class PayloadEstimator {
   void start() noexcept;
   /// The bucket is empty now: what the present lift says becomes zero for the next ones, and a new lift starts.
   void zero() noexcept;
-  /// Total and count begin anew; the bucket's present load stays.
-  void reset_total() noexcept { total_kg_ = 0, total_variance_kg2_ = 0, lifts_ = 0; }
   void step(const JointState& state, const ForceEstimate& force) noexcept;
 
   [[nodiscard]] double kg() const noexcept { return kg_ - zero_kg_; }
   [[nodiscard]] double sigma_kg() const noexcept { return sigma_kg_; }
-  /// What all lifts since reset_total() have dumped. A lift counts where the bucket is seen to be empty after it held a
-  /// load that a second of looks agreed upon, with the last such weight: what was spilled on the way is not in it.
-  [[nodiscard]] double total_kg() const noexcept { return total_kg_; }
-  [[nodiscard]] double total_sigma_kg() const noexcept;
-  [[nodiscard]] int lifts() const noexcept { return lifts_; }
   /// The load while it is known well enough to be no contact, else fading to nothing: for ForceEstimator::carry().
   [[nodiscard]] const Load& carried() const noexcept { return carried_; }
   /// Something was touched since the bucket was last seen to be empty, or it is seen to be loaded: for
@@ -69,7 +62,6 @@ class PayloadEstimator {
   void judge_load(const ForceEstimate& force) noexcept;
   [[nodiscard]] bool known() const noexcept;
   void carry() noexcept;
-  void count_lift(bool empty) noexcept;
 
   LowPass<JointVector> acceleration_;  ///< Of the joints, as late as the external torque.
   JointVector last_rate_radps_ = JointVector::Zero();
@@ -88,9 +80,6 @@ class PayloadEstimator {
   Load carried_ = Load::Zero();
   bool tared_ = false, maybe_loaded_ = false;
   double doubted_s_ = 0;
-  double held_kg_ = 0, held_sigma_kg_ = 0;  ///< Of this lift; 0 before it is known.
-  double total_kg_ = 0, total_variance_kg2_ = 0;
-  int lifts_ = 0;
 };
 
 }  // namespace knuckle::estimation

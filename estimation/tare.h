@@ -70,7 +70,6 @@ class Tare {
   [[nodiscard]] const TareMatrix& covariance() const noexcept { return p_; }
   /// Normalised innovation squared, mean of the three joints: e^2 / (H P H' + R) of one look before it is learned. 1 on
   /// average where model and variances are right; NaN before the first look.
-  [[nodiscard]] double last_nis() const noexcept { return last_nis_; }
   [[nodiscard]] double mean_nis() const noexcept { return mean_nis_; }  ///< Over the last half minute of looks.
   /// Seconds of free motion learned so far.
   [[nodiscard]] double learned_s() const noexcept { return learned_s_; }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "machine/load.h"
 
 namespace knuckle {
@@ -48,7 +49,7 @@ std::string find_config(const std::string& kind, const std::string& name_or_path
   for (const std::string& name : config_names(kind)) {
     all += (all.empty() ? "" : ", ") + name;
   }
-  throw InputError("unknown " + kind + " '" + name_or_path + "': " + folder.string() + " has " +
+  throw InputError("unknown " + kind + " '" + shortened(name_or_path) + "': " + folder.string() + " has " +
                    (all.empty() ? "none" : all));
 }
 

@@ -7,29 +7,95 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <numeric>
 #include <optional>
 #include <set>
 #include <sstream>
 
 #include "core/error.h"
+#include "core/text.h"
+#include "machine/whole_file.h"
 
 namespace knuckle {
 namespace {
 
-constexpr std::size_t kLongestValue = 60;
+constexpr std::size_t kLongestText = 1000;  // characters
+constexpr int kDeepest = 16;
 
-/// Messages are one line whatever a file's keys and strings contain.
-std::string one_line(std::string text, std::size_t longest = std::string::npos) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
-  return text.size() <= longest ? text : text.substr(0, longest) + "...";
-}
+/// Refuses text that toml++ would build too deep a tree of: it walks and destroys trees by recursion, and bounds only
+/// values inside values, while "a.a.a ... = 1" makes as many tables as it has dots. Each array, inline table and dot
+/// outside of strings and comments adds one level at most, a key ends with its line at the latest, and what follows the
+/// first mistake in a text is never built. So no tree is deeper than 2 * kDeepest + (kDeepest + 1) * kDeepest.
+class NestingCheck {
+ public:
+  NestingCheck(std::string_view text, const std::string& source) : text_(text), source_(source) {}
+
+  void run() {
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (c == '"' || c == '\'') {
+        skip_string(c);
+        continue;
+      }
+      if (c == '#') {
+        at_ = std::min(text_.find('\n', at_), text_.size());
+        continue;
+      }
+      ++at_;
+      if (c == '.' && ++dots_ == kDeepest) refuse_key();
+      if ((c == '[' || c == '{') && ++open_ > kDeepest) refuse_values();
+      if ((c == ']' || c == '}') && open_ > 0) --open_;
+      if (c == '\n') ++line_;
+      if (c == '\n' || c == '=' || c == ',' || c == '[' || c == '{') start_key();
+    }
+  }
+
+ private:
+  void start_key() {
+    key_ = at_;
+    dots_ = 0;
+  }
+
+  /// From its opening quote to behind its closing one, as TOML says; a string without one is left to the parser.
+  void skip_string(char quote) {
+    const std::string three(3, quote);
+    const bool many_lines = text_.substr(at_, 3) == three;
+    const std::string_view end = many_lines ? std::string_view(three) : std::string_view(three).substr(2);
+    for (at_ += end.size(); at_ < text_.size(); ++at_) {
+      if (text_[at_] == '\n') {
+        if (!many_lines) return;
+        ++line_;
+      }
+      if (text_[at_] == '\\' && quote == '"') {
+        ++at_;  // whatever it is, it ends no string
+        if (at_ < text_.size() && text_[at_] == '\n') ++line_;
+      } else if (text_.substr(at_, end.size()) == end) {
+        at_ += end.size();
+        for (int more = 0; many_lines && more < 2 && at_ < text_.size() && text_[at_] == quote; ++more) ++at_;
+        return;
+      }
+    }
+  }
+
+  [[noreturn]] void refuse_key() const {
+    std::string_view key = text_.substr(key_, std::min(text_.find_first_of("=]\n", at_), text_.size()) - key_);
+    key.remove_prefix(std::min(key.find_first_not_of(" \t"), key.size()));
+    key = key.substr(0, key.find_last_not_of(" \t\r") + 1);
+    refuse("key '" + shortened(key) + "': must be at most " + std::to_string(kDeepest) + " names joined by dots");
+  }
+  [[noreturn]] void refuse_values() const {
+    refuse("arrays and tables inside each other: must be at most " + std::to_string(kDeepest) + " deep");
+  }
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw InputError(source_ + ":" + std::to_string(line_) + ": " + what);
+  }
+
+  std::string_view text_;
+  const std::string& source_;
+  std::size_t at_ = 0, key_ = 0, line_ = 1;
+  int dots_ = 0, open_ = 0;
+};
 
 std::string value_text(const toml::node& node) {
   if (const auto* number = node.as_floating_point()) {
@@ -40,7 +106,7 @@ std::string value_text(const toml::node& node) {
   }
   std::ostringstream text;
   node.visit([&](const auto& value) { text << value; });
-  return one_line(text.str(), kLongestValue);
+  return shortened(text.str());
 }
 
 /// Edits (insert, delete, replace, swap neighbours) that turn `a` into `b`.
@@ -65,6 +131,8 @@ template <typename Names>
 std::optional<std::string> nearest(std::string_view key, const Names& names, std::size_t furthest) {
   std::optional<std::string> best;
   for (const std::string& name : names) {
+    const std::size_t longer = std::max(key.size(), name.size()) - std::min(key.size(), name.size());
+    if (longer > furthest) continue;  // so many edits at least
     const std::size_t distance = edit_distance(key, name);
     if (distance <= furthest) {
       furthest = distance == 0 ? 0 : distance - 1;
@@ -106,9 +174,11 @@ struct TomlTable::Node {
   std::vector<std::shared_ptr<Node>> children;
 
   [[noreturn]] void fail(const toml::node& where, const std::string& what) const {
-    throw InputError(source + ":" + std::to_string(where.source().begin.line) + ": " + one_line(what));
+    throw InputError(source + ":" + std::to_string(where.source().begin.line) + ": " + what);
   }
-  [[nodiscard]] std::string name(std::string_view key) const { return "key '" + path + std::string(key) + "'"; }
+  [[nodiscard]] std::string name(std::string_view key) const {
+    return "key '" + shortened(path + std::string(key)) + "'";
+  }
   [[noreturn]] void refuse(std::string_view key, const toml::node& value, const std::string& bound) const {
     fail(value, name(key) + " = " + value_text(value) + ": " + bound);
   }
@@ -126,7 +196,7 @@ struct TomlTable::Node {
     }
     const auto typo = nearest(key, others, 1);
     fail(typo ? *table->get(*typo) : static_cast<const toml::node&>(*table),
-         name(key) + " is missing" + (typo ? "; is '" + *typo + "' here meant to be it?" : ""));
+         name(key) + " is missing" + (typo ? "; is '" + shortened(*typo) + "' here meant to be it?" : ""));
   }
 
   TomlTable child(const toml::table& below, std::string below_path) {
@@ -150,30 +220,18 @@ struct TomlTable::Node {
 TomlTable::TomlTable(std::shared_ptr<Node> node) : node_(std::move(node)) {}
 
 TomlTable TomlTable::parse(std::string_view text, const std::string& source) {
+  NestingCheck(text, source).run();
   try {
     auto document = std::make_shared<const toml::table>(toml::parse(text, source));
     const toml::table* root = document.get();
     return TomlTable(std::make_shared<Node>(Node{std::move(document), source, "", root, {}, {}}));
   } catch (const toml::parse_error& error) {
-    throw InputError(source + ":" + std::to_string(error.source().begin.line) + ": " +
-                     one_line(std::string(error.description())));
+    throw InputError(source + ":" + std::to_string(error.source().begin.line) + ": " + printable(error.description()));
   }
 }
 
 TomlTable TomlTable::read(const std::string& path) {
-  std::error_code ignored;
-  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
-    throw InputError(path + ": cannot be read: is not a regular file");
-  }
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  if (file && file.peek() != std::ifstream::traits_type::eof()) {
-    text << file.rdbuf();
-  }
-  if (!file.is_open() || file.bad() || (text.str().empty() && !file.eof())) {
-    throw InputError(path + ": cannot be read: " + std::strerror(errno));
-  }
-  return parse(text.str(), path);
+  return parse(whole_file(path, kLargestToml_MB), path);
 }
 
 double TomlTable::number(std::string_view key, double min, double max, double factor) {
@@ -208,10 +266,15 @@ bool TomlTable::boolean(std::string_view key) {
 
 std::string TomlTable::text(std::string_view key) {
   const toml::node& node = node_->get(key);
-  if (!node.is_string() || node.as_string()->get().empty()) {
+  const std::string* value = node.is_string() ? &node.as_string()->get() : nullptr;
+  if (value == nullptr || value->empty()) {
     node_->refuse(key, node, "must be a text in quotes, not empty");
   }
-  return node.as_string()->get();
+  if (value->size() > kLongestText || printable(*value) != *value) {
+    node_->refuse(key, node,
+                  "must be at most " + std::to_string(kLongestText) + " characters, none of them a control character");
+  }
+  return *value;
 }
 
 int TomlTable::choice(std::string_view key, std::initializer_list<const char*> choices) {

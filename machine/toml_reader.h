@@ -12,6 +12,8 @@
 
 namespace knuckle {
 
+inline constexpr std::size_t kLargestToml_MB = 1;  ///< A calibrated machine file has 0.02.
+
 /// One table of a TOML file; a cheap handle on the document, which lives as long as a handle does.
 ///
 /// Getters throw InputError with one line, such as
@@ -20,7 +22,8 @@ namespace knuckle {
 /// unit; the result is value * factor. After the last getter call finish() on the root.
 class TomlTable {
  public:
-  /// @throws InputError where the file cannot be read or is not TOML.
+  /// @throws InputError where the file cannot be read, is larger than kLargestToml_MB, nests its tables or values
+  /// deeper than 16, or is not TOML.
   [[nodiscard]] static TomlTable read(const std::string& path);
   /// The same for text in memory; `source` names it in messages.
   [[nodiscard]] static TomlTable parse(std::string_view text, const std::string& source);
@@ -28,7 +31,7 @@ class TomlTable {
   [[nodiscard]] double number(std::string_view key, double min, double max, double factor = 1);
   [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t min, std::int64_t max);
   [[nodiscard]] bool boolean(std::string_view key);
-  /// A non-empty string.
+  /// A string of 1 to 1000 characters, none of them a control character: it may be printed and written anywhere.
   [[nodiscard]] std::string text(std::string_view key);
   /// Index of the string's value among `choices`.
   [[nodiscard]] int choice(std::string_view key, std::initializer_list<const char*> choices);

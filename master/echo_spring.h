@@ -42,7 +42,6 @@ class EchoSpring {
   [[nodiscard]] bool contact() const noexcept { return contact_; }
   [[nodiscard]] const PlanarVector& normal() const noexcept { return normal_; }
   [[nodiscard]] double bias_N() const noexcept { return bias_N_; }
-  [[nodiscard]] double opening_threshold_N() const noexcept { return threshold_N_; }
 
  private:
   void update_gate(const SpringInputs& in, double dt_s) noexcept;

@@ -263,8 +263,4 @@ const MachineTruth& Plant::truth() const noexcept {
   return impl_->model.truth();
 }
 
-double Plant::step_times_fastest_pole() const {
-  return kSubstep_s * fastest_pole(impl_->model, impl_->x, impl_->held, impl_->world);
-}
-
 }  // namespace knuckle::sim

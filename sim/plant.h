@@ -80,10 +80,6 @@ class Plant {
   [[nodiscard]] const PlantState& state() const noexcept;
   [[nodiscard]] const MachineTruth& truth() const noexcept;
 
-  /// Largest |eigenvalue| of the equations of motion at the present state [1/s] times the step: the fixed step is
-  /// sound below 2.5. Numerical Jacobian; for tests and commissioning of machine files, not for loops.
-  [[nodiscard]] double step_times_fastest_pole() const;
-
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -95,8 +95,4 @@ class PlantModel {
   double relief_gain_, main_relief_gain_, suck_gain_, regulator_gain_;
 };
 
-/// Largest |eigenvalue| of the derivative's numerical Jacobian [1/s].
-[[nodiscard]] double fastest_pole(const PlantModel& model, const StateVector& x, const HeldInputs& held,
-                                  const WorldModel& world);
-
 }  // namespace knuckle::sim

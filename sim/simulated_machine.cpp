@@ -58,9 +58,6 @@ void SimulatedMachine::feel(Duration time) noexcept {
 MachineSignals SimulatedMachine::signals() const noexcept {
   const PlantState& state = plant_.state();
   MachineSignals signals{state.spool, felt_Pa_, state.cylinder_m, state.cylinder_mps, state.tilt_hull_rad};
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    if (swapped_[j]) std::swap(signals.pressure_Pa[2 * j], signals.pressure_Pa[2 * j + 1]);
-  }
   const SensorDescription& sensors = plant_.truth().machine.sensors;
   if (sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom) signals.slope_rad = state.tilt_boom_rad;
   return signals;

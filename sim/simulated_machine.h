@@ -33,8 +33,6 @@ class SimulatedMachine {
   bool inject(std::uint8_t node, NodeFault fault) noexcept { return nodes_.inject(node, fault); }
   bool send_emcy(std::uint8_t node, std::uint16_t code) noexcept { return nodes_.send_emcy(node, code); }
   void set_estop(bool pressed) noexcept { nodes_.set_estop(pressed); }
-  /// The transmitters of head and rod side are plugged the wrong way round.
-  void swap_chambers(int cylinder, bool swapped) noexcept { swapped_[static_cast<std::size_t>(cylinder)] = swapped; }
 
  private:
   /// The transmitters' own lag.
@@ -45,7 +43,6 @@ class SimulatedMachine {
   CanNodes nodes_;
   std::array<double, 6> felt_Pa_, share_{};  // of the way to the true pressure within felt_for_
   Duration felt_for_{};
-  PerJoint<bool> swapped_{};
   Time last_ = kNever;
 };
 

@@ -34,8 +34,6 @@ class JointControl {
   Output step(const estimation::JointState& state, const estimation::ForceEstimate& force, const JointCommand& command,
               const JointVector& sent_valve_last) noexcept;
   void reset() noexcept;
-  /// Learned correction of the dead band [fraction of spool stroke], extend and retract.
-  [[nodiscard]] const PerJoint<std::array<double, 2>>& learned_dead_band() const noexcept { return learned_; }
 
  private:
   static constexpr int kDelaySteps = 16;  ///< Room for the delayed speed command of the learning rule: 50 ms at 250 Hz.

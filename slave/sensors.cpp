@@ -56,7 +56,6 @@ void SensorSet::accept(Channel& channel, double value, bool possible, double sho
     channel.bad = 0;
     return;
   }
-  ++rejected_;
   channel.bad = std::min(channel.bad + 1, kValidity.bad_in_a_row);
   channel.worst = shown;
 }

@@ -61,8 +61,6 @@ class SensorSet {
   [[nodiscard]] std::uint8_t oldest_node() const noexcept;
   /// Arrival of the newest value.
   [[nodiscard]] Time newest_at() const noexcept;
-  /// Values left out because they could not be.
-  [[nodiscard]] std::uint32_t rejected() const noexcept { return rejected_; }
 
  private:
   static constexpr std::size_t kPressures = 6, kTilt = 9, kChannels = 10;
@@ -94,7 +92,6 @@ class SensorSet {
   int shaken_ = 0;  // slopes in a row that no hull can have
   Duration age_limit_;
   Kinematics kinematics_;
-  std::uint32_t rejected_ = 0;
 };
 
 }  // namespace knuckle::slave

@@ -58,7 +58,6 @@ class ByteReader {
     return value;
   }
   [[nodiscard]] bool ok() const noexcept { return ok_; }
-  [[nodiscard]] std::size_t remaining() const noexcept { return in_.size() - at_; }
 
  private:
   std::uint8_t byte() noexcept {

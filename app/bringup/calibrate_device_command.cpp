@@ -1,14 +1,14 @@
 // `knuckle calibrate-device`: the dialogue on a terminal around app/bringup/device_calibration.h.
 #include <CLI/CLI.hpp>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <memory>
 
 #include "app/bringup/device_calibration.h"
 #include "app/cli/output_file.h"
 #include "core/realtime_thread.h"
 #include "machine/load.h"
+#include "machine/toml_reader.h"
+#include "machine/whole_file.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -16,11 +16,6 @@ namespace {
 struct Options {
   std::string back_end, file = "knuckle1", serial, out;
 };
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 CalibrationDialogue on_terminal() {
   return {[](const std::string& line) { std::cout << line << std::endl; },
@@ -72,7 +67,7 @@ int run(const Options& options) {
   }
   tell(*device, *identity, person);
   cli::OutputFile out("--out", options.out);
-  out.stream() << calibrated_device_text(text_of(file.source), *device);
+  out.stream() << calibrated_device_text(whole_file(file.source, kLargestToml_MB), *device);
   out.commit();
   return 0;
 }

@@ -7,9 +7,7 @@
 #include <chrono>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <memory>
 
 #include "app/bringup/commission_record.h"
@@ -20,6 +18,8 @@
 #include "app/cli/output_file.h"
 #include "machine/load.h"
 #include "machine/pose.h"
+#include "machine/toml_reader.h"
+#include "machine/whole_file.h"
 #include "sim/machine_on_bus.h"
 
 namespace knuckle::bringup {
@@ -70,11 +70,6 @@ BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription&
                                                             middle_of_range(read), o.seed));
 }
 
-std::string text_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 std::string sha256_of(const std::string& text) {
   cli::Digest digest;
   digest.add(text);
@@ -93,7 +88,7 @@ std::string now_utc() {
 int run_commission(CommissionCommandOptions options) {
   check(options);
   const cli::InterruptGuard interrupt;
-  const std::string file = find_config("machine", options.machine), text = text_of(file);
+  const std::string file = find_config("machine", options.machine), text = whole_file(file, kLargestToml_MB);
   const MachineDescription read = load_machine(file), machine = calibrated(read);
   check_layout(text, machine);
   cli::OutputFile out("--out", options.out);

@@ -10,6 +10,7 @@
 
 #include "app/cli/interrupt.h"
 #include "core/error.h"
+#include "core/text.h"
 
 namespace knuckle::cli {
 namespace {
@@ -18,6 +19,14 @@ std::string shown(double value) {
   std::ostringstream text;
   text << value;
   return text.str();
+}
+
+/// Names and files of the command line go into tables, pages, JSON and machine files, which know text only.
+void check_printable(const std::vector<std::string>& arguments) {
+  for (const std::string& argument : arguments) {
+    if (printable(argument) != argument)
+      throw InputError("argument '" + shortened(argument) + "': must be UTF-8 without control characters");
+  }
 }
 
 /// An unset variable of a shell must not mean "as if not given".
@@ -59,13 +68,14 @@ std::string command_in(const Program& program, const std::vector<std::string>& a
     if (command.name == arguments.front()) return command.name;
     names += (names.empty() ? "" : ", ") + command.name;
   }
-  throw InputError("unknown command '" + arguments.front() + "': there are " + names + " (see " + program.name +
-                   " --help)");
+  throw InputError("unknown command '" + shortened(arguments.front()) + "': there are " + names + " (see " +
+                   program.name + " --help)");
 }
 
 }  // namespace
 
 CommandLine parse_command_line(const Program& program, const std::vector<std::string>& arguments) {
+  check_printable(arguments);
   const std::string asked_for = command_in(program, arguments);
   CLI::App app(program.about, program.name);
   app.set_version_flag("--version", program_version());
@@ -95,19 +105,26 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
 
 int run_program(const Program& program, const std::vector<std::string>& arguments) {
   constexpr int kBadInput = 2, kFailed = 1, kInterrupted = 130;
+  // Whatever a file or the command line put into it, a terminal gets one printable line.
+  const auto say = [&](const std::string& message) {
+    std::cerr << program.name << ": " << one_message(message) << '\n';
+  };
   try {
     const CommandLine line = parse_command_line(program, arguments);
     if (line.run) return line.run();
     std::cout << line.text;
     return 0;
   } catch (const InputError& error) {
-    std::cerr << program.name << ": " << error.what() << '\n';
+    say(error.what());
     return kBadInput;
   } catch (const Interrupted&) {
-    std::cerr << program.name << ": interrupted; nothing was written\n";
+    say("interrupted; nothing was written");
     return kInterrupted;
+  } catch (const std::filesystem::filesystem_error& error) {  // such as links in a circle
+    say(error.path1().string() + ": " + error.code().message());
+    return kBadInput;
   } catch (const std::exception& error) {
-    std::cerr << program.name << ": internal error: " << error.what() << '\n';
+    say(std::string("internal error: ") + error.what());
     return kFailed;
   }
 }
@@ -127,7 +144,7 @@ void check_range(const char* option, const std::optional<double>& value, double 
 
 void check_readable(const std::string& option, const std::string& file) {
   std::error_code error;
-  if (!std::filesystem::exists(file, error)) refuse_option(option, file, "no such file");
+  if (!std::filesystem::exists(file, error)) refuse_option(option, file, error ? error.message() : "no such file");
   if (std::filesystem::is_directory(file, error)) refuse_option(option, file, "is a folder, not a file");
   if (!std::filesystem::is_regular_file(file, error)) refuse_option(option, file, "is not a regular file");
   if (!std::ifstream(file)) refuse_option(option, file, "cannot be read");
@@ -155,7 +172,8 @@ std::string ensemble_size_error(const std::string& text) {
 }
 
 void Places::configuration(const std::string& option, const std::string& name_or_file) {
-  if (std::filesystem::exists(name_or_file)) take(option, name_or_file, false);
+  std::error_code none;  // its loader says why
+  if (std::filesystem::exists(name_or_file, none)) take(option, name_or_file, false);
 }
 
 void Places::take(const std::string& option, const std::string& file, bool output) {

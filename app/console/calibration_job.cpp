@@ -20,6 +20,8 @@
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/pose.h"
+#include "machine/toml_reader.h"
+#include "machine/whole_file.h"
 #include "sim/machine_on_bus.h"
 
 namespace knuckle::console {
@@ -54,11 +56,6 @@ std::string file_of(const std::string& target) {
   if (!there && fs::is_symlink(target, ignored))
     throw InputError(target + ": cannot be written: is a link to a file that is not there");
   return there ? fs::canonical(target).string() : target;
-}
-
-std::string content_of(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 /// What the held-out motion says of a calibration that is in use; nullopt where there is none.
@@ -268,7 +265,7 @@ void CalibrationJob::identify_and_decide() {
   std::optional<Acceptance> accepted;
   if (wanted) {
     const std::string kept = identify::write_calibrated_machine(result.machine, plan_.target);
-    accepted = {plan_.target, kept, content_of(plan_.target)};
+    accepted = {plan_.target, kept, whole_file(plan_.target, kLargestToml_MB)};
   }
   change([&](CalibrationState& state) {
     state.stage = CalibrationStage::kOver;
@@ -281,7 +278,7 @@ void CalibrationJob::identify_and_decide() {
 }
 
 std::string roll_back(const Acceptance& accepted) {
-  if (content_of(accepted.file) != accepted.content)
+  if (whole_file(accepted.file, kLargestToml_MB) != accepted.content)
     throw InputError(accepted.file + ": not rolled back: it is no longer what was accepted");
   const std::string kept = cli::keep_older(accepted.file);
   std::error_code error;

@@ -142,8 +142,7 @@ void ConsoleLoop::show() noexcept {
   view_.paused = paused_;
   view_.input = {};
   if (!led_by_scenario())
-    view_.input = {.stale = !held_.fresh,
-                   .unattended = held_.fresh && !held_.attended,
+    view_.input = {.unattended = held_.fresh && !held_.attended,
                    .release_enable = held_.counts() &&
                                      (station().has_device() ? held_.nobody : input_.hand.enable && !held_.released)};
   views_.put(view_);

@@ -43,16 +43,15 @@ struct LinkSide {
 
 /// What is truly so; a real machine has nobody to tell.
 struct SimulatedTruth {
-  JointVector joint_rad = JointVector::Zero();
   double pump_Pa = 0;
   sim::WorldEventRing events;
 };
 
 /// What the loop makes of the newest input; nothing to be said of it where a scenario leads.
 struct InputSide {
-  bool stale = false;           ///< The window has stalled, or has not begun: nobody holds anything.
-  bool unattended = false;      ///< The window is not in front of the person: likewise.
-  bool release_enable = false;  ///< Enable has been held since then: it counts only once it was let go of.
+  bool unattended = false;  ///< The window is not in front of the person: nobody holds anything.
+  bool release_enable =
+      false;  ///< Enable has been held since then, or since the window stalled: it counts only once it was let go of.
 };
 
 struct ConsoleView {

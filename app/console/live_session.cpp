@@ -63,7 +63,6 @@ void LiveSession::show(ConsoleView& view) noexcept {
   view.simulated_s = to_seconds(now_);
   const sim::PlantState& plant = this->plant();
   SimulatedTruth& truth = view.truth;
-  truth.joint_rad = plant.joint_rad;
   truth.pump_Pa = plant.pump_Pa;
   truth.events = plant.events;
 }

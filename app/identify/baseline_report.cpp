@@ -6,8 +6,10 @@
 #include <sstream>
 
 #include "app/identify/baseline_figures.h"
+#include "app/identify/held_out.h"
 #include "app/report/html.h"
 #include "core/error.h"
+#include "core/quantile.h"
 #include "estimation/identification/kim.h"
 #include "estimation/identification/malaguti.h"
 #include "estimation/identification/static_poses.h"
@@ -45,10 +47,11 @@ void write_head(std::ostream& out, const std::string& title, const std::string& 
                 const estimation::Identification& summary, const MachineDescription& machine) {
   report::write_page_head(out, "Knuckle: " + title);
   out << "<h1>" << title << "</h1><p class=\"soft\">" << what << "</p>\n<span class=\"verdict"
-      << (summary.usable ? "" : " bad") << "\">" << (summary.usable ? "identified" : "not usable") << "</span>\n"
+      << (summary.usable ? "" : " bad") << "\">" << (summary.usable ? "usable" : "not usable") << "</span>\n"
       << "<p>" << report::escaped(machine.name) << "; " << number(summary.duration_s, "%.0f") << " s of data; rank "
       << summary.rank << " of " << summary.columns << ", condition number " << number(summary.condition_number, "%.3g")
-      << ".</p>\n";
+      << ".</p>\n<p class=\"soft\">Usable is what leaves at most " << number(100 * kWorstNrmse, "%.0f")
+      << " % of the torque of each of its joints unexplained on every recording that is held out, to 2 Hz.</p>\n";
   if (summary.reasons.empty() && summary.indistinct.empty()) return;
   out << "<ul>";
   for (const std::string& reason : summary.reasons) out << "<li>" << report::escaped(reason) << "</li>\n";
@@ -134,9 +137,9 @@ std::vector<std::vector<std::string>> error_rows(const TorqueFit& authors, const
   return rows;
 }
 
-std::string spread(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return number(values[values.size() / 2]) + " (" + number(values.front()) + " to " + number(values.back()) + ")";
+std::string spread(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return number(median(values)) + " (" + number(*low) + " to " + number(*high) + ")";
 }
 
 void write_bias(std::ostream& out, const std::vector<InertiaBias>& bias) {
@@ -185,26 +188,14 @@ std::vector<std::vector<std::string>> kim_rows(const estimation::Identification&
   return rows;
 }
 
-template <typename Vectors>
-double rms(const Vectors& vectors) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (const auto& v : vectors) {
-    if (!v.allFinite()) continue;
-    sum += v.template head<2>().squaredNorm();
-    ++count;
-  }
-  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : std::nan("");
-}
-
 void add_fit_row(std::vector<std::vector<std::string>>& rows, const std::string& name,
                  const MachineDescription& machine, const estimation::KimResult& result, const Recording& recording) {
   const TorqueFit fit = torque_fit(compare_torque(result, machine, recording), 0);
   std::vector<std::string> row{name};
   for (int joint = 0; joint < kJoints; ++joint)
     row.push_back(number(fit.rms_Nm[joint], "%.1f") + " N m, " + number(100 * fit.nrmse[joint], "%.0f") + " %");
-  row.push_back(number(rms(external_wrench(result, machine, recording)), "%.0f") + " N");
-  row.push_back(number(rms(external_force(result, machine, recording)), "%.0f") + " N");
+  row.push_back(number(force_rms_N(external_wrench(result, machine, recording)), "%.0f") + " N");
+  row.push_back(number(force_rms_N(external_force(result, machine, recording)), "%.0f") + " N");
   rows.push_back(row);
 }
 
@@ -235,7 +226,7 @@ void write_static(const MachineDescription& machine, const BaselineData& data, s
   estimation::StaticOptions all_links;
   all_links.first_link = kBoom;
   const estimation::StaticResult result = identify_static(machine, data.identification, all_links);
-  write_head(out, "Static estimation", "Malaguti and Zaghi, section 3.1: poses at rest, no friction.", result.summary,
+  write_head(out, "Static estimation", "Malaguti and Zaghi, section 3.1: poses at rest, no friction.", data.verdict,
              machine);
   if (!result.summary.parameters.empty()) {
     write_table(out, "Table 1: Parameter estimation of static conditions",
@@ -256,7 +247,7 @@ void write_malaguti(const MachineDescription& machine, const BaselineData& data,
                                           "stick Z",  "bucket f_c", "bucket f_v", "stick f_c", "stick f_v"};
   const estimation::MalagutiResult result = identify_malaguti(machine, data.identification);
   write_head(out, "Dynamic estimation", "Malaguti and Zaghi, section 3.2: stick and bucket, filtered regressor.",
-             result.summary, machine);
+             data.verdict, machine);
   if (!result.summary.parameters.empty()) {
     const estimation::MalagutiResult repaired =
         identify_malaguti(machine, data.identification, estimation::repaired_malaguti_options());
@@ -282,7 +273,7 @@ void write_malaguti(const MachineDescription& machine, const BaselineData& data,
 
 void write_kim(const MachineDescription& machine, const BaselineData& data, std::ostream& out) {
   const estimation::KimResult result = identify_kim(machine, data.identification);
-  write_head(out, "Slow motion", "Kim et al.: gravity and joint friction by nonlinear least squares.", result.summary,
+  write_head(out, "Slow motion", "Kim et al.: gravity and joint friction by nonlinear least squares.", data.verdict,
              machine);
   if (!result.summary.parameters.empty()) {
     const Recording& slow = data.identification.front();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/identify/baseline_runs.h"
+#include "estimation/identification/identification.h"
 #include "estimation/identification/recording.h"
 #include "machine/description.h"
 
@@ -17,6 +18,7 @@ struct BaselineData {
   std::vector<estimation::Recording> verification;  ///< Not identified with; may be empty.
   std::map<std::string, double> truth;              ///< baseline_truth of a simulated machine; else empty.
   std::vector<InertiaBias> bias;                    ///< malaguti_bias, for "malaguti"; empty: left out.
+  estimation::Identification verdict{};             ///< As `knuckle identify` judged it: usable, and why not.
 };
 
 /// Identifies by `method` with the authors' settings and writes the page:

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 
 #include "core/error.h"
 #include "machine/load.h"
+#include "machine/toml_reader.h"
+#include "machine/whole_file.h"
 
 namespace knuckle::identify {
 namespace {
@@ -164,9 +164,7 @@ std::string write_calibrated_machine(const MachineDescription& machine, const st
 
 std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target,
                                      cli::OutputFile& file) {
-  std::ifstream source(machine.source, std::ios::binary);
-  if (!source) throw InputError(machine.source + ": cannot be read");
-  const std::string text = calibrated_machine_text({std::string(std::istreambuf_iterator<char>(source), {})}, machine);
+  const std::string text = calibrated_machine_text(whole_file(machine.source, kLargestToml_MB), machine);
   file.stream() << text;
   const std::string kept = cli::keep_older(target);
   file.commit();

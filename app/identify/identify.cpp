@@ -7,6 +7,7 @@
 #include <iostream>
 #include <limits>
 #include <stdexcept>
+#include <type_traits>
 
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
@@ -29,19 +30,24 @@ namespace {
 using estimation::Recording;
 using estimation::TorqueComparison;
 
-constexpr double kCutoff_Hz = 2;
-constexpr double kWorstNrmse = 0.25;  // of held-out torque: beyond it the model explains another machine
-
 /// What a method answers with, whichever it is.
 struct MethodRun {
   estimation::Identification summary;
   std::optional<DynamicsCalibration> dynamics;
   std::function<TorqueComparison(const Recording&)> compare;
+  std::function<void(const Recording&, HoldOut&)> find_tip_force = [](const Recording&, HoldOut&) {};
 };
 
 template <typename Result>
 MethodRun baseline(const Result& result, const MachineDescription& machine) {
-  return {result.summary, {}, [=](const Recording& recording) { return compare_torque(result, machine, recording); }};
+  return {result.summary,
+          {},
+          [=](const Recording& recording) { return compare_torque(result, machine, recording); },
+          [=](const Recording& recording, HoldOut& held) {
+            held.tip_force_N = force_rms_N(external_force(result, machine, recording));
+            if constexpr (std::is_same_v<Result, estimation::KimResult>)
+              held.tip_wrench_N = force_rms_N(external_wrench(result, machine, recording));
+          }};
 }
 
 MethodRun run_method(const std::string& method, const MachineDescription& machine,
@@ -54,9 +60,11 @@ MethodRun run_method(const std::string& method, const MachineDescription& machin
   if (method == "malaguti") return baseline(estimation::identify_malaguti(machine, recordings), machine);
   if (method == "kim") return baseline(estimation::identify_kim(machine, recordings), machine);
   const estimation::FullResult result = estimation::identify_full(machine, recordings, options);
-  return {result.summary, result.dynamics, [=, dynamics = result.dynamics](const Recording& recording) {
-            return estimation::compare_torque(dynamics, machine, recording, options);
-          }};
+  MethodRun run{result.summary, result.dynamics, {}};
+  run.compare = [=, dynamics = result.dynamics](const Recording& recording) {
+    return estimation::compare_torque(dynamics, machine, recording, options);
+  };
+  return run;
 }
 
 /// In the order of Calibration. Load-dependent friction is on no drawing.
@@ -75,46 +83,18 @@ std::vector<double> drawing_values(const MachineDescription& machine) {
 void validate(const IdentifyData& data, const MethodRun& run, const std::string& method, Identified& result) {
   for (const Recording& recording : data.hold_out) {
     const TorqueComparison comparison = run.compare(recording);
-    result.hold_out.push_back({recording.source, method, estimation::torque_fit(comparison, kCutoff_Hz),
-                               estimation::torque_fit(comparison, 0)});
+    result.hold_out.push_back(held_out(recording.source, method, comparison));
+    run.find_tip_force(recording, result.hold_out.back());
     if (method == result.method) result.comparisons.push_back(comparison);
   }
-}
-
-/// What one joint's held-out motion says against the result; empty where it was explained in all that can be judged.
-std::vector<std::string> objections(const Identified& result, int joint) {
-  const std::string name = kJointNames[static_cast<std::size_t>(joint)];
-  std::vector<std::string> reasons;
-  bool judged = false, constant = false;
-  for (const HoldOut& held : result.hold_out) {
-    if (held.method != result.method) continue;
-    const double nrmse = held.judged().nrmse[joint];
-    constant = constant || (!std::isfinite(nrmse) && std::isfinite(held.judged().rms_Nm[joint]));
-    if (!std::isfinite(nrmse)) continue;
-    judged = true;
-    if (nrmse <= kWorstNrmse) continue;
-    reasons.push_back(held.source + ": leaves " + std::to_string(std::lround(100 * nrmse)) + " % of the " + name +
-                      "'s held-out torque unexplained; at most " + std::to_string(std::lround(100 * kWorstNrmse)) +
-                      " %");
-  }
-  const bool models_all = result.method == "full";  // the papers' methods leave joints out
-  if (!judged && (models_all || constant))
-    reasons.push_back("the " + name + " cannot be validated: " +
-                      (constant ? "its held-out torque never changes" : "nothing is held out that tells"));
-  return reasons;
 }
 
 /// Held-out torque that is not explained, or not there, makes a result unusable, whatever its own residuals say.
 void judge(Identified& result) {
   if (!result.summary.usable) return;
-  std::vector<std::string> reasons;
-  const bool validated = std::any_of(result.hold_out.begin(), result.hold_out.end(), [&](const HoldOut& held) {
-    return held.method == result.method && held.judged().nrmse.array().isFinite().any();
-  });
-  if (!validated) reasons.emplace_back("nothing is held out that it could be validated with");
-  for (int j = 0; j < kJoints && validated; ++j) {
-    for (std::string& reason : objections(result, j)) reasons.push_back(std::move(reason));
-  }
+  std::vector<HoldOut> own = result.hold_out;  // the papers' methods are there to compare with
+  std::erase_if(own, [&](const HoldOut& held) { return held.method != result.method; });
+  std::vector<std::string> reasons = objections(own, result.method == "full");
   if (reasons.empty()) return;
   result.summary.usable = false;
   result.summary.reasons = std::move(reasons);
@@ -165,12 +145,17 @@ CalibrationMatrix ensemble_error(const IdentifyOptions& options, const MachineDe
 
 /// The full method's own report, or the paper's tables and figures again.
 void write_page(const IdentifyOptions& options, const IdentifyData& data, const Identified& result, std::ostream& out) {
-  constexpr int kBiasMachines = 10;
   if (options.method == "full") return write_identify_report(data, result, out);
-  BaselineData paper{data.training, data.hold_out, data.truth, {}};
-  if (options.simulate && options.method == "malaguti")  // other machines than the one surveyed
-    paper.bias = malaguti_bias(drawing_of(data.machine), options.seed, kBiasMachines);
-  write_baseline_report(options.method, calibrated(data.machine), paper, out);
+  write_baseline_report(options.method, calibrated(data.machine),
+                        {data.training, data.hold_out, data.truth, result.bias, result.summary}, out);
+}
+
+/// For the page of "malaguti"; of other machines than the one surveyed, so all as drawn.
+std::vector<InertiaBias> inertia_bias(const IdentifyOptions& options, const IdentifyData& data,
+                                      const std::function<void(double)>& progress) {
+  constexpr int kMachines = 10;
+  if (!options.simulate || options.method != "malaguti" || options.report.empty()) return {};
+  return malaguti_bias(drawing_of(data.machine), options.seed, kMachines, progress);
 }
 
 }  // namespace
@@ -236,6 +221,8 @@ int identify_command(const IdentifyOptions& options) {
     }
     result = cli::watched(interrupt, "identify",
                           [&](const auto& progress) { return identify(data, options.method, full, progress); });
+    result.bias = cli::watched(interrupt, "inertias",
+                               [&](const auto& progress) { return inertia_bias(options, data, progress); });
   } catch (const InputError&) {
     throw;
   } catch (const std::runtime_error& stopped) {  // the machine did not engage or dropped out

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "app/identify/baseline_runs.h"
+#include "app/identify/held_out.h"
 #include "app/identify/identify_data.h"
 #include "app/identify/identify_options.h"
 #include "estimation/identification/full.h"
@@ -15,15 +17,6 @@
 
 namespace knuckle::identify {
 
-/// Torque of one held-out recording as one method models it.
-struct HoldOut {
-  std::string source, method;
-  estimation::TorqueFit to_2Hz, unfiltered;
-  /// Rests are too short for the filter.
-  [[nodiscard]] bool filtered() const { return to_2Hz.nrmse.array().isFinite().any(); }
-  [[nodiscard]] const estimation::TorqueFit& judged() const { return filtered() ? to_2Hz : unfiltered; }
-};
-
 /// Starts pessimistic, as its summary does.
 struct Identified {
   std::string method;
@@ -32,6 +25,7 @@ struct Identified {
   std::vector<HoldOut> hold_out;                          ///< The method's first, then the papers' on the same data.
   std::vector<estimation::TorqueComparison> comparisons;  ///< The method's, one a held-out recording.
   std::optional<estimation::ValveResult> valves;          ///< Where recordings hold valve commands.
+  std::vector<InertiaBias> bias;                          ///< For "malaguti" of simulated machines.
   std::vector<double> drawing;  ///< What the drawing says of each parameter; NaN where it says nothing.
   MachineDescription machine;   ///< With every calibration that is usable, and where it came from.
 };

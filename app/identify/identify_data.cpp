@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 
 #include "app/cli/digest.h"
@@ -13,11 +11,13 @@
 #include "app/identify/data_check.h"
 #include "app/identify/shared_samples.h"
 #include "app/identify/survey_file.h"
+#include "app/recordings/csv_cells.h"
 #include "app/recordings/recording_reader.h"
 #include "core/error.h"
 #include "estimation/identification/excitation.h"
 #include "machine/load.h"
 #include "machine/pose.h"
+#include "machine/whole_file.h"
 
 namespace knuckle::identify {
 namespace {
@@ -27,11 +27,6 @@ using estimation::Recording;
 using estimation::Survey;
 
 constexpr std::size_t kSurveyedPoses = 40;
-
-std::string bytes_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 void calibrate_from(const Survey& survey, IdentifyData& data) {
   data.geometry = learn_geometry(data.machine, survey);
@@ -169,7 +164,7 @@ IdentifyData read_data(const IdentifyOptions& options) {
   const auto read = [&](const std::vector<std::string>& files) {
     std::vector<Recording> recordings;
     for (const std::string& file : files) {
-      digest.add(bytes_of(file));
+      digest.add(whole_file(file, recordings::kLargestCsv_MB));
       data.source += (data.source.empty() ? "" : ", ") + fs::path(file).filename().string();
       recordings::RecordedFile recorded = recordings::read_recording(file, options.map, calibrated(data.machine));
       require_new(seen, recorded.recording);
@@ -182,7 +177,7 @@ IdentifyData read_data(const IdentifyOptions& options) {
   data.hold_out = read(options.hold_out_files);
   if (data.hold_out.empty()) split(std::move(data.training), options.hold_out_share, data);
   if (!options.survey.empty()) {
-    digest.add(bytes_of(options.survey));
+    digest.add(whole_file(options.survey, recordings::kLargestCsv_MB));
     data.source += ", " + fs::path(options.survey).filename().string();
   }
   data.sha256 = digest.finish();

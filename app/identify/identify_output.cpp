@@ -58,7 +58,7 @@ Json valves_json(const estimation::ValveResult& valves) {
   return json;
 }
 
-Json parameters_json(const Identified& result) {
+Json parameters_json(const IdentifyData& data, const Identified& result) {
   Json list = Json::array();
   for (std::size_t i = 0; i < result.summary.parameters.size(); ++i) {
     const estimation::IdentifiedParameter& p = result.summary.parameters[i];
@@ -69,6 +69,20 @@ Json parameters_json(const Identified& result) {
                     {"sigma", number(p.sigma)},
                     {"fixed", p.fixed},
                     {"drawing", number(drawing)}});
+    if (const auto truth = data.truth.find(p.name); truth != data.truth.end())
+      list.back()["truth"] = number(truth->second);
+  }
+  return list;
+}
+
+Json bias_json(const std::vector<InertiaBias>& bias) {
+  Json list = Json::array();
+  for (const InertiaBias& row : bias) {
+    list.push_back({{"variant", row.variant},
+                    {"bucket", row.bucket},
+                    {"stick", row.stick},
+                    {"intervals", row.intervals},
+                    {"covered", row.covered}});
   }
   return list;
 }
@@ -176,15 +190,18 @@ void write_identify_json(const IdentifyData& data, const Identified& result, std
             {"condition_number", number(summary.condition_number)},
             {"indistinct", summary.indistinct},
             {"model_error", result.with_model_error},
-            {"parameters", parameters_json(result)}};
+            {"parameters", parameters_json(data, result)}};
   Json held = Json::array();
   for (const HoldOut& h : result.hold_out) {
     held.push_back({{"source", h.source},
                     {"method", h.method},
                     {"to_2Hz", fit_json(h.to_2Hz)},
-                    {"unfiltered", fit_json(h.unfiltered)}});
+                    {"unfiltered", fit_json(h.unfiltered)},
+                    {"tip_force_rms_N", number(h.tip_force_N)},
+                    {"tip_wrench_rms_N", number(h.tip_wrench_N)}});
   }
   json["hold_out"] = held;
+  if (!result.bias.empty()) json["inertia_bias"] = bias_json(result.bias);
   if (data.geometry) json["geometry"] = geometry_json(*data.geometry);
   if (result.valves) json["valves"] = valves_json(*result.valves);
   out << json.dump(2) << '\n';

@@ -9,6 +9,7 @@
 #include "app/recordings/csv_cells.h"
 #include "app/recordings/csv_mapping.h"
 #include "core/error.h"
+#include "core/text.h"
 
 namespace knuckle::identify {
 namespace {
@@ -28,7 +29,7 @@ Column column_of(const std::string& path, const std::string& header) {
     if (header == std::string(kNames[i]) + "_m") return {i, 1};
     if (header == std::string(kNames[i]) + "_mm") return {i, 1e-3};
   }
-  throw InputError(path + ": row 1: unknown column '" + header + "'; a survey has " + kNames[0] + "_m ... " +
+  throw InputError(path + ": row 1: unknown column '" + shortened(header) + "'; a survey has " + kNames[0] + "_m ... " +
                    kNames[kValues - 1] + "_m, or the same in _mm");
 }
 
@@ -68,7 +69,7 @@ estimation::SurveyPose pose_of(const std::string& path, std::size_t row, const r
     if (cells[c].empty() && may_be_empty) continue;
     value[columns[c].value] = recordings::number_in(cells[c]) * columns[c].factor;
     if (!std::isfinite(value[columns[c].value])) {
-      throw InputError(where + header[c] + " = '" + cells[c] + "': must be a number" +
+      throw InputError(where + header[c] + " = '" + shortened(cells[c]) + "': must be a number" +
                        (may_be_empty ? " or empty" : ""));
     }
   }

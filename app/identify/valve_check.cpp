@@ -34,8 +34,11 @@ Following following(const Recording& recording, int cylinder) {
   Following result;
   JointVector known = JointVector::Zero();
   double out_s = 0, in_s = 0;
-  for (std::size_t i = reach; i + reach < recording.samples.size(); ++i) {
-    if (recording.usable[i] == 0 || recording.usable[i - reach] == 0 || recording.usable[i + reach] == 0) continue;
+  std::size_t whole = 0;  // usable samples in a row: where one is missing lengths may go on from elsewhere
+  for (std::size_t end = 0; end < recording.samples.size(); ++end) {
+    whole = recording.usable[end] != 0 ? whole + 1 : 0;
+    if (whole <= 2 * reach) continue;
+    const std::size_t i = end - reach;
     const double speed_mps =
         (recording.samples[i + reach].cylinder_m[cylinder] - recording.samples[i - reach].cylinder_m[cylinder]) /
         (static_cast<double>(2 * reach) * recording.step_s);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -12,6 +13,7 @@
 #include "core/error.h"
 #include "core/loop_table.h"
 #include "core/seed.h"
+#include "estimation/identification/static_poses.h"
 #include "machine/kinematics.h"
 #include "sim/simulated_machine.h"
 #include "slave/slave_loop.h"
@@ -25,8 +27,8 @@ namespace {
 constexpr Duration kComeUp = 10s, kSettle = 20s, kRestart = 2s, kSettled = 3s;  // patience
 constexpr Duration kLoadComes = 500ms;
 constexpr Duration kWatched = 1s;
-// The arm swings on its oil after the valves have closed, by less than encoders see but by some hundred newtons at the
-// cylinders; within a second that falls to a quarter.
+// The arm swings on its oil after the valves have closed, by some hundred newtons at the cylinders; a small machine's
+// by less than its encoders see, and within a second that falls to a quarter.
 constexpr Duration kStill = 1500ms, kBeforeMoving = 500ms;
 constexpr std::size_t kControllerPort = 0, kMachinePort = 1;
 
@@ -67,6 +69,7 @@ struct MachineRun::Impl {
   void on_frame(const CanFrame& frame) noexcept;
   void go_to(const JointVector& pose_rad);
   void stand(Duration still = kStill);
+  void wait_until_still();
   void settle();
   void apply_pull() noexcept;
   void let_go() noexcept;
@@ -177,6 +180,24 @@ void MachineRun::Impl::stand(Duration still) {
   run_until([&] { return leader.at_rest(now, still); }, kSettle, "the machine does not come to rest");
 }
 
+/// Until no rod moves any more as static identification sees it: a big machine with its arm stretched out swings by
+/// millimetres, at 3 Hz, for seconds. One that goes on for longer is not waited for.
+void MachineRun::Impl::wait_until_still() {
+  const estimation::StaticOptions rest;
+  const double most_m = estimation::still_m(machine);
+  JointVector low = JointVector::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  Time since = now;
+  for (const Time end = now + kSettle; now < end && to_seconds(now - since) < rest.rest_s; tick()) {
+    const auto read = raw.measurement();
+    if (!read) continue;
+    low = low.cwiseMin(read->cylinder_m);
+    high = high.cwiseMax(read->cylinder_m);
+    if ((high - low).maxCoeff() <= most_m) continue;
+    low = high = read->cylinder_m;
+    since = now;
+  }
+}
+
 void MachineRun::Impl::go_to(const JointVector& pose_rad) {
   stand(kBeforeMoving);
   const JointVector from = leader.machine()->position_rad;
@@ -283,6 +304,7 @@ MachineRecording MachineRun::stops(const std::vector<JointVector>& poses_rad, do
   for (const JointVector& pose : poses_rad) {
     impl_->go_to(pose);
     impl_->stand();
+    impl_->wait_until_still();
     if (!made.truth.empty()) impl_->part(made);
     impl_->record(made, impl_->samples_in(duration_s));
   }

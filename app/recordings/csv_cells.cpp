@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <utility>
 
 #include "core/error.h"
+#include "machine/whole_file.h"
 
 namespace knuckle::recordings {
 namespace {
@@ -24,9 +22,7 @@ std::string trimmed(std::string text) {
 
 /// The file with every line ending as one '\n', so that blank lines can be counted, and without a byte order mark.
 std::string read_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path)) throw InputError(path + ": cannot be read");
-  const std::string bytes(std::istreambuf_iterator<char>(file), {});
+  const std::string bytes = whole_file(path, kLargestCsv_MB);
   std::string text;
   text.reserve(bytes.size());
   for (std::size_t i = bytes.starts_with("\xEF\xBB\xBF") ? 3 : 0; i < bytes.size(); ++i) {

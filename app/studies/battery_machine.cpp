@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 
+#include "app/identify/held_out.h"
 #include "core/seed.h"
 #include "estimation/identification/kim.h"
 #include "estimation/identification/malaguti.h"
@@ -28,9 +29,24 @@ estimation::TorqueComparison joined(estimation::TorqueComparison first, const es
   return first;
 }
 
-void judge_torque(const estimation::TorqueComparison& comparison, MethodOutcome& outcome) {
-  outcome.torque_2Hz = estimation::torque_fit(comparison, kCompare_Hz);
-  outcome.torque_raw = estimation::torque_fit(comparison, 0);
+/// @return whether there is a result to judge.
+bool take(const estimation::Identification& summary, MethodOutcome& outcome) {
+  outcome.identified = summary.usable;
+  if (!summary.usable) outcome.reason = summary.reasons.front();
+  return summary.usable;
+}
+
+void judge_torque(const estimation::TorqueComparison& slow, const estimation::TorqueComparison& digging,
+                  bool models_all, MethodOutcome& outcome) {
+  const std::vector<std::string> against =
+      identify::objections(std::array{identify::held_out("slow", outcome.method, slow),
+                                      identify::held_out("digging", outcome.method, digging)},
+                           models_all);
+  outcome.usable = against.empty();
+  if (!outcome.usable) outcome.reason = against.front();
+  const estimation::TorqueComparison both = joined(slow, digging);
+  outcome.torque_2Hz = estimation::torque_fit(both, kCompare_Hz);
+  outcome.torque_raw = estimation::torque_fit(both, 0);
 }
 
 MethodOutcome judge_full(const std::string& method, const MachineDescription& machine,
@@ -38,16 +54,12 @@ MethodOutcome judge_full(const std::string& method, const MachineDescription& ma
                          const identify::CommissionRuns& runs, const Trials& trials, double hull_pitch_rad) {
   MethodOutcome outcome;
   outcome.method = method;
-  outcome.usable = full.summary.usable;
-  if (!outcome.usable) {
-    outcome.reason = full.summary.reasons.front();
-    return outcome;
-  }
+  if (!take(full.summary, outcome)) return outcome;
   MachineDescription seen = calibrated(machine);
   const auto compare = [&](const motion::MachineRecording& run) {
     return estimation::compare_torque(full.dynamics, seen, run.recording, options);
   };
-  judge_torque(joined(compare(runs.validation_slow), compare(runs.validation_digging)), outcome);
+  judge_torque(compare(runs.validation_slow), compare(runs.validation_digging), true, outcome);
   seen.dynamics_calibration = full.dynamics;
   seen.dynamics_calibration->residual_rms_Nm = outcome.torque_2Hz.rms_Nm;
   outcome.parameters = identify::score_parameters(seen, runs, full.dynamics, hull_pitch_rad);
@@ -61,15 +73,11 @@ MethodOutcome judge_baseline(const std::string& method, const MachineDescription
                              const identify::CommissionRuns& runs, const Trials& trials) {
   MethodOutcome outcome;
   outcome.method = method;
-  outcome.usable = result.summary.usable;
-  if (!outcome.usable) {
-    outcome.reason = result.summary.reasons.front();
-    return outcome;
-  }
+  if (!take(result.summary, outcome)) return outcome;
   const auto compare = [&](const motion::MachineRecording& run) {
     return estimation::compare_torque(result, machine, run.recording);
   };
-  judge_torque(joined(compare(runs.validation_slow), compare(runs.validation_digging)), outcome);
+  judge_torque(compare(runs.validation_slow), compare(runs.validation_digging), false, outcome);
   const auto force = [&](const motion::MachineRecording& run) {
     return estimation::external_force(result, machine, run.recording);
   };
@@ -106,7 +114,7 @@ void judge_baselines(const BatterySetup& setup, const identify::Commissioned& fo
 
   MethodOutcome nominal;
   nominal.method = kUncalibrated;
-  nominal.usable = true;
+  nominal.identified = nominal.usable = true;
   nominal.torque_2Hz = nominal.torque_raw = no_fit();
   nominal.force = score_estimator(setup.drawing, trials);
   outcome.methods.push_back(nominal);
@@ -126,7 +134,7 @@ MethodOutcome judge_fine_encoders(const BatterySetup& setup, const MachineDescri
   plan.presses = plan.lifts = 0;
   MethodOutcome outcome;
   outcome.method = kFullFineEncoders;
-  outcome.usable = true;
+  outcome.identified = outcome.usable = true;
   outcome.torque_2Hz = outcome.torque_raw = no_fit();
   outcome.force = score_estimator(seen, run_trials(run, seen, plan, seed));
   return outcome;

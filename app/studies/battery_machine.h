@@ -25,8 +25,9 @@ inline constexpr const char* kUncalibrated = "drawing only";                ///<
 
 struct MethodOutcome {
   std::string method;
-  bool usable = false;
-  std::string reason;  ///< Why not.
+  bool identified = false;  ///< The data were enough for a result, which the trials then judge.
+  bool usable = false;      ///< By the rule of held_out.h, as `knuckle identify` would say.
+  std::string reason;       ///< Why not.
   ForceScores force;
   estimation::TorqueFit torque_2Hz, torque_raw;  ///< On held-out motion of the same day; NaN where there is no model.
   std::optional<identify::ParameterScores> parameters;

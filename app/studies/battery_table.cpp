@@ -271,7 +271,7 @@ std::vector<BatteryRow> battery_rows(const std::vector<MachineOutcome>& machines
       for (const MethodOutcome& o : machine.methods) {
         if (o.method != method) continue;
         usable += o.usable ? 1 : 0;
-        if (o.usable) all.push_back(&o);
+        if (o.identified) all.push_back(&o);
       }
     }
     Table table(method, method == kFull || method == kFullAsDrawn || method == kFullFineEncoders);

@@ -128,19 +128,6 @@ bool changes(const std::vector<const Values*>& channels, std::size_t row) {
 
 }  // namespace
 
-std::string SideVerdict::text() const {
-  char line[400];
-  std::snprintf(
-      line, sizeof line,
-      "%s: head and rod side look %s (confidence %.2f): net work is %+.2f of all as labelled, %+.2f exchanged "
-      "(%zu of %zu cycles for exchange); in the air the force carries the weight in %.0f %% of rows as "
-      "labelled, %.0f %% exchanged (%zu of %zu cycles)",
-      kJointNames[static_cast<std::size_t>(joint)], exchanged ? "EXCHANGED" : "as labelled", confidence, work.labelled,
-      work.exchanged, work.votes_for_exchange, work.cycles, 100 * load.labelled, 100 * load.exchanged,
-      load.votes_for_exchange, load.cycles);
-  return line;
-}
-
 std::vector<SideVerdict> judge_sides(const std::vector<recordings::MappedTable>& cycles) {
   std::vector<SideVerdict> verdicts;
   for (int joint = 0; joint < kJoints; ++joint) {
@@ -154,38 +141,6 @@ std::vector<SideVerdict> judge_sides(const std::vector<recordings::MappedTable>&
     verdicts.push_back(verdict);
   }
   return verdicts;
-}
-
-AngleVerdict judge_angles(const std::vector<recordings::MappedTable>& cycles) {
-  const std::vector<TipSample> samples = tip_samples(cycles);
-  AngleVerdict verdict;
-  verdict.best_error_m = verdict.second_error_m = std::numeric_limits<double>::infinity();
-  std::array<int, kJoints> order{0, 1, 2};
-  do {
-    for (unsigned signs = 0; signs < 1u << kJoints; ++signs) {
-      std::vector<TipSample> changed = samples;
-      std::string name;
-      for (int i = 0; i < kJoints; ++i) {
-        const bool minus = (signs >> i & 1u) != 0;
-        const int column = order[static_cast<std::size_t>(i)];
-        for (std::size_t n = 0; n < samples.size(); ++n) {
-          changed[n].angle_rad[i] = (minus ? -1 : 1) * samples[n].angle_rad[column];
-        }
-        name += std::string(i > 0 ? ", " : "") + kJointNames[static_cast<std::size_t>(column)] + (minus ? " -" : " +");
-      }
-      const double error = fit_plain_chain(changed, 1, false).mean_error_m;
-      if (error < verdict.best_error_m) {
-        verdict.second = verdict.best;
-        verdict.second_error_m = verdict.best_error_m;
-        verdict.best = name;
-        verdict.best_error_m = error;
-      } else if (error < verdict.second_error_m) {
-        verdict.second = name;
-        verdict.second_error_m = error;
-      }
-    }
-  } while (std::next_permutation(order.begin(), order.end()));
-  return verdict;
 }
 
 RefreshVerdict judge_refresh(const std::vector<recordings::MappedTable>& cycles) {
@@ -203,27 +158,14 @@ RefreshVerdict judge_refresh(const std::vector<recordings::MappedTable>& cycles)
       const bool angle = changes(angles, i), moved = changes(tip, i);
       verdict.angles += angle;
       verdict.pressures += changes(pressures, i);
-      verdict.tip += moved;
       verdict.tip_with_angles += angle == moved;
       ++rows;
     }
   }
-  for (double* share : {&verdict.angles, &verdict.pressures, &verdict.tip, &verdict.tip_with_angles}) {
+  for (double* share : {&verdict.angles, &verdict.pressures, &verdict.tip_with_angles}) {
     *share = ratio(*share, rows);
   }
   return verdict;
-}
-
-std::vector<std::string> dead_channels(const std::vector<recordings::MappedTable>& cycles) {
-  std::vector<std::string> dead;
-  for (const recordings::MappedChannel& channel : cycles.front().channels) {
-    const bool alive = std::any_of(cycles.begin(), cycles.end(), [&](const recordings::MappedTable& cycle) {
-      const Values& values = cycle.channel(channel.name).values;
-      return std::any_of(values.begin(), values.end(), [&](double v) { return !same(v, channel.values.front()); });
-    });
-    if (!alive) dead.push_back(channel.name);
-  }
-  return dead;
 }
 
 }  // namespace knuckle::studies

@@ -2,7 +2,6 @@
 // what a correctly labelled cylinder must do, and the recording's cycles vote.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "app/recordings/csv_reader.h"
@@ -26,25 +25,14 @@ struct SideVerdict {
   } work, load;
   bool exchanged = false;
   double confidence = 0;  ///< Of what `exchanged` says.
-  [[nodiscard]] std::string text() const;
 };
 [[nodiscard]] std::vector<SideVerdict> judge_sides(const std::vector<recordings::MappedTable>& cycles);
 
-/// Which of the three angle columns is which joint, and which way each counts: residual of the plain chain for all 48.
-struct AngleVerdict {
-  std::string best, second;  ///< "boom +, arm +, bucket +": the columns' labels and signs in the order of the joints.
-  double best_error_m = 0, second_error_m = 0;  ///< Mean absolute error of the tip.
-};
-[[nodiscard]] AngleVerdict judge_angles(const std::vector<recordings::MappedTable>& cycles);
-
 /// How often channels change from row to row.
 struct RefreshVerdict {
-  double angles = 0, pressures = 0, tip = 0;  ///< Share of rows in which any channel of the kind changes.
-  double tip_with_angles = 0;                 ///< Share of rows in which angles and tip both change or both do not.
+  double angles = 0, pressures = 0;  ///< Share of rows in which any channel of the kind changes.
+  double tip_with_angles = 0;        ///< Share of rows in which angles and tip both change or both do not.
 };
 [[nodiscard]] RefreshVerdict judge_refresh(const std::vector<recordings::MappedTable>& cycles);
-
-/// Names of channels that have one and the same value in all cycles.
-[[nodiscard]] std::vector<std::string> dead_channels(const std::vector<recordings::MappedTable>& cycles);
 
 }  // namespace knuckle::studies

@@ -113,37 +113,6 @@ std::map<recordings::Finding::Kind, std::size_t> defects(const std::vector<recor
   return count;
 }
 
-std::string filled(const char* format, double a, double b, double c = 0) {
-  char line[300];
-  std::snprintf(line, sizeof line, format, a, b, c);
-  return line;
-}
-
-/// Which angle is which, and what the bucket's really is.
-void tell_angles(const std::vector<recordings::MappedTable>& cycles, std::vector<std::string>& lines) {
-  const AngleVerdict angles = judge_angles(cycles);
-  lines.push_back(
-      "angle columns in the order boom, arm, bucket are " + angles.best + " (counter-clockwise +): mean tip error " +
-      filled("%.3f m, next best %.3f m", angles.best_error_m, angles.second_error_m) + " with " + angles.second);
-  const std::vector<TipSample> samples = tip_samples(cycles);
-  const auto geometry = fit_tip_geometry(samples);
-  if (!geometry) return;
-  const Spread linkage = tip_error(samples, [&](const TipSample& s) { return geometry->tip(s); });
-  const PlainChain joint = fit_plain_chain(samples, 1, true);
-  const Spread plain = tip_error(samples, [&](const TipSample& s) { return joint.tip(s.angle_rad); });
-  lines.push_back(
-      filled("bucket_rad is not the bucket's joint but its linkage's rocker: as a joint the tip is off by "
-             "%.1f mm in the median (p95 %.0f mm), through a four-bar by %.1f mm",
-             1e3 * plain.median, 1e3 * plain.p95, 1e3 * linkage.median));
-  constexpr double kRounding_m = 1e-3;
-  if (linkage.p95 < kRounding_m) {
-    lines.push_back(
-        filled("the tip is no measurement of its own: it follows from the angles to %.1f mm (p95), the "
-               "rounding of the file, with a latency of %.4f s",
-               1e3 * linkage.p95, geometry->value[TipGeometry::kLatency_s]));
-  }
-}
-
 }  // namespace
 
 std::vector<recordings::MappedTable> read_dig_cycles(const std::string& dir) {
@@ -196,29 +165,6 @@ std::vector<RealRow> dig_cycle_rows(const std::string& train_dir, const std::str
     rows.push_back({kDataset, std::string("found: ") + recordings::name(kind), static_cast<double>(count), "1", {}});
   }
   return rows;
-}
-
-std::vector<std::string> dig_cycle_findings(const std::string& dir) {
-  const std::vector<recordings::MappedTable> cycles = read_dig_cycles(dir);
-  std::vector<std::string> lines;
-  std::size_t read = 0, used = 0;
-  for (const recordings::MappedTable& cycle : cycles) {
-    read += cycle.rows_read;
-    used += cycle.time_s.size();
-  }
-  lines.push_back(std::to_string(cycles.size()) + " cycles, " + std::to_string(read) + " rows, " +
-                  std::to_string(used) + " used");
-  for (const auto& [kind, count] : defects(cycles))
-    lines.push_back(std::to_string(count) + " x " + recordings::name(kind));
-  for (const std::string& channel : dead_channels(cycles)) lines.push_back(channel + " never changes: no sensor");
-  const RefreshVerdict refresh = judge_refresh(cycles);
-  lines.push_back(
-      filled("angles are fresh in %.0f %% of rows, pressures in %.0f %%; tip and angles change in the same "
-             "rows (%.1f %%)",
-             100 * refresh.angles, 100 * refresh.pressures, 100 * refresh.tip_with_angles));
-  for (const SideVerdict& verdict : judge_sides(cycles)) lines.push_back(verdict.text());
-  tell_angles(cycles, lines);
-  return lines;
 }
 
 }  // namespace knuckle::studies

@@ -22,7 +22,4 @@ namespace knuckle::studies {
 /// @throws InputError where a folder has no usable cycle.
 [[nodiscard]] std::vector<RealRow> dig_cycle_rows(const std::string& train_dir, const std::string& test_dir);
 
-/// The same in words, with the evidence: one line a finding.
-[[nodiscard]] std::vector<std::string> dig_cycle_findings(const std::string& dir);
-
 }  // namespace knuckle::studies

@@ -97,7 +97,6 @@ void judge_norms(const Trials& trials, const ForceSeries& series, ForceScores& s
   scores.slow_rms_N = slow.rms_N;
   scores.slow_p95_N = slow.p95_N;
   scores.digging_rms_N = digging.rms_N;
-  scores.digging_p95_N = digging.p95_N;
 }
 
 }  // namespace

@@ -31,8 +31,8 @@ struct ContactModelScore {
 
 /// NaN and empty where a method has no answer of that kind.
 struct ForceScores {
-  double slow_rms_N, slow_p95_N;        ///< |F| in free motion.
-  double digging_rms_N, digging_p95_N;  ///< Likewise at digging speed.
+  double slow_rms_N, slow_p95_N;  ///< |F| in free motion.
+  double digging_rms_N;           ///< Likewise at digging speed.
   std::vector<PressScore> presses;
   std::vector<ContactModelScore> contact_models;  ///< The others, on the same pulls.
   std::vector<double> detection_s;  ///< Of each 500 N step; infinite where it was not seen while it lasted.

@@ -1,12 +1,14 @@
-// Features, boosted trees and their linear rival.
+// Features, XGBoost's trees and their linear rival.
 #include "app/studies/loader_prediction.h"
+
+#include <xgboost/c_api.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <functional>
-
-#include "app/studies/boosted_trees.h"
+#include <stdexcept>
+#include <utility>
 
 namespace knuckle::studies {
 namespace {
@@ -174,6 +176,67 @@ class Arx {
   Eigen::MatrixXd total_normal_, total_right_;
 };
 
+void check(int code) {
+  if (code != 0) throw std::runtime_error(std::string("XGBoost: ") + XGBGetLastError());
+}
+
+/// Gradient-boosted regression trees of XGBoost: least squares, bounded by what they have seen; the same data give the
+/// same trees.
+class BoostedTrees {
+ public:
+  /// @param features one row a sample; @param target one a row.
+  BoostedTrees(const Eigen::MatrixXd& features, const Eigen::VectorXd& target) {
+    const Data data(features, &target);
+    check(XGBoosterCreate(&data.handle, 1, &booster_));
+    const std::string mean = std::to_string(target.mean());
+    // What each tree gets to see is drawn at random; one thread, so that sums are always of the same order.
+    for (const auto& [name, value] : {std::pair{"objective", "reg:squarederror"},
+                                      {"base_score", mean.c_str()},
+                                      {"max_depth", "4"},
+                                      {"min_child_weight", "40"},
+                                      {"eta", "0.05"},
+                                      {"subsample", "0.6"},
+                                      {"colsample_bytree", "0.5"},
+                                      {"lambda", "0"},
+                                      {"tree_method", "hist"},
+                                      {"nthread", "1"},
+                                      {"seed", "1"}})
+      check(XGBoosterSetParam(booster_, name, value));
+    constexpr int kTrees = 300;
+    for (int tree = 0; tree < kTrees; ++tree) check(XGBoosterUpdateOneIter(booster_, tree, data.handle));
+  }
+  ~BoostedTrees() { XGBoosterFree(booster_); }
+  BoostedTrees(const BoostedTrees&) = delete;
+  BoostedTrees& operator=(const BoostedTrees&) = delete;
+
+  /// @param features columns as in the fit. @return one value a row.
+  [[nodiscard]] Eigen::VectorXd predict(const Eigen::MatrixXd& features) const {
+    const Data data(features, nullptr);
+    bst_ulong size = 0;
+    const float* values = nullptr;
+    check(XGBoosterPredict(booster_, data.handle, 0, 0, 0, &size, &values));
+    return Eigen::Map<const Eigen::VectorXf>(values, static_cast<Eigen::Index>(size)).cast<double>();
+  }
+
+ private:
+  struct Data {
+    Data(const Eigen::MatrixXd& features, const Eigen::VectorXd* target) {
+      const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows = features.cast<float>();
+      const auto count = static_cast<bst_ulong>(rows.rows());
+      check(XGDMatrixCreateFromMat(rows.data(), count, static_cast<bst_ulong>(rows.cols()), std::nanf(""), &handle));
+      if (target == nullptr) return;
+      const Eigen::VectorXf label = target->cast<float>();
+      check(XGDMatrixSetFloatInfo(handle, "label", label.data(), count));
+    }
+    ~Data() { XGDMatrixFree(handle); }
+    Data(const Data&) = delete;
+    Data& operator=(const Data&) = delete;
+    DMatrixHandle handle = nullptr;
+  };
+
+  BoosterHandle booster_ = nullptr;
+};
+
 double rms(const Eigen::VectorXd& error) {
   return std::sqrt(error.squaredNorm() / static_cast<double>(error.size()));
 }
@@ -206,8 +269,7 @@ std::array<SpeedPrediction, kLoaderAxes> predict_speeds(std::span<const LoaderRu
     const Arx::Choice choice = arx.choose(column);
     const Eigen::VectorXd target = test_target.col(column);
     result[axis] = {rms(trees.predict(test_features) - target), rms(now.col(column) - target),
-                    rms(arx.predict(test_columns, column, choice) - target), choice.order,
-                    static_cast<std::size_t>(target.size())};
+                    rms(arx.predict(test_columns, column, choice) - target), static_cast<std::size_t>(target.size())};
   }
   return result;
 }

@@ -10,10 +10,9 @@ namespace knuckle::studies {
 
 /// RMS errors on test runs, of three ways that get the same data.
 struct SpeedPrediction {
-  double rmse_radps = 0;         ///< Boosted trees.
+  double rmse_radps = 0;         ///< Boosted trees (XGBoost).
   double persistence_radps = 0;  ///< The speed stays as it is.
   double arx_radps = 0;          ///< Linear in lagged speeds, levers and every other channel, fitted for this horizon.
-  int arx_order = 0;             ///< Lags, found by cross-validation over blocks of the training runs.
   std::size_t samples = 0;
 };
 

@@ -41,8 +41,8 @@ bool near_stop(const MachineDescription& machine, const JointVector& cylinder_m,
   return false;
 }
 
-/// Stretches inside `stretch` in which no rod moves by more than still_m.
-std::vector<Stretch> rests(const Motion& motion, const Stretch& stretch, double still_m) {
+/// Stretches inside `stretch` in which no rod moves by more than most_m.
+std::vector<Stretch> rests(const Motion& motion, const Stretch& stretch, double most_m) {
   std::vector<Stretch> result;
   JointVector low, high;
   for (Eigen::Index i = stretch.first; i < stretch.end; ++i) {
@@ -51,7 +51,7 @@ std::vector<Stretch> rests(const Motion& motion, const Stretch& stretch, double 
       low = low.cwiseMin(length);
       high = high.cwiseMax(length);
     }
-    if (i == stretch.first || (high - low).maxCoeff() > still_m) {
+    if (i == stretch.first || (high - low).maxCoeff() > most_m) {
       result.push_back({i, i});
       low = high = length;
     }
@@ -115,14 +115,17 @@ TorqueComparison compare(const StaticResult& result, const Motion& motion) {
 
 }  // namespace
 
+double still_m(const MachineDescription& machine) {
+  return std::max(kLeastStill_m, 2 * machine.sensors.encoder_step_m);
+}
+
 std::vector<RestingPose> resting_poses(const MachineDescription& machine, const Recording& recording,
                                        const StaticOptions& options, int& near_stops) {
   const Motion motion = offline_motion(machine, recording, motion_options());
-  const double still_m = std::max(kLeastStill_m, 2 * machine.sensors.encoder_step_m);
   std::vector<RestingPose> poses;
   JointVector last_rad = JointVector::Constant(std::numeric_limits<double>::infinity());
   for (const Stretch& stretch : motion.stretches) {
-    for (const Stretch& rest : rests(motion, stretch, still_m)) {
+    for (const Stretch& rest : rests(motion, stretch, still_m(machine))) {
       if (static_cast<double>(rest.size()) * motion.step_s < options.rest_s) continue;
       const RestingPose pose = mean_pose(motion, {rest.first + rest.size() / 2, rest.end});
       const bool moved = (pose.joint_rad - last_rad).cwiseAbs().maxCoeff() > kSamePose_rad;

@@ -24,6 +24,9 @@ struct StaticOptions {
   double stop_margin_m = 0.01;  ///< Poses with a rod closer to its end stop, which bears force unseen, are left out.
 };
 
+/// What rods may move by in a pose at rest: two steps of the encoders, 0.2 mm at least.
+[[nodiscard]] double still_m(const MachineDescription& machine);
+
 struct RestingPose {
   JointVector joint_rad, torque_Nm;  ///< Torques of the cylinders.
   double hull_pitch_rad;

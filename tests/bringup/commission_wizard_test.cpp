@@ -178,9 +178,9 @@ TEST(CommissionWizard, ExchangedEncodersAreFoundByTheFirstMotion) {
 }
 
 TEST(CommissionWizard, ExchangedPressureSidesAreFoundAtTheStop) {
-  const auto bus = simulated_bus();
-  bus->machine().swap_chambers(kBoom, true);
-  const Outcome outcome = commission(bus, all());
+  MachineDescription file = solar();
+  std::swap(file.bus.pressures[2 * kBoom].id, file.bus.pressures[2 * kBoom + 1].id);
+  const Outcome outcome = commission(simulated_bus(), all(), file);
   EXPECT_NE(outcome.ended.find("at the stop the boom rod side transmitter rises by"), std::string::npos)
       << outcome.ended;
   EXPECT_FALSE(outcome.pilot);

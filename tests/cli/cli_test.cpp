@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
+#include "core/text.h"
 #include "tests/support/candump.h"
 #include "tests/support/run_program.h"
 
@@ -166,9 +167,25 @@ class ProgramRefuses : public Program {
     EXPECT_EQ(run.exit_code, 2) << run.err;
     EXPECT_EQ(run.out, "");
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_EQ(printable(run.err), run.err.substr(0, run.err.find('\n')) + "\\x0a") << "a terminal would obey it";
+    EXPECT_LT(run.err.size(), 4200U);
     for (const std::string& word : refusal.named)
       EXPECT_NE(run.err.find(word), std::string::npos) << run.err << "lacks " << word;
     EXPECT_EQ(left_behind(), before);
+  }
+
+  /// The file given with every option that reads TOML.
+  void expect_of_each_loader(const std::string& file, const std::vector<std::string>& named) {
+    const std::string path_file = path("motion.csv");
+    std::ofstream(path_file) << "t\n1\n";
+    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--machine", file},
+                                                      {"--scenario", file},
+                                                      {"--device", file},
+                                                      {"--truth", file},
+                                                      {"--operator", "path:" + path_file, "--map", file}}) {
+      SCOPED_TRACE(arguments.front());
+      expect({arguments, named});
+    }
   }
 };
 
@@ -204,6 +221,39 @@ TEST_F(ProgramRefuses, ScenariosThatCannotBe) {
   scenario("tip_m = \\[[^\\]]*\\]", "tip_m = [9, 0.1]", {"approach", "range"});
   expect({{"--scenario", "walk"}, {"walk", "wall_contact"}});
   expect({{"--scenario", path("none.toml")}, {"none.toml"}});
+}
+
+TEST_F(ProgramRefuses, FilesThatAreMadeToHurt) {
+  const auto each = [&](const std::string& text, const std::vector<std::string>& named) {
+    SCOPED_TRACE(text.substr(0, 20));
+    std::ofstream(path("a.toml"), std::ios::binary) << text;
+    expect_of_each_loader(path("a.toml"), named);
+  };
+  const auto repeated = [](const std::string& what, int times) {
+    std::string all;
+    for (int i = 0; i < times; ++i) all += what;
+    return all;
+  };
+  const std::vector<std::string> many_names{"a.toml:1: key '" + repeated("a.", 30) + "... (79999 characters)'",
+                                            "at most 16 names"};
+  const std::vector<std::string> nested{"a.toml:1: ", "must be at most 16 deep"};
+  each(repeated("a.", 39'999) + "a = 1", many_names);
+  each("[" + repeated("a.", 39'999) + "a]", many_names);
+  each("[[" + repeated("a.", 39'999) + "a]]", many_names);
+  each("a = " + repeated("[", 40'000), nested);
+  each("a = " + repeated("{a=", 40'000), nested);
+  each(std::string(900'000, 'k') + " = '" + std::string(90'000, 'v') + "'", {"a.toml:1: "});
+  each("\"\\u001b[31m\" = 1\nx = '\x1b[31m'", {"a.toml:2: "});
+  each("x = '\xff'", {"a.toml:1: "});
+  each(std::string(10'000'000, 'k') + " = 1", {"a.toml: must be at most 1 MB"});
+}
+
+TEST_F(ProgramRefuses, FilesThatCannotBeReached) {
+  fs::create_symlink(path("a.toml"), path("b.toml"));
+  fs::create_symlink(path("b.toml"), path("a.toml"));
+  expect_of_each_loader(path("a.toml"), {"a.toml", "Too many levels of symbolic links"});
+  expect_of_each_loader(path(std::string(300, 'n') + ".toml"), {"nnn.toml", "File name too long"});
+  expect_of_each_loader(path("\x1b[31m\xff.toml"), {"\\x1b[31m\\xff.toml", "must be UTF-8 without control characters"});
 }
 
 TEST_F(ProgramRefuses, OptionsThatCannotBe) {

@@ -76,10 +76,10 @@ TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsEveryMotionOnTheWire) {
   ASSERT_TRUE(window.until_mode(Mode::kReady));
   window.keys.enable = true;
   ASSERT_TRUE(window.until_mode(Mode::kEngaged));
-  const JointVector start_rad = host.view().truth.joint_rad;
+  const JointVector start_rad = host.view().machine.position_rad;
   window.keys.boom_up = true;
-  ASSERT_TRUE(
-      window.until([&](const console::ConsoleView& v) { return v.truth.joint_rad[kBoom] > start_rad[kBoom] + 0.1; }));
+  ASSERT_TRUE(window.until(
+      [&](const console::ConsoleView& v) { return v.machine.position_rad[kBoom] > start_rad[kBoom] + 0.1; }));
   window.input.stop = true;
   ASSERT_TRUE(window.until_mode(Mode::kFault));
   const double stopped_s = host.view().simulated_s;
@@ -153,7 +153,7 @@ TEST(ConsoleHost, SkippedToATimeShowsTheSamePictureAgain) {
   const console::ConsoleView a = picture(), b = picture();
   EXPECT_GE(a.simulated_s, 8.99);
   EXPECT_EQ(a.now, b.now);
-  EXPECT_EQ(a.truth.joint_rad, b.truth.joint_rad);
+  EXPECT_EQ(a.machine.position_rad, b.machine.position_rad);
   EXPECT_EQ(a.hand.sent_force_N, b.hand.sent_force_N);
   EXPECT_EQ(a.machine.mode, Mode::kEngaged);
 }

@@ -125,33 +125,14 @@ TEST(Payload, ContactIsStillFeltInFullWithALoadInTheBucket) {
   EXPECT_TRUE(scale.force().contact);
 }
 
-TEST(Payload, EveryLiftThatEndsByDumpingAddsToTheTotal) {
-  Scale scale(oil_of_today());
-  scale.move(40, 0);
-  scale.payload().zero();
-  scale.move(8, 0);
-  for (const double mass_kg : {50.0, 90.0}) {
-    scale.move(8, mass_kg);
-    scale.move(8, 0);
-  }
-  EXPECT_EQ(scale.payload().lifts(), 2);
-  EXPECT_NEAR(scale.payload().total_kg(), 140, 6);
-  EXPECT_NEAR(scale.payload().total_kg(), 140, 3 * scale.payload().total_sigma_kg());
-  scale.move(8, 30);
-  EXPECT_EQ(scale.payload().lifts(), 2) << "not dumped yet";
-  scale.payload().reset_total();
-  EXPECT_EQ(scale.payload().total_kg(), 0);
-  scale.move(8, 0);
-  EXPECT_EQ(scale.payload().lifts(), 1);
-  EXPECT_NEAR(scale.payload().total_kg(), 30, 4);
-}
-
-TEST(Payload, DiggingAndEmptyMotionCountNoLift) {
+TEST(Payload, DiggingLeavesNoLoadInAnEmptyBucket) {
   Scale scale(oil_of_today());
   scale.move(40, 0);
   for (int i = 0; i < 6; ++i) scale.move(0.5, 0, {800 + 100.0 * (i % 3), 1200 - 250.0 * (i % 4)});
   scale.move(15, 0);
-  EXPECT_EQ(scale.payload().lifts(), 0);
+  EXPECT_NEAR(scale.payload().kg(), 0, 3);
+  EXPECT_NEAR(scale.payload().carried()[0], 0, 1e-6);
+  EXPECT_FALSE(scale.payload().maybe_loaded());
 }
 
 TEST(Payload, EmptyBucketAfterZeroWeighsNothing) {

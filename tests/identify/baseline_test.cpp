@@ -47,10 +47,10 @@ double ratio(const estimation::Identification& summary, const std::map<std::stri
 TEST(Baselines, SlowMotionFindsGravityAndAnEmptyBucketWithinTwoHundredNewton) {
   const sim::MachineTruth truth = sim::draw_truth(machine(), 1);
   const BaselineRuns runs = driven("kim", truth);
-  const BaselineData data{recordings(runs.identification),
-                          recordings(runs.verification),
-                          baseline_truth("kim", machine(), truth, runs),
-                          {}};
+  BaselineData data{recordings(runs.identification),
+                    recordings(runs.verification),
+                    baseline_truth("kim", machine(), truth, runs),
+                    {}};
   const estimation::KimResult result = identify_kim(machine(), data.identification);
   ASSERT_TRUE(result.summary.usable);
   EXPECT_NEAR(ratio(result.summary, data.truth, "m1 L_O1G1"), 1, 0.05);
@@ -64,10 +64,14 @@ TEST(Baselines, SlowMotionFindsGravityAndAnEmptyBucketWithinTwoHundredNewton) {
   }
   EXPECT_LT(std::sqrt(squares / count), 100);
   EXPECT_GT(std::sqrt(squares / count), 10);  // friction without Coulomb cannot be that good
+  data.verdict = result.summary;
   const std::string text = page("kim", data);
-  expect_all(text, {">identified<", "Table 1: Estimation results", "N m/(deg/s)", "m<sub>3</sub> = 60.00 kg",
-                    "98.65 kg m, 11.48", "Figure 4", "Figure 5", "Figure 6", "Figure 7 (a)", "Figure 7 (b)", "Figure 8",
-                    "</svg>", "</html>"});
+  expect_all(text,
+             {">usable<", "Table 1: Estimation results", "N m/(deg/s)", "m<sub>3</sub> = 60.00 kg", "98.65 kg m, 11.48",
+              "Figure 4", "Figure 5", "Figure 6", "Figure 7 (a)", "Figure 7 (b)", "Figure 8", "</svg>", "</html>"});
+  data.verdict.usable = false;
+  data.verdict.reasons = {"held-out motion speaks against it"};
+  expect_all(page("kim", data), {">not usable<", "at most 25 %", "held-out motion speaks against it", "Table 1"});
 }
 
 TEST(Baselines, RodNoiseIsWhatPullsTheInertiasOfTheFilteredRegressorDown) {
@@ -106,7 +110,9 @@ TEST(Baselines, DiggingInTheAirGivesTablesTwoAndThree) {
 }
 
 TEST(Baselines, FewPosesAreReportedAsNotUsable) {
-  const std::string text = page("static", {});
+  BaselineData none;
+  none.verdict = identify_static(machine(), {}).summary;
+  const std::string text = page("static", none);
   expect_all(text, {">not usable<", "0 poses at rest", "</html>"});
   EXPECT_THROW((void)page("mean", {}), InputError);
   EXPECT_THROW((void)driven("mean", sim::nominal_truth(machine())), InputError);

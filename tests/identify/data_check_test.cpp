@@ -9,6 +9,7 @@
 #include <random>
 
 #include "app/identify/data_physics.h"
+#include "app/identify/valve_check.h"
 #include "core/error.h"
 #include "estimation/identification/excitation.h"
 #include "machine/load.h"
@@ -246,6 +247,27 @@ TEST(DataCheck, TakesOutCommandsThatTheCylinderDoesNotFollow) {
   EXPECT_TRUE(names(check.lines().front(), {"boom_valve: its cylinder does not follow it, not used"}));
   EXPECT_TRUE(std::isnan(file.recording.valve[505][kBoom]));
   EXPECT_EQ(file.recording.valve[505][kArm], recorded_motion().valve[505][kArm]);
+}
+
+/// As recordings of poses at rest are: the ways between them are left out.
+TEST(DataCheck, TakesNoMotionAcrossWhatWasNotRecordedForOneThatValvesMade) {
+  constexpr std::size_t kStops = 300, kRest = 40;
+  recordings::RecordedFile file = as_file(recorded_motion());
+  estimation::Recording& recording = file.recording;
+  const auto held = recording.samples.front();
+  recording.samples.clear();
+  for (std::size_t stop = 0; stop < kStops; ++stop) {
+    recording.samples.insert(recording.samples.end(), kRest + 1, held);
+    for (auto at = recording.samples.end() - kRest - 1; at != recording.samples.end(); ++at)
+      at->cylinder_m.array() += stop % 2 == 0 ? 0.0 : 0.03;
+  }
+  recording.usable.assign(recording.samples.size(), 1);
+  for (std::size_t i = kRest; i < recording.samples.size(); i += kRest + 1) recording.usable[i] = 0;
+  recording.valve.assign(recording.samples.size(), JointVector::Zero());
+  file.rows.resize(recording.samples.size(), 2);
+  EXPECT_TRUE(check_valves(file).empty());
+  std::fill(recording.usable.begin(), recording.usable.end(), 1);
+  EXPECT_EQ(check_valves(file).size(), 3U) << "it would have moved without commands";
 }
 
 TEST(DataCheck, TakesOutSingleCommandsThatCannotBeAndSaysForWhichValve) {

@@ -117,6 +117,45 @@ TEST_F(IdentifyProgram, SaysThatSigmasAreTooSmallUnlessAnEnsembleMeasuredTheMode
   EXPECT_GT(widest, 2);
 }
 
+/// Kim's model has no inertia: its fast verification is what it cannot explain.
+TEST_F(IdentifyProgram, GivesTheSameVerdictInItsWordsItsJsonAndThePapersPage) {
+  const ProgramRun run =
+      identify({"--simulate", "--method", "kim", "--json", path("a.json"), "--report", path("a.html")});
+  EXPECT_EQ(run.exit_code, 1) << run.out << run.err;
+  const nlohmann::json result = json("a.json");
+  EXPECT_FALSE(result["usable"]);
+  ASSERT_FALSE(result["reasons"].empty());
+  std::ifstream in(path("a.html"));
+  const std::string page(std::istreambuf_iterator<char>(in), {});
+  EXPECT_TRUE(names(page, ">not usable<"));
+  for (const auto& reason : result["reasons"]) {
+    EXPECT_TRUE(names(run.out, reason.get<std::string>())) << run.out;
+    EXPECT_TRUE(names(page, "% of the")) << reason;
+  }
+  EXPECT_TRUE(names(run.out, "at most 25 %")) << run.out;
+  for (const auto& held : result["hold_out"]) {
+    EXPECT_GT(held["tip_force_rms_N"], 10);
+    EXPECT_GT(held["tip_wrench_rms_N"], held["tip_force_rms_N"]);
+  }
+}
+
+TEST(HeldOut, ObjectsToEachJointThatIsLeftUnexplainedAndToNothingElse) {
+  const double nan = std::nan("");
+  const auto held = [](double boom, double arm, double bucket) {
+    HoldOut one{"run", "kim", {}, {}};
+    one.to_2Hz.nrmse = one.unfiltered.nrmse = {boom, arm, bucket};
+    one.to_2Hz.rms_Nm = one.to_2Hz.nrmse;
+    return one;
+  };
+  EXPECT_TRUE(objections(std::array{held(0.25, 0.1, 0.1)}, true).empty());
+  EXPECT_EQ(objections(std::array{held(0.1, 0.1, 0.1), held(0.1, 0.26, 0.3)}, true).size(), 2U);
+  EXPECT_TRUE(objections(std::array{held(nan, 0.1, 0.1)}, false).empty()) << "a joint that it does not model";
+  EXPECT_EQ(objections(std::array{held(nan, 0.1, 0.1)}, true),
+            std::vector<std::string>{"the boom cannot be validated: nothing is held out that tells"});
+  EXPECT_EQ(objections(std::array{held(nan, nan, nan)}, false).size(), 1U);
+  EXPECT_EQ(objections({}, false).size(), 1U);
+}
+
 TEST(Identify, IsUsableOnlyWhereHeldOutMotionSaysSo) {
   IdentifyData data;
   data.machine = recorded_machine();

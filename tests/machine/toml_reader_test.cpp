@@ -2,10 +2,14 @@
 #include "machine/toml_reader.h"
 
 #include <gtest/gtest.h>
+#include <toml++/toml.h>
 
+#include <algorithm>
 #include <functional>
+#include <random>
 
 #include "core/error.h"
+#include "core/text.h"
 
 namespace knuckle {
 namespace {
@@ -124,6 +128,168 @@ TEST(TomlReader, StaysOnOneLineWhateverTheFileHolds) {
     EXPECT_NE(line, "accepted");
     EXPECT_EQ(line.find('\n'), std::string::npos) << line;
   }
+}
+
+TEST(TomlReader, ShowsControlCharactersAndShortensWhatIsLong) {
+  EXPECT_EQ(refusal("x = 1\n\"\\u001b[31m\" = 2", ask_for_x), "m.toml:2: key '\\x1b[31m' = 2: unknown key");
+  EXPECT_EQ(refusal(std::string(100'000, 'k') + " = 2\nx = 1", ask_for_x),
+            "m.toml:1: key '" + std::string(60, 'k') + "... (100000 characters)' = 2: unknown key");
+  EXPECT_EQ(refusal("x = '" + std::string(100'000, 'v') + "'", ask_for_x),
+            "m.toml:1: key 'x' = '" + std::string(59, 'v') + "... (100002 characters): must be a number within [0, 1]");
+}
+
+TEST(TomlReader, TextsHoldNothingThatATerminalObeys) {
+  const auto ask = [](TomlTable& file) { (void)file.text("x"); };
+  EXPECT_EQ(refusal("x = \"K\\u00fcbel 3\"", ask), "accepted");
+  for (const char* text : {"a\\u001b[2J", "a\\nb", "a\\u009b2J", "a\\u202eb"}) {
+    const std::string line = refusal(std::string("x = \"") + text + "\"", ask);
+    EXPECT_NE(line.find("must be at most 1000 characters, none of them a control character"), std::string::npos)
+        << line;
+    EXPECT_EQ(printable(line), line);
+  }
+  EXPECT_NE(refusal("x = '" + std::string(1001, 'v') + "'", ask), "accepted");
+}
+
+std::string repeated(const std::string& what, int times) {
+  std::string all;
+  for (int i = 0; i < times; ++i) all += what;
+  return all;
+}
+
+TEST(TomlReader, BoundsTheNamesInAKey) {
+  const auto leave = [](TomlTable& file) { file.leave("a"); };
+  for (const char* form :
+       {"%s = 1", "[%s]", "[[%s]]", "[ %s ]\nb = 1.5", "a = { %s = 1 }", "a = [\n{%s = [0.1, 0.2]}]"}) {
+    const auto with = [&](const std::string& key) {
+      std::string text = form;
+      return text.replace(text.find("%s"), 2, key);
+    };
+    SCOPED_TRACE(form);
+    EXPECT_EQ(refusal(with("a" + repeated(".a", 15)), leave), "accepted");
+    const std::string line = refusal(with("a" + repeated(".a", 16)), leave);
+    EXPECT_NE(line.find(": key 'a" + repeated(".a", 16) + "': must be at most 16 names joined by dots"),
+              std::string::npos)
+        << line;
+    EXPECT_NE(refusal(with("a" + repeated(R"( . "#\"=\n,]" . '[")", 8) + "'"), leave), "accepted");
+    EXPECT_NE(refusal(with("a" + repeated(".a", 200'000)), leave), "accepted");
+  }
+}
+
+TEST(TomlReader, BoundsHowDeepValuesNest) {
+  const auto leave = [](TomlTable& file) { file.leave("a"); };
+  struct Form {
+    const char *open, *close;
+    int most = 16;
+  };
+  for (const Form& form :
+       {Form{"[", "]"}, Form{"{a=", "}"}, Form{"[{a=", "}]", 8}, Form{"[#]]\n", "]"}, Form{R"(["]\"",)", "]"}}) {
+    const auto nested = [&](int times) {
+      return "a = " + repeated(form.open, times) + "1" + repeated(form.close, times);
+    };
+    SCOPED_TRACE(form.open);
+    EXPECT_EQ(refusal(nested(form.most), leave), "accepted");
+    EXPECT_NE(refusal(nested(form.most + 1), leave).find("must be at most 16 deep"), std::string::npos);
+    EXPECT_NE(refusal(nested(100'000), leave), "accepted");
+  }
+}
+
+TEST(TomlReader, DotsAndBracketsInStringsCommentsAndNumbersNestNothing) {
+  const std::string many = repeated("a.[{", 1000);
+  EXPECT_EQ(refusal("# " + many + "\nx = 1 # " + many, ask_for_x), "accepted");
+  const auto leave = [](TomlTable& file) { file.leave("x"); };
+  for (const std::string& value : {"'" + many + "'", R"("\")" + many + "\"", "'''\n'" + many + "''\n'''",
+                                   "\"\"\"\n\"\\\"\"\"" + many + "\"\"\"\"\"", "[" + repeated("0.25, ", 1000) + "]",
+                                   "[" + repeated("\n{a.b = [1.5]},", 100) + "]"}) {
+    EXPECT_EQ(refusal("x = " + value, leave), "accepted") << value.substr(0, 20);
+  }
+  EXPECT_EQ(refusal(repeated("[[x]]\ny.z = 1.5\n", 100), leave), "accepted");
+}
+
+int depth_of(const toml::node& node) {
+  int below = 0;
+  if (const auto* table = node.as_table()) {
+    for (const auto& [key, value] : *table) below = std::max(below, depth_of(value));
+  } else if (const auto* array = node.as_array()) {
+    for (const toml::node& value : *array) below = std::max(below, depth_of(value));
+  }
+  return below + 1;
+}
+
+/// Mostly valid TOML of what is easily mistaken: quotes, escapes, brackets and keys of many names in strings, comments
+/// and keys.
+class TrickyText {
+ public:
+  explicit TrickyText(std::uint64_t seed) : random_(seed) {}
+
+  std::string next() {
+    std::string text;
+    for (auto left = 1 + below(4); left > 0; --left) {
+      text += one_of({"", "", "\n", " # " + noise("\n") + "\n"});
+      text += one_of({key() + " = " + value() + "\n", key() + " = " + value() + " # " + noise("\n") + "\r\n",
+                      "[" + key() + "]\n", "[[ " + key() + " ]]\n"});
+    }
+    return text;
+  }
+
+ private:
+  std::size_t below(std::size_t count) { return random_() % count; }
+  std::string one_of(const std::vector<std::string>& choices) { return choices[below(choices.size())]; }
+  std::string noise(const std::string& without) {
+    static const std::string many = "a" + repeated(".a", 400);
+    std::string text;
+    for (auto left = below(6); left > 0; --left)
+      text += one_of({"\"", "'", "\"\"\"", "'''", "\\", "#", "[", "{", "]", "=", "\n", " ", many});
+    std::erase_if(text, [&](char c) { return without.find(c) != std::string::npos; });
+    return text;
+  }
+  std::string quoted() {
+    return one_of(
+        {"\"" + noise("\"\\\n") + "\"", "'" + noise("'\n") + "'", "\"\\\"" + noise("\"\\\n") + "\\\\\"", "\"\""});
+  }
+  std::string key() {
+    const std::string name = "k" + std::to_string(below(1000));
+    return below(8) > 0 ? one_of({name, quoted(), name + " . " + quoted()})
+                        : name + repeated(one_of({".a", " . '.'", ".\"\\\"\""}), 400);
+  }
+  std::string value() {
+    switch (below(6)) {
+      case 0:
+        return "{" + key() + " = " + value() + one_of({"", ", " + key() + "= 1.5"}) + "}";
+      case 1:
+        return "[" + value() + "," + one_of({"", "\n#" + noise("\n") + "\n"}) + value() + "]";
+      case 2:
+        return "\"\"\"" + one_of({"", "\n", "\""}) + noise("\"\\") + one_of({"", "\\\n", "\"", "\"\""}) + "\"\"\"";
+      case 3:
+        return "'''" + noise("'") + one_of({"", "'", "''"}) + "'''";
+      case 4:
+        return quoted();
+      default:
+        return one_of({"1", "1.5", "1979-05-27T07:32:00.5", noise("\n")});
+    }
+  }
+
+  std::mt19937_64 random_;
+};
+
+/// The check and toml++ agree on what is a key, whatever opens or closes strings and comments around it.
+TEST(TomlReader, RefusesAsTooDeepWhatTheParserWouldMakeADeepTreeOfAndNothingElse) {
+  constexpr int kBound = 1 + 2 * 16 + 17 * 16;  // levels that the check allows at most
+  TrickyText tricky(20);
+  int deep = 0, flat = 0;
+  for (int round = 0; round < 5000; ++round) {
+    const std::string text = tricky.next();
+    int depth = 0;
+    try {
+      depth = depth_of(toml::parse(text));
+    } catch (const toml::parse_error&) {
+      continue;
+    }
+    const bool refused = refusal(text, [](TomlTable&) {}).find("must be at most 16") != std::string::npos;
+    ++(refused ? deep : flat);
+    EXPECT_TRUE(refused ? depth > 16 : depth <= kBound) << depth << " levels:\n" << text;
+  }
+  EXPECT_GT(deep, 500);
+  EXPECT_GT(flat, 500);
 }
 
 TEST(TomlReader, UnreadableFilesAreNamed) {

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "estimation/identification/paper_motions.h"
+#include "estimation/identification/static_poses.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 
@@ -64,6 +66,17 @@ TEST(MachineRun, RecordsOneOfEverythingASample) {
   }
   EXPECT_GT(moved, 0.05);
   EXPECT_GT(opened, machine().cylinders[kBoom].valve.dead_band_extend);
+}
+
+/// With its arm stretched out a big machine swings on its oil by millimetres for seconds after its valves have closed.
+TEST(MachineRun, StopsAreRestsAlsoOfABigMachineWithItsArmStretchedOut) {
+  const MachineDescription big = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/compact080.toml");
+  const std::vector<JointVector> all = estimation::static_poses(big, 170, 1);
+  const std::vector<JointVector> stretched{all[10], all[11], all[13], all[14]};
+  MachineRun run(big, sim::draw_truth(big, 1), {}, stretched.front(), 1);
+  const MachineRecording made = run.stops(stretched, 0.8);
+  int near_stops = 0;
+  EXPECT_EQ(resting_poses(big, made.recording, {}, near_stops).size() + static_cast<std::size_t>(near_stops), 4U);
 }
 
 TEST(MachineRun, RecordsRawReadingsOfTheMomentOfTheirTruth) {

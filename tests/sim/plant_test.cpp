@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "model_run.h"
 #include "sim/plant_model.h"
 #include "test_plant.h"
 #include "tests/support/no_alloc.h"
@@ -206,26 +207,26 @@ TEST(Plant, HalvingTheStepMovesTheTipByLessThanTwentyMicrometres) {
 
 TEST(Plant, StepIsSoundAtItsOperatingPoints) {
   constexpr double kBound = 2.5;
-  Plant rest = make_plant();
-  EXPECT_LT(rest.step_times_fastest_pole(), kBound);
+  const MachineTruth truth = nominal_truth(default_machine());
+  EXPECT_LT(ModelRun(truth, {}, kWorkingPose).step_times_fastest_pole(), kBound);
   for (const double level : {0.2, 1.0, -1.0}) {
-    Plant plant = make_plant();
-    demand(plant, {level, -level, level});
+    ModelRun plant(truth, {}, kWorkingPose);
+    plant.open({level, -level, level});
     for (int i = 0; i < 30; ++i) {  // through full speed into stall at the stops
-      run(plant, 0.1);
-      EXPECT_LT(plant.step_times_fastest_pole(), kBound) << "level " << level << " at " << plant.state().t_s << " s";
+      plant.run(0.1);
+      EXPECT_LT(plant.step_times_fastest_pole(), kBound) << "level " << level << " at " << plant.t_s() << " s";
     }
   }
 }
 
 TEST(Plant, StepIsSoundInATenKilonewtonPress) {
   const BreakoutRig rig;
-  Plant plant = make_plant(rig.world, rig.pose);
-  plant.set_valve_demand(kBucket, 0.5);
+  ModelRun plant(nominal_truth(default_machine()), rig.world, rig.pose);
+  plant.open({0, 0, 0.45});
   double press = 0;
   for (int i = 0; i < 40; ++i) {
-    run(plant, 0.05);
-    press = std::max(press, plant.state().wall_N.norm());
+    plant.run(0.05);
+    press = std::max(press, plant.wall_N());
     EXPECT_LT(plant.step_times_fastest_pole(), 2.5);
   }
   EXPECT_GT(press, 10e3);

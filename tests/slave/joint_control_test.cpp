@@ -26,7 +26,7 @@ class Rig {
     plant_.set_pilot(true);
   }
 
-  JointControl::Output step(const JointCommand& command) {
+  [[nodiscard]] estimation::JointState state() const {
     const sim::PlantState& p = plant_.state();
     estimation::JointState state;
     state.angle_rad = p.joint_rad;
@@ -39,11 +39,16 @@ class Rig {
       state.cylinder_N[i] = p.transmitter_Pa[2 * k] * nominal_.cylinders[k].head_area_m2() -
                             p.transmitter_Pa[2 * k + 1] * nominal_.cylinders[k].rod_side_area_m2();
     }
+    return state;
+  }
+
+  JointControl::Output step(const JointCommand& command) {
+    const sim::PlantState& p = plant_.state();
     estimation::ForceEstimate force;
     force.tip_N = p.tip_N;
     force.confidence = 1;
     force.fast_torque_Nm = kinematics_.tip_jacobian(p.joint_rad).transpose() * p.tip_N;
-    const auto output = control_.step(state, force, command, sent_);
+    const auto output = control_.step(state(), force, command, sent_);
     sent_ = output.valve;
     for (int i = 0; i < kJoints; ++i) plant_.set_valve_demand(i, sent_[i]);
     for (int i = 0; i < 5; ++i) plant_.step(1ms);
@@ -237,12 +242,36 @@ TEST(JointControl, IsNeutralWhileInactive) {
   EXPECT_TRUE(output.valve.isZero(0));
 }
 
+/// Mean of what it sends while one and the same error stays, so that the dither is out of it.
+JointVector answer(JointControl control, const estimation::JointState& state, double error_rad) {
+  const JointVector wanted = state.angle_rad + JointVector::Constant(error_rad);
+  (void)control.step(state, {}, {wanted, JointVector::Zero(), false}, JointVector::Zero());
+  JointVector sum = JointVector::Zero();
+  constexpr int kSteps = 40;
+  for (int k = 0; k < kSteps; ++k)
+    sum += control.step(state, {}, {wanted, JointVector::Zero(), true}, JointVector::Zero()).valve;
+  return sum / kSteps;
+}
+
 TEST(JointControl, LearnsNoMoreThanItsLimit) {
-  Rig rig(drawn(3), {}, kStart);
-  for (int k = 0; k < 4000; ++k) rig.step({kStart, JointVector::Zero(), true});
-  for (const auto& joint : rig.control().learned_dead_band()) {
-    for (const double correction : joint) EXPECT_LE(std::abs(correction), 0.015);
+  sim::MachineTruth sticky = drawn(3);
+  for (CylinderDescription& cylinder : sticky.machine.cylinders) {
+    cylinder.valve.dead_band_extend += 0.06;
+    cylinder.valve.dead_band_retract += 0.06;
   }
+  Rig rig(sticky, {}, kStart);
+  for (int k = 0; k < 8000; ++k)
+    rig.step({kStart + JointVector::Constant(k / 2000 % 2 == 0 ? 0.01 : -0.01), JointVector::Zero(), true});
+  const MachineDescription nominal = load_machine(find_config("machine", "solar015"));
+  const double limit = nominal.control.learning_limit;
+  double most = 0;
+  for (const double error_rad : {0.01, -0.01}) {
+    const JointVector learned =
+        answer(rig.control(), rig.state(), error_rad) - answer(JointControl(nominal, kStep_s), rig.state(), error_rad);
+    most = std::max(most, learned.cwiseAbs().maxCoeff());
+  }
+  EXPECT_LE(most, 1.2 * limit);
+  EXPECT_GT(most, 0.8 * limit) << "it would have learned more";
 }
 
 }  // namespace

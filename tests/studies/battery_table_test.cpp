@@ -21,7 +21,7 @@ MachineOutcome machine_with(const MethodOutcome& method) {
 MethodOutcome good_full() {
   MethodOutcome method;
   method.method = kFull;
-  method.usable = true;
+  method.identified = method.usable = true;
   method.force.slow_rms_N = 20;
   method.force.digging_rms_N = 30;
   method.force.presses = {{.force_N = 2000, .error_N = 50, .direction_deg = 1, .creeping = true, .covered = true}};
@@ -74,6 +74,16 @@ TEST(BatteryTable, SaysThatAMachineWithoutAUsableResultIsATargetMissed) {
   const auto rows = battery_rows({machine_with(good_full()), machine_with(failed)}, kFullScale_kg);
   EXPECT_EQ(row(rows, "machines with a usable result").value, 0.5);
   EXPECT_EQ(row(rows, "machines with a usable result").met, false);
+}
+
+TEST(BatteryTable, JudgesAResultThatHeldOutMotionSpeaksAgainstButDoesNotCallItUsable) {
+  MethodOutcome against = good_full();
+  against.usable = false;
+  against.force.slow_rms_N = 1000;
+  const auto rows =
+      battery_rows({machine_with(against), machine_with(against), machine_with(good_full())}, kFullScale_kg);
+  EXPECT_NEAR(row(rows, "machines with a usable result").value, 1.0 / 3, 1e-12);
+  EXPECT_EQ(row(rows, "no-load tip force, slow, RMS, median").value, 1000);
 }
 
 TEST(BatteryTable, CountsAMachineThatFailedAltogether) {

@@ -9,7 +9,6 @@
 #include <random>
 #include <sstream>
 
-#include "app/studies/boosted_trees.h"
 #include "app/studies/loader_prediction.h"
 #include "app/studies/real_recordings.h"
 #include "core/error.h"
@@ -71,20 +70,6 @@ void split_rows(const fs::path& folder, const fs::path& into) {
       for (std::size_t i = first ? 1 : train; i < (first ? train : lines.size()); ++i) out << lines[i] << '\n';
     }
   }
-}
-
-TEST(BoostedTrees, LearnThresholdsAndRepeat) {
-  Eigen::MatrixXd x(2000, 3);
-  Eigen::VectorXd y(2000);
-  std::mt19937 random(3);
-  for (int i = 0; i < 2000; ++i) {
-    for (int k = 0; k < 3; ++k) x(i, k) = static_cast<double>(random() % 10000) / 10000;
-    y[i] = std::clamp((x(i, 0) - 0.4) / 0.3, 0.0, 1.0) * (x(i, 1) > 0.5 ? 1 : 0.2);
-  }
-  const BoostedTrees trees(x.topRows(1500), y.head(1500));
-  const Eigen::VectorXd error = trees.predict(x.bottomRows(500)) - y.tail(500);
-  EXPECT_LT(std::sqrt(error.squaredNorm() / 500), 0.04);
-  EXPECT_EQ(trees.predict(x), BoostedTrees(x.topRows(1500), y.head(1500)).predict(x));
 }
 
 TEST(LoaderValve, FindsTheKnownValveOfAMadeUpLoader) {

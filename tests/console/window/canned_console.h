@@ -58,7 +58,6 @@ inline ConsoleView canned_view() {
   m.payload_sigma_kg = 2.3;
   v.hand.ghost_rad = {0.52, -0.82, -0.5};
   v.hand.set_point_rad = {0.51, -0.87, -0.5};
-  v.truth.joint_rad = m.position_rad;
   v.truth.pump_Pa = 142e5;
   v.status_heard = true;
   v.status_age_s = 0.02;

@@ -1,0 +1,22 @@
+// Text of others (files, command lines, devices) inside Knuckle's own messages: one line, printable, of bounded length.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace knuckle {
+
+/// Every control character (line ends, escape sequences, those that turn the direction of writing) and every byte that
+/// is not UTF-8 as \xNN, all else as it is. What is printable already is returned unchanged.
+[[nodiscard]] std::string printable(std::string_view text);
+
+/// A key, value or name in a message: printable, and beyond `longest` characters its beginning and its length:
+/// "aaaa... (10000000 characters)".
+[[nodiscard]] std::string shortened(std::string_view text, std::size_t longest = 60);
+
+/// A whole message as it goes to a terminal: printable, and too long a one without its middle, as file and key stand in
+/// front and the bound last.
+[[nodiscard]] std::string one_message(std::string_view text);
+
+}  // namespace knuckle
