@@ -5,6 +5,7 @@
 #include "app/bringup/commission_command.h"
 #include "app/bringup/device_calibration.h"
 #include "app/bringup/doctor_command.h"
+#include "app/cli/background_writer.h"
 #include "app/cli/command.h"
 #include "app/console/window/console_command.h"
 #include "app/identify/identify.h"

@@ -13,6 +13,7 @@
 #include "app/bringup/commission_record.h"
 #include "app/bringup/commission_result.h"
 #include "app/bringup/commission_wizard.h"
+#include "app/cli/background_writer.h"
 #include "app/cli/digest.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
@@ -95,27 +96,31 @@ int run_commission(CommissionCommandOptions options) {
   BusAccess access = access_of(options, read);
   options.motions.seed = options.seed;
   LineInput input(STDIN_FILENO);
+  cli::BackgroundWriter dialogue(STDOUT_FILENO);  // nobody who does not read it holds up the machine's loop, or a stop
+  std::ostream& told = dialogue.stream();
   const auto record = [&](const MachineDescription& found, const std::function<bool()>& stopped) {
     return record_motions(found, access, options.motions, options.record, stopped);
   };
   try {
     const WizardResult result = run_wizard(machine, access,
                                            terminal(
-                                               std::cout, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
+                                               told, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
                                            record, [&] { interrupt.check(); });
     out.stream() << commissioned_text(text, machine, result, {access.name(), now_utc(), sha256_of(text)});
     const std::string older = cli::keep_older(options.out);
     out.commit();
-    std::cout << "\nwritten: " << options.out << (older.empty() ? "" : "; the older file is " + older) << '\n';
+    told << "\nwritten: " << options.out << (older.empty() ? "" : "; the older file is " + older) << '\n';
     if (result.recordings.size() == 4) {
       const auto& r = result.recordings;
-      std::cout << "next: knuckle identify " << r[0] << ' ' << r[1] << " --hold-out " << r[2] << " --hold-out " << r[3]
-                << " --machine " << options.out << " --out calibrated.toml --report identify.html\n";
+      told << "next: knuckle identify " << r[0] << ' ' << r[1] << " --hold-out " << r[2] << " --hold-out " << r[3]
+           << " --machine " << options.out << " --out calibrated.toml --report identify.html\n";
     }
     return 0;
   } catch (const CommissionEnded& ended) {
-    std::cerr << "knuckle: commissioning ended, machine neutral, nothing written to " << options.out << ": "
-              << ended.what() << '\n';
+    dialogue.finish();
+    cli::BackgroundWriter(STDERR_FILENO).stream()
+        << "knuckle: commissioning ended, machine neutral, nothing written to " << options.out << ": " << ended.what()
+        << '\n';
     return 1;
   }
 }

@@ -1,5 +1,8 @@
 #include "app/cli/command.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdint>
@@ -8,6 +11,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "app/cli/background_writer.h"
 #include "app/cli/interrupt.h"
 #include "core/error.h"
 #include "core/text.h"
@@ -103,11 +107,26 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
   return {runs.at(chosen.get_name()), {}};
 }
 
+namespace {
+
+/// A file opened later must not become standard output or error. What is put in their place refuses every read and
+/// write, as a closed descriptor does.
+void take_closed_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(descriptor, F_GETFD) != -1) continue;
+    (void)!open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY);  // the lowest that is free: this one
+  }
+}
+
+}  // namespace
+
 int run_program(const Program& program, const std::vector<std::string>& arguments) {
+  take_closed_descriptors();
   constexpr int kBadInput = 2, kFailed = 1, kInterrupted = 130;
-  // Whatever a file or the command line put into it, a terminal gets one printable line.
+  // Whatever a file or the command line put into it, a terminal gets one printable line; and a reader that stalls does
+  // not keep the program from ending.
   const auto say = [&](const std::string& message) {
-    std::cerr << program.name << ": " << one_message(message) << '\n';
+    BackgroundWriter(STDERR_FILENO).stream() << program.name << ": " << one_message(message) << '\n';
   };
   try {
     const CommandLine line = parse_command_line(program, arguments);

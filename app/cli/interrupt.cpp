@@ -1,24 +1,41 @@
 #include "app/cli/interrupt.h"
 
+#include <time.h>
+
+#include <atomic>
 #include <csignal>
+#include <cstdint>
 
 namespace knuckle::cli {
 namespace {
 
-volatile std::sig_atomic_t signalled = 0;  // a handler can reach nothing else
+std::atomic<std::int64_t> first_ns{0};  // a handler can reach nothing else; 0: none has come
+static_assert(std::atomic<std::int64_t>::is_always_lock_free);
 
-void note_signal(int) {
-  signalled = 1;
+void note_signal(int number) {
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  const std::int64_t now_ns = t.tv_sec * std::int64_t{1'000'000'000} + t.tv_nsec;
+  std::int64_t first = 0;
+  if (first_ns.compare_exchange_strong(first, now_ns)) return;
+  if (now_ns - first < std::chrono::nanoseconds(kSameWish).count()) return;
+  std::signal(number, SIG_DFL);
+  std::raise(number);  // held back until this handler has returned
 }
 
 }  // namespace
 
+bool interrupt_pending() noexcept {
+  return first_ns.load(std::memory_order_relaxed) != 0;
+}
+
 InterruptGuard::InterruptGuard() noexcept {
-  signalled = 0;
+  first_ns = 0;
   previous_interrupt_ = std::signal(SIGINT, note_signal);
   previous_terminate_ = std::signal(SIGTERM, note_signal);
   previous_hang_up_ = std::signal(SIGHUP, note_signal);
-  previous_pipe_ = std::signal(SIGPIPE, SIG_IGN);  // a reader that left shows as a failed write, which is told
+  previous_pipe_ = std::signal(SIGPIPE, SIG_IGN);
+  previous_file_size_ = std::signal(SIGXFSZ, SIG_IGN);
 }
 
 InterruptGuard::~InterruptGuard() {
@@ -26,10 +43,7 @@ InterruptGuard::~InterruptGuard() {
   std::signal(SIGTERM, previous_terminate_);
   std::signal(SIGHUP, previous_hang_up_);
   std::signal(SIGPIPE, previous_pipe_);
-}
-
-bool InterruptGuard::pending() const noexcept {
-  return signalled != 0;
+  std::signal(SIGXFSZ, previous_file_size_);
 }
 
 void InterruptGuard::check() const {

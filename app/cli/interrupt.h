@@ -1,6 +1,7 @@
 // Ctrl-C ends a session in order: through an exception, so that no half-written file stays behind.
 #pragma once
 
+#include <chrono>
 #include <exception>
 
 namespace knuckle::cli {
@@ -10,7 +11,16 @@ class Interrupted : public std::exception {
   [[nodiscard]] const char* what() const noexcept override { return "interrupted"; }
 };
 
-/// While one lives, SIGINT, SIGTERM and SIGHUP are noted instead of ending the program at once.
+/// Signals within so long of the first are the same wish: `timeout`, terminals and supervisors send it to a program and
+/// to its group. A machine is in order neutral before a second one counts.
+inline constexpr std::chrono::seconds kSameWish{1};
+
+/// A signal has come that some InterruptGuard notes. Any thread.
+[[nodiscard]] bool interrupt_pending() noexcept;
+
+/// While one lives, SIGINT, SIGTERM and SIGHUP are noted instead of ending the program at once; a later one does end
+/// it, whatever it is at. Writing to a reader that left, or beyond a limit of file size, is an error of that write
+/// only.
 class InterruptGuard {
  public:
   InterruptGuard() noexcept;
@@ -19,7 +29,7 @@ class InterruptGuard {
   InterruptGuard& operator=(const InterruptGuard&) = delete;
 
   /// A signal has come.
-  [[nodiscard]] bool pending() const noexcept;
+  [[nodiscard]] bool pending() const noexcept { return interrupt_pending(); }
   /// @throws Interrupted once a signal has come.
   void check() const;
 
@@ -28,6 +38,7 @@ class InterruptGuard {
   void (*previous_terminate_)(int);
   void (*previous_hang_up_)(int);
   void (*previous_pipe_)(int);
+  void (*previous_file_size_)(int);
 };
 
 }  // namespace knuckle::cli

@@ -1,79 +1,166 @@
 #include "app/cli/output_file.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
-#include <iostream>
+#include <thread>
+#include <utility>
 
+#include "app/cli/interrupt.h"
 #include "core/error.h"
 
 namespace knuckle::cli {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr std::chrono::milliseconds kReaderPoll{20};
+
 /// Creates an empty file nobody else has, beside `target`, with the permissions any new file gets.
-/// @return its name; empty with errno set where that cannot be.
-std::string create_beside(const fs::path& target) {
+/// @return its descriptor; negative with errno set where that cannot be.
+int create_beside(const fs::path& target, std::string& name) {
   for (int attempt = 0; attempt < 100; ++attempt) {
-    const fs::path name = target.parent_path() / ("." + target.filename().string() + "." + std::to_string(getpid()) +
-                                                  "." + std::to_string(attempt) + ".part");
-    const int descriptor = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor >= 0) {
-      close(descriptor);
-      return name.string();
-    }
-    if (errno != EEXIST) return "";
+    name = (target.parent_path() / ("." + target.filename().string() + "." + std::to_string(getpid()) + "." +
+                                    std::to_string(attempt) + ".part"))
+               .string();
+    const int descriptor = open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor >= 0 || errno != EEXIST) return descriptor;
   }
-  return "";
+  return -1;
+}
+
+/// A device or a pipe. Opening a pipe that nobody reads yet would wait, and hear no signal meanwhile.
+int open_in_place(const std::string& target) {
+  const bool pipe = fs::is_fifo(target);
+  for (;;) {
+    const int descriptor = open(target.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK);
+    if (descriptor >= 0) fcntl(descriptor, F_SETFL, O_WRONLY);
+    if (descriptor >= 0 || !pipe || errno != ENXIO) return descriptor;
+    if (interrupt_pending()) throw Interrupted();
+    std::this_thread::sleep_for(kReaderPoll);
+  }
+}
+
+/// Length of the file up to the end of its last line.
+off_t whole_lines(int descriptor) {
+  std::array<char, 4096> part{};
+  off_t end = lseek(descriptor, 0, SEEK_END);
+  while (end > 0) {
+    const off_t begin = std::max<off_t>(0, end - static_cast<off_t>(part.size()));
+    const ssize_t size = pread(descriptor, part.data(), static_cast<std::size_t>(end - begin), begin);
+    for (ssize_t i = size; i > 0; --i) {
+      if (part[static_cast<std::size_t>(i - 1)] == '\n') return begin + i;
+    }
+    end = begin;
+  }
+  return 0;
 }
 
 }  // namespace
 
-OutputFile::OutputFile(std::string option, const std::string& target) : option_(std::move(option)), target_(target) {
+OutputFile::OutputFile(std::string option, const std::string& target)
+    : option_(std::move(option)),
+      target_(target),
+      buffer_([this](std::string_view text) { return write(text); }),
+      stream_(&buffer_) {
   if (target == "-") {
-    stream_ = &std::cout;
+    descriptor_ = STDOUT_FILENO;
     return;
   }
-  stream_ = &file_;
   std::error_code ignored;
   if (fs::is_directory(target, ignored)) fail(EISDIR);
   const bool exists = fs::exists(target, ignored);
   if (exists && access(target.c_str(), W_OK) != 0) fail(errno);
   if (exists && !fs::is_regular_file(target, ignored)) {
-    file_.open(target_, std::ios::binary);
+    descriptor_ = open_in_place(target_);
+    if (descriptor_ < 0) fail(errno);
   } else {
     if (exists) target_ = fs::canonical(target).string();  // a link stays a link, to the new content
-    temporary_ = create_beside(fs::absolute(target_));
-    if (temporary_.empty()) fail(errno);
-    file_.open(temporary_, std::ios::binary | std::ios::trunc);
+    open_beside();
   }
-  if (!file_) fail(errno);
 }
 
 OutputFile::~OutputFile() {
+  close_descriptor();
   if (!temporary_.empty()) unlink(temporary_.c_str());
+  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) rmdir(folder->c_str());
+}
+
+void OutputFile::open_beside() {
+  const fs::path place = fs::absolute(target_);
+  if (place.filename().empty()) fail(EISDIR);
+  make_folder(place.parent_path().string());
+  std::string name;
+  descriptor_ = create_beside(place, name);
+  if (descriptor_ >= 0) {
+    temporary_ = name;
+    return;
+  }
+  const int error = errno;
+  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) rmdir(folder->c_str());
+  fail(error);
+}
+
+void OutputFile::make_folder(const std::string& folder) {
+  std::error_code error;
+  if (fs::exists(folder, error)) return;
+  make_folder(fs::path(folder).parent_path().string());
+  if (fs::create_directory(folder, error)) made_.push_back(folder);
+}
+
+bool OutputFile::write(std::string_view text) {
+  while (!text.empty() && error_ == 0) {
+    const ssize_t count = ::write(descriptor_, text.data(), text.size());
+    if (count >= 0) {
+      text.remove_prefix(static_cast<std::size_t>(count));
+    } else if (errno == EAGAIN) {  // standard output that somebody else made so
+      pollfd ready{descriptor_, POLLOUT, 0};
+      poll(&ready, 1, -1);
+    } else if (errno != EINTR) {
+      error_ = errno;
+    }
+  }
+  return error_ == 0;
 }
 
 void OutputFile::commit() {
-  const bool refused = !*stream_;
-  errno = 0;
-  if (refused) {  // once more, for nothing but the reason, which is forgotten
-    stream_->clear();
-    stream_->put('\n');
-  }
-  stream_->flush();
-  if (refused || !*stream_) fail(errno != 0 ? errno : EIO);
+  stream_.flush();
+  if (error_ != 0) fail(error_);
+  if (!temporary_.empty()) put_in_place();
+}
+
+void OutputFile::commit_whole_lines() {
   if (temporary_.empty()) return;
-  file_.close();
-  if (!file_ || rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno != 0 ? errno : EIO);
+  if (ftruncate(descriptor_, whole_lines(descriptor_)) != 0) fail(errno);
+  put_in_place();
+}
+
+void OutputFile::put_in_place() {
+  const int closed = close(descriptor_), error = errno;  // some disks say only now that they are full
+  descriptor_ = -1;
+  if (closed != 0) fail(error);
+  if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
   temporary_.clear();
+  made_.clear();
+}
+
+void OutputFile::close_descriptor() noexcept {
+  if (descriptor_ > STDERR_FILENO) close(descriptor_);
+  descriptor_ = -1;
+}
+
+std::string OutputFile::refusal(int error) const {
+  return option_ + " " + target_ + ": cannot be written: " + std::strerror(error);
 }
 
 void OutputFile::fail(int error) const {
-  throw InputError(option_ + " " + target_ + ": cannot be written: " + std::strerror(error));
+  throw InputError(refusal(error));
 }
 
 std::string keep_older(const std::string& target) {

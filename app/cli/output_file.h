@@ -1,34 +1,53 @@
 // An output that is either complete or not there: written beside its target and renamed into place at the end.
 #pragma once
 
-#include <fstream>
 #include <ostream>
 #include <string>
+#include <vector>
+
+#include "app/cli/text_buffer.h"
 
 namespace knuckle::cli {
 
 class OutputFile {
  public:
-  /// Opens a temporary file in the target's folder; the target itself is untouched until commit(). "-" is standard
-  /// output; a target that is no regular file (a pipe, /dev/null) is written to directly.
+  /// Opens a temporary file in the target's folder, which is made where it is missing; the target itself is untouched
+  /// until commit(). "-" is standard output; a target that is no regular file (a pipe, /dev/null) is written to
+  /// directly. A named pipe waits for its reader.
   /// @param option named in messages, such as "--csv".
-  /// @throws InputError where the target cannot be written.
+  /// @throws InputError where the target cannot be written, Interrupted where a signal came before a pipe's reader.
   OutputFile(std::string option, const std::string& target);
   /// Without commit(): nothing is left behind.
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  [[nodiscard]] std::ostream& stream() noexcept { return *stream_; }
+  /// May wait for whoever reads it.
+  [[nodiscard]] std::ostream& stream() noexcept { return stream_; }
   /// Puts the finished file in place. @throws InputError where the disk refused what was written.
   void commit();
 
- private:
+  // For what is written to the descriptor instead of the stream.
+  [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
+  /// After the disk refused the rest: what there is, up to its last whole line, in place.
+  void commit_whole_lines();
+  /// "--csv FILE: cannot be written: No space left on device". @param error an errno.
+  [[nodiscard]] std::string refusal(int error) const;
+  /// @throws InputError refusal().
   [[noreturn]] void fail(int error) const;
 
+ private:
+  void open_beside();
+  void make_folder(const std::string& folder);
+  bool write(std::string_view text);
+  void put_in_place();
+  void close_descriptor() noexcept;
+
   std::string option_, target_, temporary_;  // temporary_ is empty when writing directly
-  std::ofstream file_;
-  std::ostream* stream_ = nullptr;
+  std::vector<std::string> made_;            // folders, while nothing is in them
+  int descriptor_ = -1, error_ = 0;          // error_: errno of the first write that was refused
+  TextBuffer buffer_;
+  std::ostream stream_;
 };
 
 /// Before a file is written anew: FILE.toml is kept as FILE.N.toml, the next free number.

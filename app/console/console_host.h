@@ -26,7 +26,8 @@ namespace knuckle::console {
 class ConsoleHost {
  public:
   /// A simulated session. @param device a haptic device that leads it, nullptr: a simulated hand.
-  /// @param candump where every frame of its bus goes; nullptr: nowhere. Both outlive this.
+  /// @param candump where every frame of its bus goes, and what does not wait for a reader; nullptr: nowhere. Both
+  /// outlive this.
   /// @throws InputError as choose() does.
   ConsoleHost(const session::SimulateOptions& options, LiveSession::Led led, HidPort* device, std::ostream* candump);
   /// The operator's side of a machine that is elsewhere. @param link, @param device outlive this; nullptr as above.

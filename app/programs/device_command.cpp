@@ -96,7 +96,8 @@ DeviceProgramSetup set_up(const Options& o) {
   return setup;
 }
 
-Json result_json(const Options& o, double started_unix_s, const DeviceProgramOutcome& outcome) {
+Json result_json(const Options& o, double started_unix_s, const DeviceProgramOutcome& outcome,
+                 std::uint64_t lines_lost) {
   Json json{{"schema", kSchema},      {"version", cli::program_version()},
             {"device", o.device},     {"scenario", o.scenario.empty() ? Json() : Json(o.scenario)},
             {"seed", o.seed},         {"started_unix_s", started_unix_s},
@@ -112,6 +113,7 @@ Json result_json(const Options& o, double started_unix_s, const DeviceProgramOut
   json["felt_peak_N"] = outcome.felt_peak_N;
   json["energy_to_hand_J"] = outcome.energy_to_hand_J;
   json["records_lost"] = outcome.records_lost;
+  json["lines_lost"] = lines_lost;
   json["realtime"] = {{"device", loop_json(outcome.loop)}};
   return json;
 }
@@ -128,9 +130,7 @@ int run(const Options& o) {
   check(o);
   const cli::InterruptGuard interrupt;
   const DeviceProgramSetup setup = set_up(o);
-  std::optional<cli::OutputFile> csv, json;
-  if (!o.csv.empty()) csv.emplace("--csv", o.csv);
-  if (!o.json.empty()) json.emplace("--json", o.json);
+  AskedOutput csv("--csv", o.csv), json("--json", o.json, AskedOutput::Content::kResult);
   std::optional<UdpLink> screen;
   if (!o.screen.empty()) screen.emplace(UdpLink::listen(o.screen));
   HidFilePort cable("--gadget", o.gadget);
@@ -139,14 +139,13 @@ int run(const Options& o) {
   console.note("plays " + setup.device.name + " on " + o.gadget);
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
+  program.outputs = {&csv};
   const double started_unix_s = unix_time_s();
-  const DeviceProgramOutcome outcome =
-      run_device(setup, cable, screen ? &*screen : nullptr, program, csv ? &csv->stream() : nullptr);
+  DeviceProgramOutcome outcome = run_device(setup, cable, screen ? &*screen : nullptr, program, csv.stream());
+  outcome.records_lost += finish_records(console, {&csv});
 
-  if (json) json->stream() << result_json(o, started_unix_s, outcome).dump(2) << '\n';
-  for (auto* file : {&csv, &json}) {
-    if (*file) (*file)->commit();
-  }
+  if (auto* out = json.stream()) *out << result_json(o, started_unix_s, outcome, console.lines_lost()).dump(2) << '\n';
+  commit_all({&csv, &json});
   const bool gave_up = std::any_of(outcome.phases.begin(), outcome.phases.end(),
                                    [](const DeviceProgramOutcome::Phase& phase) { return phase.timed_out; });
   return o.scenario.empty() || (outcome.finished && !gave_up) ? 0 : 1;

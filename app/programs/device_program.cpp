@@ -151,6 +151,15 @@ class DeviceRunner {
   Ring<TruthRow, 1024> rows_;
 };
 
+template <typename Entry>
+void keep(std::vector<Entry>& entries, const Entry& entry, DeviceProgramOutcome& outcome) {
+  if (entries.size() == DeviceProgramOutcome::kMost) {
+    ++outcome.records_lost;
+    return;
+  }
+  entries.push_back(entry);
+}
+
 void tell(const DeviceProgramSetup& setup, DeviceRunner& runner, ProgramConsole& console,
           DeviceProgramOutcome& outcome) {
   for (Event event; runner.next(event);) {
@@ -160,18 +169,18 @@ void tell(const DeviceProgramSetup& setup, DeviceRunner& runner, ProgramConsole&
         if (event.is && !outcome.phases.empty()) outcome.phases.back().timed_out = true;
         const auto index = static_cast<std::size_t>(event.value);
         const bool over = index >= setup.plan.phase_names.size();
-        if (!over) outcome.phases.push_back({setup.plan.phase_names[index], at_s});
+        if (!over) keep(outcome.phases, {setup.plan.phase_names[index], at_s}, outcome);
         console.event(event.at, (event.is ? "given up; " : "") + (over ? std::string("the operator has finished")
                                                                        : "operator: " + setup.plan.phase_names[index]));
         break;
       }
       case Event::Kind::kLatch:
-        outcome.latches.push_back({at_s, event.bits});
+        keep(outcome.latches, {at_s, event.bits}, outcome);
         console.event(event.at, "the device took its torque away, fault bits " + std::to_string(event.bits));
         break;
       case Event::Kind::kFault: {
         const std::string& text = setup.faults[static_cast<std::size_t>(event.value)].text;
-        outcome.faults.push_back({text, at_s, event.is});
+        keep(outcome.faults, {text, at_s, event.is}, outcome);
         console.event(event.at, (event.is ? "broken: " : "mended: ") + text);
         break;
       }
@@ -202,7 +211,7 @@ DeviceProgramOutcome run_device(const DeviceProgramSetup& setup, HidPort& cable,
       const bool over = finished_at != kNever && clock.now() - finished_at >= kTail;
       return !over && (!run.keep_on || run.keep_on());
     };
-    tend_until_over({keep_on, run.console, run.duration_s}, clock, tend);
+    tend_until_over({keep_on, run.console, run.duration_s, run.outputs}, clock, tend);
     loop.stop();
     tend(clock.now());
     outcome.loop = loop.report();
@@ -211,7 +220,7 @@ DeviceProgramOutcome run_device(const DeviceProgramSetup& setup, HidPort& cable,
   outcome.finished = runner->finished();
   outcome.felt_peak_N = runner->felt_peak_N();
   outcome.energy_to_hand_J = runner->energy_to_hand_J();
-  outcome.records_lost = runner->lost();
+  outcome.records_lost += runner->lost();
   return outcome;
 }
 

@@ -52,6 +52,7 @@ struct DeviceProgramOutcome {
     double at_s = 0;
     bool broken = false;  ///< Else mended.
   };
+  static constexpr std::size_t kMost = 2000;  ///< Of each; beyond them: lost, and counted.
   std::vector<Phase> phases;
   std::vector<Latch> latches;
   std::vector<Fault> faults;

@@ -93,6 +93,13 @@ std::string problem_of(const Options& o, const HidDevicePort* device, const UdpL
   return device != nullptr ? device->status().problem : "";
 }
 
+/// Why a whole run had nothing to lead with.
+std::string no_device_text(const Options& o, const HidDevicePort& device) {
+  const std::string problem = device.status().problem;
+  return "--device " + o.device + ": no haptic device was ready at any time" + (problem.empty() ? "" : ": " + problem) +
+         ": see knuckle doctor --device " + o.device;
+}
+
 Json status_json(const std::optional<MachineStatus>& status) {
   if (!status) return nullptr;
   return {
@@ -101,7 +108,8 @@ Json status_json(const std::optional<MachineStatus>& status) {
       {"loop_fifo_priority", status->fifo_priority}};
 }
 
-Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome) {
+Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome,
+                 std::uint64_t lines_lost) {
   Json json{{"schema", kSchema},    {"version", cli::program_version()}, {"machine", setup.machine.name},
             {"device", o.device},   {"device_file", setup.device.name},  {"connect", o.connect},
             {"control", o.control}, {"started_unix_s", started_unix_s},  {"ran_s", outcome.ran_s}};
@@ -128,6 +136,7 @@ Json result_json(const Options& o, const MasterSetup& setup, double started_unix
   json["round_trip_ms"] = milliseconds_json(outcome.round_trip);
   json["machine_status"] = status_json(outcome.machine_status);
   json["records_lost"] = outcome.records_lost;
+  json["lines_lost"] = lines_lost;
   json["realtime"] = {{"master", loop_json(outcome.loop)}};
   return json;
 }
@@ -136,7 +145,7 @@ int run(const Options& o) {
   check(o);
   const cli::InterruptGuard interrupt;
   const MasterSetup setup = set_up(o);
-  AskedOutput csv("--csv", o.csv), json("--json", o.json);
+  AskedOutput csv("--csv", o.csv), json("--json", o.json, AskedOutput::Content::kResult);
   UdpLink link = UdpLink::connect(o.connect);
   std::optional<UdpLink> screen;
   std::optional<MirroredLink> mirrored;
@@ -150,15 +159,20 @@ int run(const Options& o) {
                o.connect);
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
+  program.outputs = {&csv};
   const double started_unix_s = unix_time_s();
   HidPort& port = device ? static_cast<HidPort&>(*device) : nothing;
   Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link;
-  const MasterOutcome outcome = run_master(
+  MasterOutcome outcome = run_master(
       setup, port, wire, program, [&] { return problem_of(o, device.get(), link); }, csv.stream());
+  outcome.records_lost += finish_records(console, {&csv});
 
-  if (auto* out = json.stream()) *out << result_json(o, setup, started_unix_s, outcome).dump(2) << '\n';
+  const bool without_device = device && !outcome.device_was_ready;
+  if (without_device) console.note(no_device_text(o, *device));
+  if (auto* out = json.stream())
+    *out << result_json(o, setup, started_unix_s, outcome, console.lines_lost()).dump(2) << '\n';
   commit_all({&csv, &json});
-  return 0;
+  return without_device ? 1 : 0;
 }
 
 }  // namespace

@@ -24,6 +24,14 @@ std::string reason_text(const Reason& reason) {
   return std::string(name(reason.code)) + ": " + text(reason);
 }
 
+/// What an event says, without its values and without what the far end may choose freely.
+std::string kind_of(const MasterEvent& event) {
+  if (event.about == MasterEvent::About::kDevice) return std::string("device ") + name(event.device.code);
+  if (event.about == MasterEvent::About::kSameMachine) return std::string("other ") + name(event.other_machine.code);
+  if (!event.heard) return "not heard";
+  return std::string(name(event.mode)) + " " + name(event.fault ? event.fault.code : event.blocking.code);
+}
+
 struct MasterStatus {
   MasterEvent now;
   double round_trip_s = 0;
@@ -120,20 +128,27 @@ void MasterRunner::observe(Time now) noexcept {
 /// Events as they come, what blocks or is wrong for long, and the status line.
 class Teller {
  public:
-  Teller(ProgramConsole& console, std::vector<MasterEvent>& events, const std::function<std::string()>& wire_problem)
-      : console_(console), events_(events), wire_problem_(wire_problem) {}
+  Teller(ProgramConsole& console, const std::function<std::string()>& wire_problem)
+      : console_(console), wire_problem_(wire_problem) {}
 
   void tell(Time now, MasterRunner& runner) {
     MasterEvent event;
     while (runner.next(event)) {
-      events_.push_back(event);
-      console_.event(event.at, event_text(event));
+      events_.add(event, kind_of(event));
+      console_.event(event.at, event_text(event), kind_of(event));
+      device_was_ready_ |= event.about == MasterEvent::About::kDevice && !event.device;
       if (event.about == MasterEvent::About::kMachine) told_ = event.fault ? event.fault : event.blocking;
     }
     const MasterStatus& status = runner.status();
     tell_standing(now, status.now);
     tell_problem(now);
-    console_.status(now, status_text(status));
+    console_.status(now, status_parts(status));
+  }
+  /// After the run.
+  void hand_over(MasterOutcome& outcome) const {
+    outcome.events = events_.kept();
+    outcome.device_was_ready = device_was_ready_;
+    outcome.records_lost += events_.left_out();
   }
 
  private:
@@ -144,7 +159,7 @@ class Teller {
     told_ = standing_;
     MasterEvent shown = event;
     shown.fault = {};
-    console_.event(now, event_text(shown));
+    console_.event(now, event_text(shown), "standing " + kind_of(shown));
   }
   void tell_problem(Time now) {
     if (!wire_problem_) return;
@@ -153,18 +168,22 @@ class Teller {
     problem_ = problem;
     if (!problem.empty()) console_.event(now, problem);
   }
-  static std::string status_text(const MasterStatus& status) {
-    std::string line = status.now.heard ? "machine " + std::string(name(status.now.mode)) : "machine is not heard";
-    if (status.now.other_machine) line += " | " + text(status.now.other_machine);
-    if (status.now.blocking) line += " | " + text(status.now.blocking);
-    if (status.now.device) line += " | " + text(status.now.device);
+  static std::vector<std::string> status_parts(const MasterStatus& status) {
+    std::vector<std::string> parts{status.now.heard ? "machine " + std::string(name(status.now.mode))
+                                                    : "machine is not heard"};
+    for (const Reason& reason : {status.now.other_machine, status.now.blocking, status.now.device}) {
+      if (reason) parts.push_back(text(reason));
+    }
+    if (!status.now.heard) return parts;
     char round_trip[48];
-    std::snprintf(round_trip, sizeof round_trip, " | round trip %.0f ms", 1e3 * status.round_trip_s);
-    return status.now.heard ? line + round_trip : line;
+    std::snprintf(round_trip, sizeof round_trip, "round trip %.0f ms", 1e3 * status.round_trip_s);
+    parts.emplace_back(round_trip);
+    return parts;
   }
 
   ProgramConsole& console_;
-  std::vector<MasterEvent>& events_;
+  RunEvents<MasterEvent> events_;
+  bool device_was_ready_ = false;
   const std::function<std::string()>& wire_problem_;
   std::string problem_;
   Reason told_, standing_;
@@ -195,7 +214,7 @@ MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, co
   const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv != nullptr);
   if (csv != nullptr) write_master_header(*csv);
   MasterOutcome outcome;
-  Teller teller(run.console, outcome.events, wire_problem);
+  Teller teller(run.console, wire_problem);
   PolicyNote policy("master");
   const RealtimeClock clock;
   {
@@ -209,7 +228,10 @@ MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, co
     };
     tend_until_over(run, clock, tend);
     runner->ask_to_stop();
-    tend_until_over({[&runner] { return !runner->stopped(); }, run.console}, clock, tend);
+    ProgramRun ending = run;
+    ending.keep_on = [&runner] { return !runner->stopped(); };
+    ending.duration_s = std::numeric_limits<double>::infinity();
+    tend_until_over(ending, clock, tend);
     loop.stop();
     tend(clock.now());
     outcome.loop = loop.report();
@@ -218,6 +240,7 @@ MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, co
   outcome.round_trip = runner->round_trip();
   outcome.machine_status = runner->machine_status();
   outcome.records_lost = runner->lost();
+  teller.hand_over(outcome);
   run.console.event(clock.now(), "stopped: let go of machine and device");
   return outcome;
 }

@@ -46,7 +46,8 @@ struct MasterEvent {
 [[nodiscard]] std::string event_text(const MasterEvent& event);
 
 struct MasterOutcome {
-  std::vector<MasterEvent> events;
+  std::vector<MasterEvent> events;              ///< The first of each kind, and the newest others (RunEvents).
+  bool device_was_ready = false;                ///< At any time.
   Histogram round_trip;                         ///< As measured; one value each step while the machine is heard.
   std::optional<MachineStatus> machine_status;  ///< The newest; nothing where the machine's side sent none.
   RealtimeReport loop;

@@ -109,7 +109,7 @@ NodeSetup set_up(const Options& o) {
   return setup;
 }
 
-Json result_json(const Options& o, double started_unix_s, const NodeOutcome& outcome) {
+Json result_json(const Options& o, double started_unix_s, const NodeOutcome& outcome, std::uint64_t lines_lost) {
   Json json{{"schema", kSchema},
             {"version", cli::program_version()},
             {"machine", o.machine},
@@ -128,6 +128,7 @@ Json result_json(const Options& o, double started_unix_s, const NodeOutcome& out
     json["events"].push_back({{"what", event.what}, {"at_s", event.at_s}, {"value", event.value}});
   json["peak_tip_force_N"] = outcome.peak_tip_N;
   json["records_lost"] = outcome.records_lost;
+  json["lines_lost"] = lines_lost;
   json["realtime"] = {{"node", loop_json(outcome.loop)}};
   return json;
 }
@@ -137,18 +138,20 @@ int run(const Options& o) {
   const cli::InterruptGuard interrupt;
   const UserSignal user_signal;
   const NodeSetup setup = set_up(o);
-  AskedOutput csv("--csv", o.csv), json("--json", o.json);
+  AskedOutput csv("--csv", o.csv), json("--json", o.json, AskedOutput::Content::kResult);
   SocketCanBus bus(o.can);
 
   ProgramConsole console("knuckle node");
   console.note("plays " + (o.nodes == "all" ? "all nodes" : o.nodes) + " of " + o.machine + " on " + o.can);
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
+  program.outputs = {&csv};
   const double started_unix_s = unix_time_s();
-  const NodeOutcome outcome = run_node(setup, bus, program, user_signals, csv.stream());
+  NodeOutcome outcome = run_node(setup, bus, program, user_signals, csv.stream());
+  outcome.records_lost += finish_records(console, {&csv});
 
   if (const std::string wrong = bus.diagnosis(); !wrong.empty()) console.note(wrong);
-  if (auto* out = json.stream()) *out << result_json(o, started_unix_s, outcome).dump(2) << '\n';
+  if (auto* out = json.stream()) *out << result_json(o, started_unix_s, outcome, console.lines_lost()).dump(2) << '\n';
   commit_all({&csv, &json});
   return 0;
 }

@@ -91,12 +91,17 @@ class NodeRunner {
 };
 
 /// What was broken and what happened in the world, told and kept.
-void tell(const NodeSetup& setup, NodeRunner& runner, ProgramConsole& console, NodeOutcome& outcome) {
+void tell(const NodeSetup& setup, NodeRunner& runner, ProgramConsole& console, NodeOutcome& outcome,
+          RunEvents<NodeOutcome::Event>& world_events) {
   FaultEvent fault;
   while (runner.next(fault)) {
     const std::string& text = setup.faults[fault.fault].text;
     console.event(fault.at, (fault.broken ? "broken: " : "mended: ") + text);
     if (fault.broken) {
+      if (outcome.faults.size() == NodeOutcome::kMostFaults) {
+        ++outcome.records_lost;
+        continue;
+      }
       outcome.faults.push_back({text, to_seconds(fault.at)});
       continue;
     }
@@ -107,7 +112,7 @@ void tell(const NodeSetup& setup, NodeRunner& runner, ProgramConsole& console, N
   sim::WorldEvent event;
   while (runner.next(event)) {
     console.event(Time(from_seconds(event.t_s)), sim::name(event.kind));
-    outcome.events.push_back({sim::name(event.kind), event.t_s, event.value});
+    world_events.add({sim::name(event.kind), event.t_s, event.value}, sim::name(event.kind));
   }
 }
 
@@ -118,6 +123,7 @@ NodeOutcome run_node(const NodeSetup& setup, CanBus& bus, const ProgramRun& run,
   const auto runner = std::make_unique<NodeRunner>(setup, bus, signals, truth_csv != nullptr);
   if (truth_csv != nullptr) write_truth(*truth_csv, {}, true);
   NodeOutcome outcome;
+  RunEvents<NodeOutcome::Event> world_events;
   PolicyNote policy("node");
   const RealtimeClock clock;
   {
@@ -125,7 +131,7 @@ NodeOutcome run_node(const NodeSetup& setup, CanBus& bus, const ProgramRun& run,
                         [&runner](Time now) { runner->step(now); });
     const auto tend = [&](Time now) {
       policy.tell(run.console, now, loop);
-      tell(setup, *runner, run.console, outcome);
+      tell(setup, *runner, run.console, outcome, world_events);
       runner->write(truth_csv);
     };
     tend_until_over(run, clock, tend);
@@ -135,7 +141,8 @@ NodeOutcome run_node(const NodeSetup& setup, CanBus& bus, const ProgramRun& run,
   }
   outcome.ran_s = to_seconds(clock.now());
   outcome.peak_tip_N = runner->peak_tip_N();
-  outcome.records_lost = runner->lost();
+  outcome.events = world_events.kept();
+  outcome.records_lost += runner->lost() + world_events.left_out();
   return outcome;
 }
 

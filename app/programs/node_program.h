@@ -35,9 +35,10 @@ struct NodeOutcome {
     std::string what;  ///< Of the world: "contact", "piece_broke", ...
     double at_s = 0, value = 0;
   };
+  static constexpr std::size_t kMostFaults = 2000;  ///< Beyond them: lost, and counted.
   std::vector<Fault> faults;
-  std::vector<Event> events;
-  double peak_tip_N = 0;  ///< Largest force of the world on the bucket's tip.
+  std::vector<Event> events;  ///< The first of each kind, and the newest others (RunEvents).
+  double peak_tip_N = 0;      ///< Largest force of the world on the bucket's tip.
   double ran_s = 0;
   RealtimeReport loop;
   std::uint64_t records_lost = 0;

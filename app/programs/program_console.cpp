@@ -1,21 +1,45 @@
 #include "app/programs/program_console.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <iostream>
 #include <utility>
+
+#include "app/programs/program_options.h"
 
 namespace knuckle::programs {
 namespace {
 
 constexpr Duration kTendPeriod = 20ms, kStatusPeriod = 1s;
+constexpr std::size_t kMostBytes = 1 << 16;  // some hundred lines
+constexpr std::size_t kColumns = 80;         // of a terminal that does not say
 
 std::string seconds_text(Time at) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3f s", to_seconds(at));
   return text;
+}
+
+/// Of the terminal that standard error is.
+std::size_t columns() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kColumns;
+}
+
+bool continues(char c) {  // a character of UTF-8 that has begun before
+  return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;
+}
+
+std::size_t characters(const std::string& text) {
+  return text.size() - static_cast<std::size_t>(std::count_if(text.begin(), text.end(), continues));
+}
+
+void drop_last_character(std::string& text) {
+  while (!text.empty() && continues(text.back())) text.pop_back();
+  if (!text.empty()) text.pop_back();
 }
 
 }  // namespace
@@ -24,9 +48,14 @@ ProgramConsole::ProgramConsole(std::string program, std::ostream& out, bool term
     : program_(std::move(program)), out_(out), terminal_(terminal) {}
 
 ProgramConsole::ProgramConsole(std::string program)
-    : ProgramConsole(std::move(program), std::cerr, isatty(STDERR_FILENO) == 1) {}
+    : program_(std::move(program)),
+      own_(std::in_place, STDERR_FILENO, cli::BackgroundWriter::AfterRefusal::kGoOn, kMostBytes),
+      out_(own_->stream()),
+      terminal_(isatty(STDERR_FILENO) == 1) {}
 
 ProgramConsole::~ProgramConsole() {
+  tell_until(Time::max());
+  tell_left_out(told_at_);
   take_back();
   out_.flush();
 }
@@ -36,28 +65,103 @@ void ProgramConsole::take_back() {
   shown_ = false;
 }
 
-void ProgramConsole::note(const std::string& what) {
+void ProgramConsole::say(const std::string& line) {
   take_back();
-  out_ << program_ << ": " << what << '\n' << std::flush;
+  out_ << program_ << ": " << line << '\n' << std::flush;
 }
 
-void ProgramConsole::event(Time at, const std::string& what) {
-  note(seconds_text(at) + ": " + what);
+void ProgramConsole::note(const std::string& what) {
+  tell_until(Time::max());
+  say(what);
+}
+
+void ProgramConsole::event(Time at, const std::string& what, const std::string& kind) {
+  waiting_.push_back({at, what, kind.empty() ? what : kind});
+}
+
+void ProgramConsole::tend(Time now) {
+  // Loops hand their events over with the time of the step: what is younger than the last look may still get something
+  // older before it.
+  tell_until(now - kTendPeriod);
+  if (now - span_began_ >= kEventSpan) tell_left_out(now);
+  const std::uint64_t lost = lines_lost();
+  if (lost == lost_told_ || !own_->idle()) return;
+  say(std::to_string(lost - lost_told_) + " lines are missing here: nobody read standard error");
+  lost_told_ = lost;
+}
+
+void ProgramConsole::tell_until(Time until) {
+  std::stable_sort(waiting_.begin(), waiting_.end(), [](const Event& a, const Event& b) { return a.at < b.at; });
+  auto next = waiting_.begin();
+  for (; next != waiting_.end() && next->at <= until; ++next) tell(*next);
+  waiting_.erase(waiting_.begin(), next);
+}
+
+void ProgramConsole::tell(const Event& event) {
+  if (span_began_ == kNever || event.at - span_began_ >= kEventSpan) {
+    tell_left_out(event.at);
+    span_began_ = event.at;
+    told_in_span_ = 0;
+  }
+  told_at_ = event.at;
+  const bool first = kinds_.first(event.kind);
+  if (!first && told_in_span_ >= kMostEvents) {
+    ++left_out_;
+    return;
+  }
+  ++told_in_span_;
+  say(seconds_text(event.at) + ": " + event.what);
   shown_at_ = kNever;
 }
 
-void ProgramConsole::status(Time now, const std::string& line) {
+void ProgramConsole::tell_left_out(Time now) {
+  if (left_out_ == 0) return;
+  const Time until = std::min(now, span_began_ + kEventSpan);
+  char span[24];
+  std::snprintf(span, sizeof span, "%.1f s", to_seconds(until - span_began_));
+  say(seconds_text(until) + ": ... and " + std::to_string(left_out_) + " more events in the last " + span);
+  left_out_ = 0;
+}
+
+void ProgramConsole::status(Time now, const std::vector<std::string>& parts) {
   if (!terminal_ || now - shown_at_ < kStatusPeriod) return;
   take_back();
-  out_ << program_ << ": " << line << std::flush;
+  std::vector<std::string> line = parts;
+  if (!line.empty()) line[0] = program_ + ": " + line[0];
+  out_ << fitted(line, columns() - 1) << std::flush;  // the last column would begin the next line
   shown_ = true;
   shown_at_ = now;
+}
+
+std::string fitted(std::vector<std::string> parts, std::size_t width) {
+  const std::string between = " | ", cut = "...";
+  const auto length = [&] {
+    std::size_t sum = parts.empty() ? 0 : between.size() * (parts.size() - 1);
+    for (const std::string& part : parts) sum += characters(part);
+    return sum;
+  };
+  while (length() > width) {
+    auto& longest = *std::max_element(parts.begin(), parts.end(), [](const std::string& a, const std::string& b) {
+      return characters(a) < characters(b);
+    });
+    if (longest.ends_with(cut)) longest.resize(longest.size() - cut.size());
+    if (longest.empty()) break;
+    drop_last_character(longest);
+    longest += cut;
+  }
+  std::string line;
+  for (const std::string& part : parts) line += (line.empty() ? "" : between) + part;
+  return line;
 }
 
 void tend_until_over(const ProgramRun& run, const RealtimeClock& clock, const std::function<void(Time)>& tend) {
   for (;;) {
     const Time now = clock.now();
     tend(now);
+    for (AskedOutput* output : run.outputs) {
+      if (const std::string refused = output->tend(); !refused.empty()) run.console.event(now, refused);
+    }
+    run.console.tend(now);
     if (to_seconds(now) >= run.duration_s || (run.keep_on && !run.keep_on())) return;
     clock.sleep_until(now + kTendPeriod);
   }

@@ -1,9 +1,11 @@
 #include "app/programs/program_options.h"
 
+#include <chrono>
 #include <exception>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/command.h"
+#include "app/programs/program_console.h"
 #include "core/error.h"
 
 namespace knuckle::programs {
@@ -21,11 +23,54 @@ void check_plain_link(const std::string& option, const std::string& address, boo
   cli::refuse_option(option, address, "the link is plain UDP, which proves and encrypts nothing; --insecure allows it");
 }
 
+AskedOutput::AskedOutput(const char* option, const std::string& target, Content content)
+    : name_(std::string(option) + " " + target), content_(content) {
+  if (!target.empty()) open_.emplace(option, target);
+}
+
+std::string AskedOutput::tend() {
+  if (!open_) return "";
+  open_->writer.stream().flush();
+  const int error = told_ ? 0 : open_->writer.refusal();
+  if (error == 0) return "";
+  told_ = true;
+  return open_->file.refusal(error) + ": what came before is kept, the rest is lost";
+}
+
+void AskedOutput::finish(cli::BackgroundWriter::Deadline deadline) {
+  if (open_) open_->writer.finish(deadline);
+}
+
+void AskedOutput::commit(cli::BackgroundWriter::Deadline deadline) {
+  if (!open_) return;
+  open_->writer.finish(deadline);
+  if (const int error = open_->writer.refusal(); error != 0) {
+    if (content_ == Content::kRecords) open_->file.commit_whole_lines();
+    open_->file.fail(error);
+  }
+  if (content_ == Content::kResult && records_lost() > 0)
+    throw InputError(name_ + ": cannot be written: nobody reads it");
+  open_->file.commit();
+}
+
+std::uint64_t finish_records(ProgramConsole& console, std::initializer_list<AskedOutput*> outputs) {
+  const auto deadline = std::chrono::steady_clock::now() + cli::kReaderPatience;
+  std::uint64_t lost = 0;
+  for (AskedOutput* output : outputs) {
+    output->finish(deadline);
+    const std::uint64_t missing = output->records_lost();
+    if (missing > 0) console.note(output->name() + ": " + std::to_string(missing) + " records are missing");
+    lost += missing;
+  }
+  return lost;
+}
+
 void commit_all(std::initializer_list<AskedOutput*> outputs) {
+  const auto deadline = std::chrono::steady_clock::now() + cli::kReaderPatience;
   std::exception_ptr refused;
   for (AskedOutput* output : outputs) {
     try {
-      output->commit();
+      output->commit(deadline);
     } catch (const InputError&) {
       if (!refused) refused = std::current_exception();
     }

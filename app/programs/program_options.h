@@ -1,6 +1,7 @@
 // What the programs' command lines have in common.
 #pragma once
 
+#include <cstdint>
 #include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/background_writer.h"
 #include "app/cli/output_file.h"
 #include "core/histogram.h"
 #include "core/realtime_thread.h"
@@ -17,6 +19,8 @@
 
 namespace knuckle::programs {
 
+class ProgramConsole;
+
 inline constexpr double kLongestRun_s = 1e7;
 
 /// A link that nobody protects has to be asked for. @throws InputError unless it was.
@@ -25,24 +29,47 @@ void check_plain_link(const std::string& option, const std::string& address, boo
 inline constexpr const char* kPlainLinkNote =
     "plain UDP (--insecure): nothing is encrypted, nobody is proven; for loopback, labs, or inside a tunnel";
 
-/// An output that may have been asked for.
+/// An output of a program that runs for long; it may have been asked for. Nobody who writes to it ever waits for its
+/// reader or its disk.
 class AskedOutput {
  public:
+  enum class Content : std::uint8_t {
+    kRecords,  ///< Line by line: those that were written are worth keeping where others are lost.
+    kResult,   ///< Whole, or of no use.
+  };
   /// @param target empty: not asked for. @throws InputError where it cannot be written.
-  AskedOutput(const char* option, const std::string& target) {
-    if (!target.empty()) file_.emplace(option, target);
-  }
+  AskedOutput(const char* option, const std::string& target, Content content = Content::kRecords);
+
   /// nullptr: not asked for.
-  [[nodiscard]] std::ostream* stream() noexcept { return file_ ? &file_->stream() : nullptr; }
-  /// Puts the finished file in place. @throws InputError where the disk refused what was written.
-  void commit() {
-    if (file_) file_->commit();
-  }
+  [[nodiscard]] std::ostream* stream() noexcept { return open_ ? &open_->writer.stream() : nullptr; }
+  /// All that was put into the stream goes to where it is written. @return one line the first time after the disk, or
+  /// whoever reads, refused it: it is not tried again, and the rest is lost. Else empty.
+  [[nodiscard]] std::string tend();
+  /// Records that were not written: refused, or not read in time.
+  [[nodiscard]] std::uint64_t records_lost() const { return open_ ? open_->writer.lines_lost() : 0; }
+  /// Waits until all is written, for a reader until the deadline.
+  void finish(cli::BackgroundWriter::Deadline deadline);
+  /// Likewise, and puts the finished file in place. Of records that were refused, those before.
+  /// @throws InputError where the disk refused what was written, or nobody read a result.
+  void commit(cli::BackgroundWriter::Deadline deadline);
+
+  [[nodiscard]] const std::string& name() const noexcept { return name_; }  ///< "--csv FILE"
 
  private:
-  std::optional<cli::OutputFile> file_;
+  struct Open {
+    Open(const char* option, const std::string& target) : file(option, target), writer(file.descriptor()) {}
+    cli::OutputFile file;
+    cli::BackgroundWriter writer;
+  };
+  std::string name_;
+  Content content_;
+  std::optional<Open> open_;
+  bool told_ = false;
 };
 
+/// Waits until all is written, for readers as long as kReaderPatience, and says what is missing then.
+/// @return records lost.
+[[nodiscard]] std::uint64_t finish_records(ProgramConsole& console, std::initializer_list<AskedOutput*> outputs);
 /// Puts every finished file in place, also where the disk refused another. @throws InputError as the first that was
 /// refused.
 void commit_all(std::initializer_list<AskedOutput*> outputs);

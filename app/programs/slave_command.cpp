@@ -150,7 +150,8 @@ Json simulation_json(const std::optional<Simulation>& simulation) {
   return {{"scenario", simulation->scenario.name}, {"seed", simulation->seed}};
 }
 
-Json result_json(const Options& o, const Setup& setup, double started_unix_s, const SlaveOutcome& outcome) {
+Json result_json(const Options& o, const Setup& setup, double started_unix_s, const SlaveOutcome& outcome,
+                 std::uint64_t lines_lost) {
   Json json{{"schema", kSchema},
             {"version", cli::program_version()},
             {"machine", o.machine.empty() ? setup.machine.name : o.machine},
@@ -161,13 +162,11 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
             {"ran_s", outcome.ran_s}};
   json["modes"] = Json::array();
   json["faults"] = Json::array();
-  Reason standing;
   for (const ModeEvent& event : outcome.events) {
     json["modes"].push_back(
         {{"mode", name(event.mode)}, {"at_s", to_seconds(event.at)}, {"blocking", reason_json(event.blocking)}});
-    const bool news = event.fault && (event.fault.code != standing.code || event.fault.subject != standing.subject);
-    standing = event.fault;
-    if (!news) continue;
+  }
+  for (const ModeEvent& event : outcome.faults) {
     Json fault = reason_json(event.fault);
     fault["at_s"] = to_seconds(event.at);
     json["faults"].push_back(std::move(fault));
@@ -176,6 +175,7 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
   json["stop"] = {{"confirmed", outcome.unconfirmed.empty()}, {"unconfirmed", outcome.unconfirmed}};
   json["malformed_datagrams"] = outcome.malformed_datagrams;
   json["records_lost"] = outcome.records_lost;
+  json["lines_lost"] = lines_lost;
   json["realtime"] = {{"slave", loop_json(outcome.loop)}};
   return json;
 }
@@ -192,7 +192,8 @@ int run(const Options& o) {
   check(o);
   const cli::InterruptGuard interrupt;
   const Setup setup = set_up(o);
-  AskedOutput candump("--candump", o.candump), csv("--csv", o.csv), json("--json", o.json);
+  AskedOutput candump("--candump", o.candump), csv("--csv", o.csv),
+      json("--json", o.json, AskedOutput::Content::kResult);
   MachineBus machine(o, setup);
   UdpLink link = UdpLink::listen(o.listen);
 
@@ -202,10 +203,12 @@ int run(const Options& o) {
   const SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream()};
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
+  program.outputs = {&candump, &csv};
   const double started_unix_s = unix_time_s();
-  const SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link, program, records);
+  SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link, program, records);
+  outcome.records_lost += finish_records(console, {&candump, &csv});
 
-  Json result = result_json(o, setup, started_unix_s, outcome);
+  Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());
   if (const SocketCanBus* bus = machine.interface()) {
     if (const std::string wrong = bus->diagnosis(); !wrong.empty()) console.note(wrong);
     result["can_counters"] = counters_json(bus->counters());

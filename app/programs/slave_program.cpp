@@ -35,6 +35,21 @@ std::string reason_text(const Reason& reason) {
   return std::string(name(reason.code)) + ": " + text(reason);
 }
 
+/// What an event says, without its measured values.
+std::string kind_of(const ModeEvent& event) {
+  const Reason& reason = event.fault ? event.fault : event.blocking;
+  return std::string(name(event.mode)) + (event.fault ? " fault " : " ") + name(reason.code) + " " +
+         std::to_string(reason.subject);
+}
+std::string kind_of(const SetupFailureEvent& event) {
+  const canopen::Object& object = event.failure.step.object;
+  return "set-up " + std::to_string(event.failure.node) + " " + std::to_string(object.index) + " " +
+         std::to_string(object.subindex);
+}
+std::string kind_of(const slave::EmergencyRecord& record) {
+  return "emergency " + std::to_string(record.node) + " " + std::to_string(record.emergency.code);
+}
+
 /// All that the loop's thread works on, and what crosses to the thread that tends it.
 class SlaveRunner {
  public:
@@ -176,8 +191,11 @@ class Teller {
   void tell(Time now, SlaveRunner& runner) {
     ModeEvent event;
     while (runner.next(event)) {
-      outcome_.events.push_back(event);
-      console_.event(event.at, event_text(event));
+      const std::string kind = kind_of(event);
+      events_.add(event, kind);
+      if (event.fault && !same(event.fault, standing_fault_)) faults_.add(event, kind);
+      standing_fault_ = event.fault;
+      console_.event(event.at, event_text(event), kind);
       told_ = event.fault ? event.fault : event.blocking;
     }
     tell_nodes(runner);
@@ -186,35 +204,49 @@ class Teller {
     standing_ = status.blocking;
     if (standing_ && !same(standing_, told_) && now - standing_since_ >= kStandingReason) {
       told_ = standing_;
-      console_.event(now, event_text({now, status.mode, status.blocking, {}}));
+      const ModeEvent standing{now, status.mode, status.blocking, {}};
+      console_.event(now, event_text(standing), "standing " + kind_of(standing));
     }
-    console_.status(now, status_text(status));
+    console_.status(now, status_parts(status));
+  }
+  /// After the run.
+  void hand_over() {
+    outcome_.events = events_.kept();
+    outcome_.faults = faults_.kept();
+    outcome_.setup_failures = failures_.kept();
+    outcome_.records_lost += events_.left_out() + failures_.left_out();  // what faults_ left out is among the events
   }
 
  private:
   void tell_nodes(SlaveRunner& runner) {
     SetupFailureEvent failed;
     while (runner.next(failed)) {
-      outcome_.setup_failures.push_back(failed);
-      console_.event(failed.at, "set-up: " + slave::text(failed.failure));
+      failures_.add(failed, kind_of(failed));
+      console_.event(failed.at, "set-up: " + slave::text(failed.failure), kind_of(failed));
     }
     slave::EmergencyRecord record;
     while (runner.next(record)) {
-      if (outcome_.add(record)) console_.event(record.at, "emergency: " + slave::text(record));
+      if (outcome_.add(record)) console_.event(record.at, "emergency: " + slave::text(record), kind_of(record));
     }
   }
-  static std::string status_text(const SlaveStatus& status) {
-    std::string line = name(status.mode);
-    if (status.blocking) line += " | " + text(status.blocking);
-    if (!status.heard) return line + " | operator: not heard yet";
-    char round_trip[48];
-    std::snprintf(round_trip, sizeof round_trip, " | round trip %.0f ms", 1e3 * to_seconds(status.round_trip));
-    return line + (status.round_trip < 10s ? round_trip : "");
+  static std::vector<std::string> status_parts(const SlaveStatus& status) {
+    std::vector<std::string> parts{name(status.mode)};
+    if (status.blocking) parts.push_back(text(status.blocking));
+    if (!status.heard) {
+      parts.emplace_back("operator: not heard yet");
+    } else if (status.round_trip < 10s) {
+      char round_trip[48];
+      std::snprintf(round_trip, sizeof round_trip, "round trip %.0f ms", 1e3 * to_seconds(status.round_trip));
+      parts.emplace_back(round_trip);
+    }
+    return parts;
   }
 
   ProgramConsole& console_;
   SlaveOutcome& outcome_;
-  Reason told_, standing_;
+  RunEvents<ModeEvent> events_, faults_;
+  RunEvents<SetupFailureEvent> failures_;
+  Reason told_, standing_, standing_fault_;
   Time standing_since_{};
 };
 
@@ -266,9 +298,13 @@ SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& lin
     };
     tend_until_over(run, clock, tend);
     runner->ask_to_stop();
-    tend_until_over({[&runner] { return !runner->stopped(); }, run.console}, clock, tend);
+    ProgramRun ending = run;
+    ending.keep_on = [&runner] { return !runner->stopped(); };
+    ending.duration_s = std::numeric_limits<double>::infinity();
+    tend_until_over(ending, clock, tend);
     loop.stop();
     tend(clock.now());
+    teller.hand_over();
     outcome.loop = loop.report();
   }
   outcome.ran_s = to_seconds(clock.now());

@@ -49,7 +49,8 @@ struct SlaveOutcome {
     Time last_at = kNever;
   };
   static constexpr std::size_t kMostEmergencies = 256;
-  std::vector<ModeEvent> events;
+  std::vector<ModeEvent> events;  ///< The first of each kind, and the newest others (RunEvents); so are the next two.
+  std::vector<ModeEvent> faults;  ///< Another fault than before.
   std::vector<SetupFailureEvent> setup_failures;
   std::vector<Emergency> emergencies;
   RealtimeReport loop;

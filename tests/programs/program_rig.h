@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -270,6 +271,17 @@ inline bool engage(Hand& hand) {
     if (hand.sees(Mode::kEngaged)) return true;
   }
   return false;
+}
+
+/// The most lines that a program may say in a run of so long, where one kind of event after another floods it.
+inline double most_lines(double ran_s, int kinds) {
+  constexpr int kNotes = 10;
+  return (ran_s / to_seconds(programs::ProgramConsole::kEventSpan) + 2) * (programs::ProgramConsole::kMostEvents + 1) +
+         kinds + kNotes;
+}
+inline double lines_of(const Heard& said) {
+  const std::string text = said.text();
+  return static_cast<double>(std::count(text.begin(), text.end(), '\n'));
 }
 
 /// Set-points with the valves ACTIVE and not at zero, from this place of the log on.

@@ -36,19 +36,18 @@ inline std::string slurp(const std::string& file) {
 /// A program that runs while the test goes on. One that is still running at the end is killed.
 class RunningProgram {
  public:
-  RunningProgram(const std::string& program, std::vector<std::string> arguments) {
+  /// @param out, @param err descriptors instead of files that wait() returns; -1: a file.
+  RunningProgram(const std::string& program, std::vector<std::string> arguments, int out = -1, int err = -1) {
     if (mkdtemp(folder_.data()) == nullptr) return;
     arguments.insert(arguments.begin(), program);
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
-    const std::string out = folder_ + "/out", err = folder_ + "/err";
+    const std::string out_name = folder_ + "/out", err_name = folder_ + "/err";
     child_ = fork();
     if (child_ != 0) return;
-    const int out_file = open(out.c_str(), O_WRONLY | O_CREAT, 0600),
-              err_file = open(err.c_str(), O_WRONLY | O_CREAT, 0600);
-    dup2(out_file, STDOUT_FILENO);
-    dup2(err_file, STDERR_FILENO);
+    dup2(out >= 0 ? out : open(out_name.c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
+    dup2(err >= 0 ? err : open(err_name.c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
     execvp(argv[0], argv.data());
     _exit(127);
   }
@@ -61,6 +60,18 @@ class RunningProgram {
 
   void signal(int number) const {
     if (child_ > 0) kill(child_, number);
+  }
+  /// @return whether it has, asked now and again; wait() does not wait then.
+  [[nodiscard]] bool ends_within(std::chrono::seconds patience) const {
+    const auto give_up = std::chrono::steady_clock::now() + patience;
+    for (;;) {
+      siginfo_t ended{};
+      if (child_ <= 0 || waitid(P_PID, static_cast<id_t>(child_), &ended, WEXITED | WNOHANG | WNOWAIT) != 0)
+        return true;
+      if (ended.si_pid != 0) return true;
+      if (std::chrono::steady_clock::now() > give_up) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
   }
   /// Until it has ended.
   ProgramRun wait() {

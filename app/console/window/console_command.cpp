@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +9,7 @@
 #include "app/cli/interrupt.h"
 #include "app/console/window/console_options.h"
 #include "app/console/window/console_program.h"
+#include "app/programs/program_console.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
@@ -119,7 +119,8 @@ int run(const ConsoleOptions& o) {
   check(o);
   const cli::InterruptGuard interrupt;
   const screens::ConsoleFacts facts = facts_of(o);
-  programs::AskedOutput candump("--candump", o.candump), json("--json", o.json);
+  programs::AskedOutput candump("--candump", o.candump),
+      json("--json", o.json, programs::AskedOutput::Content::kResult);
   const Behind loops = behind(o, facts, candump.stream());
   ConsoleWindow window(o.window(), facts);
   if (facts.hand == screens::HandSource::kGamepad && !window.window().gamepad())
@@ -133,10 +134,13 @@ int run(const ConsoleOptions& o) {
   run.screenshot = o.screenshot;
   if (o.simulate) run.simulated = o.session;
   if (!o.screenshot.empty()) window.hold_steady();
-  const ConsoleOutcome outcome = run_console(window, *loops.host, run);
+  run.candump = &candump;
+  ConsoleOutcome outcome = run_console(window, *loops.host, run);
+  programs::ProgramConsole console("knuckle console");
   if (outcome.frames_lost > 0)
-    std::cerr << "knuckle console: --candump " << o.candump << ": " << outcome.frames_lost
-              << " frames are missing: the window was too slow to write them\n";
+    console.note(candump.name() + ": " + std::to_string(outcome.frames_lost) +
+                 " frames are missing: the window was too slow to write them");
+  outcome.frames_lost += programs::finish_records(console, {&candump});
   if (auto* out = json.stream()) *out << result_json(outcome).dump(2) << '\n';
   programs::commit_all({&candump, &json});
   return 0;

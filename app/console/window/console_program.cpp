@@ -33,13 +33,17 @@ void take_events(ConsoleHost& host, EventBook& events) {
   events.note_lost(view.now, view.run, host.events_lost());
 }
 
-/// Tells once that the log of the bus has holes. @param told whether it was.
-void watch_log(ConsoleHost& host, EventBook& events, bool& told) {
-  if (told || host.frames_lost() == 0) return;
-  told = true;
+/// Tells once that the log of the bus has holes, and that it cannot be written. @param told whether it has holes.
+void watch_log(ConsoleHost& host, EventBook& events, programs::AskedOutput* log, bool& told) {
+  if (log == nullptr) return;
   const ConsoleView& view = host.view();
+  const std::string refused = log->tend();
+  if (!refused.empty()) events.add(view.now, view.run, Severity::kWarning, "frames_lost", refused);
+  told |= !refused.empty();
+  if (told || host.frames_lost() + log->records_lost() == 0) return;
+  told = true;
   events.add(view.now, view.run, Severity::kWarning, "frames_lost",
-             "the candump log has holes from here on: the window was too slow to write it");
+             "the candump log has holes from here on: the window was too slow to write it, or its reader to read it");
 }
 
 /// Begins the session anew with what was chosen since; what cannot be is an event, and the session goes on as it was.
@@ -57,9 +61,9 @@ void begin_anew(ConsoleWindow& window, ConsoleHost& host, EventBook& events, con
   }
 }
 
-void skip(ConsoleWindow& window, ConsoleHost& host, EventBook& events, double to_s) {
-  for (double at_s = 0; at_s < to_s;) {
-    at_s = std::min(to_s, at_s + widgets::History::kStep_s);
+void skip(ConsoleWindow& window, ConsoleHost& host, EventBook& events, const ConsoleRun& run) {
+  for (double at_s = 0; at_s < run.skip_to_s && run.keep_on();) {
+    at_s = std::min(run.skip_to_s, at_s + widgets::History::kStep_s);
     host.skip_to(at_s);
     window.watch(host.view());
     take_events(host, events);
@@ -97,7 +101,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   EventBook events;
   ConsoleOutcome outcome;
   if (host.session()) window.show_world(host.session()->scenario.world);
-  skip(window, host, events, run.skip_to_s);
+  skip(window, host, events, run);
   const bool picture_only = !run.screenshot.empty() && run.duration_s <= 0;
   if (!picture_only) host.begin();
   const Clock::time_point begin = Clock::now();
@@ -109,7 +113,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   for (bool last = false; !last && !window.closing() && run.keep_on();) {
     last = picture_only ? outcome.frames + 1 >= kSettled : since(begin) >= run.duration_s;
     take_events(host, events);
-    watch_log(host, events, holes_told);
+    watch_log(host, events, run.candump, holes_told);
     const Time looked_at = host.now();  // at what is held, and no later
     const ConsoleView& view = host.view();
     const LoopHealth& health = host.health();

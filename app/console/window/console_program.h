@@ -8,6 +8,7 @@
 
 #include "app/console/console_host.h"
 #include "app/console/window/console_window.h"
+#include "app/programs/program_options.h"
 
 namespace knuckle::console::window {
 
@@ -17,6 +18,7 @@ struct ConsoleRun {
   double duration_s = 1e9;        ///< Of running in real time.
   std::string screenshot;         ///< The last frame goes there; the window closes then. Empty: none.
   std::optional<session::SimulateOptions> simulated;  ///< What sessions that are begun anew start from.
+  programs::AskedOutput* candump = nullptr;           ///< That the host writes to, if it does.
 };
 
 /// What it cost.
