@@ -11,8 +11,8 @@ constexpr int kMoving = 1, kWaiting = 2;
 constexpr double kRow_s = 0.005;
 
 /// Engage, sweep while the path dies and returns, go on holding enable for a while, engage anew.
-app::SessionSetup story(std::uint64_t seed) {
-  app::SessionSetup setup = session_setup("link_faults", seed);
+session::SessionSetup story(std::uint64_t seed) {
+  session::SessionSetup setup = session_setup("link_faults", seed);
   sim::Phase engage, sweep = phase_named(setup.scenario, "cut"), wait;
   engage.kind = sim::PhaseKind::kEngage;
   wait.kind = sim::PhaseKind::kWait;
@@ -25,8 +25,8 @@ app::SessionSetup story(std::uint64_t seed) {
   return setup;
 }
 
-double start_of(const app::SessionRecord& record, int phase) {
-  for (const app::Sample& s : record.samples) {
+double start_of(const session::SessionRecord& record, int phase) {
+  for (const session::Sample& s : record.samples) {
     if (s.phase == phase) return s.t_s;
   }
   ADD_FAILURE() << "phase " << phase << " was never reached";
@@ -34,8 +34,8 @@ double start_of(const app::SessionRecord& record, int phase) {
 }
 
 /// The same until the cut, so it says when the sweep is in full motion.
-double in_full_motion(const app::SessionSetup& setup) {
-  app::SessionSetup whole = setup;
+double in_full_motion(const session::SessionSetup& setup) {
+  session::SessionSetup whole = setup;
   whole.scenario.phases.resize(2);
   whole.scenario.phase_names.resize(2);
   whole.scenario.phases[kMoving].until_fault = false;
@@ -46,7 +46,7 @@ TEST(LateCopies, DoNotEndAnOutageNorLetAnythingResumeByItself) {
   for (const Duration outage : {240ms, 600ms}) {
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
       SCOPED_TRACE(std::to_string(outage.count() / 1000000) + " ms, seed " + std::to_string(seed));
-      app::SessionSetup setup = story(seed);
+      session::SessionSetup setup = story(seed);
       const double cut_s = in_full_motion(setup);
       for (LinkImpairment* way : {&setup.to_machine, &setup.to_operator}) {
         way->cut_from = Time(from_seconds(cut_s));
@@ -56,7 +56,7 @@ TEST(LateCopies, DoNotEndAnOutageNorLetAnythingResumeByItself) {
       ASSERT_EQ(record.faults.size(), 1U);
       EXPECT_EQ(record.faults[0].reason.code, ReasonCode::kLinkLost);
       bool moved = false;
-      for (const app::Sample& s : record.samples) {
+      for (const session::Sample& s : record.samples) {
         const double most = s.valve_command.cwiseAbs().maxCoeff();
         if (s.t_s < cut_s) moved = moved || (s.t_s > cut_s - 0.1 && most > 0.1);
         if (s.t_s < cut_s + 0.2 + kRow_s || s.t_s >= start_of(record, kWaiting + 1)) continue;
