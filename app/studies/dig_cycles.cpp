@@ -52,14 +52,14 @@ void add_tip_rows(const std::vector<TipSample>& train, const std::vector<TipSamp
                   std::vector<RealRow>& rows) {
   const PlanarVector constant = median_tip(train);
   const PlainChain squares = fit_plain_chain(train, 1, false), absolute = fit_plain_chain(train, 1, true);
-  std::vector<TipSample> told = train;  // with the bucket angle that the machine's computer has worked out
-  for (TipSample& s : told) s.angle_rad[kBucket] = s.bucket_joint_rad;
-  const PlainChain with_joint = fit_plain_chain(told, 1, false);
+  std::vector<TipSample> informed = train;  // with the bucket angle that the machine's computer has worked out
+  for (TipSample& s : informed) s.angle_rad[kBucket] = s.bucket_joint_rad;
+  const PlainChain with_joint = fit_plain_chain(informed, 1, false);
   const std::vector<std::pair<std::string, Prediction>> baselines{
       {"constant position", [&](const TipSample&) { return constant; }},
       {"three joints, least squares", [&](const TipSample& s) { return squares.tip(s.angle_rad); }},
       {"three joints, least absolute error", [&](const TipSample& s) { return absolute.tip(s.angle_rad); }},
-      {"told the bucket joint (column Jbkt)", [&](const TipSample& s) {
+      {"given the bucket joint (column Jbkt)", [&](const TipSample& s) {
          return with_joint.tip({s.angle_rad[kBoom], s.angle_rad[kArm], s.bucket_joint_rad});
        }}};
   const Spread own = tip_error(test, [&](const TipSample& s) { return geometry.tip(s); });
@@ -119,8 +119,8 @@ std::string filled(const char* format, double a, double b, double c = 0) {
   return line;
 }
 
-/// Which angle is which, and what the bucket's really is.
-void tell_angles(const std::vector<recordings::MappedTable>& cycles, std::vector<std::string>& lines) {
+/// Assignment of the angle columns, and the meaning of the bucket's.
+void report_angles(const std::vector<recordings::MappedTable>& cycles, std::vector<std::string>& lines) {
   const AngleVerdict angles = judge_angles(cycles);
   lines.push_back(
       "angle columns in the order boom, arm, bucket are " + angles.best + " (counter-clockwise +): mean tip error " +
@@ -138,7 +138,7 @@ void tell_angles(const std::vector<recordings::MappedTable>& cycles, std::vector
   constexpr double kRounding_m = 1e-3;
   if (linkage.p95 < kRounding_m) {
     lines.push_back(
-        filled("the tip is no measurement of its own: it follows from the angles to %.1f mm (p95), the "
+        filled("the tip is not measured independently: it follows from the angles to %.1f mm (p95), the "
                "rounding of the file, with a latency of %.4f s",
                1e3 * linkage.p95, geometry->value[TipGeometry::kLatency_s]));
   }
@@ -217,7 +217,7 @@ std::vector<std::string> dig_cycle_findings(const std::string& dir) {
              "rows (%.1f %%)",
              100 * refresh.angles, 100 * refresh.pressures, 100 * refresh.tip_with_angles));
   for (const SideVerdict& verdict : judge_sides(cycles)) lines.push_back(verdict.text());
-  tell_angles(cycles, lines);
+  report_angles(cycles, lines);
   return lines;
 }
 
