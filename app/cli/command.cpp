@@ -40,8 +40,7 @@ std::string refusal(const CLI::ParseError& error, const std::string& command) {
     const auto option = message.find("--"), equals = message.find(" = ");
     if (option < equals && equals != std::string::npos) {
       const std::string value = message.substr(equals + 3);
-      message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) +
-                ": is not a number that it can take";
+      message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) + ": is not a number";
     }
   } else if (message.find(": At Most 1 required") != std::string::npos) {
     message = message.substr(0, message.find(':')) + ": is given more than once";
@@ -53,7 +52,7 @@ std::string refusal(const CLI::ParseError& error, const std::string& command) {
   return message + " (see knuckle " + (command.empty() ? "" : command + " ") + "--help)";
 }
 
-/// The command that is asked for; empty where none is. @throws InputError for a word that is no command.
+/// The requested command; empty where none is given. @throws InputError for an unknown one.
 std::string command_in(const std::vector<Command>& commands, const std::vector<std::string>& arguments) {
   if (arguments.empty() || arguments.front().starts_with('-')) return "";
   std::string names;
@@ -61,7 +60,7 @@ std::string command_in(const std::vector<Command>& commands, const std::vector<s
     if (command.name == arguments.front()) return command.name;
     names += (names.empty() ? "" : ", ") + command.name;
   }
-  throw InputError("unknown command '" + arguments.front() + "': there are " + names + " (see knuckle --help)");
+  throw InputError("unknown command '" + arguments.front() + "': the commands are " + names + " (see knuckle --help)");
 }
 
 }  // namespace
@@ -148,7 +147,7 @@ void Places::take(const std::string& option, const std::string& file, bool outpu
   const auto [other, is_new] = taken_.emplace(path, option);
   if (is_new || !output) return;
   refuse_option(option, file,
-                "already taken by " + other->second + (file == "-" ? ": only one can be standard output" : ""));
+                "already taken by " + other->second + (file == "-" ? ": only one output can be standard output" : ""));
 }
 
 }  // namespace knuckle::cli
