@@ -11,7 +11,7 @@ using canopen::Object;
 
 constexpr std::uint8_t kLastNode = 127;
 constexpr std::size_t kAtOnce = 8;  // nodes whose answers are waited for side by side
-// Question and answer take half a millisecond at 500 kbit/s: an eighth of the bus, beside whoever else is at work.
+// Request and response take half a millisecond at 500 kbit/s: an eighth of the bus load, beside other participants.
 constexpr Duration kApart = 4ms;
 const std::vector<Object> kStranger{canopen::kDeviceType, canopen::kVendorId, canopen::kProductCode,
                                     canopen::kErrorRegister};
@@ -25,7 +25,7 @@ class Reader {
   [[nodiscard]] bool done() const noexcept { return next_ == objects_.size(); }
   [[nodiscard]] std::vector<ObjectRead> take() noexcept { return std::move(results_); }
 
-  /// @return whether the bus was asked to carry something.
+  /// @return whether a request was to be sent.
   bool step(CanBus& bus, Time now, Duration patience, bool may_ask) {
     if (done()) return false;
     const bool asks = may_ask && !asked_;
@@ -34,9 +34,9 @@ class Reader {
       asked_ = bus.send(canopen::sdo_upload(node_, objects_[next_]));
     }
     if (wanted_at_ != kNever && now - wanted_at_ >= patience) {
-      const bool nobody = results_.empty();
+      const bool first = results_.empty();
       keep({objects_[next_], ObjectRead::Answer::kSilent, 0, canopen::SdoAbort::kNone});
-      if (nobody) next_ = objects_.size();  // who does not say what it is will say nothing else
+      if (first) next_ = objects_.size();  // a node that does not answer the first request gets no other
     }
     return asks;
   }
@@ -64,7 +64,7 @@ class Reader {
   std::vector<ObjectRead> results_;
   std::size_t next_ = 0;
   bool asked_ = false;
-  Time wanted_at_ = kNever;  // a bus that takes nothing is not waited for either
+  Time wanted_at_ = kNever;  // also limits the wait for a bus that accepts no frame
 };
 
 class Surveyor {
@@ -132,7 +132,7 @@ class Surveyor {
       SurveyedNode& node = found_.nodes[id];
       const bool boots = *state == canopen::NmtState::kBootUp;
       node.booted = node.booted || boots;
-      node.state = boots ? canopen::NmtState::kPreOperational : *state;  // which is what it is then in
+      node.state = boots ? canopen::NmtState::kPreOperational : *state;  // its state after the boot-up message
     } else if (const auto emergency = canopen::parse_emergency(frame)) {
       SurveyedNode& node = found_.nodes[id];
       node.emergency = *emergency;
@@ -176,7 +176,7 @@ BusSurvey survey_bus(BusAccess& access, std::uint32_t bit_rate,
                      const std::function<void()>& check) {
   Surveyor surveyor(access, options, check);
   surveyor.listen(bit_rate);
-  // Two who ask the same node at once take each other's answers.
+  // Two SDO clients of the same node would receive each other's responses.
   if (surveyor.found().others_ask) return surveyor.finish();
   std::vector<Reader> readers;
   for (const auto& [id, objects] : wanted) readers.emplace_back(id, objects);

@@ -1,5 +1,5 @@
-// What is on a machine bus, found out by listening and by reading objects over SDO: nothing is started, configured or
-// moved, and nothing but SDO upload requests is ever sent.
+// Lists the nodes of a machine bus by listening and by reading objects over SDO: nothing is started, configured or
+// moved, and only SDO upload requests are sent.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ struct SurveyedNode {
   std::uint8_t id = 0;
   std::optional<canopen::NmtState> state;       ///< Of its newest heartbeat; nullopt where it sends none.
   bool booted = false;                          ///< It started while being listened to.
-  std::optional<canopen::Emergency> emergency;  ///< Newest heard.
+  std::optional<canopen::Emergency> emergency;  ///< Newest received.
   std::uint64_t emergencies = 0;
   std::vector<ObjectRead> objects;
 
@@ -54,9 +54,9 @@ struct BusSurvey {
   double listened_s = 0;
   double load = 0;                             ///< Share of the bit rate, without what the survey sent itself.
   std::map<std::uint32_t, HeardFrames> heard;  ///< By identifier.
-  std::map<std::uint8_t, SurveyedNode> nodes;  ///< By id; whoever sent or answered anything, and all that were asked.
-  bool others_ask = false;  ///< Somebody else uses SDO: nothing was asked, or answers could have been mixed up.
-  bool sync = false;        ///< A controller is at work.
+  std::map<std::uint8_t, SurveyedNode> nodes;  ///< By id; every node that sent a frame or got a request.
+  bool others_ask = false;  ///< Another program uses SDO: no request was sent, as responses could be mixed up.
+  bool sync = false;        ///< A controller is active.
 };
 
 struct SurveyOptions {
@@ -64,8 +64,8 @@ struct SurveyOptions {
   double answer_s = 0.25;  ///< Patience for one SDO answer.
 };
 
-/// @param wanted objects to read of nodes by their id; every other id is asked for its device type, and whoever
-/// answers for its identity. @param check called every millisecond; may throw to end it.
+/// @param wanted objects to read of nodes by their id; every other id is read for its device type and, where it
+/// answers, for its identity. @param check called every millisecond; may throw to end it.
 [[nodiscard]] BusSurvey survey_bus(BusAccess& access, std::uint32_t bit_rate,
                                    const std::map<std::uint8_t, std::vector<canopen::Object>>& wanted,
                                    const SurveyOptions& options = {}, const std::function<void()>& check = {});

@@ -26,14 +26,14 @@ CalibrationDialogue on_terminal() {
           }};
 }
 
-void tell(const DeviceDescription& device, const DeviceIdentity& identity, const CalibrationDialogue& person) {
+void print_result(const DeviceDescription& device, const DeviceIdentity& identity, const CalibrationDialogue& person) {
   for (std::size_t i = 0; i < kJoints; ++i) {
     const char* rise = device.joint_sign[i] > 0 ? "counter-clockwise" : "clockwise";
     person.say(std::string(kDeviceJointNames[i]) + ": counts rise " + rise + ", zero at " +
-               std::to_string(device.zero_counts[i]) + " (the device itself says " +
+               std::to_string(device.zero_counts[i]) + " (the device reports " +
                std::to_string(identity.zero_counts[i]) + ")");
     if (device.joint_sign[i] == identity.joint_sign[i]) continue;
-    person.say(std::string(kDeviceJointNames[i]) + ": the device itself has the other sign: correct its firmware, too");
+    person.say(std::string(kDeviceJointNames[i]) + ": the device reports the opposite sign: correct its firmware, too");
   }
 }
 
@@ -53,10 +53,11 @@ int run(const Options& options) {
               << ": see knuckle doctor --device " << options.back_end << '\n';
     return 1;
   }
-  person.say("Haptic device " + std::to_string(identity->serial) + ": its motors stay off. Six stops follow.");
+  person.say("Haptic device " + std::to_string(identity->serial) +
+             ": its motors stay off. Move each of the three joints to both of its stops.");
   const auto stops = find_stops(probe, *identity, person);
   if (!stops) {
-    std::cerr << "knuckle calibrate-device: given up; nothing was written\n";
+    std::cerr << "knuckle calibrate-device: cancelled; nothing was written\n";
     return 1;
   }
   std::string problem;
@@ -65,7 +66,7 @@ int run(const Options& options) {
     std::cerr << "knuckle calibrate-device: " << problem << "; nothing was written\n";
     return 1;
   }
-  tell(*device, *identity, person);
+  print_result(*device, *identity, person);
   cli::OutputFile out("--out", options.out);
   out.stream() << calibrated_device_text(whole_file(file.source, kLargestToml_MB), *device);
   out.commit();
@@ -78,7 +79,7 @@ cli::Command calibrate_device_entry() {
   return {"calibrate-device", "Measure signs and zeros of a haptic device by moving its joints to their stops",
           [](CLI::App& c) {
             const auto o = std::make_shared<Options>();
-            c.add_option("--device", o->back_end, "Through hid (hidraw) or usb (libusb)")->required();
+            c.add_option("--device", o->back_end, "Back end: hid (hidraw) or usb (libusb)")->required();
             c.add_option("--device-file", o->file, "Device name or .toml file to start from")->capture_default_str();
             c.add_option("--serial", o->serial, "USB serial number, where several are attached");
             c.add_option("--out", o->out, "Write the calibrated device file (- = standard output)")->required();

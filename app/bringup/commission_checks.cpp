@@ -14,10 +14,11 @@ namespace {
 using Level = Finding::Level;
 
 constexpr double kMoved_m = 2e-3;
-constexpr double kDecisive_Pa = 20e5;        // a chamber that holds its cylinder against a stop rises by more
-constexpr double kStrokeTolerance_m = 8e-3;  // pins off the drawing; cushions that are not run through
+constexpr double kDecisive_Pa =
+    20e5;  // the pressure of a chamber that drives its cylinder against a stop rises by more
+constexpr double kStrokeTolerance_m = 8e-3;  // pins beside their nominal place; cushions not passed
 constexpr double kLastOfRun_s = 0.2, kBeforeRun_s = 0.1;
-constexpr double kFirstWay_m = 4e-4, kLastWay_m = 4e-3;  // of the ramp's way that the line is laid through
+constexpr double kFirstWay_m = 4e-4, kLastWay_m = 4e-3;  // part of the ramp's motion that the line is fitted to
 
 template <typename... Values>
 std::string put(const char* format, Values... values) {
@@ -53,19 +54,21 @@ Finding judge_direction(const JogRun& run, Seen seen) {
   if (seen == Seen::kAnother) return fault("its valve moves another cylinder: exchange the valves' plugs or node ids");
   const bool counted = std::abs(way_mm) > 1e3 * kMoved_m;
   if (seen == Seen::kStill && counted) {
-    return fault(put("its encoder shows %.1f mm, but its cylinder stands still: encoders are exchanged", way_mm));
+    return fault(put("its encoder measured %.1f mm, but its cylinder stands still: encoders are exchanged", way_mm));
   }
   if (seen == Seen::kStill) {
-    return fault(put("did not move at %.2f of stroke: check pilot pressure, the valve's plug and its dead band",
-                     std::abs(run.samples.back().command)));
+    return fault(
+        put("did not move at a command of %.2f of stroke: check pilot pressure, the valve's plug and its dead band",
+            std::abs(run.samples.back().command)));
   }
-  if (!counted) return fault("moved, but its encoder shows nothing: check the encoder, its wire and its node id");
+  if (!counted) return fault("moved, but its encoder measured no motion: check the encoder, its wire and its node id");
   const bool longer = seen == Seen::kLonger;
   if (longer != extends) {
-    return fault("moves the wrong way: exchange the valve's hoses A and B, or the sign in the valve's set-up");
+    return fault(
+        "moves in the wrong direction: exchange the valve's hoses A and B, or change the sign in the valve's set-up");
   }
   if ((way_mm > 0) != longer) {
-    return fault("its encoder counts the wrong way: set its direction of counting (0x6000) with the maker's tool");
+    return fault("its encoder counts in the wrong direction: change it (0x6000) with the manufacturer's tool");
   }
   return {Level::kOk, about, put("%s: encoder %+.1f mm, as commanded", extends ? "extends" : "retracts", way_mm)};
 }
@@ -87,16 +90,18 @@ Finding judge_sides(const StrokeEnd& end, int joint, bool extended) {
   const std::string about = axis(joint);
   if (*highest < kDecisive_Pa) {
     return {Level::kNote, about,
-            put("%s side: no chamber rises at the stop (%.0f bar at most): sides not proved", side, *highest / 1e5)};
+            put("%s side not checked: no chamber pressure rises by %.0f bar at the stop (highest rise %.0f bar)", side,
+                kDecisive_Pa / 1e5, *highest / 1e5)};
   }
   if (which == driven) {
-    return {Level::kOk, about, put("%s side rises by %.0f bar at the stop, as it must", side, *highest / 1e5)};
+    return {Level::kOk, about,
+            put("%s side pressure rises by %.0f bar at the stop, as expected", side, *highest / 1e5)};
   }
-  return {
-      Level::kFault, about,
-      put("at the stop the %s %s side transmitter rises by %.0f bar instead of the %s %s one: exchange their plugs or "
-          "node ids",
-          axis(static_cast<int>(which / 2)), which % 2 == 0 ? "head" : "rod", *highest / 1e5, axis(joint), side)};
+  return {Level::kFault, about,
+          put("at the stop the pressure of %s %s rises by %.0f bar instead of that of %s %s: exchange the plugs or "
+              "node ids "
+              "of the two transmitters",
+              axis(static_cast<int>(which / 2)), which % 2 == 0 ? "head" : "rod", *highest / 1e5, axis(joint), side)};
 }
 
 Finding judge_stroke(double stroke_m, int joint, const MachineDescription& machine) {
@@ -107,11 +112,12 @@ Finding judge_stroke(double stroke_m, int joint, const MachineDescription& machi
   const double least_m = std::abs(kinematics.cylinder_at(joint, link.max_rad).value().length_m -
                                   kinematics.cylinder_at(joint, link.min_rad).value().length_m);
   const bool good = stroke_m >= least_m - kStrokeTolerance_m && stroke_m <= most_m + kStrokeTolerance_m;
-  const std::string range = put("%.1f mm between its stops; its working range needs %.1f, its cylinder has %.1f",
-                                1e3 * stroke_m, 1e3 * least_m, 1e3 * most_m);
+  const std::string range =
+      put("%.1f mm measured between its stops, expected %.1f mm (joint range) to %.1f mm (cylinder)", 1e3 * stroke_m,
+          1e3 * least_m, 1e3 * most_m);
   if (good) return {Level::kOk, axis(joint), range};
   return {Level::kFault, axis(joint),
-          range + ": check encoder_step_mm, the cylinder's lengths, and that nothing was in the way"};
+          range + ": check encoder_step_mm, min_length_m, max_length_m, and that it reached both stops"};
 }
 
 std::optional<double> dead_band(const JogRun& ramp, const ValveDescription& valve) {

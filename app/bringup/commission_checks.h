@@ -1,4 +1,4 @@
-// What motions of one axis say of its sensors, its sides, its ends and its valve. Pure functions of what was recorded.
+// Judges sensors, sides, stroke ends and valve of one axis from its motions. Pure functions of recorded samples.
 #pragma once
 
 #include <optional>

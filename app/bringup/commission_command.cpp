@@ -36,12 +36,12 @@ struct CommissionCommandOptions {
 void add_options(CLI::App& c, CommissionCommandOptions& o) {
   c.add_option("--can", o.can, "CAN interface of the machine bus (can0)");
   c.add_flag("--simulate", o.simulate, "Commission the simulated machine instead, on virtual time");
-  c.add_option("--seed", o.seed, "Draws the motions that are recorded and, with --simulate, the machine's truth")
+  c.add_option("--seed", o.seed, "Seed of the recorded motions and, with --simulate, of the machine's true parameters")
       ->capture_default_str()
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
   c.add_option("--machine", o.machine, "Machine name or .toml file")->required();
-  c.add_option("--out", o.out, "Write the machine file with what was found (.toml)")->required();
-  c.add_option("--record", o.record, "Folder for the recordings that identify reads")->capture_default_str();
+  c.add_option("--out", o.out, "Write the machine file with the measured values (.toml)")->required();
+  c.add_option("--record", o.record, "Folder for the recordings that knuckle identify reads")->capture_default_str();
   c.add_option("--slow", o.motions.slow_s, "Seconds of slow sweeps to record, 20 to 1200")->capture_default_str();
   c.add_option("--fast", o.motions.fast_s, "Seconds of fast motion to record, 20 to 1200")->capture_default_str();
 }
@@ -51,20 +51,19 @@ void check(const CommissionCommandOptions& o) {
   if (!o.simulate && o.can.empty()) cli::refuse_option("commission", "", "needs --can, or --simulate");
   cli::check_range("--slow", o.motions.slow_s, 20, 1200, " s");
   cli::check_range("--fast", o.motions.fast_s, 20, 1200, " s");
-  if (o.out == "-") cli::refuse_option("--out", "-", "must be a file: standard output is the dialogue");
+  if (o.out == "-") cli::refuse_option("--out", "-", "must be a file: standard output is used for the dialogue");
   std::error_code error;
-  if (!std::filesystem::is_directory(o.record, error)) cli::refuse_option("--record", o.record, "is no folder");
+  if (!std::filesystem::is_directory(o.record, error)) cli::refuse_option("--record", o.record, "is not a folder");
   for (const char* name : kMotionNames) {
     if (std::filesystem::exists(recording_file(o.record, name), error))
-      cli::refuse_option("--record", o.record, "has " + std::string(name) + ".csv already; give another folder");
+      cli::refuse_option("--record", o.record, "already contains " + std::string(name) + ".csv; choose another folder");
   }
   cli::Places places;
   places.configuration("--machine", o.machine);
   places.output("--out", o.out);
 }
 
-/// @param read the machine file as it was read, not calibrated: what was calibrated on the simulated machine must not
-/// make it another one.
+/// @param read the machine file as read, not calibrated: calibrating the file must not change the simulated machine.
 BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription& read) {
   if (!o.simulate) return real_access(o.can);
   return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::draw_truth(read, o.seed), sim::WorldDescription{},
@@ -109,7 +108,7 @@ int run_commission(CommissionCommandOptions options) {
     out.stream() << commissioned_text(text, machine, result, {access.name(), now_utc(), sha256_of(text)});
     const std::string older = cli::keep_older(options.out);
     out.commit();
-    told << "\nwritten: " << options.out << (older.empty() ? "" : "; the older file is " + older) << '\n';
+    told << "\nwritten: " << options.out << (older.empty() ? "" : "; the previous file was kept as " + older) << '\n';
     if (result.recordings.size() == 4) {
       const auto& r = result.recordings;
       told << "next: knuckle identify " << r[0] << ' ' << r[1] << " --hold-out " << r[2] << " --hold-out " << r[3]
@@ -132,7 +131,7 @@ cli::Command commission_entry() {
           [](CLI::App& command) {
             const auto options = std::make_shared<CommissionCommandOptions>();
             add_options(command, *options);
-            command.footer("Answers are read from standard input: one word, or number, a line.\n" +
+            command.footer("Answers are read from standard input: one word or number per line.\n" +
                            std::string(cli::kExitCodes));
             return [options] { return run_commission(*options); };
           }};

@@ -67,7 +67,7 @@ int Dialogue::ask(const std::string& question, std::initializer_list<const char*
   if (found != asked.words.end()) return static_cast<int>(found - asked.words.begin());
   std::string all;
   for (const std::string& word : asked.words) all += (all.empty() ? "" : " | ") + word;
-  throw CommissionEnded("'" + typed + "' is not " + all);
+  throw CommissionEnded("the answer '" + typed + "' is not one of " + all);
 }
 
 double Dialogue::ask_number(const std::string& question, double low, double high, std::optional<double> known) {
@@ -79,7 +79,8 @@ double Dialogue::ask_number(const std::string& question, double low, double high
   const auto end = std::from_chars(typed.data(), typed.data() + typed.size(), value);
   const bool number = end.ec == std::errc() && end.ptr == typed.data() + typed.size();
   if (!number || !(value >= low && value <= high)) {
-    throw CommissionEnded("'" + typed + "' is no number from " + number_text(low) + " to " + number_text(high));
+    throw CommissionEnded("the answer '" + typed + "' is not a number from " + number_text(low) + " to " +
+                          number_text(high));
   }
   return value;
 }

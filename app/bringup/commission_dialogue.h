@@ -1,5 +1,5 @@
-// Questions at a terminal that take one of a few words for an answer, asked while the machine's loop goes on. Any other
-// answer ends the commissioning: a word typed by mistake must never move a machine.
+// Questions at a terminal whose answer is one of a few words, asked while the machine's loop runs. Any other answer
+// ends the commissioning: a word typed by mistake must never move a machine.
 #pragma once
 
 #include <functional>
@@ -41,7 +41,7 @@ struct Question {
 /// In one line: "text [word | word]".
 [[nodiscard]] std::string text(const Question& question);
 
-/// Whoever the commissioning talks with: a terminal, a script, or the buttons of a screen.
+/// Who answers: a terminal, a script, or the buttons of a screen.
 struct Partner {
   std::function<void(const std::string& line)> say;
   std::function<void(int number, const std::string& title)> begin;  ///< A step begins.

@@ -11,11 +11,11 @@
 namespace knuckle::bringup {
 namespace {
 
-constexpr Duration kStartPatience = 10s, kPilotPatience = 1s, kTellPatience = 3s;
+constexpr Duration kStartPatience = 10s, kPilotPatience = 1s, kSdoPatience = 3s;
 constexpr Duration kSettle = 400ms;  // spools close, pressures settle
 constexpr double kStall_s = 0.7, kStall_m = 5e-4, kMoved_m = 2e-3;
 
-/// Whether a motion has done what it was for.
+/// Whether a motion has reached its end.
 class JogEnd {
  public:
   JogEnd(const JogPlan& plan, double from_m) : plan_(plan), from_m_(from_m), still_at_m_(from_m) {}
@@ -48,23 +48,28 @@ bool RawSensors::invalid() const noexcept {
 std::string jog_gate(const JogState& state, const MachineDescription& machine) {
   if (state.e_stop_open) return "the E-stop chain is open";
   if (!(std::abs(state.command) <= kJogLimits.command)) {
-    return "command beyond " + number_text(kJogLimits.command) + " of stroke";
+    return "command above the limit of " + number_text(kJogLimits.command) + " of stroke";
   }
   if (!(state.elapsed_s <= kJogLimits.longest_s))
-    return "no motion may take longer than " + number_text(kJogLimits.longest_s) + " s";
+    return "the motion takes longer than the limit of " + number_text(kJogLimits.longest_s) + " s";
   if (to_seconds(state.oldest) > machine.bus.sensor_age_limit_s) {
-    return "a sensor has sent nothing for " + number_text(std::round(1e3 * to_seconds(state.oldest))) + " ms";
+    return "a sensor is stale: no value for " + number_text(std::round(1e3 * to_seconds(state.oldest))) +
+           " ms, limit " + number_text(std::round(1e3 * machine.bus.sensor_age_limit_s)) +
+           " ms; find it with knuckle doctor --can";
   }
-  if (state.invalid) return "a pressure transmitter says that its value is invalid";
+  if (state.invalid) return "a pressure transmitter reports an invalid value: find it with knuckle doctor --can";
   if (!(state.other_travel_m <= kJogLimits.other_travel_m)) {
-    return std::string("the ") + kJointNames[static_cast<std::size_t>(state.other_joint)] +
-           " encoder moves, which was not meant: valves, hoses or encoders are exchanged, or a load holding valve "
-           "leaks";
+    return std::string("the ") + kJointNames[static_cast<std::size_t>(state.other_joint)] + " cylinder moved by " +
+           number_text(std::round(1e3 * state.other_travel_m)) + " mm without a command, limit " +
+           number_text(1e3 * kJogLimits.other_travel_m) +
+           " mm: valves, hoses or encoders are exchanged, or a load holding valve leaks";
   }
   for (std::size_t i = 0; i < state.pressure_Pa.size(); ++i) {
     if (state.pressure_Pa[i] <= machine.limits.chamber_pressure_Pa) continue;  // a NaN is not
-    return std::string(kJointNames[i / 2]) + (i % 2 == 0 ? " head" : " rod") +
-           " side: " + number_text(std::round(state.pressure_Pa[i] / 1e5)) + " bar, above chamber_pressure_bar";
+    return std::string(kJointNames[i / 2]) + (i % 2 == 0 ? " head" : " rod") + " side pressure " +
+           number_text(std::round(state.pressure_Pa[i] / 1e5)) + " bar, limit " +
+           number_text(std::round(machine.limits.chamber_pressure_Pa / 1e5)) +
+           " bar (chamber_pressure_bar): check the load and the relief valves";
   }
   return "";
 }
@@ -142,10 +147,11 @@ void JogBench::idle(Duration time) {
 void JogBench::start() {
   client_.restart();
   for (const Time end = access_.now() + kStartPatience; !client_.operational(); idle()) {
-    if (access_.now() >= end) throw CommissionEnded("the nodes do not come up");
+    if (access_.now() >= end)
+      throw CommissionEnded("not all nodes are operational after 10 s: run knuckle doctor --can");
   }
   for (const Time end = access_.now() + kSettle; sensors_.oldest() == kNever; idle()) {
-    if (access_.now() >= end) throw CommissionEnded("a sensor sends nothing: knuckle doctor --can tells which");
+    if (access_.now() >= end) throw CommissionEnded("a sensor has sent no value: find it with knuckle doctor --can");
   }
 }
 
@@ -159,10 +165,11 @@ void JogBench::neutral() noexcept {
 
 void JogBench::require_pilot(bool on) {
   for (const Time end = access_.now() + kPilotPatience; client_.pilot_on() != on;) {
-    if (client_.e_stop_open()) throw CommissionEnded("the E-stop chain is open: release it on the machine");
+    if (client_.e_stop_open()) throw CommissionEnded("the E-stop chain is open: release the E-stop on the machine");
     if (access_.now() >= end) {
-      throw CommissionEnded(on ? "no pilot pressure: check the enable node's output and its valve"
-                               : "pilot pressure does not go off: check the enable valve before anything else");
+      throw CommissionEnded(
+          on ? "no pilot pressure after 1 s: check the enable node's output and the enable valve"
+             : "pilot pressure is still on 1 s after switching it off: check the enable valve before anything else");
     }
     rest(on);
   }
@@ -224,16 +231,16 @@ JogRun JogBench::run(const JogPlan& plan) {
   return made;
 }
 
-void JogBench::tell(std::uint8_t node, slave::SdoScript script) {
+void JogBench::write_objects(std::uint8_t node, slave::SdoScript script) {
   telling_.emplace(node, std::move(script), from_seconds(machine_.bus.sdo_timeout_s));
-  for (const Time end = access_.now() + kTellPatience; !telling_->done() && !telling_->failure();) {
+  for (const Time end = access_.now() + kSdoPatience; !telling_->done() && !telling_->failure();) {
     if (access_.now() >= end) break;
     idle();
   }
   const bool done = telling_->done();
   const std::string why = text(telling_->details());
   telling_.reset();
-  if (!done) throw CommissionEnded(why.empty() ? "an encoder does not take its preset" : why);
+  if (!done) throw CommissionEnded(why.empty() ? "an encoder did not accept its preset within 3 s" : why);
 }
 
 }  // namespace knuckle::bringup

@@ -1,5 +1,5 @@
-// Small motions of one valve at a time, before sensors and signs are proved: commands are given open loop, and a gate
-// of their own, which needs no joint angles, ends every motion that is not what it was to be.
+// Small motions of one valve at a time, before sensors and signs are checked: commands are open loop, and a gate of
+// their own, which needs no joint angles, ends every motion that differs from its plan.
 #pragma once
 
 #include <array>
@@ -18,13 +18,13 @@
 
 namespace knuckle::bringup {
 
-/// Newest values as the nodes say them: nothing is zeroed, filtered or left out.
+/// Newest values as the nodes report them: not zeroed, not filtered, none left out.
 struct RawSensors {
   std::array<double, 6> pressure_Pa{};
   JointVector length_m = JointVector::Zero();
   double tilt_rad = 0;
   std::array<Time, 10> at{};               ///< Arrivals: pressures, lengths, tilt; kNever before the first.
-  std::array<bool, 6> pressure_invalid{};  ///< The transmitter says that its value is none.
+  std::array<bool, 6> pressure_invalid{};  ///< As reported by the transmitter.
   [[nodiscard]] Time oldest() const noexcept;
   [[nodiscard]] bool invalid() const noexcept;
 };
@@ -52,7 +52,7 @@ struct JogRun {
 /// Limits of such motions, in no file.
 struct JogLimits {
   double command = 0.35;         ///< Of spool stroke: a slow motion on any machine.
-  double other_travel_m = 0.01;  ///< Of a cylinder that was not meant.
+  double other_travel_m = 0.01;  ///< Of a cylinder that was not commanded.
   double longest_s = 90;
 };
 inline constexpr JogLimits kJogLimits{};
@@ -61,7 +61,7 @@ inline constexpr JogLimits kJogLimits{};
 struct JogState {
   double command = 0;  ///< About to be sent.
   double elapsed_s = 0;
-  double other_travel_m = 0;  ///< Largest of the cylinders not meant, and ...
+  double other_travel_m = 0;  ///< Largest of the cylinders not commanded, and ...
   int other_joint = 0;        ///< ... which.
   std::array<double, 6> pressure_Pa{};
   Duration oldest{};  ///< Age of the oldest sensor value.
@@ -73,7 +73,7 @@ struct JogState {
 
 class JogBench {
  public:
-  /// @param stopped whether somebody wants it to stop; asked every SYNC while something moves.
+  /// @param stopped whether the operator requests a stop; called every SYNC while something moves.
   JogBench(const MachineDescription& machine, BusAccess& access, std::function<bool()> stopped);
 
   /// Configures and starts all nodes; pilot pressure stays off. @throws CommissionEnded where one does not come up.
@@ -88,7 +88,7 @@ class JogBench {
   /// gate, a node or a person ended it.
   [[nodiscard]] JogRun run(const JogPlan& plan);
   /// Works through SDO steps of one node meanwhile. @throws CommissionEnded where it refuses.
-  void tell(std::uint8_t node, slave::SdoScript script);
+  void write_objects(std::uint8_t node, slave::SdoScript script);
 
   [[nodiscard]] const RawSensors& sensors() const noexcept { return sensors_; }
   [[nodiscard]] const slave::CanopenClient& client() const noexcept { return client_; }
@@ -96,7 +96,7 @@ class JogBench {
   void neutral() noexcept;
 
  private:
-  /// For the next SYNC period, and hears what has come in. What is sent then is judged by this.
+  /// Until the next SYNC period, then receives. What is sent next is judged by these values.
   void wait();
   void send(const JointVector& commands, bool pilot);
   void rest(bool pilot);

@@ -13,7 +13,7 @@ namespace knuckle::bringup {
 namespace {
 
 constexpr Duration kComeUp = 15s, kRestart = 3s, kSettle = 20s, kStand = 500ms, kRest = 1500ms;
-constexpr Duration kLetGo = 300ms;
+constexpr Duration kRelease = 300ms;
 
 }  // namespace
 
@@ -48,7 +48,7 @@ void LedMachine::tick() {
   }
   if (!leader_.dropped_out()) return;
   recording_ = nullptr;
-  throw CommissionEnded("the machine has dropped out: " + text(leader_.trouble()));
+  throw CommissionEnded("the machine is no longer engaged: " + text(leader_.trouble()));
 }
 
 template <typename Condition>
@@ -61,14 +61,14 @@ void LedMachine::run_until(Condition reached, Duration patience, const char* wha
 }
 
 void LedMachine::engage() {
-  run_until([this] { return leader_.engaged(); }, kComeUp, "the machine does not engage");
+  run_until([this] { return leader_.engaged(); }, kComeUp, "the machine did not engage within 15 s");
 }
 
 void LedMachine::sample(const JointVector& demand) {
   const auto measured = slave_.sensors().measurement();
   if (recording_ == nullptr || !measured) return;
   recording_->samples.push_back(*measured);
-  recording_->samples.back().cylinder_m += machine_.sensors.encoder_offset_m;  // as the encoder itself says
+  recording_->samples.back().cylinder_m += machine_.sensors.encoder_offset_m;  // as the encoder reports it
   recording_->usable.push_back(1);
   recording_->valve.push_back(demand);
 }
@@ -76,12 +76,12 @@ void LedMachine::sample(const JointVector& demand) {
 estimation::Recording LedMachine::follow(const estimation::JointPath& path, const std::string& source) {
   const auto rests = [this](Duration time) { return [this, time] { return leader_.at_rest(access_.now(), time); }; };
   leader_.stand();
-  run_until(rests(kStand), kSettle, "the machine does not come to rest");
+  run_until(rests(kStand), kSettle, "the machine did not come to rest within 20 s");
   leader_.follow(motion::transfer(machine_, kinematics_, leader_.machine()->position_rad, path.joint_rad.front(),
                                   to_seconds(period_)));
-  run_until([this] { return leader_.engaged(); }, kRestart, "the machine is not engaged again");
+  run_until([this] { return leader_.engaged(); }, kRestart, "the machine did not engage again within 3 s");
   run_until([this] { return leader_.done(access_.now()); }, Duration::max() / 4, "");
-  run_until(rests(kRest), kSettle, "the machine does not come to rest");
+  run_until(rests(kRest), kSettle, "the machine did not come to rest within 20 s");
   estimation::Recording made;
   made.source = source;
   made.step_s = to_seconds(period_);
@@ -95,7 +95,7 @@ estimation::Recording LedMachine::follow(const estimation::JointPath& path, cons
 void LedMachine::neutral() noexcept {
   try {
     leader_.stand();
-    for (const Time end = access_.now() + kLetGo; access_.now() < end;) advance();
+    for (const Time end = access_.now() + kRelease; access_.now() < end;) advance();
   } catch (const CommissionEnded&) {
     // The nodes' own watchdogs act.
   }

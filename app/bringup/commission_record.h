@@ -21,13 +21,13 @@ namespace knuckle::bringup {
 
 class LedMachine {
  public:
-  /// @param stopped whether somebody wants it to stop; asked every SYNC.
+  /// @param stopped whether the operator requests a stop; called every SYNC.
   LedMachine(const MachineDescription& machine, BusAccess& access, std::function<bool()> stopped);
 
-  /// From reset to engaged, where the machine stands. @throws CommissionEnded with what is in the way.
+  /// From reset to engaged, where the machine stands. @throws CommissionEnded with the reason where it cannot.
   void engage();
-  /// Gently to the path's first point, then along it; only that is recorded, with the encoders' own readings.
-  /// @throws CommissionEnded with the reason where the machine drops out or somebody stops it.
+  /// Gently to the path's first point, then along it; only the path is recorded, with the encoders' raw readings.
+  /// @throws CommissionEnded with the reason where the machine disengages or the operator stops it.
   [[nodiscard]] estimation::Recording follow(const estimation::JointPath& path, const std::string& source);
   /// Waits with closed valves, pilot pressure still on; for the way out, before an orderly stop.
   void neutral() noexcept;

@@ -109,7 +109,7 @@ void check_dead_bands(const std::string& text, const MachineDescription& found) 
       continue;
     }
     throw InputError(found.source + ": [cylinders." + kJointNames[j] +
-                     ".valve]: commissioning needs dead_band_extend and dead_band_retract on a line each");
+                     ".valve]: commissioning needs dead_band_extend and dead_band_retract on one line each");
   }
 }
 

@@ -1,5 +1,5 @@
-// The result of a commissioning: the machine file with what was found in it, and behind it the record of how
-// (docs/commissioning.md says what its keys mean).
+// The result of a commissioning: the machine file with the measured values, followed by the record of how they were
+// measured (docs/commissioning.md lists the keys).
 #pragma once
 
 #include <string>
@@ -20,8 +20,8 @@ namespace knuckle::bringup {
 struct ResultOrigin {
   std::string bus, date, machine_sha256;
 };
-/// The text of a machine file, comments and all, with the dead bands that differ in place of what stood there, and the
-/// record as [commissioning] behind it; the record of an earlier commissioning is left out.
+/// The text of a machine file, comments included, with the dead bands that differ replaced, and the record
+/// [commissioning] at its end; the record of an earlier commissioning is removed.
 /// @param machine what that text says, calibrated().
 /// @throws InputError where the file does not have one dead band a line.
 [[nodiscard]] std::string commissioned_text(std::string_view machine_file, const MachineDescription& machine,

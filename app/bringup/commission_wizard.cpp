@@ -37,10 +37,10 @@ class Wizard {
       : machine_(machine), access_(access), check_(check), dialogue_(std::move(partner), [this] { idle(); }) {}
 
   void prepare() {
-    dialogue_.say("Any answer but the asked word, and " + dialogue_.stop_gesture() +
+    dialogue_.say("Any answer other than the offered words, and " + dialogue_.stop_gesture() +
                   " while something moves, ends the commissioning with the machine neutral.");
     dialogue_.ask(
-        "Tracks blocked, bucket free of ground and load, engine at low speed, nobody in reach, a hand on the "
+        "Tracks blocked, bucket free of ground and load, engine at low speed, no person in reach, a hand on the "
         "machine's own E-stop?",
         {"ready"});
   }
@@ -53,13 +53,13 @@ class Wizard {
     for (const std::string& line : diagnosis_lines(diagnosis)) dialogue_.say(line);
     result_.nodes = diagnosis.nodes;
     if (!healthy(diagnosis.findings)) {
-      throw CommissionEnded("the bus is not as it must be (see FAULT); nothing was configured or moved");
+      throw CommissionEnded("the bus has faults (see FAULT); nothing was configured or moved");
     }
   }
 
   void probe() {
     dialogue_.begin(2, "Nodes");
-    dialogue_.ask("The nodes are configured and started now; pilot pressure stays off.", {"configure"});
+    dialogue_.ask("Now the nodes are configured and started; pilot pressure stays off.", {"configure"});
     bench_.emplace(machine_, access_, [this] {
       check_();
       return dialogue_.interrupted();
@@ -73,17 +73,18 @@ class Wizard {
 
   void enable_motion() {
     dialogue_.begin(3, "Motion enable");
-    dialogue_.ask("Step 1 of 2: pilot pressure on for two seconds, all valves closed. Nothing may move.", {"pilot"});
+    dialogue_.ask("Step 1 of 2: pilot pressure on for two seconds with all valves closed. No cylinder may move.",
+                  {"pilot"});
     const JointVector crept = bench_->try_pilot(2s);
     for (int j = 0; j < kJoints; ++j) {
       if (std::abs(crept[j]) <= kCreep_m) continue;
       throw CommissionEnded(
-          put("the %s cylinder moved by %.1f mm with closed valves: check its spool's centring and "
+          put("the %s cylinder moved by %.1f mm with closed valves, limit %.0f mm: check its spool's centring and "
               "its load holding valve",
-              kJointNames[static_cast<std::size_t>(j)], 1e3 * crept[j]));
+              kJointNames[static_cast<std::size_t>(j)], 1e3 * crept[j], 1e3 * kCreep_m));
     }
-    keep({Level::kOk, "pilot pressure", "comes, goes, and moves nothing by itself"});
-    dialogue_.ask("Step 2 of 2: from here on one cylinder at a time moves, each motion after its word.", {"move"});
+    keep({Level::kOk, "pilot pressure", "switches on and off, and no cylinder moves"});
+    dialogue_.ask("Step 2 of 2: from now on one cylinder at a time moves, each time after you confirm it.", {"move"});
   }
 
   void signs() {
@@ -103,7 +104,8 @@ class Wizard {
         axis.stroke_m = extended->reading_m - retracted->reading_m;
         keep(judge_stroke(*axis.stroke_m, j, machine_));
       }
-      if (offered(j, "back to the middle of its stroke", retracted || extended)) to_middle(j, retracted.has_value());
+      if (offered(j, "moves back to the middle of its stroke", retracted || extended))
+        to_middle(j, retracted.has_value());
       zero(j);
     }
   }
@@ -111,7 +113,7 @@ class Wizard {
   void dead_bands() {
     dialogue_.begin(6, "Dead bands");
     for (int j = 0; j < kJoints; ++j) {
-      if (!offered(j, "slow ramps both ways", true)) continue;
+      if (!offered(j, "slow ramps in both directions", true)) continue;
       AxisResult& axis = result_.axes[static_cast<std::size_t>(j)];
       axis.dead_band_extend = ramp(j, 1);
       axis.dead_band_retract = ramp(j, -1);
@@ -124,14 +126,13 @@ class Wizard {
     bool zeroed = true;
     for (const AxisResult& axis : result_.axes) zeroed = zeroed && axis.preset;
     if (!zeroed) {
-      dialogue_.say("Motion of all joints in closed loop needs all three encoders zeroed (preset).");
-      dialogue_.ask("", {"finish"});
+      dialogue_.ask("Nothing is recorded: closed loop needs the preset of all three encoders.", {"finish"});
       return;
     }
     if (dialogue_.ask(
             "Motion of all joints over their whole ranges, in closed loop, recorded for 'knuckle identify'. The "
-            "bucket needs room everywhere; " +
-                dialogue_.stop_gesture() + " stops.",
+            "whole range must be free of obstacles; " +
+                dialogue_.stop_gesture() + " stops the motion.",
             {"record", "finish"}) == 1) {
       return;
     }
@@ -142,7 +143,7 @@ class Wizard {
     });
   }
 
-  /// Whatever happened before. Nodes that were left alone stay so.
+  /// Whatever happened before. Nodes that were not configured are left as they are.
   void out_of_service() noexcept {
     if (!bench_) return;
     OrderlyStop stop(machine_, access_.bus());
@@ -154,7 +155,7 @@ class Wizard {
     const bool confirmed = std::none_of(valves.begin(), valves.end(), [](bool open) { return open; });
     dialogue_.say(confirmed && !stop.unconfirmed_pilot()
                       ? "\nOut of service: valves disabled, pilot pressure off."
-                      : "\nOut of service, but not all nodes said so: left to their own watchdogs.");
+                      : "\nOut of service, but not confirmed by all nodes: their own watchdogs stop them.");
   }
   [[nodiscard]] WizardResult take() { return std::move(result_); }
 
@@ -164,7 +165,7 @@ class Wizard {
     bench_ ? bench_->idle() : access_.wait_until(access_.now() + 5ms);
   }
 
-  /// Says it at once; a fault ends the commissioning, as what follows would build on it.
+  /// Reports it at once; a fault ends the commissioning, as the next steps depend on it.
   void keep(const Finding& finding) {
     result_.findings.push_back(finding);
     dialogue_.say(put("   %s  ", name(finding.level)) + finding.about + ": " + finding.text);
@@ -185,7 +186,9 @@ class Wizard {
                         100 * bench_->client().spool()[static_cast<int>(j)]));
     }
     dialogue_.say(put("   tilt %.2f deg", s.tilt_rad / kDegree));
-    if (s.invalid()) throw CommissionEnded("a pressure transmitter says that its value is invalid");
+    if (s.invalid()) {
+      throw CommissionEnded("a pressure transmitter reports an invalid value: find it with knuckle doctor --can");
+    }
   }
 
   void e_stop() {
@@ -193,35 +196,35 @@ class Wizard {
       for (const Time end = access_.now() + kEStopPatience; bench_->client().e_stop_open() != open; bench_->idle()) {
         if (access_.now() >= end) {
           throw CommissionEnded(
-              open ? "the E-stop was pressed, but its chain shows closed: check the enable node's input"
-                   : "the E-stop was released, but its chain shows open");
+              open ? "the E-stop was pressed, but the enable node reports its chain closed: check the node's input"
+                   : "the E-stop was released, but the enable node reports its chain open: check the chain");
         }
       }
     };
     dialogue_.ask("Press the machine's E-stop.", {"pressed"});
     access_.press_e_stop(true);
     wait_for(true);
-    dialogue_.ask("Release it.", {"released"});
+    dialogue_.ask("Release the E-stop.", {"released"});
     access_.press_e_stop(false);
     wait_for(false);
-    keep({Level::kOk, "E-stop", "is seen both ways"});
+    keep({Level::kOk, "E-stop", "pressed and released, as reported by the enable node"});
   }
 
   void tilt() {
     if (machine_.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom) {
-      keep({Level::kNote, "tilt", "on the boom: not compared here; identification checks it"});
+      keep({Level::kNote, "tilt", "on the boom: not compared here; knuckle identify checks it"});
       return;
     }
     const double level_rad =
-        kDegree * dialogue_.ask_number("The hull's slope by a spirit level, nose up positive, in degrees:", -30, 30);
+        kDegree * dialogue_.ask_number("The hull's slope by a spirit level in degrees, front up positive:", -30, 30);
     const double reading_rad = bench_->sensors().tilt_rad, error_rad = reading_rad - level_rad;
     result_.tilt_error_rad = error_rad;
     const bool off = std::abs(error_rad) > kTiltError_rad;
     const bool sign = off && std::abs(reading_rad + level_rad) <= kTiltError_rad;
     keep({off ? Level::kFault : Level::kOk, "tilt",
-          put("shows %.2f deg, the spirit level %.2f deg", reading_rad / kDegree, level_rad / kDegree) +
-              (sign  ? ": its sign is reversed; turn it round or set its direction"
-               : off ? ": zero it by its manual, or mount it level"
+          put("sensor %.2f deg, spirit level %.2f deg", reading_rad / kDegree, level_rad / kDegree) +
+              (sign  ? ": the sensor's sign is reversed: turn it round or change its direction"
+               : off ? ", limit of the difference 1 deg: zero the sensor as its manual says, or mount it level"
                      : "")});
   }
 
@@ -235,12 +238,13 @@ class Wizard {
 
   void small_motion(int joint, int direction) {
     const char* verb = direction > 0 ? "extends" : "retracts";
-    dialogue_.ask(put("%s cylinder %s by about %.0f mm, slowly, after some seconds; watch it",
+    dialogue_.ask(put("The %s cylinder %s slowly by about %.0f mm after some seconds: watch it.",
                       kJointNames[static_cast<std::size_t>(joint)], verb, 1e3 * kSmallWay_m),
                   {"go"});
     const JogRun run = bench_->run(
         {.joint = joint, .peak = direction * kJogLimits.command, .travel_m = kSmallWay_m, .longest_s = kSmallest_s});
-    const int seen = dialogue_.ask("What did that cylinder do?", {"longer", "shorter", "still", "another"});
+    const int seen = dialogue_.ask("What did that cylinder do? (another: another cylinder moved)",
+                                   {"longer", "shorter", "still", "another"});
     keep(judge_direction(run, static_cast<Seen>(seen)));
   }
 
@@ -257,10 +261,14 @@ class Wizard {
     const auto end = stroke_end(run);
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
     if (run.end == JogRun::End::kTravelled) {
-      keep({Level::kFault, about, "goes further than the file's stroke: check encoder_step_mm and the stroke"});
+      keep({Level::kFault, about,
+            put("moved by %.1f mm, the machine file has a stroke of %.1f mm: check encoder_step_mm, min_length_m and "
+                "max_length_m",
+                1e3 * std::abs(run.travelled_m()[joint]), 1e3 * stroke_m)});
     }
-    if (!end) keep({Level::kFault, about, "did not reach its stop in time: check pump, engine speed and dead band"});
-    dialogue_.say(put("   %s stop at %.4f m", about.c_str(), end->reading_m));
+    if (!end)
+      keep({Level::kFault, about, "did not reach its stop within 80 s: check pump, engine speed and dead band"});
+    dialogue_.say(put("   %s at its stop: %.4f m", about.c_str(), end->reading_m));
     keep(judge_sides(*end, joint, direction > 0));
     return end;
   }
@@ -271,22 +279,25 @@ class Wizard {
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
     const auto tape_m = access_.tape_m(joint);
     const double length_m =
-        1e-3 * dialogue_.ask_number(about + ": the cylinder's length from pin to pin by a tape, in mm:",
+        1e-3 * dialogue_.ask_number(about + ": the cylinder's length from pin to pin, measured with a tape, in mm:",
                                     1e3 * cylinder(joint).min_length_m - kTape_mm,
                                     1e3 * cylinder(joint).max_length_m + kTape_mm,
                                     tape_m ? std::optional(1e3 * *tape_m) : std::nullopt);
     axis.offset_m = bench_->sensors().length_m[joint] - length_m;
-    const std::string question = put("%s: the encoder shows %+.1f mm more. Preset it (0x6003) to %.1f mm and save?",
-                                     about.c_str(), 1e3 * *axis.offset_m, 1e3 * length_m);
+    const std::string question = put(
+        "%s: the encoder reads %.1f mm, the tape %.1f mm. Preset the encoder (0x6003) to the tape's value and save it?",
+        about.c_str(), 1e3 * (length_m + *axis.offset_m), 1e3 * length_m);
     if (dialogue_.ask(question, {"preset", "keep"}) == 1) return;
     const double before_m = bench_->sensors().length_m[joint];
-    bench_->tell(machine_.bus.encoders[static_cast<std::size_t>(joint)].id, slave::preset_script(machine_, length_m));
+    bench_->write_objects(machine_.bus.encoders[static_cast<std::size_t>(joint)].id,
+                          slave::preset_script(machine_, length_m));
     bench_->idle(200ms);
     const double error_m = bench_->sensors().length_m[joint] - length_m;
     axis.preset = std::abs(error_m) <= kPresetError_m;
     if (!axis.preset) {
       keep({Level::kFault, about,
-            put("took the preset, but shows %.1f mm instead of %.1f mm", 1e3 * (length_m + error_m), 1e3 * length_m)});
+            put("reads %.1f mm after the preset to %.1f mm, tolerance %.0f mm: check the encoder by its manual",
+                1e3 * (length_m + error_m), 1e3 * length_m, 1e3 * kPresetError_m)});
     }
     keep({Level::kOk, about, put("encoder preset: %.1f mm before, %.1f mm now", 1e3 * before_m, 1e3 * length_m)});
   }
@@ -309,14 +320,15 @@ class Wizard {
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
     const char* way = direction > 0 ? "extend" : "retract";
     if (!found) {
-      keep({Level::kNote, about, put("dead band to %s not found: the ramp did not move it evenly", way)});
+      keep({Level::kNote, about,
+            put("dead band to %s not found: the cylinder did not move evenly during the ramp", way)});
       return std::nullopt;
     }
     const double file = file_dead_band(joint, direction);
     const bool off = dead_band_differs(*found, file);
     keep({off ? Level::kNote : Level::kOk, about,
-          put("dead band to %s %.1f %% of stroke, the file says %.1f %%", way, 100 * *found, 100 * file) +
-              (off ? put("; the result has it as dead_band_%s", way) : std::string())});
+          put("dead band to %s: measured %.1f %% of stroke, machine file %.1f %%", way, 100 * *found, 100 * file) +
+              (off ? put("; the measured value is written as dead_band_%s", way) : std::string())});
     return found;
   }
 

@@ -1,5 +1,5 @@
 // The commissioning of a machine, step by step with a person, from identity to dead bands: every step is announced,
-// nothing moves without its word, and what does not fit ends it with the machine neutral.
+// nothing moves before it is confirmed, and a fault ends it with the machine neutral.
 #pragma once
 
 #include <functional>
@@ -29,8 +29,8 @@ struct WizardResult {
   std::vector<std::string> recordings;  ///< Files for `knuckle identify`.
 };
 
-/// @param record drives and records motion in closed loop with what has been found so far, and says in which files;
-/// asked for by a word of its own. @param check called all the time; may throw to end it.
+/// @param record drives and records motion in closed loop with the values measured so far, once confirmed.
+/// @return its files. @param check called all the time; may throw to end it.
 /// @throws CommissionEnded where it did not come to its end; the machine is neutral then.
 [[nodiscard]] WizardResult run_wizard(
     const MachineDescription& machine, BusAccess& access, Partner partner,

@@ -16,10 +16,11 @@
 namespace knuckle::bringup {
 namespace {
 
-constexpr double kStopTolerance = 0.05;  // of the way between the stops: rubber gives way, wrong gears do not
+constexpr double kStopTolerance =
+    0.05;  // of the way between the stops: for soft rubber; a wrong gear ratio differs by more
 constexpr Duration kStillTime = 200ms;
 constexpr double kStill_rad = 0.02;
-constexpr const char* kLayoutNeeded = ": calibration needs each [joints.*] table with one key a line";
+constexpr const char* kLayoutNeeded = ": calibration needs one key per line in each [joints.*] table";
 
 struct Stops {
   const char *low, *high;
@@ -52,7 +53,7 @@ double decimal(float value) {
   return std::strtod(text.data(), nullptr);
 }
 
-/// Counts of one joint, held still; nullopt where no reports come.
+/// Counts of one joint, held still; nullopt where no reports are received.
 std::optional<std::int32_t> still_counts(DeviceProbe& probe, double per_rad, std::size_t joint,
                                          const CalibrationDialogue& person, const std::string& request) {
   for (;;) {
@@ -64,7 +65,8 @@ std::optional<std::int32_t> still_counts(DeviceProbe& probe, double per_rad, std
     }
     const double moved_rad = (double(heard.highest[joint]) - heard.lowest[joint]) / per_rad;
     if (moved_rad <= kStill_rad) return heard.newest.counts[joint];
-    person.say("It moved by " + fixed(moved_rad * 180 / std::numbers::pi, 1) + " deg meanwhile: once more.");
+    person.say("It moved by " + fixed(moved_rad * 180 / std::numbers::pi, 1) + " deg while it was sampled, limit " +
+               fixed(kStill_rad * 180 / std::numbers::pi, 1) + " deg: hold it still and repeat.");
   }
 }
 
@@ -89,10 +91,11 @@ std::optional<DeviceDescription> calibrated_device(const DeviceDescription& file
     const double moved = double(stops.high[i]) - double(stops.low[i]);
     const double moved_rad = std::abs(moved) / per_rad, range_rad = file.max_rad[i] - file.min_rad[i];
     if (std::abs(moved_rad - range_rad) > kStopTolerance * range_rad) {
-      problem =
-          std::string(kDeviceJointNames[i]) + ": its counts moved by " + fixed(moved_rad, 3) +
-          " rad between stops that are " + fixed(range_rad, 3) +
-          " rad apart (min_rad, max_rad): not at its stops, or gear_ratio or counts_per_turn of the device are wrong";
+      problem = std::string(kDeviceJointNames[i]) + ": measured " + fixed(moved_rad, 3) +
+                " rad between its stops, file " + fixed(range_rad, 3) +
+                " rad (min_rad to max_rad), tolerance 5 %: move it to both stops, or correct gear_ratio or "
+                "counts_per_turn of "
+                "the device";
       return std::nullopt;
     }
     const int sign = moved > 0 ? 1 : -1;

@@ -21,26 +21,26 @@ struct StopCounts {
   PerJoint<std::int32_t> low{}, high{};
 };
 
-/// What the device's own description and its stops tell, put into its file's description:
-///   counts per radian  = gear ratio * counts per turn / 2 pi     (as the device describes itself)
+/// The file's description, completed from the identity that the device reports and from its stops:
+///   counts per radian  = gear ratio * counts per turn / 2 pi     (as reported by the device)
 ///   sign               = sign of (counts high - counts low)
 ///   zero               = mean over both stops of  counts - sign * counts per radian * angle of the stop
-/// @param problem one line where the counts between the stops are more than 5 % off what their angles ask for.
+/// @param problem one line where the counts between the stops differ from their angles by more than 5 %.
 [[nodiscard]] std::optional<DeviceDescription> calibrated_device(const DeviceDescription& file,
                                                                  const DeviceIdentity& identity,
                                                                  const StopCounts& stops, std::string& problem);
 
-/// The device's file as it was, comments and all, with what calibration found out in the place of what stood there.
+/// The device's file, comments included, with the calibrated values in place of the old ones.
 /// @throws InputError where its [joints.*] tables do not have one key a line.
 [[nodiscard]] std::string calibrated_device_text(std::string_view file_text, const DeviceDescription& device);
 
-/// How calibration talks to a person.
+/// Texts to, and confirmations from, the person who calibrates.
 struct CalibrationDialogue {
   std::function<void(const std::string& line)> say;
-  /// Returns when the person has done what the line asks for; false: gave up.
+  /// Returns when the person has done what the line requests; false: cancelled.
   std::function<bool(const std::string& line)> ask;
 };
-/// Leads through six stops; the motors stay off. nullopt, and said why, where it came to nothing.
+/// Leads through six stops; the motors stay off. nullopt where it failed; the reason was written with say().
 [[nodiscard]] std::optional<StopCounts> find_stops(DeviceProbe& probe, const DeviceIdentity& identity,
                                                    const CalibrationDialogue& person);
 

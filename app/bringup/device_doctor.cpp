@@ -15,8 +15,8 @@ namespace {
 using Level = Finding::Level;
 constexpr Duration kAttachPatience = 2s, kDescribePatience = 1s, kListen = 2s;
 constexpr double kReports_Hz = 1000, kRateTolerance = 0.02, kMostMissed = 0.01;
-constexpr double kLongestGap_ms = 10;  // half of what the driver calls stale
-constexpr double kIdleCurrent = 0.05;  // of rated, while nobody asks for torque
+constexpr double kLongestGap_ms = 10;  // half of the driver's limit for stale reports
+constexpr double kIdleCurrent = 0.05;  // of rated, while no torque is commanded
 constexpr double kRangeMargin_rad = 0.15;
 constexpr const char* kAbout = "haptic device";
 
@@ -44,7 +44,9 @@ Finding judge_stream(const DeviceListening& heard) {
                     heard.damaged == 0 && heard.longest_gap_ms <= kLongestGap_ms;
   if (well) return {Level::kOk, "reports", text};
   return {Level::kFault, "reports",
-          text + ": 1000/s, none damaged and no gap above 10 ms are needed: check cable, hub and what else runs here"};
+          text +
+              ", required: 1000 reports/s +-2 %, at most 1 % missed, none damaged, gaps of at most 10 ms: check cable, "
+              "hub and other programs on this computer"};
 }
 
 Finding judge_faults(const DeviceListening& heard) {
@@ -58,7 +60,7 @@ Finding judge_faults(const DeviceListening& heard) {
   constexpr unsigned kOfItsOwn = kDeviceFaultOvertemperature | kDeviceFaultOvercurrent | kDeviceFaultEncoder;
   if ((heard.newest.fault & kOfItsOwn) != 0) return {Level::kFault, "faults", text + ": see docs/haptic-device.md"};
   if (latched || heard.newest.fault != 0) {
-    return {Level::kNote, "faults", text + ": left by the last program; the next one clears it"};
+    return {Level::kNote, "faults", text + ": latched in an earlier session; the next session clears it"};
   }
   return {Level::kOk, "faults", text};
 }
@@ -67,7 +69,7 @@ Finding judge_buttons(const DeviceListening& heard) {
   const std::string text = bits_text(
       heard.status_seen,
       {{kDevicePresence, "presence"}, {kDeviceEnable, "enable"}, {kDeviceClutch, "clutch"}, {kDeviceStop, "stop"}});
-  return {Level::kNote, "buttons", "seen: " + text + " (hold each of them while this runs)"};
+  return {Level::kNote, "buttons", "active during the check: " + text + " (hold each of them while this runs)"};
 }
 
 Finding judge_supply(const DeviceListening& heard) {
@@ -75,7 +77,7 @@ Finding judge_supply(const DeviceListening& heard) {
           format("%.1f V, warmest motor %.1f degC", 1e-3 * heard.newest.bus_mV, 0.1 * heard.newest.temperature_dC)};
 }
 
-/// Signs and zeros as the driver will use them: of the file where it was calibrated, else of the device.
+/// With the signs and zeros that the driver uses: of a calibrated file, else as reported by the device.
 Finding judge_joint(const DeviceListening& heard, const DeviceIdentity& identity, const DeviceDescription& file,
                     std::size_t joint) {
   const char* name = kDeviceJointNames[joint];
@@ -95,7 +97,8 @@ Finding judge_joint(const DeviceListening& heard, const DeviceIdentity& identity
   }
   if (std::abs(current_A) > kIdleCurrent * 1e-3 * identity.rated_current_mA[joint] &&
       (heard.newest.status & kDeviceTorqueOn) == 0) {
-    return {Level::kFault, name, text + ": current flows though nobody asks for torque: do not hold the device"};
+    return {Level::kFault, name,
+            text + ": motor current without commanded torque: do not hold the device, switch it off"};
   }
   return {Level::kOk, name, text};
 }
@@ -109,21 +112,21 @@ Findings one_fault(std::string text) {
 Findings examine_device(DeviceProbe& probe, const DeviceDescription& file) {
   const auto identity = probe.identity(kDescribePatience);
   if (!identity) {
-    return one_fault(
-        "does not say what it is: its firmware does not answer report 4, or what is written does not reach it");
+    return one_fault("does not describe itself: its firmware does not answer report 4, or requests do not reach it");
   }
   Findings found{{Level::kOk, kAbout, "describes itself, serial number " + std::to_string(identity->serial)}};
   for (const std::string& difference : differences(*identity, file)) {
-    found.push_back({Level::kFault, kAbout,
-                     difference + " (" + file.source + "): choose its own file, or run knuckle calibrate-device"});
+    found.push_back(
+        {Level::kFault, kAbout,
+         difference + " (" + file.source + "): use this device's own file, or run knuckle calibrate-device"});
   }
   if (file.serial == 0) {
-    found.push_back({Level::kNote, kAbout,
-                     file.source + " was not calibrated: signs and zeros are the device's own word for them"});
+    found.push_back(
+        {Level::kNote, kAbout, file.source + " is uncalibrated: signs and zeros are those reported by the device"});
   }
   const DeviceListening heard = probe.listen(kListen);
   if (heard.reports == 0) {
-    found.push_back({Level::kFault, "reports", "it sends no state reports (report 1), or only damaged ones"});
+    found.push_back({Level::kFault, "reports", "no undamaged state report (report 1) received"});
     return found;
   }
   found.insert(found.end(), {judge_stream(heard), judge_faults(heard), judge_supply(heard), judge_buttons(heard)});
@@ -140,7 +143,7 @@ Findings doctor_device(const DeviceDoctorOptions& options) {
   if (const HidDeviceStatus status = port->status(); !status.attached) {
     const bool only_usb = options.back_end == "hid" && list_devices("hid").empty() && !list_devices("usb").empty();
     return one_fault(status.problem +
-                     (only_usb ? ", though USB shows one: does --device usb use it, or is usbhid missing?" : ""));
+                     (only_usb ? "; USB lists one: try --device usb, or load the kernel module usbhid" : ""));
   }
   DeviceProbe probe(*port, wait);
   return examine_device(probe, file);

@@ -1,4 +1,4 @@
-// What `knuckle doctor --device` finds out about a haptic device. Only listens; the motors stay as they are.
+// The checks of `knuckle doctor --device` on a haptic device. Only reads; the motors are not commanded.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace knuckle::bringup {
 struct DeviceDoctorOptions {
   std::string back_end;             ///< "hid" or "usb"
   std::string serial;               ///< USB serial number; empty: the only device there is.
-  std::string device = "knuckle1";  ///< Name or .toml file that the device is held against.
+  std::string device = "knuckle1";  ///< Name or .toml file that the device is compared with.
 };
 
 /// Looks for the device, opens it and examines it.

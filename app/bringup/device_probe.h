@@ -1,4 +1,4 @@
-// Listens to a haptic device without ever commanding it: all that is sent is "describe yourself".
+// Listens to a haptic device without commanding it: the identity request is all that is sent.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace knuckle::bringup {
 
-/// What a stretch of listening brought.
+/// What was received while listening.
 struct DeviceListening {
   double spanned_s = 0;  ///< From the first report to the newest, by the device's own clock.
   std::uint64_t reports = 0, damaged = 0;
@@ -32,7 +32,7 @@ class DeviceProbe {
   /// @param port outlives this. @param wait lets time go by; a test moves its simulated device meanwhile.
   DeviceProbe(HidPort& port, std::function<void(Duration)> wait);
 
-  /// Asks until it is answered. nullopt after `patience`: no device, or one that does not answer.
+  /// Repeats the request until it is answered. nullopt after `patience`: no device, or one that does not answer.
   [[nodiscard]] std::optional<DeviceIdentity> identity(Duration patience);
   [[nodiscard]] DeviceListening listen(Duration length);
 
@@ -53,7 +53,7 @@ inline constexpr const char* kDeviceBackEnds = "hid, usb";
 /// The devices that back end can see.
 [[nodiscard]] std::vector<HidCandidate> list_devices(const std::string& back_end);
 
-/// Where the device is not what its file says: one line each, such as "wrist: gear ratio 12, file 15".
+/// Differences between the device and its file: one line each, such as "wrist: gear ratio 12, file 15".
 [[nodiscard]] std::vector<std::string> differences(const DeviceIdentity& identity, const DeviceDescription& file);
 
 /// "forearm", "wrist", "finger"

@@ -29,7 +29,7 @@ std::string put(const char* format, Values... values) {
   return line.data();
 }
 
-/// The script's objects, each once, with what it is to hold in the end (a COB-ID is written twice).
+/// The script's objects, each once, with its final value (a COB-ID is written twice).
 std::vector<SdoStep> final_steps(const slave::SdoScript& script) {
   std::vector<SdoStep> last;
   for (const SdoStep& step : script) {
@@ -106,7 +106,7 @@ class Doctor {
   [[nodiscard]] bool expects(std::uint8_t id) const {
     return std::any_of(scripts_.begin(), scripts_.end(), [id](const NodeScript& s) { return s.node.id == id; });
   }
-  [[nodiscard]] bool nobody() const {
+  [[nodiscard]] bool bus_silent() const {
     return survey_.heard.empty() && std::none_of(survey_.nodes.begin(), survey_.nodes.end(),
                                                  [](const auto& entry) { return entry.second.answers(); });
   }
@@ -118,12 +118,13 @@ class Doctor {
         break;
       case CanState::kPassive:
         say(Level::kFault, name,
-            "the controller is error passive: nobody acknowledges its frames, or they are damaged: check bit rate, "
+            "the CAN controller is error passive (no node acknowledges its frames, or frames are damaged): check bit "
+            "rate, "
             "termination (120 ohm at both ends) and cable");
         break;
       case CanState::kBusOff:
         say(Level::kFault, name,
-            "the controller is off the bus: check bit rate and wiring (CAN-H and CAN-L exchanged, short circuit), then "
+            "the CAN controller is bus off: check bit rate and wiring (CAN-H and CAN-L exchanged, short circuit), then "
             "set the interface down and up again");
         break;
       case CanState::kDown:
@@ -131,16 +132,16 @@ class Doctor {
         break;
     }
     if (survey_.others_ask) {
-      say(Level::kFault, name,
-          "somebody else reads or writes nodes over SDO: stop that program, then look again; nothing was asked");
+      say(Level::kFault, name, "another program uses SDO: stop it, then run this check again; no SDO request was sent");
     }
-    if (survey_.sync) say(Level::kNote, name, "SYNC is heard: a controller is at work; nodes were read beside it");
-    if (nobody() && !survey_.others_ask) {
-      say(Level::kFault, name, "nobody is heard and nobody answers: check the nodes' power, the plug and the bit rate");
+    if (survey_.sync)
+      say(Level::kNote, name, "SYNC is received: a controller is active on this bus; the nodes were read meanwhile");
+    if (bus_silent() && !survey_.others_ask) {
+      say(Level::kFault, name, "no frame received, no node answers: check the nodes' power, the plug and the bit rate");
     }
     const std::string load = put("%.1f %% load over %.1f s", 100 * survey_.load, survey_.listened_s);
     say(survey_.load > kFullestBus ? Level::kFault : Level::kOk, name,
-        survey_.load > kFullestBus ? load + put("; at most %.0f %%: find who sends that much", 100 * kFullestBus)
+        survey_.load > kFullestBus ? load + put(", limit %.0f %%: find the node that sends too much", 100 * kFullestBus)
                                    : load);
   }
 
@@ -178,17 +179,20 @@ class Doctor {
     const bool complained =
         std::any_of(result_.findings.begin() + static_cast<std::ptrdiff_t>(before), result_.findings.end(),
                     [](const Finding& one) { return one.level != Level::kOk; });
-    if (!complained && node.answers()) say(Level::kOk, about, "as the machine file says");
+    if (!complained && node.answers()) say(Level::kOk, about, "as the machine file requires");
   }
 
   void silent(const SurveyedNode& node, const std::string& about) {
-    if (survey_.others_ask || nobody()) return;  // said once, for all
+    if (survey_.others_ask || bus_silent()) return;  // reported once for the whole bus
     if (node.state == canopen::NmtState::kStopped) {
-      say(Level::kFault, about, "was stopped and answers nothing in that state: switch it off and on");
+      say(Level::kFault, about,
+          "is in NMT state stopped, where it answers no SDO request: switch its power off and on");
     } else if (node.state) {
-      say(Level::kFault, about, "sends its heartbeat, but answers no SDO: check that nobody else uses its SDO channel");
+      say(Level::kFault, about,
+          "sends its heartbeat, but answers no SDO request: check that no other program uses its SDO channel");
     } else {
-      say(Level::kFault, about, "does not answer: check its power, its plug, its node id and its bit rate");
+      say(Level::kFault, about,
+          "does not answer SDO requests: check its power, its plug, its node id and its bit rate");
     }
   }
 
@@ -199,9 +203,10 @@ class Doctor {
       const bool other_profile = (*type & 0xFFFFU) != (expected.node.device_type & 0xFFFFU);
       say(Level::kFault, about,
           put("device type 0x%08X (", *type) + profile(*type) +
-              put("), the machine file says 0x%08X (", expected.node.device_type) + profile(expected.node.device_type) +
-              "): " +
-              (other_profile ? "two node ids may be exchanged" : "put the right one into the file if you know it"));
+              put("), the machine file requires 0x%08X (", expected.node.device_type) +
+              profile(expected.node.device_type) + "): " +
+              (other_profile ? "two node ids may be exchanged"
+                             : "correct the machine file if this device is the intended one"));
       return false;
     }
     const auto same = [&](Object object, const char* what, std::uint32_t wanted) {
@@ -209,7 +214,9 @@ class Doctor {
       if (value == wanted) return true;
       const std::string is = value ? put("%s 0x%08X", what, *value) : put("%s cannot be read", what);
       say(Level::kFault, about,
-          is + put(", the machine file says 0x%08X: another device; put it into the file only if you know it", wanted));
+          is + put(", the machine file requires 0x%08X: another device; correct the machine file if this one is "
+                   "intended",
+                   wanted));
       return false;
     };
     return same(canopen::kDeviceType, "device type", expected.node.device_type) &&
@@ -217,7 +224,7 @@ class Doctor {
            same(canopen::kProductCode, "product", expected.node.product);
   }
 
-  /// What start-up requires must be so; what it writes may differ, but must be there to be written.
+  /// Objects that start-up requires must have their value; objects that it writes must exist.
   void settings(const SurveyedNode& node, const NodeScript& expected, const std::string& about, NodeLine& line) {
     int as_file = 0, all = 0;
     for (const SdoStep& step : final_steps(expected.script)) {
@@ -232,7 +239,8 @@ class Doctor {
                 "), but start-up " + (step.kind == SdoStep::Kind::kWrite ? "writes" : "requires") + " it");
       } else if (step.kind == SdoStep::Kind::kRequire && read->value != step.value) {
         say(Level::kFault, about,
-            object + put("is 0x%X, the machine file needs 0x%X: set it with the maker's tool, or correct the file",
+            object + put("is 0x%X, the machine file requires 0x%X: set it with the manufacturer's tool, or correct the "
+                         "machine file",
                          read->value, step.value));
       }
       if (step.kind != SdoStep::Kind::kWrite) continue;
@@ -246,8 +254,8 @@ class Doctor {
   void errors(const SurveyedNode& node, const std::string& about) {
     if (node.emergency && node.emergency->code != canopen::kEmcyReset) {
       say(Level::kFault, about,
-          "sends the emergency " + emergency_text(node.emergency->code) +
-              put(" (%llu while listening): see its manual", static_cast<unsigned long long>(node.emergencies)));
+          "reports the emergency " + emergency_text(node.emergency->code) +
+              put(" (%llu received): see the device's manual", static_cast<unsigned long long>(node.emergencies)));
     }
     const std::uint32_t bits = node.value(canopen::kErrorRegister).value_or(0);
     if (bits == 0) return;
@@ -257,7 +265,7 @@ class Doctor {
     }
     say(Level::kFault, about,
         put("error register 0x%02X (", bits) + error_bits(bits) + ")" + history +
-            ": find the cause by its manual, then switch it off and on");
+            ": find the cause with the device's manual, then switch its power off and on");
   }
 
   void judge_stranger(const SurveyedNode& node) {
@@ -265,7 +273,8 @@ class Doctor {
     const NodeLine line = line_of(node, "-");
     result_.nodes.push_back(line);
     if (machine_ != nullptr && node.id == machine_->bus.controller_id) {
-      say(Level::kFault, about, "has the controller's own node id: another controller is on the bus; take one away");
+      say(Level::kFault, about,
+          "uses the controller's own node id: another controller is on the bus; remove one of the two");
     } else if (machine_ != nullptr) {
       say(Level::kNote, about,
           "is not in the machine file" +
@@ -273,25 +282,25 @@ class Doctor {
                    ? " (" + profile(*line.device_type) +
                          put(", vendor 0x%08X, product 0x%08X)", line.vendor.value_or(0), line.product.value_or(0))
                    : std::string()) +
-              meant(node));
+              possible_node(node));
     }
     errors(node, about);
   }
 
-  /// A missing node of the same make: most likely its id is wrong.
-  [[nodiscard]] std::string meant(const SurveyedNode& node) const {
+  /// A missing node of the same type and product: most likely its id is wrong.
+  [[nodiscard]] std::string possible_node(const SurveyedNode& node) const {
     for (const NodeScript& expected : scripts_) {
       const auto there = survey_.nodes.find(expected.node.id);
       const bool missing = there == survey_.nodes.end() || !there->second.answers();
       if (missing && node.value(canopen::kDeviceType) == expected.node.device_type &&
           node.value(canopen::kProductCode) == expected.node.product) {
-        return ": may be " + expected.name + put(" with another id than 0x%02X", unsigned{expected.node.id});
+        return ": possibly " + expected.name + put(", expected with node id 0x%02X", unsigned{expected.node.id});
       }
     }
     return "";
   }
 
-  /// Identifiers that nobody in the file sends.
+  /// Identifiers that no node of the file sends.
   void judge_frames() {
     std::set<std::uint32_t> known{canopen::kNmtId, canopen::kSyncId, 0x100};
     for (const NodeScript& s : scripts_) known.insert({s.node.tpdo_id(), s.node.rpdo_id()});
@@ -301,9 +310,10 @@ class Doctor {
       if (known.contains(id) || service) continue;
       const unsigned node = canopen::node_of(id);
       say(Level::kNote, put("frames 0x%03X", id),
-          put("%.0f a second, in nobody's name", static_cast<double>(frames.count) / survey_.listened_s) +
+          put("%.0f frames/s that no node of the machine file sends",
+              static_cast<double>(frames.count) / survey_.listened_s) +
               (expects(static_cast<std::uint8_t>(node))
-                   ? put(": perhaps a further PDO of node 0x%02X; switch it off with the maker's tool", node)
+                   ? put(": possibly an additional PDO of node 0x%02X; disable it with the manufacturer's tool", node)
                    : std::string()));
     }
   }

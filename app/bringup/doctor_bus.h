@@ -1,5 +1,5 @@
-// A surveyed machine bus held against the machine file: what is there, what is missing, what is another device than the
-// file names, and what start-up would stumble over.
+// Compares a surveyed machine bus with the machine file: nodes found, missing or of another type, and everything on
+// which start-up would fail.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,12 @@ namespace knuckle::bringup {
 /// One node as a line of a table.
 struct NodeLine {
   std::uint8_t id = 0;
-  std::string name;     ///< Key in the machine file; "-" where it is not in there.
+  std::string name;     ///< Key in the machine file; "-" where the file has no such node.
   std::string state;    ///< "operational", ...; "no heartbeat", "silent"
   std::string reading;  ///< Process value or state now, such as "60.21 bar"; empty where there is none.
   std::optional<std::uint32_t> device_type, vendor, product, error_register;
-  std::optional<std::uint16_t> emergency;         ///< Newest EMCY heard, or of its own list of errors (0x1003).
-  std::optional<int> settings_as_file, settings;  ///< PDO and heartbeat objects: as the machine file says, of all.
+  std::optional<std::uint16_t> emergency;         ///< Newest EMCY received, else of its error list (0x1003).
+  std::optional<int> settings_as_file, settings;  ///< PDO and heartbeat objects: equal to the file, all.
 };
 
 struct BusDiagnosis {
@@ -36,7 +36,7 @@ struct BusDiagnosis {
 /// What survey_bus() is to read of the nodes in the machine file.
 [[nodiscard]] std::map<std::uint8_t, std::vector<canopen::Object>> doctor_objects(const MachineDescription& machine);
 
-/// @param machine nullptr: nothing is expected, whoever is there is listed.
+/// @param machine nullptr: no node is expected, every node found is listed.
 [[nodiscard]] BusDiagnosis diagnose(const BusSurvey& survey, const MachineDescription* machine);
 
 }  // namespace knuckle::bringup

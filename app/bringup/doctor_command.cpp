@@ -27,18 +27,18 @@ struct DoctorOptions {
 };
 
 void add_options(CLI::App& c, DoctorOptions& o) {
-  c.add_option("--can", o.can, "Look at the machine bus on this CAN interface (can0); reads only");
-  c.add_flag("--simulate", o.simulate, "Look at the simulated machine's bus instead");
-  c.add_option("--machine", o.machine, "Hold the bus against this machine: name or .toml file");
-  c.add_option("--listen", o.listen_s, "Seconds to listen before anything is asked (default: 2)");
+  c.add_option("--can", o.can, "CAN interface of the machine bus to check (can0); reads only");
+  c.add_flag("--simulate", o.simulate, "Check the simulated machine's bus instead");
+  c.add_option("--machine", o.machine, "Compare the bus with this machine: name or .toml file");
+  c.add_option("--listen", o.listen_s, "Seconds to listen before the first request (default: 2)");
   c.add_option("--bit-rate", o.bit_rate_kbps,
-               "kbit/s of the bus, for its load, where no --machine says it (default: 500)")
+               "Bit rate in kbit/s, to compute the bus load without --machine (default: 500)")
       ->check(CLI::Range(10, 1000));
-  c.add_option("--device", o.device.back_end, "Examine a haptic device through hid or usb; only listens");
-  c.add_option("--serial", o.device.serial, "USB serial number of that device, where there are several");
+  c.add_option("--device", o.device.back_end, "Check a haptic device through hid or usb; commands no torque");
+  c.add_option("--serial", o.device.serial, "USB serial number of the device, where several are attached");
   c.add_option("--device-file", o.device_file,
-               "Device file it is held against: name or .toml file (default: knuckle1)");
-  c.add_option("--json", o.json, "Write the findings for tools; - is standard output");
+               "Compare the device with this file: name or .toml file (default: knuckle1)");
+  c.add_option("--json", o.json, "Write the findings as JSON (- = standard output)");
 }
 
 void check(const DoctorOptions& o) {
@@ -46,7 +46,7 @@ void check(const DoctorOptions& o) {
   if (o.simulate && o.machine.empty()) cli::refuse_option("--simulate", "", "needs --machine");
   if (!o.machine.empty() && o.can.empty() && !o.simulate) cli::refuse_option("--machine", o.machine, "needs --can");
   const bool bus = o.simulate || !o.can.empty(), device = !o.device.back_end.empty();
-  if (bus && device) cli::refuse_option("--device", o.device.back_end, "look at bus and device one after the other");
+  if (bus && device) cli::refuse_option("--device", o.device.back_end, "check bus and device one after the other");
   if (!device && !o.device.serial.empty()) cli::refuse_option("--serial", o.device.serial, "needs --device");
   if (!device && o.device_file) cli::refuse_option("--device-file", *o.device_file, "needs --device");
   if (!bus && o.listen_s) cli::refuse_option("--listen", "", "needs --can");
@@ -67,13 +67,13 @@ int run_doctor(DoctorOptions options) {
   const cli::InterruptGuard interrupt;
   std::optional<cli::OutputFile> json;
   if (!options.json.empty()) json.emplace("--json", options.json);
-  std::ostream& told = options.json == "-" ? std::cerr : std::cout;
+  std::ostream& out = options.json == "-" ? std::cerr : std::cout;
   nlohmann::ordered_json result{{"schema", "knuckle.doctor"}, {"version", 1}};
   Findings findings;
   if (options.can.empty() && !options.simulate) {
     const bool device = !options.device.back_end.empty();
     findings = device ? doctor_device(options.device) : judge_computer(computer_facts());
-    for (const std::string& line : finding_lines(findings)) told << line << '\n';
+    for (const std::string& line : finding_lines(findings)) out << line << '\n';
   } else {
     std::optional<MachineDescription> read, machine;
     if (!options.machine.empty()) {
@@ -88,11 +88,11 @@ int run_doctor(DoctorOptions options) {
     const BusDiagnosis diagnosis = diagnose(survey_bus(access, bit_rate, wanted, survey, [&] { interrupt.check(); }),
                                             machine ? &*machine : nullptr);
     findings = diagnosis.findings;
-    for (const std::string& line : diagnosis_lines(diagnosis)) told << line << '\n';
+    for (const std::string& line : diagnosis_lines(diagnosis)) out << line << '\n';
     result.update(diagnosis_json(diagnosis));
   }
   const bool passed = healthy(findings);
-  told << (passed ? "nothing wrong\n" : "something is wrong: see FAULT above\n");
+  out << (passed ? "nothing wrong\n" : "something is wrong: see FAULT above\n");
   result["passed"] = passed;
   result["findings"] = findings_json(findings);
   if (json) {
@@ -105,7 +105,7 @@ int run_doctor(DoctorOptions options) {
 }  // namespace
 
 cli::Command doctor_entry() {
-  return {"doctor", "Tell what this computer and a machine bus can do, and what is missing; reads only",
+  return {"doctor", "Check this computer, a machine bus or a haptic device, and list faults; reads only",
           [](CLI::App& command) {
             const auto options = std::make_shared<DoctorOptions>();
             add_options(command, *options);

@@ -29,7 +29,7 @@ std::string first_line(const fs::path& file) {
   return line;
 }
 
-/// Asked for and given back at once.
+/// Requested and given back at once.
 bool fifo_granted() {
   sched_param before{}, wanted{};
   int policy = 0;
@@ -103,33 +103,35 @@ Findings judge_computer(const ComputerFacts& facts) {
               "not granted: add '@knuckle - memlock unlimited' to /etc/security/limits.conf and log in again"));
   found.push_back({facts.realtime_kernel ? Level::kOk : Level::kNote, "kernel",
                    facts.realtime_kernel ? "PREEMPT_RT"
-                                         : "not PREEMPT_RT: wakes may be late by some milliseconds under "
-                                           "load; Debian's is linux-image-rt-amd64"});
+                                         : "not PREEMPT_RT: loops may run some milliseconds late under "
+                                           "load; Debian's package is linux-image-rt-amd64"});
   if (!facts.governor.empty() && facts.governor != "performance") {
-    found.push_back(
-        {Level::kNote, "processor",
-         "frequency governor is '" + facts.governor + "': 'performance' wakes more evenly (cpupower frequency-set)"});
+    found.push_back({Level::kNote, "processor",
+                     "frequency governor is '" + facts.governor +
+                         "': set 'performance' for even loop periods (cpupower frequency-set)"});
   }
   if (!facts.can_in_kernel) {
     found.push_back({Level::kFault, "SocketCAN",
-                     std::string("no CAN sockets in this kernel: ") + std::strerror(facts.can_error) +
-                         "; load the module (modprobe can-raw) or take a kernel that has it"});
+                     std::string("this kernel has no CAN sockets: ") + std::strerror(facts.can_error) +
+                         "; load the module (modprobe can-raw) or install a kernel with SocketCAN"});
   } else if (facts.can_interfaces.empty()) {
     found.push_back({Level::kFault, "SocketCAN",
-                     "no CAN interface: plug the adapter in and load its driver (vcan0 is enough for a try)"});
+                     "no CAN interface: plug the adapter in and load its driver (for a first trial vcan0 suffices)"});
   } else {
     std::string names;
     for (const std::string& name : facts.can_interfaces) names += (names.empty() ? "" : ", ") + name;
     found.push_back({Level::kOk, "SocketCAN", names + "; next: knuckle doctor --can " + facts.can_interfaces.front()});
   }
   found.push_back(granted(facts.hidraw_in_kernel, "hidraw", "in the kernel",
-                          "not in this kernel: the haptic device then needs its libusb back end"));
+                          "not in this kernel: use the haptic device with --device usb (libusb)"));
   for (const ComputerFacts::DeviceFile& file : facts.hidraw) {
-    found.push_back({file.usable ? Level::kOk : Level::kNote, file.path,
-                     file.usable ? "can be opened"
-                                 : "this user may not open it: if it is the haptic device, install the udev rule"});
+    found.push_back(
+        {file.usable ? Level::kOk : Level::kNote, file.path,
+         file.usable
+             ? "can be opened"
+             : "no permission to open it: if it is the haptic device, install the udev rule (docs/haptic-device.md)"});
   }
-  found.push_back(granted(facts.usb_files, "USB", "device files for libusb are there",
+  found.push_back(granted(facts.usb_files, "USB", "device files for libusb are present",
                           "no /dev/bus/usb: libusb finds no devices (no USB controller, or a container without it)"));
   return found;
 }

@@ -1,5 +1,5 @@
-// What this computer can do for Knuckle: real-time scheduling, locked memory, CAN, haptic devices. Facts are collected
-// apart from what they mean, so that the meaning can be tested on any computer.
+// What this computer provides for Knuckle: real-time scheduling, locked memory, CAN, haptic devices. Facts are
+// collected apart from their judgement, so that the judgement can be tested on any computer.
 #pragma once
 
 #include <string>
@@ -23,7 +23,7 @@ struct ComputerFacts {
   };
   bool hidraw_in_kernel = false;
   std::vector<DeviceFile> hidraw;
-  bool usb_files = false;  ///< /dev/bus/usb, what libusb works on.
+  bool usb_files = false;  ///< /dev/bus/usb, which libusb needs.
 };
 [[nodiscard]] ComputerFacts computer_facts();
 [[nodiscard]] Findings judge_computer(const ComputerFacts& facts);

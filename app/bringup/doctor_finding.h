@@ -1,4 +1,4 @@
-// What a check found, and what a person can do about it.
+// The result of one check, and what to do about it.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ struct Finding {
     kFault,  ///< A machine cannot be run like this.
   } level = Level::kOk;
   std::string about;  ///< "can0", "node 0x22 arm_head_pressure", "SCHED_FIFO"
-  std::string text;   ///< What is, and what to do.
+  std::string text;   ///< What was found, and what to do.
 };
 using Findings = std::vector<Finding>;
 

@@ -50,12 +50,12 @@ std::vector<std::string> finding_lines(const Findings& findings) {
 }
 
 std::vector<std::string> diagnosis_lines(const BusDiagnosis& diagnosis) {
-  std::vector<std::string> lines{row({"node", "name", "state", "CiA", "vendor", "product", "error", "now"})};
+  std::vector<std::string> lines{row({"node", "name", "state", "CiA", "vendor", "product", "error", "reading"})};
   for (const NodeLine& node : diagnosis.nodes) {
     std::string now = node.reading;
     if (node.settings) {
       now += (now.empty() ? "" : "; ") + std::to_string(*node.settings_as_file) + " of " +
-             std::to_string(*node.settings) + " settings as in the file";
+             std::to_string(*node.settings) + " settings as in the machine file";
     }
     lines.push_back(
         row({hex("0x%02X", node.id), node.name, node.state, profile_of(node.device_type), hex("0x%08X", node.vendor),

@@ -1,4 +1,4 @@
-// What `knuckle doctor` says, for people and for tools (docs/commissioning.md lists the keys).
+// The output of `knuckle doctor`, for people and for tools (docs/commissioning.md lists the keys).
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,7 +10,7 @@
 
 namespace knuckle::bringup {
 
-/// One line each; what is well comes last.
+/// One line each: faults, notes, ok.
 [[nodiscard]] std::vector<std::string> finding_lines(const Findings& findings);
 /// The table of nodes, an empty line, the findings.
 [[nodiscard]] std::vector<std::string> diagnosis_lines(const BusDiagnosis& diagnosis);

@@ -34,13 +34,14 @@ NodeReading of_valve(const SurveyedNode& node, const MachineDescription& machine
   NodeReading reading{put("%s, spool %.1f %%", name, 100 * spool), "", false};
   if ((word & canopen::kStatusLocal) != 0) {
     reading.fault = true;
-    reading.complaint = "is in local mode: switch it over to set-points from the bus";
+    reading.complaint = "is in local mode: switch it to set-points from the bus";
   } else if (std::abs(spool) > 0.05) {
     reading.fault = true;
     reading.complaint =
-        put("its spool stands at %.1f %% of stroke: check spring, hand lever and position sensor", 100 * spool);
+        put("its spool is at %.1f %% of stroke, at most 5 %% expected: check spring, hand lever and position sensor",
+            100 * spool);
   } else if (canopen::valve_fault(word)) {
-    reading.complaint = "is in its fault state; start-up resets it";
+    reading.complaint = "is in its fault state; start-up resets the fault";
   }
   return reading;
 }
@@ -55,11 +56,11 @@ NodeReading of_pressure(const SurveyedNode& node, const MachineDescription& mach
   const std::uint32_t status = node.value(canopen::kPressureStatus).value_or(0);
   const double range_bar = machine.sensors.pressure_range_Pa / 1e5;
   if ((status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0) {
-    reading = {reading.text, put("status 0x%02X: value invalid or overloaded: check transmitter and wiring", status),
+    reading = {reading.text, put("status 0x%02X, value invalid or overloaded: check transmitter and wiring", status),
                true};
   } else if (!(bar >= -3 && bar <= 1.05 * range_bar)) {
-    reading = {reading.text, put("%.1f bar cannot be (range %.0f bar): check transmitter and unit", bar, range_bar),
-               true};
+    reading = {reading.text,
+               put("%.1f bar is outside the range of 0 to %.0f bar: check transmitter and unit", bar, range_bar), true};
   }
   return reading;
 }
@@ -73,7 +74,7 @@ NodeReading of_encoder(const SurveyedNode& node, int joint, const MachineDescrip
   constexpr double kTolerance_m = 0.01;
   if (length_m < cylinder.min_length_m - kTolerance_m || length_m > cylinder.max_length_m + kTolerance_m) {
     reading.complaint =
-        put("shows no length that its cylinder has (%.3f to %.3f m): not zeroed yet; knuckle commission "
+        put("reads no length that its cylinder can have (%.3f to %.3f m): uncalibrated; knuckle commission "
             "presets it",
             cylinder.min_length_m, cylinder.max_length_m);
   }
@@ -94,9 +95,9 @@ NodeReading of_enable(const SurveyedNode& node) {
   NodeReading reading{put("E-stop chain %s, pilot %s", closed ? "closed" : "OPEN", pilot ? "ON" : "off"), "", false};
   if (pilot) {
     reading.fault = true;
-    reading.complaint = "pilot pressure is on: another controller is at work, or the enable valve sticks";
+    reading.complaint = "pilot pressure is on: another controller is active, or the enable valve sticks open";
   } else if (!closed) {
-    reading.complaint = "the E-stop chain is open: nothing can move; release it on the machine when you are ready";
+    reading.complaint = "the E-stop chain is open, no motion is possible: release it on the machine when you are ready";
   }
   return reading;
 }

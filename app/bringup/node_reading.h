@@ -1,4 +1,4 @@
-// What a node measures or does at the moment, as read over SDO, in words and units of people.
+// What a node measures or does at the moment, as read over SDO, as text with units.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ namespace knuckle::bringup {
 
 struct NodeReading {
   std::string text;       ///< "60.21 bar", "INIT, spool 0.0 %"; empty where it could not be read.
-  std::string complaint;  ///< What is wrong with it and what to do; empty where nothing is.
-  bool fault = false;     ///< The complaint keeps a machine from being run.
+  std::string complaint;  ///< The defect and what to do; empty where there is none.
+  bool fault = false;     ///< The machine cannot be run with this defect.
 };
 [[nodiscard]] std::vector<canopen::Object> reading_objects(slave::NodeScript::Role role,
                                                            const MachineDescription& machine);

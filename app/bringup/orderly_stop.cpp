@@ -7,7 +7,7 @@
 namespace knuckle::bringup {
 namespace {
 
-constexpr int kMostFrames = 256;              // a step: a babbling node cannot keep the stop from going on
+constexpr int kMostFrames = 256;              // per step: a babbling node cannot delay the stop
 constexpr Duration kNeutralPatience = 320ms;  // as long as a spool may take to be neutral
 constexpr Duration kDisablePatience = 200ms;
 
@@ -51,7 +51,7 @@ void OrderlyStop::enter(Phase phase, Time now) noexcept {
   phase_ = phase;
   phase_since_ = now;
   if (phase != Phase::kDisable) return;
-  valves_ = {};  // what was said before the command confirms nothing
+  valves_ = {};  // reports from before the command confirm nothing
   pilot_off_ = false;
 }
 

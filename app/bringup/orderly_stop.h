@@ -1,6 +1,6 @@
 // Takes a running machine out of service: spools to neutral and pilot pressure off, valves disabled, nodes out of their
-// operational state and no longer waiting for us, and only then silence. Where one of them does not say so, all are
-// left as they are, with their watchdogs on: the silence then ends what we could not.
+// operational state and without a heartbeat to monitor, and only then no more frames. Where a node does not confirm,
+// all stay operational with their watchdogs on, which then switch the outputs off.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ class OrderlyStop {
   /// In place of the slave loop's step, every SYNC period, until done(). SYNC and heartbeat go on until then.
   void step(Time now) noexcept;
   [[nodiscard]] bool done() const noexcept { return phase_ == Phase::kDone; }
-  /// Valves that did not say that they are disabled, and an enable node that did not say that pilot pressure is off.
+  /// Valves that did not confirm disabled, and an enable node that did not confirm pilot pressure off.
   [[nodiscard]] PerJoint<bool> unconfirmed_valves() const noexcept;
   [[nodiscard]] bool unconfirmed_pilot() const noexcept { return !pilot_off_; }
 

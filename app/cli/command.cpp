@@ -51,8 +51,7 @@ std::string refusal(const CLI::ParseError& error, const std::string& program, co
     const auto option = message.find("--"), equals = message.find(" = ");
     if (option < equals && equals != std::string::npos) {
       const std::string value = message.substr(equals + 3);
-      message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) +
-                ": is not a number that it can take";
+      message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) + ": is not a number";
     }
   } else if (message.find(": At Most 1 required") != std::string::npos) {
     message = message.substr(0, message.find(':')) + ": is given more than once";
@@ -64,7 +63,7 @@ std::string refusal(const CLI::ParseError& error, const std::string& program, co
   return message + " (see " + program + " " + (command.empty() ? "" : command + " ") + "--help)";
 }
 
-/// The command that is asked for; empty where none is. @throws InputError for a word that is no command.
+/// The requested command; empty where none is given. @throws InputError for an unknown one.
 std::string command_in(const Program& program, const std::vector<std::string>& arguments) {
   if (arguments.empty() || arguments.front().starts_with('-')) return "";
   std::string names;
@@ -72,7 +71,7 @@ std::string command_in(const Program& program, const std::vector<std::string>& a
     if (command.name == arguments.front()) return command.name;
     names += (names.empty() ? "" : ", ") + command.name;
   }
-  throw InputError("unknown command '" + shortened(arguments.front()) + "': there are " + names + " (see " +
+  throw InputError("unknown command '" + shortened(arguments.front()) + "': the commands are " + names + " (see " +
                    program.name + " --help)");
 }
 
@@ -203,7 +202,7 @@ void Places::take(const std::string& option, const std::string& file, bool outpu
   const auto [other, is_new] = taken_.emplace(path, option);
   if (is_new || !output) return;
   refuse_option(option, file,
-                "already taken by " + other->second + (file == "-" ? ": only one can be standard output" : ""));
+                "already taken by " + other->second + (file == "-" ? ": only one output can be standard output" : ""));
 }
 
 }  // namespace knuckle::cli

@@ -1,4 +1,4 @@
-// What a program can be told: each command declares its options and runs in a file of its own; main() lists them.
+// The commands of the program: each command declares its options and runs in a file of its own; main() lists them.
 #pragma once
 
 #include <functional>
@@ -32,7 +32,7 @@ struct CommandLine {
 };
 
 /// @param arguments without the program's name.
-/// @throws InputError, one line, for unknown commands and options and for values that are no values. `run` throws it
+/// @throws InputError, one line, for unknown commands and options and for invalid values. `run` throws it
 /// for values out of bounds, combinations that contradict each other, files that cannot be read.
 [[nodiscard]] CommandLine parse_command_line(const Program& program, const std::vector<std::string>& arguments);
 
@@ -44,7 +44,7 @@ struct CommandLine {
 
 // For the checks of a command's own options.
 inline constexpr const char* kExitCodes =
-    "Exit codes: 0 done; 1 what was asked for was not met; 2 wrong usage or bad input.";
+    "Exit codes: 0 done; 1 failed or a criterion was not met; 2 wrong usage or bad input.";
 
 /// @param value may be empty: "option: why". @throws InputError "option value: why".
 [[noreturn]] void refuse_option(const std::string& option, const std::string& value, const std::string& why);
@@ -52,13 +52,13 @@ inline constexpr const char* kExitCodes =
 void check_range(const char* option, const std::optional<double>& value, double low, double high, const char* unit);
 /// @throws InputError unless the file can be read.
 void check_readable(const std::string& option, const std::string& file);
-/// What is wrong with the text of a seed; empty where nothing is. (CLI11 would take -1 for a very large one.)
+/// Why the text is not a seed; empty where it is one. (CLI11 would take -1 for a very large one.)
 [[nodiscard]] std::string seed_error(const std::string& text);
 /// Likewise of a count within [low, high], and of how many machines an ensemble has: none, or two and more.
 [[nodiscard]] std::string count_error(const std::string& text, int low, int high);
 [[nodiscard]] std::string ensemble_size_error(const std::string& text);
 
-/// No two outputs into one place, none over an input. Empty names are not asked for.
+/// No two outputs into one place, none over an input. Empty names are ignored.
 class Places {
  public:
   void input(const std::string& option, const std::string& file) { take(option, file, false); }

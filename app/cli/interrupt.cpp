@@ -34,7 +34,7 @@ InterruptGuard::InterruptGuard() noexcept {
   previous_interrupt_ = std::signal(SIGINT, note_signal);
   previous_terminate_ = std::signal(SIGTERM, note_signal);
   previous_hang_up_ = std::signal(SIGHUP, note_signal);
-  previous_pipe_ = std::signal(SIGPIPE, SIG_IGN);
+  previous_pipe_ = std::signal(SIGPIPE, SIG_IGN);  // a reader that left shows as a failed write, which is reported
   previous_file_size_ = std::signal(SIGXFSZ, SIG_IGN);
 }
 

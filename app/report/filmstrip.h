@@ -8,7 +8,7 @@
 
 namespace knuckle::report {
 
-/// A moment worth a picture.
+/// A moment to be drawn.
 struct Moment {
   std::size_t row = 0;
   std::string label;

@@ -20,12 +20,12 @@ namespace {
 
 constexpr int kNotFound = 127;
 
-/// A folder that goes with its owner.
+/// A folder that is removed with its owner.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
     std::string name = (fs::temp_directory_path() / "knuckle-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw InputError("--report: no temporary folder can be made: " + name);
+    if (mkdtemp(name.data()) == nullptr) throw InputError("--report: no temporary folder can be created: " + name);
     path_ = name;
   }
   ~TemporaryFolder() {
@@ -40,7 +40,7 @@ class TemporaryFolder {
   fs::path path_;
 };
 
-/// Runs gnuplot with one argument; what it says goes to a file. @return exit code, kNotFound where it is missing.
+/// Runs gnuplot with one argument; its messages go to a file. @return exit code, kNotFound where it is missing.
 int run_gnuplot(std::string argument, const std::string& messages_file) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -72,7 +72,7 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
 std::string inlined(std::string svg, const Figure& figure) {
   const std::size_t open = svg.find("<svg");
   const std::size_t body = open == std::string::npos ? open : svg.find('>', open);
-  if (body == std::string::npos) throw InputError("--report: gnuplot made no picture");
+  if (body == std::string::npos) throw InputError("--report: gnuplot produced no picture");
   svg.erase(0, body + 1);
   if (const auto title = svg.find("<title>"); title != std::string::npos) {
     const auto end = svg.find("</title>", title);

@@ -21,7 +21,7 @@ void draw_cylinder(SvgCanvas& canvas, const CylinderDescription& cylinder, const
   canvas.circle("pin", rod_end, cylinder.rod_m * 0.55);
 }
 
-/// Not to the last bolt: the description says nothing of the hull but where the boom stands.
+/// Simplified: of the hull, the description has only the place of the boom pin.
 void draw_hull(SvgCanvas& canvas, double size_m, double ground_m) {
   const double track_top_m = std::min(ground_m + 0.13 * size_m, -0.1 * size_m);
   canvas.rounded_box("track", {-0.52 * size_m, ground_m}, {0.1 * size_m, track_top_m}, 0.06 * size_m);

@@ -1,4 +1,4 @@
-// Panel plots of a session record: a curve is what a signal says of each sample.
+// Panel plots of a session record: a curve is a signal evaluated at each sample.
 #pragma once
 
 #include <functional>

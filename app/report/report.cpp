@@ -25,16 +25,16 @@ void write_header(std::ostream& out, const session::Judged& judged) {
       << shown(100 * s.loss, "%") << "</p>\n<span class=\"verdict" << (judged.passed ? "" : " bad") << "\">"
       << (judged.passed ? "Passed" : "Not passed") << ": " << met << " of " << judged.criteria.size()
       << " criteria</span>\n<dl class=\"facts\">";
-  write_fact(out, "tip error, free motion", shown(m.tip_rms_m, "m"));
-  write_fact(out, "no-load force", shown(m.no_load_rms_N, "N"));
+  write_fact(out, "tip error in free motion (RMS)", shown(m.tip_rms_m, "m"));
+  write_fact(out, "force error without load (RMS)", shown(m.no_load_rms_N, "N"));
   write_fact(out, "contact force error", m.contact_error_rel ? shown(100 * *m.contact_error_rel, "%") : "-");
   write_fact(out, "hold error at the hand", shown(m.hold_error_N, "N"));
-  write_fact(out, "felt force rises in", shown(m.rise_t90_s, "s"));
+  write_fact(out, "rise time of the felt force", shown(m.rise_t90_s, "s"));
   write_fact(out, "payload",
              m.payload_estimate_kg
                  ? shown(m.payload_estimate_kg, "kg") + " (true " + shown(m.payload_truth_kg, "kg") + ")"
                  : "-");
-  write_fact(out, "simulated", shown(s.simulated_s, "s"));
+  write_fact(out, "simulated time", shown(s.simulated_s, "s"));
   write_fact(out, "speed", s.wall_s > 0 ? shown(s.simulated_s / s.wall_s, "x real time") : "-");
   out << "</dl>\n";
 }
@@ -60,9 +60,10 @@ void write_happenings(std::ostream& out, const session::SessionResult& s) {
 }
 
 void write_filmstrip(std::ostream& out, const session::SessionResult& session) {
-  out << "<section><h2>Key moments</h2><p class=\"soft\">To scale. Arrows: force of the world on the bucket tip,"
+  out << "<section><h2>Key moments</h2><p class=\"soft\">Drawn to scale. Arrows: contact force on the bucket tip,"
          "<span class=\"key\" style=\"color:var(--vermilion)\"></span>true force"
-         "<span class=\"key\" style=\"color:var(--blue)\"></span>estimated; the line is the tip's last 4 s.</p><div "
+         "<span class=\"key\" style=\"color:var(--blue)\"></span>estimated. Blue line: path of the tip in the last 4 "
+         "s.</p><div "
          "class=\"strip\">\n";
   for (const Frame& frame : filmstrip(session)) {
     char time[32];
@@ -74,7 +75,7 @@ void write_filmstrip(std::ostream& out, const session::SessionResult& session) {
 }
 
 void write_all_metrics(std::ostream& out, const session::Metrics& metrics) {
-  out << "<section><h2>All numbers</h2><div class=\"wide\"><table><tr><th>group<th>metric<th class=\"n\">value</tr>\n";
+  out << "<section><h2>All metrics</h2><div class=\"wide\"><table><tr><th>group<th>metric<th class=\"n\">value</tr>\n";
   for (const session::MetricEntry& entry : session::metric_table())
     out << "<tr><td>" << entry.group << "<td>" << entry.name << "<td class=\"n\">"
         << escaped(shown(metrics.*entry.member, std::string(entry.unit))) << "</tr>\n";

@@ -30,7 +30,7 @@ PageFigure angles(const session::SessionRecord& record) {
   for (int j = 0; j < kJoints; ++j)
     plot.line([j](const session::Sample& s) { return s.setpoint_rad[j] * kDegPerRad; }, j == 0 ? "set-point" : "", kInk,
               "dt 2 lw 0.9");
-  return stacked("Joint angles", "Measured, and the operator's set-point as the machine received it.", 1, plot);
+  return stacked("Joint angles", "Measured angles, and the operator's set-point as received by the machine.", 1, plot);
 }
 
 PageFigure pressures(const session::SessionRecord& record) {
@@ -40,7 +40,7 @@ PageFigure pressures(const session::SessionRecord& record) {
     plot.line([j](const session::Sample& s) { return s.pressure_Pa[2 * j] * 1e-5; }, "A, head side", kJointColours[j]);
     plot.line([j](const session::Sample& s) { return s.pressure_Pa[2 * j + 1] * 1e-5; }, "B, rod side", kGrey, "lw 1");
   }
-  return stacked("Cylinder pressures", "As the transmitters say.", kJoints, plot);
+  return stacked("Cylinder pressures", "As measured by the pressure transmitters.", kJoints, plot);
 }
 
 PageFigure forces(const session::SessionRecord& record) {
@@ -58,8 +58,9 @@ PageFigure forces(const session::SessionRecord& record) {
     plot.line([axis](const session::Sample& s) { return 1e-3 * s.truth_tip_force_N[axis]; }, "true", kVermilion);
     plot.line([axis](const session::Sample& s) { return 1e-3 * s.tip_force_N[axis]; }, "estimated", kBlue);
   }
-  return stacked("Force of the world on the bucket tip",
-                 "Estimated from cylinder pressures with its 95 % band, against the simulator's truth.", 2, plot);
+  return stacked("Contact force on the bucket tip",
+                 "Estimated from cylinder pressures with its 95 % band, compared with the simulator's true force.", 2,
+                 plot);
 }
 
 PageFigure felt(const session::SessionRecord& record) {
@@ -69,8 +70,8 @@ PageFigure felt(const session::SessionRecord& record) {
   plot.line([scale](const session::Sample& s) { return scale * s.truth_tip_force_N.norm(); }, "true force, scaled",
             kVermilion);
   plot.line([](const session::Sample& s) { return s.felt_N.norm(); }, "felt by the hand", kBlue);
-  return stacked("Felt force", "Force on the operator's hand, against the true contact force times the force scale.", 1,
-                 plot);
+  return stacked("Felt force",
+                 "Force on the operator's hand, compared with the true contact force times the force scale.", 1, plot);
 }
 
 PageFigure energy(const session::SessionRecord& record) {
@@ -80,8 +81,11 @@ PageFigure energy(const session::SessionRecord& record) {
   plot.panel("machine, kJ");
   plot.line([](const session::Sample& s) { return 1e-3 * s.truth_energy_to_machine_J; },
             "work of the valves on the machine", kOrange);
-  return stacked("Energy over the two ports", "Cumulative. A port that only takes energy from the hand falls.", 2,
-                 plot);
+  return stacked(
+      "Energy at hand and machine",
+      "Cumulative work of the device on the hand and of the valves on the machine; where a curve falls, hand or "
+      "machine does the work.",
+      2, plot);
 }
 
 /// Rows of bars over time: what was on, and when.
@@ -143,14 +147,14 @@ PageFigure timeline(const session::SessionRecord& record) {
   bars.row(
       "contact", [](const session::Sample& s) { return session::in_contact(s) ? "contact" : ""; }, kVermilion);
   bars.row(
-      "noticed", [](const session::Sample& s) { return s.contact ? "noticed" : ""; }, kBlue);
+      "detected", [](const session::Sample& s) { return s.contact ? "detected" : ""; }, kBlue);
   bars.row(
       "limited", [](const session::Sample& s) { return s.limits != 0 ? "limited" : ""; }, kOrange);
-  return {"Course of the session",
-          "Mode of the machine, phase of the operator's plan, contact in truth and as the estimator noticed it, any "
-          "limit of the safety "
-          "gate.",
-          bars.figure()};
+  return {
+      "Session timeline",
+      "Machine mode, phase of the operator's plan, true contact, contact detected by the estimator, and active limits "
+      "of the safety gate.",
+      bars.figure()};
 }
 
 void write_points(std::ostringstream& out, const std::string& name, const std::vector<PlanarVector>& points) {
@@ -189,14 +193,14 @@ std::vector<PlanarVector> thinned_path(const session::SessionRecord& record, con
 
 PageFigure tip_path(const session::SessionResult& session) {
   const auto tip = thinned_path(session.record, &session::Sample::truth_tip_m, false);
-  const auto asked = thinned_path(session.record, &session::Sample::hand_setpoint_tip_m, true);
+  const auto commanded = thinned_path(session.record, &session::Sample::hand_setpoint_tip_m, true);
   Eigen::AlignedBox2d box;
-  for (const auto* path : {&tip, &asked})
+  for (const auto* path : {&tip, &commanded})
     for (const PlanarVector& p : *path) box.extend(p);
   if (box.isEmpty()) box.extend(PlanarVector::Zero());
   const double margin_m = 0.25;
   std::ostringstream s;
-  write_points(s, "$asked", asked);
+  write_points(s, "$commanded", commanded);
   write_points(s, "$tip", tip);
   std::string curves;
   for (std::size_t i = 0; i < session.scene.size(); ++i) {
@@ -213,11 +217,12 @@ PageFigure tip_path(const session::SessionResult& session) {
   s << plot_style() << "set size ratio -1\nset xrange [" << box.min().x() - margin_m << ':' << box.max().x() + margin_m
     << "]\nset yrange [" << box.min().y() - margin_m << ':' << box.max().y() + margin_m
     << "]\nset xlabel 'forward of the boom pin, m'\nset ylabel 'above the boom pin, m'\nplot " << curves
-    << "$asked using 1:2 with lines lw 1 dt 2 lc rgb '" << kInk
-    << "' title 'asked by the hand', $tip using 1:2 with lines lw 1.8 lc rgb '" << kBlue << "' title 'bucket tip'\n";
+    << "$commanded using 1:2 with lines lw 1 dt 2 lc rgb '" << kInk
+    << "' title 'commanded by the hand', $tip using 1:2 with lines lw 1.8 lc rgb '" << kBlue
+    << "' title 'bucket tip'\n";
   const double aspect = (box.sizes().y() + 2 * margin_m) / (box.sizes().x() + 2 * margin_m);
   return {"Path of the bucket tip",
-          "To scale, in the machine's frame.",
+          "Drawn to scale, in the machine's frame.",
           {900, std::clamp(static_cast<int>(90 + 800 * aspect), 260, 620), s.str()}};
 }
 

@@ -19,8 +19,8 @@ std::string what_ran(const session::SessionResult& s) {
 }
 
 std::string key_numbers(const session::Metrics& m) {
-  return "  tip in free motion " + shown(m.tip_rms_m, "m") + " RMS, no-load force " + shown(m.no_load_rms_N, "N") +
-         ", hold error " + shown(m.hold_error_N, "N") + "\n";
+  return "  tip error in free motion " + shown(m.tip_rms_m, "m") + " RMS, force error without load " +
+         shown(m.no_load_rms_N, "N") + ", hold error " + shown(m.hold_error_N, "N") + "\n";
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ std::string summary_text(const session::Judged& judged, const std::string& repor
     text +=
         formatted("  %s  %-22s %12s  %s %s\n", c.passed ? "pass" : "FAIL", c.name.c_str(),
                   shown(c.value, c.unit).c_str(), c.relation == "max" ? "<=" : ">=", shown(c.bound, c.unit).c_str());
-  text += judged.criteria.empty() ? "  no criteria to meet\n" : judged.passed ? "passed\n" : "NOT passed\n";
+  text += judged.criteria.empty() ? "  no criteria\n" : judged.passed ? "passed\n" : "NOT passed\n";
   if (!report.empty()) text += "report: " + report + "\n";
   return text;
 }

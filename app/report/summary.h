@@ -1,4 +1,4 @@
-// What a session came to, for a person at a terminal: a dozen lines.
+// The result of a session for a person at a terminal: a dozen lines.
 #pragma once
 
 #include <string>

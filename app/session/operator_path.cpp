@@ -23,7 +23,7 @@ using Notes = std::vector<std::string>;
 constexpr std::size_t kLeastKnots = 4;    // of a cubic
 constexpr std::size_t kRowsInNotes = 40;  // stretches of rows named
 constexpr double kStandstill_s = 0.3;     // equal values seen for longer are a standstill, for less a late refresh
-constexpr double kLongestGap_s = 5;       // nobody knows what happened in a longer gap: it is not waited for
+constexpr double kLongestGap_s = 5;       // the motion in a longer gap is unknown: it is shortened
 constexpr double kEase_s = 0.5;           // a hand starts and ends at rest
 constexpr double kLeastEase = 0.05;       // of recorded speed, so that the end is reached
 constexpr double kStep_s = 1e-3;
@@ -137,10 +137,10 @@ Motion read_motion(const recordings::MappedTable& table, const MachineDescriptio
     motion.end_s = std::min(motion.end_s, knots.t.back());
     motion.curves.emplace_back(std::move(knots.t), std::move(knots.value));
   }
-  if (motion.end_s <= motion.begin_s) table.refuse("there is no time at which all joints are known");
+  if (motion.end_s <= motion.begin_s) table.refuse("there is no time with usable values of all joints");
   const double unknown_s = table.until_s.back() - table.time_s.front() - (motion.end_s - motion.begin_s);
   if (unknown_s > 0) {
-    notes.push_back(line("%.1f s at the start or end left out: not every joint is known there", unknown_s));
+    notes.push_back(line("%.1f s at the start or end left out: not every joint has values there", unknown_s));
   }
   return motion;
 }

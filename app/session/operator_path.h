@@ -1,5 +1,5 @@
 // A recorded motion as the operator's intent: read through a mapping, made fit for this machine (range, speed, pump),
-// interpolated without overshoot. What was done to it is told.
+// interpolated without overshoot. Every change is reported in notes.
 #pragma once
 
 #include <string>

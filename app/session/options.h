@@ -1,4 +1,4 @@
-// What a session is asked to be, as the command line says it.
+// The options of a session, as given on the command line.
 #pragma once
 
 #include <cstdint>

@@ -40,7 +40,7 @@ class WorkingRange {
                    const std::string& who) const {
     const auto joints = kinematics_.inverse(tip_m, bucket_rad);
     table.require(joints.has_value(), key,
-                  who + "beyond the range of machine '" + machine_.name + "' with this bucket_deg");
+                  who + "outside the range of machine '" + machine_.name + "' with this bucket_deg");
     require_pose(table, key, *joints, who);
   }
 
@@ -250,7 +250,7 @@ void check_breaks(const TomlTable& file, const Scenario& scenario) {
                                        [](const sim::Phase& phase) { return phase.until_break; });
   const bool breaks = std::any_of(scenario.world.walls.begin(), scenario.world.walls.end(),
                                   [](const sim::WallDescription& wall) { return wall.break_force_N > 0; });
-  file.require(!until_break || breaks, "phase", "one has until_break, but no [[wall]] has a break_force_N");
+  file.require(!until_break || breaks, "phase", "until_break is set, but no [[wall]] has a break_force_N");
 }
 
 /// The bucket starts in the open: a plant that starts inside a wall or below the soil would be thrown out of it.

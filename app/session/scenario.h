@@ -1,4 +1,5 @@
-// A scenario file: where everything stands, what the operator does, what goes wrong, and what is asked of the session.
+// A scenario file: where everything stands, what the operator does, which faults occur, and the criteria of the
+// session.
 #pragma once
 
 #include <string>

@@ -79,7 +79,7 @@ void keep(std::vector<Row>& rows, const Row& row, std::uint64_t& lost) noexcept 
   rows.size() < rows.capacity() ? rows.push_back(row) : void(++lost);
 }
 
-/// World events worth a picture: "piece broke", "contact", "scoop", ...
+/// World events to be drawn: "piece broke", "contact", "scoop", ...
 struct EventRecord {
   double t_s = 0;
   std::string what;
@@ -94,8 +94,8 @@ struct SessionRecord {
   double force_scale = 1e-3;  ///< lambda: hand newtons per machine newton
   double link_delay_s = 0;    ///< One way, as configured
   int phases_timed_out = 0;   ///< 1 where the operator's plan did not come to its end in time
-  int resumed_by_itself = 0;  ///< Faults after which a valve was commanded before enable was let go and pressed again
-  /// Samples, frames, events and faults there was no room for. Any: nobody can vouch for the rest.
+  int resumed_by_itself = 0;  ///< Faults after which a valve was commanded before enable was released and pressed again
+  /// Samples, frames, events and faults there was no room for. If any: the session is not judged.
   std::uint64_t records_lost = 0;
 };
 

@@ -5,7 +5,7 @@ namespace knuckle::session {
 Judged judge(const SessionResult& session) {
   Judged judged{session, compute_metrics(session.record), {}, false};
   judged.criteria = evaluate(session.criteria, judged.metrics);
-  // Nobody can vouch for a session whose record has holes, whatever its scenario asks.
+  // A session whose record has gaps is not passed, whatever its criteria.
   if (session.record.records_lost > 0) {
     const auto holes = evaluate({{"records_lost", {}, 0}}, judged.metrics);
     judged.criteria.insert(judged.criteria.end(), holes.begin(), holes.end());

@@ -1,4 +1,4 @@
-// What a session came to: what ran, what happened, how to judge and draw it. Every output is written from this.
+// The result of a session: what ran, what happened, how to judge and draw it. Every output is written from this.
 #pragma once
 
 #include <cstdint>

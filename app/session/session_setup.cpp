@@ -22,7 +22,8 @@ LinkImpairment impairment(const SimulateOptions& options, const Scenario& scenar
 void refuse_impairment(const SimulateOptions& options) {
   for (const auto& [name, value] :
        {std::pair{"--delay-ms", options.delay_ms}, {"--jitter-ms", options.jitter_ms}, {"--loss", options.loss}}) {
-    if (value) throw InputError(std::string(name) + ": needs virtual time; with --realtime the link is what it is");
+    if (value)
+      throw InputError(std::string(name) + ": cannot be set with --realtime, which uses the real loopback link");
   }
 }
 

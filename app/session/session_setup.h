@@ -15,7 +15,7 @@ struct LoadedSession {
   std::vector<std::string> notes;  ///< What was done to the inputs.
 };
 
-/// @param follows_plan false: somebody else moves the hand, and what the scenario's plan needs is not missed.
+/// @param follows_plan false: the hand is moved otherwise, and the inputs of the scenario's plan are not required.
 /// @throws InputError for bad scenario, machine, device, map or motion files, or files that do not fit together.
 [[nodiscard]] LoadedSession load_session(const SimulateOptions& options, bool follows_plan = true);
 

@@ -128,9 +128,9 @@ std::vector<BatteryRow> contact_model_rows(const std::string& method, const Outc
     Table table(method + ", " + all.front()->force.contact_models[m].model, false);
     table.state("known force 1-5 kN, answered", share(answered, asked), "1");
     press_rows(pulls, table, 0);
-    table.state("torque about the tip that is not there, p95", quantile(torques, 0.95), "N m");
-    table.state("place along the bucket, error, median", 1e3 * median(places), "mm");
-    table.state("place along the bucket, error, p95", 1e3 * quantile(places, 0.95), "mm");
+    table.state("false torque about the tip, p95", quantile(torques, 0.95), "N m");
+    table.state("position along the bucket, error, median", 1e3 * median(places), "mm");
+    table.state("position along the bucket, error, p95", 1e3 * quantile(places, 0.95), "mm");
     const std::vector<BatteryRow> own = table.take();
     rows.insert(rows.end(), own.begin(), own.end());
   }
@@ -179,7 +179,8 @@ void parameter_rows(const Outcomes& all, Table& table) {
     table.at_most(std::string("friction curve F_f(v) error, ") + kJointNames[static_cast<std::size_t>(i)] + ", median",
                   median(friction), "%", 3);
   }
-  table.between("95 % intervals of base parameters that hold the truth", share(covered, intervals), "1", 0.90, 0.99);
+  table.between("95 % intervals of base parameters that contain the true value", share(covered, intervals), "1", 0.90,
+                0.99);
 }
 
 void honesty_rows(const Outcomes& all, Table& table) {
@@ -193,9 +194,10 @@ void honesty_rows(const Outcomes& all, Table& table) {
     }
   }
   if (looks == 0) return;
-  table.between("95 % ellipse of the tip force holds the truth, free motion", share(covered, looks), "1", 0.90, 0.99);
-  table.between("95 % ellipse of the tip force holds the truth, known forces", share(presses_covered, presses), "1",
-                0.90, 0.99);
+  table.between("95 % ellipse of the tip force contains the true force, free motion", share(covered, looks), "1", 0.90,
+                0.99);
+  table.between("95 % ellipse of the tip force contains the true force, known forces", share(presses_covered, presses),
+                "1", 0.90, 0.99);
   table.state("NIS of the tare filter, mean per degree of freedom",
               median(of(all, [](const auto& o) { return o.force.nis; })), "1");
 }
@@ -228,7 +230,7 @@ void payload_rows(const Outcomes& all, double full_scale_kg, Table& table) {
   if (lifts == 0) return;
   table.at_most("payload error, 2 sigma, of full scale, zeroed", 200 * std::sqrt(squares / lifts) / full_scale_kg, "%",
                 1);
-  table.state("payload 95 % interval holds the truth", share(inside, lifts), "1");
+  table.state("payload 95 % interval contains the true load", share(inside, lifts), "1");
 }
 
 std::vector<BatteryRow> commissioning_rows(const std::vector<MachineOutcome>& machines) {

@@ -52,14 +52,14 @@ void add_tip_rows(const std::vector<TipSample>& train, const std::vector<TipSamp
                   std::vector<RealRow>& rows) {
   const PlanarVector constant = median_tip(train);
   const PlainChain squares = fit_plain_chain(train, 1, false), absolute = fit_plain_chain(train, 1, true);
-  std::vector<TipSample> told = train;  // with the bucket angle that the machine's computer has worked out
-  for (TipSample& s : told) s.angle_rad[kBucket] = s.bucket_joint_rad;
-  const PlainChain with_joint = fit_plain_chain(told, 1, false);
+  std::vector<TipSample> informed = train;  // with the bucket angle that the machine's computer has worked out
+  for (TipSample& s : informed) s.angle_rad[kBucket] = s.bucket_joint_rad;
+  const PlainChain with_joint = fit_plain_chain(informed, 1, false);
   const std::vector<std::pair<std::string, Prediction>> baselines{
       {"constant position", [&](const TipSample&) { return constant; }},
       {"three joints, least squares", [&](const TipSample& s) { return squares.tip(s.angle_rad); }},
       {"three joints, least absolute error", [&](const TipSample& s) { return absolute.tip(s.angle_rad); }},
-      {"told the bucket joint (column Jbkt)", [&](const TipSample& s) {
+      {"given the bucket joint (column Jbkt)", [&](const TipSample& s) {
          return with_joint.tip({s.angle_rad[kBoom], s.angle_rad[kArm], s.bucket_joint_rad});
        }}};
   const Spread own = tip_error(test, [&](const TipSample& s) { return geometry.tip(s); });

@@ -57,7 +57,7 @@ LoaderRun load_loader_run(const std::string& path) {
   }
   const double period_s = period_from_motion(run);
   if (!(std::abs(period_s / kStep_s - 1) < kPeriodAgrees)) {
-    table.refuse("angle over speed says a period of " + std::to_string(period_s) + " s, the mapping " +
+    table.refuse("angle and speed give a sampling period of " + std::to_string(period_s) + " s, the mapping has " +
                  std::to_string(kStep_s) + " s");
   }
   return run;

@@ -45,7 +45,7 @@ void print_table(const std::vector<RealRow>& rows, std::ostream& out) {
 void check_folders(const std::string& train_dir, const std::string& test_dir) {
   for (const auto& [option, folder] : {std::pair{"--train", train_dir}, {"--test", test_dir}}) {
     std::error_code ignored;
-    if (!fs::is_directory(folder, ignored)) cli::refuse_option(option, folder, "is no folder");
+    if (!fs::is_directory(folder, ignored)) cli::refuse_option(option, folder, "is not a folder");
   }
 }
 
@@ -56,7 +56,7 @@ void keep_recordings(const Options& options) {
   for (const auto& [option, folder] : {std::pair{"--train", options.train}, {"--test", options.test}}) {
     const fs::path inside = json.lexically_relative(fs::canonical(folder));
     if (*inside.begin() != "..")
-      cli::refuse_option("--json", options.json, std::string("is already there in ") + option);
+      cli::refuse_option("--json", options.json, std::string("lies in the input folder of ") + option);
   }
 }
 
@@ -120,12 +120,14 @@ void write_real_rows(const std::vector<RealRow>& rows, std::ostream& out) {
 
 cli::Command real_recordings_entry() {
   return {
-      "real-recordings", "Fit on recordings of real machines, judge on held-out ones", [](CLI::App& command) {
+      "real-recordings", "Fit models to recordings of real machines and evaluate them on held-out recordings",
+      [](CLI::App& command) {
         const auto options = std::make_shared<Options>();
-        command.add_option("--train", options->train, "Folder with excavator_dig_cycles/ and wheel_loader/ to fit on")
+        command
+            .add_option("--train", options->train, "Folder with excavator_dig_cycles/ and wheel_loader/ for the fit")
             ->required();
-        command.add_option("--test", options->test, "Folder laid out alike to judge on")->required();
-        command.add_option("--json", options->json, "Write the rows (docs/real-recordings.md says what is in them)");
+        command.add_option("--test", options->test, "Folder with the same layout for the evaluation")->required();
+        command.add_option("--json", options->json, "Write the rows as JSON (described in docs/real-recordings.md)");
         return [options] { return run(*options); };
       }};
 }

@@ -1,5 +1,5 @@
-// `knuckle-studies real-recordings`: what Knuckle's methods reach on recordings of real machines, fitted on one folder
-// and judged on another.
+// `knuckle-studies real-recordings`: errors of Knuckle's methods on recordings of real machines, fitted on one folder
+// and evaluated on another.
 #pragma once
 
 #include <ostream>

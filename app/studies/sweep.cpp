@@ -32,32 +32,33 @@ CLI::Validator count(int low, int high) {
 }
 
 void add_options(CLI::App& c, SweepOptions& o) {
-  c.add_option("--battery", o.battery, "What is swept: estimation")->required()->check(CLI::IsMember({"estimation"}));
-  c.add_option("--machine", o.machine, "Drawing that the machines are drawn around: name or .toml file")
+  c.add_option("--battery", o.battery, "Battery to run: estimation")->required()->check(CLI::IsMember({"estimation"}));
+  c.add_option("--machine", o.machine, "Nominal machine that the machines are drawn around: name or .toml file")
       ->capture_default_str();
-  c.add_option("--machines", o.machines, "How many drawn machines, 1 to 100000")
+  c.add_option("--machines", o.machines, "Number of drawn machines, 1 to 100000")
       ->capture_default_str()
       ->check(count(1, 100'000));
-  c.add_option("--seed", o.seed, "Draws the machines")
+  c.add_option("--seed", o.seed, "Seed of the drawn machines")
       ->capture_default_str()
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
-  c.add_option("--ensemble", o.ensemble, "Other machines that the model's error is measured on, 2 to 10000; 0: none")
+  c.add_option("--ensemble", o.ensemble, "Number of other machines to measure the model error on, 2 to 10000; 0: none")
       ->capture_default_str()
       ->check(CLI::Validator(cli::ensemble_size_error, "", "machines"));
-  c.add_option("--ablation", o.ablation, "Judge every ingredient switched off in turn, on so many machines; 0: not")
+  c.add_option("--ablation", o.ablation,
+               "Number of machines to test the method on with each part switched off in turn; 0: none")
       ->capture_default_str()
       ->check(count(0, 100'000));
-  c.add_option("--budget", o.budget, "Judge machines with one source of error each, so many of each source; 0: not")
+  c.add_option("--budget", o.budget, "Number of machines for each single source of error; 0: none")
       ->capture_default_str()
       ->check(count(0, 100'000));
-  c.add_option("--jobs", o.jobs, "Threads, up to 1024; 0: one a processor")
+  c.add_option("--jobs", o.jobs, "Threads, up to 1024; 0: one per processor")
       ->capture_default_str()
       ->check(count(0, 1024));
-  c.add_option("--json", o.json, "Write the rows (docs/estimation-results.md says what they mean)");
+  c.add_option("--json", o.json, "Write the rows as JSON (described in docs/estimation-results.md)");
   c.footer(cli::kExitCodes);
 }
 
-/// The method with each ingredient off in turn.
+/// The method with each part switched off in turn.
 std::vector<FullVariant> ablation(const estimation::FullOptions& full) {
   std::vector<FullVariant> variants;
   const auto without = [&](const char* what, const std::function<void(estimation::FullOptions&)>& change) {
@@ -88,8 +89,8 @@ class Sweep {
     setup_.drawing = load_machine(find_config("machine", options.machine));
     if (setup_.drawing.dynamics_calibration || setup_.drawing.geometry_calibration) {
       throw InputError(setup_.drawing.source +
-                       ": table [calibration]: a battery draws its machines around a drawing, "
-                       "not around one that is calibrated already");
+                       ": table [calibration]: the battery needs a nominal machine file, "
+                       "not a calibrated one");
     }
   }
 
@@ -218,7 +219,7 @@ int run_sweep(const SweepOptions& options) {
 }  // namespace
 
 cli::Command sweep_entry() {
-  return {"sweep", "Judge Knuckle on many drawn machines", [](CLI::App& command) {
+  return {"sweep", "Evaluate Knuckle on many randomly drawn machines", [](CLI::App& command) {
             const auto options = std::make_shared<SweepOptions>();
             add_options(command, *options);
             return [options] { return run_sweep(*options); };

@@ -34,10 +34,10 @@ TEST(CommissionChecks, DirectionIsRightOnlyWhereEyeValveAndEncoderAgree) {
     const Finding finding = judge_direction(run, seen);
     return finding.level == Level::kFault ? finding.text : "";
   };
-  EXPECT_NE(fault(motion(0.2, -0.015), Seen::kLonger).find("counts the wrong way"), std::string::npos);
-  EXPECT_NE(fault(motion(0.2, -0.015), Seen::kShorter).find("moves the wrong way"), std::string::npos);
-  EXPECT_NE(fault(motion(0.2, 0.015), Seen::kShorter).find("moves the wrong way"), std::string::npos);
-  EXPECT_NE(fault(motion(0.2, 0), Seen::kLonger).find("its encoder shows nothing"), std::string::npos);
+  EXPECT_NE(fault(motion(0.2, -0.015), Seen::kLonger).find("counts in the wrong direction"), std::string::npos);
+  EXPECT_NE(fault(motion(0.2, -0.015), Seen::kShorter).find("moves in the wrong direction"), std::string::npos);
+  EXPECT_NE(fault(motion(0.2, 0.015), Seen::kShorter).find("moves in the wrong direction"), std::string::npos);
+  EXPECT_NE(fault(motion(0.2, 0), Seen::kLonger).find("its encoder measured no motion"), std::string::npos);
   EXPECT_NE(fault(motion(0.2, 0.015), Seen::kStill).find("encoders are exchanged"), std::string::npos);
   EXPECT_NE(fault(motion(0.2, 0), Seen::kStill).find("did not move"), std::string::npos);
   EXPECT_NE(fault(motion(0.2, 0.015), Seen::kAnother).find("moves another cylinder"), std::string::npos);
@@ -55,7 +55,7 @@ TEST(CommissionChecks, AtAStopTheDrivenChamberRisesMost) {
   EXPECT_EQ(judge_sides(*end, kBoom, false).level, Level::kFault);
   const Finding other = judge_sides(*end, kArm, true);
   EXPECT_EQ(other.level, Level::kFault);
-  EXPECT_NE(other.text.find("the boom head side transmitter rises by 160 bar instead of the arm head one"),
+  EXPECT_NE(other.text.find("the pressure of boom head rises by 160 bar instead of that of arm head"),
             std::string::npos)
       << other.text;
   EXPECT_EQ(judge_sides(*stroke_end(motion(0.2, 0.1, JogRun::End::kStalled)), kBoom, true).level, Level::kNote);

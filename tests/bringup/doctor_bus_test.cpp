@@ -53,7 +53,7 @@ TEST(DoctorBus, MachineAsItsFileSaysIsHealthyNodeByNode) {
   EXPECT_EQ(valve.name, "boom_valve");
   EXPECT_EQ(valve.device_type, 0x198U);
   EXPECT_EQ(valve.vendor, 0x4B4EU);
-  EXPECT_EQ(valve.state, "no heartbeat");  // nobody has configured it
+  EXPECT_EQ(valve.state, "no heartbeat");  // not configured
   EXPECT_EQ(valve.reading, "INIT, spool 0.0 %");
   EXPECT_NE(line(diagnosis, 0x20).reading.find(" bar"), std::string::npos);
   EXPECT_EQ(line(diagnosis, 0x40).reading, "E-stop chain closed, pilot off");
@@ -89,8 +89,10 @@ TEST(DoctorBus, SilentNodeIsNamedWithWhatToCheck) {
   const auto bus = simulated_bus();
   bus->machine().inject(0x22, sim::NodeFault::kSilent);
   const BusDiagnosis diagnosis = look(bus);
-  EXPECT_EQ(faults(diagnosis),
-            "node 0x22 arm_head_pressure: does not answer: check its power, its plug, its node id and its bit rate\n");
+  EXPECT_EQ(
+      faults(diagnosis),
+      "node 0x22 arm_head_pressure: does not answer SDO requests: check its power, its plug, its node id and its bit "
+      "rate\n");
   EXPECT_EQ(line(diagnosis, 0x22).state, "silent");
 }
 
@@ -98,12 +100,12 @@ TEST(DoctorBus, AnotherDeviceIsAFaultWithBothIdentities) {
   const auto bus = simulated_bus();
   bus->machine().nodes().set_product(0x31, 0x999);
   EXPECT_EQ(faults(look(bus)),
-            "node 0x31 arm_encoder: product 0x00000999, the machine file says 0x00000406: another device; put it into "
-            "the file only if you know it\n");
+            "node 0x31 arm_encoder: product 0x00000999, the machine file requires 0x00000406: another device; correct "
+            "the machine file if this one is intended\n");
   MachineDescription exchanged = solar();
   std::swap(exchanged.bus.valves[0].id, exchanged.bus.tilt.id);
   const std::string told = faults(look(simulated_bus(), exchanged));
-  EXPECT_NE(told.find("node 0x38 boom_valve: device type 0x0000019A (CiA 410, inclinometer), the machine file says "
+  EXPECT_NE(told.find("node 0x38 boom_valve: device type 0x0000019A (CiA 410, inclinometer), the machine file requires "
                       "0x00000198 (CiA 408, hydraulic valve): two node ids may be exchanged"),
             std::string::npos)
       << told;
@@ -116,7 +118,7 @@ TEST(DoctorBus, MissingNodeIsFoundUnderTheWrongId) {
   EXPECT_NE(faults(diagnosis).find("node 0x33 bucket_encoder: does not answer"), std::string::npos);
   const std::string notes = said(diagnosis, Finding::Level::kNote);
   EXPECT_NE(notes.find("node 0x32: is not in the machine file (CiA 406, encoder, vendor 0x00004B4E, product 0x00000406)"
-                       ": may be bucket_encoder with another id than 0x33"),
+                       ": possibly bucket_encoder, expected with node id 0x33"),
             std::string::npos)
       << notes;
 }
@@ -126,8 +128,8 @@ TEST(DoctorBus, WhatStartUpRequiresMustBeSo) {
   bus->machine().nodes().node(0x30)->replace(canopen::kEncoderStep, 50000);
   bus->machine().nodes().node(0x11)->replace(canopen::kValveControlMode, 2);
   const std::string told = faults(look(bus));
-  EXPECT_NE(told.find("node 0x30 boom_encoder: 0x6005:01 is 0xC350, the machine file needs 0x186A0: set it with the "
-                      "maker's tool, or correct the file"),
+  EXPECT_NE(told.find("node 0x30 boom_encoder: 0x6005:01 is 0xC350, the machine file requires 0x186A0: set it with "
+                      "the manufacturer's tool, or correct the machine file"),
             std::string::npos)
       << told;
   EXPECT_NE(told.find("node 0x11 arm_valve: 0x6042:00 is 0x2"), std::string::npos) << told;
@@ -144,7 +146,7 @@ TEST(DoctorBus, ErrorRegisterAndEmergencyAreToldInWords) {
   const std::string told = faults(diagnosis);
   EXPECT_NE(told.find("node 0x25 bucket_rod_pressure: error register 0x05 (generic, voltage)"), std::string::npos)
       << told;
-  EXPECT_NE(told.find("node 0x12 bucket_valve: sends the emergency 0x4210 device temperature (1 while listening)"),
+  EXPECT_NE(told.find("node 0x12 bucket_valve: reports the emergency 0x4210 device temperature (1 received)"),
             std::string::npos)
       << told;
   EXPECT_EQ(line(diagnosis, 0x12).emergency, 0x4210);
@@ -154,10 +156,10 @@ TEST(DoctorBus, UnpluggedBusIsToldOnce) {
   const auto bus = simulated_bus();
   bus->bus().silence(sim::MachineOnBus::kMachinePort, true);
   EXPECT_EQ(faults(look(bus)),
-            "simulated bus: nobody is heard and nobody answers: check the nodes' power, the plug and the bit rate\n");
+            "simulated bus: no frame received, no node answers: check the nodes' power, the plug and the bit rate\n");
   const auto off = simulated_bus();
   off->bus().bus_off(sim::MachineOnBus::kControllerPort);
-  EXPECT_NE(faults(look(off)).find("the controller is off the bus"), std::string::npos);
+  EXPECT_NE(faults(look(off)).find("the CAN controller is bus off"), std::string::npos);
 }
 
 TEST(DoctorBus, AsksNobodyWhileSomebodyElseAsks) {
@@ -174,7 +176,7 @@ TEST(DoctorBus, AsksNobodyWhileSomebodyElseAsks) {
   };
   const BusDiagnosis diagnosis = look(bus);
   EXPECT_EQ(count.reads, 1);
-  EXPECT_NE(faults(diagnosis).find("somebody else reads or writes nodes over SDO"), std::string::npos);
+  EXPECT_NE(faults(diagnosis).find("another program uses SDO"), std::string::npos);
 }
 
 TEST(DoctorBus, LoadIsThatOfTheFramesHeard) {

@@ -43,7 +43,7 @@ TEST(DoctorComputer, EachThingMissingIsToldWithItsRemedy) {
   EXPECT_NE(fault([](auto& f) {
               f.can_in_kernel = false;
               f.can_error = 97;
-            }).find("no CAN sockets in this kernel: Address family not supported"),
+            }).find("this kernel has no CAN sockets: Address family not supported"),
             std::string::npos);
   EXPECT_NE(fault([](auto& f) { f.can_interfaces.clear(); }).find("no CAN interface"), std::string::npos);
   EXPECT_NE(fault([](auto& f) { f.hidraw_in_kernel = false; }).find("hidraw"), std::string::npos);

@@ -298,12 +298,12 @@ TEST_F(ProgramRefuses, SweepsAndRealRecordingsThatCannotBe) {
       {sweep, {{"--machine", path("file"), "--json", path("file")}, {"--json", "already taken by --machine"}}},
       {sweep, {{"--json", path("nowhere/a")}, {"--json", "nowhere/a"}}},
       {{"real-recordings"}, {{}, {"--train is required"}}},
-      {{"real-recordings", "--train", path("file")}, {{"--test", path("folder")}, {"--train", "is no folder"}}},
+      {{"real-recordings", "--train", path("file")}, {{"--test", path("folder")}, {"--train", "is not a folder"}}},
       {{"real-recordings", "--train", path("folder")},
        {{"--test", path("empty")}, {"--train", "--test", "wheel_loader"}}},
       {real, {{"--train", path("folder")}, {"--train: is given more than once"}}},
       {real, {{"--json", path("nowhere/a")}, {"--json", "nowhere/a"}}},
-      {real, {{"--json", path("folder/wheel_loader/a.csv")}, {"--json", "is already there in --train"}}},
+      {real, {{"--json", path("folder/wheel_loader/a.csv")}, {"--json", "lies in the input folder of --train"}}},
   };
   const std::vector<std::string> before = left_behind();
   for (auto [arguments, refusal] : table) {

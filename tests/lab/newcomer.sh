@@ -91,8 +91,8 @@ answer 'hand on the machine' ready
 answer 'nodes are configured and started' configure
 asked "Press the machine's E-stop" && signal node USR1 && within 5 holds "$result/node.log" 'broken: e_stop'
 answer "Press the machine's E-stop" pressed
-asked 'Release it' && within 10 holds "$result/node.log" 'mended: e_stop'
-answer 'Release it' released
+asked 'Release the E-stop' && within 10 holds "$result/node.log" 'mended: e_stop'
+answer 'Release the E-stop' released
 answer 'slope by a spirit level' "$(awk '/^hull_pitch_deg/ { print $3 }' $truth_file)"
 answer 'pilot pressure on for two seconds' pilot
 answer 'one cylinder at a time' move
@@ -109,10 +109,10 @@ for joint in boom arm bucket; do
   room=$([ $joint = boom ] && echo go || echo skip)
   answer "$joint: extends to its stop" "$room"
   answer "$joint: retracts to its stop" "$room"
-  [ "$room" = skip ] || answer "$joint: back to the middle" go
+  [ "$room" = skip ] || answer "$joint: moves back to the middle" go
   asked "$joint: the cylinder's length" && look
   answer "$joint: the cylinder's length" "$(true_length $joint)"
-  answer "$joint: the encoder shows" preset
+  answer "$joint: the encoder reads" preset
 done
 for joint in boom arm bucket; do answer "$joint: slow ramps" go; done
 answer 'Motion of all joints' finish

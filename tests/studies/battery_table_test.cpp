@@ -65,7 +65,7 @@ TEST(BatteryTable, CountsAPullThatAContactModelRefusesAsMissed) {
   };
   EXPECT_EQ(value("known force 1-5 kN, answered"), 0.5);
   EXPECT_EQ(value("known force 1-5 kN within max(3 %, 60 N) and 3 deg, standing"), 0.5);
-  EXPECT_EQ(value("torque about the tip that is not there, p95"), 12);
+  EXPECT_EQ(value("false torque about the tip, p95"), 12);
 }
 
 TEST(BatteryTable, SaysThatAMachineWithoutAUsableResultIsATargetMissed) {
