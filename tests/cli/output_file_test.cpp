@@ -61,7 +61,7 @@ TEST(OutputFile, MakesTheFolderItIsToBeIn) {
 TEST(OutputFile, KeepsTheWholeLinesOfWhatTheDiskTook) {
   const Folder folder;
   const std::string target = folder.file("bus.log");
-  for (const std::string half : {std::string("half"), std::string(10'000, 'x')}) {
+  for (const std::string& half : {std::string("half"), std::string(10'000, 'x')}) {
     OutputFile out("--candump", target);
     out.stream() << "one\ntwo\n" << half << std::flush;
     out.commit_whole_lines();

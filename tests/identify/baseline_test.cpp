@@ -111,7 +111,7 @@ TEST(Baselines, DiggingInTheAirGivesTablesTwoAndThree) {
 
 TEST(Baselines, FewPosesAreReportedAsNotUsable) {
   BaselineData none;
-  none.verdict = identify_static(machine(), {}).summary;
+  none.verdict = estimation::identify_static(machine(), {}).summary;
   const std::string text = page("static", none);
   expect_all(text, {">not usable<", "0 poses at rest", "</html>"});
   EXPECT_THROW((void)page("mean", {}), InputError);
