@@ -16,8 +16,7 @@
 namespace knuckle::bringup {
 namespace {
 
-constexpr double kStopTolerance =
-    0.05;  // of the way between the stops: for soft rubber; a wrong gear ratio differs by more
+constexpr double kStopTolerance = 0.05;  // of the range between the stops: soft stops; a wrong gear ratio exceeds it
 constexpr Duration kStillTime = 200ms;
 constexpr double kStill_rad = 0.02;
 constexpr const char* kLayoutNeeded = ": calibration needs one key per line in each [joints.*] table";
@@ -94,8 +93,7 @@ std::optional<DeviceDescription> calibrated_device(const DeviceDescription& file
       problem = std::string(kDeviceJointNames[i]) + ": measured " + fixed(moved_rad, 3) +
                 " rad between its stops, file " + fixed(range_rad, 3) +
                 " rad (min_rad to max_rad), tolerance 5 %: move it to both stops, or correct gear_ratio or "
-                "counts_per_turn of "
-                "the device";
+                "counts_per_turn of the device";
       return std::nullopt;
     }
     const int sign = moved > 0 ? 1 : -1;

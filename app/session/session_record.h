@@ -95,7 +95,7 @@ struct SessionRecord {
   double link_delay_s = 0;    ///< One way, as configured
   int phases_timed_out = 0;   ///< 1 where the operator's plan did not come to its end in time
   int resumed_by_itself = 0;  ///< Faults after which a valve was commanded before enable was released and pressed again
-  /// Samples, frames, events and faults there was no room for. If any: the session is not judged.
+  /// Samples, frames, events and faults there was no room for. If any: the session does not pass.
   std::uint64_t records_lost = 0;
 };
 
