@@ -181,13 +181,14 @@ void MachineRun::Impl::stand(Duration still) {
 }
 
 /// Until no rod moves any more as static identification sees it: a big machine with its arm stretched out swings by
-/// millimetres, at 3 Hz, for seconds. One that goes on for longer is not waited for.
+/// millimetres, at 3 Hz, for seconds. Twice as long as a rest must last: the last of a swing looks still for one. One
+/// that goes on for longer is not waited for.
 void MachineRun::Impl::wait_until_still() {
   const estimation::StaticOptions rest;
   const double most_m = estimation::still_m(machine);
   JointVector low = JointVector::Constant(std::numeric_limits<double>::infinity()), high = -low;
   Time since = now;
-  for (const Time end = now + kSettle; now < end && to_seconds(now - since) < rest.rest_s; tick()) {
+  for (const Time end = now + kSettle; now < end && to_seconds(now - since) < 2 * rest.rest_s; tick()) {
     const auto read = raw.measurement();
     if (!read) continue;
     low = low.cwiseMin(read->cylinder_m);

@@ -296,13 +296,13 @@ TEST_F(ProgramRefuses, SweepsAndRealRecordingsThatCannotBe) {
       {sweep, {{"--seed", "18446744073709551616"}, {"--seed", "18446744073709551615"}}},
       {sweep, {{"--machine", "solar016"}, {"solar016", "solar015"}}},
       {sweep, {{"--machine", path("file"), "--json", path("file")}, {"--json", "already taken by --machine"}}},
-      {sweep, {{"--json", path("nowhere/a")}, {"--json", "nowhere/a"}}},
+      {sweep, {{"--json", path("file/a")}, {"--json", "file/a"}}},
       {{"real-recordings"}, {{}, {"--train is required"}}},
       {{"real-recordings", "--train", path("file")}, {{"--test", path("folder")}, {"--train", "is not a folder"}}},
       {{"real-recordings", "--train", path("folder")},
        {{"--test", path("empty")}, {"--train", "--test", "wheel_loader"}}},
       {real, {{"--train", path("folder")}, {"--train: is given more than once"}}},
-      {real, {{"--json", path("nowhere/a")}, {"--json", "nowhere/a"}}},
+      {real, {{"--json", path("file/a")}, {"--json", "file/a"}}},
       {real, {{"--json", path("folder/wheel_loader/a.csv")}, {"--json", "lies in the input folder of --train"}}},
   };
   const std::vector<std::string> before = left_behind();
@@ -319,7 +319,8 @@ TEST_F(ProgramRefuses, SweepsAndRealRecordingsThatCannotBe) {
 }
 
 TEST_F(ProgramRefuses, OutputsThatCannotBeWritten) {
-  expect({{"--json", path("nowhere/a.json")}, {"--json", "nowhere/a.json"}});
+  std::ofstream(path("file")) << "mine";
+  expect({{"--json", path("file/a.json")}, {"--json", "file/a.json"}});
   fs::create_directory(path("folder"));
   expect({{"--json", path("folder")}, {"--json", "folder", "directory"}});
   expect({{"--report", "/proc/a.html"}, {"--report", "/proc/a.html"}});

@@ -165,7 +165,7 @@ TEST_F(CalibrationJobTest, RefusesBeforeItBeginsATargetThatCannotBeWrittenOrIsSo
   fs::create_directory(folder_ / "folder.toml");
   fs::create_symlink(folder_ / "nowhere.toml", folder_ / "link.toml");
   fs::create_symlink(folder_ / "itself.toml", folder_ / "itself.toml");
-  for (const char* name : {"none/calibrated.toml", "text.toml", "folder.toml", "link.toml", "itself.toml"}) {
+  for (const char* name : {"text.toml/calibrated.toml", "text.toml", "folder.toml", "link.toml", "itself.toml"}) {
     CalibrationPlan bad = plan();
     bad.target = (folder_ / name).string();
     try {

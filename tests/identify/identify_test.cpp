@@ -358,7 +358,7 @@ TEST_F(IdentifyProgram, RefusesOutputsThatCannotBeWrittenBeforeItDrives) {
   fs::create_directory(path("folder"));
   std::ofstream(path("file")) << "mine";
   for (const char* option : {"--out", "--report", "--json"}) {
-    for (const std::string& target : {path("folder"), path("nowhere/a"), path("file/a")}) {
+    for (const std::string& target : {path("folder"), path("file/b/a"), path("file/a")}) {
       const ProgramRun run = identify({"--simulate", "--slow", "1200", "--record", path("rec"), option, target});
       EXPECT_EQ(run.exit_code, 2) << run.out;
       EXPECT_TRUE(names(run.err, std::string(option) + " " + target + ": cannot be written")) << run.err;
