@@ -186,7 +186,7 @@ std::string refusal(const MachineDescription& seen, const sim::MachineTruth& tru
 TEST(MachineRun, SaysWhyTheMachineDoesNotEngage) {
   sim::MachineTruth truth = sim::nominal_truth(machine());
   truth.machine.bus.encoders[kArm].product += 1;  // another device than the file says
-  EXPECT_NE(refusal(machine(), truth).find("does not engage: node 0x31"), std::string::npos)
+  EXPECT_NE(refusal(machine(), truth).find("did not engage within 15 s: node 0x31"), std::string::npos)
       << refusal(machine(), truth);
 }
 
@@ -194,7 +194,7 @@ TEST(MachineRun, SaysWhyTheMachineHasDroppedOut) {
   sim::MachineTruth truth = sim::nominal_truth(machine());
   truth.machine.cylinders[kArm].valve.dead_band_extend = truth.machine.cylinders[kArm].valve.dead_band_retract = 0.6;
   const std::string said = refusal(machine(), truth);
-  EXPECT_NE(said.find("dropped out: "), std::string::npos) << said;
+  EXPECT_NE(said.find("no longer engaged: "), std::string::npos) << said;
   EXPECT_GT(said.size(), 30u) << said;
 }
 
