@@ -1,9 +1,7 @@
 #include "app/identify/identify.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <ctime>
 #include <iostream>
 #include <limits>
 #include <stdexcept>
@@ -117,15 +115,6 @@ JointVector pooled_rms(const Identified& result) {
   return count > 0 ? JointVector((sum / count).cwiseSqrt()) : JointVector(JointVector::Zero());
 }
 
-std::string now_utc() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 24> text;
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text.data();
-}
-
 /// The machine before anything was learned of it.
 MachineDescription drawing_of(MachineDescription machine) {
   machine.geometry_calibration.reset();
@@ -194,7 +183,7 @@ Identified identify(const IdentifyData& given, const std::string& method, const 
     if (result.summary.usable && std::all_of(data.training.begin(), data.training.end(), commanded))
       result.valves = learn_valves(result.machine, data.training);
   }
-  result.machine.calibration_provenance = {method, now_utc(), data.sha256, data.source, cli::program_version()};
+  result.machine.calibration_provenance = {method, cli::now_utc(), data.sha256, data.source, cli::program_version()};
   done(1);
   return result;
 }
