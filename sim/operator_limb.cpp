@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/seed.h"
+
 namespace knuckle::sim {
 namespace {
 
@@ -48,8 +50,7 @@ const char* name(LimbClass limb) noexcept {
 LimbImpedance draw_limb(LimbClass limb, std::uint64_t seed) noexcept {
   std::mt19937_64 random(seed);
   const auto draw = [&random](Range range) {
-    const double unit = double(random() >> 11) * 0x1p-53;
-    return range.low * std::pow(range.high / range.low, unit);
+    return range.low * std::pow(range.high / range.low, unit_interval(random));
   };
   const LimbRanges ranges = ranges_of(limb);
   LimbImpedance drawn;

@@ -13,11 +13,11 @@ namespace {
 constexpr double kBar = 1e5;
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// Uniform draws with a fixed mapping from the generator, so that a seed means the same machine everywhere.
+/// Uniform about a nominal value.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : generator_(seed) {}
-  double within(double bound) { return bound * (2 * unit() - 1); }
+  double within(double bound) { return bound * (2 * unit_interval(generator_) - 1); }
   double scaled(double value, double fraction) { return value * (1 + within(fraction)); }
   PlanarVector moved(const PlanarVector& pin, double bound_m) {
     const double dx = within(bound_m);
@@ -26,7 +26,6 @@ class Draw {
   }
 
  private:
-  double unit() { return static_cast<double>(generator_() >> 11) * 0x1p-53; }
   std::mt19937_64 generator_;
 };
 

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "core/error.h"
+#include "estimation/identification/path_room.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {
@@ -149,9 +150,7 @@ struct Reach {
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : generator_(seed) {}
-  double within(double low, double high) {
-    return low + (high - low) * static_cast<double>(generator_() >> 11) * 0x1p-53;
-  }
+  double within(double low, double high) { return uniform(generator_, low, high); }
   JointVector about(const JointVector& centre, double bound) {
     JointVector value = centre;
     for (double& v : value) v = std::clamp(v + within(-bound, bound), 0.0, 1.0);
