@@ -1,11 +1,11 @@
 #include "app/identify/identify_output.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string_view>
+
+#include "core/format.h"
 
 namespace knuckle::identify {
 namespace {
@@ -14,13 +14,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kSchema = 1;
 constexpr std::size_t kFindingsShown = 12;
-
-template <typename... T>
-std::string formatted(const char* format, T... values) {
-  std::array<char, 400> text;
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
 
 double total_s(const std::vector<estimation::Recording>& recordings) {
   double sum = 0;

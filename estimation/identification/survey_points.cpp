@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
 #include "core/error.h"
+#include "core/format.h"
+#include "core/quantile.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -15,19 +16,6 @@ constexpr double kMostSigmas = 5;      // of the drawing's tolerances, on top
 constexpr double kMostLost = 0.25;     // of the poses
 constexpr double kLeastSpread = 0.25;  // of a joint's working range
 constexpr double kSamePose_rad = 0.02;
-
-std::string text(const char* format, double a, double b = 0, double c = 0) {
-  char line[160];
-  std::snprintf(line, sizeof line, format, a, b, c);
-  return line;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 const PlanarVector& point_of(const SurveyPose& pose, int link) {
   return link == kBoom ? pose.arm_pin_m : link == kArm ? pose.bucket_pin_m : pose.tip_m;
@@ -90,8 +78,8 @@ class Selection {
     const CylinderDescription& cylinder = drawing_.cylinders[i];
     const double ratio = reading / (0.5 * (cylinder.min_length_m + cylinder.max_length_m));
     return std::string(kJointNames[i]) +
-           text(" encoder reads %.4g m, which no angle of the working range gives (cylinder %.3f to %.3f m)", reading,
-                cylinder.min_length_m, cylinder.max_length_m) +
+           formatted(" encoder reads %.4g m, which no angle of the working range gives (cylinder %.3f to %.3f m)",
+                     reading, cylinder.min_length_m, cylinder.max_length_m) +
            (ratio > 300 && ratio < 3000 ? ": looks like millimetres" : "");
   }
 
@@ -118,7 +106,7 @@ class Selection {
       if (part < kLeastSpread) {
         result_.refusals.push_back(
             std::string("the ") + kJointNames[static_cast<std::size_t>(i)] +
-            text(" moved over %.0f %% of its range; at least %.0f %% is needed", 100 * part, 100 * kLeastSpread));
+            formatted(" moved over %.0f %% of its range; at least %.0f %% is needed", 100 * part, 100 * kLeastSpread));
       }
     }
   }
@@ -139,7 +127,7 @@ class Selection {
       const PlanarVector& at = point_of(*pose.survey, link);
       if (at.allFinite()) off.push_back((change(at) - drawn(pose, link)).norm());
     }
-    return median(off);
+    return upper_median(off);
   }
 
   /// Points of one kind that are off in the median are a mistake of the whole survey.
@@ -153,7 +141,7 @@ class Selection {
         {"with x mirrored", [](const PlanarVector& p) { return PlanarVector(-p.x(), p.y()); }},
         {"with z mirrored", [](const PlanarVector& p) { return PlanarVector(p.x(), -p.y()); }},
         {"with x and z swapped", [](const PlanarVector& p) { return PlanarVector(p.y(), p.x()); }}};
-    std::string line = name + text(" is %.3g m off the drawing in the median (bound %.3g m)", off, bound);
+    std::string line = name + formatted(" is %.3g m off the drawing in the median (bound %.3g m)", off, bound);
     for (const auto& [mistake, change] : kMistakes) {
       if (median_off(link, change) <= bound) line += std::string(": looks ") + mistake;
     }
@@ -171,7 +159,7 @@ class Selection {
       const PlanarVector& at = point_of(*pose.survey, link);
       if (at.allFinite()) off.push_back((at - drawn(pose, other)).norm());
     }
-    return median(off) <= bound;
+    return upper_median(off) <= bound;
   }
 
   /// How far the drawing's tolerances move the point, to first order; far where a lever is short.
@@ -191,7 +179,7 @@ class Selection {
         if (off > kMostOff * reach_m_ + kMostSigmas * drawn_sigma(pose, link)) {
           result_.left_out.push_back("pose " + std::to_string(pose.number) + ": " +
                                      kPointNames[static_cast<std::size_t>(link)] +
-                                     text(" is %.3g m off the drawing", off));
+                                     formatted(" is %.3g m off the drawing", off));
           continue;
         }
         result_.points.push_back({pose.number, link, pose.survey->cylinder_m, at,
