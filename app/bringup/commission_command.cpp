@@ -63,7 +63,7 @@ void check(const CommissionCommandOptions& o) {
 /// @param read the machine file as read, not calibrated: calibrating the file must not change the simulated machine.
 BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription& read) {
   if (!o.simulate) return real_access(o.can);
-  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::draw_truth(read, o.seed), sim::WorldDescription{},
+  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::sample_truth(read, o.seed), sim::WorldDescription{},
                                                             middle_of_range(read), o.seed));
 }
 

@@ -66,7 +66,7 @@ MethodRun run_method(const std::string& method, const MachineDescription& machin
 }
 
 /// In the order of Calibration. Load-dependent friction is on no drawing.
-std::vector<double> drawing_values(const MachineDescription& machine) {
+std::vector<double> nominal_values(const MachineDescription& machine) {
   CalibrationVector values = CalibrationVector::Constant(std::numeric_limits<double>::quiet_NaN());
   values.head<kBaseCount>() = estimation::lumped_parameters(machine);
   for (int j = 0; j < kJoints; ++j) {
@@ -123,7 +123,8 @@ MachineDescription drawing_of(MachineDescription machine) {
   return machine;
 }
 
-/// Of machines drawn around the same drawing: commissioned alike, surveyed where this one's geometry is calibrated.
+/// Of machines sampled around the same nominal one: commissioned alike, surveyed where this one's geometry is
+/// calibrated.
 CalibrationMatrix ensemble_error(const IdentifyOptions& options, const MachineDescription& machine,
                                  const std::function<void(double)>& progress) {
   const bool surveyed = machine.geometry_calibration.has_value();
@@ -171,7 +172,7 @@ Identified identify(const IdentifyData& given, const std::string& method, const 
   judge(result);
   if (!skew.what.empty()) tell(skew, result.summary);
   if (method == "full") {
-    result.drawing = drawing_values(machine);
+    result.nominal = nominal_values(machine);
     result.machine.dynamics_calibration = run.dynamics;
     result.machine.dynamics_calibration->residual_rms_Nm = pooled_rms(result);
     for (const char* paper : {"malaguti", "kim"}) {

@@ -153,7 +153,7 @@ class LeverStudy {
 };
 
 /// Parameters, covariance and what they say of the levers.
-void tell(GeometryResult& result, const MachineDescription& drawing, const GeometryPrior& prior,
+void tell(GeometryResult& result, const MachineDescription& nominal, const GeometryPrior& prior,
           const std::vector<SurveyPoint>& points, const GeometryVector& geometry) {
   Identification& summary = result.summary;
   const GeometryMatrix information = information_of(points, geometry, prior);
@@ -182,7 +182,7 @@ void tell(GeometryResult& result, const MachineDescription& drawing, const Geome
     summary.indistinct.push_back(
         in_words(eigen.eigenvectors().col(i), 1 / std::sqrt(1 + std::max(0.0, eigen.eigenvalues()[i]))));
   }
-  const LeverStudy levers(drawing, geometry);
+  const LeverStudy levers(nominal, geometry);
   const JointVector before = levers.relative_sigma(GeometryMatrix(prior.sigma.cwiseProduct(prior.sigma).asDiagonal()));
   const JointVector after = levers.relative_sigma(covariance);
   for (std::size_t i = 0; i < kJoints; ++i) {
@@ -198,13 +198,13 @@ GeometryResult refused(GeometryResult result, std::vector<std::string> reasons) 
 
 }  // namespace
 
-GeometryResult calibrate_geometry(const MachineDescription& drawing, const Survey& survey,
+GeometryResult calibrate_geometry(const MachineDescription& nominal, const Survey& survey,
                                   const GeometryOptions& options) {
-  const GeometryPrior prior = geometry_prior(drawing, options);
+  const GeometryPrior prior = geometry_prior(nominal, options);
   GeometryResult result;
   result.summary.method = "survey";
   result.geometry = to_calibration(prior.mean);
-  SurveyPoints selected = select_points(drawing, survey, options);
+  SurveyPoints selected = select_points(nominal, survey, options);
   result.left_out = selected.left_out;
   if (!selected.refusals.empty()) return refused(std::move(result), selected.refusals);
 
@@ -221,16 +221,16 @@ GeometryResult calibrate_geometry(const MachineDescription& drawing, const Surve
   const auto held_out = held_out_tips(points, prior, options.folds);
   if (!fit || !held_out) return refused(std::move(result), {"the fit does not converge"});
   try {
-    tell(result, drawing, prior, points, *fit);
+    tell(result, nominal, prior, points, *fit);
   } catch (const InputError& error) {  // pins for which the working range cannot be reached
     return refused(std::move(result), {std::string("the fitted geometry is no machine: ") + error.what()});
   }
-  std::vector<double> drawn;
+  std::vector<double> nominal_m;
   for (const SurveyPoint& p : points) {
-    if (p.used && p.link == kBucket) drawn.push_back(point_error(p, prior.mean, prior.sides).value().norm());
+    if (p.used && p.link == kBucket) nominal_m.push_back(point_error(p, prior.mean, prior.sides).value().norm());
   }
   result.held_out = tip_error(*held_out);
-  result.drawing = tip_error(drawn);
+  result.nominal = tip_error(nominal_m);
   result.geometry = to_calibration(*fit);
   result.geometry.tip_rms_m = result.held_out.rms_m;
   result.summary.usable = true;
