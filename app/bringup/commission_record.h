@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "transport/bus_access.h"
 
 namespace knuckle::bringup {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/format.h"
+#include "machine/description.h"
 #include "transport/canopen.h"
 
 namespace knuckle::bringup {

@@ -11,6 +11,7 @@
 #include "app/recordings/csv_reader.h"
 #include "core/error.h"
 #include "core/format.h"
+#include "machine/description.h"
 
 namespace knuckle::identify {
 namespace {

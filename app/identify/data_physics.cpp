@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "estimation/regressor.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::identify {

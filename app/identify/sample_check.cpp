@@ -7,6 +7,7 @@
 
 #include "core/format.h"
 #include "core/quantile.h"
+#include "machine/description.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::identify {

@@ -12,6 +12,7 @@
 #include "app/recordings/csv_reader.h"
 #include "core/error.h"
 #include "core/format.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::session {

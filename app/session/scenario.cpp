@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 #include "machine/pose.h"
 #include "machine/toml_reader.h"

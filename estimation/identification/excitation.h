@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "estimation/identification/joint_path.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

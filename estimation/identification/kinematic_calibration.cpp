@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/format.h"
 #include "estimation/identification/survey_points.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {

@@ -5,9 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "core/joints.h"
 #include "estimation/identification/identification.h"
 #include "estimation/identification/survey.h"
-#include "machine/description.h"
+#include "machine/calibration.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

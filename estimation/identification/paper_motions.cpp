@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "estimation/identification/path_room.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {

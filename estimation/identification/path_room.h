@@ -3,9 +3,10 @@
 
 #include <random>
 
+#include "core/joints.h"
 #include "core/seed.h"
 #include "estimation/identification/path_check.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

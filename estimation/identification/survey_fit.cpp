@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "machine/description.h"
+
 namespace knuckle::estimation {
 namespace {
 

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/format.h"
 #include "core/quantile.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {

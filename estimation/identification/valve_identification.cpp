@@ -10,6 +10,7 @@
 
 #include "estimation/identification/stretch.h"
 #include "estimation/identification/zero_phase.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {
