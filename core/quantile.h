@@ -23,4 +23,12 @@ namespace knuckle {
   return quantile(samples, 0.5);
 }
 
+/// The upper of the middle two where their number is even; 0 where there is none.
+[[nodiscard]] inline double upper_median(std::vector<double> samples) {
+  if (samples.empty()) return 0;
+  const auto middle = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
+  std::nth_element(samples.begin(), middle, samples.end());
+  return *middle;
+}
+
 }  // namespace knuckle

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "estimation/tip_force.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -45,7 +46,11 @@ FreeSpread spread_of(const MachineDescription& machine, std::size_t speed_class)
 }  // namespace
 
 ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
-    : machine_(machine),
+    : links_(machine.links),
+      cylinders_(machine.cylinders),
+      hydraulics_(machine.hydraulics),
+      encoder_step_m_(machine.sensors.encoder_step_m),
+      pins_calibrated_(machine.geometry_calibration.has_value()),
       kinematics_(machine),
       arm_(machine),
       parameters_(parameters_of(machine)),

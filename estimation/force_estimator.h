@@ -17,7 +17,7 @@
 #include "estimation/observer.h"
 #include "estimation/regressor.h"
 #include "estimation/tare.h"
-#include "machine/description.h"
+#include "machine/arm_description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {
@@ -118,7 +118,11 @@ class ForceEstimator {
   void learn() noexcept;
   void judge_confidence() noexcept;
 
-  MachineDescription machine_;
+  PerJoint<LinkDescription> links_;
+  PerJoint<CylinderDescription> cylinders_;
+  HydraulicsDescription hydraulics_;
+  double encoder_step_m_;
+  bool pins_calibrated_;
   Kinematics kinematics_;
   RigidArm arm_;
   BaseParameters parameters_;

@@ -19,7 +19,7 @@ constexpr std::array<double, 2> kLeastRipple_N{35, 90};  // cylinder equivalent
 
 // Levers and angles are as wrong as pins are. Drawings: +-2 mm in x and z at both ends make 1.6 mm standard deviation
 // of the cylinder's length at a known angle, and as much of the lever; calibrated pins are known to some 0.2 mm.
-constexpr double kDrawnLength_m = 2.3e-3, kCalibratedLength_m = 0.35e-3;
+constexpr double kNominalLength_m = 2.3e-3, kCalibratedLength_m = 0.35e-3;
 
 // Contact logic.
 constexpr double kTouch2 = 25, kClear2 = 12;  // squared Mahalanobis distances of three joint torques
@@ -72,13 +72,12 @@ void ForceEstimator::watch_end_stops(const JointVector& joints_rad) noexcept {
     const auto k = static_cast<std::size_t>(i);
     const auto cylinder = kinematics_.cylinder_at(i, joints_rad[i]);
     if (!cylinder) continue;
-    const double in = cylinder->length_m - machine_.cylinders[k].min_length_m;
-    const double out = machine_.cylinders[k].max_length_m - cylinder->length_m;
+    const double in = cylinder->length_m - cylinders_[k].min_length_m;
+    const double out = cylinders_[k].max_length_m - cylinder->length_m;
     const double gap = std::min(in, out);
     const double closing = std::max(0.0, in < out ? -slow_.cylinder_mps[i] : slow_.cylinder_mps[i]);
     const double throttled = std::clamp(1 - gap / kCushion_m, 0.0, 1.0);
-    const double beyond =
-        std::max(machine_.links[k].min_rad - joints_rad[i], joints_rad[i] - machine_.links[k].max_rad);
+    const double beyond = std::max(links_[k].min_rad - joints_rad[i], joints_rad[i] - links_[k].max_rad);
     const double steel = std::clamp(std::max(1 - gap / kStop_m, beyond / kJointStop_rad), 0.0, 1.0);
     const double hidden_N = kCushion_Ns_per_m * throttled * throttled * closing + kStop_N * steel;
     stop_variance_[i] = std::max(stop_variance_[i], std::pow(cylinder->lever_m * hidden_N, 2));
@@ -88,12 +87,11 @@ void ForceEstimator::watch_end_stops(const JointVector& joints_rad) noexcept {
 /// An open relief takes up to the pump's whole flow through the hose between transmitter and chamber: the pressure read
 /// is off by that drop. It also ends what the cylinder can push back, so a larger force moves the machine instead.
 void ForceEstimator::watch_reliefs(const JointState& state) noexcept {
-  const HydraulicsDescription& hydraulics = machine_.hydraulics;
-  const double open_Pa = kReliefPart * hydraulics.main_relief_Pa;
-  const double drop_Pa = hydraulics.hose_drop_Pa_per_m3ps * hydraulics.pump_flow_m3ps;
+  const double open_Pa = kReliefPart * hydraulics_.main_relief_Pa;
+  const double drop_Pa = hydraulics_.hose_drop_Pa_per_m3ps * hydraulics_.pump_flow_m3ps;
   for (int i = 0; i < kJoints; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const CylinderDescription& cylinder = machine_.cylinders[k];
+    const CylinderDescription& cylinder = cylinders_[k];
     double hidden_N = 0;
     if (state.pressure_Pa[2 * k] > open_Pa) hidden_N = drop_Pa * cylinder.head_area_m2();
     if (state.pressure_Pa[2 * k + 1] > open_Pa) hidden_N = std::hypot(hidden_N, drop_Pa * cylinder.rod_side_area_m2());
@@ -105,8 +103,7 @@ void ForceEstimator::watch_reliefs(const JointState& state) noexcept {
 /// Near one step per sample the error of a wire encoder is no noise but a slow beat.
 JointVector ForceEstimator::encoder_shake_Nm(const Pose& pose, const JointVector& lever_m,
                                              const ChannelBand& band) const noexcept {
-  const JointVector half_step =
-      0.5 * machine_.sensors.encoder_step_m * lever_m.cwiseAbs().cwiseMax(kSmallestLever_m).cwiseInverse();
+  const JointVector half_step = 0.5 * encoder_step_m_ * lever_m.cwiseAbs().cwiseMax(kSmallestLever_m).cwiseInverse();
   const double edge = 2.0 * std::numbers::pi * band.observer_Hz;
   return edge * edge * joint_torque(arm_.momentum(pose, absolute(half_step)) * parameters_);
 }
@@ -118,7 +115,7 @@ void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<dou
   const TareColumns h = signals_.columns();
   const Eigen::Matrix3d untared = h * tare_.covariance() * h.transpose();
   const JointVector momentary = stuck_variance_ + stop_variance_ + relief_variance_;
-  const double length_m = machine_.geometry_calibration ? kCalibratedLength_m : kDrawnLength_m;
+  const double length_m = pins_calibrated_ ? kCalibratedLength_m : kNominalLength_m;
   const JointVector lever = signals_.lever.cwiseAbs().cwiseMax(kSmallestLever_m);
   const JointVector reach = jacobian.colwise().norm();
   const JointVector proportional = (length_m * estimate_.tip_N.norm()) * reach.cwiseQuotient(lever);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "machine/description.h"
+
 namespace knuckle::estimation {
 namespace {
 
@@ -16,7 +18,7 @@ bool finite(const Measurement& m) noexcept {
 }  // namespace
 
 JointStateFilter::JointStateFilter(const MachineDescription& machine, double step_s, double velocity_cutoff_Hz)
-    : machine_(machine),
+    : cylinders_(machine.cylinders),
       kinematics_(machine),
       step_s_(step_s),
       // Between samples the length is taken as straight, so its derivative is constant over a step and this blend is
@@ -46,7 +48,7 @@ std::optional<JointState> JointStateFilter::step(const Measurement& measurement)
   state.pressure_Pa = measurement.pressure_Pa;
   state.hull_pitch_rad = measurement.hull_pitch_rad;
   for (std::size_t i = 0; i < kJoints; ++i) {
-    const CylinderDescription& cylinder = machine_.cylinders[i];
+    const CylinderDescription& cylinder = cylinders_[i];
     state.cylinder_N[static_cast<int>(i)] = measurement.pressure_Pa[2 * i] * cylinder.head_area_m2() -
                                             measurement.pressure_Pa[2 * i + 1] * cylinder.rod_side_area_m2();
   }

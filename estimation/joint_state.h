@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/joints.h"
+#include "machine/arm_description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {
@@ -35,7 +36,7 @@ class JointStateFilter {
   void reset() noexcept { started_ = false; }
 
  private:
-  MachineDescription machine_;
+  PerJoint<CylinderDescription> cylinders_;
   Kinematics kinematics_;
   double step_s_, blend_;
   bool started_ = false;

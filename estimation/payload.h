@@ -9,7 +9,7 @@
 #include "estimation/force_estimator.h"
 #include "estimation/joint_state.h"
 #include "estimation/load.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

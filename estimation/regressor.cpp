@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "machine/description.h"
+
 namespace knuckle::estimation {
 namespace {
 

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

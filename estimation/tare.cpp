@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "estimation/regressor.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {

@@ -11,7 +11,8 @@
 #include <limits>
 
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/calibration.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

@@ -53,7 +53,7 @@ struct MachineDescription {
 };
 
 /// The machine as controller and estimator are to see it: geometry, encoder offsets and valves replaced by what was
-/// calibrated. The simulator's machine is drawn around the description as it was read.
+/// calibrated. The simulator's machine is sampled around the description as it was read.
 [[nodiscard]] MachineDescription calibrated(const MachineDescription& machine);
 
 }  // namespace knuckle

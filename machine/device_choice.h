@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "machine/device_description.h"
 
 namespace knuckle {

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "core/error.h"
+#include "machine/description.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle {
 

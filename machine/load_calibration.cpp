@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle {

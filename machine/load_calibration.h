@@ -1,7 +1,7 @@
 // The optional [calibration] of a machine file, as strict as the rest of it.
 #pragma once
 
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "machine/description.h"
+
 namespace knuckle {
 namespace {
 

@@ -4,7 +4,8 @@
 #include <Eigen/Geometry>
 
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/arm_description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle {
 

@@ -1,17 +1,53 @@
 #include "machine/toml_lines.h"
 
 #include <algorithm>
+#include <sstream>
 
 namespace knuckle {
+namespace {
 
-std::string toml_key(const std::string& line) {
+/// The key that a line sets, or its [table] in brackets; empty where it does neither.
+std::string key_of(const std::string& line) {
   const auto begin = line.find_first_not_of(" \t");
-  if (begin == std::string::npos) return "";
+  if (begin == std::string::npos || line[begin] == '#') return "";
   if (line[begin] == '[') return line.substr(begin, line.rfind(']', line.find('#')) - begin + 1);
   const auto equals = line.find('=', begin);
   if (equals == std::string::npos) return "";
   const auto end = line.find_last_not_of(" \t", equals - 1);
   return line.substr(begin, end - begin + 1);
+}
+
+/// Whether `key` opens the table `name` or one inside it.
+bool opens(std::string_view key, std::string_view name) {
+  key.remove_prefix(std::min(key.find_first_not_of(" \t["), key.size()));
+  return key.starts_with(name) && key.find_first_of(" \t.]", name.size()) == name.size();
+}
+
+}  // namespace
+
+std::string edited_toml(
+    std::string_view text,
+    const std::function<void(const std::string& table, const std::string& key, std::string& line)>& edit) {
+  std::istringstream lines{std::string(text)};
+  std::string edited, table;
+  for (std::string line; std::getline(lines, line); edited += line + '\n') {
+    const std::string key = key_of(line);
+    if (key.starts_with('[')) table = key;
+    edit(table, key, line);
+  }
+  return edited;
+}
+
+std::string without_toml_record(std::string_view text, std::string_view name, std::string_view opening) {
+  std::istringstream lines{std::string(text)};
+  std::string kept;
+  bool inside = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (const std::string key = key_of(line); key.starts_with('[')) inside = opens(key, name);
+    if (!inside && !line.starts_with(opening)) kept += line + '\n';
+  }
+  kept.erase(kept.find_last_not_of("\n\r \t") + 1);
+  return kept + '\n';
 }
 
 std::string with_toml_value(const std::string& line, const std::string& value) {
@@ -21,6 +57,15 @@ std::string with_toml_value(const std::string& line, const std::string& value) {
   if (comment == std::string::npos) return changed;
   changed.resize(std::max(changed.size() + 1, comment), ' ');
   return changed + line.substr(comment);
+}
+
+std::string toml_quoted(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+  }
+  return quoted + '"';
 }
 
 }  // namespace knuckle

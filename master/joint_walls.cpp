@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "machine/description.h"
+
 namespace knuckle::master {
 namespace {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "machine/device_description.h"
 
 namespace knuckle::master {

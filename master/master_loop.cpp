@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "machine/description.h"
 #include "transport/link_kind.h"
 
 namespace knuckle::master {

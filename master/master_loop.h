@@ -6,7 +6,7 @@
 
 #include "core/joints.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "machine/device_description.h"
 #include "master/device_driver.h"
 #include "master/device_kinematics.h"

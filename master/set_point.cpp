@@ -1,6 +1,8 @@
 // Scale, offset and clutch.
 #include "master/set_point.h"
 
+#include "machine/description.h"
+
 namespace knuckle::master {
 namespace {
 

@@ -3,7 +3,7 @@
 
 #include "core/filters.h"
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "master/device_driver.h"
 #include "transport/link_messages.h"
 

@@ -8,7 +8,8 @@
 
 #include "core/joints.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/bus_description.h"
+#include "machine/description_fwd.h"
 #include "sim/can_nodes_protocol.h"
 #include "transport/can_bus.h"
 

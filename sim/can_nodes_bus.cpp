@@ -1,4 +1,5 @@
 // All nodes behind one port: who hears what, in which order they step, and what was injected.
+#include "machine/description.h"
 #include "sim/can_nodes.h"
 
 namespace knuckle::sim {

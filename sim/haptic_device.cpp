@@ -7,6 +7,8 @@
 #include <numbers>
 #include <random>
 
+#include "core/seed.h"
+
 namespace knuckle::sim {
 namespace {
 
@@ -34,7 +36,7 @@ HandAndDevice::HandAndDevice(const DeviceDescription& device, const LimbImpedanc
                              std::uint64_t seed, const JointVector& start_rad, std::uint32_t serial)
     : device_(device), limb_(limb), firmware_(device, cable, serial != 0 ? serial : std::max(device.serial, 1u)) {
   std::mt19937_64 random(seed);
-  const auto unit = [&random] { return double(random() >> 11) * 0x1p-53; };
+  const auto unit = [&random] { return unit_interval(random); };
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto row = Eigen::Index(i);
     const double gear = device.gear_ratio[i];

@@ -45,7 +45,7 @@ struct HandTruth {
 /// joints' damping and stiffness, four times a millisecond.
 class HandAndDevice {
  public:
-  /// @param cable the device's end of the HID cable; outlives this. @param seed draws friction (+-20 %) and cogging
+  /// @param cable the device's end of the HID cable; outlives this. @param seed samples friction (+-20 %) and cogging
   /// phase. @param serial 0: as the device's file says, or 1.
   HandAndDevice(const DeviceDescription& device, const LimbImpedance& limb, HidPort& cable, std::uint64_t seed,
                 const JointVector& start_rad, std::uint32_t serial = 0);

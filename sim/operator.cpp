@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "machine/description.h"
+
 namespace knuckle::sim {
 namespace {
 

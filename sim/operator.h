@@ -8,7 +8,7 @@
 
 #include "core/joints.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "sim/haptic_device.h"
 #include "transport/link_messages.h"
 

@@ -1,8 +1,10 @@
-// Ranges of limb impedance (see the operator's part of the stability battery) and their draw.
+// Ranges of limb impedance (see the operator's part of the stability battery) and how they are sampled.
 #include "sim/operator_limb.h"
 
 #include <cmath>
 #include <random>
+
+#include "core/seed.h"
 
 namespace knuckle::sim {
 namespace {
@@ -45,21 +47,20 @@ const char* name(LimbClass limb) noexcept {
   return "?";
 }
 
-LimbImpedance draw_limb(LimbClass limb, std::uint64_t seed) noexcept {
+LimbImpedance sample_limb(LimbClass limb, std::uint64_t seed) noexcept {
   std::mt19937_64 random(seed);
-  const auto draw = [&random](Range range) {
-    const double unit = double(random() >> 11) * 0x1p-53;
-    return range.low * std::pow(range.high / range.low, unit);
+  const auto sample = [&random](Range range) {
+    return range.low * std::pow(range.high / range.low, unit_interval(random));
   };
   const LimbRanges ranges = ranges_of(limb);
-  LimbImpedance drawn;
-  drawn.mass_kg = draw(ranges.mass);
-  drawn.damping_Ns_per_m = draw(ranges.damping);
-  drawn.stiffness_N_per_m = draw(ranges.stiffness);
-  drawn.wrist_inertia_kgm2 = draw(kWristInertia);
-  drawn.wrist_damping_Nms = draw(kWristDamping);
-  drawn.wrist_stiffness_Nm = draw(kWristStiffness);
-  return drawn;
+  LimbImpedance sampled;
+  sampled.mass_kg = sample(ranges.mass);
+  sampled.damping_Ns_per_m = sample(ranges.damping);
+  sampled.stiffness_N_per_m = sample(ranges.stiffness);
+  sampled.wrist_inertia_kgm2 = sample(kWristInertia);
+  sampled.wrist_damping_Nms = sample(kWristDamping);
+  sampled.wrist_stiffness_Nm = sample(kWristStiffness);
+  return sampled;
 }
 
 }  // namespace knuckle::sim

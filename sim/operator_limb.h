@@ -22,7 +22,7 @@ struct LimbImpedance {
   double wrist_stiffness_Nm = 0;  ///< Per radian.
 };
 
-/// One limb drawn log-uniformly from its class's ranges; the same for the same seed.
-[[nodiscard]] LimbImpedance draw_limb(LimbClass limb, std::uint64_t seed) noexcept;
+/// One limb sampled log-uniformly from its class's ranges; the same for the same seed.
+[[nodiscard]] LimbImpedance sample_limb(LimbClass limb, std::uint64_t seed) noexcept;
 
 }  // namespace knuckle::sim

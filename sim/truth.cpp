@@ -13,11 +13,11 @@ namespace {
 constexpr double kBar = 1e5;
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// Uniform draws with a fixed mapping from the generator, so that a seed means the same machine everywhere.
-class Draw {
+/// Uniform about a nominal value.
+class Sampler {
  public:
-  explicit Draw(std::uint64_t seed) : generator_(seed) {}
-  double within(double bound) { return bound * (2 * unit() - 1); }
+  explicit Sampler(std::uint64_t seed) : generator_(seed) {}
+  double within(double bound) { return bound * (2 * unit_interval(generator_) - 1); }
   double scaled(double value, double fraction) { return value * (1 + within(fraction)); }
   PlanarVector moved(const PlanarVector& pin, double bound_m) {
     const double dx = within(bound_m);
@@ -26,64 +26,63 @@ class Draw {
   }
 
  private:
-  double unit() { return static_cast<double>(generator_() >> 11) * 0x1p-53; }
   std::mt19937_64 generator_;
 };
 
-void draw_geometry(MachineDescription& machine, Draw& draw) {
+void sample_geometry(MachineDescription& machine, Sampler& sample) {
   constexpr double kPin_m = 2e-3;
   constexpr double kRod_m = 0.5e-3;  // a rod's length is held closer than a weldment's pins
-  machine.links[kBoom].length_m += draw.within(kPin_m);
-  machine.links[kArm].length_m += draw.within(kPin_m);
-  machine.links[kBucket].length_m += draw.within(kPin_m);
+  machine.links[kBoom].length_m += sample.within(kPin_m);
+  machine.links[kArm].length_m += sample.within(kPin_m);
+  machine.links[kBucket].length_m += sample.within(kPin_m);
   for (TriangleMount* mount : {&machine.boom_mount, &machine.arm_mount}) {
-    mount->parent_pin_m = draw.moved(mount->parent_pin_m, kPin_m);
-    mount->child_pin_m = draw.moved(mount->child_pin_m, kPin_m);
+    mount->parent_pin_m = sample.moved(mount->parent_pin_m, kPin_m);
+    mount->child_pin_m = sample.moved(mount->child_pin_m, kPin_m);
   }
   BucketLinkage& linkage = machine.bucket_linkage;
   for (PlanarVector* pin : {&linkage.cylinder_pin_m, &linkage.rocker_pin_m, &linkage.bucket_pin_m}) {
-    *pin = draw.moved(*pin, kPin_m);
+    *pin = sample.moved(*pin, kPin_m);
   }
-  linkage.rocker_length_m += draw.within(kRod_m);
-  linkage.coupler_length_m += draw.within(kRod_m);
+  linkage.rocker_length_m += sample.within(kRod_m);
+  linkage.coupler_length_m += sample.within(kRod_m);
 }
 
-void draw_masses(MachineDescription& machine, Draw& draw) {
+void sample_masses(MachineDescription& machine, Sampler& sample) {
   constexpr double kMass = 0.05;
   for (LinkDescription& link : machine.links) {
-    const double factor = draw.scaled(1, kMass);
+    const double factor = sample.scaled(1, kMass);
     link.mass_kg *= factor;
     link.inertia_kgm2 *= factor;
   }
   for (CylinderDescription& cylinder : machine.cylinders) {
-    cylinder.body_mass_kg = draw.scaled(cylinder.body_mass_kg, kMass);
-    cylinder.rod_mass_kg = draw.scaled(cylinder.rod_mass_kg, kMass);
+    cylinder.body_mass_kg = sample.scaled(cylinder.body_mass_kg, kMass);
+    cylinder.rod_mass_kg = sample.scaled(cylinder.rod_mass_kg, kMass);
   }
-  machine.bucket_linkage.rocker_mass_kg = draw.scaled(machine.bucket_linkage.rocker_mass_kg, kMass);
-  machine.bucket_linkage.coupler_mass_kg = draw.scaled(machine.bucket_linkage.coupler_mass_kg, kMass);
+  machine.bucket_linkage.rocker_mass_kg = sample.scaled(machine.bucket_linkage.rocker_mass_kg, kMass);
+  machine.bucket_linkage.coupler_mass_kg = sample.scaled(machine.bucket_linkage.coupler_mass_kg, kMass);
 }
 
-void draw_valve(ValveDescription& valve, Draw& draw) {
-  valve.dead_band_extend = std::max(0.0, valve.dead_band_extend + draw.within(0.01));
-  valve.dead_band_retract = std::max(0.0, valve.dead_band_retract + draw.within(0.01));
-  valve.hysteresis = draw.scaled(valve.hysteresis, 0.5);
-  valve.natural_frequency_Hz = draw.scaled(valve.natural_frequency_Hz, 0.15);
-  valve.delay_s = draw.scaled(valve.delay_s, 0.2);
-  valve.nominal_flow_m3ps = draw.scaled(valve.nominal_flow_m3ps, 0.05);
+void sample_valve(ValveDescription& valve, Sampler& sample) {
+  valve.dead_band_extend = std::max(0.0, valve.dead_band_extend + sample.within(0.01));
+  valve.dead_band_retract = std::max(0.0, valve.dead_band_retract + sample.within(0.01));
+  valve.hysteresis = sample.scaled(valve.hysteresis, 0.5);
+  valve.natural_frequency_Hz = sample.scaled(valve.natural_frequency_Hz, 0.15);
+  valve.delay_s = sample.scaled(valve.delay_s, 0.2);
+  valve.nominal_flow_m3ps = sample.scaled(valve.nominal_flow_m3ps, 0.05);
 }
 
-void draw_friction(LuGreFriction& friction, Draw& draw) {
+void sample_friction(LuGreFriction& friction, Sampler& sample) {
   constexpr double kFriction = 0.3;
-  friction.coulomb_extend_N = draw.scaled(friction.coulomb_extend_N, kFriction);
-  friction.coulomb_retract_N = draw.scaled(friction.coulomb_retract_N, kFriction);
-  friction.viscous_Ns_per_m = draw.scaled(friction.viscous_Ns_per_m, kFriction);
-  friction.static_ratio = 1 + draw.scaled(friction.static_ratio - 1, kFriction);
-  friction.stribeck_mps = draw.scaled(friction.stribeck_mps, kFriction);
-  friction.presliding_m = draw.scaled(friction.presliding_m, kFriction);
+  friction.coulomb_extend_N = sample.scaled(friction.coulomb_extend_N, kFriction);
+  friction.coulomb_retract_N = sample.scaled(friction.coulomb_retract_N, kFriction);
+  friction.viscous_Ns_per_m = sample.scaled(friction.viscous_Ns_per_m, kFriction);
+  friction.static_ratio = 1 + sample.scaled(friction.static_ratio - 1, kFriction);
+  friction.stribeck_mps = sample.scaled(friction.stribeck_mps, kFriction);
+  friction.presliding_m = sample.scaled(friction.presliding_m, kFriction);
 }
 
-double draw_viscosity(Draw& draw) {
-  return std::exp(draw.within(std::log(1.25)));
+double sample_viscosity(Sampler& sample) {
+  return std::exp(sample.within(std::log(1.25)));
 }
 
 [[noreturn]] void refuse(const MachineTruth& truth, int joint, const char* key, double value, const char* bound) {
@@ -110,34 +109,34 @@ MachineTruth nominal_truth(const MachineDescription& nominal) {
   return truth;
 }
 
-MachineTruth draw_truth(const MachineDescription& nominal, std::uint64_t seed) {
-  Draw draw(seed);
+MachineTruth sample_truth(const MachineDescription& nominal, std::uint64_t seed) {
+  Sampler sample(seed);
   MachineTruth truth = nominal_truth(nominal);
-  draw_geometry(truth.machine, draw);
-  draw_masses(truth.machine, draw);
+  sample_geometry(truth.machine, sample);
+  sample_masses(truth.machine, sample);
   for (std::size_t i = 0; i < kJoints; ++i) {
-    draw_valve(truth.machine.cylinders[i].valve, draw);
-    draw_friction(truth.friction[i], draw);
-    truth.encoder_offset_m[static_cast<Eigen::Index>(i)] = draw.within(0.5e-3);
+    sample_valve(truth.machine.cylinders[i].valve, sample);
+    sample_friction(truth.friction[i], sample);
+    truth.encoder_offset_m[static_cast<Eigen::Index>(i)] = sample.within(0.5e-3);
   }
-  truth.machine.hydraulics.bulk_modulus_Pa = draw.scaled(nominal.hydraulics.bulk_modulus_Pa, 0.2);
+  truth.machine.hydraulics.bulk_modulus_Pa = sample.scaled(nominal.hydraulics.bulk_modulus_Pa, 0.2);
   for (PressureSensorError& sensor : truth.pressure) {
-    sensor.offset_Pa = draw.within(1 * kBar);
-    sensor.gain = draw.scaled(1, 0.002);
+    sensor.offset_Pa = sample.within(1 * kBar);
+    sensor.gain = sample.scaled(1, 0.002);
   }
-  truth.hull_pitch_rad = draw.within(0.5 * kDegree);
-  truth.tilt_offset_rad = draw.within(0.5 * kDegree);
-  truth.viscosity_factor = draw_viscosity(draw);
-  const double lag_s = 5e-3 + draw.within(3e-3);  // six of one make
+  truth.hull_pitch_rad = sample.within(0.5 * kDegree);
+  truth.tilt_offset_rad = sample.within(0.5 * kDegree);
+  truth.viscosity_factor = sample_viscosity(sample);
+  const double lag_s = 5e-3 + sample.within(3e-3);  // six of one make
   for (PressureSensorError& sensor : truth.pressure) sensor.lag_s = lag_s;
-  truth.encoder_noise_m = nominal.sensors.encoder_step_m * (0.1 + draw.within(0.1));
+  truth.encoder_noise_m = nominal.sensors.encoder_step_m * (0.1 + sample.within(0.1));
   return truth;
 }
 
 MachineTruth another_day(const MachineTruth& truth, std::uint64_t seed) {
-  Draw draw(stream_seed(seed, Stream::kDay));  // not the numbers that drew the machine
+  Sampler sample(stream_seed(seed, Stream::kDay));  // not the numbers that the machine was sampled from
   MachineTruth day = truth;
-  day.viscosity_factor = draw_viscosity(draw);
+  day.viscosity_factor = sample_viscosity(sample);
   return day;
 }
 

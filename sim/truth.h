@@ -1,5 +1,5 @@
 // What the simulated machine really is: the machine file's values with the errors a real machine, its sensors and its
-// oil have. Drawn per seed (or filled from a truth file); the controller never sees it.
+// oil have. Sampled per seed (or filled from a truth file); the controller never sees it.
 #pragma once
 
 #include <array>
@@ -50,9 +50,9 @@ struct MachineTruth {
 /// One machine of the population: masses +-5 %, friction +-30 %, pins +-2 mm, transmitters +-1 bar, hull pitch and
 /// tilt sensor +-0.5 deg, dead bands +-1 % of stroke, oil 0.8..1.25, transmitter lag 2..8 ms, and so on (bounds in
 /// truth.cpp; all uniform).
-[[nodiscard]] MachineTruth draw_truth(const MachineDescription& nominal, std::uint64_t seed);
+[[nodiscard]] MachineTruth sample_truth(const MachineDescription& nominal, std::uint64_t seed);
 
-/// The same machine with oil of another temperature, drawn as in draw_truth(); all else stays.
+/// The same machine with oil of another temperature, sampled as in sample_truth(); all else stays.
 [[nodiscard]] MachineTruth another_day(const MachineTruth& truth, std::uint64_t seed);
 
 /// @throws InputError naming key, value and bound where a value would break the plant's numerics.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "machine/description.h"
 
 namespace knuckle::slave {
 namespace {

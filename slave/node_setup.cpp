@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "machine/description.h"
 
 namespace knuckle::slave {
 namespace {

@@ -9,7 +9,8 @@
 
 #include "core/reason.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/bus_description.h"
+#include "machine/description_fwd.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "machine/description.h"
+
 namespace knuckle::slave {
 namespace {
 
@@ -19,7 +21,9 @@ Reason implausible(std::uint8_t node, double value, double limit) noexcept {
 }  // namespace
 
 Plausibility::Plausibility(const MachineDescription& machine, double step_s)
-    : machine_(machine),
+    : cylinders_(machine.cylinders),
+      hydraulics_(machine.hydraulics),
+      bus_(machine.bus),
       step_s_(step_s),
       repeats_(machine.sensors.pressure_noise_Pa >= 0.5 * machine.sensors.pressure_step_Pa ? kLimits.repeats
                                                                                            : kLimits.repeats_quiet),
@@ -32,32 +36,32 @@ void Plausibility::reset() noexcept {
 }
 
 double Plausibility::dead_band(int joint, double spool) const noexcept {
-  const ValveDescription& valve = machine_.cylinders[static_cast<std::size_t>(joint)].valve;
+  const ValveDescription& valve = cylinders_[static_cast<std::size_t>(joint)].valve;
   return spool > 0 ? valve.dead_band_extend : valve.dead_band_retract;
 }
 
 /// Oil that surely leaves the cylinder [m3/s]. The return edge is the one to ask: its drop is measured, whatever the
 /// pump has to give; and against a wall the returning side falls to tank pressure, so that nothing is expected.
 double Plausibility::sure_flow(int joint, double spool, double return_Pa) const noexcept {
-  const ValveDescription& valve = machine_.cylinders[static_cast<std::size_t>(joint)].valve;
+  const ValveDescription& valve = cylinders_[static_cast<std::size_t>(joint)].valve;
   const double band = dead_band(joint, spool);
   const double opening = std::max(0.0, std::abs(spool) - band) / (1 - band);
-  const double drop_Pa = std::max(0.0, return_Pa - machine_.hydraulics.tank_Pa - kLimits.sure_drop_Pa);
+  const double drop_Pa = std::max(0.0, return_Pa - hydraulics_.tank_Pa - kLimits.sure_drop_Pa);
   return kLimits.sure_flow * opening * valve.nominal_flow_m3ps * std::sqrt(drop_Pa / valve.nominal_drop_Pa);
 }
 
 /// Travel's worth of oil that leaves because the returning side's pressure falls: dV = V dp / beta.
 double Plausibility::expanded_m(int joint, int direction, double length_m, double fall_Pa) const noexcept {
-  const CylinderDescription& cylinder = machine_.cylinders[static_cast<std::size_t>(joint)];
+  const CylinderDescription& cylinder = cylinders_[static_cast<std::size_t>(joint)];
   const double area = direction > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
   const double filled = direction > 0 ? cylinder.max_length_m - length_m : length_m - cylinder.min_length_m;
-  const double volume = machine_.hydraulics.hose_volume_m3 + area * std::max(0.0, filled);
-  return std::max(0.0, fall_Pa) * volume / (machine_.hydraulics.bulk_modulus_Pa * area);
+  const double volume = hydraulics_.hose_volume_m3 + area * std::max(0.0, filled);
+  return std::max(0.0, fall_Pa) * volume / (hydraulics_.bulk_modulus_Pa * area);
 }
 
 Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double spool) noexcept {
   Axis& axis = axes_[static_cast<std::size_t>(joint)];
-  const CylinderDescription& cylinder = machine_.cylinders[static_cast<std::size_t>(joint)];
+  const CylinderDescription& cylinder = cylinders_[static_cast<std::size_t>(joint)];
   const double length = m.cylinder_m[joint], pressure = m.pressure_Pa[return_chamber(joint, spool)];
   const bool open = std::abs(spool) > dead_band(joint, spool) + kLimits.open_margin;
   const int direction = open ? (spool > 0 ? 1 : -1) : 0;
@@ -73,16 +77,16 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   // Where the returning side is empty its flow tells nothing. But an axis that stalls behind an open valve is driven up
   // to the relief: one that is not, and is not seen to move, moves unseen.
   const double driven = m.pressure_Pa[static_cast<std::size_t>(2 * joint + (direction > 0 ? 0 : 1))];
-  const bool stalls = driven > kLimits.stall * machine_.hydraulics.main_relief_Pa;
+  const bool stalls = driven > kLimits.stall * hydraulics_.main_relief_Pa;
   axis.stalled_s = stalls ? 0 : axis.stalled_s + step_s_;
   if (axis.stalled_s > kLimits.unmoved_s) {
-    return implausible(machine_.bus.encoders[static_cast<std::size_t>(joint)].id, axis.stalled_s, kLimits.unmoved_s);
+    return implausible(bus_.encoders[static_cast<std::size_t>(joint)].id, axis.stalled_s, kLimits.unmoved_s);
   }
   const double area = direction > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
   axis.delivered_m += sure_flow(joint, spool, pressure) / area * step_s_;
   const double unseen = axis.delivered_m - expanded_m(joint, direction, length, axis.return_Pa - pressure);
   if (unseen <= kLimits.unseen_m) return {};
-  return implausible(machine_.bus.encoders[static_cast<std::size_t>(joint)].id, unseen, kLimits.unseen_m);
+  return implausible(bus_.encoders[static_cast<std::size_t>(joint)].id, unseen, kLimits.unseen_m);
 }
 
 Reason Plausibility::moving_while_closed(int joint, const estimation::Measurement& m, double spool) noexcept {
@@ -92,7 +96,7 @@ Reason Plausibility::moving_while_closed(int joint, const estimation::Measuremen
   const bool closed = std::abs(spool) < dead_band(joint, spool) - kLimits.closed_margin;
   const auto head = static_cast<std::size_t>(2 * joint);
   const bool relieving =
-      std::max(m.pressure_Pa[head], m.pressure_Pa[head + 1]) > kLimits.relief * machine_.hydraulics.port_relief_Pa;
+      std::max(m.pressure_Pa[head], m.pressure_Pa[head + 1]) > kLimits.relief * hydraulics_.port_relief_Pa;
   axis.closed_s = closed && !relieving ? axis.closed_s + step_s_ : 0;
   if (axis.closed_s < kLimits.settle_s) {
     axis.travel_m = 0;
@@ -100,7 +104,7 @@ Reason Plausibility::moving_while_closed(int joint, const estimation::Measuremen
   }
   axis.travel_m += step - axis.travel_m * step_s_ / kLimits.closed_forget_s;
   if (std::abs(axis.travel_m) <= kLimits.closed_travel_m) return {};
-  return implausible(machine_.bus.encoders[static_cast<std::size_t>(joint)].id, std::abs(axis.travel_m),
+  return implausible(bus_.encoders[static_cast<std::size_t>(joint)].id, std::abs(axis.travel_m),
                      kLimits.closed_travel_m);
 }
 
@@ -118,7 +122,7 @@ Reason Plausibility::stuck(std::size_t chamber, const estimation::Measurement& m
   const bool others_live = seen.other_max_Pa - seen.other_min_Pa > kLimits.other_side_Pa ||
                            std::abs(length - seen.length_m) > kLimits.repeat_travel_m;
   if (seen.repeats < repeats_ || !others_live) return {};
-  return implausible(machine_.bus.pressures[chamber].id, seen.repeats, repeats_);
+  return implausible(bus_.pressures[chamber].id, seen.repeats, repeats_);
 }
 
 Reason Plausibility::step(const estimation::Measurement& measurement, const JointVector& spool) noexcept {

@@ -9,7 +9,8 @@
 #include "core/joints.h"
 #include "core/reason.h"
 #include "estimation/joint_state.h"
-#include "machine/description.h"
+#include "machine/arm_description.h"
+#include "machine/bus_description.h"
 
 namespace knuckle::slave {
 
@@ -70,7 +71,9 @@ class Plausibility {
   [[nodiscard]] Reason moving_while_closed(int joint, const estimation::Measurement& m, double spool) noexcept;
   [[nodiscard]] Reason stuck(std::size_t chamber, const estimation::Measurement& m) noexcept;
 
-  MachineDescription machine_;
+  PerJoint<CylinderDescription> cylinders_;
+  HydraulicsDescription hydraulics_;
+  BusDescription bus_;
   double step_s_;
   int repeats_;
   double moved_m_;

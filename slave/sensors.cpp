@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "machine/description.h"
 #include "transport/canopen.h"
 
 namespace knuckle::slave {

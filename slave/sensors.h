@@ -11,7 +11,7 @@
 #include "core/reason.h"
 #include "core/time.h"
 #include "estimation/joint_state.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "machine/kinematics.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "core/time.h"
-#include "machine/description.h"
 #include "transport/bus_access.h"
 #include "transport/canopen.h"
 

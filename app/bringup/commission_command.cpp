@@ -3,9 +3,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
-#include <chrono>
-#include <ctime>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -66,7 +63,7 @@ void check(const CommissionCommandOptions& o) {
 /// @param read the machine file as read, not calibrated: calibrating the file must not change the simulated machine.
 BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription& read) {
   if (!o.simulate) return real_access(o.can);
-  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::draw_truth(read, o.seed), sim::WorldDescription{},
+  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::sample_truth(read, o.seed), sim::WorldDescription{},
                                                             middle_of_range(read), o.seed));
 }
 
@@ -74,15 +71,6 @@ std::string sha256_of(const std::string& text) {
   cli::Digest digest;
   digest.add(text);
   return digest.finish();
-}
-
-std::string now_utc() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 24> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text.data();
 }
 
 int run_commission(CommissionCommandOptions options) {
@@ -105,7 +93,7 @@ int run_commission(CommissionCommandOptions options) {
                                            terminal(
                                                told, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
                                            record, [&] { interrupt.check(); });
-    out.stream() << commissioned_text(text, machine, result, {access.name(), now_utc(), sha256_of(text)});
+    out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), sha256_of(text)});
     const std::string older = cli::keep_older(options.out);
     out.commit();
     told << "\nwritten: " << options.out << (older.empty() ? "" : "; the previous file was kept as " + older) << '\n';

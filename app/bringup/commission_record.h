@@ -3,54 +3,16 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "app/motion/path_leader.h"
-#include "estimation/identification/joint_path.h"
-#include "estimation/identification/recording.h"
-#include "machine/description.h"
-#include "machine/kinematics.h"
-#include "slave/slave_loop.h"
+#include "machine/description_fwd.h"
 #include "transport/bus_access.h"
-#include "transport/impaired_link.h"
 
 namespace knuckle::bringup {
-
-class LedMachine {
- public:
-  /// @param stopped whether the operator requests a stop; called every SYNC.
-  LedMachine(const MachineDescription& machine, BusAccess& access, std::function<bool()> stopped);
-
-  /// From reset to engaged, where the machine stands. @throws CommissionEnded with the reason where it cannot.
-  void engage();
-  /// Gently to the path's first point, then along it; only the path is recorded, with the encoders' raw readings.
-  /// @throws CommissionEnded with the reason where the machine disengages or the operator stops it.
-  [[nodiscard]] estimation::Recording follow(const estimation::JointPath& path, const std::string& source);
-  /// Waits with closed valves, pilot pressure still on; for the way out, before an orderly stop.
-  void neutral() noexcept;
-
- private:
-  /// A millisecond of link and leader. @return whether the slave loop's period was due, and it has stepped.
-  bool advance();
-  void tick();
-  template <typename Condition>
-  void run_until(Condition reached, Duration patience, const char* what);
-  void sample(const JointVector& demand);
-
-  MachineDescription machine_;
-  Kinematics kinematics_;
-  BusAccess& access_;
-  std::function<bool()> stopped_;
-  Duration period_;
-  Time step_due_;
-  ImpairedLink link_;
-  motion::PathLeader leader_;
-  slave::SlaveLoop slave_;
-  estimation::Recording* recording_ = nullptr;
-};
 
 /// Slow sweeps, fast motion and two motions to validate with, in the order of their names.
 struct IdentifyMotions {

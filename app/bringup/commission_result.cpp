@@ -21,24 +21,10 @@ namespace {
 constexpr const char* kOpening = "# Written by knuckle commission.";
 constexpr double kRampError = 0.03, kDeadBandStep = 1e-4;
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-  }
-  return out + '"';
-}
-
 std::string hex(std::uint32_t value) {
   std::array<char, 16> text{};
   std::snprintf(text.data(), text.size(), "0x%X", value);
   return text.data();
-}
-
-bool is_record(const std::string& table) {
-  const std::string name = table.substr(std::min(table.find_first_not_of('['), table.size()));
-  return name == "commissioning]" || name.starts_with("commissioning.");
 }
 
 /// What was not measured has no key.
@@ -57,46 +43,41 @@ void write_axis(const AxisResult& axis, const char* name, std::ostream& out) {
 
 void write_record(const WizardResult& result, const ResultOrigin& origin, std::ostream& out) {
   out << '\n'
-      << kOpening << "\n[commissioning]\nversion = 2\nbus = " << quoted(origin.bus)
-      << "\ndate = " << quoted(origin.date) << "\nprogram = " << quoted(cli::program_version())
-      << "\nmachine_sha256 = " << quoted(origin.machine_sha256) << '\n';
+      << kOpening << "\n[commissioning]\nversion = 2\nbus = " << toml_quoted(origin.bus)
+      << "\ndate = " << toml_quoted(origin.date) << "\nprogram = " << toml_quoted(cli::program_version())
+      << "\nmachine_sha256 = " << toml_quoted(origin.machine_sha256) << '\n';
   put(out, "tilt_error_deg", result.tilt_error_rad, std::numbers::pi / 180, 0.01);
   out << "recordings = [";
-  for (std::size_t i = 0; i < result.recordings.size(); ++i) out << (i > 0 ? ", " : "") << quoted(result.recordings[i]);
+  for (std::size_t i = 0; i < result.recordings.size(); ++i)
+    out << (i > 0 ? ", " : "") << toml_quoted(result.recordings[i]);
   out << "]\n";
   for (std::size_t j = 0; j < kJoints; ++j) write_axis(result.axes[j], kJointNames[j], out);
   for (const NodeLine& node : result.nodes) {
-    out << "\n[[commissioning.nodes]]\nid = " << hex(node.id) << "\nname = " << quoted(node.name)
+    out << "\n[[commissioning.nodes]]\nid = " << hex(node.id) << "\nname = " << toml_quoted(node.name)
         << "\ndevice_type = " << hex(node.device_type.value_or(0)) << "\nvendor = " << hex(node.vendor.value_or(0))
         << "\nproduct = " << hex(node.product.value_or(0)) << '\n';
   }
   for (const Finding& one : result.findings) {
-    out << "\n[[commissioning.findings]]\nlevel = " << quoted(name(one.level)) << "\nabout = " << quoted(one.about)
-        << "\ntext = " << quoted(one.text) << '\n';
+    out << "\n[[commissioning.findings]]\nlevel = " << toml_quoted(name(one.level))
+        << "\nabout = " << toml_quoted(one.about) << "\ntext = " << toml_quoted(one.text) << '\n';
   }
 }
 
 /// The text with the dead bands of `found` where they are not those of `machine`, without an earlier record.
 std::string with_dead_bands(std::string_view text, const MachineDescription& machine, const MachineDescription& found) {
-  std::istringstream lines{std::string(text)};
-  std::string kept, table;
-  const auto change = [&](std::string& line, const char* key, std::size_t joint, double was, double is) {
-    const std::string axis = kJointNames[joint];
-    const bool its_table = table == "[cylinders." + axis + ".valve]" || table == "[calibration.valves." + axis + "]";
-    if (its_table && is != was && toml_key(line) == key) line = with_toml_value(line, number_text(is));
-  };
-  for (std::string line; std::getline(lines, line);) {
-    if (const std::string key = toml_key(line); key.starts_with('[')) table = key;
-    if (is_record(table) || line == kOpening) continue;
+  const auto edit = [&](const std::string& table, const std::string& key, std::string& line) {
+    const auto change = [&](const char* changed, double was, double is) {
+      if (is != was && key == changed) line = with_toml_value(line, number_text(is));
+    };
     for (std::size_t j = 0; j < kJoints; ++j) {
+      const std::string axis = kJointNames[j];
+      if (table != "[cylinders." + axis + ".valve]" && table != "[calibration.valves." + axis + "]") continue;
       const ValveDescription &was = machine.cylinders[j].valve, &is = found.cylinders[j].valve;
-      change(line, "dead_band_extend", j, was.dead_band_extend, is.dead_band_extend);
-      change(line, "dead_band_retract", j, was.dead_band_retract, is.dead_band_retract);
+      change("dead_band_extend", was.dead_band_extend, is.dead_band_extend);
+      change("dead_band_retract", was.dead_band_retract, is.dead_band_retract);
     }
-    kept += line + '\n';
-  }
-  kept.erase(kept.find_last_not_of("\n\r \t") + 1);
-  return kept + '\n';
+  };
+  return edited_toml(without_toml_record(text, "commissioning", kOpening), edit);
 }
 
 /// Reads the text again, as every program will.

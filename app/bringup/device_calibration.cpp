@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
-#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -125,12 +124,8 @@ std::optional<StopCounts> find_stops(DeviceProbe& probe, const DeviceIdentity& i
 }
 
 std::string calibrated_device_text(std::string_view file_text, const DeviceDescription& device) {
-  std::istringstream lines{std::string(file_text)};
-  std::string text, table;
   const std::string serial = std::to_string(device.serial);
-  for (std::string line; std::getline(lines, line); text += line + '\n') {
-    const std::string key = toml_key(line);
-    if (!key.empty() && key.front() == '[') table = key;
+  const std::string text = edited_toml(file_text, [&](const auto& table, const auto& key, std::string& line) {
     if (table.empty() && key == "serial") {
       line = with_toml_value(line, serial);
     } else if (table.empty() && key == "name" && parse_device(file_text, device.source).serial == 0) {
@@ -144,7 +139,7 @@ std::string calibrated_device_text(std::string_view file_text, const DeviceDescr
         line = with_toml_value(line, value);
       }
     }
-  }
+  });
   const DeviceDescription back = parse_device(text, device.source);
   const bool same = back.serial == device.serial && back.joint_sign == device.joint_sign &&
                     back.zero_counts == device.zero_counts && back.counts_per_turn == device.counts_per_turn;

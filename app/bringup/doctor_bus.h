@@ -10,7 +10,7 @@
 
 #include "app/bringup/bus_survey.h"
 #include "app/bringup/doctor_finding.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::bringup {
 

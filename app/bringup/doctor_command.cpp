@@ -57,7 +57,7 @@ void check(const DoctorOptions& o) {
 BusAccess access_of(const DoctorOptions& o, const std::optional<MachineDescription>& read) {
   constexpr std::uint64_t kSeed = 1;
   if (!o.simulate) return real_access(o.can);
-  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::draw_truth(*read, kSeed), sim::WorldDescription{},
+  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::sample_truth(*read, kSeed), sim::WorldDescription{},
                                                             middle_of_range(*read), kSeed));
 }
 

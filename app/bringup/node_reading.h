@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/bringup/bus_survey.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "slave/node_setup.h"
 
 namespace knuckle::bringup {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "machine/description.h"
 #include "transport/canopen.h"
 
 namespace knuckle::bringup {
@@ -85,9 +86,10 @@ void OrderlyStop::heartbeat(Time now) noexcept {
 
 bool OrderlyStop::at_rest() const noexcept {
   for (std::size_t j = 0; j < kJoints; ++j) {
-    const ValveDescription& drawn = machine_.cylinders[j].valve;
+    const ValveDescription& nominal = machine_.cylinders[j].valve;
     const Valve& valve = valves_[j];
-    if (!valve.heard || valve.spool > drawn.dead_band_extend || valve.spool < -drawn.dead_band_retract) return false;
+    if (!valve.heard || valve.spool > nominal.dead_band_extend || valve.spool < -nominal.dead_band_retract)
+      return false;
   }
   return true;
 }

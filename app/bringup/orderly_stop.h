@@ -7,7 +7,7 @@
 
 #include "core/joints.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "transport/can_bus.h"
 
 namespace knuckle::bringup {

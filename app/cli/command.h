@@ -41,6 +41,8 @@ struct CommandLine {
 
 /// "knuckle 0.1.0"
 [[nodiscard]] std::string program_version();
+/// Date and time of the computer's clock: "2026-11-21T05:00:00Z".
+[[nodiscard]] std::string now_utc();
 
 // For the checks of a command's own options.
 inline constexpr const char* kExitCodes =

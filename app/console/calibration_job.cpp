@@ -194,10 +194,10 @@ bringup::Partner CalibrationJob::screen() {
 }
 
 void CalibrationJob::commission() {
-  const MachineDescription drawing = load_machine(machine_file_);
-  const MachineDescription machine = calibrated(drawing);
+  const MachineDescription nominal = load_machine(machine_file_);
+  const MachineDescription machine = calibrated(nominal);
   const auto simulated = std::make_shared<sim::MachineOnBus>(
-      sim::draw_truth(drawing, plan_.seed), sim::WorldDescription{}, middle_of_range(machine), plan_.seed);
+      sim::sample_truth(nominal, plan_.seed), sim::WorldDescription{}, middle_of_range(machine), plan_.seed);
   const Pacer pacer(plan_.pace);
   simulated->each_tick = [&](sim::MachineOnBus& machine_now) {
     poses_.put(machine_now.plant().joint_rad);

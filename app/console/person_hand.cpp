@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "app/console/hand_input.h"
+#include "machine/description.h"
 
 namespace knuckle::console {
 namespace {

@@ -5,7 +5,7 @@
 #include "app/console/console_input.h"
 #include "core/joints.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "machine/device_description.h"
 #include "master/device_kinematics.h"
 #include "sim/haptic_device.h"

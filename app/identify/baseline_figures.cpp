@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "app/report/panel_plot.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::identify {

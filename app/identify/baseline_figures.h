@@ -7,7 +7,7 @@
 #include "app/report/html.h"
 #include "estimation/identification/identification.h"
 #include "estimation/identification/recording.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::identify {
 

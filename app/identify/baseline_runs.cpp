@@ -148,7 +148,7 @@ std::vector<InertiaBias> malaguti_bias(const MachineDescription& machine, std::u
   for (int i = 0; i < machines; ++i) {
     if (progress) progress(static_cast<double>(i) / machines);
     const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(i);
-    const sim::MachineTruth truth = sim::draw_truth(machine, seed);
+    const sim::MachineTruth truth = sim::sample_truth(machine, seed);
     motion::MachineRun run(machine, truth, {}, middle_of_range(machine), seed);
     const motion::MachineRecording made = run.follow(estimation::malaguti_dig_like_motion(machine, seed));
     const auto values = baseline_truth("malaguti", machine, truth, {{made}, {}});

@@ -39,7 +39,7 @@ struct BaselineRuns {
 [[nodiscard]] std::map<std::string, double> baseline_truth(const std::string& method, const MachineDescription& machine,
                                                            const sim::MachineTruth& truth, const BaselineRuns& runs);
 
-/// How M's inertias depend on noise and settings: one row a variant, over several drawn machines.
+/// How M's inertias depend on noise and settings: one row a variant, over several sampled machines.
 struct InertiaBias {
   std::string variant;
   std::vector<double> stick, bucket;  ///< Identified over true J2, J3, one a machine.

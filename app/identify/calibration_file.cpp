@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "machine/load.h"
+#include "machine/toml_lines.h"
 #include "machine/toml_reader.h"
 #include "machine/whole_file.h"
 
@@ -40,20 +41,10 @@ std::string array(const Vector& values, double unit = 1) {
   return text + "]";
 }
 
-/// A TOML string in quotes.
-std::string quoted(const std::string& value) {
-  std::string text = "\"";
-  for (const char c : value) {
-    if (c == '"' || c == '\\') text += '\\';
-    text += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
-  }
-  return text + "\"";
-}
-
 void write_provenance(std::ostream& out, const CalibrationProvenance& from) {
-  out << "[calibration]\nmethod = " << quoted(from.method) << "\ndate = " << quoted(from.date)
-      << "\ndata_source = " << quoted(from.data_source) << "\ndata_sha256 = " << quoted(from.data_sha256)
-      << "\nprogram = " << quoted(from.program) << '\n';
+  out << "[calibration]\nmethod = " << toml_quoted(from.method) << "\ndate = " << toml_quoted(from.date)
+      << "\ndata_source = " << toml_quoted(from.data_source) << "\ndata_sha256 = " << toml_quoted(from.data_sha256)
+      << "\nprogram = " << toml_quoted(from.program) << '\n';
 }
 
 void write_dynamics(std::ostream& out, const DynamicsCalibration& dynamics) {
@@ -118,37 +109,11 @@ void write_valves(std::ostream& out, const PerJoint<ValveCalibration>& valves) {
   }
 }
 
-/// Whether a line opens a table, and if so whether it is one of the calibration's.
-enum class Line { kOther, kTable, kCalibrationTable };
-Line kind_of(std::string_view line) {
-  const std::size_t bracket = line.find_first_not_of(" \t");
-  if (bracket == std::string_view::npos || line[bracket] != '[') return Line::kOther;
-  const std::size_t begin = line.find_first_not_of(" \t[", bracket);
-  if (begin == std::string_view::npos) return Line::kOther;
-  const std::string_view name = line.substr(begin);
-  constexpr std::string_view kName = "calibration";
-  const bool ours = name.starts_with(kName) && name.find_first_of(" \t.]", kName.size()) == kName.size();
-  return ours ? Line::kCalibrationTable : Line::kTable;
-}
-
-/// The file without its calibration tables and the line that opened them.
-std::string without_calibration(std::string_view text) {
-  std::istringstream lines{std::string(text)};
-  std::string kept, line;
-  bool ours = false;
-  while (std::getline(lines, line)) {
-    if (const Line kind = kind_of(line); kind != Line::kOther) ours = kind == Line::kCalibrationTable;
-    if (!ours && line.rfind(kOpening, 0) != 0) kept += line + '\n';
-  }
-  const std::size_t end = kept.find_last_not_of("\n\r \t");
-  return kept.substr(0, end == std::string::npos ? 0 : end + 1) + '\n';
-}
-
 }  // namespace
 
 std::string calibrated_machine_text(std::string_view machine_file, const MachineDescription& machine) {
   std::ostringstream out;
-  out << without_calibration(machine_file) << '\n' << kOpening << '\n';
+  out << without_toml_record(machine_file, "calibration", kOpening) << '\n' << kOpening << '\n';
   write_provenance(out, machine.calibration_provenance.value());
   if (machine.dynamics_calibration) write_dynamics(out, *machine.dynamics_calibration);
   if (machine.geometry_calibration) write_geometry(out, *machine.geometry_calibration);

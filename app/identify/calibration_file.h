@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "app/cli/output_file.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::identify {
 

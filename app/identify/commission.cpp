@@ -27,12 +27,12 @@ estimation::Survey survey(motion::MachineRun& run, const std::vector<JointVector
 
 }  // namespace
 
-CommissionRuns run_commissioning(const MachineDescription& drawing, const sim::MachineTruth& truth,
+CommissionRuns run_commissioning(const MachineDescription& nominal, const sim::MachineTruth& truth,
                                  const CommissionPlan& plan, std::uint64_t seed,
                                  const std::function<void(double)>& progress,
                                  const std::function<void(const estimation::Survey&)>& posed) {
   using estimation::MotionSpeed;
-  const MachineDescription machine = calibrated(drawing);
+  const MachineDescription machine = calibrated(nominal);
   motion::MachineRun run(machine, truth, {}, middle_of_range(machine), stream_seed(seed, Stream::kSensorNoise));
   if (progress) run.watch([&](double elapsed_s) { progress(std::min(1.0, elapsed_s / plan.duration_s())); });
   const auto held_out = [&](std::uint64_t own, MotionSpeed speed) {
@@ -61,10 +61,10 @@ estimation::ValveResult learn_valves(MachineDescription& machine, std::span<cons
   return result;
 }
 
-Commissioned calibrate(const MachineDescription& drawing, const CommissionRuns& runs,
+Commissioned calibrate(const MachineDescription& nominal, const CommissionRuns& runs,
                        const CommissionOptions& options) {
   Commissioned result;
-  result.machine = drawing;
+  result.machine = nominal;
   if (options.calibrate_geometry) result.geometry = learn_geometry(result.machine, runs.survey);
   const std::array recordings{runs.slow.recording, runs.fast.recording};
   result.full = estimation::identify_full(calibrated(result.machine), recordings, options.full);

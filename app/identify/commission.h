@@ -37,7 +37,7 @@ struct CommissionRuns {
 /// Drives the simulated machine through its wires. @param progress done share in [0, 1]; may throw to end it.
 /// @param posed told the survey so far after each of its poses.
 /// @throws std::runtime_error with the reason where the machine does not do what it is asked.
-[[nodiscard]] CommissionRuns run_commissioning(const MachineDescription& drawing, const sim::MachineTruth& truth,
+[[nodiscard]] CommissionRuns run_commissioning(const MachineDescription& nominal, const sim::MachineTruth& truth,
                                                const CommissionPlan& plan, std::uint64_t seed,
                                                const std::function<void(double)>& progress = {},
                                                const std::function<void(const estimation::Survey&)>& posed = {});
@@ -53,7 +53,7 @@ struct CommissionOptions {
   bool calibrate_geometry = true;
   estimation::FullOptions full;
 };
-[[nodiscard]] Commissioned calibrate(const MachineDescription& drawing, const CommissionRuns& runs,
+[[nodiscard]] Commissioned calibrate(const MachineDescription& nominal, const CommissionRuns& runs,
                                      const CommissionOptions& options);
 
 // Its first and last step by themselves: what is usable goes into the machine.

@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "app/recordings/recording_reader.h"
-#include "machine/description.h"
+#include "core/joints.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::identify {
 

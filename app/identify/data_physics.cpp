@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "estimation/regressor.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::identify {
@@ -70,7 +71,7 @@ struct Row {
 
 /// What one sample says; none where a length has no angle.
 std::optional<Row> row_at(const MachineDescription& machine, const Kinematics& kinematics,
-                          const estimation::BaseParameters& drawing, const Measurement& now, const Measurement& before,
+                          const estimation::BaseParameters& nominal, const Measurement& now, const Measurement& before,
                           const Measurement& after, double span_s) {
   Row row;
   JointVector angle;
@@ -86,7 +87,7 @@ std::optional<Row> row_at(const MachineDescription& machine, const Kinematics& k
   }
   row.speed_mps = (after.cylinder_m - before.cylinder_m) / span_s;
   row.gravity_Nm =
-      estimation::joint_torque(estimation::RigidArm::gravity(estimation::Pose(angle, now.hull_pitch_rad)) * drawing);
+      estimation::joint_torque(estimation::RigidArm::gravity(estimation::Pose(angle, now.hull_pitch_rad)) * nominal);
   return row;
 }
 
@@ -156,7 +157,7 @@ bool WeightFit::believable(int joint) const {
 }
 
 double WeightFit::common_scale() const {
-  constexpr double kAlike = 0.1, kOff = 0.15;  // drawn machines with masses 5 % off have means within 0.93 and 1.05
+  constexpr double kAlike = 0.1, kOff = 0.15;  // sampled machines with masses 5 % off have means within 0.93 and 1.05
   if (!std::all_of(decisive.begin(), decisive.end(), [](bool d) { return d; }) || ratio.minCoeff() <= 0) return 1;
   const double mean = std::cbrt(ratio.prod());
   const bool alike = ((ratio / mean).array() - 1).abs().maxCoeff() < kAlike;
@@ -174,7 +175,7 @@ double WeightFit::misfit() const {
 
 WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
   const Kinematics kinematics(machine);
-  const estimation::BaseParameters drawing = estimation::lumped_parameters(machine);
+  const estimation::BaseParameters nominal = estimation::lumped_parameters(machine);
   const auto steps = [&](double s) {
     return static_cast<std::size_t>(std::max(1.0, std::round(s / recording.step_s)));
   };
@@ -190,7 +191,7 @@ WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
   for (std::size_t i = reach; i + reach < recording.samples.size(); i += every) {
     std::optional<Row> row;
     if (recording.usable[i] != 0 && recording.usable[i - reach] != 0 && recording.usable[i + reach] != 0)
-      row = row_at(machine, kinematics, drawing, recording.samples[i], recording.samples[i - reach],
+      row = row_at(machine, kinematics, nominal, recording.samples[i], recording.samples[i - reach],
                    recording.samples[i + reach], recording.step_s * static_cast<double>(2 * reach));
     if (!row || gathered >= in_mean) close();
     if (!row) continue;

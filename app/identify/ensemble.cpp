@@ -23,11 +23,11 @@ struct Member {
 };
 
 /// @throws std::runtime_error where it cannot be driven or identified.
-Member member(const MachineDescription& drawing, const CommissionPlan& plan, bool calibrate_geometry,
+Member member(const MachineDescription& nominal, const CommissionPlan& plan, bool calibrate_geometry,
               std::uint64_t seed) {
-  const sim::MachineTruth truth = sim::draw_truth(drawing, seed);
-  const CommissionRuns runs = run_commissioning(drawing, truth, plan, seed);
-  const Commissioned found = calibrate(drawing, runs, {calibrate_geometry, {}});
+  const sim::MachineTruth truth = sim::sample_truth(nominal, seed);
+  const CommissionRuns runs = run_commissioning(nominal, truth, plan, seed);
+  const Commissioned found = calibrate(nominal, runs, {calibrate_geometry, {}});
   if (!found.full.summary.usable) throw std::runtime_error(found.full.summary.reasons.front());
   const CalibrationVector truly =
       true_parameters(calibrated(found.machine), runs, found.full.dynamics, truth.hull_pitch_rad);
@@ -46,7 +46,7 @@ CalibrationMatrix positive_part(const CalibrationMatrix& matrix, const Calibrati
 
 }  // namespace
 
-CalibrationMatrix model_error(const MachineDescription& drawing, const CommissionPlan& plan, bool calibrate_geometry,
+CalibrationMatrix model_error(const MachineDescription& nominal, const CommissionPlan& plan, bool calibrate_geometry,
                               int machines, std::uint64_t seed, int jobs, const std::function<void(double)>& progress) {
   std::vector<std::optional<Member>> members(static_cast<std::size_t>(machines));
   std::vector<std::string> reasons(members.size());
@@ -54,7 +54,7 @@ CalibrationMatrix model_error(const MachineDescription& drawing, const Commissio
       members.size(), jobs,
       [&](std::size_t i) {
         try {
-          members[i] = member(drawing, plan, calibrate_geometry, kSeedsApart + seed + i);
+          members[i] = member(nominal, plan, calibrate_geometry, kSeedsApart + seed + i);
         } catch (const std::runtime_error& error) {
           reasons[i] = error.what();
         }

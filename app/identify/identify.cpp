@@ -1,9 +1,7 @@
 #include "app/identify/identify.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <ctime>
 #include <iostream>
 #include <limits>
 #include <stdexcept>
@@ -68,7 +66,7 @@ MethodRun run_method(const std::string& method, const MachineDescription& machin
 }
 
 /// In the order of Calibration. Load-dependent friction is on no drawing.
-std::vector<double> drawing_values(const MachineDescription& machine) {
+std::vector<double> nominal_values(const MachineDescription& machine) {
   CalibrationVector values = CalibrationVector::Constant(std::numeric_limits<double>::quiet_NaN());
   values.head<kBaseCount>() = estimation::lumped_parameters(machine);
   for (int j = 0; j < kJoints; ++j) {
@@ -117,15 +115,6 @@ JointVector pooled_rms(const Identified& result) {
   return count > 0 ? JointVector((sum / count).cwiseSqrt()) : JointVector(JointVector::Zero());
 }
 
-std::string now_utc() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 24> text;
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text.data();
-}
-
 /// The machine before anything was learned of it.
 MachineDescription drawing_of(MachineDescription machine) {
   machine.geometry_calibration.reset();
@@ -134,7 +123,8 @@ MachineDescription drawing_of(MachineDescription machine) {
   return machine;
 }
 
-/// Of machines drawn around the same drawing: commissioned alike, surveyed where this one's geometry is calibrated.
+/// Of machines sampled around the same nominal one: commissioned alike, surveyed where this one's geometry is
+/// calibrated.
 CalibrationMatrix ensemble_error(const IdentifyOptions& options, const MachineDescription& machine,
                                  const std::function<void(double)>& progress) {
   const bool surveyed = machine.geometry_calibration.has_value();
@@ -182,7 +172,7 @@ Identified identify(const IdentifyData& given, const std::string& method, const 
   judge(result);
   if (!skew.what.empty()) tell(skew, result.summary);
   if (method == "full") {
-    result.drawing = drawing_values(machine);
+    result.nominal = nominal_values(machine);
     result.machine.dynamics_calibration = run.dynamics;
     result.machine.dynamics_calibration->residual_rms_Nm = pooled_rms(result);
     for (const char* paper : {"malaguti", "kim"}) {
@@ -194,7 +184,7 @@ Identified identify(const IdentifyData& given, const std::string& method, const 
     if (result.summary.usable && std::all_of(data.training.begin(), data.training.end(), commanded))
       result.valves = learn_valves(result.machine, data.training);
   }
-  result.machine.calibration_provenance = {method, now_utc(), data.sha256, data.source, cli::program_version()};
+  result.machine.calibration_provenance = {method, cli::now_utc(), data.sha256, data.source, cli::program_version()};
   done(1);
   return result;
 }

@@ -26,7 +26,7 @@ struct Identified {
   std::vector<estimation::TorqueComparison> comparisons;  ///< The method's, one a held-out recording.
   std::optional<estimation::ValveResult> valves;          ///< Where recordings hold valve commands.
   std::vector<InertiaBias> bias;                          ///< For "malaguti" of simulated machines.
-  std::vector<double> drawing;  ///< What the drawing says of each parameter; NaN where it says nothing.
+  std::vector<double> nominal;  ///< What the drawing says of each parameter; NaN where it says nothing.
   MachineDescription machine;   ///< With every calibration that is usable, and where it came from.
 };
 

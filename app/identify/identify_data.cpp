@@ -100,9 +100,9 @@ Recording named(const std::string& name, motion::MachineRecording made) {
   return std::move(made.recording);
 }
 
-Driven drive_full(const IdentifyOptions& options, const MachineDescription& drawing, const sim::MachineTruth& truth,
+Driven drive_full(const IdentifyOptions& options, const MachineDescription& nominal, const sim::MachineTruth& truth,
                   const std::function<void(double)>& progress, const std::function<void(const Survey&)>& posed) {
-  CommissionRuns runs = run_commissioning(drawing, truth, commission_plan(options), options.seed, progress, posed);
+  CommissionRuns runs = run_commissioning(nominal, truth, commission_plan(options), options.seed, progress, posed);
   return {rounded(std::move(runs.survey)),
           {named("slow", std::move(runs.slow)), named("fast", std::move(runs.fast))},
           {named("hold_out_slow", std::move(runs.validation_slow)),
@@ -110,9 +110,9 @@ Driven drive_full(const IdentifyOptions& options, const MachineDescription& draw
           {}};
 }
 
-Driven drive_paper(const IdentifyOptions& options, const MachineDescription& drawing, const sim::MachineTruth& truth,
+Driven drive_paper(const IdentifyOptions& options, const MachineDescription& nominal, const sim::MachineTruth& truth,
                    const std::function<void(double)>& progress) {
-  const MachineDescription machine = calibrated(drawing);
+  const MachineDescription machine = calibrated(nominal);
   const CommissionPlan plan = commission_plan(options);
   motion::MachineRun run(machine, truth, {}, middle_of_range(machine), options.seed);
   run.watch([&](double elapsed_s) { progress(std::min(1.0, elapsed_s / plan.duration_s())); });
@@ -194,7 +194,7 @@ IdentifyData drive_for_data(const IdentifyOptions& options, const std::function<
   IdentifyData data;
   data.machine = load_machine(find_config("machine", options.machine));
   Keeper keeper(options.record);
-  const sim::MachineTruth truth = sim::draw_truth(data.machine, options.seed);
+  const sim::MachineTruth truth = sim::sample_truth(data.machine, options.seed);
   Driven driven = options.method == "full" ? drive_full(options, data.machine, truth, progress, posed)
                                            : drive_paper(options, data.machine, truth, progress);
   calibrate_from(driven.survey, data);

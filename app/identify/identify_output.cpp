@@ -1,11 +1,11 @@
 #include "app/identify/identify_output.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string_view>
+
+#include "core/format.h"
 
 namespace knuckle::identify {
 namespace {
@@ -14,13 +14,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kSchema = 1;
 constexpr std::size_t kFindingsShown = 12;
-
-template <typename... T>
-std::string formatted(const char* format, T... values) {
-  std::array<char, 400> text;
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
 
 double total_s(const std::vector<estimation::Recording>& recordings) {
   double sum = 0;
@@ -44,7 +37,7 @@ Json geometry_json(const estimation::GeometryResult& geometry) {
   return {{"usable", geometry.summary.usable},
           {"poses", geometry.held_out.poses},
           {"tip_rms_mm", number(1e3 * geometry.held_out.rms_m)},
-          {"drawing_tip_rms_mm", number(1e3 * geometry.drawing.rms_m)}};
+          {"drawing_tip_rms_mm", number(1e3 * geometry.nominal.rms_m)}};
 }
 
 Json valves_json(const estimation::ValveResult& valves) {
@@ -62,13 +55,13 @@ Json parameters_json(const IdentifyData& data, const Identified& result) {
   Json list = Json::array();
   for (std::size_t i = 0; i < result.summary.parameters.size(); ++i) {
     const estimation::IdentifiedParameter& p = result.summary.parameters[i];
-    const double drawing = i < result.drawing.size() ? result.drawing[i] : std::nan("");
+    const double nominal = i < result.nominal.size() ? result.nominal[i] : std::nan("");
     list.push_back({{"name", p.name},
                     {"unit", p.unit},
                     {"value", number(p.value)},
                     {"sigma", number(p.sigma)},
                     {"fixed", p.fixed},
-                    {"drawing", number(drawing)}});
+                    {"drawing", number(nominal)}});
     if (const auto truth = data.truth.find(p.name); truth != data.truth.end())
       list.back()["truth"] = number(truth->second);
   }
@@ -137,7 +130,7 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
   }
   if (data.geometry) {
     text += formatted("  geometry: tip off by %.1f mm RMS on held-out poses, by the drawing %.1f mm\n",
-                      1e3 * data.geometry->held_out.rms_m, 1e3 * data.geometry->drawing.rms_m);
+                      1e3 * data.geometry->held_out.rms_m, 1e3 * data.geometry->nominal.rms_m);
   }
   if (summary.columns > 0)
     text +=

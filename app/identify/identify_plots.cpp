@@ -64,7 +64,7 @@ double friction_sigma_N(const DynamicsCalibration& d, int joint, double v_mps) {
   return std::sqrt(std::max(0.0, gradient.dot(d.covariance * gradient)));
 }
 
-FrictionCalibration drawn(const FrictionDescription& f) {
+FrictionCalibration nominal_friction(const FrictionDescription& f) {
   return {f.coulomb_N, f.coulomb_N, f.viscous_Ns_per_m, f.coulomb_N * (f.static_ratio - 1), f.stribeck_mps, 0};
 }
 
@@ -73,7 +73,7 @@ FrictionCalibration drawn(const FrictionDescription& f) {
 std::string friction_block(const MachineDescription& machine, int joint) {
   const DynamicsCalibration& dynamics = *machine.dynamics_calibration;
   const FrictionCalibration found = dynamics.friction(joint);
-  const FrictionCalibration drawing = drawn(machine.cylinders[static_cast<std::size_t>(joint)].friction);
+  const FrictionCalibration nominal = nominal_friction(machine.cylinders[static_cast<std::size_t>(joint)].friction);
   std::ostringstream block;
   constexpr int kPoints = 121;
   constexpr double kFastest_mps = 0.12;
@@ -85,7 +85,7 @@ std::string friction_block(const MachineDescription& machine, int joint) {
     }
     const double force = 1e-3 * friction_N(found, v), sigma = 1e-3 * friction_sigma_N(dynamics, joint, v);
     block << 1e3 * v << ' ' << force << ' ' << force - 2 * sigma << ' ' << force + 2 * sigma << ' '
-          << 1e-3 * friction_N(drawing, v) << '\n';
+          << 1e-3 * friction_N(nominal, v) << '\n';
   }
   return block.str();
 }

@@ -93,26 +93,27 @@ void write_hold_out(std::ostream& out, const Identified& result) {
 /// How far drawing and machine are apart, in the identified value's own uncertainty.
 void write_parameters(std::ostream& out, const Identified& result) {
   if (result.summary.parameters.empty()) return;
-  const bool drawn = !result.drawing.empty();
-  out << "<section><h2>Parameters" << (drawn ? ": drawing and machine" : "") << "</h2><p class=\"soft\">"
-      << (drawn ? "J, X, Z: inertia and first moments of boom (1), arm (2), bucket (3), later links' masses at the "
-                  "joint included. Difference: identified minus drawing over sigma; beyond 2 the drawing is another "
-                  "machine than this one. "
-                : "")
+  const bool has_nominal = !result.nominal.empty();
+  out << "<section><h2>Parameters" << (has_nominal ? ": drawing and machine" : "") << "</h2><p class=\"soft\">"
+      << (has_nominal
+              ? "J, X, Z: inertia and first moments of boom (1), arm (2), bucket (3), later links' masses at the "
+                "joint included. Difference: identified minus drawing over sigma; beyond 2 the drawing is another "
+                "machine than this one. "
+              : "")
       << "Sigma: " << report::escaped(sigma_text(result))
       << ".</p><div class=\"wide\"><table><tr><th>parameter<th "
          "class=\"n\">value<th "
          "class=\"n\">sigma<th>unit";
-  if (drawn) out << "<th class=\"n\">drawing<th class=\"n\">difference, sigma";
+  if (has_nominal) out << "<th class=\"n\">drawing<th class=\"n\">difference, sigma";
   out << "</tr>\n";
   for (std::size_t i = 0; i < result.summary.parameters.size(); ++i) {
     const estimation::IdentifiedParameter& p = result.summary.parameters[i];
     out << "<tr><td class=\"nowrap\">" << report::escaped(p.name) << (p.fixed ? " (from the machine file)" : "")
         << "<td class=\"n\">" << digits(p.value) << "<td class=\"n\">" << digits(p.sigma, 2) << "<td class=\"nowrap\">"
         << unit_text(p.unit);
-    if (drawn) {
-      const double difference = p.sigma > 0 ? (p.value - result.drawing[i]) / p.sigma : std::nan("");
-      out << "<td class=\"n\">" << digits(result.drawing[i]) << "<td class=\"n"
+    if (has_nominal) {
+      const double difference = p.sigma > 0 ? (p.value - result.nominal[i]) / p.sigma : std::nan("");
+      out << "<td class=\"n\">" << digits(result.nominal[i]) << "<td class=\"n"
           << (std::abs(difference) > 2 ? " no" : "") << "\">" << digits(difference, 2);
     }
     out << "</tr>\n";
@@ -128,7 +129,7 @@ void write_geometry(std::ostream& out, const IdentifyData& data) {
       << (geometry.summary.usable ? "" : "Not usable: the drawing's geometry is used.")
       << "</p><div class=\"wide\"><table><tr><th><th class=\"n\">poses<th class=\"n\">tip RMS, mm<th "
          "class=\"n\">median<th class=\"n\">95 %</tr>\n";
-  for (const auto& [name, error] : {std::pair{"drawing", geometry.drawing}, {"calibrated", geometry.held_out}}) {
+  for (const auto& [name, error] : {std::pair{"drawing", geometry.nominal}, {"calibrated", geometry.held_out}}) {
     out << "<tr><td>" << name << "<td class=\"n\">" << error.poses << "<td class=\"n\">" << digits(1e3 * error.rms_m, 3)
         << "<td class=\"n\">" << digits(1e3 * error.median_m, 3) << "<td class=\"n\">" << digits(1e3 * error.p95_m, 3)
         << "</tr>\n";
@@ -150,16 +151,16 @@ void write_valves(std::ostream& out, const IdentifyData& data, const Identified&
   constexpr double kLitresPerMinute = 6e4;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const ValveCalibration& found = result.valves->valves[j];
-    const ValveDescription& drawn = data.machine.cylinders[j].valve;
+    const ValveDescription& nominal = data.machine.cylinders[j].valve;
     const estimation::Identification& axis = result.valves->axes[j];
-    const auto cell = [&](double value, double drawing) {
-      out << "<td class=\"n\">" << digits(value, 3) << " (" << digits(drawing, 3) << ")";
+    const auto cell = [&](double value, double in_file) {
+      out << "<td class=\"n\">" << digits(value, 3) << " (" << digits(in_file, 3) << ")";
     };
     out << "<tr><td>" << kJointNames[j];
-    cell(found.dead_band_extend, drawn.dead_band_extend);
-    cell(found.dead_band_retract, drawn.dead_band_retract);
-    cell(1e3 * found.delay_s, 1e3 * drawn.delay_s);
-    cell(kLitresPerMinute * found.nominal_flow_m3ps, kLitresPerMinute * drawn.nominal_flow_m3ps);
+    cell(found.dead_band_extend, nominal.dead_band_extend);
+    cell(found.dead_band_retract, nominal.dead_band_retract);
+    cell(1e3 * found.delay_s, 1e3 * nominal.delay_s);
+    cell(kLitresPerMinute * found.nominal_flow_m3ps, kLitresPerMinute * nominal.nominal_flow_m3ps);
     out << "<td>"
         << (axis.usable || axis.reasons.empty() ? "usable" : report::escaped("as drawn: " + axis.reasons.front()))
         << "</tr>\n";

@@ -17,7 +17,7 @@ constexpr double kOpens_percent = 5;  // no dead band is smaller
 constexpr double kSpan_s = 0.05;      // for speeds; about the lag of a valve, too
 constexpr double kMoves_mps = 0.005, kNoSpeed_mps = 2;
 constexpr double kLeastEachWay_s = 2;
-constexpr double kFollows = 0.7, kDoesNot = 0.5;  // of the motion; drawn machines show 0.83 and more
+constexpr double kFollows = 0.7, kDoesNot = 0.5;  // of the motion; sampled machines show 0.83 and more
 
 /// How a cylinder moves with each of the commands: share of its motion that goes their way less the share that does
 /// not; NaN where the command is hardly known.

@@ -46,7 +46,7 @@ class MachineRun {
   void watch(std::function<void(double elapsed_s)> watcher);
   /// Goes gently to the path's first point, then follows it and records (the way there is not recorded).
   /// @param pull_N of a test rig (load cell on a chain) on the tip, frame M, one a sample of the path; empty: none.
-  /// @throws std::runtime_error with the blocking reason where the machine does not engage or drops out.
+  /// @throws NotLed with the reason where the machine does not engage or is no longer engaged.
   [[nodiscard]] MachineRecording follow(const estimation::JointPath& path,
                                         const std::vector<PlanarVector>& pull_N = {});
   /// Stands still for so long and records.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/motion/path_builder.h"
+#include "machine/description.h"
 
 namespace knuckle::motion {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "core/joints.h"
 #include "estimation/identification/joint_path.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::motion {

@@ -89,7 +89,7 @@ DeviceProgramSetup set_up(const Options& o) {
     setup.start_rad = scenario.hand_rad;
     limb = scenario.limb;
   }
-  setup.limb = sim::draw_limb(session::limb_named(o.limb, limb), o.seed);
+  setup.limb = sim::sample_limb(session::limb_named(o.limb, limb), o.seed);
   setup.seed = o.seed;
   setup.serial = o.serial;
   for (const std::string& fault : o.faults) setup.faults.push_back(parse_device_fault(fault));

@@ -228,10 +228,7 @@ MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, co
     };
     tend_until_over(run, clock, tend);
     runner->ask_to_stop();
-    ProgramRun ending = run;
-    ending.keep_on = [&runner] { return !runner->stopped(); };
-    ending.duration_s = std::numeric_limits<double>::infinity();
-    tend_until_over(ending, clock, tend);
+    tend_until_stopped(run, clock, tend, [&runner] { return runner->stopped(); });
     loop.stop();
     tend(clock.now());
     outcome.loop = loop.report();

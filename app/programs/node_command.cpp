@@ -100,7 +100,7 @@ NodeSetup set_up(const Options& o) {
   const MachineDescription machine = load_machine(find_config("machine", o.machine));
   const session::Scenario scenario = session::load_scenario(find_config("scenario", o.scenario), machine);
   NodeSetup setup;
-  setup.truth = o.truth.empty() ? sim::draw_truth(machine, o.seed) : session::load_truth(o.truth, machine);
+  setup.truth = o.truth.empty() ? sim::sample_truth(machine, o.seed) : session::load_truth(o.truth, machine);
   setup.world = scenario.world;
   setup.start_rad = scenario.start_rad;
   setup.seed = o.seed;

@@ -167,6 +167,13 @@ void tend_until_over(const ProgramRun& run, const RealtimeClock& clock, const st
   }
 }
 
+void tend_until_stopped(const ProgramRun& run, const RealtimeClock& clock, const std::function<void(Time)>& tend,
+                        const std::function<bool()>& stopped) {
+  tend_until_over(
+      {[&stopped] { return !stopped(); }, run.console, std::numeric_limits<double>::infinity(), run.outputs}, clock,
+      tend);
+}
+
 void PolicyNote::tell(ProgramConsole& console, Time now, const RealtimeThread& thread) {
   if (told_) return;
   const auto policy = thread.granted();

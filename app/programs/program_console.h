@@ -86,6 +86,9 @@ struct ProgramRun {
 
 /// Calls `tend` 50 times a second until the run is over: asked to end, or its time has come.
 void tend_until_over(const ProgramRun& run, const RealtimeClock& clock, const std::function<void(Time)>& tend);
+/// The same of what was asked to stop, until it has, whatever ends the run.
+void tend_until_stopped(const ProgramRun& run, const RealtimeClock& clock, const std::function<void(Time)>& tend,
+                        const std::function<bool()>& stopped);
 
 /// Tells once which scheduling class the loop was granted.
 class PolicyNote {

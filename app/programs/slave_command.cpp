@@ -93,7 +93,7 @@ Setup set_up(const Options& o) {
   const std::uint64_t seed = o.seed.value_or(1);
   setup.simulation = {
       session::load_scenario(find_config("scenario", o.scenario.empty() ? "free_motion" : o.scenario), read), seed,
-      sim::draw_truth(read, seed)};
+      sim::sample_truth(read, seed)};
   session::refuse_faults(setup.simulation->scenario);
   return setup;
 }

@@ -10,7 +10,7 @@
 #include "app/programs/program_console.h"
 #include "core/reason.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "slave/emergency_log.h"
 #include "slave/node_setup.h"
 #include "transport/can_bus.h"

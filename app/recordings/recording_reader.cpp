@@ -10,6 +10,7 @@
 #include "app/recordings/csv_reader.h"
 #include "core/error.h"
 #include "core/quantile.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 #include "machine/toml_reader.h"
 

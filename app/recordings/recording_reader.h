@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "core/joints.h"
 #include "estimation/identification/recording.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::recordings {
 

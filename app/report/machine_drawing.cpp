@@ -1,5 +1,6 @@
 #include "app/report/machine_drawing.h"
 
+#include "machine/description.h"
 #include "machine/pose.h"
 
 namespace knuckle::report {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::report {
 

@@ -1,16 +1,9 @@
 #include "app/report/summary.h"
 
-#include <cstdio>
+#include "core/format.h"
 
 namespace knuckle::report {
 namespace {
-
-template <typename... T>
-std::string formatted(const char* format, T... values) {
-  std::array<char, 256> text;
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
 
 std::string what_ran(const session::SessionResult& s) {
   return formatted("%s on %s, seed %llu: %.1f s simulated in %.2f s (%.0f x real time)\n", s.scenario.c_str(),

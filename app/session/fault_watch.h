@@ -10,7 +10,7 @@
 #include "app/session/session_record.h"
 #include "core/reason.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::session {
 

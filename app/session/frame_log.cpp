@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "machine/description.h"
 #include "transport/canopen.h"
 
 namespace knuckle::session {

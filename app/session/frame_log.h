@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "transport/timed_frame.h"
 
 namespace knuckle::session {

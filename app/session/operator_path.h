@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "sim/operator.h"
 
 namespace knuckle::session {

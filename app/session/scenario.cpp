@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 #include "machine/pose.h"
 #include "machine/toml_reader.h"
@@ -255,7 +256,7 @@ void check_breaks(const TomlTable& file, const Scenario& scenario) {
 
 /// The bucket starts in the open: a plant that starts inside a wall or below the soil would be thrown out of it.
 void check_start(const TomlTable& file, const Scenario& scenario, const MachineDescription& machine) {
-  constexpr double kClear_m = 0.05;  // pins of a drawn machine put its tip up to 4 cm beside
+  constexpr double kClear_m = 0.05;  // pins of a sampled machine put its tip up to 4 cm beside
   const PlanarVector tip_m = Kinematics(machine).tip(scenario.start_rad);
   for (const sim::WallDescription& wall : scenario.world.walls) {
     const PlanarVector normal = wall.normal.normalized(), from_m = tip_m - wall.point_m;

@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "app/session/criteria.h"
+#include "core/joints.h"
 #include "core/time.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "sim/fault_kinds.h"
 #include "sim/operator.h"
 #include "sim/operator_limb.h"

@@ -44,10 +44,10 @@ void allow_for_path(Scenario& scenario, const std::vector<sim::PathPoint>& path,
   if (!follows && !path.empty()) throw InputError("--scenario " + name + ": does not follow a recorded motion");
 }
 
-/// The simulator's machine is drawn around the file as it was read; everything above the wires sees it as calibrated.
-void draw_machine(const SimulateOptions& options, SessionSetup& setup) {
+/// The simulator's machine is sampled around the file as it was read; everything above the wires sees it as calibrated.
+void sample_machine(const SimulateOptions& options, SessionSetup& setup) {
   setup.truth =
-      options.truth.empty() ? sim::draw_truth(setup.machine, options.seed) : load_truth(options.truth, setup.machine);
+      options.truth.empty() ? sim::sample_truth(setup.machine, options.seed) : load_truth(options.truth, setup.machine);
   setup.machine = calibrated(setup.machine);
 }
 
@@ -62,7 +62,7 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   check_springs(setup.machine, setup.device);
   setup.scenario = load_scenario(find_config("scenario", options.scenario), setup.machine);
   setup.seed = options.seed;
-  draw_machine(options, setup);
+  sample_machine(options, setup);
   const std::string recording = options.operator_path();
   if (!recording.empty()) {
     OperatorPath path = load_operator_path(recording, options.map, setup.machine);
@@ -75,7 +75,7 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   if (options.duration_s) setup.scenario.duration_s = *options.duration_s;
   const sim::LimbClass limb =
       limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb, " or path:FILE.csv");
-  setup.limb = sim::draw_limb(limb, options.seed);
+  setup.limb = sim::sample_limb(limb, options.seed);
   if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options, setup.scenario);
   setup.law = options.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
   loaded.operator_name = recording.empty() ? sim::name(limb) : options.operator_name;

@@ -1,4 +1,4 @@
-// From options to a session that can run: files read, machine and limb drawn, everything checked.
+// From options to a session that can run: files read, machine and limb sampled, everything checked.
 #pragma once
 
 #include <string>

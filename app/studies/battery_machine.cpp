@@ -101,9 +101,10 @@ void judge_baselines(const BatterySetup& setup, const identify::Commissioned& fo
                      const identify::CommissionRuns& runs, const Trials& trials, double hull_pitch_rad,
                      MachineOutcome& outcome) {
   const std::array recordings{runs.slow.recording, runs.fast.recording};
-  const estimation::FullResult drawn = estimation::identify_full(setup.drawing, recordings, setup.full_as_drawn);
+  const estimation::FullResult unsurveyed =
+      estimation::identify_full(setup.nominal, recordings, setup.full_nominal_pins);
   outcome.methods.push_back(
-      judge_full(kFullAsDrawn, setup.drawing, setup.full_as_drawn, drawn, runs, trials, hull_pitch_rad));
+      judge_full(kFullNominalPins, setup.nominal, setup.full_nominal_pins, unsurveyed, runs, trials, hull_pitch_rad));
 
   const MachineDescription seen = calibrated(found.machine);
   outcome.methods.push_back(judge_baseline(
@@ -116,7 +117,7 @@ void judge_baselines(const BatterySetup& setup, const identify::Commissioned& fo
   nominal.method = kUncalibrated;
   nominal.identified = nominal.usable = true;
   nominal.torque_2Hz = nominal.torque_raw = no_fit();
-  nominal.force = score_estimator(setup.drawing, trials);
+  nominal.force = score_estimator(setup.nominal, trials);
   outcome.methods.push_back(nominal);
 }
 
@@ -141,16 +142,16 @@ MethodOutcome judge_fine_encoders(const BatterySetup& setup, const MachineDescri
 }
 
 void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint64_t seed, MachineOutcome& outcome) {
-  const identify::CommissionRuns runs = identify::run_commissioning(setup.drawing, truth, setup.commission, seed);
-  const identify::Commissioned found = identify::calibrate(setup.drawing, runs, {true, setup.full});
+  const identify::CommissionRuns runs = identify::run_commissioning(setup.nominal, truth, setup.commission, seed);
+  const identify::Commissioned found = identify::calibrate(setup.nominal, runs, {true, setup.full});
   if (!found.full.summary.usable) {
     outcome.failure = found.full.summary.reasons.front();
     return;
   }
-  outcome.commissioning = score_commissioning(setup.drawing, found, truth);
+  outcome.commissioning = score_commissioning(setup.nominal, found, truth);
   const sim::MachineTruth today = setup.oil_changes ? sim::another_day(truth, seed) : truth;
   const MachineDescription seen = calibrated(found.machine);
-  motion::MachineRun run(seen, today, {}, middle_of_range(setup.drawing), stream_seed(seed, Stream::kUse));
+  motion::MachineRun run(seen, today, {}, middle_of_range(setup.nominal), stream_seed(seed, Stream::kUse));
   const Trials trials = run_trials(run, seen, setup.trials, seed);
   const double pitch = truth.hull_pitch_rad;
   outcome.methods.push_back(judge_full(kFull, found.machine, setup.full, found.full, runs, trials, pitch));

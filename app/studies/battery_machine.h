@@ -1,4 +1,4 @@
-// One drawn machine of the estimation battery: commissioned, identified by every method, judged on held-out trials.
+// One sampled machine of the estimation battery: commissioned, identified by every method, judged on held-out trials.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace knuckle::studies {
 
 // Methods, as the table names them.
 inline constexpr const char* kFull = "full";
-inline constexpr const char* kFullAsDrawn = "full, pins as drawn";          ///< No survey.
+inline constexpr const char* kFullNominalPins = "full, pins as drawn";      ///< No survey.
 inline constexpr const char* kFullFineEncoders = "full, 0.03 mm encoders";  ///< Contact only.
 inline constexpr const char* kUncalibrated = "drawing only";                ///< The estimator without any file.
 
@@ -47,14 +47,14 @@ struct FullVariant {
 };
 
 struct BatterySetup {
-  MachineDescription drawing;
+  MachineDescription nominal;
   identify::CommissionPlan commission;
   TrialPlan trials;
-  estimation::FullOptions full;           ///< With the model-error covariance, where there is one.
-  estimation::FullOptions full_as_drawn;  ///< Likewise, of machines that were not surveyed.
-  std::vector<FullVariant> variants;      ///< Identified from the same recordings, judged on the same trials.
-  bool oil_changes = true;                ///< Other oil on the day of use.
-  bool baselines = true;                  ///< The papers' methods, the drawing alone, pins as drawn, fine encoders.
+  estimation::FullOptions full;               ///< With the model-error covariance, where there is one.
+  estimation::FullOptions full_nominal_pins;  ///< Likewise, of machines that were not surveyed.
+  std::vector<FullVariant> variants;          ///< Identified from the same recordings, judged on the same trials.
+  bool oil_changes = true;                    ///< Other oil on the day of use.
+  bool baselines = true;                      ///< The papers' methods, the drawing alone, pins as drawn, fine encoders.
 };
 
 /// Never throws for a machine that fails: it says so in the outcome.

@@ -244,11 +244,11 @@ std::vector<BatteryRow> commissioning_rows(const std::vector<MachineOutcome>& ma
     table.state(quantity + ", p95", quantile(values, 0.95), unit);
   };
   value("held-out tip error, surveyed", 1e3, "mm", [](const auto& s) { return s.tip_median_m; });
-  value("held-out tip error, as drawn", 1e3, "mm", [](const auto& s) { return s.drawing_tip_median_m; });
+  value("held-out tip error, as drawn", 1e3, "mm", [](const auto& s) { return s.nominal_tip_median_m; });
   for (int i = 0; i < kJoints; ++i) {
     const std::string joint = kJointNames[static_cast<std::size_t>(i)];
     value("lever error, surveyed, " + joint, 100, "%", [i](const auto& s) { return s.lever[i]; });
-    value("lever error, as drawn, " + joint, 100, "%", [i](const auto& s) { return s.drawing_lever[i]; });
+    value("lever error, as drawn, " + joint, 100, "%", [i](const auto& s) { return s.nominal_lever[i]; });
   }
   value("valve dead band error, worst edge", 100, "% of stroke", [](const auto& s) { return s.dead_band; });
   value("valve delay error, worst axis", 1e3, "ms", [](const auto& s) { return s.delay_s; });
@@ -276,11 +276,11 @@ std::vector<BatteryRow> battery_rows(const std::vector<MachineOutcome>& machines
         if (o.identified) all.push_back(&o);
       }
     }
-    Table table(method, method == kFull || method == kFullAsDrawn || method == kFullFineEncoders);
+    Table table(method, method == kFull || method == kFullNominalPins || method == kFullFineEncoders);
     table.at_least("machines with a usable result", share(usable, static_cast<double>(machines.size())), "1", 1);
     if (method != kFullFineEncoders) {
       no_load_rows(all, table);
-      press_rows(pulls_of(all), table, method == kFullAsDrawn ? 0.88 : 0.97);
+      press_rows(pulls_of(all), table, method == kFullNominalPins ? 0.88 : 0.97);
       torque_rows(all, table);
       parameter_rows(all, table);
       honesty_rows(all, table);

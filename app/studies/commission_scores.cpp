@@ -35,13 +35,13 @@ JointVector lever_error(const MachineDescription& machine, MachineDescription tr
 
 }  // namespace
 
-CommissionScores score_commissioning(const MachineDescription& drawing, const identify::Commissioned& found,
+CommissionScores score_commissioning(const MachineDescription& nominal, const identify::Commissioned& found,
                                      const sim::MachineTruth& truth) {
   CommissionScores scores;
   scores.tip_median_m = found.geometry.held_out.median_m;
-  scores.drawing_tip_median_m = found.geometry.drawing.median_m;
+  scores.nominal_tip_median_m = found.geometry.nominal.median_m;
   scores.lever = lever_error(calibrated(found.machine), truth.machine);
-  scores.drawing_lever = lever_error(drawing, truth.machine);
+  scores.nominal_lever = lever_error(nominal, truth.machine);
   for (std::size_t i = 0; i < kJoints; ++i) {
     const ValveCalibration& valve = found.valves.valves[i];
     const ValveDescription& real = truth.machine.cylinders[i].valve;

@@ -26,39 +26,39 @@ void take_masses(const MachineDescription& from, MachineDescription& to) {
 
 }  // namespace
 
-sim::MachineTruth with_only(const MachineDescription& drawing, const sim::MachineTruth& drawn, ErrorSource source) {
-  sim::MachineTruth truth = sim::nominal_truth(drawing);
+sim::MachineTruth with_only(const MachineDescription& nominal, const sim::MachineTruth& sampled, ErrorSource source) {
+  sim::MachineTruth truth = sim::nominal_truth(nominal);
   switch (source) {
     case ErrorSource::kNone:
       break;
     case ErrorSource::kGeometry:
-      take_geometry(drawn.machine, truth.machine);
+      take_geometry(sampled.machine, truth.machine);
       break;
     case ErrorSource::kMasses:
-      take_masses(drawn.machine, truth.machine);
+      take_masses(sampled.machine, truth.machine);
       break;
     case ErrorSource::kFriction:
-      truth.friction = drawn.friction;
+      truth.friction = sampled.friction;
       break;
     case ErrorSource::kTransmitters:
-      truth.pressure = drawn.pressure;
+      truth.pressure = sampled.pressure;
       break;
     case ErrorSource::kSlope:
-      truth.hull_pitch_rad = drawn.hull_pitch_rad;
-      truth.tilt_offset_rad = drawn.tilt_offset_rad;
+      truth.hull_pitch_rad = sampled.hull_pitch_rad;
+      truth.tilt_offset_rad = sampled.tilt_offset_rad;
       break;
     case ErrorSource::kEncoders:
-      truth.encoder_offset_m = drawn.encoder_offset_m;
-      truth.encoder_noise_m = drawn.encoder_noise_m;
+      truth.encoder_offset_m = sampled.encoder_offset_m;
+      truth.encoder_noise_m = sampled.encoder_noise_m;
       break;
     case ErrorSource::kValves:
       for (std::size_t i = 0; i < kJoints; ++i) {
-        truth.machine.cylinders[i].valve = drawn.machine.cylinders[i].valve;
+        truth.machine.cylinders[i].valve = sampled.machine.cylinders[i].valve;
       }
-      truth.machine.hydraulics.bulk_modulus_Pa = drawn.machine.hydraulics.bulk_modulus_Pa;
+      truth.machine.hydraulics.bulk_modulus_Pa = sampled.machine.hydraulics.bulk_modulus_Pa;
       break;
     case ErrorSource::kOil:
-      truth.viscosity_factor = drawn.viscosity_factor;
+      truth.viscosity_factor = sampled.viscosity_factor;
       break;
   }
   return truth;

@@ -1,4 +1,4 @@
-// Which of a drawn machine's errors costs what: truths that differ from the drawing in one respect alone.
+// Which of a sampled machine's errors costs what: truths that differ from the drawing in one respect alone.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 namespace knuckle::studies {
 
 enum class ErrorSource : std::uint8_t {
-  kNone,  ///< As drawn: what is left is LuGre against Dahl, cylinder masses, noise, quantisation, lags, hoses.
+  kNone,  ///< Nominal: what is left is LuGre against Dahl, cylinder masses, noise, quantisation, lags, hoses.
   kGeometry,
   kMasses,
   kFriction,
@@ -23,8 +23,8 @@ inline constexpr std::array<const char*, 9> kErrorSourceNames{
     "nothing but noise", "pins and lengths", "masses", "friction", "pressure transmitters",
     "hull and slope",    "encoders",         "valves", "oil"};
 
-/// The drawing with one kind of error of the drawn machine.
-[[nodiscard]] sim::MachineTruth with_only(const MachineDescription& drawing, const sim::MachineTruth& drawn,
+/// The drawing with one kind of error of the sampled machine.
+[[nodiscard]] sim::MachineTruth with_only(const MachineDescription& nominal, const sim::MachineTruth& sampled,
                                           ErrorSource source);
 
 }  // namespace knuckle::studies

@@ -1,5 +1,7 @@
 #include "app/studies/offline_estimator.h"
 
+#include "machine/description.h"
+
 namespace knuckle::studies {
 namespace {
 

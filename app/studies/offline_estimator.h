@@ -3,12 +3,13 @@
 
 #include <vector>
 
+#include "core/joints.h"
 #include "estimation/contact_models.h"
 #include "estimation/force_estimator.h"
 #include "estimation/identification/recording.h"
 #include "estimation/joint_state.h"
 #include "estimation/payload.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::studies {
 

@@ -86,9 +86,9 @@ std::vector<FullVariant> ablation(const estimation::FullOptions& full) {
 class Sweep {
  public:
   explicit Sweep(const SweepOptions& options) : options_(options) {
-    setup_.drawing = load_machine(find_config("machine", options.machine));
-    if (setup_.drawing.dynamics_calibration || setup_.drawing.geometry_calibration) {
-      throw InputError(setup_.drawing.source +
+    setup_.nominal = load_machine(find_config("machine", options.machine));
+    if (setup_.nominal.dynamics_calibration || setup_.nominal.geometry_calibration) {
+      throw InputError(setup_.nominal.source +
                        ": table [calibration]: the battery needs a nominal machine file, "
                        "not a calibrated one");
     }
@@ -97,21 +97,21 @@ class Sweep {
   void run() {
     if (options_.ensemble > 0) {
       setup_.full.model_error = ensemble_error("ensemble", true);
-      setup_.full_as_drawn.model_error = ensemble_error("ensemble, pins as drawn", false);
+      setup_.full_nominal_pins.model_error = ensemble_error("ensemble, pins as drawn", false);
     }
-    const auto drawn = [&](std::uint64_t seed) { return sim::draw_truth(setup_.drawing, seed); };
-    keep("", judged(setup_, options_.machines, "machines", drawn));
+    const auto sampled = [&](std::uint64_t seed) { return sim::sample_truth(setup_.nominal, seed); };
+    keep("", judged(setup_, options_.machines, "machines", sampled));
     if (options_.ablation > 0) {
       BatterySetup setup = setup_;
       setup.baselines = false;
       setup.variants = ablation(setup_.full);
-      keep("ablation: ", judged(setup, options_.ablation, "ablation", drawn));
+      keep("ablation: ", judged(setup, options_.ablation, "ablation", sampled));
     }
     for (std::size_t s = 0; options_.budget > 0 && s < kErrorSourceNames.size(); ++s) {
       BatterySetup setup = setup_;
       setup.baselines = false;
       const auto source = static_cast<ErrorSource>(s);
-      const auto truth = [&](std::uint64_t seed) { return with_only(setup_.drawing, drawn(seed), source); };
+      const auto truth = [&](std::uint64_t seed) { return with_only(setup_.nominal, sampled(seed), source); };
       setup.oil_changes = source == ErrorSource::kOil;
       keep(std::string("only ") + kErrorSourceNames[s] + ": ",
            judged(setup, options_.budget, kErrorSourceNames[s], truth));
@@ -120,14 +120,14 @@ class Sweep {
 
   [[nodiscard]] const std::vector<BatteryRow>& rows() const noexcept { return rows_; }
   [[nodiscard]] const std::vector<std::string>& failures() const noexcept { return failures_; }
-  [[nodiscard]] const MachineDescription& drawing() const noexcept { return setup_.drawing; }
+  [[nodiscard]] const MachineDescription& nominal() const noexcept { return setup_.nominal; }
 
  private:
   CalibrationMatrix ensemble_error(const std::string& title, bool surveyed) {
     identify::CommissionPlan plan = setup_.commission;
     if (!surveyed) plan.survey_poses = 0;
     return cli::watched(interrupt_, title, [&](const auto& progress) {
-      return identify::model_error(setup_.drawing, plan, surveyed, options_.ensemble, options_.seed * kSeedsApart,
+      return identify::model_error(setup_.nominal, plan, surveyed, options_.ensemble, options_.seed * kSeedsApart,
                                    options_.jobs, progress);
     });
   }
@@ -154,7 +154,7 @@ class Sweep {
         failures_.push_back(prefix + "machine " + std::to_string(outcome.seed) + ": " + outcome.failure);
       }
     }
-    for (BatteryRow row : battery_rows(outcomes, setup_.drawing.payload_full_scale_kg)) {
+    for (BatteryRow row : battery_rows(outcomes, setup_.nominal.payload_full_scale_kg)) {
       row.method = prefix + row.method;
       if (!prefix.empty()) row.met.reset();
       rows_.push_back(row);
@@ -179,7 +179,7 @@ nlohmann::ordered_json json_of(const SweepOptions& options, const Sweep& sweep, 
                     {"met", row.met ? nlohmann::ordered_json(*row.met) : nlohmann::ordered_json()}});
   }
   return {{"schema", "knuckle.sweep"},    {"version", 1},
-          {"battery", options.battery},   {"machine", sweep.drawing().name},
+          {"battery", options.battery},   {"machine", sweep.nominal().name},
           {"machines", options.machines}, {"ensemble", options.ensemble},
           {"seed", options.seed},         {"passed", met},
           {"failures", sweep.failures()}, {"rows", rows}};

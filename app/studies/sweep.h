@@ -1,4 +1,4 @@
-// The command `knuckle-studies sweep --battery estimation`: many drawn machines, each commissioned, identified and
+// The command `knuckle-studies sweep --battery estimation`: many sampled machines, each commissioned, identified and
 // judged.
 #pragma once
 

@@ -19,9 +19,9 @@ constexpr double kCreep_mps = 0.015;     // of the fastest cylinder
 constexpr double kTransfer_mps = 0.03;   // likewise, between presses
 constexpr double kStrongest_Pa = 160e5;  // a pull that needs more would open the relief valves
 
-class Draw {
+class Sampler {
  public:
-  explicit Draw(std::uint64_t seed) : generator_(seed) {}
+  explicit Sampler(std::uint64_t seed) : generator_(seed) {}
   double within(double low, double high) { return std::uniform_real_distribution<double>(low, high)(generator_); }
 
  private:
@@ -36,7 +36,7 @@ class Rig {
         kinematics_(machine),
         weight_(estimation::lumped_parameters(machine)),
         step_s_(step_s),
-        draw_(seed) {}
+        sampler_(seed) {}
 
   [[nodiscard]] motion::PathBuilder start() { return {pose(), step_s_}; }
 
@@ -46,7 +46,7 @@ class Rig {
     for (int i = 0; i < kJoints; ++i) {
       const LinkDescription& link = machine_.links[static_cast<std::size_t>(i)];
       const double room = 0.15 * (link.max_rad - link.min_rad);
-      q[i] = draw_.within(link.min_rad + room, link.max_rad - room);
+      q[i] = sampler_.within(link.min_rad + room, link.max_rad - room);
     }
     return q;
   }
@@ -64,16 +64,16 @@ class Rig {
   /// A pull of 1-5 kN anywhere that this pose can hold.
   PlanarVector pull(const JointVector& pose_rad) {
     for (;;) {
-      const double size = draw_.within(1000, 5000), angle = draw_.within(0, 2 * std::numbers::pi);
+      const double size = sampler_.within(1000, 5000), angle = sampler_.within(0, 2 * std::numbers::pi);
       const PlanarVector force = size * PlanarVector(std::cos(angle), std::sin(angle));
       if (holds(pose_rad, force)) return force;
     }
   }
   PlanarVector knock() {
-    const double angle = draw_.within(0, 2 * std::numbers::pi);
+    const double angle = sampler_.within(0, 2 * std::numbers::pi);
     return kKnock_N * PlanarVector(std::cos(angle), std::sin(angle));
   }
-  [[nodiscard]] Draw& draw() noexcept { return draw_; }
+  [[nodiscard]] Sampler& sampler() noexcept { return sampler_; }
   [[nodiscard]] double step_s() const noexcept { return step_s_; }
 
  private:
@@ -94,7 +94,7 @@ class Rig {
   Kinematics kinematics_;
   estimation::BaseParameters weight_;
   double step_s_;
-  Draw draw_;
+  Sampler sampler_;
 };
 
 /// Writes force into the samples from `at` on: ramp, hold, ramp.
@@ -146,7 +146,7 @@ void run_knocks(motion::MachineRun& run, Rig& rig, int count, Trials& trials) {
   for (int k = 0; k < count; ++k) {
     const JointVector towards = rig.pose();
     const double whole_s = rig.duration_s(builder.at(), towards, kTransfer_mps);
-    trials.knock_at.push_back(builder.size() + static_cast<std::size_t>(rig.draw().within(1.6, 2.4) / rig.step_s()));
+    trials.knock_at.push_back(builder.size() + static_cast<std::size_t>(rig.sampler().within(1.6, 2.4) / rig.step_s()));
     builder.move(builder.at() + std::min(1.0, kMove_s / whole_s) * (towards - builder.at()), kMove_s);
     builder.hold(kRest_s);
     force.push_back(rig.knock());
@@ -196,7 +196,7 @@ Trials run_trials(motion::MachineRun& run, const MachineDescription& machine, co
   run_knocks(run, rig, plan.knocks, trials);
   trials.empty = lift(run, machine, step_s, 0);
   for (int k = 0; k < plan.lifts; ++k) {
-    trials.lifts.push_back(lift(run, machine, step_s, rig.draw().within(0.15, 1) * machine.payload_full_scale_kg));
+    trials.lifts.push_back(lift(run, machine, step_s, rig.sampler().within(0.15, 1) * machine.payload_full_scale_kg));
   }
   run.hang(0);
   return trials;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "machine/description.h"
+
 namespace knuckle::estimation {
 namespace {
 

@@ -3,8 +3,9 @@
 // with M no more than the machine file's masses allow, and no cylinder whose viscosity drives it.
 #pragma once
 
+#include "core/joints.h"
 #include "machine/calibration.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "estimation/identification/joint_path.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 
@@ -15,8 +15,8 @@ struct SweepOptions {
 };
 
 /// Bidirectional sweeps for gravity and friction: every cylinder goes to and fro over its working range at a steady
-/// speed of its own, drawn anew for every stroke, so that the poses of the others differ at every pass. Slower where
-/// the joint's rate limit asks for it. Of several draws the one with the smallest condition number is taken.
+/// speed of its own, sampled anew for every stroke, so that the poses of the others differ at every pass. Slower where
+/// the joint's rate limit asks for it. Of several candidates the one with the smallest condition number is taken.
 /// @throws InputError where the machine's walls or limits leave no room to move.
 [[nodiscard]] JointPath slow_sweeps(const MachineDescription& machine, double duration_s = 120,
                                     const SweepOptions& options = {});

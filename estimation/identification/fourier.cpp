@@ -8,6 +8,7 @@
 #include "estimation/identification/excitation.h"
 #include "estimation/identification/path_condition.h"
 #include "estimation/identification/path_room.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {

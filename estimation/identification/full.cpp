@@ -12,6 +12,7 @@
 #include "estimation/identification/savitzky_golay.h"
 #include "estimation/identification/zero_phase.h"
 #include "estimation/regressor.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {

@@ -13,7 +13,7 @@
 #include "estimation/identification/motion.h"
 #include "estimation/identification/recording.h"
 #include "machine/calibration.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "estimation/identification/excitation.h"
 #include "estimation/identification/path_room.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {

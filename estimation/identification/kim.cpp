@@ -8,6 +8,7 @@
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/least_squares.h"
 #include "estimation/regressor.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {

@@ -13,9 +13,10 @@
 #include <span>
 #include <vector>
 
+#include "core/joints.h"
 #include "estimation/identification/identification.h"
 #include "estimation/identification/recording.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

@@ -2,22 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "core/error.h"
+#include "core/format.h"
 #include "estimation/identification/survey_points.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {
 
 constexpr double kOutlier = 5;  // standard deviations of a point's whitened error, seen in each direction
 constexpr double kMm = 1e3;
-
-std::string numbered(const char* format, double a, double b = 0) {
-  char line[160];
-  std::snprintf(line, sizeof line, format, a, b);
-  return line;
-}
 
 /// The k-th smallest of all, k as part of the whole.
 double quantile(std::vector<double> values, double part) {
@@ -52,7 +47,7 @@ bool mark_outliers(std::vector<SurveyPoint>& points, const GeometryPrior& prior,
     const auto error = point_error(points[i], *fit, prior.sides);
     left_out.push_back(
         "pose " + std::to_string(points[i].pose) + ": " + kPointNames[static_cast<std::size_t>(points[i].link)] +
-        numbered(" is %.1f mm off where the others want it (%.0f sigma)", error ? kMm * error->norm() : 0, norms[i]));
+        formatted(" is %.1f mm off where the others want it (%.0f sigma)", error ? kMm * error->norm() : 0, norms[i]));
   }
   return true;
 }
@@ -97,10 +92,10 @@ std::string in_words(const GeometryVector& direction, double left) {
   for (int i = 0; i < kGeometryCount; ++i) {
     if (std::abs(direction[i]) < 0.4 * largest) continue;
     const bool plus = sign * direction[i] > 0;
-    words += (words.empty() ? (plus ? "" : "-") : (plus ? " + " : " - ")) + numbered("%.1f ", std::abs(direction[i])) +
+    words += (words.empty() ? (plus ? "" : "-") : (plus ? " + " : " - ")) + formatted("%.1f ", std::abs(direction[i])) +
              kGeometryNames[static_cast<std::size_t>(i)];
   }
-  return words + numbered(": %.0f %% of the drawing's uncertainty is left", 100 * left);
+  return words + formatted(": %.0f %% of the drawing's uncertainty is left", 100 * left);
 }
 
 /// RMS over the working range of the lever's standard deviation at a reading, over the lever's RMS.
@@ -159,7 +154,7 @@ class LeverStudy {
 };
 
 /// Parameters, covariance and what they say of the levers.
-void tell(GeometryResult& result, const MachineDescription& drawing, const GeometryPrior& prior,
+void tell(GeometryResult& result, const MachineDescription& nominal, const GeometryPrior& prior,
           const std::vector<SurveyPoint>& points, const GeometryVector& geometry) {
   Identification& summary = result.summary;
   const GeometryMatrix information = information_of(points, geometry, prior);
@@ -188,7 +183,7 @@ void tell(GeometryResult& result, const MachineDescription& drawing, const Geome
     summary.indistinct.push_back(
         in_words(eigen.eigenvectors().col(i), 1 / std::sqrt(1 + std::max(0.0, eigen.eigenvalues()[i]))));
   }
-  const LeverStudy levers(drawing, geometry);
+  const LeverStudy levers(nominal, geometry);
   const JointVector before = levers.relative_sigma(GeometryMatrix(prior.sigma.cwiseProduct(prior.sigma).asDiagonal()));
   const JointVector after = levers.relative_sigma(covariance);
   for (std::size_t i = 0; i < kJoints; ++i) {
@@ -204,13 +199,13 @@ GeometryResult refused(GeometryResult result, std::vector<std::string> reasons) 
 
 }  // namespace
 
-GeometryResult calibrate_geometry(const MachineDescription& drawing, const Survey& survey,
+GeometryResult calibrate_geometry(const MachineDescription& nominal, const Survey& survey,
                                   const GeometryOptions& options) {
-  const GeometryPrior prior = geometry_prior(drawing, options);
+  const GeometryPrior prior = geometry_prior(nominal, options);
   GeometryResult result;
   result.summary.method = "survey";
   result.geometry = to_calibration(prior.mean);
-  SurveyPoints selected = select_points(drawing, survey, options);
+  SurveyPoints selected = select_points(nominal, survey, options);
   result.left_out = selected.left_out;
   if (!selected.refusals.empty()) return refused(std::move(result), selected.refusals);
 
@@ -227,24 +222,24 @@ GeometryResult calibrate_geometry(const MachineDescription& drawing, const Surve
   const auto held_out = held_out_tips(points, prior, options.folds);
   if (!fit || !held_out) return refused(std::move(result), {"the fit does not converge"});
   try {
-    tell(result, drawing, prior, points, *fit);
+    tell(result, nominal, prior, points, *fit);
   } catch (const InputError& error) {  // pins for which the working range cannot be reached
     return refused(std::move(result), {std::string("the fitted geometry is no machine: ") + error.what()});
   }
-  std::vector<double> drawn;
+  std::vector<double> nominal_m;
   for (const SurveyPoint& p : points) {
-    if (p.used && p.link == kBucket) drawn.push_back(point_error(p, prior.mean, prior.sides).value().norm());
+    if (p.used && p.link == kBucket) nominal_m.push_back(point_error(p, prior.mean, prior.sides).value().norm());
   }
   result.held_out = tip_error(*held_out);
-  result.drawing = tip_error(drawn);
+  result.nominal = tip_error(nominal_m);
   result.geometry = to_calibration(*fit);
   result.geometry.tip_rms_m = result.held_out.rms_m;
   result.summary.usable = true;
   result.summary.reasons = result.left_out;
   if (result.residual_ratio > 2) {
     result.summary.reasons.push_back(
-        numbered("points scatter %.1f times as far as the survey's sigma of %.2f mm says; sigmas are widened",
-                 result.residual_ratio, kMm * survey.point_sigma_m));
+        formatted("points scatter %.1f times as far as the survey's sigma of %.2f mm says; sigmas are widened",
+                  result.residual_ratio, kMm * survey.point_sigma_m));
   }
   return result;
 }

@@ -5,9 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "core/joints.h"
 #include "estimation/identification/identification.h"
 #include "estimation/identification/survey.h"
-#include "machine/description.h"
+#include "machine/calibration.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 
@@ -34,7 +36,7 @@ struct LeverSigma {
 struct GeometryResult {
   Identification summary;        ///< Parameters in mm; where not usable the geometry is the drawing's.
   GeometryCalibration geometry;  ///< tip_rms_m is that of held_out.
-  TipError held_out, drawing;    ///< Of the same poses.
+  TipError held_out, nominal;    ///< Of the same poses.
   double residual_ratio = 0;  ///< RMS of weighted residuals per degree of freedom; 1 where the survey's sigma is true.
   PerJoint<LeverSigma> lever{};
   std::vector<std::string> left_out;  ///< "pose 7: tip is 0.213 m off"
@@ -45,9 +47,9 @@ struct GeometryResult {
 /// encoders' step seen through their levers. The covariance is the linearised one, widened where residuals are.
 /// Too few or too similar poses, or points that cannot be this machine's (wrong unit, mirrored, swapped), make it
 /// `usable == false` with the reason.
-/// @param drawing its encoder offsets, too, are the prior's middle; its geometry calibration is not looked at.
+/// @param nominal its encoder offsets, too, are the prior's middle; its geometry calibration is not looked at.
 /// @throws InputError where the drawing itself is no machine.
-[[nodiscard]] GeometryResult calibrate_geometry(const MachineDescription& drawing, const Survey& survey,
+[[nodiscard]] GeometryResult calibrate_geometry(const MachineDescription& nominal, const Survey& survey,
                                                 const GeometryOptions& options = {});
 
 /// Poses [rad] to survey, in an order of short ways: each adds most to what the poses before it tell of the geometry

@@ -8,6 +8,9 @@
 #include <limits>
 #include <map>
 #include <sstream>
+#include <utility>
+
+#include "core/quantile.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -54,13 +57,6 @@ struct Factored {
   Eigen::Index rank = 0;
 };
 
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 class Solver {
  public:
   Solver(const LeastSquaresProblem& problem, const LeastSquaresOptions& options)
@@ -101,7 +97,7 @@ class Solver {
         sizes[static_cast<std::size_t>(group(i))].push_back(std::abs(problem_.weight[i] * residual[i]));
     }
     for (int g = 0; g < groups_; ++g) {
-      const double sigma = median(sizes[static_cast<std::size_t>(g)]) / kMadOfNormal;
+      const double sigma = upper_median(std::move(sizes[static_cast<std::size_t>(g)])) / kMadOfNormal;
       if (sigma > 0) sigma_[g] = sigma;  // a perfect fit leaves it as it was
     }
     squared_weight_ = prior_squared_weight();

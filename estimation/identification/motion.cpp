@@ -6,6 +6,7 @@
 
 #include "estimation/identification/savitzky_golay.h"
 #include "estimation/identification/zero_phase.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {

@@ -7,7 +7,7 @@
 
 #include "estimation/identification/recording.h"
 #include "estimation/identification/stretch.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

@@ -5,6 +5,8 @@
 #include <random>
 
 #include "core/error.h"
+#include "estimation/identification/path_room.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {
@@ -146,12 +148,10 @@ struct Reach {
   JointVector low, high;
 };
 
-class Draw {
+class Sampler {
  public:
-  explicit Draw(std::uint64_t seed) : generator_(seed) {}
-  double within(double low, double high) {
-    return low + (high - low) * static_cast<double>(generator_() >> 11) * 0x1p-53;
-  }
+  explicit Sampler(std::uint64_t seed) : generator_(seed) {}
+  double within(double low, double high) { return uniform(generator_, low, high); }
   JointVector about(const JointVector& centre, double bound) {
     JointVector value = centre;
     for (double& v : value) v = std::clamp(v + within(-bound, bound), 0.0, 1.0);
@@ -216,12 +216,12 @@ JointPath malaguti_dig_like_motion(const MachineDescription& machine, std::uint6
   const std::array<JointVector, 6> cycle{JointVector(0.5, 0.8, 0.8),   {0.3, 0.75, 0.75}, {0.3, 0.45, 0.6},
                                          JointVector(0.35, 0.3, 0.25), {0.65, 0.4, 0.25}, {0.6, 0.7, 0.7}};
   const Reach reach(machine);
-  Draw draw(seed);
+  Sampler sampler(seed);
   RodPath path(machine, reach.at(cycle.back()));
   for (std::size_t n = 0;; ++n) {
     const std::size_t before = path.size();
-    const JointVector from = draw.vector(0, 0.25), to = draw.vector(0.75, 1);
-    path.move(reach.at(draw.about(cycle[n % cycle.size()], 0.1)), 1.5, from, to);
+    const JointVector from = sampler.vector(0, 0.25), to = sampler.vector(0.75, 1);
+    path.move(reach.at(sampler.about(cycle[n % cycle.size()], 0.1)), 1.5, from, to);
     if (path.duration_s() > kWhole_s) {
       path.cut(before);
       break;
@@ -234,9 +234,9 @@ JointPath malaguti_dig_like_motion(const MachineDescription& machine, std::uint6
 std::vector<JointVector> static_poses(const MachineDescription& machine, int count, std::uint64_t seed) {
   if (count < 1) throw InputError("static_poses: " + std::to_string(count) + " poses; at least 1 is needed");
   const Reach reach(machine);
-  Draw draw(seed);
+  Sampler sampler(seed);
   std::vector<JointVector> poses;
-  for (int i = 0; i < count; ++i) poses.push_back(reach.at(draw.vector(0, 1)));
+  for (int i = 0; i < count; ++i) poses.push_back(reach.at(sampler.vector(0, 1)));
   for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
     const auto from = poses.begin() + static_cast<std::ptrdiff_t>(i);
     const auto nearer = [&](const JointVector& a, const JointVector& b) {

@@ -5,8 +5,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/joints.h"
 #include "estimation/identification/joint_path.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {

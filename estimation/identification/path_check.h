@@ -4,8 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "core/joints.h"
 #include "estimation/identification/joint_path.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

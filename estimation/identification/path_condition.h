@@ -3,7 +3,7 @@
 
 #include "estimation/identification/joint_path.h"
 #include "estimation/regressor.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/error.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {

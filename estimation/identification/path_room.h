@@ -3,8 +3,10 @@
 
 #include <random>
 
+#include "core/joints.h"
+#include "core/seed.h"
 #include "estimation/identification/path_check.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 
@@ -24,9 +26,9 @@ struct PathRoom {
 };
 
 using PathRandom = std::mt19937_64;
-/// Uniform in [low, high); the same on every platform, unlike the standard's distributions.
+/// Uniform in [low, high).
 [[nodiscard]] inline double uniform(PathRandom& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random() >> 11) * 0x1.0p-53;
+  return low + (high - low) * unit_interval(random);
 }
 
 }  // namespace knuckle::estimation

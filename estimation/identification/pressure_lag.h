@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimation/identification/recording.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

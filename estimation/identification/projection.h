@@ -6,7 +6,7 @@
 
 #include "core/joints.h"
 #include "estimation/regressor.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

@@ -6,6 +6,7 @@
 
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/least_squares.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "machine/description.h"
+
 namespace knuckle::estimation {
 namespace {
 
@@ -37,8 +39,8 @@ struct PriorError {
 
 }  // namespace
 
-GeometryPrior geometry_prior(const MachineDescription& drawing, const GeometryOptions& options) {
-  GeometryPrior prior{geometry_of(drawing), GeometryVector::Constant(options.pin_sigma_m), sides_of(drawing)};
+GeometryPrior geometry_prior(const MachineDescription& nominal, const GeometryOptions& options) {
+  GeometryPrior prior{geometry_of(nominal), GeometryVector::Constant(options.pin_sigma_m), sides_of(nominal)};
   prior.sigma[kRockerLength] = prior.sigma[kCouplerLength] = options.rod_sigma_m;
   prior.sigma.segment<kJoints>(kEncoderOffset).setConstant(options.encoder_offset_sigma_m);
   return prior;

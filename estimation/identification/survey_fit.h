@@ -24,7 +24,7 @@ struct GeometryPrior {
   LinkageSides sides;
 };
 
-[[nodiscard]] GeometryPrior geometry_prior(const MachineDescription& drawing, const GeometryOptions& options);
+[[nodiscard]] GeometryPrior geometry_prior(const MachineDescription& nominal, const GeometryOptions& options);
 
 /// Modelled minus surveyed [m]; nullopt where a linkage cannot close.
 [[nodiscard]] std::optional<PlanarVector> point_error(const SurveyPoint& point, const GeometryVector& geometry,

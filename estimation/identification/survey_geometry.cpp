@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 
+#include "machine/description.h"
+
 namespace knuckle::estimation {
 
 const std::array<const char*, kGeometryCount> kGeometryNames{

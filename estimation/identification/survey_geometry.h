@@ -6,7 +6,8 @@
 #include <cmath>
 
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/calibration.h"
+#include "machine/description_fwd.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {

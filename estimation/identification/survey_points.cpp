@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
 #include "core/error.h"
+#include "core/format.h"
+#include "core/quantile.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -15,19 +17,6 @@ constexpr double kMostSigmas = 5;      // of the drawing's tolerances, on top
 constexpr double kMostLost = 0.25;     // of the poses
 constexpr double kLeastSpread = 0.25;  // of a joint's working range
 constexpr double kSamePose_rad = 0.02;
-
-std::string text(const char* format, double a, double b = 0, double c = 0) {
-  char line[160];
-  std::snprintf(line, sizeof line, format, a, b, c);
-  return line;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 const PlanarVector& point_of(const SurveyPose& pose, int link) {
   return link == kBoom ? pose.arm_pin_m : link == kArm ? pose.bucket_pin_m : pose.tip_m;
@@ -42,13 +31,13 @@ struct StandingPose {
 
 class Selection {
  public:
-  Selection(const MachineDescription& drawing, const Survey& survey, const GeometryOptions& options)
-      : drawing_(drawing),
+  Selection(const MachineDescription& nominal, const Survey& survey, const GeometryOptions& options)
+      : nominal_(nominal),
         survey_(survey),
         options_(options),
-        kinematics_(drawing),
-        prior_(geometry_prior(drawing, options)) {
-    for (const LinkDescription& link : drawing.links) reach_m_ += link.length_m;
+        kinematics_(nominal),
+        prior_(geometry_prior(nominal, options)) {
+    for (const LinkDescription& link : nominal.links) reach_m_ += link.length_m;
   }
 
   SurveyPoints run() {
@@ -68,7 +57,7 @@ class Selection {
       StandingPose standing{n + 1, &pose, {}};
       int joint = 0;
       for (; joint < kJoints; ++joint) {
-        const double length = pose.cylinder_m[joint] - drawing_.sensors.encoder_offset_m[joint];
+        const double length = pose.cylinder_m[joint] - nominal_.sensors.encoder_offset_m[joint];
         const auto angle = kinematics_.joint_at(joint, length);
         if (!angle) break;
         standing.joints_rad[joint] = *angle;
@@ -87,11 +76,11 @@ class Selection {
 
   [[nodiscard]] std::string unreachable(int joint, double reading) const {
     const auto i = static_cast<std::size_t>(joint);
-    const CylinderDescription& cylinder = drawing_.cylinders[i];
+    const CylinderDescription& cylinder = nominal_.cylinders[i];
     const double ratio = reading / (0.5 * (cylinder.min_length_m + cylinder.max_length_m));
     return std::string(kJointNames[i]) +
-           text(" encoder reads %.4g m, which no angle of the working range gives (cylinder %.3f to %.3f m)", reading,
-                cylinder.min_length_m, cylinder.max_length_m) +
+           formatted(" encoder reads %.4g m, which no angle of the working range gives (cylinder %.3f to %.3f m)",
+                     reading, cylinder.min_length_m, cylinder.max_length_m) +
            (ratio > 300 && ratio < 3000 ? ": looks like millimetres" : "");
   }
 
@@ -113,21 +102,21 @@ class Selection {
       return;
     }
     for (int i = 0; i < kJoints; ++i) {
-      const LinkDescription& link = drawing_.links[static_cast<std::size_t>(i)];
+      const LinkDescription& link = nominal_.links[static_cast<std::size_t>(i)];
       const double part = (high[i] - low[i]) / (link.max_rad - link.min_rad);
       if (part < kLeastSpread) {
         result_.refusals.push_back(
             std::string("the ") + kJointNames[static_cast<std::size_t>(i)] +
-            text(" moved over %.0f %% of its range; at least %.0f %% is needed", 100 * part, 100 * kLeastSpread));
+            formatted(" moved over %.0f %% of its range; at least %.0f %% is needed", 100 * part, 100 * kLeastSpread));
       }
     }
   }
 
-  [[nodiscard]] PlanarVector drawn(const StandingPose& pose, int link) const {
+  [[nodiscard]] PlanarVector nominal_point(const StandingPose& pose, int link) const {
     PlanarVector at = PlanarVector::Zero();
     for (int i = 0; i <= link; ++i) {
       const double along = pose.joints_rad.head(i + 1).sum();
-      at += drawing_.links[static_cast<std::size_t>(i)].length_m * PlanarVector(std::cos(along), std::sin(along));
+      at += nominal_.links[static_cast<std::size_t>(i)].length_m * PlanarVector(std::cos(along), std::sin(along));
     }
     return at;
   }
@@ -137,9 +126,9 @@ class Selection {
     std::vector<double> off;
     for (const StandingPose& pose : standing_) {
       const PlanarVector& at = point_of(*pose.survey, link);
-      if (at.allFinite()) off.push_back((change(at) - drawn(pose, link)).norm());
+      if (at.allFinite()) off.push_back((change(at) - nominal_point(pose, link)).norm());
     }
-    return median(off);
+    return upper_median(off);
   }
 
   /// Points of one kind that are off in the median are a mistake of the whole survey.
@@ -153,7 +142,7 @@ class Selection {
         {"with x mirrored", [](const PlanarVector& p) { return PlanarVector(-p.x(), p.y()); }},
         {"with z mirrored", [](const PlanarVector& p) { return PlanarVector(p.x(), -p.y()); }},
         {"with x and z swapped", [](const PlanarVector& p) { return PlanarVector(p.y(), p.x()); }}};
-    std::string line = name + text(" is %.3g m off the drawing in the median (bound %.3g m)", off, bound);
+    std::string line = name + formatted(" is %.3g m off the drawing in the median (bound %.3g m)", off, bound);
     for (const auto& [mistake, change] : kMistakes) {
       if (median_off(link, change) <= bound) line += std::string(": looks ") + mistake;
     }
@@ -169,13 +158,13 @@ class Selection {
     std::vector<double> off;
     for (const StandingPose& pose : standing_) {
       const PlanarVector& at = point_of(*pose.survey, link);
-      if (at.allFinite()) off.push_back((at - drawn(pose, other)).norm());
+      if (at.allFinite()) off.push_back((at - nominal_point(pose, other)).norm());
     }
-    return median(off) <= bound;
+    return upper_median(off) <= bound;
   }
 
   /// How far the drawing's tolerances move the point, to first order; far where a lever is short.
-  [[nodiscard]] double drawn_sigma(const StandingPose& pose, int link) const {
+  [[nodiscard]] double nominal_sigma(const StandingPose& pose, int link) const {
     const SurveyPoint point{
         pose.number, link, pose.survey->cylinder_m, PlanarVector::Zero(), Eigen::Matrix2d::Identity(), true};
     return (error_gradient(point, prior_.mean, prior_.sides) * prior_.sigma.asDiagonal()).norm();
@@ -187,15 +176,15 @@ class Selection {
       for (int link = 0; link < kJoints; ++link) {
         const PlanarVector& at = point_of(*pose.survey, link);
         if (!at.allFinite()) continue;
-        const double off = (at - drawn(pose, link)).norm();
-        if (off > kMostOff * reach_m_ + kMostSigmas * drawn_sigma(pose, link)) {
+        const double off = (at - nominal_point(pose, link)).norm();
+        if (off > kMostOff * reach_m_ + kMostSigmas * nominal_sigma(pose, link)) {
           result_.left_out.push_back("pose " + std::to_string(pose.number) + ": " +
                                      kPointNames[static_cast<std::size_t>(link)] +
-                                     text(" is %.3g m off the drawing", off));
+                                     formatted(" is %.3g m off the drawing", off));
           continue;
         }
         result_.points.push_back({pose.number, link, pose.survey->cylinder_m, at,
-                                  whitening_of(kinematics_, drawing_, pose.joints_rad, link, survey_.point_sigma_m),
+                                  whitening_of(kinematics_, nominal_, pose.joints_rad, link, survey_.point_sigma_m),
                                   true});
       }
       if (result_.points.size() > before) ++result_.poses;
@@ -206,7 +195,7 @@ class Selection {
     }
   }
 
-  const MachineDescription& drawing_;
+  const MachineDescription& nominal_;
   const Survey& survey_;
   const GeometryOptions& options_;
   Kinematics kinematics_;
@@ -218,9 +207,9 @@ class Selection {
 
 }  // namespace
 
-SurveyPoints select_points(const MachineDescription& drawing, const Survey& survey, const GeometryOptions& options) {
+SurveyPoints select_points(const MachineDescription& nominal, const Survey& survey, const GeometryOptions& options) {
   if (!(survey.point_sigma_m > 0)) throw InputError(survey.source + ": point sigma must be above 0 m");
-  return Selection(drawing, survey, options).run();
+  return Selection(nominal, survey, options).run();
 }
 
 }  // namespace knuckle::estimation

@@ -4,6 +4,7 @@
 
 #include "estimation/identification/kinematic_calibration.h"
 #include "estimation/identification/survey_fit.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {

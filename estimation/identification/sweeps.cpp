@@ -8,6 +8,7 @@
 #include "estimation/identification/excitation.h"
 #include "estimation/identification/path_condition.h"
 #include "estimation/identification/path_room.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -17,7 +18,7 @@ constexpr double kRest_s = 1.0;      ///< At both ends.
 constexpr double kRound_s = 0.4;     ///< Each of two boxes that round off the reversals.
 constexpr double kShorter = 0.12;    ///< A stroke ends up to this share of the range before the range does.
 constexpr double kRateShare = 0.35;  ///< Of a joint's rate limit: where a lever is short the joint would whip.
-constexpr int kDraws = 24;
+constexpr int kCandidates = 24;
 constexpr std::size_t kEvery = 40;  ///< Samples of 0.2 s tell the condition.
 
 /// Largest cylinder speed that the joint's rate allows, by length.
@@ -93,7 +94,7 @@ std::vector<double> strokes(const SpeedLimit& limit, double duration_s, const Sw
   return box(box(result, half), half);
 }
 
-struct Draw {
+struct Candidate {
   JointPath path;
   double condition = std::numeric_limits<double>::infinity();
 };
@@ -105,9 +106,9 @@ JointPath slow_sweeps(const MachineDescription& machine, double duration_s, cons
   const Kinematics kinematics(machine);
   const PathCondition condition(machine, false);
   PathRandom random(options.seed);
-  std::optional<Draw> best;
-  for (int draw = 0; draw < kDraws; ++draw) {
-    Draw candidate;
+  std::optional<Candidate> best;
+  for (int tried = 0; tried < kCandidates; ++tried) {
+    Candidate candidate;
     candidate.path.step_s = kStep_s;
     candidate.path.joint_rad.resize(static_cast<std::size_t>(std::lround(duration_s / kStep_s)));
     for (int joint = 0; joint < kJoints; ++joint) {

@@ -10,6 +10,7 @@
 
 #include "estimation/identification/stretch.h"
 #include "estimation/identification/zero_phase.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -21,8 +22,8 @@ constexpr double kEvery_s = 0.05;        ///< Of the filtered speeds that enter 
 constexpr double kOffset_Pa = 0.6e5;     ///< Trust in a pressure: transmitters are within 1 bar.
 constexpr double kLeastDrop_Pa = 0.5e5;  ///< Below it the root amplifies offsets beyond use.
 constexpr double kSmallDrop_Pa = 3e5;    ///< Below it a sample counts less.
-/// What the model leaves out (spool frequency +- 15 %, hysteresis, the orifice's laminar part), as drawn machines show
-/// it.
+/// What the model leaves out (spool frequency +- 15 %, hysteresis, the orifice's laminar part), as sampled machines
+/// show it.
 const std::array<double, 4> kModelError{8e-4, 8e-4, 4e-3, 0.01};  // dead bands, delay [s], gain (relative)
 constexpr double kWorstFit = 0.25;  ///< RMS of the misfit over RMS of the speed: worse is no valve of this kind.
 

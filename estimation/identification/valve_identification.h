@@ -3,10 +3,11 @@
 
 #include <span>
 
+#include "core/joints.h"
 #include "estimation/identification/identification.h"
 #include "estimation/identification/recording.h"
 #include "machine/calibration.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
 

@@ -16,11 +16,11 @@ void plant_tick(benchmark::State& bench, bool wall) {
   sim::WorldDescription world;
   const JointVector start(0.3, -1.5, -1.2);
   if (wall) {
-    const sim::Plant probe(sim::draw_truth(machine, 1), world, start);
+    const sim::Plant probe(sim::sample_truth(machine, 1), world, start);
     world.walls.push_back({.point_m = probe.state().tip_world_m + PlanarVector(0.001, 0)});
     world.soil.push_back({.surface_point_m = PlanarVector(0, -3)});
   }
-  sim::Plant plant(sim::draw_truth(machine, 1), world, start);
+  sim::Plant plant(sim::sample_truth(machine, 1), world, start);
   plant.set_pilot(true);
   double t = 0;
   for (auto _ : bench) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/bringup/commission_dialogue.h"
+#include "app/motion/led_machine.h"
 #include "app/recordings/recording_reader.h"
 #include "tests/bringup/hardware_bench.h"
 #include "transport/canopen.h"
@@ -51,7 +52,7 @@ class CommissionRecord : public testing::Test {
 };
 
 TEST_F(CommissionRecord, TheWayOutKeepsTheBusAtItsRate) {
-  LedMachine led(solar(), access_, [] { return false; });
+  motion::LedMachine led(solar(), access_, access_.now());
   led.engage();
   const std::size_t before = syncs_.size();
   led.neutral();

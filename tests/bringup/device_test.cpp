@@ -27,7 +27,7 @@ std::string text_of(const std::string& path) {
 /// A device as it was built, in somebody's hand, and a probe at the other end of its cable.
 struct Bench {
   explicit Bench(const DeviceDescription& built, std::uint32_t serial = 77)
-      : hand(built, sim::draw_limb(sim::LimbClass::kNormal, 1), port, 1, middle(built), serial) {
+      : hand(built, sim::sample_limb(sim::LimbClass::kNormal, 1), port, 1, middle(built), serial) {
     intent.joint_rad = middle(built);
     intent.presence = true;
   }

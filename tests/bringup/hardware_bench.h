@@ -21,7 +21,7 @@ inline const MachineDescription& solar() {
 /// Switched on some time ago. @param machine as it really is; the file may say something else.
 inline std::shared_ptr<sim::MachineOnBus> simulated_bus(const MachineDescription& machine = solar(),
                                                         std::uint64_t seed = 1) {
-  auto made = std::make_shared<sim::MachineOnBus>(sim::draw_truth(machine, seed), sim::WorldDescription{},
+  auto made = std::make_shared<sim::MachineOnBus>(sim::sample_truth(machine, seed), sim::WorldDescription{},
                                                   middle_of_range(machine), seed);
   made->advance(Time{50ms});
   CanFrame boot_up;

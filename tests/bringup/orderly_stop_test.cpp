@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "app/bringup/commission_record.h"
+#include "app/motion/led_machine.h"
 #include "tests/bringup/hardware_bench.h"
 #include "transport/canopen.h"
 
@@ -40,7 +40,7 @@ class LossyCan final : public CanBus {
 /// An engaged machine, taken out of service.
 struct Stopped {
   explicit Stopped(std::vector<std::uint32_t> lost = {}) {
-    LedMachine(solar(), access, [] { return false; }).engage();
+    motion::LedMachine(solar(), access, access.now()).engage();
     engaged = bus->machine().nodes().outputs().pilot;
     bus->bus().set_tap(
         {[](void* self, Time, const CanFrame& frame) { static_cast<Stopped*>(self)->wire.push_back(frame); }, this});

@@ -19,9 +19,9 @@ inline session::SessionSetup session_setup(const std::string& scenario, std::uin
   setup.machine = load_machine(find_config("machine", "solar015"));
   setup.device = load_device(find_config("device", "knuckle1"));
   setup.scenario = session::load_scenario(find_config("scenario", scenario), setup.machine);
-  setup.truth = sim::draw_truth(setup.machine, seed);
+  setup.truth = sim::sample_truth(setup.machine, seed);
   setup.machine = calibrated(setup.machine);
-  setup.limb = sim::draw_limb(setup.scenario.limb, seed);
+  setup.limb = sim::sample_limb(setup.scenario.limb, seed);
   setup.to_machine.delay = setup.to_operator.delay = 1ms;
   setup.seed = seed;
   return setup;

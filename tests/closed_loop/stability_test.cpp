@@ -29,7 +29,7 @@ struct Cell {
 session::SessionSetup press_on_ground(const Cell& cell, std::uint64_t seed) {
   session::SessionSetup setup = session_setup("wall_contact", seed);
   setup.to_machine.delay = setup.to_operator.delay = cell.round_trip_ms * 1ms / 2;
-  setup.limb = sim::draw_limb(cell.limb, seed);
+  setup.limb = sim::sample_limb(cell.limb, seed);
   session::Scenario& scenario = setup.scenario;
   scenario.start_rad = JointVector(40, -75, -40) * kDeg;
   scenario.hand_rad = JointVector(42, -77, -38) * kDeg;

@@ -35,7 +35,7 @@ struct Rig {
     StationSetup s;
     s.machine = load_machine(find_config("machine", "solar015"));
     s.device = load_device(find_config("device", "knuckle1"));
-    s.limb = sim::draw_limb(sim::LimbClass::kNormal, 1);
+    s.limb = sim::sample_limb(sim::LimbClass::kNormal, 1);
     s.hand_rad = JointVector(0.3, -1.4, -0.9);
     return s;
   }();

@@ -14,7 +14,7 @@ namespace {
 struct Rig {
   MachineDescription machine = load_machine(find_config("machine", "solar015"));
   DeviceDescription device = load_device(find_config("device", "knuckle1"));
-  sim::LimbImpedance limb = sim::draw_limb(sim::LimbClass::kNormal, 1);
+  sim::LimbImpedance limb = sim::sample_limb(sim::LimbClass::kNormal, 1);
   PersonHand person{device, machine, limb};
   HandInput held;
   sim::OperatorView seen;

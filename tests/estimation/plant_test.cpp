@@ -48,7 +48,7 @@ class OnTheMachine : public ::testing::TestWithParam<unsigned> {
 
   MachineDescription nominal_ = load_machine(find_config("machine", "solar015"));
   SineMotion motion_;
-  PlantRig rig_{nominal_, sim::draw_truth(nominal_, GetParam()), world(), JointVector(0.5, -1.9, -1.0), GetParam()};
+  PlantRig rig_{nominal_, sim::sample_truth(nominal_, GetParam()), world(), JointVector(0.5, -1.9, -1.0), GetParam()};
   double phase_s_ = 0;
 };
 

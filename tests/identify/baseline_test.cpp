@@ -45,7 +45,7 @@ double ratio(const estimation::Identification& summary, const std::map<std::stri
 }
 
 TEST(Baselines, SlowMotionFindsGravityAndAnEmptyBucketWithinTwoHundredNewton) {
-  const sim::MachineTruth truth = sim::draw_truth(machine(), 1);
+  const sim::MachineTruth truth = sim::sample_truth(machine(), 1);
   const BaselineRuns runs = driven("kim", truth);
   BaselineData data{recordings(runs.identification),
                     recordings(runs.verification),
@@ -90,7 +90,7 @@ TEST(Baselines, RodNoiseIsWhatPullsTheInertiasOfTheFilteredRegressorDown) {
 }
 
 TEST(Baselines, DiggingInTheAirGivesTablesTwoAndThree) {
-  const sim::MachineTruth truth = sim::draw_truth(machine(), 1);
+  const sim::MachineTruth truth = sim::sample_truth(machine(), 1);
   const BaselineRuns runs = driven("malaguti", truth);
   const BaselineData data{recordings(runs.identification),
                           recordings(runs.verification),
@@ -119,7 +119,7 @@ TEST(Baselines, FewPosesAreReportedAsNotUsable) {
 }
 
 TEST(DeepBaselines, PosesAtRestGiveTheMomentsButForFrictionAndOffsets) {
-  const sim::MachineTruth truth = sim::draw_truth(machine(), 1);
+  const sim::MachineTruth truth = sim::sample_truth(machine(), 1);
   const BaselineRuns runs = driven("static", truth);
   const auto values = baseline_truth("static", machine(), truth, runs);
   const estimation::StaticResult result = identify_static(machine(), recordings(runs.identification));

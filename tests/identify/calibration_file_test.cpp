@@ -23,37 +23,37 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The shipped machine with drawn calibrations.
+/// The shipped machine with sampled calibrations.
 MachineDescription identified(unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   MachineDescription machine = load_machine(kMachine);
-  const auto drawn = [&](double middle, double sigma) { return middle + sigma * normal(random); };
+  const auto sampled = [&](double middle, double sigma) { return middle + sigma * normal(random); };
   DynamicsCalibration& dynamics = machine.dynamics_calibration.emplace();
-  for (int i = 0; i < kCalibrationCount; ++i) dynamics.parameters[i] = drawn(300, 30);
-  for (int j = 0; j < kJoints; ++j) dynamics.parameters[friction_index(j, kLoadShare)] = drawn(0.03, 0.005);
-  for (int j = 0; j < kJoints; ++j) dynamics.parameters[friction_index(j, kViscous)] = drawn(2e4, 1e3);
-  const CalibrationMatrix root = CalibrationMatrix::NullaryExpr([&] { return drawn(0, 1); });
+  for (int i = 0; i < kCalibrationCount; ++i) dynamics.parameters[i] = sampled(300, 30);
+  for (int j = 0; j < kJoints; ++j) dynamics.parameters[friction_index(j, kLoadShare)] = sampled(0.03, 0.005);
+  for (int j = 0; j < kJoints; ++j) dynamics.parameters[friction_index(j, kViscous)] = sampled(2e4, 1e3);
+  const CalibrationMatrix root = CalibrationMatrix::NullaryExpr([&] { return sampled(0, 1); });
   const CalibrationVector scale = dynamics.parameters.cwiseAbs() * 0.03;
   dynamics.covariance = scale.asDiagonal() * (root * root.transpose()) * scale.asDiagonal();
   dynamics.stribeck_mps = JointVector(0.0111, 0.0122, 0.0133);
   dynamics.residual_rms_Nm = JointVector(12.3, 4.56, 1.0 / 3);
   GeometryCalibration& geometry = machine.geometry_calibration.emplace();
   for (std::size_t i = 0; i < kJoints; ++i)
-    geometry.length_m[static_cast<Eigen::Index>(i)] = drawn(machine.links[i].length_m, 1e-3);
-  geometry.boom_parent_pin_m = machine.boom_mount.parent_pin_m.array() + drawn(0, 1e-3);
-  geometry.boom_child_pin_m = machine.boom_mount.child_pin_m.array() + drawn(0, 1e-3);
-  geometry.arm_parent_pin_m = machine.arm_mount.parent_pin_m.array() + drawn(0, 1e-3);
-  geometry.arm_child_pin_m = machine.arm_mount.child_pin_m.array() + drawn(0, 1e-3);
-  geometry.cylinder_pin_m = machine.bucket_linkage.cylinder_pin_m.array() + drawn(0, 1e-3);
-  geometry.rocker_pin_m = machine.bucket_linkage.rocker_pin_m.array() + drawn(0, 1e-3);
-  geometry.bucket_pin_m = machine.bucket_linkage.bucket_pin_m.array() + drawn(0, 1e-3);
-  geometry.rocker_length_m = drawn(machine.bucket_linkage.rocker_length_m, 1e-3);
-  geometry.coupler_length_m = drawn(machine.bucket_linkage.coupler_length_m, 1e-3);
-  geometry.encoder_offset_m = JointVector(drawn(0, 1e-3), drawn(0, 1e-3), drawn(0, 1e-3));
-  geometry.tip_rms_m = std::abs(drawn(2e-3, 1e-4));
+    geometry.length_m[static_cast<Eigen::Index>(i)] = sampled(machine.links[i].length_m, 1e-3);
+  geometry.boom_parent_pin_m = machine.boom_mount.parent_pin_m.array() + sampled(0, 1e-3);
+  geometry.boom_child_pin_m = machine.boom_mount.child_pin_m.array() + sampled(0, 1e-3);
+  geometry.arm_parent_pin_m = machine.arm_mount.parent_pin_m.array() + sampled(0, 1e-3);
+  geometry.arm_child_pin_m = machine.arm_mount.child_pin_m.array() + sampled(0, 1e-3);
+  geometry.cylinder_pin_m = machine.bucket_linkage.cylinder_pin_m.array() + sampled(0, 1e-3);
+  geometry.rocker_pin_m = machine.bucket_linkage.rocker_pin_m.array() + sampled(0, 1e-3);
+  geometry.bucket_pin_m = machine.bucket_linkage.bucket_pin_m.array() + sampled(0, 1e-3);
+  geometry.rocker_length_m = sampled(machine.bucket_linkage.rocker_length_m, 1e-3);
+  geometry.coupler_length_m = sampled(machine.bucket_linkage.coupler_length_m, 1e-3);
+  geometry.encoder_offset_m = JointVector(sampled(0, 1e-3), sampled(0, 1e-3), sampled(0, 1e-3));
+  geometry.tip_rms_m = std::abs(sampled(2e-3, 1e-4));
   for (ValveCalibration& valve : machine.valve_calibration.emplace())
-    valve = {drawn(0.11, 0.01), drawn(0.11, 0.01), drawn(0.02, 0.002), drawn(4e-4, 1e-5)};
+    valve = {sampled(0.11, 0.01), sampled(0.11, 0.01), sampled(0.02, 0.002), sampled(4e-4, 1e-5)};
   machine.calibration_provenance = {"full", "2026-11-21T05:00:00Z", std::string(64, 'a'), "a \"b\" \\c.csv", "knuckle"};
   return machine;
 }

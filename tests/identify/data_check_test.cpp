@@ -119,9 +119,9 @@ TEST(DataCheck, NamesWrongUnits) {
 }
 
 /// A machine of the population, 40 s of slow sweeps.
-recordings::RecordedFile drawn_motion(const MachineDescription& machine, std::uint64_t seed) {
+recordings::RecordedFile sampled_motion(const MachineDescription& machine, std::uint64_t seed) {
   const estimation::JointPath path = estimation::slow_sweeps(machine, 40);
-  motion::MachineRun run(machine, sim::draw_truth(machine, seed), {}, path.joint_rad.front(), seed);
+  motion::MachineRun run(machine, sim::sample_truth(machine, seed), {}, path.joint_rad.front(), seed);
   return as_file(run.follow(path).recording);
 }
 
@@ -130,10 +130,10 @@ TEST(DataCheck, RefusesPressuresOfAnotherTransmitterRangeOnAnyMachine) {
     const MachineDescription machine =
         load_machine(std::string(KNUCKLE_SOURCE_DIR "/config/machines/") + name + ".toml");
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-      const recordings::RecordedFile drawn = drawn_motion(machine, seed);
-      EXPECT_EQ(refusal(machine, drawn), "accepted") << name << " " << seed;
+      const recordings::RecordedFile sampled = sampled_motion(machine, seed);
+      EXPECT_EQ(refusal(machine, sampled), "accepted") << name << " " << seed;
       for (const double factor : {0.63, 1.6}) {
-        recordings::RecordedFile scaled = drawn;
+        recordings::RecordedFile scaled = sampled;
         for (Measurement& m : scaled.recording.samples) {
           for (double& p : m.pressure_Pa) p *= factor;
         }

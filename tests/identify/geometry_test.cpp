@@ -1,13 +1,13 @@
-// Kinematic calibration on drawn machines whose linkage the simulator computes.
+// Kinematic calibration on sampled machines whose linkage the simulator computes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdio>
 
-#include "drawn_survey.h"
 #include "estimation/identification/kinematic_calibration.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "sampled_survey.h"
 
 namespace knuckle::identify {
 namespace {
@@ -20,7 +20,7 @@ using estimation::survey_poses;
 constexpr double kSigma_m = 1e-3;
 constexpr std::size_t kPoses = 30;
 
-MachineDescription drawing() {
+MachineDescription nominal() {
   return load_machine(find_config("machine", "solar015"));
 }
 
@@ -67,7 +67,7 @@ TrueErrors true_errors(const MachineDescription& seen, const sim::MachineTruth& 
   return errors;
 }
 
-MachineDescription seen_after(const GeometryResult& result, MachineDescription machine = drawing()) {
+MachineDescription seen_after(const GeometryResult& result, MachineDescription machine = nominal()) {
   machine.geometry_calibration = result.geometry;
   return calibrated(machine);
 }
@@ -79,13 +79,13 @@ double quantile(std::vector<double> values, double part) {
 
 // Levers as good as those of a machine whose pins are known to 0.5 mm: the force targets ask for that.
 TEST(Geometry, SurveyMakesLeversAsIfPinsWereKnownToHalfAMillimetre) {
-  const MachineDescription machine = drawing();
+  const MachineDescription machine = nominal();
   const auto poses = survey_poses(machine, kPoses);
   std::vector<double> share[kJoints], tip_mm;
   double inside = 0, told = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const sim::MachineTruth truth = sim::draw_truth(machine, seed);
-    const GeometryResult result = calibrate_geometry(machine, drawn_survey(truth, machine, poses, kSigma_m, seed));
+    const sim::MachineTruth truth = sim::sample_truth(machine, seed);
+    const GeometryResult result = calibrate_geometry(machine, sampled_survey(truth, machine, poses, kSigma_m, seed));
     ASSERT_TRUE(result.summary.usable) << "machine " << seed << ": " << result.summary.reasons.front();
     const TrueErrors before = true_errors(machine, truth), after = true_errors(seen_after(result), truth);
     for (int i = 0; i < kJoints; ++i) share[i].push_back(after.lever_rel[i] / before.lever_rel[i]);
@@ -109,33 +109,33 @@ TEST(DeepGeometry, TwoHundredMachinesOfEachDrawingAreAsIfPinsWereKnownToHalfAMil
   for (const char* name : {"solar015", "compact080"}) {
     const MachineDescription machine = load_machine(find_config("machine", name));
     const auto poses = survey_poses(machine, kPoses);
-    std::vector<double> drawn[kJoints], calibrated_rel[kJoints], tip_mm;
+    std::vector<double> nominal_rel[kJoints], calibrated_rel[kJoints], tip_mm;
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-      const sim::MachineTruth truth = sim::draw_truth(machine, seed);
-      const GeometryResult result = calibrate_geometry(machine, drawn_survey(truth, machine, poses, kSigma_m, seed));
+      const sim::MachineTruth truth = sim::sample_truth(machine, seed);
+      const GeometryResult result = calibrate_geometry(machine, sampled_survey(truth, machine, poses, kSigma_m, seed));
       ASSERT_TRUE(result.summary.usable) << name << " " << seed << ": " << result.summary.reasons.front();
       const TrueErrors before = true_errors(machine, truth), after = true_errors(seen_after(result, machine), truth);
       for (int i = 0; i < kJoints; ++i) {
-        drawn[i].push_back(100 * before.lever_rel[i]);
+        nominal_rel[i].push_back(100 * before.lever_rel[i]);
         calibrated_rel[i].push_back(100 * after.lever_rel[i]);
       }
       tip_mm.push_back(1e3 * after.tip_rms_m);
     }
     for (int i = 0; i < kJoints; ++i) {
       std::printf("%s %s lever: drawing %.2f / %.2f %%, calibrated %.3f / %.3f %%\n", name,
-                  kJointNames[static_cast<std::size_t>(i)], quantile(drawn[i], 0.5), quantile(drawn[i], 0.95),
-                  quantile(calibrated_rel[i], 0.5), quantile(calibrated_rel[i], 0.95));
-      EXPECT_LT(quantile(calibrated_rel[i], 0.95), 0.5 / 2 * quantile(drawn[i], 0.95));
+                  kJointNames[static_cast<std::size_t>(i)], quantile(nominal_rel[i], 0.5),
+                  quantile(nominal_rel[i], 0.95), quantile(calibrated_rel[i], 0.5), quantile(calibrated_rel[i], 0.95));
+      EXPECT_LT(quantile(calibrated_rel[i], 0.95), 0.5 / 2 * quantile(nominal_rel[i], 0.95));
     }
     std::printf("%s tip: %.2f / %.2f mm\n", name, quantile(tip_mm, 0.5), quantile(tip_mm, 0.95));
   }
 }
 
 TEST(Geometry, WhatASurveyCannotTellApartStaysAsDrawnAndIsNamed) {
-  const MachineDescription machine = drawing();
-  const sim::MachineTruth truth = sim::draw_truth(machine, 3);
+  const MachineDescription machine = nominal();
+  const sim::MachineTruth truth = sim::sample_truth(machine, 3);
   const GeometryResult result =
-      calibrate_geometry(machine, drawn_survey(truth, machine, survey_poses(machine, kPoses), kSigma_m, 3));
+      calibrate_geometry(machine, sampled_survey(truth, machine, survey_poses(machine, kPoses), kSigma_m, 3));
   ASSERT_TRUE(result.summary.usable);
   // Points show joint angles: a triangle's two pins may turn together, and an offset hides in the pins' distance.
   EXPECT_LT(result.summary.rank, result.summary.columns);
@@ -147,18 +147,18 @@ TEST(Geometry, WhatASurveyCannotTellApartStaysAsDrawnAndIsNamed) {
 }
 
 TEST(Geometry, TipAloneIsEnough) {
-  const MachineDescription machine = drawing();
-  const sim::MachineTruth truth = sim::draw_truth(machine, 5);
-  Survey survey = drawn_survey(truth, machine, survey_poses(machine, kPoses), kSigma_m, 5);
+  const MachineDescription machine = nominal();
+  const sim::MachineTruth truth = sim::sample_truth(machine, 5);
+  Survey survey = sampled_survey(truth, machine, survey_poses(machine, kPoses), kSigma_m, 5);
   for (auto& pose : survey.poses) pose.arm_pin_m = pose.bucket_pin_m = PlanarVector::Constant(std::nan(""));
   const GeometryResult result = calibrate_geometry(machine, survey);
   ASSERT_TRUE(result.summary.usable) << result.summary.reasons.front();
   EXPECT_LT(true_errors(seen_after(result), truth).tip_rms_m, 1.5e-3);
-  EXPECT_LT(result.held_out.rms_m, 0.3 * result.drawing.rms_m);
+  EXPECT_LT(result.held_out.rms_m, 0.3 * result.nominal.rms_m);
 }
 
 TEST(Geometry, PosesKeepOffSoftMarginsAndVirtualWalls) {
-  const MachineDescription machine = drawing();
+  const MachineDescription machine = nominal();
   const Kinematics kinematics(machine);
   const auto poses = survey_poses(machine, 40);
   ASSERT_EQ(poses.size(), 40u);

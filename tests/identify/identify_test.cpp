@@ -284,7 +284,7 @@ TEST_F(IdentifyProgram, RefusesConstantSignals) {
 
 TEST_F(IdentifyProgram, RefusesTenIdenticalPosesWhicheverTheMethod) {
   const JointVector pose(0.3, -1.5, -0.9);
-  motion::MachineRun run(recorded_machine(), sim::draw_truth(recorded_machine(), 2), {}, pose, 2);
+  motion::MachineRun run(recorded_machine(), sim::sample_truth(recorded_machine(), 2), {}, pose, 2);
   const Recording recording = run.stops(std::vector<JointVector>(10, pose), 3).recording;
   for (const char* method : {"full", "static", "malaguti", "kim"}) {
     const std::string text = said(recording, 1, method);
@@ -301,7 +301,7 @@ TEST_F(IdentifyProgram, RefusesAnArmThatIsHeldStraight) {
     const double fade = std::min(1.0, std::min(t, kDuration_s - t) / 3);
     motion.joint_rad.push_back(middle + fade * JointVector(0.25 * std::sin(0.5 * t), 0, 0.6 * std::sin(0.4 * t)));
   }
-  motion::MachineRun run(recorded_machine(), sim::draw_truth(recorded_machine(), 2), {}, middle, 2);
+  motion::MachineRun run(recorded_machine(), sim::sample_truth(recorded_machine(), 2), {}, middle, 2);
   const std::string text = said(run.follow(motion).recording, 1);
   EXPECT_TRUE(names(text, "usable: no - ") && names(text, "arm")) << text;
 }

@@ -15,7 +15,7 @@ TEST(PressureLag, IsFoundEitherWayAndNotWhereThereIsNone) {
     const MachineDescription machine =
         load_machine(std::string(KNUCKLE_SOURCE_DIR "/config/machines/") + name + ".toml");
     const estimation::JointPath path = estimation::slow_sweeps(machine, 40);
-    motion::MachineRun run(machine, sim::draw_truth(machine, 7), {}, path.joint_rad.front(), 7);
+    motion::MachineRun run(machine, sim::sample_truth(machine, 7), {}, path.joint_rad.front(), 7);
     const Recording recording = run.follow(path).recording;
     for (const double put_s : {-0.15, -0.06, 0.0, 0.06, 0.15}) {
       const auto found_s = estimation::pressure_lag_s(machine, {estimation::without_pressure_lag(recording, -put_s)});

@@ -17,7 +17,7 @@ TEST(ValveIdentification, FindsTheValvesOfDrawnMachines) {
   const MachineDescription machine = load_machine(find_config("machine", "solar015"));
   const estimation::JointPath sweeps = estimation::slow_sweeps(machine, 40);
   for (const std::uint64_t seed : {3U, 7U}) {
-    const sim::MachineTruth truth = sim::draw_truth(machine, seed);
+    const sim::MachineTruth truth = sim::sample_truth(machine, seed);
     motion::MachineRun run(machine, truth, {}, sweeps.joint_rad.front(), seed);
     const std::array recordings{run.follow(sweeps).recording};
     const estimation::ValveResult result = estimation::identify_valves(machine, recordings);
@@ -52,7 +52,7 @@ TEST(DeepValveIdentification, HoldsItsErrorsAndIntervalsOverDrawnMachines) {
     const estimation::JointPath fast = estimation::fast_excitation(machine, 40);
     Tally dead_band, delay_s, gain;
     for (std::uint64_t seed = 101; seed <= 110; ++seed) {
-      const sim::MachineTruth truth = sim::draw_truth(machine, seed);
+      const sim::MachineTruth truth = sim::sample_truth(machine, seed);
       motion::MachineRun run(machine, truth, {}, slow.joint_rad.front(), seed);
       std::array<estimation::Recording, 2> recordings{run.follow(slow).recording, run.follow(fast).recording};
       const estimation::ValveResult result = estimation::identify_valves(machine, recordings);

@@ -220,7 +220,7 @@ test::OneAxisCase axis_case(const Cell& cell, std::uint64_t seed, double asked_N
   test::OneAxisCase setting;
   setting.round_trip_s = cell.round_trip_s;
   setting.wall_N_per_m = cell.wall_N_per_m;
-  setting.limb = sim::draw_limb(cell.limb, seed);
+  setting.limb = sim::sample_limb(cell.limb, seed);
   setting.press_m = asked_N / setting.limb.stiffness_N_per_m + asked_N / 1000;
   setting.approach_mps = 0.025;
   return setting;

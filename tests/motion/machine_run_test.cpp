@@ -34,7 +34,7 @@ estimation::JointPath wave(double duration_s) {
 }
 
 MachineRecording recorded(std::uint64_t seed) {
-  MachineRun run(machine(), sim::draw_truth(machine(), seed), {}, kStart, seed);
+  MachineRun run(machine(), sim::sample_truth(machine(), seed), {}, kStart, seed);
   return run.follow(wave(8));
 }
 
@@ -73,7 +73,7 @@ TEST(MachineRun, StopsAreRestsAlsoOfABigMachineWithItsArmStretchedOut) {
   const MachineDescription big = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/compact080.toml");
   const std::vector<JointVector> all = estimation::static_poses(big, 170, 1);
   const std::vector<JointVector> stretched{all[10], all[11], all[13], all[14]};
-  MachineRun run(big, sim::draw_truth(big, 1), {}, stretched.front(), 1);
+  MachineRun run(big, sim::sample_truth(big, 1), {}, stretched.front(), 1);
   const MachineRecording made = run.stops(stretched, 0.8);
   int near_stops = 0;
   EXPECT_EQ(resting_poses(big, made.recording, {}, near_stops).size() + static_cast<std::size_t>(near_stops), 4U);
@@ -114,7 +114,7 @@ TEST(MachineRun, IsAFunctionOfItsSeed) {
 }
 
 TEST(MachineRun, StopsAtEachPoseAtRest) {
-  MachineRun run(machine(), sim::draw_truth(machine(), 5), {}, kStart, 5);
+  MachineRun run(machine(), sim::sample_truth(machine(), 5), {}, kStart, 5);
   const std::vector<JointVector> poses{{0.5, -1.2, -1.2}, {0.2, -1.8, -0.6}};
   const MachineRecording made = run.stops(poses, 0.5);
   ASSERT_EQ(made.recording.samples.size(), 100u + 1 + 100);
@@ -186,7 +186,7 @@ std::string refusal(const MachineDescription& seen, const sim::MachineTruth& tru
 TEST(MachineRun, SaysWhyTheMachineDoesNotEngage) {
   sim::MachineTruth truth = sim::nominal_truth(machine());
   truth.machine.bus.encoders[kArm].product += 1;  // another device than the file says
-  EXPECT_NE(refusal(machine(), truth).find("does not engage: node 0x31"), std::string::npos)
+  EXPECT_NE(refusal(machine(), truth).find("did not engage within 15 s: node 0x31"), std::string::npos)
       << refusal(machine(), truth);
 }
 
@@ -194,7 +194,7 @@ TEST(MachineRun, SaysWhyTheMachineHasDroppedOut) {
   sim::MachineTruth truth = sim::nominal_truth(machine());
   truth.machine.cylinders[kArm].valve.dead_band_extend = truth.machine.cylinders[kArm].valve.dead_band_retract = 0.6;
   const std::string said = refusal(machine(), truth);
-  EXPECT_NE(said.find("dropped out: "), std::string::npos) << said;
+  EXPECT_NE(said.find("no longer engaged: "), std::string::npos) << said;
   EXPECT_GT(said.size(), 30u) << said;
 }
 

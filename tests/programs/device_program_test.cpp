@@ -24,7 +24,7 @@ DeviceProgramSetup setup_of_the_shipped_device() {
   DeviceProgramSetup setup;
   setup.device = load_device(config + "devices/knuckle1.toml");
   setup.plan.machine = load_machine(config + "machines/solar015.toml");
-  setup.limb = sim::draw_limb(sim::LimbClass::kNormal, 1);
+  setup.limb = sim::sample_limb(sim::LimbClass::kNormal, 1);
   setup.start_rad = JointVector(0.35, -1.5, -0.8);
   setup.serial = 77;
   return setup;

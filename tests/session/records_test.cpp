@@ -18,8 +18,8 @@ SessionSetup short_session() {
   setup.device = load_device(find_config("device", "knuckle1"));
   setup.scenario = load_scenario(find_config("scenario", "free_motion"), setup.machine);
   setup.scenario.duration_s = 1;
-  setup.truth = sim::draw_truth(setup.machine, 1);
-  setup.limb = sim::draw_limb(setup.scenario.limb, 1);
+  setup.truth = sim::sample_truth(setup.machine, 1);
+  setup.limb = sim::sample_limb(setup.scenario.limb, 1);
   return setup;
 }
 

@@ -124,7 +124,7 @@ std::string digest_of(const sim::MachineTruth& truth) {
   setup.scenario = load_scenario(find_config("scenario", "free_motion"), setup.machine);
   setup.scenario.duration_s = 8;
   setup.truth = truth;
-  setup.limb = sim::draw_limb(setup.scenario.limb, 1);
+  setup.limb = sim::sample_limb(setup.scenario.limb, 1);
   Session session(setup);
   while (!session.done()) session.step();
   cli::Digest digest;

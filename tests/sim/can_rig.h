@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "machine/description.h"
 #include "sim/can_nodes.h"
 #include "transport/canopen.h"
 #include "transport/virtual_can.h"

@@ -146,14 +146,14 @@ TEST(HapticDevice, ReportsAnglesInCountsWithSignAndZero) {
 
 TEST(HapticDevice, DrawsTheSameLimbForTheSameSeedAndStaysInItsClass) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const LimbImpedance limb = draw_limb(LimbClass::kLightGrip, seed);
-    EXPECT_EQ(limb.mass_kg, draw_limb(LimbClass::kLightGrip, seed).mass_kg);
+    const LimbImpedance limb = sample_limb(LimbClass::kLightGrip, seed);
+    EXPECT_EQ(limb.mass_kg, sample_limb(LimbClass::kLightGrip, seed).mass_kg);
     EXPECT_TRUE(limb.mass_kg >= 0.05 && limb.mass_kg <= 0.5) << seed;
     EXPECT_TRUE(limb.damping_Ns_per_m >= 0.3 && limb.damping_Ns_per_m <= 5) << seed;
     EXPECT_TRUE(limb.stiffness_N_per_m >= 5 && limb.stiffness_N_per_m <= 60) << seed;
     EXPECT_TRUE(limb.wrist_inertia_kgm2 >= 2e-3 && limb.wrist_inertia_kgm2 <= 5e-3) << seed;
   }
-  EXPECT_NE(draw_limb(LimbClass::kNormal, 1).mass_kg, draw_limb(LimbClass::kNormal, 2).mass_kg);
+  EXPECT_NE(sample_limb(LimbClass::kNormal, 1).mass_kg, sample_limb(LimbClass::kNormal, 2).mass_kg);
 }
 
 TEST(DeviceFirmware, RendersTheCommandedTorque) {

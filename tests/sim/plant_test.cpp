@@ -45,7 +45,7 @@ TEST(Plant, EveryElementKeepsItsEnergyWhileAllAxesMove) {
 
 TEST(Plant, RestStaysAtRestForEveryDrawnMachine) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    Plant plant(draw_truth(default_machine(), seed), {}, kWorkingPose);
+    Plant plant(sample_truth(default_machine(), seed), {}, kWorkingPose);
     run(plant, 10);
     EXPECT_LT((plant.state().joint_rad - kWorkingPose).norm(), 1e-9) << seed;
     EXPECT_LT(plant.state().joint_radps.norm(), 1e-9) << seed;

@@ -152,7 +152,7 @@ TEST(RigidBody, LeversAndLengthsEqualTheMachinesKinematics) {
 
 TEST(Truth, DrawnMachinesKeepTheirLinkagesClosedAndTheirLeversSigned) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const MachineTruth truth = draw_truth(default_machine(), seed);
+    const MachineTruth truth = sample_truth(default_machine(), seed);
     const RigidBody body(truth.machine, truth.hull_pitch_rad);
     for (double part = 0; part <= 1; part += 0.125) {
       JointVector angle;
@@ -169,7 +169,7 @@ TEST(Truth, DrawnMachinesKeepTheirLinkagesClosedAndTheirLeversSigned) {
 }
 
 TEST(Truth, AnotherDayIsTheSameMachineWithOtherOil) {
-  const MachineTruth first = draw_truth(default_machine(), 7), later = another_day(first, 1);
+  const MachineTruth first = sample_truth(default_machine(), 7), later = another_day(first, 1);
   EXPECT_NE(later.viscosity_factor, first.viscosity_factor);
   EXPECT_EQ(another_day(first, 1).viscosity_factor, later.viscosity_factor);
   EXPECT_EQ(later.machine.links[1].mass_kg, first.machine.links[1].mass_kg);
@@ -187,13 +187,13 @@ TEST(Truth, AnotherDayIsTheSameMachineWithOtherOil) {
 
 TEST(Truth, SameSeedSameMachineAndDrawsStayInTheirBounds) {
   const MachineDescription& nominal = default_machine();
-  const MachineTruth a = draw_truth(nominal, 7), b = draw_truth(nominal, 7), c = draw_truth(nominal, 8);
+  const MachineTruth a = sample_truth(nominal, 7), b = sample_truth(nominal, 7), c = sample_truth(nominal, 8);
   EXPECT_EQ(a.machine.links[0].mass_kg, b.machine.links[0].mass_kg);
   EXPECT_EQ(a.pressure[5].offset_Pa, b.pressure[5].offset_Pa);
   EXPECT_NE(a.pressure[5].offset_Pa, c.pressure[5].offset_Pa);
   double widest_mass = 0, widest_friction = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    const MachineTruth truth = draw_truth(nominal, seed);
+    const MachineTruth truth = sample_truth(nominal, seed);
     for (std::size_t i = 0; i < kJoints; ++i) {
       widest_mass = std::max(widest_mass, std::abs(truth.machine.links[i].mass_kg / nominal.links[i].mass_kg - 1));
       widest_friction = std::max(

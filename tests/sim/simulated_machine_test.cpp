@@ -24,12 +24,12 @@ struct MachineRig : BusRig {
   SimulatedMachine machine;
 };
 
-MachineTruth drawn() {
-  return draw_truth(load_machine(kFile), 3);
+MachineTruth sampled() {
+  return sample_truth(load_machine(kFile), 3);
 }
 
 TEST(SimulatedMachine, SaysOnTheBusWhatItsSensorsMeasureErrorsIncluded) {
-  MachineTruth truth = drawn();
+  MachineTruth truth = sampled();
   for (auto& sensor : truth.pressure) sensor.noise_Pa = 0;
   truth.tilt_noise_rad = 0;
   MachineRig rig(truth);
@@ -104,7 +104,7 @@ TEST(SimulatedMachine, PositiveSetPointExtendsTheCylinderAndOnlyWithPilotPressur
 }
 
 TEST(SimulatedMachine, HungControllerEndsWithSpoolsInsideTheirDeadBandIn320Milliseconds) {
-  MachineRig rig(drawn());
+  MachineRig rig(sampled());
   for (auto& c : rig.command) c.set_point = 0.5;
   rig.run(300ms);
   rig.syncing = rig.commanding = rig.beating = false;
@@ -123,7 +123,7 @@ TEST(SimulatedMachine, HungControllerEndsWithSpoolsInsideTheirDeadBandIn320Milli
 }
 
 TEST(SimulatedMachine, StuckSpoolIsReleasedByTheEnableNode) {
-  MachineRig rig(drawn());
+  MachineRig rig(sampled());
   rig.command[1].set_point = 0.5;
   rig.run(300ms);
   ASSERT_TRUE(rig.machine.inject(0x11, NodeFault::kStuck));
@@ -135,7 +135,7 @@ TEST(SimulatedMachine, StuckSpoolIsReleasedByTheEnableNode) {
 }
 
 TEST(SimulatedMachine, RepeatsEveryFrameForASeedAndAllocatesNothingWhileStepping) {
-  MachineRig first(drawn()), second(drawn()), other(drawn(), 2);
+  MachineRig first(sampled()), second(sampled()), other(sampled(), 2);
   for (MachineRig* rig : {&first, &second, &other}) {
     rig->command[0].set_point = 0.4;
     const knuckle::test::NoAllocScope scope;

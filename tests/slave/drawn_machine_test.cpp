@@ -18,7 +18,7 @@ struct Drawn {
       : description(load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml")),
         kinematics(description),
         bus(2, description.bus.bit_rate),
-        machine(sim::draw_truth(description, seed), world, kStart, bus.port(1), seed),
+        machine(sim::sample_truth(description, seed), world, kStart, bus.port(1), seed),
         loop(description, bus.port(0), link) {
     hand.device_ok = hand.presence = true;
     hand.position_rad = kStart;

@@ -68,13 +68,13 @@ class Rig {
 
 const JointVector kStart(0.6, -1.3, -0.6);
 
-sim::MachineTruth drawn(std::uint64_t seed) {
-  return sim::draw_truth(load_machine(find_config("machine", "solar015")), seed);
+sim::MachineTruth sampled(std::uint64_t seed) {
+  return sim::sample_truth(load_machine(find_config("machine", "solar015")), seed);
 }
 
 TEST(JointControl, TracksSinesWithinFourCentimetresAtTheTipForDrawnMachines) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    Rig rig(drawn(seed), {}, kStart);
+    Rig rig(sampled(seed), {}, kStart);
     const JointVector amplitude(0.25, 0.35, 0.35),
         omega(2 * std::numbers::pi / 6.5, 2 * std::numbers::pi / 5.5, 2 * std::numbers::pi / 4.5);
     double sum = 0;
@@ -97,7 +97,7 @@ TEST(JointControl, TracksSinesWithinFourCentimetresAtTheTipForDrawnMachines) {
 
 TEST(JointControl, HoldsAPoseWithinACentimetreWithoutALimitCycle) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    Rig rig(drawn(seed), {}, kStart);
+    Rig rig(sampled(seed), {}, kStart);
     const JointCommand command{kStart + JointVector(0.02, -0.02, 0.02), JointVector::Zero(), true};
     double low = 1e9, high = -1e9;
     for (int k = 0; k < 4000; ++k) {
@@ -118,7 +118,7 @@ TEST(JointControl, PressesWithTheStiffnessTheMachineFileAsksFor) {
     world.walls.push_back({});
     world.walls[0].point_m = {2.30, 0};
     world.walls[0].friction = 0.1;
-    Rig rig(drawn(seed), world, kStart);
+    Rig rig(sampled(seed), world, kStart);
     const JointVector start = kStart;
     double low = 1e9, high = 0;
     for (int k = 0; k < 4000; ++k) {
@@ -138,7 +138,7 @@ TEST(JointControl, PressesWithTheStiffnessTheMachineFileAsksFor) {
 }
 
 TEST(JointControl, ScalesAllAxesTogetherWhenThePumpIsShort) {
-  Rig rig(drawn(1), {}, kStart);
+  Rig rig(sampled(1), {}, kStart);
   JointCommand command{kStart, JointVector(0.55, -0.65, -1.2), true};
   const auto output = rig.step(command);
   EXPECT_NE(output.limits & kLimitPumpFlow, 0);
@@ -236,7 +236,7 @@ TEST(JointControl, ForceLimitWithAnUnknownForceHoldsStillAndLetsGoWhenItIsKnownA
 }
 
 TEST(JointControl, IsNeutralWhileInactive) {
-  Rig rig(drawn(1), {}, kStart);
+  Rig rig(sampled(1), {}, kStart);
   rig.step({kStart + JointVector::Constant(0.2), JointVector::Zero(), true});
   const auto output = rig.step({kStart + JointVector::Constant(0.2), JointVector::Zero(), false});
   EXPECT_TRUE(output.valve.isZero(0));
@@ -254,7 +254,7 @@ JointVector answer(JointControl control, const estimation::JointState& state, do
 }
 
 TEST(JointControl, LearnsNoMoreThanItsLimit) {
-  sim::MachineTruth sticky = drawn(3);
+  sim::MachineTruth sticky = sampled(3);
   for (CylinderDescription& cylinder : sticky.machine.cylinders) {
     cylinder.valve.dead_band_extend += 0.06;
     cylinder.valve.dead_band_retract += 0.06;

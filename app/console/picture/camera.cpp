@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "machine/description.h"
 #include "machine/pose.h"
 
 namespace knuckle::console::picture {

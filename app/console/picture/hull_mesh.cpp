@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "app/console/picture/machine_mesh.h"
+#include "machine/description.h"
 
 namespace knuckle::console::picture {
 namespace {

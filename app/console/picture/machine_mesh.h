@@ -5,7 +5,8 @@
 #include <cstdint>
 
 #include "app/console/picture/mesh.h"
-#include "machine/description.h"
+#include "core/joints.h"
+#include "machine/description_fwd.h"
 #include "machine/pose.h"
 
 namespace knuckle::console::picture {

@@ -8,7 +8,7 @@
 #include "app/console/picture/picture_colours.h"
 #include "app/session/scene.h"
 #include "core/joints.h"
-#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::console::picture {
 

@@ -35,7 +35,7 @@ StationSetup station_setup(const ConsoleOptions& o, const screens::ConsoleFacts&
   StationSetup setup;
   setup.device = facts.device;
   setup.machine = facts.machine;
-  setup.limb = sim::draw_limb(sim::LimbClass::kNormal, o.session.seed);
+  setup.limb = sim::sample_limb(sim::LimbClass::kNormal, o.session.seed);
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto axis = static_cast<Eigen::Index>(j);
     setup.hand_rad[axis] = 0.5 * (facts.device.min_rad[j] + facts.device.max_rad[j]);

@@ -1,4 +1,4 @@
-// Surveys of drawn machines, by the simulator's own linkage geometry: calibration is never tested against itself.
+// Surveys of sampled machines, by the simulator's own linkage geometry: calibration is never tested against itself.
 #pragma once
 
 #include <cmath>
@@ -56,9 +56,9 @@ inline JointVector true_reading(const sim::MachineTruth& truth, const JointVecto
 }
 
 /// Where the machine really stands when its readings are those of `pose` on the drawing: so a controller poses it.
-inline JointVector true_pose(const sim::MachineTruth& truth, const MachineDescription& drawing,
+inline JointVector true_pose(const sim::MachineTruth& truth, const MachineDescription& nominal,
                              const JointVector& pose) {
-  const JointVector length = true_cylinders(drawing, pose).length_m - truth.encoder_offset_m;
+  const JointVector length = true_cylinders(nominal, pose).length_m - truth.encoder_offset_m;
   JointVector joints = pose;
   for (int i = 0; i < 20; ++i) {  // Newton; a cylinder's length depends on its own joint alone
     const TrueCylinders cylinders = true_cylinders(truth.machine, joints);
@@ -68,8 +68,8 @@ inline JointVector true_pose(const sim::MachineTruth& truth, const MachineDescri
 }
 
 /// @param poses on the drawing.
-inline estimation::Survey drawn_survey(const sim::MachineTruth& truth, const MachineDescription& drawing,
-                                       const std::vector<JointVector>& poses, double sigma_m, std::uint64_t seed) {
+inline estimation::Survey sampled_survey(const sim::MachineTruth& truth, const MachineDescription& nominal,
+                                         const std::vector<JointVector>& poses, double sigma_m, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> error(0, sigma_m);
   const auto measured = [&](const PlanarVector& p) {
@@ -79,8 +79,8 @@ inline estimation::Survey drawn_survey(const sim::MachineTruth& truth, const Mac
   estimation::Survey survey;
   survey.source = "drawn machine";
   survey.point_sigma_m = sigma_m;
-  for (const JointVector& drawn : poses) {
-    const JointVector pose = true_pose(truth, drawing, drawn);
+  for (const JointVector& asked : poses) {
+    const JointVector pose = true_pose(truth, nominal, asked);
     const auto points = true_points(truth.machine, pose);
     const PlanarVector arm_pin = measured(points[0]), bucket_pin = measured(points[1]);
     survey.poses.push_back({true_reading(truth, pose), arm_pin, bucket_pin, measured(points[2])});

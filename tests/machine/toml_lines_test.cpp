@@ -1,0 +1,53 @@
+// A person's TOML file changed line by line: what is not meant to change stays to the byte.
+#include "machine/toml_lines.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "machine/toml_reader.h"
+
+namespace knuckle {
+namespace {
+
+TEST(TomlLines, TellOfEachLineItsTableAndItsKey) {
+  std::vector<std::string> told;
+  const std::string text = "name = \"a\"\n# b = 1\n\n  [c.d]  # [e]\n\tf =[1]\n[[g]]\n";
+  const auto tell = [&told](const std::string& table, const std::string& key, std::string&) {
+    told.push_back(table + ' ' + key);
+  };
+  EXPECT_EQ(edited_toml(text, tell), text);
+  EXPECT_EQ(told, (std::vector<std::string>{" name", " ", " ", "[c.d] [c.d]", "[c.d] f", "[[g]] [[g]]"}));
+}
+
+TEST(TomlLines, ChangeAValueAndKeepTheCommentInItsPlace) {
+  EXPECT_EQ(with_toml_value("a = 1  # why", "25"), "a = 25 # why");
+  EXPECT_EQ(with_toml_value("a = 1      # why", "25"), "a = 25     # why");
+  EXPECT_EQ(with_toml_value("a =1", "25"), "a = 25");
+}
+
+TEST(TomlLines, TakeOutARecordAndKeepTheTablesOfOthersBehindIt) {
+  const std::string kept = "name = \"a\"  # mine\n\n[recorder]\nb = 1\n", own = "# Written by x.\n";
+  for (const std::string record : {"[record]\nb = 2\n\n[record.c]\nd = 3\n", "[[record.c]]\nd = 3\n",
+                                   "  [ record ]  # made\nb = 2\n", "[record . c]\r\nd = 3\r\n"}) {
+    EXPECT_EQ(without_toml_record(kept + "\n" + own + record, "record", "# Written by x."), kept) << record;
+    EXPECT_EQ(without_toml_record("name = \"a\"  # mine\n\n" + record + own + "[recorder]\nb = 1\n", "record",
+                                  "# Written by x."),
+              kept)
+        << record;
+  }
+  EXPECT_EQ(without_toml_record(kept, "record", "# Written by x."), kept);
+  EXPECT_EQ(without_toml_record("", "record", "# Written by x."), "\n");
+}
+
+TEST(TomlLines, QuoteWhatIsReadAgainAsItWas) {
+  for (const std::string text : {"plain", "a \"b\" \\c.csv", "\\", "gr\xC3\xBC\xC3\x9F"}) {
+    EXPECT_EQ(TomlTable::parse("a = " + toml_quoted(text), "test").text("a"), text);
+  }
+  EXPECT_EQ(toml_quoted("a\nb\x7f"
+                        "c"),
+            "\"a b c\"");
+}
+
+}  // namespace
+}  // namespace knuckle
