@@ -76,6 +76,15 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "machine's side drives another machine: give the same --machine on both sides", nullptr},
     {"machine_not_told", SubjectKind::kNothing,
      "machine's side does not say which machine it drives: run the same version on both sides", nullptr},
+    {"setpoint_range", SubjectKind::kJoint,
+     "set-point beyond the working range: release enable, give the same --machine on both sides, then press again",
+     "deg"},
+    {"setpoint_speed", SubjectKind::kJoint,
+     "set-point faster than a hand moves: release enable, check haptic device and link, then press again", "rad/s"},
+    {"setpoint_jump", SubjectKind::kJoint,
+     "set-point jumps, or its speed contradicts its position: release enable, check haptic device and link, then press "
+     "again",
+     "deg"},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

@@ -63,6 +63,10 @@ enum class ReasonCode : std::uint16_t {
   // The two sides do not fit together: not led at all.
   kOtherMachine,    ///< the machine's side drives another machine than the operator's side leads
   kMachineNotTold,  ///< the machine's side does not tell which machine it drives
+  // Set-points that no hand can make: the machine holds until enable is released.
+  kSetpointRange,  ///< subject: joint; deg
+  kSetpointSpeed,  ///< subject: joint; rad/s
+  kSetpointJump,   ///< subject: joint; deg that the speeds sent do not explain, or no hand's speed does
   kCount,
 };
 

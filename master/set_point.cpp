@@ -6,7 +6,6 @@
 namespace knuckle::master {
 namespace {
 
-constexpr double kRateCutoff_Hz = 30;  // of the velocity sent ahead: 5 ms late, quiet at encoder steps
 constexpr double kStep_s = 1e-3;
 
 bool leads(Mode mode) noexcept {
@@ -15,7 +14,9 @@ bool leads(Mode mode) noexcept {
 
 }  // namespace
 
-SetPoint::SetPoint(const MachineDescription& machine) noexcept : rate_(kRateCutoff_Hz, kStep_s, JointVector::Zero()) {
+// The velocity sent ahead is 5 ms late, and quiet at encoder steps.
+SetPoint::SetPoint(const MachineDescription& machine) noexcept
+    : rate_(kSetPointRateCutoff_Hz, kStep_s, JointVector::Zero()) {
   for (std::size_t i = 0; i < kJoints; ++i) {
     min_rad_[Eigen::Index(i)] = machine.links[i].min_rad;
     max_rad_[Eigen::Index(i)] = machine.links[i].max_rad;

@@ -20,6 +20,7 @@ SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link)
       object_cue_(machine, step_s_),
       control_(machine, step_s_),
       gate_limits_(machine),
+      set_point_limits_(machine),
       rest_rate_(kRestCutoff_Hz, step_s_, JointVector::Zero()) {}
 
 void SlaveLoop::step(Time now) noexcept {
@@ -34,6 +35,7 @@ void SlaveLoop::step(Time now) noexcept {
   watch_digging();
   loss_ = loss_policy(master_.position_rad, master_.velocity_radps, now - master_at_, gap, round_trip_,
                       static_cast<bool>(loss_.hold));
+  loss_.position_rad = set_point_limits_.clamped(loss_.position_rad);  // nor does extrapolating lead beyond the range
   decide();
   command(now);
   client_.end_step(gate_.commands, led(decision_.state.mode), now);
@@ -64,7 +66,18 @@ void SlaveLoop::receive_link(Time now) noexcept {
     master_ = *message;
     master_at_ = now;
     round_trip_ = message->echoed_slave_time == Time{} ? Duration(1h) : now - message->echoed_slave_time;
+    judge_set_point();
   }
+  if (!master_.enable) led_astray_ = {};
+}
+
+/// A set-point that no hand can make, once followed, is a reason to hold until enable is released: the next message may
+/// look sound again. Before the machine is led, only that message is refused.
+void SlaveLoop::judge_set_point() noexcept {
+  const SetPointVerdict verdict = check_set_point(master_, set_point_memory_, set_point_limits_);
+  set_point_memory_ = verdict.memory;
+  not_by_hand_ = verdict.reason;
+  if (decision_.state.mode == Mode::kEngaged && !led_astray_) led_astray_ = verdict.reason;
 }
 
 void SlaveLoop::estimate(Time now) noexcept {
@@ -143,7 +156,10 @@ ModeInputs SlaveLoop::observe() const noexcept {
   in.nodes_operational = client_.operational();
   in.pilot_on = client_.pilot_on();
   in.link_lost = loss_.link;
-  in.hold = object_ ? object_ : loss_.hold;
+  // The newest set-point counts where the next step may follow it. Elsewhere it may jump: a device is attached anew.
+  const bool followed_next = decision_.state.mode == Mode::kAligning || decision_.state.mode == Mode::kHold;
+  const Reason& not_now = followed_next && not_by_hand_ ? not_by_hand_ : loss_.hold;
+  in.hold = led_astray_ ? led_astray_ : object_ ? object_ : not_now;
   in.presence = master_.presence;
   in.enable = master_.enable;
   in.clutch = master_.clutch;

@@ -21,6 +21,7 @@
 #include "slave/plausibility.h"
 #include "slave/safety_gate.h"
 #include "slave/sensors.h"
+#include "slave/set_point_check.h"
 #include "slave/valve_monitor.h"
 #include "transport/can_bus.h"
 #include "transport/link.h"
@@ -70,6 +71,7 @@ class SlaveLoop {
 
   void receive_frames(Time now) noexcept;
   void receive_link(Time now) noexcept;
+  void judge_set_point() noexcept;
   void estimate(Time now) noexcept;
   void restart_motion() noexcept;
   void watch_digging() noexcept;
@@ -97,6 +99,7 @@ class SlaveLoop {
   estimation::BuriedObjectCue object_cue_;
   JointControl control_;
   GateLimits gate_limits_;
+  SetPointLimits set_point_limits_;
 
   Time stepped_at_ = kNever, failed_at_ = kNever;
   Duration gap_{};
@@ -107,6 +110,9 @@ class SlaveLoop {
   // What the operator did with enable since the machine stopped: about a length, about the bus.
   Asking asking_length_ = Asking::kNothing, asking_bus_ = Asking::kNothing;
   News news_;
+  SetPointMemory set_point_memory_;
+  Reason not_by_hand_;  // the newest set-point is one that no hand can make
+  Reason led_astray_;   // so was one that came while the machine was led; until enable is released
   MasterMessage master_;
   Time master_at_ = kNever;
   Duration round_trip_ = std::chrono::hours(1);

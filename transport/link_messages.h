@@ -18,6 +18,9 @@ namespace knuckle {
 /// sees in its round trip when only the way back is dead. Four periods of the slower sender.
 inline constexpr Duration kMostHeld = 20ms;
 
+/// The speed of a set-point is low-passed by its sender, first order, at this.
+inline constexpr double kSetPointRateCutoff_Hz = 30;
+
 /// Modes of a session, decided by the slave (it owns the valves), shown by both.
 enum class Mode : std::uint8_t { kOff, kSelfTest, kReady, kAligning, kEngaged, kHold, kFault, kEStop };
 [[nodiscard]] const char* name(Mode mode) noexcept;
@@ -44,8 +47,8 @@ struct MasterMessage {
   bool stop = false;         ///< Software stop.
   bool device_ok = false;    ///< The device is there, calibrated, without fault.
   Reason device_reason;      ///< Why device_ok is false.
-  JointVector position_rad = JointVector::Zero();  ///< Machine joint set-point, clutch offset included.
-  JointVector velocity_radps = JointVector::Zero();
+  JointVector position_rad = JointVector::Zero();    ///< Machine joint set-point, clutch offset included.
+  JointVector velocity_radps = JointVector::Zero();  ///< Of the set-point, low-passed at kSetPointRateCutoff_Hz.
   AssistSettings assist;
   double energy_in_J = 0;  ///< Cumulative energy the hand put into the device; only grows.
 };
