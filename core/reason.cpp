@@ -1,7 +1,8 @@
 #include "core/reason.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 
 #include "core/joints.h"
@@ -90,11 +91,8 @@ std::string subject_text(SubjectKind kind, std::uint8_t subject) {
       return "";
     case SubjectKind::kJoint:
       return subject < kJoints ? std::string(kJointNames[subject]) + ": " : "joint ?: ";
-    case SubjectKind::kNode: {
-      char buffer[16];
-      std::snprintf(buffer, sizeof buffer, "node 0x%02X: ", unsigned{subject});
-      return buffer;
-    }
+    case SubjectKind::kNode:
+      return fmt::format("node 0x{:02X}: ", subject);
     case SubjectKind::kChamber:
       return subject < kChambers.size() ? std::string(kChambers[subject]) + ": " : "chamber ?: ";
   }
@@ -112,11 +110,9 @@ std::string text(const Reason& reason) {
   std::string line = subject_text(e.subject, reason.subject) + e.text;
   if (e.unit != nullptr && std::strcmp(e.unit, "ms") == 0 && reason.value > kNeverYet_ms) return line + " (never yet)";
   if (e.unit != nullptr) {
-    char buffer[96];
     const auto whole = [](float v) { return v == std::floor(v) && std::abs(v) < 1e6F; };  // a code is not 6.53e+04
-    std::snprintf(buffer, sizeof buffer, " (%.*g %s; limit %.*g)", whole(reason.value) ? 6 : 3, double(reason.value),
-                  e.unit, whole(reason.limit) ? 6 : 3, double(reason.limit));
-    line += buffer;
+    line += fmt::format(" ({:.{}g} {}; limit {:.{}g})", double(reason.value), whole(reason.value) ? 6 : 3, e.unit,
+                        double(reason.limit), whole(reason.limit) ? 6 : 3);
   }
   return line;
 }

@@ -1,9 +1,9 @@
 #include "app/bringup/commission_result.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <optional>
 #include <ostream>
@@ -28,12 +28,6 @@ std::string quoted(const std::string& text) {
     out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
   }
   return out + '"';
-}
-
-std::string hex(std::uint32_t value) {
-  std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), "0x%X", value);
-  return text.data();
 }
 
 bool is_record(const std::string& table) {
@@ -66,9 +60,10 @@ void write_record(const WizardResult& result, const ResultOrigin& origin, std::o
   out << "]\n";
   for (std::size_t j = 0; j < kJoints; ++j) write_axis(result.axes[j], kJointNames[j], out);
   for (const NodeLine& node : result.nodes) {
-    out << "\n[[commissioning.nodes]]\nid = " << hex(node.id) << "\nname = " << quoted(node.name)
-        << "\ndevice_type = " << hex(node.device_type.value_or(0)) << "\nvendor = " << hex(node.vendor.value_or(0))
-        << "\nproduct = " << hex(node.product.value_or(0)) << '\n';
+    out << "\n[[commissioning.nodes]]\nid = " << fmt::format("0x{:X}", node.id) << "\nname = " << quoted(node.name)
+        << "\ndevice_type = " << fmt::format("0x{:X}", node.device_type.value_or(0))
+        << "\nvendor = " << fmt::format("0x{:X}", node.vendor.value_or(0))
+        << "\nproduct = " << fmt::format("0x{:X}", node.product.value_or(0)) << '\n';
   }
   for (const Finding& one : result.findings) {
     out << "\n[[commissioning.findings]]\nlevel = " << quoted(name(one.level)) << "\nabout = " << quoted(one.about)

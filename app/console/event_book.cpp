@@ -1,8 +1,9 @@
 #include "app/console/event_book.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
 #include <utility>
 
 #include "app/cli/output_file.h"
@@ -15,12 +16,6 @@ struct Told {
   Severity severity;
   std::string code, text;
 };
-
-std::string with_number(const char* format, double value) {
-  char buffer[96];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
-}
 
 Told machine(const ConsoleEvent& event) {
   const bool stopped = event.mode == Mode::kFault || event.mode == Mode::kEStop;
@@ -44,19 +39,19 @@ Told piece(const ConsoleEvent& event) {
     case sim::WorldEventKind::kRelease:
       return {Severity::kInfo, "piece", "bucket is free"};
     case sim::WorldEventKind::kPieceBroke:
-      return {Severity::kInfo, "piece", with_number("piece broke off at %.0f N", event.value)};
+      return {Severity::kInfo, "piece", fmt::format("piece broke off at {:.0f} N", event.value)};
     case sim::WorldEventKind::kPieceDown:
       return {Severity::kInfo, "piece", "piece is down"};
     case sim::WorldEventKind::kScooped:
-      return {Severity::kInfo, "piece", with_number("piece scooped: %.0f kg", event.value)};
+      return {Severity::kInfo, "piece", fmt::format("piece scooped: {:.0f} kg", event.value)};
     case sim::WorldEventKind::kDug:
-      return {Severity::kInfo, "piece", with_number("dug: %.0f kg", event.value)};
+      return {Severity::kInfo, "piece", fmt::format("dug: {:.0f} kg", event.value)};
     case sim::WorldEventKind::kDumped:
-      return {Severity::kInfo, "piece", with_number("dumped: %.0f kg", event.value)};
+      return {Severity::kInfo, "piece", fmt::format("dumped: {:.0f} kg", event.value)};
     case sim::WorldEventKind::kPipeTouched:
       return {Severity::kWarning, "piece", "pipe touched"};
     case sim::WorldEventKind::kWeightOn:
-      return {Severity::kInfo, "piece", with_number("weight hung on: %.0f kg", event.value)};
+      return {Severity::kInfo, "piece", fmt::format("weight hung on: {:.0f} kg", event.value)};
     case sim::WorldEventKind::kWeightOff:
       return {Severity::kInfo, "piece", "weight taken off"};
   }
@@ -76,7 +71,7 @@ Told told(const ConsoleEvent& event) {
                       : Told{Severity::kAlarm, "link", "machine is not heard: check the network"};
     case ConsoleEventKind::kContact:
       return {Severity::kInfo, "contact",
-              event.on ? with_number("contact, %.0f N", event.value) : std::string("contact is over")};
+              event.on ? fmt::format("contact, {:.0f} N", event.value) : std::string("contact is over")};
     case ConsoleEventKind::kPiece:
       return piece(event);
     case ConsoleEventKind::kStop:

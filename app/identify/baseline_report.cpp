@@ -1,8 +1,9 @@
 #include "app/identify/baseline_report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 
 #include "app/identify/baseline_figures.h"
@@ -23,11 +24,8 @@ using estimation::TorqueComparison;
 using estimation::TorqueFit;
 
 /// In the papers' manner: two decimals.
-std::string number(double value, const char* format = "%.2f") {
-  if (std::isnan(value)) return "-";
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
+std::string number(double value, const char* format = "{:.2f}") {
+  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
 }
 
 /// A table of cells that are HTML already; all but the first column are numbers.
@@ -48,9 +46,10 @@ void write_head(std::ostream& out, const std::string& title, const std::string& 
   report::write_page_head(out, "Knuckle: " + title);
   out << "<h1>" << title << "</h1><p class=\"soft\">" << what << "</p>\n<span class=\"verdict"
       << (summary.usable ? "" : " bad") << "\">" << (summary.usable ? "usable" : "not usable") << "</span>\n"
-      << "<p>" << report::escaped(machine.name) << "; " << number(summary.duration_s, "%.0f") << " s of data; rank "
-      << summary.rank << " of " << summary.columns << ", condition number " << number(summary.condition_number, "%.3g")
-      << ".</p>\n<p class=\"soft\">Usable is what leaves at most " << number(100 * kWorstNrmse, "%.0f")
+      << "<p>" << report::escaped(machine.name) << "; " << number(summary.duration_s, "{:.0f}") << " s of data; rank "
+      << summary.rank << " of " << summary.columns << ", condition number "
+      << number(summary.condition_number, "{:.3g}") << ".</p>\n<p class=\"soft\">Usable is what leaves at most "
+      << number(100 * kWorstNrmse, "{:.0f}")
       << " % of the torque of each of its joints unexplained on every recording that is held out, to 2 Hz.</p>\n";
   if (summary.reasons.empty() && summary.indistinct.empty()) return;
   out << "<ul>";
@@ -128,8 +127,8 @@ std::vector<std::vector<std::string>> error_rows(const TorqueFit& authors, const
   std::vector<std::vector<std::string>> rows{
       {"torque", "RMS error", "percentage error", "RMS error, repaired", "percentage, repaired", "the paper"}};
   const auto add = [&](const std::string& name, int joint, const std::string& paper) {
-    rows.push_back({name, number(authors.rms_Nm[joint]) + " N m", number(100 * authors.nrmse[joint], "%.1f") + " %",
-                    number(repaired.rms_Nm[joint]) + " N m", number(100 * repaired.nrmse[joint], "%.1f") + " %",
+    rows.push_back({name, number(authors.rms_Nm[joint]) + " N m", number(100 * authors.nrmse[joint], "{:.1f}") + " %",
+                    number(repaired.rms_Nm[joint]) + " N m", number(100 * repaired.nrmse[joint], "{:.1f}") + " %",
                     paper});
   };
   add("τ₂, bucket", kBucket, "43.12 N m, 26.7 %");
@@ -193,9 +192,9 @@ void add_fit_row(std::vector<std::vector<std::string>>& rows, const std::string&
   const TorqueFit fit = torque_fit(compare_torque(result, machine, recording), 0);
   std::vector<std::string> row{name};
   for (int joint = 0; joint < kJoints; ++joint)
-    row.push_back(number(fit.rms_Nm[joint], "%.1f") + " N m, " + number(100 * fit.nrmse[joint], "%.0f") + " %");
-  row.push_back(number(force_rms_N(external_wrench(result, machine, recording)), "%.0f") + " N");
-  row.push_back(number(force_rms_N(external_force(result, machine, recording)), "%.0f") + " N");
+    row.push_back(number(fit.rms_Nm[joint], "{:.1f}") + " N m, " + number(100 * fit.nrmse[joint], "{:.0f}") + " %");
+  row.push_back(number(force_rms_N(external_wrench(result, machine, recording)), "{:.0f}") + " N");
+  row.push_back(number(force_rms_N(external_force(result, machine, recording)), "{:.0f}") + " N");
   rows.push_back(row);
 }
 

@@ -1,9 +1,9 @@
 #include "app/identify/data_check.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <utility>
 
@@ -17,12 +17,6 @@ namespace knuckle::identify {
 namespace {
 
 constexpr std::size_t kRowsNamed = 5;  // stretches
-
-std::string text(const char* format, double a) {
-  std::array<char, 100> line;
-  std::snprintf(line.data(), line.size(), format, a);
-  return line.data();
-}
 
 /// Whether labels, units and signs can be right, by the weight that cylinders carry.
 class LabelChecker {
@@ -49,11 +43,11 @@ class LabelChecker {
       if (fit.believable(j)) continue;
       if (explain()) return;
       const auto i = static_cast<std::size_t>(j);
-      return refuse(
-          file_.columns[2 * i] + " and " + file_.columns[2 * i + 1],
-          text("carry %.2f times the weight that hangs on the cylinder by the machine's drawing", fit.ratio[j]) +
-              text(" and leave %.0f %% unexplained: wrong channel, unit, sign, machine file or load",
-                   100 * fit.error[j]));
+      return refuse(file_.columns[2 * i] + " and " + file_.columns[2 * i + 1],
+                    fmt::format("carry {:.2f} times the weight that hangs on the cylinder by the machine's drawing",
+                                fit.ratio[j]) +
+                        fmt::format(" and leave {:.0f} % unexplained: wrong channel, unit, sign, machine file or load",
+                                    100 * fit.error[j]));
     }
     check_scale(fit);
   }
@@ -75,10 +69,11 @@ class LabelChecker {
     const double scale = fit.common_scale();
     if (scale == 1) return;
     const double range_bar = machine_.sensors.pressure_range_Pa / 1e5;
-    refuse("pressures",
-           text("all carry %.2f times the weight that hangs on the cylinders by the machine's drawing (", scale) +
-               check_.weights() + text("): looks like transmitters of %.0f bar", range_bar / scale) +
-               text(" read with a range of %.0f bar, or masses in the machine file are off", range_bar));
+    refuse(
+        "pressures",
+        fmt::format("all carry {:.2f} times the weight that hangs on the cylinders by the machine's drawing (", scale) +
+            check_.weights() + fmt::format("): looks like transmitters of {:.0f} bar", range_bar / scale) +
+            fmt::format(" read with a range of {:.0f} bar, or masses in the machine file are off", range_bar));
   }
 
   const MachineDescription& machine_;
@@ -100,7 +95,7 @@ std::string DataCheck::weights() const {
   std::string list;
   for (int j = 0; j < kJoints; ++j) {
     list += (j > 0 ? ", " : "") + std::string(kJointNames[static_cast<std::size_t>(j)]) +
-            (std::isfinite(weight_ratio[j]) ? text(" %.2f", weight_ratio[j]) : " unknown");
+            (std::isfinite(weight_ratio[j]) ? fmt::format(" {:.2f}", weight_ratio[j]) : " unknown");
   }
   return list;
 }

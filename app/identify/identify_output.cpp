@@ -1,9 +1,9 @@
 #include "app/identify/identify_output.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -14,13 +14,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kSchema = 1;
 constexpr std::size_t kFindingsShown = 12;
-
-template <typename... T>
-std::string formatted(const char* format, T... values) {
-  std::array<char, 400> text;
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
 
 double total_s(const std::vector<estimation::Recording>& recordings) {
   double sum = 0;
@@ -130,24 +123,24 @@ std::string sigma_text(const Identified& result) {
 std::string identify_summary(const IdentifyData& data, const Identified& result) {
   const estimation::Identification& summary = result.summary;
   std::string text = result.method + " on " + data.machine.name + ": " + verdict(result) + "\n";
-  text += formatted("  data: %s; %.0f s to identify from, %.0f s held out\n", data.source.c_str(),
-                    total_s(data.training), total_s(data.hold_out));
+  text += fmt::format("  data: {}; {:.0f} s to identify from, {:.0f} s held out\n", data.source, total_s(data.training),
+                      total_s(data.hold_out));
   for (std::size_t i = summary.usable ? 0 : 1; i < summary.reasons.size(); ++i) {
     if (!is_unseen(result, summary.reasons[i])) text += "  note: " + summary.reasons[i] + "\n";  // else told below
   }
   if (data.geometry) {
-    text += formatted("  geometry: tip off by %.1f mm RMS on held-out poses, by the drawing %.1f mm\n",
-                      1e3 * data.geometry->held_out.rms_m, 1e3 * data.geometry->drawing.rms_m);
+    text += fmt::format("  geometry: tip off by {:.1f} mm RMS on held-out poses, by the drawing {:.1f} mm\n",
+                        1e3 * data.geometry->held_out.rms_m, 1e3 * data.geometry->drawing.rms_m);
   }
   if (summary.columns > 0)
-    text +=
-        formatted("  rank %d of %d, condition number %.3g\n", summary.rank, summary.columns, summary.condition_number);
+    text += fmt::format("  rank {} of {}, condition number {:.3g}\n", summary.rank, summary.columns,
+                        summary.condition_number);
   for (const std::string& combination : summary.indistinct) text += unseen_text(combination);
   for (std::size_t j = 0; j < kJoints && result.valves; ++j) {
     const ValveCalibration& valve = result.valves->valves[j];
     if (result.valves->axes[j].usable)
-      text += formatted("  %s valve: dead band %.3f/%.3f, delay %.0f ms\n", kJointNames[j], valve.dead_band_extend,
-                        valve.dead_band_retract, 1e3 * valve.delay_s);
+      text += fmt::format("  {} valve: dead band {:.3f}/{:.3f}, delay {:.0f} ms\n", kJointNames[j],
+                          valve.dead_band_extend, valve.dead_band_retract, 1e3 * valve.delay_s);
     else {
       text += std::string("  ") + kJointNames[j] + " valve: as drawn\n";
       for (const std::string& reason : result.valves->axes[j].reasons) text += "    " + reason + "\n";
@@ -156,7 +149,7 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
   for (const HoldOut& held : result.hold_out) {
     std::string percent;
     for (const double nrmse : held.judged().nrmse)
-      percent += (percent.empty() ? "" : "/") + (std::isfinite(nrmse) ? formatted("%.1f", 100 * nrmse) : "-");
+      percent += (percent.empty() ? "" : "/") + (std::isfinite(nrmse) ? fmt::format("{:.1f}", 100 * nrmse) : "-");
     text += "  " + held.method + " on " + held.source + ", boom/arm/bucket: torque error " + percent +
             (held.filtered() ? " % to 2 Hz\n" : " % unfiltered\n");
   }
@@ -164,7 +157,7 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
   for (std::size_t i = 0; i < std::min(kFindingsShown, data.findings.size()); ++i)
     text += "  " + data.findings[i] + "\n";
   if (data.findings.size() > kFindingsShown)
-    text += formatted("  and %zu more, all in the report\n", data.findings.size() - kFindingsShown);
+    text += fmt::format("  and {} more, all in the report\n", data.findings.size() - kFindingsShown);
   return text;
 }
 

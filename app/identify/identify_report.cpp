@@ -1,7 +1,8 @@
 #include "app/identify/identify_report.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 
 #include "app/identify/identify_output.h"
 #include "app/identify/identify_plots.h"
@@ -16,17 +17,13 @@ constexpr const char* kCss =
 
 std::string digits(double value, int significant = 4) {
   if (!std::isfinite(value)) return "-";
-  std::array<char, 40> text;
   const bool large = std::abs(value) >= std::pow(10, significant);  // no powers of ten in tables
-  std::snprintf(text.data(), text.size(), large ? "%.*f" : "%.*g", large ? 0 : significant, value);
-  return text.data();
+  return large ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, significant);
 }
 
 /// Millimetres to a hundredth.
 std::string fixed(double value) {
-  std::array<char, 40> text;
-  std::snprintf(text.data(), text.size(), "%.2f", value);
-  return text.data();
+  return fmt::format("{:.2f}", value);
 }
 
 /// Boom, arm and bucket in one cell: a table that is narrow enough to be read.

@@ -1,9 +1,10 @@
 #include "app/identify/sample_check.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "core/quantile.h"
@@ -25,12 +26,6 @@ constexpr double kStuck_s = 1.0;
 struct Bounds {
   double low, high;
 };
-
-std::string text(const char* format, double a) {
-  std::array<char, 100> line;
-  std::snprintf(line.data(), line.size(), format, a);
-  return line.data();
-}
 
 class SampleChecker {
  public:
@@ -147,9 +142,9 @@ class SampleChecker {
     if (!may_be_zero && zero == usable) return refuse(file_.columns[c], "is zero throughout");
     if (static_cast<double>(beyond) > kMostLeftOut * static_cast<double>(usable)) {
       const double percent = 100 * static_cast<double>(beyond) / static_cast<double>(usable);
-      return refuse(file_.columns[c], text("is for %.0f %% outside what can be, ", percent) + number_text(range.low) +
-                                          " to " + number_text(range.high) + " (SI units), its median is " +
-                                          number_text(middle(c)) + guess(c));
+      return refuse(file_.columns[c], fmt::format("is for {:.0f} % outside what can be, ", percent) +
+                                          number_text(range.low) + " to " + number_text(range.high) +
+                                          " (SI units), its median is " + number_text(middle(c)) + guess(c));
     }
     if (c >= recordings::kPressureChannels && !may_be_zero)
       mark(c, "drop-out to zero", [&](std::size_t i) { return at(c, i) == 0; });
@@ -313,7 +308,7 @@ class SampleChecker {
       const auto bad = static_cast<double>(std::count(bad_[c].begin(), bad_[c].end(), std::uint8_t{1}));
       const auto all = static_cast<double>(std::count(good_.begin(), good_.end(), std::uint8_t{1}));
       if (bad > kMostLeftOut * all)
-        refuse(file_.columns[c], text("cannot be used for %.0f %% of the recording", 100 * bad / all) + "; " +
+        refuse(file_.columns[c], fmt::format("cannot be used for {:.0f} % of the recording", 100 * bad / all) + "; " +
                                      std::string("at most 20 % may be left out"));
     }
   }

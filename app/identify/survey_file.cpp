@@ -1,9 +1,10 @@
 #include "app/identify/survey_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "app/recordings/csv_cells.h"
@@ -104,10 +105,8 @@ void write_survey(const estimation::Survey& survey, std::ostream& out) {
     Eigen::Matrix<double, kValues, 1> values;
     values << pose.cylinder_m, pose.arm_pin_m, pose.bucket_pin_m, pose.tip_m;
     for (std::size_t i = 0; i < kValues; ++i) {
-      char cell[32] = "";
       const double value = values[static_cast<Eigen::Index>(i)];
-      if (std::isfinite(value)) std::snprintf(cell, sizeof cell, "%.5f", value);
-      out << (i > 0 ? "," : "") << cell;
+      out << (i > 0 ? "," : "") << (std::isfinite(value) ? fmt::format("{:.5f}", value) : "");
     }
     out << '\n';
   }

@@ -1,7 +1,8 @@
 #include "app/programs/master_program.h"
 
+#include <fmt/format.h>
+
 #include <atomic>
-#include <cstdio>
 #include <memory>
 
 #include "app/programs/master_table.h"
@@ -175,9 +176,7 @@ class Teller {
       if (reason) parts.push_back(text(reason));
     }
     if (!status.now.heard) return parts;
-    char round_trip[48];
-    std::snprintf(round_trip, sizeof round_trip, "round trip %.0f ms", 1e3 * status.round_trip_s);
-    parts.emplace_back(round_trip);
+    parts.push_back(fmt::format("round trip {:.0f} ms", 1e3 * status.round_trip_s));
     return parts;
   }
 

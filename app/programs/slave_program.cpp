@@ -1,8 +1,9 @@
 #include "app/programs/slave_program.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
-#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -235,9 +236,7 @@ class Teller {
     if (!status.heard) {
       parts.emplace_back("operator: not heard yet");
     } else if (status.round_trip < 10s) {
-      char round_trip[48];
-      std::snprintf(round_trip, sizeof round_trip, "round trip %.0f ms", 1e3 * to_seconds(status.round_trip));
-      parts.emplace_back(round_trip);
+      parts.push_back(fmt::format("round trip {:.0f} ms", 1e3 * to_seconds(status.round_trip)));
     }
     return parts;
   }

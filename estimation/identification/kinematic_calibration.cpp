@@ -1,8 +1,9 @@
 #include "estimation/identification/kinematic_calibration.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "core/error.h"
 #include "estimation/identification/survey_points.h"
@@ -12,12 +13,6 @@ namespace {
 
 constexpr double kOutlier = 5;  // standard deviations of a point's whitened error, seen in each direction
 constexpr double kMm = 1e3;
-
-std::string numbered(const char* format, double a, double b = 0) {
-  char line[160];
-  std::snprintf(line, sizeof line, format, a, b);
-  return line;
-}
 
 /// The k-th smallest of all, k as part of the whole.
 double quantile(std::vector<double> values, double part) {
@@ -50,9 +45,10 @@ bool mark_outliers(std::vector<SurveyPoint>& points, const GeometryPrior& prior,
     points[i].used = norms[i] <= kOutlier * scale;
     if (points[i].used) continue;
     const auto error = point_error(points[i], *fit, prior.sides);
-    left_out.push_back(
-        "pose " + std::to_string(points[i].pose) + ": " + kPointNames[static_cast<std::size_t>(points[i].link)] +
-        numbered(" is %.1f mm off where the others want it (%.0f sigma)", error ? kMm * error->norm() : 0, norms[i]));
+    left_out.push_back("pose " + std::to_string(points[i].pose) + ": " +
+                       kPointNames[static_cast<std::size_t>(points[i].link)] +
+                       fmt::format(" is {:.1f} mm off where the others want it ({:.0f} sigma)",
+                                   error ? kMm * error->norm() : 0, norms[i]));
   }
   return true;
 }
@@ -97,10 +93,10 @@ std::string in_words(const GeometryVector& direction, double left) {
   for (int i = 0; i < kGeometryCount; ++i) {
     if (std::abs(direction[i]) < 0.4 * largest) continue;
     const bool plus = sign * direction[i] > 0;
-    words += (words.empty() ? (plus ? "" : "-") : (plus ? " + " : " - ")) + numbered("%.1f ", std::abs(direction[i])) +
-             kGeometryNames[static_cast<std::size_t>(i)];
+    words += (words.empty() ? (plus ? "" : "-") : (plus ? " + " : " - ")) +
+             fmt::format("{:.1f} ", std::abs(direction[i])) + kGeometryNames[static_cast<std::size_t>(i)];
   }
-  return words + numbered(": %.0f %% of the drawing's uncertainty is left", 100 * left);
+  return words + fmt::format(": {:.0f} % of the drawing's uncertainty is left", 100 * left);
 }
 
 /// RMS over the working range of the lever's standard deviation at a reading, over the lever's RMS.
@@ -243,8 +239,8 @@ GeometryResult calibrate_geometry(const MachineDescription& drawing, const Surve
   result.summary.reasons = result.left_out;
   if (result.residual_ratio > 2) {
     result.summary.reasons.push_back(
-        numbered("points scatter %.1f times as far as the survey's sigma of %.2f mm says; sigmas are widened",
-                 result.residual_ratio, kMm * survey.point_sigma_m));
+        fmt::format("points scatter {:.1f} times as far as the survey's sigma of {:.2f} mm says; sigmas are widened",
+                    result.residual_ratio, kMm * survey.point_sigma_m));
   }
   return result;
 }

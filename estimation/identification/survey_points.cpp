@@ -1,8 +1,9 @@
 #include "estimation/identification/survey_points.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
 #include "core/error.h"
@@ -15,12 +16,6 @@ constexpr double kMostSigmas = 5;      // of the drawing's tolerances, on top
 constexpr double kMostLost = 0.25;     // of the poses
 constexpr double kLeastSpread = 0.25;  // of a joint's working range
 constexpr double kSamePose_rad = 0.02;
-
-std::string text(const char* format, double a, double b = 0, double c = 0) {
-  char line[160];
-  std::snprintf(line, sizeof line, format, a, b, c);
-  return line;
-}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -90,8 +85,9 @@ class Selection {
     const CylinderDescription& cylinder = drawing_.cylinders[i];
     const double ratio = reading / (0.5 * (cylinder.min_length_m + cylinder.max_length_m));
     return std::string(kJointNames[i]) +
-           text(" encoder reads %.4g m, which no angle of the working range gives (cylinder %.3f to %.3f m)", reading,
-                cylinder.min_length_m, cylinder.max_length_m) +
+           fmt::format(
+               " encoder reads {:.4g} m, which no angle of the working range gives (cylinder {:.3f} to {:.3f} m)",
+               reading, cylinder.min_length_m, cylinder.max_length_m) +
            (ratio > 300 && ratio < 3000 ? ": looks like millimetres" : "");
   }
 
@@ -116,9 +112,9 @@ class Selection {
       const LinkDescription& link = drawing_.links[static_cast<std::size_t>(i)];
       const double part = (high[i] - low[i]) / (link.max_rad - link.min_rad);
       if (part < kLeastSpread) {
-        result_.refusals.push_back(
-            std::string("the ") + kJointNames[static_cast<std::size_t>(i)] +
-            text(" moved over %.0f %% of its range; at least %.0f %% is needed", 100 * part, 100 * kLeastSpread));
+        result_.refusals.push_back(std::string("the ") + kJointNames[static_cast<std::size_t>(i)] +
+                                   fmt::format(" moved over {:.0f} % of its range; at least {:.0f} % is needed",
+                                               100 * part, 100 * kLeastSpread));
       }
     }
   }
@@ -153,7 +149,7 @@ class Selection {
         {"with x mirrored", [](const PlanarVector& p) { return PlanarVector(-p.x(), p.y()); }},
         {"with z mirrored", [](const PlanarVector& p) { return PlanarVector(p.x(), -p.y()); }},
         {"with x and z swapped", [](const PlanarVector& p) { return PlanarVector(p.y(), p.x()); }}};
-    std::string line = name + text(" is %.3g m off the drawing in the median (bound %.3g m)", off, bound);
+    std::string line = name + fmt::format(" is {:.3g} m off the drawing in the median (bound {:.3g} m)", off, bound);
     for (const auto& [mistake, change] : kMistakes) {
       if (median_off(link, change) <= bound) line += std::string(": looks ") + mistake;
     }
@@ -191,7 +187,7 @@ class Selection {
         if (off > kMostOff * reach_m_ + kMostSigmas * drawn_sigma(pose, link)) {
           result_.left_out.push_back("pose " + std::to_string(pose.number) + ": " +
                                      kPointNames[static_cast<std::size_t>(link)] +
-                                     text(" is %.3g m off the drawing", off));
+                                     fmt::format(" is {:.3g} m off the drawing", off));
           continue;
         }
         result_.points.push_back({pose.number, link, pose.survey->cylinder_m, at,
