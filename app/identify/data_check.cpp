@@ -35,7 +35,7 @@ class LabelChecker {
     const WeightFit fit = weigh(machine_, file_.recording);
     constexpr std::size_t kLeast = 20;
     if (fit.samples < kLeast && file_.recording.duration_s() > 5)
-      return refuse("lengths", "give joint angles for hardly any sample");
+      return refuse("lengths", "give possible joint angles for hardly any sample");
     for (int j = 0; j < kJoints; ++j) {
       if (fit.decisive[static_cast<std::size_t>(j)]) check_.weight_ratio[j] = fit.ratio[j];
     }
@@ -43,11 +43,11 @@ class LabelChecker {
       if (fit.believable(j)) continue;
       if (explain()) return;
       const auto i = static_cast<std::size_t>(j);
-      return refuse(file_.columns[2 * i] + " and " + file_.columns[2 * i + 1],
-                    fmt::format("carry {:.2f} times the weight that hangs on the cylinder by the machine's drawing",
-                                fit.ratio[j]) +
-                        fmt::format(" and leave {:.0f} % unexplained: wrong channel, unit, sign, machine file or load",
-                                    100 * fit.error[j]));
+      return refuse(
+          file_.columns[2 * i] + " and " + file_.columns[2 * i + 1],
+          fmt::format("balance {:.2f} times the weight on the cylinder by the machine's drawing", fit.ratio[j]) +
+              fmt::format(" and leave {:.0f} % unexplained: wrong channel, unit, sign, machine file or load",
+                          100 * fit.error[j]));
     }
     check_scale(fit);
   }
@@ -69,11 +69,10 @@ class LabelChecker {
     const double scale = fit.common_scale();
     if (scale == 1) return;
     const double range_bar = machine_.sensors.pressure_range_Pa / 1e5;
-    refuse(
-        "pressures",
-        fmt::format("all carry {:.2f} times the weight that hangs on the cylinders by the machine's drawing (", scale) +
-            check_.weights() + fmt::format("): looks like transmitters of {:.0f} bar", range_bar / scale) +
-            fmt::format(" read with a range of {:.0f} bar, or masses in the machine file are off", range_bar));
+    refuse("pressures",
+           fmt::format("all balance {:.2f} times the weight on the cylinders by the machine's drawing (", scale) +
+               check_.weights() + fmt::format("): looks like transmitters of {:.0f} bar", range_bar / scale) +
+               fmt::format(" read with a range of {:.0f} bar, or masses in the machine file are wrong", range_bar));
   }
 
   const MachineDescription& machine_;
@@ -135,7 +134,7 @@ DataCheck check_data(const MachineDescription& machine, recordings::RecordedFile
   // Swapped lengths look like swapped valves: these are to blame only now that lengths are what they say.
   for (DataFinding& finding : of_valves) {
     if (finding.refuses && !check.weight_ratio.allFinite())
-      finding.what += ", or lengths are wrong: moved too little to weigh";
+      finding.what += ", or lengths are wrong: too little motion to check them by the weight";
     check.findings.push_back(std::move(finding));
   }
   return check;

@@ -84,7 +84,7 @@ void ProgramConsole::tend(Time now) {
   if (now - span_began_ >= kEventSpan) tell_left_out(now);
   const std::uint64_t lost = lines_lost();
   if (lost == lost_told_ || !own_->idle()) return;
-  say(std::to_string(lost - lost_told_) + " lines are missing here: nobody read standard error");
+  say(std::to_string(lost - lost_told_) + " lines are missing here: standard error was not read in time");
   lost_told_ = lost;
 }
 

@@ -47,7 +47,7 @@ bool mark_outliers(std::vector<SurveyPoint>& points, const GeometryPrior& prior,
     const auto error = point_error(points[i], *fit, prior.sides);
     left_out.push_back("pose " + std::to_string(points[i].pose) + ": " +
                        kPointNames[static_cast<std::size_t>(points[i].link)] +
-                       fmt::format(" is {:.1f} mm off where the others want it ({:.0f} sigma)",
+                       fmt::format(" is {:.1f} mm off the position that the other points give ({:.0f} sigma)",
                                    error ? kMm * error->norm() : 0, norms[i]));
   }
   return true;
@@ -225,7 +225,7 @@ GeometryResult calibrate_geometry(const MachineDescription& drawing, const Surve
   try {
     tell(result, drawing, prior, points, *fit);
   } catch (const InputError& error) {  // pins for which the working range cannot be reached
-    return refused(std::move(result), {std::string("the fitted geometry is no machine: ") + error.what()});
+    return refused(std::move(result), {std::string("the fitted geometry is not a possible machine: ") + error.what()});
   }
   std::vector<double> drawn;
   for (const SurveyPoint& p : points) {
@@ -239,7 +239,7 @@ GeometryResult calibrate_geometry(const MachineDescription& drawing, const Surve
   result.summary.reasons = result.left_out;
   if (result.residual_ratio > 2) {
     result.summary.reasons.push_back(
-        fmt::format("points scatter {:.1f} times as far as the survey's sigma of {:.2f} mm says; sigmas are widened",
+        fmt::format("points scatter {:.1f} times as far as the survey's sigma of {:.2f} mm; sigmas are scaled up",
                     result.residual_ratio, kMm * survey.point_sigma_m));
   }
   return result;
