@@ -88,9 +88,9 @@ check "... and nothing has moved" stood_still "$before"
 talk_to commission "$(command_like 'knuckle commission')"
 answer 'hand on the machine' ready
 answer 'nodes are configured and started' configure
-asked "Press the machine's E-stop" && signal node USR1 && within 5 holds "$result/node.log" 'broken: e_stop'
+asked "Press the machine's E-stop" && signal node USR1 && within 5 holds "$result/node.log" 'fault injected: e_stop'
 answer "Press the machine's E-stop" pressed
-asked 'Release the E-stop' && within 10 holds "$result/node.log" 'mended: e_stop'
+asked 'Release the E-stop' && within 10 holds "$result/node.log" 'fault ended: e_stop'
 answer 'Release the E-stop' released
 answer 'slope by a spirit level' "$(awk '/^hull_pitch_deg/ { print $3 }' $truth_file)"
 answer 'pilot pressure on for two seconds' pilot
@@ -159,7 +159,7 @@ check "... leads it, and lets go" exit_code_of device
 check "... having moved its valves over CAN" holds "$result/session.candump.log" ' 21[012]#.[7F]00.*[1-9A-F]'
 signal master TERM
 check "SIGTERM ends the master in order" exit_code_of master
-check "... letting go of machine and device" holds "$result/master.log" 'stopped: let go of machine and device'
+check "... letting go of machine and device" holds "$result/master.log" 'stopped: machine and device released'
 signal slave TERM
 check "SIGTERM ends the slave in order" exit_code_of slave
 check "... with valves disabled and pilot pressure off" holds "$result/slave.log" 'stopped: valves disabled, pilot pressure off'
