@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-
 namespace knuckle::identify {
 namespace {
 
