@@ -1,6 +1,6 @@
 # Compiler settings shared by every target, and the calls that make one:
 #   knuckle_precompile(NAME headers... LINK deps...)   headers that several targets share, compiled once
-#   knuckle_library(NAME deps...)   one static library per folder
+#   knuckle_library(NAME deps... [PRIVATE deps...])   one static library per folder
 #   knuckle_tests(FOLDER deps... [LABEL name])   one GoogleTest binary per test folder; its ctest label, unless FOLDER
 #   knuckle_fuzzers(deps...)        one libFuzzer binary per tests/fuzz/*_fuzz.cpp
 #   knuckle_fuzz_replays(deps...)   one test per tests/fuzz/corpus/NAME: these files once through that fuzzer's check
@@ -47,6 +47,7 @@ function(knuckle_precompile name)
 endfunction()
 
 function(knuckle_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 library "" "" "PRIVATE")
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   if(sources)
     add_library(knuckle_${name} STATIC ${sources})
@@ -57,7 +58,11 @@ function(knuckle_library name)
     set(scope INTERFACE)
   endif()
   target_include_directories(knuckle_${name} ${scope} ${PROJECT_SOURCE_DIR})
-  target_link_libraries(knuckle_${name} ${scope} knuckle_options Eigen3::Eigen Threads::Threads ${ARGN})
+  target_link_libraries(knuckle_${name} ${scope} knuckle_options Eigen3::Eigen Threads::Threads
+                                                ${library_UNPARSED_ARGUMENTS})
+  if(library_PRIVATE)
+    target_link_libraries(knuckle_${name} PRIVATE ${library_PRIVATE})
+  endif()
 endfunction()
 
 function(knuckle_tests folder)

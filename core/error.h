@@ -1,4 +1,4 @@
-// The one exception of set-up code: bad input, said in one line that names file, key, value and bound.
+// The one exception of set-up code: bad input, reported in one line that names file, key, value and bound.
 #pragma once
 
 #include <stdexcept>

@@ -1,4 +1,4 @@
-// How a periodic loop keeps its time, told while it runs.
+// How a periodic loop keeps its time, reported while it runs.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ struct LoopHealth {
   Histogram wake_lateness, execution;     ///< Of the last 10 s.
 };
 
-/// Gathers it in the loop's thread, between the steps, and tells one reader four times a second.
+/// Gathers it in the loop's thread, between the steps, and reports to one reader four times a second.
 class LoopHealthMeter {
  public:
   static constexpr Duration kTold = 250ms;

@@ -36,7 +36,7 @@ bool pin_to(int processor) noexcept {
   return pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0;
 }
 
-/// Read back, because what was asked for says little.
+/// Read back, because the request may not have been granted.
 struct Granted {
   std::string policy;
   int fifo_priority = 0;

@@ -51,7 +51,7 @@ struct RealtimeOptions {
   int fifo_priority = 0;     ///< 1..99 asks for SCHED_FIFO; 0 does not.
   int processor = -1;        ///< Runs on this one only; -1: any.
   bool lock_memory = false;  ///< Asks that no page of the process be swapped out.
-  /// Told four times a second, from the first step on, how the loop runs; outlives the thread. Null: nobody asks.
+  /// Updated four times a second, from the first step on, with how the loop runs; outlives the thread. Null: unused.
   Mailbox<LoopHealth>* health = nullptr;
 };
 

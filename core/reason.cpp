@@ -1,7 +1,8 @@
 #include "core/reason.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 
 #include "core/joints.h"
@@ -28,26 +29,26 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"hand_not_aligned", SubjectKind::kJoint, "hand is away from the machine: move it or use the clutch", "deg"},
     {"hand_moving", SubjectKind::kJoint, "hand moves: hold it still to engage", "rad/s"},
     {"machine_moving", SubjectKind::kJoint, "machine still moves: wait", "rad/s"},
-    {"clutch_held", SubjectKind::kNothing, "clutch held: machine waits, release it to go on", nullptr},
+    {"clutch_held", SubjectKind::kNothing, "clutch held: the machine holds, release the clutch to continue", nullptr},
     {"round_trip_too_long", SubjectKind::kNothing, "round trip too long: machine holds", "ms"},
     {"buried_object", SubjectKind::kNothing,
      "the bucket has met something stiff: release enable, look, then press again", "kN/m"},
     {"release_to_recover", SubjectKind::kNothing, "fault is over: release enable, then press again", nullptr},
-    {"link_lost", SubjectKind::kNothing, "no newer packet over the link: check the network", "ms"},
+    {"link_lost", SubjectKind::kNothing, "no new packet over the link: check the network", "ms"},
     {"sensor_stale", SubjectKind::kNode, "sensor has stopped sending: check node and cable", "ms"},
     {"sensor_invalid", SubjectKind::kNode, "sensor sends an impossible value: check sensor and wiring", "raw"},
     {"sensor_implausible", SubjectKind::kNode, "sensor contradicts the others: check mounting and wiring", nullptr},
     {"node_silent", SubjectKind::kNode, "heartbeat is missing: check node power and bus", "ms"},
     {"node_emergency", SubjectKind::kNode, "node reports an emergency, code in decimal: see its manual", "code"},
-    {"node_fault", SubjectKind::kNode, "node left its working state: check it, then start again", "status"},
-    {"node_identity", SubjectKind::kNode, "node is not the one the machine file names", "id"},
+    {"node_fault", SubjectKind::kNode, "node is no longer operational: check it, then start again", "status"},
+    {"node_identity", SubjectKind::kNode, "node is not the one named in the machine file", "id"},
     {"node_setup", SubjectKind::kNode, "node refused its configuration or did not answer", "step"},
-    {"valve_not_following", SubjectKind::kJoint, "spool does not follow its demand: check the valve", "of stroke"},
+    {"valve_not_following", SubjectKind::kJoint, "spool does not follow its command: check the valve", "of stroke"},
     {"command_invalid", SubjectKind::kJoint, "controller gave an invalid command", "of stroke"},
     {"setpoint_invalid", SubjectKind::kJoint, "operator set-point is invalid", "rad"},
     {"pressure_limit", SubjectKind::kChamber, "pressure beyond its limit: reduce the load", "bar"},
     {"bus_down", SubjectKind::kNothing, "CAN interface is down: set it up again (ip link set NAME up)", nullptr},
-    {"device_lost", SubjectKind::kNothing, "haptic device is gone: plug it in, then align again", nullptr},
+    {"device_lost", SubjectKind::kNothing, "haptic device is disconnected: plug it in, then align again", nullptr},
     {"device_stale", SubjectKind::kNothing, "haptic device has stopped reporting", "ms"},
     {"device_report", SubjectKind::kNothing, "haptic device sends damaged reports: check cable", "in a row"},
     {"device_fault", SubjectKind::kNothing, "haptic device reports a fault, bits in decimal", "bits"},
@@ -55,23 +56,24 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"emergency_stop", SubjectKind::kNothing, "E-stop of the machine is open: release it on the machine", nullptr},
     {"operator_stop", SubjectKind::kNothing, "stop was pressed: release enable, then press again", nullptr},
     {"presence_lost", SubjectKind::kNothing, "hand left the device", nullptr},
-    {"energy_watchdog", SubjectKind::kNothing, "felt force lowered: it gave back more energy than was put in", "J"},
+    {"energy_watchdog", SubjectKind::kNothing, "force feedback reduced: it returned more energy than the hand put in",
+     "J"},
     {"joint_limit", SubjectKind::kJoint, "end of the working range: move the other way", "deg"},
     {"virtual_wall", SubjectKind::kNothing, "virtual wall: move the bucket away from it", "m"},
     {"power_limit", SubjectKind::kNothing, "hydraulic power limited: move fewer joints or slower", "kW"},
     {"assist_force", SubjectKind::kNothing, "force limit of the assist: move away, or set it higher", "N"},
-    {"pilot_off", SubjectKind::kNothing, "machine enable gives no pilot pressure: check its node and the E-stop",
-     nullptr},
+    {"pilot_off", SubjectKind::kNothing,
+     "no pilot pressure although the machine is enabled: check the enable node and the E-stop", nullptr},
     {"assist_force_unknown", SubjectKind::kNothing,
-     "force limit of the assist: force unknown, held; switch it off to go on", nullptr},
+     "force limit of the assist: force unknown, machine holds; switch the limit off to continue", nullptr},
     {"device_identity", SubjectKind::kNothing, "haptic device is not the one of its file: see knuckle doctor --device",
      nullptr},
     {"bus_off", SubjectKind::kNothing,
-     "CAN was bus-off: mend the wiring, restart the controller, then press enable and let go", nullptr},
+     "CAN was bus-off: repair the wiring, restart the controller, then press and release enable", nullptr},
     {"bus_passive", SubjectKind::kNothing,
-     "CAN frames are damaged or nobody acknowledges: check node power, cable, bit rate", nullptr},
+     "CAN frames are damaged or not acknowledged: check node power, cable, bit rate", nullptr},
     {"pilot_awaited", SubjectKind::kNothing,
-     "pilot pressure comes up: where it does not, check the enable node and the E-stop", nullptr},
+     "pilot pressure is rising: if it does not arrive, check the enable node and the E-stop", nullptr},
     {"other_machine", SubjectKind::kNothing,
      "machine's side drives another machine: give the same --machine on both sides", nullptr},
     {"machine_not_told", SubjectKind::kNothing,
@@ -99,11 +101,8 @@ std::string subject_text(SubjectKind kind, std::uint8_t subject) {
       return "";
     case SubjectKind::kJoint:
       return subject < kJoints ? std::string(kJointNames[subject]) + ": " : "joint ?: ";
-    case SubjectKind::kNode: {
-      char buffer[16];
-      std::snprintf(buffer, sizeof buffer, "node 0x%02X: ", unsigned{subject});
-      return buffer;
-    }
+    case SubjectKind::kNode:
+      return fmt::format("node 0x{:02X}: ", subject);
     case SubjectKind::kChamber:
       return subject < kChambers.size() ? std::string(kChambers[subject]) + ": " : "chamber ?: ";
   }
@@ -121,11 +120,9 @@ std::string text(const Reason& reason) {
   std::string line = subject_text(e.subject, reason.subject) + e.text;
   if (e.unit != nullptr && std::strcmp(e.unit, "ms") == 0 && reason.value > kNeverYet_ms) return line + " (never yet)";
   if (e.unit != nullptr) {
-    char buffer[96];
     const auto whole = [](float v) { return v == std::floor(v) && std::abs(v) < 1e6F; };  // a code is not 6.53e+04
-    std::snprintf(buffer, sizeof buffer, " (%.*g %s; limit %.*g)", whole(reason.value) ? 6 : 3, double(reason.value),
-                  e.unit, whole(reason.limit) ? 6 : 3, double(reason.limit));
-    line += buffer;
+    line += fmt::format(" ({:.{}g} {}; limit {:.{}g})", double(reason.value), whole(reason.value) ? 6 : 3, e.unit,
+                        double(reason.limit), whole(reason.limit) ? 6 : 3);
   }
   return line;
 }

@@ -58,11 +58,11 @@ enum class ReasonCode : std::uint16_t {
   kDeviceIdentity,      ///< fault: the haptic device is not the one its file describes
   // More of the bus' faults.
   kBusOff,        ///< CAN controller went bus-off; stays until an operator acknowledges it
-  kBusPassive,    ///< CAN controller error-passive: nobody acknowledges, or most frames are damaged
-  kPilotAwaited,  ///< engaging: pilot pressure was asked for and is not there yet
+  kBusPassive,    ///< CAN controller error-passive: frames are not acknowledged, or most are damaged
+  kPilotAwaited,  ///< engaging: pilot pressure was requested and is not there yet
   // The two sides do not fit together: not led at all.
   kOtherMachine,    ///< the machine's side drives another machine than the operator's side leads
-  kMachineNotTold,  ///< the machine's side does not tell which machine it drives
+  kMachineNotTold,  ///< the machine's side does not report which machine it drives
   // Set-points that no hand can make: the machine holds until enable is released.
   kSetpointRange,  ///< subject: joint; deg
   kSetpointSpeed,  ///< subject: joint; rad/s

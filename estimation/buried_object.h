@@ -29,11 +29,11 @@ class BuriedObjectCue {
   static constexpr double kSlowest_mps = 0.02;  ///< Of the tip, for a direction to be known.
   static constexpr double kWindow_s = 0.06;     ///< Of rise and travel.
   static constexpr double kMemory_s = 0.5;      ///< Of the highest speed and of a path without force.
-  static constexpr double kRise_N = 450;       ///< A tip that grazes a pipe in a soft hand shows 600.
+  static constexpr double kRise_N = 450;        ///< A tip that grazes a pipe in a soft hand shows 600.
   static constexpr double kRiseSigmas = 4;
   static constexpr double kStiffness_N_per_m = 1.5e5;  ///< Half as much again as the stiffest soil.
-  static constexpr double kResolution_m = 1e-3;  ///< Of the way: an encoder step, seen at the tip.
-  static constexpr double kLetGo = 0.5;          ///< The cue ends below this part of the force it came with.
+  static constexpr double kResolution_m = 1e-3;        ///< Of the way: an encoder step, seen at the tip.
+  static constexpr double kLetGo = 0.5;                ///< The cue ends below this part of the force it came with.
 
   /// @throws InputError as Kinematics does.
   BuriedObjectCue(const MachineDescription& machine, double step_s);

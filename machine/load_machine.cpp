@@ -1,8 +1,8 @@
 // The machine file's sections, one function each, with the bounds of every key.
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <numbers>
 
@@ -164,13 +164,7 @@ class NodeReader {
   void take(const TomlTable& file, const std::string& key, const char* pdo, std::uint32_t id) {
     const auto [other, is_new] = frames_.emplace(id, key + "." + pdo);
     file.require(is_new, file.has(pdo) ? pdo : "id",
-                 "its frames' identifier " + hex(id) + " is taken by '" + other->second + "'");
-  }
-
-  static std::string hex(std::uint32_t id) {
-    std::array<char, 16> text{};
-    std::snprintf(text.data(), text.size(), "0x%03X", id);
-    return text.data();
+                 "its frames' identifier " + fmt::format("0x{:03X}", id) + " is taken by '" + other->second + "'");
   }
 
   TomlTable nodes_;

@@ -37,7 +37,7 @@ class DeviceDriver {
   /// Drains the port to the newest report; call every millisecond.
   const DeviceReading& step(Time now) noexcept;
   /// Sends joint torques, or mode off while the device is not ok (which also clears the firmware's latch) or once it
-  /// was let go of.
+  /// was released.
   void command(const JointVector& torque_Nm) noexcept;
   /// From now on every command says "off".
   void let_go() noexcept { let_go_ = true; }

@@ -42,7 +42,7 @@ class DeviceKinematics {
 };
 
 /// The tip force that explains joint torques best: least squares over three torques, (J J^T)^-1 J tau. Damped where
-/// the arm is straight (1e-5 m^2 against about 0.1 m^2), as no tip force along it can be told from torques.
+/// the arm is straight (1e-5 m^2 against about 0.1 m^2), as torques do not determine a tip force along it.
 [[nodiscard]] inline PlanarVector tip_force_of(const TipJacobian& jacobian, const JointVector& torque_Nm) noexcept {
   const Eigen::Matrix2d gram = jacobian * jacobian.transpose() + 1e-5 * Eigen::Matrix2d::Identity();
   return gram.inverse() * (jacobian * torque_Nm);

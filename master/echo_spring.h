@@ -62,7 +62,7 @@ class EchoSpring {
   PlanarVector anchor_m_ = PlanarVector::Zero();
   double bias_N_ = 0;
   double threshold_N_ = 0;
-  double recent_speed_mps_ = 0;                       // machine's tip at hand scale, held and let go slowly
+  double recent_speed_mps_ = 0;                       // machine's tip at hand scale, held and released slowly
   double quiet_s_ = 0;                                // since R_n was above R_off
   double leaving_s_ = 0;                              // how long the hand has been moving away
   double cautious_s_ = 0;                             // left of the doubled threshold

@@ -22,7 +22,7 @@ void EnergyPort::step(double power_to_hand_W, double dt_s) noexcept {
     slot_filled_s_ = 0;
     slot_ = (slot_ + 1) % kSlots;
     slots_J_[slot_] = 0;
-    window_J_ = 0;  // summed anew: a running sum would drift
+    window_J_ = 0;  // summed again: a running sum would drift
     for (const double slot_J : slots_J_) window_J_ += slot_J;
   }
   const double change = window_J_ > kReturnedLimit_J ? -dt_s / kFall_s : dt_s / kRise_s;

@@ -84,7 +84,7 @@ void MasterLoop::take(const SlaveMessage& message, Time now) noexcept {
 }
 
 void MasterLoop::take(const MachineStatus& status, Time now) noexcept {
-  // By its number; after a silence any is, as the far end may have begun anew.
+  // By its number; after a silence any is, as the far end may have restarted.
   if (status_ && !newer(status.sequence, status_->sequence) && now - status_at_ < kRestartSilence) return;
   status_ = status;
   status_at_ = now;
@@ -178,7 +178,7 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
 bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept {
   const bool usable =
       std::isfinite(position_scale) && position_scale > 0 && std::isfinite(force_scale) && force_scale > 0;
-  // What the machine says is old by the way back: enable is the first to tell.
+  // The machine's report is older by the way back: enable is the first to show it.
   if (!usable || driver_.reading().enable || (slave_ && led(slave_->mode))) return false;
   force_scale_ = force_scale;
   set_point_.set_scale(position_scale / feel_.position_scale);

@@ -30,7 +30,7 @@ enum class ControlLaw : std::uint8_t {
 
 /// How it is known that the far end drives the machine that is led here.
 enum class FarEnd : std::uint8_t {
-  kTellsItsMachine,  ///< Its MachineStatus names it. Until then messages say that nobody holds the device.
+  kTellsItsMachine,  ///< Its MachineStatus names it. Until then messages report the device as not held.
   kIsThisMachine,    ///< Whoever makes this loop makes the far end from the same description: nothing is checked.
 };
 
@@ -58,9 +58,9 @@ class MasterLoop {
   void set_assist(const AssistSettings& assist) noexcept { assist_ = assist; }
   /// Likewise: a stop besides the device's own button, which needs no device to act.
   void set_stop(bool pressed) noexcept { stop_ = pressed; }
-  /// While on, messages say that nobody holds the device, whatever the device says.
+  /// While on, messages report the device as not held, whatever it reports itself.
   void set_nobody(bool on) noexcept { nobody_ = on; }
-  /// For the end: from the next step on the device's torque is off for good, and messages say that nobody holds it.
+  /// For the end: from the next step on the device's torque is off for good, and messages report it as not held.
   void let_go() noexcept;
   /// So many steps ago (0.1 s) that some of the messages that say so have arrived.
   [[nodiscard]] bool has_let_go() const noexcept;
@@ -73,7 +73,7 @@ class MasterLoop {
   [[nodiscard]] const SetPoint& set_point() const noexcept { return set_point_; }
   [[nodiscard]] const EchoSpring& spring() const noexcept { return spring_; }
   [[nodiscard]] const EnergyPort& energy() const noexcept { return energy_; }
-  /// What the law asked for at the tip [N], frame D, before motor limits and without joint walls.
+  /// What the law requested at the tip [N], frame D, before motor limits and without joint walls.
   [[nodiscard]] const PlanarVector& law_force_N() const noexcept { return law_force_N_; }
   /// What was sent to the motors, joint walls and limits included.
   [[nodiscard]] const JointVector& joint_torque_Nm() const noexcept { return torque_Nm_; }
@@ -86,12 +86,12 @@ class MasterLoop {
   [[nodiscard]] const AssistSettings& assist() const noexcept { return assist_; }
   /// Newest message from the machine; nothing before the first.
   [[nodiscard]] const std::optional<SlaveMessage>& machine() const noexcept { return slave_; }
-  /// Likewise what the machine's side tells of itself, and when it came; kNever before the first.
+  /// Likewise what the machine's side reports of itself, and when it came; kNever before the first.
   [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept { return status_; }
   [[nodiscard]] Time machine_status_at() const noexcept { return status_at_; }
   /// Of the machine that is led here.
   [[nodiscard]] const MachineName& machine_name() const noexcept { return machine_name_; }
-  /// Why the far end cannot be led from here; kNone where it can, and before it has had time to tell its machine.
+  /// Why the far end cannot be led from here; kNone where it can, and before it has had time to name its machine.
   [[nodiscard]] Reason other_machine() const noexcept { return other_machine_; }
   [[nodiscard]] Reason warning() const noexcept;  ///< Energy watchdog lowering the force; else none.
 

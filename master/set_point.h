@@ -17,7 +17,7 @@ class SetPoint {
  public:
   explicit SetPoint(const MachineDescription& machine) noexcept;
 
-  /// @param machine_rad measured joints, or nullptr while nothing was heard from the machine.
+  /// @param machine_rad measured joints, or nullptr while nothing was received from the machine.
   void step(const DeviceReading& device, Mode mode, const JointVector* machine_rad) noexcept;
   /// Machine joint radians per device joint radian; keeps the set-point where it is.
   void set_scale(double scale) noexcept;

@@ -98,15 +98,15 @@ std::string CanHealth::diagnosis(const std::string& interface) const {
   const std::string ip_link = "ip link set " + interface;
   if (gone_) return line("the interface is gone: plug the adapter in again, set it up, start again");
   if (down_) return line("the interface is down: " + ip_link + " up");
-  if (off_) return line("bus-off: mend wiring or bit rate, then " + ip_link + " type can restart");
+  if (off_) return line("bus-off: correct wiring or bit rate, then " + ip_link + " type can restart");
   if (was_off_) return line("was bus-off and has been restarted: nothing is sent before an operator acknowledges it");
   if (passive_ && counters_.received == 0)
-    return line("error-passive and not one frame heard: wrong bit rate, or nobody else on the bus (power, cable)");
+    return line("error-passive and no frame received: wrong bit rate, or no other node on the bus (power, cable)");
   if (passive_ && counters_.received == received_before_passive_)
-    return line("error-passive and nothing heard since: cable, termination, or all nodes without power");
+    return line("error-passive and no frame received since: cable, termination, or all nodes without power");
   if (passive_) return line("error-passive, many frames are damaged: check bit rate, termination, cable, earth");
   if (counters_.received == 0 && counters_.queue_full > 0)
-    return line("nothing goes out and nothing is heard: " + ip_link + " down, then up, and check power and cable");
+    return line("no frame is sent or received: " + ip_link + " down, then up, and check power and cable");
   return "";
 }
 

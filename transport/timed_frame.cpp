@@ -1,21 +1,14 @@
 #include "transport/timed_frame.h"
 
-#include <array>
-#include <cstdio>
+#include <fmt/format.h>
 
 namespace knuckle {
 
 std::string candump_line(Time at, const CanFrame& frame, const char* interface) {
   const auto us = std::chrono::duration_cast<std::chrono::microseconds>(at.time_since_epoch()).count();
-  std::array<char, 80> text{};
-  int length =
-      std::snprintf(text.data(), text.size(), "(%010lld.%06lld) %.16s %03X#", static_cast<long long>(us / 1000000),
-                    static_cast<long long>(us % 1000000), interface, static_cast<unsigned>(frame.id));
-  for (std::size_t i = 0; i < frame.size; ++i) {
-    const auto used = static_cast<std::size_t>(length);
-    length += std::snprintf(text.data() + used, text.size() - used, "%02X", unsigned{frame.data[i]});
-  }
-  return text.data();
+  std::string line = fmt::format("({:010}.{:06}) {:.16} {:03X}#", us / 1000000, us % 1000000, interface, frame.id);
+  for (std::size_t i = 0; i < frame.size; ++i) line += fmt::format("{:02X}", frame.data[i]);
+  return line;
 }
 
 }  // namespace knuckle

@@ -1,11 +1,12 @@
 #include "app/bringup/commission_checks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "core/format.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::bringup {
@@ -48,11 +49,11 @@ Finding judge_direction(const JogRun& run, Seen seen) {
   const bool counted = std::abs(way_mm) > 1e3 * kMoved_m;
   if (seen == Seen::kStill && counted) {
     return fault(
-        formatted("its encoder measured %.1f mm, but its cylinder stands still: encoders are exchanged", way_mm));
+        fmt::format("its encoder measured {:.1f} mm, but its cylinder stands still: encoders are exchanged", way_mm));
   }
   if (seen == Seen::kStill) {
-    return fault(formatted(
-        "did not move at a command of %.2f of stroke: check pilot pressure, the valve's plug and its dead band",
+    return fault(fmt::format(
+        "did not move at a command of {:.2f} of stroke: check pilot pressure, the valve's plug and its dead band",
         std::abs(run.samples.back().command)));
   }
   if (!counted) return fault("moved, but its encoder measured no motion: check the encoder, its wire and its node id");
@@ -64,7 +65,8 @@ Finding judge_direction(const JogRun& run, Seen seen) {
   if ((way_mm > 0) != longer) {
     return fault("its encoder counts in the wrong direction: change it (0x6000) with the manufacturer's tool");
   }
-  return {Level::kOk, about, formatted("%s: encoder %+.1f mm, as commanded", extends ? "extends" : "retracts", way_mm)};
+  return {Level::kOk, about,
+          fmt::format("{}: encoder {:+.1f} mm, as commanded", extends ? "extends" : "retracts", way_mm)};
 }
 
 std::optional<StrokeEnd> stroke_end(const JogRun& run) {
@@ -84,19 +86,20 @@ Finding judge_sides(const StrokeEnd& end, int joint, bool extended) {
   const std::string about = axis(joint);
   if (*highest < kDecisive_Pa) {
     return {Level::kNote, about,
-            formatted("%s side not checked: no chamber pressure rises by %.0f bar at the stop (highest rise %.0f bar)",
-                      side, kDecisive_Pa / 1e5, *highest / 1e5)};
+            fmt::format(
+                "{} side not checked: no chamber pressure rises by {:.0f} bar at the stop (highest rise {:.0f} bar)",
+                side, kDecisive_Pa / 1e5, *highest / 1e5)};
   }
   if (which == driven) {
     return {Level::kOk, about,
-            formatted("%s side pressure rises by %.0f bar at the stop, as expected", side, *highest / 1e5)};
+            fmt::format("{} side pressure rises by {:.0f} bar at the stop, as expected", side, *highest / 1e5)};
   }
-  return {
-      Level::kFault, about,
-      formatted("at the stop the pressure of %s %s rises by %.0f bar instead of that of %s %s: exchange the plugs or "
-                "node ids "
-                "of the two transmitters",
-                axis(static_cast<int>(which / 2)), which % 2 == 0 ? "head" : "rod", *highest / 1e5, axis(joint), side)};
+  return {Level::kFault, about,
+          fmt::format(
+              "at the stop the pressure of {} {} rises by {:.0f} bar instead of that of {} {}: exchange the plugs or "
+              "node ids "
+              "of the two transmitters",
+              axis(static_cast<int>(which / 2)), which % 2 == 0 ? "head" : "rod", *highest / 1e5, axis(joint), side)};
 }
 
 Finding judge_stroke(double stroke_m, int joint, const MachineDescription& machine) {
@@ -108,8 +111,8 @@ Finding judge_stroke(double stroke_m, int joint, const MachineDescription& machi
                                   kinematics.cylinder_at(joint, link.min_rad).value().length_m);
   const bool good = stroke_m >= least_m - kStrokeTolerance_m && stroke_m <= most_m + kStrokeTolerance_m;
   const std::string range =
-      formatted("%.1f mm measured between its stops, expected %.1f mm (joint range) to %.1f mm (cylinder)",
-                1e3 * stroke_m, 1e3 * least_m, 1e3 * most_m);
+      fmt::format("{:.1f} mm measured between its stops, expected {:.1f} mm (joint range) to {:.1f} mm (cylinder)",
+                  1e3 * stroke_m, 1e3 * least_m, 1e3 * most_m);
   if (good) return {Level::kOk, axis(joint), range};
   return {Level::kFault, axis(joint),
           range + ": check encoder_step_mm, min_length_m, max_length_m, and that it reached both stops"};

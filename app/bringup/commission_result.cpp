@@ -1,9 +1,9 @@
 #include "app/bringup/commission_result.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <optional>
 #include <ostream>
@@ -22,9 +22,7 @@ constexpr const char* kOpening = "# Written by knuckle commission.";
 constexpr double kRampError = 0.03, kDeadBandStep = 1e-4;
 
 std::string hex(std::uint32_t value) {
-  std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), "0x%X", value);
-  return text.data();
+  return fmt::format("0x{:X}", value);
 }
 
 /// What was not measured has no key.

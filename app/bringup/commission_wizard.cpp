@@ -1,5 +1,7 @@
 #include "app/bringup/commission_wizard.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,7 +9,6 @@
 #include "app/bringup/commission_result.h"
 #include "app/bringup/doctor_report.h"
 #include "app/bringup/orderly_stop.h"
-#include "core/format.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -70,8 +71,8 @@ class Wizard {
     const JointVector crept = bench_->try_pilot(2s);
     for (int j = 0; j < kJoints; ++j) {
       if (std::abs(crept[j]) <= kCreep_m) continue;
-      throw CommissionEnded(formatted(
-          "the %s cylinder moved by %.1f mm with closed valves, limit %.0f mm: check its spool's centring and "
+      throw CommissionEnded(fmt::format(
+          "the {} cylinder moved by {:.1f} mm with closed valves, limit {:.0f} mm: check its spool's centring and "
           "its load holding valve",
           kJointNames[static_cast<std::size_t>(j)], 1e3 * crept[j], 1e3 * kCreep_m));
     }
@@ -160,7 +161,7 @@ class Wizard {
   /// Reports it at once; a fault ends the commissioning, as the next steps depend on it.
   void keep(const Finding& finding) {
     result_.findings.push_back(finding);
-    dialogue_.say(formatted("   %s  ", name(finding.level)) + finding.about + ": " + finding.text);
+    dialogue_.say(fmt::format("   {}  ", name(finding.level)) + finding.about + ": " + finding.text);
     if (finding.level == Level::kFault) throw CommissionEnded(finding.about + ": " + finding.text);
   }
 
@@ -173,11 +174,11 @@ class Wizard {
   void show_readings() {
     const RawSensors& s = bench_->sensors();
     for (std::size_t j = 0; j < kJoints; ++j) {
-      dialogue_.say(formatted("   %-6s %.4f m, head side %.1f bar, rod side %.1f bar, spool %+.1f %%", kJointNames[j],
-                              s.length_m[static_cast<int>(j)], s.pressure_Pa[2 * j] / 1e5,
-                              s.pressure_Pa[2 * j + 1] / 1e5, 100 * bench_->client().spool()[static_cast<int>(j)]));
+      dialogue_.say(fmt::format("   {:6} {:.4f} m, head side {:.1f} bar, rod side {:.1f} bar, spool {:+.1f} %",
+                                kJointNames[j], s.length_m[static_cast<int>(j)], s.pressure_Pa[2 * j] / 1e5,
+                                s.pressure_Pa[2 * j + 1] / 1e5, 100 * bench_->client().spool()[static_cast<int>(j)]));
     }
-    dialogue_.say(formatted("   tilt %.2f deg", s.tilt_rad / kDegree));
+    dialogue_.say(fmt::format("   tilt {:.2f} deg", s.tilt_rad / kDegree));
     if (s.invalid()) {
       throw CommissionEnded("a pressure transmitter reports an invalid value: find it with knuckle doctor --can");
     }
@@ -214,7 +215,7 @@ class Wizard {
     const bool off = std::abs(error_rad) > kTiltError_rad;
     const bool sign = off && std::abs(reading_rad + level_rad) <= kTiltError_rad;
     keep({off ? Level::kFault : Level::kOk, "tilt",
-          formatted("sensor %.2f deg, spirit level %.2f deg", reading_rad / kDegree, level_rad / kDegree) +
+          fmt::format("sensor {:.2f} deg, spirit level {:.2f} deg", reading_rad / kDegree, level_rad / kDegree) +
               (sign  ? ": the sensor's sign is reversed: turn it round or change its direction"
                : off ? ", limit of the difference 1 deg: zero the sensor as its manual says, or mount it level"
                      : "")});
@@ -230,8 +231,8 @@ class Wizard {
 
   void small_motion(int joint, int direction) {
     const char* verb = direction > 0 ? "extends" : "retracts";
-    dialogue_.ask(formatted("The %s cylinder %s slowly by about %.0f mm after some seconds: watch it.",
-                            kJointNames[static_cast<std::size_t>(joint)], verb, 1e3 * kSmallWay_m),
+    dialogue_.ask(fmt::format("The {} cylinder {} slowly by about {:.0f} mm after some seconds: watch it.",
+                              kJointNames[static_cast<std::size_t>(joint)], verb, 1e3 * kSmallWay_m),
                   {"go"});
     const JogRun run = bench_->run(
         {.joint = joint, .peak = direction * kJogLimits.command, .travel_m = kSmallWay_m, .longest_s = kSmallest_s});
@@ -254,14 +255,14 @@ class Wizard {
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
     if (run.end == JogRun::End::kTravelled) {
       keep({Level::kFault, about,
-            formatted(
-                "moved by %.1f mm, the machine file has a stroke of %.1f mm: check encoder_step_mm, min_length_m and "
-                "max_length_m",
-                1e3 * std::abs(run.travelled_m()[joint]), 1e3 * stroke_m)});
+            fmt::format("moved by {:.1f} mm, the machine file has a stroke of {:.1f} mm: check encoder_step_mm, "
+                        "min_length_m and "
+                        "max_length_m",
+                        1e3 * std::abs(run.travelled_m()[joint]), 1e3 * stroke_m)});
     }
     if (!end)
       keep({Level::kFault, about, "did not reach its stop within 80 s: check pump, engine speed and dead band"});
-    dialogue_.say(formatted("   %s at its stop: %.4f m", about.c_str(), end->reading_m));
+    dialogue_.say(fmt::format("   {} at its stop: {:.4f} m", about, end->reading_m));
     keep(judge_sides(*end, joint, direction > 0));
     return end;
   }
@@ -277,9 +278,10 @@ class Wizard {
                                     1e3 * cylinder(joint).max_length_m + kTape_mm,
                                     tape_m ? std::optional(1e3 * *tape_m) : std::nullopt);
     axis.offset_m = bench_->sensors().length_m[joint] - length_m;
-    const std::string question = formatted(
-        "%s: the encoder reads %.1f mm, the tape %.1f mm. Preset the encoder (0x6003) to the tape's value and save it?",
-        about.c_str(), 1e3 * (length_m + *axis.offset_m), 1e3 * length_m);
+    const std::string question = fmt::format(
+        "{}: the encoder reads {:.1f} mm, the tape {:.1f} mm. Preset the encoder (0x6003) to the tape's value and save "
+        "it?",
+        about, 1e3 * (length_m + *axis.offset_m), 1e3 * length_m);
     if (dialogue_.ask(question, {"preset", "keep"}) == 1) return;
     const double before_m = bench_->sensors().length_m[joint];
     bench_->write_objects(machine_.bus.encoders[static_cast<std::size_t>(joint)].id,
@@ -289,10 +291,12 @@ class Wizard {
     axis.preset = std::abs(error_m) <= kPresetError_m;
     if (!axis.preset) {
       keep({Level::kFault, about,
-            formatted("reads %.1f mm after the preset to %.1f mm, tolerance %.0f mm: check the encoder by its manual",
-                      1e3 * (length_m + error_m), 1e3 * length_m, 1e3 * kPresetError_m)});
+            fmt::format(
+                "reads {:.1f} mm after the preset to {:.1f} mm, tolerance {:.0f} mm: check the encoder by its manual",
+                1e3 * (length_m + error_m), 1e3 * length_m, 1e3 * kPresetError_m)});
     }
-    keep({Level::kOk, about, formatted("encoder preset: %.1f mm before, %.1f mm now", 1e3 * before_m, 1e3 * length_m)});
+    keep({Level::kOk, about,
+          fmt::format("encoder preset: {:.1f} mm before, {:.1f} mm now", 1e3 * before_m, 1e3 * length_m)});
   }
 
   void to_middle(int joint, bool from_retracted) {
@@ -314,15 +318,15 @@ class Wizard {
     const char* way = direction > 0 ? "extend" : "retract";
     if (!found) {
       keep({Level::kNote, about,
-            formatted("dead band to %s not found: the cylinder did not move evenly during the ramp", way)});
+            fmt::format("dead band to {} not found: the cylinder did not move evenly during the ramp", way)});
       return std::nullopt;
     }
     const double file = file_dead_band(joint, direction);
     const bool off = dead_band_differs(*found, file);
-    keep(
-        {off ? Level::kNote : Level::kOk, about,
-         formatted("dead band to %s: measured %.1f %% of stroke, machine file %.1f %%", way, 100 * *found, 100 * file) +
-             (off ? formatted("; the measured value is written as dead_band_%s", way) : std::string())});
+    keep({off ? Level::kNote : Level::kOk, about,
+          fmt::format("dead band to {}: measured {:.1f} % of stroke, machine file {:.1f} %", way, 100 * *found,
+                      100 * file) +
+              (off ? fmt::format("; the measured value is written as dead_band_{}", way) : std::string())});
     return found;
   }
 

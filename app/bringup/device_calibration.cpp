@@ -1,8 +1,8 @@
 #include "app/bringup/device_calibration.h"
 
-#include <array>
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <numbers>
 #include <utility>
@@ -32,23 +32,17 @@ double counts_per_rad(const DeviceIdentity& identity, std::size_t joint) {
 }
 
 std::string fixed(double value, int digits) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.*f", digits, value);
-  return text.data();
+  return fmt::format("{:.{}f}", value, digits);
 }
 
 /// Nine digits: all that was measured, none that only binary fractions have.
 std::string digits(double value) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.9g", value);
-  return text.data();
+  return fmt::format("{:.9g}", value);
 }
 
 /// A float of the wire as the decimal number it was made from.
 double decimal(float value) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.7g", double(value));
-  return std::strtod(text.data(), nullptr);
+  return std::stod(fmt::format("{:.7g}", double(value)));
 }
 
 /// Counts of one joint, held still; nullopt where no reports are received.

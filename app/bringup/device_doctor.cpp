@@ -1,10 +1,11 @@
 #include "app/bringup/device_doctor.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-#include "core/format.h"
 #include "core/realtime_thread.h"
 #include "machine/load.h"
 
@@ -30,9 +31,8 @@ std::string bits_text(unsigned bits, std::initializer_list<std::pair<unsigned, c
 Finding judge_stream(const DeviceListening& heard) {
   const double rate_Hz = heard.spanned_s > 0 ? double(heard.reports - 1) / heard.spanned_s : 0;
   const double missed = double(heard.missed) / double(heard.reports + heard.missed);
-  const std::string text =
-      formatted("%.0f reports/s, %.2f %% missed, %llu damaged, longest gap %.1f ms", rate_Hz, 100 * missed,
-                static_cast<unsigned long long>(heard.damaged), heard.longest_gap_ms);
+  const std::string text = fmt::format("{:.0f} reports/s, {:.2f} % missed, {} damaged, longest gap {:.1f} ms", rate_Hz,
+                                       100 * missed, heard.damaged, heard.longest_gap_ms);
   const bool well = std::abs(rate_Hz - kReports_Hz) <= kRateTolerance * kReports_Hz && missed <= kMostMissed &&
                     heard.damaged == 0 && heard.longest_gap_ms <= kLongestGap_ms;
   if (well) return {Level::kOk, "reports", text};
@@ -67,7 +67,8 @@ Finding judge_buttons(const DeviceListening& heard) {
 
 Finding judge_supply(const DeviceListening& heard) {
   return {Level::kOk, "supply",
-          formatted("%.1f V, warmest motor %.1f degC", 1e-3 * heard.newest.bus_mV, 0.1 * heard.newest.temperature_dC)};
+          fmt::format("{:.1f} V, warmest motor {:.1f} degC", 1e-3 * heard.newest.bus_mV,
+                      0.1 * heard.newest.temperature_dC)};
 }
 
 /// With the signs and zeros that the driver uses: of a calibrated file, else as reported by the device.
@@ -81,13 +82,13 @@ Finding judge_joint(const DeviceListening& heard, const DeviceIdentity& identity
       2 * std::numbers::pi / (sign * double(identity.gear_ratio[joint]) * identity.counts_per_turn[joint]);
   const double angle_rad = per_count * (heard.newest.counts[joint] - zero);
   const double current_A = 1e-3 * heard.newest.current_mA[joint];
-  const std::string text = formatted("%d counts = %.1f deg, %.2f A", heard.newest.counts[joint],
-                                     angle_rad * 180 / std::numbers::pi, current_A);
+  const std::string text = fmt::format("{} counts = {:.1f} deg, {:.2f} A", heard.newest.counts[joint],
+                                       angle_rad * 180 / std::numbers::pi, current_A);
   if (angle_rad < file.min_rad[joint] - kRangeMargin_rad || angle_rad > file.max_rad[joint] + kRangeMargin_rad) {
     return {
         Level::kFault, name,
-        text + formatted(", outside its range %.1f to %.1f deg: run knuckle calibrate-device",
-                         file.min_rad[joint] * 180 / std::numbers::pi, file.max_rad[joint] * 180 / std::numbers::pi)};
+        text + fmt::format(", outside its range {:.1f} to {:.1f} deg: run knuckle calibrate-device",
+                           file.min_rad[joint] * 180 / std::numbers::pi, file.max_rad[joint] * 180 / std::numbers::pi)};
   }
   if (std::abs(current_A) > kIdleCurrent * 1e-3 * identity.rated_current_mA[joint] &&
       (heard.newest.status & kDeviceTorqueOn) == 0) {

@@ -1,12 +1,13 @@
 #include "app/bringup/doctor_bus.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <numbers>
 #include <set>
 
 #include "app/bringup/node_reading.h"
-#include "core/format.h"
 #include "machine/load.h"
 #include "slave/emergency_log.h"
 #include "slave/node_setup.h"
@@ -38,7 +39,7 @@ std::string profile(std::uint32_t device_type) {
                               std::pair{410U, "inclinometer"}};
   const unsigned number = device_type & 0xFFFFU;
   const auto known = std::find_if(kKnown.begin(), kKnown.end(), [&](const auto& one) { return one.first == number; });
-  return known == kKnown.end() ? formatted("CiA %u", number) : formatted("CiA %u, %s", number, known->second);
+  return known == kKnown.end() ? fmt::format("CiA {}", number) : fmt::format("CiA {}, {}", number, known->second);
 }
 
 std::string error_bits(std::uint32_t error_register) {
@@ -52,7 +53,7 @@ std::string error_bits(std::uint32_t error_register) {
 }
 
 std::string emergency_text(std::uint32_t code) {
-  return formatted("0x%04X %s", code, canopen::emergency_text(static_cast<std::uint16_t>(code)));
+  return fmt::format("0x{:04X} {}", code, canopen::emergency_text(static_cast<std::uint16_t>(code)));
 }
 
 std::string state_text(const SurveyedNode& node) {
@@ -132,10 +133,10 @@ class Doctor {
     if (bus_silent() && !survey_.others_ask) {
       say(Level::kFault, name, "no frame received, no node answers: check the nodes' power, the plug and the bit rate");
     }
-    const std::string load = formatted("%.1f %% load over %.1f s", 100 * survey_.load, survey_.listened_s);
+    const std::string load = fmt::format("{:.1f} % load over {:.1f} s", 100 * survey_.load, survey_.listened_s);
     say(survey_.load > kFullestBus ? Level::kFault : Level::kOk, name,
         survey_.load > kFullestBus
-            ? load + formatted(", limit %.0f %%: find the node that sends too much", 100 * kFullestBus)
+            ? load + fmt::format(", limit {:.0f} %: find the node that sends too much", 100 * kFullestBus)
             : load);
   }
 
@@ -157,7 +158,7 @@ class Doctor {
     const auto found = survey_.nodes.find(expected.node.id);
     const SurveyedNode node =
         found == survey_.nodes.end() ? SurveyedNode{expected.node.id, {}, false, {}, 0, {}} : found->second;
-    const std::string about = formatted("node 0x%02X ", unsigned{node.id}) + expected.name;
+    const std::string about = fmt::format("node 0x{:02X} ", node.id) + expected.name;
     NodeLine line = line_of(node, expected.name);
     const std::size_t before = result_.findings.size();
     if (!node.answers()) {
@@ -196,8 +197,8 @@ class Doctor {
     if (type && *type != expected.node.device_type) {
       const bool other_profile = (*type & 0xFFFFU) != (expected.node.device_type & 0xFFFFU);
       say(Level::kFault, about,
-          formatted("device type 0x%08X (", *type) + profile(*type) +
-              formatted("), the machine file requires 0x%08X (", expected.node.device_type) +
+          fmt::format("device type 0x{:08X} (", *type) + profile(*type) +
+              fmt::format("), the machine file requires 0x{:08X} (", expected.node.device_type) +
               profile(expected.node.device_type) + "): " +
               (other_profile ? "two node ids may be exchanged"
                              : "correct the machine file if this device is the intended one"));
@@ -206,11 +207,12 @@ class Doctor {
     const auto same = [&](Object object, const char* what, std::uint32_t wanted) {
       const auto value = node.value(object);
       if (value == wanted) return true;
-      const std::string is = value ? formatted("%s 0x%08X", what, *value) : formatted("%s cannot be read", what);
+      const std::string is = value ? fmt::format("{} 0x{:08X}", what, *value) : fmt::format("{} cannot be read", what);
       say(Level::kFault, about,
-          is + formatted(", the machine file requires 0x%08X: another device; correct the machine file if this one is "
-                         "intended",
-                         wanted));
+          is + fmt::format(
+                   ", the machine file requires 0x{:08X}: another device; correct the machine file if this one is "
+                   "intended",
+                   wanted));
       return false;
     };
     return same(canopen::kDeviceType, "device type", expected.node.device_type) &&
@@ -225,7 +227,7 @@ class Doctor {
       if (step.kind == SdoStep::Kind::kIdentity) continue;
       const ObjectRead* read = node.read(step.object);
       const bool there = read != nullptr && read->answer == ObjectRead::Answer::kValue;
-      const std::string object = formatted("0x%04X:%02X ", unsigned{step.object.index}, unsigned{step.object.subindex});
+      const std::string object = fmt::format("0x{:04X}:{:02X} ", step.object.index, step.object.subindex);
       if (!there) {
         const bool refused = read != nullptr && read->answer == ObjectRead::Answer::kAborted;
         say(Level::kFault, about,
@@ -233,10 +235,11 @@ class Doctor {
                 "), but start-up " + (step.kind == SdoStep::Kind::kWrite ? "writes" : "requires") + " it");
       } else if (step.kind == SdoStep::Kind::kRequire && read->value != step.value) {
         say(Level::kFault, about,
-            object + formatted(
-                         "is 0x%X, the machine file requires 0x%X: set it with the manufacturer's tool, or correct the "
-                         "machine file",
-                         read->value, step.value));
+            object +
+                fmt::format(
+                    "is 0x{:X}, the machine file requires 0x{:X}: set it with the manufacturer's tool, or correct the "
+                    "machine file",
+                    read->value, step.value));
       }
       if (step.kind != SdoStep::Kind::kWrite) continue;
       ++all;
@@ -250,8 +253,7 @@ class Doctor {
     if (node.emergency && node.emergency->code != canopen::kEmcyReset) {
       say(Level::kFault, about,
           "reports the emergency " + emergency_text(node.emergency->code) +
-              formatted(" (%llu received): see the device's manual",
-                        static_cast<unsigned long long>(node.emergencies)));
+              fmt::format(" ({} received): see the device's manual", node.emergencies));
     }
     const std::uint32_t bits = node.value(canopen::kErrorRegister).value_or(0);
     if (bits == 0) return;
@@ -260,12 +262,12 @@ class Doctor {
       if (const auto newest = node.value(kNewestError)) history = ", newest " + emergency_text(*newest & 0xFFFFU);
     }
     say(Level::kFault, about,
-        formatted("error register 0x%02X (", bits) + error_bits(bits) + ")" + history +
+        fmt::format("error register 0x{:02X} (", bits) + error_bits(bits) + ")" + history +
             ": find the cause with the device's manual, then switch its power off and on");
   }
 
   void judge_stranger(const SurveyedNode& node) {
-    const std::string about = formatted("node 0x%02X", unsigned{node.id});
+    const std::string about = fmt::format("node 0x{:02X}", node.id);
     const NodeLine line = line_of(node, "-");
     result_.nodes.push_back(line);
     if (machine_ != nullptr && node.id == machine_->bus.controller_id) {
@@ -275,8 +277,8 @@ class Doctor {
       say(Level::kNote, about,
           "is not in the machine file" +
               (line.device_type ? " (" + profile(*line.device_type) +
-                                      formatted(", vendor 0x%08X, product 0x%08X)", line.vendor.value_or(0),
-                                                line.product.value_or(0))
+                                      fmt::format(", vendor 0x{:08X}, product 0x{:08X})", line.vendor.value_or(0),
+                                                  line.product.value_or(0))
                                 : std::string()) +
               possible_node(node));
     }
@@ -290,7 +292,7 @@ class Doctor {
       const bool missing = there == survey_.nodes.end() || !there->second.answers();
       if (missing && node.value(canopen::kDeviceType) == expected.node.device_type &&
           node.value(canopen::kProductCode) == expected.node.product) {
-        return ": possibly " + expected.name + formatted(", expected with node id 0x%02X", unsigned{expected.node.id});
+        return ": possibly " + expected.name + fmt::format(", expected with node id 0x{:02X}", expected.node.id);
       }
     }
     return "";
@@ -305,12 +307,12 @@ class Doctor {
       const bool service = function == 0x080 || function >= 0x580;
       if (known.contains(id) || service) continue;
       const unsigned node = canopen::node_of(id);
-      say(Level::kNote, formatted("frames 0x%03X", id),
-          formatted("%.0f frames/s that no node of the machine file sends",
-                    static_cast<double>(frames.count) / survey_.listened_s) +
+      say(Level::kNote, fmt::format("frames 0x{:03X}", id),
+          fmt::format("{:.0f} frames/s that no node of the machine file sends",
+                      static_cast<double>(frames.count) / survey_.listened_s) +
               (expects(static_cast<std::uint8_t>(node))
-                   ? formatted(": possibly an additional PDO of node 0x%02X; disable it with the manufacturer's tool",
-                               node)
+                   ? fmt::format(
+                         ": possibly an additional PDO of node 0x{:02X}; disable it with the manufacturer's tool", node)
                    : std::string()));
     }
   }

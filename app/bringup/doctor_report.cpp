@@ -1,7 +1,8 @@
 #include "app/bringup/doctor_report.h"
 
+#include <fmt/format.h>
+
 #include <array>
-#include <cstdio>
 #include <utility>
 
 namespace knuckle::bringup {
@@ -9,11 +10,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string hex(const char* format, std::optional<std::uint32_t> value) {
-  if (!value) return "-";
-  std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), format, *value);
-  return text.data();
+std::string hex(int digits, std::optional<std::uint32_t> value) {
+  return value ? fmt::format("0x{:0{}X}", *value, digits) : "-";
 }
 
 std::string profile_of(std::optional<std::uint32_t> device_type) {
@@ -21,11 +19,8 @@ std::string profile_of(std::optional<std::uint32_t> device_type) {
 }
 
 std::string row(const std::array<std::string, 8>& cells) {
-  std::array<char, 240> line{};
-  std::snprintf(line.data(), line.size(), "%-5s %-20s %-16s %-4s %-11s %-11s %-6s %s", cells[0].c_str(),
-                cells[1].c_str(), cells[2].c_str(), cells[3].c_str(), cells[4].c_str(), cells[5].c_str(),
-                cells[6].c_str(), cells[7].c_str());
-  return line.data();
+  return fmt::format("{:5} {:20} {:16} {:4} {:11} {:11} {:6} {}", cells[0], cells[1], cells[2], cells[3], cells[4],
+                     cells[5], cells[6], cells[7]);
 }
 
 template <typename T>
@@ -41,9 +36,7 @@ std::vector<std::string> finding_lines(const Findings& findings) {
   for (const Level level : {Level::kFault, Level::kNote, Level::kOk}) {
     for (const Finding& one : findings) {
       if (one.level != level) continue;
-      std::array<char, 8> head{};
-      std::snprintf(head.data(), head.size(), "%-6s", name(level));
-      lines.push_back(head.data() + one.about + ": " + one.text);
+      lines.push_back(fmt::format("{:6}{}: {}", name(level), one.about, one.text));
     }
   }
   return lines;
@@ -57,9 +50,8 @@ std::vector<std::string> diagnosis_lines(const BusDiagnosis& diagnosis) {
       now += (now.empty() ? "" : "; ") + std::to_string(*node.settings_as_file) + " of " +
              std::to_string(*node.settings) + " settings as in the machine file";
     }
-    lines.push_back(
-        row({hex("0x%02X", node.id), node.name, node.state, profile_of(node.device_type), hex("0x%08X", node.vendor),
-             hex("0x%08X", node.product), hex("0x%02X", node.error_register), now}));
+    lines.push_back(row({hex(2, node.id), node.name, node.state, profile_of(node.device_type), hex(8, node.vendor),
+                         hex(8, node.product), hex(2, node.error_register), now}));
   }
   lines.emplace_back();
   for (std::string& line : finding_lines(diagnosis.findings)) lines.push_back(std::move(line));

@@ -1,10 +1,11 @@
 #include "app/bringup/node_reading.h"
 
+#include <fmt/format.h>
+
 #include <bit>
 #include <cmath>
 #include <numbers>
 
-#include "core/format.h"
 #include "machine/description.h"
 #include "transport/canopen.h"
 
@@ -24,14 +25,14 @@ NodeReading of_valve(const SurveyedNode& node, const MachineDescription& machine
                      : *state == canopen::ValveState::kDisabled ? "DISABLED"
                      : *state == canopen::ValveState::kHold     ? "HOLD"
                                                                 : "ACTIVE";
-  NodeReading reading{formatted("%s, spool %.1f %%", name, 100 * spool), "", false};
+  NodeReading reading{fmt::format("{}, spool {:.1f} %", name, 100 * spool), "", false};
   if ((word & canopen::kStatusLocal) != 0) {
     reading.fault = true;
     reading.complaint = "is in local mode: switch it to set-points from the bus";
   } else if (std::abs(spool) > 0.05) {
     reading.fault = true;
-    reading.complaint = formatted(
-        "its spool is at %.1f %% of stroke, at most 5 %% expected: check spring, hand lever and position sensor",
+    reading.complaint = fmt::format(
+        "its spool is at {:.1f} % of stroke, at most 5 % expected: check spring, hand lever and position sensor",
         100 * spool);
   } else if (canopen::valve_fault(word)) {
     reading.complaint = "is in its fault state; start-up resets the fault";
@@ -45,16 +46,17 @@ NodeReading of_pressure(const SurveyedNode& node, const MachineDescription& mach
   if (!raw) return {};
   const double value = wire.pressure_float ? double{std::bit_cast<float>(*raw)} : static_cast<std::int32_t>(*raw);
   const double bar = value * canopen::pressure_format(wire.pressure_float, wire.pressure_digits).unit_Pa / 1e5;
-  NodeReading reading{formatted("%.2f bar", bar), "", false};
+  NodeReading reading{fmt::format("{:.2f} bar", bar), "", false};
   const std::uint32_t status = node.value(canopen::kPressureStatus).value_or(0);
   const double range_bar = machine.sensors.pressure_range_Pa / 1e5;
   if ((status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0) {
     reading = {reading.text,
-               formatted("status 0x%02X, value invalid or overloaded: check transmitter and wiring", status), true};
+               fmt::format("status 0x{:02X}, value invalid or overloaded: check transmitter and wiring", status), true};
   } else if (!(bar >= -3 && bar <= 1.05 * range_bar)) {
-    reading = {reading.text,
-               formatted("%.1f bar is outside the range of 0 to %.0f bar: check transmitter and unit", bar, range_bar),
-               true};
+    reading = {
+        reading.text,
+        fmt::format("{:.1f} bar is outside the range of 0 to {:.0f} bar: check transmitter and unit", bar, range_bar),
+        true};
   }
   return reading;
 }
@@ -64,11 +66,11 @@ NodeReading of_encoder(const SurveyedNode& node, int joint, const MachineDescrip
   if (!steps) return {};
   const double length_m = static_cast<std::int32_t>(*steps) * machine.sensors.encoder_step_m;
   const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
-  NodeReading reading{formatted("%.4f m", length_m), "", false};
+  NodeReading reading{fmt::format("{:.4f} m", length_m), "", false};
   constexpr double kTolerance_m = 0.01;
   if (length_m < cylinder.min_length_m - kTolerance_m || length_m > cylinder.max_length_m + kTolerance_m) {
-    reading.complaint = formatted(
-        "reads no length that its cylinder can have (%.3f to %.3f m): uncalibrated; knuckle commission "
+    reading.complaint = fmt::format(
+        "reads no length that its cylinder can have ({:.3f} to {:.3f} m): uncalibrated; knuckle commission "
         "presets it",
         cylinder.min_length_m, cylinder.max_length_m);
   }
@@ -79,14 +81,14 @@ NodeReading of_tilt(const SurveyedNode& node, const MachineDescription& machine)
   const auto steps = node.value(canopen::kTiltSlope);
   if (!steps) return {};
   const double deg = static_cast<std::int16_t>(*steps) * machine.sensors.tilt_step_rad * 180 / std::numbers::pi;
-  return {formatted("%.2f deg", deg), "", false};
+  return {fmt::format("{:.2f} deg", deg), "", false};
 }
 
 NodeReading of_enable(const SurveyedNode& node) {
   const auto inputs = node.value(canopen::kEnableInputs);
   if (!inputs) return {};
   const bool closed = (*inputs & canopen::kInputEStopClosed) != 0, pilot = (*inputs & canopen::kInputPilotOn) != 0;
-  NodeReading reading{formatted("E-stop chain %s, pilot %s", closed ? "closed" : "OPEN", pilot ? "ON" : "off"), "",
+  NodeReading reading{fmt::format("E-stop chain {}, pilot {}", closed ? "closed" : "OPEN", pilot ? "ON" : "off"), "",
                       false};
   if (pilot) {
     reading.fault = true;

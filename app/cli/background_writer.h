@@ -1,5 +1,5 @@
-// Text for a reader or a disk that may stall: written by a thread of its own out of a bounded buffer, so that nobody
-// who has something to write ever waits. What there is no room for is lost, and counted.
+// Text for a reader or a disk that may stall: written by a thread of its own out of a bounded buffer, so that no thread
+// that has something to write ever waits. What there is no room for is lost, and counted.
 #pragma once
 
 #include <chrono>

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kReaderPoll{20};
 
-/// Creates an empty file nobody else has, beside `target`, with the permissions any new file gets.
+/// Creates an empty file of its own, beside `target`, with the permissions any new file gets.
 /// @return its descriptor; negative with errno set where that cannot be.
 int create_beside(const fs::path& target, std::string& name) {
   for (int attempt = 0; attempt < 100; ++attempt) {
@@ -35,7 +35,7 @@ int create_beside(const fs::path& target, std::string& name) {
   return -1;
 }
 
-/// A device or a pipe. Opening a pipe that nobody reads yet would wait, and hear no signal meanwhile.
+/// A device or a pipe. Opening a pipe without a reader would wait, and not react to signals meanwhile.
 int open_in_place(const std::string& target) {
   const bool pipe = fs::is_fifo(target);
   for (;;) {
@@ -119,7 +119,7 @@ bool OutputFile::write(std::string_view text) {
     const ssize_t count = ::write(descriptor_, text.data(), text.size());
     if (count >= 0) {
       text.remove_prefix(static_cast<std::size_t>(count));
-    } else if (errno == EAGAIN) {  // standard output that somebody else made so
+    } else if (errno == EAGAIN) {  // standard output that another process set to non-blocking
       pollfd ready{descriptor_, POLLOUT, 0};
       poll(&ready, 1, -1);
     } else if (errno != EINTR) {

@@ -50,7 +50,7 @@ class OutputFile {
   std::ostream stream_;
 };
 
-/// Before a file is written anew: FILE.toml is kept as FILE.N.toml, the next free number.
+/// Before a file is overwritten: FILE.toml is kept as FILE.N.toml, the next free number.
 /// @return that name; empty where there is no such regular file. @throws InputError where it cannot be kept.
 std::string keep_older(const std::string& target);
 

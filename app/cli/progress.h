@@ -25,7 +25,7 @@ class ProgressBar {
   int shown_permille_ = -1;
 };
 
-/// Does `work` behind a bar, handing it a function to tell the done share to, which throws Interrupted once a signal
+/// Does `work` behind a bar, handing it a function that takes the share done, which throws Interrupted once a signal
 /// has come.
 template <typename Work>
 auto watched(const InterruptGuard& interrupt, std::string title, const Work& work) {

@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr double kJudged_Hz = 2;          // as identify judges held-out torque
-constexpr std::size_t kTellingPoses = 3;  // with fewer nothing can be told apart
+constexpr std::size_t kTellingPoses = 3;  // with fewer, nothing can be separated
 constexpr auto kIdle = std::chrono::milliseconds(20);
 
 /// Simulated time no faster than `pace` times the wall's.
@@ -52,13 +52,13 @@ class Pacer {
 std::string file_of(const std::string& target) {
   std::error_code ignored;  // a link to itself, say: it is not there
   const bool there = fs::exists(target, ignored);
-  if (there && !fs::is_regular_file(target)) throw InputError(target + ": cannot be written: is no file");
+  if (there && !fs::is_regular_file(target)) throw InputError(target + ": cannot be written: is not a regular file");
   if (!there && fs::is_symlink(target, ignored))
-    throw InputError(target + ": cannot be written: is a link to a file that is not there");
+    throw InputError(target + ": cannot be written: is a link to a file that does not exist");
   return there ? fs::canonical(target).string() : target;
 }
 
-/// What the held-out motion says of a calibration that is in use; nullopt where there is none.
+/// Error on the held-out motion of a calibration that is in use; nullopt where there is none.
 std::optional<JointVector> old_nrmse(const MachineDescription& before, const estimation::Recording& recording) {
   if (!before.dynamics_calibration) return std::nullopt;
   const auto comparison = estimation::compare_torque(*before.dynamics_calibration, calibrated(before), recording,
@@ -66,7 +66,7 @@ std::optional<JointVector> old_nrmse(const MachineDescription& before, const est
   return estimation::torque_fit(comparison, kJudged_Hz).nrmse;
 }
 
-/// How well the poses so far tell the links' weights apart: condition number of the column-scaled gravity regressor.
+/// How well the poses so far separate the links' weights: condition number of the column-scaled gravity regressor.
 /// nullopt where a reading is no angle of this arm.
 std::optional<double> gravity_condition(const Kinematics& kinematics, const estimation::Survey& survey) {
   constexpr int kMoments = estimation::kBaseParameters - estimation::kMomentX;
@@ -273,13 +273,13 @@ void CalibrationJob::identify_and_decide() {
     state.outcome = "discarded: nothing was changed";
     if (!accepted) return;
     state.outcome = "accepted: " + accepted->file;
-    if (!accepted->kept.empty()) state.outcome += ", the one before kept as " + accepted->kept;
+    if (!accepted->kept.empty()) state.outcome += ", the previous file is kept as " + accepted->kept;
   });
 }
 
 std::string roll_back(const Acceptance& accepted) {
   if (whole_file(accepted.file, kLargestToml_MB) != accepted.content)
-    throw InputError(accepted.file + ": not rolled back: it is no longer what was accepted");
+    throw InputError(accepted.file + ": not rolled back: the file has changed since it was accepted");
   const std::string kept = cli::keep_older(accepted.file);
   std::error_code error;
   if (accepted.kept.empty()) {

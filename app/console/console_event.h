@@ -15,22 +15,22 @@ enum class ConsoleEventKind : std::uint8_t {
   kMachine,   ///< mode or fault changed: mode, reason = the fault, or what blocks
   kBlocked,   ///< reason has blocked, or limited, for more than a second
   kDevice,    ///< reason why the device cannot be used; kNone: it can
-  kLink,      ///< on: the machine is heard
+  kLink,      ///< on: packets from the machine are received
   kContact,   ///< on; value: force on the tip [N]
   kPiece,     ///< simulated world: piece; value as its event says
   kStop,      ///< on: pressed in
-  kInput,     ///< on: what is held counts again; off: the window has stalled, nobody holds anything
-  kAttended,  ///< on: the window is in front of the person; off: it is not, nobody holds anything
+  kInput,     ///< on: what is held counts again; off: the window has stalled, inputs count as released
+  kAttended,  ///< on: the window has the focus; off: it has not, inputs count as released
   kScales,    ///< on: taken; off: refused while the machine is led
   kWarning,   ///< reason; kNone: over
   kPaused,    ///< on
-  kNewStart,  ///< the simulated session was begun anew
+  kNewStart,  ///< the simulated session was restarted
 };
 
 struct ConsoleEvent {
   ConsoleEventKind kind = ConsoleEventKind::kMachine;
   Time at{};              ///< Of the session on screen.
-  std::uint32_t run = 1;  ///< Which session, where it is begun anew.
+  std::uint32_t run = 1;  ///< Which session: counts restarts.
   bool on = false;
   Mode mode = Mode::kOff;
   Reason reason;

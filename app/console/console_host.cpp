@@ -34,7 +34,7 @@ void ConsoleHost::choose(const session::SimulateOptions& options, LiveSession::L
   session::refuse_faults(loaded.scenario);
   if (led == LiveSession::Led::kByScenario && follows_recording(loaded.scenario)) {
     throw InputError("--scenario " + options.scenario +
-                     ": its own operator follows a recorded motion: run it with knuckle simulate, or lead it yourself");
+                     ": its operator follows a recorded motion: run it with knuckle simulate, or without --demo");
   }
   const LiveSession trial(loaded, led, nullptr);  // what can be refused is refused now
   session_ = std::move(loaded);

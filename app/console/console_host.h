@@ -45,10 +45,10 @@ class ConsoleHost {
   /// Lets go of machine and device in order, and ends the thread. May be called again.
   void stop();
 
-  /// In every frame: what is asked for; a session is begun anew where reset_count has grown. Also writes the log and
+  /// In every frame: what is requested; a session is restarted where reset_count has grown. Also writes the log and
   /// frees what is no longer used.
   void put(const ConsoleInput& input);
-  /// What the next session begun anew is made of. Nothing changes before.
+  /// What the next restarted session is made of. Nothing changes before.
   /// @throws InputError as load_session() does, and for what no console can play: scheduled faults, and a scenario's
   /// operator who follows a recording. What was chosen before stays.
   void choose(const session::SimulateOptions& options, LiveSession::Led led);
@@ -60,7 +60,7 @@ class ConsoleHost {
   bool next(ConsoleEvent& event) noexcept { return loop_->next(event); }
   [[nodiscard]] std::uint64_t events_lost() const noexcept { return loop_->events_lost(); }
   [[nodiscard]] std::uint64_t frames_lost() const noexcept { return loop_->frames_lost(); }
-  /// Of the loop's thread; told a few times a second.
+  /// Of the loop's thread; updated a few times a second.
   const LoopHealth& health() noexcept;
   /// Set-up of the simulated session chosen last; nothing where there is none.
   [[nodiscard]] const std::optional<session::SessionSetup>& session() const noexcept { return session_; }

@@ -75,8 +75,8 @@ void ConsoleLoop::step(Time now) noexcept {
   show();
 }
 
-/// Old input is nobody's, and so is that of a window that nobody looks at; after it, enable that was held on meanwhile
-/// counts as let go of until it is.
+/// Stale input counts as released, and so does that of a window without focus; after it, enable that was held meanwhile
+/// counts as released until it is.
 void ConsoleLoop::look_at_input(Time now) noexcept {
   inputs_.take(input_);
   const bool fresh = now - input_.at <= kInputAgeLimit;

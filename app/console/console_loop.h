@@ -40,16 +40,16 @@ class ConsoleLoop {
   bool take(ConsoleView& view) noexcept { return views_.take(view); }
   bool next(ConsoleEvent& event) noexcept { return events_.pop(event); }
   [[nodiscard]] std::uint64_t events_lost() const noexcept { return events_.dropped(); }
-  /// Frames of the simulated bus, where they are recorded, in time that goes on when a session is begun anew.
+  /// Frames of the simulated bus, where they are recorded, in time that continues when a session is restarted.
   bool next(TimedFrame& frame) noexcept { return frames_ && frames_->pop(frame); }
   [[nodiscard]] std::uint64_t frames_lost() const noexcept { return frames_ ? frames_->dropped() : 0; }
-  /// Begins a simulated session anew with this one, which replaces one that was offered and is not yet begun.
+  /// Restarts a simulated session with this one, which replaces one that was offered and is not yet begun.
   void offer(std::unique_ptr<LiveSession> session) noexcept;
   /// Frees the session that was replaced.
   void collect() noexcept;
-  /// For the end: nobody holds anything from now on, and a haptic device's torque is off.
+  /// For the end: inputs count as released from now on, and a haptic device's torque is off.
   void let_go() noexcept { let_go_asked_.store(true, std::memory_order_relaxed); }
-  /// It was told for long enough.
+  /// It was sent for long enough.
   [[nodiscard]] bool has_let_go() const noexcept { return has_let_go_.load(std::memory_order_acquire); }
 
  private:

@@ -33,7 +33,7 @@ struct OperatorSide {
 struct LinkSide {
   bool heard = false;          ///< The machine, ever.
   double silence_s = 0;        ///< Age of the newest message.
-  double neutral_after_s = 0;  ///< The machine goes to neutral when it has heard nothing for so long.
+  double neutral_after_s = 0;  ///< The machine goes to neutral when it has received nothing for so long.
   double round_trip_s = 0;
   Histogram round_trip;      ///< Of the last 10 s.
   Histogram arrival_jitter;  ///< Likewise: how far from the machine's period messages come in.
@@ -41,22 +41,22 @@ struct LinkSide {
   Histogram hand_to_valve;   ///< Likewise: device report to valve command on the wire.
 };
 
-/// What is truly so; a real machine has nobody to tell.
+/// The simulation's true state; there is none of a real machine.
 struct SimulatedTruth {
   double pump_Pa = 0;
   sim::WorldEventRing events;
 };
 
-/// What the loop makes of the newest input; nothing to be said of it where a scenario leads.
+/// What the loop makes of the newest input; meaningless where a scenario leads.
 struct InputSide {
-  bool unattended = false;  ///< The window is not in front of the person: nobody holds anything.
+  bool unattended = false;  ///< The window has no focus: all inputs count as released.
   bool release_enable =
-      false;  ///< Enable has been held since then, or since the window stalled: it counts only once it was let go of.
+      false;  ///< Enable has been held since then, or since the window stalled: it counts only once it was released.
 };
 
 struct ConsoleView {
   Time now{};             ///< Of the operator's loop: of the session on screen where simulated.
-  std::uint32_t run = 1;  ///< Which session; counts up whenever it is begun anew.
+  std::uint32_t run = 1;  ///< Which session; counts up at every restart.
   OperatorSide hand;
   InputSide input;
   LinkSide link;

@@ -1,12 +1,13 @@
 #include "app/console/event_book.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <utility>
 
 #include "app/cli/output_file.h"
 #include "app/recordings/csv_row.h"
-#include "core/format.h"
 
 namespace knuckle::console {
 namespace {
@@ -34,23 +35,23 @@ Told device(const ConsoleEvent& event) {
 Told piece(const ConsoleEvent& event) {
   switch (event.piece) {
     case sim::WorldEventKind::kContact:
-      return {Severity::kInfo, "piece", "bucket touches"};
+      return {Severity::kInfo, "piece", "bucket in contact"};
     case sim::WorldEventKind::kRelease:
-      return {Severity::kInfo, "piece", "bucket is free"};
+      return {Severity::kInfo, "piece", "bucket out of contact"};
     case sim::WorldEventKind::kPieceBroke:
-      return {Severity::kInfo, "piece", formatted("piece broke off at %.0f N", event.value)};
+      return {Severity::kInfo, "piece", fmt::format("piece broke off at {:.0f} N", event.value)};
     case sim::WorldEventKind::kPieceDown:
-      return {Severity::kInfo, "piece", "piece is down"};
+      return {Severity::kInfo, "piece", "piece on the ground"};
     case sim::WorldEventKind::kScooped:
-      return {Severity::kInfo, "piece", formatted("piece scooped: %.0f kg", event.value)};
+      return {Severity::kInfo, "piece", fmt::format("piece scooped: {:.0f} kg", event.value)};
     case sim::WorldEventKind::kDug:
-      return {Severity::kInfo, "piece", formatted("dug: %.0f kg", event.value)};
+      return {Severity::kInfo, "piece", fmt::format("dug: {:.0f} kg", event.value)};
     case sim::WorldEventKind::kDumped:
-      return {Severity::kInfo, "piece", formatted("dumped: %.0f kg", event.value)};
+      return {Severity::kInfo, "piece", fmt::format("dumped: {:.0f} kg", event.value)};
     case sim::WorldEventKind::kPipeTouched:
       return {Severity::kWarning, "piece", "pipe touched"};
     case sim::WorldEventKind::kWeightOn:
-      return {Severity::kInfo, "piece", formatted("weight hung on: %.0f kg", event.value)};
+      return {Severity::kInfo, "piece", fmt::format("weight hung on: {:.0f} kg", event.value)};
     case sim::WorldEventKind::kWeightOff:
       return {Severity::kInfo, "piece", "weight taken off"};
   }
@@ -66,33 +67,33 @@ Told told(const ConsoleEvent& event) {
     case ConsoleEventKind::kDevice:
       return device(event);
     case ConsoleEventKind::kLink:
-      return event.on ? Told{Severity::kInfo, "link", "machine is heard"}
-                      : Told{Severity::kAlarm, "link", "machine is not heard: check the network"};
+      return event.on ? Told{Severity::kInfo, "link", "packets from the machine received"}
+                      : Told{Severity::kAlarm, "link", "no packets from the machine: check the network"};
     case ConsoleEventKind::kContact:
       return {Severity::kInfo, "contact",
-              event.on ? formatted("contact, %.0f N", event.value) : std::string("contact is over")};
+              event.on ? fmt::format("contact, {:.0f} N", event.value) : std::string("contact ended")};
     case ConsoleEventKind::kPiece:
       return piece(event);
     case ConsoleEventKind::kStop:
       return event.on ? Told{Severity::kWarning, "stop", "Stop pressed"}
-                      : Told{Severity::kInfo, "stop", "Stop released: let go of enable, then press it again"};
+                      : Told{Severity::kInfo, "stop", "Stop released: release enable, then press it again"};
     case ConsoleEventKind::kInput:
-      return event.on ? Told{Severity::kInfo, "input", "window runs again: let go of enable, then press it again"}
-                      : Told{Severity::kWarning, "input", "window has stalled: nobody leads the machine"};
+      return event.on ? Told{Severity::kInfo, "input", "window responds again: release enable, then press it again"}
+                      : Told{Severity::kWarning, "input", "window stalled: inputs count as released"};
     case ConsoleEventKind::kAttended:
       return {Severity::kInfo, "input",
-              event.on ? "window is in front: let go of enable, then press it again"
-                       : "window is not in front: nobody leads the machine"};
+              event.on ? "window has the focus: release enable, then press it again"
+                       : "window lost the focus: inputs count as released"};
     case ConsoleEventKind::kScales:
-      return event.on ? Told{Severity::kInfo, "scales", "scales taken"}
+      return event.on ? Told{Severity::kInfo, "scales", "scales applied"}
                       : Told{Severity::kInfo, "scales", "scales are locked while the machine is led"};
     case ConsoleEventKind::kWarning:
       return event.reason ? Told{Severity::kWarning, name(event.reason.code), text(event.reason)}
-                          : Told{Severity::kInfo, "warning", "warning is over"};
+                          : Told{Severity::kInfo, "warning", "warning ended"};
     case ConsoleEventKind::kPaused:
-      return {Severity::kInfo, "session", event.on ? "paused" : "goes on"};
+      return {Severity::kInfo, "session", event.on ? "paused" : "resumed"};
     case ConsoleEventKind::kNewStart:
-      return {Severity::kInfo, "session", "begun anew"};
+      return {Severity::kInfo, "session", "restarted"};
   }
   return {Severity::kInfo, "?", "?"};
 }

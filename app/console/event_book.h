@@ -17,7 +17,7 @@ enum class Severity : std::uint8_t { kInfo, kWarning, kAlarm };
 
 struct EventRow {
   std::uint64_t number = 0;  ///< Counts up from 1; never used twice.
-  std::uint32_t run = 1;     ///< Which session, where it is begun anew.
+  std::uint32_t run = 1;     ///< Which session: counts restarts.
   Time at{};                 ///< Of that session.
   Severity severity = Severity::kInfo;
   std::string code;           ///< Stable: "mode", "link_lost", ...
@@ -51,7 +51,7 @@ class EventBook {
   [[nodiscard]] std::size_t open(Severity least) const noexcept;
   void acknowledge(std::uint64_t number) noexcept;
   void acknowledge(const EventFilter& filter);
-  /// Rows there was no room for any more, and how many of them nobody had acknowledged.
+  /// Rows dropped for want of room, and how many of them were not acknowledged.
   [[nodiscard]] std::uint64_t forgotten() const noexcept { return forgotten_; }
   [[nodiscard]] std::uint64_t forgotten_open() const noexcept { return forgotten_open_; }
 

@@ -93,7 +93,7 @@ void EventWatch::watch_world(Time now, const sim::WorldEventRing& world) noexcep
     world_read_ = world.count - sim::WorldEventRing::kCapacity;
   for (; world_read_ < world.count; ++world_read_) {
     const sim::WorldEvent& happened = world.at(world_read_);
-    // What the machine itself feels is told as contact.
+    // What the machine itself measures is reported as contact.
     if (happened.kind == sim::WorldEventKind::kContact || happened.kind == sim::WorldEventKind::kRelease) continue;
     ConsoleEvent e = event(now, ConsoleEventKind::kPiece);
     e.piece = happened.kind;

@@ -1,4 +1,4 @@
-// Notices in the loops' own step what the person shall be told, and puts it where the window finds it when it has time.
+// Notices in the loops' own step what to report to the person, and puts it where the window finds it when it has time.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ class EventWatch {
   void watch_world(Time now, const sim::WorldEventRing& world) noexcept;
   [[nodiscard]] ConsoleEvent event(Time now, ConsoleEventKind kind) const noexcept;
 
-  /// What was told last.
+  /// What was reported last.
   struct Told {
     bool heard = false, contact = false, stop = false;
     Mode mode = Mode::kOff;

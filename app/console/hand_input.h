@@ -1,4 +1,4 @@
-// Keyboard, gamepad and mouse as hands: pure functions from what is held to the motion asked for. No window here.
+// Keyboard, gamepad and mouse as hands: pure functions from what is held to the requested motion. No window here.
 #pragma once
 
 #include <array>
@@ -42,7 +42,7 @@ inline constexpr double kStickDeadZone = 0.15;
 [[nodiscard]] double stick_share(double deflection) noexcept;
 
 /// A drag in the side view: the tip is pulled towards the mouse, the bucket keeps its angle to the ground.
-/// @param drag_m from the tip asked for to the mouse, machine metres, frame M. @param joint_rad machine pose asked for.
+/// @param drag_m from the requested tip to the mouse, machine metres, frame M. @param joint_rad requested machine pose.
 /// Presence; enable and clutch are keys.
 [[nodiscard]] HandInput hand_from_drag(const PlanarVector& drag_m, const JointVector& joint_rad,
                                        const Kinematics& kinematics) noexcept;

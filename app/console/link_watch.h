@@ -48,7 +48,7 @@ class LinkWatch {
   void stamp(Time now) noexcept { now_ = now; }
   /// For every message, copies and overtaken ones included.
   void note(const SlaveMessage& message) noexcept;
-  /// For every new status. Its own way back, which nobody measures, is taken for half of the quickest round trip.
+  /// For every new status. Its own way back, which is not measured, is taken as half of the quickest round trip.
   void note(const MachineStatus& status) noexcept;
 
   // Of the last 10 s; a few thousand additions each: not for every step.
@@ -56,7 +56,7 @@ class LinkWatch {
   /// How far from the machine's period messages come in.
   [[nodiscard]] Histogram arrival_jitter() const noexcept { return jitter_.recent(now_); }
   [[nodiscard]] Histogram hand_to_valve() const noexcept { return hand_to_valve_.recent(now_); }
-  /// Share of the machine's messages that never came, as far as their numbers tell; in a silence those that are due
+  /// Share of the machine's messages that never came, as far as their numbers show; in a silence those that are due
   /// count, too, so that it grows. 0 before the first.
   [[nodiscard]] double loss() const noexcept;
 

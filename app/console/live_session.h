@@ -1,4 +1,4 @@
-// A simulated session that somebody leads: the loops and the plant of app/session/session.h in lock-step on virtual
+// A simulated session that a person leads: the loops and the plant of app/session/session.h in lock-step on virtual
 // time, for as long as anybody likes. A scenario gives the world and the start; what it breaks on a schedule stays
 // whole.
 #pragma once

@@ -28,7 +28,7 @@ struct StationSetup {
   // Of the simulated hand.
   sim::LimbImpedance limb;
   JointVector hand_rad = JointVector::Zero();   ///< At the start.
-  JointVector start_rad = JointVector::Zero();  ///< Machine's pose as shown until it has told it.
+  JointVector start_rad = JointVector::Zero();  ///< Machine's pose as shown until it reports one.
   std::uint64_t seed = 1;
 };
 
@@ -51,9 +51,9 @@ class OperatorStation {
   /// 0: as the device's file says; what is beyond a bound is taken as the bound. Locked while
   /// the machine is led.
   ScalesAnswer set_scales(double position_scale, double force_scale) noexcept;
-  /// While on, the machine is told that nobody holds the device, whatever the device says.
+  /// While on, messages report the device as not held, whatever it reports itself.
   void set_nobody(bool on) noexcept { master_.set_nobody(on); }
-  /// For the end: the device's torque off for good, and nobody there.
+  /// For the end: the device's torque off for good, and it counts as not held.
   void let_go() noexcept { master_.let_go(); }
 
   [[nodiscard]] bool has_device() const noexcept { return !hand_; }

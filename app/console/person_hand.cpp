@@ -64,7 +64,7 @@ JointVector PersonHand::aligning(const sim::OperatorView& seen, double scale) co
   return wanted.cwiseMax(-kAlignRate_radps).cwiseMin(kAlignRate_radps);
 }
 
-/// Of the hand: as asked, rounded off; not further out where the machine cannot follow.
+/// Of the hand: as requested, rounded off; not further out where the machine cannot follow.
 JointVector PersonHand::moving(const HandInput& held, const sim::OperatorView& seen, double scale,
                                double dt_s) noexcept {
   const JointVector most_change = (dt_s / kRamp_s) * kFullRate_radps;

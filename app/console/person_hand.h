@@ -1,4 +1,4 @@
-// The hand of somebody at keyboard, gamepad or mouse, on a simulated haptic device: from the motion asked for and what
+// The hand of a person at keyboard, gamepad or mouse, on a simulated haptic device: from the requested motion and what
 // the screen shows to where the hand means to be. Above the device's wire nothing knows that it is not a real one.
 #pragma once
 
@@ -19,9 +19,9 @@ class PersonHand {
   PersonHand(const DeviceDescription& device, const MachineDescription& machine,
              const sim::LimbImpedance& limb) noexcept;
 
-  /// Every millisecond. The hand holds the device while somebody is there. While enable is held and the machine is not
-  /// led it goes to the machine's pose, as a person aligns by the picture; else it moves as asked, within the device's
-  /// ranges, and pushes no harder than a hand does.
+  /// Every millisecond. The hand holds the device while the person is there. While enable is held and the machine is
+  /// not led it goes to the machine's pose, as a person aligns by the picture; else it moves as requested, within the
+  /// device's ranges, and pushes no harder than a hand does.
   /// @param scale machine joint radians per device joint radian.
   const sim::OperatorIntent& step(Time now, const HandInput& held, const sim::OperatorView& seen,
                                   double scale) noexcept;
@@ -37,7 +37,7 @@ class PersonHand {
   double leash_m_;  // of the meant tip before the hand's: the limb's spring pushes no harder
 
   sim::OperatorIntent intent_;
-  JointVector rate_radps_ = JointVector::Zero();  // of the machine pose asked for, rounded off
+  JointVector rate_radps_ = JointVector::Zero();  // of the requested machine pose, rounded off
   Time last_{}, took_hold_{};
 };
 

@@ -1,8 +1,9 @@
 #include "app/identify/baseline_report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 
 #include "app/identify/baseline_figures.h"
@@ -23,11 +24,8 @@ using estimation::TorqueComparison;
 using estimation::TorqueFit;
 
 /// In the papers' manner: two decimals.
-std::string number(double value, const char* format = "%.2f") {
-  if (std::isnan(value)) return "-";
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
+std::string number(double value, const char* format = "{:.2f}") {
+  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
 }
 
 /// A table of cells that are HTML already; all but the first column are numbers.
@@ -48,10 +46,12 @@ void write_head(std::ostream& out, const std::string& title, const std::string& 
   report::write_page_head(out, "Knuckle: " + title);
   out << "<h1>" << title << "</h1><p class=\"soft\">" << what << "</p>\n<span class=\"verdict"
       << (summary.usable ? "" : " bad") << "\">" << (summary.usable ? "usable" : "not usable") << "</span>\n"
-      << "<p>" << report::escaped(machine.name) << "; " << number(summary.duration_s, "%.0f") << " s of data; rank "
-      << summary.rank << " of " << summary.columns << ", condition number " << number(summary.condition_number, "%.3g")
-      << ".</p>\n<p class=\"soft\">Usable is what leaves at most " << number(100 * kWorstNrmse, "%.0f")
-      << " % of the torque of each of its joints unexplained on every recording that is held out, to 2 Hz.</p>\n";
+      << "<p>" << report::escaped(machine.name) << "; " << number(summary.duration_s, "{:.0f}") << " s of data; rank "
+      << summary.rank << " of " << summary.columns << ", condition number "
+      << number(summary.condition_number, "{:.3g}")
+      << ".</p>\n<p class=\"soft\">Usable: on every held-out recording the torque error of each joint, to 2 Hz, is at "
+         "most "
+      << number(100 * kWorstNrmse, "{:.0f}") << " % of the torque (RMS error over standard deviation).</p>\n";
   if (summary.reasons.empty() && summary.indistinct.empty()) return;
   out << "<ul>";
   for (const std::string& reason : summary.reasons) out << "<li>" << report::escaped(reason) << "</li>\n";
@@ -70,8 +70,8 @@ const Recording& shown_recording(const BaselineData& data) {
 }
 
 std::string which_recording(const BaselineData& data) {
-  return data.verification.empty() ? "On the data identified with: there is no other."
-                                   : "On a recording that was not identified with.";
+  return data.verification.empty() ? "On the data used for identification: there is no other."
+                                   : "On a recording not used for identification.";
 }
 
 // M ---------------------------------------------------------------------------------------------------------------
@@ -128,8 +128,8 @@ std::vector<std::vector<std::string>> error_rows(const TorqueFit& authors, const
   std::vector<std::vector<std::string>> rows{
       {"torque", "RMS error", "percentage error", "RMS error, repaired", "percentage, repaired", "the paper"}};
   const auto add = [&](const std::string& name, int joint, const std::string& paper) {
-    rows.push_back({name, number(authors.rms_Nm[joint]) + " N m", number(100 * authors.nrmse[joint], "%.1f") + " %",
-                    number(repaired.rms_Nm[joint]) + " N m", number(100 * repaired.nrmse[joint], "%.1f") + " %",
+    rows.push_back({name, number(authors.rms_Nm[joint]) + " N m", number(100 * authors.nrmse[joint], "{:.1f}") + " %",
+                    number(repaired.rms_Nm[joint]) + " N m", number(100 * repaired.nrmse[joint], "{:.1f}") + " %",
                     paper});
   };
   add("τ₂, bucket", kBucket, "43.12 N m, 26.7 %");
@@ -144,22 +144,22 @@ std::string spread(const std::vector<double>& values) {
 
 void write_bias(std::ostream& out, const std::vector<InertiaBias>& bias) {
   if (bias.empty()) return;
-  std::vector<std::vector<std::string>> rows{
-      {"variant", "J of the bucket over truth", "J of the stick over truth", "95 % intervals that hold the truth"}};
+  std::vector<std::vector<std::string>> rows{{"variant", "J of the bucket over truth", "J of the stick over truth",
+                                              "95 % intervals that contain the true value"}};
   for (const InertiaBias& row : bias)
     rows.push_back({row.variant, spread(row.bucket), spread(row.stick),
                     std::to_string(row.covered) + " of " + std::to_string(row.intervals)});
   write_table(
       out, "Why the inertias are too small",
       "Median and range over " + std::to_string(bias.front().stick.size()) +
-          " drawn machines, 40 s each. An inertia multiplies a speed, taken from seven samples of an angle that "
-          "comes in steps; behind a 20 Hz filter most of that column is noise, and noise in a column pulls its "
+          " randomly drawn machines, 40 s each. An inertia multiplies a speed, taken from seven samples of an angle "
+          "that comes in steps; behind a 20 Hz filter most of that column is noise, and noise in a column pulls its "
           "parameter towards zero (errors in variables). It goes below zero because the noise of boom and stick "
-          "reaches the later rows also through X, which gravity holds where it is: the inertia bends to cancel "
-          "it. Least squares knows noise in the torque only, so its standard deviations stay small. On exact rod "
-          "lengths the bias goes, with 0.1 mm of noise it comes; a slower filter and a longer window take out "
-          "the noise and keep the motion. What stays is friction, which is no sign of a speed, and pressure "
-          "offsets: why intervals miss the truth even then.",
+          "reaches the later rows also through X, which gravity holds where it is: the inertia bends to cancel it. "
+          "Least squares assumes noise in the torque only, so its standard deviations stay small. With exact rod "
+          "lengths the bias vanishes, with 0.1 mm of noise it appears; a slower filter and a longer window remove the "
+          "noise and keep the motion. What remains is friction that is not a function of the speed's sign alone, and "
+          "pressure offsets: therefore intervals miss the true value even then.",
       rows);
 }
 
@@ -184,7 +184,7 @@ std::vector<std::vector<std::string>> kim_rows(const estimation::Identification&
   }
   const IdentifiedParameter &m2 = summary.parameters[9], &m3 = summary.parameters[10];
   rows.push_back({"fixed", "m<sub>2</sub> = " + number(m2.value) + " kg", "m<sub>3</sub> = " + number(m3.value) + " kg",
-                  "", "", "not said"});
+                  "", "", "not given"});
   return rows;
 }
 
@@ -193,9 +193,9 @@ void add_fit_row(std::vector<std::vector<std::string>>& rows, const std::string&
   const TorqueFit fit = torque_fit(compare_torque(result, machine, recording), 0);
   std::vector<std::string> row{name};
   for (int joint = 0; joint < kJoints; ++joint)
-    row.push_back(number(fit.rms_Nm[joint], "%.1f") + " N m, " + number(100 * fit.nrmse[joint], "%.0f") + " %");
-  row.push_back(number(force_rms_N(external_wrench(result, machine, recording)), "%.0f") + " N");
-  row.push_back(number(force_rms_N(external_force(result, machine, recording)), "%.0f") + " N");
+    row.push_back(number(fit.rms_Nm[joint], "{:.1f}") + " N m, " + number(100 * fit.nrmse[joint], "{:.0f}") + " %");
+  row.push_back(number(force_rms_N(external_wrench(result, machine, recording)), "{:.0f}") + " N");
+  row.push_back(number(force_rms_N(external_force(result, machine, recording)), "{:.0f}") + " N");
   rows.push_back(row);
 }
 
@@ -212,7 +212,7 @@ void write_kim_results(std::ostream& out, const MachineDescription& machine, con
               kim_rows(result.summary, data));
   std::vector<std::vector<std::string>> rows{
       {"recording", "boom", "arm", "bucket", "no-load force, wrench", "no-load force, two unknowns"}};
-  add_fit_row(rows, "slow motion, identified with", machine, result, data.identification.front());
+  add_fit_row(rows, "slow motion, used for identification", machine, result, data.identification.front());
   for (std::size_t i = 0; i < data.verification.size(); ++i)
     add_fit_row(rows, "verification " + std::to_string(i + 1), machine, result, data.verification[i]);
   write_table(out, "Measured against estimated",
@@ -231,10 +231,9 @@ void write_static(const MachineDescription& machine, const BaselineData& data, s
   if (!result.summary.parameters.empty()) {
     write_table(out, "Table 1: Parameter estimation of static conditions",
                 std::to_string(result.poses) + " poses at rest, " + std::to_string(result.near_stops) +
-                    " near end stops left out. At rest friction holds what it likes, up to its break-away force: "
-                    "that is the scatter the standard deviation comes from. It takes poses as independent; a pressure "
-                    "offset is "
-                    "the same in all of them and does not show in it.",
+                    " near end stops left out. At rest, friction takes any value up to its break-away force: the "
+                    "standard deviation comes from this scatter. It assumes independent poses; a pressure offset, the "
+                    "same in all of them, does not show in it.",
                 parameter_rows(result.summary, data, kStaticLinks, kPaperStatic));
     report::write_figures(out,
                           {pose_figure("Torques of all poses", "Each dot is one pose; the line is a perfect model.",
@@ -258,8 +257,8 @@ void write_malaguti(const MachineDescription& machine, const BaselineData& data,
                 parameter_rows(result.summary, data, meanings, kPaperDynamic));
     write_table(out, "Table 3: Errors of the torques",
                 which_recording(data) +
-                    " RMS error, and that over the standard deviation of the measured torque; "
-                    "repaired: 2 Hz filter and 41-sample cubic. Behind each method's own filter.",
+                    " RMS error, and that over the standard deviation of the measured torque; repaired: 2 Hz filter "
+                    "and 41-sample cubic. Both after the method's own filter.",
                 error_rows(torque_fit(torque, 0), torque_fit(compare_torque(repaired, machine, recording), 0)));
     report::write_figures(out, {torque_figure("Figure 3: torques of bucket",
                                               "Measured (full line) and estimated (dashed).", torque, {kBucket}),

@@ -43,11 +43,12 @@ struct BaselineRuns {
 struct InertiaBias {
   std::string variant;
   std::vector<double> stick, bucket;  ///< Identified over true J2, J3, one a machine.
-  int intervals = 0, covered = 0;     ///< Of the six inertial parameters: naive 95 % intervals that hold the truth.
+  int intervals = 0,
+      covered = 0;  ///< Of the six inertial parameters: naive 95 % intervals that contain the true value.
 };
 
 /// @param progress done share in [0, 1]; may throw to end it.
-/// Variants: the authors' settings on what the sensors said; on exact rod lengths; on those with 0.1 mm of noise;
+/// Variants: the authors' settings on the sensors' values; on exact rod lengths; on those with 0.1 mm of noise;
 /// a 2 Hz filter with a 41-sample cubic.
 [[nodiscard]] std::vector<InertiaBias> malaguti_bias(const MachineDescription& machine, std::uint64_t first_seed,
                                                      int machines, const std::function<void(double)>& progress = {});

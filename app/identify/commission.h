@@ -35,8 +35,8 @@ struct CommissionRuns {
 };
 
 /// Drives the simulated machine through its wires. @param progress done share in [0, 1]; may throw to end it.
-/// @param posed told the survey so far after each of its poses.
-/// @throws std::runtime_error with the reason where the machine does not do what it is asked.
+/// @param posed called with the survey so far after each of its poses.
+/// @throws std::runtime_error with the reason where the machine does not follow its commands.
 [[nodiscard]] CommissionRuns run_commissioning(const MachineDescription& nominal, const sim::MachineTruth& truth,
                                                const CommissionPlan& plan, std::uint64_t seed,
                                                const std::function<void(double)>& progress = {},

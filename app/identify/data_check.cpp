@@ -1,5 +1,7 @@
 #include "app/identify/data_check.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,7 +12,6 @@
 #include "app/identify/valve_check.h"
 #include "app/recordings/csv_reader.h"
 #include "core/error.h"
-#include "core/format.h"
 #include "machine/description.h"
 
 namespace knuckle::identify {
@@ -35,7 +36,7 @@ class LabelChecker {
     const WeightFit fit = weigh(machine_, file_.recording);
     constexpr std::size_t kLeast = 20;
     if (fit.samples < kLeast && file_.recording.duration_s() > 5)
-      return refuse("lengths", "give joint angles for hardly any sample");
+      return refuse("lengths", "give possible joint angles for hardly any sample");
     for (int j = 0; j < kJoints; ++j) {
       if (fit.decisive[static_cast<std::size_t>(j)]) check_.weight_ratio[j] = fit.ratio[j];
     }
@@ -45,9 +46,9 @@ class LabelChecker {
       const auto i = static_cast<std::size_t>(j);
       return refuse(
           file_.columns[2 * i] + " and " + file_.columns[2 * i + 1],
-          formatted("carry %.2f times the weight that hangs on the cylinder by the machine's drawing", fit.ratio[j]) +
-              formatted(" and leave %.0f %% unexplained: wrong channel, unit, sign, machine file or load",
-                        100 * fit.error[j]));
+          fmt::format("balance {:.2f} times the weight on the cylinder by the machine's drawing", fit.ratio[j]) +
+              fmt::format(" and leave {:.0f} % unexplained: wrong channel, unit, sign, machine file or load",
+                          100 * fit.error[j]));
     }
     check_scale(fit);
   }
@@ -70,9 +71,9 @@ class LabelChecker {
     if (scale == 1) return;
     const double range_bar = machine_.sensors.pressure_range_Pa / 1e5;
     refuse("pressures",
-           formatted("all carry %.2f times the weight that hangs on the cylinders by the machine's drawing (", scale) +
-               check_.weights() + formatted("): looks like transmitters of %.0f bar", range_bar / scale) +
-               formatted(" read with a range of %.0f bar, or masses in the machine file are off", range_bar));
+           fmt::format("all balance {:.2f} times the weight on the cylinders by the machine's drawing (", scale) +
+               check_.weights() + fmt::format("): looks like transmitters of {:.0f} bar", range_bar / scale) +
+               fmt::format(" read with a range of {:.0f} bar, or masses in the machine file are wrong", range_bar));
   }
 
   const MachineDescription& machine_;
@@ -94,7 +95,7 @@ std::string DataCheck::weights() const {
   std::string list;
   for (int j = 0; j < kJoints; ++j) {
     list += (j > 0 ? ", " : "") + std::string(kJointNames[static_cast<std::size_t>(j)]) +
-            (std::isfinite(weight_ratio[j]) ? formatted(" %.2f", weight_ratio[j]) : " unknown");
+            (std::isfinite(weight_ratio[j]) ? fmt::format(" {:.2f}", weight_ratio[j]) : " unknown");
   }
   return list;
 }
@@ -134,7 +135,7 @@ DataCheck check_data(const MachineDescription& machine, recordings::RecordedFile
   // Swapped lengths look like swapped valves: these are to blame only now that lengths are what they say.
   for (DataFinding& finding : of_valves) {
     if (finding.refuses && !check.weight_ratio.allFinite())
-      finding.what += ", or lengths are wrong: moved too little to weigh";
+      finding.what += ", or lengths are wrong: too little motion to check them by the weight";
     check.findings.push_back(std::move(finding));
   }
   return check;

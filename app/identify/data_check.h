@@ -1,4 +1,4 @@
-// Whether a recording can be what this machine's sensors say. Samples that cannot be are named and taken out; a channel
+// Whether a recording can come from this machine's sensors. Impossible samples are named and left out; a channel
 // that is not what its name says (swapped, wrong unit, wrong sign, stuck) refuses the recording.
 #pragma once
 

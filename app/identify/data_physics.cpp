@@ -69,7 +69,7 @@ struct Row {
   JointVector gravity_Nm, torque_Nm, lever_m, speed_mps;
 };
 
-/// What one sample says; none where a length has no angle.
+/// What one sample gives; none where a length has no angle.
 std::optional<Row> row_at(const MachineDescription& machine, const Kinematics& kinematics,
                           const estimation::BaseParameters& nominal, const Measurement& now, const Measurement& before,
                           const Measurement& after, double span_s) {
@@ -221,7 +221,7 @@ WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
 
 std::optional<Relabelling> better_reading(const MachineDescription& machine, const Recording& recording) {
   std::optional<Relabelling> best;
-  // A coarser recording tells labels apart as well and keeps this quick.
+  // A coarser recording separates labels as well and keeps this quick.
   const auto every = static_cast<std::size_t>(std::max(1.0, std::floor(kRateSpan_s / 2 / recording.step_s)));
   const Recording coarse = estimation::decimated(recording, every);
   const WeightFit labelled = weigh(machine, coarse);

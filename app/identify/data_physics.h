@@ -19,7 +19,7 @@ struct WeightFit {
   std::array<bool, kJoints> decisive{};     ///< Enough data, moved about or with much more weight than friction holds.
   std::size_t samples = 0;
 
-  /// Loads, oil and a drawing that is off leave much room; so does what cannot be told.
+  /// Loads, oil and an inexact drawing leave much room; so does what is not known.
   [[nodiscard]] bool believable(int joint) const;
   /// What all three ratios are off by alike, such as transmitters of another range make them; 1 where they are not.
   [[nodiscard]] double common_scale() const;

@@ -16,7 +16,7 @@ namespace knuckle::identify {
 /// A machine that cannot be commissioned or identified does not count.
 /// @param machines at least 2; @param seed samples them; none is the machine that sample_truth gives for a seed of the
 /// same size. @param jobs threads; 0: one a processor. @param progress done share in [0, 1]; may throw to end it.
-/// @return mean square error of the parameters over the machines, less what the recordings' own covariance told of it
+/// @return mean square error of the parameters over the machines, less what the recordings' own covariance accounts for
 /// (which FullOptions::model_error is added to); positive semidefinite.
 /// @throws InputError where fewer than 2 machines were usable.
 [[nodiscard]] CalibrationMatrix model_error(const MachineDescription& nominal, const CommissionPlan& plan,

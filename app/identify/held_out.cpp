@@ -18,13 +18,13 @@ std::vector<std::string> objections_of(std::span<const HoldOut> held_out, bool m
     if (!std::isfinite(nrmse)) continue;
     judged = true;
     if (nrmse <= kWorstNrmse) continue;
-    reasons.push_back(held.source + ": leaves " + std::to_string(std::lround(100 * nrmse)) + " % of the " + name +
-                      "'s held-out torque unexplained; at most " + std::to_string(std::lround(100 * kWorstNrmse)) +
-                      " %");
+    reasons.push_back(held.source + ": torque error " + std::to_string(std::lround(100 * nrmse)) +
+                      " % of the held-out torque of the " + name + " (RMS over standard deviation), limit " +
+                      std::to_string(std::lround(100 * kWorstNrmse)) + " %");
   }
   if (!judged && (models_all || constant))
     reasons.push_back("the " + name + " cannot be validated: " +
-                      (constant ? "its held-out torque never changes" : "nothing is held out that tells"));
+                      (constant ? "its held-out torque never changes" : "no held-out recording covers it"));
   return reasons;
 }
 
@@ -37,7 +37,7 @@ HoldOut held_out(const std::string& source, const std::string& method, const est
 std::vector<std::string> objections(std::span<const HoldOut> held, bool models_all) {
   const bool validated = std::any_of(held.begin(), held.end(),
                                      [](const HoldOut& one) { return one.judged().nrmse.array().isFinite().any(); });
-  if (!validated) return {"nothing is held out that it could be validated with"};
+  if (!validated) return {"there is no held-out recording that could validate it"};
   std::vector<std::string> reasons;
   for (int j = 0; j < kJoints; ++j) {
     for (std::string& reason : objections_of(held, models_all, j)) reasons.push_back(std::move(reason));

@@ -36,8 +36,8 @@ struct Identified {
                                   const estimation::FullOptions& options = {},
                                   const std::function<void(double)>& progress = {});
 
-/// Reads or drives, identifies, writes what was asked for. @return exit code: 0 usable; 1 not, or the machine did not
-/// do what it was asked.
+/// Reads or drives, identifies, writes the requested outputs. @return exit code: 0 usable; 1 not, or the machine did
+/// not follow its commands.
 /// @throws InputError for inputs and outputs that cannot be used.
 int identify_command(const IdentifyOptions& options);
 

@@ -39,7 +39,7 @@ Recording checked(recordings::RecordedFile file, IdentifyData& data) {
   const std::string name = file.recording.source + ": ";
   for (const std::string& note : file.notes) data.findings.push_back(note.starts_with(name) ? note : name + note);
   const DataCheck check = require_data(calibrated(data.machine), file);
-  data.findings.push_back(name + "weight carried, measured over drawn: " + check.weights());
+  data.findings.push_back(name + "weight balanced, measured over the drawing's: " + check.weights());
   for (const std::string& line : check.lines()) data.findings.push_back(name + line);
   return std::move(file.recording);
 }
@@ -52,7 +52,7 @@ void require_new(const std::vector<Recording>& earlier, const Recording& recordi
     if (share > kMostShared)
       throw InputError(recording.source + ": " + std::to_string(std::lround(100 * share)) +
                        " % of it is the same as in " + other.source +
-                       ": held out must be what was not identified from, and nothing may be given twice");
+                       ": held-out data must not be used for identification, and nothing may be given twice");
   }
 }
 

@@ -33,7 +33,8 @@ struct IdentifyData {
 
 /// Surveys, excites and records the simulated machine through its wires; judged like files. Writes options.record.
 /// For the papers' methods the motions are the papers'.
-/// @param progress done share in [0, 1]; may throw to end it. @param posed told the survey so far after each pose.
+/// @param progress done share in [0, 1]; may throw to end it. @param posed called with the survey so far after each
+/// pose.
 [[nodiscard]] IdentifyData drive_for_data(const IdentifyOptions& options, const std::function<void(double)>& progress,
                                           const std::function<void(const estimation::Survey&)>& posed = {});
 

@@ -20,7 +20,7 @@ constexpr double kShortest_s = 20, kLongest_s = 1200;
 struct Given {
   IdentifyOptions options;
   std::vector<std::string> hold_out;  // a share or files
-  std::set<std::string> told;         // options that must not be told in vain
+  std::set<std::string> told;         // options given, which must not be without effect
 };
 
 void add_options(CLI::App& c, Given& given) {
@@ -42,25 +42,26 @@ void add_options(CLI::App& c, Given& given) {
       ->each(noted("--survey-sigma-mm"));
   c.add_flag("--simulate", o.simulate, "Commission the simulated machine: survey, excite, record, identify, validate")
       ->disable_flag_override();
-  c.add_option("--seed", o.seed, "Draws the simulated machine's truth, and an ensemble's")
+  c.add_option("--seed", o.seed, "Random seed of the simulated machine's true parameters, and of an ensemble's")
       ->capture_default_str()
       ->check(CLI::Validator(cli::seed_error, "", "seed"))
       ->each(noted("--seed"));
   c.add_option("--slow", o.slow_s, "Seconds of slow sweeps to drive, 20 to 1200; with --simulate or --ensemble")
       ->capture_default_str()
       ->each(noted("--slow"));
-  c.add_option("--fast", o.fast_s, "Seconds of fast motion to drive, likewise")
+  c.add_option("--fast", o.fast_s, "Seconds of fast motion to drive; with --simulate or --ensemble")
       ->capture_default_str()
       ->each(noted("--fast"));
   c.add_option("--ensemble", o.ensemble,
-               "Simulated machines of the same drawing, commissioned alike, that the model's own error is measured on: "
-               "2 to 10000; 0: standard deviations without it")
+               "Number of simulated machines of the same drawing on which the model's own error is measured: 2 to "
+               "10000; 0: standard deviations without it")
       ->capture_default_str()
       ->check(CLI::Validator(cli::ensemble_size_error, "", "machines"));
-  c.add_option("--record", o.record, "Keep the simulated recordings and survey in this folder, which has no .csv yet");
-  c.add_option("--out", o.out, "Write the calibrated machine file; one that is there is kept under a number");
+  c.add_option("--record", o.record,
+               "Write the simulated recordings and survey into this folder, which must not contain .csv files");
+  c.add_option("--out", o.out, "Write the calibrated machine file; an existing one is kept, with a number in its name");
   c.add_option("--report", o.report, "Write a self-contained HTML report");
-  c.add_option("--json", o.json, "Write the result (docs/identification.md says what is in it)");
+  c.add_option("--json", o.json, "Write the result as JSON (described in docs/identification.md)");
 }
 
 void sort_hold_out(Given& given) {
@@ -73,7 +74,7 @@ void sort_hold_out(Given& given) {
       continue;
     }
     if (!fs::exists(value))
-      cli::refuse_option("--hold-out", value, "no such file, nor a single share from 0.05 to 0.6");
+      cli::refuse_option("--hold-out", value, "no such file, and not a single share from 0.05 to 0.6");
     cli::check_readable("--hold-out", value);
     o.hold_out_files.push_back(value);
   }
@@ -132,7 +133,7 @@ void check_inputs(const IdentifyOptions& o) {
   }
   for (const std::string& file : o.hold_out_files) {
     if (!seen.insert(fs::canonical(file)).second)
-      cli::refuse_option("--hold-out", file, "is given twice; what is validated on must not have been seen");
+      cli::refuse_option("--hold-out", file, "is given twice; validation needs data not used for identification");
   }
   if (!o.map.empty()) cli::check_readable("--map", o.map);
   if (!o.survey.empty()) cli::check_readable("--survey", o.survey);
@@ -155,7 +156,7 @@ void check(const Given& given) {
   if (std::find(kMethods.begin(), kMethods.end(), o.method) == kMethods.end())
     cli::refuse_option("--method", o.method, "must be full, static, malaguti or kim");
   if (o.method != "full" && !o.out.empty())
-    cli::refuse_option("--out", o.out, "only --method full knows all that a calibrated machine file needs");
+    cli::refuse_option("--out", o.out, "only --method full identifies all that a calibrated machine file needs");
   cli::check_range("--slow", o.slow_s, kShortest_s, kLongest_s, " s");
   cli::check_range("--fast", o.fast_s, kShortest_s, kLongest_s, " s");
   if (o.ensemble != 0 && o.method != "full")
@@ -178,7 +179,7 @@ void check(const Given& given) {
 }  // namespace
 
 cli::Command identify_entry(std::function<int(const IdentifyOptions&)> run) {
-  return {"identify", "Find out a machine's parameters from recordings; write a calibrated machine file",
+  return {"identify", "Identify a machine's parameters from recordings; write a calibrated machine file",
           [run = std::move(run)](CLI::App& command) {
             const auto given = std::make_shared<Given>();
             add_options(command, *given);

@@ -10,7 +10,7 @@
 
 namespace knuckle::identify {
 
-/// Empty strings mean "not asked for"; "-" is standard output.
+/// Empty strings mean "not requested"; "-" is standard output.
 struct IdentifyOptions {
   std::vector<std::string> recordings;      ///< CSV files; none with simulate.
   std::string map;                          ///< Mapping file for foreign ones.

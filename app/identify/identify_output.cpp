@@ -1,11 +1,11 @@
 #include "app/identify/identify_output.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
-
-#include "core/format.h"
 
 namespace knuckle::identify {
 namespace {
@@ -85,7 +85,7 @@ std::string unseen_text(const std::string& combination) {
   static constexpr std::string_view kTogether = " only together: ";
   const std::size_t at = combination.find(kTogether);
   if (at == std::string::npos) return "  " + combination + "\n";
-  std::string text = "  cannot be told apart: " + combination.substr(0, at) + "; the data show only\n";
+  std::string text = "  cannot be separated: " + combination.substr(0, at) + "; the data determine only\n";
   for (std::size_t from = at + kTogether.size(), end; from < combination.size(); from = end + 2) {
     end = std::min(combination.find("; ", from), combination.size());
     text += "    the sum " + combination.substr(from, end - from) + "\n";
@@ -98,12 +98,12 @@ bool is_unseen(const Identified& result, const std::string& reason) {
   return std::find(unseen.begin(), unseen.end(), reason) != unseen.end();
 }
 
-/// The head of such a reason: which parameters, without the sums that are told below it.
+/// The head of such a reason: which parameters, without the sums that are listed below it.
 std::string short_reason(const Identified& result) {
   const std::string& reason = result.summary.reasons.front();
   const std::size_t at = reason.find(" only together: ");
   if (!is_unseen(result, reason) || at == std::string::npos) return reason;
-  return "the data cannot tell apart " + reason.substr(0, at);
+  return "the data cannot separate " + reason.substr(0, at);
 }
 
 }  // namespace
@@ -117,39 +117,40 @@ std::string sigma_text(const Identified& result) {
   if (result.with_model_error)
     return "standard deviations with the model's own error, measured on an ensemble of simulated machines";
   const std::string naive = "standard deviations without model error: too small";
-  return result.method != "full" ? naive : naive + ", 95 % intervals hold about half of the true values; --ensemble N";
+  return result.method != "full" ? naive
+                                 : naive + ", 95 % intervals contain about half of the true values; --ensemble N";
 }
 
 std::string identify_summary(const IdentifyData& data, const Identified& result) {
   const estimation::Identification& summary = result.summary;
   std::string text = result.method + " on " + data.machine.name + ": " + verdict(result) + "\n";
-  text += formatted("  data: %s; %.0f s to identify from, %.0f s held out\n", data.source.c_str(),
-                    total_s(data.training), total_s(data.hold_out));
+  text += fmt::format("  data: {}; {:.0f} s to identify from, {:.0f} s held out\n", data.source, total_s(data.training),
+                      total_s(data.hold_out));
   for (std::size_t i = summary.usable ? 0 : 1; i < summary.reasons.size(); ++i) {
-    if (!is_unseen(result, summary.reasons[i])) text += "  note: " + summary.reasons[i] + "\n";  // else told below
+    if (!is_unseen(result, summary.reasons[i])) text += "  note: " + summary.reasons[i] + "\n";  // else listed below
   }
   if (data.geometry) {
-    text += formatted("  geometry: tip off by %.1f mm RMS on held-out poses, by the drawing %.1f mm\n",
-                      1e3 * data.geometry->held_out.rms_m, 1e3 * data.geometry->nominal.rms_m);
+    text += fmt::format("  geometry: tip error {:.1f} mm RMS on held-out poses, {:.1f} mm with the drawing\n",
+                        1e3 * data.geometry->held_out.rms_m, 1e3 * data.geometry->drawing.rms_m);
   }
   if (summary.columns > 0)
-    text +=
-        formatted("  rank %d of %d, condition number %.3g\n", summary.rank, summary.columns, summary.condition_number);
+    text += fmt::format("  rank {} of {}, condition number {:.3g}\n", summary.rank, summary.columns,
+                        summary.condition_number);
   for (const std::string& combination : summary.indistinct) text += unseen_text(combination);
   for (std::size_t j = 0; j < kJoints && result.valves; ++j) {
     const ValveCalibration& valve = result.valves->valves[j];
     if (result.valves->axes[j].usable)
-      text += formatted("  %s valve: dead band %.3f/%.3f, delay %.0f ms\n", kJointNames[j], valve.dead_band_extend,
-                        valve.dead_band_retract, 1e3 * valve.delay_s);
+      text += fmt::format("  {} valve: dead band {:.3f}/{:.3f}, delay {:.0f} ms\n", kJointNames[j],
+                          valve.dead_band_extend, valve.dead_band_retract, 1e3 * valve.delay_s);
     else {
-      text += std::string("  ") + kJointNames[j] + " valve: as drawn\n";
+      text += std::string("  ") + kJointNames[j] + " valve: the drawing's values are kept\n";
       for (const std::string& reason : result.valves->axes[j].reasons) text += "    " + reason + "\n";
     }
   }
   for (const HoldOut& held : result.hold_out) {
     std::string percent;
     for (const double nrmse : held.judged().nrmse)
-      percent += (percent.empty() ? "" : "/") + (std::isfinite(nrmse) ? formatted("%.1f", 100 * nrmse) : "-");
+      percent += (percent.empty() ? "" : "/") + (std::isfinite(nrmse) ? fmt::format("{:.1f}", 100 * nrmse) : "-");
     text += "  " + held.method + " on " + held.source + ", boom/arm/bucket: torque error " + percent +
             (held.filtered() ? " % to 2 Hz\n" : " % unfiltered\n");
   }
@@ -157,7 +158,7 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
   for (std::size_t i = 0; i < std::min(kFindingsShown, data.findings.size()); ++i)
     text += "  " + data.findings[i] + "\n";
   if (data.findings.size() > kFindingsShown)
-    text += formatted("  and %zu more, all in the report\n", data.findings.size() - kFindingsShown);
+    text += fmt::format("  and {} more, all in the report\n", data.findings.size() - kFindingsShown);
   return text;
 }
 

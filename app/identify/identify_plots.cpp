@@ -39,11 +39,11 @@ report::PageFigure torque_figure(const std::string& source, const estimation::To
     plot.panel(name + " [kN m]");
     plot.line(t, measured, first ? "measured" : "", report::kGrey);
     plot.line(t, modelled, first ? "modelled" : "", report::kBlue);
-    plot.panel("left over [N m]");
+    plot.panel("residual [N m]");
     plot.line(t, residual, "", report::kVermilion, "lw 1");
   }
   return {"Torque: " + report::escaped(source),
-          "Held-out motion: joint torque of cylinder pressures, what the identified model says, and the difference.",
+          "Held-out motion: joint torque from cylinder pressures, torque of the identified model, and the difference.",
           {900, report::panel_figure_height(2 * kJoints), plot.finish(0, t.empty() ? 1 : t.back())}};
 }
 
@@ -116,7 +116,7 @@ report::PageFigure data_figure(const MachineDescription& machine, const estimati
     plot.line(t, rod, j == 0 ? "rod side" : "", report::kGreen, "lw 1");
   }
   return {"Data: " + report::escaped(recording.source),
-          "Identified from: joint angles by the encoders, cylinder pressures. Gaps were not used.",
+          "Data used for identification: joint angles from the encoders, cylinder pressures. Gaps were not used.",
           {900, report::panel_figure_height(2 * kJoints), plot.finish(0, t.empty() ? 1 : t.back())}};
 }
 

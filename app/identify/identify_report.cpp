@@ -1,7 +1,8 @@
 #include "app/identify/identify_report.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 
 #include "app/identify/identify_output.h"
 #include "app/identify/identify_plots.h"
@@ -16,17 +17,13 @@ constexpr const char* kCss =
 
 std::string digits(double value, int significant = 4) {
   if (!std::isfinite(value)) return "-";
-  std::array<char, 40> text;
   const bool large = std::abs(value) >= std::pow(10, significant);  // no powers of ten in tables
-  std::snprintf(text.data(), text.size(), large ? "%.*f" : "%.*g", large ? 0 : significant, value);
-  return text.data();
+  return large ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, significant);
 }
 
 /// Millimetres to a hundredth.
 std::string fixed(double value) {
-  std::array<char, 40> text;
-  std::snprintf(text.data(), text.size(), "%.2f", value);
-  return text.data();
+  return fmt::format("{:.2f}", value);
 }
 
 /// Boom, arm and bucket in one cell: a table that is narrow enough to be read.
@@ -75,13 +72,11 @@ void write_list(std::ostream& out, const char* title, const std::vector<std::str
 
 void write_hold_out(std::ostream& out, const Identified& result) {
   if (result.hold_out.empty()) return;
-  out << "<section><h2>Held-out motion</h2><p class=\"soft\">Joint torque that identification has not seen, for boom / "
-         "arm / bucket. NRMSE is "
-         "the "
-         "RMS of the error over the standard deviation of the measured torque, VAF the share of its variance that is "
-         "explained; both to 2 Hz, NRMSE unfiltered beside it. A dash: the method has no model of this joint.</p>"
-         "<div class=\"wide\"><table><tr><th>recording<th>method<th class=\"n\">RMS, N m<th class=\"n\">NRMSE, %<th "
-         "class=\"n\">unfiltered, %<th class=\"n\">VAF, %</tr>\n";
+  out << "<section><h2>Held-out motion</h2><p class=\"soft\">Joint torque of motion not used for identification, for "
+         "boom / arm / bucket. NRMSE is the RMS of the error over the standard deviation of the measured torque, VAF "
+         "the share of its variance that is explained; both to 2 Hz, NRMSE unfiltered beside it. A dash: the method "
+         "has no model of this joint.</p><div class=\"wide\"><table><tr><th>recording<th>method<th class=\"n\">RMS, N "
+         "m<th class=\"n\">NRMSE, %<th class=\"n\">unfiltered, %<th class=\"n\">VAF, %</tr>\n";
   for (const HoldOut& h : result.hold_out) {
     out << "<tr><td>" << report::escaped(h.source) << "<td>" << report::escaped(h.method)
         << joints_cell(h.to_2Hz.rms_Nm, 3) << joints_cell(100 * h.to_2Hz.nrmse, 2)
@@ -97,8 +92,8 @@ void write_parameters(std::ostream& out, const Identified& result) {
   out << "<section><h2>Parameters" << (has_nominal ? ": drawing and machine" : "") << "</h2><p class=\"soft\">"
       << (has_nominal
               ? "J, X, Z: inertia and first moments of boom (1), arm (2), bucket (3), later links' masses at the "
-                "joint included. Difference: identified minus drawing over sigma; beyond 2 the drawing is another "
-                "machine than this one. "
+                "joint included. Difference: identified minus drawing over sigma; beyond 2 the machine differs "
+                "from its drawing. "
               : "")
       << "Sigma: " << report::escaped(sigma_text(result))
       << ".</p><div class=\"wide\"><table><tr><th>parameter<th "
@@ -124,8 +119,8 @@ void write_parameters(std::ostream& out, const Identified& result) {
 void write_geometry(std::ostream& out, const IdentifyData& data) {
   if (!data.geometry) return;
   const estimation::GeometryResult& geometry = *data.geometry;
-  out << "<section><h2>Geometry</h2><p class=\"soft\">Surveyed tip against the one that the encoders give, each pose "
-         "predicted by a fit that has not seen it. "
+  out << "<section><h2>Geometry</h2><p class=\"soft\">Surveyed tip position against the one computed from the "
+         "encoders, each pose predicted by a fit to the others. "
       << (geometry.summary.usable ? "" : "Not usable: the drawing's geometry is used.")
       << "</p><div class=\"wide\"><table><tr><th><th class=\"n\">poses<th class=\"n\">tip RMS, mm<th "
          "class=\"n\">median<th class=\"n\">95 %</tr>\n";
@@ -145,9 +140,9 @@ void write_geometry(std::ostream& out, const IdentifyData& data) {
 void write_valves(std::ostream& out, const IdentifyData& data, const Identified& result) {
   if (!result.valves) return;
   out << "<section><h2>Valves</h2><p class=\"soft\">Dead bands as share of spool stroke, delay from command to first "
-         "motion, flow at the pressure drop of the machine file; the drawing's in brackets.</p><div "
-         "class=\"wide\"><table><tr><th>axis<th class=\"n\">extend<th class=\"n\">retract<th class=\"n\">delay, "
-         "ms<th class=\"n\">flow, L/min<th>verdict</tr>\n";
+         "motion, flow at the pressure drop of the machine file; the drawing's value in brackets.</p><div "
+         "class=\"wide\"><table><tr><th>axis<th class=\"n\">extend<th class=\"n\">retract<th class=\"n\">delay, ms<th "
+         "class=\"n\">flow, L/min<th>verdict</tr>\n";
   constexpr double kLitresPerMinute = 6e4;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const ValveCalibration& found = result.valves->valves[j];
@@ -162,7 +157,9 @@ void write_valves(std::ostream& out, const IdentifyData& data, const Identified&
     cell(1e3 * found.delay_s, 1e3 * nominal.delay_s);
     cell(kLitresPerMinute * found.nominal_flow_m3ps, kLitresPerMinute * nominal.nominal_flow_m3ps);
     out << "<td>"
-        << (axis.usable || axis.reasons.empty() ? "usable" : report::escaped("as drawn: " + axis.reasons.front()))
+        << (axis.usable || axis.reasons.empty()
+                ? "usable"
+                : report::escaped("the drawing's values are kept: " + axis.reasons.front()))
         << "</tr>\n";
   }
   out << "</table></div></section>\n";
@@ -183,8 +180,8 @@ void check_identify_report_tools() {
 void write_identify_report(const IdentifyData& data, const Identified& result, std::ostream& out) {
   report::write_page_head(out, "Knuckle: identification of " + data.machine.name, kCss);
   write_header(out, data, result);
-  write_list(out, result.summary.usable ? "To know before using it" : "Why not", result.summary.reasons);
-  write_list(out, "Cannot be told apart", result.summary.indistinct);
+  write_list(out, result.summary.usable ? "Before using it" : "Why it is not usable", result.summary.reasons);
+  write_list(out, "Cannot be separated", result.summary.indistinct);
   write_hold_out(out, result);
   report::write_figures(out, torque_figures(data, result));
   write_parameters(out, result);

@@ -1,11 +1,12 @@
 #include "app/identify/sample_check.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "core/format.h"
 #include "core/quantile.h"
 #include "machine/description.h"
 #include "machine/toml_reader.h"
@@ -17,10 +18,10 @@ using estimation::Recording;
 using Flags = std::vector<std::uint8_t>;
 
 constexpr double kBar = 1e5;
-constexpr double kMostLeftOut = 0.2;    // of a channel; beyond that nobody knows what the rest is worth
+constexpr double kMostLeftOut = 0.2;    // of a channel; beyond that the rest cannot be trusted either
 constexpr std::size_t kBridged = 4;     // bad samples in a row that a line may cross
 constexpr double kLengthRoom_m = 0.03;  // of encoder offsets
-constexpr double kSteepest_rad = 0.35;  // a machine works on no steeper ground
+constexpr double kSteepest_rad = 0.35;  // steeper ground is not worked on
 constexpr double kStuck_s = 1.0;
 
 struct Bounds {
@@ -142,13 +143,13 @@ class SampleChecker {
     if (!may_be_zero && zero == usable) return refuse(file_.columns[c], "is zero throughout");
     if (static_cast<double>(beyond) > kMostLeftOut * static_cast<double>(usable)) {
       const double percent = 100 * static_cast<double>(beyond) / static_cast<double>(usable);
-      return refuse(file_.columns[c], formatted("is for %.0f %% outside what can be, ", percent) +
+      return refuse(file_.columns[c], fmt::format("has {:.0f} % of its samples outside the possible range, ", percent) +
                                           number_text(range.low) + " to " + number_text(range.high) +
-                                          " (SI units), its median is " + number_text(middle(c)) + guess(c));
+                                          " (SI units); its median is " + number_text(middle(c)) + guess(c));
     }
     if (c >= recordings::kPressureChannels && !may_be_zero)
       mark(c, "drop-out to zero", [&](std::size_t i) { return at(c, i) == 0; });
-    mark(c, "outside what the machine's sensors and cylinders give", outside);
+    mark(c, "outside the range of the machine's sensors and cylinders", outside);
   }
 
   /// A transmitter that fails reads exactly zero; a chamber that empties does so less abruptly.
@@ -207,14 +208,13 @@ class SampleChecker {
     constexpr double kTimes = 12;
     const double jitter = count > 0 ? std::sqrt(sum2 / static_cast<double>(count) / 2) : 0;
     if (jitter > kTimes * expected) {
-      refuse(file_.columns[c], "jumps about by " + number_text(std::round(1e4 * jitter) / 1e4) +
-                                   " rad from sample to sample, its sensor by " +
-                                   number_text(std::round(1e4 * expected) / 1e4) +
-                                   ": looks like degrees taken as radians");
+      refuse(file_.columns[c],
+             "varies by " + number_text(std::round(1e4 * jitter) / 1e4) + " rad from sample to sample, its sensor by " +
+                 number_text(std::round(1e4 * expected) / 1e4) + ": looks like degrees taken as radians");
     }
   }
 
-  /// Calls visit(first, last) for every stretch of at least kStuck_s in which channel c says the same.
+  /// Calls visit(first, last) for every stretch of at least kStuck_s in which channel c does not change.
   template <typename Visit>
   void for_constant_stretches(std::size_t c, const Visit& visit) {
     for (std::size_t first = 0, last; first < size(); first = last + 1) {
@@ -251,7 +251,7 @@ class SampleChecker {
     });
   }
 
-  /// A length at rest says the same for long. It is stuck where it ends in a jump or its valve was open meanwhile.
+  /// A length at rest is constant for long. It is stuck where it ends in a jump or its valve was open meanwhile.
   void check_stuck_length(std::size_t joint) {
     const std::size_t c = recordings::kPressureChannels + joint;
     for_constant_stretches(c, [&](std::size_t first, std::size_t last) {
@@ -299,7 +299,7 @@ class SampleChecker {
       if (std::abs(step) <= largest_step(joint)) continue;
       bad_[c][i] = 1;
       recording_.usable[i] = 0;
-      found(c, i, i, "jumps further than its cylinder can move in a step");
+      found(c, i, i, "jumps farther than its cylinder can move in a step");
     }
   }
 
@@ -308,7 +308,7 @@ class SampleChecker {
       const auto bad = static_cast<double>(std::count(bad_[c].begin(), bad_[c].end(), std::uint8_t{1}));
       const auto all = static_cast<double>(std::count(good_.begin(), good_.end(), std::uint8_t{1}));
       if (bad > kMostLeftOut * all)
-        refuse(file_.columns[c], formatted("cannot be used for %.0f %% of the recording", 100 * bad / all) + "; " +
+        refuse(file_.columns[c], fmt::format("cannot be used for {:.0f} % of the recording", 100 * bad / all) + "; " +
                                      std::string("at most 20 % may be left out"));
     }
   }

@@ -1,9 +1,10 @@
 #include "app/identify/survey_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "app/recordings/csv_cells.h"
@@ -38,7 +39,7 @@ std::vector<Column> columns_of(const std::string& path, const recordings::Cells&
   std::array<int, kValues> seen{};
   for (const std::string& cell : header) {
     columns.push_back(column_of(path, cell));
-    if (++seen[columns.back().value] > 1) throw InputError(path + ": row 1: column '" + cell + "' is there twice");
+    if (++seen[columns.back().value] > 1) throw InputError(path + ": row 1: column '" + cell + "' appears twice");
   }
   for (std::size_t i = 0; i < kEncoders; ++i) {
     if (seen[i] == 0) throw InputError(path + ": row 1: no column '" + kNames[i] + "_m'");
@@ -75,7 +76,7 @@ estimation::SurveyPose pose_of(const std::string& path, std::size_t row, const r
   }
   for (std::size_t i = kEncoders; i < kValues; i += 2) {
     if (std::isfinite(value[i]) != std::isfinite(value[i + 1])) {
-      throw InputError(where + kNames[i] + " and " + kNames[i + 1] + ": both or none must be there");
+      throw InputError(where + kNames[i] + " and " + kNames[i + 1] + ": give both or none");
     }
   }
   return {{value[0], value[1], value[2]}, {value[3], value[4]}, {value[5], value[6]}, {value[7], value[8]}};
@@ -104,10 +105,8 @@ void write_survey(const estimation::Survey& survey, std::ostream& out) {
     Eigen::Matrix<double, kValues, 1> values;
     values << pose.cylinder_m, pose.arm_pin_m, pose.bucket_pin_m, pose.tip_m;
     for (std::size_t i = 0; i < kValues; ++i) {
-      char cell[32] = "";
       const double value = values[static_cast<Eigen::Index>(i)];
-      if (std::isfinite(value)) std::snprintf(cell, sizeof cell, "%.5f", value);
-      out << (i > 0 ? "," : "") << cell;
+      out << (i > 0 ? "," : "") << (std::isfinite(value) ? fmt::format("{:.5f}", value) : "");
     }
     out << '\n';
   }

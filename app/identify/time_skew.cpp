@@ -31,17 +31,17 @@ TimeSkew take_off_skew(const MachineDescription& machine, IdentifyData& data) {
     const double alone_s = estimation::pressure_lag_s(machine, {recording}).value_or(lag_s);
     if (std::abs(alone_s - lag_s) > kInStep_s)
       return {recording.source + ": pressures come " + later(alone_s) + " than lengths, in all recordings together " +
-                  later(lag_s) + ": not one clock",
+                  later(lag_s) + ": not sampled by one clock",
               true};
   }
   if (std::abs(lag_s) <= kInStep_s) return {};
   const std::string what = "pressures come " + later(lag_s) + " than lengths";
   if (std::abs(lag_s) > kMostTakenOff_s)
-    return {what + "; at most " + std::to_string(std::lround(1e3 * kMostTakenOff_s)) + " ms can be taken off", true};
+    return {what + "; at most " + std::to_string(std::lround(1e3 * kMostTakenOff_s)) + " ms can be corrected", true};
   for (std::vector<Recording>* recordings : {&data.training, &data.hold_out}) {
     for (Recording& recording : *recordings) recording = estimation::without_pressure_lag(recording, lag_s);
   }
-  return {what + ": taken off", false};
+  return {what + ": corrected", false};
 }
 
 }  // namespace knuckle::identify

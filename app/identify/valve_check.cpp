@@ -96,7 +96,7 @@ class ValveChecker {
     if (static_cast<double>(beyond) > kMostBeyond * static_cast<double>(open)) {
       const char* percent =
           largest > kOpens_percent && largest <= 100 ? ": looks like percent taken as a fraction" : "";
-      refuse(column(joint), "goes to " + number_text(largest) + ", commands lie within [-1, 1]" + percent);
+      refuse(column(joint), "reaches " + number_text(largest) + "; commands lie within [-1, 1]" + percent);
       return false;
     }
     for (std::size_t i = 0; i < recording_.valve.size() && beyond > 0; ++i) {

@@ -7,7 +7,7 @@
 namespace knuckle::identify {
 
 /// Single commands beyond [-1, 1] become unknown (NaN), and so does a column that its cylinder does not follow. Refused
-/// are columns that are mostly beyond, and, where the cylinders moved enough to tell, a column that runs against its
+/// are columns that are mostly beyond, and, where the cylinders moved enough to judge, a column that runs against its
 /// cylinder or commands that move another cylinder than the one they are named for. Lengths are taken as they are.
 [[nodiscard]] std::vector<DataFinding> check_valves(recordings::RecordedFile& file);
 

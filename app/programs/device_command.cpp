@@ -35,29 +35,32 @@ struct Options {
 
 void add_options(CLI::App& c, Options& o) {
   c.add_option("--gadget", o.gadget, "File of the HID gadget, such as /dev/hidg0");
-  c.add_option("--device-file", o.device, "Device to play: name or .toml file")->capture_default_str();
-  c.add_option("--serial", o.serial, "Serial number it tells (default: that of its file, or 1)");
-  c.add_option("--scenario", o.scenario, "What the operator does, by name or .toml file (default: holds it still)");
-  c.add_option("--machine", o.machine, "Machine that the operator has before the eyes")->capture_default_str();
-  c.add_option("--operator", o.limb, "How the operator holds it: relaxed, normal, co_contracted or light_grip");
-  c.add_option("--screen", o.screen, "Address and port where the operator's screen is shown (knuckle master --mirror)");
-  c.add_option("--seed", o.seed, "Draws the limb, friction and cogging")
+  c.add_option("--device-file", o.device, "Haptic device to simulate: name or .toml file")->capture_default_str();
+  c.add_option("--serial", o.serial, "Serial number it reports (default: the one in its file, or 1)");
+  c.add_option("--scenario", o.scenario,
+               "Scenario that the simulated operator follows: name or .toml file (default: holds the device still)");
+  c.add_option("--machine", o.machine, "Machine that the simulated operator sees and moves")->capture_default_str();
+  c.add_option("--operator", o.limb, "Arm of the simulated operator: relaxed, normal, co_contracted or light_grip");
+  c.add_option("--screen", o.screen,
+               "Address and port that receives the copy of the link traffic (knuckle master --mirror): what the "
+               "simulated operator sees");
+  c.add_option("--seed", o.seed, "Random seed of the arm, friction and cogging")
       ->capture_default_str()
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
-  c.add_option("--fault", o.faults, "Break something: KIND@S[+D], from S seconds on for D seconds")
+  c.add_option("--fault", o.faults, "Inject a fault: KIND@S[+D], from S seconds on for D seconds")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->expected(1);
-  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when told to)");
-  c.add_option("--csv", o.csv, "Write what is truly so, a row every 5 ms");
-  c.add_option("--json", o.json, "Write what happened (docs/haptic-device.md says what is in it)");
-  c.add_option("--descriptor", o.descriptor, "Only write the HID report descriptor, to set a gadget up with");
+  c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
+  c.add_option("--csv", o.csv, "Write the simulation's true state as CSV, a row every 5 ms");
+  c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/haptic-device.md)");
+  c.add_option("--descriptor", o.descriptor, "Only write the HID report descriptor, for setting up a gadget");
 }
 
 void check(const Options& o) {
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
   if (o.gadget.empty()) throw InputError("--gadget: is required, such as --gadget /dev/hidg0");
   if (!o.scenario.empty() && o.screen.empty()) {
-    cli::refuse_option("--scenario", o.scenario, "the operator must see the machine: needs --screen");
+    cli::refuse_option("--scenario", o.scenario, "needs --screen: the simulated operator must see the machine");
   }
   if (o.scenario.empty() && !o.screen.empty()) cli::refuse_option("--screen", o.screen, "needs --scenario");
   cli::Places places;
@@ -154,7 +157,7 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command device_entry() {
-  return {"device", "Simulated haptic device: play firmware and hand on a USB gadget", [](CLI::App& command) {
+  return {"device", "Simulated haptic device: firmware and operator's hand on a USB gadget", [](CLI::App& command) {
             const auto options = std::make_shared<Options>();
             add_options(command, *options);
             return [options] { return run(*options); };

@@ -5,7 +5,7 @@
 
 namespace knuckle::programs {
 
-/// Exit codes: 0 ended when told to, or the operator has finished; 1 the operator has given up, or was ended before;
+/// Exit codes: 0 interrupted, or the operator has finished; 1 the operator timed out, or was interrupted before;
 /// 2 wrong usage.
 [[nodiscard]] cli::Command device_entry();
 

@@ -29,7 +29,7 @@ struct PlannedDeviceFault {
   DeviceFaultKind kind = DeviceFaultKind::kSilent;
   double at_s = 0;
   double duration_s = std::numeric_limits<double>::infinity();
-  std::string text;  ///< As it was asked for.
+  std::string text;  ///< As given on the command line.
 };
 /// "KIND@S[+D]". @throws InputError naming --fault, its value and what is wrong with it.
 [[nodiscard]] PlannedDeviceFault parse_device_fault(const std::string& text);
@@ -39,7 +39,7 @@ class DeviceFaults {
   explicit DeviceFaults(std::vector<PlannedDeviceFault> plan);
 
   /// Before each cycle of the firmware; of several faults at a time the last one counts.
-  /// @return the fault that was broken or mended just now: its place in the plan; else -1.
+  /// @return the fault that began or ended just now: its place in the plan; else -1.
   int step(Time now, sim::DeviceFirmware& firmware, TruncatingPort& port) noexcept;
   [[nodiscard]] bool broken(int fault) const noexcept { return broken_[static_cast<std::size_t>(fault)]; }
 

@@ -19,7 +19,7 @@ namespace {
 constexpr Duration kTail = 500ms;  // how long the device stays after the operator has finished
 constexpr int kTicksPerRow = 5;
 
-/// What is truly so, known to no controller.
+/// The simulation's true state, known to no controller.
 struct TruthRow {
   Time at{};
   sim::HandTruth truth;
@@ -43,7 +43,7 @@ void write_truth(std::ostream& out, const TruthRow& truth, bool names) {
   row.end_row();
 }
 
-/// Something to tell: from the loop's thread to the one that tends it.
+/// An event: from the loop's thread to the one that tends it.
 struct Event {
   enum class Kind : std::uint8_t { kPhase, kLatch, kFault } kind = Kind::kPhase;
   Time at{};
@@ -170,18 +170,19 @@ void tell(const DeviceProgramSetup& setup, DeviceRunner& runner, ProgramConsole&
         const auto index = static_cast<std::size_t>(event.value);
         const bool over = index >= setup.plan.phase_names.size();
         if (!over) keep(outcome.phases, {setup.plan.phase_names[index], at_s}, outcome);
-        console.event(event.at, (event.is ? "given up; " : "") + (over ? std::string("the operator has finished")
-                                                                       : "operator: " + setup.plan.phase_names[index]));
+        console.event(event.at,
+                      (event.is ? "timed out; " : "") + (over ? std::string("the operator has finished")
+                                                              : "operator: " + setup.plan.phase_names[index]));
         break;
       }
       case Event::Kind::kLatch:
         keep(outcome.latches, {at_s, event.bits}, outcome);
-        console.event(event.at, "the device took its torque away, fault bits " + std::to_string(event.bits));
+        console.event(event.at, "the device switched its torque off, fault bits " + std::to_string(event.bits));
         break;
       case Event::Kind::kFault: {
         const std::string& text = setup.faults[static_cast<std::size_t>(event.value)].text;
         keep(outcome.faults, {text, at_s, event.is}, outcome);
-        console.event(event.at, (event.is ? "broken: " : "mended: ") + text);
+        console.event(event.at, (event.is ? "fault injected: " : "fault ended: ") + text);
         break;
       }
     }

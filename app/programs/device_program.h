@@ -50,7 +50,7 @@ struct DeviceProgramOutcome {
   struct Fault {
     std::string text;
     double at_s = 0;
-    bool broken = false;  ///< Else mended.
+    bool broken = false;  ///< Else ended.
   };
   static constexpr std::size_t kMost = 2000;  ///< Of each; beyond them: lost, and counted.
   std::vector<Phase> phases;
@@ -64,7 +64,7 @@ struct DeviceProgramOutcome {
   std::uint64_t records_lost = 0;
 };
 
-/// Until told to end, or until shortly after the operator has finished.
+/// Until interrupted, or until shortly after the operator has finished.
 /// @param cable the device's end, used by the loop's thread alone while this runs. @param screen brings what the
 /// operator sees: copies of the link's datagrams; null: nothing is seen. @param truth_csv a row every 5 ms of what is
 /// truly so; null: not wanted.

@@ -39,14 +39,16 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
   c.add_option("--connect", o.connect, "Address and port of the machine's side, such as 192.0.2.7:5683 or [::1]:5683")
       ->required();
-  c.add_flag("--insecure", o.insecure, "Allow a link that is plain UDP");
-  c.add_option("--mirror", o.mirror, "Send a copy of all that goes over the link to this address and port: a screen");
+  c.add_flag("--insecure", o.insecure, "Allow plain UDP: a link neither authenticated nor encrypted");
+  c.add_option("--mirror", o.mirror, "Send a copy of all link traffic to this address and port, for a display");
   c.add_option("--control", o.control, "Bilateral law: echo or direct")->capture_default_str();
   c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
-  c.add_flag("--assist-stop-on-object", o.assist_stop_on_object, "Stop digging when something stiff is met");
-  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when told to)");
-  c.add_option("--csv", o.csv, "Write device, set-point, force and what the machine tells, a row every 5 ms");
-  c.add_option("--json", o.json, "Write what happened (docs/programs.md says what is in it)");
+  c.add_flag("--assist-stop-on-object", o.assist_stop_on_object,
+             "Stop when the bucket meets something stiff while digging");
+  c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
+  c.add_option("--csv", o.csv,
+               "Write device state, set-point, force and the machine's reports as CSV, a row every 5 ms");
+  c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
 }
 
 void check(const Options& o) {
@@ -68,7 +70,7 @@ void check(const Options& o) {
   places.output("--json", o.json);
 }
 
-/// No device at all: the link, and what the machine tells, can be looked at without one.
+/// No device at all: the link and the machine's reports can be looked at without one.
 class NoDevice final : public HidPort {
  public:
   bool write(const HidReport& /*report*/) noexcept override { return false; }
@@ -89,11 +91,11 @@ MasterSetup set_up(const Options& o) {
 
 /// What is wrong with the wires, in one line; empty where nothing is.
 std::string problem_of(const Options& o, const HidDevicePort* device, const UdpLink& link) {
-  if (link.refused()) return "nobody listens at " + o.connect;
+  if (link.refused()) return "no program listens at " + o.connect;
   return device != nullptr ? device->status().problem : "";
 }
 
-/// Why a whole run had nothing to lead with.
+/// Why no device was usable in a whole run.
 std::string no_device_text(const Options& o, const HidDevicePort& device) {
   const std::string problem = device.status().problem;
   return "--device " + o.device + ": no haptic device was ready at any time" + (problem.empty() ? "" : ": " + problem) +

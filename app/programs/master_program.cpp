@@ -1,7 +1,8 @@
 #include "app/programs/master_program.h"
 
+#include <fmt/format.h>
+
 #include <atomic>
-#include <cstdio>
 #include <memory>
 
 #include "app/programs/master_table.h"
@@ -43,7 +44,7 @@ class MasterRunner {
   MasterRunner(const MasterSetup& setup, HidPort& port, Link& link, bool wants_rows)
       : wants_rows_(wants_rows), master_(setup.device, setup.machine, port, link, setup.law) {
     master_.set_assist(setup.assist);
-    last_device_.device.code = ReasonCode::kCount;  // what the device is worth is told at the start, too
+    last_device_.device.code = ReasonCode::kCount;  // the device's state is reported at the start, too
   }
 
   // The loop's thread.
@@ -170,14 +171,12 @@ class Teller {
   }
   static std::vector<std::string> status_parts(const MasterStatus& status) {
     std::vector<std::string> parts{status.now.heard ? "machine " + std::string(name(status.now.mode))
-                                                    : "machine is not heard"};
+                                                    : "machine: no packets received"};
     for (const Reason& reason : {status.now.other_machine, status.now.blocking, status.now.device}) {
       if (reason) parts.push_back(text(reason));
     }
     if (!status.now.heard) return parts;
-    char round_trip[48];
-    std::snprintf(round_trip, sizeof round_trip, "round trip %.0f ms", 1e3 * status.round_trip_s);
-    parts.emplace_back(round_trip);
+    parts.push_back(fmt::format("round trip {:.0f} ms", 1e3 * status.round_trip_s));
     return parts;
   }
 
@@ -203,7 +202,7 @@ std::string event_text(const MasterEvent& event) {
   if (event.about == MasterEvent::About::kDevice)
     return event.device ? "device " + reason_text(event.device) : "device is ready";
   if (event.about == MasterEvent::About::kSameMachine) return same_machine_text(event);
-  if (!event.heard) return "machine is not heard";
+  if (!event.heard) return "machine: no packets received";
   const std::string mode = std::string("machine ") + name(event.mode);
   if (event.fault) return mode + " " + reason_text(event.fault);
   return event.blocking ? mode + ", " + reason_text(event.blocking) : mode;
@@ -238,7 +237,7 @@ MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, co
   outcome.machine_status = runner->machine_status();
   outcome.records_lost = runner->lost();
   teller.hand_over(outcome);
-  run.console.event(clock.now(), "stopped: let go of machine and device");
+  run.console.event(clock.now(), "stopped: machine and device released");
   return outcome;
 }
 

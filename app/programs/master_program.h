@@ -1,5 +1,5 @@
 // The operator's side as a program, without a screen: the master loop of every session in a real-time thread of its
-// own, what the machine and the device say on the console, and an end that lets go of both.
+// own, what the machine and the device say on the console, and an end that releases both.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ struct MasterSetup {
   AssistSettings assist;
 };
 
-/// What the machine tells changed (its mode or fault, or that it is heard at all), what the device is worth, or whether
+/// The machine's report changed (mode or fault, or that packets are received at all), or the device's state, or whether
 /// both sides mean the same machine.
 struct MasterEvent {
   enum class About : std::uint8_t { kMachine, kDevice, kSameMachine } about = About::kMachine;
@@ -42,20 +42,20 @@ struct MasterEvent {
   Reason other_machine;    ///< Why the far end cannot be led; kNone where it can.
   MachineName here, there;
 };
-/// "machine engaged", "machine is not heard", "device device_lost: ...", "other_machine: ..."
+/// "machine engaged", "machine: no packets received", "device device_lost: ...", "other_machine: ..."
 [[nodiscard]] std::string event_text(const MasterEvent& event);
 
 struct MasterOutcome {
   std::vector<MasterEvent> events;              ///< The first of each kind, and the newest others (RunEvents).
   bool device_was_ready = false;                ///< At any time.
-  Histogram round_trip;                         ///< As measured; one value each step while the machine is heard.
+  Histogram round_trip;                         ///< As measured; one value each step while packets are received.
   std::optional<MachineStatus> machine_status;  ///< The newest; nothing where the machine's side sent none.
   RealtimeReport loop;
   double ran_s = 0;
   std::uint64_t records_lost = 0;  ///< Events and rows there was no room for.
 };
 
-/// Runs until the run is over; then lets go: enable and presence off, torque off, and ends.
+/// Runs until the run is over; then releases: enable and presence off, torque off, and ends.
 /// @param port, @param link used by the loop's thread alone while this runs.
 /// @param wire_problem what is wrong with device or link below the loop, in one line; empty: nothing. May be empty
 /// itself. @param csv a row every 5 ms; null: not wanted.

@@ -8,7 +8,7 @@
 namespace knuckle::programs {
 namespace {
 
-constexpr double kLongestSilence_ms = 1e6;  // also where the machine was never heard
+constexpr double kLongestSilence_ms = 1e6;  // also where no packet was ever received
 
 void write_line(std::ostream& out, const MasterRow& row, bool names) {
   recordings::RowWriter cells(out, names);

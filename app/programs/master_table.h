@@ -18,7 +18,7 @@ struct MasterRow {
   JointVector setpoint_rad = JointVector::Zero(), setpoint_radps = JointVector::Zero();
   PlanarVector sent_force_N = PlanarVector::Zero();  ///< To the hand's tip, motor limits and joint walls included.
   double round_trip_ms = 0, silence_ms = 0;
-  // As the machine told last; nothing before the first time.
+  // As last reported by the machine; empty before the first report.
   Mode mode = Mode::kOff;
   ReasonCode blocking = ReasonCode::kNone, fault = ReasonCode::kNone;
   JointVector machine_rad = JointVector::Zero();

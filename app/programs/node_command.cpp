@@ -48,21 +48,21 @@ class UserSignal {
 void add_options(CLI::App& c, Options& o) {
   c.add_option("--can", o.can, "CAN interface, such as vcan0")->required();
   c.add_option("--machine", o.machine, "Machine name or .toml file")->capture_default_str();
-  c.add_option("--scenario", o.scenario, "Where the machine starts and what is around it, by name or .toml file")
+  c.add_option("--scenario", o.scenario, "Scenario that gives the machine's start and surroundings: name or .toml file")
       ->capture_default_str();
-  c.add_option("--seed", o.seed, "Draws the machine's truth")
+  c.add_option("--seed", o.seed, "Random seed of the machine's true parameters")
       ->capture_default_str()
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
-  c.add_option("--truth", o.truth, "The machine's own parameters (.toml), instead of drawing them from the seed");
-  c.add_option("--nodes", o.nodes, "Nodes to play: all, or names with commas, such as boom_valve,tilt")
+  c.add_option("--truth", o.truth, "The machine's true parameters (.toml), instead of drawing them from the seed");
+  c.add_option("--nodes", o.nodes, "Nodes to simulate: all, or names separated by commas, such as boom_valve,tilt")
       ->capture_default_str();
   c.add_option("--fault", o.faults,
-               "Break something: KIND[:NODE]@S[+D], from S seconds on (usr1: at SIGUSR1) for D seconds")
+               "Inject a fault: KIND[:NODE]@S[+D], from S seconds on (usr1: at SIGUSR1) for D seconds")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->expected(1);
-  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when told to)");
-  c.add_option("--csv", o.csv, "Write what is truly so, a row every 5 ms");
-  c.add_option("--json", o.json, "Write what happened (docs/programs.md says what is in it)");
+  c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
+  c.add_option("--csv", o.csv, "Write the simulation's true state as CSV, a row every 5 ms");
+  c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
 }
 
 void check(const Options& o) {
@@ -159,7 +159,7 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command node_entry() {
-  return {"node", "Simulated machine: play the nodes of a machine's bus on a CAN interface", [](CLI::App& command) {
+  return {"node", "Simulated machine: the nodes of its bus on a CAN interface", [](CLI::App& command) {
             const auto options = std::make_shared<Options>();
             add_options(command, *options);
             return [options] { return run(*options); };

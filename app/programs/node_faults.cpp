@@ -60,7 +60,7 @@ PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
   fault.kind = *named;
   const bool given = colon != std::string::npos;
   if (sim::concerns_node(fault.kind) != given)
-    refuse(text, given ? kind + " concerns no single node" : "needs a node: " + kind + ":NODE@S");
+    refuse(text, given ? kind + " takes no node" : "needs a node: " + kind + ":NODE@S");
   if (given) fault.node = node_in(text, what.substr(colon + 1), fault.kind, bus);
   const auto plus = when.find('+');
   const std::string start = when.substr(0, plus);

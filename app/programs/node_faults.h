@@ -17,15 +17,15 @@ namespace knuckle::programs {
 struct PlannedFault {
   sim::FaultKind kind = sim::FaultKind::kNodeSilent;  ///< One behind the bus.
   std::uint8_t node = 0;                              ///< 0 where the kind concerns none.
-  std::optional<double> at_s;                         ///< nullopt: at every SIGUSR1 that finds it mended.
+  std::optional<double> at_s;                         ///< nullopt: at every SIGUSR1 at which it is not active.
   double duration_s = std::numeric_limits<double>::infinity();
-  std::string text;  ///< As it was asked for.
+  std::string text;  ///< As given on the command line.
 };
 /// "KIND[:NODE]@S[+D]", with usr1 for S at a signal; NODE by name or id.
 /// @throws InputError naming --fault, its value and what is wrong with it.
 [[nodiscard]] PlannedFault parse_fault(const std::string& text, const BusDescription& bus);
 
-/// A planned fault was broken or mended.
+/// A planned fault began or ended.
 struct FaultEvent {
   std::size_t fault = 0;  ///< Its place in the plan.
   Time at{};

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kTicksPerRow = 5;
 
-/// What is truly so, known to no controller.
+/// The simulation's true state, known to no controller.
 struct TruthRow {
   Time at{};
   JointVector joint_rad = JointVector::Zero(), joint_radps = JointVector::Zero(), spool = JointVector::Zero();
@@ -90,13 +90,13 @@ class NodeRunner {
   Ring<TruthRow, 1024> rows_;
 };
 
-/// What was broken and what happened in the world, told and kept.
+/// Injected faults and events of the world, shown and recorded.
 void tell(const NodeSetup& setup, NodeRunner& runner, ProgramConsole& console, NodeOutcome& outcome,
           RunEvents<NodeOutcome::Event>& world_events) {
   FaultEvent fault;
   while (runner.next(fault)) {
     const std::string& text = setup.faults[fault.fault].text;
-    console.event(fault.at, (fault.broken ? "broken: " : "mended: ") + text);
+    console.event(fault.at, (fault.broken ? "fault injected: " : "fault ended: ") + text);
     if (fault.broken) {
       if (outcome.faults.size() == NodeOutcome::kMostFaults) {
         ++outcome.records_lost;

@@ -29,7 +29,7 @@ struct NodeSetup {
 struct NodeOutcome {
   struct Fault {
     std::string text;
-    double at_s = 0, mended_at_s = -1;  ///< -1: not mended.
+    double at_s = 0, mended_at_s = -1;  ///< -1: not ended.
   };
   struct Event {
     std::string what;  ///< Of the world: "contact", "piece_broke", ...
@@ -45,7 +45,7 @@ struct NodeOutcome {
 };
 
 /// @param bus used by the loop's thread alone while this runs. @param signals counts up with every signal to break what
-/// waits for one. @param truth_csv a row every 5 ms of what is truly so; null: not wanted.
+/// waits for one. @param truth_csv a row every 5 ms of the true state; null: not wanted.
 /// @throws InputError for a machine or start that cannot be simulated.
 [[nodiscard]] NodeOutcome run_node(const NodeSetup& setup, CanBus& bus, const ProgramRun& run,
                                    const std::atomic<std::uint32_t>& signals, std::ostream* truth_csv = nullptr);

@@ -1,11 +1,11 @@
 #include "app/programs/program_console.h"
 
+#include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <utility>
 
 #include "app/programs/program_options.h"
@@ -18,9 +18,7 @@ constexpr std::size_t kMostBytes = 1 << 16;  // some hundred lines
 constexpr std::size_t kColumns = 80;         // of a terminal that does not say
 
 std::string seconds_text(Time at) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f s", to_seconds(at));
-  return text;
+  return fmt::format("{:.3f} s", to_seconds(at));
 }
 
 /// Of the terminal that standard error is.
@@ -86,7 +84,7 @@ void ProgramConsole::tend(Time now) {
   if (now - span_began_ >= kEventSpan) tell_left_out(now);
   const std::uint64_t lost = lines_lost();
   if (lost == lost_told_ || !own_->idle()) return;
-  say(std::to_string(lost - lost_told_) + " lines are missing here: nobody read standard error");
+  say(std::to_string(lost - lost_told_) + " lines are missing here: standard error was not read in time");
   lost_told_ = lost;
 }
 
@@ -117,9 +115,8 @@ void ProgramConsole::tell(const Event& event) {
 void ProgramConsole::tell_left_out(Time now) {
   if (left_out_ == 0) return;
   const Time until = std::min(now, span_began_ + kEventSpan);
-  char span[24];
-  std::snprintf(span, sizeof span, "%.1f s", to_seconds(until - span_began_));
-  say(seconds_text(until) + ": ... and " + std::to_string(left_out_) + " more events in the last " + span);
+  say(fmt::format("{}: ... and {} more events in the last {:.1f} s", seconds_text(until), left_out_,
+                  to_seconds(until - span_began_)));
   left_out_ = 0;
 }
 

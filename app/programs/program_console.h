@@ -22,14 +22,14 @@ class AskedOutput;
 /// For one thread.
 class ProgramConsole {
  public:
-  /// Events told in any 10 s; beyond them, only what is the first of its kind. How many were not told is.
+  /// Events shown in any 10 s; beyond them, only the first of each kind. The number of the others is shown.
   static constexpr int kMostEvents = 20;
   static constexpr Duration kEventSpan = 10s;
 
   /// @param program such as "knuckle slave", before every event. @param out must not wait. @param terminal it can take
   /// a line back.
   ProgramConsole(std::string program, std::ostream& out, bool terminal);
-  /// On standard error. What nobody reads there is lost, and counted.
+  /// On standard error. What is not read there in time is lost, and counted.
   explicit ProgramConsole(std::string program);
   /// Takes the status line back.
   ~ProgramConsole();
@@ -41,12 +41,12 @@ class ProgramConsole {
   /// Told in the order of their times, at the next tend() or note() but one. @param kind what makes it another event
   /// than those before: its text without what differs each time; empty: the whole text.
   void event(Time at, const std::string& what, const std::string& kind = "");
-  /// Shown on a terminal, anew once a second, in one line. @param parts "engaged", "round trip 12 ms"; where they are
-  /// too long for it, the longest is cut.
+  /// Shown on a terminal, updated once a second, in one line. @param parts "engaged", "round trip 12 ms"; where they
+  /// are too long for it, the longest is cut.
   void status(Time now, const std::vector<std::string>& parts);
   /// Often, after what there is to say.
   void tend(Time now);
-  /// That nobody read in time.
+  /// Not read in time.
   [[nodiscard]] std::uint64_t lines_lost() const { return own_ ? own_->lines_lost() : 0; }
 
  private:
@@ -75,7 +75,7 @@ class ProgramConsole {
 /// One line of at most this many characters. @param parts joined by " | ", each ends in "..." where it had to be cut.
 [[nodiscard]] std::string fitted(std::vector<std::string> parts, std::size_t width);
 
-/// How long a program runs, and what it tells while it does; all in the thread that called it, which never waits but
+/// How long a program runs, and what it reports while it does; all in the thread that called it, which never waits but
 /// for the next time to look.
 struct ProgramRun {
   std::function<bool()> keep_on;  ///< Asked 50 times a second; false ends the program in order.
@@ -84,7 +84,7 @@ struct ProgramRun {
   std::vector<AskedOutput*> outputs{};  ///< Records that are written while it runs.
 };
 
-/// Calls `tend` 50 times a second until the run is over: asked to end, or its time has come.
+/// Calls `tend` 50 times a second until the run is over: interrupted, or its duration has passed.
 void tend_until_over(const ProgramRun& run, const RealtimeClock& clock, const std::function<void(Time)>& tend);
 /// The same of what was asked to stop, until it has, whatever ends the run.
 void tend_until_stopped(const ProgramRun& run, const RealtimeClock& clock, const std::function<void(Time)>& tend,

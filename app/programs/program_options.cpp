@@ -20,7 +20,7 @@ nlohmann::ordered_json percentiles_json(const Histogram& h, double units_per_s) 
 
 void check_plain_link(const std::string& option, const std::string& address, bool insecure) {
   if (insecure) return;
-  cli::refuse_option(option, address, "the link is plain UDP, which proves and encrypts nothing; --insecure allows it");
+  cli::refuse_option(option, address, "plain UDP is neither authenticated nor encrypted; --insecure allows it");
 }
 
 AskedOutput::AskedOutput(const char* option, const std::string& target, Content content)
@@ -34,7 +34,7 @@ std::string AskedOutput::tend() {
   const int error = told_ ? 0 : open_->writer.refusal();
   if (error == 0) return "";
   told_ = true;
-  return open_->file.refusal(error) + ": what came before is kept, the rest is lost";
+  return open_->file.refusal(error) + ": what was written before is kept, the rest is lost";
 }
 
 void AskedOutput::finish(cli::BackgroundWriter::Deadline deadline) {
@@ -49,7 +49,7 @@ void AskedOutput::commit(cli::BackgroundWriter::Deadline deadline) {
     open_->file.fail(error);
   }
   if (content_ == Content::kResult && records_lost() > 0)
-    throw InputError(name_ + ": cannot be written: nobody reads it");
+    throw InputError(name_ + ": cannot be written: no reader took it in time");
   open_->file.commit();
 }
 

@@ -23,24 +23,24 @@ class ProgramConsole;
 
 inline constexpr double kLongestRun_s = 1e7;
 
-/// A link that nobody protects has to be asked for. @throws InputError unless it was.
+/// An unauthenticated link must be requested. @throws InputError unless it was.
 void check_plain_link(const std::string& option, const std::string& address, bool insecure);
-/// The line that says what was asked for.
+/// The note shown when it was.
 inline constexpr const char* kPlainLinkNote =
-    "plain UDP (--insecure): nothing is encrypted, nobody is proven; for loopback, labs, or inside a tunnel";
+    "plain UDP (--insecure): neither authenticated nor encrypted; for loopback, labs, or inside a tunnel";
 
-/// An output of a program that runs for long; it may have been asked for. Nobody who writes to it ever waits for its
+/// An output of a program that runs for long; it may have been requested. Writing to it never waits for its
 /// reader or its disk.
 class AskedOutput {
  public:
   enum class Content : std::uint8_t {
-    kRecords,  ///< Line by line: those that were written are worth keeping where others are lost.
+    kRecords,  ///< Line by line: those that were written are kept where others are lost.
     kResult,   ///< Whole, or of no use.
   };
-  /// @param target empty: not asked for. @throws InputError where it cannot be written.
+  /// @param target empty: not requested. @throws InputError where it cannot be written.
   AskedOutput(const char* option, const std::string& target, Content content = Content::kRecords);
 
-  /// nullptr: not asked for.
+  /// nullptr: not requested.
   [[nodiscard]] std::ostream* stream() noexcept { return open_ ? &open_->writer.stream() : nullptr; }
   /// All that was put into the stream goes to where it is written. @return one line the first time after the disk, or
   /// whoever reads, refused it: it is not tried again, and the rest is lost. Else empty.
@@ -50,7 +50,7 @@ class AskedOutput {
   /// Waits until all is written, for a reader until the deadline.
   void finish(cli::BackgroundWriter::Deadline deadline);
   /// Likewise, and puts the finished file in place. Of records that were refused, those before.
-  /// @throws InputError where the disk refused what was written, or nobody read a result.
+  /// @throws InputError where the disk refused what was written, or a result was not read.
   void commit(cli::BackgroundWriter::Deadline deadline);
 
   [[nodiscard]] const std::string& name() const noexcept { return name_; }  ///< "--csv FILE"

@@ -33,20 +33,21 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--map", o.map, "Mapping file (.toml) that says how to read the recorded motion");
   c.add_option("--control", o.control, "Bilateral law: echo (default) or direct");
   c.add_option("--duration", o.duration_s, "Stop after so many seconds");
-  c.add_option("--seed", o.seed, "Draws the plant's truth, the link and the operator")
+  c.add_option("--seed", o.seed, "Random seed of the plant's true parameters, the link and the operator")
       ->capture_default_str()
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
   c.add_option("--delay-ms", o.delay_ms, "Link delay, one way");
   c.add_option("--jitter-ms", o.jitter_ms, "Link jitter, one way");
   c.add_option("--loss", o.loss, "Share of datagrams lost, 0 to 1");
   c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
-  c.add_flag("--assist-stop-on-object", o.assist_stop_on_object, "Stop digging when something stiff is met");
+  c.add_flag("--assist-stop-on-object", o.assist_stop_on_object,
+             "Stop when the bucket meets something stiff while digging");
   c.add_flag("--realtime", o.realtime, "Run the loops in real-time threads over UDP loopback");
-  c.add_option("--truth", o.truth, "The plant's own parameters (.toml), instead of drawing them from the seed");
+  c.add_option("--truth", o.truth, "The plant's true parameters (.toml), instead of drawing them from the seed");
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
-  c.add_option("--csv", o.csv, "Write a table at the machine loop's rate");
+  c.add_option("--csv", o.csv, "Write a CSV table, a row each step of the machine's loop");
   c.add_option("--report", o.report, "Write a self-contained HTML report");
-  c.add_option("--json", o.json, "Write the result (docs/results.md says what is in it)");
+  c.add_option("--json", o.json, "Write the result as JSON (described in docs/results.md)");
 }
 
 void check_places(const session::SimulateOptions& o) {
@@ -86,7 +87,7 @@ void check(const session::SimulateOptions& o) {
   check_places(o);
 }
 
-/// Every output asked for, opened before the session so that a bad place is known at once.
+/// Every requested output, opened before the session so that a bad place is known at once.
 struct Outputs {
   explicit Outputs(const session::SimulateOptions& o) {
     open(candump, "--candump", o.candump);

@@ -39,17 +39,18 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--machine", o.machine, "Machine name or .toml file (default with --simulate: solar015)");
   c.add_option("--can", o.can, "CAN interface of the machine's bus, such as can0");
   c.add_flag("--simulate", o.simulate, "Drive a simulated machine inside this program instead");
-  c.add_option("--scenario", o.scenario,
-               "With --simulate: where it starts and what is around it, by name or .toml file (default: free_motion)");
-  c.add_option("--seed", o.seed, "With --simulate: draws the machine's truth (default: 1)")
+  c.add_option(
+      "--scenario", o.scenario,
+      "With --simulate: scenario that gives its start and surroundings, name or .toml file (default: free_motion)");
+  c.add_option("--seed", o.seed, "With --simulate: random seed of the machine's true parameters (default: 1)")
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
   c.add_option("--listen", o.listen, "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683")
       ->required();
-  c.add_flag("--insecure", o.insecure, "Allow a link that is plain UDP");
-  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when told to)");
+  c.add_flag("--insecure", o.insecure, "Allow plain UDP: a link neither authenticated nor encrypted");
+  c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
   c.add_option("--csv", o.csv, "Write sensors, commands and estimates, a row each step; `knuckle identify` reads it");
-  c.add_option("--json", o.json, "Write what happened (docs/programs.md says what is in it)");
+  c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
 }
 
 /// On a CAN interface, or simulated: one of the two, and nothing that only the other takes.
@@ -180,7 +181,7 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
   return json;
 }
 
-/// Nobody is to take one for the other.
+/// Simulated and real must not be confused.
 std::string machine_note(const Options& o, const Setup& setup) {
   const std::string listening = ", listening on " + o.listen;
   if (!setup.simulation) return "machine " + setup.machine.name + " on " + o.can + listening;

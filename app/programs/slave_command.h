@@ -5,7 +5,7 @@
 
 namespace knuckle::programs {
 
-/// Exit codes: 0 it was told to end, or its time was over.
+/// Exit codes: 0 it was interrupted, or its duration has passed.
 [[nodiscard]] cli::Command slave_entry();
 
 }  // namespace knuckle::programs

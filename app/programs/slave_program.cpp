@@ -1,8 +1,9 @@
 #include "app/programs/slave_program.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
-#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -18,7 +19,7 @@
 namespace knuckle::programs {
 namespace {
 
-constexpr Duration kStandingReason = 1s;  // what blocks for so long is told, also where no terminal shows it
+constexpr Duration kStandingReason = 1s;  // what blocks for longer is an event, also where no terminal shows it
 
 struct SlaveStatus {
   Mode mode = Mode::kOff;
@@ -141,7 +142,7 @@ void SlaveRunner::observe_nodes(Time now) noexcept {
   if (fresh > log.kept()) emergencies_lost_ += fresh - log.kept();
 }
 
-/// The operator is told with every step that the machine is off: a single datagram may be lost.
+/// Every step reports to the operator that the machine is off: a single datagram may be lost.
 void SlaveRunner::step_stop(Time now) noexcept {
   if (stopped()) return;
   stop_.step(now);
@@ -233,11 +234,9 @@ class Teller {
     std::vector<std::string> parts{name(status.mode)};
     if (status.blocking) parts.push_back(text(status.blocking));
     if (!status.heard) {
-      parts.emplace_back("operator: not heard yet");
+      parts.emplace_back("operator: no packets received yet");
     } else if (status.round_trip < 10s) {
-      char round_trip[48];
-      std::snprintf(round_trip, sizeof round_trip, "round trip %.0f ms", 1e3 * to_seconds(status.round_trip));
-      parts.emplace_back(round_trip);
+      parts.push_back(fmt::format("round trip {:.0f} ms", 1e3 * to_seconds(status.round_trip)));
     }
     return parts;
   }

@@ -1,5 +1,5 @@
 // The machine's side as a program: the slave loop of every session in a real-time thread of its own, what it did and
-// why on the console, records for whoever asks, and an orderly end.
+// why on the console, records where requested, and an orderly end.
 #pragma once
 
 #include <cstdint>
@@ -30,12 +30,12 @@ struct ModeEvent {
 
 /// Where records go; null: not wanted.
 struct SlaveRecords {
-  std::ostream* candump = nullptr;  ///< Every frame sent and heard, candump log format.
+  std::ostream* candump = nullptr;  ///< Every frame sent and received, candump log format.
   std::string interface = "can0";   ///< As the log names it.
   std::ostream* csv = nullptr;      ///< A row each step from the first complete measurement on.
 };
 
-/// The set-up of a node failed: what was asked and answered.
+/// The set-up of a node failed: the request and its answer.
 struct SetupFailureEvent {
   Time at{};
   slave::SetupFailure failure;

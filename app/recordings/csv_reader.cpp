@@ -36,7 +36,7 @@ std::size_t column_index(const Cells& header, const std::string& column, const s
   const auto it = std::find(header.begin(), header.end(), column);
   if (it == header.end()) throw InputError(csv_path + ": row 1: no column '" + column + "' as the mapping asks");
   if (std::find(it + 1, header.end(), column) != header.end()) {
-    throw InputError(csv_path + ": row 1: column '" + column + "' is there twice");
+    throw InputError(csv_path + ": row 1: column '" + column + "' appears twice");
   }
   return static_cast<std::size_t>(it - header.begin());
 }

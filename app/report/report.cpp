@@ -1,6 +1,6 @@
 #include "app/report/report.h"
 
-#include <cstdio>
+#include <fmt/format.h>
 
 #include "app/report/filmstrip.h"
 #include "app/report/html.h"
@@ -66,10 +66,8 @@ void write_filmstrip(std::ostream& out, const session::SessionResult& session) {
          "s.</p><div "
          "class=\"strip\">\n";
   for (const Frame& frame : filmstrip(session)) {
-    char time[32];
-    std::snprintf(time, sizeof time, "%.1f s", frame.t_s);
-    out << "<figure>" << frame.svg << "<figcaption><b>" << time << "</b> " << escaped(frame.label)
-        << "</figcaption></figure>\n";
+    out << "<figure>" << frame.svg
+        << fmt::format("<figcaption><b>{:.1f} s</b> {}</figcaption></figure>\n", frame.t_s, escaped(frame.label));
   }
   out << "</div></section>\n";
 }

@@ -1,14 +1,13 @@
 #include "app/report/summary.h"
 
-#include "core/format.h"
+#include <fmt/format.h>
 
 namespace knuckle::report {
 namespace {
 
 std::string what_ran(const session::SessionResult& s) {
-  return formatted("%s on %s, seed %llu: %.1f s simulated in %.2f s (%.0f x real time)\n", s.scenario.c_str(),
-                   s.machine_name.c_str(), static_cast<unsigned long long>(s.seed), s.simulated_s, s.wall_s,
-                   s.wall_s > 0 ? s.simulated_s / s.wall_s : 0.0);
+  return fmt::format("{} on {}, seed {}: {:.1f} s simulated in {:.2f} s ({:.0f} x real time)\n", s.scenario,
+                     s.machine_name, s.seed, s.simulated_s, s.wall_s, s.wall_s > 0 ? s.simulated_s / s.wall_s : 0.0);
 }
 
 std::string key_numbers(const session::Metrics& m) {
@@ -20,7 +19,7 @@ std::string key_numbers(const session::Metrics& m) {
 
 std::string shown(const session::Metric& value, const std::string& unit) {
   if (!value) return "-";
-  return formatted("%.3g", *value) + (unit == "1" ? "" : " " + unit);
+  return fmt::format("{:.3g}", *value) + (unit == "1" ? "" : " " + unit);
 }
 
 std::string summary_text(const session::Judged& judged, const std::string& report) {
@@ -29,11 +28,10 @@ std::string summary_text(const session::Judged& judged, const std::string& repor
   text += key_numbers(judged.metrics);
   for (const std::string& note : s.notes) text += "  note: " + note + "\n";
   for (const session::FaultRecord& f : s.record.faults)
-    text += formatted("  fault at %.2f s: ", f.at_s) + knuckle::text(f.reason) + "\n";
+    text += fmt::format("  fault at {:.2f} s: ", f.at_s) + knuckle::text(f.reason) + "\n";
   for (const session::CriterionResult& c : judged.criteria)
-    text +=
-        formatted("  %s  %-22s %12s  %s %s\n", c.passed ? "pass" : "FAIL", c.name.c_str(),
-                  shown(c.value, c.unit).c_str(), c.relation == "max" ? "<=" : ">=", shown(c.bound, c.unit).c_str());
+    text += fmt::format("  {}  {:22} {:>12}  {} {}\n", c.passed ? "pass" : "FAIL", c.name, shown(c.value, c.unit),
+                        c.relation == "max" ? "<=" : ">=", shown(c.bound, c.unit));
   text += judged.criteria.empty() ? "  no criteria\n" : judged.passed ? "passed\n" : "NOT passed\n";
   if (!report.empty()) text += "report: " + report + "\n";
   return text;

@@ -1,5 +1,6 @@
 #include "app/session/operator_path.h"
 
+#include <fmt/format.h>
 #include <math.h>  // Boost 1.74's pchip calls isnan unqualified
 
 #include <algorithm>
@@ -11,7 +12,6 @@
 
 #include "app/recordings/csv_reader.h"
 #include "core/error.h"
-#include "core/format.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 
@@ -53,7 +53,8 @@ void close_long_gaps(recordings::MappedTable& table, Notes& notes) {
     before = table.until_s[i];
     if (gap > std::max(kLongestGap_s, table.gap_s)) {
       removed += gap - kLongestGap_s;
-      notes.push_back(formatted("gap of %.1f s before row %zu: played in %.0f s", gap, table.rows[i], kLongestGap_s));
+      notes.push_back(
+          fmt::format("gap of {:.1f} s before row {}: played in {:.0f} s", gap, table.rows[i], kLongestGap_s));
     }
     table.time_s[i] -= removed;
     table.until_s[i] -= removed;
@@ -103,9 +104,9 @@ void fit_range(Knots& knots, const LinkDescription& link, const char* joint, Not
   const double reach = std::max(mid - *least, *most - mid);
   if (reach <= (high - low) / 2) return;
   const double scale = (high - low) / 2 / reach;
-  notes.push_back(
-      formatted("%s: recorded %.1f to %.1f deg, scaled by %.3f about %.1f deg to stay inside %.1f to %.1f deg", joint,
-                degrees(*least), degrees(*most), scale, degrees(mid), degrees(low), degrees(high)));
+  notes.push_back(fmt::format(
+      "{}: recorded {:.1f} to {:.1f} deg, scaled by {:.3f} about {:.1f} deg to stay inside {:.1f} to {:.1f} deg", joint,
+      degrees(*least), degrees(*most), scale, degrees(mid), degrees(low), degrees(high)));
   for (double& v : knots.value) v = mid + scale * (v - mid);
 }
 
@@ -124,7 +125,7 @@ Motion read_motion(const recordings::MappedTable& table, const MachineDescriptio
                    " usable values, at least " + std::to_string(kLeastKnots) + " are needed");
     }
     if (!knots.late_rows.empty()) {
-      notes.push_back(formatted("%s: %zu x late refresh (left out): row ", kJointNames[i], knots.late_rows.size()) +
+      notes.push_back(fmt::format("{}: {} x late refresh (left out): row ", kJointNames[i], knots.late_rows.size()) +
                       recordings::row_list(knots.late_rows, kRowsInNotes));
     }
     fit_range(knots, machine.links[i], kJointNames[i], notes);
@@ -135,7 +136,7 @@ Motion read_motion(const recordings::MappedTable& table, const MachineDescriptio
   if (motion.end_s <= motion.begin_s) table.refuse("there is no time with usable values of all joints");
   const double unknown_s = table.until_s.back() - table.time_s.front() - (motion.end_s - motion.begin_s);
   if (unknown_s > 0) {
-    notes.push_back(formatted("%.1f s at the start or end left out: not every joint has values there", unknown_s));
+    notes.push_back(fmt::format("{:.1f} s at the start or end left out: not every joint has values there", unknown_s));
   }
   return motion;
 }
@@ -176,7 +177,7 @@ class Player {
     for (; t < motion_.end_s; ++steps) {
       const double played_s = kStep_s * static_cast<double>(steps);
       if (played_s > kLongestPath_s) {
-        throw InputError(formatted("the motion plays longer than %.0f s: cut the file", kLongestPath_s));
+        throw InputError(fmt::format("the motion plays longer than {:.0f} s: cut the file", kLongestPath_s));
       }
       const sim::PathPoint recorded = point_at(t);
       const double speed = speed_at(recorded, t, played_s);
@@ -188,12 +189,12 @@ class Player {
   }
 
   [[nodiscard]] std::string note(const OperatorPath& path) const {
-    std::string text = formatted("recorded in %.1f s, played in %.1f s", path.recorded_s, path.played_s);
+    std::string text = fmt::format("recorded in {:.1f} s, played in {:.1f} s", path.recorded_s, path.played_s);
     const char* separator = ": ";
     for (std::size_t c = 0; c < kCauses; ++c) {
       if (added_s_[c] < 0.05) continue;
-      text += separator + formatted("%+.1f s for %s", added_s_[c], kCauseNames[c]);
-      if (c != kEase) text += formatted(" (at most %.1f-fold)", most_[c]);
+      text += separator + fmt::format("{:+.1f} s for {}", added_s_[c], kCauseNames[c]);
+      if (c != kEase) text += fmt::format(" (at most {:.1f}-fold)", most_[c]);
       separator = ", ";
     }
     return text;

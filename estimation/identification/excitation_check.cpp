@@ -76,7 +76,7 @@ void check_joint(int joint, std::span<const Motion> motions, const ExcitationLim
     if (time_s >= limits.least_directed_s) return;
     faults.push_back(name + " cylinder " + direction + " for " + number(time_s, 1) + " s only, at least " +
                      number(limits.least_directed_s, 1) +
-                     " s are needed: one direction alone does not tell friction from weight");
+                     " s are needed: one direction alone does not separate friction from weight");
   };
   one_way(extending_s, "extends");
   one_way(retracting_s, "retracts");

@@ -211,7 +211,7 @@ KimResult identify_kim(const MachineDescription& machine, std::span<const Record
     result.model.friction_Nms[i] = link[2];
   }
   summary.usable = summary.rank == summary.columns;
-  if (!summary.usable) summary.reasons.push_back("the motion does not tell all parameters apart");
+  if (!summary.usable) summary.reasons.push_back("the motion does not separate all parameters");
   summary.reasons.push_back("m2 and m3 are the machine file's: only 6 of 8 gravity unknowns show in the torques");
   return result;
 }

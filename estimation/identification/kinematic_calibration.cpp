@@ -1,10 +1,11 @@
 #include "estimation/identification/kinematic_calibration.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
-#include "core/format.h"
 #include "estimation/identification/survey_points.h"
 #include "machine/description.h"
 
@@ -45,9 +46,10 @@ bool mark_outliers(std::vector<SurveyPoint>& points, const GeometryPrior& prior,
     points[i].used = norms[i] <= kOutlier * scale;
     if (points[i].used) continue;
     const auto error = point_error(points[i], *fit, prior.sides);
-    left_out.push_back(
-        "pose " + std::to_string(points[i].pose) + ": " + kPointNames[static_cast<std::size_t>(points[i].link)] +
-        formatted(" is %.1f mm off where the others want it (%.0f sigma)", error ? kMm * error->norm() : 0, norms[i]));
+    left_out.push_back("pose " + std::to_string(points[i].pose) + ": " +
+                       kPointNames[static_cast<std::size_t>(points[i].link)] +
+                       fmt::format(" is {:.1f} mm off the position that the other points give ({:.0f} sigma)",
+                                   error ? kMm * error->norm() : 0, norms[i]));
   }
   return true;
 }
@@ -92,10 +94,10 @@ std::string in_words(const GeometryVector& direction, double left) {
   for (int i = 0; i < kGeometryCount; ++i) {
     if (std::abs(direction[i]) < 0.4 * largest) continue;
     const bool plus = sign * direction[i] > 0;
-    words += (words.empty() ? (plus ? "" : "-") : (plus ? " + " : " - ")) + formatted("%.1f ", std::abs(direction[i])) +
-             kGeometryNames[static_cast<std::size_t>(i)];
+    words += (words.empty() ? (plus ? "" : "-") : (plus ? " + " : " - ")) +
+             fmt::format("{:.1f} ", std::abs(direction[i])) + kGeometryNames[static_cast<std::size_t>(i)];
   }
-  return words + formatted(": %.0f %% of the drawing's uncertainty is left", 100 * left);
+  return words + fmt::format(": {:.0f} % of the drawing's uncertainty is left", 100 * left);
 }
 
 /// RMS over the working range of the lever's standard deviation at a reading, over the lever's RMS.
@@ -224,7 +226,7 @@ GeometryResult calibrate_geometry(const MachineDescription& nominal, const Surve
   try {
     tell(result, nominal, prior, points, *fit);
   } catch (const InputError& error) {  // pins for which the working range cannot be reached
-    return refused(std::move(result), {std::string("the fitted geometry is no machine: ") + error.what()});
+    return refused(std::move(result), {std::string("the fitted geometry is not a possible machine: ") + error.what()});
   }
   std::vector<double> nominal_m;
   for (const SurveyPoint& p : points) {
@@ -238,8 +240,8 @@ GeometryResult calibrate_geometry(const MachineDescription& nominal, const Surve
   result.summary.reasons = result.left_out;
   if (result.residual_ratio > 2) {
     result.summary.reasons.push_back(
-        formatted("points scatter %.1f times as far as the survey's sigma of %.2f mm says; sigmas are widened",
-                  result.residual_ratio, kMm * survey.point_sigma_m));
+        fmt::format("points scatter {:.1f} times as far as the survey's sigma of {:.2f} mm; sigmas are scaled up",
+                    result.residual_ratio, kMm * survey.point_sigma_m));
   }
   return result;
 }

@@ -163,7 +163,7 @@ MalagutiResult identify_malaguti(const MachineDescription& machine, std::span<co
         {kNames[at], kUnits[at], solution.parameters[k], std::sqrt(summary.covariance(k, k)), false});
   }
   summary.usable = summary.rank == summary.columns;
-  if (!summary.usable) summary.reasons.push_back("the motion does not tell all parameters apart");
+  if (!summary.usable) summary.reasons.push_back("the motion does not separate all parameters");
   return result;
 }
 

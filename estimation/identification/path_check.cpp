@@ -88,7 +88,7 @@ bool check_samples(const JointPath& path, Findings& findings) {
   for (std::size_t i = 0; i < path.joint_rad.size(); ++i) {
     const std::string when = " at " + number(path.step_s * static_cast<double>(i)) + " s";
     if (!path.joint_rad[i].allFinite()) {
-      findings.say("angle that is no number" + when);
+      findings.say("angle that is not a number" + when);
       return false;
     }
     if (acceleration_at(path, i).cwiseAbs().maxCoeff() > kJump_radps2) {

@@ -1,11 +1,12 @@
 #include "estimation/identification/survey_points.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
 #include "core/error.h"
-#include "core/format.h"
 #include "core/quantile.h"
 #include "machine/description.h"
 
@@ -79,8 +80,9 @@ class Selection {
     const CylinderDescription& cylinder = nominal_.cylinders[i];
     const double ratio = reading / (0.5 * (cylinder.min_length_m + cylinder.max_length_m));
     return std::string(kJointNames[i]) +
-           formatted(" encoder reads %.4g m, which no angle of the working range gives (cylinder %.3f to %.3f m)",
-                     reading, cylinder.min_length_m, cylinder.max_length_m) +
+           fmt::format(
+               " encoder reads {:.4g} m, which no angle of the working range gives (cylinder {:.3f} to {:.3f} m)",
+               reading, cylinder.min_length_m, cylinder.max_length_m) +
            (ratio > 300 && ratio < 3000 ? ": looks like millimetres" : "");
   }
 
@@ -105,9 +107,9 @@ class Selection {
       const LinkDescription& link = nominal_.links[static_cast<std::size_t>(i)];
       const double part = (high[i] - low[i]) / (link.max_rad - link.min_rad);
       if (part < kLeastSpread) {
-        result_.refusals.push_back(
-            std::string("the ") + kJointNames[static_cast<std::size_t>(i)] +
-            formatted(" moved over %.0f %% of its range; at least %.0f %% is needed", 100 * part, 100 * kLeastSpread));
+        result_.refusals.push_back(std::string("the ") + kJointNames[static_cast<std::size_t>(i)] +
+                                   fmt::format(" moved over {:.0f} % of its range; at least {:.0f} % is needed",
+                                               100 * part, 100 * kLeastSpread));
       }
     }
   }
@@ -142,7 +144,7 @@ class Selection {
         {"with x mirrored", [](const PlanarVector& p) { return PlanarVector(-p.x(), p.y()); }},
         {"with z mirrored", [](const PlanarVector& p) { return PlanarVector(p.x(), -p.y()); }},
         {"with x and z swapped", [](const PlanarVector& p) { return PlanarVector(p.y(), p.x()); }}};
-    std::string line = name + formatted(" is %.3g m off the drawing in the median (bound %.3g m)", off, bound);
+    std::string line = name + fmt::format(" is {:.3g} m off the drawing in the median (bound {:.3g} m)", off, bound);
     for (const auto& [mistake, change] : kMistakes) {
       if (median_off(link, change) <= bound) line += std::string(": looks ") + mistake;
     }
@@ -180,7 +182,7 @@ class Selection {
         if (off > kMostOff * reach_m_ + kMostSigmas * nominal_sigma(pose, link)) {
           result_.left_out.push_back("pose " + std::to_string(pose.number) + ": " +
                                      kPointNames[static_cast<std::size_t>(link)] +
-                                     formatted(" is %.3g m off the drawing", off));
+                                     fmt::format(" is {:.3g} m off the drawing", off));
           continue;
         }
         result_.points.push_back({pose.number, link, pose.survey->cylinder_m, at,

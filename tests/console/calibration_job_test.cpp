@@ -130,7 +130,7 @@ TEST_F(CalibrationJobTest, RollsBackNothingThatSomebodyElseWroteSince) {
       (void)roll_back(accepted);
       ADD_FAILURE() << "rolled back over it";
     } catch (const InputError& refused) {
-      EXPECT_EQ(refused.what(), target() + ": not rolled back: it is no longer what was accepted");
+      EXPECT_EQ(refused.what(), target() + ": not rolled back: the file has changed since it was accepted");
     }
     EXPECT_EQ(text_of(target()), "somebody else's");
     EXPECT_EQ(text_of(kept), "old");

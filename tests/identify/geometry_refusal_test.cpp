@@ -112,7 +112,7 @@ TEST(GeometryRefusal, TooSmallASigmaOfTheSurveyIsSeenAndWidensTheIntervals) {
   ASSERT_TRUE(result.summary.usable);
   EXPECT_NEAR(result.residual_ratio, 4, 0.6);
   ASSERT_FALSE(result.summary.reasons.empty());
-  EXPECT_TRUE(says(result.summary.reasons.back(), "sigmas are widened")) << result.summary.reasons.back();
+  EXPECT_TRUE(says(result.summary.reasons.back(), "sigmas are scaled up")) << result.summary.reasons.back();
   EXPECT_NEAR(result.summary.parameters[0].sigma, honest, 0.3 * honest);
 }
 

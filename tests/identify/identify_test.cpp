@@ -132,7 +132,7 @@ TEST_F(IdentifyProgram, GivesTheSameVerdictInItsWordsItsJsonAndThePapersPage) {
     EXPECT_TRUE(names(run.out, reason.get<std::string>())) << run.out;
     EXPECT_TRUE(names(page, "% of the")) << reason;
   }
-  EXPECT_TRUE(names(run.out, "at most 25 %")) << run.out;
+  EXPECT_TRUE(names(run.out, "limit 25 %")) << run.out;
   for (const auto& held : result["hold_out"]) {
     EXPECT_GT(held["tip_force_rms_N"], 10);
     EXPECT_GT(held["tip_wrench_rms_N"], held["tip_force_rms_N"]);
@@ -151,7 +151,7 @@ TEST(HeldOut, ObjectsToEachJointThatIsLeftUnexplainedAndToNothingElse) {
   EXPECT_EQ(objections(std::array{held(0.1, 0.1, 0.1), held(0.1, 0.26, 0.3)}, true).size(), 2U);
   EXPECT_TRUE(objections(std::array{held(nan, 0.1, 0.1)}, false).empty()) << "a joint that it does not model";
   EXPECT_EQ(objections(std::array{held(nan, 0.1, 0.1)}, true),
-            std::vector<std::string>{"the boom cannot be validated: nothing is held out that tells"});
+            std::vector<std::string>{"the boom cannot be validated: no held-out recording covers it"});
   EXPECT_EQ(objections(std::array{held(nan, nan, nan)}, false).size(), 1U);
   EXPECT_EQ(objections({}, false).size(), 1U);
 }
@@ -166,7 +166,7 @@ TEST(Identify, IsUsableOnlyWhereHeldOutMotionSaysSo) {
     data.hold_out = nothing;
     const Identified result = identify(data, "full");
     EXPECT_FALSE(result.summary.usable);
-    EXPECT_TRUE(names(result.summary.reasons.at(0), "nothing is held out")) << result.summary.reasons.at(0);
+    EXPECT_TRUE(names(result.summary.reasons.at(0), "no held-out recording")) << result.summary.reasons.at(0);
   }
 }
 
@@ -178,7 +178,7 @@ TEST(Identify, RefusesHeldOutMotionThatCannotJudge) {
   std::fill(data.hold_out[0].usable.begin(), data.hold_out[0].usable.end(), std::uint8_t{0});
   const Identified unknown = identify(data, "full");
   EXPECT_FALSE(unknown.summary.usable);
-  EXPECT_TRUE(names(unknown.summary.reasons.at(0), "nothing is held out")) << unknown.summary.reasons.at(0);
+  EXPECT_TRUE(names(unknown.summary.reasons.at(0), "no held-out recording")) << unknown.summary.reasons.at(0);
   data.hold_out = {recorded_motion()};
   for (auto& sample : data.hold_out[0].samples) {  // the lever hangs on the length alone, and so the torque
     const auto& first = recorded_motion().samples.front();
@@ -205,7 +205,7 @@ TEST(Identify, TakesOffTheSkewOfPressuresAndLengthsAndSaysSo) {
   const Identified straight = identify(data, "full");
   for (const std::string& reason : straight.summary.reasons) EXPECT_FALSE(names(reason, "than lengths")) << reason;
   for (const auto& [lag_s, told] :
-       {std::pair{0.1, " ms later than lengths: taken off"}, std::pair{-0.1, " ms earlier than lengths: taken off"}}) {
+       {std::pair{0.1, " ms later than lengths: corrected"}, std::pair{-0.1, " ms earlier than lengths: corrected"}}) {
     data.training = data.hold_out = {skewed(lag_s)};
     const Identified result = identify(data, "full");
     EXPECT_TRUE(result.summary.usable);
@@ -230,7 +230,7 @@ TEST(Identify, RefusesMoreSkewThanCanBeTakenOffAndRecordingsOfDifferentSkew) {
   data.training = {recorded_motion(), skewed(0.15)};
   const Identified mixed = identify(data, "full");
   EXPECT_FALSE(mixed.summary.usable);
-  EXPECT_TRUE(names(mixed.summary.reasons.at(0), "not one clock")) << mixed.summary.reasons.at(0);
+  EXPECT_TRUE(names(mixed.summary.reasons.at(0), "not sampled by one clock")) << mixed.summary.reasons.at(0);
 }
 
 TEST_F(IdentifyProgram, RefusesToValidateWithWhatItIdentifiesFrom) {
@@ -261,7 +261,7 @@ TEST_F(IdentifyProgram, SaysOfEveryValveWhyItStaysAsDrawn) {
   const ProgramRun run = identify({path("a.csv")});
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_TRUE(names(run.out, "boom valve: dead band")) << run.out;
-  EXPECT_TRUE(names(run.out, "arm valve: as drawn\n    arm: no stretch")) << run.out;
+  EXPECT_TRUE(names(run.out, "arm valve: the drawing's values are kept\n    arm: no stretch")) << run.out;
 }
 
 TEST_F(IdentifyProgram, RefusesAllZeroPressures) {
@@ -321,7 +321,7 @@ TEST_F(IdentifyProgram, NamesWhatIsWrongWithTheCommandOrItsFiles) {
       {{"--hold-out", path("a.csv")}, "named before --hold-out"},
       {{path("a.csv"), path("a.csv")}, "a.csv: is given twice"},
       {{path("a.csv"), "--hold-out", path("a.csv")}, "must not have been seen"},
-      {{path("a.csv"), "--hold-out", "nan"}, "--hold-out nan: no such file, nor a single share from 0.05 to 0.6"},
+      {{path("a.csv"), "--hold-out", "nan"}, "--hold-out nan: no such file, and not a single share from 0.05 to 0.6"},
       {{path("a.csv"), "--seed", "3"}, "--seed: only goes with --simulate or --ensemble"},
       {{path("a.csv"), "--slow", "50"}, "--slow: only goes with --simulate or --ensemble"},
       {{path("a.csv"), "--survey-sigma-mm", "3"}, "--survey-sigma-mm: only goes with --survey or --simulate"},
@@ -393,9 +393,9 @@ TEST(Identify, TellsCombinationsThatTheDataDoNotSeparateOneALine) {
                                "boom F_b does not show in the data"};
   result.summary.reasons = result.summary.indistinct;
   const std::string text = identify_summary(data, result);
-  EXPECT_TRUE(names(text, "usable: no - the data cannot tell apart J1, X1 and Z1\n")) << text;
+  EXPECT_TRUE(names(text, "usable: no - the data cannot separate J1, X1 and Z1\n")) << text;
   EXPECT_TRUE(names(text,
-                    "\n  cannot be told apart: J1, X1 and Z1; the data show only\n    the sum J1 + 2 X1\n"
+                    "\n  cannot be separated: J1, X1 and Z1; the data determine only\n    the sum J1 + 2 X1\n"
                     "    the sum Z1 - 3 X1\n  boom F_b does not show in the data\n"))
       << text;
   EXPECT_FALSE(names(text, "note:")) << text;

@@ -67,14 +67,14 @@ TEST(SurveyFile, RefusesWhatIsNoSurveyWithRowAndColumn) {
             "row 3: bucket_encoder_m = 'one': must be a number");
   EXPECT_EQ(refusal(kHeader + "0.9,,1,2.6,-0.3\n"), "row 2: arm_encoder_m = '': must be a number");
   EXPECT_EQ(refusal(kHeader + "0.9,1.1,1,2.6\n"), "row 2: 4 cells, but 5 columns");
-  EXPECT_EQ(refusal(kHeader + "0.9,1.1,1,2.6,\n"), "row 2: tip_x and tip_z: both or none must be there");
+  EXPECT_EQ(refusal(kHeader + "0.9,1.1,1,2.6,\n"), "row 2: tip_x and tip_z: give both or none");
   EXPECT_EQ(refusal("boom_encoder_m,arm_encoder_m,tip_x_m,tip_z_m\n1,1,1,1\n"), "row 1: no column 'bucket_encoder_m'");
   EXPECT_EQ(refusal("boom_encoder_m,arm_encoder_m,bucket_encoder_m,tip_x_m\n1,1,1,1\n"),
             "row 1: column 'tip_z_m' is missing beside 'tip_x'");
   EXPECT_EQ(refusal("boom_encoder_m,arm_encoder_m,bucket_encoder_m\n1,1,1\n"),
             "row 1: no surveyed point: arm_pin, bucket_pin or tip, each with _x_m and _z_m");
   EXPECT_EQ(refusal("boom_encoder_m,boom_encoder_mm,bucket_encoder_m\n1,1,1\n"),
-            "row 1: column 'boom_encoder_mm' is there twice");
+            "row 1: column 'boom_encoder_mm' appears twice");
   EXPECT_EQ(refusal("boom_encoder,x\n1,1\n").substr(0, 37), "row 1: unknown column 'boom_encoder';");
 }
 

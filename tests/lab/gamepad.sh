@@ -77,7 +77,7 @@ stop candump
 cp knuckle-events.csv "$result/events.csv"
 grep -e ' 21[012]#' -e ' 1B1#' "$wire" > "$judged"
 
-engaged=$(told_at 'machine: engaged') gone=$(told_at 'gamepad is gone') again=$(told_at 'gamepad is there again')
+engaged=$(told_at 'machine: engaged') gone=$(told_at 'gamepad disconnected') again=$(told_at 'gamepad connected again')
 stopped=$(told_at 'Stop pressed')
 out=$(moved "$engaged" "$gone") in=$(moved "$pressed" "$stopped")
 check "bumper held, left stick forward: the arm goes out, $out steps" test "$out" -lt -200

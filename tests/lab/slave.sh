@@ -31,7 +31,7 @@ machine_alone() {
   stop recorder
   check "$1: within a second all nodes are set up and all sensors alive" json "$1" '.modes[] | select(.mode == "ready") | .at_s < 1'
   check "$1: engaging is impossible without an operator's side" json "$1" '.modes | map(.mode) == ["self_test", "ready", "off"]'
-  check "$1: ... and the slave says why" holds "$result/$1.slave.log" 'ready, link_lost: no newer packet over the link'
+  check "$1: ... and the slave says why" holds "$result/$1.slave.log" 'ready, link_lost: no new packet over the link'
   check "$1: no fault" json "$1" '.faults == []'
   check "$1: SYNC comes 200 times a second" at_least "$1" 392 '080#'
   check "$1: all 14 nodes are operational" heartbeats "$1"

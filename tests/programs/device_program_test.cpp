@@ -168,7 +168,7 @@ TEST(DeviceCommands, RefuseWhatTheyCannotDoInOneLine) {
            Refusal{{"device", "--gadget", "/nowhere/hidg0"},
                    "--gadget /nowhere/hidg0: cannot be opened: No such file or directory"},
            Refusal{{"device", "--gadget", "/dev/null", "--scenario", "wall_contact"},
-                   "--scenario wall_contact: the operator must see the machine: needs --screen"},
+                   "--scenario wall_contact: needs --screen: the simulated operator must see the machine"},
            Refusal{{"device", "--gadget", "/dev/null", "--operator", "strong"},
                    "--operator strong: must be one of relaxed, normal, co_contracted, light_grip"},
            Refusal{{"calibrate-device", "--device", "serial", "--out", "/tmp/never.toml"},

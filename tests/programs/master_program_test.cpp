@@ -123,7 +123,7 @@ TEST(ProgramThreads, AnOperatorsSideThatEndsLetsGoOfMachineAndDevice) {
   std::optional<DeviceState> state;
   ASSERT_TRUE(eventually([&] { return (state = desk.last_state()).has_value(); }));
   EXPECT_EQ(state->status & kDeviceTorqueOn, 0) << "no torque";
-  EXPECT_TRUE(desk.said.says("stopped: let go of machine and device"));
+  EXPECT_TRUE(desk.said.says("stopped: machine and device released"));
   EXPECT_EQ(desk.outcome.records_lost, 0U);
   EXPECT_GT(desk.outcome.round_trip.count(), 0U);
   ASSERT_TRUE(desk.outcome.machine_status) << "the machine's side told of itself";

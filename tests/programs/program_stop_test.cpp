@@ -148,7 +148,7 @@ TEST_F(ProgramStopThreads, EndsAlsoWhereNobodyReadsItsResult) {
   ASSERT_TRUE(program.ends_within(kHangs));
   const ProgramRun run = program.wait();
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_NE(run.err.find("--json -: cannot be written: nobody reads it"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("--json -: cannot be written: no reader took it in time"), std::string::npos) << run.err;
 }
 
 TEST_F(ProgramStopThreads, TheOperatorsSideEndsWhileNobodyReadsWhatItSaysAndWrites) {

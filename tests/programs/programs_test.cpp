@@ -163,7 +163,7 @@ TEST(ProgramThreads, NodesBreakAsPlannedAndTheMachineSideSaysWhatIsWrong) {
   ++site.signals;
   ASSERT_TRUE(eventually([&] { return site.slave_said.says("fault sensor_stale: node 0x31"); }))
       << site.slave_said.text();
-  EXPECT_TRUE(eventually([&] { return site.node_said.says("broken: node_silent:arm_encoder@usr1"); }));
+  EXPECT_TRUE(eventually([&] { return site.node_said.says("fault injected: node_silent:arm_encoder@usr1"); }));
   site.end_slave();
   site.end_node();
   ASSERT_EQ(site.node.faults.size(), 1U);
@@ -301,7 +301,7 @@ TEST(ProgramThreads, NodesWhoseControllerWasRestartedAfterABusOffAreThereAgain) 
     programs::ProgramConsole console("node", said.stream, false);
     (void)programs::run_node(setup, bus, {[&] { return !end; }, console}, signals);
   });
-  EXPECT_TRUE(eventually([&] { return said.says("mended: node_emergency"); }));
+  EXPECT_TRUE(eventually([&] { return said.says("fault ended: node_emergency"); }));
   EXPECT_EQ(bus.sent(), 0) << "off the bus";
   bus.restart();
   EXPECT_TRUE(eventually([&] { return bus.sent() > 0; }));

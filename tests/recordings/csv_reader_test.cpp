@@ -207,7 +207,7 @@ TEST(CsvReader, RefusesWithOneLineWhatCannotBeRead) {
        "1 usable rows of 5, at least 4 are needed; 4 x repeated time (left out) in t: row 3-6"},
       {"t,B,P\n0,1,10\n", "row 1: no column 'A'"},
       {"t;A;P\n0;1;10\n", "row 1: no column 't'"},
-      {"t,A,A,P\n0,1,1,10\n", "row 1: column 'A' is there twice"},
+      {"t,A,A,P\n0,1,1,10\n", "row 1: column 'A' appears twice"},
       {"t,A,P\n0,1,10\n0.1,\"2,20\n0.2,3,30\n0.3,4,40\n", "row 3: a quote"},
       {"t,A,P\n0,1,10\n0.1,2\"x\",20\n0.2,3,30\n0.3,4,40\n", "row 3: a quote"},
   };

@@ -317,13 +317,13 @@ TEST(CanHealth, SaysWhatIsWrongAndWhatToDo) {
   health.on_send_error(ENOBUFS);
   EXPECT_TRUE(says(health, "nothing goes out"));
   health.on_error_frame(CAN_ERR_CRTL, passive);
-  EXPECT_TRUE(says(health, "not one frame heard: wrong bit rate")) << health.diagnosis("can7");
+  EXPECT_TRUE(says(health, "no frame received: wrong bit rate")) << health.diagnosis("can7");
   health.on_received();
   EXPECT_TRUE(says(health, "many frames are damaged")) << health.diagnosis("can7");
   health.on_error_frame(CAN_ERR_CRTL, {0, CAN_ERR_CRTL_ACTIVE});
   EXPECT_EQ(health.diagnosis("can7"), "");
   health.on_error_frame(CAN_ERR_CRTL, passive);
-  EXPECT_TRUE(says(health, "nothing heard since")) << health.diagnosis("can7");
+  EXPECT_TRUE(says(health, "no frame received since")) << health.diagnosis("can7");
   health.on_error_frame(CAN_ERR_BUSOFF, {});
   EXPECT_TRUE(says(health, "ip link set can7 type can restart"));
   health.on_error_frame(CAN_ERR_RESTARTED, {});

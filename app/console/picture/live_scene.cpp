@@ -12,7 +12,7 @@ void LiveScene::begin(const sim::WorldDescription& world) {
 }
 
 void LiveScene::watch(const sim::WorldEventRing& events) {
-  if (events.count < read_) begin(world_);  // the session was begun anew
+  if (events.count < read_) begin(world_);  // the session was restarted
   if (events.count == read_) return;
   constexpr auto kCapacity = sim::WorldEventRing::kCapacity;
   read_ = std::max(read_, events.count > kCapacity ? events.count - kCapacity : 0);

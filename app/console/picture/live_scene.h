@@ -1,4 +1,4 @@
-// What stands around the machine of a simulated session while it goes on: walls break, pieces fall and are taken.
+// What stands around the machine of a simulated session while it runs: walls break, pieces fall and are taken.
 #pragma once
 
 #include <cstdint>

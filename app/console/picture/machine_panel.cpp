@@ -79,7 +79,7 @@ void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light
   p.measured_is_stale = stale;
   p.commanded_rad = view.hand.set_point_rad;
   p.hand_rad = view.hand.ghost_rad;
-  // Before somebody leads or takes hold, both are where a loop began: nobody told the machine, nor asks for it.
+  // Before the machine is led or the device held, both are a loop's initial values: neither commanded nor requested.
   p.show_commanded = !view.hand.device && view.link.heard && led(m.mode);
   p.show_hand = p.show_commanded || (!view.hand.device && view.link.heard && view.hand.presence);
   if (view.link.heard && !stale) {

@@ -17,7 +17,7 @@ struct MachinePicture {
   JointVector measured_rad = JointVector::Zero();  ///< Drawn solid.
   bool measured_is_stale = false;                  ///< Drawn grey.
   JointVector commanded_rad = JointVector::Zero();
-  bool show_commanded = false;  ///< Outline of where the machine was told to be.
+  bool show_commanded = false;  ///< Outline of the commanded pose.
   JointVector hand_rad = JointVector::Zero();
   bool show_hand = false;  ///< Translucent: where the operator's hand asks to be.
   PlanarVector tip_force_N = PlanarVector::Zero();

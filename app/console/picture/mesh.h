@@ -10,7 +10,7 @@
 
 namespace knuckle::console::picture {
 
-/// What a surface is made of; the colours are somebody else's.
+/// What a surface is made of; the colours are chosen elsewhere.
 enum class Material : std::uint8_t {
   kPaint,
   kTrim,

@@ -1,5 +1,5 @@
-// Colours of the machine's picture, light and dark: blue, green and vermilion of Okabe and Ito for what is told,
-// asked for and felt, which people with any colour vision tell apart; the machine itself and the world stay muted.
+// Colours of the machine's picture, light and dark: blue, green and vermilion of Okabe and Ito for what is commanded,
+// requested and felt, which people with any colour vision tell apart; the machine itself and the world stay muted.
 #pragma once
 
 #include <Eigen/Core>

@@ -49,13 +49,13 @@ void tags(const widgets::Ui& ui, const ConsoleData& data, widgets::Area& area) {
   if (fresh.heard) {
     const widgets::Shown age =
         fresh.age_s < 1 ? widgets::shown("%.0f ms", fresh.age_s * 1e3) : widgets::shown_duration(fresh.age_s);
-    tag(widgets::Icon::kLink, widgets::shown("heard %s ago", age.c_str()).c_str(),
+    tag(widgets::Icon::kLink, widgets::shown("received %s ago", age.c_str()).c_str(),
         fresh.stale() ? t.colours.notice : quiet);
   }
   if (view.simulated)
     tag(widgets::Icon::kCircle, "SIMULATED", widgets::mix(t.colours.surface, t.colours.accent, 0.35F));
   if (view.paused) tag(widgets::Icon::kPause, "PAUSED", t.colours.notice);
-  if (view.hand.warning) tag(widgets::Icon::kWarning, "FORCE LOWERED", t.colours.notice);
+  if (view.hand.warning) tag(widgets::Icon::kWarning, "FORCE REDUCED", t.colours.notice);
 }
 
 /// What keeps this console from knowing how the machine is; nothing where it does.
@@ -66,14 +66,15 @@ struct Silence {
 Silence silence(const ConsoleView& view, double view_age_s) {
   const auto for_so_long = [](double seconds) { return std::string(widgets::shown_duration(seconds).c_str()); };
   if (view_age_s > widgets::kLoopSilent_s)
-    return {"this console's own loop has stood still for " + for_so_long(view_age_s), "close the console, begin anew"};
+    return {"this console's own loop has not run for " + for_so_long(view_age_s),
+            "close the console and start it again"};
   if (!view.link.heard)
-    return {"nothing heard from the machine's side yet", "check that it runs, or leads for another operator"};
+    return {"nothing received from the machine's side yet", "check that it runs and serves no other operator"};
   const widgets::Freshness fresh = machine_freshness(view).after(view_age_s);
-  // It says OFF only as it begins and as its last word.
+  // It reports OFF only as it starts and in its last message.
   if (fresh.stale() && view.machine.mode == Mode::kOff)
-    return {"the machine's side has ended, " + for_so_long(fresh.age_s) + " ago", "start it again to go on"};
-  if (fresh.stale()) return {"the machine has not been heard for " + for_so_long(fresh.age_s), "check the network"};
+    return {"the machine's side has ended, " + for_so_long(fresh.age_s) + " ago", "start it again to continue"};
+  if (fresh.stale()) return {"nothing received from the machine for " + for_so_long(fresh.age_s), "check the network"};
   return {};
 }
 
@@ -81,7 +82,7 @@ Silence silence(const ConsoleView& view, double view_age_s) {
 std::string blocking_words(const ConsoleView& view, HandSource hand) {
   const ReasonCode code = view.machine.blocking.code;
   const bool waits = code == ReasonCode::kNoPresence || code == ReasonCode::kEnableNotPressed;
-  if (waits && view.led_by_scenario) return "the scenario's operator has not taken hold yet";
+  if (waits && view.led_by_scenario) return "the scenario's operator does not hold the device yet";
   if (waits && hand == HandSource::kKeyboard) return "hold Shift (enable) and move with Q A W S E D";
   if (waits && hand == HandSource::kGamepad) return "hold the right bumper (enable) and move with the sticks";
   return text(view.machine.blocking);
@@ -90,10 +91,11 @@ std::string blocking_words(const ConsoleView& view, HandSource hand) {
 /// What there is to do now, or nothing.
 std::string what_blocks(const ConsoleView& view, const AtWindow& person) {
   if (view.hand.device) return text(view.hand.device);
-  if (view.input.unattended) return "this window does not have the keyboard: click into it to lead the machine";
-  if (view.input.release_enable) return "let go of enable first: while the window was away nobody held it";
-  if (person.typing && person.enable_ignored) return "enable does not count while text is typed: leave the field first";
-  if (person.enable_ignored) return "let go of enable, then press it again";
+  if (view.input.unattended) return "this window does not have the keyboard focus: click into it to lead the machine";
+  if (view.input.release_enable) return "release enable, then press it again: without the focus it counted as released";
+  if (person.typing && person.enable_ignored)
+    return "enable is ignored while a text field is active: leave the field first";
+  if (person.enable_ignored) return "release enable, then press it again";
   if (view.machine.blocking) return blocking_words(view, person.hand);
   return view.machine.mode == Mode::kEngaged ? "the machine follows the hand" : "";
 }
@@ -150,12 +152,12 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
   if (stop && !unheard.what.empty())
     return "Stop is pressed, but " + unheard.what + ": do not rely on it, use the machine's own E-stop";
   const bool paused = view.paused && view_age_s <= widgets::kLoopSilent_s;
-  // A machine that has heard of it is in a fault.
+  // A machine that received it is in a fault.
   const bool unconfirmed = led(view.machine.mode) || view.machine.mode == Mode::kReady;
-  if (stop && paused && unconfirmed) return "Stop is pressed; it acts when the session goes on: press P";
+  if (stop && paused && unconfirmed) return "Stop is pressed; it acts when the session resumes: press P";
   if (stop && unconfirmed) return "Stop is pressed; the machine has not confirmed it yet";
   if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace";
-  if (paused) return "paused: P goes on";
+  if (paused) return "paused: press P to resume";
   if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
   const std::string next = what_blocks(view, person);
   if (!view.machine.fault) return next;

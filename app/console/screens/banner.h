@@ -13,7 +13,7 @@ struct AtWindow {
   bool typing = false;          ///< Text, into a field.
   bool enable_ignored = false;  ///< Enable's key is held, but was pressed while text was typed, or before the window.
 };
-/// The one line of what is to be done, or of what goes on. @param view_age_s since the loops last put a view.
+/// The one line that says what to do, or what happens now. @param view_age_s since the loops last put a view.
 [[nodiscard]] std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
                                         const AtWindow& person = {});
 /// "SELF-TEST", ...

@@ -45,7 +45,7 @@ void CalibrationPanel::enter() {
   const bool number = end.ec == std::errc() && end.ptr == text.data() + text.size();
   if (number && value >= low && value <= high) return answer(text);
   typed = {};
-  refused_ = text + " is not within " + number_text(low) + " to " + number_text(high) + ": type another";
+  refused_ = text + " is not within " + number_text(low) + " to " + number_text(high) + ": enter another value";
 }
 
 void CalibrationPanel::cancel() {
@@ -58,8 +58,8 @@ void CalibrationPanel::take_back() {
     const std::string kept = roll_back(accepted);
     accepted_ = false;
     problem_ = "rolled back: " + accepted.file +
-               (accepted.kept.empty() ? " is gone, as before" : " is the one before again") +
-               "; what was accepted is kept as " + kept;
+               (accepted.kept.empty() ? " is removed, there was none before" : " is the previous one again") +
+               "; the accepted one is kept as " + kept;
   } catch (const InputError& error) {
     problem_ = error.what();
   }

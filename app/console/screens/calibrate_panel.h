@@ -1,4 +1,4 @@
-// What the Calibrate screen keeps: the job, what it last told, and what the person types.
+// What the Calibrate screen keeps: the job, its last state, and what the person types.
 #pragma once
 
 #include <array>
@@ -26,10 +26,10 @@ class CalibrationPanel {
   [[nodiscard]] bool can_roll_back() const noexcept { return accepted_; }
 
   void begin();
-  /// Takes what the job has told since; once a frame.
+  /// Takes the job's newest state; once a frame.
   void update();
   void answer(const std::string& word);
-  /// Answers with the number typed; one that the question does not take is refused, and the question goes on waiting.
+  /// Answers with the number typed; a number outside the question's bounds is refused, and the question stays open.
   void enter();
   /// Why the number typed last was refused; empty: it was not.
   [[nodiscard]] const std::string& refused() const noexcept { return refused_; }

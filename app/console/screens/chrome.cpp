@@ -25,12 +25,12 @@ constexpr std::array<Entry, static_cast<std::size_t>(Screen::kCount)> kScreens{{
     {Screen::kEvents, widgets::Icon::kList, "Events", "F6"},
 }};
 
-/// What the help tells beside the keys of the console itself.
+/// What the help shows beside the keys of the console itself.
 constexpr std::array<std::pair<const char*, const char*>, 4> kPointing{
-    {{"Tab, arrows", "through buttons and sliders"},
-     {"Enter", "presses the one that is framed"},
-     {"Mouse", "side view: pulls the bucket's tip"},
-     {"Mouse", "orbit: turns; right: shifts; wheel: closer"}}};
+    {{"Tab, arrows", "move between buttons and sliders"},
+     {"Enter", "press the framed one"},
+     {"Mouse", "side view: drag the bucket's tip"},
+     {"Mouse", "orbit: drag turns, right pans, wheel zooms"}}};
 
 void rail_entry(const widgets::Ui& ui, const Entry& entry, std::size_t open, UiState& state,
                 const widgets::Area& area) {
@@ -116,7 +116,7 @@ void simulation_card(const widgets::Ui& ui, const ConsoleData& data, UiState& st
   const widgets::Area buttons = rest.cut_top(t.px(36));
   const widgets::Area left = buttons.column(0, 2, t.unit()), right = buttons.column(1, 2, t.unit());
   if (widgets::button(ui, left, state.paused ? widgets::Icon::kPlay : widgets::Icon::kPause,
-                      state.paused ? "Go on" : "Pause", state.paused))
+                      state.paused ? "Resume" : "Pause", state.paused))
     state.paused = !state.paused;
   // Stands out while what is chosen is not what runs.
   if (widgets::button(ui, right, widgets::Icon::kReset, "Reset", !(choice == state.running))) ++state.reset_count;
@@ -160,7 +160,7 @@ void draw_stop(const widgets::Ui& ui, UiState& state, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
   const widgets::Palette& c = t.colours;
   ImGui::SetCursorScreenPos(area.min);
-  // Acts when it is pressed, not when it is let go.
+  // Acts when it is pressed, not when it is released.
   ImGui::InvisibleButton("Stop", area.size());
   if (ImGui::IsItemActivated()) state.stop = true;
   const ImU32 fill = state.stop ? widgets::mix(c.stop, c.background, 0.45F) : c.stop;
@@ -185,7 +185,7 @@ void draw_side_column(const widgets::Ui& ui, const ConsoleData& data, UiState& s
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
   draw_stop(ui, state, area.cut_bottom(t.px(96), gap));
-  // Never where Stop is: a second, hasty click must not let go.
+  // Never where Stop is: a second, hasty click must not release it.
   if (state.stop && button(ui, area.cut_bottom(t.px(40), gap), widgets::Icon::kNone, "Release (Ctrl+Backspace)"))
     state.stop = false;
   hand_card(ui, data, area.cut_top(t.px(152), gap));
@@ -205,10 +205,9 @@ void draw_help(const widgets::Ui& ui, const widgets::Area& area) {
                     "F12 closes");
   rest.cut_top(t.px(38));
   const widgets::Area note = rest.cut_bottom(t.px(48), t.unit());
-  widgets::put_lines(
-      t.fonts.small, t.colours.notice, note,
-      "Stop is software: it asks the machine's side to stop over the link. It is no emergency stop; the machine "
-      "has its own, hard-wired.");
+  widgets::put_lines(t.fonts.small, t.colours.notice, note,
+                     "Stop is software: it requests the machine's side over the link to stop. It is not an emergency "
+                     "stop; the machine has its own, hard-wired.");
   std::size_t lines = kPointing.size();
   for (const KeyBinding& b : kKeys) lines += *b.keys != '\0';
   const std::size_t half = (lines + 1) / 2;

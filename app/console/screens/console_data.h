@@ -45,8 +45,8 @@ struct ConsoleData {
   constexpr double kLimit_s = 0.25;  // sent 200 times a second
   return {view.link.heard, view.link.silence_s, kLimit_s};
 }
-/// How fresh what its sensors say is: pose, pressures, force, payload. It goes on sending the last of it when they are
-/// mute.
+/// How fresh what its sensors say is: pose, pressures, force, payload. It continues to send the last values when they
+/// are mute.
 [[nodiscard]] inline widgets::Freshness measured_freshness(const ConsoleView& view) {
   const SlaveMessage& m = view.machine;
   widgets::Freshness fresh = machine_freshness(view).after(std::max(0.0, to_seconds(m.sent_at - m.sensor_at)));

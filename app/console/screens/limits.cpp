@@ -34,19 +34,19 @@ bool limit_chips(const widgets::Ui& ui, std::uint16_t limits, const widgets::Are
 std::string confidence_words(const ConsoleView& view) {
   using namespace estimation;
   constexpr std::array<std::pair<ConfidenceReason, const char*>, 8> kWords{
-      {{kBadInput, "sensors are not usable"},
+      {{kBadInput, "sensor values are not usable"},
        {kNearSingular, "arm near straight or bucket near its end"},
-       {kResidual, "the joints disagree: touched elsewhere, or a sensor is off"},
+       {kResidual, "the joints disagree: contact elsewhere than at the tip, or a sensor error"},
        {kEndStop, "a cylinder is at its end stop"},
        {kReliefOpen, "a relief valve is open"},
-       {kStuckFriction, "standing: friction hides small forces"},
+       {kStuckFriction, "at rest: friction hides small forces"},
        {kFastMotion, "fast motion"},
        {kNotTared, "still learning this machine's free motion"}}};
-  if (status_freshness(view).stale()) return "the machine does not tell why";
+  if (status_freshness(view).stale()) return "the machine reports no cause";
   std::string words;
   for (const auto& [bit, why] : kWords)
     if ((view.status.force_doubts & bit) != 0) words += (words.empty() ? "" : ", ") + std::string(why);
-  return words.empty() ? "nothing in the way" : words;
+  return words.empty() ? "no known disturbance" : words;
 }
 
 }  // namespace knuckle::console::screens

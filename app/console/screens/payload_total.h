@@ -1,4 +1,4 @@
-// How much has been carried away: each load once, when it is let go.
+// How much has been carried away: each load once, when it is released.
 #pragma once
 
 #include "core/time.h"
@@ -13,7 +13,7 @@ class PayloadTotal {
  public:
   /// @param least_kg what counts as a load on this machine.
   explicit PayloadTotal(double least_kg) : least_kg_(least_kg) {}
-  /// Of what is known to be so now: not to be called while the machine is not heard.
+  /// Only for current values: not to be called while no packets are received.
   void watch(const SlaveMessage& machine, Time now);
   void clear();
   [[nodiscard]] double total_kg() const noexcept { return total_kg_; }
@@ -24,7 +24,7 @@ class PayloadTotal {
   double total_kg_ = 0, load_kg_ = 0, load_sigma_kg_ = 0;
   int loads_ = 0;
   bool carrying_ = false;
-  Time since_ = kNever, seen_ = kNever;  ///< Carried, or let go.
+  Time since_ = kNever, seen_ = kNever;  ///< Carried, or released.
 };
 
 }  // namespace knuckle::console::screens

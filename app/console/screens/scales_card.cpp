@@ -13,7 +13,7 @@ constexpr float kLeastLimit_N = session::kLeastAssist_N, kMostLimit_N = 5000;   
 /// Who keeps the person from moving it.
 enum class Lock : std::uint8_t { kNone, kLed, kScenario };
 
-/// At the right end of a setting's line: what is in use while that is not what is asked for, else what locks it.
+/// At the right end of a setting's line: what is in use while that differs from the request, else what locks it.
 void remark(const widgets::Ui& ui, const widgets::Area& line, Lock lock, bool differs, const char* in_use) {
   const widgets::Theme& t = ui.theme;
   const float y = line.centre().y;

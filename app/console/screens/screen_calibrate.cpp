@@ -74,9 +74,10 @@ void begin_card(const widgets::Ui& ui, const ConsoleData& data, CalibrationPanel
   const std::string& told = panel.problem().empty() ? panel.state().outcome : panel.problem();
   if (!told.empty()) paragraph(t, t.fonts.body_bold, t.colours.text, rest, told);
   if (panel.can_roll_back())
-    paragraph(t, t.fonts.body, t.colours.text, rest,
-              "This session goes on with the machine file it began with. For the new one: knuckle console --machine " +
-                  panel.state().accepted.value_or(Acceptance{}).file);
+    paragraph(
+        t, t.fonts.body, t.colours.text, rest,
+        "This session continues with the machine file it started with. To use the new one: knuckle console --machine " +
+            panel.state().accepted.value_or(Acceptance{}).file);
 }
 
 void number_answer(const widgets::Ui& ui, CalibrationPanel& panel, const bringup::Question& question,
@@ -96,7 +97,7 @@ void number_answer(const widgets::Ui& ui, CalibrationPanel& panel, const bringup
 }
 
 const char* work_words(CalibrationStage stage) {
-  if (by_wizard(stage)) return "at work: calibration's own simulated machine may move";
+  if (by_wizard(stage)) return "working: calibration's own simulated machine may move";
   if (stage == CalibrationStage::kHoldOut) return "identifying and checking";
   return "recording calibration's own simulated machine, faster than real time";
 }
@@ -149,10 +150,10 @@ void said_card(const widgets::Ui& ui, const CalibrationState& state, const widge
   }
 }
 
-/// Falls with every pose that tells something new.
+/// Falls with every pose that adds information.
 void condition_card(const widgets::Ui& ui, const CalibrationState& state, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
-  const widgets::Card card(ui, "HOW WELL THE POSES TELL THE LINKS' WEIGHTS APART", area);
+  const widgets::Card card(ui, "HOW WELL THE POSES SEPARATE THE LINKS' WEIGHTS", area);
   widgets::Area rest = card.inside();
   const std::vector<double>& all = state.condition_numbers;
   widgets::Area line = rest.cut_top(t.px(44), t.unit());
@@ -190,7 +191,7 @@ void condition_card(const widgets::Ui& ui, const CalibrationState& state, const 
 
 void hold_out_card(const widgets::Ui& ui, const CalibrationState& state, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
-  const widgets::Card card(ui, "HELD-OUT TORQUE LEFT UNEXPLAINED (RMS, SHARE OF ITS SPREAD)", area);
+  const widgets::Card card(ui, "TORQUE ERROR ON HELD-OUT MOTION (RMS / STANDARD DEVIATION)", area);
   widgets::Area rest = card.inside();
   const auto line = [&](const char* what, const std::array<std::string, kJoints>& cells, const ImFont* font) {
     const widgets::Area row = rest.cut_top(t.px(28));

@@ -29,7 +29,7 @@ void export_shown(const EventBook& events, const EventFilter& filter, UiState& s
   try {
     const std::string kept = events.export_csv(state.export_path, filter);
     state.export_result = ";  written: " + state.export_path;
-    if (!kept.empty()) state.export_result += ", the one before kept as " + kept;
+    if (!kept.empty()) state.export_result += ", the previous file is kept as " + kept;
   } catch (const InputError& error) {
     state.export_result = std::string(";  ") + error.what();
   }
@@ -103,8 +103,8 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
 }
 
 std::string count_words(const EventBook& events, std::size_t shown) {
-  std::string words = std::to_string(shown) + " shown, " + std::to_string(events.rows().size()) + " in all";
-  if (events.forgotten() > 0) words += ", " + std::to_string(events.forgotten()) + " older ones forgotten";
+  std::string words = std::to_string(shown) + " shown, " + std::to_string(events.rows().size()) + " in total";
+  if (events.forgotten() > 0) words += ", " + std::to_string(events.forgotten()) + " older ones dropped";
   if (events.forgotten_open() > 0)
     words += ", " + std::to_string(events.forgotten_open()) + " of them not acknowledged";
   return words;

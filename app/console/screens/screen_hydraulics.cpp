@@ -85,7 +85,7 @@ void hydraulics_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::
   widgets::Area right = area.cut_right(t.px(300), gap);
   flow_card(ui, data, right.cut_top(t.px(data.view.simulated ? 258.F : 200.F), gap));
   {
-    const widgets::Card card(ui, "LIMITS BEING HIT", right, machine_freshness(data.view));
+    const widgets::Card card(ui, "ACTIVE LIMITS", right, machine_freshness(data.view));
     if (!limit_chips(ui, data.view.machine.limits, card.inside()))
       widgets::put_text(t.fonts.body, t.colours.muted, {card.inside().min.x, card.inside().min.y + t.px(13)},
                         widgets::Align::kLeft, "none");

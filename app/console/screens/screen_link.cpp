@@ -22,10 +22,9 @@ void time_left_card(const widgets::Ui& ui, const ConsoleView& view, const widget
   widgets::put_text(t.fonts.body, t.colours.muted, {x, line.centre().y + t.px(4)}, widgets::Align::kLeft,
                     widgets::shown("ms of %.0f ms", link.neutral_after_s * 1e3).c_str());
   widgets::bar(ui, rest.cut_top(t.px(26), t.unit()), 0, share, colour);
-  widgets::put_lines(
-      t.fonts.small, t.colours.muted, rest,
-      "Counted from the newest message heard here. The machine counts on its own, from ours, and closes its "
-      "valves when it has heard nothing for as long.");
+  widgets::put_lines(t.fonts.small, t.colours.muted, rest,
+                     "Counted here from the newest packet received. The machine counts from the newest one it "
+                     "received, and closes its valves when its time is up.");
 }
 
 void figures_card(const widgets::Ui& ui, const ConsoleView& view, const widgets::Area& area) {
@@ -39,8 +38,8 @@ void figures_card(const widgets::Ui& ui, const ConsoleView& view, const widgets:
   row("Round trip now", link.round_trip_s * 1e3, "%.1f", "ms");
   row("Round trip p50", to_seconds(link.round_trip.quantile(0.5)) * 1e3, "%.1f", "ms");
   row("Round trip p99", to_seconds(link.round_trip.quantile(0.99)) * 1e3, "%.1f", "ms");
-  row("Lost on the way here", link.loss * 100, "%.2f", "%");
-  row("Age of the newest", (link.silence_s + ui.view_age_s) * 1e3, "%.0f", "ms");
+  row("Lost, machine to here", link.loss * 100, "%.2f", "%");
+  row("Age of newest packet", (link.silence_s + ui.view_age_s) * 1e3, "%.0f", "ms");
 }
 
 }  // namespace
@@ -59,9 +58,9 @@ void link_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area a
   };
   plot(0, "ROUND TRIP", "Operator to machine and back", view.link.round_trip, {262144ns, 2147483648ns},
        t.colours.series[0]);
-  plot(1, "ARRIVAL", "Distance from the period at which the machine sends", view.link.arrival_jitter,
-       {8192ns, 536870912ns}, t.colours.series[1]);
-  plot(2, "HAND TO VALVE", "Device report to valve command on the wire", view.link.hand_to_valve,
+  plot(1, "ARRIVAL", "Deviation from the machine's sending period", view.link.arrival_jitter, {8192ns, 536870912ns},
+       t.colours.series[1]);
+  plot(2, "HAND TO VALVE", "Device report to valve command on the bus", view.link.hand_to_valve,
        {262144ns, 2147483648ns}, t.colours.series[2]);
 }
 

@@ -99,7 +99,7 @@ void payload_card(const widgets::Ui& ui, const ConsoleData& data, const widgets:
 
 void limits_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
-  const widgets::Card card(ui, "LIMITS BEING HIT", area, machine_freshness(data.view));
+  const widgets::Card card(ui, "ACTIVE LIMITS", area, machine_freshness(data.view));
   if (limit_chips(ui, data.view.machine.limits, card.inside())) return;
   const ImVec2 at{card.inside().min.x, card.inside().min.y + t.px(13)};
   widgets::draw_icon(canvas(), widgets::Icon::kCheck, {at.x + t.px(9), at.y}, t.px(16), widgets::ink(t.colours.good));
@@ -179,7 +179,7 @@ widgets::Area picture_area(const widgets::Ui& ui, const ConsoleData& data, const
                     widgets::Align::kRight, "V: view");
   const picture::PictureColours colours = t.light ? picture::light_picture_colours() : picture::dark_picture_colours();
   const auto packed = [](const picture::Rgb& c) { return ImGui::ColorConvertFloat4ToU32({c.x(), c.y(), c.z(), 1}); };
-  key(packed(colours.commanded), "told to be");
+  key(packed(colours.commanded), "commanded");
   key(packed(colours.hand), "hand");
   key(packed(colours.force), "force");
   return area;

@@ -30,10 +30,10 @@ void own_loop_cards(const widgets::Ui& ui, const ConsoleData& data, widgets::Are
   const double period_s = to_seconds(loop.period);
   const widgets::HistogramRange range{1024ns, 134217728ns, period_s, "period"};
   {
-    const widgets::Card card(ui, "LATENESS OF WAKING", area.row(0, 2, gap));
+    const widgets::Card card(ui, "WAKE-UP LATENESS", area.row(0, 2, gap));
     widgets::histogram_plot(ui, card.inside(), "Waking", loop.wake_lateness, range, t.colours.series[0]);
   }
-  const widgets::Card card(ui, "TIME OF EXECUTION", area.row(1, 2, gap));
+  const widgets::Card card(ui, "EXECUTION TIME", area.row(1, 2, gap));
   widgets::histogram_plot(ui, card.inside(), "Running", loop.execution, range, t.colours.series[1]);
 }
 
@@ -61,8 +61,8 @@ void machine_loop_card(const widgets::Ui& ui, const ConsoleView& view, const wid
     cell(2, "max", timing_of.max);
   };
   if (s.execution.max > Duration::zero() || s.wake_lateness.max > Duration::zero()) {
-    timing("Lateness of waking", s.wake_lateness);
-    timing("Time of execution", s.execution);
+    timing("Wake-up lateness", s.wake_lateness);
+    timing("Execution time", s.execution);
   } else {
     rest.cut_top(t.px(8));
     widgets::put_lines(t.fonts.small, t.colours.muted, rest.cut_top(t.px(60)),
@@ -83,7 +83,7 @@ void energy_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   widgets::value_row(ui, rest.cut_top(t.px(26)), "Net work on the hand",
                      widgets::shown("%.3f", hand.hand_energy_J).c_str(), "J");
   const bool lowered = hand.warning.code == ReasonCode::kEnergyWatchdog;
-  widgets::lamp(ui, rest.cut_top(t.px(26), t.unit(0.5F)), lowered ? "Lowers the felt force" : "Lets all force through",
+  widgets::lamp(ui, rest.cut_top(t.px(26), t.unit(0.5F)), lowered ? "Reduces the felt force" : "Passes the full force",
                 lowered, t.colours.notice);
   float most = 0.1F;
   for (std::size_t i = 0; i < data.history.size(); ++i)

@@ -12,7 +12,7 @@ namespace knuckle::console::screens {
 /// @return where the machine's picture goes.
 [[nodiscard]] widgets::Area operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state,
                                            widgets::Area area);
-/// Scales and assists: what is in use, and what is asked for where that is something else.
+/// Scales and assists: what is in use, and what is requested where that differs.
 void scales_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& area);
 void link_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
 void real_time_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
@@ -32,7 +32,7 @@ std::optional<widgets::Area> draw_console(const widgets::Ui& ui, const ConsoleDa
 [[nodiscard]] const char* limit_word(unsigned bit) noexcept;
 /// Chips for all limits being hit, in rows. @return false where nothing is limited.
 bool limit_chips(const widgets::Ui& ui, std::uint16_t limits, const widgets::Area& area);
-/// Why the force is known no better, in a few words, as the machine's side tells it.
+/// Why the force is not known better, in a few words, as reported by the machine's side.
 [[nodiscard]] std::string confidence_words(const ConsoleView& view);
 
 }  // namespace knuckle::console::screens

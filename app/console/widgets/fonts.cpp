@@ -28,7 +28,7 @@ std::vector<char> read_font(const std::string& folder, const char* file) {
   const std::string magic(bytes.begin(), bytes.begin() + std::min<std::ptrdiff_t>(4, std::ssize(bytes)));
   constexpr std::size_t kSmallest = 1024;
   if ((magic != "OTTO" && magic != std::string("\0\1\0\0", 4)) || bytes.size() < kSmallest)
-    throw InputError("font " + path + " is no OpenType font: install fonts-b612, or set KNUCKLE_FONT_DIR");
+    throw InputError("font " + path + " is not an OpenType font: install fonts-b612, or set KNUCKLE_FONT_DIR");
   return bytes;
 }
 

@@ -10,10 +10,10 @@
 
 namespace knuckle::console::widgets {
 
-/// Speed at which a joint's cylinder extends; what cannot be told is none.
+/// Speed at which a joint's cylinder extends; zero where it is not known.
 [[nodiscard]] double cylinder_speed_mps(const Kinematics& kinematics, const SlaveMessage& machine, int joint) noexcept;
 
-/// Fixed room; sampled on the loops' own time, so a paused session stands still.
+/// Fixed room; sampled on the loops' own time, so it stops with a paused session.
 class History {
  public:
   static constexpr double kSpan_s = 10, kStep_s = 0.05;
@@ -25,7 +25,7 @@ class History {
     float hand_energy_J = kUnknown;
   };
 
-  /// Takes a sample when one is due; begins anew when the session did. What is not heard, or was not looked at, is
+  /// Takes a sample when one is due; restarts with the session. What is not received, or was not looked at, is
   /// unknown.
   /// @param machine_known, @param status_known whether the view's machine and status are fresh.
   void watch(const ConsoleView& view, const Kinematics& kinematics, bool machine_known, bool status_known);

@@ -1,5 +1,7 @@
 #include "app/console/widgets/plots.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 
@@ -71,16 +73,12 @@ void histogram_plot(const Ui& ui, const Area& area, const char* label, const His
   Area rest = area;
   const Area head = rest.cut_top(t.fonts.body->FontSize, t.unit(0.5F));
   put_text(t.fonts.body, t.colours.text, {head.min.x, head.centre().y}, Align::kLeft, label);
-  std::array<char, 128> words{};
-  if (histogram.count() == 0) {
-    std::snprintf(words.data(), words.size(), "nothing measured yet");
-  } else {
-    std::snprintf(words.data(), words.size(), "p50 %s   p99 %s   max %s",
-                  shown_duration(to_seconds(histogram.quantile(0.5))).c_str(),
-                  shown_duration(to_seconds(histogram.quantile(0.99))).c_str(),
-                  shown_duration(to_seconds(histogram.max())).c_str());
-  }
-  put_text(t.fonts.mono_small, t.colours.text, {head.max.x, head.centre().y}, Align::kRight, words.data());
+  const auto words = [](Duration value) { return shown_duration(to_seconds(value)); };
+  const std::string summary =
+      histogram.count() == 0 ? "nothing measured yet"
+                             : fmt::format("p50 {}   p99 {}   max {}", words(histogram.quantile(0.5)).c_str(),
+                                           words(histogram.quantile(0.99)).c_str(), words(histogram.max()).c_str());
+  put_text(t.fonts.mono_small, t.colours.text, {head.max.x, head.centre().y}, Align::kRight, summary.c_str());
   const Area axis = rest.cut_bottom(t.fonts.small->FontSize * 1.2F);
   canvas().AddRectFilled(rest.min, rest.max, ink(t.colours.raised), t.px(3));
   time_axis(ui, rest, range, axis.centre().y);

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 
 namespace knuckle::console::widgets {
@@ -46,9 +45,7 @@ void put_fitted(const ImFont* font, ImU32 colour, const Area& area, const char* 
   if (text_width(font, text) <= area.width()) return put_text(font, colour, at, Align::kLeft, text);
   constexpr const char* kDots = "...";
   const char* end = cut_at(font, area.width() - text_width(font, kDots), text);
-  std::array<char, 256> cut{};
-  std::snprintf(cut.data(), cut.size(), "%.*s%s", static_cast<int>(end - text), text, kDots);
-  put_text(font, colour, at, Align::kLeft, cut.data());
+  put_text(font, colour, at, Align::kLeft, (std::string(text, end) + kDots).c_str());
 }
 
 Card::Card(const Ui& ui, const char* title, const Area& area, Freshness freshness) {

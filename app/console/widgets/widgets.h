@@ -11,7 +11,7 @@
 
 namespace knuckle::console::widgets {
 
-/// The loops tell something every few milliseconds: without news for so long, they stand still.
+/// The loops update the view every few milliseconds: without an update for so long, they do not run.
 inline constexpr double kLoopSilent_s = 0.2;
 
 /// What every widget needs to know.
@@ -19,7 +19,7 @@ struct Ui {
   const Theme& theme;
   Units units;
   double now_s = 0;       ///< The window's clock; for flashing alone.
-  double view_age_s = 0;  ///< Since the loops last told anything.
+  double view_age_s = 0;  ///< Since the loops' last update.
   bool steady = false;    ///< Nothing flashes: for pictures.
   [[nodiscard]] bool loop_silent() const noexcept { return view_age_s > kLoopSilent_s; }
 };

@@ -124,7 +124,7 @@ int run(const ConsoleOptions& o) {
   const Behind loops = behind(o, facts, candump.stream());
   ConsoleWindow window(o.window(), facts);
   if (facts.hand == screens::HandSource::kGamepad && !window.window().gamepad())
-    cli::refuse_option("--device", o.device, "no gamepad is there: plug one in, or use --device keyboard");
+    cli::refuse_option("--device", o.device, "no gamepad found: plug one in, or use --device keyboard");
   set_up(window.state(), o, facts, *loops.host);
 
   ConsoleRun run;
@@ -149,7 +149,8 @@ int run(const ConsoleOptions& o) {
 }  // namespace
 
 cli::Command console_entry() {
-  return {"console", "Operator's window, on a simulated machine or on one that is elsewhere", [](CLI::App& command) {
+  return {"console", "Operator's console, for a simulated machine or for one reached over the link",
+          [](CLI::App& command) {
             const auto options = std::make_shared<ConsoleOptions>();
             add_options(command, *options);
             return [options] { return run(*options); };

@@ -53,46 +53,49 @@ void check_device(const ConsoleOptions& o) {
   if (o.device != "hid" && o.device != "usb" && !o.serial.empty())
     cli::refuse_option("--serial", o.serial, "goes with --device hid or usb");
   if (o.demo && (o.device == "hid" || o.device == "usb"))
-    cli::refuse_option("--device", o.device, "has no part in --demo, where the scenario's own operator leads");
+    cli::refuse_option("--device", o.device, "does not go with --demo, where the scenario's operator leads");
 }
 
 }  // namespace
 
 void add_options(CLI::App& c, ConsoleOptions& o) {
-  c.add_flag("--simulate", o.simulate, "A simulated machine, in real time");
+  c.add_flag("--simulate", o.simulate, "Simulate the machine, in real time");
   c.add_option("--connect", o.connect, "Address and port of the machine's side, such as 192.0.2.7:5683 or [::1]:5683");
-  c.add_flag("--insecure", o.insecure, "Allow a link that is plain UDP");
+  c.add_flag("--insecure", o.insecure, "Allow plain UDP: a link neither authenticated nor encrypted");
   c.add_option("--machine", o.session.machine, "Machine name or .toml file (default with --simulate: solar015)");
-  c.add_option("--device", o.device, "What leads: keyboard (and mouse), gamepad, or a haptic device by hid or usb")
+  c.add_option("--device", o.device,
+               "Input: keyboard (and mouse), gamepad, or a haptic device attached by hid (hidraw) or usb (libusb)")
       ->capture_default_str();
   c.add_option("--device-file", o.session.device,
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
   c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
-  c.add_option("--scenario", o.session.scenario, "World and start of the simulated session, by name or .toml file")
+  c.add_option("--scenario", o.session.scenario, "Scenario of the simulated session: name or .toml file")
       ->capture_default_str()
       ->each([&o](const std::string& /*name*/) { o.scenario_given = true; });
-  c.add_option("--seed", o.session.seed, "Draws the simulated machine and all its noise")
+  c.add_option("--seed", o.session.seed, "Random seed of the simulated machine and its noise")
       ->capture_default_str()
       ->check(CLI::Validator(cli::seed_error, "", "seed"))
       ->each([&o](const std::string& /*seed*/) { o.seed_given = true; });
-  c.add_option("--delay-ms", o.session.delay_ms, "Simulated link, one way");
-  c.add_option("--jitter-ms", o.session.jitter_ms, "Likewise, half-width of its variation");
-  c.add_option("--loss", o.session.loss, "Likewise, share of the datagrams, 0 to 0.9");
-  c.add_flag("--demo", o.demo, "The scenario's own operator leads");
+  c.add_option("--delay-ms", o.session.delay_ms, "Delay of the simulated link, one way");
+  c.add_option("--jitter-ms", o.session.jitter_ms, "Jitter of the simulated link: half-width of the delay's variation");
+  c.add_option("--loss", o.session.loss, "Share of datagrams lost on the simulated link, 0 to 0.9");
+  c.add_flag("--demo", o.demo, "Let the scenario's operator lead the machine");
   c.add_option("--candump", o.candump, "Write every frame of the simulated bus in candump log format");
   c.add_option("--size", o.size, "Size of the window in pixels, WxH, from 1280x720 to 8192x8192")
       ->capture_default_str();
   c.add_option("--scale", o.scale,
-               "Size of all in it, 0.75 to 3, on top of the monitor's own scale; less where the window has no room")
+               "Scale of the window's content, 0.75 to 3, on top of the monitor's own scale; reduced where the window "
+               "has no room")
       ->capture_default_str();
   c.add_flag("--light", o.light, "Light colours");
   c.add_flag("--imperial", o.imperial, "Imperial units");
-  c.add_option("--screen", o.screen, "Begin on this one: operate, link, real-time, hydraulics, calibrate, events")
+  c.add_option("--screen", o.screen, "Screen shown first: operate, link, real-time, hydraulics, calibrate, events")
       ->capture_default_str();
-  c.add_option("--at", o.at_s, "Begin the simulated session so many seconds late, at once");
-  c.add_option("--screenshot", o.screenshot, "Write the window's picture as PNG and end: at --at, or --duration later");
-  c.add_option("--duration", o.duration_s, "End after so many seconds (default: when the window is closed)");
-  c.add_option("--json", o.json, "Write what the window cost (docs/console.md says what is in it)");
+  c.add_option("--at", o.at_s,
+               "Show the simulated session from this second on; what comes before is simulated at once");
+  c.add_option("--screenshot", o.screenshot, "Write a screenshot as PNG and exit: at --at, or --duration later");
+  c.add_option("--duration", o.duration_s, "Exit after so many seconds (default: when the window is closed)");
+  c.add_option("--json", o.json, "Write the window's timing as JSON (described in docs/console.md)");
 }
 
 void check(const ConsoleOptions& o) {

@@ -33,7 +33,8 @@ void take_events(ConsoleHost& host, EventBook& events) {
   events.note_lost(view.now, view.run, host.events_lost());
 }
 
-/// Tells once that the log of the bus has holes, and that it cannot be written. @param told whether it has holes.
+/// Reports once that the log of the bus has gaps, and that it cannot be written. @param told whether gaps were
+/// reported.
 void watch_log(ConsoleHost& host, EventBook& events, programs::AskedOutput* log, bool& told) {
   if (log == nullptr) return;
   const ConsoleView& view = host.view();
@@ -43,10 +44,10 @@ void watch_log(ConsoleHost& host, EventBook& events, programs::AskedOutput* log,
   if (told || host.frames_lost() + log->records_lost() == 0) return;
   told = true;
   events.add(view.now, view.run, Severity::kWarning, "frames_lost",
-             "the candump log has holes from here on: the window was too slow to write it, or its reader to read it");
+             "frames are missing in the candump log from here on: the window or the log's reader was too slow");
 }
 
-/// Begins the session anew with what was chosen since; what cannot be is an event, and the session goes on as it was.
+/// Restarts the session with what was chosen since; a refused choice is an event, and the session continues as it was.
 void begin_anew(ConsoleWindow& window, ConsoleHost& host, EventBook& events, const ConsoleRun& run,
                 std::uint32_t resets) {
   const screens::SimulationChoice& choice = window.state().simulation;
@@ -122,8 +123,8 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
       window.take_gamepad(gamepad);
       if (gamepad.has_value() != gamepad_there)
         events.add(view.now, view.run, gamepad ? Severity::kInfo : Severity::kWarning, "gamepad",
-                   gamepad ? "gamepad is there again: press enable and let go of it, then press it again"
-                           : "gamepad is gone: plug it in");
+                   gamepad ? "gamepad connected again: press and release enable, then press it again"
+                           : "gamepad disconnected: plug it in");
       gamepad_there = gamepad.has_value();
     }
     window.frame(view, health, events, picture_only ? 0 : host.view_age_s());

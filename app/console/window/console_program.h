@@ -17,7 +17,7 @@ struct ConsoleRun {
   double skip_to_s = 0;           ///< A simulated session begins so late, at once.
   double duration_s = 1e9;        ///< Of running in real time.
   std::string screenshot;         ///< The last frame goes there; the window closes then. Empty: none.
-  std::optional<session::SimulateOptions> simulated;  ///< What sessions that are begun anew start from.
+  std::optional<session::SimulateOptions> simulated;  ///< What restarted sessions start from.
   programs::AskedOutput* candump = nullptr;           ///< That the host writes to, if it does.
 };
 
@@ -32,7 +32,7 @@ struct ConsoleOutcome {
   std::uint64_t events_lost = 0, frames_lost = 0;  ///< That there was no room for; frames of the simulated bus.
 };
 
-/// What the session begun next is made of. @param asked by the command line, which counts where the person chose
+/// What the session begun next is made of. @param asked of the command line, which counts where the person chose
 /// nothing.
 [[nodiscard]] session::SimulateOptions next_session(const session::SimulateOptions& asked,
                                                     const screens::SimulationChoice& choice,

@@ -74,7 +74,7 @@ void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
     return;
   }
   const GamepadHand read = hand_from_gamepad(*state);
-  // A gamepad that has come back says of every button that it is up, until it reports what is held.
+  // A gamepad that was reconnected reports every button as up, until it reports what is held.
   if (read.hand.enable) pad_came_back_ = false;
   pad_enable_was_up_ |= !read.hand.enable && !pad_came_back_;
   gamepad_ = read.hand;

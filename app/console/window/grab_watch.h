@@ -1,5 +1,5 @@
 // Whether another program has grabbed the keyboard away from the window that has the focus, as screen lockers and
-// window switchers do on X11: GLFW does not tell, and keys that are let go of meanwhile would count as held.
+// window switchers do on X11: GLFW does not report it, and keys released meanwhile would count as held.
 #pragma once
 
 #include <memory>
@@ -13,9 +13,9 @@ class GrabWatch {
  public:
   GrabWatch();
   ~GrabWatch();
-  /// Before this nobody has grabbed anything, and for ever where the window is none of X11's.
+  /// Before this nothing is grabbed, and never where the window is not one of X11.
   void watch(GLFWwindow* window);
-  /// Takes in what the display has told since.
+  /// Takes in the display's events since then.
   [[nodiscard]] bool grabbed();
 
  private:

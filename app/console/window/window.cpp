@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::chrono::nanoseconds kFramePeriod{16'666'667};
 
-/// What GLFW said last, on one line.
+/// GLFW's last message, on one line.
 std::string last_error() {
   const char* text = nullptr;
   glfwGetError(&text);

@@ -41,7 +41,7 @@ class Window {
   Window& operator=(const Window&) = delete;
 
   [[nodiscard]] bool closing() const;
-  /// It has the keyboard, which nobody has grabbed, and is not iconified.
+  /// It has the keyboard, which no other program has grabbed, and is not iconified.
   [[nodiscard]] bool attended() const;
   /// Takes events in and opens ImGui's frame.
   void begin_frame();

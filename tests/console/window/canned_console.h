@@ -92,7 +92,7 @@ inline sim::WorldDescription canned_world() {
 
 inline LoopHealth canned_loop() {
   LoopHealth loop;
-  std::snprintf(loop.policy.data(), loop.policy.size(), "SCHED_FIFO 80");
+  loop.policy = {"SCHED_FIFO 80"};
   loop.period = 1ms;
   loop.steps = 12'500;
   loop.overruns = 3;

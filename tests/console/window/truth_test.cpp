@@ -25,13 +25,15 @@ ConsoleView unheard_view() {
 }
 
 TEST(BannerReason, TellsOfSilenceAlsoWhileStopIsPressed) {
-  EXPECT_TRUE(says(screens::banner_reason(unheard_view(), false, 0), "not been heard for 1.2 s"));
+  EXPECT_TRUE(says(screens::banner_reason(unheard_view(), false, 0), "nothing received from the machine for 1.2 s"));
   const std::string both = screens::banner_reason(unheard_view(), true, 0);
-  EXPECT_TRUE(says(both, "Stop is pressed") && says(both, "not been heard for 1.2 s") && says(both, "E-stop")) << both;
+  EXPECT_TRUE(says(both, "Stop is pressed") && says(both, "nothing received from the machine for 1.2 s") &&
+              says(both, "E-stop"))
+      << both;
   ConsoleView never = canned_view();
   never.link.heard = false;
   const std::string nobody = screens::banner_reason(never, true, 0);
-  EXPECT_TRUE(says(nobody, "Stop is pressed") && says(nobody, "nothing heard")) << nobody;
+  EXPECT_TRUE(says(nobody, "Stop is pressed") && says(nobody, "nothing received")) << nobody;
 }
 
 TEST(BannerReason, TakesStopForDoneOnlyWhenTheMachineLeadsNoMore) {
@@ -53,14 +55,14 @@ TEST(BannerReason, SaysBesideAnOldCauseWhatThereIsToDoNow) {
   const std::string gone = screens::banner_reason(view, false, 0);
   EXPECT_TRUE(says(gone, text(view.machine.fault)) && says(gone, text(view.machine.blocking))) << gone;
   view.input.release_enable = true;
-  EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "let go of enable first"));
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "release enable, then press it again: without the focus"));
 }
 
 TEST(BannerReason, TellsOfALoopThatStandsStillInsteadOfTheLastReason) {
   for (const bool stop : {false, true}) {
     for (const ConsoleView& view : {canned_view(), unheard_view()}) {
       const std::string reason = screens::banner_reason(view, stop, 3.1);
-      EXPECT_TRUE(says(reason, "own loop has stood still for 3.1 s")) << reason;
+      EXPECT_TRUE(says(reason, "own loop has not run for 3.1 s")) << reason;
       EXPECT_EQ(says(reason, "Stop is pressed"), stop) << reason;
     }
   }
@@ -88,9 +90,9 @@ TEST(BannerReason, SaysThatEnableDoesNotCountWhileTextIsTyped) {
   screens::AtWindow person{screens::HandSource::kKeyboard, true, false};
   EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "hold Shift"));
   person.enable_ignored = true;
-  EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "while text is typed"));
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "while a text field is active"));
   person.typing = false;
-  EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "let go of enable"));
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "release enable"));
 }
 
 TEST(BannerReason, SaysHowAPausedSessionGoesOnAndStopBeforeThat) {
@@ -98,7 +100,7 @@ TEST(BannerReason, SaysHowAPausedSessionGoesOnAndStopBeforeThat) {
   view.paused = true;
   for (const Mode mode : {Mode::kReady, Mode::kEngaged, Mode::kFault}) {
     view.machine.mode = mode;
-    EXPECT_EQ(screens::banner_reason(view, false, 0), "paused: P goes on") << name(mode);
+    EXPECT_EQ(screens::banner_reason(view, false, 0), "paused: press P to resume") << name(mode);
     EXPECT_EQ(screens::banner_reason(view, true, 0).rfind("Stop is pressed", 0), 0U) << name(mode);
   }
   view.machine.mode = Mode::kEngaged;
@@ -168,9 +170,9 @@ TEST(SessionChoice, LeavesTheLinkToScenarioAndCommandLineUntilThePersonMovesASli
 TEST(ConfidenceWords, AreThoseOfTheMachinesSideAndNotGuessedAt) {
   ConsoleView view = canned_view();
   EXPECT_EQ(screens::confidence_words(view),
-            "standing: friction hides small forces, still learning this machine's free motion");
+            "at rest: friction hides small forces, still learning this machine's free motion");
   view.status.force_doubts = 0;
-  EXPECT_EQ(screens::confidence_words(view), "nothing in the way");
+  EXPECT_EQ(screens::confidence_words(view), "no known disturbance");
   std::string before;
   for (unsigned bit = 1; bit <= 0x80; bit <<= 1) {
     view.status.force_doubts = static_cast<std::uint8_t>(bit);
@@ -179,7 +181,7 @@ TEST(ConfidenceWords, AreThoseOfTheMachinesSideAndNotGuessedAt) {
     before = screens::confidence_words(view);
   }
   view.status_age_s = 3;
-  EXPECT_EQ(screens::confidence_words(view), "the machine does not tell why");
+  EXPECT_EQ(screens::confidence_words(view), "the machine reports no cause");
 }
 
 TEST(Freshness, GrowsOldWithTheLoopsView) {

@@ -28,6 +28,14 @@ faults_set_up() {
   start_operator all hid /tmp/faults.toml
 }
 
+# bad_reports BYTES_EACH: for a second, reports by somebody else, of ones, which is no CRC of that; meanwhile the device's own
+# program is stopped.
+bad_reports() {
+  signal all.device STOP
+  head -c 128000 /dev/zero | tr '\000' '\001' > /tmp/ones
+  timeout 0.9 dd if=/tmp/ones of=/dev/hidg0 bs="$1" 2> /dev/null &
+}
+
 # Reads a candump log; prints JSON: moving before; ms that the breaking took; ms from its begin until all valves that were
 # not neutral had been seen to be told to stand still, their spools to be in the dead band, and pilot pressure to be off,
 # null where that was not seen; frames that ask for motion after the mending.
