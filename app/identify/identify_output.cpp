@@ -131,7 +131,7 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
   }
   if (data.geometry) {
     text += fmt::format("  geometry: tip error {:.1f} mm RMS on held-out poses, {:.1f} mm with the drawing\n",
-                        1e3 * data.geometry->held_out.rms_m, 1e3 * data.geometry->drawing.rms_m);
+                        1e3 * data.geometry->held_out.rms_m, 1e3 * data.geometry->nominal.rms_m);
   }
   if (summary.columns > 0)
     text += fmt::format("  rank {} of {}, condition number {:.3g}\n", summary.rank, summary.columns,
