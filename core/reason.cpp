@@ -87,6 +87,11 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "set-point jumps, or its speed contradicts its position: release enable, check haptic device and link, then press "
      "again",
      "deg"},
+    {"jog_other_moves", SubjectKind::kJoint,
+     "cylinder moved without a command: valves, hoses or encoders are exchanged, or a load holding valve leaks", "mm"},
+    {"jog_too_long", SubjectKind::kNothing, "motion takes too long: check pump, engine speed and pilot pressure", "s"},
+    {"pilot_stays_on", SubjectKind::kNothing,
+     "pilot pressure is still on after it was switched off: check the enable valve before anything else", nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

@@ -67,6 +67,10 @@ enum class ReasonCode : std::uint16_t {
   kSetpointRange,  ///< subject: joint; deg
   kSetpointSpeed,  ///< subject: joint; rad/s
   kSetpointJump,   ///< subject: joint; deg that the speeds sent do not explain, or no hand's speed does
+  // First motions of a machine, one valve at a time.
+  kJogOtherMoves,  ///< subject: joint that was not commanded; mm
+  kJogTooLong,     ///< s
+  kPilotStaysOn,   ///< switched off, and still on
   kCount,
 };
 

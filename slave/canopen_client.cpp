@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "machine/description.h"
+#include "slave/valve_frame.h"
 
 namespace knuckle::slave {
 namespace {
@@ -271,10 +272,9 @@ Reason CanopenClient::supervise(Time now) const noexcept {
   return {};
 }
 
-void CanopenClient::end_step(const JointVector& commands, bool enable_output, Time now) noexcept {
+void CanopenClient::end_step(const PassedCommands& commands, bool enable_output, Time now) noexcept {
   if (phase_ == Phase::kActivating || phase_ == Phase::kOperational || phase_ == Phase::kFailed) {
-    const JointVector allowed = phase_ == Phase::kOperational ? commands : JointVector::Zero();
-    send_set_points(allowed, now);
+    send_set_points(phase_ == Phase::kOperational ? commands : PassedCommands(), now);
     const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;
     if (output != enable_sent_ || syncs_ % kEnableEveryNthSync == 0) {
       bus_.send(canopen::enable_output_frame(description_.enable.rpdo_id(), output));
@@ -288,18 +288,17 @@ void CanopenClient::end_step(const JointVector& commands, bool enable_output, Ti
 }
 
 /// A frame that the controller's queue does not take is dropped: the next one is newer.
-void CanopenClient::send_set_points(const JointVector& commands, Time now) noexcept {
+void CanopenClient::send_set_points(const PassedCommands& commands, Time now) noexcept {
   const bool due = syncs_ % static_cast<std::uint32_t>(description_.valve_every_nth_sync) == 0;
   for (int i = 0; i < kJoints; ++i) {
     const auto joint = static_cast<std::size_t>(i);
     const bool dropped = commands[i] == 0 && demand_[i] != 0;
     if (!due && !dropped) continue;
-    const canopen::ValveCommand command{valves_[joint].control_word, commands[i]};
-    const std::uint32_t id = description_.valves[joint].rpdo_id();
-    if (bus_.send(canopen::valve_command_frame(id, command, description_.wire.valve_full_stroke))) {
+    const std::uint16_t control_word = valves_[joint].control_word;
+    if (bus_.send(valve_frame(description_, i, control_word, commands))) {
       demand_[i] = commands[i];
       set_points_at_ = now;
-      valves_[joint].sent_word = command.control_word;
+      valves_[joint].sent_word = control_word;
     }
   }
 }

@@ -13,6 +13,7 @@
 #include "machine/description_fwd.h"
 #include "slave/emergency_log.h"
 #include "slave/node_setup.h"
+#include "slave/safety_gate.h"
 #include "transport/can_bus.h"
 
 namespace knuckle::slave {
@@ -38,7 +39,7 @@ class CanopenClient {
   void begin_step(Time now) noexcept;
   /// Last thing in a loop step: set-points every nth SYNC (those that drop to neutral at once), enable output, and the
   /// controller's heartbeat, which therefore stops with the loop.
-  void end_step(const JointVector& commands, bool enable_output, Time now) noexcept;
+  void end_step(const PassedCommands& commands, bool enable_output, Time now) noexcept;
   /// Starts all nodes anew, from reset; clears the fault.
   void restart() noexcept;
 
@@ -87,7 +88,7 @@ class CanopenClient {
   void activate(Time now) noexcept;
   [[nodiscard]] Reason supervise(Time now) const noexcept;
   [[nodiscard]] Reason valve_fault(const Valve& valve, std::uint8_t id, Time now) const noexcept;
-  void send_set_points(const JointVector& commands, Time now) noexcept;
+  void send_set_points(const PassedCommands& commands, Time now) noexcept;
 
   BusDescription description_;
   CanBus& bus_;

@@ -9,12 +9,27 @@ namespace {
 
 constexpr double kUnlimited = 1e9;  // distance to a wall that is not there
 
+bool is_neutral(const JointVector& commands) noexcept {
+  return (commands.array() == 0).all();
+}
+
 float milliseconds(Duration d) noexcept {
   return static_cast<float>(to_seconds(d) * 1e3);
 }
 
 Reason joint_reason(ReasonCode code, int joint, double value, double limit) noexcept {
   return {code, static_cast<std::uint8_t>(joint), static_cast<float>(value), static_cast<float>(limit)};
+}
+
+Reason pressure_reason(std::size_t chamber, double pressure_Pa, const GateLimits& limits) noexcept {
+  return {ReasonCode::kPressureLimit, static_cast<std::uint8_t>(chamber), static_cast<float>(pressure_Pa / 1e5),
+          static_cast<float>(limits.file.chamber_pressure_Pa / 1e5)};
+}
+
+/// Of the oldest sensor value.
+Reason stale(Time oldest_at, std::uint8_t node, const GateLimits& limits, Time now) noexcept {
+  if (now - oldest_at <= limits.state_age) return {};
+  return {ReasonCode::kSensorStale, node, milliseconds(now - oldest_at), milliseconds(limits.state_age)};
 }
 
 /// Why nothing at all may pass; kNone where commands may be limited and sent.
@@ -37,17 +52,46 @@ Reason refusal(const JointVector& wanted, Mode mode, Time setpoint_at, const Gat
   if (!state.valid || !finite || state.oldest_at > now) {
     return {ReasonCode::kSensorInvalid, state.oldest_node, 0, 0};
   }
-  if (now - state.oldest_at > limits.state_age) {
-    return {ReasonCode::kSensorStale, state.oldest_node, milliseconds(now - state.oldest_at),
-            milliseconds(limits.state_age)};
+  return stale(state.oldest_at, state.oldest_node, limits, now);
+}
+
+/// Why nothing of a first motion may pass. Every chamber's pressure counts: which one is driven is not known yet.
+Reason jog_refusal(const JointVector& wanted, const JogState& state, const GateMemory& memory, const GateLimits& limits,
+                   Time now) noexcept {
+  for (int i = 0; i < kJoints; ++i) {
+    const double most = i == state.joint ? limits.jog.command : 0;
+    if (!(std::abs(wanted[i]) <= most)) return joint_reason(ReasonCode::kCommandInvalid, i, wanted[i], most);
+  }
+  if (is_neutral(wanted)) return {};
+  if (state.e_stop_open) return {ReasonCode::kEmergencyStop, 0, 0, 0};
+  if (!is_neutral(memory.sent) && now - memory.at > limits.longest_gap) {
+    return {ReasonCode::kLoopOverrun, 0, milliseconds(now - memory.at), milliseconds(limits.longest_gap)};
+  }
+  if (now < state.since || now - state.since > limits.jog.longest) {
+    return {ReasonCode::kJogTooLong, 0, static_cast<float>(to_seconds(now - state.since)),
+            static_cast<float>(to_seconds(limits.jog.longest))};
+  }
+  if (state.invalid_node != 0) return {ReasonCode::kSensorInvalid, state.invalid_node, 1, 0};
+  if (state.oldest_at > now) return {ReasonCode::kSensorInvalid, state.oldest_node, 0, 0};
+  if (const Reason old = stale(state.oldest_at, state.oldest_node, limits, now)) return old;
+  for (int i = 0; i < kJoints; ++i) {
+    const double travelled_m = std::abs(state.travelled_m[i]), most_m = limits.jog.other_travel_m;
+    if (i == state.joint || travelled_m <= most_m) continue;  // a NaN is not
+    return joint_reason(ReasonCode::kJogOtherMoves, i, 1e3 * travelled_m, 1e3 * most_m);
+  }
+  for (std::size_t i = 0; i < state.pressure_Pa.size(); ++i) {
+    if (state.pressure_Pa[i] <= limits.file.chamber_pressure_Pa) continue;  // a NaN is not
+    return pressure_reason(i, state.pressure_Pa[i], limits);
   }
   return {};
 }
 
+}  // namespace
+
 /// One pass over the commands; every rule only ever takes opening away.
-class Limiter {
+class GateLimiter {
  public:
-  Limiter(const JointVector& wanted, const GateState& state, const GateLimits& limits) noexcept
+  GateLimiter(const JointVector& wanted, const GateState& state, const GateLimits& limits) noexcept
       : commands_(wanted), state_(state), limits_(limits) {
     double load = 0;
     for (int i = 0; i < kJoints; ++i) {
@@ -90,9 +134,7 @@ class Limiter {
       const std::size_t chamber = driven_chamber(i);
       const double left_Pa = limits_.file.chamber_pressure_Pa - state_.pressure_Pa[chamber];
       if (cap_opening(i, left_Pa / limits_.table.pressure_band_Pa, kLimitPressure)) {
-        tell({ReasonCode::kPressureLimit, static_cast<std::uint8_t>(chamber),
-              static_cast<float>(state_.pressure_Pa[chamber] / 1e5),
-              static_cast<float>(limits_.file.chamber_pressure_Pa / 1e5)});
+        tell(pressure_reason(chamber, state_.pressure_Pa[chamber], limits_));
       }
     }
   }
@@ -112,15 +154,14 @@ class Limiter {
 
   /// Slow away from zero, at once towards it. Inside the dead band nothing opens, so nothing is limited there.
   void rate(const GateMemory& memory, Time now) noexcept {
-    const Duration since = std::clamp(now - memory.at, Duration::zero(), limits_.table.longest_step);
-    for (int i = 0; i < kJoints; ++i) {
-      const bool same_side = commands_[i] * memory.sent[i] > 0;
-      const double from = std::max(same_side ? std::abs(memory.sent[i]) : 0.0, dead_band(i));
-      cap(i, from + limits_.table.away_1ps * to_seconds(since), kLimitRate);
-    }
+    for (int i = 0; i < kJoints; ++i) open_from(i, dead_band(i), limits_.table.away_1ps, memory, now);
+  }
+  /// Likewise from zero on: no dead band has been measured yet.
+  void jog_rate(const GateMemory& memory, Time now) noexcept {
+    for (int i = 0; i < kJoints; ++i) open_from(i, 0, limits_.jog.away_1ps, memory, now);
   }
 
-  [[nodiscard]] const JointVector& commands() const noexcept { return commands_; }
+  [[nodiscard]] PassedCommands commands() const noexcept { return PassedCommands(commands_); }
   [[nodiscard]] std::uint16_t flags() const noexcept { return flags_; }
   [[nodiscard]] const Reason& limiting() const noexcept { return limiting_; }
 
@@ -149,6 +190,13 @@ class Limiter {
     return std::min(full_flow(i), limits_.pump_flow_m3ps) / area / std::abs(state_.lever_m[i]);
   }
 
+  /// @param free up to here at once.
+  void open_from(int i, double free, double away_1ps, const GateMemory& memory, Time now) noexcept {
+    const Duration since = std::clamp(now - memory.at, Duration::zero(), limits_.table.longest_step);
+    const bool same_side = commands_[i] * memory.sent[i] > 0;
+    const double from = std::max(same_side ? std::abs(memory.sent[i]) : 0.0, free);
+    cap(i, from + away_1ps * to_seconds(since), kLimitRate);
+  }
   bool cap(int i, double limit, LimitFlag flag) noexcept {
     if (std::abs(commands_[i]) <= limit) return false;
     commands_[i] = std::copysign(limit, commands_[i]);
@@ -190,9 +238,20 @@ class Limiter {
   Reason limiting_;
 };
 
+namespace {
+
 template <typename Get>
 JointVector per_joint(Get get) {
   return {get(0), get(1), get(2)};
+}
+
+GateResult passed(const GateLimiter& limiter, Time now) noexcept {
+  GateResult result;
+  result.commands = limiter.commands();
+  result.limits = limiter.flags();
+  result.limiting = limiter.limiting();
+  result.memory = {result.commands.value(), now};
+  return result;
 }
 
 }  // namespace
@@ -200,6 +259,7 @@ JointVector per_joint(Get get) {
 GateLimits::GateLimits(const MachineDescription& machine, const GateTable& constants)
     : table(constants),
       state_age(from_seconds(machine.bus.sensor_age_limit_s)),
+      longest_gap(from_seconds(machine.bus.valve_watchdog_s)),
       min_rad(per_joint([&](std::size_t i) { return machine.links[i].min_rad; })),
       max_rad(per_joint([&](std::size_t i) { return machine.links[i].max_rad; })),
       dead_band_extend(per_joint([&](std::size_t i) { return machine.cylinders[i].valve.dead_band_extend; })),
@@ -222,18 +282,27 @@ GateResult safety_gate(const JointVector& wanted, Mode mode, Time setpoint_at, c
   result.fault = refusal(wanted, mode, setpoint_at, state, limits, now);
   if (result.fault || mode != Mode::kEngaged) return result;
 
-  Limiter limiter(wanted, state, limits);
+  GateLimiter limiter(wanted, state, limits);
   limiter.magnitude();
   limiter.joint_range();
   limiter.virtual_walls();
   limiter.chamber_pressure();
   limiter.power();
   limiter.rate(memory, now);
-  result.commands = limiter.commands();
-  result.limits = limiter.flags();
-  result.limiting = limiter.limiting();
-  result.memory.sent = result.commands;
-  return result;
+  return passed(limiter, now);
+}
+
+GateResult jog_gate(const JointVector& wanted, const JogState& state, const GateMemory& memory,
+                    const GateLimits& limits, Time now) noexcept {
+  GateResult result;
+  result.memory.at = now;
+  result.fault = jog_refusal(wanted, state, memory, limits, now);
+  if (result.fault) return result;
+
+  const GateState unknown;
+  GateLimiter limiter(wanted, unknown, limits);
+  limiter.jog_rate(memory, now);
+  return passed(limiter, now);
 }
 
 }  // namespace knuckle::slave

@@ -1,5 +1,7 @@
-// The last thing before the wire: every valve command passes here, whoever made it. Pure function; it trusts neither
-// the controller nor the mode machine to have looked at ages, ranges or limits.
+// The last thing before the wire: every valve command passes here, whoever made it, and nothing else makes one that is
+// not neutral. Two entries with the checks they have in common: safety_gate() for a machine that is led, jog_gate() for
+// first motions, before joint angles are known; an orderly stop has neutral commands only. Pure functions; they trust
+// neither the controller nor the mode machine nor a plan to have looked at ages, ranges or limits.
 #pragma once
 
 #include <array>
@@ -28,11 +30,22 @@ struct GateTable {
 };
 inline constexpr GateTable kGateTable{};
 
+/// Limits of first motions, in no file either: not yet known is what moves, which way, and from which opening on.
+struct JogTable {
+  double command = 0.35;         ///< [of stroke] A slow motion on any machine; more is refused, not limited.
+  double away_1ps = 0.2;         ///< [of stroke/s] Opening further: twice the steepest ramp of commissioning.
+  double other_travel_m = 0.01;  ///< Of a cylinder that was not commanded.
+  Duration longest = 90s;
+};
+inline constexpr JogTable kJogTable{};
+
 /// The table plus what the machine file says, ready for use.
 struct GateLimits {
   explicit GateLimits(const MachineDescription& machine, const GateTable& constants = kGateTable);
   GateTable table;
+  JogTable jog = kJogTable;
   Duration state_age;                               ///< From the file: sensor age limit.
+  Duration longest_gap;                             ///< From the file: the valves' own watchdog.
   JointVector min_rad, max_rad;                     ///< Working range.
   JointVector dead_band_extend, dead_band_retract;  ///< Openings below these move nothing.
   JointVector flow_per_root_Pa;                     ///< Valve flow at full opening = this * sqrt(drop) [m3/s/sqrt(Pa)].
@@ -52,16 +65,44 @@ struct GateState {
   std::uint8_t oldest_node = 0;  ///< ... and who sent it.
 };
 
+/// What jog_gate() believes: raw values, none of them compared with another.
+struct JogState {
+  int joint = 0;                                  ///< The one that is to move.
+  Time since = kNever;                            ///< Start of its motion.
+  JointVector travelled_m = JointVector::Zero();  ///< Since then, by the encoders.
+  std::array<double, 6> pressure_Pa{};
+  Time oldest_at = kNever;        ///< Arrival of the oldest sensor value ...
+  std::uint8_t oldest_node = 0;   ///< ... and who sent it.
+  std::uint8_t invalid_node = 0;  ///< A sensor that reports its value as invalid; 0: none.
+  bool e_stop_open = false;
+};
+
+/// Commands that passed a gate; only a gate makes them. Default ones are neutral.
+class PassedCommands {
+ public:
+  PassedCommands() noexcept = default;
+  [[nodiscard]] const JointVector& value() const noexcept { return value_; }  ///< [-1, 1], positive = extend.
+  [[nodiscard]] double operator[](int joint) const noexcept { return value_[joint]; }
+  [[nodiscard]] friend bool operator==(const PassedCommands& passed, const JointVector& value) noexcept {
+    return passed.value_ == value;
+  }
+
+ private:
+  friend class GateLimiter;
+  explicit PassedCommands(const JointVector& value) noexcept : value_(value) {}
+  JointVector value_ = JointVector::Zero();
+};
+
 struct GateMemory {
   JointVector sent = JointVector::Zero();
   Time at = kNever;
 };
 
 struct GateResult {
-  JointVector commands = JointVector::Zero();  ///< What may go on the wire, [-1, 1], positive = extend.
-  std::uint16_t limits = 0;                    ///< LimitFlag bits: nothing is limited silently.
-  Reason fault;                                ///< Neutral because of this; the mode machine must latch it.
-  Reason limiting;                             ///< First limit that is worth telling the operator.
+  PassedCommands commands;   ///< What may go on the wire.
+  std::uint16_t limits = 0;  ///< LimitFlag bits: nothing is limited silently.
+  Reason fault;              ///< Neutral because of this; the mode machine must latch it.
+  Reason limiting;           ///< First limit that is worth telling the operator.
   GateMemory memory;
 };
 
@@ -69,5 +110,11 @@ struct GateResult {
 /// @param setpoint_at when the operator set-point behind them came in.
 [[nodiscard]] GateResult safety_gate(const JointVector& wanted, Mode mode, Time setpoint_at, const GateState& state,
                                      const GateMemory& memory, const GateLimits& limits, Time now) noexcept;
+
+/// @param wanted zero for all joints but one. Neutral always passes; anything else only while the motion is as planned.
+/// Otherwise the result is neutral with one of the faults kCommandInvalid, kEmergencyStop, kLoopOverrun, kJogTooLong,
+/// kSensorInvalid, kSensorStale, kJogOtherMoves, kPressureLimit.
+[[nodiscard]] GateResult jog_gate(const JointVector& wanted, const JogState& state, const GateMemory& memory,
+                                  const GateLimits& limits, Time now) noexcept;
 
 }  // namespace knuckle::slave

@@ -52,8 +52,8 @@ class SlaveLoop {
   [[nodiscard]] Time master_at() const noexcept { return master_at_; }  ///< Its arrival; kNever before the first.
   [[nodiscard]] const LossDecision& loss() const noexcept { return loss_; }
   [[nodiscard]] Duration round_trip() const noexcept { return round_trip_; }
-  [[nodiscard]] const JointVector& wanted() const noexcept { return wanted_; }           ///< Before the gate.
-  [[nodiscard]] const JointVector& commands() const noexcept { return gate_.commands; }  ///< After it.
+  [[nodiscard]] const JointVector& wanted() const noexcept { return wanted_; }                   ///< Before the gate.
+  [[nodiscard]] const JointVector& commands() const noexcept { return gate_.commands.value(); }  ///< After it.
   [[nodiscard]] std::uint16_t limits() const noexcept { return sent_.limits; }
   [[nodiscard]] const SlaveMessage& sent() const noexcept { return sent_; }  ///< Told to the operator.
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }

@@ -28,7 +28,7 @@ const char* axis(int joint) noexcept {
 std::array<double, 6> mean_pressure(const JogRun& run, double from_s, double to_s) {
   std::array<double, 6> mean{};
   double count = 0;
-  for (const JogSample& s : run.samples) {
+  for (const slave::JogSample& s : run.samples) {
     if (s.t_s < from_s || s.t_s > to_s) continue;
     for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += s.pressure_Pa[i];
     ++count;
@@ -70,7 +70,7 @@ Finding judge_direction(const JogRun& run, Seen seen) {
 }
 
 std::optional<StrokeEnd> stroke_end(const JogRun& run) {
-  if (run.end != JogRun::End::kStalled) return std::nullopt;
+  if (run.end != slave::JogEnd::kStalled) return std::nullopt;
   const double last_s = run.samples.back().t_s;
   StrokeEnd end{run.samples.back().length_m[run.plan.joint], mean_pressure(run, last_s - kLastOfRun_s, last_s)};
   const auto before = mean_pressure(run, 0, kBeforeRun_s);
@@ -122,7 +122,7 @@ std::optional<double> dead_band(const JogRun& ramp, const ValveDescription& valv
   const int joint = ramp.plan.joint;
   const double start_m = ramp.samples.front().length_m[joint];
   double n = 0, sum_t = 0, sum_r = 0, sum_tt = 0, sum_tr = 0;
-  for (const JogSample& s : ramp.samples) {
+  for (const slave::JogSample& s : ramp.samples) {
     const double way_m = std::abs(s.length_m[joint] - start_m);
     if (way_m < kFirstWay_m || way_m > kLastWay_m) continue;
     const double root = std::sqrt(way_m);

@@ -8,7 +8,8 @@
 
 #include "app/bringup/commission_result.h"
 #include "app/bringup/doctor_report.h"
-#include "app/bringup/orderly_stop.h"
+#include "slave/orderly_stop.h"
+#include "slave/safety_gate.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -139,7 +140,7 @@ class Wizard {
   /// Whatever happened before. Nodes that were not configured are left as they are.
   void out_of_service() noexcept {
     if (!bench_) return;
-    OrderlyStop stop(machine_, access_.bus());
+    slave::OrderlyStop stop(machine_, access_.bus());
     while (!stop.done()) {
       stop.step(access_.now());
       access_.wait_until(access_.now() + from_seconds(1 / machine_.bus.sync_Hz));
@@ -172,7 +173,7 @@ class Wizard {
   }
 
   void show_readings() {
-    const RawSensors& s = bench_->sensors();
+    const slave::RawSensors& s = bench_->sensors();
     for (std::size_t j = 0; j < kJoints; ++j) {
       dialogue_.say(fmt::format("   {:6} {:.4f} m, head side {:.1f} bar, rod side {:.1f} bar, spool {:+.1f} %",
                                 kJointNames[j], s.length_m[static_cast<int>(j)], s.pressure_Pa[2 * j] / 1e5,
@@ -234,8 +235,10 @@ class Wizard {
     dialogue_.ask(fmt::format("The {} cylinder {} slowly by about {:.0f} mm after some seconds: watch it.",
                               kJointNames[static_cast<std::size_t>(joint)], verb, 1e3 * kSmallWay_m),
                   {"go"});
-    const JogRun run = bench_->run(
-        {.joint = joint, .peak = direction * kJogLimits.command, .travel_m = kSmallWay_m, .longest_s = kSmallest_s});
+    const JogRun run = bench_->run({.joint = joint,
+                                    .peak = direction * slave::kJogTable.command,
+                                    .travel_m = kSmallWay_m,
+                                    .longest_s = kSmallest_s});
     const int seen = dialogue_.ask("What did that cylinder do? (another: another cylinder moved)",
                                    {"longer", "shorter", "still", "another"});
     keep(judge_direction(run, static_cast<Seen>(seen)));
@@ -244,7 +247,7 @@ class Wizard {
   std::optional<StrokeEnd> drive_to_end(int joint, int direction) {
     if (!offered(joint, direction > 0 ? "extends to its stop" : "retracts to its stop", true)) return std::nullopt;
     const double stroke_m = cylinder(joint).max_length_m - cylinder(joint).min_length_m;
-    const double peak = std::min(file_dead_band(joint, direction) + kEndOpening, kJogLimits.command);
+    const double peak = std::min(file_dead_band(joint, direction) + kEndOpening, slave::kJogTable.command);
     const JogRun run = bench_->run({.joint = joint,
                                     .peak = direction * peak,
                                     .rise_1ps = 0.1,
@@ -253,7 +256,7 @@ class Wizard {
                                     .until_stall = true});
     const auto end = stroke_end(run);
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
-    if (run.end == JogRun::End::kTravelled) {
+    if (run.end == slave::JogEnd::kTravelled) {
       keep({Level::kFault, about,
             fmt::format("moved by {:.1f} mm, the machine file has a stroke of {:.1f} mm: check encoder_step_mm, "
                         "min_length_m and "
@@ -302,17 +305,17 @@ class Wizard {
   void to_middle(int joint, bool from_retracted) {
     const int direction = from_retracted ? 1 : -1;
     const double stroke_m = cylinder(joint).max_length_m - cylinder(joint).min_length_m;
-    const double peak = std::min(file_dead_band(joint, direction) + kEndOpening, kJogLimits.command);
+    const double peak = std::min(file_dead_band(joint, direction) + kEndOpening, slave::kJogTable.command);
     (void)bench_->run(
         {.joint = joint, .peak = direction * peak, .rise_1ps = 0.1, .travel_m = stroke_m / 2, .longest_s = kStroke_s});
   }
 
   std::optional<double> ramp(int joint, int direction) {
     const JogRun run = bench_->run({.joint = joint,
-                                    .peak = direction * kJogLimits.command,
+                                    .peak = direction * slave::kJogTable.command,
                                     .rise_1ps = kRampRise_1ps,
                                     .travel_m = kRampWay_m,
-                                    .longest_s = kJogLimits.command / kRampRise_1ps + 1});
+                                    .longest_s = slave::kJogTable.command / kRampRise_1ps + 1});
     const auto found = dead_band(run, cylinder(joint).valve);
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
     const char* way = direction > 0 ? "extend" : "retract";

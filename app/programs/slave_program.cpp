@@ -7,11 +7,11 @@
 #include <memory>
 #include <utility>
 
-#include "app/bringup/orderly_stop.h"
 #include "app/programs/slave_table.h"
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
+#include "slave/orderly_stop.h"
 #include "slave/slave_loop.h"
 #include "slave/status_reporter.h"
 #include "transport/watched_can.h"
@@ -94,7 +94,7 @@ class SlaveRunner {
   bool wants_rows_;
   slave::SlaveLoop slave_;
   slave::StatusReporter reporter_;
-  bringup::OrderlyStop stop_;
+  slave::OrderlyStop stop_;
   SlaveMessage farewell_;
   bool said_off_ = false;
   ModeEvent last_;

@@ -1,11 +1,9 @@
-// What recorded motions say of an axis, and what ends a motion.
+// What recorded motions say of an axis, and what a person is told of what ended one.
 #include "app/bringup/commission_checks.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
-#include <limits>
 #include <numbers>
 
 #include "tests/bringup/hardware_bench.h"
@@ -14,10 +12,12 @@ namespace knuckle::bringup {
 namespace {
 
 using Level = Finding::Level;
+using slave::JogEnd;
+using slave::JogSample;
 using test::solar;
 
 /// A motion of the boom by so much, to an end of its own.
-JogRun motion(double peak, double way_m, JogRun::End end = JogRun::End::kTravelled) {
+JogRun motion(double peak, double way_m, JogEnd end = JogEnd::kTravelled) {
   JogRun run{end, {.joint = kBoom, .peak = peak}, {}};
   for (int i = 0; i <= 200; ++i) {
     JogSample s{0.005 * i, peak, peak, JointVector(0.9 + way_m * i / 200, 1.1, 0.9), {}};
@@ -44,7 +44,7 @@ TEST(CommissionChecks, DirectionIsRightOnlyWhereEyeValveAndEncoderAgree) {
 }
 
 TEST(CommissionChecks, AtAStopTheDrivenChamberRisesMost) {
-  JogRun run = motion(0.2, 0.1, JogRun::End::kStalled);
+  JogRun run = motion(0.2, 0.1, JogEnd::kStalled);
   for (JogSample& s : run.samples) {
     if (s.t_s > 0.5) s.pressure_Pa[0] = 180e5;
   }
@@ -58,8 +58,8 @@ TEST(CommissionChecks, AtAStopTheDrivenChamberRisesMost) {
   EXPECT_NE(other.text.find("the pressure of boom head rises by 160 bar instead of that of arm head"),
             std::string::npos)
       << other.text;
-  EXPECT_EQ(judge_sides(*stroke_end(motion(0.2, 0.1, JogRun::End::kStalled)), kBoom, true).level, Level::kNote);
-  EXPECT_FALSE(stroke_end(motion(0.2, 0.1, JogRun::End::kTime)));
+  EXPECT_EQ(judge_sides(*stroke_end(motion(0.2, 0.1, JogEnd::kStalled)), kBoom, true).level, Level::kNote);
+  EXPECT_FALSE(stroke_end(motion(0.2, 0.1, JogEnd::kTime)));
 }
 
 TEST(CommissionChecks, StrokeLiesBetweenWorkingRangeAndCylinder) {
@@ -79,7 +79,7 @@ TEST(CommissionChecks, DeadBandIsTheRootOfTheWayThroughQuantisedReadings) {
   const double lag_s = valve.delay_s + 2 * valve.damping_ratio / (2 * std::numbers::pi * valve.natural_frequency_Hz);
   for (const double band : {0.06, 0.11, 0.17}) {
     for (const double sign : {1.0, -1.0}) {
-      JogRun ramp{JogRun::End::kTravelled, {.joint = kArm, .peak = sign * 0.35, .rise_1ps = 0.03}, {}};
+      JogRun ramp{JogEnd::kTravelled, {.joint = kArm, .peak = sign * 0.35, .rise_1ps = 0.03}, {}};
       for (int i = 0; i < 2400; ++i) {
         const double t = 0.005 * i, since = std::max(0.0, t - band / 0.03 - lag_s);
         const double way = std::round(0.5 * 0.005 * since * since / 1e-4) * 1e-4;
@@ -93,33 +93,24 @@ TEST(CommissionChecks, DeadBandIsTheRootOfTheWayThroughQuantisedReadings) {
   EXPECT_FALSE(dead_band(motion(0.2, 1e-4), valve));
 }
 
-TEST(JogGate, EndsAMotionThatIsNotWhatItWasToBe) {
-  JogState good;
-  good.pressure_Pa.fill(100e5);
-  EXPECT_EQ(jog_gate(good, solar()), "");
-  const auto said = [&](const std::function<void(JogState&)>& change) {
-    JogState state = good;
-    change(state);
-    return jog_gate(state, solar());
-  };
-  const double infinite = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(said([](JogState& s) { s.command = 0.35; }), "");
-  EXPECT_EQ(said([](JogState& s) { s.command = -0.35; }), "");
-  for (const double bad : {0.351, -0.351, nan, infinite}) {
-    EXPECT_NE(said([&](JogState& s) { s.command = bad; }).find("command"), std::string::npos) << bad;
-  }
-  EXPECT_EQ(said([](JogState& s) { s.elapsed_s = 90; }), "");
-  EXPECT_NE(said([](JogState& s) { s.elapsed_s = 90.1; }), "");
-  EXPECT_EQ(said([](JogState& s) { s.oldest = 25ms; }), "");
-  EXPECT_NE(said([](JogState& s) { s.oldest = 26ms; }), "");
-  EXPECT_EQ(said([](JogState& s) { s.other_travel_m = 0.010; }), "");
-  EXPECT_NE(said([](JogState& s) { s.other_travel_m = 0.0101; }), "");
-  EXPECT_NE(said([&](JogState& s) { s.other_travel_m = nan; }), "");
-  EXPECT_EQ(said([](JogState& s) { s.pressure_Pa[3] = 240e5; }), "");
-  EXPECT_NE(said([](JogState& s) { s.pressure_Pa[3] = 240.1e5; }).find("arm rod side"), std::string::npos);
-  EXPECT_NE(said([&](JogState& s) { s.pressure_Pa[5] = nan; }), "");
-  EXPECT_NE(said([](JogState& s) { s.invalid = true; }), "");
-  EXPECT_NE(said([](JogState& s) { s.e_stop_open = true; }), "");
+TEST(JogText, NamesAxisMeasuredValueAndLimitOfWhatEndedAMotion) {
+  EXPECT_EQ(
+      jog_text({ReasonCode::kPressureLimit, 3, 241.3F, 240}),
+      "arm rod side pressure 241 bar, limit 240 bar (chamber_pressure_bar): check the load and the relief valves");
+  EXPECT_EQ(jog_text({ReasonCode::kJogOtherMoves, kBucket, 11.2F, 10}),
+            "the bucket cylinder moved by 11 mm without a command, limit 10 mm: valves, hoses or encoders are "
+            "exchanged, or a load holding valve leaks");
+  EXPECT_EQ(jog_text({ReasonCode::kSensorStale, 0x22, 26, 25}),
+            "node 0x22: sensor has stopped sending: check node and cable (26 ms; limit 25)");
+  EXPECT_EQ(jog_text({ReasonCode::kSensorInvalid, 0x22, 1, 0}),
+            "node 0x22 reports an invalid value: check its sensor and wiring");
+  EXPECT_EQ(jog_text({ReasonCode::kJogTooLong, 0, 90.5F, 90}),
+            "motion takes too long: check pump, engine speed and pilot pressure (90.5 s; limit 90)");
+  EXPECT_EQ(jog_text({ReasonCode::kEmergencyStop, 0, 0, 0}),
+            "the E-stop chain is open: release the E-stop on the machine");
+  EXPECT_EQ(jog_text({ReasonCode::kPilotStaysOn, 0, 0, 0}),
+            "pilot pressure is still on after it was switched off: check the enable valve before anything else");
+  EXPECT_EQ(jog_text({ReasonCode::kOperatorStop, 0, 0, 0}), "stopped from the keyboard");
 }
 
 }  // namespace

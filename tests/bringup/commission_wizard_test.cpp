@@ -164,7 +164,7 @@ TEST(CommissionWizard, EStopDuringAMotionEndsIt) {
   };
   const Outcome outcome = commission(bus, script);
   EXPECT_TRUE(once);
-  EXPECT_EQ(outcome.ended, "the E-stop chain is open");
+  EXPECT_EQ(outcome.ended, "the E-stop chain is open: release the E-stop on the machine");
   EXPECT_FALSE(outcome.pilot);
   EXPECT_EQ(outcome.demand, JointVector::Zero());
 }

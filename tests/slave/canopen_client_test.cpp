@@ -211,7 +211,7 @@ TEST(CanopenClient, ResetEdgeReachesAValveThatKeepsItsFaultWhicheverSyncItStarts
         client.receive(frame, now);
       }
       client.begin_step(now);
-      client.end_step(JointVector::Zero(), false, now);
+      client.end_step({}, false, now);
     }
     EXPECT_TRUE(client.operational()) << extra_syncs << ": " << text(client.fault());
     EXPECT_FALSE(valve.faulty);
@@ -232,7 +232,7 @@ TEST(CanopenClient, AValveThatWasNeverHeardIsToldByNoAge) {
     for (CanFrame frame; bus.port(0).receive(frame);)
       if (frame.id != canopen::tpdo1_id(0x11)) client.receive(frame, now);
     client.begin_step(now);
-    client.end_step(JointVector::Zero(), false, now);
+    client.end_step({}, false, now);
   }
   EXPECT_EQ(text(client.fault()), "node 0x11: sensor has stopped sending: check node and cable (never yet)");
 }

@@ -183,6 +183,21 @@ TEST(IncludeTable, SeesADefinitionInTheNamespaceOfAnotherSubject) {
   EXPECT_EQ(strangers("app/report", "a.h", "namespace knuckle {\n").size(), 1u);
 }
 
+/// Who may make the frame that opens a valve: its codec, and one function that takes what a gate let pass.
+TEST(ValveFrames, AreMadeFromWhatAGatePassedAndNowhereElse) {
+  const fs::path root = KNUCKLE_SOURCE_DIR;
+  const std::string call = std::string("valve_command") + "_frame(";
+  std::set<std::string> makers;
+  for (const fs::path& file : project_files(root)) {
+    const bool program = !subject_of(file.generic_string()).empty();
+    if (program && is_source(file) && contents(root / file).find(call) != std::string::npos) {
+      makers.insert(file.generic_string());
+    }
+  }
+  EXPECT_EQ(makers, (std::set<std::string>{"slave/valve_frame.h", "transport/canopen.cpp", "transport/canopen.h"}));
+  EXPECT_NE(contents(root / "slave/valve_frame.h").find("const PassedCommands&"), std::string::npos);
+}
+
 TEST(ProjectFiles, NameNoPrivatePath) {
   const fs::path root = KNUCKLE_SOURCE_DIR;
   for (const fs::path& file : project_files(root)) {

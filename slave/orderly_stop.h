@@ -10,7 +10,7 @@
 #include "machine/description_fwd.h"
 #include "transport/can_bus.h"
 
-namespace knuckle::bringup {
+namespace knuckle::slave {
 
 class OrderlyStop {
  public:
@@ -48,4 +48,4 @@ class OrderlyStop {
   int syncs_ = 0;
 };
 
-}  // namespace knuckle::bringup
+}  // namespace knuckle::slave

@@ -1,11 +1,12 @@
-#include "app/bringup/orderly_stop.h"
+#include "slave/orderly_stop.h"
 
 #include <algorithm>
 
 #include "machine/description.h"
+#include "slave/valve_frame.h"
 #include "transport/canopen.h"
 
-namespace knuckle::bringup {
+namespace knuckle::slave {
 namespace {
 
 constexpr int kMostFrames = 256;              // per step: a babbling node cannot delay the stop
@@ -73,8 +74,8 @@ void OrderlyStop::hear() noexcept {
 
 void OrderlyStop::send_commands(std::uint16_t control_word, bool at_once) noexcept {
   if (!at_once && syncs_ % machine_.bus.valve_every_nth_sync != 0) return;
-  for (const NodeDescription& valve : machine_.bus.valves)
-    bus_.send(canopen::valve_command_frame(valve.rpdo_id(), {control_word, 0}));
+  const PassedCommands neutral;
+  for (int j = 0; j < kJoints; ++j) bus_.send(valve_frame(machine_.bus, j, control_word, neutral));
   bus_.send(canopen::enable_output_frame(machine_.bus.enable.rpdo_id(), 0));
 }
 
@@ -110,4 +111,4 @@ PerJoint<bool> OrderlyStop::unconfirmed_valves() const noexcept {
   return open;
 }
 
-}  // namespace knuckle::bringup
+}  // namespace knuckle::slave

@@ -1,0 +1,211 @@
+#include "slave/jog.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "transport/canopen.h"
+
+namespace knuckle::slave {
+namespace {
+
+constexpr Duration kPilotPatience = 1s;
+constexpr double kStall_s = 0.7, kStall_m = 5e-4, kMoved_m = 2e-3;
+constexpr std::size_t kPressures = 6, kTilt = kPressures + kJoints;  // places in RawSensors::at
+
+bool wants_pilot(Jog::Phase phase) noexcept {
+  return phase != Jog::Phase::kRest && phase != Jog::Phase::kPilotDown;
+}
+
+/// Who sends the value at this place of RawSensors::at.
+std::uint8_t node_at(std::size_t place, const BusDescription& bus) noexcept {
+  if (place < kPressures) return bus.pressures[place].id;
+  return place < kTilt ? bus.encoders[place - kPressures].id : bus.tilt.id;
+}
+
+}  // namespace
+
+Time RawSensors::oldest() const noexcept {
+  return *std::min_element(at.begin(), at.end());
+}
+
+bool RawSensors::invalid() const noexcept {
+  return std::any_of(pressure_invalid.begin(), pressure_invalid.end(), [](bool one) { return one; });
+}
+
+Jog::Jog(const MachineDescription& machine, CanBus& bus)
+    : machine_(machine),
+      bus_(bus),
+      client_(machine, bus),
+      pressure_format_(canopen::pressure_format(machine.bus.wire.pressure_float, machine.bus.wire.pressure_digits)),
+      limits_(machine) {
+  sensors_.at.fill(kNever);
+}
+
+void Jog::step(Time now) noexcept {
+  stepped_at_ = now;
+  sample_.reset();
+  hear(now);
+  client_.begin_step(now);
+  const bool unpowered = !client_.pilot_on() && !client_.e_stop_open();  // an open E-stop is the gate's to say
+  if (phase_ == Phase::kMoving && unpowered) end_early({ReasonCode::kPilotOff, 0, 0, 0});
+  gate_ = jog_gate(wanted(now), judged(), gate_.memory, limits_, now);
+  if (gate_.fault) end_early(gate_.fault);
+  client_.end_step(gate_.commands, wants_pilot(phase_), now);
+  if (dialogue_) dialogue_->step(bus_, now);
+  if (client_.fault()) end_early(client_.fault());
+  go_on(now);
+}
+
+void Jog::hear(Time now) noexcept {
+  CanFrame frame;
+  for (int i = 0; i < kMostFrames && bus_.receive(frame); ++i) {
+    client_.receive(frame, now);
+    take(frame, now);
+    if (dialogue_) dialogue_->receive(frame);
+  }
+}
+
+void Jog::take(const CanFrame& frame, Time now) noexcept {
+  const BusDescription& bus = machine_.bus;
+  for (std::size_t i = 0; i < kPressures; ++i) {
+    if (frame.id != bus.pressures[i].tpdo_id()) continue;
+    const auto reading = canopen::parse_pressure(frame, pressure_format_);
+    if (!reading) continue;
+    sensors_.pressure_Pa[i] = reading->pressure_Pa;
+    sensors_.at[i] = now;
+    sensors_.pressure_invalid[i] = (reading->status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0;
+  }
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    if (frame.id != bus.encoders[i].tpdo_id()) continue;
+    const auto reading = canopen::parse_encoder(frame, machine_.sensors.encoder_step_m);
+    if (!reading) continue;
+    sensors_.length_m[static_cast<int>(i)] = reading->position_m;
+    sensors_.at[kPressures + i] = now;
+  }
+  if (frame.id == bus.tilt.tpdo_id()) {
+    if (const auto slope = canopen::parse_tilt(frame, machine_.sensors.tilt_step_rad)) {
+      sensors_.tilt_rad = *slope;
+      sensors_.at[kTilt] = now;
+    }
+  }
+}
+
+/// The opening grows with time, up to the plan's peak.
+JointVector Jog::wanted(Time now) const noexcept {
+  JointVector commands = JointVector::Zero();
+  if (phase_ != Phase::kMoving) return commands;
+  const double risen = plan_.rise_1ps * to_seconds(now - since_);
+  commands[plan_.joint] = std::copysign(std::min(std::abs(plan_.peak), risen), plan_.peak);
+  return commands;
+}
+
+JogState Jog::judged() const noexcept {
+  JogState state;
+  state.joint = plan_.joint;
+  state.since = since_;
+  state.travelled_m = sensors_.length_m - from_m_;
+  state.pressure_Pa = sensors_.pressure_Pa;
+  const auto oldest = std::min_element(sensors_.at.begin(), sensors_.at.end());
+  state.oldest_at = *oldest;
+  state.oldest_node = node_at(static_cast<std::size_t>(oldest - sensors_.at.begin()), machine_.bus);
+  for (std::size_t i = 0; i < kPressures; ++i) {
+    if (sensors_.pressure_invalid[i]) state.invalid_node = machine_.bus.pressures[i].id;
+  }
+  state.e_stop_open = client_.e_stop_open();
+  return state;
+}
+
+/// What the next step does.
+void Jog::go_on(Time now) noexcept {
+  switch (phase_) {
+    case Phase::kRest:
+      return;
+    case Phase::kPilotUp:
+      return await_pilot(true, with_pilot_, now);
+    case Phase::kHeld:
+      if (now - since_ >= hold_) enter(Phase::kPilotDown, now);
+      return;
+    case Phase::kMoving:
+      return note_motion(now);
+    case Phase::kClosing:
+      if (now - since_ >= kSettle) enter(Phase::kPilotDown, now);
+      return;
+    case Phase::kPilotDown:
+      return await_pilot(false, Phase::kRest, now);
+  }
+}
+
+void Jog::await_pilot(bool on, Phase then, Time now) noexcept {
+  if (client_.pilot_on() == on) return enter(then, now);
+  if (client_.e_stop_open()) return end_early({ReasonCode::kEmergencyStop, 0, 0, 0});
+  if (now - since_ >= kPilotPatience) end_early({on ? ReasonCode::kPilotOff : ReasonCode::kPilotStaysOn, 0, 0, 0});
+}
+
+void Jog::note_motion(Time now) noexcept {
+  const double t_s = to_seconds(now - since_), length_m = sensors_.length_m[plan_.joint];
+  sample_ = {t_s, gate_.commands[plan_.joint], client_.spool()[plan_.joint], sensors_.length_m, sensors_.pressure_Pa};
+  if (std::abs(length_m - still_at_m_) > kStall_m) {
+    still_at_m_ = length_m;
+    still_since_s_ = t_s;
+  }
+  const double own_m = std::abs(length_m - from_m_[plan_.joint]);
+  if (own_m >= plan_.travel_m) {
+    end_ = JogEnd::kTravelled;
+  } else if (plan_.until_stall && own_m > kMoved_m && t_s - still_since_s_ > kStall_s) {
+    end_ = JogEnd::kStalled;
+  } else if (t_s >= plan_.longest_s) {
+    end_ = JogEnd::kTime;
+  } else {
+    return;
+  }
+  enter(Phase::kClosing, now);
+}
+
+void Jog::enter(Phase phase, Time now) noexcept {
+  phase_ = phase;
+  since_ = now;
+  if (phase != Phase::kMoving) return;
+  from_m_ = sensors_.length_m;
+  still_at_m_ = from_m_[plan_.joint];
+  still_since_s_ = 0;
+}
+
+void Jog::end_early(const Reason& why) noexcept {
+  phase_ = Phase::kRest;
+  if (!trouble_) trouble_ = why;
+}
+
+void Jog::begin(Phase phase) noexcept {
+  with_pilot_ = phase;
+  trouble_ = {};
+  enter(Phase::kPilotUp, stepped_at_);
+}
+
+void Jog::start() noexcept {
+  client_.restart();
+  end_early({});
+  trouble_ = {};
+}
+
+void Jog::hold_pilot(Duration time) noexcept {
+  if (phase_ != Phase::kRest) return;
+  hold_ = time;
+  begin(Phase::kHeld);
+}
+
+void Jog::move(const JogPlan& plan) noexcept {
+  if (phase_ != Phase::kRest || plan.joint < 0 || plan.joint >= kJoints) return;
+  plan_ = plan;
+  begin(Phase::kMoving);
+}
+
+void Jog::stop() noexcept {
+  if (phase_ != Phase::kRest) end_early({ReasonCode::kOperatorStop, 0, 0, 0});
+}
+
+void Jog::write_objects(std::uint8_t node, SdoScript script) {
+  dialogue_.emplace(node, std::move(script), from_seconds(machine_.bus.sdo_timeout_s));
+}
+
+}  // namespace knuckle::slave

@@ -1,0 +1,126 @@
+// Small motions of one valve at a time, before sensors and signs are checked: pilot pressure on, an opening that grows
+// open loop up to a small one, valve closed, pilot pressure off. jog_gate() (safety_gate.h) judges every command.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "core/joints.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "machine/description.h"
+#include "slave/canopen_client.h"
+#include "slave/node_setup.h"
+#include "slave/safety_gate.h"
+#include "transport/can_bus.h"
+
+namespace knuckle::slave {
+
+/// Newest values as the nodes report them: not zeroed, not filtered, none left out.
+struct RawSensors {
+  std::array<double, 6> pressure_Pa{};
+  JointVector length_m = JointVector::Zero();
+  double tilt_rad = 0;
+  std::array<Time, 10> at{};               ///< Arrivals: pressures, lengths, tilt; kNever before the first.
+  std::array<bool, 6> pressure_invalid{};  ///< As reported by the transmitter.
+  [[nodiscard]] Time oldest() const noexcept;
+  [[nodiscard]] bool invalid() const noexcept;
+};
+
+struct JogPlan {
+  int joint = 0;
+  double peak = 0;         ///< Command that is not exceeded, fraction of spool stroke; its sign is the direction.
+  double rise_1ps = 0.05;  ///< The command's slope up to there.
+  double travel_m = 0.02;  ///< Ends after so much motion of its own encoder.
+  double longest_s = 10;
+  bool until_stall = false;  ///< Ends where the cylinder, having moved, stands still against the open valve.
+};
+/// Of the joint that moves, since its motion began; the command as it passed the gate.
+struct JogSample {
+  double t_s = 0, command = 0, spool = 0;
+  JointVector length_m = JointVector::Zero();
+  std::array<double, 6> pressure_Pa{};
+};
+enum class JogEnd : std::uint8_t { kTravelled, kStalled, kTime };
+
+/// Every step sends SYNC, commands that passed the gate, and the controller's heartbeat. Whatever ends a task early
+/// leaves valves neutral and pilot pressure off from that very step on.
+class Jog {
+ public:
+  enum class Phase : std::uint8_t {
+    kRest,       ///< Neutral, no pilot pressure.
+    kPilotUp,    ///< Switched on, not reported yet; valves closed.
+    kHeld,       ///< Pilot pressure on for a while, valves closed.
+    kMoving,     ///< One valve open.
+    kClosing,    ///< Valves closed, pilot pressure still on: the spool closes, pressures settle.
+    kPilotDown,  ///< Switched off, until the enable node reports it off.
+  };
+  static constexpr Duration kSettle = 400ms;  ///< Of kClosing.
+
+  /// Bus must outlive it. @throws InputError where the machine file cannot be worked with.
+  Jog(const MachineDescription& machine, CanBus& bus);
+
+  /// One SYNC period.
+  void step(Time now) noexcept;
+
+  // Between steps.
+  /// Configures and starts all nodes anew; pilot pressure stays off.
+  void start() noexcept;
+  /// A task, at rest only; else nothing happens. Pilot pressure on with closed valves for so long, and off again.
+  void hold_pilot(Duration time) noexcept;
+  /// Another: pilot pressure on, the motion, valve closed, pilot pressure off.
+  void move(const JogPlan& plan) noexcept;
+  /// Ends the task, if there is one, with trouble kOperatorStop.
+  void stop() noexcept;
+  /// Works through SDO steps of one node beside everything else; see dialogue().
+  void write_objects(std::uint8_t node, SdoScript script);
+  /// Of the last write_objects().
+  [[nodiscard]] const std::optional<SdoDialogue>& dialogue() const noexcept { return dialogue_; }
+
+  [[nodiscard]] Phase phase() const noexcept { return phase_; }
+  /// Why the last task ended early, or which node failed; kNone otherwise.
+  [[nodiscard]] const Reason& trouble() const noexcept { return trouble_; }
+  /// Of this step, while a motion goes on.
+  [[nodiscard]] const std::optional<JogSample>& sample() const noexcept { return sample_; }
+  /// How the last motion ended.
+  [[nodiscard]] JogEnd end() const noexcept { return end_; }
+  [[nodiscard]] const RawSensors& sensors() const noexcept { return sensors_; }
+  [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
+
+ private:
+  static constexpr int kMostFrames = 256;  ///< Per step: a babbling node cannot keep it busy.
+
+  void hear(Time now) noexcept;
+  void take(const CanFrame& frame, Time now) noexcept;
+  void begin(Phase phase) noexcept;
+  void enter(Phase phase, Time now) noexcept;
+  void end_early(const Reason& why) noexcept;
+  [[nodiscard]] JointVector wanted(Time now) const noexcept;
+  [[nodiscard]] JogState judged() const noexcept;
+  void note_motion(Time now) noexcept;
+  void go_on(Time now) noexcept;
+  void await_pilot(bool on, Phase then, Time now) noexcept;
+
+  MachineDescription machine_;
+  CanBus& bus_;
+  CanopenClient client_;
+  canopen::PressureFormat pressure_format_;
+  GateLimits limits_;
+  RawSensors sensors_;
+  std::optional<SdoDialogue> dialogue_;
+
+  Phase phase_ = Phase::kRest;
+  Time since_ = kNever, stepped_at_ = kNever;  // of the phase; the last step
+  Phase with_pilot_ = Phase::kHeld;            // what comes once it is on
+  Duration hold_{};
+  JogPlan plan_;
+  JointVector from_m_ = JointVector::Zero();
+  double still_at_m_ = 0, still_since_s_ = 0;
+  GateResult gate_;
+  std::optional<JogSample> sample_;
+  JogEnd end_ = JogEnd::kTime;
+  Reason trouble_;
+};
+
+}  // namespace knuckle::slave

@@ -1,0 +1,217 @@
+// The gate of first motions: its limits stated again as numbers and swept across their borders.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "slave/safety_gate.h"
+#include "tests/slave/test_machine.h"
+#include "tests/support/no_alloc.h"
+
+namespace knuckle::slave {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+class JogGate : public ::testing::Test {
+ protected:
+  JogGate() {
+    state.joint = kArm;
+    state.since = now - 1s;
+    state.pressure_Pa.fill(100e5);
+    state.oldest_at = now;
+    state.oldest_node = 0x23;
+    memory = {only(0.3), now - 5ms};
+  }
+  static JointVector only(double value, int joint = kArm) {
+    JointVector v = JointVector::Zero();
+    v[joint] = value;
+    return v;
+  }
+  /// As if this command had been sent long enough: the rate rule is out of the way.
+  GateResult gate(const JointVector& wanted) {
+    memory.sent = wanted.array().isFinite().select(wanted, 0);
+    return jog_gate(wanted, state, memory, limits, now);
+  }
+  /// Neutral, with this fault; as it was, it passes.
+  void expect_refused(ReasonCode code, int subject = -1) {
+    const GateResult r = gate(only(0.2));
+    EXPECT_EQ(r.commands, JointVector(0, 0, 0));
+    EXPECT_EQ(r.memory.sent, JointVector(0, 0, 0));
+    EXPECT_EQ(r.fault.code, code);
+    if (subject >= 0) {
+      EXPECT_EQ(r.fault.subject, subject);
+    }
+  }
+  void expect_passed() {
+    const GateResult r = gate(only(0.2));
+    EXPECT_EQ(r.commands, only(0.2));
+    EXPECT_FALSE(r.fault) << text(r.fault);
+    EXPECT_EQ(r.limits, 0);
+  }
+
+  Time now = Time(100s);
+  GateLimits limits{test::test_machine()};
+  JogState state;
+  GateMemory memory;
+};
+
+TEST_F(JogGate, PassesASmallOpeningOfTheJointOfThePlan) {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    state.joint = joint;
+    for (double u = -0.35; u <= 0.35; u += 0.01) {
+      const GateResult r = gate(only(u, joint));
+      EXPECT_EQ(r.commands, only(u, joint));
+      EXPECT_FALSE(r.fault);
+    }
+  }
+}
+
+TEST_F(JogGate, RefusesWhatIsBeyondThirtyFivePercentOfStroke) {
+  for (double u = -1.2; u <= 1.2; u += 0.003) {
+    const GateResult r = gate(only(u));
+    EXPECT_EQ(r.fault.code, std::abs(u) > 0.35 ? ReasonCode::kCommandInvalid : ReasonCode::kNone) << u;
+    EXPECT_EQ(r.commands, std::abs(u) > 0.35 ? only(0) : only(u)) << u;
+  }
+  for (const double bad : {kNan, kInf, -kInf}) {
+    EXPECT_EQ(gate(only(bad)).fault.code, ReasonCode::kCommandInvalid);
+    EXPECT_EQ(gate(only(bad)).commands, only(0));
+  }
+}
+
+TEST_F(JogGate, RefusesAnyOpeningOfAnotherJoint) {
+  for (const int other : {kBoom, kBucket}) {
+    for (const double u : {1e-9, -0.1, 0.2, kNan}) {
+      const GateResult r = gate(only(0.2) + only(u, other));
+      EXPECT_EQ(r.fault.code, ReasonCode::kCommandInvalid);
+      EXPECT_EQ(r.fault.subject, other);
+      EXPECT_EQ(r.commands, only(0));
+    }
+  }
+}
+
+TEST_F(JogGate, OpensSlowlyFromZeroAndClosesAtOnce) {
+  // 0.2 of stroke per second: 0.001 a step of 5 ms, however small the opening.
+  for (const double sign : {-1.0, 1.0}) {
+    for (double from = 0; from <= 0.35; from += 0.01) {
+      for (double to = 0.0002; to <= 0.35; to += 0.0005) {
+        memory = {only(sign * from), now - 5ms};
+        const GateResult r = jog_gate(only(sign * to), state, memory, limits, now);
+        EXPECT_NEAR(r.commands[kArm], sign * std::min(to, from + 0.001), 1e-12) << from << " " << to;
+        EXPECT_EQ((r.limits & kLimitRate) != 0, to > from + 0.001) << from << " " << to;
+      }
+    }
+  }
+  memory = {only(0.3), now - 5ms};
+  EXPECT_NEAR(jog_gate(only(-0.3), state, memory, limits, now).commands[kArm], -0.001, 1e-12) << "through zero";
+}
+
+TEST_F(JogGate, LateLoopGetsNoBiggerJumpAndATooLateOneNone) {
+  for (Duration gap = 5ms; gap <= 80ms; gap += 1ms) {
+    memory = {only(0.1), now - gap};
+    const GateResult r = jog_gate(only(0.3), state, memory, limits, now);
+    if (gap > 50ms) {  // the valve's own watchdog
+      EXPECT_EQ(r.fault.code, ReasonCode::kLoopOverrun) << to_seconds(gap);
+      EXPECT_EQ(r.commands, only(0));
+    } else {
+      EXPECT_NEAR(r.commands[kArm], 0.1 + 0.2 * std::min(to_seconds(gap), 0.020), 1e-12);
+    }
+  }
+  memory = {only(0), now - 10s};
+  EXPECT_FALSE(jog_gate(only(0.3), state, memory, limits, now).fault) << "closed valves have no deadline";
+}
+
+TEST_F(JogGate, RefusesAMotionOfMoreThanNinetySeconds) {
+  for (Duration elapsed = 89s; elapsed <= 91s; elapsed += 5ms) {
+    state.since = now - elapsed;
+    elapsed > 90s ? expect_refused(ReasonCode::kJogTooLong) : expect_passed();
+  }
+  state.since = now + 1ns;
+  expect_refused(ReasonCode::kJogTooLong);
+}
+
+TEST_F(JogGate, RefusesOldFutureAndInvalidSensorsByTheirNode) {
+  for (Duration age = 0ms; age < 60ms; age += 100us) {
+    state.oldest_at = now - age;
+    age > 25ms ? expect_refused(ReasonCode::kSensorStale, 0x23) : expect_passed();
+  }
+  state.oldest_at = kNever;
+  expect_refused(ReasonCode::kSensorStale, 0x23);
+  state.oldest_at = now + 1ns;
+  expect_refused(ReasonCode::kSensorInvalid, 0x23);
+  state.oldest_at = now;
+  state.invalid_node = 0x21;
+  expect_refused(ReasonCode::kSensorInvalid, 0x21);
+}
+
+TEST_F(JogGate, RefusesMotionOfACylinderThatWasNotCommanded) {
+  for (const int other : {kBoom, kBucket}) {
+    for (double way = -0.02005; way <= 0.02; way += 0.0001) {
+      state.travelled_m = only(way, other);
+      std::abs(way) > 0.01 ? expect_refused(ReasonCode::kJogOtherMoves, other) : expect_passed();
+    }
+    state.travelled_m = only(kNan, other);
+    expect_refused(ReasonCode::kJogOtherMoves, other);
+    state.travelled_m.setZero();
+  }
+}
+
+TEST_F(JogGate, RefusesAnyChamberAboveItsPressureLimit) {
+  for (std::size_t chamber = 0; chamber < 6; ++chamber) {
+    for (double bar = 200; bar <= 260; bar += 0.25) {
+      state.pressure_Pa[chamber] = bar * 1e5;
+      bar > 240 ? expect_refused(ReasonCode::kPressureLimit, static_cast<int>(chamber)) : expect_passed();
+    }
+    state.pressure_Pa[chamber] = kNan;
+    expect_refused(ReasonCode::kPressureLimit, static_cast<int>(chamber));
+    state.pressure_Pa[chamber] = 100e5;
+  }
+}
+
+TEST_F(JogGate, RefusesWhileTheEStopIsOpen) {
+  expect_passed();
+  state.e_stop_open = true;
+  expect_refused(ReasonCode::kEmergencyStop);
+}
+
+TEST_F(JogGate, NeutralAlwaysPasses) {
+  state = {};
+  state.e_stop_open = true;
+  state.pressure_Pa.fill(kNan);
+  const GateResult r = gate(only(0));
+  EXPECT_EQ(r.commands, only(0));
+  EXPECT_FALSE(r.fault);
+}
+
+// Whatever comes in: never more than asked, never the other way, one joint only, and every change is reported.
+TEST_F(JogGate, OnlyEverTakesAwayAndNeverSilently) {
+  std::mt19937 rng(3);
+  const auto draw = [&rng](double low, double high) { return std::uniform_real_distribution<>(low, high)(rng); };
+  for (int i = 0; i < 20000; ++i) {
+    state.joint = static_cast<int>(draw(0, 2.999));
+    for (double& p : state.pressure_Pa) p = draw(0, 245) * 1e5;
+    for (double& way : state.travelled_m) way = draw(-0.011, 0.011);
+    memory = {only(draw(-0.4, 0.4), state.joint), now - from_seconds(draw(0, 0.06))};
+    JointVector wanted = only(draw(-0.4, 0.4), state.joint);
+    if (draw(0, 1) < 0.1) wanted[static_cast<int>(draw(0, 2.999))] = draw(-0.4, 0.4);
+    const GateResult r = jog_gate(wanted, state, memory, limits, now);
+    EXPECT_EQ(r.commands == wanted, r.limits == 0 && !r.fault);
+    EXPECT_EQ(r.memory.sent, r.commands.value());
+    for (int j = 0; j < kJoints; ++j) {
+      EXPECT_LE(std::abs(r.commands[j]), j == state.joint ? 0.35 : 0.0);
+      EXPECT_LE(std::abs(r.commands[j]), std::abs(wanted[j]));
+      EXPECT_GE(r.commands[j] * wanted[j], 0);
+    }
+  }
+}
+
+TEST_F(JogGate, AllocatesNothing) {
+  const test::NoAllocScope scope;
+  for (int i = 0; i < 100; ++i) (void)gate(only(0.004 * i));
+  EXPECT_EQ(scope.allocations(), 0U);
+}
+
+}  // namespace
+}  // namespace knuckle::slave

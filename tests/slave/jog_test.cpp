@@ -1,0 +1,279 @@
+// First motions of one valve at a time against the simulated nodes; what matters is read off the wire.
+#include "slave/jog.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/slave/bench_machine.h"
+#include "tests/slave/lossy_can.h"
+#include "tests/support/no_alloc.h"
+
+namespace knuckle::slave {
+namespace {
+
+using Phase = Jog::Phase;
+
+/// The bench without its loop: the jog has the bus.
+struct JogRig {
+  JogRig() {
+    bench.hung = true;
+    samples.reserve(20000);
+  }
+  /// One SYNC period.
+  void step() {
+    bench.run(5ms);
+    jog.step(bench.now);
+    if (jog.sample()) samples.push_back(*jog.sample());
+  }
+  void run(Duration time) {
+    for (const Time end = bench.now + time; bench.now < end;) step();
+  }
+  void start() {
+    jog.start();
+    run(3s);
+    ASSERT_TRUE(jog.client().operational()) << text(jog.client().fault());
+    ASSERT_NE(jog.sensors().oldest(), kNever);
+    bench.wire.clear();
+  }
+  /// Until the task is over.
+  void finish() {
+    for (int i = 0; i < 20000 && jog.phase() != Phase::kRest; ++i) step();
+    ASSERT_EQ(jog.phase(), Phase::kRest);
+  }
+  /// The boom moves by this, with its valve open.
+  void moving(const JogPlan& plan = {.joint = kBoom, .peak = 0.3, .rise_1ps = 0.1, .travel_m = 1}) {
+    start();
+    jog.move(plan);
+    for (int i = 0; i < 1000 && (samples.empty() || std::abs(samples.back().command) < 0.2); ++i) step();
+    ASSERT_EQ(jog.phase(), Phase::kMoving);
+  }
+  /// Since then every valve was told to be neutral at once, the enable output went off, and nothing came after it.
+  void expect_off_since(Time since, Duration limit = 10ms) const {
+    for (int i = 0; i < kJoints; ++i) {
+      const Time neutral = bench.command_neutral_since(since, i);
+      ASSERT_NE(neutral, kNever) << i;
+      EXPECT_LE(to_seconds(neutral - since), to_seconds(limit)) << i;
+    }
+    EXPECT_FALSE(bench.nodes.outputs().pilot);
+    EXPECT_EQ(bench.nodes.outputs().spool_demand, JointVector(0, 0, 0));
+  }
+
+  test::BenchMachine bench;
+  test::LossyCan can{bench.bus.port(0)};
+  Jog jog{bench.description, can};
+  std::vector<JogSample> samples;
+};
+
+TEST(Jog, MovesOneCylinderSlowlyAndGivesBackPilotPressure) {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    for (const double sign : {1.0, -1.0}) {
+      JogRig rig;
+      rig.start();
+      const JointVector before = rig.bench.signals.cylinder_m;
+      rig.jog.move({.joint = joint, .peak = sign * 0.35, .travel_m = 0.015});
+      rig.finish();
+      EXPECT_FALSE(rig.jog.trouble()) << text(rig.jog.trouble());
+      EXPECT_EQ(rig.jog.end(), JogEnd::kTravelled);
+      const JointVector way = rig.bench.signals.cylinder_m - before;
+      for (int other = 0; other < kJoints; ++other) {
+        EXPECT_NEAR(way[other], other == joint ? sign * 0.016 : 0, 0.003) << other;
+      }
+      double last = 0;
+      for (const JogSample& s : rig.samples) {
+        EXPECT_LE(std::abs(s.command), 0.35);
+        EXPECT_NEAR(std::abs(s.command) - last, 0.05 * 0.005, 1e-9) << s.t_s;
+        last = std::abs(s.command);
+      }
+      EXPECT_FALSE(rig.bench.nodes.outputs().pilot);
+    }
+  }
+}
+
+TEST(Jog, EndsWhereItsTimeIsOverOrTheCylinderStandsAtItsStop) {
+  JogRig rig;
+  rig.start();
+  rig.jog.move({.joint = kArm, .peak = 0.05, .longest_s = 2});  // within the dead band
+  rig.finish();
+  EXPECT_EQ(rig.jog.end(), JogEnd::kTime);
+  EXPECT_NEAR(rig.samples.back().t_s, 2, 0.006);
+  rig.samples.clear();
+  rig.jog.move({.joint = kArm, .peak = 0.3, .rise_1ps = 0.1, .travel_m = 1, .longest_s = 80, .until_stall = true});
+  rig.finish();
+  EXPECT_EQ(rig.jog.end(), JogEnd::kStalled) << text(rig.jog.trouble());
+  EXPECT_NEAR(rig.bench.signals.cylinder_m[kArm], rig.bench.description.cylinders[kArm].max_length_m, 1e-6);
+}
+
+TEST(Jog, ValvesStayClosedWhilePilotPressureIsTried) {
+  JogRig rig;
+  rig.start();
+  rig.jog.hold_pilot(500ms);
+  rig.run(300ms);
+  EXPECT_EQ(rig.jog.phase(), Phase::kHeld);
+  EXPECT_TRUE(rig.bench.nodes.outputs().pilot);
+  rig.finish();
+  EXPECT_FALSE(rig.bench.nodes.outputs().pilot);
+  for (int i = 0; i < kJoints; ++i) EXPECT_NE(rig.bench.command_neutral_since(Time{}, i), kNever);
+  for (const auto& w : rig.bench.wire) {
+    if (const auto command = canopen::parse_valve_command(w.frame);
+        command && w.frame.id >= 0x210 && w.frame.id < 0x213) {
+      EXPECT_EQ(command->set_point, 0);
+    }
+  }
+}
+
+TEST(Jog, WhateverEndsAMotionLeavesItNeutralAndUnpoweredFromThatStepOn) {
+  struct Case {
+    ReasonCode code;
+    void (*happen)(JogRig&);
+    Duration limit;  ///< to neutral on the wire
+  };
+  const Case cases[] = {
+      {ReasonCode::kOperatorStop, [](JogRig& r) { r.jog.stop(); }, 10ms},
+      {ReasonCode::kEmergencyStop, [](JogRig& r) { r.bench.nodes.set_estop(true); }, 20ms},
+      {ReasonCode::kSensorStale, [](JogRig& r) { r.bench.nodes.inject(0x31, sim::NodeFault::kSilent); }, 50ms},
+      {ReasonCode::kSensorInvalid, [](JogRig& r) { r.bench.nodes.inject(0x22, sim::NodeFault::kInvalid); }, 30ms},
+      {ReasonCode::kPressureLimit, [](JogRig& r) { r.bench.signals.pressure_Pa[1] = 241e5; }, 30ms},
+      {ReasonCode::kJogOtherMoves, [](JogRig& r) { r.bench.signals.cylinder_m[kArm] += 0.02; }, 30ms},
+      {ReasonCode::kNodeEmergency, [](JogRig& r) { (void)r.bench.nodes.send_emcy(0x10, 0x3110); }, 30ms},
+      {ReasonCode::kLoopOverrun, [](JogRig& r) { r.bench.run(60ms); }, 80ms},
+  };
+  for (const Case& c : cases) {
+    JogRig rig;
+    rig.moving();
+    const Time at = rig.bench.now;
+    c.happen(rig);
+    rig.run(300ms);
+    EXPECT_EQ(rig.jog.trouble().code, c.code) << name(c.code) << ": " << text(rig.jog.trouble());
+    EXPECT_EQ(rig.jog.phase(), Phase::kRest);
+    rig.expect_off_since(at, c.limit);
+  }
+}
+
+TEST(Jog, NothingMovesWithoutPilotPressure) {
+  JogRig rig;
+  rig.start();
+  rig.can.lost = {rig.bench.description.bus.enable.rpdo_id()};
+  rig.jog.move({.joint = kBoom, .peak = 0.3});
+  rig.run(900ms);
+  EXPECT_EQ(rig.jog.phase(), Phase::kPilotUp);
+  rig.run(200ms);
+  EXPECT_EQ(rig.jog.phase(), Phase::kRest);
+  EXPECT_EQ(rig.jog.trouble().code, ReasonCode::kPilotOff) << text(rig.jog.trouble());
+  EXPECT_TRUE(rig.samples.empty());
+}
+
+TEST(Jog, PilotPressureThatStaysOnIsReported) {
+  JogRig rig;
+  rig.start();
+  rig.jog.hold_pilot(100ms);
+  while (rig.jog.phase() != Phase::kHeld) rig.step();
+  rig.can.lost = {rig.bench.description.bus.enable.rpdo_id()};
+  rig.run(1200ms);
+  EXPECT_EQ(rig.jog.phase(), Phase::kRest);
+  EXPECT_EQ(rig.jog.trouble().code, ReasonCode::kPilotStaysOn) << text(rig.jog.trouble());
+}
+
+TEST(Jog, TaskIsTakenAtRestOnly) {
+  JogRig rig;
+  rig.moving();
+  rig.jog.move({.joint = kArm, .peak = 0.3});
+  rig.jog.hold_pilot(1s);
+  rig.step();
+  EXPECT_EQ(rig.jog.phase(), Phase::kMoving);
+  EXPECT_EQ(rig.bench.nodes.outputs().spool_demand[kArm], 0);
+  rig.jog.stop();
+  rig.finish();
+  rig.jog.move({.joint = 3, .peak = 0.3});
+  EXPECT_EQ(rig.jog.phase(), Phase::kRest) << "there is no such joint";
+}
+
+TEST(Jog, PlanThatAsksForMoreThanTheGateAllowsEndsAtItsLimit) {
+  JogRig rig;
+  rig.bench.blocked[kBoom] = true;
+  rig.start();
+  rig.jog.move({.joint = kBoom, .peak = 0.6, .rise_1ps = 0.1, .travel_m = 1});
+  rig.finish();
+  EXPECT_EQ(rig.jog.trouble().code, ReasonCode::kCommandInvalid);
+  for (const JogSample& s : rig.samples) EXPECT_LE(s.command, 0.35);
+  EXPECT_GT(rig.samples.back().command, 0.34);
+}
+
+/// What the wire carried since recording began: one opening at a time, small, and opened slowly.
+void expect_gentle(const test::BenchMachine& bench, const std::string& what) {
+  constexpr double kStep = 1.0 / 16384;  // of a set-point on the wire
+  PerJoint<double> open{};
+  PerJoint<Time> at{};
+  for (const auto& w : bench.wire) {
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      if (w.frame.id != bench.description.bus.valves[j].rpdo_id()) continue;
+      const auto command = canopen::parse_valve_command(w.frame);
+      ASSERT_TRUE(command);
+      const double before = open[j], now = command->set_point;
+      ASSERT_LE(std::abs(now), 0.35 + kStep) << what;
+      const double from = before * now > 0 ? std::abs(before) : 0;
+      ASSERT_LE(std::abs(now), from + 0.2 * 0.011 + 2 * kStep)
+          << what << ", after " << to_seconds(w.at - at[j]) << " s";
+      open[j] = now;
+      at[j] = w.at;
+      ASSERT_LE(std::count_if(open.begin(), open.end(), [](double u) { return u != 0; }), 1) << what;
+    }
+  }
+}
+
+TEST(Jog, CarriesOneSmallOpeningAtATimeAndEndsNeutralWhateverThePlanAndWhateverFails) {
+  std::mt19937 rng(29);
+  const auto draw = [&rng](double low, double high) { return std::uniform_real_distribution<>(low, high)(rng); };
+  const std::vector<std::pair<const char*, std::function<void(JogRig&)>>> events = {
+      {"nothing", [](JogRig&) {}},
+      {"stop", [](JogRig& r) { r.jog.stop(); }},
+      {"E-stop", [](JogRig& r) { r.bench.nodes.set_estop(true); }},
+      {"silent encoder", [](JogRig& r) { r.bench.nodes.inject(0x31, sim::NodeFault::kSilent); }},
+      {"invalid pressure", [](JogRig& r) { r.bench.nodes.inject(0x22, sim::NodeFault::kInvalid); }},
+      {"high pressure", [](JogRig& r) { r.bench.signals.pressure_Pa[1] = 241e5; }},
+      {"another cylinder", [](JogRig& r) { r.bench.signals.cylinder_m += JointVector::Constant(0.011); }},
+      {"silent enable node", [](JogRig& r) { r.bench.nodes.inject(0x40, sim::NodeFault::kSilent); }},
+      {"late loop", [](JogRig& r) { r.bench.run(60ms); }},
+  };
+  for (int run = 0; run < 40; ++run) {
+    JogRig rig;
+    rig.start();
+    const JogPlan plan{.joint = static_cast<int>(draw(0, 2.999)),
+                       .peak = draw(-0.6, 0.6),
+                       .rise_1ps = std::exp(draw(-4, 2)),
+                       .travel_m = draw(0.002, 0.3),
+                       .longest_s = draw(0.2, 4),
+                       .until_stall = draw(0, 1) < 0.5};
+    const auto& [name, happen] = events[static_cast<std::size_t>(run) % events.size()];
+    const std::string what = std::string(name) + ", run " + std::to_string(run);
+    rig.jog.move(plan);
+    rig.run(from_seconds(draw(0, 3)));
+    happen(rig);
+    rig.run(7s);
+    EXPECT_EQ(rig.jog.phase(), Phase::kRest) << what;
+    EXPECT_FALSE(rig.bench.nodes.outputs().pilot) << what;
+    EXPECT_EQ(rig.bench.nodes.outputs().spool_demand, JointVector(0, 0, 0)) << what;
+    expect_gentle(rig.bench, what);
+  }
+}
+
+TEST(Jog, StepAllocatesNothing) {
+  JogRig rig;
+  rig.bench.recording = false;
+  rig.start();
+  const test::NoAllocScope scope;
+  rig.jog.move({.joint = kBoom, .peak = 0.35, .travel_m = 0.015});
+  for (int i = 0; i < 4000 && rig.jog.phase() != Phase::kRest; ++i) rig.step();
+  rig.jog.hold_pilot(100ms);
+  for (int i = 0; i < 400; ++i) rig.step();
+  EXPECT_EQ(scope.allocations(), 0U);
+}
+
+}  // namespace
+}  // namespace knuckle::slave
