@@ -206,8 +206,8 @@ void draw_help(const widgets::Ui& ui, const widgets::Area& area) {
   rest.cut_top(t.px(38));
   const widgets::Area note = rest.cut_bottom(t.px(48), t.unit());
   widgets::put_lines(t.fonts.small, t.colours.notice, note,
-                     "Stop is software: it requests the machine's side over the link to stop. It is not an emergency "
-                     "stop; the machine has its own, hard-wired.");
+                     "Stop is software: it requests a stop over the link. It is not an emergency stop; the machine has "
+                     "its own, hard-wired.");
   std::size_t lines = kPointing.size();
   for (const KeyBinding& b : kKeys) lines += *b.keys != '\0';
   const std::size_t half = (lines + 1) / 2;
