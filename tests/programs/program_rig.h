@@ -196,7 +196,7 @@ class Hand {
     change(meant_);
     to_say_.put(meant_);
   }
-  /// Asks the machine to go this far from where it is led from.
+  /// Asks the machine to go this far from where it is led from, at a hand's pace.
   void lead(int joint, double by_rad) {
     say([&](MasterMessage& m) { m.position_rad[joint] = by_rad; });
   }
@@ -228,8 +228,13 @@ class Hand {
       if (told->mode != Mode::kEngaged) from_rad_ = told->position_rad;
     }
     to_say_.take(said_);
+    const double since_s = stepped_at_ == kNever ? 0 : to_seconds(now - stepped_at_), most_rad = kPace_radps * since_s;
+    stepped_at_ = now;
+    const JointVector way_rad = (said_.position_rad - away_rad_).cwiseMax(-most_rad).cwiseMin(most_rad);
+    away_rad_ += way_rad;
     MasterMessage message = said_;
-    message.position_rad += from_rad_;
+    message.position_rad = from_rad_ + away_rad_;
+    if (since_s > 0) message.velocity_radps = way_rad / since_s;
     message.sequence = ++sequence_;
     message.sent_at = message.device_report_at = now;
     message.echoed_slave_time = slave_at_;
@@ -246,8 +251,10 @@ class Hand {
   std::atomic<bool> silent_{false};
   // the hand's thread
   UdpLink link_;
-  MasterMessage said_;  // position: away from from_rad_
-  JointVector from_rad_ = JointVector::Zero();
+  static constexpr double kPace_radps = 0.5;
+  MasterMessage said_;  // position: away from from_rad_, where the hand goes to
+  JointVector from_rad_ = JointVector::Zero(), away_rad_ = JointVector::Zero();
+  Time stepped_at_ = kNever;
   Time slave_at_{};
   std::uint32_t sequence_ = 0;
   Datagram datagram_;
