@@ -16,11 +16,12 @@ Reason reason(ReasonCode code, int joint, double value, double limit) noexcept {
 }
 
 /// What one message says by itself.
-Reason check_alone(const MasterMessage& message, const SetPointLimits& limits) noexcept {
+Reason check_alone(const MasterMessage& message, const SetPointLimits& limits,
+                   const JointVector& machine_rad) noexcept {
   const SetPointTable& table = limits.table;
+  const JointVector lowest = limits.lowest(machine_rad), highest = limits.highest(machine_rad);
   for (int i = 0; i < kJoints; ++i) {
-    const double low = limits.min_rad[i] - table.range_margin_rad, high = limits.max_rad[i] + table.range_margin_rad;
-    const double at = message.position_rad[i];
+    const double low = lowest[i], high = highest[i], at = message.position_rad[i];
     if (!(at >= low && at <= high)) {
       return reason(ReasonCode::kSetpointRange, i, at * kDeg, (at < low ? low : high) * kDeg);
     }
@@ -85,15 +86,22 @@ SetPointLimits::SetPointLimits(const MachineDescription& machine, const SetPoint
   }
 }
 
-JointVector SetPointLimits::clamped(const JointVector& position_rad) const noexcept {
-  const JointVector margin = JointVector::Constant(table.range_margin_rad);
-  return position_rad.cwiseMax(min_rad - margin).cwiseMin(max_rad + margin);
+JointVector SetPointLimits::lowest(const JointVector& machine_rad) const noexcept {
+  return min_rad.cwiseMin(machine_rad) - JointVector::Constant(table.range_margin_rad);
+}
+
+JointVector SetPointLimits::highest(const JointVector& machine_rad) const noexcept {
+  return max_rad.cwiseMax(machine_rad) + JointVector::Constant(table.range_margin_rad);
+}
+
+JointVector SetPointLimits::clamped(const JointVector& position_rad, const JointVector& machine_rad) const noexcept {
+  return position_rad.cwiseMax(lowest(machine_rad)).cwiseMin(highest(machine_rad));
 }
 
 SetPointVerdict check_set_point(const MasterMessage& message, const SetPointMemory& memory,
-                                const SetPointLimits& limits) noexcept {
+                                const SetPointLimits& limits, const JointVector& machine_rad) noexcept {
   SetPointVerdict verdict;
-  verdict.reason = check_alone(message, limits);
+  verdict.reason = check_alone(message, limits, machine_rad);
   SetPointMemory& next = verdict.memory;
   next = {!message.clutch, message.sent_at, message.position_rad, message.velocity_radps, JointVector::Zero()};
   if (!memory.known || !next.known) return verdict;

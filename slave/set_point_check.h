@@ -30,8 +30,12 @@ inline constexpr SetPointTable kSetPointTable{};
 
 struct SetPointLimits {
   explicit SetPointLimits(const MachineDescription& machine, const SetPointTable& constants = kSetPointTable) noexcept;
-  /// The nearest set-point within the range that a message may have.
-  [[nodiscard]] JointVector clamped(const JointVector& position_rad) const noexcept;
+  /// The nearest set-point within the range that a message may have while the machine stands at machine_rad.
+  [[nodiscard]] JointVector clamped(const JointVector& position_rad, const JointVector& machine_rad) const noexcept;
+  /// That range: the working range, out to where the machine stands if it is beyond, since it must be led back from
+  /// there (the gate lets nothing move further out), and the margin.
+  [[nodiscard]] JointVector lowest(const JointVector& machine_rad) const noexcept;
+  [[nodiscard]] JointVector highest(const JointVector& machine_rad) const noexcept;
   SetPointTable table;
   JointVector min_rad, max_rad;  ///< Working range.
 };
@@ -49,9 +53,10 @@ struct SetPointVerdict {
   SetPointMemory memory;
 };
 
+/// @param machine_rad measured joint angles; within the working range they make no difference.
 /// @param message finite, as decoded. With the clutch held, and after it, a set-point may be anywhere: only its range
 /// and speed are judged then.
 [[nodiscard]] SetPointVerdict check_set_point(const MasterMessage& message, const SetPointMemory& memory,
-                                              const SetPointLimits& limits) noexcept;
+                                              const SetPointLimits& limits, const JointVector& machine_rad) noexcept;
 
 }  // namespace knuckle::slave

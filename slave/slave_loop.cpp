@@ -35,7 +35,8 @@ void SlaveLoop::step(Time now) noexcept {
   watch_digging();
   loss_ = loss_policy(master_.position_rad, master_.velocity_radps, now - master_at_, gap, round_trip_,
                       static_cast<bool>(loss_.hold));
-  loss_.position_rad = set_point_limits_.clamped(loss_.position_rad);  // nor does extrapolating lead beyond the range
+  loss_.position_rad =
+      set_point_limits_.clamped(loss_.position_rad, machine_rad());  // nor does extrapolating lead beyond
   decide();
   command(now);
   client_.end_step(gate_.commands, led(decision_.state.mode), now);
@@ -74,10 +75,15 @@ void SlaveLoop::receive_link(Time now) noexcept {
 /// A set-point that no hand can make, once followed, is a reason to hold until enable is released: the next message may
 /// look sound again. Before the machine is led, only that message is refused.
 void SlaveLoop::judge_set_point() noexcept {
-  const SetPointVerdict verdict = check_set_point(master_, set_point_memory_, set_point_limits_);
+  const SetPointVerdict verdict = check_set_point(master_, set_point_memory_, set_point_limits_, machine_rad());
   set_point_memory_ = verdict.memory;
   not_by_hand_ = verdict.reason;
   if (decision_.state.mode == Mode::kEngaged && !led_astray_) led_astray_ = verdict.reason;
+}
+
+/// As measured; while that is not known, somewhere in the working range.
+JointVector SlaveLoop::machine_rad() const noexcept {
+  return state_ ? state_->angle_rad : set_point_limits_.min_rad;
 }
 
 void SlaveLoop::estimate(Time now) noexcept {

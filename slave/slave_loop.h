@@ -72,6 +72,7 @@ class SlaveLoop {
   void receive_frames(Time now) noexcept;
   void receive_link(Time now) noexcept;
   void judge_set_point() noexcept;
+  [[nodiscard]] JointVector machine_rad() const noexcept;
   void estimate(Time now) noexcept;
   void restart_motion() noexcept;
   void watch_digging() noexcept;

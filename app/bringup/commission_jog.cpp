@@ -1,9 +1,9 @@
 #include "app/bringup/commission_jog.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "app/bringup/commission_dialogue.h"
@@ -26,12 +26,8 @@ std::string jog_text(const Reason& reason) {
       return "stopped from the keyboard";
     case ReasonCode::kEmergencyStop:
       return "the E-stop chain is open: release the E-stop on the machine";
-    case ReasonCode::kSensorInvalid: {
-      std::array<char, 80> line{};
-      std::snprintf(line.data(), line.size(), "node 0x%02X reports an invalid value: check its sensor and wiring",
-                    unsigned{reason.subject});
-      return line.data();
-    }
+    case ReasonCode::kSensorInvalid:
+      return fmt::format("node 0x{:02X} reports an invalid value: check its sensor and wiring", reason.subject);
     case ReasonCode::kPilotOff:
       return "no pilot pressure: check the enable node's output and the enable valve";
     case ReasonCode::kJogOtherMoves:

@@ -108,7 +108,9 @@ bool PathLeader::at_rest(Time now, Duration time) const noexcept {
 Reason PathLeader::trouble() const noexcept {
   if (!machine_) return {ReasonCode::kStartingUp, 0, 0, 0};
   if (engaged()) return {};
-  if (led_ && machine_->mode == Mode::kHold) return {};  // as asked, or on the way out of it
+  // A hold as requested, or on the way out of it. One that comes on the way along a path stays until enable is
+  // released.
+  if (led_ && machine_->mode == Mode::kHold && (sent_.clutch || started_at_ == kNever)) return {};
   return machine_->fault ? machine_->fault : machine_->blocking;
 }
 

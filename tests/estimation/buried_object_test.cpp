@@ -82,7 +82,7 @@ TEST(BuriedObject, CueEndsWhereTheForceLetsGo) {
   double force = 1000;
   for (int n = 0; n < 20; ++n) drag.step(force += 200, 0);
   EXPECT_TRUE(drag.cue().on());
-  EXPECT_GT(drag.cue().stiffness_N_per_m(), BuriedObjectCue::kStiffness_N_per_m);
+  EXPECT_NEAR(drag.cue().stiffness_N_per_m(), 1.84e5, 0.1e5) << "a lower bound: force and way are late";
   for (int n = 0; n < 40; ++n) drag.step(500, 0);
   EXPECT_FALSE(drag.cue().on());
 }

@@ -320,7 +320,7 @@ TEST_F(IdentifyProgram, NamesWhatIsWrongWithTheCommandOrItsFiles) {
       {{}, "knuckle: identify: needs recordings"},
       {{"--hold-out", path("a.csv")}, "named before --hold-out"},
       {{path("a.csv"), path("a.csv")}, "a.csv: is given twice"},
-      {{path("a.csv"), "--hold-out", path("a.csv")}, "must not have been seen"},
+      {{path("a.csv"), "--hold-out", path("a.csv")}, "validation needs data not used"},
       {{path("a.csv"), "--hold-out", "nan"}, "--hold-out nan: no such file, and not a single share from 0.05 to 0.6"},
       {{path("a.csv"), "--seed", "3"}, "--seed: only goes with --simulate or --ensemble"},
       {{path("a.csv"), "--slow", "50"}, "--slow: only goes with --simulate or --ensemble"},

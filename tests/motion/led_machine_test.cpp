@@ -21,8 +21,9 @@ const MachineDescription& solar() {
 }
 
 struct Bench {
-  explicit Bench(const sim::MachineTruth& truth = sim::nominal_truth(solar()), Time first_step = {})
-      : simulated(std::make_shared<sim::MachineOnBus>(truth, sim::WorldDescription{}, kStart, 1)),
+  explicit Bench(const sim::MachineTruth& truth = sim::nominal_truth(solar()), Time first_step = {},
+                 const JointVector& start_rad = kStart)
+      : simulated(std::make_shared<sim::MachineOnBus>(truth, sim::WorldDescription{}, start_rad, 1)),
         access(sim::access_to(simulated)),
         led(solar(), access, first_step) {
     simulated->bus().set_tap({[](void* self, Time at, const CanFrame& frame) {
@@ -101,6 +102,31 @@ TEST(LedMachine, WhoeverIsAskedEachStepMayEndIt) {
   };
   EXPECT_THROW(bench.led.engage(), std::runtime_error);
   EXPECT_EQ(bench.access.now(), Time(45ms));
+}
+
+// A cylinder's stop lies beyond the working range: commissioning leaves machines there.
+TEST(LedMachine, LeadsAMachineBackFromBeyondItsWorkingRange) {
+  const double end_rad = solar().links[kBoom].max_rad;
+  Bench bench(sim::nominal_truth(solar()), {}, JointVector(end_rad + 0.06, kStart[kArm], kStart[kBucket]));
+  EXPECT_EQ(bench.refusal(), "");
+  bench.led.rest(1500ms);
+  EXPECT_LT((bench.simulated->plant().joint_rad - kAway).cwiseAbs().maxCoeff(), 0.03);
+}
+
+TEST(LedMachine, HoldOnTheWayAlongAPathIsTheEndOfItAndNamed) {
+  Bench bench;
+  bench.led.engage();
+  bench.led.rest(1500ms);
+  estimation::JointPath path;
+  path.joint_rad.assign(100, bench.simulated->plant().joint_rad);
+  path.joint_rad.resize(200, bench.simulated->plant().joint_rad + JointVector(0, 0.5, 0));
+  bench.led.lead(path);
+  try {
+    (void)bench.led.run_until([&] { return bench.led.done(); }, 10s);
+    FAIL() << "a path that jumps was followed";
+  } catch (const NotLed& ended) {
+    EXPECT_NE(std::string(ended.what()).find("arm: set-point "), std::string::npos) << ended.what();
+  }
 }
 
 TEST(LedMachine, SaysWhichNodeKeepsItFromEngaging) {

@@ -178,7 +178,8 @@ TEST_F(ProgramStopThreads, AFullDiskIsToldDuringTheRunAndWhatWasWrittenStaysRead
   std::string text;
   EXPECT_TRUE(eventually([&] {
     text += said.read_all();
-    return text.find("run.csv: cannot be written: File too large: what came before is kept") != std::string::npos;
+    return text.find("run.csv: cannot be written: File too large: what was written before is kept") !=
+           std::string::npos;
   })) << text;
   {
     Hand hand(address_);

@@ -27,7 +27,7 @@ class Sender {
     message.position_rad = position;
     message.velocity_radps = velocity;
     message.clutch = clutch;
-    const SetPointVerdict verdict = check_set_point(message, memory_, limits_);
+    const SetPointVerdict verdict = check_set_point(message, memory_, limits_, machine);
     memory_ = verdict.memory;
     return verdict.reason;
   }
@@ -40,6 +40,8 @@ class Sender {
     EXPECT_FALSE(s.send(position, JointVector::Zero()));
     return s;
   }
+
+  JointVector machine = kMiddle;
 
  private:
   SetPointLimits limits_{test::test_machine()};
@@ -65,6 +67,21 @@ TEST(SetPointCheck, PositionBelongsIntoTheWorkingRangeWithADegreeToSpare) {
         EXPECT_EQ(reason.subject, joint);
         EXPECT_NEAR(reason.value, at / kDeg, 1e-3);
         EXPECT_NEAR(reason.limit, (upper ? kMax[joint] + 0.0175 : kMin[joint] - 0.0175) / kDeg, 1e-3);
+      }
+    }
+  }
+}
+
+TEST(SetPointCheck, MachineThatStandsBeyondItsRangeCanBeLedBackButNoFurther) {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    for (const bool upper : {false, true}) {
+      const double side = upper ? 1 : -1, stands = (upper ? kMax[joint] : kMin[joint]) + 0.1 * side;
+      for (double beyond = -0.20125; beyond <= 0.1; beyond += 0.0025) {
+        Sender s;
+        s.machine = only(joint, stands, kMiddle);
+        const Reason reason = s.send(only(joint, stands + beyond * side, kMiddle), JointVector::Zero());
+        EXPECT_EQ(reason.code, beyond > 0.0175 ? ReasonCode::kSetpointRange : ReasonCode::kNone)
+            << joint << " " << beyond;
       }
     }
   }
@@ -249,9 +266,9 @@ TEST(SetPointCheck, NothingThatAHandDoesTripsWhateverIsLost) {
 TEST(SetPointCheck, ClampsToWhereAMessageMayBe) {
   const SetPointLimits limits(test::test_machine());
   const JointVector margin = JointVector::Constant(0.0175);
-  EXPECT_EQ(limits.clamped(kMiddle), kMiddle);
-  EXPECT_EQ(limits.clamped(JointVector(9, 9, 9)), JointVector(kMax + margin));
-  EXPECT_EQ(limits.clamped(JointVector(-9, -9, -9)), JointVector(kMin - margin));
+  EXPECT_EQ(limits.clamped(kMiddle, kMiddle), kMiddle);
+  EXPECT_EQ(limits.clamped(JointVector(9, 9, 9), kMiddle), JointVector(kMax + margin));
+  EXPECT_EQ(limits.clamped(JointVector(-9, -9, -9), kMiddle), JointVector(kMin - margin));
 }
 
 TEST(SetPointCheck, AllocatesNothing) {

@@ -315,7 +315,7 @@ TEST(CanHealth, SaysWhatIsWrongAndWhatToDo) {
   CanHealth health;
   EXPECT_EQ(health.diagnosis("can7"), "");
   health.on_send_error(ENOBUFS);
-  EXPECT_TRUE(says(health, "nothing goes out"));
+  EXPECT_TRUE(says(health, "no frame is sent or received"));
   health.on_error_frame(CAN_ERR_CRTL, passive);
   EXPECT_TRUE(says(health, "no frame received: wrong bit rate")) << health.diagnosis("can7");
   health.on_received();

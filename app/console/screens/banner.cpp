@@ -69,7 +69,7 @@ Silence silence(const ConsoleView& view, double view_age_s) {
     return {"this console's own loop has not run for " + for_so_long(view_age_s),
             "close the console and start it again"};
   if (!view.link.heard)
-    return {"nothing received from the machine's side yet", "check that it runs and serves no other operator"};
+    return {"nothing received from the machine's side yet", "check that it runs and does not serve another operator"};
   const widgets::Freshness fresh = machine_freshness(view).after(view_age_s);
   // It reports OFF only as it starts and in its last message.
   if (fresh.stale() && view.machine.mode == Mode::kOff)

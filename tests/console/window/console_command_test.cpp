@@ -67,7 +67,7 @@ TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
   expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --seed 1"),
                  "--seed: goes with --simulate");
   expect_refused(console("", "--simulate --insecure"), "--insecure: goes with --connect");
-  expect_refused(console("", "--simulate --demo --device hid"), "--device hid: has no part in --demo");
+  expect_refused(console("", "--simulate --demo --device hid"), "--device hid: does not go with --demo");
   expect_refused(console("", "--simulate --scenario link_faults"), "schedules faults");
   expect_refused(console("", "--simulate --demo --scenario recorded_dig_soil"),
                  "follows a recorded motion: run it with");
@@ -82,7 +82,7 @@ TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
 TEST(ConsoleCommand, RefusesAGamepadThatIsNotThere) {
   const VirtualDisplay display("1280x800");
   if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
-  expect_refused(console("", "--simulate --device gamepad"), "no gamepad is there");
+  expect_refused(console("", "--simulate --device gamepad"), "no gamepad found");
 }
 
 /// Whoever reads the log is away for longer than the loop keeps frames.

@@ -31,8 +31,8 @@ faults_set_up() {
 # bad_reports BYTES_EACH: for a second, reports by somebody else, of ones, which is no CRC of that; meanwhile the device's own
 # program is stopped.
 bad_reports() {
-  signal all.device STOP
   head -c 128000 /dev/zero | tr '\000' '\001' > /tmp/ones
+  signal all.device STOP
   timeout 0.9 dd if=/tmp/ones of=/dev/hidg0 bs="$1" 2> /dev/null &
 }
 
