@@ -105,7 +105,7 @@ TEST(PathCheck, SaysWhatIsViolated) {
   EXPECT_TRUE(says(jump, "jump at 1"));
   JointPath broken = good;
   broken.joint_rad[100][kBoom] = std::nan("");
-  EXPECT_TRUE(says(broken, "no number at 0.5 s"));
+  EXPECT_TRUE(says(broken, "not a number at 0.5 s"));
   JointPath high = good;
   for (auto& angle : high.joint_rad) angle[kBoom] += 0.3;
   EXPECT_TRUE(says(high, "boom: highest angle"));
