@@ -54,6 +54,12 @@ struct JogRig {
     for (int i = 0; i < 1000 && (samples.empty() || std::abs(samples.back().command) < 0.2); ++i) step();
     ASSERT_EQ(jog.phase(), Phase::kMoving);
   }
+  /// As the enable node says it: pilot pressure is off although its chain is closed.
+  void report_no_pilot() {
+    bench.run(4ms);  // behind what it says to this SYNC itself
+    const std::uint32_t id = bench.description.bus.enable.tpdo_id();
+    ASSERT_TRUE(bench.bus.port(1).send(canopen::enable_inputs_frame(id, canopen::kInputEStopClosed)));
+  }
   /// Since then every valve was told to be neutral at once, the enable output went off, and nothing came after it.
   void expect_off_since(Time since, Duration limit = 10ms) const {
     for (int i = 0; i < kJoints; ++i) {
@@ -142,6 +148,7 @@ TEST(Jog, WhateverEndsAMotionLeavesItNeutralAndUnpoweredFromThatStepOn) {
       {ReasonCode::kPressureLimit, [](JogRig& r) { r.bench.signals.pressure_Pa[1] = 241e5; }, 30ms},
       {ReasonCode::kJogOtherMoves, [](JogRig& r) { r.bench.signals.cylinder_m[kArm] += 0.02; }, 30ms},
       {ReasonCode::kNodeEmergency, [](JogRig& r) { (void)r.bench.nodes.send_emcy(0x10, 0x3110); }, 30ms},
+      {ReasonCode::kPilotOff, [](JogRig& r) { r.report_no_pilot(); }, 20ms},
       {ReasonCode::kLoopOverrun, [](JogRig& r) { r.bench.run(60ms); }, 80ms},
   };
   for (const Case& c : cases) {
