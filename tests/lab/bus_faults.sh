@@ -16,7 +16,7 @@ record wrong_identity vcan1 marks
 mark $breaking
 mark $broken
 start_machine wrong_identity vcan0 vcan1 /lab/sweep.toml --fault wrong_identity:boom_valve@0
-sleep 5
+sleep 3
 mark $mended
 stop_machine wrong_identity
 mark $over
