@@ -101,7 +101,7 @@ TEST(DeepConsoleCommand, SaysHowManyFramesAreMissingInALogThatCouldNotBeWritten)
   reader.join();
   std::filesystem::remove(pipe);
   EXPECT_EQ(ended.code, 0) << ended.said;
-  EXPECT_NE(ended.said.find(" frames are missing"), std::string::npos) << ended.said;
+  EXPECT_NE(ended.said.find(" records are missing"), std::string::npos) << ended.said;
 }
 
 /// A led session, on virtual time behind a real window.
