@@ -5,7 +5,7 @@
 
 int main(int argc, char** argv) {
   return knuckle::cli::run_program({"knuckle-studies",
-                                    "Judges Knuckle: many drawn machines, recordings of real ones.\n",
+                                    "Judges Knuckle: many sampled machines, recordings of real ones.\n",
                                     "Try: knuckle-studies sweep --battery estimation --machines 2 --ensemble 0\n",
                                     {knuckle::studies::real_recordings_entry(), knuckle::studies::sweep_entry()}},
                                    {argv + 1, argv + argc});

@@ -132,4 +132,8 @@ std::string text(const Reason& reason) {
   return line;
 }
 
+std::string text_with_code(const Reason& reason) {
+  return std::string(name(reason.code)) + ": " + text(reason);
+}
+
 }  // namespace knuckle

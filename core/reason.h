@@ -85,10 +85,17 @@ struct Reason {
   explicit operator bool() const noexcept { return code != ReasonCode::kNone; }
 };
 
+/// Whether both say the same of the same subject, whatever was measured: one standing reason, not a new event.
+[[nodiscard]] constexpr bool same_cause(const Reason& a, const Reason& b) noexcept {
+  return a.code == b.code && a.subject == b.subject;
+}
+
 /// Stable identifier for files and JSON, such as "link_lost".
 [[nodiscard]] const char* name(ReasonCode code) noexcept;
 /// One line a person can act on, such as "arm: hand is 7.2 deg from the machine; limit 5 deg". Not for loops:
 /// allocates.
 [[nodiscard]] std::string text(const Reason& reason);
+/// The same behind its identifier, for logs: "hand_not_aligned: arm: hand is ...". Allocates.
+[[nodiscard]] std::string text_with_code(const Reason& reason);
 
 }  // namespace knuckle

@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "machine/bus_nodes.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/load_calibration.h"
@@ -174,15 +175,10 @@ class NodeReader {
 
 void read_nodes(TomlTable nodes, BusDescription& bus) {
   NodeReader read(std::move(nodes), bus.controller_id);
-  for (std::size_t joint = 0; joint < kJoints; ++joint) {
-    const std::string name = kJointNames[joint];
-    bus.valves[joint] = read.actuator(name + "_valve");
-    bus.pressures[2 * joint] = read.sensor(name + "_head_pressure");
-    bus.pressures[2 * joint + 1] = read.sensor(name + "_rod_pressure");
-    bus.encoders[joint] = read.sensor(name + "_encoder");
-  }
-  bus.tilt = read.sensor("tilt");
-  bus.enable = read.actuator("enable");
+  visit_nodes(bus, [&read](NodeRole role, int, const std::string& name, NodeDescription& node) {
+    const bool receives = role == NodeRole::kValve || role == NodeRole::kEnable;
+    node = receives ? read.actuator(name) : read.sensor(name);
+  });
 }
 
 /// All optional: what the default profiles say where it is absent.

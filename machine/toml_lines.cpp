@@ -44,7 +44,8 @@ std::string without_toml_record(std::string_view text, std::string_view name, st
   bool inside = false;
   for (std::string line; std::getline(lines, line);) {
     if (const std::string key = key_of(line); key.starts_with('[')) inside = opens(key, name);
-    if (!inside && !line.starts_with(opening)) kept += line + '\n';
+    const bool opens_record = std::string_view(line).substr(0, line.find_last_not_of("\r \t") + 1) == opening;
+    if (!inside && !opens_record) kept += line + '\n';
   }
   kept.erase(kept.find_last_not_of("\n\r \t") + 1);
   return kept + '\n';

@@ -37,15 +37,14 @@ Reason bus_fault(CanState state) noexcept {
 }  // namespace
 
 CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus) : description_(machine.bus), bus_(bus) {
-  using Role = NodeScript::Role;
   for (NodeScript& entry : node_scripts(machine)) {
     const NodeDescription& node = entry.node;
     if (node.id < 1 || node.id > 127 || index_[node.id] != 0 || node.id == description_.controller_id) {
       throw InputError(machine.source + ": bus: node id " + std::to_string(node.id) + " is not free or not in 1...127");
     }
-    const Kind kind = entry.role == Role::kValve    ? Kind::kValve
-                      : entry.role == Role::kEnable ? Kind::kEnable
-                                                    : Kind::kSensor;
+    const Kind kind = entry.role == NodeRole::kValve    ? Kind::kValve
+                      : entry.role == NodeRole::kEnable ? Kind::kEnable
+                                                        : Kind::kSensor;
     SdoDialogue dialogue(node.id, std::move(entry.script), from_seconds(description_.sdo_timeout_s));
     nodes_.push_back({node.id, kind, entry.joint, std::move(dialogue), false, false, kNever, 0, {}});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());

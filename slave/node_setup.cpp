@@ -1,7 +1,8 @@
 #include "slave/node_setup.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -98,7 +99,7 @@ void check_step(const MachineDescription& machine, const char* key, double step,
   };
   const double units = step / object;
   if (std::abs(units - std::round(units)) > kSame * units)
-    refuse("must be a whole number of what its node can be told");
+    refuse("must be a whole number of the steps its node can be set to");
   if (step * std::numeric_limits<std::int16_t>::max() < most)
     refuse("too fine: its 16 bits would not reach far enough");
 }
@@ -139,24 +140,23 @@ SdoScript enable_script(const MachineDescription& machine, const NodeDescription
 }
 
 std::vector<NodeScript> node_scripts(const MachineDescription& machine) {
-  using Role = NodeScript::Role;
-  const BusDescription& bus = machine.bus;
-  std::vector<NodeScript> all;
-  const auto add = [&](Role role, int joint, std::string name, const NodeDescription& node, auto script) {
-    all.push_back({role, joint, std::move(name), node, script(machine, node)});
+  const auto script_of = [&machine](const NamedNode& named) {
+    switch (named.role) {
+      case NodeRole::kValve:
+        return valve_script(machine, named.node);
+      case NodeRole::kPressure:
+        return pressure_script(machine, named.node);
+      case NodeRole::kEncoder:
+        return encoder_script(machine, named.node);
+      case NodeRole::kTilt:
+        return tilt_script(machine, named.node);
+      case NodeRole::kEnable:
+        break;
+    }
+    return enable_script(machine, named.node);
   };
-  for (std::size_t i = 0; i < kJoints; ++i) {
-    add(Role::kValve, static_cast<int>(i), std::string(kJointNames[i]) + "_valve", bus.valves[i], valve_script);
-  }
-  for (std::size_t i = 0; i < bus.pressures.size(); ++i) {
-    const char* side = i % 2 == 0 ? "_head_pressure" : "_rod_pressure";
-    add(Role::kPressure, -1, kJointNames[i / 2] + std::string(side), bus.pressures[i], pressure_script);
-  }
-  for (std::size_t i = 0; i < kJoints; ++i) {
-    add(Role::kEncoder, static_cast<int>(i), std::string(kJointNames[i]) + "_encoder", bus.encoders[i], encoder_script);
-  }
-  add(Role::kTilt, -1, "tilt", bus.tilt, tilt_script);
-  add(Role::kEnable, -1, "enable", bus.enable, enable_script);
+  std::vector<NodeScript> all;
+  for (const NamedNode& named : named_nodes(machine.bus)) all.push_back({named, script_of(named)});
   return all;
 }
 
@@ -169,22 +169,17 @@ SdoScript preset_script(const MachineDescription& machine, double length_m) {
 std::string text(const SetupFailure& failure) {
   if (failure.what == SetupFailure::What::kNone) return "";
   const SdoStep& step = failure.step;
-  std::array<char, 160> line{};
-  const auto put = [&](const char* format, auto... values) {
-    std::snprintf(line.data(), line.size(), format, values...);
-    return std::string(line.data());
-  };
   const char* doing = step.kind == Kind::kWrite ? "writing" : "reading";
-  const std::string what = put("node 0x%02X: %s 0x%04X:%02X ", unsigned{failure.node}, doing,
-                               unsigned{step.object.index}, unsigned{step.object.subindex});
+  const std::string what =
+      fmt::format("node 0x{:02X}: {} 0x{:04X}:{:02X} ", failure.node, doing, step.object.index, step.object.subindex);
   switch (failure.what) {
     case SetupFailure::What::kSilent:
       return what + "was not answered: check its power, cable and node id";
     case SetupFailure::What::kAborted:
-      return what + put("was refused: %s (SDO abort 0x%08X)", canopen::abort_text(failure.abort),
-                        static_cast<unsigned>(failure.abort));
+      return what + fmt::format("was refused: {} (SDO abort 0x{:08X})", canopen::abort_text(failure.abort),
+                                static_cast<unsigned>(failure.abort));
     case SetupFailure::What::kOtherValue:
-      return what + put("gave 0x%X, the machine file says 0x%X", failure.seen, step.value);
+      return what + fmt::format("gave 0x{:X}, the machine file says 0x{:X}", failure.seen, step.value);
     case SetupFailure::What::kNone:
       break;
   }

@@ -9,7 +9,7 @@
 
 #include "core/reason.h"
 #include "core/time.h"
-#include "machine/bus_description.h"
+#include "machine/bus_nodes.h"
 #include "machine/description_fwd.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"
@@ -40,14 +40,10 @@ using SdoScript = std::vector<SdoStep>;
 [[nodiscard]] const canopen::PdoMap& pressure_map(const WireDescription& wire) noexcept;
 
 /// Every node of the machine file with what it is called there and what it must be and is told.
-struct NodeScript {
-  enum class Role : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable } role = Role::kValve;
-  int joint = -1;    ///< Of a valve or an encoder.
-  std::string name;  ///< Key in the machine file, such as "boom_valve".
-  NodeDescription node;
+struct NodeScript : NamedNode {
   SdoScript script;
 };
-/// In the order valves, pressures, encoders, tilt, enable. @throws InputError as the scripts do.
+/// In the order of named_nodes. @throws InputError as the scripts do.
 [[nodiscard]] std::vector<NodeScript> node_scripts(const MachineDescription& machine);
 
 /// Makes an encoder show this length here and now (CiA 406), and keep it over a reset.

@@ -12,8 +12,6 @@
 namespace knuckle::bringup {
 namespace {
 
-using Role = slave::NodeScript::Role;
-
 NodeReading of_valve(const SurveyedNode& node, const MachineDescription& machine) {
   const auto status = node.value(canopen::kValveStatusWord), actual = node.value(canopen::kValveActual);
   if (!status || !actual) return {};
@@ -101,18 +99,18 @@ NodeReading of_enable(const SurveyedNode& node) {
 
 }  // namespace
 
-std::vector<canopen::Object> reading_objects(Role role, const MachineDescription& machine) {
+std::vector<canopen::Object> reading_objects(NodeRole role, const MachineDescription& machine) {
   switch (role) {
-    case Role::kValve:
+    case NodeRole::kValve:
       return {canopen::kValveStatusWord, canopen::kValveActual};
-    case Role::kPressure:
+    case NodeRole::kPressure:
       return {machine.bus.wire.pressure_float ? canopen::kPressureFloat : canopen::kPressureValue,
               canopen::kPressureStatus};
-    case Role::kEncoder:
+    case NodeRole::kEncoder:
       return {canopen::kEncoderPosition};
-    case Role::kTilt:
+    case NodeRole::kTilt:
       return {canopen::kTiltSlope};
-    case Role::kEnable:
+    case NodeRole::kEnable:
       return {canopen::kEnableInputs};
   }
   return {};
@@ -120,15 +118,15 @@ std::vector<canopen::Object> reading_objects(Role role, const MachineDescription
 
 NodeReading reading_of(const SurveyedNode& node, const slave::NodeScript& expected, const MachineDescription& machine) {
   switch (expected.role) {
-    case Role::kValve:
+    case NodeRole::kValve:
       return of_valve(node, machine);
-    case Role::kPressure:
+    case NodeRole::kPressure:
       return of_pressure(node, machine);
-    case Role::kEncoder:
+    case NodeRole::kEncoder:
       return of_encoder(node, expected.joint, machine);
-    case Role::kTilt:
+    case NodeRole::kTilt:
       return of_tilt(node, machine);
-    case Role::kEnable:
+    case NodeRole::kEnable:
       return of_enable(node);
   }
   return {};

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/bringup/bus_survey.h"
+#include "machine/bus_nodes.h"
 #include "machine/description_fwd.h"
 #include "slave/node_setup.h"
 
@@ -15,8 +16,7 @@ struct NodeReading {
   std::string complaint;  ///< The defect and what to do; empty where there is none.
   bool fault = false;     ///< The machine cannot be run with this defect.
 };
-[[nodiscard]] std::vector<canopen::Object> reading_objects(slave::NodeScript::Role role,
-                                                           const MachineDescription& machine);
+[[nodiscard]] std::vector<canopen::Object> reading_objects(NodeRole role, const MachineDescription& machine);
 [[nodiscard]] NodeReading reading_of(const SurveyedNode& node, const slave::NodeScript& expected,
                                      const MachineDescription& machine);
 

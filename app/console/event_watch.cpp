@@ -8,10 +8,6 @@ namespace {
 constexpr double kSilent_s = 1;
 constexpr Duration kStanding = 1s;
 
-bool same(const Reason& a, const Reason& b) noexcept {
-  return a.code == b.code && a.subject == b.subject;
-}
-
 }  // namespace
 
 ConsoleEvent EventWatch::event(Time now, ConsoleEventKind kind) const noexcept {
@@ -49,7 +45,7 @@ void EventWatch::watch_machine(Time now, const master::MasterLoop& master) noexc
   if (heard != told_.heard) note(now, ConsoleEventKind::kLink, heard);
   told_.heard = heard;
   if (!heard) return;
-  if (machine->mode != told_.mode || !same(machine->fault, told_.fault)) {
+  if (machine->mode != told_.mode || !same_cause(machine->fault, told_.fault)) {
     ConsoleEvent e = event(now, ConsoleEventKind::kMachine);
     e.mode = told_.mode = machine->mode;
     e.reason = told_.reason = machine->fault ? machine->fault : machine->blocking;
@@ -66,9 +62,9 @@ void EventWatch::watch_machine(Time now, const master::MasterLoop& master) noexc
 }
 
 void EventWatch::watch_standing(Time now, const Reason& reason) noexcept {
-  if (!same(reason, standing_)) standing_since_ = now;
+  if (!same_cause(reason, standing_)) standing_since_ = now;
   standing_ = reason;
-  if (!standing_ || same(standing_, told_.reason) || now - standing_since_ < kStanding) return;
+  if (!standing_ || same_cause(standing_, told_.reason) || now - standing_since_ < kStanding) return;
   told_.reason = standing_;
   ConsoleEvent e = event(now, ConsoleEventKind::kBlocked);
   e.reason = standing_;
@@ -79,7 +75,7 @@ void EventWatch::watch_operator(Time now, const master::MasterLoop& master) noex
   if (master.stop() != told_.stop) note(now, ConsoleEventKind::kStop, master.stop());
   told_.stop = master.stop();
   const auto changed = [&](ConsoleEventKind kind, const Reason& reason, Reason& told) {
-    if (same(reason, told)) return;
+    if (same_cause(reason, told)) return;
     ConsoleEvent e = event(now, kind);
     e.reason = told = reason;
     ring_.push(e);

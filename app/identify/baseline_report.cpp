@@ -152,7 +152,7 @@ void write_bias(std::ostream& out, const std::vector<InertiaBias>& bias) {
   write_table(
       out, "Why the inertias are too small",
       "Median and range over " + std::to_string(bias.front().stick.size()) +
-          " randomly drawn machines, 40 s each. An inertia multiplies a speed, taken from seven samples of an angle "
+          " randomly sampled machines, 40 s each. An inertia multiplies a speed, taken from seven samples of an angle "
           "that comes in steps; behind a 20 Hz filter most of that column is noise, and noise in a column pulls its "
           "parameter towards zero (errors in variables). It goes below zero because the noise of boom and stick "
           "reaches the later rows also through X, which gravity holds where it is: the inertia bends to cancel it. "

@@ -1,9 +1,10 @@
 #include "app/identify/calibration_file.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <sstream>
 
@@ -29,9 +30,7 @@ std::string digits(double value) {
 
 /// For comments.
 std::string rounded(double value) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.2g", value);
-  return text.data();
+  return fmt::format("{:.2g}", value);
 }
 
 template <typename Vector>

@@ -140,7 +140,7 @@ void write_page(const IdentifyOptions& options, const IdentifyData& data, const 
                         {data.training, data.hold_out, data.truth, result.bias, result.summary}, out);
 }
 
-/// For the page of "malaguti"; of other machines than the one surveyed, so all as drawn.
+/// For the page of "malaguti"; of other machines than the one surveyed, so all nominal.
 std::vector<InertiaBias> inertia_bias(const IdentifyOptions& options, const IdentifyData& data,
                                       const std::function<void(double)>& progress) {
   constexpr int kMachines = 10;

@@ -84,7 +84,7 @@ DeviceProgramSetup set_up(const Options& o) {
     session::Scenario scenario = session::load_scenario(find_config("scenario", o.scenario), setup.plan.machine);
     for (const sim::Phase& phase : scenario.phases) {
       if (phase.kind != sim::PhaseKind::kPath) continue;
-      cli::refuse_option("--scenario", o.scenario, "follows a recorded motion, which only knuckle simulate plays");
+      cli::refuse_option("--scenario", o.scenario, "follows a recorded motion, which only knuckle simulate follows");
     }
     setup.plan.phases = std::move(scenario.phases);
     setup.plan.phase_names = std::move(scenario.phase_names);
@@ -139,7 +139,7 @@ int run(const Options& o) {
   HidFilePort cable("--gadget", o.gadget);
 
   ProgramConsole console("knuckle device");
-  console.note("plays " + setup.device.name + " on " + o.gadget);
+  console.note("simulates " + setup.device.name + " on " + o.gadget);
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&csv};

@@ -17,14 +17,6 @@ constexpr int kStepsPerRow = 5;
 constexpr double kSilent_s = 1;
 constexpr Duration kStandingReason = 1s;
 
-bool same(const Reason& a, const Reason& b) noexcept {
-  return a.code == b.code && a.subject == b.subject;
-}
-
-std::string reason_text(const Reason& reason) {
-  return std::string(name(reason.code)) + ": " + text(reason);
-}
-
 /// What an event says, without its values and without what the far end may choose freely.
 std::string kind_of(const MasterEvent& event) {
   if (event.about == MasterEvent::About::kDevice) return std::string("device ") + name(event.device.code);
@@ -103,13 +95,13 @@ void MasterRunner::observe(Time now) noexcept {
     event.fault = told->fault;
     round_trip_.add(from_seconds(master_.round_trip_s()));
   }
-  const bool machine_changed =
-      event.heard != last_machine_.heard || event.mode != last_machine_.mode || !same(event.fault, last_machine_.fault);
+  const bool machine_changed = event.heard != last_machine_.heard || event.mode != last_machine_.mode ||
+                               !same_cause(event.fault, last_machine_.fault);
   if (machine_changed) {
     events_.push(event);
     last_machine_ = event;
   }
-  if (!same(event.device, last_device_.device)) {
+  if (!same_cause(event.device, last_device_.device)) {
     event.about = MasterEvent::About::kDevice;
     events_.push(event);
     last_device_ = event;
@@ -117,7 +109,7 @@ void MasterRunner::observe(Time now) noexcept {
   event.other_machine = master_.other_machine();
   event.here = master_.machine_name();
   if (master_.machine_status()) event.there = master_.machine_status()->machine;
-  if (!same(event.other_machine, last_other_.other_machine) || !(event.there == last_other_.there)) {
+  if (!same_cause(event.other_machine, last_other_.other_machine) || !(event.there == last_other_.there)) {
     event.about = MasterEvent::About::kSameMachine;
     if (event.other_machine || last_other_.other_machine) events_.push(event);
     last_other_ = event;
@@ -154,9 +146,9 @@ class Teller {
 
  private:
   void tell_standing(Time now, const MasterEvent& event) {
-    if (!same(event.blocking, standing_)) standing_since_ = now;
+    if (!same_cause(event.blocking, standing_)) standing_since_ = now;
     standing_ = event.blocking;
-    if (!standing_ || same(standing_, told_) || now - standing_since_ < kStandingReason) return;
+    if (!standing_ || same_cause(standing_, told_) || now - standing_since_ < kStandingReason) return;
     told_ = standing_;
     MasterEvent shown = event;
     shown.fault = {};
@@ -192,7 +184,7 @@ class Teller {
 std::string same_machine_text(const MasterEvent& event) {
   const std::string here(event.here.text()), there(event.there.text());
   if (!event.other_machine) return "machine is " + there + " on both sides";
-  const std::string text = reason_text(event.other_machine) + " (here " + here;
+  const std::string text = text_with_code(event.other_machine) + " (here " + here;
   return text + (event.other_machine.code == ReasonCode::kOtherMachine ? ", there " + there + ")" : ")");
 }
 
@@ -200,12 +192,12 @@ std::string same_machine_text(const MasterEvent& event) {
 
 std::string event_text(const MasterEvent& event) {
   if (event.about == MasterEvent::About::kDevice)
-    return event.device ? "device " + reason_text(event.device) : "device is ready";
+    return event.device ? "device " + text_with_code(event.device) : "device is ready";
   if (event.about == MasterEvent::About::kSameMachine) return same_machine_text(event);
   if (!event.heard) return "machine: no packets received";
   const std::string mode = std::string("machine ") + name(event.mode);
-  if (event.fault) return mode + " " + reason_text(event.fault);
-  return event.blocking ? mode + ", " + reason_text(event.blocking) : mode;
+  if (event.fault) return mode + " " + text_with_code(event.fault);
+  return event.blocking ? mode + ", " + text_with_code(event.blocking) : mode;
 }
 
 MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,

@@ -13,6 +13,7 @@
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "app/session/truth_file.h"
+#include "machine/bus_nodes.h"
 #include "machine/load.h"
 #include "transport/socket_can.h"
 
@@ -53,7 +54,7 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--seed", o.seed, "Random seed of the machine's true parameters")
       ->capture_default_str()
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
-  c.add_option("--truth", o.truth, "The machine's true parameters (.toml), instead of drawing them from the seed");
+  c.add_option("--truth", o.truth, "The machine's true parameters (.toml), instead of sampling them from the seed");
   c.add_option("--nodes", o.nodes, "Nodes to simulate: all, or names separated by commas, such as boom_valve,tilt")
       ->capture_default_str();
   c.add_option("--fault", o.faults,
@@ -86,9 +87,7 @@ std::vector<std::uint8_t> left_out(const std::string& asked, const BusDescriptio
   const auto nodes = named_nodes(bus);
   for (const std::string& name : played) {
     if (std::any_of(nodes.begin(), nodes.end(), [&](const NamedNode& n) { return n.name == name; })) continue;
-    std::string known = "all";
-    for (const NamedNode& n : nodes) known += ", " + n.name;
-    cli::refuse_option("--nodes", asked, "no node \"" + name + "\"; there are " + known);
+    cli::refuse_option("--nodes", asked, "no node \"" + name + "\"; there are all, " + names_of(nodes));
   }
   for (const NamedNode& n : nodes) {
     if (std::find(played.begin(), played.end(), n.name) == played.end()) out.push_back(n.node.id);
@@ -142,7 +141,7 @@ int run(const Options& o) {
   SocketCanBus bus(o.can);
 
   ProgramConsole console("knuckle node");
-  console.note("plays " + (o.nodes == "all" ? "all nodes" : o.nodes) + " of " + o.machine + " on " + o.can);
+  console.note("simulates " + (o.nodes == "all" ? "all nodes" : o.nodes) + " of " + o.machine + " on " + o.can);
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&csv};

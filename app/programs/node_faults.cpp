@@ -7,6 +7,7 @@
 #include "app/cli/command.h"
 #include "app/programs/program_options.h"
 #include "app/recordings/csv_mapping.h"
+#include "machine/bus_nodes.h"
 #include "machine/load.h"
 
 namespace knuckle::programs {
@@ -34,11 +35,7 @@ std::uint8_t node_in(const std::string& text, const std::string& cell, sim::Faul
   const bool number = error == std::errc() && end == last;
   const auto found = std::find_if(nodes.begin(), nodes.end(),
                                   [&](const NamedNode& n) { return number ? n.node.id == id : n.name == cell; });
-  if (found == nodes.end()) {
-    std::string known;
-    for (const NamedNode& n : nodes) known += (known.empty() ? "" : ", ") + n.name;
-    refuse(text, "no node \"" + cell + "\"; there are " + known);
-  }
+  if (found == nodes.end()) refuse(text, "no node \"" + cell + "\"; there are " + names_of(nodes));
   const std::uint8_t node = found->node.id;
   if (const char* const why = sim::why_not(kind, node, bus)) refuse(text, why);
   return node;

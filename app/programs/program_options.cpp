@@ -78,20 +78,6 @@ void commit_all(std::initializer_list<AskedOutput*> outputs) {
   if (refused) std::rethrow_exception(refused);
 }
 
-std::vector<NamedNode> named_nodes(const BusDescription& bus) {
-  std::vector<NamedNode> nodes;
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    const std::string joint = kJointNames[j];
-    nodes.push_back({joint + "_valve", bus.valves[j]});
-    nodes.push_back({joint + "_head_pressure", bus.pressures[2 * j]});
-    nodes.push_back({joint + "_rod_pressure", bus.pressures[2 * j + 1]});
-    nodes.push_back({joint + "_encoder", bus.encoders[j]});
-  }
-  nodes.push_back({"tilt", bus.tilt});
-  nodes.push_back({"enable", bus.enable});
-  return nodes;
-}
-
 nlohmann::ordered_json loop_json(const RealtimeReport& report) {
   return {{"policy", report.policy},
           {"wake_us", percentiles_json(report.wake_lateness, 1e6)},

@@ -14,7 +14,6 @@
 #include "core/histogram.h"
 #include "core/realtime_thread.h"
 #include "core/reason.h"
-#include "machine/bus_description.h"
 #include "transport/can_health.h"
 
 namespace knuckle::programs {
@@ -73,13 +72,6 @@ class AskedOutput {
 /// Puts every finished file in place, also where the disk refused another. @throws InputError as the first that was
 /// refused.
 void commit_all(std::initializer_list<AskedOutput*> outputs);
-
-/// A node of the machine file: its key there and what it must be.
-struct NamedNode {
-  std::string name;  ///< "boom_valve", "arm_rod_pressure", "bucket_encoder", "tilt", "enable"
-  NodeDescription node;
-};
-[[nodiscard]] std::vector<NamedNode> named_nodes(const BusDescription& bus);
 
 /// How a loop ran, as `knuckle simulate --json` says it.
 [[nodiscard]] nlohmann::ordered_json loop_json(const RealtimeReport& report);

@@ -28,14 +28,6 @@ struct SlaveStatus {
   Duration round_trip{};
 };
 
-bool same(const Reason& a, const Reason& b) noexcept {
-  return a.code == b.code && a.subject == b.subject;
-}
-
-std::string reason_text(const Reason& reason) {
-  return std::string(name(reason.code)) + ": " + text(reason);
-}
-
 /// What an event says, without its measured values.
 std::string kind_of(const ModeEvent& event) {
   const Reason& reason = event.fault ? event.fault : event.blocking;
@@ -120,7 +112,7 @@ void SlaveRunner::step(Time now) noexcept {
 
 void SlaveRunner::observe(Time now) noexcept {
   const ModeEvent event{now, slave_.mode(), slave_.blocking(), slave_.fault()};
-  if (event.mode != last_.mode || !same(event.fault, last_.fault)) events_.push(event);
+  if (event.mode != last_.mode || !same_cause(event.fault, last_.fault)) events_.push(event);
   last_ = event;
   const bool heard = slave_.master_at() != kNever;
   status_.put({event.mode, event.blocking, event.fault, heard, slave_.round_trip()});
@@ -194,16 +186,16 @@ class Teller {
     while (runner.next(event)) {
       const std::string kind = kind_of(event);
       events_.add(event, kind);
-      if (event.fault && !same(event.fault, standing_fault_)) faults_.add(event, kind);
+      if (event.fault && !same_cause(event.fault, standing_fault_)) faults_.add(event, kind);
       standing_fault_ = event.fault;
       console_.event(event.at, event_text(event), kind);
       told_ = event.fault ? event.fault : event.blocking;
     }
     tell_nodes(runner);
     const SlaveStatus& status = runner.status();
-    if (!same(status.blocking, standing_)) standing_since_ = now;
+    if (!same_cause(status.blocking, standing_)) standing_since_ = now;
     standing_ = status.blocking;
-    if (standing_ && !same(standing_, told_) && now - standing_since_ >= kStandingReason) {
+    if (standing_ && !same_cause(standing_, told_) && now - standing_since_ >= kStandingReason) {
       told_ = standing_;
       const ModeEvent standing{now, status.mode, status.blocking, {}};
       console_.event(now, event_text(standing), "standing " + kind_of(standing));
@@ -253,8 +245,8 @@ class Teller {
 
 std::string event_text(const ModeEvent& event) {
   const std::string mode = name(event.mode);
-  if (event.fault) return mode + " " + reason_text(event.fault);
-  return event.blocking ? mode + ", " + reason_text(event.blocking) : mode;
+  if (event.fault) return mode + " " + text_with_code(event.fault);
+  return event.blocking ? mode + ", " + text_with_code(event.blocking) : mode;
 }
 
 bool SlaveOutcome::add(const slave::EmergencyRecord& record) {

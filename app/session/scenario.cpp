@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "machine/bus_nodes.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "machine/pose.h"
@@ -193,15 +194,11 @@ int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& b
   const auto joint = [&table] { return static_cast<std::size_t>(table.choice("joint", {"boom", "arm", "bucket"})); };
   if (kind == sim::FaultKind::kEncoderBroken) return bus.encoders[joint()].id;
   if (kind == sim::FaultKind::kValveStuck) return bus.valves[joint()].id;
-  const auto i = static_cast<std::size_t>(
-      table.choice("node", {"valve_boom", "valve_arm", "valve_bucket", "pressure_boom_A", "pressure_boom_B",
-                            "pressure_arm_A", "pressure_arm_B", "pressure_bucket_A", "pressure_bucket_B",
-                            "encoder_boom", "encoder_arm", "encoder_bucket", "tilt", "enable"}));
-  const std::uint8_t node = i < 3     ? bus.valves[i].id
-                            : i < 9   ? bus.pressures[i - 3].id
-                            : i < 12  ? bus.encoders[i - 9].id
-                            : i == 12 ? bus.tilt.id
-                                      : bus.enable.id;
+  const auto nodes = named_nodes(bus);
+  const std::string name = table.text("node");
+  const auto found = std::find_if(nodes.begin(), nodes.end(), [&](const NamedNode& n) { return n.name == name; });
+  table.require(found != nodes.end(), "node", "must be one of " + names_of(nodes));
+  const std::uint8_t node = found->node.id;
   const char* const why = why_not(kind, node, bus);
   table.require(why == nullptr, "node", why == nullptr ? "" : why);
   return node;

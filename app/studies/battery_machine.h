@@ -19,9 +19,9 @@ namespace knuckle::studies {
 
 // Methods, as the table names them.
 inline constexpr const char* kFull = "full";
-inline constexpr const char* kFullNominalPins = "full, pins as drawn";      ///< No survey.
+inline constexpr const char* kFullNominalPins = "full, nominal pins";       ///< No survey.
 inline constexpr const char* kFullFineEncoders = "full, 0.03 mm encoders";  ///< Contact only.
-inline constexpr const char* kUncalibrated = "drawing only";                ///< The estimator without any file.
+inline constexpr const char* kUncalibrated = "not calibrated";              ///< The estimator without any file.
 
 struct MethodOutcome {
   std::string method;
@@ -54,7 +54,7 @@ struct BatterySetup {
   estimation::FullOptions full_nominal_pins;  ///< Likewise, of machines that were not surveyed.
   std::vector<FullVariant> variants;          ///< Identified from the same recordings, judged on the same trials.
   bool oil_changes = true;                    ///< Other oil on the day of use.
-  bool baselines = true;                      ///< The papers' methods, the drawing alone, pins as drawn, fine encoders.
+  bool baselines = true;                      ///< The papers' methods, the drawing alone, nominal pins, fine encoders.
 };
 
 /// Never throws for a machine that fails: it says so in the outcome.

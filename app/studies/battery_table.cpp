@@ -244,11 +244,11 @@ std::vector<BatteryRow> commissioning_rows(const std::vector<MachineOutcome>& ma
     table.state(quantity + ", p95", quantile(values, 0.95), unit);
   };
   value("held-out tip error, surveyed", 1e3, "mm", [](const auto& s) { return s.tip_median_m; });
-  value("held-out tip error, as drawn", 1e3, "mm", [](const auto& s) { return s.nominal_tip_median_m; });
+  value("held-out tip error, nominal", 1e3, "mm", [](const auto& s) { return s.nominal_tip_median_m; });
   for (int i = 0; i < kJoints; ++i) {
     const std::string joint = kJointNames[static_cast<std::size_t>(i)];
     value("lever error, surveyed, " + joint, 100, "%", [i](const auto& s) { return s.lever[i]; });
-    value("lever error, as drawn, " + joint, 100, "%", [i](const auto& s) { return s.nominal_lever[i]; });
+    value("lever error, nominal, " + joint, 100, "%", [i](const auto& s) { return s.nominal_lever[i]; });
   }
   value("valve dead band error, worst edge", 100, "% of stroke", [](const auto& s) { return s.dead_band; });
   value("valve delay error, worst axis", 1e3, "ms", [](const auto& s) { return s.delay_s; });

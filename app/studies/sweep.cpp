@@ -33,12 +33,12 @@ CLI::Validator count(int low, int high) {
 
 void add_options(CLI::App& c, SweepOptions& o) {
   c.add_option("--battery", o.battery, "Battery to run: estimation")->required()->check(CLI::IsMember({"estimation"}));
-  c.add_option("--machine", o.machine, "Nominal machine that the machines are drawn around: name or .toml file")
+  c.add_option("--machine", o.machine, "Nominal machine that the machines are sampled around: name or .toml file")
       ->capture_default_str();
-  c.add_option("--machines", o.machines, "Number of drawn machines, 1 to 100000")
+  c.add_option("--machines", o.machines, "Number of sampled machines, 1 to 100000")
       ->capture_default_str()
       ->check(count(1, 100'000));
-  c.add_option("--seed", o.seed, "Seed of the drawn machines")
+  c.add_option("--seed", o.seed, "Seed of the sampled machines")
       ->capture_default_str()
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
   c.add_option("--ensemble", o.ensemble, "Number of other machines to measure the model error on, 2 to 10000; 0: none")
@@ -97,7 +97,7 @@ class Sweep {
   void run() {
     if (options_.ensemble > 0) {
       setup_.full.model_error = ensemble_error("ensemble", true);
-      setup_.full_nominal_pins.model_error = ensemble_error("ensemble, pins as drawn", false);
+      setup_.full_nominal_pins.model_error = ensemble_error("ensemble, nominal pins", false);
     }
     const auto sampled = [&](std::uint64_t seed) { return sim::sample_truth(setup_.nominal, seed); };
     keep("", judged(setup_, options_.machines, "machines", sampled));
@@ -219,7 +219,7 @@ int run_sweep(const SweepOptions& options) {
 }  // namespace
 
 cli::Command sweep_entry() {
-  return {"sweep", "Evaluate Knuckle on many randomly drawn machines", [](CLI::App& command) {
+  return {"sweep", "Evaluate Knuckle on many randomly sampled machines", [](CLI::App& command) {
             const auto options = std::make_shared<SweepOptions>();
             add_options(command, *options);
             return [options] { return run_sweep(*options); };

@@ -1,4 +1,4 @@
-// The buried-object cue over drawn machines and hands: it comes at pipes and leaves digging in plain soil alone.
+// The buried-object cue over sampled machines and hands: it comes at pipes and leaves digging in plain soil alone.
 #include <gtest/gtest.h>
 
 #include "tests/closed_loop/session_rig.h"

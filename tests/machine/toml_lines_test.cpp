@@ -38,6 +38,8 @@ TEST(TomlLines, TakeOutARecordAndKeepTheTablesOfOthersBehindIt) {
   }
   EXPECT_EQ(without_toml_record(kept, "record", "# Written by x."), kept);
   EXPECT_EQ(without_toml_record("", "record", "# Written by x."), "\n");
+  EXPECT_EQ(without_toml_record("# Written by x.\r\n# Written by x. Checked by me.\n", "record", "# Written by x."),
+            "# Written by x. Checked by me.\n");
 }
 
 TEST(TomlLines, QuoteWhatIsReadAgainAsItWas) {

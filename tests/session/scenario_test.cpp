@@ -109,7 +109,7 @@ kind = "node_silent"
 phase = "sweep"
 after_s = 2.3
 duration_s = 1.0
-node = "pressure_arm_A"
+node = "arm_head_pressure"
 [[fault]]
 kind = "valve_stuck"
 phase = "sweep"
@@ -247,16 +247,17 @@ TEST_F(ScenarioFile, FaultsMustNameOnePhaseAndWhatCanHaveThem) {
   expect_refused("name = \"rest\"", "name = \"sweep\"", {"fault[0].phase", "sweep", "more than one"});
   expect_refused("kind = \"node_silent\"", "kind = \"valve_stuck\"", {"fault[0].joint", "missing"});
   expect_refused("kind = \"node_silent\"", "kind = \"link_cut\"", {"fault[0].node", "unknown"});
-  expect_refused("node = \"pressure_arm_A\"", "node = \"pressure_arm\"", {"fault[0].node", "pressure_arm_B"});
+  expect_refused("node = \"arm_head_pressure\"", "node = \"pressure_arm\"", {"fault[0].node", "arm_rod_pressure"});
   const auto fault = [](const std::string& kind, const std::string& node) {
-    return with("kind = \"node_silent\"\nphase = \"sweep\"\nafter_s = 2.3\nduration_s = 1.0\nnode = \"pressure_arm_A\"",
-                "kind = \"" + kind + "\"\nphase = \"sweep\"\nafter_s = 2.3\nduration_s = 1.0\nnode = \"" + node + "\"");
+    return with(
+        "kind = \"node_silent\"\nphase = \"sweep\"\nafter_s = 2.3\nduration_s = 1.0\nnode = \"arm_head_pressure\"",
+        "kind = \"" + kind + "\"\nphase = \"sweep\"\nafter_s = 2.3\nduration_s = 1.0\nnode = \"" + node + "\"");
   };
   EXPECT_NE(refusal(fault("sensor_invalid", "enable")).find("the enable node cannot"), std::string::npos);
   EXPECT_NE(refusal(fault("sensor_frozen", "enable")).find("the enable node cannot"), std::string::npos);
   EXPECT_EQ(load(fault("sensor_frozen", "tilt")).faults[0].subject, machine().bus.tilt.id);
   EXPECT_EQ(load(fault("node_silent", "enable")).faults[0].subject, machine().bus.enable.id);
-  EXPECT_EQ(load(fault("sensor_invalid", "pressure_bucket_B")).faults[0].subject, machine().bus.pressures[5].id);
+  EXPECT_EQ(load(fault("sensor_invalid", "bucket_rod_pressure")).faults[0].subject, machine().bus.pressures[5].id);
 }
 
 TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
@@ -279,7 +280,7 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
       {"babble", sim::FaultKind::kBabble}};
   for (const auto& [kind, expected] : kinds) {
     std::string text = with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"");
-    text.erase(text.find("node = \"pressure_arm_A\""), std::string("node = \"pressure_arm_A\"").size());
+    text.erase(text.find("node = \"arm_head_pressure\""), std::string("node = \"arm_head_pressure\"").size());
     EXPECT_EQ(load(text).faults[0].kind, expected) << kind;
   }
   for (const auto& [kind, expected] :

@@ -16,14 +16,15 @@ struct Entry {
   widgets::Icon icon;
   const char *label, *key;
 };
-constexpr std::array<Entry, static_cast<std::size_t>(Screen::kCount)> kScreens{{
+constexpr auto kScreens = std::to_array<Entry>({
     {Screen::kOperate, widgets::Icon::kArm, "Operate", "F1"},
     {Screen::kLink, widgets::Icon::kLink, "Link", "F2"},
     {Screen::kRealTime, widgets::Icon::kClock, "Real time", "F3"},
     {Screen::kHydraulics, widgets::Icon::kDrop, "Hydraulics", "F4"},
     {Screen::kCalibrate, widgets::Icon::kWrench, "Calibrate", "F5"},
     {Screen::kEvents, widgets::Icon::kList, "Events", "F6"},
-}};
+});
+static_assert(kScreens.size() == static_cast<std::size_t>(Screen::kCount));
 
 /// What the help shows beside the keys of the console itself.
 constexpr std::array<std::pair<const char*, const char*>, 4> kPointing{

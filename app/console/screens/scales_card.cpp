@@ -91,13 +91,12 @@ void scales_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state,
   // A scenario's operator has settings of his own; the person's wait until he leads again.
   float asked_position = scenario ? position : state.position_scale;
   float asked_ratio = scenario ? ratio : state.force_scale;
-  const bool moved =
-      scale_rows(ui, rest,
-                 {"Position, machine per hand", "##position", "%.1f : 1", kLeastPosition, kMostPosition, position},
-                 asked_position, lock) |
-      scale_rows(ui, rest, {"Force, machine per hand", "##force", "%.0f : 1", kLeastRatio, kMostRatio, ratio},
-                 asked_ratio, lock);
-  if (moved) {
+  const bool position_moved = scale_rows(
+      ui, rest, {"Position, machine per hand", "##position", "%.1f : 1", kLeastPosition, kMostPosition, position},
+      asked_position, lock);
+  const bool ratio_moved = scale_rows(
+      ui, rest, {"Force, machine per hand", "##force", "%.0f : 1", kLeastRatio, kMostRatio, ratio}, asked_ratio, lock);
+  if (position_moved || ratio_moved) {
     state.scales_chosen = true;
     state.position_scale = asked_position;
     state.force_scale = asked_ratio;

@@ -14,8 +14,9 @@
 namespace knuckle::console::window {
 namespace {
 
-constexpr std::array<const char*, static_cast<std::size_t>(screens::Screen::kCount)> kScreens{
-    "operate", "link", "real-time", "hydraulics", "calibrate", "events"};
+constexpr auto kScreens =
+    std::to_array<const char*>({"operate", "link", "real-time", "hydraulics", "calibrate", "events"});
+static_assert(kScreens.size() == static_cast<std::size_t>(screens::Screen::kCount));
 
 struct Size {
   int width = 0, height = 0;

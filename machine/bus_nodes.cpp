@@ -1,0 +1,21 @@
+#include "machine/bus_nodes.h"
+
+#include <utility>
+
+namespace knuckle {
+
+std::vector<NamedNode> named_nodes(const BusDescription& bus) {
+  std::vector<NamedNode> nodes;
+  visit_nodes(bus, [&nodes](NodeRole role, int joint, std::string name, const NodeDescription& node) {
+    nodes.push_back({role, joint, std::move(name), node});
+  });
+  return nodes;
+}
+
+std::string names_of(const std::vector<NamedNode>& nodes) {
+  std::string all;
+  for (const NamedNode& node : nodes) all += (all.empty() ? "" : ", ") + node.name;
+  return all;
+}
+
+}  // namespace knuckle
