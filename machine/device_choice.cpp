@@ -20,7 +20,8 @@ void check_springs(const MachineDescription& machine, const DeviceDescription& d
   if (std::abs(feel.spring_N_per_m - wanted) <= kMismatch * wanted) return;
   throw InputError(device.source + ": key 'feel.spring_N_per_m' = " + number_text(feel.spring_N_per_m) +
                    ": must be within 20 % of " + number_text(wanted) +
-                   " = force_scale * position_scale * 'control.tip_stiffness_N_per_m' of " + machine.source);
+                   " = force_scale * position_scale * 'control.tip_stiffness_N_per_m' of " + machine.source +
+                   ": this device file is for another machine");
 }
 
 }  // namespace knuckle

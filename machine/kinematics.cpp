@@ -127,13 +127,13 @@ void Kinematics::scan(const MachineDescription& machine, int joint) {
     const double angle = span.min_rad + (span.max_rad - span.min_rad) * i / steps;
     const auto state = cylinder_at(joint, angle);
     if (!state) {
-      refuse_at(angle, "the linkage cannot close");
+      refuse_at(angle, "with these pins the linkage cannot close");
     }
     sign = i == 0 ? std::copysign(1.0, state->lever_m) : sign;
     if (!(sign * state->lever_m >= kLeastLever_m)) {
-      refuse_at(angle, "must stay away from the toggle: the lever must keep its sign and at least " +
-                           number_text(1e3 * kLeastLever_m) + " mm, but is " + number_text(1e3 * state->lever_m) +
-                           " mm");
+      refuse_at(angle, "the cylinder's lever must be at least " + number_text(1e3 * kLeastLever_m) +
+                           " mm over the joint's whole range, but these pins give " +
+                           number_text(1e3 * sign * state->lever_m) + " mm");
     }
   }
   const auto length_at = [&](double angle) { return cylinder_at(joint, angle)->length_m; };

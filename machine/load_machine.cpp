@@ -260,9 +260,9 @@ MachineDescription::Control read_control(TomlTable file) {
   control.position_gain_1ps = file.number("position_gain_1ps", 0.1, 20);
   control.tip_stiffness_N_per_m = file.number("tip_stiffness_N_per_m", 1e3, 1e7);
   constexpr double kHighestRatio = 1e-4;  // limit cycles on stiff walls begin here
-  file.require(
-      control.position_gain_1ps <= kHighestRatio * control.tip_stiffness_N_per_m, "position_gain_1ps",
-      "must be at most 1e-4 tip_stiffness_N_per_m = " + number_text(kHighestRatio * control.tip_stiffness_N_per_m));
+  file.require(control.position_gain_1ps <= kHighestRatio * control.tip_stiffness_N_per_m, "position_gain_1ps",
+               "must be at most " + number_text(kHighestRatio * control.tip_stiffness_N_per_m) +
+                   " = 1e-4 * tip_stiffness_N_per_m");
   control.stiffness_radius_m = file.numbers<kJoints>("stiffness_radius_m", 0.05, kFurthestPin_m);
   control.feed_forward_fade_N = file.number("feed_forward_fade_N", 1, 1e6);
   control.bucket_position_gain_1ps = file.number("bucket_position_gain_1ps", 0.1, 20);
@@ -295,6 +295,7 @@ void check_rates(const MachineDescription& machine, TomlTable& links) {
 MachineDescription read_machine(TomlTable file) {
   MachineDescription machine;
   machine.name = file.text("name");
+  file.require(machine.name.find('/') == std::string::npos, "name", "must not contain '/': files are named after it");
   machine.source = file.source();
   TomlTable links = file.table("links");
   TomlTable mounts = file.table("mounts");

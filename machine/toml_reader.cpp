@@ -97,16 +97,25 @@ class NestingCheck {
   int dots_ = 0, open_ = 0;
 };
 
-std::string value_text(const toml::node& node) {
+/// As a person would write it. 17.0 is not 17: where a whole number is required, that is what is wrong.
+std::string whole_value_text(const toml::node& node) {
   if (const auto* number = node.as_floating_point()) {
-    return number_text(number->get());
+    const std::string digits = number_text(number->get());
+    return digits.find_first_not_of("-0123456789") == std::string::npos ? digits + ".0" : digits;
   }
-  if (node.is_table() || node.is_array_of_tables()) {
-    return "a table";
+  if (node.is_table()) return "a table";
+  if (node.is_array_of_tables()) return std::to_string(node.as_array()->size()) + " [[tables]]";
+  if (const auto* array = node.as_array()) {
+    std::string all;
+    for (const toml::node& element : *array) all += (all.empty() ? "" : ", ") + whole_value_text(element);
+    return "[" + all + "]";
   }
   std::ostringstream text;
   node.visit([&](const auto& value) { text << value; });
-  return shortened(text.str());
+  return text.str();
+}
+std::string value_text(const toml::node& node) {
+  return shortened(whole_value_text(node));
 }
 
 /// Edits (insert, delete, replace, swap neighbours) that turn `a` into `b`.
@@ -208,7 +217,9 @@ struct TomlTable::Node {
     for (const auto& [key, value] : *table) {
       if (!asked.contains(key.str())) {
         const auto meant = nearest(key.str(), asked, std::max<std::size_t>(2, 2 * key.length() / 5));
-        refuse(key.str(), value, "unknown key" + (meant ? "; did you mean '" + *meant + "'?" : ""));
+        refuse(key.str(), value,
+               meant ? "unknown key; did you mean '" + *meant + "'?"
+                     : "unknown key, or one that does not go with the other keys here");
       }
     }
     for (const auto& below : children) {
@@ -315,7 +326,7 @@ std::vector<double> TomlTable::list(std::string_view key, std::size_t min_count,
 TomlTable TomlTable::table(std::string_view key) {
   const toml::node& node = node_->get(key);
   if (!node.is_table()) {
-    node_->refuse(key, node, "must be a table");
+    node_->refuse(key, node, "must be a table, [" + node_->path + std::string(key) + "]");
   }
   return node_->child(*node.as_table(), node_->path + std::string(key) + ".");
 }
@@ -348,8 +359,8 @@ void TomlTable::leave(std::string_view key) {
 
 void TomlTable::require(bool ok, std::string_view key, const std::string& bound) const {
   if (!ok) {
-    const toml::node* value = node_->table->get(key);
-    node_->refuse(key, value != nullptr ? *value : *node_->table, bound);
+    if (const toml::node* value = node_->table->get(key)) node_->refuse(key, *value, bound);
+    node_->fail(*node_->table, node_->name(key) + ": " + bound);
   }
 }
 

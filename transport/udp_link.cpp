@@ -128,7 +128,8 @@ UdpLink UdpLink::listen(const std::string& address) {
 
 UdpLink UdpLink::connect(const std::string& address) {
   const Address target = parse(address);
-  if (port_of(target.bytes) == 0) refuse(address, "port 0 cannot be used; give the one the machine's side listens on");
+  if (port_of(target.bytes) == 0)
+    refuse(address, "port 0 cannot be used; give the port that the other side listens on");
   if (is_any(target)) refuse(address, "is no single computer's address");
   return {open_socket(address, target, ::connect, "reach"), false};
 }

@@ -40,7 +40,7 @@ void print_result(const DeviceDescription& device, const DeviceIdentity& identit
 int run(const Options& options) {
   cli::Places places;
   places.configuration("--device-file", options.file);
-  places.output("--out", options.out);
+  places.configuration_output("--out", options.out);
   const DeviceDescription file = load_device(find_config("device", options.file));
   const auto port = open_device_port("--device", options.back_end, {.serial = options.serial});
   const RealtimeClock clock;

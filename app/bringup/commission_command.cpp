@@ -44,20 +44,20 @@ void add_options(CLI::App& c, CommissionCommandOptions& o) {
 }
 
 void check(const CommissionCommandOptions& o) {
-  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "is already taken by --simulate");
+  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "give --can or --simulate, not both");
   if (!o.simulate && o.can.empty()) cli::refuse_option("commission", "", "needs --can, or --simulate");
   cli::check_range("--slow", o.motions.slow_s, 20, 1200, " s");
   cli::check_range("--fast", o.motions.fast_s, 20, 1200, " s");
   if (o.out == "-") cli::refuse_option("--out", "-", "must be a file: standard output is used for the dialogue");
   std::error_code error;
-  if (!std::filesystem::is_directory(o.record, error)) cli::refuse_option("--record", o.record, "is not a folder");
+  cli::check_folder("--record", o.record);
   for (const char* name : kMotionNames) {
     if (std::filesystem::exists(recording_file(o.record, name), error))
       cli::refuse_option("--record", o.record, "already contains " + std::string(name) + ".csv; choose another folder");
   }
   cli::Places places;
   places.configuration("--machine", o.machine);
-  places.output("--out", o.out);
+  places.configuration_output("--out", o.out);
 }
 
 /// @param read the machine file as read, not calibrated: calibrating the file must not change the simulated machine.

@@ -26,7 +26,10 @@ std::optional<std::string> LineInput::poll() {
     std::array<char, 256> bytes{};
     const ssize_t count = read(descriptor_, bytes.data(), bytes.size());
     if (count < 0 && (errno == EINTR || errno == EAGAIN)) return std::nullopt;
-    if (count <= 0) ended_ = true;
+    if (count <= 0) {
+      ended_ = true;
+      if (!pending_.empty()) pending_ += '\n';  // a file's last line may lack its end
+    }
     if (count > 0) pending_.append(bytes.data(), static_cast<std::size_t>(count));
   }
 }

@@ -50,7 +50,7 @@ struct Partner {
   /// A person types as it goes: what was typed before a question is no answer to it, and anything typed while
   /// something moves means stop. A script's lines are all there from the beginning.
   bool live = false;
-  std::string stop_gesture = "any key with Enter";  ///< By which a person ends it while something moves.
+  std::string stop_gesture = "pressing Enter";  ///< By which a person ends it while something moves.
 };
 /// Lines of text. @param poll as LineInput::poll(). @param out outlives what is returned.
 [[nodiscard]] Partner terminal(std::ostream& out, std::function<std::optional<std::string>()> poll, bool live);

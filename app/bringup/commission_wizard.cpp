@@ -232,7 +232,7 @@ class Wizard {
 
   void small_motion(int joint, int direction) {
     const char* verb = direction > 0 ? "extends" : "retracts";
-    dialogue_.ask(fmt::format("The {} cylinder {} slowly by about {:.0f} mm after some seconds: watch it.",
+    dialogue_.ask(fmt::format("Some seconds after your answer the {} cylinder {} slowly by about {:.0f} mm: watch it.",
                               kJointNames[static_cast<std::size_t>(joint)], verb, 1e3 * kSmallWay_m),
                   {"go"});
     const JogRun run = bench_->run({.joint = joint,

@@ -32,8 +32,7 @@ void add_options(CLI::App& c, DoctorOptions& o) {
   c.add_option("--machine", o.machine, "Compare the bus with this machine: name or .toml file");
   c.add_option("--listen", o.listen_s, "Seconds to listen before the first request (default: 2)");
   c.add_option("--bit-rate", o.bit_rate_kbps,
-               "Bit rate in kbit/s, to compute the bus load without --machine (default: 500)")
-      ->check(CLI::Range(10, 1000));
+               "Bit rate in kbit/s, to compute the bus load without --machine (default: 500)");
   c.add_option("--device", o.device.back_end, "Check a haptic device through hid or usb; commands no torque");
   c.add_option("--serial", o.device.serial, "USB serial number of the device, where several are attached");
   c.add_option("--device-file", o.device_file,
@@ -42,16 +41,24 @@ void add_options(CLI::App& c, DoctorOptions& o) {
 }
 
 void check(const DoctorOptions& o) {
-  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "is already taken by --simulate");
+  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "give --can or --simulate, not both");
   if (o.simulate && o.machine.empty()) cli::refuse_option("--simulate", "", "needs --machine");
-  if (!o.machine.empty() && o.can.empty() && !o.simulate) cli::refuse_option("--machine", o.machine, "needs --can");
+  if (!o.machine.empty() && o.can.empty() && !o.simulate)
+    cli::refuse_option("--machine", o.machine, "needs --can or --simulate");
   const bool bus = o.simulate || !o.can.empty(), device = !o.device.back_end.empty();
   if (bus && device) cli::refuse_option("--device", o.device.back_end, "check bus and device one after the other");
   if (!device && !o.device.serial.empty()) cli::refuse_option("--serial", o.device.serial, "needs --device");
   if (!device && o.device_file) cli::refuse_option("--device-file", *o.device_file, "needs --device");
-  if (!bus && o.listen_s) cli::refuse_option("--listen", "", "needs --can");
+  if (!bus && o.listen_s) cli::refuse_option("--listen", "", "needs --can or --simulate");
   if (!bus && o.bit_rate_kbps) cli::refuse_option("--bit-rate", "", "needs --can");
+  cli::check_range("--bit-rate", o.bit_rate_kbps, 10, 1000, " kbit/s");
+  if (o.bit_rate_kbps && !o.machine.empty())
+    cli::refuse_option("--bit-rate", "", "only goes without --machine, whose file has a bit rate");
   cli::check_range("--listen", o.listen_s, 0.1, 60, " s");
+  cli::Places places;
+  places.configuration("--machine", o.machine);
+  if (o.device_file) places.configuration("--device-file", *o.device_file);
+  places.output("--json", o.json);
 }
 
 BusAccess access_of(const DoctorOptions& o, const std::optional<MachineDescription>& read) {
@@ -68,7 +75,7 @@ int run_doctor(DoctorOptions options) {
   std::optional<cli::OutputFile> json;
   if (!options.json.empty()) json.emplace("--json", options.json);
   std::ostream& out = options.json == "-" ? std::cerr : std::cout;
-  nlohmann::ordered_json result{{"schema", "knuckle.doctor"}, {"version", 1}};
+  nlohmann::ordered_json result{{"schema", "knuckle.doctor"}, {"version", cli::program_version()}};
   Findings findings;
   if (options.can.empty() && !options.simulate) {
     const bool device = !options.device.back_end.empty();

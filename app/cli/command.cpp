@@ -1,6 +1,7 @@
 #include "app/cli/command.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -16,6 +17,7 @@
 
 #include "app/cli/background_writer.h"
 #include "app/cli/interrupt.h"
+#include "app/cli/output_file.h"
 #include "core/error.h"
 #include "core/text.h"
 
@@ -120,6 +122,12 @@ void take_closed_descriptors() {
   }
 }
 
+/// Of a pipe: `knuckle --help | head -1` is no failure.
+bool reader_has_left() {
+  struct stat standard {};
+  return fstat(STDOUT_FILENO, &standard) == 0 && (S_ISFIFO(standard.st_mode) || S_ISSOCK(standard.st_mode));
+}
+
 }  // namespace
 
 int run_program(const Program& program, const std::vector<std::string>& arguments) {
@@ -132,9 +140,11 @@ int run_program(const Program& program, const std::vector<std::string>& argument
   };
   try {
     const CommandLine line = parse_command_line(program, arguments);
-    if (line.run) return line.run();
+    const int code = line.run ? line.run() : 0;
     std::cout << line.text;
-    return 0;
+    if (std::cout.flush() || reader_has_left()) return code;
+    say("standard output: cannot be written");
+    return kBadInput;
   } catch (const InputError& error) {
     say(error.what());
     return kBadInput;
@@ -180,6 +190,14 @@ void check_readable(const std::string& option, const std::string& file) {
   if (!std::ifstream(file)) refuse_option(option, file, "cannot be read");
 }
 
+void check_folder(const std::string& option, const std::string& folder) {
+  std::filesystem::path there = std::filesystem::absolute(folder).lexically_normal();
+  std::error_code error;
+  while (!std::filesystem::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  if (!std::filesystem::is_directory(there, error)) refuse_option(option, folder, there.string() + " is not a folder");
+  const OutputFile probe(option, (there / "probe").string());
+}
+
 std::string seed_error(const std::string& text) {
   std::uint64_t seed = 0;
   const auto end = std::from_chars(text.data(), text.data() + text.size(), seed);
@@ -201,20 +219,52 @@ std::string ensemble_size_error(const std::string& text) {
   return text == "0" || error.empty() ? "" : error + " machines, or 0: none";
 }
 
+namespace {
+
+/// Whether writing to the file is writing to standard output: /dev/stdout, a file that the shell has put there.
+bool is_standard_output(const std::string& file) {
+  struct stat named {
+  }, standard{};
+  return stat(file.c_str(), &named) == 0 && fstat(STDOUT_FILENO, &standard) == 0 && named.st_dev == standard.st_dev &&
+         named.st_ino == standard.st_ino && (!S_ISCHR(named.st_mode) || isatty(STDOUT_FILENO) == 1);
+}
+
+/// One name for each place; "-": standard output.
+std::string place_of(const std::string& file) {
+  if (file == "-" || is_standard_output(file)) return "-";
+  std::error_code nameless;  // such as a pipe of another process
+  const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(file), nameless);
+  return nameless ? file : real.string();
+}
+
+}  // namespace
+
 void Places::configuration(const std::string& option, const std::string& name_or_file) {
   std::error_code none;  // its loader says why
   if (std::filesystem::exists(name_or_file, none)) take(option, name_or_file, false);
 }
 
+void Places::output(const std::string& option, const std::string& file) {
+  take(option, file, true);
+  if (!file.empty() && std::filesystem::path(place_of(file)).extension() == ".toml")
+    refuse_option(option, file, "is named like a machine or other configuration file: choose another name");
+}
+
+void Places::configuration_output(const std::string& option, const std::string& file) {
+  take(option, file, true);
+  std::error_code none;
+  const bool special = std::filesystem::exists(file, none) && !std::filesystem::is_regular_file(file, none);
+  if (!file.empty() && file != "-" && !special && !file.ends_with(".toml"))
+    refuse_option(option, file, "must end in .toml");
+}
+
 void Places::take(const std::string& option, const std::string& file, bool output) {
   if (file.empty()) return;
-  std::error_code nameless;  // such as the pipe behind /dev/stdout
-  const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(file), nameless);
-  const std::string path = file == "-" || nameless ? file : real.string();
+  const std::string path = place_of(file);
   const auto [other, is_new] = taken_.emplace(path, option);
   if (is_new || !output) return;
   refuse_option(option, file,
-                "already taken by " + other->second + (file == "-" ? ": only one output can be standard output" : ""));
+                "already taken by " + other->second + (path == "-" ? ": only one output can be standard output" : ""));
 }
 
 }  // namespace knuckle::cli

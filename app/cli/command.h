@@ -46,7 +46,7 @@ struct CommandLine {
 
 // For the checks of a command's own options.
 inline constexpr const char* kExitCodes =
-    "Exit codes: 0 done; 1 failed or a criterion was not met; 2 wrong usage or bad input.";
+    "Exit codes: 0 done; 1 failed or a criterion was not met; 2 wrong usage or bad input; 130 interrupted.";
 
 /// @param value may be empty: "option: why". @throws InputError "option value: why".
 [[noreturn]] void refuse_option(const std::string& option, const std::string& value, const std::string& why);
@@ -54,20 +54,26 @@ inline constexpr const char* kExitCodes =
 void check_range(const char* option, const std::optional<double>& value, double low, double high, const char* unit);
 /// @throws InputError unless the file can be read.
 void check_readable(const std::string& option, const std::string& file);
+/// @throws InputError unless files can be made in the folder; where it is missing, in the one it would be made in.
+void check_folder(const std::string& option, const std::string& folder);
 /// Why the text is not a seed; empty where it is one. (CLI11 would take -1 for a very large one.)
 [[nodiscard]] std::string seed_error(const std::string& text);
 /// Likewise of a count within [low, high], and of how many machines an ensemble has: none, or two and more.
 [[nodiscard]] std::string count_error(const std::string& text, int low, int high);
 [[nodiscard]] std::string ensemble_size_error(const std::string& text);
 
-/// No two outputs into one place, none over an input. Empty names are ignored.
+/// No two outputs into one place, none over an input or any configuration file. Empty names are ignored.
 class Places {
  public:
   void input(const std::string& option, const std::string& file) { take(option, file, false); }
   /// Configuration may be named, or be a file of the user's.
   void configuration(const std::string& option, const std::string& name_or_file);
-  /// @throws InputError where it is taken.
-  void output(const std::string& option, const std::string& file) { take(option, file, true); }
+  /// Data: CSV, JSON, pages, logs. @throws InputError where the place is taken, or is a .toml file: that is
+  /// configuration, perhaps one that another option only names.
+  void output(const std::string& option, const std::string& file);
+  /// A machine or device file. @throws InputError where the place is taken, or does not end in .toml: it could not be
+  /// loaded.
+  void configuration_output(const std::string& option, const std::string& file);
 
  private:
   void take(const std::string& option, const std::string& file, bool output);

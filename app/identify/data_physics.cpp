@@ -182,7 +182,8 @@ WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
   const std::size_t every = steps(kEvery_s), reach = steps(kRateSpan_s / 2);
   std::array<Sums, kJoints> sums;
   WeightFit fit;
-  const auto in_mean = static_cast<double>(steps(kMean_s) / every);
+  const std::size_t instants_in_mean = steps(kMean_s) / every;
+  const auto in_mean = static_cast<double>(instants_in_mean);
   double gathered = 0;
   const auto close = [&] {
     for (Sums& s : sums) s.close(gathered);

@@ -74,7 +74,7 @@ void sort_hold_out(Given& given) {
       continue;
     }
     if (!fs::exists(value))
-      cli::refuse_option("--hold-out", value, "no such file, and not a single share from 0.05 to 0.6");
+      cli::refuse_option("--hold-out", value, "no such file, nor is it a number from 0.05 to 0.6");
     cli::check_readable("--hold-out", value);
     o.hold_out_files.push_back(value);
   }
@@ -108,7 +108,7 @@ void check_simulated(const Given& given) {
 void check_record(const std::string& record) {
   if (record.empty()) return;
   if (record == "-") cli::refuse_option("--record", record, "is a folder, not standard output");
-  fs::path there = fs::absolute(record).lexically_normal();
+  const fs::path there = record;
   std::error_code error;
   if (fs::is_directory(there, error)) {
     std::set<std::string> recordings;
@@ -120,9 +120,7 @@ void check_record(const std::string& record) {
                          "has " + *recordings.begin() + " already; give a new folder, or one without .csv files");
     }
   }
-  while (!fs::exists(there, error) && there.has_relative_path()) there = there.parent_path();
-  if (!fs::is_directory(there, error)) cli::refuse_option("--record", record, there.string() + " is not a folder");
-  const cli::OutputFile probe("--record", (there / "survey.csv").string());
+  cli::check_folder("--record", record);
 }
 
 void check_inputs(const IdentifyOptions& o) {
@@ -145,7 +143,7 @@ void check_places(const IdentifyOptions& o) {
   for (const std::string& file : o.hold_out_files) places.input("--hold-out", file);
   places.input("--map", o.map);
   places.input("--survey", o.survey);
-  places.output("--out", o.out);  // may replace the drawing, which is kept
+  places.configuration_output("--out", o.out);  // may replace the drawing, which is kept
   places.configuration("--machine", o.machine);
   places.output("--report", o.report);
   places.output("--json", o.json);

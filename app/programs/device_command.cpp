@@ -70,6 +70,7 @@ void check(const Options& o) {
   places.input("--gadget", o.gadget);
   places.output("--csv", o.csv);
   places.output("--json", o.json);
+  places.output("--descriptor", o.descriptor);
 }
 
 DeviceProgramSetup set_up(const Options& o) {

@@ -43,7 +43,8 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_flag("--assist-stop-on-object", o.assist_stop_on_object,
              "Stop when the bucket meets something stiff while digging");
   c.add_flag("--realtime", o.realtime, "Run the loops in real-time threads over UDP loopback");
-  c.add_option("--truth", o.truth, "The plant's true parameters (.toml), instead of sampling them from the seed");
+  c.add_option("--truth", o.truth,
+               "The simulated machine's true parameters (.toml), instead of sampling them from the seed");
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
   c.add_option("--csv", o.csv, "Write a CSV table, a row each step of the machine's loop");
   c.add_option("--report", o.report, "Write a self-contained HTML report");

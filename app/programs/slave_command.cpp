@@ -55,7 +55,7 @@ void add_options(CLI::App& c, Options& o) {
 
 /// On a CAN interface, or simulated: one of the two, and nothing that only the other takes.
 void check_bus(const Options& o) {
-  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "is already taken by --simulate");
+  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "give --can or --simulate, not both");
   if (o.simulate) return;
   if (o.can.empty()) cli::refuse_option("slave", "", "needs --can, or --simulate");
   if (o.machine.empty()) cli::refuse_option("--machine", "", "is required with --can");

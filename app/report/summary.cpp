@@ -6,7 +6,7 @@ namespace knuckle::report {
 namespace {
 
 std::string what_ran(const session::SessionResult& s) {
-  return fmt::format("{} on {}, seed {}: {:.1f} s simulated in {:.2f} s ({:.0f} x real time)\n", s.scenario,
+  return fmt::format("{} on {}, seed {}: {:.1f} s simulated in {:.2f} s ({:.3g} x real time)\n", s.scenario,
                      s.machine_name, s.seed, s.simulated_s, s.wall_s, s.wall_s > 0 ? s.simulated_s / s.wall_s : 0.0);
 }
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "core/error.h"
-
 namespace knuckle::session {
 namespace {
 
@@ -13,18 +11,7 @@ CriterionResult judged(const MetricEntry& entry, const Metric& value, const char
 
 }  // namespace
 
-void check_criteria(const std::vector<Criterion>& criteria, const std::string& source) {
-  for (const Criterion& c : criteria) {
-    if (find_metric(c.metric) == nullptr)
-      throw InputError(source + ": criteria: metric = \"" + c.metric +
-                       "\" is not a metric (docs/results.md lists them)");
-    if (!c.min && !c.max)
-      throw InputError(source + ": criteria: metric = \"" + c.metric + "\" has neither min nor max");
-  }
-}
-
 std::vector<CriterionResult> evaluate(const std::vector<Criterion>& criteria, const Metrics& metrics) {
-  check_criteria(criteria, "scenario");
   std::vector<CriterionResult> results;
   for (const Criterion& c : criteria) {
     const MetricEntry& entry = *find_metric(c.metric);

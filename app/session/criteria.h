@@ -25,11 +25,8 @@ struct CriterionResult {
   bool passed = false;
 };
 
-/// @throws InputError where a criterion names no known metric or has no bound; `source` names the file in the message.
-void check_criteria(const std::vector<Criterion>& criteria, const std::string& source);
-
 /// One result per bound, in the order given.
-/// @throws InputError for an unknown metric.
+/// @param criteria of metrics that find_metric knows.
 [[nodiscard]] std::vector<CriterionResult> evaluate(const std::vector<Criterion>& criteria, const Metrics& metrics);
 
 [[nodiscard]] bool all_passed(const std::vector<CriterionResult>& results) noexcept;

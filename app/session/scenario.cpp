@@ -138,6 +138,7 @@ sim::WallDescription read_wall(TomlTable& table, const Scale& scale) {
   wall.friction = table.number("friction", 0, 1.5);
   if (table.has("from_m")) wall.from_m = table.number("from_m", -kFar_m, kFar_m, scale.length);
   if (table.has("to_m")) wall.to_m = table.number("to_m", -kFar_m, kFar_m, scale.length);
+  table.require(wall.from_m < wall.to_m, "to_m", "must be above from_m");
   if (table.has("break_force_N")) {
     wall.break_force_N = table.number("break_force_N", 100, 1e6, scale.load);
     wall.break_impulse_Ns = table.number("break_impulse_Ns", 1, 1e6, scale.load);
@@ -167,7 +168,7 @@ sim::WorldDescription read_world(TomlTable& file, const Scale& scale, const Mach
   world.scoop_reach_m *= scale.length;
   for (TomlTable& table : file.tables("wall")) world.walls.push_back(read_wall(table, scale));
   for (TomlTable& table : file.tables("soil")) world.soil.push_back(read_soil(table, scale));
-  file.require(world.soil.size() <= 1, "soil", "one at most");
+  file.require(world.soil.size() <= 1, "soil", "must be one table at most");
   for (TomlTable& table : file.tables("weight")) {
     sim::DeadWeightDescription weight;
     weight.mass_kg = table.number("mass_kg", 0.1, 1e4, scale.load);
@@ -270,11 +271,9 @@ void check_start(const TomlTable& file, const Scenario& scenario, const MachineD
 }
 
 /// What is measured at the machine grows with it: ways with its reach, loads and forces with its payload.
-double criterion_factor(const std::string& metric, const Scale& scale) {
-  const MetricEntry* entry = find_metric(metric);
-  if (entry == nullptr) return 1;  // refused by check_criteria
-  if (entry->group == "tracking" && entry->unit == "m") return scale.length;
-  if (entry->unit == "kg" || (entry->group == "force" && entry->unit == "N")) return scale.load;
+double criterion_factor(const MetricEntry& entry, const Scale& scale) {
+  if (entry.group == "tracking" && entry.unit == "m") return scale.length;
+  if (entry.unit == "kg" || (entry.group == "force" && entry.unit == "N")) return scale.load;
   return 1;
 }
 
@@ -283,12 +282,16 @@ std::vector<Criterion> read_criteria(TomlTable& file, const Scale& scale) {
   for (TomlTable& table : file.tables("criteria")) {
     Criterion criterion;
     criterion.metric = table.text("metric");
-    const double factor = criterion_factor(criterion.metric, scale);
+    const MetricEntry* const entry = find_metric(criterion.metric);
+    table.require(entry != nullptr, "metric", "is not a metric: docs/results.md lists them");
+    const double factor = criterion_factor(*entry, scale);
     if (table.has("min")) criterion.min = table.number("min", -1e12, 1e12, factor);
     if (table.has("max")) criterion.max = table.number("max", -1e12, 1e12, factor);
+    table.require(criterion.min || criterion.max, "metric", "has neither min nor max");
+    table.require(!criterion.min || !criterion.max || *criterion.min <= *criterion.max, "min",
+                  "must not be above max: no value could meet both");
     criteria.push_back(criterion);
   }
-  check_criteria(criteria, file.source());
   return criteria;
 }
 

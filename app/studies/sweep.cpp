@@ -178,7 +178,7 @@ nlohmann::ordered_json json_of(const SweepOptions& options, const Sweep& sweep, 
                     {"target", row.target.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(row.target)},
                     {"met", row.met ? nlohmann::ordered_json(*row.met) : nlohmann::ordered_json()}});
   }
-  return {{"schema", "knuckle.sweep"},    {"version", 1},
+  return {{"schema", "knuckle.sweep"},    {"version", cli::program_version()},
           {"battery", options.battery},   {"machine", sweep.nominal().name},
           {"machines", options.machines}, {"ensemble", options.ensemble},
           {"seed", options.seed},         {"passed", met},

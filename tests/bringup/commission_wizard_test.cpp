@@ -269,7 +269,9 @@ TEST(CommissionDialogue, LinesComeWholeFromAPipeAndItsEndIsTold) {
   EXPECT_EQ(input.poll(), "ready");
   EXPECT_EQ(input.poll(), "go");
   EXPECT_EQ(input.poll(), std::nullopt);
+  ASSERT_EQ(write(ends[1], "finish", 6), 6);
   close(ends[1]);
+  EXPECT_EQ(input.poll(), "finish") << "a file's last line may lack its end";
   EXPECT_THROW((void)input.poll(), CommissionEnded);
   close(ends[0]);
 }

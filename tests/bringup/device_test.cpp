@@ -11,13 +11,14 @@
 #include "core/error.h"
 #include "machine/load.h"
 #include "sim/haptic_device.h"
+#include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "transport/hid_pair.h"
 
 namespace knuckle::bringup {
 namespace {
 
-const std::string kFile = std::string(KNUCKLE_SOURCE_DIR) + "/config/devices/knuckle1.toml";
+const std::string kFile = test::source_dir() + "/config/devices/knuckle1.toml";
 
 std::string text_of(const std::string& path) {
   std::ifstream file(path);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "tests/support/places.h"
 #include "tests/support/run_program.h"
 
 namespace knuckle::test {
@@ -26,15 +27,15 @@ class HardwareCli : public testing::Test {
   ProgramRun commission(const std::string& lines, const std::string& machine = "solar015") const {
     std::ofstream(path("answers.txt")) << lines;
     return run_program("/bin/sh",
-                       {"-c", std::string(KNUCKLE_BINARY) + " commission --simulate --machine " + machine + " --out " +
+                       {"-c", test::program("knuckle") + " commission --simulate --machine " + machine + " --out " +
                                   path("result.toml") + " --record " + folder_.string() + " < " + path("answers.txt")});
   }
   fs::path folder_;
 };
 
 TEST_F(HardwareCli, DoctorOfTheSimulatedBusIsWellAndSaysSoToTools) {
-  const ProgramRun run = run_program(
-      KNUCKLE_BINARY, {"doctor", "--simulate", "--machine", "solar015", "--listen", "0.2", "--json", path("d.json")});
+  const ProgramRun run = run_program(test::program("knuckle"), {"doctor", "--simulate", "--machine", "solar015",
+                                                                "--listen", "0.2", "--json", path("d.json")});
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_NE(run.out.find("nothing wrong"), std::string::npos);
   std::ifstream file(path("d.json"));
@@ -76,11 +77,12 @@ std::vector<std::string> readings(const std::string& told) {
 }
 
 TEST_F(HardwareCli, TheSimulatedMachineIsTheSameOneOnceItsFileIsCalibrated) {
-  const std::string drawing = KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml";
+  const std::string drawing = test::source_dir() + "/config/machines/solar015.toml";
   const std::string file = path("calibrated.toml");
   std::ofstream(file) << std::ifstream(drawing).rdbuf() << kCalibration;
   const auto doctor = [](const std::string& machine) {
-    return readings(run_program(KNUCKLE_BINARY, {"doctor", "--simulate", "--machine", machine, "--listen", "0.2"}).out);
+    return readings(
+        run_program(test::program("knuckle"), {"doctor", "--simulate", "--machine", machine, "--listen", "0.2"}).out);
   };
   ASSERT_EQ(doctor(drawing).size(), 10U);
   EXPECT_EQ(doctor(drawing), doctor(file));
@@ -91,7 +93,7 @@ TEST_F(HardwareCli, TheSimulatedMachineIsTheSameOneOnceItsFileIsCalibrated) {
 
 TEST_F(HardwareCli, WrongUsageIsOneLineAndTwo) {
   const auto line = [](std::vector<std::string> arguments) {
-    const ProgramRun run = run_program(KNUCKLE_BINARY, std::move(arguments));
+    const ProgramRun run = run_program(test::program("knuckle"), std::move(arguments));
     EXPECT_EQ(run.exit_code, 2) << run.out;
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
     return run.err;
@@ -105,6 +107,12 @@ TEST_F(HardwareCli, WrongUsageIsOneLineAndTwo) {
   EXPECT_NE(line({"commission", "--machine", "solar015", "--out", path("r.toml")}).find("needs --can"),
             std::string::npos);
   EXPECT_NE(line({"commission", "--simulate", "--machine", "solar015"}).find("--out"), std::string::npos);
+  EXPECT_NE(line({"commission", "--simulate", "--machine", "solar015", "--out", path("r.csv")}).find("end in .toml"),
+            std::string::npos);
+  EXPECT_NE(line({"doctor", "--simulate", "--machine", "solar015", "--json", path("r.toml")}).find("configuration"),
+            std::string::npos);
+  EXPECT_NE(line({"doctor", "--simulate", "--machine", "solar015", "--bit-rate", "250"}).find("without --machine"),
+            std::string::npos);
   EXPECT_FALSE(fs::exists(path("r.toml")));
 }
 
@@ -132,8 +140,8 @@ TEST_F(HardwareCli, CommissioningByAScriptWritesAMachineFileThatTheOthersTake) {
   const ProgramRun run = commission(lines + "go\ngo\ngo\nfinish\n");
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_EQ(std::filesystem::file_size(path("result.1.toml")), 5U) << "the older file is kept";
-  const ProgramRun doctor =
-      run_program(KNUCKLE_BINARY, {"doctor", "--simulate", "--machine", path("result.toml"), "--listen", "0.2"});
+  const ProgramRun doctor = run_program(test::program("knuckle"),
+                                        {"doctor", "--simulate", "--machine", path("result.toml"), "--listen", "0.2"});
   EXPECT_EQ(doctor.exit_code, 0) << doctor.out << doctor.err;
 }
 

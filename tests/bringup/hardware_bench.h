@@ -10,11 +10,13 @@
 #include "machine/pose.h"
 #include "sim/machine_on_bus.h"
 #include "sim/truth.h"
+#include "tests/support/places.h"
 
 namespace knuckle::bringup::test {
 
 inline const MachineDescription& solar() {
-  static const MachineDescription machine = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  static const MachineDescription machine =
+      load_machine(knuckle::test::source_dir() + "/config/machines/solar015.toml");
   return machine;
 }
 

@@ -10,13 +10,14 @@
 
 #include "core/text.h"
 #include "tests/support/candump.h"
+#include "tests/support/places.h"
 #include "tests/support/run_program.h"
 
 namespace knuckle::test {
 namespace {
 namespace fs = std::filesystem;
 
-const fs::path kConfig = fs::path(KNUCKLE_SOURCE_DIR) / "config";
+const fs::path kConfig = fs::path(test::source_dir()) / "config";
 
 std::string text_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -41,7 +42,7 @@ class Program : public testing::Test {
   }
   static ProgramRun simulate(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "simulate");
-    return run_program(KNUCKLE_BINARY, std::move(arguments));
+    return run_program(test::program("knuckle"), std::move(arguments));
   }
   /// A copy of a configuration file with the first match of a pattern exchanged.
   [[nodiscard]] std::string changed(const std::string& file, const std::string& pattern, const std::string& to) const {
@@ -72,13 +73,13 @@ TEST_F(Program, ExitCodeSaysWhetherTheCriteriaWereMet) {
   EXPECT_EQ(missed.exit_code, 1);
   EXPECT_NE(missed.out.find("\nNOT passed\n"), std::string::npos);
   EXPECT_EQ(missed.err, "");  // quiet in a pipe
-  EXPECT_EQ(run_program(KNUCKLE_BINARY, {"--help"}).exit_code, 0);
-  EXPECT_EQ(run_program(KNUCKLE_BINARY, {}).exit_code, 2);
+  EXPECT_EQ(run_program(test::program("knuckle"), {"--help"}).exit_code, 0);
+  EXPECT_EQ(run_program(test::program("knuckle"), {}).exit_code, 2);
 }
 
 TEST_F(Program, InterruptedItLeavesNothingBehind) {
   const ProgramRun run = run_program(
-      KNUCKLE_BINARY,
+      test::program("knuckle"),
       {"simulate", "--realtime", "--scenario", "free_motion", "--json", path("a.json"), "--csv", path("a.csv")},
       std::chrono::milliseconds(1500));
   EXPECT_EQ(run.exit_code, 130) << run.out << run.err;
@@ -308,7 +309,7 @@ TEST_F(ProgramRefuses, SweepsAndRealRecordingsThatCannotBe) {
   const std::vector<std::string> before = left_behind();
   for (auto [arguments, refusal] : table) {
     arguments.insert(arguments.end(), refusal.arguments.begin(), refusal.arguments.end());
-    const ProgramRun run = run_program(KNUCKLE_STUDIES_BINARY, arguments);
+    const ProgramRun run = run_program(test::program("knuckle-studies"), arguments);
     EXPECT_EQ(run.exit_code, 2) << run.err;
     EXPECT_EQ(run.out, "");
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
@@ -325,6 +326,25 @@ TEST_F(ProgramRefuses, OutputsThatCannotBeWritten) {
   expect({{"--json", path("folder")}, {"--json", "folder", "directory"}});
   expect({{"--report", "/proc/a.html"}, {"--report", "/proc/a.html"}});
   expect({{"--candump", path("out.csv")}, {"--candump", "--csv"}});
+  expect(
+      {{"--json", "-", "--report", "/dev/stdout"}, {"--json", "--report", "only one output can be standard output"}});
+}
+
+// A configuration file may be one that no option names: the device's, by default.
+TEST_F(ProgramRefuses, OutputsThatWouldReplaceConfiguration) {
+  std::ofstream(path("device.toml")) << "mine";
+  fs::create_symlink(path("device.toml"), path("link.csv"));
+  for (const std::string file : {"device.toml", "link.csv", "new.toml"})
+    expect({{"--json", path(file)}, {"--json", file, "configuration file"}});
+}
+
+TEST_F(Program, SaysThatItsSummaryIsLost) {
+  for (const std::string arguments : {"--help", "simulate --scenario free_motion --duration 0.1"}) {
+    const ProgramRun run = run_program("/bin/sh", {"-c", test::program("knuckle") + " " + arguments + " > /dev/full"});
+    EXPECT_EQ(run.exit_code, 2) << arguments;
+    EXPECT_EQ(run.err, "knuckle: standard output: cannot be written\n") << arguments;
+  }
+  EXPECT_EQ(run_program("/bin/sh", {"-c", test::program("knuckle") + " --help | head -n 1"}).err, "");
 }
 
 }  // namespace

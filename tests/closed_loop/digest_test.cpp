@@ -5,6 +5,7 @@
 #include <set>
 
 #include "app/session/session_result.h"
+#include "tests/support/places.h"
 #include "tests/support/run_program.h"
 
 namespace knuckle::test {
@@ -22,8 +23,8 @@ std::string digest(const std::string& scenario, std::uint64_t seed, double loss 
 
 std::string digest_of_program(const std::string& scenario, std::uint64_t seed) {
   const ProgramRun run =
-      run_program(KNUCKLE_BINARY, {"simulate", "--scenario", scenario, "--seed", std::to_string(seed), "--duration",
-                                   "8", "--jitter-ms", "5", "--json", "-"});
+      run_program(test::program("knuckle"), {"simulate", "--scenario", scenario, "--seed", std::to_string(seed),
+                                             "--duration", "8", "--jitter-ms", "5", "--json", "-"});
   return nlohmann::json::parse(run.out).at("digest");
 }
 

@@ -10,12 +10,13 @@
 #include "estimation/identification/malaguti.h"
 #include "estimation/identification/static_poses.h"
 #include "machine/load.h"
+#include "tests/support/places.h"
 
 namespace knuckle::identify {
 namespace {
 
 const MachineDescription& machine() {
-  static const MachineDescription loaded = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  static const MachineDescription loaded = load_machine(test::source_dir() + "/config/machines/solar015.toml");
   return loaded;
 }
 

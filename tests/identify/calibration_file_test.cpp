@@ -11,12 +11,13 @@
 
 #include "core/error.h"
 #include "machine/load.h"
+#include "tests/support/places.h"
 
 namespace knuckle::identify {
 namespace {
 namespace fs = std::filesystem;
 
-const std::string kMachine = KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml";
+const std::string kMachine = test::source_dir() + "/config/machines/solar015.toml";
 
 std::string text_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);

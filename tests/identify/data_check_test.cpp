@@ -14,6 +14,7 @@
 #include "estimation/identification/excitation.h"
 #include "machine/load.h"
 #include "tests/identify/recorded_motion.h"
+#include "tests/support/places.h"
 
 namespace knuckle::identify {
 namespace {
@@ -127,8 +128,7 @@ recordings::RecordedFile sampled_motion(const MachineDescription& machine, std::
 
 TEST(DataCheck, RefusesPressuresOfAnotherTransmitterRangeOnAnyMachine) {
   for (const char* name : {"solar015", "compact080"}) {
-    const MachineDescription machine =
-        load_machine(std::string(KNUCKLE_SOURCE_DIR "/config/machines/") + name + ".toml");
+    const MachineDescription machine = load_machine(test::source_dir() + "/config/machines/" + name + ".toml");
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
       const recordings::RecordedFile sampled = sampled_motion(machine, seed);
       EXPECT_EQ(refusal(machine, sampled), "accepted") << name << " " << seed;

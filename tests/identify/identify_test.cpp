@@ -17,6 +17,7 @@
 #include "estimation/identification/pressure_lag.h"
 #include "machine/load.h"
 #include "tests/identify/recorded_motion.h"
+#include "tests/support/places.h"
 #include "tests/support/run_program.h"
 
 namespace knuckle::identify {
@@ -35,7 +36,7 @@ class IdentifyProgram : public testing::Test {
   [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
   static ProgramRun identify(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "identify");
-    return test::run_program(KNUCKLE_BINARY, std::move(arguments));
+    return test::run_program(test::program("knuckle"), std::move(arguments));
   }
   [[nodiscard]] nlohmann::json json(const std::string& name) const {
     return nlohmann::json::parse(std::ifstream(path(name)));
@@ -88,8 +89,9 @@ TEST_F(IdentifyProgram, CommissionsTheSimulatedMachineAndSaysTheSameFromTheFiles
   EXPECT_EQ(a["valves"], b["valves"]);
   ASSERT_TRUE(machine.valve_calibration);
   for (const ValveCalibration& valve : *machine.valve_calibration) EXPECT_NEAR(valve.dead_band_extend, 0.11, 0.04);
-  const ProgramRun session = test::run_program(
-      KNUCKLE_BINARY, {"simulate", "--scenario", "free_motion", "--duration", "3", "--machine", path("cal.toml")});
+  const ProgramRun session =
+      test::run_program(test::program("knuckle"),
+                        {"simulate", "--scenario", "free_motion", "--duration", "3", "--machine", path("cal.toml")});
   EXPECT_EQ(session.err, "");
 }
 
@@ -321,7 +323,7 @@ TEST_F(IdentifyProgram, NamesWhatIsWrongWithTheCommandOrItsFiles) {
       {{"--hold-out", path("a.csv")}, "named before --hold-out"},
       {{path("a.csv"), path("a.csv")}, "a.csv: is given twice"},
       {{path("a.csv"), "--hold-out", path("a.csv")}, "validation needs data not used"},
-      {{path("a.csv"), "--hold-out", "nan"}, "--hold-out nan: no such file, and not a single share from 0.05 to 0.6"},
+      {{path("a.csv"), "--hold-out", "nan"}, "--hold-out nan: no such file, nor is it a number from 0.05 to 0.6"},
       {{path("a.csv"), "--seed", "3"}, "--seed: only goes with --simulate or --ensemble"},
       {{path("a.csv"), "--slow", "50"}, "--slow: only goes with --simulate or --ensemble"},
       {{path("a.csv"), "--survey-sigma-mm", "3"}, "--survey-sigma-mm: only goes with --survey or --simulate"},
@@ -356,12 +358,14 @@ TEST_F(IdentifyProgram, NamesWhatIsWrongWithTheCommandOrItsFiles) {
 
 TEST_F(IdentifyProgram, RefusesOutputsThatCannotBeWrittenBeforeItDrives) {
   fs::create_directory(path("folder"));
+  fs::create_directory(path("folder.toml"));
   std::ofstream(path("file")) << "mine";
-  for (const char* option : {"--out", "--report", "--json"}) {
-    for (const std::string& target : {path("folder"), path("file/b/a"), path("file/a")}) {
+  for (const std::string option : {"--out", "--report", "--json"}) {
+    const std::string end = option == "--out" ? ".toml" : "";
+    for (const std::string& target : {path("folder" + end), path("file/b/a" + end), path("file/a" + end)}) {
       const ProgramRun run = identify({"--simulate", "--slow", "1200", "--record", path("rec"), option, target});
       EXPECT_EQ(run.exit_code, 2) << run.out;
-      EXPECT_TRUE(names(run.err, std::string(option) + " " + target + ": cannot be written")) << run.err;
+      EXPECT_TRUE(names(run.err, option + " " + target + ": cannot be written")) << run.err;
     }
   }
   for (const char* record : {"file", "file/rec"}) {
@@ -402,9 +406,9 @@ TEST(Identify, TellsCombinationsThatTheDataDoNotSeparateOneALine) {
 }
 
 TEST_F(IdentifyProgram, InterruptedLeavesNothingBehind) {
-  const ProgramRun run =
-      test::run_program(KNUCKLE_BINARY, {"identify", "--simulate", "--out", path("cal.toml"), "--json", path("a.json")},
-                        std::chrono::milliseconds(300));
+  const ProgramRun run = test::run_program(
+      test::program("knuckle"), {"identify", "--simulate", "--out", path("cal.toml"), "--json", path("a.json")},
+      std::chrono::milliseconds(300));
   EXPECT_EQ(run.exit_code, 130) << run.err;
   EXPECT_TRUE(fs::is_empty(folder_));
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/identify/recorded_motion.h"
+#include "tests/support/places.h"
 
 namespace knuckle::identify {
 namespace {
@@ -12,8 +13,7 @@ using estimation::Recording;
 
 TEST(PressureLag, IsFoundEitherWayAndNotWhereThereIsNone) {
   for (const char* name : {"solar015", "compact080"}) {
-    const MachineDescription machine =
-        load_machine(std::string(KNUCKLE_SOURCE_DIR "/config/machines/") + name + ".toml");
+    const MachineDescription machine = load_machine(test::source_dir() + "/config/machines/" + name + ".toml");
     const estimation::JointPath path = estimation::slow_sweeps(machine, 40);
     motion::MachineRun run(machine, sim::sample_truth(machine, 7), {}, path.joint_rad.front(), 7);
     const Recording recording = run.follow(path).recording;

@@ -5,11 +5,12 @@
 #include "app/recordings/recording_reader.h"
 #include "estimation/identification/excitation.h"
 #include "machine/load.h"
+#include "tests/support/places.h"
 
 namespace knuckle::identify {
 
 inline const MachineDescription& recorded_machine() {
-  static const MachineDescription machine = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  static const MachineDescription machine = load_machine(test::source_dir() + "/config/machines/solar015.toml");
   return machine;
 }
 

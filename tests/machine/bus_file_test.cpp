@@ -7,13 +7,14 @@
 
 #include "core/error.h"
 #include "machine/load.h"
+#include "tests/support/places.h"
 
 namespace knuckle {
 namespace {
 
 /// The shipped file with one text replaced.
 std::string changed(const std::string& from, const std::string& to) {
-  std::ifstream file(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  std::ifstream file(test::source_dir() + "/config/machines/solar015.toml");
   std::string text{std::istreambuf_iterator<char>(file), {}};
   const auto at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
@@ -79,7 +80,7 @@ TEST(BusFile, IdentifiersThatClashOrBelongToOtherServicesAreRefused) {
   EXPECT_EQ(refusal(kTilt, kTilt + "tpdo = 0x601, "),
             "key 'bus.nodes.tilt.tpdo' = 0x601: must be within [0x181, 0x57F]");
   // A sensor is told nothing.
-  EXPECT_EQ(refusal(kTilt, kTilt + "rpdo = 0x238, ").substr(0, 47), "key 'bus.nodes.tilt.rpdo' = 0x238: unknown key");
+  EXPECT_EQ(refusal(kTilt, kTilt + "rpdo = 0x238, ").substr(0, 47), "key 'bus.nodes.tilt.rpdo' = 0x238: unknown key,");
 }
 
 TEST(BusFile, ScalingsOutOfBoundsAreRefused) {

@@ -11,12 +11,13 @@
 #include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "tests/support/places.h"
 
 namespace knuckle {
 namespace {
 
 std::string shipped() {
-  std::ifstream file(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  std::ifstream file(test::source_dir() + "/config/machines/solar015.toml");
   return {std::istreambuf_iterator<char>(file), {}};
 }
 

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "machine/load.h"
 #include "tests/support/no_alloc.h"
+#include "tests/support/places.h"
 
 namespace knuckle {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 constexpr int kSweep = 2000;
 
 MachineDescription shipped(const std::string& name) {
-  return load_machine(KNUCKLE_SOURCE_DIR "/config/machines/" + name + ".toml");
+  return load_machine(test::source_dir() + "/config/machines/" + name + ".toml");
 }
 
 double swept(const MachineDescription& machine, int joint, int i) {

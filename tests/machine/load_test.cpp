@@ -14,11 +14,12 @@
 
 #include "core/error.h"
 #include "machine/kinematics.h"
+#include "tests/support/places.h"
 
 namespace knuckle {
 namespace {
 
-const std::string kConfig = KNUCKLE_SOURCE_DIR "/config";
+const std::string kConfig = test::source_dir() + "/config";
 
 /// A file of the shipped configuration, to be broken key by key.
 class Shipped : public ::testing::TestWithParam<const char*> {
@@ -193,7 +194,7 @@ TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
       {"bus.nodes.tilt.id", 1, "= 1: is taken by 'controller_id'"},
       {"bus.nodes.tilt.id", 128, "= 128: must be a whole number within [1, 127]"},
       {"limits.chamber_pressure_bar", 420, "= 420: must be within the transmitters' range of 400"},
-      {"control.position_gain_1ps", 15, "= 15: must be at most 1e-4 tip_stiffness_N_per_m = 10"},
+      {"control.position_gain_1ps", 15, "= 15: must be at most 10 = 1e-4 * tip_stiffness_N_per_m"},
       {"control.dead_band_fill", 1.1, "= 1.1: must be within [0, 1]"},
   };
   for (const auto& [key, value, bound] : cases) {

@@ -25,6 +25,8 @@ std::string refusal(const std::string& text, const std::function<void(TomlTable&
   return "accepted";
 }
 
+const std::string kOrMisplaced = ", or one that does not go with the other keys here";
+
 void ask_for_relief(TomlTable& file) {
   (void)file.table("hydraulics").number("main_relief_bar", 50, 400, 1e5);
 }
@@ -73,7 +75,7 @@ TEST(TomlReader, NamesFileLineKeyValueAndBound) {
   EXPECT_EQ(refusal("[hydraulics]\nmain_relief_bar = '205 bar'", ask_for_relief),
             "m.toml:2: key 'hydraulics.main_relief_bar' = '205 bar': must be a number within [50, 400]");
   EXPECT_EQ(refusal("x = [1, 2, 3]", [](TomlTable& file) { (void)file.numbers<2>("x", 0, 10); }),
-            "m.toml:1: key 'x' = [ 1, 2, 3 ]: must be 2 numbers within [0, 10]");
+            "m.toml:1: key 'x' = [1, 2, 3]: must be 2 numbers within [0, 10]");
   EXPECT_EQ(refusal("x = 2.5", [](TomlTable& file) { (void)file.integer("x", 0, 10); }),
             "m.toml:1: key 'x' = 2.5: must be a whole number within [0, 10]");
   EXPECT_EQ(refusal("x = 'hul'",
@@ -100,8 +102,20 @@ TEST(TomlReader, SuggestsTheNearestKeyForAMisspeltOne) {
             "m.toml:2: key 'hydraulics.main_relief_bar' is missing; is 'main_releif_bar' here meant to be it?");
   EXPECT_EQ(refusal("[hydraulics]\nmain_relief_bar = 205\nmain_relief = 200", ask_for_relief),
             "m.toml:3: key 'hydraulics.main_relief' = 200: unknown key; did you mean 'main_relief_bar'?");
-  EXPECT_EQ(refusal("x = 1\nquite_other = 2", ask_for_x), "m.toml:2: key 'quite_other' = 2: unknown key");
+  EXPECT_EQ(refusal("x = 1\nquite_other = 2", ask_for_x),
+            "m.toml:2: key 'quite_other' = 2: unknown key" + kOrMisplaced);
   EXPECT_EQ(refusal("[hydraulics]\n", ask_for_relief), "m.toml:1: key 'hydraulics.main_relief_bar' is missing");
+}
+
+TEST(TomlReader, ShowsAValueAsAPersonWroteIt) {
+  const auto count = [](TomlTable& file) { (void)file.integer("x", 0, 10); };
+  EXPECT_EQ(refusal("x = 7.0", count), "m.toml:1: key 'x' = 7.0: must be a whole number within [0, 10]");
+  EXPECT_EQ(refusal("x = [0.28, nan]", count),
+            "m.toml:1: key 'x' = [0.28, nan]: must be a whole number within [0, 10]");
+  EXPECT_EQ(refusal("[[hydraulics]]\n[[hydraulics]]", ask_for_relief),
+            "m.toml:1: key 'hydraulics' = 2 [[tables]]: must be a table, [hydraulics]");
+  EXPECT_EQ(refusal("y = 1", [](TomlTable& file) { file.require(false, "x", "at least one is needed"); }),
+            "m.toml:1: key 'x': at least one is needed");
 }
 
 TEST(TomlReader, WhatIsLeftToOthersMayHoldAnything) {
@@ -131,9 +145,10 @@ TEST(TomlReader, StaysOnOneLineWhateverTheFileHolds) {
 }
 
 TEST(TomlReader, ShowsControlCharactersAndShortensWhatIsLong) {
-  EXPECT_EQ(refusal("x = 1\n\"\\u001b[31m\" = 2", ask_for_x), "m.toml:2: key '\\x1b[31m' = 2: unknown key");
+  EXPECT_EQ(refusal("x = 1\n\"\\u001b[31m\" = 2", ask_for_x),
+            "m.toml:2: key '\\x1b[31m' = 2: unknown key" + kOrMisplaced);
   EXPECT_EQ(refusal(std::string(100'000, 'k') + " = 2\nx = 1", ask_for_x),
-            "m.toml:1: key '" + std::string(60, 'k') + "... (100000 characters)' = 2: unknown key");
+            "m.toml:1: key '" + std::string(60, 'k') + "... (100000 characters)' = 2: unknown key" + kOrMisplaced);
   EXPECT_EQ(refusal("x = '" + std::string(100'000, 'v') + "'", ask_for_x),
             "m.toml:1: key 'x' = '" + std::string(59, 'v') + "... (100002 characters): must be a number within [0, 1]");
 }

@@ -8,6 +8,7 @@
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "sim/machine_on_bus.h"
+#include "tests/support/places.h"
 #include "transport/canopen.h"
 
 namespace knuckle::motion {
@@ -16,7 +17,7 @@ namespace {
 const JointVector kStart(0.3, -1.5, -0.9), kAway(0.45, -1.3, -1.1);
 
 const MachineDescription& solar() {
-  static const MachineDescription loaded = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  static const MachineDescription loaded = load_machine(test::source_dir() + "/config/machines/solar015.toml");
   return loaded;
 }
 

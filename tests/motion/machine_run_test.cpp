@@ -11,6 +11,7 @@
 #include "estimation/identification/static_poses.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "tests/support/places.h"
 
 namespace knuckle::motion {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 const JointVector kStart(0.3, -1.5, -0.9);
 
 const MachineDescription& machine() {
-  static const MachineDescription loaded = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  static const MachineDescription loaded = load_machine(test::source_dir() + "/config/machines/solar015.toml");
   return loaded;
 }
 
@@ -70,7 +71,7 @@ TEST(MachineRun, RecordsOneOfEverythingASample) {
 
 /// With its arm stretched out a big machine swings on its oil by millimetres for seconds after its valves have closed.
 TEST(MachineRun, StopsAreRestsAlsoOfABigMachineWithItsArmStretchedOut) {
-  const MachineDescription big = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/compact080.toml");
+  const MachineDescription big = load_machine(test::source_dir() + "/config/machines/compact080.toml");
   const std::vector<JointVector> all = estimation::static_poses(big, 170, 1);
   const std::vector<JointVector> stretched{all[10], all[11], all[13], all[14]};
   MachineRun run(big, sim::sample_truth(big, 1), {}, stretched.front(), 1);

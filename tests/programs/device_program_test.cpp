@@ -11,6 +11,7 @@
 
 #include "machine/load.h"
 #include "master/device_driver.h"
+#include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "transport/hid_file_port.h"
 #include "transport/hid_reports.h"
@@ -20,7 +21,7 @@ namespace knuckle::programs {
 namespace {
 
 DeviceProgramSetup setup_of_the_shipped_device() {
-  const std::string config = KNUCKLE_SOURCE_DIR "/config/";
+  const std::string config = test::source_dir() + "/config/";
   DeviceProgramSetup setup;
   setup.device = load_device(config + "devices/knuckle1.toml");
   setup.plan.machine = load_machine(config + "machines/solar015.toml");
@@ -174,14 +175,14 @@ TEST(DeviceCommands, RefuseWhatTheyCannotDoInOneLine) {
            Refusal{{"calibrate-device", "--device", "serial", "--out", "/tmp/never.toml"},
                    "--device serial: must be one of hid, usb"},
        }) {
-    const test::ProgramRun run = test::run_program(KNUCKLE_BINARY, refused.arguments);
+    const test::ProgramRun run = test::run_program(test::program("knuckle"), refused.arguments);
     EXPECT_EQ(run.exit_code, 2);
     EXPECT_EQ(run.err, "knuckle: " + refused.line + "\n");
   }
 }
 
 TEST(DeviceCommands, PrintTheReportDescriptorAGadgetIsSetUpWith) {
-  const test::ProgramRun run = test::run_program(KNUCKLE_BINARY, {"device", "--descriptor", "-"});
+  const test::ProgramRun run = test::run_program(test::program("knuckle"), {"device", "--descriptor", "-"});
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_EQ(run.out, std::string(kHidReportDescriptor.begin(), kHidReportDescriptor.end()));
 }

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/support/places.h"
 #include "tests/support/run_program.h"
 
 namespace knuckle::test {
@@ -16,8 +17,8 @@ TEST(VirtualLab, WithoutQemuIsSkippedWithALoudLine) {
   ASSERT_NE(mkdtemp(folder.data()), nullptr);
   for (const char* tool : {"bash", "dirname", "basename"})
     fs::create_symlink(fs::path("/usr/bin") / tool, fs::path(folder) / tool);
-  const ProgramRun run = run_program(
-      "/bin/sh", {"-c", "PATH=" + folder + " exec " KNUCKLE_SOURCE_DIR "/scripts/lab boot " KNUCKLE_BINARY});
+  const ProgramRun run = run_program("/bin/sh", {"-c", "PATH=" + folder + " exec " + test::source_dir() +
+                                                           "/scripts/lab boot " + test::program("knuckle")});
   fs::remove_all(folder);
   EXPECT_EQ(run.exit_code, 77) << run.out << run.err;  // tests/CMakeLists.txt: skipped, not passed
   EXPECT_EQ(run.err,

@@ -5,6 +5,7 @@
 
 #include "app/programs/simulate_command.h"
 #include "core/error.h"
+#include "tests/support/places.h"
 
 namespace knuckle::programs {
 namespace {
@@ -75,7 +76,7 @@ struct BadInput {
 };
 
 TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
-  const std::string map = KNUCKLE_SOURCE_DIR "/CMakeLists.txt";  // any file that is there
+  const std::string map = test::source_dir() + "/CMakeLists.txt";  // any file that is there
   const std::vector<BadInput> table{
       {{"--bogus"}, {"--bogus"}},
       {{"stray"}, {"stray"}},

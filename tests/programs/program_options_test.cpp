@@ -7,6 +7,8 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/places.h"
+
 namespace knuckle::programs {
 namespace {
 
@@ -18,7 +20,7 @@ TEST(ProgramOptions, EveryCounterOfACanInterfaceIsInTheResultByTheNameThatItsDoc
   EXPECT_EQ(next, 16);
   EXPECT_EQ(json.at("protocol_errors"), counters.protocol_errors);
   EXPECT_EQ(json.at("receive_errors"), counters.receive_errors);
-  std::ifstream file(KNUCKLE_SOURCE_DIR "/docs/can-bus.md");
+  std::ifstream file(test::source_dir() + "/docs/can-bus.md");
   const std::string document{std::istreambuf_iterator<char>(file), {}};
   for (const auto& [key, value] : json.items()) EXPECT_NE(document.find("`" + key + "`"), std::string::npos) << key;
 }

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "tests/programs/program_rig.h"
+#include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/stalled_pipe.h"
 
@@ -94,7 +95,8 @@ class ProgramStopThreads : public testing::Test {
 
 TEST_F(ProgramStopThreads, MakesTheMachineNeutralWhileNobodyReadsStandardError) {
   const StalledPipe pipe;
-  const RunningProgram program(KNUCKLE_BINARY, with(slave(), {"--candump", path("bus.log")}), -1, pipe.writing_end());
+  const RunningProgram program(test::program("knuckle"), with(slave(), {"--candump", path("bus.log")}), -1,
+                               pipe.writing_end());
   stop_while_led(program, pipe);
   expect_neutral_at_the_end(contents("bus.log"));
   EXPECT_EQ(result().at("stop").at("confirmed"), true);
@@ -103,7 +105,7 @@ TEST_F(ProgramStopThreads, MakesTheMachineNeutralWhileNobodyReadsStandardError) 
 
 TEST_F(ProgramStopThreads, MakesTheMachineNeutralWhileNobodyReadsItsTable) {
   const StalledPipe pipe;
-  RunningProgram program(KNUCKLE_BINARY, with(slave(), {"--csv", "-", "--candump", path("bus.log")}),
+  RunningProgram program(test::program("knuckle"), with(slave(), {"--csv", "-", "--candump", path("bus.log")}),
                          pipe.writing_end());
   stop_while_led(program, pipe);
   const ProgramRun run = program.wait();
@@ -118,7 +120,7 @@ TEST_F(ProgramStopThreads, MakesTheMachineNeutralWhileNobodyReadsItsTable) {
 
 TEST_F(ProgramStopThreads, MakesTheMachineNeutralWhileNobodyReadsItsBusLog) {
   const StalledPipe pipe;
-  RunningProgram program(KNUCKLE_BINARY, with(slave(), {"--candump", "/dev/stdout"}), pipe.writing_end());
+  RunningProgram program(test::program("knuckle"), with(slave(), {"--candump", "/dev/stdout"}), pipe.writing_end());
   stop_while_led(program, pipe);
   const ProgramRun run = program.wait();
   EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -129,7 +131,7 @@ TEST_F(ProgramStopThreads, MakesTheMachineNeutralWhileNobodyReadsItsBusLog) {
 TEST_F(ProgramStopThreads, IsLedLikeAnyOtherWhereNobodyEverReadsWhatItSays) {
   const StalledPipe pipe;
   pipe.fill();
-  const RunningProgram program(KNUCKLE_BINARY, slave(), -1, pipe.writing_end());
+  const RunningProgram program(test::program("knuckle"), slave(), -1, pipe.writing_end());
   stop_while_led(program, pipe);
   EXPECT_EQ(result().at("stop").at("confirmed"), true);
 }
@@ -137,7 +139,8 @@ TEST_F(ProgramStopThreads, IsLedLikeAnyOtherWhereNobodyEverReadsWhatItSays) {
 TEST_F(ProgramStopThreads, EndsAlsoWhereNobodyReadsItsResult) {
   const StalledPipe pipe;
   pipe.fill();
-  RunningProgram program(KNUCKLE_BINARY, {"slave", "--simulate", "--listen", address_, "--insecure", "--json", "-"},
+  RunningProgram program(test::program("knuckle"),
+                         {"slave", "--simulate", "--listen", address_, "--insecure", "--json", "-"},
                          pipe.writing_end());
   {
     Hand hand(address_);
@@ -155,8 +158,8 @@ TEST_F(ProgramStopThreads, TheOperatorsSideEndsWhileNobodyReadsWhatItSaysAndWrit
   const StalledPipe said, table;
   said.fill();
   table.fill();
-  const RunningProgram machine(KNUCKLE_BINARY, slave());
-  RunningProgram program(KNUCKLE_BINARY,
+  const RunningProgram machine(test::program("knuckle"), slave());
+  RunningProgram program(test::program("knuckle"),
                          {"master", "--machine", "solar015", "--device", "none", "--connect", address_, "--insecure",
                           "--csv", "-", "--json", path("master.json")},
                          table.writing_end(), said.writing_end());
@@ -172,8 +175,8 @@ TEST_F(ProgramStopThreads, AFullDiskIsToldDuringTheRunAndWhatWasWrittenStaysRead
   Heard unused;
   StalledPipe said;
   RunningProgram program("/bin/sh",
-                         {"-c", "ulimit -f 256; exec " KNUCKLE_BINARY " slave --simulate --listen " + address_ +
-                                    " --insecure --csv " + path("run.csv") + " --json " + path("run.json")},
+                         {"-c", "ulimit -f 256; exec " + test::program("knuckle") + " slave --simulate --listen " +
+                                    address_ + " --insecure --csv " + path("run.csv") + " --json " + path("run.json")},
                          -1, said.writing_end());
   std::string text;
   EXPECT_TRUE(eventually([&] {
@@ -201,9 +204,10 @@ TEST_F(ProgramStopThreads, AFullDiskIsToldDuringTheRunAndWhatWasWrittenStaysRead
 }
 
 TEST_F(ProgramStopThreads, AClosedStandardErrorDoesNotBecomeAnOutput) {
-  const ProgramRun run = run_program("/bin/sh", {"-c", "exec " KNUCKLE_BINARY " slave --simulate --listen " + address_ +
-                                                           " --insecure --duration 0.5 --csv " + path("run.csv") +
-                                                           " --json " + path("run.json") + " 0<&- 1>&- 2>&-"});
+  const ProgramRun run =
+      run_program("/bin/sh", {"-c", "exec " + test::program("knuckle") + " slave --simulate --listen " + address_ +
+                                        " --insecure --duration 0.5 --csv " + path("run.csv") + " --json " +
+                                        path("run.json") + " 0<&- 1>&- 2>&-"});
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_EQ(contents("run.csv").rfind("time_s,", 0), 0U);
   EXPECT_EQ(contents("run.csv").find("knuckle"), std::string::npos);
@@ -212,8 +216,8 @@ TEST_F(ProgramStopThreads, AClosedStandardErrorDoesNotBecomeAnOutput) {
 
 TEST_F(ProgramStopThreads, AnOperatorsSideWhoseDeviceNeverCameHasFailed) {
   const ProgramRun run = run_program(
-      KNUCKLE_BINARY, {"master", "--machine", "solar015", "--device", "hid", "--serial", "no such device", "--connect",
-                       address_, "--insecure", "--duration", "0.5", "--json", path("run.json")});
+      test::program("knuckle"), {"master", "--machine", "solar015", "--device", "hid", "--serial", "no such device",
+                                 "--connect", address_, "--insecure", "--duration", "0.5", "--json", path("run.json")});
   EXPECT_EQ(run.exit_code, 1) << run.err;
   EXPECT_NE(run.err.find("--device hid: no haptic device was ready at any time: "), std::string::npos) << run.err;
   EXPECT_EQ(result().at("schema"), "knuckle-master/1") << "what happened is written all the same";

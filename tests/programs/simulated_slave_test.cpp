@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "tests/programs/program_rig.h"
+#include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "transport/machine_status.h"
 
@@ -46,8 +47,8 @@ int lines_with(const std::string& text, const std::string& what) {
 
 TEST_F(SimulatedSlaveThreads, RunsWithoutAnyInterfaceRecordsItsBusAndSaysThatItIsSimulated) {
   const std::string address = free_address();
-  RunningProgram program(KNUCKLE_BINARY, {"slave", "--simulate", "--listen", address, "--insecure", "--candump",
-                                          path("bus.log"), "--json", path("run.json")});
+  RunningProgram program(test::program("knuckle"), {"slave", "--simulate", "--listen", address, "--insecure",
+                                                    "--candump", path("bus.log"), "--json", path("run.json")});
   {
     Hand hand(address);
     ASSERT_TRUE(eventually([&] { return hand.sees(Mode::kReady); }));  // its nodes are set up, its valves active
@@ -74,8 +75,8 @@ TEST_F(SimulatedSlaveThreads, RunsWithoutAnyInterfaceRecordsItsBusAndSaysThatItI
 
 TEST_F(SimulatedSlaveThreads, AnOperatorOverTheLinkLeadsItsMachineAndHearsItsStatus) {
   const std::string address = free_address();
-  RunningProgram program(KNUCKLE_BINARY, {"slave", "--simulate", "--seed", "2", "--listen", address, "--insecure",
-                                          "--json", path("run.json")});
+  RunningProgram program(test::program("knuckle"), {"slave", "--simulate", "--seed", "2", "--listen", address,
+                                                    "--insecure", "--json", path("run.json")});
   {
     Hand hand(address);
     const bool engaged = engage(hand);
@@ -99,10 +100,10 @@ TEST_F(SimulatedSlaveThreads, AnOperatorOverTheLinkLeadsItsMachineAndHearsItsSta
 }
 
 TEST_F(SimulatedSlaveThreads, WritesIntoThePipeThatStandardOutputIs) {
-  const ProgramRun run =
-      run_program("/bin/sh", {"-c", KNUCKLE_BINARY
-                              " slave --simulate --listen 127.0.0.1:0 --insecure --duration 0.3 --json /dev/stdout "
-                              "| cat"});
+  const ProgramRun run = run_program(
+      "/bin/sh", {"-c", test::program("knuckle") +
+                            " slave --simulate --listen 127.0.0.1:0 --insecure --duration 0.3 --json /dev/stdout "
+                            "| cat"});
   EXPECT_EQ(nlohmann::json::parse(run.out, nullptr, false).value("schema", ""), "knuckle-slave/1") << run.err;
 }
 
@@ -112,9 +113,9 @@ struct Refused {
 };
 
 TEST_F(SimulatedSlaveThreads, KeepsItsOtherFilesWhereTheDiskRefusesOne) {
-  const ProgramRun run =
-      run_program(KNUCKLE_BINARY, {"slave", "--simulate", "--listen", "127.0.0.1:0", "--insecure", "--duration", "0.3",
-                                   "--candump", "/dev/full", "--json", path("run.json")});
+  const ProgramRun run = run_program(
+      test::program("knuckle"), {"slave", "--simulate", "--listen", "127.0.0.1:0", "--insecure", "--duration", "0.3",
+                                 "--candump", "/dev/full", "--json", path("run.json")});
   EXPECT_EQ(run.exit_code, 2) << run.err;
   EXPECT_NE(run.err.find("/dev/full: cannot be written: No space left on device"), std::string::npos) << run.err;
   EXPECT_EQ(nlohmann::json::parse(contents("run.json")).at("schema"), "knuckle-slave/1");
@@ -123,7 +124,7 @@ TEST_F(SimulatedSlaveThreads, KeepsItsOtherFilesWhereTheDiskRefusesOne) {
 TEST(SimulatedSlave, TakesExactlyOneBusAndNothingInVain) {
   const std::vector<Refused> cases{
       {{}, "needs --can, or --simulate"},
-      {{"--simulate", "--can", "vcan0"}, "--can vcan0: is already taken by --simulate"},
+      {{"--simulate", "--can", "vcan0"}, "--can vcan0: give --can or --simulate, not both"},
       {{"--can", "vcan0"}, "--machine: is required with --can"},
       {{"--can", "vcan0", "--machine", "solar015", "--scenario", "dismantle"}, "--scenario dismantle: only goes with"},
       {{"--simulate", "--scenario", "link_faults"}, "link_faults.toml: schedules faults, which need virtual time"},
@@ -135,7 +136,7 @@ TEST(SimulatedSlave, TakesExactlyOneBusAndNothingInVain) {
   for (const Refused& refused : cases) {
     std::vector<std::string> arguments{"slave", "--listen", "127.0.0.1:0", "--insecure", "--duration", "1"};
     arguments.insert(arguments.end(), refused.arguments.begin(), refused.arguments.end());
-    const ProgramRun run = run_program(KNUCKLE_BINARY, arguments);
+    const ProgramRun run = run_program(test::program("knuckle"), arguments);
     EXPECT_EQ(run.exit_code, 2) << run.err;
     EXPECT_NE(run.err.find(refused.says), std::string::npos) << run.err;
     EXPECT_EQ(lines_with(run.err, ""), 1) << run.err;

@@ -12,6 +12,7 @@
 #include "app/report/summary.h"
 #include "core/error.h"
 #include "tests/session/synthetic_session.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::report {
@@ -63,7 +64,7 @@ TEST(ResultJson, SaysWhatHappened) {
 }
 
 TEST(ResultJson, IsDocumentedKeyByKey) {
-  const std::string documentation = test::content(std::string(KNUCKLE_SOURCE_DIR) + "/docs/results.md");
+  const std::string documentation = test::content(test::source_dir() + "/docs/results.md");
   const nlohmann::ordered_json json = result_json(session::judge(session::synthetic_session()));
   for (const auto& [key, value] : json.items()) {
     EXPECT_NE(documentation.find('`' + key), std::string::npos) << key;

@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "tests/support/places.h"
 
 namespace knuckle::session {
 namespace {
@@ -253,9 +254,9 @@ TEST(OperatorPath, RefusesWhatHoldsNoMotionOfAllThreeJoints) {
 }
 
 TEST(OperatorPath, PlaysTheRealDigCyclesWithinLimits) {
-  const fs::path folder = fs::path(KNUCKLE_SOURCE_DIR) / ".." / "shared" / "data" / "excavator_dig_cycles";
+  const fs::path folder = fs::path(test::source_dir()) / ".." / "shared" / "data" / "excavator_dig_cycles";
   if (!fs::is_directory(folder)) GTEST_SKIP() << "no recordings at " << folder;
-  const std::string map = KNUCKLE_SOURCE_DIR "/config/maps/excavator_dig_cycles.toml";
+  const std::string map = test::source_dir() + "/config/maps/excavator_dig_cycles.toml";
   int cycles = 0, repeating = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
     SCOPED_TRACE(entry.path());

@@ -12,13 +12,14 @@
 
 #include "core/error.h"
 #include "machine/load.h"
+#include "tests/support/places.h"
 
 namespace knuckle::session {
 namespace {
 namespace fs = std::filesystem;
 
 constexpr double kDeg = std::numbers::pi / 180;
-const fs::path kConfig = fs::path(KNUCKLE_SOURCE_DIR) / "config";
+const fs::path kConfig = fs::path(test::source_dir()) / "config";
 
 /// Every section once. A line that ends in "#o" may be left out.
 constexpr const char* kWhole = R"(
@@ -229,6 +230,10 @@ TEST_F(ScenarioFile, ValuesBeyondTheirBoundsAreRefused) {
   expect_refused("felt_N = 2.0", "felt_N = nan", {"felt_N", "nan"});
   expect_refused("detach_at_s = 40", "detach_at_s = 30", {"detach_at_s", "30", "34"});
   expect_refused("metric = \"tip_rms_m\"", "metric = \"tip_rms\"", {"tip_rms", "not a metric"});
+  expect_refused("metric = \"tip_rms_m\"\nmax = 0.05", "metric = \"tip_rms_m\"",
+                 {"criteria[0].metric", "neither min nor max"});
+  expect_refused("max = 0.05", "max = 0.05\nmin = 0.06", {"criteria[0].min", "0.06", "above max"});
+  expect_refused("to_m = 1", "to_m = -1", {"wall[0].to_m", "above from_m"});
   expect_refused("kind = \"engage\"", "kind = \"fly\"", {"fly", "let_go"});
 }
 

@@ -13,6 +13,7 @@
 #include "app/session/session_digest.h"
 #include "core/error.h"
 #include "machine/load.h"
+#include "tests/support/places.h"
 
 namespace knuckle::session {
 namespace {
@@ -112,8 +113,8 @@ TEST_F(TruthFile, UnknownKeysAreRefused) {
 
 TEST_F(TruthFile, TheShippedExampleFitsEveryShippedMachine) {
   for (const char* name : {"solar015", "compact080"}) {
-    EXPECT_NO_THROW(
-        (void)load_truth(KNUCKLE_SOURCE_DIR "/config/truth/example.toml", load_machine(find_config("machine", name))));
+    EXPECT_NO_THROW((void)load_truth(test::source_dir() + "/config/truth/example.toml",
+                                     load_machine(find_config("machine", name))));
   }
 }
 

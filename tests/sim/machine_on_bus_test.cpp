@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "machine/load.h"
 #include "tests/support/no_alloc.h"
+#include "tests/support/places.h"
 #include "transport/canopen.h"
 
 namespace knuckle::sim {
@@ -16,7 +17,7 @@ namespace {
 const JointVector kStart(0.3, -1.4, -0.8);
 
 const MachineDescription& solar() {
-  static const MachineDescription loaded = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  static const MachineDescription loaded = load_machine(test::source_dir() + "/config/machines/solar015.toml");
   return loaded;
 }
 

@@ -5,11 +5,12 @@
 #include "machine/load.h"
 #include "tests/sim/can_rig.h"
 #include "tests/support/no_alloc.h"
+#include "tests/support/places.h"
 
 namespace knuckle::sim::test {
 namespace {
 
-const std::string kFile = std::string(KNUCKLE_SOURCE_DIR) + "/config/machines/solar015.toml";
+const std::string kFile = knuckle::test::source_dir() + "/config/machines/solar015.toml";
 const JointVector kStart(0.3, -1.4, -0.8);
 
 struct MachineRig : BusRig {

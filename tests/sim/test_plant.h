@@ -3,11 +3,12 @@
 
 #include "machine/load.h"
 #include "sim/plant.h"
+#include "tests/support/places.h"
 
 namespace knuckle::sim {
 
 inline const MachineDescription& default_machine() {
-  static const MachineDescription machine = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  static const MachineDescription machine = load_machine(test::source_dir() + "/config/machines/solar015.toml");
   return machine;
 }
 inline const JointVector kWorkingPose(0.3, -1.5, -1.2);

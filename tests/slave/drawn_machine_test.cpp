@@ -9,13 +9,14 @@
 #include "sim/simulated_machine.h"
 #include "slave/slave_loop.h"
 #include "tests/slave/bench_machine.h"
+#include "tests/support/places.h"
 
 namespace knuckle::slave {
 namespace {
 
 struct Drawn {
   explicit Drawn(unsigned seed, const sim::WorldDescription& world = {})
-      : description(load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml")),
+      : description(load_machine(test::source_dir() + "/config/machines/solar015.toml")),
         kinematics(description),
         bus(2, description.bus.bit_rate),
         machine(sim::sample_truth(description, seed), world, kStart, bus.port(1), seed),
@@ -88,7 +89,7 @@ TEST(DrawnMachine, NothingIsTakenForBrokenAgainstAWall) {
   for (unsigned seed = 1; seed <= 8; ++seed) {
     sim::WorldDescription world;
     sim::WallDescription floor;
-    const MachineDescription d = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+    const MachineDescription d = load_machine(test::source_dir() + "/config/machines/solar015.toml");
     floor.point_m = Kinematics(d).tip(Drawn::kStart) - PlanarVector(0, 0.15);
     floor.normal = PlanarVector(0, 1);
     floor.stiffness_N_per_m = seed % 2 ? 1e6 : 2e7;

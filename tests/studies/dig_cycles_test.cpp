@@ -10,6 +10,7 @@
 
 #include "app/studies/channel_plausibility.h"
 #include "core/error.h"
+#include "tests/support/places.h"
 
 namespace knuckle::studies {
 namespace {
@@ -119,7 +120,7 @@ TEST(DigCycles, FolderWithoutRecordingsIsRefused) {
 
 /// The real cycles, or nothing where they are absent.
 std::string real_cycles() {
-  const std::filesystem::path dir = std::filesystem::path(KNUCKLE_SOURCE_DIR) / "../shared/data/excavator_dig_cycles";
+  const std::filesystem::path dir = std::filesystem::path(test::source_dir()) / "../shared/data/excavator_dig_cycles";
   return std::filesystem::is_directory(dir) ? dir.string() : std::string();
 }
 

@@ -12,6 +12,7 @@
 #include "app/studies/loader_prediction.h"
 #include "app/studies/real_recordings.h"
 #include "core/error.h"
+#include "tests/support/places.h"
 
 namespace knuckle::studies {
 namespace {
@@ -51,7 +52,7 @@ LoaderRun made_up_run(std::size_t size, unsigned seed) {
 
 /// The recorded loader, or empty where it is not there.
 fs::path recorded() {
-  const fs::path folder = fs::path(KNUCKLE_SOURCE_DIR) / "../shared/data/wheel_loader";
+  const fs::path folder = fs::path(test::source_dir()) / "../shared/data/wheel_loader";
   return fs::is_directory(folder) ? folder : fs::path();
 }
 

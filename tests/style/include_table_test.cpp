@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/places.h"
+
 namespace knuckle {
 namespace {
 
@@ -147,7 +149,7 @@ bool names_a_private_path(const std::string& text) {
 }
 
 TEST(IncludeTable, EveryFileIncludesAndDefinesOnlyWhatItsSubjectMay) {
-  const fs::path root = KNUCKLE_SOURCE_DIR;
+  const fs::path root = test::source_dir();
   int checked = 0;
   for (const fs::path& file : project_files(root)) {
     const std::string subject = subject_of(file.generic_string());
@@ -185,7 +187,7 @@ TEST(IncludeTable, SeesADefinitionInTheNamespaceOfAnotherSubject) {
 
 /// Who may make the frame that opens a valve: its codec, and one function that takes what a gate let pass.
 TEST(ValveFrames, AreMadeFromWhatAGatePassedAndNowhereElse) {
-  const fs::path root = KNUCKLE_SOURCE_DIR;
+  const fs::path root = test::source_dir();
   const std::string call = std::string("valve_command") + "_frame(";
   std::set<std::string> makers;
   for (const fs::path& file : project_files(root)) {
@@ -199,7 +201,7 @@ TEST(ValveFrames, AreMadeFromWhatAGatePassedAndNowhereElse) {
 }
 
 TEST(ProjectFiles, NameNoPrivatePath) {
-  const fs::path root = KNUCKLE_SOURCE_DIR;
+  const fs::path root = test::source_dir();
   for (const fs::path& file : project_files(root)) {
     EXPECT_FALSE(names_a_private_path(contents(root / file))) << file << " names a directory of one computer";
   }

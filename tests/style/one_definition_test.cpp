@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/style/definitions.h"
+#include "tests/support/places.h"
 
 namespace knuckle::test {
 namespace {
@@ -48,7 +49,7 @@ std::vector<std::string> defined_twice_in(const Contents& files) {
 
 /// Sources of the product under "", and those of each folder of tests under its path; a fuzzer is a program of its own.
 std::map<std::string, Contents> sources_by_program() {
-  const fs::path root = KNUCKLE_SOURCE_DIR;
+  const fs::path root = test::source_dir();
   std::map<std::string, Contents> programs;
   const std::set<std::string> skipped{".git", "build", "out"};
   for (auto it = fs::recursive_directory_iterator(root); it != fs::recursive_directory_iterator(); ++it) {
@@ -66,7 +67,7 @@ std::map<std::string, Contents> sources_by_program() {
 
 TEST(OneDefinition, EveryNameIsDefinedOnceInEachProgram) {
   const auto programs = sources_by_program();
-  ASSERT_GT(programs.at("").size(), 100u) << "no sources under " << KNUCKLE_SOURCE_DIR;
+  ASSERT_GT(programs.at("").size(), 100u) << "no sources under " << test::source_dir();
   std::set<std::string> told;
   const auto tell = [&told](const Definitions& all) {
     for (const std::string& line : defined_twice(all)) {

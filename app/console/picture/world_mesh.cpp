@@ -58,7 +58,8 @@ void add_cracks(Mesh& cracks, const Outline& wall, double floor_m, double reach)
   std::minstd_rand random(7);
   std::uniform_real_distribution<double> jitter(-1, 1);
   const double half = kWallHalf * reach;
-  const PlanarVector from = wall[0], along = wall[1] - wall[0];  // the face, as scenes list it
+  const PlanarVector& from = wall[0];  // the face, as scenes list it
+  const PlanarVector along = wall[1] - wall[0];
   const PlanarVector out = 0.001 * reach * (wall[0] - wall[3]).normalized();
   const auto on_face = [&](double share, double y) {
     const PlanarVector p = from + share * along + out;

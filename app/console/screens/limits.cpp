@@ -32,16 +32,15 @@ bool limit_chips(const widgets::Ui& ui, std::uint16_t limits, const widgets::Are
 }
 
 std::string confidence_words(const ConsoleView& view) {
-  using namespace estimation;
-  constexpr std::array<std::pair<ConfidenceReason, const char*>, 8> kWords{
-      {{kBadInput, "sensor values are not usable"},
-       {kNearSingular, "arm near straight or bucket near its end"},
-       {kResidual, "the joints disagree: contact elsewhere than at the tip, or a sensor error"},
-       {kEndStop, "a cylinder is at its end stop"},
-       {kReliefOpen, "a relief valve is open"},
-       {kStuckFriction, "at rest: friction hides small forces"},
-       {kFastMotion, "fast motion"},
-       {kNotTared, "still learning this machine's free motion"}}};
+  constexpr std::array<std::pair<estimation::ConfidenceReason, const char*>, 8> kWords{
+      {{estimation::kBadInput, "sensor values are not usable"},
+       {estimation::kNearSingular, "arm near straight or bucket near its end"},
+       {estimation::kResidual, "the joints disagree: contact elsewhere than at the tip, or a sensor error"},
+       {estimation::kEndStop, "a cylinder is at its end stop"},
+       {estimation::kReliefOpen, "a relief valve is open"},
+       {estimation::kStuckFriction, "at rest: friction hides small forces"},
+       {estimation::kFastMotion, "fast motion"},
+       {estimation::kNotTared, "still learning this machine's free motion"}}};
   if (status_freshness(view).stale()) return "the machine reports no cause";
   std::string words;
   for (const auto& [bit, why] : kWords)

@@ -9,6 +9,7 @@
 
 #include "machine/load.h"
 #include "machine/pose.h"
+#include "tests/support/places.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -20,7 +21,7 @@ constexpr unsigned kSeed = 21;
 const picture::Viewport kWindow{.width_px = 1280, .height_px = 800};
 
 MachineDescription machine() {
-  return load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
+  return load_machine(test::source_dir() + "/config/machines/solar015.toml");
 }
 
 bool inside(const Vector2d& pixel, const picture::Viewport& viewport) {

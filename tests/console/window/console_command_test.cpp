@@ -14,6 +14,7 @@
 #include "app/console/console_host.h"
 #include "tests/console/window/canned_console.h"
 #include "tests/console/window/virtual_display.h"
+#include "tests/support/places.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -25,7 +26,7 @@ struct Ended {
 
 /// @param environment such as "DISPLAY= KNUCKLE_FONT_DIR=/nowhere".
 Ended console(const std::string& environment, const std::string& options) {
-  const std::string command = "env " + environment + " " KNUCKLE_BINARY " console " + options + " 2>&1";
+  const std::string command = "env " + environment + " " + test::program("knuckle") + " console " + options + " 2>&1";
   FILE* pipe = popen(command.c_str(), "r");
   Ended ended;
   std::array<char, 256> part{};
@@ -47,7 +48,7 @@ TEST(ConsoleCommand, SaysInOneLineThatThereIsNoDisplay) {
 
 TEST(ConsoleCommand, SaysInOneLineThatAFontIsMissing) {
   expect_refused(console("KNUCKLE_FONT_DIR=/nowhere", "--simulate"), "/nowhere/B612-Regular.otf is missing");
-  expect_refused(console("KNUCKLE_FONT_DIR=" KNUCKLE_SOURCE_DIR, "--simulate"), "B612-Regular.otf is missing");
+  expect_refused(console("KNUCKLE_FONT_DIR=" + test::source_dir(), "--simulate"), "B612-Regular.otf is missing");
 }
 
 TEST(ConsoleCommand, SaysInOneLineThatOpenGlIsMissing) {

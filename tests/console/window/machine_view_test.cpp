@@ -10,6 +10,7 @@
 #include "machine/load.h"
 #include "machine/pose.h"
 #include "tests/console/window/offscreen.h"
+#include "tests/support/places.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -20,7 +21,7 @@ using Pixels = std::vector<std::uint8_t>;
 
 class MachineViewPicture : public ::testing::Test {
  protected:
-  static MachineDescription machine() { return load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml"); }
+  static MachineDescription machine() { return load_machine(test::source_dir() + "/config/machines/solar015.toml"); }
 
   Pixels drawn(const picture::MachinePicture& picture, const picture::Camera& camera,
                const picture::Viewport& viewport = kWhole) {
@@ -211,7 +212,7 @@ TEST_F(MachineViewPicture, LeavesTheRestOfTheWindowAlone) {
 
 TEST(ForceScale, IsARoundNumberOfTheMachinesOwnSize) {
   for (const char* name : {"solar015", "compact080"}) {
-    const MachineDescription m = load_machine(std::string(KNUCKLE_SOURCE_DIR "/config/machines/") + name + ".toml");
+    const MachineDescription m = load_machine(test::source_dir() + "/config/machines/" + name + ".toml");
     const picture::ForceScale scale = picture::force_scale(m);
     const double digit = scale.full_N / std::pow(10, std::floor(std::log10(scale.full_N) + 1e-9));
     EXPECT_TRUE(std::abs(digit - 1) < 1e-6 || std::abs(digit - 2) < 1e-6 || std::abs(digit - 5) < 1e-6) << digit;

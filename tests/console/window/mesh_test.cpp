@@ -17,6 +17,7 @@
 #include "app/session/scene.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "tests/support/places.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -25,7 +26,7 @@ constexpr unsigned kSeed = 20;
 const char* const kMachines[] = {"solar015", "compact080"};
 
 MachineDescription machine(const std::string& name) {
-  return load_machine(std::string(KNUCKLE_SOURCE_DIR "/config/machines/") + name + ".toml");
+  return load_machine(test::source_dir() + "/config/machines/" + name + ".toml");
 }
 
 JointVector random_joints(const MachineDescription& machine, std::mt19937& random) {
@@ -171,7 +172,7 @@ TEST(MachineMesh, WorldsOfAllScenariosAreClosed) {
   const MachineDescription m = machine("solar015");
   for (const char* name : {"wall_contact", "dismantle", "buried_pipe", "dig_cycle", "lift_weight"}) {
     const session::Scenario scenario =
-        session::load_scenario(std::string(KNUCKLE_SOURCE_DIR "/config/scenarios/") + name + ".toml", m);
+        session::load_scenario(test::source_dir() + "/config/scenarios/" + name + ".toml", m);
     const picture::WorldMeshes world =
         picture::world_meshes(session::scene_of(scenario.world, {}, reach_m(m)), reach_m(m));
     expect_solid(world.ground, std::string(name) + ", ground");

@@ -11,6 +11,7 @@
 
 #include "tests/console/window/canned_console.h"
 #include "tests/console/window/virtual_display.h"
+#include "tests/support/places.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -94,7 +95,7 @@ TEST_P(Screens, AreReachedByKeysAndLookAsTheyDid) {
     console.show();
     frames(3);
   }
-  const fs::path golden = fs::path(KNUCKLE_SOURCE_DIR) / "tests/console/window/golden" / (shot.name + ".png");
+  const fs::path golden = fs::path(test::source_dir()) / "tests/console/window/golden" / (shot.name + ".png");
   const fs::path now = fs::temp_directory_path() / ("knuckle-console-" + shot.name + ".png");
   if (std::getenv("KNUCKLE_WRITE_GOLDENS") != nullptr) return console.write_png(golden);
   console.write_png(now);

@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "tests/console/window/virtual_display.h"
+#include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "transport/udp_link.h"
 
@@ -93,10 +94,10 @@ class TwoPrograms : public testing::Test {
     fs::create_directories(folder_);
     wire_ = std::make_unique<WireWatch>(path("bus"));
     machine_ = std::make_unique<RunningProgram>(
-        KNUCKLE_BINARY, std::vector<std::string>{"slave", "--simulate", "--listen", address_, "--insecure", "--candump",
-                                                 path("bus"), "--json", path("machine.json")});
+        test::program("knuckle"), std::vector<std::string>{"slave", "--simulate", "--listen", address_, "--insecure",
+                                                           "--candump", path("bus"), "--json", path("machine.json")});
     console_ = std::make_unique<RunningProgram>(
-        KNUCKLE_BINARY,
+        test::program("knuckle"),
         std::vector<std::string>{"console", "--connect", address_, "--insecure", "--machine", "solar015"});
     // A press counts once all else is there, so the keys are pressed again until the machine moves.
     for (int press = 0; press < 30 && !wire_->moving(); ++press) {
