@@ -1,5 +1,6 @@
 #include "machine/bus_nodes.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace knuckle {
@@ -10,6 +11,11 @@ std::vector<NamedNode> named_nodes(const BusDescription& bus) {
     nodes.push_back({role, joint, std::move(name), node});
   });
   return nodes;
+}
+
+const NamedNode* find_node(const std::vector<NamedNode>& nodes, const std::string& name) {
+  const auto found = std::find_if(nodes.begin(), nodes.end(), [&](const NamedNode& n) { return n.name == name; });
+  return found == nodes.end() ? nullptr : &*found;
 }
 
 std::string names_of(const std::vector<NamedNode>& nodes) {

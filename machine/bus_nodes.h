@@ -39,6 +39,8 @@ struct NamedNode {
 };
 /// In the order of visit_nodes.
 [[nodiscard]] std::vector<NamedNode> named_nodes(const BusDescription& bus);
+/// The node of this name; null where there is none.
+[[nodiscard]] const NamedNode* find_node(const std::vector<NamedNode>& nodes, const std::string& name);
 /// "boom_valve, arm_valve, ...": for the line that refuses another name.
 [[nodiscard]] std::string names_of(const std::vector<NamedNode>& nodes);
 

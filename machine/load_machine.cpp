@@ -295,7 +295,6 @@ void check_rates(const MachineDescription& machine, TomlTable& links) {
 MachineDescription read_machine(TomlTable file) {
   MachineDescription machine;
   machine.name = file.text("name");
-  file.require(machine.name.find('/') == std::string::npos, "name", "must not contain '/': files are named after it");
   machine.source = file.source();
   TomlTable links = file.table("links");
   TomlTable mounts = file.table("mounts");

@@ -100,11 +100,13 @@ class NestingCheck {
 /// As a person would write it. 17.0 is not 17: where a whole number is required, that is what is wrong.
 std::string whole_value_text(const toml::node& node) {
   if (const auto* number = node.as_floating_point()) {
-    const std::string digits = number_text(number->get());
-    return digits.find_first_not_of("-0123456789") == std::string::npos ? digits + ".0" : digits;
+    return with_point(number_text(number->get()));
   }
   if (node.is_table()) return "a table";
-  if (node.is_array_of_tables()) return std::to_string(node.as_array()->size()) + " [[tables]]";
+  if (node.is_array_of_tables()) {
+    const std::size_t count = node.as_array()->size();
+    return count == 1 ? "an array of one table" : "an array of " + std::to_string(count) + " tables";
+  }
   if (const auto* array = node.as_array()) {
     std::string all;
     for (const toml::node& element : *array) all += (all.empty() ? "" : ", ") + whole_value_text(element);
@@ -167,6 +169,10 @@ std::optional<double> as_number(const toml::node& node) {
 }
 
 }  // namespace
+
+std::string with_point(std::string digits) {
+  return digits.find_first_not_of("-0123456789") == std::string::npos ? digits + ".0" : digits;
+}
 
 std::string number_text(double value) {
   std::array<char, 32> text{};

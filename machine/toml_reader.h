@@ -65,6 +65,8 @@ class TomlTable {
   std::shared_ptr<Node> node_;
 };
 
+/// The digits of a number as TOML writes one that is not whole by its type: "17.0" for "17".
+[[nodiscard]] std::string with_point(std::string digits);
 /// "90", "0.25": a number for messages, to nine digits, without the dust of unit conversions.
 [[nodiscard]] std::string number_text(double value);
 

@@ -37,9 +37,9 @@ enum class FaultKind : std::uint8_t {
   kEncoderBroken,  ///< wire snapped: the length runs to its end
   kValveStuck,     ///< the spool stays where it is
   kEStop,          ///< E-stop chain of the machine opens
-  kSyncDropped,    ///< no node hears SYNC
+  kSyncDropped,    ///< no node receives SYNC
   kBusCut,         ///< cable cut between controller and nodes
-  kBabble,         ///< somebody fills the bus to 95 % with frames of the highest priority
+  kBabble,         ///< a node fills the bus to 95 % with frames of the highest priority
 };
 inline constexpr int kFaultKinds = 25;
 

@@ -156,7 +156,8 @@ std::vector<NodeScript> node_scripts(const MachineDescription& machine) {
     return enable_script(machine, named.node);
   };
   std::vector<NodeScript> all;
-  for (const NamedNode& named : named_nodes(machine.bus)) all.push_back({named, script_of(named)});
+  for (const NamedNode& named : named_nodes(machine.bus))
+    all.push_back({named.role, named.joint, named.name, named.node, script_of(named)});
   return all;
 }
 

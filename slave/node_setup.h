@@ -40,7 +40,11 @@ using SdoScript = std::vector<SdoStep>;
 [[nodiscard]] const canopen::PdoMap& pressure_map(const WireDescription& wire) noexcept;
 
 /// Every node of the machine file with what it is called there and what it must be and is told.
-struct NodeScript : NamedNode {
+struct NodeScript {
+  NodeRole role = NodeRole::kValve;
+  int joint = -1;    ///< -1: of the whole machine.
+  std::string name;  ///< As NamedNode has it.
+  NodeDescription node;
   SdoScript script;
 };
 /// In the order of named_nodes. @throws InputError as the scripts do.

@@ -48,7 +48,8 @@ void check(const CommissionCommandOptions& o) {
   if (!o.simulate && o.can.empty()) cli::refuse_option("commission", "", "needs --can, or --simulate");
   cli::check_range("--slow", o.motions.slow_s, 20, 1200, " s");
   cli::check_range("--fast", o.motions.fast_s, 20, 1200, " s");
-  if (o.out == "-") cli::refuse_option("--out", "-", "must be a file: standard output is used for the dialogue");
+  if (cli::is_standard_output(o.out))
+    cli::refuse_option("--out", o.out, "must be a file: standard output is used for the dialogue");
   std::error_code error;
   cli::check_folder("--record", o.record);
   for (const char* name : kMotionNames) {

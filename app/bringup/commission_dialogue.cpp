@@ -1,6 +1,7 @@
 #include "app/bringup/commission_dialogue.h"
 
 #include <poll.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -26,10 +27,11 @@ std::optional<std::string> LineInput::poll() {
     std::array<char, 256> bytes{};
     const ssize_t count = read(descriptor_, bytes.data(), bytes.size());
     if (count < 0 && (errno == EINTR || errno == EAGAIN)) return std::nullopt;
-    if (count <= 0) {
-      ended_ = true;
-      if (!pending_.empty()) pending_ += '\n';  // a file's last line may lack its end
-    }
+    if (count <= 0) ended_ = true;
+    // The last line of a file may lack its end. Of a pipe or a terminal, it may be half an answer.
+    struct stat input;
+    const bool file = fstat(descriptor_, &input) == 0 && S_ISREG(input.st_mode);
+    if (count == 0 && file && !pending_.empty()) pending_ += '\n';
     if (count > 0) pending_.append(bytes.data(), static_cast<std::size_t>(count));
   }
 }

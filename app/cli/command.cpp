@@ -1,14 +1,16 @@
 #include "app/cli/command.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <chrono>
 #include <cstdint>
+#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -122,10 +124,11 @@ void take_closed_descriptors() {
   }
 }
 
-/// Of a pipe: `knuckle --help | head -1` is no failure.
-bool reader_has_left() {
-  struct stat standard {};
-  return fstat(STDOUT_FILENO, &standard) == 0 && (S_ISFIFO(standard.st_mode) || S_ISSOCK(standard.st_mode));
+/// Not where standard output was closed at the start (take_closed_descriptors), nor after `knuckle --help | head -1`.
+bool anybody_reads_output() {
+  pollfd output{STDOUT_FILENO, POLLOUT, 0};
+  const bool closed = (fcntl(STDOUT_FILENO, F_GETFL) & O_ACCMODE) == O_RDONLY;
+  return !closed && (poll(&output, 1, 0) < 1 || (output.revents & POLLERR) == 0);
 }
 
 }  // namespace
@@ -141,8 +144,9 @@ int run_program(const Program& program, const std::vector<std::string>& argument
   try {
     const CommandLine line = parse_command_line(program, arguments);
     const int code = line.run ? line.run() : 0;
+    const InterruptGuard pipes_only_fail;
     std::cout << line.text;
-    if (std::cout.flush() || reader_has_left()) return code;
+    if (std::cout.flush() || !anybody_reads_output()) return code;
     say("standard output: cannot be written");
     return kBadInput;
   } catch (const InputError& error) {
@@ -191,11 +195,13 @@ void check_readable(const std::string& option, const std::string& file) {
 }
 
 void check_folder(const std::string& option, const std::string& folder) {
+  if (is_standard_output(folder)) refuse_option(option, folder, "is a folder, not standard output");
   std::filesystem::path there = std::filesystem::absolute(folder).lexically_normal();
   std::error_code error;
   while (!std::filesystem::exists(there, error) && there.has_relative_path()) there = there.parent_path();
   if (!std::filesystem::is_directory(there, error)) refuse_option(option, folder, there.string() + " is not a folder");
-  const OutputFile probe(option, (there / "probe").string());
+  if (access(there.c_str(), W_OK | X_OK) != 0)
+    refuse_option(option, folder, there.string() + " cannot be written: " + std::strerror(errno));
 }
 
 std::string seed_error(const std::string& text) {
@@ -221,17 +227,9 @@ std::string ensemble_size_error(const std::string& text) {
 
 namespace {
 
-/// Whether writing to the file is writing to standard output: /dev/stdout, a file that the shell has put there.
-bool is_standard_output(const std::string& file) {
-  struct stat named {
-  }, standard{};
-  return stat(file.c_str(), &named) == 0 && fstat(STDOUT_FILENO, &standard) == 0 && named.st_dev == standard.st_dev &&
-         named.st_ino == standard.st_ino && (!S_ISCHR(named.st_mode) || isatty(STDOUT_FILENO) == 1);
-}
-
 /// One name for each place; "-": standard output.
 std::string place_of(const std::string& file) {
-  if (file == "-" || is_standard_output(file)) return "-";
+  if (is_standard_output(file)) return "-";
   std::error_code nameless;  // such as a pipe of another process
   const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(file), nameless);
   return nameless ? file : real.string();
@@ -254,8 +252,8 @@ void Places::configuration_output(const std::string& option, const std::string& 
   take(option, file, true);
   std::error_code none;
   const bool special = std::filesystem::exists(file, none) && !std::filesystem::is_regular_file(file, none);
-  if (!file.empty() && file != "-" && !special && !file.ends_with(".toml"))
-    refuse_option(option, file, "must end in .toml");
+  if (!file.empty() && !is_standard_output(file) && !special && !file.ends_with(".toml"))
+    refuse_option(option, file, "must end in .toml, as all machine and device files do");
 }
 
 void Places::take(const std::string& option, const std::string& file, bool output) {

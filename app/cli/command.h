@@ -71,8 +71,8 @@ class Places {
   /// Data: CSV, JSON, pages, logs. @throws InputError where the place is taken, or is a .toml file: that is
   /// configuration, perhaps one that another option only names.
   void output(const std::string& option, const std::string& file);
-  /// A machine or device file. @throws InputError where the place is taken, or does not end in .toml: it could not be
-  /// loaded.
+  /// A machine or device file. @throws InputError where the place is taken, or does not end in .toml: other outputs
+  /// would not keep off it.
   void configuration_output(const std::string& option, const std::string& file);
 
  private:

@@ -64,12 +64,16 @@ off_t whole_lines(int descriptor) {
 
 }  // namespace
 
+bool is_standard_output(const std::string& target) {
+  return target == "-" || target == "/dev/stdout" || target == "/dev/fd/1" || target == "/proc/self/fd/1";
+}
+
 OutputFile::OutputFile(std::string option, const std::string& target)
     : option_(std::move(option)),
       target_(target),
       buffer_([this](std::string_view text) { return write(text); }),
       stream_(&buffer_) {
-  if (target == "-") {
+  if (is_standard_output(target)) {
     descriptor_ = STDOUT_FILENO;
     return;
   }
@@ -164,7 +168,7 @@ void OutputFile::fail(int error) const {
 }
 
 std::string keep_older(const std::string& target) {
-  if (target == "-" || !fs::is_regular_file(target)) return {};
+  if (is_standard_output(target) || !fs::is_regular_file(target)) return {};
   const fs::path old = fs::canonical(target);
   for (int n = 1;; ++n) {
     fs::path name = old;

@@ -9,11 +9,14 @@
 
 namespace knuckle::cli {
 
+/// "-", or a name that the system has for the same: /dev/stdout, /dev/fd/1, /proc/self/fd/1.
+[[nodiscard]] bool is_standard_output(const std::string& target);
+
 class OutputFile {
  public:
   /// Opens a temporary file in the target's folder, which is made where it is missing; the target itself is untouched
-  /// until commit(). "-" is standard output; a target that is no regular file (a pipe, /dev/null) is written to
-  /// directly. A named pipe waits for its reader.
+  /// until commit(). What is_standard_output() is written to directly; a target that is no regular file (a pipe,
+  /// /dev/null) is written to directly. A named pipe waits for its reader.
   /// @param option named in messages, such as "--csv".
   /// @throws InputError where the target cannot be written, Interrupted where a signal came before a pipe's reader.
   OutputFile(std::string option, const std::string& target);

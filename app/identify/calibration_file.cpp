@@ -24,8 +24,7 @@ constexpr const char* kOpening = "# Written by knuckle identify; what stands abo
 std::string digits(double value) {
   std::array<char, 32> text;
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  std::string result(text.data(), end);
-  return result.find_first_not_of("-0123456789") == std::string::npos ? result + ".0" : result;
+  return with_point({text.data(), end});
 }
 
 /// For comments.

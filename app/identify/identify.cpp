@@ -219,7 +219,10 @@ int identify_command(const IdentifyOptions& options) {
     std::cerr << "knuckle: not identified: " << stopped.what() << '\n';
     return 1;
   }
-  std::ostream& told = options.json == "-" || options.report == "-" || options.out == "-" ? std::cerr : std::cout;
+  std::ostream& told = cli::is_standard_output(options.json) || cli::is_standard_output(options.report) ||
+                               cli::is_standard_output(options.out)
+                           ? std::cerr
+                           : std::cout;
   told << identify_summary(data, result);
   if (out && result.summary.usable) {
     const std::string kept = write_calibrated_machine(result.machine, options.out, *out);

@@ -7,7 +7,6 @@
 #include <set>
 #include <utility>
 
-#include "app/cli/output_file.h"
 #include "app/recordings/csv_mapping.h"
 
 namespace knuckle::identify {
@@ -107,7 +106,6 @@ void check_simulated(const Given& given) {
 /// The folder can be made and written to, and no recording is lost.
 void check_record(const std::string& record) {
   if (record.empty()) return;
-  if (record == "-") cli::refuse_option("--record", record, "is a folder, not standard output");
   const fs::path there = record;
   std::error_code error;
   if (fs::is_directory(there, error)) {

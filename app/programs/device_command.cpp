@@ -56,13 +56,7 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--descriptor", o.descriptor, "Only write the HID report descriptor, for setting up a gadget");
 }
 
-void check(const Options& o) {
-  cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
-  if (o.gadget.empty()) throw InputError("--gadget: is required, such as --gadget /dev/hidg0");
-  if (!o.scenario.empty() && o.screen.empty()) {
-    cli::refuse_option("--scenario", o.scenario, "needs --screen: the simulated operator must see the machine");
-  }
-  if (o.scenario.empty() && !o.screen.empty()) cli::refuse_option("--screen", o.screen, "needs --scenario");
+void check_places(const Options& o) {
   cli::Places places;
   places.configuration("--device-file", o.device);
   places.configuration("--machine", o.machine);
@@ -71,6 +65,15 @@ void check(const Options& o) {
   places.output("--csv", o.csv);
   places.output("--json", o.json);
   places.output("--descriptor", o.descriptor);
+}
+
+void check(const Options& o) {
+  cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  if (o.gadget.empty()) throw InputError("--gadget: is required, such as --gadget /dev/hidg0");
+  if (!o.scenario.empty() && o.screen.empty()) {
+    cli::refuse_option("--scenario", o.scenario, "needs --screen: the simulated operator must see the machine");
+  }
+  if (o.scenario.empty() && !o.screen.empty()) cli::refuse_option("--screen", o.screen, "needs --scenario");
 }
 
 DeviceProgramSetup set_up(const Options& o) {
@@ -130,6 +133,7 @@ int write_descriptor(const std::string& target) {
 }
 
 int run(const Options& o) {
+  check_places(o);
   if (!o.descriptor.empty()) return write_descriptor(o.descriptor);
   check(o);
   const cli::InterruptGuard interrupt;

@@ -86,8 +86,8 @@ std::vector<std::uint8_t> left_out(const std::string& asked, const BusDescriptio
   for (std::string name; std::getline(list, name, ',');) played.push_back(name);
   const auto nodes = named_nodes(bus);
   for (const std::string& name : played) {
-    if (std::any_of(nodes.begin(), nodes.end(), [&](const NamedNode& n) { return n.name == name; })) continue;
-    cli::refuse_option("--nodes", asked, "no node \"" + name + "\"; there are all, " + names_of(nodes));
+    if (find_node(nodes, name) == nullptr)
+      cli::refuse_option("--nodes", asked, "no node \"" + name + "\"; there are all, " + names_of(nodes));
   }
   for (const NamedNode& n : nodes) {
     if (std::find(played.begin(), played.end(), n.name) == played.end()) out.push_back(n.node.id);

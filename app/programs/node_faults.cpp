@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "app/cli/command.h"
-#include "app/programs/program_options.h"
 #include "app/recordings/csv_mapping.h"
 #include "machine/bus_nodes.h"
 #include "machine/load.h"

@@ -110,7 +110,8 @@ void commit(std::optional<cli::OutputFile>& file) {
 }
 
 bool uses_standard_output(const session::SimulateOptions& o) {
-  return o.candump == "-" || o.csv == "-" || o.report == "-" || o.json == "-";
+  return cli::is_standard_output(o.candump) || cli::is_standard_output(o.csv) || cli::is_standard_output(o.report) ||
+         cli::is_standard_output(o.json);
 }
 
 }  // namespace

@@ -163,10 +163,11 @@ void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   outcome.records_lost += can_.lost() + rows_.dropped() + events_.dropped() + failures_.dropped() +
                           emergencies_.dropped() + emergencies_lost_;
   const auto valves = stop_.unconfirmed_valves();
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    if (valves[j]) outcome.unconfirmed.push_back(std::string(kJointNames[j]) + "_valve");
+  for (const NamedNode& node : named_nodes(machine_.bus)) {
+    const bool valve = node.role == NodeRole::kValve && valves[static_cast<std::size_t>(node.joint)];
+    const bool pilot = node.role == NodeRole::kEnable && stop_.unconfirmed_pilot();
+    if (valve || pilot) outcome.unconfirmed.push_back(node.name);
   }
-  if (stop_.unconfirmed_pilot()) outcome.unconfirmed.emplace_back("enable");
 }
 
 std::string stop_text(const SlaveOutcome& outcome) {

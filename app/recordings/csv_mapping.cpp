@@ -106,7 +106,7 @@ ChannelMap read_channel(TomlTable& entry) {
   channel.name = entry.text("name");
   channel.column = entry.text("column");
   const int unit = entry.choice("unit", {"rad", "deg", "m", "mm", "bar", "Pa", "kPa", "MPa", "psi", "1", "%"});
-  const double sign = entry.number("sign", -1e9, 1e9);
+  const double sign = entry.number("sign", -1e300, 1e300);
   entry.require(std::abs(sign) == 1, "sign", "must be 1 or -1");
   const double factor = kUnitFactors[static_cast<std::size_t>(unit)];
   channel.factor = factor * sign;

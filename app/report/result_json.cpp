@@ -99,7 +99,7 @@ Json energy_json(const session::SessionRecord& record) {
 
 Json result_json(const session::Judged& judged) {
   const session::SessionResult& s = judged.session;
-  Json json{{"schema", kResultSchema}, {"version", "knuckle " KNUCKLE_VERSION}};
+  Json json{{"schema", kResultSchema}, {"version", KNUCKLE_VERSION}};
   json["versions"] = {{"knuckle", KNUCKLE_VERSION}, {"compiler", __VERSION__}};
   json["scenario"] = s.scenario;
   json["machine"] = s.machine_name;

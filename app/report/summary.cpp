@@ -6,8 +6,9 @@ namespace knuckle::report {
 namespace {
 
 std::string what_ran(const session::SessionResult& s) {
-  return fmt::format("{} on {}, seed {}: {:.1f} s simulated in {:.2f} s ({:.3g} x real time)\n", s.scenario,
-                     s.machine_name, s.seed, s.simulated_s, s.wall_s, s.wall_s > 0 ? s.simulated_s / s.wall_s : 0.0);
+  const double speed = s.wall_s > 0 ? s.simulated_s / s.wall_s : 0.0;
+  return fmt::format("{} on {}, seed {}: {:.1f} s simulated in {:.2f} s ({:.{}f} x real time)\n", s.scenario,
+                     s.machine_name, s.seed, s.simulated_s, s.wall_s, speed, speed < 10 ? 1 : 0);
 }
 
 std::string key_numbers(const session::Metrics& m) {

@@ -22,7 +22,7 @@ struct SimulateOptions {
   std::optional<double> assist_force_limit_N;       ///< 0: off.
   bool assist_stop_on_object = false;
   bool realtime = false;
-  std::string truth;                       ///< Input: the plant's own parameters, instead of drawing them.
+  std::string truth;                       ///< Input: the plant's own parameters, instead of sampling them.
   std::string candump, csv, report, json;  ///< Outputs.
 
   /// FILE of "path:FILE.csv"; empty for a named operator.

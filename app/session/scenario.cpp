@@ -196,9 +196,8 @@ int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& b
   if (kind == sim::FaultKind::kEncoderBroken) return bus.encoders[joint()].id;
   if (kind == sim::FaultKind::kValveStuck) return bus.valves[joint()].id;
   const auto nodes = named_nodes(bus);
-  const std::string name = table.text("node");
-  const auto found = std::find_if(nodes.begin(), nodes.end(), [&](const NamedNode& n) { return n.name == name; });
-  table.require(found != nodes.end(), "node", "must be one of " + names_of(nodes));
+  const NamedNode* const found = find_node(nodes, table.text("node"));
+  table.require(found != nullptr, "node", "must be one of " + names_of(nodes));
   const std::uint8_t node = found->node.id;
   const char* const why = why_not(kind, node, bus);
   table.require(why == nullptr, "node", why == nullptr ? "" : why);

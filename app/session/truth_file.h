@@ -1,4 +1,4 @@
-// --truth FILE: the simulated machine's own parameters, instead of drawing them from the seed.
+// --truth FILE: the simulated machine's own parameters, instead of sampling them from the seed.
 #pragma once
 
 #include <string>

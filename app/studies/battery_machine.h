@@ -54,7 +54,7 @@ struct BatterySetup {
   estimation::FullOptions full_nominal_pins;  ///< Likewise, of machines that were not surveyed.
   std::vector<FullVariant> variants;          ///< Identified from the same recordings, judged on the same trials.
   bool oil_changes = true;                    ///< Other oil on the day of use.
-  bool baselines = true;                      ///< The papers' methods, the drawing alone, nominal pins, fine encoders.
+  bool baselines = true;                      ///< The papers' methods, no calibration, nominal pins, fine encoders.
 };
 
 /// Never throws for a machine that fails: it says so in the outcome.

@@ -51,7 +51,8 @@ void check_folders(const std::string& train_dir, const std::string& test_dir) {
 
 /// No output over a file of the folders that are read.
 void keep_recordings(const Options& options) {
-  if (options.json.empty() || !fs::exists(options.json)) return;
+  cli::Places().output("--json", options.json);
+  if (options.json.empty() || cli::is_standard_output(options.json) || !fs::exists(options.json)) return;
   const fs::path json = fs::canonical(options.json);
   for (const auto& [option, folder] : {std::pair{"--train", options.train}, {"--test", options.test}}) {
     const fs::path inside = json.lexically_relative(fs::canonical(folder));
@@ -70,7 +71,7 @@ int run(const Options& options) {
     write_real_rows(rows, json->stream());
     json->commit();
   }
-  if (options.json != "-") print_table(rows, std::cout);
+  if (!cli::is_standard_output(options.json)) print_table(rows, std::cout);
   return 0;
 }
 

@@ -178,7 +178,7 @@ nlohmann::ordered_json json_of(const SweepOptions& options, const Sweep& sweep, 
                     {"target", row.target.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(row.target)},
                     {"met", row.met ? nlohmann::ordered_json(*row.met) : nlohmann::ordered_json()}});
   }
-  return {{"schema", "knuckle.sweep"},    {"version", cli::program_version()},
+  return {{"schema", "knuckle-sweep/2"},  {"version", cli::program_version()},
           {"battery", options.battery},   {"machine", sweep.nominal().name},
           {"machines", options.machines}, {"ensemble", options.ensemble},
           {"seed", options.seed},         {"passed", met},
@@ -212,7 +212,7 @@ int run_sweep(const SweepOptions& options) {
     json->stream() << json_of(options, sweep, met).dump(2) << '\n';
     json->commit();
   }
-  print(options.json == "-" ? std::cerr : std::cout, sweep);
+  print(cli::is_standard_output(options.json) ? std::cerr : std::cout, sweep);
   return met ? 0 : 1;
 }
 

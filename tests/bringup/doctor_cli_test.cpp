@@ -40,7 +40,7 @@ TEST_F(HardwareCli, DoctorOfTheSimulatedBusIsWellAndSaysSoToTools) {
   EXPECT_NE(run.out.find("nothing wrong"), std::string::npos);
   std::ifstream file(path("d.json"));
   const auto json = nlohmann::json::parse(file);
-  EXPECT_EQ(json["schema"], "knuckle.doctor");
+  EXPECT_EQ(json["schema"], "knuckle-doctor/2");
   EXPECT_EQ(json["passed"], true);
   EXPECT_EQ(json["nodes"].size(), 14U);
 }
@@ -114,6 +114,14 @@ TEST_F(HardwareCli, WrongUsageIsOneLineAndTwo) {
   EXPECT_NE(line({"doctor", "--simulate", "--machine", "solar015", "--bit-rate", "250"}).find("without --machine"),
             std::string::npos);
   EXPECT_FALSE(fs::exists(path("r.toml")));
+  EXPECT_NE(line({"doctor", "--simulate", "--machine", "solar015", "--bit-rate", "5"}).find("10 to 1000"),
+            std::string::npos);
+  EXPECT_NE(line({"device", "--descriptor", path("r.toml")}).find("configuration"), std::string::npos);
+  std::ofstream(path("d.json")) << "mine\n";
+  EXPECT_NE(line({"doctor", "--device", "hid", "--device-file", path("d.json"), "--json", path("d.json")})
+                .find("already taken by --device-file"),
+            std::string::npos);
+  EXPECT_EQ(fs::file_size(path("d.json")), 5U);
 }
 
 TEST_F(HardwareCli, CommissioningThatEndsEarlyWritesNothing) {
@@ -122,6 +130,22 @@ TEST_F(HardwareCli, CommissioningThatEndsEarlyWritesNothing) {
   EXPECT_NE(run.err.find("machine neutral, nothing written"), std::string::npos) << run.err;
   EXPECT_FALSE(fs::exists(path("result.toml")));
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);  // the answers alone
+}
+
+TEST_F(HardwareCli, CommissioningMakesTheFolderOfItsRecordingsWhereItCan) {
+  const auto record = [this](const std::string& folder) {
+    return run_program(
+        "/bin/sh", {"-c", "echo no | " + test::program("knuckle") + " commission --simulate --machine solar015 --out " +
+                              path("r.toml") + " --record " + folder});
+  };
+  EXPECT_EQ(record(path("new/one")).exit_code, 1) << "the answer ended it, not the folder";
+  EXPECT_FALSE(fs::exists(path("new"))) << "nothing was recorded";
+  std::ofstream(path("file")) << "mine\n";
+  for (const std::string& folder : {path("file"), path("file/rec"), std::string("-")}) {
+    const ProgramRun run = record(folder);
+    EXPECT_EQ(run.exit_code, 2) << run.out;
+    EXPECT_NE(run.err.find("--record " + folder), std::string::npos) << run.err;
+  }
 }
 
 TEST_F(HardwareCli, CommissioningWritesOverNoRecording) {

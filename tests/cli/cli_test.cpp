@@ -12,6 +12,7 @@
 #include "tests/support/candump.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
+#include "tests/support/stalled_pipe.h"
 
 namespace knuckle::test {
 namespace {
@@ -344,7 +345,26 @@ TEST_F(Program, SaysThatItsSummaryIsLost) {
     EXPECT_EQ(run.exit_code, 2) << arguments;
     EXPECT_EQ(run.err, "knuckle: standard output: cannot be written\n") << arguments;
   }
-  EXPECT_EQ(run_program("/bin/sh", {"-c", test::program("knuckle") + " --help | head -n 1"}).err, "");
+  // Somebody who reads no more, or never did, has lost nothing.
+  StalledPipe pipe;
+  pipe.leave();
+  for (const std::string closed : {"", " >&-"}) {
+    RunningProgram program("/bin/sh", {"-c", "trap '' PIPE; " + test::program("knuckle") + " --help" + closed},
+                           pipe.writing_end());
+    const ProgramRun run = program.wait();
+    EXPECT_EQ(run.exit_code, 0) << closed;
+    EXPECT_EQ(run.err, "") << closed;
+  }
+}
+
+TEST_F(Program, TakesEveryNameOfStandardOutputForTheSame) {
+  const std::string run =
+      test::program("knuckle") + " simulate --scenario free_motion --duration 1 --json /dev/stdout ";
+  for (const std::string& where : {std::string(" | cat"), " > " + path("a.json") + "; cat " + path("a.json")}) {
+    const ProgramRun shown = run_program("/bin/sh", {"-c", run + where});
+    EXPECT_EQ(nlohmann::json::parse(shown.out).at("schema"), "knuckle-session/1") << where;
+    EXPECT_NE(shown.err.find("NOT passed"), std::string::npos) << where;
+  }
 }
 
 }  // namespace

@@ -19,5 +19,17 @@ TEST(Reason, CallsWhatNeverCameByNoAge) {
             "no new packet over the link: check the network (never yet)");
 }
 
+TEST(Reason, HasItsIdentifierInLogs) {
+  EXPECT_EQ(text_with_code({ReasonCode::kLinkLost, 0, 203, 200}),
+            "link_lost: no new packet over the link: check the network (203 ms; limit 200)");
+}
+
+TEST(Reason, StandsWhileCodeAndSubjectStayWhateverIsMeasured) {
+  const Reason moving{ReasonCode::kMachineMoving, 1, 0.3F, 0.1F};
+  EXPECT_TRUE(same_cause(moving, {ReasonCode::kMachineMoving, 1, 0.4F, 0.1F}));
+  EXPECT_FALSE(same_cause(moving, {ReasonCode::kMachineMoving, 2, 0.3F, 0.1F}));
+  EXPECT_FALSE(same_cause(moving, {ReasonCode::kHandMoving, 1, 0.3F, 0.1F}));
+}
+
 }  // namespace
 }  // namespace knuckle

@@ -220,7 +220,7 @@ TEST(Kinematics, RefusesACylinderThatIsTooLongOrTooShortWithTheLengthItNeeds) {
   }
 }
 
-// Pins are as drawn within millimetres, and so are the ends of the stroke.
+// Pins are nominal within millimetres, and so are the ends of the stroke.
 TEST(Kinematics, GrantsACalibratedMachineAFewMillimetresOfStroke) {
   MachineDescription machine = shipped("solar015");
   const double needed = Kinematics(machine).cylinder_at(kBucket, machine.links[kBucket].min_rad)->length_m;

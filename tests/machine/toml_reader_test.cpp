@@ -113,7 +113,7 @@ TEST(TomlReader, ShowsAValueAsAPersonWroteIt) {
   EXPECT_EQ(refusal("x = [0.28, nan]", count),
             "m.toml:1: key 'x' = [0.28, nan]: must be a whole number within [0, 10]");
   EXPECT_EQ(refusal("[[hydraulics]]\n[[hydraulics]]", ask_for_relief),
-            "m.toml:1: key 'hydraulics' = 2 [[tables]]: must be a table, [hydraulics]");
+            "m.toml:1: key 'hydraulics' = an array of 2 tables: must be a table, [hydraulics]");
   EXPECT_EQ(refusal("y = 1", [](TomlTable& file) { file.require(false, "x", "at least one is needed"); }),
             "m.toml:1: key 'x': at least one is needed");
 }

@@ -28,7 +28,9 @@ ConsoleWindow::ConsoleWindow(const WindowOptions& options, screens::ConsoleFacts
       machine_(facts_.machine) {
   state_.light = options.light;
   calibration_.plan.machine = facts_.machine.source;
-  calibration_.plan.target = facts_.machine.name + "_calibrated.toml";
+  std::string file = facts_.machine.name;
+  std::replace(file.begin(), file.end(), '/', '_');  // into the folder the console was started in, whatever the name
+  calibration_.plan.target = file + "_calibrated.toml";
   calibration_.plan.seed = facts_.seed;
 }
 
