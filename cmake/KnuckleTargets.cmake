@@ -77,7 +77,8 @@ function(knuckle_tests folder)
   endif()
   add_executable(test_${name} ${sources})
   # Object libraries are not passed on by others: each test binary holds the counting malloc itself.
-  target_link_libraries(test_${name} PRIVATE ${tests_UNPARSED_ARGUMENTS} knuckle_no_alloc knuckle_test_places GTest::gtest_main)
+  target_link_libraries(test_${name} PRIVATE ${tests_UNPARSED_ARGUMENTS} knuckle_no_alloc knuckle_test_places
+                        GTest::gtest_main)
   target_precompile_headers(test_${name} REUSE_FROM knuckle_precompiled_tests)
   # The suite's name says where it runs: Deep* in `scripts/test --deep` only, *Thread* under TSan as well. One label a
   # test: the discovery of CMake 3.25 passes no lists on; `ctest -R '^${name}[.]'` selects a folder whole.

@@ -131,6 +131,14 @@ bool anybody_reads_output() {
   return !closed && (poll(&output, 1, 0) < 1 || (output.revents & POLLERR) == 0);
 }
 
+/// One name for each place; "-": standard output.
+std::string place_of(const std::string& file) {
+  if (is_standard_output(file)) return "-";
+  std::error_code nameless;  // such as a pipe of another process
+  const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(file), nameless);
+  return nameless ? file : real.string();
+}
+
 }  // namespace
 
 int run_program(const Program& program, const std::vector<std::string>& arguments) {
@@ -224,18 +232,6 @@ std::string ensemble_size_error(const std::string& text) {
   const std::string error = count_error(text, 2, 10'000);
   return text == "0" || error.empty() ? "" : error + " machines, or 0: none";
 }
-
-namespace {
-
-/// One name for each place; "-": standard output.
-std::string place_of(const std::string& file) {
-  if (is_standard_output(file)) return "-";
-  std::error_code nameless;  // such as a pipe of another process
-  const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(file), nameless);
-  return nameless ? file : real.string();
-}
-
-}  // namespace
 
 void Places::configuration(const std::string& option, const std::string& name_or_file) {
   std::error_code none;  // its loader says why

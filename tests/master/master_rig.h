@@ -79,4 +79,12 @@ struct MasterRig {
   Datagram datagram;
 };
 
+/// The machine presses against something: its tip stays a few millimetres (hand) above the hand's, its force points up.
+inline void push_back(MasterRig& rig, double force_N = 2000) {
+  rig.follow = false;
+  rig.machine.tip_force_N = PlanarVector(0, force_N);
+  rig.machine.covariance_N2 = {400, 0, 400};
+  rig.react = [](MasterRig& r) { r.machine.position_rad = r.heard.position_rad + JointVector(0.012, 0, 0); };
+}
+
 }  // namespace knuckle::test

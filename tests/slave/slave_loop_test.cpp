@@ -6,33 +6,16 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/slave/bench_machine.h"
+#include "tests/slave/leading.h"
 #include "tests/support/no_alloc.h"
 
 namespace knuckle::slave {
 namespace {
 
 using test::BenchMachine;
-
-const JointVector kFast(0.25, -0.25, -0.3);
-
-/// Engages, moves for a while, and forgets what was on the wire so far.
-void lead(BenchMachine& m) {
-  ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
-  m.wire.clear();
-  m.move(kFast, 400ms);
-  ASSERT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
-  ASSERT_GT(m.loop.commands().cwiseAbs().minCoeff(), 0.12);
-}
-
-/// Every valve was commanded neutral within `limit` of `since`, and stayed so.
-void expect_neutral_within(const BenchMachine& m, Time since, Duration limit) {
-  for (int i = 0; i < kJoints; ++i) {
-    const Time neutral = m.command_neutral_since(since, i);
-    ASSERT_NE(neutral, kNever) << kJointNames[static_cast<std::size_t>(i)];
-    EXPECT_LE(to_seconds(neutral - since), to_seconds(limit)) << kJointNames[static_cast<std::size_t>(i)];
-  }
-}
+using test::expect_neutral_within;
+using test::kFast;
+using test::lead;
 
 TEST(SlaveLoop, OperatorTakesOverAndTheMachineFollowsTheHand) {
   BenchMachine m;
@@ -225,120 +208,6 @@ TEST(SlaveLoop, SnappedWireAndFrozenEncoderEndNeutral) {
   }
 }
 
-TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWasPressedAndLetGo) {
-  BenchMachine m;
-  lead(m);
-  ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kFrozen));
-  m.move(kFast, 400ms);
-  ASSERT_EQ(m.loop.mode(), Mode::kFault);
-  m.signals.cylinder_m[kBoom] += 0.04;
-  m.nodes.inject(0x30, sim::NodeFault::kNone);
-  m.align();
-  m.run(3s);  // enable is still held
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
-  EXPECT_EQ(m.loop.blocking().subject, 0x30);
-  m.hand.enable = false;  // let go of in fright: no answer to anything
-  m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
-  m.hand.enable = true;
-  m.run(100ms);
-  m.hand.enable = false;
-  m.hand.presence = false;  // nobody there: nobody let go
-  m.run(3s);
-  m.hand.presence = true;
-  m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
-  m.hand.enable = true;
-  m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
-  m.hand.enable = false;
-  m.run(20ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
-  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
-  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
-  m.hand.enable = true;
-  m.align();
-  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
-}
-
-TEST(SlaveLoop, DrumThatSlipsWhileTheMachineIsReadyIsNotBelievedBeforeEnableWasPressedAndLetGo) {
-  BenchMachine m;
-  m.hand.presence = true;
-  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
-  m.run(500ms);
-  m.hand.enable = true;  // a press and a release before the fault say nothing of it
-  m.run(50ms);
-  m.hand.enable = false;
-  m.run(500ms);
-  ASSERT_EQ(m.loop.mode(), Mode::kReady);
-  const double before = m.loop.state()->angle_rad[kBoom];
-  m.signals.cylinder_m[kBoom] += 0.04;
-  m.run(10s);
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
-  EXPECT_EQ(m.loop.blocking().subject, 0x30);
-  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], before, 1e-3);
-  m.hand.enable = true;
-  m.run(100ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
-  m.hand.enable = false;
-  m.run(20ms);
-  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
-  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
-  // The act was for that slip alone: the next one asks for its own.
-  m.signals.cylinder_m[kBoom] += 0.04;
-  m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
-}
-
-TEST(SlaveLoop, EncoderNodeThatComesBackElsewhereCountsOnlyAfterEnableWasPressedAndLetGoOnceItIsBack) {
-  BenchMachine m;
-  lead(m);
-  m.nodes.inject(0x30, sim::NodeFault::kSilent);
-  m.run(500ms);
-  ASSERT_EQ(m.loop.client().phase(), CanopenClient::Phase::kFailed);
-  for (const bool pressed : {false, true, false}) {  // while the node is away: answers nothing
-    m.hand.enable = pressed;
-    m.run(500ms);
-  }
-  m.signals.cylinder_m[kBoom] += 0.04;
-  m.nodes.inject(0x30, sim::NodeFault::kNone);
-  m.run(5s);
-  ASSERT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
-  EXPECT_EQ(m.loop.blocking().subject, 0x30);
-  m.hand.enable = true;
-  m.run(100ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << "pressed is half an answer";
-  m.hand.enable = false;
-  m.run(20ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
-  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
-  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
-}
-
-TEST(SlaveLoop, PressFromBeforeALengthSettledDoesNotMakeItCount) {
-  BenchMachine m;
-  lead(m);
-  ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kInvalid));
-  m.run(400ms);
-  ASSERT_EQ(m.loop.mode(), Mode::kFault);
-  m.hand.enable = false;
-  m.run(100ms);
-  m.hand.enable = true;  // nothing asks anything yet
-  m.run(100ms);
-  m.signals.cylinder_m[kBoom] += 0.04;
-  m.nodes.inject(0x30, sim::NodeFault::kNone);
-  m.run(3s);
-  m.hand.enable = false;
-  m.run(1s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
-  EXPECT_EQ(m.loop.blocking().subject, 0x30);
-}
-
 TEST(SlaveLoop, WayMadeDuringASensorGapIsNeitherSpeedNorForce) {
   BenchMachine m;
   ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
@@ -455,77 +324,6 @@ TEST(SlaveLoop, LongRoundTripHoldsWithoutFault) {
   m.align();
   m.run(50ms);
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged);
-}
-
-struct Impossible {
-  ReasonCode code;
-  int joint;
-  void (*make)(MasterMessage&);
-};
-
-TEST(SlaveLoop, SetPointThatNoHandMakesHoldsUntilEnableIsLetGo) {
-  const Impossible cases[] = {
-      {ReasonCode::kSetpointRange, kBoom, [](MasterMessage& m) { m.position_rad += JointVector(5, 5, 5); }},
-      {ReasonCode::kSetpointRange, kBoom, [](MasterMessage& m) { m.position_rad -= JointVector(5, 5, 5); }},
-      {ReasonCode::kSetpointSpeed, kBoom, [](MasterMessage& m) { m.velocity_radps.setConstant(200); }},
-      {ReasonCode::kSetpointSpeed, kBucket, [](MasterMessage& m) { m.velocity_radps[kBucket] = -40.1; }},
-      {ReasonCode::kSetpointJump, kArm, [](MasterMessage& m) { m.position_rad[kArm] += 0.4; }},
-      {ReasonCode::kSetpointJump, kArm, [](MasterMessage& m) { m.velocity_radps[kArm] = 39; }},
-  };
-  for (const Impossible& c : cases) {
-    BenchMachine m;
-    lead(m);
-    const MasterMessage good = m.hand;
-    const JointVector before = m.angles();
-    c.make(m.hand);
-    const Time at = m.now;
-    m.run(5ms);
-    EXPECT_EQ(m.loop.mode(), Mode::kHold);
-    EXPECT_EQ(m.loop.blocking().code, c.code) << text(m.loop.blocking());
-    EXPECT_EQ(m.loop.blocking().subject, c.joint);
-    EXPECT_EQ(m.loop.commands(), JointVector(0, 0, 0));
-    m.run(1s);
-    m.hand.position_rad = good.position_rad;
-    m.hand.velocity_radps.setZero();
-    m.run(1s);
-    EXPECT_EQ(m.loop.mode(), Mode::kHold) << "once is enough";
-    EXPECT_EQ(m.loop.blocking().code, c.code);
-    expect_neutral_within(m, at, 10ms);
-    EXPECT_LT((m.angles() - before).cwiseAbs().maxCoeff(), 0.05) << "what was on its way";
-    m.hand.enable = false;
-    m.run(50ms);
-    EXPECT_EQ(m.loop.mode(), Mode::kReady);
-    m.align();
-    m.hand.enable = true;
-    EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
-  }
-}
-
-TEST(SlaveLoop, SpeedThatIsNotThatOfThePositionLeadsNowhere) {
-  for (const double rate : {0.6, -2.0, 20.0}) {
-    BenchMachine m;
-    ASSERT_TRUE(m.engage());
-    const JointVector before = m.angles();
-    m.hand.velocity_radps[kBoom] = rate;
-    m.run(3s);
-    EXPECT_EQ(m.loop.mode(), Mode::kHold) << rate;
-    EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSetpointJump);
-    EXPECT_LT(std::abs(m.angles()[kBoom] - before[kBoom]), 0.25) << rate;
-  }
-}
-
-TEST(SlaveLoop, ExtrapolatingLeadsNotBeyondTheWorkingRange) {
-  BenchMachine m;
-  lead(m);
-  const double end = m.description.links[kBucket].max_rad;
-  m.hand.position_rad[kBucket] = end - 0.01;  // where it cannot be, but nothing acts on it here
-  m.hand.velocity_radps[kBucket] = 30;
-  m.run(5ms);
-  m.link_up = false;
-  for (int i = 0; i < 20; ++i) {
-    m.run(5ms);
-    EXPECT_LE(m.loop.loss().position_rad[kBucket], end + 0.0175);
-  }
 }
 
 TEST(SlaveLoop, StepAllocatesNothingOverAWholeSession) {

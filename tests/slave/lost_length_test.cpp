@@ -1,0 +1,130 @@
+// A cylinder length that was doubtful for a while counts again only after enable was pressed and let go.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/slave/leading.h"
+
+namespace knuckle::slave {
+namespace {
+
+using test::BenchMachine;
+using test::kFast;
+using test::lead;
+
+TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWasPressedAndLetGo) {
+  BenchMachine m;
+  lead(m);
+  ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kFrozen));
+  m.move(kFast, 400ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kFault);
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.nodes.inject(0x30, sim::NodeFault::kNone);
+  m.align();
+  m.run(3s);  // enable is still held
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+  m.hand.enable = false;  // let go of in fright: no answer to anything
+  m.run(3s);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  m.hand.enable = true;
+  m.run(100ms);
+  m.hand.enable = false;
+  m.hand.presence = false;  // nobody there: nobody let go
+  m.run(3s);
+  m.hand.presence = true;
+  m.run(3s);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  m.hand.enable = true;
+  m.run(3s);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  m.hand.enable = false;
+  m.run(20ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
+  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+  m.hand.enable = true;
+  m.align();
+  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+}
+
+TEST(SlaveLoop, DrumThatSlipsWhileTheMachineIsReadyIsNotBelievedBeforeEnableWasPressedAndLetGo) {
+  BenchMachine m;
+  m.hand.presence = true;
+  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  m.run(500ms);
+  m.hand.enable = true;  // a press and a release before the fault say nothing of it
+  m.run(50ms);
+  m.hand.enable = false;
+  m.run(500ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kReady);
+  const double before = m.loop.state()->angle_rad[kBoom];
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.run(10s);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], before, 1e-3);
+  m.hand.enable = true;
+  m.run(100ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  m.hand.enable = false;
+  m.run(20ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
+  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+  // The act was for that slip alone: the next one asks for its own.
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.run(3s);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+}
+
+TEST(SlaveLoop, EncoderNodeThatComesBackElsewhereCountsOnlyAfterEnableWasPressedAndLetGoOnceItIsBack) {
+  BenchMachine m;
+  lead(m);
+  m.nodes.inject(0x30, sim::NodeFault::kSilent);
+  m.run(500ms);
+  ASSERT_EQ(m.loop.client().phase(), CanopenClient::Phase::kFailed);
+  for (const bool pressed : {false, true, false}) {  // while the node is away: answers nothing
+    m.hand.enable = pressed;
+    m.run(500ms);
+  }
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.nodes.inject(0x30, sim::NodeFault::kNone);
+  m.run(5s);
+  ASSERT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+  m.hand.enable = true;
+  m.run(100ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << "pressed is half an answer";
+  m.hand.enable = false;
+  m.run(20ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
+  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+}
+
+TEST(SlaveLoop, PressFromBeforeALengthSettledDoesNotMakeItCount) {
+  BenchMachine m;
+  lead(m);
+  ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kInvalid));
+  m.run(400ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kFault);
+  m.hand.enable = false;
+  m.run(100ms);
+  m.hand.enable = true;  // nothing asks anything yet
+  m.run(100ms);
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.nodes.inject(0x30, sim::NodeFault::kNone);
+  m.run(3s);
+  m.hand.enable = false;
+  m.run(1s);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+}
+
+}  // namespace
+}  // namespace knuckle::slave
