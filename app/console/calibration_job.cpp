@@ -98,7 +98,7 @@ CalibrationJob::CalibrationJob(CalibrationPlan plan)
   // All that can be refused is refused before the work is done.
   (void)load_machine(machine_file_);
   plan_.target = file_of(plan_.target);
-  cli::OutputFile("calibrated machine file", plan_.target);
+  { const cli::OutputFile writable("calibrated machine file", plan_.target); }
   before_ = load_machine(fs::exists(plan_.target) ? plan_.target : machine_file_);
   thread_ = std::thread([this] { run(); });
 }
