@@ -60,22 +60,22 @@ TEST(SensorSteps, LengthsAndSlopesAreCountedInTheMachineFilesSteps) {
 TEST(SensorOffsets, CalibratedOffsetsAreTakenOffAndLengthsAreJudgedWithoutThem) {
   MachineDescription machine = test::test_machine();
   machine.sensors.encoder_offset_m = JointVector(0.030, -0.020, 0);
-  SensorSet sensors(machine);
-  const auto length = [&sensors](std::uint8_t i, double m, Time at) {
-    sensors.receive(canopen::encoder_frame(0x1B0U + i, {m, 0}), at);
+  const auto with_boom = [&machine](double boom_m) {
+    SensorSet sensors(machine);
+    for (std::uint8_t i = 0; i < 6; ++i) sensors.receive(canopen::pressure_frame(0x1A0U + i, {50e5, 0}), Time{1s});
+    sensors.receive(canopen::tilt_frame(0x1B8, 0), Time{1s});
+    std::uint8_t encoder = 0;
+    for (const double length_m : {boom_m, 1.08, 0.90})
+      sensors.receive(canopen::encoder_frame(0x1B0U + encoder++, {length_m, 0}), Time{1s});
+    return sensors.measurement();
   };
-  for (std::uint8_t i = 0; i < 6; ++i) sensors.receive(canopen::pressure_frame(0x1A0U + i, {50e5, 0}), Time{1s});
-  sensors.receive(canopen::tilt_frame(0x1B8, 0), Time{1s});
-  length(0, 1.18, Time{1s});  // 1.15 m: all of its stroke
-  length(1, 1.08, Time{1s});
-  length(2, 0.90, Time{1s});
-  ASSERT_TRUE(sensors.measurement());
-  EXPECT_NEAR(sensors.measurement()->cylinder_m[kBoom], 1.15, 1e-9);
-  EXPECT_NEAR(sensors.measurement()->cylinder_m[kArm], 1.10, 1e-9);
-  EXPECT_NEAR(sensors.measurement()->cylinder_m[kBucket], 0.90, 1e-9);
-  sensors.restart();
-  length(0, 0.75, Time{2s});  // 0.72 m: shorter than this cylinder can be
-  EXPECT_NEAR(sensors.measurement()->cylinder_m[kBoom], 1.15, 1e-9);
+  const auto longest = with_boom(1.18);  // 1.15 m: all of its stroke
+  ASSERT_TRUE(longest);
+  EXPECT_NEAR(longest->cylinder_m[kBoom], 1.15, 1e-9);
+  EXPECT_NEAR(longest->cylinder_m[kArm], 1.10, 1e-9);
+  EXPECT_NEAR(longest->cylinder_m[kBucket], 0.90, 1e-9);
+  EXPECT_TRUE(with_boom(0.78));
+  EXPECT_FALSE(with_boom(0.75)) << "0.72 m: shorter than this cylinder can be";
 }
 
 TEST_F(Sensors, OldestSensorIsNamedOnceItIsOlderThanItsLimit) {
