@@ -67,9 +67,10 @@ std::optional<JointVector> old_nrmse(const MachineDescription& before, const est
 }
 
 /// How well the poses so far separate the links' weights: condition number of the column-scaled gravity regressor.
-/// nullopt where a reading is no angle of this arm.
+/// nullopt where a reading is no angle of this arm, or there are fewer rows than weights.
 std::optional<double> gravity_condition(const Kinematics& kinematics, const estimation::Survey& survey) {
   constexpr int kMoments = estimation::kBaseParameters - estimation::kMomentX;
+  if (kJoints * survey.poses.size() < kMoments) return std::nullopt;
   Eigen::MatrixXd rows(kJoints * static_cast<int>(survey.poses.size()), kMoments);
   for (std::size_t p = 0; p < survey.poses.size(); ++p) {
     JointVector joints_rad;
