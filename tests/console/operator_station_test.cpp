@@ -7,27 +7,11 @@
 #include "sim/operator_limb.h"
 #include "slave/status_reporter.h"
 #include "tests/console/console_rig.h"
-#include "transport/hid_reports.h"
+#include "tests/support/overheard.h"
 #include "transport/impaired_link.h"
 
 namespace knuckle::console {
 namespace {
-
-/// Notes what the device is told.
-class Overheard final : public HidPort {
- public:
-  explicit Overheard(HidPort& port) : port_(port) {}
-  bool write(const HidReport& report) noexcept override {
-    if (const auto command = decode_command(report)) told = *command;
-    return port_.write(report);
-  }
-  bool read(HidReport& report) noexcept override { return port_.read(report); }
-  [[nodiscard]] bool connected() const noexcept override { return port_.connected(); }
-  DeviceCommand told;
-
- private:
-  HidPort& port_;
-};
 
 /// A device that somebody holds with enable pressed, and the far end of the link.
 struct Rig {
@@ -40,7 +24,7 @@ struct Rig {
     return s;
   }();
   session::HandSide hand{setup.device, setup.limb, 1, setup.hand_rad};
-  Overheard port{hand.cable.host()};
+  test::Overheard port{hand.cable.host()};
   ImpairedLink network{{}, {}, 1};
   OperatorStation station{setup, network.a(), &port};
   sim::OperatorIntent intent{setup.hand_rad, JointVector::Zero(), true, false, false, false};

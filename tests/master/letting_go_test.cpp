@@ -3,6 +3,7 @@
 
 #include "master/master_loop.h"
 #include "tests/master/master_rig.h"
+#include "tests/support/overheard.h"
 
 namespace knuckle::master {
 namespace {
@@ -180,19 +181,6 @@ TEST(MasterLoop, ReportsNoTorqueAndCountsNoEnergyOfOneOnceItHasLetGo) {
   EXPECT_EQ(rig.loop.energy().out_J(), out_J);
 }
 
-/// Notes what the device is told.
-struct Overheard final : HidPort {
-  explicit Overheard(HidPort& wire) : port(wire) {}
-  bool write(const HidReport& report) noexcept override {
-    if (const auto command = decode_command(report)) told = *command;
-    return port.write(report);
-  }
-  bool read(HidReport& report) noexcept override { return port.read(report); }
-  [[nodiscard]] bool connected() const noexcept override { return port.connected(); }
-  HidPort& port;
-  DeviceCommand told;
-};
-
 TEST(MasterLoop, LetsGoOfMachineAndDeviceForGood) {
   MasterRig rig;
   held(rig).engage();
@@ -218,7 +206,7 @@ TEST(MasterLoop, LetsGoOfMachineAndDeviceForGood) {
 
 TEST(MasterLoop, TellsTheDeviceToBeOffFromTheStepThatLetsGoOn) {
   MasterRig rig;
-  Overheard port(rig.cable.host());
+  test::Overheard port(rig.cable.host());
   MasterLoop loop(test::desk_device(), test::desk_machine(), port, rig.network.a(), ControlLaw::kEchoSpring);
   const auto step = [&] {
     rig.now += 1ms;
