@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "app/session/session_result.h"
 #include "app/session/wire_latency.h"
 #include "core/error.h"
@@ -42,15 +40,6 @@ SimulateOptions realtime(const std::string& scenario) {
   return options;
 }
 
-/// Where a tick of the simulated machine takes longer than its millisecond (an unoptimised build beside other work),
-/// its sensors are stale for the slave, as they are: nothing is measured from them.
-bool machine_keeps_up(const SessionResult& result) {
-  constexpr double kTick_us = 1000;
-  const auto machine = std::find_if(result.loops.begin(), result.loops.end(),
-                                    [](const LoopTiming& loop) { return loop.loop == "machine"; });
-  return machine != result.loops.end() && machine->execution_us.p50 < kTick_us;
-}
-
 TEST(RealtimeSessionThreads, SameLoopsMeetOverRealSocketsAndThreads) {
   const SessionResult result = run_simulation(realtime("free_motion"), {});
   ASSERT_EQ(result.loops.size(), 4u);
@@ -64,8 +53,7 @@ TEST(RealtimeSessionThreads, SameLoopsMeetOverRealSocketsAndThreads) {
   EXPECT_NE(samples.back().mode, Mode::kOff) << "the slave did not hear its nodes";
   for (const HopLatency& hop : result.hops) {
     // Nothing goes to the valves before the operator has engaged, which a slow computer may not reach.
-    if (hop.hop == "hand_to_valve" || (hop.hop.starts_with("pressure_") && !machine_keeps_up(result))) continue;
-    EXPECT_GT(hop.samples, 0u) << hop.hop;
+    EXPECT_TRUE(hop.samples > 0 || hop.hop == "hand_to_valve") << hop.hop;
   }
 }
 
