@@ -22,7 +22,10 @@ endif()
 
 add_library(knuckle_options INTERFACE)
 target_compile_options(knuckle_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
-                                                 -Wnon-virtual-dtor -Woverloaded-virtual -Werror)
+                                                 -Wnon-virtual-dtor -Woverloaded-virtual)
+if(KNUCKLE_WARNINGS_ARE_ERRORS)
+  target_compile_options(knuckle_options INTERFACE -Werror)
+endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # Eigen's unrolled fixed-size kernels make g++ 12 claim out-of-bounds accesses that are not there.
   target_compile_options(knuckle_options INTERFACE -Wno-array-bounds -Wno-maybe-uninitialized -Wno-stringop-overread)

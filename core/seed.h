@@ -18,7 +18,14 @@ enum class Stream : std::uint64_t {
   kExcitation,
   kValidation,
   kUse,
-  kFine
+  kFine,
+  kPerson,
+  kUnsteadiness,
+  kServiced,
+  kWorn,
+  kDevice,
+  kSurveyFrame,
+  kCell
 };
 
 /// Seed of one purpose; neighbouring seeds have nothing in common (finaliser of SplitMix64, Steele et al. 2014).

@@ -38,6 +38,15 @@ struct BucketLinkage {
   double rocker_mass_kg = 0, coupler_mass_kg = 0;
 };
 
+/// The bucket seen from the side, bucket axes: with the tip at (length, 0) and the bucket pin at the origin the corners
+/// of a convex outline, counter-clockwise in this order.
+struct BucketProfile {
+  PlanarVector edge_m = PlanarVector::Zero();   ///< Teeth line: where the teeth's back meets the floor.
+  PlanarVector heel_m = PlanarVector::Zero();   ///< Where the floor turns up.
+  PlanarVector back_m = PlanarVector::Zero();   ///< Where the back ends, behind the linkage's pin.
+  PlanarVector cheek_m = PlanarVector::Zero();  ///< Side plates, on the mouth's side.
+};
+
 struct FrictionDescription {
   double coulomb_N = 0;         ///< F_c
   double static_ratio = 1;      ///< F_s / F_c

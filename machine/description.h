@@ -27,6 +27,7 @@ struct MachineDescription {
   PerJoint<LinkDescription> links{};
   TriangleMount boom_mount, arm_mount;
   BucketLinkage bucket_linkage;
+  BucketProfile bucket_profile;
   PerJoint<CylinderDescription> cylinders{};
   HydraulicsDescription hydraulics;
   SensorDescription sensors;
@@ -51,6 +52,16 @@ struct MachineDescription {
     double dead_band_fill = 0.95;                                 ///< Compensated fraction of the dead band.
   } control;
 };
+
+/// Reach of the stretched arm: the machine's size.
+[[nodiscard]] inline double reach_m(const MachineDescription& machine) noexcept {
+  return machine.links[kBoom].length_m + machine.links[kArm].length_m + machine.links[kBucket].length_m;
+}
+/// Height of the ground that the tracks stand on, frame M; the description does not say, so it is what machines with
+/// this reach usually have.
+[[nodiscard]] inline double ground_level_m(const MachineDescription& machine) noexcept {
+  return -0.25 * reach_m(machine);
+}
 
 /// The machine as controller and estimator are to see it: geometry, encoder offsets and valves replaced by what was
 /// calibrated. The simulator's machine is sampled around the description as it was read.

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -10,6 +11,7 @@
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/load_calibration.h"
+#include "machine/pose.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {
@@ -53,6 +55,26 @@ BucketLinkage read_linkage(TomlTable file) {
   linkage.rocker_mass_kg = file.number("rocker_mass_kg", 0, kHeaviest_kg);
   linkage.coupler_mass_kg = file.number("coupler_mass_kg", 0, kHeaviest_kg);
   return linkage;
+}
+
+BucketProfile read_profile(TomlTable file) {
+  return {.edge_m = file.numbers<2>("edge_m", -kFurthestPin_m, kFurthestPin_m),
+          .heel_m = file.numbers<2>("heel_m", -kFurthestPin_m, kFurthestPin_m),
+          .back_m = file.numbers<2>("back_m", -kFurthestPin_m, kFurthestPin_m),
+          .cheek_m = file.numbers<2>("cheek_m", -kFurthestPin_m, kFurthestPin_m)};
+}
+
+void check_outline(const TomlTable& file, const MachineDescription& machine) {
+  const auto corners = bucket_outline(machine);
+  constexpr std::array<const char*, corners.size()> kBlamed{"edge_m", "edge_m", "heel_m",
+                                                            "back_m", "back_m", "cheek_m"};
+  const double least_m2 = 1e-6 * corners[0].squaredNorm();
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const PlanarVector before = corners[i] - corners[(i + corners.size() - 1) % corners.size()];
+    const PlanarVector after = corners[(i + 1) % corners.size()] - corners[i];
+    file.require(before.x() * after.y() - before.y() * after.x() > least_m2, kBlamed[i],
+                 "must leave the outline tip, edge, heel, back, bucket pin, cheek convex and counter-clockwise");
+  }
 }
 
 FrictionDescription read_friction(TomlTable file) {
@@ -306,6 +328,9 @@ MachineDescription read_machine(TomlTable file) {
   machine.boom_mount = read_mount(mounts.table("boom"));
   machine.arm_mount = read_mount(mounts.table("arm"));
   machine.bucket_linkage = read_linkage(mounts.table("bucket"));
+  const TomlTable profile = file.table("bucket_profile");
+  machine.bucket_profile = read_profile(profile);
+  check_outline(profile, machine);
   machine.hydraulics = read_hydraulics(file.table("hydraulics"));
   machine.sensors = read_sensors(file.table("sensors"), machine.hydraulics);
   machine.bus = read_bus(file.table("bus"));

@@ -45,8 +45,14 @@ double barrel_length_m(const CylinderDescription& cylinder, double length_m) {
   return std::min(cylinder.min_length_m * 0.86, length_m * 0.95);
 }
 
-double reach_m(const MachineDescription& machine) {
-  return machine.links[kBoom].length_m + machine.links[kArm].length_m + machine.links[kBucket].length_m;
+std::array<PlanarVector, 6> bucket_outline(const MachineDescription& machine) {
+  const BucketProfile& profile = machine.bucket_profile;
+  return {PlanarVector(machine.links[kBucket].length_m, 0),
+          profile.edge_m,
+          profile.heel_m,
+          profile.back_m,
+          PlanarVector(PlanarVector::Zero()),
+          profile.cheek_m};
 }
 
 JointVector middle_of_range(const MachineDescription& machine) noexcept {

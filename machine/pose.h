@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 
 #include "core/joints.h"
 #include "machine/arm_description.h"
@@ -33,8 +34,8 @@ struct MachinePose {
 /// what cylinders usually leave for the rod's eye.
 [[nodiscard]] double barrel_length_m(const CylinderDescription& cylinder, double length_m);
 
-/// Reach of the stretched arm: the machine's size, which pictures go by.
-[[nodiscard]] double reach_m(const MachineDescription& machine);
+/// Corners of the bucket's outline in bucket axes, counter-clockwise from the tip.
+[[nodiscard]] std::array<PlanarVector, 6> bucket_outline(const MachineDescription& machine);
 
 /// The middle of each joint's range.
 [[nodiscard]] JointVector middle_of_range(const MachineDescription& machine) noexcept;

@@ -20,32 +20,54 @@ constexpr double kBristle_rad = 3e-4;                      // pre-sliding range 
 constexpr double kStop_Nm_per_rad = 40, kStop_Nms = 0.05;  // rubber end stops
 constexpr double kTurn = 2 * std::numbers::pi;
 
+LimbImpedance scaled_by_grip(LimbImpedance limb, double grip) noexcept {
+  limb.mass_kg *= grip;
+  limb.damping_Ns_per_m *= grip;
+  limb.stiffness_N_per_m *= grip;
+  limb.wrist_inertia_kgm2 *= grip;
+  limb.wrist_damping_Nms *= grip;
+  limb.wrist_stiffness_Nm *= grip;
+  limb.strength_N *= grip;
+  return limb;
+}
+
 }  // namespace
 
-struct HandAndDevice::Posture {
-  PlanarVector tip_m = PlanarVector::Zero();
-  Eigen::Matrix<double, 2, 3> jacobian;
-};
 struct HandAndDevice::IntendedMotion {
   bool holding;
   PlanarVector tip_m, tip_mps;
   double angle_rad, rate_radps;  // of the finger, absolute
+  PlanarVector push_N;
+  LimbImpedance limb;  // as it holds now
+
+  /// Pull of the hand on the device's tip.
+  [[nodiscard]] PlanarVector pull_N(const PlanarVector& at_m, const PlanarVector& at_mps) const noexcept {
+    PlanarVector pull = limb.stiffness_N_per_m * (tip_m - at_m) + limb.damping_Ns_per_m * (tip_mps - at_mps);
+    const double size = pull.norm();
+    if (size > limb.strength_N) pull *= limb.strength_N / size;
+    return pull + push_N;
+  }
 };
 
-HandAndDevice::HandAndDevice(const DeviceDescription& device, const LimbImpedance& limb, HidPort& cable,
-                             std::uint64_t seed, const JointVector& start_rad, std::uint32_t serial)
-    : device_(device), limb_(limb), firmware_(device, cable, serial != 0 ? serial : std::max(device.serial, 1u)) {
+HandAndDevice::HandAndDevice(const DeviceTruth& truth, const LimbImpedance& limb, HidPort& cable, std::uint64_t seed,
+                             const JointVector& start_rad, std::uint32_t serial)
+    : device_(truth.built),
+      backlash_rad_(truth.backlash_rad),
+      limb_(limb),
+      firmware_(truth.described, cable, serial != 0 ? serial : std::max(truth.described.serial, 1u)) {
   std::mt19937_64 random(seed);
   const auto unit = [&random] { return unit_interval(random); };
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto row = Eigen::Index(i);
-    const double gear = device.gear_ratio[i];
-    joint_inertia_kgm2_[row] = device.link_inertia_kgm2[i] + gear * gear * device.rotor_inertia_kgm2[i];
-    friction_Nm_[row] = device.friction_Nm[i] * (0.8 + 0.4 * unit());
+    rotor_inertia_kgm2_[row] = device_.gear_ratio[i] * device_.gear_ratio[i] * device_.rotor_inertia_kgm2[i];
+    joint_inertia_kgm2_[row] = device_.link_inertia_kgm2[i] + rotor_inertia_kgm2_[row];
+    friction_Nm_[row] = device_.friction_Nm[i] * (0.8 + 0.4 * unit());
     cogging_phase_rad_[row] = kTurn * unit();
   }
-  truth_.joint_rad = start_rad;
-  truth_.tip_m = posture_at(start_rad).tip_m;
+  truth_.joint_rad = motor_rad_ = start_rad;
+  current_follows_ = 1 - std::exp(-kDt_s / kCurrentLag_s);
+  posture_ = posture_at(start_rad);
+  truth_.tip_m = posture_.tip_m;
 }
 
 HandAndDevice::Posture HandAndDevice::posture_at(const JointVector& joint_rad) const noexcept {
@@ -60,44 +82,45 @@ HandAndDevice::Posture HandAndDevice::posture_at(const JointVector& joint_rad) c
 }
 
 void HandAndDevice::step(Time now, const OperatorIntent& intent) noexcept {
-  const Posture start = posture_at(truth_.joint_rad);
   const Posture meant = posture_at(intent.joint_rad);
-  const IntendedMotion intended{intent.presence, meant.tip_m, meant.jacobian * intent.rate_radps,
-                                intent.joint_rad.sum(), intent.rate_radps.sum()};
+  const IntendedMotion intended{
+      intent.presence,         meant.tip_m,   meant.jacobian * intent.rate_radps, intent.joint_rad.sum(),
+      intent.rate_radps.sum(), intent.push_N, scaled_by_grip(limb_, intent.grip)};
+  const LimbImpedance& limb = intended.limb;
   Eigen::Matrix3d mass = joint_inertia_kgm2_.asDiagonal();
   for (std::size_t i = 0; i < kJoints; ++i) mass(Eigen::Index(i), Eigen::Index(i)) += kDt_s * device_.viscous_Nms[i];
   if (intent.presence) {
     const auto implicit = [](double m, double d, double k) { return m + kDt_s * d + kDt_s * kDt_s * k; };
-    mass += implicit(limb_.mass_kg, limb_.damping_Ns_per_m, limb_.stiffness_N_per_m) * start.jacobian.transpose() *
-            start.jacobian;
-    mass.array() += implicit(limb_.wrist_inertia_kgm2, limb_.wrist_damping_Nms, limb_.wrist_stiffness_Nm);
+    mass += implicit(limb.mass_kg, limb.damping_Ns_per_m, limb.stiffness_N_per_m) * posture_.jacobian.transpose() *
+            posture_.jacobian;
+    mass.array() += implicit(limb.wrist_inertia_kgm2, limb.wrist_damping_Nms, limb.wrist_stiffness_Nm);
   }
   const Eigen::Matrix3d inverse_mass = mass.inverse();
 
-  const PlanarVector tip_mps_before = start.jacobian * truth_.rate_radps;
+  const PlanarVector tip_mps_before = posture_.jacobian * truth_.rate_radps;
   for (int i = 0; i < kSubsteps; ++i) {
-    drive_motors(kDt_s);
-    substep(i == 0 ? start : posture_at(truth_.joint_rad), intended, inverse_mass);
+    drive_motors();
+    substep(intended, inverse_mass);
+    cross_backlash(kDt_s);
     firmware_.track(counts(), kDt_s);
   }
 
-  const Posture end = posture_at(truth_.joint_rad);
-  truth_.tip_m = end.tip_m;
-  truth_.tip_mps = end.jacobian * truth_.rate_radps;
-  const Eigen::Matrix2d gram = end.jacobian * end.jacobian.transpose() + 1e-5 * Eigen::Matrix2d::Identity();
-  truth_.felt_N = gram.inverse() * (end.jacobian * truth_.motor_torque_Nm);
+  posture_ = posture_at(truth_.joint_rad);
+  const Eigen::Matrix<double, 2, 3>& jacobian = posture_.jacobian;
+  truth_.tip_m = posture_.tip_m;
+  truth_.tip_mps = jacobian * truth_.rate_radps;
+  const Eigen::Matrix2d gram = jacobian * jacobian.transpose() + 1e-5 * Eigen::Matrix2d::Identity();
+  truth_.felt_N = gram.inverse() * (jacobian * truth_.motor_torque_Nm);
   truth_.contact_N.setZero();
   if (intent.presence) {
-    truth_.contact_N = limb_.mass_kg * (truth_.tip_mps - tip_mps_before) / kTick_s +
-                       limb_.damping_Ns_per_m * (truth_.tip_mps - intended.tip_mps) +
-                       limb_.stiffness_N_per_m * (truth_.tip_m - intended.tip_m);
+    truth_.contact_N =
+        limb.mass_kg * (truth_.tip_mps - tip_mps_before) / kTick_s - intended.pull_N(truth_.tip_m, truth_.tip_mps);
   }
   asked_A_ = firmware_.step(now, DeviceSensors{counts(), current_A_, truth_.motor_heat, intent.presence, intent.enable,
                                                intent.clutch, intent.stop});
 }
 
-void HandAndDevice::substep(const Posture& posture, const IntendedMotion& intended,
-                            const Eigen::Matrix3d& inverse_mass) noexcept {
+void HandAndDevice::substep(const IntendedMotion& intended, const Eigen::Matrix3d& inverse_mass) noexcept {
   JointVector torque = truth_.motor_torque_Nm + cogging() - friction(kDt_s);
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto row = Eigen::Index(i);
@@ -108,17 +131,19 @@ void HandAndDevice::substep(const Posture& posture, const IntendedMotion& intend
     if (beyond != 0) torque[row] -= kStop_Nm_per_rad * beyond + kStop_Nms * rate;
   }
   if (intended.holding) {
-    const PlanarVector tip_mps = posture.jacobian * truth_.rate_radps;
+    const PlanarVector tip_mps = posture_.jacobian * truth_.rate_radps;
     const double rate = truth_.rate_radps.sum();
-    const PlanarVector pull = limb_.stiffness_N_per_m * (intended.tip_m - posture.tip_m - kDt_s * tip_mps) +
-                              limb_.damping_Ns_per_m * (intended.tip_mps - tip_mps);
-    const double twist = limb_.wrist_stiffness_Nm * (intended.angle_rad - truth_.joint_rad.sum() - kDt_s * rate) +
-                         limb_.wrist_damping_Nms * (intended.rate_radps - rate);
-    torque += posture.jacobian.transpose() * pull + JointVector::Constant(twist);
+    const LimbImpedance& limb = intended.limb;
+    const PlanarVector pull = intended.pull_N(posture_.tip_m + kDt_s * tip_mps, tip_mps);
+    const double most_Nm = limb.strength_N * (device_.link_m[1] + device_.link_m[2]);  // as far as the finger reaches
+    const double twist = limb.wrist_stiffness_Nm * (intended.angle_rad - truth_.joint_rad.sum() - kDt_s * rate) +
+                         limb.wrist_damping_Nms * (intended.rate_radps - rate);
+    torque += posture_.jacobian.transpose() * pull + JointVector::Constant(std::clamp(twist, -most_Nm, most_Nm));
   }
   const JointVector rate_before = truth_.rate_radps;
   truth_.rate_radps += kDt_s * (inverse_mass * torque);
   truth_.joint_rad += kDt_s * truth_.rate_radps;
+  posture_.tip_m += kDt_s * (posture_.jacobian * truth_.rate_radps);
   truth_.energy_to_hand_J += kDt_s * 0.5 * truth_.motor_torque_Nm.dot(rate_before + truth_.rate_radps);
 }
 
@@ -146,15 +171,34 @@ JointVector HandAndDevice::cogging() const noexcept {
   return cogging_Nm;
 }
 
-void HandAndDevice::drive_motors(double dt_s) noexcept {
+void HandAndDevice::drive_motors() noexcept {
   for (std::size_t i = 0; i < kJoints; ++i) {
     const double limit_A = device_.peak_current_A[i];
     const double asked_A = std::clamp(asked_A_[i], -limit_A, limit_A);
-    current_A_[i] += (asked_A - current_A_[i]) * (1 - std::exp(-dt_s / kCurrentLag_s));
+    current_A_[i] += current_follows_ * (asked_A - current_A_[i]);
     const double share = current_A_[i] / device_.rated_current_A[i];
-    truth_.motor_heat[i] += (share * share - truth_.motor_heat[i]) * dt_s / device_.thermal_time_constant_s[i];
+    truth_.motor_heat[i] += (share * share - truth_.motor_heat[i]) * kDt_s / device_.thermal_time_constant_s[i];
     truth_.motor_torque_Nm[Eigen::Index(i)] =
         device_.joint_sign[i] * device_.gear_ratio[i] * device_.torque_constant_Nm_per_A[i] * current_A_[i];
+  }
+}
+
+/// Where the motors are, as angles of their joints. In a gear with play a motor turns by itself from one side of it to
+/// the other; what the joint feels meanwhile is left as it is: it takes some milliseconds.
+void HandAndDevice::cross_backlash(double dt_s) noexcept {
+  constexpr double kMotorsShare = 0.3;  // of the joint's friction
+  for (Eigen::Index i = 0; i < kJoints; ++i) {
+    const double half = 0.5 * backlash_rad_[i], joint = truth_.joint_rad[i];
+    if (half == 0) {
+      motor_rad_[i] = joint;
+      continue;
+    }
+    const double driven = motor_radps_[i] + dt_s * truth_.motor_torque_Nm[i] / rotor_inertia_kgm2_[i];
+    const double lost = dt_s * kMotorsShare * friction_Nm_[i] / rotor_inertia_kgm2_[i];
+    motor_radps_[i] = std::copysign(std::max(0.0, std::abs(driven) - lost), driven);
+    const double free = motor_rad_[i] + dt_s * motor_radps_[i];
+    motor_rad_[i] = std::clamp(free, joint - half, joint + half);
+    if (motor_rad_[i] != free) motor_radps_[i] = truth_.rate_radps[i];
   }
 }
 
@@ -162,7 +206,7 @@ PerJoint<std::int32_t> HandAndDevice::counts() const noexcept {
   PerJoint<std::int32_t> counts;
   for (std::size_t i = 0; i < kJoints; ++i) {
     const double per_rad = device_.joint_sign[i] * device_.gear_ratio[i] * device_.counts_per_turn[i] / kTurn;
-    counts[i] = device_.zero_counts[i] + std::int32_t(std::floor(per_rad * truth_.joint_rad[Eigen::Index(i)]));
+    counts[i] = device_.zero_counts[i] + std::int32_t(std::floor(per_rad * motor_rad_[Eigen::Index(i)]));
   }
   return counts;
 }

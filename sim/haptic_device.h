@@ -9,6 +9,7 @@
 #include "core/time.h"
 #include "machine/device_description.h"
 #include "sim/device_firmware.h"
+#include "sim/device_truth.h"
 #include "sim/operator_limb.h"
 #include "transport/hid_port.h"
 
@@ -20,6 +21,8 @@ struct OperatorIntent {
   JointVector rate_radps = JointVector::Zero();
   bool presence = false;  ///< The limb holds the device; without it the device moves freely.
   bool enable = false, clutch = false, stop = false;
+  PlanarVector push_N = PlanarVector::Zero();  ///< Of the muscles on the fingertip, beside the limb's spring: tremor.
+  double grip = 1;                             ///< Share of the limb that holds; less where the hand slips.
 };
 
 /// What truly happens, known to no controller. Tip: the device's tip in its own frame D.
@@ -42,12 +45,12 @@ struct HandTruth {
 ///     + J^T (K (x(q_intent) - x(q)) + B (v_intent - J q')) + e^T (wrist likewise)
 /// Link inertia is diagonal and the device is weight-balanced (no gravity, no Coriolis terms: hand speeds are below
 /// 1 m/s and links weigh grams). Friction is a Dahl bristle. Velocity is stepped implicitly in the limb's and the
-/// joints' damping and stiffness, four times a millisecond.
+/// joints' damping and stiffness, four times a millisecond, with J of the millisecond's start.
 class HandAndDevice {
  public:
   /// @param cable the device's end of the HID cable; outlives this. @param seed samples friction (+-20 %) and cogging
   /// phase. @param serial 0: as the device's file says, or 1.
-  HandAndDevice(const DeviceDescription& device, const LimbImpedance& limb, HidPort& cable, std::uint64_t seed,
+  HandAndDevice(const DeviceTruth& device, const LimbImpedance& limb, HidPort& cable, std::uint64_t seed,
                 const JointVector& start_rad, std::uint32_t serial = 0);
 
   /// Moves hand and device by 1 ms, up to `now`; then one cycle of the firmware: commands in, report out, and the
@@ -58,22 +61,30 @@ class HandAndDevice {
   [[nodiscard]] DeviceFirmware& firmware() noexcept { return firmware_; }
 
  private:
-  struct Posture;
+  struct Posture {
+    PlanarVector tip_m = PlanarVector::Zero();
+    Eigen::Matrix<double, 2, 3> jacobian;
+  };
   struct IntendedMotion;
   [[nodiscard]] Posture posture_at(const JointVector& joint_rad) const noexcept;
-  void substep(const Posture& posture, const IntendedMotion& intended, const Eigen::Matrix3d& inverse_mass) noexcept;
+  void substep(const IntendedMotion& intended, const Eigen::Matrix3d& inverse_mass) noexcept;
   [[nodiscard]] JointVector friction(double dt_s) noexcept;
   [[nodiscard]] JointVector cogging() const noexcept;
-  void drive_motors(double dt_s) noexcept;
+  void drive_motors() noexcept;
+  void cross_backlash(double dt_s) noexcept;
   [[nodiscard]] PerJoint<std::int32_t> counts() const noexcept;
 
-  DeviceDescription device_;
+  DeviceDescription device_;  // as built
+  JointVector backlash_rad_;
   LimbImpedance limb_;
   DeviceFirmware firmware_;
-  JointVector joint_inertia_kgm2_, friction_Nm_, cogging_phase_rad_;
+  JointVector rotor_inertia_kgm2_, joint_inertia_kgm2_, friction_Nm_, cogging_phase_rad_;
+  JointVector motor_rad_, motor_radps_ = JointVector::Zero();  // at the joints; elsewhere than these in a gear's play
   JointVector bristle_rad_ = JointVector::Zero();
   PerJoint<double> asked_A_{}, current_A_{};
+  double current_follows_;  // what the current makes up for of its error in a substep
   HandTruth truth_;
+  Posture posture_;  // the Jacobian of the last step's end, the tip as it moves on
 };
 
 }  // namespace knuckle::sim

@@ -13,11 +13,12 @@ constexpr double kTouch_N = 0.35;         // felt at the hand: "there is somethi
 constexpr double kAlignRate_radps = 0.6;  // how fast a hand is brought to the machine's pose at most,
 constexpr double kAlignGain_1ps = 4;      // slowing down as it comes near
 constexpr double kAligned_rad = 0.05;
-constexpr double kPressGain_1ps = 2;       // of the missing force, made up for per second: slow enough for the delay
-constexpr double kPressFastest_mps = 1.0;  // push once there is contact, machine metres
-constexpr double kBreakRamp_Nps = 0.25;    // a hand that wants something to give way pushes harder and harder
-constexpr Duration kHesitate = 300ms;      // before a button is pressed
-constexpr Duration kRetry = 1500ms;        // enable is let go again when nothing came of it
+constexpr double kMostCorrection_rad = 0.6;  // a hand that is held back so far is pulled at no further
+constexpr double kPressGain_1ps = 2;         // of the missing force, made up for per second: slow enough for the delay
+constexpr double kPressFastest_mps = 1.0;    // push once there is contact, machine metres
+constexpr double kBreakRamp_Nps = 0.25;      // a hand that wants something to give way pushes harder and harder
+constexpr Duration kHesitate = 300ms;        // before a button is pressed
+constexpr Duration kRetry = 1500ms;          // enable is let go again when nothing came of it
 constexpr Duration kViewPeriod = 5ms;
 constexpr double kPeakOfMinimumJerk = 1.875;  // peak speed over mean speed
 constexpr double kShortestMove_s = 0.5;
@@ -39,12 +40,16 @@ double wrapped(double angle) noexcept {
 }  // namespace
 
 Operator::Operator(const MachineDescription& machine, std::vector<Phase> phases, std::vector<PathPoint> path,
-                   Duration path_period, const JointVector& start_rad, Duration reaction, double press_N_per_m)
+                   Duration path_period, const JointVector& start_rad, Duration reaction, double press_N_per_m,
+                   const Unsteadiness& unsteadiness)
     : phases_(std::move(phases)),
       path_(std::move(path)),
       path_period_(path_period),
       reaction_(std::min(reaction, Duration(kViewPeriod * (kRing - 1)))),
       press_N_per_m_(press_N_per_m),
+      unsteadiness_(unsteadiness),
+      correction_1ps_(unsteadiness.person().corrects ? sim::correction_1ps(reaction) : 0),
+      carried_out_rad_(start_rad),
       meant_rad_(start_rad),
       start_rad_(start_rad),
       hand_start_rad_(start_rad) {
@@ -89,7 +94,11 @@ void Operator::begin(Time now, const OperatorView& view) noexcept {
   begun_ = true;
   phase_start_ = now;
   offset_ = view.ghost_rad - view.hand_rad;
-  meant_rad_ = intent_.joint_rad + offset_;
+  // An operator who never looks takes the hand to be where it was meant to be. One who looks starts from what is
+  // shown, and has nothing left to correct of the phase before.
+  for (std::size_t i = 0; i < kRing; ++i) meant_then_rad_[i] = seen_[i].ghost_rad;
+  meant_rad_ = looks() ? view.ghost_rad : JointVector(intent_.joint_rad + offset_);
+  correction_rad_ = intent_.joint_rad + offset_ - meant_rad_;
   start_rad_ = meant_rad_;
   hand_start_rad_ = intent_.joint_rad;
   start_pose_ = pose_of(meant_rad_);
@@ -109,22 +118,60 @@ void Operator::next(Time now) noexcept {
 
 OperatorIntent Operator::step(Time now, const OperatorView& view) noexcept {
   if (now - last_seen_ >= kViewPeriod) {
+    meant_then_rad_[seen_count_ % kRing] = begun_ && watches() ? meant_rad_ : view.ghost_rad;
     seen_[seen_count_++ % kRing] = view;
     last_seen_ = now;
   }
   const auto late = std::min<std::size_t>(static_cast<std::size_t>(reaction_ / kViewPeriod), seen_count_ - 1);
-  const OperatorView& seen = seen_[(seen_count_ - 1 - late) % kRing];
-  const JointVector before = intent_.joint_rad;
+  const std::size_t at = (seen_count_ - 1 - late) % kRing;
+  const OperatorView& seen = seen_[at];
+  const double dt = to_seconds(now - last_);
   if (!finished()) {
     if (!begun_) begin(now, view);
+    if (watches()) correct(meant_then_rad_[at], seen, std::max(0.0, dt));
     const bool expired = to_seconds(now - phase_start_) > phases_[index_].timeout_s;
     if (expired && timed_out_ < 0) timed_out_ = phase();
     if (run(now, seen) || expired) next(now);
   }
-  const double dt = to_seconds(now - last_);
-  intent_.rate_radps = dt > 0 ? JointVector((intent_.joint_rad - before) / dt) : JointVector(JointVector::Zero());
   last_ = now;
-  return intent_;
+  return carried_out(now, dt);
+}
+
+bool Operator::watches() const noexcept {
+  if (!looks() || finished()) return false;
+  switch (phases_[index_].kind) {
+    case PhaseKind::kMove:
+    case PhaseKind::kSweep:
+    case PhaseKind::kPath:
+    case PhaseKind::kWait:
+      return true;
+    case PhaseKind::kPress:
+      return !touched_;       // from then on it is felt what to do
+    case PhaseKind::kEngage:  // has its own way of looking
+    case PhaseKind::kLetGo:
+    case PhaseKind::kClutch:
+      return false;
+  }
+  return false;
+}
+
+void Operator::correct(const JointVector& meant_then_rad, const OperatorView& seen, double dt_s) noexcept {
+  const JointVector more = dt_s * correction_1ps_ * (meant_then_rad - seen.ghost_rad);
+  for (Eigen::Index i = 0; i < kJoints; ++i) {
+    const double most = std::max(kMostCorrection_rad, std::abs(correction_rad_[i]));
+    correction_rad_[i] = std::clamp(correction_rad_[i] + more[i], -most, most);
+  }
+}
+
+OperatorIntent Operator::carried_out(Time now, double dt_s) noexcept {
+  OperatorIntent out = intent_;
+  unsteadiness_.step(now);
+  out.joint_rad += unsteadiness_.drift_rad();
+  out.grip = unsteadiness_.grip();
+  out.push_N = out.grip * unsteadiness_.push_N();
+  out.rate_radps = dt_s > 0 ? JointVector((out.joint_rad - carried_out_rad_) / dt_s) : JointVector(JointVector::Zero());
+  carried_out_rad_ = out.joint_rad;
+  return out;
 }
 
 bool Operator::run(Time now, const OperatorView& view) noexcept {
@@ -158,7 +205,7 @@ bool Operator::run(Time now, const OperatorView& view) noexcept {
   }
   if (phase.until_hold) done = view.mode == Mode::kHold;
   if (phase.until_fault) done = t >= phase.duration_s && stopped;
-  intent_.joint_rad = meant_rad_ - offset_;
+  intent_.joint_rad = meant_rad_ - offset_ + correction_rad_;
   return done;
 }
 
@@ -170,9 +217,10 @@ bool Operator::engage(Time now, const OperatorView& view) noexcept {
   if (!shown) return false;  // nothing to steer by yet
   offset_ = view.ghost_rad - view.hand_rad;
   const JointVector goal = view.machine_rad - offset_;
-  const JointVector missing = goal - intent_.joint_rad;
+  const JointVector missing = goal - (looks() ? view.hand_rad : intent_.joint_rad);
+  const double gain_1ps = looks() ? std::min(kAlignGain_1ps, correction_1ps_) : kAlignGain_1ps;
   const JointVector stride =
-      dt * JointVector(kAlignGain_1ps * missing).cwiseMax(-kAlignRate_radps).cwiseMin(kAlignRate_radps);
+      dt * JointVector(gain_1ps * missing).cwiseMax(-kAlignRate_radps).cwiseMin(kAlignRate_radps);
   if (!intent_.enable || view.mode != Mode::kEngaged) intent_.joint_rad += stride;
   if (view.mode == Mode::kEngaged && intent_.enable) {
     if (engaged_since_ == kNever) engaged_since_ = now;
@@ -230,7 +278,11 @@ bool Operator::press(Time now, const OperatorView& view) noexcept {
     if (!phase.until_break && missing < 0.05 * phase.force_N) {
       holding_ = true;
       hold_start_ = now;
+      hold_depth_m_ = depth_m_;
     }
+  } else if (const Person& person = unsteadiness_.person(); person.give_way > 0) {
+    const double lost = person.give_way * (1 - std::exp(-to_seconds(now - hold_start_) / person.give_way_s));
+    depth_m_ = hold_depth_m_ - lost * phase.force_N / press_N_per_m_;
   }
   mean(Pose{start_pose_.tip_m + depth_m_ * phase.direction, start_pose_.bucket_rad});
   return holding_ && to_seconds(now - hold_start_) >= phase.duration_s;

@@ -10,6 +10,7 @@
 #include "core/time.h"
 #include "machine/description_fwd.h"
 #include "sim/haptic_device.h"
+#include "sim/person.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::sim {
@@ -61,9 +62,11 @@ struct OperatorView {
 class Operator {
  public:
   /// @param start_rad where the hand is at first. @param reaction delay of seeing and feeling.
-  /// @param press_N_per_m felt force per machine metre of push, as a practised hand knows it.
+  /// @param press_N_per_m felt force per machine metre of push, as a practised hand knows it. @param unsteadiness what
+  /// the hand does beside the plan, and whose hand it is.
   Operator(const MachineDescription& machine, std::vector<Phase> phases, std::vector<PathPoint> path,
-           Duration path_period, const JointVector& start_rad, Duration reaction, double press_N_per_m);
+           Duration path_period, const JointVector& start_rad, Duration reaction, double press_N_per_m,
+           const Unsteadiness& unsteadiness = {});
   OperatorIntent step(Time now, const OperatorView& view) noexcept;
   [[nodiscard]] int phase() const noexcept { return static_cast<int>(index_); }
   [[nodiscard]] bool finished() const noexcept { return index_ >= phases_.size(); }
@@ -91,6 +94,11 @@ class Operator {
   bool clutch(double t) noexcept;
   void mean(const JointVector& machine_rad) noexcept { meant_rad_ = machine_rad; }
   void mean(const Pose& pose) noexcept;
+  /// Moves the hand towards where the screen would show what was meant when the picture seen now was taken.
+  void correct(const JointVector& meant_then_rad, const OperatorView& seen, double dt_s) noexcept;
+  [[nodiscard]] bool looks() const noexcept { return unsteadiness_.person().corrects; }
+  [[nodiscard]] bool watches() const noexcept;  // now
+  [[nodiscard]] OperatorIntent carried_out(Time now, double dt_s) noexcept;
   [[nodiscard]] Pose pose_of(const JointVector& machine_rad) const noexcept;
   [[nodiscard]] bool inverse(const Pose& pose, JointVector& joints) const noexcept;
 
@@ -100,24 +108,29 @@ class Operator {
   std::vector<PathPoint> path_;
   Duration path_period_, reaction_;
   double press_N_per_m_;
+  Unsteadiness unsteadiness_;
+  double correction_1ps_ = 0;  // of what is seen to be missing; 0: never corrects
   std::size_t index_ = 0;
   int timed_out_ = -1;
   bool begun_ = false;
   Time phase_start_{}, last_{};
 
-  OperatorIntent intent_;
+  OperatorIntent intent_;  // as planned and corrected, without unsteadiness
+  JointVector carried_out_rad_;
+  JointVector correction_rad_ = JointVector::Zero();
   JointVector meant_rad_;                     // machine pose the operator means
   JointVector offset_ = JointVector::Zero();  // ghost - hand, as seen at the start of a phase
   JointVector start_rad_;                     // meant pose at the start of the phase
   JointVector hand_start_rad_;
   Pose start_pose_{};
-  double depth_m_ = 0;
+  double depth_m_ = 0, hold_depth_m_ = 0;
   bool touched_ = false, holding_ = false;
   Time hold_start_{}, calm_since_{}, pressed_at_{kNever}, engaged_since_{kNever};
   int breaks_at_start_ = 0;
   // Late senses: one view each 5 ms.
   static constexpr std::size_t kRing = 128;
   std::array<OperatorView, kRing> seen_{};
+  std::array<JointVector, kRing> meant_then_rad_{};
   std::size_t seen_count_ = 0;
   Time last_seen_{kNever};
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace knuckle::sim {
 
@@ -19,7 +20,8 @@ struct LimbImpedance {
   double stiffness_N_per_m = 0;
   double wrist_inertia_kgm2 = 0;
   double wrist_damping_Nms = 0;
-  double wrist_stiffness_Nm = 0;  ///< Per radian.
+  double wrist_stiffness_Nm = 0;                                ///< Per radian.
+  double strength_N = std::numeric_limits<double>::infinity();  ///< Most that the springs and dampers of the hand pull.
 };
 
 /// One limb sampled log-uniformly from its class's ranges; the same for the same seed.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.h"
 #include "sim/plant_model.h"
 #include "sim/spool.h"
 
@@ -18,7 +19,7 @@ struct Powers {
   std::array<double, kJoints> valve_in{}, valve_out{}, valve_lost{};
   std::array<double, kJoints> chamber_in{}, chamber_out{}, chamber_lost{};
   std::array<double, kJoints> piston_lost{}, piston_out{};
-  double tip = 0, joint_stop_lost = 0, valve_work = 0;
+  double contact = 0, ground_lost = 0, joint_stop_lost = 0, valve_work = 0;
 };
 
 }  // namespace
@@ -26,31 +27,51 @@ struct Powers {
 struct Plant::Impl {
   Impl(const MachineTruth& truth, const WorldDescription& description, const JointVector& start_rad)
       : model(truth),
-        world(description, truth.machine.payload_com_m),
-        spools{Spool(truth.machine.cylinders[0].valve, kSubstep_s), Spool(truth.machine.cylinders[1].valve, kSubstep_s),
-               Spool(truth.machine.cylinders[2].valve, kSubstep_s)} {
+        world(description, truth.machine),
+        spools{spool_of(truth, 0), spool_of(truth, 1), spool_of(truth, 2)} {
     x.setZero();
     x.segment<3>(kAngle) = start_rad;
     detail.pose = model.body().pose(start_rad);
-    world.advance(0, 0, bucket_motion());  // hangs the weights that are there from the start
+    world.advance(0, 0, model.bucket_motion(x, detail.pose));  // loads that hang from the start
     held.load = world.load();
     x = model.equilibrium(start_rad, held.load);
+    check_start(truth);
     slope = model.derivative(x, held, world, detail);
+    near = world.near(model.bucket_motion(x, detail.pose));
     last = powers();
     refresh_mobility();
     publish();
   }
+  /// What starts inside something would be thrown out of it.
+  void check_start(const MachineTruth& truth) const {
+    constexpr double kMost_N = 20e3;
+    if (world.forces(model.bucket_motion(x, detail.pose)).weight_N <= kMost_N) return;
+    throw InputError((truth.machine.source.empty() ? "truth" : truth.machine.source) +
+                     ": start: puts the bucket into a wall, the ground or a piece");
+  }
+  static Spool spool_of(const MachineTruth& truth, std::size_t i) {
+    return {truth.machine.cylinders[i].valve, truth.valve[i], kSubstep_s};
+  }
   void tick(std::int64_t count) noexcept {
-    for (std::int64_t i = 0; i < count; ++i) substep();
+    warmth_K = model.truth().warm_up.at(state.t_s);
+    model.warm(warmth_K);
+    moved_world |= model.truth().warm_up.rise_K != 0;
+    // Whole milliseconds where nothing can be touched within one and no pin yields, halves else.
+    constexpr std::int64_t kMillisecond = 4, kHalf = 2;
+    for (std::int64_t left = count; left > 0; left -= kMillisecond) {
+      const std::int64_t parts = std::min(left, kMillisecond),
+                         each = std::min(parts, near || model.pins_yield() ? kHalf : kMillisecond);
+      for (std::int64_t part = 0; part < parts; part += each) step(std::min(each, parts - part));
+    }
     refresh_mobility();
     publish();
   }
 
-  void substep() noexcept;
+  /// @param parts of kSubstep_s each.
+  void step(std::int64_t parts) noexcept;
   void refresh_mobility() noexcept;
-  [[nodiscard]] BucketMotion bucket_motion() const noexcept;
   [[nodiscard]] Powers powers() const noexcept;
-  void account(const Powers& now) noexcept;
+  void account(const Powers& now, double h) noexcept;
   void publish() noexcept;
   void publish_stored() noexcept;
 
@@ -58,7 +79,11 @@ struct Plant::Impl {
   WorldModel world;
   PerJoint<Spool> spools;
   bool pilot = false;
-  PlanarVector tip_load_N = PlanarVector::Zero();
+  double warmth_K = 0;
+  bool near = true;  // something could be touched
+  // Whether forces on the arm may be others now than where `slope` was taken, beside the valves' oil.
+  bool moved_world = true;
+  PlanarVector pull_N = PlanarVector::Zero(), pull_at_m = PlanarVector::Zero();
   std::int64_t substeps = 0;
   StateVector x, slope;  // slope: derivative at x with the present inputs
   HeldInputs held;
@@ -67,47 +92,41 @@ struct Plant::Impl {
   PlantState state;
 };
 
-BucketMotion Plant::Impl::bucket_motion() const noexcept {
-  const Turn& hull = model.body().hull();
-  const JointVector angle = x.segment<3>(kAngle), rate = x.segment<3>(kRate);
-  const Turn bucket = hull * detail.pose.bucket;
-  return {hull * RigidBody::tip(detail.pose),
-          hull * RigidBody::tip_rate(detail.pose, rate),
-          {bucket.c, bucket.s},
-          angle.sum() + model.truth().hull_pitch_rad,
-          rate.sum()};
-}
-
-void Plant::Impl::substep() noexcept {
-  constexpr double h = kSubstep_s;
-  PlantDetail scratch;
-  const StateVector k2 = model.derivative(x + (h / 2) * slope, held, world, scratch);
-  const StateVector k3 = model.derivative(x + (h / 2) * k2, held, world, scratch);
-  const StateVector k4 = model.derivative(x + h * k3, held, world, scratch);
-  x += (h / 6) * (slope + 2 * (k2 + k3) + k4);
-  ++substeps;
-
+void Plant::Impl::step(std::int64_t parts) noexcept {
+  const double h = static_cast<double>(parts) * kSubstep_s;
   for (std::size_t i = 0; i < kJoints; ++i) {
-    spools[i].advance(pilot);
-    held.opening[i] = spools[i].opening();
+    double sum = 0;
+    for (std::int64_t part = 0; part < parts; ++part) {
+      spools[i].advance(pilot, warmth_K);
+      sum += spools[i].opening();
+    }
+    held.opening[i] = sum / static_cast<double>(parts);
   }
-  held.tip_load_N = tip_load_N;
-  slope = model.derivative(x, held, world, detail);
-  if (world.advance(static_cast<double>(substeps) * h, h, bucket_motion())) {
-    held.load = world.load();
-    slope = model.derivative(x, held, world, detail);
+  const bool only_valves = !moved_world && held.pull_N == pull_N && held.pull_at_m == pull_at_m;
+  held.pull_N = pull_N;
+  held.pull_at_m = pull_at_m;
+  if (only_valves) {
+    model.reopen(x, held, detail, slope);
+  } else {
+    slope = model.derivative(x, held, world, detail, PlantModel::Geometry::kNear);  // at the same angles
   }
-  account(powers());
+  last = powers();
+
+  x = model.stepped(x, slope, detail, held, world, h);
+  substeps += parts;
+  state.energy.links.lost += model.settle(x, h);
+  slope = model.derivative(x, held, world, detail, PlantModel::Geometry::kNear);
+  account(powers(), h);
+  const BucketMotion bucket = model.bucket_motion(x, detail.pose);
+  const bool touched = world.advance(static_cast<double>(substeps) * kSubstep_s, h, bucket);
+  const bool carried = held.load.mass_kg > 0;
+  held.load = world.load();
+  near = world.near(bucket);
+  moved_world = touched || near || carried || held.load.mass_kg > 0 || model.hull().yields();
 }
 
 void Plant::Impl::refresh_mobility() noexcept {
-  Eigen::Matrix2d mobility;
-  for (Eigen::Index axis = 0; axis < 2; ++axis) {
-    const PlanarVector push = model.body().hull().back(PlanarVector::Unit(axis));
-    const JointVector motion = detail.mass.solve(RigidBody::tip_torque(detail.pose, push));
-    mobility.col(axis) = model.body().hull() * RigidBody::tip_rate(detail.pose, motion);
-  }
-  world.set_mobility(mobility);
+  if (!world.empty()) world.set_mobility(model.mobility(detail), detail.bucket);
 }
 
 Powers Plant::Impl::powers() const noexcept {
@@ -133,18 +152,19 @@ Powers Plant::Impl::powers() const noexcept {
                        model.oil().energy_density(pb) * model.axis(i).rod_area_m2) *
                           v;
     p.chamber_out[i] = detail.pressure_force[n] * v;
-    p.chamber_lost[i] = pa * x[kHeadRelief + n] + pb * x[kRodRelief + n];
-    p.piston_out[i] = (detail.pressure_force[n] - detail.friction[n] + detail.stop_force[n]) * v;
-    p.piston_lost[i] =
-        detail.bristle_loss_W[n] - (detail.stop_force[n] - model.stop_spring(i, detail.pose.length_m[n])) * v;
+    p.chamber_lost[i] = pa * x[kHeadRelief + n] + pb * x[kRodRelief + n] + (pa - pb) * detail.leakage[i];
+    p.piston_out[i] = detail.pin_N[n] * detail.pose.lever_m[n] * x[kRate + n];
+    p.piston_lost[i] = detail.bristle_loss_W[n] + detail.pin_loss_W[n] -
+                       (detail.stop_force[n] - model.stop_spring(i, detail.length_m[n])) * v;
     p.joint_stop_lost -= (detail.joint_stop_torque[n] - model.joint_stop_spring(i, x[kAngle + n])) * x[kRate + n];
   }
-  p.tip = detail.tip_force.dot(detail.tip_rate);
+  p.contact = detail.contact.power_W(detail.bucket);
+  p.ground_lost = detail.ground.lost_W;
   return p;
 }
 
-void Plant::Impl::account(const Powers& now) noexcept {
-  const auto add = [](double& sum, double before, double after) { sum += 0.5 * kSubstep_s * (before + after); };
+void Plant::Impl::account(const Powers& now, double h) noexcept {
+  const auto add = [h](double& sum, double before, double after) { sum += 0.5 * h * (before + after); };
   EnergyLedger& e = state.energy;
   add(e.pump.in, last.pump_in, now.pump_in);
   add(e.pump.out, last.pump_out, now.pump_out);
@@ -161,26 +181,26 @@ void Plant::Impl::account(const Powers& now) noexcept {
     add(e.piston[i].lost, last.piston_lost[i], now.piston_lost[i]);
     add(e.links.in, last.piston_out[i], now.piston_out[i]);
   }
-  add(e.links.out, -last.tip, -now.tip);
-  add(e.links.lost, last.joint_stop_lost, now.joint_stop_lost);
-  add(e.contact.in, -last.tip, -now.tip);
+  add(e.links.out, -last.contact, -now.contact);
+  add(e.links.lost, last.joint_stop_lost + last.ground_lost, now.joint_stop_lost + now.ground_lost);
+  add(e.contact.in, -last.contact, -now.contact);
   add(state.valve_work_J, last.valve_work, now.valve_work);
   last = now;
 }
 
 void Plant::Impl::publish() noexcept {
-  const Turn& hull = model.body().hull();
+  const Turn& hull = detail.hull.turn;
   const HydraulicsDescription& hydraulics = model.truth().machine.hydraulics;
   state.t_s = static_cast<double>(substeps) * kSubstep_s;
   state.joint_rad = x.segment<3>(kAngle);
   state.joint_radps = x.segment<3>(kRate);
   state.joint_radps2 = detail.acceleration;
-  state.cylinder_m = detail.pose.length_m;
+  state.cylinder_m = detail.length_m;
   state.cylinder_mps = detail.speed;
   state.lever_m = detail.pose.lever_m;
   state.cylinder_N = detail.pressure_force;
   state.friction_N = detail.friction;
-  const double hose = hydraulics.hose_drop_Pa_per_m3ps * model.truth().viscosity_factor;
+  const double hose = hydraulics.hose_drop_Pa_per_m3ps * model.viscosity();
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto n = static_cast<Eigen::Index>(i);
     state.spool[n] = spools[i].position();
@@ -191,25 +211,35 @@ void Plant::Impl::publish() noexcept {
     state.transmitter_Pa[2 * i] = x[kHead + n] + hose * detail.head_flow[i];
     state.transmitter_Pa[2 * i + 1] = x[kRod + n] + hose * detail.rod_flow[i];
   }
-  state.tip_m = detail.tip;
-  state.tip_mps = detail.tip_rate;
-  state.tip_world_m = hull * detail.tip;
-  state.tip_N = detail.tip_force;
+  state.tip_m = RigidBody::tip(detail.pose);
+  state.tip_mps = RigidBody::tip_rate(detail.pose, state.joint_radps);
+  state.tip_world_m = detail.hull.pin_m + hull * state.tip_m;
+  state.contact_N = hull.back(detail.contact.sum());
+  state.contact_m = detail.contact.weight_N > 0
+                        ? detail.bucket.turn.back(detail.contact.weighted_Nm) / detail.contact.weight_N
+                        : PlanarVector(PlanarVector::Zero());
   state.wall_N = hull.back(detail.contact.wall);
   state.soil_N = hull.back(detail.contact.soil);
   state.pipe_N = hull.back(detail.contact.pipe);
   state.payload_kg = held.load.mass_kg;
+  state.weight_N = hull.back(PlanarVector(0, -kGravity_mps2 * held.load.mass_kg));
   state.payload_m =
       held.load.mass_kg > 0 ? PlanarVector(held.load.first_kgm / held.load.mass_kg) : PlanarVector::Zero();
+  state.warmth_K = warmth_K;
   state.pump_Pa = x[kPump];
   state.pump_m3ps = detail.pump_flow;
   const double asked = detail.pump_at_limit ? model.asked_flow(x, held) : 0;
   state.pump_share = asked > 0 ? std::min(1.0, (detail.feed[0] + detail.feed[1] + detail.feed[2]) / asked) : 1;
-  state.tilt_hull_rad = model.truth().hull_pitch_rad;
+  state.tilt_hull_rad = model.truth().hull_pitch_rad + x[kHull + 1];
+  state.hull_heave_m = x[kHull];
+  state.hull_pitch_rad = x[kHull + 1];
+  state.track_N = detail.ground.push_N;
   // Specific force at the boom's middle, in boom axes; at rest its direction is the boom's slope.
   const PlanarVector half = 0.5 * detail.pose.boom_m;
-  const PlanarVector felt = detail.pose.boom.back(model.body().lift_mps2() + detail.acceleration[0] * perp(half) -
-                                                  state.joint_radps[0] * state.joint_radps[0] * half);
+  const double turning = detail.hull.rate_radps + state.joint_radps[0];
+  const double turning_radps2 = detail.hull.rate_radps2 + detail.acceleration[0];
+  const PlanarVector felt =
+      detail.pose.boom.back(detail.hull.lift_mps2 + turning_radps2 * perp(half) - turning * turning * half);
   state.tilt_boom_rad = std::atan2(felt.x(), felt.y());
   publish_stored();
   state.events = world.events();
@@ -218,14 +248,14 @@ void Plant::Impl::publish() noexcept {
 void Plant::Impl::publish_stored() noexcept {
   EnergyLedger& e = state.energy;
   e.pump.stored = kPumpVolume_m3 * model.oil().energy_density(x[kPump]);
-  e.links.stored =
-      detail.mass.kinetic_energy(state.joint_radps) + model.body().potential_energy(detail.pose, held.load);
+  e.links.stored = model.mechanical_energy(x, detail, held.load);
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto n = static_cast<Eigen::Index>(i);
-    const double length = detail.pose.length_m[n];
+    const double length = detail.length_m[n];
     e.chambers[i].stored = model.head_volume(i, length) * model.oil().energy_density(x[kHead + n]) +
                            model.rod_volume(i, length) * model.oil().energy_density(x[kRod + n]);
-    e.piston[i].stored = model.bristle_energy(i, x[kBristle + n]) + model.stop_energy(i, length);
+    e.piston[i].stored =
+        model.bristle_energy(i, x[kBristle + n]) + model.stop_energy(i, length) + model.pin_energy(x, detail.pose, i);
     e.links.stored += model.joint_stop_energy(i, state.joint_rad[n]);
   }
 }
@@ -244,8 +274,13 @@ void Plant::set_pilot(bool energised) noexcept {
   impl_->pilot = energised;
 }
 
-void Plant::set_tip_load(const PlanarVector& force_N) noexcept {
-  impl_->tip_load_N = force_N.allFinite() ? force_N : PlanarVector::Zero();
+void Plant::set_pull(const PlanarVector& force_N) noexcept {
+  set_pull(force_N, PlanarVector(truth().machine.links[kBucket].length_m, 0));
+}
+
+void Plant::set_pull(const PlanarVector& force_N, const PlanarVector& at_m) noexcept {
+  impl_->pull_N = force_N.allFinite() && at_m.allFinite() ? force_N : PlanarVector::Zero();
+  impl_->pull_at_m = at_m.allFinite() ? at_m : PlanarVector::Zero();
 }
 
 void Plant::hang(double mass_kg) {

@@ -5,8 +5,6 @@
 namespace knuckle::sim {
 namespace {
 
-constexpr double kGravity = 9.80665;
-
 struct LumpForce {
   PlanarVector force;  ///< In M.
   double moment;       ///< About the link's origin.
@@ -24,6 +22,24 @@ LumpForce velocity_terms(const Lump& lump, const Turn& turn, const PlanarVector&
 /// Generalised force of the lump's own motion s, accelerations of the joints left out (Lagrange).
 double own_velocity_terms(const Lump& lump, const Turn& turn, const PlanarVector& a, double w, double s_rate) noexcept {
   return 0.5 * lump.own1 * s_rate * s_rate - 0.5 * lump.second1 * w * w + (turn * lump.first1).dot(a);
+}
+
+/// Of a lump's link: absolute rate and acceleration, and those of the lump's own motion s.
+struct LumpMotion {
+  double w, a, s_rate, s_acceleration;
+};
+struct FullLumpForce {
+  PlanarVector force;
+  double moment, own;
+};
+
+/// velocity_terms() and own_velocity_terms() with all accelerations (Lagrange).
+FullLumpForce lump_force(const Lump& lump, const Turn& turn, const PlanarVector& a, const LumpMotion& m) noexcept {
+  const LumpForce slow = velocity_terms(lump, turn, a, m.w, m.s_rate);
+  const double own = own_velocity_terms(lump, turn, a, m.w, m.s_rate);
+  return {slow.force + m.a * perp(turn * lump.first) + m.s_acceleration * (turn * lump.first1),
+          slow.moment + m.a * lump.second + m.s_acceleration * lump.mixed,
+          own + m.s_acceleration * lump.own + m.a * lump.mixed};
 }
 
 }  // namespace
@@ -44,7 +60,7 @@ double MassMatrix::kinetic_energy(const JointVector& v) const noexcept {
 RigidBody::RigidBody(const MachineDescription& machine, double hull_pitch_rad)
     : machine_(machine),
       hull_(hull_pitch_rad),
-      lift_(kGravity * PlanarVector(std::sin(hull_pitch_rad), std::cos(hull_pitch_rad))) {
+      lift_(kGravity_mps2 * PlanarVector(std::sin(hull_pitch_rad), std::cos(hull_pitch_rad))) {
   for (std::size_t i = 0; i < kJoints; ++i) {
     const LinkDescription& link = machine.links[i];
     links_[i].add_fixed(link.mass_kg, link.inertia_kgm2, link.com_m);
@@ -126,6 +142,8 @@ PoseGeometry RigidBody::pose(const JointVector& joint_rad) const noexcept {
   pose.boom_m = l0 * PlanarVector(pose.boom.c, pose.boom.s);
   pose.arm_m = l1 * PlanarVector(pose.arm.c, pose.arm.s);
   pose.bucket_m = machine_.links[kBucket].length_m * PlanarVector(pose.bucket.c, pose.bucket.s);
+  pose.linkage_m = pose.arm * bars.h.p;
+  pose.linkage1_m = pose.arm * bars.h.d1;
   add_cylinder(pose.on_hull, rods_[kBoom], machine_.boom_mount.parent_pin_m, boom_pin, boom);
   pose.on_boom = links_[kBoom];
   add_cylinder(pose.on_boom, rods_[kArm], machine_.arm_mount.parent_pin_m, arm_pin, arm);
@@ -136,6 +154,19 @@ PoseGeometry RigidBody::pose(const JointVector& joint_rad) const noexcept {
   pose.length_m = {boom.length_m, arm.length_m, bucket.length_m};
   pose.lever_m = {boom.lever_m, arm.lever_m, bucket.lever_m};
   return pose;
+}
+
+void RigidBody::shift(PoseGeometry& pose, const JointVector& by) noexcept {
+  const double w0 = by[0], w1 = w0 + by[1], w2 = w1 + by[2];
+  const auto turn = [](Turn& axes, double w) { axes = {axes.c - w * axes.s, axes.s + w * axes.c}; };
+  pose.length_m += pose.lever_m.cwiseProduct(by);
+  pose.boom_m += w0 * perp(pose.boom_m);
+  pose.arm_m += w1 * perp(pose.arm_m);
+  pose.bucket_m += w2 * perp(pose.bucket_m);
+  turn(pose.boom, w0);
+  turn(pose.arm, w1);
+  turn(pose.bucket, w2);
+  pose.linkage_m += w1 * perp(pose.linkage_m) + by[2] * pose.linkage1_m;
 }
 
 MassMatrix RigidBody::mass(const PoseGeometry& pose, const BucketLoad& load) const noexcept {
@@ -186,12 +217,39 @@ JointVector RigidBody::bias(const PoseGeometry& pose, const JointVector& rate, c
           bucket_moment + own_velocity_terms(pose.on_arm, pose.arm, elbow, w1, rate[2])};
 }
 
-double RigidBody::potential_energy(const PoseGeometry& pose, const BucketLoad& load) const noexcept {
+ArmForces RigidBody::inverse_dynamics(const PoseGeometry& pose, const JointVector& rate,
+                                      const JointVector& acceleration, const BucketLoad& load,
+                                      const BaseMotion& base) const noexcept {
+  const double w = base.rate_radps, w0 = w + rate[0], w1 = w0 + rate[1], w2 = w1 + rate[2];
+  const double a = base.rate_radps2, a0 = a + acceleration[0], a1 = a0 + acceleration[1], a2 = a1 + acceleration[2];
+  const PlanarVector &e = pose.boom_m, &d = pose.arm_m;
+  const PlanarVector& shoulder = base.pin_mps2;
+  const PlanarVector elbow = shoulder + a0 * perp(e) - w0 * w0 * e;
+  const PlanarVector wrist = elbow + a1 * perp(d) - w1 * w1 * d;
+
+  const Lump& link = links_[kBucket];
+  const PlanarVector bucket_first = pose.bucket * (link.first + load.first_kgm);
+  const PlanarVector bucket_force =
+      (link.mass + load.mass_kg) * wrist + a2 * perp(bucket_first) - w2 * w2 * bucket_first;
+  const double bucket_moment = cross(bucket_first, wrist) + a2 * (link.second + load.second_kgm2);
+
+  const FullLumpForce arm = lump_force(pose.on_arm, pose.arm, elbow, {w1, a1, rate[2], acceleration[2]});
+  const FullLumpForce boom = lump_force(pose.on_boom, pose.boom, shoulder, {w0, a0, rate[1], acceleration[1]});
+  const FullLumpForce hull = lump_force(pose.on_hull, Turn(), shoulder, {w, a, rate[0], acceleration[0]});
+  const double about_elbow = bucket_moment + cross(d, bucket_force) + arm.moment;
+  const double about_pin = about_elbow + cross(e, bucket_force + arm.force) + boom.moment;
+  return {{about_pin + hull.own, about_elbow + boom.own, bucket_moment + arm.own},
+          bucket_force + arm.force + boom.force + hull.force,
+          about_pin + hull.moment};
+}
+
+double RigidBody::potential_energy(const PoseGeometry& pose, const BucketLoad& load,
+                                   const PlanarVector& lift_mps2) const noexcept {
   const Lump& bucket = links_[kBucket];
   const PlanarVector first = pose.on_hull.first + pose.boom * pose.on_boom.first + pose.on_arm.mass * pose.boom_m +
                              pose.arm * pose.on_arm.first + (bucket.mass + load.mass_kg) * (pose.boom_m + pose.arm_m) +
                              pose.bucket * (bucket.first + load.first_kgm);
-  return lift_.dot(first);
+  return lift_mps2.dot(first);
 }
 
 PlanarVector RigidBody::tip_rate(const PoseGeometry& pose, const JointVector& rate) noexcept {
@@ -199,10 +257,22 @@ PlanarVector RigidBody::tip_rate(const PoseGeometry& pose, const JointVector& ra
   return perp(w0 * pose.boom_m + w1 * pose.arm_m + w2 * pose.bucket_m);
 }
 
-JointVector RigidBody::tip_torque(const PoseGeometry& pose, const PlanarVector& force) noexcept {
-  const double bucket = cross(pose.bucket_m, force);
-  const double arm = bucket + cross(pose.arm_m, force);
-  return {arm + cross(pose.boom_m, force), arm, bucket};
+PlanarVector RigidBody::bucket_pin_rate(const PoseGeometry& pose, const JointVector& rate) noexcept {
+  return perp(rate[0] * pose.boom_m + (rate[0] + rate[1]) * pose.arm_m);
+}
+
+PlanarVector RigidBody::linkage_rate(const PoseGeometry& pose, const JointVector& rate) noexcept {
+  return perp(rate[0] * pose.boom_m + (rate[0] + rate[1]) * pose.linkage_m) + rate[2] * pose.linkage1_m;
+}
+
+JointVector RigidBody::bucket_torque(const PoseGeometry& pose, const PlanarVector& force, double moment) noexcept {
+  const double arm = moment + cross(pose.arm_m, force);
+  return {arm + cross(pose.boom_m, force), arm, moment};
+}
+
+JointVector RigidBody::linkage_torque(const PoseGeometry& pose, const PlanarVector& force) noexcept {
+  const double arm = cross(pose.linkage_m, force);
+  return {arm + cross(pose.boom_m, force), arm, pose.linkage1_m.dot(force)};
 }
 
 }  // namespace knuckle::sim

@@ -8,6 +8,8 @@
 
 namespace knuckle::sim {
 
+inline constexpr double kGravity_mps2 = 9.80665;
+
 /// Mass moments of everything that rides on one link (about the link's origin, in its axes), partly moving with the
 /// next joint's angle s. Primes are derivatives by s.
 struct Lump {
@@ -41,6 +43,7 @@ struct PoseGeometry {
   JointVector length_m, lever_m;         ///< Cylinders.
   PlanarVector boom_m, arm_m, bucket_m;  ///< Links as vectors in M, joint to joint (bucket: to the tip).
   Turn boom, arm, bucket;                ///< Link axes to M.
+  PlanarVector linkage_m, linkage1_m;  ///< Pin between rocker and coupler from the arm's joint, and by bucket angle; M.
   Lump on_hull, on_boom, on_arm;
 };
 
@@ -50,22 +53,51 @@ struct MassMatrix {  ///< Symmetric, joint angles.
   [[nodiscard]] double kinetic_energy(const JointVector& rate) const noexcept;
 };
 
+/// How the hull moves and what the arm does to it, axes M.
+struct BaseMotion {
+  PlanarVector pin_mps2 =
+      PlanarVector::Zero();  ///< Of the boom pin, with gravity as the upward acceleration it equals.
+  double rate_radps = 0, rate_radps2 = 0;
+};
+struct ArmForces {
+  JointVector torque_Nm;
+  PlanarVector force_N;  ///< That the hull puts on the arm, its cylinders included, to move it so,
+  double moment_Nm;      ///< and its moment about the boom pin.
+};
+
 class RigidBody {
  public:
   RigidBody(const MachineDescription& machine, double hull_pitch_rad);
 
   [[nodiscard]] PoseGeometry pose(const JointVector& joint_rad) const noexcept;
+  /// To angles a hair away: positions and lengths move to first order; levers, lumps and linkage1_m stay.
+  static void shift(PoseGeometry& pose, const JointVector& by_rad) noexcept;
   [[nodiscard]] MassMatrix mass(const PoseGeometry& pose, const BucketLoad& load) const noexcept;
   /// Joint torques that hold gravity and velocity terms: mass * acceleration + bias = applied torque.
   [[nodiscard]] JointVector bias(const PoseGeometry& pose, const JointVector& rate_radps,
                                  const BucketLoad& load) const noexcept;
-  [[nodiscard]] double potential_energy(const PoseGeometry& pose, const BucketLoad& load) const noexcept;
+  /// Everything that a motion of arm and hull takes.
+  [[nodiscard]] ArmForces inverse_dynamics(const PoseGeometry& pose, const JointVector& rate_radps,
+                                           const JointVector& acceleration_radps2, const BucketLoad& load,
+                                           const BaseMotion& base) const noexcept;
+  /// Against gravity as an upward acceleration, axes M; zero with the boom pin's height.
+  [[nodiscard]] double potential_energy(const PoseGeometry& pose, const BucketLoad& load,
+                                        const PlanarVector& lift_mps2) const noexcept;
+  /// Of all that moves with the arm, cylinders and load included.
+  [[nodiscard]] double arm_mass_kg(const PoseGeometry& pose, const BucketLoad& load) const noexcept {
+    return pose.on_hull.mass + pose.on_boom.mass + pose.on_arm.mass + links_[kBucket].mass + load.mass_kg;
+  }
   [[nodiscard]] static PlanarVector tip(const PoseGeometry& pose) noexcept {
     return pose.boom_m + pose.arm_m + pose.bucket_m;
   }
   [[nodiscard]] static PlanarVector tip_rate(const PoseGeometry& pose, const JointVector& rate_radps) noexcept;
-  /// J^T f of a force at the tip, frame M.
-  [[nodiscard]] static JointVector tip_torque(const PoseGeometry& pose, const PlanarVector& force_N) noexcept;
+  /// Velocity of the bucket pin, and of the pin between rocker and coupler; frame M.
+  [[nodiscard]] static PlanarVector bucket_pin_rate(const PoseGeometry& pose, const JointVector& rate_radps) noexcept;
+  [[nodiscard]] static PlanarVector linkage_rate(const PoseGeometry& pose, const JointVector& rate_radps) noexcept;
+  /// J^T f of a force on the bucket with its moment about the bucket pin; of a force on the linkage's pin. Frame M.
+  [[nodiscard]] static JointVector bucket_torque(const PoseGeometry& pose, const PlanarVector& force_N,
+                                                 double moment_Nm) noexcept;
+  [[nodiscard]] static JointVector linkage_torque(const PoseGeometry& pose, const PlanarVector& force_N) noexcept;
   /// M to W.
   [[nodiscard]] const Turn& hull() const noexcept { return hull_; }
   /// Gravity as the upward acceleration of the hull that it equals, frame M.

@@ -37,12 +37,16 @@ class SimulatedMachine {
  private:
   /// The transmitters' own lag.
   void feel(Duration time) noexcept;
+  /// What the encoders' wires follow: askew, and slack after a reversal.
+  void draw_wires() noexcept;
+  [[nodiscard]] double ripple_Pa(std::size_t channel) const noexcept;
   [[nodiscard]] MachineSignals signals() const noexcept;
 
   Plant plant_;
   CanNodes nodes_;
   std::array<double, 6> felt_Pa_, share_{};  // of the way to the true pressure within felt_for_
   Duration felt_for_{};
+  JointVector wire_m_, wire_mps_ = JointVector::Zero();
   Time last_ = kNever;
 };
 

@@ -1,61 +1,72 @@
-// Soil at the bucket's edge: cutting resistance by the fundamental earthmoving equation, bearing by pressure-sinkage.
+// Soil under the bucket: its edge cuts, by the fundamental earthmoving equation, and every corner bears on what is
+// left, by pressure-sinkage. The surface remembers where it was cut and pressed.
 #pragma once
 
 #include <array>
 
-#include "sim/linkage.h"
+#include "sim/contact.h"
 #include "sim/world.h"
 
 namespace knuckle::sim {
 
-/// A spring to an anchor that is dragged along where the force would pass its limit: sticks, then slides, at any speed
-/// without the stiffness of a regularised sign.
-struct Bristle {
-  double stiffness_N_per_m, damping_Ns_per_m;
-  double anchor_m = 0;
-  [[nodiscard]] double force(double at_m, double rate_mps, double limit_N) const noexcept {
-    return std::clamp(-stiffness_N_per_m * (at_m - anchor_m) - damping_Ns_per_m * rate_mps, -limit_N, limit_N);
-  }
-  void drag(double at_m, double limit_N) noexcept {
-    const double stretch = limit_N / stiffness_N_per_m;
-    anchor_m = std::clamp(anchor_m, at_m - stretch, at_m + stretch);
-  }
-};
-
 class Soil {
  public:
-  explicit Soil(const SoilDescription& description);
+  /// @param reach_m of the machine: the surface is remembered as far as that.
+  Soil(const SoilDescription& description, const BucketOutline& outline, double reach_m);
 
-  /// Depth of a point below the surface, negative above.
-  [[nodiscard]] double depth(const PlanarVector& at_m) const noexcept { return (point_ - at_m).dot(up_); }
-  /// Force on the tip, frame W.
-  [[nodiscard]] PlanarVector force(const PlanarVector& tip_m, const PlanarVector& tip_mps) const noexcept;
-  /// Moves anchors and footprint after a substep. @param blade unit vector from bucket pin to tip, frame W.
-  void advance(const PlanarVector& tip_m, const PlanarVector& tip_mps, const PlanarVector& blade, double dt) noexcept;
+  void add_forces(const BucketMotion& bucket, const BucketOutline& outline, ContactForces& forces) const noexcept;
+  /// Moves anchors and surface after a substep.
+  void advance(const BucketMotion& bucket, const BucketOutline& outline, double dt) noexcept;
+  /// How far the bucket is above the undisturbed surface.
+  [[nodiscard]] double clearance_m(const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
   /// Greatest resistance along the surface at a depth, with the bucket as it was at the last advance.
   [[nodiscard]] double cutting_limit(double depth_m) const noexcept {
     return depth_m > 0 ? depth_m * (weight_factor_ * depth_m + cohesion_factor_) : 0;
   }
-  /// Mass that a tip moving at this speed sweeps into the bucket [kg/s]; nothing moving away from the machine.
-  [[nodiscard]] double swept_kgps(const PlanarVector& tip_m, const PlanarVector& tip_mps) const noexcept;
+  /// How far the tip is below the surface that it moves against, as of the last advance; 0 above it.
+  [[nodiscard]] double cutting_depth_m() const noexcept { return cutting_depth_m_; }
+  /// Mass that the tip sweeps into the bucket [kg/s]; nothing moving away from the machine.
+  [[nodiscard]] double swept_kgps() const noexcept { return swept_kgps_; }
   [[nodiscard]] double capacity_kg() const noexcept {
     return description_.bucket_capacity_m3 * description_.density_kg_per_m3;
   }
 
  private:
   static constexpr int kRakes = 33;
+  static constexpr std::size_t kCells = 512;
   struct Factors {
     double weight = 0, cohesion = 0;
   };
+  /// Heights over the undisturbed surface.
+  struct Cell {
+    double ground_m = 0;   ///< Where sinkage counts from: what has not been cut away.
+    double deepest_m = 0;  ///< To where it has been pressed.
+  };
+  /// A point over the surface: along it, above it, and its velocity likewise.
+  struct Local {
+    double along_m, up_m, along_mps, up_mps;
+  };
+  [[nodiscard]] Local local(std::size_t place, const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
   [[nodiscard]] Factors factors(double rake_cosine) const noexcept;
-  [[nodiscard]] double bearing(double depth_m) const noexcept;
+  [[nodiscard]] Cell surface(double along_m) const noexcept;
+  [[nodiscard]] double cell_at(double along_m) const noexcept;
+  /// Normal force on a place that sinks below the surface.
+  [[nodiscard]] double bearing(std::size_t place, const Local& at) const noexcept;
+  [[nodiscard]] double plate(std::size_t place, double sinkage_m) const noexcept;
+  [[nodiscard]] double sideways_limit(std::size_t place, const Local& at, double normal_N) const noexcept;
+  void cut(const Local& tip, double dt) noexcept;
+  void press(std::size_t place, const Local& at) noexcept;
 
   SoilDescription description_;
   PlanarVector point_, along_, up_;
+  double first_m_, cell_m_;
+  std::array<Cell, kCells> cells_{};
   std::array<Factors, kRakes> table_{};  // over the cosine of the rake angle, -0.96 .. 0.96
+  std::array<double, kPlaces> area_m2_{};
+  std::array<Bristle, kPlaces> slide_;
   double weight_factor_ = 0, cohesion_factor_ = 0;
-  double pressed_m_ = 0;  // deepest footprint where the edge stands
-  Bristle edge_{1e6, 3e3};
+  double travel_ = -1;  // direction in which the tip last moved along the surface
+  double cutting_depth_m_ = 0, swept_kgps_ = 0;
 };
 
 }  // namespace knuckle::sim

@@ -1,94 +1,38 @@
 #include "sim/truth.h"
 
+#include <algorithm>
 #include <cmath>
-#include <random>
 #include <sstream>
 
 #include "core/error.h"
-#include "core/seed.h"
 
 namespace knuckle::sim {
 namespace {
 
-constexpr double kBar = 1e5;
-constexpr double kDegree = std::numbers::pi / 180;
-
-/// Uniform about a nominal value.
-class Sampler {
- public:
-  explicit Sampler(std::uint64_t seed) : generator_(seed) {}
-  double within(double bound) { return bound * (2 * unit_interval(generator_) - 1); }
-  double scaled(double value, double fraction) { return value * (1 + within(fraction)); }
-  PlanarVector moved(const PlanarVector& pin, double bound_m) {
-    const double dx = within(bound_m);
-    const double dz = within(bound_m);
-    return pin + PlanarVector(dx, dz);
-  }
-
- private:
-  std::mt19937_64 generator_;
-};
-
-void sample_geometry(MachineDescription& machine, Sampler& sample) {
-  constexpr double kPin_m = 2e-3;
-  constexpr double kRod_m = 0.5e-3;  // a rod's length is held closer than a weldment's pins
-  machine.links[kBoom].length_m += sample.within(kPin_m);
-  machine.links[kArm].length_m += sample.within(kPin_m);
-  machine.links[kBucket].length_m += sample.within(kPin_m);
-  for (TriangleMount* mount : {&machine.boom_mount, &machine.arm_mount}) {
-    mount->parent_pin_m = sample.moved(mount->parent_pin_m, kPin_m);
-    mount->child_pin_m = sample.moved(mount->child_pin_m, kPin_m);
-  }
-  BucketLinkage& linkage = machine.bucket_linkage;
-  for (PlanarVector* pin : {&linkage.cylinder_pin_m, &linkage.rocker_pin_m, &linkage.bucket_pin_m}) {
-    *pin = sample.moved(*pin, kPin_m);
-  }
-  linkage.rocker_length_m += sample.within(kRod_m);
-  linkage.coupler_length_m += sample.within(kRod_m);
-}
-
-void sample_masses(MachineDescription& machine, Sampler& sample) {
-  constexpr double kMass = 0.05;
-  for (LinkDescription& link : machine.links) {
-    const double factor = sample.scaled(1, kMass);
-    link.mass_kg *= factor;
-    link.inertia_kgm2 *= factor;
-  }
-  for (CylinderDescription& cylinder : machine.cylinders) {
-    cylinder.body_mass_kg = sample.scaled(cylinder.body_mass_kg, kMass);
-    cylinder.rod_mass_kg = sample.scaled(cylinder.rod_mass_kg, kMass);
-  }
-  machine.bucket_linkage.rocker_mass_kg = sample.scaled(machine.bucket_linkage.rocker_mass_kg, kMass);
-  machine.bucket_linkage.coupler_mass_kg = sample.scaled(machine.bucket_linkage.coupler_mass_kg, kMass);
-}
-
-void sample_valve(ValveDescription& valve, Sampler& sample) {
-  valve.dead_band_extend = std::max(0.0, valve.dead_band_extend + sample.within(0.01));
-  valve.dead_band_retract = std::max(0.0, valve.dead_band_retract + sample.within(0.01));
-  valve.hysteresis = sample.scaled(valve.hysteresis, 0.5);
-  valve.natural_frequency_Hz = sample.scaled(valve.natural_frequency_Hz, 0.15);
-  valve.delay_s = sample.scaled(valve.delay_s, 0.2);
-  valve.nominal_flow_m3ps = sample.scaled(valve.nominal_flow_m3ps, 0.05);
-}
-
-void sample_friction(LuGreFriction& friction, Sampler& sample) {
-  constexpr double kFriction = 0.3;
-  friction.coulomb_extend_N = sample.scaled(friction.coulomb_extend_N, kFriction);
-  friction.coulomb_retract_N = sample.scaled(friction.coulomb_retract_N, kFriction);
-  friction.viscous_Ns_per_m = sample.scaled(friction.viscous_Ns_per_m, kFriction);
-  friction.static_ratio = 1 + sample.scaled(friction.static_ratio - 1, kFriction);
-  friction.stribeck_mps = sample.scaled(friction.stribeck_mps, kFriction);
-  friction.presliding_m = sample.scaled(friction.presliding_m, kFriction);
-}
-
-double sample_viscosity(Sampler& sample) {
-  return std::exp(sample.within(std::log(1.25)));
-}
+// Of half a millisecond's step; and what acts on a rod beside its pin: its stop, oil, bristles.
+constexpr double kFastestRod_1ps2 = 4e6, kAroundRod_N_per_m = 8e7;
+constexpr double kFastestHull_1ps2 = 2e6, kFastestHull_1ps = 1e3;
 
 [[noreturn]] void refuse(const MachineTruth& truth, int joint, const char* key, double value, const char* bound) {
   std::ostringstream line;
   line << (truth.machine.source.empty() ? "truth" : truth.machine.source) << ": "
        << kJointNames[static_cast<std::size_t>(joint)] << "." << key << " = " << value << ": must be " << bound;
+  throw InputError(line.str());
+}
+
+/// Ground on which the hull would swing too fast for the step.
+void check_hull(const MachineTruth& truth) {
+  const HullTruth& hull = truth.hull;
+  if (hull.stiffness_N_per_m <= 0) return;
+  const double lever2_m2 = hull.track_m * hull.track_m / 4;
+  const double inverse = std::max(2 / hull.mass_kg, 2 * lever2_m2 / hull.inertia_kgm2);
+  if (hull.stiffness_N_per_m * inverse <= kFastestHull_1ps2 && hull.damping_Ns_per_m * inverse <= kFastestHull_1ps)
+    return;
+  std::ostringstream line;
+  line << (truth.machine.source.empty() ? "truth" : truth.machine.source)
+       << ": hull.ground_stiffness_kN_per_mm = " << hull.stiffness_N_per_m / 1e6 << ": must be at most "
+       << kFastestHull_1ps2 / inverse / 1e6 << " under a hull of this mass and track, and its damping at most "
+       << kFastestHull_1ps / inverse / 1e3 << " kNs/m";
   throw InputError(line.str());
 }
 
@@ -109,38 +53,28 @@ MachineTruth nominal_truth(const MachineDescription& nominal) {
   return truth;
 }
 
-MachineTruth sample_truth(const MachineDescription& nominal, std::uint64_t seed) {
-  Sampler sample(seed);
-  MachineTruth truth = nominal_truth(nominal);
-  sample_geometry(truth.machine, sample);
-  sample_masses(truth.machine, sample);
-  for (std::size_t i = 0; i < kJoints; ++i) {
-    sample_valve(truth.machine.cylinders[i].valve, sample);
-    sample_friction(truth.friction[i], sample);
-    truth.encoder_offset_m[static_cast<Eigen::Index>(i)] = sample.within(0.5e-3);
-  }
-  truth.machine.hydraulics.bulk_modulus_Pa = sample.scaled(nominal.hydraulics.bulk_modulus_Pa, 0.2);
-  for (PressureSensorError& sensor : truth.pressure) {
-    sensor.offset_Pa = sample.within(1 * kBar);
-    sensor.gain = sample.scaled(1, 0.002);
-  }
-  truth.hull_pitch_rad = sample.within(0.5 * kDegree);
-  truth.tilt_offset_rad = sample.within(0.5 * kDegree);
-  truth.viscosity_factor = sample_viscosity(sample);
-  const double lag_s = 5e-3 + sample.within(3e-3);  // six of one make
-  for (PressureSensorError& sensor : truth.pressure) sensor.lag_s = lag_s;
-  truth.encoder_noise_m = nominal.sensors.encoder_step_m * (0.1 + sample.within(0.1));
-  return truth;
+HullTruth hull_on_tracks(const MachineDescription& machine, double mass_kg, double track_m, double stiffness_N_per_m,
+                         double damping_ratio) {
+  const double reach = reach_m(machine);
+  HullTruth hull;
+  hull.mass_kg = mass_kg;
+  hull.track_m = track_m;
+  hull.stiffness_N_per_m = stiffness_N_per_m;
+  hull.damping_Ns_per_m = 2 * damping_ratio * std::sqrt(stiffness_N_per_m * mass_kg / 2);
+  hull.inertia_kgm2 = mass_kg * (track_m * track_m + 0.1 * reach * reach) / 10;
+  hull.com_m = {-0.08 * track_m, 0.18 * reach};
+  hull.centre_m = {-0.22 * reach, ground_level_m(machine)};
+  return hull;
 }
 
-MachineTruth another_day(const MachineTruth& truth, std::uint64_t seed) {
-  Sampler sample(stream_seed(seed, Stream::kDay));  // not the numbers that the machine was sampled from
-  MachineTruth day = truth;
-  day.viscosity_factor = sample_viscosity(sample);
-  return day;
+PinTruth yielding_pin(double stiffness_N_per_m, double play_m, double mass_kg) noexcept {
+  constexpr double kDampingRatio = 0.3;  // of rod on pin; of the arm on the same spring it is about 0.01
+  mass_kg = std::max(mass_kg, (stiffness_N_per_m + kAroundRod_N_per_m) / kFastestRod_1ps2);
+  return {stiffness_N_per_m, 2 * kDampingRatio * std::sqrt(stiffness_N_per_m * mass_kg), play_m, mass_kg};
 }
 
 void check_truth(const MachineTruth& truth) {
+  check_hull(truth);
   for (int joint = 0; joint < kJoints; ++joint) {
     const auto i = static_cast<std::size_t>(joint);
     const LuGreFriction& friction = truth.friction[i];
@@ -158,6 +92,10 @@ void check_truth(const MachineTruth& truth) {
     if (!(friction.stribeck_mps > 0)) refuse(truth, joint, "stribeck_mps", friction.stribeck_mps, "above 0 m/s");
     if (!(cylinder.valve.delay_s >= 0 && cylinder.valve.delay_s <= 0.2)) {
       refuse(truth, joint, "valve.delay_s", cylinder.valve.delay_s, "0 to 0.2 s");
+    }
+    const PinTruth& pin = truth.pin[i];
+    if (pin.yields() && !(pin.stiffness_N_per_m + kAroundRod_N_per_m <= 1.001 * kFastestRod_1ps2 * pin.mass_kg)) {
+      refuse(truth, joint, "pins.stiffness", pin.stiffness_N_per_m, "at most 4e6 1/s^2 times its mass, less 8e7 N/m");
     }
     if (!(cylinder.valve.dead_band_extend < 1 && cylinder.valve.dead_band_retract < 1)) {
       refuse(truth, joint, "valve.dead_band", cylinder.valve.dead_band_extend, "below 1 of stroke");

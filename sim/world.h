@@ -5,14 +5,16 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/joints.h"
 
 namespace knuckle::sim {
 
-/// One flat face. The tip penetrates where (tip - point) . normal < 0; a face ends sideways at from_m, to_m along the
-/// normal turned by +90 deg and is felt to depth_m behind its surface.
+/// One flat face. A point is in the wall where (point - point_m) . normal < 0; the face ends sideways at from_m, to_m
+/// along the normal turned by +90 deg, where the wall has a corner and an end square to its face, and is felt to
+/// depth_m behind its surface.
 struct WallDescription {
   PlanarVector point_m = PlanarVector::Zero();
   PlanarVector normal = PlanarVector(-1, 0);  ///< Towards the free side; any length but zero.
@@ -57,11 +59,16 @@ struct DeadWeightDescription {
   double detach_at_s = std::numeric_limits<double>::infinity();
 };
 
-/// A piece on the ground that the bucket can scoop: caught when the tip passes within reach_m while the bucket curls.
+/// A piece on the ground that the bucket can scoop: caught when the tip passes within scoop_reach_m of its surface
+/// while the bucket curls. Until then it is solid, and slides where it is pushed harder than its friction on the
+/// ground.
 struct LoosePieceDescription {
   double mass_kg = 0;
   PlanarVector position_m = PlanarVector::Zero();
 };
+
+/// Radius of a piece's outline.
+[[nodiscard]] double piece_radius_m(double mass_kg) noexcept;
 
 struct PipeDescription {
   PlanarVector centre_m = PlanarVector::Zero();
@@ -70,13 +77,20 @@ struct PipeDescription {
   double damping_Ns_per_m = 5e3;
 };
 
+/// Level ground on which the machine stands.
+struct GroundDescription {
+  double height_m = -1;
+  double stiffness_N_per_m = 5e6, damping_ratio = 0.3, friction = 0.6;
+};
+
 struct WorldDescription {
+  std::optional<GroundDescription> ground;  ///< None: there is soil, or nothing is known of what is below.
   std::vector<WallDescription> walls;
   std::vector<SoilDescription> soil;  ///< None or one.
   std::vector<DeadWeightDescription> weights;
   std::vector<LoosePieceDescription> pieces;
   std::vector<PipeDescription> pipes;
-  double scoop_reach_m = 0.15;
+  double scoop_reach_m = 0.05;
   /// Bucket angle to the horizontal (sum of joints and hull pitch) above which a load falls out. With the default
   /// machine -pi/2 is a bucket straight down, -pi one with its tip level and towards the machine.
   double dump_angle_rad = -1.9;

@@ -1,48 +1,74 @@
 #include "transport/can_load.h"
 
 #include <algorithm>
+#include <array>
+#include <boost/crc.hpp>
 
 namespace knuckle {
 namespace {
 
-/// The stuffed part of a frame, bit by bit as it leaves: counts the stuff bits, and computes the CRC on the way.
-class BitStream {
+// State: value and length (1 to 4) of the run of equal bits at the end of what was sent, as 4 * value + length - 1. A
+// fifth equal bit is followed by a stuff bit of the opposite value, which starts a new run.
+constexpr std::size_t kRuns = 8;
+struct AfterBits {
+  std::uint8_t run = 0, stuffed = 0;
+};
+
+constexpr AfterBits after_bit(std::size_t run, bool bit) noexcept {
+  const std::size_t length = bit == (run >= 4) ? run % 4 + 2 : 1;
+  if (length < 5) return {static_cast<std::uint8_t>(4 * bit + length - 1), 0};
+  return {static_cast<std::uint8_t>(4 * !bit), 1};
+}
+
+constexpr std::array<std::array<AfterBits, 256>, kRuns> kAfterByte = [] {
+  std::array<std::array<AfterBits, 256>, kRuns> table{};
+  for (std::size_t run = 0; run < kRuns; ++run) {
+    for (std::size_t byte = 0; byte < 256; ++byte) {
+      AfterBits& after = table[run][byte];
+      after.run = static_cast<std::uint8_t>(run);
+      for (int at = 7; at >= 0; --at) {
+        const AfterBits next = after_bit(after.run, (byte >> at & 1U) != 0);
+        after = {next.run, static_cast<std::uint8_t>(after.stuffed + next.stuffed)};
+      }
+    }
+  }
+  return table;
+}();
+
+/// Counts the stuff bits of what is put.
+class Stuffing {
  public:
   void put(std::uint32_t value, unsigned bits) noexcept {
-    while (bits-- > 0) put_bit((value >> bits & 1U) != 0);
+    for (; bits >= 8; bits -= 8) take(kAfterByte[run_][value >> (bits - 8) & 0xFFU]);
+    while (bits-- > 0) take(after_bit(run_, (value >> bits & 1U) != 0));
   }
-  [[nodiscard]] std::uint32_t crc() const noexcept { return crc_; }
   [[nodiscard]] unsigned stuff_bits() const noexcept { return stuffed_; }
 
  private:
-  void put_bit(bool bit) noexcept {
-    const bool top = (crc_ & 0x4000U) != 0;
-    crc_ = crc_ << 1 & 0x7FFFU;
-    if (bit != top) crc_ ^= 0x4599U;  // CRC-15 of ISO 11898-1
-    equal_ = bit == last_ ? equal_ + 1 : 1;
-    last_ = bit;
-    if (equal_ < 5) return;
-    ++stuffed_;  // the stuff bit is the opposite one, and begins a run of its own
-    last_ = !bit;
-    equal_ = 1;
+  void take(const AfterBits& after) noexcept {
+    run_ = after.run;
+    stuffed_ += after.stuffed;
   }
-  std::uint32_t crc_ = 0;
-  bool last_ = true;  // the idle bus is recessive
-  unsigned equal_ = 0, stuffed_ = 0;
+  std::size_t run_ = 4;  // the idle bus is recessive; the start of frame ends that run
+  unsigned stuffed_ = 0;
 };
 
 }  // namespace
 
 unsigned frame_bits(const CanFrame& frame) noexcept {
   const auto size = std::min<std::uint8_t>(frame.size, 8);
-  BitStream stream;
-  stream.put(0, 1);  // start of frame
-  stream.put(frame.id & 0x7FFU, 11);
-  stream.put(0, 3);  // RTR, IDE, r0
-  stream.put(size, 4);
-  for (std::uint8_t i = 0; i < size; ++i) stream.put(frame.data[i], 8);
-  stream.put(stream.crc(), 15);
-  return least_bits(size) + stream.stuff_bits();
+  // Start of frame, identifier, RTR, IDE, r0, length: 19 bits. Zeros before them leave the CRC as it is.
+  const std::uint32_t head = (frame.id & 0x7FFU) << 7 | size;
+  const std::array<std::uint8_t, 3> head_bytes{static_cast<std::uint8_t>(head >> 16),
+                                               static_cast<std::uint8_t>(head >> 8), static_cast<std::uint8_t>(head)};
+  boost::crc_optimal<15, 0x4599, 0, 0, false, false> crc;  // CRC-15 of ISO 11898-1
+  crc.process_bytes(head_bytes.data(), head_bytes.size());
+  crc.process_bytes(frame.data.data(), size);
+  Stuffing stuffing;
+  stuffing.put(head, 19);
+  for (std::uint8_t i = 0; i < size; ++i) stuffing.put(frame.data[i], 8);
+  stuffing.put(crc.checksum(), 15);
+  return least_bits(size) + stuffing.stuff_bits();
 }
 
 CanLoad can_load(std::span<const PeriodicFrame> frames, std::uint32_t bit_rate) noexcept {

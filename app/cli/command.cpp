@@ -160,8 +160,8 @@ int run_program(const Program& program, const std::vector<std::string>& argument
   } catch (const InputError& error) {
     say(error.what());
     return kBadInput;
-  } catch (const Interrupted&) {
-    say("interrupted; nothing was written");
+  } catch (const Interrupted& interrupted) {
+    say(interrupted.what());
     return kInterrupted;
   } catch (const std::filesystem::filesystem_error& error) {  // such as links in a circle
     say(error.path1().string() + ": " + error.code().message());

@@ -3,12 +3,18 @@
 
 #include <chrono>
 #include <exception>
+#include <string>
 
 namespace knuckle::cli {
 
 class Interrupted : public std::exception {
  public:
-  [[nodiscard]] const char* what() const noexcept override { return "interrupted"; }
+  /// @param kept what has become of the work.
+  explicit Interrupted(const std::string& kept = "nothing was written") : text_("interrupted; " + kept) {}
+  [[nodiscard]] const char* what() const noexcept override { return text_.c_str(); }
+
+ private:
+  std::string text_;
 };
 
 /// Signals within so long of the first are the same wish: `timeout`, terminals and supervisors send it to a program and

@@ -27,8 +27,7 @@ LiveSession::LiveSession(const session::SessionSetup& setup, Led led, HidPort* d
       reporter_(machine_, far_.can, network_.b()) {
   station_.set_assist(setup.scenario.assist);
   if (led == Led::kByPerson) return;
-  scripted_.emplace(setup.machine, setup.scenario.phases, setup.path, session::kPathPeriod, setup.scenario.hand_rad,
-                    setup.scenario.reaction, session::press_stiffness_N_per_m(setup));
+  scripted_ = session::operator_of(setup);
 }
 
 void LiveSession::step(const HandInput& held) noexcept {

@@ -1,7 +1,10 @@
 #include "app/identify/commission.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <numbers>
+#include <random>
 
 #include "core/seed.h"
 #include "estimation/identification/excitation.h"
@@ -10,11 +13,33 @@
 namespace knuckle::identify {
 namespace {
 
+/// Where the surveyor takes the machine's axes to be: one error of all points together.
+class SurveyFrame {
+ public:
+  SurveyFrame(const CommissionPlan& plan, std::uint64_t seed) {
+    std::mt19937_64 random(stream_seed(seed, Stream::kSurveyFrame));
+    const auto within = [&random](double bound) { return bound * (2 * unit_interval(random) - 1); };
+    turn_ = Eigen::Rotation2Dd(within(plan.survey_frame_rad));
+    const double dx = within(plan.survey_frame_m), dz = within(plan.survey_frame_m);
+    shift_m_ = PlanarVector(dx, dz);
+  }
+  void apply(estimation::Survey& survey) const {
+    for (estimation::SurveyPose& pose : survey.poses) {
+      for (PlanarVector* point : {&pose.arm_pin_m, &pose.bucket_pin_m, &pose.tip_m}) *point = turn_ * *point + shift_m_;
+    }
+  }
+
+ private:
+  Eigen::Rotation2Dd turn_;
+  PlanarVector shift_m_;
+};
+
 estimation::Survey survey(motion::MachineRun& run, const std::vector<JointVector>& poses_rad, double sigma_m,
-                          const std::function<void(const estimation::Survey&)>& posed) {
+                          const SurveyFrame& frame, const std::function<void(const estimation::Survey&)>& posed) {
   estimation::Survey all;
   for (const JointVector& pose_rad : poses_rad) {
     estimation::Survey one = run.survey({pose_rad}, sigma_m);
+    frame.apply(one);
     if (all.poses.empty()) {
       all = std::move(one);
     } else {
@@ -26,6 +51,14 @@ estimation::Survey survey(motion::MachineRun& run, const std::vector<JointVector
 }
 
 }  // namespace
+
+void set_surveyor(sim::Family family, CommissionPlan& plan) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  if (family == sim::Family::kSmooth) return;
+  const bool worn = family == sim::Family::kWorn;
+  plan.survey_frame_rad = (worn ? 0.2 : 0.05) * kDegree;
+  plan.survey_frame_m = worn ? 3e-3 : 1e-3;
+}
 
 CommissionRuns run_commissioning(const MachineDescription& nominal, const sim::MachineTruth& truth,
                                  const CommissionPlan& plan, std::uint64_t seed,
@@ -40,7 +73,8 @@ CommissionRuns run_commissioning(const MachineDescription& nominal, const sim::M
   };
   CommissionRuns runs;
   if (plan.survey_poses > 0)
-    runs.survey = survey(run, estimation::survey_poses(machine, plan.survey_poses), plan.survey_sigma_m, posed);
+    runs.survey = survey(run, estimation::survey_poses(machine, plan.survey_poses), plan.survey_sigma_m,
+                         SurveyFrame(plan, seed), posed);
   runs.slow = run.follow(estimation::slow_sweeps(machine, plan.slow_s));
   runs.fast = run.follow(estimation::fast_excitation(machine, plan.fast_s, stream_seed(seed, Stream::kExcitation)));
   runs.validation_slow = held_out(stream_seed(seed, Stream::kValidation), MotionSpeed::kSlow);

@@ -20,13 +20,17 @@ struct CommissionPlan {
   std::size_t survey_poses = 20;
   double survey_sigma_m = 1e-3;
   double slow_s = 120, fast_s = 80;
-  double validation_s = 40;  ///< Each, slow and at digging speed.
+  double validation_s = 40;                         ///< Each, slow and at digging speed.
+  double survey_frame_rad = 0, survey_frame_m = 0;  ///< Bounds of how far the surveyor's axes are turned and shifted.
   /// What driving it takes, about.
   [[nodiscard]] double duration_s() const noexcept {
     constexpr double kPose_s = 5;  // there, come to rest
     return kPose_s * static_cast<double>(survey_poses) + slow_s + fast_s + 2 * validation_s;
   }
 };
+
+/// How well the surveyor finds the axes of machines of this family. Sources: docs/sensitivity.md.
+void set_surveyor(sim::Family family, CommissionPlan& plan);
 
 struct CommissionRuns {
   estimation::Survey survey;

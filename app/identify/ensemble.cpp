@@ -70,7 +70,8 @@ CalibrationMatrix model_error(const MachineDescription& nominal, const Commissio
   }
   if (usable < 2) {
     const auto reason = std::find_if(reasons.begin(), reasons.end(), [](auto& text) { return !text.empty(); });
-    throw InputError("ensemble: fewer than 2 of " + std::to_string(machines) + " machines were usable: " + *reason);
+    throw InputError("ensemble: fewer than 2 of " + std::to_string(machines) +
+                     " machines were usable: use more of them (--ensemble); " + *reason);
   }
   return positive_part((squares - told) / usable, squares.diagonal() / usable);
 }

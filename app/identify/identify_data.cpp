@@ -13,6 +13,7 @@
 #include "app/identify/survey_file.h"
 #include "app/recordings/csv_cells.h"
 #include "app/recordings/recording_reader.h"
+#include "app/session/truth_file.h"
 #include "core/error.h"
 #include "estimation/identification/excitation.h"
 #include "machine/load.h"
@@ -186,15 +187,21 @@ IdentifyData read_data(const IdentifyOptions& options) {
 
 CommissionPlan commission_plan(const IdentifyOptions& options) {
   const double held_out_s = std::clamp(0.3 * (options.slow_s + options.fast_s), 20.0, 60.0);
-  return {kSurveyedPoses, 1e-3 * options.survey_sigma_mm, options.slow_s, options.fast_s, held_out_s};
+  CommissionPlan plan{.survey_poses = kSurveyedPoses,
+                      .survey_sigma_m = 1e-3 * options.survey_sigma_mm,
+                      .slow_s = options.slow_s,
+                      .fast_s = options.fast_s,
+                      .validation_s = held_out_s};
+  set_surveyor(session::family_named(options.family), plan);
+  return plan;
 }
 
 IdentifyData drive_for_data(const IdentifyOptions& options, const std::function<void(double)>& progress,
                             const std::function<void(const Survey&)>& posed) {
   IdentifyData data;
   data.machine = load_machine(find_config("machine", options.machine));
+  const sim::MachineTruth truth = session::truth_for(data.machine, options.truth, options.family, options.seed);
   Keeper keeper(options.record);
-  const sim::MachineTruth truth = sim::sample_truth(data.machine, options.seed);
   Driven driven = options.method == "full" ? drive_full(options, data.machine, truth, progress, posed)
                                            : drive_paper(options, data.machine, truth, progress);
   calibrate_from(driven.survey, data);

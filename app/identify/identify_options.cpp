@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/recordings/csv_mapping.h"
+#include "app/session/truth_file.h"
 
 namespace knuckle::identify {
 namespace {
@@ -45,6 +46,8 @@ void add_options(CLI::App& c, Given& given) {
       ->capture_default_str()
       ->check(CLI::Validator(cli::seed_error, "", "seed"))
       ->each(noted("--seed"));
+  c.add_option("--family", o.family, "Machines that the seed samples from: smooth (default), serviced or worn");
+  c.add_option("--truth", o.truth, "The simulated machine's true parameters (.toml), instead of sampling them");
   c.add_option("--slow", o.slow_s, "Seconds of slow sweeps to drive, 20 to 1200; with --simulate or --ensemble")
       ->capture_default_str()
       ->each(noted("--slow"));
@@ -133,6 +136,7 @@ void check_inputs(const IdentifyOptions& o) {
   }
   if (!o.map.empty()) cli::check_readable("--map", o.map);
   if (!o.survey.empty()) cli::check_readable("--survey", o.survey);
+  if (!o.truth.empty()) cli::check_readable("--truth", o.truth);
 }
 
 void check_places(const IdentifyOptions& o) {
@@ -141,6 +145,7 @@ void check_places(const IdentifyOptions& o) {
   for (const std::string& file : o.hold_out_files) places.input("--hold-out", file);
   places.input("--map", o.map);
   places.input("--survey", o.survey);
+  places.input("--truth", o.truth);
   places.configuration_output("--out", o.out);  // may replace the drawing, which is kept
   places.configuration("--machine", o.machine);
   places.output("--report", o.report);
@@ -159,6 +164,8 @@ void check(const Given& given) {
     cli::refuse_option("--ensemble", std::to_string(o.ensemble), "only goes with --method full");
   cli::check_range("--survey-sigma-mm", o.survey_sigma_mm, 0.01, 100, " mm");
   check_told(given);
+  (void)session::family_named(o.family);
+  if (!o.truth.empty() && !o.family.empty()) cli::refuse_option("--family", o.family, "does not go with --truth");
   if (o.simulate) {
     check_simulated(given);
   } else {
@@ -166,6 +173,8 @@ void check(const Given& given) {
       cli::refuse_option("identify", "", "needs recordings (.csv), named before --hold-out, or --simulate");
     if (o.recordings.empty()) cli::refuse_option("identify", "", "needs recordings (.csv), or --simulate");
     if (!o.record.empty()) cli::refuse_option("--record", o.record, "only goes with --simulate");
+    if (!o.family.empty()) cli::refuse_option("--family", o.family, "only goes with --simulate");
+    if (!o.truth.empty()) cli::refuse_option("--truth", o.truth, "only goes with --simulate");
   }
   check_inputs(o);
   check_places(o);

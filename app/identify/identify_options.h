@@ -21,7 +21,8 @@ struct IdentifyOptions {
   std::string survey;  ///< CSV of surveyed poses: geometry first.
   double survey_sigma_mm = 1;
   bool simulate = false;             ///< Commission the simulated machine instead of reading recordings.
-  std::uint64_t seed = 1;            ///< Draws its truth.
+  std::uint64_t seed = 1;            ///< Draws its truth,
+  std::string family, truth;         ///< from this family; or the truth's file.
   double slow_s = 120, fast_s = 80;  ///< Of the motions driven, here and by an ensemble.
   int ensemble = 0;                  ///< Simulated machines that the model's error is measured on.
   std::string record;                ///< Folder that keeps them as CSV.

@@ -33,7 +33,7 @@ MachineDescription without_offsets(MachineDescription machine) {
 
 TruthSample truth_of(const sim::PlantState& s) noexcept {
   return {s.joint_rad,  s.joint_radps, s.joint_radps2, s.cylinder_mps, s.lever_m,
-          s.cylinder_N, s.friction_N,  s.tip_m,        s.tip_N,        s.payload_kg};
+          s.cylinder_N, s.friction_N,  s.tip_m,        s.contact_N,    s.payload_kg};
 }
 
 /// Where the simulated machine really has its joints and tip, frame M.
@@ -77,6 +77,7 @@ struct MachineRun::Impl {
   bool synchronised = false;  // a SYNC is on its way to the nodes: they sample at their next step
   TruthSample at_sampling;
   const std::vector<PlanarVector>* pull = nullptr;  // of the test rig
+  PlanarVector pull_at_m = PlanarVector::Zero();    // bucket axes
   double pull_step_s = 0;
   Time pull_from = kNever;
 
@@ -108,7 +109,9 @@ Time MachineRun::Impl::wait(Time due) {
   while (now < due) {
     now += kTick;
     sim::Plant& plant = simulated.machine().plant();
-    if (pull != nullptr) plant.set_tip_load(between(*pull, to_seconds(now - pull_from) / pull_step_s));
+    if (pull != nullptr) {
+      plant.set_pull(between(*pull, to_seconds(now - pull_from) / pull_step_s), pull_at_m);
+    }
     simulated.step(now);
     if (std::exchange(synchronised, false)) at_sampling = truth_of(plant.state());
   }
@@ -187,7 +190,8 @@ void MachineRun::watch(std::function<void(double elapsed_s)> watcher) {
   };
 }
 
-MachineRecording MachineRun::follow(const estimation::JointPath& path, const std::vector<PlanarVector>& pull_N) {
+MachineRecording MachineRun::follow(const estimation::JointPath& path, const std::vector<PlanarVector>& pull_N,
+                                    double pull_from_tip_m) {
   Impl& i = *impl_;
   if (path.joint_rad.empty()) throw std::invalid_argument("a path must have a point");
   if (!pull_N.empty() && pull_N.size() != path.joint_rad.size()) {
@@ -198,11 +202,12 @@ MachineRecording MachineRun::follow(const estimation::JointPath& path, const std
   MachineRecording made = i.start_recording();
   i.led.lead(path);
   i.pull = pull_N.empty() ? nullptr : &pull_N;
+  i.pull_at_m = {i.simulated.machine().plant().truth().machine.links[kBucket].length_m - pull_from_tip_m, 0};
   i.pull_step_s = path.step_s;
   i.pull_from = i.now + kTick;
   i.record(made, i.samples_in(path.duration_s()));
   i.pull = nullptr;
-  i.simulated.machine().plant().set_tip_load(PlanarVector::Zero());
+  i.simulated.machine().plant().set_pull(PlanarVector::Zero());
   return made;
 }
 

@@ -24,7 +24,7 @@ struct TruthSample {
   JointVector cylinder_N = JointVector::Zero();  ///< Chamber pressures times areas, friction not taken off.
   JointVector friction_N = JointVector::Zero();
   PlanarVector tip_m = PlanarVector::Zero();
-  PlanarVector tip_N = PlanarVector::Zero();  ///< Of world and test rig on the tip, frame M.
+  PlanarVector contact_N = PlanarVector::Zero();  ///< Of world and test rig on the bucket, frame M.
   double payload_kg = 0;
 };
 
@@ -45,10 +45,11 @@ class MachineRun {
   /// Is told the time driven so far every second of it; may throw to end the run, which is then of no more use.
   void watch(std::function<void(double elapsed_s)> watcher);
   /// Goes gently to the path's first point, then follows it and records (the way there is not recorded).
-  /// @param pull_N of a test rig (load cell on a chain) on the tip, frame M, one a sample of the path; empty: none.
+  /// @param pull_N of a test rig (load cell on a chain) on the bucket, frame M, one a sample of the path; empty: none.
+  /// @param pull_from_tip_m where its chain hangs, from the tip towards the bucket pin.
   /// @throws NotLed with the reason where the machine does not engage or is no longer engaged.
-  [[nodiscard]] MachineRecording follow(const estimation::JointPath& path,
-                                        const std::vector<PlanarVector>& pull_N = {});
+  [[nodiscard]] MachineRecording follow(const estimation::JointPath& path, const std::vector<PlanarVector>& pull_N = {},
+                                        double pull_from_tip_m = 0);
   /// Stands still for so long and records.
   [[nodiscard]] MachineRecording rest(double duration_s);
   /// Hangs a weight on the bucket where the machine file says that loads lie; 0 takes it off. The machine waits for it.

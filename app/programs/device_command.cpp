@@ -81,6 +81,7 @@ DeviceProgramSetup set_up(const Options& o) {
   setup.device = load_device(find_config("device", o.device));
   setup.plan.machine = calibrated(load_machine(find_config("machine", o.machine)));
   sim::LimbClass limb = sim::LimbClass::kNormal;
+  sim::PersonClass person = sim::PersonClass::kExact;
   for (std::size_t i = 0; i < kJoints; ++i) {
     setup.start_rad[Eigen::Index(i)] = 0.5 * (setup.device.min_rad[i] + setup.device.max_rad[i]);
   }
@@ -90,13 +91,18 @@ DeviceProgramSetup set_up(const Options& o) {
       if (phase.kind != sim::PhaseKind::kPath) continue;
       cli::refuse_option("--scenario", o.scenario, "follows a recorded motion, which only knuckle simulate follows");
     }
+    limb = session::limb_named(o.limb, scenario.limb);
+    person = scenario.person;
+    if (person != sim::PersonClass::kExact) session::check_strength(scenario, limb);
     setup.plan.phases = std::move(scenario.phases);
     setup.plan.phase_names = std::move(scenario.phase_names);
     setup.plan.reaction = scenario.reaction;
     setup.start_rad = scenario.hand_rad;
-    limb = scenario.limb;
   }
-  setup.limb = sim::sample_limb(session::limb_named(o.limb, limb), o.seed);
+  limb = session::limb_named(o.limb, limb);
+  setup.limb = sim::sample_limb(limb, o.seed);
+  setup.person = sim::sample_person(person, o.seed);
+  if (person != sim::PersonClass::kExact) setup.limb.strength_N = sim::strength_N(limb);
   setup.seed = o.seed;
   setup.serial = o.serial;
   for (const std::string& fault : o.faults) setup.faults.push_back(parse_device_fault(fault));

@@ -60,7 +60,7 @@ class DeviceRunner {
         port_(cable),
         faults_(setup.faults),
         person_(setup.plan.machine, setup.plan.phases, {}, session::kPathPeriod, setup.start_rad, setup.plan.reaction,
-                press_N_per_m(setup)),
+                press_N_per_m(setup), sim::Unsteadiness(setup.person, setup.limb, setup.seed)),
         hand_(setup.device, setup.limb, port_, setup.seed, setup.start_rad, setup.serial),
         screen_(screen),
         wants_rows_(wants_rows) {

@@ -14,6 +14,7 @@
 #include "machine/device_description.h"
 #include "sim/operator.h"
 #include "sim/operator_limb.h"
+#include "sim/person.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"
 
@@ -30,6 +31,7 @@ struct OperatorPlan {
 struct DeviceProgramSetup {
   DeviceDescription device;
   sim::LimbImpedance limb;
+  sim::Person person;  ///< Whose limb it is.
   OperatorPlan plan;
   JointVector start_rad = JointVector::Zero();
   std::uint64_t seed = 1;

@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kSchema = "knuckle-node/1";
 
 struct Options {
-  std::string machine = "solar015", can, scenario = "free_motion", nodes = "all", truth;
+  std::string machine = "solar015", can, scenario = "free_motion", nodes = "all", truth, family;
   std::uint64_t seed = 1;
   std::vector<std::string> faults;
   std::optional<double> duration_s;
@@ -54,6 +54,7 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--seed", o.seed, "Random seed of the machine's true parameters")
       ->capture_default_str()
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
+  c.add_option("--family", o.family, "Machines that the seed samples from: smooth (default), serviced or worn");
   c.add_option("--truth", o.truth, "The machine's true parameters (.toml), instead of sampling them from the seed");
   c.add_option("--nodes", o.nodes, "Nodes to simulate: all, or names separated by commas, such as boom_valve,tilt")
       ->capture_default_str();
@@ -99,7 +100,7 @@ NodeSetup set_up(const Options& o) {
   const MachineDescription machine = load_machine(find_config("machine", o.machine));
   const session::Scenario scenario = session::load_scenario(find_config("scenario", o.scenario), machine);
   NodeSetup setup;
-  setup.truth = o.truth.empty() ? sim::sample_truth(machine, o.seed) : session::load_truth(o.truth, machine);
+  setup.truth = session::truth_for(machine, o.truth, o.family, o.seed);
   setup.world = scenario.world;
   setup.start_rad = scenario.start_rad;
   setup.seed = o.seed;

@@ -57,9 +57,9 @@ class NodeRunner {
     machine_.step(now);
     const sim::PlantState& plant = machine_.plant();
     for (; events_read_ < plant.events.count; ++events_read_) world_events_.push(plant.events.at(events_read_));
-    peak_tip_N_ = std::max(peak_tip_N_, plant.tip_N.norm());
+    peak_tip_N_ = std::max(peak_tip_N_, plant.contact_N.norm());
     if (wants_rows_ && ticks_++ % kTicksPerRow == 0)
-      rows_.push({now, plant.joint_rad, plant.joint_radps, plant.spool, plant.cylinder_m, plant.tip_m, plant.tip_N,
+      rows_.push({now, plant.joint_rad, plant.joint_radps, plant.spool, plant.cylinder_m, plant.tip_m, plant.contact_N,
                   plant.payload_kg});
   }
 

@@ -1,7 +1,12 @@
 #include "app/programs/simulate_command.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -9,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/battery/cell.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
@@ -17,19 +23,27 @@
 #include "app/report/result_json.h"
 #include "app/report/summary.h"
 #include "app/session/scenario.h"
+#include "core/error.h"
 
 namespace knuckle::programs {
 namespace {
 
 constexpr double kLongestSession_s = 3600;
 const std::vector<std::string> kControls{"echo", "direct"};
+/// What a cell says itself.
+constexpr std::array kInputs{"--scenario", "--machine",  "--operator",     "--person",    "--family",
+                             "--map",      "--seed",     "--delay-ms",     "--jitter-ms", "--loss",
+                             "--truth",    "--realtime", "--bursts-per-s", "--device"};
 
 void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--scenario", o.scenario, "Scenario name or .toml file")->capture_default_str();
+  c.add_option("--from-cell", o.from_cell,
+               "Run session N of a battery again: FILE:N, FILE written by knuckle-studies sweep --json");
   c.add_option("--machine", o.machine, "Machine name or .toml file (default: solar015)");
   c.add_option("--device", o.device,
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
   c.add_option("--operator", o.operator_name, "Operator's limb by name, or path:FILE.csv to play a recorded motion");
+  c.add_option("--person", o.person, "How much of a person the operator is: exact, steady or rough (default: exact)");
   c.add_option("--map", o.map, "Mapping file (.toml) that says how to read the recorded motion");
   c.add_option("--control", o.control, "Bilateral law: echo (default) or direct");
   c.add_option("--duration", o.duration_s, "Stop after so many seconds");
@@ -39,10 +53,13 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--delay-ms", o.delay_ms, "Link delay, one way");
   c.add_option("--jitter-ms", o.jitter_ms, "Link jitter, one way");
   c.add_option("--loss", o.loss, "Share of datagrams lost, 0 to 1");
+  c.add_option("--bursts-per-s", o.bursts_per_s, "Mean rate of link outages of 50 ms, 0 to 10");
   c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
   c.add_flag("--assist-stop-on-object", o.assist_stop_on_object,
              "Stop when the bucket meets something stiff while digging");
   c.add_flag("--realtime", o.realtime, "Run the loops in real-time threads over UDP loopback");
+  c.add_option("--family", o.family,
+               "Machines and devices that the seed samples from: smooth (default), serviced or worn");
   c.add_option("--truth", o.truth,
                "The simulated machine's true parameters (.toml), instead of sampling them from the seed");
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
@@ -53,12 +70,13 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
 
 void check_places(const session::SimulateOptions& o) {
   cli::Places places;
-  places.configuration("--scenario", o.scenario);
+  if (o.scenario_text.empty()) places.configuration("--scenario", o.scenario);
   places.configuration("--machine", o.machine);
   places.configuration("--device", o.device);
   places.input("--map", o.map);
   places.input("--truth", o.truth);
   places.input("--operator", o.operator_path());
+  places.input("--from-cell", o.from_cell.substr(0, o.from_cell.rfind(':')));
   places.output("--candump", o.candump);
   places.output("--csv", o.csv);
   places.output("--report", o.report);
@@ -71,6 +89,7 @@ void check(const session::SimulateOptions& o) {
   cli::check_range("--delay-ms", o.delay_ms, 0, session::kLongestDelay_ms, " ms");
   cli::check_range("--jitter-ms", o.jitter_ms, 0, session::kLongestDelay_ms, " ms");
   cli::check_range("--loss", o.loss, 0, 1, "");
+  cli::check_range("--bursts-per-s", o.bursts_per_s, 0, 10, " per s");
   if (o.assist_force_limit_N && *o.assist_force_limit_N != 0)
     cli::check_range("--assist-force-limit", o.assist_force_limit_N, session::kLeastAssist_N, session::kMostAssist_N,
                      " N, or 0: off");
@@ -86,6 +105,50 @@ void check(const session::SimulateOptions& o) {
   if (!o.map.empty()) cli::check_readable("--map", o.map);
   if (!o.truth.empty()) cli::check_readable("--truth", o.truth);
   check_places(o);
+}
+
+/// Empty where the result does not say.
+std::string digest_of_cell(const nlohmann::ordered_json& result, std::uint64_t index) {
+  for (const auto& row : result.value("rows", nlohmann::ordered_json::array())) {
+    if (row.is_object() && row.value("cell", nlohmann::ordered_json()) == index && row.contains("digest") &&
+        row["digest"].is_string())
+      return row["digest"].get<std::string>();
+  }
+  return "";
+}
+
+/// Replaces all inputs by those of a battery's session. @throws InputError
+void take_cell(session::SimulateOptions& o) {
+  const std::size_t colon = o.from_cell.rfind(':');
+  std::uint64_t index = 0;
+  const char* const end = o.from_cell.data() + o.from_cell.size();
+  const char* const digits = colon == std::string::npos ? end : o.from_cell.data() + colon + 1;
+  const auto [rest, error] = std::from_chars(digits, end, index);
+  if (digits == end || error != std::errc() || rest != end)
+    cli::refuse_option("--from-cell", o.from_cell, "must be FILE:N, such as feel.json:17");
+  const std::string file = o.from_cell.substr(0, colon);
+  cli::check_readable("--from-cell", file);
+  std::ifstream stream(file, std::ios::binary);
+  const auto json = nlohmann::ordered_json::parse(stream, nullptr, false);
+  if (!json.is_object() || !json.contains("settings"))
+    throw InputError(file + ": is not a result of knuckle-studies sweep --battery feel or work");
+  const battery::Settings settings = battery::settings_of(json["settings"], file);
+  if (index >= settings.sessions)
+    cli::refuse_option("--from-cell", o.from_cell,
+                       fmt::format("the battery has sessions 0 to {}", settings.sessions - 1));
+  session::SimulateOptions cell = battery::Drawer(settings).cell(index).options;
+  cell.from_cell = o.from_cell;
+  const bool as_it_was = o.control.empty() && !o.duration_s && !o.assist_force_limit_N && !o.assist_stop_on_object;
+  if (as_it_was) cell.cell_digest = digest_of_cell(json, index);
+  cell.control = o.control;
+  cell.duration_s = o.duration_s;
+  cell.assist_force_limit_N = o.assist_force_limit_N;
+  cell.assist_stop_on_object = o.assist_stop_on_object;
+  cell.candump = o.candump;
+  cell.csv = o.csv;
+  cell.report = o.report;
+  cell.json = o.json;
+  o = std::move(cell);
 }
 
 /// Every requested output, opened before the session so that a bad place is known at once.
@@ -121,7 +184,14 @@ cli::Command simulate_entry(std::function<int(const session::SimulateOptions&)> 
           [run = std::move(run)](CLI::App& command) {
             const auto options = std::make_shared<session::SimulateOptions>();
             add_options(command, *options);
+            command.parse_complete_callback([&command, options] {
+              if (options->from_cell.empty()) return;
+              for (const char* input : kInputs) {
+                if (command.count(input) > 0) cli::refuse_option(input, "", "does not go with --from-cell");
+              }
+            });
             return [options, run] {
+              if (!options->from_cell.empty()) take_cell(*options);
               check(*options);
               return run(*options);
             };
@@ -144,6 +214,10 @@ int simulate_command(
     if (outputs.candump) hooks.candump = &outputs.candump->stream();
     session = run(options, hooks);
   }
+  if (!options.cell_digest.empty() && session.digest != options.cell_digest)
+    session.notes.push_back(fmt::format(
+        "{}: this is not the session that the battery ran: another build, or another machine, device or scenario file",
+        options.from_cell));
   const session::Judged judged = session::judge(session);
   if (outputs.csv) report::write_csv(session.record, outputs.csv->stream());
   if (outputs.json) outputs.json->stream() << report::result_json(judged).dump(2) << '\n';

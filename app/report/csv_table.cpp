@@ -50,8 +50,10 @@ void truth_columns(recordings::RowWriter& row, const session::Sample& s) {
   row.joints("truth_spool_", "", s.truth_spool);
   row.planar("truth_tip", "m", s.truth_tip_m);
   row.planar("truth_tip_force", "N", s.truth_tip_force_N);
+  row.planar("truth_contact", "m", s.truth_contact_m);
   row.number("truth_pipe_N", s.truth_pipe_N);
   row.number("truth_payload_kg", s.truth_payload_kg);
+  row.planar("truth_weight", "N", s.truth_weight_N);
   row.number("truth_pump_flow_share", s.truth_pump_flow_share);
   row.number("truth_energy_to_machine_J", s.truth_energy_to_machine_J);
 }

@@ -21,7 +21,7 @@ struct Stage {
   double metres_per_N = 0;
 
   Stage(const session::SessionResult& session, const std::vector<Moment>& moments) : size_m(reach_m(session.machine)) {
-    ground_m = ground_level(session.scene);
+    ground_m = ground_level(session.scene, session.machine);
     box.extend(PlanarVector(-0.58 * size_m, ground_m - 0.06 * size_m));
     box.extend(PlanarVector(0.75 * size_m, 0.3 * size_m));
     double most_N = 1;
@@ -46,10 +46,10 @@ struct Stage {
 
  private:
   /// Ground or soil where the machine stands; else as high as its tracks usually are.
-  [[nodiscard]] double ground_level(const session::Scene& scene) const {
+  [[nodiscard]] static double ground_level(const session::Scene& scene, const MachineDescription& machine) {
     for (const session::SceneLine& line : scene)
       if (line.kind == session::SceneLine::Kind::kGround && !line.points_m.empty()) return line.points_m.front().y();
-    return -0.25 * size_m;
+    return ground_level_m(machine);
   }
 };
 

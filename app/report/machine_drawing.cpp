@@ -45,7 +45,6 @@ std::vector<PlanarVector> outline(const MachineDescription& m, const JointVector
 void draw_machine(SvgCanvas& canvas, const MachineDescription& m, const JointVector& q, double ground_m) {
   const double size = reach_m(m);
   const double boom_length = m.links[kBoom].length_m, arm_length = m.links[kArm].length_m;
-  const double tip = m.links[kBucket].length_m;
   const MachinePose pose = pose_of(m, q);
   const Frame2 &boom = pose.boom, &arm = pose.arm, &bucket = pose.bucket;
   const PlanarVector d = m.boom_mount.child_pin_m, e = m.arm_mount.parent_pin_m;
@@ -68,15 +67,8 @@ void draw_machine(SvgCanvas& canvas, const MachineDescription& m, const JointVec
                                       {d.x(), d.y() - w},
                                       {crest.x() * 0.8, d.y() * 0.75 - w},
                                       {0, -w}}));
-  canvas.polygon(
-      "bucket",
-      moved(bucket, {{tip, 0},
-                     {0.86 * tip, 0.3 * tip},
-                     {0.5 * tip, 0.5 * tip},
-                     {m.bucket_linkage.bucket_pin_m.x() - 0.06 * tip, m.bucket_linkage.bucket_pin_m.y() + 0.05 * tip},
-                     {-0.1 * tip, -0.06 * tip},
-                     {0.1 * tip, -0.08 * tip},
-                     {0.22 * tip, 0.06 * tip}}));
+  const auto corners = bucket_outline(m);
+  canvas.polygon("bucket", moved(bucket, {corners.begin(), corners.end()}));
   canvas.polygon("link", moved(arm, {f,
                                      g,
                                      {j.x(), j.y() + 0.9 * w},

@@ -105,9 +105,12 @@ Json result_json(const session::Judged& judged) {
   json["machine"] = s.machine_name;
   json["device"] = s.device_name;
   json["operator"] = s.operator_name;
+  json["person"] = s.person;
+  json["family"] = s.family;
   json["control"] = s.control;
   json["seed"] = s.seed;
-  json["link"] = {{"delay_ms", s.delay_ms}, {"jitter_ms", s.jitter_ms}, {"loss", s.loss}};
+  json["link"] = {
+      {"delay_ms", s.delay_ms}, {"jitter_ms", s.jitter_ms}, {"loss", s.loss}, {"bursts_per_s", s.bursts_per_s}};
   json["digest"] = s.digest;
   json["passed"] = judged.passed;
   json["criteria"] = criteria_json(judged.criteria);

@@ -32,9 +32,11 @@ void put_plant(const sim::PlantState& plant, Sample& s) noexcept {
   s.truth_joint_radps = plant.joint_radps;
   s.truth_spool = plant.spool;
   s.truth_tip_m = plant.tip_m;
-  s.truth_tip_force_N = plant.tip_N;
+  s.truth_tip_force_N = plant.contact_N;
+  s.truth_contact_m = plant.contact_m;
   s.truth_pipe_N = plant.pipe_N.norm();
   s.truth_payload_kg = plant.payload_kg;
+  s.truth_weight_N = plant.weight_N;
   s.truth_pump_flow_share = plant.pump_share;
   s.truth_energy_to_machine_J = plant.valve_work_J;
 }

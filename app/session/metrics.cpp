@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "app/session/metrics_felt.h"
+#include "app/session/metrics_truth.h"
 #include "app/session/record_windows.h"
 #include "estimation/foh_filter.h"
 #include "estimation/force_estimator.h"
@@ -38,6 +39,7 @@ constexpr MetricEntry kTable[] = {
     {"payload_estimate_kg", "payload", "estimate_kg", "kg", &Metrics::payload_estimate_kg},
     {"payload_sigma_kg", "payload", "sigma_kg", "kg", &Metrics::payload_sigma_kg},
     {"payload_error_kg", "payload", "error_kg", "kg", &Metrics::payload_error_kg},
+    {"payload_contact_error_kg", "payload", "contact_error_kg", "kg", &Metrics::payload_contact_error_kg},
     {"contact_losses", "felt", "contact_losses", "1", &Metrics::contact_losses},
     {"rise_t90_s", "felt", "rise_t90_s", "s", &Metrics::rise_t90_s},
     {"settle_s", "felt", "settle_s", "s", &Metrics::settle_s},
@@ -46,6 +48,15 @@ constexpr MetricEntry kTable[] = {
     {"drag_rms_N", "felt", "drag_rms_N", "N", &Metrics::drag_rms_N},
     {"max_slew_N_per_ms", "felt", "max_slew_N_per_ms", "N/ms", &Metrics::max_slew_N_per_ms},
     {"net_energy_J", "felt", "net_energy_J", "J", &Metrics::net_energy_J},
+    {"felt_error_rms_N", "felt", "error_rms_N", "N", &Metrics::felt_error_rms_N},
+    {"felt_error_rel", "felt", "error_rel", "1", &Metrics::felt_error_rel},
+    {"felt_error_worst_N", "felt", "error_worst_N", "N", &Metrics::felt_error_worst_N},
+    {"felt_onset_ms", "felt", "onset_ms", "ms", &Metrics::felt_onset_ms},
+    {"unfelt_s", "felt", "unfelt_s", "s", &Metrics::unfelt_s},
+    {"free_felt_peak_N", "felt", "free_peak_N", "N", &Metrics::free_felt_peak_N},
+    {"contact_swing_N", "force", "contact_swing_N", "N", &Metrics::contact_swing_N},
+    {"contact_bounces", "force", "contact_bounces", "1", &Metrics::contact_bounces},
+    {"peak_over_asked", "force", "peak_over_asked", "1", &Metrics::peak_over_asked},
     {"engaged_s", "session", "engaged_s", "s", &Metrics::engaged_s},
     {"faults", "session", "faults", "1", &Metrics::faults},
     {"command_neutral_ms", "session", "command_neutral_ms", "ms", &Metrics::command_neutral_ms},
@@ -228,6 +239,9 @@ void measure_payload(const SessionRecord& record, Metrics& metrics) {
   const Sample* surest = nullptr;
   for (const Sample& s : record.samples) {
     if (phase_name(record, s) == "weigh") weighed = &s;
+    if (s.truth_payload_kg >= kLiftedPayload_kg && s.truth_tip_force_N.norm() > kOnset_N)
+      metrics.payload_contact_error_kg =
+          std::max(metrics.payload_contact_error_kg.value_or(0), std::abs(s.payload_kg - s.truth_payload_kg));
     if (s.truth_payload_kg < kLiftedPayload_kg || s.payload_sigma_kg <= 0) continue;
     if (surest == nullptr || s.payload_sigma_kg < surest->payload_sigma_kg) surest = &s;
   }
@@ -288,6 +302,7 @@ Metrics compute_metrics(const SessionRecord& record) {
   measure_false_contact(record, free, metrics);
   measure_payload(record, metrics);
   measure_felt(record, metrics);
+  measure_truth(record, free, metrics);
   measure_session(record, metrics);
   return metrics;
 }

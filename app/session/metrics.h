@@ -23,9 +23,14 @@ struct Metrics {
   Metric false_contact_share;  ///< Of free motion, with the contact event on.
   // payload
   Metric payload_truth_kg, payload_estimate_kg, payload_sigma_kg, payload_error_kg;
+  Metric payload_contact_error_kg;  ///< Largest error of the load while the loaded bucket touches something.
   // felt
   Metric contact_losses, rise_t90_s, settle_s, hold_peak_to_peak_N, hold_error_N, drag_rms_N, max_slew_N_per_ms,
       net_energy_J;
+  // felt, against the truth of the whole session
+  Metric felt_error_rms_N, felt_error_rel, felt_error_worst_N, felt_onset_ms, unfelt_s, free_felt_peak_N;
+  Metric contact_swing_N, contact_bounces;
+  Metric peak_over_asked;  ///< Largest true force over what presses asked for and their impact.
   // session
   Metric engaged_s;                             ///< Time in mode engaged.
   Metric faults;                                ///< Number of faults latched.

@@ -19,4 +19,12 @@ sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback, cons
   cli::refuse_option("--operator", name, "must be one of " + known + or_else);
 }
 
+sim::PersonClass person_named(const std::string& name, sim::PersonClass fallback) {
+  if (name.empty()) return fallback;
+  for (const auto person : {sim::PersonClass::kExact, sim::PersonClass::kSteady, sim::PersonClass::kRough}) {
+    if (name == sim::name(person)) return person;
+  }
+  cli::refuse_option("--person", name, "must be one of exact, steady, rough");
+}
+
 }  // namespace knuckle::session

@@ -6,22 +6,29 @@
 #include <string>
 
 #include "sim/operator_limb.h"
+#include "sim/person.h"
 
 namespace knuckle::session {
 
 /// Empty strings mean "as the scenario says" for inputs and "not asked for" for outputs; "-" is standard output.
 struct SimulateOptions {
   std::string scenario = "dismantle";  ///< Name in config/scenarios or path of a .toml file.
+  std::string from_cell;               ///< "FILE:N": as session N of a battery's result, all inputs but this are its.
+  std::string cell_digest;             ///< Of that session when the battery ran it; empty: unknown.
+  std::string scenario_text;           ///< TOML of a drawn one, which then has this name; else empty.
   std::string machine, device;         ///< Likewise in config/machines, config/devices.
   std::string operator_name;           ///< Limb of the operator, or "path:FILE.csv": a recorded motion.
+  std::string person;                  ///< How much of a person the operator is.
   std::string map;                     ///< Mapping file of a recorded motion.
   std::string control;                 ///< Bilateral law.
   std::optional<double> duration_s;
   std::uint64_t seed = 1;
   std::optional<double> delay_ms, jitter_ms, loss;  ///< Link, one way; loss in [0, 1].
+  std::optional<double> bursts_per_s;               ///< Outages of 50 ms, each way.
   std::optional<double> assist_force_limit_N;       ///< 0: off.
   bool assist_stop_on_object = false;
   bool realtime = false;
+  std::string family;                      ///< Which machines and devices the seed samples from; empty: smooth.
   std::string truth;                       ///< Input: the plant's own parameters, instead of sampling them.
   std::string candump, csv, report, json;  ///< Outputs.
 
@@ -33,5 +40,8 @@ struct SimulateOptions {
 /// @param or_else what else the option takes, for the message. @throws InputError
 [[nodiscard]] sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback,
                                         const std::string& or_else = "");
+
+/// Likewise how much of a person the operator is, as --person takes it.
+[[nodiscard]] sim::PersonClass person_named(const std::string& name, sim::PersonClass fallback);
 
 }  // namespace knuckle::session

@@ -106,9 +106,8 @@ class Loops {
 Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end)
     : setup_(setup),
       machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, setup.seed),
-      person_(setup.machine, setup.scenario.phases, setup.path, kPathPeriod, setup.scenario.hand_rad,
-              setup.scenario.reaction, press_stiffness_N_per_m(setup)),
-      hand_(setup.device, setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
+      person_(operator_of(setup)),
+      hand_(setup.device_truth(), setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
       master_(setup.device, setup.machine, cable_.host(), operator_end, setup.law, master::FarEnd::kIsThisMachine),
       master_book_(most_rows(setup)),
       slave_(setup.machine, machine_.controller(), machine_end),

@@ -10,6 +10,7 @@
 #include "app/session/session_digest.h"
 #include "app/session/session_result.h"
 #include "app/session/session_setup.h"
+#include "app/session/truth_file.h"
 #include "machine/pose.h"
 #include "transport/timed_frame.h"
 
@@ -25,6 +26,7 @@ void describe(const SessionSetup& setup, SessionResult& result) {
   result.delay_ms = 1e3 * to_seconds(setup.to_machine.delay);
   result.jitter_ms = 1e3 * to_seconds(setup.to_machine.jitter);
   result.loss = setup.to_machine.loss;
+  result.bursts_per_s = setup.to_machine.bursts_per_s;
   result.criteria = setup.scenario.criteria;
   result.machine = setup.machine;
 }
@@ -68,6 +70,8 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   LoadedSession loaded = load_session(options);
   const SessionSetup& setup = loaded.setup;
   result.operator_name = loaded.operator_name;
+  result.family = options.truth.empty() ? sim::name(family_named(options.family)) : "file";
+  result.person = sim::name(person_named(options.person, setup.scenario.person));
   result.notes = std::move(loaded.notes);
   describe(setup, result);
   const auto start = std::chrono::steady_clock::now();

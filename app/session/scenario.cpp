@@ -163,8 +163,18 @@ sim::SoilDescription read_soil(TomlTable& table, const Scale& scale) {
   return soil;
 }
 
+/// The ground that pictures show: what the machine stands on, unless there is soil or the file says otherwise.
+std::optional<sim::GroundDescription> read_ground(TomlTable& file, const Scale& scale,
+                                                  const MachineDescription& machine) {
+  sim::GroundDescription ground{.height_m = ground_level_m(machine)};
+  if (!file.has("ground")) return file.has("soil") ? std::nullopt : std::optional(ground);
+  ground.height_m = file.table("ground").number("height_m", -kFar_m, kFar_m, scale.length);
+  return ground;
+}
+
 sim::WorldDescription read_world(TomlTable& file, const Scale& scale, const MachineDescription& machine) {
   sim::WorldDescription world;
+  world.ground = read_ground(file, scale, machine);
   world.scoop_reach_m *= scale.length;
   for (TomlTable& table : file.tables("wall")) world.walls.push_back(read_wall(table, scale));
   for (TomlTable& table : file.tables("soil")) world.soil.push_back(read_soil(table, scale));
@@ -253,19 +263,26 @@ void check_breaks(const TomlTable& file, const Scenario& scenario) {
 
 /// The bucket starts in the open: a plant that starts inside a wall or below the soil would be thrown out of it.
 void check_start(const TomlTable& file, const Scenario& scenario, const MachineDescription& machine) {
-  constexpr double kClear_m = 0.05;  // pins of a sampled machine put its tip up to 4 cm beside
-  const PlanarVector tip_m = Kinematics(machine).tip(scenario.start_rad);
-  for (const sim::WallDescription& wall : scenario.world.walls) {
-    const PlanarVector normal = wall.normal.normalized(), from_m = tip_m - wall.point_m;
-    const double along_m = PlanarVector(-normal.y(), normal.x()).dot(from_m), clear_m = normal.dot(from_m);
-    const bool beside = along_m < wall.from_m || along_m > wall.to_m || clear_m < -wall.depth_m;
-    file.require(beside || clear_m > kClear_m, "start_deg",
-                 "puts the bucket's tip into a [[wall]] or within 5 cm of it");
-  }
-  for (const sim::SoilDescription& soil : scenario.world.soil) {
-    const PlanarVector up(-std::sin(soil.slope_rad), std::cos(soil.slope_rad));
-    file.require(up.dot(tip_m - soil.surface_point_m) > kClear_m, "start_deg",
-                 "puts the bucket's tip into the [[soil]] or within 5 cm of it");
+  constexpr double kClear_m = 0.05;  // pins of a sampled machine put its bucket up to 4 cm beside
+  const MachinePose pose = pose_of(machine, scenario.start_rad);
+  std::vector<PlanarVector> places_m{pose.linkage_pin_m};
+  for (const PlanarVector& corner : bucket_outline(machine)) places_m.emplace_back(pose.bucket * corner);
+  for (const PlanarVector& at_m : places_m) {
+    for (const sim::WallDescription& wall : scenario.world.walls) {
+      const PlanarVector normal = wall.normal.normalized(), from_m = at_m - wall.point_m;
+      const double along_m = PlanarVector(-normal.y(), normal.x()).dot(from_m), clear_m = normal.dot(from_m);
+      const bool beside = along_m < wall.from_m || along_m > wall.to_m || clear_m < -wall.depth_m;
+      file.require(beside || clear_m > kClear_m, "start_deg", "puts the bucket into a [[wall]] or within 5 cm of it");
+    }
+    for (const sim::SoilDescription& soil : scenario.world.soil) {
+      const PlanarVector up(-std::sin(soil.slope_rad), std::cos(soil.slope_rad));
+      file.require(up.dot(at_m - soil.surface_point_m) > kClear_m, "start_deg",
+                   "puts the bucket into the [[soil]] or within 5 cm of it");
+    }
+    if (scenario.world.ground) {
+      file.require(at_m.y() > scenario.world.ground->height_m + kClear_m, "start_deg",
+                   "puts the bucket into the ground or within 5 cm of it");
+    }
   }
 }
 
@@ -294,13 +311,10 @@ std::vector<Criterion> read_criteria(TomlTable& file, const Scale& scale) {
   return criteria;
 }
 
-}  // namespace
-
-Scenario load_scenario(const std::string& path, const MachineDescription& machine) {
+Scenario read_scenario(TomlTable file, const MachineDescription& machine) {
   const WorkingRange range(machine);
-  TomlTable file = TomlTable::read(path);
   Scenario scenario;
-  scenario.source = path;
+  scenario.source = file.source();
   scenario.name = file.text("name");
   scenario.description = file.text("description");
   const Scale scale{reach_m(machine) / file.number("reference_reach_m", 0.1, 100),
@@ -315,6 +329,8 @@ Scenario load_scenario(const std::string& path, const MachineDescription& machin
   TomlTable person = file.table("operator");
   scenario.limb =
       static_cast<sim::LimbClass>(person.choice("limb", {"relaxed", "normal", "co_contracted", "light_grip"}));
+  if (person.has("person"))
+    scenario.person = static_cast<sim::PersonClass>(person.choice("person", {"exact", "steady", "rough"}));
   scenario.reaction = from_seconds(person.number("reaction_ms", 0, 600, 1e-3));
   read_plan(file, scale, range, scenario);
   scenario.world = read_world(file, scale, machine);
@@ -326,10 +342,31 @@ Scenario load_scenario(const std::string& path, const MachineDescription& machin
   return scenario;
 }
 
+}  // namespace
+
+Scenario load_scenario(const std::string& path, const MachineDescription& machine) {
+  return read_scenario(TomlTable::read(path), machine);
+}
+
+Scenario parse_scenario(std::string_view text, const std::string& source, const MachineDescription& machine) {
+  return read_scenario(TomlTable::parse(text, source), machine);
+}
+
 void refuse_faults(const Scenario& scenario) {
   if (scenario.faults.empty()) return;
   throw InputError(scenario.source +
                    ": schedules faults, which need virtual time: run it with knuckle simulate, without --realtime");
+}
+
+void check_strength(const Scenario& scenario, sim::LimbClass limb) {
+  const double most_N = sim::sustained_N(limb);
+  for (std::size_t i = 0; i < scenario.phases.size(); ++i) {
+    const sim::Phase& phase = scenario.phases[i];
+    if (phase.kind != sim::PhaseKind::kPress || phase.force_N <= most_N) continue;
+    throw InputError(scenario.source + ": phase '" + scenario.phase_names[i] +
+                     "': felt_N = " + number_text(phase.force_N) + ": a person's " + sim::name(limb) + " hand holds " +
+                     number_text(most_N) + " N at most");
+  }
 }
 
 bool follows_recording(const Scenario& scenario) {

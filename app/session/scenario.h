@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/session/criteria.h"
@@ -36,6 +37,7 @@ struct Scenario {
   JointVector start_rad = JointVector::Zero();  ///< Machine at the start.
   JointVector hand_rad = JointVector::Zero();   ///< Hand at the start.
   sim::LimbClass limb = sim::LimbClass::kNormal;
+  sim::PersonClass person = sim::PersonClass::kExact;
   Duration reaction = 200ms;
   double delay_ms = 1;      ///< Link, one way, unless the command line says otherwise.
   double duration_s = 120;  ///< Given up after this long.
@@ -52,9 +54,14 @@ struct Scenario {
 /// every key.
 /// @throws InputError naming file, line, key, value and bound; also for a pose that this machine cannot take.
 [[nodiscard]] Scenario load_scenario(const std::string& path, const MachineDescription& machine);
+/// The same for a file's text. @param source names it in messages.
+[[nodiscard]] Scenario parse_scenario(std::string_view text, const std::string& source,
+                                      const MachineDescription& machine);
 
 /// For whoever runs it in real time. @throws InputError where it schedules faults, which would never happen.
 void refuse_faults(const Scenario& scenario);
+/// For a person's hand. @throws InputError where a press asks for more than such a hand holds.
+void check_strength(const Scenario& scenario, sim::LimbClass limb);
 /// Its own operator's plan needs a recording.
 [[nodiscard]] bool follows_recording(const Scenario& scenario);
 

@@ -11,7 +11,7 @@ namespace {
 // Of the machine's reach:
 constexpr double kEndlessFace = 0.5;  // drawn of a face to a side where it has no end
 constexpr double kSoil = 1.25;
-constexpr double kPieceSide = 0.05;
+constexpr double kGroundRear = -0.8, kGroundFront = 1.4;
 constexpr double kNever_s = 1e18;
 
 double time_of(const SessionRecord& record, std::string_view event, double fallback) {
@@ -36,8 +36,8 @@ SceneLine face(const sim::WallDescription& wall, double reach_m, double back_m, 
           wall.break_force_N > 0 && back_m == 0};
 }
 
-SceneLine lump(const PlanarVector& at, double reach_m, double from_s, double until_s) {
-  const double s = kPieceSide * reach_m / 2;
+SceneLine lump(const PlanarVector& at, double mass_kg, double from_s, double until_s) {
+  const double s = sim::piece_radius_m(mass_kg);
   return {"piece",
           SceneLine::Kind::kPiece,
           {at + PlanarVector(-s, -s), at + PlanarVector(s, -s), at + PlanarVector(s, s), at + PlanarVector(-s, s)},
@@ -50,6 +50,15 @@ SceneLine lump(const PlanarVector& at, double reach_m, double from_s, double unt
 
 Scene scene_of(const sim::WorldDescription& world, const SessionRecord& record, double reach_m) {
   Scene scene;
+  if (world.ground) {
+    const double z = world.ground->height_m;
+    scene.push_back({"ground",
+                     SceneLine::Kind::kGround,
+                     {PlanarVector(kGroundRear * reach_m, z), PlanarVector(kGroundFront * reach_m, z)},
+                     false,
+                     0,
+                     kNever_s});
+  }
   const double broke_s = time_of(record, name(sim::WorldEventKind::kPieceBroke), kNever_s);
   const double down_s = time_of(record, name(sim::WorldEventKind::kPieceDown), kNever_s);
   const double scooped_s = time_of(record, name(sim::WorldEventKind::kScooped), kNever_s);
@@ -58,10 +67,10 @@ Scene scene_of(const sim::WorldDescription& world, const SessionRecord& record, 
     scene.push_back(face(wall, reach_m, 0, 0, breaks ? broke_s : kNever_s));
     if (!breaks || broke_s == kNever_s) continue;
     scene.push_back(face(wall, reach_m, wall.piece_depth_m, broke_s, kNever_s));
-    scene.push_back(lump(wall.piece_rest_m, reach_m, down_s, scooped_s));
+    scene.push_back(lump(wall.piece_rest_m, wall.piece_mass_kg, down_s, scooped_s));
   }
   for (const sim::LoosePieceDescription& piece : world.pieces)
-    scene.push_back(lump(piece.position_m, reach_m, 0, scooped_s));
+    scene.push_back(lump(piece.position_m, piece.mass_kg, 0, scooped_s));
   for (const sim::SoilDescription& soil : world.soil) {
     const PlanarVector along(std::cos(soil.slope_rad), std::sin(soil.slope_rad));
     scene.push_back({"soil",

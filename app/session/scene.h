@@ -23,8 +23,8 @@ struct SceneLine {
 };
 using Scene = std::vector<SceneLine>;
 
-/// Walls (until they broke), loose pieces (where and while they lie), soil and pipes of a world, frame M for a level
-/// hull. What has no end is drawn as far as matters for a machine of this reach.
+/// Ground, walls (until they broke), loose pieces (where and while they lie), soil and pipes of a world, frame M for a
+/// level hull. What has no end is drawn as far as matters for a machine of this reach.
 [[nodiscard]] Scene scene_of(const sim::WorldDescription& world, const SessionRecord& record, double reach_m);
 
 }  // namespace knuckle::session

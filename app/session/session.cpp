@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/session/asked_force.h"
 #include "app/session/fault_injection.h"
 #include "app/session/fault_watch.h"
 #include "app/session/loop_views.h"
@@ -10,7 +11,6 @@
 #include "app/session/session_books.h"
 #include "app/session/session_sides.h"
 #include "machine/kinematics.h"
-#include "sim/operator.h"
 #include "slave/bus_map.h"
 
 namespace knuckle::session {
@@ -26,6 +26,18 @@ constexpr Duration kAftermath = 300ms;  // a fault that latches so soon after so
 double press_stiffness_N_per_m(const SessionSetup& setup) {
   const double limb = setup.limb.stiffness_N_per_m, spring = setup.device.feel.spring_N_per_m;
   return limb * spring / (limb + spring) / setup.device.feel.position_scale;
+}
+
+sim::Operator operator_of(const SessionSetup& setup) {
+  const Scenario& scenario = setup.scenario;
+  return {setup.machine,
+          scenario.phases,
+          setup.path,
+          kPathPeriod,
+          scenario.hand_rad,
+          scenario.reaction,
+          press_stiffness_N_per_m(setup),
+          sim::Unsteadiness(setup.person, setup.limb, setup.seed)};
 }
 
 struct Session::Impl {
@@ -64,9 +76,8 @@ Session::Impl::Impl(const SessionSetup& s)
       master_book(record.samples.capacity()),
       slave_book(record.samples.capacity()),
       machine_book(most_frames(s.machine.bus, s.scenario.duration_s)),
-      person(s.machine, s.scenario.phases, s.path, kPathPeriod, s.scenario.hand_rad, s.scenario.reaction,
-             press_stiffness_N_per_m(s)),
-      hand(s.device, s.limb, s.seed, s.scenario.hand_rad),
+      person(operator_of(s)),
+      hand(s.device_truth(), s.limb, s.seed, s.scenario.hand_rad),
       network(s.to_machine, s.to_operator, s.seed),
       faults(s.scenario.faults, network, s.machine.bus),
       master(s.device, s.machine, hand.cable.host(), faults.operator_end(), s.law, master::FarEnd::kIsThisMachine),
@@ -168,6 +179,7 @@ SessionRecord start_record(const SessionSetup& setup) {
   record.phases = setup.scenario.phase_names;
   record.phases.emplace_back("hold");
   record.force_scale = setup.device.feel.force_scale;
+  record.asked_N = asked_forces_N(setup.machine, setup.scenario, record.force_scale);
   record.link_delay_s = to_seconds(setup.to_machine.delay);
   return record;
 }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,10 @@
 #include "machine/description.h"
 #include "machine/device_description.h"
 #include "master/master_loop.h"
+#include "sim/device_truth.h"
+#include "sim/operator.h"
 #include "sim/operator_limb.h"
+#include "sim/person.h"
 #include "sim/truth.h"
 #include "transport/impaired_link.h"
 
@@ -25,11 +29,14 @@ struct SessionSetup {
   DeviceDescription device;
   Scenario scenario;
   sim::MachineTruth truth;
+  std::optional<sim::DeviceTruth> built_device;  ///< None: as its file says.
   sim::LimbImpedance limb;
+  sim::Person person;  ///< Whose limb it is.
   std::vector<sim::PathPoint> path;
   LinkImpairment to_machine, to_operator;
   master::ControlLaw law = master::ControlLaw::kEchoSpring;
   std::uint64_t seed = 1;
+  [[nodiscard]] sim::DeviceTruth device_truth() const { return built_device.value_or(device); }
 };
 
 /// What a frame log must have room for: the full map, heartbeats and set-up dialogues of a session this long.
@@ -49,6 +56,8 @@ struct HopHistograms {
 
 /// What a push feels like to the operator: limb and the spring of contact in series, per metre at the machine.
 [[nodiscard]] double press_stiffness_N_per_m(const SessionSetup& setup);
+/// Who acts out the scenario's plan.
+[[nodiscard]] sim::Operator operator_of(const SessionSetup& setup);
 
 class Session {
  public:

@@ -45,10 +45,10 @@ void add(cli::Digest& digest, const Sample& s) {
   digest.add(pack('s', s.t_s, s.mode, s.blocking, s.fault, s.joint_rad, s.joint_radps, s.setpoint_rad, s.setpoint_radps,
                   s.valve_command, s.pressure_Pa, s.tip_force_N, s.force_cov_N2, s.confidence, s.confidence_reasons,
                   s.contact, s.limits, s.payload_kg, s.payload_sigma_kg, s.truth_joint_rad, s.truth_joint_radps,
-                  s.truth_spool, s.truth_tip_m, s.truth_tip_force_N, s.truth_pipe_N, s.truth_payload_kg,
-                  s.truth_pump_flow_share, s.truth_energy_to_machine_J, s.hand_rad, s.hand_radps, s.intent_rad,
-                  s.hand_tip_m, s.hand_setpoint_tip_m, s.tip_m, s.felt_N, s.drag_N, s.hand_energy_J, s.rtt_s, s.phase,
-                  s.felt_slew_N_per_ms)
+                  s.truth_spool, s.truth_tip_m, s.truth_tip_force_N, s.truth_contact_m, s.truth_pipe_N,
+                  s.truth_payload_kg, s.truth_weight_N, s.truth_pump_flow_share, s.truth_energy_to_machine_J,
+                  s.hand_rad, s.hand_radps, s.intent_rad, s.hand_tip_m, s.hand_setpoint_tip_m, s.tip_m, s.felt_N,
+                  s.drag_N, s.hand_energy_J, s.rtt_s, s.phase, s.felt_slew_N_per_ms)
                  .bytes());
 }
 

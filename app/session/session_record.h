@@ -42,10 +42,12 @@ struct Sample {
   JointVector truth_spool = JointVector::Zero();          ///< [-1, 1]
   PlanarVector truth_tip_m = PlanarVector::Zero();        ///< Frame M.
   PlanarVector truth_tip_force_N = PlanarVector::Zero();  ///< Frame M; of the world incl. soil, payload excluded.
+  PlanarVector truth_contact_m = PlanarVector::Zero();    ///< Where it acts on the bucket, bucket axes; 0: nowhere.
   double truth_pipe_N = 0;                                ///< Of it, what a buried pipe takes.
   double truth_payload_kg = 0;
-  double truth_pump_flow_share = 1;      ///< Delivered over asked flow: < 1 where the pump is short.
-  double truth_energy_to_machine_J = 0;  ///< Cumulative work of the valves' port on the machine.
+  PlanarVector truth_weight_N = PlanarVector::Zero();  ///< Of the payload, frame M.
+  double truth_pump_flow_share = 1;                    ///< Delivered over asked flow: < 1 where the pump is short.
+  double truth_energy_to_machine_J = 0;                ///< Cumulative work of the valves' port on the machine.
 
   // Hand side.
   JointVector hand_rad = JointVector::Zero();  ///< Device joints, truth.
@@ -91,9 +93,10 @@ struct SessionRecord {
   std::vector<EventRecord> events;
   /// Names of the operator's phases. Metrics know "press" and "hold" (means to touch) and "weigh"; others are free.
   std::vector<std::string> phases;
-  double force_scale = 1e-3;  ///< lambda: hand newtons per machine newton
-  double link_delay_s = 0;    ///< One way, as configured
-  int phases_timed_out = 0;   ///< 1 where the operator's plan did not come to its end in time
+  double force_scale = 1e-3;    ///< lambda: hand newtons per machine newton
+  std::vector<double> asked_N;  ///< By the operator's phase: what a press asks for (asked_force.h); 0: nothing certain
+  double link_delay_s = 0;      ///< One way, as configured
+  int phases_timed_out = 0;     ///< 1 where the operator's plan did not come to its end in time
   int resumed_by_itself = 0;  ///< Faults after which a valve was commanded before enable was released and pressed again
   /// Samples, frames, events and faults there was no room for. If any: the session does not pass.
   std::uint64_t records_lost = 0;

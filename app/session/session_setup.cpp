@@ -16,12 +16,15 @@ LinkImpairment impairment(const SimulateOptions& options, const Scenario& scenar
   link.delay = from_seconds(1e-3 * options.delay_ms.value_or(scenario.delay_ms));
   link.jitter = from_seconds(1e-3 * options.jitter_ms.value_or(0.0));
   link.loss = options.loss.value_or(0.0);
+  link.bursts_per_s = options.bursts_per_s.value_or(0.0);
   return link;
 }
 
 void refuse_impairment(const SimulateOptions& options) {
-  for (const auto& [name, value] :
-       {std::pair{"--delay-ms", options.delay_ms}, {"--jitter-ms", options.jitter_ms}, {"--loss", options.loss}}) {
+  for (const auto& [name, value] : {std::pair{"--delay-ms", options.delay_ms},
+                                    {"--jitter-ms", options.jitter_ms},
+                                    {"--loss", options.loss},
+                                    {"--bursts-per-s", options.bursts_per_s}}) {
     if (value)
       throw InputError(std::string(name) + ": cannot be set with --realtime, which uses the real loopback link");
   }
@@ -46,8 +49,9 @@ void allow_for_path(Scenario& scenario, const std::vector<sim::PathPoint>& path,
 
 /// The simulator's machine is sampled around the file as it was read; everything above the wires sees it as calibrated.
 void sample_machine(const SimulateOptions& options, SessionSetup& setup) {
-  setup.truth =
-      options.truth.empty() ? sim::sample_truth(setup.machine, options.seed) : load_truth(options.truth, setup.machine);
+  const sim::Family family = family_named(options.family);
+  setup.truth = truth_for(setup.machine, options.truth, options.family, options.seed);
+  if (family != sim::Family::kSmooth) setup.built_device = sim::sample_device(setup.device, family, options.seed);
   setup.machine = calibrated(setup.machine);
 }
 
@@ -60,7 +64,9 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   setup.machine = load_machine(find_config("machine", options.machine.empty() ? "solar015" : options.machine));
   setup.device = device_for(setup.machine, options.device);
   check_springs(setup.machine, setup.device);
-  setup.scenario = load_scenario(find_config("scenario", options.scenario), setup.machine);
+  setup.scenario = options.scenario_text.empty()
+                       ? load_scenario(find_config("scenario", options.scenario), setup.machine)
+                       : parse_scenario(options.scenario_text, options.scenario, setup.machine);
   setup.seed = options.seed;
   sample_machine(options, setup);
   const std::string recording = options.operator_path();
@@ -76,6 +82,12 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   const sim::LimbClass limb =
       limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb, " or path:FILE.csv");
   setup.limb = sim::sample_limb(limb, options.seed);
+  const sim::PersonClass person = person_named(options.person, setup.scenario.person);
+  setup.person = sim::sample_person(person, options.seed);
+  if (person != sim::PersonClass::kExact) {
+    check_strength(setup.scenario, limb);
+    setup.limb.strength_N = sim::strength_N(limb);
+  }
   if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options, setup.scenario);
   setup.law = options.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
   loaded.operator_name = recording.empty() ? sim::name(limb) : options.operator_name;

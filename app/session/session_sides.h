@@ -23,9 +23,9 @@ namespace knuckle::session {
 
 /// A limb on a haptic device at the end of its cable.
 struct HandSide {
-  HandSide(const DeviceDescription& description, const sim::LimbImpedance& limb, std::uint64_t seed,
+  HandSide(const sim::DeviceTruth& built, const sim::LimbImpedance& limb, std::uint64_t seed,
            const JointVector& start_rad)
-      : device(description, limb, device_end, seed, start_rad) {}
+      : device(built, limb, device_end, seed, start_rad) {}
 
   /// One tick; the master's step comes next.
   void step(Time now, const sim::OperatorIntent& intent) noexcept {

@@ -149,7 +149,7 @@ void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint6
     return;
   }
   outcome.commissioning = score_commissioning(setup.nominal, found, truth);
-  const sim::MachineTruth today = setup.oil_changes ? sim::another_day(truth, seed) : truth;
+  const sim::MachineTruth today = setup.oil_changes ? sim::another_day(truth, setup.family, seed) : truth;
   const MachineDescription seen = calibrated(found.machine);
   motion::MachineRun run(seen, today, {}, middle_of_range(setup.nominal), stream_seed(seed, Stream::kUse));
   const Trials trials = run_trials(run, seen, setup.trials, seed);

@@ -53,6 +53,7 @@ struct BatterySetup {
   estimation::FullOptions full;               ///< With the model-error covariance, where there is one.
   estimation::FullOptions full_nominal_pins;  ///< Likewise, of machines that were not surveyed.
   std::vector<FullVariant> variants;          ///< Identified from the same recordings, judged on the same trials.
+  sim::Family family = sim::Family::kSmooth;  ///< That the machines are of.
   bool oil_changes = true;                    ///< Other oil on the day of use.
   bool baselines = true;                      ///< The papers' methods, no calibration, nominal pins, fine encoders.
 };

@@ -26,7 +26,7 @@ std::vector<ContactModelScore> score_contact_models(const MachineDescription& ma
   scores[2].model = "force_and_position";
   for (const Press& press : trials.presses) {
     const std::size_t last = press.judge_to - 1;
-    const PlanarVector truth = trials.pulls.truth[last].tip_N;
+    const PlanarVector truth = trials.pulls.truth[last].contact_N;
     const estimation::JointLoad& load = pulls[last].load;
     const auto keep = [&](ContactModelScore& score, const PlanarVector& answer) {
       score.presses.push_back(score_pull(truth, answer, press.creeping));

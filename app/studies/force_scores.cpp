@@ -48,7 +48,7 @@ PressScore judge_press(const Trials& trials, const Press& press, const std::vect
   PlanarVector truth = PlanarVector::Zero(), estimate = PlanarVector::Zero();
   const std::size_t end = std::min(press.judge_to, forces.size());
   for (std::size_t k = press.judge_from; k < end; ++k) {
-    truth += trials.pulls.truth[k].tip_N;
+    truth += trials.pulls.truth[k].contact_N;
     estimate += forces[k];
   }
   const double n = static_cast<double>(end - press.judge_from);
@@ -73,7 +73,7 @@ void judge_free(const motion::MachineRecording& run, const std::vector<EstimateS
 double detection_s(const Trials& trials, std::size_t at, const std::vector<EstimateSample>& estimates) {
   const double step_s = trials.knocks.recording.step_s;
   if (estimates[at - 1].contact) return std::numeric_limits<double>::infinity();
-  for (std::size_t k = at; k < estimates.size() && trials.knocks.truth[k].tip_N.norm() > 1; ++k) {
+  for (std::size_t k = at; k < estimates.size() && trials.knocks.truth[k].contact_N.norm() > 1; ++k) {
     if (estimates[k].contact) return static_cast<double>(k - at) * step_s;
   }
   return std::numeric_limits<double>::infinity();
@@ -129,7 +129,7 @@ ForceScores score_estimator(const MachineDescription& machine, const Trials& tri
   for (const Press& press : trials.presses) {
     PressScore score = judge_press(trials, press, pulled);
     const std::size_t last = press.judge_to - 1;
-    score.covered = inside(pulls[last].tip_N - trials.pulls.truth[last].tip_N, pulls[last].covariance_N2);
+    score.covered = inside(pulls[last].tip_N - trials.pulls.truth[last].contact_N, pulls[last].covariance_N2);
     score.taken_for_load_N = (pulls[last].tip_N - pulls[last].contact_N).norm();
     scores.presses.push_back(score);
   }

@@ -1,6 +1,7 @@
 // How good a method's forces are on one machine's trials.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -31,8 +32,9 @@ struct ContactModelScore {
 
 /// NaN and empty where a method has no answer of that kind.
 struct ForceScores {
-  double slow_rms_N, slow_p95_N;  ///< |F| in free motion.
-  double digging_rms_N;           ///< Likewise at digging speed.
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  double slow_rms_N = kNone, slow_p95_N = kNone;  ///< |F| in free motion.
+  double digging_rms_N = kNone;                   ///< Likewise at digging speed.
   std::vector<PressScore> presses;
   std::vector<ContactModelScore> contact_models;  ///< The others, on the same pulls.
   std::vector<double> detection_s;  ///< Of each 500 N step; infinite where it was not seen while it lasted.

@@ -1,5 +1,4 @@
-// The command `knuckle-studies sweep --battery estimation`: many sampled machines, each commissioned, identified and
-// judged.
+// The command `knuckle-studies sweep`: batteries of sampled machines and drawn sessions.
 #pragma once
 
 #include "app/cli/command.h"

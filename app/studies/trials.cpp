@@ -108,10 +108,10 @@ void add_pull(std::vector<PlanarVector>& pull_N, std::size_t at, double step_s, 
   }
 }
 
-void run_presses(motion::MachineRun& run, Rig& rig, int count, Trials& trials) {
+void run_presses(motion::MachineRun& run, Rig& rig, const TrialPlan& plan, Trials& trials) {
   motion::PathBuilder builder = rig.start();
   std::vector<std::size_t> starts;
-  for (int k = 0; k < count; ++k) {
+  for (int k = 0; k < plan.presses; ++k) {
     const JointVector pose = rig.pose();
     builder.move(pose, rig.duration_s(builder.at(), pose, kTransfer_mps));
     builder.hold(kRest_s);
@@ -135,15 +135,15 @@ void run_presses(motion::MachineRun& run, Rig& rig, int count, Trials& trials) {
   }
   std::vector<PlanarVector> pull_N(builder.size(), PlanarVector::Zero());
   for (std::size_t k = 0; k < starts.size(); ++k) add_pull(pull_N, starts[k], rig.step_s(), trials.presses[k].force_N);
-  trials.pulls = run.follow(builder.path(), pull_N);
+  trials.pulls = run.follow(builder.path(), pull_N, plan.from_tip_m);
 }
 
 /// Steps in the midst of slow moves, between two of which the contact has time to be forgotten.
-void run_knocks(motion::MachineRun& run, Rig& rig, int count, Trials& trials) {
+void run_knocks(motion::MachineRun& run, Rig& rig, const TrialPlan& plan, Trials& trials) {
   constexpr double kMove_s = 4;
   motion::PathBuilder builder = rig.start();
   std::vector<PlanarVector> force;
-  for (int k = 0; k < count; ++k) {
+  for (int k = 0; k < plan.knocks; ++k) {
     const JointVector towards = rig.pose();
     const double whole_s = rig.duration_s(builder.at(), towards, kTransfer_mps);
     trials.knock_at.push_back(builder.size() + static_cast<std::size_t>(rig.sampler().within(1.6, 2.4) / rig.step_s()));
@@ -156,7 +156,7 @@ void run_knocks(motion::MachineRun& run, Rig& rig, int count, Trials& trials) {
     const auto n = static_cast<std::size_t>(kKnock_s / rig.step_s());
     std::fill_n(pull_N.begin() + static_cast<std::ptrdiff_t>(trials.knock_at[k]), n, force[k]);
   }
-  trials.knocks = run.follow(builder.path(), pull_N);
+  trials.knocks = run.follow(builder.path(), pull_N, plan.from_tip_m);
 }
 
 /// Boom and arm up and down with the bucket held where it carries.
@@ -192,8 +192,8 @@ Trials run_trials(motion::MachineRun& run, const MachineDescription& machine, co
                                                        estimation::MotionSpeed::kSlow, plan.slow_s));
   trials.digging = run.follow(estimation::held_out_motion(machine, stream_seed(seed, Stream::kDigging),
                                                           estimation::MotionSpeed::kDigging, plan.digging_s));
-  run_presses(run, rig, plan.presses, trials);
-  run_knocks(run, rig, plan.knocks, trials);
+  run_presses(run, rig, plan, trials);
+  run_knocks(run, rig, plan, trials);
   trials.empty = lift(run, machine, step_s, 0);
   for (int k = 0; k < plan.lifts; ++k) {
     trials.lifts.push_back(lift(run, machine, step_s, rig.sampler().within(0.15, 1) * machine.payload_full_scale_kg));

@@ -40,6 +40,7 @@ struct Trials {
 struct TrialPlan {
   double slow_s = 30, digging_s = 30;
   int presses = 12, knocks = 8, lifts = 2;
+  double from_tip_m = 0;  ///< Where pulls and knocks act: from the tip towards the bucket pin.
 };
 
 /// @param machine as the controller sees it. Same seed, same motions and loads.

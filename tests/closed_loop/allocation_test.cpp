@@ -21,7 +21,9 @@ INSTANTIATE_TEST_SUITE_P(Allocation, EveryStep,
 TEST(EveryStepOfTheDirectLaw, AllocatesNothingInAWholeSession) {
   session::SessionSetup setup = session_setup("wall_contact", 1);
   setup.law = master::ControlLaw::kDirect;
-  EXPECT_EQ(run_session(setup).allocations, 0u);
+  const FinishedSession session = run_session(setup);
+  EXPECT_EQ(session.allocations, 0u);
+  EXPECT_GT(session.metrics.engaged_s.value_or(0), 5);
 }
 
 TEST(EveryStepOverABadLink, AllocatesNothingInAWholeSession) {
@@ -30,7 +32,9 @@ TEST(EveryStepOverABadLink, AllocatesNothingInAWholeSession) {
   setup.to_machine.jitter = setup.to_operator.jitter = 20ms;
   setup.to_machine.loss = setup.to_operator.loss = 0.1;
   setup.to_machine.duplication = setup.to_operator.reordering = 0.1;
-  EXPECT_EQ(run_session(setup).allocations, 0u);
+  const FinishedSession session = run_session(setup);
+  EXPECT_EQ(session.allocations, 0u);
+  EXPECT_GT(session.metrics.engaged_s.value_or(0), 5);
 }
 
 }  // namespace

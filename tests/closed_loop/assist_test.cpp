@@ -55,7 +55,6 @@ TEST(AssistStopOnObject, DiggingHoldsAtAPipeUntilEnableIsLetGoAndPressedAgain) {
   setup.scenario.phase_names.insert(setup.scenario.phase_names.begin() + at, "stubborn");
   const FinishedSession session = run_session(setup);
 
-  EXPECT_LT(session.metrics.pipe_peak_N.value(), 3000);
   EXPECT_EQ(session.metrics.phases_timed_out.value(), 0) << "it was engaged again and backed out";
   EXPECT_EQ(session.metrics.faults.value(), 0);
   int rows = 0;
@@ -68,11 +67,12 @@ TEST(AssistStopOnObject, DiggingHoldsAtAPipeUntilEnableIsLetGoAndPressedAgain) {
   EXPECT_GT(rows, 3.9 * 200);
 }
 
-TEST(AssistStopOnObject, WithoutItThePipeTakesMore) {
+TEST(AssistStopOnObject, WithoutItThePipeTakesMoreThanTwiceAsMuch) {
   session::SessionSetup setup = session_setup("buried_pipe", 3);
+  const double with_N = run_session(setup).metrics.pipe_peak_N.value();
   setup.scenario.assist.stop_on_object = false;
   phase_named(setup.scenario, "drag").timeout_s = 12;
-  EXPECT_GT(run_session(setup).metrics.pipe_peak_N.value(), 3500);
+  EXPECT_GT(run_session(setup).metrics.pipe_peak_N.value(), 2 * with_N);
 }
 
 TEST(AssistStopOnObject, PlainSoilStopsNothing) {

@@ -92,13 +92,7 @@ struct ChangedSession {
   bool enable_held = true;                     // since the change, ...
   JointVector from_rad = JointVector::Zero();  // ... where the machine was then, ...
   double moved_rad = 0;                        // ... and the farthest any joint has been from there
-  sim::Operator person{setup.machine,
-                       setup.scenario.phases,
-                       {},
-                       5ms,
-                       setup.scenario.hand_rad,
-                       setup.scenario.reaction,
-                       session::press_stiffness_N_per_m(setup)};
+  sim::Operator person = session::operator_of(setup);
   session::HandSide hand{setup.device, setup.limb, setup.seed, setup.scenario.hand_rad};
   ImpairedLink network{setup.to_machine, setup.to_operator, setup.seed};
   ChangedLink link;

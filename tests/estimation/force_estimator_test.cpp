@@ -28,7 +28,7 @@ class Twin {
     p.rate *= speed;
     p.acceleration *= speed * speed;
     const JointVector torque = machine_.kinematics().tip_jacobian(p.angle).transpose() * tip_N + joint_Nm;
-    const std::optional<JointState> state = filter_.step(machine_.measure(p, torque));
+    const std::optional<JointState> state = filter_.step(machine_.measure(p, torque, hull_pitch_rad));
     EXPECT_TRUE(state);
     angle_rad = p.angle;
     return estimator_.step(*state);
@@ -59,6 +59,7 @@ class Twin {
 
   SineMotion motion;
   JointVector angle_rad = JointVector::Zero();
+  double hull_pitch_rad = 0;
 
  private:
   SyntheticMachine machine_;
@@ -101,6 +102,17 @@ TEST(ForceEstimator, KnownForceStepIsRecoveredInMagnitudeDirectionAndTime) {
   EXPECT_LT((e.tip_N - force).norm(), 0.05 * force.norm());
   EXPECT_GT(e.confidence, 0.5);
   EXPECT_TRUE(e.contact);
+}
+
+TEST(ForceEstimator, HullThatTiltsIsNoForce) {
+  Twin run(real_sensors());
+  run.free_motion(25);
+  const double level_N = run.no_load_N(10);
+  for (int n = 0; n < 1000; ++n) {  // 7 deg in 5 s: a track sinks in
+    run.hull_pitch_rad = 0.12 * n / 1000;
+    run.step(PlanarVector::Zero());
+  }
+  EXPECT_LT(run.no_load_N(2), level_N + 20) << "before the tare could learn it";
 }
 
 TEST(ForceEstimator, JointTorqueIsJacobianTransposedTimesTipForce) {

@@ -86,10 +86,12 @@ class SyntheticMachine {
       : machine_(machine), errors_(errors), kinematics_(machine), arm_(machine), random_(seed) {}
 
   /// @param external_Nm torque of the world on the joints.
-  Measurement measure(const SineMotion::Point& p, const JointVector& external_Nm) {
+  Measurement measure(const SineMotion::Point& p, const JointVector& external_Nm, double hull_pitch_rad = 0) {
     const BaseParameters parameters = errors_.mass_factor * lumped_parameters(machine_);
-    const JointVector torque = inverse_dynamics(arm_, parameters, p.angle, p.rate, p.acceleration, 0) - external_Nm;
+    const JointVector torque =
+        inverse_dynamics(arm_, parameters, p.angle, p.rate, p.acceleration, hull_pitch_rad) - external_Nm;
     Measurement m;
+    m.hull_pitch_rad = hull_pitch_rad;
     for (int i = 0; i < kJoints; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const CylinderState cylinder = *kinematics_.cylinder_at(i, p.angle[i]);

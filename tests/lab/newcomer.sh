@@ -25,11 +25,12 @@ gadget_plug
 within 5 test -c /dev/hidraw0
 
 # The machine: a documented one, not as its file says. The tape, the spirit level and the eyes of the person who
-# commissions it are what is truly so.
+# commissions it are what is truly so. It stands at an edge, so that the boom gets down to its stop.
+{ cat /config/scenarios/free_motion.toml; printf '\n[ground]\nheight_m = -3\n'; } > /tmp/at_an_edge.toml
 truth_file=/config/truth/example.toml
 mkfifo /tmp/truth
 cat /tmp/truth > /tmp/truth.csv &
-start node knuckle node --can can0 --truth $truth_file --fault e_stop@usr1+2 --csv /tmp/truth --json "$result/node.json"
+start node knuckle node --can can0 --scenario /tmp/at_an_edge.toml --truth $truth_file --fault e_stop@usr1+2 --csv /tmp/truth --json "$result/node.json"
 within 10 holds "$result/node.log" 'loop runs'
 
 # Waits for what is so now: of what is written, up to 8 KB are still on their way.

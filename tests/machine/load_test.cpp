@@ -176,6 +176,20 @@ class Contradiction : public Shipped {
 };
 INSTANTIATE_TEST_SUITE_P(Default, Contradiction, ::testing::Values("machines/solar015.toml"));
 
+TEST_P(Contradiction, BucketOutlineMustBeConvexAndCounterClockwise) {
+  const auto with_corner = [&](const char* corner, double x, double z) {
+    toml::table copy = original_;
+    copy["bucket_profile"].as_table()->insert_or_assign(corner, toml::array{x, z});
+    return refusal(copy);
+  };
+  for (const auto& [corner, x, z] : {std::tuple{"heel_m", 0.25, 0.05}, {"back_m", 0.2, 0.1}, {"cheek_m", 0.25, 0.02}}) {
+    const std::string line = with_corner(corner, x, z);
+    expect_names(line, std::string("bucket_profile.") + corner);
+    EXPECT_NE(line.find("must leave the outline"), std::string::npos) << line;
+  }
+  EXPECT_EQ(with_corner("cheek_m", 0.3, -0.01), "accepted");
+}
+
 TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
   const std::vector<std::tuple<std::string, double, std::string>> cases{
       {"links.arm.max_rad", -2.6, "= -2.6: must be at least 0.1 above min_rad = -2.585"},

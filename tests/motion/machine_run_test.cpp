@@ -155,11 +155,11 @@ TEST(MachineRun, TestRigPullsAndLetsGo) {
   for (std::size_t i = 0; i < 100; ++i) pull[i] *= static_cast<double>(i) / 100;
   const MachineRecording made = run.follow(hold, pull);
   for (std::size_t i = 0; i < made.truth.size(); ++i) {
-    EXPECT_NEAR(made.truth[i].tip_N.y(), pull[i / 2].y(), 12) << i;  // a sample is some milliseconds old
+    EXPECT_NEAR(made.truth[i].contact_N.y(), pull[i / 2].y(), 12) << i;  // a sample is some milliseconds old
   }
   const auto boom_head = [](const MachineRecording& r, std::size_t i) { return r.recording.samples[i].pressure_Pa[0]; };
   EXPECT_GT(boom_head(made, 399), boom_head(made, 0) + 5e5);
-  EXPECT_EQ(run.rest(0.1).truth.front().tip_N.norm(), 0);
+  EXPECT_EQ(run.rest(0.1).truth.front().contact_N.norm(), 0);
   EXPECT_THROW((void)run.follow(hold, {PlanarVector::Zero()}), std::invalid_argument);
 }
 

@@ -79,12 +79,19 @@ TEST_F(SimulatedSlaveThreads, AnOperatorOverTheLinkLeadsItsMachineAndHearsItsSta
                                                     "--insecure", "--json", path("run.json")});
   {
     Hand hand(address);
-    const bool engaged = engage(hand);
-    EXPECT_TRUE(engaged);
-    if (engaged) {
-      const JointVector was = hand.machine()->position_rad;
+    const auto follows = [&hand] {
+      hand.lead(kArm, 0);
+      if (!engage(hand)) return false;
+      const double was_rad = hand.machine()->position_rad[kArm];
       hand.lead(kArm, 0.05);
-      EXPECT_TRUE(eventually([&] { return hand.machine()->position_rad[kArm] > was[kArm] + 0.02; })) << "it follows";
+      const auto moved = [&] { return hand.machine()->position_rad[kArm] > was_rad + 0.02; };
+      return eventually([&] { return moved() || !hand.sees(Mode::kEngaged); }) && moved();
+    };
+    // A computer too busy to keep the link alive may need more than one try: the machine then stops, as it should.
+    bool followed = false;
+    for (int tries = 8; tries > 0 && !followed; --tries) followed = follows();
+    EXPECT_TRUE(followed);
+    if (followed) {
       EXPECT_TRUE(eventually([&] {
         const auto status = hand.status();
         return status && status->pilot_on && status->acted_report_at != kNever && status->bus_load > 0.05 &&

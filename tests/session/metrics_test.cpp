@@ -173,6 +173,20 @@ TEST(Metrics, PayloadIsReadAtTheEndOfWeighing) {
   EXPECT_EQ(metrics.payload_error_kg, 3);
 }
 
+TEST(Metrics, APayloadThatIsTakenForContactIsAnError) {
+  SessionRecord record = pressed_record();
+  during(record, 0, 20, [](Sample& s) {
+    s.truth_payload_kg = 50;
+    s.payload_sigma_kg = s.t_s < 1 ? 40 : 1;
+    s.payload_kg = s.t_s < 1 ? 0 : 49;  // unsure at first, in free air
+  });
+  EXPECT_EQ(compute_metrics(record).payload_contact_error_kg, 1);
+  during(record, 4, 4.1, [](Sample& s) { s.payload_kg = 30; });
+  EXPECT_EQ(compute_metrics(record).payload_contact_error_kg, 20);
+  EXPECT_FALSE(compute_metrics(pressed_record()).payload_contact_error_kg) << "no load";
+  EXPECT_FALSE(compute_metrics(engaged_record(5)).payload_contact_error_kg);
+}
+
 TEST(Metrics, ContactLossesAreGapsOverFiftyMilliseconds) {
   SessionRecord record = pressed_record();
   const auto lift = [](Sample& s) { s.truth_tip_force_N.setZero(); };
@@ -299,6 +313,131 @@ TEST(Metrics, ModesAreListedInOrderWithTheirLengths) {
   ASSERT_EQ(visits.size(), 2u);
   EXPECT_EQ(visits[0].mode, Mode::kReady);
   EXPECT_NEAR(visits[1].at_s, 1, 1e-9);
+}
+
+TEST(MetricsOfTruth, FeelingNothingIsAnErrorOfOne) {
+  SessionRecord record = engaged_record(6);
+  during(record, 2, 4, [](Sample& s) { s.truth_tip_force_N = {-2000, 0}; });
+  const Metrics metrics = compute_metrics(record);
+  EXPECT_NEAR(metrics.felt_error_rel.value(), 1, 1e-9);
+  EXPECT_NEAR(metrics.felt_error_rms_N.value(), 2 / std::sqrt(3), 1e-2);
+  EXPECT_NEAR(metrics.felt_error_worst_N.value(), 2, 1e-9);
+  EXPECT_NEAR(metrics.felt_onset_ms.value(), 2000, 10);
+}
+
+TEST(MetricsOfTruth, FeelingTheScaledForceOneLinkDelayLateIsNoError) {
+  SessionRecord record = engaged_record(6);
+  record.link_delay_s = 0.1;
+  during(record, 2, 4, [](Sample& s) { s.truth_tip_force_N = {-2000, 300}; });
+  during(record, 2.1, 4.1, [](Sample& s) { s.felt_N = {-2, 0.3}; });
+  const Metrics metrics = compute_metrics(record);
+  EXPECT_LT(metrics.felt_error_rel.value(), 0.1);  // but for a row at each edge
+  EXPECT_LE(metrics.felt_onset_ms.value(), 5 + 1e-6);
+  EXPECT_EQ(metrics.unfelt_s.value(), 0);
+}
+
+TEST(MetricsOfTruth, CarriedLoadIsToBeFelt) {
+  SessionRecord record = engaged_record(6);
+  during(record, 2, 6, [](Sample& s) { s.truth_payload_kg = 100, s.truth_weight_N = {0, -980.665}; });
+  EXPECT_NEAR(compute_metrics(record).felt_error_rel.value(), 1, 1e-9);
+  during(record, 2, 6, [](Sample& s) { s.felt_N = {0, -0.980665}; });
+  EXPECT_LT(compute_metrics(record).felt_error_rel.value(), 0.1);
+}
+
+TEST(MetricsOfTruth, ForceThatNobodyIsToldOfCountsFromThreeTenthsOfASecondOn) {
+  SessionRecord record = engaged_record(10);
+  during(record, 2, 2.25, [](Sample& s) { s.truth_tip_force_N = {-9000, 0}; });  // a knock
+  EXPECT_EQ(compute_metrics(record).unfelt_s.value(), 0);
+  during(record, 4, 5, [](Sample& s) {
+    s.truth_tip_force_N = {-4500, 0};
+    s.felt_N = {-2.6, 0};  // 1.9 N short: bad, but told
+  });
+  EXPECT_EQ(compute_metrics(record).unfelt_s.value(), 0);
+  during(record, 6, 7, [](Sample& s) {
+    s.truth_tip_force_N = {-4500, 0};
+    s.felt_N = {-2.4, 0};
+  });
+  EXPECT_NEAR(compute_metrics(record).unfelt_s.value(), 1, 0.01);
+}
+
+TEST(MetricsOfTruth, HammeringIsASwingAndAHandThatPressesSlowlyIsNone) {
+  SessionRecord record = engaged_record(8);
+  during(record, 2, 6, [](Sample& s) { s.truth_tip_force_N = {-1000 - 900 * std::sin(2 * M_PI * 0.5 * s.t_s), 0}; });
+  const double slow = compute_metrics(record).contact_swing_N.value();
+  EXPECT_LT(slow, 900);
+  during(record, 2, 6, [](Sample& s) { s.truth_tip_force_N = {-1000 - 900 * std::sin(2 * M_PI * 8 * s.t_s), 0}; });
+  EXPECT_NEAR(compute_metrics(record).contact_swing_N.value(), 1800, 40);
+  EXPECT_EQ(compute_metrics(record).contact_bounces.value(), 0);
+}
+
+TEST(MetricsOfTruth, BouncesAreCountedInAllContact) {
+  SessionRecord record = engaged_record(8);
+  EXPECT_FALSE(compute_metrics(record).contact_bounces);
+  for (const double at : {2.0, 2.3, 2.6, 5.0})
+    during(record, at, at + 0.2, [](Sample& s) { s.truth_tip_force_N = {-1000, 0}; });
+  EXPECT_EQ(compute_metrics(record).contact_bounces.value(), 2);
+}
+
+TEST(MetricsOfTruth, FeltForceInFreeAirIsTakenAtItsPeak) {
+  SessionRecord record = engaged_record(8);
+  during(record, 2, 3, [](Sample& s) { s.truth_tip_force_N = {-2000, 0}; });
+  during(record, 3, 3.9, [](Sample& s) { s.felt_N = {-2, 0}; });  // within a second of the contact: not yet free
+  during(record, 6, 6.1, [](Sample& s) { s.felt_N = {0, 1.2}; });
+  during(record, 4.5, 5, [](Sample& s) { s.truth_payload_kg = 50; });
+  during(record, 4.5, 5.9, [](Sample& s) { s.felt_N = {0, -3}; });  // nor within a second of a load
+  EXPECT_NEAR(compute_metrics(record).free_felt_peak_N.value(), 1.2, 1e-12);
+}
+
+TEST(MetricsOfTruth, PeakOfEachPressIsJudgedByWhatThatPressAsksFor) {
+  SessionRecord record = pressed_record();  // 2 kN in press (phase 1), its hold and the phase after it
+  EXPECT_FALSE(compute_metrics(record).peak_over_asked) << "no press asked for a certain force";
+  record.asked_N = {0, 1600, 0, 0};
+  record.phases = {"approach", "press", "release"};
+  during(record, 3, 10, [](Sample& s) { s.phase = 9; });  // holds
+  during(record, 10, 12, [](Sample& s) { s.phase = 2; });
+  during(record, 11, 11.5, [](Sample& s) { s.truth_tip_force_N = {-9000, 0}; });  // no press
+  EXPECT_NEAR(compute_metrics(record).peak_over_asked.value(), 1.25, 1e-12);
+  during(record, 5, 5.1, [](Sample& s) { s.truth_tip_force_N = {-4000, 0}; });
+  EXPECT_NEAR(compute_metrics(record).peak_over_asked.value(), 2.5, 1e-12);
+}
+
+TEST(MetricsOfTruth, WhereNothingWasThereToBeFeltNothingIsMeasured) {
+  SessionRecord record = engaged_record(6);
+  EXPECT_FALSE(compute_metrics(record).unfelt_s);
+  during(record, 2, 3, [](Sample& s) { s.truth_tip_force_N = {-1000, 0}; });
+  EXPECT_EQ(compute_metrics(record).unfelt_s, 0);
+}
+
+TEST(MetricsOfTruth, ForceFeltTheWrongWayRoundIsNotTold) {
+  SessionRecord record = engaged_record(6);
+  during(record, 2, 3, [](Sample& s) {
+    s.truth_tip_force_N = {-3000, 0};
+    s.felt_N = {3, 0};
+  });
+  EXPECT_NEAR(compute_metrics(record).unfelt_s.value(), 1, 0.01);
+  EXPECT_NEAR(compute_metrics(record).felt_onset_ms.value(), 1000, 10);
+}
+
+TEST(MetricsOfTruth, TouchOfALoadedBucketHasAnOnsetOfItsOwn) {
+  SessionRecord record = engaged_record(10);
+  during(record, 1, 10, [](Sample& s) {
+    s.truth_payload_kg = 100;
+    s.truth_weight_N = {0, -980};
+    s.felt_N = {0, -0.98};
+  });
+  EXPECT_NEAR(compute_metrics(record).felt_onset_ms.value(), 0, 5 + 1e-6);
+  during(record, 5, 8, [](Sample& s) {
+    s.truth_tip_force_N = {-2000, 0};
+    if (s.t_s > 5.4) s.felt_N = {-2, -0.98};
+  });
+  EXPECT_NEAR(compute_metrics(record).felt_onset_ms.value(), 400, 10);
+}
+
+TEST(MetricsOfTruth, WithoutEngagementThereIsNothingToJudge) {
+  SessionRecord record = engaged_record(3);
+  during(record, 0, 3, [](Sample& s) { s.mode = Mode::kReady; });
+  const Metrics metrics = compute_metrics(record);
+  EXPECT_FALSE(metrics.felt_error_rms_N || metrics.felt_error_rel || metrics.unfelt_s || metrics.contact_swing_N);
 }
 
 }  // namespace

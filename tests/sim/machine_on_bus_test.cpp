@@ -24,7 +24,7 @@ const MachineDescription& solar() {
 /// With pressures that are not yet those of its weight: it moves from the first millisecond on.
 struct Loaded : MachineOnBus {
   explicit Loaded(CanBus* wire = nullptr) : MachineOnBus(nominal_truth(solar()), {}, kStart, 1, wire) {
-    machine().plant().set_tip_load({0, -20e3});
+    machine().plant().set_pull({0, -20e3});
   }
 };
 

@@ -12,7 +12,7 @@ namespace knuckle::sim {
 class ModelRun {
  public:
   ModelRun(const MachineTruth& truth, const WorldDescription& world, const JointVector& start_rad)
-      : model_(truth), world_(world, truth.machine.payload_com_m) {
+      : model_(truth), world_(world, truth.machine) {
     x_ = model_.equilibrium(start_rad, held_.load);
     (void)model_.derivative(x_, held_, world_, detail_);
   }
@@ -29,8 +29,8 @@ class ModelRun {
       x_ += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
       t_s_ += h;
       (void)model_.derivative(x_, held_, world_, detail_);
-      if (world_.advance(t_s_, h, bucket_motion())) held_.load = world_.load();
-      set_mobility();
+      if (world_.advance(t_s_, h, model_.bucket_motion(x_, detail_.pose))) held_.load = world_.load();
+      if (!world_.empty()) world_.set_mobility(model_.mobility(detail_), detail_.bucket);
     }
   }
 
@@ -65,26 +65,6 @@ class ModelRun {
   }
 
  private:
-  [[nodiscard]] BucketMotion bucket_motion() const {
-    const Turn& hull = model_.body().hull();
-    const JointVector angle = x_.segment<3>(kAngle), rate = x_.segment<3>(kRate);
-    const Turn bucket = hull * detail_.pose.bucket;
-    return {hull * RigidBody::tip(detail_.pose),
-            hull * RigidBody::tip_rate(detail_.pose, rate),
-            {bucket.c, bucket.s},
-            angle.sum() + model_.truth().hull_pitch_rad,
-            rate.sum()};
-  }
-  void set_mobility() {
-    Eigen::Matrix2d mobility;
-    for (Eigen::Index axis = 0; axis < 2; ++axis) {
-      const PlanarVector push = model_.body().hull().back(PlanarVector::Unit(axis));
-      const JointVector motion = detail_.mass.solve(RigidBody::tip_torque(detail_.pose, push));
-      mobility.col(axis) = model_.body().hull() * RigidBody::tip_rate(detail_.pose, motion);
-    }
-    world_.set_mobility(mobility);
-  }
-
   PlantModel model_;
   WorldModel world_;
   HeldInputs held_;

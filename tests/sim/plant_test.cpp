@@ -157,7 +157,7 @@ TEST(Plant, PortReliefBoundsALockedChamber) {
   EXPECT_GT(plant.state().energy.chambers[kBoom].lost, 100);
 }
 
-/// A stiff wall square to the bucket, where a curling (clockwise) tip goes.
+/// A stiff block square to the bucket, where a curling (clockwise) tip goes, and as narrow as a load cell.
 struct BreakoutRig {
   JointVector pose = JointVector(0.3, -1.5, -1.0);
   WorldDescription world;
@@ -167,7 +167,9 @@ struct BreakoutRig {
     world.walls.push_back({.point_m = make_plant(world, pose).state().tip_world_m + 1e-3 * against,
                            .normal = -against,
                            .stiffness_N_per_m = 2e7,
-                           .friction = 0});
+                           .friction = 0,
+                           .from_m = -0.01,
+                           .to_m = 0.01});
   }
 };
 
@@ -187,8 +189,8 @@ TEST(Plant, BucketBreakoutForceIsThatOfTheClass) {
 }
 
 TEST(Plant, HalvingTheStepMovesTheTipByLessThanTwentyMicrometres) {
-  const PlantModel model(nominal_truth(default_machine()));
-  const WorldModel free({}, default_machine().payload_com_m);
+  PlantModel model(nominal_truth(default_machine()));
+  const WorldModel free({}, default_machine());
   const HeldInputs held{.opening = {0.3, -0.2, 0.25}, .load = {}};
   const auto tip_after = [&](double h, double seconds) {
     PlantDetail detail;
@@ -234,7 +236,9 @@ TEST(Plant, StepIsSoundInATenKilonewtonPress) {
 
 TEST(Plant, StepAllocatesNothing) {
   WorldDescription world;
-  world.walls.push_back({.point_m = make_plant().state().tip_world_m + PlanarVector(0.02, 0)});
+  world.ground = GroundDescription{.height_m = make_plant().state().tip_world_m.y() - 0.02};
+  world.walls.push_back({.point_m = make_plant().state().tip_world_m + PlanarVector(0.55, 0)});
+  world.pieces.push_back({.mass_kg = 20, .position_m = make_plant().state().tip_world_m - PlanarVector(0.4, 0)});
   world.soil.push_back({.surface_point_m = {0, -1.2}});
   Plant plant = make_plant(world);
   demand(plant, {-0.4, -0.4, 0.5});

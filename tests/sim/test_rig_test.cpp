@@ -18,11 +18,11 @@ TEST(TestRig, StaticPullShowsInTheChambersAsItsJointTorques) {
   for (const PlanarVector& pull : {PlanarVector(0, -2000), PlanarVector(-1500, 1000), PlanarVector(3000, 500)}) {
     Plant plant = make_plant();
     const JointVector before = torque(plant.state());
-    plant.set_tip_load(pull);
+    plant.set_pull(pull);
     run(plant, 6);
     const PlantState& s = plant.state();
     ASSERT_LT(s.joint_radps.norm(), 1e-3);
-    EXPECT_EQ(s.tip_N, pull);
+    EXPECT_EQ(s.contact_N, pull);
     // Balance at rest: what the chambers changed by is - J^T f, but for what stuck friction carries and the little
     // that gravity changes on the way.
     const JointVector carried = kinematics.tip_jacobian(s.joint_rad).transpose() * pull;
@@ -36,14 +36,14 @@ TEST(TestRig, StaticPullShowsInTheChambersAsItsJointTorques) {
 
 TEST(TestRig, PullIsExactlyBalancedWithFrictionAndGravity) {
   Plant plant = make_plant();
-  plant.set_tip_load({1000, -1500});
+  plant.set_pull({1000, -1500});
   run(plant, 4);
   const PlantState& s = plant.state();
   // Torques of chambers less friction, with the pull, hold what the unloaded machine needs in this very pose.
   Plant unloaded = make_plant({}, s.joint_rad);
   const JointVector gravity = torque(unloaded.state());
   const JointVector held = s.lever_m.cwiseProduct(s.cylinder_N - s.friction_N) +
-                           Kinematics(default_machine()).tip_jacobian(s.joint_rad).transpose() * s.tip_N;
+                           Kinematics(default_machine()).tip_jacobian(s.joint_rad).transpose() * s.contact_N;
   EXPECT_LT((held - gravity).norm(), 1e-3 * gravity.norm());
 }
 
@@ -54,11 +54,11 @@ TEST(TestRig, WorkOfAMovingPullIsInTheLedger) {
   for (int i = 0; i < 4000; ++i) {
     const double t = i * 1e-3;
     demand(plant, {0.4 * std::sin(2 * t), 0.5 * std::sin(1.7 * t + 1), 0.4 * std::sin(2.3 * t)});
-    plant.set_tip_load(1500 * std::min(1.0, t) * PlanarVector(std::sin(3 * t), std::cos(2 * t)));
+    plant.set_pull(1500 * std::min(1.0, t) * PlanarVector(std::sin(3 * t), std::cos(2 * t)));
     plant.step(1ms);
     const PlantState& s = plant.state();
     through += 1e-3 * s.cylinder_N.cwiseProduct(s.cylinder_mps).cwiseAbs().sum();
-    worked -= 1e-3 * s.tip_N.dot(s.tip_mps);
+    worked -= 1e-3 * s.contact_N.dot(s.tip_mps);
   }
   const EnergyLedger& e = plant.state().energy;
   EXPECT_GT(std::abs(worked), 20);
@@ -96,9 +96,9 @@ TEST(TestRig, AnotherWeightTakesThePlaceOfTheOneBefore) {
 
 TEST(TestRig, NonFinitePullIsNone) {
   Plant plant = make_plant();
-  plant.set_tip_load({std::numeric_limits<double>::quiet_NaN(), 100});
+  plant.set_pull({std::numeric_limits<double>::quiet_NaN(), 100});
   run(plant, 0.1);
-  EXPECT_EQ(plant.state().tip_N.norm(), 0);
+  EXPECT_EQ(plant.state().contact_N.norm(), 0);
 }
 
 }  // namespace

@@ -92,28 +92,85 @@ TEST(Wall, FrictionHoldsASidewaysPullBelowItsCone) {
   EXPECT_NEAR(face.anchor_m, 1e-2 - 5e-4, 1e-12);
 }
 
+/// A soil with its surface at z = 0 and a bucket that is led through it.
+struct Ground {
+  BucketOutline outline{default_machine()};
+  SoilDescription description{.surface_point_m = {0, 0}};
+  Soil soil{description, outline, 3.2};
+  BucketMotion bucket;
+
+  /// Tip at a point, mouth towards the machine, moving.
+  void place(const PlanarVector& tip_m, const PlanarVector& velocity_mps, double angle_rad = -2.2) {
+    bucket.turn = Turn(angle_rad);
+    bucket.angle_rad = angle_rad;
+    bucket.pin_m = tip_m - bucket.turn * outline.tip();
+    bucket.pin_mps = velocity_mps;
+    bucket.linkage_m = bucket.pin_m + PlanarVector(0, 0.3);
+    bucket.linkage_mps = velocity_mps;
+  }
+  /// From where it is to another point at a speed, as the plant would move it.
+  void lead(const PlanarVector& from_m, const PlanarVector& to_m, double speed_mps) {
+    constexpr double h = 2.5e-4;
+    const double seconds = (to_m - from_m).norm() / speed_mps;
+    for (double t = 0; t < seconds; t += h) {
+      place(from_m + t / seconds * (to_m - from_m), (to_m - from_m) / seconds);
+      soil.advance(bucket, outline, h);
+    }
+  }
+  [[nodiscard]] PlanarVector force() const {
+    ContactForces forces;
+    soil.add_forces(bucket, outline, forces);
+    return forces.soil;
+  }
+};
+
 TEST(Soil, ResistanceGrowsWithDepthAndOpposesTravel) {
-  SoilDescription description;
-  description.surface_point_m = {0, 0};
-  Soil soil(description);
-  const PlanarVector blade(std::cos(-2.2), std::sin(-2.2)), digging(-0.3, 0);
-  soil.advance({1, -0.01}, digging, blade, 1e-3);
+  Ground ground;
   double last = 0;
-  for (double depth = 0.02; depth < 0.4; depth += 0.02) {
-    const double limit = soil.cutting_limit(depth);
-    EXPECT_GT(limit, last);
-    last = limit;
+  for (double depth = 0.02; depth < 0.3; depth += 0.04) {
+    Ground fresh;
+    fresh.lead({2.0, -depth}, {1.8, -depth}, 0.3);
+    EXPECT_GT(fresh.force().x(), last) << depth;
+    last = fresh.force().x();
   }
   EXPECT_GT(last, 1e3);
   EXPECT_LT(last, 3e4);
-  double lift = 0;
-  for (double depth = 0.01; depth < 0.2; depth += 0.01) {
-    const PlanarVector force = soil.force({0.5, -depth}, digging);
-    EXPECT_GT(force.x(), 0);
-    EXPECT_GE(force.y(), lift);
-    lift = force.y();
+  ground.place({2.0, 0.6}, {-0.3, 0});
+  EXPECT_EQ(ground.force().norm(), 0);
+}
+
+TEST(Soil, WhatIsCutAwayResistsNoMore) {
+  Ground ground;
+  ground.lead({2.0, 0.05}, {2.0, -0.08}, 0.2);
+  ground.lead({2.0, -0.08}, {1.6, -0.08}, 0.3);
+  const double first = ground.force().x();
+  ground.lead({1.6, -0.08}, {1.6, 0.1}, 0.3);
+  ground.lead({1.6, 0.1}, {1.95, 0.1}, 0.3);
+  ground.lead({1.95, 0.1}, {1.95, -0.075}, 0.3);
+  ground.lead({1.95, -0.075}, {1.8, -0.075}, 0.3);
+  EXPECT_LT(ground.force().x(), 0.2 * first);
+}
+
+TEST(Soil, PressedSoilSpringsBackByLittleAndCarriesLessWhereItWasPressed) {
+  Ground ground;
+  ground.lead({2.0, 0.02}, {2.0, -0.04}, 0.1);
+  const double pressed = ground.force().y();
+  EXPECT_GT(pressed, 500);
+  ground.lead({2.0, -0.04}, {2.0, -0.03}, 0.1);
+  EXPECT_LT(ground.force().y(), 0.1 * pressed);
+}
+
+TEST(Soil, HeelStandsOnIt) {
+  Ground ground;
+  const BucketOutline& outline = ground.outline;
+  ground.place({0, 0}, {0, -0.1}, 0);
+  const double angle = -std::numbers::pi / 2 - std::atan2(outline.corner(2).y(), outline.corner(2).x());
+  const double height = outline.corner(2).norm() - 0.03;  // the heel straight below the pin, 3 cm deep
+  for (int i = 0; i < 100; ++i) {
+    ground.place(PlanarVector(2.0, height) + Turn(angle) * outline.tip(), {0, -0.1}, angle);
+    ground.soil.advance(ground.bucket, outline, 2.5e-4);
   }
-  EXPECT_EQ(soil.force({0.5, 0.01}, digging).norm(), 0);
+  EXPECT_GT(ground.force().y(), 1000);
 }
 
 TEST(Soil, DiggingFillsTheBucketNoFurtherThanItsVolume) {

@@ -42,9 +42,10 @@ class SafetyGate : public ::testing::Test {
   }
   void remake(const MachineDescription& machine) { limits = GateLimits(machine); }
 
-  static void expect_refused(const GateResult& r, ReasonCode code) {
+  void expect_refused(const GateResult& r, ReasonCode code) const {
     EXPECT_EQ(r.commands, JointVector(0, 0, 0));
     EXPECT_EQ(r.memory.sent, JointVector(0, 0, 0));
+    EXPECT_EQ(r.memory.at, now) << "neutral was sent now: no credit for opening builds up meanwhile";
     EXPECT_EQ(r.fault.code, code);
   }
   static JointVector only(int joint, double value) {
@@ -175,6 +176,20 @@ TEST_F(SafetyGate, OpensSlowlyAndClosesAtOnce) {
   }
 }
 
+TEST_F(SafetyGate, EachDirectionHasItsOwnDeadBand) {
+  MachineDescription machine = test::test_machine();
+  for (CylinderDescription& cylinder : machine.cylinders) {
+    cylinder.valve.dead_band_extend = 0.08;
+    cylinder.valve.dead_band_retract = 0.16;
+  }
+  remake(machine);
+  memory = {JointVector::Zero(), now - 5ms};
+  for (int joint = 0; joint < kJoints; ++joint) {
+    EXPECT_NEAR(gate_from_memory(only(joint, 0.6)).commands[joint], 0.08 + 0.025, 1e-12);
+    EXPECT_NEAR(gate_from_memory(only(joint, -0.6)).commands[joint], -(0.16 + 0.025), 1e-12);
+  }
+}
+
 TEST_F(SafetyGate, ReversingPassesThroughZeroAndOpensSlowly) {
   memory = {only(kArm, 0.6), now - 5ms};
   EXPECT_NEAR(gate_from_memory(only(kArm, -0.6)).commands[kArm], -(kDeadBand + 0.025), 1e-12);
@@ -274,6 +289,12 @@ TEST_F(SafetyGate, TipSpeedTowardsAWallAllowsToStopInFrontOfIt) {
   EXPECT_NE(r.limits & kLimitVirtualWall, 0);
   EXPECT_LT(r.commands[kBoom], -kDeadBand);
   EXPECT_GT(r.commands[kBoom], -0.6);
+  // A third of 3 cm over 0.15 s, whatever the lever: 0.067 m/s of the tip downwards by the boom alone.
+  const double rod_area = 3.14159265358979 / 4 * (0.065 * 0.065 - 0.035 * 0.035);
+  const double opening = (-r.commands[kBoom] - kDeadBand) / (1 - kDeadBand);
+  const double full_mps = std::min(0.5e-3 * std::sqrt(17.0 / 15.0), 32e-3 / 60) / rod_area;
+  const double tip_per_rad = limits.kinematics.tip_jacobian(state.angle_rad)(1, kBoom);
+  EXPECT_NEAR(opening * full_mps / std::abs(state.lever_m[kBoom]) * std::abs(tip_per_rad), 0.03 / (3 * 0.15), 1e-4);
   EXPECT_EQ(gate(only(kBoom, 0.2)).limits, 0);  // raising is free
 }
 
@@ -290,6 +311,8 @@ TEST_F(SafetyGate, NeverFeedsAChamberBeyondItsPressureLimit) {
         const double opening = std::min((0.6 - kDeadBand) / (1 - kDeadBand), (240 - bar) / 10);
         const double expected = bar >= 240 ? 0 : kDeadBand + opening * (1 - kDeadBand);
         EXPECT_NEAR(r.commands[joint], sign * expected, 1e-9) << bar;
+        const double full = bar >= 240 ? 0 : kDeadBand + std::min(1.0, (240 - bar) / 10) * (1 - kDeadBand);
+        EXPECT_NEAR(gate(only(joint, sign)).commands[joint], sign * full, 1e-9) << "full stroke is no exception";
         EXPECT_EQ(gate(only(joint, -sign * 0.6)).commands[joint], -sign * 0.6) << "relieving must stay possible";
         if (bar >= 240) {
           EXPECT_NE(r.limits & kLimitPressure, 0);
@@ -314,6 +337,19 @@ TEST_F(SafetyGate, KeepsHydraulicPowerBelowItsLimit) {
   state.pressure_Pa[0] = 200e5;
   EXPECT_EQ(gate(JointVector(1, 0, 0)).limiting.code, ReasonCode::kPowerLimit);
   EXPECT_FALSE(gate(JointVector(0.3, 0, 0)).limits & kLimitPower);
+}
+
+TEST_F(SafetyGate, RetractingTakesPowerAsExtendingDoes) {
+  limits.min_rad.setConstant(-10), limits.max_rad.setConstant(10);  // far from every end
+  for (const double sign : {1.0, -1.0}) {
+    state.pressure_Pa = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
+    state.pressure_Pa[sign > 0 ? 0 : 1] = 200e5;
+    const GateResult r = gate(only(kBoom, sign));
+    EXPECT_NE(r.limits & kLimitPower, 0) << sign;
+    const double opening = (std::abs(r.commands[kBoom]) - kDeadBand) / (1 - kDeadBand);
+    const double flow = 0.5e-3 * std::sqrt(17.0 / 15.0), supply = 217e5;
+    EXPECT_NEAR(opening * flow * supply, 8000, 1) << sign;
+  }
 }
 
 // Whatever comes in: never more than asked, never the other way, never non-finite, and every change is flagged.

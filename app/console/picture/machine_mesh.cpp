@@ -66,19 +66,15 @@ Mesh arm_mesh(const MachineDescription& m, const Proportions& size) {
 }
 
 /// The back of the bucket from above K round to the cutting edge; its mouth is open from the hinge to the tip.
-std::vector<PlanarVector> bucket_back(double tip_m, const PlanarVector& k) {
-  std::vector<PlanarVector> back{{0.02 * tip_m, std::max(0.24 * tip_m, 0.8 * k.y())}};
-  for (const auto& [x, z] :
-       {std::pair{0.08, 0.37}, {0.20, 0.47}, {0.36, 0.53}, {0.53, 0.51}, {0.68, 0.42}, {0.81, 0.29}, {0.92, 0.14}})
-    back.emplace_back(x * tip_m, z * tip_m);
-  return back;
+std::vector<PlanarVector> bucket_back(const BucketProfile& profile) {
+  return {profile.back_m, profile.heel_m, profile.edge_m};
 }
 
 Mesh bucket_mesh(const MachineDescription& m, const Proportions& size) {
   Mesh mesh;
   const double w = size.beam, tip = m.links[kBucket].length_m, half = size.bucket_half;
   const PlanarVector k = m.bucket_linkage.bucket_pin_m;
-  const std::vector<PlanarVector> back = bucket_back(tip, k);
+  const std::vector<PlanarVector> back = bucket_back(m.bucket_profile);
   std::vector<Disc> shell{{{0.04 * tip, 0.04 * tip}, 0.02 * tip}};
   for (const PlanarVector& p : back) shell.push_back({p, 0.02 * tip});
   mesh.extrude(swept(shell), -half + 0.03 * tip, half - 0.03 * tip, Material::kBucket);
@@ -89,7 +85,8 @@ Mesh bucket_mesh(const MachineDescription& m, const Proportions& size) {
   mesh.extrude_pair(side, half - 0.03 * tip, half, Material::kBucket);
   // Ears that hold the bucket's pin and K.
   mesh.extrude_pair(
-      hull_of({{{0, 0}, 0.85 * w}, {k, 0.7 * w}, {back[1], 0.2 * w}, {{0.08 * tip, 0.06 * tip}, 0.3 * w}}),
+      hull_of(
+          {{{0, 0}, 0.85 * w}, {k, 0.7 * w}, {m.bucket_profile.back_m, 0.2 * w}, {{0.08 * tip, 0.06 * tip}, 0.3 * w}}),
       size.arm_half + 0.12 * w, size.arm_half + 0.5 * w, Material::kBucket);
   mesh.pin(k, 0.34 * w, size.arm_half + 0.62 * w, Material::kSteel);
   constexpr int kTeeth = 4;

@@ -76,7 +76,7 @@ class TwoPrograms : public testing::Test {
   /// Leads the machine, then does this to the console. @param fault what the machine's side says at its end, and no
   /// more: its own loop was not disturbed. Where this computer stood still instead, nothing was learned: once more.
   void while_led(const std::function<void()>& act, const std::string& fault) {
-    for (int tries = 3; tries > 0; --tries) {
+    for (int tries = 8; tries > 0; --tries) {
       begin();
       if (HasFatalFailure()) return;
       act();

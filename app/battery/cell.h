@@ -1,0 +1,39 @@
+// One drawn session of a battery: a pure function of the settings and its index, so that it can be run anywhere, in
+// any order, and again.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/battery/settings.h"
+#include "app/session/options.h"
+
+namespace knuckle::battery {
+
+struct Cell {
+  std::uint64_t index = 0;
+  session::SimulateOptions options;  ///< Runs it, with no outputs asked for.
+  nlohmann::ordered_json drawn;      ///< What was drawn, by name: the columns that tables group by.
+  nlohmann::ordered_json effects;    ///< What the sampled machine is like (effects.h).
+};
+
+/// Draws the cells of one battery.
+class Drawer {
+ public:
+  /// @throws InputError where the machine or a scenario is not there.
+  explicit Drawer(const Settings& settings);
+  ~Drawer();
+  Drawer(const Drawer&) = delete;
+  Drawer& operator=(const Drawer&) = delete;
+
+  /// @param index below Settings::sessions.
+  [[nodiscard]] Cell cell(std::uint64_t index) const;
+  [[nodiscard]] const Settings& settings() const noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace knuckle::battery

@@ -1,0 +1,116 @@
+#include "app/battery/settings.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/session/scenario.h"
+#include "core/error.h"
+#include "machine/toml_reader.h"
+#include "sim/person.h"
+#include "sim/truth.h"
+
+namespace knuckle::battery {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostChoices = 64;
+constexpr std::int64_t kMostSessions = 1'000'000;
+
+Span read_span(TomlTable& file, const char* key, double min, double max) {
+  const auto bounds = file.numbers<2>(key, min, max);
+  file.require(bounds[0] <= bounds[1], key, "must be [low, high]");
+  return {bounds[0], bounds[1]};
+}
+
+void read_feel(TomlTable& file, Settings& settings) {
+  settings.stiffness_N_per_m = read_span(file, "stiffness_N_per_m", 1e4, 1e8);
+  settings.speed_mps = read_span(file, "speed_mps", 0.01, 1);
+  settings.felt_N = read_span(file, "felt_N", 0.1, 20);
+}
+
+void read_work(TomlTable& file, Settings& settings) {
+  for (TomlTable& table : file.tables("scenario")) settings.scenarios.push_back(table.text("name"));
+  file.require(!settings.scenarios.empty(), "scenario", "at least one [[scenario]] is needed");
+}
+
+Json span_json(const Span& span) {
+  return Json::array({span.low, span.high});
+}
+Span span_of(const Json& json) {
+  return {json.at(0).get<double>(), json.at(1).get<double>()};
+}
+
+}  // namespace
+
+const char* name(Kind kind) noexcept {
+  return kind == Kind::kFeel ? "feel" : "work";
+}
+
+Settings load_settings(const std::string& path) {
+  TomlTable file = TomlTable::read(path);
+  Settings settings;
+  settings.kind = static_cast<Kind>(file.choice("battery", {"feel", "work"}));
+  settings.sessions = static_cast<std::uint64_t>(file.integer("sessions", 1, kMostSessions));
+  settings.seed = static_cast<std::uint64_t>(file.integer("seed", 1, 1'000'000'000));
+  settings.machine = file.text("machine");
+  settings.family = sim::name(static_cast<sim::Family>(file.choice("family", {"smooth", "serviced", "worn"})));
+  settings.person = sim::name(static_cast<sim::PersonClass>(file.choice("person", {"exact", "steady", "rough"})));
+  settings.rtt_ms = file.list("rtt_ms", 1, kMostChoices, 0, 2 * session::kLongestDelay_ms);
+  settings.jitter_ms = file.list("jitter_ms", 1, kMostChoices, 0, session::kLongestDelay_ms);
+  settings.loss = file.list("loss", 1, kMostChoices, 0, 1);
+  settings.bursts_per_s = file.list("bursts_per_s", 1, kMostChoices, 0, 10);
+  settings.kind == Kind::kFeel ? read_feel(file, settings) : read_work(file, settings);
+  file.finish();
+  return settings;
+}
+
+Json settings_json(const Settings& settings) {
+  Json json{{"battery", name(settings.kind)}, {"sessions", settings.sessions},
+            {"seed", settings.seed},          {"machine", settings.machine},
+            {"family", settings.family},      {"person", settings.person},
+            {"rtt_ms", settings.rtt_ms},      {"jitter_ms", settings.jitter_ms},
+            {"loss", settings.loss},          {"bursts_per_s", settings.bursts_per_s}};
+  if (settings.kind == Kind::kFeel) {
+    json["stiffness_N_per_m"] = span_json(settings.stiffness_N_per_m);
+    json["speed_mps"] = span_json(settings.speed_mps);
+    json["felt_N"] = span_json(settings.felt_N);
+  } else {
+    json["scenarios"] = settings.scenarios;
+  }
+  return json;
+}
+
+Settings settings_of(const Json& json, const std::string& source) {
+  try {
+    Settings settings;
+    const auto kind = json.at("battery").get<std::string>();
+    if (kind != "feel" && kind != "work") throw InputError(source + ": battery '" + kind + "' has no cells");
+    settings.kind = kind == "feel" ? Kind::kFeel : Kind::kWork;
+    json.at("sessions").get_to(settings.sessions);
+    json.at("seed").get_to(settings.seed);
+    json.at("machine").get_to(settings.machine);
+    json.at("family").get_to(settings.family);
+    json.at("person").get_to(settings.person);
+    json.at("rtt_ms").get_to(settings.rtt_ms);
+    json.at("jitter_ms").get_to(settings.jitter_ms);
+    json.at("loss").get_to(settings.loss);
+    json.at("bursts_per_s").get_to(settings.bursts_per_s);
+    if (settings.kind == Kind::kFeel) {
+      settings.stiffness_N_per_m = span_of(json.at("stiffness_N_per_m"));
+      settings.speed_mps = span_of(json.at("speed_mps"));
+      settings.felt_N = span_of(json.at("felt_N"));
+    } else {
+      json.at("scenarios").get_to(settings.scenarios);
+    }
+    for (const auto* list : {&settings.rtt_ms, &settings.jitter_ms, &settings.loss, &settings.bursts_per_s}) {
+      if (list->empty()) throw InputError(source + ": settings: a list of the link is empty");
+    }
+    if (settings.kind == Kind::kWork && settings.scenarios.empty())
+      throw InputError(source + ": settings: no scenarios");
+    return settings;
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(source + ": is not a result of knuckle-studies sweep --battery feel or work");
+  }
+}
+
+}  // namespace knuckle::battery

@@ -1,0 +1,37 @@
+// A battery's rows in figures: all together, and by what was drawn.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/battery/rows_file.h"
+
+namespace knuckle::battery {
+
+/// One figure of a group: a share of its sessions, or a quantile of a metric over those that have it.
+struct Figure {
+  std::string name;             ///< "stable", "hold_error_N p95", ...
+  std::optional<double> value;  ///< Nothing where no session of the group has it: shown as such.
+  std::uint64_t of = 0;         ///< How many sessions it is over.
+};
+
+struct Group {
+  std::string by, value;  ///< "limb", "light_grip"; "all", "" for everything.
+  std::uint64_t drawn = 0, refused = 0;
+  std::vector<Figure> figures;
+  [[nodiscard]] const Figure& figure(const std::string& name) const;
+};
+
+// By the criteria of a drawn press (feel_cell.cpp).
+/// A press that was held to its end, without a fault, with few losses of contact and little swing in the hand.
+[[nodiscard]] bool stable(const Row& row);
+/// That, and what was felt was the scaled true force.
+[[nodiscard]] bool stable_and_right(const Row& row);
+/// Nothing of the truth was kept from the hand for long (metric unfelt_s).
+[[nodiscard]] bool nothing_unfelt(const Row& row);
+
+/// By round trip, limb and what else the battery draws in classes; numbers that are drawn continuously by decade.
+[[nodiscard]] std::vector<Group> groups_of(const Rows& rows, Kind kind);
+
+}  // namespace knuckle::battery

@@ -1,0 +1,138 @@
+// What is drawn: the same for the same index, runnable, spread over what the grid says, and never from inside a wall.
+#include "app/battery/cell.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "app/battery/row.h"
+#include "app/session/session_setup.h"
+#include "core/error.h"
+#include "machine/load.h"
+#include "sim/plant.h"
+#include "tests/support/places.h"
+
+namespace knuckle::battery {
+namespace {
+
+Settings settings_named(const std::string& name) {
+  return load_settings(test::source_dir() + "/config/grids/" + name + ".toml");
+}
+
+TEST(BatteryCell, IsAPureFunctionOfSettingsAndIndex) {
+  const Settings settings = settings_named("feel");
+  const Drawer one(settings), other(settings);
+  (void)other.cell(900);  // whatever was drawn before
+  for (const std::uint64_t index : {0U, 7U, 412U}) {
+    const Cell a = one.cell(index), b = other.cell(index);
+    EXPECT_EQ(a.options.scenario_text, b.options.scenario_text);
+    EXPECT_EQ(a.options.seed, b.options.seed);
+    EXPECT_EQ(a.drawn, b.drawn);
+  }
+  EXPECT_NE(one.cell(0).options.scenario_text, one.cell(1).options.scenario_text);
+  Settings reseeded = settings;
+  reseeded.seed = 2;
+  EXPECT_NE(Drawer(reseeded).cell(0).options.scenario_text, one.cell(0).options.scenario_text);
+}
+
+TEST(BatteryCell, SurvivesItsResultsJson) {
+  for (const char* name : {"feel", "work"}) {
+    const Settings settings = settings_named(name);
+    const auto json = nlohmann::ordered_json::parse(settings_json(settings).dump());
+    const Drawer before(settings), after(settings_of(json, "test"));
+    for (std::uint64_t index = 0; index < 20; ++index) {
+      EXPECT_EQ(before.cell(index).options.scenario_text, after.cell(index).options.scenario_text);
+      EXPECT_EQ(before.cell(index).drawn, after.cell(index).drawn);
+    }
+  }
+}
+
+TEST(BatteryCell, EveryPressLoadsOnEveryMachineAndStartsInTheOpen) {
+  for (const char* machine : {"solar015", "compact080"}) {
+    Settings settings = settings_named("feel");
+    settings.machine = machine;
+    const Drawer drawer(settings);
+    for (std::uint64_t index = 0; index < 60; ++index) {
+      SCOPED_TRACE(std::string(machine) + " cell " + std::to_string(index));
+      const session::LoadedSession loaded = session::load_session(drawer.cell(index).options);
+      const sim::Plant plant(loaded.setup.truth, loaded.setup.scenario.world, loaded.setup.scenario.start_rad);
+      EXPECT_EQ(plant.state().contact_N.norm(), 0);
+    }
+  }
+}
+
+TEST(BatteryCell, DrawsEverythingItsGridSays) {
+  const Settings settings = settings_named("feel");
+  const Drawer drawer(settings);
+  std::set<std::string> limbs, places, parts;
+  std::map<double, int> rtts;
+  double softest = 1e9, stiffest = 0;
+  for (std::uint64_t index = 0; index < 600; ++index) {
+    const auto drawn = drawer.cell(index).drawn;
+    limbs.insert(drawn["limb"].get<std::string>());
+    places.insert(drawn["place"].get<std::string>());
+    parts.insert(drawn["part"].get<std::string>());
+    ++rtts[drawn["rtt_ms"].get<double>()];
+    softest = std::min(softest, drawn["stiffness_N_per_m"].get<double>());
+    stiffest = std::max(stiffest, drawn["stiffness_N_per_m"].get<double>());
+    EXPECT_LE(drawn["jitter_ms"].get<double>(), 0.5 * drawn["rtt_ms"].get<double>());
+    const double most_felt = drawn["limb"] == "light_grip" ? 1.8 : 3.5;
+    EXPECT_LE(drawn["felt_N"].get<double>(), most_felt);
+  }
+  EXPECT_EQ(limbs.size(), 4U);
+  EXPECT_EQ(places.size(), 5U);
+  EXPECT_TRUE(parts.contains("tip") && parts.contains("heel")) << "contact is not at the tip alone";
+  EXPECT_EQ(rtts.size(), settings.rtt_ms.size());
+  EXPECT_LT(softest, 3e4);
+  EXPECT_GT(stiffest, 3e7);
+}
+
+TEST(BatteryCell, APersonIsAskedForWhatAHandHolds) {
+  Settings settings = settings_named("feel");
+  settings.person = "rough";
+  settings.felt_N = {3, 10};
+  const Drawer drawer(settings);
+  for (std::uint64_t index = 0; index < 60; ++index) {
+    const Cell cell = drawer.cell(index);
+    EXPECT_NO_THROW((void)session::load_session(cell.options)) << cell.options.scenario_text;
+  }
+}
+
+TEST(BatteryCell, ARowSaysTheSameTwiceAndAllMetrics) {
+  Settings settings = settings_named("feel");
+  const Drawer drawer(settings);
+  const Row first = run_cell(drawer.cell(3)), second = run_cell(drawer.cell(3));
+  EXPECT_EQ(first.dump(), second.dump());
+  ASSERT_TRUE(was_run(first)) << first.dump();
+  for (const char* metric : {"felt_error_rel", "unfelt_s", "hold_error_N", "peak_over_asked"})
+    EXPECT_TRUE(first["metrics"][metric].is_number()) << metric;
+}
+
+TEST(BatteryThreads, RunSessionsSideBySideAsOneAfterTheOther) {
+  const Drawer drawer(settings_named("feel"));
+  std::array<Row, 2> together;
+  {
+    std::array<std::jthread, 2> threads;
+    for (std::size_t i = 0; i < threads.size(); ++i)
+      threads[i] = std::jthread([&, i] { together[i] = run_cell(drawer, i); });
+  }
+  for (std::size_t i = 0; i < together.size(); ++i) EXPECT_EQ(together[i].dump(), run_cell(drawer, i).dump());
+}
+
+TEST(BatteryCell, WhatCannotRunSaysWhy) {
+  Cell cell;
+  cell.options.scenario = "nowhere";
+  const Row row = run_cell(cell);
+  EXPECT_FALSE(was_run(row));
+  EXPECT_NE(row["refused"].get<std::string>().find("nowhere"), std::string::npos);
+  EXPECT_FALSE(passed(row));
+  EXPECT_FALSE(metric_of(row, "hold_error_N"));
+}
+
+}  // namespace
+}  // namespace knuckle::battery

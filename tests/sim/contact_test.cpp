@@ -1,0 +1,289 @@
+// Contact anywhere on the bucket: each place of it against faces, ends, corners, pipes and ground; where forces act,
+// what they do to the joints, and that no energy is made.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "sim/world_model.h"
+#include "test_plant.h"
+
+namespace knuckle::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+const BucketOutline& outline() {
+  static const BucketOutline made(default_machine());
+  return made;
+}
+
+/// At rest, bucket pin at the origin of W, turned.
+BucketMotion standing(double angle_rad) {
+  BucketMotion bucket;
+  bucket.turn = Turn(angle_rad);
+  bucket.angle_rad = angle_rad;
+  bucket.linkage_m = bucket.turn * PlanarVector(0.2, 0.1);  // in the outline, out of the way
+  return bucket;
+}
+
+/// The direction that a corner points in, bucket axes.
+PlanarVector outwards(std::size_t corner) {
+  return (outline().outward(corner) + outline().outward((corner + kCorners - 1) % kCorners)).normalized();
+}
+
+ContactForces forces(const WorldDescription& world, const BucketMotion& bucket) {
+  return WorldModel(world, default_machine()).forces(bucket);
+}
+
+constexpr double kDepth_m = 1e-3;
+constexpr double kStiffness = 1e6;
+
+class EachCorner : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(EachCorner, IsPushedOutOfAWallWhereItIs) {
+  for (const double angle : {-2.5, -1.0, 0.4}) {
+    const BucketMotion bucket = standing(angle);
+    const PlanarVector at = bucket.at(outline().corner(GetParam()));
+    const PlanarVector normal = -(bucket.turn * outwards(GetParam()));
+    WorldDescription world;
+    world.walls.push_back({.point_m = at + kDepth_m * normal, .normal = normal, .stiffness_N_per_m = kStiffness});
+    const ContactForces felt = forces(world, bucket);
+    EXPECT_LT((felt.wall - kStiffness * kDepth_m * normal).norm(), 1e-6);
+    EXPECT_NEAR(felt.bucket_Nm, cross(at, felt.wall), 1e-6);
+    EXPECT_LT((bucket.turn.back(felt.weighted_Nm / felt.weight_N) - outline().corner(GetParam())).norm(), 1e-9);
+    EXPECT_EQ(felt.linkage_N.norm(), 0);
+  }
+}
+
+TEST_P(EachCorner, IsPushedOutOfAPipe) {
+  const BucketMotion bucket = standing(-1.2);
+  const PlanarVector out = bucket.turn * outwards(GetParam());
+  WorldDescription world;
+  world.pipes.push_back(
+      {.centre_m = bucket.at(outline().corner(GetParam())) + (0.05 - kDepth_m) * out, .radius_m = 0.05});
+  const ContactForces felt = forces(world, bucket);
+  EXPECT_LT((felt.pipe + world.pipes[0].stiffness_N_per_m * kDepth_m * out).norm(), 1);
+}
+
+TEST_P(EachCorner, SideBehindItIsPushedOffTheCornerOfAWall) {
+  const BucketMotion bucket = standing(0.7);
+  const std::size_t side = GetParam();
+  const PlanarVector middle = 0.5 * (outline().corner(side) + outline().corner((side + 1) % kCorners));
+  const PlanarVector out = bucket.turn * outline().outward(side);
+  // A wall whose end stands square to its face: its corner is kDepth_m inside the bucket, its body away from it.
+  WorldDescription world;
+  const PlanarVector normal = Turn(-std::numbers::pi / 4) * PlanarVector(-out);
+  world.walls.push_back({.point_m = bucket.at(middle) - kDepth_m * out,
+                         .normal = normal,
+                         .stiffness_N_per_m = kStiffness,
+                         .friction = 0,
+                         .to_m = 0});
+  const ContactForces felt = forces(world, bucket);
+  EXPECT_LT((felt.wall + kStiffness * kDepth_m * out).norm(), 1e-6) << felt.wall.transpose();
+  EXPECT_LT((bucket.turn.back(felt.weighted_Nm / felt.weight_N) - middle).norm(), 2 * kDepth_m);
+}
+
+INSTANTIATE_TEST_SUITE_P(Contact, EachCorner, testing::Range<std::size_t>(0, kCorners),
+                         [](const auto& corner) { return std::string(name(static_cast<BucketPlace>(corner.param))); });
+
+TEST(Contact, LoosePieceIsPushedAlongWithItsFrictionAtAnySpeedAndStep) {
+  constexpr double kMass_kg = 40;
+  std::vector<double> pushes_N;
+  for (const double speed_mps : {0.05, 0.3}) {
+    for (const double step_s : {5e-4, 1e-4}) {
+      BucketMotion bucket = standing(-std::numbers::pi / 2);
+      double foremost_m = 0;
+      for (std::size_t i = 0; i < kCorners; ++i) foremost_m = std::max(foremost_m, bucket.at(outline().corner(i)).x());
+      const PlanarVector mouth = bucket.at(0.5 * (outline().corner(0) + outline().corner(5)));
+      WorldDescription world;
+      world.pieces.push_back(
+          {.mass_kg = kMass_kg, .position_m = {foremost_m + piece_radius_m(kMass_kg) + 0.01, mouth.y()}});
+      WorldModel model(world, default_machine());
+      bucket.pin_mps = {speed_mps, 0};
+      const int steps = static_cast<int>(0.2 / (speed_mps * step_s));
+      for (int i = 0; i < steps; ++i) {
+        bucket.pin_m.x() += speed_mps * step_s;
+        bucket.linkage_m.x() += speed_mps * step_s;
+        (void)model.advance(step_s * i, step_s, bucket);
+        if (i < steps / 2) continue;  // it has come to slide
+        const PlanarVector on_bucket_N = model.forces(bucket).piece;
+        ASSERT_LT(on_bucket_N.x(), 0) << "it stays in contact";
+        ASSERT_NEAR(-on_bucket_N.x(), 0.6 * (kMass_kg * kGravity_mps2 + on_bucket_N.y()), 0.1) << speed_mps;
+        if (i == steps - 1) pushes_N.push_back(-on_bucket_N.x());
+      }
+    }
+  }
+  for (const double push_N : pushes_N) EXPECT_NEAR(push_N, pushes_N.front(), 0.01 * pushes_N.front());
+}
+
+TEST(Contact, PinOfTheLinkageIsPushedOutOfAWallByItself) {
+  BucketMotion bucket = standing(-1);
+  bucket.linkage_m = bucket.turn * PlanarVector(-0.05, 0.4);
+  const PlanarVector normal = -bucket.linkage_m.normalized();
+  WorldDescription world;
+  world.walls.push_back(
+      {.point_m = bucket.linkage_m + kDepth_m * normal, .normal = normal, .stiffness_N_per_m = kStiffness});
+  const ContactForces felt = forces(world, bucket);
+  EXPECT_LT((felt.linkage_N - kStiffness * kDepth_m * normal).norm(), 1e-6);
+  EXPECT_EQ(felt.bucket_N.norm(), 0);
+}
+
+TEST(Contact, SeveralPlacesAtOnceAddUp) {
+  const BucketMotion bucket = standing(0);
+  const PlanarVector tip = outline().corner(0), heel = outline().corner(2);
+  WorldDescription world;
+  world.walls.push_back(
+      {.point_m = tip - PlanarVector(kDepth_m, 0), .normal = {-1, 0}, .stiffness_N_per_m = kStiffness});
+  world.walls.push_back(
+      {.point_m = heel - PlanarVector(0, kDepth_m), .normal = {0, -1}, .stiffness_N_per_m = kStiffness});
+  const ContactForces felt = forces(world, bucket);
+  EXPECT_LT((felt.bucket_N - kStiffness * kDepth_m * PlanarVector(-1, -1)).norm(), 1e-6);
+  EXPECT_NEAR(felt.bucket_Nm, kStiffness * kDepth_m * (cross(tip, {-1, 0}) + cross(heel, {0, -1})), 1e-6);
+}
+
+TEST(Contact, PlaceThatComesInByTheEndOfAWallIsNotThrownOutOfItsFace) {
+  BucketMotion bucket = standing(std::numbers::pi / 2);
+  WorldDescription world;  // fills what is above z = 0 and behind x = -0.2; its end at z = 0 looks down
+  world.walls.push_back({.point_m = {-0.2, 0.4},
+                         .normal = {-1, 0},
+                         .stiffness_N_per_m = kStiffness,
+                         .friction = 0,
+                         .from_m = -2,
+                         .to_m = 0.4});
+  WorldModel model(world, default_machine());
+  double most = 0;
+  for (int i = 0; i < 40; ++i) {  // the tip rises into it from below, well behind the face
+    bucket.pin_m = PlanarVector(0, -1e-3 + 1e-4 * i) - bucket.turn * outline().tip();
+    bucket.pin_mps = {0, 0.4};
+    bucket.linkage_m = bucket.pin_m + bucket.turn * PlanarVector(0.2, 0.1);
+    model.advance(i * 2.5e-4, 2.5e-4, bucket);
+    most = std::max(most, model.forces(bucket).wall.norm());
+  }
+  EXPECT_NEAR(most, kStiffness * 2.9e-3, 1);
+  EXPECT_LT(model.forces(bucket).wall.y(), 0);
+}
+
+TEST(Contact, JointTorquesOfAForceAreItsVirtualWork) {
+  const RigidBody body(default_machine(), 0);
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int n = 0; n < 200; ++n) {
+    JointVector angle;
+    for (int j = 0; j < kJoints; ++j) {
+      const LinkDescription& link = default_machine().links[static_cast<std::size_t>(j)];
+      angle[j] = link.min_rad + 0.5 * (1 + unit(random)) * (link.max_rad - link.min_rad);
+    }
+    const PlanarVector force(1000 * unit(random), 1000 * unit(random)),
+        of_bucket(0.4 * unit(random), 0.4 * unit(random));
+    const PoseGeometry pose = body.pose(angle);
+    const JointVector on_bucket = RigidBody::bucket_torque(pose, force, cross(pose.bucket * of_bucket, force));
+    const JointVector on_linkage = RigidBody::linkage_torque(pose, force);
+    for (int j = 0; j < kJoints; ++j) {
+      constexpr double kStep_rad = 1e-5;
+      const PoseGeometry high = body.pose(angle + kStep_rad * JointVector::Unit(j));
+      const PoseGeometry low = body.pose(angle - kStep_rad * JointVector::Unit(j));
+      const auto bucket_point = [&](const PoseGeometry& p) {
+        return PlanarVector(p.boom_m + p.arm_m + p.bucket * of_bucket);
+      };
+      const auto linkage_point = [](const PoseGeometry& p) { return PlanarVector(p.boom_m + p.linkage_m); };
+      EXPECT_NEAR(on_bucket[j], force.dot(bucket_point(high) - bucket_point(low)) / (2 * kStep_rad), 1e-3);
+      EXPECT_NEAR(on_linkage[j], force.dot(linkage_point(high) - linkage_point(low)) / (2 * kStep_rad), 1e-3);
+    }
+  }
+}
+
+/// The default machine with its bucket curled in, so that it stands on its heel.
+struct HeelDown {
+  JointVector pose = JointVector(0.1, -1.2, -1.6);
+  WorldDescription world;
+  double heel_x = 0, heel_z = 0;
+  explicit HeelDown(double gap_m) {
+    const Plant probe = make_plant({}, pose);
+    lowest(probe);
+    world.ground = GroundDescription{.height_m = heel_z - gap_m};
+  }
+  void lowest(const Plant& plant) {
+    const RigidBody body(plant.truth().machine, 0);
+    const PoseGeometry p = body.pose(plant.state().joint_rad);
+    heel_z = 1e9;
+    for (std::size_t i = 0; i < kCorners; ++i) {
+      const PlanarVector corner = p.boom_m + p.arm_m + p.bucket * outline().corner(i);
+      if (corner.y() < heel_z) heel_x = corner.x(), heel_z = corner.y();
+    }
+  }
+};
+
+TEST(Contact, GroundHoldsTheBucketUpWhateverOfItComesFirst) {
+  for (const double bucket_rad : {-2.3, -1.6, -0.8, 0.0, 0.6}) {
+    HeelDown rig(0.02);
+    rig.pose[kBucket] = bucket_rad;
+    rig.lowest(make_plant({}, rig.pose));
+    rig.world.ground->height_m = rig.heel_z - 0.02;
+    Plant plant = make_plant(rig.world, rig.pose);
+    plant.set_valve_demand(kBoom, -0.3);
+    run(plant, 2);
+    rig.lowest(plant);
+    const PlantState& s = plant.state();
+    EXPECT_GT(s.contact_N.y(), 500) << bucket_rad;
+    EXPECT_GT(rig.heel_z, rig.world.ground->height_m - 0.01) << bucket_rad;
+    EXPECT_LT(s.joint_radps.norm(), 0.02) << bucket_rad;
+  }
+}
+
+TEST(Contact, HeelPressIsBalancedByTheChambersWhereItActs) {
+  const HeelDown rig(0.005);
+  Plant plant = make_plant(rig.world, rig.pose);
+  plant.set_valve_demand(kBoom, -0.25);
+  while (plant.state().contact_N.y() < 3000 && plant.state().t_s < 5) plant.step(1ms);
+  plant.set_valve_demand(kBoom, 0);
+  run(plant, 4);
+  const PlantState& s = plant.state();
+  ASSERT_GT(s.contact_N.norm(), 1000);
+  ASSERT_LT(s.joint_radps.norm(), 1e-3);
+  EXPECT_LT((s.contact_m - outline().corner(2)).norm(), 1e-6);  // the heel
+  // Torques of chambers less friction, with the contact's, hold what the machine in the air needs in this pose.
+  const JointVector held = s.lever_m.cwiseProduct(s.cylinder_N - s.friction_N);
+  const RigidBody body(plant.truth().machine, 0);
+  const PoseGeometry pose = body.pose(s.joint_rad);
+  const JointVector contact =
+      RigidBody::bucket_torque(pose, s.contact_N, cross(pose.bucket * s.contact_m, s.contact_N));
+  const JointVector gravity = body.bias(pose, JointVector::Zero(), {});
+  EXPECT_LT((held + contact - gravity).norm(), 2e-3 * gravity.norm());
+}
+
+TEST(Contact, NoEnergyIsMadeWhileTheBucketRollsSlidesAndKnocksOnTheGround) {
+  const HeelDown rig(0.03);
+  WorldDescription world = rig.world;
+  world.pipes.push_back({.centre_m = {rig.heel_x + 0.45, rig.heel_z - 0.03}});  // half buried
+  Plant plant = make_plant(world, rig.pose);
+  const EnergyLedger start = plant.state().energy;
+  double through = 0, most = 0;
+  for (int i = 0; i < 6000; ++i) {
+    const double t = i * 1e-3;
+    demand(plant, {-0.05 + 0.3 * std::sin(3 * t), 0.4 * std::sin(1.7 * t + 1), 0.5 * std::sin(2.3 * t)});
+    plant.step(1ms);
+    through += 1e-3 * plant.state().cylinder_N.cwiseProduct(plant.state().cylinder_mps).cwiseAbs().sum();
+    most = std::max(most, plant.state().contact_N.norm());
+  }
+  ASSERT_GT(most, 1000);
+  const EnergyLedger& e = plant.state().energy;
+  const double missing = (e.links.in - start.links.in) - (e.links.out - start.links.out) -
+                         (e.links.lost - start.links.lost) - (e.links.stored - start.links.stored);
+  EXPECT_LT(std::abs(missing), 1e-3 * through);
+  EXPECT_GT(e.contact.in - start.contact.in, 0);  // the world takes work; it gives none
+}
+
+TEST(Contact, PullOfATestRigActsWhereItsChainHangs) {
+  Plant at_tip = make_plant(), at_heel = make_plant();
+  const PlanarVector pull(0, -2000);
+  at_tip.set_pull(pull, outline().tip());
+  at_heel.set_pull(pull, outline().corner(2));
+  run(at_tip, 6), run(at_heel, 6);
+  EXPECT_EQ(at_tip.state().contact_N, pull);
+  EXPECT_LT((at_tip.state().contact_m - outline().tip()).norm(), 1e-9);
+  EXPECT_LT((at_heel.state().contact_m - outline().corner(2)).norm(), 1e-9);
+  EXPECT_LT(std::abs(at_heel.state().cylinder_N[kBucket]), std::abs(at_tip.state().cylinder_N[kBucket]));
+}
+
+}  // namespace
+}  // namespace knuckle::sim

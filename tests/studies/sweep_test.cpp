@@ -1,0 +1,193 @@
+// Batteries of sessions by the programs: however the work is shared out, the result is the same to the bit; one session
+// of it runs again alone; wrong usage is one line.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/places.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::studies {
+namespace {
+
+using test::content;
+using test::ProgramRun;
+using test::run_program;
+using Arguments = std::vector<std::string>;
+
+class SweepProgram : public testing::Test {
+ protected:
+  static constexpr int kSessions = 5;
+
+  [[nodiscard]] static ProgramRun sweep(Arguments more) {
+    Arguments all{"sweep", "--battery", "feel", "--sessions", std::to_string(kSessions)};
+    all.insert(all.end(), more.begin(), more.end());
+    return run_program(test::program("knuckle-studies"), all);
+  }
+  /// The result of one process and one thread.
+  const std::string& whole() {
+    if (whole_.empty()) {
+      const ProgramRun run = sweep({"--jobs", "1", "--json", folder_.file("whole.json")});
+      EXPECT_EQ(run.exit_code, 0) << run.err;
+      whole_ = content(folder_.file("whole.json"));
+    }
+    return whole_;
+  }
+  void expect_same(const ProgramRun& run, const std::string& file) {
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(content(folder_.file(file)), whole());
+  }
+  void expect_refused(const ProgramRun& run, const std::string& why) {
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_NE(run.err.find(why), std::string::npos) << run.err;
+  }
+
+  test::TemporaryFolder folder_;
+  std::string whole_;
+};
+
+TEST_F(SweepProgram, IsTheSameOnAnyNumberOfThreadsAndInShards) {
+  const auto json = nlohmann::json::parse(whole());
+  ASSERT_EQ(json["rows"].size(), std::size_t(kSessions));
+  EXPECT_EQ(json["groups"][0]["refused"], 0);
+  expect_same(sweep({"--jobs", "3", "--json", folder_.file("threads.json")}), "threads.json");
+  for (const char* shard : {"1/2", "2/2"}) {
+    const std::string rows = folder_.file(std::string("rows") + shard[0]);
+    EXPECT_EQ(sweep({"--shard", shard, "--rows", rows}).exit_code, 0);
+  }
+  expect_same(sweep({"--merge", folder_.file("rows1"), folder_.file("rows2"), "--json", folder_.file("merged.json")}),
+              "merged.json");
+}
+
+TEST_F(SweepProgram, IsTakenUpWhereItEnded) {
+  const std::string rows = folder_.file("rows");
+  ASSERT_EQ(sweep({"--jobs", "1", "--rows", rows}).exit_code, 0);
+  std::string text = content(rows);
+  for (int line = 0; line < 3; ++line) text.resize(text.rfind('\n'));  // two rows less, and the line end before
+  std::ofstream(rows, std::ios::trunc) << text << "\n{\"cell\":4,\"dra";
+  expect_same(sweep({"--rows", rows, "--json", folder_.file("resumed.json")}), "resumed.json");
+}
+
+TEST_F(SweepProgram, IsTheSameUnderMpi) {
+#ifndef KNUCKLE_MPI
+  GTEST_SKIP() << "built without MPI";
+#endif
+  setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+  setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+  const ProgramRun run =
+      run_program("mpirun", {"--oversubscribe", "-n", "2", test::program("knuckle-studies"), "sweep", "--battery",
+                             "feel", "--sessions", std::to_string(kSessions), "--jobs", "1", "--rows",
+                             folder_.file("rows"), "--json", folder_.file("mpi.json")});
+  expect_same(run, "mpi.json");
+  // Two ranks shared it: had each run alone, either file would have all rows.
+  const auto rows = [&](const char* file) {
+    const std::string text = content(folder_.file(file));
+    return std::count(text.begin(), text.end(), '\n') - 1;
+  };
+  EXPECT_EQ(rows("rows.0"), 3);
+  EXPECT_EQ(rows("rows.1"), 2);
+  // One process takes up what two have left.
+  expect_same(sweep({"--rows", folder_.file("rows"), "--json", folder_.file("one.json")}), "one.json");
+  EXPECT_EQ(rows("rows"), 0);
+}
+
+TEST_F(SweepProgram, OneSessionRunsAgainAlone) {
+  const auto json = nlohmann::json::parse(whole());
+  const ProgramRun run = run_program(test::program("knuckle"), {"simulate", "--from-cell", folder_.file("whole.json:3"),
+                                                                "--json", folder_.file("cell.json")});
+  EXPECT_LE(run.exit_code, 1) << run.err;
+  const auto cell = nlohmann::json::parse(content(folder_.file("cell.json")));
+  EXPECT_EQ(cell["digest"], json["rows"][3]["digest"]);
+  EXPECT_EQ(run.out.find("this is not the session"), std::string::npos) << run.out;
+}
+
+TEST_F(SweepProgram, ASessionThatIsNoLongerTheSameSaysSo) {
+  auto json = nlohmann::ordered_json::parse(whole());
+  json["rows"][3]["digest"] = "of another build";
+  std::ofstream(folder_.file("other.json")) << json;
+  const ProgramRun run =
+      run_program(test::program("knuckle"), {"simulate", "--from-cell", folder_.file("other.json:3")});
+  EXPECT_NE(run.out.find("this is not the session that the battery ran"), std::string::npos) << run.out;
+}
+
+TEST_F(SweepProgram, RowsThatContradictEachOtherAreRefused) {
+  const std::string rows = folder_.file("rows"), other = folder_.file("other");
+  ASSERT_EQ(sweep({"--rows", rows}).exit_code, 0);
+  std::string text = content(rows);
+  const std::size_t digest = text.rfind("\"digest\":\"") + 10;
+  text[digest] = text[digest] == '0' ? '1' : '0';
+  std::ofstream(other) << text;
+  expect_refused(sweep({"--merge", rows, other}), "differs from a row of the same cell");
+}
+
+TEST_F(SweepProgram, WorkRunsStockScenarios) {
+  const ProgramRun run = run_program(test::program("knuckle-studies"), {"sweep", "--battery", "work", "--sessions", "4",
+                                                                        "--json", folder_.file("work.json")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(content(folder_.file("work.json")));
+  ASSERT_EQ(json["rows"].size(), 4U);
+  for (const auto& row : json["rows"]) EXPECT_FALSE(row["metrics"].empty()) << row;
+}
+
+TEST_F(SweepProgram, EstimationIsTheSameInShards) {
+  const auto estimation = [&](Arguments more) {
+    Arguments all{"sweep", "--battery", "estimation", "--machines", "2", "--ensemble", "0"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run_program(test::program("knuckle-studies"), all);
+  };
+  const std::string rows = folder_.file("whole"), first = folder_.file("first");
+  const ProgramRun run = estimation({"--rows", rows, "--json", folder_.file("whole.json")});
+  ASSERT_LE(run.exit_code, 1) << run.err;
+  ASSERT_EQ(estimation({"--shard", "1/2", "--rows", first}).exit_code, 0) << "half of it has no verdict";
+  const ProgramRun merged = estimation({"--merge", first, "--json", folder_.file("merged.json")});
+  EXPECT_EQ(merged.exit_code, run.exit_code) << merged.err;
+  const std::string json = content(folder_.file("whole.json"));
+  EXPECT_EQ(nlohmann::json::parse(json)["judged"], 2);
+  EXPECT_EQ(content(folder_.file("merged.json")), json);
+  // From rows alone: nothing is lost on the way to a file and back.
+  EXPECT_EQ(estimation({"--rows", rows, "--json", folder_.file("again.json")}).exit_code, run.exit_code);
+  EXPECT_EQ(content(folder_.file("again.json")), json);
+}
+
+TEST_F(SweepProgram, WritesATableAndAPage) {
+  const ProgramRun run = sweep({"--csv", folder_.file("rows.csv"), "--report", folder_.file("page.html")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::string csv = content(folder_.file("rows.csv")), page = content(folder_.file("page.html"));
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), kSessions + 1);
+  EXPECT_NE(csv.find("stiffness_N_per_m"), std::string::npos);
+  EXPECT_NE(page.find("<svg"), std::string::npos);
+  EXPECT_NE(page.find("stable and right"), std::string::npos);
+}
+
+TEST_F(SweepProgram, RefusesWhatDoesNotGoTogether) {
+  expect_refused(sweep({"--shard", "0/2"}), "--shard 0/2: must be K/N");
+  expect_refused(sweep({"--shard", "3/2"}), "--shard 3/2: must be K/N");
+  expect_refused(sweep({"--machines", "3"}), "--machines: does not go with --battery feel");
+  expect_refused(sweep({"--grid", "work"}), "is of the battery work");
+  expect_refused(sweep({"--family", "rusty"}), "--family rusty: must be one of smooth, serviced, worn");
+  const std::string foreign = folder_.file("foreign");
+  std::ofstream(foreign) << "mine";
+  expect_refused(sweep({"--rows", foreign}), "is not a file of a battery's rows");
+  EXPECT_EQ(content(foreign), "mine");
+  const auto simulate = [&](Arguments more) {
+    more.insert(more.begin(), "simulate");
+    return run_program(test::program("knuckle"), more);
+  };
+  expect_refused(sweep({"--rows", "/dev/null"}), "--rows /dev/null: must be a file");
+  expect_refused(sweep({"--merge", folder_.path().string()}), "--merge " + folder_.path().string());
+  expect_refused(sweep({"--rows", folder_.file("r"), "--json", folder_.file("r.0")}), "is kept for --rows");
+  (void)whole();
+  const std::string file = folder_.file("whole.json");
+  expect_refused(simulate({"--from-cell", file + ":5"}), "sessions 0 to 4");
+  expect_refused(simulate({"--from-cell", file}), "must be FILE:N");
+  expect_refused(simulate({"--from-cell", file + ":1", "--seed", "3"}), "--seed: does not go with --from-cell");
+  expect_refused(simulate({"--from-cell", foreign + ":1"}), "is not a result of");
+}
+
+}  // namespace
+}  // namespace knuckle::studies
