@@ -21,8 +21,7 @@ double moved_mass_kg(const MachineDescription& machine, const JointVector& joint
                                 });
   const sim::RigidBody body(machine, 0);
   const sim::PoseGeometry pose = body.pose(joint_rad);
-  const double moment = foremost.x() * along.y() - foremost.y() * along.x();
-  const JointVector torque = sim::RigidBody::bucket_torque(pose, along, moment);
+  const JointVector torque = sim::RigidBody::bucket_torque(pose, along, sim::cross(foremost, along));
   return 1 / torque.dot(body.mass(pose, {}).solve(torque));
 }
 

@@ -137,6 +137,7 @@ void measure_onset(const std::vector<Row>& rows, PlanarVector Row::*force, Metri
     }
     if (rows[last].t_s - rows[begin].t_s >= kLasting_s)
       keep_largest(metrics.felt_onset_ms, 1e3 * (felt_s.value_or(rows[last].t_s) - rows[begin].t_s));
+    --i;  // the row that ended it may begin another one
   }
 }
 

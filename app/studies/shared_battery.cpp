@@ -136,8 +136,8 @@ class Share {
       }
     } catch (const cli::Interrupted&) {
       if (!file_) throw;
-      throw cli::Interrupted(fmt::format("{} of {} cells are in {}: the same command runs the others", rows_.size(),
-                                         battery_.key.cells, file_name_));
+      throw cli::Interrupted(
+          fmt::format("{} of {} cells are kept: the same command runs the others", rows_.size(), battery_.key.cells));
     }
   }
 
