@@ -7,8 +7,6 @@
 namespace knuckle::slave {
 namespace {
 
-constexpr double kUnlimited = 1e9;  // distance to a wall that is not there
-
 bool is_neutral(const JointVector& commands) noexcept {
   return (commands.array() == 0).all();
 }
@@ -215,7 +213,6 @@ class GateLimiter {
   /// @param inward tip speed into the wall per joint rate [m/rad].
   void wall(std::uint8_t which, double left_m, const Eigen::RowVector3d& inward, double seen_m,
             double bound_m) noexcept {
-    if (left_m > kUnlimited / 2) return;
     bool hit = false;
     for (int i = 0; i < kJoints; ++i) {
       const double lever_m = inward[i] * joint_direction(i);

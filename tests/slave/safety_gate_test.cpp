@@ -233,15 +233,32 @@ TEST_F(SafetyGate, NeverMovesAJointFurtherOutOfItsRange) {
   }
 }
 
+// Joint speed at an opening: the valve's 30 L/min at 15 bar, from what the pump supplies (17 bar over the highest driven
+// chamber) and never more than it has.
 TEST_F(SafetyGate, OutwardSpeedAllowsToStopWithinWhatIsLeftOfTheRange) {
-  // Boom up, full command, 0.02 rad left over 0.1 s: at most 0.2 rad/s. Flow of the 30 L/min (15 bar) valve at 17 bar.
-  place(JointVector(1.072, -1.5, -0.8));
-  memory.sent = JointVector::Ones();
-  const GateResult r = gate_from_memory(only(kBoom, 1));
-  const double full_mps = 0.5e-3 * std::sqrt(17.0 / 15.0) / (3.14159265358979 / 4 * 0.065 * 0.065);
-  const double opening = (r.commands[kBoom] - kDeadBand) / (1 - kDeadBand);
-  EXPECT_NEAR(opening * std::min(full_mps, 32e-3 / 60 / (3.14159265358979 / 4 * 0.065 * 0.065)) / state.lever_m[kBoom],
-              0.2, 0.002);
+  const double pi4 = 3.14159265358979 / 4, bore[] = {0.065, 0.060, 0.060};
+  limits.file.power_W = 1e9;
+  for (int joint = 0; joint < kJoints; ++joint) {
+    for (const bool upper : {false, true}) {
+      for (const double others_Pa : {0.0, 150e5}) {
+        // 0.01 rad left over 0.1 s: at most 0.1 rad/s.
+        JointVector angle(0.3, -1.5, -0.8);
+        angle[joint] = upper ? limits.max_rad[joint] - 0.01 : limits.min_rad[joint] + 0.01;
+        place(angle);
+        state.pressure_Pa.fill(30e5);
+        const int other = (joint + 1) % kJoints;
+        const bool extends = (state.lever_m[joint] > 0) == upper;
+        JointVector wanted = only(joint, extends ? 1 : -1);
+        if (others_Pa > 0) wanted[other] = 0.2, state.pressure_Pa[static_cast<std::size_t>(2 * other)] = others_Pa;
+        const GateResult r = gate(wanted);
+        const double supply_Pa = std::max(30e5, others_Pa) + 17e5;
+        const double flow = std::min(0.5e-3 * std::sqrt((supply_Pa - 30e5) / 15e5), 32e-3 / 60);
+        const double area = pi4 * (bore[joint] * bore[joint] - (extends ? 0 : 0.035 * 0.035));
+        const double opening = (std::abs(r.commands[joint]) - kDeadBand) / (1 - kDeadBand);
+        EXPECT_NEAR(opening * flow / area / std::abs(state.lever_m[joint]), 0.1, 1e-6) << joint << upper << others_Pa;
+      }
+    }
+  }
 }
 
 TEST_F(SafetyGate, VirtualWallsForbidEveryPartThatMovesTheTipFurtherIn) {
@@ -350,6 +367,26 @@ TEST_F(SafetyGate, RetractingTakesPowerAsExtendingDoes) {
     const double flow = 0.5e-3 * std::sqrt(17.0 / 15.0), supply = 217e5;
     EXPECT_NEAR(opening * flow * supply, 8000, 1) << sign;
   }
+}
+
+TEST_F(SafetyGate, SharesPowerAmongJointsByWhatTheyTake) {
+  limits.min_rad.setConstant(-10), limits.max_rad.setConstant(10);  // far from every end
+  state.pressure_Pa = {200e5, 20e5, 50e5, 25e5, 40e5, 214e5};
+  const double supply = 217e5, full[] = {0.5e-3 * std::sqrt(17.0 / 15.0), 0.5e-3 * std::sqrt(167.0 / 15.0)};
+  // Boom and arm; the bucket stays inside its dead band and counts neither as flow nor as load.
+  for (const double arm : {0.4, 0.7, 1.0}) {
+    const GateResult r = gate(JointVector(0.9, arm, -0.1));
+    const double asked[] = {(0.9 - kDeadBand) / (1 - kDeadBand), (arm - kDeadBand) / (1 - kDeadBand)};
+    const double share = 8000 / ((asked[0] * full[0] + asked[1] * full[1]) * supply);
+    for (int i = 0; i < 2; ++i) {
+      const double opening = (r.commands[i] - kDeadBand) / (1 - kDeadBand);
+      EXPECT_NEAR(opening, asked[i] * share, 1e-9) << i << " " << arm;
+    }
+    EXPECT_EQ(r.commands[kBucket], -0.1) << "closed valves are not limited";
+  }
+  // All that the pump has, at a pressure where that is below the limit: as many joints as like.
+  state.pressure_Pa.fill(100e5);
+  EXPECT_EQ(gate(JointVector(1, 1, 1)).limits, 0);
 }
 
 // Whatever comes in: never more than asked, never the other way, never non-finite, and every change is flagged.
