@@ -234,8 +234,7 @@ void CanopenClient::activate(Time now) noexcept {
   }
   if (all_active && inputs_seen_at_ != kNever) return enter(Phase::kOperational, now);
   if (to_seconds(now - phase_since_) <= description_.activate_timeout_s) return;
-  const Reason why = supervise(now);
-  fail(why ? why : reason(ReasonCode::kNodeSetup, description_.enable.id, 0, 0));
+  fail(supervise(now));  // which names what is not well, or the enable node that was never heard
 }
 
 Reason CanopenClient::valve_fault(const Valve& valve, std::uint8_t id, Time now) const noexcept {

@@ -1,4 +1,5 @@
-// What a gate says when it refuses or limits: code, subject, the value seen and its bound, in the unit of core/reason.h.
+// What a gate says when it refuses or limits: code, subject, the value seen and its bound, in the unit of
+// core/reason.h.
 #include <gtest/gtest.h>
 
 #include <cmath>

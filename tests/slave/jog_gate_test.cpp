@@ -128,6 +128,8 @@ TEST_F(JogGate, RefusesAMotionOfMoreThanNinetySeconds) {
     state.since = now - elapsed;
     elapsed > 90s ? expect_refused(ReasonCode::kJogTooLong) : expect_passed();
   }
+  state.since = now;
+  expect_passed();
   state.since = now + 1ns;
   expect_refused(ReasonCode::kJogTooLong);
 }
@@ -152,6 +154,8 @@ TEST_F(JogGate, RefusesMotionOfACylinderThatWasNotCommanded) {
       state.travelled_m = only(way, other);
       std::abs(way) > 0.01 ? expect_refused(ReasonCode::kJogOtherMoves, other) : expect_passed();
     }
+    state.travelled_m = only(0.01, other);
+    expect_passed();
     state.travelled_m = only(kNan, other);
     expect_refused(ReasonCode::kJogOtherMoves, other);
     state.travelled_m.setZero();

@@ -233,8 +233,8 @@ TEST_F(SafetyGate, NeverMovesAJointFurtherOutOfItsRange) {
   }
 }
 
-// Joint speed at an opening: the valve's 30 L/min at 15 bar, from what the pump supplies (17 bar over the highest driven
-// chamber) and never more than it has.
+// Joint speed at an opening: the valve's 30 L/min at 15 bar, from what the pump supplies (17 bar over the highest
+// driven chamber) and never more than it has.
 TEST_F(SafetyGate, OutwardSpeedAllowsToStopWithinWhatIsLeftOfTheRange) {
   const double pi4 = 3.14159265358979 / 4, bore[] = {0.065, 0.060, 0.060};
   limits.file.power_W = 1e9;
@@ -373,16 +373,16 @@ TEST_F(SafetyGate, SharesPowerAmongJointsByWhatTheyTake) {
   limits.min_rad.setConstant(-10), limits.max_rad.setConstant(10);  // far from every end
   state.pressure_Pa = {200e5, 20e5, 50e5, 25e5, 40e5, 214e5};
   const double supply = 217e5, full[] = {0.5e-3 * std::sqrt(17.0 / 15.0), 0.5e-3 * std::sqrt(167.0 / 15.0)};
-  // Boom and arm; the bucket stays inside its dead band and counts neither as flow nor as load.
+  // Boom and arm; the bucket stays at the edge of its dead band and counts neither as flow nor as load.
   for (const double arm : {0.4, 0.7, 1.0}) {
-    const GateResult r = gate(JointVector(0.9, arm, -0.1));
+    const GateResult r = gate(JointVector(0.9, arm, -kDeadBand));
     const double asked[] = {(0.9 - kDeadBand) / (1 - kDeadBand), (arm - kDeadBand) / (1 - kDeadBand)};
     const double share = 8000 / ((asked[0] * full[0] + asked[1] * full[1]) * supply);
     for (int i = 0; i < 2; ++i) {
       const double opening = (r.commands[i] - kDeadBand) / (1 - kDeadBand);
       EXPECT_NEAR(opening, asked[i] * share, 1e-9) << i << " " << arm;
     }
-    EXPECT_EQ(r.commands[kBucket], -0.1) << "closed valves are not limited";
+    EXPECT_EQ(r.commands[kBucket], -kDeadBand) << "closed valves are not limited";
   }
   // All that the pump has, at a pressure where that is below the limit: as many joints as like.
   state.pressure_Pa.fill(100e5);
