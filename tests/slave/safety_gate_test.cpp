@@ -153,11 +153,13 @@ TEST_F(SafetyGate, CommandsNeutralWithoutAFiniteValidState) {
 }
 
 TEST_F(SafetyGate, ClampsMagnitudeToFullStrokeAndSaysSo) {
-  for (double u = -3; u <= 3; u += 0.01) {
-    limits.file.power_W = 1e9;
-    const GateResult r = gate(only(kBucket, u));
-    EXPECT_LE(std::abs(r.commands[kBucket]), 1.0);
-    EXPECT_EQ((r.limits & kLimitMagnitude) != 0, std::abs(u) > 1.0) << u;
+  limits.file.power_W = 1e9;
+  for (int joint = 0; joint < kJoints; ++joint) {
+    for (double u = -3; u <= 3; u += 0.01) {
+      const GateResult r = gate(only(joint, u));
+      EXPECT_LE(std::abs(r.commands[joint]), 1.0);
+      EXPECT_EQ((r.limits & kLimitMagnitude) != 0, std::abs(u) > 1.0) << u;
+    }
   }
 }
 
