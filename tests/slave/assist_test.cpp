@@ -13,11 +13,12 @@
 namespace knuckle::slave {
 namespace {
 
-constexpr double kLimit_N = 1500, kFree_mps = kLimit_N / kAssistLimits.free_Ns_per_m;
+constexpr double kLimit_N = 1500, kFree_mps = 0.025;
 const JointVector kPose(0.3, -1.5, -0.8);
 
-Eigen::Matrix<double, 2, 3> jacobian() {
-  return Kinematics(test::test_machine()).tip_jacobian(kPose);
+const Eigen::Matrix<double, 2, 3>& jacobian() {
+  static const Eigen::Matrix<double, 2, 3> here = Kinematics(test::test_machine()).tip_jacobian(kPose);
+  return here;
 }
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 TipContact steady(const PlanarVector& force_N, double direction_trust = 1) {
@@ -97,6 +98,100 @@ TEST(ForceLimitedApproach, NoRateGrowsTurnsOrComesFromNothing) {
   }
 }
 
+TEST(ForceLimitedApproach, AForceHasADirectionFromAFifthOfTheLimitOn) {
+  const JointVector rate(0.3, 0.3, 0);
+  const PlanarVector along = (jacobian() * rate).normalized();
+  for (const double force_N : {299.0, 301.0}) {
+    const bool known = force_N > 300;
+    const JointVector leaving = limit_approach(rate, jacobian(), steady(force_N * along), kLimit_N).rate_radps;
+    EXPECT_NEAR((jacobian() * leaving).norm(), known ? (jacobian() * rate).norm() : kFree_mps, 1e-12) << force_N;
+    const JointVector pressing = limit_approach(rate, jacobian(), steady(-force_N * along), kLimit_N).rate_radps;
+    EXPECT_NEAR((jacobian() * pressing).dot(along), kFree_mps * (known ? 1 - force_N / kLimit_N : 1), 1e-12);
+  }
+  // At the border itself it has none yet.
+  JointVector up(0.3, 0, 0);
+  const double side = jacobian().col(0).x() > 0 ? 1 : -1;
+  EXPECT_NEAR((jacobian() * limit_approach(up, jacobian(), steady({side * 300, 0}), kLimit_N).rate_radps).norm(),
+              kFree_mps, 1e-12);
+  EXPECT_NEAR((jacobian() * limit_approach(up, jacobian(), steady({-side * 300, 0}), kLimit_N).rate_radps).norm(),
+              kFree_mps, 1e-12);
+}
+
+TEST(ForceLimitedApproach, OnlyJointsThatPressAreSlowedAndAllByOneFactor) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  int slowed = 0, mixed = 0;
+  for (int k = 0; k < 5000; ++k) {
+    const JointVector rate = 0.01 * JointVector(normal(random), normal(random), normal(random));
+    const PlanarVector force = 900 * PlanarVector(normal(random), normal(random));
+    const double force_N = force.norm();
+    if (force_N < 310) continue;
+    const JointVector added = -(force.transpose() * jacobian()).transpose().cwiseProduct(rate) / force_N;
+    if ((jacobian() * rate).norm() > kFree_mps) continue;  // the other rule's
+    const double allowed_mps = kFree_mps * std::max(0.0, 1 - force_N / kLimit_N);
+    const auto result = limit_approach(rate, jacobian(), steady(force), kLimit_N);
+    if (added.sum() <= allowed_mps) {
+      EXPECT_EQ(result.rate_radps, rate);
+      EXPECT_FALSE(result.limiting);
+      continue;
+    }
+    ++slowed;
+    mixed += added.minCoeff() < 0 ? 1 : 0;
+    EXPECT_NEAR(-(jacobian() * result.rate_radps).dot(force) / force_N, allowed_mps, 1e-12);
+    double factor = -1;
+    for (int i = 0; i < kJoints; ++i) {
+      if (added[i] <= 0) {
+        EXPECT_EQ(result.rate_radps[i], rate[i]);
+        continue;
+      }
+      if (factor < 0) factor = result.rate_radps[i] / rate[i];
+      EXPECT_NEAR(result.rate_radps[i] / rate[i], factor, 1e-12);
+    }
+    EXPECT_EQ(result.limiting.code, ReasonCode::kAssistForce);
+  }
+  EXPECT_GT(slowed, 200);
+  EXPECT_GT(mixed, 100);
+}
+
+TEST(ForceLimitedApproach, TellsTheForceThatIsThereNotTheOneForeseen) {
+  const PlanarVector now(-300, 400), ahead(-1200, 1600);
+  JointVector pressing = -jacobian().transpose() * now;
+  pressing *= 0.02 / (jacobian() * pressing).norm();  // slower than in free air: only the force ahead limits it
+  const auto result = limit_approach(pressing, jacobian(), {now, ahead, 1}, kLimit_N);
+  EXPECT_EQ(result.limiting.code, ReasonCode::kAssistForce);
+  EXPECT_EQ(result.limiting.subject, 0);
+  EXPECT_FLOAT_EQ(result.limiting.value, 500);
+  EXPECT_FLOAT_EQ(result.limiting.limit, 1500);
+  const auto unknown = limit_approach(pressing, jacobian(), steady({kNan, 0}), kLimit_N);
+  EXPECT_EQ(unknown.limiting.subject, 0);
+  EXPECT_EQ(unknown.limiting.value, 0);
+  EXPECT_EQ(unknown.limiting.limit, 0);
+}
+
+TEST(ForceLimitedApproach, AJointWhoseTorqueIsDoubtedCountsLess) {
+  const PlanarVector pressed(-2000, 300);
+  for (const bool by_tare : {false, true}) {
+    for (int doubted = 0; doubted < kJoints; ++doubted) {
+      auto force = estimate(pressed, 1);
+      force.look_variance_Nm2.setConstant(1);
+      force.tare_variance_Nm2.setConstant(2);
+      (by_tare ? force.tare_variance_Nm2 : force.look_variance_Nm2)[doubted] = 1e8;
+      force.fast_torque_Nm[doubted] += 500;
+      EXPECT_LT((raw_tip_force(jacobian(), force) - pressed).norm(), 1) << by_tare << doubted;
+    }
+  }
+  // Nothing is known better than to 1 N m: below that all count alike.
+  auto force = estimate(pressed, 1);
+  force.tare_variance_Nm2.setZero();
+  force.fast_torque_Nm += JointVector(100, -50, 80);
+  force.look_variance_Nm2 = JointVector(1, 1, 1);
+  const PlanarVector alike = raw_tip_force(jacobian(), force);
+  force.look_variance_Nm2 = JointVector(0, 0.5, 1);
+  EXPECT_EQ(raw_tip_force(jacobian(), force), alike);
+  force.look_variance_Nm2 = JointVector(1, 1.5, 1);
+  EXPECT_GT((raw_tip_force(jacobian(), force) - alike).norm(), 1);
+}
+
 TEST(ForceLimitedApproach, DistrustNeverMakesTheForceLess) {
   const PlanarVector pressed(-2000, 300);
   for (const double confidence : {1.0, 0.4, 0.2, 0.1, 0.05, 0.0}) {
@@ -145,11 +240,25 @@ TEST(RisingForce, LooksAheadOfARiseAndNeverBelowWhatIs) {
   EXPECT_EQ(rising.step({-100, 0}).ahead_N, PlanarVector(-100, 0)) << "nothing is known of the rise yet";
   TipContact contact;
   for (int k = 1; k <= 100; ++k) contact = rising.step({-100 - 50 * k, 0});
-  EXPECT_NEAR(contact.ahead_N.x() - contact.now_N.x(), -1e4 * kAssistLimits.lead_s, 1);
+  EXPECT_NEAR(contact.ahead_N.x() - contact.now_N.x(), -1e4 * 0.1, 1);
   for (int k = 1; k <= 50; ++k) {
     contact = rising.step({-5100 + 50 * k, 0});
     EXPECT_GE(contact.ahead_N.norm(), contact.now_N.norm());
   }
+}
+
+TEST(RisingForce, FollowsARiseWithEightHertz) {
+  RisingForce rising(0.005);
+  rising.step({0, -100});
+  double slope = 0;
+  for (int k = 1; k <= 10; ++k) {
+    const TipContact contact = rising.step({0, -100 - 50.0 * k});
+    slope += (1 - std::exp(-2 * 3.14159265358979 * 8 * 0.005)) * (-1e4 - slope);
+    EXPECT_NEAR(contact.ahead_N.y() - contact.now_N.y(), 0.1 * slope, 1e-6) << k;
+    EXPECT_EQ(contact.ahead_N.x(), 0);
+  }
+  rising.reset();
+  EXPECT_EQ(rising.step({0, -700}).ahead_N, PlanarVector(0, -700)) << "a rise from before is forgotten";
 }
 
 TEST(RisingForce, ForgetsWhatIsNotFinite) {

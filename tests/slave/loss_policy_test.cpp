@@ -37,6 +37,8 @@ TEST(LossPolicy, TimingTableHoldsOnBothSidesOfEveryBorder) {
     EXPECT_NEAR((d.position_rad - kPosition - kVelocity * row.ahead_s).norm(), 0, 1e-12) << ms;
     EXPECT_EQ(d.velocity_radps, row.moving ? kVelocity : JointVector(0, 0, 0)) << ms;
     EXPECT_EQ(d.link.code == ReasonCode::kLinkLost, row.lost) << ms;
+    EXPECT_FLOAT_EQ(d.link.value, static_cast<float>(row.lost ? ms : 0));
+    EXPECT_FLOAT_EQ(d.link.limit, row.lost ? 200 : 0);
   }
 }
 

@@ -272,6 +272,7 @@ TEST_F(SafetyGate, VirtualWallsForbidEveryPartThatMovesTheTipFurtherIn) {
   const Wall walls[] = {{&LimitsDescription::floor_m, 1, 1},
                         {&LimitsDescription::ceiling_m, 1, -1},
                         {&LimitsDescription::reach_m, 0, -1}};
+  const LimitsDescription unwalled = limits.file;
   std::mt19937 rng(3);
   std::uniform_real_distribution<> u(-0.25, 0.25), part(0.1, 0.9);
   for (const Wall& wall : walls) {
@@ -281,9 +282,8 @@ TEST_F(SafetyGate, VirtualWallsForbidEveryPartThatMovesTheTipFurtherIn) {
       const auto jacobian = limits.kinematics.tip_jacobian(state.angle_rad);
       const JointVector wanted(u(rng), u(rng), u(rng));
 
-      MachineDescription machine = test::test_machine();
-      machine.limits.*wall.limit = at + wall.outward * 0.01;  // 1 cm inside the wall
-      remake(machine);
+      limits.file = unwalled;
+      limits.file.*wall.limit = at + wall.outward * 0.01;  // 1 cm inside the wall
       const GateResult inside = gate(wanted);
       for (int i = 0; i < kJoints; ++i) {
         const double leaves = wall.outward * jacobian(wall.axis, i) * wanted[i] / state.lever_m[i];
@@ -293,8 +293,7 @@ TEST_F(SafetyGate, VirtualWallsForbidEveryPartThatMovesTheTipFurtherIn) {
           EXPECT_EQ(inside.limiting.code, ReasonCode::kVirtualWall);
         }
       }
-      machine.limits.*wall.limit = at - wall.outward * 3;  // 3 m away from it
-      remake(machine);
+      limits.file.*wall.limit = at - wall.outward * 3;  // 3 m away from it
       EXPECT_EQ(gate(wanted).limits & kLimitVirtualWall, 0);
     }
   }
