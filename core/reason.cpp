@@ -50,7 +50,7 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"bus_down", SubjectKind::kNothing, "CAN interface is down: set it up again (ip link set NAME up)", nullptr},
     {"device_lost", SubjectKind::kNothing, "haptic device is disconnected: plug it in, then align again", nullptr},
     {"device_stale", SubjectKind::kNothing, "haptic device has stopped reporting", "ms"},
-    {"device_report", SubjectKind::kNothing, "haptic device sends damaged reports: check cable", "in a row"},
+    {"device_report", SubjectKind::kNothing, "haptic device sends damaged or impossible reports: check cable", "in a row"},
     {"device_fault", SubjectKind::kNothing, "haptic device reports a fault, bits in decimal", "bits"},
     {"loop_overrun", SubjectKind::kNothing, "control loop did not run in time", "ms"},
     {"emergency_stop", SubjectKind::kNothing, "E-stop of the machine is open: release it on the machine", nullptr},

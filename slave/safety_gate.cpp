@@ -204,7 +204,7 @@ class GateLimiter {
   /// @param limit_opening part of the metering edge that may open; at or below zero nothing may be sent at all.
   bool cap_opening(int i, double limit_opening, LimitFlag flag) noexcept {
     const double band = dead_band(i);
-    return cap(i, limit_opening <= 0 ? 0 : band + std::min(limit_opening, 1.0) * (1 - band), flag);
+    return cap(i, limit_opening <= 0 ? 0 : band + limit_opening * (1 - band), flag);
   }
   bool cap_speed(int i, double limit_radps, LimitFlag flag) noexcept {
     return cap_opening(i, limit_radps / full_speed(i), flag);

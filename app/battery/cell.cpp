@@ -41,7 +41,10 @@ Drawer::Drawer(const Settings& settings) : impl_(std::make_unique<Impl>()) {
   const bool exact = settings.person == sim::name(sim::PersonClass::kExact);
   for (const std::string& name : settings.scenarios) {
     const std::string file = find_config("scenario", name);
-    const double felt_N = most_felt_N(session::load_scenario(file, calibrated(impl_->machine)));
+    const session::Scenario scenario = session::load_scenario(file, calibrated(impl_->machine));
+    if (session::follows_recording(scenario))
+      throw InputError(file + ": follows a recording, which a battery does not have");
+    const double felt_N = most_felt_N(scenario);
     if (felt_N > sim::sustained_N(sim::LimbClass::kCoContracted) && !exact)
       throw InputError(file + ": asks for more than a person holds");
     impl_->most_felt_N.push_back(exact ? 0 : felt_N);

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
@@ -55,8 +56,12 @@ bool is_row_of_a_session(const Row& row) {
     return row.contains(name) && (row[name].*type)();
   };
   if (!is("drawn", &Row::is_object)) return false;
-  return is("refused", &Row::is_string) ||
-         (is("metrics", &Row::is_object) && is("faults", &Row::is_array) && is("failed", &Row::is_array));
+  if (is("refused", &Row::is_string)) return true;
+  if (!is("metrics", &Row::is_object) || !is("faults", &Row::is_array) || !is("failed", &Row::is_array)) return false;
+  const Row& metrics = row["metrics"];
+  return is("digest", &Row::is_string) && std::all_of(metrics.begin(), metrics.end(), [](const Row& value) {
+           return value.is_number() || value.is_null();
+         });
 }
 
 bool is_cell(const Row& row, std::uint64_t cells) {

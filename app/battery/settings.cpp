@@ -86,6 +86,10 @@ Settings settings_of(const Json& json, const std::string& source) {
     const auto kind = json.at("battery").get<std::string>();
     if (kind != "feel" && kind != "work") throw InputError(source + ": battery '" + kind + "' has no cells");
     settings.kind = kind == "feel" ? Kind::kFeel : Kind::kWork;
+    for (const char* count : {"sessions", "seed"}) {
+      if (!json.at(count).is_number_unsigned() || json.at(count) < 1)
+        throw InputError(source + ": settings: " + count + " = " + json.at(count).dump() + ": must be 1 or more");
+    }
     json.at("sessions").get_to(settings.sessions);
     json.at("seed").get_to(settings.seed);
     json.at("machine").get_to(settings.machine);

@@ -35,6 +35,9 @@ struct Settings {
 /// @throws InputError naming file, line, key, value and bound.
 [[nodiscard]] Settings load_settings(const std::string& path);
 
+/// Of a battery's result as JSON.
+inline constexpr const char* kResultSchema = "knuckle-battery/1";
+
 /// What a cell is drawn from, as results keep it; and back.
 [[nodiscard]] nlohmann::ordered_json settings_json(const Settings& settings);
 /// @throws InputError naming `source` where something is missing or no such thing.

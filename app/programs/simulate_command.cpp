@@ -107,14 +107,15 @@ void check(const session::SimulateOptions& o) {
   check_places(o);
 }
 
-/// Empty where the result does not say.
-std::string digest_of_cell(const nlohmann::ordered_json& result, std::uint64_t index) {
+/// Empty where the session could not run.
+/// @throws InputError where the result has no row of it.
+std::string digest_of_cell(const nlohmann::ordered_json& result, std::uint64_t index, const std::string& file) {
   for (const auto& row : result.value("rows", nlohmann::ordered_json::array())) {
-    if (row.is_object() && row.value("cell", nlohmann::ordered_json()) == index && row.contains("digest") &&
-        row["digest"].is_string())
-      return row["digest"].get<std::string>();
+    if (!row.is_object() || row.value("cell", nlohmann::ordered_json()) != index) continue;
+    if (row.contains("refused")) return "";
+    if (row.contains("digest") && row["digest"].is_string()) return row["digest"].get<std::string>();
   }
-  return "";
+  throw InputError(fmt::format("{}: rows: has none of session {}, or one without its digest", file, index));
 }
 
 /// Replaces all inputs by those of a battery's session. @throws InputError
@@ -130,7 +131,8 @@ void take_cell(session::SimulateOptions& o) {
   cli::check_readable("--from-cell", file);
   std::ifstream stream(file, std::ios::binary);
   const auto json = nlohmann::ordered_json::parse(stream, nullptr, false);
-  if (!json.is_object() || !json.contains("settings"))
+  if (!json.is_object() || !json.contains("settings") ||
+      json.value("schema", nlohmann::ordered_json()) != battery::kResultSchema)
     throw InputError(file + ": is not a result of knuckle-studies sweep --battery feel or work");
   const battery::Settings settings = battery::settings_of(json["settings"], file);
   if (index >= settings.sessions)
@@ -139,7 +141,8 @@ void take_cell(session::SimulateOptions& o) {
   session::SimulateOptions cell = battery::Drawer(settings).cell(index).options;
   cell.from_cell = o.from_cell;
   const bool as_it_was = o.control.empty() && !o.duration_s && !o.assist_force_limit_N && !o.assist_stop_on_object;
-  if (as_it_was) cell.cell_digest = digest_of_cell(json, index);
+  std::string digest = digest_of_cell(json, index, file);
+  if (as_it_was) cell.cell_digest = std::move(digest);
   cell.control = o.control;
   cell.duration_s = o.duration_s;
   cell.assist_force_limit_N = o.assist_force_limit_N;

@@ -46,7 +46,7 @@ Settings settings_of(const SweepOptions& o) {
 }
 
 nlohmann::ordered_json json_of(const Settings& settings, const Rows& rows, const std::vector<battery::Group>& groups) {
-  nlohmann::ordered_json json{{"schema", "knuckle-battery/1"},
+  nlohmann::ordered_json json{{"schema", battery::kResultSchema},
                               {"version", cli::program_version()},
                               {"settings", battery::settings_json(settings)}};
   json["groups"] = nlohmann::ordered_json::array();

@@ -40,6 +40,7 @@ class JogGate : public ::testing::Test {
     const GateResult r = gate(only(0.2));
     EXPECT_EQ(r.commands, JointVector(0, 0, 0));
     EXPECT_EQ(r.memory.sent, JointVector(0, 0, 0));
+    EXPECT_EQ(r.memory.at, now) << "neutral was sent now: no credit for opening builds up meanwhile";
     EXPECT_EQ(r.fault.code, code);
     if (subject >= 0) {
       EXPECT_EQ(r.fault.subject, subject);

@@ -390,6 +390,22 @@ TEST_F(SafetyGate, SharesPowerAmongJointsByWhatTheyTake) {
   EXPECT_EQ(gate(JointVector(1, 1, 1)).limits, 0);
 }
 
+TEST_F(SafetyGate, ACylinderWithoutALeverTurnsNothing) {
+  MachineDescription machine = test::test_machine();
+  machine.limits.floor_m = limits.kinematics.tip(state.angle_rad).y() + 0.01;  // the tip is beyond it
+  remake(machine);
+  for (int joint = 0; joint < kJoints; ++joint) {
+    for (const double u : {0.2, -0.2}) {
+      place(JointVector(0.3, -1.5, -0.8));
+      state.angle_rad[joint] = limits.max_rad[joint] + 0.01;
+      state.lever_m[joint] = 0;
+      const GateResult r = gate(only(joint, u));
+      EXPECT_EQ(r.commands[joint], u) << joint;
+      EXPECT_EQ(r.limits, 0);
+    }
+  }
+}
+
 // Whatever comes in: never more than asked, never the other way, never non-finite, and every change is flagged.
 TEST_F(SafetyGate, OnlyEverTakesAwayAndNeverSilently) {
   std::mt19937 rng(11);

@@ -24,8 +24,9 @@ class SweepProgram : public testing::Test {
   static constexpr int kSessions = 5;
 
   /// On one processor unless it says otherwise: real-time tests run beside it.
-  [[nodiscard]] static ProgramRun sweep(Arguments more) {
-    Arguments all{"sweep", "--battery", "feel", "--sessions", std::to_string(kSessions)};
+  [[nodiscard]] static ProgramRun sweep(Arguments more) { return battery(kSessions, std::move(more)); }
+  [[nodiscard]] static ProgramRun battery(int sessions, Arguments more) {
+    Arguments all{"sweep", "--battery", "feel", "--sessions", std::to_string(sessions)};
     all.insert(all.end(), more.begin(), more.end());
     if (std::find(all.begin(), all.end(), "--jobs") == all.end()) all.insert(all.end(), {"--jobs", "1"});
     return run_program(test::program("knuckle-studies"), all);
@@ -38,6 +39,14 @@ class SweepProgram : public testing::Test {
       whole_ = content(folder_.file("whole.json"));
     }
     return whole_;
+  }
+  /// The result of one session.
+  std::string single(Arguments more = {}) {
+    const std::string file = folder_.file("single.json");
+    more.insert(more.end(), {"--json", file});
+    const ProgramRun run = battery(1, std::move(more));
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return content(file);
   }
   void expect_same(const ProgramRun& run, const std::string& file) {
     EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -189,6 +198,44 @@ TEST_F(SweepProgram, RefusesWhatDoesNotGoTogether) {
   expect_refused(simulate({"--from-cell", file}), "must be FILE:N");
   expect_refused(simulate({"--from-cell", file + ":1", "--seed", "3"}), "--seed: does not go with --from-cell");
   expect_refused(simulate({"--from-cell", foreign + ":1"}), "is not a result of");
+}
+
+TEST_F(SweepProgram, AResultThatWasEditedIsRefused) {
+  const auto whole_result = nlohmann::ordered_json::parse(single());
+  const auto edited = [&](const std::function<void(nlohmann::ordered_json&)>& edit) {
+    auto json = whole_result;
+    edit(json);
+    const std::string file = folder_.file("edited.json");
+    std::ofstream(file) << json;
+    return run_program(test::program("knuckle"), {"simulate", "--from-cell", file + ":0"});
+  };
+  expect_refused(edited([](auto& json) { json["schema"] = 3; }), "is not a result of");
+  expect_refused(edited([](auto& json) { json.erase("schema"); }), "is not a result of");
+  expect_refused(edited([](auto& json) { json["settings"]["seed"] = -1; }), "seed = -1: must be 1 or more");
+  expect_refused(edited([](auto& json) { json["settings"]["sessions"] = 0; }), "sessions = 0: must be 1 or more");
+  expect_refused(edited([](auto& json) { json["rows"].erase(0); }), "rows: has none of session 0");
+  expect_refused(edited([](auto& json) { json["rows"] = "none"; }), "rows: has none of session 0");
+  expect_refused(edited([](auto& json) { json["rows"][0].erase("digest"); }), "rows: has none of session 0");
+}
+
+TEST_F(SweepProgram, ADamagedRowIsRefused) {
+  const std::string rows = folder_.file("rows");
+  (void)single({"--rows", rows});
+  const std::string kept = content(rows);
+  const std::size_t value = kept.find("\"metrics\":{") + 11;
+  const std::size_t colon = kept.find(':', value);
+  std::ofstream(rows) << kept.substr(0, colon + 1) << "\"" << kept.substr(colon + 1, kept.find(',', colon) - colon - 1)
+                      << "\"" << kept.substr(kept.find(',', colon));
+  expect_refused(battery(1, {"--rows", rows}), ":2: is no row of this battery");
+}
+
+TEST_F(SweepProgram, AScenarioThatNeedsARecordingIsRefusedBeforeAnythingRuns) {
+  const std::string grid = folder_.file("grid.toml");
+  std::ofstream(grid) << content(test::source_dir() + "/config/grids/work.toml")
+                      << "\n[[scenario]]\nname = \"recorded_dig\"\n";
+  const ProgramRun run =
+      run_program(test::program("knuckle-studies"), {"sweep", "--battery", "work", "--grid", grid, "--sessions", "1"});
+  expect_refused(run, "recorded_dig.toml: follows a recording");
 }
 
 }  // namespace
