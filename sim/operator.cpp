@@ -264,7 +264,7 @@ bool Operator::press(Time now, const OperatorView& view) noexcept {
   const Phase& phase = phases_[index_];
   const double dt = std::max(0.0, to_seconds(now - last_));
   const double felt = -view.felt_N.dot(phase.direction);
-  if (phase.until_break && view.breaks > breaks_at_start_) return true;
+  if (phase.until_break && (view.breaks > breaks_at_start_ || view.breaks >= phase.pieces)) return true;
   if (!touched_) {
     depth_m_ += phase.speed_mps * dt;
     if (felt > kTouch_N) {

@@ -44,7 +44,8 @@ struct Phase {
   double duration_s = 0;   ///< kPress: hold; kSweep, kWait, kLetGo: length.
   double timeout_s = 30;   ///< Given up after this long.
   double tolerance_m = 0.05;  ///< kMove: the machine's tip must come this close.
-  bool until_break = false;   ///< kPress: raise the force until something gives way.
+  bool until_break = false;   ///< kPress: raise the force until something gives way ...
+  int pieces = 1;             ///< ... that is one of so many: once all are loose there is nothing left to press.
   bool until_hold = false;    ///< kMove: goes on until the machine holds by itself.
   bool until_fault = false;   ///< kSweep, kWait: after its length, goes on until the machine has stopped with a fault.
 };

@@ -253,12 +253,13 @@ void read_plan(TomlTable& file, const Scale& scale, const WorkingRange& range, S
 }
 
 /// A press until something breaks needs something that can.
-void check_breaks(const TomlTable& file, const Scenario& scenario) {
-  const bool until_break = std::any_of(scenario.phases.begin(), scenario.phases.end(),
-                                       [](const sim::Phase& phase) { return phase.until_break; });
-  const bool breaks = std::any_of(scenario.world.walls.begin(), scenario.world.walls.end(),
-                                  [](const sim::WallDescription& wall) { return wall.break_force_N > 0; });
-  file.require(!until_break || breaks, "phase", "until_break is set, but no [[wall]] has a break_force_N");
+void count_pieces(const TomlTable& file, Scenario& scenario) {
+  const auto pieces = std::count_if(scenario.world.walls.begin(), scenario.world.walls.end(),
+                                    [](const sim::WallDescription& wall) { return wall.break_force_N > 0; });
+  for (sim::Phase& phase : scenario.phases) {
+    file.require(!phase.until_break || pieces > 0, "phase", "until_break is set, but no [[wall]] has a break_force_N");
+    phase.pieces = static_cast<int>(pieces);
+  }
 }
 
 /// The bucket starts in the open: a plant that starts inside a wall or below the soil would be thrown out of it.
@@ -337,7 +338,7 @@ Scenario read_scenario(TomlTable file, const MachineDescription& machine) {
   scenario.faults = read_faults(file, scenario.phase_names, machine);
   scenario.criteria = read_criteria(file, scale);
   file.finish();
-  check_breaks(file, scenario);
+  count_pieces(file, scenario);
   check_start(file, scenario, machine);
   return scenario;
 }

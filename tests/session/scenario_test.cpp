@@ -306,6 +306,7 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
 TEST_F(ScenarioFile, PressingUntilItBreaksNeedsSomethingThatBreaks) {
   std::string text = with("hold_s = 10", "until_break = true");
   EXPECT_TRUE(load(text).phases[4].until_break);
+  EXPECT_EQ(load(text).phases[4].pieces, 1);
   for (const char* key : {"break_force_N", "break_impulse_Ns", "piece_mass_kg", "piece_depth_m", "piece_rest_m"}) {
     const auto at = text.find(key);
     text.erase(at, text.find('\n', at) - at);

@@ -163,6 +163,32 @@ TEST(Contact, PlaceThatComesInByTheEndOfAWallIsNotThrownOutOfItsFace) {
   EXPECT_LT(model.forces(bucket).wall.y(), 0);
 }
 
+// Pressed in by 5 mm the tip is behind the corner when it comes to the end; it must not hook there.
+TEST(Contact, ATipThatSlidesOffTheEndOfAWallIsPushedOffNotHeld) {
+  for (const double angle : {-0.7, -1.0, -0.4}) {
+    for (const double depth_m : {1e-3, 5e-3}) {
+      BucketMotion bucket = standing(angle);
+      const PlanarVector tip = bucket.at(outline().tip());
+      WorldDescription world;  // the wall is to the right, and above its end
+      world.walls.push_back({.point_m = {tip.x() - depth_m, tip.y() - 0.02},
+                             .normal = {-1, 0},
+                             .stiffness_N_per_m = kStiffness,
+                             .friction = 0,
+                             .from_m = -1,
+                             .to_m = 0});
+      WorldModel model(world, default_machine());
+      for (int i = 0; i < 60; ++i) {
+        bucket.pin_m.y() -= 1e-3;
+        bucket.linkage_m.y() -= 1e-3;
+        (void)model.advance(1e-3 * i, 1e-3, bucket);
+        const PlanarVector on_bucket_N = model.forces(bucket).wall;
+        ASSERT_LE(on_bucket_N.y(), 1e-6) << angle << " " << depth_m << " " << i << ": " << on_bucket_N.transpose();
+        ASSERT_LE(on_bucket_N.x(), 1e-6);
+      }
+    }
+  }
+}
+
 TEST(Contact, JointTorquesOfAForceAreItsVirtualWork) {
   const RigidBody body(default_machine(), 0);
   std::mt19937_64 random(7);

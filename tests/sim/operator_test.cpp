@@ -298,6 +298,19 @@ TEST(Operator, PushesHarderUntilItSeesSomethingGiveWay) {
   EXPECT_EQ(toy.person.timed_out(), -1);
 }
 
+TEST(Operator, PressesForNothingThatIsLooseAlready) {
+  Phase phase = press(2, 0);
+  phase.until_break = true;
+  phase.pieces = 2;
+  Toy toy({engage(), phase, wait(1)}, 300ms);
+  toy.view.breaks = 2;
+  toy.run(1);
+  const JointVector start = toy.view.ghost_rad;
+  EXPECT_LT(toy.run(2), 0.4) << "no longer than it takes to see";
+  EXPECT_EQ(toy.view.ghost_rad, start);
+  EXPECT_EQ(toy.person.timed_out(), -1);
+}
+
 TEST(Operator, SweepsAboutItsPoseAndComesBackToIt) {
   Toy toy({engage(), sweep(12), wait(1)});
   toy.run(1);

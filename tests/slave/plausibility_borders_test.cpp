@@ -367,6 +367,17 @@ TEST_F(PlausibilityBorders, ResetForgetsEverything) {
   ASSERT_NE(after, 0);
   plausibility.reset();
   EXPECT_EQ(found_after(), after);
+  // A cylinder that was somewhere else before the reset has not moved since, and no pressure has repeated itself.
+  fresh();
+  live = false;
+  const auto neighbours = [this] {
+    for (std::size_t i = 1; i < 6; ++i) pressure_Pa[i] += steps % 2 == 0 ? 10e5 : -10e5;
+  };
+  ASSERT_EQ(found_after(18 * kStep_s, neighbours), 0);
+  plausibility.reset();
+  m.cylinder_m += JointVector::Constant(0.03);
+  EXPECT_EQ(found_after(20 * kStep_s, neighbours), 0);
+  live = true;
 }
 
 }  // namespace
