@@ -225,6 +225,29 @@ TEST_F(PlausibilityBorders, AnAxisThatIsNotDrivenAsAStalledOneMustMoveWithinEigh
   });
 }
 
+// A border belongs to what is well.
+TEST_F(PlausibilityBorders, NothingIsFoundAtTheBorderItself) {
+  each_way([this](int joint, bool extends) {
+    open(joint, extends, band(extends) + 0.04);
+    EXPECT_EQ(found_after(), 0) << "is not open yet";
+    fresh();
+    open(joint, extends, 0.5);
+    const CylinderDescription& c = cylinder(joint);
+    m.cylinder_m[joint] = extends ? c.max_length_m - 0.010 : c.min_length_m + 0.010;
+    EXPECT_NE(found_after(), 0) << "is not at its end yet";
+    fresh();
+    open(joint, extends, 0.5);
+    returning_Pa(joint, extends) = kTank_Pa;
+    driven_Pa(joint, extends) = 0.6 * 205e5;
+    live = false;
+    EXPECT_NE(found_after(), 0) << "is not driven as a stalled one yet";
+    live = true;
+    fresh();
+    open(joint, extends, band(extends) - 0.03);
+    EXPECT_EQ(found_after(kForever, [&] { m.cylinder_m[joint] += 0.05 * kStep_s; }), 0) << "is not closed yet";
+  });
+}
+
 // ---- a cylinder that moves behind a closed valve
 
 TEST_F(PlausibilityBorders, TravelBehindAClosedValveIsSummedAfterItHasSettledAndForgottenInASecond) {
