@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <random>
+#include <set>
 
 namespace knuckle::slave {
 namespace {
@@ -351,6 +352,55 @@ TEST(Modes, LettingGoOfDeviceAndEnableTogetherIsNoFault) {
   ASSERT_EQ(s.engage(), Mode::kEngaged);
   s.in.enable = s.in.presence = false;
   EXPECT_EQ(s.step(), Mode::kReady);
+}
+
+// Of every mode and any inputs: reasons without a figure have none, and a release of enable counts only where nothing
+// else stands in the way of pressing it.
+TEST(Modes, EveryDecisionSaysWhatItMeansAndNoMore) {
+  const std::set<ReasonCode> without_figure{
+      ReasonCode::kStartingUp,       ReasonCode::kNodeSetup,    ReasonCode::kOperatorStop,  ReasonCode::kNoPresence,
+      ReasonCode::kPilotAwaited,     ReasonCode::kClutchHeld,   ReasonCode::kEnableHeld,    ReasonCode::kPilotOff,
+      ReasonCode::kEnableNotPressed, ReasonCode::kPresenceLost, ReasonCode::kEmergencyStop, ReasonCode::kCommandInvalid,
+      ReasonCode::kReleaseToRecover,
+  };
+  std::set<ReasonCode> seen;
+  const auto look = [&](const Reason& why) {
+    if (!without_figure.contains(why.code)) return;
+    seen.insert(why.code);
+    EXPECT_EQ(why.subject, 0) << text(why);
+    EXPECT_EQ(why.value, 0) << text(why);
+    EXPECT_EQ(why.limit, 0) << text(why);
+  };
+  std::mt19937 rng(11);
+  const auto flip = [&rng](double p) { return std::uniform_real_distribution<>(0, 1)(rng) < p; };
+  const auto latches = [](Mode mode) { return mode == Mode::kFault || mode == Mode::kEStop; };
+  for (int i = 0; i < 50000; ++i) {
+    Story s;
+    s.state.mode = static_cast<Mode>(i % (static_cast<int>(Mode::kEStop) + 2));  // the last is none
+    if (latches(s.state.mode)) s.state.fault = reason(ReasonCode::kNodeSilent, 0x10);
+    s.state.enable_released = flip(0.5);
+    ModeInputs& in = s.in;
+    in.enable = flip(0.5), in.presence = flip(0.8), in.clutch = flip(0.2), in.stop = flip(0.1);
+    in.e_stop_open = flip(0.05), in.nodes_operational = flip(0.9), in.pilot_on = flip(0.8);
+    if (flip(0.1)) in.link_lost = reason(ReasonCode::kLinkLost);
+    if (flip(0.1)) in.sensor_fault = reason(ReasonCode::kSensorStale, 0x30);
+    if (flip(0.1)) in.machine_fault = reason(ReasonCode::kNodeSilent, 0x10);
+    if (flip(0.1)) in.device = reason(ReasonCode::kDeviceLost);
+    if (flip(0.1)) in.hold = reason(ReasonCode::kRoundTripTooLong);
+    const Mode before = s.state.mode;
+    const Mode after = s.step();
+    look(s.blocking), look(s.state.fault);
+    const bool operator_there = in.presence && !in.link_lost && !in.device;
+    bool released = false;
+    if (after == Mode::kReady) released = !in.enable && operator_there;
+    if (latches(before) && latches(after) && !in.e_stop_open) {
+      released = !in.enable && operator_there && !in.hold && in.nodes_operational && !in.machine_fault && !in.stop &&
+                 !in.sensor_fault;
+    }
+    ASSERT_EQ(s.state.enable_released, released) << static_cast<int>(before) << " to " << static_cast<int>(after);
+    ASSERT_EQ(static_cast<bool>(s.state.fault), latches(after));
+  }
+  EXPECT_EQ(seen, without_figure);
 }
 
 // Whatever the inputs do, engaged is only ever entered aligned, enabled, present and healthy, and something blocks
