@@ -30,7 +30,6 @@ Plausibility::Plausibility(const MachineDescription& machine, double step_s)
       moved_m_(std::max(kLimits.moved_m, kLimits.moved_steps * machine.sensors.encoder_step_m)) {}
 
 void Plausibility::reset() noexcept {
-  started_ = false;
   axes_ = {};
   chambers_ = {};
 }
@@ -98,7 +97,7 @@ Reason Plausibility::moving_while_closed(int joint, const estimation::Measuremen
   const bool relieving =
       std::max(m.pressure_Pa[head], m.pressure_Pa[head + 1]) > kLimits.relief * hydraulics_.port_relief_Pa;
   axis.closed_s = closed && !relieving ? axis.closed_s + step_s_ : 0;
-  if (axis.closed_s < kLimits.settle_s) {
+  if (axis.closed_s < kLimits.settle_s) {  // the very first step, too, which knows no length before it
     axis.travel_m = 0;
     return {};
   }
@@ -126,10 +125,6 @@ Reason Plausibility::stuck(std::size_t chamber, const estimation::Measurement& m
 }
 
 Reason Plausibility::step(const estimation::Measurement& measurement, const JointVector& spool) noexcept {
-  if (!started_) {
-    for (int i = 0; i < kJoints; ++i) axes_[static_cast<std::size_t>(i)].last_m = measurement.cylinder_m[i];
-    started_ = true;
-  }
   Reason first;
   const auto note = [&first](const Reason& reason) {
     if (!first) first = reason;

@@ -77,7 +77,6 @@ class Plausibility {
   double step_s_;
   int repeats_;
   double moved_m_;
-  bool started_ = false;
   PerJoint<Axis> axes_{};
   std::array<Chamber, 6> chambers_{};
 };

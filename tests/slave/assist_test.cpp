@@ -37,6 +37,7 @@ TEST(ForceLimitedApproach, ChangesNothingWhileItIsOff) {
   const auto result = limit_approach(rate, jacobian(), steady({-9000, 0}), 0);
   EXPECT_EQ(result.rate_radps, rate);
   EXPECT_FALSE(result.limiting);
+  EXPECT_TRUE(limit_approach(rate, jacobian(), {}, 0.5).limiting) << "half a newton is a limit";
 }
 
 TEST(ForceLimitedApproach, KeepsTheTipSlowInFreeAirWhicheverWayItGoes) {

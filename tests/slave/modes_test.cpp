@@ -151,11 +151,15 @@ TEST(Modes, HandAndMachineMustBeStillToEngage) {
   EXPECT_EQ(s.engage(), Mode::kAligning);
   EXPECT_EQ(s.blocking.code, ReasonCode::kHandMoving);
   EXPECT_EQ(s.blocking.subject, kBucket);
-  s.in.hand_radps[kBucket] = 0.099;
+  EXPECT_NEAR(s.blocking.value, 0.101, 1e-6);
+  EXPECT_NEAR(s.blocking.limit, 0.1, 1e-6);
+  s.in.hand_radps[kBucket] = 0.10;
   s.in.machine_radps[kBoom] = 0.051;
   EXPECT_EQ(s.step(), Mode::kAligning);
   EXPECT_EQ(s.blocking.code, ReasonCode::kMachineMoving);
-  s.in.machine_radps[kBoom] = 0.049;
+  EXPECT_NEAR(s.blocking.value, 0.051, 1e-6);
+  EXPECT_NEAR(s.blocking.limit, 0.05, 1e-6);
+  s.in.machine_radps[kBoom] = 0.05;
   EXPECT_EQ(s.step(), Mode::kEngaged);
 }
 
@@ -387,6 +391,7 @@ TEST(Modes, EveryDecisionSaysWhatItMeansAndNoMore) {
     if (flip(0.1)) in.machine_fault = reason(ReasonCode::kNodeSilent, 0x10);
     if (flip(0.1)) in.device = reason(ReasonCode::kDeviceLost);
     if (flip(0.1)) in.hold = reason(ReasonCode::kRoundTripTooLong);
+    if (flip(0.1)) in.hand_rad[kArm] += 0.2;
     const Mode before = s.state.mode;
     const Mode after = s.step();
     look(s.blocking), look(s.state.fault);
