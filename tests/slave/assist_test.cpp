@@ -32,6 +32,12 @@ estimation::ForceEstimate estimate(const PlanarVector& tip_N, double confidence)
   return force;
 }
 
+/// Joint rates that move the tip so.
+JointVector towards(const PlanarVector& tip_mps) {
+  const Eigen::Matrix2d square = jacobian() * jacobian().transpose();
+  return jacobian().transpose() * square.inverse() * tip_mps;
+}
+
 TEST(ForceLimitedApproach, ChangesNothingWhileItIsOff) {
   const JointVector rate(0.5, -0.4, 0.3);
   const auto result = limit_approach(rate, jacobian(), steady({-9000, 0}), 0);
@@ -110,12 +116,18 @@ TEST(ForceLimitedApproach, AForceHasADirectionFromAFifthOfTheLimitOn) {
     EXPECT_NEAR((jacobian() * pressing).dot(along), kFree_mps * (known ? 1 - force_N / kLimit_N : 1), 1e-12);
   }
   // At the border itself it has none yet.
-  JointVector up(0.3, 0, 0);
-  const double side = jacobian().col(0).x() > 0 ? 1 : -1;
-  EXPECT_NEAR((jacobian() * limit_approach(up, jacobian(), steady({side * 300, 0}), kLimit_N).rate_radps).norm(),
-              kFree_mps, 1e-12);
-  EXPECT_NEAR((jacobian() * limit_approach(up, jacobian(), steady({-side * 300, 0}), kLimit_N).rate_radps).norm(),
-              kFree_mps, 1e-12);
+  const JointVector ahead = towards({0.3, 0});
+  for (const double force_N : {300.0, -300.0}) {
+    EXPECT_NEAR((jacobian() * limit_approach(ahead, jacobian(), steady({force_N, 0}), kLimit_N).rate_radps).norm(),
+                kFree_mps, 1e-12);
+  }
+}
+
+TEST(ForceLimitedApproach, LeavingByHoweverLittleIsLeaving) {
+  const JointVector rate = towards({0.001, 0.3});
+  EXPECT_EQ(limit_approach(rate, jacobian(), steady({400, 0}), kLimit_N).rate_radps, rate);
+  EXPECT_NEAR((jacobian() * limit_approach(rate, jacobian(), steady({-400, 0}), kLimit_N).rate_radps).norm(), kFree_mps,
+              1e-12);
 }
 
 TEST(ForceLimitedApproach, OnlyJointsThatPressAreSlowedAndAllByOneFactor) {
