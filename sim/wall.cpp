@@ -65,16 +65,14 @@ Wall::Touch Wall::touch_of_place(std::size_t place, const BucketMotion& bucket,
   return touch;
 }
 
-/// The side of the bucket that a corner of the wall within it is least far behind, of those that face both surfaces
-/// which meet there: pushed out by another, a tip that slides off the end would hook behind the corner.
-/// @return kCorners where none does.
+/// The side of the bucket that a corner of the wall within it is least far behind, of those that face the corner:
+/// pushed out by one that looks away, a tip that slides off the end would hook behind it.
 std::size_t Wall::facing_side(std::size_t end, const PlanarVector& in_bucket_m, const BucketMotion& bucket,
                               const BucketOutline& outline) const noexcept {
-  const PlanarVector face = bucket.turn.back(normal_),
-                     end_face = bucket.turn.back(end == 0 ? PlanarVector(-along_) : along_);
+  const PlanarVector corner = bucket.turn.back(normal_ + (end == 0 ? -1 : 1) * along_);  // looks half way between both
   std::size_t nearest = kCorners;
   for (std::size_t i = 0; i < kCorners; ++i) {
-    if (outline.outward(i).dot(face) > 0 || outline.outward(i).dot(end_face) > 0) continue;
+    if (outline.outward(i).dot(corner) >= 0) continue;
     if (nearest == kCorners || outline.outside(i, in_bucket_m) > outline.outside(nearest, in_bucket_m)) nearest = i;
   }
   return nearest;
@@ -87,7 +85,6 @@ Wall::Touch Wall::touch_of_end(std::size_t end, const BucketMotion& bucket,
   const PlanarVector in_bucket_m = bucket.turn.back(touch.at_m - bucket.pin_m);
   if (outline.outside(outline.nearest_side(in_bucket_m), in_bucket_m) >= 0) return touch;
   touch.surface = ends_[end].touched ? ends_[end].surface : facing_side(end, in_bucket_m, bucket, outline);
-  if (touch.surface == kCorners) return touch;
   touch.normal = -(bucket.turn * outline.outward(touch.surface));
   touch.along = bucket.turn * outline.along(touch.surface);
   touch.depth_m = -outline.outside(touch.surface, in_bucket_m);
