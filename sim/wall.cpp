@@ -78,16 +78,30 @@ std::size_t Wall::facing_side(std::size_t end, const PlanarVector& in_bucket_m, 
   return nearest;
 }
 
+/// Whether a corner of the bucket that pressed on the face has just gone past this end.
+bool Wall::slips_off(std::size_t end, const BucketMotion& bucket, const BucketOutline& outline) const noexcept {
+  for (std::size_t i = 0; i < kCorners; ++i) {
+    if (!places_[i].touched || places_[i].surface != kFace) continue;
+    const double sideways = (outline.place(i, bucket) - data_.point_m).dot(along_);
+    if (end == 0 ? sideways < data_.from_m : sideways > data_.to_m) return true;
+  }
+  return false;
+}
+
 Wall::Touch Wall::touch_of_end(std::size_t end, const BucketMotion& bucket,
                                const BucketOutline& outline) const noexcept {
   Touch touch;
   touch.at_m = end_m(end);
   const PlanarVector in_bucket_m = bucket.turn.back(touch.at_m - bucket.pin_m);
-  if (outline.outside(outline.nearest_side(in_bucket_m), in_bucket_m) >= 0) return touch;
+  const bool inside = outline.outside(outline.nearest_side(in_bucket_m), in_bucket_m) < 0;
+  // Where a tip that is pressed in slips off, the corner is behind the tip's side before it is within the outline.
+  if (!inside && !ends_[end].touched && !slips_off(end, bucket, outline)) return touch;
   touch.surface = ends_[end].touched ? ends_[end].surface : facing_side(end, in_bucket_m, bucket, outline);
+  const double outside = outline.outside(touch.surface, in_bucket_m);
+  if (outside >= 0 || (!inside && !outline.is_beside(touch.surface, in_bucket_m, kNear_m))) return touch;
   touch.normal = -(bucket.turn * outline.outward(touch.surface));
   touch.along = bucket.turn * outline.along(touch.surface);
-  touch.depth_m = -outline.outside(touch.surface, in_bucket_m);
+  touch.depth_m = -outside;
   const PlanarVector velocity = bucket.velocity(touch.at_m);
   touch.closing_mps = -velocity.dot(touch.normal);
   touch.slide_m = -(in_bucket_m - outline.corner(touch.surface)).dot(outline.along(touch.surface));
@@ -139,18 +153,18 @@ double Wall::advance(Pair& pair, const Touch& touch) const noexcept {
 double Wall::advance(const BucketMotion& bucket, const BucketOutline& outline, double dt) noexcept {
   double pressed_N = 0;
   const bool away = far(bucket, outline);
+  for (std::size_t i = 0; i < kEnds; ++i) {  // first: they take over what slips off
+    if (away || !has_end_[i]) {
+      ends_[i].touched = false;
+    } else {
+      pressed_N += advance(ends_[i], touch_of_end(i, bucket, outline));
+    }
+  }
   for (std::size_t i = 0; i < kPlaces; ++i) {
     if (away) {
       places_[i].touched = false;
     } else {
       pressed_N += advance(places_[i], touch_of_place(i, bucket, outline));
-    }
-  }
-  for (std::size_t i = 0; i < kEnds; ++i) {
-    if (away || !has_end_[i]) {
-      ends_[i].touched = false;
-    } else {
-      pressed_N += advance(ends_[i], touch_of_end(i, bucket, outline));
     }
   }
   if (broken_ || data_.break_force_N <= 0) return 0;

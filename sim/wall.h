@@ -50,6 +50,8 @@ class Wall {
                                    const BucketOutline& outline) const noexcept;
   [[nodiscard]] std::size_t facing_side(std::size_t end, const PlanarVector& in_bucket_m, const BucketMotion& bucket,
                                         const BucketOutline& outline) const noexcept;
+  [[nodiscard]] bool slips_off(std::size_t end, const BucketMotion& bucket,
+                               const BucketOutline& outline) const noexcept;
   [[nodiscard]] double normal_force(const Pair& pair, const Touch& touch) const noexcept;
   [[nodiscard]] PlanarVector force(const Pair& pair, const Touch& touch) const noexcept;
   [[nodiscard]] double advance(Pair& pair, const Touch& touch) const noexcept;
