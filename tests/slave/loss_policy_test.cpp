@@ -39,6 +39,9 @@ TEST(LossPolicy, TimingTableHoldsOnBothSidesOfEveryBorder) {
     EXPECT_EQ(d.link.code == ReasonCode::kLinkLost, row.lost) << ms;
     EXPECT_FLOAT_EQ(d.link.value, static_cast<float>(row.lost ? ms : 0));
     EXPECT_FLOAT_EQ(d.link.limit, row.lost ? 200 : 0);
+    EXPECT_EQ(d.link.subject, 0) << ms;
+    EXPECT_EQ(loss_policy(kPosition, kVelocity, row.age, 0ms, 20ms, false).stage, row.stage)
+        << "whatever the gap before";
   }
 }
 
@@ -77,8 +80,10 @@ TEST(LossPolicy, GapAsLongAsTheNeutralAgeIsALossWhateverEndsIt) {
 
 TEST(LossPolicy, DelayAloneHoldsButIsNoLoss) {
   EXPECT_FALSE(at(5ms, 500ms).hold);
+  EXPECT_FALSE(at(5ms, 0ms).hold);
   const LossDecision d = at(5ms, 501ms);
   EXPECT_EQ(d.hold.code, ReasonCode::kRoundTripTooLong);
+  EXPECT_EQ(d.hold.subject, 0);
   EXPECT_FLOAT_EQ(d.hold.value, 501);
   EXPECT_FLOAT_EQ(d.hold.limit, 500);
   EXPECT_FALSE(d.link);
