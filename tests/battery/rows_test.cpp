@@ -34,6 +34,7 @@ Row row_of(std::uint64_t index, double rtt_ms, double losses, double swing_N, do
             {"stiffness_N_per_m", 3e5},
             {"speed_mps", 0.1},
             {"loss", 0}}}};
+  row["digest"] = "of session " + std::to_string(index);
   row["metrics"] = {
       {"contact_losses", losses}, {"hold_peak_to_peak_N", swing_N}, {"hold_error_N", error_N}, {"unfelt_s", unfelt_s}};
   row["faults"] = Row::array();
