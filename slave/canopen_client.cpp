@@ -42,11 +42,9 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus) : d
     if (node.id < 1 || node.id > 127 || index_[node.id] != 0 || node.id == description_.controller_id) {
       throw InputError(machine.source + ": bus: node id " + std::to_string(node.id) + " is not free or not in 1...127");
     }
-    const Kind kind = entry.role == NodeRole::kValve    ? Kind::kValve
-                      : entry.role == NodeRole::kEnable ? Kind::kEnable
-                                                        : Kind::kSensor;
     SdoDialogue dialogue(node.id, std::move(entry.script), from_seconds(description_.sdo_timeout_s));
-    nodes_.push_back({node.id, kind, entry.joint, std::move(dialogue), false, false, kNever, 0, {}});
+    const int valve_of = entry.role == NodeRole::kValve ? entry.joint : kNoValve;
+    nodes_.push_back({node.id, valve_of, std::move(dialogue), false, false, kNever, 0, {}});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
   }
 }
@@ -59,7 +57,6 @@ void CanopenClient::restart() noexcept {
   for (Node& node : nodes_) {
     node.dialogue.restart();
     node.booted = node.operational = false;
-    node.heard_at = kNever;
     node.emergency = 0;
     node.lost = {};
   }
@@ -207,8 +204,8 @@ void CanopenClient::configure(Time now) noexcept {
 void CanopenClient::activate(Time now) noexcept {
   bool all_active = true;
   for (const Node& node : nodes_) {
-    if (node.kind != Kind::kValve) continue;
-    Valve& valve = valves_[static_cast<std::size_t>(node.joint)];
+    if (node.valve_of == kNoValve) continue;
+    Valve& valve = valves_[static_cast<std::size_t>(node.valve_of)];
     const auto state = canopen::valve_state(valve.status_word);
     all_active = all_active && !valve_fault(valve, node.id, now);
     if (valve.seen_at == kNever || !state) {
@@ -259,8 +256,8 @@ Reason CanopenClient::supervise(Time now) const noexcept {
     if (node.lost) return node.lost;
     const double silent_s = to_seconds(now - node.heard_at);
     if (silent_s > limit_s) return reason(ReasonCode::kNodeSilent, node.id, silent_s * 1e3, limit_s * 1e3);
-    if (node.kind != Kind::kValve) continue;
-    if (const Reason why = valve_fault(valves_[static_cast<std::size_t>(node.joint)], node.id, now)) return why;
+    if (node.valve_of == kNoValve) continue;
+    if (const Reason why = valve_fault(valves_[static_cast<std::size_t>(node.valve_of)], node.id, now)) return why;
   }
   const double age_s = to_seconds(now - inputs_seen_at_);
   const double age_limit_s = kInputPeriods * description_.controller_heartbeat_s;

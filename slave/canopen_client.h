@@ -58,11 +58,10 @@ class CanopenClient {
   [[nodiscard]] Time set_points_at() const noexcept { return set_points_at_; }
 
  private:
-  enum class Kind : std::uint8_t { kValve, kSensor, kEnable };
+  static constexpr int kNoValve = -1;
   struct Node {
     std::uint8_t id = 0;
-    Kind kind = Kind::kSensor;
-    int joint = -1;  ///< Of a valve.
+    int valve_of = kNoValve;  ///< Joint.
     SdoDialogue dialogue;
     bool booted = false, operational = false;
     Time heard_at = kNever;       ///< Heartbeat.

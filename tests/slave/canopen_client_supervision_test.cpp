@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "core/error.h"
 #include "sim/can_nodes.h"
 #include "slave/canopen_client.h"
 #include "tests/slave/test_machine.h"
@@ -317,6 +318,64 @@ TEST_F(BusSupervision, ANodeThatDoesNotStartIsNamedAfterASecond) {
   ASSERT_TRUE(bring_to(Phase::kFailed, never_started));
   EXPECT_EQ(now - since, 1005ms);
   expect_fault(ReasonCode::kNodeSilent, 0x22, 1005, 1000);
+}
+
+TEST_F(BusSupervision, ARestartBelievesNothingFromBefore) {
+  up();
+  const PassedCommands open = passed(kArm, 0.3);
+  for (int i = 0; i < 2; ++i) step(open);
+  client.restart();
+  EXPECT_EQ(client.demand(), JointVector(0, 0, 0));
+  // A node that says nothing any more has neither booted nor started, and a valve that is not heard is in no state.
+  const auto silent = [](CanFrame& frame) {
+    return frame.id != canopen::heartbeat_id(0x22) && frame.id != canopen::tpdo1_id(0x12);
+  };
+  ASSERT_TRUE(bring_to(Phase::kResetting));
+  const Time reset_at = now;
+  ASSERT_TRUE(bring_to(Phase::kConfiguring, silent));
+  EXPECT_EQ(now - reset_at, 1005ms);
+  ASSERT_TRUE(bring_to(Phase::kFailed, silent)) << text(client.fault());
+  EXPECT_EQ(client.fault().code, ReasonCode::kNodeSilent) << text(client.fault());
+  EXPECT_EQ(client.fault().subject, 0x22);
+
+  const auto unheard_valve = [](CanFrame& frame) { return frame.id != canopen::tpdo1_id(0x12); };
+  client.restart();
+  ASSERT_TRUE(bring_to(Phase::kOperational)) << text(client.fault());
+  client.restart();
+  ASSERT_TRUE(bring_to(Phase::kActivating, unheard_valve)) << text(client.fault());
+  port.sent.clear();
+  step(), step();
+  for (const CanFrame& frame : sent(canopen::rpdo1_id(0x12)))
+    EXPECT_EQ(canopen::parse_valve_command(frame)->control_word, canopen::kControlInit);
+}
+
+TEST_F(BusSupervision, ASetUpThatFailedIsForgottenByARestart) {
+  const auto mute = [](CanFrame& frame) { return frame.id != canopen::sdo_response_id(0x22); };
+  ASSERT_TRUE(bring_to(Phase::kFailed, mute));
+  EXPECT_EQ(client.setup_failure().what, SetupFailure::What::kSilent);
+  client.restart();
+  EXPECT_EQ(client.setup_failure().what, SetupFailure::What::kNone);
+}
+
+TEST_F(BusSupervision, ANodeHasAnIdOfItsOwnBetween1And127) {
+  const auto accepted = [this](std::uint8_t tilt_id, std::uint8_t controller_id) {
+    MachineDescription d = machine;
+    d.bus.tilt.id = tilt_id;
+    d.bus.controller_id = controller_id;
+    try {
+      CanopenClient made(d, port);
+    } catch (const InputError& refusal) {
+      EXPECT_NE(std::string(refusal.what()).find("node id " + std::to_string(tilt_id)), std::string::npos);
+      return false;
+    }
+    return true;
+  };
+  EXPECT_FALSE(accepted(0, 5));
+  EXPECT_TRUE(accepted(1, 5));
+  EXPECT_FALSE(accepted(5, 5));
+  EXPECT_FALSE(accepted(0x31, 5)) << "an encoder's";
+  EXPECT_TRUE(accepted(127, 5));
+  EXPECT_FALSE(accepted(128, 5));
 }
 
 TEST_F(BusSupervision, AValveThatDoesNotBecomeActiveIsNamedAfterHalfASecond) {
