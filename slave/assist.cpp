@@ -64,7 +64,7 @@ LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matri
   const double pressing = added.cwiseMax(0.0).sum(), leaving = -added.cwiseMin(0.0).sum();
   const double allowed = free_mps * std::max(0.0, 1 - force_N / limit_N);
   if (pressing - leaving <= allowed) return result;
-  const double factor = (allowed + leaving) / pressing;  // below 1
+  const double factor = (allowed + leaving) / pressing;  // at most 1
   for (int i = 0; i < kJoints; ++i) {
     if (added[i] > 0) result.rate_radps[i] *= factor;
   }

@@ -97,7 +97,7 @@ Reason Plausibility::moving_while_closed(int joint, const estimation::Measuremen
   const bool relieving =
       std::max(m.pressure_Pa[head], m.pressure_Pa[head + 1]) > kLimits.relief * hydraulics_.port_relief_Pa;
   axis.closed_s = closed && !relieving ? axis.closed_s + step_s_ : 0;
-  if (axis.closed_s < kLimits.settle_s) {  // the very first step, too, which knows no length before it
+  if (axis.closed_s < kLimits.settle_s) {  // also the first step, whose travel is from 0
     axis.travel_m = 0;
     return {};
   }

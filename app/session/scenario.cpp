@@ -252,7 +252,7 @@ void read_plan(TomlTable& file, const Scale& scale, const WorkingRange& range, S
   file.require(scenario.phases.size() <= kMostPhases, "phase", "must be 250 at most");
 }
 
-/// A press until something breaks needs something that can.
+/// Tells every phase how many pieces can break. A press until something breaks needs one.
 void count_pieces(const TomlTable& file, Scenario& scenario) {
   const auto pieces = std::count_if(scenario.world.walls.begin(), scenario.world.walls.end(),
                                     [](const sim::WallDescription& wall) { return wall.break_force_N > 0; });
