@@ -5,7 +5,7 @@
 namespace knuckle::sim {
 namespace {
 
-constexpr double kNear_m = 0.02;  // further than anything moves within a substep
+constexpr double kNear_m = 0.02;  // further than anything moves within a substep, or is pressed in where it slips off
 
 }  // namespace
 
@@ -65,14 +65,16 @@ Wall::Touch Wall::touch_of_place(std::size_t place, const BucketMotion& bucket,
   return touch;
 }
 
-/// The side of the bucket that a corner of the wall within it is least far behind, of those that face the corner:
-/// pushed out by one that looks away, a tip that slides off the end would hook behind it.
+/// The side of the bucket that a corner of the wall is least far behind, of those that face both surfaces which meet
+/// there, or lie along one: pushed out by another, what slides off the end would hook behind it.
+/// @return kCorners where there is none.
 std::size_t Wall::facing_side(std::size_t end, const PlanarVector& in_bucket_m, const BucketMotion& bucket,
                               const BucketOutline& outline) const noexcept {
-  const PlanarVector corner = bucket.turn.back(normal_ + (end == 0 ? -1 : 1) * along_);  // looks half way between both
+  constexpr double kAlong = 0.1;  // sine of the lean that still counts as along
+  const PlanarVector face = bucket.turn.back(normal_), end_face = bucket.turn.back((end == 0 ? -1 : 1) * along_);
   std::size_t nearest = kCorners;
   for (std::size_t i = 0; i < kCorners; ++i) {
-    if (outline.outward(i).dot(corner) >= 0) continue;
+    if (outline.outward(i).dot(face) > kAlong || outline.outward(i).dot(end_face) > kAlong) continue;
     if (nearest == kCorners || outline.outside(i, in_bucket_m) > outline.outside(nearest, in_bucket_m)) nearest = i;
   }
   return nearest;
@@ -93,12 +95,16 @@ Wall::Touch Wall::touch_of_end(std::size_t end, const BucketMotion& bucket,
   Touch touch;
   touch.at_m = end_m(end);
   const PlanarVector in_bucket_m = bucket.turn.back(touch.at_m - bucket.pin_m);
-  const bool inside = outline.outside(outline.nearest_side(in_bucket_m), in_bucket_m) < 0;
+  const std::size_t nearest = outline.nearest_side(in_bucket_m);
+  touch.within = outline.outside(nearest, in_bucket_m) < 0;
   // Where a tip that is pressed in slips off, the corner is behind the tip's side before it is within the outline.
-  if (!inside && !ends_[end].touched && !slips_off(end, bucket, outline)) return touch;
+  const bool slips = ends_[end].touched ? ends_[end].slipping : slips_off(end, bucket, outline);
+  if (!touch.within && !slips) return touch;
   touch.surface = ends_[end].touched ? ends_[end].surface : facing_side(end, in_bucket_m, bucket, outline);
+  // A side further behind takes the corner only once what is pressed into the face has left it.
+  if (touch.surface == kCorners || (!ends_[end].touched && !slips && touch.surface != nearest)) return touch;
   const double outside = outline.outside(touch.surface, in_bucket_m);
-  if (outside >= 0 || (!inside && !outline.is_beside(touch.surface, in_bucket_m, kNear_m))) return touch;
+  if (outside >= 0 || (!touch.within && !outline.is_beside(touch.surface, in_bucket_m, kNear_m))) return touch;
   touch.normal = -(bucket.turn * outline.outward(touch.surface));
   touch.along = bucket.turn * outline.along(touch.surface);
   touch.depth_m = -outside;
@@ -145,6 +151,7 @@ double Wall::advance(Pair& pair, const Touch& touch) const noexcept {
   pair.touched = touch.depth_m > 0;
   if (!pair.touched) return 0;
   pair.surface = touch.surface;
+  pair.slipping = !touch.within && (fresh || pair.slipping);
   if (fresh) pair.slide.anchor_m = touch.slide_m;
   pair.slide.drag(touch.slide_m, data_.friction * normal);
   return normal;

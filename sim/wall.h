@@ -33,6 +33,7 @@ class Wall {
   struct Pair {
     bool touched = false;
     std::size_t surface = 0;  ///< By which it came in: of the wall, or side of the bucket.
+    bool slipping = false;    ///< A corner of the wall that what slipped off has not come to cover yet.
     double damping_Ns_per_m = 0;
     Bristle slide{2e6, 4e3};
   };
@@ -40,6 +41,7 @@ class Wall {
   struct Touch {
     std::size_t surface = 0;
     PlanarVector at_m, normal, along;
+    bool within = true;                   ///< A corner of the wall: inside the bucket's outline.
     double depth_m = 0, closing_mps = 0;  ///< Depth 0: no contact.
     double slide_m = 0, slide_mps = 0;    ///< Of the bucket along the wall.
   };

@@ -219,6 +219,39 @@ TEST(Contact, ATipThatSlidesOffTheEndOfAWallIsPushedOffNotHeld) {
   }
 }
 
+// The other end, with whatever of the bucket is foremost: nothing holds back what slides off.
+TEST(Contact, NothingIsHeldThatSlidesOffEitherEnd) {
+  for (double angle = -1.5; angle < 1.5; angle += 0.1) {
+    for (const double up : {1.0, -1.0}) {
+      BucketMotion bucket = standing(angle);
+      std::size_t foremost = 0;
+      for (std::size_t i = 1; i < kCorners; ++i) {
+        if (bucket.at(outline().corner(i)).x() > bucket.at(outline().corner(foremost)).x()) foremost = i;
+      }
+      const PlanarVector at = bucket.at(outline().corner(foremost));
+      constexpr double kPressed_m = 2e-3, kTravel_m = 1e-4;
+      WorldDescription world;
+      world.walls.push_back({.point_m = {at.x() - kPressed_m, at.y()},
+                             .normal = {-1, 0},
+                             .stiffness_N_per_m = kStiffness,
+                             .friction = 0,
+                             .from_m = up > 0 ? -0.005 : -2,
+                             .to_m = up > 0 ? 2 : 0.005});
+      WorldModel model(world, default_machine());
+      double work_J = 0;
+      for (int i = 0; i < 150; ++i) {
+        bucket.pin_m.y() += up * kTravel_m;
+        bucket.linkage_m.y() += up * kTravel_m;
+        (void)model.advance(1e-3 * i, 1e-3, bucket);
+        work_J += model.forces(bucket).wall.y() * up * kTravel_m;
+      }
+      // No more is asked of who moves it than a side that leans by 0.1 takes, and no more given than was stored.
+      EXPECT_GE(work_J, -0.1 * kStiffness * kPressed_m * 150 * kTravel_m) << angle << " " << up << " " << foremost;
+      EXPECT_LE(work_J, 0.5 * kStiffness * kPressed_m * kPressed_m + 0.2) << angle << " " << up << " " << foremost;
+    }
+  }
+}
+
 TEST(Contact, JointTorquesOfAForceAreItsVirtualWork) {
   const RigidBody body(default_machine(), 0);
   std::mt19937_64 random(7);

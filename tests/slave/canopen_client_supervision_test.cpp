@@ -221,11 +221,6 @@ TEST_F(BusSupervision, ASpoolBeyondWhatIsPossibleIsNoPosition) {
     step();
     expect_fault(ReasonCode::kSensorInvalid, 0x11, sign * 1.1001, 1.1);
   }
-  // The border itself, where the wire can say it.
-  machine.bus.wire.valve_full_stroke = 10;
-  CanopenClient coarse(machine, port);
-  coarse.receive(canopen::valve_status_frame(canopen::tpdo1_id(0x11), {kWell, 1.1}, 10), now);
-  EXPECT_EQ(coarse.spool()[kArm], 1.1);
 }
 
 TEST_F(BusSupervision, AValveMustBeActiveWellAndLedFromTheBus) {
@@ -446,10 +441,11 @@ TEST_F(BusSupervision, SetPointsGoOutEverySecondSyncAndADropAtOnce) {
     for (int i = 0; i < 6; ++i) step(open);
     for (int i = 0; i < kJoints; ++i) EXPECT_EQ(commands_of(i), 3U);
     EXPECT_EQ(client.demand(), open.value());
-    do {  // until none is due next
+    for (int i = 0; i < 3; ++i) {  // until none is due next
       port.sent.clear();
       step(open);
-    } while (commands_of(joint) == 0);
+      if (commands_of(joint) != 0) break;
+    }
     port.sent.clear();
     now += 1ms;
     step();
@@ -482,7 +478,7 @@ TEST_F(BusSupervision, EnableOutputGoesOutOnChangeAndEveryTenthSync) {
   for (int i = 0; i < 40; ++i) step();
   ASSERT_EQ(sent(id).size(), 4U);
   EXPECT_EQ(canopen::parse_enable(sent(id).back()), 0);
-  while (sent(id).size() != 5) step();  // the next regular one is ten steps away
+  for (int i = 0; i < 20 && sent(id).size() != 5; ++i) step();  // the next regular one is ten steps away
   for (const bool on : {true, false}) {
     port.sent.clear();
     step({}, on);
@@ -520,7 +516,8 @@ TEST_F(BusSupervision, TheControllersHeartbeatHasItsPeriod) {
   up();
   const std::uint32_t id = canopen::heartbeat_id(1);
   port.sent.clear();
-  while (sent(id).empty()) now += 100us, step();
+  for (int i = 0; i < 1000 && sent(id).empty(); ++i) now += 100us, step();
+  ASSERT_EQ(sent(id).size(), 1U);
   EXPECT_EQ(canopen::parse_heartbeat(sent(id).back()), canopen::NmtState::kOperational);
   port.sent.clear();
   now += 62400us;
