@@ -52,11 +52,6 @@ class BucketOutline {
   [[nodiscard]] double outside(std::size_t side, const PlanarVector& at_m) const noexcept {
     return (at_m - corners_[side]).dot(outward_[side]);
   }
-  /// Whether a point lies beside this side, or past one of its ends by no more than `past_m`.
-  [[nodiscard]] bool is_beside(std::size_t side, const PlanarVector& at_m, double past_m) const noexcept {
-    const double run = (at_m - corners_[side]).dot(along_[side]);
-    return run > -past_m && run < length_m_[side] + past_m;
-  }
   /// The side that a point is furthest outside of, or, inside the outline, least far behind.
   [[nodiscard]] std::size_t nearest_side(const PlanarVector& at_m) const noexcept;
   /// The outline's point nearest to a point, both in bucket axes.

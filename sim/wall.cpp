@@ -1,5 +1,6 @@
 #include "sim/wall.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace knuckle::sim {
@@ -38,6 +39,20 @@ double Wall::clearance_m(const BucketMotion& bucket, const BucketOutline& outlin
   return clearance;
 }
 
+/// The surface through which a place of the bucket has come in: the nearest; of what a corner of the wall has pushed
+/// off by a side next to this place, the one which that side lies along.
+std::size_t Wall::surface_entered(std::size_t place, const std::array<double, kSurfaces>& depth,
+                                  const BucketMotion& bucket, const BucketOutline& outline) const noexcept {
+  constexpr std::size_t face = kFace;
+  for (std::size_t end = 0; end < kEnds; ++end) {
+    const std::size_t side = ends_[end].surface;
+    if (!ends_[end].touched || (side != place && (side + 1) % kCorners != place)) continue;
+    const PlanarVector in = -(bucket.turn * outline.outward(side));
+    return in.dot(end_normal(end)) < in.dot(normal_) ? face : end_surface(end);
+  }
+  return static_cast<std::size_t>(std::min_element(depth.begin(), depth.end()) - depth.begin());
+}
+
 Wall::Touch Wall::touch_of_place(std::size_t place, const BucketMotion& bucket,
                                  const BucketOutline& outline) const noexcept {
   Touch touch;
@@ -47,15 +62,8 @@ Wall::Touch Wall::touch_of_place(std::size_t place, const BucketMotion& bucket,
   const std::array<double, kSurfaces> depth{-offset.dot(normal_), sideways - data_.from_m, data_.to_m - sideways};
   if (depth[kFace] <= 0 || depth[kFace] > data_.depth_m || depth[kFromEnd] < 0 || depth[kToEnd] < 0) return touch;
   // What has come in through a surface is pushed out through it.
-  touch.surface = kFace;
-  if (places_[place].touched) {
-    touch.surface = places_[place].surface;
-  } else {
-    for (const std::size_t end : {kFromEnd, kToEnd}) {
-      if (depth[end] < depth[touch.surface]) touch.surface = end;
-    }
-  }
-  touch.normal = touch.surface == kFace ? normal_ : touch.surface == kFromEnd ? PlanarVector(-along_) : along_;
+  touch.surface = places_[place].touched ? places_[place].surface : surface_entered(place, depth, bucket, outline);
+  touch.normal = touch.surface == kFace ? normal_ : end_normal(touch.surface - kFromEnd);
   touch.along = perp(touch.normal);
   touch.depth_m = depth[touch.surface];
   const PlanarVector velocity = outline.velocity(place, bucket);
@@ -71,7 +79,7 @@ Wall::Touch Wall::touch_of_place(std::size_t place, const BucketMotion& bucket,
 std::size_t Wall::facing_side(std::size_t end, const PlanarVector& in_bucket_m, const BucketMotion& bucket,
                               const BucketOutline& outline) const noexcept {
   constexpr double kAlong = 0.1;  // sine of the lean that still counts as along
-  const PlanarVector face = bucket.turn.back(normal_), end_face = bucket.turn.back((end == 0 ? -1 : 1) * along_);
+  const PlanarVector face = bucket.turn.back(normal_), end_face = bucket.turn.back(end_normal(end));
   std::size_t nearest = kCorners;
   for (std::size_t i = 0; i < kCorners; ++i) {
     if (outline.outward(i).dot(face) > kAlong || outline.outward(i).dot(end_face) > kAlong) continue;
@@ -80,14 +88,32 @@ std::size_t Wall::facing_side(std::size_t end, const PlanarVector& in_bucket_m, 
   return nearest;
 }
 
-/// Whether a corner of the bucket that pressed on the face has just gone past this end.
+/// Whether a corner of the bucket that pressed on a surface has just gone past this corner of the wall.
 bool Wall::slips_off(std::size_t end, const BucketMotion& bucket, const BucketOutline& outline) const noexcept {
   for (std::size_t i = 0; i < kCorners; ++i) {
-    if (!places_[i].touched || places_[i].surface != kFace) continue;
-    const double sideways = (outline.place(i, bucket) - data_.point_m).dot(along_);
-    if (end == 0 ? sideways < data_.from_m : sideways > data_.to_m) return true;
+    if (!places_[i].touched) continue;
+    const PlanarVector offset = outline.place(i, bucket) - end_m(end);
+    if (places_[i].surface == kFace && offset.dot(end_normal(end)) > 0) return true;
+    if (places_[i].surface == end_surface(end) && offset.dot(normal_) > 0) return true;
   }
   return false;
+}
+
+/// Whether a corner of the bucket next to this side is in the wall.
+bool Wall::presses_beside(std::size_t side, const BucketMotion& bucket, const BucketOutline& outline) const noexcept {
+  for (const std::size_t place : {side, (side + 1) % kCorners}) {
+    if (touch_of_place(place, bucket, outline).depth_m > 0) return true;
+  }
+  return false;
+}
+
+/// Whether a corner of the wall lies past an end of this side, and that end past one of the surfaces and behind the
+/// other: pressed in, a corner of the bucket slips off before the corner of the wall is within the outline.
+bool Wall::leads_past(std::size_t side, const PlanarVector& in_bucket_m, std::size_t end, const BucketMotion& bucket,
+                      const BucketOutline& outline) const noexcept {
+  const bool before = (in_bucket_m - outline.corner(side)).dot(outline.along(side)) < 0;
+  const PlanarVector offset = outline.place(before ? side : (side + 1) % kCorners, bucket) - end_m(end);
+  return (offset.dot(normal_) > 0) != (offset.dot(end_normal(end)) > 0);
 }
 
 Wall::Touch Wall::touch_of_end(std::size_t end, const BucketMotion& bucket,
@@ -96,15 +122,16 @@ Wall::Touch Wall::touch_of_end(std::size_t end, const BucketMotion& bucket,
   touch.at_m = end_m(end);
   const PlanarVector in_bucket_m = bucket.turn.back(touch.at_m - bucket.pin_m);
   const std::size_t nearest = outline.nearest_side(in_bucket_m);
-  touch.within = outline.outside(nearest, in_bucket_m) < 0;
-  // Where a tip that is pressed in slips off, the corner is behind the tip's side before it is within the outline.
-  const bool slips = ends_[end].touched ? ends_[end].slipping : slips_off(end, bucket, outline);
-  if (!touch.within && !slips) return touch;
+  const bool within = outline.outside(nearest, in_bucket_m) < 0;
+  const bool slips = !ends_[end].touched && slips_off(end, bucket, outline);
+  if (!within && !ends_[end].touched && !slips) return touch;
   touch.surface = ends_[end].touched ? ends_[end].surface : facing_side(end, in_bucket_m, bucket, outline);
-  // A side further behind takes the corner only once what is pressed into the face has left it.
-  if (touch.surface == kCorners || (!ends_[end].touched && !slips && touch.surface != nearest)) return touch;
+  if (touch.surface == kCorners) return touch;
+  // By a side further behind the corner pushes off only what has slipped off, and only while that is out of the wall.
+  if (touch.surface != nearest && !ends_[end].touched && !slips) return touch;
+  if (touch.surface != nearest && presses_beside(touch.surface, bucket, outline)) return touch;
   const double outside = outline.outside(touch.surface, in_bucket_m);
-  if (outside >= 0 || (!touch.within && !outline.is_beside(touch.surface, in_bucket_m, kNear_m))) return touch;
+  if (outside >= 0 || (!within && !leads_past(touch.surface, in_bucket_m, end, bucket, outline))) return touch;
   touch.normal = -(bucket.turn * outline.outward(touch.surface));
   touch.along = bucket.turn * outline.along(touch.surface);
   touch.depth_m = -outside;
@@ -147,33 +174,26 @@ void Wall::add_forces(const BucketMotion& bucket, const BucketOutline& outline, 
 
 double Wall::advance(Pair& pair, const Touch& touch) const noexcept {
   const double normal = normal_force(pair, touch);
-  const bool fresh = !pair.touched;
+  if (!pair.touched) pair.slide.anchor_m = touch.slide_m;
   pair.touched = touch.depth_m > 0;
   if (!pair.touched) return 0;
   pair.surface = touch.surface;
-  pair.slipping = !touch.within && (fresh || pair.slipping);
-  if (fresh) pair.slide.anchor_m = touch.slide_m;
   pair.slide.drag(touch.slide_m, data_.friction * normal);
   return normal;
 }
 
 double Wall::advance(const BucketMotion& bucket, const BucketOutline& outline, double dt) noexcept {
+  std::array<Touch, kPlaces> of_places;
+  std::array<Touch, kEnds> of_ends;
+  if (!far(bucket, outline)) {
+    for (std::size_t i = 0; i < kPlaces; ++i) of_places[i] = touch_of_place(i, bucket, outline);
+    for (std::size_t i = 0; i < kEnds; ++i) {
+      if (has_end_[i]) of_ends[i] = touch_of_end(i, bucket, outline);
+    }
+  }
   double pressed_N = 0;
-  const bool away = far(bucket, outline);
-  for (std::size_t i = 0; i < kEnds; ++i) {  // first: they take over what slips off
-    if (away || !has_end_[i]) {
-      ends_[i].touched = false;
-    } else {
-      pressed_N += advance(ends_[i], touch_of_end(i, bucket, outline));
-    }
-  }
-  for (std::size_t i = 0; i < kPlaces; ++i) {
-    if (away) {
-      places_[i].touched = false;
-    } else {
-      pressed_N += advance(places_[i], touch_of_place(i, bucket, outline));
-    }
-  }
+  for (std::size_t i = 0; i < kPlaces; ++i) pressed_N += advance(places_[i], of_places[i]);
+  for (std::size_t i = 0; i < kEnds; ++i) pressed_N += advance(ends_[i], of_ends[i]);
   if (broken_ || data_.break_force_N <= 0) return 0;
   damage_Ns_ += std::max(0.0, pressed_N - data_.break_force_N) * dt;
   if (damage_Ns_ < data_.break_impulse_Ns) return 0;

@@ -33,7 +33,6 @@ class Wall {
   struct Pair {
     bool touched = false;
     std::size_t surface = 0;  ///< By which it came in: of the wall, or side of the bucket.
-    bool slipping = false;    ///< A corner of the wall that what slipped off has not come to cover yet.
     double damping_Ns_per_m = 0;
     Bristle slide{2e6, 4e3};
   };
@@ -41,7 +40,6 @@ class Wall {
   struct Touch {
     std::size_t surface = 0;
     PlanarVector at_m, normal, along;
-    bool within = true;                   ///< A corner of the wall: inside the bucket's outline.
     double depth_m = 0, closing_mps = 0;  ///< Depth 0: no contact.
     double slide_m = 0, slide_mps = 0;    ///< Of the bucket along the wall.
   };
@@ -52,6 +50,12 @@ class Wall {
                                    const BucketOutline& outline) const noexcept;
   [[nodiscard]] std::size_t facing_side(std::size_t end, const PlanarVector& in_bucket_m, const BucketMotion& bucket,
                                         const BucketOutline& outline) const noexcept;
+  [[nodiscard]] std::size_t surface_entered(std::size_t place, const std::array<double, kSurfaces>& depth,
+                                            const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
+  [[nodiscard]] bool presses_beside(std::size_t side, const BucketMotion& bucket,
+                                    const BucketOutline& outline) const noexcept;
+  [[nodiscard]] bool leads_past(std::size_t side, const PlanarVector& in_bucket_m, std::size_t end,
+                                const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
   [[nodiscard]] bool slips_off(std::size_t end, const BucketMotion& bucket,
                                const BucketOutline& outline) const noexcept;
   [[nodiscard]] double normal_force(const Pair& pair, const Touch& touch) const noexcept;
@@ -61,6 +65,10 @@ class Wall {
   [[nodiscard]] PlanarVector end_m(std::size_t end) const noexcept {
     return data_.point_m + (end == 0 ? data_.from_m : data_.to_m) * along_;
   }
+  [[nodiscard]] PlanarVector end_normal(std::size_t end) const noexcept {
+    return end == 0 ? PlanarVector(-along_) : along_;
+  }
+  [[nodiscard]] static std::size_t end_surface(std::size_t end) noexcept { return end == 0 ? kFromEnd : kToEnd; }
 
   WallDescription data_;
   PlanarVector normal_, along_;

@@ -123,6 +123,23 @@ TEST(ForceLimitedApproach, AForceHasADirectionFromAFifthOfTheLimitOn) {
   }
 }
 
+// Two joints that move the tip along x and y, with numbers that binary fractions say exactly.
+TEST(ForceLimitedApproach, WhatIsWithinItsBoundIsNotSlowedAndNotCalledSlowed) {
+  Eigen::Matrix<double, 2, 3> square;
+  square << 1, 0, 0, 0, 1, 0;
+  AssistLimits limits;
+  limits.free_Ns_per_m = 8000;
+  const auto approach = [&](const JointVector& rate, const TipContact& contact) {
+    return limit_approach(rate, square, contact, 1000, limits);
+  };
+  EXPECT_FALSE(approach({0.125, 0, 0}, {}).limiting) << "the speed of free air";
+  EXPECT_TRUE(approach({0.1251, 0, 0}, {}).limiting);
+  EXPECT_FALSE(approach({0, 0, 0}, steady({-1000, 0})).limiting) << "standing at the limit";
+  EXPECT_FALSE(approach({0.0625, 0, 0}, steady({-500, 0})).limiting) << "half the speed at half the limit";
+  EXPECT_TRUE(approach({0.0626, 0, 0}, steady({-500, 0})).limiting);
+  EXPECT_NEAR(approach({0, 1, 0}, steady({-500, 0})).rate_radps[1], 0.125, 1e-12) << "along the surface is not away";
+}
+
 TEST(ForceLimitedApproach, LeavingByHoweverLittleIsLeaving) {
   const JointVector rate = towards({0.001, 0.3});
   EXPECT_EQ(limit_approach(rate, jacobian(), steady({400, 0}), kLimit_N).rate_radps, rate);

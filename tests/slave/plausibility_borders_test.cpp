@@ -248,6 +248,29 @@ TEST_F(PlausibilityBorders, NothingIsFoundAtTheBorderItself) {
   });
 }
 
+TEST_F(PlausibilityBorders, TimeAtTheBorderItselfIsNotOver) {
+  each_way([this](int joint, bool extends) {
+    const auto others_at_zero = [&] {  // where the first step has nothing to compare with
+      for (int i = 0; i < kJoints; ++i) m.cylinder_m[i] *= i == joint;
+    };
+    others_at_zero();
+    plausibility = Plausibility(machine, 0.8);  // a step as long as an axis may stand behind an open valve
+    returning_Pa(joint, extends) = kTank_Pa;
+    open(joint, extends, 0.5);
+    ASSERT_FALSE(step());
+    EXPECT_FALSE(step());
+    EXPECT_TRUE(step());
+    fresh();
+    others_at_zero();
+    plausibility = Plausibility(machine, 0.15);  // a step as long as cylinders need to stop
+    open(joint, extends, 0.5);
+    ASSERT_FALSE(step());
+    spool[joint] = 0;
+    m.cylinder_m[joint] += 0.02;
+    EXPECT_TRUE(step()) << "stands still from now on";
+  });
+}
+
 // ---- a cylinder that moves behind a closed valve
 
 TEST_F(PlausibilityBorders, TravelBehindAClosedValveIsSummedAfterItHasSettledAndForgottenInASecond) {
