@@ -44,7 +44,7 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus) : d
     }
     SdoDialogue dialogue(node.id, std::move(entry.script), from_seconds(description_.sdo_timeout_s));
     const int valve_of = entry.role == NodeRole::kValve ? entry.joint : kNoValve;
-    nodes_.push_back({node.id, valve_of, std::move(dialogue), false, false, kNever, 0, {}});
+    nodes_.push_back({node.id, valve_of, std::move(dialogue)});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
   }
 }

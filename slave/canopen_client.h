@@ -66,7 +66,7 @@ class CanopenClient {
     bool booted = false, operational = false;
     Time heard_at = kNever;       ///< Heartbeat.
     std::uint16_t emergency = 0;  ///< EMCY code not yet reset.
-    Reason lost;                  ///< Left its working state; kept until restart().
+    Reason lost{};                ///< Left its working state; kept until restart().
   };
   struct Valve {
     std::uint16_t status_word = 0;

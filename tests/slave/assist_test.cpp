@@ -138,6 +138,9 @@ TEST(ForceLimitedApproach, WhatIsWithinItsBoundIsNotSlowedAndNotCalledSlowed) {
   EXPECT_FALSE(approach({0.0625, 0, 0}, steady({-500, 0})).limiting) << "half the speed at half the limit";
   EXPECT_TRUE(approach({0.0626, 0, 0}, steady({-500, 0})).limiting);
   EXPECT_NEAR(approach({0, 1, 0}, steady({-500, 0})).rate_radps[1], 0.125, 1e-12) << "along the surface is not away";
+  const JointVector slowed = approach({0.11, 0.0078125, 0.25}, steady({-500, 0})).rate_radps;
+  EXPECT_EQ(slowed.tail<2>(), Eigen::Vector2d(0.0078125, 0.25)) << "they do not press";
+  EXPECT_LT(slowed[0], 0.0626);
 }
 
 TEST(ForceLimitedApproach, LeavingByHoweverLittleIsLeaving) {

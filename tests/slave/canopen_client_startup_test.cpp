@@ -128,10 +128,10 @@ TEST_F(BusStartUp, AValveIsTakenToActiveStateByState) {
       {canopen::kControlDisabled | canopen::kStatusReady, canopen::kControlHold},
       {canopen::kControlHold | canopen::kStatusReady, canopen::kControlActive},
       {kWell, canopen::kControlActive},
-      {canopen::kControlHold, canopen::kControlReset},  // in fault: an edge ...
-      {canopen::kControlHold, canopen::kControlInit},   // ... that is made again if it did not help
-      {canopen::kControlHold, canopen::kControlReset},
-      {0x2 | canopen::kStatusReady, canopen::kControlInit}};  // no state of the profile
+      {0x2 | canopen::kStatusReady, canopen::kControlInit},  // no state of the profile
+      {canopen::kControlHold, canopen::kControlReset},       // in fault: an edge ...
+      {canopen::kControlHold, canopen::kControlInit},        // ... that is made again if it did not help
+      {canopen::kControlHold, canopen::kControlReset}};
   const auto not_heard = [](CanFrame& frame) { return frame.id != canopen::tpdo1_id(0x12); };
   ASSERT_TRUE(bring_to(Phase::kActivating, not_heard)) << text(client.fault());
   const std::uint32_t to_valve = canopen::rpdo1_id(0x12);

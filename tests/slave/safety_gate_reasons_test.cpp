@@ -131,6 +131,20 @@ TEST_F(GateReasons, PowerIsInKilowatts) {
   expect_reason(gate(JointVector(1, 1, 0)).limiting, ReasonCode::kPowerLimit, 0, 32e-3 / 60 * 217e5 / 1e3, 8);
 }
 
+TEST_F(GateReasons, PowerAtTheLimitItselfIsPassed) {
+  // Half open without a dead band, nothing carried, and numbers that binary fractions say exactly: 0.5 m3/s at 2^20 Pa.
+  state.pressure_Pa.fill(0);
+  limits.min_rad.setConstant(-1e9), limits.max_rad.setConstant(1e9);
+  limits.dead_band_extend.setZero(), limits.dead_band_retract.setZero();
+  limits.load_sensing_margin_Pa = 1048576;
+  limits.flow_per_root_Pa.setConstant(1.0 / 1024);
+  limits.pump_flow_m3ps = 10;
+  limits.file.power_W = 524288;
+  EXPECT_FALSE(gate(only(kArm, 0.5)).limiting);
+  limits.file.power_W = 524287.5;
+  expect_reason(gate(only(kArm, 0.5)).limiting, ReasonCode::kPowerLimit, 0, 524.288, 524.2875);
+}
+
 TEST_F(GateReasons, TheFirstLimitIsTold) {
   MachineDescription machine = test::test_machine();
   machine.limits.floor_m = limits.kinematics.tip(state.angle_rad).y() - 0.01;
