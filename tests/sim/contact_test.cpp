@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <random>
 
 #include "sim/world_model.h"
@@ -258,38 +259,51 @@ struct PressedNearACorner {
   [[nodiscard]] PlanarVector on_bucket_N() { return model.forces(bucket).wall; }
 };
 
-class EveryAttitude : public testing::TestWithParam<std::tuple<int, double, bool>> {
+/// Which way it slides, and whether it is pressed into the face (or an end): at every attitude.
+class OverACorner : public testing::TestWithParam<std::tuple<double, bool>> {
  protected:
-  PressedNearACorner pressed{0.1 * std::get<0>(GetParam()), std::get<1>(GetParam()), std::get<2>(GetParam())};
-  double way = std::get<1>(GetParam());
+  static void at_every_attitude(const std::function<void(PressedNearACorner&, double way)>& check) {
+    const auto [way, into_face] = GetParam();
+    for (int i = -31; i <= 31; ++i) {
+      PressedNearACorner pressed(0.1 * i, way, into_face);
+      SCOPED_TRACE(pressed.what);
+      check(pressed, way);
+    }
+  }
 };
 
-TEST_P(EveryAttitude, NothingIsHeldThatSlidesOffACorner) {
-  for (int i = 0; i < 150; ++i) pressed.slide(way * pressed.kTravel_m);
-  // No more is asked of who moves it than a side that leans by 0.1 takes, and no more given than was stored.
-  EXPECT_GE(pressed.work_J, -0.1 * kStiffness * pressed.kPressed_m * 150 * pressed.kTravel_m) << pressed.what;
-  EXPECT_LE(pressed.work_J, pressed.kStored_J + 0.2) << pressed.what;
+TEST_P(OverACorner, NothingIsHeldThatSlidesOff) {
+  at_every_attitude([](PressedNearACorner& pressed, double way) {
+    for (int i = 0; i < 150; ++i) pressed.slide(way * pressed.kTravel_m);
+    // No more is asked of who moves it than a side that leans by 0.1 takes, and no more given than was stored.
+    EXPECT_GE(pressed.work_J, -0.1 * kStiffness * pressed.kPressed_m * 150 * pressed.kTravel_m);
+    EXPECT_LE(pressed.work_J, pressed.kStored_J + 0.2);
+  });
 }
 
 // As long as it stays in touch. What has come free may meet the other surface on its way back.
-TEST_P(EveryAttitude, SlidOverACornerAndBackItIsPressedAsBefore) {
-  const double before_N = pressed.on_bucket_N().norm();
-  double least_N = before_N, most_N = before_N;
-  for (const double there : {1.0, -1.0}) {
-    for (int i = 0; i < 100; ++i) {
-      pressed.slide(there * way * pressed.kTravel_m);
-      if (there > 0) least_N = std::min(least_N, pressed.on_bucket_N().norm());
-      most_N = std::max(most_N, pressed.on_bucket_N().norm());
+TEST_P(OverACorner, WhatSlidesBackIsPressedAsBefore) {
+  int stayed = 0;
+  at_every_attitude([&stayed](PressedNearACorner& pressed, double way) {
+    const double before_N = pressed.on_bucket_N().norm();
+    double least_N = before_N, most_N = before_N;
+    for (const double there : {1.0, -1.0}) {
+      for (int i = 0; i < 100; ++i) {
+        pressed.slide(there * way * pressed.kTravel_m);
+        if (there > 0) least_N = std::min(least_N, pressed.on_bucket_N().norm());
+        most_N = std::max(most_N, pressed.on_bucket_N().norm());
+      }
     }
-  }
-  EXPECT_LE(pressed.work_J, 0.2 + (least_N > 0 ? 0 : pressed.kStored_J)) << pressed.what;
-  if (least_N == 0) return;
-  EXPECT_NEAR(pressed.on_bucket_N().norm(), before_N, 1) << pressed.what;
-  EXPECT_LE(most_N, 2.1 * before_N) << pressed.what;  // where a side comes to lie on both its ends
+    EXPECT_LE(pressed.work_J, 0.2 + (least_N > 0 ? 0 : pressed.kStored_J));
+    if (least_N == 0) return;
+    ++stayed;
+    EXPECT_NEAR(pressed.on_bucket_N().norm(), before_N, 1);
+    EXPECT_LE(most_N, 2.1 * before_N);  // where a side comes to lie on both its ends
+  });
+  EXPECT_GT(stayed, 10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Contact, EveryAttitude,
-                         testing::Combine(testing::Range(-31, 32), testing::Values(1.0, -1.0), testing::Bool()));
+INSTANTIATE_TEST_SUITE_P(Contact, OverACorner, testing::Combine(testing::Values(1.0, -1.0), testing::Bool()));
 
 TEST(Contact, JointTorquesOfAForceAreItsVirtualWork) {
   const RigidBody body(default_machine(), 0);
