@@ -47,20 +47,25 @@ std::size_t Wall::surface_entered(std::size_t place, const std::array<double, kS
   for (std::size_t end = 0; end < kEnds; ++end) {
     const std::size_t side = ends_[end].surface;
     if (!ends_[end].touched || (side != place && (side + 1) % kCorners != place)) continue;
+    if (ends_[end].slipped) return places_[place].surface;
     const PlanarVector in = -(bucket.turn * outline.outward(side));
     return in.dot(end_normal(end)) < in.dot(normal_) ? face : end_surface(end);
   }
   return static_cast<std::size_t>(std::min_element(depth.begin(), depth.end()) - depth.begin());
 }
 
+std::array<double, Wall::kSurfaces> Wall::depths_m(const PlanarVector& at_m) const noexcept {
+  const PlanarVector offset = at_m - data_.point_m;
+  const double sideways = offset.dot(along_);
+  return {-offset.dot(normal_), sideways - data_.from_m, data_.to_m - sideways};
+}
+
 Wall::Touch Wall::touch_of_place(std::size_t place, const BucketMotion& bucket,
                                  const BucketOutline& outline) const noexcept {
   Touch touch;
   touch.at_m = outline.place(place, bucket);
-  const PlanarVector offset = touch.at_m - data_.point_m;
-  const double sideways = offset.dot(along_);
-  const std::array<double, kSurfaces> depth{-offset.dot(normal_), sideways - data_.from_m, data_.to_m - sideways};
-  if (depth[kFace] <= 0 || depth[kFace] > data_.depth_m || depth[kFromEnd] < 0 || depth[kToEnd] < 0) return touch;
+  const std::array<double, kSurfaces> depth = depths_m(touch.at_m);
+  if (*std::min_element(depth.begin(), depth.end()) <= 0 || depth[kFace] > data_.depth_m) return touch;
   // What has come in through a surface is pushed out through it.
   touch.surface = places_[place].touched ? places_[place].surface : surface_entered(place, depth, bucket, outline);
   touch.normal = touch.surface == kFace ? normal_ : end_normal(touch.surface - kFromEnd);
@@ -92,9 +97,9 @@ std::size_t Wall::facing_side(std::size_t end, const PlanarVector& in_bucket_m, 
 bool Wall::slips_off(std::size_t end, const BucketMotion& bucket, const BucketOutline& outline) const noexcept {
   for (std::size_t i = 0; i < kCorners; ++i) {
     if (!places_[i].touched) continue;
-    const PlanarVector offset = outline.place(i, bucket) - end_m(end);
-    if (places_[i].surface == kFace && offset.dot(end_normal(end)) > 0) return true;
-    if (places_[i].surface == end_surface(end) && offset.dot(normal_) > 0) return true;
+    const std::array<double, kSurfaces> depth = depths_m(outline.place(i, bucket));
+    if (places_[i].surface == kFace && depth[end_surface(end)] <= 0) return true;
+    if (places_[i].surface == end_surface(end) && depth[kFace] <= 0) return true;
   }
   return false;
 }
@@ -123,7 +128,8 @@ Wall::Touch Wall::touch_of_end(std::size_t end, const BucketMotion& bucket,
   const PlanarVector in_bucket_m = bucket.turn.back(touch.at_m - bucket.pin_m);
   const std::size_t nearest = outline.nearest_side(in_bucket_m);
   const bool within = outline.outside(nearest, in_bucket_m) < 0;
-  const bool slips = !ends_[end].touched && slips_off(end, bucket, outline);
+  const bool slips = slips_off(end, bucket, outline);
+  touch.slipped = slips || (ends_[end].touched && ends_[end].slipped);
   if (!within && !ends_[end].touched && !slips) return touch;
   touch.surface = ends_[end].touched ? ends_[end].surface : facing_side(end, in_bucket_m, bucket, outline);
   if (touch.surface == kCorners) return touch;
@@ -178,6 +184,7 @@ double Wall::advance(Pair& pair, const Touch& touch) const noexcept {
   pair.touched = touch.depth_m > 0;
   if (!pair.touched) return 0;
   pair.surface = touch.surface;
+  pair.slipped = touch.slipped;
   pair.slide.drag(touch.slide_m, data_.friction * normal);
   return normal;
 }

@@ -33,17 +33,21 @@ class Wall {
   struct Pair {
     bool touched = false;
     std::size_t surface = 0;  ///< By which it came in: of the wall, or side of the bucket.
+    bool slipped = false;     ///< A corner of the wall: pushes off what has slipped off a surface.
     double damping_Ns_per_m = 0;
     Bristle slide{2e6, 4e3};
   };
   /// One contact now. The normal points onto the bucket.
   struct Touch {
     std::size_t surface = 0;
+    bool slipped = false;
     PlanarVector at_m, normal, along;
     double depth_m = 0, closing_mps = 0;  ///< Depth 0: no contact.
     double slide_m = 0, slide_mps = 0;    ///< Of the bucket along the wall.
   };
   [[nodiscard]] bool far(const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
+  /// Of a point behind each surface, negative outside.
+  [[nodiscard]] std::array<double, kSurfaces> depths_m(const PlanarVector& at_m) const noexcept;
   [[nodiscard]] Touch touch_of_place(std::size_t place, const BucketMotion& bucket,
                                      const BucketOutline& outline) const noexcept;
   [[nodiscard]] Touch touch_of_end(std::size_t end, const BucketMotion& bucket,
