@@ -52,6 +52,11 @@ class BucketOutline {
   [[nodiscard]] double outside(std::size_t side, const PlanarVector& at_m) const noexcept {
     return (at_m - corners_[side]).dot(outward_[side]);
   }
+  /// The corner at that end of a side which is nearer to a point.
+  [[nodiscard]] std::size_t nearer_corner(std::size_t side, const PlanarVector& at_m) const noexcept {
+    const bool first = (at_m - corners_[side]).dot(along_[side]) < 0.5 * length_m_[side];
+    return first ? side : (side + 1) % kCorners;
+  }
   /// The side that a point is furthest outside of, or, inside the outline, least far behind.
   [[nodiscard]] std::size_t nearest_side(const PlanarVector& at_m) const noexcept;
   /// The outline's point nearest to a point, both in bucket axes.

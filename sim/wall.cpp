@@ -6,7 +6,8 @@
 namespace knuckle::sim {
 namespace {
 
-constexpr double kNear_m = 0.02;  // further than anything moves within a substep, or is pressed in where it slips off
+constexpr double kNear_m = 0.02;  // further than anything moves within a substep
+constexpr double kAlong = 0.1;    // sine of the lean of a side that still lies along a surface
 
 }  // namespace
 
@@ -39,17 +40,18 @@ double Wall::clearance_m(const BucketMotion& bucket, const BucketOutline& outlin
   return clearance;
 }
 
-/// The surface through which a place of the bucket has come in: the nearest; of what a corner of the wall has pushed
-/// off by a side next to this place, the one which that side lies along.
+/// The surface through which a place of the bucket has come in: the one that it slipped off where a corner of the wall
+/// has held it since; the one that its side lies along where the corner presses on that side; else the nearest.
 std::size_t Wall::surface_entered(std::size_t place, const std::array<double, kSurfaces>& depth,
                                   const BucketMotion& bucket, const BucketOutline& outline) const noexcept {
-  constexpr std::size_t face = kFace;
   for (std::size_t end = 0; end < kEnds; ++end) {
-    const std::size_t side = ends_[end].surface;
-    if (!ends_[end].touched || (side != place && (side + 1) % kCorners != place)) continue;
-    if (ends_[end].slipped) return places_[place].surface;
-    const PlanarVector in = -(bucket.turn * outline.outward(side));
-    return in.dot(end_normal(end)) < in.dot(normal_) ? face : end_surface(end);
+    const Pair& corner = ends_[end];
+    if (!corner.touched) continue;
+    if (corner.slipped == place) return places_[place].surface;
+    if (corner.surface != place && (corner.surface + 1) % kCorners != place) continue;
+    const PlanarVector outward = bucket.turn * outline.outward(corner.surface);
+    if (std::abs(outward.dot(end_normal(end))) < kAlong) return kFace;
+    if (std::abs(outward.dot(normal_)) < kAlong) return end_surface(end);
   }
   return static_cast<std::size_t>(std::min_element(depth.begin(), depth.end()) - depth.begin());
 }
@@ -78,47 +80,44 @@ Wall::Touch Wall::touch_of_place(std::size_t place, const BucketMotion& bucket,
   return touch;
 }
 
-/// The side of the bucket that a corner of the wall is least far behind, of those that face both surfaces which meet
-/// there, or lie along one: pushed out by another, what slides off the end would hook behind it.
-/// @return kCorners where there is none.
-std::size_t Wall::facing_side(std::size_t end, const PlanarVector& in_bucket_m, const BucketMotion& bucket,
-                              const BucketOutline& outline) const noexcept {
-  constexpr double kAlong = 0.1;  // sine of the lean that still counts as along
-  const PlanarVector face = bucket.turn.back(normal_), end_face = bucket.turn.back(end_normal(end));
+/// Whether a side of the bucket faces both surfaces that meet at this corner, or leans away from them by no more.
+bool Wall::faces(std::size_t side, std::size_t end, double lean, const BucketMotion& bucket,
+                 const BucketOutline& outline) const noexcept {
+  const PlanarVector outward = bucket.turn * outline.outward(side);
+  return outward.dot(normal_) <= lean && outward.dot(end_normal(end)) <= lean;
+}
+
+/// The side of the bucket that a corner of the wall is least far behind, of those that face both its surfaces: pushed
+/// out by another, what slides off the end would hook behind it.
+/// @param next_to only the two sides next to this corner of the bucket; kPlaces: any. @return kCorners: there is none.
+std::size_t Wall::facing_side(std::size_t end, std::size_t next_to, const PlanarVector& in_bucket_m,
+                              const BucketMotion& bucket, const BucketOutline& outline) const noexcept {
   std::size_t nearest = kCorners;
   for (std::size_t i = 0; i < kCorners; ++i) {
-    if (outline.outward(i).dot(face) > kAlong || outline.outward(i).dot(end_face) > kAlong) continue;
+    if (next_to != kPlaces && next_to != i && next_to != (i + 1) % kCorners) continue;
+    if (!faces(i, end, kAlong, bucket, outline)) continue;
     if (nearest == kCorners || outline.outside(i, in_bucket_m) > outline.outside(nearest, in_bucket_m)) nearest = i;
   }
   return nearest;
 }
 
-/// Whether a corner of the bucket that pressed on a surface has just gone past this corner of the wall.
-bool Wall::slips_off(std::size_t end, const BucketMotion& bucket, const BucketOutline& outline) const noexcept {
+/// The corner of the bucket that pressed on a surface and has just gone past this corner of the wall.
+/// @return kPlaces: there is none.
+std::size_t Wall::slips_off(std::size_t end, const BucketMotion& bucket, const BucketOutline& outline) const noexcept {
   for (std::size_t i = 0; i < kCorners; ++i) {
     if (!places_[i].touched) continue;
     const std::array<double, kSurfaces> depth = depths_m(outline.place(i, bucket));
-    if (places_[i].surface == kFace && depth[end_surface(end)] <= 0) return true;
-    if (places_[i].surface == end_surface(end) && depth[kFace] <= 0) return true;
+    if (places_[i].surface == kFace && depth[end_surface(end)] <= 0) return i;
+    if (places_[i].surface == end_surface(end) && depth[kFace] <= 0) return i;
   }
-  return false;
+  return kPlaces;
 }
 
-/// Whether a corner of the bucket next to this side is in the wall.
-bool Wall::presses_beside(std::size_t side, const BucketMotion& bucket, const BucketOutline& outline) const noexcept {
-  for (const std::size_t place : {side, (side + 1) % kCorners}) {
-    if (touch_of_place(place, bucket, outline).depth_m > 0) return true;
-  }
-  return false;
-}
-
-/// Whether a corner of the wall lies past an end of this side, and that end past one of the surfaces and behind the
-/// other: pressed in, a corner of the bucket slips off before the corner of the wall is within the outline.
-bool Wall::leads_past(std::size_t side, const PlanarVector& in_bucket_m, std::size_t end, const BucketMotion& bucket,
-                      const BucketOutline& outline) const noexcept {
-  const bool before = (in_bucket_m - outline.corner(side)).dot(outline.along(side)) < 0;
-  const PlanarVector offset = outline.place(before ? side : (side + 1) % kCorners, bucket) - end_m(end);
-  return (offset.dot(normal_) > 0) != (offset.dot(end_normal(end)) > 0);
+/// Whether a corner of the bucket is past one of the surfaces that meet at a corner of the wall, and behind the other.
+bool Wall::is_past(std::size_t place, std::size_t end, const BucketMotion& bucket,
+                   const BucketOutline& outline) const noexcept {
+  const std::array<double, kSurfaces> depth = depths_m(outline.place(place, bucket));
+  return (depth[kFace] <= 0) != (depth[end_surface(end)] <= 0);
 }
 
 Wall::Touch Wall::touch_of_end(std::size_t end, const BucketMotion& bucket,
@@ -128,16 +127,24 @@ Wall::Touch Wall::touch_of_end(std::size_t end, const BucketMotion& bucket,
   const PlanarVector in_bucket_m = bucket.turn.back(touch.at_m - bucket.pin_m);
   const std::size_t nearest = outline.nearest_side(in_bucket_m);
   const bool within = outline.outside(nearest, in_bucket_m) < 0;
-  const bool slips = slips_off(end, bucket, outline);
-  touch.slipped = slips || (ends_[end].touched && ends_[end].slipped);
-  if (!within && !ends_[end].touched && !slips) return touch;
-  touch.surface = ends_[end].touched ? ends_[end].surface : facing_side(end, in_bucket_m, bucket, outline);
+  const bool held = ends_[end].touched && faces(ends_[end].surface, end, 2 * kAlong, bucket, outline);
+  const std::size_t slips = slips_off(end, bucket, outline);
+  touch.slipped = slips == kPlaces && held ? ends_[end].slipped : slips;
+  if (!within && !held && slips == kPlaces) return touch;
+  touch.surface = held ? ends_[end].surface : facing_side(end, slips, in_bucket_m, bucket, outline);
   if (touch.surface == kCorners) return touch;
-  // By a side further behind the corner pushes off only what has slipped off, and only while that is out of the wall.
-  if (touch.surface != nearest && !ends_[end].touched && !slips) return touch;
-  if (touch.surface != nearest && presses_beside(touch.surface, bucket, outline)) return touch;
+  const std::size_t beside = outline.nearer_corner(touch.surface, in_bucket_m);
+  if (touch.surface != nearest) {
+    // A side further behind takes the corner only after a slip, and only until what slipped is in the wall again.
+    if (!held && slips == kPlaces) return touch;
+    if (touch_of_place(beside, bucket, outline).depth_m > 0) return touch;
+  }
   const double outside = outline.outside(touch.surface, in_bucket_m);
-  if (outside >= 0 || (!within && !leads_past(touch.surface, in_bucket_m, end, bucket, outline))) return touch;
+  if (outside >= 0) return touch;
+  // Pressed in, a corner of the bucket slips off before the corner of the wall is within the outline.
+  constexpr double kFromSlipped = 2;  // so far along the side as the depth
+  const double from_m = (in_bucket_m - outline.corner(beside)).dot(outline.along(touch.surface));
+  if (!within && (!is_past(beside, end, bucket, outline) || std::abs(from_m) > kFromSlipped * -outside)) return touch;
   touch.normal = -(bucket.turn * outline.outward(touch.surface));
   touch.along = bucket.turn * outline.along(touch.surface);
   touch.depth_m = -outside;
@@ -160,7 +167,7 @@ double Wall::normal_force(const Pair& pair, const Touch& touch) const noexcept {
 PlanarVector Wall::force(const Pair& pair, const Touch& touch) const noexcept {
   const double normal = normal_force(pair, touch);
   Bristle slide = pair.slide;
-  if (!pair.touched) slide.anchor_m = touch.slide_m;
+  if (!pair.touched || pair.surface != touch.surface) slide.anchor_m = touch.slide_m;
   return normal * touch.normal + slide.force(touch.slide_m, touch.slide_mps, data_.friction * normal) * touch.along;
 }
 
@@ -180,7 +187,7 @@ void Wall::add_forces(const BucketMotion& bucket, const BucketOutline& outline, 
 
 double Wall::advance(Pair& pair, const Touch& touch) const noexcept {
   const double normal = normal_force(pair, touch);
-  if (!pair.touched) pair.slide.anchor_m = touch.slide_m;
+  if (!pair.touched || pair.surface != touch.surface) pair.slide.anchor_m = touch.slide_m;
   pair.touched = touch.depth_m > 0;
   if (!pair.touched) return 0;
   pair.surface = touch.surface;

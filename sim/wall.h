@@ -32,15 +32,15 @@ class Wall {
   /// A place of the bucket in the wall, or a corner of the wall in the bucket.
   struct Pair {
     bool touched = false;
-    std::size_t surface = 0;  ///< By which it came in: of the wall, or side of the bucket.
-    bool slipped = false;     ///< A corner of the wall: pushes off what has slipped off a surface.
+    std::size_t surface = 0;        ///< By which it came in: of the wall, or side of the bucket.
+    std::size_t slipped = kPlaces;  ///< Of a corner of the wall: what has slipped off there since it touches.
     double damping_Ns_per_m = 0;
     Bristle slide{2e6, 4e3};
   };
   /// One contact now. The normal points onto the bucket.
   struct Touch {
     std::size_t surface = 0;
-    bool slipped = false;
+    std::size_t slipped = kPlaces;
     PlanarVector at_m, normal, along;
     double depth_m = 0, closing_mps = 0;  ///< Depth 0: no contact.
     double slide_m = 0, slide_mps = 0;    ///< Of the bucket along the wall.
@@ -52,16 +52,16 @@ class Wall {
                                      const BucketOutline& outline) const noexcept;
   [[nodiscard]] Touch touch_of_end(std::size_t end, const BucketMotion& bucket,
                                    const BucketOutline& outline) const noexcept;
-  [[nodiscard]] std::size_t facing_side(std::size_t end, const PlanarVector& in_bucket_m, const BucketMotion& bucket,
-                                        const BucketOutline& outline) const noexcept;
+  [[nodiscard]] bool faces(std::size_t side, std::size_t end, double lean, const BucketMotion& bucket,
+                           const BucketOutline& outline) const noexcept;
+  [[nodiscard]] std::size_t facing_side(std::size_t end, std::size_t next_to, const PlanarVector& in_bucket_m,
+                                        const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
   [[nodiscard]] std::size_t surface_entered(std::size_t place, const std::array<double, kSurfaces>& depth,
                                             const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
-  [[nodiscard]] bool presses_beside(std::size_t side, const BucketMotion& bucket,
-                                    const BucketOutline& outline) const noexcept;
-  [[nodiscard]] bool leads_past(std::size_t side, const PlanarVector& in_bucket_m, std::size_t end,
-                                const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
-  [[nodiscard]] bool slips_off(std::size_t end, const BucketMotion& bucket,
-                               const BucketOutline& outline) const noexcept;
+  [[nodiscard]] std::size_t slips_off(std::size_t end, const BucketMotion& bucket,
+                                      const BucketOutline& outline) const noexcept;
+  [[nodiscard]] bool is_past(std::size_t place, std::size_t end, const BucketMotion& bucket,
+                             const BucketOutline& outline) const noexcept;
   [[nodiscard]] double normal_force(const Pair& pair, const Touch& touch) const noexcept;
   [[nodiscard]] PlanarVector force(const Pair& pair, const Touch& touch) const noexcept;
   [[nodiscard]] double advance(Pair& pair, const Touch& touch) const noexcept;

@@ -214,14 +214,15 @@ TEST(Contact, ATipThatSlidesOffTheEndOfAWallIsPushedOffNotHeld) {
         ASSERT_LE(on_bucket_N.x(), 1e-6);
         // It grows as the tip's side comes to lie across the corner, without a jump.
         const double before_N = i == 0 ? kStiffness * depth_m : last_N;
-        ASSERT_LT(std::abs(on_bucket_N.norm() - before_N), kStiffness * (0.1 * depth_m + 1.1e-3)) << i;
+        ASSERT_LT(std::abs(on_bucket_N.norm() - before_N), kStiffness * (0.1 * depth_m + 1.1e-3))
+            << i << " " << angle << " " << depth_m;
         last_N = on_bucket_N.norm();
       }
     }
   }
 }
 
-// Whatever of the bucket is foremost is pressed into a surface of a wall, 5 mm from its corner, by 2 mm. Without
+// Whatever of the bucket is foremost is pressed by 2 mm into a surface of a wall, near its corner. Without
 // friction and damping.
 struct PressedNearACorner {
   static constexpr double kPressed_m = 2e-3, kTravel_m = 1e-4, kStored_J = 0.5 * kStiffness * kPressed_m * kPressed_m;
@@ -231,22 +232,26 @@ struct PressedNearACorner {
   double work_J = 0;  // done on the bucket
   int step = 0;
 
-  /// The surface looks to the left, the wall goes on to the right and, from the corner, against `way` (1: down).
-  PressedNearACorner(double angle_rad, double way, bool into_face) : bucket(standing(angle_rad)) {
+  PlanarVector corner_m, surface = PlanarVector(-1, 0), other;  // outward normals
+
+  /// The surface looks to the left, the wall goes on to the right and, from the corner, against `way` (1: down); so far
+  /// where it is pressed into the face.
+  PressedNearACorner(double angle_rad, double way, bool into_face, double width_m = 2, double from_corner_m = 5e-3)
+      : bucket(standing(angle_rad)), other(0, way) {
     std::size_t foremost = 0;
     for (std::size_t i = 1; i < kCorners; ++i) {
       if (bucket.at(outline().corner(i)).x() > bucket.at(outline().corner(foremost)).x()) foremost = i;
     }
     what = fmt::format("{} at {:.1f} into the {}, way {}", name(static_cast<BucketPlace>(foremost)), angle_rad,
                        into_face ? "face" : "end", way);
-    const PlanarVector corner = bucket.at(outline().corner(foremost)) + PlanarVector(-kPressed_m, way * 5e-3);
+    corner_m = bucket.at(outline().corner(foremost)) + PlanarVector(-kPressed_m, way * from_corner_m);
     WorldDescription world;
-    world.walls.push_back({.point_m = corner,
-                           .normal = into_face ? PlanarVector(-1, 0) : PlanarVector(0, way),
+    world.walls.push_back({.point_m = corner_m,
+                           .normal = into_face ? surface : other,
                            .stiffness_N_per_m = kStiffness,
                            .friction = 0,
-                           .from_m = into_face == (way > 0) ? 0.0 : -2.0,
-                           .to_m = into_face == (way > 0) ? 2.0 : 0.0});
+                           .from_m = into_face == (way > 0) ? 0.0 : -width_m,
+                           .to_m = into_face == (way > 0) ? width_m : 0.0});
     model = WorldModel(world, default_machine());
     slide(0);
   }
@@ -257,6 +262,22 @@ struct PressedNearACorner {
     work_J += on_bucket_N().y() * by_m;
   }
   [[nodiscard]] PlanarVector on_bucket_N() { return model.forces(bucket).wall; }
+  /// Whether the bucket is this far from the wall: along one of the wall's surfaces, or a side of the bucket.
+  [[nodiscard]] bool apart(double by_m) const {
+    for (const PlanarVector& normal : {surface, other}) {
+      double least_m = 1;
+      for (std::size_t i = 0; i < kCorners; ++i) {
+        least_m = std::min(least_m, (bucket.at(outline().corner(i)) - corner_m).dot(normal));
+      }
+      if (least_m > by_m) return true;
+    }
+    for (std::size_t i = 0; i < kCorners; ++i) {
+      const PlanarVector out = bucket.turn * outline().outward(i);
+      const bool faces = out.dot(surface) <= 0 && out.dot(other) <= 0;
+      if (faces && outline().outside(i, bucket.turn.back(corner_m - bucket.pin_m)) > by_m) return true;
+    }
+    return false;
+  }
 };
 
 /// Which way it slides, and whether it is pressed into the face (or an end): at every attitude.
@@ -279,6 +300,29 @@ TEST_P(OverACorner, NothingIsHeldThatSlidesOff) {
     EXPECT_GE(pressed.work_J, -0.1 * kStiffness * pressed.kPressed_m * 150 * pressed.kTravel_m);
     EXPECT_LE(pressed.work_J, pressed.kStored_J + 0.2);
   });
+}
+
+// However far it goes, on walls and on ledges as wide as the bucket and narrower.
+TEST_P(OverACorner, NothingIsFeltOfAWallThatIsNotTouchedNorMoreThanWasPressed) {
+  const auto [way, into_face] = GetParam();
+  for (const double width_m : {2.0, 0.4, 0.15}) {
+    for (const double from_corner_m : {0.3, 0.1, 5e-3}) {
+      for (int angle = -31; angle <= 31; ++angle) {
+        PressedNearACorner pressed(0.1 * angle, way, into_face, width_m, std::min(from_corner_m, 0.9 * width_m));
+        SCOPED_TRACE(fmt::format("{}, {} m from a corner of {} m", pressed.what, from_corner_m, width_m));
+        double apart_N = 0, most_N = 0;
+        for (int i = 0; i < 1500; ++i) {
+          pressed.slide(way * 4e-4);
+          const double now_N = pressed.on_bucket_N().norm();
+          if (pressed.apart(3 * pressed.kPressed_m)) apart_N = std::max(apart_N, now_N);
+          most_N = std::max(most_N, now_N);
+        }
+        EXPECT_EQ(apart_N, 0);
+        EXPECT_LE(most_N,
+                  3.5 * kStiffness * pressed.kPressed_m);  // of a side that lies on both its ends and the corner
+      }
+    }
+  }
 }
 
 // As long as it stays in touch. What has come free may meet the other surface on its way back.
