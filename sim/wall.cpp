@@ -142,9 +142,9 @@ Wall::Touch Wall::touch_of_end(std::size_t end, const BucketMotion& bucket,
   const double outside = outline.outside(touch.surface, in_bucket_m);
   if (outside >= 0) return touch;
   // Pressed in, a corner of the bucket slips off before the corner of the wall is within the outline.
-  constexpr double kFromSlipped = 2;  // so far along the side as the depth
+  constexpr double kStillBeside = 2;  // how far from that corner of the bucket, along its side, in depths
   const double from_m = (in_bucket_m - outline.corner(beside)).dot(outline.along(touch.surface));
-  if (!within && (!is_past(beside, end, bucket, outline) || std::abs(from_m) > kFromSlipped * -outside)) return touch;
+  if (!within && (!is_past(beside, end, bucket, outline) || std::abs(from_m) > kStillBeside * -outside)) return touch;
   touch.normal = -(bucket.turn * outline.outward(touch.surface));
   touch.along = bucket.turn * outline.along(touch.surface);
   touch.depth_m = -outside;

@@ -58,16 +58,16 @@ Missed listed(const std::string& scenario) {
 
 /// In a warm-up the force estimate adapts to air. Empty, or what is wrong with it.
 std::string warm_up_trouble(const session::SessionRecord& record) {
-  bool planned = std::find(record.phases.begin(), record.phases.end(), "warm_up") != record.phases.end();
+  bool missing = std::find(record.phases.begin(), record.phases.end(), "warm_up") != record.phases.end();
   for (const session::Sample& s : record.samples) {
     if (session::phase_name(record, s) != "warm_up") continue;
-    planned = false;
+    missing = false;
     if (session::in_contact(s)) {
       return "the warm-up touches something with " + std::to_string(s.truth_tip_force_N.norm()) + " N at " +
              std::to_string(s.t_s) + " s";
     }
   }
-  return planned ? "the warm-up never began" : "";
+  return missing ? "the warm-up never began" : "";
 }
 
 /// Empty where every criterion is met, or missed by no more than the list says; else which are not, by how much.

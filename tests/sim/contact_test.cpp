@@ -234,8 +234,8 @@ struct PressedNearACorner {
 
   PlanarVector corner_m, surface = PlanarVector(-1, 0), other;  // outward normals
 
-  /// The surface looks to the left, the wall goes on to the right and, from the corner, against `way` (1: down); so far
-  /// where it is pressed into the face.
+  /// The surface that is pressed looks to the left; the other one, beyond the corner, up (way 1) or down (-1).
+  /// @param width_m of the face, from this corner to the wall's other one.
   PressedNearACorner(double angle_rad, double way, bool into_face, double width_m = 2, double from_corner_m = 5e-3)
       : bucket(standing(angle_rad)), other(0, way) {
     std::size_t foremost = 0;
