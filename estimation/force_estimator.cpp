@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "estimation/tip_force.h"
 #include "machine/description.h"
 
 namespace knuckle::estimation {
@@ -53,6 +52,7 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
       pins_calibrated_(machine.geometry_calibration.has_value()),
       kinematics_(machine),
       arm_(machine),
+      bucket_(machine),
       parameters_(parameters_of(machine)),
       friction_{friction_of(machine, kBoom), friction_of(machine, kArm), friction_of(machine, kBucket)},
       step_s_(step_s),
@@ -90,13 +90,16 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
   const Eigen::Matrix<double, 2, 3> jacobian = kinematics_.tip_jacobian(state.angle_rad);
   update_covariance(pose, jacobian);
 
-  const TipForce tip = solve_tip_force(jacobian, estimate_.joint_torque_Nm, estimate_.joint_covariance_Nm2);
-  estimate_.tip_N = tip.force_N;
-  estimate_.loaded_tip_N =
-      solve_tip_force(jacobian, estimate_.joint_torque_Nm + estimate_.carried_Nm, estimate_.joint_covariance_Nm2)
-          .force_N;
-  estimate_.covariance_N2 = tip.covariance_N2;
-  estimate_.residual_sigma = tip.residual_sigma;
+  const auto solve = [&](const JointVector& torque_Nm) {
+    return bucket_.solve(state.angle_rad, jacobian, torque_Nm, estimate_.joint_covariance_Nm2);
+  };
+  const BucketForce found = solve(estimate_.joint_torque_Nm);
+  estimate_.tip_N = found.force_N;
+  estimate_.loaded_tip_N = solve(estimate_.joint_torque_Nm + estimate_.carried_Nm).force_N;
+  estimate_.covariance_N2 = found.covariance_N2;
+  estimate_.residual_sigma = found.residual_sigma;
+  // The contact law takes the force as at the tip; the couple is no force to give way to.
+  estimate_.fast_torque_Nm.array() -= solve(estimate_.fast_torque_Nm).couple_Nm;
   judge_contact();
   learn();
   judge_confidence();

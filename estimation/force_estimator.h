@@ -8,6 +8,7 @@
 
 #include "core/filters.h"
 #include "core/joints.h"
+#include "estimation/bucket_force.h"
 #include "estimation/contact.h"
 #include "estimation/foh_filter.h"
 #include "estimation/free_spread.h"
@@ -125,6 +126,7 @@ class ForceEstimator {
   bool pins_calibrated_;
   Kinematics kinematics_;
   RigidArm arm_;
+  BucketForceModel bucket_;
   BaseParameters parameters_;
   PerJoint<CylinderFriction> friction_;
   double step_s_;

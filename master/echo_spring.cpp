@@ -26,6 +26,9 @@ constexpr double kFrozenAfter_s = 0.03;  // silence: the anchor stays where it i
 constexpr double kHoldSilence_s = 0.3, kSilenceFade_s = 0.2;
 constexpr double kNoTrust = 0.1, kFullTrust = 0.4;  // confidence
 constexpr double kTrustTime_s = 0.2;
+constexpr double kLoadTime_s = 0.1;
+constexpr double kYieldingBias_s = 0.5, kYieldingBiasPerRtt = 2;  // tau_b where all of it moves along
+constexpr double kCarriedTime_s = 0.1;                            // of the speed at which the anchor is carried
 
 double blend(double dt_s, double time_s) noexcept {
   return -std::expm1(-dt_s / time_s);
@@ -35,12 +38,17 @@ double blend(double dt_s, double time_s) noexcept {
 
 PlanarVector EchoSpring::step(const SpringInputs& in, double dt_s) noexcept {
   update_gate(in, dt_s);
-  if (in.silence_s <= kFrozenAfter_s) update_anchor(in, dt_s);
+  const bool silent = in.silence_s > kFrozenAfter_s;
+  const PlanarVector along_mps = silent ? PlanarVector::Zero() : PlanarVector(in.yielding * in.machine_mps);
+  carried_mps_ += (along_mps - carried_mps_) * blend(dt_s, kCarriedTime_s);
+  if (!silent) update_anchor(in, dt_s);
   update_fades(in, dt_s);
-  force_N_ = gate_ > 0 ? raw_force(in) : PlanarVector::Zero();
-  const double size_N = force_N_.norm();
-  if (size_N > feel_.force_limit_N) force_N_ *= feel_.force_limit_N / size_N;
-  return force_N_;
+  contact_N_ = gate_ > 0 ? raw_force(in) : PlanarVector::Zero();
+  load_N_ += (in.load_N - load_N_) * blend(dt_s, kLoadTime_s);
+  PlanarVector force_N = contact_N_ + engagement_ * freshness_ * load_N_;
+  const double size_N = force_N.norm();
+  if (size_N > feel_.force_limit_N) force_N *= feel_.force_limit_N / size_N;
+  return force_N;
 }
 
 void EchoSpring::update_gate(const SpringInputs& in, double dt_s) noexcept {
@@ -71,7 +79,7 @@ void EchoSpring::open(const SpringInputs& in) noexcept {
   contact_ = true;
   direction_ = normal_ = in.reflected_N.normalized();
   // No step in force: what is still felt of a contact that fades is carried over.
-  anchor_m_ = in.hand_m + normal_ * std::max(0.0, force_N_.dot(normal_)) / spring_N_per_m_;
+  anchor_m_ = in.hand_m + normal_ * std::max(0.0, contact_N_.dot(normal_)) / spring_N_per_m_;
   bias_N_ = 0;
   quiet_s_ = leaving_s_ = damping_share_ = 0;
   pressed_at_m_ = in.machine_m;
@@ -103,13 +111,17 @@ void EchoSpring::update_anchor(const SpringInputs& in, double dt_s) noexcept {
   }
   const double reflected_N = normal_.dot(in.reflected_N);
   if (contact_ && reflected_N >= feel_.off_N) {
-    const double bias_time_s = feel_.bias_time_s + feel_.bias_time_per_rtt * in.round_trip_s;
-    const double wanted_N = reflected_N - spring_N_per_m_ * normal_.dot(in.machine_m - in.echoed_m);
-    bias_N_ += (wanted_N - bias_N_) * blend(dt_s, bias_time_s);
-    bias_N_ = std::clamp(bias_N_, -feel_.bias_limit_N, feel_.bias_limit_N);
+    const double wall_1ps = 1 / (feel_.bias_time_s + feel_.bias_time_per_rtt * in.round_trip_s);
+    const double yielding_1ps = 1 / (kYieldingBias_s + kYieldingBiasPerRtt * in.round_trip_s);
+    const double rate_1ps = wall_1ps + in.yielding * (yielding_1ps - wall_1ps);
+    const double wanted_N = reflected_N + spring_N_per_m_ * normal_.dot(in.ahead_m);
+    bias_N_ += (wanted_N - bias_N_) * blend(dt_s, 1 / rate_1ps);
+    const double limit_N = feel_.bias_limit_N + in.yielding * std::max(0.0, feel_.force_limit_N - feel_.bias_limit_N);
+    bias_N_ = std::clamp(bias_N_, -limit_N, limit_N);
   } else {
     bias_N_ -= bias_N_ * blend(dt_s, kBiasLeak_s);
   }
+  anchor_m_ += carried_mps_ * dt_s;  // what moves along does not stretch the spring
   anchor_m_ += (in.machine_m + normal_ * (bias_N_ / spring_N_per_m_) - anchor_m_) * blend(dt_s, feel_.anchor_time_s);
 }
 
@@ -119,6 +131,7 @@ void EchoSpring::update_fades(const SpringInputs& in, double dt_s) noexcept {
   damping_share_ = contact_ ? std::min(1.0, damping_share_ + dt_s / kDampingFadeIn_s) : damping_share_;
   const double trusted = std::clamp((in.confidence - kNoTrust) / (kFullTrust - kNoTrust), 0.0, 1.0);
   trust_ += (trusted - trust_) * blend(dt_s, kTrustTime_s);
+  engagement_ += ((in.engaged ? 1 : 0) - engagement_) * blend(dt_s, kLoadTime_s);
   const double fresh = std::clamp(1 - (in.silence_s - kHoldSilence_s) / kSilenceFade_s, 0.0, 1.0);
   freshness_ = std::min(fresh, freshness_ + dt_s / kSilenceFade_s);
 }
@@ -127,9 +140,10 @@ PlanarVector EchoSpring::raw_force(const SpringInputs& in) const noexcept {
   const double spring_N = spring_N_per_m_ * normal_.dot(anchor_m_ - in.hand_m);
   if (spring_N <= 0) return PlanarVector::Zero();  // never pulls into contact
   const double damping_Ns_per_m = damping_share_ * feel_.damping_Ns_per_m;
-  const double speed_mps = normal_.dot(in.hand_mps);
+  const PlanarVector relative_mps = in.hand_mps - carried_mps_;
+  const double speed_mps = normal_.dot(relative_mps);
   const double normal_N = std::max(0.0, spring_N - damping_Ns_per_m * speed_mps);
-  PlanarVector sideways_N = -damping_Ns_per_m * (in.hand_mps - normal_ * speed_mps);
+  PlanarVector sideways_N = -damping_Ns_per_m * (relative_mps - normal_ * speed_mps);
   const double limit_N = kTangentialShare * normal_N;
   const double size_N = sideways_N.norm();
   if (size_N > limit_N) sideways_N *= limit_N / size_N;

@@ -13,22 +13,29 @@ struct SpringInputs {
   PlanarVector hand_mps = PlanarVector::Zero();   ///< v_m
   PlanarVector machine_m = PlanarVector::Zero();  ///< x_s: newest measured machine tip
   PlanarVector machine_mps = PlanarVector::Zero();
-  PlanarVector echoed_m = PlanarVector::Zero();     ///< x_e: operator position behind reflected_N
+  PlanarVector ahead_m = PlanarVector::Zero();      ///< x_a: how far the set-point was ahead of it behind reflected_N
   PlanarVector reflected_N = PlanarVector::Zero();  ///< R = lambda * estimated force of the world on the tip
-  double sigma_N = 0;                               ///< lambda * standard deviation of that estimate
+  PlanarVector load_N = PlanarVector::Zero();       ///< lambda * what the load adds to it
+  double sigma_N = 0;                               ///< lambda * standard deviation of R
+  double yielding = 0;                              ///< y [0, 1]: what is pressed moves along with the tip
   double confidence = 0;                            ///< [0, 1]
   double round_trip_s = 0;
   double silence_s = 0;  ///< Since the last newer message from the machine.
   bool engaged = false;  ///< The hand leads the machine: only then there is a force.
 };
 
-/// With n the contact normal (out of the wall, direction of R low-passed at 0.3 Hz), a the anchor, K the spring:
+/// With n the contact normal (out of the wall, direction of R low-passed at 0.3 Hz), a the anchor, K the spring, v_c
+/// the machine's speed times y, low-passed:
 ///   at contact  a = x_m (no step in force), b = 0
-///   a += (x_s + n b / K - a) (1 - exp(-dt / t_w))
-///   b += (R_n - K n.(x_s - x_e) - b) (1 - exp(-dt / tau_b)), clamped; tau_b = bias_time + bias_time_per_rtt * RTT
-///   F_n = max(0, K n.(a - x_m) - b_c n.v_m), tangential -b_c v_t up to 0.3 F_n
-/// The anchor is a vector, so a turning normal moves no force into it. F_n settles to R_n: there K n.(a - x_m) =
-/// K n.(x_s - x_m) + b = R_n where the hand rests (x_e = x_m).
+///   a += v_c dt + (x_s + n b / K - a) (1 - exp(-dt / t_w))
+///   b += (R_n + K n.x_a - b) (1 - exp(-dt / tau_b)), clamped; 1 / tau_b = (1 - y) / (bias_time + bias_time_per_rtt *
+///   RTT)
+///        + y / (0.5 s + 2 RTT)
+///   F_n = max(0, K n.(a - x_m) - b_c n.(v_m - v_c)), tangential -b_c (v_m - v_c)_t up to 0.3 F_n; and the load beside
+///   it
+/// The anchor is a vector, so a turning normal moves no force into it. F_n settles to R_n: where hand and machine rest
+/// K n.(a - x_m) = K n.(x_s - x_m) + b = R_n, and where they move on against a force that stays (y = 1) as well,
+/// however far the machine trails. R and x_a come from one message and are equally late, so delay does not part them.
 class EchoSpring {
  public:
   explicit EchoSpring(const DeviceDescription::Feel& feel) noexcept
@@ -68,11 +75,13 @@ class EchoSpring {
   double cautious_s_ = 0;                             // left of the doubled threshold
   PlanarVector pressed_at_m_ = PlanarVector::Zero();  // machine's tip where R was last felt
 
-  double gate_ = 0, gate_fade_s_ = 0.4;  // share of the force let through; time to close
-  double damping_share_ = 0;             // faded in after opening: no step at contact
-  double trust_ = 0;                     // fade with confidence
-  double freshness_ = 1;                 // fade with silence
-  PlanarVector force_N_ = PlanarVector::Zero();
+  double gate_ = 0, gate_fade_s_ = 0.4;              // share of the force let through; time to close
+  double damping_share_ = 0;                         // faded in after opening: no step at contact
+  double trust_ = 0;                                 // fade with confidence
+  double freshness_ = 1;                             // fade with silence
+  double engagement_ = 0;                            // fade of the load with leading the machine
+  PlanarVector carried_mps_ = PlanarVector::Zero();  // v_c
+  PlanarVector contact_N_ = PlanarVector::Zero(), load_N_ = PlanarVector::Zero();
 };
 
 }  // namespace knuckle::master

@@ -114,14 +114,16 @@ SpringInputs MasterLoop::spring_inputs() const noexcept {
   const DevicePosture machine = kinematics_.posture(slave_->position_rad);
   in.machine_m = shrink * machine.tip_m;
   in.machine_mps = shrink * (machine.jacobian * slave_->velocity_radps);
-  in.echoed_m = shrink * kinematics_.posture(slave_->acted_on_rad).tip_m;
+  in.ahead_m = shrink * (machine.jacobian * slave_->ahead_rad);
   in.reflected_N = force_scale_ * slave_->tip_force_N;
+  in.load_N = force_scale_ * slave_->load_N;
   // Of the force's size: along its own direction, as the estimate is far better across some postures than along them.
   const auto& [xx, xz, zz] = slave_->covariance_N2;
   const PlanarVector direction = slave_->tip_force_N.stableNormalized();
   const double variance_N2 =
       xx * direction.x() * direction.x() + 2 * xz * direction.x() * direction.y() + zz * direction.y() * direction.y();
   in.sigma_N = force_scale_ * std::sqrt(std::max(0.0, variance_N2));
+  in.yielding = slave_->yielding;
   in.confidence = slave_->confidence;
   in.engaged = slave_->mode == Mode::kEngaged && driver_.reading().presence;
   return in;

@@ -46,7 +46,9 @@ JointControl::JointControl(const MachineDescription& machine, double step_s)
       supply_Pa_(machine.hydraulics.load_sensing_margin_Pa),
       velocity_(kVelocityFilter_Hz, step_s, JointVector::Zero()),
       acceleration_(kAccelerationFilter_Hz, step_s, JointVector::Zero()),
+      ahead_(step_s),
       rising_(step_s),
+      yielding_(step_s),
       learning_{Learning(step_s), Learning(step_s), Learning(step_s)} {}
 
 void JointControl::reset() noexcept {
@@ -54,27 +56,48 @@ void JointControl::reset() noexcept {
   velocity_.reset(JointVector::Zero());
   acceleration_.reset(JointVector::Zero());
   rising_.reset();
+  yielding_.reset();
+  ahead_.reset(JointVector::Zero());
+}
+
+Eigen::Matrix<double, 3, 2> JointControl::tip_to_joints(const Eigen::Matrix<double, 2, 3>& jacobian) const noexcept {
+  const JointVector weight = machine_.control.stiffness_radius_m.cwiseAbs2().cwiseInverse();
+  const Eigen::Matrix<double, 3, 2> weighted = weight.asDiagonal() * jacobian.transpose();
+  const Eigen::Matrix2d normal = jacobian * weighted + kSingularity * Eigen::Matrix2d::Identity();
+  return weighted * normal.inverse();
+}
+
+JointVector JointControl::fed_forward(const estimation::JointState& state, const PlanarVector& force_N, double fade,
+                                      const JointVector& towards_radps) const noexcept {
+  const JointVector& velocity = velocity_.value();
+  const Eigen::Matrix<double, 2, 3> jacobian = kinematics_.tip_jacobian(state.angle_rad);
+  const PlanarVector away = force_N.stableNormalized();
+  const double leaving_mps = away.dot(jacobian * velocity), pressing_mps = -away.dot(jacobian * towards_radps);
+  const double away_mps = std::max(0.0, leaving_mps - std::max(0.0, pressing_mps));
+  return (1 - fade) * velocity + fade * (tip_to_joints(jacobian) * (away * away_mps));
 }
 
 JointVector JointControl::wanted_rates(const estimation::JointState& state, const estimation::ForceEstimate& force,
-                                       const JointCommand& command, std::uint16_t& limits) noexcept {
+                                       const JointCommand& command, Output& output) noexcept {
   const auto& control = machine_.control;
   const double tip_force = force.tip_N.norm();
-  const double feed_forward = std::max(0.0, 1.0 - tip_force / control.feed_forward_fade_N);
+  // Fed forward into a wall, the set-point's speed would press; soil and loads go along with it, and away it only
+  // helps.
+  output.yielding = yielding_.step(kinematics_.tip(state.angle_rad), force.tip_N);
+  const double fade = (1 - output.yielding) * std::min(1.0, tip_force / control.feed_forward_fade_N);
   const double lead = kAccelerationLead_s * std::max(0.0, 1.0 - tip_force / (kLeadFade * control.feed_forward_fade_N));
   const JointVector before = velocity_.value();
   velocity_.step(command.velocity_radps);
   acceleration_.step((velocity_.value() - before) / step_s_);
 
   const JointVector give = compliance(state, force);
-  JointVector rate;
-  for (int i = 0; i < kJoints; ++i) {
-    const double gain = i == kBucket ? control.bucket_position_gain_1ps : control.position_gain_1ps;
-    rate[i] = gain * (command.position_rad[i] - state.angle_rad[i]) + feed_forward * velocity_.value()[i] +
-              lead * acceleration_.value()[i] + gain * give[i];
-    rate[i] = within_limits(i, rate[i], state.angle_rad[i], limits);
-  }
-  return shared(rate, state, limits);
+  JointVector gain = JointVector::Constant(control.position_gain_1ps);
+  gain[kBucket] = control.bucket_position_gain_1ps;
+  const JointVector towards = gain.cwiseProduct(command.position_rad - state.angle_rad + give);
+  JointVector rate = towards + fed_forward(state, force.tip_N, fade, towards) + lead * acceleration_.value();
+  for (int i = 0; i < kJoints; ++i) rate[i] = within_limits(i, rate[i], state.angle_rad[i], output.limits);
+  output.ahead_rad = ahead_.step(command.position_rad - state.angle_rad);
+  return shared(rate, state, output.limits);
 }
 
 double JointControl::within_limits(int joint, double rate_radps, double angle_rad,
@@ -117,17 +140,13 @@ JointVector JointControl::compliance(const estimation::JointState& state,
   // So: external torque -> tip force -> tip displacement -> joints, by the pseudo-inverse weighted with 1/L_i^2;
   // regularised, so that an arm stretched towards the force gets stiff instead of wild.
   const auto& control = machine_.control;
-  const Eigen::Matrix<double, 2, 3> jacobian = kinematics_.tip_jacobian(state.angle_rad);
-  const JointVector weight = control.stiffness_radius_m.cwiseAbs2().cwiseInverse();
-  const Eigen::Matrix<double, 3, 2> weighted = weight.asDiagonal() * jacobian.transpose();
-  const Eigen::Matrix2d normal = jacobian * weighted + kSingularity * Eigen::Matrix2d::Identity();
-  const Eigen::Matrix2d inverse = normal.inverse();
+  const Eigen::Matrix<double, 3, 2> to_joints = tip_to_joints(kinematics_.tip_jacobian(state.angle_rad));
   // Pressures that cannot be explained must not move the machine: what is not trusted is not given way to, and nothing
   // is given way to without bound.
   const double trusted = std::clamp((force.confidence - kNoTrust) / (kFullTrust - kNoTrust), 0.0, 1.0);
-  PlanarVector tip_N = trusted * (inverse * (weighted.transpose() * force.fast_torque_Nm));
+  PlanarVector tip_N = trusted * (to_joints.transpose() * force.fast_torque_Nm);
   tip_N *= std::min(1.0, kLargestPress * control.feed_forward_fade_N / std::max(tip_N.norm(), 1.0));
-  return weighted * (inverse * tip_N) / control.tip_stiffness_N_per_m;
+  return to_joints * tip_N / control.tip_stiffness_N_per_m;
 }
 
 void JointControl::update_supply(const estimation::JointState& state, const JointVector& cylinder_mps) noexcept {
@@ -222,7 +241,7 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
     reset();
     return output;
   }
-  output.rate_radps = wanted_rates(state, force, command, output.limits);
+  output.rate_radps = wanted_rates(state, force, command, output);
   if (command.force_limit_N > 0) {
     limit_force(state, force, command.force_limit_N, output);
   } else {

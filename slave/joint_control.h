@@ -7,7 +7,9 @@
 #include "core/filters.h"
 #include "core/joints.h"
 #include "estimation/force_estimator.h"
+#include "estimation/force_lag.h"
 #include "estimation/joint_state.h"
+#include "estimation/yielding.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "slave/assist.h"
@@ -26,6 +28,8 @@ class JointControl {
   struct Output {
     JointVector valve = JointVector::Zero();       ///< Spool commands [-1, 1], positive extends.
     JointVector rate_radps = JointVector::Zero();  ///< Joint rates asked of the valves.
+    double yielding = 0;                           ///< SlaveMessage::yielding
+    JointVector ahead_rad = JointVector::Zero();   ///< SlaveMessage::ahead_rad
     std::uint16_t limits = 0;                      ///< LimitFlag bits (transport/link_messages.h).
     Reason assist;                                 ///< Why the assist slows or holds; kNone: it does not.
   };
@@ -39,13 +43,19 @@ class JointControl {
   static constexpr int kDelaySteps = 16;  ///< Room for the delayed speed command of the learning rule: 50 ms at 250 Hz.
 
   JointVector wanted_rates(const estimation::JointState& state, const estimation::ForceEstimate& force,
-                           const JointCommand& command, std::uint16_t& limits) noexcept;
+                           const JointCommand& command, Output& output) noexcept;
+  /// Of the set-point's speed: all but `fade`, and in full what leads out of the contact faster than towards_radps, the
+  /// rates that position and force ask for, press into it.
+  [[nodiscard]] JointVector fed_forward(const estimation::JointState& state, const PlanarVector& force_N, double fade,
+                                        const JointVector& towards_radps) const noexcept;
   /// Speed limit of the joint, falling to zero towards the ends of its range.
   [[nodiscard]] double within_limits(int joint, double rate_radps, double angle_rad,
                                      std::uint16_t& limits) const noexcept;
   /// Within the tip's speed limit and the pump's flow; one factor for all axes keeps the direction of the tip.
   [[nodiscard]] JointVector shared(const JointVector& rate, const estimation::JointState& state,
                                    std::uint16_t& limits) const noexcept;
+  /// Pseudo-inverse of the tip's Jacobian, weighted with 1/L_i^2 and regularised.
+  [[nodiscard]] Eigen::Matrix<double, 3, 2> tip_to_joints(const Eigen::Matrix<double, 2, 3>& jacobian) const noexcept;
   /// Joint displacements that let the tip give to the force like a spring of stiffness Ks, in every direction.
   [[nodiscard]] JointVector compliance(const estimation::JointState& state,
                                        const estimation::ForceEstimate& force) const noexcept;
@@ -66,7 +76,9 @@ class JointControl {
   double supply_Pa_;
   JointVector last_valve_ = JointVector::Zero();
   LowPass<JointVector> velocity_, acceleration_;
+  estimation::ForceLag<JointVector> ahead_;
   RisingForce rising_;
+  estimation::Yielding yielding_;
   std::uint32_t steps_ = 0;
   PerJoint<std::array<double, 2>> learned_{};
   struct Learning {

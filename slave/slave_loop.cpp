@@ -261,10 +261,12 @@ void SlaveLoop::publish(Time now) noexcept {
     sent_.velocity_radps = state_->rate_radps;
     sent_.pressure_Pa = state_->pressure_Pa;
   }
-  sent_.acted_on_rad = loss_.position_rad;
+  sent_.ahead_rad = control_output_.ahead_rad;
   sent_.tip_force_N = force.tip_N;
+  sent_.load_N = force.loaded_tip_N - force.tip_N;
   sent_.covariance_N2 = {force.covariance_N2(0, 0), force.covariance_N2(0, 1), force.covariance_N2(1, 1)};
   sent_.confidence = state_ && !sensor_fault_ ? force.confidence : 0;
+  sent_.yielding = control_output_.yielding;
   sent_.contact = force.contact;
   sent_.limits = static_cast<std::uint16_t>(gate_.limits | control_output_.limits);
   sent_.payload_kg = payload_.kg();

@@ -18,7 +18,7 @@ using link_codec::put_each;
 constexpr std::size_t kReasonSize = 11;
 constexpr std::size_t kMasterSize = kLinkHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 6 * 8 + 4 + 8;
 constexpr std::size_t kSlaveSize =
-    kLinkHeaderSize + 4 + 3 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 2 * 8 + 3 * 8 + 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
+    kLinkHeaderSize + 4 + 3 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 4 * 8 + 3 * 8 + 2 * 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
 constexpr std::uint8_t kMasterFlags = 0x3F;
 // No honest number comes near these; within them no sum, square or difference in the loops overflows.
 constexpr double kMostAngle_rad = 10, kMostRate_radps = 200;
@@ -128,10 +128,12 @@ Datagram encode(const SlaveMessage& message) noexcept {
   put(out, message.fault);
   put_each(out, message.position_rad);
   put_each(out, message.velocity_radps);
-  put_each(out, message.acted_on_rad);
+  put_each(out, message.ahead_rad);
   put_each(out, message.tip_force_N, kMostForce_N);
+  put_each(out, message.load_N, kMostForce_N);
   put_each(out, message.covariance_N2, kMostCovariance_N2);
   out.put(message.confidence);
+  out.put(message.yielding);
   out.put(static_cast<std::uint8_t>(message.contact ? 1 : 0));
   out.put(message.limits);
   put_each(out, message.pressure_Pa);
@@ -154,10 +156,12 @@ std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) no
   const bool known = get(*in, message.blocking) && get(*in, message.fault);
   bounded.each(message.position_rad, kMostAngle_rad);
   bounded.each(message.velocity_radps, kMostRate_radps);
-  bounded.each(message.acted_on_rad, kMostAngle_rad);
+  bounded.each(message.ahead_rad, kMostAngle_rad);
   bounded.each(message.tip_force_N, kMostForce_N);
+  bounded.each(message.load_N, kMostForce_N);
   bounded.each(message.covariance_N2, kMostCovariance_N2);
   message.confidence = bounded.number(0, 1);
+  message.yielding = bounded.number(0, 1);
   const auto contact = in->get<std::uint8_t>();
   message.limits = in->get<std::uint16_t>();
   bounded.each(message.pressure_Pa, kMostPressure_Pa);

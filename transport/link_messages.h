@@ -64,15 +64,17 @@ struct SlaveMessage {
   Reason fault;                                    ///< The latched fault.
   JointVector position_rad = JointVector::Zero();  ///< Measured joints.
   JointVector velocity_radps = JointVector::Zero();
-  JointVector acted_on_rad =
-      JointVector::Zero();  ///< Operator position being acted on when this force was estimated (echo).
+  /// How far the set-point is ahead of the measured joints, as late as tip_force_N.
+  JointVector ahead_rad = JointVector::Zero();
   PlanarVector tip_force_N =
-      PlanarVector::Zero();               ///< Force of the world on the bucket tip, frame M (x forward, z up).
-  std::array<double, 3> covariance_N2{};  ///< xx, xz, zz of tip_force_N.
-  double confidence = 0;                  ///< [0, 1]
-  bool contact = false;                   ///< Contact event is on.
-  std::uint16_t limits = 0;               ///< LimitFlag bits being hit.
-  std::array<double, 6> pressure_Pa{};    ///< boom A, B, arm A, B, bucket A, B.
+      PlanarVector::Zero();  ///< Force of the world on the bucket tip, frame M (x forward, z up), without the load.
+  PlanarVector load_N = PlanarVector::Zero();  ///< What the load adds to it: its weight, as far as it is carried.
+  std::array<double, 3> covariance_N2{};       ///< xx, xz, zz of tip_force_N.
+  double confidence = 0;                       ///< [0, 1]
+  double yielding = 0;                         ///< [0, 1]: what the tip presses against moves along with it.
+  bool contact = false;                        ///< Contact event is on.
+  std::uint16_t limits = 0;                    ///< LimitFlag bits being hit.
+  std::array<double, 6> pressure_Pa{};         ///< boom A, B, arm A, B, bucket A, B.
   double payload_kg = 0;
   double payload_sigma_kg = 0;
   double energy_in_J = 0;  ///< Cumulative energy that entered the port on the machine side; only grows.

@@ -302,7 +302,7 @@ Metrics compute_metrics(const SessionRecord& record) {
   measure_false_contact(record, free, metrics);
   measure_payload(record, metrics);
   measure_felt(record, metrics);
-  measure_truth(record, free, metrics);
+  measure_truth(record, metrics);
   measure_session(record, metrics);
   return metrics;
 }

@@ -142,14 +142,14 @@ void measure_felt(const SessionRecord& record, Metrics& metrics) {
     measure_response(record, press, metrics);
     measure_hold(record, hold_part(record, press), metrics);
   }
-  const std::vector<bool> free = free_motion(record);
+  const std::vector<bool> empty = empty_free_motion(record);
   double squares = 0;
   int count = 0;
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
     const Sample& s = record.samples[i];
     keep_worst(metrics.max_slew_N_per_ms, slew_N_per_ms(record, i));
     keep_worst(metrics.net_energy_J, s.hand_energy_J - record.samples.front().hand_energy_J);
-    if (!free[i]) continue;
+    if (!empty[i]) continue;
     squares += s.felt_N.squaredNorm();
     ++count;
   }

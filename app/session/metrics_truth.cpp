@@ -192,7 +192,7 @@ void measure_presses(const SessionRecord& record, Metrics& metrics) {
 
 }  // namespace
 
-void measure_truth(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
+void measure_truth(const SessionRecord& record, Metrics& metrics) {
   const std::vector<Row> rows = rows_of(record);
   measure_error(rows, metrics);
   measure_unfelt(rows, metrics);
@@ -200,11 +200,9 @@ void measure_truth(const SessionRecord& record, const std::vector<bool>& free, M
   measure_onset(rows, &Row::weight_N, metrics);
   measure_contact(rows, metrics);
   measure_presses(record, metrics);
-  double loaded_s = -kFreeAfterContact_s;
+  const std::vector<bool> empty = empty_free_motion(record);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (record.samples[i].truth_payload_kg > 0) loaded_s = rows[i].t_s;
-    if (free[i] && rows[i].t_s - loaded_s >= kFreeAfterContact_s)
-      keep_largest(metrics.free_felt_peak_N, rows[i].felt_N.norm());
+    if (empty[i]) keep_largest(metrics.free_felt_peak_N, rows[i].felt_N.norm());
   }
 }
 

@@ -6,7 +6,6 @@
 namespace knuckle::session {
 
 /// Fills those of the `felt` and `force` groups that compare what is felt with what is true while engaged.
-/// @param free rows of free motion.
-void measure_truth(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics);
+void measure_truth(const SessionRecord& record, Metrics& metrics);
 
 }  // namespace knuckle::session

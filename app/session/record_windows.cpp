@@ -19,6 +19,17 @@ std::vector<bool> free_motion(const SessionRecord& record) {
   return free;
 }
 
+std::vector<bool> empty_free_motion(const SessionRecord& record) {
+  std::vector<bool> empty = free_motion(record);
+  double loaded_s = -kFreeAfterContact_s;
+  for (std::size_t i = 0; i < empty.size(); ++i) {
+    const Sample& s = record.samples[i];
+    if (s.truth_payload_kg > 0) loaded_s = s.t_s;
+    if (s.t_s - loaded_s < kFreeAfterContact_s) empty[i] = false;
+  }
+  return empty;
+}
+
 bool is_break(const EventRecord& event) noexcept {
   return event.what.find("broke") != std::string::npos;
 }

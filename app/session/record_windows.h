@@ -27,6 +27,8 @@ inline constexpr double kFreeAfterContact_s = 1;  ///< Free motion begins this l
 
 /// Per row: engaged, and no contact now or within the last kFreeAfterContact_s.
 [[nodiscard]] std::vector<bool> free_motion(const SessionRecord& record);
+/// Of these the rows with no load either, now or within that time: nothing is to be felt.
+[[nodiscard]] std::vector<bool> empty_free_motion(const SessionRecord& record);
 
 /// Runs of the phases "press" and "hold" while engaged. One that a "broke" event falls into ends there.
 [[nodiscard]] std::vector<Window> press_windows(const SessionRecord& record);

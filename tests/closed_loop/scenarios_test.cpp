@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <set>
 #include <sstream>
@@ -30,6 +31,7 @@ constexpr const char* kRecorded[] = {"recorded_dig", "recorded_dig_soil"};
 
 /// Criterion -> the worst value that is known.
 using Missed = std::map<std::string, double>;
+constexpr double kNotMeasured = std::numeric_limits<double>::infinity();  // as bad as can be
 
 /// Of the default machine, by scenario.
 const std::map<std::string, Missed>& listed() {
@@ -86,7 +88,7 @@ std::string unmet(const std::string& scenario, std::uint64_t seed, std::set<std:
     if (c.passed) continue;
     if (missed) missed->insert(c.name);
     const auto entry = known.find(c.name);
-    if (entry != known.end() && c.relation == "max" && c.value && *c.value <= entry->second) continue;
+    if (entry != known.end() && c.relation == "max" && c.value.value_or(kNotMeasured) <= entry->second) continue;
     text += c.name + " = " + (c.value ? std::to_string(*c.value) : "not measured") + ", " + c.relation + " " +
             std::to_string(c.bound) + "; ";
   }

@@ -30,7 +30,7 @@ struct LawBench {
   void press(double reflected_N = 2) {
     in.reflected_N = reflected_N * kOut;
     in.machine_m = 2e-3 * kOut;
-    in.echoed_m = in.hand_m;
+    in.ahead_m = in.hand_m - in.machine_m;
     run(30);
   }
   EchoSpring law{DeviceDescription::Feel{}};
@@ -164,11 +164,77 @@ TEST(EchoSpring, BoundsBiasForceAndTangentialDamping) {
   EXPECT_NEAR(force.dot(kAlong), -0.3 * force.dot(kOut), 1e-6);
 }
 
+/// Hand and machine move on together at 30 mm/s against 1 N, the machine 5 mm behind.
+LawBench moving_along(double yielding) {
+  LawBench bench;
+  bench.in.yielding = yielding;
+  bench.in.reflected_N = kOut;
+  bench.in.hand_mps = bench.in.machine_mps = -0.03 * kOut;
+  bench.in.ahead_m = -5e-3 * kOut;
+  bench.in.machine_m = bench.in.hand_m - bench.in.ahead_m;
+  for (int i = 0; i < 3000; ++i) {
+    bench.run(1e-3);
+    bench.in.machine_m += 1e-3 * bench.in.machine_mps;
+  }
+  return bench;
+}
+
+TEST(EchoSpring, WhatMovesAlongIsFeltAsItsForceHoweverFarTheMachineTrails) {
+  LawBench soil = moving_along(1);
+  EXPECT_NEAR(soil.run(1e-3).dot(kOut), 1, 0.05);
+  LawBench wall = moving_along(0);  // the trail, the anchor's own lag and the damping are felt on top
+  EXPECT_GT(wall.run(1e-3).dot(kOut), 5);
+}
+
+TEST(EchoSpring, SpeedThatWasCarriedEndsWithTheMessages) {
+  LawBench bench = moving_along(1);
+  bench.in.hand_mps.setZero();
+  bench.in.silence_s = 0.2;
+  const double before_N = bench.run(0.001).dot(kOut);
+  EXPECT_NEAR(bench.run(0.5).dot(kOut), before_N, 2) << "the hand rests: no damping against a speed of long ago";
+  EXPECT_NEAR(bench.run(0.1).dot(kOut), bench.run(0.5).dot(kOut), 0.02);
+}
+
+TEST(EchoSpring, TheLoadIsFeltBesideTheContactWhateverItsThreshold) {
+  LawBench bench;
+  bench.in.load_N = PlanarVector(0, -0.2);  // below R_on
+  double last_N = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double felt_N = bench.run(1e-3).norm();
+    EXPECT_LT(felt_N - last_N, 0.01) << "no step";
+    last_N = felt_N;
+  }
+  EXPECT_LT((bench.run(1e-3) - bench.in.load_N).norm(), 0.01);
+  EXPECT_FALSE(bench.law.contact());
+  bench.in.engaged = false;
+  EXPECT_LT(bench.run(1).norm(), 0.01);
+  bench.in.engaged = true;
+  bench.run(1);
+  bench.in.silence_s = 0.6;
+  EXPECT_LT(bench.run(1e-3).norm(), 0.01) << "nor of a machine that is not heard";
+}
+
+TEST(EchoSpring, AForceThatBecomesALoadStaysTheSame) {
+  LawBench bench;
+  bench.press(1);
+  for (int i = 0; i <= 300; ++i) {  // the machine's side hands it over within 0.3 s, and no longer gives way to it
+    const double share = i / 300.0;
+    bench.in.reflected_N = (1 - share) * kOut;
+    bench.in.load_N = share * kOut;
+    bench.in.machine_m = (2 - share) * 1e-3 * kOut;
+    bench.in.ahead_m = -bench.in.machine_m;
+    EXPECT_NEAR(bench.run(1e-3).dot(kOut), 1, 0.2) << i;
+  }
+  for (int i = 0; i < 3000; ++i) EXPECT_NEAR(bench.run(1e-3).dot(kOut), 1, 0.25) << i;
+  EXPECT_NEAR(bench.run(1).dot(kOut), 1, 0.02);
+}
+
 TEST(EchoSpring, ATurningNormalMovesNoForceIntoTheAnchor) {
   LawBench bench;
   const PlanarVector far(0.25, -0.1);  // hand and machine well away from the frame's origin
-  bench.in.hand_m = bench.in.echoed_m = far;
+  bench.in.hand_m = far;
   bench.in.machine_m = far + 2e-3 * kOut;
+  bench.in.ahead_m = far - bench.in.machine_m;
   bench.in.reflected_N = 2 * kOut;
   bench.run(10);
   bench.in.reflected_N = 2 * (Eigen::Rotation2Dd(0.35) * kOut);  // friction turns the force by 20 degrees

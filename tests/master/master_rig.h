@@ -29,7 +29,7 @@ struct MasterRig {
     intent.presence = true;
     machine.mode = Mode::kReady;
     machine.confidence = 1;
-    machine.position_rad = machine.acted_on_rad = kMidPosture;
+    machine.position_rad = kMidPosture;
     status.machine = MachineName(desk_machine().name);
   }
 
@@ -43,9 +43,9 @@ struct MasterRig {
       if (const auto message = decode_master(datagram.view())) heard = *message, heard_at = now;
     }
     if (now.time_since_epoch() % 5ms != 0ns || machine_silent) return;
-    machine.acted_on_rad = heard.position_rad;
     if (follow) machine.position_rad = heard.position_rad;
     if (react) react(*this);
+    machine.ahead_rad = heard.position_rad - machine.position_rad;
     ++machine.sequence;
     machine.sent_at = now;
     machine.echoed_master_time = heard.sent_at == Time{} ? Time{} : heard.sent_at + (now - heard_at);

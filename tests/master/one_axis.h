@@ -57,13 +57,13 @@ class OneAxis {
     hand_m = intent_m = -kStart_m;
     oil_m_ = tip_m_ = -kStart_m * kMu;
     const Up start{hand_m, 0};
-    for (int i = 0; i < 1000; ++i) forward_.step(start), back_.step({tip_m_, 0, hand_m, 0});
+    for (int i = 0; i < 1000; ++i) forward_.step(start), back_.step({tip_m_, 0, 0, 0});
   }
 
   void step() {
     hand_step();
     slave_step(forward_.step({hand_m, hand_mps}));
-    if (tick_++ % 5 == 0) sent_ = {tip_m_, tip_mps_, slave_reference_.position_m, slow_.value()};
+    if (tick_++ % 5 == 0) sent_ = {tip_m_, tip_mps_, ahead_.value(), slow_.value()};
     seen_ = back_.step(sent_);
     const double wanted_N = law_force();
     felt_N += std::clamp(motor_delay_.step(wanted_N) - felt_N, -feel_.slew_N_per_ms, feel_.slew_N_per_ms);
@@ -87,7 +87,7 @@ class OneAxis {
     double position_m, speed_mps;
   };
   struct Down {
-    double tip_m, tip_mps, echoed_m, force_N;
+    double tip_m, tip_mps, ahead_m, force_N;
   };
 
   void hand_step() {
@@ -103,7 +103,6 @@ class OneAxis {
   }
 
   void slave_step(const Up& reference) {
-    slave_reference_ = reference;
     constexpr double kKp = 3, kKs = 1e5, kF1 = 500;
     const double faded = std::max(0.0, 1 - std::abs(slow_.value()) / kF1);
     const double wanted_mps =
@@ -119,6 +118,7 @@ class OneAxis {
       tip_m_ += 1e-4 * tip_mps_;
     }
     slow_.step(setting_.force_error * wall_N);
+    ahead_.step(kMu * reference.position_m - tip_m_);
     fast_.step(setting_.force_error * wall_N);
   }
 
@@ -131,7 +131,7 @@ class OneAxis {
     in.hand_mps = hand_mps * kInto;
     in.machine_m = acted_on_.tip_m / kMu * kInto + kAside;
     in.machine_mps = acted_on_.tip_mps / kMu * kInto;
-    in.echoed_m = acted_on_.echoed_m * kInto + kAside;
+    in.ahead_m = acted_on_.ahead_m / kMu * kInto;
     in.reflected_N = -kLambda * acted_on_.force_N * kInto;
     in.sigma_N = 0.03;
     in.confidence = 1;
@@ -149,8 +149,7 @@ class OneAxis {
   Delay<Up> forward_;
   Delay<Down> back_;
   Delay<double> valve_delay_, motor_delay_;
-  LowPass<double> slow_{3, 1e-3, 0.0}, fast_{6, 1e-3, 0.0};
-  Up slave_reference_{};
+  LowPass<double> slow_{3, 1e-3, 0.0}, ahead_{3, 1e-3, 0.0}, fast_{6, 1e-3, 0.0};
   Down sent_{}, seen_{}, acted_on_{};
   double oil_m_, tip_m_, tip_mps_ = 0, valve_mps_ = 0, silence_s_ = 0;
   int tick_ = 0;

@@ -246,6 +246,12 @@ TEST(Metrics, DragIsFeltForceInFreeMotion) {
   during(record, 0, 2, [](Sample& s) { s.felt_N = {0, 0.1}; });
   during(record, 10, 12, [](Sample& s) { s.felt_N = {s.t_s < 10.9 ? 5.0 : 0.1, 0}; });
   EXPECT_NEAR(compute_metrics(record).drag_rms_N.value(), 0.1, 1e-6);
+  // The weight of a load is no drag.
+  for (std::size_t i = record.samples.size() / 2; i < record.samples.size(); ++i) {
+    record.samples[i].truth_payload_kg = 50;
+    record.samples[i].felt_N = {0, -0.5};
+  }
+  EXPECT_NEAR(compute_metrics(record).drag_rms_N.value(), 0.1, 1e-6);
 }
 
 TEST(Metrics, SlewIsThePeakBetweenRowsAndNeverLessThanTheRowsShow) {

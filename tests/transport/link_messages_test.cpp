@@ -34,7 +34,7 @@ MasterMessage some_master() {
 }
 
 const std::string kMaster =
-    "4B4E 02 01  04030201  40420F0000000000 0200000000000000 FFFFFFFFFFFFFFFF  35  0200 07 0000803F 000000C0 "
+    "4B4E 03 01  04030201  40420F0000000000 0200000000000000 FFFFFFFFFFFFFFFF  35  0200 07 0000803F 000000C0 "
     "000000000000F03F 0000000000000040 000000000000F0BF  0000000000000000 000000000000E03F 0000000000000000 "
     "0080BB44  0000000000001040";
 
@@ -49,10 +49,12 @@ SlaveMessage some_slave() {
   m.fault = {ReasonCode::kStartingUp, 9, 1, 2};
   m.position_rad = {1, 0, 0};
   m.velocity_radps = {0, 1, 0};
-  m.acted_on_rad = {0, 0, 1};
+  m.ahead_rad = {0, 0, 1};
   m.tip_force_N = {2, -1};
+  m.load_N = {0, -2};
   m.covariance_N2 = {4, 0, 10};
   m.confidence = 0.5;
+  m.yielding = 1;
   m.contact = true;
   m.limits = kLimitPressure | kLimitPumpFlow | kLimitAssistForce;
   m.pressure_Pa = {1, 2, 4, 10, 0.5, 0};
@@ -64,13 +66,13 @@ SlaveMessage some_slave() {
 
 const std::string kZero = "0000000000000000 ", kHalf = "000000000000E03F ", kOne = "000000000000F03F ",
                   kTwo = "0000000000000040 ", kFour = "0000000000001040 ", kTen = "0000000000002440 ",
-                  kMinusOne = "000000000000F0BF ";
+                  kMinusOne = "000000000000F0BF ", kMinusTwo = "00000000000000C0 ";
 const std::string kSlave =
-    "4B4E 02 02  01000000 "
+    "4B4E 03 02  01000000 "
     "0100000000000000 0200000000000000 0300000000000000 "
     "06  0200 00 00000000 00000000  0100 09 0000803F 00000040 " +
-    kOne + kZero + kZero + kZero + kOne + kZero + kZero + kZero + kOne + kTwo + kMinusOne + kFour + kZero + kTen +
-    kHalf + "01 5001 " + kOne + kTwo + kFour + kTen + kHalf + kZero + kTen + kHalf + kTwo;
+    kOne + kZero + kZero + kZero + kOne + kZero + kZero + kZero + kOne + kTwo + kMinusOne + kZero + kMinusTwo + kFour +
+    kZero + kTen + kHalf + kOne + "01 5001 " + kOne + kTwo + kFour + kTen + kHalf + kZero + kTen + kHalf + kTwo;
 
 TEST(LinkMessages, HaveTheBytesOfTheDesign) {
   EXPECT_EQ(bytes(encode(some_master())), test::hex(kMaster));
@@ -92,8 +94,10 @@ TEST(LinkMessages, DecodeTheSameBytes) {
   EXPECT_EQ(bytes(encode(*slave)), test::hex(kSlave));
   EXPECT_EQ(slave->mode, Mode::kFault);
   EXPECT_EQ(slave->fault.code, ReasonCode::kStartingUp);
-  EXPECT_EQ(slave->acted_on_rad, JointVector(0, 0, 1));
+  EXPECT_EQ(slave->ahead_rad, JointVector(0, 0, 1));
   EXPECT_EQ(slave->tip_force_N, PlanarVector(2, -1));
+  EXPECT_EQ(slave->load_N, PlanarVector(0, -2));
+  EXPECT_EQ(slave->yielding, 1);
   EXPECT_TRUE(slave->contact);
 }
 
@@ -141,8 +145,8 @@ TEST(LinkMessages, UnknownModesReasonsAndFlagsAreRefused) {
   EXPECT_FALSE(decode_master(with(kMaster, 34, 0x10))) << "unknown reason";
   EXPECT_FALSE(decode_slave(with(kSlave, 32, 8))) << "unknown mode";
   EXPECT_FALSE(decode_slave(with(kSlave, 34, 0x10))) << "unknown reason";
-  EXPECT_FALSE(decode_slave(with(kSlave, 175, 2))) << "contact is neither yes nor no";
-  EXPECT_FALSE(decode_slave(with(kSlave, 177, 2))) << "unknown limit";
+  EXPECT_FALSE(decode_slave(with(kSlave, 199, 2))) << "contact is neither yes nor no";
+  EXPECT_FALSE(decode_slave(with(kSlave, 201, 2))) << "unknown limit";
 }
 
 TEST(LinkMessages, ANonFiniteNumberAnywhereIsRefused) {
@@ -159,8 +163,8 @@ TEST(LinkMessages, ANonFiniteNumberAnywhereIsRefused) {
     std::memcpy(single.data() + 92, &narrow, sizeof narrow);
     EXPECT_FALSE(decode_master(single));
     EXPECT_FALSE(decode_master(put(kMaster, 96, value)));
-    for (std::size_t at = 55; at + 8 <= 175; at += 8) EXPECT_FALSE(decode_slave(put(kSlave, at, value))) << at;
-    for (std::size_t at = 178; at + 8 <= test::hex(kSlave).size(); at += 8) {
+    for (std::size_t at = 55; at + 8 <= 199; at += 8) EXPECT_FALSE(decode_slave(put(kSlave, at, value))) << at;
+    for (std::size_t at = 202; at + 8 <= test::hex(kSlave).size(); at += 8) {
       EXPECT_FALSE(decode_slave(put(kSlave, at, value))) << at;
     }
   }
@@ -193,15 +197,17 @@ TEST(LinkMessages, NumbersBeyondAnythingHonestAreRefused) {
     EXPECT_FALSE(master([&](MasterMessage& m) { m.energy_in_J = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.position_rad[kBoom] = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.velocity_radps[kBucket] = wild; }));
-    EXPECT_FALSE(slave([&](SlaveMessage& m) { m.acted_on_rad[kBoom] = wild; }));
+    EXPECT_FALSE(slave([&](SlaveMessage& m) { m.ahead_rad[kBoom] = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.confidence = wild; }));
+    EXPECT_FALSE(slave([&](SlaveMessage& m) { m.yielding = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.pressure_Pa[5] = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.payload_kg = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.payload_sigma_kg = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.energy_in_J = wild; }));
   }
   EXPECT_FALSE(slave([](SlaveMessage& m) { m.confidence = 1.01; }));
-  for (const std::size_t at : {127U, 135U, 143U, 151U, 159U}) {  // force and covariance
+  EXPECT_FALSE(slave([](SlaveMessage& m) { m.yielding = -0.01; }));
+  for (const std::size_t at : {127U, 135U, 143U, 151U, 159U, 167U, 175U}) {  // force, load and covariance
     auto wild = test::hex(kSlave);
     const double value = 1e308;
     std::memcpy(wild.data() + at, &value, sizeof value);
@@ -211,7 +217,7 @@ TEST(LinkMessages, NumbersBeyondAnythingHonestAreRefused) {
 
 TEST(LinkMessages, AnEstimateWithoutBoundDoesNotCostTheMessage) {
   SlaveMessage message = some_slave();
-  message.tip_force_N = {1e200, -1e200};
+  message.tip_force_N = message.load_N = {1e200, -1e200};
   message.covariance_N2 = {1e300, -1e300, 1e300};
   const auto back = decode_slave(encode(message).view());
   ASSERT_TRUE(back);

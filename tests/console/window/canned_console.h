@@ -47,7 +47,6 @@ inline ConsoleView canned_view() {
   m.mode = Mode::kEngaged;
   m.position_rad = {0.5, -0.9, -0.5};
   m.velocity_radps = {0.021, -0.08, 0.002};
-  m.acted_on_rad = m.position_rad;
   m.tip_force_N = {-1410, 380};
   m.covariance_N2 = {8100, 900, 14400};
   m.confidence = 0.82;

@@ -1,0 +1,38 @@
+// Does what the tip presses against yield? Soil and loads move along with the tip under a force that stays; the force
+// of a wall grows with the way into it.
+#pragma once
+
+#include "core/joints.h"
+#include "estimation/force_lag.h"
+
+namespace knuckle::estimation {
+
+/// Over the last half second of a contact, with x the way of the tip against the force and F its size, both equally
+/// late: stiffness k = cov(F, x) / var(x), at least 0. The share is
+///   var(x) / (var(x) + x0^2) / (1 + (k / k0)^2):
+/// none while the tip stands (nothing is known, and a wall must not be taken for soil), one where it moves on by much
+/// more than x0 and the force does not grow.
+class Yielding {
+ public:
+  static constexpr double kTouch_N = 150;   ///< Less is no contact.
+  static constexpr double kMemory_s = 0.4;  ///< Of the covariances.
+  static constexpr double kSeen_m = 1e-3;   ///< x0: over this way k0 makes some three standard deviations of F.
+  static constexpr double kStiffness_N_per_m = 3e4;  ///< k0: below what soil has when a tool first goes into it.
+
+  explicit Yielding(double step_s) noexcept : step_s_(step_s), tip_(step_s) {}
+
+  /// @param tip_m measured; @param force_N reported force of the world on it. Frame M.
+  /// @return share of what the tip presses against that moves along with it, [0, 1]
+  double step(const PlanarVector& tip_m, const PlanarVector& force_N) noexcept;
+  /// The next step starts at rest, in free air.
+  void reset() noexcept { started_ = touching_ = false; }
+
+ private:
+  double step_s_;
+  ForceLag<PlanarVector> tip_;
+  bool started_ = false, touching_ = false;
+  double way_m_ = 0;  ///< Since the touch.
+  double mean_m_ = 0, mean_N_ = 0, variance_m2_ = 0, covariance_Nm_ = 0;
+};
+
+}  // namespace knuckle::estimation

@@ -1,0 +1,108 @@
+// One force anywhere on the bucket, from three joint torques: found wherever it acts, as sure as it says, and no worse
+// at the tip than a model that knows it is there.
+#include "estimation/bucket_force.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <numbers>
+#include <random>
+
+#include "estimation/tip_force.h"
+#include "machine/kinematics.h"
+#include "tests/estimation/test_machine.h"
+
+namespace knuckle::estimation {
+namespace {
+
+const JointVector kBent(0.3, -1.5, -0.9);
+const Eigen::Matrix3d kCovariance_Nm2 = JointVector(40, 25, 10).cwiseAbs2().asDiagonal();
+
+MachineDescription machine_with_outline() {
+  MachineDescription machine = test_machine();
+  machine.bucket_profile = {{0.42, 0.065}, {0.25, 0.19}, {0.02, 0.18}, {0.25, -0.005}};
+  return machine;
+}
+
+struct Arm {
+  MachineDescription machine = machine_with_outline();
+  Kinematics kinematics{machine};
+  BucketForceModel model{machine};
+
+  /// Of a force at a place of the bucket, bucket axes.
+  JointVector torque(const JointVector& joints_rad, const PlanarVector& force_N, const PlanarVector& place_m) const {
+    const Eigen::Rotation2Dd turn(joints_rad.sum());
+    const PlanarVector shift = turn * (place_m - PlanarVector(machine.links[kBucket].length_m, 0));
+    const double couple = shift.x() * force_N.y() - shift.y() * force_N.x();
+    return kinematics.tip_jacobian(joints_rad).transpose() * force_N + JointVector::Constant(couple);
+  }
+  BucketForce solve(const JointVector& joints_rad, const JointVector& torque_Nm) const {
+    return model.solve(joints_rad, kinematics.tip_jacobian(joints_rad), torque_Nm, kCovariance_Nm2);
+  }
+};
+
+TEST(BucketForce, IsFoundWhereverOnTheBucketItActs) {
+  const Arm arm;
+  const BucketProfile& profile = arm.machine.bucket_profile;
+  for (const PlanarVector& place : {profile.edge_m, profile.heel_m, profile.back_m, profile.cheek_m}) {
+    for (double way = 0; way < 6.2; way += 0.3) {
+      const PlanarVector force_N = 5000 * PlanarVector(std::cos(way), std::sin(way));
+      const BucketForce found = arm.solve(kBent, arm.torque(kBent, force_N, place));
+      EXPECT_LT((found.force_N - force_N).norm(), 0.05 * force_N.norm()) << place.transpose() << ", " << way;
+      EXPECT_LT(found.residual_sigma, 4);
+    }
+  }
+}
+
+TEST(BucketForce, AtTheTipIsThatOfAModelThatKnowsIt) {
+  const Arm arm;
+  const PlanarVector tip(arm.machine.links[kBucket].length_m, 0);
+  for (double way = 0; way < 6.2; way += 0.3) {
+    const PlanarVector force_N = 1000 * PlanarVector(std::cos(way), std::sin(way));
+    const BucketForce found = arm.solve(kBent, arm.torque(kBent, force_N, tip));
+    EXPECT_LT((found.force_N - force_N).norm(), 1) << way;
+    EXPECT_LT(std::abs(found.couple_Nm), 1);
+  }
+  const BucketForce nothing = arm.solve(kBent, JointVector(5, -3, 2));
+  const TipForce at_tip = solve_tip_force(arm.kinematics.tip_jacobian(kBent), JointVector(5, -3, 2), kCovariance_Nm2);
+  EXPECT_LT((nothing.force_N - at_tip.force_N).norm(), 1);
+}
+
+TEST(BucketForce, ErrorsAreWithinWhatTheCovarianceSays) {
+  const Arm arm;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+  const BucketProfile& profile = arm.machine.bucket_profile;
+  const PlanarVector tip(arm.machine.links[kBucket].length_m, 0);
+  int within = 0;
+  constexpr int kDraws = 4000;
+  for (int k = 0; k < kDraws; ++k) {
+    const JointVector joints(0.9 * uniform(random) - 0.2, -2.0 + 1.2 * uniform(random), -1.8 + 1.8 * uniform(random));
+    const double size_N = 200 * std::exp(3.5 * uniform(random)), way = 2 * std::numbers::pi * uniform(random);
+    const PlanarVector force_N = size_N * PlanarVector(std::cos(way), std::sin(way));
+    const PlanarVector place = k % 2 == 0 ? tip : PlanarVector(tip + uniform(random) * (profile.heel_m - tip));
+    const JointVector noise(40 * normal(random), 25 * normal(random), 10 * normal(random));
+    const BucketForce found = arm.solve(joints, arm.torque(joints, force_N, place) + noise);
+    const PlanarVector error_N = found.force_N - force_N;
+    within += error_N.dot(found.covariance_N2.inverse() * error_N) < 5.99;  // 95 % of chi squared with two degrees
+  }
+  EXPECT_GT(within, 0.9 * kDraws);
+  EXPECT_LT(within, 0.99 * kDraws);
+}
+
+// A hit on the boom or the arm is what a force through the bucket's pin would be, along the arm or towards the boom's
+// pin. A force that passes the bucket is none of the world on it.
+TEST(BucketForce, AForceWhoseLinePassesTheBucketLeavesAResidual) {
+  const Arm arm;
+  for (double way = 0; way < 6.2; way += 0.3) {
+    const PlanarVector force_N = 1500 * PlanarVector(std::cos(way), std::sin(way));
+    const PlanarVector aside = Eigen::Rotation2Dd(-kBent.sum()) * PlanarVector(-force_N.y(), force_N.x()).normalized();
+    for (const double by_m : {1.2, -1.2}) {
+      EXPECT_GT(arm.solve(kBent, arm.torque(kBent, force_N, by_m * aside)).residual_sigma, 4) << way << ", " << by_m;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::estimation
