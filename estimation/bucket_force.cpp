@@ -12,10 +12,6 @@ namespace {
 constexpr double kTeeth_m = 0.02;     // a contact at the tip is somewhere along the teeth
 constexpr double kBeyondChance2 = 4;  // squared sigmas of couple from which on it is taken for one
 
-double cross(const PlanarVector& a, const PlanarVector& b) noexcept {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
 }  // namespace
 
 BucketForceModel::BucketForceModel(const MachineDescription& machine) noexcept {
@@ -39,8 +35,7 @@ BucketForce BucketForceModel::solve(const JointVector& joints_rad, const Eigen::
 
   // The couples that this force has where its line passes through the bucket.
   const PlanarVector free_N = at_tip.force_N - fit_Nm * follows;
-  const double turn = joints_rad.sum();
-  const Eigen::Rotation2Dd to_machine(turn);
+  const Eigen::Rotation2Dd to_machine(joints_rad.sum());
   double least = 0, most = 0;
   for (const PlanarVector& corner : from_tip_m_) {
     const double couple = cross(to_machine * corner, free_N);
@@ -53,13 +48,13 @@ BucketForce BucketForceModel::solve(const JointVector& joints_rad, const Eigen::
 
   BucketForce result;
   result.residual_sigma = std::abs(fit_Nm - possible_Nm) * std::sqrt(std::max(0.0, information));
-  result.couple_variance = floor_Nm * floor_Nm + shown2 * shown2 / (shown2 + chance2);
-  const Eigen::Matrix3d with_couple = covariance_Nm2 + result.couple_variance * u * u.transpose();
+  const double prior2 = floor_Nm * floor_Nm + shown2 * shown2 / (shown2 + chance2);
+  const Eigen::Matrix3d with_couple = covariance_Nm2 + prior2 * u * u.transpose();
   const TipForce best = solve_tip_force(jacobian, torque_Nm, with_couple);
   result.force_N = best.force_N;
   result.covariance_N2 = best.covariance_N2;
   const JointVector rest = torque_Nm - jacobian.transpose() * best.force_N;
-  result.couple_Nm = result.couple_variance * u.dot(with_couple.ldlt().solve(rest));
+  result.couple_Nm = prior2 * u.dot(with_couple.ldlt().solve(rest));
   return result;
 }
 

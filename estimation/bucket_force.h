@@ -14,9 +14,8 @@ namespace knuckle::estimation {
 struct BucketForce {
   PlanarVector force_N;  ///< Frame M, of the world on the bucket.
   Eigen::Matrix2d covariance_N2;
-  double couple_Nm = 0;        ///< Of the force about the tip.
-  double couple_variance = 0;  ///< [(N m)2] prior: how large the couple may be, as these torques show it.
-  double residual_sigma = 0;   ///< How far the couple lies beyond what the outline allows, in standard deviations.
+  double couple_Nm = 0;       ///< Of the force about the tip.
+  double residual_sigma = 0;  ///< How far the couple lies beyond what the outline allows, in standard deviations.
 };
 
 class BucketForceModel {

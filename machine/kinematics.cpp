@@ -28,9 +28,6 @@ constexpr double kStrokeTolerance_m = 0.005;
 double wrapped(double angle_rad) noexcept {
   return std::remainder(angle_rad, 2 * std::numbers::pi);
 }
-double cross(const PlanarVector& a, const PlanarVector& b) noexcept {
-  return a.x() * b.y() - a.y() * b.x();
-}
 /// d/dtheta of a vector that turns with theta.
 PlanarVector turned_left(const PlanarVector& v) noexcept {
   return {-v.y(), v.x()};

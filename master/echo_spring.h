@@ -1,5 +1,6 @@
 // The felt force of the default law: a local, contact-gated spring at the hand, anchored on the machine's measured
-// position (quick) and trimmed by the echoed pair of operator position and force (exact in the end).
+// position (quick) and trimmed by what the machine tells of position error and force (exact in the end). A load is felt
+// beside it.
 #pragma once
 
 #include "core/joints.h"

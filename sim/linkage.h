@@ -9,9 +9,6 @@
 
 namespace knuckle::sim {
 
-[[nodiscard]] inline double cross(const PlanarVector& a, const PlanarVector& b) noexcept {
-  return a.x() * b.y() - a.y() * b.x();
-}
 /// Turned by +90 degrees.
 [[nodiscard]] inline PlanarVector perp(const PlanarVector& a) noexcept {
   return {-a.y(), a.x()};

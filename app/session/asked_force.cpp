@@ -21,7 +21,7 @@ double moved_mass_kg(const MachineDescription& machine, const JointVector& joint
                                 });
   const sim::RigidBody body(machine, 0);
   const sim::PoseGeometry pose = body.pose(joint_rad);
-  const JointVector torque = sim::RigidBody::bucket_torque(pose, along, sim::cross(foremost, along));
+  const JointVector torque = sim::RigidBody::bucket_torque(pose, along, cross(foremost, along));
   return 1 / torque.dot(body.mass(pose, {}).solve(torque));
 }
 

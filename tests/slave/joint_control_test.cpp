@@ -205,6 +205,38 @@ class PressedMachine {
   JointControl control_{machine_, kStep_s};
 };
 
+/// Rate of the tip along x with a set-point that moves at `speed_mps` from a machine that stands where it is asked to,
+/// pushed back by force_N.
+double answered_mps(double speed_mps, double force_N, double machine_mps = 0) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  const Kinematics kinematics(machine);
+  JointControl control(machine, kStep_s);
+  const auto jacobian = kinematics.tip_jacobian(kStart);
+  const JointVector along = jacobian.transpose() * (jacobian * jacobian.transpose()).inverse() * PlanarVector(1, 0);
+  estimation::JointState state;
+  estimation::ForceEstimate force;
+  force.tip_N = {-force_N, 0};
+  double rate = 0;
+  for (int i = 0; i < 200; ++i) {
+    state.angle_rad = kStart + along * (machine_mps * i * kStep_s);
+    for (int k = 0; k < kJoints; ++k) state.lever_m[k] = kinematics.cylinder_at(k, state.angle_rad[k])->lever_m;
+    const JointCommand command{state.angle_rad, along * speed_mps, true};
+    const auto output = control.step(state, force, command, JointVector::Zero());
+    rate = (kinematics.tip_jacobian(state.angle_rad) * output.rate_radps).x();
+  }
+  return rate;
+}
+
+TEST(JointControl, FeedsSpeedForwardInAirAndAwayFromAWallButNotIntoIt) {
+  EXPECT_NEAR(answered_mps(0.1, 0), 0.1, 0.005);
+  EXPECT_NEAR(answered_mps(0.1, 1000), 0, 1e-6);
+  EXPECT_LT(answered_mps(-0.1, 1000), -0.08);
+}
+
+TEST(JointControl, FeedsSpeedForwardIntoWhatMovesAlong) {
+  EXPECT_GT(answered_mps(0.1, 1000, 0.1), 0.08) << "the force stays while the tip moves on: soil, or a load";
+}
+
 TEST(JointControl, ForceLimitSwitchedOnInContactTakesTheForceForNoRise) {
   const PlanarVector pressed(-1000, 0);
   PressedMachine always, again;

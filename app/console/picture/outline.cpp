@@ -9,10 +9,6 @@
 namespace knuckle::console::picture {
 namespace {
 
-double cross(const PlanarVector& a, const PlanarVector& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
 PlanarVector at_angle(double angle_rad) {
   return {std::cos(angle_rad), std::sin(angle_rad)};
 }
