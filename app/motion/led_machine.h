@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <stdexcept>
 
 #include "app/motion/path_leader.h"
@@ -57,6 +58,8 @@ class LedMachine {
   void neutral() noexcept;
 
   [[nodiscard]] Duration period() const noexcept { return period_; }  ///< Of the slave loop.
+  /// The newest message of the machine; nullopt before the first.
+  [[nodiscard]] const std::optional<SlaveMessage>& reported() const noexcept { return leader_.machine(); }
 
  private:
   /// A millisecond. @return whether the slave loop has stepped.
