@@ -8,8 +8,8 @@
 namespace knuckle::studies {
 
 enum class Valves : std::uint8_t {
-  kIdeal,      ///< Without dead band, hysteresis, dither and learning, encoders without steps, no noise: small signals.
-  kAsOnFile,   ///< As the machine file says, known to the controller.
+  kIdeal,     ///< Without dead band, hysteresis, dither and learning, encoders without steps, no noise: small signals.
+  kAsOnFile,  ///< As the machine file says, known to the controller.
 };
 
 /// The machine file with valves as asked. The controller's and the simulated machine's own.

@@ -5,9 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
-#include <vector>
 
-#include "estimation/force_estimator.h"
 #include "estimation/regressor.h"
 
 namespace knuckle::studies {
@@ -44,6 +42,10 @@ Eigen::Matrix3d mass_of(const MachineDescription& machine, const JointVector& jo
   return mass;
 }
 
+double frequency(int place) noexcept {
+  return kLowest_radps * std::pow(kHighest_radps / kLowest_radps, static_cast<double>(place) / (kPlaces - 1));
+}
+
 double edge_flow(double drop_Pa, double laminar_Pa) noexcept {
   if (drop_Pa <= 0) return 0;
   return drop_Pa / std::sqrt(std::hypot(drop_Pa, laminar_Pa));
@@ -57,28 +59,48 @@ double dead_zone_gain(double dead_zone, double amplitude) noexcept {
   return 1 - 2 / std::numbers::pi * (std::asin(part) + part * std::sqrt(1 - part * part));
 }
 
+std::optional<ContactCrossing> swing_border(const LoopEigenvalues& eigenvalues) {
+  std::optional<ContactCrossing> found;
+  std::array<Complex, 2> before{};
+  for (int i = 0; i < kPlaces; ++i) {
+    std::array<Complex, 2> now = eigenvalues(frequency(i));
+    const double straight = std::abs(now[0] - before[0]) + std::abs(now[1] - before[1]);
+    const double crossed = std::abs(now[0] - before[1]) + std::abs(now[1] - before[0]);
+    if (crossed < straight) std::swap(now[0], now[1]);  // each goes on from where it was
+    for (std::size_t k = 0; i > 0 && k < 2; ++k) {
+      const double im0 = before[k].imag(), im1 = now[k].imag();
+      if (im0 * im1 > 0 || im0 == im1) continue;
+      const double part = im0 / (im0 - im1);
+      const double re = before[k].real() + part * (now[k].real() - before[k].real());
+      const double w = frequency(i - 1) + part * (frequency(i) - frequency(i - 1));
+      if (re > 0 && (!found || re > found->stiffness_N_per_m)) found = {{re, w / kTurn}};
+    }
+    before = now;
+  }
+  return found;
+}
+
 double ContactLoop::bulk_modulus_Pa(double pressure_Pa) const noexcept {
   const double part = nominal_.air_Pa / (std::max(0.0, pressure_Pa) + nominal_.air_Pa);
   return machine_.hydraulics.bulk_modulus_Pa / (1 + nominal_.air_share * part * part * part);
 }
 
-ContactLoop::Axis ContactLoop::axis(std::size_t i, const std::array<double, 2>& supply_Pa) const {
-  const auto state = Kinematics(machine_).cylinder_at(static_cast<int>(i), hold_.joint_rad[static_cast<int>(i)]);
-  if (!state) throw std::invalid_argument("contact loop: a linkage does not reach the pose");
+ContactLoop::Axis ContactLoop::axis(std::size_t i, const std::array<JointVector, 2>& supply_Pa) const {
+  const CylinderState state = this->cylinder(i);
   const CylinderDescription& cylinder = machine_.cylinders[i];
   const HydraulicsDescription& h = machine_.hydraulics;
   const double head = cylinder.head_area_m2(), rod = cylinder.rod_side_area_m2();
   const double pa = hold_.chamber_Pa[2 * i], pb = hold_.chamber_Pa[2 * i + 1], load = pa * head - pb * rod;
-  const double stiff_a = bulk_modulus_Pa(pa) * head /
-                         (h.hose_volume_m3 + head * std::max(0.0, state->length_m - cylinder.min_length_m));
-  const double stiff_b = bulk_modulus_Pa(pb) * rod /
-                         (h.hose_volume_m3 + rod * std::max(0.0, cylinder.max_length_m - state->length_m));
+  const double stiff_a =
+      bulk_modulus_Pa(pa) * head / (h.hose_volume_m3 + head * std::max(0.0, state.length_m - cylinder.min_length_m));
+  const double stiff_b =
+      bulk_modulus_Pa(pb) * rod / (h.hose_volume_m3 + rod * std::max(0.0, cylinder.max_length_m - state.length_m));
   Axis axis;
-  axis.lever_m = state->lever_m;
+  axis.lever_m = state.lever_m;
   axis.oil_N_per_m = stiff_a * head + stiff_b * rod;
   // Extending and retracting by turns: the mean of both.
   for (const bool extend : {true, false}) {
-    const double ps = supply_Pa[extend ? 0 : 1], laminar = nominal_.laminar_drop_Pa;
+    const double ps = supply_Pa[extend ? 0 : 1][static_cast<int>(i)], laminar = nominal_.laminar_drop_Pa;
     const double flow_a = edge_flow(extend ? ps - pa : pa - h.tank_Pa, laminar);
     const double flow_b = edge_flow(extend ? pb - h.tank_Pa : ps - pb, laminar);
     const double in = extend ? head : rod, out = extend ? rod : head;
@@ -98,54 +120,67 @@ ContactLoop::Axis ContactLoop::axis(std::size_t i, const std::array<double, 2>& 
 }
 
 ContactLoop::ContactLoop(const MachineDescription& machine, const ContactHold& hold, const ContactNominal& nominal)
-    : machine_(machine), hold_(hold), nominal_(nominal), mass_(mass_of(machine, hold.joint_rad)) {
-  const Kinematics kinematics(machine);
-  const Eigen::Matrix<double, 2, 3> tip = kinematics.tip_jacobian(hold.joint_rad);
-  // The place turns with the bucket: a couple about the tip moves it across the arm between the two.
-  const PlanarVector from_tip = Eigen::Rotation2Dd(hold.joint_rad.sum()) *
-                                (hold.place_m - PlanarVector(machine.links[kBucket].length_m, 0));
-  Eigen::Matrix<double, 2, 3> place = tip;
-  place.colwise() += PlanarVector(-from_tip.y(), from_tip.x());
-
+    : machine_(machine), hold_(hold), nominal_(nominal), kinematics_(machine), mass_(mass_of(machine, hold.joint_rad)) {
+  const Eigen::Matrix<double, 2, 3> tip = kinematics_.tip_jacobian(hold.joint_rad);
   const JointVector weight = machine.control.stiffness_radius_m.cwiseAbs2().cwiseInverse();
   const Eigen::Matrix<double, 3, 2> weighted = weight.asDiagonal() * tip.transpose();
   to_joints_ = weighted * Eigen::Matrix2d(tip * weighted + kSingularity * Eigen::Matrix2d::Identity()).inverse();
-
-  const JointVector along_normal = place.transpose() * hold.normal;
-  const JointVector along_wall = place.transpose() * PlanarVector(-hold.normal.y(), hold.normal.x());
-  effective_mass_kg_ = 1 / along_normal.dot(mass_.inverse() * along_normal);
-  const double damping = 2 * hold.wall_damping_ratio * std::sqrt(hold.wall_N_per_m * effective_mass_kg_);
-  const double slide_N = hold.sticks ? nominal.along_N_per_m : 0, slide_Ns = hold.sticks ? nominal.along_Ns_per_m : 0;
-  wall_N_ = hold.wall_N_per_m * along_normal * along_normal.transpose() + slide_N * along_wall * along_wall.transpose();
-  wall_Ns_ = damping * along_normal * along_normal.transpose() + slide_Ns * along_wall * along_wall.transpose();
-  wall_at_tip_ = tip.transpose() * (hold.wall_N_per_m * hold.normal * along_normal.transpose() +
-                                    slide_N * PlanarVector(-hold.normal.y(), hold.normal.x()) * along_wall.transpose());
-  damping_at_tip_ = tip.transpose() * (damping * hold.normal * along_normal.transpose() +
-                                       slide_Ns * PlanarVector(-hold.normal.y(), hold.normal.x()) * along_wall.transpose());
-
   gains_.setConstant(machine.control.position_gain_1ps);
   gains_[kBucket] = machine.control.bucket_position_gain_1ps;
+  touch(tip);
+  const std::array<JointVector, 2> supply_Pa = supplies_Pa();
+  for (std::size_t i = 0; i < kJoints; ++i) axes_[i] = axis(i, supply_Pa);
+}
 
-  // Load sensing holds the highest pressure that is fed, plus its margin: pressing, and giving way.
-  const JointVector press = -(to_joints_ * hold.normal);
+/// The wall's spring and damper between joints, and between joints and what the estimator takes for a force at the tip.
+void ContactLoop::touch(const Eigen::Matrix<double, 2, 3>& tip) {
+  const PlanarVector from_tip =
+      Eigen::Rotation2Dd(hold_.joint_rad.sum()) * (hold_.place_m - PlanarVector(machine_.links[kBucket].length_m, 0));
+  Eigen::Matrix<double, 2, 3> place = tip;  // each joint turns the place about itself, as it does the tip
+  place.colwise() += PlanarVector(-from_tip.y(), from_tip.x());
+  const PlanarVector normal = hold_.normal, along(-normal.y(), normal.x());
+  effective_mass_kg_ = 1 / (normal.transpose() * place * mass_.inverse() * place.transpose() * normal).value();
+  const double damping = 2 * hold_.wall_damping_ratio * std::sqrt(hold_.wall_N_per_m * effective_mass_kg_);
+  const double slide_N = hold_.sticks ? nominal_.along_N_per_m : 0;
+  const double slide_Ns = hold_.sticks ? nominal_.along_Ns_per_m : 0;
+  const Eigen::Matrix2d across = normal * normal.transpose(), sideways = along * along.transpose();
+  const Eigen::Matrix<double, 2, 3> spring = (hold_.wall_N_per_m * across + slide_N * sideways) * place;
+  const Eigen::Matrix<double, 2, 3> damper = (damping * across + slide_Ns * sideways) * place;
+  wall_N_ = place.transpose() * spring;
+  wall_Ns_ = place.transpose() * damper;
+  felt_N_ = tip.transpose() * spring;
+  felt_Ns_ = tip.transpose() * damper;
+}
+
+/// Load sensing holds the highest pressure that is fed, plus its margin: one way while pressing, another while giving
+/// way. @return for each cylinder while it extends, and while it retracts.
+std::array<JointVector, 2> ContactLoop::supplies_Pa() const {
+  const JointVector press = -(to_joints_ * hold_.normal);
+  std::array<double, 2> highest{machine_.hydraulics.tank_Pa, machine_.hydraulics.tank_Pa};  // pressing, giving way
   PerJoint<bool> extends_pressing{};
-  std::array<double, 2> highest{machine.hydraulics.tank_Pa, machine.hydraulics.tank_Pa};
   for (std::size_t i = 0; i < kJoints; ++i) {
-    const auto n = static_cast<int>(i);
-    const auto state = kinematics.cylinder_at(n, hold.joint_rad[n]);
-    extends_pressing[i] = state && state->lever_m * press[n] > 0;
+    extends_pressing[i] = cylinder(i).lever_m * press[static_cast<int>(i)] > 0;
     for (std::size_t phase = 0; phase < 2; ++phase) {
       const bool extends = extends_pressing[i] == (phase == 0);
-      highest[phase] = std::max(highest[phase], hold.chamber_Pa[2 * i + (extends ? 0 : 1)]);
+      highest[phase] = std::max(highest[phase], hold_.chamber_Pa[2 * i + (extends ? 0 : 1)]);
     }
   }
-  for (double& pressure : highest) {
-    pressure = std::min(pressure + machine.hydraulics.load_sensing_margin_Pa, machine.hydraulics.main_relief_Pa);
-  }
+  std::array<JointVector, 2> supply_Pa;
   for (std::size_t i = 0; i < kJoints; ++i) {
-    const std::size_t extending = extends_pressing[i] ? 0 : 1;
-    axes_[i] = axis(i, {highest[extending], highest[1 - extending]});
+    for (std::size_t way = 0; way < 2; ++way) {
+      const double load = highest[extends_pressing[i] == (way == 0) ? 0 : 1];
+      supply_Pa[way][static_cast<int>(i)] =
+          std::min(load + machine_.hydraulics.load_sensing_margin_Pa, machine_.hydraulics.main_relief_Pa);
+    }
   }
+  return supply_Pa;
+}
+
+CylinderState ContactLoop::cylinder(std::size_t i) const {
+  const auto n = static_cast<int>(i);
+  const auto state = kinematics_.cylinder_at(n, hold_.joint_rad[n]);
+  if (!state) throw std::invalid_argument("contact loop: a linkage does not reach the pose");
+  return *state;
 }
 
 std::array<Complex, 2> ContactLoop::eigenvalues(double w, const JointVector& valve_gain) const {
@@ -158,14 +193,15 @@ std::array<Complex, 2> ContactLoop::eigenvalues(double w, const JointVector& val
     const Axis& a = axes_[i];
     const double lever2 = a.lever_m * a.lever_m;
     arm(n, n) += lever2 * (a.oil_N_per_m + a.seal_N_per_m + a.damping_Ns_per_m * s);
-    const Complex spool = 1.0 / (1.0 + 2 * a.valve_damping * s / a.valve_radps + s * s / (a.valve_radps * a.valve_radps));
+    const Complex spool =
+        1.0 / (1.0 + 2 * a.valve_damping * s / a.valve_radps + s * s / (a.valve_radps * a.valve_radps));
     const Complex valve = spool * std::polar(1.0, -w * a.delay_s) * hold_of(w, period_s);
     drive[n] = lever2 * a.oil_N_per_m * a.flow_share * valve_gain[n] * valve / s;
   }
   const Matrix3c to_position = arm.inverse() * Matrix3c(drive.asDiagonal());
-  const Complex filters = low_pass(w, estimation::kFastBand.velocity_Hz) * low_pass(w, estimation::kFastBand.velocity_Hz) *
-                          low_pass(w, estimation::kFastBand.observer_Hz);
-  const Matrix3c to_torque = -filters * (wall_at_tip_.cast<Complex>() + damping_at_tip_ * s) * to_position;
+  const Complex velocity = low_pass(w, nominal_.force_band.velocity_Hz);
+  const Complex filters = velocity * velocity * low_pass(w, nominal_.force_band.observer_Hz);
+  const Matrix3c to_torque = -filters * (felt_N_.cast<Complex>() + felt_Ns_ * s) * to_position;
   const Matrix3c gains = gains_.cast<Complex>().asDiagonal();
   // P_t (1 + K P_q)^-1 K = P_t K (1 + P_q K)^-1 for a diagonal K
   const Matrix2c b = to_joints_.transpose().cast<Complex>() * to_torque * gains *
@@ -181,25 +217,7 @@ std::optional<ContactCrossing> ContactLoop::border() const {
 }
 
 std::optional<ContactCrossing> ContactLoop::border(const JointVector& valve_gain) const {
-  std::optional<ContactCrossing> found;
-  std::array<Complex, 2> before{};
-  for (int i = 0; i < kPlaces; ++i) {
-    const double w = kLowest_radps * std::pow(kHighest_radps / kLowest_radps, static_cast<double>(i) / (kPlaces - 1));
-    std::array<Complex, 2> now = eigenvalues(w, valve_gain);
-    if (i > 0 && std::abs(now[0] - before[1]) + std::abs(now[1] - before[0]) <
-                     std::abs(now[0] - before[0]) + std::abs(now[1] - before[1])) {
-      std::swap(now[0], now[1]);
-    }
-    for (std::size_t k = 0; i > 0 && k < 2; ++k) {
-      const double im0 = before[k].imag(), im1 = now[k].imag();
-      if (im0 * im1 > 0 || im0 == im1) continue;
-      const double part = im0 / (im0 - im1);
-      const double re = before[k].real() + part * (now[k].real() - before[k].real());
-      if (re > 0 && (!found || re > found->stiffness_N_per_m)) found = {{re, w / kTurn}};
-    }
-    before = now;
-  }
-  return found;
+  return swing_border([&](double w_radps) { return eigenvalues(w_radps, valve_gain); });
 }
 
 std::optional<ContactCrossing> ContactLoop::border_with_dead_band(double swing_N) const {
@@ -241,7 +259,7 @@ std::optional<ContactMargins> ContactLoop::margins(double stiffness_N_per_m) con
   std::optional<ContactMargins> found;
   double before = 0;
   for (int i = 0; i < kPlaces; ++i) {
-    const double w = kLowest_radps * std::pow(kHighest_radps / kLowest_radps, static_cast<double>(i) / (kPlaces - 1));
+    const double w = frequency(i);
     const Complex loop = eigenvalues(w)[0] / stiffness_N_per_m;
     const double size = std::abs(loop);
     if (i > 0 && before >= 1 && size < 1) {

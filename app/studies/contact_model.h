@@ -1,7 +1,8 @@
 // The machine-side contact loop as a linear model about one hold: which give-way it bears, and where it then swings.
 //
 // Three joints on their oil, one place of the bucket in a wall, valves with dead time and spool, the law behind sampled
-// filters. With s = j w, small signals, K = diag(Kp), T the law's map from tip to joints (docs/control.md, C = T T'/Ks):
+// filters. With s = j w, small signals, K = diag(Kp), T the law's map from tip to joints (docs/control.md, C = T
+// T'/Ks):
 //
 //   arm      (M s^2 + D s + k) q = l F + Jc' f,   D = l^2 F_v + Dd: viscous and seals' damping of the rods
 //   wall     f = -(n n' (kn + s dn) + t t' (kt + s dt)) Jc q                      Merritt 1967, 6.1, for what follows:
@@ -20,9 +21,11 @@
 
 #include <array>
 #include <complex>
+#include <functional>
 #include <optional>
 
 #include "core/joints.h"
+#include "estimation/force_estimator.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 
@@ -31,21 +34,22 @@ namespace knuckle::studies {
 /// Where the machine holds: as its own sensors show it.
 struct ContactHold {
   JointVector joint_rad = JointVector::Zero();
-  std::array<double, 6> chamber_Pa{};                  ///< boom A, B, arm A, B, bucket A, B
-  PlanarVector normal = PlanarVector(-1, 0);           ///< Of the wall, towards its free side; unit, frame M.
-  PlanarVector place_m = PlanarVector::Zero();         ///< That touches, bucket axes.
-  double wall_N_per_m = 1e6, wall_damping_ratio = 0.3; ///< Of the place's effective mass on the wall.
-  bool sticks = true;                                  ///< Along the wall: held by friction, else free.
+  std::array<double, 6> chamber_Pa{};                   ///< boom A, B, arm A, B, bucket A, B
+  PlanarVector normal = PlanarVector(-1, 0);            ///< Of the wall, towards its free side; unit, frame M.
+  PlanarVector place_m = PlanarVector::Zero();          ///< That touches, bucket axes.
+  double wall_N_per_m = 1e6, wall_damping_ratio = 0.3;  ///< Of the place's effective mass on the wall.
+  bool sticks = true;                                   ///< Along the wall: held by friction, else free.
 };
 
 /// What no machine file says; nominal.
 struct ContactNominal {
   /// Oil with entrained air: b = b_0 / (1 + share (p_a / (p + p_a))^3), b_0 of the machine file.
   double air_share = 15, air_Pa = 6e5;
-  double laminar_drop_Pa = 2e5;        ///< Below it an edge's flow is linear in its drop.
-  double bus_delay_s = 6e-3;           ///< SYNC to sample to law (a period) and set-point to spool driver.
-  double along_N_per_m = 2e6, along_Ns_per_m = 4e3;  ///< Of a place that sticks to the wall.
-  double seal_N_per_m = 3.5e6;         ///< Of seals that do not slide yet.
+  double laminar_drop_Pa = 2e5;  ///< Below it an edge's flow is linear in its drop.
+  double bus_delay_s = 6e-3;     ///< SYNC to sample to law (a period) and set-point to spool driver.
+  double along_N_per_m = 2e6, along_Ns_per_m = 4e3;            ///< Of a place that sticks to the wall.
+  estimation::ChannelBand force_band = estimation::kFastBand;  ///< Of the force that the law gives way to.
+  double seal_N_per_m = 3.5e6;                                 ///< Of seals that do not slide yet.
 };
 
 struct ContactCrossing {
@@ -56,6 +60,11 @@ struct ContactCrossing {
 struct ContactMargins {
   double crossover_Hz = 0, phase_margin_deg = 0;
 };
+
+/// Both eigenvalues of B at j w [rad/s].
+using LoopEigenvalues = std::function<std::array<std::complex<double>, 2>(double w_radps)>;
+/// Where an eigenvalue is real and positive, between 0.08 and 32 Hz: the largest; nullopt: nowhere.
+[[nodiscard]] std::optional<ContactCrossing> swing_border(const LoopEigenvalues& eigenvalues);
 
 /// What of a sine a dead zone of +-dead_zone passes (Gelb, Vander Velde: Multiple-Input Describing Functions, 1968):
 /// 1 - 2/pi (asin(d/A) + d/A sqrt(1 - (d/A)^2)).
@@ -86,13 +95,16 @@ class ContactLoop {
  private:
   struct Axis {
     double lever_m = 0;
-    double oil_N_per_m = 0;         ///< kl
-    double flow_share = 0;          ///< kq / (kl v_1): of the speed that the law believes in
-    double dead_zone_mps = 0;       ///< Wanted speed below which the valve stays shut.
+    double oil_N_per_m = 0;    ///< kl
+    double flow_share = 0;     ///< kq / (kl v_1): of the speed that the law believes in
+    double dead_zone_mps = 0;  ///< Wanted speed below which the valve stays shut.
     double damping_Ns_per_m = 0, seal_N_per_m = 0;
     double valve_radps = 0, valve_damping = 0, delay_s = 0;
   };
-  [[nodiscard]] Axis axis(std::size_t i, const std::array<double, 2>& supply_Pa) const;
+  void touch(const Eigen::Matrix<double, 2, 3>& tip);
+  [[nodiscard]] CylinderState cylinder(std::size_t i) const;
+  [[nodiscard]] std::array<JointVector, 2> supplies_Pa() const;
+  [[nodiscard]] Axis axis(std::size_t i, const std::array<JointVector, 2>& supply_Pa) const;
   [[nodiscard]] std::array<std::complex<double>, 2> eigenvalues(double w_radps, const JointVector& valve_gain) const;
   [[nodiscard]] std::optional<ContactCrossing> border(const JointVector& valve_gain) const;
   [[nodiscard]] double bulk_modulus_Pa(double pressure_Pa) const noexcept;
@@ -100,11 +112,12 @@ class ContactLoop {
   MachineDescription machine_;
   ContactHold hold_;
   ContactNominal nominal_;
+  Kinematics kinematics_;
   Eigen::Matrix3d mass_;
   double effective_mass_kg_ = 0;
   PerJoint<Axis> axes_;
-  Eigen::Matrix3d wall_N_, wall_Ns_;                ///< Joint torques against joint angles, and rates.
-  Eigen::Matrix3d wall_at_tip_, damping_at_tip_;    ///< The same forces as if they acted at the tip.
+  Eigen::Matrix3d wall_N_, wall_Ns_;       ///< Joint torques against joint angles, and against rates.
+  Eigen::Matrix3d felt_N_, felt_Ns_;       ///< The same forces as if they acted at the tip.
   Eigen::Matrix<double, 3, 2> to_joints_;  ///< T
   JointVector gains_;                      ///< Diagonal of K.
 };

@@ -48,6 +48,41 @@ JointVector moved(const Kinematics& kinematics, const ContactPose& pose, double 
   return *joints;
 }
 
+double depth_m(const ContactTrial& trial, double push_N) {
+  return push_N / trial.machine.control.tip_stiffness_N_per_m + push_N / trial.wall_N_per_m;
+}
+
+/// Speed up to ram_mps over its first part, go on, stop over the last centimetre: straight lines of speed.
+void ram(const ContactTrial& trial, const Kinematics& kinematics, double period_s, motion::PathBuilder& path) {
+  constexpr double kStop_m = 0.01, kStart_mps2 = 1;
+  const double end_m = -depth_m(trial, trial.press_N);
+  double at_m = trial.gap_m, speed_mps = 0;
+  while (at_m > end_m + 1e-4) {
+    const double allowed_mps = trial.ram_mps * std::sqrt(std::min(1.0, (at_m - end_m) / kStop_m));
+    speed_mps = std::min({speed_mps + kStart_mps2 * period_s, trial.ram_mps, std::max(0.01, allowed_mps)});
+    at_m = std::max(end_m, at_m - speed_mps * period_s);
+    path.move(moved(kinematics, trial.pose, at_m), period_s);
+  }
+}
+
+/// @param stepped out: milliseconds to the small step.
+motion::PathBuilder path_of(const ContactTrial& trial, const Kinematics& kinematics, const JointVector& start_rad,
+                            double period_s, std::size_t& stepped) {
+  const double pressed_m = depth_m(trial, trial.press_N);
+  motion::PathBuilder path(start_rad, period_s);
+  if (trial.ram_mps > 0) {
+    ram(trial, kinematics, period_s, path);
+  } else {
+    path.move(moved(kinematics, trial.pose, -pressed_m),
+              motion::PathBuilder::kPeak * (trial.gap_m + pressed_m) / trial.approach_mps);
+  }
+  path.hold(trial.settle_s);
+  stepped = static_cast<std::size_t>(std::lround(period_s / to_seconds(kTick) * static_cast<double>(path.size())));
+  path.move(moved(kinematics, trial.pose, -depth_m(trial, trial.press_N + trial.step_N)), kStep_s);
+  path.hold(trial.watch_s);
+  return path;
+}
+
 class Watch {
  public:
   Watch(const ContactTrial& trial, const PlanarVector& touch_m) : trial_(trial), touch_m_(touch_m) {}
@@ -81,18 +116,19 @@ class Watch {
 
 std::vector<ContactPose> contact_poses(const MachineDescription& machine) {
   const PlanarVector tip(machine.links[kBucket].length_m, 0);
-  return {pose_of("front", 20, -80, 30, {-1, 0}, tip),      pose_of("ground", 15, -85, -30, {0, 1}, tip),
-          pose_of("tilted", 15, -80, -5, {-1, 1}, tip),     pose_of("overhead", 55, -45, 38, {0, -1}, tip),
+  return {pose_of("front", 20, -80, 30, {-1, 0}, tip),
+          pose_of("ground", 15, -85, -30, {0, 1}, tip),
+          pose_of("tilted", 15, -80, -5, {-1, 1}, tip),
+          pose_of("overhead", 55, -45, 38, {0, -1}, tip),
           pose_of("pull", 20, -100, -50, {1, 0}, tip),
-          pose_of("heel", 40, -105, -30, {-1, 0}, machine.bucket_profile.heel_m)};
+          pose_of("back", 40, -105, -30, {-1, 0}, machine.bucket_profile.back_m)};
 }
 
 ContactRecord run_contact(const ContactTrial& trial) {
   const Kinematics kinematics(trial.truth.machine);
   const PlanarVector touch_m = place_in_machine(kinematics, trial.truth.machine, trial.pose);
   const JointVector start = moved(kinematics, trial.pose, trial.gap_m);
-  const auto machine =
-      std::make_shared<sim::MachineOnBus>(trial.truth, world_of(trial, touch_m), start, trial.seed);
+  const auto machine = std::make_shared<sim::MachineOnBus>(trial.truth, world_of(trial, touch_m), start, trial.seed);
   BusAccess access = sim::access_to(machine);
   motion::LedMachine led(trial.machine, access, Time(sim::period_in_ticks(trial.machine)));
   Watch watch(trial, touch_m);
@@ -100,19 +136,8 @@ ContactRecord run_contact(const ContactTrial& trial) {
     led.engage();
     led.settle(500ms, 2s);
     machine->each_tick = [&](sim::MachineOnBus& m) { watch.look(m.plant(), led); };
-    const double spring = trial.machine.control.tip_stiffness_N_per_m;
-    const auto depth_m = [&](double push_N) { return push_N / spring + push_N / trial.wall_N_per_m; };
-    const JointVector pressed = moved(kinematics, trial.pose, -depth_m(trial.press_N));
-    const JointVector harder = moved(kinematics, trial.pose, -depth_m(trial.press_N + trial.step_N));
-    motion::PathBuilder path(start, to_seconds(led.period()));
-    const double way_m = trial.gap_m + depth_m(trial.press_N);
-    path.move(pressed, motion::PathBuilder::kPeak * way_m / trial.approach_mps);
-    path.hold(trial.settle_s);
-    const std::size_t stepped = path.size();
-    path.move(harder, kStep_s);
-    path.hold(trial.watch_s);
+    const motion::PathBuilder path = path_of(trial, kinematics, start, to_seconds(led.period()), watch.record.stepped);
     led.lead(path.path());
-    watch.record.stepped = static_cast<std::size_t>(to_seconds(led.period()) / to_seconds(kTick) * static_cast<double>(stepped));
     (void)led.run_until([&] { return led.done(); }, Duration::max() / 4);
   } catch (const motion::NotLed& e) {
     watch.record.trouble = e.what();

@@ -20,7 +20,7 @@ struct ContactPose {
 };
 
 /// The tip against a wall in front, the ground, a slope of 45 deg, something overhead and something behind; and the
-/// heel against the wall in front. With the bucket so that this place touches first.
+/// back of the bucket against the wall in front. With the bucket turned so that this place touches first.
 [[nodiscard]] std::vector<ContactPose> contact_poses(const MachineDescription& machine);
 
 struct ContactTrial {
@@ -30,9 +30,11 @@ struct ContactTrial {
   double wall_N_per_m = 1e6, wall_damping_ratio = 0.3, wall_friction = 0.4;
   double gap_m = 0.03;         ///< At the start.
   double approach_mps = 0.03;  ///< Of the set-point, peak.
-  double press_N = 1000;       ///< Asked for by the depth of the set-point behind the wall, in units of the law's spring;
-  double step_N = 400;         ///< then so much more, at once (0.1 s): into the wall nothing is fed forward.
+  double press_N = 1000;  ///< Asked for by the depth of the set-point behind the wall, in units of the law's spring;
+  double step_N = 400;    ///< then so much more, at once (0.1 s): into the wall nothing is fed forward.
   double settle_s = 3, watch_s = 6;
+  /// Above 0: the set-point goes at this speed until a centimetre before the depth of press_N, where it stops.
+  double ram_mps = 0;
   std::uint64_t seed = 1;
 };
 
@@ -41,7 +43,7 @@ struct ContactSample {
   double t_s = 0;
   double push_N = 0;   ///< Of the wall along its normal,
   double along_N = 0;  ///< and along its face.
-  double gap_m = 0;   ///< Of the place to the wall's face, negative inside.
+  double gap_m = 0;    ///< Of the place to the wall's face, negative inside.
   JointVector joint_rad = JointVector::Zero(), spool = JointVector::Zero(), opening = JointVector::Zero();
   std::array<double, 6> chamber_Pa{};
   double pump_Pa = 0;

@@ -48,8 +48,8 @@ std::string cell_of(const BorderPair& pair) {
   out << std::setprecision(3) << std::setw(8) << pair.measured_N_per_m / 1e3 << std::setw(8)
       << (pair.predicted ? pair.predicted->stiffness_N_per_m / 1e3 : 0) << std::setw(6) << std::fixed
       << std::setprecision(2) << pair.ratio() << (pair.within_bound() ? ' ' : '*') << std::setw(5)
-      << std::setprecision(1) << pair.measured_Hz << std::setw(5)
-      << (pair.predicted ? pair.predicted->frequency_Hz : 0) << " |";
+      << std::setprecision(1) << pair.measured_Hz << std::setw(5) << (pair.predicted ? pair.predicted->frequency_Hz : 0)
+      << " |";
   return out.str();
 }
 
@@ -98,11 +98,13 @@ ContactRow contact_row(const MachineDescription& machine, const ContactCell& cel
 }
 
 void print_contact_rows(const std::vector<ContactRow>& rows, double stiffness_N_per_m, std::ostream& out) {
-  out << "border: tip stiffness Ks [kN/m] below which the hold swings, measured, predicted, ratio (*: out of 0.8-1.25), "
+  out << "border: tip stiffness Ks [kN/m] below which the hold swings, measured, predicted, ratio (*: out of "
+         "0.8-1.25), "
          "frequency [Hz] measured, predicted\n"
       << "hold: at Ks = " << stiffness_N_per_m / 1e3 << " kN/m, valves as on file\n"
-      << std::setw(9) << "pose" << std::setw(7) << "wall" << "  | small signals" << std::setw(19) << '|'
-      << " with dead band" << std::setw(18) << '|' << " margin | swing that lasts | hold: swing, bounces, peak, touch [N]\n";
+      << std::setw(9) << "pose" << std::setw(7) << "wall"
+      << "  | small signals" << std::setw(19) << '|' << " with dead band" << std::setw(18) << '|'
+      << " margin | swing that lasts | hold: swing, bounces, peak, touch [N]\n";
   for (const ContactRow& row : rows) {
     std::ostringstream margin, lasting;
     if (row.margins) margin << std::lround(row.margins->phase_margin_deg) << " deg";

@@ -32,10 +32,10 @@ struct BorderPair {
 
 struct ContactRow {
   ContactCell cell;
-  BorderPair small;              ///< Ideal valves: small signals.
-  BorderPair large;              ///< Valves as on file, after the press to which the set-point goes at once.
-  HoldSwing at_file;             ///< Valves and Ks as on file.
-  double touch_N = 0;            ///< v sqrt(k m) of that touch: wall and effective mass alone.
+  BorderPair small;                       ///< Ideal valves: small signals.
+  BorderPair large;                       ///< Valves as on file, after the press to which the set-point goes at once.
+  HoldSwing at_file;                      ///< Valves and Ks as on file.
+  double touch_N = 0;                     ///< v sqrt(k m) of that touch: wall and effective mass alone.
   std::optional<ContactMargins> margins;  ///< At the Ks of the file, small signals.
   std::optional<double> lasting_swing_N;  ///< Likewise, with the dead bands of the file.
 };
