@@ -8,7 +8,7 @@
 namespace knuckle::studies {
 
 enum class Valves : std::uint8_t {
-  kIdeal,     ///< Without dead band, hysteresis, dither and learning, encoders without steps, no noise: small signals.
+  kIdeal,  ///< Without dead band, hysteresis, dither and learning, encoders without steps, little noise: small signals.
   kAsOnFile,  ///< As the machine file says, known to the controller.
 };
 
