@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <complex>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
+#include <sstream>
 
 #include "app/studies/contact_table.h"
 #include "machine/load.h"
@@ -144,6 +146,27 @@ TEST(ContactLoop, TheSimulatedMachineIsCalmAboveTheBorderAndSwingsBelow) {
     EXPECT_FALSE(swings.calm);
     EXPECT_NEAR(swings.frequency_Hz, ContactLoop(trial.machine, stiff.hold).border()->frequency_Hz, 0.5);
   }
+}
+
+TEST(ContactLoop, OneSmallSignalBorderOutsideTheBoundFailsTheStudy) {
+  const MachineDescription machine = solar();
+  ContactRow met;
+  met.cell = {pose_named(machine, "front"), 1e7};
+  met.small = {1e5, 2.6, ContactCrossing{1.2e5, 2.6}};
+  met.large = {1e5, 2.6, ContactCrossing{3e5, 2.6}};  // reported, but no bound
+  ContactRow missed = met, silent = met;
+  missed.small.predicted->stiffness_N_per_m = 1.26e5;
+  silent.small.predicted.reset();
+  EXPECT_TRUE(all_within_bound({met}));
+  EXPECT_FALSE(all_within_bound({met, missed}));
+  EXPECT_FALSE(all_within_bound({silent})) << "a border that is not predicted is not met";
+
+  std::ostringstream text;
+  write_contact_rows({met, missed}, machine, text);
+  const auto json = nlohmann::json::parse(text.str());
+  EXPECT_EQ(json["schema"], kContactLoopSchema);
+  EXPECT_EQ(json["passed"], false);
+  EXPECT_NEAR(json["rows"][1]["small_signal"]["ratio"].get<double>(), 1.26, 1e-9);
 }
 
 }  // namespace
