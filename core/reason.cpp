@@ -93,6 +93,7 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"jog_too_long", SubjectKind::kNothing, "motion takes too long: check pump, engine speed and pilot pressure", "s"},
     {"pilot_stays_on", SubjectKind::kNothing,
      "pilot pressure is still on after it was switched off: check the enable valve before anything else", nullptr},
+    {"force_ceiling", SubjectKind::kNothing, "as hard as the machine file lets it press: move away", "N"},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

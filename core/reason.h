@@ -71,6 +71,8 @@ enum class ReasonCode : std::uint16_t {
   kJogOtherMoves,  ///< subject: joint that was not commanded; mm
   kJogTooLong,     ///< s
   kPilotStaysOn,   ///< switched off, and still on
+  // Another limit (no fault).
+  kForceCeiling,  ///< what the tip may press by the machine file; N
   kCount,
 };
 

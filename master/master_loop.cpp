@@ -172,6 +172,7 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
   message.device_reason = device.reason;
   message.position_rad = set_point_.position_rad();
   message.velocity_radps = set_point_.velocity_radps();
+  message.shown_N = law_force_N_ / force_scale_;
   message.assist = assist_;
   message.energy_in_J = energy_.in_J();
   link_.send(encode(message).view());

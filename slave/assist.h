@@ -1,5 +1,5 @@
-// Force-limited approach: help that the operator can switch on against pressing too hard. Pure function on joint rates;
-// it only ever makes them smaller.
+// Force-limited approach: the machine's own ceiling on what it may press, and a lower one that the operator can switch
+// on. Pure function on joint rates; it only ever makes them smaller.
 #pragma once
 
 #include "core/filters.h"
@@ -20,12 +20,16 @@ struct AssistLimits {
   double known = 0.2;   ///< Of the limit: from here on the force has a direction.
   /// Confidence between which the force's direction counts, as for giving way to it. Its magnitude always counts.
   double no_trust = 0.1, full_trust = 0.4;
+  bool slows_in_air = true;  ///< Also where nothing is touched, and where the way out is not known.
+  ReasonCode reason = ReasonCode::kAssistForce;
 };
 inline constexpr AssistLimits kAssistLimits{};
+/// Of the machine file's ceiling, which holds whether an operator asks for help or not: free motion is free.
+inline constexpr AssistLimits kCeilingLimits{.slows_in_air = false, .reason = ReasonCode::kForceCeiling};
 
 struct LimitedApproach {
   JointVector rate_radps = JointVector::Zero();
-  Reason limiting;  ///< kAssistForce [N], or kAssistForceUnknown; kNone where nothing was changed.
+  Reason limiting;  ///< AssistLimits::reason [N], or kAssistForceUnknown; kNone where nothing was changed.
 };
 
 /// Tip force of the estimator's fast channel, whatever its confidence: distrust must not lift a limit. Frame M, of the
@@ -56,6 +60,11 @@ class RisingForce {
   PlanarVector last_N_ = PlanarVector::Zero();
   bool started_ = false;
 };
+
+/// Joint rates or ways that move the point of this Jacobian by no more than `most` along `into`: those that press are
+/// scaled by one factor, those that lead away stay. No joint is turned round, nor grows, nor comes from nothing.
+[[nodiscard]] JointVector pressing_at_most(const JointVector& joints, const Eigen::Matrix<double, 2, 3>& jacobian,
+                                           const PlanarVector& into, double most) noexcept;
 
 /// Slows what would press the tip harder than limit_N into what it touches. With n pointing into the contact
 /// (against the force) and J the tip's Jacobian, joint i adds n' J_i rate_i to the speed into it: the joints that add

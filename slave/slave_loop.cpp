@@ -186,7 +186,8 @@ void SlaveLoop::decide() noexcept {
 
 void SlaveLoop::command(Time now) noexcept {
   const bool engaged = decision_.state.mode == Mode::kEngaged && state_;
-  const JointCommand setpoint{loss_.position_rad, loss_.velocity_radps, engaged, master_.assist.force_limit_N};
+  const JointCommand setpoint{loss_.position_rad, loss_.velocity_radps, engaged, master_.shown_N,
+                              master_.assist.force_limit_N};
   const estimation::JointState at_rest;
   control_output_ = control_.step(state_ ? *state_ : at_rest, force_.estimate(), setpoint, gate_.commands.value());
   wanted_ = engaged ? JointVector(control_output_.valve * loss_.authority) : JointVector::Zero();

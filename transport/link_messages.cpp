@@ -16,7 +16,7 @@ using link_codec::put;
 using link_codec::put_each;
 
 constexpr std::size_t kReasonSize = 11;
-constexpr std::size_t kMasterSize = kLinkHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 6 * 8 + 4 + 8;
+constexpr std::size_t kMasterSize = kLinkHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 8 * 8 + 4 + 8;
 constexpr std::size_t kSlaveSize =
     kLinkHeaderSize + 4 + 3 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 4 * 8 + 3 * 8 + 2 * 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
 constexpr std::uint8_t kMasterFlags = 0x3F;
@@ -86,6 +86,7 @@ Datagram encode(const MasterMessage& message) noexcept {
   put(out, message.device_reason);
   put_each(out, message.position_rad);
   put_each(out, message.velocity_radps);
+  put_each(out, message.shown_N, kMostForce_N);
   out.put(static_cast<float>(std::clamp(message.assist.force_limit_N, -2 * kMostForce_N, 2 * kMostForce_N)));
   out.put(message.energy_in_J);
   return datagram;
@@ -110,6 +111,7 @@ std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) 
   const bool known = get(*in, message.device_reason);
   bounded.each(message.position_rad, kMostAngle_rad);
   bounded.each(message.velocity_radps, kMostRate_radps);
+  bounded.each(message.shown_N, kMostForce_N);
   message.assist.force_limit_N = bounded.single(0, kMostForce_N);
   message.energy_in_J = bounded.number(-kMostEnergy_J, kMostEnergy_J);
   if (!known || (flags & ~unsigned{kMasterFlags}) != 0 || !bounded.ok()) return std::nullopt;

@@ -49,6 +49,7 @@ struct MasterMessage {
   Reason device_reason;      ///< Why device_ok is false.
   JointVector position_rad = JointVector::Zero();    ///< Machine joint set-point, clutch offset included.
   JointVector velocity_radps = JointVector::Zero();  ///< Of the set-point, low-passed at kSetPointRateCutoff_Hz.
+  PlanarVector shown_N = PlanarVector::Zero();       ///< Force on the hand, at the machine's scale, frame M.
   AssistSettings assist;
   double energy_in_J = 0;  ///< Cumulative energy the hand put into the device; only grows.
 };
@@ -91,8 +92,9 @@ enum LimitFlag : std::uint16_t {
   kLimitPumpFlow = 1 << 6,
   kLimitVelocity = 1 << 7,
   kLimitAssistForce = 1 << 8,
+  kLimitForceCeiling = 1 << 9,
 };
-inline constexpr unsigned kLimitBits = 0x1FF;  ///< All of them; others are refused.
+inline constexpr unsigned kLimitBits = 0x3FF;  ///< All of them; others are refused.
 
 [[nodiscard]] Datagram encode(const MasterMessage& message) noexcept;
 [[nodiscard]] Datagram encode(const SlaveMessage& message) noexcept;
