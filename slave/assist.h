@@ -15,7 +15,7 @@ struct AssistLimits {
   /// closed, F = v sqrt(k m) + k v T, with some 150 kg, stiff ground in series with the oil, and T = 0.12 s of filters,
   /// valve delay and spool.
   double free_Ns_per_m = 6e4;
-  double lead_s = 0.1;  ///< A rising force is taken as it will be when valves that close now have closed.
+  double lead_s = 0.15;  ///< A rising force is taken as it will be when filters, valves and spools have closed.
   double lead_Hz = 8;   ///< Low-pass of its rise.
   double known = 0.2;   ///< Of the limit: from here on the force has a direction.
   /// Confidence between which the force's direction counts, as for giving way to it. Its magnitude always counts.
@@ -25,7 +25,9 @@ struct AssistLimits {
 };
 inline constexpr AssistLimits kAssistLimits{};
 /// Of the machine file's ceiling, which holds whether an operator asks for help or not: free motion is free.
-inline constexpr AssistLimits kCeilingLimits{.slows_in_air = false, .reason = ReasonCode::kForceCeiling};
+/// It looks less far ahead: forces that a sick sensor feigns must not hold the machine still before it is found out.
+inline constexpr AssistLimits kCeilingLimits{
+    .lead_s = 0.1, .slows_in_air = false, .reason = ReasonCode::kForceCeiling};
 
 struct LimitedApproach {
   JointVector rate_radps = JointVector::Zero();

@@ -68,12 +68,8 @@ JointVector ContactLaw::give_rad(const Touch& touch) const noexcept {
   return to_joints(touch.jacobian) * force_N / control_.tip_stiffness_N_per_m;
 }
 
-JointVector ContactLaw::leashed_rad(const JointVector& lead_rad, const Touch& touch, const PlanarVector& shown_N,
-                                    double most_N, double yielding) const noexcept {
-  const double f1_N = control_.feed_forward_fade_N;
-  const double known = std::clamp(touch.force_N.norm() / std::min(kLeashed * f1_N, most_N / 2.5) - 1, 0.0, 1.0);
-  if (known <= 0) return lead_rad;
-  const double allowed_N = std::min(std::max(0.0, touch.away.dot(shown_N)) + f1_N, most_N);
+JointVector ContactLaw::shortened_rad(const JointVector& lead_rad, const Touch& touch,
+                                      double allowed_N) const noexcept {
   const double pressing_m = -touch.away.dot(touch.jacobian * lead_rad);
   const double allowed_m = allowed_N / control_.tip_stiffness_N_per_m;
   if (pressing_m <= allowed_m) return lead_rad;
@@ -82,8 +78,25 @@ JointVector ContactLaw::leashed_rad(const JointVector& lead_rad, const Touch& to
   // yield.
   const double share = allowed_m / pressing_m;
   const JointVector along_rad = to_joints(touch.jacobian) * (-allowed_m * touch.away);
-  const JointVector short_rad = share * share * lead_rad + (1 - share) * along_rad;
-  return lead_rad + known * (1 - yielding) * (short_rad - lead_rad);
+  return share * share * lead_rad + (1 - share) * along_rad;
+}
+
+JointVector ContactLaw::leashed_rad(const JointVector& lead_rad, const Touch& touch, const PlanarVector& shown_N,
+                                    double most_N, double yielding) const noexcept {
+  const double f1_N = control_.feed_forward_fade_N;
+  const double known = std::clamp(touch.force_N.norm() / std::min(kLeashed * f1_N, most_N / 2.5) - 1, 0.0, 1.0);
+  if (known <= 0) return lead_rad;
+  const double shown_and_margin_N = std::max(0.0, touch.away.dot(shown_N)) + f1_N;
+  const JointVector felt_rad = shortened_rad(lead_rad, touch, shown_and_margin_N);
+  const JointVector leashed_rad = lead_rad + known * (1 - yielding) * (felt_rad - lead_rad);
+  return leashed_rad + known * (shortened_rad(leashed_rad, touch, most_N) - leashed_rad);
+}
+
+JointVector ContactLaw::slowed_radps(const JointVector& rate_radps, const Touch& touch,
+                                     const PlanarVector& less_mps) const noexcept {
+  const Eigen::Matrix<double, kJoints, 2> weighted = weight_.asDiagonal() * touch.jacobian.transpose();
+  const Eigen::Matrix2d normal = touch.jacobian * weighted + kNoDivision * Eigen::Matrix2d::Identity();
+  return rate_radps - weighted * (normal.inverse() * less_mps);
 }
 
 JointVector ContactLaw::steadied_radps(const JointVector& rate_radps, const Touch& touch,
@@ -102,9 +115,7 @@ JointVector ContactLaw::steadied_radps(const JointVector& rate_radps, const Touc
   const PlanarVector less = touching * (1 - (stiffest_N_per_m * oil_m_per_N.eigenvalues().array()).cwiseMin(1.0));
   const Eigen::Matrix2d& axes = oil_m_per_N.eigenvectors();
   const PlanarVector slower_mps = axes * less.asDiagonal() * axes.transpose() * (touch.jacobian * rate_radps);
-  const Eigen::Matrix<double, kJoints, 2> weighted = weight_.asDiagonal() * touch.jacobian.transpose();
-  const Eigen::Matrix2d normal = touch.jacobian * weighted + kNoDivision * Eigen::Matrix2d::Identity();
-  return rate_radps - weighted * (normal.inverse() * slower_mps);
+  return slowed_radps(rate_radps, touch, slower_mps);
 }
 
 }  // namespace knuckle::slave

@@ -46,9 +46,13 @@ class ContactLaw {
   /// How far the set-point leads, along the force no further than Ks makes (what the hand is shown + F1) of it.
   /// @param lead_rad set-point minus joints. @param shown_N MasterMessage::shown_N. @param most_N what may be pressed
   /// in any case: beyond it the touched point draws back. @param yielding [0, 1]: what moves along is pressed as far as
-  /// the hand goes.
+  /// the hand goes, up to most_N.
   [[nodiscard]] JointVector leashed_rad(const JointVector& lead_rad, const Touch& touch, const PlanarVector& shown_N,
                                         double most_N, double yielding) const noexcept;
+
+  /// With the touched point slower by less_mps (frame M), exactly where a regularised inverse would leave a rest.
+  [[nodiscard]] JointVector slowed_radps(const JointVector& rate_radps, const Touch& touch,
+                                         const PlanarVector& less_mps) const noexcept;
 
   /// The loop "rate -> oil -> force -> giving way" crosses over at Kp K / Ks, K the stiffness of the arm's oil at the
   /// touched point: up to 50 times Ks near the wrist. In the directions in which that is faster than valves and filters
@@ -57,6 +61,10 @@ class ContactLaw {
                                            const estimation::JointState& state) const noexcept;
 
  private:
+  /// Lead that presses no more than allowed_N makes of Ks.
+  [[nodiscard]] JointVector shortened_rad(const JointVector& lead_rad, const Touch& touch,
+                                          double allowed_N) const noexcept;
+
   PerJoint<CylinderDescription> cylinders_;
   HydraulicsDescription hydraulics_;
   MachineDescription::Control control_;

@@ -44,7 +44,8 @@ JointControl::JointControl(const MachineDescription& machine, double step_s)
       velocity_(kVelocityFilter_Hz, step_s, JointVector::Zero()),
       acceleration_(kAccelerationFilter_Hz, step_s, JointVector::Zero()),
       ahead_(step_s),
-      rising_(step_s),
+      rising_to_ceiling_(step_s, kCeilingLimits),
+      rising_to_assist_(step_s),
       yielding_(step_s),
       learning_{Learning(step_s), Learning(step_s), Learning(step_s)} {}
 
@@ -52,19 +53,23 @@ void JointControl::reset() noexcept {
   running_ = false;
   velocity_.reset(JointVector::Zero());
   acceleration_.reset(JointVector::Zero());
-  rising_.reset();
+  rising_to_ceiling_.reset();
+  rising_to_assist_.reset();
   yielding_.reset();
+  touched_m_.setZero();
   ahead_.reset(JointVector::Zero());
 }
 
-JointVector JointControl::fed_forward(const Touch& touch, const PlanarVector& force_N, double fade,
+JointVector JointControl::fed_forward(const Touch& touch, const PlanarVector& force_N, double fade, double held,
                                       const JointVector& towards_radps) const noexcept {
   const JointVector& velocity = velocity_.value();
   const PlanarVector away = force_N.stableNormalized();
   const double leaving_mps = away.dot(touch.tip_jacobian * velocity);
   const double pressing_mps = -away.dot(touch.tip_jacobian * towards_radps);
-  const double away_mps = std::max(0.0, leaving_mps - std::max(0.0, pressing_mps));
-  return (1 - fade) * velocity + fade * (law_.to_joints(touch.tip_jacobian) * (away * away_mps));
+  const double away_mps = (1 - held) * std::max(0.0, leaving_mps - std::max(0.0, pressing_mps));
+  const double back_mps = held * std::max(0.0, touch.away.dot(touch.jacobian * velocity));
+  return (1 - fade) * law_.slowed_radps(velocity, touch, touch.away * back_mps) +
+         fade * (law_.to_joints(touch.tip_jacobian) * (away * away_mps));
 }
 
 JointVector JointControl::wanted_rates(const estimation::JointState& state, const Touch& touch,
@@ -74,7 +79,8 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
   const double tip_force = force.tip_N.norm();
   // Fed forward into a wall, the set-point's speed would press; soil and loads go along with it, and away it only
   // helps.
-  output.yielding = yielding_.step(kinematics_.tip(state.angle_rad), force.tip_N);
+  touched_m_ += step_s_ * (touch.jacobian * state.rate_radps);
+  output.yielding = yielding_.step(touched_m_, force.tip_N);
   const double fade = (1 - output.yielding) * std::min(1.0, tip_force / control.feed_forward_fade_N);
   const double lead = kAccelerationLead_s * std::max(0.0, 1.0 - tip_force / (kLeadFade * control.feed_forward_fade_N));
   const JointVector before = velocity_.value();
@@ -88,7 +94,6 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
   const double most_N = assisted ? command.force_limit_N : machine_.limits.tip_force_N;
   const JointVector leashed_rad = law_.leashed_rad(ahead_rad, touch, command.shown_N, most_N, output.yielding);
   const JointVector towards = law_.steadied_radps(gain.cwiseProduct(leashed_rad + give_rad), touch, state);
-  JointVector fed = fed_forward(touch, force.tip_N, fade, towards);
   // The leashed set-point stands still until the hand has come back to it.
   const double cut_m = touch.away.dot(touch.jacobian * (leashed_rad - ahead_rad));
   const double held = std::clamp(cut_m * control.tip_stiffness_N_per_m / control.feed_forward_fade_N, 0.0, 1.0);
@@ -97,8 +102,7 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
     output.assist = {assisted ? ReasonCode::kAssistForce : ReasonCode::kForceCeiling, 0,
                      static_cast<float>(touch.force_N.norm()), static_cast<float>(most_N)};
   }
-  const double leaving_mps = std::max(0.0, touch.away.dot(touch.jacobian * fed));
-  fed -= law_.to_joints(touch.jacobian) * (touch.away * (held * leaving_mps));
+  const JointVector fed = fed_forward(touch, force.tip_N, fade, held, towards);
   JointVector rate = towards + fed + lead * acceleration_.value();
   for (int i = 0; i < kJoints; ++i) rate[i] = within_limits(i, rate[i], state.angle_rad[i], output.limits);
   output.ahead_rad = ahead_.step(ahead_rad);
@@ -206,17 +210,18 @@ double JointControl::spool_command(int joint, double wanted_mps, const estimatio
 
 void JointControl::limit_force(const Touch& touch, const estimation::ForceEstimate& force, double assist_N,
                                Output& output) noexcept {
-  TipContact contact = rising_.step(raw_tip_force(touch.tip_jacobian, force));
-  contact.direction_trust = trust_in_direction(force);
-  const auto limit = [&](double limit_N, const AssistLimits& limits, LimitFlag flag) {
+  const PlanarVector force_N = raw_tip_force(touch.tip_jacobian, force);
+  const auto limit = [&](RisingForce& rising, double limit_N, const AssistLimits& limits, LimitFlag flag) {
+    TipContact contact = rising.step(force_N);
+    contact.direction_trust = trust_in_direction(force);
     const LimitedApproach approach = limit_approach(output.rate_radps, touch.jacobian, contact, limit_N, limits);
     output.rate_radps = approach.rate_radps;
     if (!approach.limiting) return;
     output.assist = approach.limiting;
     output.limits |= flag;
   };
-  limit(machine_.limits.tip_force_N, kCeilingLimits, kLimitForceCeiling);
-  limit(assist_N, kAssistLimits, kLimitAssistForce);
+  limit(rising_to_ceiling_, machine_.limits.tip_force_N, kCeilingLimits, kLimitForceCeiling);
+  limit(rising_to_assist_, assist_N, kAssistLimits, kLimitAssistForce);
 }
 
 JointControl::Output JointControl::step(const estimation::JointState& state, const estimation::ForceEstimate& force,

@@ -48,8 +48,8 @@ class JointControl {
                            const estimation::ForceEstimate& force, const JointCommand& command,
                            Output& output) noexcept;
   /// Of the set-point's speed: all but `fade`, and in full what leads out of the contact faster than towards_radps, the
-  /// rates that position and force ask for, press into it.
-  [[nodiscard]] JointVector fed_forward(const Touch& touch, const PlanarVector& force_N, double fade,
+  /// rates that position and force ask for, press into it. `held` of what leads out is left away.
+  [[nodiscard]] JointVector fed_forward(const Touch& touch, const PlanarVector& force_N, double fade, double held,
                                         const JointVector& towards_radps) const noexcept;
   /// Speed limit of the joint, falling to zero towards the ends of its range.
   [[nodiscard]] double within_limits(int joint, double rate_radps, double angle_rad,
@@ -75,8 +75,9 @@ class JointControl {
   JointVector last_valve_ = JointVector::Zero();
   LowPass<JointVector> velocity_, acceleration_;
   estimation::ForceLag<JointVector> ahead_;
-  RisingForce rising_;
+  RisingForce rising_to_ceiling_, rising_to_assist_;
   estimation::Yielding yielding_;
+  PlanarVector touched_m_ = PlanarVector::Zero();  ///< Way of whatever point is touched: the touch wanders along the bucket.
   std::uint32_t steps_ = 0;
   PerJoint<std::array<double, 2>> learned_{};
   struct Learning {

@@ -87,6 +87,29 @@ TEST(ContactLaw, PressesNoFurtherThanTheHandIsShownAndAMargin) {
   EXPECT_EQ(bench.law.leashed_rad(lead_rad, bench.at_tip({-300, 0}), {0, 0}, 1e6, 0), lead_rad) << "nothing is touched";
 }
 
+TEST(ContactLaw, WhatMovesAlongIsPressedNoHarderThanMayBePressed) {
+  const Bench bench;
+  const Touch touch = bench.at_tip({-5000, 0});
+  const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0.05);
+  const double most_N = 3000, allowed_m = most_N / machine().control.tip_stiffness_N_per_m;
+  for (const double yielding : {0.5, 1.0}) {
+    const JointVector leashed_rad = bench.law.leashed_rad(lead_rad, touch, {-8000, 0}, most_N, yielding);
+    EXPECT_NEAR((touch.tip_jacobian * leashed_rad).x(), allowed_m, 0.1 * 0.15) << yielding;
+  }
+}
+
+TEST(ContactLaw, SlowsTheTouchedPointExactlyAndNothingElseOfIt) {
+  const Bench bench;
+  const JointVector rate_radps(0.2, -0.4, 0.7);
+  for (const PlanarVector& at_m : {PlanarVector(machine().links[kBucket].length_m, 0), machine().bucket_profile.heel_m}) {
+    const Touch touch = bench.touched({-5000, 2000}, at_m);
+    const PlanarVector less_mps(0.3, -0.1);
+    const PlanarVector changed_mps =
+        touch.jacobian * (rate_radps - bench.law.slowed_radps(rate_radps, touch, less_mps));
+    EXPECT_NEAR((changed_mps - less_mps).norm(), 0, 1e-4);
+  }
+}
+
 TEST(ContactLaw, DrawsBackBeyondWhatMayBePressedHoweverMuchTheHandIsShown) {
   const Bench bench;
   const Touch touch = bench.at_tip({-5000, 0});

@@ -222,6 +222,7 @@ double answered_mps(double speed_mps, double force_N, double machine_mps = 0) {
   double rate = 0;
   for (int i = 0; i < 200; ++i) {
     state.angle_rad = kStart + along * (machine_mps * i * kStep_s);
+    state.rate_radps = along * machine_mps;
     for (int k = 0; k < kJoints; ++k) state.lever_m[k] = kinematics.cylinder_at(k, state.angle_rad[k])->lever_m;
     const JointCommand command{state.angle_rad, along * speed_mps, true};
     const auto output = control.step(state, force, command, JointVector::Zero());
