@@ -16,8 +16,8 @@ struct AssistLimits {
   /// valve delay and spool.
   double free_Ns_per_m = 6e4;
   double lead_s = 0.15;  ///< A rising force is taken as it will be when filters, valves and spools have closed.
-  double lead_Hz = 8;   ///< Low-pass of its rise.
-  double known = 0.2;   ///< Of the limit: from here on the force has a direction.
+  double lead_Hz = 8;    ///< Low-pass of its rise.
+  double known = 0.2;    ///< Of the limit: from here on the force has a direction.
   /// Confidence between which the force's direction counts, as for giving way to it. Its magnitude always counts.
   double no_trust = 0.1, full_trust = 0.4;
   bool slows_in_air = true;  ///< Also where nothing is touched, and where the way out is not known.
@@ -26,8 +26,7 @@ struct AssistLimits {
 inline constexpr AssistLimits kAssistLimits{};
 /// Of the machine file's ceiling, which holds whether an operator asks for help or not: free motion is free.
 /// It looks less far ahead: forces that a sick sensor feigns must not hold the machine still before it is found out.
-inline constexpr AssistLimits kCeilingLimits{
-    .lead_s = 0.1, .slows_in_air = false, .reason = ReasonCode::kForceCeiling};
+inline constexpr AssistLimits kCeilingLimits{.lead_s = 0.1, .slows_in_air = false, .reason = ReasonCode::kForceCeiling};
 
 struct LimitedApproach {
   JointVector rate_radps = JointVector::Zero();

@@ -77,7 +77,8 @@ class JointControl {
   estimation::ForceLag<JointVector> ahead_;
   RisingForce rising_to_ceiling_, rising_to_assist_;
   estimation::Yielding yielding_;
-  PlanarVector touched_m_ = PlanarVector::Zero();  ///< Way of whatever point is touched: the touch wanders along the bucket.
+  PlanarVector touched_m_ =
+      PlanarVector::Zero();  ///< Way of whatever point is touched: the touch wanders along the bucket.
   std::uint32_t steps_ = 0;
   PerJoint<std::array<double, 2>> learned_{};
   struct Learning {

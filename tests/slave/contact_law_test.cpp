@@ -101,7 +101,8 @@ TEST(ContactLaw, WhatMovesAlongIsPressedNoHarderThanMayBePressed) {
 TEST(ContactLaw, SlowsTheTouchedPointExactlyAndNothingElseOfIt) {
   const Bench bench;
   const JointVector rate_radps(0.2, -0.4, 0.7);
-  for (const PlanarVector& at_m : {PlanarVector(machine().links[kBucket].length_m, 0), machine().bucket_profile.heel_m}) {
+  for (const PlanarVector& at_m :
+       {PlanarVector(machine().links[kBucket].length_m, 0), machine().bucket_profile.heel_m}) {
     const Touch touch = bench.touched({-5000, 2000}, at_m);
     const PlanarVector less_mps(0.3, -0.1);
     const PlanarVector changed_mps =
