@@ -44,7 +44,7 @@ double blend(double dt_s, double time_s) noexcept {
 
 }  // namespace
 
-PlanarVector EchoSpring::step(const SpringInputs& in, double dt_s) noexcept {
+PlanarVector EchoSpring::step(const FeltInputs& in, double dt_s) noexcept {
   update_gate(in, dt_s);
   const bool silent = in.silence_s > kFrozenAfter_s;
   const PlanarVector along_mps = silent ? PlanarVector::Zero() : PlanarVector(in.yielding * in.machine_mps);
@@ -58,7 +58,7 @@ PlanarVector EchoSpring::step(const SpringInputs& in, double dt_s) noexcept {
   return within(feel_.force_limit_N, contact_N_ + engagement_ * freshness_ * load_N_);
 }
 
-void EchoSpring::update_gate(const SpringInputs& in, double dt_s) noexcept {
+void EchoSpring::update_gate(const FeltInputs& in, double dt_s) noexcept {
   recent_speed_mps_ = std::max(in.machine_mps.norm(), recent_speed_mps_ * (1 - blend(dt_s, kSpeedMemory_s)));
   cautious_s_ = std::max(0.0, cautious_s_ - dt_s);
   threshold_N_ = std::max(feel_.on_N, kSigmas * in.sigma_N) * (1 + recent_speed_mps_ / kThresholdSpeed_mps) *
@@ -82,7 +82,7 @@ void EchoSpring::update_gate(const SpringInputs& in, double dt_s) noexcept {
   }
 }
 
-void EchoSpring::open(const SpringInputs& in) noexcept {
+void EchoSpring::open(const FeltInputs& in) noexcept {
   contact_ = true;
   direction_ = normal_ = in.reflected_N.normalized();
   // No step in force: what is still felt of a contact that fades is carried over.
@@ -103,18 +103,18 @@ void EchoSpring::close(double fade_time_s) noexcept {
   contact_ = false;
 }
 
-bool EchoSpring::hand_leaves(const SpringInputs& in, double dt_s) noexcept {
+bool EchoSpring::hand_leaves(const FeltInputs& in, double dt_s) noexcept {
   const bool leaving = normal_.dot(in.hand_mps) > kLeavingSpeed_mps;
   leaving_s_ = leaving ? leaving_s_ + dt_s : 0;
   return leaving_s_ >= kLeavingTime_s && in.reflected_N.norm() < kReleaseForce_N;
 }
 
-bool EchoSpring::wall_gave_way(const SpringInputs& in, double reflected_N) noexcept {
+bool EchoSpring::wall_gave_way(const FeltInputs& in, double reflected_N) noexcept {
   if (reflected_N >= kReleaseForce_N) pressed_at_m_ = in.machine_m;
   return in.reflected_N.norm() < kReleaseForce_N && -normal_.dot(in.machine_m - pressed_at_m_) > kGaveWay_m;
 }
 
-void EchoSpring::update_anchor(const SpringInputs& in, double dt_s) noexcept {
+void EchoSpring::update_anchor(const FeltInputs& in, double dt_s) noexcept {
   const double reflected_size_N = in.reflected_N.norm();
   if (contact_ && reflected_size_N > feel_.off_N) {
     direction_ +=
@@ -138,7 +138,7 @@ void EchoSpring::update_anchor(const SpringInputs& in, double dt_s) noexcept {
   anchor_m_ += (in.machine_m + bias_N_ / spring_N_per_m_ - anchor_m_) * blend(dt_s, feel_.anchor_time_s);
 }
 
-void EchoSpring::update_fades(const SpringInputs& in, double dt_s) noexcept {
+void EchoSpring::update_fades(const FeltInputs& in, double dt_s) noexcept {
   if (!contact_) gate_ = std::max(0.0, gate_ - dt_s / gate_fade_s_);
   if (gate_ == 0) gate_fade_s_ = kFadeOut_s;
   damping_share_ = contact_ ? std::min(1.0, damping_share_ + dt_s / kDampingFadeIn_s) : damping_share_;
@@ -150,13 +150,13 @@ void EchoSpring::update_fades(const SpringInputs& in, double dt_s) noexcept {
 }
 
 /// A hand that pressed against what is gone would run on: it is slowed, never harder than it pressed.
-PlanarVector EchoSpring::catching(const SpringInputs& in, double felt_N) const noexcept {
+PlanarVector EchoSpring::catching(const FeltInputs& in, double felt_N) const noexcept {
   const double most_N = caught_N_ * catching_s_ / kCatch_s - felt_N;
   const double wanted_N = kCatchDamping_Ns_per_m * -normal_.dot(in.hand_mps);
   return freshness_ * std::clamp(wanted_N, 0.0, std::max(0.0, most_N)) * normal_;
 }
 
-PlanarVector EchoSpring::raw_force(const SpringInputs& in) const noexcept {
+PlanarVector EchoSpring::raw_force(const FeltInputs& in) const noexcept {
   const PlanarVector stretched_N = spring_N_per_m_ * (anchor_m_ - in.hand_m);
   const double spring_N = normal_.dot(stretched_N);
   if (spring_N <= 0) return PlanarVector::Zero();  // never pulls into contact

@@ -5,25 +5,9 @@
 
 #include "core/joints.h"
 #include "machine/device_description.h"
+#include "master/felt_inputs.h"
 
 namespace knuckle::master {
-
-/// What one millisecond of the law sees; positions, speeds and forces at hand scale, frame D.
-struct SpringInputs {
-  PlanarVector hand_m = PlanarVector::Zero();     ///< x_m: tip of the set-point the hand asks for
-  PlanarVector hand_mps = PlanarVector::Zero();   ///< v_m
-  PlanarVector machine_m = PlanarVector::Zero();  ///< x_s: newest measured machine tip
-  PlanarVector machine_mps = PlanarVector::Zero();
-  PlanarVector ahead_m = PlanarVector::Zero();      ///< x_a: how far the set-point was ahead of it behind reflected_N
-  PlanarVector reflected_N = PlanarVector::Zero();  ///< R = lambda * estimated force of the world on the tip
-  PlanarVector load_N = PlanarVector::Zero();       ///< lambda * what the load adds to it
-  double sigma_N = 0;                               ///< lambda * standard deviation of R
-  double yielding = 0;                              ///< y [0, 1]: what is pressed moves along with the tip
-  double confidence = 0;                            ///< [0, 1]
-  double round_trip_s = 0;
-  double silence_s = 0;  ///< Since the last newer message from the machine.
-  bool engaged = false;  ///< The hand leads the machine: only then there is a force.
-};
 
 /// With n the contact normal (out of the wall, direction of R low-passed at 0.3 Hz), a the anchor, K the spring, v_c
 /// the machine's speed times y, low-passed:
@@ -42,7 +26,7 @@ class EchoSpring {
       : feel_(feel), spring_N_per_m_(feel.spring_N_per_m) {}
 
   /// @return force on the hand at the tip [N], frame D; |F| <= force limit. Not slew-limited.
-  [[nodiscard]] PlanarVector step(const SpringInputs& in, double dt_s) noexcept;
+  [[nodiscard]] PlanarVector step(const FeltInputs& in, double dt_s) noexcept;
 
   /// K_l = lambda mu Ks; to be kept in step with the scales. Only while not engaged.
   void set_spring(double spring_N_per_m) noexcept { spring_N_per_m_ = spring_N_per_m; }
@@ -51,15 +35,15 @@ class EchoSpring {
   [[nodiscard]] double bias_N() const noexcept { return normal_.dot(bias_N_); }
 
  private:
-  void update_gate(const SpringInputs& in, double dt_s) noexcept;
-  void open(const SpringInputs& in) noexcept;
+  void update_gate(const FeltInputs& in, double dt_s) noexcept;
+  void open(const FeltInputs& in) noexcept;
   void close(double fade_time_s) noexcept;
-  [[nodiscard]] bool hand_leaves(const SpringInputs& in, double dt_s) noexcept;
-  [[nodiscard]] bool wall_gave_way(const SpringInputs& in, double reflected_N) noexcept;
-  void update_anchor(const SpringInputs& in, double dt_s) noexcept;
-  void update_fades(const SpringInputs& in, double dt_s) noexcept;
-  [[nodiscard]] PlanarVector raw_force(const SpringInputs& in) const noexcept;
-  [[nodiscard]] PlanarVector catching(const SpringInputs& in, double felt_N) const noexcept;
+  [[nodiscard]] bool hand_leaves(const FeltInputs& in, double dt_s) noexcept;
+  [[nodiscard]] bool wall_gave_way(const FeltInputs& in, double reflected_N) noexcept;
+  void update_anchor(const FeltInputs& in, double dt_s) noexcept;
+  void update_fades(const FeltInputs& in, double dt_s) noexcept;
+  [[nodiscard]] PlanarVector raw_force(const FeltInputs& in) const noexcept;
+  [[nodiscard]] PlanarVector catching(const FeltInputs& in, double felt_N) const noexcept;
 
   DeviceDescription::Feel feel_;
   double spring_N_per_m_;

@@ -26,7 +26,7 @@ namespace knuckle::programs {
 struct MasterSetup {
   DeviceDescription device;
   MachineDescription machine;  ///< As calibrated.
-  master::ControlLaw law = master::ControlLaw::kEchoSpring;
+  ControlLaw law = ControlLaw::kEchoSpring;
   AssistSettings assist;
 };
 

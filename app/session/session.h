@@ -34,7 +34,7 @@ struct SessionSetup {
   sim::Person person;  ///< Whose limb it is.
   std::vector<sim::PathPoint> path;
   LinkImpairment to_machine, to_operator;
-  master::ControlLaw law = master::ControlLaw::kEchoSpring;
+  ControlLaw law = ControlLaw::kEchoSpring;
   std::uint64_t seed = 1;
   [[nodiscard]] sim::DeviceTruth device_truth() const { return built_device.value_or(device); }
 };

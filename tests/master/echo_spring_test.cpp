@@ -34,7 +34,7 @@ struct LawBench {
     run(30);
   }
   EchoSpring law{DeviceDescription::Feel{}};
-  SpringInputs in;
+  FeltInputs in;
 };
 
 TEST(EchoSpring, SettlesToTheReflectedForceWhateverTheSpringSays) {

@@ -109,7 +109,7 @@ TEST(MasterLoop, JudgesContactByTheUncertaintyAlongTheForceItself) {
     rig.machine.tip_force_N = PlanarVector(0, 500);
     rig.machine.covariance_N2 = {along ? 100.0 : 4e4, 0, along ? 4e4 : 100.0};  // 200 N: R_on = 0.8 N
     rig.run(0.2);
-    EXPECT_EQ(rig.loop.spring().contact(), !along);
+    EXPECT_EQ(rig.loop.felt().spring()->contact(), !along);
   }
 }
 
