@@ -16,8 +16,9 @@ class Downgrade {
   };
   // Above the round trips that the echo spring is held to (0.4 s), below the one at which the machine holds (0.5 s).
   static constexpr Bounds kRoundTrip_s{0.45, 0.42, 1, 3};
-  static constexpr Bounds kSilence_s{0.5, 0.05, 0, 3};  // a local spring has faded by then
-  static constexpr Bounds kLost{0.7, 0.5, 1, 3};        // about 60 of 200 messages per second are left
+  // A local spring has faded long before; shorter outages end in link_lost, which speaks for itself.
+  static constexpr Bounds kSilence_s{1.5, 0.05, 0, 3};
+  static constexpr Bounds kLost{0.7, 0.5, 1, 3};   // about 60 of 200 messages per second are left
   static constexpr Bounds kDoubt{0.9, 0.6, 3, 3};  // 1 - confidence: where the force has faded to nothing, and full
 
   /// @return the standing cause; kNone: sound.

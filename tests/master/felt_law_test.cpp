@@ -37,6 +37,7 @@ struct Rig {
   void run(double seconds) {
     for (int i = 0; i < int(seconds * 1e3 + 0.5); ++i) {
       in.now += 1ms;
+      if (silent) in.silence_s += kStep_s;
       const PlanarVector before_N = force_N;
       force_N = felt.step(in, kStep_s);
       slew_N_per_ms = std::max(slew_N_per_ms, (force_N - before_N).norm());
@@ -50,7 +51,7 @@ struct Rig {
   PlanarVector force_N = PlanarVector::Zero();
   double slew_N_per_ms = 0;
   int changes = 0;
-  bool on = false;
+  bool on = false, silent = false;
 };
 
 TEST(ControlLawNames, AreFoundAgainAndNothingElseIs) {
@@ -94,16 +95,14 @@ TEST(FeltLaw, NoLawAllocatesOrRendersAForceWhileNotEngaged) {
 TEST(Downgrade, FadesToCuesAndBackWithoutAStepInForce) {
   struct Sickness {
     ReasonCode code;
-    void (*begin)(FeltInputs&);
-    void (*end)(FeltInputs&);
+    void (*begin)(Rig&);
+    void (*end)(Rig&);
   };
   const Sickness sicknesses[] = {
-      {ReasonCode::kCuesDelay, [](FeltInputs& in) { in.round_trip_s = 0.47; },
-       [](FeltInputs& in) { in.round_trip_s = 0.1; }},
-      {ReasonCode::kCuesSilence, [](FeltInputs& in) { in.silence_s = 0.6; }, [](FeltInputs& in) { in.silence_s = 0; }},
-      {ReasonCode::kCuesLoss, [](FeltInputs& in) { in.lost_share = 0.8; }, [](FeltInputs& in) { in.lost_share = 0; }},
-      {ReasonCode::kCuesEstimate, [](FeltInputs& in) { in.confidence = 0.05; },
-       [](FeltInputs& in) { in.confidence = 1; }}};
+      {ReasonCode::kCuesDelay, [](Rig& r) { r.in.round_trip_s = 0.47; }, [](Rig& r) { r.in.round_trip_s = 0.1; }},
+      {ReasonCode::kCuesSilence, [](Rig& r) { r.silent = true; }, [](Rig& r) { r.silent = false, r.in.silence_s = 0; }},
+      {ReasonCode::kCuesLoss, [](Rig& r) { r.in.lost_share = 0.8; }, [](Rig& r) { r.in.lost_share = 0; }},
+      {ReasonCode::kCuesEstimate, [](Rig& r) { r.in.confidence = 0.05; }, [](Rig& r) { r.in.confidence = 1; }}};
   for (const ControlLaw law : {ControlLaw::kEchoSpring, ControlLaw::kTdpa}) {
     for (const Sickness& sick : sicknesses) {
       SCOPED_TRACE(std::string(name(law)) + " " + name(sick.code));
@@ -112,11 +111,11 @@ TEST(Downgrade, FadesToCuesAndBackWithoutAStepInForce) {
       rig.run(3);
       ASSERT_GT(rig.force_N.norm(), 1);
       rig.slew_N_per_ms = 0;
-      sick.begin(rig.in);
+      sick.begin(rig);
       rig.run(6);
       EXPECT_EQ(rig.felt.downgraded().code, sick.code);
       EXPECT_LT(rig.force_N.norm(), 1e-9);  // the press began long ago: no cue
-      sick.end(rig.in);
+      sick.end(rig);
       rig.run(6);
       EXPECT_FALSE(rig.felt.downgraded());
       EXPECT_GT(rig.force_N.norm(), 1);
@@ -257,13 +256,12 @@ struct Loop {
   std::complex<double> operator()(double w) const {
     using C = std::complex<double>;
     const C s(0, w);
-    constexpr double kSpring = OneAxisSpring(), kPole_1ps = 1.2e5 * 3 / 1e5;
+    constexpr double kSpring = test::OneAxis::kLambda * test::OneAxis::kMu * 1e5, kPole_1ps = 1.2e5 * 3 / 1e5;
     const C hand = mass_kg * s * s + damping_Ns_per_m * s + stiffness_N_per_m;
     const double delay_s = round_trip_s + 0.02 + 0.003;
     return kSpring / hand * std::exp(-s * delay_s) /
            ((1.0 + 0.02 * s) * (1.0 + s / kPole_1ps) * (1.0 + s / (2 * std::numbers::pi * 3)));
   }
-  static constexpr double OneAxisSpring() { return test::OneAxis::kLambda * test::OneAxis::kMu * 1e5; }
   double largest_gain() const {
     double most = 0;
     for (double w = 0.01; w < 1000; w *= 1.002) most = std::max(most, std::abs((*this)(w)));
