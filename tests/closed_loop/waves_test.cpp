@@ -113,7 +113,7 @@ TEST(Waves, NeverGiveMoreThanWasPutInOverALosslessConstantDelay) {
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       std::mt19937_64 random(seed);
       Waves waves(delay_ms);
-      waves.stiffness_N_per_m = seed * 1e4;
+      waves.stiffness_N_per_m = 1e4 * double(seed);
       for (int i = 0; i < 10'000; ++i) {
         waves.step(some_speed(random, i * kStep_s));
         ASSERT_GE(waves.from_hand_J - waves.to_world_J, -1e-6 * std::abs(waves.from_hand_J) - 1e-9)
@@ -150,13 +150,6 @@ TEST_P(EveryLaw, RunsAWholeSessionWithinItsSlewAndWithoutAFault) {
 }
 INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, testing::ValuesIn(kControlLawNames),
                          [](const auto& chosen) { return std::string(chosen.param); });
-
-TEST(DowngradedSession, TurnsToCuesOnARoundTripNearTheMachinesLimitAndSaysSo) {
-  const FinishedSession session = run_session(pressed_with(ControlLaw::kEchoSpring, 232ms));
-  ASSERT_FALSE(session.record.warnings.empty());
-  EXPECT_EQ(session.record.warnings.front().reason.code, ReasonCode::kCuesDelay);
-  EXPECT_LE(session.metrics.max_slew_N_per_ms.value_or(1e9), 0.5);
-}
 
 }  // namespace
 }  // namespace knuckle::test

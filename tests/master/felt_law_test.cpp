@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "tests/master/master_rig.h"
 #include "tests/master/one_axis.h"
 #include "tests/support/no_alloc.h"
 
@@ -149,6 +150,16 @@ TEST(Downgrade, NeedsItsTimeAndForgetsOnceNothingIsLed) {
   rig.in.engaged = false;
   rig.run(kStep_s);
   EXPECT_FALSE(rig.felt.downgraded());
+}
+
+TEST(Downgrade, IsAWarningOfTheLoopOverALinkAsLongAsThis) {
+  for (const Duration one_way : {200ms, 235ms}) {
+    test::MasterRig rig(ControlLaw::kEchoSpring, one_way);
+    rig.engage();
+    rig.run(4);
+    const ReasonCode expected = one_way > 225ms ? ReasonCode::kCuesDelay : ReasonCode::kNone;
+    EXPECT_EQ(rig.loop.warning().code, expected);
+  }
 }
 
 TEST(Downgrade, LeavesTheCautionaryBaselineAsItIs) {
