@@ -25,6 +25,10 @@ class FeltLaw {
   /// @return force on the hand at the tip [N], frame D, within the device's force limit. Not slew-limited.
   [[nodiscard]] PlanarVector step(const FeltInputs& in, double dt_s) noexcept;
 
+  /// Of that, what the hand is held against: without cues, which are signals. It bounds what the machine presses
+  /// (MasterMessage::shown_N), so that a cue's vibration neither moves the machine nor lets it press harder.
+  [[nodiscard]] const PlanarVector& shown_N() const noexcept { return shown_N_; }
+
   /// K_l = lambda mu Ks; to be kept in step with the scales. Only while not engaged.
   void set_spring(double spring_N_per_m) noexcept;
 
@@ -42,6 +46,7 @@ class FeltLaw {
   Downgrade downgrade_;
   Reason downgraded_;
   double cues_share_ = 0;
+  PlanarVector shown_N_ = PlanarVector::Zero();
 };
 
 }  // namespace knuckle::master

@@ -151,6 +151,7 @@ FeltInputs MasterLoop::felt_inputs(Time now) const noexcept {
 void MasterLoop::render(const DeviceReading& device, Time now) noexcept {
   const FeltInputs in = felt_inputs(now);
   law_force_N_ = energy_.gain() * felt_.step(in, kStep_s);
+  shown_N_ = energy_.gain() * felt_.shown_N();
   if (!device.ok || let_go_) {  // the firmware takes the torque away by itself, without a kick
     torque_Nm_.setZero();
     limiter_.reset();
@@ -179,7 +180,7 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
   message.device_reason = device.reason;
   message.position_rad = set_point_.position_rad();
   message.velocity_radps = set_point_.velocity_radps();
-  message.shown_N = law_force_N_ / force_scale_;
+  message.shown_N = shown_N_ / force_scale_;
   message.assist = assist_;
   message.energy_in_J = energy_.in_J();
   if (const WaveLaw* waves = felt_.waves()) {

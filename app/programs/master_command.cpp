@@ -119,6 +119,7 @@ Json result_json(const Options& o, const MasterSetup& setup, double started_unix
   json["machine_side"] = Json::array();
   json["device_states"] = Json::array();
   json["other_machine"] = Json::array();
+  json["warnings"] = Json::array();
   for (const MasterEvent& event : outcome.events) {
     const double at_s = to_seconds(event.at);
     if (event.about == MasterEvent::About::kDevice) {
@@ -128,6 +129,8 @@ Json result_json(const Options& o, const MasterSetup& setup, double started_unix
                                        {"here", event.here.text()},
                                        {"there", event.there.text()},
                                        {"why", reason_json(event.other_machine)}});
+    } else if (event.about == MasterEvent::About::kFelt) {
+      json["warnings"].push_back({{"at_s", at_s}, {"why", reason_json(event.warning)}});
     } else {
       json["machine_side"].push_back({{"at_s", at_s},
                                       {"heard", event.heard},

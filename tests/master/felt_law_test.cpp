@@ -93,6 +93,20 @@ TEST(FeltLaw, NoLawAllocatesOrRendersAForceWhileNotEngaged) {
   }
 }
 
+TEST(FeltLaw, ShowsTheMachineAllOfItsForceButNoCue) {
+  for (const char* name : kControlLawNames) {
+    Rig rig(*control_law_named(name));
+    rig.in.reflected_N = PlanarVector(0, 6);  // an overload, which cues repeat
+    double most_N = 0;
+    for (int i = 0; i < 500; ++i) {
+      rig.run(kStep_s);
+      most_N = std::max(most_N, rig.force_N.norm());
+      ASSERT_EQ(rig.felt.shown_N(), rig.felt.law() == ControlLaw::kCues ? PlanarVector::Zero() : rig.force_N) << name;
+    }
+    EXPECT_TRUE(most_N > 0.5 || rig.felt.law() == ControlLaw::kWave) << name;  // no wave returns here
+  }
+}
+
 TEST(Downgrade, FadesToCuesAndBackWithoutAStepInForce) {
   struct Sickness {
     ReasonCode code;
@@ -160,6 +174,22 @@ TEST(Downgrade, IsAWarningOfTheLoopOverALinkAsLongAsThis) {
     const ReasonCode expected = one_way > 225ms ? ReasonCode::kCuesDelay : ReasonCode::kNone;
     EXPECT_EQ(rig.loop.warning().code, expected);
   }
+}
+
+TEST(Downgrade, ShowsTheMachineNothingOnceOnlyCuesAreLeft) {
+  Rig rig(ControlLaw::kEchoSpring);
+  rig.in.reflected_N = PlanarVector(0, 6);
+  rig.run(3);
+  EXPECT_GT(rig.felt.shown_N().norm(), 1);
+  rig.in.lost_share = 0.8;
+  rig.run(3);
+  double most_N = 0;
+  for (int i = 0; i < 500; ++i) {
+    rig.run(kStep_s);
+    most_N = std::max(most_N, rig.force_N.norm());
+    ASSERT_EQ(rig.felt.shown_N().norm(), 0);
+  }
+  EXPECT_GT(most_N, 0.5) << "the cue of an overload";
 }
 
 TEST(Downgrade, LeavesTheCautionaryBaselineAsItIs) {

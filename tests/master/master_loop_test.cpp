@@ -101,6 +101,29 @@ TEST(MasterLoop, RendersTheReflectedForceAtTheHand) {
   EXPECT_NEAR((rig.loop.sent_force_N() - rig.loop.law_force_N()).norm(), 0, 0.02);
 }
 
+TEST(MasterLoop, TellsTheMachineTheForceOnTheHandUnderEachLaw) {
+  for (const char* name : kControlLawNames) {
+    const ControlLaw law = *control_law_named(name);
+    MasterRig rig(law);
+    rig.engage();
+    push_back(rig);
+    double apart_N = 0, most_N = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const PlanarVector before_N = rig.loop.law_force_N();
+      rig.tick();
+      if (rig.heard_at != rig.now) continue;
+      const PlanarVector shown_N = rig.loop.force_scale() * rig.heard.shown_N;
+      most_N = std::max(most_N, shown_N.norm());
+      apart_N = std::max(apart_N, (shown_N - before_N).norm());  // the link takes a millisecond
+    }
+    if (law == ControlLaw::kCues) {
+      EXPECT_EQ(most_N, 0) << "a vibration is not pressed against";
+    } else {
+      EXPECT_LT(apart_N, 1e-9) << name;
+    }
+  }
+}
+
 TEST(MasterLoop, JudgesContactByTheUncertaintyAlongTheForceItself) {
   for (const bool along : {true, false}) {
     MasterRig rig;
