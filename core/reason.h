@@ -71,6 +71,13 @@ enum class ReasonCode : std::uint16_t {
   kJogOtherMoves,  ///< subject: joint that was not commanded; mm
   kJogTooLong,     ///< s
   kPilotStaysOn,   ///< switched off, and still on
+  // Another limit (no fault).
+  kForceCeiling,  ///< what the tip may press by the machine file; N
+  // The link or the estimate is sick: cues instead of a force.
+  kCuesDelay,     ///< ms
+  kCuesSilence,   ///< ms since the last newer message
+  kCuesLoss,      ///< % of the machine's messages that came too late or not at all
+  kCuesEstimate,  ///< confidence in %
   kCount,
 };
 

@@ -38,7 +38,8 @@ enum ConfidenceReason : std::uint8_t {
 struct ForceEstimate {
   JointVector joint_torque_Nm =
       JointVector::Zero();                           ///< External joint torque, observer at the force bandwidth (3 Hz).
-  JointVector fast_torque_Nm = JointVector::Zero();  ///< Likewise at 6 Hz, for the slave's contact law.
+  JointVector fast_torque_Nm = JointVector::Zero();  ///< Likewise at 6 Hz, for the slave's contact law, as at the tip.
+  double fast_couple_Nm = 0;                         ///< What was taken out of it: of a force beside the tip.
   JointVector contact_torque_Nm = JointVector::Zero();             ///< Likewise at 12 Hz, for contact events alone.
   Eigen::Matrix3d joint_covariance_Nm2 = Eigen::Matrix3d::Zero();  ///< Of joint_torque_Nm, for any contact model.
   PlanarVector tip_N = PlanarVector::Zero();  ///< Force of the world on the tip, frame M, without what is carried.

@@ -16,6 +16,7 @@ struct LimitsDescription {
   double tip_speed_mps = 0;               ///< Commanded tip speed limit.
   double joint_soft_margin_rad = 0;       ///< Where soft walls begin, inside the working range.
   double chamber_pressure_Pa = 0;         ///< Gate: beyond it no command that raises it.
+  double tip_force_N = 0;                 ///< Ceiling on what the tip may press, by estimate.
   double power_W = 0;                     ///< Gate: hydraulic power.
   double floor_m = -1e9;                  ///< Virtual wall: tip z in M stays above.
   double ceiling_m = 1e9, reach_m = 1e9;  ///< Likewise tip z below, tip x below.

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/joints.h"
+#include "machine/control_law.h"
 
 namespace knuckle {
 
@@ -42,6 +43,7 @@ struct DeviceDescription {
     double force_limit_N = 8;  ///< At the hand.
     double slew_N_per_ms = 0.4;
     double on_N = 0.3, off_N = 0.1;  ///< R_on floor, R_off
+    ControlLaw law = ControlLaw::kEchoSpring;
   } feel;
 };
 

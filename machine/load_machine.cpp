@@ -270,6 +270,7 @@ LimitsDescription read_limits(TomlTable file, const MachineDescription& machine)
   limits.chamber_pressure_Pa = file.number("chamber_pressure_bar", 50, 450, kBar);
   file.require(limits.chamber_pressure_Pa <= machine.sensors.pressure_range_Pa, "chamber_pressure_bar",
                "must be within the transmitters' range of " + number_text(machine.sensors.pressure_range_Pa / kBar));
+  limits.tip_force_N = file.number("tip_force_kN", 0.3, 1000, 1e3);
   limits.power_W = file.number("power_kW", 0.5, 2000, 1e3);
   limits.floor_m = file.number("floor_m", -100, 0);
   limits.ceiling_m = file.number("ceiling_m", 0, 100);

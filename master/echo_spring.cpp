@@ -28,7 +28,15 @@ constexpr double kNoTrust = 0.1, kFullTrust = 0.4;  // confidence
 constexpr double kTrustTime_s = 0.2;
 constexpr double kLoadTime_s = 0.1;
 constexpr double kYieldingBias_s = 0.5, kYieldingBiasPerRtt = 2;  // tau_b where all of it moves along
-constexpr double kCarriedTime_s = 0.1;                            // of the speed at which the anchor is carried
+constexpr double kShearTime_s = 0.1;
+constexpr double kCatch_s = 1.0;
+constexpr double kCatchDamping_Ns_per_m = 100;
+constexpr double kCarriedTime_s = 0.1;  // of the speed at which the anchor is carried
+
+PlanarVector within(double most, const PlanarVector& vector) noexcept {
+  const double size = vector.norm();
+  return size > most ? PlanarVector(vector * (most / size)) : vector;
+}
 
 double blend(double dt_s, double time_s) noexcept {
   return -std::expm1(-dt_s / time_s);
@@ -36,7 +44,7 @@ double blend(double dt_s, double time_s) noexcept {
 
 }  // namespace
 
-PlanarVector EchoSpring::step(const SpringInputs& in, double dt_s) noexcept {
+PlanarVector EchoSpring::step(const FeltInputs& in, double dt_s) noexcept {
   update_gate(in, dt_s);
   const bool silent = in.silence_s > kFrozenAfter_s;
   const PlanarVector along_mps = silent ? PlanarVector::Zero() : PlanarVector(in.yielding * in.machine_mps);
@@ -44,14 +52,13 @@ PlanarVector EchoSpring::step(const SpringInputs& in, double dt_s) noexcept {
   if (!silent) update_anchor(in, dt_s);
   update_fades(in, dt_s);
   contact_N_ = gate_ > 0 ? raw_force(in) : PlanarVector::Zero();
+  catching_s_ = contact_ || !in.engaged ? 0 : std::max(0.0, catching_s_ - dt_s);
+  contact_N_ += catching(in, contact_N_.dot(normal_));
   load_N_ += (in.load_N - load_N_) * blend(dt_s, kLoadTime_s);
-  PlanarVector force_N = contact_N_ + engagement_ * freshness_ * load_N_;
-  const double size_N = force_N.norm();
-  if (size_N > feel_.force_limit_N) force_N *= feel_.force_limit_N / size_N;
-  return force_N;
+  return within(feel_.force_limit_N, contact_N_ + engagement_ * freshness_ * load_N_);
 }
 
-void EchoSpring::update_gate(const SpringInputs& in, double dt_s) noexcept {
+void EchoSpring::update_gate(const FeltInputs& in, double dt_s) noexcept {
   recent_speed_mps_ = std::max(in.machine_mps.norm(), recent_speed_mps_ * (1 - blend(dt_s, kSpeedMemory_s)));
   cautious_s_ = std::max(0.0, cautious_s_ - dt_s);
   threshold_N_ = std::max(feel_.on_N, kSigmas * in.sigma_N) * (1 + recent_speed_mps_ / kThresholdSpeed_mps) *
@@ -75,12 +82,13 @@ void EchoSpring::update_gate(const SpringInputs& in, double dt_s) noexcept {
   }
 }
 
-void EchoSpring::open(const SpringInputs& in) noexcept {
+void EchoSpring::open(const FeltInputs& in) noexcept {
   contact_ = true;
   direction_ = normal_ = in.reflected_N.normalized();
   // No step in force: what is still felt of a contact that fades is carried over.
   anchor_m_ = in.hand_m + normal_ * std::max(0.0, contact_N_.dot(normal_)) / spring_N_per_m_;
-  bias_N_ = 0;
+  bias_N_.setZero();
+  shear_N_ = 0;
   quiet_s_ = leaving_s_ = damping_share_ = 0;
   pressed_at_m_ = in.machine_m;
   gate_ = 1;
@@ -88,21 +96,25 @@ void EchoSpring::open(const SpringInputs& in) noexcept {
 
 void EchoSpring::close(double fade_time_s) noexcept {
   if (contact_ || fade_time_s < gate_fade_s_) gate_fade_s_ = fade_time_s;
+  if (contact_) {
+    caught_N_ = std::max(0.0, contact_N_.dot(normal_));
+    catching_s_ = kCatch_s;
+  }
   contact_ = false;
 }
 
-bool EchoSpring::hand_leaves(const SpringInputs& in, double dt_s) noexcept {
+bool EchoSpring::hand_leaves(const FeltInputs& in, double dt_s) noexcept {
   const bool leaving = normal_.dot(in.hand_mps) > kLeavingSpeed_mps;
   leaving_s_ = leaving ? leaving_s_ + dt_s : 0;
   return leaving_s_ >= kLeavingTime_s && in.reflected_N.norm() < kReleaseForce_N;
 }
 
-bool EchoSpring::wall_gave_way(const SpringInputs& in, double reflected_N) noexcept {
+bool EchoSpring::wall_gave_way(const FeltInputs& in, double reflected_N) noexcept {
   if (reflected_N >= kReleaseForce_N) pressed_at_m_ = in.machine_m;
   return in.reflected_N.norm() < kReleaseForce_N && -normal_.dot(in.machine_m - pressed_at_m_) > kGaveWay_m;
 }
 
-void EchoSpring::update_anchor(const SpringInputs& in, double dt_s) noexcept {
+void EchoSpring::update_anchor(const FeltInputs& in, double dt_s) noexcept {
   const double reflected_size_N = in.reflected_N.norm();
   if (contact_ && reflected_size_N > feel_.off_N) {
     direction_ +=
@@ -110,22 +122,23 @@ void EchoSpring::update_anchor(const SpringInputs& in, double dt_s) noexcept {
     if (direction_.squaredNorm() > 1e-6) normal_ = direction_.normalized();
   }
   const double reflected_N = normal_.dot(in.reflected_N);
+  shear_N_ += ((in.reflected_N - normal_ * reflected_N).norm() - shear_N_) * blend(dt_s, kShearTime_s);
   if (contact_ && reflected_N >= feel_.off_N) {
     const double wall_1ps = 1 / (feel_.bias_time_s + feel_.bias_time_per_rtt * in.round_trip_s);
     const double yielding_1ps = 1 / (kYieldingBias_s + kYieldingBiasPerRtt * in.round_trip_s);
     const double rate_1ps = wall_1ps + in.yielding * (yielding_1ps - wall_1ps);
-    const double wanted_N = reflected_N + spring_N_per_m_ * normal_.dot(in.ahead_m);
+    const PlanarVector wanted_N = in.reflected_N + spring_N_per_m_ * in.ahead_m;
     bias_N_ += (wanted_N - bias_N_) * blend(dt_s, 1 / rate_1ps);
     const double limit_N = feel_.bias_limit_N + in.yielding * std::max(0.0, feel_.force_limit_N - feel_.bias_limit_N);
-    bias_N_ = std::clamp(bias_N_, -limit_N, limit_N);
+    bias_N_ = within(limit_N, bias_N_);
   } else {
     bias_N_ -= bias_N_ * blend(dt_s, kBiasLeak_s);
   }
   anchor_m_ += carried_mps_ * dt_s;  // what moves along does not stretch the spring
-  anchor_m_ += (in.machine_m + normal_ * (bias_N_ / spring_N_per_m_) - anchor_m_) * blend(dt_s, feel_.anchor_time_s);
+  anchor_m_ += (in.machine_m + bias_N_ / spring_N_per_m_ - anchor_m_) * blend(dt_s, feel_.anchor_time_s);
 }
 
-void EchoSpring::update_fades(const SpringInputs& in, double dt_s) noexcept {
+void EchoSpring::update_fades(const FeltInputs& in, double dt_s) noexcept {
   if (!contact_) gate_ = std::max(0.0, gate_ - dt_s / gate_fade_s_);
   if (gate_ == 0) gate_fade_s_ = kFadeOut_s;
   damping_share_ = contact_ ? std::min(1.0, damping_share_ + dt_s / kDampingFadeIn_s) : damping_share_;
@@ -136,17 +149,24 @@ void EchoSpring::update_fades(const SpringInputs& in, double dt_s) noexcept {
   freshness_ = std::min(fresh, freshness_ + dt_s / kSilenceFade_s);
 }
 
-PlanarVector EchoSpring::raw_force(const SpringInputs& in) const noexcept {
-  const double spring_N = spring_N_per_m_ * normal_.dot(anchor_m_ - in.hand_m);
+/// A hand that pressed against what is gone would run on: it is slowed, never harder than it pressed.
+PlanarVector EchoSpring::catching(const FeltInputs& in, double felt_N) const noexcept {
+  const double most_N = caught_N_ * catching_s_ / kCatch_s - felt_N;
+  const double wanted_N = kCatchDamping_Ns_per_m * -normal_.dot(in.hand_mps);
+  return freshness_ * std::clamp(wanted_N, 0.0, std::max(0.0, most_N)) * normal_;
+}
+
+PlanarVector EchoSpring::raw_force(const FeltInputs& in) const noexcept {
+  const PlanarVector stretched_N = spring_N_per_m_ * (anchor_m_ - in.hand_m);
+  const double spring_N = normal_.dot(stretched_N);
   if (spring_N <= 0) return PlanarVector::Zero();  // never pulls into contact
   const double damping_Ns_per_m = damping_share_ * feel_.damping_Ns_per_m;
   const PlanarVector relative_mps = in.hand_mps - carried_mps_;
   const double speed_mps = normal_.dot(relative_mps);
   const double normal_N = std::max(0.0, spring_N - damping_Ns_per_m * speed_mps);
-  PlanarVector sideways_N = -damping_Ns_per_m * (relative_mps - normal_ * speed_mps);
-  const double limit_N = kTangentialShare * normal_N;
-  const double size_N = sideways_N.norm();
-  if (size_N > limit_N) sideways_N *= limit_N / size_N;
+  const PlanarVector sideways_N =
+      within(kTangentialShare * normal_N, -damping_Ns_per_m * (relative_mps - normal_ * speed_mps)) +
+      within(shear_N_, stretched_N - normal_ * spring_N);
   return gate_ * trust_ * freshness_ * (normal_ * normal_N + sideways_N);
 }
 

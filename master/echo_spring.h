@@ -5,37 +5,20 @@
 
 #include "core/joints.h"
 #include "machine/device_description.h"
+#include "master/felt_inputs.h"
 
 namespace knuckle::master {
-
-/// What one millisecond of the law sees; positions, speeds and forces at hand scale, frame D.
-struct SpringInputs {
-  PlanarVector hand_m = PlanarVector::Zero();     ///< x_m: tip of the set-point the hand asks for
-  PlanarVector hand_mps = PlanarVector::Zero();   ///< v_m
-  PlanarVector machine_m = PlanarVector::Zero();  ///< x_s: newest measured machine tip
-  PlanarVector machine_mps = PlanarVector::Zero();
-  PlanarVector ahead_m = PlanarVector::Zero();      ///< x_a: how far the set-point was ahead of it behind reflected_N
-  PlanarVector reflected_N = PlanarVector::Zero();  ///< R = lambda * estimated force of the world on the tip
-  PlanarVector load_N = PlanarVector::Zero();       ///< lambda * what the load adds to it
-  double sigma_N = 0;                               ///< lambda * standard deviation of R
-  double yielding = 0;                              ///< y [0, 1]: what is pressed moves along with the tip
-  double confidence = 0;                            ///< [0, 1]
-  double round_trip_s = 0;
-  double silence_s = 0;  ///< Since the last newer message from the machine.
-  bool engaged = false;  ///< The hand leads the machine: only then there is a force.
-};
 
 /// With n the contact normal (out of the wall, direction of R low-passed at 0.3 Hz), a the anchor, K the spring, v_c
 /// the machine's speed times y, low-passed:
 ///   at contact  a = x_m (no step in force), b = 0
-///   a += v_c dt + (x_s + n b / K - a) (1 - exp(-dt / t_w))
-///   b += (R_n + K n.x_a - b) (1 - exp(-dt / tau_b)), clamped; 1 / tau_b = (1 - y) / (bias_time + bias_time_per_rtt *
-///   RTT)
+///   a += v_c dt + (x_s + b / K - a) (1 - exp(-dt / t_w))
+///   b += (R + K x_a - b) (1 - exp(-dt / tau_b)), clamped; 1 / tau_b = (1 - y) / (bias_time + bias_time_per_rtt * RTT)
 ///        + y / (0.5 s + 2 RTT)
-///   F_n = max(0, K n.(a - x_m) - b_c n.(v_m - v_c)), tangential -b_c (v_m - v_c)_t up to 0.3 F_n; and the load beside
-///   it
-/// The anchor is a vector, so a turning normal moves no force into it. F_n settles to R_n: where hand and machine rest
-/// K n.(a - x_m) = K n.(x_s - x_m) + b = R_n, and where they move on against a force that stays (y = 1) as well,
+///   F_n = max(0, K n.(a - x_m) - b_c n.(v_m - v_c)); across n the spring up to |R_t| (friction) and -b_c (v_m - v_c)_t
+///        up to 0.3 F_n; and the load beside it
+/// The anchor is a vector, so a turning normal moves no force into it. F settles to R: where hand and machine rest
+/// K (a - x_m) = K (x_s - x_m) + b = R, and where they move on against a force that stays (y = 1) as well,
 /// however far the machine trails. R and x_a come from one message and are equally late, so delay does not part them.
 class EchoSpring {
  public:
@@ -43,23 +26,24 @@ class EchoSpring {
       : feel_(feel), spring_N_per_m_(feel.spring_N_per_m) {}
 
   /// @return force on the hand at the tip [N], frame D; |F| <= force limit. Not slew-limited.
-  [[nodiscard]] PlanarVector step(const SpringInputs& in, double dt_s) noexcept;
+  [[nodiscard]] PlanarVector step(const FeltInputs& in, double dt_s) noexcept;
 
   /// K_l = lambda mu Ks; to be kept in step with the scales. Only while not engaged.
   void set_spring(double spring_N_per_m) noexcept { spring_N_per_m_ = spring_N_per_m; }
   [[nodiscard]] bool contact() const noexcept { return contact_; }
   [[nodiscard]] const PlanarVector& normal() const noexcept { return normal_; }
-  [[nodiscard]] double bias_N() const noexcept { return bias_N_; }
+  [[nodiscard]] double bias_N() const noexcept { return normal_.dot(bias_N_); }
 
  private:
-  void update_gate(const SpringInputs& in, double dt_s) noexcept;
-  void open(const SpringInputs& in) noexcept;
+  void update_gate(const FeltInputs& in, double dt_s) noexcept;
+  void open(const FeltInputs& in) noexcept;
   void close(double fade_time_s) noexcept;
-  [[nodiscard]] bool hand_leaves(const SpringInputs& in, double dt_s) noexcept;
-  [[nodiscard]] bool wall_gave_way(const SpringInputs& in, double reflected_N) noexcept;
-  void update_anchor(const SpringInputs& in, double dt_s) noexcept;
-  void update_fades(const SpringInputs& in, double dt_s) noexcept;
-  [[nodiscard]] PlanarVector raw_force(const SpringInputs& in) const noexcept;
+  [[nodiscard]] bool hand_leaves(const FeltInputs& in, double dt_s) noexcept;
+  [[nodiscard]] bool wall_gave_way(const FeltInputs& in, double reflected_N) noexcept;
+  void update_anchor(const FeltInputs& in, double dt_s) noexcept;
+  void update_fades(const FeltInputs& in, double dt_s) noexcept;
+  [[nodiscard]] PlanarVector raw_force(const FeltInputs& in) const noexcept;
+  [[nodiscard]] PlanarVector catching(const FeltInputs& in, double felt_N) const noexcept;
 
   DeviceDescription::Feel feel_;
   double spring_N_per_m_;
@@ -68,13 +52,16 @@ class EchoSpring {
   PlanarVector direction_ = PlanarVector::UnitX();  // low-passed direction of R, not of unit length
   PlanarVector normal_ = PlanarVector::UnitX();
   PlanarVector anchor_m_ = PlanarVector::Zero();
-  double bias_N_ = 0;
+  PlanarVector bias_N_ = PlanarVector::Zero();
+  double shear_N_ = 0;  // most that is felt across the normal
   double threshold_N_ = 0;
   double recent_speed_mps_ = 0;                       // machine's tip at hand scale, held and released slowly
   double quiet_s_ = 0;                                // since R_n was above R_off
   double leaving_s_ = 0;                              // how long the hand has been moving away
   double cautious_s_ = 0;                             // left of the doubled threshold
   PlanarVector pressed_at_m_ = PlanarVector::Zero();  // machine's tip where R was last felt
+
+  double caught_N_ = 0, catching_s_ = 0;  // most the hand is caught with after a contact was lost; time left of it
 
   double gate_ = 0, gate_fade_s_ = 0.4;              // share of the force let through; time to close
   double damping_share_ = 0;                         // faded in after opening: no step at contact

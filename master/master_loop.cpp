@@ -14,7 +14,8 @@ constexpr double kStep_s = 1e-3;
 constexpr int kMostDatagrams = 64;        // a step: a flood is cut off, not followed
 constexpr double kRoundTripBlend = 0.05;  // per message: about 0.1 s at 200 Hz
 constexpr double kRoundTripBelieved_s = 5;
-constexpr double kDirectSilence_s = 0.5;
+constexpr double kLostBlend = 0.005;  // per message: 1 s at 200 Hz
+constexpr double kMostMissing = 2000;
 constexpr Duration kTimeToTell = 1s;  // its machine: twenty times what it takes
 constexpr int kLettingGoSteps = 100;  // an end takes
 
@@ -24,14 +25,13 @@ MasterLoop::MasterLoop(const DeviceDescription& device, const MachineDescription
                        ControlLaw law, FarEnd far_end) noexcept
     : feel_(device.feel),
       machine_name_(machine.name),
-      law_(law),
       far_end_(far_end),
       link_(link),
       driver_(device, port),
       kinematics_(device.link_m),
       set_point_(machine),
       walls_(device, machine),
-      spring_(device.feel),
+      felt_(law, device.feel),
       limiter_(device),
       force_scale_(device.feel.force_scale) {}
 
@@ -40,7 +40,7 @@ void MasterLoop::step(Time now) noexcept {
   receive(now);
   set_point_.step(device, slave_ ? slave_->mode : Mode::kOff, slave_ ? &slave_->position_rad : nullptr);
   posture_ = kinematics_.posture(set_point_.position_rad());
-  render(device);
+  render(device, now);
   driver_.command(torque_Nm_);
   send_now_ = !send_now_;
   if (send_now_) send(device, now);
@@ -74,6 +74,11 @@ void MasterLoop::take(const SlaveMessage& message, Time now) noexcept {
   if (tap_.on_message != nullptr) tap_.on_message(tap_.context, message);
   const bool silent = now - slave_at_ >= kRestartSilence;
   if (!news_.take(message, message.echoed_master_time, now, silent)) return;
+  if (silent) {
+    lost_share_ = 0;
+  } else {
+    count_lost(message.sequence);
+  }
   slave_ = message;
   slave_at_ = now;
   const double sample_s = to_seconds(now - message.echoed_master_time);
@@ -81,6 +86,13 @@ void MasterLoop::take(const SlaveMessage& message, Time now) noexcept {
     round_trip_s_ += (sample_s - round_trip_s_) * (heard_ ? kRoundTripBlend : 1);
     heard_ = true;
   }
+}
+
+/// Share of the machine's messages, of late, that nothing came of: lost, or overtaken by newer ones.
+void MasterLoop::count_lost(std::uint32_t sequence) noexcept {
+  const double missing = std::min(kMostMissing, double(sequence - slave_->sequence) - 1);
+  lost_share_ = 1 - (1 - lost_share_) * std::pow(1 - kLostBlend, missing);
+  lost_share_ -= kLostBlend * lost_share_;
 }
 
 void MasterLoop::take(const MachineStatus& status, Time now) noexcept {
@@ -101,15 +113,19 @@ Reason MasterLoop::judge_far_end(Time now) const noexcept {
   return {silent ? ReasonCode::kMachineNotTold : ReasonCode::kNone, 0, 0, 0};
 }
 
-SpringInputs MasterLoop::spring_inputs() const noexcept {
+FeltInputs MasterLoop::felt_inputs(Time now) const noexcept {
   // Machine joints through the device's links, shrunk where a joint moves more than one to one: positions as the hand
   // would make them, so that J(set-point)^T gives device torques.
   const double shrink = 1 / set_point_.scale();
-  SpringInputs in;
+  FeltInputs in;
   in.hand_m = shrink * posture_.tip_m;
   in.hand_mps = posture_.jacobian * driver_.reading().rate_radps;
   in.round_trip_s = round_trip_s_;
   in.silence_s = silence_s_;
+  in.lost_share = lost_share_;
+  in.now = now;
+  in.force_scale = force_scale_;
+  in.position_scale = position_scale();
   if (!slave_) return in;
   const DevicePosture machine = kinematics_.posture(slave_->position_rad);
   in.machine_m = shrink * machine.tip_m;
@@ -126,24 +142,16 @@ SpringInputs MasterLoop::spring_inputs() const noexcept {
   in.yielding = slave_->yielding;
   in.confidence = slave_->confidence;
   in.engaged = slave_->mode == Mode::kEngaged && driver_.reading().presence;
+  in.world_energy_J = in.force_scale / in.position_scale * slave_->energy_in_J;
+  in.returned_at = slave_->sent_at;
+  in.returned = slave_->wave;
   return in;
 }
 
-PlanarVector MasterLoop::law_force(const SpringInputs& in) noexcept {
-  switch (law_) {
-    case ControlLaw::kEchoSpring:
-      return spring_.step(in, kStep_s);
-    case ControlLaw::kDirect:
-      break;
-  }
-  if (!in.engaged || in.silence_s > kDirectSilence_s) return PlanarVector::Zero();
-  const double size_N = in.reflected_N.norm();
-  return size_N > feel_.force_limit_N ? PlanarVector(in.reflected_N * (feel_.force_limit_N / size_N)) : in.reflected_N;
-}
-
-void MasterLoop::render(const DeviceReading& device) noexcept {
-  const SpringInputs in = spring_inputs();
-  law_force_N_ = energy_.gain() * law_force(in);
+void MasterLoop::render(const DeviceReading& device, Time now) noexcept {
+  const FeltInputs in = felt_inputs(now);
+  law_force_N_ = energy_.gain() * felt_.step(in, kStep_s);
+  shown_N_ = energy_.gain() * felt_.shown_N();
   if (!device.ok || let_go_) {  // the firmware takes the torque away by itself, without a kick
     torque_Nm_.setZero();
     limiter_.reset();
@@ -172,8 +180,13 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
   message.device_reason = device.reason;
   message.position_rad = set_point_.position_rad();
   message.velocity_radps = set_point_.velocity_radps();
+  message.shown_N = shown_N_ / force_scale_;
   message.assist = assist_;
   message.energy_in_J = energy_.in_J();
+  if (const WaveLaw* waves = felt_.waves()) {
+    message.wave_Ns_per_m = waves->impedance_Ns_per_m();
+    message.wave = waves->leaving();
+  }
   link_.send(encode(message).view());
 }
 
@@ -184,13 +197,12 @@ bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept 
   if (!usable || driver_.reading().enable || (slave_ && led(slave_->mode))) return false;
   force_scale_ = force_scale;
   set_point_.set_scale(position_scale / feel_.position_scale);
-  spring_.set_spring(feel_.spring_N_per_m * (position_scale / feel_.position_scale) *
-                     (force_scale / feel_.force_scale));
+  felt_.set_spring(feel_.spring_N_per_m * (position_scale / feel_.position_scale) * (force_scale / feel_.force_scale));
   return true;
 }
 
 Reason MasterLoop::warning() const noexcept {
-  if (energy_.gain() >= 1) return {};
+  if (energy_.gain() >= 1) return felt_.downgraded();
   return {ReasonCode::kEnergyWatchdog, 0, float(energy_.returned_in_window_J()), 0.5F};
 }
 

@@ -6,12 +6,13 @@
 
 #include "core/joints.h"
 #include "core/time.h"
+#include "machine/control_law.h"
 #include "machine/description_fwd.h"
 #include "machine/device_description.h"
 #include "master/device_driver.h"
 #include "master/device_kinematics.h"
-#include "master/echo_spring.h"
 #include "master/energy_port.h"
+#include "master/felt_law.h"
 #include "master/joint_walls.h"
 #include "master/set_point.h"
 #include "master/torque_limiter.h"
@@ -22,11 +23,6 @@
 #include "transport/news.h"
 
 namespace knuckle::master {
-
-enum class ControlLaw : std::uint8_t {
-  kEchoSpring,  ///< the default
-  kDirect,      ///< raw force reflection: unstable over delay, kept as the cautionary baseline
-};
 
 /// How it is known that the far end drives the machine that is led here.
 enum class FarEnd : std::uint8_t {
@@ -71,7 +67,7 @@ class MasterLoop {
   [[nodiscard]] const DeviceReading& device() const noexcept { return driver_.reading(); }
   [[nodiscard]] const DeviceDriver& driver() const noexcept { return driver_; }
   [[nodiscard]] const SetPoint& set_point() const noexcept { return set_point_; }
-  [[nodiscard]] const EchoSpring& spring() const noexcept { return spring_; }
+  [[nodiscard]] const FeltLaw& felt() const noexcept { return felt_; }
   [[nodiscard]] const EnergyPort& energy() const noexcept { return energy_; }
   /// What the law requested at the tip [N], frame D, before motor limits and without joint walls.
   [[nodiscard]] const PlanarVector& law_force_N() const noexcept { return law_force_N_; }
@@ -93,7 +89,7 @@ class MasterLoop {
   [[nodiscard]] const MachineName& machine_name() const noexcept { return machine_name_; }
   /// Why the far end cannot be led from here; kNone where it can, and before it has had time to name its machine.
   [[nodiscard]] Reason other_machine() const noexcept { return other_machine_; }
-  [[nodiscard]] Reason warning() const noexcept;  ///< Energy watchdog lowering the force; else none.
+  [[nodiscard]] Reason warning() const noexcept;  ///< Force lowered by the energy watchdog, or replaced by cues.
 
  private:
   void receive(Time now) noexcept;
@@ -101,21 +97,20 @@ class MasterLoop {
   void take(const MachineStatus& status, Time now) noexcept;
   [[nodiscard]] bool same_machine() const noexcept;
   [[nodiscard]] Reason judge_far_end(Time now) const noexcept;
-  [[nodiscard]] SpringInputs spring_inputs() const noexcept;
-  [[nodiscard]] PlanarVector law_force(const SpringInputs& in) noexcept;
-  void render(const DeviceReading& device) noexcept;
+  [[nodiscard]] FeltInputs felt_inputs(Time now) const noexcept;
+  void render(const DeviceReading& device, Time now) noexcept;
+  void count_lost(std::uint32_t sequence) noexcept;
   void send(const DeviceReading& device, Time now) noexcept;
 
   DeviceDescription::Feel feel_;
   MachineName machine_name_;
-  ControlLaw law_;
   FarEnd far_end_;
   Link& link_;
   DeviceDriver driver_;
   DeviceKinematics kinematics_;
   SetPoint set_point_;
   JointWalls walls_;
-  EchoSpring spring_;
+  FeltLaw felt_;
   TorqueLimiter limiter_;
   EnergyPort energy_;
 
@@ -130,10 +125,10 @@ class MasterLoop {
   std::optional<MachineStatus> status_;
   Time status_at_ = kNever, first_heard_at_ = kNever;  // arrival of status_; of the very first datagram
   Reason other_machine_;
-  double round_trip_s_ = 0, silence_s_ = 1e9;
+  double round_trip_s_ = 0, silence_s_ = 1e9, lost_share_ = 0;
   bool heard_ = false;     // a round trip was measured
   DevicePosture posture_;  // at the set-point
-  PlanarVector law_force_N_ = PlanarVector::Zero();
+  PlanarVector law_force_N_ = PlanarVector::Zero(), shown_N_ = PlanarVector::Zero();
   JointVector torque_Nm_ = JointVector::Zero();
   std::uint32_t sequence_ = 0;
   bool send_now_ = false;

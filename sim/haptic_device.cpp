@@ -42,10 +42,10 @@ struct HandAndDevice::IntendedMotion {
 
   /// Pull of the hand on the device's tip.
   [[nodiscard]] PlanarVector pull_N(const PlanarVector& at_m, const PlanarVector& at_mps) const noexcept {
-    PlanarVector pull = limb.stiffness_N_per_m * (tip_m - at_m) + limb.damping_Ns_per_m * (tip_mps - at_mps);
+    PlanarVector pull = limb.stiffness_N_per_m * (tip_m - at_m) + limb.damping_Ns_per_m * (tip_mps - at_mps) + push_N;
     const double size = pull.norm();
     if (size > limb.strength_N) pull *= limb.strength_N / size;
-    return pull + push_N;
+    return pull;
   }
 };
 

@@ -16,6 +16,7 @@ constexpr double kAligned_rad = 0.05;
 constexpr double kMostCorrection_rad = 0.6;  // a hand that is held back so far is pulled at no further
 constexpr double kPressGain_1ps = 2;         // of the missing force, made up for per second: slow enough for the delay
 constexpr double kPressFastest_mps = 1.0;    // push once there is contact, machine metres
+constexpr double kMuscles_s = 0.1;           // from meaning to push to pushing
 constexpr double kBreakRamp_Nps = 0.25;      // a hand that wants something to give way pushes harder and harder
 constexpr Duration kHesitate = 300ms;        // before a button is pressed
 constexpr Duration kRetry = 1500ms;          // enable is let go again when nothing came of it
@@ -39,16 +40,23 @@ double wrapped(double angle) noexcept {
 
 }  // namespace
 
+PushStiffness push_stiffness(const LimbImpedance& limb, const DeviceDescription::Feel& feel) noexcept {
+  const double k = limb.stiffness_N_per_m, spring = feel.spring_N_per_m;
+  return {k / feel.position_scale, k * spring / (k + spring) / feel.position_scale};
+}
+
 Operator::Operator(const MachineDescription& machine, std::vector<Phase> phases, std::vector<PathPoint> path,
-                   Duration path_period, const JointVector& start_rad, Duration reaction, double press_N_per_m,
+                   Duration path_period, const JointVector& start_rad, Duration reaction, const PushStiffness& push,
                    const Unsteadiness& unsteadiness)
     : phases_(std::move(phases)),
       path_(std::move(path)),
       path_period_(path_period),
       reaction_(std::min(reaction, Duration(kViewPeriod * (kRing - 1)))),
-      press_N_per_m_(press_N_per_m),
+      push_(push),
       unsteadiness_(unsteadiness),
-      correction_1ps_(unsteadiness.person().corrects ? sim::correction_1ps(reaction) : 0),
+      correction_1ps_(unsteadiness.person().corrects
+                          ? std::min(sim::correction_1ps(reaction), unsteadiness.steady_below_1ps())
+                          : 0),
       carried_out_rad_(start_rad),
       meant_rad_(start_rad),
       start_rad_(start_rad),
@@ -102,7 +110,7 @@ void Operator::begin(Time now, const OperatorView& view) noexcept {
   start_rad_ = meant_rad_;
   hand_start_rad_ = intent_.joint_rad;
   start_pose_ = pose_of(meant_rad_);
-  depth_m_ = 0;
+  depth_m_ = touch_depth_m_ = 0;
   touched_ = holding_ = false;
   breaks_at_start_ = view.breaks;
   pressed_at_ = engaged_since_ = kNever;
@@ -114,6 +122,7 @@ void Operator::next(Time now) noexcept {
   begun_ = holding_ = false;
   phase_start_ = now;
   intent_.clutch = false;
+  pushing_N_.setZero();
 }
 
 OperatorIntent Operator::step(Time now, const OperatorView& view) noexcept {
@@ -168,7 +177,8 @@ OperatorIntent Operator::carried_out(Time now, double dt_s) noexcept {
   unsteadiness_.step(now);
   out.joint_rad += unsteadiness_.drift_rad();
   out.grip = unsteadiness_.grip();
-  out.push_N = out.grip * unsteadiness_.push_N();
+  pushed_N_ += (pushing_N_ - pushed_N_) * -std::expm1(-std::max(0.0, dt_s) / kMuscles_s);
+  out.push_N = out.grip * (unsteadiness_.push_N() + pushed_N_);
   out.rate_radps = dt_s > 0 ? JointVector((out.joint_rad - carried_out_rad_) / dt_s) : JointVector(JointVector::Zero());
   carried_out_rad_ = out.joint_rad;
   return out;
@@ -267,6 +277,7 @@ bool Operator::press(Time now, const OperatorView& view) noexcept {
   if (phase.until_break && (view.breaks > breaks_at_start_ || view.breaks >= phase.pieces)) return true;
   if (!touched_) {
     depth_m_ += phase.speed_mps * dt;
+    touch_depth_m_ = depth_m_;
     if (felt > kTouch_N) {
       touched_ = true;
       hold_start_ = now;
@@ -274,7 +285,7 @@ bool Operator::press(Time now, const OperatorView& view) noexcept {
   } else if (!holding_) {
     const double ramp = phase.until_break ? kBreakRamp_Nps * to_seconds(now - hold_start_) : 0.0;
     const double missing = phase.force_N + ramp - felt;
-    depth_m_ += std::clamp(kPressGain_1ps * missing / press_N_per_m_, -kPressFastest_mps, kPressFastest_mps) * dt;
+    depth_m_ += std::clamp(kPressGain_1ps * missing / push_.felt_N_per_m, -kPressFastest_mps, kPressFastest_mps) * dt;
     if (!phase.until_break && missing < 0.05 * phase.force_N) {
       holding_ = true;
       hold_start_ = now;
@@ -282,9 +293,12 @@ bool Operator::press(Time now, const OperatorView& view) noexcept {
     }
   } else if (const Person& person = unsteadiness_.person(); person.give_way > 0) {
     const double lost = person.give_way * (1 - std::exp(-to_seconds(now - hold_start_) / person.give_way_s));
-    depth_m_ = hold_depth_m_ - lost * phase.force_N / press_N_per_m_;
+    depth_m_ = hold_depth_m_ - lost * phase.force_N / push_.felt_N_per_m;
   }
-  mean(Pose{start_pose_.tip_m + depth_m_ * phase.direction, start_pose_.bucket_rad});
+  // What is pressed against is not gone through: beyond the touch muscles push, as a hand does that is meant further
+  // in.
+  pushing_N_ = push_.limb_N_per_m * (depth_m_ - touch_depth_m_) * phase.direction;
+  mean(Pose{start_pose_.tip_m + touch_depth_m_ * phase.direction, start_pose_.bucket_rad});
   return holding_ && to_seconds(now - hold_start_) >= phase.duration_s;
 }
 

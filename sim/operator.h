@@ -60,13 +60,20 @@ struct OperatorView {
   int breaks = 0;  ///< Pieces seen to give way so far.
 };
 
+/// What a hand that means to be a machine metre further pushes with at the tip of the device.
+struct PushStiffness {
+  double limb_N_per_m = 0;  ///< The limb, held still.
+  double felt_N_per_m =
+      0;  ///< The limb and the spring that the device renders, in series: as a practised hand knows it.
+};
+[[nodiscard]] PushStiffness push_stiffness(const LimbImpedance& limb, const DeviceDescription::Feel& feel) noexcept;
+
 class Operator {
  public:
   /// @param start_rad where the hand is at first. @param reaction delay of seeing and feeling.
-  /// @param press_N_per_m felt force per machine metre of push, as a practised hand knows it. @param unsteadiness what
-  /// the hand does beside the plan, and whose hand it is.
+  /// @param unsteadiness what the hand does beside the plan, and whose hand it is.
   Operator(const MachineDescription& machine, std::vector<Phase> phases, std::vector<PathPoint> path,
-           Duration path_period, const JointVector& start_rad, Duration reaction, double press_N_per_m,
+           Duration path_period, const JointVector& start_rad, Duration reaction, const PushStiffness& push,
            const Unsteadiness& unsteadiness = {});
   OperatorIntent step(Time now, const OperatorView& view) noexcept;
   [[nodiscard]] int phase() const noexcept { return static_cast<int>(index_); }
@@ -108,7 +115,7 @@ class Operator {
   std::vector<Phase> phases_;
   std::vector<PathPoint> path_;
   Duration path_period_, reaction_;
-  double press_N_per_m_;
+  PushStiffness push_;
   Unsteadiness unsteadiness_;
   double correction_1ps_ = 0;  // of what is seen to be missing; 0: never corrects
   std::size_t index_ = 0;
@@ -124,7 +131,8 @@ class Operator {
   JointVector start_rad_;                     // meant pose at the start of the phase
   JointVector hand_start_rad_;
   Pose start_pose_{};
-  double depth_m_ = 0, hold_depth_m_ = 0;
+  double depth_m_ = 0, touch_depth_m_ = 0, hold_depth_m_ = 0;
+  PlanarVector pushing_N_ = PlanarVector::Zero(), pushed_N_ = PlanarVector::Zero();  // meant; by the muscles as yet
   bool touched_ = false, holding_ = false;
   Time hold_start_{}, calm_since_{}, pressed_at_{kNever}, engaged_since_{kNever};
   int breaks_at_start_ = 0;

@@ -84,12 +84,19 @@ double correction_1ps(Duration reaction) noexcept {
   return kTurn * 0.16 / std::pow(std::max(to_seconds(reaction), kOwn_s), 0.85);
 }
 
+double steady_below_1ps(const LimbImpedance& limb) noexcept {
+  constexpr double kDevice_kg = 0.1;  // about what links and rotors are at the tip
+  return limb.damping_Ns_per_m / (2 * (limb.mass_kg + kDevice_kg));
+}
+
 double Unsteadiness::Wave::at(double t_s) const noexcept {
   return amplitude * std::sin(radps * t_s + phase_rad);
 }
 
 Unsteadiness::Unsteadiness(const Person& person, const LimbImpedance& limb, std::uint64_t seed)
-    : person_(person), random_(stream_seed(seed, Stream::kUnsteadiness)) {
+    : person_(person),
+      random_(stream_seed(seed, Stream::kUnsteadiness)),
+      steady_below_1ps_(sim::steady_below_1ps(limb)) {
   // Tremor: a narrow band about its frequency; each wave as large as a free limb needs it to shake by its share.
   for (auto& direction : tremor_) {
     for (Wave& wave : direction) {

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <random>
 
 #include "core/joints.h"
@@ -44,6 +45,9 @@ struct Person {
 /// Crossover of a person who follows by eye, rad/s: 2 pi 0.16 / (T + 0.15)^0.85 with T the delay beyond the 0.15 s of
 /// the person (human frequency response against visual feedback delay; docs/sensitivity.md).
 [[nodiscard]] double correction_1ps(Duration reaction) noexcept;
+/// Fastest correction that this limb with a device in it follows without being made to swing, 1/s: an integrator of
+/// gain g in front of a mass on a damped spring is stable below g = b/m; half of it.
+[[nodiscard]] double steady_below_1ps(const LimbImpedance& limb) noexcept;
 
 /// Tremor, drift and slips of a person's hand, one step a millisecond.
 class Unsteadiness {
@@ -55,7 +59,8 @@ class Unsteadiness {
   [[nodiscard]] const Person& person() const noexcept { return person_; }
   [[nodiscard]] const PlanarVector& push_N() const noexcept { return push_N_; }       ///< Of trembling muscles.
   [[nodiscard]] const JointVector& drift_rad() const noexcept { return drift_rad_; }  ///< Of the hand.
-  [[nodiscard]] double grip() const noexcept { return grip_; }                        ///< Share of the limb that holds.
+  [[nodiscard]] double steady_below_1ps() const noexcept { return steady_below_1ps_; }
+  [[nodiscard]] double grip() const noexcept { return grip_; }  ///< Share of the limb that holds.
 
  private:
   struct Wave {
@@ -70,6 +75,7 @@ class Unsteadiness {
   std::array<std::array<Wave, kDriftWaves>, kJoints> drift_{};  ///< [rad]
   PlanarVector push_N_ = PlanarVector::Zero();
   JointVector drift_rad_ = JointVector::Zero();
+  double steady_below_1ps_ = std::numeric_limits<double>::infinity();
   double grip_ = 1;
   Time slip_from_ = Time::max(), slip_until_ = Time::max();
 };

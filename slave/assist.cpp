@@ -37,6 +37,15 @@ TipContact RisingForce::step(const PlanarVector& force_N) noexcept {
   return {force_N, ahead_N.squaredNorm() > force_N.squaredNorm() ? ahead_N : force_N};
 }
 
+JointVector pressing_at_most(const JointVector& joints, const Eigen::Matrix<double, 2, 3>& jacobian,
+                             const PlanarVector& into, double most) noexcept {
+  const JointVector added = (into.transpose() * jacobian).transpose().cwiseProduct(joints);
+  const double pressing = added.cwiseMax(0.0).sum(), leaving = -added.cwiseMin(0.0).sum();
+  if (pressing - leaving <= most) return joints;
+  const double factor = (most + leaving) / pressing;  // at most 1
+  return (added.array() > 0).select(factor * joints, joints);
+}
+
 LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matrix<double, 2, 3>& jacobian,
                                const TipContact& contact, double limit_N, const AssistLimits& limits) noexcept {
   LimitedApproach result{rate_radps, {}};
@@ -45,29 +54,24 @@ LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matri
   if (!std::isfinite(contact.now_N.squaredNorm()) || !std::isfinite(contact.ahead_N.squaredNorm())) {
     return {JointVector::Zero(), {ReasonCode::kAssistForceUnknown, 0, 0, 0}};
   }
-  const Reason slowed{ReasonCode::kAssistForce, 0, static_cast<float>(contact.now_N.norm()),
-                      static_cast<float>(limit_N)};
+  const Reason slowed{limits.reason, 0, static_cast<float>(contact.now_N.norm()), static_cast<float>(limit_N)};
   const double free_mps = limit_N / limits.free_Ns_per_m;
   const double least_N = limits.known * limit_N;
   // Only a force that is there, not one that is foreseen, says which way is away.
   const PlanarVector tip_mps = jacobian * rate_radps;
   const bool away = contact.now_N.norm() > least_N && tip_mps.dot(contact.now_N) > 0;
   const double bound_mps = (away ? 1 - contact.direction_trust : 1) * tip_mps.norm();
-  if (bound_mps > free_mps) {
+  if (limits.slows_in_air && bound_mps > free_mps) {
     result.rate_radps *= free_mps / bound_mps;
     result.limiting = slowed;
   }
   const double force_N = contact.ahead_N.norm();
   if (force_N <= least_N) return result;
   const PlanarVector into = -contact.ahead_N / force_N;
-  const JointVector added = (into.transpose() * jacobian).transpose().cwiseProduct(result.rate_radps);
-  const double pressing = added.cwiseMax(0.0).sum(), leaving = -added.cwiseMin(0.0).sum();
   const double allowed = free_mps * std::max(0.0, 1 - force_N / limit_N);
-  if (pressing - leaving <= allowed) return result;
-  const double factor = (allowed + leaving) / pressing;  // at most 1
-  for (int i = 0; i < kJoints; ++i) {
-    if (added[i] > 0) result.rate_radps[i] *= factor;
-  }
+  const JointVector before = result.rate_radps;
+  result.rate_radps = pressing_at_most(before, jacobian, into, allowed);
+  if (result.rate_radps == before) return result;
   result.limiting = slowed;
   return result;
 }

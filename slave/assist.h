@@ -1,5 +1,5 @@
-// Force-limited approach: help that the operator can switch on against pressing too hard. Pure function on joint rates;
-// it only ever makes them smaller.
+// Force-limited approach: the machine's own ceiling on what it may press, and a lower one that the operator can switch
+// on. Pure function on joint rates; it only ever makes them smaller.
 #pragma once
 
 #include "core/filters.h"
@@ -15,17 +15,22 @@ struct AssistLimits {
   /// closed, F = v sqrt(k m) + k v T, with some 150 kg, stiff ground in series with the oil, and T = 0.12 s of filters,
   /// valve delay and spool.
   double free_Ns_per_m = 6e4;
-  double lead_s = 0.1;  ///< A rising force is taken as it will be when valves that close now have closed.
-  double lead_Hz = 8;   ///< Low-pass of its rise.
-  double known = 0.2;   ///< Of the limit: from here on the force has a direction.
+  double lead_s = 0.15;  ///< A rising force is taken as it will be when filters, valves and spools have closed.
+  double lead_Hz = 8;    ///< Low-pass of its rise.
+  double known = 0.2;    ///< Of the limit: from here on the force has a direction.
   /// Confidence between which the force's direction counts, as for giving way to it. Its magnitude always counts.
   double no_trust = 0.1, full_trust = 0.4;
+  bool slows_in_air = true;  ///< Also where nothing is touched, and where the way out is not known.
+  ReasonCode reason = ReasonCode::kAssistForce;
 };
 inline constexpr AssistLimits kAssistLimits{};
+/// Of the machine file's ceiling, which holds whether an operator asks for help or not: free motion is free.
+/// It looks less far ahead: forces that a sick sensor feigns must not hold the machine still before it is found out.
+inline constexpr AssistLimits kCeilingLimits{.lead_s = 0.1, .slows_in_air = false, .reason = ReasonCode::kForceCeiling};
 
 struct LimitedApproach {
   JointVector rate_radps = JointVector::Zero();
-  Reason limiting;  ///< kAssistForce [N], or kAssistForceUnknown; kNone where nothing was changed.
+  Reason limiting;  ///< AssistLimits::reason [N], or kAssistForceUnknown; kNone where nothing was changed.
 };
 
 /// Tip force of the estimator's fast channel, whatever its confidence: distrust must not lift a limit. Frame M, of the
@@ -56,6 +61,11 @@ class RisingForce {
   PlanarVector last_N_ = PlanarVector::Zero();
   bool started_ = false;
 };
+
+/// Joint rates or ways that move the point of this Jacobian by no more than `most` along `into`: those that press are
+/// scaled by one factor, those that lead away stay. No joint is turned round, nor grows, nor comes from nothing.
+[[nodiscard]] JointVector pressing_at_most(const JointVector& joints, const Eigen::Matrix<double, 2, 3>& jacobian,
+                                           const PlanarVector& into, double most) noexcept;
 
 /// Slows what would press the tip harder than limit_N into what it touches. With n pointing into the contact
 /// (against the force) and J the tip's Jacobian, joint i adds n' J_i rate_i to the speed into it: the joints that add

@@ -1,6 +1,5 @@
 #include "slave/joint_control.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -19,10 +18,7 @@ constexpr double kLearnDelay_s = 0.05;       // from command to delivered oil
 constexpr double kLearnFilter_Hz = 3;
 constexpr double kVelocityFilter_Hz = 6;  // of the hand's speed fed forward: valves cannot follow its tremor
 constexpr double kAccelerationFilter_Hz = 3;
-constexpr double kLeastDrop_Pa = 3e5;  // the gain never divides by less than this over both edges
-constexpr double kSingularity = 0.02;  // of J W J^T (about 0.5 in both directions where the arm is well bent)
-constexpr double kNoTrust = 0.1, kFullTrust = 0.4;  // confidence between which giving way fades in, as the felt force
-constexpr double kLargestPress = 10;     // force given way to, of the feed-forward's fade: no press needs more
+constexpr double kLeastDrop_Pa = 3e5;    // the gain never divides by less than this over both edges
 constexpr double kGateTolerance = 0.02;  // change by the gate (rate limit) up to which the dead band is still learned
 constexpr double kSoftLimitGain_1ps = 2.5;  // speed allowed towards a joint limit per radian before it
 
@@ -41,13 +37,15 @@ JointControl::Learning::Learning(double step_s) noexcept
 JointControl::JointControl(const MachineDescription& machine, double step_s)
     : machine_(machine),
       kinematics_(machine),
+      law_(machine),
       step_s_(step_s),
       valve_divider_(machine.bus.valve_every_nth_sync),
       supply_Pa_(machine.hydraulics.load_sensing_margin_Pa),
       velocity_(kVelocityFilter_Hz, step_s, JointVector::Zero()),
       acceleration_(kAccelerationFilter_Hz, step_s, JointVector::Zero()),
       ahead_(step_s),
-      rising_(step_s),
+      rising_to_ceiling_(step_s, kCeilingLimits),
+      rising_to_assist_(step_s),
       yielding_(step_s),
       learning_{Learning(step_s), Learning(step_s), Learning(step_s)} {}
 
@@ -55,48 +53,59 @@ void JointControl::reset() noexcept {
   running_ = false;
   velocity_.reset(JointVector::Zero());
   acceleration_.reset(JointVector::Zero());
-  rising_.reset();
+  rising_to_ceiling_.reset();
+  rising_to_assist_.reset();
   yielding_.reset();
+  touched_m_.setZero();
   ahead_.reset(JointVector::Zero());
 }
 
-Eigen::Matrix<double, 3, 2> JointControl::tip_to_joints(const Eigen::Matrix<double, 2, 3>& jacobian) const noexcept {
-  const JointVector weight = machine_.control.stiffness_radius_m.cwiseAbs2().cwiseInverse();
-  const Eigen::Matrix<double, 3, 2> weighted = weight.asDiagonal() * jacobian.transpose();
-  const Eigen::Matrix2d normal = jacobian * weighted + kSingularity * Eigen::Matrix2d::Identity();
-  return weighted * normal.inverse();
-}
-
-JointVector JointControl::fed_forward(const estimation::JointState& state, const PlanarVector& force_N, double fade,
+JointVector JointControl::fed_forward(const Touch& touch, const PlanarVector& force_N, double fade, double held,
                                       const JointVector& towards_radps) const noexcept {
   const JointVector& velocity = velocity_.value();
-  const Eigen::Matrix<double, 2, 3> jacobian = kinematics_.tip_jacobian(state.angle_rad);
   const PlanarVector away = force_N.stableNormalized();
-  const double leaving_mps = away.dot(jacobian * velocity), pressing_mps = -away.dot(jacobian * towards_radps);
-  const double away_mps = std::max(0.0, leaving_mps - std::max(0.0, pressing_mps));
-  return (1 - fade) * velocity + fade * (tip_to_joints(jacobian) * (away * away_mps));
+  const double leaving_mps = away.dot(touch.tip_jacobian * velocity);
+  const double pressing_mps = -away.dot(touch.tip_jacobian * towards_radps);
+  const double away_mps = (1 - held) * std::max(0.0, leaving_mps - std::max(0.0, pressing_mps));
+  const double back_mps = held * std::max(0.0, touch.away.dot(touch.jacobian * velocity));
+  return (1 - fade) * law_.slowed_radps(velocity, touch, touch.away * back_mps) +
+         fade * (law_.to_joints(touch.tip_jacobian) * (away * away_mps));
 }
 
-JointVector JointControl::wanted_rates(const estimation::JointState& state, const estimation::ForceEstimate& force,
-                                       const JointCommand& command, Output& output) noexcept {
+JointVector JointControl::wanted_rates(const estimation::JointState& state, const Touch& touch,
+                                       const estimation::ForceEstimate& force, const JointCommand& command,
+                                       Output& output) noexcept {
   const auto& control = machine_.control;
   const double tip_force = force.tip_N.norm();
   // Fed forward into a wall, the set-point's speed would press; soil and loads go along with it, and away it only
   // helps.
-  output.yielding = yielding_.step(kinematics_.tip(state.angle_rad), force.tip_N);
+  touched_m_ += step_s_ * (touch.jacobian * state.rate_radps);
+  output.yielding = yielding_.step(touched_m_, force.tip_N);
   const double fade = (1 - output.yielding) * std::min(1.0, tip_force / control.feed_forward_fade_N);
   const double lead = kAccelerationLead_s * std::max(0.0, 1.0 - tip_force / (kLeadFade * control.feed_forward_fade_N));
   const JointVector before = velocity_.value();
   velocity_.step(command.velocity_radps);
   acceleration_.step((velocity_.value() - before) / step_s_);
 
-  const JointVector give = compliance(state, force);
   JointVector gain = JointVector::Constant(control.position_gain_1ps);
   gain[kBucket] = control.bucket_position_gain_1ps;
-  const JointVector towards = gain.cwiseProduct(command.position_rad - state.angle_rad + give);
-  JointVector rate = towards + fed_forward(state, force.tip_N, fade, towards) + lead * acceleration_.value();
+  const JointVector ahead_rad = command.position_rad - state.angle_rad, give_rad = law_.give_rad(touch);
+  const bool assisted = command.force_limit_N > 0 && command.force_limit_N < machine_.limits.tip_force_N;
+  const double most_N = assisted ? command.force_limit_N : machine_.limits.tip_force_N;
+  const JointVector leashed_rad = law_.leashed_rad(ahead_rad, touch, command.shown_N, most_N, output.yielding);
+  const JointVector towards = law_.steadied_radps(gain.cwiseProduct(leashed_rad + give_rad), touch, state);
+  // The leashed set-point stands still until the hand has come back to it.
+  const double cut_m = touch.away.dot(touch.jacobian * (leashed_rad - ahead_rad));
+  const double held = std::clamp(cut_m * control.tip_stiffness_N_per_m / control.feed_forward_fade_N, 0.0, 1.0);
+  if (cut_m > 0 && touch.away.dot(command.shown_N) + control.feed_forward_fade_N > most_N) {
+    output.limits |= assisted ? kLimitAssistForce : kLimitForceCeiling;
+    output.assist = {assisted ? ReasonCode::kAssistForce : ReasonCode::kForceCeiling, 0,
+                     static_cast<float>(touch.force_N.norm()), static_cast<float>(most_N)};
+  }
+  const JointVector fed = fed_forward(touch, force.tip_N, fade, held, towards);
+  JointVector rate = towards + fed + lead * acceleration_.value();
   for (int i = 0; i < kJoints; ++i) rate[i] = within_limits(i, rate[i], state.angle_rad[i], output.limits);
-  output.ahead_rad = ahead_.step(command.position_rad - state.angle_rad);
+  output.ahead_rad = ahead_.step(ahead_rad);
   return shared(rate, state, output.limits);
 }
 
@@ -133,22 +142,6 @@ JointVector JointControl::shared(const JointVector& rate, const estimation::Join
   return rate * scale;
 }
 
-JointVector JointControl::compliance(const estimation::JointState& state,
-                                     const estimation::ForceEstimate& force) const noexcept {
-  // The tip shall give by f / Ks in every direction. Springs per joint (Kq_i = Ks L_i^2) give it a stiffness that
-  // varies more than twofold with direction and pose, which the operator's spring, K_l = lambda mu Ks, cannot match.
-  // So: external torque -> tip force -> tip displacement -> joints, by the pseudo-inverse weighted with 1/L_i^2;
-  // regularised, so that an arm stretched towards the force gets stiff instead of wild.
-  const auto& control = machine_.control;
-  const Eigen::Matrix<double, 3, 2> to_joints = tip_to_joints(kinematics_.tip_jacobian(state.angle_rad));
-  // Pressures that cannot be explained must not move the machine: what is not trusted is not given way to, and nothing
-  // is given way to without bound.
-  const double trusted = std::clamp((force.confidence - kNoTrust) / (kFullTrust - kNoTrust), 0.0, 1.0);
-  PlanarVector tip_N = trusted * (to_joints.transpose() * force.fast_torque_Nm);
-  tip_N *= std::min(1.0, kLargestPress * control.feed_forward_fade_N / std::max(tip_N.norm(), 1.0));
-  return to_joints * tip_N / control.tip_stiffness_N_per_m;
-}
-
 void JointControl::update_supply(const estimation::JointState& state, const JointVector& cylinder_mps) noexcept {
   // Load sensing: the pump holds the highest working-port pressure of the moving axes plus a margin, through a lag.
   const auto& hydraulics = machine_.hydraulics;
@@ -174,16 +167,6 @@ double JointControl::full_opening_mps(int joint, bool extend, const estimation::
   return k * std::sqrt(drive / (head * head * head + rod * rod * rod));
 }
 
-double JointControl::oil_stiffness_N_per_m(int joint, double length_m) const noexcept {
-  const auto& cylinder = machine_.cylinders[static_cast<std::size_t>(joint)];
-  const double head = cylinder.head_area_m2(), rod = cylinder.rod_side_area_m2();
-  const double stroke = cylinder.max_length_m - cylinder.min_length_m;
-  const double s = std::clamp(length_m - cylinder.min_length_m, 0.0, stroke);
-  const double hose = machine_.hydraulics.hose_volume_m3;
-  return machine_.hydraulics.bulk_modulus_Pa *
-         (head * head / (hose + head * s) + rod * rod / (hose + rod * (stroke - s)));
-}
-
 void JointControl::learn(int joint, double wanted_mps, double full_mps, const estimation::JointState& state,
                          bool learning) noexcept {
   auto& memory = learning_[static_cast<std::size_t>(joint)];
@@ -193,7 +176,9 @@ void JointControl::learn(int joint, double wanted_mps, double full_mps, const es
   memory.wanted_mps[now] = wanted_mps;
   // What the valve delivered, also against a wall: extension plus compression of the oil.
   const double length = kinematics_.cylinder_at(joint, state.angle_rad[joint]).value_or(CylinderState{}).length_m;
-  const double delivered = length + state.cylinder_N[joint] / oil_stiffness_N_per_m(joint, length);
+  const auto& cylinder = machine_.cylinders[static_cast<std::size_t>(joint)];
+  const double delivered =
+      length + state.cylinder_N[joint] / oil_stiffness_N_per_m(cylinder, machine_.hydraulics, length);
   const double rate = running_ ? (delivered - memory.delivered_m) / step_s_ : 0.0;
   memory.delivered_m = delivered;
   const double wanted = memory.wanted_2.step(memory.wanted_1.step(memory.wanted_mps[then]));
@@ -223,15 +208,20 @@ double JointControl::spool_command(int joint, double wanted_mps, const estimatio
   return clamp_abs(fill * fade_in + (1 - dead_band) * opening + dither, 1.0);
 }
 
-void JointControl::limit_force(const estimation::JointState& state, const estimation::ForceEstimate& force,
-                               double limit_N, Output& output) noexcept {
-  const Eigen::Matrix<double, 2, 3> jacobian = kinematics_.tip_jacobian(state.angle_rad);
-  TipContact contact = rising_.step(raw_tip_force(jacobian, force));
-  contact.direction_trust = trust_in_direction(force);
-  const LimitedApproach approach = limit_approach(output.rate_radps, jacobian, contact, limit_N);
-  output.rate_radps = approach.rate_radps;
-  output.assist = approach.limiting;
-  if (approach.limiting) output.limits |= kLimitAssistForce;
+void JointControl::limit_force(const Touch& touch, const estimation::ForceEstimate& force, double assist_N,
+                               Output& output) noexcept {
+  const PlanarVector force_N = raw_tip_force(touch.tip_jacobian, force);
+  const auto limit = [&](RisingForce& rising, double limit_N, const AssistLimits& limits, LimitFlag flag) {
+    TipContact contact = rising.step(force_N);
+    contact.direction_trust = trust_in_direction(force);
+    const LimitedApproach approach = limit_approach(output.rate_radps, touch.jacobian, contact, limit_N, limits);
+    output.rate_radps = approach.rate_radps;
+    if (!approach.limiting) return;
+    output.assist = approach.limiting;
+    output.limits |= flag;
+  };
+  limit(rising_to_ceiling_, machine_.limits.tip_force_N, kCeilingLimits, kLimitForceCeiling);
+  limit(rising_to_assist_, assist_N, kAssistLimits, kLimitAssistForce);
 }
 
 JointControl::Output JointControl::step(const estimation::JointState& state, const estimation::ForceEstimate& force,
@@ -241,12 +231,9 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
     reset();
     return output;
   }
-  output.rate_radps = wanted_rates(state, force, command, output);
-  if (command.force_limit_N > 0) {
-    limit_force(state, force, command.force_limit_N, output);
-  } else {
-    rising_.reset();  // the force while it was off is no start of a rise
-  }
+  const Touch touch = law_.touch(state, force);
+  output.rate_radps = wanted_rates(state, touch, force, command, output);
+  limit_force(touch, force, command.force_limit_N, output);
   const JointVector cylinder_mps = state.lever_m.cwiseProduct(output.rate_radps);
   update_supply(state, cylinder_mps);
   for (int i = 0; i < kJoints; ++i) {

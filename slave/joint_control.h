@@ -13,14 +13,16 @@
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "slave/assist.h"
+#include "slave/contact_law.h"
 
 namespace knuckle::slave {
 
 struct JointCommand {
   JointVector position_rad = JointVector::Zero();
   JointVector velocity_radps = JointVector::Zero();
-  bool active = false;       ///< false: valves neutral, filters are let go; what was learned of the dead bands stays.
-  double force_limit_N = 0;  ///< Of the assist; 0: off.
+  bool active = false;  ///< false: valves neutral, filters are let go; what was learned of the dead bands stays.
+  PlanarVector shown_N = PlanarVector::Zero();  ///< MasterMessage::shown_N
+  double force_limit_N = 0;                     ///< Of the assist; 0: off.
 };
 
 class JointControl {
@@ -31,7 +33,7 @@ class JointControl {
     double yielding = 0;                           ///< SlaveMessage::yielding
     JointVector ahead_rad = JointVector::Zero();   ///< SlaveMessage::ahead_rad
     std::uint16_t limits = 0;                      ///< LimitFlag bits (transport/link_messages.h).
-    Reason assist;                                 ///< Why the assist slows or holds; kNone: it does not.
+    Reason assist;                                 ///< Why ceiling or assist slow or hold; kNone: they do not.
   };
   JointControl(const MachineDescription& machine, double step_s);
   /// @param sent_valve_last what left the gate in the last step; where the gate changed it, nothing is learned.
@@ -42,11 +44,12 @@ class JointControl {
  private:
   static constexpr int kDelaySteps = 16;  ///< Room for the delayed speed command of the learning rule: 50 ms at 250 Hz.
 
-  JointVector wanted_rates(const estimation::JointState& state, const estimation::ForceEstimate& force,
-                           const JointCommand& command, Output& output) noexcept;
+  JointVector wanted_rates(const estimation::JointState& state, const Touch& touch,
+                           const estimation::ForceEstimate& force, const JointCommand& command,
+                           Output& output) noexcept;
   /// Of the set-point's speed: all but `fade`, and in full what leads out of the contact faster than towards_radps, the
-  /// rates that position and force ask for, press into it.
-  [[nodiscard]] JointVector fed_forward(const estimation::JointState& state, const PlanarVector& force_N, double fade,
+  /// rates that position and force ask for, press into it. `held` of what leads out is left away.
+  [[nodiscard]] JointVector fed_forward(const Touch& touch, const PlanarVector& force_N, double fade, double held,
                                         const JointVector& towards_radps) const noexcept;
   /// Speed limit of the joint, falling to zero towards the ends of its range.
   [[nodiscard]] double within_limits(int joint, double rate_radps, double angle_rad,
@@ -54,31 +57,28 @@ class JointControl {
   /// Within the tip's speed limit and the pump's flow; one factor for all axes keeps the direction of the tip.
   [[nodiscard]] JointVector shared(const JointVector& rate, const estimation::JointState& state,
                                    std::uint16_t& limits) const noexcept;
-  /// Pseudo-inverse of the tip's Jacobian, weighted with 1/L_i^2 and regularised.
-  [[nodiscard]] Eigen::Matrix<double, 3, 2> tip_to_joints(const Eigen::Matrix<double, 2, 3>& jacobian) const noexcept;
-  /// Joint displacements that let the tip give to the force like a spring of stiffness Ks, in every direction.
-  [[nodiscard]] JointVector compliance(const estimation::JointState& state,
-                                       const estimation::ForceEstimate& force) const noexcept;
-  /// The assist: slows what would press too hard.
-  void limit_force(const estimation::JointState& state, const estimation::ForceEstimate& force, double limit_N,
+  /// Ceiling and assist: slow what would press too hard.
+  void limit_force(const Touch& touch, const estimation::ForceEstimate& force, double assist_N,
                    Output& output) noexcept;
   double full_opening_mps(int joint, bool extend, const estimation::JointState& state) const noexcept;
   void update_supply(const estimation::JointState& state, const JointVector& cylinder_mps) noexcept;
   double spool_command(int joint, double wanted_mps, const estimation::JointState& state, bool learning) noexcept;
   void learn(int joint, double wanted_mps, double full_mps, const estimation::JointState& state,
              bool learning) noexcept;
-  double oil_stiffness_N_per_m(int joint, double length_m) const noexcept;
 
   MachineDescription machine_;
   Kinematics kinematics_;
+  ContactLaw law_;
   double step_s_;
   int valve_divider_;
   double supply_Pa_;
   JointVector last_valve_ = JointVector::Zero();
   LowPass<JointVector> velocity_, acceleration_;
   estimation::ForceLag<JointVector> ahead_;
-  RisingForce rising_;
+  RisingForce rising_to_ceiling_, rising_to_assist_;
   estimation::Yielding yielding_;
+  PlanarVector touched_m_ =
+      PlanarVector::Zero();  ///< Way of whatever point is touched: the touch wanders along the bucket.
   std::uint32_t steps_ = 0;
   PerJoint<std::array<double, 2>> learned_{};
   struct Learning {

@@ -35,6 +35,17 @@ struct AssistSettings {
   bool stop_on_object = false;  ///< Digging holds when the bucket meets something much stiffer than soil.
 };
 
+/// One direction of a pair of wave variables (transport/wave_line.h), in machine units: newtons and metres per second
+/// at the machine's tip, frame M.
+struct Wave {
+  PlanarVector integral = PlanarVector::Zero();  ///< Of the wave [sqrt(W)] since the sender began [sqrt(W) s].
+  double energy_J = 0;                           ///< Of half its square, likewise; only grows.
+  void add(const PlanarVector& wave, double dt_s) noexcept {
+    integral += wave * dt_s;
+    energy_J += 0.5 * wave.squaredNorm() * dt_s;
+  }
+};
+
 /// Operator to machine, 500 Hz.
 struct MasterMessage {
   std::uint32_t sequence = 0;
@@ -49,8 +60,11 @@ struct MasterMessage {
   Reason device_reason;      ///< Why device_ok is false.
   JointVector position_rad = JointVector::Zero();    ///< Machine joint set-point, clutch offset included.
   JointVector velocity_radps = JointVector::Zero();  ///< Of the set-point, low-passed at kSetPointRateCutoff_Hz.
+  PlanarVector shown_N = PlanarVector::Zero();       ///< Force on the hand without cues, at machine scale, frame M.
   AssistSettings assist;
-  double energy_in_J = 0;  ///< Cumulative energy the hand put into the device; only grows.
+  double energy_in_J = 0;    ///< Cumulative energy the hand put into the device; only grows.
+  double wave_Ns_per_m = 0;  ///< Wave impedance at the machine's tip; 0: the set-point is not led by waves.
+  Wave wave;
 };
 
 /// Machine to operator, 200 Hz.
@@ -77,7 +91,10 @@ struct SlaveMessage {
   std::array<double, 6> pressure_Pa{};         ///< boom A, B, arm A, B, bucket A, B.
   double payload_kg = 0;
   double payload_sigma_kg = 0;
-  double energy_in_J = 0;  ///< Cumulative energy that entered the port on the machine side; only grows.
+  /// Cumulative energy that the world put into the moving arm, while led and as far as the force is significant; only
+  /// grows.
+  double energy_in_J = 0;
+  Wave wave;  ///< That returns.
 };
 
 /// Bits of SlaveMessage::limits and of the safety gate: nothing is limited silently.
@@ -91,8 +108,9 @@ enum LimitFlag : std::uint16_t {
   kLimitPumpFlow = 1 << 6,
   kLimitVelocity = 1 << 7,
   kLimitAssistForce = 1 << 8,
+  kLimitForceCeiling = 1 << 9,
 };
-inline constexpr unsigned kLimitBits = 0x1FF;  ///< All of them; others are refused.
+inline constexpr unsigned kLimitBits = 0x3FF;  ///< All of them; others are refused.
 
 [[nodiscard]] Datagram encode(const MasterMessage& message) noexcept;
 [[nodiscard]] Datagram encode(const SlaveMessage& message) noexcept;

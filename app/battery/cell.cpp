@@ -66,6 +66,7 @@ Cell Drawer::cell(std::uint64_t index) const {
   options.machine = settings.machine;
   options.family = settings.family;
   options.person = settings.person;
+  options.control = settings.control;
   options.seed = 1 + pick(random, 1'000'000'000);
   const double rtt_ms = one_of(random, settings.rtt_ms);
   options.delay_ms = rtt_ms / 2;

@@ -4,6 +4,7 @@
 
 #include "app/session/scenario.h"
 #include "core/error.h"
+#include "machine/control_law.h"
 #include "machine/toml_reader.h"
 #include "sim/person.h"
 #include "sim/truth.h"
@@ -59,6 +60,9 @@ Settings load_settings(const std::string& path) {
   settings.jitter_ms = file.list("jitter_ms", 1, kMostChoices, 0, session::kLongestDelay_ms);
   settings.loss = file.list("loss", 1, kMostChoices, 0, 1);
   settings.bursts_per_s = file.list("bursts_per_s", 1, kMostChoices, 0, 10);
+  if (file.has("control"))
+    settings.control =
+        name(static_cast<ControlLaw>(file.choice("control", {"echo", "wave", "tdpa", "cues", "direct"})));
   settings.kind == Kind::kFeel ? read_feel(file, settings) : read_work(file, settings);
   file.finish();
   return settings;
@@ -70,6 +74,7 @@ Json settings_json(const Settings& settings) {
             {"family", settings.family},      {"person", settings.person},
             {"rtt_ms", settings.rtt_ms},      {"jitter_ms", settings.jitter_ms},
             {"loss", settings.loss},          {"bursts_per_s", settings.bursts_per_s}};
+  if (!settings.control.empty()) json["control"] = settings.control;
   if (settings.kind == Kind::kFeel) {
     json["stiffness_N_per_m"] = span_json(settings.stiffness_N_per_m);
     json["speed_mps"] = span_json(settings.speed_mps);
@@ -95,6 +100,7 @@ Settings settings_of(const Json& json, const std::string& source) {
     json.at("machine").get_to(settings.machine);
     json.at("family").get_to(settings.family);
     json.at("person").get_to(settings.person);
+    settings.control = json.value("control", "");
     json.at("rtt_ms").get_to(settings.rtt_ms);
     json.at("jitter_ms").get_to(settings.jitter_ms);
     json.at("loss").get_to(settings.loss);

@@ -24,6 +24,7 @@ struct Settings {
   std::uint64_t sessions = 0;
   std::uint64_t seed = 1;
   std::string machine, family, person;
+  std::string control;  ///< Bilateral law; empty: as the device's file says.
   // Of the link; one of each per session.
   std::vector<double> rtt_ms, jitter_ms, loss, bursts_per_s;
   // kFeel

@@ -24,7 +24,7 @@ namespace knuckle::console {
 struct StationSetup {
   DeviceDescription device;
   MachineDescription machine;  ///< As calibrated.
-  master::ControlLaw law = master::ControlLaw::kEchoSpring;
+  ControlLaw law = ControlLaw::kEchoSpring;
   // Of the simulated hand.
   sim::LimbImpedance limb;
   JointVector hand_rad = JointVector::Zero();   ///< At the start.

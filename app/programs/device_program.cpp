@@ -60,7 +60,8 @@ class DeviceRunner {
         port_(cable),
         faults_(setup.faults),
         person_(setup.plan.machine, setup.plan.phases, {}, session::kPathPeriod, setup.start_rad, setup.plan.reaction,
-                press_N_per_m(setup), sim::Unsteadiness(setup.person, setup.limb, setup.seed)),
+                sim::push_stiffness(setup.limb, setup.device.feel),
+                sim::Unsteadiness(setup.person, setup.limb, setup.seed)),
         hand_(setup.device, setup.limb, port_, setup.seed, setup.start_rad, setup.serial),
         screen_(screen),
         wants_rows_(wants_rows) {
@@ -93,12 +94,6 @@ class DeviceRunner {
   [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped() + rows_.dropped(); }
 
  private:
-  /// What a hand adds to the felt force per machine metre, limb and rendered spring in series.
-  static double press_N_per_m(const DeviceProgramSetup& setup) noexcept {
-    const double limb = setup.limb.stiffness_N_per_m, spring = setup.device.feel.spring_N_per_m;
-    return limb * spring / (limb + spring) / setup.device.feel.position_scale;
-  }
-
   /// The newest of what passed over the link, as a screen beside the operator would show it.
   void look() noexcept {
     if (screen_ == nullptr) return;

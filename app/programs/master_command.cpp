@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kSchema = "knuckle-master/1";
 
 struct Options {
-  std::string machine, device, device_file, serial, connect, mirror, control = "echo";
+  std::string machine, device, device_file, serial, connect, mirror, control;
   bool insecure = false;
   double assist_force_limit_N = 0;
   bool assist_stop_on_object = false;
@@ -41,7 +41,8 @@ void add_options(CLI::App& c, Options& o) {
       ->required();
   c.add_flag("--insecure", o.insecure, "Allow plain UDP: a link neither authenticated nor encrypted");
   c.add_option("--mirror", o.mirror, "Send a copy of all link traffic to this address and port, for a display");
-  c.add_option("--control", o.control, "Bilateral law: echo or direct")->capture_default_str();
+  c.add_option("--control", o.control,
+               "Bilateral law: echo, wave, tdpa, cues or direct (default: as the device's file says)");
   c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
   c.add_flag("--assist-stop-on-object", o.assist_stop_on_object,
              "Stop when the bucket meets something stiff while digging");
@@ -60,8 +61,8 @@ void check(const Options& o) {
     cli::refuse_option("--device", o.device, "must be hid, usb or none");
   if (o.device == "none" && !o.serial.empty())
     cli::refuse_option("--serial", o.serial, "goes with --device hid or usb");
-  if (o.control != "echo" && o.control != "direct")
-    cli::refuse_option("--control", o.control, "must be echo or direct");
+  if (!o.control.empty() && !control_law_named(o.control))
+    cli::refuse_option("--control", o.control, std::string("must be ") + kControlLawChoice);
   check_plain_link("--connect", o.connect, o.insecure);
   cli::Places places;
   places.configuration("--machine", o.machine);
@@ -83,7 +84,7 @@ MasterSetup set_up(const Options& o) {
   setup.machine = calibrated(load_machine(find_config("machine", o.machine)));
   setup.device = device_for(setup.machine, o.device_file);
   check_springs(setup.machine, setup.device);
-  setup.law = o.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
+  setup.law = control_law_named(o.control).value_or(setup.device.feel.law);
   setup.assist.force_limit_N = o.assist_force_limit_N;
   setup.assist.stop_on_object = o.assist_stop_on_object;
   return setup;
@@ -112,12 +113,13 @@ Json status_json(const std::optional<MachineStatus>& status) {
 
 Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome,
                  std::uint64_t lines_lost) {
-  Json json{{"schema", kSchema},    {"version", cli::program_version()}, {"machine", setup.machine.name},
-            {"device", o.device},   {"device_file", setup.device.name},  {"connect", o.connect},
-            {"control", o.control}, {"started_unix_s", started_unix_s},  {"ran_s", outcome.ran_s}};
+  Json json{{"schema", kSchema},          {"version", cli::program_version()}, {"machine", setup.machine.name},
+            {"device", o.device},         {"device_file", setup.device.name},  {"connect", o.connect},
+            {"control", name(setup.law)}, {"started_unix_s", started_unix_s},  {"ran_s", outcome.ran_s}};
   json["machine_side"] = Json::array();
   json["device_states"] = Json::array();
   json["other_machine"] = Json::array();
+  json["warnings"] = Json::array();
   for (const MasterEvent& event : outcome.events) {
     const double at_s = to_seconds(event.at);
     if (event.about == MasterEvent::About::kDevice) {
@@ -127,6 +129,8 @@ Json result_json(const Options& o, const MasterSetup& setup, double started_unix
                                        {"here", event.here.text()},
                                        {"there", event.there.text()},
                                        {"why", reason_json(event.other_machine)}});
+    } else if (event.about == MasterEvent::About::kFelt) {
+      json["warnings"].push_back({{"at_s", at_s}, {"why", reason_json(event.warning)}});
     } else {
       json["machine_side"].push_back({{"at_s", at_s},
                                       {"heard", event.heard},

@@ -21,6 +21,7 @@ constexpr Duration kStandingReason = 1s;
 std::string kind_of(const MasterEvent& event) {
   if (event.about == MasterEvent::About::kDevice) return std::string("device ") + name(event.device.code);
   if (event.about == MasterEvent::About::kSameMachine) return std::string("other ") + name(event.other_machine.code);
+  if (event.about == MasterEvent::About::kFelt) return std::string("felt ") + name(event.warning.code);
   if (!event.heard) return "not heard";
   return std::string(name(event.mode)) + " " + name(event.fault ? event.fault.code : event.blocking.code);
 }
@@ -66,7 +67,7 @@ class MasterRunner {
   bool wants_rows_;
   int steps_ = 0;
   master::MasterLoop master_;
-  MasterEvent last_machine_, last_device_, last_other_;
+  MasterEvent last_machine_, last_device_, last_other_, last_felt_;
   Histogram round_trip_;
   Ring<MasterEvent, 256> events_;
   Ring<MasterRow, 1024> rows_;
@@ -113,6 +114,12 @@ void MasterRunner::observe(Time now) noexcept {
     event.about = MasterEvent::About::kSameMachine;
     if (event.other_machine || last_other_.other_machine) events_.push(event);
     last_other_ = event;
+  }
+  event.warning = master_.warning();
+  if (!same_cause(event.warning, last_felt_.warning)) {
+    event.about = MasterEvent::About::kFelt;
+    events_.push(event);
+    last_felt_ = event;
   }
   event.about = MasterEvent::About::kMachine;
   status_.put({event, master_.round_trip_s()});
@@ -164,7 +171,8 @@ class Teller {
   static std::vector<std::string> status_parts(const MasterStatus& status) {
     std::vector<std::string> parts{status.now.heard ? "machine " + std::string(name(status.now.mode))
                                                     : "machine: no packets received"};
-    for (const Reason& reason : {status.now.other_machine, status.now.blocking, status.now.device}) {
+    for (const Reason& reason :
+         {status.now.other_machine, status.now.blocking, status.now.device, status.now.warning}) {
       if (reason) parts.push_back(text(reason));
     }
     if (!status.now.heard) return parts;
@@ -194,6 +202,8 @@ std::string event_text(const MasterEvent& event) {
   if (event.about == MasterEvent::About::kDevice)
     return event.device ? "device " + text_with_code(event.device) : "device is ready";
   if (event.about == MasterEvent::About::kSameMachine) return same_machine_text(event);
+  if (event.about == MasterEvent::About::kFelt)
+    return event.warning ? "felt force: " + text_with_code(event.warning) : "felt force is back in full";
   if (!event.heard) return "machine: no packets received";
   const std::string mode = std::string("machine ") + name(event.mode);
   if (event.fault) return mode + " " + text_with_code(event.fault);

@@ -26,23 +26,25 @@ namespace knuckle::programs {
 struct MasterSetup {
   DeviceDescription device;
   MachineDescription machine;  ///< As calibrated.
-  master::ControlLaw law = master::ControlLaw::kEchoSpring;
+  ControlLaw law = ControlLaw::kEchoSpring;
   AssistSettings assist;
 };
 
 /// The machine's report changed (mode or fault, or that packets are received at all), or the device's state, or whether
-/// both sides mean the same machine.
+/// both sides mean the same machine, or whether less is felt than the machine feels.
 struct MasterEvent {
-  enum class About : std::uint8_t { kMachine, kDevice, kSameMachine } about = About::kMachine;
+  enum class About : std::uint8_t { kMachine, kDevice, kSameMachine, kFelt } about = About::kMachine;
   Time at{};
   bool heard = false;  ///< The machine, within the last second.
   Mode mode = Mode::kOff;
   Reason blocking, fault;  ///< Machine.
   Reason device;           ///< Why the device cannot be used; kNone where it can.
   Reason other_machine;    ///< Why the far end cannot be led; kNone where it can.
+  Reason warning;          ///< Why less is felt: energy watchdog or cues; kNone: the law's force is felt in full.
   MachineName here, there;
 };
-/// "machine engaged", "machine: no packets received", "device device_lost: ...", "other_machine: ..."
+/// "machine engaged", "machine: no packets received", "device device_lost: ...", "other_machine: ...",
+/// "felt force: cues_delay: ..."
 [[nodiscard]] std::string event_text(const MasterEvent& event);
 
 struct MasterOutcome {

@@ -29,7 +29,6 @@ namespace knuckle::programs {
 namespace {
 
 constexpr double kLongestSession_s = 3600;
-const std::vector<std::string> kControls{"echo", "direct"};
 /// What a cell says itself.
 constexpr std::array kInputs{"--scenario", "--machine",  "--operator",     "--person",    "--family",
                              "--map",      "--seed",     "--delay-ms",     "--jitter-ms", "--loss",
@@ -45,7 +44,8 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--operator", o.operator_name, "Operator's limb by name, or path:FILE.csv to play a recorded motion");
   c.add_option("--person", o.person, "How much of a person the operator is: exact, steady or rough (default: exact)");
   c.add_option("--map", o.map, "Mapping file (.toml) that says how to read the recorded motion");
-  c.add_option("--control", o.control, "Bilateral law: echo (default) or direct");
+  c.add_option("--control", o.control,
+               "Bilateral law: echo, wave, tdpa, cues or direct (default: as the device's file says)");
   c.add_option("--duration", o.duration_s, "Stop after so many seconds");
   c.add_option("--seed", o.seed, "Random seed of the plant's true parameters, the link and the operator")
       ->capture_default_str()
@@ -93,8 +93,8 @@ void check(const session::SimulateOptions& o) {
   if (o.assist_force_limit_N && *o.assist_force_limit_N != 0)
     cli::check_range("--assist-force-limit", o.assist_force_limit_N, session::kLeastAssist_N, session::kMostAssist_N,
                      " N, or 0: off");
-  if (!o.control.empty() && std::find(kControls.begin(), kControls.end(), o.control) == kControls.end())
-    cli::refuse_option("--control", o.control, "must be echo or direct");
+  if (!o.control.empty() && !control_law_named(o.control))
+    cli::refuse_option("--control", o.control, std::string("must be ") + kControlLawChoice);
   const bool plays_path = o.operator_name.rfind("path:", 0) == 0;
   if (plays_path && o.operator_path().empty())
     cli::refuse_option("--operator", o.operator_name, "must name a file after path:");
@@ -143,7 +143,7 @@ void take_cell(session::SimulateOptions& o) {
   const bool as_it_was = o.control.empty() && !o.duration_s && !o.assist_force_limit_N && !o.assist_stop_on_object;
   std::string digest = digest_of_cell(json, index, file);
   if (as_it_was) cell.cell_digest = std::move(digest);
-  cell.control = o.control;
+  if (!o.control.empty()) cell.control = o.control;
   cell.duration_s = o.duration_s;
   cell.assist_force_limit_N = o.assist_force_limit_N;
   cell.assist_stop_on_object = o.assist_stop_on_object;

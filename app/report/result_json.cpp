@@ -54,6 +54,13 @@ Json faults_json(const session::SessionRecord& record) {
   return list;
 }
 
+Json warnings_json(const session::SessionRecord& record) {
+  Json list = Json::array();
+  for (const session::WarningRecord& w : record.warnings)
+    list.push_back({{"code", name(w.reason.code)}, {"reason", text(w.reason)}, {"at_s", w.at_s}});
+  return list;
+}
+
 Json latencies_json(const std::vector<session::HopLatency>& hops) {
   Json object = Json::object();
   for (const session::HopLatency& h : hops) {
@@ -120,6 +127,7 @@ Json result_json(const session::Judged& judged) {
   for (const session::MetricEntry& entry : session::metric_table())
     json[std::string(entry.group)][std::string(entry.key)] = metric_json(entry, judged.metrics);
   json["faults"] = faults_json(s.record);
+  json["warnings"] = warnings_json(s.record);
   json["realtime"] = realtime_json(s.loops);
   json["latency_us"] = latencies_json(s.hops);
   json["energy"] = energy_json(s.record);

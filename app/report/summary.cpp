@@ -30,6 +30,8 @@ std::string summary_text(const session::Judged& judged, const std::string& repor
   for (const std::string& note : s.notes) text += "  note: " + note + "\n";
   for (const session::FaultRecord& f : s.record.faults)
     text += fmt::format("  fault at {:.2f} s: ", f.at_s) + knuckle::text(f.reason) + "\n";
+  for (const session::WarningRecord& w : s.record.warnings)
+    text += fmt::format("  warning at {:.2f} s: ", w.at_s) + knuckle::text(w.reason) + "\n";
   for (const session::CriterionResult& c : judged.criteria)
     text += fmt::format("  {}  {:22} {:>12}  {} {}\n", c.passed ? "pass" : "FAIL", c.name, shown(c.value, c.unit),
                         c.relation == "max" ? "<=" : ">=", shown(c.bound, c.unit));

@@ -166,6 +166,7 @@ void Loops::hand_over(Time end, SessionOutcome& outcome) {
         return Cause{latched_at, {}};
       },
       record_);
+  master_book_.hand_over(record_);
   machine_book_.hand_over(record_);
   record_.phases_timed_out = person_.timed_out() >= 0 || !person_.finished() ? 1 : 0;
   outcome.hops = hops_of(master_book_, slave_book_, machine_book_, setup_.machine.bus);

@@ -21,7 +21,7 @@ void describe(const SessionSetup& setup, SessionResult& result) {
   result.scenario = setup.scenario.name;
   result.machine_name = setup.machine.name;
   result.device_name = setup.device.name;
-  result.control = setup.law == master::ControlLaw::kDirect ? "direct" : "echo";
+  result.control = name(setup.law);
   result.seed = setup.seed;
   result.delay_ms = 1e3 * to_seconds(setup.to_machine.delay);
   result.jitter_ms = 1e3 * to_seconds(setup.to_machine.jitter);

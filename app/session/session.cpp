@@ -23,11 +23,6 @@ constexpr Duration kAftermath = 300ms;  // a fault that latches so soon after so
 
 }  // namespace
 
-double press_stiffness_N_per_m(const SessionSetup& setup) {
-  const double limb = setup.limb.stiffness_N_per_m, spring = setup.device.feel.spring_N_per_m;
-  return limb * spring / (limb + spring) / setup.device.feel.position_scale;
-}
-
 sim::Operator operator_of(const SessionSetup& setup) {
   const Scenario& scenario = setup.scenario;
   return {setup.machine,
@@ -36,7 +31,7 @@ sim::Operator operator_of(const SessionSetup& setup) {
           kPathPeriod,
           scenario.hand_rad,
           scenario.reaction,
-          press_stiffness_N_per_m(setup),
+          sim::push_stiffness(setup.limb, setup.device.feel),
           sim::Unsteadiness(setup.person, setup.limb, setup.seed)};
 }
 
@@ -160,6 +155,7 @@ SessionRecord Session::Impl::take_record() {
   };
   latched.judge(machine_book.frames, setup.machine, now, cause_of, record);
   machine_book.hand_over(record);
+  master_book.hand_over(record);
   record.phases_timed_out = person.timed_out() >= 0 || !person.finished() ? 1 : 0;
   hops = hops_of(master_book, slave_book, machine_book, setup.machine.bus);
   return std::move(record);

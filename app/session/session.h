@@ -34,7 +34,7 @@ struct SessionSetup {
   sim::Person person;  ///< Whose limb it is.
   std::vector<sim::PathPoint> path;
   LinkImpairment to_machine, to_operator;
-  master::ControlLaw law = master::ControlLaw::kEchoSpring;
+  ControlLaw law = ControlLaw::kEchoSpring;
   std::uint64_t seed = 1;
   [[nodiscard]] sim::DeviceTruth device_truth() const { return built_device.value_or(device); }
 };
@@ -54,8 +54,6 @@ struct HopHistograms {
   Histogram pressure_to_hand;   ///< pressure frame on the wire -> torque report written
 };
 
-/// What a push feels like to the operator: limb and the spring of contact in series, per metre at the machine.
-[[nodiscard]] double press_stiffness_N_per_m(const SessionSetup& setup);
 /// Who acts out the scenario's plan.
 [[nodiscard]] sim::Operator operator_of(const SessionSetup& setup);
 

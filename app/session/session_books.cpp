@@ -3,7 +3,7 @@
 namespace knuckle::session {
 namespace {
 
-constexpr std::size_t kMostEvents = 1024;
+constexpr std::size_t kMostEvents = 1024, kMostWarnings = 256;
 
 /// A latency less is no harm; memory taken in a step is.
 void add_span(std::vector<Span>& spans, const Span& span) noexcept {
@@ -12,7 +12,20 @@ void add_span(std::vector<Span>& spans, const Span& span) noexcept {
 
 }  // namespace
 
+MasterBook::MasterBook(std::size_t rows) {
+  felt.reserve(rows);
+  warnings.reserve(kMostWarnings);
+}
+
+void MasterBook::hand_over(SessionRecord& record) const {
+  record.records_lost += lost;
+  record.warnings = warnings;
+}
+
 void MasterBook::note(Time now, const master::MasterLoop& master) noexcept {
+  const Reason warning = master.warning();
+  if (warning && !same_cause(warning, warned)) keep(warnings, {warning, to_seconds(now.time_since_epoch())}, lost);
+  warned = warning;
   const auto& told = master.machine();
   if (!told || told->sequence == heard) return;
   heard = told->sequence;

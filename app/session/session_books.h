@@ -18,16 +18,21 @@
 
 namespace knuckle::session {
 
-/// Latencies that end at the operator.
+/// Latencies that end at the operator, and what the operator is warned of.
 struct MasterBook {
   /// @param rows steps of the slave there is room for.
-  explicit MasterBook(std::size_t rows) { felt.reserve(rows); }
+  explicit MasterBook(std::size_t rows);
   /// After every master step.
   void note(Time now, const master::MasterLoop& master) noexcept;
+  /// Adds warnings to the record.
+  void hand_over(SessionRecord& record) const;
 
   Histogram slave_to_master, hand_to_master;
   std::vector<Span> felt;
   std::uint32_t heard = 0;  ///< Sequence of the newest message.
+  std::vector<WarningRecord> warnings;
+  Reason warned;
+  std::uint64_t lost = 0;  ///< Warnings.
 };
 
 /// Latencies that end at the machine's side.

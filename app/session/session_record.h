@@ -81,6 +81,12 @@ void keep(std::vector<Row>& rows, const Row& row, std::uint64_t& lost) noexcept 
   rows.size() < rows.capacity() ? rows.push_back(row) : void(++lost);
 }
 
+/// The operator was told that less is felt than the machine feels.
+struct WarningRecord {
+  Reason reason;
+  double at_s = 0;
+};
+
 /// World events to be drawn: "piece broke", "contact", "scoop", ...
 struct EventRecord {
   double t_s = 0;
@@ -91,6 +97,7 @@ struct SessionRecord {
   std::vector<Sample> samples;
   std::vector<FaultRecord> faults;
   std::vector<EventRecord> events;
+  std::vector<WarningRecord> warnings;
   /// Names of the operator's phases. Metrics know "press" and "hold" (means to touch) and "weigh"; others are free.
   std::vector<std::string> phases;
   double force_scale = 1e-3;    ///< lambda: hand newtons per machine newton

@@ -89,7 +89,7 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
     setup.limb.strength_N = sim::strength_N(limb);
   }
   if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options, setup.scenario);
-  setup.law = options.control == "direct" ? master::ControlLaw::kDirect : master::ControlLaw::kEchoSpring;
+  setup.law = control_law_named(options.control).value_or(setup.device.feel.law);
   loaded.operator_name = recording.empty() ? sim::name(limb) : options.operator_name;
   return loaded;
 }

@@ -21,6 +21,7 @@
 #include "app/session/truth_file.h"
 #include "app/studies/shared_battery.h"
 #include "core/error.h"
+#include "machine/control_law.h"
 #include "machine/load.h"
 
 namespace knuckle::studies {
@@ -38,6 +39,11 @@ Settings settings_of(const SweepOptions& o) {
   if (o.machine) settings.machine = *o.machine;
   if (o.family) settings.family = *o.family;
   if (o.person) settings.person = *o.person;
+  if (o.control) {
+    if (!control_law_named(*o.control))
+      cli::refuse_option("--control", *o.control, std::string("must be ") + kControlLawChoice);
+    settings.control = *o.control;
+  }
   if (o.seed) settings.seed = *o.seed;
   if (o.sessions) settings.sessions = *o.sessions;
   (void)session::family_named(settings.family);

@@ -23,7 +23,7 @@ CLI::Validator count(int low, int high) {
 /// What only one kind of battery knows.
 using Names = std::vector<const char*>;
 const Names kOfEstimation{"--machines", "--ensemble", "--ablation", "--budget", "--contact-from-tip-m"};
-const Names kOfSessions{"--grid", "--sessions", "--person", "--csv", "--report"};
+const Names kOfSessions{"--grid", "--sessions", "--person", "--control", "--csv", "--report"};
 
 void add_options(CLI::App& c, SweepOptions& o) {
   c.add_option("--battery", o.battery, "Battery to run: feel, work or estimation")
@@ -46,6 +46,7 @@ void add_options(CLI::App& c, SweepOptions& o) {
   c.add_option("--sessions", o.sessions, "feel, work: number of sessions, 1 to 1000000, instead of the grid's")
       ->check(count(1, 1'000'000));
   c.add_option("--person", o.person, "feel, work: the operator: exact, steady or rough, instead of the grid's");
+  c.add_option("--control", o.control, "feel, work: bilateral law: echo, wave, tdpa, cues or direct");
   c.add_option("--csv", o.csv, "feel, work: write the rows as CSV");
   c.add_option("--report", o.report, "feel, work: write a page with tables and maps");
 

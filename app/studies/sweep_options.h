@@ -22,7 +22,7 @@ struct SweepOptions {
   // sessions: feel, work
   std::string grid;  ///< Empty: of the battery's name.
   std::optional<std::uint64_t> sessions;
-  std::optional<std::string> person;
+  std::optional<std::string> person, control;
   std::string csv, report;  ///< Files.
 };
 

@@ -20,7 +20,7 @@ INSTANTIATE_TEST_SUITE_P(Allocation, EveryStep,
 
 TEST(EveryStepOfTheDirectLaw, AllocatesNothingInAWholeSession) {
   session::SessionSetup setup = session_setup("wall_contact", 1);
-  setup.law = master::ControlLaw::kDirect;
+  setup.law = ControlLaw::kDirect;
   const FinishedSession session = run_session(setup);
   EXPECT_EQ(session.allocations, 0u);
   EXPECT_GT(session.metrics.engaged_s.value_or(0), 5);

@@ -117,7 +117,7 @@ class DirectLaw : public testing::TestWithParam<Parameters> {};
 
 TEST_P(DirectLaw, SwingsWhereTheLimbIsTooSoftForTheDelay) {
   session::SessionSetup setup = press_on_ground(cell_of(GetParam()), 1);
-  setup.law = master::ControlLaw::kDirect;
+  setup.law = ControlLaw::kDirect;
   const FinishedSession session = run_session(setup);
   const bool swings = session.metrics.hold_peak_to_peak_N.value_or(0) > kStill_N ||
                       session.metrics.contact_losses.value_or(0) > kMostLosses;

@@ -34,7 +34,7 @@ struct LawBench {
     run(30);
   }
   EchoSpring law{DeviceDescription::Feel{}};
-  SpringInputs in;
+  FeltInputs in;
 };
 
 TEST(EchoSpring, SettlesToTheReflectedForceWhateverTheSpringSays) {
@@ -118,6 +118,49 @@ TEST(EchoSpring, ClosesAtOnceWhenTheHandLeavesAndIsWaryForASecond) {
   EXPECT_FALSE(bench.law.contact());
   bench.run(0.3);
   EXPECT_TRUE(bench.law.contact());
+}
+
+/// Pressed with 2 N, then the machine breaks through: the contact is gone while the hand still pushes.
+LawBench broken_through() {
+  LawBench bench;
+  bench.press();
+  bench.in.reflected_N.setZero();
+  bench.in.machine_m -= 1e-3 * kOut;
+  bench.run(0.1);
+  EXPECT_FALSE(bench.law.contact());
+  return bench;
+}
+
+TEST(EchoSpring, AHandThatRunsOnAfterALostContactIsCaughtForASecondNeverHarderThanItPressed) {
+  LawBench bench = broken_through();
+  bench.in.hand_mps = -0.01 * kOut;
+  const PlanarVector caught_N = bench.run(1e-3);
+  EXPECT_NEAR(caught_N.dot(kOut), 1, 0.05) << "100 N s/m";
+  EXPECT_NEAR(caught_N.dot(kAlong), 0, 1e-9);
+  bench.in.hand_mps = -0.5 * kOut;
+  EXPECT_LE(bench.run(1e-3).norm(), 2);
+  EXPECT_GT(bench.run(0.3).norm(), 0.5);
+  EXPECT_EQ(bench.run(0.7).norm(), 0);
+}
+
+TEST(EchoSpring, AHandThatLeavesALostContactIsFree) {
+  LawBench bench = broken_through();
+  bench.in.hand_mps = 0.1 * kOut + 0.1 * kAlong;
+  EXPECT_EQ(bench.run(0.05).norm(), 0);
+}
+
+TEST(EchoSpring, FrictionAcrossTheNormalIsFeltAndNoMoreThanThat) {
+  LawBench bench;
+  bench.in.reflected_N = 2 * kOut;
+  bench.in.machine_m = 2e-3 * kOut;
+  bench.in.ahead_m = -bench.in.machine_m;
+  bench.run(30);
+  // The hand has gone 1 mm along the wall; the machine's tip sticks behind.
+  bench.in.hand_m += 1e-3 * kAlong;
+  bench.in.ahead_m += 1e-3 * kAlong;
+  bench.in.reflected_N = 2 * kOut - 0.4 * kAlong;
+  for (int k = 0; k < 1000; ++k) ASSERT_GE(bench.run(1e-3).dot(kAlong), -0.5) << "1 N of spring, 0.4 N of friction";
+  EXPECT_NEAR((bench.run(30) - bench.in.reflected_N).norm(), 0, 0.1);
 }
 
 TEST(EchoSpring, KeepsAContactThatStillPressesThoughTheHandMovesAway) {

@@ -101,6 +101,29 @@ TEST(MasterLoop, RendersTheReflectedForceAtTheHand) {
   EXPECT_NEAR((rig.loop.sent_force_N() - rig.loop.law_force_N()).norm(), 0, 0.02);
 }
 
+TEST(MasterLoop, TellsTheMachineTheForceOnTheHandUnderEachLaw) {
+  for (const char* name : kControlLawNames) {
+    const ControlLaw law = *control_law_named(name);
+    MasterRig rig(law);
+    rig.engage();
+    push_back(rig);
+    double apart_N = 0, most_N = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const PlanarVector before_N = rig.loop.law_force_N();
+      rig.tick();
+      if (rig.heard_at != rig.now) continue;
+      const PlanarVector shown_N = rig.loop.force_scale() * rig.heard.shown_N;
+      most_N = std::max(most_N, shown_N.norm());
+      apart_N = std::max(apart_N, (shown_N - before_N).norm());  // the link takes a millisecond
+    }
+    if (law == ControlLaw::kCues) {
+      EXPECT_EQ(most_N, 0) << "a vibration is not pressed against";
+    } else {
+      EXPECT_LT(apart_N, 1e-9) << name;
+    }
+  }
+}
+
 TEST(MasterLoop, JudgesContactByTheUncertaintyAlongTheForceItself) {
   for (const bool along : {true, false}) {
     MasterRig rig;
@@ -109,7 +132,7 @@ TEST(MasterLoop, JudgesContactByTheUncertaintyAlongTheForceItself) {
     rig.machine.tip_force_N = PlanarVector(0, 500);
     rig.machine.covariance_N2 = {along ? 100.0 : 4e4, 0, along ? 4e4 : 100.0};  // 200 N: R_on = 0.8 N
     rig.run(0.2);
-    EXPECT_EQ(rig.loop.spring().contact(), !along);
+    EXPECT_EQ(rig.loop.felt().spring()->contact(), !along);
   }
 }
 

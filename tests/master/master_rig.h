@@ -20,7 +20,7 @@ namespace knuckle::test {
 /// tells of itself every 50 ms; by default it follows the set-point at once, confident, without contact, and is the
 /// right one.
 struct MasterRig {
-  explicit MasterRig(master::ControlLaw law = master::ControlLaw::kEchoSpring, Duration one_way = 1ms,
+  explicit MasterRig(ControlLaw law = ControlLaw::kEchoSpring, Duration one_way = 1ms,
                      const sim::LimbImpedance& limb = steady_limb(), const DeviceDescription& device = desk_device())
       : network({.delay = one_way}, {.delay = one_way}, 1),
         hand(device, limb, cable.device(), 1, kMidPosture, 77),

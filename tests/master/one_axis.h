@@ -15,7 +15,7 @@
 namespace knuckle::test {
 
 struct OneAxisCase {
-  master::ControlLaw law = master::ControlLaw::kEchoSpring;
+  ControlLaw law = ControlLaw::kEchoSpring;
   double round_trip_s = 0.02;
   double wall_N_per_m = 1e6;
   sim::LimbImpedance limb = steady_limb();
@@ -125,8 +125,8 @@ class OneAxis {
   double law_force() {
     silence_s_ = silent ? silence_s_ + 1e-3 : 0;
     if (!silent) acted_on_ = seen_;
-    if (setting_.law == master::ControlLaw::kDirect) return kLambda * acted_on_.force_N;
-    master::SpringInputs in;
+    if (setting_.law == ControlLaw::kDirect) return kLambda * acted_on_.force_N;
+    master::FeltInputs in;
     in.hand_m = hand_m * kInto + kAside;
     in.hand_mps = hand_mps * kInto;
     in.machine_m = acted_on_.tip_m / kMu * kInto + kAside;

@@ -14,6 +14,15 @@
 namespace knuckle::test {
 namespace {
 
+/// The machine's messages do not arrive while it is cut; the operator's do.
+struct CutLink : Link {
+  explicit CutLink(UdpLink wire) : udp(std::move(wire)) {}
+  bool send(std::span<const std::uint8_t> bytes) noexcept override { return udp.send(bytes); }
+  bool receive(Datagram& datagram) noexcept override { return udp.receive(datagram) && !cut; }
+  UdpLink udp;
+  std::atomic<bool> cut{false};
+};
+
 /// A hand on a simulated haptic device at the far end of a cable, and the operator's side as its program runs it.
 class Desk {
  public:
@@ -58,6 +67,8 @@ class Desk {
     return last;
   }
 
+  void deafen(bool deaf) { link_.cut = deaf; }
+
   Heard said, csv;
   programs::MasterOutcome outcome;  // after end()
 
@@ -68,7 +79,7 @@ class Desk {
   }
   programs::MasterSetup setup_;
   ThreadHid cable_;
-  UdpLink link_;
+  CutLink link_;
   sim::OperatorIntent meant_, intent_;  // the test's thread; the device's
   Mailbox<sim::OperatorIntent> intents_;
   std::optional<sim::HandAndDevice> hand_;
@@ -110,6 +121,22 @@ TEST(ProgramThreads, AMachineIsNotLedAsAnotherAndBothNamesAreTold) {
   EXPECT_TRUE(eventually([&] { return desk.csv.says(",1,1,0,0,"); })) << "presence and enable, as the device has them";
   desk.end();
   EXPECT_FALSE(site.slave_said.says("engaged")) << site.slave_said.text();
+}
+
+TEST(ProgramThreads, AnOperatorIsToldWhyLessIsFeltAndWhenThatIsOver) {
+  Site site;
+  Desk desk(site.address());
+  ASSERT_TRUE(engage(desk, site)) << site.slave_said.text() << desk.said.text();
+  ASSERT_TRUE(eventually([&] { return desk.said.says("machine engaged"); })) << desk.said.text();
+  EXPECT_FALSE(desk.said.says("felt force")) << desk.said.text();
+  desk.deafen(true);
+  EXPECT_TRUE(eventually([&] { return desk.said.says("felt force: cues_silence: "); })) << desk.said.text();
+  desk.deafen(false);
+  EXPECT_TRUE(eventually([&] { return desk.said.says("felt force is back in full"); })) << desk.said.text();
+  desk.end();
+  EXPECT_TRUE(std::any_of(desk.outcome.events.begin(), desk.outcome.events.end(), [](const auto& event) {
+    return event.about == programs::MasterEvent::About::kFelt && event.warning.code == ReasonCode::kCuesSilence;
+  }));
 }
 
 TEST(ProgramThreads, AnOperatorsSideThatEndsLetsGoOfMachineAndDevice) {

@@ -32,7 +32,8 @@ PlanarVector tip_of(const JointVector& q) {
 struct Toy {
   explicit Toy(std::vector<Phase> phases, Duration reaction = 200ms, std::vector<PathPoint> path = {},
                const JointVector& hand = kPose)
-      : person(default_machine(), std::move(phases), std::move(path), 5ms, hand, reaction, kFelt_N_per_m) {
+      : person(default_machine(), std::move(phases), std::move(path), 5ms, hand, reaction,
+               PushStiffness{kFelt_N_per_m, kFelt_N_per_m}) {
     view.hand_rad = view.ghost_rad = hand;
     view.machine_rad = kPose;
     view.mode = Mode::kReady;
@@ -56,7 +57,7 @@ struct Toy {
     if (modes_work) play_modes();
     if (view.mode == Mode::kEngaged && !stuck) view.machine_rad += 0.01 * (view.ghost_rad - view.machine_rad);
     const double deep_m = tip_of(view.ghost_rad).x() - wall_m;
-    view.felt_N = PlanarVector(deep_m > 0 ? -kFelt_N_per_m * deep_m : 0, 0);
+    view.felt_N = PlanarVector(deep_m > 0 ? -kFelt_N_per_m * deep_m - intent.push_N.x() : 0, 0);
     if (-view.felt_N.x() > breaks_at_N) {
       ++view.breaks;
       wall_m = kNowhere;
@@ -265,12 +266,15 @@ TEST(Operator, PressesWithTheForceAskedForAndHoldsStill) {
     ASSERT_TRUE(toy.person.holding());
     toy.run_for(0.5);
     EXPECT_NEAR(-toy.view.felt_N.x(), force_N, 0.15 * force_N);
+    EXPECT_GT(toy.intent.push_N.x(), 0.2 * force_N) << "with its muscles, from where it has touched";
     const JointVector held = toy.intent.joint_rad;
     toy.run_for(3.3);
     EXPECT_EQ(toy.intent.joint_rad, held) << "a hold is a hand that does not move";
     EXPECT_TRUE(toy.person.holding());
     EXPECT_LT(toy.run(2), 0.3);
     EXPECT_FALSE(toy.person.holding());
+    toy.run_for(1);
+    EXPECT_LT(toy.intent.push_N.norm(), 1e-3 * force_N) << "and relaxes them afterwards";
   }
 }
 

@@ -159,8 +159,8 @@ TEST(Person, StepsAllocateNothing) {
 struct HandOnDevice {
   HandOnDevice(const LimbImpedance& limb, const Person& person, std::vector<Phase> phases)
       : device(test::desk_device(), limb, cable.device(), 3, test::kMidPosture),
-        plan(default_machine(), std::move(phases), {}, 5ms, test::kMidPosture, 250ms, kPress_N_per_m,
-             Unsteadiness(person, limb, 3)) {}
+        plan(default_machine(), std::move(phases), {}, 5ms, test::kMidPosture, 250ms,
+             PushStiffness{kPress_N_per_m, kPress_N_per_m}, Unsteadiness(person, limb, 3)) {}
   void run(double seconds) {
     for (int k = 0; k < static_cast<int>(seconds / kTick_s); ++k) {
       now += 1ms;
@@ -237,6 +237,21 @@ TEST(Person, ALightHandReachesItsTargetInSpiteOfFrictionOnlyWhereItLooks) {
   EXPECT_LT(seeing, 0.2 * blind);
 }
 
+TEST(Person, ABarelyDampedHandIsNotMadeToSwingByItsOwnCorrections) {
+  const LimbImpedance light{0.4, 0.4, 8, 3e-3, 0.05, 0.3};
+  EXPECT_NEAR(steady_below_1ps(light), 0.4, 1e-9);
+  Person looks;
+  looks.corrects = true;
+  HandOnDevice hand(light, looks, {move_to(test::kMidPosture + JointVector(0.2, 0.15, -0.3))});
+  hand.run(20);
+  double fastest_radps = 0;
+  for (int k = 0; k < 20; ++k) {
+    hand.run(0.1);
+    fastest_radps = std::max(fastest_radps, hand.device.truth().rate_radps.cwiseAbs().maxCoeff());
+  }
+  EXPECT_LT(fastest_radps, 0.05);
+}
+
 TEST(Person, GivesWayInAHoldThatAnExactHandKeeps) {
   Phase press;
   press.kind = PhaseKind::kPress;
@@ -248,16 +263,15 @@ TEST(Person, GivesWayInAHoldThatAnExactHandKeeps) {
   Person tires;
   tires.give_way = 0.3;
   tires.give_way_s = 10;
-  const Kinematics kinematics(default_machine());
   const auto given_m = [&](const Person& person) {
     HandOnDevice hand(test::steady_limb(), person, {press});
     hand.run(1);                        // towards it
     hand.felt_N = PlanarVector(-1, 0);  // at once as much as was meant
     while (!hand.plan.holding() && to_seconds(hand.now) < 10) hand.run(0.001);
     EXPECT_TRUE(hand.plan.holding());
-    const JointVector held = hand.intent.joint_rad;
+    const PlanarVector held_N = hand.intent.push_N;
     hand.run(40);
-    return (kinematics.tip(hand.intent.joint_rad) - kinematics.tip(held)).norm();
+    return (hand.intent.push_N - held_N).norm() / HandOnDevice::kPress_N_per_m;
   };
   EXPECT_EQ(given_m({}), 0);
   const double meant_m = press.force_N / HandOnDevice::kPress_N_per_m;

@@ -48,6 +48,36 @@ struct SentFrame {
   CanFrame frame;
 };
 
+/// Chamber pressures that carry the links at rest: without them the loop would take the bench for a contact.
+inline std::array<double, 2 * kJoints> resting_pressures_Pa(const MachineDescription& machine,
+                                                            const JointVector& joints_rad) {
+  constexpr double kGravity_mps2 = 9.81, kRodSide_Pa = 20e5;
+  const Kinematics kinematics(machine);
+  JointVector joint_x_m, com_x_m;
+  double x_m = 0, heading_rad = 0;
+  for (int i = 0; i < kJoints; ++i) {
+    const LinkDescription& link = machine.links[static_cast<std::size_t>(i)];
+    heading_rad += joints_rad[i];
+    joint_x_m[i] = x_m;
+    com_x_m[i] = x_m + std::cos(heading_rad) * link.com_m.x() - std::sin(heading_rad) * link.com_m.y();
+    x_m += std::cos(heading_rad) * link.length_m;
+  }
+  std::array<double, 2 * kJoints> pressure_Pa{};
+  for (int i = 0; i < kJoints; ++i) {
+    double torque_Nm = 0;
+    for (int k = i; k < kJoints; ++k) {
+      torque_Nm += machine.links[static_cast<std::size_t>(k)].mass_kg * kGravity_mps2 * (com_x_m[k] - joint_x_m[i]);
+    }
+    const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(i)];
+    const double head_m2 = cylinder.head_area_m2(), rod_m2 = cylinder.rod_side_area_m2();
+    const double force_N = torque_Nm / kinematics.cylinder_at(i, joints_rad[i]).value().lever_m;
+    const double rod_Pa = std::max(kRodSide_Pa, kRodSide_Pa - force_N / rod_m2);
+    pressure_Pa[static_cast<std::size_t>(2 * i)] = (force_N + rod_Pa * rod_m2) / head_m2;
+    pressure_Pa[static_cast<std::size_t>(2 * i + 1)] = rod_Pa;
+  }
+  return pressure_Pa;
+}
+
 class BenchMachine {
  public:
   explicit BenchMachine(const MachineDescription& machine = test_machine())
@@ -64,7 +94,7 @@ class BenchMachine {
                  this});
     const JointVector angle(0.3, -1.5, -0.8);
     for (int i = 0; i < kJoints; ++i) signals.cylinder_m[i] = kinematics.cylinder_at(i, angle[i]).value().length_m;
-    signals.pressure_Pa = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
+    signals.pressure_Pa = resting_pressures_Pa(description, angle);
     hand.device_ok = true;
     hand.position_rad = angle;
   }

@@ -42,8 +42,10 @@ class Rig {
     return state;
   }
 
-  JointControl::Output step(const JointCommand& command) {
+  /// The hand is shown all that the tip feels.
+  JointControl::Output step(JointCommand command) {
     const sim::PlantState& p = plant_.state();
+    command.shown_N = p.contact_N;
     estimation::ForceEstimate force;
     force.tip_N = p.contact_N;
     force.confidence = 1;
@@ -193,7 +195,8 @@ class PressedMachine {
     force.look_variance_Nm2 = JointVector::Constant(2500);
     force.confidence = confidence;
     const JointVector ahead = kinematics_.tip_jacobian(kStart).transpose() * PlanarVector(0.2, 0);
-    return control_.step(state, force, {kStart + ahead, JointVector::Zero(), true, limit_N}, JointVector::Zero());
+    return control_.step(state, force, {kStart + ahead, JointVector::Zero(), true, 100 * tip_N, limit_N},
+                         JointVector::Zero());
   }
   [[nodiscard]] double forward_mps(const JointControl::Output& output) const {
     return (kinematics_.tip_jacobian(kStart) * output.rate_radps).x();
@@ -219,6 +222,7 @@ double answered_mps(double speed_mps, double force_N, double machine_mps = 0) {
   double rate = 0;
   for (int i = 0; i < 200; ++i) {
     state.angle_rad = kStart + along * (machine_mps * i * kStep_s);
+    state.rate_radps = along * machine_mps;
     for (int k = 0; k < kJoints; ++k) state.lever_m[k] = kinematics.cylinder_at(k, state.angle_rad[k])->lever_m;
     const JointCommand command{state.angle_rad, along * speed_mps, true};
     const auto output = control.step(state, force, command, JointVector::Zero());
@@ -265,6 +269,18 @@ TEST(JointControl, ForceLimitWithAnUnknownForceHoldsStillAndLetsGoWhenItIsKnownA
   EXPECT_EQ(held.assist.code, ReasonCode::kAssistForceUnknown);
   EXPECT_TRUE(held.valve.allFinite());
   EXPECT_GT(machine.forward_mps(machine.step({-100, 0}, 1500)), 0.01);
+}
+
+TEST(JointControl, PressesOnToTheMachinesCeilingAndNotBeyondWhateverTheForceIsTrusted) {
+  for (const double confidence : {1.0, 0.0}) {
+    PressedMachine machine;
+    const auto output = machine.step({-11e3, 0}, 0, confidence);
+    EXPECT_LE(machine.forward_mps(output), 1e-9) << confidence;
+    EXPECT_NE(output.limits & kLimitForceCeiling, 0);
+    EXPECT_EQ(output.assist.code, ReasonCode::kForceCeiling);
+  }
+  PressedMachine machine;
+  EXPECT_EQ(machine.step({-100, 0}, 0).limits & kLimitForceCeiling, 0) << "free motion is free";
 }
 
 TEST(JointControl, IsNeutralWhileInactive) {

@@ -64,8 +64,8 @@ TEST(NodeSetup, ValuesAreScaledAsTheMachineFileSays) {
                                static_cast<std::uint32_t>(pressure.data[2]) << 16 |
                                static_cast<std::uint32_t>(pressure.data[3]) << 24;
     const double bar = is_float ? double{std::bit_cast<float>(bits)} : 0.1 * static_cast<std::int32_t>(bits);
-    EXPECT_NEAR(bar, 60, 2);
-    EXPECT_NEAR(m.loop.sensors().measurement()->pressure_Pa[0], 60e5, 2e5);
+    EXPECT_NEAR(bar, m.signals.pressure_Pa[0] / 1e5, 2);
+    EXPECT_NEAR(m.loop.sensors().measurement()->pressure_Pa[0], m.signals.pressure_Pa[0], 2e5);
   }
 }
 

@@ -23,7 +23,7 @@ TEST(SlaveLoop, OperatorTakesOverAndTheMachineFollowsTheHand) {
   const JointVector before = m.angles();
   m.move(kFast, 1s);
   const JointVector moved = m.angles() - before;
-  // The bench's loads are not those of a real arm, so the law gives way: direction and rough size only.
+  // The bench's loads stay those of the pose in which it was switched on: direction and rough size only.
   for (int i = 0; i < kJoints; ++i) {
     EXPECT_GT(moved[i] / kFast[i], 0.3) << i;
     EXPECT_LT(moved[i] / kFast[i], 1.3) << i;

@@ -42,6 +42,7 @@ inline MachineDescription test_machine() {
   m.limits.tip_speed_mps = 1.2;
   m.limits.joint_soft_margin_rad = 0.08;
   m.limits.chamber_pressure_Pa = 240e5;
+  m.limits.tip_force_N = 10e3;
   m.limits.power_W = 8000;
   m.payload_full_scale_kg = 150;
   m.payload_com_m = {0.3, 0.15};

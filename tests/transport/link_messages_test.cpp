@@ -28,15 +28,19 @@ MasterMessage some_master() {
   m.device_reason = {ReasonCode::kNoPresence, 7, 1.0F, -2.0F};
   m.position_rad = {1, 2, -1};
   m.velocity_radps = {0, 0.5, 0};
+  m.shown_N = {-2, 1};
   m.assist = {1500, true};
   m.energy_in_J = 4;
+  m.wave_Ns_per_m = 2000;
+  m.wave = {{1, -1}, 2};
   return m;
 }
 
 const std::string kMaster =
-    "4B4E 03 01  04030201  40420F0000000000 0200000000000000 FFFFFFFFFFFFFFFF  35  0200 07 0000803F 000000C0 "
+    "4B4E 05 01  04030201  40420F0000000000 0200000000000000 FFFFFFFFFFFFFFFF  35  0200 07 0000803F 000000C0 "
     "000000000000F03F 0000000000000040 000000000000F0BF  0000000000000000 000000000000E03F 0000000000000000 "
-    "0080BB44  0000000000001040";
+    "00000000000000C0 000000000000F03F  "
+    "0080BB44  0000000000001040  0000FA44 000000000000F03F 000000000000F0BF 0000000000000040";
 
 SlaveMessage some_slave() {
   SlaveMessage m;
@@ -61,6 +65,7 @@ SlaveMessage some_slave() {
   m.payload_kg = 10;
   m.payload_sigma_kg = 0.5;
   m.energy_in_J = 2;
+  m.wave = {{4, -2}, 10};
   return m;
 }
 
@@ -68,11 +73,12 @@ const std::string kZero = "0000000000000000 ", kHalf = "000000000000E03F ", kOne
                   kTwo = "0000000000000040 ", kFour = "0000000000001040 ", kTen = "0000000000002440 ",
                   kMinusOne = "000000000000F0BF ", kMinusTwo = "00000000000000C0 ";
 const std::string kSlave =
-    "4B4E 03 02  01000000 "
+    "4B4E 05 02  01000000 "
     "0100000000000000 0200000000000000 0300000000000000 "
     "06  0200 00 00000000 00000000  0100 09 0000803F 00000040 " +
     kOne + kZero + kZero + kZero + kOne + kZero + kZero + kZero + kOne + kTwo + kMinusOne + kZero + kMinusTwo + kFour +
-    kZero + kTen + kHalf + kOne + "01 5001 " + kOne + kTwo + kFour + kTen + kHalf + kZero + kTen + kHalf + kTwo;
+    kZero + kTen + kHalf + kOne + "01 5001 " + kOne + kTwo + kFour + kTen + kHalf + kZero + kTen + kHalf + kTwo +
+    kFour + kMinusTwo + kTen;
 
 TEST(LinkMessages, HaveTheBytesOfTheDesign) {
   EXPECT_EQ(bytes(encode(some_master())), test::hex(kMaster));
@@ -86,6 +92,7 @@ TEST(LinkMessages, DecodeTheSameBytes) {
   EXPECT_TRUE(master->presence && master->clutch && master->device_ok);
   EXPECT_FALSE(master->enable || master->stop);
   EXPECT_EQ(master->assist.force_limit_N, 1500);
+  EXPECT_EQ(master->shown_N, PlanarVector(-2, 1));
   EXPECT_TRUE(master->assist.stop_on_object);
   EXPECT_EQ(master->position_rad, JointVector(1, 2, -1));
   EXPECT_EQ(master->device_report_at, Time(-1ns));
@@ -146,7 +153,7 @@ TEST(LinkMessages, UnknownModesReasonsAndFlagsAreRefused) {
   EXPECT_FALSE(decode_slave(with(kSlave, 32, 8))) << "unknown mode";
   EXPECT_FALSE(decode_slave(with(kSlave, 34, 0x10))) << "unknown reason";
   EXPECT_FALSE(decode_slave(with(kSlave, 199, 2))) << "contact is neither yes nor no";
-  EXPECT_FALSE(decode_slave(with(kSlave, 201, 2))) << "unknown limit";
+  EXPECT_FALSE(decode_slave(with(kSlave, 201, 4))) << "unknown limit";
 }
 
 TEST(LinkMessages, ANonFiniteNumberAnywhereIsRefused) {
@@ -157,12 +164,16 @@ TEST(LinkMessages, ANonFiniteNumberAnywhereIsRefused) {
     return changed;
   };
   for (const double value : bad) {
-    for (std::size_t at = 44; at + 8 <= 92; at += 8) EXPECT_FALSE(decode_master(put(kMaster, at, value))) << at;
-    auto single = test::hex(kMaster);
+    for (std::size_t at = 44; at + 8 <= 108; at += 8) EXPECT_FALSE(decode_master(put(kMaster, at, value))) << at;
     const auto narrow = static_cast<float>(value);
-    std::memcpy(single.data() + 92, &narrow, sizeof narrow);
-    EXPECT_FALSE(decode_master(single));
-    EXPECT_FALSE(decode_master(put(kMaster, 96, value)));
+    for (const std::size_t at : {108U, 120U}) {  // force limit and impedance
+      auto single = test::hex(kMaster);
+      std::memcpy(single.data() + at, &narrow, sizeof narrow);
+      EXPECT_FALSE(decode_master(single)) << at;
+    }
+    for (std::size_t at = 112; at + 8 <= test::hex(kMaster).size(); at += at == 112 ? 12 : 8) {  // past the impedance
+      EXPECT_FALSE(decode_master(put(kMaster, at, value))) << at;
+    }
     for (std::size_t at = 55; at + 8 <= 199; at += 8) EXPECT_FALSE(decode_slave(put(kSlave, at, value))) << at;
     for (std::size_t at = 202; at + 8 <= test::hex(kSlave).size(); at += 8) {
       EXPECT_FALSE(decode_slave(put(kSlave, at, value))) << at;
@@ -195,6 +206,8 @@ TEST(LinkMessages, NumbersBeyondAnythingHonestAreRefused) {
     EXPECT_FALSE(master([&](MasterMessage& m) { m.velocity_radps[kArm] = wild; }));
     EXPECT_FALSE(master([&](MasterMessage& m) { m.assist.force_limit_N = wild; }));
     EXPECT_FALSE(master([&](MasterMessage& m) { m.energy_in_J = wild; }));
+    // Sent within their bounds: a wave must not cost the message.
+    EXPECT_TRUE(master([&](MasterMessage& m) { m.wave = {{wild, -wild}, wild}; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.position_rad[kBoom] = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.velocity_radps[kBucket] = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.ahead_rad[kBoom] = wild; }));
@@ -213,6 +226,20 @@ TEST(LinkMessages, NumbersBeyondAnythingHonestAreRefused) {
     std::memcpy(wild.data() + at, &value, sizeof value);
     EXPECT_FALSE(decode_slave(wild)) << at;
   }
+}
+
+TEST(LinkMessages, AWaveBeyondItsBoundsIsRefused) {
+  const double value = 1e308, minus = -1;
+  for (const std::size_t from_end : {24U, 16U, 8U}) {  // integral and energy
+    for (const std::string& text : {kMaster, kSlave}) {
+      auto wild = test::hex(text);
+      std::memcpy(wild.data() + wild.size() - from_end, &value, sizeof value);
+      EXPECT_FALSE(decode_master(wild) || decode_slave(wild)) << from_end;
+    }
+  }
+  auto owing = test::hex(kMaster);
+  std::memcpy(owing.data() + owing.size() - 8, &minus, sizeof minus);
+  EXPECT_FALSE(decode_master(owing));
 }
 
 TEST(LinkMessages, AnEstimateWithoutBoundDoesNotCostTheMessage) {

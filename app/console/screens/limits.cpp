@@ -8,8 +8,9 @@
 namespace knuckle::console::screens {
 
 const char* limit_word(unsigned bit) noexcept {
-  constexpr std::array<const char*, 9> kWords{"full stroke", "spool rate", "joint range",    "virtual wall", "pressure",
-                                              "power",       "pump flow",  "joint velocity", "assist force"};
+  constexpr std::array<const char*, 10> kWords{"full stroke",  "spool rate",   "joint range", "virtual wall",
+                                               "pressure",     "power",        "pump flow",   "joint velocity",
+                                               "assist force", "force ceiling"};
   return bit < kWords.size() ? kWords[bit] : nullptr;
 }
 

@@ -1,0 +1,121 @@
+#include "slave/contact_law.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace knuckle::slave {
+namespace {
+
+constexpr double kSingularity = 0.02;  // of J W J^T (about 0.5 in both directions where the arm is well bent)
+constexpr double kNoTrust = 0.1, kFullTrust = 0.4;  // confidence between which giving way fades in, as the felt force
+constexpr double kLargestPress = 10;                // of F1: force given way to, no press needs more
+// Of F1: from where on a force is one, says where it acts, and holds the set-point back.
+constexpr double kTouching = 0.6, kPlaced = 0.6, kLeashed = 2;
+constexpr double kCrossover_radps = 12;  // filters, valve delay and spool take 0.12 to 0.15 s
+constexpr double kNoDivision = 1e-6;
+constexpr double kLeastLever_m = 0.01;
+
+}  // namespace
+
+double oil_stiffness_N_per_m(const CylinderDescription& cylinder, const HydraulicsDescription& hydraulics,
+                             double length_m) noexcept {
+  const double head = cylinder.head_area_m2(), rod = cylinder.rod_side_area_m2();
+  const double stroke = cylinder.max_length_m - cylinder.min_length_m;
+  const double s = std::clamp(length_m - cylinder.min_length_m, 0.0, stroke);
+  const double hose = hydraulics.hose_volume_m3;
+  return hydraulics.bulk_modulus_Pa * (head * head / (hose + head * s) + rod * rod / (hose + rod * (stroke - s)));
+}
+
+ContactLaw::ContactLaw(const MachineDescription& machine)
+    : cylinders_(machine.cylinders),
+      hydraulics_(machine.hydraulics),
+      control_(machine.control),
+      kinematics_(machine),
+      weight_(machine.control.stiffness_radius_m.cwiseAbs2().cwiseInverse()),
+      furthest_m_(machine.links[kBucket].length_m) {}
+
+Eigen::Matrix<double, kJoints, 2> ContactLaw::to_joints(const PlanarJacobian& jacobian) const noexcept {
+  const Eigen::Matrix<double, kJoints, 2> weighted = weight_.asDiagonal() * jacobian.transpose();
+  const Eigen::Matrix2d normal = jacobian * weighted + kSingularity * Eigen::Matrix2d::Identity();
+  return weighted * normal.inverse();
+}
+
+Touch ContactLaw::touch(const estimation::JointState& state, const estimation::ForceEstimate& force) const noexcept {
+  Touch touch;
+  touch.tip_jacobian = kinematics_.tip_jacobian(state.angle_rad);
+  touch.force_N = to_joints(touch.tip_jacobian).transpose() * force.fast_torque_Nm;
+  touch.away = touch.force_N.stableNormalized();
+  touch.confidence = force.confidence;
+  // A small force does not say where it acts.
+  const double placed_N = kPlaced * control_.feed_forward_fade_N;
+  PlanarVector from_tip_m = force.fast_couple_Nm / (touch.force_N.squaredNorm() + placed_N * placed_N) *
+                            PlanarVector(touch.force_N.y(), -touch.force_N.x());
+  from_tip_m *= std::min(1.0, furthest_m_ / std::max(from_tip_m.norm(), 1e-6));
+  const PlanarVector per_turn_m(-from_tip_m.y(), from_tip_m.x());
+  touch.jacobian = touch.tip_jacobian + per_turn_m * Eigen::RowVector3d::Ones();
+  return touch;
+}
+
+JointVector ContactLaw::give_rad(const Touch& touch) const noexcept {
+  // Springs per joint (Kq_i = Ks L_i^2) would give a stiffness that varies more than twofold with direction and pose,
+  // which the operator's spring, K_l = lambda mu Ks, cannot match. Pressures that cannot be explained must not move the
+  // machine: what is not trusted is not given way to, and nothing is given way to without bound.
+  const double trusted = std::clamp((touch.confidence - kNoTrust) / (kFullTrust - kNoTrust), 0.0, 1.0);
+  PlanarVector force_N = trusted * touch.force_N;
+  force_N *= std::min(1.0, kLargestPress * control_.feed_forward_fade_N / std::max(force_N.norm(), 1.0));
+  return to_joints(touch.jacobian) * force_N / control_.tip_stiffness_N_per_m;
+}
+
+JointVector ContactLaw::shortened_rad(const JointVector& lead_rad, const Touch& touch,
+                                      double allowed_N) const noexcept {
+  const double pressing_m = -touch.away.dot(touch.jacobian * lead_rad);
+  const double allowed_m = allowed_N / control_.tip_stiffness_N_per_m;
+  if (pressing_m <= allowed_m) return lead_rad;
+  // The whole lead is cut short, and the deeper it was the more with the joints that give way: where pressing and
+  // giving way are in balance all joints then rest. Valves do not keep the balance of some that press and others that
+  // yield.
+  const double share = allowed_m / pressing_m;
+  const JointVector along_rad = to_joints(touch.jacobian) * (-allowed_m * touch.away);
+  return share * share * lead_rad + (1 - share) * along_rad;
+}
+
+JointVector ContactLaw::leashed_rad(const JointVector& lead_rad, const Touch& touch, const PlanarVector& shown_N,
+                                    double most_N, double yielding) const noexcept {
+  const double f1_N = control_.feed_forward_fade_N;
+  const double known = std::clamp(touch.force_N.norm() / std::min(kLeashed * f1_N, most_N / 2.5) - 1, 0.0, 1.0);
+  if (known <= 0) return lead_rad;
+  const double shown_and_margin_N = std::max(0.0, touch.away.dot(shown_N)) + f1_N;
+  const JointVector felt_rad = shortened_rad(lead_rad, touch, shown_and_margin_N);
+  const JointVector leashed_rad = lead_rad + known * (1 - yielding) * (felt_rad - lead_rad);
+  return leashed_rad + known * (shortened_rad(leashed_rad, touch, most_N) - leashed_rad);
+}
+
+JointVector ContactLaw::slowed_radps(const JointVector& rate_radps, const Touch& touch,
+                                     const PlanarVector& less_mps) const noexcept {
+  const Eigen::Matrix<double, kJoints, 2> weighted = weight_.asDiagonal() * touch.jacobian.transpose();
+  const Eigen::Matrix2d normal = touch.jacobian * weighted + kNoDivision * Eigen::Matrix2d::Identity();
+  return rate_radps - weighted * (normal.inverse() * less_mps);
+}
+
+JointVector ContactLaw::steadied_radps(const JointVector& rate_radps, const Touch& touch,
+                                       const estimation::JointState& state) const noexcept {
+  const double touching = std::min(1.0, touch.force_N.norm() / (kTouching * control_.feed_forward_fade_N));
+  JointVector oil_rad_per_Nm;
+  for (int i = 0; i < kJoints; ++i) {
+    const double length_m = kinematics_.cylinder_at(i, state.angle_rad[i]).value_or(CylinderState{}).length_m;
+    const double lever_m = std::max(kLeastLever_m, std::abs(state.lever_m[i]));
+    const auto& cylinder = cylinders_[static_cast<std::size_t>(i)];
+    oil_rad_per_Nm[i] = 1 / (oil_stiffness_N_per_m(cylinder, hydraulics_, length_m) * lever_m * lever_m);
+  }
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> oil_m_per_N;
+  oil_m_per_N.computeDirect(touch.jacobian * oil_rad_per_Nm.asDiagonal() * touch.jacobian.transpose());
+  const double stiffest_N_per_m = kCrossover_radps * control_.tip_stiffness_N_per_m / control_.position_gain_1ps;
+  const PlanarVector less = touching * (1 - (stiffest_N_per_m * oil_m_per_N.eigenvalues().array()).cwiseMin(1.0));
+  const Eigen::Matrix2d& axes = oil_m_per_N.eigenvectors();
+  const PlanarVector slower_mps = axes * less.asDiagonal() * axes.transpose() * (touch.jacobian * rate_radps);
+  return slowed_radps(rate_radps, touch, slower_mps);
+}
+
+}  // namespace knuckle::slave

@@ -1,0 +1,186 @@
+// Giving way where the bucket is touched, the leash on the set-point, and a loop that is no faster than the oil allows.
+#include "slave/contact_law.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <array>
+#include <random>
+
+#include "machine/load.h"
+
+namespace knuckle::slave {
+namespace {
+
+const MachineDescription& machine() {
+  static const MachineDescription loaded = load_machine(find_config("machine", "solar015"));
+  return loaded;
+}
+const JointVector kPose(0.6, -1.6, -1.0);
+
+/// The arm at rest with a force somewhere on the bucket, estimated without error.
+struct Bench {
+  explicit Bench(const JointVector& pose = kPose) {
+    state.angle_rad = pose;
+    for (int i = 0; i < kJoints; ++i) state.lever_m[i] = kinematics.cylinder_at(i, pose[i])->lever_m;
+  }
+  /// @param at_m bucket axes.
+  PlanarJacobian jacobian_at(const PlanarVector& at_m) const {
+    const PlanarVector from_tip_m =
+        Eigen::Rotation2Dd(state.angle_rad.sum()) * (at_m - PlanarVector(machine().links[kBucket].length_m, 0));
+    return kinematics.tip_jacobian(state.angle_rad) +
+           PlanarVector(-from_tip_m.y(), from_tip_m.x()) * Eigen::RowVector3d::Ones();
+  }
+  Touch touched(const PlanarVector& force_N, const PlanarVector& at_m, double confidence = 1) const {
+    estimation::ForceEstimate force;
+    force.confidence = confidence;
+    force.fast_torque_Nm = kinematics.tip_jacobian(state.angle_rad).transpose() * force_N;
+    const JointVector torque_Nm = jacobian_at(at_m).transpose() * force_N;
+    force.fast_couple_Nm = (torque_Nm - force.fast_torque_Nm).mean();
+    return law.touch(state, force);
+  }
+  Touch at_tip(const PlanarVector& force_N) const {
+    return touched(force_N, PlanarVector(machine().links[kBucket].length_m, 0));
+  }
+  Kinematics kinematics{machine()};
+  ContactLaw law{machine()};
+  estimation::JointState state;
+};
+
+TEST(ContactLaw, GivesWayWhereTheBucketIsTouchedAndNotAtItsTip) {
+  const Bench bench;
+  const PlanarVector force_N(-2000, 500);
+  const double expected_m = force_N.norm() / machine().control.tip_stiffness_N_per_m;
+  const BucketProfile& profile = machine().bucket_profile;
+  for (const PlanarVector& at_m : {profile.heel_m, profile.back_m, profile.cheek_m}) {
+    const Touch touch = bench.touched(force_N, at_m);
+    const JointVector give_rad = bench.law.give_rad(touch);
+    const double along_m = touch.away.dot(bench.jacobian_at(at_m) * give_rad);
+    EXPECT_NEAR(along_m, expected_m, 0.2 * expected_m) << at_m.transpose();
+  }
+}
+
+TEST(ContactLaw, ASmallForceDoesNotSayWhereItActs) {
+  const Bench bench;
+  const Touch touch = bench.touched({-20, 0}, machine().bucket_profile.heel_m);
+  EXPECT_NEAR((touch.jacobian - touch.tip_jacobian).norm(), 0, 0.02);
+}
+
+TEST(ContactLaw, PressesNoFurtherThanTheHandIsShownAndAMargin) {
+  const Bench bench;
+  const PlanarVector pushed_N(-5000, 0);
+  const Touch touch = bench.at_tip(pushed_N);
+  const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0.05);
+  const auto lead_m = [&](const PlanarVector& shown_N, double yielding = 0) {
+    return PlanarVector(touch.tip_jacobian * bench.law.leashed_rad(lead_rad, touch, shown_N, 1e6, yielding));
+  };
+  const double stiffness = machine().control.tip_stiffness_N_per_m, margin_N = machine().control.feed_forward_fade_N;
+  for (const double shown_N : {0.0, 1000.0, 4000.0}) {
+    const double allowed_m = (shown_N + margin_N) / stiffness;
+    EXPECT_NEAR(lead_m({-shown_N, 0}).x(), allowed_m, 0.1 * 0.15) << shown_N;
+  }
+  EXPECT_NEAR(lead_m({1000, 0}).x(), lead_m({0, 0}).x(), 1e-9) << "what is shown the other way allows nothing";
+  const PlanarVector free_m = touch.tip_jacobian * lead_rad;
+  EXPECT_NEAR(lead_m({-20e3, 0}).x(), free_m.x(), 1e-12);
+  EXPECT_NEAR(lead_m({0, 0}, 1).x(), free_m.x(), 1e-12) << "soil goes along";
+  EXPECT_EQ(bench.law.leashed_rad(-lead_rad, touch, {0, 0}, 1e6, 0), JointVector(-lead_rad)) << "away is free";
+  EXPECT_EQ(bench.law.leashed_rad(lead_rad, bench.at_tip({-300, 0}), {0, 0}, 1e6, 0), lead_rad) << "nothing is touched";
+}
+
+TEST(ContactLaw, WhatMovesAlongIsPressedNoHarderThanMayBePressed) {
+  const Bench bench;
+  const Touch touch = bench.at_tip({-5000, 0});
+  const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0.05);
+  const double most_N = 3000, allowed_m = most_N / machine().control.tip_stiffness_N_per_m;
+  for (const double yielding : {0.5, 1.0}) {
+    const JointVector leashed_rad = bench.law.leashed_rad(lead_rad, touch, {-8000, 0}, most_N, yielding);
+    EXPECT_NEAR((touch.tip_jacobian * leashed_rad).x(), allowed_m, 0.1 * 0.15) << yielding;
+  }
+}
+
+TEST(ContactLaw, SlowsTheTouchedPointExactlyAndNothingElseOfIt) {
+  const Bench bench;
+  const JointVector rate_radps(0.2, -0.4, 0.7);
+  for (const PlanarVector& at_m :
+       {PlanarVector(machine().links[kBucket].length_m, 0), machine().bucket_profile.heel_m}) {
+    const Touch touch = bench.touched({-5000, 2000}, at_m);
+    const PlanarVector less_mps(0.3, -0.1);
+    const PlanarVector changed_mps =
+        touch.jacobian * (rate_radps - bench.law.slowed_radps(rate_radps, touch, less_mps));
+    EXPECT_NEAR((changed_mps - less_mps).norm(), 0, 1e-4);
+  }
+}
+
+TEST(ContactLaw, DrawsBackBeyondWhatMayBePressedHoweverMuchTheHandIsShown) {
+  const Bench bench;
+  const Touch touch = bench.at_tip({-5000, 0});
+  const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0);
+  const auto towards_mps = [&](double most_N) {
+    const JointVector leashed_rad = bench.law.leashed_rad(lead_rad, touch, {-8000, 0}, most_N, 0);
+    return (touch.tip_jacobian * (leashed_rad + bench.law.give_rad(touch))).x();
+  };
+  EXPECT_GT(towards_mps(6000), 0);
+  EXPECT_LT(towards_mps(4000), 0);
+}
+
+TEST(ContactLaw, CrossesOverNoFasterThanValvesAndFiltersAllow) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> share(0.1, 0.9);
+  const BucketProfile& profile = machine().bucket_profile;
+  const auto& control = machine().control;
+  double fastest = 0, slowest = 1e9;
+  for (std::size_t draw = 0; draw < 300; ++draw) {
+    JointVector pose;
+    for (int i = 0; i < kJoints; ++i) {
+      const LinkDescription& link = machine().links[static_cast<std::size_t>(i)];
+      pose[i] = link.min_rad + share(random) * (link.max_rad - link.min_rad);
+    }
+    const Bench bench(pose);
+    const PlanarVector tip_m(machine().links[kBucket].length_m, 0);
+    const Touch touch = bench.touched({-3000, 1000}, std::array{tip_m, profile.back_m, profile.heel_m}.at(draw % 3));
+    JointVector oil_rad_per_Nm;
+    for (int i = 0; i < kJoints; ++i) {
+      const auto& cylinder = machine().cylinders[static_cast<std::size_t>(i)];
+      const CylinderState at = *bench.kinematics.cylinder_at(i, pose[i]);
+      oil_rad_per_Nm[i] =
+          1 / (oil_stiffness_N_per_m(cylinder, machine().hydraulics, at.length_m) * at.lever_m * at.lever_m);
+    }
+    const Eigen::Matrix2d soft = touch.jacobian * oil_rad_per_Nm.asDiagonal() * touch.jacobian.transpose();
+    // Rate that answers a force: along the loop it comes back as the oil's stiffness times that.
+    Eigen::Matrix2d answer;
+    for (int axis = 0; axis < 2; ++axis) {
+      const JointVector rate = bench.law.to_joints(touch.jacobian) * PlanarVector::Unit(axis);
+      answer.col(axis) = touch.jacobian * bench.law.steadied_radps(rate, touch, bench.state);
+    }
+    const Eigen::Matrix2d loop = soft.inverse() * answer;
+    const double crossover =
+        control.position_gain_1ps / control.tip_stiffness_N_per_m * loop.eigenvalues().real().maxCoeff();
+    const double unsteadied =
+        control.position_gain_1ps / control.tip_stiffness_N_per_m / soft.eigenvalues().real().minCoeff();
+    fastest = std::max(fastest, unsteadied), slowest = std::min(slowest, unsteadied);
+    ASSERT_LT(crossover, 12.5) << pose.transpose();
+  }
+  EXPECT_GT(fastest, 30) << "poses in which there is something to do";
+  EXPECT_LT(slowest, 12) << "and some in which there is not";
+}
+
+TEST(ContactLaw, FreeMotionIsNotSlowed) {
+  const Bench bench;
+  const JointVector rate(0.3, -0.2, 0.5);
+  EXPECT_NEAR((bench.law.steadied_radps(rate, bench.at_tip({0, 0}), bench.state) - rate).norm(), 0, 1e-12);
+}
+
+TEST(ContactLaw, SlowsWithoutTurningRound) {
+  const Bench bench;
+  const Touch touch = bench.touched({-3000, 0}, machine().bucket_profile.back_m);
+  for (const PlanarVector& way_mps : {PlanarVector(0.1, 0), PlanarVector(0, 0.1), PlanarVector(-0.05, 0.08)}) {
+    const JointVector rate = bench.law.to_joints(touch.jacobian) * way_mps;
+    const PlanarVector before = touch.jacobian * rate;
+    const PlanarVector after = touch.jacobian * bench.law.steadied_radps(rate, touch, bench.state);
+    EXPECT_GT(after.dot(before), 0);
+    EXPECT_LE(after.norm(), before.norm() * 1.01);
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::slave
