@@ -3,17 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 namespace knuckle::studies {
 namespace {
 
-constexpr double kSoftest_N_per_m = 8e3, kStiffest_N_per_m = 1e6, kClose = 1.03;
+constexpr double kSoftest_N_per_m = 8e3, kStiffest_N_per_m = 3e6, kSlowestTried_radps = 2, kClose = 1.03;
 constexpr double kEarly_s[2] = {1, 2.5}, kLate_s[2] = {4.5, 6};  // after the step
 constexpr double kCalmOfStep = 0.5, kCalmOfEarly = 0.6;
 constexpr double kFineStep_m = 1e-6, kLittleNoise = 0.3;
 
 using Samples = std::span<const ContactSample>;
 using Component = double ContactSample::*;
+using Control = MachineDescription::Control;
 
 Samples between(const ContactRecord& record, const double (&span_s)[2]) {
   const auto at = [&](double t_s) {
@@ -61,15 +63,24 @@ int bounces(const ContactRecord& record) {
   return count;
 }
 
-void judge_touch(const ContactRecord& record, HoldSwing& found) {
-  found.bounces = bounces(record);
-  const auto touch = std::find_if(record.samples.begin(), record.samples.end(),
-                                  [](const ContactSample& sample) { return sample.push_N > 0; });
-  if (touch != record.samples.begin() && touch != record.samples.end()) {
-    const ContactSample& before = *std::prev(touch);
-    found.touch_mps = (before.gap_m - touch->gap_m) / (touch->t_s - before.t_s);
+/// Of one key of the law, between an end at which the hold is taken for calm and one at which it may not be.
+MeasuredBorder bisect(ContactTrial trial, double Control::*key, double calm, double swinging) {
+  const auto swing_at = [&](double value) {
+    trial.machine.control.*key = value;
+    return judge_hold(trial, run_contact(trial));
+  };
+  const HoldSwing last = swing_at(swinging);
+  if (last.calm) return {.calm = last};
+  MeasuredBorder border{.found = true, .frequency_Hz = last.frequency_Hz, .calm = {}};
+  while (std::max(swinging / calm, calm / swinging) > kClose) {
+    const double middle = std::sqrt(calm * swinging);
+    const HoldSwing swing = swing_at(middle);
+    (swing.calm ? calm : swinging) = middle;
+    if (swing.calm) border.calm = swing;
+    if (!swing.calm) border.frequency_Hz = swing.frequency_Hz;
   }
-  for (std::size_t i = 0; i < record.stepped; ++i) found.peak_N = std::max(found.peak_N, record.samples[i].push_N);
+  border.value = std::sqrt(calm * swinging);
+  return border;
 }
 
 }  // namespace
@@ -101,30 +112,28 @@ HoldSwing judge_hold(const ContactTrial& trial, const ContactRecord& record) {
   };
   found.early_N = worse(early);
   found.late_N = worse(late);
-  const bool along = swing_N(late, &ContactSample::along_N) > swing_N(late, &ContactSample::push_N);
-  found.frequency_Hz = frequency_Hz(late, along ? &ContactSample::along_N : &ContactSample::push_N);
+  const bool slides = swing_N(late, &ContactSample::along_N) > swing_N(late, &ContactSample::push_N);
+  found.frequency_Hz = frequency_Hz(late, slides ? &ContactSample::along_N : &ContactSample::push_N);
   found.calm = found.late_N < std::max(kCalmOfStep * trial.step_N, kCalmOfEarly * found.early_N);
-  judge_touch(record, found);
+  found.bounces = bounces(record);
+  for (std::size_t i = 0; i < record.stepped; ++i) found.peak_N = std::max(found.peak_N, record.samples[i].push_N);
+  const PlanarVector along(-trial.pose.normal.y(), trial.pose.normal.x());
   for (const ContactSample& sample : late) {
     const double share = 1 / static_cast<double>(late.size());
     found.hold.joint_rad += share * sample.joint_rad;
+    found.hold.force_N += share * (sample.push_N * trial.pose.normal + sample.along_N * along);
     for (std::size_t i = 0; i < 6; ++i) found.hold.chamber_Pa[i] += share * sample.chamber_Pa[i];
   }
   return found;
 }
 
-MeasuredBorder measure_border(ContactTrial trial) {
-  MeasuredBorder border;
-  double soft = kSoftest_N_per_m, stiff = kStiffest_N_per_m;
-  while (stiff > kClose * soft) {
-    const double middle = std::sqrt(soft * stiff);
-    trial.machine.control.tip_stiffness_N_per_m = middle;
-    const HoldSwing swing = judge_hold(trial, run_contact(trial));
-    (swing.calm ? stiff : soft) = middle;
-    (swing.calm ? border.calm : border.swinging) = swing;
-  }
-  border.stiffness_N_per_m = std::sqrt(soft * stiff);
-  return border;
+MeasuredBorder measure_stiffness_border(ContactTrial trial) {
+  trial.machine.control.contact_crossover_radps = kNoBound_radps;
+  return bisect(std::move(trial), &Control::tip_stiffness_N_per_m, kStiffest_N_per_m, kSoftest_N_per_m);
+}
+
+MeasuredBorder measure_crossover_border(ContactTrial trial) {
+  return bisect(std::move(trial), &Control::contact_crossover_radps, kSlowestTried_radps, kFastest_radps);
 }
 
 }  // namespace knuckle::studies

@@ -1,5 +1,5 @@
-// The border of the machine-side contact loop as the simulated machine shows it: the softest give-way whose hold calms
-// down again after a small step.
+// The borders of the machine-side contact loop as the simulated machine shows them: up to where a hold calms down again
+// after a small step.
 #pragma once
 
 #include "app/studies/contact_model.h"
@@ -19,7 +19,6 @@ enum class Valves : std::uint8_t {
 struct HoldSwing {
   double early_N = 0, late_N = 0;  ///< Peak to peak of a sine of the same power, drift left out; the worse component.
   double frequency_Hz = 0;         ///< Of that component, late.
-  double touch_mps = 0;            ///< Speed into the wall at the first touch.
   double peak_N = 0;               ///< Largest push until the step.
   int bounces = 0;                 ///< Losses of contact between touch and step.
   bool calm = false;               ///< late < 0.5 of the step, or < 0.6 of early; and the machine stayed engaged.
@@ -27,11 +26,15 @@ struct HoldSwing {
 };
 [[nodiscard]] HoldSwing judge_hold(const ContactTrial& trial, const ContactRecord& record);
 
+/// Bisection by ratio to within 3 %.
 struct MeasuredBorder {
-  double stiffness_N_per_m = 0;  ///< Between the softest calm Ks and the stiffest that is not.
-  HoldSwing calm, swinging;      ///< Next to it.
+  bool found = false;                  ///< false: calm to the end of the range, where no border is.
+  double value = 0, frequency_Hz = 0;  ///< Of the swing next to it.
+  HoldSwing calm;                      ///< Next to it, or at the end of the range.
 };
-/// Bisection of Ks by ratio to within 3 %, between 1e3 and 1e6 N/m.
-[[nodiscard]] MeasuredBorder measure_border(ContactTrial trial);
+/// The softest calm Ks without bound of the crossover, from 8e3 N/m on.
+[[nodiscard]] MeasuredBorder measure_stiffness_border(ContactTrial trial);
+/// The largest calm contact_crossover_radps at the Ks of the trial, up to kFastest_radps.
+[[nodiscard]] MeasuredBorder measure_crossover_border(ContactTrial trial);
 
 }  // namespace knuckle::studies

@@ -89,15 +89,15 @@ int run(const Options& options) {
     json->commit();
   }
   if (!cli::is_standard_output(options.json)) {
-    print_contact_rows(rows, machine.control.tip_stiffness_N_per_m, std::cout);
+    print_contact_rows(rows, machine, std::cout);
   }
-  return all_within_bound(rows) ? 0 : 1;
+  return all_passed(rows) ? 0 : 1;
 }
 
 }  // namespace
 
 cli::Command contact_loop_entry() {
-  return {"contact-loop", "Measure the border of the machine's contact loop, and predict it by a linear model",
+  return {"contact-loop", "Measure the borders of the machine's contact loop, and predict them by a linear model",
           [](CLI::App& command) {
             const auto o = std::make_shared<Options>();
             command.add_option("--machine", o->machine, "Machine: name or .toml file")->capture_default_str();
@@ -110,7 +110,7 @@ cli::Command contact_loop_entry() {
             command.add_flag("--impact", o->impact,
                              "Instead: what follows touches at 0.1 and 0.2 m/s, the machine as on file");
             command.add_flag("--sensitivity", o->sensitivity,
-                             "Instead: by how much single changes of the machine move the predicted border");
+                             "Instead: by how much single changes of the machine change the predicted gain of the loop");
             command.add_option("--json", o->json, "Write the rows as JSON (described in docs/contact-loop.md)");
             command.footer(cli::kExitCodes);
             return [o] { return run(*o); };

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "estimation/regressor.h"
+#include "slave/contact_law.h"
 
 namespace knuckle::studies {
 namespace {
@@ -16,7 +17,7 @@ using Matrix2c = Eigen::Matrix2cd;
 using Matrix3c = Eigen::Matrix3cd;
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kSingularity = 0.02, kLeastDrop_Pa = 3e5;  // of the law
+constexpr double kLeastDrop_Pa = 3e5;  // of the law
 constexpr double kLowest_radps = 0.5, kHighest_radps = 200;
 constexpr int kPlaces = 400;
 
@@ -53,14 +54,8 @@ double edge_flow(double drop_Pa, double laminar_Pa) noexcept {
 
 }  // namespace
 
-double dead_zone_gain(double dead_zone, double amplitude) noexcept {
-  if (amplitude <= dead_zone) return 0;
-  const double part = dead_zone / amplitude;
-  return 1 - 2 / std::numbers::pi * (std::asin(part) + part * std::sqrt(1 - part * part));
-}
-
-std::optional<ContactCrossing> swing_border(const LoopEigenvalues& eigenvalues) {
-  std::optional<ContactCrossing> found;
+std::optional<LoopCrossing> largest_crossing(const LoopEigenvalues& eigenvalues) {
+  std::optional<LoopCrossing> found;
   std::array<Complex, 2> before{};
   for (int i = 0; i < kPlaces; ++i) {
     std::array<Complex, 2> now = eigenvalues(frequency(i));
@@ -73,7 +68,7 @@ std::optional<ContactCrossing> swing_border(const LoopEigenvalues& eigenvalues) 
       const double part = im0 / (im0 - im1);
       const double re = before[k].real() + part * (now[k].real() - before[k].real());
       const double w = frequency(i - 1) + part * (frequency(i) - frequency(i - 1));
-      if (re > 0 && (!found || re > found->stiffness_N_per_m)) found = {{re, w / kTurn}};
+      if (re > 0 && (!found || re > found->gain)) found = {{re, w / kTurn}};
     }
     before = now;
   }
@@ -82,7 +77,7 @@ std::optional<ContactCrossing> swing_border(const LoopEigenvalues& eigenvalues) 
 
 double ContactLoop::bulk_modulus_Pa(double pressure_Pa) const noexcept {
   const double part = nominal_.air_Pa / (std::max(0.0, pressure_Pa) + nominal_.air_Pa);
-  return machine_.hydraulics.bulk_modulus_Pa / (1 + nominal_.air_share * part * part * part);
+  return nominal_.oil_share * machine_.hydraulics.bulk_modulus_Pa / (1 + nominal_.air_share * part * part * part);
 }
 
 ContactLoop::Axis ContactLoop::axis(std::size_t i, const std::array<JointVector, 2>& supply_Pa) const {
@@ -107,9 +102,6 @@ ContactLoop::Axis ContactLoop::axis(std::size_t i, const std::array<JointVector,
     const double drive = std::max(ps * in - h.tank_Pa * out - (extend ? load : -load), kLeastDrop_Pa * (in + out));
     const double believed = std::sqrt(drive / (head * head * head + rod * rod * rod));
     axis.flow_share += 0.5 * (stiff_a * flow_a + stiff_b * flow_b) / (axis.oil_N_per_m * believed);
-    const double band = extend ? cylinder.valve.dead_band_extend : cylinder.valve.dead_band_retract;
-    const double k = cylinder.valve.nominal_flow_m3ps / std::sqrt(cylinder.valve.nominal_drop_Pa);
-    axis.dead_zone_mps += 0.5 * k * believed * (1 - machine_.control.dead_band_fill) * band / (1 - band);
   }
   axis.damping_Ns_per_m = cylinder.friction.viscous_Ns_per_m;
   axis.seal_N_per_m = nominal_.seal_N_per_m;
@@ -121,41 +113,58 @@ ContactLoop::Axis ContactLoop::axis(std::size_t i, const std::array<JointVector,
 
 ContactLoop::ContactLoop(const MachineDescription& machine, const ContactHold& hold, const ContactNominal& nominal)
     : machine_(machine), hold_(hold), nominal_(nominal), kinematics_(machine), mass_(mass_of(machine, hold.joint_rad)) {
-  const Eigen::Matrix<double, 2, 3> tip = kinematics_.tip_jacobian(hold.joint_rad);
-  const JointVector weight = machine.control.stiffness_radius_m.cwiseAbs2().cwiseInverse();
-  const Eigen::Matrix<double, 3, 2> weighted = weight.asDiagonal() * tip.transpose();
-  to_joints_ = weighted * Eigen::Matrix2d(tip * weighted + kSingularity * Eigen::Matrix2d::Identity()).inverse();
-  gains_.setConstant(machine.control.position_gain_1ps);
-  gains_[kBucket] = machine.control.bucket_position_gain_1ps;
-  touch(tip);
+  touch_wall();
+  set_law();
   const std::array<JointVector, 2> supply_Pa = supplies_Pa();
   for (std::size_t i = 0; i < kJoints; ++i) axes_[i] = axis(i, supply_Pa);
 }
 
-/// The wall's spring and damper between joints, and between joints and what the estimator takes for a force at the tip.
-void ContactLoop::touch(const Eigen::Matrix<double, 2, 3>& tip) {
-  const PlanarVector from_tip =
+void ContactLoop::touch_wall() {
+  from_tip_m_ =
       Eigen::Rotation2Dd(hold_.joint_rad.sum()) * (hold_.place_m - PlanarVector(machine_.links[kBucket].length_m, 0));
-  Eigen::Matrix<double, 2, 3> place = tip;  // each joint turns the place about itself, as it does the tip
-  place.colwise() += PlanarVector(-from_tip.y(), from_tip.x());
+  place_ = kinematics_.tip_jacobian(hold_.joint_rad);  // each joint turns the place about itself, as it does the tip
+  place_.colwise() += PlanarVector(-from_tip_m_.y(), from_tip_m_.x());
   const PlanarVector normal = hold_.normal, along(-normal.y(), normal.x());
-  effective_mass_kg_ = 1 / (normal.transpose() * place * mass_.inverse() * place.transpose() * normal).value();
-  const double damping = 2 * hold_.wall_damping_ratio * std::sqrt(hold_.wall_N_per_m * effective_mass_kg_);
-  const double slide_N = hold_.sticks ? nominal_.along_N_per_m : 0;
-  const double slide_Ns = hold_.sticks ? nominal_.along_Ns_per_m : 0;
-  const Eigen::Matrix2d across = normal * normal.transpose(), sideways = along * along.transpose();
-  const Eigen::Matrix<double, 2, 3> spring = (hold_.wall_N_per_m * across + slide_N * sideways) * place;
-  const Eigen::Matrix<double, 2, 3> damper = (damping * across + slide_Ns * sideways) * place;
-  wall_N_ = place.transpose() * spring;
-  wall_Ns_ = place.transpose() * damper;
-  felt_N_ = tip.transpose() * spring;
-  felt_Ns_ = tip.transpose() * damper;
+  const double mass_kg = 1 / (normal.transpose() * place_ * mass_.inverse() * place_.transpose() * normal).value();
+  const double damping = 2 * hold_.wall_damping_ratio * std::sqrt(hold_.wall_N_per_m * mass_kg);
+  const Eigen::Matrix2d across = normal * normal.transpose();
+  const Eigen::Matrix2d sideways = (hold_.sticks ? 1 : 0) * along * along.transpose();
+  wall_N_per_m_ = hold_.wall_N_per_m * across + nominal_.along_N_per_m * sideways;
+  wall_Ns_per_m_ = damping * across + nominal_.along_Ns_per_m * sideways;
+}
+
+/// At rest position and force ask for nothing together, so what slows them counts as it is there.
+void ContactLoop::set_law() {
+  const slave::ContactLaw law(machine_);
+  estimation::JointState state;
+  state.angle_rad = hold_.joint_rad;
+  for (std::size_t i = 0; i < kJoints; ++i) state.lever_m[static_cast<int>(i)] = cylinder(i).lever_m;
+  const Eigen::Matrix<double, 2, 3> tip = kinematics_.tip_jacobian(hold_.joint_rad);
+  const auto touched = [&](const PlanarVector& force_N) {
+    estimation::ForceEstimate force;
+    force.confidence = 1;
+    force.fast_torque_Nm = tip.transpose() * force_N;
+    force.fast_couple_Nm = cross(from_tip_m_, force_N);
+    return law.touch(state, force);
+  };
+  JointVector gains = JointVector::Constant(machine_.control.position_gain_1ps);
+  gains[kBucket] = machine_.control.bucket_position_gain_1ps;
+  for (int i = 0; i < kJoints; ++i) {
+    rate_per_rad_.col(i) = law.steadied_radps(gains[i] * JointVector::Unit(i), touched(hold_.force_N), state);
+  }
+  constexpr double kApart_N = 1;
+  for (int i = 0; i < 2; ++i) {
+    const PlanarVector apart_N = kApart_N * PlanarVector::Unit(i);
+    const JointVector less_rad = law.give_rad(touched(hold_.force_N - apart_N));
+    const JointVector more_rad = law.give_rad(touched(hold_.force_N + apart_N));
+    rate_per_N_.col(i) = rate_per_rad_ * (more_rad - less_rad) / (2 * kApart_N);
+  }
 }
 
 /// Load sensing holds the highest pressure that is fed, plus its margin: one way while pressing, another while giving
 /// way. @return for each cylinder while it extends, and while it retracts.
 std::array<JointVector, 2> ContactLoop::supplies_Pa() const {
-  const JointVector press = -(to_joints_ * hold_.normal);
+  const JointVector press = -(rate_per_N_ * hold_.normal);
   std::array<double, 2> highest{machine_.hydraulics.tank_Pa, machine_.hydraulics.tank_Pa};  // pressing, giving way
   PerJoint<bool> extends_pressing{};
   for (std::size_t i = 0; i < kJoints; ++i) {
@@ -183,9 +192,11 @@ CylinderState ContactLoop::cylinder(std::size_t i) const {
   return *state;
 }
 
-std::array<Complex, 2> ContactLoop::eigenvalues(double w, const JointVector& valve_gain) const {
+std::array<Complex, 2> ContactLoop::eigenvalues(double w) const {
   const Complex s(0, w);
-  Matrix3c arm = (mass_ * (s * s)).eval() + wall_N_.cast<Complex>() + wall_Ns_ * s;
+  const Eigen::Matrix<Complex, 2, 3> wall =
+      (wall_N_per_m_.cast<Complex>() + wall_Ns_per_m_ * s) * place_.cast<Complex>();
+  Matrix3c arm = (mass_ * (s * s)).eval() + place_.transpose().cast<Complex>() * wall;
   Eigen::Vector3cd drive;
   const double period_s = machine_.bus.valve_every_nth_sync / machine_.bus.sync_Hz;
   for (std::size_t i = 0; i < kJoints; ++i) {
@@ -196,71 +207,29 @@ std::array<Complex, 2> ContactLoop::eigenvalues(double w, const JointVector& val
     const Complex spool =
         1.0 / (1.0 + 2 * a.valve_damping * s / a.valve_radps + s * s / (a.valve_radps * a.valve_radps));
     const Complex valve = spool * std::polar(1.0, -w * a.delay_s) * hold_of(w, period_s);
-    drive[n] = lever2 * a.oil_N_per_m * a.flow_share * valve_gain[n] * valve / s;
+    drive[n] = lever2 * a.oil_N_per_m * a.flow_share * valve / s;
   }
   const Matrix3c to_position = arm.inverse() * Matrix3c(drive.asDiagonal());
   const Complex velocity = low_pass(w, nominal_.force_band.velocity_Hz);
   const Complex filters = velocity * velocity * low_pass(w, nominal_.force_band.observer_Hz);
-  const Matrix3c to_torque = -filters * (felt_N_.cast<Complex>() + felt_Ns_ * s) * to_position;
-  const Matrix3c gains = gains_.cast<Complex>().asDiagonal();
-  // P_t (1 + K P_q)^-1 K = P_t K (1 + P_q K)^-1 for a diagonal K
-  const Matrix2c b = to_joints_.transpose().cast<Complex>() * to_torque * gains *
-                     (Matrix3c::Identity() + to_position * gains).inverse() * to_joints_.cast<Complex>();
-  const Complex half = 0.5 * b.trace(), root = std::sqrt(half * half - b.determinant());
+  const Matrix3c held = Matrix3c::Identity() + to_position * rate_per_rad_.cast<Complex>();
+  const Matrix2c loop = -filters * wall * held.inverse() * to_position * rate_per_N_.cast<Complex>();
+  const Complex half = 0.5 * loop.trace(), root = std::sqrt(half * half - loop.determinant());
   const Complex one = half + root, other = half - root;
   if (std::abs(one) >= std::abs(other)) return {one, other};
   return {other, one};
 }
 
-std::optional<ContactCrossing> ContactLoop::border() const {
-  return border(JointVector::Ones());
+std::optional<LoopCrossing> ContactLoop::crossing() const {
+  return largest_crossing([&](double w_radps) { return eigenvalues(w_radps); });
 }
 
-std::optional<ContactCrossing> ContactLoop::border(const JointVector& valve_gain) const {
-  return swing_border([&](double w_radps) { return eigenvalues(w_radps, valve_gain); });
-}
-
-std::optional<ContactCrossing> ContactLoop::border_with_dead_band(double swing_N) const {
-  const JointVector give = gains_.cwiseProduct(to_joints_ * hold_.normal * swing_N);  // rates times Ks
-  std::optional<ContactCrossing> last = border();
-  if (!last) return last;
-  // A softer loop asks for quicker valves, which pass more: one solution, between no gain and all of it.
-  double low = 1e-3 * last->stiffness_N_per_m, high = last->stiffness_N_per_m;
-  for (int i = 0; i < 30; ++i) {
-    const double middle = std::sqrt(low * high);
-    JointVector passes;
-    for (int k = 0; k < kJoints; ++k) {
-      const Axis& a = axes_[static_cast<std::size_t>(k)];
-      passes[k] = dead_zone_gain(a.dead_zone_mps, std::abs(a.lever_m * give[k]) / middle);
-    }
-    const auto found = border(passes);
-    if (found) last = found;
-    (found && found->stiffness_N_per_m > middle ? low : high) = middle;
-  }
-  last->stiffness_N_per_m = std::sqrt(low * high);
-  return last;
-}
-
-std::optional<double> ContactLoop::lasting_swing_N(double stiffness_N_per_m) const {
-  const auto goes_on = [&](double swing_N) {
-    const auto found = border_with_dead_band(swing_N);
-    return found && found->stiffness_N_per_m > stiffness_N_per_m;
-  };
-  double calm = 1, lasting = 1e5;
-  if (!goes_on(lasting)) return std::nullopt;
-  while (lasting > 1.02 * calm) {
-    const double middle = std::sqrt(calm * lasting);
-    (goes_on(middle) ? lasting : calm) = middle;
-  }
-  return lasting;
-}
-
-std::optional<ContactMargins> ContactLoop::margins(double stiffness_N_per_m) const {
+std::optional<ContactMargins> ContactLoop::margins() const {
   std::optional<ContactMargins> found;
   double before = 0;
   for (int i = 0; i < kPlaces; ++i) {
     const double w = frequency(i);
-    const Complex loop = eigenvalues(w)[0] / stiffness_N_per_m;
+    const Complex loop = eigenvalues(w)[0];
     const double size = std::abs(loop);
     if (i > 0 && before >= 1 && size < 1) {
       found = {{w / kTurn, std::arg(loop) * 360 / kTurn}};  // at 0 the swing comes back as it went
@@ -268,6 +237,32 @@ std::optional<ContactMargins> ContactLoop::margins(double stiffness_N_per_m) con
     before = size;
   }
   return found;
+}
+
+std::optional<PredictedBorder> stiffness_border(MachineDescription machine, const ContactHold& hold,
+                                                const ContactNominal& nominal) {
+  machine.control.contact_crossover_radps = kNoBound_radps;
+  const auto crossing = ContactLoop(machine, hold, nominal).crossing();
+  if (!crossing) return std::nullopt;
+  return {{crossing->gain * machine.control.tip_stiffness_N_per_m, crossing->frequency_Hz}};
+}
+
+std::optional<PredictedBorder> crossover_border(MachineDescription machine, const ContactHold& hold,
+                                                const ContactNominal& nominal) {
+  const auto crossing = [&](double crossover_radps) {
+    machine.control.contact_crossover_radps = crossover_radps;
+    return ContactLoop(machine, hold, nominal).crossing().value_or(LoopCrossing{});
+  };
+  LoopCrossing swings = crossing(kFastest_radps);
+  if (swings.gain <= 1) return std::nullopt;
+  double calm_radps = kSlowest_radps, swings_radps = kFastest_radps;
+  while (swings_radps > 1.005 * calm_radps) {
+    const double middle_radps = std::sqrt(calm_radps * swings_radps);
+    const LoopCrossing found = crossing(middle_radps);
+    (found.gain > 1 ? swings_radps : calm_radps) = middle_radps;
+    if (found.gain > 1) swings = found;
+  }
+  return {{swings_radps, swings.frequency_Hz}};
 }
 
 }  // namespace knuckle::studies

@@ -86,7 +86,7 @@ motion::PathBuilder path_of(const ContactTrial& trial, const Kinematics& kinemat
 class Watch {
  public:
   Watch(const ContactTrial& trial, const PlanarVector& touch_m) : trial_(trial), touch_m_(touch_m) {}
-  void look(const sim::PlantState& s, const motion::LedMachine& led) {
+  void look(const sim::PlantState& s) {
     ContactSample sample;
     sample.t_s = s.t_s;
     sample.push_N = s.contact_N.dot(trial_.pose.normal);
@@ -95,14 +95,7 @@ class Watch {
     const PlanarVector place = s.tip_m + Eigen::Rotation2Dd(s.joint_rad.sum()) * (trial_.pose.place_m - tip);
     sample.gap_m = (place - touch_m_).dot(trial_.pose.normal);
     sample.joint_rad = s.joint_rad;
-    sample.spool = s.spool;
-    sample.opening = s.opening;
     sample.chamber_Pa = s.chamber_Pa;
-    sample.pump_Pa = s.pump_Pa;
-    if (const auto& said = led.reported()) {
-      sample.reported_N = said->tip_force_N.dot(trial_.pose.normal);
-      sample.confidence = said->confidence;
-    }
     record.samples.push_back(sample);
   }
   ContactRecord record;
@@ -135,7 +128,8 @@ ContactRecord run_contact(const ContactTrial& trial) {
   try {
     led.engage();
     led.settle(500ms, 2s);
-    machine->each_tick = [&](sim::MachineOnBus& m) { watch.look(m.plant(), led); };
+    machine->each_tick = [&](sim::MachineOnBus& m) { watch.look(m.plant()); };
+    led.show((trial.press_N + trial.step_N) * trial.pose.normal);
     const motion::PathBuilder path = path_of(trial, kinematics, start, to_seconds(led.period()), watch.record.stepped);
     led.lead(path.path());
     (void)led.run_until([&] { return led.done(); }, Duration::max() / 4);

@@ -44,10 +44,8 @@ struct ContactSample {
   double push_N = 0;   ///< Of the wall along its normal,
   double along_N = 0;  ///< and along its face.
   double gap_m = 0;    ///< Of the place to the wall's face, negative inside.
-  JointVector joint_rad = JointVector::Zero(), spool = JointVector::Zero(), opening = JointVector::Zero();
+  JointVector joint_rad = JointVector::Zero();
   std::array<double, 6> chamber_Pa{};
-  double pump_Pa = 0;
-  double reported_N = 0, confidence = 0;  ///< The slow channel's force on the tip along the normal, as sent.
 };
 
 struct ContactRecord {
@@ -56,7 +54,8 @@ struct ContactRecord {
   std::string trouble;      ///< Why the machine dropped out; empty: it did not.
 };
 
-/// @throws InputError where truth and pose do not fit together.
+/// The hand counts as shown all that the set-point asks for: what the law does to hands that are shown less (leash) is
+/// left out. @throws InputError where truth and pose do not fit together.
 [[nodiscard]] ContactRecord run_contact(const ContactTrial& trial);
 
 }  // namespace knuckle::studies

@@ -7,8 +7,6 @@
 namespace knuckle::studies {
 namespace {
 
-constexpr double kStiffLaw_N_per_m = 3e5;
-
 struct Change {
   const char* name;
   std::function<void(MachineDescription&, ContactHold&, ContactNominal&)> make;
@@ -31,38 +29,39 @@ const std::vector<Change>& changes() {
          machine.control.position_gain_1ps /= 2;
          machine.control.bucket_position_gain_1ps /= 2;
        }},
+      {"bound halved", [](auto& machine, auto&, auto&) { machine.control.contact_crossover_radps /= 2; }},
       {"oil half as stiff", [](auto& machine, auto&, auto&) { machine.hydraulics.bulk_modulus_Pa /= 2; }},
+      {"the same, file unchanged", [](auto&, auto&, auto& nominal) { nominal.oil_share = 0.5; }},
       {"no air in the oil", [](auto&, auto&, auto& nominal) { nominal.air_share = 0; }},
       {"no seals", [](auto&, auto&, auto& nominal) { nominal.seal_N_per_m = 0; }},
       {"slides freely", [](auto&, auto& hold, auto&) { hold.sticks = false; }}};
   return all;
 }
 
-double border_of(const MachineDescription& machine, const ContactHold& hold, const ContactNominal& nominal) {
-  return ContactLoop(machine, hold, nominal).border().value_or(ContactCrossing{}).stiffness_N_per_m;
+double gain_of(const MachineDescription& machine, const ContactHold& hold, const ContactNominal& nominal) {
+  return ContactLoop(machine, hold, nominal).crossing().value_or(LoopCrossing{}).gain;
 }
 
 }  // namespace
 
 void print_sensitivity(const MachineDescription& machine, const ContactCell& cell, std::uint64_t seed,
                        std::ostream& out) {
-  ContactTrial trial = trial_of(machine, cell, Valves::kIdeal, seed);
-  trial.machine.control.tip_stiffness_N_per_m = kStiffLaw_N_per_m;
+  const ContactTrial trial = trial_of(machine, cell, Valves::kIdeal, seed);
   const HoldSwing held = judge_hold(trial, run_contact(trial));
   out << cell.pose.name << ' ' << cell.wall_N_per_m << " N/m: ";
   if (!held.calm) {
     out << "does not hold still\n";
     return;
   }
-  const double base = border_of(trial.machine, held.hold, {});
-  out << "border " << std::lround(base / 1e3) << " kN/m";
+  const double base = gain_of(trial.machine, held.hold, {});
+  out << "gain " << std::setprecision(2) << base;
   for (const Change& change : changes()) {
     MachineDescription changed = trial.machine;
     ContactHold hold = held.hold;
     ContactNominal nominal;
     change.make(changed, hold, nominal);
     out << "; " << change.name << ' ' << std::showpos
-        << std::lround(100 * (border_of(changed, hold, nominal) / base - 1)) << std::noshowpos << " %";
+        << std::lround(100 * (gain_of(changed, hold, nominal) / base - 1)) << std::noshowpos << " %";
   }
   out << '\n';
 }

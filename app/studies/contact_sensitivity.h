@@ -1,4 +1,4 @@
-// Which parameter moves the border of the contact loop, and which way, by the linear model.
+// Which parameter brings the contact loop closer to swinging, and which keeps it away, by the linear model.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace knuckle::studies {
 
-/// One line: pose, wall, border Ks, then its change in percent for each change of the machine. The hold is that of the
-/// simulated machine with ideal valves and a stiff law.
+/// One line: pose, wall, the loop's gain where it would swing (1 swings), then its change in percent for each change of
+/// the machine. The hold is that of the simulated machine with ideal valves, law as on file.
 void print_sensitivity(const MachineDescription& machine, const ContactCell& cell, std::uint64_t seed,
                        std::ostream& out);
 
