@@ -105,6 +105,7 @@ HoldSwing judge_hold(const ContactTrial& trial, const ContactRecord& record) {
   found.hold.place_m = trial.pose.place_m;
   found.hold.wall_N_per_m = trial.wall_N_per_m;
   found.hold.wall_damping_ratio = trial.wall_damping_ratio;
+  found.trouble = record.trouble;
   const Samples early = between(record, kEarly_s), late = between(record, kLate_s);
   if (!record.trouble.empty() || early.empty() || late.empty()) return found;
   const auto worse = [](Samples samples) {

@@ -2,6 +2,8 @@
 // after a small step.
 #pragma once
 
+#include <string>
+
 #include "app/studies/contact_model.h"
 #include "app/studies/contact_run.h"
 
@@ -21,6 +23,7 @@ struct HoldSwing {
   double frequency_Hz = 0;         ///< Of that component, late.
   double peak_N = 0;               ///< Largest push until the step.
   int bounces = 0;                 ///< Losses of contact between touch and step.
+  std::string trouble;             ///< ContactRecord::trouble
   bool calm = false;               ///< late < 0.5 of the step, or < 0.6 of early; and the machine stayed engaged.
   ContactHold hold;                ///< Means of the late part.
 };

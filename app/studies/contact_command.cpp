@@ -109,8 +109,9 @@ cli::Command contact_loop_entry() {
             command.add_option("--jobs", o->jobs, "Threads, up to 1024; 0: one per processor")->capture_default_str();
             command.add_flag("--impact", o->impact,
                              "Instead: what follows touches at 0.1 and 0.2 m/s, the machine as on file");
-            command.add_flag("--sensitivity", o->sensitivity,
-                             "Instead: by how much single changes of the machine change the predicted gain of the loop");
+            command.add_flag(
+                "--sensitivity", o->sensitivity,
+                "Instead: by how much single changes of the machine change the predicted gain of the loop");
             command.add_option("--json", o->json, "Write the rows as JSON (described in docs/contact-loop.md)");
             command.footer(cli::kExitCodes);
             return [o] { return run(*o); };

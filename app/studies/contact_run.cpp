@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kStep_s = 0.1;  // of the small step: no faster than a valve opens
+constexpr Duration kLate = 1s;
 
 ContactPose pose_of(std::string name, double boom_deg, double arm_deg, double bucket_deg, const PlanarVector& normal,
                     const PlanarVector& place_m) {
@@ -132,7 +133,9 @@ ContactRecord run_contact(const ContactTrial& trial) {
     led.show((trial.press_N + trial.step_N) * trial.pose.normal);
     const motion::PathBuilder path = path_of(trial, kinematics, start, to_seconds(led.period()), watch.record.stepped);
     led.lead(path.path());
-    (void)led.run_until([&] { return led.done(); }, Duration::max() / 4);
+    const Duration way = from_seconds(static_cast<double>(path.size()) * to_seconds(led.period()));
+    if (!led.run_until([&] { return led.done(); }, way + kLate))
+      watch.record.trouble = "the path was not led to its end";
   } catch (const motion::NotLed& e) {
     watch.record.trouble = e.what();
   }

@@ -60,8 +60,8 @@ void print_sensitivity(const MachineDescription& machine, const ContactCell& cel
     ContactHold hold = held.hold;
     ContactNominal nominal;
     change.make(changed, hold, nominal);
-    out << "; " << change.name << ' ' << std::showpos
-        << std::lround(100 * (gain_of(changed, hold, nominal) / base - 1)) << std::noshowpos << " %";
+    out << "; " << change.name << ' ' << std::showpos << std::lround(100 * (gain_of(changed, hold, nominal) / base - 1))
+        << std::noshowpos << " %";
   }
   out << '\n';
 }

@@ -26,11 +26,9 @@ Json json_of(const BorderPair& pair) {
 }
 
 Json json_of(const HoldSwing& hold) {
-  return {{"calm", hold.calm},
-          {"swing_N", hold.late_N},
-          {"frequency_Hz", hold.frequency_Hz},
-          {"bounces", hold.bounces},
-          {"peak_N", hold.peak_N}};
+  return {{"calm", hold.calm},       {"trouble", hold.trouble},
+          {"swing_N", hold.late_N},  {"frequency_Hz", hold.frequency_Hz},
+          {"bounces", hold.bounces}, {"peak_N", hold.peak_N}};
 }
 
 Json json_of(const ContactRow& row) {
@@ -43,6 +41,8 @@ Json json_of(const ContactRow& row) {
   json["phase_margin_deg"] = row.margins ? Json(row.margins->phase_margin_deg) : Json(nullptr);
   json["hold_ideal_valves"] = json_of(row.small_at_file);
   json["hold"] = json_of(row.on_file);
+  const MeasuredBorder& on_file = row.crossover_on_file;
+  json["crossover_border_on_file_radps"] = on_file.found ? Json(on_file.value) : Json(nullptr);
   json["passed"] = row.passed();
   return json;
 }
@@ -55,8 +55,8 @@ std::string cell_of(const BorderPair& pair, double unit) {
       out << std::setw(7) << "none" << std::setw(5) << "";
       return;
     }
-    out << std::setprecision(3) << std::setw(7) << value / unit << std::fixed << std::setprecision(1)
-        << std::setw(5) << frequency_Hz << std::defaultfloat;
+    out << std::setprecision(3) << std::setw(7) << value / unit << std::fixed << std::setprecision(1) << std::setw(5)
+        << frequency_Hz << std::defaultfloat;
   };
   const PredictedBorder predicted = pair.predicted.value_or(PredictedBorder{});
   figures(pair.measured.found, pair.measured.value, pair.measured.frequency_Hz);
@@ -91,6 +91,7 @@ ContactRow contact_row(const MachineDescription& machine, const ContactCell& cel
   row.cell = cell;
   const ContactTrial ideal = trial_of(machine, cell, Valves::kIdeal, seed);
   row.small_at_file = judge_hold(ideal, run_contact(ideal));
+  if (!row.small_at_file.trouble.empty()) return row;
   row.stiffness.measured = measure_stiffness_border(ideal);
   row.crossover.measured = measure_crossover_border(ideal);
   if (const HoldSwing& calm = row.stiffness.measured.calm; calm.calm) {
@@ -101,6 +102,7 @@ ContactRow contact_row(const MachineDescription& machine, const ContactCell& cel
   }
   const ContactTrial on_file = trial_of(machine, cell, Valves::kAsOnFile, seed);
   row.on_file = judge_hold(on_file, run_contact(on_file));
+  row.crossover_on_file = measure_crossover_border(on_file);
   if (!row.small_at_file.calm) return row;
   const ContactLoop loop(ideal.machine, row.small_at_file.hold);
   row.at_file = loop.crossing();
@@ -114,19 +116,22 @@ void print_contact_rows(const std::vector<ContactRow>& rows, const MachineDescri
       << "contact_crossover_radps that is calm at Ks = " << control.tip_stiffness_N_per_m / 1e3
       << " kN/m. Each measured, Hz, predicted, Hz, ratio (*: out of 0.8-1.25)\n"
       << "margins: predicted at Ks and contact_crossover_radps = " << control.contact_crossover_radps
-      << "; hold: swing [N], bounces, peak [N], valves as on file\n"
-      << "     pose   wall |" << std::setw(32) << "Ks  " << "|" << std::setw(32) << "crossover  "
-      << "|  gain phase | hold\n";
+      << "; valves as on file: largest crossover, hold: swing [N], bounces, peak [N]\n"
+      << "     pose   wall |" << std::setw(32) << "Ks  "
+      << "|" << std::setw(32) << "crossover  "
+      << "|  gain phase | on file: hold\n";
   for (const ContactRow& row : rows) {
-    std::ostringstream gain, phase;
+    std::ostringstream gain, phase, on_file;
     if (row.at_file) gain << std::setprecision(2) << 1 / row.at_file->gain;
     if (row.margins) phase << std::lround(row.margins->phase_margin_deg);
+    if (row.crossover_on_file.found) on_file << std::setprecision(3) << row.crossover_on_file.value;
     out << std::setw(9) << row.cell.pose.name << std::setw(7) << std::setprecision(0) << std::scientific
         << row.cell.wall_N_per_m << std::defaultfloat << " |" << cell_of(row.stiffness, 1e3)
         << cell_of(row.crossover, 1) << std::setw(6) << gain.str() << std::setw(6) << phase.str() << " |"
-        << std::setw(6) << std::lround(row.on_file.late_N) << std::setw(4) << row.on_file.bounces << std::setw(7)
+        << std::setw(6) << (row.crossover_on_file.found ? on_file.str() : "none") << std::setw(6)
+        << std::lround(row.on_file.late_N) << std::setw(4) << row.on_file.bounces << std::setw(7)
         << std::lround(row.on_file.peak_N) << (row.on_file.calm ? "" : "  swings")
-        << (row.small_at_file.calm ? "" : "  swings with ideal valves") << '\n';
+        << (row.small_at_file.calm ? "" : "  swings with ideal valves") << ' ' << row.small_at_file.trouble << '\n';
   }
   const auto share = [&](BorderPair ContactRow::*pair) {
     return std::count_if(rows.begin(), rows.end(), [&](const ContactRow& row) { return (row.*pair).within_bound(); });

@@ -32,12 +32,13 @@ struct BorderPair {
 
 struct ContactRow {
   ContactCell cell;
-  HoldSwing small_at_file;  ///< Ideal valves, all keys as on file.
+  HoldSwing small_at_file;  ///< Ideal valves, all keys as on file. With trouble there nothing else is measured.
   BorderPair stiffness;     ///< Ks that it takes without bound of the crossover; ideal valves.
   BorderPair crossover;     ///< contact_crossover_radps that the Ks of the file bears; ideal valves.
   std::optional<LoopCrossing> at_file;    ///< Predicted for that hold; one over its gain is the gain margin.
   std::optional<ContactMargins> margins;  ///< Likewise.
   HoldSwing on_file;                      ///< Valves and law as on file.
+  MeasuredBorder crossover_on_file;       ///< Like crossover.measured, with valves as on file.
   [[nodiscard]] bool passed() const noexcept {
     return small_at_file.calm && on_file.calm && stiffness.within_bound() && crossover.within_bound();
   }
