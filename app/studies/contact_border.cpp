@@ -8,7 +8,7 @@
 namespace knuckle::studies {
 namespace {
 
-constexpr double kSoftest_N_per_m = 8e3, kStiffest_N_per_m = 3e6, kSlowestTried_radps = 2, kClose = 1.03;
+constexpr double kSoftest_N_per_m = 8e3, kStiffest_N_per_m = 3e6, kClose = 1.03;
 constexpr double kEarly_s[2] = {1, 2.5}, kLate_s[2] = {4.5, 6};  // after the step
 constexpr double kCalmOfStep = 0.5, kCalmOfEarly = 0.6;
 constexpr double kFineStep_m = 1e-6, kLittleNoise = 0.3;
@@ -134,7 +134,7 @@ MeasuredBorder measure_stiffness_border(ContactTrial trial) {
 }
 
 MeasuredBorder measure_crossover_border(ContactTrial trial) {
-  return bisect(std::move(trial), &Control::contact_crossover_radps, kSlowestTried_radps, kFastest_radps);
+  return bisect(std::move(trial), &Control::contact_crossover_radps, kSlowest_radps, kFastest_radps);
 }
 
 }  // namespace knuckle::studies

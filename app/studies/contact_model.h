@@ -71,8 +71,6 @@ class ContactLoop {
   [[nodiscard]] std::optional<LoopCrossing> crossing() const;
   /// Of the eigenvalue that crosses 1 in size last; nullopt: none does.
   [[nodiscard]] std::optional<ContactMargins> margins() const;
-  /// Both eigenvalues of L(j w), the larger first.
-  [[nodiscard]] std::array<std::complex<double>, 2> eigenvalues(double w_radps) const;
 
  private:
   struct Axis {
@@ -82,6 +80,8 @@ class ContactLoop {
     double damping_Ns_per_m = 0, seal_N_per_m = 0;
     double valve_radps = 0, valve_damping = 0, delay_s = 0;
   };
+  /// Both eigenvalues of L(j w), the larger first.
+  [[nodiscard]] std::array<std::complex<double>, 2> eigenvalues(double w_radps) const;
   void touch_wall();
   void set_law();
   [[nodiscard]] CylinderState cylinder(std::size_t i) const;
@@ -102,17 +102,16 @@ class ContactLoop {
   Eigen::Matrix<double, 3, 2> rate_per_N_;        ///< G_f
 };
 
-/// Far beyond what a machine file may say: the arm is slowed nowhere.
-inline constexpr double kNoBound_radps = 1e6;
-/// The smallest Ks at which the loop is calm where nothing but Ks keeps it so: contact_crossover_radps without bound.
-/// @return {Ks, Hz}; nullopt: calm at any.
+/// contact_crossover_radps: from where on a border is looked for, what a machine file may say at most, and so much that
+/// the arm is slowed nowhere.
+inline constexpr double kSlowest_radps = 2, kFastest_radps = 100, kNoBound_radps = 1e6;
+/// Value of a key of the law, and how fast the loop swings there.
 struct PredictedBorder {
   double value = 0, frequency_Hz = 0;
 };
+/// The smallest Ks at which the loop is calm without bound of its crossover. nullopt: calm at any.
 [[nodiscard]] std::optional<PredictedBorder> stiffness_border(MachineDescription machine, const ContactHold& hold,
                                                               const ContactNominal& nominal = {});
-/// Up to what a machine file may say.
-inline constexpr double kSlowest_radps = 0.5, kFastest_radps = 100;
 /// The largest contact_crossover_radps at which the loop is calm at the Ks of the file. nullopt: calm at any.
 [[nodiscard]] std::optional<PredictedBorder> crossover_border(MachineDescription machine, const ContactHold& hold,
                                                               const ContactNominal& nominal = {});
