@@ -131,7 +131,8 @@ void print_contact_rows(const std::vector<ContactRow>& rows, const MachineDescri
         << std::setw(6) << (row.crossover_on_file.found ? on_file.str() : "none") << std::setw(6)
         << std::lround(row.on_file.late_N) << std::setw(4) << row.on_file.bounces << std::setw(7)
         << std::lround(row.on_file.peak_N) << (row.on_file.calm ? "" : "  swings")
-        << (row.small_at_file.calm ? "" : "  swings with ideal valves") << ' ' << row.small_at_file.trouble << '\n';
+        << (row.small_at_file.calm ? "" : "  swings with ideal valves")
+        << (row.small_at_file.trouble.empty() ? "" : ": ") << row.small_at_file.trouble << '\n';
   }
   const auto share = [&](BorderPair ContactRow::*pair) {
     return std::count_if(rows.begin(), rows.end(), [&](const ContactRow& row) { return (row.*pair).within_bound(); });
