@@ -1,5 +1,6 @@
 // The program `knuckle-studies`: what judges Knuckle. Nothing that runs a machine is linked with it.
 #include "app/cli/command.h"
+#include "app/studies/contact_command.h"
 #include "app/studies/real_recordings.h"
 #include "app/studies/sweep.h"
 
@@ -7,6 +8,7 @@ int main(int argc, char** argv) {
   return knuckle::cli::run_program({"knuckle-studies",
                                     "Judges Knuckle: many sampled machines, recordings of real ones.\n",
                                     "Try: knuckle-studies sweep --battery estimation --machines 2 --ensemble 0\n",
-                                    {knuckle::studies::real_recordings_entry(), knuckle::studies::sweep_entry()}},
+                                    {knuckle::studies::contact_loop_entry(), knuckle::studies::real_recordings_entry(),
+                                     knuckle::studies::sweep_entry()}},
                                    {argv + 1, argv + argc});
 }

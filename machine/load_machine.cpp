@@ -287,6 +287,7 @@ MachineDescription::Control read_control(TomlTable file) {
                "must be at most " + number_text(kHighestRatio * control.tip_stiffness_N_per_m) +
                    " = 1e-4 * tip_stiffness_N_per_m");
   control.stiffness_radius_m = file.numbers<kJoints>("stiffness_radius_m", 0.05, kFurthestPin_m);
+  control.contact_crossover_radps = file.number("contact_crossover_radps", 0.5, 100);
   control.feed_forward_fade_N = file.number("feed_forward_fade_N", 1, 1e6);
   control.bucket_position_gain_1ps = file.number("bucket_position_gain_1ps", 0.1, 20);
   control.dither = file.number("dither", 0, 0.05);

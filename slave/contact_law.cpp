@@ -13,7 +13,6 @@ constexpr double kNoTrust = 0.1, kFullTrust = 0.4;  // confidence between which 
 constexpr double kLargestPress = 10;                // of F1: force given way to, no press needs more
 // Of F1: from where on a force is one, says where it acts, and holds the set-point back.
 constexpr double kTouching = 0.6, kPlaced = 0.6, kLeashed = 2;
-constexpr double kCrossover_radps = 12;  // filters, valve delay and spool take 0.12 to 0.15 s
 constexpr double kNoDivision = 1e-6;
 constexpr double kLeastLever_m = 0.01;
 
@@ -111,7 +110,8 @@ JointVector ContactLaw::steadied_radps(const JointVector& rate_radps, const Touc
   }
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> oil_m_per_N;
   oil_m_per_N.computeDirect(touch.jacobian * oil_rad_per_Nm.asDiagonal() * touch.jacobian.transpose());
-  const double stiffest_N_per_m = kCrossover_radps * control_.tip_stiffness_N_per_m / control_.position_gain_1ps;
+  const double stiffest_N_per_m =
+      control_.contact_crossover_radps * control_.tip_stiffness_N_per_m / control_.position_gain_1ps;
   const PlanarVector less = touching * (1 - (stiffest_N_per_m * oil_m_per_N.eigenvalues().array()).cwiseMin(1.0));
   const Eigen::Matrix2d& axes = oil_m_per_N.eigenvectors();
   const PlanarVector slower_mps = axes * less.asDiagonal() * axes.transpose() * (touch.jacobian * rate_radps);

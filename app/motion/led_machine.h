@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <stdexcept>
 
 #include "app/motion/path_leader.h"
@@ -49,6 +50,8 @@ class LedMachine {
   bool run_until(const std::function<bool()>& reached, Duration patience);
   /// Leads along the path, which begins where the machine is, while time passes in calls to come.
   void lead(const estimation::JointPath& path) { leader_.follow(path); }
+  /// PathLeader::show
+  void show(const PlanarVector& force_N) noexcept { leader_.show(force_N); }
   /// The path's end has been reached by the set-points.
   [[nodiscard]] bool done() const noexcept { return leader_.done(access_.now()); }
   /// A millisecond. @return whether the slave loop has stepped and a sample was added, with the encoders' raw readings.
@@ -57,6 +60,8 @@ class LedMachine {
   void neutral() noexcept;
 
   [[nodiscard]] Duration period() const noexcept { return period_; }  ///< Of the slave loop.
+  /// The newest message of the machine; nullopt before the first.
+  [[nodiscard]] const std::optional<SlaveMessage>& reported() const noexcept { return leader_.machine(); }
 
  private:
   /// A millisecond. @return whether the slave loop has stepped.

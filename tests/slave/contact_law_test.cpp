@@ -158,10 +158,22 @@ TEST(ContactLaw, CrossesOverNoFasterThanValvesAndFiltersAllow) {
     const double unsteadied =
         control.position_gain_1ps / control.tip_stiffness_N_per_m / soft.eigenvalues().real().minCoeff();
     fastest = std::max(fastest, unsteadied), slowest = std::min(slowest, unsteadied);
-    ASSERT_LT(crossover, 12.5) << pose.transpose();
+    ASSERT_LT(crossover, 1.05 * control.contact_crossover_radps) << pose.transpose();
   }
-  EXPECT_GT(fastest, 30) << "poses in which there is something to do";
-  EXPECT_LT(slowest, 12) << "and some in which there is not";
+  EXPECT_GT(fastest, 2.5 * control.contact_crossover_radps) << "poses in which there is something to do";
+  EXPECT_LT(slowest, control.contact_crossover_radps) << "and some in which there is not";
+}
+
+TEST(ContactLaw, TheMachineFileSaysHowFastItMayCrossOver) {
+  const Bench bench;
+  MachineDescription half = machine();
+  half.control.contact_crossover_radps /= 2;
+  const Touch touch = bench.touched({-3000, 0}, machine().bucket_profile.back_m);
+  const JointVector rate = bench.law.to_joints(touch.jacobian) * PlanarVector(1, 0);
+  const auto stiff_mps = [&](const ContactLaw& law) {
+    return PlanarVector(touch.jacobian * law.steadied_radps(rate, touch, bench.state)).x();
+  };
+  EXPECT_NEAR(stiff_mps(ContactLaw(half)) / stiff_mps(bench.law), 0.5, 0.1);
 }
 
 TEST(ContactLaw, FreeMotionIsNotSlowed) {

@@ -1,0 +1,10 @@
+// `knuckle-studies contact-loop`: the machine-side contact loop without an operator (docs/contact-loop.md).
+#pragma once
+
+#include "app/cli/command.h"
+
+namespace knuckle::studies {
+
+[[nodiscard]] cli::Command contact_loop_entry();
+
+}  // namespace knuckle::studies
