@@ -5,6 +5,8 @@
 // with x right and z up; theta_boom from M's x, theta_arm and theta_bucket relative to the previous link.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <numbers>
 
@@ -54,6 +56,8 @@ struct FrictionDescription {
   double viscous_Ns_per_m = 0;  ///< F_v
 };
 
+/// Flow over one edge: nominal_flow sqrt(drop / nominal_drop) share, share = opening^curve_exponent, times
+/// retract_share where it retracts; opening beyond the dead band, [0, 1].
 struct ValveDescription {
   double nominal_flow_m3ps = 0;  ///< At full opening and nominal_drop_Pa over one metering edge.
   double nominal_drop_Pa = 0;
@@ -62,7 +66,26 @@ struct ValveDescription {
   double delay_s = 0;
   double natural_frequency_Hz = 0;
   double damping_ratio = 0;
-  double full_stroke_s = 0;  ///< Fastest centre-to-end time of the spool.
+  double full_stroke_s = 0;                      ///< Fastest centre-to-end time of the spool.
+  double curve_exponent = 1, retract_share = 1;  ///< Identified; a drawing's edges are straight and alike.
+
+  [[nodiscard]] double dead_band(bool extends) const noexcept { return extends ? dead_band_extend : dead_band_retract; }
+  /// Of the edge, [0, 1], at a spool position of either sign.
+  [[nodiscard]] double opening(double spool) const noexcept {
+    const double band = dead_band(spool > 0);
+    return std::clamp((std::abs(spool) - band) / (1 - band), 0.0, 1.0);
+  }
+  [[nodiscard]] double flow_share(double opening, bool extends) const noexcept {
+    return (extends ? 1 : retract_share) * (curve_exponent == 1 ? opening : std::pow(opening, curve_exponent));
+  }
+  /// Inverse of flow_share(); straight through zero, where a curve's inverse would be infinitely steep.
+  [[nodiscard]] double opening_for(double share, bool extends) const noexcept {
+    constexpr double kStraight = 0.02;
+    const double area = std::clamp(share / (extends ? 1 : retract_share), 0.0, 1.0);
+    if (curve_exponent == 1) return area;
+    const double root = 1 / curve_exponent;
+    return area < kStraight ? area / kStraight * std::pow(kStraight, root) : std::pow(area, root);
+  }
 };
 
 struct CylinderDescription {

@@ -30,7 +30,7 @@ struct WireDescription {
 struct BusDescription {
   std::uint32_t bit_rate = 500000;
   double sync_Hz = 200;  ///< The slave loop's rate.
-  int valve_every_nth_sync = 2;
+  int set_point_every_nth_sync = 1, valve_status_every_nth_sync = 4, tilt_every_nth_sync = 2;
   double controller_heartbeat_s = 0.05;
   double node_heartbeat_s = 0.1;  ///< What nodes are told to produce.
   double node_heartbeat_timeout_s = 0.25;

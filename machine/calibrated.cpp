@@ -27,6 +27,8 @@ MachineDescription calibrated(const MachineDescription& machine) {
       valve.dead_band_retract = found.dead_band_retract;
       valve.delay_s = found.delay_s;
       valve.nominal_flow_m3ps = found.nominal_flow_m3ps;
+      valve.curve_exponent = found.curve_exponent;
+      valve.retract_share = found.retract_share;
     }
   }
   return result;

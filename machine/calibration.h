@@ -64,6 +64,7 @@ struct ValveCalibration {
   double dead_band_extend = 0, dead_band_retract = 0;  ///< Fraction of spool stroke.
   double delay_s = 0;                                  ///< Command to first motion.
   double nominal_flow_m3ps = 0;                        ///< At the drop of the machine file.
+  double curve_exponent = 1, retract_share = 1;        ///< As in ValveDescription.
 };
 
 /// Where it came from.

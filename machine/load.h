@@ -22,8 +22,8 @@ namespace knuckle {
 [[nodiscard]] DeviceDescription load_device(const std::string& path);
 [[nodiscard]] DeviceDescription parse_device(std::string_view text, const std::string& source);
 
-/// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, sensor PDOs every SYNC, valve and enable
-/// PDOs every `valve_every_nth_sync`, the enable node's inputs at the controller heartbeat's rate, all heartbeats.
+/// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, PDOs at the rates of BusDescription, the enable
+/// node's output and inputs at the controller heartbeat's rate, all heartbeats.
 [[nodiscard]] double worst_bus_load(const BusDescription& bus) noexcept;
 
 /// Path of a configuration file: "solar015" of kind "machine" is <config dir>/machines/solar015.toml; anything with

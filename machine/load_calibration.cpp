@@ -121,7 +121,9 @@ ValveCalibration read_valve(TomlTable file) {
   return {.dead_band_extend = file.number("dead_band_extend", 0, 0.4),
           .dead_band_retract = file.number("dead_band_retract", 0, 0.4),
           .delay_s = file.number("delay_ms", 0, 500, kMilli),
-          .nominal_flow_m3ps = file.number("nominal_flow_Lpm", 1, 2000, kLitrePerMinute)};
+          .nominal_flow_m3ps = file.number("nominal_flow_Lpm", 1, 2000, kLitrePerMinute),
+          .curve_exponent = file.number("curve_exponent", 0.5, 4),
+          .retract_share = file.number("retract_share", 0.1, 10)};
 }
 
 }  // namespace

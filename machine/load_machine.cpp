@@ -234,7 +234,10 @@ BusDescription read_bus(TomlTable file) {
   bus.sync_Hz = file.number("sync_Hz", 50, 250);
   const double period_ms = 1e3 / bus.sync_Hz;
   file.require(std::abs(period_ms - std::round(period_ms)) < 1e-6, "sync_Hz", "its period must be whole milliseconds");
-  bus.valve_every_nth_sync = static_cast<int>(file.integer("valve_every_nth_sync", 1, 8));
+  const auto every_nth = [&file](const char* key) { return static_cast<int>(file.integer(key, 1, 8)); };
+  bus.set_point_every_nth_sync = every_nth("set_point_every_nth_sync");
+  bus.valve_status_every_nth_sync = every_nth("valve_status_every_nth_sync");
+  bus.tilt_every_nth_sync = every_nth("tilt_every_nth_sync");
   bus.controller_heartbeat_s = file.number("controller_heartbeat_ms", 10, 500, kMilli);
   bus.node_heartbeat_s = file.number("node_heartbeat_ms", 10, 500, kMilli);
   const auto at_least = [&file](const char* key, double twice_ms, const std::string& what) {
@@ -244,10 +247,11 @@ BusDescription read_bus(TomlTable file) {
   };
   bus.node_heartbeat_timeout_s =
       at_least("node_heartbeat_timeout_ms", bus.node_heartbeat_s / kMilli, "nodes' heartbeat period");
-  bus.valve_watchdog_s = at_least("valve_watchdog_ms", period_ms * bus.valve_every_nth_sync, "valves' command period");
+  bus.valve_watchdog_s =
+      at_least("valve_watchdog_ms", period_ms * bus.set_point_every_nth_sync, "valves' command period");
   bus.controller_timeout_s =
       at_least("controller_timeout_ms", bus.controller_heartbeat_s / kMilli, "controller's heartbeat period");
-  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", period_ms, "SYNC period");
+  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", period_ms * bus.tilt_every_nth_sync, "tilt sensor's period");
   read_patience(file, bus);
   if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
   bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
@@ -352,13 +356,13 @@ MachineDescription read_machine(TomlTable file) {
 
 double worst_bus_load(const BusDescription& bus) noexcept {
   // 11-bit data frame with n bytes: 47 bits and interframe space, 8 n of data, a stuff bit per 4 of 34 + 8 n - 1.
-  const auto bits = [](int bytes) { return 47 + 8 * bytes + (34 + 8 * bytes - 1) / 4; };
-  const double valve_Hz = bus.sync_Hz / bus.valve_every_nth_sync;
+  const auto bits = [](int bytes) -> double { return 47 + 8 * bytes + (34 + 8 * bytes - 1) / 4; };
   constexpr int kNodes = 3 + 6 + 3 + 2;
-  const double sensors = bits(0) + 6 * bits(5) + 3 * bits(6) + bits(2);
-  const double valves = 3 * 2 * bits(4) + bits(1);
-  const double slow = 2 / bus.controller_heartbeat_s + kNodes / bus.node_heartbeat_s;  // enable inputs repeat likewise
-  return (bus.sync_Hz * sensors + valve_Hz * valves + slow * bits(1)) / bus.bit_rate;
+  const double sensors = bits(0) + 6 * bits(5) + 3 * bits(6) + bits(2) / bus.tilt_every_nth_sync;
+  const double valves = 3 * bits(4) * (1.0 / bus.set_point_every_nth_sync + 1.0 / bus.valve_status_every_nth_sync);
+  // Enable output and inputs repeat as the controller's heartbeat does.
+  const double slow = 3 / bus.controller_heartbeat_s + kNodes / bus.node_heartbeat_s;
+  return (bus.sync_Hz * (sensors + valves) + slow * bits(1)) / bus.bit_rate;
 }
 
 MachineDescription load_machine(const std::string& path) {

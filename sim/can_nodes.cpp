@@ -247,7 +247,7 @@ void EnableNode::observe(const CanFrame& frame) noexcept {
     if (frame.id == valves_[j].rpdo_id()) {
       if (const auto command = canopen::parse_valve_command(frame, full_stroke_)) {
         const bool active = asked_state(command->control_word) == ValveState::kActive;
-        demands_[j][next_demand_[j]++ % kDemands] = active ? command->set_point : 0.0;
+        demand_[j] = active ? command->set_point : 0.0;
       }
     } else if (frame.id == valves_[j].tpdo_id()) {
       if (const auto status = canopen::parse_valve_status(frame, full_stroke_)) {
@@ -284,12 +284,16 @@ bool EnableNode::allowed(Time now, Outbox& out) noexcept {
 }
 
 // A sound spool lags its demand by some 70 ms (bus, delay, spring), so it is held against the span of the newest
-// demands (60 ms of them): against the last one alone, a demand that moves at 1.5 of stroke a second would look stuck.
+// demands (80 ms of them): against the last one alone, a demand that moves at 1.5 of stroke a second would look stuck.
 bool EnableNode::following(Time now) noexcept {
+  const bool due = demands_at_ == kNever || now - demands_at_ >= 10ms;
+  if (due) demands_at_ = now, ++next_demand_;
   bool good = true;
   for (std::size_t j = 0; j < kJoints; ++j) {
-    const auto [low, high] = std::minmax_element(demands_[j].begin(), demands_[j].end());
-    if (actual_[j] >= *low - kFollowingLimit && actual_[j] <= *high + kFollowingLimit) {
+    if (due) demands_[j][next_demand_ % kDemands] = demand_[j];
+    const auto [least, most] = std::minmax_element(demands_[j].begin(), demands_[j].end());
+    const double low = std::min(*least, demand_[j]), high = std::max(*most, demand_[j]);
+    if (actual_[j] >= low - kFollowingLimit && actual_[j] <= high + kFollowingLimit) {
       apart_since_[j] = Time::max();
       continue;
     }

@@ -112,7 +112,7 @@ class EnableNode {
   void set_estop(bool pressed) noexcept { estop_ = pressed; }
 
  private:
-  static constexpr std::size_t kDemands = 6;
+  static constexpr std::size_t kDemands = 8;
   [[nodiscard]] bool following(Time now) noexcept;
   [[nodiscard]] bool allowed(Time now, Outbox& out) noexcept;
 
@@ -120,8 +120,10 @@ class EnableNode {
   NodeProtocol::Handle inputs_, outputs_;
   PerJoint<NodeDescription> valves_;
   double full_stroke_;
-  PerJoint<std::array<double, kDemands>> demands_{};  ///< The newest set-points on the bus, a ring.
-  PerJoint<std::size_t> next_demand_{};
+  PerJoint<double> demand_{};                         ///< The newest set-points on the bus ...
+  PerJoint<std::array<double, kDemands>> demands_{};  ///< ... and as they were every 10 ms, a ring.
+  std::size_t next_demand_ = 0;
+  Time demands_at_ = kNever;
   PerJoint<double> actual_{};
   PerJoint<Time> apart_since_{Time::max(), Time::max(), Time::max()};
   PerJoint<bool> valve_fault_{};

@@ -25,7 +25,6 @@ std::vector<NodeDescription> nodes_of(const BusDescription& bus) {
 }
 
 std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
-  const double valve_Hz = bus.sync_Hz / bus.valve_every_nth_sync;
   std::vector<PeriodicFrame> map;
   const auto sends = [&](const NodeDescription& node, const canopen::PdoMap& pdo, double rate_Hz) {
     map.push_back({node.tpdo_id(), bytes_of(pdo), rate_Hz});
@@ -35,12 +34,12 @@ std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
   };
   map.push_back({canopen::kSyncId, 0, bus.sync_Hz});
   for (const NodeDescription& valve : bus.valves) {
-    sends(valve, canopen::kValveTpdo, valve_Hz);
-    hears(valve, canopen::kValveRpdo, valve_Hz);
+    sends(valve, canopen::kValveTpdo, bus.sync_Hz / bus.valve_status_every_nth_sync);
+    hears(valve, canopen::kValveRpdo, bus.sync_Hz / bus.set_point_every_nth_sync);
   }
   for (const NodeDescription& pressure : bus.pressures) sends(pressure, pressure_map(bus.wire), bus.sync_Hz);
   for (const NodeDescription& encoder : bus.encoders) sends(encoder, canopen::kEncoderTpdo, bus.sync_Hz);
-  sends(bus.tilt, canopen::kTiltTpdo, bus.sync_Hz);
+  sends(bus.tilt, canopen::kTiltTpdo, bus.sync_Hz / bus.tilt_every_nth_sync);
   sends(bus.enable, canopen::kEnableTpdo, 1 / bus.controller_heartbeat_s);
   hears(bus.enable, canopen::kEnableRpdo, bus.sync_Hz / CanopenClient::kEnableEveryNthSync);
   map.push_back({canopen::heartbeat_id(bus.controller_id), 1, 1 / bus.controller_heartbeat_s});

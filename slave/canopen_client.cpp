@@ -139,8 +139,6 @@ void CanopenClient::on_valve_status(int joint, const CanFrame& frame, Time now) 
 }
 
 void CanopenClient::begin_step(Time now) noexcept {
-  bus_.send(canopen::sync_frame());
-  ++syncs_;
   if (const Reason why = bus_fault(bus_.state())) fail(why);
   step_phase(now);
 }
@@ -239,7 +237,8 @@ Reason CanopenClient::valve_fault(const Valve& valve, std::uint8_t id, Time now)
     return reason(ReasonCode::kSensorInvalid, id, valve.spool, kSpoolPossible);
   }
   const double age_s = to_seconds(now - valve.seen_at);
-  const double age_limit_s = description_.sensor_age_limit_s + description_.valve_every_nth_sync / description_.sync_Hz;
+  const double age_limit_s =
+      description_.sensor_age_limit_s + description_.valve_status_every_nth_sync / description_.sync_Hz;
   if (age_s > age_limit_s) return reason(ReasonCode::kSensorStale, id, age_s * 1e3, age_limit_s * 1e3);
   const bool active = canopen::valve_state(valve.status_word) == canopen::ValveState::kActive;
   const bool local = (valve.status_word & canopen::kStatusLocal) != 0;
@@ -280,11 +279,14 @@ void CanopenClient::end_step(const PassedCommands& commands, bool enable_output,
     bus_.send(canopen::heartbeat_frame(description_.controller_id, canopen::NmtState::kOperational));
     heartbeat_at_ = now;
   }
+  // Last, as every sensor answers it at once, with frames that go before set-points.
+  bus_.send(canopen::sync_frame());
+  ++syncs_;
 }
 
 /// A frame that the controller's queue does not take is dropped: the next one is newer.
 void CanopenClient::send_set_points(const PassedCommands& commands, Time now) noexcept {
-  const bool due = syncs_ % static_cast<std::uint32_t>(description_.valve_every_nth_sync) == 0;
+  const bool due = syncs_ % static_cast<std::uint32_t>(description_.set_point_every_nth_sync) == 0;
   for (int i = 0; i < kJoints; ++i) {
     const auto joint = static_cast<std::size_t>(i);
     const bool dropped = commands[i] == 0 && demand_[i] != 0;

@@ -35,10 +35,10 @@ class CanopenClient {
 
   /// A received frame; frames of sensors are looked at for nothing but life.
   void receive(const CanFrame& frame, Time now) noexcept;
-  /// First thing in a loop step, after receiving: SYNC, start-up, supervision.
+  /// First thing in a loop step, after receiving: start-up, supervision.
   void begin_step(Time now) noexcept;
-  /// Last thing in a loop step: set-points every nth SYNC (those that drop to neutral at once), enable output, and the
-  /// controller's heartbeat, which therefore stops with the loop.
+  /// Last thing in a loop step: set-points every nth SYNC (those that drop to neutral at once), enable output, the
+  /// controller's heartbeat, which therefore stops with the loop, and SYNC.
   void end_step(const PassedCommands& commands, bool enable_output, Time now) noexcept;
   /// Starts all nodes anew, from reset; clears the fault.
   void restart() noexcept;

@@ -20,6 +20,7 @@ constexpr double kVelocityFilter_Hz = 6;  // of the hand's speed fed forward: va
 constexpr double kAccelerationFilter_Hz = 3;
 constexpr double kLeastDrop_Pa = 3e5;    // the gain never divides by less than this over both edges
 constexpr double kGateTolerance = 0.02;  // change by the gate (rate limit) up to which the dead band is still learned
+constexpr double kDither_s = 0.01;       // before it changes sides
 constexpr double kSoftLimitGain_1ps = 2.5;  // speed allowed towards a joint limit per radian before it
 
 double clamp_abs(double value, double bound) noexcept {
@@ -39,7 +40,7 @@ JointControl::JointControl(const MachineDescription& machine, double step_s)
       kinematics_(machine),
       law_(machine),
       step_s_(step_s),
-      valve_divider_(machine.bus.valve_every_nth_sync),
+      dither_steps_(std::max(machine.bus.set_point_every_nth_sync, static_cast<int>(std::lround(kDither_s / step_s)))),
       supply_Pa_(machine.hydraulics.load_sensing_margin_Pa),
       velocity_(kVelocityFilter_Hz, step_s, JointVector::Zero()),
       acceleration_(kAccelerationFilter_Hz, step_s, JointVector::Zero()),
@@ -198,13 +199,13 @@ double JointControl::spool_command(int joint, double wanted_mps, const estimatio
   const bool extend = wanted_mps >= 0;
   const double full = full_opening_mps(joint, extend, state);
   learn(joint, wanted_mps, full, state, learning);
-  const double dead_band = (extend ? valve.dead_band_extend : valve.dead_band_retract);
+  const double dead_band = valve.dead_band(extend);
   const double fill = control.dead_band_fill * dead_band + learned_[i][extend ? 0 : 1];
   const double fade_mps = std::abs(state.lever_m[joint]) * kFadeInTip_mps / control.stiffness_radius_m[joint];
   const double fade_in = std::clamp(wanted_mps / std::max(fade_mps, 1e-5), -1.0, 1.0);
-  const double opening = clamp_abs(wanted_mps / full, 1.0);
+  const double opening = std::copysign(valve.opening_for(std::abs(wanted_mps) / full, extend), wanted_mps);
   const double dither =
-      (steps_ / static_cast<std::uint32_t>(valve_divider_)) % 2 == 0 ? control.dither : -control.dither;
+      (steps_ / static_cast<std::uint32_t>(dither_steps_)) % 2 == 0 ? control.dither : -control.dither;
   return clamp_abs(fill * fade_in + (1 - dead_band) * opening + dither, 1.0);
 }
 

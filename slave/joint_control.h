@@ -70,7 +70,7 @@ class JointControl {
   Kinematics kinematics_;
   ContactLaw law_;
   double step_s_;
-  int valve_divider_;
+  int dither_steps_;
   double supply_Pa_;
   JointVector last_valve_ = JointVector::Zero();
   LowPass<JointVector> velocity_, acceleration_;

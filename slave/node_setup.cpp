@@ -67,7 +67,7 @@ SdoStep watch_controller(const BusDescription& bus) {
 SdoScript valve_script(const MachineDescription& machine, const NodeDescription& node) {
   SdoScript script = identity(node);
   script.push_back({Kind::kRequire, canopen::kValveControlMode, 1, 1});
-  append(script, tpdo(node, canopen::kValveTpdo, static_cast<std::uint8_t>(machine.bus.valve_every_nth_sync)));
+  append(script, tpdo(node, canopen::kValveTpdo, static_cast<std::uint8_t>(machine.bus.valve_status_every_nth_sync)));
   append(script, rpdo(node, canopen::kValveRpdo));
   append(script, {{Kind::kWrite, canopen::kRpdo1Timer, milliseconds(machine.bus.valve_watchdog_s), 2},
                   watch_controller(machine.bus),
@@ -124,7 +124,7 @@ SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& 
   check_step(machine, "tilt_step_deg", machine.sensors.tilt_step_rad, 1e-3 * std::numbers::pi / 180, most_rad);
   script.push_back(
       {Kind::kRequire, canopen::kTiltResolution, canopen::tilt_step_object(machine.sensors.tilt_step_rad), 2});
-  append(script, tpdo(node, canopen::kTiltTpdo, 1));
+  append(script, tpdo(node, canopen::kTiltTpdo, static_cast<std::uint8_t>(machine.bus.tilt_every_nth_sync)));
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }

@@ -73,7 +73,7 @@ void OrderlyStop::hear() noexcept {
 }
 
 void OrderlyStop::send_commands(std::uint16_t control_word, bool at_once) noexcept {
-  if (!at_once && syncs_ % machine_.bus.valve_every_nth_sync != 0) return;
+  if (!at_once && syncs_ % machine_.bus.set_point_every_nth_sync != 0) return;
   const PassedCommands neutral;
   for (int j = 0; j < kJoints; ++j) bus_.send(valve_frame(machine_.bus, j, control_word, neutral));
   bus_.send(canopen::enable_output_frame(machine_.bus.enable.rpdo_id(), 0));

@@ -27,26 +27,28 @@ Plausibility::Plausibility(const MachineDescription& machine, double step_s)
       step_s_(step_s),
       repeats_(machine.sensors.pressure_noise_Pa >= 0.5 * machine.sensors.pressure_step_Pa ? kLimits.repeats
                                                                                            : kLimits.repeats_quiet),
-      moved_m_(std::max(kLimits.moved_m, kLimits.moved_steps * machine.sensors.encoder_step_m)) {}
+      moved_m_(std::max(kLimits.moved_m, kLimits.moved_steps * machine.sensors.encoder_step_m)) {
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const bool sure = machine.valve_calibration && (*machine.valve_calibration)[i].curve_exponent == 1;
+    axes_[i].share.fill(FlowShare(sure));
+  }
+}
 
 void Plausibility::reset() noexcept {
-  axes_ = {};
+  for (Axis& axis : axes_) {
+    for (FlowShare& share : axis.share) share.drop();
+    axis = Axis{.share = axis.share};
+  }
   chambers_ = {};
 }
 
-double Plausibility::dead_band(int joint, double spool) const noexcept {
+/// Oil that leaves the cylinder [m3/s]. The return edge is the one to ask: its drop is measured, whatever the pump has
+/// to give; and against a wall the returning side falls to tank pressure, so that nothing is expected.
+double Plausibility::nominal_flow(int joint, double spool, double return_Pa) const noexcept {
   const ValveDescription& valve = cylinders_[static_cast<std::size_t>(joint)].valve;
-  return spool > 0 ? valve.dead_band_extend : valve.dead_band_retract;
-}
-
-/// Oil that surely leaves the cylinder [m3/s]. The return edge is the one to ask: its drop is measured, whatever the
-/// pump has to give; and against a wall the returning side falls to tank pressure, so that nothing is expected.
-double Plausibility::sure_flow(int joint, double spool, double return_Pa) const noexcept {
-  const ValveDescription& valve = cylinders_[static_cast<std::size_t>(joint)].valve;
-  const double band = dead_band(joint, spool);
-  const double opening = std::max(0.0, std::abs(spool) - band) / (1 - band);
   const double drop_Pa = std::max(0.0, return_Pa - hydraulics_.tank_Pa - kLimits.sure_drop_Pa);
-  return kLimits.sure_flow * opening * valve.nominal_flow_m3ps * std::sqrt(drop_Pa / valve.nominal_drop_Pa);
+  return valve.flow_share(valve.opening(spool), spool > 0) * valve.nominal_flow_m3ps *
+         std::sqrt(drop_Pa / valve.nominal_drop_Pa);
 }
 
 /// Travel's worth of oil that leaves because the returning side's pressure falls: dV = V dp / beta.
@@ -62,27 +64,36 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   Axis& axis = axes_[static_cast<std::size_t>(joint)];
   const CylinderDescription& cylinder = cylinders_[static_cast<std::size_t>(joint)];
   const double length = m.cylinder_m[joint], pressure = m.pressure_Pa[return_chamber(joint, spool)];
-  const bool open = std::abs(spool) > dead_band(joint, spool) + kLimits.open_margin;
+  const bool open = std::abs(spool) > cylinder.valve.dead_band(spool > 0) + kLimits.open_margin;
   const int direction = open ? (spool > 0 ? 1 : -1) : 0;
   const bool at_end =
       direction > 0 ? length > cylinder.max_length_m - kLimits.end_m : length < cylinder.min_length_m + kLimits.end_m;
-  if (direction != axis.direction || direction == 0 || at_end || std::abs(length - axis.anchor_m) >= moved_m_) {
+  FlowShare& share = axis.share[direction >= 0 ? 0 : 1];
+  const double moved_m = direction * (length - axis.anchor_m);
+  if (direction != axis.direction || direction == 0 || at_end || std::abs(moved_m) >= moved_m_) {
+    if (direction == axis.direction && direction != 0 && !at_end && moved_m > 0) {
+      share.see(moved_m + expanded_m(joint, direction, length, axis.return_Pa - pressure));
+    }
+    for (FlowShare& either : axis.share) either.drop();
     axis.direction = direction;
     axis.anchor_m = length;
     axis.return_Pa = pressure;
     axis.delivered_m = axis.stalled_s = 0;
     return {};
   }
+  const double opening = cylinder.valve.opening(spool), expected = share.at(opening);
   // Where the returning side is empty its flow tells nothing. But an axis that stalls behind an open valve is driven up
   // to the relief: one that is not, and is not seen to move, moves unseen.
   const double driven = m.pressure_Pa[static_cast<std::size_t>(2 * joint + (direction > 0 ? 0 : 1))];
   const bool stalls = driven > kLimits.stall * hydraulics_.main_relief_Pa;
-  axis.stalled_s = stalls ? 0 : axis.stalled_s + step_s_;
+  axis.stalled_s = stalls ? 0 : axis.stalled_s + expected * step_s_;
   if (axis.stalled_s > kLimits.unmoved_s) {
     return implausible(bus_.encoders[static_cast<std::size_t>(joint)].id, axis.stalled_s, kLimits.unmoved_s);
   }
   const double area = direction > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
-  axis.delivered_m += sure_flow(joint, spool, pressure) / area * step_s_;
+  const double nominal_m = nominal_flow(joint, spool, pressure) / area * step_s_;
+  share.pass(opening, nominal_m);
+  axis.delivered_m += kLimits.sure_flow * expected * nominal_m;
   const double unseen = axis.delivered_m - expanded_m(joint, direction, length, axis.return_Pa - pressure);
   if (unseen <= kLimits.unseen_m) return {};
   return implausible(bus_.encoders[static_cast<std::size_t>(joint)].id, unseen, kLimits.unseen_m);
@@ -92,7 +103,8 @@ Reason Plausibility::moving_while_closed(int joint, const estimation::Measuremen
   Axis& axis = axes_[static_cast<std::size_t>(joint)];
   const double step = m.cylinder_m[joint] - axis.last_m;
   axis.last_m = m.cylinder_m[joint];
-  const bool closed = std::abs(spool) < dead_band(joint, spool) - kLimits.closed_margin;
+  const ValveDescription& valve = cylinders_[static_cast<std::size_t>(joint)].valve;
+  const bool closed = std::abs(spool) < valve.dead_band(spool > 0) - kLimits.closed_margin;
   const auto head = static_cast<std::size_t>(2 * joint);
   const bool relieving =
       std::max(m.pressure_Pa[head], m.pressure_Pa[head + 1]) > kLimits.relief * hydraulics_.port_relief_Pa;

@@ -11,23 +11,26 @@
 #include "estimation/joint_state.h"
 #include "machine/arm_description.h"
 #include "machine/bus_description.h"
+#include "slave/flow_share.h"
 
 namespace knuckle::slave {
 
-/// Chosen so that no machine of the allowed spread (transmitters +-1 bar, encoder steps 0.1 mm, oil +-30 %, dead band
-/// +-1 % of stroke, friction +-30 %) comes near them without a broken sensor.
+/// Chosen so that no machine of the allowed spread (transmitters +-1 bar, encoder steps 0.1 mm, oil +-30 %, friction
+/// +-30 %, dead band +-1 % of stroke where the valve is identified, else +-3 %) comes near them without a broken
+/// sensor.
 struct PlausibilityLimits {
   double open_margin = 0.04;    ///< [of stroke] A spool this far beyond its dead band lets oil through ...
   double closed_margin = 0.03;  ///< ... and this far inside it none. Dead bands are known to 1 %.
-  double sure_flow = 0.7;       ///< Part of the nominal valve flow that comes whatever gain and oil are.
+  double sure_flow = 0.7;       ///< Part of the flow seen before (FlowShare) that comes whatever gain and oil are.
   double sure_drop_Pa = 2e5;  ///< Taken off the return side's drop to tank: transmitter and tank are not known better.
   double moved_m = 0.00035;   ///< An encoder that differs by this has moved ...
   double moved_steps = 3.5;   ///< ... or, a coarse one, by this.
   double unseen_m = 0.004;    ///< Travel delivered without being seen: fault.
   double stall = 0.6;         ///< Of the main relief: a driven chamber above it may be a cylinder that cannot move ...
-  double unmoved_s = 0.8;     ///< ... below it, one that does not move behind an open valve for so long is a fault.
-  double end_m = 0.010;       ///< This close to its end a cylinder is cushioned or at its stop.
-  double settle_s = 0.15;     ///< A spool must have been closed this long; cylinders stop within it.
+  /// ... below it, one that does not move behind an open valve for so long, over its FlowShare, is a fault.
+  double unmoved_s = 0.8;
+  double end_m = 0.010;            ///< This close to its end a cylinder is cushioned or at its stop.
+  double settle_s = 0.15;          ///< A spool must have been closed this long; cylinders stop within it.
   double closed_travel_m = 0.015;  ///< Travel behind a closed valve: fault. Oil up to the relief gives 11 mm.
   double closed_forget_s = 1.0;    ///< Leakage of some mm/s is no travel.
   double relief = 0.9;             ///< Of the port relief: above it a closed cylinder may be pushed.
@@ -50,11 +53,12 @@ class Plausibility {
 
  private:
   struct Axis {
-    double anchor_m = 0;     // length when the encoder last moved
-    double return_Pa = 0;    // the returning chamber's pressure then
-    double delivered_m = 0;  // travel the valve has let through since
-    int direction = 0;       // of the opening
-    double stalled_s = 0;    // open, not seen to move, and not driven as a stalled one would be
+    double anchor_m = 0;                                                 // length when the encoder last moved
+    double return_Pa = 0;                                                // the returning chamber's pressure then
+    double delivered_m = 0;                                              // travel the valve has let through since
+    int direction = 0;                                                   // of the opening
+    std::array<FlowShare, 2> share{FlowShare(false), FlowShare(false)};  // extending, retracting; survives reset()
+    double stalled_s = 0;  // open, not seen to move, and not driven as a stalled one would be
     double closed_s = 0;
     double travel_m = 0;  // behind the closed valve, forgetting
     double last_m = 0;
@@ -64,8 +68,7 @@ class Plausibility {
     int repeats = 0;
     double other_min_Pa = 0, other_max_Pa = 0, length_m = 0;  // since it repeats
   };
-  [[nodiscard]] double dead_band(int joint, double spool) const noexcept;
-  [[nodiscard]] double sure_flow(int joint, double spool, double return_Pa) const noexcept;
+  [[nodiscard]] double nominal_flow(int joint, double spool, double return_Pa) const noexcept;
   [[nodiscard]] double expanded_m(int joint, int direction, double length_m, double fall_Pa) const noexcept;
   [[nodiscard]] Reason frozen(int joint, const estimation::Measurement& m, double spool) noexcept;
   [[nodiscard]] Reason moving_while_closed(int joint, const estimation::Measurement& m, double spool) noexcept;

@@ -93,7 +93,7 @@ class GateLimiter {
       : commands_(wanted), state_(state), limits_(limits) {
     double load = 0;
     for (int i = 0; i < kJoints; ++i) {
-      if (opening(i) > 0) load = std::max(load, state_.pressure_Pa[driven_chamber(i)]);
+      if (flow_share(i) > 0) load = std::max(load, state_.pressure_Pa[driven_chamber(i)]);
     }
     supply_Pa_ = load + limits_.load_sensing_margin_Pa;
   }
@@ -131,7 +131,7 @@ class GateLimiter {
       if (commands_[i] == 0) continue;
       const std::size_t chamber = driven_chamber(i);
       const double left_Pa = limits_.file.chamber_pressure_Pa - state_.pressure_Pa[chamber];
-      if (cap_opening(i, left_Pa / limits_.table.pressure_band_Pa, kLimitPressure)) {
+      if (cap_flow(i, left_Pa / limits_.table.pressure_band_Pa, kLimitPressure)) {
         tell(pressure_reason(chamber, state_.pressure_Pa[chamber], limits_));
       }
     }
@@ -140,13 +140,13 @@ class GateLimiter {
   /// Pump pressure (highest driven chamber plus margin) times the flow asked for.
   void power() noexcept {
     double flow = 0;
-    for (int i = 0; i < kJoints; ++i) flow += std::max(0.0, opening(i)) * full_flow(i);
+    for (int i = 0; i < kJoints; ++i) flow += flow_share(i) * full_flow(i);
     const double watts = std::min(flow, limits_.pump_flow_m3ps) * supply_Pa_;
     if (watts <= limits_.file.power_W) return;
     tell({ReasonCode::kPowerLimit, 0, static_cast<float>(watts / 1e3), static_cast<float>(limits_.file.power_W / 1e3)});
     const double share = limits_.file.power_W / (flow * supply_Pa_);
     for (int i = 0; i < kJoints; ++i) {
-      if (opening(i) > 0) cap_opening(i, opening(i) * share, kLimitPower);
+      if (flow_share(i) > 0) cap_flow(i, flow_share(i) * share, kLimitPower);
     }
   }
 
@@ -164,11 +164,12 @@ class GateLimiter {
   [[nodiscard]] const Reason& limiting() const noexcept { return limiting_; }
 
  private:
-  double dead_band(int i) const noexcept {
-    return commands_[i] > 0 ? limits_.dead_band_extend[i] : limits_.dead_band_retract[i];
+  const ValveDescription& valve(int i) const noexcept { return limits_.valve[static_cast<std::size_t>(i)]; }
+  double dead_band(int i) const noexcept { return valve(i).dead_band(commands_[i] > 0); }
+  /// Of the nominal flow that the command lets through; 0 inside the dead band.
+  double flow_share(int i) const noexcept {
+    return valve(i).flow_share(valve(i).opening(commands_[i]), commands_[i] > 0);
   }
-  /// Fraction of the metering edge that the command opens; negative inside the dead band.
-  double opening(int i) const noexcept { return (std::abs(commands_[i]) - dead_band(i)) / (1 - dead_band(i)); }
   std::size_t driven_chamber(int i) const noexcept {
     return static_cast<std::size_t>(2 * i + (commands_[i] > 0 ? 0 : 1));
   }
@@ -180,7 +181,7 @@ class GateLimiter {
   /// Flow at full opening from what the pump then supplies [m3/s].
   double full_flow(int i) const noexcept {
     const double drop_Pa = std::max(limits_.load_sensing_margin_Pa, supply_Pa_ - state_.pressure_Pa[driven_chamber(i)]);
-    return limits_.flow_per_root_Pa[i] * std::sqrt(drop_Pa);
+    return valve(i).nominal_flow_m3ps * std::sqrt(drop_Pa / valve(i).nominal_drop_Pa);
   }
   /// Joint speed at full opening [rad/s].
   double full_speed(int i) const noexcept {
@@ -201,13 +202,14 @@ class GateLimiter {
     flags_ |= flag;
     return true;
   }
-  /// @param limit_opening part of the metering edge that may open; at or below zero nothing may be sent at all.
-  bool cap_opening(int i, double limit_opening, LimitFlag flag) noexcept {
-    const double band = dead_band(i);
-    return cap(i, limit_opening <= 0 ? 0 : band + limit_opening * (1 - band), flag);
+  /// @param limit_share of the nominal flow; at or below zero nothing may be sent at all.
+  bool cap_flow(int i, double limit_share, LimitFlag flag) noexcept {
+    if (limit_share <= 0) return cap(i, 0, flag);
+    const double opening = valve(i).opening_for(limit_share, commands_[i] > 0);
+    return opening < 1 && cap(i, dead_band(i) + opening * (1 - dead_band(i)), flag);
   }
   bool cap_speed(int i, double limit_radps, LimitFlag flag) noexcept {
-    return cap_opening(i, limit_radps / full_speed(i), flag);
+    return cap_flow(i, limit_radps / full_speed(i), flag);
   }
 
   /// @param inward tip speed into the wall per joint rate [m/rad].
@@ -259,12 +261,7 @@ GateLimits::GateLimits(const MachineDescription& machine, const GateTable& const
       longest_gap(from_seconds(machine.bus.valve_watchdog_s)),
       min_rad(per_joint([&](std::size_t i) { return machine.links[i].min_rad; })),
       max_rad(per_joint([&](std::size_t i) { return machine.links[i].max_rad; })),
-      dead_band_extend(per_joint([&](std::size_t i) { return machine.cylinders[i].valve.dead_band_extend; })),
-      dead_band_retract(per_joint([&](std::size_t i) { return machine.cylinders[i].valve.dead_band_retract; })),
-      flow_per_root_Pa(per_joint([&](std::size_t i) {
-        const ValveDescription& valve = machine.cylinders[i].valve;
-        return valve.nominal_flow_m3ps / std::sqrt(valve.nominal_drop_Pa);
-      })),
+      valve{machine.cylinders[kBoom].valve, machine.cylinders[kArm].valve, machine.cylinders[kBucket].valve},
       head_area_m2(per_joint([&](std::size_t i) { return machine.cylinders[i].head_area_m2(); })),
       rod_side_area_m2(per_joint([&](std::size_t i) { return machine.cylinders[i].rod_side_area_m2(); })),
       file(machine.limits),

@@ -44,11 +44,10 @@ struct GateLimits {
   explicit GateLimits(const MachineDescription& machine, const GateTable& constants = kGateTable);
   GateTable table;
   JogTable jog = kJogTable;
-  Duration state_age;                               ///< From the file: sensor age limit.
-  Duration longest_gap;                             ///< From the file: the valves' own watchdog.
-  JointVector min_rad, max_rad;                     ///< Working range.
-  JointVector dead_band_extend, dead_band_retract;  ///< Openings below these move nothing.
-  JointVector flow_per_root_Pa;                     ///< Valve flow at full opening = this * sqrt(drop) [m3/s/sqrt(Pa)].
+  Duration state_age;            ///< From the file: sensor age limit.
+  Duration longest_gap;          ///< From the file: the valves' own watchdog.
+  JointVector min_rad, max_rad;  ///< Working range.
+  PerJoint<ValveDescription> valve;
   JointVector head_area_m2, rod_side_area_m2;
   LimitsDescription file;
   double load_sensing_margin_Pa, pump_flow_m3ps;

@@ -103,7 +103,9 @@ void write_valves(std::ostream& out, const PerJoint<ValveCalibration>& valves) {
     out << "[calibration.valves." << kJointNames[joint] << "]\ndead_band_extend = " << digits(valve.dead_band_extend)
         << "\ndead_band_retract = " << digits(valve.dead_band_retract)
         << "\ndelay_ms = " << digits(valve.delay_s / kMilli)
-        << "\nnominal_flow_Lpm = " << digits(valve.nominal_flow_m3ps / kLitrePerMinute) << '\n';
+        << "\nnominal_flow_Lpm = " << digits(valve.nominal_flow_m3ps / kLitrePerMinute)
+        << "\ncurve_exponent = " << digits(valve.curve_exponent) << "\nretract_share = " << digits(valve.retract_share)
+        << '\n';
   }
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "core/seed.h"
@@ -50,6 +51,11 @@ estimation::Survey survey(motion::MachineRun& run, const std::vector<JointVector
   return all;
 }
 
+bool curved(const estimation::ValveResult& result) {
+  return std::any_of(result.valves.begin(), result.valves.end(),
+                     [](const ValveCalibration& valve) { return valve.curve_exponent != 1; });
+}
+
 }  // namespace
 
 void set_surveyor(sim::Family family, CommissionPlan& plan) {
@@ -65,18 +71,29 @@ CommissionRuns run_commissioning(const MachineDescription& nominal, const sim::M
                                  const std::function<void(double)>& progress,
                                  const std::function<void(const estimation::Survey&)>& posed) {
   using estimation::MotionSpeed;
-  const MachineDescription machine = calibrated(nominal);
-  motion::MachineRun run(machine, truth, {}, middle_of_range(machine), stream_seed(seed, Stream::kSensorNoise));
-  if (progress) run.watch([&](double elapsed_s) { progress(std::min(1.0, elapsed_s / plan.duration_s())); });
+  MachineDescription machine = calibrated(nominal);
+  std::optional<motion::MachineRun> run;
+  const auto start = [&] {
+    run.emplace(machine, truth, sim::WorldDescription{}, middle_of_range(machine),
+                stream_seed(seed, Stream::kSensorNoise));
+    if (progress) run->watch([&](double elapsed_s) { progress(std::min(1.0, elapsed_s / plan.duration_s())); });
+  };
+  start();
   const auto held_out = [&](std::uint64_t own, MotionSpeed speed) {
-    return run.follow(estimation::held_out_motion(machine, own, speed, plan.validation_s));
+    return run->follow(estimation::held_out_motion(machine, own, speed, plan.validation_s));
   };
   CommissionRuns runs;
   if (plan.survey_poses > 0)
-    runs.survey = survey(run, estimation::survey_poses(machine, plan.survey_poses), plan.survey_sigma_m,
+    runs.survey = survey(*run, estimation::survey_poses(machine, plan.survey_poses), plan.survey_sigma_m,
                          SurveyFrame(plan, seed), posed);
-  runs.slow = run.follow(estimation::slow_sweeps(machine, plan.slow_s));
-  runs.fast = run.follow(estimation::fast_excitation(machine, plan.fast_s, stream_seed(seed, Stream::kExcitation)));
+  runs.slow = run->follow(estimation::slow_sweeps(machine, plan.slow_s));
+  if (curved(learn_valves(machine, std::span(&runs.slow.recording, 1)))) {
+    // Behind valves that are not as drawn the machine has hardly followed: once more with what they are.
+    machine = calibrated(machine);
+    start();
+    runs.slow = run->follow(estimation::slow_sweeps(machine, plan.slow_s));
+  }
+  runs.fast = run->follow(estimation::fast_excitation(machine, plan.fast_s, stream_seed(seed, Stream::kExcitation)));
   runs.validation_slow = held_out(stream_seed(seed, Stream::kValidation), MotionSpeed::kSlow);
   runs.validation_digging = held_out(stream_seed(seed, Stream::kValidation) + 1, MotionSpeed::kDigging);
   return runs;

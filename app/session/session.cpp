@@ -162,10 +162,12 @@ SessionRecord Session::Impl::take_record() {
 }
 
 std::size_t most_frames(const BusDescription& bus, double duration_s) noexcept {
-  constexpr double kSensors = 1 + 6 + 3 + 1, kValves = 2 * 3, kNodes = 6 + 3 + 3 + 2;  // the first with their SYNC
+  constexpr double kSensors = 1 + 6 + 3 + 1, kValves = 3, kNodes = 6 + 3 + 3 + 2;  // the first with their SYNC
   constexpr double kSpare = 1.5, kSetUp = 4000;
   const double slow_Hz = 2 / bus.controller_heartbeat_s + 2 * kNodes / bus.node_heartbeat_s;
-  const double frames_Hz = bus.sync_Hz * (kSensors + kValves / bus.valve_every_nth_sync) + slow_Hz;
+  const double frames_Hz =
+      bus.sync_Hz * (kSensors + kValves / bus.set_point_every_nth_sync + kValves / bus.valve_status_every_nth_sync) +
+      slow_Hz;
   return static_cast<std::size_t>(kSetUp + kSpare * frames_Hz * duration_s);
 }
 

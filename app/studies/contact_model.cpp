@@ -198,7 +198,7 @@ std::array<Complex, 2> ContactLoop::eigenvalues(double w) const {
       (wall_N_per_m_.cast<Complex>() + wall_Ns_per_m_ * s) * place_.cast<Complex>();
   Matrix3c arm = (mass_ * (s * s)).eval() + place_.transpose().cast<Complex>() * wall;
   Eigen::Vector3cd drive;
-  const double period_s = machine_.bus.valve_every_nth_sync / machine_.bus.sync_Hz;
+  const double period_s = machine_.bus.set_point_every_nth_sync / machine_.bus.sync_Hz;
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto n = static_cast<Eigen::Index>(i);
     const Axis& a = axes_[i];

@@ -42,7 +42,7 @@ struct ContactNominal {
   double air_share = 15, air_Pa = 6e5;
   double oil_share = 1;          ///< True b_0 over that of the machine file, which the law believes in.
   double laminar_drop_Pa = 2e5;  ///< Below it an edge's flow is linear in its drop.
-  double bus_delay_s = 6e-3;     ///< SYNC to sample to law (a period) and set-point to spool driver.
+  double bus_delay_s = 4.7e-3;   ///< SYNC to the next step 4.3 ms, its set-points to the spools' drivers 0.4 ms.
   double along_N_per_m = 2e6, along_Ns_per_m = 4e3;            ///< Of a place that sticks to the wall.
   estimation::ChannelBand force_band = estimation::kFastBand;  ///< Of the force that the law gives way to.
   double seal_N_per_m = 3.5e6;                                 ///< Of seals that do not slide yet.

@@ -22,7 +22,7 @@ const std::vector<Change>& changes() {
        [](auto& machine, auto&, auto&) {
          for (auto& cylinder : machine.cylinders) cylinder.valve.natural_frequency_Hz = 20;
        }},
-      {"set-points every SYNC", [](auto& machine, auto&, auto&) { machine.bus.valve_every_nth_sync = 1; }},
+      {"set-points every second SYNC", [](auto& machine, auto&, auto&) { machine.bus.set_point_every_nth_sync = 2; }},
       {"force at 12 Hz", [](auto&, auto&, auto& nominal) { nominal.force_band.observer_Hz = 12; }},
       {"Kp halved",
        [](auto& machine, auto&, auto&) {

@@ -25,10 +25,23 @@ constexpr double kSmallDrop_Pa = 3e5;    ///< Below it a sample counts less.
 /// What the model leaves out (spool frequency +- 15 %, hysteresis, the orifice's laminar part), as sampled machines
 /// show it.
 const std::array<double, 4> kModelError{8e-4, 8e-4, 4e-3, 0.01};  // dead bands, delay [s], gain (relative)
-constexpr double kWorstFit = 0.25;  ///< RMS of the misfit over RMS of the speed: worse is no valve of this kind.
+/// Straight edges that are alike are the rule: RMS of their misfit over RMS of the speed above which a curve is fitted.
+constexpr double kStraightFit = 0.02;
+constexpr double kCurvedGain = 0.7;  ///< A curve is believed that leaves at most this part of that misfit.
+constexpr double kWorstFit = 0.15;   ///< RMS of the misfit over RMS of the speed: worse is no valve of this kind.
 
-enum Parameter { kDeadExtend, kDeadRetract, kDelay, kGain, kHeadOffset, kRodOffset, kParameters };
-using Vector = Eigen::Matrix<double, kParameters, 1>;
+enum Parameter { kDeadExtend, kDeadRetract, kDelay, kGain, kHeadOffset, kRodOffset, kExponent, kRetractShare, kAll };
+constexpr int kStraight = kExponent;  ///< So many without a curve.
+using Vector = Eigen::Matrix<double, kAll, 1>;
+
+ValveCalibration calibration(const Vector& p) {
+  return {.dead_band_extend = p[kDeadExtend],
+          .dead_band_retract = p[kDeadRetract],
+          .delay_s = p[kDelay],
+          .nominal_flow_m3ps = p[kGain],
+          .curve_exponent = p[kExponent],
+          .retract_share = p[kRetractShare]};
+}
 
 /// What one axis shows over one stretch of a recording without gaps.
 struct AxisStretch {
@@ -77,16 +90,18 @@ class AxisModel {
     const std::vector<double> spool = spool_without_delay(axis);
     std::vector<double> speed(axis.command.size());
     drop_Pa.assign(speed.size(), 0);
+    ValveDescription valve = cylinder_.valve;
+    valve.dead_band_extend = p[kDeadExtend], valve.dead_band_retract = p[kDeadRetract];
+    valve.curve_exponent = p[kExponent], valve.retract_share = p[kRetractShare];
     for (std::size_t i = 0; i < speed.size(); ++i) {
       const double x = delayed(spool, p[kDelay] / axis.step_s, i);
       const bool extends = x > 0;
-      const double dead = extends ? p[kDeadExtend] : p[kDeadRetract];
-      const double opening = std::max(0.0, std::min(std::abs(x), 1.0) - dead) / (1 - dead);
+      const double share = valve.flow_share(valve.opening(x), extends);
       const double out_Pa = extends ? axis.rod_Pa[i] - p[kRodOffset] : axis.head_Pa[i] - p[kHeadOffset];
       const double area = extends ? cylinder_.rod_side_area_m2() : cylinder_.head_area_m2();
       drop_Pa[i] = std::max(kLeastDrop_Pa, out_Pa - hydraulics_.tank_Pa);
-      const double flow = p[kGain] * opening * std::sqrt(drop_Pa[i] / cylinder_.valve.nominal_drop_Pa);
-      speed[i] = (extends ? 1 : -1) * (flow + (opening > 0 ? compression(axis, i, extends) : 0)) / area;
+      const double flow = p[kGain] * share * std::sqrt(drop_Pa[i] / cylinder_.valve.nominal_drop_Pa);
+      speed[i] = (extends ? 1 : -1) * (flow + (share > 0 ? compression(axis, i, extends) : 0)) / area;
     }
     return speed;
   }
@@ -154,16 +169,21 @@ Speeds speeds(const AxisModel& model, const AxisStretch& axis, const Vector& par
 /// count once their neighbours' share is taken off.
 class Misfit {
  public:
-  Misfit(const AxisModel& model, const std::vector<AxisStretch>& stretches, Vector file, double speed_rms_mps,
-         double sigma)
-      : model_(model), stretches_(stretches), file_(std::move(file)), scale_mps_(0.05 * speed_rms_mps), sigma_(sigma) {
+  Misfit(const AxisModel& model, const std::vector<AxisStretch>& stretches, Vector file, int fitted,
+         double speed_rms_mps, double sigma)
+      : model_(model),
+        stretches_(stretches),
+        file_(std::move(file)),
+        fitted_(fitted),
+        scale_mps_(0.05 * speed_rms_mps),
+        sigma_(sigma) {
     for (const AxisStretch& axis : stretches_) count_ += speeds(model_, axis, file_).measured_mps.size();
   }
   static constexpr int kPriors = 2;
   [[nodiscard]] int count() const { return static_cast<int>(count_ + kPriors); }
 
   bool operator()(double const* const* parameters, double* residuals) const {
-    const Vector p = Eigen::Map<const Vector>(parameters[0]).cwiseProduct(scales());
+    const Vector p = in_units(parameters[0]);
     double* at = residuals;
     for (const AxisStretch& axis : stretches_) {
       const Speeds s = speeds(model_, axis, p);
@@ -180,8 +200,15 @@ class Misfit {
   /// Units in which all parameters are near one.
   [[nodiscard]] Vector scales() const {
     Vector s;
-    s << 0.1, 0.1, 0.02, file_[kGain], 1e5, 1e5;
+    s << 0.1, 0.1, 0.02, file_[kGain], 1e5, 1e5, 1, 1;
     return s;
+  }
+  /// The first `fitted`; the others are the file's.
+  [[nodiscard]] Vector in_units(const double* fitted) const {
+    Vector p = file_;
+    const Eigen::Map<const Eigen::VectorXd> some(fitted, fitted_);
+    p.head(fitted_) = some.cwiseProduct(scales().head(fitted_));
+    return p;
   }
 
  private:
@@ -194,14 +221,15 @@ class Misfit {
   const AxisModel& model_;
   const std::vector<AxisStretch>& stretches_;
   Vector file_;
+  int fitted_;
   double scale_mps_, sigma_;
   std::size_t count_ = 0;
 };
 
 struct Fit {
   Vector parameters;
-  Eigen::Matrix<double, kParameters, kParameters> covariance;
-  double sigma = 1;  ///< Of a residual, neighbours' share taken off.
+  Eigen::MatrixXd covariance;  ///< Of those fitted.
+  double sigma = 1;            ///< Of a residual, neighbours' share taken off.
   bool converged = false;
 };
 
@@ -218,19 +246,20 @@ double correlated_residuals(const Eigen::VectorXd& residuals) {
 }
 
 Fit fit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const Vector& file, const Vector& start,
-        double speed_rms_mps, double sigma) {
-  auto* misfit = new Misfit(model, stretches, file, speed_rms_mps, sigma);  // Ceres owns it
-  const Vector scales = misfit->scales();
+        int fitted, double speed_rms_mps, double sigma) {
+  auto* misfit = new Misfit(model, stretches, file, fitted, speed_rms_mps, sigma);  // Ceres owns it
+  const Eigen::VectorXd scales = misfit->scales().head(fitted);
   const int count = misfit->count();
   ceres::NumericDiffOptions steps;
   steps.relative_step_size = 1e-3;  // play and dead bands have kinks
   auto* cost = new ceres::DynamicNumericDiffCostFunction<Misfit, ceres::CENTRAL>(misfit, ceres::TAKE_OWNERSHIP, steps);
-  cost->AddParameterBlock(kParameters);
+  cost->AddParameterBlock(fitted);
   cost->SetNumResiduals(count);
-  Vector x = start.cwiseQuotient(scales);
+  Eigen::VectorXd x = start.head(fitted).cwiseQuotient(scales);
   ceres::Problem problem;
   problem.AddResidualBlock(cost, nullptr, x.data());
   const auto bound = [&](Parameter which, double low, double high) {
+    if (which >= fitted) return;
     problem.SetParameterLowerBound(x.data(), which, low / scales[which]);
     problem.SetParameterUpperBound(x.data(), which, high / scales[which]);
   };
@@ -238,6 +267,8 @@ Fit fit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const
   bound(kDeadRetract, 0, 0.6);
   bound(kDelay, 0, 0.3);
   bound(kGain, 0.05 * file[kGain], 20 * file[kGain]);
+  bound(kExponent, 0.6, 3.5);
+  bound(kRetractShare, 0.2, 5);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.logging_type = ceres::SILENT;
@@ -247,10 +278,10 @@ Fit fit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const
   ceres::Solve(options, &problem, &summary);
 
   Fit result;
-  result.parameters = x.cwiseProduct(scales);
+  result.parameters = misfit->in_units(x.data());
   result.converged = summary.IsSolutionUsable();
   Eigen::VectorXd residuals(count);
-  Eigen::Matrix<double, Eigen::Dynamic, kParameters, Eigen::RowMajor> jacobian(count, static_cast<int>(kParameters));
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(count, fitted);
   const double* block = x.data();
   double* rows = jacobian.data();
   cost->Evaluate(&block, residuals.data(), &rows);
@@ -353,36 +384,53 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
   const auto k = static_cast<std::size_t>(joint);
   const ValveDescription& file = machine.cylinders[k].valve;
   const std::string name = kJointNames[k];
-  valve = {file.dead_band_extend, file.dead_band_retract, file.delay_s, file.nominal_flow_m3ps};
+  Vector start;
+  start << file.dead_band_extend, file.dead_band_retract, file.delay_s, file.nominal_flow_m3ps, 0, 0,
+      file.curve_exponent, file.retract_share;
+  valve = calibration(start);
   const AxisModel model(machine, k);
   const std::vector<AxisStretch> stretches = axis_stretches(recordings, joint);
-  Vector start;
-  start << file.dead_band_extend, file.dead_band_retract, file.delay_s, file.nominal_flow_m3ps, 0, 0;
   const Coverage found = coverage(model, stretches, start);
   Identification result;
   result.method = "valves";
-  result.columns = kParameters;
   result.duration_s = found.duration_s;
   result.reasons = refusals(name, found);
   if (!result.reasons.empty()) return result;
 
-  const Fit first = fit(model, stretches, start, start, found.speed_rms_mps, 1);
-  const Fit best = fit(model, stretches, start, first.parameters, found.speed_rms_mps, first.sigma);
-  const double misfit = relative_misfit(model, stretches, best.parameters, found.speed_rms_mps);
+  const auto fitted = [&](int count, const Vector& from) {
+    const Fit first = fit(model, stretches, start, from, count, found.speed_rms_mps, 1);
+    return fit(model, stretches, start, first.parameters, count, found.speed_rms_mps, first.sigma);
+  };
+  const auto misfit_of = [&](const Fit& fit) {
+    return relative_misfit(model, stretches, fit.parameters, found.speed_rms_mps);
+  };
+  Fit best = fitted(kStraight, start);
+  if (!best.converged || !(misfit_of(best) <= kStraightFit)) {
+    // From straight edges and from as curved ones as there are: the misfit has a valley at each end.
+    Vector steep = start;
+    steep[kExponent] = 2;
+    const double bound = kCurvedGain * misfit_of(best);
+    for (const Fit& curved : {fitted(kAll, best.parameters), fitted(kAll, steep)}) {
+      if (curved.converged && misfit_of(curved) < std::min(bound, misfit_of(best))) best = curved;
+    }
+  }
+  const double misfit = misfit_of(best);
   result.covariance = best.covariance;
-  result.rank = kParameters;
+  result.rank = result.columns = static_cast<int>(best.covariance.rows());
   for (const Parameter which : {kDeadExtend, kDeadRetract, kDelay, kGain}) {
     const double model_error = kModelError[which] * (which == kGain ? best.parameters[kGain] : 1);
     result.covariance(which, which) += model_error * model_error;
   }
-  const std::array<std::pair<const char*, const char*>, kParameters> names{{{"dead_band_extend", ""},
-                                                                            {"dead_band_retract", ""},
-                                                                            {"delay", "s"},
-                                                                            {"nominal_flow", "m^3/s"},
-                                                                            {"head_pressure_offset", "Pa"},
-                                                                            {"rod_pressure_offset", "Pa"}}};
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
+  const std::array<std::pair<const char*, const char*>, kAll> names{{{"dead_band_extend", ""},
+                                                                     {"dead_band_retract", ""},
+                                                                     {"delay", "s"},
+                                                                     {"nominal_flow", "m^3/s"},
+                                                                     {"head_pressure_offset", "Pa"},
+                                                                     {"rod_pressure_offset", "Pa"},
+                                                                     {"curve_exponent", ""},
+                                                                     {"retract_share", ""}}};
+  for (Eigen::Index at = 0; at < result.covariance.rows(); ++at) {
+    const auto i = static_cast<std::size_t>(at);
     result.parameters.push_back(
         {names[i].first, names[i].second, best.parameters[at], std::sqrt(result.covariance(at, at)), false});
   }
@@ -394,8 +442,7 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
     return result;
   }
   result.usable = true;
-  valve = {best.parameters[kDeadExtend], best.parameters[kDeadRetract], best.parameters[kDelay],
-           best.parameters[kGain]};
+  valve = calibration(best.parameters);
   return result;
 }
 

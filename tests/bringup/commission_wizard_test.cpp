@@ -231,9 +231,11 @@ TEST(CommissionResult, ReplacesTheDeadBandsOfAnEarlierIdentification) {
       std::string(64, '0') +
       "\"\nprogram = \"p\"\n"
       "[calibration.valves.boom]\ndead_band_extend = 0.1\ndead_band_retract = 0.1\ndelay_ms = 15\n"
-      "nominal_flow_Lpm = 30\n[calibration.valves.arm]\ndead_band_extend = 0.1\ndead_band_retract = 0.1\n"
-      "delay_ms = 15\nnominal_flow_Lpm = 25\n[calibration.valves.bucket]\ndead_band_extend = 0.1  # was 0.11\n"
-      "dead_band_retract = 0.1\ndelay_ms = 15\nnominal_flow_Lpm = 20\n";
+      "nominal_flow_Lpm = 30\ncurve_exponent = 1\nretract_share = 1\n[calibration.valves.arm]\ndead_band_extend = "
+      "0.1\ndead_band_retract = 0.1\n"
+      "delay_ms = 15\nnominal_flow_Lpm = 25\ncurve_exponent = 1\nretract_share = "
+      "1\n[calibration.valves.bucket]\ndead_band_extend = 0.1  # was 0.11\n"
+      "dead_band_retract = 0.1\ndelay_ms = 15\nnominal_flow_Lpm = 20\ncurve_exponent = 1\nretract_share = 1\n";
   const MachineDescription machine = calibrated(parse_machine(file, "calibrated.toml"));
   WizardResult result;
   result.axes[kBucket].dead_band_extend = 0.2;

@@ -13,7 +13,8 @@ namespace knuckle::estimation {
 namespace {
 
 /// A machine whose valves are exactly the model, without spool dynamics: cylinders go to and fro.
-Recording recording(const MachineDescription& machine, double dead_band, double gain_factor, bool retracts) {
+Recording recording(const MachineDescription& machine, double dead_band, double gain_factor, bool retracts,
+                    double curve_exponent = 1, double retract_share = 1) {
   Recording result{"made up", 0.005, {}, {}, {}};
   Measurement now;
   for (int joint = 0; joint < kJoints; ++joint) now.cylinder_m[joint] = 0.95;
@@ -25,7 +26,8 @@ Recording recording(const MachineDescription& machine, double dead_band, double 
     for (int joint = 0; joint < kJoints; ++joint) {
       const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
       const double opening = std::max(0.0, std::abs(command) - dead_band) / (1 - dead_band);
-      const double flow = gain_factor * cylinder.valve.nominal_flow_m3ps * opening *
+      const double share = (command > 0 ? 1 : retract_share) * std::pow(opening, curve_exponent);
+      const double flow = gain_factor * cylinder.valve.nominal_flow_m3ps * share *
                           std::sqrt((12e5 - machine.hydraulics.tank_Pa) / cylinder.valve.nominal_drop_Pa);
       const double area = command > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
       now.cylinder_m[joint] += std::copysign(flow, command) / area * 0.005;
@@ -46,6 +48,36 @@ TEST(ValveIdentification, FindsDeadBandAndGainOfItsOwnModel) {
     EXPECT_NEAR(result.valves[joint].dead_band_extend, 0.08, 2e-3);
     EXPECT_NEAR(result.valves[joint].dead_band_retract, 0.08, 2e-3);
     EXPECT_NEAR(result.valves[joint].nominal_flow_m3ps / machine.cylinders[joint].valve.nominal_flow_m3ps, 1.2, 0.02);
+  }
+}
+
+TEST(ValveIdentification, FindsACurveAndAnotherFlowWhereItRetracts) {
+  MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  for (CylinderDescription& cylinder : machine.cylinders) {  // what is made up has no lag
+    cylinder.valve.natural_frequency_Hz = 40;
+    cylinder.valve.hysteresis = 0;
+  }
+  for (const double exponent : {1.3, 1.8, 2.2}) {
+    const std::array recordings{recording(machine, 0.08, 4, true, exponent, 0.8)};
+    const ValveResult result = identify_valves(machine, recordings);
+    for (std::size_t joint = 0; joint < kJoints; ++joint) {
+      ASSERT_TRUE(result.axes[joint].usable) << exponent << " " << result.axes[joint].reasons.front();
+      ASSERT_EQ(result.axes[joint].parameters.size(), 8U) << exponent;
+      EXPECT_EQ(result.axes[joint].parameters[6].name, "curve_exponent");
+      EXPECT_NEAR(result.valves[joint].curve_exponent, exponent, 0.05);
+      EXPECT_NEAR(result.valves[joint].retract_share, 0.8, 0.02);
+      EXPECT_NEAR(result.valves[joint].dead_band_extend, 0.08, 4e-3);
+    }
+  }
+}
+
+TEST(ValveIdentification, LooksForNoCurveWhereStraightEdgesExplainTheSpeed) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  const std::array recordings{recording(machine, 0.08, 1.2, true)};
+  for (const Identification& axis : identify_valves(machine, recordings).axes) EXPECT_EQ(axis.columns, 6);
+  for (const ValveCalibration& valve : identify_valves(machine, recordings).valves) {
+    EXPECT_EQ(valve.curve_exponent, 1);
+    EXPECT_EQ(valve.retract_share, 1);
   }
 }
 

@@ -54,7 +54,8 @@ MachineDescription identified(unsigned seed) {
   geometry.encoder_offset_m = JointVector(sampled(0, 1e-3), sampled(0, 1e-3), sampled(0, 1e-3));
   geometry.tip_rms_m = std::abs(sampled(2e-3, 1e-4));
   for (ValveCalibration& valve : machine.valve_calibration.emplace())
-    valve = {sampled(0.11, 0.01), sampled(0.11, 0.01), sampled(0.02, 0.002), sampled(4e-4, 1e-5)};
+    valve = {sampled(0.11, 0.01), sampled(0.11, 0.01), sampled(0.02, 0.002),
+             sampled(4e-4, 1e-5), sampled(1.5, 0.2),   sampled(1, 0.1)};
   machine.calibration_provenance = {"full", "2026-11-21T05:00:00Z", std::string(64, 'a'), "a \"b\" \\c.csv", "knuckle"};
   return machine;
 }
@@ -104,6 +105,8 @@ TEST_F(CalibrationFile, IsReadAgainToTwelveDigits) {
       EXPECT_NEAR(v.dead_band_retract, w.dead_band_retract, 1e-12);
       EXPECT_NEAR(v.delay_s, w.delay_s, 1e-12);
       EXPECT_NEAR(v.nominal_flow_m3ps / w.nominal_flow_m3ps, 1, 1e-12);
+      EXPECT_NEAR(v.curve_exponent, w.curve_exponent, 1e-12);
+      EXPECT_NEAR(v.retract_share, w.retract_share, 1e-12);
     }
     EXPECT_EQ(again.calibration_provenance->data_source, "a \"b\" \\c.csv");
     EXPECT_EQ(again.calibration_provenance->date, machine.calibration_provenance->date);

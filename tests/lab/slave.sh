@@ -8,10 +8,11 @@ seen() { grep -c -e " $2" "$result/$1.candump.log"; }
 at_least() { [ "$(seen "$1" "$3")" -ge "$2" ]; }
 never() { [ "$(seen "$1" "$2")" -eq 0 ]; }
 heartbeats() { for node in $nodes; do at_least "$1" 20 "7$node#05" || return 1; done; }
-# Sensors with every SYNC, valves with every second one.
+# Pressures and lengths with every SYNC, tilt with every second one, valves with every fourth.
 values() {
-  for node in 20 21 22 23 24 25 30 31 32 38; do at_least "$1" 392 "$(printf '%X' $((0x180 + 0x$node)))#" || return 1; done
-  for node in 10 11 12; do at_least "$1" 196 "$(printf '%X' $((0x180 + 0x$node)))#" || return 1; done
+  for node in 20 21 22 23 24 25 30 31 32; do at_least "$1" 392 "$(printf '%X' $((0x180 + 0x$node)))#" || return 1; done
+  at_least "$1" 196 '1B8#' || return 1
+  for node in 10 11 12; do at_least "$1" 98 "$(printf '%X' $((0x180 + 0x$node)))#" || return 1; done
 }
 json() { says "$result/$1.json" "$2"; }
 

@@ -71,7 +71,8 @@ tip_rms_mm = 2.5
 )";
   for (const char* joint : kJointNames) {
     text += "[calibration.valves." + std::string(joint) +
-            "]\ndead_band_extend = 0.1\ndead_band_retract = 0.12\ndelay_ms = 20\nnominal_flow_Lpm = 27\n";
+            "]\ndead_band_extend = 0.1\ndead_band_retract = 0.12\ndelay_ms = 20\nnominal_flow_Lpm = 27\n"
+            "curve_exponent = 1.8\nretract_share = 0.9\n";
   }
   return text;
 }
@@ -113,6 +114,8 @@ TEST(MachineCalibration, SetsTheOptionalsInSiUnits) {
   EXPECT_DOUBLE_EQ(machine.geometry_calibration->encoder_offset_m[1], -0.002);
   EXPECT_DOUBLE_EQ((*machine.valve_calibration)[2].delay_s, 0.020);
   EXPECT_DOUBLE_EQ((*machine.valve_calibration)[2].nominal_flow_m3ps, 27e-3 / 60);
+  EXPECT_EQ((*machine.valve_calibration)[1].curve_exponent, 1.8);
+  EXPECT_EQ(calibrated(machine).cylinders[1].valve.retract_share, 0.9);
   EXPECT_EQ(machine.calibration_provenance->method, "full");
   EXPECT_EQ(machine.links[1].length_m, 0.95) << "the drawing stays until calibrated() is asked";
   EXPECT_EQ(calibrated(machine).links[1].length_m, 0.949);
@@ -145,7 +148,7 @@ TEST(MachineCalibration, RefusesEveryMissingAndEveryUnknownKeyByName) {
     EXPECT_NE(refusal(text.insert(at, "x" + line)).find("key '" + table), std::string::npos) << key;
     ++keys;
   }
-  EXPECT_EQ(keys, 5 + 4 + 18 + 12 + 12);
+  EXPECT_EQ(keys, 5 + 4 + 18 + 12 + 18);
 }
 
 TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
@@ -163,6 +166,8 @@ TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
       {"encoder_offset_mm = .1.5", "encoder_offset_mm = [900", "calibration.geometry.encoder_offset_mm"},
       {"rocker_length_m = 0.2050", "rocker_length_m = 0.1050", "[calibration.geometry] in place of the drawing's"},
       {"dead_band_extend = 0.1", "dead_band_extend = 0.5", "calibration.valves.boom.dead_band_extend"},
+      {"curve_exponent = 1.8", "curve_exponent = 0", "calibration.valves.boom.curve_exponent' = 0: must be within"},
+      {"retract_share = 0.9", "retract_share = -1", "calibration.valves.boom.retract_share' = -1: must be within"},
       {"0123456789abcdef", "0123456789abcdeF", "calibration.data_sha256"},
   };
   for (const auto& [pattern, to, named] : cases) {

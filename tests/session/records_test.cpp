@@ -37,7 +37,7 @@ TEST(Recorder, CountsWhatItHasNoRoomFor) {
 TEST(Recorder, HasRoomForTheFramesOfTheFastestBus) {
   BusDescription bus;
   bus.sync_Hz = 250;
-  bus.valve_every_nth_sync = 1;
+  bus.set_point_every_nth_sync = bus.valve_status_every_nth_sync = 1;
   EXPECT_GE(most_frames(bus, 10), 10 * 250 * (1 + 6 + 3 + 1 + 2 * 3));
 }
 

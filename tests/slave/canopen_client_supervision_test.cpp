@@ -163,7 +163,7 @@ class SetPointPeriod : public SupervisedBus, public ::testing::WithParamInterfac
   SetPointPeriod() : SupervisedBus(described(GetParam())) {}
   static MachineDescription described(int every_nth_sync) {
     MachineDescription d = machine_with_exact_limits();
-    d.bus.valve_every_nth_sync = every_nth_sync;
+    d.bus.set_point_every_nth_sync = every_nth_sync;
     return d;
   }
 };

@@ -92,12 +92,13 @@ TEST(CanopenClient, WritesTheMachineFilesTimeoutsIntoEveryNode) {
   for (const int id : {0x10, 0x11, 0x12}) {
     EXPECT_EQ(value(id, canopen::kRpdo1Timer), 60U);
     EXPECT_EQ(value(id, canopen::kConsumerHeartbeat), 0x000100AAU);  // node 1, 170 ms
-    EXPECT_EQ(value(id, canopen::kTpdo1Type), 2U);
+    EXPECT_EQ(value(id, canopen::kTpdo1Type), 4U);
     EXPECT_EQ(value(id, canopen::kRpdo1Type), 255U);
   }
   EXPECT_EQ(value(0x40, canopen::kConsumerHeartbeat), 0x000100AAU);
   for (const int id : {0x10, 0x20, 0x25, 0x30, 0x38, 0x40}) EXPECT_EQ(value(id, canopen::kProducerHeartbeat), 90U);
-  for (const int id : {0x20, 0x32, 0x38}) EXPECT_EQ(value(id, canopen::kTpdo1Type), 1U);
+  for (const int id : {0x20, 0x32}) EXPECT_EQ(value(id, canopen::kTpdo1Type), 1U);
+  EXPECT_EQ(value(0x38, canopen::kTpdo1Type), 2U);
 }
 
 TEST(CanopenClient, RemapsAPdoOnlyWhileItIsOff) {
@@ -195,7 +196,7 @@ TEST(CanopenClient, ResetEdgeReachesAValveThatKeepsItsFaultWhicheverSyncItStarts
                  },
                  &valve});
     Time now{1s};
-    for (int i = 0; i < extra_syncs; ++i) client.begin_step(now);
+    for (int i = 0; i < extra_syncs; ++i) client.begin_step(now), client.end_step({}, false, now);
     client.restart();
     for (int ms = 0; ms < 2000 && client.phase() != CanopenClient::Phase::kFailed; ++ms) {
       now += 1ms;
@@ -274,16 +275,17 @@ TEST(CanopenClient, BusOffIsAFaultAndNothingResumesByItself) {
   EXPECT_EQ(m.loop.client().phase(), CanopenClient::Phase::kFailed);
 }
 
-TEST(CanopenClient, SyncEveryStepSetPointsEverySecondHeartbeatAtTwentyHertz) {
+TEST(CanopenClient, SyncAndSetPointsEveryStepStatusEveryFourthHeartbeatAtTwentyHertz) {
   BenchMachine m;
   ASSERT_TRUE(m.engage());
   m.wire.clear();
   m.run(1s);
   EXPECT_EQ(m.frames(0x080).size(), 200U);
   EXPECT_EQ(m.frames(0x701).size(), 20U);
-  for (std::uint32_t valve = 0x10; valve <= 0x12; ++valve) EXPECT_EQ(m.frames(0x200 + valve).size(), 100U);
+  for (std::uint32_t valve = 0x10; valve <= 0x12; ++valve) EXPECT_EQ(m.frames(0x200 + valve).size(), 200U);
   EXPECT_EQ(m.frames(0x1A0).size(), 200U);
-  EXPECT_EQ(m.frames(0x190).size(), 100U);
+  EXPECT_EQ(m.frames(0x1B8).size(), 100U);
+  EXPECT_EQ(m.frames(0x190).size(), 50U);
 }
 
 TEST(CanopenClient, DropToNeutralGoesOutAtOnce) {

@@ -33,9 +33,10 @@ TEST(NodeSetup, FramesCarryTheIdentifiersOfTheMachineFile) {
   ASSERT_TRUE(m.engage()) << text(m.loop.client().fault());
   m.wire.clear();
   m.run(1s);
-  EXPECT_EQ(m.frames(0x3A2).size(), 100U);
-  EXPECT_EQ(m.frames(0x2A1).size(), 100U);
-  for (const std::uint32_t id : {0x1F0U, 0x281U, 0x4B0U}) EXPECT_EQ(m.frames(id).size(), 200U) << id;
+  EXPECT_EQ(m.frames(0x3A2).size(), 200U);
+  EXPECT_EQ(m.frames(0x2A1).size(), 50U);
+  EXPECT_EQ(m.frames(0x4B0).size(), 100U);
+  for (const std::uint32_t id : {0x1F0U, 0x281U}) EXPECT_EQ(m.frames(id).size(), 200U) << id;
   for (const std::uint32_t id : {0x191U, 0x211U, 0x1A3U, 0x1B0U, 0x1B8U, 0x1C0U, 0x240U}) {
     EXPECT_TRUE(m.frames(id).empty()) << id;
   }

@@ -17,7 +17,7 @@ constexpr double kExtendBand = 0.08, kRetractBand = 0.16;
 constexpr double kForever = 3;  // seconds in which a rule that is to be quiet is given its chance
 
 MachineDescription uneven_machine() {
-  MachineDescription m = test::test_machine();
+  MachineDescription m = test::identified_machine();
   for (CylinderDescription& cylinder : m.cylinders) {
     cylinder.valve.dead_band_extend = kExtendBand;
     cylinder.valve.dead_band_retract = kRetractBand;

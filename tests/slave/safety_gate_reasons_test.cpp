@@ -135,9 +135,11 @@ TEST_F(GateReasons, PowerAtTheLimitItselfIsPassed) {
   // Half open without a dead band, nothing carried, and numbers that binary fractions say exactly: 0.5 m3/s at 2^20 Pa.
   state.pressure_Pa.fill(0);
   limits.min_rad.setConstant(-1e9), limits.max_rad.setConstant(1e9);
-  limits.dead_band_extend.setZero(), limits.dead_band_retract.setZero();
+  for (ValveDescription& valve : limits.valve) {
+    valve.dead_band_extend = valve.dead_band_retract = 0;
+    valve.nominal_flow_m3ps = 1, valve.nominal_drop_Pa = 1024 * 1024;
+  }
   limits.load_sensing_margin_Pa = 1048576;
-  limits.flow_per_root_Pa.setConstant(1.0 / 1024);
   limits.pump_flow_m3ps = 10;
   limits.file.power_W = 524288;
   EXPECT_FALSE(gate(only(kArm, 0.5)).limiting);

@@ -46,7 +46,8 @@ class WatchedPort final : public CanBus {
 inline MachineDescription machine_with_exact_limits() {
   MachineDescription d = test::test_machine();
   d.bus.sensor_age_limit_s = 0.03125;
-  d.bus.sync_Hz = 256;  // a status every 2 / 256 s
+  d.bus.sync_Hz = 256;
+  d.bus.set_point_every_nth_sync = d.bus.valve_status_every_nth_sync = 2;  // a status every 2 / 256 s
   d.bus.controller_heartbeat_s = 0.0625;
   return d;
 }
