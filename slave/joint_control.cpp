@@ -18,6 +18,7 @@ constexpr double kLearnDelay_s = 0.05;       // from command to delivered oil
 constexpr double kLearnFilter_Hz = 3;
 constexpr double kVelocityFilter_Hz = 6;  // of the hand's speed fed forward: valves cannot follow its tremor
 constexpr double kAccelerationFilter_Hz = 3;
+constexpr double kIdle_mps = 1e-6;       // in contact 0.1 mm/s already presses: the pump is not idle then
 constexpr double kLeastDrop_Pa = 3e5;    // the gain never divides by less than this over both edges
 constexpr double kGateTolerance = 0.02;  // change by the gate (rate limit) up to which the dead band is still learned
 constexpr double kDither_s = 0.01;       // before it changes sides
@@ -149,7 +150,7 @@ void JointControl::update_supply(const estimation::JointState& state, const Join
   double load = 0;
   for (int i = 0; i < kJoints; ++i) {
     const auto side = static_cast<std::size_t>(2 * i + (cylinder_mps[i] >= 0 ? 0 : 1));
-    if (std::abs(cylinder_mps[i]) > 1e-4) load = std::max(load, state.pressure_Pa[side]);
+    if (std::abs(cylinder_mps[i]) > kIdle_mps) load = std::max(load, state.pressure_Pa[side]);
   }
   const double target = std::min(load + hydraulics.load_sensing_margin_Pa, hydraulics.main_relief_Pa);
   supply_Pa_ += (target - supply_Pa_) * (1 - std::exp(-step_s_ / hydraulics.load_sensing_lag_s));
