@@ -23,6 +23,7 @@ struct Row {
   // At the hand's scale.
   PlanarVector touch_N = PlanarVector::Zero(), weight_N = PlanarVector::Zero(), felt_N = PlanarVector::Zero();
   double contact_N = 0;  ///< On the machine.
+  bool at_end = false;   ///< The wall at a joint's end is felt as well.
   [[nodiscard]] PlanarVector true_N() const { return touch_N + weight_N; }
 };
 
@@ -31,12 +32,13 @@ std::vector<Row> rows_of(const SessionRecord& record) {
   std::vector<Row> rows;
   rows.reserve(record.samples.size());
   std::size_t past = 0;
+  const std::vector<bool> at_end = at_joint_end(record);
   for (const Sample& s : record.samples) {
     while (past + 1 < record.samples.size() && record.samples[past + 1].t_s <= s.t_s - record.link_delay_s) ++past;
     const Sample& then = record.samples[past];
     rows.push_back({s.t_s, s.mode == Mode::kEngaged && then.mode == Mode::kEngaged,
                     record.force_scale * then.truth_tip_force_N, record.force_scale * then.truth_weight_N, s.felt_N,
-                    s.truth_tip_force_N.norm()});
+                    s.truth_tip_force_N.norm(), at_end[rows.size()]});
   }
   return rows;
 }
@@ -82,7 +84,7 @@ void measure_error(const std::vector<Row>& rows, Metrics& metrics) {
   std::size_t count = 0;
   Sliding recent(kWorst_s);
   for (const Row& row : rows) {
-    if (!row.engaged) {
+    if (!row.engaged || row.at_end) {
       recent.clear();
       continue;
     }
@@ -202,7 +204,7 @@ void measure_truth(const SessionRecord& record, Metrics& metrics) {
   measure_presses(record, metrics);
   const std::vector<bool> empty = empty_free_motion(record);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (empty[i]) keep_largest(metrics.free_felt_peak_N, rows[i].felt_N.norm());
+    if (empty[i] && !rows[i].at_end) keep_largest(metrics.free_felt_peak_N, rows[i].felt_N.norm());
   }
 }
 

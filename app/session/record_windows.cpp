@@ -30,6 +30,25 @@ std::vector<bool> empty_free_motion(const SessionRecord& record) {
   return empty;
 }
 
+std::vector<bool> at_joint_end(const SessionRecord& record) {
+  std::vector<bool> at_end(record.samples.size());
+  std::size_t first = 0;
+  double until_s = -1e9;
+  for (std::size_t i = 0; i < at_end.size(); ++i) {
+    const Sample& s = record.samples[i];
+    const bool beyond = (s.setpoint_rad.array() < record.joint_end_low_rad.array()).any() ||
+                        (s.setpoint_rad.array() > record.joint_end_high_rad.array()).any();
+    while (first < i && record.samples[first].t_s < s.t_s - record.link_delay_s - kBesideEnd_s) ++first;
+    if (beyond) {
+      std::fill(at_end.begin() + std::ptrdiff_t(first), at_end.begin() + std::ptrdiff_t(i), true);
+      first = i;
+      until_s = s.t_s + kBesideEnd_s;
+    }
+    if (s.t_s <= until_s) at_end[i] = true;
+  }
+  return at_end;
+}
+
 bool is_break(const EventRecord& event) noexcept {
   return event.what.find("broke") != std::string::npos;
 }

@@ -17,6 +17,7 @@ struct Window {
 
 inline constexpr double kContactForce_N = 1;      ///< True force on the tip above this is contact.
 inline constexpr double kFreeAfterContact_s = 1;  ///< Free motion begins this long after the last contact.
+inline constexpr double kBesideEnd_s = 0.1;       ///< Jitter and filters, either side of a wall at a joint's end.
 
 [[nodiscard]] inline bool in_contact(const Sample& s) noexcept {
   return s.truth_tip_force_N.norm() > kContactForce_N;
@@ -29,6 +30,10 @@ inline constexpr double kFreeAfterContact_s = 1;  ///< Free motion begins this l
 [[nodiscard]] std::vector<bool> free_motion(const SessionRecord& record);
 /// Of these the rows with no load either, now or within that time: nothing is to be felt.
 [[nodiscard]] std::vector<bool> empty_free_motion(const SessionRecord& record);
+
+/// Per row: the hand is, or within kBesideEnd_s was or will be, where it feels the wall at a joint's end. Known from the
+/// set-points that the machine has received, one link delay later.
+[[nodiscard]] std::vector<bool> at_joint_end(const SessionRecord& record);
 
 /// Runs of the phases "press" and "hold" while engaged. One that a "broke" event falls into ends there.
 [[nodiscard]] std::vector<Window> press_windows(const SessionRecord& record);

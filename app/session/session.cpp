@@ -179,6 +179,11 @@ SessionRecord start_record(const SessionSetup& setup) {
   record.force_scale = setup.device.feel.force_scale;
   record.asked_N = asked_forces_N(setup.machine, setup.scenario, record.force_scale);
   record.link_delay_s = to_seconds(setup.to_machine.delay);
+  for (Eigen::Index i = 0; i < kJoints; ++i) {
+    const LinkDescription& link = setup.machine.links[static_cast<std::size_t>(i)];
+    record.joint_end_low_rad[i] = link.min_rad + setup.machine.limits.joint_soft_margin_rad;
+    record.joint_end_high_rad[i] = link.max_rad - setup.machine.limits.joint_soft_margin_rad;
+  }
   return record;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -103,6 +104,9 @@ struct SessionRecord {
   double force_scale = 1e-3;    ///< lambda: hand newtons per machine newton
   std::vector<double> asked_N;  ///< By the operator's phase: what a press asks for (asked_force.h); 0: nothing certain
   double link_delay_s = 0;      ///< One way, as configured
+  /// Where the walls begin that the hand feels at the ends of the machine's joints.
+  JointVector joint_end_low_rad = JointVector::Constant(-std::numeric_limits<double>::infinity());
+  JointVector joint_end_high_rad = JointVector::Constant(std::numeric_limits<double>::infinity());
   int phases_timed_out = 0;     ///< 1 where the operator's plan did not come to its end in time
   int resumed_by_itself = 0;  ///< Faults after which a valve was commanded before enable was released and pressed again
   /// Samples, frames, events and faults there was no room for. If any: the session does not pass.

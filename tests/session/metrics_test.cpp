@@ -394,6 +394,22 @@ TEST(MetricsOfTruth, FeltForceInFreeAirIsTakenAtItsPeak) {
   EXPECT_NEAR(compute_metrics(record).free_felt_peak_N.value(), 1.2, 1e-12);
 }
 
+TEST(MetricsOfTruth, WallsAtTheJointsEndsAreNoError) {
+  SessionRecord record = engaged_record(8);
+  record.link_delay_s = 0.2;
+  record.joint_end_high_rad = JointVector::Constant(1);
+  during(record, 3.0, 3.5, [](Sample& s) { s.felt_N = {4, 0}; });
+  during(record, 6.0, 6.5, [](Sample& s) { s.felt_N = {0.5, 0}; });
+  during(record, 7.0, 8.0, [](Sample& s) { s.truth_tip_force_N = {-2000, 0}; });
+  const double blamed = compute_metrics(record).felt_error_worst_N.value();
+  EXPECT_NEAR(compute_metrics(record).free_felt_peak_N.value(), 4, 1e-12);
+  during(record, 3.2, 3.7, [](Sample& s) { s.setpoint_rad[1] = 1.01; });  // as received
+  EXPECT_NEAR(compute_metrics(record).free_felt_peak_N.value(), 0.5, 1e-12);
+  EXPECT_LT(compute_metrics(record).felt_error_worst_N.value(), blamed);
+  record.link_delay_s = 0;  // then half of the force was not at the end
+  EXPECT_NEAR(compute_metrics(record).free_felt_peak_N.value(), 4, 1e-12);
+}
+
 TEST(MetricsOfTruth, PeakOfEachPressIsJudgedByWhatThatPressAsksFor) {
   SessionRecord record = pressed_record();  // 2 kN in press (phase 1), its hold and the phase after it
   EXPECT_FALSE(compute_metrics(record).peak_over_asked) << "no press asked for a certain force";
