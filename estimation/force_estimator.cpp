@@ -82,6 +82,7 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
   last_angle_rad_ = state.angle_rad;
   for (ObserverChannel* channel : {&slow_, &fast_.motion, &contact_.motion}) channel->move(moved, state.lever_m);
   estimate_.carried_Nm = load_columns(arm_.length_m(), pose) * carried_;
+  pressure_sum_Pa_ = state.pressure_sum_Pa();
   slow_step(pose, state);
   estimate_.fast_torque_Nm = quick_step(fast_, pose, state) - estimate_.carried_Nm;
   estimate_.contact_torque_Nm = quick_step(contact_, pose, state) - estimate_.carried_Nm;
@@ -116,15 +117,15 @@ void ForceEstimator::start(const JointState& state) noexcept {
   const JointVector cylinder_Nm = state.lever_m.cwiseProduct(state.cylinder_N);
   Bank bank;
   bank << state.lever_m.array(), cylinder_Nm.array(), kGravity_mps2 * pose.cos.array(),
-      -kGravity_mps2 * pose.sin.array();
+      -kGravity_mps2 * pose.sin.array(), state.pressure_sum_Pa().array();
   matched_first_.reset(bank);
   matched_.reset(bank);
   bank_.reset(bank);
   speeds_.reset(Speeds::Zero());
   slow_.rest();
   slow_.observer.reset(JointVector::Zero(), JointVector::Zero());
-  start(fast_, pose, cylinder_Nm);
-  start(contact_, pose, cylinder_Nm);
+  start(fast_, pose, state);
+  start(contact_, pose, state);
   // Nothing learned yet: at least what the encoders' steps must shake.
   const JointVector shake_Nm = kShakePart * encoder_shake_Nm(pose, state.lever_m, kContactBand);
   if (tare_.learned_s() == 0)
@@ -132,10 +133,12 @@ void ForceEstimator::start(const JointState& state) noexcept {
   cusum_.reset(joint_torque(RigidArm::gravity(pose) * parameters_) - cylinder_Nm);
 }
 
-void ForceEstimator::start(QuickChannel& channel, const Pose& pose, const JointVector& cylinder_Nm) noexcept {
+void ForceEstimator::start(QuickChannel& channel, const Pose& pose, const JointState& state) noexcept {
+  const Pushes pushes = pushes_of(state);
+  const JointVector cylinder_Nm = pushes.head<3>();
   channel.motion.rest();
-  channel.first.reset(cylinder_Nm);
-  channel.second.reset(cylinder_Nm);
+  channel.first.reset(pushes);
+  channel.second.reset(pushes);
   channel.motion.observer.reset(JointVector::Zero(), joint_torque(RigidArm::gravity(pose) * parameters_) - cylinder_Nm);
 }
 
@@ -144,19 +147,24 @@ void ForceEstimator::start(QuickChannel& channel, const Pose& pose, const JointV
 void ForceEstimator::slow_step(const Pose& pose, const JointState& state) noexcept {
   Bank now;
   now << state.lever_m.array(), state.lever_m.cwiseProduct(state.cylinder_N).array(), kGravity_mps2 * pose.cos.array(),
-      -kGravity_mps2 * pose.sin.array();
+      -kGravity_mps2 * pose.sin.array(), state.pressure_sum_Pa().array();
   const Bank& late = matched_.step(matched_first_.step(now));
   const Bank& seen = bank_.step(late);
   Speeds speeds;
-  speeds << state.lever_m.cwiseProduct(slow_.bristle).array(), state.lever_m.cwiseProduct(slow_.cylinder_mps).array();
+  const auto turned = state.lever_m.cwiseProduct(slow_.bristle).array();
+  speeds << turned, state.lever_m.cwiseProduct(slow_.cylinder_mps).array(), turned * late.segment<3>(12);
   speeds_.step(speeds);
-  signals_ = {seen.segment<3>(0), speeds_.value().segment<3>(0), speeds_.value().segment<3>(3), seen.segment<3>(6),
+  signals_ = {seen.segment<3>(0),
+              speeds_.value().segment<3>(0),
+              speeds_.value().segment<3>(3),
+              speeds_.value().segment<3>(6),
+              seen.segment<3>(6),
               seen.segment<3>(9)};
 
   const JointVector rate = absolute(slow_.rate.value());
   const JointVector momentum = joint_torque(arm_.momentum(pose, rate) * parameters_);
-  const JointVector imbalance =
-      joint_torque(arm_.velocity_products(pose, rate) * parameters_) + slow_.friction_Nm(friction_, late.segment<3>(3));
+  const JointVector imbalance = joint_torque(arm_.velocity_products(pose, rate) * parameters_) +
+                                slow_.friction_Nm(friction_, late.segment<3>(3), late.segment<3>(12));
   const JointVector gravity = signals_.gravity_x.cwiseProduct(parameters_.segment<3>(kMomentX)) +
                               signals_.gravity_z.cwiseProduct(parameters_.segment<3>(kMomentZ));
   untared_residual_Nm_ =
@@ -169,14 +177,19 @@ void ForceEstimator::slow_step(const Pose& pose, const JointState& state) noexce
 JointVector ForceEstimator::quick_step(QuickChannel& channel, const Pose& pose, const JointState& state) noexcept {
   ObserverChannel& motion = channel.motion;
   const JointVector rate = absolute(motion.rate.value());
-  const TareSignals signals{state.lever_m, state.lever_m.cwiseProduct(motion.bristle),
-                            state.lever_m.cwiseProduct(motion.cylinder_mps), kGravity_mps2 * pose.cos,
+  const Pushes pushes = channel.second.step(channel.first.step(pushes_of(state)));
+  const JointVector cylinder_Nm = pushes.head<3>(), pressure_sum_Pa = pushes.tail<3>();
+  const JointVector turned = state.lever_m.cwiseProduct(motion.bristle);
+  const TareSignals signals{state.lever_m,
+                            turned,
+                            state.lever_m.cwiseProduct(motion.cylinder_mps),
+                            turned.cwiseProduct(pressure_sum_Pa),
+                            kGravity_mps2 * pose.cos,
                             -kGravity_mps2 * pose.sin};
-  const JointVector cylinder_Nm = channel.second.step(channel.first.step(state.lever_m.cwiseProduct(state.cylinder_N)));
   const JointVector momentum = joint_torque(arm_.momentum(pose, rate) * parameters_);
   const JointVector imbalance =
       joint_torque((RigidArm::gravity(pose) + arm_.velocity_products(pose, rate)) * parameters_) +
-      motion.friction_Nm(friction_, cylinder_Nm) + signals.columns() * tare_.state() - cylinder_Nm;
+      motion.friction_Nm(friction_, cylinder_Nm, pressure_sum_Pa) + signals.columns() * tare_.state() - cylinder_Nm;
   return motion.observer.step(momentum, imbalance);
 }
 

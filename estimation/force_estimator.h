@@ -95,19 +95,24 @@ class ForceEstimator {
   [[nodiscard]] const Tare& learned() const noexcept { return tare_; }
 
  private:
-  /// A channel that is not reported: its tare goes in with the rest, its cylinder torque passes twins of its velocity
-  /// poles.
+  using Pushes = Eigen::Array<double, 6, 1>;  ///< cylinder torque, pressure sum
+  [[nodiscard]] static Pushes pushes_of(const JointState& state) noexcept {
+    Pushes pushes;
+    pushes << state.lever_m.cwiseProduct(state.cylinder_N).array(), state.pressure_sum_Pa().array();
+    return pushes;
+  }
+  /// A channel that is not reported: its tare goes in with the rest, its pushes pass twins of its velocity poles.
   struct QuickChannel {
     QuickChannel(const ChannelBand& band, double step_s) noexcept
         : motion(band, step_s), first(band.velocity_Hz, step_s), second(band.velocity_Hz, step_s) {}
     ObserverChannel motion;
-    FohFilter<JointVector> first, second;
+    FohFilter<Pushes> first, second;
   };
-  using Bank = Eigen::Array<double, 12, 1>;   ///< lever, cylinder torque, gravity on X, gravity on Z
-  using Speeds = Eigen::Array<double, 6, 1>;  ///< lever * bristle, lever * extension rate
+  using Bank = Eigen::Array<double, 15, 1>;   ///< lever, cylinder torque, gravity on X, gravity on Z, pressure sum
+  using Speeds = Eigen::Array<double, 9, 1>;  ///< lever times: bristle, extension rate, bristle * pressure sum
 
   void start(const JointState& state) noexcept;
-  void start(QuickChannel& channel, const Pose& pose, const JointVector& cylinder_Nm) noexcept;
+  void start(QuickChannel& channel, const Pose& pose, const JointState& state) noexcept;
   void slow_step(const Pose& pose, const JointState& state) noexcept;
   [[nodiscard]] JointVector quick_step(QuickChannel& channel, const Pose& pose, const JointState& state) noexcept;
   [[nodiscard]] JointVector stuck_variance(const ObserverChannel& channel) const noexcept;
@@ -147,6 +152,7 @@ class ForceEstimator {
   Tare tare_;
   std::array<FreeSpread, 2> free_spread_;   ///< Of the reported torque: slow, fast motion.
   std::array<JointVector, 2> free_ripple_;  ///< Variance of the high-passed contact torque, likewise.
+  JointVector pressure_sum_Pa_ = JointVector::Zero();
   JointVector stuck_variance_ = JointVector::Zero();
   JointVector stop_variance_ = JointVector::Zero();     ///< What an end stop may take; holds on a little.
   JointVector turning_variance_ = JointVector::Zero();  ///< For the contact event: holds on after a rod turned.

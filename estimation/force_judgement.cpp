@@ -60,7 +60,8 @@ JointVector ForceEstimator::stuck_variance(const ObserverChannel& channel) const
   JointVector variance;
   for (int i = 0; i < kJoints; ++i) {
     const double slip = channel.cylinder_mps[i] / kStuckSpeed_mps;
-    const double hidden = kStuckSpread * friction_[static_cast<std::size_t>(i)].static_N() * channel.lever_m[i];
+    const double hidden =
+        kStuckSpread * friction_[static_cast<std::size_t>(i)].static_N(0, pressure_sum_Pa_[i]) * channel.lever_m[i];
     variance[i] = std::exp(-slip * slip) * hidden * hidden;
   }
   return variance;

@@ -2,6 +2,7 @@
 // a Dahl state instead of the sign of the speed.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/joints.h"
@@ -11,7 +12,7 @@
 namespace knuckle::estimation {
 
 /// F_f opposes the rod: the joint feels lever * (cylinder force - F_f). Positive while extending.
-///   F_f = F_o + s (F_c + F_b exp(-(v/v_s)^2) + k |F|) + F_v v
+///   F_f = F_o + s (F_c + F_b exp(-(v/v_s)^2) + k |F| + a (p_A + p_B)) + F_v v
 /// with F_c the mean of both directions and F_o half their difference: at s = +-1 that is each direction's own. What
 /// makes the directions differ is mostly the pressure transmitters' offset, which is there at s = 0, too.
 struct CylinderFriction {
@@ -21,6 +22,7 @@ struct CylinderFriction {
   double viscous_Ns_per_m = 0;  ///< F_v
   double stribeck_mps = 0.01;   ///< v_s
   double load_share = 0;        ///< k
+  double seal_m2 = 0;           ///< a
 
   explicit CylinderFriction(const FrictionDescription& nominal) noexcept
       : coulomb_N(nominal.coulomb_N),
@@ -33,18 +35,26 @@ struct CylinderFriction {
         breakaway_N(found.breakaway_N),
         viscous_Ns_per_m(found.viscous_Ns_per_m),
         stribeck_mps(found.stribeck_mps),
-        load_share(found.load_share) {}
+        load_share(found.load_share),
+        seal_m2(found.seal_m2) {}
 
-  /// @param dahl in [-1, 1], see DahlState; @param cylinder_N pressure force, for the seals' share of it.
-  /// @return F_f [N].
-  [[nodiscard]] double force_N(double dahl, double extension_mps, double cylinder_N = 0) const noexcept {
+  /// @param dahl in [-1, 1], see DahlState; @param cylinder_N pressure force, for the pins' share of it; @param
+  /// pressure_sum_Pa p_A + p_B, for the seals'. @return F_f [N].
+  [[nodiscard]] double force_N(double dahl, double extension_mps, double cylinder_N = 0,
+                               double pressure_sum_Pa = 0) const noexcept {
     const double slip = extension_mps / stribeck_mps;
-    return offset_N + dahl * (coulomb_N + breakaway_N * std::exp(-slip * slip) + load_share * std::abs(cylinder_N)) +
+    return offset_N +
+           dahl * (coulomb_N + breakaway_N * std::exp(-slip * slip) + loaded_N(cylinder_N, pressure_sum_Pa)) +
            viscous_Ns_per_m * extension_mps;
   }
   /// What holds a rod at rest, at most: F_s.
-  [[nodiscard]] double static_N(double cylinder_N = 0) const noexcept {
-    return coulomb_N + breakaway_N + load_share * std::abs(cylinder_N);
+  [[nodiscard]] double static_N(double cylinder_N = 0, double pressure_sum_Pa = 0) const noexcept {
+    return coulomb_N + breakaway_N + loaded_N(cylinder_N, pressure_sum_Pa);
+  }
+
+ private:
+  [[nodiscard]] double loaded_N(double cylinder_N, double pressure_sum_Pa) const noexcept {
+    return load_share * std::abs(cylinder_N) + seal_m2 * std::max(0.0, pressure_sum_Pa);
   }
 };
 

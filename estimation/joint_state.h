@@ -25,6 +25,12 @@ struct JointState {
   JointVector cylinder_N = JointVector::Zero();    ///< p_A A_A - p_B A_B
   std::array<double, 6> pressure_Pa{};
   double hull_pitch_rad = 0;
+
+  /// p_A + p_B of each cylinder.
+  [[nodiscard]] JointVector pressure_sum_Pa() const noexcept {
+    const auto& p = pressure_Pa;
+    return {p[0] + p[1], p[2] + p[3], p[4] + p[5]};
+  }
 };
 
 class JointStateFilter {

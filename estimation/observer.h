@@ -62,14 +62,15 @@ struct ObserverChannel {
       bristle[i] = state.settle(cylinder_mps[i], period_s);
     }
   }
-  /// @param cylinder_Nm joint torque of the pressures, as late as the speed. @return joint torque of friction, to be
-  /// taken off it.
-  [[nodiscard]] JointVector friction_Nm(const PerJoint<CylinderFriction>& friction,
-                                        const JointVector& cylinder_Nm) const noexcept {
+  /// @param cylinder_Nm joint torque of the pressures, as late as the speed; @param pressure_sum_Pa likewise. @return
+  /// joint torque of friction, to be taken off it.
+  [[nodiscard]] JointVector friction_Nm(const PerJoint<CylinderFriction>& friction, const JointVector& cylinder_Nm,
+                                        const JointVector& pressure_sum_Pa) const noexcept {
     JointVector torque;
     for (int i = 0; i < kJoints; ++i) {
       const double cylinder_N = cylinder_Nm[i] / (lever_m[i] + (lever_m[i] < 0 ? -kTinyLever_m : kTinyLever_m));
-      torque[i] = lever_m[i] * friction[static_cast<std::size_t>(i)].force_N(bristle[i], cylinder_mps[i], cylinder_N);
+      torque[i] = lever_m[i] * friction[static_cast<std::size_t>(i)].force_N(bristle[i], cylinder_mps[i], cylinder_N,
+                                                                             pressure_sum_Pa[i]);
     }
     return torque;
   }

@@ -14,6 +14,7 @@ namespace {
 constexpr double kPressureOffset_Pa = 0.6e5;  // +-1 bar, evenly spread
 constexpr double kCoulombPart = 0.2;          // +-30 %, evenly spread
 constexpr double kViscousPart = 0.25;         // friction +-30 % and the oil's temperature
+constexpr double kSealPart = 0.02;            // of piston area times pressure: 0.5 to 2 % new, more where worn
 constexpr double kMassPart = 0.04;            // +-5 %, and what sits on the links that no drawing shows
 constexpr double kComPart = 0.02;             // of the link length
 // What another day changes of a calibrated one. 0.1 bar per transmitter is 40 N at the boom of the 1.5 t class. Oil
@@ -25,6 +26,10 @@ constexpr double kDailyDirt_kg = 1;  // of soil that sticks to the bucket, a thi
 // Drift while running: seals and oil warm up, transmitters creep.
 constexpr double kBiasWalk_N = 1.0;          // per square root of a second
 constexpr double kFrictionWalkPart = 0.002;  // likewise
+
+double mean_area_m2(const CylinderDescription& cylinder) {
+  return 0.5 * (cylinder.head_area_m2() + cylinder.rod_side_area_m2());
+}
 
 double offset_N(const CylinderDescription& cylinder, double pressure_Pa) {
   return pressure_Pa * std::hypot(cylinder.head_area_m2(), cylinder.rod_side_area_m2());
@@ -49,10 +54,12 @@ Tare::Tare(const MachineDescription& machine) {
     expect_drawing(machine);
   }
   for (int i = 0; i < kJoints; ++i) {
-    const FrictionDescription& friction = machine.cylinders[static_cast<std::size_t>(i)].friction;
+    const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(i)];
+    const FrictionDescription& friction = cylinder.friction;
     walk_[kTareBias + i] = kBiasWalk_N * kBiasWalk_N;
     walk_[kTareCoulomb + i] = std::pow(kFrictionWalkPart * friction.coulomb_N, 2);
     walk_[kTareViscous + i] = std::pow(kFrictionWalkPart * friction.viscous_Ns_per_m, 2);
+    walk_[kTareSeal + i] = std::pow(kFrictionWalkPart * kSealPart * mean_area_m2(cylinder), 2);
   }
   prior_ = p_.diagonal();
 }
@@ -63,6 +70,7 @@ void Tare::expect_drawing(const MachineDescription& machine) {
     p_(kTareBias + i, kTareBias + i) = std::pow(offset_N(cylinder, kPressureOffset_Pa), 2);
     p_(kTareCoulomb + i, kTareCoulomb + i) = std::pow(kCoulombPart * cylinder.friction.coulomb_N, 2);
     p_(kTareViscous + i, kTareViscous + i) = std::pow(kViscousPart * cylinder.friction.viscous_Ns_per_m, 2);
+    p_(kTareSeal + i, kTareSeal + i) = std::pow(kSealPart * mean_area_m2(cylinder), 2);
   }
   for (int k = 0; k < kJoints; ++k) {
     const LinkDescription& link = machine.links[static_cast<std::size_t>(k)];
@@ -83,6 +91,7 @@ void Tare::expect_calibrated(const MachineDescription& machine, const DynamicsCa
         map(kTareCoulomb + i, friction_index(i, kCoulombRetract)) = 0.5;
     map(kTareBias + i, friction_index(i, kCoulombRetract)) = -0.5;
     map(kTareViscous + i, friction_index(i, kViscous)) = 1;
+    map(kTareSeal + i, friction_index(i, kSeal)) = 1;
   }
   p_ = map * found.covariance * map.transpose();
   for (int i = 0; i < kJoints; ++i) {
@@ -92,6 +101,7 @@ void Tare::expect_calibrated(const MachineDescription& machine, const DynamicsCa
     p_(kTareBias + i, kTareBias + i) += std::pow(offset_N(cylinder, kDailyOffset_Pa), 2);
     p_(kTareCoulomb + i, kTareCoulomb + i) += std::pow(kDailyCoulombPart * coulomb, 2);
     p_(kTareViscous + i, kTareViscous + i) += std::pow(kDailyViscousPart * friction.viscous_Ns_per_m, 2);
+    p_(kTareSeal + i, kTareSeal + i) += std::pow(kDailyCoulombPart * friction.seal_m2, 2);
   }
   p_ += kDailyDirt_kg * kDailyDirt_kg * of_mass(machine, kBucket, machine.links[kBucket].com_m);
   p_ += kDailyDirt_kg * kDailyDirt_kg / 9 * of_mass(machine, kArm, machine.links[kArm].com_m);

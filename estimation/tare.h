@@ -16,23 +16,25 @@
 
 namespace knuckle::estimation {
 
-inline constexpr int kTareStates = 15;
-/// x: per cylinder bias [N], Coulomb [N], viscous [N s/m]; per link X and Z [kg m].
-enum TareState { kTareBias = 0, kTareCoulomb = 3, kTareViscous = 6, kTareX = 9, kTareZ = 12 };
+inline constexpr int kTareStates = 18;
+/// x: per cylinder bias [N], Coulomb [N], viscous [N s/m], friction of the seals by pressure [m^2]; per link X and Z
+/// [kg m].
+enum TareState { kTareBias = 0, kTareCoulomb = 3, kTareViscous = 6, kTareSeal = 9, kTareX = 12, kTareZ = 15 };
 using TareVector = Eigen::Matrix<double, kTareStates, 1>;
 using TareMatrix = Eigen::Matrix<double, kTareStates, kTareStates>;
-/// H in relative joints: joint i sees its own cylinder's three corrections and the moments of links k >= i.
+/// H in relative joints: joint i sees its own cylinder's four corrections and the moments of links k >= i.
 using TareColumns = Eigen::Matrix<double, kJoints, kTareStates>;
 
-/// The 15 signals H is made of (each filtered like the residual it belongs to).
+/// The 18 signals H is made of (each filtered like the residual it belongs to).
 struct TareSignals {
-  JointVector lever, lever_dahl, lever_speed, gravity_x, gravity_z;
+  JointVector lever, lever_dahl, lever_speed, lever_dahl_pressure, gravity_x, gravity_z;
   [[nodiscard]] TareColumns columns() const noexcept {
     TareColumns h = TareColumns::Zero();
     for (int i = 0; i < kJoints; ++i) {
       h(i, kTareBias + i) = lever[i];
       h(i, kTareCoulomb + i) = lever_dahl[i];
       h(i, kTareViscous + i) = lever_speed[i];
+      h(i, kTareSeal + i) = lever_dahl_pressure[i];
       for (int k = i; k < kJoints; ++k) {
         h(i, kTareX + k) = gravity_x[k];
         h(i, kTareZ + k) = gravity_z[k];

@@ -10,7 +10,7 @@
 namespace knuckle {
 
 /// Friction of one cylinder at the rod, F_f(v) on a Dahl state s in [-1, 1]; v > 0 extends:
-///   F_f = F_o + (F_c + F_b exp(-(v/v_s)^2) + k |p_A A_A - p_B A_B|) s + F_v v,
+///   F_f = F_o + (F_c + F_b exp(-(v/v_s)^2) + k |p_A A_A - p_B A_B| + a (p_A + p_B)) s + F_v v,
 /// F_c the mean of both directions' and F_o half their difference: at s = +-1 that is each direction's own. What makes
 /// them differ is mostly the pressure transmitters' offset, which is there at s = 0, too.
 struct FrictionCalibration {
@@ -18,14 +18,15 @@ struct FrictionCalibration {
   double viscous_Ns_per_m = 0;                         ///< F_v, with the oil of the day of the recording.
   double breakaway_N = 0;                              ///< F_b = F_s - F_c
   double stribeck_mps = 0.012;                         ///< v_s
-  double load_share = 0;                               ///< k
+  double load_share = 0;                               ///< k, of what pins carry
+  double seal_m2 = 0;                                  ///< a, of seals that pressure holds against the bore
 };
 
 /// Order of Calibration::parameters and of its covariance: nine base parameters J1 J2 J3 X1 X2 X3 Z1 Z2 Z3
-/// (estimation/regressor.h), then five of friction a cylinder.
+/// (estimation/regressor.h), then six of friction a cylinder.
 inline constexpr int kBaseCount = 9;
-inline constexpr int kFrictionCount = 5;
-enum FrictionIndex { kCoulombExtend, kCoulombRetract, kViscous, kBreakaway, kLoadShare };
+inline constexpr int kFrictionCount = 6;
+enum FrictionIndex { kCoulombExtend, kCoulombRetract, kViscous, kBreakaway, kLoadShare, kSeal };
 inline constexpr int kCalibrationCount = kBaseCount + kFrictionCount * kJoints;
 [[nodiscard]] constexpr int friction_index(int joint, FrictionIndex which) noexcept {
   return kBaseCount + kFrictionCount * joint + which;
@@ -43,7 +44,8 @@ struct DynamicsCalibration {
   [[nodiscard]] Eigen::Matrix<double, kBaseCount, 1> base() const noexcept { return parameters.head<kBaseCount>(); }
   [[nodiscard]] FrictionCalibration friction(int joint) const noexcept {
     const auto at = [&](FrictionIndex which) { return parameters[friction_index(joint, which)]; };
-    return {at(kCoulombExtend), at(kCoulombRetract), at(kViscous), at(kBreakaway), stribeck_mps[joint], at(kLoadShare)};
+    return {at(kCoulombExtend),  at(kCoulombRetract), at(kViscous), at(kBreakaway),
+            stribeck_mps[joint], at(kLoadShare),      at(kSeal)};
   }
 };
 

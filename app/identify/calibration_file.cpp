@@ -58,7 +58,7 @@ void write_dynamics(std::ostream& out, const DynamicsCalibration& dynamics) {
   out << "residual_rms_Nm = " << array(dynamics.residual_rms_Nm)
       << "  # joint torque left over on held-out motion, to 2 Hz\n";
   out << "# Of the parameters in this order: three of each line above, then of each cylinder coulomb_extend_N,\n"
-         "# coulomb_retract_N, viscous_Ns_per_m (SI, not kNs), breakaway_N, load_share.\n"
+         "# coulomb_retract_N, viscous_Ns_per_m (SI, not kNs), breakaway_N, load_share, seal_m2 (SI, not N/bar).\n"
          "covariance_SI = [\n";
   for (int i = 0; i < kCalibrationCount; ++i) {
     const std::string row = array(dynamics.covariance.row(i));
@@ -77,6 +77,7 @@ void write_dynamics(std::ostream& out, const DynamicsCalibration& dynamics) {
     line("viscous_kNs_per_m", friction.viscous_Ns_per_m, 1e3, kViscous);
     line("breakaway_N", friction.breakaway_N, 1, kBreakaway);
     line("load_share", friction.load_share, 1, kLoadShare);
+    line("seal_N_per_bar", friction.seal_m2, 1e-5, kSeal);
     out << "stribeck_mmps = " << digits(friction.stribeck_mps / kMilli) << '\n';
   }
 }

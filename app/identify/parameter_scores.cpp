@@ -45,6 +45,7 @@ void collect(const MachineDescription& machine, double stribeck_mps, const motio
     row[kViscous] = speed;
     row[kBreakaway] = bristle * std::exp(-slip * slip);
     row[kLoadShare] = bristle * std::abs(measured_N);
+    row[kSeal] = bristle * std::max(0.0, pressure[side] + pressure[side + 1]);
     samples.push_back({truth.friction_N[joint] + measured_N - truth.cylinder_N[joint], row});
   }
 }

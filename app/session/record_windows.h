@@ -31,8 +31,8 @@ inline constexpr double kBesideEnd_s = 0.1;       ///< Jitter and filters, eithe
 /// Of these the rows with no load either, now or within that time: nothing is to be felt.
 [[nodiscard]] std::vector<bool> empty_free_motion(const SessionRecord& record);
 
-/// Per row: the hand is, or within kBesideEnd_s was or will be, where it feels the wall at a joint's end. Known from the
-/// set-points that the machine has received, one link delay later.
+/// Per row: the hand is, or within kBesideEnd_s was or will be, where it feels the wall at a joint's end. Known from
+/// the set-points that the machine has received, one link delay later.
 [[nodiscard]] std::vector<bool> at_joint_end(const SessionRecord& record);
 
 /// Runs of the phases "press" and "hold" while engaged. One that a "broke" event falls into ends there.

@@ -107,7 +107,7 @@ struct SessionRecord {
   /// Where the walls begin that the hand feels at the ends of the machine's joints.
   JointVector joint_end_low_rad = JointVector::Constant(-std::numeric_limits<double>::infinity());
   JointVector joint_end_high_rad = JointVector::Constant(std::numeric_limits<double>::infinity());
-  int phases_timed_out = 0;     ///< 1 where the operator's plan did not come to its end in time
+  int phases_timed_out = 0;   ///< 1 where the operator's plan did not come to its end in time
   int resumed_by_itself = 0;  ///< Faults after which a valve was commanded before enable was released and pressed again
   /// Samples, frames, events and faults there was no room for. If any: the session does not pass.
   std::uint64_t records_lost = 0;

@@ -133,6 +133,7 @@ MethodOutcome judge_fine_encoders(const BatterySetup& setup, const MachineDescri
   motion::MachineRun run(seen, truth, {}, middle_of_range(machine), seed);
   TrialPlan plan = setup.trials;
   plan.presses = plan.lifts = 0;
+  plan.hull = today.hull;
   MethodOutcome outcome;
   outcome.method = kFullFineEncoders;
   outcome.identified = outcome.usable = true;
@@ -152,7 +153,9 @@ void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint6
   const sim::MachineTruth today = setup.oil_changes ? sim::another_day(truth, setup.family, seed) : truth;
   const MachineDescription seen = calibrated(found.machine);
   motion::MachineRun run(seen, today, {}, middle_of_range(setup.nominal), stream_seed(seed, Stream::kUse));
-  const Trials trials = run_trials(run, seen, setup.trials, seed);
+  TrialPlan plan = setup.trials;
+  plan.hull = today.hull;
+  const Trials trials = run_trials(run, seen, plan, seed);
   const double pitch = truth.hull_pitch_rad;
   outcome.methods.push_back(judge_full(kFull, found.machine, setup.full, found.full, runs, trials, pitch));
   for (const FullVariant& variant : setup.variants) {

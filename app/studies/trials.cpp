@@ -18,6 +18,7 @@ constexpr double kKnock_N = 500, kKnock_s = 0.4;
 constexpr double kCreep_mps = 0.015;     // of the fastest cylinder
 constexpr double kTransfer_mps = 0.03;   // likewise, between presses
 constexpr double kStrongest_Pa = 160e5;  // a pull that needs more would open the relief valves
+constexpr double kLeastPush = 0.1;       // of the machine's weight that either end of the tracks must bear
 
 class Sampler {
  public:
@@ -31,8 +32,9 @@ class Sampler {
 /// Poses and loads that the machine can hold.
 class Rig {
  public:
-  Rig(const MachineDescription& machine, double step_s, std::uint64_t seed)
+  Rig(const MachineDescription& machine, const sim::HullTruth& hull, double step_s, std::uint64_t seed)
       : machine_(machine),
+        hull_(hull),
         kinematics_(machine),
         weight_(estimation::lumped_parameters(machine)),
         step_s_(step_s),
@@ -87,10 +89,24 @@ class Rig {
       if (needed_N > kStrongest_Pa * cylinder.head_area_m2() || -needed_N > kStrongest_Pa * cylinder.rod_side_area_m2())
         return false;
     }
-    return true;
+    return hull_.stiffness_N_per_m == 0 || stands(torque[kBoom], force);
+  }
+  /// @param boom_Nm what the boom's joint holds. Moments about the tracks' middle, positive where they lift the front.
+  [[nodiscard]] bool stands(double boom_Nm, const PlanarVector& force) const {
+    double arm_kg = 0;
+    for (const LinkDescription& link : machine_.links) arm_kg += link.mass_kg;
+    for (const CylinderDescription& c : machine_.cylinders) arm_kg += c.body_mass_kg + c.rod_mass_kg;
+    const PlanarVector pin_m = -hull_.centre_m;
+    const PlanarVector on_pin_N = force - PlanarVector(0, arm_kg * estimation::kGravity_mps2);
+    const double lift_Nm = pin_m.x() * on_pin_N.y() - pin_m.y() * on_pin_N.x() - boom_Nm -
+                           hull_.com_m.x() * hull_.mass_kg * estimation::kGravity_mps2;
+    const double weight_N = (hull_.mass_kg + arm_kg) * estimation::kGravity_mps2;
+    const double least_N = (weight_N - force.y()) / 2 - std::abs(lift_Nm) / hull_.track_m;
+    return least_N > kLeastPush * weight_N;
   }
 
   MachineDescription machine_;
+  sim::HullTruth hull_;
   Kinematics kinematics_;
   estimation::BaseParameters weight_;
   double step_s_;
@@ -185,7 +201,7 @@ Trials run_trials(motion::MachineRun& run, const MachineDescription& machine, co
                   std::uint64_t seed) {
   Trials trials;
   const double step_s = 1 / machine.bus.sync_Hz;
-  Rig rig(machine, step_s, stream_seed(seed, Stream::kLoads));
+  Rig rig(machine, plan.hull, step_s, stream_seed(seed, Stream::kLoads));
   trials.warm_up = run.follow(
       estimation::held_out_motion(machine, stream_seed(seed, Stream::kWarmUp), estimation::MotionSpeed::kDigging, 20));
   trials.slow = run.follow(estimation::held_out_motion(machine, stream_seed(seed, Stream::kSlow),

@@ -19,14 +19,14 @@ struct FrictionColumns {
   bool dahl = true;             ///< Bristle state; else the sign of the speed.
   bool settle = true;           ///< The bristles come loose where the rod stands.
   bool stribeck = true;         ///< Column of kBreakaway, else 0.
-  bool load = true;             ///< Column of kLoadShare, else 0.
+  bool load = true;             ///< Columns of kLoadShare and kSeal, else 0.
   double stribeck_mps = 0.012;  ///< v_s
 };
 
-/// Friction per unit of the five parameters (order of FrictionIndex) in every sample: row 5 i + k for cylinder i.
+/// Friction per unit of the six parameters (order of FrictionIndex) in every sample: row 6 i + k for cylinder i.
 /// Within a stretch the bristle starts relaxed; `known` says from 0 to 1 how far it has come to know its state.
 struct FrictionSignals {
-  Eigen::MatrixXd columns;  ///< 15 x samples [1] or [m/s] or [N]
+  Eigen::MatrixXd columns;  ///< 18 x samples [1] or [m/s] or [N] or [Pa]
   Eigen::Matrix3Xd known;
 };
 [[nodiscard]] FrictionSignals friction_signals(const Motion& motion, const FrictionColumns& options);
@@ -42,7 +42,7 @@ struct FilteredRegressor {
   double step_s = 0;
   std::vector<Stretch> stretches;
   Eigen::MatrixXd base;      ///< 27 x samples: row 9 i + j is column j of joint i.
-  Eigen::MatrixXd friction;  ///< 15 x samples: row 5 i + k, lever included [N m per unit].
+  Eigen::MatrixXd friction;  ///< 18 x samples: row 6 i + k, lever included [N m per unit].
   Eigen::Matrix3Xd right;    ///< Filtered cylinder torque [N m].
   Eigen::Matrix3Xd trust;    ///< [0, 1]: share of the filters' memory in which friction is known (not near rest).
 };

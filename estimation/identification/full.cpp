@@ -84,7 +84,7 @@ class Rows {
 /// Columns with more noise than signal are kept on purpose: their bias is to be seen, not hidden.
 CalibrationVector column_noise(const MachineDescription& machine, const FullOptions& options, double step_s,
                                double lever_m) {
-  constexpr double kShare = 0.01, kBristle = 0.02, kLoad_N = 1000;
+  constexpr double kShare = 0.01, kBristle = 0.02, kLoad_N = 1000, kPressure_Pa = 5e5;
   const int half = smoothing_half_window(options.motion, step_s);
   const double derivative = savitzky_golay(half, options.motion.order, 1, step_s).norm();
   const double speed_mps = std::max(1e-9, kShare * machine.sensors.encoder_step_m / std::sqrt(12.0) * derivative);
@@ -94,6 +94,7 @@ CalibrationVector column_noise(const MachineDescription& machine, const FullOpti
     noise.segment<kFrictionCount>(friction_index(j, kCoulombExtend)).setConstant(kBristle * lever_m);
     noise[friction_index(j, kViscous)] = speed_mps * lever_m;
     noise[friction_index(j, kLoadShare)] *= kLoad_N;
+    noise[friction_index(j, kSeal)] *= kPressure_Pa;
   }
   return noise;
 }
@@ -105,7 +106,7 @@ std::vector<int> active_columns(const FullOptions& options) {
     const int friction = k < kBaseCount ? -1 : (k - kBaseCount) % kFrictionCount;
     const bool off = (friction >= 0 && !options.friction) ||
                      (friction == kBreakaway && !options.regressor.friction.stribeck) ||
-                     (friction == kLoadShare && !options.regressor.friction.load);
+                     ((friction == kLoadShare || friction == kSeal) && !options.regressor.friction.load);
     if (!off) active.push_back(k);
   }
   return active;
@@ -179,6 +180,7 @@ std::vector<IdentifiedParameter> calibration_names() {
     names.push_back({name + " F_v", "N s/m", 0, 0, false});
     names.push_back({name + " F_b", "N", 0, 0, false});
     names.push_back({name + " k", "1", 0, 0, false});
+    names.push_back({name + " a", "m^2", 0, 0, false});
   }
   return names;
 }

@@ -29,6 +29,7 @@ struct Raw {
       : cylinder_m(unknown(static_cast<Eigen::Index>(recording.samples.size()))),
         joint_rad(cylinder_m),
         cylinder_N(cylinder_m),
+        pressure_sum_Pa(cylinder_m),
         pitch_rad(cylinder_m.row(0)) {
     std::vector<std::uint8_t> known(recording.samples.size(), 0);
     for (std::size_t i = 0; i < recording.samples.size(); ++i) {
@@ -45,11 +46,12 @@ struct Raw {
         joint_rad(j, n) = angle.value_or(std::numeric_limits<double>::quiet_NaN());
         cylinder_N(j, n) = m.pressure_Pa[2 * k] * machine.cylinders[k].head_area_m2() -
                            m.pressure_Pa[2 * k + 1] * machine.cylinders[k].rod_side_area_m2();
+        pressure_sum_Pa(j, n) = m.pressure_Pa[2 * k] + m.pressure_Pa[2 * k + 1];
       }
     }
     stretches = usable_stretches(known);
   }
-  Eigen::Matrix3Xd cylinder_m, joint_rad, cylinder_N;
+  Eigen::Matrix3Xd cylinder_m, joint_rad, cylinder_N, pressure_sum_Pa;
   Eigen::RowVectorXd pitch_rad;
   std::vector<Stretch> stretches;
 };
@@ -96,6 +98,7 @@ Motion offline_motion(const MachineDescription& machine, const Recording& record
   if (options.pressure_lag_s > 0)
     motion.cylinder_N += options.pressure_lag_s * filtered(raw.cylinder_N, derivative, raw.stretches);
   motion.smooth_cylinder_N = filtered(raw.cylinder_N, smoothing, raw.stretches);
+  motion.smooth_pressure_sum_Pa = filtered(raw.pressure_sum_Pa, smoothing, raw.stretches);
   motion.hull_pitch_rad =
       running_mean(raw.pitch_rad, half_window(options.pitch_window_s, recording.step_s), raw.stretches);
 

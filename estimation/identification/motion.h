@@ -30,6 +30,7 @@ struct Motion {
   Eigen::Matrix3Xd cylinder_m, cylinder_mps;       ///< True pin-to-pin lengths (offset taken off); rates.
   Eigen::Matrix3Xd lever_m;                        ///< dL/dtheta
   Eigen::Matrix3Xd cylinder_N, smooth_cylinder_N;  ///< p_A A_A - p_B A_B as read (lag taken off); smoothed alike.
+  Eigen::Matrix3Xd smooth_pressure_sum_Pa;         ///< p_A + p_B
   Eigen::RowVectorXd hull_pitch_rad;
 
   [[nodiscard]] Eigen::Index size() const noexcept { return joint_rad.cols(); }

@@ -183,7 +183,7 @@ TEST(Tare, SlowPressWhileMovingIsNotLearnedAway) {
 
 TEST(Tare, OperatorsWordLetsALargeErrorBeLearned) {
   SyntheticErrors e = real_sensors();
-  e.bias_N = JointVector(3000, 0, 0);  // far beyond the prior: a transmitter 9 bar off
+  e.bias_N = JointVector(6000, 0, 0);  // far beyond the prior: a transmitter 18 bar off
   Twin stuck(e), told(e);
   told.estimator().tare(true);
   stuck.free_motion(60);

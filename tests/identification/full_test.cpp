@@ -62,8 +62,8 @@ TEST(FilteredRegressor, ConvergesToTheFilteredInverseDynamicsWithTheSquareOfTheS
     const auto size = static_cast<Eigen::Index>(std::lround(kEnd_s / step_s)) + 1;
     motion.stretches = {{0, size}};
     motion.joint_rad = motion.joint_radps = Eigen::Matrix3Xd(3, size);
-    motion.cylinder_m = motion.cylinder_mps = motion.cylinder_N = motion.smooth_cylinder_N = motion.lever_m =
-        Eigen::Matrix3Xd::Zero(3, size);
+    motion.cylinder_m = motion.cylinder_mps = motion.cylinder_N = motion.smooth_cylinder_N =
+        motion.smooth_pressure_sum_Pa = motion.lever_m = Eigen::Matrix3Xd::Zero(3, size);
     motion.hull_pitch_rad = Eigen::RowVectorXd::Constant(size, 0.01);
     for (Eigen::Index n = 0; n < size; ++n) {
       const SineMotion::Point p = path.at(static_cast<double>(n) * step_s);
@@ -87,7 +87,7 @@ TEST(FrictionSignals, BristlesComeLooseWhereTheRodStandsAndAnOffsetStays) {
   motion.stretches = {{0, 1000}};
   motion.joint_rad = motion.cylinder_mps = Eigen::Matrix3Xd::Zero(3, 1000);
   motion.cylinder_mps.leftCols(400).setConstant(0.05);
-  motion.smooth_cylinder_N = Eigen::Matrix3Xd::Constant(3, 1000, 1e4);
+  motion.smooth_cylinder_N = motion.smooth_pressure_sum_Pa = Eigen::Matrix3Xd::Constant(3, 1000, 1e4);
   FrictionColumns options;
   const auto state = [&](Eigen::Index n) {  // F_c 300 N either way, offset 40 N
     const Eigen::MatrixXd columns = friction_signals(motion, options).columns;
@@ -114,6 +114,7 @@ TEST(Full, RecoversEveryParameterFromCleanData) {
     EXPECT_NEAR(found.coulomb_retract_N, truth.coulomb_N, 0.05 * truth.coulomb_N);
     EXPECT_NEAR(found.viscous_Ns_per_m, truth.viscous_Ns_per_m, 0.02 * truth.viscous_Ns_per_m);
     EXPECT_NEAR(found.load_share, 0, 5e-3);
+    EXPECT_NEAR(found.seal_m2 * 1e7, 0, 0.05 * truth.coulomb_N) << "at 100 bar";
   }
 }
 

@@ -33,6 +33,7 @@ MachineDescription identified(unsigned seed) {
   DynamicsCalibration& dynamics = machine.dynamics_calibration.emplace();
   for (int i = 0; i < kCalibrationCount; ++i) dynamics.parameters[i] = sampled(300, 30);
   for (int j = 0; j < kJoints; ++j) dynamics.parameters[friction_index(j, kLoadShare)] = sampled(0.03, 0.005);
+  for (int j = 0; j < kJoints; ++j) dynamics.parameters[friction_index(j, kSeal)] = sampled(5e-5, 1e-5);
   for (int j = 0; j < kJoints; ++j) dynamics.parameters[friction_index(j, kViscous)] = sampled(2e4, 1e3);
   const CalibrationMatrix root = CalibrationMatrix::NullaryExpr([&] { return sampled(0, 1); });
   const CalibrationVector scale = dynamics.parameters.cwiseAbs() * 0.03;

@@ -53,7 +53,7 @@ covariance_SI = [
     text += "[calibration.dynamics.friction." + std::string(joint) +
             "]\ncoulomb_extend_N = " + std::to_string(310 + more) +
             "\ncoulomb_retract_N = " + std::to_string(290 + more) +
-            "\nviscous_kNs_per_m = 21\nbreakaway_N = 90\nload_share = 0.02\nstribeck_mmps = 12\n";
+            "\nviscous_kNs_per_m = 21\nbreakaway_N = 90\nload_share = 0.02\nseal_N_per_bar = 3\nstribeck_mmps = 12\n";
   }
   text += R"([calibration.geometry]
 length_m = [1.751, 0.949, 0.502]
@@ -148,7 +148,7 @@ TEST(MachineCalibration, RefusesEveryMissingAndEveryUnknownKeyByName) {
     EXPECT_NE(refusal(text.insert(at, "x" + line)).find("key '" + table), std::string::npos) << key;
     ++keys;
   }
-  EXPECT_EQ(keys, 5 + 4 + 18 + 12 + 18);
+  EXPECT_EQ(keys, 5 + 4 + 21 + 12 + 18);
 }
 
 TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
@@ -161,11 +161,12 @@ TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
       {"1, 0, 0", "-1, 0, 0", "covariance_SI': must have no negative number on its diagonal"},
       {"1, 0, 0", "1, 0.5, 0", "covariance_SI': must be symmetric"},
       {"1, 0, 0", "0, 0.5, 0", "covariance_SI': must be 0 beside a parameter whose variance is 0"},
-      {"24,", "24, 1,", "covariance_SI': must be 576 numbers"},
+      {"27,", "27, 1,", "covariance_SI': must be 729 numbers"},
       {"tip_rms_mm = 2.5", "tip_rms_mm = -1", "calibration.geometry.tip_rms_mm"},
       {"encoder_offset_mm = .1.5", "encoder_offset_mm = [900", "calibration.geometry.encoder_offset_mm"},
       {"rocker_length_m = 0.2050", "rocker_length_m = 0.1050", "[calibration.geometry] in place of the drawing's"},
       {"dead_band_extend = 0.1", "dead_band_extend = 0.5", "calibration.valves.boom.dead_band_extend"},
+      {"seal_N_per_bar = 3", "seal_N_per_bar = 1001", "boom.seal_N_per_bar' = 1001: must be within [-100, 1000]"},
       {"curve_exponent = 1.8", "curve_exponent = 0", "calibration.valves.boom.curve_exponent' = 0: must be within"},
       {"retract_share = 0.9", "retract_share = -1", "calibration.valves.boom.retract_share' = -1: must be within"},
       {"0123456789abcdef", "0123456789abcdeF", "calibration.data_sha256"},
