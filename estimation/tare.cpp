@@ -101,7 +101,9 @@ void Tare::expect_calibrated(const MachineDescription& machine, const DynamicsCa
     p_(kTareBias + i, kTareBias + i) += std::pow(offset_N(cylinder, kDailyOffset_Pa), 2);
     p_(kTareCoulomb + i, kTareCoulomb + i) += std::pow(kDailyCoulombPart * coulomb, 2);
     p_(kTareViscous + i, kTareViscous + i) += std::pow(kDailyViscousPart * friction.viscous_Ns_per_m, 2);
-    p_(kTareSeal + i, kTareSeal + i) += std::pow(kDailyCoulombPart * friction.seal_m2, 2);
+    const bool seal_known = found.covariance(friction_index(i, kSeal), friction_index(i, kSeal)) > 0;
+    p_(kTareSeal + i, kTareSeal + i) +=
+        std::pow(seal_known ? kDailyCoulombPart * friction.seal_m2 : kSealPart * mean_area_m2(cylinder), 2);
   }
   p_ += kDailyDirt_kg * kDailyDirt_kg * of_mass(machine, kBucket, machine.links[kBucket].com_m);
   p_ += kDailyDirt_kg * kDailyDirt_kg / 9 * of_mass(machine, kArm, machine.links[kArm].com_m);

@@ -68,10 +68,8 @@ FrictionSignals friction_signals(const Motion& motion, const FrictionColumns& op
         column[kCoulombRetract] = (s - 1) / 2;
         column[kViscous] = v;
         if (options.stribeck) column[kBreakaway] = s * std::exp(-slip * slip);
-        if (options.load) {
-          column[kLoadShare] = s * std::abs(motion.smooth_cylinder_N(j, n));
-          column[kSeal] = s * std::max(0.0, motion.smooth_pressure_sum_Pa(j, n));
-        }
+        if (options.load) column[kLoadShare] = s * std::abs(motion.smooth_cylinder_N(j, n));
+        if (options.seal) column[kSeal] = s * std::max(0.0, motion.smooth_pressure_sum_Pa(j, n));
         signals.known(j, n) = options.dahl ? 1 - unknown : 1;
       }
     }

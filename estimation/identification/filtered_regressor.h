@@ -19,7 +19,8 @@ struct FrictionColumns {
   bool dahl = true;             ///< Bristle state; else the sign of the speed.
   bool settle = true;           ///< The bristles come loose where the rod stands.
   bool stribeck = true;         ///< Column of kBreakaway, else 0.
-  bool load = true;             ///< Columns of kLoadShare and kSeal, else 0.
+  bool load = true;             ///< Column of kLoadShare, else 0.
+  bool seal = true;             ///< Column of kSeal, else 0.
   double stribeck_mps = 0.012;  ///< v_s
 };
 

@@ -106,7 +106,8 @@ std::vector<int> active_columns(const FullOptions& options) {
     const int friction = k < kBaseCount ? -1 : (k - kBaseCount) % kFrictionCount;
     const bool off = (friction >= 0 && !options.friction) ||
                      (friction == kBreakaway && !options.regressor.friction.stribeck) ||
-                     ((friction == kLoadShare || friction == kSeal) && !options.regressor.friction.load);
+                     (friction == kLoadShare && !options.regressor.friction.load) ||
+                     (friction == kSeal && !options.regressor.friction.seal);
     if (!off) active.push_back(k);
   }
   return active;
@@ -185,8 +186,9 @@ std::vector<IdentifiedParameter> calibration_names() {
   return names;
 }
 
-FullResult identify_full(const MachineDescription& machine, std::span<const Recording> recordings,
-                         const FullOptions& options) {
+namespace {
+
+FullResult fit(const MachineDescription& machine, std::span<const Recording> recordings, const FullOptions& options) {
   FullResult result;
   Identification& summary = result.summary;
   summary.method = "full";
@@ -231,6 +233,19 @@ FullResult identify_full(const MachineDescription& machine, std::span<const Reco
   summary.usable = summary.reasons.empty();
   if (result.made_consistent) summary.reasons.push_back("moved to the nearest parameters that an arm can have");
   return result;
+}
+
+}  // namespace
+
+/// Short recordings cannot tell the seals' friction from breakaway: then it is left to the tare.
+FullResult identify_full(const MachineDescription& machine, std::span<const Recording> recordings,
+                         const FullOptions& options) {
+  FullResult all = fit(machine, recordings, options);
+  if (all.summary.indistinct.empty() || !options.regressor.friction.seal) return all;
+  FullOptions without_seal = options;
+  without_seal.regressor.friction.seal = false;
+  FullResult fewer = fit(machine, recordings, without_seal);
+  return fewer.summary.usable ? fewer : all;
 }
 
 TorqueComparison compare_torque(const DynamicsCalibration& dynamics, const MachineDescription& machine,

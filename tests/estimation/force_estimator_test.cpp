@@ -181,6 +181,17 @@ TEST(Tare, SlowPressWhileMovingIsNotLearnedAway) {
   EXPECT_LT(run.no_load_N(10), 60);
 }
 
+TEST(Tare, LearnsFrictionOfSealsByPressure) {
+  SyntheticErrors e = real_sensors();
+  e.seal_m2 = 6e-5;  // 2 % of the piston areas
+  Twin run(e);
+  const double before_N = run.no_load_N(5);
+  run.free_motion(60);
+  EXPECT_LT(run.no_load_N(20), 0.5 * before_N);
+  EXPECT_LT(run.no_load_N(20), 60);
+  EXPECT_FALSE(run.estimator().estimate().contact);
+}
+
 TEST(Tare, OperatorsWordLetsALargeErrorBeLearned) {
   SyntheticErrors e = real_sensors();
   e.bias_N = JointVector(6000, 0, 0);  // far beyond the prior: a transmitter 18 bar off

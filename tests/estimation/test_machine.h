@@ -74,6 +74,8 @@ struct SyntheticErrors {
   double friction_factor = 1;
   double viscosity_factor = 1;
   double mass_factor = 1;  ///< Of all gravity and inertia parameters.
+  double seal_m2 = 0;      ///< Friction by pressure, of every cylinder.
+  double back_swing = 0;   ///< Share by which the rod side's pressure changes with the joint's speed.
   double pressure_step_Pa = 0, pressure_noise_Pa = 0, encoder_step_m = 0;
 };
 
@@ -103,9 +105,9 @@ class SyntheticMachine {
       const double bristle = dahl_[k].settle(speed, kStep_s);
       const double force =
           torque[i] / cylinder.lever_m + CylinderFriction(friction).force_N(bristle, speed) + errors_.bias_N[i];
-      const double back = 30e5;
-      const double head =
-          (force + back * machine_.cylinders[k].rod_side_area_m2()) / machine_.cylinders[k].head_area_m2();
+      const double back = 30e5 * (1 + errors_.back_swing * std::sin(20 * speed)), seal_m2 = bristle * errors_.seal_m2;
+      const double head = (force + back * (machine_.cylinders[k].rod_side_area_m2() + seal_m2)) /
+                          (machine_.cylinders[k].head_area_m2() - seal_m2);
       m.pressure_Pa[2 * k] = sensed(head);
       m.pressure_Pa[2 * k + 1] = sensed(back);
       m.cylinder_m[i] = quantised(cylinder.length_m, errors_.encoder_step_m);

@@ -118,6 +118,30 @@ TEST(Full, RecoversEveryParameterFromCleanData) {
   }
 }
 
+TEST(Full, TellsFrictionOfSealsByPressureFromCoulombFriction) {
+  const MachineDescription machine = plain_machine();
+  SyntheticErrors errors;
+  errors.seal_m2 = 1e-4;  // 3 % of the piston areas: 1 kN at 100 bar
+  errors.back_swing = 0.9;
+  const FullResult result = full(machine, recorded(machine, RichMotion(), 60, 0.005, errors));
+  ASSERT_TRUE(result.summary.usable) << result.summary.reasons.front();
+  for (int j = 0; j < kJoints; ++j) {
+    const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(j)];
+    CylinderFriction truth(cylinder.friction);
+    truth.seal_m2 = errors.seal_m2;
+    const CylinderFriction found(result.dynamics.friction(j));
+    EXPECT_NEAR(found.seal_m2, truth.seal_m2, 0.25 * truth.seal_m2);
+    // The parameters stand in for one another; their sum, which is what is used, must be right where the rod works.
+    for (const double push_N : {5e3, 15e3}) {
+      const double back_Pa = 30e5, head_Pa = (push_N + back_Pa * cylinder.rod_side_area_m2()) / cylinder.head_area_m2();
+      const auto width_N = [&](const CylinderFriction& f) {  // between extending and retracting: offsets cancel
+        return f.force_N(1, 0.03, push_N, head_Pa + back_Pa) - f.force_N(-1, -0.03, push_N, head_Pa + back_Pa);
+      };
+      EXPECT_NEAR(width_N(found), width_N(truth), 0.15 * width_N(truth)) << j;
+    }
+  }
+}
+
 TEST(Full, RecoversParametersWithTheSensorsOfTheMachine) {
   const MachineDescription machine = plain_machine();
   SyntheticErrors errors = real_sensors();
