@@ -166,7 +166,7 @@ TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
       {"encoder_offset_mm = .1.5", "encoder_offset_mm = [900", "calibration.geometry.encoder_offset_mm"},
       {"rocker_length_m = 0.2050", "rocker_length_m = 0.1050", "[calibration.geometry] in place of the drawing's"},
       {"dead_band_extend = 0.1", "dead_band_extend = 0.5", "calibration.valves.boom.dead_band_extend"},
-      {"seal_N_per_bar = 3", "seal_N_per_bar = 1001", "boom.seal_N_per_bar' = 1001: must be within [-100, 1000]"},
+      {"seal_N_per_bar = 3", "seal_N_per_bar = 1001", "boom.seal_N_per_bar' = 1001: must be within [-10, 1000]"},
       {"curve_exponent = 1.8", "curve_exponent = 0", "calibration.valves.boom.curve_exponent' = 0: must be within"},
       {"retract_share = 0.9", "retract_share = -1", "calibration.valves.boom.retract_share' = -1: must be within"},
       {"0123456789abcdef", "0123456789abcdeF", "calibration.data_sha256"},
