@@ -36,8 +36,8 @@ struct DeviceDescription {
     double force_scale = 1e-3;     ///< lambda
     double spring_N_per_m = 1000;  ///< K_l = lambda mu Ks
     double anchor_time_s = 0.15;   ///< t_w
-    double bias_time_s = 3;        ///< tau_b at RTT 0
-    double bias_time_per_rtt = 4;
+    double bias_time_s = 0.5;      ///< tau_b at RTT 0
+    double bias_time_per_rtt = 1;
     double damping_Ns_per_m = 60;  ///< b_c
     double bias_limit_N = 2.5;
     double force_limit_N = 8;  ///< At the hand.

@@ -27,7 +27,9 @@ constexpr double kHoldSilence_s = 0.3, kSilenceFade_s = 0.2;
 constexpr double kNoTrust = 0.1, kFullTrust = 0.4;  // confidence
 constexpr double kTrustTime_s = 0.2;
 constexpr double kLoadTime_s = 0.1;
-constexpr double kYieldingBias_s = 0.5, kYieldingBiasPerRtt = 2;  // tau_b where all of it moves along
+// What the correction learns at once at most. A machine that lags at the touch makes the pair differ by up to 20 N,
+// which is no mismatch of springs and is gone when it stands.
+constexpr double kMismatch_N = 1;
 constexpr double kShearTime_s = 0.1;
 constexpr double kCatch_s = 1.0;
 constexpr double kCatchDamping_Ns_per_m = 100;
@@ -124,11 +126,9 @@ void EchoSpring::update_anchor(const FeltInputs& in, double dt_s) noexcept {
   const double reflected_N = normal_.dot(in.reflected_N);
   shear_N_ += ((in.reflected_N - normal_ * reflected_N).norm() - shear_N_) * blend(dt_s, kShearTime_s);
   if (contact_ && reflected_N >= feel_.off_N) {
-    const double wall_1ps = 1 / (feel_.bias_time_s + feel_.bias_time_per_rtt * in.round_trip_s);
-    const double yielding_1ps = 1 / (kYieldingBias_s + kYieldingBiasPerRtt * in.round_trip_s);
-    const double rate_1ps = wall_1ps + in.yielding * (yielding_1ps - wall_1ps);
     const PlanarVector wanted_N = in.reflected_N + spring_N_per_m_ * in.ahead_m;
-    bias_N_ += (wanted_N - bias_N_) * blend(dt_s, 1 / rate_1ps);
+    const double time_s = feel_.bias_time_s + feel_.bias_time_per_rtt * in.round_trip_s;
+    bias_N_ += within(kMismatch_N, wanted_N - bias_N_) * blend(dt_s, time_s);
     const double limit_N = feel_.bias_limit_N + in.yielding * std::max(0.0, feel_.force_limit_N - feel_.bias_limit_N);
     bias_N_ = within(limit_N, bias_N_);
   } else {
