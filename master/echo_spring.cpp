@@ -27,7 +27,7 @@ constexpr double kHoldSilence_s = 0.3, kSilenceFade_s = 0.2;
 constexpr double kNoTrust = 0.1, kFullTrust = 0.4;  // confidence
 constexpr double kTrustTime_s = 0.2;
 constexpr double kLoadTime_s = 0.1;
-// What the correction learns at once at most. A machine that lags at the touch makes the pair differ by up to 20 N,
+// What the correction learns at once at most. A machine that lags at the touch makes the pair differ by 10 N and more,
 // which is no mismatch of springs and is gone when it stands.
 constexpr double kMismatch_N = 1;
 constexpr double kShearTime_s = 0.1;

@@ -13,7 +13,7 @@ namespace knuckle::master {
 /// the machine's speed times y, low-passed:
 ///   at contact  a = x_m (no step in force), b = 0
 ///   a += v_c dt + (x_s + b / K - a) (1 - exp(-dt / t_w))
-///   b += e (1 - exp(-dt / tau_b)), clamped; e = R + K x_a - b, clamped; tau_b = bias_time + bias_time_per_rtt * RTT
+///   b += e (1 - exp(-dt / tau_b)), clamped; e = R + K x_a - b, |e| <= 1 N; tau_b = bias_time + bias_time_per_rtt * RTT
 ///   F_n = max(0, K n.(a - x_m) - b_c n.(v_m - v_c)); across n the spring up to |R_t| (friction) and -b_c (v_m - v_c)_t
 ///        up to 0.3 F_n; and the load beside it
 /// The anchor is a vector, so a turning normal moves no force into it. F settles to R: where hand and machine rest
