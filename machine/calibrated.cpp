@@ -19,17 +19,16 @@ MachineDescription calibrated(const MachineDescription& machine) {
     result.bucket_linkage.coupler_length_m = geometry.coupler_length_m;
     result.sensors.encoder_offset_m = geometry.encoder_offset_m;
   }
-  if (machine.valve_calibration) {
-    for (std::size_t i = 0; i < kJoints; ++i) {
-      const ValveCalibration& found = (*machine.valve_calibration)[i];
-      ValveDescription& valve = result.cylinders[i].valve;
-      valve.dead_band_extend = found.dead_band_extend;
-      valve.dead_band_retract = found.dead_band_retract;
-      valve.delay_s = found.delay_s;
-      valve.nominal_flow_m3ps = found.nominal_flow_m3ps;
-      valve.curve_exponent = found.curve_exponent;
-      valve.retract_share = found.retract_share;
-    }
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const std::optional<ValveCalibration>& found = machine.valve_calibration[i];
+    if (!found) continue;
+    ValveDescription& valve = result.cylinders[i].valve;
+    valve.dead_band_extend = found->dead_band_extend;
+    valve.dead_band_retract = found->dead_band_retract;
+    valve.delay_s = found->delay_s;
+    valve.nominal_flow_m3ps = found->nominal_flow_m3ps;
+    valve.curve_exponent = found->curve_exponent;
+    valve.retract_share = found->retract_share;
   }
   return result;
 }

@@ -39,7 +39,7 @@ struct MachineDescription {
   // What identification has found out; nothing of it is in the values above until calibrated() has put it there.
   std::optional<DynamicsCalibration> dynamics_calibration;
   std::optional<GeometryCalibration> geometry_calibration;
-  std::optional<PerJoint<ValveCalibration>> valve_calibration;
+  PerJoint<std::optional<ValveCalibration>> valve_calibration;  ///< Of the axes whose valve was identified.
   std::optional<CalibrationProvenance> calibration_provenance;
   /// Force scale etc. of the bilateral law live with the device; the slave's contact law in ControlDescription.
   struct Control {

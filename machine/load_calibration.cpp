@@ -137,8 +137,10 @@ void load_calibration(TomlTable& file, MachineDescription& machine) {
   if (calibration.has("geometry")) machine.geometry_calibration = read_geometry(calibration.table("geometry"));
   if (calibration.has("valves")) {
     TomlTable valves = calibration.table("valves");
-    PerJoint<ValveCalibration>& found = machine.valve_calibration.emplace();
-    for (std::size_t joint = 0; joint < kJoints; ++joint) found[joint] = read_valve(valves.table(kJointNames[joint]));
+    for (std::size_t joint = 0; joint < kJoints; ++joint) {
+      if (valves.has(kJointNames[joint]))
+        machine.valve_calibration[joint] = read_valve(valves.table(kJointNames[joint]));
+    }
   }
   if (!machine.geometry_calibration) return;
   try {

@@ -20,11 +20,18 @@ class FlowShare {
     }
   }
   /// (0, 1]: no valve is asked for more than its file's. What a smaller opening lets through counts for a larger one:
-  /// curves only get steeper.
+  /// curves only get steeper. What was seen of a bin is expected at its upper end only: an edge that a notch ends lets
+  /// through twenty times as much there as at the lower one.
   [[nodiscard]] double at(double opening) const noexcept {
-    double share = 0;
-    for (std::size_t i = 0; i <= index(opening); ++i) share = std::max(share, bins_[i].seen / bins_[i].nominal);
-    return std::min(1.0, share);
+    const std::size_t last = index(opening);
+    double below = 0, share = 0;
+    for (std::size_t i = 0; i <= last; ++i) {
+      below = share;
+      share = std::max(share, bins_[i].seen / bins_[i].nominal);
+    }
+    const double from = last == 0 ? 0 : kUpTo[last - 1];
+    const double within = std::min(1.0, (opening - from) / (kUpTo[last] - from));
+    return std::min(1.0, last == 0 ? share : below + within * (share - below));
   }
   /// The valve would have let nominal_m of travel through in this step.
   void pass(double opening, double nominal_m) noexcept { bins_[index(opening)].passing_m += nominal_m; }

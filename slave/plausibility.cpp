@@ -29,7 +29,8 @@ Plausibility::Plausibility(const MachineDescription& machine, double step_s)
                                                                                            : kLimits.repeats_quiet),
       moved_m_(std::max(kLimits.moved_m, kLimits.moved_steps * machine.sensors.encoder_step_m)) {
   for (std::size_t i = 0; i < kJoints; ++i) {
-    const bool sure = machine.valve_calibration && (*machine.valve_calibration)[i].curve_exponent == 1;
+    const std::optional<ValveCalibration>& found = machine.valve_calibration[i];
+    const bool sure = found && found->curve_exponent == 1;
     axes_[i].share.fill(FlowShare(sure));
   }
 }

@@ -97,11 +97,11 @@ void write_geometry(std::ostream& out, const GeometryCalibration& geometry) {
       << "tip_rms_mm = " << digits(geometry.tip_rms_m / kMilli) << "  # of held-out poses\n";
 }
 
-void write_valves(std::ostream& out, const PerJoint<ValveCalibration>& valves) {
-  out << '\n';
+void write_valves(std::ostream& out, const PerJoint<std::optional<ValveCalibration>>& valves) {
   for (std::size_t joint = 0; joint < kJoints; ++joint) {
-    const ValveCalibration& valve = valves[joint];
-    out << "[calibration.valves." << kJointNames[joint] << "]\ndead_band_extend = " << digits(valve.dead_band_extend)
+    if (!valves[joint]) continue;
+    const ValveCalibration& valve = *valves[joint];
+    out << "\n[calibration.valves." << kJointNames[joint] << "]\ndead_band_extend = " << digits(valve.dead_band_extend)
         << "\ndead_band_retract = " << digits(valve.dead_band_retract)
         << "\ndelay_ms = " << digits(valve.delay_s / kMilli)
         << "\nnominal_flow_Lpm = " << digits(valve.nominal_flow_m3ps / kLitrePerMinute)
@@ -118,7 +118,7 @@ std::string calibrated_machine_text(std::string_view machine_file, const Machine
   write_provenance(out, machine.calibration_provenance.value());
   if (machine.dynamics_calibration) write_dynamics(out, *machine.dynamics_calibration);
   if (machine.geometry_calibration) write_geometry(out, *machine.geometry_calibration);
-  if (machine.valve_calibration) write_valves(out, *machine.valve_calibration);
+  write_valves(out, machine.valve_calibration);
   (void)parse_machine(out.str(), "calibrated " + machine.source);
   return out.str();
 }

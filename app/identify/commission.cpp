@@ -107,8 +107,9 @@ estimation::GeometryResult learn_geometry(MachineDescription& machine, const est
 
 estimation::ValveResult learn_valves(MachineDescription& machine, std::span<const estimation::Recording> recordings) {
   estimation::ValveResult result = estimation::identify_valves(calibrated(machine), recordings);
-  const auto usable = [](const estimation::Identification& axis) { return axis.usable; };
-  if (std::any_of(result.axes.begin(), result.axes.end(), usable)) machine.valve_calibration = result.valves;
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    if (result.axes[joint].usable) machine.valve_calibration[joint] = result.valves[joint];
+  }
   return result;
 }
 

@@ -119,7 +119,7 @@ JointVector pooled_rms(const Identified& result) {
 MachineDescription drawing_of(MachineDescription machine) {
   machine.geometry_calibration.reset();
   machine.dynamics_calibration.reset();
-  machine.valve_calibration.reset();
+  machine.valve_calibration = {};
   return machine;
 }
 

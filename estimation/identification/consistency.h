@@ -1,6 +1,7 @@
 // Parameters that some arm of steel could have: the pseudo-inertia of each link, carrying the later links at its end,
 //   [[J, X, Z], [X, M, 0], [Z, 0, M]] >= 0   <=>   J M >= X^2 + Z^2,  M > 0,  M = sum of m_k for k >= i,
-// with M no more than the machine file's masses allow, and no cylinder whose viscosity drives it.
+// with M no more than the machine file's masses allow, and no cylinder whose viscosity, Coulomb friction (the mean of
+// both directions: half their difference is a transmitter's error) or static friction drives it.
 #pragma once
 
 #include "core/joints.h"
@@ -15,7 +16,7 @@ namespace knuckle::estimation {
 [[nodiscard]] bool physically_consistent(const CalibrationVector& parameters, const JointVector& greatest_kg) noexcept;
 
 /// The consistent parameters p nearest to `free` in the metric of the data, (p - free)^T information (p - free).
-/// Parameters without any information stay as they are. Ceres on the Cholesky form J = (X^2 + Z^2) / M + d^2.
+/// Parameters without any information stay as they are. Ceres on J = (X^2 + Z^2) / M + d^2 and the like.
 [[nodiscard]] CalibrationVector nearest_consistent(const CalibrationVector& free, const CalibrationMatrix& information,
                                                    const JointVector& greatest_kg);
 

@@ -42,7 +42,7 @@ GeometryCalibration to_calibration(const GeometryVector& g) {
 
 MachineDescription with_geometry(const MachineDescription& machine, const GeometryVector& geometry) {
   MachineDescription changed = machine;
-  changed.valve_calibration.reset();
+  changed.valve_calibration = {};
   changed.geometry_calibration = to_calibration(geometry);
   return calibrated(changed);
 }

@@ -221,6 +221,36 @@ TEST(Consistency, MovesAnImpossibleInertiaToTheNearestPossibleArm) {
   EXPECT_NEAR(moved[kInertia + kBucket], least, 1e-4);  // on the border, no further in
 }
 
+TEST(Consistency, NoFrictionOfAnIdentifiedCylinderDrivesIt) {
+  const JointVector greatest_kg = greatest_mass_kg(test_machine());
+  CalibrationVector free = CalibrationVector::Ones();
+  free.head<kBaseCount>() = base_parameters(test_machine());
+  const auto friction = [&](FrictionIndex which) -> double& { return free[friction_index(kArm, which)]; };
+  friction(kCoulombExtend) = 945;
+  friction(kCoulombRetract) = -1054;  // a transmitter's error of 1 kN, and Coulomb friction of -54.5 N
+  friction(kBreakaway) = 20;
+  friction(kSeal) = 0.25;
+  ASSERT_FALSE(physically_consistent(free, greatest_kg));
+  CalibrationMatrix information = CalibrationMatrix::Identity();
+  for (const bool breakaway_known : {true, false}) {
+    const int breakaway = friction_index(kArm, kBreakaway);
+    if (!breakaway_known) information(breakaway, breakaway) = 0;
+    const CalibrationVector moved = nearest_consistent(free, information, greatest_kg);
+    EXPECT_TRUE(physically_consistent(moved, greatest_kg));
+    EXPECT_NEAR(moved[friction_index(kArm, kCoulombExtend)], 999.5, 1e-3);
+    EXPECT_NEAR(moved[friction_index(kArm, kCoulombRetract)], -999.5, 1e-3);
+    EXPECT_NEAR(moved[breakaway], 20, breakaway_known ? 1e-3 : 0);
+    EXPECT_NEAR(moved[friction_index(kArm, kSeal)], 0.25, 1e-3);
+    EXPECT_TRUE(moved.head<kBaseCount>().isApprox(free.head<kBaseCount>(), 1e-4));
+  }
+  friction(kCoulombRetract) = -905;  // mean 20 N, and static friction of -30 N
+  friction(kBreakaway) = -50;
+  ASSERT_FALSE(physically_consistent(free, greatest_kg));
+  const CalibrationVector moved = nearest_consistent(free, CalibrationMatrix::Identity(), greatest_kg);
+  EXPECT_TRUE(physically_consistent(moved, greatest_kg));
+  EXPECT_GE(moved[friction_index(kArm, kBreakaway)], -45);
+}
+
 TEST(Projection, FindsTheParametersOfTorquesThatAreExactlySuchAnArm) {
   const MachineDescription machine = test_machine();
   const RigidArm arm(machine);

@@ -54,9 +54,9 @@ MachineDescription identified(unsigned seed) {
   geometry.coupler_length_m = sampled(machine.bucket_linkage.coupler_length_m, 1e-3);
   geometry.encoder_offset_m = JointVector(sampled(0, 1e-3), sampled(0, 1e-3), sampled(0, 1e-3));
   geometry.tip_rms_m = std::abs(sampled(2e-3, 1e-4));
-  for (ValveCalibration& valve : machine.valve_calibration.emplace())
-    valve = {sampled(0.11, 0.01), sampled(0.11, 0.01), sampled(0.02, 0.002),
-             sampled(4e-4, 1e-5), sampled(1.5, 0.2),   sampled(1, 0.1)};
+  for (std::optional<ValveCalibration>& valve : machine.valve_calibration)
+    valve = ValveCalibration{sampled(0.11, 0.01), sampled(0.11, 0.01), sampled(0.02, 0.002),
+                             sampled(4e-4, 1e-5), sampled(1.5, 0.2),   sampled(1, 0.1)};
   machine.calibration_provenance = {"full", "2026-11-21T05:00:00Z", std::string(64, 'a'), "a \"b\" \\c.csv", "knuckle"};
   return machine;
 }
@@ -101,7 +101,7 @@ TEST_F(CalibrationFile, IsReadAgainToTwelveDigits) {
     EXPECT_NEAR(c.coupler_length_m, d.coupler_length_m, 1e-12);
     EXPECT_NEAR(c.tip_rms_m, d.tip_rms_m, 1e-12);
     for (std::size_t j = 0; j < kJoints; ++j) {
-      const ValveCalibration &v = (*machine.valve_calibration)[j], &w = (*again.valve_calibration)[j];
+      const ValveCalibration &v = machine.valve_calibration[j].value(), &w = again.valve_calibration[j].value();
       EXPECT_NEAR(v.dead_band_extend, w.dead_band_extend, 1e-12);
       EXPECT_NEAR(v.dead_band_retract, w.dead_band_retract, 1e-12);
       EXPECT_NEAR(v.delay_s, w.delay_s, 1e-12);
@@ -124,6 +124,16 @@ TEST_F(CalibrationFile, KeepsTheMachineFileWordForWordAndReplacesAnOlderCalibrat
   again.source = kMachine;
   (void)write_calibrated_machine(again, path("fresh.toml"));
   EXPECT_EQ(twice, text_of(path("fresh.toml")));
+}
+
+TEST_F(CalibrationFile, HasNoTableOfAValveThatWasNotIdentified) {
+  MachineDescription machine = identified(1);
+  machine.valve_calibration[kArm].reset();
+  (void)write_calibrated_machine(machine, path("out.toml"));
+  const MachineDescription again = load_machine(path("out.toml"));
+  EXPECT_TRUE(again.valve_calibration[kBoom] && again.valve_calibration[kBucket]);
+  EXPECT_FALSE(again.valve_calibration[kArm]);
+  EXPECT_EQ(text_of(path("out.toml")).find("[calibration.valves.arm]"), std::string::npos);
 }
 
 TEST_F(CalibrationFile, LeavesTablesThatTheUserPutBehindACalibration) {

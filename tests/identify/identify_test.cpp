@@ -87,8 +87,10 @@ TEST_F(IdentifyProgram, CommissionsTheSimulatedMachineAndSaysTheSameFromTheFiles
       EXPECT_LT(held["to_2Hz"]["nrmse"][joint], 0.1) << held["source"] << " " << joint;
   }
   EXPECT_EQ(a["valves"], b["valves"]);
-  ASSERT_TRUE(machine.valve_calibration);
-  for (const ValveCalibration& valve : *machine.valve_calibration) EXPECT_NEAR(valve.dead_band_extend, 0.11, 0.04);
+  for (const std::optional<ValveCalibration>& valve : machine.valve_calibration) {
+    ASSERT_TRUE(valve);
+    EXPECT_NEAR(valve->dead_band_extend, 0.11, 0.04);
+  }
   const ProgramRun session =
       test::run_program(test::program("knuckle"),
                         {"simulate", "--scenario", "free_motion", "--duration", "3", "--machine", path("cal.toml")});

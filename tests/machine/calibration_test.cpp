@@ -99,7 +99,8 @@ std::string changed(const std::string& pattern, const std::string& to) {
 
 TEST(MachineCalibration, SetsTheOptionalsInSiUnits) {
   const MachineDescription machine = load(shipped() + calibration());
-  ASSERT_TRUE(machine.dynamics_calibration && machine.geometry_calibration && machine.valve_calibration);
+  ASSERT_TRUE(machine.dynamics_calibration && machine.geometry_calibration);
+  ASSERT_TRUE(machine.valve_calibration[1] && machine.valve_calibration[2]);
   const DynamicsCalibration& dynamics = *machine.dynamics_calibration;
   EXPECT_EQ(dynamics.base()[0], 501);
   EXPECT_EQ(dynamics.base()[4], 85);
@@ -112,9 +113,9 @@ TEST(MachineCalibration, SetsTheOptionalsInSiUnits) {
   EXPECT_EQ(dynamics.covariance(1, 2), 1);
   EXPECT_EQ(machine.geometry_calibration->length_m[1], 0.949);
   EXPECT_DOUBLE_EQ(machine.geometry_calibration->encoder_offset_m[1], -0.002);
-  EXPECT_DOUBLE_EQ((*machine.valve_calibration)[2].delay_s, 0.020);
-  EXPECT_DOUBLE_EQ((*machine.valve_calibration)[2].nominal_flow_m3ps, 27e-3 / 60);
-  EXPECT_EQ((*machine.valve_calibration)[1].curve_exponent, 1.8);
+  EXPECT_DOUBLE_EQ(machine.valve_calibration[2]->delay_s, 0.020);
+  EXPECT_DOUBLE_EQ(machine.valve_calibration[2]->nominal_flow_m3ps, 27e-3 / 60);
+  EXPECT_EQ(machine.valve_calibration[1]->curve_exponent, 1.8);
   EXPECT_EQ(calibrated(machine).cylinders[1].valve.retract_share, 0.9);
   EXPECT_EQ(machine.calibration_provenance->method, "full");
   EXPECT_EQ(machine.links[1].length_m, 0.95) << "the drawing stays until calibrated() is asked";
@@ -126,8 +127,23 @@ TEST(MachineCalibration, EachPartIsOptionalButNotWhereItCameFrom) {
   const auto from = [&](const char* table) { return text.find(table); };
   EXPECT_FALSE(load(shipped()).calibration_provenance);
   const MachineDescription none = load(shipped() + text.substr(0, from("[calibration.dynamics]")));
-  EXPECT_TRUE(none.calibration_provenance && !none.dynamics_calibration && !none.valve_calibration);
+  EXPECT_TRUE(none.calibration_provenance && !none.dynamics_calibration && !none.valve_calibration[0]);
   EXPECT_NE(refusal(text.substr(from("[calibration.geometry]"))).find("'calibration.method' is missing"),
+            std::string::npos);
+}
+
+TEST(MachineCalibration, AnAxisWhoseValveWasNotIdentifiedKeepsTheDrawings) {
+  const std::string text = calibration();
+  const std::size_t arm = text.find("[calibration.valves.arm]");
+  const MachineDescription machine =
+      load(shipped() + text.substr(0, arm) + text.substr(text.find("[calibration.valves.bucket]")));
+  EXPECT_TRUE(machine.valve_calibration[kBoom] && machine.valve_calibration[kBucket]);
+  EXPECT_FALSE(machine.valve_calibration[kArm]);
+  const MachineDescription found = calibrated(machine);
+  EXPECT_EQ(found.cylinders[kBoom].valve.curve_exponent, 1.8);
+  EXPECT_EQ(found.cylinders[kArm].valve.curve_exponent, 1);
+  EXPECT_EQ(found.cylinders[kArm].valve.dead_band_extend, machine.cylinders[kArm].valve.dead_band_extend);
+  EXPECT_NE(refusal(text.substr(0, arm) + "[calibration.valves.stick]\n").find("calibration.valves.stick"),
             std::string::npos);
 }
 

@@ -8,6 +8,7 @@
 #include <functional>
 #include <random>
 
+#include "slave/flow_share.h"
 #include "tests/slave/test_machine.h"
 
 namespace knuckle::slave {
@@ -121,6 +122,32 @@ TEST(Plausibility, NoEncoderIsBlamedForAValveThatNobodyHasIdentified) {
       }
     }
   }
+}
+
+TEST(Plausibility, NoEncoderIsBlamedForAValveBecauseAnotherAxisHasBeenIdentified) {
+  for (const std::size_t identified : {0U, 1U}) {
+    Axis axis(0.8, 0.11, 1, false);
+    axis.machine.valve_calibration[identified] = test::identified_machine().valve_calibration[identified];
+    axis.plausibility = Plausibility(axis.machine, kStep);
+    axis.curve = [](double x) { return 0.2 * x * x; };
+    const Reason why = drives(axis, 0.5, 20);
+    EXPECT_EQ(static_cast<bool>(why), identified == 0) << identified << ": " << text(why);
+  }
+}
+
+TEST(Plausibility, AnEdgeThatBeginsWithinABinIsNotExpectedToFlowBelowIt) {
+  // A notch of 3 %, and the whole land from 0.33 on: what is seen above says little of the first opening above 0.32.
+  FlowShare share(false);
+  for (int i = 0; i < 100; ++i) {
+    share.pass(0.3, 0.001);
+    share.see(0.00003);
+    share.pass(0.6, 0.001);
+    share.see(0.0006);
+  }
+  EXPECT_NEAR(share.at(0.3), 0.03, 0.01);
+  EXPECT_NEAR(share.at(0.321), 0.03, 0.01);
+  EXPECT_NEAR(share.at(0.64), 0.6, 0.02);
+  for (double x = 0.002; x <= 1; x += 0.002) EXPECT_GE(share.at(x), share.at(x - 0.002)) << x;
 }
 
 TEST(Plausibility, AValveThatHasBeenSeenToFlowIsHeldToIt) {

@@ -52,10 +52,10 @@ inline MachineDescription test_machine() {
 /// The same, its valves measured and found as drawn.
 inline MachineDescription identified_machine() {
   MachineDescription m = test_machine();
-  PerJoint<ValveCalibration>& found = m.valve_calibration.emplace();
   for (std::size_t i = 0; i < kJoints; ++i) {
     const ValveDescription& valve = m.cylinders[i].valve;
-    found[i] = {valve.dead_band_extend, valve.dead_band_retract, valve.delay_s, valve.nominal_flow_m3ps};
+    m.valve_calibration[i] =
+        ValveCalibration{valve.dead_band_extend, valve.dead_band_retract, valve.delay_s, valve.nominal_flow_m3ps};
   }
   return m;
 }
