@@ -21,6 +21,7 @@ constexpr double kReportObserver_Hz = 3;                    // specified lag of 
 constexpr double kReportVelocity_Hz = 8;                    // and this one twice
 constexpr double kDetectable_N = 500, kOnset_N = 50;        // a contact counts for detection if it grows to 500 N
 constexpr double kLiftedPayload_kg = 1;
+constexpr double kBelieved = 0.5;  // confidence
 constexpr double kPumpShort = 0.99;
 
 constexpr MetricEntry kTable[] = {
@@ -33,6 +34,7 @@ constexpr MetricEntry kTable[] = {
     {"direction_error_deg", "force", "direction_error_deg", "deg", &Metrics::direction_error_deg},
     {"detection_ms", "force", "detection_ms", "ms", &Metrics::detection_ms},
     {"false_contact_share", "force", "false_contact_share", "1", &Metrics::false_contact_share},
+    {"free_estimate_peak_N", "force", "free_estimate_peak_N", "N", &Metrics::free_estimate_peak_N},
     {"peak_N", "force", "peak_N", "N", &Metrics::peak_N},
     {"pipe_peak_N", "force", "pipe_peak_N", "N", &Metrics::pipe_peak_N},
     {"payload_truth_kg", "payload", "truth_kg", "kg", &Metrics::payload_truth_kg},
@@ -154,7 +156,10 @@ void measure_no_load(const SessionRecord& record, const std::vector<bool>& free,
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
     const Sample& s = record.samples[i];
     const bool tared = (s.confidence_reasons & estimation::kNotTared) == 0;
-    if (free[i] && tared && s.truth_payload_kg == 0) rms.add(s.tip_force_N.squaredNorm());
+    if (!free[i] || !tared || s.truth_payload_kg != 0) continue;
+    rms.add(s.tip_force_N.squaredNorm());
+    if (s.confidence > kBelieved)
+      metrics.free_estimate_peak_N = std::max(metrics.free_estimate_peak_N.value_or(0), s.tip_force_N.norm());
   }
   metrics.no_load_rms_N = rms.value();
 }

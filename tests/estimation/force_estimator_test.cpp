@@ -242,6 +242,25 @@ TEST(ForceEstimator, EndStopIsNoForceOfTheWorld) {
   }
 }
 
+/// Where the bucket's lever is 2 cm, pins that are 2 mm off put its stop a tenth of a radian from where the drawing has
+/// it.
+TEST(ForceEstimator, AStopIsKnownAsFarOffAsPinsOfADrawingMayPutIt) {
+  const MachineDescription machine = test_machine();
+  const double short_of_end_rad = machine.links[kBucket].min_rad + 0.1;
+  ASSERT_LT(std::abs(Kinematics(machine).cylinder_at(kBucket, short_of_end_rad)->lever_m), 0.03);
+  Twin run(real_sensors(), 1, machine);
+  run.motion.amplitude_rad[kBucket] = 0;
+  run.motion.middle_rad[kBucket] = short_of_end_rad;
+  for (double t = 0; t < 12; t += kStep_s) run.step(PlanarVector::Zero(), 0);
+  ASSERT_FALSE(run.estimator().estimate().contact);
+  const JointVector steel(0, 0, 1000);  // of a cylinder that presses with all its pressure
+  for (double t = 0; t < 3; t += kStep_s) {
+    run.step(PlanarVector::Zero(), 0, steel);
+    ASSERT_FALSE(run.estimator().estimate().contact) << "after " << t << " s";
+  }
+  EXPECT_TRUE(run.estimator().estimate().confidence_reasons & kEndStop);
+}
+
 /// The twin of oil_of_today() with all that an identification would have told about it: parameters that fit, and how
 /// well they are known.
 MachineDescription calibrated_twin(const SyntheticErrors& errors, double friction_sigma_N) {

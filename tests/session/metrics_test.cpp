@@ -225,6 +225,15 @@ TEST(Metrics, APressThatIsNeverFeltOrNeverSettlesMeetsNoBound) {
   EXPECT_FALSE(all_passed(evaluate({{"settle_s", {}, 1e9}}, compute_metrics(record))));
 }
 
+TEST(Metrics, TheLargestEstimateInFreeMotionCountsOnlyWhereItIsBelieved) {
+  SessionRecord record = pressed_record();
+  during(record, 0, 12, [](Sample& s) { s.confidence = 1; });
+  during(record, 1, 1.3, [](Sample& s) { s.tip_force_N = {300, -400}; });
+  EXPECT_NEAR(compute_metrics(record).free_estimate_peak_N.value(), 500, 1e-9);
+  during(record, 1, 1.3, [](Sample& s) { s.confidence = 0.5; });
+  EXPECT_LT(compute_metrics(record).free_estimate_peak_N.value(), 300) << "of low confidence, and of a true press";
+}
+
 TEST(Metrics, FalseContactIsAShareOfFreeMotion) {
   SessionRecord record = pressed_record();  // free: 2 s before it and the last second
   EXPECT_EQ(compute_metrics(record).false_contact_share, 0);
