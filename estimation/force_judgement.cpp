@@ -198,7 +198,7 @@ void ForceEstimator::judge_confidence() noexcept {
   if (slow_.cylinder_mps.cwiseAbs().maxCoeff() > kFastClass_mps) lower(kFastMotion, 0.9);
   if (tare_.learned_s() < kTaredAfter_s) lower(kNotTared, 0.7 + 0.3 * tare_.learned_s() / kTaredAfter_s);
   if (estimate_.residual_sigma > kResidualSigma) lower(kResidual, kResidualSigma / estimate_.residual_sigma);
-  if ((stop_variance_.array() > equivalent_torque2(signals_.lever, kStopSeen_N).array()).any()) lower(kEndStop, 0.8);
+  if ((stop_variance_.array() > equivalent_torque2(signals_.lever, kStopSeen_N).array()).any()) lower(kEndStop, 0.5);
   if (relief_variance_.maxCoeff() > 0) lower(kReliefOpen, 0.8);
   estimate_.confidence = confidence;
   estimate_.confidence_reasons = reasons;
