@@ -101,6 +101,8 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "link loses too much for felt forces: contact is only signalled, check the network", "%"},
     {"cues_estimate", SubjectKind::kNothing,
      "force of the machine is not known: contact is only signalled, move the arm in free air", "%"},
+    {"motor_heat", SubjectKind::kNothing, "force feedback reduced: the device's motors are hot, press less for a while",
+     "%"},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

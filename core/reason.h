@@ -78,6 +78,7 @@ enum class ReasonCode : std::uint16_t {
   kCuesSilence,   ///< ms since the last newer message
   kCuesLoss,      ///< % of the machine's messages that came too late or not at all
   kCuesEstimate,  ///< confidence in %
+  kMotorHeat,     ///< force lowered to what the device's motors bear; % of the wanted
   kCount,
 };
 

@@ -78,13 +78,13 @@ struct ValveDescription {
   [[nodiscard]] double flow_share(double opening, bool extends) const noexcept {
     return (extends ? 1 : retract_share) * (curve_exponent == 1 ? opening : std::pow(opening, curve_exponent));
   }
-  /// Inverse of flow_share(); straight through zero, where a curve's inverse would be infinitely steep.
+  /// Inverse of flow_share(); straight through zero where it would be infinitely steep there.
   [[nodiscard]] double opening_for(double share, bool extends) const noexcept {
     constexpr double kStraight = 0.02;
     const double area = std::clamp(share / (extends ? 1 : retract_share), 0.0, 1.0);
     if (curve_exponent == 1) return area;
     const double root = 1 / curve_exponent;
-    return area < kStraight ? area / kStraight * std::pow(kStraight, root) : std::pow(area, root);
+    return curve_exponent > 1 && area < kStraight ? area / kStraight * std::pow(kStraight, root) : std::pow(area, root);
   }
 };
 

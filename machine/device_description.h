@@ -38,7 +38,7 @@ struct DeviceDescription {
     double anchor_time_s = 0.15;   ///< t_w
     double bias_time_s = 0.5;      ///< tau_b at RTT 0
     double bias_time_per_rtt = 1;
-    double damping_Ns_per_m = 60;  ///< b_c
+    double damping_Ns_per_m = 40;  ///< b_c
     double bias_limit_N = 2.5;
     double force_limit_N = 8;  ///< At the hand.
     double slew_N_per_ms = 0.4;

@@ -73,8 +73,8 @@ void read_friction(TomlTable file, int joint, DynamicsCalibration& dynamics) {
   set(kCoulombRetract, retract_N);
   set(kBreakaway, breakaway_N);
   set(kViscous, file.number("viscous_kNs_per_m", 0, 2000, 1e3));
-  set(kLoadShare, file.number("load_share", -0.1, 0.5));
-  set(kSeal, file.number("seal_N_per_bar", -10, 1000, 1e-5));
+  set(kLoadShare, file.number("load_share", 0, 0.5));
+  set(kSeal, file.number("seal_N_per_bar", 0, 1000, 1e-5));
   dynamics.stribeck_mps[joint] = file.number("stribeck_mmps", 0.1, 500, kMilli);
 }
 

@@ -50,7 +50,7 @@ DeviceDescription::Feel read_feel(TomlTable file) {
   feel.on_N = file.number("on_N", 0.01, 5);
   feel.off_N = file.number("off_N", 0.001, 5);
   file.require(feel.off_N < feel.on_N, "off_N", "must be below on_N = " + number_text(feel.on_N));
-  feel.law = static_cast<ControlLaw>(file.choice("law", {"echo", "wave", "tdpa", "cues", "direct"}));
+  feel.law = static_cast<ControlLaw>(file.choice("law", kControlLawNames));
   return feel;
 }
 

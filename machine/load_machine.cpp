@@ -286,14 +286,16 @@ MachineDescription::Control read_control(TomlTable file) {
   MachineDescription::Control control;
   control.position_gain_1ps = file.number("position_gain_1ps", 0.1, 20);
   control.tip_stiffness_N_per_m = file.number("tip_stiffness_N_per_m", 1e3, 1e7);
+  control.bucket_position_gain_1ps = file.number("bucket_position_gain_1ps", 0.1, 20);
   constexpr double kHighestRatio = 1e-4;  // limit cycles on stiff walls begin here
-  file.require(control.position_gain_1ps <= kHighestRatio * control.tip_stiffness_N_per_m, "position_gain_1ps",
-               "must be at most " + number_text(kHighestRatio * control.tip_stiffness_N_per_m) +
-                   " = 1e-4 * tip_stiffness_N_per_m");
+  const double highest_1ps = kHighestRatio * control.tip_stiffness_N_per_m;
+  for (const auto& [key, gain_1ps] : {std::pair{"position_gain_1ps", control.position_gain_1ps},
+                                      {"bucket_position_gain_1ps", control.bucket_position_gain_1ps}})
+    file.require(gain_1ps <= highest_1ps, key,
+                 "must be at most " + number_text(highest_1ps) + " = 1e-4 * tip_stiffness_N_per_m");
   control.stiffness_radius_m = file.numbers<kJoints>("stiffness_radius_m", 0.05, kFurthestPin_m);
   control.contact_crossover_radps = file.number("contact_crossover_radps", 0.5, 100);
   control.feed_forward_fade_N = file.number("feed_forward_fade_N", 1, 1e6);
-  control.bucket_position_gain_1ps = file.number("bucket_position_gain_1ps", 0.1, 20);
   control.dither = file.number("dither", 0, 0.05);
   control.learning_limit = file.number("learning_limit", 0, 0.1);
   control.dead_band_fill = file.number("dead_band_fill", 0, 1);

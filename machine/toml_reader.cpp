@@ -294,7 +294,7 @@ std::string TomlTable::text(std::string_view key) {
   return *value;
 }
 
-int TomlTable::choice(std::string_view key, std::initializer_list<const char*> choices) {
+int TomlTable::choice(std::string_view key, std::span<const char* const> choices) {
   const toml::node& node = node_->get(key);
   std::string all;
   int index = 0;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,7 +35,10 @@ class TomlTable {
   /// A string of 1 to 1000 characters, none of them a control character: it may be printed and written anywhere.
   [[nodiscard]] std::string text(std::string_view key);
   /// Index of the string's value among `choices`.
-  [[nodiscard]] int choice(std::string_view key, std::initializer_list<const char*> choices);
+  [[nodiscard]] int choice(std::string_view key, std::span<const char* const> choices);
+  [[nodiscard]] int choice(std::string_view key, std::initializer_list<const char*> choices) {
+    return choice(key, std::span(choices.begin(), choices.size()));
+  }
   /// An array of min_count...max_count numbers, each within [min, max].
   [[nodiscard]] std::vector<double> list(std::string_view key, std::size_t min_count, std::size_t max_count, double min,
                                          double max, double factor = 1);

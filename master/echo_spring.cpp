@@ -57,7 +57,10 @@ PlanarVector EchoSpring::step(const FeltInputs& in, double dt_s) noexcept {
   catching_s_ = contact_ || !in.engaged ? 0 : std::max(0.0, catching_s_ - dt_s);
   contact_N_ += catching(in, contact_N_.dot(normal_));
   load_N_ += (in.load_N - load_N_) * blend(dt_s, kLoadTime_s);
-  return within(feel_.force_limit_N, contact_N_ + engagement_ * freshness_ * load_N_);
+  const PlanarVector all_N = contact_N_ + engagement_ * freshness_ * trust_ * load_N_;
+  const PlanarVector force_N = within(feel_.force_limit_N, all_N);
+  shown_N_ = force_N - all_N + contact_N_;
+  return force_N;
 }
 
 void EchoSpring::update_gate(const FeltInputs& in, double dt_s) noexcept {

@@ -25,8 +25,9 @@ class FeltLaw {
   /// @return force on the hand at the tip [N], frame D, within the device's force limit. Not slew-limited.
   [[nodiscard]] PlanarVector step(const FeltInputs& in, double dt_s) noexcept;
 
-  /// Of that, what the hand is held against: without cues, which are signals. It bounds what the machine presses
-  /// (MasterMessage::shown_N), so that a cue's vibration neither moves the machine nor lets it press harder.
+  /// Of that, what the hand is held against by a contact: without cues, which are signals, and without the load's
+  /// weight. It bounds what the machine presses (MasterMessage::shown_N), so that neither moves it or lets it press
+  /// harder.
   [[nodiscard]] const PlanarVector& shown_N() const noexcept { return shown_N_; }
 
   /// K_l = lambda mu Ks; to be kept in step with the scales. Only while not engaged.

@@ -154,6 +154,7 @@ void MasterLoop::render(const DeviceReading& device, Time now) noexcept {
   shown_N_ = energy_.gain() * felt_.shown_N();
   if (!device.ok || let_go_) {  // the firmware takes the torque away by itself, without a kick
     torque_Nm_.setZero();
+    shown_N_.setZero();
     limiter_.reset();
     return;
   }
@@ -163,6 +164,7 @@ void MasterLoop::render(const DeviceReading& device, Time now) noexcept {
   }
   energy_.step(torque_Nm_.dot(device.rate_radps), kStep_s);  // of the torque that acted until now
   torque_Nm_ = limiter_.step(wanted_Nm, posture_.jacobian, kStep_s);
+  shown_N_ *= limiter_.heat_share();
 }
 
 void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
@@ -202,8 +204,9 @@ bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept 
 }
 
 Reason MasterLoop::warning() const noexcept {
-  if (energy_.gain() >= 1) return felt_.downgraded();
-  return {ReasonCode::kEnergyWatchdog, 0, float(energy_.returned_in_window_J()), 0.5F};
+  if (energy_.gain() < 1) return {ReasonCode::kEnergyWatchdog, 0, float(energy_.returned_in_window_J()), 0.5F};
+  if (limiter_.heat_share() < 1) return {ReasonCode::kMotorHeat, 0, float(100 * limiter_.heat_share()), 100};
+  return felt_.downgraded();
 }
 
 }  // namespace knuckle::master

@@ -29,7 +29,7 @@ PlanarVector TdpaLaw::step(const FeltInputs& in, double dt_s) noexcept {
   PlanarVector force_N = spring_force(in, dt_s);
   const double world_J = std::max(world_J_, in.world_energy_J);
   if (in.engaged) observed_J_ += world_J - world_J_;
-  world_J_ = world_J;
+  world_J_ = in.engaged ? world_J : in.world_energy_J;  // a machine's side that starts anew counts from zero
   damping_Ns_per_m_ = 0;
   const double speed2 = in.hand_mps.squaredNorm();
   const double ahead_J = observed_J_ - force_N.dot(in.hand_mps) * dt_s;  // as it would be without the controller

@@ -24,21 +24,22 @@ TorqueLimiter::TorqueLimiter(const DeviceDescription& device) noexcept
 
 JointVector TorqueLimiter::step(const JointVector& wanted_Nm, const TipJacobian& jacobian, double dt_s) noexcept {
   const JointVector finite_Nm = wanted_Nm.allFinite() ? wanted_Nm : JointVector::Zero();
-  torque_Nm_ = within_slew(within_heat(finite_Nm), jacobian, dt_s);
+  heat_share_ = share_within_heat(finite_Nm);
+  torque_Nm_ = within_slew(heat_share_ * finite_Nm, jacobian, dt_s);
   const Eigen::Array3d share = torque_Nm_.array() / rated_Nm_.array();
   heat_.array() += (share.square() - heat_.array()) * dt_s / heat_time_s_.array();
   return torque_Nm_;
 }
 
-JointVector TorqueLimiter::within_heat(const JointVector& torque_Nm) const noexcept {
-  double scale = 1;
+double TorqueLimiter::share_within_heat(const JointVector& torque_Nm) const noexcept {
+  double share = 1;
   for (Eigen::Index i = 0; i < kJoints; ++i) {
     const double warm = std::clamp((heat_[i] - kWarm) / (1 - kWarm), 0.0, 1.0);
     const double allowed_Nm = rated_Nm_[i] * std::lerp(peak_share_[i], kHoldingShare, warm);
     const double asked_Nm = std::abs(torque_Nm[i]);
-    if (asked_Nm > allowed_Nm) scale = std::min(scale, allowed_Nm / asked_Nm);
+    if (asked_Nm > allowed_Nm) share = std::min(share, allowed_Nm / asked_Nm);
   }
-  return scale * torque_Nm;
+  return share;
 }
 
 JointVector TorqueLimiter::within_slew(const JointVector& torque_Nm, const TipJacobian& jacobian,

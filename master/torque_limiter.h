@@ -18,16 +18,19 @@ class TorqueLimiter {
   /// The device takes no torque (off or gone): start again from zero.
   void reset() noexcept { torque_Nm_.setZero(); }
 
+  /// Share of the wanted torques that the motors' heat left in the last step; 1: all.
+  [[nodiscard]] double heat_share() const noexcept { return heat_share_; }
   [[nodiscard]] const JointVector& heat() const noexcept { return heat_; }  ///< 1 = rated current for ever.
 
  private:
-  [[nodiscard]] JointVector within_heat(const JointVector& torque_Nm) const noexcept;
+  [[nodiscard]] double share_within_heat(const JointVector& torque_Nm) const noexcept;
   [[nodiscard]] JointVector within_slew(const JointVector& torque_Nm, const TipJacobian& jacobian,
                                         double dt_s) const noexcept;
 
   JointVector rated_Nm_, peak_share_, heat_time_s_;
   double slew_N_per_s_;
   JointVector heat_ = JointVector::Zero();
+  double heat_share_ = 1;
   JointVector torque_Nm_ = JointVector::Zero();
 };
 

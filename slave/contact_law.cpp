@@ -15,6 +15,7 @@ constexpr double kLargestPress = 10;                // of F1: force given way to
 constexpr double kTouching = 0.6, kPlaced = 0.6, kLeashed = 2;
 constexpr double kNoDivision = 1e-6;
 constexpr double kLeastLever_m = 0.01;
+constexpr double kUsualDoubt_N = 1000;  // of a cylinder: standing friction and free motion leave less
 
 }  // namespace
 
@@ -25,6 +26,18 @@ double oil_stiffness_N_per_m(const CylinderDescription& cylinder, const Hydrauli
   const double s = std::clamp(length_m - cylinder.min_length_m, 0.0, stroke);
   const double hose = hydraulics.hose_volume_m3;
   return hydraulics.bulk_modulus_Pa * (head * head / (hose + head * s) + rod * rod / (hose + rod * (stroke - s)));
+}
+
+/// Least squares with the same weights as giving way. What end stops or reliefs may take of a joint's torque is no force
+/// of the world: such a joint counts the less.
+PlanarVector ContactLaw::force_of(const PlanarJacobian& jacobian, const estimation::JointState& state,
+                                  const estimation::ForceEstimate& force) const noexcept {
+  const JointVector usual_Nm = kUsualDoubt_N * state.lever_m.cwiseAbs().cwiseMax(kLeastLever_m);
+  const JointVector believed =
+      usual_Nm.cwiseAbs2().cwiseQuotient(force.look_variance_Nm2.cwiseMax(usual_Nm.cwiseAbs2()));
+  const PlanarJacobian weighted = jacobian * weight_.cwiseProduct(believed).asDiagonal();
+  const Eigen::Matrix2d normal = weighted * jacobian.transpose() + kSingularity * Eigen::Matrix2d::Identity();
+  return normal.inverse() * (weighted * force.fast_torque_Nm);
 }
 
 ContactLaw::ContactLaw(const MachineDescription& machine)
@@ -44,7 +57,7 @@ Eigen::Matrix<double, kJoints, 2> ContactLaw::to_joints(const PlanarJacobian& ja
 Touch ContactLaw::touch(const estimation::JointState& state, const estimation::ForceEstimate& force) const noexcept {
   Touch touch;
   touch.tip_jacobian = kinematics_.tip_jacobian(state.angle_rad);
-  touch.force_N = to_joints(touch.tip_jacobian).transpose() * force.fast_torque_Nm;
+  touch.force_N = force_of(touch.tip_jacobian, state, force);
   touch.away = touch.force_N.stableNormalized();
   touch.confidence = force.confidence;
   // A small force does not say where it acts.
@@ -110,8 +123,8 @@ JointVector ContactLaw::steadied_radps(const JointVector& rate_radps, const Touc
   }
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> oil_m_per_N;
   oil_m_per_N.computeDirect(touch.jacobian * oil_rad_per_Nm.asDiagonal() * touch.jacobian.transpose());
-  const double stiffest_N_per_m =
-      control_.contact_crossover_radps * control_.tip_stiffness_N_per_m / control_.position_gain_1ps;
+  const double gain_1ps = std::max(control_.position_gain_1ps, control_.bucket_position_gain_1ps);
+  const double stiffest_N_per_m = control_.contact_crossover_radps * control_.tip_stiffness_N_per_m / gain_1ps;
   const PlanarVector less = touching * (1 - (stiffest_N_per_m * oil_m_per_N.eigenvalues().array()).cwiseMin(1.0));
   const Eigen::Matrix2d& axes = oil_m_per_N.eigenvectors();
   const PlanarVector slower_mps = axes * less.asDiagonal() * axes.transpose() * (touch.jacobian * rate_radps);

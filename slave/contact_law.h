@@ -61,6 +61,8 @@ class ContactLaw {
                                            const estimation::JointState& state) const noexcept;
 
  private:
+  [[nodiscard]] PlanarVector force_of(const PlanarJacobian& jacobian, const estimation::JointState& state,
+                                      const estimation::ForceEstimate& force) const noexcept;
   /// Lead that presses no more than allowed_N makes of Ks.
   [[nodiscard]] JointVector shortened_rad(const JointVector& lead_rad, const Touch& touch,
                                           double allowed_N) const noexcept;

@@ -19,7 +19,7 @@ namespace knuckle::battery {
 
 struct Drawer::Impl {
   Settings settings;
-  MachineDescription machine;
+  MachineDescription machine;  ///< As drawn.
   std::vector<double> most_felt_N;  ///< That a person is asked to hold, by scenario.
 };
 
@@ -64,6 +64,11 @@ Cell Drawer::cell(std::uint64_t index) const {
   cell.index = index;
   session::SimulateOptions& options = cell.options;
   options.machine = settings.machine;
+  if (!settings.commissioned.empty()) {
+    const CommissionedMachine& machine = settings.commissioned[index % settings.commissioned.size()];
+    options.machine = machine.file;
+    options.machine_seed = machine.seed;
+  }
   options.family = settings.family;
   options.person = settings.person;
   options.control = settings.control;
@@ -78,7 +83,9 @@ Cell Drawer::cell(std::uint64_t index) const {
                 {"jitter_ms", *options.jitter_ms},
                 {"loss", *options.loss},
                 {"bursts_per_s", *options.bursts_per_s}};
-  cell.effects = effects_of(session::truth_for(impl_->machine, "", settings.family, options.seed));
+  if (options.machine_seed) cell.drawn["machine_seed"] = *options.machine_seed;
+  cell.effects = effects_of(session::truth_for(impl_->machine, "", settings.family,
+                                               options.machine_seed.value_or(options.seed)));
   if (settings.kind == Kind::kFeel) {
     options.scenario = fmt::format("feel_{}_{}", settings.seed, index);
     draw_press(impl_->machine, settings, random, cell);

@@ -104,6 +104,7 @@ std::string fingerprint(const std::vector<std::string>& files) {
 RowsKey rows_key(const Settings& settings) {
   const std::string machine = find_config("machine", settings.machine);
   std::vector<std::string> files{machine, device_for(load_machine(machine), "").source};
+  for (const CommissionedMachine& one : settings.commissioned) files.push_back(find_config("machine", one.file));
   for (const std::string& scenario : settings.scenarios) files.push_back(find_config("scenario", scenario));
   return {settings_json(settings), fingerprint(files), settings.sessions, is_row_of_a_session};
 }

@@ -16,6 +16,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostChoices = 64;
 constexpr std::int64_t kMostSessions = 1'000'000;
+constexpr std::int64_t kMostSeed = 1'000'000'000;
 
 Span read_span(TomlTable& file, const char* key, double min, double max) {
   const auto bounds = file.numbers<2>(key, min, max);
@@ -52,7 +53,7 @@ Settings load_settings(const std::string& path) {
   Settings settings;
   settings.kind = static_cast<Kind>(file.choice("battery", {"feel", "work"}));
   settings.sessions = static_cast<std::uint64_t>(file.integer("sessions", 1, kMostSessions));
-  settings.seed = static_cast<std::uint64_t>(file.integer("seed", 1, 1'000'000'000));
+  settings.seed = static_cast<std::uint64_t>(file.integer("seed", 1, kMostSeed));
   settings.machine = file.text("machine");
   settings.family = sim::name(static_cast<sim::Family>(file.choice("family", {"smooth", "serviced", "worn"})));
   settings.person = sim::name(static_cast<sim::PersonClass>(file.choice("person", {"exact", "steady", "rough"})));
@@ -60,9 +61,11 @@ Settings load_settings(const std::string& path) {
   settings.jitter_ms = file.list("jitter_ms", 1, kMostChoices, 0, session::kLongestDelay_ms);
   settings.loss = file.list("loss", 1, kMostChoices, 0, 1);
   settings.bursts_per_s = file.list("bursts_per_s", 1, kMostChoices, 0, 10);
+  for (TomlTable& table : file.tables("commissioned"))
+    settings.commissioned.push_back(
+        {table.text("file"), static_cast<std::uint64_t>(table.integer("seed", 1, kMostSeed))});
   if (file.has("control"))
-    settings.control =
-        name(static_cast<ControlLaw>(file.choice("control", {"echo", "wave", "tdpa", "cues", "direct"})));
+    settings.control = name(static_cast<ControlLaw>(file.choice("control", kControlLawNames)));
   settings.kind == Kind::kFeel ? read_feel(file, settings) : read_work(file, settings);
   file.finish();
   return settings;
@@ -74,6 +77,8 @@ Json settings_json(const Settings& settings) {
             {"family", settings.family},      {"person", settings.person},
             {"rtt_ms", settings.rtt_ms},      {"jitter_ms", settings.jitter_ms},
             {"loss", settings.loss},          {"bursts_per_s", settings.bursts_per_s}};
+  for (const CommissionedMachine& machine : settings.commissioned)
+    json["commissioned"].push_back({{"file", machine.file}, {"seed", machine.seed}});
   if (!settings.control.empty()) json["control"] = settings.control;
   if (settings.kind == Kind::kFeel) {
     json["stiffness_N_per_m"] = span_json(settings.stiffness_N_per_m);
@@ -100,6 +105,11 @@ Settings settings_of(const Json& json, const std::string& source) {
     json.at("machine").get_to(settings.machine);
     json.at("family").get_to(settings.family);
     json.at("person").get_to(settings.person);
+    if (json.contains("commissioned")) {
+      for (const Json& machine : json["commissioned"])
+        settings.commissioned.push_back(
+            {machine.at("file").get<std::string>(), machine.at("seed").get<std::uint64_t>()});
+    }
     settings.control = json.value("control", "");
     json.at("rtt_ms").get_to(settings.rtt_ms);
     json.at("jitter_ms").get_to(settings.jitter_ms);

@@ -19,11 +19,18 @@ struct Span {
   double low = 0, high = 0;
 };
 
+/// A machine that has been commissioned: its calibrated file, and the seed that samples it from the family.
+struct CommissionedMachine {
+  std::string file;
+  std::uint64_t seed = 0;
+};
+
 struct Settings {
   Kind kind = Kind::kFeel;
   std::uint64_t sessions = 0;
   std::uint64_t seed = 1;
   std::string machine, family, person;
+  std::vector<CommissionedMachine> commissioned;  ///< Taken by turns; none: each session samples a machine of its own.
   std::string control;  ///< Bilateral law; empty: as the device's file says.
   // Of the link; one of each per session.
   std::vector<double> rtt_ms, jitter_ms, loss, bursts_per_s;

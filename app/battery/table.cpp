@@ -25,7 +25,8 @@ struct Quantile {
 constexpr Quantile kQuantiles[] = {
     {"felt_error_rel", "median", 0.5}, {"felt_error_rel", "p95", 0.95},    {"felt_error_worst_N", "p95", 0.95},
     {"felt_onset_ms", "median", 0.5},  {"hold_error_N", "median", 0.5},    {"hold_error_N", "p95", 0.95},
-    {"contact_swing_N", "p95", 0.95},  {"rise_t90_s", "median", 0.5},      {"peak_over_asked", "median", 0.5},
+    {"contact_swing_N", "p95", 0.95},  {"hold_true_swing_share", "median", 0.5},
+    {"rise_t90_s", "median", 0.5},     {"rise_t90_s", "p95", 0.95},        {"peak_over_asked", "median", 0.5},
     {"peak_over_asked", "p90", 0.9},   {"max_slew_N_per_ms", "p95", 0.95}, {"net_energy_J", "p95", 0.95},
     {"free_felt_peak_N", "p95", 0.95}};
 
@@ -55,6 +56,7 @@ Group group_of(std::string by, std::string value, const Members& all, Kind kind)
   group.refused = all.size() - members.size();
   group.figures.push_back(share_of("passed", members, passed));
   if (kind == Kind::kFeel) {
+    group.figures.push_back(share_of("steady in the hand", members, steady_in_the_hand));
     group.figures.push_back(share_of("stable", members, stable));
     group.figures.push_back(share_of("stable and right", members, stable_and_right));
   }
@@ -93,12 +95,16 @@ const Figure& Group::figure(const std::string& name) const {
   return *found;
 }
 
-bool stable(const Row& row) {
+bool steady_in_the_hand(const Row& row) {
   return meets(row, {"faults", "phases_timed_out", "contact_losses", "hold_peak_to_peak_N"});
 }
 
+bool stable(const Row& row) {
+  return steady_in_the_hand(row) && meets(row, {"hold_true_swing_share"});
+}
+
 bool stable_and_right(const Row& row) {
-  return stable(row) && meets(row, {"hold_error_N"});
+  return stable(row) && meets(row, {"hold_error_share"});
 }
 
 bool nothing_unfelt(const Row& row) {

@@ -25,6 +25,8 @@ struct Group {
 
 // By the criteria of a drawn press (feel_cell.cpp).
 /// A press that was held to its end, without a fault, with few losses of contact and little swing in the hand.
+[[nodiscard]] bool steady_in_the_hand(const Row& row);
+/// That, and little swing of the true force.
 [[nodiscard]] bool stable(const Row& row);
 /// That, and what was felt was the scaled true force.
 [[nodiscard]] bool stable_and_right(const Row& row);

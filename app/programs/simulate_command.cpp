@@ -32,7 +32,8 @@ constexpr double kLongestSession_s = 3600;
 /// What a cell says itself.
 constexpr std::array kInputs{"--scenario", "--machine",  "--operator",     "--person",    "--family",
                              "--map",      "--seed",     "--delay-ms",     "--jitter-ms", "--loss",
-                             "--truth",    "--realtime", "--bursts-per-s", "--device"};
+                             "--truth",    "--realtime", "--bursts-per-s", "--device",
+                             "--machine-seed"};
 
 void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--scenario", o.scenario, "Scenario name or .toml file")->capture_default_str();
@@ -49,6 +50,9 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--duration", o.duration_s, "Stop after so many seconds");
   c.add_option("--seed", o.seed, "Random seed of the plant's true parameters, the link and the operator")
       ->capture_default_str()
+      ->check(CLI::Validator(cli::seed_error, "", "seed"));
+  c.add_option("--machine-seed", o.machine_seed,
+               "Random seed of the plant's true parameters alone: one machine, on the day that --seed draws")
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
   c.add_option("--delay-ms", o.delay_ms, "Link delay, one way");
   c.add_option("--jitter-ms", o.jitter_ms, "Link jitter, one way");
@@ -104,6 +108,8 @@ void check(const session::SimulateOptions& o) {
   if (plays_path) cli::check_readable("--operator", o.operator_path());
   if (!o.map.empty()) cli::check_readable("--map", o.map);
   if (!o.truth.empty()) cli::check_readable("--truth", o.truth);
+  if (o.machine_seed && !o.truth.empty())
+    cli::refuse_option("--machine-seed", std::to_string(*o.machine_seed), "does not go with --truth");
   check_places(o);
 }
 

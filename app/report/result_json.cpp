@@ -116,6 +116,7 @@ Json result_json(const session::Judged& judged) {
   json["family"] = s.family;
   json["control"] = s.control;
   json["seed"] = s.seed;
+  json["machine_seed"] = s.machine_seed;
   json["link"] = {
       {"delay_ms", s.delay_ms}, {"jitter_ms", s.jitter_ms}, {"loss", s.loss}, {"bursts_per_s", s.bursts_per_s}};
   json["digest"] = s.digest;

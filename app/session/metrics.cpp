@@ -47,6 +47,8 @@ constexpr MetricEntry kTable[] = {
     {"settle_s", "felt", "settle_s", "s", &Metrics::settle_s},
     {"hold_peak_to_peak_N", "felt", "hold_peak_to_peak_N", "N", &Metrics::hold_peak_to_peak_N},
     {"hold_error_N", "felt", "hold_error_N", "N", &Metrics::hold_error_N},
+    {"hold_error_share", "felt", "hold_error_share", "1", &Metrics::hold_error_share},
+    {"hold_true_swing_share", "force", "hold_true_swing_share", "1", &Metrics::hold_true_swing_share},
     {"drag_rms_N", "felt", "drag_rms_N", "N", &Metrics::drag_rms_N},
     {"max_slew_N_per_ms", "felt", "max_slew_N_per_ms", "N/ms", &Metrics::max_slew_N_per_ms},
     {"net_energy_J", "felt", "net_energy_J", "J", &Metrics::net_energy_J},

@@ -28,6 +28,8 @@ struct Metrics {
   // felt
   Metric contact_losses, rise_t90_s, settle_s, hold_peak_to_peak_N, hold_error_N, drag_rms_N, max_slew_N_per_ms,
       net_energy_J;
+  Metric hold_error_share;       ///< Hold error over what is allowed of it: a tenth of the force, 0.3 N at least.
+  Metric hold_true_swing_share;  ///< Swing of the true force over what is allowed of it: a tenth, 150 N at least.
   // felt, against the truth of the whole session
   Metric felt_error_rms_N, felt_error_rel, felt_error_worst_N, felt_onset_ms, unfelt_s, free_felt_peak_N;
   Metric contact_swing_N, contact_bounces;

@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kContactGap_s = 0.05;  // shorter gaps are bounce, which is restitution and not control
 constexpr double kHoldJudged_s = 3;     // peak-to-peak: the last seconds of a hold
+constexpr double kAllowedShare = 0.1;   // of the true force held: error of the felt force, swing of the true one
+constexpr double kAllowedError_N = 0.3, kAllowedSwing_N = 150;  // at least: at the hand; at the machine
 constexpr double kTouch_N = 0.05;       // true force at the hand's scale: first touch
 constexpr double kCatchUp_s = 0.1;
 constexpr double kStay_s = 0.3;  // longer than an impact
@@ -110,19 +112,31 @@ void measure_response(const SessionRecord& record, const Window& press, Metrics&
   keep_worst(metrics.settle_s, settles ? std::max(0.0, time_s(settled) - time_s(start)) : kNeverComes_s);
 }
 
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void add(double value) { low = std::min(low, value), high = std::max(high, value); }
+  [[nodiscard]] double size() const { return high - low; }
+};
+
 void measure_hold(const SessionRecord& record, const Window& hold, Metrics& metrics) {
   if (hold.size() < 2) return;
-  double low = 1e300, high = -1e300, error = 0;
+  Range felt, truth;
+  double error = 0, true_sum_N = 0;
   const double judged_from_s = record.samples[hold.end - 1].t_s - kHoldJudged_s;
   for (std::size_t i = hold.begin; i < hold.end; ++i) {
     const Sample& s = record.samples[i];
     error += (record.force_scale * s.truth_tip_force_N - s.felt_N).norm();
+    true_sum_N += s.truth_tip_force_N.norm();
     if (s.t_s < judged_from_s) continue;
-    low = std::min(low, s.felt_N.norm());
-    high = std::max(high, s.felt_N.norm());
+    felt.add(s.felt_N.norm());
+    truth.add(s.truth_tip_force_N.norm());
   }
-  keep_worst(metrics.hold_peak_to_peak_N, high - low);
-  keep_worst(metrics.hold_error_N, error / static_cast<double>(hold.size()));
+  const auto rows = static_cast<double>(hold.size());
+  const double held_N = kAllowedShare * true_sum_N / rows;
+  keep_worst(metrics.hold_peak_to_peak_N, felt.size());
+  keep_worst(metrics.hold_error_N, error / rows);
+  keep_worst(metrics.hold_error_share, error / rows / std::max(kAllowedError_N, record.force_scale * held_N));
+  keep_worst(metrics.hold_true_swing_share, truth.size() / std::max(kAllowedSwing_N, held_N));
 }
 
 /// The master's own peak between rows, and never less than what the rows themselves show.

@@ -23,6 +23,7 @@ void describe(const SessionSetup& setup, SessionResult& result) {
   result.device_name = setup.device.name;
   result.control = name(setup.law);
   result.seed = setup.seed;
+  result.machine_seed = setup.machine_seed;
   result.delay_ms = 1e3 * to_seconds(setup.to_machine.delay);
   result.jitter_ms = 1e3 * to_seconds(setup.to_machine.jitter);
   result.loss = setup.to_machine.loss;

@@ -35,7 +35,7 @@ struct SessionSetup {
   std::vector<sim::PathPoint> path;
   LinkImpairment to_machine, to_operator;
   ControlLaw law = ControlLaw::kEchoSpring;
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1, machine_seed = 1;
   [[nodiscard]] sim::DeviceTruth device_truth() const { return built_device.value_or(device); }
 };
 

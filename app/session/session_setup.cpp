@@ -50,7 +50,8 @@ void allow_for_path(Scenario& scenario, const std::vector<sim::PathPoint>& path,
 /// The simulator's machine is sampled around the file as it was read; everything above the wires sees it as calibrated.
 void sample_machine(const SimulateOptions& options, SessionSetup& setup) {
   const sim::Family family = family_named(options.family);
-  setup.truth = truth_for(setup.machine, options.truth, options.family, options.seed);
+  setup.truth = truth_for(setup.machine, options.truth, options.family, setup.machine_seed);
+  if (options.machine_seed) setup.truth = sim::another_day(setup.truth, family, options.seed);
   if (family != sim::Family::kSmooth) setup.built_device = sim::sample_device(setup.device, family, options.seed);
   setup.machine = calibrated(setup.machine);
 }
@@ -68,6 +69,7 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
                        ? load_scenario(find_config("scenario", options.scenario), setup.machine)
                        : parse_scenario(options.scenario_text, options.scenario, setup.machine);
   setup.seed = options.seed;
+  setup.machine_seed = options.machine_seed.value_or(options.seed);
   sample_machine(options, setup);
   const std::string recording = options.operator_path();
   if (!recording.empty()) {

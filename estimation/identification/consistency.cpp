@@ -51,11 +51,13 @@ class DistanceCost {
   CalibrationMatrix root_;
 };
 
-/// The unknowns of a cylinder's friction that have a bound: viscosity, mean Coulomb and static friction.
-std::array<int, 3> bounded_friction(int joint) noexcept {
-  return {friction_index(joint, kViscous), friction_index(joint, kCoulombExtend), friction_index(joint, kBreakaway)};
+/// The unknowns of a cylinder's friction that have a bound: viscosity, mean Coulomb and static friction, what load and
+/// seals add.
+std::array<int, 5> bounded_friction(int joint) noexcept {
+  return {friction_index(joint, kViscous), friction_index(joint, kCoulombExtend), friction_index(joint, kBreakaway),
+          friction_index(joint, kLoadShare), friction_index(joint, kSeal)};
 }
-constexpr double kLeastFriction = 1e-6;  // [N], [N s/m]; not 0, which the digits of a file round to either side
+constexpr double kLeastFriction = 1e-9;  // SI units; not 0, which the digits of a file round to either side
 
 /// Puts what is below its bound onto it, and says which unknowns stay there.
 void hold_at_bounds(CalibrationVector& x, std::vector<int>& held) {
@@ -91,7 +93,9 @@ bool physically_consistent(const CalibrationVector& parameters, const JointVecto
     if (!(parameters[i] >= least_inertia(parameters, i, greatest_kg))) return false;
     const auto friction = [&](FrictionIndex which) { return parameters[friction_index(i, which)]; };
     const double coulomb_N = (friction(kCoulombExtend) + friction(kCoulombRetract)) / 2;
-    if (!(friction(kViscous) >= 0 && coulomb_N >= 0 && coulomb_N + friction(kBreakaway) >= 0)) return false;
+    if (!(friction(kViscous) >= 0 && coulomb_N >= 0 && coulomb_N + friction(kBreakaway) >= 0 &&
+          friction(kLoadShare) >= 0 && friction(kSeal) >= 0))
+      return false;
   }
   return true;
 }

@@ -13,9 +13,12 @@
 #include "app/battery/row.h"
 #include "app/session/session_setup.h"
 #include "core/error.h"
+#include "machine/kinematics.h"
 #include "machine/load.h"
+#include "machine/pose.h"
 #include "sim/plant.h"
 #include "tests/support/places.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::battery {
 namespace {
@@ -101,6 +104,52 @@ TEST(BatteryCell, APersonIsAskedForWhatAHandHolds) {
     const Cell cell = drawer.cell(index);
     EXPECT_NO_THROW((void)session::load_session(cell.options)) << cell.options.scenario_text;
   }
+}
+
+TEST(BatteryCell, CommissionedMachinesTakeTurnsInTheSamePresses) {
+  const test::TemporaryFolder folder;
+  Settings settings = settings_named("feel");
+  const Drawer unknown(settings);
+  const std::string drawing = test::source_dir() + "/config/machines/solar015.toml";
+  settings.commissioned = {{drawing, 11}, {folder.file("other.toml"), 12}};
+  const Settings again = settings_of(settings_json(settings), "test");
+  const Drawer drawer(again);
+  for (std::uint64_t index = 0; index < 6; ++index) {
+    const Cell cell = drawer.cell(index);
+    EXPECT_EQ(cell.options.machine, settings.commissioned[index % 2].file);
+    EXPECT_EQ(cell.options.machine_seed, 11 + index % 2);
+    EXPECT_EQ(cell.options.seed, unknown.cell(index).options.seed);
+    EXPECT_EQ(cell.options.scenario_text, unknown.cell(index).options.scenario_text);
+    EXPECT_EQ(cell.effects, drawer.cell(index + 2).effects) << "the same machine";
+  }
+  // The session's truth is that machine's, on another day.
+  const session::SessionSetup first = session::load_session(drawer.cell(0).options).setup;
+  const session::SessionSetup later = session::load_session(drawer.cell(2).options).setup;
+  EXPECT_EQ(first.truth.machine.links[0].mass_kg, later.truth.machine.links[0].mass_kg);
+  EXPECT_NE(first.truth.viscosity_factor, later.truth.viscosity_factor);
+}
+
+TEST(BatteryCell, NoPressMeetsTheWallWithTheBucketsLinkage) {
+  const Settings settings = settings_named("feel");
+  const MachineDescription machine = load_machine(find_config("machine", settings.machine));
+  const Kinematics kinematics(machine);
+  const Drawer drawer(settings);
+  int overhead = 0;
+  for (std::uint64_t index = 0; index < 200; ++index) {
+    const Cell cell = drawer.cell(index);
+    const session::Scenario scenario = session::load_session(cell.options).setup.scenario;
+    const auto& wall = scenario.world.walls.front();
+    const auto press = std::find_if(scenario.phases.begin(), scenario.phases.end(),
+                                    [](const sim::Phase& phase) { return phase.kind == sim::PhaseKind::kPress; });
+    const auto approach = std::prev(press);
+    const MachinePose pose = pose_of(machine, *kinematics.inverse(approach->tip_m, approach->bucket_rad));
+    double part_m = 1e9;
+    for (const PlanarVector& corner : bucket_outline(machine))
+      part_m = std::min(part_m, wall.normal.dot(pose.bucket * corner - wall.point_m));
+    EXPECT_GT(wall.normal.dot(pose.linkage_pin_m - wall.point_m), part_m) << index;
+    overhead += cell.drawn["place"] == "overhead";
+  }
+  EXPECT_GT(overhead, 20);
 }
 
 TEST(BatteryCell, ARowSaysTheSameTwiceAndAllMetrics) {

@@ -209,6 +209,7 @@ TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
       {"bus.nodes.tilt.id", 128, "= 128: must be a whole number within [1, 127]"},
       {"limits.chamber_pressure_bar", 420, "= 420: must be within the transmitters' range of 400"},
       {"control.position_gain_1ps", 15, "= 15: must be at most 10 = 1e-4 * tip_stiffness_N_per_m"},
+      {"control.bucket_position_gain_1ps", 15, "= 15: must be at most 10 = 1e-4 * tip_stiffness_N_per_m"},
       {"control.contact_crossover_radps", 0, "= 0: must be within [0.5, 100]"},
       {"control.contact_crossover_radps", 101, "= 101: must be within [0.5, 100]"},
       {"control.dead_band_fill", 1.1, "= 1.1: must be within [0, 1]"},

@@ -38,6 +38,14 @@ TEST(ValveCurve, OpeningForAFlowIsTheInverseOfFlow) {
   }
 }
 
+TEST(ValveCurve, TheOpeningForAFlowNeverLetsMoreThrough) {
+  for (const double exponent : {0.5, 0.7, 1.0, 1.4, 2.2}) {
+    const ValveDescription valve = curved(exponent, 1);
+    for (double share = 1e-4; share < 0.03; share *= 1.3)
+      EXPECT_LE(valve.flow_share(valve.opening_for(share, true), true), share * (1 + 1e-9)) << exponent;
+  }
+}
+
 TEST(ValveCurve, TheInverseRisesWithoutAStepAndNeverSteeperThanItsStraightBeginning) {
   const ValveDescription valve = curved(2.2, 1);
   const double steepest = std::pow(0.02, 1 / 2.2) / 0.02;

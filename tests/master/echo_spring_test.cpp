@@ -267,6 +267,24 @@ TEST(EchoSpring, TheLoadIsFeltBesideTheContactWhateverItsThreshold) {
   EXPECT_LT(bench.run(1e-3).norm(), 0.01) << "nor of a machine that is not heard";
 }
 
+TEST(EchoSpring, TheLoadIsNoPartOfWhatAnswersTheContact) {
+  LawBench bench;
+  bench.press(2);
+  const PlanarVector alone_N = bench.law.contact_N();
+  EXPECT_NEAR((alone_N - bench.run(0.1)).norm(), 0, 1e-9);
+  bench.in.load_N = PlanarVector(0, -1.5);
+  EXPECT_GT((bench.run(1) - alone_N).norm(), 1.4);
+  EXPECT_NEAR((bench.law.contact_N() - alone_N).norm(), 0, 0.05);
+}
+
+TEST(EchoSpring, ALoadThatIsNotTrustedIsNotFelt) {
+  LawBench bench;
+  bench.in.load_N = PlanarVector(0, -3);
+  EXPECT_NEAR(bench.run(1).norm(), 3, 0.1);
+  bench.in.confidence = 0;
+  EXPECT_NEAR(bench.run(2).norm(), 0, 0.01);
+}
+
 TEST(EchoSpring, AForceThatBecomesALoadStaysTheSame) {
   LawBench bench;
   bench.press(1);

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "machine/load.h"
 #include "tests/master/master_rig.h"
 #include "tests/master/one_axis.h"
 #include "tests/support/no_alloc.h"
@@ -63,6 +64,23 @@ TEST(ControlLawNames, AreFoundAgainAndNothingElseIs) {
   }
   EXPECT_FALSE(control_law_named("telepathy"));
   EXPECT_FALSE(control_law_named(""));
+}
+
+TEST(FeltLaw, IsTestedWithTheValuesOfTheShippedDevice) {
+  const DeviceDescription::Feel file = load_device(find_config("device", "knuckle1")).feel, tested = feel();
+  EXPECT_EQ(tested.position_scale, file.position_scale);
+  EXPECT_EQ(tested.force_scale, file.force_scale);
+  EXPECT_EQ(tested.spring_N_per_m, file.spring_N_per_m);
+  EXPECT_EQ(tested.anchor_time_s, file.anchor_time_s);
+  EXPECT_EQ(tested.bias_time_s, file.bias_time_s);
+  EXPECT_EQ(tested.bias_time_per_rtt, file.bias_time_per_rtt);
+  EXPECT_EQ(tested.damping_Ns_per_m, file.damping_Ns_per_m);
+  EXPECT_EQ(tested.bias_limit_N, file.bias_limit_N);
+  EXPECT_EQ(tested.force_limit_N, file.force_limit_N);
+  EXPECT_EQ(tested.slew_N_per_ms, file.slew_N_per_ms);
+  EXPECT_EQ(tested.on_N, file.on_N);
+  EXPECT_EQ(tested.off_N, file.off_N);
+  EXPECT_EQ(tested.law, file.law);
 }
 
 TEST(FeltLaw, IsTheEchoSpringWhereAllIsWell) {
@@ -346,6 +364,26 @@ TEST(DirectLaw, IsUnstableWhereTheGainIsAboveOneWhenThePhaseHasTurned) {
     ASSERT_GT(loop.gain_at_crossover(), 1.5) << round_trip_s;
     EXPECT_GT(hold_directly(loop).swing_N, 1) << round_trip_s;
   }
+}
+
+TEST(TdpaLaw, AMachinesSideThatStartsAnewIsCreditedAgain) {
+  TdpaLaw law(feel());
+  FeltInputs in = pressing();
+  in.hand_m = PlanarVector(0, -0.002);
+  const auto force_at = [&](double world_J, double seconds) {
+    in.world_energy_J = world_J;
+    PlanarVector force_N = PlanarVector::Zero();
+    for (int i = 0; i < int(seconds * 1e3); ++i) force_N = law.step(in, kStep_s);
+    return force_N;
+  };
+  (void)force_at(50, 0.5);
+  in.engaged = false;
+  (void)force_at(0, 0.1);
+  in.engaged = true;
+  in.hand_mps = PlanarVector(0, 0.02);  // the device works on the hand
+  (void)force_at(0, 1e-3);
+  (void)force_at(1, 1e-3);
+  EXPECT_EQ(law.damping_Ns_per_m(), 0) << "the world has put in a joule";
 }
 
 }  // namespace

@@ -124,6 +124,33 @@ TEST(MasterLoop, TellsTheMachineTheForceOnTheHandUnderEachLaw) {
   }
 }
 
+TEST(MasterLoop, TellsTheMachineWhatHotMotorsLeaveOfTheForce) {
+  MasterRig rig;
+  rig.engage();
+  push_back(rig);
+  rig.run(5);
+  EXPECT_EQ(rig.loop.warning().code, ReasonCode::kNone);
+  rig.react = [](MasterRig& r) {  // harder than the motors bear for long
+    r.machine.tip_force_N = PlanarVector(0, 7000);
+  };
+  rig.run(60);
+  const double law_N = rig.loop.law_force_N().norm(), sent_N = rig.loop.sent_force_N().norm();
+  ASSERT_LT(sent_N, 0.9 * law_N) << "not hot";
+  EXPECT_NEAR(rig.loop.force_scale() * rig.heard.shown_N.norm(), sent_N, 0.05 * sent_N);
+  EXPECT_EQ(rig.loop.warning().code, ReasonCode::kMotorHeat);
+}
+
+TEST(MasterLoop, TellsTheMachineThatNothingIsShownOnceItHasLetGo) {
+  MasterRig rig;
+  rig.engage();
+  push_back(rig);
+  rig.run(3);
+  ASSERT_GT(rig.heard.shown_N.norm(), 1000);
+  rig.loop.let_go();
+  rig.run(0.1);
+  EXPECT_EQ(rig.heard.shown_N.norm(), 0);
+}
+
 TEST(MasterLoop, JudgesContactByTheUncertaintyAlongTheForceItself) {
   for (const bool along : {true, false}) {
     MasterRig rig;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/filters.h"
+#include "master/direct_law.h"
 #include "master/echo_spring.h"
 #include "master/master_loop.h"
 #include "tests/master/desk.h"
@@ -50,6 +51,7 @@ class OneAxis {
       : setting_(setting),
         feel_(feel),
         law_(feel),
+        direct_(feel.force_limit_N),
         forward_(setting.round_trip_s / 2, {}),
         back_(setting.round_trip_s / 2, {}),
         valve_delay_(0.02, 0.0),
@@ -125,7 +127,6 @@ class OneAxis {
   double law_force() {
     silence_s_ = silent ? silence_s_ + 1e-3 : 0;
     if (!silent) acted_on_ = seen_;
-    if (setting_.law == ControlLaw::kDirect) return kLambda * acted_on_.force_N;
     master::FeltInputs in;
     in.hand_m = hand_m * kInto + kAside;
     in.hand_mps = hand_mps * kInto;
@@ -138,6 +139,7 @@ class OneAxis {
     in.round_trip_s = setting_.round_trip_s;
     in.silence_s = silence_s_;
     in.engaged = true;
+    if (setting_.law == ControlLaw::kDirect) return -direct_.step(in, 1e-3).dot(kInto);
     return -law_.step(in, 1e-3).dot(kInto);
   }
 
@@ -146,6 +148,7 @@ class OneAxis {
   OneAxisCase setting_;
   DeviceDescription::Feel feel_;
   master::EchoSpring law_;
+  master::DirectLaw direct_;
   Delay<Up> forward_;
   Delay<Down> back_;
   Delay<double> valve_delay_, motor_delay_;

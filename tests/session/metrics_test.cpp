@@ -250,6 +250,24 @@ TEST(Metrics, HoldIsJudgedByErrorAndPeakToPeak) {
   EXPECT_NEAR(metrics.hold_peak_to_peak_N.value(), 0.2, 1e-9);
 }
 
+TEST(Metrics, AHoldsErrorAndTrueSwingAreAllowedATenthOfTheForceAndALeastValue) {
+  // Error of the felt force: 0.3 N are allowed to 3 N, a tenth above. Swing of the true one: 150 N to 1.5 kN.
+  for (const auto& [true_N, error_share, swing_share] : {std::tuple{1000.0, 0.15 / 0.3, 240 / 150.0},
+                                                         {2000.0, 0.15 / 0.3, 240 / 200.0},
+                                                         {6000.0, 0.15 / 0.6, 240 / 600.0}}) {
+    SessionRecord record = pressed_record();
+    during(record, 2, 10, [&](Sample& s) {
+      const double swing_N = static_cast<int>(s.t_s * 20) % 2 == 0 ? 120 : -120;
+      s.truth_tip_force_N = {-true_N + swing_N, 0};
+      s.felt_N = {record.force_scale * (-true_N + swing_N) + 0.15, 0};
+    });
+    const Metrics metrics = compute_metrics(record);
+    EXPECT_NEAR(metrics.hold_error_share.value(), error_share, 1e-3) << true_N;
+    EXPECT_NEAR(metrics.hold_true_swing_share.value(), swing_share, 1e-3) << true_N;
+  }
+  EXPECT_FALSE(compute_metrics(SessionRecord{}).hold_true_swing_share);
+}
+
 TEST(Metrics, DragIsFeltForceInFreeMotion) {
   SessionRecord record = pressed_record();
   during(record, 0, 2, [](Sample& s) { s.felt_N = {0, 0.1}; });

@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <array>
+#include <cmath>
 #include <random>
 
 #include "machine/load.h"
@@ -192,6 +193,32 @@ TEST(ContactLaw, SlowsWithoutTurningRound) {
     EXPECT_GT(after.dot(before), 0);
     EXPECT_LE(after.norm(), before.norm() * 1.01);
   }
+}
+
+TEST(ContactLaw, WhatAnEndStopTakesOfAJointsTorqueIsNoForceToGiveWayTo) {
+  const Bench bench;
+  estimation::ForceEstimate force;
+  force.confidence = 0.5;
+  force.fast_torque_Nm = JointVector(0, 0, 400);  // the bucket is pressed against its stop
+  const PlanarVector believed_N = bench.law.touch(bench.state, force).force_N;
+  ASSERT_GT(believed_N.norm(), 300);
+  force.look_variance_Nm2 = JointVector(100, 100, std::pow(1e5 * bench.state.lever_m[kBucket], 2));
+  EXPECT_LT(bench.law.touch(bench.state, force).force_N.norm(), 0.05 * believed_N.norm());
+  // Free motion and standing friction of all joints take nothing from a force.
+  force.fast_torque_Nm = bench.kinematics.tip_jacobian(kPose).transpose() * PlanarVector(-1500, 400);
+  force.look_variance_Nm2 = (300 * bench.state.lever_m).cwiseAbs2();
+  const PlanarVector pressed_N = bench.law.touch(bench.state, force).force_N;
+  EXPECT_NEAR((pressed_N - PlanarVector(-1500, 400)).norm(), 0, 0.1 * pressed_N.norm());
+}
+
+TEST(ContactLaw, TheQuickerOfTheGainsSaysHowFastItCrossesOver) {
+  MachineDescription quick = machine();
+  quick.control.bucket_position_gain_1ps *= 2;
+  const Bench bench;
+  const Touch touch = bench.touched({-3000, 0}, machine().bucket_profile.back_m);
+  const JointVector rate_radps = JointVector::Constant(0.1);
+  const double usual = (touch.jacobian * bench.law.steadied_radps(rate_radps, touch, bench.state)).norm();
+  EXPECT_LT((touch.jacobian * ContactLaw(quick).steadied_radps(rate_radps, touch, bench.state)).norm(), 0.9 * usual);
 }
 
 }  // namespace
