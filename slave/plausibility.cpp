@@ -52,13 +52,14 @@ double Plausibility::nominal_flow(int joint, double spool, double return_Pa) con
          std::sqrt(drop_Pa / valve.nominal_drop_Pa);
 }
 
-/// Travel's worth of oil that leaves because the returning side's pressure falls: dV = V dp / beta.
+/// Travel's worth of oil that leaves because the returning side's pressure falls, or, negative, that stays there
+/// because it rises: dV = V dp / beta.
 double Plausibility::expanded_m(int joint, int direction, double length_m, double fall_Pa) const noexcept {
   const CylinderDescription& cylinder = cylinders_[static_cast<std::size_t>(joint)];
   const double area = direction > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
   const double filled = direction > 0 ? cylinder.max_length_m - length_m : length_m - cylinder.min_length_m;
   const double volume = hydraulics_.hose_volume_m3 + area * std::max(0.0, filled);
-  return std::max(0.0, fall_Pa) * volume / (hydraulics_.bulk_modulus_Pa * area);
+  return fall_Pa * volume / (hydraulics_.bulk_modulus_Pa * area);
 }
 
 Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double spool) noexcept {
@@ -73,7 +74,8 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   const double moved_m = direction * (length - axis.anchor_m);
   if (direction != axis.direction || direction == 0 || at_end || std::abs(moved_m) >= moved_m_) {
     if (direction == axis.direction && direction != 0 && !at_end && moved_m > 0) {
-      share.see(moved_m + expanded_m(joint, direction, length, axis.return_Pa - pressure));
+      const double flowed_m = moved_m + expanded_m(joint, direction, length, axis.return_Pa - pressure);
+      share.see(std::max(0.0, flowed_m));
     }
     for (FlowShare& either : axis.share) either.drop();
     axis.direction = direction;
@@ -95,7 +97,8 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   const double nominal_m = nominal_flow(joint, spool, pressure) / area * step_s_;
   share.pass(opening, nominal_m);
   axis.delivered_m += kLimits.sure_flow * expected * nominal_m;
-  const double unseen = axis.delivered_m - expanded_m(joint, direction, length, axis.return_Pa - pressure);
+  const double expanded = expanded_m(joint, direction, length, axis.return_Pa - pressure);
+  const double unseen = axis.delivered_m - std::max(0.0, expanded);
   if (unseen <= kLimits.unseen_m) return {};
   return implausible(bus_.encoders[static_cast<std::size_t>(joint)].id, unseen, kLimits.unseen_m);
 }
