@@ -31,22 +31,36 @@ double clear_sign(double speed_mps) {
 
 /// One joint, sample by sample, gathered into means.
 struct Means {
-  Eigen::Vector3d columns = Eigen::Vector3d::Zero();
-  double torque_Nm = 0, lever_m = 0;
+  Eigen::Vector4d columns = Eigen::Vector4d::Zero();
+  double torque_Nm = 0, lever_m = 0, count = 0;
 };
 
-/// Normal equations of one joint: gravity torque, lever sgn v, lever v.
+/// Normal equations of one joint: gravity torque, lever sgn v, lever v, lever.
 struct Sums {
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
   double torque2 = 0, gravity2 = 0, lever2 = 0;
-  double shortest_m = 1e9, longest_m = 0;
+  double shortest_m = 1e9, longest_m = 0, samples = 0;
   Means gathered;
 
+  void gather(const Eigen::Vector4d& columns, double torque_Nm, double lever_m, double length_m) {
+    gathered.columns += columns;
+    gathered.torque_Nm += torque_Nm;
+    gathered.lever_m += lever_m;
+    ++gathered.count;
+    ++samples;
+    shortest_m = std::min(shortest_m, length_m);
+    longest_m = std::max(longest_m, length_m);
+  }
+  /// Square of the torque that is not explained so.
+  [[nodiscard]] double left(const Eigen::Vector4d& found) const {
+    return std::max(0.0, torque2 - 2 * found.dot(right) + found.dot(normal * found));
+  }
   /// The mean of what was gathered counts as so many samples.
-  void close(double count) {
+  void close() {
+    const double count = gathered.count;
     if (count == 0) return;
-    const Eigen::Vector3d columns = gathered.columns / count;
+    const Eigen::Vector4d columns = gathered.columns / count;
     const double torque_Nm = gathered.torque_Nm / count, lever_m = gathered.lever_m / count;
     normal += count * columns * columns.transpose();
     right += count * torque_Nm * columns;
@@ -57,12 +71,27 @@ struct Sums {
   }
 };
 
+bool moved_about(const Sums& s, const CylinderDescription& cylinder) {
+  constexpr double kTravel = 0.1;
+  return s.longest_m - s.shortest_m > kTravel * (cylinder.max_length_m - cylinder.min_length_m);
+}
+/// Share of the weight, friction, and what transmitters are off by: that much of a bucket's weight they may well be,
+/// but not any force.
+Eigen::Vector4d balance(const Sums& s, const CylinderDescription& cylinder) {
+  constexpr double kOffset_Pa = 3e5, kUsualError = 0.3;  // the latter of the weight, to compare with
+  const double offset_N = kOffset_Pa * cylinder.head_area_m2();
+  Eigen::Matrix4d normal = s.normal;
+  normal(3, 3) += kUsualError * kUsualError * s.gravity2 / (offset_N * offset_N);
+  return normal.completeOrthogonalDecomposition().solve(s.right);
+}
 /// At rest in one pose friction may hold any part of the weight.
 bool tells(const Sums& s, const CylinderDescription& cylinder) {
-  constexpr double kTravel = 0.1, kOutweighs = 3;
+  constexpr double kOutweighs = 3;
   const double held_N = cylinder.friction.coulomb_N * cylinder.friction.static_ratio;
-  return s.longest_m - s.shortest_m > kTravel * (cylinder.max_length_m - cylinder.min_length_m) ||
-         s.gravity2 > kOutweighs * kOutweighs * held_N * held_N * s.lever2;
+  return moved_about(s, cylinder) || s.gravity2 > kOutweighs * kOutweighs * held_N * held_N * s.lever2;
+}
+bool long_enough(const Sums& s) {
+  return s.samples * kEvery_s >= kLeast_s;
 }
 
 struct Row {
@@ -180,13 +209,15 @@ WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
     return static_cast<std::size_t>(std::max(1.0, std::round(s / recording.step_s)));
   };
   const std::size_t every = steps(kEvery_s), reach = steps(kRateSpan_s / 2);
-  std::array<Sums, kJoints> sums;
+  // While a rod stands its friction may be anything up to breakaway: where it has moved enough, that alone tells.
+  std::array<Sums, kJoints> all, moving;
   WeightFit fit;
   const std::size_t instants_in_mean = steps(kMean_s) / every;
-  const auto in_mean = static_cast<double>(instants_in_mean);
-  double gathered = 0;
+  std::size_t gathered = 0;
   const auto close = [&] {
-    for (Sums& s : sums) s.close(gathered);
+    for (std::array<Sums, kJoints>* sums : {&all, &moving}) {
+      for (Sums& s : *sums) s.close();
+    }
     gathered = 0;
   };
   for (std::size_t i = reach; i + reach < recording.samples.size(); i += every) {
@@ -194,28 +225,29 @@ WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
     if (recording.usable[i] != 0 && recording.usable[i - reach] != 0 && recording.usable[i + reach] != 0)
       row = row_at(machine, kinematics, nominal, recording.samples[i], recording.samples[i - reach],
                    recording.samples[i + reach], recording.step_s * static_cast<double>(2 * reach));
-    if (!row || gathered >= in_mean) close();
+    if (!row || gathered >= instants_in_mean) close();
     if (!row) continue;
     ++fit.samples;
     ++gathered;
     for (int j = 0; j < kJoints; ++j) {
-      Sums& s = sums[static_cast<std::size_t>(j)];
-      s.gathered.columns += Eigen::Vector3d(row->gravity_Nm[j], row->lever_m[j] * clear_sign(row->speed_mps[j]),
-                                            row->lever_m[j] * row->speed_mps[j]);
-      s.gathered.torque_Nm += row->torque_Nm[j];
-      s.gathered.lever_m += row->lever_m[j];
-      s.shortest_m = std::min(s.shortest_m, recording.samples[i].cylinder_m[j]);
-      s.longest_m = std::max(s.longest_m, recording.samples[i].cylinder_m[j]);
+      const auto joint = static_cast<std::size_t>(j);
+      const double sign = clear_sign(row->speed_mps[j]);
+      const double lever_m = row->lever_m[j];
+      const Eigen::Vector4d columns(row->gravity_Nm[j], lever_m * sign, lever_m * row->speed_mps[j], lever_m);
+      all[joint].gather(columns, row->torque_Nm[j], row->lever_m[j], recording.samples[i].cylinder_m[j]);
+      if (sign != 0)
+        moving[joint].gather(columns, row->torque_Nm[j], row->lever_m[j], recording.samples[i].cylinder_m[j]);
     }
   }
   close();
   for (int j = 0; j < kJoints && fit.samples > 0; ++j) {
-    const Sums& s = sums[static_cast<std::size_t>(j)];
-    const Eigen::Vector3d found = s.normal.completeOrthogonalDecomposition().solve(s.right);
+    const auto joint = static_cast<std::size_t>(j);
+    const CylinderDescription& cylinder = machine.cylinders[joint];
+    const Sums& s = long_enough(moving[joint]) && moved_about(moving[joint], cylinder) ? moving[joint] : all[joint];
+    const Eigen::Vector4d found = balance(s, cylinder);
     fit.ratio[j] = found[0];
-    fit.decisive[static_cast<std::size_t>(j)] = static_cast<double>(fit.samples) * kEvery_s >= kLeast_s &&
-                                                tells(s, machine.cylinders[static_cast<std::size_t>(j)]);
-    fit.error[j] = std::sqrt(std::max(0.0, s.torque2 - found.dot(s.right)) / s.gravity2);
+    fit.decisive[joint] = long_enough(s) && tells(s, cylinder);
+    fit.error[j] = std::sqrt(s.left(found) / s.gravity2);
   }
   return fit;
 }
