@@ -12,7 +12,7 @@ namespace knuckle::master {
 enum class Cue : std::uint8_t { kNone, kContact, kOverload, kLoad };
 
 /// F = A s(t) sin(2 pi f t) d, s a half sine over the cue's length, d the direction of R: of zero mean, |F| <= A, and
-/// |dF/dt| <= 2 pi f A (1 + 1 / (2 f length)) = 0.27 N/ms for the quickest, whatever R, its noise or the link do.
+/// |dF/dt| <= 2 pi f A (1 + 1 / (2 f length)) = 0.25 N/ms for the quickest, whatever R, its noise or the link do.
 ///   contact: once when |R| passes max(on_N, 4 sigma); again only after it was below off_N for 0.3 s
 ///   load:    likewise with the load's weight
 ///   overload: repeated while |R| is above half of what the device can render (until below 0.4 of it)

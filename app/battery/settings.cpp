@@ -16,7 +16,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostChoices = 64;
 constexpr std::int64_t kMostSessions = 1'000'000;
-constexpr std::int64_t kMostSeed = 1'000'000'000;
 
 Span read_span(TomlTable& file, const char* key, double min, double max) {
   const auto bounds = file.numbers<2>(key, min, max);

@@ -8,6 +8,8 @@
 
 namespace knuckle::battery {
 
+inline constexpr std::int64_t kMostSeed = 1'000'000'000;  ///< From 1.
+
 enum class Kind : std::uint8_t {
   kFeel,  ///< Presses on drawn walls.
   kWork,  ///< Stock scenarios of ordinary work.

@@ -137,6 +137,7 @@ void take_cell(session::SimulateOptions& o) {
   cli::check_readable("--from-cell", file);
   std::ifstream stream(file, std::ios::binary);
   const auto json = nlohmann::ordered_json::parse(stream, nullptr, false);
+  if (json.is_discarded()) throw InputError(file + ": is not complete JSON");
   if (!json.is_object() || !json.contains("settings") ||
       json.value("schema", nlohmann::ordered_json()) != battery::kResultSchema)
     throw InputError(file + ": is not a result of knuckle-studies sweep --battery feel or work");

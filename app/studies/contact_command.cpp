@@ -34,7 +34,7 @@ std::vector<ContactCell> cells_of(const Options& options, const MachineDescripti
     const bool known = std::any_of(poses.begin(), poses.end(), [&](const ContactPose& p) { return p.name == name; });
     if (!known) cli::refuse_option("--pose", name, "must be front, ground, tilted, overhead, pull or back");
   }
-  for (const double wall : options.walls_N_per_m) cli::check_range("--wall", wall, 1e3, 1e9, "N/m");
+  for (const double wall : options.walls_N_per_m) cli::check_range("--wall", wall, 1e3, 1e9, " N/m");
   std::vector<double> walls = options.walls_N_per_m;
   if (walls.empty()) walls.assign(kWalls_N_per_m.begin(), kWalls_N_per_m.end());
   std::vector<ContactCell> cells;
@@ -64,6 +64,7 @@ int run(const Options& options) {
   cli::Places places;
   places.configuration("--machine", options.machine);
   places.output("--json", options.json);
+  if (options.impact && options.sensitivity) cli::refuse_option("--impact", "", "does not go with --sensitivity");
   if ((options.impact || options.sensitivity) && !options.json.empty()) {
     cli::refuse_option("--json", options.json, "does not go with --impact and --sensitivity");
   }

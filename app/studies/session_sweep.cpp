@@ -44,6 +44,9 @@ Settings settings_of(const SweepOptions& o) {
       cli::refuse_option("--control", *o.control, std::string("must be ") + kControlLawChoice);
     settings.control = *o.control;
   }
+  if (o.seed && (*o.seed < 1 || *o.seed > battery::kMostSeed))
+    cli::refuse_option("--seed", std::to_string(*o.seed),
+                       fmt::format("must be a whole number from 1 to {} with --battery {}", battery::kMostSeed, o.battery));
   if (o.seed) settings.seed = *o.seed;
   if (o.sessions) settings.sessions = *o.sessions;
   (void)session::family_named(settings.family);
@@ -97,15 +100,40 @@ void write_csv(std::ostream& out, const Rows& rows) {
   for (const auto& [index, row] : rows) line(row, like, false);
 }
 
+std::string shown(const battery::Figure& figure) {
+  return figure.value ? fmt::format("{:.3g}", *figure.value) : "none";
+}
+
+/// Of sessions; quantiles are named after their metric.
+bool is_share(const battery::Figure& figure) {
+  return figure.name.find('_') == std::string::npos;
+}
+
 void print(std::ostream& out, const Settings& settings, const Rows& rows, const std::vector<battery::Group>& groups) {
   out << fmt::format("{} of {} sessions of battery {}, machine {}, family {}, person {}, seed {}\n", rows.size(),
                      settings.sessions, battery::name(settings.kind), settings.machine, settings.family,
                      settings.person, settings.seed);
-  for (const battery::Group& group : groups) {
-    out << fmt::format("\n{}{}{}: {} sessions, {} refused\n", group.by, group.value.empty() ? "" : " = ", group.value,
-                       group.drawn, group.refused);
-    for (const battery::Figure& f : group.figures)
-      out << fmt::format("  {:28} {:>9}  of {}\n", f.name, f.value ? fmt::format("{:.3g}", *f.value) : "none", f.of);
+  const battery::Group& all = groups.front();
+  out << fmt::format("\nall: {} sessions, {} refused\n", all.drawn, all.refused);
+  for (const battery::Figure& f : all.figures)
+    out << fmt::format("  {:28} {:>9}  of {}\n", f.name, shown(f), f.of);
+  // The parts by their shares only: quantiles of a few sessions say little, and are in --json.
+  const std::string* by = nullptr;
+  for (std::size_t i = 1; i < groups.size(); ++i) {
+    const battery::Group& group = groups[i];
+    if (by == nullptr || *by != group.by) {
+      out << fmt::format("\n{:28} sessions", group.by);
+      for (const battery::Figure& f : group.figures) {
+        if (is_share(f)) out << "  " << f.name;
+      }
+      out << '\n';
+    }
+    by = &group.by;
+    out << fmt::format("  {:26} {:>8}", group.value, group.drawn);
+    for (const battery::Figure& f : group.figures) {
+      if (is_share(f)) out << fmt::format("  {:>{}}", shown(f), f.name.size());
+    }
+    out << '\n';
   }
 }
 
