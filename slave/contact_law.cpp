@@ -28,8 +28,8 @@ double oil_stiffness_N_per_m(const CylinderDescription& cylinder, const Hydrauli
   return hydraulics.bulk_modulus_Pa * (head * head / (hose + head * s) + rod * rod / (hose + rod * (stroke - s)));
 }
 
-/// Least squares with the same weights as giving way. What end stops or reliefs may take of a joint's torque is no force
-/// of the world: such a joint counts the less.
+/// Least squares with the same weights as giving way. What end stops or reliefs may take of a joint's torque is no
+/// force of the world: such a joint counts the less.
 PlanarVector ContactLaw::force_of(const PlanarJacobian& jacobian, const estimation::JointState& state,
                                   const estimation::ForceEstimate& force) const noexcept {
   const JointVector usual_Nm = kUsualDoubt_N * state.lever_m.cwiseAbs().cwiseMax(kLeastLever_m);

@@ -60,7 +60,8 @@ struct MasterMessage {
   Reason device_reason;      ///< Why device_ok is false.
   JointVector position_rad = JointVector::Zero();    ///< Machine joint set-point, clutch offset included.
   JointVector velocity_radps = JointVector::Zero();  ///< Of the set-point, low-passed at kSetPointRateCutoff_Hz.
-  PlanarVector shown_N = PlanarVector::Zero();       ///< Of a contact on the hand, without cues and load; machine scale, frame M.
+  PlanarVector shown_N =
+      PlanarVector::Zero();  ///< Of a contact on the hand, without cues and load; machine scale, frame M.
   AssistSettings assist;
   double energy_in_J = 0;    ///< Cumulative energy the hand put into the device; only grows.
   double wave_Ns_per_m = 0;  ///< Wave impedance at the machine's tip; 0: the set-point is not led by waves.

@@ -19,7 +19,7 @@ namespace knuckle::battery {
 
 struct Drawer::Impl {
   Settings settings;
-  MachineDescription machine;  ///< As drawn.
+  MachineDescription machine;       ///< As drawn.
   std::vector<double> most_felt_N;  ///< That a person is asked to hold, by scenario.
 };
 
@@ -84,8 +84,8 @@ Cell Drawer::cell(std::uint64_t index) const {
                 {"loss", *options.loss},
                 {"bursts_per_s", *options.bursts_per_s}};
   if (options.machine_seed) cell.drawn["machine_seed"] = *options.machine_seed;
-  cell.effects = effects_of(session::truth_for(impl_->machine, "", settings.family,
-                                               options.machine_seed.value_or(options.seed)));
+  cell.effects =
+      effects_of(session::truth_for(impl_->machine, "", settings.family, options.machine_seed.value_or(options.seed)));
   if (settings.kind == Kind::kFeel) {
     options.scenario = fmt::format("feel_{}_{}", settings.seed, index);
     draw_press(impl_->machine, settings, random, cell);

@@ -63,8 +63,7 @@ Settings load_settings(const std::string& path) {
   for (TomlTable& table : file.tables("commissioned"))
     settings.commissioned.push_back(
         {table.text("file"), static_cast<std::uint64_t>(table.integer("seed", 1, kMostSeed))});
-  if (file.has("control"))
-    settings.control = name(static_cast<ControlLaw>(file.choice("control", kControlLawNames)));
+  if (file.has("control")) settings.control = name(static_cast<ControlLaw>(file.choice("control", kControlLawNames)));
   settings.kind == Kind::kFeel ? read_feel(file, settings) : read_work(file, settings);
   file.finish();
   return settings;

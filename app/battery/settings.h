@@ -33,7 +33,7 @@ struct Settings {
   std::uint64_t seed = 1;
   std::string machine, family, person;
   std::vector<CommissionedMachine> commissioned;  ///< Taken by turns; none: each session samples a machine of its own.
-  std::string control;  ///< Bilateral law; empty: as the device's file says.
+  std::string control;                            ///< Bilateral law; empty: as the device's file says.
   // Of the link; one of each per session.
   std::vector<double> rtt_ms, jitter_ms, loss, bursts_per_s;
   // kFeel

@@ -22,13 +22,14 @@ struct Quantile {
   const char* suffix;
   double share;
 };
-constexpr Quantile kQuantiles[] = {
-    {"felt_error_rel", "median", 0.5}, {"felt_error_rel", "p95", 0.95},    {"felt_error_worst_N", "p95", 0.95},
-    {"felt_onset_ms", "median", 0.5},  {"hold_error_N", "median", 0.5},    {"hold_error_N", "p95", 0.95},
-    {"contact_swing_N", "p95", 0.95},  {"hold_true_swing_share", "median", 0.5},
-    {"rise_t90_s", "median", 0.5},     {"rise_t90_s", "p95", 0.95},        {"peak_over_asked", "median", 0.5},
-    {"peak_over_asked", "p90", 0.9},   {"max_slew_N_per_ms", "p95", 0.95}, {"net_energy_J", "p95", 0.95},
-    {"free_felt_peak_N", "p95", 0.95}};
+constexpr Quantile kQuantiles[] = {{"felt_error_rel", "median", 0.5},   {"felt_error_rel", "p95", 0.95},
+                                   {"felt_error_worst_N", "p95", 0.95}, {"felt_onset_ms", "median", 0.5},
+                                   {"hold_error_N", "median", 0.5},     {"hold_error_N", "p95", 0.95},
+                                   {"contact_swing_N", "p95", 0.95},    {"hold_true_swing_share", "median", 0.5},
+                                   {"rise_t90_s", "median", 0.5},       {"rise_t90_s", "p95", 0.95},
+                                   {"peak_over_asked", "median", 0.5},  {"peak_over_asked", "p90", 0.9},
+                                   {"max_slew_N_per_ms", "p95", 0.95},  {"net_energy_J", "p95", 0.95},
+                                   {"free_felt_peak_N", "p95", 0.95}};
 
 Figure share_of(const char* name, const Members& members, bool (*is)(const Row&)) {
   const auto count = std::count_if(members.begin(), members.end(), [&](const Row* row) { return is(*row); });

@@ -32,8 +32,7 @@ constexpr double kLongestSession_s = 3600;
 /// What a cell says itself.
 constexpr std::array kInputs{"--scenario", "--machine",  "--operator",     "--person",    "--family",
                              "--map",      "--seed",     "--delay-ms",     "--jitter-ms", "--loss",
-                             "--truth",    "--realtime", "--bursts-per-s", "--device",
-                             "--machine-seed"};
+                             "--truth",    "--realtime", "--bursts-per-s", "--device",    "--machine-seed"};
 
 void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--scenario", o.scenario, "Scenario name or .toml file")->capture_default_str();

@@ -15,7 +15,7 @@ constexpr double kContactGap_s = 0.05;  // shorter gaps are bounce, which is res
 constexpr double kHoldJudged_s = 3;     // peak-to-peak: the last seconds of a hold
 constexpr double kAllowedShare = 0.1;   // of the true force held: error of the felt force, swing of the true one
 constexpr double kAllowedError_N = 0.3, kAllowedSwing_N = 150;  // at least: at the hand; at the machine
-constexpr double kTouch_N = 0.05;       // true force at the hand's scale: first touch
+constexpr double kTouch_N = 0.05;                               // true force at the hand's scale: first touch
 constexpr double kCatchUp_s = 0.1;
 constexpr double kStay_s = 0.3;  // longer than an impact
 constexpr double kRise = 0.9, kSettled = 0.15;

@@ -23,7 +23,8 @@ struct SimulateOptions {
   std::string control;                 ///< Bilateral law.
   std::optional<double> duration_s;
   std::uint64_t seed = 1;
-  /// Of the simulated machine, when it is not the session's: it has been sampled by this one, and is used on another day.
+  /// Of the simulated machine, when it is not the session's: it has been sampled by this one, and is used on another
+  /// day.
   std::optional<std::uint64_t> machine_seed;
   std::optional<double> delay_ms, jitter_ms, loss;  ///< Link, one way; loss in [0, 1].
   std::optional<double> bursts_per_s;               ///< Outages of 50 ms, each way.

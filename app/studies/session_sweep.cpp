@@ -45,8 +45,9 @@ Settings settings_of(const SweepOptions& o) {
     settings.control = *o.control;
   }
   if (o.seed && (*o.seed < 1 || *o.seed > battery::kMostSeed))
-    cli::refuse_option("--seed", std::to_string(*o.seed),
-                       fmt::format("must be a whole number from 1 to {} with --battery {}", battery::kMostSeed, o.battery));
+    cli::refuse_option(
+        "--seed", std::to_string(*o.seed),
+        fmt::format("must be a whole number from 1 to {} with --battery {}", battery::kMostSeed, o.battery));
   if (o.seed) settings.seed = *o.seed;
   if (o.sessions) settings.sessions = *o.sessions;
   (void)session::family_named(settings.family);
@@ -115,8 +116,7 @@ void print(std::ostream& out, const Settings& settings, const Rows& rows, const 
                      settings.person, settings.seed);
   const battery::Group& all = groups.front();
   out << fmt::format("\nall: {} sessions, {} refused\n", all.drawn, all.refused);
-  for (const battery::Figure& f : all.figures)
-    out << fmt::format("  {:28} {:>9}  of {}\n", f.name, shown(f), f.of);
+  for (const battery::Figure& f : all.figures) out << fmt::format("  {:28} {:>9}  of {}\n", f.name, shown(f), f.of);
   // The parts by their shares only: quantiles of a few sessions say little, and are in --json.
   const std::string* by = nullptr;
   for (std::size_t i = 1; i < groups.size(); ++i) {

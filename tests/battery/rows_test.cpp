@@ -35,8 +35,11 @@ Row row_of(std::uint64_t index, double rtt_ms, double losses, double swing_N, do
             {"speed_mps", 0.1},
             {"loss", 0}}}};
   row["digest"] = "of session " + std::to_string(index);
-  row["metrics"] = {
-      {"contact_losses", losses}, {"hold_peak_to_peak_N", swing_N}, {"hold_error_N", error_N}, {"hold_error_share", error_N / 0.3}, {"unfelt_s", unfelt_s}};
+  row["metrics"] = {{"contact_losses", losses},
+                    {"hold_peak_to_peak_N", swing_N},
+                    {"hold_error_N", error_N},
+                    {"hold_error_share", error_N / 0.3},
+                    {"unfelt_s", unfelt_s}};
   row["faults"] = Row::array();
   row["failed"] = Row::array();
   if (losses > 2) row["failed"].push_back("contact_losses");
