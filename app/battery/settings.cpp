@@ -104,9 +104,11 @@ Settings settings_of(const Json& json, const std::string& source) {
     json.at("family").get_to(settings.family);
     json.at("person").get_to(settings.person);
     if (json.contains("commissioned")) {
-      for (const Json& machine : json["commissioned"])
-        settings.commissioned.push_back(
-            {machine.at("file").get<std::string>(), machine.at("seed").get<std::uint64_t>()});
+      for (const Json& machine : json["commissioned"]) {
+        const auto seed = machine.at("seed").get<std::int64_t>();
+        if (seed < 1) throw InputError(source + ": settings: commissioned: seed must be 1 or more");
+        settings.commissioned.push_back({machine.at("file").get<std::string>(), static_cast<std::uint64_t>(seed)});
+      }
     }
     settings.control = json.value("control", "");
     json.at("rtt_ms").get_to(settings.rtt_ms);

@@ -197,7 +197,8 @@ TEST_F(SweepProgram, RefusesWhatDoesNotGoTogether) {
   expect_refused(simulate({"--from-cell", file + ":5"}), "sessions 0 to 4");
   expect_refused(simulate({"--from-cell", file}), "must be FILE:N");
   expect_refused(simulate({"--from-cell", file + ":1", "--seed", "3"}), "--seed: does not go with --from-cell");
-  expect_refused(simulate({"--from-cell", foreign + ":1"}), "is not a result of");
+  expect_refused(simulate({"--from-cell", foreign + ":1"}), "is not complete JSON");
+  expect_refused(sweep({"--seed", "0"}), "--seed 0: must be a whole number from 1 to 1000000000");
 }
 
 TEST_F(SweepProgram, AResultThatWasEditedIsRefused) {
