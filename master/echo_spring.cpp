@@ -30,10 +30,23 @@ constexpr double kLoadTime_s = 0.1;
 // What the correction learns at once at most. A machine that lags at the touch makes the pair differ by 10 N and more,
 // which is no mismatch of springs and is gone when it stands.
 constexpr double kMismatch_N = 1;
-constexpr double kShearTime_s = 0.1;
+// What lies across the normal within the cone of usual friction (tan 14 degrees) does not turn it: the wall has not
+// turned. Otherwise hand and machine chase each other across the contact, R being late.
+constexpr double kFrictionCone_rad = 0.25;
+// Friction is felt at once, and remembered while it turns round: R across passes through zero, late, just when the
+// hand is to be held.
+constexpr double kShearTime_s = 0.1, kShearMemory_s = 1.5;
 constexpr double kCatch_s = 1.0;
 constexpr double kCatchDamping_Ns_per_m = 100;
 constexpr double kCarriedTime_s = 0.1;  // of the speed at which the anchor is carried
+
+/// Of the direction (of unit length), what points outside the cone around the normal; inside, the normal.
+PlanarVector turned_beyond(double cone_rad, const PlanarVector& normal, const PlanarVector& direction) noexcept {
+  const PlanarVector across(-normal.y(), normal.x());
+  const double angle_rad = std::atan2(across.dot(direction), normal.dot(direction));
+  const double beyond_rad = angle_rad - std::clamp(angle_rad, -cone_rad, cone_rad);
+  return std::cos(beyond_rad) * normal + std::sin(beyond_rad) * across;
+}
 
 PlanarVector within(double most, const PlanarVector& vector) noexcept {
   const double size = vector.norm();
@@ -122,12 +135,13 @@ bool EchoSpring::wall_gave_way(const FeltInputs& in, double reflected_N) noexcep
 void EchoSpring::update_anchor(const FeltInputs& in, double dt_s) noexcept {
   const double reflected_size_N = in.reflected_N.norm();
   if (contact_ && reflected_size_N > feel_.off_N) {
-    direction_ +=
-        (in.reflected_N / reflected_size_N - direction_) * blend(dt_s, 1 / (2 * std::numbers::pi * kNormalCutoff_Hz));
+    const PlanarVector turned = turned_beyond(kFrictionCone_rad, normal_, in.reflected_N / reflected_size_N);
+    direction_ += (turned - direction_) * blend(dt_s, 1 / (2 * std::numbers::pi * kNormalCutoff_Hz));
     if (direction_.squaredNorm() > 1e-6) normal_ = direction_.normalized();
   }
   const double reflected_N = normal_.dot(in.reflected_N);
-  shear_N_ += ((in.reflected_N - normal_ * reflected_N).norm() - shear_N_) * blend(dt_s, kShearTime_s);
+  const double across_N = (in.reflected_N - normal_ * reflected_N).norm();
+  shear_N_ += (across_N - shear_N_) * blend(dt_s, across_N > shear_N_ ? kShearTime_s : kShearMemory_s);
   if (contact_ && reflected_N >= feel_.off_N) {
     const PlanarVector wanted_N = in.reflected_N + spring_N_per_m_ * in.ahead_m;
     const double time_s = feel_.bias_time_s + feel_.bias_time_per_rtt * in.round_trip_s;

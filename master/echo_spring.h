@@ -9,12 +9,13 @@
 
 namespace knuckle::master {
 
-/// With n the contact normal (out of the wall, direction of R low-passed at 0.3 Hz), a the anchor, K the spring, v_c
-/// the machine's speed times y, low-passed:
+/// With n the contact normal (out of the wall, direction of R beyond 0.25 rad from n, low-passed at 0.3 Hz), a the
+/// anchor, K the spring, v_c the machine's speed times y, low-passed:
 ///   at contact  a = x_m (no step in force), b = 0
 ///   a += v_c dt + (x_s + b / K - a) (1 - exp(-dt / t_w))
 ///   b += e (1 - exp(-dt / tau_b)), clamped; e = R + K x_a - b, |e| <= 1 N; tau_b = bias_time + bias_time_per_rtt * RTT
-///   F_n = max(0, K n.(a - x_m) - b_c n.(v_m - v_c)); across n the spring up to |R_t| (friction) and -b_c (v_m - v_c)_t
+///   F_n = max(0, K n.(a - x_m) - b_c n.(v_m - v_c)); across n the spring up to |R_t|, remembered for 1.5 s (friction)
+///   and -b_c (v_m - v_c)_t
 ///        up to 0.3 F_n; and the load beside it
 /// The anchor is a vector, so a turning normal moves no force into it. F settles to R: where hand and machine rest
 /// K (a - x_m) = K (x_s - x_m) + b = R, and where they move on against a force that stays (y = 1) as well,
@@ -50,7 +51,7 @@ class EchoSpring {
   double spring_N_per_m_;
 
   bool contact_ = false;
-  PlanarVector direction_ = PlanarVector::UnitX();  // low-passed direction of R, not of unit length
+  PlanarVector direction_ = PlanarVector::UnitX();  // low-passed, not of unit length
   PlanarVector normal_ = PlanarVector::UnitX();
   PlanarVector anchor_m_ = PlanarVector::Zero();
   PlanarVector bias_N_ = PlanarVector::Zero();

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/master/one_axis.h"
 
 namespace knuckle::master {
@@ -93,6 +95,34 @@ TEST(EchoSpring, StartsWithoutAStepWhateverTheHandsPositionAndSpeed) {
     EXPECT_LT(force - last, 0.4);
     last = force;
   }
+}
+
+TEST(EchoSpring, FrictionWithinItsConeDoesNotTurnTheNormalButAWallThatTurnsDoes) {
+  const auto across_of = [](double tangent) {
+    LawBench bench;
+    bench.press();
+    bench.in.reflected_N += 2 * tangent * kAlong;
+    bench.run(3);
+    return bench.law.normal().dot(kAlong);
+  };
+  EXPECT_NEAR(across_of(0.2), 0, 1e-3);
+  EXPECT_NEAR(across_of(-0.2), 0, 1e-3);
+  EXPECT_GT(across_of(1), std::sin(std::atan(1.0) - 0.26));
+}
+
+TEST(EchoSpring, HoldsTheHandAcrossTheNormalWhileFrictionTurnsRound) {
+  LawBench bench;
+  bench.press();
+  const PlanarVector still_m = bench.in.hand_m;
+  bench.in.reflected_N += 0.6 * kAlong;
+  bench.run(0.5);
+  bench.in.reflected_N = 2 * kOut;  // on its way to the other side
+  bench.in.hand_m = still_m + 1.5e-3 * kAlong;
+  EXPECT_LT(bench.run(0.3).dot(kAlong), -0.3);
+  bench.in.hand_m = still_m;
+  bench.run(8);  // seen no more: a wall without friction
+  bench.in.hand_m = still_m + 1.5e-3 * kAlong;
+  EXPECT_NEAR(bench.run(0.1).dot(kAlong), 0, 0.05);
 }
 
 TEST(EchoSpring, NeverPullsIntoTheWall) {
