@@ -13,9 +13,15 @@ namespace knuckle {
 namespace {
 namespace fs = std::filesystem;
 
-fs::path folder_of(const std::string& kind) {
+/// The folder that the environment names; empty: none.
+std::string chosen_folder() {
   const char* chosen = std::getenv("KNUCKLE_CONFIG_DIR");
-  return fs::path(chosen != nullptr && *chosen != '\0' ? chosen : KNUCKLE_DEFAULT_CONFIG_DIR) / (kind + "s");
+  return chosen != nullptr ? chosen : "";
+}
+
+fs::path folder_of(const std::string& kind) {
+  const std::string chosen = chosen_folder();
+  return fs::path(chosen.empty() ? KNUCKLE_DEFAULT_CONFIG_DIR : chosen) / (kind + "s");
 }
 
 }  // namespace
@@ -45,6 +51,10 @@ std::string find_config(const std::string& kind, const std::string& name_or_path
   if (has_config(kind, name_or_path)) {
     return (folder / (name_or_path + ".toml")).string();
   }
+  std::error_code ignored;
+  if (const std::string chosen = chosen_folder(); !chosen.empty() && !fs::is_directory(folder, ignored))
+    throw InputError("KNUCKLE_CONFIG_DIR = " + chosen + ": has no folder '" + kind +
+                     "s': must be a folder like config, or not set");
   std::string all;
   for (const std::string& name : config_names(kind)) {
     all += (all.empty() ? "" : ", ") + name;

@@ -322,6 +322,37 @@ void check_rates(const MachineDescription& machine, TomlTable& links) {
   }
 }
 
+/// The tip's virtual walls must leave it something to work in: the gate lets nothing move further beyond them.
+void check_room(const MachineDescription& machine, const TomlTable& limits) {
+  const Kinematics kinematics(machine);
+  constexpr int kSteps = 12;
+  constexpr double kLeastShare = 0.2;  // of all poses
+  const auto angle = [&](std::size_t joint, int step) {
+    const LinkDescription& link = machine.links[joint];
+    return link.min_rad + (link.max_rad - link.min_rad) * step / kSteps;
+  };
+  std::vector<double> x_m, z_m;
+  for (int boom = 0; boom <= kSteps; ++boom) {
+    for (int arm = 0; arm <= kSteps; ++arm) {
+      for (int bucket = 0; bucket <= kSteps; ++bucket) {
+        const PlanarVector tip_m = kinematics.tip({angle(kBoom, boom), angle(kArm, arm), angle(kBucket, bucket)});
+        x_m.push_back(tip_m.x());
+        z_m.push_back(tip_m.y());
+      }
+    }
+  }
+  std::sort(x_m.begin(), x_m.end());
+  std::sort(z_m.begin(), z_m.end());
+  const auto least = static_cast<std::size_t>(kLeastShare * static_cast<double>(x_m.size()));
+  const auto rounded = [](double metres, double up) { return number_text(std::floor(100 * metres + up) / 100); };
+  const std::string why = ": beyond it is the tip in four poses of five";
+  limits.require(machine.limits.reach_m >= x_m[least], "reach_m", "must be at least " + rounded(x_m[least], 1) + why);
+  limits.require(machine.limits.ceiling_m >= z_m[least], "ceiling_m",
+                 "must be at least " + rounded(z_m[least], 1) + why);
+  const double highest_m = z_m[z_m.size() - 1 - least];
+  limits.require(machine.limits.floor_m <= highest_m, "floor_m", "must be at most " + rounded(highest_m, 0) + why);
+}
+
 MachineDescription read_machine(TomlTable file) {
   MachineDescription machine;
   machine.name = file.text("name");
@@ -342,7 +373,8 @@ MachineDescription read_machine(TomlTable file) {
   machine.hydraulics = read_hydraulics(file.table("hydraulics"));
   machine.sensors = read_sensors(file.table("sensors"), machine.hydraulics);
   machine.bus = read_bus(file.table("bus"));
-  machine.limits = read_limits(file.table("limits"), machine);
+  const TomlTable limits = file.table("limits");
+  machine.limits = read_limits(limits, machine);
   machine.control = read_control(file.table("control"));
   TomlTable payload = file.table("payload");
   machine.payload_full_scale_kg = payload.number("full_scale_kg", 1, kHeaviest_kg);
@@ -351,6 +383,7 @@ MachineDescription read_machine(TomlTable file) {
   file.leave("commissioning");  // what `knuckle commission` has found, for people and tools
   file.finish();
   check_rates(machine, links);
+  check_room(machine, limits);
   return machine;
 }
 

@@ -34,11 +34,30 @@ void read_work(TomlTable& file, Settings& settings) {
   file.require(!settings.scenarios.empty(), "scenario", "at least one [[scenario]] is needed");
 }
 
+/// @throws InputError naming file, key, value and bound.
+double within(double value, const char* key, double min, double max, const std::string& source) {
+  if (value >= min && value <= max) return value;
+  throw InputError(source + ": settings: " + key + " = " + number_text(value) + ": must be within [" +
+                   number_text(min) + ", " + number_text(max) + "]");
+}
+
+Span span_within(const Json& json, const char* key, double min, double max, const std::string& source) {
+  const Span span{within(json.at(key).at(0).get<double>(), key, min, max, source),
+                  within(json.at(key).at(1).get<double>(), key, min, max, source)};
+  if (span.low > span.high)
+    throw InputError(source + ": settings: " + key + " = " + json.at(key).dump() + ": must be [low, high]");
+  return span;
+}
+
+std::vector<double> list_within(const Json& json, const char* key, double max, const std::string& source) {
+  const auto list = json.at(key).get<std::vector<double>>();
+  if (list.empty()) throw InputError(source + ": settings: " + key + " = []: must have at least one value");
+  for (const double value : list) (void)within(value, key, 0, max, source);
+  return list;
+}
+
 Json span_json(const Span& span) {
   return Json::array({span.low, span.high});
-}
-Span span_of(const Json& json) {
-  return {json.at(0).get<double>(), json.at(1).get<double>()};
 }
 
 }  // namespace
@@ -106,24 +125,23 @@ Settings settings_of(const Json& json, const std::string& source) {
     if (json.contains("commissioned")) {
       for (const Json& machine : json["commissioned"]) {
         const auto seed = machine.at("seed").get<std::int64_t>();
-        if (seed < 1) throw InputError(source + ": settings: commissioned: seed must be 1 or more");
+        if (seed < 1)
+          throw InputError(source + ": settings: commissioned: seed = " + machine.at("seed").dump() +
+                           ": must be 1 or more");
         settings.commissioned.push_back({machine.at("file").get<std::string>(), static_cast<std::uint64_t>(seed)});
       }
     }
     settings.control = json.value("control", "");
-    json.at("rtt_ms").get_to(settings.rtt_ms);
-    json.at("jitter_ms").get_to(settings.jitter_ms);
-    json.at("loss").get_to(settings.loss);
-    json.at("bursts_per_s").get_to(settings.bursts_per_s);
+    settings.rtt_ms = list_within(json, "rtt_ms", 2 * session::kLongestDelay_ms, source);
+    settings.jitter_ms = list_within(json, "jitter_ms", session::kLongestDelay_ms, source);
+    settings.loss = list_within(json, "loss", 1, source);
+    settings.bursts_per_s = list_within(json, "bursts_per_s", 10, source);
     if (settings.kind == Kind::kFeel) {
-      settings.stiffness_N_per_m = span_of(json.at("stiffness_N_per_m"));
-      settings.speed_mps = span_of(json.at("speed_mps"));
-      settings.felt_N = span_of(json.at("felt_N"));
+      settings.stiffness_N_per_m = span_within(json, "stiffness_N_per_m", 1e4, 1e8, source);
+      settings.speed_mps = span_within(json, "speed_mps", 0.01, 1, source);
+      settings.felt_N = span_within(json, "felt_N", 0.1, 20, source);
     } else {
       json.at("scenarios").get_to(settings.scenarios);
-    }
-    for (const auto* list : {&settings.rtt_ms, &settings.jitter_ms, &settings.loss, &settings.bursts_per_s}) {
-      if (list->empty()) throw InputError(source + ": settings: a list of the link is empty");
     }
     if (settings.kind == Kind::kWork && settings.scenarios.empty())
       throw InputError(source + ": settings: no scenarios");

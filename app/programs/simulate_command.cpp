@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -24,6 +25,7 @@
 #include "app/report/summary.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
+#include "machine/load.h"
 
 namespace knuckle::programs {
 namespace {
@@ -123,6 +125,15 @@ std::string digest_of_cell(const nlohmann::ordered_json& result, std::uint64_t i
   throw InputError(fmt::format("{}: rows: has none of session {}, or one without its digest", file, index));
 }
 
+/// A machine's file of the battery is found from where the battery ran. @throws InputError
+void check_machine_file(const std::string& machine, const std::string& file) {
+  const std::string path = find_config("machine", machine);
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored))
+    throw InputError(file + ": settings: machine = " + path +
+                     ": is not there: run this in the folder in which the battery ran");
+}
+
 /// Replaces all inputs by those of a battery's session. @throws InputError
 void take_cell(session::SimulateOptions& o) {
   const std::size_t colon = o.from_cell.rfind(':');
@@ -144,6 +155,8 @@ void take_cell(session::SimulateOptions& o) {
   if (index >= settings.sessions)
     cli::refuse_option("--from-cell", o.from_cell,
                        fmt::format("the battery has sessions 0 to {}", settings.sessions - 1));
+  check_machine_file(settings.machine, file);
+  for (const battery::CommissionedMachine& machine : settings.commissioned) check_machine_file(machine.file, file);
   session::SimulateOptions cell = battery::Drawer(settings).cell(index).options;
   cell.from_cell = o.from_cell;
   const bool as_it_was = o.control.empty() && !o.duration_s && !o.assist_force_limit_N && !o.assist_stop_on_object;

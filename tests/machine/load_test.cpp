@@ -208,6 +208,8 @@ TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
       {"bus.nodes.tilt.id", 1, "= 1: is taken by 'controller_id'"},
       {"bus.nodes.tilt.id", 128, "= 128: must be a whole number within [1, 127]"},
       {"limits.chamber_pressure_bar", 420, "= 420: must be within the transmitters' range of 400"},
+      {"limits.reach_m", 0.1, "= 0.1: must be at least 1."},
+      {"limits.ceiling_m", 0, "= 0: must be at least"},
       {"control.position_gain_1ps", 15, "= 15: must be at most 10 = 1e-4 * tip_stiffness_N_per_m"},
       {"control.bucket_position_gain_1ps", 15, "= 15: must be at most 10 = 1e-4 * tip_stiffness_N_per_m"},
       {"control.contact_crossover_radps", 0, "= 0: must be within [0.5, 100]"},
@@ -306,7 +308,13 @@ TEST(FindConfig, ListsWhatThereIsForAnUnknownName) {
 
 TEST(FindConfig, FollowsTheEnvironment) {
   ASSERT_EQ(setenv("KNUCKLE_CONFIG_DIR", "/nowhere", 1), 0);
-  EXPECT_THROW((void)find_config("machine", "solar015"), InputError);
+  try {
+    (void)find_config("machine", "solar015");
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "KNUCKLE_CONFIG_DIR = /nowhere: has no folder 'machines': must be a folder like config, or not set");
+  }
   ASSERT_EQ(unsetenv("KNUCKLE_CONFIG_DIR"), 0);
 }
 

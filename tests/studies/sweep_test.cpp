@@ -214,6 +214,22 @@ TEST_F(SweepProgram, AResultThatWasEditedIsRefused) {
   expect_refused(edited([](auto& json) { json.erase("schema"); }), "is not a result of");
   expect_refused(edited([](auto& json) { json["settings"]["seed"] = -1; }), "seed = -1: must be 1 or more");
   expect_refused(edited([](auto& json) { json["settings"]["sessions"] = 0; }), "sessions = 0: must be 1 or more");
+  expect_refused(edited([](auto& json) { json["settings"]["loss"] = {1.5}; }),
+                 "edited.json: settings: loss = 1.5: must be within [0, 1]");
+  expect_refused(edited([](auto& json) { json["settings"]["rtt_ms"] = nlohmann::json::array(); }),
+                 "settings: rtt_ms = []: must have at least one value");
+  expect_refused(edited([](auto& json) {
+                   json["settings"]["felt_N"] = {3, 2};
+                 }),
+                 "felt_N = [3,2]: must be [low, high]");
+  expect_refused(edited([](auto& json) {
+                   json["settings"]["speed_mps"] = {0.1, 2};
+                 }),
+                 "speed_mps = 2: must be within [0.01, 1]");
+  expect_refused(edited([](auto& json) {
+                   json["settings"]["commissioned"] = {{{"file", "out/mine.toml"}, {"seed", 1}}};
+                 }),
+                 "settings: machine = out/mine.toml: is not there: run this in the folder in which the battery ran");
   expect_refused(edited([](auto& json) { json["rows"].erase(0); }), "rows: has none of session 0");
   expect_refused(edited([](auto& json) { json["rows"] = "none"; }), "rows: has none of session 0");
   expect_refused(edited([](auto& json) { json["rows"][0].erase("digest"); }), "rows: has none of session 0");
