@@ -4,11 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slave/set_point_check.h"
+
 namespace knuckle::slave {
 namespace {
 
 constexpr double kSingularity = 1e-3;  // of J W J^T, about 0.5 in both directions where the arm is well bent
 constexpr double kDrift_1ps = 0.5;
+// Waves lead no further from what was asked than a set-point may be wrong by (set_point_check.h): the check judges what
+// the operator's side sends, and this moves the machine beyond it.
+constexpr double kLeeway_rad = kSetPointTable.disagreement_rad;
 
 }  // namespace
 
@@ -50,7 +55,12 @@ WavePort::Reference WavePort::step(const Reference& asked, const MasterMessage& 
   const bool paid = arriving_.pay(drift_J);
   if (paid) rate_radps += drift_radps;
   const JointVector before_rad = reference_rad_;
-  reference_rad_ = (reference_rad_ + step_s_ * rate_radps).cwiseMax(low_rad_).cwiseMin(high_rad_);
+  const JointVector leeway = JointVector::Constant(kLeeway_rad);
+  reference_rad_ = (reference_rad_ + step_s_ * rate_radps)
+                       .cwiseMax(asked.position_rad - leeway)
+                       .cwiseMin(asked.position_rad + leeway)
+                       .cwiseMax(low_rad_)
+                       .cwiseMin(high_rad_);
   rate_radps = (reference_rad_ - before_rad) / step_s_;
 
   // The wave that returns is that of the speed it became, with no more energy than is left of the one that arrived.

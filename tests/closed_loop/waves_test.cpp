@@ -132,6 +132,18 @@ TEST(Waves, HoldTheHandWithTheForceOfTheMachine) {
   EXPECT_NEAR((waves.felt_N - 1e-3 * waves.world_N).norm(), 0, 0.05 * 1e-3 * waves.world_N.norm() + 0.01);
 }
 
+TEST(Waves, LeadNoFurtherFromWhatTheOperatorAsksThanASetPointMayBeWrongBy) {
+  Waves waves(25);
+  waves.stiffness_N_per_m = waves.damping_Ns_per_m = 0;
+  double furthest_rad = 0;
+  for (int i = 0; i < 3000; ++i) {
+    waves.step(PlanarVector(0.05, 0));  // the hand says go on, the set-point stays
+    furthest_rad = std::max(furthest_rad, (waves.reference_rad - waves.start_rad).cwiseAbs().maxCoeff());
+  }
+  EXPECT_LE(furthest_rad, 0.0873 + 1e-9);
+  EXPECT_GT(furthest_rad, 0.05);
+}
+
 session::SessionSetup pressed_with(ControlLaw law, Duration one_way) {
   session::SessionSetup setup = session_setup("wall_contact", 1);
   setup.law = law;
