@@ -20,7 +20,7 @@ PlanarVector WaveLaw::step(const FeltInputs& in, double dt_s) noexcept {
   const double most_N = force_limit_N_ / in.force_scale, size_N = against_N.norm();
   if (size_N > most_N) against_N *= most_N / size_N;
   PlanarVector wave = (b * speed_mps + against_N) / root;
-  kept_J_ = std::max(0.0, kept_J_ + dt_s * (against_N.dot(speed_mps) + 0.5 * returning.squaredNorm()));
+  kept_J_ = std::max(0.0, kept_J_ + dt_s * (rendered_ * against_N.dot(speed_mps) + 0.5 * returning.squaredNorm()));
   const double cost_J = 0.5 * dt_s * wave.squaredNorm();
   if (cost_J > kept_J_) wave *= std::sqrt(kept_J_ / cost_J);
   kept_J_ -= std::min(cost_J, kept_J_);

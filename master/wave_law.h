@@ -22,6 +22,10 @@ class WaveLaw {
   /// @return force on the hand at the tip [N], frame D.
   [[nodiscard]] PlanarVector step(const FeltInputs& in, double dt_s) noexcept;
 
+  /// How much of the next steps' force the hand gets: what it does not feel it does no work against, so that no wave
+  /// may leave with it. @param share in [0, 1]
+  void set_rendered(double share) noexcept { rendered_ = share; }
+
   [[nodiscard]] double impedance_Ns_per_m() const noexcept { return impedance_Ns_per_m_; }
   [[nodiscard]] const Wave& leaving() const noexcept { return leaving_; }
   /// Energy in the port that has not left: never negative.
@@ -32,7 +36,7 @@ class WaveLaw {
   double impedance_Ns_per_m_ = 0;
   WaveReceiver returning_;
   Wave leaving_;
-  double kept_J_ = 0;
+  double kept_J_ = 0, rendered_ = 1;
 };
 
 }  // namespace knuckle::master

@@ -210,6 +210,20 @@ TEST(Downgrade, ShowsTheMachineNothingOnceOnlyCuesAreLeft) {
   EXPECT_GT(most_N, 0.5) << "the cue of an overload";
 }
 
+/// What the hand does not feel it does no work against.
+TEST(Downgrade, LetsNoWaveLeaveWithEnergyThatTheHandDidNotPutIn) {
+  Rig rig(ControlLaw::kWave);
+  rig.in.hand_mps = PlanarVector(0.05, 0);
+  rig.run(1);
+  const double led_J = rig.felt.waves()->leaving().energy_J;
+  EXPECT_GT(led_J, 10) << "b V^2 at the machine for a second: 2000 N s/m, 0.5 m/s";
+  rig.in.lost_share = 0.8;
+  rig.run(3);
+  const double downgraded_J = rig.felt.waves()->leaving().energy_J;
+  rig.run(2);
+  EXPECT_NEAR(rig.felt.waves()->leaving().energy_J, downgraded_J, 1e-6 * led_J);
+}
+
 TEST(Downgrade, LeavesTheCautionaryBaselineAsItIs) {
   Rig rig(ControlLaw::kDirect);
   rig.in.round_trip_s = 1;
