@@ -25,7 +25,8 @@ enum class Stream : std::uint64_t {
   kWorn,
   kDevice,
   kSurveyFrame,
-  kCell
+  kCell,
+  kWander
 };
 
 /// Seed of one purpose; neighbouring seeds have nothing in common (finaliser of SplitMix64, Steele et al. 2014).

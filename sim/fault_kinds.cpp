@@ -8,11 +8,12 @@ namespace {
 
 /// In the order of FaultKind.
 constexpr std::array<const char*, kFaultKinds> kNames{
-    "link_cut",       "link_cut_back",    "link_nan",      "device_unplugged", "device_silent",
-    "device_bad_crc", "device_truncated", "device_wild",   "loop_hung",        "bus_off",
-    "can_down",       "no_acknowledge",   "node_silent",   "node_emergency",   "emcy_storm",
-    "node_reset",     "wrong_identity",   "sensor_frozen", "sensor_invalid",   "encoder_broken",
-    "valve_stuck",    "e_stop",           "sync_dropped",  "bus_cut",          "babble"};
+    "link_cut",      "link_cut_back",    "link_nan",       "link_slow",      "link_lossy",
+    "clock_step",    "device_unplugged", "device_silent",  "device_bad_crc", "device_truncated",
+    "device_wild",   "loop_hung",        "bus_off",        "can_down",       "no_acknowledge",
+    "node_silent",   "node_emergency",   "emcy_storm",     "node_reset",     "wrong_identity",
+    "sensor_frozen", "sensor_invalid",   "encoder_broken", "valve_stuck",    "e_stop",
+    "sync_dropped",  "bus_cut",          "babble"};
 
 bool is_one_of(const PerJoint<NodeDescription>& nodes, std::uint8_t id) noexcept {
   return std::any_of(nodes.begin(), nodes.end(), [id](const NodeDescription& node) { return node.id == id; });

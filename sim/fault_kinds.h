@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/time.h"
 #include "machine/bus_description.h"
 
 namespace knuckle::sim {
@@ -16,6 +17,9 @@ enum class FaultKind : std::uint8_t {
   kLinkCut,          ///< no datagram passes, both ways
   kLinkCutBack,      ///< nothing comes back from the machine; set-points still arrive
   kLinkNaN,          ///< set-points arrive as not-a-number
+  kLinkSlow,         ///< datagrams take longer and longer, both ways, up to kLinkSlowBy
+  kLinkLossy,        ///< kLinkLossyShare of the machine's messages are lost
+  kClockStep,        ///< the operator's clock jumps ahead by kClockStepBy, and back when mended
   kDeviceUnplugged,  ///< cable pulled
   kDeviceSilent,     ///< no reports
   kDeviceBadCrc,     ///< reports damaged
@@ -41,7 +45,11 @@ enum class FaultKind : std::uint8_t {
   kBusCut,         ///< cable cut between controller and nodes
   kBabble,         ///< a node fills the bus to 95 % with frames of the highest priority
 };
-inline constexpr int kFaultKinds = 25;
+inline constexpr int kFaultKinds = 28;
+inline constexpr Duration kLinkSlowBy =
+    218ms;  ///< A round trip above the one at which cues take over, below the one at which the machine holds.
+inline constexpr double kLinkLossyShare = 0.85;
+inline constexpr Duration kClockStepBy = 10s;
 
 [[nodiscard]] const char* name(FaultKind kind) noexcept;
 [[nodiscard]] std::optional<FaultKind> fault_named(std::string_view name) noexcept;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "machine/description.h"
+#include "sim/minimum_jerk.h"
 
 namespace knuckle::sim {
 namespace {
@@ -21,18 +22,11 @@ constexpr double kBreakRamp_Nps = 0.25;      // a hand that wants something to g
 constexpr Duration kHesitate = 300ms;        // before a button is pressed
 constexpr Duration kRetry = 1500ms;          // enable is let go again when nothing came of it
 constexpr Duration kViewPeriod = 5ms;
-constexpr double kPeakOfMinimumJerk = 1.875;  // peak speed over mean speed
 constexpr double kShortestMove_s = 0.5;
 constexpr double kToPath_radps = 0.25;  // from where the hand is to the start of a recording
 constexpr double kShortestToPath_s = 1;
 constexpr double kClutchIn_s = 0.5;   // held before the hand moves,
 constexpr double kClutchOut_s = 0.8;  // held after it has moved, and then waited: the picture is late
-
-/// Minimum-jerk position in [0, 1] for u in [0, 1] (Flash and Hogan 1985).
-double minimum_jerk(double u) noexcept {
-  u = std::clamp(u, 0.0, 1.0);
-  return u * u * u * (10 + u * (-15 + 6 * u));
-}
 
 double wrapped(double angle) noexcept {
   return std::remainder(angle, 2 * std::numbers::pi);
@@ -47,7 +41,7 @@ PushStiffness push_stiffness(const LimbImpedance& limb, const DeviceDescription:
 
 Operator::Operator(const MachineDescription& machine, std::vector<Phase> phases, std::vector<PathPoint> path,
                    Duration path_period, const JointVector& start_rad, Duration reaction, const PushStiffness& push,
-                   const Unsteadiness& unsteadiness)
+                   const Unsteadiness& unsteadiness, std::uint64_t seed)
     : phases_(std::move(phases)),
       path_(std::move(path)),
       path_period_(path_period),
@@ -67,6 +61,7 @@ Operator::Operator(const MachineDescription& machine, std::vector<Phase> phases,
     min_rad_[j] = machine.links[i].min_rad;
     max_rad_[j] = machine.links[i].max_rad;
   }
+  wander_ = Wander(seed, min_rad_, max_rad_);
   intent_.joint_rad = start_rad;
 }
 
@@ -110,6 +105,7 @@ void Operator::begin(Time now, const OperatorView& view) noexcept {
   start_rad_ = meant_rad_;
   hand_start_rad_ = intent_.joint_rad;
   start_pose_ = pose_of(meant_rad_);
+  if (!finished()) wander_.begin(start_rad_, phases_[index_].speed_mps);
   depth_m_ = touch_depth_m_ = 0;
   touched_ = holding_ = false;
   breaks_at_start_ = view.breaks;
@@ -153,6 +149,7 @@ bool Operator::watches() const noexcept {
     case PhaseKind::kSweep:
     case PhaseKind::kPath:
     case PhaseKind::kWait:
+    case PhaseKind::kWander:
       return true;
     case PhaseKind::kPress:
       return !touched_;       // from then on it is felt what to do
@@ -211,6 +208,10 @@ bool Operator::run(Time now, const OperatorView& view) noexcept {
       return clutch(t);
     case PhaseKind::kWait:
       done = t >= phase.duration_s;
+      break;
+    case PhaseKind::kWander:
+      mean(wander_.step(t, t < phase.duration_s));
+      done = t >= phase.duration_s && wander_.at_rest();
       break;
   }
   if (phase.until_hold) done = view.mode == Mode::kHold;

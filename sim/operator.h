@@ -11,6 +11,7 @@
 #include "machine/description_fwd.h"
 #include "sim/haptic_device.h"
 #include "sim/person.h"
+#include "sim/wander.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::sim {
@@ -24,6 +25,7 @@ enum class PhaseKind : std::uint8_t {
   kPath,    ///< a recorded joint path
   kClutch,  ///< hold the clutch, move the hand by `joints_rad`, let the clutch go
   kWait,    ///< keep still
+  kWander,  ///< all joints at random, to their ends and back (wander.h)
 };
 
 struct PathPoint {
@@ -39,10 +41,11 @@ struct Phase {
       JointVector::Zero();  ///< kMove: machine joints; kSweep: amplitudes; kClutch: hand displacement.
   JointVector periods_s = JointVector::Ones();     ///< kSweep
   PlanarVector direction = PlanarVector::UnitX();  ///< kPress, unit vector, frame M.
-  double speed_mps = 0.2;  ///< Peak machine tip speed asked for (kMove, kPress approach); kMove in joint space: rad/s.
-  double force_N = 0;      ///< kPress, felt at the hand.
-  double duration_s = 0;   ///< kPress: hold; kSweep, kWait, kLetGo: length.
-  double timeout_s = 30;   ///< Given up after this long.
+  double speed_mps = 0.2;     ///< Peak machine tip speed asked for (kMove, kPress approach); kMove in joint space,
+                              ///< kWander: rad/s.
+  double force_N = 0;         ///< kPress, felt at the hand.
+  double duration_s = 0;      ///< kPress: hold; kSweep, kWander, kWait, kLetGo: length.
+  double timeout_s = 30;      ///< Given up after this long.
   double tolerance_m = 0.05;  ///< kMove: the machine's tip must come this close.
   bool until_break = false;   ///< kPress: raise the force until something gives way ...
   int pieces = 1;             ///< ... that is one of so many: once all are loose there is nothing left to press.
@@ -71,10 +74,10 @@ struct PushStiffness {
 class Operator {
  public:
   /// @param start_rad where the hand is at first. @param reaction delay of seeing and feeling.
-  /// @param unsteadiness what the hand does beside the plan, and whose hand it is.
+  /// @param unsteadiness what the hand does beside the plan, and whose hand it is. @param seed of what phases draw.
   Operator(const MachineDescription& machine, std::vector<Phase> phases, std::vector<PathPoint> path,
            Duration path_period, const JointVector& start_rad, Duration reaction, const PushStiffness& push,
-           const Unsteadiness& unsteadiness = {});
+           const Unsteadiness& unsteadiness = {}, std::uint64_t seed = 1);
   OperatorIntent step(Time now, const OperatorView& view) noexcept;
   [[nodiscard]] int phase() const noexcept { return static_cast<int>(index_); }
   [[nodiscard]] bool finished() const noexcept { return index_ >= phases_.size(); }
@@ -117,6 +120,7 @@ class Operator {
   Duration path_period_, reaction_;
   PushStiffness push_;
   Unsteadiness unsteadiness_;
+  Wander wander_{1, JointVector::Zero(), JointVector::Zero()};
   double correction_1ps_ = 0;  // of what is seen to be missing; 0: never corrects
   std::size_t index_ = 0;
   int timed_out_ = -1;

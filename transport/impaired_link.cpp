@@ -84,6 +84,7 @@ bool ImpairedLink::Direction::lost(Time now) noexcept {
     while (burst_from_ + impairment_.burst_length <= now) burst_from_ += impairment_.burst_length + pause();
     if (now >= burst_from_) return true;
   }
+  if (more_loss_ > 0 && uniform() < more_loss_) return true;
   return impairment_.loss > 0 && uniform() < impairment_.loss;
 }
 
@@ -93,6 +94,7 @@ Duration ImpairedLink::Direction::travel_time(Time now) noexcept {
   for (const auto& step : i.steps) {
     if (now >= step.at) delay = step.delay;
   }
+  delay += slower_;
   double extra_ns = 0;
   if (i.jitter > Duration::zero()) extra_ns += (2 * uniform() - 1) * static_cast<double>(i.jitter.count());
   if (i.slow_jitter > Duration::zero()) {

@@ -56,6 +56,10 @@ class ImpairedLink {
   void cut(bool on) noexcept { a_.cut(on), b_.cut(on); }
   /// or only what b sends.
   void cut_b_to_a(bool on) noexcept { b_.cut(on); }
+  /// Everything sent from now on takes so much longer, both ways; of what b sends, this share more is lost.
+  void worsen(Duration slower, double more_loss_b_to_a) noexcept {
+    a_to_b_.worsen(slower, 0), b_to_a_.worsen(slower, more_loss_b_to_a);
+  }
   [[nodiscard]] const Counts& a_to_b() const noexcept { return a_to_b_.counts(); }
   [[nodiscard]] const Counts& b_to_a() const noexcept { return b_to_a_.counts(); }
 
@@ -66,6 +70,7 @@ class ImpairedLink {
     void send(std::span<const std::uint8_t> bytes, Time now) noexcept;
     bool receive(Datagram& datagram, Time now) noexcept;
     void lose() noexcept { ++counts_.sent, ++counts_.lost; }
+    void worsen(Duration slower, double more_loss) noexcept { slower_ = slower, more_loss_ = more_loss; }
     [[nodiscard]] const Counts& counts() const noexcept { return counts_; }
 
    private:
@@ -79,6 +84,8 @@ class ImpairedLink {
     double uniform() noexcept { return std::uniform_real_distribution<>()(random_); }
 
     LinkImpairment impairment_;
+    Duration slower_{};
+    double more_loss_ = 0;
     std::mt19937_64 random_;
     std::normal_distribution<> normal_;
     double queue_ = 0;  ///< Correlated variation, unit variance.

@@ -1,5 +1,6 @@
 #include "app/session/fault_injection.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "machine/load.h"
@@ -73,6 +74,7 @@ void FaultInjection::step(Time now, int phase, Duration in_phase, MachineSide& f
     if (i.mended_at != Time::max()) continue;
     if (takes_link_away(i.fault.kind)) i.last_good_input = machine_end_.last_good;
     if (now < i.at + from_seconds(i.fault.duration_s)) {
+      if (i.fault.kind == FaultKind::kLinkSlow) network_.worsen(std::min((now - i.at) / 4, sim::kLinkSlowBy), 0);
       machine_faults_.keep_up(i.fault.kind, static_cast<std::uint8_t>(i.fault.subject), far.simulated);
       continue;
     }
@@ -98,6 +100,13 @@ void FaultInjection::set(const ScheduledFault& fault, bool broken, MachineSide& 
       return network_.cut_b_to_a(broken);
     case FaultKind::kLinkNaN:
       operator_end_.spoil = broken;
+      return;
+    case FaultKind::kLinkSlow:
+      return network_.worsen(Duration::zero(), 0);  // slower from step to step
+    case FaultKind::kLinkLossy:
+      return network_.worsen(Duration::zero(), broken ? sim::kLinkLossyShare : 0);
+    case FaultKind::kClockStep:
+      clock_ahead_ = broken ? sim::kClockStepBy : Duration::zero();
       return;
     case FaultKind::kLoopHung:
       loop_hung_ = broken;

@@ -36,6 +36,8 @@ class FaultInjection {
   void step(Time now, int phase, Duration in_phase, MachineSide& far, HandSide& hand) noexcept;
   /// False while the slave loop hangs.
   [[nodiscard]] bool slave_runs() const noexcept { return !loop_hung_; }
+  /// By so much the operator's clock is ahead of the machine's.
+  [[nodiscard]] Duration operator_clock() const noexcept { return clock_ahead_; }
   [[nodiscard]] const std::vector<Injected>& injected() const noexcept { return injected_; }
 
  private:
@@ -72,6 +74,7 @@ class FaultInjection {
   MachineEnd machine_end_;
   sim::MachineFaults machine_faults_;
   bool loop_hung_ = false;
+  Duration clock_ahead_{};
 };
 
 }  // namespace knuckle::session

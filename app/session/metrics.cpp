@@ -21,7 +21,7 @@ constexpr double kReportObserver_Hz = 3;                    // specified lag of 
 constexpr double kReportVelocity_Hz = 8;                    // and this one twice
 constexpr double kDetectable_N = 500, kOnset_N = 50;        // a contact counts for detection if it grows to 500 N
 constexpr double kLiftedPayload_kg = 1;
-constexpr double kBelieved = 0.5;  // confidence
+constexpr double kBelieved = 0.3;  // confidence
 constexpr double kPumpShort = 0.99;
 
 constexpr MetricEntry kTable[] = {
@@ -60,6 +60,8 @@ constexpr MetricEntry kTable[] = {
     {"free_felt_peak_N", "felt", "free_peak_N", "N", &Metrics::free_felt_peak_N},
     {"contact_swing_N", "force", "contact_swing_N", "N", &Metrics::contact_swing_N},
     {"contact_bounces", "force", "contact_bounces", "1", &Metrics::contact_bounces},
+    {"fault_rise_N", "force", "fault_rise_N", "N", &Metrics::fault_rise_N},
+    {"fault_slew_N_per_ms", "felt", "fault_slew_N_per_ms", "N/ms", &Metrics::fault_slew_N_per_ms},
     {"peak_over_asked", "force", "peak_over_asked", "1", &Metrics::peak_over_asked},
     {"engaged_s", "session", "engaged_s", "s", &Metrics::engaged_s},
     {"faults", "session", "faults", "1", &Metrics::faults},

@@ -21,7 +21,7 @@ struct Metrics {
   // force: estimate against truth
   Metric no_load_rms_N, contact_error_rel, direction_error_deg, detection_ms, peak_N, pipe_peak_N;
   Metric false_contact_share;   ///< Of free motion, with the contact event on.
-  Metric free_estimate_peak_N;  ///< Largest in free motion without a load, where confidence is above one half.
+  Metric free_estimate_peak_N;  ///< Largest in free motion without a load, where confidence is above 0.3.
   // payload
   Metric payload_truth_kg, payload_estimate_kg, payload_sigma_kg, payload_error_kg;
   Metric payload_contact_error_kg;  ///< Largest error of the load while the loaded bucket touches something.
@@ -33,7 +33,9 @@ struct Metrics {
   // felt, against the truth of the whole session
   Metric felt_error_rms_N, felt_error_rel, felt_error_worst_N, felt_onset_ms, unfelt_s, free_felt_peak_N;
   Metric contact_swing_N, contact_bounces;
-  Metric peak_over_asked;  ///< Largest true force over what presses asked for and their impact.
+  Metric fault_rise_N,
+      fault_slew_N_per_ms;  ///< After something was broken: rise of the true force, change of the felt.
+  Metric peak_over_asked;   ///< Largest true force over what presses asked for and their impact.
   // session
   Metric engaged_s;                             ///< Time in mode engaged.
   Metric faults;                                ///< Number of faults latched.

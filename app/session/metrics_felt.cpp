@@ -19,6 +19,7 @@ constexpr double kTouch_N = 0.05;                               // true force at
 constexpr double kCatchUp_s = 0.1;
 constexpr double kStay_s = 0.3;  // longer than an impact
 constexpr double kRise = 0.9, kSettled = 0.15;
+constexpr double kAfterFault_s = 5;      // whatever a fault does, it has done by then
 constexpr double kLeastPlateau_N = 0.1;  // below it there is nothing to rise to
 
 void keep_worst(Metric& worst, double value) {
@@ -147,6 +148,21 @@ double slew_N_per_ms(const SessionRecord& record, std::size_t i) {
   return std::max(s.felt_slew_N_per_ms, (s.felt_N - before.felt_N).norm() / (1e3 * (s.t_s - before.t_s)));
 }
 
+/// For kAfterFault_s after each thing that was broken: how far the true force rises above where it was then, and how
+/// fast the felt one changes.
+void measure_faults(const SessionRecord& record, Metrics& metrics) {
+  for (const double broken_s : record.injected_s) {
+    const Sample* before = nullptr;
+    for (std::size_t i = 0; i < record.samples.size(); ++i) {
+      const Sample& s = record.samples[i];
+      if (s.t_s <= broken_s) before = &s;
+      if (before == nullptr || s.t_s <= broken_s || s.t_s > broken_s + kAfterFault_s) continue;
+      keep_worst(metrics.fault_rise_N, s.truth_tip_force_N.norm() - before->truth_tip_force_N.norm());
+      keep_worst(metrics.fault_slew_N_per_ms, slew_N_per_ms(record, i));
+    }
+  }
+}
+
 }  // namespace
 
 void measure_felt(const SessionRecord& record, Metrics& metrics) {
@@ -156,6 +172,7 @@ void measure_felt(const SessionRecord& record, Metrics& metrics) {
     measure_response(record, press, metrics);
     measure_hold(record, hold_part(record, press), metrics);
   }
+  measure_faults(record, metrics);
   const std::vector<bool> empty = empty_free_motion(record);
   double squares = 0;
   int count = 0;

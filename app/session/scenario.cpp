@@ -94,7 +94,8 @@ sim::Phase read_phase(TomlTable& table, const Scale& scale, const WorkingRange& 
   using sim::PhaseKind;
   sim::Phase phase;
   // In the order of PhaseKind.
-  const int kind = table.choice("kind", {"engage", "let_go", "move", "press", "sweep", "path", "clutch", "wait"});
+  const int kind =
+      table.choice("kind", {"engage", "let_go", "move", "press", "sweep", "path", "clutch", "wait", "wander"});
   phase.kind = static_cast<PhaseKind>(kind);
   phase.timeout_s = number_or(table, "timeout_s", 30, 0.1, 3600);
   switch (phase.kind) {
@@ -110,6 +111,10 @@ sim::Phase read_phase(TomlTable& table, const Scale& scale, const WorkingRange& 
       break;
     case PhaseKind::kClutch:
       phase.joints_rad = table.numbers<3>("hand_deg", -90, 90, kDeg);
+      break;
+    case PhaseKind::kWander:
+      phase.speed_mps = table.number("speed_radps", 0.01, 3);
+      phase.duration_s = table.number("duration_s", 0, 3600);
       break;
     case PhaseKind::kSweep:
       phase.joints_rad = table.numbers<3>("amplitude_deg", 0, 90, kDeg);

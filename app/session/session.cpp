@@ -32,7 +32,8 @@ sim::Operator operator_of(const SessionSetup& setup) {
           scenario.hand_rad,
           scenario.reaction,
           sim::push_stiffness(setup.limb, setup.device.feel),
-          sim::Unsteadiness(setup.person, setup.limb, setup.seed)};
+          sim::Unsteadiness(setup.person, setup.limb, setup.seed),
+          setup.seed};
 }
 
 struct Session::Impl {
@@ -89,7 +90,7 @@ void Session::Impl::step() noexcept {
   const sim::OperatorIntent intent = person.step(now, person_view(shown, hand.device.truth(), machine_book.breaks));
   faults.step(now, person.phase(), person.in_phase(now), far, hand);
   hand.step(now, intent);
-  master.step(now);
+  master.step(now + faults.operator_clock());
   note_slew();
   master_book.note(now, master);
   far.step(now, [&] {
@@ -153,6 +154,7 @@ SessionRecord Session::Impl::take_record() {
     }
     return cause;
   };
+  for (const Injected& i : faults.injected()) record.injected_s.push_back(to_seconds(i.at.time_since_epoch()));
   latched.judge(machine_book.frames, setup.machine, now, cause_of, record);
   machine_book.hand_over(record);
   master_book.hand_over(record);

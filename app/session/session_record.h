@@ -97,6 +97,7 @@ struct EventRecord {
 struct SessionRecord {
   std::vector<Sample> samples;
   std::vector<FaultRecord> faults;
+  std::vector<double> injected_s;  ///< When something was broken on purpose, whether or not it became a fault.
   std::vector<EventRecord> events;
   std::vector<WarningRecord> warnings;
   /// Names of the operator's phases. Metrics know "press" and "hold" (means to touch) and "weigh"; others are free.

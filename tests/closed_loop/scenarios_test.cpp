@@ -19,12 +19,31 @@ namespace {
 
 constexpr std::uint64_t kQuickSeeds = 2, kDeepSeeds = 20;
 
-constexpr const char* kScenarios[] = {"bus_faults",        "buried_pipe",   "chisel",       "clutch_in_contact",
-                                      "dig_cycle",         "dismantle",     "free_motion",  "grade_slope",
-                                      "hidden_faults",     "joint_ends",    "level",        "lift_weight",
-                                      "let_go_in_contact", "link_faults",   "pry",          "slam",
-                                      "press_with_load",   "sensor_faults", "two_contacts", "taps",
-                                      "wall_contact",      "wall_drag",     "wall_edge"};
+constexpr const char* kScenarios[] = {"bus_faults",
+                                      "buried_pipe",
+                                      "chisel",
+                                      "clutch_in_contact",
+                                      "dig_cycle",
+                                      "dismantle",
+                                      "fault_in_contact",
+                                      "free_air",
+                                      "free_motion",
+                                      "grade_slope",
+                                      "hidden_faults",
+                                      "joint_ends",
+                                      "level",
+                                      "lift_weight",
+                                      "let_go_in_contact",
+                                      "link_faults",
+                                      "pry",
+                                      "slam",
+                                      "press_with_load",
+                                      "sensor_faults",
+                                      "two_contacts",
+                                      "taps",
+                                      "wall_contact",
+                                      "wall_drag",
+                                      "wall_edge"};
 // These need a recording: tests/session/.
 constexpr const char* kRecorded[] = {"recorded_dig", "recorded_dig_soil"};
 

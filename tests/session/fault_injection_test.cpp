@@ -75,6 +75,45 @@ TEST(FaultInjection, BreaksInItsPhaseAtItsTimeAndMendsAfterwards) {
   EXPECT_EQ(bench.faults.injected().size(), 1U) << "once only";
 }
 
+TEST(FaultInjection, ASlowLinkGetsSlowerBitByBitAndALossyOneLosesOnlyWhatTheMachineSends) {
+  Bench slow({fault_of(FaultKind::kLinkSlow, 1, 0.2, 2)});
+  slow.run(1, 0.2);
+  Duration longest{};
+  int arrived = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const Time before = slow.got_good;
+    slow.step(1, 200ms + i * 1ms);
+    if (slow.got_good == before) continue;
+    ++arrived;
+    longest = std::max(longest, slow.got_good - before);
+  }
+  EXPECT_GT(arrived, 1000) << "all of them, some late";
+  EXPECT_LE(longest, 3ms) << "no outage";
+  EXPECT_NEAR(to_seconds(slow.now) * 1e3 - double(slow.sequence), 0, 1e-9);
+
+  Bench lossy({fault_of(FaultKind::kLinkLossy, 1, 0.2, 2)});
+  lossy.run(1, 0.4);
+  int came = 0;
+  for (int i = 0; i < 1000; ++i) {
+    lossy.step(1, 400ms + i * 1ms);
+    EXPECT_EQ(lossy.got_good, lossy.now);
+    (void)lossy.faults.machine_end().send(encode(SlaveMessage{}).view());
+    Datagram datagram;
+    while (lossy.faults.operator_end().receive(datagram)) ++came;
+  }
+  EXPECT_NEAR(came, 150, 50);
+}
+
+TEST(FaultInjection, AClockStepsAheadAndBack) {
+  Bench bench({fault_of(FaultKind::kClockStep)});
+  bench.run(1, 0.2);
+  EXPECT_EQ(bench.faults.operator_clock(), 0s);
+  bench.step(1, 250ms);
+  EXPECT_EQ(bench.faults.operator_clock(), sim::kClockStepBy);
+  bench.run(2, 0.4);
+  EXPECT_EQ(bench.faults.operator_clock(), 0s);
+}
+
 TEST(FaultInjection, ACutLinkLosesWhatIsSentAndCountsFromTheLastSetPointThatCame) {
   Bench bench({fault_of(FaultKind::kLinkCut)});
   bench.run(1, 0.4);

@@ -230,7 +230,7 @@ TEST(Metrics, TheLargestEstimateInFreeMotionCountsOnlyWhereItIsBelieved) {
   during(record, 0, 12, [](Sample& s) { s.confidence = 1; });
   during(record, 1, 1.3, [](Sample& s) { s.tip_force_N = {300, -400}; });
   EXPECT_NEAR(compute_metrics(record).free_estimate_peak_N.value(), 500, 1e-9);
-  during(record, 1, 1.3, [](Sample& s) { s.confidence = 0.5; });
+  during(record, 1, 1.3, [](Sample& s) { s.confidence = 0.3; });
   EXPECT_LT(compute_metrics(record).free_estimate_peak_N.value(), 300) << "of low confidence, and of a true press";
 }
 
@@ -448,6 +448,23 @@ TEST(MetricsOfTruth, PeakOfEachPressIsJudgedByWhatThatPressAsksFor) {
   EXPECT_NEAR(compute_metrics(record).peak_over_asked.value(), 1.25, 1e-12);
   during(record, 5, 5.1, [](Sample& s) { s.truth_tip_force_N = {-4000, 0}; });
   EXPECT_NEAR(compute_metrics(record).peak_over_asked.value(), 2.5, 1e-12);
+}
+
+TEST(Metrics, AfterAFaultTheTrueForceIsTakenFromWhereItWasAndTheFeltOneByItsSteps) {
+  SessionRecord record = engaged_record(8);
+  for (Sample& s : record.samples) {
+    const bool late = s.t_s > 1.5;
+    s.truth_tip_force_N = PlanarVector(s.t_s < 0.5 ? -9000 : late ? -2300 : -2000, 0);
+    s.felt_N = PlanarVector(s.t_s < 0.5 ? -9 : -2, 0);
+    if (s.t_s > 6.5) s.truth_tip_force_N.x() = -5000;  // later than a fault has effects
+  }
+  EXPECT_FALSE(compute_metrics(record).fault_rise_N);
+  EXPECT_FALSE(compute_metrics(record).fault_slew_N_per_ms);
+  record.injected_s = {1.0};
+  EXPECT_NEAR(*compute_metrics(record).fault_rise_N, 300, 1e-9);
+  EXPECT_NEAR(*compute_metrics(record).fault_slew_N_per_ms, 0, 1e-9);
+  record.samples[300].felt_slew_N_per_ms = 0.7;
+  EXPECT_NEAR(*compute_metrics(record).fault_slew_N_per_ms, 0.7, 1e-9);
 }
 
 TEST(MetricsOfTruth, WhereNothingWasThereToBeFeltNothingIsMeasured) {

@@ -269,6 +269,9 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
   const std::vector<std::pair<const char*, sim::FaultKind>> kinds{
       {"link_cut", sim::FaultKind::kLinkCut},
       {"link_nan", sim::FaultKind::kLinkNaN},
+      {"link_slow", sim::FaultKind::kLinkSlow},
+      {"link_lossy", sim::FaultKind::kLinkLossy},
+      {"clock_step", sim::FaultKind::kClockStep},
       {"e_stop", sim::FaultKind::kEStop},
       {"device_unplugged", sim::FaultKind::kDeviceUnplugged},
       {"device_silent", sim::FaultKind::kDeviceSilent},
@@ -301,6 +304,16 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
   EXPECT_EQ(load(kWhole).faults[0].kind, sim::FaultKind::kNodeSilent);
   EXPECT_EQ(load(kWhole).faults[1].kind, sim::FaultKind::kValveStuck);
   EXPECT_EQ(load(kWhole).faults[1].subject, machine().bus.valves[kArm].id);
+}
+
+TEST_F(ScenarioFile, WanderingHasASpeedAndALength) {
+  const std::string phase = "kind = \"wander\"\nspeed_radps = 0.6";
+  const session::Scenario scenario = load(with("kind = \"wait\"", phase));
+  const sim::Phase& wander = scenario.phases[6];
+  EXPECT_EQ(wander.kind, sim::PhaseKind::kWander);
+  EXPECT_EQ(wander.speed_mps, 0.6);
+  EXPECT_EQ(wander.duration_s, 2);
+  expect_refused("kind = \"wait\"", "kind = \"wander\"", {"phase[6].speed_radps", "missing"});
 }
 
 TEST_F(ScenarioFile, PressingUntilItBreaksNeedsSomethingThatBreaks) {

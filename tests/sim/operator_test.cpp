@@ -110,6 +110,13 @@ Phase sweep(double seconds) {
   phase.duration_s = seconds;
   return phase;
 }
+Phase wander(double seconds) {
+  Phase phase = of_kind(PhaseKind::kWander);
+  phase.speed_mps = 0.6;
+  phase.duration_s = seconds;
+  phase.timeout_s = seconds + 30;
+  return phase;
+}
 Phase move_by(const PlanarVector& way_m, double speed_mps = 0.3) {
   Phase phase = of_kind(PhaseKind::kMove);
   phase.tip_m = tip_of(kPose) + way_m;
@@ -451,6 +458,30 @@ TEST(Operator, TimeInPhaseStartsAtZeroWithEachPhase) {
   EXPECT_LE(toy.person.in_phase(toy.now), 1ms) << "not the length of the phase before";
   toy.run_for(0.5);
   EXPECT_NEAR(to_seconds(toy.person.in_phase(toy.now)), 0.5, 0.002);
+}
+
+TEST(Operator, WandersToAllEndsWithinItsSpeedAndComesToRest) {
+  Toy toy({engage(), wander(300), wait(1)});
+  toy.run(1);
+  JointVector low = toy.view.ghost_rad, high = low, last = low;
+  double fastest_radps = 0;
+  while (toy.person.phase() == 1) {
+    toy.step();
+    low = low.cwiseMin(toy.view.ghost_rad);
+    high = high.cwiseMax(toy.view.ghost_rad);
+    fastest_radps = std::max(fastest_radps, (toy.view.ghost_rad - last).cwiseAbs().maxCoeff() / 1e-3);
+    last = toy.view.ghost_rad;
+  }
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const auto j = static_cast<Eigen::Index>(i);
+    EXPECT_NEAR(low[j], default_machine().links[i].min_rad, 1e-9) << i;
+    EXPECT_NEAR(high[j], default_machine().links[i].max_rad, 1e-9) << i;
+  }
+  EXPECT_GT(fastest_radps, 0.3);
+  EXPECT_LT(fastest_radps, 0.61);
+  const JointVector end = toy.view.ghost_rad;
+  toy.run_for(0.5);
+  EXPECT_NEAR((toy.view.ghost_rad - end).norm(), 0, 1e-3) << "nothing was left on its way";
 }
 
 }  // namespace
