@@ -93,11 +93,15 @@ JointVector ContactLaw::shortened_rad(const JointVector& lead_rad, const Touch& 
   return share * share * lead_rad + (1 - share) * along_rad;
 }
 
+double ContactLaw::known(const Touch& touch, double most_N) const noexcept {
+  const double from_N = std::min(kLeashed * control_.feed_forward_fade_N, most_N / 2.5);
+  return std::clamp(touch.force_N.norm() / from_N - 1, 0.0, 1.0);
+}
+
 JointVector ContactLaw::leashed_rad(const JointVector& lead_rad, const Touch& touch, const PlanarVector& shown_N,
-                                    double most_N, double yielding) const noexcept {
-  const double f1_N = control_.feed_forward_fade_N;
-  const double known = std::clamp(touch.force_N.norm() / std::min(kLeashed * f1_N, most_N / 2.5) - 1, 0.0, 1.0);
+                                    double most_N, double known, double yielding) const noexcept {
   if (known <= 0) return lead_rad;
+  const double f1_N = control_.feed_forward_fade_N;
   const double shown_and_margin_N = std::max(0.0, touch.away.dot(shown_N)) + f1_N;
   const JointVector felt_rad = shortened_rad(lead_rad, touch, shown_and_margin_N);
   const JointVector leashed_rad = lead_rad + known * (1 - yielding) * (felt_rad - lead_rad);

@@ -43,12 +43,15 @@ class ContactLaw {
   /// direction; as far as the force is trusted, and never without bound.
   [[nodiscard]] JointVector give_rad(const Touch& touch) const noexcept;
 
+  /// How sure it is that the force is one that holds the set-point back, [0, 1]. @param most_N as below.
+  [[nodiscard]] double known(const Touch& touch, double most_N) const noexcept;
+
   /// How far the set-point leads, along the force no further than Ks makes (what the hand is shown + F1) of it.
   /// @param lead_rad set-point minus joints. @param shown_N MasterMessage::shown_N. @param most_N what may be pressed
-  /// in any case: beyond it the touched point draws back. @param yielding [0, 1]: what moves along is pressed as far as
-  /// the hand goes, up to most_N.
+  /// in any case: beyond it the touched point draws back. @param known see above. @param yielding [0, 1]: what moves
+  /// along is pressed as far as the hand goes, up to most_N.
   [[nodiscard]] JointVector leashed_rad(const JointVector& lead_rad, const Touch& touch, const PlanarVector& shown_N,
-                                        double most_N, double yielding) const noexcept;
+                                        double most_N, double known, double yielding) const noexcept;
 
   /// With the touched point slower by less_mps (frame M), exactly where a regularised inverse would leave a rest.
   [[nodiscard]] JointVector slowed_radps(const JointVector& rate_radps, const Touch& touch,

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kAccelerationLead_s = 0.1;  // covers valve delay and spool lag in free motion
 constexpr double kLeadFade = 0.6;            // tip force at which the lead is gone, of the feed-forward's
+constexpr double kKnownFor_s = 3;            // a contact that is touched no more, or only lightly
 constexpr double kPumpShare = 0.95;          // of the pump's flow, kept back for leakage and errors of gain
 constexpr double kFadeInTip_mps = 0.01;      // dead-band compensation grows over this tip speed
 constexpr double kLearnBelow_mps = 0.002;    // cylinder speed under which the dead band is learned
@@ -59,6 +60,7 @@ void JointControl::reset() noexcept {
   rising_to_assist_.reset();
   yielding_.reset();
   touched_m_.setZero();
+  known_ = 0;
   ahead_.reset(JointVector::Zero());
 }
 
@@ -94,7 +96,11 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
   const JointVector ahead_rad = command.position_rad - state.angle_rad, give_rad = law_.give_rad(touch);
   const bool assisted = command.force_limit_N > 0 && command.force_limit_N < machine_.limits.tip_force_N;
   const double most_N = assisted ? command.force_limit_N : machine_.limits.tip_force_N;
-  const JointVector leashed_rad = law_.leashed_rad(ahead_rad, touch, command.shown_N, most_N, output.yielding);
+  // A contact that was known stays so while it is touched: a leash that comes and goes with the force makes it swing.
+  const double known_now = law_.known(touch, most_N);
+  known_ = std::max(known_now, known_ - step_s_ / kKnownFor_s);
+  const double known = std::max(known_now, known_ * std::min(1.0, touch.force_N.norm() / control.feed_forward_fade_N));
+  const JointVector leashed_rad = law_.leashed_rad(ahead_rad, touch, command.shown_N, most_N, known, output.yielding);
   const JointVector towards = law_.steadied_radps(gain.cwiseProduct(leashed_rad + give_rad), touch, state);
   // The leashed set-point stands still until the hand has come back to it.
   const double cut_m = touch.away.dot(touch.jacobian * (leashed_rad - ahead_rad));

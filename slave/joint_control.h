@@ -79,6 +79,7 @@ class JointControl {
   estimation::Yielding yielding_;
   PlanarVector touched_m_ =
       PlanarVector::Zero();  ///< Way of whatever point is touched: the touch wanders along the bucket.
+  double known_ = 0;         ///< How sure a contact is, or was lately.
   std::uint32_t steps_ = 0;
   PerJoint<std::array<double, 2>> learned_{};
   struct Learning {

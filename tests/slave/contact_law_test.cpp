@@ -73,7 +73,8 @@ TEST(ContactLaw, PressesNoFurtherThanTheHandIsShownAndAMargin) {
   const Touch touch = bench.at_tip(pushed_N);
   const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0.05);
   const auto lead_m = [&](const PlanarVector& shown_N, double yielding = 0) {
-    return PlanarVector(touch.tip_jacobian * bench.law.leashed_rad(lead_rad, touch, shown_N, 1e6, yielding));
+    return PlanarVector(touch.tip_jacobian *
+                        bench.law.leashed_rad(lead_rad, touch, shown_N, 1e6, bench.law.known(touch, 1e6), yielding));
   };
   const double stiffness = machine().control.tip_stiffness_N_per_m, margin_N = machine().control.feed_forward_fade_N;
   for (const double shown_N : {0.0, 1000.0, 4000.0}) {
@@ -84,8 +85,10 @@ TEST(ContactLaw, PressesNoFurtherThanTheHandIsShownAndAMargin) {
   const PlanarVector free_m = touch.tip_jacobian * lead_rad;
   EXPECT_NEAR(lead_m({-20e3, 0}).x(), free_m.x(), 1e-12);
   EXPECT_NEAR(lead_m({0, 0}, 1).x(), free_m.x(), 1e-12) << "soil goes along";
-  EXPECT_EQ(bench.law.leashed_rad(-lead_rad, touch, {0, 0}, 1e6, 0), JointVector(-lead_rad)) << "away is free";
-  EXPECT_EQ(bench.law.leashed_rad(lead_rad, bench.at_tip({-300, 0}), {0, 0}, 1e6, 0), lead_rad) << "nothing is touched";
+  EXPECT_EQ(bench.law.leashed_rad(-lead_rad, touch, {0, 0}, 1e6, 1, 0), JointVector(-lead_rad)) << "away is free";
+  const Touch light = bench.at_tip({-300, 0});
+  EXPECT_EQ(bench.law.leashed_rad(lead_rad, light, {0, 0}, 1e6, bench.law.known(light, 1e6), 0), lead_rad)
+      << "nothing is touched";
 }
 
 TEST(ContactLaw, WhatMovesAlongIsPressedNoHarderThanMayBePressed) {
@@ -94,7 +97,8 @@ TEST(ContactLaw, WhatMovesAlongIsPressedNoHarderThanMayBePressed) {
   const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0.05);
   const double most_N = 3000, allowed_m = most_N / machine().control.tip_stiffness_N_per_m;
   for (const double yielding : {0.5, 1.0}) {
-    const JointVector leashed_rad = bench.law.leashed_rad(lead_rad, touch, {-8000, 0}, most_N, yielding);
+    const JointVector leashed_rad =
+        bench.law.leashed_rad(lead_rad, touch, {-8000, 0}, most_N, bench.law.known(touch, most_N), yielding);
     EXPECT_NEAR((touch.tip_jacobian * leashed_rad).x(), allowed_m, 0.1 * 0.15) << yielding;
   }
 }
@@ -117,7 +121,8 @@ TEST(ContactLaw, DrawsBackBeyondWhatMayBePressedHoweverMuchTheHandIsShown) {
   const Touch touch = bench.at_tip({-5000, 0});
   const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0);
   const auto towards_mps = [&](double most_N) {
-    const JointVector leashed_rad = bench.law.leashed_rad(lead_rad, touch, {-8000, 0}, most_N, 0);
+    const JointVector leashed_rad =
+        bench.law.leashed_rad(lead_rad, touch, {-8000, 0}, most_N, bench.law.known(touch, most_N), 0);
     return (touch.tip_jacobian * (leashed_rad + bench.law.give_rad(touch))).x();
   };
   EXPECT_GT(towards_mps(6000), 0);
