@@ -80,7 +80,8 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
   const Pose pose(state.angle_rad, pitch_.step(state.hull_pitch_rad));
   const JointVector moved = state.angle_rad - last_angle_rad_;
   last_angle_rad_ = state.angle_rad;
-  for (ObserverChannel* channel : {&slow_, &fast_.motion, &contact_.motion}) channel->move(moved, state.lever_m);
+  for (ObserverChannel* channel : {&slow_, &fast_.motion, &contact_.motion})
+    channel->move(moved, state.lever_m, estimate_.significant);
   estimate_.carried_Nm = load_columns(arm_.length_m(), pose) * carried_;
   pressure_sum_Pa_ = state.pressure_sum_Pa();
   slow_step(pose, state);

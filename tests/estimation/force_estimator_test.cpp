@@ -55,6 +55,8 @@ class Twin {
     filter_.reset();
     estimator_.restart_motion();
   }
+  /// The world holds the bucket: friction at rest stays.
+  void hold() { machine_.hold(true); }
   ForceEstimator& estimator() { return estimator_; }
 
   SineMotion motion;
@@ -102,6 +104,39 @@ TEST(ForceEstimator, KnownForceStepIsRecoveredInMagnitudeDirectionAndTime) {
   EXPECT_LT((e.tip_N - force).norm(), 0.05 * force.norm());
   EXPECT_GT(e.confidence, 0.5);
   EXPECT_TRUE(e.contact);
+}
+
+// In free air vibrations release the friction of a rod that stands; in a press it stays, at the side that the rod came
+// from, and is some 100 N of force at the tip.
+TEST(ForceEstimator, FrictionOfRodsThatStandInAPressIsNotTakenForForce) {
+  for (const double way : {0.5, 2.0, 4.0, 5.5}) {
+    Twin twin(real_sensors());
+    twin.free_motion(15);
+    const PlanarVector press_N = 2000 * PlanarVector(std::cos(way), std::sin(way));
+    for (double t = 0; t < 0.5; t += kStep_s) twin.step(press_N);
+    twin.hold();
+    for (double speed = 1; speed > 0; speed -= kStep_s) twin.step(press_N, speed);
+    double error_N = 0;
+    for (double t = 0; t < 3; t += kStep_s) error_N = (twin.step(press_N, 0).tip_N - press_N).norm();
+    EXPECT_LT(error_N, 50) << way;
+  }
+}
+
+TEST(ForceEstimator, FrictionOfRodsThatCreepInAPressIsNotTakenForForce) {
+  Twin twin(real_sensors());
+  twin.free_motion(15);
+  const PlanarVector press_N(-1500, 1500);
+  for (double t = 0; t < 0.5; t += kStep_s) twin.step(press_N);
+  twin.hold();
+  for (double speed = 1; speed > 0; speed -= kStep_s) twin.step(press_N, speed);
+  constexpr double kCreep = 2e-3;  // of the motion's speed: some tenths of a millimetre a second
+  double sum_N = 0;
+  int n = 0;
+  for (double t = 0; t < 8; t += kStep_s) {
+    const double error_N = (twin.step(press_N, kCreep).tip_N - press_N).norm();
+    if (t > 4) sum_N += error_N, ++n;
+  }
+  EXPECT_LT(sum_N / n, 50);
 }
 
 TEST(ForceEstimator, HullThatTiltsIsNoForce) {

@@ -102,7 +102,7 @@ class SyntheticMachine {
       friction.coulomb_N *= errors_.friction_factor;
       friction.viscous_Ns_per_m *= errors_.friction_factor * errors_.viscosity_factor;
       dahl_[k].step(speed, kStep_s);
-      const double bristle = dahl_[k].settle(speed, kStep_s);
+      const double bristle = held_ ? dahl_[k].value() : dahl_[k].settle(speed, kStep_s);
       const double force =
           torque[i] / cylinder.lever_m + CylinderFriction(friction).force_N(bristle, speed) + errors_.bias_N[i];
       const double back = 30e5 * (1 + errors_.back_swing * std::sin(20 * speed)), seal_m2 = bristle * errors_.seal_m2;
@@ -115,6 +115,8 @@ class SyntheticMachine {
     return m;
   }
   [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
+  /// While the world holds the bucket nothing rings, and bristles stay bent.
+  void hold(bool held) { held_ = held; }
 
  private:
   static double quantised(double value, double step) { return step > 0 ? std::round(value / step) * step : value; }
@@ -127,6 +129,7 @@ class SyntheticMachine {
   Kinematics kinematics_;
   RigidArm arm_;
   std::array<DahlState, kJoints> dahl_{};
+  bool held_ = false;
   std::mt19937 random_;
   std::normal_distribution<double> normal_{0, 1};
 };
