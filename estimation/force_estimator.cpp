@@ -100,7 +100,8 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
   estimate_.loaded_tip_N = solve(estimate_.joint_torque_Nm + estimate_.carried_Nm).force_N;
   estimate_.covariance_N2 = found.covariance_N2;
   estimate_.residual_sigma = found.residual_sigma;
-  estimate_.fast_couple_Nm = solve(estimate_.fast_torque_Nm).couple_Nm;
+  estimate_.fast_couple_Nm =
+      bucket_.couple_Nm(state.angle_rad, jacobian, estimate_.fast_torque_Nm, estimate_.joint_covariance_Nm2);
   estimate_.fast_torque_Nm.array() -= estimate_.fast_couple_Nm;
   judge_contact();
   learn();
