@@ -45,7 +45,6 @@ constexpr double kTaredAfter_s = 10;
 constexpr double kUsableSigma_N = 300;
 constexpr double kReliefPart = 0.97;
 constexpr double kResidualSigma = 4;
-constexpr double kAtEndStop = 0.3;  // low: a stop takes any force, and its cushion more than is allowed for
 
 JointVector equivalent_torque2(const JointVector& lever_m, double cylinder_N) {
   return (lever_m.cwiseAbs().cwiseMax(kSmallestLever_m) * cylinder_N).array().square();
@@ -199,8 +198,7 @@ void ForceEstimator::judge_confidence() noexcept {
   if (slow_.cylinder_mps.cwiseAbs().maxCoeff() > kFastClass_mps) lower(kFastMotion, 0.9);
   if (tare_.learned_s() < kTaredAfter_s) lower(kNotTared, 0.7 + 0.3 * tare_.learned_s() / kTaredAfter_s);
   if (estimate_.residual_sigma > kResidualSigma) lower(kResidual, kResidualSigma / estimate_.residual_sigma);
-  if ((stop_variance_.array() > equivalent_torque2(signals_.lever, kStopSeen_N).array()).any())
-    lower(kEndStop, kAtEndStop);
+  if ((stop_variance_.array() > equivalent_torque2(signals_.lever, kStopSeen_N).array()).any()) lower(kEndStop, 0.5);
   if (relief_variance_.maxCoeff() > 0) lower(kReliefOpen, 0.8);
   estimate_.confidence = confidence;
   estimate_.confidence_reasons = reasons;

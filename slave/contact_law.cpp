@@ -17,6 +17,10 @@ constexpr double kNoDivision = 1e-6;
 constexpr double kLeastLever_m = 0.01;
 constexpr double kUsualDoubt_N = 1000;  // of a cylinder: standing friction and free motion leave less
 
+double trusted(const Touch& touch) noexcept {
+  return std::clamp((touch.confidence - kNoTrust) / (kFullTrust - kNoTrust), 0.0, 1.0);
+}
+
 }  // namespace
 
 double oil_stiffness_N_per_m(const CylinderDescription& cylinder, const HydraulicsDescription& hydraulics,
@@ -74,8 +78,7 @@ JointVector ContactLaw::give_rad(const Touch& touch) const noexcept {
   // Springs per joint (Kq_i = Ks L_i^2) would give a stiffness that varies more than twofold with direction and pose,
   // which the operator's spring, K_l = lambda mu Ks, cannot match. Pressures that cannot be explained must not move the
   // machine: what is not trusted is not given way to, and nothing is given way to without bound.
-  const double trusted = std::clamp((touch.confidence - kNoTrust) / (kFullTrust - kNoTrust), 0.0, 1.0);
-  PlanarVector force_N = trusted * touch.force_N;
+  PlanarVector force_N = trusted(touch) * touch.force_N;
   force_N *= std::min(1.0, kLargestPress * control_.feed_forward_fade_N / std::max(force_N.norm(), 1.0));
   return to_joints(touch.jacobian) * force_N / control_.tip_stiffness_N_per_m;
 }
@@ -102,9 +105,10 @@ JointVector ContactLaw::leashed_rad(const JointVector& lead_rad, const Touch& to
                                     double most_N, double known, double yielding) const noexcept {
   if (known <= 0) return lead_rad;
   const double f1_N = control_.feed_forward_fade_N;
-  const double shown_and_margin_N = std::max(0.0, touch.away.dot(shown_N)) + f1_N;
+  // What is not given way to is not pressed on either, and counts for a wall.
+  const double shown_and_margin_N = trusted(touch) * (std::max(0.0, touch.away.dot(shown_N)) + f1_N);
   const JointVector felt_rad = shortened_rad(lead_rad, touch, shown_and_margin_N);
-  const JointVector leashed_rad = lead_rad + known * (1 - yielding) * (felt_rad - lead_rad);
+  const JointVector leashed_rad = lead_rad + known * (1 - trusted(touch) * yielding) * (felt_rad - lead_rad);
   return leashed_rad + known * (shortened_rad(leashed_rad, touch, most_N) - leashed_rad);
 }
 

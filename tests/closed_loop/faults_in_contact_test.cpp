@@ -67,21 +67,22 @@ INSTANTIATE_TEST_SUITE_P(
                     Broken{"ValveStuck", FaultKind::kValveStuck, 0x11}),
     [](const auto& test) { return std::string(test.param.name); });
 
-/// The law gives way to cues while the machine presses. What the wall gets of it is in docs/faults.md.
+/// The law gives way to cues while the machine presses.
 void expect_gentle_downgrade(FaultKind kind, ReasonCode reason) {
   const FinishedSession session = broken_in_contact(kind);
   expect_pressed(session.record);
   ASSERT_EQ(session.record.warnings.size(), 1U);
   EXPECT_EQ(session.record.warnings[0].reason.code, reason);
   EXPECT_LE(session.metrics.max_slew_N_per_ms, kDowngradeStep_N_per_ms);
+  EXPECT_LE(session.metrics.fault_rise_N, kRise_N) << "the hand goes on, but is shown nothing";
   EXPECT_TRUE(session.record.faults.empty());
 }
 
-TEST(DowngradeInContact, IsNoStepWhereTheLinkGetsSlow) {
+TEST(DowngradeInContact, IsNoStepAndNoPushWhereTheLinkGetsSlow) {
   expect_gentle_downgrade(FaultKind::kLinkSlow, ReasonCode::kCuesDelay);
 }
 
-TEST(DowngradeInContact, IsNoStepWhereTheLinkLosesMost) {
+TEST(DowngradeInContact, IsNoStepAndNoPushWhereTheLinkLosesMost) {
   expect_gentle_downgrade(FaultKind::kLinkLossy, ReasonCode::kCuesLoss);
 }
 

@@ -273,7 +273,6 @@ TEST(ForceEstimator, EndStopIsNoForceOfTheWorld) {
     for (double t = 0; t < 1; t += kStep_s) run.step(PlanarVector::Zero(), 0, stop);
     const ForceEstimate& e = run.estimator().estimate();
     EXPECT_TRUE(e.confidence_reasons & kEndStop) << "joint " << joint;
-    EXPECT_LE(e.confidence, 0.3) << "joint " << joint;
     EXPECT_LT(e.tip_N.norm() * e.confidence, 150) << "joint " << joint << ": " << e.tip_N.transpose();
   }
 }

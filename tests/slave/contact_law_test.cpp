@@ -91,6 +91,25 @@ TEST(ContactLaw, PressesNoFurtherThanTheHandIsShownAndAMargin) {
       << "nothing is touched";
 }
 
+TEST(ContactLaw, WhatIsNotTrustedIsNotPressedOnAsItIsNotGivenWayTo) {
+  const Bench bench;
+  const PlanarVector at_m(machine().links[kBucket].length_m, 0);
+  double last_m = 1;
+  for (const double confidence : {0.4, 0.3, 0.2, 0.1}) {
+    const Touch touch = bench.touched({-5000, 0}, at_m, confidence);
+    const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0);
+    const JointVector leashed_rad = bench.law.leashed_rad(lead_rad, touch, {-2000, 0}, 1e6, 1, 0);
+    const double pressed_m = (touch.tip_jacobian * leashed_rad).x();
+    EXPECT_LT(pressed_m, last_m) << confidence;
+    last_m = pressed_m;
+  }
+  EXPECT_NEAR(last_m, 0, 1e-9);
+  const Touch doubtful = bench.touched({-5000, 0}, at_m, 0.1);
+  const JointVector lead_rad = bench.law.to_joints(doubtful.tip_jacobian) * PlanarVector(0.15, 0);
+  EXPECT_NEAR((doubtful.tip_jacobian * bench.law.leashed_rad(lead_rad, doubtful, {-2000, 0}, 1e6, 1, 1)).x(), 0, 1e-9)
+      << "whether it moves along is not known either";
+}
+
 TEST(ContactLaw, WhatMovesAlongIsPressedNoHarderThanMayBePressed) {
   const Bench bench;
   const Touch touch = bench.at_tip({-5000, 0});
