@@ -14,8 +14,8 @@ namespace knuckle::master {
 ///   at contact  a = x_m (no step in force), b = 0
 ///   a += v_c dt + (x_s + b / K - a) (1 - exp(-dt / t_w))
 ///   b += e (1 - exp(-dt / tau_b)), clamped; e = R + K x_a - b, |e| <= 1 N; tau_b = bias_time + bias_time_per_rtt * RTT
-///   F_n = max(0, K n.(a - x_m) - b_c n.(v_m - v_c)); across n the spring up to |R_t|, remembered for 1.5 s (friction)
-///   and -b_c (v_m - v_c)_t
+///   F_n = max(0, K n.(a - x_m) - b_c n.(v_m - v_c)); across n the spring up to |R_t|, which fades with 1.5 s
+///   (friction) and -b_c (v_m - v_c)_t
 ///        up to 0.3 F_n; and the load beside it
 /// The anchor is a vector, so a turning normal moves no force into it. F settles to R: where hand and machine rest
 /// K (a - x_m) = K (x_s - x_m) + b = R, and where they move on against a force that stays (y = 1) as well,

@@ -90,10 +90,12 @@ JointVector ContactLaw::shortened_rad(const JointVector& lead_rad, const Touch& 
   if (pressing_m <= allowed_m) return lead_rad;
   // The whole lead is cut short, and the deeper it was the more with the joints that give way: where pressing and
   // giving way are in balance all joints then rest. Valves do not keep the balance of some that press and others that
-  // yield.
-  const double share = allowed_m / pressing_m;
-  const JointVector along_rad = to_joints(touch.jacobian) * (-allowed_m * touch.away);
-  return share * share * lead_rad + (1 - share) * along_rad;
+  // yield. Where the force is not trusted its direction is not either: what leads along the contact goes on there, or
+  // noise of the direction would switch it on and off.
+  const double along_m = (1 - trusted(touch)) * control_.feed_forward_fade_N / control_.tip_stiffness_N_per_m;
+  const double share = (allowed_m + along_m) / (pressing_m + along_m);
+  const double rest_m = allowed_m - share * share * pressing_m;
+  return share * share * lead_rad + to_joints(touch.jacobian) * (-rest_m * touch.away);
 }
 
 double ContactLaw::known(const Touch& touch, double most_N) const noexcept {

@@ -21,7 +21,7 @@ constexpr double kReportObserver_Hz = 3;                    // specified lag of 
 constexpr double kReportVelocity_Hz = 8;                    // and this one twice
 constexpr double kDetectable_N = 500, kOnset_N = 50;        // a contact counts for detection if it grows to 500 N
 constexpr double kLiftedPayload_kg = 1;
-constexpr double kBelieved = 0.3;  // confidence
+constexpr double kBelieved = 0.5;  // confidence
 constexpr double kPumpShort = 0.99;
 
 constexpr MetricEntry kTable[] = {

@@ -21,7 +21,7 @@ struct Metrics {
   // force: estimate against truth
   Metric no_load_rms_N, contact_error_rel, direction_error_deg, detection_ms, peak_N, pipe_peak_N;
   Metric false_contact_share;   ///< Of free motion, with the contact event on.
-  Metric free_estimate_peak_N;  ///< Largest in free motion without a load, where confidence is above 0.3.
+  Metric free_estimate_peak_N;  ///< Largest in free motion without a load, where confidence is above one half.
   // payload
   Metric payload_truth_kg, payload_estimate_kg, payload_sigma_kg, payload_error_kg;
   Metric payload_contact_error_kg;  ///< Largest error of the load while the loaded bucket touches something.

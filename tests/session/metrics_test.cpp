@@ -230,7 +230,7 @@ TEST(Metrics, TheLargestEstimateInFreeMotionCountsOnlyWhereItIsBelieved) {
   during(record, 0, 12, [](Sample& s) { s.confidence = 1; });
   during(record, 1, 1.3, [](Sample& s) { s.tip_force_N = {300, -400}; });
   EXPECT_NEAR(compute_metrics(record).free_estimate_peak_N.value(), 500, 1e-9);
-  during(record, 1, 1.3, [](Sample& s) { s.confidence = 0.3; });
+  during(record, 1, 1.3, [](Sample& s) { s.confidence = 0.5; });
   EXPECT_LT(compute_metrics(record).free_estimate_peak_N.value(), 300) << "of low confidence, and of a true press";
 }
 

@@ -103,11 +103,25 @@ TEST(ContactLaw, WhatIsNotTrustedIsNotPressedOnAsItIsNotGivenWayTo) {
     EXPECT_LT(pressed_m, last_m) << confidence;
     last_m = pressed_m;
   }
-  EXPECT_NEAR(last_m, 0, 1e-9);
+  EXPECT_NEAR(last_m, 0, 1e-4);
   const Touch doubtful = bench.touched({-5000, 0}, at_m, 0.1);
   const JointVector lead_rad = bench.law.to_joints(doubtful.tip_jacobian) * PlanarVector(0.15, 0);
-  EXPECT_NEAR((doubtful.tip_jacobian * bench.law.leashed_rad(lead_rad, doubtful, {-2000, 0}, 1e6, 1, 1)).x(), 0, 1e-9)
+  EXPECT_NEAR((doubtful.tip_jacobian * bench.law.leashed_rad(lead_rad, doubtful, {-2000, 0}, 1e6, 1, 1)).x(), 0, 1e-4)
       << "whether it moves along is not known either";
+}
+
+TEST(ContactLaw, NoiseInTheDirectionOfADoubtfulForceDoesNotSwitchTheWayAlongIt) {
+  const Bench bench;
+  const Touch touch = bench.touched({-2500, 0}, {machine().links[kBucket].length_m, 0}, 0.1);
+  const auto along_m = [&](double pressing_m) {
+    const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(pressing_m, 0.15);
+    return (touch.tip_jacobian * bench.law.leashed_rad(lead_rad, touch, {0, 0}, 1e6, 1, 0)).y();
+  };
+  double last_m = along_m(-0.005);
+  for (double pressing_m = -0.005; pressing_m < 0.03; pressing_m += 1e-4) {
+    EXPECT_NEAR(along_m(pressing_m), last_m, 0.01) << pressing_m;
+    last_m = along_m(pressing_m);
+  }
 }
 
 TEST(ContactLaw, WhatMovesAlongIsPressedNoHarderThanMayBePressed) {

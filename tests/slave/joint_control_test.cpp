@@ -183,10 +183,11 @@ TEST(JointControl, GivesWayOnlyToAForceThatIsTrustedAndNeverWithoutBound) {
   }
 }
 
-/// A bucket that stands against something it is asked to press: the force, the trust in it and the limit may change.
+/// A bucket that stands against something it is asked to press: the force, the trust in it, the limit and what the hand
+/// is shown of it may change.
 class PressedMachine {
  public:
-  JointControl::Output step(const PlanarVector& tip_N, double limit_N, double confidence = 1) {
+  JointControl::Output step(const PlanarVector& tip_N, double limit_N, double confidence = 1, double shown = 100) {
     estimation::JointState state;
     state.angle_rad = kStart;
     for (int i = 0; i < kJoints; ++i) state.lever_m[i] = kinematics_.cylinder_at(i, kStart[i])->lever_m;
@@ -195,9 +196,10 @@ class PressedMachine {
     force.look_variance_Nm2 = JointVector::Constant(2500);
     force.confidence = confidence;
     const JointVector ahead = kinematics_.tip_jacobian(kStart).transpose() * PlanarVector(0.2, 0);
-    return control_.step(state, force, {kStart + ahead, JointVector::Zero(), true, 100 * tip_N, limit_N},
+    return control_.step(state, force, {kStart + ahead, JointVector::Zero(), true, shown * tip_N, limit_N},
                          JointVector::Zero());
   }
+  void let_go() { control_.step({}, {}, {kStart, JointVector::Zero(), false}, JointVector::Zero()); }
   [[nodiscard]] double forward_mps(const JointControl::Output& output) const {
     return (kinematics_.tip_jacobian(kStart) * output.rate_radps).x();
   }
@@ -249,6 +251,24 @@ TEST(JointControl, ForceLimitSwitchedOnInContactTakesTheForceForNoRise) {
   again.step({0, 0}, 4000);
   for (int k = 0; k < 10; ++k) again.step(pressed, 0);
   EXPECT_NEAR(again.forward_mps(again.step(pressed, 4000)), steady_mps, 1e-9);
+}
+
+TEST(JointControl, LeashOfAKnownContactStaysForAWhileAsLongAsItIsTouched) {
+  const PlanarVector pressed(-3000, 0), light(-800, 0);
+  const auto next_mps = [](PressedMachine& machine, const PlanarVector& tip_N) {
+    return machine.forward_mps(machine.step(tip_N, 0, 1, 0));
+  };
+  PressedMachine fresh;
+  const double free_mps = next_mps(fresh, light);
+  PressedMachine machine;
+  next_mps(machine, pressed);
+  EXPECT_LT(next_mps(machine, light), 0.3 * free_mps);
+  EXPECT_NEAR(next_mps(machine, {0, 0}), next_mps(fresh, {0, 0}), 1e-9) << "nothing is touched";
+  for (double t_s = 0; t_s < 3; t_s += kStep_s) next_mps(machine, light);
+  EXPECT_NEAR(next_mps(machine, light), free_mps, 1e-9);
+  next_mps(machine, pressed);
+  machine.let_go();
+  EXPECT_NEAR(next_mps(machine, light), free_mps, 1e-9) << "another contact";
 }
 
 TEST(JointControl, ForceLimitHoldsWhateverTheForceIsTrusted) {
