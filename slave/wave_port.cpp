@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kSingularity = 1e-3;  // of J W J^T, about 0.5 in both directions where the arm is well bent
 constexpr double kDrift_1ps = 0.5;
-// Waves lead no further from what was asked than a set-point may be wrong by (set_point_check.h): the check judges what
-// the operator's side sends, and this moves the machine beyond it.
+// Waves lead no further away from what was asked than a set-point may be wrong by (set_point_check.h): the check judges
+// what the operator's side sends, and this moves the machine beyond it.
 constexpr double kLeeway_rad = kSetPointTable.disagreement_rad;
 
 }  // namespace
@@ -51,16 +51,21 @@ WavePort::Reference WavePort::step(const Reference& asked, const MasterMessage& 
   const PlanarVector beside_mps = speed_mps - jacobian * asked.velocity_radps;
   JointVector rate_radps = asked.velocity_radps + weighted * (normal.inverse() * beside_mps);
   const JointVector drift_radps = kDrift_1ps * (asked.position_rad - reference_rad_);
+  const double pushed_J = std::max(0.0, step_s_ * pushes_N.dot(speed_mps));
   const double drift_J = std::max(0.0, step_s_ * pushes_N.dot(jacobian * drift_radps));
   const bool paid = arriving_.pay(drift_J);
   if (paid) rate_radps += drift_radps;
   const JointVector before_rad = reference_rad_;
   const JointVector leeway = JointVector::Constant(kLeeway_rad);
-  reference_rad_ = (reference_rad_ + step_s_ * rate_radps)
-                       .cwiseMax(asked.position_rad - leeway)
-                       .cwiseMin(asked.position_rad + leeway)
-                       .cwiseMax(low_rad_)
-                       .cwiseMin(high_rad_);
+  // These bounds only stop: what lies beyond them already stays where it is, as moving it could be work on the world.
+  const JointVector low_rad = (asked.position_rad - leeway).cwiseMax(low_rad_).cwiseMin(before_rad);
+  const JointVector high_rad = (asked.position_rad + leeway).cwiseMin(high_rad_).cwiseMax(before_rad);
+  reference_rad_ = (before_rad + step_s_ * rate_radps).cwiseMax(low_rad).cwiseMin(high_rad);
+  // A joint that stops and one that goes on turn the tip's motion, and so does the singularity: no push on the world
+  // comes of it beyond those of the wave and of what was paid.
+  const double work_J = pushes_N.dot(jacobian * (reference_rad_ - before_rad));
+  const double most_J = pushed_J + (paid ? drift_J : 0);
+  if (work_J > most_J) reference_rad_ = before_rad + most_J / work_J * (reference_rad_ - before_rad);
   rate_radps = (reference_rad_ - before_rad) / step_s_;
 
   // The wave that returns is that of the speed it became, with no more energy than is left of the one that arrived.

@@ -16,7 +16,9 @@ namespace knuckle::slave {
 /// (Niemeyer and Slotine 1991). q_ref follows v at the tip, and the operator in what does not move the tip:
 ///   dq_ref = dq_op + J^+ (v - J dq_op) + kDrift (q_op - q_ref)
 /// The last term keeps the positions together. It is no wave: it moves the set-point against the force only as far as
-/// the energy that the smoothing of the wave took out pays for it. Passive between (V, F) at the hand and (set-point
+/// the energy that the smoothing of the wave took out pays for it. Without waves (`cues`) it alone moves the tip after
+/// the operator, late, and not into what holds it back. q_ref goes no further away from q_op than 5 deg and leaves no
+/// joint's range: such a bound stops q_ref, and moves it never. Passive between (V, F) at the hand and (set-point
 /// speed, estimated force) here. Valve and observer lie beyond: the arm follows the set-point 0.1 to 0.2 s late and the
 /// estimate is as late again, so with a stiff wall what lies beyond is not passive at frequencies of some hertz. No
 /// wave can mend that.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -142,6 +143,53 @@ TEST(Waves, LeadNoFurtherFromWhatTheOperatorAsksThanASetPointMayBeWrongBy) {
   }
   EXPECT_LE(furthest_rad, 0.0873 + 1e-9);
   EXPECT_GT(furthest_rad, 0.05);
+}
+
+/// A wall that holds the arm with 2 kN from the start on, a set-point that goes on behind it, and a hand that puts no
+/// wave in, as while the law gives way to cues.
+struct Blocked {
+  void step(const JointVector& asked_radps) {
+    now += 1ms;
+    asked.velocity_radps = asked_radps;
+    asked.position_rad += kStep_s * asked_radps;
+    MasterMessage message;
+    message.sent_at = now;
+    message.wave_Ns_per_m = 2000;
+    const double in_m = (kinematics.tip(reference_rad) - kinematics.tip(start_rad)).dot(into_wall);
+    const PlanarVector world_N = -std::max(0.0, 2000 + 1e4 * in_m) * into_wall;
+    const Eigen::Matrix<double, 2, 3> jacobian = kinematics.tip_jacobian(reference_rad);
+    const auto followed = port.step(asked, message, reference_rad, world_N, true, now);
+    to_world_J -= world_N.dot(jacobian * followed.velocity_radps) * kStep_s;
+    reference_rad = followed.position_rad;
+  }
+
+  MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  Kinematics kinematics{machine};
+  slave::WavePort port{machine, kStep_s};
+  JointVector start_rad{0.3, -1.4, -0.6}, reference_rad = start_rad;
+  PlanarVector into_wall{1, 0};
+  slave::WavePort::Reference asked{start_rad, JointVector::Zero()};
+  Time now{};
+  double to_world_J = 0;
+};
+
+TEST(Waves, DoNoWorkOnAWallThatHoldsBackAHandWithoutAWave) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int draw = 0; draw < 50; ++draw) {
+    Blocked blocked;
+    const double way = std::numbers::pi * uniform(random);
+    blocked.into_wall = PlanarVector(std::cos(way), std::sin(way));
+    const JointVector asked_radps = 0.12 * JointVector(uniform(random), uniform(random), uniform(random));
+    double most_J = 0, least_J = 0;
+    for (int i = 0; i < 4000; ++i) {
+      blocked.step(asked_radps);
+      most_J = std::max(most_J, blocked.to_world_J);
+      least_J = std::min(least_J, blocked.port.kept_J());
+    }
+    EXPECT_LE(most_J, 1e-9) << "draw " << draw;
+    EXPECT_GE(least_J, -1e-9) << "draw " << draw;
+  }
 }
 
 session::SessionSetup pressed_with(ControlLaw law, Duration one_way) {
