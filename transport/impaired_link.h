@@ -56,10 +56,10 @@ class ImpairedLink {
   void cut(bool on) noexcept { a_.cut(on), b_.cut(on); }
   /// or only what b sends.
   void cut_b_to_a(bool on) noexcept { b_.cut(on); }
-  /// Everything sent from now on takes so much longer, both ways; of what b sends, this share more is lost.
-  void worsen(Duration slower, double more_loss_b_to_a) noexcept {
-    a_to_b_.worsen(slower, 0), b_to_a_.worsen(slower, more_loss_b_to_a);
-  }
+  /// Everything sent from now on takes so much longer, both ways.
+  void slow_down(Duration by) noexcept { a_to_b_.slow_down(by), b_to_a_.slow_down(by); }
+  /// Of what b sends from now on, this share more is lost.
+  void lose_more_b_to_a(double share) noexcept { b_to_a_.lose_more(share); }
   [[nodiscard]] const Counts& a_to_b() const noexcept { return a_to_b_.counts(); }
   [[nodiscard]] const Counts& b_to_a() const noexcept { return b_to_a_.counts(); }
 
@@ -70,7 +70,8 @@ class ImpairedLink {
     void send(std::span<const std::uint8_t> bytes, Time now) noexcept;
     bool receive(Datagram& datagram, Time now) noexcept;
     void lose() noexcept { ++counts_.sent, ++counts_.lost; }
-    void worsen(Duration slower, double more_loss) noexcept { slower_ = slower, more_loss_ = more_loss; }
+    void slow_down(Duration by) noexcept { slower_ = by; }
+    void lose_more(double share) noexcept { more_loss_ = share; }
     [[nodiscard]] const Counts& counts() const noexcept { return counts_; }
 
    private:

@@ -74,7 +74,7 @@ void FaultInjection::step(Time now, int phase, Duration in_phase, MachineSide& f
     if (i.mended_at != Time::max()) continue;
     if (takes_link_away(i.fault.kind)) i.last_good_input = machine_end_.last_good;
     if (now < i.at + from_seconds(i.fault.duration_s)) {
-      if (i.fault.kind == FaultKind::kLinkSlow) network_.worsen(std::min((now - i.at) / 4, sim::kLinkSlowBy), 0);
+      if (i.fault.kind == FaultKind::kLinkSlow) network_.slow_down(std::min((now - i.at) / 4, sim::kLinkSlowBy));
       machine_faults_.keep_up(i.fault.kind, static_cast<std::uint8_t>(i.fault.subject), far.simulated);
       continue;
     }
@@ -102,9 +102,9 @@ void FaultInjection::set(const ScheduledFault& fault, bool broken, MachineSide& 
       operator_end_.spoil = broken;
       return;
     case FaultKind::kLinkSlow:
-      return network_.worsen(Duration::zero(), 0);  // slower from step to step
+      return network_.slow_down(Duration::zero());  // slower from step to step
     case FaultKind::kLinkLossy:
-      return network_.worsen(Duration::zero(), broken ? sim::kLinkLossyShare : 0);
+      return network_.lose_more_b_to_a(broken ? sim::kLinkLossyShare : 0);
     case FaultKind::kClockStep:
       clock_ahead_ = broken ? sim::kClockStepBy : Duration::zero();
       return;

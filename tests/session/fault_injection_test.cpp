@@ -104,6 +104,46 @@ TEST(FaultInjection, ASlowLinkGetsSlowerBitByBitAndALossyOneLosesOnlyWhatTheMach
   EXPECT_NEAR(came, 150, 50);
 }
 
+/// Of what came of the machine's messages, one per millisecond, in that part of the phase.
+struct Reports {
+  double share = 0;
+  Duration delay{};  ///< Of the newest.
+};
+Reports reports(Bench& bench, int from_ms, int to_ms) {
+  Reports seen;
+  for (int ms = from_ms; ms < to_ms; ++ms) {
+    bench.step(1, ms * 1ms);
+    SlaveMessage message;
+    message.sent_at = bench.now;
+    (void)bench.faults.machine_end().send(encode(message).view());
+    Datagram datagram;
+    while (bench.faults.operator_end().receive(datagram)) {
+      seen.share += 1.0 / (to_ms - from_ms);
+      seen.delay = bench.now - decode_slave(datagram.view())->sent_at;
+    }
+  }
+  return seen;
+}
+
+TEST(FaultInjection, ALinkThatIsSlowAndLossyAtOnceIsBothAndStaysWhatIsNotMendedYet) {
+  for (const bool slow_first : {true, false}) {
+    Bench bench({fault_of(FaultKind::kLinkSlow, 1, 0, slow_first ? 2 : 4),
+                 fault_of(FaultKind::kLinkLossy, 1, 0, slow_first ? 4 : 2)});
+    (void)reports(bench, 0, 1200);
+    const Reports both = reports(bench, 1200, 1900);
+    EXPECT_NEAR(both.share, 1 - sim::kLinkLossyShare, 0.06);
+    EXPECT_EQ(both.delay, sim::kLinkSlowBy);
+    (void)reports(bench, 1900, 2400);
+    const Reports one = reports(bench, 2400, 3900);
+    EXPECT_NEAR(one.share, slow_first ? 1 - sim::kLinkLossyShare : 1, 0.06);
+    EXPECT_EQ(one.delay, slow_first ? 0ms : sim::kLinkSlowBy);
+    (void)reports(bench, 3900, 4400);
+    const Reports none = reports(bench, 4400, 4900);
+    EXPECT_NEAR(none.share, 1, 1e-9);
+    EXPECT_EQ(none.delay, 0ms);
+  }
+}
+
 TEST(FaultInjection, AClockStepsAheadAndBack) {
   Bench bench({fault_of(FaultKind::kClockStep)});
   bench.run(1, 0.2);
