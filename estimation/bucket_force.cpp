@@ -102,14 +102,13 @@ BucketForceModel::AnyPlace BucketForceModel::anywhere(const Torques& torques) co
   const Eigen::Matrix3d with_couple = covariance_Nm2 + prior2 * u * u.transpose();
   const TipForce best = solve_tip_force(jacobian, torque_Nm, with_couple);
   const JointVector rest = torque_Nm - jacobian.transpose() * best.force_N;
-  AnyPlace answer{
-      {best.force_N, best.covariance_N2, 0}, prior2 * u.dot(with_couple.ldlt().solve(rest)), residual_sigma};
+  const double couple_Nm = prior2 * u.dot(with_couple.ldlt().solve(rest));
   // Couples are equally likely over their range; of that, the torques leave so much.
   const double seen_Nm = information > 0 ? std::sqrt(2 * std::numbers::pi / information) : most - least;
   const double kept = std::min(1.0, seen_Nm / std::max(1.0, most - least));
-  answer.log_weight =
+  const double log_weight =
       std::log(kAnywhereShare * kept) + log_size(at_tip.covariance_N2) - 0.5 * residual_sigma * residual_sigma;
-  return answer;
+  return {{best.force_N, best.covariance_N2, log_weight}, couple_Nm, residual_sigma};
 }
 
 BucketForce BucketForceModel::solve(const JointVector& joints_rad, const Eigen::Matrix<double, 2, 3>& jacobian,
@@ -119,11 +118,11 @@ BucketForce BucketForceModel::solve(const JointVector& joints_rad, const Eigen::
   const AnyPlace any = anywhere(torques);
   std::array<Answer, kCorners + 1> answers;
   std::size_t count = 0;
-  answers[count++] = any;
+  answers[count++] = any.answer;
   for (const Corner& corner : corners_)
     if (outlined_ && corner.share > 0) answers[count++] = at(corner, torques);
 
-  double most = any.log_weight, sum = 0;
+  double most = any.answer.log_weight, sum = 0;
   for (std::size_t i = 1; i < count; ++i) most = std::max(most, answers[i].log_weight);
   BucketForce result{PlanarVector::Zero(), Eigen::Matrix2d::Zero(), any.residual_sigma};
   for (std::size_t i = 0; i < count; ++i) {

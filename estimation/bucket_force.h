@@ -46,7 +46,8 @@ class BucketForceModel {
     Eigen::Matrix2d covariance_N2 = Eigen::Matrix2d::Zero();
     double log_weight = 0;
   };
-  struct AnyPlace : Answer {
+  struct AnyPlace {
+    Answer answer;
     double couple_Nm = 0;       ///< About the tip.
     double residual_sigma = 0;  ///< As that of BucketForce.
   };
