@@ -9,12 +9,12 @@ namespace {
 
 using sim::FaultKind;
 
-constexpr double kStep_N_per_ms = 1, kDowngradeStep_N_per_ms = 0.5;
-constexpr double kRise_N = 500;  // nothing broken: up to 280 N in five seconds, as hand and valves drift
+constexpr double kStep_N_per_ms = 0.2;  // measured 0.14; the slew limit alone lets 0.4 through
+constexpr double kRise_N = 500;         // nothing broken: up to 280 N in five seconds, as hand and valves drift
 constexpr double kPressed_N = 1000, kFelt_N = 1.5;
 
-FinishedSession broken_in_contact(FaultKind kind, int subject = 0) {
-  session::SessionSetup setup = session_setup("fault_in_contact", 1);
+FinishedSession broken_in_contact(FaultKind kind, int subject = 0, std::uint64_t seed = 1) {
+  session::SessionSetup setup = session_setup("fault_in_contact", seed);
   setup.to_machine.delay = setup.to_operator.delay = 10ms;
   session::ScheduledFault& fault = setup.scenario.faults.at(0);
   fault.kind = kind;
@@ -67,13 +67,30 @@ INSTANTIATE_TEST_SUITE_P(
                     Broken{"ValveStuck", FaultKind::kValveStuck, 0x11}),
     [](const auto& test) { return std::string(test.param.name); });
 
+/// A known miss: a bucket encoder that freezes in a hold is not always found, and the wall is pushed by more than
+/// kRise_N. It may not get worse by more than a tenth; once no seed misses any more, the encoder belongs to the cases
+/// above.
+TEST(KnownMissInContact, AFrozenBucketEncoderPushesTheWallNoMoreThanIsKnown) {
+  constexpr double kKnown_N = 2000;
+  double worst_N = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const FinishedSession session = broken_in_contact(FaultKind::kSensorFrozen, 0x32, seed);
+    expect_pressed(session.record);
+    ASSERT_TRUE(session.metrics.fault_rise_N) << "seed " << seed;
+    worst_N = std::max(worst_N, *session.metrics.fault_rise_N);
+    EXPECT_EQ(session.metrics.resumed_by_itself, 0) << "seed " << seed;
+  }
+  EXPECT_LE(worst_N, 1.1 * kKnown_N);
+  EXPECT_GT(worst_N, kRise_N) << "not missed any more";
+}
+
 /// The law gives way to cues while the machine presses.
 void expect_gentle_downgrade(FaultKind kind, ReasonCode reason) {
   const FinishedSession session = broken_in_contact(kind);
   expect_pressed(session.record);
   ASSERT_EQ(session.record.warnings.size(), 1U);
   EXPECT_EQ(session.record.warnings[0].reason.code, reason);
-  EXPECT_LE(session.metrics.max_slew_N_per_ms, kDowngradeStep_N_per_ms);
+  EXPECT_LE(session.metrics.max_slew_N_per_ms, kStep_N_per_ms);
   EXPECT_LE(session.metrics.fault_rise_N, kRise_N) << "the hand goes on, but is shown nothing";
   EXPECT_TRUE(session.record.faults.empty());
 }
