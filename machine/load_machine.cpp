@@ -322,7 +322,7 @@ void check_rates(const MachineDescription& machine, TomlTable& links) {
   }
 }
 
-/// The tip's virtual walls must leave it something to work in: the gate lets nothing move further beyond them.
+/// The virtual wall in front must leave the tip something to work in: the gate lets nothing move further beyond it.
 void check_room(const MachineDescription& machine, const TomlTable& limits) {
   const Kinematics kinematics(machine);
   constexpr int kSteps = 12;
@@ -331,26 +331,18 @@ void check_room(const MachineDescription& machine, const TomlTable& limits) {
     const LinkDescription& link = machine.links[joint];
     return link.min_rad + (link.max_rad - link.min_rad) * step / kSteps;
   };
-  std::vector<double> x_m, z_m;
+  std::vector<double> x_m;
   for (int boom = 0; boom <= kSteps; ++boom) {
     for (int arm = 0; arm <= kSteps; ++arm) {
-      for (int bucket = 0; bucket <= kSteps; ++bucket) {
-        const PlanarVector tip_m = kinematics.tip({angle(kBoom, boom), angle(kArm, arm), angle(kBucket, bucket)});
-        x_m.push_back(tip_m.x());
-        z_m.push_back(tip_m.y());
-      }
+      for (int bucket = 0; bucket <= kSteps; ++bucket)
+        x_m.push_back(kinematics.tip({angle(kBoom, boom), angle(kArm, arm), angle(kBucket, bucket)}).x());
     }
   }
   std::sort(x_m.begin(), x_m.end());
-  std::sort(z_m.begin(), z_m.end());
-  const auto least = static_cast<std::size_t>(kLeastShare * static_cast<double>(x_m.size()));
-  const auto rounded = [](double metres, double up) { return number_text(std::floor(100 * metres + up) / 100); };
-  const std::string why = ": beyond it is the tip in four poses of five";
-  limits.require(machine.limits.reach_m >= x_m[least], "reach_m", "must be at least " + rounded(x_m[least], 1) + why);
-  limits.require(machine.limits.ceiling_m >= z_m[least], "ceiling_m",
-                 "must be at least " + rounded(z_m[least], 1) + why);
-  const double highest_m = z_m[z_m.size() - 1 - least];
-  limits.require(machine.limits.floor_m <= highest_m, "floor_m", "must be at most " + rounded(highest_m, 0) + why);
+  const double least_m = x_m[static_cast<std::size_t>(kLeastShare * static_cast<double>(x_m.size()))];
+  limits.require(machine.limits.reach_m >= least_m, "reach_m",
+                 "must be at least " + number_text(std::ceil(100 * least_m) / 100) +
+                     ": beyond it is the tip in four poses of five");
 }
 
 MachineDescription read_machine(TomlTable file) {
