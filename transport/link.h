@@ -6,12 +6,15 @@
 #include <cstdint>
 #include <span>
 
+#include "core/time.h"
+
 namespace knuckle {
 
 inline constexpr std::size_t kMaxDatagram = 1200;  ///< Fits one MTU with every header.
 
 struct Datagram {
   std::uint16_t size = 0;
+  Duration waited{};  ///< At this computer, before it was received here.
   std::array<std::uint8_t, kMaxDatagram> bytes{};
   [[nodiscard]] std::span<const std::uint8_t> view() const noexcept { return {bytes.data(), size}; }
 };

@@ -1,9 +1,7 @@
-// The link over a UDP socket (IPv4 or IPv6, non-blocking). One end listens and belongs to who spoke first, until that
-// one has been silent for a second; the other connects. Nothing is encrypted or proven: for loopback, tests, and inside
-// a tunnel that does both.
+// The link over a UDP socket (IPv4 or IPv6, non-blocking). One end listens and belongs to the operator's side whose
+// messages it heard first, until that one has been silent for a second; the other connects. Nothing is encrypted or
+// proven: for loopback, tests, and inside a tunnel that does both.
 #pragma once
-
-#include <sys/socket.h>
 
 #include <atomic>
 #include <chrono>
@@ -11,6 +9,7 @@
 #include <string>
 
 #include "transport/link.h"
+#include "transport/udp_socket.h"
 
 namespace knuckle {
 
@@ -25,26 +24,26 @@ class UdpLink final : public Link {
   [[nodiscard]] static UdpLink connect(const std::string& address);
   UdpLink(UdpLink&& other) noexcept;
   UdpLink& operator=(UdpLink&&) = delete;
-  ~UdpLink() override;
+  ~UdpLink() override = default;
 
-  /// False where the system refused, or where a listening end has not heard anybody yet.
+  /// False where the system refused, or where a listening end has heard nobody within the last second.
   bool send(std::span<const std::uint8_t> bytes) noexcept override;
   /// Longer datagrams than kMaxDatagram, and those of strangers, are skipped.
   bool receive(Datagram& datagram) noexcept override;
   /// Local port, as bound.
-  [[nodiscard]] std::uint16_t port() const noexcept;
+  [[nodiscard]] std::uint16_t port() const noexcept { return local_address(socket_.descriptor()).port(); }
   /// A connecting end was told, since it last heard a datagram, that nobody listens there. Any thread.
   [[nodiscard]] bool refused() const noexcept { return refused_.load(std::memory_order_relaxed); }
 
  private:
   UdpLink(int socket, bool listening) noexcept : socket_(socket), listening_(listening) {}
-  [[nodiscard]] bool belongs_to(const sockaddr_storage& from, socklen_t size) noexcept;
+  [[nodiscard]] bool belongs_to(const SocketAddress& from, const Datagram& datagram) noexcept;
+  void release_silent_peer() noexcept;
 
-  int socket_;
+  UdpSocket socket_;
   bool listening_;
-  sockaddr_storage peer_{};                           ///< Listening end: whom it belongs to.
-  socklen_t peer_size_ = 0;                           ///< 0: nobody yet.
-  std::chrono::steady_clock::time_point heard_at_{};  ///< The peer, last.
+  SocketAddress peer_;                                ///< Listening end: whom it belongs to.
+  std::chrono::steady_clock::time_point heard_at_{};  ///< The peer's last message.
   std::atomic<bool> refused_{false};
 };
 

@@ -34,6 +34,7 @@ Table make_table() {
       {"core", {}},
       {"machine", {"core"}},
       {"transport", {"core"}},
+      {"transport/secure", {"core", "transport"}},
       {"estimation", {"core", "machine"}},
       {"master", {"core", "machine", "transport"}},
       {"slave", {"core", "machine", "transport", "estimation"}},
@@ -41,6 +42,7 @@ Table make_table() {
        {"core", "transport", "machine/description.h", "machine/description_fwd.h", "machine/arm_description.h",
         "machine/bus_description.h", "machine/device_description.h"}},
       {"app/cli", {"core"}},
+      {"app/pairing", {"core", "machine/toml_reader.h", "transport", "transport/secure", "app/cli"}},
       {"app/recordings", {"core", "machine", "estimation", "app/cli"}},
       {"app/session", loops + tables + std::set<std::string>{"master"}},
       {"app/motion", loops + std::set<std::string>{"app/cli"}},
@@ -49,7 +51,8 @@ Table make_table() {
       {"app/identify", tables + std::set<std::string>{"sim", "app/motion", "app/report", "app/session/truth_file.h"}},
       {"app/battery", tables + std::set<std::string>{"sim", "app/session", "app/report"}},
       {"app/programs",
-       loops + tables + std::set<std::string>{"master", "app/session", "app/report", "app/bringup", "app/battery"}},
+       loops + tables +
+           std::set<std::string>{"master", "app/session", "app/report", "app/bringup", "app/battery", "app/pairing"}},
       {"app/studies", tables + std::set<std::string>{"sim", "slave/contact_law.h", "app/motion", "app/report",
                                                      "app/identify", "app/session", "app/battery"}},
       {"app/console/widgets", screens},
@@ -99,11 +102,12 @@ std::vector<std::string> violations(const std::string& subject, const std::strin
 }
 
 /// Namespaces that a subject's files may open, besides unnamed ones: its own and what is inside it; and of core and
-/// machine and transport, which hold what everything is made of, that of the project.
+/// machine and transport, which hold what everything is made of, that of the project. What is inside app or transport is
+/// named without them.
 bool belongs(const std::string& subject, const std::string& name) {
   const bool common = subject == "core" || subject == "machine" || subject == "transport" || subject == "app";
   std::string own = "knuckle";
-  if (!common) own += "::" + std::regex_replace(subject, std::regex("^app/"), "");
+  if (!common) own += "::" + std::regex_replace(subject, std::regex("^(app|transport)/"), "");
   own = std::regex_replace(own, std::regex("/"), "::");
   return name == own || name.rfind(own + "::", 0) == 0;
 }
@@ -184,6 +188,8 @@ TEST(IncludeTable, SeesADefinitionInTheNamespaceOfAnotherSubject) {
   EXPECT_EQ(strangers("app/report", "app/report/a.h", "\nnamespace knuckle::session {\n"),
             std::vector<std::string>{"app/report/a.h:2: app/report may not define in knuckle::session"});
   EXPECT_EQ(strangers("app/console/window", "a.h", "namespace knuckle::console::window {\n").size(), 0u);
+  EXPECT_EQ(strangers("transport/secure", "a.h", "namespace knuckle::secure {\n").size(), 0u);
+  EXPECT_EQ(strangers("transport/secure", "a.h", "namespace knuckle {\n").size(), 1u);
   EXPECT_EQ(strangers("app/console/window", "a.h", "namespace knuckle::console {\n").size(), 1u);
   EXPECT_EQ(strangers("app/report", "a.h", "namespace knuckle {\n").size(), 1u);
 }

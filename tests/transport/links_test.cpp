@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "tests/support/no_alloc.h"
 #include "transport/impaired_link.h"
+#include "transport/link_messages.h"
 #include "transport/udp_link.h"
 
 namespace knuckle {
@@ -246,6 +247,13 @@ bool wait_for(UdpLink& link, Datagram& datagram) {
   return false;
 }
 
+/// What claims a listening end: a message of an operator's side.
+Datagram claim(std::uint32_t sequence = 1) {
+  MasterMessage message;
+  message.sequence = sequence;
+  return encode(message);
+}
+
 TEST(UdpLink, CarriesDatagramsBothWaysOverLoopback) {
   UdpLink slave = UdpLink::listen("127.0.0.1:0");
   UdpLink master = UdpLink::connect("127.0.0.1:" + std::to_string(slave.port()));
@@ -253,6 +261,8 @@ TEST(UdpLink, CarriesDatagramsBothWaysOverLoopback) {
   Datagram datagram;
   EXPECT_FALSE(slave.send(ping)) << "it has not heard anybody yet";
   EXPECT_FALSE(slave.receive(datagram)) << "must not block";
+  ASSERT_TRUE(master.send(claim().view()));
+  ASSERT_TRUE(wait_for(slave, datagram));
   ASSERT_TRUE(master.send(ping));
   ASSERT_TRUE(wait_for(slave, datagram));
   EXPECT_TRUE(std::equal(ping.begin(), ping.end(), datagram.view().begin(), datagram.view().end()));
@@ -263,25 +273,66 @@ TEST(UdpLink, CarriesDatagramsBothWaysOverLoopback) {
   EXPECT_FALSE(master.send(std::vector<std::uint8_t>(kMaxDatagram + 1)));
 }
 
+/// As the kernel delivers: loopback is immediate, so that what is not there now was not let in.
+bool comes(UdpLink& link, Datagram& datagram) {
+  return link.receive(datagram);
+}
+
 TEST(UdpLink, StrangersNeitherGetInNorTakeTheAnswersAway) {
   UdpLink slave = UdpLink::listen("127.0.0.1:0");
   const std::string address = "127.0.0.1:" + std::to_string(slave.port());
   UdpLink master = UdpLink::connect(address), stranger = UdpLink::connect(address);
-  const std::array<std::uint8_t, 1> good{1}, stray{2};
   Datagram datagram;
-  ASSERT_TRUE(master.send(good));
+  ASSERT_TRUE(master.send(claim(1).view()));
   ASSERT_TRUE(wait_for(slave, datagram));
-  ASSERT_TRUE(stranger.send(stray));
-  ASSERT_TRUE(master.send(good));
+  ASSERT_TRUE(stranger.send(claim(2).view()));
+  ASSERT_TRUE(master.send(claim(3).view()));
   ASSERT_TRUE(wait_for(slave, datagram));
-  EXPECT_EQ(datagram.bytes[0], 1);
-  ASSERT_TRUE(slave.send(good));
+  EXPECT_EQ(decode_master(datagram.view())->sequence, 3U);
+  ASSERT_TRUE(slave.send(claim().view()));
   EXPECT_TRUE(wait_for(master, datagram));
-  EXPECT_FALSE(stranger.receive(datagram));
-  ::poll(nullptr, 0, 1100);  // the first one is gone: whoever comes now is served
-  ASSERT_TRUE(stranger.send(stray));
+  EXPECT_FALSE(comes(stranger, datagram));
+  ::poll(nullptr, 0, 1100);  // the first one is gone: nothing is sent to it, and whoever comes now is served
+  EXPECT_FALSE(slave.send(claim().view()));
+  ASSERT_TRUE(stranger.send(claim(4).view()));
   ASSERT_TRUE(wait_for(slave, datagram));
-  EXPECT_EQ(datagram.bytes[0], 2);
+  EXPECT_EQ(decode_master(datagram.view())->sequence, 4U);
+}
+
+TEST(UdpLink, OnlyWhatAnOperatorsSideSaysClaimsAListeningEndOrKeepsIt) {
+  UdpLink slave = UdpLink::listen("127.0.0.1:0");
+  const std::string address = "127.0.0.1:" + std::to_string(slave.port());
+  UdpLink master = UdpLink::connect(address), stranger = UdpLink::connect(address);
+  Datagram datagram;
+  const Datagram machines = encode(SlaveMessage{});
+  const std::array<std::uint8_t, 1> junk{7};
+  for (const std::span<const std::uint8_t> bytes :
+       {std::span<const std::uint8_t>{}, std::span<const std::uint8_t>(junk), machines.view(),
+        claim().view().first(20)}) {
+    ASSERT_TRUE(stranger.send(bytes));
+    ::poll(nullptr, 0, 20);
+    EXPECT_FALSE(comes(slave, datagram)) << bytes.size();
+    EXPECT_FALSE(slave.send(junk)) << "nothing is sent to whom nothing is known of";
+  }
+  ASSERT_TRUE(master.send(claim().view()));
+  ASSERT_TRUE(wait_for(slave, datagram));
+  for (int i = 0; i < 12; ++i) {  // junk from the peer's address does not keep it
+    (void)master.send(junk);
+    ::poll(nullptr, 0, 100);
+    while (slave.receive(datagram)) {
+    }
+  }
+  EXPECT_FALSE(slave.send(junk));
+}
+
+TEST(UdpLink, TellsHowLongADatagramWaitedInTheKernel) {
+  UdpLink slave = UdpLink::listen("127.0.0.1:0");
+  UdpLink master = UdpLink::connect("127.0.0.1:" + std::to_string(slave.port()));
+  Datagram datagram;
+  ASSERT_TRUE(master.send(claim().view()));
+  ::poll(nullptr, 0, 60);
+  ASSERT_TRUE(slave.receive(datagram));
+  EXPECT_GE(datagram.waited, 50ms);
 }
 
 TEST(UdpLink, SaysWhetherAnybodyListens) {
@@ -302,7 +353,7 @@ TEST(UdpLink, SaysWhetherAnybodyListens) {
   EXPECT_TRUE(master.refused());
   UdpLink slave = UdpLink::listen(address);
   for (int i = 0; i < 200 && master.refused(); ++i) {  // it is found as soon as it answers
-    master.send(byte);
+    master.send(claim().view());
     if (slave.receive(datagram)) slave.send(byte);
     (void)wait_for(master, datagram);
   }
@@ -326,9 +377,8 @@ TEST(UdpLink, SpeaksIPv6WhereTheComputerDoes) {
   UdpLink master = UdpLink::connect("[::1]:" + std::to_string(slave.port()));
   const std::array<std::uint8_t, 2> ping{1, 2};
   Datagram datagram;
-  ASSERT_TRUE(master.send(ping));
+  ASSERT_TRUE(master.send(claim().view()));
   ASSERT_TRUE(wait_for(slave, datagram));
-  EXPECT_EQ(datagram.size, 2);
   ASSERT_TRUE(slave.send(ping));
   EXPECT_TRUE(wait_for(master, datagram));
 }

@@ -1,0 +1,321 @@
+// The secure link over real sockets: sessions, second operators, new keys, new addresses, strangers.
+#include "transport/secure/secure_link.h"
+
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+
+#include <functional>
+#include <vector>
+
+#include "core/error.h"
+#include "tests/support/no_alloc.h"
+
+namespace knuckle::secure {
+namespace {
+
+using namespace std::chrono_literals;
+using Bytes = std::vector<std::uint8_t>;
+
+const Identity& machine_identity() {
+  static const Identity identity = make_identity("site arm");
+  return identity;
+}
+const Identity& desk_identity() {
+  static const Identity identity = make_identity("desk 1");
+  return identity;
+}
+const Identity& other_identity() {
+  static const Identity identity = make_identity("desk 2");
+  return identity;
+}
+Peer peer(const Identity& identity, bool revoked = false) {
+  return {identity.fingerprint(), identity.name, revoked};
+}
+Peers desks() {
+  return {peer(desk_identity()), peer(other_identity())};
+}
+
+/// A few seconds at most; each end's loop runs meanwhile.
+bool until(const std::function<bool()>& done) {
+  for (int i = 0; i < 2000; ++i) {
+    if (done()) return true;
+    ::poll(nullptr, 0, 5);
+  }
+  return false;
+}
+
+struct End {
+  std::unique_ptr<SecureLink> link;
+  std::vector<LinkEvent> events;
+  Datagram datagram;
+  std::uint8_t heard = 0;  // the newest message's first byte
+  int messages = 0;
+
+  /// As a loop would: says `value`, hears what there is.
+  void step(std::uint8_t value) {
+    const Bytes bytes{value, 1, 2, 3};
+    (void)link->send(bytes);
+    while (link->receive(datagram)) {
+      heard = datagram.bytes[0];
+      ++messages;
+    }
+    LinkEvent event;
+    while (link->next(event)) events.push_back(event);
+  }
+  [[nodiscard]] int count(LinkEvent::Kind kind) const {
+    return static_cast<int>(
+        std::count_if(events.begin(), events.end(), [kind](const LinkEvent& event) { return event.kind == kind; }));
+  }
+};
+
+struct SecureLinkThreads : ::testing::Test {
+  End machine{SecureLink::listen("127.0.0.1:0", machine_identity(), desks()), {}, {}, 0, 0};
+  [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(machine.link->port()); }
+  End desk(const Identity& identity = desk_identity(), const SecureLinkTiming& timing = {}) const {
+    return {SecureLink::connect(address(), identity, {peer(machine_identity())}, timing), {}, {}, 0, 0};
+  }
+  bool talk(End& end, std::uint8_t value = 7) {
+    machine.heard = end.heard = 0;
+    return until([&] {
+      end.step(value);
+      machine.step(static_cast<std::uint8_t>(value + 1));
+      return machine.heard == value && end.heard == value + 1;
+    });
+  }
+};
+
+TEST_F(SecureLinkThreads, CarriesMessagesBothWaysBetweenPairedEnds) {
+  End op = desk();
+  ASSERT_TRUE(talk(op));
+  ASSERT_EQ(machine.count(LinkEvent::Kind::kConnected), 1);
+  EXPECT_EQ(machine.events[0].peer, desk_identity().fingerprint());
+  EXPECT_EQ(text(machine.events[0]).find("connected: desk 1 ("), 0U) << text(machine.events[0]);
+  EXPECT_EQ(op.link->problem(), "");
+}
+
+TEST_F(SecureLinkThreads, ASecondOperatorIsToldWhoHasControlUntilTheFirstLeaves) {
+  End first = desk(), second = desk(other_identity());
+  ASSERT_TRUE(talk(first));
+  ASSERT_TRUE(until([&] {
+    first.step(1);
+    second.step(2);
+    machine.step(3);
+    return second.count(LinkEvent::Kind::kRefused) > 0;
+  }));
+  EXPECT_EQ(machine.heard, 1);
+  EXPECT_EQ(second.messages, 0);
+  EXPECT_NE(text(second.events.back()).find("desk 1 has control there"), std::string::npos)
+      << text(second.events.back());
+  first.link->close();
+  EXPECT_TRUE(talk(second));
+  EXPECT_EQ(machine.count(LinkEvent::Kind::kClosed), 1);
+}
+
+TEST_F(SecureLinkThreads, NewKeysCostNoMessage) {
+  SecureLinkTiming often;
+  often.renew_keys = 200ms;
+  End op = desk(desk_identity(), often);
+  ASSERT_TRUE(talk(op));
+  const int before = machine.messages;
+  int sent = 0;
+  ASSERT_TRUE(until([&] {
+    op.step(1);
+    ++sent;
+    machine.step(2);
+    return machine.count(LinkEvent::Kind::kRenewed) >= 3 && op.count(LinkEvent::Kind::kRenewed) >= 3;
+  }));
+  (void)until([&] {
+    machine.step(2);
+    op.step(1);
+    ++sent;
+    return machine.messages - before >= sent - 1;
+  });
+  EXPECT_GE(machine.messages - before, sent - 1);
+}
+
+TEST_F(SecureLinkThreads, AnEndThatBeginsAnewTakesItsPlaceAgain) {
+  {
+    End op = desk();
+    ASSERT_TRUE(talk(op));
+  }  // without a farewell, as a killed program
+  End again = desk();
+  EXPECT_TRUE(talk(again, 9));
+}
+
+TEST_F(SecureLinkThreads, StrangersAreRefusedAndNamedWithWhy) {
+  const Identity stranger = make_identity("stranger");
+  End unknown = desk(stranger);
+  ASSERT_TRUE(until([&] {
+    unknown.step(1);
+    machine.step(2);
+    return machine.count(LinkEvent::Kind::kRefused) > 0 && !unknown.link->problem().empty();
+  }));
+  EXPECT_EQ(machine.messages, 0);
+  EXPECT_EQ(machine.events[0].refusal, Refusal::kUnknownPeer);
+  EXPECT_EQ(machine.events[0].peer, stranger.fingerprint());
+  EXPECT_NE(unknown.link->problem().find("does not know this computer"), std::string::npos) << unknown.link->problem();
+}
+
+TEST_F(SecureLinkThreads, SaysThatNobodyAnswers) {
+  SecureLinkTiming soon;
+  soon.answer = 300ms;
+  const auto nobody = SecureLink::connect("127.0.0.1:9", desk_identity(), {peer(machine_identity())}, soon);
+  EXPECT_TRUE(until([&] { return nobody->problem().find("no answer") != std::string::npos; }));
+}
+
+/// A network address translator whose outer port may change.
+class Translator {
+ public:
+  explicit Translator(std::uint16_t machine_port)
+      : machine_(parse_address("127.0.0.1:" + std::to_string(machine_port))) {}
+  [[nodiscard]] std::uint16_t port() const { return local_address(inner_.descriptor()).port(); }
+  void move() { outer_ = make(); }
+  void step() {
+    std::array<std::uint8_t, 2048> bytes;
+    SocketAddress from;
+    while (const auto arrival = inner_.receive(bytes, from)) {
+      desk_ = from;
+      (void)outer_.send(std::span(bytes).first(arrival->size), machine_);
+    }
+    while (const auto arrival = outer_.receive(bytes, from)) {
+      (void)inner_.send(std::span(bytes).first(arrival->size), desk_);
+    }
+  }
+  /// What the desk says goes out by somebody else's socket; the answers to it are not for the desk.
+  void step_through(const UdpSocket& thief) {
+    std::array<std::uint8_t, 2048> bytes;
+    SocketAddress from;
+    while (const auto arrival = inner_.receive(bytes, from))
+      (void)thief.send(std::span(bytes).first(arrival->size), machine_);
+  }
+
+ private:
+  static UdpSocket make() { return UdpSocket(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, "")); }
+  UdpSocket inner_ = make(), outer_ = make();
+  SocketAddress machine_, desk_;
+};
+
+TEST_F(SecureLinkThreads, FollowsAChangedAddressOnceItAnswersFromThere) {
+  Translator translator(machine.link->port());
+  End op{SecureLink::connect("127.0.0.1:" + std::to_string(translator.port()), desk_identity(),
+                             {peer(machine_identity())}),
+         {},
+         {},
+         0,
+         0};
+  const auto both = [&] {
+    op.step(1);
+    translator.step();
+    machine.step(2);
+    translator.step();
+  };
+  ASSERT_TRUE(until([&] {
+    both();
+    return op.heard == 2;
+  }));
+  translator.move();
+  ASSERT_TRUE(until([&] {
+    both();
+    return machine.count(LinkEvent::Kind::kMoved) == 1;
+  }));
+  op.heard = 0;
+  ASSERT_TRUE(until([&] {
+    both();
+    return op.heard == 2;
+  }));
+  EXPECT_EQ(machine.count(LinkEvent::Kind::kConnected), 1) << "the same session";
+}
+
+TEST_F(SecureLinkThreads, ACopySentFromElsewhereTakesNothingAway) {
+  Translator translator(machine.link->port());
+  End op{SecureLink::connect("127.0.0.1:" + std::to_string(translator.port()), desk_identity(),
+                             {peer(machine_identity())}),
+         {},
+         {},
+         0,
+         0};
+  ASSERT_TRUE(until([&] {
+    op.step(1);
+    translator.step();
+    machine.step(2);
+    translator.step();
+    return op.heard == 2;
+  }));
+  // A thief holds every datagram back and sends it from an address of its own, first.
+  const UdpSocket thief(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
+  for (int i = 0; i < 100; ++i) {
+    op.step(1);
+    translator.step_through(thief);
+    machine.step(2);
+    std::array<std::uint8_t, 2048> bytes;
+    SocketAddress from;
+    while (const auto got = thief.receive(bytes, from))
+      EXPECT_LT(got->size, 80U) << "a question, not the machine's words";
+    ::poll(nullptr, 0, 2);
+  }
+  EXPECT_EQ(machine.count(LinkEvent::Kind::kMoved), 0);
+}
+
+TEST_F(SecureLinkThreads, JunkAndAHandshakeFloodReachNoLoop) {
+  End op = desk();
+  ASSERT_TRUE(talk(op));
+  const UdpSocket attacker(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
+  const SocketAddress target = parse_address(address());
+  Bytes hello(200, 0), tagged(60, 0xD0), empty;
+  hello[0] = 22;
+  hello[1] = 0xFE;
+  hello[2] = 0xFF;
+  for (int i = 0; i < 5000; ++i) {
+    (void)attacker.send(hello, target);
+    (void)attacker.send(tagged, target);
+    (void)attacker.send(empty, target);
+  }
+  const int before = machine.messages;
+  for (int i = 0; i < 20; ++i) {
+    op.step(1);
+    machine.step(2);
+  }
+  EXPECT_GE(machine.messages - before, 19) << "nothing stood before them in the queue";
+  EXPECT_EQ(machine.count(LinkEvent::Kind::kConnected), 1);
+}
+
+TEST_F(SecureLinkThreads, AllocatesNothingPerMessage) {
+  End op = desk();
+  ASSERT_TRUE(talk(op));
+  const Bytes bytes(300, 1);
+  Datagram datagram;
+  int heard = 0;
+  const test::NoAllocScope scope;
+  for (int i = 0; i < 500; ++i) {
+    (void)op.link->send(bytes);
+    heard += machine.link->receive(datagram) ? 1 : 0;
+    (void)machine.link->send(bytes);
+    heard += op.link->receive(datagram) ? 1 : 0;
+  }
+  const auto allocations = scope.allocations();
+  EXPECT_EQ(allocations, 0U);
+  EXPECT_GE(heard, 990);
+}
+
+TEST_F(SecureLinkThreads, RefusesAPortThatAnotherProgramHas) {
+  try {
+    (void)SecureLink::listen(address(), machine_identity(), desks());
+    FAIL() << "two ends on one port";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("another program has this port"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(SecureLinkThreads, FindsAnEndByItsName) {
+  End op{SecureLink::connect("localhost:" + std::to_string(machine.link->port()), desk_identity(),
+                             {peer(machine_identity())}),
+         {},
+         {},
+         0,
+         0};
+  EXPECT_TRUE(talk(op));
+}
+
+}  // namespace
+}  // namespace knuckle::secure

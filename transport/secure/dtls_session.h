@@ -1,0 +1,149 @@
+// One DTLS 1.2 session (RFC 6347) by OpenSSL, without a socket: datagrams in, datagrams out. The handshake allocates
+// and takes milliseconds: it belongs to a thread that is not real-time. What is sealed and opened afterwards allocates
+// nothing and may change over to another thread, never used by two at a time.
+#pragma once
+
+#include <openssl/types.h>
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "transport/link.h"
+#include "transport/secure/identity.h"
+#include "transport/socket_address.h"
+
+namespace knuckle::secure {
+
+/// Why a handshake was refused, by this end or the far one.
+enum class Refusal : std::uint8_t {
+  kNone,
+  kNoCertificate,  ///< The far end showed none.
+  kUnknownPeer,    ///< It is not paired here, ...
+  kRevokedPeer,    ///< ... was once, ...
+  kExpiredPeer,    ///< ... or its certificate has expired.
+  kNotKnownThere,  ///< The same, as the far end says it of this one.
+  kRevokedThere,
+  kExpiredThere,
+  kProtocol,  ///< Another version, another cipher, or no DTLS at all.
+  kSilence,   ///< It did not answer in time.
+  kBusy,      ///< Somebody else has control.
+};
+/// One line: what is wrong and what to do.
+[[nodiscard]] const char* text(Refusal refusal) noexcept;
+
+enum class Role : std::uint8_t {
+  kMachine,   ///< DTLS server.
+  kOperator,  ///< DTLS client.
+};
+
+inline constexpr std::size_t kTagSize = 8;
+/// Of a datagram with a sealed message: tag, record header, explicit nonce, authentication tag, kind.
+inline constexpr std::size_t kSealOverhead = kTagSize + 13 + 8 + 16 + 1;
+inline constexpr std::uint8_t kTagMark = 0xC0;  ///< First bytes from here on are tags; those of DTLS are all below.
+
+using Tag = std::array<std::uint8_t, kTagSize>;
+
+/// What travels inside a session.
+enum class Inner : std::uint8_t {
+  kMessage = 0,    ///< Of the loops.
+  kChallenge = 1,  ///< To an address that is new: 8 bytes ...
+  kResponse = 2,   ///< ... that come back from there.
+  kBusy = 3,       ///< The name of who has control.
+};
+
+struct Sealed {
+  std::size_t size = 0;
+  std::array<std::uint8_t, kMaxDatagram + kSealOverhead> bytes{};
+  [[nodiscard]] std::span<const std::uint8_t> view() const noexcept { return {bytes.data(), size}; }
+};
+
+/// What all sessions of an end have in common: its identity, and whom it lets in.
+class DtlsContext {
+ public:
+  /// @param any_peer whoever has a certificate is let in: for pairing alone.
+  DtlsContext(const Identity& identity, Peers peers, Role role, bool any_peer = false);
+  ~DtlsContext();
+  DtlsContext(const DtlsContext&) = delete;
+  DtlsContext& operator=(const DtlsContext&) = delete;
+
+  [[nodiscard]] Role role() const noexcept { return role_; }
+  [[nodiscard]] const Peer* find(const Fingerprint& fingerprint) const noexcept;
+  [[nodiscard]] Refusal judge(const X509* certificate) const noexcept;
+
+ private:
+  friend class DtlsSession;
+  struct Impl;
+  Role role_;
+  bool any_peer_;
+  Peers peers_;
+  std::unique_ptr<Impl> impl_;
+};
+
+class DtlsSession {
+ public:
+  /// Where the datagrams of a handshake go.
+  class Out {
+   public:
+    virtual void put(std::span<const std::uint8_t> bytes) = 0;
+
+   protected:
+    ~Out() = default;
+  };
+  enum class Progress : std::uint8_t { kUnderWay, kDone, kFailed };
+
+  /// The context outlives it.
+  explicit DtlsSession(const DtlsContext& context);
+  ~DtlsSession();
+  DtlsSession(const DtlsSession&) = delete;
+  DtlsSession& operator=(const DtlsSession&) = delete;
+
+  // The handshake.
+  /// Machine's side: a first hello is answered with a cookie, nothing is kept of it (RFC 6347, 4.2.1).
+  /// @return whether this one brought the cookie of its address: then the handshake goes on.
+  bool hear_hello(std::span<const std::uint8_t> datagram, const SocketAddress& from, Out& out);
+  Progress start(Out& out);
+  Progress hear(std::span<const std::uint8_t> datagram, Out& out);
+  /// Sends again what may be lost, where it is time to.
+  Progress tend(Out& out);
+  [[nodiscard]] Refusal refusal() const noexcept;
+  /// Of the far end; valid once it has shown its certificate.
+  [[nodiscard]] const std::optional<Fingerprint>& peer() const noexcept;
+  /// As it calls itself.
+  [[nodiscard]] const std::string& peer_name() const noexcept;
+
+  // After it.
+  [[nodiscard]] const Tag& receive_tag() const noexcept { return receive_tag_; }
+  /// Has it this session's tag?
+  [[nodiscard]] bool mine(std::span<const std::uint8_t> datagram) const noexcept;
+  bool seal(Inner kind, std::span<const std::uint8_t> plain, Sealed& sealed) noexcept;
+  /// That this end has closed the session.
+  bool seal_farewell(Sealed& sealed) noexcept;
+  struct Opened {
+    Inner kind = Inner::kMessage;
+    bool newest = false;  ///< No record that was sent later has been opened before.
+  };
+  /// nullopt for whatever is not authentic, or has been opened before.
+  std::optional<Opened> open(std::span<const std::uint8_t> datagram, Datagram& plain) noexcept;
+  [[nodiscard]] bool closed() const noexcept { return closed_; }  ///< By the far end.
+
+ private:
+  friend class DtlsContext;  // its callbacks
+  struct Wire;
+  Progress progress(int result);
+  void agree_on_tags();
+
+  const DtlsContext& context_;
+  std::unique_ptr<Wire> wire_;
+  SSL* ssl_ = nullptr;
+  Tag receive_tag_{}, send_tag_{};
+  std::uint64_t newest_record_ = 0;
+  bool closed_ = false;
+};
+
+}  // namespace knuckle::secure

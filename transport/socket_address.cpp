@@ -1,0 +1,152 @@
+#include "transport/socket_address.h"
+
+#include <arpa/inet.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "core/error.h"
+
+namespace knuckle {
+namespace {
+
+const sockaddr_in6& six(const SocketAddress& address) noexcept {
+  return reinterpret_cast<const sockaddr_in6&>(address.bytes);
+}
+const sockaddr_in& four(const SocketAddress& address) noexcept {
+  return reinterpret_cast<const sockaddr_in&>(address.bytes);
+}
+bool is_six(const SocketAddress& address) noexcept {
+  return address.bytes.ss_family == AF_INET6;
+}
+
+[[noreturn]] void refuse(const std::string& address, const std::string& why) {
+  throw InputError("link: " + address + ": " + why);
+}
+
+/// Host and port of "HOST:PORT" or "[ADDR]:PORT"; nullopt where it is neither.
+std::optional<std::pair<std::string, std::string>> split(const std::string& address) {
+  const auto colon = address.rfind(':');
+  if (colon == std::string::npos || colon == 0) return std::nullopt;
+  std::string host = address.substr(0, colon);
+  if (host.front() == '[' && host.back() == ']') {
+    host = host.substr(1, host.size() - 2);
+  } else if (host.find(':') != std::string::npos) {
+    return std::nullopt;  // IPv6 without brackets: nobody can tell where the port begins
+  }
+  return std::pair(host, address.substr(colon + 1));
+}
+
+void check_port(const std::string& address, const std::string& text) {
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  if (error != std::errc() || end != text.data() + text.size())
+    refuse(address, "port \"" + text + "\" must be a whole number from 0 to 65535");
+}
+
+std::vector<SocketAddress> resolve(const std::string& address, bool names) {
+  const auto parts = split(address);
+  if (!parts) refuse(address, "is not ADDR:PORT such as 127.0.0.1:5683 or [::1]:5683");
+  const auto& [host, port] = *parts;
+  check_port(address, port);
+  addrinfo hints{}, *found = nullptr;
+  hints.ai_flags = AI_NUMERICSERV | (names ? 0 : AI_NUMERICHOST);
+  hints.ai_socktype = SOCK_DGRAM;
+  const int error = ::getaddrinfo(host.c_str(), port.c_str(), &hints, &found);
+  if (error != 0) {
+    refuse(address, names ? "\"" + host + "\" has no address: " + ::gai_strerror(error)
+                          : "\"" + host + "\" is not an IPv4 or IPv6 address in numbers");
+  }
+  std::vector<SocketAddress> result;
+  for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
+    SocketAddress& added = result.emplace_back();
+    std::memcpy(&added.bytes, one->ai_addr, one->ai_addrlen);
+    added.size = one->ai_addrlen;
+  }
+  ::freeaddrinfo(found);
+  return result;
+}
+
+std::string reason_of(int error) {
+  switch (error) {
+    case EADDRINUSE:
+      return "another program has this port";
+    case EADDRNOTAVAIL:
+      return "this computer has no such address";
+    case EACCES:
+      return "not permitted; ports below 1024 need CAP_NET_BIND_SERVICE";
+    case EAFNOSUPPORT:
+      return "this computer has no IPv6";
+    case ENETUNREACH:
+    case EHOSTUNREACH:
+      return "no route to it";
+    default:
+      return std::strerror(error);
+  }
+}
+
+}  // namespace
+
+std::uint16_t SocketAddress::port() const noexcept {
+  return ntohs(is_six(*this) ? six(*this).sin6_port : four(*this).sin_port);
+}
+
+bool SocketAddress::is_any() const noexcept {
+  if (is_six(*this)) return IN6_IS_ADDR_UNSPECIFIED(&six(*this).sin6_addr);
+  return four(*this).sin_addr.s_addr == htonl(INADDR_ANY);
+}
+
+bool SocketAddress::is_loopback() const noexcept {
+  if (is_six(*this)) return IN6_IS_ADDR_LOOPBACK(&six(*this).sin6_addr);
+  return (ntohl(four(*this).sin_addr.s_addr) >> 24) == 127;
+}
+
+bool operator==(const SocketAddress& a, const SocketAddress& b) noexcept {
+  if (a.size == 0 || b.size == 0) return a.size == b.size;
+  if (a.bytes.ss_family != b.bytes.ss_family || a.port() != b.port()) return false;
+  if (is_six(a)) {
+    return IN6_ARE_ADDR_EQUAL(&six(a).sin6_addr, &six(b).sin6_addr) && six(a).sin6_scope_id == six(b).sin6_scope_id;
+  }
+  return four(a).sin_addr.s_addr == four(b).sin_addr.s_addr;
+}
+
+std::string text(const SocketAddress& address) {
+  if (address.size == 0) return "nobody";
+  std::array<char, INET6_ADDRSTRLEN> host{};
+  const void* bytes = is_six(address) ? static_cast<const void*>(&six(address).sin6_addr) : &four(address).sin_addr;
+  ::inet_ntop(address.bytes.ss_family, bytes, host.data(), host.size());
+  const std::string port = ":" + std::to_string(address.port());
+  return is_six(address) ? "[" + std::string(host.data()) + "]" + port : host.data() + port;
+}
+
+SocketAddress parse_address(const std::string& address) {
+  return resolve(address, false).front();
+}
+
+std::vector<SocketAddress> look_up(const std::string& address) {
+  return resolve(address, true);
+}
+
+int open_udp_socket(const std::string& name, const SocketAddress& address, Attach attach, const char* what) {
+  const int socket = ::socket(address.bytes.ss_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (socket >= 0 && attach(socket, address.get(), address.size) == 0) return socket;
+  const int error = errno;
+  if (socket >= 0) ::close(socket);
+  throw InputError(std::string("link: cannot ") + what + " " + name + ": " + reason_of(error));
+}
+
+SocketAddress local_address(int socket) noexcept {
+  SocketAddress local;
+  local.size = sizeof local.bytes;
+  if (::getsockname(socket, local.get(), &local.size) != 0) return {};
+  return local;
+}
+
+}  // namespace knuckle

@@ -1,0 +1,44 @@
+// Addresses of UDP sockets: read from text, compared, written for people.
+#pragma once
+
+#include <sys/socket.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace knuckle {
+
+struct SocketAddress {
+  sockaddr_storage bytes{};
+  socklen_t size = 0;  ///< 0: none.
+
+  [[nodiscard]] const sockaddr* get() const noexcept { return reinterpret_cast<const sockaddr*>(&bytes); }
+  [[nodiscard]] sockaddr* get() noexcept { return reinterpret_cast<sockaddr*>(&bytes); }
+  [[nodiscard]] std::uint16_t port() const noexcept;
+  /// Every address of this computer: 0.0.0.0 or [::].
+  [[nodiscard]] bool is_any() const noexcept;
+  /// Of this computer itself: 127.0.0.0/8 or ::1.
+  [[nodiscard]] bool is_loopback() const noexcept;
+  /// Same host and port (and scope, for IPv6).
+  friend bool operator==(const SocketAddress& a, const SocketAddress& b) noexcept;
+};
+
+/// "192.0.2.7:5683", "[2001:db8::7]:5683"; "nobody" where there is none.
+[[nodiscard]] std::string text(const SocketAddress& address);
+
+/// @param address "ADDR:PORT", "[ADDR]:PORT" for IPv6, in numbers. @throws InputError, one line, where it is not.
+[[nodiscard]] SocketAddress parse_address(const std::string& address);
+/// The same, or "NAME:PORT": looked up, which may take seconds. All that the name stands for, best first; never empty.
+/// @throws InputError
+[[nodiscard]] std::vector<SocketAddress> look_up(const std::string& address);
+
+using Attach = int (*)(int socket, const sockaddr* address, socklen_t size);
+/// A non-blocking UDP socket, bound or connected. @param attach ::bind or ::connect. @param what "listen on"
+/// @throws InputError "link: cannot WHAT NAME: why".
+[[nodiscard]] int open_udp_socket(const std::string& name, const SocketAddress& address, Attach attach,
+                                  const char* what);
+/// As bound.
+[[nodiscard]] SocketAddress local_address(int socket) noexcept;
+
+}  // namespace knuckle
