@@ -9,6 +9,7 @@
 #include "app/cli/command.h"
 #include "app/console/window/console_command.h"
 #include "app/identify/identify.h"
+#include "app/pairing/pair_command.h"
 #include "app/programs/device_command.h"
 #include "app/programs/master_command.h"
 #include "app/programs/node_command.h"
@@ -33,6 +34,7 @@ cli::Program program() {
           programs::master_entry(),
           programs::node_entry(),
           programs::device_entry(),
+          pairing::pair_entry(),
           bringup::calibrate_device_entry(),
           bringup::doctor_entry(),
           bringup::commission_entry(),

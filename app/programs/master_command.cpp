@@ -7,6 +7,7 @@
 
 #include "app/bringup/device_probe.h"
 #include "app/cli/interrupt.h"
+#include "app/pairing/chosen_link.h"
 #include "app/programs/master_program.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
@@ -22,8 +23,8 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kSchema = "knuckle-master/1";
 
 struct Options {
-  std::string machine, device, device_file, serial, connect, mirror, control;
-  bool insecure = false;
+  std::string machine, device, device_file, serial, mirror, control;
+  pairing::LinkOptions link;
   double assist_force_limit_N = 0;
   bool assist_stop_on_object = false;
   std::optional<double> duration_s;
@@ -37,9 +38,10 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--device-file", o.device_file,
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
   c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
-  c.add_option("--connect", o.connect, "Address and port of the machine's side, such as 192.0.2.7:5683 or [::1]:5683")
+  c.add_option("--connect", o.link.address,
+               "Address and port of the machine's side, such as 192.0.2.7:5683, [::1]:5683 or arm.example.org:5683")
       ->required();
-  c.add_flag("--insecure", o.insecure, "Allow plain UDP: a link neither authenticated nor encrypted");
+  pairing::add_link_options(c, o.link);
   c.add_option("--mirror", o.mirror, "Send a copy of all link traffic to this address and port, for a display");
   c.add_option("--control", o.control,
                "Bilateral law: echo, wave, tdpa, cues or direct (default: as the device's file says)");
@@ -63,7 +65,6 @@ void check(const Options& o) {
     cli::refuse_option("--serial", o.serial, "goes with --device hid or usb");
   if (!o.control.empty() && !control_law_named(o.control))
     cli::refuse_option("--control", o.control, std::string("must be ") + kControlLawChoice);
-  check_plain_link("--connect", o.connect, o.insecure);
   cli::Places places;
   places.configuration("--machine", o.machine);
   places.configuration("--device-file", o.device_file);
@@ -91,8 +92,8 @@ MasterSetup set_up(const Options& o) {
 }
 
 /// What is wrong with the wires, in one line; empty where nothing is.
-std::string problem_of(const Options& o, const HidDevicePort* device, const UdpLink& link) {
-  if (link.refused()) return "no program listens at " + o.connect;
+std::string problem_of(const HidDevicePort* device, const pairing::ChosenLink& link) {
+  if (std::string problem = link.problem(); !problem.empty()) return problem;
   return device != nullptr ? device->status().problem : "";
 }
 
@@ -114,7 +115,7 @@ Json status_json(const std::optional<MachineStatus>& status) {
 Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome,
                  std::uint64_t lines_lost) {
   Json json{{"schema", kSchema},          {"version", cli::program_version()}, {"machine", setup.machine.name},
-            {"device", o.device},         {"device_file", setup.device.name},  {"connect", o.connect},
+            {"device", o.device},         {"device_file", setup.device.name},  {"connect", o.link.address},
             {"control", name(setup.law)}, {"started_unix_s", started_unix_s},  {"ran_s", outcome.ran_s}};
   json["machine_side"] = Json::array();
   json["device_states"] = Json::array();
@@ -152,25 +153,27 @@ int run(const Options& o) {
   const cli::InterruptGuard interrupt;
   const MasterSetup setup = set_up(o);
   AskedOutput csv("--csv", o.csv), json("--json", o.json, AskedOutput::Content::kResult);
-  UdpLink link = UdpLink::connect(o.connect);
+  pairing::ChosenLink link = pairing::ChosenLink::connect(o.link);
   std::optional<UdpLink> screen;
   std::optional<MirroredLink> mirrored;
-  if (!o.mirror.empty()) mirrored.emplace(link, screen.emplace(UdpLink::connect(o.mirror)));
+  if (!o.mirror.empty()) mirrored.emplace(link.link(), screen.emplace(UdpLink::connect(o.mirror)));
   NoDevice nothing;
   const std::unique_ptr<HidDevicePort> device = bringup::open_leading_device(o.device, o.serial);
 
   ProgramConsole console("knuckle master");
-  console.note("link: " + std::string(kPlainLinkNote));
+  console.note("link: " + link.note());
   console.note("device " + setup.device.name + " (" + o.device + "), machine " + setup.machine.name + " at " +
-               o.connect);
+               o.link.address);
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&csv};
+  program.news = [&link] { return link.news(); };
   const double started_unix_s = unix_time_s();
   HidPort& port = device ? static_cast<HidPort&>(*device) : nothing;
-  Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link;
+  Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link.link();
   MasterOutcome outcome = run_master(
-      setup, port, wire, program, [&] { return problem_of(o, device.get(), link); }, csv.stream());
+      setup, port, wire, program, [&] { return problem_of(device.get(), link); }, csv.stream());
+  link.close();
   outcome.records_lost += finish_records(console, {&csv});
 
   const bool without_device = device && !outcome.device_was_ready;

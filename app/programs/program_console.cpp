@@ -158,6 +158,9 @@ void tend_until_over(const ProgramRun& run, const RealtimeClock& clock, const st
     for (AskedOutput* output : run.outputs) {
       if (const std::string refused = output->tend(); !refused.empty()) run.console.event(now, refused);
     }
+    if (run.news) {
+      for (const std::string& line : run.news()) run.console.event(now, line);
+    }
     run.console.tend(now);
     if (to_seconds(now) >= run.duration_s || (run.keep_on && !run.keep_on())) return;
     clock.sleep_until(now + kTendPeriod);

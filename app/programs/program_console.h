@@ -82,6 +82,8 @@ struct ProgramRun {
   ProgramConsole& console;
   double duration_s = std::numeric_limits<double>::infinity();
   std::vector<AskedOutput*> outputs{};  ///< Records that are written while it runs.
+  /// What has happened beyond the loops, a line each; may be empty itself.
+  std::function<std::vector<std::string>()> news{};
 };
 
 /// Calls `tend` 50 times a second until the run is over: interrupted, or its duration has passed.

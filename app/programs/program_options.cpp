@@ -4,7 +4,6 @@
 #include <exception>
 #include <nlohmann/json.hpp>
 
-#include "app/cli/command.h"
 #include "app/programs/program_console.h"
 #include "core/error.h"
 
@@ -17,11 +16,6 @@ nlohmann::ordered_json percentiles_json(const Histogram& h, double units_per_s) 
 }
 
 }  // namespace
-
-void check_plain_link(const std::string& option, const std::string& address, bool insecure) {
-  if (insecure) return;
-  cli::refuse_option(option, address, "plain UDP is neither authenticated nor encrypted; --insecure allows it");
-}
 
 AskedOutput::AskedOutput(const char* option, const std::string& target, Content content)
     : name_(std::string(option) + " " + target), content_(content) {

@@ -22,12 +22,6 @@ class ProgramConsole;
 
 inline constexpr double kLongestRun_s = 1e7;
 
-/// An unauthenticated link must be requested. @throws InputError unless it was.
-void check_plain_link(const std::string& option, const std::string& address, bool insecure);
-/// The note shown when it was.
-inline constexpr const char* kPlainLinkNote =
-    "plain UDP (--insecure): neither authenticated nor encrypted; for loopback, labs, or inside a tunnel";
-
 /// An output of a program that runs for long; it may have been requested. Writing to it never waits for its
 /// reader or its disk.
 class AskedOutput {

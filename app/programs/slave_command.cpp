@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/cli/interrupt.h"
+#include "app/pairing/chosen_link.h"
 #include "app/programs/program_options.h"
 #include "app/programs/slave_program.h"
 #include "app/session/scenario.h"
@@ -16,7 +17,6 @@
 #include "sim/truth.h"
 #include "slave/bus_map.h"
 #include "transport/socket_can.h"
-#include "transport/udp_link.h"
 
 namespace knuckle::programs {
 namespace {
@@ -26,11 +26,11 @@ constexpr const char* kSchema = "knuckle-slave/1";
 constexpr const char* kSimulatedBus = "simulated";
 
 struct Options {
-  std::string machine, can, listen;
+  std::string machine, can;
+  pairing::LinkOptions link;
   bool simulate = false;
   std::string scenario;
   std::optional<std::uint64_t> seed;
-  bool insecure = false;
   std::optional<double> duration_s;
   std::string candump, csv, json;
 };
@@ -44,9 +44,9 @@ void add_options(CLI::App& c, Options& o) {
       "With --simulate: scenario that gives its start and surroundings, name or .toml file (default: free_motion)");
   c.add_option("--seed", o.seed, "With --simulate: random seed of the machine's true parameters (default: 1)")
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
-  c.add_option("--listen", o.listen, "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683")
+  c.add_option("--listen", o.link.address, "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683")
       ->required();
-  c.add_flag("--insecure", o.insecure, "Allow plain UDP: a link neither authenticated nor encrypted");
+  pairing::add_link_options(c, o.link);
   c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
   c.add_option("--csv", o.csv, "Write sensors, commands and estimates, a row each step; `knuckle identify` reads it");
@@ -66,7 +66,6 @@ void check_bus(const Options& o) {
 void check(const Options& o) {
   check_bus(o);
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
-  check_plain_link("--listen", o.listen, o.insecure);
   cli::Places places;
   places.configuration("--machine", o.machine);
   places.configuration("--scenario", o.scenario);
@@ -158,7 +157,7 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
             {"machine", o.machine.empty() ? setup.machine.name : o.machine},
             {"can", o.can.empty() ? Json() : Json(o.can)},
             {"simulated", simulation_json(setup.simulation)},
-            {"listen", o.listen},
+            {"listen", o.link.address},
             {"started_unix_s", started_unix_s},
             {"ran_s", outcome.ran_s}};
   json["modes"] = Json::array();
@@ -183,7 +182,7 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
 
 /// Simulated and real must not be confused.
 std::string machine_note(const Options& o, const Setup& setup) {
-  const std::string listening = ", listening on " + o.listen;
+  const std::string listening = ", listening on " + o.link.address;
   if (!setup.simulation) return "machine " + setup.machine.name + " on " + o.can + listening;
   return "SIMULATED machine " + setup.machine.name + " (scenario " + setup.simulation->scenario.name + ", seed " +
          std::to_string(setup.simulation->seed) + "), nothing real moves" + listening;
@@ -196,17 +195,19 @@ int run(const Options& o) {
   AskedOutput candump("--candump", o.candump), csv("--csv", o.csv),
       json("--json", o.json, AskedOutput::Content::kResult);
   MachineBus machine(o, setup);
-  UdpLink link = UdpLink::listen(o.listen);
+  pairing::ChosenLink link = pairing::ChosenLink::listen(o.link);
 
   ProgramConsole console("knuckle slave");
-  console.note("link: " + std::string(kPlainLinkNote));
+  console.note("link: " + link.note());
   console.note(machine_note(o, setup));
   const SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream()};
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&candump, &csv};
+  program.news = [&link] { return link.news(); };
   const double started_unix_s = unix_time_s();
-  SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link, program, records);
+  SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link.link(), program, records);
+  link.close();
   outcome.records_lost += finish_records(console, {&candump, &csv});
 
   Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());

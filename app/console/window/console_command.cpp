@@ -8,6 +8,7 @@
 #include "app/bringup/device_probe.h"
 #include "app/cli/interrupt.h"
 #include "app/console/window/console_options.h"
+#include "app/pairing/chosen_link.h"
 #include "app/console/window/console_program.h"
 #include "app/programs/program_console.h"
 #include "app/programs/program_options.h"
@@ -16,7 +17,6 @@
 #include "machine/device_choice.h"
 #include "machine/load.h"
 #include "sim/operator_limb.h"
-#include "transport/udp_link.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -27,7 +27,7 @@ constexpr const char* kSchema = "knuckle-console/1";
 /// Loops and the wires below them, in the order in which they are taken down.
 struct Behind {
   std::unique_ptr<HidDevicePort> device;
-  std::optional<UdpLink> link;
+  std::optional<pairing::ChosenLink> link;
   std::unique_ptr<ConsoleHost> host;
 };
 
@@ -71,7 +71,7 @@ screens::ConsoleFacts facts_of(const ConsoleOptions& o) {
   facts.hand = o.device == "keyboard"  ? screens::HandSource::kKeyboard
                : o.device == "gamepad" ? screens::HandSource::kGamepad
                                        : screens::HandSource::kDevice;
-  facts.peer = o.simulate ? "simulated" : o.connect;
+  facts.peer = o.simulate ? "simulated" : o.link.address;
   facts.scenarios = playable_scenarios(read);
   if (std::find(facts.scenarios.begin(), facts.scenarios.end(), o.session.scenario) == facts.scenarios.end())
     facts.scenarios.insert(facts.scenarios.begin(), o.session.scenario);
@@ -85,8 +85,8 @@ Behind behind(const ConsoleOptions& o, const screens::ConsoleFacts& facts, std::
     const auto led = o.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson;
     b.host = std::make_unique<ConsoleHost>(o.session, led, b.device.get(), candump);
   } else {
-    b.link.emplace(UdpLink::connect(o.connect));
-    b.host = std::make_unique<ConsoleHost>(station_setup(o, facts), *b.link, b.device.get());
+    b.link.emplace(pairing::ChosenLink::connect(o.link));
+    b.host = std::make_unique<ConsoleHost>(station_setup(o, facts), b.link->link(), b.device.get());
   }
   return b;
 }

@@ -61,8 +61,9 @@ void check_device(const ConsoleOptions& o) {
 
 void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_flag("--simulate", o.simulate, "Simulate the machine, in real time");
-  c.add_option("--connect", o.connect, "Address and port of the machine's side, such as 192.0.2.7:5683 or [::1]:5683");
-  c.add_flag("--insecure", o.insecure, "Allow plain UDP: a link neither authenticated nor encrypted");
+  c.add_option("--connect", o.link.address,
+               "Address and port of the machine's side, such as 192.0.2.7:5683, [::1]:5683 or arm.example.org:5683");
+  pairing::add_link_options(c, o.link);
   c.add_option("--machine", o.session.machine, "Machine name or .toml file (default with --simulate: solar015)");
   c.add_option("--device", o.device,
                "Input: keyboard (and mouse), gamepad, or a haptic device attached by hid (hidraw) or usb (libusb)")
@@ -100,13 +101,12 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
 }
 
 void check(const ConsoleOptions& o) {
-  if (o.simulate == !o.connect.empty()) throw InputError("console: give one of --simulate and --connect HOST:PORT");
+  if (o.simulate == !o.link.address.empty()) throw InputError("console: give one of --simulate and --connect HOST:PORT");
   if (!o.simulate) {
     if (o.session.machine.empty())
       throw InputError("--machine: is required with --connect, the same as on the machine's side");
-    programs::check_plain_link("--connect", o.connect, o.insecure);
     check_simulated_only(o);
-  } else if (o.insecure) {
+  } else if (o.link.insecure > 0) {
     cli::refuse_option("--insecure", "", "goes with --connect");
   }
   check_device(o);

@@ -6,6 +6,7 @@
 
 #include "app/console/screens/ui_state.h"
 #include "app/console/window/window.h"
+#include "app/pairing/chosen_link.h"
 #include "app/session/options.h"
 
 namespace CLI {
@@ -15,10 +16,11 @@ class App;
 namespace knuckle::console::window {
 
 struct ConsoleOptions {
-  bool simulate = false, insecure = false, demo = false, light = false, imperial = false;
+  bool simulate = false, demo = false, light = false, imperial = false;
   bool scenario_given = false, seed_given = false;
   session::SimulateOptions session;  ///< Machine and haptic device's file count with --connect, too.
-  std::string connect, device = "keyboard", serial, candump;
+  pairing::LinkOptions link;  ///< Its address is empty where the machine is simulated.
+  std::string device = "keyboard", serial, candump;
   std::optional<double> duration_s, at_s;
   double scale = 1;
   std::string size = "1280x800", screen = "operate", screenshot, json;

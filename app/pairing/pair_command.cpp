@@ -1,0 +1,126 @@
+#include "app/pairing/pair_command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+
+#include "app/cli/interrupt.h"
+#include "app/pairing/key_folder.h"
+#include "app/pairing/pairing_exchange.h"
+#include "core/error.h"
+
+namespace knuckle::pairing {
+namespace {
+
+struct Options {
+  std::string keys, name, listen, connect, as, code, revoke;
+};
+
+void add_options(CLI::App& c, Options& o) {
+  c.add_option("--keys", o.keys, "Folder of this computer's key and its pairings (default: ~/.config/knuckle)");
+  c.add_option("--name", o.name, "Name in a new key, shown to far ends (default: the computer's)");
+  c.add_option("--listen", o.listen, "Pair with the computer that connects to this address and port");
+  c.add_option("--connect", o.connect, "Pair with the computer that listens there");
+  c.add_option("--as", o.as, "What the far end is called here (default: as it calls itself)");
+  c.add_option("--code", o.code, "The code that the far end shows: pair without asking, or fail");
+  c.add_option("--revoke", o.revoke, "Let the far end of this name in no more");
+}
+
+void check(const Options& o) {
+  if (!o.listen.empty() && !o.connect.empty()) cli::refuse_option("--connect", o.connect, "give it or --listen, not both");
+  const bool pairs = !o.listen.empty() || !o.connect.empty();
+  if (!pairs && !o.as.empty()) cli::refuse_option("--as", o.as, "goes with --listen or --connect");
+  if (!pairs && !o.code.empty()) cli::refuse_option("--code", o.code, "goes with --listen or --connect");
+  if (pairs && !o.revoke.empty()) cli::refuse_option("--revoke", o.revoke, "does not go with --listen or --connect");
+  for (const auto& [option, name] : {std::pair("--name", o.name), std::pair("--as", o.as)}) {
+    if (!name.empty() && !secure::is_name(name))
+      cli::refuse_option(option, name, "must be 1 to 40 letters, digits, spaces and . _ -");
+  }
+}
+
+void list(const KeyFolder& folder, const secure::Identity& identity) {
+  std::cout << "this computer: " << identity.name << " (" << secure::short_text(identity.fingerprint())
+            << "), valid until " << identity.expires_utc() << "\nkey: " << folder.key_file() << '\n';
+  const secure::Peers peers = folder.peers();
+  if (peers.empty()) std::cout << "paired with nobody\n";
+  for (const secure::Peer& peer : peers) {
+    std::cout << (peer.revoked ? "revoked: " : "paired with: ") << peer.name << " ("
+              << secure::short_text(peer.fingerprint) << ")\n";
+  }
+}
+
+void revoke(const KeyFolder& folder, const std::string& name) {
+  secure::Peers peers = folder.peers();
+  const auto found = std::find_if(peers.begin(), peers.end(), [&](const auto& peer) { return peer.name == name; });
+  if (found == peers.end()) cli::refuse_option("--revoke", name, "no far end of this name is in " + folder.peers_file());
+  found->revoked = true;
+  folder.save(peers);
+  std::cout << "revoked: " << name << ": restart the programs that run, so that they know\n";
+}
+
+/// In place of what is known of the same far end; another of the same name is not overwritten.
+void pin(const KeyFolder& folder, const secure::Peer& peer) {
+  secure::Peers peers = folder.peers();
+  std::erase_if(peers, [&](const auto& known) { return known.fingerprint == peer.fingerprint; });
+  const bool taken = std::any_of(peers.begin(), peers.end(), [&](const auto& known) { return known.name == peer.name; });
+  if (taken)
+    cli::refuse_option("--as", peer.name, "another far end has this name in " + folder.peers_file() + ": give a new one");
+  peers.push_back(peer);
+  folder.save(peers);
+}
+
+bool confirmed(const Options& o, const std::string& code) {
+  if (!o.code.empty()) return o.code == code;
+  std::cout << "Is this the code on the other computer? [yes/no] " << std::flush;
+  std::string answer;
+  return std::getline(std::cin, answer) && (answer == "yes" || answer == "y");
+}
+
+int run(const Options& o) {
+  check(o);
+  const cli::InterruptGuard interrupt;
+  const KeyFolder folder(o.keys);
+  if (folder.has_key() && !o.name.empty())
+    cli::refuse_option("--name", o.name, "this computer has a key already: " + folder.key_file());
+  const secure::Identity identity = folder.has_key() ? folder.identity() : folder.make(o.name);
+  (void)folder.peers();  // a malformed file is told before anybody is asked
+  if (!o.revoke.empty()) {
+    revoke(folder, o.revoke);
+    return 0;
+  }
+  if (o.listen.empty() && o.connect.empty()) {
+    list(folder, identity);
+    return 0;
+  }
+  const bool listens = !o.listen.empty();
+  std::cout << "this computer: " << identity.name << " (" << secure::short_text(identity.fingerprint()) << ")\n"
+            << (listens ? "waiting for the other computer on " + o.listen : "asking " + o.connect) << std::endl;
+  const auto shown = exchange(listens ? secure::Role::kMachine : secure::Role::kOperator, listens ? o.listen : o.connect,
+                              identity, [&interrupt] { return !interrupt.pending(); });
+  if (!shown) return 130;
+  const std::string name = o.as.empty() ? shown->name : o.as;
+  std::cout << "other computer: " << name << " (" << secure::short_text(shown->fingerprint) << ")\ncode: " << shown->code
+            << std::endl;
+  if (!confirmed(o, shown->code)) {
+    std::cerr << "knuckle pair: not paired: the codes differ, or nobody confirmed them; where they differ, somebody may be "
+                 "between the two computers\n";
+    return 1;
+  }
+  pin(folder, {shown->fingerprint, name, false});
+  std::cout << "paired with " << name << '\n';
+  return 0;
+}
+
+}  // namespace
+
+cli::Command pair_entry() {
+  return {"pair", "Make this computer's key, and pair it with the computer at the other end of the link",
+          [](CLI::App& command) {
+            const auto options = std::make_shared<Options>();
+            add_options(command, *options);
+            return [options] { return run(*options); };
+          }};
+}
+
+}  // namespace knuckle::pairing
