@@ -42,8 +42,9 @@ Keys read_keys(const LinkOptions& o) {
 void add_link_options(CLI::App& command, LinkOptions& options) {
   command.add_option("--keys", options.keys,
                      "Folder of this computer's key and its pairings (knuckle pair; default: ~/.config/knuckle)");
-  command.add_flag("--insecure", options.insecure,
-                   "Plain UDP instead, neither authenticated nor encrypted; twice where the far end is another computer");
+  command.add_flag(
+      "--insecure", options.insecure,
+      "Plain UDP instead, neither authenticated nor encrypted; twice where the far end is another computer");
 }
 
 ChosenLink ChosenLink::listen(const LinkOptions& options) {

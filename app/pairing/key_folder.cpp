@@ -41,7 +41,9 @@ std::string host_name() {
 
 KeyFolder::KeyFolder(const std::string& path) : path_(path.empty() ? default_path() : path) {}
 
-bool KeyFolder::has_key() const { return fs::exists(fs::symlink_status(key_file())); }
+bool KeyFolder::has_key() const {
+  return fs::exists(fs::symlink_status(key_file()));
+}
 
 secure::Identity KeyFolder::identity() const {
   secure::Identity read = secure::load_identity(key_file());

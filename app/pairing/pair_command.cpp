@@ -28,7 +28,8 @@ void add_options(CLI::App& c, Options& o) {
 }
 
 void check(const Options& o) {
-  if (!o.listen.empty() && !o.connect.empty()) cli::refuse_option("--connect", o.connect, "give it or --listen, not both");
+  if (!o.listen.empty() && !o.connect.empty())
+    cli::refuse_option("--connect", o.connect, "give it or --listen, not both");
   const bool pairs = !o.listen.empty() || !o.connect.empty();
   if (!pairs && !o.as.empty()) cli::refuse_option("--as", o.as, "goes with --listen or --connect");
   if (!pairs && !o.code.empty()) cli::refuse_option("--code", o.code, "goes with --listen or --connect");
@@ -53,7 +54,8 @@ void list(const KeyFolder& folder, const secure::Identity& identity) {
 void revoke(const KeyFolder& folder, const std::string& name) {
   secure::Peers peers = folder.peers();
   const auto found = std::find_if(peers.begin(), peers.end(), [&](const auto& peer) { return peer.name == name; });
-  if (found == peers.end()) cli::refuse_option("--revoke", name, "no far end of this name is in " + folder.peers_file());
+  if (found == peers.end())
+    cli::refuse_option("--revoke", name, "no far end of this name is in " + folder.peers_file());
   found->revoked = true;
   folder.save(peers);
   std::cout << "revoked: " << name << ": restart the programs that run, so that they know\n";
@@ -63,9 +65,11 @@ void revoke(const KeyFolder& folder, const std::string& name) {
 void pin(const KeyFolder& folder, const secure::Peer& peer) {
   secure::Peers peers = folder.peers();
   std::erase_if(peers, [&](const auto& known) { return known.fingerprint == peer.fingerprint; });
-  const bool taken = std::any_of(peers.begin(), peers.end(), [&](const auto& known) { return known.name == peer.name; });
+  const bool taken =
+      std::any_of(peers.begin(), peers.end(), [&](const auto& known) { return known.name == peer.name; });
   if (taken)
-    cli::refuse_option("--as", peer.name, "another far end has this name in " + folder.peers_file() + ": give a new one");
+    cli::refuse_option("--as", peer.name,
+                       "another far end has this name in " + folder.peers_file() + ": give a new one");
   peers.push_back(peer);
   folder.save(peers);
 }
@@ -96,15 +100,16 @@ int run(const Options& o) {
   const bool listens = !o.listen.empty();
   std::cout << "this computer: " << identity.name << " (" << secure::short_text(identity.fingerprint()) << ")\n"
             << (listens ? "waiting for the other computer on " + o.listen : "asking " + o.connect) << std::endl;
-  const auto shown = exchange(listens ? secure::Role::kMachine : secure::Role::kOperator, listens ? o.listen : o.connect,
-                              identity, [&interrupt] { return !interrupt.pending(); });
+  const auto shown = exchange(listens ? secure::Role::kMachine : secure::Role::kOperator,
+                              listens ? o.listen : o.connect, identity, [&interrupt] { return !interrupt.pending(); });
   if (!shown) return 130;
   const std::string name = o.as.empty() ? shown->name : o.as;
-  std::cout << "other computer: " << name << " (" << secure::short_text(shown->fingerprint) << ")\ncode: " << shown->code
-            << std::endl;
+  std::cout << "other computer: " << name << " (" << secure::short_text(shown->fingerprint)
+            << ")\ncode: " << shown->code << std::endl;
   if (!confirmed(o, shown->code)) {
-    std::cerr << "knuckle pair: not paired: the codes differ, or nobody confirmed them; where they differ, somebody may be "
-                 "between the two computers\n";
+    std::cerr
+        << "knuckle pair: not paired: the codes differ, or nobody confirmed them; where they differ, somebody may be "
+           "between the two computers\n";
     return 1;
   }
   pin(folder, {shown->fingerprint, name, false});

@@ -17,8 +17,8 @@ struct Shown {
 };
 
 /// @param address to listen on (the machine's side) or to connect to. @param keep_on asked now and then; false ends it.
-/// @return nothing where it was ended. @throws InputError for an address that cannot be used, or a far end that does not
-/// speak DTLS 1.2.
+/// @return nothing where it was ended. @throws InputError for an address that cannot be used, or a far end that does
+/// not speak DTLS 1.2.
 [[nodiscard]] std::optional<Shown> exchange(secure::Role role, const std::string& address,
                                             const secure::Identity& identity, const std::function<bool()>& keep_on);
 

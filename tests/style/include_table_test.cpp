@@ -102,8 +102,8 @@ std::vector<std::string> violations(const std::string& subject, const std::strin
 }
 
 /// Namespaces that a subject's files may open, besides unnamed ones: its own and what is inside it; and of core and
-/// machine and transport, which hold what everything is made of, that of the project. What is inside app or transport is
-/// named without them.
+/// machine and transport, which hold what everything is made of, that of the project. What is inside app or transport
+/// is named without them.
 bool belongs(const std::string& subject, const std::string& name) {
   const bool common = subject == "core" || subject == "machine" || subject == "transport" || subject == "app";
   std::string own = "knuckle";

@@ -345,7 +345,9 @@ Refusal DtlsSession::refusal() const noexcept {
   return wire_->refusal;
 }
 
-const std::string& DtlsSession::peer_name() const noexcept { return wire_->peer_name; }
+const std::string& DtlsSession::peer_name() const noexcept {
+  return wire_->peer_name;
+}
 
 const std::optional<Fingerprint>& DtlsSession::peer() const noexcept {
   return wire_->peer;
