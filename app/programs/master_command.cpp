@@ -161,7 +161,7 @@ int run(const Options& o) {
   const std::unique_ptr<HidDevicePort> device = bringup::open_leading_device(o.device, o.serial);
 
   ProgramConsole console("knuckle master");
-  console.note("link: " + link.note());
+  for (const std::string& note : link.notes()) console.note(note);
   console.note("device " + setup.device.name + " (" + o.device + "), machine " + setup.machine.name + " at " +
                o.link.address);
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};

@@ -198,7 +198,7 @@ int run(const Options& o) {
   pairing::ChosenLink link = pairing::ChosenLink::listen(o.link);
 
   ProgramConsole console("knuckle slave");
-  console.note("link: " + link.note());
+  for (const std::string& note : link.notes()) console.note(note);
   console.note(machine_note(o, setup));
   const SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream()};
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
