@@ -41,7 +41,8 @@ class Checker {
     for (std::size_t i = 0; i < lines.size() && ok(); ++i) {
       const auto next = i + 1 < lines.size() ? link_of(lines[i + 1]) : std::nullopt;
       if (next && next->event == kResumedEvent && next->torn_sha256 == sha256(lines[i])) {
-        check_.notes.push_back(fmt::format("{}:{}: unfinished: the program was killed, or the disk was full", file, i + 1));
+        check_.notes.push_back(
+            fmt::format("{}:{}: unfinished: the program was killed, or the disk was full", file, i + 1));
         continue;
       }
       check_line(file, i + 1, lines[i]);
@@ -64,6 +65,8 @@ class Checker {
       return broken(file, at, "does not name the hash of the line before: one of the two was changed");
     if (first) first_number_ = link->number;
     if (link->event == kFileEvent) oldest_ = link->oldest;
+    if (link->event == kMissingEvent)
+      broken(file, at, "lines before it were removed or changed while no program wrote here");
     check_.lines.push_back(line);
     check_.last = {link->number, sha256(line)};
     if (head_ && head_->number == link->number && head_->hash != check_.last.hash)

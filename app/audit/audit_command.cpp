@@ -46,9 +46,10 @@ int run(const Options& o) {
     std::cerr << "knuckle audit: BROKEN: " << check.broken << '\n';
     return 1;
   }
-  std::cerr << fmt::format("knuckle audit: whole: {} lines in {} files; the last is {} with hash {}: keep a note of it "
-                           "elsewhere\n",
-                           check.lines.size(), check.files, check.last.number, check.last.hash);
+  std::cerr << fmt::format(
+      "knuckle audit: whole: {} lines in {} files; the last is {} with hash {}: keep a note of it "
+      "elsewhere\n",
+      check.lines.size(), check.files, check.last.number, check.last.hash);
   return 0;
 }
 

@@ -18,6 +18,8 @@ namespace knuckle::audit {
 
 inline constexpr const char* kFileEvent = "file";
 inline constexpr const char* kResumedEvent = "resumed";
+/// A program that began again did not find the last lines, or not as the head says: the chain is broken here.
+inline constexpr const char* kMissingEvent = "missing";
 inline constexpr std::size_t kLargestFile_bytes = 64 << 20;
 
 /// Hex, 64 digits.

@@ -59,11 +59,17 @@ AuditTrail::AuditTrail(const std::string& folder, const TrailLimits& limits) : f
   if (lock_.get() < 0) throw InputError("--audit " + folder_ + ": " + std::strerror(errno));
   if (::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0)
     throw InputError("--audit " + folder_ + ": another program writes its audit trail there: give another folder");
+  const auto must = [&](int refused) {
+    if (refused != 0) throw InputError("--audit " + folder_ + ": cannot be written: " + std::strerror(refused));
+  };
   find_end();
-  const int refused = file_number_ == 0 ? begin_file(1) : open_file(file_number_);
-  if (refused != 0) throw InputError("--audit " + folder_ + ": cannot be written: " + std::strerror(refused));
+  const std::optional<Head> head = read_head(folder_);
   head_file_ = Descriptor(::open(head_file_of(folder_).c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-  if (head_file_.get() < 0) throw InputError("--audit " + folder_ + ": cannot be written: " + std::strerror(errno));
+  must(head_file_.get() < 0 ? errno : 0);
+  if (!head && number_ == 0) must(write_head());  // before the first line: where lines are, there is a head
+  must(file_number_ == 0 ? begin_file(1) : open_file(file_number_));
+  if (number_ > 0 && (!head || head->number > number_ || (head->number == number_ && head->hash != last_hash_)))
+    note(kMissingEvent, {{"lines_before", head ? head->number : 0}, {"hash", head ? head->hash : ""}});
   sigset_t all, before;
   sigfillset(&all);  // a program's signals are for its other threads
   pthread_sigmask(SIG_SETMASK, &all, &before);
@@ -95,9 +101,10 @@ void AuditTrail::find_end() {
     if (content.lines.empty()) continue;
     const auto link = link_of(content.lines.back());
     if (!link) {
-      throw InputError(fmt::format("--audit {}: its last line is no line of an audit trail: see knuckle audit, or give "
-                                   "another folder",
-                                   file));
+      throw InputError(
+          fmt::format("--audit {}: its last line is no line of an audit trail: see knuckle audit, or give "
+                      "another folder",
+                      file));
     }
     number_ = link->number;
     last_hash_ = sha256(content.lines.back());
@@ -106,7 +113,8 @@ void AuditTrail::find_end() {
 }
 
 int AuditTrail::open_file(std::uint64_t number) {
-  file_ = Descriptor(::open(file_of(folder_, number).c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+  file_ = Descriptor(
+      ::open(file_of(folder_, number).c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
   if (file_.get() < 0) return errno;
   struct stat status {};
   if (::fstat(file_.get(), &status) != 0) return errno;
@@ -208,8 +216,8 @@ int AuditTrail::write(std::deque<Entry>& entries) {
 
 int AuditTrail::write_entry(const Entry& entry) {
   if (!torn_.empty()) {
-    const Entry resumed{utc_now(), kResumedEvent, monotonic_s(),
-                        {{"torn_bytes", torn_.size()}, {"torn_sha256", sha256(torn_)}}};
+    const Entry resumed{
+        utc_now(), kResumedEvent, monotonic_s(), {{"torn_bytes", torn_.size()}, {"torn_sha256", sha256(torn_)}}};
     if (const int refused = append(resumed, "\n"); refused != 0) return refused;
     torn_.clear();
   }
@@ -265,7 +273,10 @@ int AuditTrail::append(const Entry& entry, const char* before) {
 /// Lines first, then how far they go: the head never promises what is not there.
 int AuditTrail::sync() {
   if (::fdatasync(file_.get()) != 0) return errno;
-  if (number_ == 0) return 0;
+  return number_ == 0 ? 0 : write_head();
+}
+
+int AuditTrail::write_head() {
   const std::string head = head_text({number_, last_hash_});
   if (::pwrite(head_file_.get(), head.data(), head.size(), 0) != static_cast<ssize_t>(head.size())) return errno;
   return ::fdatasync(head_file_.get()) == 0 ? 0 : errno;

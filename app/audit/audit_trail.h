@@ -31,8 +31,8 @@ class AuditTrail {
  public:
   using Json = nlohmann::ordered_json;
 
-  /// Goes on where the files end. The folder is made (mode 0700) where it is missing. @throws InputError where it cannot
-  /// be used, where another program writes there, or where the newest file is no trail.
+  /// Goes on where the files end. The folder is made (mode 0700) where it is missing. @throws InputError where it
+  /// cannot be used, where another program writes there, or where the newest file is no trail.
   explicit AuditTrail(const std::string& folder, const TrailLimits& limits = {});
   /// Writes what waits; what the disk refuses then is lost.
   ~AuditTrail();
@@ -84,6 +84,7 @@ class AuditTrail {
   int open_file(std::uint64_t number);
   int append(const Entry& entry, const char* before = "");
   int sync();
+  int write_head();
   void tell(int error);
 
   const std::string folder_;
@@ -94,7 +95,7 @@ class AuditTrail {
   std::uint64_t number_ = 0, file_number_ = 0;  // of the last line, of the newest file
   std::string last_hash_ = hash_before_all();
   std::size_t file_size_ = 0;
-  std::string torn_;  // at the end of the file: a line that a killed program left unfinished
+  std::string torn_;         // at the end of the file: a line that a killed program left unfinished
   bool has_header_ = false;  // in the newest file
 
   mutable std::mutex mutex_;

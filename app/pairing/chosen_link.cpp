@@ -31,8 +31,8 @@ struct Keys {
 
 Keys read_keys(const KeyFolder& folder) {
   Keys keys{folder.identity(), folder.peers(), {}};
-  const auto valid = std::count_if(keys.peers.begin(), keys.peers.end(),
-                                   [](const secure::Peer& peer) { return !peer.revoked; });
+  const auto valid =
+      std::count_if(keys.peers.begin(), keys.peers.end(), [](const secure::Peer& peer) { return !peer.revoked; });
   if (valid == 0) throw InputError(folder.peers_file() + ": this computer is paired with nobody: knuckle pair");
   keys.notes.push_back("link: DTLS, this computer is " + keys.identity.name + " (" +
                        secure::short_text(keys.identity.fingerprint()) + "), paired with " + std::to_string(valid));
@@ -51,8 +51,9 @@ Keys read_keys(const KeyFolder& folder) {
 void add_link_options(CLI::App& command, LinkOptions& options) {
   command.add_option("--keys", options.keys,
                      "Folder of this computer's key and its pairings (knuckle pair; default: ~/.config/knuckle)");
-  command.add_flag("--insecure", options.insecure,
-                   "Plain UDP instead, neither authenticated nor encrypted; twice where the far end is another computer");
+  command.add_flag(
+      "--insecure", options.insecure,
+      "Plain UDP instead, neither authenticated nor encrypted; twice where the far end is another computer");
 }
 
 void ChosenLink::use(const LinkOptions& options, bool listens) {
@@ -101,12 +102,12 @@ bool ChosenLink::repeats(const std::string& line) {
   return again;
 }
 
-std::vector<std::string> ChosenLink::news(const Look& look) {
+std::vector<std::string> ChosenLink::news(const Watch* watch) {
   std::vector<std::string> lines;
   if (!secure_) return lines;
   secure::LinkEvent event;
   while (secure_->next(event)) {
-    if (look) look(event);
+    if (watch != nullptr) watch->on_event(event);
     std::string line = "link " + text(event);
     if (event.kind == secure::LinkEvent::Kind::kAsked) {
       asker_ = event;
@@ -115,7 +116,10 @@ std::vector<std::string> ChosenLink::news(const Look& look) {
     const bool refused = event.kind == secure::LinkEvent::Kind::kRefused;
     if (!refused || !repeats(line)) lines.push_back(line);
   }
-  if (std::string changed = watch_->news(); !changed.empty()) lines.push_back(std::move(changed));
+  if (std::string changed = watch_->news(); !changed.empty()) {
+    if (watch != nullptr) watch->on_changed_pairings(changed);
+    lines.push_back(std::move(changed));
+  }
   return lines;
 }
 

@@ -41,10 +41,12 @@ class ChosenLink {
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
   /// What keeps the link from being there, in one line; empty: nothing known.
   [[nodiscard]] std::string problem() const;
-  using Look = std::function<void(const secure::LinkEvent&)>;
+  struct Watch {
+    std::function<void(const secure::LinkEvent&)> on_event;       ///< Shown every event.
+    std::function<void(const std::string&)> on_changed_pairings;  ///< A line on it.
+  };
   /// What has happened to it since the last call, a line each; what repeats is left out for a while.
-  /// @param look is shown every event. May be empty.
-  [[nodiscard]] std::vector<std::string> news(const Look& look = {});
+  [[nodiscard]] std::vector<std::string> news(const Watch* watch = nullptr);
   /// Tells the far end that nobody is here, after the loop has ended.
   void close() noexcept {
     if (secure_) secure_->close();

@@ -60,9 +60,9 @@ class FolderLock {
 std::string written(const secure::Peers& peers) {
   std::string text = "# Whom this computer is paired with; written by knuckle pair.\n";
   for (const secure::Peer& peer : peers) {
-    text += fmt::format("\n[[peer]]\nname = \"{}\"\nfingerprint = \"{}\"\nrole = \"{}\"\nexpires = \"{}\"\nrevoked = {}\n",
-                        peer.name, secure::hex(peer.fingerprint), peer.observer ? "observer" : "operator",
-                        peer.expires_utc, peer.revoked);
+    text += fmt::format(
+        "\n[[peer]]\nname = \"{}\"\nfingerprint = \"{}\"\nrole = \"{}\"\nexpires = \"{}\"\nrevoked = {}\n", peer.name,
+        secure::hex(peer.fingerprint), peer.observer ? "observer" : "operator", peer.expires_utc, peer.revoked);
   }
   return text;
 }
@@ -146,10 +146,12 @@ std::optional<double> days_left(const std::string& utc) {
 std::string expiry_warning(const std::string& whose, const std::string& utc) {
   const std::optional<double> days = days_left(utc);
   if (!days || *days > kWarnDays) return "";
-  if (*days <= 0) return whose + " key expired on " + utc + ": make a new one there (knuckle pair --renew) and pair again";
-  return fmt::format("{} key expires on {}, in {:.0f} days: make a new one there in time (knuckle pair --renew) and pair "
-                     "again",
-                     whose, utc, *days);
+  if (*days <= 0)
+    return whose + " key expired on " + utc + ": make a new one there (knuckle pair --renew) and pair again";
+  return fmt::format(
+      "{} key expires on {}, in {:.0f} days: make a new one there in time (knuckle pair --renew) and pair "
+      "again",
+      whose, utc, *days);
 }
 
 PeersWatch::PeersWatch(KeyFolder folder) : folder_(std::move(folder)), stamp_(stamp()) {}

@@ -23,7 +23,8 @@ class KeyFolder {
   /// @throws InputError where there is none, others may read it or write the folder, it is no key, or it is not valid
   /// now.
   [[nodiscard]] secure::Identity identity() const;
-  /// Makes folder (mode 0700) and key. @param name empty: this computer's. @throws InputError, also where a key is there.
+  /// Makes folder (mode 0700) and key. @param name empty: this computer's. @throws InputError, also where a key is
+  /// there.
   secure::Identity make(const std::string& name) const;
   /// A new key in place of the old one, of the same name where `name` is empty. Pairings stay known. @throws InputError
   secure::Identity renew(const std::string& name) const;

@@ -31,7 +31,8 @@ void add_options(CLI::App& c, Options& o) {
 }
 
 void check(const Options& o) {
-  if (!o.listen.empty() && !o.connect.empty()) cli::refuse_option("--connect", o.connect, "give it or --listen, not both");
+  if (!o.listen.empty() && !o.connect.empty())
+    cli::refuse_option("--connect", o.connect, "give it or --listen, not both");
   const bool pairs = !o.listen.empty() || !o.connect.empty();
   if (!pairs && !o.as.empty()) cli::refuse_option("--as", o.as, "goes with --listen or --connect");
   if (!pairs && !o.code.empty()) cli::refuse_option("--code", o.code, "goes with --listen or --connect");
@@ -93,9 +94,9 @@ void pin(const KeyFolder& folder, const secure::Peer& pinned) {
     const bool taken =
         std::any_of(peers.begin(), peers.end(), [&](const auto& known) { return known.name == pinned.name; });
     if (taken)
-      cli::refuse_option("--as", pinned.name,
-                         "another far end has this name in " + folder.peers_file() +
-                             ": give a new one, or --revoke the other first");
+      cli::refuse_option(
+          "--as", pinned.name,
+          "another far end has this name in " + folder.peers_file() + ": give a new one, or --revoke the other first");
     peers.push_back(pinned);
   });
 }
@@ -121,11 +122,12 @@ int pair(const Options& o, const KeyFolder& folder, const secure::Identity& iden
       [](const std::string& why) { std::cerr << "knuckle pair: not yet: " << why << std::endl; });
   if (!shown) return 130;
   const std::string name = o.as.empty() ? shown->name : o.as;
-  std::cout << "other computer: " << name << " (" << secure::short_text(shown->fingerprint) << ")\ncode: " << shown->code
-            << std::endl;
+  std::cout << "other computer: " << name << " (" << secure::short_text(shown->fingerprint)
+            << ")\ncode: " << shown->code << std::endl;
   if (!confirmed(o, shown->code)) {
-    std::cerr << "knuckle pair: not paired: the codes differ, or nobody confirmed them; where they differ, somebody may be "
-                 "between the two computers\n";
+    std::cerr
+        << "knuckle pair: not paired: the codes differ, or nobody confirmed them; where they differ, somebody may be "
+           "between the two computers\n";
     return 1;
   }
   pin(folder, {shown->fingerprint, name, false, o.observer, shown->expires_utc});

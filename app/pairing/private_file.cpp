@@ -64,11 +64,13 @@ void check_only_owner_writes(const std::string& path, const char* what) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) throw InputError(path + ": " + std::strerror(errno));
   if (status.st_uid != ::geteuid() && status.st_uid != 0)
-    throw InputError(fmt::format("{}: the {} belongs to another user, who could let anybody control the machine", path, what));
+    throw InputError(
+        fmt::format("{}: the {} belongs to another user, who could let anybody control the machine", path, what));
   if ((status.st_mode & 022U) == 0) return;
-  throw InputError(fmt::format("{}: mode {:04o} of the {} lets others write it, and so let anybody control the machine: "
-                               "chmod go-w",
-                               path, status.st_mode & 07777U, what));
+  throw InputError(
+      fmt::format("{}: mode {:04o} of the {} lets others write it, and so let anybody control the machine: "
+                  "chmod go-w",
+                  path, status.st_mode & 07777U, what));
 }
 
 }  // namespace knuckle::pairing

@@ -101,6 +101,14 @@ TEST_F(Audit, NoticesThatItsEndWasCutOff) {
   EXPECT_NE(check_trail(folder).broken.find("head: is missing"), std::string::npos);
 }
 
+TEST_F(Audit, AProgramThatBeginsAgainHidesNoMissingEnd) {
+  write(5);
+  change(file(), check_trail(folder).lines[5] + "\n", "");
+  write(5);
+  EXPECT_EQ(check_trail(folder).broken,
+            file() + ":6: lines before it were removed or changed while no program wrote here");
+}
+
 TEST_F(Audit, RotatesWithinItsBoundsAndTheChainGoesOn) {
   write(200, {.file_bytes = 4000, .files = 3, .lines_of_a_kind = 1 << 20});
   const Check check = check_trail(folder);
@@ -141,7 +149,8 @@ TEST_F(Audit, AnUnfinishedLastLineIsRecognisedAndTheChainGoesOn) {
   EXPECT_EQ(json(check.lines[4])["event"], "resumed");
   EXPECT_EQ(json(check.lines[4])["torn_bytes"], 21);
   change(file(), "2026-11\n", "2027-11\n");
-  EXPECT_NE(check_trail(folder).broken.find(file() + ":5: is no line"), std::string::npos) << "not even this may change";
+  EXPECT_NE(check_trail(folder).broken.find(file() + ":5: is no line"), std::string::npos)
+      << "not even this may change";
 }
 
 /// A whole line without its line feed: as far as a killed program came.

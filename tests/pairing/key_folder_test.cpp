@@ -59,13 +59,18 @@ TEST_F(Folder, RefusesAKeyThatOthersCanReadAndAFolderThatTheyCanWrite) {
   (void)folder.make("site arm");
   for (const mode_t mode : {0640U, 0604U, 0660U, 0644U}) {
     ::chmod(folder.key_file().c_str(), mode);
-    EXPECT_NE(refusal([&] { (void)folder.identity(); }).find("lets others at the private key"), std::string::npos) << mode;
+    EXPECT_NE(refusal([&] { (void)folder.identity(); }).find("lets others at the private key"), std::string::npos)
+        << mode;
   }
   ::chmod(folder.key_file().c_str(), 0600);
   for (const mode_t mode : {0770U, 0707U, 0777U}) {
     ::chmod(folder.path().c_str(), mode);
     const std::string why = refusal([&] { (void)folder.identity(); });
-    EXPECT_NE(why.find("mode 0" + std::string(mode == 0770U ? "770" : mode == 0707U ? "707" : "777") + " of the folder"),
+    EXPECT_NE(why.find("mode 0" +
+                       std::string(mode == 0770U   ? "770"
+                                   : mode == 0707U ? "707"
+                                                   : "777") +
+                       " of the folder"),
               std::string::npos)
         << why;
   }

@@ -26,14 +26,12 @@ struct Two : ::testing::Test {
   std::thread listener, caller;
 
   void listen() {
-    listener = std::thread([this] {
-      at_machine = exchange(secure::Role::kMachine, address, machine, [this] { return go_on.load(); });
-    });
+    listener = std::thread(
+        [this] { at_machine = exchange(secure::Role::kMachine, address, machine, [this] { return go_on.load(); }); });
   }
   void call() {
-    caller = std::thread([this] {
-      at_desk = exchange(secure::Role::kOperator, address, desk, [this] { return go_on.load(); });
-    });
+    caller = std::thread(
+        [this] { at_desk = exchange(secure::Role::kOperator, address, desk, [this] { return go_on.load(); }); });
   }
   void TearDown() override {
     go_on = false;
@@ -101,7 +99,8 @@ TEST_F(PairingThreads, IsEndedByItsUserUnderAFlood) {
 
 TEST_F(PairingThreads, SaysWhyItDoesNotSucceedYet) {
   const UdpSocket far(open_udp_socket("", parse_address(address), ::bind, ""));
-  const std::vector<std::uint8_t> alert{21, 0xFE, 0xFD, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 40};  // fatal, handshake_failure
+  const std::vector<std::uint8_t> alert{21, 0xFE, 0xFD, 0, 0, 0, 0, 0,
+                                        0,  0,    0,    0, 2, 2, 40};  // fatal, handshake_failure
   std::string told;
   const auto keep_on = [&] {
     std::array<std::uint8_t, 2048> bytes;

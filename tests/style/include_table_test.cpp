@@ -48,14 +48,12 @@ Table make_table() {
       {"app/session", loops + tables + std::set<std::string>{"master"}},
       {"app/motion", loops + std::set<std::string>{"app/cli"}},
       {"app/report", tables + std::set<std::string>{"app/session"}},
-      {"app/bringup",
-       loops + tables + std::set<std::string>{"app/motion", "transport/secure", "app/pairing"}},
+      {"app/bringup", loops + tables + std::set<std::string>{"app/motion", "transport/secure", "app/pairing"}},
       {"app/identify", tables + std::set<std::string>{"sim", "app/motion", "app/report", "app/session/truth_file.h"}},
       {"app/battery", tables + std::set<std::string>{"sim", "app/session", "app/report"}},
-      {"app/programs",
-       loops + tables +
-           std::set<std::string>{"master", "app/session", "app/report", "app/bringup", "app/battery", "app/pairing",
-                                "transport/secure", "app/audit"}},
+      {"app/programs", loops + tables +
+                           std::set<std::string>{"master", "app/session", "app/report", "app/bringup", "app/battery",
+                                                 "app/pairing", "transport/secure", "app/audit"}},
       {"app/studies", tables + std::set<std::string>{"sim", "slave/contact_law.h", "app/motion", "app/report",
                                                      "app/identify", "app/session", "app/battery"}},
       {"app/console/widgets", screens},
@@ -105,8 +103,8 @@ std::vector<std::string> violations(const std::string& subject, const std::strin
 }
 
 /// Namespaces that a subject's files may open, besides unnamed ones: its own and what is inside it; and of core and
-/// machine and transport, which hold what everything is made of, that of the project. What is inside app or transport is
-/// named without them.
+/// machine and transport, which hold what everything is made of, that of the project. What is inside app or transport
+/// is named without them.
 bool belongs(const std::string& subject, const std::string& name) {
   const bool common = subject == "core" || subject == "machine" || subject == "transport" || subject == "app";
   std::string own = "knuckle";

@@ -290,7 +290,8 @@ Refusal DtlsContext::judge(const X509* certificate, Purpose purpose) const noexc
   const Peer* peer = find(fingerprint_of(certificate));
   if (peer == nullptr) return Refusal::kUnknownPeer;
   if (peer->revoked) return Refusal::kRevokedPeer;
-  return role_ == Role::kMachine && peer->observer && purpose == Purpose::kControl ? Refusal::kObserver : Refusal::kNone;
+  return role_ == Role::kMachine && peer->observer && purpose == Purpose::kControl ? Refusal::kObserver
+                                                                                   : Refusal::kNone;
 }
 
 // ------------------------------------------------------------------------------------------------------- the session

@@ -30,10 +30,10 @@ enum class Refusal : std::uint8_t {
   kNotKnownThere,  ///< The same, as the far end says it of this one.
   kRevokedThere,
   kExpiredThere,
-  kProtocol,  ///< Another version, another cipher, or no DTLS at all.
-  kSilence,   ///< It did not answer in time.
-  kBusy,      ///< Somebody else has control.
-  kFull,      ///< As many observe as may.
+  kProtocol,       ///< Another version, another cipher, or no DTLS at all.
+  kSilence,        ///< It did not answer in time.
+  kBusy,           ///< Somebody else has control.
+  kFull,           ///< As many observe as may.
   kObserverThere,  ///< The far end lets this one observe, but not control.
   kObserver,       ///< The same, as this end says it of the far one.
 };

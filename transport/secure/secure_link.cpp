@@ -13,10 +13,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kAskAgain = 50ms;    // a new address, whether it is the far end's
-constexpr auto kSayAlive = 300ms;   // an observer
+constexpr auto kAskAgain = 50ms;     // a new address, whether it is the far end's
+constexpr auto kSayAlive = 300ms;    // an observer
 constexpr auto kSameAsker = 5000ms;  // of the repeats of one request
-constexpr int kRepeats = 3;         // of what nobody confirms
+constexpr int kRepeats = 3;          // of what nobody confirms
 constexpr std::size_t kMostReceived = 2048;
 constexpr int kMostSkipped = 32;
 
@@ -263,7 +263,8 @@ bool SecureLink::obey(Inner kind, const SocketAddress& from, const Datagram& dat
     grants_.put(to);
     if (!(to == asker_.peer)) return false;  // of the repeats of a grant, one is reported
     asker_ = {};
-    loop_events_.push({LinkEvent::Kind::kGranted, current_->address, current_->peer, current_->name, Refusal::kNone, to});
+    loop_events_.push(
+        {LinkEvent::Kind::kGranted, current_->address, current_->peer, current_->name, Refusal::kNone, to});
   }
   return false;
 }
@@ -326,16 +327,14 @@ void SecureLink::tell_of_asker() noexcept {
   --asks_left_;
   std::array<std::uint8_t, sizeof(Fingerprint) + kMostNameLength> text{};
   const std::string_view name = asker_.name.view();
-  std::copy(name.begin(), name.end(),
-            std::copy(asker_.peer.bytes.begin(), asker_.peer.bytes.end(), text.begin()));
+  std::copy(name.begin(), name.end(), std::copy(asker_.peer.bytes.begin(), asker_.peer.bytes.end(), text.begin()));
   send_inner(Inner::kAsked, std::span(text).first(sizeof(Fingerprint) + name.size()), current_->address);
 }
 
 void SecureLink::release_where_asked() noexcept {
   Release release;
   if (!releases_.take(release) || !talks_) return;
-  for (int i = 0; release.grants && i < kRepeats; ++i)
-    send_inner(Inner::kGrant, release.to.bytes, current_->address);
+  for (int i = 0; release.grants && i < kRepeats; ++i) send_inner(Inner::kGrant, release.to.bytes, current_->address);
   say_farewell();
 }
 

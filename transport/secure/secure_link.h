@@ -64,9 +64,9 @@ inline constexpr std::chrono::milliseconds kHandOverGap{300};
 
 struct SecureLinkTiming {
   std::chrono::milliseconds renew_keys{std::chrono::hours(1)};  ///< Operator's side: new handshake after so long.
-  std::chrono::milliseconds silence{1000};     ///< Then the far end is gone: anybody paired may have control, ...
-  std::chrono::milliseconds answer{4000};      ///< ... and the operator's side tries anew. A handshake takes at most this.
-  std::chrono::milliseconds grant{10'000};     ///< How long whom control was granted to may take to come for it.
+  std::chrono::milliseconds silence{1000};  ///< Then the far end is gone: anybody paired may have control, ...
+  std::chrono::milliseconds answer{4000};   ///< ... and the operator's side tries anew. A handshake takes at most this.
+  std::chrono::milliseconds grant{10'000};  ///< How long whom control was granted to may take to come for it.
   std::chrono::milliseconds ask_again{30'000};  ///< Who has control is told of the same asker at most so often.
 };
 
@@ -220,16 +220,16 @@ class SecureLink final : public Link {
   std::atomic<bool> released_{false};
   std::atomic<int> observer_count_{0};
   Mailbox<Release> releases_;
-  Mailbox<Asker> askers_;         // to the loop's thread, ...
+  Mailbox<Asker> askers_;  // to the loop's thread, ...
   Mailbox<Fingerprint> cut_offs_;
-  Mailbox<Fingerprint> grants_;   // ... and from it
+  Mailbox<Fingerprint> grants_;  // ... and from it
   Mailbox<SocketAddress> moves_;
   struct RefusedBy {
     Refusal refusal = Refusal::kNone;
     PeerName name;
   };
   Mailbox<RefusedBy> refused_by_;
-  Ring<Datagram, 64> copies_;     // for observers
+  Ring<Datagram, 64> copies_;  // for observers
   Ring<LinkEvent, 64> handshake_events_, loop_events_;
   std::atomic<bool> ending_{false};
   mutable std::mutex problem_mutex_;  // of two threads that are not real-time

@@ -75,7 +75,8 @@ struct SecureLinkThreads : ::testing::Test {
   [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(machine.link->port()); }
   End desk(const Identity& identity = desk_identity(), const SecureLinkTiming& timing = {},
            SecureLinkAccess access = {}) const {
-    return {SecureLink::connect(address(), identity, {peer(machine_identity())}, timing, std::move(access)), {}, {}, 0, 0};
+    return {
+        SecureLink::connect(address(), identity, {peer(machine_identity())}, timing, std::move(access)), {}, {}, 0, 0};
   }
   bool talk(End& end, std::uint8_t value = 7) {
     machine.heard = end.heard = 0;
