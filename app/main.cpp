@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "app/audit/audit_command.h"
 #include "app/bringup/commission_command.h"
 #include "app/bringup/device_calibration.h"
 #include "app/bringup/doctor_command.h"
@@ -35,6 +36,7 @@ cli::Program program() {
           programs::node_entry(),
           programs::device_entry(),
           pairing::pair_entry(),
+          audit::audit_entry(),
           bringup::calibrate_device_entry(),
           bringup::doctor_entry(),
           bringup::commission_entry(),
