@@ -8,8 +8,8 @@
 #include "app/bringup/device_probe.h"
 #include "app/cli/interrupt.h"
 #include "app/console/window/console_options.h"
-#include "app/pairing/chosen_link.h"
 #include "app/console/window/console_program.h"
+#include "app/pairing/chosen_link.h"
 #include "app/programs/program_console.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
@@ -36,6 +36,7 @@ StationSetup station_setup(const ConsoleOptions& o, const screens::ConsoleFacts&
   setup.device = facts.device;
   setup.machine = facts.machine;
   setup.law = facts.device.feel.law;
+  setup.start = random_start();
   setup.limb = sim::sample_limb(sim::LimbClass::kNormal, o.session.seed);
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto axis = static_cast<Eigen::Index>(j);
