@@ -127,6 +127,7 @@ bool ImpairedLink::Direction::receive(Datagram& datagram, Time now) noexcept {
   if (count_ == 0 || arrivals_[first_].at > now) return false;
   const Datagram& stored = slots_[arrivals_[first_].slot];
   datagram.size = stored.size;
+  datagram.waited = now - arrivals_[first_].at;
   std::memcpy(datagram.bytes.data(), stored.bytes.data(), stored.size);
   free_[free_count_++] = arrivals_[first_].slot;
   first_ = (first_ + 1) % kInFlight;

@@ -54,7 +54,7 @@ class SlaveRunner {
         link_(link),
         can_(bus, machine.bus.bit_rate, records.candump != nullptr),
         wants_rows_(records.csv != nullptr),
-        slave_(machine, can_, link),
+        slave_(machine, can_, link, random_start()),
         reporter_(machine, can_, link, &health),
         stop_(machine, can_) {}
 
@@ -147,8 +147,7 @@ void SlaveRunner::step_stop(Time now) noexcept {
     events_.push({now, Mode::kOff, {}, {}});
     status_.put({});
   }
-  ++farewell_.sequence;
-  farewell_.sent_at = now;
+  farewell_.stamp = slave_.session().stamp(farewell_.stamp.sequence + 1, now);
   link_.send(encode(farewell_).view());
   if (stop_.done()) stopped_.store(true, std::memory_order_release);
 }

@@ -19,8 +19,7 @@ struct Rig {
       network.advance(now);
       if (now.time_since_epoch() % kPeriod == Duration::zero()) {
         SlaveMessage message;
-        message.sequence = ++sequence;
-        message.sent_at = message.echoed_master_time = now;
+        message.stamp = {session, 1, ++sequence, now, now};
         network.b().send(encode(message).view());
       }
       watch.stamp(now);
@@ -30,6 +29,7 @@ struct Rig {
   ImpairedLink network;
   LinkWatch watch;
   Time now{};
+  std::uint64_t session = 5;
   std::uint32_t sequence = 0;
 };
 
@@ -139,6 +139,7 @@ TEST(LinkWatch, AMachineThatBeginsItsNumbersAnewIsNoLoss) {
   Rig rig(delayed(1ms));
   rig.run(3);
   rig.sequence = 0;
+  ++rig.session;
   rig.now += 2s;  // as long as a restart takes
   rig.run(3);
   EXPECT_EQ(rig.watch.loss(), 0);

@@ -27,6 +27,7 @@
 #include "sim/truth.h"
 #include "transport/canopen.h"
 #include "transport/link_messages.h"
+#include "transport/link_session.h"
 #include "transport/machine_status.h"
 #include "transport/thread_wires.h"
 #include "transport/udp_link.h"
@@ -221,10 +222,9 @@ class Hand {
   void step(Time now) noexcept {
     while (link_.receive(datagram_)) {
       if (const auto status = decode_status(datagram_.view())) statuses_.put(*status);
-      const auto told = decode_slave(datagram_.view());
-      if (!told) continue;
+      auto told = decode_slave(datagram_.view());
+      if (!told || session_.take(told->stamp, now) == LinkSession::Verdict::kForeign) continue;
       heard_.put(*told);
-      slave_at_ = told->sent_at;
       if (told->mode != Mode::kEngaged) from_rad_ = told->position_rad;
     }
     to_say_.take(said_);
@@ -235,9 +235,8 @@ class Hand {
     MasterMessage message = said_;
     message.position_rad = from_rad_ + away_rad_;
     if (since_s > 0) message.velocity_radps = way_rad / since_s;
-    message.sequence = ++sequence_;
-    message.sent_at = message.device_report_at = now;
-    message.echoed_slave_time = slave_at_;
+    message.stamp = session_.stamp(++sequence_, now);
+    message.device_report_at = session_.to_link(now);
     if (!silent_) link_.send(encode(message).view());
   }
   // the test's thread
@@ -255,7 +254,7 @@ class Hand {
   MasterMessage said_;  // position: away from from_rad_, where the hand goes to
   JointVector from_rad_ = JointVector::Zero(), away_rad_ = JointVector::Zero();
   Time stepped_at_ = kNever;
-  Time slave_at_{};
+  LinkSession session_{random_start(), kRestartSilence};
   std::uint32_t sequence_ = 0;
   Datagram datagram_;
   std::optional<RealtimeThread> thread_;

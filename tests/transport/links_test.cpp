@@ -250,7 +250,7 @@ bool wait_for(UdpLink& link, Datagram& datagram) {
 /// What claims a listening end: a message of an operator's side.
 Datagram claim(std::uint32_t sequence = 1) {
   MasterMessage message;
-  message.sequence = sequence;
+  message.stamp.sequence = sequence;
   return encode(message);
 }
 
@@ -288,7 +288,7 @@ TEST(UdpLink, StrangersNeitherGetInNorTakeTheAnswersAway) {
   ASSERT_TRUE(stranger.send(claim(2).view()));
   ASSERT_TRUE(master.send(claim(3).view()));
   ASSERT_TRUE(wait_for(slave, datagram));
-  EXPECT_EQ(decode_master(datagram.view())->sequence, 3U);
+  EXPECT_EQ(decode_master(datagram.view())->stamp.sequence, 3U);
   ASSERT_TRUE(slave.send(claim().view()));
   EXPECT_TRUE(wait_for(master, datagram));
   EXPECT_FALSE(comes(stranger, datagram));
@@ -296,7 +296,7 @@ TEST(UdpLink, StrangersNeitherGetInNorTakeTheAnswersAway) {
   EXPECT_FALSE(slave.send(claim().view()));
   ASSERT_TRUE(stranger.send(claim(4).view()));
   ASSERT_TRUE(wait_for(slave, datagram));
-  EXPECT_EQ(decode_master(datagram.view())->sequence, 4U);
+  EXPECT_EQ(decode_master(datagram.view())->stamp.sequence, 4U);
 }
 
 TEST(UdpLink, OnlyWhatAnOperatorsSideSaysClaimsAListeningEndOrKeepsIt) {
