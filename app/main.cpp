@@ -15,6 +15,7 @@
 #include "app/programs/node_command.h"
 #include "app/programs/simulate_command.h"
 #include "app/programs/slave_command.h"
+#include "app/relay/relay_command.h"
 
 namespace knuckle {
 namespace {
@@ -34,6 +35,7 @@ cli::Program program() {
           programs::master_entry(),
           programs::node_entry(),
           programs::device_entry(),
+          relay::relay_entry(),
           pairing::pair_entry(),
           bringup::calibrate_device_entry(),
           bringup::doctor_entry(),
