@@ -18,7 +18,7 @@ namespace knuckle::relay {
 
 struct RelaySetup {
   std::string listen, connect;  ///< ADDR:PORT in numbers.
-  LinkImpairment to_machine, to_operator;
+  LinkImpairment to_machine{}, to_operator{};
   std::uint64_t seed = 1;
 };
 

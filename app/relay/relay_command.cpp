@@ -13,6 +13,8 @@
 #include "app/programs/program_options.h"
 #include "app/relay/relay.h"
 #include "app/session/link_file.h"
+#include "core/loop_table.h"
+#include "core/realtime_thread.h"
 #include "machine/load.h"
 
 namespace knuckle::relay {
@@ -128,6 +130,7 @@ int run(const Options& o) {
   console.note(fmt::format("from {} to {}: {} ({}), seed {}", text(relay.address()), o.connect, link.name,
                            link.description, o.seed));
   const double started_unix_s = programs::unix_time_s();
+  ask_for_fifo(fifo_priority::kRelay);  // after the console's own thread has begun, which may wait
   const RealtimeClock clock;
   Time now = clock.now();
   while (!interrupt.pending() && !(o.duration_s && to_seconds(now) >= *o.duration_s)) {

@@ -60,6 +60,7 @@ void Flow::receive(const RealtimeClock& clock, std::span<std::uint8_t> buffer) n
       note_error(errno);
       break;
     }
+    refused_ = refusal_taken_ = false;
     if (arrival->size > kMostBytes) {
       ++report_.to_operator.too_long;
     } else {
@@ -107,7 +108,7 @@ void Flow::note_error(int error) noexcept {
 }
 
 bool Flow::take_refusal() noexcept {
-  return std::exchange(refused_, false);
+  return refused_ && !std::exchange(refusal_taken_, true);
 }
 
 SocketAddress Flow::change_address_to_machine() {

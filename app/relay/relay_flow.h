@@ -68,7 +68,7 @@ class Flow {
   [[nodiscard]] std::array<int, 2> descriptors() const noexcept;
   [[nodiscard]] FlowReport report() const;
   [[nodiscard]] const FlowReport& so_far() const noexcept { return report_; }  ///< Without the models' counts.
-  /// Whether nobody listens at the machine's side, by what the kernel has said since the last call.
+  /// Whether nobody listens at the machine's side, as the kernel says; once, until something comes from there.
   [[nodiscard]] bool take_refusal() noexcept;
 
  private:
@@ -90,7 +90,7 @@ class Flow {
   UdpSocket upstream_;                ///< Connected to the machine's side.
   std::optional<UdpSocket> answers_;  ///< Instead of the listening one, after an address change.
   Path to_machine_, to_operator_;
-  bool refused_ = false;
+  bool refused_ = false, refusal_taken_ = false;
 };
 
 }  // namespace knuckle::relay
