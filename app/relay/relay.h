@@ -37,7 +37,7 @@ class Relay {
   /// @throws InputError where an address is wrong or cannot be used, or a setting is impossible.
   explicit Relay(const RelaySetup& setup);
 
-  /// Forwards until then; sleeps where there is nothing to do.
+  /// Forwards what comes and what is due until then; sleeps where there is nothing to do.
   void run_until(const RealtimeClock& clock, Time until);
 
   /// What has happened since the last call.

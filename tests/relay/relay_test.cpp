@@ -199,12 +199,12 @@ TEST(Relay, KeepsABoundedNumberOfDatagramsAndCountsTheOthers) {
 
 TEST(Relay, AfterAnAddressChangeTheMachineSeesTheOperatorMoveAndAnswersThere) {
   LinkImpairment up;
-  up.address_changes = {Time(30ms)};
+  up.address_changes = {Time(150ms)};
   Rig rig(up);
   ASSERT_EQ(rig.person.send("before", rig.relay.address()), 0);
   const auto before = rig.next(rig.machine);
   ASSERT_TRUE(before);
-  rig.run(60ms);
+  rig.run(200ms);
   ASSERT_EQ(rig.person.send("after", rig.relay.address()), 0);
   const auto after = rig.next(rig.machine);
   ASSERT_TRUE(after);
@@ -218,12 +218,12 @@ TEST(Relay, AfterAnAddressChangeTheMachineSeesTheOperatorMoveAndAnswersThere) {
 
 TEST(Relay, AfterAnAddressChangeTheOperatorSeesTheMachineMoveAndReachesItThere) {
   LinkImpairment down;
-  down.address_changes = {Time(30ms)};
+  down.address_changes = {Time(150ms)};
   Rig rig({}, down);
   ASSERT_EQ(rig.person.send("before", rig.relay.address()), 0);
   const auto machines = rig.next(rig.machine);
   ASSERT_TRUE(machines);
-  rig.run(60ms);
+  rig.run(200ms);
   ASSERT_EQ(rig.machine.send("news", machines->from), 0);
   const auto news = rig.next(rig.person);
   ASSERT_TRUE(news);
