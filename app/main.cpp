@@ -16,6 +16,7 @@
 #include "app/programs/node_command.h"
 #include "app/programs/simulate_command.h"
 #include "app/programs/slave_command.h"
+#include "app/relay/relay_command.h"
 
 namespace knuckle {
 namespace {
@@ -35,6 +36,7 @@ cli::Program program() {
           programs::master_entry(),
           programs::node_entry(),
           programs::device_entry(),
+          relay::relay_entry(),
           pairing::pair_entry(),
           audit::audit_entry(),
           bringup::calibrate_device_entry(),

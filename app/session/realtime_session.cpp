@@ -195,8 +195,9 @@ void wait_for_the_end(const RealtimeClock& clock, const Loops& loops, double lon
 
 SessionOutcome run_realtime(const SessionSetup& setup, const std::function<void(double)>& progress) {
   refuse_faults(setup.scenario);
-  UdpLink machine_end = UdpLink::listen("127.0.0.1:0");
-  UdpLink operator_end = UdpLink::connect("127.0.0.1:" + std::to_string(machine_end.port()));
+  UdpLink machine_end = UdpLink::listen(setup.listen);
+  UdpLink operator_end =
+      UdpLink::connect(setup.connect.empty() ? "127.0.0.1:" + std::to_string(machine_end.port()) : setup.connect);
   Loops loops(setup, operator_end, machine_end);
   SessionOutcome outcome;
   const RealtimeClock clock;

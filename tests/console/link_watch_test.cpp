@@ -81,7 +81,7 @@ TEST(LinkWatch, CopiesHideNoLossAndAreNoRoundTripsOfTheirOwn) {
 
 TEST(LinkWatch, LossGrowsInASilenceToAllOfIt) {
   LinkImpairment impairment = delayed(10ms);
-  impairment.cut_from = Time(20s);
+  impairment.outages = {{.from = Time(20s)}};
   Rig rig(impairment);
   rig.run(20);
   EXPECT_EQ(rig.watch.loss(), 0);
@@ -95,8 +95,7 @@ TEST(LinkWatch, LossGrowsInASilenceToAllOfIt) {
 
 TEST(LinkWatch, ALongSilenceIsLossOfTheLastTenSecondsAfterItToo) {
   LinkImpairment impairment = delayed(10ms);
-  impairment.cut_from = Time(20s);
-  impairment.cut_until = Time(24s);
+  impairment.outages = {{.from = Time(20s), .length = 4s}};
   Rig rig(impairment);
   rig.run(26);
   EXPECT_NEAR(rig.watch.loss(), 0.4, 0.01);
@@ -125,8 +124,7 @@ TEST(NumbersSeen, CountsEachNumberOnceWhereverTheSequenceWrapsAndHoweverFarItJum
 
 TEST(LinkWatch, ForgetsWhatIsMoreThanTenSecondsOld) {
   LinkImpairment impairment = delayed(10ms);
-  impairment.cut_from = Time(2s);
-  impairment.cut_until = Time(2500ms);
+  impairment.outages = {{.from = Time(2s), .length = 500ms}};
   Rig rig(impairment);
   rig.run(5);
   EXPECT_NEAR(rig.watch.loss(), 0.1, 0.03);

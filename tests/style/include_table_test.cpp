@@ -54,6 +54,9 @@ Table make_table() {
       {"app/programs", loops + tables +
                            std::set<std::string>{"master", "app/session", "app/report", "app/bringup", "app/battery",
                                                  "app/pairing", "transport/secure", "app/audit"}},
+      {"app/relay",
+       {"core", "machine/load.h", "transport", "app/cli", "app/programs/program_console.h",
+        "app/programs/program_options.h", "app/session/link_file.h"}},
       {"app/studies", tables + std::set<std::string>{"sim", "slave/contact_law.h", "app/motion", "app/report",
                                                      "app/identify", "app/session", "app/battery"}},
       {"app/console/widgets", screens},
