@@ -9,12 +9,14 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <ostream>
 #include <streambuf>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "app/programs/node_program.h"
@@ -188,7 +190,8 @@ class Site {
 /// it asks for the pose that the machine has.
 class Hand {
  public:
-  explicit Hand(const std::string& address) : link_(UdpLink::connect(address)) {
+  explicit Hand(const std::string& address) : Hand(std::make_unique<UdpLink>(UdpLink::connect(address))) {}
+  explicit Hand(std::unique_ptr<Link> link) : link_(std::move(link)) {
     say([](MasterMessage& m) { m.device_ok = m.presence = true; });
     thread_.emplace(RealtimeOptions{.name = "hand", .period = 2ms, .fifo_priority = 60}, RealtimeClock(),
                     [this](Time now) { step(now); });
@@ -220,7 +223,7 @@ class Hand {
 
  private:
   void step(Time now) noexcept {
-    while (link_.receive(datagram_)) {
+    while (link_->receive(datagram_)) {
       if (const auto status = decode_status(datagram_.view())) statuses_.put(*status);
       auto told = decode_slave(datagram_.view());
       if (!told || session_.take(told->stamp, now) == LinkSession::Verdict::kForeign) continue;
@@ -237,7 +240,7 @@ class Hand {
     if (since_s > 0) message.velocity_radps = way_rad / since_s;
     message.stamp = session_.stamp(++sequence_, now);
     message.device_report_at = session_.to_link(now);
-    if (!silent_) link_.send(encode(message).view());
+    if (!silent_) link_->send(encode(message).view());
   }
   // the test's thread
   MasterMessage meant_;
@@ -249,7 +252,7 @@ class Hand {
   Mailbox<MachineStatus> statuses_;
   std::atomic<bool> silent_{false};
   // the hand's thread
-  UdpLink link_;
+  std::unique_ptr<Link> link_;
   static constexpr double kPace_radps = 0.5;
   MasterMessage said_;  // position: away from from_rad_, where the hand goes to
   JointVector from_rad_ = JointVector::Zero(), away_rad_ = JointVector::Zero();
