@@ -11,7 +11,7 @@ namespace {
 
 constexpr auto kSameNews = std::chrono::seconds(30);
 constexpr std::size_t kMostTold = 32;
-constexpr const char* kHowToGrant = ": \"grant\" and Enter gives it away, nothing keeps it";
+constexpr const char* kHowToGrant = ": type grant and Enter to give it away, or do nothing to keep it";
 constexpr const char* kPlainNote =
     "link: plain UDP (--insecure): neither authenticated nor encrypted; for loopback, labs, or inside a tunnel";
 

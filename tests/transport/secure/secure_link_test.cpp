@@ -231,6 +231,36 @@ TEST_F(SecureLinkThreads, FollowsAChangedAddressOnceItAnswersFromThere) {
   EXPECT_EQ(machine.count(LinkEvent::Kind::kConnected), 1) << "the same session";
 }
 
+TEST_F(SecureLinkThreads, WhoHadControlIsNotHeardAfterSomebodyElseTookIt) {
+  Translator translator(machine.link->port());
+  End first{SecureLink::connect("127.0.0.1:" + std::to_string(translator.port()), desk_identity(),
+                                {peer(machine_identity())}),
+            {},
+            {},
+            0,
+            0};
+  ASSERT_TRUE(until([&] {
+    first.step(1);
+    translator.step();
+    machine.step(3);
+    translator.step();
+    return machine.heard == 1;
+  }));
+  for (int i = 0; i < 20; ++i) first.step(1);  // these are under way for longer than the link lasts
+  End second = desk(other_identity());
+  ASSERT_TRUE(until([&] {
+    second.step(2);
+    machine.step(3);
+    return machine.heard == 2;
+  }));
+  translator.step();
+  for (int i = 0; i < 50; ++i) {
+    machine.step(3);
+    EXPECT_EQ(machine.heard, 2);
+    ::poll(nullptr, 0, 2);
+  }
+}
+
 TEST_F(SecureLinkThreads, ACopySentFromElsewhereTakesNothingAway) {
   Translator translator(machine.link->port());
   End op{SecureLink::connect("127.0.0.1:" + std::to_string(translator.port()), desk_identity(),
