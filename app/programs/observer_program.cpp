@@ -19,7 +19,7 @@ class Observer {
       const auto message = decode_slave(datagram.view());
       if (!message) continue;
       ++outcome_.messages;
-      if (newest_ && now - heard_at_ < kSilence && !newer(message->sequence, newest_->sequence)) continue;
+      if (newest_ && now - heard_at_ < kSilence && !newer(message->stamp.sequence, newest_->stamp.sequence)) continue;
       newest_ = message;
       heard_at_ = now;
     }
