@@ -15,6 +15,7 @@
 #include "app/programs/node_command.h"
 #include "app/programs/simulate_command.h"
 #include "app/programs/slave_command.h"
+#include "app/rendezvous/rendezvous_command.h"
 
 namespace knuckle {
 namespace {
@@ -35,6 +36,7 @@ cli::Program program() {
           programs::node_entry(),
           programs::device_entry(),
           pairing::pair_entry(),
+          rendezvous::rendezvous_entry(),
           bringup::calibrate_device_entry(),
           bringup::doctor_entry(),
           bringup::commission_entry(),

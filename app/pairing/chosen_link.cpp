@@ -37,6 +37,16 @@ Keys read_keys(const LinkOptions& o) {
   return keys;
 }
 
+/// Of this computer's end of the link, for the path to it.
+SocketAddress own_address(const std::string& bound, std::uint16_t port) {
+  const SocketAddress address = parse_address(bound);
+  if (!address.is_any()) {
+    const std::string host = text(address);
+    return parse_address(host.substr(0, host.rfind(':') + 1) + std::to_string(port));
+  }
+  return parse_address((address.bytes.ss_family == AF_INET6 ? "[::1]:" : "127.0.0.1:") + std::to_string(port));
+}
+
 }  // namespace
 
 void add_link_options(CLI::App& command, LinkOptions& options) {
@@ -48,7 +58,11 @@ void add_link_options(CLI::App& command, LinkOptions& options) {
 
 ChosenLink ChosenLink::listen(const LinkOptions& options) {
   ChosenLink chosen;
-  chosen.address_ = options.address;
+  const bool dials = !options.dial.rendezvous.empty();
+  if (options.address.empty() && !dials) cli::refuse_option("--listen", "", "is required, unless --dial is given");
+  check(options.dial, secure::Role::kMachine, options.insecure > 0);
+  const std::string address = options.address.empty() ? "127.0.0.1:0" : options.address;
+  chosen.address_ = options.address.empty() ? options.dial.rendezvous : options.address;
   if (options.insecure > 0) {
     check_plain("--listen", options);
     chosen.plain_ = std::make_unique<UdpLink>(UdpLink::listen(options.address));
@@ -56,14 +70,22 @@ ChosenLink ChosenLink::listen(const LinkOptions& options) {
   } else {
     Keys keys = read_keys(options);
     chosen.note_ = keys.note;
-    chosen.secure_ = secure::SecureLink::listen(options.address, keys.identity, std::move(keys.peers));
+    if (dials) {
+      chosen.dialler_ = make_dialler(options.dial, secure::Role::kMachine, KeyFolder(options.keys), keys.identity, keys.peers);
+      chosen.note_ += ", dialling out to " + options.dial.rendezvous;
+    }
+    chosen.secure_ = secure::SecureLink::listen(address, keys.identity, std::move(keys.peers));
+    if (dials) chosen.dialler_->start(own_address(address, chosen.secure_->port()));
   }
   return chosen;
 }
 
 ChosenLink ChosenLink::connect(const LinkOptions& options) {
   ChosenLink chosen;
-  chosen.address_ = options.address;
+  const bool dials = !options.dial.rendezvous.empty();
+  if (options.address.empty() != dials) cli::refuse_option("--connect", options.address, "give it or --dial, one of them");
+  check(options.dial, secure::Role::kOperator, options.insecure > 0);
+  chosen.address_ = dials ? options.dial.rendezvous : options.address;
   if (options.insecure > 0) {
     check_plain("--connect", options);
     chosen.plain_ = std::make_unique<UdpLink>(UdpLink::connect(options.address));
@@ -71,18 +93,34 @@ ChosenLink ChosenLink::connect(const LinkOptions& options) {
   } else {
     Keys keys = read_keys(options);
     chosen.note_ = keys.note;
-    chosen.secure_ = secure::SecureLink::connect(options.address, keys.identity, std::move(keys.peers));
+    std::string address = options.address;
+    if (dials) {
+      const KeyFolder folder(options.keys);
+      keys.peers = {chosen_peer(options.dial, keys.peers, folder)};
+      chosen.dialler_ = make_dialler(options.dial, secure::Role::kOperator, folder, keys.identity, keys.peers);
+      chosen.note_ += ", dialling out to " + options.dial.rendezvous + " for " + options.dial.peer;
+      address = chosen.dialler_->address();
+    }
+    chosen.secure_ = secure::SecureLink::connect(address, keys.identity, std::move(keys.peers));
+    if (dials) chosen.dialler_->start(own_address(address, chosen.secure_->port()));
   }
   return chosen;
 }
 
 std::string ChosenLink::problem() const {
+  if (dialler_) {
+    // Without a path, the link's own complaint would be about an address that nobody has chosen.
+    if (const std::string problem = dialler_->problem(); !problem.empty()) return problem;
+  }
   if (secure_) return secure_->problem();
   return plain_->refused() ? "no program listens at " + address_ : "";
 }
 
 std::vector<std::string> ChosenLink::news() {
   std::vector<std::string> lines;
+  if (dialler_) {
+    for (const ice::PathEvent& one : dialler_->take_events()) lines.push_back(text(one));
+  }
   secure::LinkEvent event;
   while (secure_ && secure_->next(event)) lines.push_back("link " + text(event));
   return lines;

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "app/pairing/dial_options.h"
+#include "transport/ice/dialler.h"
 #include "transport/secure/secure_link.h"
 #include "transport/udp_link.h"
 
@@ -19,6 +21,7 @@ struct LinkOptions {
   std::string address;  ///< Of --listen or --connect.
   std::string keys;     ///< Folder; empty: the usual one.
   int insecure = 0;     ///< How often it was said.
+  DialOptions dial;     ///< Instead of an address, or of the machine's side beside one.
 };
 /// --keys and --insecure.
 void add_link_options(CLI::App& command, LinkOptions& options);
@@ -35,6 +38,10 @@ class ChosenLink {
   [[nodiscard]] const std::string& note() const noexcept { return note_; }
   /// What keeps the link from being there, in one line; empty: nothing known.
   [[nodiscard]] std::string problem() const;
+  /// Where the far end is to be found: the address, or the rendezvous.
+  [[nodiscard]] const std::string& where() const noexcept { return address_; }
+  /// nullptr where the far end has an address.
+  [[nodiscard]] const ice::Dialler* dialler() const noexcept { return dialler_.get(); }
   /// What has happened to it since the last call, a line each.
   [[nodiscard]] std::vector<std::string> news();
   /// Tells the far end that nobody is here, after the loop has ended.
@@ -43,6 +50,7 @@ class ChosenLink {
   }
 
  private:
+  std::unique_ptr<ice::Dialler> dialler_;  // ends after the link has said farewell over it
   std::unique_ptr<UdpLink> plain_;
   std::unique_ptr<secure::SecureLink> secure_;
   std::string note_, address_;

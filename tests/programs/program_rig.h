@@ -9,6 +9,7 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <ostream>
@@ -187,7 +188,9 @@ class Site {
 /// it asks for the pose that the machine has.
 class Hand {
  public:
-  explicit Hand(const std::string& address) : link_(UdpLink::connect(address)) {
+  explicit Hand(const std::string& address) : Hand(std::make_unique<UdpLink>(UdpLink::connect(address))) {}
+  /// @param link outlives it.
+  explicit Hand(Link& link) : link_(link) {
     say([](MasterMessage& m) { m.device_ok = m.presence = true; });
     thread_.emplace(RealtimeOptions{.name = "hand", .period = 2ms, .fifo_priority = 60}, RealtimeClock(),
                     [this](Time now) { step(now); });
@@ -249,8 +252,10 @@ class Hand {
   Mailbox<SlaveMessage> heard_;
   Mailbox<MachineStatus> statuses_;
   std::atomic<bool> silent_{false};
+  explicit Hand(std::unique_ptr<UdpLink> own) : Hand(*own) { own_ = std::move(own); }
+
   // the hand's thread
-  UdpLink link_;
+  Link& link_;
   static constexpr double kPace_radps = 0.5;
   MasterMessage said_;  // position: away from from_rad_, where the hand goes to
   JointVector from_rad_ = JointVector::Zero(), away_rad_ = JointVector::Zero();
@@ -258,6 +263,7 @@ class Hand {
   Time slave_at_{};
   std::uint32_t sequence_ = 0;
   Datagram datagram_;
+  std::unique_ptr<UdpLink> own_;
   std::optional<RealtimeThread> thread_;
 };
 
