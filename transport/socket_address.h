@@ -30,6 +30,7 @@ struct SocketAddress {
 struct HostAndPort {
   std::string host;  ///< Name, or address in numbers, without brackets.
   std::uint16_t port = 0;
+  friend bool operator==(const HostAndPort&, const HostAndPort&) = default;
 };
 /// Of "HOST:PORT" or "[ADDR]:PORT"; nothing is looked up. @throws InputError, one line, where it is neither.
 [[nodiscard]] HostAndPort parse_host_and_port(const std::string& address);

@@ -27,7 +27,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kPingSize = 194;  // a sealed MasterMessage
 constexpr auto kPingEvery = 5ms;
-constexpr int kPatience_ms = 500, kTries = 60;  // until the far end is there
+constexpr int kPatience_ms = 500, kTries = 30;  // until the far end is there
 
 struct Options {
   std::string address, keys;

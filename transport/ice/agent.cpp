@@ -114,7 +114,9 @@ Agent::Agent(GMainContext* context, const AgentSetup& setup, std::function<void(
       received_(std::move(received)) {
   g_object_set(agent_, "controlling-mode", setup.controlling ? TRUE : FALSE, "upnp", FALSE, "ice-tcp", FALSE,
                "stun-initial-timeout", kFirstTimeout_ms, "stun-pacing-timer", kPacing_ms, nullptr);
-  if (setup.servers.stun) {
+  // A TURN server tells the address as well; libnice takes all that comes from it for TURN and waits in vain for the
+  // answer to a plain STUN question.
+  if (setup.servers.stun && setup.servers.stun != setup.servers.turn) {
     g_object_set(agent_, "stun-server", setup.servers.stun->host.c_str(), "stun-server-port",
                  static_cast<guint>(setup.servers.stun->port), nullptr);
   }
