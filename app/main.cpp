@@ -17,6 +17,7 @@
 #include "app/programs/simulate_command.h"
 #include "app/programs/slave_command.h"
 #include "app/relay/relay_command.h"
+#include "app/rendezvous/rendezvous_command.h"
 
 namespace knuckle {
 namespace {
@@ -39,6 +40,7 @@ cli::Program program() {
           relay::relay_entry(),
           pairing::pair_entry(),
           audit::audit_entry(),
+          rendezvous::rendezvous_entry(),
           bringup::calibrate_device_entry(),
           bringup::doctor_entry(),
           bringup::commission_entry(),

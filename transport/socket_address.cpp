@@ -44,18 +44,19 @@ std::optional<std::pair<std::string, std::string>> split(const std::string& addr
   return std::pair(host, address.substr(colon + 1));
 }
 
-void check_port(const std::string& address, const std::string& text) {
+std::uint16_t parse_port(const std::string& address, const std::string& text) {
   std::uint16_t port = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
   if (error != std::errc() || end != text.data() + text.size())
     refuse(address, "port \"" + text + "\" must be a whole number from 0 to 65535");
+  return port;
 }
 
 std::vector<SocketAddress> resolve(const std::string& address, bool names) {
   const auto parts = split(address);
   if (!parts) refuse(address, "is not ADDR:PORT such as 127.0.0.1:5683 or [::1]:5683");
   const auto& [host, port] = *parts;
-  check_port(address, port);
+  (void)parse_port(address, port);
   addrinfo hints{}, *found = nullptr;
   hints.ai_flags = AI_NUMERICSERV | (names ? 0 : AI_NUMERICHOST);
   hints.ai_socktype = SOCK_DGRAM;
@@ -124,6 +125,12 @@ std::string text(const SocketAddress& address) {
   ::inet_ntop(address.bytes.ss_family, bytes, host.data(), host.size());
   const std::string port = ":" + std::to_string(address.port());
   return is_six(address) ? "[" + std::string(host.data()) + "]" + port : host.data() + port;
+}
+
+HostAndPort parse_host_and_port(const std::string& address) {
+  const auto parts = split(address);
+  if (!parts) refuse(address, "is not HOST:PORT such as relay.example.org:3478 or [2001:db8::7]:3478");
+  return {parts->first, parse_port(address, parts->second)};
 }
 
 SocketAddress parse_address(const std::string& address) {

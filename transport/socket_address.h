@@ -27,6 +27,13 @@ struct SocketAddress {
 /// "192.0.2.7:5683", "[2001:db8::7]:5683"; "nobody" where there is none.
 [[nodiscard]] std::string text(const SocketAddress& address);
 
+struct HostAndPort {
+  std::string host;  ///< Name, or address in numbers, without brackets.
+  std::uint16_t port = 0;
+  friend bool operator==(const HostAndPort&, const HostAndPort&) = default;
+};
+/// Of "HOST:PORT" or "[ADDR]:PORT"; nothing is looked up. @throws InputError, one line, where it is neither.
+[[nodiscard]] HostAndPort parse_host_and_port(const std::string& address);
 /// @param address "ADDR:PORT", "[ADDR]:PORT" for IPv6, in numbers. @throws InputError, one line, where it is not.
 [[nodiscard]] SocketAddress parse_address(const std::string& address);
 /// The same, or "NAME:PORT": looked up, which may take seconds. All that the name stands for, best first; never empty.

@@ -46,6 +46,16 @@ Keys read_keys(const KeyFolder& folder) {
   return keys;
 }
 
+/// Of this computer's end of the link, for the path to it.
+SocketAddress own_address(const std::string& bound, std::uint16_t port) {
+  const SocketAddress address = parse_address(bound);
+  if (!address.is_any()) {
+    const std::string host = text(address);
+    return parse_address(host.substr(0, host.rfind(':') + 1) + std::to_string(port));
+  }
+  return parse_address((address.bytes.ss_family == AF_INET6 ? "[::1]:" : "127.0.0.1:") + std::to_string(port));
+}
+
 }  // namespace
 
 void add_link_options(CLI::App& command, LinkOptions& options) {
@@ -57,7 +67,14 @@ void add_link_options(CLI::App& command, LinkOptions& options) {
 }
 
 void ChosenLink::use(const LinkOptions& options, bool listens) {
-  address_ = options.address;
+  const bool dials = !options.dial.rendezvous.empty();
+  const secure::Role role = listens ? secure::Role::kMachine : secure::Role::kOperator;
+  if (listens && options.address.empty() && !dials)
+    cli::refuse_option("--listen", "", "is required, unless --dial is given");
+  if (!listens && options.address.empty() != dials)
+    cli::refuse_option("--connect", options.address, "give it or --dial, one of them");
+  check(options.dial, role, options.insecure > 0);
+  address_ = options.address.empty() ? options.dial.rendezvous : options.address;
   if (options.insecure > 0) {
     check_plain(listens ? "--listen" : "--connect", options);
     if (options.observe) cli::refuse_option("--observe", "", "goes with a paired link, not with --insecure");
@@ -69,12 +86,21 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
   watch_ = std::make_shared<PeersWatch>(folder);  // before the peers are read, so that no change is missed
   Keys keys = read_keys(folder);
   notes_ = std::move(keys.notes);
+  std::string address = options.address;
+  if (dials) {
+    if (!listens) keys.peers = {chosen_peer(options.dial, keys.peers, folder)};
+    dialler_ = make_dialler(options.dial, role, folder, keys.identity, keys.peers);
+    notes_.push_back("link: dialling out to " + options.dial.rendezvous + (listens ? "" : " for " + options.dial.peer));
+    if (!listens) address = dialler_->address();
+    if (address.empty()) address = "127.0.0.1:0";
+  }
   secure::SecureLinkAccess access;
   if (options.observe) access.purpose = secure::Purpose::kObserve;
   access.most_observers = static_cast<std::size_t>(options.observers);
   access.newer_peers = [watch = watch_] { return watch->changed(); };
-  secure_ = listens ? secure::SecureLink::listen(options.address, keys.identity, std::move(keys.peers), {}, access)
-                    : secure::SecureLink::connect(options.address, keys.identity, std::move(keys.peers), {}, access);
+  secure_ = listens ? secure::SecureLink::listen(address, keys.identity, std::move(keys.peers), {}, access)
+                    : secure::SecureLink::connect(address, keys.identity, std::move(keys.peers), {}, access);
+  if (dials) dialler_->start(own_address(address, secure_->port()));
 }
 
 ChosenLink ChosenLink::listen(const LinkOptions& options) {
@@ -90,6 +116,10 @@ ChosenLink ChosenLink::connect(const LinkOptions& options) {
 }
 
 std::string ChosenLink::problem() const {
+  if (dialler_) {
+    // Without a path, the link's own complaint would be about an address that nobody has chosen.
+    if (const std::string problem = dialler_->problem(); !problem.empty()) return problem;
+  }
   if (secure_) return secure_->problem();
   return plain_->refused() ? "no program listens at " + address_ : "";
 }
@@ -105,6 +135,9 @@ bool ChosenLink::repeats(const std::string& line) {
 std::vector<std::string> ChosenLink::news(const Watch* watch) {
   std::vector<std::string> lines;
   if (!secure_) return lines;
+  if (dialler_) {
+    for (const ice::PathEvent& one : dialler_->take_events()) lines.push_back(text(one));
+  }
   secure::LinkEvent event;
   while (secure_->next(event)) {
     if (watch != nullptr) watch->on_event(event);

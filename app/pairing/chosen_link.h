@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "app/pairing/dial_options.h"
 #include "app/pairing/key_folder.h"
+#include "transport/ice/dialler.h"
 #include "transport/secure/secure_link.h"
 #include "transport/udp_link.h"
 
@@ -24,6 +26,7 @@ struct LinkOptions {
   int insecure = 0;      ///< How often it was said.
   bool observe = false;  ///< Operator's side: hear the machine only.
   int observers = 4;     ///< Machine's side: how many may do so.
+  DialOptions dial;      ///< Instead of an address, or of the machine's side beside one.
 };
 /// --keys and --insecure.
 void add_link_options(CLI::App& command, LinkOptions& options);
@@ -41,6 +44,10 @@ class ChosenLink {
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
   /// What keeps the link from being there, in one line; empty: nothing known.
   [[nodiscard]] std::string problem() const;
+  /// Where the far end is to be found: the address, or the rendezvous.
+  [[nodiscard]] const std::string& where() const noexcept { return address_; }
+  /// nullptr where the far end has an address.
+  [[nodiscard]] const ice::Dialler* dialler() const noexcept { return dialler_.get(); }
   struct Watch {
     std::function<void(const secure::LinkEvent&)> on_event;       ///< Shown every event.
     std::function<void(const std::string&)> on_changed_pairings;  ///< A line on it.
@@ -65,6 +72,7 @@ class ChosenLink {
   void use(const LinkOptions& options, bool listens);
   [[nodiscard]] bool repeats(const std::string& line);
 
+  std::unique_ptr<ice::Dialler> dialler_;  // ends after the link has said farewell over it
   std::unique_ptr<UdpLink> plain_;
   std::shared_ptr<PeersWatch> watch_;  // also the secure link's thread's
   std::unique_ptr<secure::SecureLink> secure_;

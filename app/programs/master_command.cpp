@@ -13,6 +13,7 @@
 #include "app/programs/control_input.h"
 #include "app/programs/master_program.h"
 #include "app/programs/observer_program.h"
+#include "app/programs/path_json.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "machine/device_choice.h"
@@ -43,10 +44,10 @@ void add_options(CLI::App& c, Options& o) {
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
   c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
   c.add_option("--connect", o.link.address,
-               "Address and port of the machine's side, such as 192.0.2.7:5683, [::1]:5683 or arm.example.org:5683")
-      ->required();
+               "Address and port of the machine's side, such as 192.0.2.7:5683, [::1]:5683 or arm.example.org:5683");
   pairing::add_link_options(c, o.link);
   c.add_flag("--observe", o.link.observe, "Hear the machine without controlling it; with --device none");
+  pairing::add_dial_options(c, o.link.dial, secure::Role::kOperator);
   c.add_option("--mirror", o.mirror, "Send a copy of all link traffic to this address and port, for a display");
   c.add_option("--control", o.control,
                "Bilateral law: echo, wave, tdpa, cues or direct (default: as the device's file says)");
@@ -122,9 +123,15 @@ Json status_json(const std::optional<MachineStatus>& status) {
 
 Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome,
                  std::uint64_t lines_lost) {
-  Json json{{"schema", kSchema},          {"version", cli::program_version()}, {"machine", setup.machine.name},
-            {"device", o.device},         {"device_file", setup.device.name},  {"connect", o.link.address},
-            {"control", name(setup.law)}, {"started_unix_s", started_unix_s},  {"ran_s", outcome.ran_s}};
+  Json json{{"schema", kSchema},
+            {"version", cli::program_version()},
+            {"machine", setup.machine.name},
+            {"device", o.device},
+            {"device_file", setup.device.name},
+            {"connect", o.link.address.empty() ? Json() : Json(o.link.address)},
+            {"control", name(setup.law)},
+            {"started_unix_s", started_unix_s},
+            {"ran_s", outcome.ran_s}};
   json["machine_side"] = Json::array();
   json["device_states"] = Json::array();
   json["other_machine"] = Json::array();
@@ -207,7 +214,7 @@ int run(const Options& o) {
   ProgramConsole console("knuckle master");
   for (const std::string& note : link.notes()) console.note(note);
   console.note("device " + setup.device.name + " (" + o.device + "), machine " + setup.machine.name + " at " +
-               o.link.address);
+               link.where());
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&csv};
@@ -220,6 +227,7 @@ int run(const Options& o) {
     return lines;
   };
   const double started_unix_s = unix_time_s();
+  const auto started = std::chrono::steady_clock::now();
   HidPort& port = device ? static_cast<HidPort&>(*device) : nothing;
   Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link.link();
   MasterOutcome outcome = run_master(
@@ -229,8 +237,9 @@ int run(const Options& o) {
 
   const bool without_device = device && !outcome.device_was_ready;
   if (without_device) console.note(no_device_text(o, *device));
-  if (auto* out = json.stream())
-    *out << result_json(o, setup, started_unix_s, outcome, console.lines_lost()).dump(2) << '\n';
+  Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());
+  result["path"] = path_json(link, started);
+  if (auto* out = json.stream()) *out << result.dump(2) << '\n';
   commit_all({&csv, &json});
   return without_device ? 1 : 0;
 }

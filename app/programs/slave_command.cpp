@@ -8,6 +8,7 @@
 
 #include "app/cli/interrupt.h"
 #include "app/pairing/chosen_link.h"
+#include "app/programs/path_json.h"
 #include "app/programs/program_options.h"
 #include "app/programs/slave_audit.h"
 #include "app/programs/slave_program.h"
@@ -49,9 +50,9 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--seed", o.seed, "With --simulate: random seed of the machine's true parameters (default: 1)")
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
   c.add_option("--listen", o.link.address,
-               "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683")
-      ->required();
+               "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683");
   pairing::add_link_options(c, o.link);
+  pairing::add_dial_options(c, o.link.dial, secure::Role::kMachine);
   c.add_option("--observers", o.link.observers, "Paired ends that may observe at a time (default: 4)");
   c.add_option(
       "--audit", o.audit,
@@ -169,7 +170,7 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
             {"machine", o.machine.empty() ? setup.machine.name : o.machine},
             {"can", o.can.empty() ? Json() : Json(o.can)},
             {"simulated", simulation_json(setup.simulation)},
-            {"listen", o.link.address},
+            {"listen", o.link.address.empty() ? Json() : Json(o.link.address)},
             {"started_unix_s", started_unix_s},
             {"ran_s", outcome.ran_s}};
   json["modes"] = Json::array();
@@ -194,7 +195,7 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
 
 /// Simulated and real must not be confused.
 std::string machine_note(const Options& o, const Setup& setup) {
-  const std::string listening = ", listening on " + o.link.address;
+  const std::string listening = o.link.address.empty() ? "" : ", listening on " + o.link.address;
   if (!setup.simulation) return "machine " + setup.machine.name + " on " + o.can + listening;
   return "SIMULATED machine " + setup.machine.name + " (scenario " + setup.simulation->scenario.name + ", seed " +
          std::to_string(setup.simulation->seed) + "), nothing real moves" + listening;
@@ -227,7 +228,7 @@ int run(const Options& o) {
   program.outputs = {&candump, &csv};
   pairing::ChosenLink::Watch watch;
   if (audit) {
-    audit->started(setup.file, records.interface, o.link.address, link.notes());
+    audit->started(setup.file, records.interface, link.where(), link.notes());
     records.on_mode = [&audit](const ModeEvent& event) { audit->mode(event); };
     records.on_assist = [&audit](const AssistSettings& assist) { audit->assist(assist); };
     watch.on_event = [&audit](const secure::LinkEvent& event) { audit->link(event); };
@@ -239,12 +240,14 @@ int run(const Options& o) {
     return lines;
   };
   const double started_unix_s = unix_time_s();
+  const auto started = std::chrono::steady_clock::now();
   SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link.link(), program, records);
   link.close();
   if (audit) audit->ended(outcome.unconfirmed.empty());
   outcome.records_lost += finish_records(console, {&candump, &csv});
 
   Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());
+  result["path"] = path_json(link, started);
   if (const SocketCanBus* bus = machine.interface()) {
     if (const std::string wrong = bus->diagnosis(); !wrong.empty()) console.note(wrong);
     result["can_counters"] = counters_json(bus->counters());

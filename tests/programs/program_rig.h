@@ -191,7 +191,9 @@ class Site {
 class Hand {
  public:
   explicit Hand(const std::string& address) : Hand(std::make_unique<UdpLink>(UdpLink::connect(address))) {}
-  explicit Hand(std::unique_ptr<Link> link) : link_(std::move(link)) {
+  explicit Hand(std::unique_ptr<Link> link) : Hand(*link) { own_ = std::move(link); }
+  /// @param link outlives it.
+  explicit Hand(Link& link) : link_(link) {
     say([](MasterMessage& m) { m.device_ok = m.presence = true; });
     thread_.emplace(RealtimeOptions{.name = "hand", .period = 2ms, .fifo_priority = 60}, RealtimeClock(),
                     [this](Time now) { step(now); });
@@ -223,7 +225,7 @@ class Hand {
 
  private:
   void step(Time now) noexcept {
-    while (link_->receive(datagram_)) {
+    while (link_.receive(datagram_)) {
       if (const auto status = decode_status(datagram_.view())) statuses_.put(*status);
       auto told = decode_slave(datagram_.view());
       if (!told || session_.take(told->stamp, now) == LinkSession::Verdict::kForeign) continue;
@@ -240,7 +242,7 @@ class Hand {
     if (since_s > 0) message.velocity_radps = way_rad / since_s;
     message.stamp = session_.stamp(++sequence_, now);
     message.device_report_at = session_.to_link(now);
-    if (!silent_) link_->send(encode(message).view());
+    if (!silent_) link_.send(encode(message).view());
   }
   // the test's thread
   MasterMessage meant_;
@@ -252,7 +254,7 @@ class Hand {
   Mailbox<MachineStatus> statuses_;
   std::atomic<bool> silent_{false};
   // the hand's thread
-  std::unique_ptr<Link> link_;
+  Link& link_;
   static constexpr double kPace_radps = 0.5;
   MasterMessage said_;  // position: away from from_rad_, where the hand goes to
   JointVector from_rad_ = JointVector::Zero(), away_rad_ = JointVector::Zero();
@@ -260,6 +262,7 @@ class Hand {
   LinkSession session_{random_start(), kRestartSilence};
   std::uint32_t sequence_ = 0;
   Datagram datagram_;
+  std::unique_ptr<Link> own_;
   std::optional<RealtimeThread> thread_;
 };
 

@@ -74,7 +74,7 @@ screens::ConsoleFacts facts_of(const ConsoleOptions& o) {
   facts.hand = o.device == "keyboard"  ? screens::HandSource::kKeyboard
                : o.device == "gamepad" ? screens::HandSource::kGamepad
                                        : screens::HandSource::kDevice;
-  facts.peer = o.simulate ? "simulated" : o.link.address;
+  facts.peer = o.simulate ? "simulated" : o.link.address.empty() ? o.link.dial.peer : o.link.address;
   facts.scenarios = playable_scenarios(read);
   if (std::find(facts.scenarios.begin(), facts.scenarios.end(), o.session.scenario) == facts.scenarios.end())
     facts.scenarios.insert(facts.scenarios.begin(), o.session.scenario);

@@ -64,6 +64,7 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_option("--connect", o.link.address,
                "Address and port of the machine's side, such as 192.0.2.7:5683, [::1]:5683 or arm.example.org:5683");
   pairing::add_link_options(c, o.link);
+  pairing::add_dial_options(c, o.link.dial, secure::Role::kOperator);
   c.add_option("--machine", o.session.machine, "Machine name or .toml file (default with --simulate: solar015)");
   c.add_option("--device", o.device,
                "Input: keyboard (and mouse), gamepad, or a haptic device attached by hid (hidraw) or usb (libusb)")
@@ -101,8 +102,9 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
 }
 
 void check(const ConsoleOptions& o) {
-  if (o.simulate == !o.link.address.empty())
-    throw InputError("console: give one of --simulate and --connect HOST:PORT");
+  const bool dials = !o.link.dial.rendezvous.empty();
+  if (o.simulate == (dials || !o.link.address.empty()))
+    throw InputError("console: give one of --simulate and --connect HOST:PORT or --dial HOST:PORT");
   if (!o.simulate) {
     if (o.session.machine.empty())
       throw InputError("--machine: is required with --connect, the same as on the machine's side");

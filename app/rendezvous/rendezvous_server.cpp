@@ -1,0 +1,225 @@
+#include "app/rendezvous/rendezvous_server.h"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "core/error.h"
+
+namespace knuckle::rendezvous {
+namespace {
+
+constexpr auto kLookForIdle = std::chrono::milliseconds(250);
+constexpr int kBacklog = 64, kMostAccepts = 64;
+constexpr std::size_t kChunk = 8192;
+
+int open_listener(const std::string& name) {
+  const SocketAddress address = parse_address(name);
+  const int socket = ::socket(address.bytes.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const int on = 1;
+  if (socket >= 0) (void)::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  if (socket >= 0 && ::bind(socket, address.get(), address.size) == 0 && ::listen(socket, kBacklog) == 0) return socket;
+  const int error = errno;
+  if (socket >= 0) ::close(socket);
+  throw InputError("--listen " + name + ": " + std::strerror(error));
+}
+
+std::string host_of(const SocketAddress& address) {
+  const std::string whole = text(address);
+  return whole.substr(0, whole.rfind(':'));
+}
+
+}  // namespace
+
+RendezvousServer::RendezvousServer(const std::string& address, const Bounds& bounds)
+    : bounds_(bounds), listening_(open_listener(address)), events_(::epoll_create1(EPOLL_CLOEXEC)) {
+  epoll_event wanted{EPOLLIN, {.fd = listening_}};
+  if (events_ < 0 || ::epoll_ctl(events_, EPOLL_CTL_ADD, listening_, &wanted) != 0)
+    throw InputError(std::string("rendezvous: ") + std::strerror(errno));
+}
+
+RendezvousServer::~RendezvousServer() {
+  for (const auto& [socket, client] : clients_) ::close(socket);
+  ::close(events_);
+  ::close(listening_);
+}
+
+void RendezvousServer::step(std::chrono::milliseconds longest) {
+  std::array<epoll_event, 64> happened{};
+  const int count = ::epoll_wait(events_, happened.data(), happened.size(), static_cast<int>(longest.count()));
+  const auto now = Clock::now();
+  for (int i = 0; i < count; ++i) {
+    const epoll_event& event = happened[static_cast<std::size_t>(i)];
+    if (event.data.fd == listening_) {
+      accept_all(now);
+      continue;
+    }
+    const auto found = clients_.find(event.data.fd);
+    if (found == clients_.end()) continue;
+    Client& client = *found->second;
+    if ((event.events & EPOLLOUT) != 0) write(client);
+    if ((event.events & (EPOLLIN | EPOLLHUP | EPOLLERR)) != 0) read(client, now);
+  }
+  end_idle(now);
+  bury();
+}
+
+void RendezvousServer::accept_all(Clock::time_point now) {
+  for (int i = 0; i < kMostAccepts; ++i) {
+    SocketAddress from;
+    from.size = sizeof from.bytes;
+    const int socket = ::accept4(listening_, from.get(), &from.size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (socket < 0) return;
+    const std::string host = host_of(from);
+    const auto same = static_cast<std::size_t>(
+        std::count_if(clients_.begin(), clients_.end(), [&](const auto& one) { return one.second->host == host; }));
+    if (clients_.size() >= bounds_.clients || same >= bounds_.clients_of_address) {
+      ++counters_.turned_away;
+      ::close(socket);
+      continue;
+    }
+    const int on = 1;
+    (void)::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    auto client = std::make_unique<Client>();
+    client->socket = socket;
+    client->host = host;
+    client->lines = bounds_.burst;
+    client->heard_at = client->refilled_at = now;
+    watch(*client, EPOLL_CTL_ADD);
+    clients_.emplace(socket, std::move(client));
+    ++counters_.accepted;
+  }
+}
+
+void RendezvousServer::watch(const Client& client, int operation) const {
+  epoll_event wanted{EPOLLIN, {.fd = client.socket}};
+  if (!client.out.empty()) wanted.events |= EPOLLOUT;
+  (void)::epoll_ctl(events_, operation, client.socket, &wanted);
+}
+
+/// One chunk at a time: whoever sends most waits for all others' turns.
+void RendezvousServer::read(Client& client, Clock::time_point now) {
+  if (client.ending) return;
+  std::array<char, kChunk> bytes;
+  const ssize_t got = ::recv(client.socket, bytes.data(), bytes.size(), 0);
+  if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
+  if (got <= 0) {
+    client.ending = true;
+    return;
+  }
+  const bool fits = client.in.add({bytes.data(), static_cast<std::size_t>(got)});
+  while (!client.ending) {
+    const auto line = client.in.next();
+    if (!line) break;
+    if (!may_talk(client, now)) return refuse(client, counters_.floods, "too many lines");
+    obey(client, *line);
+    if (!client.rooms.empty()) client.heard_at = now;  // words alone keep nobody here
+  }
+  if (!fits && !client.ending) refuse(client, counters_.junk, "line too long");
+}
+
+bool RendezvousServer::may_talk(Client& client, Clock::time_point now) const {
+  const double passed_s = std::chrono::duration<double>(now - client.refilled_at).count();
+  client.refilled_at = now;
+  client.lines = std::min(bounds_.burst, client.lines + passed_s * bounds_.lines_per_s);
+  client.lines -= 1;
+  return client.lines >= 0;
+}
+
+void RendezvousServer::obey(Client& client, std::string_view line) {
+  const auto request = ice::parse_request(line);
+  if (!request) return refuse(client, counters_.junk, "not a line of this protocol");
+  if (request->verb == "ping") return say(client, "pong");
+  const std::string room(request->room);
+  const bool inside = std::find(client.rooms.begin(), client.rooms.end(), room) != client.rooms.end();
+  if (request->verb == "join") {
+    if (!inside && client.rooms.size() >= bounds_.rooms_of_client)
+      return refuse(client, counters_.junk, "too many rooms");
+    if (!inside) join(client, room);
+    return;
+  }
+  if (!inside) return refuse(client, counters_.junk, "not in this room");
+  const std::string message = "message " + room + " " + std::string(request->rest);
+  for (Client* other : std::vector<Client*>(rooms_[room])) {
+    if (other == &client || other->ending) continue;
+    ++counters_.passed;
+    say(*other, message);
+  }
+}
+
+void RendezvousServer::join(Client& client, const std::string& room) {
+  std::vector<Client*>& members = rooms_[room];
+  std::erase_if(members, [](const Client* one) { return one->ending; });
+  if (members.size() >= bounds_.members) {
+    Client* longest = *std::min_element(members.begin(), members.end(),
+                                        [](const Client* a, const Client* b) { return a->heard_at < b->heard_at; });
+    std::erase(members, longest);
+    refuse(*longest, counters_.displaced, "room is full, others are heard more recently");
+  }
+  for (Client* other : members) say(*other, "entered " + room);
+  say(client, "joined " + room + " " + std::to_string(members.size()));
+  members.push_back(&client);
+  client.rooms.push_back(room);
+}
+
+void RendezvousServer::say(Client& client, std::string_view line) {
+  if (client.ending) return;
+  if (client.out.size() + line.size() >= bounds_.unread_bytes) {
+    ++counters_.stalled;
+    client.ending = true;
+    return;
+  }
+  client.out.append(line).push_back('\n');
+  write(client);
+}
+
+void RendezvousServer::write(Client& client) {
+  if (client.ending || client.out.empty()) return;
+  const ssize_t sent = ::send(client.socket, client.out.data(), client.out.size(), MSG_NOSIGNAL);
+  if (sent < 0 && errno != EAGAIN && errno != EINTR) {
+    client.ending = true;
+    return;
+  }
+  if (sent > 0) client.out.erase(0, static_cast<std::size_t>(sent));
+  watch(client, EPOLL_CTL_MOD);
+}
+
+/// Told why, as far as that goes through at once.
+void RendezvousServer::refuse(Client& client, std::uint64_t& counter, std::string_view why) {
+  ++counter;
+  say(client, "refused " + std::string(why));
+  client.ending = true;
+}
+
+void RendezvousServer::end_idle(Clock::time_point now) {
+  if (now - looked_at_ < std::min(kLookForIdle, bounds_.first)) return;
+  looked_at_ = now;
+  for (const auto& [socket, client] : clients_) {
+    if (client->ending || now - client->heard_at < (client->rooms.empty() ? bounds_.first : bounds_.idle)) continue;
+    refuse(*client, counters_.idle, "silent for too long");
+  }
+}
+
+void RendezvousServer::bury() {
+  std::erase_if(clients_, [this](const auto& entry) {
+    const Client& client = *entry.second;
+    if (!client.ending) return false;
+    for (const std::string& room : client.rooms) {
+      const auto found = rooms_.find(room);
+      if (found == rooms_.end()) continue;
+      std::erase(found->second, &client);
+      if (found->second.empty()) rooms_.erase(found);
+    }
+    ::close(client.socket);
+    return true;
+  });
+}
+
+}  // namespace knuckle::rendezvous

@@ -1,0 +1,175 @@
+#include "transport/ice/dialler.h"
+
+#include <glib.h>
+
+#include <algorithm>
+#include <map>
+
+#include "transport/ice/network_watch.h"
+#include "transport/ice/rendezvous_client.h"
+
+namespace knuckle::ice {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kTendEvery = 20ms;
+constexpr auto kSettle = 200ms;       // changes of the network come in bursts
+constexpr auto kCloseWithin = 300ms;  // what a relay has allocated is released
+constexpr std::size_t kMostEvents = 256;
+
+bool is_loopback(const std::string& host) {
+  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
+}
+
+UdpSocket connected(const SocketAddress& to) {
+  return UdpSocket(open_udp_socket(text(to), to, ::connect, "reach"));
+}
+
+}  // namespace
+
+/// All that lives in the loop's thread.
+class Dialler::Thread final : RendezvousClient::Listener {
+ public:
+  Thread(Dialler& dialler, GMainContext* context)
+      : dialler_(dialler),
+        context_(context),
+        network_(context, [this] { change_at_ = std::min(change_at_, Clock::now() + kSettle); }) {
+    std::vector<std::string> rooms;
+    for (const secure::Peer& peer : dialler.peers_) {
+      const std::string room = room_of(dialler.signer_.fingerprint(), peer.fingerprint);
+      rooms.push_back(room);
+      Path::Setup setup{.context = context,
+                        .role = dialler.setup_.role,
+                        .agent = {.servers = dialler.setup_.servers,
+                                  .loopback = is_loopback(parse_host_and_port(dialler.setup_.rendezvous).host)},
+                        .far_end = peer,
+                        .signal = [this, room](const Bytes& bytes) { rendezvous_->send(room, bytes); },
+                        .report = [this](const PathEvent& event) { report(event); },
+                        .wake = [this] { wake(); }};
+      UdpSocket socket =
+          dialler.setup_.role == secure::Role::kOperator ? std::move(dialler.inner_) : connected(dialler.link_);
+      paths_.emplace(room, std::make_unique<Path>(std::move(setup), dialler.signer_, std::move(socket)));
+    }
+    Listener& self = *this;
+    rendezvous_ = std::make_unique<RendezvousClient>(context, dialler.setup_.rendezvous, std::move(rooms), self);
+    timer_ = GlibSource::every(context, kTendEvery, [this] { tend(); });
+  }
+
+ private:
+  void somebody_in(const std::string& room) override { paths_.at(room)->somebody_there(); }
+  void message(const std::string& room, const Bytes& bytes) override { paths_.at(room)->hear(bytes, Clock::now()); }
+
+  /// In this turn of the loop, but not inside whoever called.
+  void wake() {
+    if (woken_) return;
+    woken_ = true;
+    soon_ = GlibSource::soon(context_, [this] {
+      woken_ = false;
+      tend();
+    });
+  }
+
+  void tend() {
+    const auto now = Clock::now();
+    rendezvous_->tend(now);
+    if (now >= change_at_) {
+      change_at_ = Clock::time_point::max();
+      rendezvous_->doubt(now);
+      for (const auto& [room, path] : paths_) path->network_changed(now);
+    }
+    for (const auto& [room, path] : paths_) path->tend(now);
+    tell();
+  }
+
+  void report(const PathEvent& event) {
+    if (event.kind == PathEvent::Kind::kLost) rendezvous_->doubt(event.at);
+    const std::lock_guard lock(dialler_.mutex_);
+    if (dialler_.events_.size() < kMostEvents) dialler_.events_.push_back(event);
+    if (event.kind == PathEvent::Kind::kInUse && dialler_.pairs_.size() < kMostEvents) dialler_.pairs_.push_back(event);
+  }
+
+  void tell() {
+    std::string problem;
+    const bool carried =
+        std::any_of(paths_.begin(), paths_.end(), [](const auto& one) { return one.second->carries(); });
+    const Path& first = *paths_.begin()->second;
+    if (!carried && !rendezvous_->problem().empty())
+      problem = rendezvous_->problem();
+    else if (!carried && dialler_.setup_.role == secure::Role::kOperator)
+      problem = first.knows_far_end() ? "no path to " + first.far_end() + " yet"
+                                      : first.far_end() + " is not at the rendezvous " + dialler_.setup_.rendezvous;
+    const std::lock_guard lock(dialler_.mutex_);
+    dialler_.problem_ = std::move(problem);
+    dialler_.round_trips_ = first.round_trips();
+  }
+
+  Dialler& dialler_;
+  GMainContext* context_;
+  std::unique_ptr<RendezvousClient> rendezvous_;
+  std::map<std::string, std::unique_ptr<Path>> paths_;  // by room
+  NetworkWatch network_;
+  Clock::time_point change_at_ = Clock::time_point::max();
+  GlibSource timer_, soon_;
+  bool woken_ = false;
+};
+
+Dialler::Dialler(const DialSetup& setup, const secure::Identity& identity, const secure::Peers& peers)
+    : setup_(setup), signer_(identity), peers_(peers) {
+  (void)parse_host_and_port(setup.rendezvous);
+  std::erase_if(peers_, [](const secure::Peer& peer) { return peer.revoked; });
+  const std::string any = "127.0.0.1:0";
+  inner_ = UdpSocket(open_udp_socket(any, parse_address(any), ::bind, "listen on"));
+  inner_address_ = text(local_address(inner_.descriptor()));
+}
+
+std::string Dialler::address() const {
+  return inner_address_;
+}
+
+void Dialler::start(const SocketAddress& link) {
+  link_ = link;
+  if (setup_.role == secure::Role::kOperator)
+    (void)::connect(inner_.descriptor(), link.get(), link.size);  // nobody else on this computer is heard
+  thread_ = std::thread([this] {
+    GMainContext* context = g_main_context_new();
+    g_main_context_push_thread_default(context);
+    {
+      Thread thread(*this, context);
+      while (!ending_.load(std::memory_order_relaxed)) g_main_context_iteration(context, TRUE);
+    }
+    const auto give_up = Clock::now() + kCloseWithin;
+    const GlibSource ticks = GlibSource::every(context, kTendEvery, [] {});
+    while (closing_agents() > 0 && Clock::now() < give_up) g_main_context_iteration(context, TRUE);
+    g_main_context_pop_thread_default(context);
+    g_main_context_unref(context);
+  });
+}
+
+Dialler::~Dialler() {
+  ending_.store(true, std::memory_order_relaxed);
+  if (thread_.joinable()) thread_.join();
+}
+
+std::vector<PathEvent> Dialler::take_events() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(events_, {});
+}
+
+std::string Dialler::problem() const {
+  const std::lock_guard lock(mutex_);
+  return problem_;
+}
+
+std::vector<PathEvent> Dialler::pairs() const {
+  const std::lock_guard lock(mutex_);
+  return pairs_;
+}
+
+Histogram Dialler::round_trips() const {
+  const std::lock_guard lock(mutex_);
+  return round_trips_;
+}
+
+}  // namespace knuckle::ice
