@@ -33,7 +33,7 @@ struct LinkImpairment {
     Duration mean_good{};  ///< Zero: always good.
     Duration mean_bad = 50ms;
     double loss_in_good = 0, loss_in_bad = 1;
-  } burst_loss;
+  } burst_loss{};
   double bursts_per_s = 0;  ///< Mean rate of outages of burst_length (Poisson).
   Duration burst_length = 50ms;
   /// Everything sent in [from, from + length) is lost; again after each `every`, unless that is zero.
@@ -42,7 +42,7 @@ struct LinkImpairment {
     Duration length = Duration::max();
     Duration every{};
   };
-  std::vector<Outage> outages;
+  std::vector<Outage> outages{};
 
   double duplication = 0;  ///< The copy comes up to reorder_delay later.
   double reordering = 0;   ///< Held back by reorder_delay, so that later ones overtake.
@@ -56,9 +56,9 @@ struct LinkImpairment {
   /// From `at` on, everything above but outages is as in `to`, whose own outages, changes and address changes are
   /// empty.
   struct Change;
-  std::vector<Change> changes;  ///< In order of time.
+  std::vector<Change> changes{};  ///< In order of time.
   /// When the address changes that datagrams of this direction come from. On virtual time there are none.
-  std::vector<Time> address_changes;
+  std::vector<Time> address_changes{};
 
   [[nodiscard]] bool is_out(Time now) const noexcept;
   /// Index + 1 of the newest change by then; 0: none yet.

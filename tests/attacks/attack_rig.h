@@ -104,10 +104,8 @@ class Attacks : public testing::Test {
     secure::Identity machine = make("machine", 100), desk = make("desk", 100), revoked = make("revoked", 100),
                      expired = make("expired", 0);
     (void)make("foreign", 100);
-    pairing::KeyFolder(path("machine"))
-        .save({peer(desk, "desk"), peer(revoked, "revoked", true), peer(expired, "expired")});
-    for (const char* who : {"desk", "foreign", "revoked", "expired"})
-      pairing::KeyFolder(path(who)).save({peer(machine, "machine")});
+    pin("machine", {peer(desk, "desk"), peer(revoked, "revoked", true), peer(expired, "expired")});
+    for (const char* who : {"desk", "foreign", "revoked", "expired"}) pin(who, {peer(machine, "machine")});
   }
   ~Attacks() override { fs::remove_all(folder_); }
 
@@ -156,11 +154,15 @@ class Attacks : public testing::Test {
     fs::permissions(path(who), fs::perms::owner_all);
     return identity;
   }
+  void pin(const std::string& who, const secure::Peers& peers) const {
+    pairing::KeyFolder(path(who)).change_peers([&peers](secure::Peers& known) { known = peers; });
+  }
   static secure::Peer peer(const secure::Identity& identity, const std::string& name, bool revoked = false) {
     secure::Peer made;
     made.fingerprint = identity.fingerprint();
     made.name = name;
     made.revoked = revoked;
+    made.expires_utc = identity.expires_utc();
     return made;
   }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "transport/impaired_link.h"
 
 namespace knuckle::relay {
 namespace {
@@ -153,6 +154,35 @@ TEST(Relay, LosesAndRepeatsAsItsModelSaysForTheSameSeed) {
     EXPECT_NEAR(static_cast<double>(report.counts.lost), 60, 4 * 6.5);
   }
   EXPECT_EQ(fates[0], fates[1]);
+}
+
+TEST(Relay, FirstOperatorsFatesAreThoseOfTheVirtualLinkWithTheSameSeed) {
+  LinkImpairment lossy;
+  lossy.loss = 0.3;
+  ImpairedLink link(lossy, lossy, 1);
+  Rig rig(lossy, lossy);
+  SocketAddress operators;
+  std::string virtual_fates, real_fates;
+  Datagram datagram;
+  const std::array<std::uint8_t, 1> byte{1};
+  const auto fate = [](bool arrived) { return arrived ? "1" : "0"; };
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_EQ(rig.person.send("hello", rig.relay.address()), 0);
+    rig.run(0ms);
+    const auto there = rig.machine.heard();
+    if (!there.empty()) operators = there[0].from;
+    real_fates += fate(!there.empty());
+    link.a().send(byte);
+    virtual_fates += fate(link.b().receive(datagram));
+  }
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_EQ(rig.machine.send("hello", operators), 0);
+    rig.run(0ms);
+    real_fates += fate(!rig.person.heard().empty());
+    link.b().send(byte);
+    virtual_fates += fate(link.a().receive(datagram));
+  }
+  EXPECT_EQ(real_fates, virtual_fates);
 }
 
 TEST(Relay, GivesEachOperatorAFlowOfItsOwn) {
