@@ -52,8 +52,9 @@ SocketAddress own_address(const std::string& bound, std::uint16_t port) {
 void add_link_options(CLI::App& command, LinkOptions& options) {
   command.add_option("--keys", options.keys,
                      "Folder of this computer's key and its pairings (knuckle pair; default: ~/.config/knuckle)");
-  command.add_flag("--insecure", options.insecure,
-                   "Plain UDP instead, neither authenticated nor encrypted; twice where the far end is another computer");
+  command.add_flag(
+      "--insecure", options.insecure,
+      "Plain UDP instead, neither authenticated nor encrypted; twice where the far end is another computer");
 }
 
 ChosenLink ChosenLink::listen(const LinkOptions& options) {
@@ -71,7 +72,8 @@ ChosenLink ChosenLink::listen(const LinkOptions& options) {
     Keys keys = read_keys(options);
     chosen.note_ = keys.note;
     if (dials) {
-      chosen.dialler_ = make_dialler(options.dial, secure::Role::kMachine, KeyFolder(options.keys), keys.identity, keys.peers);
+      chosen.dialler_ =
+          make_dialler(options.dial, secure::Role::kMachine, KeyFolder(options.keys), keys.identity, keys.peers);
       chosen.note_ += ", dialling out to " + options.dial.rendezvous;
     }
     chosen.secure_ = secure::SecureLink::listen(address, keys.identity, std::move(keys.peers));
@@ -83,7 +85,8 @@ ChosenLink ChosenLink::listen(const LinkOptions& options) {
 ChosenLink ChosenLink::connect(const LinkOptions& options) {
   ChosenLink chosen;
   const bool dials = !options.dial.rendezvous.empty();
-  if (options.address.empty() != dials) cli::refuse_option("--connect", options.address, "give it or --dial, one of them");
+  if (options.address.empty() != dials)
+    cli::refuse_option("--connect", options.address, "give it or --dial, one of them");
   check(options.dial, secure::Role::kOperator, options.insecure > 0);
   chosen.address_ = dials ? options.dial.rendezvous : options.address;
   if (options.insecure > 0) {

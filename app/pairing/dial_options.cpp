@@ -27,11 +27,14 @@ void read_credentials(const std::string& file, ice::Servers& servers) {
 
 void add_dial_options(CLI::App& command, DialOptions& options, secure::Role role) {
   const bool operates = role == secure::Role::kOperator;
-  command.add_option("--dial", options.rendezvous,
-                     operates ? "Instead of --connect: meet the machine's side at this rendezvous, HOST:PORT (docs/paths.md)"
-                              : "Instead of --listen or beside it: meet operators at this rendezvous, HOST:PORT (docs/paths.md)");
-  if (operates) command.add_option("--peer", options.peer, "With --dial: the machine's side, by its name in knuckle pair");
-  command.add_option("--stun", options.stun, "With --dial: STUN server HOST:PORT, which tells the address that a NAT gives");
+  command.add_option(
+      "--dial", options.rendezvous,
+      operates ? "Instead of --connect: meet the machine's side at this rendezvous, HOST:PORT (docs/paths.md)"
+               : "Instead of --listen or beside it: meet operators at this rendezvous, HOST:PORT (docs/paths.md)");
+  if (operates)
+    command.add_option("--peer", options.peer, "With --dial: the machine's side, by its name in knuckle pair");
+  command.add_option("--stun", options.stun,
+                     "With --dial: STUN server HOST:PORT, which tells the address that a NAT gives");
   command.add_option("--turn", options.turn,
                      "With --dial: TURN server HOST:PORT, a relay for where no direct path is found; user and password "
                      "in turn.toml of the keys' folder");
@@ -59,7 +62,7 @@ secure::Peer chosen_peer(const DialOptions& options, const secure::Peers& peers,
 }
 
 std::unique_ptr<ice::Dialler> make_dialler(const DialOptions& options, secure::Role role, const KeyFolder& folder,
-                                      const secure::Identity& identity, const secure::Peers& peers) {
+                                           const secure::Identity& identity, const secure::Peers& peers) {
   ice::DialSetup setup{options.rendezvous, {}, role};
   if (!options.stun.empty()) setup.servers.stun = parse_host_and_port(options.stun);
   if (!options.turn.empty()) {

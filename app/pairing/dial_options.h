@@ -27,7 +27,7 @@ void check(const DialOptions& options, secure::Role role, bool insecure);
 [[nodiscard]] secure::Peer chosen_peer(const DialOptions& options, const secure::Peers& peers, const KeyFolder& folder);
 /// Credentials for --turn come from turn.toml in the folder. @throws InputError
 [[nodiscard]] std::unique_ptr<ice::Dialler> make_dialler(const DialOptions& options, secure::Role role,
-                                                    const KeyFolder& folder, const secure::Identity& identity,
-                                                    const secure::Peers& peers);
+                                                         const KeyFolder& folder, const secure::Identity& identity,
+                                                         const secure::Peers& peers);
 
 }  // namespace knuckle::pairing

@@ -115,9 +115,15 @@ Json status_json(const std::optional<MachineStatus>& status) {
 
 Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome,
                  std::uint64_t lines_lost) {
-  Json json{{"schema", kSchema},          {"version", cli::program_version()}, {"machine", setup.machine.name},
-            {"device", o.device},         {"device_file", setup.device.name},  {"connect", o.link.address.empty() ? Json() : Json(o.link.address)},
-            {"control", name(setup.law)}, {"started_unix_s", started_unix_s},  {"ran_s", outcome.ran_s}};
+  Json json{{"schema", kSchema},
+            {"version", cli::program_version()},
+            {"machine", setup.machine.name},
+            {"device", o.device},
+            {"device_file", setup.device.name},
+            {"connect", o.link.address.empty() ? Json() : Json(o.link.address)},
+            {"control", name(setup.law)},
+            {"started_unix_s", started_unix_s},
+            {"ran_s", outcome.ran_s}};
   json["machine_side"] = Json::array();
   json["device_states"] = Json::array();
   json["other_machine"] = Json::array();

@@ -7,7 +7,8 @@
 
 namespace knuckle::programs {
 
-/// {pairs: [{at_s, far_end, kind, local, remote, round_trip_ms}], round_trip_ms}; null where the far end has an address.
+/// {pairs: [{at_s, far_end, kind, local, remote, round_trip_ms}], round_trip_ms}; null where the far end has an
+/// address.
 /// @param started when the program's time was 0.
 [[nodiscard]] nlohmann::ordered_json path_json(const pairing::ChosenLink& link,
                                                std::chrono::steady_clock::time_point started);

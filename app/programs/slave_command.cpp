@@ -45,7 +45,8 @@ void add_options(CLI::App& c, Options& o) {
       "With --simulate: scenario that gives its start and surroundings, name or .toml file (default: free_motion)");
   c.add_option("--seed", o.seed, "With --simulate: random seed of the machine's true parameters (default: 1)")
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
-  c.add_option("--listen", o.link.address, "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683");
+  c.add_option("--listen", o.link.address,
+               "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683");
   pairing::add_link_options(c, o.link);
   pairing::add_dial_options(c, o.link.dial, secure::Role::kMachine);
   c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");

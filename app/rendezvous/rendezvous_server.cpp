@@ -158,9 +158,8 @@ void RendezvousServer::join(Client& client, const std::string& room) {
   std::vector<Client*>& members = rooms_[room];
   std::erase_if(members, [](const Client* one) { return one->ending; });
   if (members.size() >= bounds_.members) {
-    Client* longest = *std::min_element(members.begin(), members.end(), [](const Client* a, const Client* b) {
-      return a->heard_at < b->heard_at;
-    });
+    Client* longest = *std::min_element(members.begin(), members.end(),
+                                        [](const Client* a, const Client* b) { return a->heard_at < b->heard_at; });
     std::erase(members, longest);
     refuse(*longest, counters_.displaced, "room is full, others are heard more recently");
   }

@@ -19,17 +19,17 @@ struct Bounds {
   std::size_t clients = 900;
   std::size_t clients_of_address = 64;
   std::size_t rooms_of_client = 32;
-  std::size_t members = 8;  ///< Of a room: one more takes the place of whoever has been silent longest.
-  double lines_per_s = 20;  ///< Of a client, on average; ...
-  double burst = 60;        ///< ... this many at once.
+  std::size_t members = 8;                 ///< Of a room: one more takes the place of whoever has been silent longest.
+  double lines_per_s = 20;                 ///< Of a client, on average; ...
+  double burst = 60;                       ///< ... this many at once.
   std::size_t unread_bytes = 1 << 16;      ///< What a client may leave unread.
   std::chrono::milliseconds idle{30'000};  ///< Without a line, a client is gone; ...
   std::chrono::milliseconds first{5'000};  ///< ... before its first room after so long.
 };
 
 struct Counters {
-  std::uint64_t accepted = 0, turned_away = 0;  ///< Connections; those beyond the bounds.
-  std::uint64_t passed = 0;                     ///< Messages, a copy each.
+  std::uint64_t accepted = 0, turned_away = 0;                               ///< Connections; those beyond the bounds.
+  std::uint64_t passed = 0;                                                  ///< Messages, a copy each.
   std::uint64_t junk = 0, floods = 0, stalled = 0, idle = 0, displaced = 0;  ///< Connections that were ended for it.
 };
 

@@ -48,7 +48,8 @@ void echo(const UdpSocket& socket) {
   while (ended == 0) {
     pollfd waiting{socket.descriptor(), POLLIN, 0};
     (void)::poll(&waiting, 1, 100);
-    while (const auto arrival = socket.receive(bytes, from)) (void)socket.send(std::span(bytes).first(arrival->size), from);
+    while (const auto arrival = socket.receive(bytes, from))
+      (void)socket.send(std::span(bytes).first(arrival->size), from);
   }
 }
 
@@ -71,7 +72,8 @@ std::optional<Duration> ping(const UdpSocket& socket, std::uint64_t number) {
 
 Json ping_many(const UdpSocket& socket, int count) {
   int tries = 0;
-  while (!ping(socket, 0) && ++tries < kTries) {}
+  while (!ping(socket, 0) && ++tries < kTries) {
+  }
   if (tries == kTries) throw InputError("nothing comes back");
   std::vector<Duration> took;
   int lost = 0;
@@ -208,10 +210,13 @@ int main(int argc, char** argv) {
     pairing::add_dial_options(*sub, o.dial, role);
     return sub;
   };
-  command("echo", "bare", [&o] {
-    echo(UdpSocket(open_udp_socket(o.address, parse_address(o.address), ::bind, "listen on")));
-    return 0;
-  })->add_option("address", o.address)->required();
+  command("echo", "bare",
+          [&o] {
+            echo(UdpSocket(open_udp_socket(o.address, parse_address(o.address), ::bind, "listen on")));
+            return 0;
+          })
+      ->add_option("address", o.address)
+      ->required();
   CLI::App* bare = command("ping", "bare", [&o] {
     std::cout << ping_many(connected(o.address), o.count).dump() << std::endl;
     return 0;

@@ -35,6 +35,7 @@ Table make_table() {
       {"machine", {"core"}},
       {"transport", {"core"}},
       {"transport/secure", {"core", "transport"}},
+      {"transport/ice", {"core", "transport", "transport/secure"}},
       {"estimation", {"core", "machine"}},
       {"master", {"core", "machine", "transport"}},
       {"slave", {"core", "machine", "transport", "estimation"}},
@@ -42,7 +43,8 @@ Table make_table() {
        {"core", "transport", "machine/description.h", "machine/description_fwd.h", "machine/arm_description.h",
         "machine/bus_description.h", "machine/device_description.h"}},
       {"app/cli", {"core"}},
-      {"app/pairing", {"core", "machine/toml_reader.h", "transport", "transport/secure", "app/cli"}},
+      {"app/pairing", {"core", "machine/toml_reader.h", "transport", "transport/secure", "transport/ice", "app/cli"}},
+      {"app/rendezvous", {"core", "transport", "transport/secure", "transport/ice", "app/cli"}},
       {"app/recordings", {"core", "machine", "estimation", "app/cli"}},
       {"app/session", loops + tables + std::set<std::string>{"master"}},
       {"app/motion", loops + std::set<std::string>{"app/cli"}},
@@ -102,8 +104,8 @@ std::vector<std::string> violations(const std::string& subject, const std::strin
 }
 
 /// Namespaces that a subject's files may open, besides unnamed ones: its own and what is inside it; and of core and
-/// machine and transport, which hold what everything is made of, that of the project. What is inside app or transport is
-/// named without them.
+/// machine and transport, which hold what everything is made of, that of the project. What is inside app or transport
+/// is named without them.
 bool belongs(const std::string& subject, const std::string& name) {
   const bool common = subject == "core" || subject == "machine" || subject == "transport" || subject == "app";
   std::string own = "knuckle";

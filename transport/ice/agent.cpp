@@ -10,9 +10,9 @@ namespace knuckle::ice {
 namespace {
 
 constexpr guint kComponent = 1;
-constexpr guint kFirstTimeout_ms = 200;     // of a check; libnice doubles it
-constexpr gint kExpedited = 46 << 2;        // DSCP EF (RFC 3246), as on every socket of the link
-constexpr guint kPacing_ms = 10;            // between checks
+constexpr guint kFirstTimeout_ms = 200;  // of a check; libnice doubles it
+constexpr gint kExpedited = 46 << 2;     // DSCP EF (RFC 3246), as on every socket of the link
+constexpr guint kPacing_ms = 10;         // between checks
 
 thread_local int closing = 0;
 
@@ -106,9 +106,9 @@ struct Agent::Signals {
 
 Agent::Agent(GMainContext* context, const AgentSetup& setup, std::function<void()> changed,
              std::function<void(std::span<const std::uint8_t>)> received)
-    : agent_(nice_agent_new_full(context, NICE_COMPATIBILITY_RFC5245,
-                                 static_cast<NiceAgentOption>(NICE_AGENT_OPTION_ICE_TRICKLE |
-                                                              NICE_AGENT_OPTION_CONSENT_FRESHNESS))),
+    : agent_(nice_agent_new_full(
+          context, NICE_COMPATIBILITY_RFC5245,
+          static_cast<NiceAgentOption>(NICE_AGENT_OPTION_ICE_TRICKLE | NICE_AGENT_OPTION_CONSENT_FRESHNESS))),
       context_(context),
       changed_(std::move(changed)),
       received_(std::move(received)) {
@@ -163,8 +163,7 @@ std::vector<Candidate> Agent::candidates() const {
 }
 
 void Agent::set_far_end(const Signal& signal) {
-  if (far_.empty())
-    nice_agent_set_remote_credentials(agent_, stream_, signal.user.c_str(), signal.password.c_str());
+  if (far_.empty()) nice_agent_set_remote_credentials(agent_, stream_, signal.user.c_str(), signal.password.c_str());
   far_ = signal.candidates;
   GSList* list = nullptr;
   for (const Candidate& one : far_) {
@@ -187,8 +186,8 @@ std::optional<PathPair> Agent::pair() const {
   if (!nice_agent_get_selected_pair(agent_, stream_, kComponent, &local, &remote)) return std::nullopt;
   PathPair pair{PathKind::kHost, socket_address(local->addr), socket_address(remote->addr)};
   // What a check has taught (peer-reflexive) may be an address that the far end has told meanwhile.
-  const auto told = std::find_if(far_.begin(), far_.end(),
-                                 [&](const Candidate& one) { return one.address == pair.remote; });
+  const auto told =
+      std::find_if(far_.begin(), far_.end(), [&](const Candidate& one) { return one.address == pair.remote; });
   const Candidate::Kind here = kind_of(local->type);
   const Candidate::Kind there = told != far_.end() ? told->kind : kind_of(remote->type);
   if (here == Candidate::Kind::kRelayed || there == Candidate::Kind::kRelayed)

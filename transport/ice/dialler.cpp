@@ -15,8 +15,8 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kTendEvery = 20ms;
-constexpr auto kSettle = 200ms;         // changes of the network come in bursts
-constexpr auto kCloseWithin = 300ms;    // what a relay has allocated is released
+constexpr auto kSettle = 200ms;       // changes of the network come in bursts
+constexpr auto kCloseWithin = 300ms;  // what a relay has allocated is released
 constexpr std::size_t kMostEvents = 256;
 
 bool is_loopback(const std::string& host) {
@@ -48,8 +48,8 @@ class Dialler::Thread final : RendezvousClient::Listener {
                         .signal = [this, room](const Bytes& bytes) { rendezvous_->send(room, bytes); },
                         .report = [this](const PathEvent& event) { report(event); },
                         .wake = [this] { wake(); }};
-      UdpSocket socket = dialler.setup_.role == secure::Role::kOperator ? std::move(dialler.inner_)
-                                                                        : connected(dialler.link_);
+      UdpSocket socket =
+          dialler.setup_.role == secure::Role::kOperator ? std::move(dialler.inner_) : connected(dialler.link_);
       paths_.emplace(room, std::make_unique<Path>(std::move(setup), dialler.signer_, std::move(socket)));
     }
     Listener& self = *this;
@@ -87,13 +87,13 @@ class Dialler::Thread final : RendezvousClient::Listener {
     if (event.kind == PathEvent::Kind::kLost) rendezvous_->doubt(event.at);
     const std::lock_guard lock(dialler_.mutex_);
     if (dialler_.events_.size() < kMostEvents) dialler_.events_.push_back(event);
-    if (event.kind == PathEvent::Kind::kInUse && dialler_.pairs_.size() < kMostEvents)
-      dialler_.pairs_.push_back(event);
+    if (event.kind == PathEvent::Kind::kInUse && dialler_.pairs_.size() < kMostEvents) dialler_.pairs_.push_back(event);
   }
 
   void tell() {
     std::string problem;
-    const bool carried = std::any_of(paths_.begin(), paths_.end(), [](const auto& one) { return one.second->carries(); });
+    const bool carried =
+        std::any_of(paths_.begin(), paths_.end(), [](const auto& one) { return one.second->carries(); });
     const Path& first = *paths_.begin()->second;
     if (!carried && !rendezvous_->problem().empty())
       problem = rendezvous_->problem();
@@ -124,7 +124,9 @@ Dialler::Dialler(const DialSetup& setup, const secure::Identity& identity, const
   inner_address_ = text(local_address(inner_.descriptor()));
 }
 
-std::string Dialler::address() const { return inner_address_; }
+std::string Dialler::address() const {
+  return inner_address_;
+}
 
 void Dialler::start(const SocketAddress& link) {
   link_ = link;

@@ -19,7 +19,8 @@ NetworkWatch::NetworkWatch(GMainContext* context, std::function<void()> changed)
   if (::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return;
   readable_ = GlibSource::readable(context, socket, [socket, changed = std::move(changed)] {
     std::array<char, 8192> message;
-    while (::recv(socket, message.data(), message.size(), MSG_DONTWAIT) > 0) {}
+    while (::recv(socket, message.data(), message.size(), MSG_DONTWAIT) > 0) {
+    }
     changed();
   });
 }

@@ -17,9 +17,9 @@ constexpr auto kSettle = 300ms;         // better pairs follow the first within 
 constexpr auto kLinger = 1000ms;
 constexpr auto kFirstBackOff = 500ms, kLongestBackOff = 4000ms;
 constexpr auto kFirstImprove = 10'000ms, kLongestImprove = 60'000ms;
-constexpr auto kMostOften = 200ms;      // answers to unproven signals, new offers
+constexpr auto kMostOften = 200ms;  // answers to unproven signals, new offers
 constexpr auto kHoldSession = 3000ms;
-constexpr auto kHelloEvery = 2000ms;    // while there is no path
+constexpr auto kHelloEvery = 2000ms;  // while there is no path
 constexpr std::size_t kMostHeld = 4;
 constexpr std::uint8_t kHandshakeRecord = 22;
 constexpr int kMostRead = 64;
@@ -33,9 +33,10 @@ std::string text(const PathEvent& event) {
       return to + "searching";
     case PathEvent::Kind::kInUse: {
       std::array<char, 32> time{};
-      std::snprintf(time.data(), time.size(), "%.2f ms", std::chrono::duration<double, std::milli>(event.round_trip).count());
-      return to + "in use: " + name(event.pair.kind) + ", " + text(event.pair.local) + " to " + text(event.pair.remote) +
-             ", round trip " + time.data();
+      std::snprintf(time.data(), time.size(), "%.2f ms",
+                    std::chrono::duration<double, std::milli>(event.round_trip).count());
+      return to + "in use: " + name(event.pair.kind) + ", " + text(event.pair.local) + " to " +
+             text(event.pair.remote) + ", round trip " + time.data();
     }
     case PathEvent::Kind::kLost:
       return to + "lost: nothing has come through for 1 s; searching another";
@@ -64,8 +65,8 @@ void Path::report(PathEvent::Kind kind, Clock::time_point now) {
 // ---------------------------------------------------------------------------------------------------------- signals
 
 void Path::hear(std::span<const std::uint8_t> bytes, Clock::time_point now) {
-  // Two processes with the same key take turns no faster than a path can be found, and not while it carries.
-  const bool open = !carries() && now - session_at_ > kHoldSession;
+  // Two processes with the same key: the first stays as long as its path carries, and has the time to find one.
+  const bool open = lost_ || (!current_ && now - session_at_ > kHoldSession);
   const Conversation::Heard heard = conversation_.hear(bytes, open);
   const Signal& signal = heard.signal;
   if (heard.verdict == Conversation::Verdict::kRefused || heard.verdict == Conversation::Verdict::kOther) return;
@@ -131,8 +132,8 @@ void Path::begin(std::uint32_t number, bool direct_only, Clock::time_point now) 
   AgentSetup agent = setup_.agent;
   if (direct_only) agent.servers.turn.reset();
   Attempt* raw = attempt.get();
-  attempt->agent = std::make_unique<Agent>(
-      setup_.context, agent, setup_.wake, [this, raw](std::span<const std::uint8_t> bytes) { received(*raw, bytes); });
+  attempt->agent = std::make_unique<Agent>(setup_.context, agent, setup_.wake,
+                                           [this, raw](std::span<const std::uint8_t> bytes) { received(*raw, bytes); });
   attempt_ = std::move(attempt);
 }
 

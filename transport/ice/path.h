@@ -45,9 +45,9 @@ class Path {
     secure::Role role = secure::Role::kOperator;  ///< The operator's side makes the offers.
     AgentSetup agent;
     secure::Peer far_end;
-    std::function<void(const Bytes&)> signal;        ///< To the far end, over the rendezvous.
+    std::function<void(const Bytes&)> signal;  ///< To the far end, over the rendezvous.
     std::function<void(const PathEvent&)> report;
-    std::function<void()> wake;                      ///< tend() has something to do.
+    std::function<void()> wake;  ///< tend() has something to do.
   };
 
   /// @param to_link connected to this computer's end of the secure link. @param signer outlives it.

@@ -15,7 +15,7 @@
 namespace knuckle::ice {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x31494E4B;                // "KNI1"
+constexpr std::uint32_t kMagic = 0x31494E4B;                   // "KNI1"
 constexpr std::string_view kPurpose = "knuckle ICE signal 1";  // a signature of this key for nothing else fits
 constexpr std::size_t kMostFoundation = 32, kLeastUser = 4, kLeastPassword = 22, kMostCredential = 64;
 constexpr std::size_t kMostCertificate = 1024, kMostSignature = 80;
@@ -123,10 +123,9 @@ void put(Writer& out, const Candidate& c) {
   const bool four = c.address.bytes.ss_family == AF_INET;
   out.put(four ? kFour : kSix);
   out.put(c.address.port());
-  const auto* host = four ? reinterpret_cast<const std::uint8_t*>(
-                                &reinterpret_cast<const sockaddr_in&>(c.address.bytes).sin_addr)
-                          : reinterpret_cast<const std::uint8_t*>(
-                                &reinterpret_cast<const sockaddr_in6&>(c.address.bytes).sin6_addr);
+  const auto* host =
+      four ? reinterpret_cast<const std::uint8_t*>(&reinterpret_cast<const sockaddr_in&>(c.address.bytes).sin_addr)
+           : reinterpret_cast<const std::uint8_t*>(&reinterpret_cast<const sockaddr_in6&>(c.address.bytes).sin6_addr);
   out.put_all({host, four ? sizeof(in_addr) : sizeof(in6_addr)});
 }
 

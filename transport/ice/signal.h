@@ -1,6 +1,6 @@
 // What two paired ends tell each other over a rendezvous so as to find a path: candidates and credentials of ICE (RFC
-// 8445). Each message is signed with its sender's device key and named for one receiver, so that whoever passes it on can
-// read addresses, but neither make nor change one.
+// 8445). Each message is signed with its sender's device key and named for one receiver, so that whoever passes it on
+// can read addresses, but neither make nor change one.
 #pragma once
 
 #include <array>
