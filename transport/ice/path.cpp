@@ -65,8 +65,8 @@ void Path::report(PathEvent::Kind kind, Clock::time_point now) {
 // ---------------------------------------------------------------------------------------------------------- signals
 
 void Path::hear(std::span<const std::uint8_t> bytes, Clock::time_point now) {
-  // Two processes with the same key take turns no faster than a path can be found, and not while it carries.
-  const bool open = !carries() && now - session_at_ > kHoldSession;
+  // Two processes with the same key: the first stays as long as its path carries, and has the time to find one.
+  const bool open = lost_ || (!current_ && now - session_at_ > kHoldSession);
   const Conversation::Heard heard = conversation_.hear(bytes, open);
   const Signal& signal = heard.signal;
   if (heard.verdict == Conversation::Verdict::kRefused || heard.verdict == Conversation::Verdict::kOther) return;
