@@ -130,9 +130,9 @@ class Watch {
   void look() {
     const auto told = hand_.machine();
     if (!told) return;
-    if (told->sequence != sequence_) {
+    if (told->stamp.sequence != sequence_) {
       if (heard_at_) longest_gap_s_ = std::max(longest_gap_s_, since_s(*heard_at_));
-      sequence_ = told->sequence;
+      sequence_ = told->stamp.sequence;
       heard_at_ = Clock::now();
     }
     if (modes_.empty() || modes_.back()["mode"] != name(told->mode))

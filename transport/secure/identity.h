@@ -68,13 +68,14 @@ struct Identity {
 /// @throws InputError, one line, where the file cannot be read, may be read or written by anybody but its owner, or has
 /// no P-256 key with its certificate.
 [[nodiscard]] Identity load_identity(const std::string& file);
+
 /// An end that this one knows.
 struct Peer {
   Fingerprint fingerprint;
   std::string name;  ///< As it was called here when it was paired.
   bool revoked = false;
-  bool observer = false;    ///< May observe the machine, not control it.
-  std::string expires_utc;  ///< Of its certificate, where it is known.
+  bool observer = false;         ///< May observe the machine, not control it.
+  std::string expires_utc = {};  ///< Of its certificate, where it is known.
 };
 using Peers = std::vector<Peer>;
 
