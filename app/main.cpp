@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "app/audit/audit_command.h"
 #include "app/bringup/commission_command.h"
 #include "app/bringup/device_calibration.h"
 #include "app/bringup/doctor_command.h"
@@ -15,6 +16,7 @@
 #include "app/programs/node_command.h"
 #include "app/programs/simulate_command.h"
 #include "app/programs/slave_command.h"
+#include "app/relay/relay_command.h"
 
 namespace knuckle {
 namespace {
@@ -34,7 +36,9 @@ cli::Program program() {
           programs::master_entry(),
           programs::node_entry(),
           programs::device_entry(),
+          relay::relay_entry(),
           pairing::pair_entry(),
+          audit::audit_entry(),
           bringup::calibrate_device_entry(),
           bringup::doctor_entry(),
           bringup::commission_entry(),

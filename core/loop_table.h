@@ -14,6 +14,7 @@ inline constexpr int kSlave = 80;       ///< Decides what the valves do.
 inline constexpr int kMaster = 75;
 inline constexpr int kMachine = 70;  ///< Simulated: below the loops.
 inline constexpr int kHand = 65;     ///< Simulated, with its device.
+inline constexpr int kRelay = 60;    ///< A network, where it shares a computer with both sides.
 }  // namespace fifo_priority
 
 }  // namespace knuckle

@@ -11,7 +11,6 @@ namespace knuckle::master {
 namespace {
 
 constexpr double kStep_s = 1e-3;
-constexpr int kMostDatagrams = 64;        // a step: a flood is cut off, not followed
 constexpr double kRoundTripBlend = 0.05;  // per message: about 0.1 s at 200 Hz
 constexpr double kRoundTripBelieved_s = 5;
 constexpr double kLostBlend = 0.005;  // per message: 1 s at 200 Hz
@@ -22,7 +21,7 @@ constexpr int kLettingGoSteps = 100;  // an end takes
 }  // namespace
 
 MasterLoop::MasterLoop(const DeviceDescription& device, const MachineDescription& machine, HidPort& port, Link& link,
-                       ControlLaw law, FarEnd far_end) noexcept
+                       const LinkStart& start, ControlLaw law, FarEnd far_end) noexcept
     : feel_(device.feel),
       machine_name_(machine.name),
       far_end_(far_end),
@@ -33,7 +32,9 @@ MasterLoop::MasterLoop(const DeviceDescription& device, const MachineDescription
       walls_(device, machine),
       felt_(law, device.feel),
       limiter_(device),
-      force_scale_(device.feel.force_scale) {}
+      force_scale_(device.feel.force_scale),
+      inbox_(link),
+      session_(start, kRestartSilence) {}
 
 void MasterLoop::step(Time now) noexcept {
   const DeviceReading& device = driver_.step(now);
@@ -43,7 +44,8 @@ void MasterLoop::step(Time now) noexcept {
   render(device, now);
   driver_.command(torque_Nm_);
   send_now_ = !send_now_;
-  if (send_now_) send(device, now);
+  const bool urgent = count_urgent(device);
+  if (send_now_ || urgent) send(device, now);
   if (let_go_ && !has_let_go()) ++steps_since_let_go_;
 }
 
@@ -57,11 +59,12 @@ bool MasterLoop::has_let_go() const noexcept {
 }
 
 void MasterLoop::receive(Time now) noexcept {
-  for (int i = 0; i < kMostDatagrams && link_.receive(incoming_); ++i) {
+  inbox_.begin_step(now);
+  while (inbox_.next(incoming_)) {
     if (first_heard_at_ == kNever) first_heard_at_ = now;
     const auto kind = link_kind(incoming_.view());
     if (kind == LinkKind::kSlave) {
-      if (const auto message = decode_slave(incoming_.view())) take(*message, now);
+      if (const auto message = decode_slave(incoming_.view())) take(*message, inbox_.arrival(incoming_), now);
     } else if (kind == LinkKind::kStatus) {
       if (const auto status = decode_status(incoming_.view())) take(*status, now);
     }
@@ -70,19 +73,25 @@ void MasterLoop::receive(Time now) noexcept {
   other_machine_ = judge_far_end(now);
 }
 
-void MasterLoop::take(const SlaveMessage& message, Time now) noexcept {
+void MasterLoop::take(SlaveMessage message, Time arrived, Time now) noexcept {
+  const LinkSession::Verdict verdict = session_.take(message.stamp, arrived);
+  if (verdict == LinkSession::Verdict::kForeign) return;
   if (tap_.on_message != nullptr) tap_.on_message(tap_.context, message);
-  const bool silent = now - slave_at_ >= kRestartSilence;
-  if (!news_.take(message, message.echoed_master_time, now, silent)) return;
-  if (silent) {
+  if (verdict == LinkSession::Verdict::kOld) return;
+  if (verdict == LinkSession::Verdict::kBegins) {
+    if (slave_) first_heard_at_ = now;
+    status_.reset();  // it may be another machine
+    status_at_ = kNever;
+  }
+  if (verdict == LinkSession::Verdict::kBegins || now - slave_at_ >= kRestartSilence) {
     lost_share_ = 0;
   } else {
-    count_lost(message.sequence);
+    count_lost(message.stamp.sequence);
   }
   slave_ = message;
-  slave_at_ = now;
-  const double sample_s = to_seconds(now - message.echoed_master_time);
-  if (message.echoed_master_time > Time{} && sample_s >= 0 && sample_s < kRoundTripBelieved_s) {
+  slave_at_ = arrived;
+  const double sample_s = to_seconds(now - message.stamp.echoed);
+  if (sample_s >= 0 && sample_s < kRoundTripBelieved_s) {
     round_trip_s_ += (sample_s - round_trip_s_) * (heard_ ? kRoundTripBlend : 1);
     heard_ = true;
   }
@@ -90,15 +99,15 @@ void MasterLoop::take(const SlaveMessage& message, Time now) noexcept {
 
 /// Share of the machine's messages, of late, that nothing came of: lost, or overtaken by newer ones.
 void MasterLoop::count_lost(std::uint32_t sequence) noexcept {
-  const double missing = std::min(kMostMissing, double(sequence - slave_->sequence) - 1);
+  const double missing = std::min(kMostMissing, double(sequence - slave_->stamp.sequence) - 1);
   lost_share_ = 1 - (1 - lost_share_) * std::pow(1 - kLostBlend, missing);
   lost_share_ -= kLostBlend * lost_share_;
 }
 
 void MasterLoop::take(const MachineStatus& status, Time now) noexcept {
-  // By its number; after a silence any is, as the far end may have restarted.
-  if (status_ && !newer(status.sequence, status_->sequence) && now - status_at_ < kRestartSilence) return;
+  if (!session_.of_far(status.stamp) || (status_ && !newer(status.stamp.sequence, status_->stamp.sequence))) return;
   status_ = status;
+  status_->acted_report_at = session_.from_link(status.acted_report_at);
   status_at_ = now;
 }
 
@@ -143,7 +152,7 @@ FeltInputs MasterLoop::felt_inputs(Time now) const noexcept {
   in.confidence = slave_->confidence;
   in.engaged = slave_->mode == Mode::kEngaged && driver_.reading().presence;
   in.world_energy_J = in.force_scale / in.position_scale * slave_->energy_in_J;
-  in.returned_at = slave_->sent_at;
+  in.returned_at = slave_->stamp.sent_at;
   in.returned = slave_->wave;
   return in;
 }
@@ -167,16 +176,28 @@ void MasterLoop::render(const DeviceReading& device, Time now) noexcept {
   shown_N_ *= limiter_.heat_share();
 }
 
+/// @return whether Stop was pressed since the last step, or enable released, or whoever pressed it ceased to lead.
+bool MasterLoop::count_urgent(const DeviceReading& device) noexcept {
+  const bool leads = !nobody_ && !let_go_ && same_machine();
+  const bool stopped = stop() && !stopping_;
+  const bool released = (enabled_ && !device.enable) || (leads_ && !leads);
+  leads_ = leads;
+  enabled_ = device.enable;
+  stopping_ = stop();
+  if (stopped) ++stops_;
+  if (released) ++releases_;
+  return stopped || released;
+}
+
 void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
-  const bool held = !nobody_ && !let_go_ && same_machine();
   MasterMessage message;
-  message.sequence = ++sequence_;
-  message.sent_at = now;
-  if (slave_) message.echoed_slave_time = slave_->sent_at + std::min(now - slave_at_, kMostHeld);
-  message.device_report_at = std::max(device.measured_at, Time{});
-  message.presence = held && device.presence;
-  message.enable = held && device.enable;
-  message.clutch = held && device.clutch;
+  message.stamp = session_.stamp(++sequence_, now);
+  message.device_report_at = session_.to_link(std::max(device.measured_at, Time{}));
+  message.stops = stops_;
+  message.releases = releases_;
+  message.presence = leads_ && device.presence;
+  message.enable = leads_ && device.enable;
+  message.clutch = leads_ && device.clutch;
   message.stop = stop();
   message.device_ok = device.ok;
   message.device_reason = device.reason;

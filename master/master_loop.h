@@ -18,9 +18,10 @@
 #include "master/torque_limiter.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"
+#include "transport/link_inbox.h"
 #include "transport/link_messages.h"
+#include "transport/link_session.h"
 #include "transport/machine_status.h"
-#include "transport/news.h"
 
 namespace knuckle::master {
 
@@ -30,7 +31,8 @@ enum class FarEnd : std::uint8_t {
   kIsThisMachine,    ///< Whoever makes this loop makes the far end from the same description: nothing is checked.
 };
 
-/// Told of every SlaveMessage, in step(), copies and overtaken ones included.
+/// Told of every SlaveMessage of the machine that is followed, in step(), copies and overtaken ones included; echoes by
+/// this side's clock.
 struct SlaveMessageTap {
   void (*on_message)(void* context, const SlaveMessage& message) = nullptr;
   void* context = nullptr;
@@ -39,11 +41,12 @@ struct SlaveMessageTap {
 class MasterLoop {
  public:
   /// @param device, @param machine as their files say; of the machine only its name, joint ranges and soft margins are
-  /// used. @param port, @param link outlive this.
+  /// used. @param port, @param link outlive this. @param start drawn anew for each loop.
   MasterLoop(const DeviceDescription& device, const MachineDescription& machine, HidPort& port, Link& link,
-             ControlLaw law, FarEnd far_end = FarEnd::kTellsItsMachine) noexcept;
+             const LinkStart& start, ControlLaw law, FarEnd far_end = FarEnd::kTellsItsMachine) noexcept;
 
-  /// One step, every millisecond of the master's clock; sends a MasterMessage every second one.
+  /// One step, every millisecond of the master's clock; sends a MasterMessage every second one, and at once where a
+  /// stop or a release of enable has just been noticed.
   void step(Time now) noexcept;
 
   /// @param position_scale machine metres per hand metre, @param force_scale hand newtons per machine newton.
@@ -80,7 +83,7 @@ class MasterLoop {
   [[nodiscard]] double position_scale() const noexcept { return feel_.position_scale * set_point_.scale(); }
   [[nodiscard]] double force_scale() const noexcept { return force_scale_; }
   [[nodiscard]] const AssistSettings& assist() const noexcept { return assist_; }
-  /// Newest message from the machine; nothing before the first.
+  /// Newest message from the machine, its echo by this side's clock; nothing before the first.
   [[nodiscard]] const std::optional<SlaveMessage>& machine() const noexcept { return slave_; }
   /// Likewise what the machine's side reports of itself, and when it came; kNever before the first.
   [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept { return status_; }
@@ -93,13 +96,14 @@ class MasterLoop {
 
  private:
   void receive(Time now) noexcept;
-  void take(const SlaveMessage& message, Time now) noexcept;
+  void take(SlaveMessage message, Time arrived, Time now) noexcept;
   void take(const MachineStatus& status, Time now) noexcept;
   [[nodiscard]] bool same_machine() const noexcept;
   [[nodiscard]] Reason judge_far_end(Time now) const noexcept;
   [[nodiscard]] FeltInputs felt_inputs(Time now) const noexcept;
   void render(const DeviceReading& device, Time now) noexcept;
   void count_lost(std::uint32_t sequence) noexcept;
+  [[nodiscard]] bool count_urgent(const DeviceReading& device) noexcept;
   void send(const DeviceReading& device, Time now) noexcept;
 
   DeviceDescription::Feel feel_;
@@ -119,18 +123,20 @@ class MasterLoop {
   bool stop_ = false, nobody_ = false, let_go_ = false;
   int steps_since_let_go_ = 0;
   SlaveMessageTap tap_;
-  News news_;
+  LinkInbox inbox_;
+  LinkSession session_;
   std::optional<SlaveMessage> slave_;
   Time slave_at_ = kNever;  // arrival of slave_
   std::optional<MachineStatus> status_;
-  Time status_at_ = kNever, first_heard_at_ = kNever;  // arrival of status_; of the very first datagram
+  Time status_at_ = kNever, first_heard_at_ = kNever;  // arrival of status_; of the first datagram of that machine
   Reason other_machine_;
   double round_trip_s_ = 0, silence_s_ = 1e9, lost_share_ = 0;
   bool heard_ = false;     // a round trip was measured
   DevicePosture posture_;  // at the set-point
   PlanarVector law_force_N_ = PlanarVector::Zero(), shown_N_ = PlanarVector::Zero();
   JointVector torque_Nm_ = JointVector::Zero();
-  std::uint32_t sequence_ = 0;
+  std::uint32_t sequence_ = 0, stops_ = 0, releases_ = 0;
+  bool leads_ = false, enabled_ = false, stopping_ = false;  // in the last step
   bool send_now_ = false;
   Datagram incoming_;
 };

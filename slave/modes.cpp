@@ -37,6 +37,7 @@ Reason machine_side(const ModeInputs& in) noexcept {
 /// What keeps an operator from taking over at all.
 Reason operator_side(const ModeInputs& in) noexcept {
   if (in.link_lost) return in.link_lost;
+  if (in.late) return in.late;
   if (in.device) return in.device;
   if (!in.presence) return {ReasonCode::kNoPresence, 0, 0, 0};
   return {};
@@ -103,7 +104,7 @@ ModeDecision led(const ModeInputs& in, const ModeLimits& limits, bool holding) n
   if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed, 0, 0, 0});
   if (!in.pilot_on) return fault({ReasonCode::kPilotOff, 0, 0, 0});
   if (!in.presence) return fault({ReasonCode::kPresenceLost, 0, 0, 0});
-  if (in.hold) return {{Mode::kHold, {}, false}, in.hold};
+  if (const Reason wait = first_of(in.hold, in.late)) return {{Mode::kHold, {}, false}, wait};
   if (in.clutch) return {{Mode::kHold, {}, false}, {ReasonCode::kClutchHeld, 0, 0, 0}};
   // Out of a hold the set-point may be anywhere: only one near the machine may take over again.
   if (holding) {

@@ -25,7 +25,8 @@ struct ModeInputs {
   bool nodes_operational = false;  ///< All of them, configured and supervised.
   bool pilot_on = false;           ///< Pilot pressure is on: needed while the machine is led, off before.
   Reason link_lost;                ///< No newer packet within the limit: a fault while the machine is led.
-  Reason hold;                     ///< Asks to wait without a fault (round trip).
+  Reason hold;                     ///< Asks to wait without a fault.
+  Reason late;                     ///< So does a round trip that is too long; nobody takes over by packets that old.
   bool presence = false, enable = false, clutch = false, stop = false;  ///< As the operator's newest packet says.
   Reason device;  ///< Why the haptic device cannot be used: a fault while the machine is led.
   JointVector hand_rad = JointVector::Zero(), hand_radps = JointVector::Zero();  ///< Operator set-point.

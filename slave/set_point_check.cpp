@@ -103,10 +103,10 @@ SetPointVerdict check_set_point(const MasterMessage& message, const SetPointMemo
   SetPointVerdict verdict;
   verdict.reason = check_alone(message, limits, machine_rad);
   SetPointMemory& next = verdict.memory;
-  next = {!message.clutch, message.sent_at, message.position_rad, message.velocity_radps, JointVector::Zero()};
+  next = {!message.clutch, message.stamp.sent_at, message.position_rad, message.velocity_radps, JointVector::Zero()};
   if (!memory.known || !next.known) return verdict;
 
-  const double dt_s = std::max(0.0, to_seconds(message.sent_at - memory.sent_at));
+  const double dt_s = std::max(0.0, to_seconds(message.stamp.sent_at - memory.sent_at));
   for (int i = 0; i < kJoints && !verdict.reason; ++i) {
     verdict.reason = check_way(i, memory, next, dt_s, limits);
     if (!verdict.reason) verdict.reason = check_agreement(i, memory, next, dt_s, limits);

@@ -5,7 +5,7 @@
 
 namespace knuckle::slave {
 
-SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link)
+SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link, const LinkStart& start)
     : step_s_(1 / machine.bus.sync_Hz),
       longest_gap_(from_seconds(machine.bus.valve_watchdog_s)),
       link_(link),
@@ -22,7 +22,9 @@ SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link)
       waves_(machine, step_s_),
       gate_limits_(machine),
       set_point_limits_(machine),
-      rest_rate_(kRestCutoff_Hz, step_s_, JointVector::Zero()) {}
+      rest_rate_(kRestCutoff_Hz, step_s_, JointVector::Zero()),
+      inbox_(link),
+      session_(start, kLossLimits.neutral) {}
 
 void SlaveLoop::step(Time now) noexcept {
   gap_ = stepped_at_ == kNever ? Duration::zero() : now - stepped_at_;
@@ -54,23 +56,48 @@ void SlaveLoop::receive_frames(Time now) noexcept {
   }
 }
 
-/// Newest wins: whatever is older than what is known is no command, however long nothing newer has come.
+/// Newest wins: whatever is older than what is known is no command, however long nothing newer has come; nor is what
+/// has been under way for as long as makes a link count as lost, however new. A stop or a release is obeyed however
+/// late.
 void SlaveLoop::receive_link(Time now) noexcept {
-  Datagram datagram;
-  for (int i = 0; i < kMostDatagrams && link_.receive(datagram); ++i) {
-    const auto message = decode_master(datagram.view());
+  inbox_.begin_step(now);
+  Urgent urgent = urgent_;
+  urgent.stop = urgent.release = false;
+  bool commanded = false;
+  for (Datagram datagram; inbox_.next(datagram);) {
+    auto message = decode_master(datagram.view());
     if (!message) {
       ++malformed_;
       continue;
     }
-    const bool lost = now - master_at_ >= kLossLimits.neutral;
-    if (!news_.take(*message, message->echoed_slave_time, now, lost)) continue;
-    master_ = *message;
-    master_at_ = now;
-    round_trip_ = message->echoed_slave_time == Time{} ? Duration(1h) : now - message->echoed_slave_time;
-    judge_set_point();
+    const Time arrived = inbox_.arrival(datagram);
+    const LinkSession::Verdict verdict = session_.take(message->stamp, arrived);
+    if (verdict != LinkSession::Verdict::kNews && verdict != LinkSession::Verdict::kBegins) continue;
+    if (verdict == LinkSession::Verdict::kBegins) {
+      set_point_memory_ = {};
+    } else {
+      urgent.stop = urgent.stop || message->stops != urgent.stops;
+      urgent.release = urgent.release || message->releases != urgent.releases;
+    }
+    urgent.stops = message->stops;
+    urgent.releases = message->releases;
+    const Duration age = now - arrived + session_.late();
+    if (age >= kLossLimits.neutral) continue;
+    take(*message, age, now);
+    commanded = true;
   }
-  if (!master_.enable) led_astray_ = {};
+  // Without a newer command the last one would undo them.
+  urgent.stop = urgent.stop || (urgent_.stop && !commanded);
+  urgent.release = urgent.release || (urgent_.release && !commanded);
+  urgent_ = urgent;
+  if (!enable()) led_astray_ = {};
+}
+
+void SlaveLoop::take(const MasterMessage& message, Duration age, Time now) noexcept {
+  master_ = message;
+  master_at_ = now - age;
+  round_trip_ = std::max(Duration::zero(), now - message.stamp.echoed);
+  judge_set_point();
 }
 
 /// A set-point that no hand can make, once followed, is a reason to hold until enable is released: the next message may
@@ -123,7 +150,7 @@ void SlaveLoop::restart_motion() noexcept {
 /// Assist: what stopped the digging stays a reason to hold until the operator has let go of enable. An object that the
 /// bucket still touches when it is pressed again is known to the operator then.
 void SlaveLoop::watch_digging() noexcept {
-  if (!master_.enable) object_ = {};
+  if (!enable()) object_ = {};
   if (!state_ || sensor_fault_) return;
   const bool before = object_cue_.on();
   const bool met = object_cue_.step(*state_, force_.estimate()) && !before;
@@ -167,12 +194,12 @@ ModeInputs SlaveLoop::observe() const noexcept {
   in.link_lost = loss_.link;
   // The newest set-point counts where the next step may follow it. Elsewhere it may jump: a device is attached anew.
   const bool followed_next = decision_.state.mode == Mode::kAligning || decision_.state.mode == Mode::kHold;
-  const Reason& not_now = followed_next && not_by_hand_ ? not_by_hand_ : loss_.hold;
-  in.hold = led_astray_ ? led_astray_ : object_ ? object_ : not_now;
+  in.hold = led_astray_ ? led_astray_ : object_ ? object_ : followed_next ? not_by_hand_ : Reason{};
+  in.late = loss_.hold;
   in.presence = master_.presence;
-  in.enable = master_.enable;
+  in.enable = enable();
   in.clutch = master_.clutch;
-  in.stop = master_.stop;
+  in.stop = master_.stop || urgent_.stop;
   if (!master_.device_ok) {
     in.device = master_.device_reason ? master_.device_reason : Reason{ReasonCode::kDeviceLost, 0, 0, 0};
   }
@@ -223,7 +250,7 @@ void SlaveLoop::restart_nodes_once_released(Time now) noexcept {
     return;
   }
   if (failed_at_ == kNever) failed_at_ = now;
-  if (master_.enable || now - failed_at_ < kRestartAfter) return;
+  if (enable() || now - failed_at_ < kRestartAfter) return;
   client_.restart();
   sensors_.restart();
 }
@@ -235,7 +262,7 @@ bool SlaveLoop::answered(Asking& asking, bool question) const noexcept {
   const bool stopped = decision_.state.mode == Mode::kFault || decision_.state.mode == Mode::kEStop;
   if (!stopped || !master_.presence || !master_.device_ok || loss_.link || loss_.hold) {
     asking = Asking::kNothing;
-  } else if (!master_.enable) {
+  } else if (!enable()) {
     return std::exchange(asking, Asking::kReleased) == Asking::kPressed;
   } else if (asking == Asking::kReleased) {
     asking = question ? Asking::kPressed : Asking::kNothing;
@@ -254,11 +281,8 @@ void SlaveLoop::go_on_if_asked(Time now) noexcept {
 
 void SlaveLoop::publish(Time now) noexcept {
   const estimation::ForceEstimate& force = force_.estimate();
-  ++sent_.sequence;
-  sent_.sent_at = now;
-  const bool heard = master_at_ != kNever;
-  sent_.echoed_master_time = heard ? master_.sent_at + std::min(now - master_at_, kMostHeld) : Time{};
-  sent_.sensor_at = sensors_.newest_at();
+  sent_.stamp = session_.stamp(sent_.stamp.sequence + 1, now);
+  sent_.sensor_at = session_.to_link(sensors_.newest_at());
   sent_.mode = decision_.state.mode;
   const Reason& limiting = gate_.limiting ? gate_.limiting : control_output_.assist;
   sent_.blocking = decision_.state.mode == Mode::kEngaged ? limiting : decision_.blocking;

@@ -26,15 +26,17 @@
 #include "slave/wave_port.h"
 #include "transport/can_bus.h"
 #include "transport/link.h"
+#include "transport/link_inbox.h"
 #include "transport/link_messages.h"
-#include "transport/news.h"
+#include "transport/link_session.h"
 
 namespace knuckle::slave {
 
 class SlaveLoop {
  public:
-  /// Bus and link must outlive the loop. @throws InputError where the machine file cannot be worked with.
-  SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link);
+  /// Bus and link must outlive the loop. @param start drawn anew for each loop.
+  /// @throws InputError where the machine file cannot be worked with.
+  SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link, const LinkStart& start);
 
   /// One period of 1 / sync_Hz. A gap beyond the valves' watchdog is a fault (kLoopOverrun).
   void step(Time now) noexcept;
@@ -48,9 +50,11 @@ class SlaveLoop {
   /// nullopt until all sensors have been heard, and while a value makes no joint angle.
   [[nodiscard]] const std::optional<estimation::JointState>& state() const noexcept { return state_; }
   [[nodiscard]] const estimation::ForceEstimate& force() const noexcept { return force_.estimate(); }
-  /// Newest set-point packet; sequence 0 and all zero before the first.
+  /// Newest set-point packet, its echo by this side's clock; sequence 0 and all zero before the first.
   [[nodiscard]] const MasterMessage& master() const noexcept { return master_; }
-  [[nodiscard]] Time master_at() const noexcept { return master_at_; }  ///< Its arrival; kNever before the first.
+  /// Its arrival, less what it came later than the quickest of late; kNever before the first.
+  [[nodiscard]] Time master_at() const noexcept { return master_at_; }
+  [[nodiscard]] const LinkSession& session() const noexcept { return session_; }
   [[nodiscard]] const LossDecision& loss() const noexcept { return loss_; }
   [[nodiscard]] Duration round_trip() const noexcept { return round_trip_; }
   [[nodiscard]] const JointVector& wanted() const noexcept { return wanted_; }                   ///< Before the gate.
@@ -65,14 +69,16 @@ class SlaveLoop {
  private:
   static constexpr double kVelocityCutoff_Hz = 10;  ///< Of the joint rates for control.
   static constexpr double kRestCutoff_Hz = 1;       ///< Of the rates that decide whether the machine is at rest.
-  static constexpr int kMostFrames = 256, kMostDatagrams = 64;  ///< Per step: nobody can keep the loop busy.
-  static constexpr Duration kRestartAfter = 1s;                 ///< Nodes that failed are left alone this long.
+  static constexpr int kMostFrames = 256;           ///< Per step: nobody can keep the loop busy.
+  static constexpr Duration kRestartAfter = 1s;     ///< Nodes that failed are left alone this long.
 
   enum class Asking : std::uint8_t { kNothing, kReleased, kPressed };
 
   void receive_frames(Time now) noexcept;
   void receive_link(Time now) noexcept;
+  void take(const MasterMessage& message, Duration age, Time now) noexcept;
   void judge_set_point() noexcept;
+  [[nodiscard]] bool enable() const noexcept { return master_.enable && !urgent_.release; }
   [[nodiscard]] JointVector machine_rad() const noexcept;
   void estimate(Time now) noexcept;
   void restart_motion() noexcept;
@@ -112,7 +118,13 @@ class SlaveLoop {
   Reason object_;  // met while digging; until enable is let go
   // What the operator did with enable since the machine stopped: about a length, about the bus.
   Asking asking_length_ = Asking::kNothing, asking_bus_ = Asking::kNothing;
-  News news_;
+  LinkInbox inbox_;
+  LinkSession session_;
+  /// Stops and releases that have been acted on, and whether more have come since the last step's command.
+  struct Urgent {
+    std::uint32_t stops = 0, releases = 0;
+    bool stop = false, release = false;
+  } urgent_;
   SetPointMemory set_point_memory_;
   Reason not_by_hand_;  // the newest set-point is one that no hand can make
   Reason led_astray_;   // so was one that came while the machine was led; until enable is released

@@ -50,8 +50,7 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
   // On a grid, so that the loop's period does not add to this one; what was missed is not made up for.
   due_ = due_ == kNever || now - due_ >= kPeriod ? now + kPeriod : due_ + kPeriod;
   note_health();
-  ++status_.sequence;
-  status_.sent_at = now;
+  status_.stamp = slave.session().stamp(status_.stamp.sequence + 1, now);
   status_.valve_command = slave.commands();
   status_.spool = slave.client().spool();
   status_.pilot_on = slave.client().pilot_on();

@@ -40,7 +40,7 @@ WavePort::Reference WavePort::step(const Reference& asked, const MasterMessage& 
   }
   if (!running_) reference_rad_ = asked.position_rad;
   running_ = true;
-  arriving_.take(message.sent_at, message.wave, now);
+  arriving_.take(message.stamp.sent_at, message.wave, now);
   const PlanarVector wave = arriving_.step(now, step_s_), pushes_N = -world_N;
   PlanarVector speed_mps = (std::sqrt(2 * b) * wave - pushes_N) / b;
   if (speed_mps.norm() > most_mps_) speed_mps *= most_mps_ / speed_mps.norm();

@@ -13,6 +13,7 @@
 #include "transport/bytes.h"
 #include "transport/link.h"
 #include "transport/link_kind.h"
+#include "transport/link_stamp.h"
 
 namespace knuckle::link_codec {
 
@@ -41,6 +42,14 @@ inline void put(ByteWriter& out, Duration duration) noexcept {
 inline void put(ByteWriter& out, Time time) noexcept {
   put(out, time.time_since_epoch());
 }
+inline constexpr std::size_t kStampSize = 2 * 8 + 4 + 2 * 8;
+inline void put(ByteWriter& out, const LinkStamp& stamp) noexcept {
+  out.put(stamp.session);
+  out.put(stamp.echoed_session);
+  out.put(stamp.sequence);
+  put(out, stamp.sent_at);
+  put(out, stamp.echoed);
+}
 template <typename Values>
 void put_each(ByteWriter& out, const Values& values) noexcept {
   for (const double value : values) out.put(value);
@@ -56,6 +65,15 @@ class BoundedReader {
  public:
   explicit BoundedReader(ByteReader& in) noexcept : in_(in) {}
   Time time() noexcept { return Time(between(-kMostTime, kMostTime)); }
+  LinkStamp stamp() noexcept {
+    LinkStamp stamp;
+    stamp.session = in_.get<std::uint64_t>();
+    stamp.echoed_session = in_.get<std::uint64_t>();
+    stamp.sequence = in_.get<std::uint32_t>();
+    stamp.sent_at = time();
+    stamp.echoed = time();
+    return stamp;
+  }
   /// Not negative.
   Duration span() noexcept { return between(Duration::zero(), kMostTime); }
   double number(double min, double max) noexcept { return within(in_.get<double>(), min, max); }

@@ -11,15 +11,17 @@ namespace {
 
 using link_codec::begin;
 using link_codec::BoundedReader;
+using link_codec::kStampSize;
 using link_codec::open;
 using link_codec::put;
 using link_codec::put_each;
 
 constexpr std::size_t kReasonSize = 11;
 constexpr std::size_t kWaveSize = 3 * 8;
-constexpr std::size_t kMasterSize = kLinkHeaderSize + 4 + 3 * 8 + 1 + kReasonSize + 8 * 8 + 4 + 8 + 4 + kWaveSize;
-constexpr std::size_t kSlaveSize = kLinkHeaderSize + 4 + 3 * 8 + 1 + 2 * kReasonSize + 9 * 8 + 4 * 8 + 3 * 8 + 2 * 8 +
-                                   1 + 2 + 6 * 8 + 2 * 8 + 8 + kWaveSize;
+constexpr std::size_t kMasterSize =
+    kLinkHeaderSize + kStampSize + 8 + 2 * 4 + 1 + kReasonSize + 8 * 8 + 4 + 8 + 4 + kWaveSize;
+constexpr std::size_t kSlaveSize = kLinkHeaderSize + kStampSize + 8 + 1 + 2 * kReasonSize + 9 * 8 + 4 * 8 + 3 * 8 +
+                                   2 * 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8 + kWaveSize;
 constexpr std::uint8_t kMasterFlags = 0x3F;
 // No honest number comes near these; within them no sum, square or difference in the loops overflows.
 constexpr double kMostAngle_rad = 10, kMostRate_radps = 200;
@@ -87,10 +89,10 @@ const char* name(Mode mode) noexcept {
 Datagram encode(const MasterMessage& message) noexcept {
   Datagram datagram;
   ByteWriter out = begin(datagram, LinkKind::kMaster, kMasterSize);
-  out.put(message.sequence);
-  put(out, message.sent_at);
-  put(out, message.echoed_slave_time);
+  put(out, message.stamp);
   put(out, message.device_report_at);
+  out.put(message.stops);
+  out.put(message.releases);
   const unsigned flags = (message.presence ? 1U : 0U) | (message.enable ? 2U : 0U) | (message.clutch ? 4U : 0U) |
                          (message.stop ? 8U : 0U) | (message.device_ok ? 16U : 0U) |
                          (message.assist.stop_on_object ? 32U : 0U);
@@ -111,10 +113,10 @@ std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) 
   if (!in) return std::nullopt;
   MasterMessage message;
   BoundedReader bounded(*in);
-  message.sequence = in->get<std::uint32_t>();
-  message.sent_at = bounded.time();
-  message.echoed_slave_time = bounded.time();
+  message.stamp = bounded.stamp();
   message.device_report_at = bounded.time();
+  message.stops = in->get<std::uint32_t>();
+  message.releases = in->get<std::uint32_t>();
   const unsigned flags = in->get<std::uint8_t>();
   message.presence = (flags & 1U) != 0;
   message.enable = (flags & 2U) != 0;
@@ -137,9 +139,7 @@ std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) 
 Datagram encode(const SlaveMessage& message) noexcept {
   Datagram datagram;
   ByteWriter out = begin(datagram, LinkKind::kSlave, kSlaveSize);
-  out.put(message.sequence);
-  put(out, message.sent_at);
-  put(out, message.echoed_master_time);
+  put(out, message.stamp);
   put(out, message.sensor_at);
   out.put(static_cast<std::uint8_t>(message.mode));
   put(out, message.blocking);
@@ -167,9 +167,7 @@ std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) no
   if (!in) return std::nullopt;
   SlaveMessage message;
   BoundedReader bounded(*in);
-  message.sequence = in->get<std::uint32_t>();
-  message.sent_at = bounded.time();
-  message.echoed_master_time = bounded.time();
+  message.stamp = bounded.stamp();
   message.sensor_at = bounded.time();
   const auto mode = in->get<std::uint8_t>();
   const bool known = get(*in, message.blocking) && get(*in, message.fault);

@@ -11,12 +11,9 @@
 #include "core/reason.h"
 #include "core/time.h"
 #include "transport/link.h"
+#include "transport/link_stamp.h"
 
 namespace knuckle {
-
-/// Most that is added to an echoed time for having been held: echoes of a peer that fell silent grow old, so each side
-/// sees in its round trip when only the way back is dead. Four periods of the slower sender.
-inline constexpr Duration kMostHeld = 20ms;
 
 /// The speed of a set-point is low-passed by its sender, first order, at this.
 inline constexpr double kSetPointRateCutoff_Hz = 30;
@@ -46,18 +43,19 @@ struct Wave {
   }
 };
 
-/// Operator to machine, 500 Hz.
+/// Operator to machine, 500 Hz, and at once when a stop or a release of enable is noticed.
 struct MasterMessage {
-  std::uint32_t sequence = 0;
-  Time sent_at{};            ///< Sender's clock.
-  Time echoed_slave_time{};  ///< sent_at of the newest SlaveMessage + how long it was held here, up to kMostHeld.
-  Time device_report_at{};   ///< Sender's clock when the device report behind this set-point came in.
-  bool presence = false;     ///< A hand is on the device.
-  bool enable = false;       ///< Dead-man held.
-  bool clutch = false;       ///< Indexing: machine waits while the hand returns.
-  bool stop = false;         ///< Software stop.
-  bool device_ok = false;    ///< The device is there, calibrated, without fault.
-  Reason device_reason;      ///< Why device_ok is false.
+  LinkStamp stamp;
+  Time device_report_at{};  ///< Clock of the stamp, when the device report behind this set-point came in.
+  /// How often Stop was pressed and enable released since the sender's start. Every later message says it too, so
+  /// neither gets lost or overtaken, however short it was.
+  std::uint32_t stops = 0, releases = 0;
+  bool presence = false;                             ///< A hand is on the device.
+  bool enable = false;                               ///< Dead-man held.
+  bool clutch = false;                               ///< Indexing: machine waits while the hand returns.
+  bool stop = false;                                 ///< Software stop.
+  bool device_ok = false;                            ///< The device is there, calibrated, without fault.
+  Reason device_reason;                              ///< Why device_ok is false.
   JointVector position_rad = JointVector::Zero();    ///< Machine joint set-point, clutch offset included.
   JointVector velocity_radps = JointVector::Zero();  ///< Of the set-point, low-passed at kSetPointRateCutoff_Hz.
   PlanarVector shown_N =
@@ -70,10 +68,8 @@ struct MasterMessage {
 
 /// Machine to operator, 200 Hz.
 struct SlaveMessage {
-  std::uint32_t sequence = 0;
-  Time sent_at{};
-  Time echoed_master_time{};  ///< sent_at of the newest MasterMessage + how long it was held here, up to kMostHeld.
-  Time sensor_at{};           ///< Sender's clock when the newest sensor frame behind this force came in.
+  LinkStamp stamp;
+  Time sensor_at{};  ///< Clock of the stamp, when the newest sensor frame behind this force came in.
   Mode mode = Mode::kOff;
   Reason blocking;                                 ///< Why not engaged, or what limits.
   Reason fault;                                    ///< The latched fault.
@@ -120,10 +116,5 @@ inline constexpr unsigned kLimitBits = 0x3FF;  ///< All of them; others are refu
 [[nodiscard]] std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) noexcept;
 /// After a silence of so long the machine's side may have begun anew, for the operator's side.
 inline constexpr Duration kRestartSilence = 1s;
-
-/// Serial-number arithmetic (RFC 1982): is a newer than b?
-[[nodiscard]] constexpr bool newer(std::uint32_t a, std::uint32_t b) noexcept {
-  return static_cast<std::int32_t>(a - b) > 0;
-}
 
 }  // namespace knuckle

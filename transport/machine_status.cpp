@@ -10,8 +10,8 @@ namespace {
 using link_codec::put;
 using link_codec::put_each;
 
-constexpr std::size_t kSize = kLinkHeaderSize + 4 + 8 + 2 * 3 * 8 + 1 + 2 * 8 + 2 * 3 * 8 + 8 + 2 * 8 + 1 + 8 + 4 +
-                              2 * 8 + 1 + MachineName::kSize;
+constexpr std::size_t kSize = kLinkHeaderSize + link_codec::kStampSize + 2 * 3 * 8 + 1 + 2 * 8 + 2 * 3 * 8 + 8 + 2 * 8 +
+                              1 + 8 + 4 + 2 * 8 + 1 + MachineName::kSize;
 // No honest number comes near these.
 constexpr double kMostOpening = 1e3;  // of spool stroke, as a valve may report it
 constexpr double kMostFlow_m3ps = 1e3, kMostPower_W = 1e12, kMostLoad = 10;
@@ -68,8 +68,7 @@ std::string_view MachineName::text() const noexcept {
 Datagram encode(const MachineStatus& status) noexcept {
   Datagram datagram;
   ByteWriter out = link_codec::begin(datagram, LinkKind::kStatus, kSize);
-  out.put(status.sequence);
-  put(out, status.sent_at);
+  put(out, status.stamp);
   put_each(out, status.valve_command, kMostOpening);
   put_each(out, status.spool, kMostOpening);
   out.put(static_cast<std::uint8_t>(status.pilot_on ? 1 : 0));
@@ -95,8 +94,7 @@ std::optional<MachineStatus> decode_status(std::span<const std::uint8_t> bytes) 
   if (!in) return std::nullopt;
   link_codec::BoundedReader bounded(*in);
   MachineStatus status;
-  status.sequence = in->get<std::uint32_t>();
-  status.sent_at = bounded.time();
+  status.stamp = bounded.stamp();
   bounded.each(status.valve_command, kMostOpening);
   bounded.each(status.spool, kMostOpening);
   const auto pilot_on = in->get<std::uint8_t>();

@@ -13,6 +13,7 @@
 #include "core/joints.h"
 #include "core/time.h"
 #include "transport/link.h"
+#include "transport/link_stamp.h"
 
 namespace knuckle {
 
@@ -35,8 +36,7 @@ struct MachineStatus {
   struct Timing {
     Duration p50{}, p99{}, max{};
   };
-  std::uint32_t sequence = 0;
-  Time sent_at{};                                   ///< Sender's clock.
+  LinkStamp stamp;
   JointVector valve_command = JointVector::Zero();  ///< After the gate, [-1, 1].
   JointVector spool = JointVector::Zero();          ///< As the valves report, [-1, 1].
   bool pilot_on = false;                            ///< As the enable node reports.
@@ -48,7 +48,7 @@ struct MachineStatus {
   std::uint8_t fifo_priority = 0;                   ///< Granted; 0: no real-time class.
   double bus_load = 0;           ///< Share of the CAN bus taken by what the controller sends and hears.
   std::uint32_t can_errors = 0;  ///< Error frames and frames lost, since the start.
-  /// Operator's clock: the device report behind the set-point that is on the valves' wire now; kNever: none is.
+  /// device_report_at of the set-point that is on the valves' wire now; kNever: none is.
   /// Hand to valve = arrival of this here - acted_report_at - acted_ago - the way back (half a round trip).
   Time acted_report_at = kNever;
   Duration acted_ago{};           ///< From that valve frame to sent_at.

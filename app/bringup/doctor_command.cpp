@@ -7,6 +7,7 @@
 
 #include "app/bringup/device_doctor.h"
 #include "app/bringup/doctor_computer.h"
+#include "app/bringup/doctor_link.h"
 #include "app/bringup/doctor_report.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
@@ -24,6 +25,7 @@ struct DoctorOptions {
   std::optional<std::uint32_t> bit_rate_kbps;
   std::optional<std::string> device_file;
   DeviceDoctorOptions device;
+  LinkDoctorOptions link;
 };
 
 void add_options(CLI::App& c, DoctorOptions& o) {
@@ -37,6 +39,10 @@ void add_options(CLI::App& c, DoctorOptions& o) {
   c.add_option("--serial", o.device.serial, "USB serial number of the device, where several are attached");
   c.add_option("--device-file", o.device_file,
                "Compare the device with this file: name or .toml file (default: knuckle1)");
+  c.add_option(
+      "--connect", o.link.address,
+      "Check the link to the machine's side at this address and port: pairing and handshake; takes no control");
+  c.add_option("--keys", o.link.keys, "With --connect: folder of this computer's key (default: ~/.config/knuckle)");
   c.add_option("--json", o.json, "Write the findings as JSON (- = standard output)");
 }
 
@@ -46,6 +52,9 @@ void check(const DoctorOptions& o) {
   if (!o.machine.empty() && o.can.empty() && !o.simulate)
     cli::refuse_option("--machine", o.machine, "needs --can or --simulate");
   const bool bus = o.simulate || !o.can.empty(), device = !o.device.back_end.empty();
+  if (!o.link.address.empty() && (bus || device))
+    cli::refuse_option("--connect", o.link.address, "check link, bus and device one after the other");
+  if (o.link.address.empty() && !o.link.keys.empty()) cli::refuse_option("--keys", o.link.keys, "needs --connect");
   if (bus && device) cli::refuse_option("--device", o.device.back_end, "check bus and device one after the other");
   if (!device && !o.device.serial.empty()) cli::refuse_option("--serial", o.device.serial, "needs --device");
   if (!device && o.device_file) cli::refuse_option("--device-file", *o.device_file, "needs --device");
@@ -79,7 +88,9 @@ int run_doctor(DoctorOptions options) {
   Findings findings;
   if (options.can.empty() && !options.simulate) {
     const bool device = !options.device.back_end.empty();
-    findings = device ? doctor_device(options.device) : judge_computer(computer_facts());
+    findings = !options.link.address.empty() ? doctor_link(options.link, [&interrupt] { return !interrupt.pending(); })
+               : device                      ? doctor_device(options.device)
+                                             : judge_computer(computer_facts());
     for (const std::string& line : finding_lines(findings)) out << line << '\n';
   } else {
     std::optional<MachineDescription> read, machine;
@@ -112,7 +123,7 @@ int run_doctor(DoctorOptions options) {
 }  // namespace
 
 cli::Command doctor_entry() {
-  return {"doctor", "Check this computer, a machine bus or a haptic device, and list faults; reads only",
+  return {"doctor", "Check this computer, a machine bus, a haptic device or the link, and list faults; reads only",
           [](CLI::App& command) {
             const auto options = std::make_shared<DoctorOptions>();
             add_options(command, *options);

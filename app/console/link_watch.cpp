@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 namespace knuckle::console {
 namespace {
@@ -47,20 +48,20 @@ double NumbersSeen::missing(std::uint32_t window, std::uint32_t due) const noexc
 }
 
 void LinkWatch::note(const SlaveMessage& message) noexcept {
-  const std::uint32_t ahead = message.sequence - numbers_.newest();
-  const bool begun_anew = now_ - newest_at_ >= kRestartSilence && !newer(message.sequence, numbers_.newest());
+  const std::uint32_t sequence = message.stamp.sequence, ahead = sequence - numbers_.newest();
+  const bool begun_anew = std::exchange(session_, message.stamp.session) != message.stamp.session;
   if (numbers_.known() == 0 || begun_anew) {
-    numbers_.begin(message.sequence);
+    numbers_.begin(sequence);
     newest_at_ = now_;
   } else {
-    const NumbersSeen::Arrival arrival = numbers_.add(message.sequence);
+    const NumbersSeen::Arrival arrival = numbers_.add(sequence);
     if (arrival == NumbersSeen::Arrival::kAgain) return;
     if (arrival == NumbersSeen::Arrival::kNewest) {
       jitter_.add(now_, Duration(std::abs((now_ - newest_at_ - ahead * period_).count())));
       newest_at_ = now_;
     }
   }
-  if (message.echoed_master_time > Time{}) note_round_trip(now_ - message.echoed_master_time);
+  note_round_trip(now_ - message.stamp.echoed);
 }
 
 void LinkWatch::note_round_trip(Duration took) noexcept {

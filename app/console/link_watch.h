@@ -46,7 +46,7 @@ class LinkWatch {
 
   /// Time that arrivals get from now on: of the step that takes them.
   void stamp(Time now) noexcept { now_ = now; }
-  /// For every message, copies and overtaken ones included.
+  /// For every message, copies and overtaken ones included, with its echo by this side's clock.
   void note(const SlaveMessage& message) noexcept;
   /// For every new status. Its own way back, which is not measured, is taken as half of the quickest round trip.
   void note(const MachineStatus& status) noexcept;
@@ -71,6 +71,7 @@ class LinkWatch {
 
   Duration period_;
   Time now_{}, newest_at_ = kNever;
+  std::uint64_t session_ = 0;
   NumbersSeen numbers_;
   RecentHistogram round_trip_, jitter_, hand_to_valve_;
   std::array<Slice, kSlices> quickest_{};

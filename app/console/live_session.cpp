@@ -11,6 +11,7 @@ StationSetup station_setup(const session::SessionSetup& setup) {
   return {.device = setup.device,
           .machine = setup.machine,
           .law = setup.law,
+          .start = start_from(setup.seed, LinkEnd::kOperator),
           .limb = setup.limb,
           .hand_rad = setup.scenario.hand_rad,
           .start_rad = setup.scenario.start_rad,

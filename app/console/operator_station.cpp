@@ -21,7 +21,7 @@ OperatorStation::OperatorStation(const StationSetup& setup, Link& link, HidPort*
       master_(setup.device, setup.machine,
               device != nullptr ? *device
                                 : hand_.emplace(setup.device, setup.limb, setup.seed, setup.hand_rad).cable.host(),
-              link, setup.law) {
+              link, setup.start, setup.law) {
   master_.set_tap(
       {[](void* watch, const SlaveMessage& message) { static_cast<LinkWatch*>(watch)->note(message); }, &watch_});
 }

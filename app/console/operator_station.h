@@ -25,6 +25,7 @@ struct StationSetup {
   DeviceDescription device;
   MachineDescription machine;  ///< As calibrated.
   ControlLaw law = ControlLaw::kEchoSpring;
+  LinkStart start;
   // Of the simulated hand.
   sim::LimbImpedance limb;
   JointVector hand_rad = JointVector::Zero();   ///< At the start.

@@ -21,8 +21,8 @@ LedMachine::LedMachine(const MachineDescription& machine, BusAccess& access, Tim
       period_(from_seconds(1 / machine.bus.sync_Hz)),
       step_due_(first_step),
       link_({}, {}, 1),
-      leader_(link_.a()),
-      slave_(machine, access.bus(), link_.b()) {}
+      leader_(link_.a(), start_from(0, LinkEnd::kOperator)),
+      slave_(machine, access.bus(), link_.b(), start_from(0, LinkEnd::kMachine)) {}
 
 /// A period that was missed is skipped.
 bool LedMachine::advance() {

@@ -50,18 +50,19 @@ void PathLeader::stand() noexcept {
 void PathLeader::step(Time now) noexcept {
   hear(now);
   lead(now);
-  if (now - sent_.sent_at >= kSendPeriod || sent_.sequence == 0) send(now);
+  if (now - sent_at_ >= kSendPeriod) send(now);
 }
 
 void PathLeader::hear(Time now) noexcept {
   Datagram datagram;
   while (link_.receive(datagram)) {
-    const auto message = decode_slave(datagram.view());
-    if (!message || (machine_ && !newer(message->sequence, machine_->sequence))) continue;
+    auto message = decode_slave(datagram.view());
+    if (!message) continue;
+    const LinkSession::Verdict verdict = session_.take(message->stamp, now);
+    if (verdict != LinkSession::Verdict::kNews && verdict != LinkSession::Verdict::kBegins) continue;
     const bool first = !machine_;
     machine_ = *message;
     smooth_rad_ += (first ? 1 : kSmoothing) * (machine_->position_rad - smooth_rad_);
-    heard_at_ = now;
   }
   if (!machine_) return;
   if (rest_since_ == kNever || (smooth_rad_ - rest_rad_).cwiseAbs().maxCoeff() > kRest_rad) {
@@ -90,9 +91,9 @@ void PathLeader::lead(Time now) noexcept {
 }
 
 void PathLeader::send(Time now) noexcept {
-  ++sent_.sequence;
-  sent_.sent_at = sent_.device_report_at = now;
-  sent_.echoed_slave_time = machine_ ? machine_->sent_at + std::min(now - heard_at_, kMostHeld) : Time{};
+  sent_at_ = now;
+  sent_.stamp = session_.stamp(sent_.stamp.sequence + 1, now);
+  sent_.device_report_at = session_.to_link(now);
   sent_.presence = sent_.device_ok = true;
   link_.send(encode(sent_).view());
 }

@@ -11,13 +11,14 @@
 #include "estimation/identification/joint_path.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
+#include "transport/link_session.h"
 
 namespace knuckle::motion {
 
 class PathLeader {
  public:
-  /// @param link the operator's end; must outlive the leader.
-  explicit PathLeader(Link& link) noexcept : link_(link) {}
+  /// @param link the operator's end; must outlive the leader. @param start drawn anew for each leader.
+  PathLeader(Link& link, const LinkStart& start) noexcept : link_(link), session_(start, kRestartSilence) {}
 
   /// Hears the machine and sends what is due (500 Hz). Call every millisecond.
   void step(Time now) noexcept;
@@ -50,9 +51,10 @@ class PathLeader {
   void send(Time now) noexcept;
 
   Link& link_;
+  LinkSession session_;
   estimation::JointPath path_;
   std::optional<SlaveMessage> machine_;
-  Time heard_at_ = kNever, started_at_ = kNever;
+  Time sent_at_ = kNever, started_at_ = kNever;
   bool led_ = false;  // engaged before
   JointVector smooth_rad_ = JointVector::Zero(), rest_rad_ = JointVector::Zero();
   Time rest_since_ = kNever;

@@ -1,16 +1,19 @@
 #include "app/pairing/chosen_link.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "app/cli/command.h"
-#include "app/pairing/key_folder.h"
 #include "core/error.h"
 
 namespace knuckle::pairing {
 namespace {
 
+constexpr auto kSameNews = std::chrono::seconds(30);
+constexpr std::size_t kMostTold = 32;
+constexpr const char* kHowToGrant = ": type grant and Enter to give it away, or do nothing to keep it";
 constexpr const char* kPlainNote =
-    "plain UDP (--insecure): neither authenticated nor encrypted; for loopback, labs, or inside a tunnel";
+    "link: plain UDP (--insecure): neither authenticated nor encrypted; for loopback, labs, or inside a tunnel";
 
 /// Beyond this computer, a plain link must be requested twice: nobody types that by habit.
 void check_plain(const char* option, const LinkOptions& o) {
@@ -23,17 +26,23 @@ void check_plain(const char* option, const LinkOptions& o) {
 struct Keys {
   secure::Identity identity;
   secure::Peers peers;
-  std::string note;
+  std::vector<std::string> notes;
 };
 
-Keys read_keys(const LinkOptions& o) {
-  const KeyFolder folder(o.keys);
+Keys read_keys(const KeyFolder& folder) {
   Keys keys{folder.identity(), folder.peers(), {}};
-  const auto valid = static_cast<std::size_t>(
-      std::count_if(keys.peers.begin(), keys.peers.end(), [](const secure::Peer& peer) { return !peer.revoked; }));
+  const auto valid =
+      std::count_if(keys.peers.begin(), keys.peers.end(), [](const secure::Peer& peer) { return !peer.revoked; });
   if (valid == 0) throw InputError(folder.peers_file() + ": this computer is paired with nobody: knuckle pair");
-  keys.note = "DTLS, this computer is " + keys.identity.name + " (" + secure::short_text(keys.identity.fingerprint()) +
-              "), paired with " + std::to_string(valid);
+  keys.notes.push_back("link: DTLS, this computer is " + keys.identity.name + " (" +
+                       secure::short_text(keys.identity.fingerprint()) + "), paired with " + std::to_string(valid));
+  const auto warn = [&keys](const std::string& whose, const std::string& utc) {
+    if (const std::string warning = expiry_warning(whose, utc); !warning.empty()) keys.notes.push_back(warning);
+  };
+  warn("this computer's", keys.identity.expires_utc());
+  for (const secure::Peer& peer : keys.peers) {
+    if (!peer.revoked) warn(peer.name + "'s", peer.expires_utc);
+  }
   return keys;
 }
 
@@ -42,37 +51,41 @@ Keys read_keys(const LinkOptions& o) {
 void add_link_options(CLI::App& command, LinkOptions& options) {
   command.add_option("--keys", options.keys,
                      "Folder of this computer's key and its pairings (knuckle pair; default: ~/.config/knuckle)");
-  command.add_flag("--insecure", options.insecure,
-                   "Plain UDP instead, neither authenticated nor encrypted; twice where the far end is another computer");
+  command.add_flag(
+      "--insecure", options.insecure,
+      "Plain UDP instead, neither authenticated nor encrypted; twice where the far end is another computer");
+}
+
+void ChosenLink::use(const LinkOptions& options, bool listens) {
+  address_ = options.address;
+  if (options.insecure > 0) {
+    check_plain(listens ? "--listen" : "--connect", options);
+    if (options.observe) cli::refuse_option("--observe", "", "goes with a paired link, not with --insecure");
+    plain_ = std::make_unique<UdpLink>(listens ? UdpLink::listen(options.address) : UdpLink::connect(options.address));
+    notes_ = {kPlainNote};
+    return;
+  }
+  const KeyFolder folder(options.keys);
+  watch_ = std::make_shared<PeersWatch>(folder);  // before the peers are read, so that no change is missed
+  Keys keys = read_keys(folder);
+  notes_ = std::move(keys.notes);
+  secure::SecureLinkAccess access;
+  if (options.observe) access.purpose = secure::Purpose::kObserve;
+  access.most_observers = static_cast<std::size_t>(options.observers);
+  access.newer_peers = [watch = watch_] { return watch->changed(); };
+  secure_ = listens ? secure::SecureLink::listen(options.address, keys.identity, std::move(keys.peers), {}, access)
+                    : secure::SecureLink::connect(options.address, keys.identity, std::move(keys.peers), {}, access);
 }
 
 ChosenLink ChosenLink::listen(const LinkOptions& options) {
   ChosenLink chosen;
-  chosen.address_ = options.address;
-  if (options.insecure > 0) {
-    check_plain("--listen", options);
-    chosen.plain_ = std::make_unique<UdpLink>(UdpLink::listen(options.address));
-    chosen.note_ = kPlainNote;
-  } else {
-    Keys keys = read_keys(options);
-    chosen.note_ = keys.note;
-    chosen.secure_ = secure::SecureLink::listen(options.address, keys.identity, std::move(keys.peers));
-  }
+  chosen.use(options, true);
   return chosen;
 }
 
 ChosenLink ChosenLink::connect(const LinkOptions& options) {
   ChosenLink chosen;
-  chosen.address_ = options.address;
-  if (options.insecure > 0) {
-    check_plain("--connect", options);
-    chosen.plain_ = std::make_unique<UdpLink>(UdpLink::connect(options.address));
-    chosen.note_ = kPlainNote;
-  } else {
-    Keys keys = read_keys(options);
-    chosen.note_ = keys.note;
-    chosen.secure_ = secure::SecureLink::connect(options.address, keys.identity, std::move(keys.peers));
-  }
+  chosen.use(options, false);
   return chosen;
 }
 
@@ -81,11 +94,53 @@ std::string ChosenLink::problem() const {
   return plain_->refused() ? "no program listens at " + address_ : "";
 }
 
-std::vector<std::string> ChosenLink::news() {
+bool ChosenLink::repeats(const std::string& line) {
+  const auto now = Clock::now();
+  std::erase_if(told_, [now](const auto& told) { return now - told.second > kSameNews; });
+  const bool again = std::any_of(told_.begin(), told_.end(), [&line](const auto& told) { return told.first == line; });
+  if (!again && told_.size() < kMostTold) told_.emplace_back(line, now);
+  return again;
+}
+
+std::vector<std::string> ChosenLink::news(const Watch* watch) {
   std::vector<std::string> lines;
+  if (!secure_) return lines;
   secure::LinkEvent event;
-  while (secure_ && secure_->next(event)) lines.push_back("link " + text(event));
+  while (secure_->next(event)) {
+    if (watch != nullptr) watch->on_event(event);
+    std::string line = "link " + text(event);
+    if (event.kind == secure::LinkEvent::Kind::kAsked) {
+      asker_ = event;
+      line += kHowToGrant;
+    }
+    const bool refused = event.kind == secure::LinkEvent::Kind::kRefused;
+    if (!refused || !repeats(line)) lines.push_back(line);
+  }
+  if (std::string changed = watch_->news(); !changed.empty()) {
+    if (watch != nullptr) watch->on_changed_pairings(changed);
+    lines.push_back(std::move(changed));
+  }
   return lines;
+}
+
+std::string ChosenLink::release() {
+  if (!secure_) return "a plain link has no control to release: stop this program";
+  secure_->release();
+  return "control released: \"take\" asks for it again";
+}
+
+std::string ChosenLink::grant() {
+  if (!secure_ || !asker_) return "nobody has asked for control";
+  secure_->grant(asker_->peer);
+  const std::string who = std::string(asker_->name.view()) + " (" + secure::short_text(asker_->peer) + ")";
+  asker_.reset();
+  return "control granted to " + who + ": \"take\" asks for it again";
+}
+
+std::string ChosenLink::take_control() {
+  if (!secure_) return "a plain link has no control to ask for";
+  secure_->take_control();
+  return "asking for control";
 }
 
 }  // namespace knuckle::pairing

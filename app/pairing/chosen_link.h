@@ -1,11 +1,14 @@
 // The link of a program with a real far end: secure, or plain where that was requested.
 #pragma once
 
+#include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/pairing/key_folder.h"
 #include "transport/secure/secure_link.h"
 #include "transport/udp_link.h"
 
@@ -16,9 +19,11 @@ class App;
 namespace knuckle::pairing {
 
 struct LinkOptions {
-  std::string address;  ///< Of --listen or --connect.
-  std::string keys;     ///< Folder; empty: the usual one.
-  int insecure = 0;     ///< How often it was said.
+  std::string address;   ///< Of --listen or --connect.
+  std::string keys;      ///< Folder; empty: the usual one.
+  int insecure = 0;      ///< How often it was said.
+  bool observe = false;  ///< Operator's side: hear the machine only.
+  int observers = 4;     ///< Machine's side: how many may do so.
 };
 /// --keys and --insecure.
 void add_link_options(CLI::App& command, LinkOptions& options);
@@ -31,21 +36,42 @@ class ChosenLink {
   static ChosenLink connect(const LinkOptions& options);
 
   [[nodiscard]] Link& link() noexcept { return secure_ ? static_cast<Link&>(*secure_) : *plain_; }
+  [[nodiscard]] bool secure() const noexcept { return secure_ != nullptr; }
   /// For the first lines of a program.
-  [[nodiscard]] const std::string& note() const noexcept { return note_; }
+  [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
   /// What keeps the link from being there, in one line; empty: nothing known.
   [[nodiscard]] std::string problem() const;
-  /// What has happened to it since the last call, a line each.
-  [[nodiscard]] std::vector<std::string> news();
+  struct Watch {
+    std::function<void(const secure::LinkEvent&)> on_event;       ///< Shown every event.
+    std::function<void(const std::string&)> on_changed_pairings;  ///< A line on it.
+  };
+  /// What has happened to it since the last call, a line each; what repeats is left out for a while.
+  [[nodiscard]] std::vector<std::string> news(const Watch* watch = nullptr);
   /// Tells the far end that nobody is here, after the loop has ended.
   void close() noexcept {
     if (secure_) secure_->close();
   }
 
+  // Operator's side; each returns a line that says what was done, or why not.
+  /// Gives control up.
+  std::string release();
+  /// Gives it to who asked for it last.
+  std::string grant();
+  /// Asks for it again.
+  std::string take_control();
+
  private:
+  using Clock = std::chrono::steady_clock;
+  void use(const LinkOptions& options, bool listens);
+  [[nodiscard]] bool repeats(const std::string& line);
+
   std::unique_ptr<UdpLink> plain_;
+  std::shared_ptr<PeersWatch> watch_;  // also the secure link's thread's
   std::unique_ptr<secure::SecureLink> secure_;
-  std::string note_, address_;
+  std::vector<std::string> notes_;
+  std::string address_;
+  std::optional<secure::LinkEvent> asker_;
+  std::vector<std::pair<std::string, Clock::time_point>> told_;
 };
 
 }  // namespace knuckle::pairing

@@ -1,5 +1,8 @@
 #include "app/pairing/key_folder.h"
 
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -8,9 +11,10 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 
-#include "app/cli/output_file.h"
+#include "app/pairing/private_file.h"
 #include "core/error.h"
 #include "machine/toml_reader.h"
 
@@ -37,35 +41,78 @@ std::string host_name() {
   return secure::is_name(name) ? name : "unnamed";
 }
 
+/// One program at a time changes what is in a folder.
+class FolderLock {
+ public:
+  explicit FolderLock(const std::string& folder)
+      : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (descriptor_ < 0 || ::flock(descriptor_, LOCK_EX) != 0)
+      throw InputError(folder + ": cannot be locked: " + std::strerror(errno));
+  }
+  ~FolderLock() { ::close(descriptor_); }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+std::string written(const secure::Peers& peers) {
+  std::string text = "# Whom this computer is paired with; written by knuckle pair.\n";
+  for (const secure::Peer& peer : peers) {
+    text += fmt::format(
+        "\n[[peer]]\nname = \"{}\"\nfingerprint = \"{}\"\nrole = \"{}\"\nexpires = \"{}\"\nrevoked = {}\n", peer.name,
+        secure::hex(peer.fingerprint), peer.observer ? "observer" : "operator", peer.expires_utc, peer.revoked);
+  }
+  return text;
+}
+
 }  // namespace
 
 KeyFolder::KeyFolder(const std::string& path) : path_(path.empty() ? default_path() : path) {}
 
-bool KeyFolder::has_key() const { return fs::exists(fs::symlink_status(key_file())); }
+bool KeyFolder::has_key() const {
+  return fs::exists(fs::symlink_status(key_file()));
+}
 
 secure::Identity KeyFolder::identity() const {
+  if (fs::exists(path_)) check_only_owner_writes(path_, "folder");
   secure::Identity read = secure::load_identity(key_file());
   if (read.expired())
     throw InputError(key_file() + ": expired on " + read.expires_utc() +
-                     ": move it away, make a new one and pair again (knuckle pair)");
+                     " (or this computer's clock is wrong): make a new one (knuckle pair --renew) and pair again");
+  if (read.not_yet_valid())
+    throw InputError(key_file() + ": is not valid yet: this computer's clock is behind; set it (timedatectl)");
   return read;
 }
 
-secure::Identity KeyFolder::make(const std::string& name) const {
-  secure::Identity made = secure::make_identity(name.empty() ? host_name() : name);
+void KeyFolder::make_folder() const {
   std::error_code error;
   const bool is_new = fs::create_directories(path_, error);
   if (error) throw InputError(path_ + ": cannot be made: " + error.message());
   if (is_new) (void)::chmod(path_.c_str(), 0700);
-  secure::save_identity(made, key_file());
+  check_only_owner_writes(path_, "folder");
+}
+
+secure::Identity KeyFolder::make(const std::string& name) const {
+  secure::Identity made = secure::make_identity(name.empty() ? host_name() : name);
+  make_folder();
+  write_private_file(key_file(), made.pem(), Existing::kRefuse);
+  return made;
+}
+
+secure::Identity KeyFolder::renew(const std::string& name) const {
+  if (!has_key()) return make(name);
+  check_only_owner_writes(path_, "folder");
+  secure::Identity made = secure::make_identity(name.empty() ? secure::load_identity(key_file()).name : name);
+  write_private_file(key_file(), made.pem(), Existing::kReplace);
   return made;
 }
 
 secure::Peers KeyFolder::peers() const {
-  struct stat status {};
-  if (::stat(peers_file().c_str(), &status) != 0 && errno == ENOENT) return {};
-  if ((status.st_mode & 022U) != 0)
-    throw InputError(peers_file() + ": others may write it, and so let anybody lead the machine: chmod 600");
+  if (!fs::exists(peers_file())) return {};
+  check_only_owner_writes(path_, "folder");
+  check_only_owner_writes(peers_file(), "file");
   TomlTable root = TomlTable::read(peers_file());
   secure::Peers peers;
   for (TomlTable& table : root.tables("peer")) {
@@ -73,21 +120,69 @@ secure::Peers KeyFolder::peers() const {
     peer.name = table.text("name");
     table.require(secure::is_name(peer.name), "name", "must be 1 to 40 letters, digits, spaces and . _ -");
     peer.fingerprint = secure::fingerprint_of_hex(table.text("fingerprint"), peers_file() + ": fingerprint");
+    peer.observer = table.choice("role", {"operator", "observer"}) == 1;
+    peer.expires_utc = table.text("expires");
+    table.require(days_left(peer.expires_utc).has_value(), "expires", "must be a time such as 2031-11-24T05:00:00Z");
     peer.revoked = table.boolean("revoked");
   }
   root.finish();
   return peers;
 }
 
-void KeyFolder::save(const secure::Peers& peers) const {
-  cli::OutputFile file("peers", peers_file());
-  file.stream() << "# Whom this computer is paired with; written by knuckle pair.\n";
-  for (const secure::Peer& peer : peers) {
-    file.stream() << "\n[[peer]]\nname = \"" << peer.name << "\"\nfingerprint = \"" << secure::hex(peer.fingerprint)
-                  << "\"\nrevoked = " << (peer.revoked ? "true" : "false") << '\n';
+void KeyFolder::change_peers(const std::function<void(secure::Peers&)>& change) const {
+  const FolderLock lock(path_);
+  secure::Peers known = peers();
+  change(known);
+  write_private_file(peers_file(), written(known), Existing::kReplace);
+}
+
+std::optional<double> days_left(const std::string& utc) {
+  std::tm time{};
+  const char* end = ::strptime(utc.c_str(), "%Y-%m-%dT%H:%M:%SZ", &time);
+  if (end == nullptr || *end != '\0') return std::nullopt;
+  return std::difftime(::timegm(&time), std::time(nullptr)) / 86400;
+}
+
+std::string expiry_warning(const std::string& whose, const std::string& utc) {
+  const std::optional<double> days = days_left(utc);
+  if (!days || *days > kWarnDays) return "";
+  if (*days <= 0)
+    return whose + " key expired on " + utc + ": make a new one there (knuckle pair --renew) and pair again";
+  return fmt::format(
+      "{} key expires on {}, in {:.0f} days: make a new one there in time (knuckle pair --renew) and pair "
+      "again",
+      whose, utc, *days);
+}
+
+PeersWatch::PeersWatch(KeyFolder folder) : folder_(std::move(folder)), stamp_(stamp()) {}
+
+/// A file that was renamed into place is another one.
+std::string PeersWatch::stamp() const {
+  struct stat status {};
+  if (::stat(folder_.peers_file().c_str(), &status) != 0) return "none";
+  return fmt::format("{} {} {} {}.{} {}.{}", status.st_ino, status.st_size, status.st_mode, status.st_mtim.tv_sec,
+                     status.st_mtim.tv_nsec, status.st_ctim.tv_sec, status.st_ctim.tv_nsec);
+}
+
+std::optional<secure::Peers> PeersWatch::changed() {
+  const std::string now = stamp();
+  if (now == stamp_) return std::nullopt;
+  stamp_ = now;
+  std::optional<secure::Peers> peers;
+  std::string news = "pairings were changed: " + folder_.peers_file();
+  try {
+    peers = folder_.peers();
+  } catch (const InputError& error) {
+    news = std::string(error.what()) + ": the pairings from before stay in use";
   }
-  file.commit();
-  (void)::chmod(peers_file().c_str(), 0600);
+  const std::lock_guard lock(mutex_);
+  news_ = news;
+  return peers;
+}
+
+std::string PeersWatch::news() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(news_, {});
 }
 
 }  // namespace knuckle::pairing

@@ -1,6 +1,9 @@
 // The folder with this computer's key and whom it is paired with: key.pem, peers.toml.
 #pragma once
 
+#include <functional>
+#include <mutex>
+#include <optional>
 #include <string>
 
 #include "transport/secure/identity.h"
@@ -17,17 +20,46 @@ class KeyFolder {
   [[nodiscard]] std::string peers_file() const { return path_ + "/peers.toml"; }
 
   [[nodiscard]] bool has_key() const;
-  /// @throws InputError where there is none, others may read it, it is no key, or it has expired.
+  /// @throws InputError where there is none, others may read it or write the folder, it is no key, or it is not valid
+  /// now.
   [[nodiscard]] secure::Identity identity() const;
-  /// Makes folder (mode 0700) and key. @param name empty: this computer's. @throws InputError
+  /// Makes folder (mode 0700) and key. @param name empty: this computer's. @throws InputError, also where a key is
+  /// there.
   secure::Identity make(const std::string& name) const;
+  /// A new key in place of the old one, of the same name where `name` is empty. Pairings stay known. @throws InputError
+  secure::Identity renew(const std::string& name) const;
   /// Empty where there is no file. @throws InputError for a malformed one, or one that others may write.
   [[nodiscard]] secure::Peers peers() const;
-  /// Whole or not at all. @throws InputError
-  void save(const secure::Peers& peers) const;
+  /// Reads, changes, writes: whole or not at all, one program at a time. @throws InputError
+  void change_peers(const std::function<void(secure::Peers&)>& change) const;
 
  private:
+  void make_folder() const;
   std::string path_;
+};
+
+/// Days until a certificate expires. @param utc "2031-11-24T05:00:00Z"; nothing where it is no such time.
+[[nodiscard]] std::optional<double> days_left(const std::string& utc);
+inline constexpr double kWarnDays = 30;
+/// "its key expires in 12 days: ..."; empty where that is far away or not known. @param whose "this computer's"
+[[nodiscard]] std::string expiry_warning(const std::string& whose, const std::string& utc);
+
+/// Notices that the file of peers was changed, for programs that run. For two threads.
+class PeersWatch {
+ public:
+  explicit PeersWatch(KeyFolder folder);
+  /// The peers, where the file is another than at the last call. One that cannot be read changes nothing: then
+  /// problem() says why.
+  [[nodiscard]] std::optional<secure::Peers> changed();
+  /// What there is to say since the last call, in one line; empty: nothing.
+  [[nodiscard]] std::string news();
+
+ private:
+  [[nodiscard]] std::string stamp() const;
+  KeyFolder folder_;
+  std::string stamp_;
+  std::mutex mutex_;
+  std::string news_;
 };
 
 }  // namespace knuckle::pairing

@@ -15,6 +15,7 @@ namespace {
 
 struct Options {
   std::string keys, name, listen, connect, as, code, revoke;
+  bool observer = false, renew = false;
 };
 
 void add_options(CLI::App& c, Options& o) {
@@ -24,52 +25,84 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--connect", o.connect, "Pair with the computer that listens there");
   c.add_option("--as", o.as, "What the far end is called here (default: as it calls itself)");
   c.add_option("--code", o.code, "The code that the far end shows: pair without asking, or fail");
+  c.add_flag("--observer", o.observer, "Machine's side: let it observe the machine, but not control it");
+  c.add_flag("--renew", o.renew, "Make a new key for this computer: every far end must be paired again");
   c.add_option("--revoke", o.revoke, "Let the far end of this name in no more");
 }
 
 void check(const Options& o) {
-  if (!o.listen.empty() && !o.connect.empty()) cli::refuse_option("--connect", o.connect, "give it or --listen, not both");
+  if (!o.listen.empty() && !o.connect.empty())
+    cli::refuse_option("--connect", o.connect, "give it or --listen, not both");
   const bool pairs = !o.listen.empty() || !o.connect.empty();
   if (!pairs && !o.as.empty()) cli::refuse_option("--as", o.as, "goes with --listen or --connect");
   if (!pairs && !o.code.empty()) cli::refuse_option("--code", o.code, "goes with --listen or --connect");
+  if (!pairs && o.observer) cli::refuse_option("--observer", "", "goes with --listen or --connect");
   if (pairs && !o.revoke.empty()) cli::refuse_option("--revoke", o.revoke, "does not go with --listen or --connect");
+  if (o.renew && (pairs || !o.revoke.empty()))
+    cli::refuse_option("--renew", "", "does not go with --listen, --connect or --revoke");
   for (const auto& [option, name] : {std::pair("--name", o.name), std::pair("--as", o.as)}) {
     if (!name.empty() && !secure::is_name(name))
       cli::refuse_option(option, name, "must be 1 to 40 letters, digits, spaces and . _ -");
   }
 }
 
+void warn(const std::string& whose, const std::string& expires_utc) {
+  if (const std::string warning = expiry_warning(whose, expires_utc); !warning.empty())
+    std::cerr << "knuckle pair: " << warning << '\n';
+}
+
 void list(const KeyFolder& folder, const secure::Identity& identity) {
   std::cout << "this computer: " << identity.name << " (" << secure::short_text(identity.fingerprint())
             << "), valid until " << identity.expires_utc() << "\nkey: " << folder.key_file() << '\n';
+  warn("this computer's", identity.expires_utc());
   const secure::Peers peers = folder.peers();
   if (peers.empty()) std::cout << "paired with nobody\n";
   for (const secure::Peer& peer : peers) {
     std::cout << (peer.revoked ? "revoked: " : "paired with: ") << peer.name << " ("
-              << secure::short_text(peer.fingerprint) << ")\n";
+              << secure::short_text(peer.fingerprint) << ")" << (peer.observer ? ", observes only" : "")
+              << ", valid until " << peer.expires_utc << '\n';
+    if (!peer.revoked) warn(peer.name + "'s", peer.expires_utc);
   }
 }
 
 void revoke(const KeyFolder& folder, const std::string& name) {
-  secure::Peers peers = folder.peers();
-  const auto found = std::find_if(peers.begin(), peers.end(), [&](const auto& peer) { return peer.name == name; });
-  if (found == peers.end()) cli::refuse_option("--revoke", name, "no far end of this name is in " + folder.peers_file());
-  found->revoked = true;
-  folder.save(peers);
-  std::cout << "revoked: " << name << ": restart the programs that run, so that they know\n";
+  folder.change_peers([&](secure::Peers& peers) {
+    const auto found = std::find_if(peers.begin(), peers.end(), [&](const auto& peer) { return peer.name == name; });
+    if (found == peers.end())
+      cli::refuse_option("--revoke", name, "no far end of this name is in " + folder.peers_file());
+    found->revoked = true;
+  });
+  std::cout << "revoked: " << name << ": programs that run notice within a second, and cut it off\n";
 }
 
-/// In place of what is known of the same far end; another of the same name is not overwritten.
-void pin(const KeyFolder& folder, const secure::Peer& peer) {
-  secure::Peers peers = folder.peers();
-  std::erase_if(peers, [&](const auto& known) { return known.fingerprint == peer.fingerprint; });
-  const bool taken = std::any_of(peers.begin(), peers.end(), [&](const auto& known) { return known.name == peer.name; });
-  if (taken)
-    cli::refuse_option("--as", peer.name, "another far end has this name in " + folder.peers_file() + ": give a new one");
-  peers.push_back(peer);
-  folder.save(peers);
+void renew(const KeyFolder& folder, const std::string& name) {
+  const secure::Identity made = folder.renew(name);
+  std::cout << "new key: " << made.name << " (" << secure::short_text(made.fingerprint()) << "), valid until "
+            << made.expires_utc() << "\nevery far end knows the old key only: pair each of them again (knuckle pair "
+            << "--listen here, --connect there, or the other way round);\nwhom this computer is paired with has not "
+            << "changed. Programs that run keep the old key until they are restarted\n";
 }
 
+/// In place of what is known of the same far end; one of the same name with another key is replaced only where it was
+/// renewed there: revoked here, or expired.
+void pin(const KeyFolder& folder, const secure::Peer& pinned) {
+  folder.change_peers([&](secure::Peers& peers) {
+    std::erase_if(peers, [&](const secure::Peer& known) {
+      const bool over = known.revoked || days_left(known.expires_utc).value_or(0) <= kWarnDays;
+      return known.fingerprint == pinned.fingerprint || (known.name == pinned.name && over);
+    });
+    const bool taken =
+        std::any_of(peers.begin(), peers.end(), [&](const auto& known) { return known.name == pinned.name; });
+    if (taken)
+      cli::refuse_option(
+          "--as", pinned.name,
+          "another far end has this name in " + folder.peers_file() + ": give a new one, or --revoke the other first");
+    peers.push_back(pinned);
+  });
+}
+
+/// The code is no secret: it is made of two certificates that anybody may see. So it is compared as any text, and not
+/// in constant time.
 bool confirmed(const Options& o, const std::string& code) {
   if (!o.code.empty()) return o.code == code;
   std::cout << "Is this the code on the other computer? [yes/no] " << std::flush;
@@ -77,38 +110,50 @@ bool confirmed(const Options& o, const std::string& code) {
   return std::getline(std::cin, answer) && (answer == "yes" || answer == "y");
 }
 
+/// With the computer that listens or connects. @return exit code
+int pair(const Options& o, const KeyFolder& folder, const secure::Identity& identity) {
+  const cli::InterruptGuard interrupt;
+  const bool listens = !o.listen.empty();
+  std::cout << "this computer: " << identity.name << " (" << secure::short_text(identity.fingerprint()) << ")\n"
+            << (listens ? "waiting for the other computer on " + o.listen : "asking " + o.connect) << std::endl;
+  const auto shown = exchange(
+      listens ? secure::Role::kMachine : secure::Role::kOperator, listens ? o.listen : o.connect, identity,
+      [&interrupt] { return !interrupt.pending(); },
+      [](const std::string& why) { std::cerr << "knuckle pair: not yet: " << why << std::endl; });
+  if (!shown) return 130;
+  const std::string name = o.as.empty() ? shown->name : o.as;
+  std::cout << "other computer: " << name << " (" << secure::short_text(shown->fingerprint)
+            << ")\ncode: " << shown->code << std::endl;
+  if (!confirmed(o, shown->code)) {
+    std::cerr
+        << "knuckle pair: not paired: the codes differ, or nobody confirmed them; where they differ, somebody may be "
+           "between the two computers\n";
+    return 1;
+  }
+  pin(folder, {shown->fingerprint, name, false, o.observer, shown->expires_utc});
+  std::cout << "paired with " << name << (o.observer ? ", which observes only" : "") << '\n';
+  warn(name + "'s", shown->expires_utc);
+  return 0;
+}
+
 int run(const Options& o) {
   check(o);
-  const cli::InterruptGuard interrupt;
   const KeyFolder folder(o.keys);
+  if (o.renew) {
+    renew(folder, o.name);
+    return 0;
+  }
   if (folder.has_key() && !o.name.empty())
-    cli::refuse_option("--name", o.name, "this computer has a key already: " + folder.key_file());
+    cli::refuse_option("--name", o.name, "this computer has a key already: " + folder.key_file() + " (see --renew)");
   const secure::Identity identity = folder.has_key() ? folder.identity() : folder.make(o.name);
   (void)folder.peers();  // a malformed file is told before anybody is asked
   if (!o.revoke.empty()) {
     revoke(folder, o.revoke);
-    return 0;
-  }
-  if (o.listen.empty() && o.connect.empty()) {
+  } else if (o.listen.empty() && o.connect.empty()) {
     list(folder, identity);
-    return 0;
+  } else {
+    return pair(o, folder, identity);
   }
-  const bool listens = !o.listen.empty();
-  std::cout << "this computer: " << identity.name << " (" << secure::short_text(identity.fingerprint()) << ")\n"
-            << (listens ? "waiting for the other computer on " + o.listen : "asking " + o.connect) << std::endl;
-  const auto shown = exchange(listens ? secure::Role::kMachine : secure::Role::kOperator, listens ? o.listen : o.connect,
-                              identity, [&interrupt] { return !interrupt.pending(); });
-  if (!shown) return 130;
-  const std::string name = o.as.empty() ? shown->name : o.as;
-  std::cout << "other computer: " << name << " (" << secure::short_text(shown->fingerprint) << ")\ncode: " << shown->code
-            << std::endl;
-  if (!confirmed(o, shown->code)) {
-    std::cerr << "knuckle pair: not paired: the codes differ, or nobody confirmed them; where they differ, somebody may be "
-                 "between the two computers\n";
-    return 1;
-  }
-  pin(folder, {shown->fingerprint, name, false});
-  std::cout << "paired with " << name << '\n';
   return 0;
 }
 

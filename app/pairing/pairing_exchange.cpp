@@ -6,7 +6,7 @@
 #include <chrono>
 #include <memory>
 
-#include "core/error.h"
+#include "transport/secure/handshake_out.h"
 #include "transport/udp_socket.h"
 
 namespace knuckle::pairing {
@@ -14,18 +14,19 @@ namespace {
 
 using secure::DtlsContext;
 using secure::DtlsSession;
+using secure::HandshakeOut;
 using Progress = DtlsSession::Progress;
 using Clock = std::chrono::steady_clock;
 
-constexpr int kPollTime_ms = 20;
+constexpr int kPollTime_ms = 20, kMostAtOnce = 256;
 constexpr auto kLinger = std::chrono::milliseconds(1500);  // the far end may not have heard our last words
 constexpr auto kPatience = std::chrono::seconds(5);
 
-class Exchange final : DtlsSession::Out {
+class Exchange {
  public:
   Exchange(secure::Role role, const std::string& address, const secure::Identity& identity)
       : listening_(role == secure::Role::kMachine),
-        context_(identity, {}, role, true),
+        context_(identity, {}, role, secure::Purpose::kControl, true),
         socket_(listening_ ? open_udp_socket(address, parse_address(address), ::bind, "listen on")
                            : open_udp_socket(address, look_up(address).front(), ::connect, "reach")) {
     begin();
@@ -37,18 +38,27 @@ class Exchange final : DtlsSession::Out {
     (void)::poll(&descriptor, 1, kPollTime_ms);
     std::array<std::uint8_t, 2048> bytes;
     SocketAddress from;
-    while (const auto arrival = socket_.receive(bytes, from)) {
+    for (int i = 0; i < kMostAtOnce; ++i) {
+      const auto arrival = socket_.receive(bytes, from);
+      if (!arrival) break;
       if (arrival->size > 0 && arrival->size <= bytes.size()) hear(std::span(bytes).first(arrival->size), from);
     }
     if (progress_ == Progress::kDone) return Clock::now() - since_ >= kLinger;
-    if (begun_) took(session_->tend(*this));
-    if (progress_ == Progress::kFailed || (begun_ && Clock::now() - since_ > kPatience)) begin();
+    if (begun_ && progress_ == Progress::kUnderWay) {
+      HandshakeOut out(socket_, peer_);
+      took(session_->tend(out));
+    }
+    const bool failed = progress_ == Progress::kFailed;
+    if (!failed && (!begun_ || Clock::now() - since_ <= kPatience)) return false;
+    failure_ = failed ? session_->refusal() : secure::Refusal::kSilence;
+    begin();
     return false;
   }
   [[nodiscard]] const DtlsSession& session() const noexcept { return *session_; }
+  /// Of the last attempt that failed.
+  [[nodiscard]] secure::Refusal failure() const noexcept { return failure_; }
 
  private:
-  void put(std::span<const std::uint8_t> bytes) override { (void)socket_.send(bytes, peer_); }
   void took(Progress progress) {
     if (progress == Progress::kDone && progress_ != Progress::kDone) since_ = Clock::now();
     progress_ = progress;
@@ -58,16 +68,19 @@ class Exchange final : DtlsSession::Out {
     progress_ = Progress::kUnderWay;
     begun_ = !listening_;
     since_ = Clock::now();
-    if (begun_) took(session_->start(*this));
+    if (!begun_) return;
+    HandshakeOut out(socket_, peer_);
+    took(session_->start(out));
   }
   void hear(std::span<const std::uint8_t> bytes, const SocketAddress& from) {
-    if (begun_ && (!listening_ || from == peer_)) return took(session_->hear(bytes, *this));
-    if (begun_) return;
-    peer_ = from;
-    if (!session_->hear_hello(bytes, from, *this)) return;
+    if (begun_ && listening_ && !(from == peer_)) return;
+    if (!begun_) peer_ = from;
+    HandshakeOut out(socket_, peer_);
+    if (begun_) return took(session_->hear(bytes, out));
+    if (!session_->hear_hello(bytes, from, out)) return;
     begun_ = true;
     since_ = Clock::now();
-    took(session_->start(*this));
+    took(session_->start(out));
   }
 
   bool listening_, begun_ = false;
@@ -76,19 +89,27 @@ class Exchange final : DtlsSession::Out {
   SocketAddress peer_;  // stays empty on a socket that is connected
   std::unique_ptr<DtlsSession> session_;
   Progress progress_ = Progress::kUnderWay;
+  secure::Refusal failure_ = secure::Refusal::kNone;
   Clock::time_point since_{};
 };
 
 }  // namespace
 
 std::optional<Shown> exchange(secure::Role role, const std::string& address, const secure::Identity& identity,
-                              const std::function<bool()>& keep_on) {
+                              const std::function<bool()>& keep_on,
+                              const std::function<void(const std::string&)>& tell) {
   Exchange running(role, address, identity);
+  secure::Refusal told = secure::Refusal::kNone;
   while (!running.step()) {
     if (!keep_on()) return std::nullopt;
+    if (running.failure() == told) continue;
+    told = running.failure();
+    if (tell) tell(secure::text(told));
   }
-  const secure::Fingerprint there = *running.session().peer();
-  return Shown{there, running.session().peer_name(), secure::pairing_code(identity.fingerprint(), there)};
+  const DtlsSession& session = running.session();
+  const secure::Fingerprint there = *session.peer();
+  return Shown{there, session.peer_name(), secure::pairing_code(identity.fingerprint(), there),
+               session.peer_expires_utc()};
 }
 
 }  // namespace knuckle::pairing

@@ -14,12 +14,15 @@ struct Shown {
   secure::Fingerprint fingerprint;
   std::string name;  ///< As the far end calls itself.
   std::string code;  ///< The same on both, where nobody is between them.
+  std::string expires_utc;
 };
 
+/// Tries until it succeeds: junk, floods and ends that do not answer only delay it.
 /// @param address to listen on (the machine's side) or to connect to. @param keep_on asked now and then; false ends it.
-/// @return nothing where it was ended. @throws InputError for an address that cannot be used, or a far end that does not
-/// speak DTLS 1.2.
+/// @param tell why an attempt failed, in one line, where it is another reason than before.
+/// @return nothing where it was ended. @throws InputError for an address that cannot be used.
 [[nodiscard]] std::optional<Shown> exchange(secure::Role role, const std::string& address,
-                                            const secure::Identity& identity, const std::function<bool()>& keep_on);
+                                            const secure::Identity& identity, const std::function<bool()>& keep_on,
+                                            const std::function<void(const std::string&)>& tell = {});
 
 }  // namespace knuckle::pairing

@@ -1,5 +1,7 @@
 #include "app/programs/master_command.h"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -8,7 +10,9 @@
 #include "app/bringup/device_probe.h"
 #include "app/cli/interrupt.h"
 #include "app/pairing/chosen_link.h"
+#include "app/programs/control_input.h"
 #include "app/programs/master_program.h"
+#include "app/programs/observer_program.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "machine/device_choice.h"
@@ -42,6 +46,7 @@ void add_options(CLI::App& c, Options& o) {
                "Address and port of the machine's side, such as 192.0.2.7:5683, [::1]:5683 or arm.example.org:5683")
       ->required();
   pairing::add_link_options(c, o.link);
+  c.add_flag("--observe", o.link.observe, "Hear the machine without controlling it; with --device none");
   c.add_option("--mirror", o.mirror, "Send a copy of all link traffic to this address and port, for a display");
   c.add_option("--control", o.control,
                "Bilateral law: echo, wave, tdpa, cues or direct (default: as the device's file says)");
@@ -61,6 +66,9 @@ void check(const Options& o) {
                      " N, or 0: off");
   if (o.device != "hid" && o.device != "usb" && o.device != "none")
     cli::refuse_option("--device", o.device, "must be hid, usb or none");
+  if (o.link.observe && o.device != "none") cli::refuse_option("--observe", "", "goes with --device none");
+  if (o.link.observe && (!o.csv.empty() || !o.mirror.empty()))
+    cli::refuse_option("--observe", "", "does not go with --csv or --mirror");
   if (o.device == "none" && !o.serial.empty())
     cli::refuse_option("--serial", o.serial, "goes with --device hid or usb");
   if (!o.control.empty() && !control_law_named(o.control))
@@ -148,9 +156,45 @@ Json result_json(const Options& o, const MasterSetup& setup, double started_unix
   return json;
 }
 
+Json observer_json(const Options& o, double started_unix_s, const ObserverOutcome& outcome) {
+  Json json{{"schema", kSchema},
+            {"version", cli::program_version()},
+            {"connect", o.link.address},
+            {"observed", true},
+            {"started_unix_s", started_unix_s},
+            {"ran_s", outcome.ran_s},
+            {"messages", outcome.messages}};
+  json["machine_side"] = Json::array();
+  for (const ObservedEvent& event : outcome.events) {
+    json["machine_side"].push_back({{"at_s", event.at_s},
+                                    {"heard", event.heard},
+                                    {"mode", event.heard ? Json(name(event.mode)) : Json()},
+                                    {"fault", reason_json(event.fault)}});
+  }
+  return json;
+}
+
+int observe(const Options& o, const cli::InterruptGuard& interrupt) {
+  AskedOutput json("--json", o.json, AskedOutput::Content::kResult);
+  pairing::ChosenLink link = pairing::ChosenLink::connect(o.link);
+  ProgramConsole console("knuckle master");
+  for (const std::string& note : link.notes()) console.note(note);
+  console.note("observing " + o.link.address + ": nothing is controlled from here");
+  ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
+  if (o.duration_s) program.duration_s = *o.duration_s;
+  program.news = [&link] { return link.news(); };
+  const double started_unix_s = unix_time_s();
+  const ObserverOutcome outcome = run_observer(link.link(), program, [&link] { return link.problem(); });
+  link.close();
+  if (auto* out = json.stream()) *out << observer_json(o, started_unix_s, outcome).dump(2) << '\n';
+  commit_all({&json});
+  return 0;
+}
+
 int run(const Options& o) {
   check(o);
   const cli::InterruptGuard interrupt;
+  if (o.link.observe) return observe(o, interrupt);
   const MasterSetup setup = set_up(o);
   AskedOutput csv("--csv", o.csv), json("--json", o.json, AskedOutput::Content::kResult);
   pairing::ChosenLink link = pairing::ChosenLink::connect(o.link);
@@ -161,13 +205,20 @@ int run(const Options& o) {
   const std::unique_ptr<HidDevicePort> device = bringup::open_leading_device(o.device, o.serial);
 
   ProgramConsole console("knuckle master");
-  console.note("link: " + link.note());
+  for (const std::string& note : link.notes()) console.note(note);
   console.note("device " + setup.device.name + " (" + o.device + "), machine " + setup.machine.name + " at " +
                o.link.address);
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&csv};
-  program.news = [&link] { return link.news(); };
+  ControlInput input(STDIN_FILENO);
+  program.news = [&] {
+    std::vector<std::string> lines = link.news();
+    while (const auto typed = input.line()) {
+      if (std::string done = obey_control_line(*typed, link); !done.empty()) lines.push_back(std::move(done));
+    }
+    return lines;
+  };
   const double started_unix_s = unix_time_s();
   HidPort& port = device ? static_cast<HidPort&>(*device) : nothing;
   Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link.link();

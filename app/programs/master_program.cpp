@@ -35,7 +35,7 @@ struct MasterStatus {
 class MasterRunner {
  public:
   MasterRunner(const MasterSetup& setup, HidPort& port, Link& link, bool wants_rows)
-      : wants_rows_(wants_rows), master_(setup.device, setup.machine, port, link, setup.law) {
+      : wants_rows_(wants_rows), master_(setup.device, setup.machine, port, link, random_start(), setup.law) {
     master_.set_assist(setup.assist);
     last_device_.device.code = ReasonCode::kCount;  // the device's state is reported at the start, too
   }

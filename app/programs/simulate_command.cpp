@@ -32,9 +32,9 @@ namespace {
 
 constexpr double kLongestSession_s = 3600;
 /// What a cell says itself.
-constexpr std::array kInputs{"--scenario", "--machine",  "--operator",     "--person",    "--family",
-                             "--map",      "--seed",     "--delay-ms",     "--jitter-ms", "--loss",
-                             "--truth",    "--realtime", "--bursts-per-s", "--device",    "--machine-seed"};
+constexpr std::array kInputs{"--scenario",     "--machine",  "--operator",     "--person",     "--family", "--map",
+                             "--seed",         "--delay-ms", "--jitter-ms",    "--loss",       "--truth",  "--realtime",
+                             "--bursts-per-s", "--device",   "--machine-seed", "--impairment", "--listen", "--connect"};
 
 void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--scenario", o.scenario, "Scenario name or .toml file")->capture_default_str();
@@ -59,10 +59,15 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--jitter-ms", o.jitter_ms, "Link jitter, one way");
   c.add_option("--loss", o.loss, "Share of datagrams lost, 0 to 1");
   c.add_option("--bursts-per-s", o.bursts_per_s, "Mean rate of link outages of 50 ms, 0 to 10");
+  c.add_option("--impairment", o.impairment,
+               "What the link does, name or .toml file, such as lte (docs/relay.md); instead of the options above");
   c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
   c.add_flag("--assist-stop-on-object", o.assist_stop_on_object,
              "Stop when the bucket meets something stiff while digging");
   c.add_flag("--realtime", o.realtime, "Run the loops in real-time threads over UDP loopback");
+  c.add_option("--listen", o.listen, "With --realtime: address and port of the link's end at the machine");
+  c.add_option("--connect", o.connect,
+               "With --realtime: where the operator's end sends to, such as a `knuckle relay` before --listen");
   c.add_option("--family", o.family,
                "Machines and devices that the seed samples from: smooth (default), serviced or worn");
   c.add_option("--truth", o.truth,
@@ -78,6 +83,7 @@ void check_places(const session::SimulateOptions& o) {
   if (o.scenario_text.empty()) places.configuration("--scenario", o.scenario);
   places.configuration("--machine", o.machine);
   places.configuration("--device", o.device);
+  places.configuration("--impairment", o.impairment);
   places.input("--map", o.map);
   places.input("--truth", o.truth);
   places.input("--operator", o.operator_path());
@@ -88,6 +94,17 @@ void check_places(const session::SimulateOptions& o) {
   places.output("--json", o.json);
 }
 
+/// One description of the link, and addresses where there are some.
+void check_link(const session::SimulateOptions& o) {
+  if (!o.impairment.empty() && (o.delay_ms || o.jitter_ms || o.loss || o.bursts_per_s))
+    cli::refuse_option("--impairment", o.impairment,
+                       "does not go with --delay-ms, --jitter-ms, --loss or --bursts-per-s: the file says all");
+  if (o.listen.empty() != o.connect.empty())
+    cli::refuse_option(o.listen.empty() ? "--connect" : "--listen", o.listen + o.connect,
+                       "give --listen and --connect, or neither");
+  if (!o.listen.empty() && !o.realtime) cli::refuse_option("--listen", o.listen, "only goes with --realtime");
+}
+
 void check(const session::SimulateOptions& o) {
   if (o.scenario.empty()) cli::refuse_option("--scenario", "\"\"", "must name a scenario");
   cli::check_range("--duration", o.duration_s, 0.1, kLongestSession_s, " s");
@@ -95,6 +112,7 @@ void check(const session::SimulateOptions& o) {
   cli::check_range("--jitter-ms", o.jitter_ms, 0, session::kLongestDelay_ms, " ms");
   cli::check_range("--loss", o.loss, 0, 1, "");
   cli::check_range("--bursts-per-s", o.bursts_per_s, 0, 10, " per s");
+  check_link(o);
   if (o.assist_force_limit_N && *o.assist_force_limit_N != 0)
     cli::check_range("--assist-force-limit", o.assist_force_limit_N, session::kLeastAssist_N, session::kMostAssist_N,
                      " N, or 0: off");

@@ -9,6 +9,7 @@
 #include "app/cli/interrupt.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/program_options.h"
+#include "app/programs/slave_audit.h"
 #include "app/programs/slave_program.h"
 #include "app/session/scenario.h"
 #include "core/loop_table.h"
@@ -16,6 +17,7 @@
 #include "sim/machine_on_bus.h"
 #include "sim/truth.h"
 #include "slave/bus_map.h"
+#include "slave/loss_policy.h"
 #include "transport/socket_can.h"
 
 namespace knuckle::programs {
@@ -24,6 +26,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr const char* kSchema = "knuckle-slave/1";
 constexpr const char* kSimulatedBus = "simulated";
+// After control has changed hands the machine has latched a lost link, and has to be aligned anew.
+static_assert(secure::kHandOverGap > slave::kLossLimits.neutral);
 
 struct Options {
   std::string machine, can;
@@ -32,7 +36,7 @@ struct Options {
   std::string scenario;
   std::optional<std::uint64_t> seed;
   std::optional<double> duration_s;
-  std::string candump, csv, json;
+  std::string candump, csv, json, audit;
 };
 
 void add_options(CLI::App& c, Options& o) {
@@ -44,9 +48,14 @@ void add_options(CLI::App& c, Options& o) {
       "With --simulate: scenario that gives its start and surroundings, name or .toml file (default: free_motion)");
   c.add_option("--seed", o.seed, "With --simulate: random seed of the machine's true parameters (default: 1)")
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
-  c.add_option("--listen", o.link.address, "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683")
+  c.add_option("--listen", o.link.address,
+               "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683")
       ->required();
   pairing::add_link_options(c, o.link);
+  c.add_option("--observers", o.link.observers, "Paired ends that may observe at a time (default: 4)");
+  c.add_option(
+      "--audit", o.audit,
+      "Folder of the audit trail (knuckle audit; default: audit beside the keys; without one with --insecure)");
   c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
   c.add_option("--csv", o.csv, "Write sensors, commands and estimates, a row each step; `knuckle identify` reads it");
@@ -66,6 +75,7 @@ void check_bus(const Options& o) {
 void check(const Options& o) {
   check_bus(o);
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  cli::check_range("--observers", o.link.observers, 0, 16, "");
   cli::Places places;
   places.configuration("--machine", o.machine);
   places.configuration("--scenario", o.scenario);
@@ -82,13 +92,15 @@ struct Simulation {
 };
 
 struct Setup {
+  std::string file;            ///< Of the machine.
   MachineDescription machine;  ///< As calibrated.
   std::optional<Simulation> simulation;
 };
 
 Setup set_up(const Options& o) {
-  const MachineDescription read = load_machine(find_config("machine", o.machine.empty() ? "solar015" : o.machine));
-  Setup setup{calibrated(read), {}};
+  const std::string file = find_config("machine", o.machine.empty() ? "solar015" : o.machine);
+  const MachineDescription read = load_machine(file);
+  Setup setup{file, calibrated(read), {}};
   if (!o.simulate) return setup;
   const std::uint64_t seed = o.seed.value_or(1);
   setup.simulation = {
@@ -188,6 +200,12 @@ std::string machine_note(const Options& o, const Setup& setup) {
          std::to_string(setup.simulation->seed) + "), nothing real moves" + listening;
 }
 
+/// Empty: none is written.
+std::string audit_folder(const Options& o) {
+  if (!o.audit.empty() || o.link.insecure > 0) return o.audit;
+  return pairing::KeyFolder(o.link.keys).path() + "/audit";
+}
+
 int run(const Options& o) {
   check(o);
   const cli::InterruptGuard interrupt;
@@ -197,17 +215,33 @@ int run(const Options& o) {
   MachineBus machine(o, setup);
   pairing::ChosenLink link = pairing::ChosenLink::listen(o.link);
 
+  std::optional<SlaveAudit> audit;
+  if (const std::string folder = audit_folder(o); !folder.empty()) audit.emplace(folder);
+
   ProgramConsole console("knuckle slave");
-  console.note("link: " + link.note());
+  for (const std::string& note : link.notes()) console.note(note);
   console.note(machine_note(o, setup));
-  const SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream()};
+  SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream()};
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&candump, &csv};
-  program.news = [&link] { return link.news(); };
+  pairing::ChosenLink::Watch watch;
+  if (audit) {
+    audit->started(setup.file, records.interface, o.link.address, link.notes());
+    records.on_mode = [&audit](const ModeEvent& event) { audit->mode(event); };
+    records.on_assist = [&audit](const AssistSettings& assist) { audit->assist(assist); };
+    watch.on_event = [&audit](const secure::LinkEvent& event) { audit->link(event); };
+    watch.on_changed_pairings = [&audit](const std::string& what) { audit->pairings_changed(what); };
+  }
+  program.news = [&] {
+    std::vector<std::string> lines = link.news(audit ? &watch : nullptr);
+    if (std::string news = audit ? audit->news() : ""; !news.empty()) lines.push_back(std::move(news));
+    return lines;
+  };
   const double started_unix_s = unix_time_s();
   SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link.link(), program, records);
   link.close();
+  if (audit) audit->ended(outcome.unconfirmed.empty());
   outcome.records_lost += finish_records(console, {&candump, &csv});
 
   Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());

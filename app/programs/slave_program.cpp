@@ -26,6 +26,7 @@ struct SlaveStatus {
   Reason blocking, fault;
   bool heard = false;  ///< The operator's side, ever.
   Duration round_trip{};
+  AssistSettings assist;
 };
 
 /// What an event says, without its measured values.
@@ -53,7 +54,7 @@ class SlaveRunner {
         link_(link),
         can_(bus, machine.bus.bit_rate, records.candump != nullptr),
         wants_rows_(records.csv != nullptr),
-        slave_(machine, can_, link),
+        slave_(machine, can_, link, random_start()),
         reporter_(machine, can_, link, &health),
         stop_(machine, can_) {}
 
@@ -115,7 +116,7 @@ void SlaveRunner::observe(Time now) noexcept {
   if (event.mode != last_.mode || !same_cause(event.fault, last_.fault)) events_.push(event);
   last_ = event;
   const bool heard = slave_.master_at() != kNever;
-  status_.put({event.mode, event.blocking, event.fault, heard, slave_.round_trip()});
+  status_.put({event.mode, event.blocking, event.fault, heard, slave_.round_trip(), slave_.master().assist});
   const auto measurement = wants_rows_ ? slave_.sensors().measurement() : std::nullopt;
   if (measurement) rows_.push(row_of(now, slave_, *measurement));
 }
@@ -146,8 +147,7 @@ void SlaveRunner::step_stop(Time now) noexcept {
     events_.push({now, Mode::kOff, {}, {}});
     status_.put({});
   }
-  ++farewell_.sequence;
-  farewell_.sent_at = now;
+  farewell_.stamp = slave_.session().stamp(farewell_.stamp.sequence + 1, now);
   link_.send(encode(farewell_).view());
   if (stop_.done()) stopped_.store(true, std::memory_order_release);
 }
@@ -180,7 +180,8 @@ std::string stop_text(const SlaveOutcome& outcome) {
 /// Events as they come, what blocks for long, and the status line.
 class Teller {
  public:
-  Teller(ProgramConsole& console, SlaveOutcome& outcome) : console_(console), outcome_(outcome) {}
+  Teller(ProgramConsole& console, SlaveOutcome& outcome, const SlaveRecords& records)
+      : console_(console), outcome_(outcome), records_(records) {}
 
   void tell(Time now, SlaveRunner& runner) {
     ModeEvent event;
@@ -190,10 +191,12 @@ class Teller {
       if (event.fault && !same_cause(event.fault, standing_fault_)) faults_.add(event, kind);
       standing_fault_ = event.fault;
       console_.event(event.at, event_text(event), kind);
+      if (records_.on_mode) records_.on_mode(event);
       told_ = event.fault ? event.fault : event.blocking;
     }
     tell_nodes(runner);
     const SlaveStatus& status = runner.status();
+    tell_assist(status);
     if (!same_cause(status.blocking, standing_)) standing_since_ = now;
     standing_ = status.blocking;
     if (standing_ && !same_cause(standing_, told_) && now - standing_since_ >= kStandingReason) {
@@ -212,6 +215,13 @@ class Teller {
   }
 
  private:
+  void tell_assist(const SlaveStatus& status) {
+    const bool same =
+        status.assist.force_limit_N == assist_.force_limit_N && status.assist.stop_on_object == assist_.stop_on_object;
+    if (!status.heard || same) return;
+    assist_ = status.assist;
+    if (records_.on_assist) records_.on_assist(assist_);
+  }
   void tell_nodes(SlaveRunner& runner) {
     SetupFailureEvent failed;
     while (runner.next(failed)) {
@@ -236,6 +246,8 @@ class Teller {
 
   ProgramConsole& console_;
   SlaveOutcome& outcome_;
+  const SlaveRecords& records_;
+  AssistSettings assist_;
   RunEvents<ModeEvent> events_, faults_;
   RunEvents<SetupFailureEvent> failures_;
   Reason told_, standing_, standing_fault_;
@@ -273,7 +285,7 @@ SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& lin
   const auto runner = std::make_unique<SlaveRunner>(machine, bus, link, records, health);
   if (records.csv != nullptr) write_slave_header(*records.csv);
   SlaveOutcome outcome;
-  Teller teller(run.console, outcome);
+  Teller teller(run.console, outcome, records);
   PolicyNote policy("slave");
   const RealtimeClock clock;
   {

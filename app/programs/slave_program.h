@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -33,6 +34,9 @@ struct SlaveRecords {
   std::ostream* candump = nullptr;  ///< Every frame sent and received, candump log format.
   std::string interface = "can0";   ///< As the log names it.
   std::ostream* csv = nullptr;      ///< A row each step from the first complete measurement on.
+  // Called by the thread that tends the loop; may be empty.
+  std::function<void(const ModeEvent&)> on_mode{};
+  std::function<void(const AssistSettings&)> on_assist{};  ///< The operator has set other assists than before.
 };
 
 /// The set-up of a node failed: the request and its answer.

@@ -22,7 +22,8 @@ void write_header(std::ostream& out, const session::Judged& judged) {
   out << "<h1>" << escaped(s.scenario) << "</h1><p class=\"soft\">" << escaped(s.machine_name) << ", seed " << s.seed
       << ", " << escaped(s.operator_name) << " operator, " << escaped(s.control) << " law; link "
       << shown(s.delay_ms, "ms") << " one way, jitter " << shown(s.jitter_ms, "ms") << ", loss "
-      << shown(100 * s.loss, "%") << "</p>\n<span class=\"verdict" << (judged.passed ? "" : " bad") << "\">"
+      << shown(100 * s.loss, "%") << (s.impairment.empty() ? "" : ", and more: " + escaped(s.impairment))
+      << "</p>\n<span class=\"verdict" << (judged.passed ? "" : " bad") << "\">"
       << (judged.passed ? "Passed" : "Not passed") << ": " << met << " of " << judged.criteria.size()
       << " criteria</span>\n<dl class=\"facts\">";
   write_fact(out, "tip error in free motion (RMS)", shown(m.tip_rms_m, "m"));

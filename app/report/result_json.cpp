@@ -119,6 +119,7 @@ Json result_json(const session::Judged& judged) {
   json["machine_seed"] = s.machine_seed;
   json["link"] = {
       {"delay_ms", s.delay_ms}, {"jitter_ms", s.jitter_ms}, {"loss", s.loss}, {"bursts_per_s", s.bursts_per_s}};
+  if (!s.impairment.empty()) json["link"]["impairment"] = s.impairment;
   json["digest"] = s.digest;
   json["passed"] = judged.passed;
   json["criteria"] = criteria_json(judged.criteria);

@@ -61,8 +61,8 @@ bool FaultInjection::OperatorEnd::send(std::span<const std::uint8_t> bytes) noex
 bool FaultInjection::MachineEnd::receive(Datagram& datagram) noexcept {
   const bool received = link_.receive(datagram);
   const auto message = received ? decode_master(datagram.view()) : std::nullopt;
-  if (message && (!newest || newer(message->sequence, *newest))) {
-    newest = message->sequence;
+  if (message && (!newest || newer(message->stamp.sequence, *newest))) {
+    newest = message->stamp.sequence;
     last_good = now;
   }
   return received;

@@ -28,6 +28,8 @@ struct SimulateOptions {
   std::optional<std::uint64_t> machine_seed;
   std::optional<double> delay_ms, jitter_ms, loss;  ///< Link, one way; loss in [0, 1].
   std::optional<double> bursts_per_s;               ///< Outages of 50 ms, each way.
+  std::string impairment;                           ///< Link, name in config/links or .toml file, instead of all these.
+  std::string listen, connect;                      ///< With realtime: addresses of the link's two ends.
   std::optional<double> assist_force_limit_N;       ///< 0: off.
   bool assist_stop_on_object = false;
   bool realtime = false;

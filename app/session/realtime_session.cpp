@@ -73,6 +73,7 @@ class Loops {
 
  private:
   const SessionSetup& setup_;
+  const LinkStart operator_start_ = random_start(), machine_start_ = random_start();
   // wires and what crosses threads
   ThreadHid cable_;
   sim::ThreadedMachine machine_;
@@ -108,11 +109,12 @@ Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_
       machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, setup.seed),
       person_(operator_of(setup)),
       hand_(setup.device_truth(), setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
-      master_(setup.device, setup.machine, cable_.host(), operator_end, setup.law, master::FarEnd::kIsThisMachine),
-      master_book_(most_rows(setup)),
-      slave_(setup.machine, machine_.controller(), machine_end),
+      master_(setup.device, setup.machine, cable_.host(), operator_end, operator_start_, setup.law,
+              master::FarEnd::kIsThisMachine),
+      master_book_(most_rows(setup), machine_start_.origin),
+      slave_(setup.machine, machine_.controller(), machine_end, machine_start_),
       kinematics_(setup.machine),
-      slave_book_(most_rows(setup)),
+      slave_book_(most_rows(setup), operator_start_.origin),
       record_(start_record(setup)),
       machine_book_(most_frames(setup.machine.bus, setup.scenario.duration_s + kGrace_s)) {
   master_.set_assist(setup.scenario.assist);
@@ -193,8 +195,9 @@ void wait_for_the_end(const RealtimeClock& clock, const Loops& loops, double lon
 
 SessionOutcome run_realtime(const SessionSetup& setup, const std::function<void(double)>& progress) {
   refuse_faults(setup.scenario);
-  UdpLink machine_end = UdpLink::listen("127.0.0.1:0");
-  UdpLink operator_end = UdpLink::connect("127.0.0.1:" + std::to_string(machine_end.port()));
+  UdpLink machine_end = UdpLink::listen(setup.listen);
+  UdpLink operator_end =
+      UdpLink::connect(setup.connect.empty() ? "127.0.0.1:" + std::to_string(machine_end.port()) : setup.connect);
   Loops loops(setup, operator_end, machine_end);
   SessionOutcome outcome;
   const RealtimeClock clock;

@@ -75,6 +75,7 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   result.person = sim::name(person_named(options.person, setup.scenario.person));
   result.notes = std::move(loaded.notes);
   describe(setup, result);
+  result.impairment = options.impairment;
   const auto start = std::chrono::steady_clock::now();
   SessionOutcome outcome =
       options.realtime ? run_realtime(setup, hooks.progress) : run_on_virtual_time(setup, hooks.progress);

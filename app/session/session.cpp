@@ -69,14 +69,15 @@ Session::Impl::Impl(const SessionSetup& s)
     : setup(s),
       kinematics(s.machine),
       record(start_record(s)),
-      master_book(record.samples.capacity()),
-      slave_book(record.samples.capacity()),
+      master_book(record.samples.capacity(), start_from(s.seed, LinkEnd::kMachine).origin),
+      slave_book(record.samples.capacity(), start_from(s.seed, LinkEnd::kOperator).origin),
       machine_book(most_frames(s.machine.bus, s.scenario.duration_s)),
       person(operator_of(s)),
       hand(s.device_truth(), s.limb, s.seed, s.scenario.hand_rad),
       network(s.to_machine, s.to_operator, s.seed),
       faults(s.scenario.faults, network, s.machine.bus),
-      master(s.device, s.machine, hand.cable.host(), faults.operator_end(), s.law, master::FarEnd::kIsThisMachine),
+      master(s.device, s.machine, hand.cable.host(), faults.operator_end(), start_from(s.seed, LinkEnd::kOperator),
+             s.law, master::FarEnd::kIsThisMachine),
       far(s.machine, s.truth, s.scenario, s.seed, faults.machine_end()) {
   master.set_assist(s.scenario.assist);
   far.simulated.bus().set_tap(

@@ -33,7 +33,9 @@ struct SessionSetup {
   sim::LimbImpedance limb;
   sim::Person person;  ///< Whose limb it is.
   std::vector<sim::PathPoint> path;
-  LinkImpairment to_machine, to_operator;
+  LinkImpairment to_machine, to_operator;  ///< On virtual time.
+  std::string listen = "127.0.0.1:0";      ///< On real time: the machine's end,
+  std::string connect;                     ///< and where the operator's end sends to; empty: there.
   ControlLaw law = ControlLaw::kEchoSpring;
   std::uint64_t seed = 1, machine_seed = 1;
   [[nodiscard]] sim::DeviceTruth device_truth() const { return built_device.value_or(device); }

@@ -12,7 +12,7 @@ void add_span(std::vector<Span>& spans, const Span& span) noexcept {
 
 }  // namespace
 
-MasterBook::MasterBook(std::size_t rows) {
+MasterBook::MasterBook(std::size_t rows, Duration origin) : far_origin(origin) {
   felt.reserve(rows);
   warnings.reserve(kMostWarnings);
 }
@@ -27,24 +27,24 @@ void MasterBook::note(Time now, const master::MasterLoop& master) noexcept {
   if (warning && !same_cause(warning, warned)) keep(warnings, {warning, to_seconds(now.time_since_epoch())}, lost);
   warned = warning;
   const auto& told = master.machine();
-  if (!told || told->sequence == heard) return;
-  heard = told->sequence;
-  slave_to_master.add(now - told->sent_at);
-  if (told->sensor_at != kNever) add_span(felt, {told->sensor_at, now});
+  if (!told || told->stamp.sequence == heard) return;
+  heard = told->stamp.sequence;
+  slave_to_master.add(now - (told->stamp.sent_at - far_origin));
+  if (told->sensor_at != kNever) add_span(felt, {told->sensor_at - far_origin, now});
   if (master.device().ok) hand_to_master.add(now - master.device().measured_at);
 }
 
-SlaveBook::SlaveBook(std::size_t rows) {
+SlaveBook::SlaveBook(std::size_t rows, Duration origin) : far_origin(origin) {
   for (auto* spans : {&measured, &acted}) spans->reserve(rows);
 }
 
 void SlaveBook::note(Time now, const slave::SlaveLoop& slave) noexcept {
   add_span(measured, {now, now});
   const MasterMessage& message = slave.master();
-  if (message.sequence == heard) return;
-  heard = message.sequence;
-  master_to_slave.add(now - message.sent_at);
-  if (slave.mode() == Mode::kEngaged) add_span(acted, {message.device_report_at, now});
+  if (message.stamp.sequence == heard) return;
+  heard = message.stamp.sequence;
+  master_to_slave.add(now - (message.stamp.sent_at - far_origin));
+  if (slave.mode() == Mode::kEngaged) add_span(acted, {message.device_report_at - far_origin, now});
 }
 
 MachineBook::MachineBook(std::size_t most_frames) {

@@ -20,13 +20,14 @@ namespace knuckle::session {
 
 /// Latencies that end at the operator, and what the operator is warned of.
 struct MasterBook {
-  /// @param rows steps of the slave there is room for.
-  explicit MasterBook(std::size_t rows);
+  /// @param rows steps of the slave there is room for. @param far_origin of the slave's stamps.
+  MasterBook(std::size_t rows, Duration far_origin);
   /// After every master step.
   void note(Time now, const master::MasterLoop& master) noexcept;
   /// Adds warnings to the record.
   void hand_over(SessionRecord& record) const;
 
+  Duration far_origin;
   Histogram slave_to_master, hand_to_master;
   std::vector<Span> felt;
   std::uint32_t heard = 0;  ///< Sequence of the newest message.
@@ -37,10 +38,12 @@ struct MasterBook {
 
 /// Latencies that end at the machine's side.
 struct SlaveBook {
-  explicit SlaveBook(std::size_t rows);
+  /// @param far_origin of the master's stamps.
+  SlaveBook(std::size_t rows, Duration far_origin);
   /// After every slave step.
   void note(Time now, const slave::SlaveLoop& slave) noexcept;
 
+  Duration far_origin;
   Histogram master_to_slave;
   std::vector<Span> measured, acted;
   std::uint32_t heard = 0;

@@ -41,6 +41,7 @@ struct SessionResult {
   std::string family, person;  ///< Which machines the seed sampled from; "file": a truth file. How much of a person.
   std::uint64_t seed = 0, machine_seed = 0;
   double delay_ms = 0, jitter_ms = 0, loss = 0, bursts_per_s = 0;
+  std::string impairment;          ///< Link file, as it was named; empty: none.
   std::vector<std::string> notes;  ///< What was done to the inputs (gaps filled, angles scaled): shown everywhere.
   // What happened.
   SessionRecord record;

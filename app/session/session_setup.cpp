@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "app/session/link_file.h"
 #include "app/session/operator_path.h"
 #include "app/session/truth_file.h"
 #include "core/error.h"
@@ -11,13 +12,22 @@
 namespace knuckle::session {
 namespace {
 
-LinkImpairment impairment(const SimulateOptions& options, const Scenario& scenario) {
+void impair(const SimulateOptions& options, LoadedSession& loaded) {
+  SessionSetup& setup = loaded.setup;
+  if (!options.impairment.empty()) {
+    const LinkFile file = load_link(find_config("link", options.impairment));
+    setup.to_machine = file.to_machine;
+    setup.to_operator = file.to_operator;
+    if (!file.to_machine.address_changes.empty() || !file.to_operator.address_changes.empty())
+      loaded.notes.push_back(file.source + ": address changes do nothing on virtual time, which has no addresses");
+    return;
+  }
   LinkImpairment link;
-  link.delay = from_seconds(1e-3 * options.delay_ms.value_or(scenario.delay_ms));
+  link.delay = from_seconds(1e-3 * options.delay_ms.value_or(setup.scenario.delay_ms));
   link.jitter = from_seconds(1e-3 * options.jitter_ms.value_or(0.0));
   link.loss = options.loss.value_or(0.0);
   link.bursts_per_s = options.bursts_per_s.value_or(0.0);
-  return link;
+  setup.to_machine = setup.to_operator = link;
 }
 
 void refuse_impairment(const SimulateOptions& options) {
@@ -28,6 +38,10 @@ void refuse_impairment(const SimulateOptions& options) {
     if (value)
       throw InputError(std::string(name) + ": cannot be set with --realtime, which uses the real loopback link");
   }
+  if (!options.impairment.empty())
+    throw InputError(
+        "--impairment: cannot be set with --realtime: let `knuckle relay` impair the link between --listen "
+        "and --connect");
 }
 
 /// A recording takes its own time, whatever else the plan allows for.
@@ -71,6 +85,8 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   setup.seed = options.seed;
   setup.machine_seed = options.machine_seed.value_or(options.seed);
   sample_machine(options, setup);
+  if (!options.listen.empty()) setup.listen = options.listen;
+  setup.connect = options.connect;
   const std::string recording = options.operator_path();
   if (!recording.empty()) {
     OperatorPath path = load_operator_path(recording, options.map, setup.machine);
@@ -90,7 +106,7 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
     check_strength(setup.scenario, limb);
     setup.limb.strength_N = sim::strength_N(limb);
   }
-  if (!options.realtime) setup.to_machine = setup.to_operator = impairment(options, setup.scenario);
+  if (!options.realtime) impair(options, loaded);
   setup.law = control_law_named(options.control).value_or(setup.device.feel.law);
   loaded.operator_name = recording.empty() ? sim::name(limb) : options.operator_name;
   return loaded;

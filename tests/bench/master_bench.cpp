@@ -26,9 +26,7 @@ void master_step(benchmark::State& state) {
     rig.network.advance(rig.now);
     rig.hand.step(rig.now, rig.intent);
     if (++tick % 5 == 0) {
-      ++rig.machine.sequence;
-      rig.machine.sent_at = rig.now;
-      rig.network.b().send(encode(rig.machine).view());
+      rig.tell();
     }
     while (rig.network.b().receive(rig.datagram)) {
     }

@@ -96,8 +96,13 @@ struct ChangedSession {
   session::HandSide hand{setup.device, setup.limb, setup.seed, setup.scenario.hand_rad};
   ImpairedLink network{setup.to_machine, setup.to_operator, setup.seed};
   ChangedLink link;
-  master::MasterLoop master{setup.device, setup.machine, hand.cable.host(),
-                            network.a(),  setup.law,     master::FarEnd::kIsThisMachine};
+  master::MasterLoop master{setup.device,
+                            setup.machine,
+                            hand.cable.host(),
+                            network.a(),
+                            start_from(setup.seed, LinkEnd::kOperator),
+                            setup.law,
+                            master::FarEnd::kIsThisMachine};
   session::MachineSide far{setup.machine, setup.truth, setup.scenario, setup.seed, link};
 };
 

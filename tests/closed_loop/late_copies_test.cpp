@@ -49,8 +49,7 @@ TEST(LateCopies, DoNotEndAnOutageNorLetAnythingResumeByItself) {
       session::SessionSetup setup = story(seed);
       const double cut_s = in_full_motion(setup);
       for (LinkImpairment* way : {&setup.to_machine, &setup.to_operator}) {
-        way->cut_from = Time(from_seconds(cut_s));
-        way->cut_until = way->cut_from + outage;
+        way->outages = {{.from = Time(from_seconds(cut_s)), .length = outage}};
       }
       const auto record = run_session(setup).record;
       ASSERT_EQ(record.faults.size(), 1U);

@@ -68,7 +68,7 @@ struct Waves {
     from_hand_J -= felt_N.dot(hand_mps) * in.position_scale / in.force_scale * kStep_s;
 
     MasterMessage message;
-    message.sent_at = now;
+    message.stamp.sent_at = now;
     message.wave_Ns_per_m = law.impedance_Ns_per_m();
     message.wave = law.leaving();
     const MasterMessage arrived = up.step({now, message}).message;
@@ -153,7 +153,7 @@ struct Blocked {
     asked.velocity_radps = asked_radps;
     asked.position_rad += kStep_s * asked_radps;
     MasterMessage message;
-    message.sent_at = now;
+    message.stamp.sent_at = now;
     message.wave_Ns_per_m = 2000;
     const double in_m = (kinematics.tip(reference_rad) - kinematics.tip(start_rad)).dot(into_wall);
     const PlanarVector world_N = -std::max(0.0, 2000 + 1e4 * in_m) * into_wall;

@@ -128,6 +128,7 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
     });
   });
   console::StationSetup station;
+  station.start = random_start();
   station.device = setup.device;
   station.machine = setup.machine;
   station.limb = setup.limb;

@@ -1,16 +1,19 @@
-// Any text as a machine, device and scenario file: refused in one line, or a description that holds what it promises.
+// Any text as a machine, device, scenario and link file: refused in one line, or a description that holds what it
+// promises.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
 #include <string_view>
 
+#include "app/session/link_file.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "tests/fuzz/file_in_memory.h"
+#include "transport/impairment_model.h"
 
 namespace {
 
@@ -57,6 +60,21 @@ void check_scenario(const std::string& path) {
   }
 }
 
+/// What a file promises holds for every datagram: it arrives when it was sent or later, a bounded number of times.
+void check_link(std::string_view text) {
+  const knuckle::session::LinkFile file = knuckle::session::parse_link(text, "input");
+  for (const knuckle::LinkImpairment* way : {&file.to_machine, &file.to_operator}) {
+    knuckle::ImpairmentModel model(*way, 1);
+    for (int i = 0; i < 200; ++i) {
+      const knuckle::Time now(i * std::chrono::milliseconds(i));
+      const auto fate = model.send(150, now);
+      require(fate.copies <= fate.arrivals.size());
+      for (std::size_t copy = 0; copy < fate.copies; ++copy)
+        require(fate.arrivals[copy] >= now && fate.arrivals[copy] < now + std::chrono::hours(24 * 365));
+    }
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -65,5 +83,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   refused_or([&] { check_machine(text); });
   refused_or([&] { (void)knuckle::load_device(file.path()); });
   refused_or([&] { check_scenario(file.path()); });
+  refused_or([&] { check_link(text); });
   return 0;
 }

@@ -53,7 +53,7 @@ $on_operators_host knuckle doctor --device hid --device-file my_device.toml > "$
 check "doctor takes the calibrated file, and shows the stop's angle at its stop" eval \
   'all_well $result/doctor_calibrated.log $? && holds $result/doctor_calibrated.log "forearm: .* = 62[.][56] deg"'
 $on_operators_host knuckle master --machine solar015 --device hid --device-file my_device.toml --connect 10.0.0.1:5683 \
-  --insecure --duration 2 --json "$result/calibrated.json" > "$result/calibrated.log" 2>&1
+  --insecure --insecure --duration 2 --json "$result/calibrated.json" > "$result/calibrated.log" 2>&1
 check "master takes the device by its calibrated file" of calibrated '.device_states | map(.ready) | any'
 stop hand
 plan

@@ -68,7 +68,7 @@ only_reads() {
   holds "$1" ' 6..#40' && not grep -q -v -E ' (6[0-9A-F]{2}#40[0-9A-F]{14}|5[89A-F][0-9A-F]#.*|7[0-9A-F]{2}#(00|7F))$' "$1"
 }
 
-check "README's section has the seven commands that are tried here" test "$(wc -l < /tmp/commands)" -eq 7
+check "README's section has the nine commands that are tried here" test "$(wc -l < /tmp/commands)" -eq 9
 check "the machine file is copied" sh -c "$(command_like '^cp ')"
 
 read_me doctor "" "$(command_like 'doctor$')"
@@ -149,12 +149,23 @@ check "... it describes itself" holds "$result/doctor_device.log" '^ok .*describ
 check "... and reports a thousand times a second" holds "$result/doctor_device.log" '^ok .*reports: \(9[89]\|10[012]\).* 0 damaged'
 stop device
 
+# Each computer has a home of its own, and a person who types yes.
+mkdir /home_of_machine /home_of_operator
+export HOME=/home_of_machine
+operator="$on_operators_host env HOME=/home_of_operator"
+start pair_machine sh -c "echo yes | $(command_like 'pair --listen')"
+start pair_operator $operator sh -c "echo yes | $(command_like 'pair --connect')"
+check "pair: the machine's computer" exit_code_of pair_machine
+check "pair: the operator's computer" exit_code_of pair_operator
+code_of() { grep -e '^code: ' "$result/$1.log"; }
+check "... both show the same code" test -n "$(code_of pair_machine)" -a "$(code_of pair_machine)" = "$(code_of pair_operator)"
+
 # Work. The one thing added: a picture for the simulated operator, who sees what --mirror shows.
 record session can0,210:7FC
 start slave sh -c "exec $(command_like 'knuckle slave')"
 start device $on_operators_host knuckle device --gadget /dev/hidg0 --scenario /lab/sweep.toml --screen 127.0.0.1:5690 \
   --json "$result/device.json"
-start master $on_operators_host sh -c "exec $(command_like 'knuckle master') --mirror 127.0.0.1:5690"
+start master $operator sh -c "exec $(command_like 'knuckle master') --mirror 127.0.0.1:5690"
 check "slave and master: the operator engages the machine" within 60 holds "$result/slave.log" ' engaged'
 check "... leads it, and lets go" exit_code_of device
 check "... having moved its valves over CAN" holds "$result/session.candump.log" ' 21[012]#.[7F]00.*[1-9A-F]'
@@ -164,6 +175,7 @@ check "... letting go of machine and device" holds "$result/master.log" 'stopped
 signal slave TERM
 check "SIGTERM ends the slave in order" exit_code_of slave
 check "... with valves disabled and pilot pressure off" holds "$result/slave.log" 'stopped: valves disabled, pilot pressure off'
+check "... and the audit trail says who had control" sh -c "knuckle audit /home_of_machine/.config/knuckle/audit | grep -q control_taken"
 check "... and no fault before the device had gone" not holds "$result/slave.log" 'fault \(node\|sensor\|bus\|safety\)'
 stop recorder
 stop node

@@ -97,7 +97,7 @@ TEST(MasterLoop, AFarEndOfWhichOnlyNonsenseComesHasNotToldItsMachine) {
 TEST(MasterLoop, LeadsUncheckedOnlyAFarEndThatIsMadeOfTheSameDescription) {
   for (const FarEnd far_end : {FarEnd::kIsThisMachine, FarEnd::kTellsItsMachine}) {
     MasterRig rig;
-    MasterLoop loop(test::desk_device(), test::desk_machine(), rig.cable.host(), rig.network.a(),
+    MasterLoop loop(test::desk_device(), test::desk_machine(), rig.cable.host(), rig.network.a(), {5, 1h},
                     ControlLaw::kEchoSpring, far_end);
     for (int i = 0; i < 500; ++i) {
       rig.now += 1ms;
@@ -121,25 +121,24 @@ TEST(MasterLoop, KeepsTheNewestStatusBesideTheMessages) {
   garbage.size = 3;
   rig.network.b().send(garbage.view());
   for (int i = 0; i < 3; ++i) {  // all in one step
-    rig.status.steps = ++rig.status.sequence;
-    rig.network.b().send(encode(rig.status).view());
-    ++rig.machine.sequence;
-    rig.network.b().send(encode(rig.machine).view());
+    rig.status.steps = rig.status.stamp.sequence + 1;
+    rig.tell_status();
+    rig.tell();
   }
   rig.tick();
   EXPECT_EQ(rig.loop.machine_status()->steps, rig.status.steps);
   EXPECT_EQ(rig.loop.machine_status_at(), rig.now) << "its arrival";
-  EXPECT_EQ(rig.loop.machine()->sequence, rig.machine.sequence);
+  EXPECT_EQ(rig.loop.machine()->stamp.sequence, rig.machine.stamp.sequence);
 }
 
-TEST(MasterLoop, TheNewestStatusWinsUntilTheMachineHasBeenSilent) {
+TEST(MasterLoop, TheNewestStatusWinsUntilTheMachineHasRestarted) {
   MasterRig rig;
   rig.tells_status = false;
   const auto told = [&](double after_s, std::uint32_t sequence, std::uint64_t steps) {
     rig.run(after_s - 0.002);
-    rig.status.sequence = sequence;
+    rig.status.stamp.sequence = sequence - 1;
     rig.status.steps = steps;
-    rig.network.b().send(encode(rig.status).view());
+    rig.tell_status();
     rig.run(0.002);
     return rig.loop.machine_status()->steps;
   };
@@ -149,7 +148,14 @@ TEST(MasterLoop, TheNewestStatusWinsUntilTheMachineHasBeenSilent) {
   EXPECT_EQ(told(0.05, 0xFFFFFFFF, 3), 2u) << "late";
   EXPECT_EQ(told(0.05, 0, 4), 2u) << "twice";
   EXPECT_EQ(rig.loop.machine_status_at(), newest);
-  EXPECT_EQ(told(0.9, 0xFFFFFFFF, 5), 5u) << "it has started anew";
+  EXPECT_EQ(told(1.9, 0xFFFFFFFF, 5), 2u);
+  rig.machine_silent = true;
+  rig.run(1);
+  rig.machine_silent = false;
+  rig.session = LinkSession({12, 0h}, 200ms);
+  rig.run(0.01);
+  EXPECT_FALSE(rig.loop.machine_status()) << "it may be another machine";
+  EXPECT_EQ(told(0.1, 0xFFFFFFFF, 6), 6u);
 }
 
 TEST(MasterLoop, WithNobodyWhoAttendsSaysThatNobodyHoldsTheDeviceWhateverTheDeviceSays) {
@@ -189,11 +195,11 @@ TEST(MasterLoop, LetsGoOfMachineAndDeviceForGood) {
   EXPECT_GT(rig.hand.truth().felt_N.norm(), 3);
   rig.loop.let_go();
   rig.loop.set_nobody(false);
-  const std::uint32_t said = rig.heard.sequence;
+  const std::uint32_t said = rig.heard.stamp.sequence;
   for (int i = 0; i < 100; ++i) {
     EXPECT_FALSE(rig.loop.has_let_go()) << i;
     rig.tick();
-    if (rig.heard.sequence > said + 1) {
+    if (rig.heard.stamp.sequence > said + 1) {
       ASSERT_FALSE(anybody(rig.heard)) << i;
     }
   }
@@ -207,7 +213,7 @@ TEST(MasterLoop, LetsGoOfMachineAndDeviceForGood) {
 TEST(MasterLoop, TellsTheDeviceToBeOffFromTheStepThatLetsGoOn) {
   MasterRig rig;
   test::Overheard port(rig.cable.host());
-  MasterLoop loop(test::desk_device(), test::desk_machine(), port, rig.network.a(), ControlLaw::kEchoSpring);
+  MasterLoop loop(test::desk_device(), test::desk_machine(), port, rig.network.a(), {5, 1h}, ControlLaw::kEchoSpring);
   const auto step = [&] {
     rig.now += 1ms;
     rig.cable.advance();

@@ -34,12 +34,12 @@ double worst_slew(MasterRig& rig, Story&& story) {
 TEST(MasterLoop, SendsTheHandsJointsFiveHundredTimesASecond) {
   MasterRig rig;
   rig.run(0.5);
-  const std::uint32_t first = rig.heard.sequence;
+  const std::uint32_t first = rig.heard.stamp.sequence;
   rig.run(1);
-  EXPECT_EQ(rig.heard.sequence - first, 500u);
+  EXPECT_EQ(rig.heard.stamp.sequence - first, 500u);
   EXPECT_TRUE(rig.heard.device_ok && rig.heard.presence);
   EXPECT_NEAR((rig.heard.position_rad - rig.hand.truth().joint_rad).norm(), 0, 1e-3);
-  EXPECT_LE(rig.heard.sent_at - rig.heard.device_report_at, 2ms);
+  EXPECT_LE(rig.heard.stamp.sent_at - rig.heard.device_report_at, 2ms);
 }
 
 TEST(MasterLoop, SendsSpeedAheadOfPosition) {
@@ -64,11 +64,11 @@ TEST(MasterLoop, MeasuresTheRoundTripFromItsOwnEchoedTime) {
 TEST(MasterLoop, LetsTheEchoOfASilentMachineGrowOld) {
   MasterRig rig;
   rig.engage();
-  EXPECT_LE(rig.now - rig.heard.echoed_slave_time, 10ms);
-  const Time last = rig.machine.sent_at;
+  EXPECT_LE(rig.now - rig.heard.stamp.echoed, 10ms);
+  const Time last = rig.machine.stamp.sent_at - 2h;
   rig.machine_silent = true;
   rig.run(2);
-  EXPECT_LE(rig.heard.echoed_slave_time, last + kMostHeld);
+  EXPECT_LE(rig.heard.stamp.echoed, last + kMostHeld);
 }
 
 TEST(MasterLoop, DragsLessThanTwoTenthsOfANewtonInFreeMotion) {
@@ -319,7 +319,7 @@ TEST(MasterLoop, TakesTheNewestMessageAndIgnoresOvertakenOnes) {
   MasterRig rig;
   rig.run(0.3);
   SlaveMessage late = rig.machine;
-  late.sequence -= 3;
+  late.stamp.sequence -= 3;
   late.mode = Mode::kFault;
   rig.network.b().send(encode(late).view());
   rig.run(0.003);
@@ -331,20 +331,20 @@ TEST(MasterLoop, ShowsItsTapEveryMessageCopiesAndOvertakenOnesIncluded) {
   rig.run(0.3);
   std::vector<std::uint32_t> seen;
   rig.loop.set_tap({[](void* numbers, const SlaveMessage& message) {
-                      static_cast<std::vector<std::uint32_t>*>(numbers)->push_back(message.sequence);
+                      static_cast<std::vector<std::uint32_t>*>(numbers)->push_back(message.stamp.sequence);
                     },
                     &seen});
-  const std::uint32_t newest = rig.machine.sequence;
+  const std::uint32_t newest = rig.machine.stamp.sequence;
   Datagram garbage;
   garbage.size = 3;
   rig.network.b().send(garbage.view());
   for (const std::uint32_t sequence : {newest + 2, newest + 1, newest + 2}) {
-    rig.machine.sequence = sequence;
+    rig.machine.stamp.sequence = sequence;
     rig.network.b().send(encode(rig.machine).view());
   }
   rig.run(0.002);
   EXPECT_EQ(seen, (std::vector<std::uint32_t>{newest, newest + 2, newest + 1, newest + 2}));
-  EXPECT_EQ(rig.loop.machine()->sequence, newest + 2);
+  EXPECT_EQ(rig.loop.machine()->stamp.sequence, newest + 2);
 }
 
 TEST(MasterLoop, LateCopyEndsNoSilence) {
@@ -354,7 +354,7 @@ TEST(MasterLoop, LateCopyEndsNoSilence) {
   rig.run(0.1);
   rig.machine_silent = true;
   rig.run(1.5);
-  ASSERT_EQ(rig.loop.machine()->sequence, rig.machine.sequence);
+  ASSERT_EQ(rig.loop.machine()->stamp.sequence, rig.machine.stamp.sequence);
   for (SlaveMessage copy : {before, rig.machine}) {
     copy.mode = Mode::kReady;
     rig.network.b().send(encode(copy).view());
@@ -369,7 +369,8 @@ TEST(MasterLoop, HearsAMachinesSideThatStartedAnewAfterASecondOfSilence) {
   rig.engage();
   rig.machine_silent = true;
   rig.run(0.5);
-  rig.machine.sequence = 0;
+  rig.session = LinkSession({12, 0h}, 200ms);
+  rig.machine.stamp.sequence = 0;
   rig.machine.mode = Mode::kReady;
   rig.machine_silent = false;
   rig.run(0.4);
@@ -395,7 +396,7 @@ TEST(MasterLoop, EndsItsStepHoweverMuchTheNetworkBrings) {
     HidPair cable;
     Flood flood;
     flood.brought = brought;
-    MasterLoop loop(test::desk_device(), test::desk_machine(), cable.host(), flood, ControlLaw::kEchoSpring);
+    MasterLoop loop(test::desk_device(), test::desk_machine(), cable.host(), flood, {5, 1h}, ControlLaw::kEchoSpring);
     const test::NoAllocScope scope;
     loop.step(Time(1ms));
     const auto allocations = scope.allocations();

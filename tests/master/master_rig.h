@@ -12,6 +12,7 @@
 #include "transport/hid_pair.h"
 #include "transport/impaired_link.h"
 #include "transport/link_messages.h"
+#include "transport/link_session.h"
 #include "transport/machine_status.h"
 
 namespace knuckle::test {
@@ -24,7 +25,7 @@ struct MasterRig {
                      const sim::LimbImpedance& limb = steady_limb(), const DeviceDescription& device = desk_device())
       : network({.delay = one_way}, {.delay = one_way}, 1),
         hand(device, limb, cable.device(), 1, kMidPosture, 77),
-        loop(device, desk_machine(), cable.host(), network.a(), law) {
+        loop(device, desk_machine(), cable.host(), network.a(), {5, 1h}, law) {
     intent.joint_rad = kMidPosture;
     intent.presence = true;
     machine.mode = Mode::kReady;
@@ -40,18 +41,24 @@ struct MasterRig {
     hand.step(now, intent);
     loop.step(now);
     while (network.b().receive(datagram)) {
-      if (const auto message = decode_master(datagram.view())) heard = *message, heard_at = now;
+      auto message = decode_master(datagram.view());
+      if (!message) continue;
+      (void)session.take(message->stamp, now);
+      heard = *message, heard_at = now;
     }
     if (now.time_since_epoch() % 5ms != 0ns || machine_silent) return;
     if (follow) machine.position_rad = heard.position_rad;
     if (react) react(*this);
     machine.ahead_rad = heard.position_rad - machine.position_rad;
-    ++machine.sequence;
-    machine.sent_at = now;
-    machine.echoed_master_time = heard.sent_at == Time{} ? Time{} : heard.sent_at + (now - heard_at);
+    tell();
+    if (now.time_since_epoch() % 50ms == 0ms && tells_status) tell_status();
+  }
+  void tell() {
+    machine.stamp = session.stamp(machine.stamp.sequence + 1, now);
     network.b().send(encode(machine).view());
-    if (now.time_since_epoch() % 50ms != 0ms || !tells_status) return;
-    ++status.sequence;
+  }
+  void tell_status() {
+    status.stamp = session.stamp(status.stamp.sequence + 1, now);
     network.b().send(encode(status).view());
   }
   void run(double seconds) {
@@ -74,7 +81,8 @@ struct MasterRig {
   MachineStatus status;
   bool follow = true, machine_silent = false, tells_status = true;
   std::function<void(MasterRig&)> react;
-  MasterMessage heard;
+  LinkSession session{{11, 2h}, 200ms};  ///< The machine's.
+  MasterMessage heard;                   ///< Its echo by the machine's clock, which is `now`.
   Time heard_at{};
   Datagram datagram;
 };

@@ -195,11 +195,15 @@ TEST(ProgramThreads, AMachineThatIsAnotherAtEveryStepFillsNoLog) {
   ASSERT_TRUE(eventually([&] { return wire.receive(heard); }));
   SlaveMessage message;
   MachineStatus status;
+  const RealtimeClock clock;
+  LinkSession session(random_start(), 200ms);
   int sent = 0;
   ASSERT_TRUE(eventually([&] {
+    const Time now = clock.now();
     while (wire.receive(heard)) {
+      if (auto told = decode_master(heard.view())) (void)session.take(told->stamp, now);
     }
-    message.sequence = status.sequence = static_cast<std::uint32_t>(++sent);
+    message.stamp = status.stamp = session.stamp(static_cast<std::uint32_t>(++sent), now);
     message.mode = sent % 2 == 0 ? Mode::kReady : Mode::kFault;
     message.fault = {};
     if (message.mode == Mode::kFault) message.fault.code = ReasonCode::kEmergencyStop;

@@ -9,12 +9,14 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <ostream>
 #include <streambuf>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "app/programs/node_program.h"
@@ -27,6 +29,7 @@
 #include "sim/truth.h"
 #include "transport/canopen.h"
 #include "transport/link_messages.h"
+#include "transport/link_session.h"
 #include "transport/machine_status.h"
 #include "transport/thread_wires.h"
 #include "transport/udp_link.h"
@@ -187,7 +190,8 @@ class Site {
 /// it asks for the pose that the machine has.
 class Hand {
  public:
-  explicit Hand(const std::string& address) : link_(UdpLink::connect(address)) {
+  explicit Hand(const std::string& address) : Hand(std::make_unique<UdpLink>(UdpLink::connect(address))) {}
+  explicit Hand(std::unique_ptr<Link> link) : link_(std::move(link)) {
     say([](MasterMessage& m) { m.device_ok = m.presence = true; });
     thread_.emplace(RealtimeOptions{.name = "hand", .period = 2ms, .fifo_priority = 60}, RealtimeClock(),
                     [this](Time now) { step(now); });
@@ -219,12 +223,11 @@ class Hand {
 
  private:
   void step(Time now) noexcept {
-    while (link_.receive(datagram_)) {
+    while (link_->receive(datagram_)) {
       if (const auto status = decode_status(datagram_.view())) statuses_.put(*status);
-      const auto told = decode_slave(datagram_.view());
-      if (!told) continue;
+      auto told = decode_slave(datagram_.view());
+      if (!told || session_.take(told->stamp, now) == LinkSession::Verdict::kForeign) continue;
       heard_.put(*told);
-      slave_at_ = told->sent_at;
       if (told->mode != Mode::kEngaged) from_rad_ = told->position_rad;
     }
     to_say_.take(said_);
@@ -235,10 +238,9 @@ class Hand {
     MasterMessage message = said_;
     message.position_rad = from_rad_ + away_rad_;
     if (since_s > 0) message.velocity_radps = way_rad / since_s;
-    message.sequence = ++sequence_;
-    message.sent_at = message.device_report_at = now;
-    message.echoed_slave_time = slave_at_;
-    if (!silent_) link_.send(encode(message).view());
+    message.stamp = session_.stamp(++sequence_, now);
+    message.device_report_at = session_.to_link(now);
+    if (!silent_) link_->send(encode(message).view());
   }
   // the test's thread
   MasterMessage meant_;
@@ -250,12 +252,12 @@ class Hand {
   Mailbox<MachineStatus> statuses_;
   std::atomic<bool> silent_{false};
   // the hand's thread
-  UdpLink link_;
+  std::unique_ptr<Link> link_;
   static constexpr double kPace_radps = 0.5;
   MasterMessage said_;  // position: away from from_rad_, where the hand goes to
   JointVector from_rad_ = JointVector::Zero(), away_rad_ = JointVector::Zero();
   Time stepped_at_ = kNever;
-  Time slave_at_{};
+  LinkSession session_{random_start(), kRestartSilence};
   std::uint32_t sequence_ = 0;
   Datagram datagram_;
   std::optional<RealtimeThread> thread_;

@@ -52,8 +52,8 @@ TEST_F(SimulatedSlaveThreads, RunsWithoutAnyInterfaceRecordsItsBusAndSaysThatItI
   {
     Hand hand(address);
     ASSERT_TRUE(eventually([&] { return hand.sees(Mode::kReady); }));  // its nodes are set up, its valves active
-    const std::uint32_t then = hand.machine()->sequence;
-    ASSERT_TRUE(eventually([&] { return hand.machine()->sequence > then + 50; }));
+    const std::uint32_t then = hand.machine()->stamp.sequence;
+    ASSERT_TRUE(eventually([&] { return hand.machine()->stamp.sequence > then + 50; }));
   }
   program.signal(SIGTERM);
   const ProgramRun run = program.wait();

@@ -33,8 +33,8 @@ struct Bench {
     hand.cable.advance();
     network.advance(now);
     MasterMessage message;
-    message.sequence = ++sequence;
-    message.sent_at = now;
+    message.stamp.sequence = ++sequence;
+    message.stamp.sent_at = now;
     (void)faults.operator_end().send(encode(message).view());
     faults.step(now, phase, in_phase, far, hand);
     Datagram datagram;
@@ -114,12 +114,12 @@ Reports reports(Bench& bench, int from_ms, int to_ms) {
   for (int ms = from_ms; ms < to_ms; ++ms) {
     bench.step(1, ms * 1ms);
     SlaveMessage message;
-    message.sent_at = bench.now;
+    message.stamp.sent_at = bench.now;
     (void)bench.faults.machine_end().send(encode(message).view());
     Datagram datagram;
     while (bench.faults.operator_end().receive(datagram)) {
       seen.share += 1.0 / (to_ms - from_ms);
-      seen.delay = bench.now - decode_slave(datagram.view())->sent_at;
+      seen.delay = bench.now - decode_slave(datagram.view())->stamp.sent_at;
     }
   }
   return seen;

@@ -94,7 +94,9 @@ TEST(FaultInjection, ACopyOfASetPointIsNoNews) {
     const Time now(t * 1ms);
     network.advance(now);
     faults.step(now, 0, t * 1ms, far, hand);
-    message.sequence = t <= 10 ? static_cast<std::uint32_t>(t) : t % 2 == 0 ? 10U : 9U;  // from 10 ms on: old ones
+    message.stamp.sequence = t <= 10      ? static_cast<std::uint32_t>(t)
+                             : t % 2 == 0 ? 10U
+                                          : 9U;  // from 10 ms on: old ones
     if (t < 30) faults.operator_end().send(encode(message).view());
     Datagram datagram;
     while (faults.machine_end().receive(datagram)) {

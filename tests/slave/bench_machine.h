@@ -3,8 +3,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <deque>
 #include <memory>
 #include <random>
 #include <vector>
@@ -26,21 +26,24 @@ class ScriptedLink final : public Link {
     return true;
   }
   bool receive(Datagram& datagram) noexcept override {
-    if (!pending_) return false;
-    datagram = next_;
-    pending_ = false;
+    if (read_ == count_) return false;
+    datagram = waiting_[read_++];
     return true;
   }
-  void deliver(const Datagram& datagram) noexcept {
-    next_ = datagram;
-    pending_ = true;
+  /// Instead of all that waits.
+  void deliver(const Datagram& datagram, Duration waited = {}) noexcept {
+    read_ = count_ = 0;
+    queue(datagram);
+    waiting_[0].waited = waited;
   }
+  /// Behind what waits.
+  void queue(const Datagram& datagram) noexcept { waiting_.at(count_++) = datagram; }
   [[nodiscard]] const std::optional<SlaveMessage>& last() const noexcept { return last_; }
 
  private:
   std::optional<SlaveMessage> last_;
-  Datagram next_;
-  bool pending_ = false;
+  std::array<Datagram, 4> waiting_;
+  std::size_t read_ = 0, count_ = 0;
 };
 
 struct SentFrame {
@@ -80,12 +83,14 @@ inline std::array<double, 2 * kJoints> resting_pressures_Pa(const MachineDescrip
 
 class BenchMachine {
  public:
-  explicit BenchMachine(const MachineDescription& machine = test_machine())
+  /// @param own of the loop.
+  explicit BenchMachine(const MachineDescription& machine = test_machine(), const LinkStart& own = {11, 1h})
       : description(machine),
         kinematics(machine),
         bus(2, machine.bus.bit_rate),
         nodes(machine, errors(), bus.port(1), 1),
-        loop(machine, bus.port(0), link) {
+        start(own),
+        loop(machine, bus.port(0), link, own) {
     wire.reserve(200000);
     bus.set_tap({[](void* context, Time at, const CanFrame& frame) {
                    auto& self = *static_cast<BenchMachine*>(context);
@@ -108,10 +113,9 @@ class BenchMachine {
     bus.advance(now);
     if (ticks % 5 != 0) return;
     if (link_up) {
-      ++hand.sequence;
-      hand.sent_at = now + master_clock;
-      hand.echoed_slave_time = now - round_trip;
-      link.deliver(encode(hand));
+      const std::uint32_t sequence = hand.stamp.sequence + 1;
+      hand.stamp = {hand_session, start.session, sequence, now + master_clock, now - round_trip + start.origin};
+      link.deliver(encode(hand), waited);
     }
     if (!hung) loop.step(now);
   }
@@ -178,6 +182,7 @@ class BenchMachine {
   VirtualCanBus bus;
   sim::CanNodes nodes;
   ScriptedLink link;
+  LinkStart start;
   slave::SlaveLoop loop;
   sim::MachineSignals signals;
   MasterMessage hand;
@@ -185,7 +190,9 @@ class BenchMachine {
   long ticks = 0;
   bool link_up = true, hung = false, recording = true;
   Duration round_trip = 20ms;
-  Duration master_clock{};   ///< Of the operator's side, against ours.
+  Duration master_clock{};  ///< Of the operator's side, against ours.
+  Duration waited{};        ///< Of its messages, in the kernel of the machine's side.
+  std::uint64_t hand_session = 5;
   PerJoint<bool> blocked{};  ///< The cylinder does not move whatever its valve does.
   std::vector<SentFrame> wire;
 

@@ -20,7 +20,7 @@ struct Drawn {
         kinematics(description),
         bus(2, description.bus.bit_rate),
         machine(sim::sample_truth(description, seed), world, kStart, bus.port(1), seed),
-        loop(description, bus.port(0), link) {
+        loop(description, bus.port(0), link, kStarted) {
     hand.device_ok = hand.presence = true;
     hand.position_rad = kStart;
   }
@@ -29,9 +29,7 @@ struct Drawn {
     bus.advance(now);
     machine.step(now);
     if (++ticks % 5 != 0) return;
-    ++hand.sequence;
-    hand.sent_at = now;
-    hand.echoed_slave_time = now - 20ms;
+    hand.stamp = {5, kStarted.session, hand.stamp.sequence + 1, now, now - 20ms + kStarted.origin};
     link.deliver(encode(hand));
     loop.step(now);
   }
@@ -57,6 +55,7 @@ struct Drawn {
   }
 
   static inline const JointVector kStart{0.3, -1.5, -0.9};
+  static constexpr LinkStart kStarted{11, 1h};
   MachineDescription description;
   Kinematics kinematics;
   VirtualCanBus bus;

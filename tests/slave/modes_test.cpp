@@ -172,16 +172,25 @@ TEST(Modes, NonFiniteHandNeverEngages) {
   EXPECT_EQ(s.step(), Mode::kAligning);
 }
 
-TEST(Modes, LongRoundTripKeepsFromEngagingAndHoldsALedMachine) {
+TEST(Modes, LongRoundTripKeepsFromAligningAndHoldsALedMachine) {
   Story s;
-  s.in.hold = reason(ReasonCode::kRoundTripTooLong);
-  EXPECT_EQ(s.engage(), Mode::kAligning);
+  s.in.late = reason(ReasonCode::kRoundTripTooLong);
+  EXPECT_EQ(s.engage(), Mode::kReady) << "pilot pressure is not for packets that old";
   EXPECT_EQ(s.blocking.code, ReasonCode::kRoundTripTooLong);
-  s.in.hold = {};
-  EXPECT_EQ(s.step(), Mode::kEngaged);
-  s.in.hold = reason(ReasonCode::kRoundTripTooLong);
+  s.in.late = {};
+  EXPECT_EQ(s.steps(100), Mode::kReady) << "nor was the press";
+  EXPECT_EQ(s.blocking.code, ReasonCode::kEnableHeld);
+  s.in.hand_rad[kBoom] += 10 * kDeg;
+  EXPECT_EQ(s.engage(), Mode::kAligning);
+  s.in.late = reason(ReasonCode::kRoundTripTooLong);
+  EXPECT_EQ(s.step(), Mode::kReady);
+  s.in.late = {};
+  s.in.hand_rad = s.in.machine_rad;
+  EXPECT_EQ(s.engage(), Mode::kEngaged);
+  s.in.late = reason(ReasonCode::kRoundTripTooLong);
   EXPECT_EQ(s.step(), Mode::kHold);
-  s.in.hold = {};
+  EXPECT_EQ(s.blocking.code, ReasonCode::kRoundTripTooLong);
+  s.in.late = {};
   s.in.hand_rad[kBoom] += 6 * kDeg;  // the hand went on meanwhile
   EXPECT_EQ(s.step(), Mode::kHold);
   EXPECT_EQ(s.blocking.code, ReasonCode::kHandNotAligned);
@@ -228,10 +237,10 @@ TEST(Modes, ReleaseAndPressHeardOverTooLongARoundTripDoNotEndAFault) {
   s.in.link_lost = reason(ReasonCode::kLinkLost);
   s.step();
   s.in.link_lost = {};
-  s.in.hold = reason(ReasonCode::kRoundTripTooLong);
+  s.in.late = reason(ReasonCode::kRoundTripTooLong);
   EXPECT_EQ(s.engage(), Mode::kFault);
   EXPECT_EQ(s.blocking.code, ReasonCode::kRoundTripTooLong);
-  s.in.hold = {};
+  s.in.late = {};
   EXPECT_EQ(s.steps(50), Mode::kFault);
   EXPECT_EQ(s.blocking.code, ReasonCode::kReleaseToRecover);
   EXPECT_EQ(s.engage(), Mode::kEngaged);
@@ -390,12 +399,13 @@ TEST(Modes, EveryDecisionSaysWhatItMeansAndNoMore) {
     if (flip(0.1)) in.sensor_fault = reason(ReasonCode::kSensorStale, 0x30);
     if (flip(0.1)) in.machine_fault = reason(ReasonCode::kNodeSilent, 0x10);
     if (flip(0.1)) in.device = reason(ReasonCode::kDeviceLost);
-    if (flip(0.1)) in.hold = reason(ReasonCode::kRoundTripTooLong);
+    if (flip(0.1)) in.late = reason(ReasonCode::kRoundTripTooLong);
+    if (flip(0.1)) in.hold = reason(ReasonCode::kBuriedObject);
     if (flip(0.1)) in.hand_rad[kArm] += 0.2;
     const Mode before = s.state.mode;
     const Mode after = s.step();
     look(s.blocking), look(s.state.fault);
-    const bool operator_there = in.presence && !in.link_lost && !in.device;
+    const bool operator_there = in.presence && !in.link_lost && !in.late && !in.device;
     bool released = false;
     if (after == Mode::kReady) released = !in.enable && operator_there;
     if (latches(before) && latches(after) && !in.e_stop_open) {

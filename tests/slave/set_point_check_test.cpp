@@ -23,7 +23,7 @@ class Sender {
   /// The next message, `gap` after the last one.
   Reason send(const JointVector& position, const JointVector& velocity, Duration gap = 2ms, bool clutch = false) {
     MasterMessage message;
-    message.sent_at = at_ += gap;
+    message.stamp.sent_at = at_ += gap;
     message.position_rad = position;
     message.velocity_radps = velocity;
     message.clutch = clutch;

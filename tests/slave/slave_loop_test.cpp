@@ -33,7 +33,7 @@ TEST(SlaveLoop, OperatorTakesOverAndTheMachineFollowsTheHand) {
   EXPECT_EQ(told.mode, Mode::kEngaged);
   EXPECT_LT((told.position_rad - m.angles()).norm(), 0.02);
   EXPECT_GT(told.ahead_rad.cwiseProduct(kFast).minCoeff(), 0) << "the machine trails";
-  EXPECT_LE(m.now - told.echoed_master_time, 10ms);
+  EXPECT_LE(m.now - told.stamp.echoed, 10ms);
 }
 
 TEST(SlaveLoop, NothingMovesBeforeItIsEngaged) {
@@ -91,7 +91,7 @@ TEST(SlaveLoop, LateCopiesEndNoOutage) {
   for (const MasterMessage& copy : sent) {  // 250 ms late, one a step
     m.link.deliver(encode(copy));
     m.run(5ms);
-    EXPECT_EQ(m.loop.master().sequence, newest.sequence);
+    EXPECT_EQ(m.loop.master().stamp.sequence, newest.stamp.sequence);
     EXPECT_EQ(m.loop.master().position_rad, newest.position_rad);
   }
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
@@ -126,17 +126,18 @@ TEST(SlaveLoop, OutageAsLongAsTheLimitLatchesAlsoInTheStepThatEndsIt) {
 TEST(SlaveLoop, OperatorsSideThatStartedAnewLeadsAgainAfterReleasePressAndAlignment) {
   BenchMachine m;
   lead(m);
-  const std::uint32_t before = m.hand.sequence;
+  const std::uint32_t before = m.hand.stamp.sequence;
   m.link_up = false;
   m.run(1s);
   ASSERT_EQ(m.loop.mode(), Mode::kFault);
-  m.hand.sequence = 0;
+  m.hand.stamp.sequence = 0;
+  ++m.hand_session;
   m.master_clock = -m.now.time_since_epoch();  // as a program that has just begun, too
   m.link_up = true;
   m.align();
   m.run(200ms);
-  EXPECT_LT(m.loop.master().sequence, before);
-  EXPECT_EQ(m.loop.master().sequence, m.hand.sequence) << "it is heard";
+  EXPECT_LT(m.loop.master().stamp.sequence, before);
+  EXPECT_EQ(m.loop.master().stamp.sequence, m.hand.stamp.sequence) << "it is heard";
   EXPECT_EQ(m.loop.mode(), Mode::kFault) << "enable is still held";
   m.hand.enable = false;
   m.run(50ms);
@@ -150,7 +151,7 @@ TEST(SlaveLoop, EchoOfASilentOperatorGrowsOld) {
   const Time cut = m.now;
   m.link_up = false;
   m.run(400ms);
-  EXPECT_LE(m.loop.sent().echoed_master_time, cut + kMostHeld);
+  EXPECT_LE(m.loop.sent().stamp.echoed, cut + kMostHeld);
 }
 
 TEST(SlaveLoop, ShortOutageIsBridged) {

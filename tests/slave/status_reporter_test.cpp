@@ -46,8 +46,8 @@ TEST(StatusReporter, TellsTwentyTimesASecondWithRisingNumbers) {
   const auto& told = bench.told.statuses;
   ASSERT_EQ(told.size(), 200U);
   for (std::size_t i = 1; i < told.size(); ++i) {
-    EXPECT_EQ(told[i].sequence, told[i - 1].sequence + 1);
-    EXPECT_EQ(told[i].sent_at - told[i - 1].sent_at, 50ms);
+    EXPECT_EQ(told[i].stamp.sequence, told[i - 1].stamp.sequence + 1);
+    EXPECT_EQ(told[i].stamp.sent_at - told[i - 1].stamp.sent_at, 50ms);
   }
   EXPECT_EQ(told.back().period, 5ms);
   EXPECT_EQ(told.front().machine.text(), "test");
@@ -128,8 +128,9 @@ TEST(StatusReporter, TellsWhoseReportIsOnTheValvesWireAndHowLongAgo) {
   ASSERT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
   int told = 0;
   for (const MachineStatus& status : bench.told.statuses) {
-    const auto acted = steps.find(status.sent_at - status.acted_ago);
-    if (status.sent_at < steps.begin()->first + 100ms || status.sent_at == steps.rbegin()->first) continue;
+    const Time stepped_at = status.stamp.sent_at - m.start.origin;
+    const auto acted = steps.find(stepped_at - status.acted_ago);
+    if (stepped_at < steps.begin()->first + 100ms || stepped_at == steps.rbegin()->first) continue;
     ASSERT_NE(acted, steps.end());
     EXPECT_TRUE(acted->second.sent);
     EXPECT_EQ(status.acted_report_at, acted->second.report);

@@ -43,16 +43,20 @@ Table make_table() {
         "machine/bus_description.h", "machine/device_description.h"}},
       {"app/cli", {"core"}},
       {"app/pairing", {"core", "machine/toml_reader.h", "transport", "transport/secure", "app/cli"}},
+      {"app/audit", {"core", "app/cli"}},
       {"app/recordings", {"core", "machine", "estimation", "app/cli"}},
       {"app/session", loops + tables + std::set<std::string>{"master"}},
       {"app/motion", loops + std::set<std::string>{"app/cli"}},
       {"app/report", tables + std::set<std::string>{"app/session"}},
-      {"app/bringup", loops + tables + std::set<std::string>{"app/motion"}},
+      {"app/bringup", loops + tables + std::set<std::string>{"app/motion", "transport/secure", "app/pairing"}},
       {"app/identify", tables + std::set<std::string>{"sim", "app/motion", "app/report", "app/session/truth_file.h"}},
       {"app/battery", tables + std::set<std::string>{"sim", "app/session", "app/report"}},
-      {"app/programs",
-       loops + tables +
-           std::set<std::string>{"master", "app/session", "app/report", "app/bringup", "app/battery", "app/pairing"}},
+      {"app/programs", loops + tables +
+                           std::set<std::string>{"master", "app/session", "app/report", "app/bringup", "app/battery",
+                                                 "app/pairing", "transport/secure", "app/audit"}},
+      {"app/relay",
+       {"core", "machine/load.h", "transport", "app/cli", "app/programs/program_console.h",
+        "app/programs/program_options.h", "app/session/link_file.h"}},
       {"app/studies", tables + std::set<std::string>{"sim", "slave/contact_law.h", "app/motion", "app/report",
                                                      "app/identify", "app/session", "app/battery"}},
       {"app/console/widgets", screens},
@@ -102,8 +106,8 @@ std::vector<std::string> violations(const std::string& subject, const std::strin
 }
 
 /// Namespaces that a subject's files may open, besides unnamed ones: its own and what is inside it; and of core and
-/// machine and transport, which hold what everything is made of, that of the project. What is inside app or transport is
-/// named without them.
+/// machine and transport, which hold what everything is made of, that of the project. What is inside app or transport
+/// is named without them.
 bool belongs(const std::string& subject, const std::string& name) {
   const bool common = subject == "core" || subject == "machine" || subject == "transport" || subject == "app";
   std::string own = "knuckle";

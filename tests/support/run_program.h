@@ -58,6 +58,7 @@ class RunningProgram {
   RunningProgram(const RunningProgram&) = delete;
   RunningProgram& operator=(const RunningProgram&) = delete;
 
+  [[nodiscard]] pid_t pid() const noexcept { return child_; }
   void signal(int number) const {
     if (child_ > 0) kill(child_, number);
   }

@@ -23,8 +23,7 @@ std::vector<std::uint8_t> bytes(const Datagram& datagram) {
 
 MachineStatus some_status() {
   MachineStatus s;
-  s.sequence = 0x01020304;
-  s.sent_at = Time(1ms);
+  s.stamp = {9, 0x0807060504030201, 0x01020304, Time(1ms), Time(2ns)};
   s.valve_command = {1, -1, 0.5};
   s.spool = {0, 2, 0};
   s.pilot_on = true;
@@ -46,7 +45,7 @@ MachineStatus some_status() {
 }
 
 const std::string kStatus =
-    "4B4E 05 03  04030201  40420F0000000000 "
+    "4B4E 06 03  0900000000000000 0102030405060708 04030201 40420F0000000000 0200000000000000  "
     "000000000000F03F 000000000000F0BF 000000000000E03F  0000000000000000 0000000000000040 0000000000000000  01 "
     "000000000000E03F 0000000000002440 "
     "0100000000000000 0200000000000000 0300000000000000  0400000000000000 0500000000000000 0600000000000000 "
@@ -54,8 +53,8 @@ const std::string kStatus =
     "FFFFFFFFFFFFFFFF 0B00000000000000  85 "
     "736F6C6172303135 0000000000000000 0000000000000000 0000000000000000";
 // Where in it what is.
-constexpr std::size_t kSentAt = 8, kCommand = 16, kPilot = 64, kFlow = 65, kWake = 81, kPeriod = 129, kPriority = 153,
-                      kLoad = 154, kReport = 166, kAgo = 174, kName = 183;
+constexpr std::size_t kSentAt = 24, kEchoed = 32, kCommand = 40, kPilot = 88, kFlow = 89, kWake = 105, kPeriod = 153,
+                      kPriority = 177, kLoad = 178, kReport = 190, kAgo = 198, kName = 207;
 
 template <typename T>
 std::vector<std::uint8_t> with(std::size_t at, T value) {
@@ -72,8 +71,8 @@ TEST(MachineStatus, DecodesTheSameBytes) {
   const auto status = decode_status(test::hex(kStatus));
   ASSERT_TRUE(status);
   EXPECT_EQ(bytes(encode(*status)), test::hex(kStatus));
-  EXPECT_EQ(status->sequence, 0x01020304U);
-  EXPECT_EQ(status->sent_at, Time(1ms));
+  EXPECT_EQ(status->stamp.sequence, 0x01020304U);
+  EXPECT_EQ(status->stamp.sent_at, Time(1ms));
   EXPECT_EQ(status->valve_command, JointVector(1, -1, 0.5));
   EXPECT_EQ(status->spool, JointVector(0, 2, 0));
   EXPECT_TRUE(status->pilot_on);
@@ -150,7 +149,7 @@ TEST(MachineStatus, ANonFiniteOrImpossibleNumberAnywhereIsRefused) {
     EXPECT_FALSE(decode_status(with(at, std::int64_t{-1}))) << at;
     EXPECT_FALSE(decode_status(with(at, std::numeric_limits<std::int64_t>::max()))) << at;
   }
-  for (const std::size_t at : {kSentAt, kReport}) {
+  for (const std::size_t at : {kSentAt, kEchoed, kReport}) {
     EXPECT_FALSE(decode_status(with(at, std::numeric_limits<std::int64_t>::min()))) << at;
     EXPECT_FALSE(decode_status(with(at, std::numeric_limits<std::int64_t>::max()))) << at;
   }
@@ -175,8 +174,7 @@ TEST(MachineStatus, RandomValuesSurviveTheRoundTripAndRandomBytesNeverBreakTheDe
   int accepted = 0;
   for (int i = 0; i < 2000; ++i) {
     MachineStatus s;
-    s.sequence = static_cast<std::uint32_t>(random());
-    s.sent_at = Time(span());
+    s.stamp = {random(), random(), static_cast<std::uint32_t>(random()), Time(span()), Time(span())};
     for (double& value : s.valve_command) value = unit(random);
     for (double& value : s.spool) value = unit(random);
     s.pilot_on = i % 2 == 0;

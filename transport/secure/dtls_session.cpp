@@ -20,6 +20,36 @@ constexpr int kHandshakeMtu = 1200;
 constexpr unsigned kFirstTimeout_us = 300'000, kLongestTimeout_us = 2'000'000;
 constexpr std::size_t kSecretSize = 32;
 constexpr char kTagLabel[] = "EXPORTER-knuckle-tag";  // RFC 5705
+// Application protocols (RFC 7301) in the order of Purpose, as they travel: length, name.
+constexpr std::array<std::string_view, 3> kPurposes{"\x0Fknuckle-control", "\x0Fknuckle-observe", "\x0Bknuckle-try"};
+
+const unsigned char* bytes_of(std::string_view text) {
+  return reinterpret_cast<const unsigned char*>(text.data());
+}
+
+/// Of a list as it travels, the first that is known; in the hello's own memory.
+int choose_purpose(SSL* /*ssl*/, const unsigned char** chosen, unsigned char* size, const unsigned char* offered,
+                   unsigned length, void* /*argument*/) {
+  for (unsigned at = 0; at < length && at + offered[at] < length; at += offered[at] + 1U) {
+    const std::string_view one(reinterpret_cast<const char*>(offered + at), offered[at] + 1U);
+    if (std::find(kPurposes.begin(), kPurposes.end(), one) == kPurposes.end()) continue;
+    *chosen = offered + at + 1;
+    *size = offered[at];
+    return SSL_TLSEXT_ERR_OK;
+  }
+  return SSL_TLSEXT_ERR_ALERT_FATAL;
+}
+
+Purpose purpose_of(const SSL* ssl) {
+  const unsigned char* name = nullptr;
+  unsigned size = 0;
+  SSL_get0_alpn_selected(ssl, &name, &size);
+  for (std::size_t i = 0; i < kPurposes.size(); ++i) {
+    if (size > 0 && kPurposes[i].substr(1) == std::string_view(reinterpret_cast<const char*>(name), size))
+      return static_cast<Purpose>(i);
+  }
+  return Purpose::kControl;
+}
 
 void must(bool ok, const char* what) {
   if (!ok) throw std::runtime_error(std::string("OpenSSL: ") + what + " failed");
@@ -52,6 +82,12 @@ const char* text(Refusal refusal) noexcept {
       return "no answer: is the program running there, with this address and port, and does a firewall let UDP pass?";
     case Refusal::kBusy:
       return "somebody else has control";
+    case Refusal::kFull:
+      return "as many observers as it admits are connected there";
+    case Refusal::kObserverThere:
+      return "the far end lets this computer observe only: connect with --observe, or pair there without --observer";
+    case Refusal::kObserver:
+      return "the far end was paired as an observer and wants control: it connects with --observe, or is paired anew";
   }
   return "unknown";
 }
@@ -68,7 +104,7 @@ struct DtlsSession::Wire {
   SocketAddress from;  // of the hello
   Refusal refusal = Refusal::kNone;
   std::optional<Fingerprint> peer;
-  std::string peer_name;
+  std::string peer_name, peer_expires_utc;
 
   static int read(BIO* bio, char* data, int size) noexcept {
     auto& wire = *static_cast<Wire*>(BIO_get_data(bio));
@@ -135,7 +171,7 @@ struct DtlsContext::Impl {
   }
 };
 
-DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, bool any_peer)
+DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, Purpose purpose, bool any_peer)
     : role_(role), any_peer_(any_peer), peers_(std::move(peers)), impl_(std::make_unique<Impl>()) {
   impl_->ssl = SSL_CTX_new(role == Role::kMachine ? DTLS_server_method() : DTLS_client_method());
   SSL_CTX* c = impl_->ssl;
@@ -149,6 +185,12 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, bool 
       "using this computer's key");
   SSL_CTX_set_options(c, SSL_OP_NO_TICKET | SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION | SSL_OP_NO_QUERY_MTU |
                              SSL_OP_COOKIE_EXCHANGE | SSL_OP_SINGLE_ECDH_USE);
+  const std::string_view wanted = kPurposes[static_cast<std::size_t>(purpose)];
+  if (role == Role::kMachine) {
+    SSL_CTX_set_alpn_select_cb(c, choose_purpose, nullptr);
+  } else {
+    must(SSL_CTX_set_alpn_protos(c, bytes_of(wanted), static_cast<unsigned>(wanted.size())) == 0, "naming the purpose");
+  }
   SSL_CTX_set_session_cache_mode(c, SSL_SESS_CACHE_OFF);
   SSL_CTX_set_read_ahead(c, 1);
   SSL_CTX_set_verify(c, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, nullptr);
@@ -164,7 +206,8 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, bool 
         if (certificate == nullptr) return 0;
         wire.peer = fingerprint_of(certificate);
         wire.peer_name = common_name(certificate);
-        wire.refusal = wire.context->judge(certificate);
+        wire.peer_expires_utc = expires_utc(certificate);
+        wire.refusal = wire.context->judge(certificate, purpose_of(ssl));
         switch (wire.refusal) {
           case Refusal::kNone:
             X509_STORE_CTX_set_error(store, X509_V_OK);
@@ -174,6 +217,9 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, bool 
             return 0;
           case Refusal::kRevokedPeer:
             X509_STORE_CTX_set_error(store, X509_V_ERR_CERT_REVOKED);
+            return 0;
+          case Refusal::kObserver:  // told as unsupported_certificate
+            X509_STORE_CTX_set_error(store, X509_V_ERR_INVALID_PURPOSE);
             return 0;
           default:
             X509_STORE_CTX_set_error(store, X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT);
@@ -192,6 +238,9 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, bool 
         return;
       case SSL_AD_CERTIFICATE_REVOKED:
         wire.refusal = told ? Refusal::kRevokedThere : Refusal::kRevokedPeer;
+        return;
+      case SSL_AD_UNSUPPORTED_CERTIFICATE:
+        wire.refusal = told ? Refusal::kObserverThere : Refusal::kObserver;
         return;
       case SSL_AD_UNKNOWN_CA:
       case SSL_AD_BAD_CERTIFICATE:
@@ -233,14 +282,16 @@ const Peer* DtlsContext::find(const Fingerprint& fingerprint) const noexcept {
   return found == peers_.end() ? nullptr : &*found;
 }
 
-Refusal DtlsContext::judge(const X509* certificate) const noexcept {
+Refusal DtlsContext::judge(const X509* certificate, Purpose purpose) const noexcept {
   if (X509_cmp_current_time(X509_get0_notAfter(certificate)) <= 0 ||
       X509_cmp_current_time(X509_get0_notBefore(certificate)) >= 0)
     return Refusal::kExpiredPeer;
   if (any_peer_) return Refusal::kNone;
   const Peer* peer = find(fingerprint_of(certificate));
   if (peer == nullptr) return Refusal::kUnknownPeer;
-  return peer->revoked ? Refusal::kRevokedPeer : Refusal::kNone;
+  if (peer->revoked) return Refusal::kRevokedPeer;
+  return role_ == Role::kMachine && peer->observer && purpose == Purpose::kControl ? Refusal::kObserver
+                                                                                   : Refusal::kNone;
 }
 
 // ------------------------------------------------------------------------------------------------------- the session
@@ -334,6 +385,7 @@ void DtlsSession::agree_on_tags() {
   must(SSL_export_keying_material(ssl_, tags.data(), tags.size(), kTagLabel, sizeof kTagLabel - 1, nullptr, 0, 0) == 1,
        "exporting the tags");
   tags[0] |= kTagMark;
+  if (purpose() == Purpose::kObserve) tags[0] = static_cast<std::uint8_t>(tags[0] & 0x3FU) | kObserverTagMark;
   tags[kTagSize] |= kTagMark;
   const bool machine = context_.role() == Role::kMachine;
   const auto middle = tags.begin() + kTagSize;
@@ -345,7 +397,17 @@ Refusal DtlsSession::refusal() const noexcept {
   return wire_->refusal;
 }
 
-const std::string& DtlsSession::peer_name() const noexcept { return wire_->peer_name; }
+const std::string& DtlsSession::peer_name() const noexcept {
+  return wire_->peer_name;
+}
+
+const std::string& DtlsSession::peer_expires_utc() const noexcept {
+  return wire_->peer_expires_utc;
+}
+
+Purpose DtlsSession::purpose() const noexcept {
+  return purpose_of(ssl_);
+}
 
 const std::optional<Fingerprint>& DtlsSession::peer() const noexcept {
   return wire_->peer;
@@ -384,7 +446,7 @@ std::optional<DtlsSession::Opened> DtlsSession::open(std::span<const std::uint8_
   // Content type, version, epoch and sequence number (all authenticated with the record), length.
   constexpr std::size_t kHeader = 13;
   constexpr std::uint8_t kAlert = 21, kData = 23;
-  if (datagram.size() < kTagSize + kHeader) return std::nullopt;
+  if (datagram.size() < kTagSize + kHeader || datagram.size() > kMaxDatagram + kSealOverhead) return std::nullopt;
   const auto record = datagram.subspan(kTagSize);
   const bool known = (record[0] == kData || record[0] == kAlert) && record[1] == 0xFE && record[2] == 0xFD;
   if (!known || record.size() != kHeader + static_cast<std::size_t>(record[11] << 8 | record[12])) return std::nullopt;

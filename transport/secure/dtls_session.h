@@ -30,9 +30,12 @@ enum class Refusal : std::uint8_t {
   kNotKnownThere,  ///< The same, as the far end says it of this one.
   kRevokedThere,
   kExpiredThere,
-  kProtocol,  ///< Another version, another cipher, or no DTLS at all.
-  kSilence,   ///< It did not answer in time.
-  kBusy,      ///< Somebody else has control.
+  kProtocol,       ///< Another version, another cipher, or no DTLS at all.
+  kSilence,        ///< It did not answer in time.
+  kBusy,           ///< Somebody else has control.
+  kFull,           ///< As many observe as may.
+  kObserverThere,  ///< The far end lets this one observe, but not control.
+  kObserver,       ///< The same, as this end says it of the far one.
 };
 /// One line: what is wrong and what to do.
 [[nodiscard]] const char* text(Refusal refusal) noexcept;
@@ -42,10 +45,19 @@ enum class Role : std::uint8_t {
   kOperator,  ///< DTLS client.
 };
 
+/// What an operator's end connects for; said in its hello (ALPN, RFC 7301). Who says nothing wants control.
+enum class Purpose : std::uint8_t {
+  kControl,
+  kObserve,  ///< Hears the machine's messages, is heard by no loop.
+  kTry,      ///< Only to know whether the handshake succeeds (doctor).
+};
+
 inline constexpr std::size_t kTagSize = 8;
 /// Of a datagram with a sealed message: tag, record header, explicit nonce, authentication tag, kind.
 inline constexpr std::size_t kSealOverhead = kTagSize + 13 + 8 + 16 + 1;
 inline constexpr std::uint8_t kTagMark = 0xC0;  ///< First bytes from here on are tags; those of DTLS are all below.
+/// First bytes from here on, up to kTagMark, are the tags of what observers send: it goes to the handshakes' socket.
+inline constexpr std::uint8_t kObserverTagMark = 0x80;
 
 using Tag = std::array<std::uint8_t, kTagSize>;
 
@@ -54,7 +66,10 @@ enum class Inner : std::uint8_t {
   kMessage = 0,    ///< Of the loops.
   kChallenge = 1,  ///< To an address that is new: 8 bytes ...
   kResponse = 2,   ///< ... that come back from there.
-  kBusy = 3,       ///< The name of who has control.
+  kAnswer = 3,     ///< To who is not let in: a Refusal, then the name of who has control.
+  kAsked = 4,      ///< To who has control: fingerprint and name of somebody who asks for it.
+  kGrant = 5,      ///< The answer: the fingerprint of who may have it.
+  kAlive = 6,      ///< Of an observer, empty.
 };
 
 struct Sealed {
@@ -66,15 +81,18 @@ struct Sealed {
 /// What all sessions of an end have in common: its identity, and whom it lets in.
 class DtlsContext {
  public:
-  /// @param any_peer whoever has a certificate is let in: for pairing alone.
-  DtlsContext(const Identity& identity, Peers peers, Role role, bool any_peer = false);
+  /// @param purpose of an operator's end. @param any_peer whoever has a certificate is let in: for pairing alone.
+  DtlsContext(const Identity& identity, Peers peers, Role role, Purpose purpose = Purpose::kControl,
+              bool any_peer = false);
   ~DtlsContext();
   DtlsContext(const DtlsContext&) = delete;
   DtlsContext& operator=(const DtlsContext&) = delete;
 
   [[nodiscard]] Role role() const noexcept { return role_; }
+  /// The thread that makes the handshakes: whom this end lets in from now on.
+  void set_peers(Peers peers) { peers_ = std::move(peers); }
   [[nodiscard]] const Peer* find(const Fingerprint& fingerprint) const noexcept;
-  [[nodiscard]] Refusal judge(const X509* certificate) const noexcept;
+  [[nodiscard]] Refusal judge(const X509* certificate, Purpose purpose) const noexcept;
 
  private:
   friend class DtlsSession;
@@ -116,6 +134,10 @@ class DtlsSession {
   [[nodiscard]] const std::optional<Fingerprint>& peer() const noexcept;
   /// As it calls itself.
   [[nodiscard]] const std::string& peer_name() const noexcept;
+  /// When its certificate expires, "2031-11-24T05:00:00Z".
+  [[nodiscard]] const std::string& peer_expires_utc() const noexcept;
+  /// Machine's side: what the far end connects for.
+  [[nodiscard]] Purpose purpose() const noexcept;
 
   // After it.
   [[nodiscard]] const Tag& receive_tag() const noexcept { return receive_tag_; }

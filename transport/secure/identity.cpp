@@ -44,6 +44,7 @@ std::string base32(const std::uint8_t* bytes, std::size_t groups) {
 }
 
 constexpr std::size_t kShortGroups = 4;  // 80 bits: beyond what anybody can search for a second certificate
+constexpr std::size_t kCodeGroups = 6;
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why) {
   throw InputError(file + ": " + why);
@@ -118,7 +119,7 @@ std::string pairing_code(const Fingerprint& one, const Fingerprint& other) {
   std::copy(high.begin(), high.end(), std::copy(low.begin(), low.end(), both.begin()));
   Fingerprint digest;
   must(EVP_Digest(both.data(), both.size(), digest.bytes.data(), nullptr, EVP_sha256(), nullptr) == 1, "digest");
-  return short_text(digest);
+  return base32(digest.bytes.data(), kCodeGroups);
 }
 
 bool is_name(std::string_view name) noexcept {
@@ -136,9 +137,9 @@ std::string common_name(const X509* certificate) {
   return is_name(name) ? name : "unnamed";
 }
 
-std::string Identity::expires_utc() const {
+std::string expires_utc(const X509* certificate) {
   std::tm time{};
-  must(ASN1_TIME_to_tm(X509_get0_notAfter(certificate.get()), &time) == 1, "expiry of a certificate");
+  if (ASN1_TIME_to_tm(X509_get0_notAfter(certificate), &time) != 1) return "";
   char text[32];
   std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &time);
   return text;
@@ -146,6 +147,10 @@ std::string Identity::expires_utc() const {
 
 bool Identity::expired() const {
   return X509_cmp_current_time(X509_get0_notAfter(certificate.get())) <= 0;
+}
+
+bool Identity::not_yet_valid() const {
+  return X509_cmp_current_time(X509_get0_notBefore(certificate.get())) > 0;
 }
 
 std::string Identity::pem() const {
@@ -197,19 +202,6 @@ Identity load_identity(const std::string& file) {
     refuse(file, "its certificate is of another key");
   read.name = common_name(read.certificate.get());
   return read;
-}
-
-void save_identity(const Identity& identity, const std::string& file) {
-  const std::string text = identity.pem();
-  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (descriptor < 0) refuse(file, errno == EEXIST ? "is there already" : std::strerror(errno));
-  const bool whole =
-      ::write(descriptor, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && ::fsync(descriptor) == 0;
-  const int error = errno;
-  ::close(descriptor);
-  if (whole) return;
-  ::unlink(file.c_str());
-  refuse(file, std::string("cannot be written: ") + std::strerror(error));
 }
 
 }  // namespace knuckle::secure

@@ -25,7 +25,8 @@ struct Fingerprint {
 [[nodiscard]] Fingerprint fingerprint_of_hex(std::string_view digits, const std::string& what);
 [[nodiscard]] Fingerprint fingerprint_of(const X509* certificate);
 /// What both ends of a pairing show: the same where each has the other's certificate and nobody is between them,
-/// in whichever order they are given.
+/// in whichever order they are given; 120 bits, because who stands between them may choose two certificates, one for
+/// each end, so that half of the bits count.
 [[nodiscard]] std::string pairing_code(const Fingerprint& one, const Fingerprint& other);
 
 struct CertificateDeleter {
@@ -44,6 +45,8 @@ inline constexpr std::size_t kMostNameLength = 40;
 [[nodiscard]] bool is_name(std::string_view name) noexcept;
 /// As its owner wrote it; "unnamed" where it is no name.
 [[nodiscard]] std::string common_name(const X509* certificate);
+/// "2031-11-24T05:00:00Z"
+[[nodiscard]] std::string expires_utc(const X509* certificate);
 
 struct Identity {
   Key key;
@@ -51,9 +54,10 @@ struct Identity {
   std::string name;  ///< Common name of the certificate.
 
   [[nodiscard]] Fingerprint fingerprint() const { return fingerprint_of(certificate.get()); }
-  /// "2031-11-24T05:00:00Z"
-  [[nodiscard]] std::string expires_utc() const;
+  [[nodiscard]] std::string expires_utc() const { return secure::expires_utc(certificate.get()); }
   [[nodiscard]] bool expired() const;
+  /// It begins in the future: this computer's clock is behind that of the day when it was made.
+  [[nodiscard]] bool not_yet_valid() const;
   /// Key and certificate, PEM.
   [[nodiscard]] std::string pem() const;
 };
@@ -64,14 +68,13 @@ struct Identity {
 /// @throws InputError, one line, where the file cannot be read, may be read or written by anybody but its owner, or has
 /// no P-256 key with its certificate.
 [[nodiscard]] Identity load_identity(const std::string& file);
-/// Mode 0600, never over a file that is there. @throws InputError
-void save_identity(const Identity& identity, const std::string& file);
-
 /// An end that this one knows.
 struct Peer {
   Fingerprint fingerprint;
   std::string name;  ///< As it was called here when it was paired.
   bool revoked = false;
+  bool observer = false;    ///< May observe the machine, not control it.
+  std::string expires_utc;  ///< Of its certificate, where it is known.
 };
 using Peers = std::vector<Peer>;
 

@@ -1,7 +1,6 @@
 #include "transport/secure/secure_link.h"
 
 #include <netinet/in.h>
-#include <poll.h>
 
 #include <algorithm>
 #include <cstring>
@@ -14,12 +13,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kMostHandshakes = 8;  // at a time; of ends that have shown that their address is theirs
-constexpr int kHellosPer100ms = 200;        // more are dropped unread: nobody honest sends as many
-constexpr auto kPollTime = 20ms;
-constexpr auto kTryAgain = 1000ms;  // after a refusal
-constexpr auto kAskAgain = 50ms;    // a new address, whether it is the far end's
-constexpr int kBusyRepeats = 4;
+constexpr auto kAskAgain = 50ms;     // a new address, whether it is the far end's
+constexpr auto kSayAlive = 300ms;    // an observer
+constexpr auto kSameAsker = 5000ms;  // of the repeats of one request
+constexpr int kRepeats = 3;          // of what nobody confirms
 constexpr std::size_t kMostReceived = 2048;
 constexpr int kMostSkipped = 32;
 
@@ -28,17 +25,6 @@ std::uint64_t number_of(const Tag& tag) noexcept {
   std::memcpy(&number, tag.data(), sizeof number);
   return number;
 }
-
-/// Sends what a handshake says to one address.
-class To final : public DtlsSession::Out {
- public:
-  To(const UdpSocket& socket, const SocketAddress& address) : socket_(socket), address_(address) {}
-  void put(std::span<const std::uint8_t> bytes) override { (void)socket_.send(bytes, address_); }
-
- private:
-  const UdpSocket& socket_;
-  const SocketAddress& address_;
-};
 
 SocketAddress mapped(const SocketAddress& address) {
   if (address.bytes.ss_family != AF_INET) return address;
@@ -63,8 +49,12 @@ std::vector<SocketAddress> look_up_target(const std::string& address) {
 
 }  // namespace
 
+PeerName::PeerName(std::string_view name) noexcept {
+  if (is_name(name)) std::copy(name.begin(), name.end(), text.begin());
+}
+
 std::string text(const LinkEvent& event) {
-  const std::string name(event.name.data());
+  const std::string name(event.name.view());
   const std::string at = " at " + text(event.address);
   const std::string who =
       event.peer == Fingerprint{} ? "" : (name.empty() ? "" : name + " ") + "(" + short_text(event.peer) + ")";
@@ -76,7 +66,19 @@ std::string text(const LinkEvent& event) {
     case LinkEvent::Kind::kMoved:
       return "moved: " + who + ", now" + at;
     case LinkEvent::Kind::kClosed:
-      return "closed by " + who + at;
+      return "control released by " + who + at;
+    case LinkEvent::Kind::kCutOff:
+      return "cut off: " + who + at + ": " + text(event.refusal);
+    case LinkEvent::Kind::kAsked:
+      return who + " asks for control";
+    case LinkEvent::Kind::kGranted:
+      return who + " lets (" + short_text(event.other) + ") have control";
+    case LinkEvent::Kind::kObserves:
+      return "observer connected: " + who + at;
+    case LinkEvent::Kind::kObserved:
+      return "observer gone: " + who + at;
+    case LinkEvent::Kind::kTried:
+      return "handshake tried by " + who + at;
     case LinkEvent::Kind::kRefused:
       break;
   }
@@ -86,29 +88,32 @@ std::string text(const LinkEvent& event) {
 }
 
 std::unique_ptr<SecureLink> SecureLink::listen(const std::string& address, const Identity& identity, Peers peers,
-                                               const SecureLinkTiming& timing) {
+                                               const SecureLinkTiming& timing, SecureLinkAccess access) {
   return std::unique_ptr<SecureLink>(new SecureLink(open_socket_pair(address, parse_address(address), kTagMark),
-                                                    identity, std::move(peers), Role::kMachine, {}, timing));
+                                                    identity, std::move(peers), Role::kMachine, {}, timing,
+                                                    std::move(access)));
 }
 
 std::unique_ptr<SecureLink> SecureLink::connect(const std::string& address, const Identity& identity, Peers peers,
-                                                const SecureLinkTiming& timing) {
+                                                const SecureLinkTiming& timing, SecureLinkAccess access) {
   std::vector<SocketAddress> targets = look_up_target(address);
   const bool six = std::any_of(targets.begin(), targets.end(),
                                [](const SocketAddress& one) { return one.bytes.ss_family == AF_INET6; });
   if (six) std::transform(targets.begin(), targets.end(), targets.begin(), mapped);
   const std::string here = six ? "[::]:0" : "0.0.0.0:0";
   return std::unique_ptr<SecureLink>(new SecureLink(open_socket_pair(here, parse_address(here), kTagMark), identity,
-                                                    std::move(peers), Role::kOperator, std::move(targets), timing));
+                                                    std::move(peers), Role::kOperator, std::move(targets), timing,
+                                                    std::move(access)));
 }
 
 SecureLink::SecureLink(SocketPair sockets, const Identity& identity, Peers peers, Role role,
-                       std::vector<SocketAddress> targets, const SecureLinkTiming& timing)
+                       std::vector<SocketAddress> targets, const SecureLinkTiming& timing, SecureLinkAccess access)
     : sockets_(std::move(sockets)),
-      context_(identity, std::move(peers), role),
+      context_(identity, std::move(peers), role, access.purpose),
       role_(role),
       targets_(std::move(targets)),
-      timing_(timing) {
+      timing_(timing),
+      access_(std::move(access)) {
   sockets_.marked.hear_only_beginning_with({});
   thread_ = std::thread([this] { run(); });
 }
@@ -125,6 +130,16 @@ std::uint16_t SecureLink::port() const noexcept {
   return local_address(sockets_.marked.descriptor()).port();
 }
 
+void SecureLink::release() noexcept {
+  released_.store(true, std::memory_order_relaxed);
+  releases_.put({});
+}
+
+void SecureLink::grant(const Fingerprint& to) noexcept {
+  released_.store(true, std::memory_order_relaxed);
+  releases_.put({true, to});
+}
+
 std::string SecureLink::problem() const {
   const std::lock_guard lock(problem_mutex_);
   return problem_;
@@ -137,21 +152,51 @@ bool SecureLink::silent() const noexcept {
   return Clock::now() - heard >= timing_.silence;
 }
 
+/// The ring has room: the handshakes' thread, which makes what is retired here, empties it before it makes the next.
+void SecureLink::retire(std::unique_ptr<Offer>& offer) noexcept {
+  if (offer) retired_.push(offer.release());
+}
+
 void SecureLink::take_offer() noexcept {
   if (offered_.load(std::memory_order_relaxed) == nullptr) return;
-  Offer* offer = offered_.exchange(nullptr, std::memory_order_acquire);
-  if (offer == nullptr) return;
-  if (previous_) retired_.push(previous_.release());
-  const bool renewed = talks_ && current_ && current_->peer == offer->peer;
-  previous_ = std::move(current_);
-  current_.reset(offer);
+  std::unique_ptr<Offer> offer(offered_.exchange(nullptr, std::memory_order_acquire));
+  if (!offer) return;
+  if (released_.load(std::memory_order_relaxed)) return retire(offer);
+  const bool same = current_ && current_->peer == offer->peer;
+  const bool renewed = talks_ && same;
+  retire(previous_);
+  if (same) {
+    previous_ = std::move(current_);
+  } else if (current_) {
+    // Who had control before is not heard any more, and who has it now only when the loop knows that nobody led.
+    retire(current_);
+    quiet_until_ = Clock::now() + kHandOverGap;
+  }
+  current_ = std::move(offer);
   talks_ = true;
   move_ = {};
+  asks_left_ = 0;
   report(renewed ? LinkEvent::Kind::kRenewed : LinkEvent::Kind::kConnected);
 }
 
 bool SecureLink::send(std::span<const std::uint8_t> bytes) noexcept {
   if (role_ == Role::kOperator) take_offer();
+  release_where_asked();
+  cut_off_where_asked();
+  if (access_.purpose == Purpose::kObserve) {
+    const auto now = Clock::now();
+    if (talks_ && now - said_alive_at_ >= kSayAlive) {
+      said_alive_at_ = now;
+      send_inner(Inner::kAlive, {}, current_->address);
+    }
+    return false;
+  }
+  if (observer_count_.load(std::memory_order_relaxed) > 0 && bytes.size() <= kMaxDatagram) {
+    Datagram copy;
+    copy.size = static_cast<std::uint16_t>(bytes.size());
+    std::copy(bytes.begin(), bytes.end(), copy.bytes.begin());
+    copies_.push(copy);
+  }
   if (!talks_ || (role_ == Role::kMachine && silent())) return false;
   Sealed sealed;
   if (!current_->session->seal(Inner::kMessage, bytes, sealed)) return false;
@@ -165,6 +210,8 @@ void SecureLink::send_inner(Inner kind, std::span<const std::uint8_t> bytes, con
 
 bool SecureLink::receive(Datagram& datagram) noexcept {
   if (role_ == Role::kOperator) take_offer();
+  cut_off_where_asked();
+  tell_of_asker();
   std::array<std::uint8_t, kMostReceived> bytes;
   for (int i = 0; i < kMostSkipped; ++i) {
     SocketAddress from;
@@ -188,41 +235,36 @@ bool SecureLink::open(std::span<const std::uint8_t> bytes, const SocketAddress& 
   Offer* of = is_current ? current_.get() : previous_.get();
   if (of == nullptr || (!is_current && !of->session->mine(bytes))) return false;
   const auto opened = of->session->open(bytes, datagram);
+  if (!talks_) return false;
   if (!opened) {
-    if (!is_current || !talks_ || !of->session->closed()) return false;
+    if (!is_current || !of->session->closed()) return false;
     talks_ = false;
     heard_at_.store(0, std::memory_order_relaxed);
     report(LinkEvent::Kind::kClosed);
     return false;
   }
-  if (is_current && !talks_) return false;
-  heard_at_.store(Clock::now().time_since_epoch().count(), std::memory_order_relaxed);
-  if (is_current) busy_there_.store(opened->kind == Inner::kBusy, std::memory_order_relaxed);
-  switch (opened->kind) {
-    case Inner::kMessage:
-      if (is_current && opened->newest && !(from == current_->address)) follow(from);
-      return true;
-    case Inner::kChallenge:
-      if (is_current) send_inner(Inner::kResponse, datagram.view(), from);
-      return false;
-    case Inner::kResponse: {
-      std::uint64_t nonce = 0;
-      if (!is_current || datagram.size != sizeof nonce || move_.to.size == 0 || !(from == move_.to)) return false;
-      std::memcpy(&nonce, datagram.bytes.data(), sizeof nonce);
-      if (nonce != move_.nonce) return false;
-      current_->address = from;
-      move_.to = {};
-      report(LinkEvent::Kind::kMoved);
-      return false;
-    }
-    case Inner::kBusy: {
-      talks_ = false;
-      LinkEvent event{LinkEvent::Kind::kRefused, current_->address, {}, {}, Refusal::kBusy};
-      const std::string_view name(reinterpret_cast<const char*>(datagram.bytes.data()), datagram.size);
-      if (is_name(name)) std::copy(name.begin(), name.end(), event.name.begin());
-      loop_events_.push(event);
-      return false;
-    }
+  const auto now = Clock::now();
+  heard_at_.store(now.time_since_epoch().count(), std::memory_order_relaxed);
+  if (opened->kind != Inner::kMessage) return is_current && obey(opened->kind, from, datagram);
+  if (is_current && opened->newest && !(from == current_->address)) follow(from);
+  return now >= quiet_until_;
+}
+
+/// What the far end's link says to this one. @return false: none of it is for the loop.
+bool SecureLink::obey(Inner kind, const SocketAddress& from, const Datagram& datagram) noexcept {
+  const bool machine = role_ == Role::kMachine;
+  if (kind == Inner::kChallenge) send_inner(Inner::kResponse, datagram.view(), from);
+  if (kind == Inner::kResponse) moved(from, datagram);
+  if (kind == Inner::kAnswer && !machine) hear_answer(datagram);
+  if (kind == Inner::kAsked && !machine) hear_asker(datagram);
+  if (kind == Inner::kGrant && machine && datagram.size == sizeof(Fingerprint)) {
+    Fingerprint to;
+    std::memcpy(to.bytes.data(), datagram.bytes.data(), to.bytes.size());
+    grants_.put(to);
+    if (!(to == asker_.peer)) return false;  // of the repeats of a grant, one is reported
+    asker_ = {};
+    loop_events_.push(
+        {LinkEvent::Kind::kGranted, current_->address, current_->peer, current_->name, Refusal::kNone, to});
   }
   return false;
 }
@@ -240,187 +282,85 @@ void SecureLink::follow(const SocketAddress& from) noexcept {
   send_inner(Inner::kChallenge, nonce, from);
 }
 
-void SecureLink::close() noexcept {
+void SecureLink::moved(const SocketAddress& from, const Datagram& datagram) noexcept {
+  std::uint64_t nonce = 0;
+  if (datagram.size != sizeof nonce || move_.to.size == 0 || !(from == move_.to)) return;
+  std::memcpy(&nonce, datagram.bytes.data(), sizeof nonce);
+  if (nonce != move_.nonce) return;
+  current_->address = from;
+  move_.to = {};
+  moves_.put(from);
+  report(LinkEvent::Kind::kMoved);
+}
+
+/// Operator's side: it is not let in although its handshake succeeded.
+void SecureLink::hear_answer(const Datagram& datagram) noexcept {
+  if (datagram.size == 0) return;
+  const bool full = datagram.bytes[0] == static_cast<std::uint8_t>(Refusal::kFull);
+  LinkEvent event{LinkEvent::Kind::kRefused, current_->address, {}, {}, full ? Refusal::kFull : Refusal::kBusy, {}};
+  event.name = PeerName({reinterpret_cast<const char*>(datagram.bytes.data()) + 1, datagram.size - std::size_t{1}});
+  talks_ = false;
+  heard_at_.store(0, std::memory_order_relaxed);
+  refused_by_.put({event.refusal, event.name});
+  loop_events_.push(event);
+}
+
+/// Operator's side: somebody wants the control that this end has.
+void SecureLink::hear_asker(const Datagram& datagram) noexcept {
+  Asker asker;
+  const std::size_t size = asker.peer.bytes.size();
+  if (datagram.size < size) return;
+  std::copy_n(datagram.bytes.begin(), size, asker.peer.bytes.begin());
+  asker.name = PeerName({reinterpret_cast<const char*>(datagram.bytes.data()) + size, datagram.size - size});
+  const auto now = Clock::now();
+  if (asker.peer == asker_.peer && now - asked_at_ < kSameAsker) return;
+  asker_ = asker;
+  asked_at_ = now;
+  loop_events_.push({LinkEvent::Kind::kAsked, current_->address, asker.peer, asker.name, Refusal::kNone, {}});
+}
+
+/// Machine's side: a few times, since nobody confirms it.
+void SecureLink::tell_of_asker() noexcept {
+  if (role_ != Role::kMachine || !talks_) return;
+  if (askers_.take(asker_)) asks_left_ = kRepeats;
+  if (asks_left_ == 0) return;
+  --asks_left_;
+  std::array<std::uint8_t, sizeof(Fingerprint) + kMostNameLength> text{};
+  const std::string_view name = asker_.name.view();
+  std::copy(name.begin(), name.end(), std::copy(asker_.peer.bytes.begin(), asker_.peer.bytes.end(), text.begin()));
+  send_inner(Inner::kAsked, std::span(text).first(sizeof(Fingerprint) + name.size()), current_->address);
+}
+
+void SecureLink::release_where_asked() noexcept {
+  Release release;
+  if (!releases_.take(release) || !talks_) return;
+  for (int i = 0; release.grants && i < kRepeats; ++i) send_inner(Inner::kGrant, release.to.bytes, current_->address);
+  say_farewell();
+}
+
+void SecureLink::cut_off_where_asked() noexcept {
+  Fingerprint peer;
+  if (!cut_offs_.take(peer) || !talks_ || !(current_->peer == peer)) return;
+  say_farewell();
+  heard_at_.store(0, std::memory_order_relaxed);
+}
+
+/// The same record a few times: only the first that comes is opened.
+void SecureLink::say_farewell() noexcept {
   Sealed sealed;
-  if (talks_ && current_->session->seal_farewell(sealed)) (void)sockets_.marked.send(sealed.view(), current_->address);
+  if (current_->session->seal_farewell(sealed)) {
+    for (int i = 0; i < kRepeats; ++i) (void)sockets_.marked.send(sealed.view(), current_->address);
+  }
   talks_ = false;
 }
 
+void SecureLink::close() noexcept {
+  released_.store(true, std::memory_order_relaxed);
+  if (talks_) say_farewell();
+}
+
 void SecureLink::report(LinkEvent::Kind kind) noexcept {
-  loop_events_.push(event_of(kind, current_->address, current_->peer));
-}
-
-LinkEvent SecureLink::event_of(LinkEvent::Kind kind, const SocketAddress& address, const Fingerprint& peer) const {
-  LinkEvent event{kind, address, peer, {}, Refusal::kNone};
-  if (const Peer* known = context_.find(peer)) {
-    const auto count = std::min(known->name.size(), event.name.size() - 1);
-    std::copy_n(known->name.begin(), count, event.name.begin());
-  }
-  return event;
-}
-
-// --------------------------------------------------------------------------------------------- the handshakes' thread
-
-void SecureLink::run() {
-  while (!ending_.load(std::memory_order_relaxed)) {
-    pollfd descriptor{sockets_.unmarked.descriptor(), POLLIN, 0};
-    (void)::poll(&descriptor, 1, static_cast<int>(kPollTime.count()));
-    const auto now = Clock::now();
-    Offer* retired = nullptr;
-    while (retired_.pop(retired)) delete retired;
-    read_handshakes(now);
-    tend(now);
-    if (role_ == Role::kOperator) start_where_needed(now);
-  }
-}
-
-void SecureLink::read_handshakes(Clock::time_point now) {
-  if (now - hellos_at_ >= 100ms) {
-    hellos_at_ = now;
-    hellos_left_ = kHellosPer100ms;
-  }
-  std::array<std::uint8_t, kMostReceived> bytes;
-  for (int i = 0; i < 4 * kHellosPer100ms; ++i) {
-    SocketAddress from;
-    const auto arrival = sockets_.unmarked.receive(bytes, from);
-    if (!arrival) return;
-    if (arrival->size == 0 || arrival->size > bytes.size()) continue;
-    hear(std::span<const std::uint8_t>(bytes).first(arrival->size), from, now);
-  }
-}
-
-void SecureLink::hear(std::span<const std::uint8_t> bytes, const SocketAddress& from, Clock::time_point now) {
-  const auto known = std::find_if(handshakes_.begin(), handshakes_.end(),
-                                  [&](const Handshake& one) { return one.session && one.address == from; });
-  if (known != handshakes_.end()) {
-    To out(sockets_.unmarked, known->address);
-    const auto progress = known->session->hear(bytes, out);
-    if (!known->done) advance(*known, progress, now);
-    return;
-  }
-  if (role_ == Role::kMachine && !hear_again(bytes, from)) hear_stranger(bytes, from, now);
-}
-
-/// A hello: of an end that is new here, or of one that has begun anew.
-void SecureLink::hear_stranger(std::span<const std::uint8_t> bytes, const SocketAddress& from, Clock::time_point now) {
-  constexpr std::uint8_t kHandshakeRecord = 22;
-  if (bytes[0] != kHandshakeRecord || hellos_left_ == 0 || handshakes_.size() >= kMostHandshakes) return;
-  --hellos_left_;
-  if (!listening_) listening_ = std::make_unique<DtlsSession>(context_);
-  To out(sockets_.unmarked, from);
-  if (!listening_->hear_hello(bytes, from, out)) return;
-  Handshake& begun = handshakes_.emplace_back(Handshake{std::move(listening_), from, now});
-  advance(begun, begun.session->start(out), now);
-}
-
-/// The far end of the offered session may not have heard our last words: then it says its own again.
-bool SecureLink::hear_again(std::span<const std::uint8_t> bytes, const SocketAddress& from) {
-  constexpr std::size_t kTypeOfMessage = 13;
-  constexpr std::uint8_t kClientHello = 1;
-  const bool hello =
-      bytes.size() > kTypeOfMessage && bytes[3] == 0 && bytes[4] == 0 && bytes[kTypeOfMessage] == kClientHello;
-  Offer* offer = hello ? nullptr : offered_.exchange(nullptr, std::memory_order_acquire);
-  if (offer == nullptr) return false;
-  const bool same = offer->address == from;
-  if (same) {
-    To out(sockets_.unmarked, offer->address);
-    (void)offer->session->hear(bytes, out);
-  }
-  offered_.store(offer, std::memory_order_release);
-  return same;
-}
-
-void SecureLink::advance(Handshake& handshake, DtlsSession::Progress progress, Clock::time_point now) {
-  if (progress == DtlsSession::Progress::kUnderWay) return;
-  handshake.done = true;
-  if (progress == DtlsSession::Progress::kFailed) return fail(handshake, handshake.session->refusal());
-  const bool other = holder_ && !(*holder_ == *handshake.session->peer());
-  const bool held = other && (!silent() || now - made_at_ < timing_.silence);  // heard, or about to be
-  if (role_ == Role::kMachine && held) return tell_busy(handshake);
-  offer(handshake, now);
-}
-
-void SecureLink::offer(Handshake& handshake, Clock::time_point now) {
-  const Fingerprint peer = *handshake.session->peer();
-  const Tag tag = handshake.session->receive_tag();
-  holder_ = peer;
-  made_at_ = now;
-  tags_ = {tag, tags_[0]};
-  sockets_.marked.hear_only_beginning_with(tags_);
-  auto offer = std::make_unique<Offer>(Offer{std::move(handshake.session), handshake.address, peer});
-  offered_tag_.store(number_of(tag), std::memory_order_relaxed);
-  delete offered_.exchange(offer.release(), std::memory_order_acq_rel);
-  const std::lock_guard lock(problem_mutex_);
-  problem_.clear();
-}
-
-/// Told a few times, since nobody confirms it.
-void SecureLink::tell_busy(Handshake& handshake) {
-  const Peer* holder = context_.find(*holder_);
-  const std::string name = holder != nullptr ? holder->name : "";
-  if (handshake.busy_told == 0) {
-    LinkEvent event = event_of(LinkEvent::Kind::kRefused, handshake.address, *handshake.session->peer());
-    event.refusal = Refusal::kBusy;
-    put(event);
-  }
-  ++handshake.busy_told;
-  Sealed sealed;
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(name.data());
-  if (handshake.session->seal(Inner::kBusy, {bytes, name.size()}, sealed))
-    (void)sockets_.marked.send(sealed.view(), handshake.address);
-}
-
-void SecureLink::tend(Clock::time_point now) {
-  for (std::size_t i = 0; i < handshakes_.size(); ++i) {
-    Handshake& one = handshakes_[i];
-    if (one.busy_told > 0 && one.busy_told < kBusyRepeats) {
-      tell_busy(one);
-      continue;
-    }
-    if (one.done) continue;
-    if (now - one.since > timing_.answer) {
-      one.done = true;
-      fail(one, Refusal::kSilence);
-      continue;
-    }
-    To out(sockets_.unmarked, one.address);
-    advance(one, one.session->tend(out), now);
-  }
-  std::erase_if(handshakes_,
-                [](const Handshake& one) { return one.done && (one.busy_told == 0 || one.busy_told >= kBusyRepeats); });
-}
-
-void SecureLink::fail(const Handshake& handshake, Refusal refusal) {
-  const std::optional<Fingerprint>& peer = handshake.session->peer();
-  LinkEvent event = event_of(LinkEvent::Kind::kRefused, handshake.address, peer.value_or(Fingerprint{}));
-  event.refusal = refusal;
-  put(event);
-  if (role_ == Role::kMachine) return;
-  try_at_ = Clock::now() + kTryAgain;
-  const std::lock_guard lock(problem_mutex_);
-  problem_ = text(handshake.address) + ": " + text(refusal);
-}
-
-/// Operator's side: all addresses of the far end at once; whichever answers first is it.
-void SecureLink::start_where_needed(Clock::time_point now) {
-  if (busy_there_.exchange(false, std::memory_order_relaxed)) {
-    try_at_ = now + kTryAgain;
-    holder_.reset();
-    const std::lock_guard lock(problem_mutex_);
-    problem_ = text(Refusal::kBusy);
-  }
-  const bool done = std::any_of(handshakes_.begin(), handshakes_.end(), [](const Handshake& one) { return one.done; });
-  if (done) handshakes_.clear();
-  const bool fresh = now - made_at_ < timing_.silence;
-  const bool gone = !holder_ || (silent() && !fresh);
-  const bool old = holder_ && now - made_at_ >= timing_.renew_keys;
-  if (!handshakes_.empty() || now < try_at_ || (!gone && !old)) return;
-  try_at_ = now + kTryAgain;
-  for (const SocketAddress& target : targets_) {
-    Handshake& begun = handshakes_.emplace_back(Handshake{std::make_unique<DtlsSession>(context_), target, now});
-    To out(sockets_.unmarked, begun.address);
-    advance(begun, begun.session->start(out), now);
-  }
+  loop_events_.push({kind, current_->address, current_->peer, current_->name, Refusal::kNone, {}});
 }
 
 }  // namespace knuckle::secure

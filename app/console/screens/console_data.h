@@ -49,7 +49,7 @@ struct ConsoleData {
 /// are mute.
 [[nodiscard]] inline widgets::Freshness measured_freshness(const ConsoleView& view) {
   const SlaveMessage& m = view.machine;
-  widgets::Freshness fresh = machine_freshness(view).after(std::max(0.0, to_seconds(m.sent_at - m.sensor_at)));
+  widgets::Freshness fresh = machine_freshness(view).after(std::max(0.0, to_seconds(m.stamp.sent_at - m.sensor_at)));
   fresh.heard = fresh.heard && m.sensor_at >= Time{};
   return fresh;
 }

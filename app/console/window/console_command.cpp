@@ -1,5 +1,7 @@
 #include "app/console/window/console_command.h"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
@@ -8,8 +10,9 @@
 #include "app/bringup/device_probe.h"
 #include "app/cli/interrupt.h"
 #include "app/console/window/console_options.h"
-#include "app/pairing/chosen_link.h"
 #include "app/console/window/console_program.h"
+#include "app/pairing/chosen_link.h"
+#include "app/programs/control_input.h"
 #include "app/programs/program_console.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
@@ -116,20 +119,37 @@ Json result_json(const ConsoleOutcome& outcome) {
           {"frames_lost", outcome.frames_lost}};
 }
 
+/// What happens to the link, and control that changes hands by lines, both in the terminal.
+void tend_link(pairing::ChosenLink& link, programs::ControlInput& input, programs::ProgramConsole& console, Time now) {
+  for (const std::string& line : link.news()) console.event(now, line);
+  while (const auto typed = input.line()) {
+    if (const std::string done = programs::obey_control_line(*typed, link); !done.empty()) console.event(now, done);
+  }
+  console.tend(now);
+}
+
 int run(const ConsoleOptions& o) {
   check(o);
   const cli::InterruptGuard interrupt;
   const screens::ConsoleFacts facts = facts_of(o);
   programs::AskedOutput candump("--candump", o.candump),
       json("--json", o.json, programs::AskedOutput::Content::kResult);
-  const Behind loops = behind(o, facts, candump.stream());
+  Behind loops = behind(o, facts, candump.stream());
   ConsoleWindow window(o.window(), facts);
   if (facts.hand == screens::HandSource::kGamepad && !window.window().gamepad())
     cli::refuse_option("--device", o.device, "no gamepad found: plug one in, or use --device keyboard");
   set_up(window.state(), o, facts, *loops.host);
 
+  programs::ProgramConsole console("knuckle console");
+  programs::ControlInput input(STDIN_FILENO);
+  if (loops.link) {
+    for (const std::string& note : loops.link->notes()) console.note(note);
+  }
   ConsoleRun run;
-  run.keep_on = [&interrupt] { return !interrupt.pending(); };
+  run.keep_on = [&] {
+    if (loops.link) tend_link(*loops.link, input, console, loops.host->now());
+    return !interrupt.pending();
+  };
   run.skip_to_s = o.at_s.value_or(0);
   run.duration_s = o.duration_s.value_or(o.screenshot.empty() ? programs::kLongestRun_s : 0);
   run.screenshot = o.screenshot;
@@ -137,7 +157,7 @@ int run(const ConsoleOptions& o) {
   if (!o.screenshot.empty()) window.hold_steady();
   run.candump = &candump;
   ConsoleOutcome outcome = run_console(window, *loops.host, run);
-  programs::ProgramConsole console("knuckle console");
+  if (loops.link) loops.link->close();  // the host has ended its loop
   if (outcome.frames_lost > 0)
     console.note(candump.name() + ": " + std::to_string(outcome.frames_lost) +
                  " frames are missing: the window was too slow to write them");

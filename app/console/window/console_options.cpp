@@ -101,7 +101,8 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
 }
 
 void check(const ConsoleOptions& o) {
-  if (o.simulate == !o.link.address.empty()) throw InputError("console: give one of --simulate and --connect HOST:PORT");
+  if (o.simulate == !o.link.address.empty())
+    throw InputError("console: give one of --simulate and --connect HOST:PORT");
   if (!o.simulate) {
     if (o.session.machine.empty())
       throw InputError("--machine: is required with --connect, the same as on the machine's side");

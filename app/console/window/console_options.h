@@ -19,7 +19,7 @@ struct ConsoleOptions {
   bool simulate = false, demo = false, light = false, imperial = false;
   bool scenario_given = false, seed_given = false;
   session::SimulateOptions session;  ///< Machine and haptic device's file count with --connect, too.
-  pairing::LinkOptions link;  ///< Its address is empty where the machine is simulated.
+  pairing::LinkOptions link;         ///< Its address is empty where the machine is simulated.
   std::string device = "keyboard", serial, candump;
   std::optional<double> duration_s, at_s;
   double scale = 1;

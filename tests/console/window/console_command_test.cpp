@@ -60,7 +60,8 @@ TEST(ConsoleCommand, SaysInOneLineThatOpenGlIsMissing) {
 TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
   expect_refused(console("", ""), "--simulate and --connect");
   expect_refused(console("", "--simulate --connect 127.0.0.1:5683"), "--simulate and --connect");
-  expect_refused(console("", "--connect 127.0.0.1:5683 --machine solar015"), "--insecure");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --machine solar015 --keys /no/such/folder"), "knuckle pair");
+  expect_refused(console("", "--connect 192.0.2.7:5683 --machine solar015 --insecure"), "give --insecure twice");
   expect_refused(console("", "--connect 127.0.0.1:5683 --insecure"), "--machine");
   expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --demo"), "--demo");
   expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --scenario dismantle"),

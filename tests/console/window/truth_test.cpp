@@ -121,7 +121,7 @@ TEST(BannerReason, TellsAMachinesSideThatHasEndedFromOneThatIsLost) {
 
 TEST(Freshness, IsNoneOfMuteSensorsThoughTheMachinesSideGoesOnSending) {
   ConsoleView view = canned_view();
-  view.machine.sent_at = Time(10s);
+  view.machine.stamp.sent_at = Time(10s);
   view.machine.sensor_at = Time(10s) - 8ms;
   EXPECT_FALSE(screens::measured_freshness(view).stale());
   view.machine.sensor_at = Time(10s) - 300ms;

@@ -29,7 +29,7 @@ start_operator() {
   start_master "$1" "$2"
 }
 start_master() {
-  start "$1.master" $on_operators_host knuckle master --machine solar015 --device "$2" --connect 10.0.0.1:5683 --insecure \
+  start "$1.master" $on_operators_host knuckle master --machine solar015 --device "$2" --connect 10.0.0.1:5683 --insecure --insecure \
     --mirror 127.0.0.1:5690 --json "$result/$1.master.json"
 }
 # start_machine NAME SLAVES_INTERFACE NODES_INTERFACE SCENARIO [NODE_OPTION...]
@@ -40,7 +40,7 @@ start_machine() {
   start_slave "$machine" "$slaves"
 }
 start_slave() {
-  start "$1.slave" knuckle slave --machine solar015 --can "$2" --listen 10.0.0.1:5683 --insecure --json "$result/$1.slave.json"
+  start "$1.slave" knuckle slave --machine solar015 --can "$2" --listen 10.0.0.1:5683 --insecure --insecure --json "$result/$1.slave.json"
 }
 stop_machine() {
   stop "$1.slave"

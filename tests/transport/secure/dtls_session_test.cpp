@@ -66,7 +66,7 @@ const Identity& operator_identity() {
   return identity;
 }
 Peer peer(const Identity& identity, bool revoked = false) {
-  return {identity.fingerprint(), identity.name, revoked};
+  return {identity.fingerprint(), identity.name, revoked, false, ""};
 }
 
 struct DtlsPair : ::testing::Test {

@@ -6,6 +6,7 @@
 #include <poll.h>
 
 #include <functional>
+#include <mutex>
 #include <vector>
 
 #include "core/error.h"
@@ -30,7 +31,7 @@ const Identity& other_identity() {
   return identity;
 }
 Peer peer(const Identity& identity, bool revoked = false) {
-  return {identity.fingerprint(), identity.name, revoked};
+  return {identity.fingerprint(), identity.name, revoked, false, ""};
 }
 Peers desks() {
   return {peer(desk_identity()), peer(other_identity())};
@@ -72,8 +73,10 @@ struct End {
 struct SecureLinkThreads : ::testing::Test {
   End machine{SecureLink::listen("127.0.0.1:0", machine_identity(), desks()), {}, {}, 0, 0};
   [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(machine.link->port()); }
-  End desk(const Identity& identity = desk_identity(), const SecureLinkTiming& timing = {}) const {
-    return {SecureLink::connect(address(), identity, {peer(machine_identity())}, timing), {}, {}, 0, 0};
+  End desk(const Identity& identity = desk_identity(), const SecureLinkTiming& timing = {},
+           SecureLinkAccess access = {}) const {
+    return {
+        SecureLink::connect(address(), identity, {peer(machine_identity())}, timing, std::move(access)), {}, {}, 0, 0};
   }
   bool talk(End& end, std::uint8_t value = 7) {
     machine.heard = end.heard = 0;
@@ -95,8 +98,9 @@ TEST_F(SecureLinkThreads, CarriesMessagesBothWaysBetweenPairedEnds) {
 }
 
 TEST_F(SecureLinkThreads, ASecondOperatorIsToldWhoHasControlUntilTheFirstLeaves) {
-  End first = desk(), second = desk(other_identity());
+  End first = desk();
   ASSERT_TRUE(talk(first));
+  End second = desk(other_identity());
   ASSERT_TRUE(until([&] {
     first.step(1);
     second.step(2);
@@ -227,6 +231,36 @@ TEST_F(SecureLinkThreads, FollowsAChangedAddressOnceItAnswersFromThere) {
   EXPECT_EQ(machine.count(LinkEvent::Kind::kConnected), 1) << "the same session";
 }
 
+TEST_F(SecureLinkThreads, WhoHadControlIsNotHeardAfterSomebodyElseTookIt) {
+  Translator translator(machine.link->port());
+  End first{SecureLink::connect("127.0.0.1:" + std::to_string(translator.port()), desk_identity(),
+                                {peer(machine_identity())}),
+            {},
+            {},
+            0,
+            0};
+  ASSERT_TRUE(until([&] {
+    first.step(1);
+    translator.step();
+    machine.step(3);
+    translator.step();
+    return machine.heard == 1;
+  }));
+  for (int i = 0; i < 20; ++i) first.step(1);  // these are under way for longer than the link lasts
+  End second = desk(other_identity());
+  ASSERT_TRUE(until([&] {
+    second.step(2);
+    machine.step(3);
+    return machine.heard == 2;
+  }));
+  translator.step();
+  for (int i = 0; i < 50; ++i) {
+    machine.step(3);
+    EXPECT_EQ(machine.heard, 2);
+    ::poll(nullptr, 0, 2);
+  }
+}
+
 TEST_F(SecureLinkThreads, ACopySentFromElsewhereTakesNothingAway) {
   Translator translator(machine.link->port());
   End op{SecureLink::connect("127.0.0.1:" + std::to_string(translator.port()), desk_identity(),
@@ -315,6 +349,191 @@ TEST_F(SecureLinkThreads, FindsAnEndByItsName) {
          0,
          0};
   EXPECT_TRUE(talk(op));
+}
+
+TEST_F(SecureLinkThreads, WhoHasControlIsAskedAndMayGrantIt) {
+  End first = desk();
+  ASSERT_TRUE(talk(first));
+  End second = desk(other_identity());
+  const auto all = [&] {
+    first.step(1);
+    second.step(2);
+    machine.step(3);
+  };
+  ASSERT_TRUE(until([&] {
+    all();
+    return first.count(LinkEvent::Kind::kAsked) > 0;
+  }));
+  const LinkEvent asked = first.events.back();
+  EXPECT_EQ(asked.peer, other_identity().fingerprint());
+  EXPECT_EQ(text(asked).find("desk 2 ("), 0U) << text(asked);
+  EXPECT_EQ(machine.heard, 1) << "asking alone changes nothing";
+  EXPECT_EQ(second.messages, 0);
+  first.link->grant(asked.peer);
+  ASSERT_TRUE(until([&] {
+    all();
+    return machine.heard == 2 && second.heard == 3;
+  }));
+  EXPECT_EQ(machine.count(LinkEvent::Kind::kGranted), 1);
+  for (int i = 0; i < 300; ++i) {
+    all();
+    EXPECT_EQ(machine.heard, 2) << "who granted it is not heard any more, and does not ask by itself";
+    ::poll(nullptr, 0, 5);
+  }
+  EXPECT_EQ(second.count(LinkEvent::Kind::kAsked), 0);
+  first.link->take_control();
+  EXPECT_TRUE(until([&] {
+    all();
+    return second.count(LinkEvent::Kind::kAsked) == 1;
+  }));
+}
+
+TEST_F(SecureLinkThreads, AfterAHandOverTheLoopHearsNobodyForLongerThanItsLossPolicyWaits) {
+  End first = desk();
+  ASSERT_TRUE(talk(first));
+  End second = desk(other_identity());
+  first.link->release();
+  using Clock = std::chrono::steady_clock;
+  std::optional<Clock::time_point> connected_at;
+  ASSERT_TRUE(until([&] {
+    first.step(1);
+    second.step(2);
+    machine.step(3);
+    if (!connected_at && machine.count(LinkEvent::Kind::kConnected) == 2) connected_at = Clock::now();
+    return machine.heard == 2;
+  }));
+  EXPECT_GE(Clock::now() - *connected_at, kHandOverGap - 10ms);
+}
+
+TEST_F(SecureLinkThreads, ASecondProgramWithTheSameKeyIsASecondOperator) {
+  End first = desk();
+  ASSERT_TRUE(talk(first));
+  End second = desk();
+  ASSERT_TRUE(until([&] {
+    first.step(1);
+    second.step(2);
+    machine.step(3);
+    return second.count(LinkEvent::Kind::kRefused) > 0;
+  }));
+  EXPECT_EQ(machine.heard, 1);
+  EXPECT_EQ(machine.count(LinkEvent::Kind::kConnected), 1);
+}
+
+/// Peers that change while the link is in use.
+struct ChangingPeers {
+  std::mutex mutex;
+  std::optional<Peers> next;
+  std::function<std::optional<Peers>()> reader() {
+    return [this] {
+      const std::lock_guard lock(mutex);
+      return std::exchange(next, std::nullopt);
+    };
+  }
+  void change(Peers peers) {
+    const std::lock_guard lock(mutex);
+    next = std::move(peers);
+  }
+};
+
+TEST_F(SecureLinkThreads, ARevokedEndThatIsConnectedLosesTheLink) {
+  ChangingPeers known;
+  machine.link = SecureLink::listen("127.0.0.1:0", machine_identity(), desks(), {}, {.newer_peers = known.reader()});
+  End op = desk();
+  ASSERT_TRUE(talk(op));
+  known.change({peer(desk_identity(), true), peer(other_identity())});
+  ASSERT_TRUE(until([&] {
+    op.step(1);
+    machine.step(2);
+    return machine.count(LinkEvent::Kind::kCutOff) == 1 && !op.link->problem().empty();
+  }));
+  EXPECT_EQ(machine.events.back().refusal, Refusal::kRevokedPeer);
+  EXPECT_NE(op.link->problem().find("has revoked this computer"), std::string::npos) << op.link->problem();
+  const int before = machine.messages;
+  for (int i = 0; i < 50; ++i) {
+    op.step(1);
+    machine.step(2);
+    ::poll(nullptr, 0, 2);
+  }
+  EXPECT_EQ(machine.messages, before);
+  End other = desk(other_identity());
+  EXPECT_TRUE(talk(other)) << "and whoever is still paired may come";
+}
+
+TEST_F(SecureLinkThreads, ObserversHearTheMachineAndAreNotHeard) {
+  machine.link = SecureLink::listen("127.0.0.1:0", machine_identity(), desks(), {}, {.most_observers = 2});
+  End op = desk();
+  ASSERT_TRUE(talk(op));
+  SecureLinkAccess observing;
+  observing.purpose = Purpose::kObserve;
+  End one = desk(other_identity(), {}, observing), two = desk(desk_identity(), {}, observing);
+  const auto all = [&] {
+    op.step(1);
+    one.step(8);
+    two.step(9);
+    machine.step(3);
+    EXPECT_EQ(machine.heard, 1);
+  };
+  ASSERT_TRUE(until([&] {
+    all();
+    return one.heard == 3 && two.heard == 3;
+  }));
+  EXPECT_FALSE(one.link->send(Bytes{1}));
+  EXPECT_EQ(machine.count(LinkEvent::Kind::kObserves), 2);
+  EXPECT_EQ(machine.count(LinkEvent::Kind::kConnected), 1);
+  End third = desk(other_identity(), {}, observing);
+  ASSERT_TRUE(until([&] {
+    all();
+    third.step(1);
+    return third.count(LinkEvent::Kind::kRefused) > 0;
+  }));
+  EXPECT_EQ(third.events.back().refusal, Refusal::kFull);
+  EXPECT_EQ(third.messages, 0);
+  third.link->close();
+  one.link->close();
+  one.heard = 0;
+  EXPECT_TRUE(until([&] {
+    op.step(1);
+    machine.step(3);
+    return machine.count(LinkEvent::Kind::kObserved) == 1;
+  }));
+}
+
+TEST_F(SecureLinkThreads, WhoIsPairedAsAnObserverGetsNoControl) {
+  Peer watching = peer(other_identity());
+  watching.observer = true;
+  machine.link = SecureLink::listen("127.0.0.1:0", machine_identity(), {watching});
+  End op = desk(other_identity());
+  ASSERT_TRUE(until([&] {
+    op.step(1);
+    machine.step(2);
+    return machine.count(LinkEvent::Kind::kRefused) > 0 && !op.link->problem().empty();
+  }));
+  EXPECT_EQ(machine.events[0].refusal, Refusal::kObserver);
+  EXPECT_NE(op.link->problem().find("--observe"), std::string::npos) << op.link->problem();
+  SecureLinkAccess observing;
+  observing.purpose = Purpose::kObserve;
+  End watcher = desk(other_identity(), {}, observing);
+  EXPECT_TRUE(until([&] {
+    watcher.step(1);
+    machine.step(2);
+    return watcher.heard == 2;
+  }));
+  EXPECT_EQ(machine.messages, 0);
+}
+
+TEST_F(SecureLinkThreads, ObserversCostTheLoopNoAllocation) {
+  SecureLinkAccess observing;
+  observing.purpose = Purpose::kObserve;
+  End watcher = desk(other_identity(), {}, observing);
+  ASSERT_TRUE(until([&] {
+    watcher.step(1);
+    machine.step(2);
+    return watcher.heard == 2;
+  }));
+  const Bytes bytes(300, 1);
+  const test::NoAllocScope scope;
+  for (int i = 0; i < 500; ++i) (void)machine.link->send(bytes);
+  EXPECT_EQ(scope.allocations(), 0U);
 }
 
 }  // namespace

@@ -1,0 +1,104 @@
+#include "app/audit/audit_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/error.h"
+
+namespace knuckle::audit {
+namespace {
+
+class Checker {
+ public:
+  explicit Checker(const std::string& folder) : folder_(folder), head_(read_head(folder)) {}
+
+  Check run() {
+    const std::vector<std::uint64_t> numbers = file_numbers(folder_);
+    for (std::size_t i = 0; i < numbers.size() && ok(); ++i) {
+      if (i > 0 && numbers[i] != numbers[i - 1] + 1) {
+        broken(file_of(folder_, numbers[i - 1] + 1), 0, "is missing");
+        break;
+      }
+      ++check_.files;
+      check_file(numbers[i], i + 1 == numbers.size());
+    }
+    if (ok()) check_end();
+    if (ok() && !numbers.empty()) check_begin(numbers.front());
+    return std::move(check_);
+  }
+
+ private:
+  [[nodiscard]] bool ok() const { return check_.broken.empty(); }
+  void broken(const std::string& file, std::size_t line, const std::string& why) {
+    check_.broken = line == 0 ? file + ": " + why : fmt::format("{}:{}: {}", file, line, why);
+  }
+
+  void check_file(std::uint64_t number, bool newest) {
+    const std::string file = file_of(folder_, number);
+    const FileContent content = read_lines(file);
+    const std::vector<std::string>& lines = content.lines;
+    for (std::size_t i = 0; i < lines.size() && ok(); ++i) {
+      const auto next = i + 1 < lines.size() ? link_of(lines[i + 1]) : std::nullopt;
+      if (next && next->event == kResumedEvent && next->torn_sha256 == sha256(lines[i])) {
+        check_.notes.push_back(
+            fmt::format("{}:{}: unfinished: the program was killed, or the disk was full", file, i + 1));
+        continue;
+      }
+      check_line(file, i + 1, lines[i]);
+    }
+    if (!ok() || content.rest.empty()) return;
+    const std::size_t line = lines.size() + 1;
+    if (!newest) return broken(file, line, "ends in the middle of a line, although another file follows");
+    check_.notes.push_back(fmt::format("{}:{}: unfinished: the program was killed, or still writes", file, line));
+  }
+
+  void check_line(const std::string& file, std::size_t at, const std::string& line) {
+    const auto link = link_of(line);
+    if (!link) return broken(file, at, "is no line of an audit trail");
+    const bool first = check_.lines.empty();
+    if (first && link->number == 1 && link->before != hash_before_all())
+      return broken(file, at, "names a line before the first");
+    if (!first && link->number != check_.last.number + 1)
+      return broken(file, at, fmt::format("has number {} after {}", link->number, check_.last.number));
+    if (!first && link->before != check_.last.hash)
+      return broken(file, at, "does not name the hash of the line before: one of the two was changed");
+    if (first) first_number_ = link->number;
+    if (link->event == kFileEvent) oldest_ = link->oldest;
+    if (link->event == kMissingEvent)
+      broken(file, at, "lines before it were removed or changed while no program wrote here");
+    check_.lines.push_back(line);
+    check_.last = {link->number, sha256(line)};
+    if (head_ && head_->number == link->number && head_->hash != check_.last.hash)
+      broken(file, at, "is not the line that was written: its hash is another in " + head_file_of(folder_));
+  }
+
+  /// Rotation removes the oldest files, and says so in the first line of the newest.
+  void check_begin(std::uint64_t oldest_there) {
+    if (oldest_there > oldest_)
+      return broken(file_of(folder_, oldest_there - 1), 0, "is missing, and was not removed by rotation");
+    if (first_number_ > 1)
+      check_.notes.push_back(fmt::format("begins with line {}: older files were removed by rotation", first_number_));
+  }
+
+  void check_end() {
+    const std::string head = head_file_of(folder_);
+    if (!head_ && check_.last.number > 0) return broken(head, 0, "is missing, or not as it was written");
+    if (head_ && head_->number > check_.last.number)
+      broken(head, 0,
+             fmt::format("lines {} to {} were written, and are not there", check_.last.number + 1, head_->number));
+  }
+
+  std::string folder_;
+  std::optional<Head> head_;
+  Check check_;
+  std::uint64_t oldest_ = 1, first_number_ = 0;
+};
+
+}  // namespace
+
+Check check_trail(const std::string& folder) {
+  return Checker(folder).run();
+}
+
+}  // namespace knuckle::audit

@@ -1,0 +1,59 @@
+// The files of an audit trail: FOLDER/audit-000001.jsonl and so on, one JSON object a line, oldest first; and
+// FOLDER/head, which says how far they go.
+//
+// Each line has its number `n` and, in `before`, the SHA-256 of the line before it (without its line feed), across
+// files; of the very first line: 64 zeros. The first line of each file is a `file` event: `file` its own number,
+// `oldest` that of the oldest file that is kept. A line that a killed program left unfinished stays where it is; the
+// line after it is a `resumed` event with its size and SHA-256.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace knuckle::audit {
+
+inline constexpr const char* kFileEvent = "file";
+inline constexpr const char* kResumedEvent = "resumed";
+/// A program that began again did not find the last lines, or not as the head says: the chain is broken here.
+inline constexpr const char* kMissingEvent = "missing";
+inline constexpr std::size_t kLargestFile_bytes = 64 << 20;
+
+/// Hex, 64 digits.
+[[nodiscard]] std::string sha256(std::string_view bytes);
+[[nodiscard]] std::string hash_before_all();
+
+[[nodiscard]] std::string file_of(const std::string& folder, std::uint64_t number);
+[[nodiscard]] std::string head_file_of(const std::string& folder);
+/// Numbers of the files that are there, ascending. @throws InputError where the folder cannot be read.
+[[nodiscard]] std::vector<std::uint64_t> file_numbers(const std::string& folder);
+
+struct FileContent {
+  std::vector<std::string> lines;  ///< Whole ones, without line feeds.
+  std::string rest;                ///< After the last line feed.
+};
+/// @throws InputError where it cannot be read, is no regular file, or is larger than kLargestFile_bytes.
+[[nodiscard]] FileContent read_lines(const std::string& file);
+
+/// What the chain needs of a line; nothing where it is no line of a trail.
+struct Link {
+  std::uint64_t number = 0;
+  std::string before, event;
+  std::uint64_t oldest = 0;  ///< Of a `file` event.
+  std::string torn_sha256;   ///< Of a `resumed` event.
+};
+[[nodiscard]] std::optional<Link> link_of(const std::string& line);
+
+/// Number and hash of the newest line that is safely on the disk.
+struct Head {
+  std::uint64_t number = 0;
+  std::string hash;
+};
+[[nodiscard]] std::string head_text(const Head& head);
+/// Nothing where there is none.
+[[nodiscard]] std::optional<Head> read_head(const std::string& folder);
+
+}  // namespace knuckle::audit

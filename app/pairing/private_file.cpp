@@ -1,0 +1,76 @@
+#include "app/pairing/private_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <string_view>
+
+#include "core/error.h"
+
+namespace knuckle::pairing {
+namespace {
+
+[[noreturn]] void refuse(const std::string& file, int error) {
+  throw InputError(file + ": cannot be written: " + std::strerror(error));
+}
+
+/// @return 0, or errno.
+int write_all(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t count = ::write(descriptor, text.data(), text.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return errno;
+    text.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return ::fsync(descriptor) == 0 ? 0 : errno;
+}
+
+/// Or a power cut may bring the old name back.
+void sync_folder_of(const std::string& file) {
+  const std::string folder = std::filesystem::absolute(file).parent_path();
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  (void)::fsync(descriptor);
+  ::close(descriptor);
+}
+
+}  // namespace
+
+void write_private_file(const std::string& file, const std::string& text, Existing existing) {
+  std::string beside = file + ".XXXXXX";
+  const int descriptor = ::mkostemp(beside.data(), O_CLOEXEC);  // mode 0600
+  if (descriptor < 0) refuse(file, errno);
+  int error = write_all(descriptor, text);
+  if (::close(descriptor) != 0 && error == 0) error = errno;
+  // A second name fails where there is a file; renaming would replace it.
+  if (error == 0) {
+    const bool put = existing == Existing::kReplace ? ::rename(beside.c_str(), file.c_str()) == 0
+                                                    : ::link(beside.c_str(), file.c_str()) == 0;
+    if (!put) error = errno;
+  }
+  if (error != 0 || existing == Existing::kRefuse) ::unlink(beside.c_str());
+  if (error == EEXIST) throw InputError(file + ": is there already");
+  if (error != 0) refuse(file, error);
+  sync_folder_of(file);
+}
+
+void check_only_owner_writes(const std::string& path, const char* what) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) throw InputError(path + ": " + std::strerror(errno));
+  if (status.st_uid != ::geteuid() && status.st_uid != 0)
+    throw InputError(
+        fmt::format("{}: the {} belongs to another user, who could let anybody control the machine", path, what));
+  if ((status.st_mode & 022U) == 0) return;
+  throw InputError(
+      fmt::format("{}: mode {:04o} of the {} lets others write it, and so let anybody control the machine: "
+                  "chmod go-w",
+                  path, status.st_mode & 07777U, what));
+}
+
+}  // namespace knuckle::pairing

@@ -1,0 +1,99 @@
+#include "app/programs/slave_audit.h"
+
+#include <fstream>
+#include <iterator>
+
+#include "app/cli/command.h"
+
+namespace knuckle::programs {
+namespace {
+
+using Json = audit::AuditTrail::Json;
+using Kind = secure::LinkEvent::Kind;
+
+const char* event_name(Kind kind) {
+  switch (kind) {
+    case Kind::kConnected:
+      return "control_taken";
+    case Kind::kRenewed:
+      return "keys_renewed";
+    case Kind::kRefused:
+      return "refused";
+    case Kind::kMoved:
+      return "address_changed";
+    case Kind::kClosed:
+      return "control_released";
+    case Kind::kCutOff:
+      return "cut_off";
+    case Kind::kAsked:
+      return "control_asked_for";
+    case Kind::kGranted:
+      return "control_granted";
+    case Kind::kObserves:
+      return "observer_connected";
+    case Kind::kObserved:
+      return "observer_gone";
+    case Kind::kTried:
+      return "handshake_tried";
+  }
+  return "unknown";
+}
+
+std::string digest_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return audit::sha256(std::string{std::istreambuf_iterator<char>(in), {}});
+}
+
+}  // namespace
+
+void SlaveAudit::started(const std::string& machine_file, const std::string& bus, const std::string& address,
+                         const std::vector<std::string>& link_notes) {
+  Json details{{"version", cli::program_version()},
+               {"machine_file", machine_file},
+               {"machine_file_sha256", digest_of(machine_file)},
+               {"bus", bus},
+               {"listen", address}};
+  details["link"] = link_notes;
+  trail_.note("started", std::move(details));
+}
+
+void SlaveAudit::link(const secure::LinkEvent& event) {
+  Json details = Json::object();
+  if (!(event.peer == secure::Fingerprint{})) {
+    details["name"] = event.name.view();
+    details["fingerprint"] = secure::hex(event.peer);
+  }
+  details["address"] = knuckle::text(event.address);
+  if (!(event.other == secure::Fingerprint{})) details["to"] = secure::hex(event.other);
+  std::string kind = event_name(event.kind);
+  if (event.refusal != secure::Refusal::kNone) {
+    details["why"] = text(event.refusal);
+    kind += std::string(": ") + text(event.refusal);  // a flood of one reason hides no other
+  }
+  trail_.note(event_name(event.kind), std::move(details), kind);
+}
+
+void SlaveAudit::mode(const ModeEvent& event) {
+  Json details{{"mode", name(event.mode)}};
+  if (event.blocking) details["blocking"] = text(event.blocking);
+  if (event.fault) {
+    details["code"] = name(event.fault.code);
+    details["fault"] = text(event.fault);
+  }
+  trail_.note(event.fault ? "fault" : "mode", std::move(details),
+              event.fault ? std::string("fault ") + name(event.fault.code) : "mode");
+}
+
+void SlaveAudit::assist(const AssistSettings& assist) {
+  trail_.note("limits_set", {{"force_limit_N", assist.force_limit_N}, {"stop_on_object", assist.stop_on_object}});
+}
+
+void SlaveAudit::pairings_changed(const std::string& what) {
+  trail_.note("pairings_changed", {{"what", what}});
+}
+
+void SlaveAudit::ended(bool confirmed) {
+  trail_.note("ended", {{"stop_confirmed", confirmed}});
+}
+
+}  // namespace knuckle::programs

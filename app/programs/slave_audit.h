@@ -1,0 +1,33 @@
+// What the machine's side writes into its audit trail (docs/security.md lists it).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/audit/audit_trail.h"
+#include "app/programs/slave_program.h"
+#include "transport/secure/secure_link.h"
+
+namespace knuckle::programs {
+
+/// All of it is for the thread that tends the program.
+class SlaveAudit {
+ public:
+  /// @throws InputError where nothing can be written there.
+  explicit SlaveAudit(const std::string& folder) : trail_(folder) {}
+
+  /// @param machine_file whose content is named by its SHA-256. @param link_notes first lines on the link in use.
+  void started(const std::string& machine_file, const std::string& bus, const std::string& address,
+               const std::vector<std::string>& link_notes);
+  void link(const secure::LinkEvent& event);
+  void mode(const ModeEvent& event);
+  void assist(const AssistSettings& assist);
+  void pairings_changed(const std::string& what);
+  void ended(bool confirmed);
+  [[nodiscard]] std::string news() { return trail_.news(); }
+
+ private:
+  audit::AuditTrail trail_;
+};
+
+}  // namespace knuckle::programs

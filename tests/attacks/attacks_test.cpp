@@ -1,0 +1,269 @@
+// The machine's side as it is shipped, attacked: by OpenSSL's own client, with records that somebody on the way
+// changes, repeats, holds back and cuts, with a recorded session, and with floods. The right key does get in, so that
+// the refusals mean something. What each of these is worth: docs/security.md.
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <random>
+#include <regex>
+
+#include "tests/attacks/attack_rig.h"
+
+namespace knuckle::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// What `openssl s_client` says of a handshake.
+std::string s_client(const std::string& address, const std::string& options) {
+  return run_program("/bin/sh",
+                     {"-c", "timeout 5 openssl s_client -connect " + address + " " + options + " < /dev/null 2>&1"})
+      .out;
+}
+
+bool let_in(const std::string& said) {
+  return said.find("New, TLSv1.2, Cipher is ECDHE-ECDSA-AES128-GCM-SHA256") != std::string::npos &&
+         said.find("alert") == std::string::npos;
+}
+
+/// The machine follows the hand. A computer too busy to keep a link alive may need more than one try.
+bool follows(Hand& hand) {
+  for (int tries = 5; tries > 0; --tries) {
+    hand.lead(kArm, 0);
+    if (!engage(hand)) continue;
+    const double was_rad = hand.machine()->position_rad[kArm];
+    hand.lead(kArm, 0.05);
+    const auto moved = [&] { return hand.machine()->position_rad[kArm] > was_rad + 0.02; };
+    if (eventually([&] { return moved() || !hand.sees(Mode::kEngaged); }) && moved()) return true;
+  }
+  return false;
+}
+
+int lines_of(const std::string& text) {
+  return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+}
+
+std::size_t resident_kB(pid_t process) {
+  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind("VmRSS:", 0) == 0) return std::stoul(line.substr(6));
+  }
+  return 0;
+}
+
+TEST_F(Attacks, OnlyAPairedKeyCompletesTheHandshakeOfAnotherProgram) {
+  const std::string address = free_address();
+  const auto machine = slave("run", address);
+  ASSERT_TRUE(eventually(
+      [&] {
+        return let_in(s_client(address, "-dtls1_2 -cert " + path("desk/key.pem") + " -key " + path("desk/key.pem")));
+      },
+      20s))
+      << "the right key: otherwise the refusals mean nothing";
+  EXPECT_FALSE(let_in(s_client(address, "-dtls1_2"))) << "no certificate";
+  for (const std::string who : {"foreign", "revoked", "expired"}) {
+    const std::string key = path(who + "/key.pem");
+    EXPECT_FALSE(let_in(s_client(address, "-dtls1_2 -cert " + key + " -key " + key))) << who;
+  }
+  const auto json = end(*machine, "run");
+  for (const char* why : {"showed no certificate", "is not paired", "was revoked", "has expired"})
+    EXPECT_NE(said_.find(why), std::string::npos) << why << '\n' << said_;
+  EXPECT_EQ(driving_frames("run"), 0);
+}
+
+TEST_F(Attacks, OlderVersionsAndOtherCiphersAreRefused) {
+  const std::string address = free_address(), key = " -cert " + path("desk/key.pem") + " -key " + path("desk/key.pem");
+  const auto machine = slave("run", address);
+  ASSERT_TRUE(eventually([&] { return let_in(s_client(address, "-dtls1_2" + key)); }, 20s));
+  for (const char* options : {"-dtls1 -cipher DEFAULT:@SECLEVEL=0", "-dtls1_2 -cipher ECDHE-ECDSA-CHACHA20-POLY1305",
+                              "-dtls1_2 -cipher ECDHE-ECDSA-AES256-SHA384", "-dtls1_2 -cipher NULL:@SECLEVEL=0",
+                              "-dtls1_2 -curves secp384r1"}) {
+    EXPECT_FALSE(let_in(s_client(address, options + key))) << options;
+  }
+  (void)end(*machine, "run");
+}
+
+TEST_F(Attacks, RecordsThatAreChangedCutRepeatedOrLateMoveNothingAndStopNothing) {
+  const std::string address = free_address();
+  const auto machine = slave("run", address);
+  Middle middle(address);
+  const auto op = hand(middle.address());
+  ASSERT_TRUE(follows(*op));
+
+  std::mt19937_64 random(7);
+  const auto below = [&random](std::size_t n) { return static_cast<std::size_t>(random() % n); };
+  const auto flipped = [&](Bytes one) {
+    one[below(one.size())] ^= static_cast<std::uint8_t>(1U << below(8));
+    return one;
+  };
+  const auto cut = [&](Bytes one) {
+    one.resize(below(one.size()));
+    return one;
+  };
+  const auto longer = [&](Bytes one) {
+    one.resize(one.size() + 1 + below(900), 0x17);
+    return one;
+  };
+  std::deque<Bytes> earlier;
+  middle.set([&](const Bytes& one) {
+    // Every tenth is lost; each that arrives has a crowd of false ones around it, and copies of old ones behind it.
+    earlier.push_back(one);
+    if (earlier.size() > 200) earlier.pop_front();
+    std::vector<Bytes> out{flipped(one), cut(one), {}, longer(one)};
+    if (below(10) != 0) out.push_back(one);
+    out.push_back(one);
+    out.push_back(earlier[below(earlier.size())]);
+    return out;
+  });
+  EXPECT_TRUE(follows(*op)) << "with false, doubled and old records around each";
+
+  std::vector<Bytes> held;
+  middle.set([&held](const Bytes& one) {
+    held.push_back(one);
+    if (held.size() < 4) return std::vector<Bytes>{};
+    std::vector<Bytes> out(held.rbegin(), held.rend());
+    held.clear();
+    return out;
+  });
+  EXPECT_TRUE(follows(*op)) << "four at a time, the newest first";
+
+  middle.set([&](const Bytes& one) { return std::vector<Bytes>{flipped(one)}; });
+  EXPECT_TRUE(eventually([&] { return !op->sees(Mode::kEngaged); })) << "nothing authentic: as a cut link";
+  middle.set({});
+  EXPECT_TRUE(follows(*op)) << "led again, by the hand that engages again";
+  const auto json = end(*machine, "run");
+  EXPECT_EQ(json.at("malformed_datagrams"), 0) << "what is not authentic never reached the messages";
+}
+
+TEST_F(Attacks, ARecordedSessionMovesNoMachineThatIsStartedAnew) {
+  const std::string address = free_address();
+  std::vector<Bytes> recorded;
+  {
+    const auto machine = slave("first", address);
+    Middle middle(address);
+    const auto op = hand(middle.address());
+    ASSERT_TRUE(follows(*op));
+    recorded = middle.seen();
+    (void)end(*machine, "first");
+    EXPECT_GT(driving_frames("first"), 0);
+  }
+  const auto machine = slave("second", address);
+  ASSERT_TRUE(eventually(
+      [&] {
+        return let_in(s_client(address, "-dtls1_2 -cert " + path("desk/key.pem") + " -key " + path("desk/key.pem")));
+      },
+      20s));
+  const UdpSocket thief = any_socket();
+  const SocketAddress target = parse_address(address);
+  for (int times = 0; times < 2; ++times) {
+    for (const Bytes& one : recorded) {
+      (void)thief.send(one, target);
+      std::this_thread::sleep_for(200us);
+    }
+  }
+  const auto json = end(*machine, "second");
+  EXPECT_EQ(driving_frames("second"), 0);
+  EXPECT_EQ(json.at("malformed_datagrams"), 0);
+  for (const auto& mode : json.at("modes")) {
+    EXPECT_NE(mode.at("mode"), "aligning");
+    EXPECT_NE(mode.at("mode"), "engaged");
+  }
+}
+
+TEST_F(Attacks, CopiesSentFromElsewhereTakeTheMachineFromNobody) {
+  const std::string address = free_address();
+  const auto machine = slave("run", address);
+  Middle middle(address);
+  const UdpSocket thief = any_socket();
+  const SocketAddress target = parse_address(address);
+  // Sent from the thief's address first: every record is the newest there.
+  middle.set([&](const Bytes& one) {
+    (void)thief.send(one, target);
+    return std::vector<Bytes>{one};
+  });
+  const auto op = hand(middle.address());
+  EXPECT_TRUE(follows(*op) || op->machine()) << "its own copies come too late, but the machine still speaks to it";
+  std::size_t largest = 0;
+  std::array<std::uint8_t, 2048> bytes;
+  SocketAddress from;
+  while (const auto got = thief.receive(bytes, from)) largest = std::max(largest, got->size);
+  EXPECT_LT(largest, 150U) << "handshakes and questions, none of the machine's messages";
+  (void)end(*machine, "run");
+  EXPECT_EQ(said_.find("moved:"), std::string::npos) << said_;
+}
+
+TEST_F(Attacks, FloodsCostNeitherMemoryNorLinesNorTheSession) {
+  const std::string address = free_address();
+  const auto machine = slave("run", address);
+  const auto op = hand(address);
+  ASSERT_TRUE(follows(*op));
+  const std::size_t before_kB = resident_kB(machine->pid());
+  const SocketAddress target = parse_address(address);
+  Bytes hello(200, 0), tagged(100, 0xD0);
+  hello[0] = 22, hello[1] = 0xFE, hello[2] = 0xFF;
+  std::vector<UdpSocket> attackers;
+  for (int i = 0; i < 50; ++i) attackers.push_back(any_socket());
+  for (int i = 0; i < 20'000; ++i) {
+    const UdpSocket& from = attackers[static_cast<std::size_t>(i % 50)];
+    (void)from.send(hello, target);
+    (void)from.send(tagged, target);
+    (void)from.send({}, target);
+    if (i % 10 == 9) std::this_thread::sleep_for(1ms);  // 10 000 hellos a second
+  }
+  EXPECT_TRUE(op->sees(Mode::kEngaged) || follows(*op));
+  EXPECT_LT(resident_kB(machine->pid()), before_kB + 4096);
+  (void)end(*machine, "run");
+  EXPECT_LT(lines_of(said_), 100) << said_;
+}
+
+/// Flooded and not, in one run: what a flood costs the machine's loop. Figures for docs/security.md.
+class DeepAttacks : public Attacks {
+ protected:
+  struct Cost {
+    double overruns = 0, wake_p99_us = 0, faults = 0;
+  };
+  /// Ten seconds of a machine that is led, while `attack` is called again and again by a thread of its own.
+  Cost ten_seconds(const std::string& name, const std::function<void(const SocketAddress&)>& attack) {
+    const std::string address = free_address();
+    const auto machine = slave(name, address);
+    const auto op = hand(address);
+    EXPECT_TRUE(follows(*op)) << name;
+    std::atomic<bool> over{false};
+    std::thread attacker([&] {
+      while (attack && !over) attack(parse_address(address));
+    });
+    std::this_thread::sleep_for(10s);
+    over = true;
+    attacker.join();
+    const auto json = end(*machine, name);
+    const auto& loop = json.at("realtime").at("slave");
+    const Cost cost{loop.at("overruns"), loop.at("wake_us").at("p99"), static_cast<double>(json.at("faults").size())};
+    fmt::print("| {} | {} | {:.0f} | {} | {} |\n", name, cost.overruns, cost.wake_p99_us, cost.faults, lines_of(said_));
+    return cost;
+  }
+};
+
+TEST_F(DeepAttacks, FloodsCostNoDeadline) {
+  fmt::print("| | overruns of the machine's loop | wake p99, us | faults | lines on standard error |\n");
+  const Cost quiet = ten_seconds("no flood", {});
+  std::vector<UdpSocket> from;
+  for (int i = 0; i < 50; ++i) from.push_back(any_socket());
+  Bytes hello(200, 0), tagged(300, 0xD0);
+  hello[0] = 22, hello[1] = 0xFE, hello[2] = 0xFF;
+  std::size_t next = 0;
+  const Cost hellos = ten_seconds("10 000 hellos a second", [&](const SocketAddress& target) {
+    for (int i = 0; i < 10; ++i) (void)from[next++ % from.size()].send(hello, target);
+    std::this_thread::sleep_for(1ms);
+  });
+  const Cost plain = ten_seconds("junk as fast as it can be sent", [&](const SocketAddress& target) {
+    (void)from[next++ % from.size()].send(tagged, target);
+  });
+  // In 10 s the loop takes 2000 steps.
+  EXPECT_LE(hellos.overruns, quiet.overruns + 20);
+  EXPECT_LE(plain.overruns, quiet.overruns + 20);
+  EXPECT_LE(hellos.faults, quiet.faults);
+  EXPECT_LE(plain.faults, quiet.faults);
+}
+
+}  // namespace
+}  // namespace knuckle::test

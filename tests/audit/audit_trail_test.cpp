@@ -1,0 +1,277 @@
+// The audit trail: its chain, what breaks it, killed programs, full disks, floods, rotation.
+#include "app/audit/audit_trail.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "app/audit/audit_check.h"
+#include "core/error.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::audit {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct Audit : ::testing::Test {
+  test::TemporaryFolder temporary;
+  const std::string folder = temporary.file("trail");
+
+  void write(int entries, const TrailLimits& limits = {.lines_of_a_kind = 1 << 20}) {
+    AuditTrail trail(folder, limits);
+    for (int i = 0; i < entries; ++i) {
+      trail.note("connected", {{"name", "desk " + std::to_string(i)}});
+      if (i % 50 == 0) trail.flush();
+    }
+  }
+  std::string file(std::uint64_t number = 1) const { return file_of(folder, number); }
+  /// Replaces text in a file, once.
+  static void change(const std::string& file, const std::string& from, const std::string& to) {
+    std::string text = test::content(file);
+    const auto at = text.find(from);
+    ASSERT_NE(at, std::string::npos);
+    std::ofstream(file, std::ios::binary) << text.replace(at, from.size(), to);
+  }
+  static Json json(const std::string& line) { return Json::parse(line); }
+};
+
+TEST_F(Audit, ChainsItsLinesAcrossRuns) {
+  write(3);
+  write(2);
+  const Check check = check_trail(folder);
+  EXPECT_EQ(check.broken, "");
+  ASSERT_EQ(check.lines.size(), 6U) << "and the file's own";
+  EXPECT_EQ(json(check.lines[0])["event"], "file");
+  EXPECT_EQ(json(check.lines[0])["before"], std::string(64, '0'));
+  for (std::size_t i = 1; i < 6; ++i) {
+    EXPECT_EQ(json(check.lines[i])["n"], i + 1);
+    EXPECT_EQ(json(check.lines[i])["before"], sha256(check.lines[i - 1]));
+  }
+  EXPECT_EQ(json(check.lines[1])["name"], "desk 0");
+  EXPECT_EQ(json(check.lines[1])["utc"].get<std::string>().size(), std::string("2026-11-25T07:00:00.000Z").size());
+  EXPECT_GT(json(check.lines[1])["mono_s"].get<double>(), 0);
+  EXPECT_EQ(check.last.number, 6U);
+}
+
+TEST_F(Audit, IsForItsOwnerOnly) {
+  write(1);
+  for (const std::string& path : {folder, file(), head_file_of(folder)}) {
+    struct stat status {};
+    ASSERT_EQ(::stat(path.c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 077U, 0U) << path;
+  }
+}
+
+TEST_F(Audit, NamesTheLineThatWasChanged) {
+  write(5);
+  change(file(), "desk 2", "desk 7");
+  EXPECT_EQ(check_trail(folder).broken.find(file() + ":5: does not name the hash of the line before"), 0U)
+      << check_trail(folder).broken;
+}
+
+TEST_F(Audit, NoticesAChangeOfTheLastLine) {
+  write(5);
+  change(file(), "desk 4", "desk 7");
+  EXPECT_EQ(check_trail(folder).broken.find(file() + ":6: is not the line that was written"), 0U)
+      << check_trail(folder).broken;
+}
+
+TEST_F(Audit, NoticesALineThatWasRemovedOrAdded) {
+  write(5);
+  const std::string line = check_trail(folder).lines[2] + "\n";
+  change(file(), line, "");
+  EXPECT_EQ(check_trail(folder).broken.find(file() + ":3: has number 4 after 2"), 0U) << check_trail(folder).broken;
+  change(file(), check_trail(folder).lines[1] + "\n", check_trail(folder).lines[1] + "\n" + line + line);
+  EXPECT_EQ(check_trail(folder).broken.find(file() + ":4: has number 3 after 3"), 0U) << check_trail(folder).broken;
+}
+
+TEST_F(Audit, NoticesThatItsEndWasCutOff) {
+  write(5);
+  change(file(), check_trail(folder).lines[5] + "\n", "");
+  EXPECT_EQ(check_trail(folder).broken, head_file_of(folder) + ": lines 6 to 6 were written, and are not there");
+  fs::remove(head_file_of(folder));
+  EXPECT_NE(check_trail(folder).broken.find("head: is missing"), std::string::npos);
+}
+
+TEST_F(Audit, AProgramThatBeginsAgainHidesNoMissingEnd) {
+  write(5);
+  change(file(), check_trail(folder).lines[5] + "\n", "");
+  write(5);
+  EXPECT_EQ(check_trail(folder).broken,
+            file() + ":6: lines before it were removed or changed while no program wrote here");
+}
+
+TEST_F(Audit, RotatesWithinItsBoundsAndTheChainGoesOn) {
+  write(200, {.file_bytes = 4000, .files = 3, .lines_of_a_kind = 1 << 20});
+  const Check check = check_trail(folder);
+  EXPECT_EQ(check.broken, "");
+  EXPECT_EQ(check.files, 3U);
+  EXPECT_EQ(file_numbers(folder).size(), 3U);
+  ASSERT_FALSE(check.notes.empty());
+  EXPECT_NE(check.notes[0].find("older files were removed by rotation"), std::string::npos);
+  EXPECT_LT(fs::file_size(file(file_numbers(folder).front())), 4500U);
+}
+
+TEST_F(Audit, NoticesAFileThatWasRemoved) {
+  write(200, {.file_bytes = 4000, .files = 5, .lines_of_a_kind = 1 << 20});
+  const auto numbers = file_numbers(folder);
+  ASSERT_EQ(numbers.size(), 5U);
+  fs::rename(file(numbers[2]), temporary.file("away"));
+  EXPECT_EQ(check_trail(folder).broken, file(numbers[2]) + ": is missing");
+  fs::rename(temporary.file("away"), file(numbers[2]));
+  EXPECT_EQ(check_trail(folder).broken, "");
+  fs::rename(file(numbers[0]), temporary.file("away"));
+  EXPECT_EQ(check_trail(folder).broken, file(numbers[0]) + ": is missing, and was not removed by rotation");
+  fs::rename(temporary.file("away"), file(numbers[0]));
+  fs::remove(file(numbers[4]));
+  EXPECT_NE(check_trail(folder).broken.find("were written, and are not there"), std::string::npos);
+}
+
+TEST_F(Audit, AnUnfinishedLastLineIsRecognisedAndTheChainGoesOn) {
+  write(3);
+  std::ofstream(file(), std::ios::app) << R"({"n":5,"utc":"2026-11)";
+  Check check = check_trail(folder);
+  EXPECT_EQ(check.broken, "");
+  ASSERT_EQ(check.notes.size(), 1U);
+  EXPECT_NE(check.notes[0].find(file() + ":5: unfinished"), std::string::npos);
+  write(2);
+  check = check_trail(folder);
+  EXPECT_EQ(check.broken, "");
+  ASSERT_EQ(check.lines.size(), 7U);
+  EXPECT_EQ(json(check.lines[4])["event"], "resumed");
+  EXPECT_EQ(json(check.lines[4])["torn_bytes"], 21);
+  change(file(), "2026-11\n", "2027-11\n");
+  EXPECT_NE(check_trail(folder).broken.find(file() + ":5: is no line"), std::string::npos)
+      << "not even this may change";
+}
+
+/// A whole line without its line feed: as far as a killed program came.
+TEST_F(Audit, AnUnfinishedLineThatLooksWholeIsNone) {
+  write(3);
+  const std::string last = check_trail(folder).lines.back();
+  std::ofstream(file(), std::ios::app) << R"({"n":5,"event":"x","before":")" + sha256(last) + "\"}";
+  write(1);
+  EXPECT_EQ(check_trail(folder).broken, "");
+  EXPECT_EQ(check_trail(folder).lines.size(), 6U);
+}
+
+TEST_F(Audit, SurvivesSigkillAtAnyTime) {
+  for (int round = 0; round < 8; ++round) {
+    const pid_t child = fork();
+    if (child == 0) {
+      AuditTrail trail(folder, {.file_bytes = 3000, .files = 100, .lines_of_a_kind = 1 << 30});
+      for (int i = 0;; ++i) {
+        trail.note("connected", {{"name", std::string(static_cast<std::size_t>(i % 70), 'x')}});
+        if (i % 100 == 0) trail.flush();
+      }
+    }
+    ::usleep(static_cast<useconds_t>(10'000 + 7'000 * round));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    if (file_numbers(folder).empty()) continue;
+    EXPECT_EQ(check_trail(folder).broken, "") << round;
+  }
+  const std::uint64_t before = check_trail(folder).last.number;
+  EXPECT_GT(before, 20U);
+  write(1, {.file_bytes = 3000, .files = 100});
+  EXPECT_EQ(check_trail(folder).broken, "");
+  EXPECT_GT(check_trail(folder).last.number, before);
+}
+
+TEST_F(Audit, AFullDiskIsToldAndLosesNothingThatThereIsRoomFor) {
+  struct Limit {
+    rlimit before{};
+    void (*handler)(int) = ::signal(SIGXFSZ, SIG_IGN);
+    Limit() { ::getrlimit(RLIMIT_FSIZE, &before); }
+    ~Limit() {
+      lift();
+      ::signal(SIGXFSZ, handler);
+    }
+    void set(rlim_t bytes) const {
+      const rlimit limit{bytes, before.rlim_max};
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    void lift() const { ::setrlimit(RLIMIT_FSIZE, &before); }
+  } disk;
+  AuditTrail trail(folder, {.waiting = 10, .lines_of_a_kind = 1 << 20, .try_again = std::chrono::milliseconds(20)});
+  trail.note("first");
+  trail.flush();
+  disk.set(500);
+  for (int i = 0; i < 30; ++i) trail.note("more", {{"i", i}});
+  trail.flush();
+  EXPECT_NE(trail.news().find("cannot be written: File too large"), std::string::npos);
+  EXPECT_EQ(check_trail(folder).broken, "") << "what was refused in part is taken back";
+  for (int i = 0; i < 30; ++i) trail.note("more", {{"i", 100 + i}});
+  disk.lift();
+  std::string news;
+  for (int i = 0; i < 500 && news.empty(); ++i) {
+    ::usleep(5000);
+    news = trail.news();
+  }
+  EXPECT_NE(news.find("is written again"), std::string::npos) << news;
+  for (int i = 0; i < 500 && check_trail(folder).lines.back().find("\"lost\"") == std::string::npos; ++i) {
+    trail.note("after", {}, "after");
+    ::usleep(5000);
+  }
+  const Check check = check_trail(folder);
+  EXPECT_EQ(check.broken, "");
+  const auto has = [&](const std::string& text) {
+    return std::any_of(check.lines.begin(), check.lines.end(),
+                       [&](const std::string& line) { return line.find(text) != std::string::npos; });
+  };
+  EXPECT_TRUE(has("\"i\":0")) << "waited for room";
+  EXPECT_TRUE(has("\"lost\"")) << "and what had none is counted";
+}
+
+TEST_F(Audit, AFloodIsCountedInsteadOfWritten) {
+  {
+    AuditTrail trail(folder, {.lines_of_a_kind = 5});
+    for (int i = 0; i < 10'000; ++i) trail.note("refused", {{"address", i}}, "refused unknown");
+    trail.note("connected");
+  }
+  const Check check = check_trail(folder);
+  EXPECT_EQ(check.broken, "");
+  ASSERT_EQ(check.lines.size(), 1U + 5 + 1 + 1);
+  EXPECT_EQ(json(check.lines.back())["event"], "left_out");
+  EXPECT_EQ(json(check.lines.back())["kind"], "refused unknown");
+  EXPECT_EQ(json(check.lines.back())["count"], 9995);
+}
+
+TEST_F(Audit, OneProgramAtATimeWritesIt) {
+  const AuditTrail first(folder);
+  try {
+    const AuditTrail second(folder);
+    FAIL() << "two programs in one trail";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("another program"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(Audit, RefusesAFolderThatCannotBeWrittenAndAFileThatIsNoTrail) {
+  EXPECT_THROW(AuditTrail("/dev/full/trail"), InputError);
+  fs::create_directory(folder);
+  std::ofstream(file()) << "hello\n";
+  EXPECT_THROW(AuditTrail{folder}, InputError);
+  EXPECT_NE(check_trail(folder).broken.find(file() + ":1: is no line of an audit trail"), std::string::npos);
+}
+
+TEST_F(Audit, TextFromOutsideCannotForgeALine) {
+  {
+    AuditTrail trail(folder);
+    trail.note("refused", {{"name", "a\"}\n{\"n\":99\xFF"}});
+  }
+  const Check check = check_trail(folder);
+  EXPECT_EQ(check.broken, "");
+  EXPECT_EQ(check.lines.size(), 2U);
+}
+
+}  // namespace
+}  // namespace knuckle::audit

@@ -1,0 +1,228 @@
+// `knuckle doctor --connect`: each way in which a handshake fails, against ends that really listen.
+#include "app/bringup/doctor_link.h"
+
+#include <gtest/gtest.h>
+#include <openssl/evp.h>
+#include <openssl/x509.h>
+#include <sys/stat.h>
+
+#include <atomic>
+#include <thread>
+
+#include "app/pairing/key_folder.h"
+#include "app/pairing/private_file.h"
+#include "tests/support/temporary_folder.h"
+#include "transport/secure/secure_link.h"
+#include "transport/udp_link.h"
+
+namespace knuckle::bringup {
+namespace {
+
+using secure::Identity;
+using secure::Peer;
+using secure::SecureLink;
+
+const Identity& machine() {
+  static const Identity identity = secure::make_identity("site arm");
+  return identity;
+}
+Peer peer(const Identity& identity, bool revoked = false) {
+  return {identity.fingerprint(), identity.name, revoked, false, identity.expires_utc()};
+}
+
+/// A machine's side whose loop runs, until the end of the test.
+class Machine {
+ public:
+  Machine(const Identity& identity, secure::Peers peers)
+      : link_(SecureLink::listen("127.0.0.1:0", identity, std::move(peers))), loop_([this] { run(); }) {}
+  ~Machine() {
+    ending_ = true;
+    loop_.join();
+  }
+  Machine(const Machine&) = delete;
+  Machine& operator=(const Machine&) = delete;
+  [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(link_->port()); }
+  [[nodiscard]] int connected() const { return connected_; }
+  [[nodiscard]] int heard() const { return heard_; }
+
+ private:
+  void run() {
+    Datagram datagram;
+    secure::LinkEvent event;
+    while (!ending_) {
+      while (link_->receive(datagram)) ++heard_;
+      while (link_->next(event)) connected_ += event.kind == secure::LinkEvent::Kind::kConnected ? 1 : 0;
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+  }
+  std::unique_ptr<SecureLink> link_;
+  std::atomic<bool> ending_{false};
+  std::atomic<int> connected_{0}, heard_{0};
+  std::thread loop_;
+};
+
+struct DoctorLinkThreads : ::testing::Test {
+  test::TemporaryFolder temporary;
+  pairing::KeyFolder folder{temporary.file("keys")};
+  Identity desk = folder.make("desk 1");
+
+  void pair_with(const Peer& one) {
+    folder.change_peers([&](secure::Peers& peers) { peers.push_back(one); });
+  }
+  /// All findings, a line each.
+  std::string doctor(const std::string& address, std::chrono::milliseconds patience = std::chrono::milliseconds(4000)) {
+    std::string text;
+    for (const Finding& one : doctor_link({address, folder.path(), patience}, [] { return true; }))
+      text += std::string(name(one.level)) + " " + one.about + ": " + one.text + "\n";
+    return text;
+  }
+  static void expect_says(const std::string& text, const std::string& what) {
+    EXPECT_NE(text.find(what), std::string::npos) << text;
+  }
+};
+
+TEST_F(DoctorLinkThreads, SaysThatAllIsWellAndTakesNoControl) {
+  Machine there(machine(), {peer(desk)});
+  pair_with(peer(machine()));
+  const std::string text = doctor(there.address());
+  expect_says(text, "ok link " + there.address() + ": handshake succeeded with site arm (");
+  expect_says(text, "nobody has control there");
+  EXPECT_EQ(text.find("FAULT"), std::string::npos) << text;
+  EXPECT_EQ(there.connected(), 0);
+}
+
+TEST_F(DoctorLinkThreads, NamesWhoHasControl) {
+  const Identity other = secure::make_identity("desk 2");
+  Machine there(machine(), {peer(desk), peer(other)});
+  pair_with(peer(machine()));
+  const auto op = SecureLink::connect(there.address(), other, {peer(machine())});
+  std::atomic<bool> ending{false};
+  std::thread loop([&] {
+    const std::array<std::uint8_t, 4> bytes{};
+    while (!ending) {
+      (void)op->send(bytes);
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+  });
+  for (int i = 0; i < 2000 && there.heard() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  expect_says(doctor(there.address()), "note link " + there.address() + ": handshake succeeded with site arm (");
+  expect_says(doctor(there.address()), "desk 2 has control there now");
+  EXPECT_EQ(there.connected(), 1);
+  ending = true;
+  loop.join();
+}
+
+TEST_F(DoctorLinkThreads, ExplainsWhatIsWrongHere) {
+  expect_says(doctor("127.0.0.1:9"), "FAULT pairing: this computer is paired with nobody: knuckle pair");
+  pair_with(peer(machine()));
+  ::chmod(folder.key_file().c_str(), 0644);
+  expect_says(doctor("127.0.0.1:9"), "mode 0644 lets others at the private key");
+  std::filesystem::remove(folder.key_file());
+  expect_says(doctor("127.0.0.1:9"), "knuckle pair makes this computer's key");
+  pairing::write_private_file(folder.key_file(), secure::make_identity("old", -1).pem(), pairing::Existing::kRefuse);
+  expect_says(doctor("127.0.0.1:9"), "expired on");
+  const Identity later = secure::make_identity("from tomorrow");
+  X509_time_adj_ex(X509_getm_notBefore(later.certificate.get()), 1, 0, nullptr);
+  X509_sign(later.certificate.get(), later.key.get(), EVP_sha256());
+  pairing::write_private_file(folder.key_file(), later.pem(), pairing::Existing::kReplace);
+  expect_says(doctor("127.0.0.1:9"), "this computer's clock is behind");
+}
+
+TEST_F(DoctorLinkThreads, ExplainsWhatIsWrongThere) {
+  pair_with(peer(machine()));
+  {
+    Machine there(machine(), {});
+    expect_says(doctor(there.address()), "the far end does not know this computer");
+  }
+  {
+    Machine there(machine(), {peer(desk, true)});
+    expect_says(doctor(there.address()), "the far end has revoked this computer's pairing");
+  }
+}
+
+TEST_F(DoctorLinkThreads, ExplainsWhatIsWrongWithTheFarEndsKey) {
+  const Identity expired = secure::make_identity("old arm", -1), stranger = secure::make_identity("another arm"),
+                 revoked = secure::make_identity("sold arm");
+  pair_with({expired.fingerprint(), "old arm", false, false, "2031-01-01T00:00:00Z"});
+  pair_with(peer(revoked, true));
+  {
+    Machine there(expired, {peer(desk)});
+    expect_says(doctor(there.address()), "the far end's certificate has expired, or one of the two clocks is wrong");
+  }
+  {
+    Machine there(stranger, {peer(desk)});
+    const std::string text = doctor(there.address());
+    expect_says(text, "the far end is not paired with this computer");
+    expect_says(text, "it calls itself another arm");
+  }
+  {
+    Machine there(revoked, {peer(desk)});
+    expect_says(doctor(there.address()), "the far end's pairing was revoked here");
+  }
+}
+
+/// An end that answers every datagram with the same bytes, or not at all.
+class Answering {
+ public:
+  explicit Answering(std::vector<std::uint8_t> answer) : answer_(std::move(answer)), loop_([this] { run(); }) {}
+  ~Answering() {
+    ending_ = true;
+    loop_.join();
+  }
+  Answering(const Answering&) = delete;
+  Answering& operator=(const Answering&) = delete;
+  [[nodiscard]] std::string address() const {
+    return "127.0.0.1:" + std::to_string(local_address(socket_.descriptor()).port());
+  }
+
+ private:
+  void run() {
+    std::array<std::uint8_t, 2048> bytes;
+    SocketAddress from;
+    while (!ending_) {
+      while (socket_.receive(bytes, from)) {
+        if (!answer_.empty()) (void)socket_.send(answer_, from);
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+  }
+  std::vector<std::uint8_t> answer_;
+  UdpSocket socket_{open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, "")};
+  std::atomic<bool> ending_{false};
+  std::thread loop_;
+};
+
+TEST_F(DoctorLinkThreads, TellsAClosedPortFromSilenceAndFromAnotherProtocol) {
+  using namespace std::chrono_literals;
+  pair_with(peer(machine()));
+  std::string closed;
+  {
+    const Answering silent({});
+    closed = silent.address();
+    expect_says(doctor(silent.address(), 200ms), "no answer: is the program running there");
+  }
+  expect_says(doctor(closed), "no program listens on this port");
+  const Answering echo({'H', 'T', 'T', 'P'});
+  expect_says(doctor(echo.address(), 200ms), "something answers there, but not in DTLS");
+  const Answering alert({21, 0xFE, 0xFD, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 45});  // fatal, certificate_expired
+  expect_says(doctor(alert.address()), "this computer's certificate has expired, or one of the two clocks is wrong");
+  const Answering version({21, 0xFE, 0xFD, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 70});  // fatal, protocol_version
+  expect_says(doctor(version.address()), "no DTLS 1.2 handshake with this version's cipher was possible");
+}
+
+TEST_F(DoctorLinkThreads, WarnsOfAnExpiryThatIsNear) {
+  Peer soon = peer(machine());
+  soon.expires_utc = secure::make_identity("x", 12).expires_utc();
+  pair_with(soon);
+  Machine there(machine(), {peer(desk)});
+  expect_says(doctor(there.address()), "note expiry: site arm's key expires on");
+}
+
+TEST_F(DoctorLinkThreads, SaysWhatIsWrongWithTheAddress) {
+  pair_with(peer(machine()));
+  expect_says(doctor("no such name:5683"), "FAULT link: ");
+  expect_says(doctor("127.0.0.1"), "FAULT link: ");
+}
+
+}  // namespace
+}  // namespace knuckle::bringup

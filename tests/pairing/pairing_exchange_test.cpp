@@ -1,0 +1,126 @@
+// Two computers show each other their certificates, with and without somebody who disturbs them.
+#include "app/pairing/pairing_exchange.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <thread>
+
+#include "tests/support/temporary_folder.h"
+#include "transport/udp_socket.h"
+
+namespace knuckle::pairing {
+namespace {
+
+std::string free_address() {
+  const UdpSocket any(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
+  return "127.0.0.1:" + std::to_string(local_address(any.descriptor()).port());
+}
+
+struct Two : ::testing::Test {
+  const secure::Identity machine = secure::make_identity("site arm"), desk = secure::make_identity("desk 1");
+  const std::string address = free_address();
+  std::atomic<bool> go_on{true};
+  std::optional<Shown> at_machine, at_desk;
+  std::thread listener, caller;
+
+  void listen() {
+    listener = std::thread(
+        [this] { at_machine = exchange(secure::Role::kMachine, address, machine, [this] { return go_on.load(); }); });
+  }
+  void call() {
+    caller = std::thread(
+        [this] { at_desk = exchange(secure::Role::kOperator, address, desk, [this] { return go_on.load(); }); });
+  }
+  void TearDown() override {
+    go_on = false;
+    for (std::thread* one : {&listener, &caller}) {
+      if (one->joinable()) one->join();
+    }
+  }
+  void both_end() {
+    caller.join();
+    listener.join();
+    ASSERT_TRUE(at_machine && at_desk);
+    EXPECT_EQ(at_machine->fingerprint, desk.fingerprint());
+    EXPECT_EQ(at_machine->name, "desk 1");
+    EXPECT_EQ(at_machine->expires_utc, desk.expires_utc());
+    EXPECT_EQ(at_desk->fingerprint, machine.fingerprint());
+    EXPECT_EQ(at_desk->code, at_machine->code);
+    EXPECT_EQ(at_desk->code.size(), 29U) << "120 bits";
+  }
+};
+
+using PairingThreads = Two;
+
+TEST_F(PairingThreads, BothShowTheSameCode) {
+  listen();
+  call();
+  both_end();
+}
+
+TEST_F(PairingThreads, TheSecondToComeFindsTheFirst) {
+  call();
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  listen();
+  both_end();
+}
+
+TEST_F(PairingThreads, AFloodOfJunkAndHellosOnlyDelaysThem) {
+  std::atomic<bool> flood{true};
+  std::thread attacker([&] {
+    const UdpSocket socket(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
+    const SocketAddress target = parse_address(address);
+    std::vector<std::uint8_t> hello(200, 0), junk(900, 0x16), empty, tagged(60, 0xD0);
+    hello[0] = 22, hello[1] = 0xFE, hello[2] = 0xFF;
+    while (flood) {
+      for (const auto& bytes : {hello, junk, empty, tagged}) (void)socket.send(bytes, target);
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+    }
+  });
+  listen();
+  call();
+  both_end();
+  flood = false;
+  attacker.join();
+}
+
+TEST_F(PairingThreads, IsEndedByItsUserUnderAFlood) {
+  const UdpSocket socket(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
+  const SocketAddress target = parse_address(address);
+  listen();
+  const std::vector<std::uint8_t> junk(900, 0x16);
+  for (int i = 0; i < 2000; ++i) (void)socket.send(junk, target);
+  go_on = false;
+  listener.join();
+  EXPECT_FALSE(at_machine);
+}
+
+TEST_F(PairingThreads, SaysWhyItDoesNotSucceedYet) {
+  const UdpSocket far(open_udp_socket("", parse_address(address), ::bind, ""));
+  const std::vector<std::uint8_t> alert{21, 0xFE, 0xFD, 0, 0, 0, 0, 0,
+                                        0,  0,    0,    0, 2, 2, 40};  // fatal, handshake_failure
+  std::string told;
+  const auto keep_on = [&] {
+    std::array<std::uint8_t, 2048> bytes;
+    SocketAddress from;
+    while (far.receive(bytes, from)) (void)far.send(alert, from);
+    return told.empty();
+  };
+  const auto tell = [&](const std::string& why) { told = why; };
+  EXPECT_FALSE(exchange(secure::Role::kOperator, address, desk, keep_on, tell));
+  EXPECT_NE(told.find("no DTLS 1.2 handshake"), std::string::npos) << told;
+}
+
+/// Somebody between the two has to show each a certificate of its own.
+TEST(PairingCode, DiffersWhereSomebodyIsBetween) {
+  const auto print = [](const char* name) { return secure::make_identity(name).fingerprint(); };
+  const secure::Fingerprint machine = print("site arm"), desk = print("desk 1"), thief = print("desk 1");
+  EXPECT_EQ(secure::pairing_code(machine, desk), secure::pairing_code(desk, machine));
+  EXPECT_NE(secure::pairing_code(machine, thief), secure::pairing_code(thief, desk));
+  EXPECT_NE(secure::pairing_code(machine, desk), secure::pairing_code(machine, thief));
+}
+
+}  // namespace
+}  // namespace knuckle::pairing

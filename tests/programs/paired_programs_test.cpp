@@ -1,0 +1,210 @@
+// Two paired computers, as programs: pairing, control and its change of hands, observers, revocation, the audit trail.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "app/audit/audit_check.h"
+#include "app/pairing/key_folder.h"
+#include "tests/programs/program_rig.h"
+#include "tests/support/places.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::test {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string free_address() {
+  const UdpLink probe = UdpLink::listen("127.0.0.1:0");
+  return "127.0.0.1:" + std::to_string(probe.port());
+}
+
+std::string line_with(const std::string& text, const std::string& what) {
+  const auto at = text.find(what);
+  return at == std::string::npos ? "" : text.substr(at, text.find('\n', at) - at);
+}
+
+struct PairedProgramsThreads : ::testing::Test {
+  TemporaryFolder temporary;
+  const std::string address = free_address();
+  const std::string trail = keys("machine") + "/audit";
+
+  [[nodiscard]] std::string keys(const std::string& computer) const { return temporary.file(computer); }
+  /// Both computers' keys in place, each paired with the other.
+  void pair(const std::string& computer, bool observer = false) const {
+    const pairing::KeyFolder here(keys("machine")), there(keys(computer));
+    const auto key_of = [](const pairing::KeyFolder& folder, const std::string& name) {
+      return folder.has_key() ? folder.identity() : folder.make(name);
+    };
+    const secure::Identity machine = key_of(here, "site arm"), desk = key_of(there, computer);
+    here.change_peers([&](secure::Peers& peers) {
+      peers.push_back({desk.fingerprint(), computer, false, observer, desk.expires_utc()});
+    });
+    there.change_peers([&](secure::Peers& peers) {
+      peers.push_back({machine.fingerprint(), "site arm", false, false, machine.expires_utc()});
+    });
+  }
+  [[nodiscard]] std::vector<std::string> slave(std::vector<std::string> more = {}) const {
+    std::vector<std::string> all{"slave", "--simulate", "--listen", address, "--keys", keys("machine")};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  [[nodiscard]] std::vector<std::string> master(const std::string& computer, std::vector<std::string> more = {}) const {
+    std::vector<std::string> all{"master",    "--machine", "solar015", "--device",    "none",
+                                 "--connect", address,     "--keys",   keys(computer)};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  /// Lines of the trail with this event.
+  [[nodiscard]] std::vector<Json> noted(const std::string& event) const {
+    std::vector<Json> found;
+    if (!std::filesystem::exists(trail)) return found;
+    for (const std::string& line : audit::check_trail(trail).lines) {
+      Json json = Json::parse(line);
+      if (json["event"] == event) found.push_back(std::move(json));
+    }
+    return found;
+  }
+  [[nodiscard]] bool notes(const std::string& event) const {
+    return eventually([&] { return !noted(event).empty(); });
+  }
+};
+
+TEST_F(PairedProgramsThreads, TwoComputersArePairedByTheSameCode) {
+  const std::string program = test::program("knuckle");
+  const auto side = [&](const std::string& computer, const std::string& rest) {
+    return std::vector<std::string>{"-c", "echo yes | " + program + " pair --keys " + keys(computer) + " " + rest};
+  };
+  RunningProgram listening("/bin/sh", side("machine", "--name 'site arm' --listen " + address));
+  const ProgramRun asking = run_program("/bin/sh", side("desk", "--name 'desk 1' --as 'my arm' --connect " + address));
+  const ProgramRun machine = listening.wait();
+  EXPECT_EQ(machine.exit_code, 0) << machine.err;
+  EXPECT_EQ(asking.exit_code, 0) << asking.err;
+  EXPECT_EQ(line_with(machine.out, "code: ").size(), 6 + 29U) << machine.out;
+  EXPECT_EQ(line_with(machine.out, "code: "), line_with(asking.out, "code: "));
+  EXPECT_NE(machine.out.find("paired with desk 1"), std::string::npos) << machine.out;
+  EXPECT_EQ(pairing::KeyFolder(keys("desk")).peers().at(0).name, "my arm");
+  EXPECT_EQ(pairing::KeyFolder(keys("desk")).peers().at(0).fingerprint,
+            pairing::KeyFolder(keys("machine")).identity().fingerprint());
+  const ProgramRun list = run_program(program, {"pair", "--keys", keys("machine")});
+  EXPECT_NE(list.out.find("paired with: desk 1 ("), std::string::npos) << list.out;
+}
+
+TEST_F(PairedProgramsThreads, NobodyIsPairedWhereTheCodeIsNotConfirmed) {
+  const std::string program = test::program("knuckle");
+  RunningProgram listening("/bin/sh",
+                           {"-c", "echo no | " + program + " pair --keys " + keys("machine") + " --listen " + address});
+  const ProgramRun asking =
+      run_program(program, {"pair", "--keys", keys("desk"), "--connect", address, "--code", "AAAA-AAAA"});
+  EXPECT_EQ(listening.wait().exit_code, 1);
+  EXPECT_EQ(asking.exit_code, 1);
+  EXPECT_NE(asking.err.find("not paired"), std::string::npos) << asking.err;
+  EXPECT_TRUE(pairing::KeyFolder(keys("machine")).peers().empty());
+}
+
+TEST_F(PairedProgramsThreads, ASessionLeavesItsAuditTrail) {
+  pair("desk 1");
+  {
+    RunningProgram machine(test::program("knuckle"), slave());
+    ASSERT_TRUE(notes("started"));
+    RunningProgram desk(test::program("knuckle"), master("desk 1"));
+    ASSERT_TRUE(notes("control_taken"));
+    desk.signal(SIGTERM);
+    EXPECT_EQ(desk.wait().exit_code, 0);
+    ASSERT_TRUE(notes("control_released"));
+    machine.signal(SIGTERM);
+    EXPECT_EQ(machine.wait().exit_code, 0);
+  }
+  EXPECT_EQ(noted("ended").size(), 1U);
+  EXPECT_EQ(noted("started")[0]["machine_file_sha256"].get<std::string>().size(), 64U);
+  EXPECT_EQ(noted("control_taken")[0]["name"], "desk 1");
+  EXPECT_EQ(noted("control_taken")[0]["fingerprint"],
+            secure::hex(pairing::KeyFolder(keys("desk 1")).identity().fingerprint()));
+  const ProgramRun checked = run_program(test::program("knuckle"), {"audit", trail});
+  EXPECT_EQ(checked.exit_code, 0) << checked.err;
+  EXPECT_NE(checked.out.find(" control_taken: name=desk 1, fingerprint="), std::string::npos) << checked.out;
+  EXPECT_EQ(run_program("/bin/sh", {"-c", test::program("knuckle") + " audit " + trail + " > /dev/full"}).exit_code, 2);
+  std::string text = content(trail + "/audit-000001.jsonl");
+  std::ofstream(trail + "/audit-000001.jsonl") << text.replace(text.find("desk 1"), 6, "desk 9");
+  const ProgramRun broken = run_program(test::program("knuckle"), {"audit", "--quiet", trail});
+  EXPECT_EQ(broken.exit_code, 1);
+  EXPECT_NE(broken.err.find("BROKEN: " + trail + "/audit-000001.jsonl:"), std::string::npos) << broken.err;
+}
+
+TEST_F(PairedProgramsThreads, ARevokedOperatorIsCutOffWhileItRuns) {
+  pair("desk 1");
+  RunningProgram machine(test::program("knuckle"), slave());
+  RunningProgram desk(test::program("knuckle"), master("desk 1"));
+  ASSERT_TRUE(notes("control_taken"));
+  EXPECT_EQ(run_program(test::program("knuckle"), {"pair", "--keys", keys("machine"), "--revoke", "desk 1"}).exit_code,
+            0);
+  ASSERT_TRUE(notes("cut_off"));
+  EXPECT_TRUE(notes("pairings_changed"));
+  ASSERT_TRUE(notes("refused"));
+  desk.signal(SIGTERM);
+  EXPECT_NE(desk.wait().err.find("has revoked this computer's pairing"), std::string::npos);
+}
+
+TEST_F(PairedProgramsThreads, ControlChangesHandsByALineOfTheOperator) {
+  pair("desk 1");
+  pair("desk 2");
+  RunningProgram machine(test::program("knuckle"), slave());
+  const std::string fifo = temporary.file("typed");
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  std::string command = "exec " + test::program("knuckle");
+  for (const std::string& argument : master("desk 1")) command += " '" + argument + "'";
+  RunningProgram first("/bin/sh", {"-c", command + " < " + fifo});
+  std::ofstream typed(fifo);
+  ASSERT_TRUE(notes("control_taken"));
+  RunningProgram second(test::program("knuckle"), master("desk 2"));
+  ASSERT_TRUE(notes("refused"));
+  EXPECT_EQ(noted("refused")[0]["name"], "desk 2");
+  ASSERT_TRUE(eventually([&] {
+    typed << "grant" << std::endl;
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    return noted("control_taken").size() == 2;
+  }));
+  EXPECT_EQ(noted("control_granted")[0]["to"],
+            secure::hex(pairing::KeyFolder(keys("desk 2")).identity().fingerprint()));
+  EXPECT_EQ(noted("control_taken")[1]["name"], "desk 2");
+  first.signal(SIGTERM);
+  const std::string told = first.wait().err;
+  EXPECT_NE(told.find("desk 2 ("), std::string::npos) << told;
+  EXPECT_NE(told.find("asks for control"), std::string::npos) << told;
+  EXPECT_NE(told.find("control granted to desk 2"), std::string::npos) << told;
+}
+
+TEST_F(PairedProgramsThreads, AnObserverSeesTheMachineBesideTheOperator) {
+  pair("desk 1");
+  pair("wall", true);
+  RunningProgram machine(test::program("knuckle"), slave());
+  RunningProgram desk(test::program("knuckle"), master("desk 1"));
+  ASSERT_TRUE(notes("control_taken"));
+  const std::string result = temporary.file("wall.json");
+  const ProgramRun wall =
+      run_program(test::program("knuckle"), master("wall", {"--observe", "--duration", "2", "--json", result}));
+  EXPECT_EQ(wall.exit_code, 0) << wall.err;
+  const Json observed = Json::parse(content(result));
+  EXPECT_GT(observed["messages"].get<int>(), 50);
+  EXPECT_EQ(observed["machine_side"][0]["heard"], true);
+  EXPECT_TRUE(notes("observer_gone"));
+  EXPECT_EQ(noted("control_taken").size(), 1U);
+  const ProgramRun leads = run_program(test::program("knuckle"), master("wall", {"--duration", "2"}));
+  EXPECT_NE(leads.err.find("lets this computer observe only"), std::string::npos) << leads.err;
+}
+
+TEST_F(PairedProgramsThreads, ASecondMachineProgramIsNotLetIntoTheSameTrail) {
+  pair("desk 1");
+  RunningProgram machine(test::program("knuckle"), slave());
+  ASSERT_TRUE(notes("started"));
+  const ProgramRun second = run_program(test::program("knuckle"),
+                                        {"slave", "--simulate", "--listen", "127.0.0.1:0", "--keys", keys("machine")});
+  EXPECT_EQ(second.exit_code, 2);
+  EXPECT_NE(second.err.find("another program writes its audit trail there"), std::string::npos) << second.err;
+}
+
+}  // namespace
+}  // namespace knuckle::test
