@@ -58,6 +58,7 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
       step_s_(step_s),
       pitch_(kPitchCutoff_Hz, step_s, 0.0),
       slow_(kSlowBand, step_s),
+      bending_(kSlowBand.observer_Hz, step_s),
       fast_(kFastBand, step_s),
       contact_(kContactBand, step_s),
       matched_first_(kSlowBand.velocity_Hz, step_s),
@@ -84,6 +85,7 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
     channel->move(moved, state.lever_m, estimate_.significant);
   estimate_.carried_Nm = load_columns(arm_.length_m(), pose) * carried_;
   pressure_sum_Pa_ = state.pressure_sum_Pa();
+  inertia_kgm2_ = arm_.inertia(pose, parameters_);
   slow_step(pose, state);
   estimate_.fast_torque_Nm = quick_step(fast_, pose, state) - estimate_.carried_Nm;
   estimate_.contact_torque_Nm = quick_step(contact_, pose, state) - estimate_.carried_Nm;
@@ -126,6 +128,7 @@ void ForceEstimator::start(const JointState& state) noexcept {
   speeds_.reset(Speeds::Zero());
   slow_.rest();
   slow_.observer.reset(JointVector::Zero(), JointVector::Zero());
+  bending_.reset(cylinder_Nm);
   start(fast_, pose, state);
   start(contact_, pose, state);
   // Nothing learned yet: at least what the encoders' steps must shake.
@@ -139,6 +142,7 @@ void ForceEstimator::start(QuickChannel& channel, const Pose& pose, const JointS
   const Pushes pushes = pushes_of(state);
   const JointVector cylinder_Nm = pushes.head<3>();
   channel.motion.rest();
+  channel.bending.reset(cylinder_Nm);
   channel.first.reset(pushes);
   channel.second.reset(pushes);
   channel.motion.observer.reset(JointVector::Zero(), joint_torque(RigidArm::gravity(pose) * parameters_) - cylinder_Nm);
@@ -156,15 +160,17 @@ void ForceEstimator::slow_step(const Pose& pose, const JointState& state) noexce
   const auto turned = state.lever_m.cwiseProduct(slow_.bristle).array();
   speeds << turned, state.lever_m.cwiseProduct(slow_.cylinder_mps).array(), turned * late.segment<3>(12);
   speeds_.step(speeds);
+  bending_.step(late.segment<3>(3));
   signals_ = {seen.segment<3>(0),
               speeds_.value().segment<3>(0),
               speeds_.value().segment<3>(3),
               speeds_.value().segment<3>(6),
               seen.segment<3>(6),
-              seen.segment<3>(9)};
+              seen.segment<3>(9),
+              -inertia_kgm2_ * bending_.shaken_Nmps2().asDiagonal()};
 
   const JointVector rate = absolute(slow_.rate.value());
-  const JointVector momentum = joint_torque(arm_.momentum(pose, rate) * parameters_);
+  const JointVector momentum = inertia_kgm2_ * slow_.rate.value();
   const JointVector imbalance = joint_torque(arm_.velocity_products(pose, rate) * parameters_) +
                                 slow_.friction_Nm(friction_, late.segment<3>(3), late.segment<3>(12));
   const JointVector gravity = signals_.gravity_x.cwiseProduct(parameters_.segment<3>(kMomentX)) +
@@ -188,7 +194,10 @@ JointVector ForceEstimator::quick_step(QuickChannel& channel, const Pose& pose, 
                             turned.cwiseProduct(pressure_sum_Pa),
                             kGravity_mps2 * pose.cos,
                             -kGravity_mps2 * pose.sin};
-  const JointVector momentum = joint_torque(arm_.momentum(pose, rate) * parameters_);
+  channel.bending.step(cylinder_Nm);
+  const JointVector unseen_radps =
+      -tare_.state().segment<kJoints>(kTareBending).cwiseProduct(channel.bending.rate_Nmps());
+  const JointVector momentum = inertia_kgm2_ * (motion.rate.value() + unseen_radps);
   const JointVector imbalance =
       joint_torque((RigidArm::gravity(pose) + arm_.velocity_products(pose, rate)) * parameters_) +
       motion.friction_Nm(friction_, cylinder_Nm, pressure_sum_Pa) + signals.columns() * tare_.state() - cylinder_Nm;

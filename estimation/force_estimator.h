@@ -8,6 +8,7 @@
 
 #include "core/filters.h"
 #include "core/joints.h"
+#include "estimation/bending.h"
 #include "estimation/bucket_force.h"
 #include "estimation/contact.h"
 #include "estimation/foh_filter.h"
@@ -104,8 +105,12 @@ class ForceEstimator {
   /// A channel that is not reported: its tare goes in with the rest, its pushes pass twins of its velocity poles.
   struct QuickChannel {
     QuickChannel(const ChannelBand& band, double step_s) noexcept
-        : motion(band, step_s), first(band.velocity_Hz, step_s), second(band.velocity_Hz, step_s) {}
+        : motion(band, step_s),
+          bending(band.observer_Hz, step_s),
+          first(band.velocity_Hz, step_s),
+          second(band.velocity_Hz, step_s) {}
     ObserverChannel motion;
+    BendingChannel bending;
     FohFilter<Pushes> first, second;
   };
   using Bank = Eigen::Array<double, 15, 1>;   ///< lever, cylinder torque, gravity on X, gravity on Z, pressure sum
@@ -116,6 +121,7 @@ class ForceEstimator {
   void slow_step(const Pose& pose, const JointState& state) noexcept;
   [[nodiscard]] JointVector quick_step(QuickChannel& channel, const Pose& pose, const JointState& state) noexcept;
   [[nodiscard]] JointVector stuck_variance(const ObserverChannel& channel) const noexcept;
+  [[nodiscard]] JointVector bending_variance(const BendingChannel& channel) const noexcept;
   void watch_end_stops(const JointVector& joints_rad) noexcept;
   void watch_reliefs(const JointState& state) noexcept;
   [[nodiscard]] JointVector encoder_shake_Nm(const Pose& pose, const JointVector& lever_m,
@@ -142,7 +148,9 @@ class ForceEstimator {
   Load carried_ = Load::Zero();
   JointVector last_angle_rad_ = JointVector::Zero();
   LowPass<double> pitch_;
+  Eigen::Matrix3d inertia_kgm2_ = Eigen::Matrix3d::Zero();  ///< Of the relative joints, in this pose.
   ObserverChannel slow_;
+  BendingChannel bending_;
   QuickChannel fast_, contact_;
   FohFilter<Bank> matched_first_, matched_, bank_;  ///< Twins of the velocity filter's poles and the observer's.
   FohFilter<Speeds> speeds_;
@@ -156,6 +164,7 @@ class ForceEstimator {
   JointVector stuck_variance_ = JointVector::Zero();
   JointVector stop_variance_ = JointVector::Zero();     ///< What an end stop may take; holds on a little.
   JointVector turning_variance_ = JointVector::Zero();  ///< For the contact event: holds on after a rod turned.
+  JointVector bending_variance_ = JointVector::Zero();  ///< Likewise: of how much yields, while the arm swings.
   JointVector relief_variance_ = JointVector::Zero();
   ContactCusum cusum_;
   double mahalanobis2_ = 0;

@@ -28,7 +28,8 @@ constexpr double kTouch2 = 25, kClear2 = 12;  // squared Mahalanobis distances o
 constexpr std::array<double, 2> kExcursion_N{100, 150};
 constexpr double kClearTime_s = 0.3;
 constexpr double kFreeTime_s = 1.0;      // untouched for so long: free motion
-constexpr double kTurningFade_s = 0.15;  // how long a rod's turning is felt in the high-passed torque
+constexpr double kTurningFade_s = 0.15;  // how long a rod's turning is felt in filtered torques
+constexpr double kSwingFade_s = 0.3;     // half a period of the slowest swing
 constexpr double kMoving_mps = 5e-3;
 
 // End stops: their cushions and steel take force that shows in the pressures but is not the world's. How much is not
@@ -56,16 +57,24 @@ std::size_t speed_class(const ObserverChannel& channel) noexcept {
 
 }  // namespace
 
-/// Variance of joint torque that friction may hide where a rod (almost) stands.
+/// Variance of joint torque that friction may hide where a rod (almost) stands: with what the tare has found of it,
+/// since seals may hold more than all that the drawing knows of.
 JointVector ForceEstimator::stuck_variance(const ObserverChannel& channel) const noexcept {
   JointVector variance;
   for (int i = 0; i < kJoints; ++i) {
     const double slip = channel.cylinder_mps[i] / kStuckSpeed_mps;
-    const double hidden =
-        kStuckSpread * friction_[static_cast<std::size_t>(i)].static_N(0, pressure_sum_Pa_[i]) * channel.lever_m[i];
+    const double nominal_N = friction_[static_cast<std::size_t>(i)].static_N(0, pressure_sum_Pa_[i]);
+    const double found_N = tare_.state()[kTareCoulomb + i] + tare_.state()[kTareSeal + i] * pressure_sum_Pa_[i];
+    const double hidden = kStuckSpread * std::max(0.0, nominal_N + found_N) * channel.lever_m[i];
     variance[i] = std::exp(-slip * slip) * hidden * hidden;
   }
   return variance;
+}
+
+/// Variance of joint torque by what is not known of the joints' yielding.
+JointVector ForceEstimator::bending_variance(const BendingChannel& channel) const noexcept {
+  const Eigen::Matrix3d columns = inertia_kgm2_ * channel.shaken_Nmps2().asDiagonal();
+  return (columns * tare_.covariance().bottomRightCorner<kJoints, kJoints>() * columns.transpose()).diagonal();
 }
 
 void ForceEstimator::watch_end_stops(const JointVector& joints_rad) noexcept {
@@ -115,7 +124,7 @@ JointVector ForceEstimator::encoder_shake_Nm(const Pose& pose, const JointVector
 /// What the tare has not learned, in this pose + what free motion of this speed class leaves beside that + what stuck
 /// friction, end stops and reliefs hide + what wrong levers and angles make of the force itself.
 void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<double, 2, 3>& jacobian) noexcept {
-  stuck_variance_ = stuck_variance(slow_);
+  stuck_variance_ = (stuck_variance_ * std::exp(-step_s_ / kTurningFade_s)).cwiseMax(stuck_variance(slow_));
   const TareColumns h = signals_.columns();
   const Eigen::Matrix3d untared = h * tare_.covariance() * h.transpose();
   const JointVector momentary = stuck_variance_ + stop_variance_ + relief_variance_;
@@ -143,7 +152,9 @@ void ForceEstimator::judge_contact() noexcept {
   const std::size_t now = speed_class(contact_.motion);
   turning_variance_ =
       (turning_variance_ * std::exp(-step_s_ / kTurningFade_s)).cwiseMax(stuck_variance(contact_.motion));
-  const JointVector variance = free_ripple_[now] + turning_variance_ + stop_variance_;
+  bending_variance_ =
+      (bending_variance_ * std::exp(-step_s_ / kSwingFade_s)).cwiseMax(bending_variance(contact_.bending));
+  const JointVector variance = free_ripple_[now] + turning_variance_ + bending_variance_ + stop_variance_;
   // Taking a load into account is no event, so it is left in here.
   const int alarm = cusum_.step(estimate_.contact_torque_Nm + estimate_.carried_Nm, variance.cwiseSqrt());
   estimate_.significant = mahalanobis2_ > kTouch2 && !free_motion_certain_;

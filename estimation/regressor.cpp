@@ -127,6 +127,13 @@ Regressor RigidArm::velocity_products(const Pose& pose, const JointVector& rate)
   return y;
 }
 
+Eigen::Matrix3d RigidArm::inertia(const Pose& pose, const BaseParameters& parameters) const noexcept {
+  Eigen::Matrix3d inertia;
+  for (int i = 0; i < kJoints; ++i)
+    inertia.col(i) = joint_torque(momentum(pose, absolute(JointVector::Unit(i))) * parameters);
+  return inertia;
+}
+
 JointVector inverse_dynamics(const RigidArm& arm, const BaseParameters& parameters, const JointVector& joints_rad,
                              const JointVector& rate_radps, const JointVector& acceleration_radps2,
                              double hull_pitch_rad) noexcept {

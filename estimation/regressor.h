@@ -58,6 +58,9 @@ class RigidArm {
   /// Gravity columns of Y_v: g cos phi_i on X_i and -g sin phi_i on Z_i.
   [[nodiscard]] static Regressor gravity(const Pose& pose) noexcept;
 
+  /// Mass matrix of the relative joints: their momentum is that times their rates.
+  [[nodiscard]] Eigen::Matrix3d inertia(const Pose& pose, const BaseParameters& parameters) const noexcept;
+
   [[nodiscard]] const JointVector& length_m() const noexcept { return length_m_; }
 
  private:

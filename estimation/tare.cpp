@@ -26,6 +26,12 @@ constexpr double kDailyDirt_kg = 1;  // of soil that sticks to the bucket, a thi
 // Drift while running: seals and oil warm up, transmitters creep.
 constexpr double kBiasWalk_N = 1.0;          // per square root of a second
 constexpr double kFrictionWalkPart = 0.002;  // likewise
+// What yields between encoder and link: at the tip of a stretched arm of 3.2 m by bending of boom, arm and bucket, and
+// by the ground under the tracks (sizes: docs/sensitivity.md, serviced machines); larger machines yield less. No
+// drawing says it. One value per joint is not exact: levers change with the pose and pins have play.
+constexpr PerJoint<double> kBending_m_per_N{1.5e-6, 1e-6, 0.5e-6};
+constexpr double kGround_m_per_N = 2e-6, kBendingReach_m = 3.2;
+constexpr double kBendingLeastPart = 0.25, kBendingWalkPart = 0.01;
 
 double mean_area_m2(const CylinderDescription& cylinder) {
   return 0.5 * (cylinder.head_area_m2() + cylinder.rod_side_area_m2());
@@ -53,6 +59,7 @@ Tare::Tare(const MachineDescription& machine) {
   } else {
     expect_drawing(machine);
   }
+  expect_bending(machine);
   for (int i = 0; i < kJoints; ++i) {
     const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(i)];
     const FrictionDescription& friction = cylinder.friction;
@@ -78,6 +85,23 @@ void Tare::expect_drawing(const MachineDescription& machine) {
     const double com = std::pow(kComPart * link.length_m * link.mass_kg, 2);
     p_(kTareX + k, kTareX + k) += com;
     p_(kTareZ + k, kTareZ + k) += com;
+  }
+}
+
+/// The same for calibrated machines: identification knows nothing of it.
+void Tare::expect_bending(const MachineDescription& machine) {
+  double out_m = 0;  // joint to tip
+  JointVector compliance;
+  for (int i = kJoints - 1; i >= 0; --i) {
+    out_m += machine.links[static_cast<std::size_t>(i)].length_m;
+    compliance[i] =
+        (kBending_m_per_N[static_cast<std::size_t>(i)] + (i == kBoom ? kGround_m_per_N : 0)) / (out_m * out_m);
+  }
+  compliance *= kBendingReach_m / out_m;
+  for (int i = 0; i < kJoints; ++i) {
+    p_(kTareBending + i, kTareBending + i) = std::pow(compliance[i], 2);
+    least_[kTareBending + i] = std::pow(kBendingLeastPart * compliance[i], 2);
+    walk_[kTareBending + i] = std::pow(kBendingWalkPart * compliance[i], 2);
   }
 }
 
@@ -111,7 +135,7 @@ void Tare::expect_calibrated(const MachineDescription& machine, const DynamicsCa
 
 void Tare::predict(double duration_s) noexcept {
   for (int i = 0; i < kTareStates; ++i)
-    if (p_(i, i) < prior_[i]) p_(i, i) += walk_[i] * duration_s;
+    if (p_(i, i) < prior_[i]) p_(i, i) = std::max(least_[i], p_(i, i) + walk_[i] * duration_s);
 }
 
 void Tare::look(const TareSample& sample) noexcept {
@@ -135,7 +159,8 @@ void Tare::learn(const TareSample& sample) noexcept {
     const double innovation = -sample.residual_Nm[i] - row.dot(x_);
     last_nis_ += innovation * innovation / (spread + sample.variance_Nm2[i]) / kJoints;
     // Huber: beyond 2.5 sigma an innovation counts only as much as 2.5 sigma would.
-    const double repeated = kRepeats * sample.variance_Nm2[i];
+    const double inexact = row.cwiseAbs2().dot(least_);  // of corrections that are not constant
+    const double repeated = kRepeats * (sample.variance_Nm2[i] + inexact);
     const double ratio = std::abs(innovation) / (2.5 * std::sqrt(spread + repeated));
     const double variance = repeated * std::max(1.0, ratio);
     const TareVector gain = ph / (spread + variance);

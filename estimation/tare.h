@@ -16,18 +16,28 @@
 
 namespace knuckle::estimation {
 
-inline constexpr int kTareStates = 18;
+inline constexpr int kTareStates = 21;
 /// x: per cylinder bias [N], Coulomb [N], viscous [N s/m], friction of the seals by pressure [m^2]; per link X and Z
-/// [kg m].
-enum TareState { kTareBias = 0, kTareCoulomb = 3, kTareViscous = 6, kTareSeal = 9, kTareX = 12, kTareZ = 15 };
+/// [kg m]; per joint how far it yields behind its encoder [rad/(N m)].
+enum TareState {
+  kTareBias = 0,
+  kTareCoulomb = 3,
+  kTareViscous = 6,
+  kTareSeal = 9,
+  kTareX = 12,
+  kTareZ = 15,
+  kTareBending = 18
+};
 using TareVector = Eigen::Matrix<double, kTareStates, 1>;
 using TareMatrix = Eigen::Matrix<double, kTareStates, kTareStates>;
-/// H in relative joints: joint i sees its own cylinder's four corrections and the moments of links k >= i.
+/// H in relative joints: joint i sees its own cylinder's four corrections, the moments of links k >= i, and the inertia
+/// of what yields anywhere.
 using TareColumns = Eigen::Matrix<double, kJoints, kTareStates>;
 
-/// The 18 signals H is made of (each filtered like the residual it belongs to).
+/// The signals H is made of (each filtered like the residual it belongs to).
 struct TareSignals {
   JointVector lever, lever_dahl, lever_speed, lever_dahl_pressure, gravity_x, gravity_z;
+  Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();  ///< One column per joint that yields, see bending.h.
   [[nodiscard]] TareColumns columns() const noexcept {
     TareColumns h = TareColumns::Zero();
     for (int i = 0; i < kJoints; ++i) {
@@ -40,6 +50,7 @@ struct TareSignals {
         h(i, kTareZ + k) = gravity_z[k];
       }
     }
+    h.rightCols<kJoints>() = bending;
     return h;
   }
 };
@@ -79,6 +90,7 @@ class Tare {
 
  private:
   void expect_drawing(const MachineDescription& machine);
+  void expect_bending(const MachineDescription& machine);
   void expect_calibrated(const MachineDescription& machine, const DynamicsCalibration& found);
   void learn(const TareSample& sample) noexcept;
 
@@ -86,6 +98,7 @@ class Tare {
   TareMatrix p_ = TareMatrix::Zero();
   TareVector walk_ = TareVector::Zero();   ///< Variance per second.
   TareVector prior_ = TareVector::Zero();  ///< Variance no correction grows beyond.
+  TareVector least_ = TareVector::Zero();  ///< Nor falls below.
   std::array<TareSample, kDelayedLooks> queue_{};
   int queued_ = 0, next_ = 0;
   double learned_s_ = 0;

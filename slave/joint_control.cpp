@@ -19,6 +19,10 @@ constexpr double kLearnDelay_s = 0.05;       // from command to delivered oil
 constexpr double kLearnFilter_Hz = 3;
 constexpr double kVelocityFilter_Hz = 6;  // of the hand's speed fed forward: valves cannot follow its tremor
 constexpr double kAccelerationFilter_Hz = 3;
+// Of the pressures that the valve gain is compensated for: well below the arm's swinging on its oil (1.5 Hz and more).
+// A fixed opening lets less oil through where the pressure rises, which damps that swing; a gain that follows the
+// swinging pressure takes the damping away, and as late as valves are, drives it.
+constexpr double kLoadFilter_Hz = 1.2;
 constexpr double kIdle_mps = 1e-6;       // in contact 0.1 mm/s already presses: the pump is not idle then
 constexpr double kLeastDrop_Pa = 3e5;    // the gain never divides by less than this over both edges
 constexpr double kGateTolerance = 0.02;  // change by the gate (rate limit) up to which the dead band is still learned
@@ -44,6 +48,7 @@ JointControl::JointControl(const MachineDescription& machine, double step_s)
       step_s_(step_s),
       dither_steps_(std::max(machine.bus.set_point_every_nth_sync, static_cast<int>(std::lround(kDither_s / step_s)))),
       supply_Pa_(machine.hydraulics.load_sensing_margin_Pa),
+      load_(kLoadFilter_Hz, step_s, Load::Zero()),
       velocity_(kVelocityFilter_Hz, step_s, JointVector::Zero()),
       acceleration_(kAccelerationFilter_Hz, step_s, JointVector::Zero()),
       ahead_(step_s),
@@ -150,25 +155,26 @@ JointVector JointControl::shared(const JointVector& rate, const estimation::Join
   return rate * scale;
 }
 
-void JointControl::update_supply(const estimation::JointState& state, const JointVector& cylinder_mps) noexcept {
+void JointControl::update_supply(const JointVector& cylinder_mps) noexcept {
   // Load sensing: the pump holds the highest working-port pressure of the moving axes plus a margin, through a lag.
   const auto& hydraulics = machine_.hydraulics;
   double load = 0;
   for (int i = 0; i < kJoints; ++i) {
-    const auto side = static_cast<std::size_t>(2 * i + (cylinder_mps[i] >= 0 ? 0 : 1));
-    if (std::abs(cylinder_mps[i]) > kIdle_mps) load = std::max(load, state.pressure_Pa[side]);
+    const int side = 2 * i + (cylinder_mps[i] >= 0 ? 0 : 1);
+    if (std::abs(cylinder_mps[i]) > kIdle_mps) load = std::max(load, load_.value()[side]);
   }
   const double target = std::min(load + hydraulics.load_sensing_margin_Pa, hydraulics.main_relief_Pa);
   supply_Pa_ += (target - supply_Pa_) * (1 - std::exp(-step_s_ / hydraulics.load_sensing_lag_s));
 }
 
-double JointControl::full_opening_mps(int joint, bool extend, const estimation::JointState& state) const noexcept {
+double JointControl::full_opening_mps(int joint, bool extend) const noexcept {
   // Both metering edges in series, steady: A_in v = K sqrt(p_s - p_in), A_out v = K sqrt(p_out - p_T), so
   // v = K sqrt((p_s A_in - p_T A_out -+ F) / (A_A^3 + A_B^3)) with F = p_A A_A - p_B A_B.
   const auto& cylinder = machine_.cylinders[static_cast<std::size_t>(joint)];
   const double head = cylinder.head_area_m2(), rod = cylinder.rod_side_area_m2();
   const double area_in = extend ? head : rod, area_out = extend ? rod : head;
-  const double load = extend ? state.cylinder_N[joint] : -state.cylinder_N[joint];
+  const double cylinder_N = load_.value()[2 * joint] * head - load_.value()[2 * joint + 1] * rod;
+  const double load = extend ? cylinder_N : -cylinder_N;
   const double drive = std::max(supply_Pa_ * area_in - machine_.hydraulics.tank_Pa * area_out - load,
                                 kLeastDrop_Pa * (area_in + area_out));
   const double k = cylinder.valve.nominal_flow_m3ps / std::sqrt(cylinder.valve.nominal_drop_Pa);
@@ -204,7 +210,7 @@ double JointControl::spool_command(int joint, double wanted_mps, const estimatio
   const auto& valve = machine_.cylinders[i].valve;
   const auto& control = machine_.control;
   const bool extend = wanted_mps >= 0;
-  const double full = full_opening_mps(joint, extend, state);
+  const double full = full_opening_mps(joint, extend);
   learn(joint, wanted_mps, full, state, learning);
   const double dead_band = valve.dead_band(extend);
   const double fill = control.dead_band_fill * dead_band + learned_[i][extend ? 0 : 1];
@@ -243,7 +249,9 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
   output.rate_radps = wanted_rates(state, touch, force, command, output);
   limit_force(touch, force, command.force_limit_N, output);
   const JointVector cylinder_mps = state.lever_m.cwiseProduct(output.rate_radps);
-  update_supply(state, cylinder_mps);
+  if (!running_) load_.reset(load_of(state));
+  load_.step(load_of(state));
+  update_supply(cylinder_mps);
   for (int i = 0; i < kJoints; ++i) {
     const bool passed = std::abs(sent_valve_last[i] - last_valve_[i]) < kGateTolerance;
     output.valve[i] = spool_command(i, cylinder_mps[i], state, running_ && passed);

@@ -60,8 +60,9 @@ class JointControl {
   /// Ceiling and assist: slow what would press too hard.
   void limit_force(const Touch& touch, const estimation::ForceEstimate& force, double assist_N,
                    Output& output) noexcept;
-  double full_opening_mps(int joint, bool extend, const estimation::JointState& state) const noexcept;
-  void update_supply(const estimation::JointState& state, const JointVector& cylinder_mps) noexcept;
+  /// Rod speed at full opening under the load as load_ has it.
+  double full_opening_mps(int joint, bool extend) const noexcept;
+  void update_supply(const JointVector& cylinder_mps) noexcept;
   double spool_command(int joint, double wanted_mps, const estimation::JointState& state, bool learning) noexcept;
   void learn(int joint, double wanted_mps, double full_mps, const estimation::JointState& state,
              bool learning) noexcept;
@@ -72,6 +73,11 @@ class JointControl {
   double step_s_;
   int dither_steps_;
   double supply_Pa_;
+  using Load = Eigen::Array<double, 2 * kJoints, 1>;
+  [[nodiscard]] static Load load_of(const estimation::JointState& state) noexcept {
+    return Eigen::Map<const Load>(state.pressure_Pa.data());
+  }
+  LowPass<Load> load_;  ///< Pressures that the valves' gain is compensated for, as in JointState.
   JointVector last_valve_ = JointVector::Zero();
   LowPass<JointVector> velocity_, acceleration_;
   estimation::ForceLag<JointVector> ahead_;
