@@ -39,6 +39,7 @@ StationSetup station_setup(const ConsoleOptions& o, const screens::ConsoleFacts&
   setup.device = facts.device;
   setup.machine = facts.machine;
   setup.law = facts.device.feel.law;
+  setup.start = random_start();
   setup.limb = sim::sample_limb(sim::LimbClass::kNormal, o.session.seed);
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto axis = static_cast<Eigen::Index>(j);
