@@ -17,6 +17,7 @@
 #include "app/programs/path_json.h"
 #include "app/programs/program_options.h"
 #include "core/error.h"
+#include "tests/paths/felt_session.h"
 #include "tests/programs/program_rig.h"
 
 namespace knuckle::test {
@@ -34,9 +35,10 @@ struct Options {
   pairing::DialOptions dial;
   int count = 1000;
   double watch_s = 5;
+  std::string scenario;
 };
 
-volatile std::sig_atomic_t ended = 0;
+volatile std::sig_atomic_t ended = 0, changes = 0;
 
 double since_s(Clock::time_point then) {
   return std::chrono::duration<double>(Clock::now() - then).count();
@@ -188,6 +190,20 @@ int run_hand(const Options& o) {
   return 0;
 }
 
+/// A person presses a wall meanwhile; each SIGUSR1 says that something is done to the path.
+int run_feel(const Options& o) {
+  pairing::LinkOptions options;
+  options.keys = o.keys;
+  options.dial = o.dial;
+  pairing::ChosenLink link = pairing::ChosenLink::connect(options);
+  const auto started = Clock::now();
+  Json json = feel_session(link.link(), o.scenario, changes, ended);
+  json["path"] = programs::path_json(link, started);
+  link.close();
+  std::cout << json.dump() << std::endl;
+  return 0;
+}
+
 }  // namespace
 }  // namespace knuckle::test
 
@@ -197,6 +213,7 @@ int main(int argc, char** argv) {
   const auto end = [](int) { ended = 1; };
   std::signal(SIGTERM, end);
   std::signal(SIGINT, end);
+  std::signal(SIGUSR1, [](int) { changes = changes + 1; });
   CLI::App app("Measures paths, for scripts/paths");
   Options o;
   std::function<int()> run;
@@ -228,6 +245,9 @@ int main(int argc, char** argv) {
       ->add_option("--count", o.count);
   dialled(command("hand", "a session", [&o] { return run_hand(o); }), secure::Role::kOperator)
       ->add_option("--watch", o.watch_s);
+  dialled(command("feel", "a person who presses a wall", [&o] { return run_feel(o); }), secure::Role::kOperator)
+      ->add_option("--scenario", o.scenario)
+      ->required();
   app.require_subcommand(1);
   CLI11_PARSE(app, argc, argv);
   try {
