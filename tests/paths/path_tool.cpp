@@ -183,7 +183,7 @@ int run_hand(const Options& o) {
     json["engages_again"] = engaged && engage(hand);
   }
   json["path"] = programs::path_json(link, started);
-  json["events"] = link.news();
+  for (const cli::News& news : link.news()) json["events"].push_back(news.what);
   json["problem"] = link.problem();
   link.close();
   std::cout << json.dump() << std::endl;

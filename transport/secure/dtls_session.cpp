@@ -57,6 +57,13 @@ void must(bool ok, const char* what) {
 
 }  // namespace
 
+bool is_hello(std::span<const std::uint8_t> bytes) noexcept {
+  constexpr std::size_t kTypeOfMessage = 13;
+  constexpr std::uint8_t kHandshakeRecord = 22, kClientHello = 1;
+  return bytes.size() > kTypeOfMessage && bytes[0] == kHandshakeRecord && bytes[3] == 0 && bytes[4] == 0 &&
+         bytes[kTypeOfMessage] == kClientHello;
+}
+
 const char* text(Refusal refusal) noexcept {
   switch (refusal) {
     case Refusal::kNone:
@@ -155,19 +162,24 @@ struct DtlsSession::Wire {
 struct DtlsContext::Impl {
   SSL_CTX* ssl = nullptr;
   BIO_METHOD* wire = nullptr;
-  std::array<unsigned char, kSecretSize> cookie_secret{};
+  using Secret = std::array<unsigned char, kSecretSize>;
+  std::array<Secret, 2> cookie_secrets{};  // of now, of before
 
   ~Impl() {
     SSL_CTX_free(ssl);
     BIO_meth_free(wire);
   }
   /// Whose address it is is all that a cookie says.
-  bool cookie(const SocketAddress& from, std::array<unsigned char, 32>& cookie) const {
+  bool cookie(const Secret& secret, const SocketAddress& from, std::array<unsigned char, 32>& cookie) const {
     const std::string address = knuckle::text(from);
     unsigned size = 0;
-    return HMAC(EVP_sha256(), cookie_secret.data(), static_cast<int>(cookie_secret.size()),
+    return HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()),
                 reinterpret_cast<const unsigned char*>(address.data()), address.size(), cookie.data(),
                 &size) != nullptr;
+  }
+  void renew_cookies() {
+    cookie_secrets[1] = cookie_secrets[0];
+    must(RAND_bytes(cookie_secrets[0].data(), static_cast<int>(cookie_secrets[0].size())) == 1, "random number");
   }
 };
 
@@ -194,7 +206,8 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, Purpo
   SSL_CTX_set_session_cache_mode(c, SSL_SESS_CACHE_OFF);
   SSL_CTX_set_read_ahead(c, 1);
   SSL_CTX_set_verify(c, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, nullptr);
-  must(RAND_bytes(impl_->cookie_secret.data(), static_cast<int>(impl_->cookie_secret.size())) == 1, "random number");
+  impl_->renew_cookies();
+  impl_->renew_cookies();
 
   // Pinned certificates only: no chain, no authority, no name.
   SSL_CTX_set_cert_verify_callback(
@@ -254,16 +267,20 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, Purpo
   SSL_CTX_set_cookie_generate_cb(c, [](SSL* ssl, unsigned char* cookie, unsigned* size) {
     const auto& wire = *static_cast<DtlsSession::Wire*>(SSL_get_app_data(ssl));
     std::array<unsigned char, 32> made{};
-    if (!wire.context->impl_->cookie(wire.from, made)) return 0;
+    if (!wire.context->impl_->cookie(wire.context->impl_->cookie_secrets[0], wire.from, made)) return 0;
     std::copy(made.begin(), made.end(), cookie);
     *size = made.size();
     return 1;
   });
   SSL_CTX_set_cookie_verify_cb(c, [](SSL* ssl, const unsigned char* cookie, unsigned size) {
     const auto& wire = *static_cast<DtlsSession::Wire*>(SSL_get_app_data(ssl));
-    std::array<unsigned char, 32> made{};
-    return static_cast<int>(wire.context->impl_->cookie(wire.from, made) && size == made.size() &&
-                            CRYPTO_memcmp(cookie, made.data(), size) == 0);
+    const DtlsContext::Impl& impl = *wire.context->impl_;
+    return static_cast<int>(
+        std::any_of(impl.cookie_secrets.begin(), impl.cookie_secrets.end(), [&](const Impl::Secret& secret) {
+          std::array<unsigned char, 32> made{};
+          return impl.cookie(secret, wire.from, made) && size == made.size() &&
+                 CRYPTO_memcmp(cookie, made.data(), size) == 0;
+        }));
   });
 
   impl_->wire = BIO_meth_new(BIO_get_new_index() | BIO_TYPE_SOURCE_SINK, "datagram");
@@ -275,6 +292,10 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, Purpo
 }
 
 DtlsContext::~DtlsContext() = default;
+
+void DtlsContext::renew_cookies() {
+  impl_->renew_cookies();
+}
 
 const Peer* DtlsContext::find(const Fingerprint& fingerprint) const noexcept {
   const auto found =
@@ -395,6 +416,10 @@ void DtlsSession::agree_on_tags() {
 
 Refusal DtlsSession::refusal() const noexcept {
   return wire_->refusal;
+}
+
+Certificate DtlsSession::peer_certificate() const {
+  return Certificate(SSL_get1_peer_certificate(ssl_));
 }
 
 const std::string& DtlsSession::peer_name() const noexcept {
