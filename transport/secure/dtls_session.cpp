@@ -346,11 +346,18 @@ DtlsSession::Progress DtlsSession::hear(std::span<const std::uint8_t> datagram, 
   ERR_clear_error();
   if (SSL_is_init_finished(ssl_) == 0) return progress(SSL_do_handshake(ssl_));
   // What the far end sends again because our last flight was lost.
-  std::uint8_t none = 0;
-  (void)SSL_read(ssl_, &none, 1);
-  ERR_clear_error();
+  drop_messages();
   wire_->waiting = false;
   return Progress::kDone;
+}
+
+/// A record among the handshake's datagrams is none that open() was given: OpenSSL would keep it, or what is left of
+/// it, and give it out as what the next datagram holds.
+void DtlsSession::drop_messages() {
+  std::array<std::uint8_t, kMaxDatagram + 1> text;
+  while (SSL_read(ssl_, text.data(), static_cast<int>(text.size())) > 0) {
+  }
+  ERR_clear_error();
 }
 
 DtlsSession::Progress DtlsSession::tend(Out& out) {
@@ -369,6 +376,7 @@ DtlsSession::Progress DtlsSession::progress(int result) {
   wire_->waiting = false;
   if (result == 1) {
     agree_on_tags();
+    drop_messages();
     return Progress::kDone;
   }
   const int error = SSL_get_error(ssl_, result);

@@ -159,6 +159,7 @@ class DtlsSession {
   struct Wire;
   Progress progress(int result);
   void agree_on_tags();
+  void drop_messages();
 
   const DtlsContext& context_;
   std::unique_ptr<Wire> wire_;
