@@ -320,7 +320,7 @@ extern "C" int gettimeofday(timeval* now, void* /*zone*/) noexcept {
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  constexpr int kMostSteps = 300;
+  constexpr int kMostSteps = 150;
   clock_of_openssl = kBegin;
   Input input({data, size});
   constexpr auto kKnown = static_cast<std::uint8_t>(Pairing::Known::kCount);
