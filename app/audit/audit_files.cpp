@@ -96,7 +96,8 @@ FileContent read_lines(const std::string& file) {
 std::optional<Link> link_of(const std::string& line) {
   bool too_deep = false;
   const auto look = [&](int depth, Json::parse_event_t, const Json&) {
-    return !(too_deep = too_deep || depth > kDeepest);
+    too_deep = too_deep || depth > kDeepest;
+    return !too_deep;
   };
   const Json json = Json::parse(line, look, false);
   if (too_deep || !json.is_object()) return std::nullopt;
