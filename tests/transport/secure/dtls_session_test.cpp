@@ -130,6 +130,30 @@ TEST_F(DtlsPair, OpensNothingThatWasChanged) {
   EXPECT_TRUE(ends.machine.open(seal({5}).view(), plain)) << "and goes on";
 }
 
+/// Anybody who has seen a tag can make these; OpenSSL takes one that is too short for its authentication tag as the
+/// end.
+TEST_F(DtlsPair, NoForgedRecordEndsIt) {
+  Datagram plain;
+  for (const std::uint8_t type : Bytes{20, 21, 22, 23}) {
+    for (const std::uint8_t epoch : Bytes{0, 1, 2}) {
+      for (std::uint8_t length = 0; length < 40; ++length) {
+        Bytes record{type, 0xFE, 0xFD, 0, epoch, 3, 0, 0, 0, 0, 9, 0, length};
+        record.resize(record.size() + length, 2);
+        (void)ends.machine.hear(record, ends.to_operator);
+        Bytes inside{22, 0xFE, 0xFF, 0, 0, 0, 0, 0, 0, 0, 9, 0, static_cast<std::uint8_t>(record.size())};
+        inside.insert(inside.end(), record.begin(), record.end());
+        (void)ends.machine.hear(inside, ends.to_operator);
+        const Tag& tag = ends.machine.receive_tag();
+        record.insert(record.begin(), tag.begin(), tag.end());
+        EXPECT_FALSE(ends.machine.open(record, plain));
+        ASSERT_TRUE(ends.machine.open(seal({1}).view(), plain)) << int(type) << ' ' << int(epoch) << ' ' << int(length);
+        Sealed sealed;
+        ASSERT_TRUE(ends.machine.seal(Inner::kMessage, Bytes{1}, sealed));
+      }
+    }
+  }
+}
+
 /// Somebody between the ends strips a sealed message of its tag: then it looks like a datagram of the handshake.
 TEST_F(DtlsPair, GivesOutNothingThatCameAmongTheHandshakesDatagrams) {
   const Sealed first = seal({9, 8, 7}), second = seal({1, 2});
