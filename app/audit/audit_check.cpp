@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/text.h"
 
 namespace knuckle::audit {
 namespace {
@@ -59,6 +61,10 @@ class Checker {
     const bool first = check_.lines.empty();
     if (first && link->number == 1 && link->before != hash_before_all())
       return broken(file, at, "names a line before the first");
+    // Rotation takes whole files away.
+    if (first &&
+        (file == file_of(folder_, 1) ? link->number != 1 : link->event != kFileEvent && link->event != kResumedEvent))
+      return broken(file, at, "is not the first line of its file: lines before it were removed");
     if (!first && link->number != check_.last.number + 1)
       return broken(file, at, fmt::format("has number {} after {}", link->number, check_.last.number));
     if (!first && link->before != check_.last.hash)
@@ -99,6 +105,20 @@ class Checker {
 
 Check check_trail(const std::string& folder) {
   return Checker(folder).run();
+}
+
+std::string readable(const std::string& line) {
+  const auto json = nlohmann::ordered_json::parse(line);
+  const auto utc = json.find("utc");
+  std::string text = utc != json.end() && utc->is_string() ? utc->get<std::string>() : "?";
+  text += " " + json.at("event").get<std::string>();
+  const char* between = ": ";
+  for (const auto& [key, value] : json.items()) {
+    if (key == "n" || key == "utc" || key == "mono_s" || key == "event" || key == "before") continue;
+    text += between + key + "=" + (value.is_string() ? value.get<std::string>() : value.dump());
+    between = ", ";
+  }
+  return printable(text);
 }
 
 }  // namespace knuckle::audit

@@ -20,6 +20,7 @@ using Json = nlohmann::json;
 
 constexpr std::string_view kBegin = "audit-", kEnd = ".jsonl";
 constexpr std::size_t kDigits = 6, kHashSize = 64;
+constexpr int kDeepest = 16;  // arrays and objects inside each other; printing them recurses
 
 std::optional<std::uint64_t> number_in(std::string_view text) {
   std::uint64_t number = 0;
@@ -93,8 +94,13 @@ FileContent read_lines(const std::string& file) {
 }
 
 std::optional<Link> link_of(const std::string& line) {
-  const Json json = Json::parse(line, nullptr, false);
-  if (!json.is_object()) return std::nullopt;
+  bool too_deep = false;
+  const auto look = [&](int depth, Json::parse_event_t, const Json&) {
+    too_deep = too_deep || depth > kDeepest;
+    return !too_deep;
+  };
+  const Json json = Json::parse(line, look, false);
+  if (too_deep || !json.is_object()) return std::nullopt;
   Link link{number_at(json, "n"), text_at(json, "before"), text_at(json, "event"), number_at(json, "oldest"),
             text_at(json, "torn_sha256")};
   if (link.number == 0 || link.before.size() != kHashSize || link.event.empty()) return std::nullopt;

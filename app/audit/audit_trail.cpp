@@ -68,7 +68,7 @@ AuditTrail::AuditTrail(const std::string& folder, const TrailLimits& limits) : f
   must(head_file_.get() < 0 ? errno : 0);
   if (!head && number_ == 0) must(write_head());  // before the first line: where lines are, there is a head
   must(file_number_ == 0 ? begin_file(1) : open_file(file_number_));
-  if (number_ > 0 && (!head || head->number > number_ || (head->number == number_ && head->hash != last_hash_)))
+  if (!agrees_with(head))
     note(kMissingEvent, {{"lines_before", head ? head->number : 0}, {"hash", head ? head->hash : ""}});
   sigset_t all, before;
   sigfillset(&all);  // a program's signals are for its other threads
@@ -110,6 +110,22 @@ void AuditTrail::find_end() {
     last_hash_ = sha256(content.lines.back());
     return;
   }
+}
+
+/// Whether the lines go as far as the head says, and are those that it was written for.
+bool AuditTrail::agrees_with(const std::optional<Head>& head) const {
+  if (!head) return number_ == 0;
+  if (head->number >= number_) return head->number == number_ && (number_ == 0 || head->hash == last_hash_);
+  if (head->number == 0) return true;
+  const std::vector<std::uint64_t> numbers = file_numbers(folder_);
+  for (auto number = numbers.rbegin(); number != numbers.rend(); ++number) {
+    const FileContent content = read_lines(file_of(folder_, *number));
+    for (auto line = content.lines.rbegin(); line != content.lines.rend(); ++line) {
+      const auto link = link_of(*line);
+      if (link && link->number == head->number) return sha256(*line) == head->hash;
+    }
+  }
+  return false;
 }
 
 int AuditTrail::open_file(std::uint64_t number) {

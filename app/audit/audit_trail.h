@@ -74,6 +74,7 @@ class AuditTrail {
   };
 
   void find_end();
+  [[nodiscard]] bool agrees_with(const std::optional<Head>& head) const;
   void run();
   void close_spans(Clock::time_point now, bool all);
   void enqueue(const std::string& event, Json details);

@@ -109,6 +109,40 @@ TEST_F(Audit, AProgramThatBeginsAgainHidesNoMissingEnd) {
             file() + ":6: lines before it were removed or changed while no program wrote here");
 }
 
+TEST_F(Audit, AProgramThatBeginsAgainDoesNotHideThatAllFilesAreGone) {
+  write(5);
+  fs::remove(file());
+  write(1);
+  EXPECT_NE(check_trail(folder).broken.find("lines before it were removed or changed"), std::string::npos);
+}
+
+/// The head of a killed program is behind its lines.
+TEST_F(Audit, AProgramThatBeginsAgainComparesALineInTheMiddleWithTheHead) {
+  write(5);
+  const std::string line = check_trail(folder).lines[2];
+  std::ofstream(head_file_of(folder)) << head_text({3, sha256(line)});
+  write(1);
+  EXPECT_EQ(check_trail(folder).broken, "");
+  std::ofstream(head_file_of(folder)) << head_text({3, sha256("another line")});
+  EXPECT_EQ(check_trail(folder).broken.find(file() + ":3: is not the line that was written"), 0U);
+  write(1);
+  EXPECT_NE(check_trail(folder).broken.find("lines before it were removed or changed"), std::string::npos);
+}
+
+TEST_F(Audit, NoticesThatItsBeginningWasCutOff) {
+  write(5);
+  const Check whole = check_trail(folder);
+  change(file(), whole.lines[0] + "\n" + whole.lines[1] + "\n", "");
+  EXPECT_EQ(check_trail(folder).broken, file() + ":1: is not the first line of its file: lines before it were removed");
+}
+
+TEST_F(Audit, NoticesThatTheBeginningOfItsOldestFileWasCutOff) {
+  write(200, {.file_bytes = 4000, .files = 3, .lines_of_a_kind = 1 << 20});
+  const std::string oldest = file(file_numbers(folder).front());
+  change(oldest, check_trail(folder).lines[0] + "\n", "");
+  EXPECT_EQ(check_trail(folder).broken, oldest + ":1: is not the first line of its file: lines before it were removed");
+}
+
 TEST_F(Audit, RotatesWithinItsBoundsAndTheChainGoesOn) {
   write(200, {.file_bytes = 4000, .files = 3, .lines_of_a_kind = 1 << 20});
   const Check check = check_trail(folder);
@@ -261,6 +295,20 @@ TEST_F(Audit, RefusesAFolderThatCannotBeWrittenAndAFileThatIsNoTrail) {
   std::ofstream(file()) << "hello\n";
   EXPECT_THROW(AuditTrail{folder}, InputError);
   EXPECT_NE(check_trail(folder).broken.find(file() + ":1: is no line of an audit trail"), std::string::npos);
+}
+
+TEST(AuditLine, IsPrintableForPeopleWhateverIsInIt) {
+  EXPECT_EQ(readable(R"({"n":1,"utc":"2026","event":"e\u001b[2J","a\n":"\u202e","b":[1,"\u007f"],"before":""})"),
+            R"(2026 e\x1b[2J: a\x0a=\xe2\x80\xae, b=[1,"\x7f"])");
+}
+
+TEST(AuditLine, IsNoneWhereItNestsSoDeepThatPrintingItWouldTakeAllOfTheStack) {
+  const auto nested = [](std::size_t depth) {
+    return R"({"n":1,"event":"file","before":")" + hash_before_all() + R"(","x":)" + std::string(depth, '[') +
+           std::string(depth, ']') + "}";
+  };
+  EXPECT_TRUE(link_of(nested(15)));
+  EXPECT_FALSE(link_of(nested(100'000)));
 }
 
 TEST_F(Audit, TextFromOutsideCannotForgeALine) {

@@ -23,6 +23,32 @@ constexpr char kTagLabel[] = "EXPORTER-knuckle-tag";  // RFC 5705
 // Application protocols (RFC 7301) in the order of Purpose, as they travel: length, name.
 constexpr std::array<std::string_view, 3> kPurposes{"\x0Fknuckle-control", "\x0Fknuckle-observe", "\x0Bknuckle-try"};
 
+// Of a record (RFC 6347, 4.1): content type, version, epoch and sequence number, length.
+constexpr std::size_t kRecordHeader = 13;
+// What an encrypted one has at least: explicit nonce, authentication tag.
+constexpr std::size_t kLeastEncrypted = 8 + 16;
+
+std::size_t length_of(std::span<const std::uint8_t> record) noexcept {
+  return static_cast<std::size_t>(record[11] << 8 | record[12]);
+}
+/// After a handshake. OpenSSL ends a session for an encrypted record that is too short to be authentic, which anybody
+/// can make, and keeps those of an epoch to come.
+bool may_be_authentic(std::span<const std::uint8_t> record) noexcept {
+  return record[1] == 0xFE && record[2] == 0xFD && record[3] == 0 && record[4] == 1 &&
+         length_of(record) >= kLeastEncrypted;
+}
+/// What a far end says again: whole records, of its handshake or encrypted. Behind a malformed one OpenSSL would look
+/// for others inside of it.
+bool may_be_said_again(std::span<const std::uint8_t> datagram) noexcept {
+  while (datagram.size() >= kRecordHeader) {
+    const std::size_t size = kRecordHeader + length_of(datagram);
+    const bool plain = datagram[1] == 0xFE && datagram[2] == 0xFD && datagram[3] == 0 && datagram[4] == 0;
+    if (size > datagram.size() || !(plain || may_be_authentic(datagram))) return false;
+    datagram = datagram.subspan(size);
+  }
+  return datagram.empty();
+}
+
 const unsigned char* bytes_of(std::string_view text) {
   return reinterpret_cast<const unsigned char*>(text.data());
 }
@@ -361,17 +387,28 @@ DtlsSession::Progress DtlsSession::start(Out& out) {
 }
 
 DtlsSession::Progress DtlsSession::hear(std::span<const std::uint8_t> datagram, Out& out) {
+  const bool shaken = SSL_is_init_finished(ssl_) != 0;
+  if (shaken && !may_be_said_again(datagram)) return Progress::kDone;
   wire_->in = datagram;
   wire_->waiting = true;
   wire_->out = &out;
   ERR_clear_error();
-  if (SSL_is_init_finished(ssl_) == 0) return progress(SSL_do_handshake(ssl_));
+  if (!shaken) return progress(SSL_do_handshake(ssl_));
   // What the far end sends again because our last flight was lost.
-  std::uint8_t none = 0;
-  (void)SSL_read(ssl_, &none, 1);
-  ERR_clear_error();
+  (void)drop_messages();
   wire_->waiting = false;
   return Progress::kDone;
+}
+
+/// A record among the handshake's datagrams is none that open() was given: OpenSSL would keep it, or what is left of
+/// it, and give it out as what the next datagram holds.
+bool DtlsSession::drop_messages() {
+  std::array<std::uint8_t, kMaxDatagram + 1> text;
+  int got = 1;
+  while (got > 0) got = SSL_read(ssl_, text.data(), static_cast<int>(text.size()));
+  const bool lives = SSL_get_error(ssl_, got) != SSL_ERROR_SSL;
+  ERR_clear_error();
+  return lives;
 }
 
 DtlsSession::Progress DtlsSession::tend(Out& out) {
@@ -390,7 +427,9 @@ DtlsSession::Progress DtlsSession::progress(int result) {
   wire_->waiting = false;
   if (result == 1) {
     agree_on_tags();
-    return Progress::kDone;
+    if (drop_messages()) return Progress::kDone;
+    wire_->refusal = Refusal::kProtocol;
+    return Progress::kFailed;
   }
   const int error = SSL_get_error(ssl_, result);
   const unsigned long detail = ERR_peek_error();
@@ -468,13 +507,11 @@ bool DtlsSession::seal_farewell(Sealed& sealed) noexcept {
 
 std::optional<DtlsSession::Opened> DtlsSession::open(std::span<const std::uint8_t> datagram, Datagram& plain) noexcept {
   // One record a datagram, as seal() makes them: OpenSSL never sees a header that contradicts its datagram.
-  // Content type, version, epoch and sequence number (all authenticated with the record), length.
-  constexpr std::size_t kHeader = 13;
   constexpr std::uint8_t kAlert = 21, kData = 23;
-  if (datagram.size() < kTagSize + kHeader || datagram.size() > kMaxDatagram + kSealOverhead) return std::nullopt;
+  if (datagram.size() < kTagSize + kRecordHeader || datagram.size() > kMaxDatagram + kSealOverhead) return std::nullopt;
   const auto record = datagram.subspan(kTagSize);
-  const bool known = (record[0] == kData || record[0] == kAlert) && record[1] == 0xFE && record[2] == 0xFD;
-  if (!known || record.size() != kHeader + static_cast<std::size_t>(record[11] << 8 | record[12])) return std::nullopt;
+  const bool known = (record[0] == kData || record[0] == kAlert) && may_be_authentic(record);
+  if (!known || record.size() != kRecordHeader + length_of(record)) return std::nullopt;
   std::uint64_t number = 0;
   for (const std::uint8_t byte : record.subspan(3, 8)) number = number << 8 | byte;
   std::array<std::uint8_t, kMaxDatagram + 1> text;

@@ -171,6 +171,7 @@ class DtlsSession {
   struct Wire;
   Progress progress(int result);
   void agree_on_tags();
+  bool drop_messages();  // false: something else in the datagram has ended the session
 
   const DtlsContext& context_;
   std::unique_ptr<Wire> wire_;
