@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,9 +10,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "app/audit/audit_check.h"
 #include "core/error.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/audit/audit_folder.h"
 
 namespace knuckle::audit {
 namespace {
@@ -21,27 +19,9 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-struct Audit : ::testing::Test {
-  test::TemporaryFolder temporary;
-  const std::string folder = temporary.file("trail");
-
-  void write(int entries, const TrailLimits& limits = {.lines_of_a_kind = 1 << 20}) {
-    AuditTrail trail(folder, limits);
-    for (int i = 0; i < entries; ++i) {
-      trail.note("connected", {{"name", "desk " + std::to_string(i)}});
-      if (i % 50 == 0) trail.flush();
-    }
-  }
-  std::string file(std::uint64_t number = 1) const { return file_of(folder, number); }
-  /// Replaces text in a file, once.
-  static void change(const std::string& file, const std::string& from, const std::string& to) {
-    std::string text = test::content(file);
-    const auto at = text.find(from);
-    ASSERT_NE(at, std::string::npos);
-    std::ofstream(file, std::ios::binary) << text.replace(at, from.size(), to);
-  }
-  static Json json(const std::string& line) { return Json::parse(line); }
-};
+Json json(const std::string& line) {
+  return Json::parse(line);
+}
 
 TEST_F(Audit, ChainsItsLinesAcrossRuns) {
   write(3);
@@ -221,20 +201,7 @@ TEST_F(Audit, SurvivesSigkillAtAnyTime) {
 }
 
 TEST_F(Audit, AFullDiskIsToldAndLosesNothingThatThereIsRoomFor) {
-  struct Limit {
-    rlimit before{};
-    void (*handler)(int) = ::signal(SIGXFSZ, SIG_IGN);
-    Limit() { ::getrlimit(RLIMIT_FSIZE, &before); }
-    ~Limit() {
-      lift();
-      ::signal(SIGXFSZ, handler);
-    }
-    void set(rlim_t bytes) const {
-      const rlimit limit{bytes, before.rlim_max};
-      ::setrlimit(RLIMIT_FSIZE, &limit);
-    }
-    void lift() const { ::setrlimit(RLIMIT_FSIZE, &before); }
-  } disk;
+  const SmallDisk disk;
   AuditTrail trail(folder, {.waiting = 10, .lines_of_a_kind = 1 << 20, .try_again = std::chrono::milliseconds(20)});
   trail.note("first");
   trail.flush();
@@ -245,12 +212,7 @@ TEST_F(Audit, AFullDiskIsToldAndLosesNothingThatThereIsRoomFor) {
   EXPECT_EQ(check_trail(folder).broken, "") << "what was refused in part is taken back";
   for (int i = 0; i < 30; ++i) trail.note("more", {{"i", 100 + i}});
   disk.lift();
-  std::string news;
-  for (int i = 0; i < 500 && news.empty(); ++i) {
-    ::usleep(5000);
-    news = trail.news();
-  }
-  EXPECT_NE(news.find("is written again"), std::string::npos) << news;
+  EXPECT_NE(news_of(trail).find("is written again"), std::string::npos);
   for (int i = 0; i < 500 && check_trail(folder).lines.back().find("\"lost\"") == std::string::npos; ++i) {
     trail.note("after", {}, "after");
     ::usleep(5000);
