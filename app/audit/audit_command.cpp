@@ -19,7 +19,7 @@ struct Options {
 
 int run(const Options& o) {
   const Check check = check_trail(o.folder);
-  if (check.files == 0) throw InputError(o.folder + ": no audit trail is there");
+  if (check.files == 0 && !read_head(o.folder)) throw InputError(o.folder + ": no audit trail is there");
   for (const std::string& line : check.lines) {
     if (!o.quiet) std::cout << (o.json ? line : readable(line)) << '\n';
   }
