@@ -74,6 +74,7 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
   if (!listens && options.address.empty() != dials)
     cli::refuse_option("--connect", options.address, "give it or --dial, one of them");
   check(options.dial, role, options.insecure > 0);
+  listens_ = listens;
   address_ = options.address.empty() ? options.dial.rendezvous : options.address;
   if (options.insecure > 0) {
     check_plain(listens ? "--listen" : "--connect", options);
@@ -137,6 +138,9 @@ std::vector<std::string> ChosenLink::news(const Watch* watch) {
   if (!secure_) return lines;
   if (dialler_) {
     for (const ice::PathEvent& one : dialler_->take_events()) lines.push_back(text(one));
+    // The operator's side shows it as long as it lasts; nobody looks at the machine's side all the time.
+    const std::string problem = listens_ ? dialler_->problem() : "";
+    if (!problem.empty() && !repeats(problem)) lines.push_back("link: " + problem);
   }
   secure::LinkEvent event;
   while (secure_->next(event)) {
