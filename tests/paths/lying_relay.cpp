@@ -19,20 +19,31 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 enum class Lie { kNone, kAround, kFlips, kDrops };
 constexpr std::array kLies{Lie::kNone, Lie::kAround, Lie::kFlips, Lie::kNone, Lie::kDrops, Lie::kNone};
-constexpr std::size_t kEarlier = 200, kChannelHeader = 4, kStunHeader = 20;
+constexpr std::size_t kEarlier = 200, kChannelHeader = 4, kStunHeader = 20, kDataAttribute = 0x0013;
 
-/// Bytes before what is relayed: of channel data, or of a Send or Data indication (RFC 5766). 0: nothing is.
-std::size_t header_of(const Bytes& datagram) {
-  if (datagram.size() > kChannelHeader && datagram[0] >= 0x40 && datagram[0] < 0x50) return kChannelHeader;
-  const bool indication = datagram.size() > kStunHeader && datagram[0] == 0 && (datagram[1] | 1U) == 0x17;
-  return indication ? kStunHeader : 0;
+std::size_t word(const Bytes& datagram, std::size_t at) {
+  return static_cast<std::size_t>(datagram[at] << 8 | datagram[at + 1]);
+}
+
+/// What of a datagram is relayed: of channel data, or of a Send or Data indication (RFC 5766). Empty: nothing is.
+std::span<std::uint8_t> relayed(Bytes& datagram) {
+  if (datagram.size() > kChannelHeader && datagram[0] >= 0x40 && datagram[0] < 0x50)
+    return std::span(datagram).subspan(kChannelHeader);
+  if (datagram.size() <= kStunHeader || datagram[0] != 0 || (datagram[1] | 1U) != 0x17) return {};
+  for (std::size_t at = kStunHeader; at + 4 <= datagram.size();) {
+    const std::size_t size = word(datagram, at + 2);
+    if (at + 4 + size > datagram.size()) break;
+    if (word(datagram, at) == kDataAttribute) return std::span(datagram).subspan(at + 4, size);
+    at += 4 + (size + 3) / 4 * 4;
+  }
+  return {};
 }
 
 class Liar {
  public:
   /// What becomes of a datagram of one end's.
-  std::vector<Bytes> tell(const Bytes& datagram, Lie lie, std::deque<Bytes>& earlier) {
-    if (header_of(datagram) == 0) return {datagram};
+  std::vector<Bytes> tell(Bytes datagram, Lie lie, std::deque<Bytes>& earlier) {
+    if (relayed(datagram).empty()) return {datagram};
     earlier.push_back(datagram);
     if (earlier.size() > kEarlier) earlier.pop_front();
     switch (lie) {
@@ -50,8 +61,8 @@ class Liar {
 
  private:
   Bytes flipped(Bytes one) {
-    const std::size_t header = header_of(one);
-    one[header + random_() % (one.size() - header)] ^= static_cast<std::uint8_t>(1U << (random_() % 8));
+    const auto content = relayed(one);
+    content[random_() % content.size()] ^= static_cast<std::uint8_t>(1U << (random_() % 8));
     return one;
   }
   std::mt19937_64 random_{7};

@@ -151,6 +151,8 @@ TEST_F(RendezvousThatLies, SignalsOfAnEarlierSessionLeadNowhereWhoeverRestarts) 
     if (both) ends_.begin_desk(rendezvous_.address());
     EXPECT_TRUE(eventually([&] { return repeated > 2 * static_cast<int>(recorded.size()); }));
     EXPECT_FALSE(ends_.carries(3)) << both;
+    for (const PathEvent& event : ends_.machine->take_events())
+      EXPECT_NE(event.kind, PathEvent::Kind::kSearching) << "nobody has proven that they are there";
     rendezvous_.tell({});
     EXPECT_TRUE(ends_.carries()) << both;
   }
