@@ -82,6 +82,7 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
   if (!listens && options.address.empty() != dials)
     cli::refuse_option("--connect", options.address, "give it or --dial, one of them");
   check(options.dial, role, options.insecure > 0);
+  listens_ = listens;
   address_ = options.address.empty() ? options.dial.rendezvous : options.address;
   if (options.insecure > 0) {
     check_plain(listens ? "--listen" : "--connect", options);
@@ -146,6 +147,9 @@ std::vector<cli::News> ChosenLink::news(const Watch* watch) {
   if (dialler_) {
     for (const ice::PathEvent& one : dialler_->take_events())
       news.push_back({text(one), "path to " + one.far_end + " " + std::to_string(static_cast<int>(one.kind))});
+    // The operator's side shows it as long as it lasts; nobody looks at the machine's side all the time.
+    const std::string problem = listens_ ? dialler_->problem() : "";
+    if (!problem.empty() && !repeats(problem)) news.push_back({"link: " + problem, "path: " + problem});
   }
   secure::LinkEvent event;
   while (secure_->next(event)) {

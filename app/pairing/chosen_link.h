@@ -81,6 +81,7 @@ class ChosenLink {
   std::unique_ptr<secure::SecureLink> secure_;
   std::vector<std::string> notes_;
   std::string address_;
+  bool listens_ = false;
   std::optional<secure::LinkEvent> asker_;
   std::vector<std::pair<std::string, Clock::time_point>> told_;  // refusals: kind, when
   std::uint64_t events_lost_ = 0;

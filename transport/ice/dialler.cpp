@@ -7,6 +7,7 @@
 
 #include "transport/ice/network_watch.h"
 #include "transport/ice/rendezvous_client.h"
+#include "transport/ice/server_name.h"
 
 namespace knuckle::ice {
 namespace {
@@ -15,8 +16,9 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kTendEvery = 20ms;
-constexpr auto kSettle = 200ms;       // changes of the network come in bursts
-constexpr auto kCloseWithin = 300ms;  // what a relay has allocated is released
+constexpr auto kSettle = 200ms;         // changes of the network come in bursts
+constexpr auto kCloseWithin = 300ms;    // what a relay has allocated is released
+constexpr auto kServersKnown = 3000ms;  // looking their names up takes no longer, or is in vain for now
 constexpr std::size_t kMostEvents = 256;
 
 bool is_loopback(const std::string& host) {
@@ -36,14 +38,16 @@ class Dialler::Thread final : RendezvousClient::Listener {
       : dialler_(dialler),
         context_(context),
         network_(context, [this] { change_at_ = std::min(change_at_, Clock::now() + kSettle); }) {
+    if (const auto& server = dialler.setup_.servers.stun) stun_.emplace(*server);
+    if (const auto& server = dialler.setup_.servers.turn) turn_.emplace(*server);
     std::vector<std::string> rooms;
     for (const secure::Peer& peer : dialler.peers_) {
       const std::string room = room_of(dialler.signer_.fingerprint(), peer.fingerprint);
       rooms.push_back(room);
       Path::Setup setup{.context = context,
                         .role = dialler.setup_.role,
-                        .agent = {.servers = dialler.setup_.servers,
-                                  .loopback = is_loopback(parse_host_and_port(dialler.setup_.rendezvous).host)},
+                        .agent = [this] { return agent_now(); },
+                        .relay = dialler.setup_.servers.turn ? dialler.setup_.servers.turn->host : "",
                         .far_end = peer,
                         .signal = [this, room](const Bytes& bytes) { rendezvous_->send(room, bytes); },
                         .report = [this](const PathEvent& event) { report(event); },
@@ -58,6 +62,21 @@ class Dialler::Thread final : RendezvousClient::Listener {
   }
 
  private:
+  /// With the addresses that the servers have now.
+  [[nodiscard]] AgentSetup agent_now() const {
+    const Servers& servers = dialler_.setup_.servers;
+    AgentSetup setup;
+    setup.loopback = is_loopback(parse_host_and_port(dialler_.setup_.rendezvous).host);
+    setup.turn_user = servers.turn_user;
+    setup.turn_password = servers.turn_password;
+    if (turn_) setup.turn = turn_->addresses();
+    for (const SocketAddress& one : stun_ ? stun_->addresses() : std::vector<SocketAddress>{}) {
+      // One alone may be asked: of IPv4 where it has one, since NATs are found there.
+      if (!setup.stun || (setup.stun->bytes.ss_family != AF_INET && one.bytes.ss_family == AF_INET)) setup.stun = one;
+    }
+    return setup;
+  }
+
   void somebody_in(const std::string& room) override { paths_.at(room)->somebody_there(); }
   void message(const std::string& room, const Bytes& bytes) override { paths_.at(room)->hear(bytes, Clock::now()); }
 
@@ -73,10 +92,19 @@ class Dialler::Thread final : RendezvousClient::Listener {
 
   void tend() {
     const auto now = Clock::now();
-    rendezvous_->tend(now);
+    bool servers_known = true;
+    for (ServerName* one : {stun_ ? &*stun_ : nullptr, turn_ ? &*turn_ : nullptr}) {
+      if (one == nullptr) continue;
+      one->tend(now);
+      servers_known = servers_known && one->tried();
+    }
+    // Nobody is met before: a first attempt without the relay would be in vain.
+    if (servers_known || now > started_ + kServersKnown) rendezvous_->tend(now);
     if (now >= change_at_) {
       change_at_ = Clock::time_point::max();
       rendezvous_->doubt(now);
+      if (stun_) stun_->doubt();
+      if (turn_) turn_->doubt();
       for (const auto& [room, path] : paths_) path->network_changed(now);
     }
     for (const auto& [room, path] : paths_) path->tend(now);
@@ -107,6 +135,8 @@ class Dialler::Thread final : RendezvousClient::Listener {
 
   Dialler& dialler_;
   GMainContext* context_;
+  const Clock::time_point started_ = Clock::now();
+  std::optional<ServerName> stun_, turn_;
   std::unique_ptr<RendezvousClient> rendezvous_;
   std::map<std::string, std::unique_ptr<Path>> paths_;  // by room
   NetworkWatch network_;
