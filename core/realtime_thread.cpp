@@ -64,7 +64,7 @@ void ask_for_fifo(int priority) noexcept {
   pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
 }
 
-RealtimeClock::RealtimeClock() noexcept : epoch_ns_(monotonic_ns()) {}
+RealtimeClock::RealtimeClock(Time now) noexcept : epoch_ns_(monotonic_ns() - now.time_since_epoch().count()) {}
 
 Time RealtimeClock::now() const noexcept {
   return Time(Duration(monotonic_ns() - epoch_ns_));

@@ -19,7 +19,8 @@ namespace knuckle {
 /// Session time of a process that runs in real time: CLOCK_MONOTONIC since construction. Copies agree.
 class RealtimeClock {
  public:
-  RealtimeClock() noexcept;
+  /// @param now what it reads now.
+  explicit RealtimeClock(Time now = {}) noexcept;
   [[nodiscard]] Time now() const noexcept;
   void sleep_until(Time wake) const noexcept;
 

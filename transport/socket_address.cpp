@@ -27,8 +27,14 @@ bool is_six(const SocketAddress& address) noexcept {
   return address.bytes.ss_family == AF_INET6;
 }
 
-[[noreturn]] void refuse(const std::string& address, const std::string& why) {
-  throw InputError("link: " + address + ": " + why);
+/// An address as it was given, and for what.
+struct Given {
+  const std::string& option;
+  const std::string& address;
+};
+
+[[noreturn]] void refuse(const Given& given, const std::string& why) {
+  throw InputError(given.option + " " + given.address + ": " + why);
 }
 
 /// Host and port of "HOST:PORT" or "[ADDR]:PORT"; nullopt where it is neither.
@@ -44,26 +50,26 @@ std::optional<std::pair<std::string, std::string>> split(const std::string& addr
   return std::pair(host, address.substr(colon + 1));
 }
 
-std::uint16_t parse_port(const std::string& address, const std::string& text) {
+std::uint16_t parse_port(const Given& given, const std::string& text) {
   std::uint16_t port = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
   if (error != std::errc() || end != text.data() + text.size())
-    refuse(address, "port \"" + text + "\" must be a whole number from 0 to 65535");
+    refuse(given, "port \"" + text + "\" must be a whole number from 0 to 65535");
   return port;
 }
 
-std::vector<SocketAddress> resolve(const std::string& address, bool names) {
-  const auto parts = split(address);
-  if (!parts) refuse(address, "is not ADDR:PORT such as 127.0.0.1:5683 or [::1]:5683");
+std::vector<SocketAddress> resolve(const Given& given, bool names) {
+  const auto parts = split(given.address);
+  if (!parts) refuse(given, "is not ADDR:PORT such as 127.0.0.1:5683 or [::1]:5683");
   const auto& [host, port] = *parts;
-  (void)parse_port(address, port);
+  (void)parse_port(given, port);
   addrinfo hints{}, *found = nullptr;
   hints.ai_flags = AI_NUMERICSERV | (names ? 0 : AI_NUMERICHOST);
   hints.ai_socktype = SOCK_DGRAM;
   const int error = ::getaddrinfo(host.c_str(), port.c_str(), &hints, &found);
   if (error != 0) {
-    refuse(address, names ? "\"" + host + "\" has no address: " + ::gai_strerror(error)
-                          : "\"" + host + "\" is not an IPv4 or IPv6 address in numbers");
+    refuse(given, names ? "\"" + host + "\" has no address: " + ::gai_strerror(error)
+                        : "\"" + host + "\" is not an IPv4 or IPv6 address in numbers");
   }
   std::vector<SocketAddress> result;
   for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
@@ -127,18 +133,20 @@ std::string text(const SocketAddress& address) {
   return is_six(address) ? "[" + std::string(host.data()) + "]" + port : host.data() + port;
 }
 
-HostAndPort parse_host_and_port(const std::string& address) {
+HostAndPort parse_host_and_port(const std::string& address, const std::string& option) {
+  const Given given{option, address};
   const auto parts = split(address);
-  if (!parts) refuse(address, "is not HOST:PORT such as relay.example.org:3478 or [2001:db8::7]:3478");
-  return {parts->first, parse_port(address, parts->second)};
+  if (!parts) refuse(given, "is not HOST:PORT such as relay.example.org:3478 or [2001:db8::7]:3478");
+  return {parts->first, parse_port(given, parts->second)};
 }
 
-SocketAddress parse_address(const std::string& address) {
-  return resolve(address, false).front();
+SocketAddress parse_address(const std::string& address, const std::string& option) {
+  return resolve({option, address}, false).front();
 }
 
 std::vector<SocketAddress> look_up(const std::string& address) {
-  return resolve(address, true);
+  const std::string link = "link:";
+  return resolve({link, address}, true);
 }
 
 int open_udp_socket(const std::string& name, const SocketAddress& address, Attach attach, const char* what) {

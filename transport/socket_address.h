@@ -32,10 +32,12 @@ struct HostAndPort {
   std::uint16_t port = 0;
   friend bool operator==(const HostAndPort&, const HostAndPort&) = default;
 };
-/// Of "HOST:PORT" or "[ADDR]:PORT"; nothing is looked up. @throws InputError, one line, where it is neither.
-[[nodiscard]] HostAndPort parse_host_and_port(const std::string& address);
-/// @param address "ADDR:PORT", "[ADDR]:PORT" for IPv6, in numbers. @throws InputError, one line, where it is not.
-[[nodiscard]] SocketAddress parse_address(const std::string& address);
+/// Of "HOST:PORT" or "[ADDR]:PORT"; nothing is looked up. @param option whose value it is, for the message.
+/// @throws InputError, one line, where it is neither.
+[[nodiscard]] HostAndPort parse_host_and_port(const std::string& address, const std::string& option = "link:");
+/// @param address "ADDR:PORT", "[ADDR]:PORT" for IPv6, in numbers. @param option whose value it is, for the message.
+/// @throws InputError, one line, where it is not.
+[[nodiscard]] SocketAddress parse_address(const std::string& address, const std::string& option = "link:");
 /// The same, or "NAME:PORT": looked up, which may take seconds. All that the name stands for, best first; never empty.
 /// @throws InputError
 [[nodiscard]] std::vector<SocketAddress> look_up(const std::string& address);

@@ -39,6 +39,27 @@ void add_warning(Findings& found, const std::string& whose, const std::string& e
 
 }  // namespace
 
+Findings try_addresses(const std::vector<SocketAddress>& addresses, const secure::Identity& identity,
+                       const secure::Peers& peers, std::chrono::milliseconds patience,
+                       const std::function<bool()>& keep_on) {
+  Findings found;
+  bool succeeded = false;
+  for (const SocketAddress& address : addresses) {
+    const std::string about = "link " + text(address);
+    try {
+      const secure::Trial trial = secure::try_handshake(address, identity, peers, patience, keep_on);
+      found.push_back(judge(about, trial, peers));
+      succeeded |= trial.refusal == secure::Refusal::kNone;
+    } catch (const InputError& error) {  // such as no route to it
+      found.push_back({Level::kFault, about, error.what()});
+    }
+  }
+  for (Finding& one : found) {
+    if (succeeded && one.level == Level::kFault) one.level = Level::kNote;
+  }
+  return found;
+}
+
 Findings doctor_link(const LinkDoctorOptions& options, const std::function<bool()>& keep_on) {
   Findings found;
   try {
@@ -56,10 +77,8 @@ Findings doctor_link(const LinkDoctorOptions& options, const std::function<bool(
     for (const secure::Peer& peer : peers) {
       if (!peer.revoked) add_warning(found, peer.name + "'s", peer.expires_utc);
     }
-    for (const SocketAddress& address : look_up(options.address)) {
-      const secure::Trial trial = secure::try_handshake(address, identity, peers, options.patience, keep_on);
-      found.push_back(judge("link " + text(address), trial, peers));
-    }
+    const Findings tried = try_addresses(look_up(options.address), identity, peers, options.patience, keep_on);
+    found.insert(found.end(), tried.begin(), tried.end());
   } catch (const InputError& error) {  // key, peers, name: each says in one line what is wrong
     found.push_back({Level::kFault, "link", error.what()});
   }

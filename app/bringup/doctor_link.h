@@ -4,8 +4,11 @@
 #include <chrono>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "app/bringup/doctor_finding.h"
+#include "transport/secure/identity.h"
+#include "transport/socket_address.h"
 
 namespace knuckle::bringup {
 
@@ -16,5 +19,10 @@ struct LinkDoctorOptions {
 };
 /// Takes control from nobody. @param keep_on asked now and then; false ends it.
 [[nodiscard]] Findings doctor_link(const LinkDoctorOptions& options, const std::function<bool()>& keep_on);
+/// The part of it that tries the addresses of a name. The link takes whichever lets it in: what is wrong with the
+/// others is a note then, and a fault only where none does.
+[[nodiscard]] Findings try_addresses(const std::vector<SocketAddress>& addresses, const secure::Identity& identity,
+                                     const secure::Peers& peers, std::chrono::milliseconds patience,
+                                     const std::function<bool()>& keep_on);
 
 }  // namespace knuckle::bringup

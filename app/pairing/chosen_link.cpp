@@ -83,9 +83,13 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
     cli::refuse_option("--connect", options.address, "give it or --dial, one of them");
   check(options.dial, role, options.insecure > 0);
   listens_ = listens;
+  if (listens && !options.address.empty()) (void)parse_address(options.address, "--listen");
+  if (!listens && !options.address.empty()) (void)parse_host_and_port(options.address, "--connect");
   address_ = options.address.empty() ? options.dial.rendezvous : options.address;
   if (options.insecure > 0) {
     check_plain(listens ? "--listen" : "--connect", options);
+    if (!options.keys.empty())
+      cli::refuse_option("--keys", options.keys, "does not go with --insecure: no key is used");
     if (options.observe) cli::refuse_option("--observe", "", "goes with a paired link, not with --insecure");
     plain_ = std::make_unique<UdpLink>(listens ? UdpLink::listen(options.address) : UdpLink::connect(options.address));
     notes_ = {kPlainNote};

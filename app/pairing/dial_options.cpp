@@ -50,6 +50,9 @@ void check(const DialOptions& o, secure::Role role, bool insecure) {
   if (insecure) cli::refuse_option("--dial", o.rendezvous, "does not go with --insecure: the ends must be paired");
   if (role == secure::Role::kOperator && o.peer.empty())
     cli::refuse_option("--dial", o.rendezvous, "needs --peer NAME: whom of the paired far ends (knuckle pair)");
+  for (const auto& [option, address] :
+       {std::pair("--dial", o.rendezvous), std::pair("--stun", o.stun), std::pair("--turn", o.turn)})
+    if (!address.empty()) (void)parse_host_and_port(address, option);
 }
 
 secure::Peer chosen_peer(const DialOptions& options, const secure::Peers& peers, const KeyFolder& folder) {

@@ -20,7 +20,7 @@ struct DialOptions {
 };
 /// --dial, --stun, --turn, and --peer of the operator's side.
 void add_dial_options(CLI::App& command, DialOptions& options, secure::Role role);
-/// @throws InputError where options contradict each other.
+/// @throws InputError where options contradict each other, or an address is malformed.
 void check(const DialOptions& options, secure::Role role, bool insecure);
 
 /// @throws InputError where nobody of this name is paired, or no more.

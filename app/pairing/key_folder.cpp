@@ -77,14 +77,14 @@ bool KeyFolder::has_key() const {
 }
 
 secure::Identity KeyFolder::identity() const {
-  if (fs::exists(path_)) check_only_owner_writes(path_, "folder");
-  secure::Identity read = secure::load_identity(key_file());
-  if (read.expired())
-    throw InputError(key_file() + ": expired on " + read.expires_utc() +
-                     " (or this computer's clock is wrong): make a new one (knuckle pair --renew) and pair again");
-  if (read.not_yet_valid())
-    throw InputError(key_file() + ": is not valid yet: this computer's clock is behind; set it (timedatectl)");
+  secure::Identity read = stored_identity();
+  if (const std::string why = not_valid_now(read); !why.empty()) throw InputError(key_file() + ": " + why);
   return read;
+}
+
+secure::Identity KeyFolder::stored_identity() const {
+  if (fs::exists(path_)) check_only_owner_writes(path_, "folder");
+  return secure::load_identity(key_file());
 }
 
 void KeyFolder::make_folder() const {
@@ -135,6 +135,14 @@ void KeyFolder::change_peers(const std::function<void(secure::Peers&)>& change) 
   secure::Peers known = peers();
   change(known);
   write_private_file(peers_file(), written(known), Existing::kReplace);
+}
+
+std::string not_valid_now(const secure::Identity& identity) {
+  if (identity.expired())
+    return "expired on " + identity.expires_utc() +
+           " (or this computer's clock is wrong): make a new one (knuckle pair --renew) and pair again";
+  if (identity.not_yet_valid()) return "is not valid yet: this computer's clock is behind; set it (timedatectl)";
+  return "";
 }
 
 std::optional<double> days_left(const std::string& utc) {

@@ -23,6 +23,8 @@ class KeyFolder {
   /// @throws InputError where there is none, others may read it or write the folder, it is no key, or it is not valid
   /// now.
   [[nodiscard]] secure::Identity identity() const;
+  /// The same, also where it is not valid now.
+  [[nodiscard]] secure::Identity stored_identity() const;
   /// Makes folder (mode 0700) and key. @param name empty: this computer's. @throws InputError, also where a key is
   /// there.
   secure::Identity make(const std::string& name) const;
@@ -38,6 +40,8 @@ class KeyFolder {
   std::string path_;
 };
 
+/// Why a key cannot be used now: it has expired, or is not valid yet; empty where it can.
+[[nodiscard]] std::string not_valid_now(const secure::Identity& identity);
 /// Days until a certificate expires. @param utc "2031-11-24T05:00:00Z"; nothing where it is no such time.
 [[nodiscard]] std::optional<double> days_left(const std::string& utc);
 inline constexpr double kWarnDays = 30;

@@ -1,5 +1,8 @@
 #include "app/pairing/pair_command.h"
 
+#include <poll.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
@@ -25,9 +28,21 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--connect", o.connect, "Pair with the computer that listens there");
   c.add_option("--as", o.as, "What the far end is called here (default: as it calls itself)");
   c.add_option("--code", o.code, "The code that the far end shows: pair without asking, or fail");
-  c.add_flag("--observer", o.observer, "Machine's side: let it observe the machine, but not control it");
+  c.add_flag("--observer", o.observer, "On the machine's computer: let it observe the machine, but not control it");
   c.add_flag("--renew", o.renew, "Make a new key for this computer: every far end must be paired again");
   c.add_option("--revoke", o.revoke, "Let the far end of this name in no more");
+}
+
+/// As secure::pairing_code() writes one.
+bool is_code(const std::string& text) {
+  constexpr std::size_t kGroup = 4, kLength = 29;
+  if (text.size() != kLength) return false;
+  for (std::size_t i = 0; i < kLength; ++i) {
+    const char c = text[i];
+    const bool digit = (c >= 'A' && c <= 'Z') || (c >= '2' && c <= '7');
+    if (i % (kGroup + 1) == kGroup ? c != '-' : !digit) return false;
+  }
+  return true;
 }
 
 void check(const Options& o) {
@@ -36,10 +51,15 @@ void check(const Options& o) {
   const bool pairs = !o.listen.empty() || !o.connect.empty();
   if (!pairs && !o.as.empty()) cli::refuse_option("--as", o.as, "goes with --listen or --connect");
   if (!pairs && !o.code.empty()) cli::refuse_option("--code", o.code, "goes with --listen or --connect");
+  if (!o.listen.empty()) (void)parse_address(o.listen, "--listen");
+  if (!o.connect.empty()) (void)parse_host_and_port(o.connect, "--connect");
+  if (!o.code.empty() && !is_code(o.code))
+    cli::refuse_option("--code", o.code, "must be as the far end shows it: six groups of four of A-Z and 2-7");
   if (!pairs && o.observer) cli::refuse_option("--observer", "", "goes with --listen or --connect");
   if (pairs && !o.revoke.empty()) cli::refuse_option("--revoke", o.revoke, "does not go with --listen or --connect");
   if (o.renew && (pairs || !o.revoke.empty()))
     cli::refuse_option("--renew", "", "does not go with --listen, --connect or --revoke");
+  if (!o.revoke.empty() && !o.name.empty()) cli::refuse_option("--name", o.name, "does not go with --revoke");
   for (const auto& [option, name] : {std::pair("--name", o.name), std::pair("--as", o.as)}) {
     if (!name.empty() && !secure::is_name(name))
       cli::refuse_option(option, name, "must be 1 to 40 letters, digits, spaces and . _ -");
@@ -51,10 +71,16 @@ void warn(const std::string& whose, const std::string& expires_utc) {
     std::cerr << "knuckle pair: " << warning << '\n';
 }
 
-void list(const KeyFolder& folder, const secure::Identity& identity) {
+/// Also of a key that cannot be used now: then it is said why.
+void list(const KeyFolder& folder) {
+  const secure::Identity identity = folder.stored_identity();
   std::cout << "this computer: " << identity.name << " (" << secure::short_text(identity.fingerprint())
             << "), valid until " << identity.expires_utc() << "\nkey: " << folder.key_file() << '\n';
-  warn("this computer's", identity.expires_utc());
+  if (const std::string why = not_valid_now(identity); !why.empty()) {
+    std::cerr << "knuckle pair: " << folder.key_file() << ": " << why << '\n';
+  } else {
+    warn("this computer's", identity.expires_utc());
+  }
   const secure::Peers peers = folder.peers();
   if (peers.empty()) std::cout << "paired with nobody\n";
   for (const secure::Peer& peer : peers) {
@@ -65,12 +91,14 @@ void list(const KeyFolder& folder, const secure::Identity& identity) {
   }
 }
 
+/// Needs no key of this computer, and makes none.
 void revoke(const KeyFolder& folder, const std::string& name) {
+  const auto named = [&name](const secure::Peer& peer) { return peer.name == name; };
+  const secure::Peers known = folder.peers();
+  if (std::none_of(known.begin(), known.end(), named))
+    cli::refuse_option("--revoke", name, "no far end of this name is in " + folder.peers_file());
   folder.change_peers([&](secure::Peers& peers) {
-    const auto found = std::find_if(peers.begin(), peers.end(), [&](const auto& peer) { return peer.name == name; });
-    if (found == peers.end())
-      cli::refuse_option("--revoke", name, "no far end of this name is in " + folder.peers_file());
-    found->revoked = true;
+    for (secure::Peer& peer : peers) peer.revoked |= named(peer);
   });
   std::cout << "revoked: " << name << ": programs that run notice within a second, and cut it off\n";
 }
@@ -103,35 +131,43 @@ void pin(const KeyFolder& folder, const secure::Peer& pinned) {
 
 /// The code is no secret: it is made of two certificates that anybody may see. So it is compared as any text, and not
 /// in constant time.
-bool confirmed(const Options& o, const std::string& code) {
+bool confirmed(const Options& o, const std::string& code, const cli::InterruptGuard& interrupt) {
   if (!o.code.empty()) return o.code == code;
   std::cout << "Is this the code on the other computer? [yes/no] " << std::flush;
+  constexpr int kLook_ms = 100;  // reading alone would go on after a signal
+  pollfd typed{STDIN_FILENO, POLLIN, 0};
+  while (::poll(&typed, 1, kLook_ms) <= 0) {
+    if (interrupt.pending()) throw cli::Interrupted("not paired");
+  }
   std::string answer;
   return std::getline(std::cin, answer) && (answer == "yes" || answer == "y");
 }
 
 /// With the computer that listens or connects. @return exit code
-int pair(const Options& o, const KeyFolder& folder, const secure::Identity& identity) {
+int pair(const Options& o, const KeyFolder& folder) {
+  const secure::Identity identity = folder.identity();
   const cli::InterruptGuard interrupt;
   const bool listens = !o.listen.empty();
   std::cout << "this computer: " << identity.name << " (" << secure::short_text(identity.fingerprint()) << ")\n"
             << (listens ? "waiting for the other computer on " + o.listen : "asking " + o.connect) << std::endl;
   const auto shown = exchange(
-      listens ? secure::Role::kMachine : secure::Role::kOperator, listens ? o.listen : o.connect, identity,
+      listens ? secure::Role::kMachine : secure::Role::kOperator,
+      listens ? std::vector{parse_address(o.listen)} : look_up(o.connect), identity,
       [&interrupt] { return !interrupt.pending(); },
       [](const std::string& why) { std::cerr << "knuckle pair: not yet: " << why << std::endl; });
   if (!shown) return 130;
   const std::string name = o.as.empty() ? shown->name : o.as;
   std::cout << "other computer: " << name << " (" << secure::short_text(shown->fingerprint)
             << ")\ncode: " << shown->code << std::endl;
-  if (!confirmed(o, shown->code)) {
+  if (!confirmed(o, shown->code, interrupt)) {
     std::cerr
         << "knuckle pair: not paired: the codes differ, or nobody confirmed them; where they differ, somebody may be "
            "between the two computers\n";
     return 1;
   }
   pin(folder, {shown->fingerprint, name, false, o.observer, shown->expires_utc});
-  std::cout << "paired with " << name << (o.observer ? ", which observes only" : "") << '\n';
+  std::cout << "paired with " << name << (o.observer ? ", which may observe a machine here, not control it" : "")
+            << '\n';
   warn(name + "'s", shown->expires_utc);
   return 0;
 }
@@ -143,17 +179,16 @@ int run(const Options& o) {
     renew(folder, o.name);
     return 0;
   }
-  if (folder.has_key() && !o.name.empty())
-    cli::refuse_option("--name", o.name, "this computer has a key already: " + folder.key_file() + " (see --renew)");
-  const secure::Identity identity = folder.has_key() ? folder.identity() : folder.make(o.name);
-  (void)folder.peers();  // a malformed file is told before anybody is asked
   if (!o.revoke.empty()) {
     revoke(folder, o.revoke);
-  } else if (o.listen.empty() && o.connect.empty()) {
-    list(folder, identity);
-  } else {
-    return pair(o, folder, identity);
+    return 0;
   }
+  if (folder.has_key() && !o.name.empty())
+    cli::refuse_option("--name", o.name, "this computer has a key already: " + folder.key_file() + " (see --renew)");
+  if (!folder.has_key()) (void)folder.make(o.name);
+  (void)folder.peers();  // a malformed file is told before anybody is asked
+  if (!o.listen.empty() || !o.connect.empty()) return pair(o, folder);
+  list(folder);
   return 0;
 }
 

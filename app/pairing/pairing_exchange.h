@@ -5,8 +5,10 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "transport/secure/dtls_session.h"
+#include "transport/socket_address.h"
 
 namespace knuckle::pairing {
 
@@ -18,10 +20,11 @@ struct Shown {
 };
 
 /// Tries until it succeeds: junk, floods and ends that do not answer only delay it.
-/// @param address to listen on (the machine's side) or to connect to. @param keep_on asked now and then; false ends it.
-/// @param tell why an attempt failed, in one line, where it is another reason than before.
-/// @return nothing where it was ended. @throws InputError for an address that cannot be used.
-[[nodiscard]] std::optional<Shown> exchange(secure::Role role, const std::string& address,
+/// @param addresses the one to listen on (the machine's side), or those of the far end, tried in turn: at least one.
+/// @param keep_on asked now and then; false ends it.
+/// @param tell why an attempt failed, in one line, once for each reason.
+/// @return nothing where it was ended. @throws InputError where none of the addresses can be used.
+[[nodiscard]] std::optional<Shown> exchange(secure::Role role, const std::vector<SocketAddress>& addresses,
                                             const secure::Identity& identity, const std::function<bool()>& keep_on,
                                             const std::function<void(const std::string&)>& tell = {});
 

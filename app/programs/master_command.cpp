@@ -3,9 +3,11 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "app/bringup/device_probe.h"
 #include "app/cli/interrupt.h"
@@ -37,7 +39,7 @@ struct Options {
 };
 
 void add_options(CLI::App& c, Options& o) {
-  c.add_option("--machine", o.machine, "Machine name or .toml file, the same as on the machine's side")->required();
+  c.add_option("--machine", o.machine, "Machine name or .toml file, the same as on the machine's side");
   c.add_option("--device", o.device, "How the haptic device is attached: hid (hidraw), usb (libusb), or none")
       ->required();
   c.add_option("--device-file", o.device_file,
@@ -60,6 +62,20 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
 }
 
+/// An observer leads nothing: without a device, and without what leading needs.
+void check_observer(const Options& o) {
+  if (o.device != "none") cli::refuse_option("--observe", "", "goes with --device none");
+  const std::array<std::pair<const char*, bool>, 7> in_vain{{{"--machine", !o.machine.empty()},
+                                                             {"--device-file", !o.device_file.empty()},
+                                                             {"--mirror", !o.mirror.empty()},
+                                                             {"--control", !o.control.empty()},
+                                                             {"--assist-force-limit", o.assist_force_limit_N != 0},
+                                                             {"--assist-stop-on-object", o.assist_stop_on_object},
+                                                             {"--csv", !o.csv.empty()}}};
+  for (const auto& [option, given] : in_vain)
+    if (given) cli::refuse_option(option, "", "does not go with --observe");
+}
+
 void check(const Options& o) {
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
   if (o.assist_force_limit_N != 0)
@@ -67,9 +83,9 @@ void check(const Options& o) {
                      " N, or 0: off");
   if (o.device != "hid" && o.device != "usb" && o.device != "none")
     cli::refuse_option("--device", o.device, "must be hid, usb or none");
-  if (o.link.observe && o.device != "none") cli::refuse_option("--observe", "", "goes with --device none");
-  if (o.link.observe && (!o.csv.empty() || !o.mirror.empty()))
-    cli::refuse_option("--observe", "", "does not go with --csv or --mirror");
+  if (o.link.observe) check_observer(o);
+  if (!o.link.observe && o.machine.empty())
+    cli::refuse_option("--machine", "", "is required, unless --observe is given");
   if (o.device == "none" && !o.serial.empty())
     cli::refuse_option("--serial", o.serial, "goes with --device hid or usb");
   if (!o.control.empty() && !control_law_named(o.control))
@@ -121,17 +137,15 @@ Json status_json(const std::optional<MachineStatus>& status) {
       {"loop_fifo_priority", status->fifo_priority}};
 }
 
+Json connect_json(const Options& o) {
+  return o.link.address.empty() ? Json() : Json(o.link.address);
+}
+
 Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome,
                  std::uint64_t lines_lost) {
-  Json json{{"schema", kSchema},
-            {"version", cli::program_version()},
-            {"machine", setup.machine.name},
-            {"device", o.device},
-            {"device_file", setup.device.name},
-            {"connect", o.link.address.empty() ? Json() : Json(o.link.address)},
-            {"control", name(setup.law)},
-            {"started_unix_s", started_unix_s},
-            {"ran_s", outcome.ran_s}};
+  Json json{{"schema", kSchema},          {"version", cli::program_version()}, {"machine", setup.machine.name},
+            {"device", o.device},         {"device_file", setup.device.name},  {"connect", connect_json(o)},
+            {"control", name(setup.law)}, {"started_unix_s", started_unix_s},  {"ran_s", outcome.ran_s}};
   json["machine_side"] = Json::array();
   json["device_states"] = Json::array();
   json["other_machine"] = Json::array();
@@ -163,10 +177,10 @@ Json result_json(const Options& o, const MasterSetup& setup, double started_unix
   return json;
 }
 
-Json observer_json(const Options& o, double started_unix_s, const ObserverOutcome& outcome) {
+Json observer_json(const Options& o, double started_unix_s, const ObserverOutcome& outcome, std::uint64_t lines_lost) {
   Json json{{"schema", kSchema},
             {"version", cli::program_version()},
-            {"connect", o.link.address},
+            {"connect", connect_json(o)},
             {"observed", true},
             {"started_unix_s", started_unix_s},
             {"ran_s", outcome.ran_s},
@@ -178,6 +192,8 @@ Json observer_json(const Options& o, double started_unix_s, const ObserverOutcom
                                     {"mode", event.heard ? Json(name(event.mode)) : Json()},
                                     {"fault", reason_json(event.fault)}});
   }
+  json["records_lost"] = outcome.records_lost;
+  json["lines_lost"] = lines_lost;
   return json;
 }
 
@@ -186,14 +202,17 @@ int observe(const Options& o, const cli::InterruptGuard& interrupt) {
   pairing::ChosenLink link = pairing::ChosenLink::connect(o.link);
   ProgramConsole console("knuckle master");
   for (const std::string& note : link.notes()) console.note(note);
-  console.note("observing " + o.link.address + ": nothing is controlled from here");
+  console.note("observing " + link.where() + ": nothing is controlled from here");
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.news = [&link] { return link.news(); };
   const double started_unix_s = unix_time_s();
+  const auto started = std::chrono::steady_clock::now();
   const ObserverOutcome outcome = run_observer(link.link(), program, [&link] { return link.problem(); });
   link.close();
-  if (auto* out = json.stream()) *out << observer_json(o, started_unix_s, outcome).dump(2) << '\n';
+  Json result = observer_json(o, started_unix_s, outcome, console.lines_lost());
+  result["path"] = path_json(link, started);
+  if (auto* out = json.stream()) *out << result.dump(2) << '\n';
   commit_all({&json});
   return 0;
 }

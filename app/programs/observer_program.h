@@ -3,10 +3,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/programs/program_console.h"
+#include "app/programs/run_events.h"
 #include "core/reason.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
@@ -21,13 +24,38 @@ struct ObservedEvent {
   Reason fault;
 };
 struct ObserverOutcome {
-  std::vector<ObservedEvent> events;  ///< The newest, at most kMostEvents.
+  std::vector<ObservedEvent> events;  ///< The first of each kind, and the newest others (RunEvents).
   std::uint64_t messages = 0;
   double ran_s = 0;
-  static constexpr std::size_t kMostEvents = 2000;
+  std::uint64_t records_lost = 0;  ///< Events there was no room for.
 };
 
-/// Runs until the run is over. @param link used by this thread alone. @param problem of the link, in one line.
+class Observer {
+ public:
+  /// @param link used by this thread alone. @param problem of the link, in one line.
+  Observer(Link& link, ProgramConsole& console, std::function<std::string()> problem)
+      : link_(link), console_(console), problem_of_(std::move(problem)) {}
+
+  /// Takes what has come, and tells what is new. Often.
+  void tend(Time now);
+  /// After the run.
+  [[nodiscard]] ObserverOutcome outcome(double ran_s) const;
+
+ private:
+  void tell(Time now);
+
+  Link& link_;
+  ProgramConsole& console_;
+  std::function<std::string()> problem_of_;
+  RunEvents<ObservedEvent> events_;
+  std::uint64_t messages_ = 0;
+  std::optional<SlaveMessage> newest_;
+  Time heard_at_{};
+  ObservedEvent last_;
+  std::string problem_;
+};
+
+/// Runs one until the run is over.
 [[nodiscard]] ObserverOutcome run_observer(Link& link, const ProgramRun& run,
                                            const std::function<std::string()>& problem);
 

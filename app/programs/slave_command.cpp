@@ -36,6 +36,7 @@ struct Options {
   bool simulate = false;
   std::string scenario;
   std::optional<std::uint64_t> seed;
+  std::optional<int> observers;
   std::optional<double> duration_s;
   std::string candump, csv, json, audit;
 };
@@ -53,7 +54,7 @@ void add_options(CLI::App& c, Options& o) {
                "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683");
   pairing::add_link_options(c, o.link);
   pairing::add_dial_options(c, o.link.dial, secure::Role::kMachine);
-  c.add_option("--observers", o.link.observers, "Paired ends that may observe at a time (default: 4)");
+  c.add_option("--observers", o.observers, "Paired ends that may observe at a time (default: 4)");
   c.add_option(
       "--audit", o.audit,
       "Folder of the audit trail (knuckle audit; default: audit beside the keys; without one with --insecure)");
@@ -76,7 +77,9 @@ void check_bus(const Options& o) {
 void check(const Options& o) {
   check_bus(o);
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
-  cli::check_range("--observers", o.link.observers, 0, 16, "");
+  cli::check_range("--observers", o.observers, 0, 16, "");
+  if (o.observers && o.link.insecure > 0)
+    cli::refuse_option("--observers", std::to_string(*o.observers), "goes with a paired link, not with --insecure");
   cli::Places places;
   places.configuration("--machine", o.machine);
   places.configuration("--scenario", o.scenario);
@@ -214,7 +217,9 @@ int run(const Options& o) {
   AskedOutput candump("--candump", o.candump), csv("--csv", o.csv),
       json("--json", o.json, AskedOutput::Content::kResult);
   MachineBus machine(o, setup);
-  pairing::ChosenLink link = pairing::ChosenLink::listen(o.link);
+  pairing::LinkOptions link_options = o.link;
+  link_options.observers = o.observers.value_or(link_options.observers);
+  pairing::ChosenLink link = pairing::ChosenLink::listen(link_options);
 
   std::optional<SlaveAudit> audit;
   if (const std::string folder = audit_folder(o); !folder.empty()) audit.emplace(folder);

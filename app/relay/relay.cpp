@@ -15,17 +15,18 @@ namespace {
 constexpr int kAtOnce = 64;  // datagrams from one socket, before others have their turn
 
 RelayPlan plan_of(const RelaySetup& setup) {
-  RelayPlan plan{parse_address(setup.listen),
-                 parse_address(setup.connect),
+  RelayPlan plan{parse_address(setup.listen, "--listen"),
+                 parse_address(setup.connect, "--connect"),
                  setup.to_machine,
                  setup.to_operator,
                  setup.seed,
                  kNever};
-  if (plan.connect.port() == 0) throw InputError("link: " + setup.connect + ": port 0 is no port to send to");
-  if (plan.connect.is_any()) throw InputError("link: " + setup.connect + ": is not the address of a single computer");
+  if (plan.connect.port() == 0) throw InputError("--connect " + setup.connect + ": port 0 is no port to send to");
+  if (plan.connect.is_any())
+    throw InputError("--connect " + setup.connect + ": is not the address of a single computer");
   const bool own = plan.listen.is_any() && plan.connect.is_loopback() && plan.listen.port() == plan.connect.port();
   if (plan.listen == plan.connect || own)
-    throw InputError("link: " + setup.connect + ": the relay would send to itself");
+    throw InputError("--connect " + setup.connect + ": the relay would send to itself");
   check(plan.to_machine);
   check(plan.to_operator);
   return plan;
@@ -63,7 +64,7 @@ void Relay::receive_from_operators(const RealtimeClock& clock) {
     const Time arrived_at = clock.now() - arrival->waited;
     Flow* const flow = flow_of(from, arrived_at);
     if (flow == nullptr) {
-      if (refused_++ == 0) tell(arrived_at, "no room for another operator, such as " + text(from));
+      ++refused_;
     } else if (arrival->size > Flow::kMostBytes) {
       flow->too_long_from_operator();
     } else {
@@ -81,7 +82,10 @@ Flow* Relay::flow_of(const SocketAddress& from, Time now) {
 
 Flow* Relay::begin_flow(const SocketAddress& from, Time now) {
   const auto place = std::find(flows_.begin(), flows_.end(), nullptr);
-  if (place == flows_.end()) return nullptr;
+  if (place == flows_.end()) {
+    if (!std::exchange(full_told_, true)) tell(now, "no room for another operator, such as " + text(from));
+    return nullptr;
+  }
   if (plan_.began_at == kNever) plan_.began_at = now;
   try {
     *place = std::make_unique<Flow>(flows_begun_ + 1, from, plan_, listening_, now);

@@ -48,7 +48,7 @@ class Relay {
   /// All there were; those that are still active last.
   [[nodiscard]] std::vector<FlowReport> reports() const;
   [[nodiscard]] std::uint64_t reports_left_out() const noexcept { return left_out_; }
-  /// Datagrams of operators for whom there was no room.
+  /// Datagrams of operators for whom there was no room, or no way to the machine's side.
   [[nodiscard]] std::uint64_t refused_datagrams() const noexcept { return refused_; }
   /// When the first datagram came: 0 of the link file's times. kNever: none has come.
   [[nodiscard]] Time began_at() const noexcept { return plan_.began_at; }
@@ -60,7 +60,7 @@ class Relay {
     bool out = false;
   };
   void receive_from_operators(const RealtimeClock& clock);
-  /// nullptr: there is no room.
+  /// nullptr: there is no room, or no way to the machine's side; that is told.
   Flow* flow_of(const SocketAddress& from, Time now);
   Flow* begin_flow(const SocketAddress& from, Time now);
   void follow_plan(Time now);
@@ -75,6 +75,7 @@ class Relay {
   UdpSocket listening_;
   std::array<std::unique_ptr<Flow>, kMostFlows> flows_;
   std::uint64_t flows_begun_ = 0, refused_ = 0, left_out_ = 0;
+  bool full_told_ = false;
   std::vector<FlowReport> ended_;
   std::vector<RelayEvent> events_;
   Standing to_machine_{"to the machine"}, to_operator_{"to the operator"};

@@ -3,6 +3,7 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/epoll.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -21,7 +22,7 @@ constexpr int kBacklog = 64, kMostAccepts = 64;
 constexpr std::size_t kChunk = 8192;
 
 int open_listener(const std::string& name) {
-  const SocketAddress address = parse_address(name);
+  const SocketAddress address = parse_address(name, "--listen");
   const int socket = ::socket(address.bytes.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   const int on = 1;
   if (socket >= 0) (void)::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
@@ -31,18 +32,34 @@ int open_listener(const std::string& name) {
   throw InputError("--listen " + name + ": " + std::strerror(error));
 }
 
-std::string host_of(const SocketAddress& address) {
-  const std::string whole = text(address);
-  return whole.substr(0, whole.rfind(':'));
+/// As many as this program may have open, beside what is open already and a few to turn others away with: without a
+/// descriptor left a connection cannot even be refused, and waits at the listening socket for ever.
+std::size_t most_clients(std::size_t wanted, int newest_descriptor) {
+  constexpr std::size_t kSpare = 8;
+  rlimit files{};
+  if (::getrlimit(RLIMIT_NOFILE, &files) != 0) return wanted;
+  const std::size_t taken = static_cast<std::size_t>(newest_descriptor) + 1 + kSpare;
+  return std::min<std::size_t>(wanted, files.rlim_cur > taken ? files.rlim_cur - taken : 1);
 }
 
 }  // namespace
+
+std::string network_of(const SocketAddress& address) {
+  const auto bytes = [](const void* begin, std::size_t count) {
+    return std::string(static_cast<const char*>(begin), count);
+  };
+  if (address.bytes.ss_family != AF_INET6)
+    return bytes(&reinterpret_cast<const sockaddr_in&>(address.bytes).sin_addr, 4);
+  const in6_addr& six = reinterpret_cast<const sockaddr_in6&>(address.bytes).sin6_addr;
+  return IN6_IS_ADDR_V4MAPPED(&six) ? bytes(&six.s6_addr[12], 4) : bytes(&six.s6_addr[0], 8);
+}
 
 RendezvousServer::RendezvousServer(const std::string& address, const Bounds& bounds)
     : bounds_(bounds), listening_(open_listener(address)), events_(::epoll_create1(EPOLL_CLOEXEC)) {
   epoll_event wanted{EPOLLIN, {.fd = listening_}};
   if (events_ < 0 || ::epoll_ctl(events_, EPOLL_CTL_ADD, listening_, &wanted) != 0)
     throw InputError(std::string("rendezvous: ") + std::strerror(errno));
+  bounds_.clients = most_clients(bounds_.clients, std::max(listening_, events_));
 }
 
 RendezvousServer::~RendezvousServer() {
@@ -51,10 +68,9 @@ RendezvousServer::~RendezvousServer() {
   ::close(listening_);
 }
 
-void RendezvousServer::step(std::chrono::milliseconds longest) {
+void RendezvousServer::step(std::chrono::milliseconds longest, Clock::time_point now) {
   std::array<epoll_event, 64> happened{};
   const int count = ::epoll_wait(events_, happened.data(), happened.size(), static_cast<int>(longest.count()));
-  const auto now = Clock::now();
   for (int i = 0; i < count; ++i) {
     const epoll_event& event = happened[static_cast<std::size_t>(i)];
     if (event.data.fd == listening_) {
@@ -77,10 +93,10 @@ void RendezvousServer::accept_all(Clock::time_point now) {
     from.size = sizeof from.bytes;
     const int socket = ::accept4(listening_, from.get(), &from.size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (socket < 0) return;
-    const std::string host = host_of(from);
-    const auto same = static_cast<std::size_t>(
-        std::count_if(clients_.begin(), clients_.end(), [&](const auto& one) { return one.second->host == host; }));
-    if (clients_.size() >= bounds_.clients || same >= bounds_.clients_of_address) {
+    const std::string network = network_of(from);
+    const auto same = static_cast<std::size_t>(std::count_if(
+        clients_.begin(), clients_.end(), [&](const auto& one) { return one.second->network == network; }));
+    if (clients_.size() >= bounds_.clients || same >= bounds_.clients_of_network) {
       ++counters_.turned_away;
       ::close(socket);
       continue;
@@ -89,7 +105,7 @@ void RendezvousServer::accept_all(Clock::time_point now) {
     (void)::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     auto client = std::make_unique<Client>();
     client->socket = socket;
-    client->host = host;
+    client->network = network;
     client->lines = bounds_.burst;
     client->heard_at = client->refilled_at = now;
     watch(*client, EPOLL_CTL_ADD);

@@ -16,8 +16,8 @@
 namespace knuckle::rendezvous {
 
 struct Bounds {
-  std::size_t clients = 900;
-  std::size_t clients_of_address = 64;
+  std::size_t clients = 900;            ///< Or fewer, where the limit of open files is lower.
+  std::size_t clients_of_network = 64;  ///< See network_of().
   std::size_t rooms_of_client = 32;
   std::size_t members = 8;                 ///< Of a room: one more takes the place of whoever has been silent longest.
   double lines_per_s = 20;                 ///< Of a client, on average; ...
@@ -33,6 +33,9 @@ struct Counters {
   std::uint64_t junk = 0, floods = 0, stalled = 0, idle = 0, displaced = 0;  ///< Connections that were ended for it.
 };
 
+/// Who counts as one: an IPv4 address, also one that came as IPv6; of IPv6 the /64, all of which one computer may have.
+[[nodiscard]] std::string network_of(const SocketAddress& address);
+
 class RendezvousServer {
  public:
   using Clock = std::chrono::steady_clock;
@@ -43,8 +46,8 @@ class RendezvousServer {
   RendezvousServer(const RendezvousServer&) = delete;
   RendezvousServer& operator=(const RendezvousServer&) = delete;
 
-  /// Waits for something to do, at most so long, and does it.
-  void step(std::chrono::milliseconds longest);
+  /// Waits for something to do, at most so long, and does it. @param now before it waits.
+  void step(std::chrono::milliseconds longest, Clock::time_point now = Clock::now());
   [[nodiscard]] SocketAddress address() const noexcept { return local_address(listening_); }
   [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
@@ -52,7 +55,7 @@ class RendezvousServer {
  private:
   struct Client {
     int socket = -1;
-    std::string host;
+    std::string network;
     ice::LineBuffer in;
     std::string out;
     std::vector<std::string> rooms;

@@ -79,20 +79,23 @@ LinkImpairment read_conditions(TomlTable table) {
 }
 
 /// [both], or [to_machine] and [to_operator], one of which may be absent: it does nothing.
-/// @param use called with each direction that is there.
+/// @param use called with each direction that is there. @return whether there is one.
 template <typename Use>
-void read_directions(TomlTable& table, const Use& use) {
+bool read_directions(TomlTable& table, const Use& use) {
   const bool both = table.has("both");
+  bool any = both;
   for (const char* one : {"to_machine", "to_operator"}) {
     if (!table.has(one)) continue;
     TomlTable direction = table.table(one);
-    table.require(!both, one, "goes with both: give both, or each direction by itself");
+    table.require(!both, one, "does not go with [both]: give [both] alone, or [to_machine] and [to_operator]");
     use(one, read_conditions(direction));
+    any = true;
   }
-  if (!both) return;
+  if (!both) return any;
   const LinkImpairment link = read_conditions(table.table("both"));
   use("to_machine", link);
   use("to_operator", link);
+  return any;
 }
 
 class Reader {
@@ -103,7 +106,7 @@ class Reader {
     link_.source = file_.source();
     link_.name = file_.text("name");
     link_.description = file_.text("description");
-    read_directions(file_, [this](const char* name, const LinkImpairment& given) { direction(name) = given; });
+    (void)read_directions(file_, [this](const char* name, const LinkImpairment& given) { direction(name) = given; });
     read_changes();
     read_outages();
     read_address_changes();
@@ -125,11 +128,13 @@ class Reader {
   void read_changes() {
     for (TomlTable& table : events("change")) {
       const Time at = moment(table);
-      read_directions(table, [&](const char* name, LinkImpairment given) {
+      const bool any = read_directions(table, [&](const char* name, LinkImpairment given) {
         auto& changes = direction(name).changes;
         table.require(changes.empty() || changes.back().at < at, "at_s", "must be above that of the change before");
         changes.push_back({at, std::move(given)});
       });
+      table.require(any, "at_s",
+                    "changes nothing: give [change.both], or [change.to_machine] and [change.to_operator]");
     }
   }
   void read_outages() {

@@ -104,6 +104,8 @@ TEST_F(HardwareCli, WrongUsageIsOneLineAndTwo) {
   EXPECT_NE(line({"doctor", "--device-file", "knuckle1"}).find("needs --device"), std::string::npos);
   EXPECT_NE(line({"doctor", "--listen", "1"}).find("needs --can"), std::string::npos);
   EXPECT_NE(line({"doctor", "--device", "hid", "--bit-rate", "250"}).find("needs --can"), std::string::npos);
+  for (const std::string& address : {std::string("127.0.0.1"), std::string("::1:5683"), std::string("arm:0")})
+    EXPECT_NE(line({"doctor", "--connect", address}).find("--connect " + address + ": "), std::string::npos);
   EXPECT_NE(line({"commission", "--machine", "solar015", "--out", path("r.toml")}).find("needs --can"),
             std::string::npos);
   EXPECT_NE(line({"commission", "--simulate", "--machine", "solar015"}).find("--out"), std::string::npos);

@@ -221,7 +221,33 @@ TEST_F(DoctorLinkThreads, WarnsOfAnExpiryThatIsNear) {
 TEST_F(DoctorLinkThreads, SaysWhatIsWrongWithTheAddress) {
   pair_with(peer(machine()));
   expect_says(doctor("no such name:5683"), "FAULT link: ");
-  expect_says(doctor("127.0.0.1"), "FAULT link: ");
+}
+
+TEST_F(DoctorLinkThreads, ANameIsWellWhereOneOfItsAddressesIs) {
+  Machine there(machine(), {peer(desk)});
+  std::string closed;
+  {
+    const Answering gone({});
+    closed = gone.address();
+  }
+  const std::string unreachable = "255.255.255.255:5683";  // no socket may send there without asking
+  const auto findings = [&](const std::vector<std::string>& addresses) {
+    std::vector<SocketAddress> all;
+    for (const std::string& one : addresses) all.push_back(parse_address(one));
+    return try_addresses(all, desk, {peer(machine())}, std::chrono::milliseconds(4000), [] { return true; });
+  };
+  const Findings well = findings({unreachable, closed, there.address()});
+  ASSERT_EQ(well.size(), 3U);
+  EXPECT_TRUE(healthy(well));
+  EXPECT_EQ(well[0].level, Finding::Level::kNote);
+  expect_says(well[0].text, "cannot reach 255.255.255.255:5683");
+  EXPECT_EQ(well[1].level, Finding::Level::kNote);
+  expect_says(well[1].text, "no program listens on this port");
+  EXPECT_EQ(well[2].level, Finding::Level::kOk);
+  const Findings none = findings({unreachable, closed});
+  ASSERT_EQ(none.size(), 2U);
+  EXPECT_EQ(none[0].level, Finding::Level::kFault);
+  EXPECT_EQ(none[1].level, Finding::Level::kFault);
 }
 
 }  // namespace

@@ -39,6 +39,19 @@ TEST(DialOptions, RefuseARendezvousWithoutPairingAndWithoutAPeer) {
   EXPECT_EQ(refusal([&] { check(dial, secure::Role::kMachine, false); }), "");
 }
 
+TEST(DialOptions, AMalformedAddressIsRefusedByTheNameOfItsOption) {
+  const auto refused = [](const DialOptions& options) {
+    return refusal([&] { check(options, secure::Role::kOperator, false); });
+  };
+  EXPECT_TRUE(says(refused({"foo", "machine", "", ""}), "--dial foo: is not HOST:PORT"));
+  EXPECT_TRUE(says(refused({"meet:5684", "machine", "foo", ""}), "--stun foo: is not HOST:PORT"));
+  EXPECT_TRUE(says(refused({"meet:5684", "machine", "", "foo:x"}), "--turn foo:x: port \"x\" must be"));
+  LinkOptions options;
+  options.address = "foo";
+  EXPECT_TRUE(says(refusal([&] { (void)ChosenLink::listen(options); }), "--listen foo: is not"));
+  EXPECT_TRUE(says(refusal([&] { (void)ChosenLink::connect(options); }), "--connect foo: is not"));
+}
+
 TEST(DialOptions, RefuseNoneAndBothOfAddressAndRendezvous) {
   LinkOptions options;
   EXPECT_TRUE(says(refusal([&] { (void)ChosenLink::listen(options); }), "--listen"));

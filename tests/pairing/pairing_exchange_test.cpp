@@ -7,11 +7,15 @@
 #include <atomic>
 #include <thread>
 
+#include "core/error.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/udp_socket.h"
 
 namespace knuckle::pairing {
 namespace {
+
+/// DTLS alert: fatal, handshake_failure.
+const std::vector<std::uint8_t> kRefusal{21, 0xFE, 0xFD, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 40};
 
 std::string free_address() {
   const UdpSocket any(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
@@ -21,17 +25,19 @@ std::string free_address() {
 struct Two : ::testing::Test {
   const secure::Identity machine = secure::make_identity("site arm"), desk = secure::make_identity("desk 1");
   const std::string address = free_address();
+  std::vector<SocketAddress> far_end{parse_address(address)};  ///< As the caller looked it up.
   std::atomic<bool> go_on{true};
   std::optional<Shown> at_machine, at_desk;
   std::thread listener, caller;
 
   void listen() {
-    listener = std::thread(
-        [this] { at_machine = exchange(secure::Role::kMachine, address, machine, [this] { return go_on.load(); }); });
+    listener = std::thread([this] {
+      at_machine = exchange(secure::Role::kMachine, {parse_address(address)}, machine, [this] { return go_on.load(); });
+    });
   }
   void call() {
     caller = std::thread(
-        [this] { at_desk = exchange(secure::Role::kOperator, address, desk, [this] { return go_on.load(); }); });
+        [this] { at_desk = exchange(secure::Role::kOperator, far_end, desk, [this] { return go_on.load(); }); });
   }
   void TearDown() override {
     go_on = false;
@@ -99,18 +105,36 @@ TEST_F(PairingThreads, IsEndedByItsUserUnderAFlood) {
 
 TEST_F(PairingThreads, SaysWhyItDoesNotSucceedYet) {
   const UdpSocket far(open_udp_socket("", parse_address(address), ::bind, ""));
-  const std::vector<std::uint8_t> alert{21, 0xFE, 0xFD, 0, 0, 0, 0, 0,
-                                        0,  0,    0,    0, 2, 2, 40};  // fatal, handshake_failure
   std::string told;
   const auto keep_on = [&] {
     std::array<std::uint8_t, 2048> bytes;
     SocketAddress from;
-    while (far.receive(bytes, from)) (void)far.send(alert, from);
+    while (far.receive(bytes, from)) (void)far.send(kRefusal, from);
     return told.empty();
   };
   const auto tell = [&](const std::string& why) { told = why; };
-  EXPECT_FALSE(exchange(secure::Role::kOperator, address, desk, keep_on, tell));
+  EXPECT_FALSE(exchange(secure::Role::kOperator, far_end, desk, keep_on, tell));
   EXPECT_NE(told.find("no DTLS 1.2 handshake"), std::string::npos) << told;
+}
+
+/// The first address cannot be used, at the second somebody else refuses.
+TEST_F(PairingThreads, AllAddressesOfTheFarEndAreTriedInTurn) {
+  const UdpSocket other(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
+  far_end = {parse_address("255.255.255.255:5683"), local_address(other.descriptor()), parse_address(address)};
+  listen();
+  bool refused = false;
+  const auto keep_on = [&] {
+    std::array<std::uint8_t, 2048> bytes;
+    SocketAddress from;
+    for (; other.receive(bytes, from); refused = true) (void)other.send(kRefusal, from);
+    return true;
+  };
+  at_desk = exchange(secure::Role::kOperator, far_end, desk, keep_on);
+  listener.join();
+  EXPECT_TRUE(refused);
+  ASSERT_TRUE(at_machine && at_desk);
+  EXPECT_EQ(at_desk->fingerprint, machine.fingerprint());
+  EXPECT_THROW((void)exchange(secure::Role::kOperator, {far_end.front()}, desk, keep_on), InputError);
 }
 
 /// Somebody between the two has to show each a certificate of its own.

@@ -3,7 +3,9 @@
 
 #include <string>
 
+#include "app/programs/master_command.h"
 #include "app/programs/simulate_command.h"
+#include "app/programs/slave_command.h"
 #include "core/error.h"
 #include "tests/support/places.h"
 
@@ -113,6 +115,41 @@ TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
     for (const std::string& word : bad.named)
       EXPECT_NE(message.find(word), std::string::npos) << message << " lacks " << word;
   }
+}
+
+/// What `master` or `slave` says, called like this; none of these gets as far as a wire.
+std::string program_refusal(const std::vector<std::string>& arguments) {
+  try {
+    (void)cli::parse_command_line({"knuckle", "", "", {master_entry(), slave_entry()}}, arguments).run();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(CommandLine, OptionsThatWouldDoNothingAreRefused) {
+  const std::vector<std::string> observe{"master",    "--observe",      "--device",   "none",
+                                         "--connect", "127.0.0.1:5683", "--duration", "0.1"};
+  const std::vector<std::string> plain{"slave",      "--simulate", "--listen", "127.0.0.1:0",
+                                       "--insecure", "--duration", "0.1"};
+  const auto with = [](std::vector<std::string> all, const std::vector<std::string>& more) {
+    all.insert(all.end(), more.begin(), more.end());
+    return program_refusal(all);
+  };
+  for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{{"--machine", "solar015"},
+                                                                                    {"--device-file", "knuckle1"},
+                                                                                    {"--mirror", "127.0.0.1:5690"},
+                                                                                    {"--control", "echo"},
+                                                                                    {"--assist-force-limit", "1000"},
+                                                                                    {"--assist-stop-on-object"},
+                                                                                    {"--csv", "a.csv"}})
+    EXPECT_EQ(with(observe, more), more[0] + ": does not go with --observe");
+  EXPECT_EQ(program_refusal({"master", "--observe", "--device", "hid", "--connect", "127.0.0.1:5683"}),
+            "--observe: goes with --device none");
+  EXPECT_EQ(program_refusal({"master", "--device", "none", "--connect", "127.0.0.1:5683"}),
+            "--machine: is required, unless --observe is given");
+  EXPECT_EQ(with(plain, {"--observers", "2"}), "--observers 2: goes with a paired link, not with --insecure");
+  EXPECT_EQ(with(plain, {"--keys", "/tmp"}), "--keys /tmp: does not go with --insecure: no key is used");
 }
 
 TEST(CommandLine, ACommandIsNeeded) {

@@ -58,6 +58,11 @@ struct PairedProgramsThreads : ::testing::Test {
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }
+  [[nodiscard]] std::vector<std::string> observer(const std::string& computer, std::vector<std::string> more) const {
+    std::vector<std::string> all{"master", "--observe", "--device", "none", "--keys", keys(computer)};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
   /// Lines of the trail with this event.
   [[nodiscard]] std::vector<Json> noted(const std::string& event) const {
     std::vector<Json> found;
@@ -97,12 +102,41 @@ TEST_F(PairedProgramsThreads, NobodyIsPairedWhereTheCodeIsNotConfirmed) {
   const std::string program = test::program("knuckle");
   RunningProgram listening("/bin/sh",
                            {"-c", "echo no | " + program + " pair --keys " + keys("machine") + " --listen " + address});
-  const ProgramRun asking =
-      run_program(program, {"pair", "--keys", keys("desk"), "--connect", address, "--code", "AAAA-AAAA"});
+  const ProgramRun asking = run_program(
+      program, {"pair", "--keys", keys("desk"), "--connect", address, "--code", "AAAA-AAAA-AAAA-AAAA-AAAA-AAAA"});
   EXPECT_EQ(listening.wait().exit_code, 1);
   EXPECT_EQ(asking.exit_code, 1);
   EXPECT_NE(asking.err.find("not paired"), std::string::npos) << asking.err;
   EXPECT_TRUE(pairing::KeyFolder(keys("machine")).peers().empty());
+}
+
+TEST_F(PairedProgramsThreads, EitherComputerMayListenAndTheMachinesSaysWhoObservesOnly) {
+  const std::string program = test::program("knuckle");
+  const auto side = [&](const std::string& computer, const std::string& rest) {
+    return std::vector<std::string>{"-c", "echo yes | " + program + " pair --keys " + keys(computer) + " " + rest};
+  };
+  RunningProgram listening("/bin/sh", side("wall", "--name wall --listen " + address));
+  const ProgramRun machine = run_program("/bin/sh", side("machine", "--observer --connect " + address));
+  EXPECT_EQ(listening.wait().exit_code, 0);
+  EXPECT_EQ(machine.exit_code, 0) << machine.err;
+  EXPECT_NE(machine.out.find("which may observe a machine here, not control it"), std::string::npos) << machine.out;
+  EXPECT_TRUE(pairing::KeyFolder(keys("machine")).peers().at(0).observer);
+}
+
+TEST_F(PairedProgramsThreads, CtrlCEndsTheQuestionForTheCode) {
+  const std::string program = test::program("knuckle"), fifo = temporary.file("typed"), said = temporary.file("said");
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  RunningProgram listening("/bin/sh", {"-c", "exec " + program + " pair --keys " + keys("machine") + " --listen " +
+                                                 address + " < " + fifo + " > " + said});
+  const std::ofstream typed(fifo);  // nothing is
+  RunningProgram asking("/bin/sh",
+                        {"-c", "echo no | " + program + " pair --keys " + keys("desk") + " --connect " + address});
+  ASSERT_TRUE(eventually([&] { return content(said).find("[yes/no]") != std::string::npos; }));
+  listening.signal(SIGINT);
+  ASSERT_TRUE(listening.ends_within(kPatience));
+  const ProgramRun ended = listening.wait();
+  EXPECT_EQ(ended.exit_code, 130);
+  EXPECT_NE(ended.err.find("interrupted; not paired"), std::string::npos) << ended.err;
 }
 
 TEST_F(PairedProgramsThreads, ASessionLeavesItsAuditTrail) {
@@ -184,16 +218,32 @@ TEST_F(PairedProgramsThreads, AnObserverSeesTheMachineBesideTheOperator) {
   RunningProgram desk(test::program("knuckle"), master("desk 1"));
   ASSERT_TRUE(notes("control_taken"));
   const std::string result = temporary.file("wall.json");
-  const ProgramRun wall =
-      run_program(test::program("knuckle"), master("wall", {"--observe", "--duration", "2", "--json", result}));
+  const ProgramRun wall = run_program(test::program("knuckle"),
+                                      observer("wall", {"--connect", address, "--duration", "2", "--json", result}));
   EXPECT_EQ(wall.exit_code, 0) << wall.err;
   const Json observed = Json::parse(content(result));
+  EXPECT_EQ(observed["connect"], address);
+  EXPECT_TRUE(observed.at("path").is_null());
   EXPECT_GT(observed["messages"].get<int>(), 50);
   EXPECT_EQ(observed["machine_side"][0]["heard"], true);
   EXPECT_TRUE(notes("observer_gone"));
   EXPECT_EQ(noted("control_taken").size(), 1U);
   const ProgramRun leads = run_program(test::program("knuckle"), master("wall", {"--duration", "2"}));
   EXPECT_NE(leads.err.find("lets this computer observe only"), std::string::npos) << leads.err;
+}
+
+TEST_F(PairedProgramsThreads, AnObserverThatDialsSaysWhereAndByWhichPath) {
+  pair("wall", true);
+  const std::string result = temporary.file("wall.json");
+  const ProgramRun wall = run_program(
+      test::program("knuckle"),
+      observer("wall", {"--dial", "127.0.0.1:9", "--peer", "site arm", "--duration", "0.2", "--json", result}));
+  EXPECT_EQ(wall.exit_code, 0) << wall.err;
+  EXPECT_NE(wall.err.find("observing 127.0.0.1:9: nothing is controlled from here"), std::string::npos) << wall.err;
+  const Json observed = Json::parse(content(result));
+  EXPECT_TRUE(observed.at("connect").is_null());
+  EXPECT_TRUE(observed.at("path").at("pairs").empty());
+  EXPECT_EQ(observed.at("records_lost"), 0);
 }
 
 TEST_F(PairedProgramsThreads, ASecondMachineProgramIsNotLetIntoTheSameTrail) {

@@ -1,10 +1,13 @@
 #include "app/rendezvous/rendezvous_server.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <functional>
 #include <memory>
+#include <vector>
 
+#include "core/error.h"
 #include "tests/rendezvous/wire_client.h"
 
 namespace knuckle::rendezvous {
@@ -29,15 +32,16 @@ class Rendezvous : public testing::Test {
   /// The server works on until it is so.
   [[nodiscard]] bool until(const std::function<bool()>& so) {
     for (int i = 0; i < 2000; ++i) {
-      server_->step(2ms);
+      server_->step(2ms, now_);
       if (so()) return true;
     }
     return false;
   }
   void work() {
-    for (int i = 0; i < 20; ++i) server_->step(1ms);
+    for (int i = 0; i < 20; ++i) server_->step(1ms, now_);
   }
   std::unique_ptr<RendezvousServer> server_;
+  RendezvousServer::Clock::time_point now_ = RendezvousServer::Clock::now();  // goes on where a test says so
 };
 
 TEST_F(Rendezvous, PassesAMessageToTheOthersInTheRoomAndToNobodyElse) {
@@ -112,21 +116,70 @@ TEST_F(Rendezvous, EndsWhoDoesNotReadAndServesTheOthers) {
 }
 
 TEST_F(Rendezvous, EndsWhoIsSilentAndWhoNeverJoins) {
-  Bounds bounds;
-  bounds.idle = 300ms;
-  bounds.first = 30ms;
-  begin(bounds);
   const auto joined = member(), idler = client();
+  work();
+  now_ += Bounds().first;
   for (int i = 0; i < 3; ++i) idler->say("ping");  // words alone keep nobody there
   EXPECT_TRUE(until([&] { return idler->ended(); }));
+  work();
   EXPECT_FALSE(joined->ended());
+  now_ += Bounds().idle;
   EXPECT_TRUE(until([&] { return joined->ended(); }));
   EXPECT_EQ(server_->counters().idle, 2u);
 }
 
+/// What this process may have open, until the end of the test.
+class FileLimit {
+ public:
+  explicit FileLimit(rlim_t most) {
+    ::getrlimit(RLIMIT_NOFILE, &before_);
+    set({most, before_.rlim_max});
+  }
+  ~FileLimit() { set(before_); }
+  FileLimit(const FileLimit&) = delete;
+  FileLimit& operator=(const FileLimit&) = delete;
+
+ private:
+  static void set(const rlimit& limit) { EXPECT_EQ(::setrlimit(RLIMIT_NOFILE, &limit), 0); }
+  rlimit before_{};
+};
+
+TEST_F(Rendezvous, TakesNoMoreConnectionsThanItMayHaveFilesOpen) {
+  constexpr std::size_t kMost = 40;
+  {
+    const FileLimit limit(kMost);
+    begin({});
+  }
+  std::vector<std::unique_ptr<WireClient>> crowd;
+  while (crowd.size() < kMost) crowd.push_back(client());
+  EXPECT_TRUE(until([&] { return server_->counters().accepted + server_->counters().turned_away == kMost; }));
+  EXPECT_GT(server_->counters().accepted, 0u);
+  EXPECT_GE(server_->counters().turned_away, 8u) << "its own descriptors, and some to turn others away with";
+  EXPECT_TRUE(until([&] { return crowd.back()->ended(); }));
+}
+
+TEST(RendezvousAddress, ThatIsMalformedIsRefusedByTheNameOfItsOption) {
+  try {
+    const RendezvousServer server("foo");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()).rfind("--listen foo: ", 0), 0u) << error.what();
+  }
+}
+
+TEST(RendezvousNetwork, OfIPv6IsAllThatOneComputerMayHave) {
+  const auto network = [](const std::string& address) { return network_of(parse_address(address)); };
+  EXPECT_EQ(network("[2001:db8:0:1::7]:1000"), network("[2001:db8:0:1:ffff:ffff:ffff:ffff]:2000"));
+  EXPECT_NE(network("[2001:db8:0:1::7]:1000"), network("[2001:db8:0:2::7]:1000"));
+  EXPECT_EQ(network("192.0.2.7:1000"), network("192.0.2.7:2000"));
+  EXPECT_NE(network("192.0.2.7:1000"), network("192.0.2.8:1000"));
+  EXPECT_EQ(network("[::ffff:192.0.2.7]:1000"), network("192.0.2.7:1000"));
+  EXPECT_NE(network("[::ffff:192.0.2.7]:1000"), network("[::ffff:192.0.2.8]:1000"));
+}
+
 TEST_F(Rendezvous, BoundsConnectionsOfAnAddressAndInAll) {
   Bounds bounds;
-  bounds.clients_of_address = 3;
+  bounds.clients_of_network = 3;
   begin(bounds);
   const auto one = member(), two = member(), three = member(), four = client();
   EXPECT_TRUE(until([&] { return four->ended(); }));
@@ -149,6 +202,7 @@ TEST_F(Rendezvous, AFullRoomGivesThePlaceOfWhoeverWasSilentLongest) {
   bounds.members = 2;
   begin(bounds);
   const auto dead = member(), alive = member();
+  now_ += 1s;
   alive->say("ping");
   EXPECT_TRUE(until([&] { return alive->says("pong"); }));
   const auto again = member();

@@ -109,9 +109,11 @@ void check(const ConsoleOptions& o) {
     if (o.session.machine.empty())
       throw InputError("--machine: is required with --connect, the same as on the machine's side");
     check_simulated_only(o);
-  } else if (o.link.insecure > 0) {
-    cli::refuse_option("--insecure", "", "goes with --connect");
+  } else {
+    if (o.link.insecure > 0) cli::refuse_option("--insecure", "", "goes with --connect");
+    if (!o.link.keys.empty()) cli::refuse_option("--keys", o.link.keys, "goes with --connect or --dial");
   }
+  pairing::check(o.link.dial, secure::Role::kOperator, o.link.insecure > 0);
   check_device(o);
   cli::check_range("--scale", o.scale, 0.75, 3, "");
   cli::check_range("--duration", o.duration_s, 0.1, programs::kLongestRun_s, " s");

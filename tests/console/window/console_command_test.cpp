@@ -69,6 +69,13 @@ TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
   expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --seed 1"),
                  "--seed: goes with --simulate");
   expect_refused(console("", "--simulate --insecure"), "--insecure: goes with --connect");
+  expect_refused(console("", "--simulate --keys /tmp"), "--keys /tmp: goes with --connect or --dial");
+  expect_refused(console("", "--simulate --peer arm"), "--peer arm: goes with --dial");
+  expect_refused(console("", "--simulate --stun stun.example.org:3478"), "goes with --dial");
+  expect_refused(console("", "--simulate --turn turn.example.org:3478"), "goes with --dial");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --keys /tmp"),
+                 "--keys /tmp: does not go with --insecure");
+  expect_refused(console("", "--dial foo --peer arm --machine solar015"), "--dial foo: is not HOST:PORT");
   expect_refused(console("", "--simulate --demo --device hid"), "--device hid: does not go with --demo");
   expect_refused(console("", "--simulate --scenario link_faults"), "schedules faults");
   expect_refused(console("", "--simulate --demo --scenario recorded_dig_soil"),
