@@ -8,8 +8,8 @@
 #include <optional>
 #include <thread>
 
-#include "app/rendezvous/rendezvous_server.h"
 #include "core/error.h"
+#include "tests/rendezvous/running_rendezvous.h"
 #include "tests/rendezvous/wire_client.h"
 
 namespace knuckle::ice {
@@ -18,26 +18,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kTries = 600;  // of 100 ms: reached only where nothing comes at all
-
-/// A rendezvous that works on by itself.
-class Running {
- public:
-  explicit Running(const std::string& address = "127.0.0.1:0") : server_(address) {
-    thread_ = std::thread([this] {
-      while (!ending_) server_.step(5ms);
-    });
-  }
-  ~Running() {
-    ending_ = true;
-    thread_.join();
-  }
-  [[nodiscard]] std::string address() const { return text(server_.address()); }
-
- private:
-  rendezvous::RendezvousServer server_;
-  std::atomic<bool> ending_{false};
-  std::thread thread_;
-};
 
 UdpSocket bound() {
   return UdpSocket(open_udp_socket("test", parse_address("127.0.0.1:0"), ::bind, "listen on"));
@@ -82,7 +62,7 @@ class PathsOnThisComputer : public testing::Test {
       (void)machine_link_.send(std::span(bytes).first(arrival->size), from);
   }
 
-  std::optional<Running> rendezvous_{std::in_place};
+  std::optional<test::RunningRendezvous> rendezvous_{std::in_place};
   const secure::Identity desk_identity_ = secure::make_identity("desk"),
                          machine_identity_ = secure::make_identity("machine");
   UdpSocket machine_link_ = bound(), desk_link_;

@@ -58,7 +58,7 @@ class Dialler::Thread final : RendezvousClient::Listener {
   }
 
  private:
-  void somebody_in(const std::string& room) override { paths_.at(room)->somebody_there(); }
+  void somebody_in(const std::string& room) override { paths_.at(room)->somebody_there(Clock::now()); }
   void message(const std::string& room, const Bytes& bytes) override { paths_.at(room)->hear(bytes, Clock::now()); }
 
   /// In this turn of the loop, but not inside whoever called.

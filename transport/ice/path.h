@@ -56,7 +56,7 @@ class Path {
   /// A signal has come.
   void hear(std::span<const std::uint8_t> bytes, Clock::time_point now);
   /// Somebody is at the rendezvous, perhaps the far end.
-  void somebody_there() { say({}); }
+  void somebody_there(Clock::time_point now);
   /// This computer has other addresses, or the far end has.
   void network_changed(Clock::time_point now);
   void tend(Clock::time_point now);
@@ -91,6 +91,7 @@ class Path {
   void judge_current(Clock::time_point now);
   void judge_attempt(Clock::time_point now);
   void begin_where_needed(Clock::time_point now);
+  void ask_for_attempt(Clock::time_point now);
   void report_pair(Clock::time_point now);
   void read_link();
 
@@ -101,7 +102,8 @@ class Path {
   Clock::time_point switched_at_{};
   std::uint32_t attempts_ = 0, sessions_ = 0;
   bool lost_ = false, wanted_ = false;
-  Clock::time_point begin_at_{}, improve_at_{}, said_again_at_{}, answered_at_{}, session_at_{}, hello_at_{};
+  Clock::time_point begin_at_{}, improve_at_{}, changed_at_{}, said_again_at_{};
+  Clock::time_point answered_at_{}, session_at_{}, hello_at_{}, greeted_at_{};
   std::chrono::milliseconds back_off_, improve_after_;
   std::optional<PathPair> reported_, seen_;
   Clock::time_point seen_at_{};

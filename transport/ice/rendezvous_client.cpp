@@ -1,5 +1,6 @@
 #include "transport/ice/rendezvous_client.h"
 
+#include <fcntl.h>
 #include <gio/gio.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -40,7 +41,9 @@ struct RendezvousClient::Dialling {
     const std::string why = error != nullptr ? error->message : "";
     if (error != nullptr) g_error_free(error);
     // A descriptor of our own: the connection closes its one.
-    const int socket = connection != nullptr ? ::dup(g_socket_get_fd(g_socket_connection_get_socket(connection))) : -1;
+    const int socket = connection != nullptr
+                           ? ::fcntl(g_socket_get_fd(g_socket_connection_get_socket(connection)), F_DUPFD_CLOEXEC, 0)
+                           : -1;
     if (connection != nullptr) g_object_unref(connection);
     RendezvousClient* client = (*held)->client;
     if (client == nullptr) {
