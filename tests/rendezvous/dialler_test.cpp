@@ -154,6 +154,25 @@ TEST_F(PathsOnThisComputer, AreNotFoundToAnEndThatIsNotPairedHere) {
   EXPECT_NE(desk_->problem().find("machine is not at the rendezvous"), std::string::npos) << desk_->problem();
 }
 
+TEST_F(PathsOnThisComputer, EndWhenAPairingIsRevokedAtEitherEndAndComeBackWithIt) {
+  begin_machine();
+  begin_desk();
+  ASSERT_TRUE(carries());
+  for (auto* end : {&machine_, &desk_}) {
+    const secure::Peer far = end == &machine_ ? secure::Peer{desk_identity_.fingerprint(), "desk"}
+                                              : secure::Peer{machine_identity_.fingerprint(), "machine"};
+    secure::Peer revoked = far;
+    revoked.revoked = true;
+    (*end)->set_peers({revoked});
+    bool ended = false;
+    for (int i = 0; i < kTries && !ended; ++i) ended = !carries(1);
+    EXPECT_TRUE(ended);
+    EXPECT_FALSE(carries(10));
+    (*end)->set_peers({far});
+    EXPECT_TRUE(carries());
+  }
+}
+
 TEST_F(PathsOnThisComputer, SayWhereTheRendezvousCannotBeReached) {
   const std::string address = rendezvous_->address();
   rendezvous_.reset();

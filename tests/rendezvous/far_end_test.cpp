@@ -54,15 +54,17 @@ class FarEnd {
     for (int i = 0; i < kTries && !client_.says(what); ++i) std::this_thread::sleep_for(10ms);
     return client_.says(what);
   }
-  [[nodiscard]] std::size_t messages() {
-    std::size_t count = 0;
-    const std::string heard = client_.heard();
-    for (auto at = heard.find("message "); at != std::string::npos; at = heard.find("message ", at + 1)) ++count;
-    return count;
-  }
+  [[nodiscard]] std::size_t messages() { return count("message "); }
+  [[nodiscard]] std::size_t entered() { return count("entered "); }
   [[nodiscard]] const std::string& room() const { return room_; }
 
  private:
+  [[nodiscard]] std::size_t count(const std::string& what) {
+    std::size_t found = 0;
+    const std::string heard = client_.heard();
+    for (auto at = heard.find(what); at != std::string::npos; at = heard.find(what, at + 1)) ++found;
+    return found;
+  }
   void send(const Bytes& bytes) { client_.say("send " + room_ + " " + base64(bytes)); }
   [[nodiscard]] std::optional<std::string> next_line() {
     const std::string heard = client_.heard();
@@ -82,18 +84,54 @@ class FarEnd {
 
 class OneEnd : public testing::Test {
  protected:
-  void begin(secure::Role role, const Servers& servers = {}) {
-    here_.emplace(DialSetup{rendezvous_.address(), servers, role}, identity_,
-                  secure::Peers{{far_identity_.fingerprint(), "far end", false}});
+  void begin(secure::Role role, const Servers& servers = {}) { begin(role, servers, {peer(far_identity_)}); }
+  void begin(secure::Role role, const Servers& servers, const secure::Peers& peers) {
+    here_.emplace(DialSetup{rendezvous_.address(), servers, role}, identity_, peers);
     here_->start(local_address(link_.descriptor()));
   }
-  FarEnd far_end() { return {rendezvous_.address(), far_identity_, identity_.fingerprint()}; }
+  static secure::Peer peer(const secure::Identity& identity) { return {identity.fingerprint(), identity.name}; }
+  FarEnd far_end() { return far_end(far_identity_); }
+  FarEnd far_end(const secure::Identity& identity) {
+    return {rendezvous_.address(), identity, identity_.fingerprint()};
+  }
 
   test::RunningRendezvous rendezvous_;
   const secure::Identity identity_ = secure::make_identity("here"), far_identity_ = secure::make_identity("far end");
   UdpSocket link_ = bound();
   std::optional<Dialler> here_;
 };
+
+TEST_F(OneEnd, IsAtTheRendezvousForThoseWhoAreAdmittedAndFollowsTheirChanges) {
+  const secure::Identity other = secure::make_identity("other"), newcomer = secure::make_identity("newcomer");
+  secure::Peer revoked = peer(far_identity_), expired = peer(other);
+  revoked.revoked = true;
+  expired.expires_utc = "2001-01-01T00:00:00Z";
+  const secure::Identity friendly = secure::make_identity("friend");
+  FarEnd one = far_end(), two = far_end(other), three = far_end(newcomer), admitted = far_end(friendly);
+  for (FarEnd* each : {&one, &two, &three, &admitted}) ASSERT_TRUE(each->hears("joined"));
+  begin(secure::Role::kMachine, {}, {revoked, expired, peer(friendly)});
+  ASSERT_TRUE(admitted.hears("message"));  // rooms are joined in the pairings' order: it was the last
+  for (FarEnd* each : {&one, &two, &three}) EXPECT_EQ(each->entered(), 0u);
+  revoked.revoked = false;
+  expired.expires_utc = "9999-01-01T00:00:00Z";
+  here_->set_peers({revoked, expired, peer(newcomer)});
+  for (FarEnd* each : {&one, &two, &three}) EXPECT_TRUE(each->hears("message"));
+  EXPECT_EQ(admitted.entered(), 1u);
+}
+
+TEST_F(OneEnd, IsAtNoRendezvousWhereNobodyIsAdmitted) {
+  begin(secure::Role::kOperator);
+  FarEnd machine = far_end();
+  ASSERT_TRUE(machine.hears("message"));
+  here_->set_peers({});
+  for (int i = 0; i < kTries && here_->problem().find("revoked") == std::string::npos; ++i)
+    std::this_thread::sleep_for(10ms);
+  EXPECT_NE(here_->problem().find("pairing was revoked"), std::string::npos) << here_->problem();
+  const auto before = machine.entered();
+  here_->set_peers({peer(far_identity_)});
+  for (int i = 0; i < kTries && machine.entered() == before; ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(machine.entered(), before + 1);
+}
 
 TEST_F(OneEnd, OffersAnewWhenTheNetworkChangesDuringAnAttempt) {
   begin(secure::Role::kOperator);

@@ -58,13 +58,8 @@ struct RendezvousClient::Dialling {
   }
 };
 
-RendezvousClient::RendezvousClient(GMainContext* context, std::string address, std::vector<std::string> rooms,
-                                   Listener& listener)
-    : context_(context),
-      address_(std::move(address)),
-      rooms_(std::move(rooms)),
-      listener_(listener),
-      back_off_(kFirstBackOff) {}
+RendezvousClient::RendezvousClient(GMainContext* context, std::string address, Listener& listener)
+    : context_(context), address_(std::move(address)), listener_(listener), back_off_(kFirstBackOff) {}
 
 RendezvousClient::~RendezvousClient() {
   if (dialling_) {
@@ -98,11 +93,22 @@ void RendezvousClient::connected(int socket) {
   for (const std::string& room : rooms_) write("join " + room);
 }
 
-void RendezvousClient::failed(const std::string& why) {
+void RendezvousClient::hang_up() {
   readable_ = {};
   if (socket_ >= 0) ::close(socket_);
   socket_ = -1;
   answer_by_.reset();
+}
+
+void RendezvousClient::set_rooms(std::vector<std::string> rooms) {
+  rooms_ = std::move(rooms);
+  hang_up();
+  problem_.clear();
+  dial_at_ = {};
+}
+
+void RendezvousClient::failed(const std::string& why) {
+  hang_up();
   problem_ = "rendezvous " + address_ + ": " + why;
   dial_at_ = Clock::now() + back_off_;
   back_off_ = std::min(2 * back_off_, kLongestBackOff);
@@ -110,7 +116,7 @@ void RendezvousClient::failed(const std::string& why) {
 
 void RendezvousClient::tend(Clock::time_point now) {
   if (socket_ < 0) {
-    if (!dialling_ && now >= dial_at_) dial();
+    if (!dialling_ && !rooms_.empty() && now >= dial_at_) dial();
     return;
   }
   flush();
