@@ -26,6 +26,8 @@ class Link {
   virtual bool send(std::span<const std::uint8_t> bytes) noexcept = 0;
   /// The next datagram that has arrived; false where there is none. Never blocks.
   virtual bool receive(Datagram& datagram) noexcept = 0;
+  /// Of the last receive() that gave nothing: nothing more had arrived. False where it gave up before it had seen all.
+  [[nodiscard]] virtual bool emptied() const noexcept { return true; }
 };
 
 }  // namespace knuckle

@@ -56,7 +56,7 @@ struct LinkImpairment {
   /// From `at` on, everything above but outages is as in `to`, whose own outages, changes and address changes are
   /// empty.
   struct Change;
-  std::vector<Change> changes{};  ///< In order of time.
+  std::vector<Change> changes;  ///< In order of time. No `{}`: Change is not complete here, and clang asks that it is.
   /// When the address changes that datagrams of this direction come from. On virtual time there are none.
   std::vector<Time> address_changes{};
 

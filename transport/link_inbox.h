@@ -23,7 +23,7 @@ class LinkInbox {
     if (left_ == 0) return false;
     --left_;
     if (link_.receive(datagram)) return true;
-    emptied_at_ = now_;
+    if (link_.emptied()) emptied_at_ = now_;
     return false;
   }
   /// When it came to this computer. The wire measures how long it waited by a clock that may be set meanwhile; what was

@@ -21,6 +21,7 @@ class MirroredLink final : public Link {
     (void)mirror_.send(datagram.view());
     return true;
   }
+  [[nodiscard]] bool emptied() const noexcept override { return link_.emptied(); }
 
  private:
   Link& link_;

@@ -38,11 +38,13 @@ bool UdpLink::send(std::span<const std::uint8_t> bytes) noexcept {
 
 bool UdpLink::receive(Datagram& datagram) noexcept {
   // A connected socket reports the peer's absence (ECONNREFUSED) once per send: that is no datagram, try on.
+  emptied_ = false;
   for (int attempt = 0; attempt < 16; ++attempt) {
     SocketAddress from;
     const auto arrival = socket_.receive(datagram.bytes, from);
     if (!arrival) {
-      if (errno == EAGAIN || errno == EWOULDBLOCK) return false;
+      emptied_ = errno == EAGAIN || errno == EWOULDBLOCK;
+      if (emptied_) return false;
       if (errno == ECONNREFUSED) refused_.store(true, std::memory_order_relaxed);
       continue;
     }

@@ -30,6 +30,7 @@ class UdpLink final : public Link {
   bool send(std::span<const std::uint8_t> bytes) noexcept override;
   /// Longer datagrams than kMaxDatagram, and those of strangers, are skipped.
   bool receive(Datagram& datagram) noexcept override;
+  [[nodiscard]] bool emptied() const noexcept override { return emptied_; }
   /// Local port, as bound.
   [[nodiscard]] std::uint16_t port() const noexcept { return local_address(socket_.descriptor()).port(); }
   /// A connecting end was told, since it last heard a datagram, that nobody listens there. Any thread.
@@ -42,6 +43,7 @@ class UdpLink final : public Link {
 
   UdpSocket socket_;
   bool listening_;
+  bool emptied_ = false;                              ///< By the last receive() that found nothing.
   SocketAddress peer_;                                ///< Listening end: whom it belongs to.
   std::chrono::steady_clock::time_point heard_at_{};  ///< The peer's last message.
   std::atomic<bool> refused_{false};

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/text.h"
 
 namespace knuckle::audit {
 namespace {
@@ -37,39 +39,54 @@ class Checker {
   void check_file(std::uint64_t number, bool newest) {
     const std::string file = file_of(folder_, number);
     const FileContent content = read_lines(file);
-    const std::vector<std::string>& lines = content.lines;
+    const std::vector<Line>& lines = content.lines;
+    const bool may_be_unfinished = newest && head_;  // Programs write a head before their first line.
+    std::size_t end = lines.size();
+    while (may_be_unfinished && end > 0 && !lines[end - 1].link) --end;
+    bool has_header = false;
     for (std::size_t i = 0; i < lines.size() && ok(); ++i) {
-      const auto next = i + 1 < lines.size() ? link_of(lines[i + 1]) : std::nullopt;
-      if (next && next->event == kResumedEvent && next->torn_sha256 == sha256(lines[i])) {
-        check_.notes.push_back(
-            fmt::format("{}:{}: unfinished: the program was killed, or the disk was full", file, i + 1));
-        continue;
+      const auto& [text, link, unfinished] = lines[i];
+      if (unfinished || i >= end) {
+        note_unfinished(file, i + 1);
+      } else if (!link) {
+        broken(file, i + 1, "is no line of an audit trail");
+      } else if (link->event == kResumedEvent && (i == 0 || !lines[i - 1].unfinished)) {
+        broken(file, i + 1, "names an unfinished line before it, which is not there as it was");
+      } else {
+        if (link->event == kFileEvent && link->file == number) has_header = true;
+        // Rotation takes whole files away.
+        if ((!has_header && link->event != kResumedEvent) || (number == 1 && check_.lines.empty() && link->number != 1))
+          return broken(file, i + 1, "is not the first line of its file: lines before it were removed");
+        check_line(file, i + 1, text, *link);
       }
-      check_line(file, i + 1, lines[i]);
     }
     if (!ok() || content.rest.empty()) return;
     const std::size_t line = lines.size() + 1;
-    if (!newest) return broken(file, line, "ends in the middle of a line, although another file follows");
-    check_.notes.push_back(fmt::format("{}:{}: unfinished: the program was killed, or still writes", file, line));
+    if (may_be_unfinished) return note_unfinished(file, line);
+    broken(file, line,
+           newest ? "is no line of an audit trail" : "ends in the middle of a line, although another file follows");
   }
 
-  void check_line(const std::string& file, std::size_t at, const std::string& line) {
-    const auto link = link_of(line);
-    if (!link) return broken(file, at, "is no line of an audit trail");
+  void note_unfinished(const std::string& file, std::size_t line) {
+    check_.notes.push_back(fmt::format(
+        "{}:{}: unfinished: the program was killed, the disk was full, or it is being written", file, line));
+  }
+
+  void check_line(const std::string& file, std::size_t at, const std::string& line, const Link& link) {
     const bool first = check_.lines.empty();
-    if (first && link->number == 1 && link->before != hash_before_all())
+    if (first && link.number == 1 && link.before != hash_before_all())
       return broken(file, at, "names a line before the first");
-    if (!first && link->number != check_.last.number + 1)
-      return broken(file, at, fmt::format("has number {} after {}", link->number, check_.last.number));
-    if (!first && link->before != check_.last.hash)
+    if (!first && link.number != check_.last.number + 1)
+      return broken(file, at, fmt::format("has number {} after {}", link.number, check_.last.number));
+    if (!first && link.before != check_.last.hash)
       return broken(file, at, "does not name the hash of the line before: one of the two was changed");
-    if (first) first_number_ = link->number;
-    if (link->event == kFileEvent) oldest_ = link->oldest;
-    if (link->event == kMissingEvent)
+    if (first) first_number_ = link.number;
+    if (link.event == kFileEvent) oldest_ = link.oldest;
+    if (link.event == kMissingEvent)
       broken(file, at, "lines before it were removed or changed while no program wrote here");
     check_.lines.push_back(line);
-    check_.last = {link->number, sha256(line)};
-    if (head_ && head_->number == link->number && head_->hash != check_.last.hash)
+    check_.last = {link.number, sha256(line)};
+    if (head_ && head_->number == link.number && head_->hash != check_.last.hash)
       broken(file, at, "is not the line that was written: its hash is another in " + head_file_of(folder_));
   }
 
@@ -99,6 +116,20 @@ class Checker {
 
 Check check_trail(const std::string& folder) {
   return Checker(folder).run();
+}
+
+std::string readable(const std::string& line) {
+  const auto json = nlohmann::ordered_json::parse(line);
+  const auto utc = json.find("utc");
+  std::string text = utc != json.end() && utc->is_string() ? utc->get<std::string>() : "?";
+  text += " " + json.at("event").get<std::string>();
+  const char* between = ": ";
+  for (const auto& [key, value] : json.items()) {
+    if (key == "n" || key == "utc" || key == "mono_s" || key == "event" || key == "before") continue;
+    text += between + key + "=" + (value.is_string() ? value.get<std::string>() : value.dump());
+    between = ", ";
+  }
+  return printable(text);
 }
 
 }  // namespace knuckle::audit

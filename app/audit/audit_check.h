@@ -19,4 +19,7 @@ struct Check {
 /// @throws InputError where folder or files cannot be read.
 [[nodiscard]] Check check_trail(const std::string& folder);
 
+/// A line of a Check for people, printable: "2026-11-25T07:08:09.123Z connected: name=desk 1, fingerprint=QF3K-..."
+[[nodiscard]] std::string readable(const std::string& line);
+
 }  // namespace knuckle::audit

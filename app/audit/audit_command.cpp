@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "app/audit/audit_check.h"
 #include "core/error.h"
@@ -18,24 +17,9 @@ struct Options {
   bool json = false, quiet = false;
 };
 
-/// "2026-11-25T07:08:09.123Z connected: name=desk 1, fingerprint=QF3K-..."
-std::string readable(const std::string& line) {
-  const auto json = nlohmann::ordered_json::parse(line);
-  const auto utc = json.find("utc");
-  std::string text = utc != json.end() && utc->is_string() ? utc->get<std::string>() : "?";
-  text += " " + json.at("event").get<std::string>();
-  const char* between = ": ";
-  for (const auto& [key, value] : json.items()) {
-    if (key == "n" || key == "utc" || key == "mono_s" || key == "event" || key == "before") continue;
-    text += between + key + "=" + (value.is_string() ? value.get<std::string>() : value.dump());
-    between = ", ";
-  }
-  return text;
-}
-
 int run(const Options& o) {
   const Check check = check_trail(o.folder);
-  if (check.files == 0) throw InputError(o.folder + ": no audit trail is there");
+  if (check.files == 0 && !read_head(o.folder)) throw InputError(o.folder + ": no audit trail is there");
   for (const std::string& line : check.lines) {
     if (!o.quiet) std::cout << (o.json ? line : readable(line)) << '\n';
   }

@@ -20,6 +20,7 @@ using Json = nlohmann::json;
 
 constexpr std::string_view kBegin = "audit-", kEnd = ".jsonl";
 constexpr std::size_t kDigits = 6, kHashSize = 64;
+constexpr int kDeepest = 16;  // arrays and objects inside each other; printing them recurses
 
 std::optional<std::uint64_t> number_in(std::string_view text) {
   std::uint64_t number = 0;
@@ -35,6 +36,21 @@ std::string text_at(const Json& line, const char* key) {
 std::uint64_t number_at(const Json& line, const char* key) {
   const auto found = line.find(key);
   return found != line.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
+}
+
+/// From the last line back: a line that lacks no more than its line feed may itself look like a `resumed` one.
+void mark_unfinished(std::vector<Line>& lines) {
+  for (std::size_t at = lines.size(); at-- > 0;) {
+    const auto& link = lines[at].link;
+    if (!link || link->event != kResumedEvent) continue;
+    std::size_t begin = at, size = 0;
+    while (begin > 0 && size <= link->torn_bytes) size += lines[--begin].text.size() + 1;
+    if (size != link->torn_bytes + 1) continue;
+    std::string torn;
+    for (std::size_t i = begin; i < at; ++i) torn += (i > begin ? "\n" : "") + lines[i].text;
+    if (sha256(torn) != link->torn_sha256) continue;
+    for (; begin < at; ++begin) lines[begin] = {std::move(lines[begin].text), std::nullopt, true};
+  }
 }
 
 }  // namespace
@@ -85,17 +101,26 @@ FileContent read_lines(const std::string& file) {
   FileContent content;
   std::size_t begin = 0;
   for (std::size_t end = all.find('\n'); end != std::string::npos; end = all.find('\n', begin)) {
-    content.lines.push_back(all.substr(begin, end - begin));
+    std::string text = all.substr(begin, end - begin);
+    std::optional<Link> link = link_of(text);
+    content.lines.push_back({std::move(text), std::move(link)});
     begin = end + 1;
   }
   content.rest = all.substr(begin);
+  mark_unfinished(content.lines);
   return content;
 }
 
 std::optional<Link> link_of(const std::string& line) {
-  const Json json = Json::parse(line, nullptr, false);
-  if (!json.is_object()) return std::nullopt;
-  Link link{number_at(json, "n"), text_at(json, "before"), text_at(json, "event"), number_at(json, "oldest"),
+  bool too_deep = false;
+  const auto look = [&](int depth, Json::parse_event_t, const Json&) {
+    too_deep = too_deep || depth > kDeepest;
+    return !too_deep;
+  };
+  const Json json = Json::parse(line, look, false);
+  if (too_deep || !json.is_object()) return std::nullopt;
+  Link link{number_at(json, "n"),        text_at(json, "before"),   text_at(json, "event"),
+            number_at(json, "file"),     number_at(json, "oldest"), number_at(json, "torn_bytes"),
             text_at(json, "torn_sha256")};
   if (link.number == 0 || link.before.size() != kHashSize || link.event.empty()) return std::nullopt;
   return link;

@@ -7,13 +7,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <ctime>
+#include <exception>
 #include <filesystem>
 #include <utility>
 
+#include "app/cli/file_owner.h"
 #include "core/error.h"
 
 namespace knuckle::audit {
@@ -40,6 +43,10 @@ double monotonic_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+void check_only_owner_writes(const std::string& path, const char* what) {
+  cli::check_only_owner_writes(path, what, "change the audit trail");
+}
+
 }  // namespace
 
 AuditTrail::Descriptor::~Descriptor() {
@@ -55,6 +62,7 @@ AuditTrail::AuditTrail(const std::string& folder, const TrailLimits& limits) : f
   std::error_code error;
   if (fs::create_directories(folder_, error)) (void)::chmod(folder_.c_str(), 0700);
   if (error) throw InputError("--audit " + folder_ + ": cannot be made: " + error.message());
+  check_only_owner_writes(folder_, "folder");
   lock_ = Descriptor(::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (lock_.get() < 0) throw InputError("--audit " + folder_ + ": " + std::strerror(errno));
   if (::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0)
@@ -62,14 +70,15 @@ AuditTrail::AuditTrail(const std::string& folder, const TrailLimits& limits) : f
   const auto must = [&](int refused) {
     if (refused != 0) throw InputError("--audit " + folder_ + ": cannot be written: " + std::strerror(refused));
   };
-  find_end();
+  if (fs::exists(head_file_of(folder_))) check_only_owner_writes(head_file_of(folder_), "file");
   const std::optional<Head> head = read_head(folder_);
+  find_end(head.has_value());
   head_file_ = Descriptor(::open(head_file_of(folder_).c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
   must(head_file_.get() < 0 ? errno : 0);
   if (!head && number_ == 0) must(write_head());  // before the first line: where lines are, there is a head
   must(file_number_ == 0 ? begin_file(1) : open_file(file_number_));
-  if (number_ > 0 && (!head || head->number > number_ || (head->number == number_ && head->hash != last_hash_)))
-    note(kMissingEvent, {{"lines_before", head ? head->number : 0}, {"hash", head ? head->hash : ""}});
+  head_kept_ = !agrees_with(head);
+  if (head_kept_) note(kMissingEvent, {{"lines_before", head ? head->number : 0}, {"hash", head ? head->hash : ""}});
   sigset_t all, before;
   sigfillset(&all);  // a program's signals are for its other threads
   pthread_sigmask(SIG_SETMASK, &all, &before);
@@ -86,38 +95,53 @@ AuditTrail::~AuditTrail() {
   thread_.join();
 }
 
-/// The last whole line, in whichever file it is, and what a killed program has left after it.
-void AuditTrail::find_end() {
+/// The last whole line, in whichever file it is, and what a killed program has left after it. A power cut may have
+/// ended that with a line feed: append() writes one before the line that says so.
+void AuditTrail::find_end(bool has_head) {
   const std::vector<std::uint64_t> numbers = file_numbers(folder_);
   if (numbers.empty()) return;
   file_number_ = numbers.back();
-  for (auto number = numbers.rbegin(); number != numbers.rend(); ++number) {
-    const std::string file = file_of(folder_, *number);
-    const FileContent content = read_lines(file);
+  check_only_owner_writes(file_of(folder_, file_number_), "file");
+  for (auto number = numbers.rbegin(); number != numbers.rend() && number_ == 0; ++number) {
+    const FileContent content = read_lines(file_of(folder_, *number));
+    const auto last =
+        std::find_if(content.lines.rbegin(), content.lines.rend(), [](const Line& line) { return line.link; });
     if (*number == file_number_) {
-      torn_ = content.rest;
-      has_header_ = !content.lines.empty();
+      for (auto line = last.base(); line != content.lines.end(); ++line) torn_ += line->text + '\n';
+      torn_ += content.rest;
+      has_header_ = std::any_of(content.lines.begin(), content.lines.end(),
+                                [](const Line& line) { return line.link && line.link->event == kFileEvent; });
     }
-    if (content.lines.empty()) continue;
-    const auto link = link_of(content.lines.back());
-    if (!link) {
-      throw InputError(
-          fmt::format("--audit {}: its last line is no line of an audit trail: see knuckle audit, or give "
-                      "another folder",
-                      file));
-    }
-    number_ = link->number;
-    last_hash_ = sha256(content.lines.back());
-    return;
+    if (last == content.lines.rend()) continue;
+    number_ = last->link->number;
+    last_hash_ = sha256(last->text);
   }
+  if (!torn_.empty() && number_ == 0 && !has_head)
+    throw InputError("--audit " + file_of(folder_, file_number_) + ": is no audit trail: give another folder");
 }
 
+/// Whether the lines go as far as the head says, and are those that it was written for.
+bool AuditTrail::agrees_with(const std::optional<Head>& head) const {
+  if (!head) return number_ == 0;
+  if (head->number >= number_) return head->number == number_ && (number_ == 0 || head->hash == last_hash_);
+  if (head->number == 0) return true;
+  const std::vector<std::uint64_t> numbers = file_numbers(folder_);
+  for (auto number = numbers.rbegin(); number != numbers.rend(); ++number) {
+    const FileContent content = read_lines(file_of(folder_, *number));
+    for (auto line = content.lines.rbegin(); line != content.lines.rend(); ++line) {
+      if (line->link && line->link->number == head->number) return sha256(line->text) == head->hash;
+    }
+  }
+  return false;
+}
+
+/// What is refused leaves the file that is open as it is.
 int AuditTrail::open_file(std::uint64_t number) {
-  file_ = Descriptor(
+  Descriptor file(
       ::open(file_of(folder_, number).c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-  if (file_.get() < 0) return errno;
   struct stat status {};
-  if (::fstat(file_.get(), &status) != 0) return errno;
+  if (file.get() < 0 || ::fstat(file.get(), &status) != 0) return errno;
+  file_ = std::move(file);
   file_size_ = static_cast<std::size_t>(status.st_size);
   file_number_ = number;
   (void)::fsync(lock_.get());  // its name is in the folder
@@ -208,10 +232,14 @@ void AuditTrail::tell(int error) {
 }
 
 int AuditTrail::write(std::deque<Entry>& entries) {
-  int refused = 0;
-  while (!entries.empty() && (refused = write_entry(entries.front())) == 0) entries.pop_front();
-  const int unsafe = sync();
-  return refused != 0 ? refused : unsafe;
+  try {
+    int refused = 0;
+    while (!entries.empty() && (refused = write_entry(entries.front())) == 0) entries.pop_front();
+    const int unsafe = sync();
+    return refused != 0 ? refused : unsafe;
+  } catch (const std::exception&) {
+    return ENOMEM;  // All that can be thrown in here; it must not end the program that leads the machine.
+  }
 }
 
 int AuditTrail::write_entry(const Entry& entry) {
@@ -231,11 +259,25 @@ int AuditTrail::write_entry(const Entry& entry) {
     if (const int refused = append(header); refused != 0) return refused;
     has_header_ = true;
     if (const int unsafe = sync(); unsafe != 0) return unsafe;
-    for (const std::uint64_t number : file_numbers(folder_)) {
-      if (number < oldest) ::unlink(file_of(folder_, number).c_str());
-    }
+    remove_before(oldest);
   }
-  return append(entry);
+  if (const int refused = append(entry); refused != 0) return refused;
+  if (entry.event == kMissingEvent) head_kept_ = false;
+  return 0;
+}
+
+/// The oldest first, up to one that cannot be removed: none is ever missing between others.
+void AuditTrail::remove_before(std::uint64_t oldest) {
+  std::uint64_t number = oldest;
+  while (number > 1 && ::access(file_of(folder_, number - 1).c_str(), F_OK) == 0) --number;
+  for (; number < oldest; ++number) {
+    const std::string file = file_of(folder_, number);
+    if (::unlink(file.c_str()) == 0) continue;
+    const int error = errno;
+    const std::lock_guard lock(mutex_);
+    news_ = "audit trail: " + file + ": cannot be removed: " + std::strerror(error);
+    return;
+  }
 }
 
 /// One line, whole: of what the disk refused in part, the part is taken back.
@@ -246,6 +288,7 @@ int AuditTrail::append(const Entry& entry, const char* before) {
   line["before"] = last_hash_;
   const std::string text = line.dump(-1, ' ', true, Json::error_handler_t::replace);
   const std::string whole = before + text + '\n';
+  std::string hash = sha256(text);
   std::size_t written = 0;
   int refused = 0;
   while (written < whole.size() && refused == 0) {
@@ -266,14 +309,14 @@ int AuditTrail::append(const Entry& entry, const char* before) {
   }
   file_size_ += written;
   ++number_;
-  last_hash_ = sha256(text);
+  last_hash_ = std::move(hash);
   return 0;
 }
 
 /// Lines first, then how far they go: the head never promises what is not there.
 int AuditTrail::sync() {
   if (::fdatasync(file_.get()) != 0) return errno;
-  return number_ == 0 ? 0 : write_head();
+  return number_ == 0 || head_kept_ ? 0 : write_head();
 }
 
 int AuditTrail::write_head() {

@@ -32,7 +32,8 @@ class AuditTrail {
   using Json = nlohmann::ordered_json;
 
   /// Goes on where the files end. The folder is made (mode 0700) where it is missing. @throws InputError where it
-  /// cannot be used, where another program writes there, or where the newest file is no trail.
+  /// cannot be used, where others may write it, where another program writes there, or where the newest file is no
+  /// trail.
   explicit AuditTrail(const std::string& folder, const TrailLimits& limits = {});
   /// Writes what waits; what the disk refuses then is lost.
   ~AuditTrail();
@@ -42,7 +43,8 @@ class AuditTrail {
   /// Any thread that is not real-time. @param kind events of the same kind are counted where they are too many; empty:
   /// the event's name.
   void note(const std::string& event, Json details = Json::object(), const std::string& kind = "");
-  /// What is wrong with the disk, in one line, once each time it begins or ends; empty: nothing new.
+  /// What is wrong with the disk, in one line, once each time it begins or ends; an old file that cannot be removed,
+  /// once for each new one; empty: nothing new.
   [[nodiscard]] std::string news();
   [[nodiscard]] const std::string& folder() const noexcept { return folder_; }
   /// Until all that was noted is on the disk, or was refused there. For tests and the end of a program.
@@ -73,13 +75,15 @@ class AuditTrail {
     int number_ = -1;
   };
 
-  void find_end();
+  void find_end(bool has_head);
+  [[nodiscard]] bool agrees_with(const std::optional<Head>& head) const;
   void run();
   void close_spans(Clock::time_point now, bool all);
   void enqueue(const std::string& event, Json details);
   /// @return 0, or errno of what was refused: then it stays at the front.
   int write(std::deque<Entry>& entries);
   int write_entry(const Entry& entry);
+  void remove_before(std::uint64_t oldest);
   int begin_file(std::uint64_t number);
   int open_file(std::uint64_t number);
   int append(const Entry& entry, const char* before = "");
@@ -97,6 +101,7 @@ class AuditTrail {
   std::size_t file_size_ = 0;
   std::string torn_;         // at the end of the file: a line that a killed program left unfinished
   bool has_header_ = false;  // in the newest file
+  bool head_kept_ = false;   // the head proves that lines are missing, until a line says so
 
   mutable std::mutex mutex_;
   std::condition_variable changed_, written_;

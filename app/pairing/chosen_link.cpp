@@ -10,7 +10,6 @@ namespace knuckle::pairing {
 namespace {
 
 constexpr auto kSameNews = std::chrono::seconds(30);
-constexpr std::size_t kMostTold = 32;
 constexpr const char* kHowToGrant = ": type grant and Enter to give it away, or do nothing to keep it";
 constexpr const char* kPlainNote =
     "link: plain UDP (--insecure): neither authenticated nor encrypted; for loopback, labs, or inside a tunnel";
@@ -46,6 +45,15 @@ Keys read_keys(const KeyFolder& folder) {
   return keys;
 }
 
+/// Of an event, without the address and, of strangers, the certificate: both can be another one each time.
+std::string kind_of(const secure::LinkEvent& event) {
+  using secure::Refusal;
+  const bool stranger = event.kind == secure::LinkEvent::Kind::kRefused && event.refusal != Refusal::kRevokedPeer &&
+                        event.refusal != Refusal::kBusy && event.refusal != Refusal::kObserver;
+  return "link " + std::to_string(static_cast<int>(event.kind)) + " " +
+         std::to_string(static_cast<int>(event.refusal)) + (stranger ? "" : " " + secure::short_text(event.peer));
+}
+
 /// Of this computer's end of the link, for the path to it.
 SocketAddress own_address(const std::string& bound, std::uint16_t port) {
   const SocketAddress address = parse_address(bound);
@@ -74,6 +82,7 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
   if (!listens && options.address.empty() != dials)
     cli::refuse_option("--connect", options.address, "give it or --dial, one of them");
   check(options.dial, role, options.insecure > 0);
+  listens_ = listens;
   address_ = options.address.empty() ? options.dial.rendezvous : options.address;
   if (options.insecure > 0) {
     check_plain(listens ? "--listen" : "--connect", options);
@@ -134,19 +143,23 @@ std::string ChosenLink::problem() const {
   return plain_->refused() ? "no program listens at " + address_ : "";
 }
 
-bool ChosenLink::repeats(const std::string& line) {
+bool ChosenLink::repeats(const std::string& kind) {
   const auto now = Clock::now();
   std::erase_if(told_, [now](const auto& told) { return now - told.second > kSameNews; });
-  const bool again = std::any_of(told_.begin(), told_.end(), [&line](const auto& told) { return told.first == line; });
-  if (!again && told_.size() < kMostTold) told_.emplace_back(line, now);
+  const bool again = std::any_of(told_.begin(), told_.end(), [&kind](const auto& told) { return told.first == kind; });
+  if (!again) told_.emplace_back(kind, now);
   return again;
 }
 
-std::vector<std::string> ChosenLink::news(const Watch* watch) {
-  std::vector<std::string> lines;
-  if (!secure_) return lines;
+std::vector<cli::News> ChosenLink::news(const Watch* watch) {
+  std::vector<cli::News> news;
+  if (!secure_) return news;
   if (dialler_) {
-    for (const ice::PathEvent& one : dialler_->take_events()) lines.push_back(text(one));
+    for (const ice::PathEvent& one : dialler_->take_events())
+      news.push_back({text(one), "path to " + one.far_end + " " + std::to_string(static_cast<int>(one.kind))});
+    // The operator's side shows it as long as it lasts; nobody looks at the machine's side all the time.
+    const std::string problem = listens_ ? dialler_->problem() : "";
+    if (!problem.empty() && !repeats(problem)) news.push_back({"link: " + problem, "path: " + problem});
   }
   secure::LinkEvent event;
   while (secure_->next(event)) {
@@ -156,14 +169,19 @@ std::vector<std::string> ChosenLink::news(const Watch* watch) {
       asker_ = event;
       line += kHowToGrant;
     }
-    const bool refused = event.kind == secure::LinkEvent::Kind::kRefused;
-    if (!refused || !repeats(line)) lines.push_back(line);
+    const std::string kind = kind_of(event);
+    if (event.kind != secure::LinkEvent::Kind::kRefused || !repeats(kind)) news.push_back({std::move(line), kind});
+  }
+  if (const std::uint64_t lost = secure_->events_lost(); lost != events_lost_) {
+    if (watch != nullptr) watch->on_lost(lost - events_lost_);
+    news.push_back({"link: " + std::to_string(lost - events_lost_) + " more events, too many at once", "link lost"});
+    events_lost_ = lost;
   }
   if (std::string changed = watch_->news(); !changed.empty()) {
     if (watch != nullptr) watch->on_changed_pairings(changed);
-    lines.push_back(std::move(changed));
+    news.push_back({std::move(changed), "pairings"});
   }
-  return lines;
+  return news;
 }
 
 std::string ChosenLink::release() {

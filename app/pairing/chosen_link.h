@@ -2,12 +2,14 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/cli/news.h"
 #include "app/pairing/dial_options.h"
 #include "app/pairing/key_folder.h"
 #include "transport/ice/dialler.h"
@@ -51,9 +53,10 @@ class ChosenLink {
   struct Watch {
     std::function<void(const secure::LinkEvent&)> on_event;       ///< Shown every event.
     std::function<void(const std::string&)> on_changed_pairings;  ///< A line on it.
+    std::function<void(std::uint64_t)> on_lost;                   ///< So many events came faster than they were taken.
   };
-  /// What has happened to it since the last call, a line each; what repeats is left out for a while.
-  [[nodiscard]] std::vector<std::string> news(const Watch* watch = nullptr);
+  /// What has happened to it since the last call; refusals that repeat are left out for a while.
+  [[nodiscard]] std::vector<cli::News> news(const Watch* watch = nullptr);
   /// Tells the far end that nobody is here, after the loop has ended.
   void close() noexcept {
     if (secure_) secure_->close();
@@ -70,7 +73,7 @@ class ChosenLink {
  private:
   using Clock = std::chrono::steady_clock;
   void use(const LinkOptions& options, bool listens);
-  [[nodiscard]] bool repeats(const std::string& line);
+  [[nodiscard]] bool repeats(const std::string& kind);
 
   std::unique_ptr<ice::Dialler> dialler_;  // ends after the link has said farewell over it
   std::unique_ptr<UdpLink> plain_;
@@ -78,8 +81,10 @@ class ChosenLink {
   std::unique_ptr<secure::SecureLink> secure_;
   std::vector<std::string> notes_;
   std::string address_;
+  bool listens_ = false;
   std::optional<secure::LinkEvent> asker_;
-  std::vector<std::pair<std::string, Clock::time_point>> told_;
+  std::vector<std::pair<std::string, Clock::time_point>> told_;  // refusals: kind, when
+  std::uint64_t events_lost_ = 0;
 };
 
 }  // namespace knuckle::pairing

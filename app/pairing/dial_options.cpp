@@ -56,7 +56,8 @@ secure::Peer chosen_peer(const DialOptions& options, const secure::Peers& peers,
   const auto found =
       std::find_if(peers.begin(), peers.end(), [&](const secure::Peer& one) { return one.name == options.peer; });
   if (found == peers.end())
-    cli::refuse_option("--peer", options.peer, "nobody of this name is paired, see " + folder.peers_file());
+    cli::refuse_option("--peer", options.peer,
+                       "nobody of this name is paired (knuckle pair shows the names), see " + folder.peers_file());
   if (found->revoked) cli::refuse_option("--peer", options.peer, "its pairing was revoked: knuckle pair pairs it anew");
   return *found;
 }

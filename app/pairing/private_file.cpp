@@ -1,8 +1,6 @@
 #include "app/pairing/private_file.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,6 +9,7 @@
 #include <filesystem>
 #include <string_view>
 
+#include "app/cli/file_owner.h"
 #include "core/error.h"
 
 namespace knuckle::pairing {
@@ -61,16 +60,7 @@ void write_private_file(const std::string& file, const std::string& text, Existi
 }
 
 void check_only_owner_writes(const std::string& path, const char* what) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) throw InputError(path + ": " + std::strerror(errno));
-  if (status.st_uid != ::geteuid() && status.st_uid != 0)
-    throw InputError(
-        fmt::format("{}: the {} belongs to another user, who could let anybody control the machine", path, what));
-  if ((status.st_mode & 022U) == 0) return;
-  throw InputError(
-      fmt::format("{}: mode {:04o} of the {} lets others write it, and so let anybody control the machine: "
-                  "chmod go-w",
-                  path, status.st_mode & 07777U, what));
+  cli::check_only_owner_writes(path, what, "let anybody control the machine");
 }
 
 }  // namespace knuckle::pairing

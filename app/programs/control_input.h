@@ -2,8 +2,8 @@
 // waiting for any.
 #pragma once
 
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "app/pairing/chosen_link.h"
 
@@ -12,18 +12,17 @@ namespace knuckle::programs {
 class ControlInput {
  public:
   explicit ControlInput(int descriptor) : descriptor_(descriptor) {}
-  /// The next line, without its end. Nothing where there is none, and for a program in the background of its terminal,
-  /// which reading would stop.
-  [[nodiscard]] std::optional<std::string> line();
+  /// Lines that have come, without their ends, and of a very long one its beginning: some hundred bytes each time. None
+  /// for a program in the background of its terminal, which reading would stop.
+  [[nodiscard]] std::vector<std::string> lines();
 
  private:
-  void read();
   int descriptor_;
   bool ended_ = false;
-  std::string text_;
+  std::string text_;  // of a line that has not ended
 };
 
-/// "release", "grant" or "take". @return what was done, in one line; empty for an empty line.
-[[nodiscard]] std::string obey_control_line(const std::string& line, pairing::ChosenLink& link);
+/// Does what the lines say: "release", "grant" or "take". @return what was done.
+[[nodiscard]] std::vector<cli::News> obey_control_lines(ControlInput& input, pairing::ChosenLink& link);
 
 }  // namespace knuckle::programs

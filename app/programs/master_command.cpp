@@ -220,11 +220,9 @@ int run(const Options& o) {
   program.outputs = {&csv};
   ControlInput input(STDIN_FILENO);
   program.news = [&] {
-    std::vector<std::string> lines = link.news();
-    while (const auto typed = input.line()) {
-      if (std::string done = obey_control_line(*typed, link); !done.empty()) lines.push_back(std::move(done));
-    }
-    return lines;
+    std::vector<cli::News> news = link.news();
+    for (cli::News& done : obey_control_lines(input, link)) news.push_back(std::move(done));
+    return news;
   };
   const double started_unix_s = unix_time_s();
   const auto started = std::chrono::steady_clock::now();

@@ -159,7 +159,7 @@ void tend_until_over(const ProgramRun& run, const RealtimeClock& clock, const st
       if (const std::string refused = output->tend(); !refused.empty()) run.console.event(now, refused);
     }
     if (run.news) {
-      for (const std::string& line : run.news()) run.console.event(now, line);
+      for (const cli::News& news : run.news()) run.console.event(now, news.what, news.kind);
     }
     run.console.tend(now);
     if (to_seconds(now) >= run.duration_s || (run.keep_on && !run.keep_on())) return;
@@ -170,8 +170,8 @@ void tend_until_over(const ProgramRun& run, const RealtimeClock& clock, const st
 void tend_until_stopped(const ProgramRun& run, const RealtimeClock& clock, const std::function<void(Time)>& tend,
                         const std::function<bool()>& stopped) {
   tend_until_over(
-      {[&stopped] { return !stopped(); }, run.console, std::numeric_limits<double>::infinity(), run.outputs}, clock,
-      tend);
+      {[&stopped] { return !stopped(); }, run.console, std::numeric_limits<double>::infinity(), run.outputs, run.news},
+      clock, tend);
 }
 
 void PolicyNote::tell(ProgramConsole& console, Time now, const RealtimeThread& thread) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/cli/background_writer.h"
+#include "app/cli/news.h"
 #include "app/programs/run_events.h"
 #include "core/realtime_thread.h"
 #include "core/time.h"
@@ -82,8 +83,8 @@ struct ProgramRun {
   ProgramConsole& console;
   double duration_s = std::numeric_limits<double>::infinity();
   std::vector<AskedOutput*> outputs{};  ///< Records that are written while it runs.
-  /// What has happened beyond the loops, a line each; may be empty itself.
-  std::function<std::vector<std::string>()> news{};
+  /// What has happened beyond the loops; may be empty itself.
+  std::function<std::vector<cli::News>()> news{};
 };
 
 /// Calls `tend` 50 times a second until the run is over: interrupted, or its duration has passed.

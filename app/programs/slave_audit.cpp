@@ -73,6 +73,10 @@ void SlaveAudit::link(const secure::LinkEvent& event) {
   trail_.note(event_name(event.kind), std::move(details), kind);
 }
 
+void SlaveAudit::link_events_lost(std::uint64_t count) {
+  trail_.note("left_out", {{"kind", "link"}, {"count", count}});
+}
+
 void SlaveAudit::mode(const ModeEvent& event) {
   Json details{{"mode", name(event.mode)}};
   if (event.blocking) details["blocking"] = text(event.blocking);

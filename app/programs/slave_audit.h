@@ -22,6 +22,7 @@ class SlaveAudit {
   void link(const secure::LinkEvent& event);
   void mode(const ModeEvent& event);
   void assist(const AssistSettings& assist);
+  void link_events_lost(std::uint64_t count);
   void pairings_changed(const std::string& what);
   void ended(bool confirmed);
   [[nodiscard]] std::string news() { return trail_.news(); }

@@ -233,16 +233,18 @@ int run(const Options& o) {
     records.on_assist = [&audit](const AssistSettings& assist) { audit->assist(assist); };
     watch.on_event = [&audit](const secure::LinkEvent& event) { audit->link(event); };
     watch.on_changed_pairings = [&audit](const std::string& what) { audit->pairings_changed(what); };
+    watch.on_lost = [&audit](std::uint64_t count) { audit->link_events_lost(count); };
   }
   program.news = [&] {
-    std::vector<std::string> lines = link.news(audit ? &watch : nullptr);
-    if (std::string news = audit ? audit->news() : ""; !news.empty()) lines.push_back(std::move(news));
-    return lines;
+    std::vector<cli::News> news = link.news(audit ? &watch : nullptr);
+    if (std::string refused = audit ? audit->news() : ""; !refused.empty()) news.push_back({refused, "audit trail"});
+    return news;
   };
   const double started_unix_s = unix_time_s();
   const auto started = std::chrono::steady_clock::now();
   SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link.link(), program, records);
   link.close();
+  for (const cli::News& news : program.news()) console.note(news.what);
   if (audit) audit->ended(outcome.unconfirmed.empty());
   outcome.records_lost += finish_records(console, {&candump, &csv});
 

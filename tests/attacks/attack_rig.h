@@ -40,6 +40,32 @@ inline UdpSocket any_socket() {
   return UdpSocket(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, "listen on"));
 }
 
+/// The machine follows the hand. A computer too busy to keep a link alive may need more than one try.
+inline bool follows(Hand& hand) {
+  for (int tries = 5; tries > 0; --tries) {
+    hand.lead(kArm, 0);
+    if (!engage(hand)) continue;
+    const double was_rad = hand.machine()->position_rad[kArm];
+    hand.lead(kArm, 0.05);
+    const auto moved = [&] { return hand.machine()->position_rad[kArm] > was_rad + 0.02; };
+    if (eventually([&] { return moved() || !hand.sees(Mode::kEngaged); }) && moved()) return true;
+  }
+  return false;
+}
+
+inline int lines_of(const std::string& text) {
+  return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+}
+
+/// Of /proc/PID/status: "VmRSS" in kB, "Threads".
+inline std::size_t status_of(pid_t process, const std::string& key) {
+  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind(key + ":", 0) == 0) return std::stoul(line.substr(key.size() + 1));
+  }
+  return 0;
+}
+
 /// Forwards datagrams between operators and the machine's side; what passes, and as what, a test may say.
 class Middle {
  public:
@@ -115,10 +141,14 @@ class Attacks : public testing::Test {
     return {std::istreambuf_iterator<char>(in), {}};
   }
   [[nodiscard]] std::unique_ptr<RunningProgram> slave(const std::string& name, const std::string& address) const {
-    return std::make_unique<RunningProgram>(
-        program("knuckle"),
-        std::vector<std::string>{"slave", "--simulate", "--keys", path("machine"), "--listen", address, "--candump",
-                                 path(name + ".log"), "--json", path(name + ".json")});
+    return slave_reached(name, {"--listen", address});
+  }
+  [[nodiscard]] std::unique_ptr<RunningProgram> slave_reached(const std::string& name,
+                                                              const std::vector<std::string>& how) const {
+    std::vector<std::string> arguments{"slave",     "--simulate",        "--keys", path("machine"),
+                                       "--candump", path(name + ".log"), "--json", path(name + ".json")};
+    arguments.insert(arguments.end(), how.begin(), how.end());
+    return std::make_unique<RunningProgram>(program("knuckle"), arguments);
   }
   [[nodiscard]] std::unique_ptr<Hand> hand(const std::string& address, const std::string& who = "desk") const {
     const pairing::KeyFolder folder(path(who));

@@ -26,31 +26,6 @@ bool let_in(const std::string& said) {
          said.find("alert") == std::string::npos;
 }
 
-/// The machine follows the hand. A computer too busy to keep a link alive may need more than one try.
-bool follows(Hand& hand) {
-  for (int tries = 5; tries > 0; --tries) {
-    hand.lead(kArm, 0);
-    if (!engage(hand)) continue;
-    const double was_rad = hand.machine()->position_rad[kArm];
-    hand.lead(kArm, 0.05);
-    const auto moved = [&] { return hand.machine()->position_rad[kArm] > was_rad + 0.02; };
-    if (eventually([&] { return moved() || !hand.sees(Mode::kEngaged); }) && moved()) return true;
-  }
-  return false;
-}
-
-int lines_of(const std::string& text) {
-  return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
-}
-
-std::size_t resident_kB(pid_t process) {
-  std::ifstream status("/proc/" + std::to_string(process) + "/status");
-  for (std::string line; std::getline(status, line);) {
-    if (line.rfind("VmRSS:", 0) == 0) return std::stoul(line.substr(6));
-  }
-  return 0;
-}
-
 TEST_F(Attacks, OnlyAPairedKeyCompletesTheHandshakeOfAnotherProgram) {
   const std::string address = free_address();
   const auto machine = slave("run", address);
@@ -197,7 +172,7 @@ TEST_F(Attacks, FloodsCostNeitherMemoryNorLinesNorTheSession) {
   const auto machine = slave("run", address);
   const auto op = hand(address);
   ASSERT_TRUE(follows(*op));
-  const std::size_t before_kB = resident_kB(machine->pid());
+  const std::size_t before_kB = status_of(machine->pid(), "VmRSS");
   const SocketAddress target = parse_address(address);
   Bytes hello(200, 0), tagged(100, 0xD0);
   hello[0] = 22, hello[1] = 0xFE, hello[2] = 0xFF;
@@ -211,7 +186,7 @@ TEST_F(Attacks, FloodsCostNeitherMemoryNorLinesNorTheSession) {
     if (i % 10 == 9) std::this_thread::sleep_for(1ms);  // 10 000 hellos a second
   }
   EXPECT_TRUE(op->sees(Mode::kEngaged) || follows(*op));
-  EXPECT_LT(resident_kB(machine->pid()), before_kB + 4096);
+  EXPECT_LT(status_of(machine->pid(), "VmRSS"), before_kB + 4096);
   (void)end(*machine, "run");
   EXPECT_LT(lines_of(said_), 100) << said_;
 }

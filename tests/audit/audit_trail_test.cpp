@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,9 +10,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "app/audit/audit_check.h"
 #include "core/error.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/audit/audit_folder.h"
 
 namespace knuckle::audit {
 namespace {
@@ -21,27 +19,9 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-struct Audit : ::testing::Test {
-  test::TemporaryFolder temporary;
-  const std::string folder = temporary.file("trail");
-
-  void write(int entries, const TrailLimits& limits = {.lines_of_a_kind = 1 << 20}) {
-    AuditTrail trail(folder, limits);
-    for (int i = 0; i < entries; ++i) {
-      trail.note("connected", {{"name", "desk " + std::to_string(i)}});
-      if (i % 50 == 0) trail.flush();
-    }
-  }
-  std::string file(std::uint64_t number = 1) const { return file_of(folder, number); }
-  /// Replaces text in a file, once.
-  static void change(const std::string& file, const std::string& from, const std::string& to) {
-    std::string text = test::content(file);
-    const auto at = text.find(from);
-    ASSERT_NE(at, std::string::npos);
-    std::ofstream(file, std::ios::binary) << text.replace(at, from.size(), to);
-  }
-  static Json json(const std::string& line) { return Json::parse(line); }
-};
+Json json(const std::string& line) {
+  return Json::parse(line);
+}
 
 TEST_F(Audit, ChainsItsLinesAcrossRuns) {
   write(3);
@@ -107,6 +87,40 @@ TEST_F(Audit, AProgramThatBeginsAgainHidesNoMissingEnd) {
   write(5);
   EXPECT_EQ(check_trail(folder).broken,
             file() + ":6: lines before it were removed or changed while no program wrote here");
+}
+
+TEST_F(Audit, AProgramThatBeginsAgainDoesNotHideThatAllFilesAreGone) {
+  write(5);
+  fs::remove(file());
+  write(1);
+  EXPECT_NE(check_trail(folder).broken.find("lines before it were removed or changed"), std::string::npos);
+}
+
+/// The head of a killed program is behind its lines.
+TEST_F(Audit, AProgramThatBeginsAgainComparesALineInTheMiddleWithTheHead) {
+  write(5);
+  const std::string line = check_trail(folder).lines[2];
+  std::ofstream(head_file_of(folder)) << head_text({3, sha256(line)});
+  write(1);
+  EXPECT_EQ(check_trail(folder).broken, "");
+  std::ofstream(head_file_of(folder)) << head_text({3, sha256("another line")});
+  EXPECT_EQ(check_trail(folder).broken.find(file() + ":3: is not the line that was written"), 0U);
+  write(1);
+  EXPECT_NE(check_trail(folder).broken.find("lines before it were removed or changed"), std::string::npos);
+}
+
+TEST_F(Audit, NoticesThatItsBeginningWasCutOff) {
+  write(5);
+  const Check whole = check_trail(folder);
+  change(file(), whole.lines[0] + "\n" + whole.lines[1] + "\n", "");
+  EXPECT_EQ(check_trail(folder).broken, file() + ":1: is not the first line of its file: lines before it were removed");
+}
+
+TEST_F(Audit, NoticesThatTheBeginningOfItsOldestFileWasCutOff) {
+  write(200, {.file_bytes = 4000, .files = 3, .lines_of_a_kind = 1 << 20});
+  const std::string oldest = file(file_numbers(folder).front());
+  change(oldest, check_trail(folder).lines[0] + "\n", "");
+  EXPECT_EQ(check_trail(folder).broken, oldest + ":1: is not the first line of its file: lines before it were removed");
 }
 
 TEST_F(Audit, RotatesWithinItsBoundsAndTheChainGoesOn) {
@@ -187,20 +201,7 @@ TEST_F(Audit, SurvivesSigkillAtAnyTime) {
 }
 
 TEST_F(Audit, AFullDiskIsToldAndLosesNothingThatThereIsRoomFor) {
-  struct Limit {
-    rlimit before{};
-    void (*handler)(int) = ::signal(SIGXFSZ, SIG_IGN);
-    Limit() { ::getrlimit(RLIMIT_FSIZE, &before); }
-    ~Limit() {
-      lift();
-      ::signal(SIGXFSZ, handler);
-    }
-    void set(rlim_t bytes) const {
-      const rlimit limit{bytes, before.rlim_max};
-      ::setrlimit(RLIMIT_FSIZE, &limit);
-    }
-    void lift() const { ::setrlimit(RLIMIT_FSIZE, &before); }
-  } disk;
+  const SmallDisk disk;
   AuditTrail trail(folder, {.waiting = 10, .lines_of_a_kind = 1 << 20, .try_again = std::chrono::milliseconds(20)});
   trail.note("first");
   trail.flush();
@@ -211,12 +212,7 @@ TEST_F(Audit, AFullDiskIsToldAndLosesNothingThatThereIsRoomFor) {
   EXPECT_EQ(check_trail(folder).broken, "") << "what was refused in part is taken back";
   for (int i = 0; i < 30; ++i) trail.note("more", {{"i", 100 + i}});
   disk.lift();
-  std::string news;
-  for (int i = 0; i < 500 && news.empty(); ++i) {
-    ::usleep(5000);
-    news = trail.news();
-  }
-  EXPECT_NE(news.find("is written again"), std::string::npos) << news;
+  EXPECT_NE(news_of(trail).find("is written again"), std::string::npos);
   for (int i = 0; i < 500 && check_trail(folder).lines.back().find("\"lost\"") == std::string::npos; ++i) {
     trail.note("after", {}, "after");
     ::usleep(5000);
@@ -258,9 +254,25 @@ TEST_F(Audit, OneProgramAtATimeWritesIt) {
 TEST_F(Audit, RefusesAFolderThatCannotBeWrittenAndAFileThatIsNoTrail) {
   EXPECT_THROW(AuditTrail("/dev/full/trail"), InputError);
   fs::create_directory(folder);
-  std::ofstream(file()) << "hello\n";
-  EXPECT_THROW(AuditTrail{folder}, InputError);
-  EXPECT_NE(check_trail(folder).broken.find(file() + ":1: is no line of an audit trail"), std::string::npos);
+  for (const char* text : {"hello\n", "hello"}) {
+    put(file(), text);
+    EXPECT_THROW(AuditTrail{folder}, InputError);
+    EXPECT_EQ(check_trail(folder).broken, file() + ":1: is no line of an audit trail");
+  }
+}
+
+TEST(AuditLine, IsPrintableForPeopleWhateverIsInIt) {
+  EXPECT_EQ(readable(R"({"n":1,"utc":"2026","event":"e\u001b[2J","a\n":"\u202e","b":[1,"\u007f"],"before":""})"),
+            R"(2026 e\x1b[2J: a\x0a=\xe2\x80\xae, b=[1,"\x7f"])");
+}
+
+TEST(AuditLine, IsNoneWhereItNestsSoDeepThatPrintingItWouldTakeAllOfTheStack) {
+  const auto nested = [](std::size_t depth) {
+    return R"({"n":1,"event":"file","before":")" + hash_before_all() + R"(","x":)" + std::string(depth, '[') +
+           std::string(depth, ']') + "}";
+  };
+  EXPECT_TRUE(link_of(nested(15)));
+  EXPECT_FALSE(link_of(nested(100'000)));
 }
 
 TEST_F(Audit, TextFromOutsideCannotForgeALine) {

@@ -23,7 +23,7 @@ namespace knuckle::test {
 struct MasterRig {
   explicit MasterRig(ControlLaw law = ControlLaw::kEchoSpring, Duration one_way = 1ms,
                      const sim::LimbImpedance& limb = steady_limb(), const DeviceDescription& device = desk_device())
-      : network({.delay = one_way}, {.delay = one_way}, 1),
+      : network(delayed(one_way), delayed(one_way), 1),
         hand(device, limb, cable.device(), 1, kMidPosture, 77),
         loop(device, desk_machine(), cable.host(), network.a(), {5, 1h}, law) {
     intent.joint_rad = kMidPosture;
@@ -34,6 +34,11 @@ struct MasterRig {
     status.machine = MachineName(desk_machine().name);
   }
 
+  [[nodiscard]] static LinkImpairment delayed(Duration one_way) {
+    LinkImpairment link;
+    link.delay = one_way;
+    return link;
+  }
   void tick() {
     now += 1ms;
     cable.advance();

@@ -11,6 +11,7 @@
 
 #include "app/pairing/private_file.h"
 #include "core/error.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::pairing {
@@ -76,6 +77,26 @@ TEST_F(Folder, RefusesAKeyThatOthersCanReadAndAFolderThatTheyCanWrite) {
   }
   ::chmod(folder.path().c_str(), 0755);
   EXPECT_EQ(refusal([&] { (void)folder.identity(); }), "") << "who may only look does no harm";
+}
+
+TEST_F(Folder, SaysWhyAKeyCannotBeUsed) {
+  const struct {
+    const char *file, *why;
+  } cases[]{{"key_with_a_wrong_bit", "its private key is damaged"},
+            {"anothers_certificate", "its certificate is of another key"},
+            {"certificate_by_an_authority_with_sha1", "its certificate is not signed by its own key"},
+            {"rsa", "its key is not on the curve P-256"},
+            {"key_cut", "has no private key with its certificate"}};
+  (void)folder.make("site arm");
+  for (const auto& [file, why] : cases) {
+    // What key_folder_fuzz.cpp reads: the key up to this line.
+    const std::string text = test::content(test::source_dir() + "/tests/fuzz/corpus/key_folder/" + file);
+    ASSERT_NE(text.find("---\n"), std::string::npos) << file;
+    write_private_file(folder.key_file(), text.substr(0, text.find("\n---\n")), Existing::kReplace);
+    const std::string message = refusal([&] { (void)folder.identity(); });
+    EXPECT_EQ(message.find(folder.key_file() + ": " + why), 0U) << file << ": " << message;
+    EXPECT_EQ(folder.renew("site arm").name, "site arm") << "with a name, none is read from the old one";
+  }
 }
 
 TEST_F(Folder, RefusesPeersThatOthersCanWrite) {

@@ -1,6 +1,6 @@
 // What scripts/paths measures with: datagrams that go there and back, by a bare socket or over a path that was dialled,
-// and an operator's hand that engages the machine, keeps enable pressed through whatever happens to the path, and says
-// what it saw.
+// an operator's hand that engages the machine, keeps enable pressed through whatever happens to the path, and says what
+// it saw, and a TURN server that changes, repeats and drops what it relays.
 #include <poll.h>
 
 #include <CLI/CLI.hpp>
@@ -18,6 +18,7 @@
 #include "app/programs/program_options.h"
 #include "core/error.h"
 #include "tests/paths/felt_session.h"
+#include "tests/paths/lying_relay.h"
 #include "tests/programs/program_rig.h"
 
 namespace knuckle::test {
@@ -31,14 +32,14 @@ constexpr auto kPingEvery = 5ms;
 constexpr int kPatience_ms = 500, kTries = 30;  // until the far end is there
 
 struct Options {
-  std::string address, keys;
+  std::string address, keys, turn;
   pairing::DialOptions dial;
   int count = 1000;
   double watch_s = 5;
   std::string scenario;
 };
 
-volatile std::sig_atomic_t ended = 0, changes = 0;
+volatile std::sig_atomic_t ended = 0, steps = 0;
 
 double since_s(Clock::time_point then) {
   return std::chrono::duration<double>(Clock::now() - then).count();
@@ -183,7 +184,8 @@ int run_hand(const Options& o) {
     json["engages_again"] = engaged && engage(hand);
   }
   json["path"] = programs::path_json(link, started);
-  json["events"] = link.news();
+  json["events"] = Json::array();
+  for (const cli::News& news : link.news()) json["events"].push_back(news.what);
   json["problem"] = link.problem();
   link.close();
   std::cout << json.dump() << std::endl;
@@ -197,7 +199,7 @@ int run_feel(const Options& o) {
   options.dial = o.dial;
   pairing::ChosenLink link = pairing::ChosenLink::connect(options);
   const auto started = Clock::now();
-  Json json = feel_session(link.link(), o.scenario, changes, ended);
+  Json json = feel_session(link.link(), o.scenario, steps, ended);
   json["path"] = programs::path_json(link, started);
   link.close();
   std::cout << json.dump() << std::endl;
@@ -213,7 +215,7 @@ int main(int argc, char** argv) {
   const auto end = [](int) { ended = 1; };
   std::signal(SIGTERM, end);
   std::signal(SIGINT, end);
-  std::signal(SIGUSR1, [](int) { changes = changes + 1; });
+  std::signal(SIGUSR1, [](int) { steps = steps + 1; });
   CLI::App app("Measures paths, for scripts/paths");
   Options o;
   std::function<int()> run;
@@ -240,6 +242,12 @@ int main(int argc, char** argv) {
   });
   bare->add_option("address", o.address)->required();
   bare->add_option("--count", o.count);
+  CLI::App* liar = command("lying-relay", "in front of a TURN server", [&o] {
+    run_lying_relay(o.address, o.turn, steps, ended);
+    return 0;
+  });
+  liar->add_option("address", o.address)->required();
+  liar->add_option("turn", o.turn)->required();
   dialled(command("dial-echo", "over a path", [&o] { return run_dial_echo(o); }), secure::Role::kMachine);
   dialled(command("dial-ping", "over a path", [&o] { return run_dial_ping(o); }), secure::Role::kOperator)
       ->add_option("--count", o.count);

@@ -228,7 +228,9 @@ class Hand {
     while (link_.receive(datagram_)) {
       if (const auto status = decode_status(datagram_.view())) statuses_.put(*status);
       auto told = decode_slave(datagram_.view());
-      if (!told || session_.take(told->stamp, now) == LinkSession::Verdict::kForeign) continue;
+      if (!told) continue;
+      const LinkSession::Verdict verdict = session_.take(told->stamp, now);
+      if (verdict == LinkSession::Verdict::kForeign || verdict == LinkSession::Verdict::kOld) continue;
       heard_.put(*told);
       if (told->mode != Mode::kEngaged) from_rad_ = told->position_rad;
     }

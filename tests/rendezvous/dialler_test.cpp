@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "tests/rendezvous/running_rendezvous.h"
+#include "tests/rendezvous/two_ends.h"
 #include "tests/rendezvous/wire_client.h"
 
 namespace knuckle::ice {
@@ -17,99 +18,57 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kTries = 600;  // of 100 ms: reached only where nothing comes at all
-
-UdpSocket bound() {
-  return UdpSocket(open_udp_socket("test", parse_address("127.0.0.1:0"), ::bind, "listen on"));
-}
+constexpr int kTries = test::TwoEnds::kTries;
 
 class PathsOnThisComputer : public testing::Test {
  protected:
-  void begin_machine() {
-    machine_.reset();
-    machine_.emplace(DialSetup{rendezvous_->address(), {}, secure::Role::kMachine}, machine_identity_,
-                     secure::Peers{{desk_identity_.fingerprint(), "desk", false}});
-    machine_->start(local_address(machine_link_.descriptor()));
-  }
-  void begin_desk() {
-    desk_.emplace(DialSetup{rendezvous_->address(), {}, secure::Role::kOperator}, desk_identity_,
-                  secure::Peers{{machine_identity_.fingerprint(), "machine", false}});
-    desk_link_ = UdpSocket(open_udp_socket("test", parse_address(desk_->address()), ::connect, "reach"));
-    desk_->start(local_address(desk_link_.descriptor()));
-  }
-  /// From desk to machine and back, tried again and again.
-  [[nodiscard]] bool carries(int tries = kTries) {
-    for (int i = 0; i < tries; ++i) {
-      const std::uint8_t mark = ++mark_;
-      const std::array<std::uint8_t, 3> sent{0xFF, mark, 7};
-      (void)desk_link_.send(sent, {});
-      for (int turn = 0; turn < 10; ++turn) {
-        echo();
-        pollfd waiting{desk_link_.descriptor(), POLLIN, 0};
-        (void)::poll(&waiting, 1, 10);
-        std::array<std::uint8_t, 64> bytes{};
-        SocketAddress from;
-        const auto arrival = desk_link_.receive(bytes, from);
-        if (arrival && arrival->size == sent.size() && std::equal(sent.begin(), sent.end(), bytes.begin())) return true;
-      }
-    }
-    return false;
-  }
-  void echo() {
-    std::array<std::uint8_t, 64> bytes{};
-    SocketAddress from;
-    while (const auto arrival = machine_link_.receive(bytes, from))
-      (void)machine_link_.send(std::span(bytes).first(arrival->size), from);
-  }
+  void begin_machine() { ends_.begin_machine(rendezvous_->address()); }
+  void begin_desk() { ends_.begin_desk(rendezvous_->address()); }
 
   std::optional<test::RunningRendezvous> rendezvous_{std::in_place};
-  const secure::Identity desk_identity_ = secure::make_identity("desk"),
-                         machine_identity_ = secure::make_identity("machine");
-  UdpSocket machine_link_ = bound(), desk_link_;
-  std::optional<Dialler> machine_, desk_;
-  std::uint8_t mark_ = 0;
+  test::TwoEnds ends_;
 };
 
 TEST_F(PathsOnThisComputer, AreFoundInWhicheverOrderTheEndsCome) {
   begin_desk();
   begin_machine();
-  EXPECT_TRUE(carries());
-  for (int i = 0; i < kTries && desk_->pairs().empty(); ++i) std::this_thread::sleep_for(100ms);
-  ASSERT_FALSE(desk_->pairs().empty());
-  EXPECT_EQ(desk_->pairs().front().pair.kind, PathKind::kHost);
-  EXPECT_EQ(desk_->pairs().front().far_end, "machine");
-  EXPECT_GT(desk_->round_trips().count(), 0u);
-  EXPECT_EQ(desk_->problem(), "");
+  EXPECT_TRUE(ends_.carries());
+  for (int i = 0; i < kTries && ends_.desk->pairs().empty(); ++i) std::this_thread::sleep_for(100ms);
+  ASSERT_FALSE(ends_.desk->pairs().empty());
+  EXPECT_EQ(ends_.desk->pairs().front().pair.kind, PathKind::kHost);
+  EXPECT_EQ(ends_.desk->pairs().front().far_end, "machine");
+  EXPECT_GT(ends_.desk->round_trips().count(), 0u);
+  EXPECT_EQ(ends_.desk->problem(), "");
 }
 
 TEST_F(PathsOnThisComputer, ComeBackAfterTheFarEndHasRestarted) {
   begin_machine();
   begin_desk();
-  ASSERT_TRUE(carries());
+  ASSERT_TRUE(ends_.carries());
   begin_machine();
-  EXPECT_TRUE(carries());
+  EXPECT_TRUE(ends_.carries());
 }
 
 TEST_F(PathsOnThisComputer, CarryOnWithoutTheRendezvousAndFindItAgain) {
   begin_machine();
   begin_desk();
-  ASSERT_TRUE(carries());
+  ASSERT_TRUE(ends_.carries());
   const std::string address = rendezvous_->address();
   rendezvous_.reset();
   std::this_thread::sleep_for(300ms);
-  EXPECT_TRUE(carries(20));
+  EXPECT_TRUE(ends_.carries(20));
   rendezvous_.emplace(address);
   begin_machine();  // needs signals again
-  EXPECT_TRUE(carries());
+  EXPECT_TRUE(ends_.carries());
 }
 
 TEST_F(PathsOnThisComputer, AreFoundBesideSomebodyWhoForgesRepeatsAndTalksNonsense) {
-  const std::string room = room_of(desk_identity_.fingerprint(), machine_identity_.fingerprint());
+  const std::string room = room_of(ends_.desk_identity.fingerprint(), ends_.machine_identity.fingerprint());
   test::WireClient liar(parse_address(rendezvous_->address()));
   liar.say("join " + room);
   const secure::Identity stranger = secure::make_identity("desk");
   const Signer signer(stranger);
-  Conversation forged(signer, machine_identity_.fingerprint());
+  Conversation forged(signer, ends_.machine_identity.fingerprint());
   begin_machine();
   begin_desk();
   std::atomic<bool> ending{false};
@@ -134,10 +93,10 @@ TEST_F(PathsOnThisComputer, AreFoundBesideSomebodyWhoForgesRepeatsAndTalksNonsen
       std::this_thread::sleep_for(200ms);
     }
   });
-  EXPECT_TRUE(carries());
+  EXPECT_TRUE(ends_.carries());
   for (int i = 0; i < 5; ++i) {
     std::this_thread::sleep_for(100ms);
-    EXPECT_TRUE(carries(20));
+    EXPECT_TRUE(ends_.carries(20));
   }
   ending = true;
   lying.join();
@@ -147,42 +106,37 @@ TEST_F(PathsOnThisComputer, AreFoundBesideSomebodyWhoForgesRepeatsAndTalksNonsen
 TEST_F(PathsOnThisComputer, AreNotFoundToAnEndThatIsNotPairedHere) {
   begin_desk();
   const secure::Identity other = secure::make_identity("other");
-  machine_.emplace(DialSetup{rendezvous_->address(), {}, secure::Role::kMachine}, machine_identity_,
-                   secure::Peers{{other.fingerprint(), "other", false}});
-  machine_->start(local_address(machine_link_.descriptor()));
-  EXPECT_FALSE(carries(10));
-  EXPECT_NE(desk_->problem().find("machine is not at the rendezvous"), std::string::npos) << desk_->problem();
+  ends_.begin_machine_paired_with(other, rendezvous_->address());
+  EXPECT_FALSE(ends_.carries(10));
+  EXPECT_NE(ends_.desk->problem().find("machine is not at the rendezvous"), std::string::npos) << ends_.desk->problem();
 }
 
 TEST_F(PathsOnThisComputer, EndWhenAPairingIsRevokedAtEitherEndAndComeBackWithIt) {
   begin_machine();
   begin_desk();
-  ASSERT_TRUE(carries());
-  for (auto* end : {&machine_, &desk_}) {
-    const secure::Peer far = end == &machine_ ? secure::Peer{desk_identity_.fingerprint(), "desk"}
-                                              : secure::Peer{machine_identity_.fingerprint(), "machine"};
+  ASSERT_TRUE(ends_.carries());
+  for (auto* end : {&ends_.machine, &ends_.desk}) {
+    const secure::Peer far = end == &ends_.machine ? secure::Peer{ends_.desk_identity.fingerprint(), "desk"}
+                                                   : secure::Peer{ends_.machine_identity.fingerprint(), "machine"};
     secure::Peer revoked = far;
     revoked.revoked = true;
     (*end)->set_peers({revoked});
     bool ended = false;
-    for (int i = 0; i < kTries && !ended; ++i) ended = !carries(1);
+    for (int i = 0; i < kTries && !ended; ++i) ended = !ends_.carries(1);
     EXPECT_TRUE(ended);
-    EXPECT_FALSE(carries(10));
+    EXPECT_FALSE(ends_.carries(10));
     (*end)->set_peers({far});
-    EXPECT_TRUE(carries());
+    EXPECT_TRUE(ends_.carries());
   }
 }
 
 TEST_F(PathsOnThisComputer, SayWhereTheRendezvousCannotBeReached) {
   const std::string address = rendezvous_->address();
   rendezvous_.reset();
-  desk_.emplace(DialSetup{address, {}, secure::Role::kOperator}, desk_identity_,
-                secure::Peers{{machine_identity_.fingerprint(), "machine", false}});
-  desk_link_ = bound();
-  desk_->start(local_address(desk_link_.descriptor()));
-  for (int i = 0; i < kTries && desk_->problem().find("rendezvous " + address + ": ") == std::string::npos; ++i)
+  ends_.begin_desk(address);
+  for (int i = 0; i < kTries && ends_.desk->problem().find("rendezvous " + address + ": ") == std::string::npos; ++i)
     std::this_thread::sleep_for(100ms);
-  EXPECT_NE(desk_->problem().find("rendezvous " + address + ": "), std::string::npos) << desk_->problem();
+  EXPECT_NE(ends_.desk->problem().find("rendezvous " + address + ": "), std::string::npos) << ends_.desk->problem();
 }
 
 TEST(Dialling, RefusesAnAddressWithoutAPort) {

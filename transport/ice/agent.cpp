@@ -23,6 +23,14 @@ NiceAddress nice_address(const SocketAddress& address) {
   return result;
 }
 
+/// Without port.
+std::string host_of(const SocketAddress& address) {
+  std::array<char, NICE_ADDRESS_STRING_LEN> host{};
+  const NiceAddress nice = nice_address(address);
+  nice_address_to_string(&nice, host.data());
+  return host.data();
+}
+
 SocketAddress socket_address(const NiceAddress& address) {
   SocketAddress result;
   nice_address_copy_to_sockaddr(&address, result.get());
@@ -116,9 +124,9 @@ Agent::Agent(GMainContext* context, const AgentSetup& setup, std::function<void(
                "stun-initial-timeout", kFirstTimeout_ms, "stun-pacing-timer", kPacing_ms, nullptr);
   // A TURN server tells the address as well; libnice takes all that comes from it for TURN and waits in vain for the
   // answer to a plain STUN question.
-  if (setup.servers.stun && setup.servers.stun != setup.servers.turn) {
-    g_object_set(agent_, "stun-server", setup.servers.stun->host.c_str(), "stun-server-port",
-                 static_cast<guint>(setup.servers.stun->port), nullptr);
+  if (setup.stun && std::find(setup.turn.begin(), setup.turn.end(), *setup.stun) == setup.turn.end()) {
+    g_object_set(agent_, "stun-server", host_of(*setup.stun).c_str(), "stun-server-port",
+                 static_cast<guint>(setup.stun->port()), nullptr);
   }
   if (setup.loopback) set_up_loopback(agent_);
   g_signal_connect(agent_, "candidate-gathering-done", G_CALLBACK(Signals::gathered), this);
@@ -127,10 +135,9 @@ Agent::Agent(GMainContext* context, const AgentSetup& setup, std::function<void(
   g_signal_connect(agent_, "component-state-changed", G_CALLBACK(Signals::state), this);
   stream_ = nice_agent_add_stream(agent_, 1);
   nice_agent_set_stream_tos(agent_, stream_, kExpedited);
-  if (setup.servers.turn) {
-    nice_agent_set_relay_info(agent_, stream_, kComponent, setup.servers.turn->host.c_str(), setup.servers.turn->port,
-                              setup.servers.turn_user.c_str(), setup.servers.turn_password.c_str(),
-                              NICE_RELAY_TYPE_TURN_UDP);
+  for (const SocketAddress& turn : setup.turn) {
+    nice_agent_set_relay_info(agent_, stream_, kComponent, host_of(turn).c_str(), turn.port(), setup.turn_user.c_str(),
+                              setup.turn_password.c_str(), NICE_RELAY_TYPE_TURN_UDP);
   }
   gchar *user = nullptr, *password = nullptr;
   if (nice_agent_get_local_credentials(agent_, stream_, &user, &password)) {

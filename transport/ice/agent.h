@@ -39,7 +39,9 @@ struct PathPair {
 
 struct AgentSetup {
   bool controlling = false;
-  Servers servers;
+  std::optional<SocketAddress> stun;  ///< See Servers.
+  std::vector<SocketAddress> turn;    ///< Of one server.
+  std::string turn_user, turn_password;
   bool loopback = false;  ///< Of this computer's addresses only its loopback ones; otherwise all but these.
 };
 

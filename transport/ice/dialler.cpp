@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "transport/ice/network_watch.h"
 #include "transport/ice/rendezvous_client.h"
+#include "transport/ice/server_name.h"
 
 namespace knuckle::ice {
 namespace {
@@ -21,8 +22,9 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kTendEvery = 20ms;
-constexpr auto kSettle = 200ms;       // changes of the network come in bursts
-constexpr auto kCloseWithin = 300ms;  // what a relay has allocated is released
+constexpr auto kSettle = 200ms;         // changes of the network come in bursts
+constexpr auto kCloseWithin = 300ms;    // what a relay has allocated is released
+constexpr auto kServersKnown = 3000ms;  // looking their names up takes no longer, or is in vain for now
 constexpr auto kLookForExpired = 1000ms;
 constexpr std::size_t kMostEvents = 256;
 
@@ -59,17 +61,36 @@ class Dialler::Thread final : RendezvousClient::Listener {
       : dialler_(dialler),
         context_(context),
         network_(context, [this] { change_at_ = std::min(change_at_, Clock::now() + kSettle); }) {
+    if (const auto& server = dialler.setup_.servers.stun) stun_.emplace(*server);
+    if (const auto& server = dialler.setup_.servers.turn) turn_.emplace(*server);
     Listener& self = *this;
     rendezvous_ = std::make_unique<RendezvousClient>(context, dialler.setup_.rendezvous, self);
     timer_ = GlibSource::every(context, kTendEvery, [this] { tend(); });
   }
 
  private:
+  /// With the addresses that the servers have now.
+  [[nodiscard]] AgentSetup agent_now(bool direct_only) const {
+    const Servers& servers = dialler_.setup_.servers;
+    AgentSetup setup;
+    setup.loopback = is_loopback(parse_host_and_port(dialler_.setup_.rendezvous).host);
+    setup.turn_user = servers.turn_user;
+    setup.turn_password = servers.turn_password;
+    if (turn_ && !direct_only) setup.turn = turn_->addresses();
+    // Where the TURN server is not to relay, it still tells the address outside a NAT.
+    const std::optional<ServerName>& asked = stun_ || !direct_only ? stun_ : turn_;
+    for (const SocketAddress& one : asked ? asked->addresses() : std::vector<SocketAddress>{}) {
+      // One alone may be asked: of IPv4 where it has one, since NATs are found there.
+      if (!setup.stun || (setup.stun->bytes.ss_family != AF_INET && one.bytes.ss_family == AF_INET)) setup.stun = one;
+    }
+    return setup;
+  }
+
   [[nodiscard]] std::unique_ptr<Path> path_to(const secure::Peer& peer, const std::string& room) {
     Path::Setup setup{.context = context_,
                       .role = dialler_.setup_.role,
-                      .agent = {.servers = dialler_.setup_.servers,
-                                .loopback = is_loopback(parse_host_and_port(dialler_.setup_.rendezvous).host)},
+                      .agent = [this](bool direct_only) { return agent_now(direct_only); },
+                      .relay = dialler_.setup_.servers.turn ? dialler_.setup_.servers.turn->host : "",
                       .far_end = peer,
                       .signal = [this, room](const Bytes& bytes) { rendezvous_->send(room, bytes); },
                       .report = [this](const PathEvent& event) { report(event); },
@@ -119,10 +140,19 @@ class Dialler::Thread final : RendezvousClient::Listener {
       follow_at_ = now + kLookForExpired;
       follow_peers();
     }
-    rendezvous_->tend(now);
+    bool servers_known = true;
+    for (ServerName* one : {stun_ ? &*stun_ : nullptr, turn_ ? &*turn_ : nullptr}) {
+      if (one == nullptr) continue;
+      one->tend(now);
+      servers_known = servers_known && one->tried();
+    }
+    // Nobody is met before: a first attempt without the relay would be in vain.
+    if (servers_known || now > started_ + kServersKnown) rendezvous_->tend(now);
     if (now >= change_at_) {
       change_at_ = Clock::time_point::max();
       rendezvous_->doubt(now);
+      if (stun_) stun_->doubt();
+      if (turn_) turn_->doubt();
       for (const auto& [room, path] : paths_) path->network_changed(now);
     }
     for (const auto& [room, path] : paths_) path->tend(now);
@@ -156,6 +186,8 @@ class Dialler::Thread final : RendezvousClient::Listener {
 
   Dialler& dialler_;
   GMainContext* context_;
+  const Clock::time_point started_ = Clock::now();
+  std::optional<ServerName> stun_, turn_;
   std::unique_ptr<RendezvousClient> rendezvous_;
   std::map<std::string, std::unique_ptr<Path>> paths_;  // by room
   std::vector<std::string> rooms_;

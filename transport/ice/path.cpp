@@ -14,6 +14,7 @@ constexpr auto kAttemptLasts = 8000ms;  // then another is begun; ...
 // ... with addresses of before a change so long: not shorter, or a network that always changes would let none succeed.
 constexpr auto kOutdatedLasts = 1000ms;
 constexpr auto kRepeatOffer = 1000ms;  // without an answer
+constexpr auto kRelayMissed = 3000ms;  // without an address of it
 constexpr auto kGather = 50ms;         // candidates are told together
 constexpr auto kSettle = 300ms;        // better pairs follow the first within it
 constexpr auto kLinger = 1000ms;
@@ -46,6 +47,9 @@ std::string text(const PathEvent& event) {
       return to + "back: the same one carries again";
     case PathEvent::Kind::kFailed:
       return to + "none found: do firewalls let UDP out? Two NATs may need a relay (--turn); trying again";
+    case PathEvent::Kind::kNoRelay:
+      return to + "no relay: " + event.relay + " (--turn) gives no address: is it there, and does it know user and " +
+             "password of turn.toml?";
   }
   return to;
 }
@@ -56,12 +60,11 @@ Path::Path(Setup setup, const Signer& signer, UdpSocket to_link)
       to_link_(std::move(to_link)),
       back_off_(kFirstBackOff),
       improve_after_(kFirstImprove) {
-  setup_.agent.controlling = operates();
   link_readable_ = GlibSource::readable(setup_.context, to_link_.descriptor(), [this] { read_link(); });
 }
 
 void Path::report(PathEvent::Kind kind, Clock::time_point now) {
-  setup_.report({kind, now, setup_.far_end.name, reported_.value_or(PathPair{}), round_trip_});
+  setup_.report({kind, now, setup_.far_end.name, reported_.value_or(PathPair{}), round_trip_, setup_.relay});
 }
 
 // ---------------------------------------------------------------------------------------------------------- signals
@@ -83,8 +86,12 @@ void Path::hear(std::span<const std::uint8_t> bytes, Clock::time_point now) {
     attempt_.reset();
     wanted_ = true;
     begin_at_ = now;
-    if (!operates() && signal.kind == Signal::Kind::kHello) say({});
     report(PathEvent::Kind::kSearching, now);
+  }
+  // The operator's side repeats its hello until it has heard this side: an answer may have been lost.
+  if (!operates() && signal.kind == Signal::Kind::kHello && (heard.new_session || now - answered_at_ >= kMostOften)) {
+    answered_at_ = now;
+    say({});
   }
   if (operates()) {
     if (signal.kind == Signal::Kind::kAgain) network_changed(now);
@@ -143,11 +150,8 @@ void Path::begin(std::uint32_t number, bool direct_only, Clock::time_point now) 
   attempt->session = sessions_;
   attempt->direct_only = direct_only;
   attempt->begun = now;
-  AgentSetup agent = setup_.agent;
-  if (direct_only) {
-    if (!agent.servers.stun) agent.servers.stun = agent.servers.turn;  // it tells the address outside a NAT, too
-    agent.servers.turn.reset();
-  }
+  AgentSetup agent = setup_.agent(direct_only);
+  agent.controlling = operates();
   Attempt* raw = attempt.get();
   attempt->agent = std::make_unique<Agent>(setup_.context, agent, setup_.wake,
                                            [this, raw](std::span<const std::uint8_t> bytes) { received(*raw, bytes); });
@@ -158,6 +162,8 @@ void Path::tell_candidates(Attempt& attempt, Clock::time_point now) {
   if (now - attempt.begun < kGather || now - attempt.told_at < kGather) return;
   std::vector<Candidate> candidates = attempt.agent->candidates();
   const bool complete = attempt.agent->gathered();
+  if (!setup_.relay.empty() && !attempt.direct_only)
+    look_for_relay(candidates, complete || now - attempt.begun > kRelayMissed, now);
   const bool more = candidates.size() != attempt.told || complete != attempt.told_complete;
   const bool again = operates() && !attempt.answered && now - attempt.told_at >= kRepeatOffer;
   if (candidates.empty() || (!more && !again)) return;
@@ -173,6 +179,13 @@ void Path::tell_candidates(Attempt& attempt, Clock::time_point now) {
   signal.password = attempt.agent->password();
   signal.candidates = std::move(candidates);
   say(std::move(signal));
+}
+
+void Path::look_for_relay(const std::vector<Candidate>& candidates, bool over, Clock::time_point now) {
+  const bool there = std::any_of(candidates.begin(), candidates.end(),
+                                 [](const Candidate& one) { return one.kind == Candidate::Kind::kRelayed; });
+  if (!there && over && !relay_missed_) report(PathEvent::Kind::kNoRelay, now);
+  relay_missed_ = !there && (over || relay_missed_);
 }
 
 // ------------------------------------------------------------------------------------------------------- datagrams

@@ -27,11 +27,13 @@ struct PathEvent {
     kLost,       ///< Nothing comes through any more; another is being searched.
     kBack,       ///< It does again, before another was found.
     kFailed,     ///< An attempt has found none.
+    kNoRelay,    ///< The TURN server gives no address. Told once, also where another path is found.
   } kind = Kind::kSearching;
   std::chrono::steady_clock::time_point at;
   std::string far_end;  ///< Its name.
   PathPair pair;        ///< Of kInUse.
   std::chrono::nanoseconds round_trip{};
+  std::string relay;  ///< Of kNoRelay: host of the TURN server.
 };
 /// "path to desk 1: in use: host, 192.0.2.7:40001 to 192.0.2.9:40100, round trip 0.4 ms"
 [[nodiscard]] std::string text(const PathEvent& event);
@@ -42,8 +44,9 @@ class Path {
 
   struct Setup {
     GMainContext* context = nullptr;
-    secure::Role role = secure::Role::kOperator;  ///< The operator's side makes the offers.
-    AgentSetup agent;
+    secure::Role role = secure::Role::kOperator;        ///< The operator's side makes the offers.
+    std::function<AgentSetup(bool direct_only)> agent;  ///< Of an attempt that begins now.
+    std::string relay;                                  ///< Host of the TURN server; empty: none.
     secure::Peer far_end;
     std::function<void(const Bytes&)> signal;  ///< To the far end, over the rendezvous.
     std::function<void(const PathEvent&)> report;
@@ -84,6 +87,7 @@ class Path {
   void begin(std::uint32_t number, bool direct_only, Clock::time_point now);
   void take_offer(const Signal& offer, Clock::time_point now);
   void tell_candidates(Attempt& attempt, Clock::time_point now);
+  void look_for_relay(const std::vector<Candidate>& candidates, bool over, Clock::time_point now);
   void received(Attempt& attempt, std::span<const std::uint8_t> datagram);
   void send_beats(Attempt& attempt, Clock::time_point now);
   void use_attempt(Clock::time_point now);
@@ -101,7 +105,7 @@ class Path {
   std::unique_ptr<Attempt> current_, attempt_, previous_;  // previous_: what is still under way there comes through
   Clock::time_point switched_at_{};
   std::uint32_t attempts_ = 0, sessions_ = 0;
-  bool lost_ = false, wanted_ = false;
+  bool lost_ = false, wanted_ = false, relay_missed_ = false;
   Clock::time_point begin_at_{}, improve_at_{}, changed_at_{}, said_again_at_{};
   Clock::time_point answered_at_{}, session_at_{}, hello_at_{}, greeted_at_{};
   std::chrono::milliseconds back_off_, improve_after_;

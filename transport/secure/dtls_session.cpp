@@ -23,6 +23,32 @@ constexpr char kTagLabel[] = "EXPORTER-knuckle-tag";  // RFC 5705
 // Application protocols (RFC 7301) in the order of Purpose, as they travel: length, name.
 constexpr std::array<std::string_view, 3> kPurposes{"\x0Fknuckle-control", "\x0Fknuckle-observe", "\x0Bknuckle-try"};
 
+// Of a record (RFC 6347, 4.1): content type, version, epoch and sequence number, length.
+constexpr std::size_t kRecordHeader = 13;
+// What an encrypted one has at least: explicit nonce, authentication tag.
+constexpr std::size_t kLeastEncrypted = 8 + 16;
+
+std::size_t length_of(std::span<const std::uint8_t> record) noexcept {
+  return static_cast<std::size_t>(record[11] << 8 | record[12]);
+}
+/// After a handshake. OpenSSL ends a session for an encrypted record that is too short to be authentic, which anybody
+/// can make, and keeps those of an epoch to come.
+bool may_be_authentic(std::span<const std::uint8_t> record) noexcept {
+  return record[1] == 0xFE && record[2] == 0xFD && record[3] == 0 && record[4] == 1 &&
+         length_of(record) >= kLeastEncrypted;
+}
+/// What a far end says again: whole records, of its handshake or encrypted. Behind a malformed one OpenSSL would look
+/// for others inside of it.
+bool may_be_said_again(std::span<const std::uint8_t> datagram) noexcept {
+  while (datagram.size() >= kRecordHeader) {
+    const std::size_t size = kRecordHeader + length_of(datagram);
+    const bool plain = datagram[1] == 0xFE && datagram[2] == 0xFD && datagram[3] == 0 && datagram[4] == 0;
+    if (size > datagram.size() || !(plain || may_be_authentic(datagram))) return false;
+    datagram = datagram.subspan(size);
+  }
+  return datagram.empty();
+}
+
 const unsigned char* bytes_of(std::string_view text) {
   return reinterpret_cast<const unsigned char*>(text.data());
 }
@@ -56,6 +82,13 @@ void must(bool ok, const char* what) {
 }
 
 }  // namespace
+
+bool is_hello(std::span<const std::uint8_t> bytes) noexcept {
+  constexpr std::size_t kTypeOfMessage = 13;
+  constexpr std::uint8_t kHandshakeRecord = 22, kClientHello = 1;
+  return bytes.size() > kTypeOfMessage && bytes[0] == kHandshakeRecord && bytes[3] == 0 && bytes[4] == 0 &&
+         bytes[kTypeOfMessage] == kClientHello;
+}
 
 const char* text(Refusal refusal) noexcept {
   switch (refusal) {
@@ -155,19 +188,24 @@ struct DtlsSession::Wire {
 struct DtlsContext::Impl {
   SSL_CTX* ssl = nullptr;
   BIO_METHOD* wire = nullptr;
-  std::array<unsigned char, kSecretSize> cookie_secret{};
+  using Secret = std::array<unsigned char, kSecretSize>;
+  std::array<Secret, 2> cookie_secrets{};  // of now, of before
 
   ~Impl() {
     SSL_CTX_free(ssl);
     BIO_meth_free(wire);
   }
   /// Whose address it is is all that a cookie says.
-  bool cookie(const SocketAddress& from, std::array<unsigned char, 32>& cookie) const {
+  bool cookie(const Secret& secret, const SocketAddress& from, std::array<unsigned char, 32>& cookie) const {
     const std::string address = knuckle::text(from);
     unsigned size = 0;
-    return HMAC(EVP_sha256(), cookie_secret.data(), static_cast<int>(cookie_secret.size()),
+    return HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()),
                 reinterpret_cast<const unsigned char*>(address.data()), address.size(), cookie.data(),
                 &size) != nullptr;
+  }
+  void renew_cookies() {
+    cookie_secrets[1] = cookie_secrets[0];
+    must(RAND_bytes(cookie_secrets[0].data(), static_cast<int>(cookie_secrets[0].size())) == 1, "random number");
   }
 };
 
@@ -194,7 +232,8 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, Purpo
   SSL_CTX_set_session_cache_mode(c, SSL_SESS_CACHE_OFF);
   SSL_CTX_set_read_ahead(c, 1);
   SSL_CTX_set_verify(c, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, nullptr);
-  must(RAND_bytes(impl_->cookie_secret.data(), static_cast<int>(impl_->cookie_secret.size())) == 1, "random number");
+  impl_->renew_cookies();
+  impl_->renew_cookies();
 
   // Pinned certificates only: no chain, no authority, no name.
   SSL_CTX_set_cert_verify_callback(
@@ -254,16 +293,20 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, Purpo
   SSL_CTX_set_cookie_generate_cb(c, [](SSL* ssl, unsigned char* cookie, unsigned* size) {
     const auto& wire = *static_cast<DtlsSession::Wire*>(SSL_get_app_data(ssl));
     std::array<unsigned char, 32> made{};
-    if (!wire.context->impl_->cookie(wire.from, made)) return 0;
+    if (!wire.context->impl_->cookie(wire.context->impl_->cookie_secrets[0], wire.from, made)) return 0;
     std::copy(made.begin(), made.end(), cookie);
     *size = made.size();
     return 1;
   });
   SSL_CTX_set_cookie_verify_cb(c, [](SSL* ssl, const unsigned char* cookie, unsigned size) {
     const auto& wire = *static_cast<DtlsSession::Wire*>(SSL_get_app_data(ssl));
-    std::array<unsigned char, 32> made{};
-    return static_cast<int>(wire.context->impl_->cookie(wire.from, made) && size == made.size() &&
-                            CRYPTO_memcmp(cookie, made.data(), size) == 0);
+    const DtlsContext::Impl& impl = *wire.context->impl_;
+    return static_cast<int>(
+        std::any_of(impl.cookie_secrets.begin(), impl.cookie_secrets.end(), [&](const Impl::Secret& secret) {
+          std::array<unsigned char, 32> made{};
+          return impl.cookie(secret, wire.from, made) && size == made.size() &&
+                 CRYPTO_memcmp(cookie, made.data(), size) == 0;
+        }));
   });
 
   impl_->wire = BIO_meth_new(BIO_get_new_index() | BIO_TYPE_SOURCE_SINK, "datagram");
@@ -275,6 +318,10 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, Purpo
 }
 
 DtlsContext::~DtlsContext() = default;
+
+void DtlsContext::renew_cookies() {
+  impl_->renew_cookies();
+}
 
 const Peer* DtlsContext::find(const Fingerprint& fingerprint) const noexcept {
   const auto found =
@@ -340,17 +387,28 @@ DtlsSession::Progress DtlsSession::start(Out& out) {
 }
 
 DtlsSession::Progress DtlsSession::hear(std::span<const std::uint8_t> datagram, Out& out) {
+  const bool shaken = SSL_is_init_finished(ssl_) != 0;
+  if (shaken && !may_be_said_again(datagram)) return Progress::kDone;
   wire_->in = datagram;
   wire_->waiting = true;
   wire_->out = &out;
   ERR_clear_error();
-  if (SSL_is_init_finished(ssl_) == 0) return progress(SSL_do_handshake(ssl_));
+  if (!shaken) return progress(SSL_do_handshake(ssl_));
   // What the far end sends again because our last flight was lost.
-  std::uint8_t none = 0;
-  (void)SSL_read(ssl_, &none, 1);
-  ERR_clear_error();
+  (void)drop_messages();
   wire_->waiting = false;
   return Progress::kDone;
+}
+
+/// A record among the handshake's datagrams is none that open() was given: OpenSSL would keep it, or what is left of
+/// it, and give it out as what the next datagram holds.
+bool DtlsSession::drop_messages() {
+  std::array<std::uint8_t, kMaxDatagram + 1> text;
+  int got = 1;
+  while (got > 0) got = SSL_read(ssl_, text.data(), static_cast<int>(text.size()));
+  const bool lives = SSL_get_error(ssl_, got) != SSL_ERROR_SSL;
+  ERR_clear_error();
+  return lives;
 }
 
 DtlsSession::Progress DtlsSession::tend(Out& out) {
@@ -369,7 +427,9 @@ DtlsSession::Progress DtlsSession::progress(int result) {
   wire_->waiting = false;
   if (result == 1) {
     agree_on_tags();
-    return Progress::kDone;
+    if (drop_messages()) return Progress::kDone;
+    wire_->refusal = Refusal::kProtocol;
+    return Progress::kFailed;
   }
   const int error = SSL_get_error(ssl_, result);
   const unsigned long detail = ERR_peek_error();
@@ -395,6 +455,10 @@ void DtlsSession::agree_on_tags() {
 
 Refusal DtlsSession::refusal() const noexcept {
   return wire_->refusal;
+}
+
+Certificate DtlsSession::peer_certificate() const {
+  return Certificate(SSL_get1_peer_certificate(ssl_));
 }
 
 const std::string& DtlsSession::peer_name() const noexcept {
@@ -443,13 +507,11 @@ bool DtlsSession::seal_farewell(Sealed& sealed) noexcept {
 
 std::optional<DtlsSession::Opened> DtlsSession::open(std::span<const std::uint8_t> datagram, Datagram& plain) noexcept {
   // One record a datagram, as seal() makes them: OpenSSL never sees a header that contradicts its datagram.
-  // Content type, version, epoch and sequence number (all authenticated with the record), length.
-  constexpr std::size_t kHeader = 13;
   constexpr std::uint8_t kAlert = 21, kData = 23;
-  if (datagram.size() < kTagSize + kHeader || datagram.size() > kMaxDatagram + kSealOverhead) return std::nullopt;
+  if (datagram.size() < kTagSize + kRecordHeader || datagram.size() > kMaxDatagram + kSealOverhead) return std::nullopt;
   const auto record = datagram.subspan(kTagSize);
-  const bool known = (record[0] == kData || record[0] == kAlert) && record[1] == 0xFE && record[2] == 0xFD;
-  if (!known || record.size() != kHeader + static_cast<std::size_t>(record[11] << 8 | record[12])) return std::nullopt;
+  const bool known = (record[0] == kData || record[0] == kAlert) && may_be_authentic(record);
+  if (!known || record.size() != kRecordHeader + length_of(record)) return std::nullopt;
   std::uint64_t number = 0;
   for (const std::uint8_t byte : record.subspan(3, 8)) number = number << 8 | byte;
   std::array<std::uint8_t, kMaxDatagram + 1> text;

@@ -6,6 +6,7 @@
 #include <openssl/types.h>
 
 #include <array>
+#include <bit>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -60,6 +61,12 @@ inline constexpr std::uint8_t kTagMark = 0xC0;  ///< First bytes from here on ar
 inline constexpr std::uint8_t kObserverTagMark = 0x80;
 
 using Tag = std::array<std::uint8_t, kTagSize>;
+[[nodiscard]] inline std::uint64_t number_of(const Tag& tag) noexcept {
+  return std::bit_cast<std::uint64_t>(tag);
+}
+inline constexpr std::size_t kMostReceived = 2048;  ///< No datagram of ours is longer.
+/// DTLS 1.2 record of epoch 0 with a ClientHello.
+[[nodiscard]] bool is_hello(std::span<const std::uint8_t> bytes) noexcept;
 
 /// What travels inside a session.
 enum class Inner : std::uint8_t {
@@ -92,7 +99,10 @@ class DtlsContext {
   /// The thread that makes the handshakes: whom this end lets in from now on.
   void set_peers(Peers peers) { peers_ = std::move(peers); }
   [[nodiscard]] const Peer* find(const Fingerprint& fingerprint) const noexcept;
+  /// Whether this end lets it in now.
   [[nodiscard]] Refusal judge(const X509* certificate, Purpose purpose) const noexcept;
+  /// Cookies made from now on differ; those of before the last call but one count no more.
+  void renew_cookies();
 
  private:
   friend class DtlsSession;
@@ -132,6 +142,8 @@ class DtlsSession {
   [[nodiscard]] Refusal refusal() const noexcept;
   /// Of the far end; valid once it has shown its certificate.
   [[nodiscard]] const std::optional<Fingerprint>& peer() const noexcept;
+  /// Once its handshake is done.
+  [[nodiscard]] Certificate peer_certificate() const;
   /// As it calls itself.
   [[nodiscard]] const std::string& peer_name() const noexcept;
   /// When its certificate expires, "2031-11-24T05:00:00Z".
@@ -159,6 +171,7 @@ class DtlsSession {
   struct Wire;
   Progress progress(int result);
   void agree_on_tags();
+  bool drop_messages();  // false: something else in the datagram has ended the session
 
   const DtlsContext& context_;
   std::unique_ptr<Wire> wire_;

@@ -50,6 +50,14 @@ constexpr std::size_t kCodeGroups = 6;
   throw InputError(file + ": " + why);
 }
 
+/// The private half belongs to the public one: a file may hold any two.
+bool signs_what_it_verifies(EVP_PKEY* key) {
+  EVP_PKEY_CTX* context = EVP_PKEY_CTX_new_from_pkey(nullptr, key, nullptr);
+  const bool ok = context != nullptr && EVP_PKEY_pairwise_check(context) == 1;
+  EVP_PKEY_CTX_free(context);
+  return ok;
+}
+
 std::string read_private_file(const std::string& file) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
   if (descriptor < 0)
@@ -200,6 +208,10 @@ Identity load_identity(const std::string& file) {
     refuse(file, "its key is not on the curve P-256");
   if (X509_check_private_key(read.certificate.get(), read.key.get()) != 1)
     refuse(file, "its certificate is of another key");
+  if (!signs_what_it_verifies(read.key.get()))
+    refuse(file, "its private key is damaged: make a new one (knuckle pair --renew --name NAME) and pair again");
+  if (X509_self_signed(read.certificate.get(), 1) != 1)
+    refuse(file, "its certificate is not signed by its own key: make both anew (knuckle pair --renew --name NAME)");
   read.name = common_name(read.certificate.get());
   return read;
 }

@@ -66,7 +66,7 @@ struct Identity {
 /// @throws InputError where the name is not one.
 [[nodiscard]] Identity make_identity(const std::string& name, int days = kIdentityDays);
 /// @throws InputError, one line, where the file cannot be read, may be read or written by anybody but its owner, or has
-/// no P-256 key with its certificate.
+/// no P-256 key with a certificate that this key has signed.
 [[nodiscard]] Identity load_identity(const std::string& file);
 
 /// An end that this one knows.

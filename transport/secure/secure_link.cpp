@@ -17,14 +17,7 @@ constexpr auto kAskAgain = 50ms;     // a new address, whether it is the far end
 constexpr auto kSayAlive = 300ms;    // an observer
 constexpr auto kSameAsker = 5000ms;  // of the repeats of one request
 constexpr int kRepeats = 3;          // of what nobody confirms
-constexpr std::size_t kMostReceived = 2048;
 constexpr int kMostSkipped = 32;
-
-std::uint64_t number_of(const Tag& tag) noexcept {
-  std::uint64_t number = 0;
-  std::memcpy(&number, tag.data(), sizeof number);
-  return number;
-}
 
 SocketAddress mapped(const SocketAddress& address) {
   if (address.bytes.ss_family != AF_INET) return address;
@@ -162,7 +155,7 @@ void SecureLink::take_offer() noexcept {
   std::unique_ptr<Offer> offer(offered_.exchange(nullptr, std::memory_order_acquire));
   if (!offer) return;
   if (released_.load(std::memory_order_relaxed)) return retire(offer);
-  const bool same = current_ && current_->peer == offer->peer;
+  const bool same = offer->renews && current_ && current_->peer == offer->peer;
   const bool renewed = talks_ && same;
   retire(previous_);
   if (same) {
@@ -213,10 +206,14 @@ bool SecureLink::receive(Datagram& datagram) noexcept {
   cut_off_where_asked();
   tell_of_asker();
   std::array<std::uint8_t, kMostReceived> bytes;
+  emptied_ = false;
   for (int i = 0; i < kMostSkipped; ++i) {
     SocketAddress from;
     const auto arrival = sockets_.marked.receive(bytes, from);
-    if (!arrival) return false;
+    if (!arrival) {
+      emptied_ = true;
+      return false;
+    }
     if (arrival->size <= kTagSize || arrival->size > bytes.size()) continue;
     const std::span received = std::span<const std::uint8_t>(bytes).first(arrival->size);
     Tag tag;
@@ -246,14 +243,16 @@ bool SecureLink::open(std::span<const std::uint8_t> bytes, const SocketAddress& 
   const auto now = Clock::now();
   heard_at_.store(now.time_since_epoch().count(), std::memory_order_relaxed);
   if (opened->kind != Inner::kMessage) return is_current && obey(opened->kind, from, datagram);
-  if (is_current && opened->newest && !(from == current_->address)) follow(from);
+  if (role_ == Role::kMachine && is_current && opened->newest && !(from == current_->address)) follow(from);
   return now >= quiet_until_;
 }
 
 /// What the far end's link says to this one. @return false: none of it is for the loop.
 bool SecureLink::obey(Inner kind, const SocketAddress& from, const Datagram& datagram) noexcept {
   const bool machine = role_ == Role::kMachine;
-  if (kind == Inner::kChallenge) send_inner(Inner::kResponse, datagram.view(), from);
+  // Only back where the machine is: who relays its question does not get the session.
+  if (kind == Inner::kChallenge && !machine && from == current_->address)
+    send_inner(Inner::kResponse, datagram.view(), from);
   if (kind == Inner::kResponse) moved(from, datagram);
   if (kind == Inner::kAnswer && !machine) hear_answer(datagram);
   if (kind == Inner::kAsked && !machine) hear_asker(datagram);

@@ -95,11 +95,16 @@ class SecureLink final : public Link {
   /// False where there is no session, the far end of a listening one has been silent, or this end only observes.
   bool send(std::span<const std::uint8_t> bytes) noexcept override;
   bool receive(Datagram& datagram) noexcept override;
+  [[nodiscard]] bool emptied() const noexcept override { return emptied_; }
   /// Says farewell: the far end knows at once that nobody is here. This end does not connect again.
   void close() noexcept;
 
   // Any one other thread.
   bool next(LinkEvent& event) noexcept { return handshake_events_.pop(event) || loop_events_.pop(event); }
+  /// Those that came faster than they were taken.
+  [[nodiscard]] std::uint64_t events_lost() const noexcept {
+    return handshake_events_.dropped() + loop_events_.dropped();
+  }
   /// What keeps the link from being there, in one line; empty where it is, or nothing is known yet.
   [[nodiscard]] std::string problem() const;
   [[nodiscard]] std::uint16_t port() const noexcept;
@@ -119,6 +124,7 @@ class SecureLink final : public Link {
     SocketAddress address;
     Fingerprint peer;
     PeerName name;
+    bool renews = false;  ///< New keys of the program that had control already.
   };
   struct Handshake {
     std::unique_ptr<DtlsSession> session;
@@ -127,11 +133,18 @@ class SecureLink final : public Link {
     bool done = false;
     int answers = 0;  ///< How often `answer` was sent, which nobody confirms.
     Refusal answer = Refusal::kNone;
+    Clock::time_point answered_at{};
+  };
+  struct Holder {
+    Fingerprint peer;
+    Certificate certificate;
+    SocketAddress address;
   };
   struct Observer {
     std::unique_ptr<DtlsSession> session;
     SocketAddress address;
     Fingerprint peer;
+    Certificate certificate;
     Clock::time_point heard_at;
   };
   struct Asker {
@@ -179,10 +192,10 @@ class SecureLink final : public Link {
   void tend(Clock::time_point now);
   void start_where_needed(Clock::time_point now);
   void fail(const Handshake& handshake, Refusal refusal);
-  void apply(Peers peers);
+  void check_admitted();
   void cut_off_holder(Refusal refusal);
+  [[nodiscard]] bool make_room(const SocketAddress& from);
   void free_retired();
-  [[nodiscard]] Refusal admits(const Fingerprint& peer, Purpose purpose) const noexcept;
   void put(const LinkEvent& event) noexcept { handshake_events_.push(event); }
   [[nodiscard]] PeerName name_of(const Fingerprint& peer) const noexcept;
   [[nodiscard]] LinkEvent event_of(LinkEvent::Kind kind, const SocketAddress& address, const Fingerprint& peer) const;
@@ -201,8 +214,9 @@ class SecureLink final : public Link {
 
   // The loop's thread.
   std::unique_ptr<Offer> current_,
-      previous_;        // the same far end's, which still opens what was sealed before new keys were there
-  bool talks_ = false;  // the current session has not been closed
+      previous_;          // the same far end's, which still opens what was sealed before new keys were there
+  bool talks_ = false;    // the current session has not been closed
+  bool emptied_ = false;  // by the last receive() that found nothing
   Clock::time_point quiet_until_{}, said_alive_at_{}, asked_at_{};
   Asker asker_;  // machine's side: whom the far end is told of; operator's: who asked last
   int asks_left_ = 0;
@@ -239,13 +253,15 @@ class SecureLink final : public Link {
   std::vector<Handshake> handshakes_;
   std::vector<Observer> observers_;
   std::unique_ptr<DtlsSession> listening_;
-  std::optional<Fingerprint> holder_, granted_to_;
-  SocketAddress holder_address_;
+  std::optional<Holder> holder_;
+  std::optional<Fingerprint> granted_to_;
   std::vector<std::pair<Fingerprint, Clock::time_point>> asked_;  // lately
   std::array<Tag, 2> tags_{};                                     // of the two newest sessions
-  Clock::time_point made_at_{}, try_at_{}, granted_at_{}, peers_at_{};
+  Clock::time_point made_at_{}, taken_at_{}, try_at_{}, granted_at_{}, peers_at_{};
   int hellos_left_ = 0;
-  Clock::time_point hellos_at_{};
+  Clock::time_point hellos_at_{}, cookies_at_{};
+  std::vector<SocketAddress> to_try_;  // operator's side: in this attempt, the next one last
+  Clock::time_point begun_at_{};
   std::thread thread_;
 };
 

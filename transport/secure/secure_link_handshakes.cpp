@@ -13,33 +13,25 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// At a time; of ends that have shown that their address is theirs. One host alone cannot keep others out.
+// At a time; of ends that have shown that their address is theirs. Beyond them the oldest that has shown no certificate
+// makes room, so that nobody keeps others out by handshakes that do not go on.
 constexpr std::size_t kMostHandshakes = 16, kMostOfOneHost = 4;
 constexpr int kHellosPer100ms = 1000;  // more are dropped unread: nobody honest sends as many
 constexpr auto kPollTime = 20ms, kPollTimeWithObservers = 5ms;
-constexpr auto kTryAgain = 1000ms;  // after a refusal
+constexpr auto kTryAgain = 1000ms;    // after a refusal
+constexpr auto kNextAddress = 250ms;  // of a name that has several (RFC 8305, 5)
 constexpr auto kLookAtPeers = 1000ms;
+constexpr auto kNewCookies = 60s;
 constexpr int kRepeats = 4;  // of what nobody confirms
-constexpr std::size_t kMostReceived = 2048;
 
-std::uint64_t number_of(const Tag& tag) noexcept {
-  std::uint64_t number = 0;
-  std::memcpy(&number, tag.data(), sizeof number);
-  return number;
-}
-
-bool same_host(SocketAddress one, SocketAddress other) noexcept {
-  // The port is at the same place for both families.
-  reinterpret_cast<sockaddr_in&>(one.bytes).sin_port = reinterpret_cast<sockaddr_in&>(other.bytes).sin_port = 0;
-  return one == other;
-}
-
-/// DTLS 1.2 record of epoch 0 with a ClientHello.
-bool is_hello(std::span<const std::uint8_t> bytes) noexcept {
-  constexpr std::size_t kTypeOfMessage = 13;
-  constexpr std::uint8_t kHandshakeRecord = 22, kClientHello = 1;
-  return bytes.size() > kTypeOfMessage && bytes[0] == kHandshakeRecord && bytes[3] == 0 && bytes[4] == 0 &&
-         bytes[kTypeOfMessage] == kClientHello;
+/// Of IPv6, one host has a network of 64 bits.
+SocketAddress host_of(SocketAddress address) noexcept {
+  reinterpret_cast<sockaddr_in&>(address.bytes).sin_port = 0;  // at the same place for both families
+  if (address.bytes.ss_family == AF_INET6) {
+    auto& six = reinterpret_cast<sockaddr_in6&>(address.bytes).sin6_addr;
+    if (!IN6_IS_ADDR_V4MAPPED(&six)) std::memset(six.s6_addr + 8, 0, 8);
+  }
+  return address;
 }
 
 }  // namespace
@@ -72,7 +64,7 @@ void SecureLink::take_notes(Clock::time_point now) {
     granted_at_ = now;
   }
   if (granted_to_ && now - granted_at_ > timing_.grant) granted_to_.reset();
-  moves_.take(holder_address_);
+  if (SocketAddress address; moves_.take(address) && holder_) holder_->address = address;
   if (RefusedBy refused; refused_by_.take(refused)) {
     try_at_ = now + kTryAgain;
     holder_.reset();
@@ -82,19 +74,23 @@ void SecureLink::take_notes(Clock::time_point now) {
                                                                   : text(refused.refusal);
   }
   std::erase_if(asked_, [&](const auto& asked) { return now - asked.second > timing_.ask_again; });
-  if (access_.newer_peers && now - peers_at_ >= kLookAtPeers) {
-    peers_at_ = now;
-    if (std::optional<Peers> peers = access_.newer_peers()) apply(std::move(*peers));
+  if (now - cookies_at_ >= kNewCookies) {
+    cookies_at_ = now;
+    context_.renew_cookies();
   }
+  if (now - peers_at_ < kLookAtPeers) return;
+  peers_at_ = now;
+  if (std::optional<Peers> peers = access_.newer_peers ? access_.newer_peers() : std::nullopt)
+    context_.set_peers(std::move(*peers));
+  check_admitted();
 }
 
-/// Revoked, or with another role: cut off at once.
-void SecureLink::apply(Peers peers) {
-  context_.set_peers(std::move(peers));
-  const Refusal refusal = holder_ ? admits(*holder_, Purpose::kControl) : Refusal::kNone;
+/// Who was revoked meanwhile, has another role, or whose certificate has expired is cut off.
+void SecureLink::check_admitted() {
+  const Refusal refusal = holder_ ? context_.judge(holder_->certificate.get(), Purpose::kControl) : Refusal::kNone;
   if (refusal != Refusal::kNone) cut_off_holder(refusal);
   for (Observer& observer : observers_) {
-    const Refusal why = admits(observer.peer, Purpose::kObserve);
+    const Refusal why = context_.judge(observer.certificate.get(), Purpose::kObserve);
     if (why == Refusal::kNone) continue;
     LinkEvent event = event_of(LinkEvent::Kind::kCutOff, observer.address, observer.peer);
     event.refusal = why;
@@ -105,20 +101,13 @@ void SecureLink::apply(Peers peers) {
 }
 
 void SecureLink::cut_off_holder(Refusal refusal) {
-  LinkEvent event = event_of(LinkEvent::Kind::kCutOff, holder_address_, *holder_);
+  LinkEvent event = event_of(LinkEvent::Kind::kCutOff, holder_->address, holder_->peer);
   event.refusal = refusal;
   put(event);
-  cut_offs_.put(*holder_);
+  // The offer first: the loop's thread, which reads the note, must not find it afterwards.
   delete offered_.exchange(nullptr, std::memory_order_acq_rel);
+  cut_offs_.put(holder_->peer);
   holder_.reset();
-}
-
-Refusal SecureLink::admits(const Fingerprint& fingerprint, Purpose purpose) const noexcept {
-  const Peer* peer = context_.find(fingerprint);
-  if (peer == nullptr) return Refusal::kUnknownPeer;
-  if (peer->revoked) return Refusal::kRevokedPeer;
-  const bool leads = role_ == Role::kMachine && purpose == Purpose::kControl;
-  return leads && peer->observer ? Refusal::kObserver : Refusal::kNone;
 }
 
 void SecureLink::read_handshakes(Clock::time_point now) {
@@ -151,16 +140,30 @@ void SecureLink::hear(std::span<const std::uint8_t> bytes, const SocketAddress& 
 
 /// A hello: of an end that is new here, or of one that has begun anew.
 void SecureLink::hear_stranger(std::span<const std::uint8_t> bytes, const SocketAddress& from, Clock::time_point now) {
-  if (!is_hello(bytes) || hellos_left_ == 0 || handshakes_.size() >= kMostHandshakes) return;
-  const auto of_host = std::count_if(handshakes_.begin(), handshakes_.end(),
-                                     [&](const Handshake& one) { return same_host(one.address, from); });
-  if (static_cast<std::size_t>(of_host) >= kMostOfOneHost) return;
+  if (!is_hello(bytes) || hellos_left_ == 0) return;
   --hellos_left_;
   if (!listening_) listening_ = std::make_unique<DtlsSession>(context_);
   HandshakeOut out(sockets_.unmarked, from);
   if (!listening_->hear_hello(bytes, from, out)) return;
+  if (!make_room(from)) {
+    listening_.reset();
+    return;
+  }
   Handshake& begun = handshakes_.emplace_back(Handshake{std::move(listening_), from, now});
   advance(begun, begun.session->start(out), now);
+}
+
+bool SecureLink::make_room(const SocketAddress& from) {
+  const auto of_host = [&](const Handshake& one) { return host_of(one.address) == host_of(from); };
+  const auto of_this_host = std::count_if(handshakes_.begin(), handshakes_.end(), of_host);
+  const bool host_full = static_cast<std::size_t>(of_this_host) >= kMostOfOneHost;
+  if (!host_full && handshakes_.size() < kMostHandshakes) return true;
+  const auto oldest = std::find_if(handshakes_.begin(), handshakes_.end(), [&](const Handshake& one) {
+    return !one.done && !one.session->peer() && (!host_full || of_host(one));
+  });
+  if (oldest == handshakes_.end()) return false;
+  handshakes_.erase(oldest);
+  return true;
 }
 
 /// The far end of the offered session may not have heard our last words: then it says its own again.
@@ -180,6 +183,9 @@ void SecureLink::advance(Handshake& handshake, DtlsSession::Progress progress, C
   if (progress == DtlsSession::Progress::kUnderWay) return;
   handshake.done = true;
   if (progress == DtlsSession::Progress::kFailed) return fail(handshake, handshake.session->refusal());
+  // Its certificate was judged when it came, which may be seconds ago.
+  const Refusal refusal = context_.judge(handshake.session->peer_certificate().get(), handshake.session->purpose());
+  if (refusal != Refusal::kNone) return fail(handshake, refusal);
   if (role_ == Role::kOperator) return offer(handshake, now);
   switch (handshake.session->purpose()) {
     case Purpose::kControl:
@@ -197,9 +203,9 @@ const Fingerprint* SecureLink::held_against(const Handshake& handshake, Clock::t
   const Fingerprint& peer = *handshake.session->peer();
   if (granted_to_) return *granted_to_ == peer ? nullptr : &*granted_to_;
   // Another program with the same key is another one, too; the same program keeps its port when it renews its keys.
-  if (!holder_ || (*holder_ == peer && holder_address_ == handshake.address)) return nullptr;
-  const bool present = !silent() || now - made_at_ < timing_.silence;  // heard, or about to be
-  return present ? &*holder_ : nullptr;
+  if (!holder_ || (holder_->peer == peer && holder_->address == handshake.address)) return nullptr;
+  const bool present = !silent() || now - taken_at_ < timing_.silence;  // heard, or about to be
+  return present ? &holder_->peer : nullptr;
 }
 
 void SecureLink::decide_control(Handshake& handshake, Clock::time_point now) {
@@ -224,15 +230,22 @@ void SecureLink::offer(Handshake& handshake, Clock::time_point now) {
   free_retired();
   const Fingerprint peer = *handshake.session->peer();
   const Tag tag = handshake.session->receive_tag();
-  holder_ = peer;
-  holder_address_ = handshake.address;
+  const bool renews = holder_ && holder_->peer == peer && holder_->address == handshake.address;
+  holder_ = Holder{peer, handshake.session->peer_certificate(), handshake.address};
   granted_to_.reset();
   made_at_ = now;
-  tags_ = {tag, tags_[0]};
+  if (!renews) taken_at_ = now;  // handshakes alone, of a program whose loop is silent, keep nothing
+  // What another program seals is not even read from now on: the loop may learn of the change only later.
+  tags_ = {tag, renews ? tags_[0] : tag};
   sockets_.marked.hear_only_beginning_with(tags_);
-  auto offer = std::make_unique<Offer>(Offer{std::move(handshake.session), handshake.address, peer, name_of(peer)});
+  auto offer =
+      std::make_unique<Offer>(Offer{std::move(handshake.session), handshake.address, peer, name_of(peer), renews});
   offered_tag_.store(number_of(tag), std::memory_order_relaxed);
   delete offered_.exchange(offer.release(), std::memory_order_acq_rel);
+  if (role_ == Role::kOperator) {
+    to_try_.clear();  // other addresses of the same far end
+    for (Handshake& other : handshakes_) other.done = true;
+  }
   const std::lock_guard lock(problem_mutex_);
   problem_.clear();
 }
@@ -241,7 +254,8 @@ void SecureLink::offer(Handshake& handshake, Clock::time_point now) {
 void SecureLink::answer(Handshake& handshake, Refusal refusal) {
   handshake.answer = refusal;
   ++handshake.answers;
-  const Fingerprint* holder = granted_to_ ? &*granted_to_ : holder_ ? &*holder_ : nullptr;
+  handshake.answered_at = Clock::now();
+  const Fingerprint* holder = granted_to_ ? &*granted_to_ : holder_ ? &holder_->peer : nullptr;
   const PeerName who = holder != nullptr && refusal == Refusal::kBusy ? name_of(*holder) : PeerName();
   const std::string_view name = who.view();
   std::array<std::uint8_t, 1 + kMostNameLength> text{static_cast<std::uint8_t>(refusal)};
@@ -254,7 +268,7 @@ void SecureLink::answer(Handshake& handshake, Refusal refusal) {
 void SecureLink::tend(Clock::time_point now) {
   for (Handshake& one : handshakes_) {
     if (one.answers > 0) {
-      answer(one, one.answer);
+      if (now - one.answered_at >= kPollTime) answer(one, one.answer);
       continue;
     }
     if (one.done) continue;
@@ -276,7 +290,7 @@ void SecureLink::fail(const Handshake& handshake, Refusal refusal) {
   event.refusal = refusal;
   put(event);
   // Its keys cannot be renewed any more: then it is not to stay on its old ones, either.
-  if (holder_ && peer == holder_ && (refusal == Refusal::kExpiredPeer || refusal == Refusal::kRevokedPeer))
+  if (holder_ && peer == holder_->peer && (refusal == Refusal::kExpiredPeer || refusal == Refusal::kRevokedPeer))
     cut_off_holder(refusal);
   if (role_ == Role::kMachine) return;
   try_at_ = Clock::now() + kTryAgain;
@@ -293,25 +307,29 @@ LinkEvent SecureLink::event_of(LinkEvent::Kind kind, const SocketAddress& addres
   return {kind, address, peer, name_of(peer), Refusal::kNone, {}};
 }
 
-/// Operator's side: all addresses of the far end at once; whichever answers first is it.
+/// Operator's side: one address of the far end after the other, without waiting long; whichever answers first is it.
 void SecureLink::start_where_needed(Clock::time_point now) {
   if (released_.load(std::memory_order_relaxed)) {
     handshakes_.clear();
+    to_try_.clear();
     holder_.reset();
     return;
   }
-  const bool done = std::any_of(handshakes_.begin(), handshakes_.end(), [](const Handshake& one) { return one.done; });
-  if (done) handshakes_.clear();
-  const bool fresh = now - made_at_ < timing_.silence;
-  const bool gone = !holder_ || (silent() && !fresh);
-  const bool old = holder_ && now - made_at_ >= timing_.renew_keys;
-  if (!handshakes_.empty() || now < try_at_ || (!gone && !old)) return;
-  try_at_ = now + kTryAgain;
-  for (const SocketAddress& target : targets_) {
-    Handshake& begun = handshakes_.emplace_back(Handshake{std::make_unique<DtlsSession>(context_), target, now});
-    HandshakeOut out(sockets_.unmarked, begun.address);
-    advance(begun, begun.session->start(out), now);
+  if (handshakes_.empty() && to_try_.empty() && now >= try_at_) {
+    const bool fresh = now - made_at_ < timing_.silence;
+    if (!holder_ || (silent() && !fresh)) {
+      to_try_.assign(targets_.rbegin(), targets_.rend());
+    } else if (now - made_at_ >= timing_.renew_keys) {
+      to_try_ = {holder_->address};
+    }
   }
+  if (to_try_.empty() || (!handshakes_.empty() && now - begun_at_ < kNextAddress)) return;
+  try_at_ = now + kTryAgain;
+  begun_at_ = now;
+  Handshake& begun = handshakes_.emplace_back(Handshake{std::make_unique<DtlsSession>(context_), to_try_.back(), now});
+  to_try_.pop_back();
+  HandshakeOut out(sockets_.unmarked, begun.address);
+  advance(begun, begun.session->start(out), now);
 }
 
 }  // namespace knuckle::secure

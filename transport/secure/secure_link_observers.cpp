@@ -13,6 +13,9 @@ constexpr auto kGoneAfter = std::chrono::seconds(3);
 
 void SecureLink::admit_observer(Handshake& handshake, Clock::time_point now) {
   const Fingerprint peer = *handshake.session->peer();
+  // With new keys it is the same one as before.
+  std::erase_if(observers_,
+                [&](const Observer& known) { return known.peer == peer && known.address == handshake.address; });
   if (observers_.size() >= access_.most_observers) {
     LinkEvent event = event_of(LinkEvent::Kind::kRefused, handshake.address, peer);
     event.refusal = Refusal::kFull;
@@ -20,7 +23,8 @@ void SecureLink::admit_observer(Handshake& handshake, Clock::time_point now) {
     return answer(handshake, Refusal::kFull);
   }
   put(event_of(LinkEvent::Kind::kObserves, handshake.address, peer));
-  observers_.push_back({std::move(handshake.session), handshake.address, peer, now});
+  Certificate certificate = handshake.session->peer_certificate();
+  observers_.push_back({std::move(handshake.session), handshake.address, peer, std::move(certificate), now});
   observer_count_.store(static_cast<int>(observers_.size()), std::memory_order_relaxed);
 }
 
@@ -40,9 +44,7 @@ bool SecureLink::hear_observer(std::span<const std::uint8_t> bytes, const Socket
                                 [&](const Observer& observer) { return observer.address == from; });
   if (one == observers_.end()) return false;
   HandshakeOut out(sockets_.unmarked, one->address);
-  constexpr std::size_t kTypeOfMessage = 13;
-  constexpr std::uint8_t kClientHello = 1;
-  const bool hello = bytes.size() > kTypeOfMessage && bytes[4] == 0 && bytes[kTypeOfMessage] == kClientHello;
+  const bool hello = is_hello(bytes);
   if (!hello) (void)one->session->hear(bytes, out);
   return !hello;
 }

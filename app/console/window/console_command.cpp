@@ -122,10 +122,8 @@ Json result_json(const ConsoleOutcome& outcome) {
 
 /// What happens to the link, and control that changes hands by lines, both in the terminal.
 void tend_link(pairing::ChosenLink& link, programs::ControlInput& input, programs::ProgramConsole& console, Time now) {
-  for (const std::string& line : link.news()) console.event(now, line);
-  while (const auto typed = input.line()) {
-    if (const std::string done = programs::obey_control_line(*typed, link); !done.empty()) console.event(now, done);
-  }
+  for (const cli::News& news : link.news()) console.event(now, news.what, news.kind);
+  for (const cli::News& done : programs::obey_control_lines(input, link)) console.event(now, done.what, done.kind);
   console.tend(now);
 }
 

@@ -130,6 +130,73 @@ TEST_F(DtlsPair, OpensNothingThatWasChanged) {
   EXPECT_TRUE(ends.machine.open(seal({5}).view(), plain)) << "and goes on";
 }
 
+/// Anybody who has seen a tag can make these; OpenSSL takes one that is too short for its authentication tag as the
+/// end.
+TEST_F(DtlsPair, NoForgedRecordEndsIt) {
+  Datagram plain;
+  for (const std::uint8_t type : Bytes{20, 21, 22, 23}) {
+    for (const std::uint8_t epoch : Bytes{0, 1, 2}) {
+      for (std::uint8_t length = 0; length < 40; ++length) {
+        Bytes record{type, 0xFE, 0xFD, 0, epoch, 3, 0, 0, 0, 0, 9, 0, length};
+        record.resize(record.size() + length, 2);
+        (void)ends.machine.hear(record, ends.to_operator);
+        Bytes inside{22, 0xFE, 0xFF, 0, 0, 0, 0, 0, 0, 0, 9, 0, static_cast<std::uint8_t>(record.size())};
+        inside.insert(inside.end(), record.begin(), record.end());
+        (void)ends.machine.hear(inside, ends.to_operator);
+        const Tag& tag = ends.machine.receive_tag();
+        record.insert(record.begin(), tag.begin(), tag.end());
+        EXPECT_FALSE(ends.machine.open(record, plain));
+        ASSERT_TRUE(ends.machine.open(seal({1}).view(), plain)) << int(type) << ' ' << int(epoch) << ' ' << int(length);
+        Sealed sealed;
+        ASSERT_TRUE(ends.machine.seal(Inner::kMessage, Bytes{1}, sealed));
+      }
+    }
+  }
+}
+
+/// Somebody between the ends strips a sealed message of its tag: then it looks like a datagram of the handshake.
+TEST_F(DtlsPair, GivesOutNothingThatCameAmongTheHandshakesDatagrams) {
+  const Sealed first = seal({9, 8, 7}), second = seal({1, 2});
+  const auto bare = first.view().subspan(kTagSize);
+  EXPECT_EQ(ends.machine.hear(bare, ends.to_operator), DtlsSession::Progress::kDone);
+  Datagram plain;
+  const auto opened = ends.machine.open(second.view(), plain);
+  ASSERT_TRUE(opened);
+  EXPECT_EQ(opened->kind, Inner::kMessage);
+  EXPECT_EQ(Bytes(plain.view().begin(), plain.view().end()), (Bytes{1, 2}));
+  EXPECT_FALSE(ends.machine.open(first.view(), plain)) << "it has been read";
+}
+
+/// The same behind the last datagram of the handshake.
+TEST(DtlsSession, GivesOutNothingThatCameBehindTheHandshakesLastDatagram) {
+  Ends ends{{peer(operator_identity())}, {peer(machine_identity())}, machine_identity(), operator_identity()};
+  const auto deliver = [&] {
+    while (!ends.to_machine.sent.empty())
+      ends.machine_done = ends.machine.hear(ends.to_machine.next(), ends.to_operator);
+  };
+  const SocketAddress here = parse_address("192.0.2.7:5683");
+  (void)ends.op.start(ends.to_machine);
+  EXPECT_FALSE(ends.machine.hear_hello(ends.to_machine.next(), here, ends.to_operator));
+  (void)ends.op.hear(ends.to_operator.next(), ends.to_machine);
+  ASSERT_TRUE(ends.machine.hear_hello(ends.to_machine.next(), here, ends.to_operator));
+  (void)ends.machine.start(ends.to_operator);
+  while (!ends.to_operator.sent.empty()) (void)ends.op.hear(ends.to_operator.next(), ends.to_machine);
+  deliver();
+  ASSERT_EQ(ends.machine_done, DtlsSession::Progress::kDone);
+  Sealed first, second;
+  ASSERT_TRUE(ends.machine.seal(Inner::kMessage, Bytes{9, 8, 7}, first));
+  ASSERT_TRUE(ends.machine.seal(Inner::kMessage, Bytes{1, 2}, second));
+  Bytes& last = ends.to_operator.sent.back();
+  last.insert(last.end(), first.view().begin() + kTagSize, first.view().end());
+  auto progress = DtlsSession::Progress::kUnderWay;
+  while (!ends.to_operator.sent.empty()) progress = ends.op.hear(ends.to_operator.next(), ends.to_machine);
+  ASSERT_EQ(progress, DtlsSession::Progress::kDone);
+  Datagram plain;
+  const auto opened = ends.op.open(second.view(), plain);
+  ASSERT_TRUE(opened);
+  EXPECT_EQ(Bytes(plain.view().begin(), plain.view().end()), (Bytes{1, 2}));
+}
+
 TEST_F(DtlsPair, AllocatesNothingOnceItIsThere) {
   Sealed sealed;
   Datagram plain;
