@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kMostNormal = 4, kMostPareto = 25;  // standard deviations
 constexpr double kTail = 3;                          // exponent of the Pareto distribution
+constexpr double kLongestPause_s = 1e9;              // between outages; far beyond any session, and well within a Time
 
 /// Mean 0, variance 1. @param above probability of a larger value, in (0, 1].
 double pareto(double above) noexcept {
@@ -84,7 +85,9 @@ void ImpairmentModel::follow_plan(Time now) noexcept {
 bool ImpairmentModel::in_outage(Time now) noexcept {
   if (plan_.is_out(now)) return true;
   if (now_->bursts_per_s == 0) return false;
-  const auto pause = [this] { return from_seconds(-std::log1p(-uniform()) / now_->bursts_per_s); };
+  const auto pause = [this] {
+    return from_seconds(std::min(-std::log1p(-uniform()) / now_->bursts_per_s, kLongestPause_s));
+  };
   if (burst_from_ == kNever) burst_from_ = now + pause();
   while (burst_from_ + now_->burst_length <= now) burst_from_ += now_->burst_length + pause();
   return now >= burst_from_;

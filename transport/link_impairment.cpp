@@ -31,12 +31,12 @@ void check_conditions(const LinkImpairment& i) {
   check_duration("jitter", i.jitter);
   check_duration("slow_jitter", i.slow_jitter);
   check_duration("reorder_delay", i.reorder_delay);
-  check_duration("burst_length", i.burst_length);
   check_duration("burst_loss.mean_good", i.burst_loss.mean_good);
   check_duration("second_path", i.second_path);
   require(i.burst_loss.mean_bad > Duration::zero(), "burst_loss.mean_bad must be above 0");
   require(i.jitter_time > Duration::zero(), "jitter_time must be above 0");
   require(i.bursts_per_s >= 0, "bursts_per_s is below 0");
+  require(i.burst_length > Duration::zero(), "burst_length must be above 0");
   require(i.rate_Bps >= 0, "rate_Bps is below 0");
   require(!i.in_order || i.reordering == 0, "reordering and in_order contradict each other");
 }

@@ -100,8 +100,12 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
   Keys keys = read_keys(folder);
   notes_ = std::move(keys.notes);
   std::string address = options.address;
+  std::optional<secure::Fingerprint> only;
   if (dials) {
-    if (!listens) keys.peers = {chosen_peer(options.dial, keys.peers, folder)};
+    if (!listens) {
+      keys.peers = {chosen_peer(options.dial, keys.peers, folder)};
+      only = keys.peers.front().fingerprint;
+    }
     dialler_ = make_dialler(options.dial, role, folder, keys.identity, keys.peers);
     notes_.push_back("link: dialling out to " + options.dial.rendezvous + (listens ? "" : " for " + options.dial.peer));
     if (!listens) address = dialler_->address();
@@ -110,7 +114,13 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
   secure::SecureLinkAccess access;
   if (options.observe) access.purpose = secure::Purpose::kObserve;
   access.most_observers = static_cast<std::size_t>(options.observers);
-  access.newer_peers = [watch = watch_] { return watch->changed(); };
+  // The dialler ends after the link, whose thread calls this.
+  access.newer_peers = [watch = watch_, only, dialler = dialler_.get()] {
+    std::optional<secure::Peers> peers = watch->changed();
+    if (peers && only) peers = those_of(*only, *peers);
+    if (peers && dialler != nullptr) dialler->set_peers(*peers);
+    return peers;
+  };
   secure_ = listens ? secure::SecureLink::listen(address, keys.identity, std::move(keys.peers), {}, access)
                     : secure::SecureLink::connect(address, keys.identity, std::move(keys.peers), {}, access);
   if (dials) dialler_->start(own_address(address, secure_->port()));

@@ -65,6 +65,11 @@ secure::Peer chosen_peer(const DialOptions& options, const secure::Peers& peers,
   return *found;
 }
 
+secure::Peers those_of(const secure::Fingerprint& far_end, secure::Peers peers) {
+  std::erase_if(peers, [&](const secure::Peer& one) { return !(one.fingerprint == far_end); });
+  return peers;
+}
+
 std::unique_ptr<ice::Dialler> make_dialler(const DialOptions& options, secure::Role role, const KeyFolder& folder,
                                            const secure::Identity& identity, const secure::Peers& peers) {
   ice::DialSetup setup{options.rendezvous, {}, role};

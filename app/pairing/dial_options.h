@@ -25,6 +25,8 @@ void check(const DialOptions& options, secure::Role role, bool insecure);
 
 /// @throws InputError where nobody of this name is paired, or no more.
 [[nodiscard]] secure::Peer chosen_peer(const DialOptions& options, const secure::Peers& peers, const KeyFolder& folder);
+/// Of newer pairings those of this far end: one, or none.
+[[nodiscard]] secure::Peers those_of(const secure::Fingerprint& far_end, secure::Peers peers);
 /// Credentials for --turn come from turn.toml in the folder. @throws InputError
 [[nodiscard]] std::unique_ptr<ice::Dialler> make_dialler(const DialOptions& options, secure::Role role,
                                                          const KeyFolder& folder, const secure::Identity& identity,

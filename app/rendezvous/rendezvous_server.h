@@ -18,7 +18,7 @@ namespace knuckle::rendezvous {
 struct Bounds {
   std::size_t clients = 900;            ///< Or fewer, where the limit of open files is lower.
   std::size_t clients_of_network = 64;  ///< See network_of().
-  std::size_t rooms_of_client = 32;
+  std::size_t rooms_of_client = ice::kMostRooms;
   std::size_t members = 8;                 ///< Of a room: one more takes the place of whoever has been silent longest.
   double lines_per_s = 20;                 ///< Of a client, on average; ...
   double burst = 60;                       ///< ... this many at once.

@@ -8,8 +8,8 @@
 #include <optional>
 #include <thread>
 
-#include "app/rendezvous/rendezvous_server.h"
 #include "core/error.h"
+#include "tests/rendezvous/running_rendezvous.h"
 #include "tests/rendezvous/two_ends.h"
 #include "tests/rendezvous/wire_client.h"
 
@@ -20,32 +20,12 @@ using namespace std::chrono_literals;
 
 constexpr int kTries = test::TwoEnds::kTries;
 
-/// A rendezvous that works on by itself.
-class Running {
- public:
-  explicit Running(const std::string& address = "127.0.0.1:0") : server_(address) {
-    thread_ = std::thread([this] {
-      while (!ending_) server_.step(5ms);
-    });
-  }
-  ~Running() {
-    ending_ = true;
-    thread_.join();
-  }
-  [[nodiscard]] std::string address() const { return text(server_.address()); }
-
- private:
-  rendezvous::RendezvousServer server_;
-  std::atomic<bool> ending_{false};
-  std::thread thread_;
-};
-
 class PathsOnThisComputer : public testing::Test {
  protected:
   void begin_machine() { ends_.begin_machine(rendezvous_->address()); }
   void begin_desk() { ends_.begin_desk(rendezvous_->address()); }
 
-  std::optional<Running> rendezvous_{std::in_place};
+  std::optional<test::RunningRendezvous> rendezvous_{std::in_place};
   test::TwoEnds ends_;
 };
 
@@ -129,6 +109,25 @@ TEST_F(PathsOnThisComputer, AreNotFoundToAnEndThatIsNotPairedHere) {
   ends_.begin_machine_paired_with(other, rendezvous_->address());
   EXPECT_FALSE(ends_.carries(10));
   EXPECT_NE(ends_.desk->problem().find("machine is not at the rendezvous"), std::string::npos) << ends_.desk->problem();
+}
+
+TEST_F(PathsOnThisComputer, EndWhenAPairingIsRevokedAtEitherEndAndComeBackWithIt) {
+  begin_machine();
+  begin_desk();
+  ASSERT_TRUE(ends_.carries());
+  for (auto* end : {&ends_.machine, &ends_.desk}) {
+    const secure::Peer far = end == &ends_.machine ? secure::Peer{ends_.desk_identity.fingerprint(), "desk"}
+                                                   : secure::Peer{ends_.machine_identity.fingerprint(), "machine"};
+    secure::Peer revoked = far;
+    revoked.revoked = true;
+    (*end)->set_peers({revoked});
+    bool ended = false;
+    for (int i = 0; i < kTries && !ended; ++i) ended = !ends_.carries(1);
+    EXPECT_TRUE(ended);
+    EXPECT_FALSE(ends_.carries(10));
+    (*end)->set_peers({far});
+    EXPECT_TRUE(ends_.carries());
+  }
 }
 
 TEST_F(PathsOnThisComputer, SayWhereTheRendezvousCannotBeReached) {

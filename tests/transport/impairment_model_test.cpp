@@ -209,6 +209,17 @@ TEST(ImpairmentModel, OutagesComeAtTheirTimesAndAgainAfterTheirPeriod) {
   }
 }
 
+TEST(ImpairmentModel, OutagesThatAreRareBeyondAllMeasureDoNotCome) {
+  for (const double rare : {1e-12, 1e-300}) {
+    LinkImpairment impairment;
+    impairment.bursts_per_s = rare;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      const std::vector<double> travel = travels(impairment, 100, 7ms, seed);
+      EXPECT_EQ(share_lost(travel), 0) << rare << " a second, seed " << seed;
+    }
+  }
+}
+
 TEST(ImpairmentModel, ChangesReplaceAllOfADirectionAndKeepItsState) {
   LinkImpairment fast = delayed(10ms), slow = delayed(80ms);
   fast.loss = 0.5;
@@ -252,6 +263,7 @@ TEST(ImpairmentModel, RefusesSettingsThatAreImpossibleOrContradictEachOther) {
   refused([](LinkImpairment& i) { i.burst_loss.mean_bad = 0ms; });
   refused([](LinkImpairment& i) { i.burst_loss.mean_good = -1ms; });
   refused([](LinkImpairment& i) { i.rate_Bps = -1; });
+  refused([](LinkImpairment& i) { i.bursts_per_s = 1, i.burst_length = 0ms; });
   refused([](LinkImpairment& i) { i.in_order = true, i.reordering = 0.1; });
   refused([](LinkImpairment& i) { i.outages = {{.from = Time(), .length = 0ms}}; });
   refused([](LinkImpairment& i) { i.outages = {{.from = Time(), .length = 2s, .every = 1s}}; });

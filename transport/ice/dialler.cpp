@@ -1,10 +1,16 @@
 #include "transport/ice/dialler.h"
 
+#include <fcntl.h>
 #include <glib.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
 #include <map>
 
+#include "core/error.h"
 #include "transport/ice/network_watch.h"
 #include "transport/ice/rendezvous_client.h"
 #include "transport/ice/server_name.h"
@@ -19,6 +25,7 @@ constexpr auto kTendEvery = 20ms;
 constexpr auto kSettle = 200ms;         // changes of the network come in bursts
 constexpr auto kCloseWithin = 300ms;    // what a relay has allocated is released
 constexpr auto kServersKnown = 3000ms;  // looking their names up takes no longer, or is in vain for now
+constexpr auto kLookForExpired = 1000ms;
 constexpr std::size_t kMostEvents = 256;
 
 bool is_loopback(const std::string& host) {
@@ -27,6 +34,22 @@ bool is_loopback(const std::string& host) {
 
 UdpSocket connected(const SocketAddress& to) {
   return UdpSocket(open_udp_socket(text(to), to, ::connect, "reach"));
+}
+
+/// By a descriptor of its own. @throws InputError where none is left.
+UdpSocket same(const UdpSocket& socket) {
+  const int descriptor = ::fcntl(socket.descriptor(), F_DUPFD_CLOEXEC, 0);
+  if (descriptor < 0) throw InputError(std::string("link: ") + std::strerror(errno));
+  return UdpSocket(descriptor);
+}
+
+bool admitted(const secure::Peer& peer) {
+  std::array<char, 32> utc{};
+  const std::time_t now = std::time(nullptr);
+  std::tm time{};
+  ::gmtime_r(&now, &time);
+  std::strftime(utc.data(), utc.size(), "%Y-%m-%dT%H:%M:%SZ", &time);
+  return !peer.revoked && (peer.expires_utc.empty() || utc.data() < peer.expires_utc);
 }
 
 }  // namespace
@@ -40,44 +63,65 @@ class Dialler::Thread final : RendezvousClient::Listener {
         network_(context, [this] { change_at_ = std::min(change_at_, Clock::now() + kSettle); }) {
     if (const auto& server = dialler.setup_.servers.stun) stun_.emplace(*server);
     if (const auto& server = dialler.setup_.servers.turn) turn_.emplace(*server);
-    std::vector<std::string> rooms;
-    for (const secure::Peer& peer : dialler.peers_) {
-      const std::string room = room_of(dialler.signer_.fingerprint(), peer.fingerprint);
-      rooms.push_back(room);
-      Path::Setup setup{.context = context,
-                        .role = dialler.setup_.role,
-                        .agent = [this] { return agent_now(); },
-                        .relay = dialler.setup_.servers.turn ? dialler.setup_.servers.turn->host : "",
-                        .far_end = peer,
-                        .signal = [this, room](const Bytes& bytes) { rendezvous_->send(room, bytes); },
-                        .report = [this](const PathEvent& event) { report(event); },
-                        .wake = [this] { wake(); }};
-      UdpSocket socket =
-          dialler.setup_.role == secure::Role::kOperator ? std::move(dialler.inner_) : connected(dialler.link_);
-      paths_.emplace(room, std::make_unique<Path>(std::move(setup), dialler.signer_, std::move(socket)));
-    }
     Listener& self = *this;
-    rendezvous_ = std::make_unique<RendezvousClient>(context, dialler.setup_.rendezvous, std::move(rooms), self);
+    rendezvous_ = std::make_unique<RendezvousClient>(context, dialler.setup_.rendezvous, self);
     timer_ = GlibSource::every(context, kTendEvery, [this] { tend(); });
   }
 
  private:
   /// With the addresses that the servers have now.
-  [[nodiscard]] AgentSetup agent_now() const {
+  [[nodiscard]] AgentSetup agent_now(bool direct_only) const {
     const Servers& servers = dialler_.setup_.servers;
     AgentSetup setup;
     setup.loopback = is_loopback(parse_host_and_port(dialler_.setup_.rendezvous).host);
     setup.turn_user = servers.turn_user;
     setup.turn_password = servers.turn_password;
-    if (turn_) setup.turn = turn_->addresses();
-    for (const SocketAddress& one : stun_ ? stun_->addresses() : std::vector<SocketAddress>{}) {
+    if (turn_ && !direct_only) setup.turn = turn_->addresses();
+    // Where the TURN server is not to relay, it still tells the address outside a NAT.
+    const std::optional<ServerName>& asked = stun_ || !direct_only ? stun_ : turn_;
+    for (const SocketAddress& one : asked ? asked->addresses() : std::vector<SocketAddress>{}) {
       // One alone may be asked: of IPv4 where it has one, since NATs are found there.
       if (!setup.stun || (setup.stun->bytes.ss_family != AF_INET && one.bytes.ss_family == AF_INET)) setup.stun = one;
     }
     return setup;
   }
 
-  void somebody_in(const std::string& room) override { paths_.at(room)->somebody_there(); }
+  [[nodiscard]] std::unique_ptr<Path> path_to(const secure::Peer& peer, const std::string& room) {
+    Path::Setup setup{.context = context_,
+                      .role = dialler_.setup_.role,
+                      .agent = [this](bool direct_only) { return agent_now(direct_only); },
+                      .relay = dialler_.setup_.servers.turn ? dialler_.setup_.servers.turn->host : "",
+                      .far_end = peer,
+                      .signal = [this, room](const Bytes& bytes) { rendezvous_->send(room, bytes); },
+                      .report = [this](const PathEvent& event) { report(event); },
+                      .wake = [this] { wake(); }};
+    UdpSocket socket = operates() ? same(dialler_.inner_) : connected(dialler_.link_);
+    return std::make_unique<Path>(std::move(setup), dialler_.signer_, std::move(socket));
+  }
+
+  /// A path to each far end that is admitted now, and to nobody else.
+  void follow_peers() {
+    std::vector<std::string> rooms;
+    for (const secure::Peer& peer : dialler_.peers()) {
+      if (!admitted(peer) || rooms.size() == kMostRooms) continue;
+      const std::string room = room_of(dialler_.signer_.fingerprint(), peer.fingerprint);
+      try {
+        if (!paths_.contains(room)) paths_.emplace(room, path_to(peer, room));
+      } catch (const InputError&) {
+        continue;  // no descriptor was left: again in a second
+      }
+      rooms.push_back(room);
+    }
+    std::erase_if(paths_,
+                  [&](const auto& one) { return std::find(rooms.begin(), rooms.end(), one.first) == rooms.end(); });
+    if (rooms == rooms_) return;
+    if (first_.empty()) first_ = rooms.front();
+    rooms_ = std::move(rooms);
+    rendezvous_->set_rooms(rooms_);
+  }
+
+  [[nodiscard]] bool operates() const { return dialler_.setup_.role == secure::Role::kOperator; }
+  void somebody_in(const std::string& room) override { paths_.at(room)->somebody_there(Clock::now()); }
   void message(const std::string& room, const Bytes& bytes) override { paths_.at(room)->hear(bytes, Clock::now()); }
 
   /// In this turn of the loop, but not inside whoever called.
@@ -92,6 +136,10 @@ class Dialler::Thread final : RendezvousClient::Listener {
 
   void tend() {
     const auto now = Clock::now();
+    if (dialler_.peers_changed_.exchange(false) || now >= follow_at_) {
+      follow_at_ = now + kLookForExpired;
+      follow_peers();
+    }
     bool servers_known = true;
     for (ServerName* one : {stun_ ? &*stun_ : nullptr, turn_ ? &*turn_ : nullptr}) {
       if (one == nullptr) continue;
@@ -122,15 +170,18 @@ class Dialler::Thread final : RendezvousClient::Listener {
     std::string problem;
     const bool carried =
         std::any_of(paths_.begin(), paths_.end(), [](const auto& one) { return one.second->carries(); });
-    const Path& first = *paths_.begin()->second;
+    const auto found = paths_.find(first_);
+    const Path* first = found != paths_.end() ? found->second.get() : nullptr;
     if (!carried && !rendezvous_->problem().empty())
       problem = rendezvous_->problem();
-    else if (!carried && dialler_.setup_.role == secure::Role::kOperator)
-      problem = first.knows_far_end() ? "no path to " + first.far_end() + " yet"
-                                      : first.far_end() + " is not at the rendezvous " + dialler_.setup_.rendezvous;
+    else if (!carried && operates() && first == nullptr)
+      problem = "no path: the far end's pairing was revoked here, or has expired (knuckle pair)";
+    else if (!carried && operates())
+      problem = first->knows_far_end() ? "no path to " + first->far_end() + " yet"
+                                       : first->far_end() + " is not at the rendezvous " + dialler_.setup_.rendezvous;
     const std::lock_guard lock(dialler_.mutex_);
     dialler_.problem_ = std::move(problem);
-    dialler_.round_trips_ = first.round_trips();
+    if (first != nullptr) dialler_.round_trips_ = first->round_trips();
   }
 
   Dialler& dialler_;
@@ -139,8 +190,10 @@ class Dialler::Thread final : RendezvousClient::Listener {
   std::optional<ServerName> stun_, turn_;
   std::unique_ptr<RendezvousClient> rendezvous_;
   std::map<std::string, std::unique_ptr<Path>> paths_;  // by room
+  std::vector<std::string> rooms_;
+  std::string first_;  // room of the first far end that was admitted
   NetworkWatch network_;
-  Clock::time_point change_at_ = Clock::time_point::max();
+  Clock::time_point change_at_ = Clock::time_point::max(), follow_at_{};
   GlibSource timer_, soon_;
   bool woken_ = false;
 };
@@ -148,7 +201,6 @@ class Dialler::Thread final : RendezvousClient::Listener {
 Dialler::Dialler(const DialSetup& setup, const secure::Identity& identity, const secure::Peers& peers)
     : setup_(setup), signer_(identity), peers_(peers) {
   (void)parse_host_and_port(setup.rendezvous);
-  std::erase_if(peers_, [](const secure::Peer& peer) { return peer.revoked; });
   const std::string any = "127.0.0.1:0";
   inner_ = UdpSocket(open_udp_socket(any, parse_address(any), ::bind, "listen on"));
   inner_address_ = text(local_address(inner_.descriptor()));
@@ -180,6 +232,17 @@ void Dialler::start(const SocketAddress& link) {
 Dialler::~Dialler() {
   ending_.store(true, std::memory_order_relaxed);
   if (thread_.joinable()) thread_.join();
+}
+
+void Dialler::set_peers(secure::Peers peers) {
+  const std::lock_guard lock(mutex_);
+  peers_ = std::move(peers);
+  peers_changed_ = true;
+}
+
+secure::Peers Dialler::peers() const {
+  const std::lock_guard lock(mutex_);
+  return peers_;
 }
 
 std::vector<PathEvent> Dialler::take_events() {

@@ -22,7 +22,8 @@ struct DialSetup {
 
 class Dialler {
  public:
-  /// @param peers the far ends: of the operator's side exactly one. Those that are revoked are left out.
+  /// @param peers the far ends: of the operator's side one. Those that are revoked or have expired get no path, and the
+  /// first 32 of the others do.
   /// @throws InputError where an address is malformed.
   Dialler(const DialSetup& setup, const secure::Identity& identity, const secure::Peers& peers);
   ~Dialler();
@@ -35,6 +36,8 @@ class Dialler {
   void start(const SocketAddress& link);
 
   // Any thread.
+  /// Of the operator's side the same one, or none. Paths end or begin at once.
+  void set_peers(secure::Peers peers);
   /// What has happened since the last call.
   [[nodiscard]] std::vector<PathEvent> take_events();
   /// What keeps the path from being there, in one line; empty: nothing.
@@ -46,15 +49,16 @@ class Dialler {
 
  private:
   class Thread;
+  [[nodiscard]] secure::Peers peers() const;
   const DialSetup setup_;
   const Signer signer_;
-  secure::Peers peers_;
   UdpSocket inner_;  // operator's side: of its one path
   std::string inner_address_;
   SocketAddress link_;
-  std::atomic<bool> ending_{false};
+  std::atomic<bool> ending_{false}, peers_changed_{false};
 
   mutable std::mutex mutex_;  // of threads that are not real-time
+  secure::Peers peers_;
   std::vector<PathEvent> events_, pairs_;
   std::string problem_;
   Histogram round_trips_;

@@ -31,7 +31,7 @@ std::optional<Beat> Heartbeat::question(Clock::time_point now, bool in_use) {
 }
 
 std::optional<Beat> Heartbeat::hear(std::span<const std::uint8_t> datagram, Clock::time_point now) {
-  if (datagram.size() != kBeatSize || !is_beat(datagram) || datagram[1] > kAnswer) return std::nullopt;
+  if (!is_beat(datagram) || datagram[1] > kAnswer) return std::nullopt;
   const auto number = datagram.subspan(kNumberAt);
   if (datagram[1] != kAnswer) {
     heard_at_ = now;

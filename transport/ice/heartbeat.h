@@ -11,7 +11,8 @@
 
 namespace knuckle::ice {
 
-/// First byte: neither STUN (0-3), DTLS (20-63), TURN channels (64-79), nor a tag of the secure link (from 0xC0).
+/// First byte: neither STUN (0-3), DTLS (20-63), nor TURN channels (64-79). An observer's tag may begin with it, too
+/// (0x80 to 0xBF): but what the secure link sends is longer than a beat.
 inline constexpr std::uint8_t kBeatMark = 0xB0;
 inline constexpr std::size_t kBeatSize = 10;
 using Beat = std::array<std::uint8_t, kBeatSize>;
@@ -22,7 +23,7 @@ class Heartbeat {
   static constexpr std::chrono::milliseconds kEvery{100};
 
   [[nodiscard]] static bool is_beat(std::span<const std::uint8_t> datagram) noexcept {
-    return !datagram.empty() && datagram[0] == kBeatMark;
+    return datagram.size() == kBeatSize && datagram[0] == kBeatMark;
   }
 
   /// The next question, where it is time for one. @param in_use this end sends over the path.

@@ -10,15 +10,17 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kLostAfter = 1000ms;     // without an answer
-constexpr auto kAttemptLasts = 8000ms;  // then another is begun
-constexpr auto kRepeatOffer = 1000ms;   // without an answer
-constexpr auto kRelayMissed = 3000ms;   // without an address of it
-constexpr auto kGather = 50ms;          // candidates are told together
-constexpr auto kSettle = 300ms;         // better pairs follow the first within it
+constexpr auto kAttemptLasts = 8000ms;  // then another is begun; ...
+// ... with addresses of before a change so long: not shorter, or a network that always changes would let none succeed.
+constexpr auto kOutdatedLasts = 1000ms;
+constexpr auto kRepeatOffer = 1000ms;  // without an answer
+constexpr auto kRelayMissed = 3000ms;  // without an address of it
+constexpr auto kGather = 50ms;         // candidates are told together
+constexpr auto kSettle = 300ms;        // better pairs follow the first within it
 constexpr auto kLinger = 1000ms;
 constexpr auto kFirstBackOff = 500ms, kLongestBackOff = 4000ms;
 constexpr auto kFirstImprove = 10'000ms, kLongestImprove = 60'000ms;
-constexpr auto kMostOften = 200ms;  // answers to unproven signals, new offers
+constexpr auto kMostOften = 200ms;  // answers to unproven signals, hellos, new offers
 constexpr auto kHoldSession = 3000ms;
 constexpr auto kHelloEvery = 2000ms;  // while there is no path
 constexpr std::size_t kMostHeld = 4;
@@ -118,12 +120,24 @@ void Path::take_offer(const Signal& offer, Clock::time_point now) {
   attempt_->agent->set_far_end(offer);
 }
 
+void Path::somebody_there(Clock::time_point now) {
+  if (now - greeted_at_ < kMostOften) return;
+  greeted_at_ = now;
+  say({});
+}
+
 void Path::network_changed(Clock::time_point now) {
+  if (!knows_far_end()) return;  // nothing has begun that it could concern
+  changed_at_ = now;
   wanted_ = true;
   begin_at_ = std::min(begin_at_, now);
   back_off_ = kFirstBackOff;
   improve_after_ = kFirstImprove;
-  if (operates() || now - said_again_at_ < kRepeatOffer || !knows_far_end()) return;
+}
+
+/// Machine's side, after a change: the operator's side begins attempts.
+void Path::ask_for_attempt(Clock::time_point now) {
+  if (changed_at_ <= said_again_at_ || now - said_again_at_ < kRepeatOffer) return;
   said_again_at_ = now;
   Signal again;
   again.kind = Signal::Kind::kAgain;
@@ -136,9 +150,8 @@ void Path::begin(std::uint32_t number, bool direct_only, Clock::time_point now) 
   attempt->session = sessions_;
   attempt->direct_only = direct_only;
   attempt->begun = now;
-  AgentSetup agent = setup_.agent();
+  AgentSetup agent = setup_.agent(direct_only);
   agent.controlling = operates();
-  if (direct_only) agent.turn.clear();
   Attempt* raw = attempt.get();
   attempt->agent = std::make_unique<Agent>(setup_.context, agent, setup_.wake,
                                            [this, raw](std::span<const std::uint8_t> bytes) { received(*raw, bytes); });
@@ -222,7 +235,10 @@ void Path::tend(Clock::time_point now) {
   if (previous_ && now - switched_at_ > kLinger) previous_.reset();
   if (attempt_) judge_attempt(now);
   if (current_) judge_current(now);
-  if (operates()) begin_where_needed(now);
+  if (operates())
+    begin_where_needed(now);
+  else
+    ask_for_attempt(now);
   for (Attempt* one : {attempt_.get(), current_.get()}) {
     if (one == nullptr) continue;
     if (one->session == sessions_) tell_candidates(*one, now);
@@ -247,22 +263,22 @@ void Path::judge_attempt(Clock::time_point now) {
     const bool worse = kind_now && kind_new && kind_new->kind > kind_now->kind;
     if (must || (settled && !worse)) return use_attempt(now);
   }
-  const bool over = attempt_->agent->failed() || now - attempt_->begun > kAttemptLasts;
-  if (!over) return;
-  const bool needed = !carries();
+  const bool outdated = operates() && changed_at_ > attempt_->begun;
+  if (!attempt_->agent->failed() && now - attempt_->begun <= (outdated ? kOutdatedLasts : kAttemptLasts)) return;
   attempt_.reset();
-  if (!operates()) return;
+  if (!operates() || outdated) return;  // outdated: the next begins at once
   begin_at_ = now + back_off_;
   back_off_ = std::min(2 * back_off_, kLongestBackOff);
   wanted_ = false;
-  if (needed) report(PathEvent::Kind::kFailed, now);
+  if (!carries()) report(PathEvent::Kind::kFailed, now);
 }
 
 void Path::use_attempt(Clock::time_point now) {
   previous_ = std::move(current_);
   current_ = std::move(attempt_);
   switched_at_ = now;
-  lost_ = wanted_ = false;
+  lost_ = false;
+  wanted_ = changed_at_ > current_->begun;
   back_off_ = kFirstBackOff;
   improve_at_ = now + improve_after_;
   seen_.reset();

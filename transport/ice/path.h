@@ -44,9 +44,9 @@ class Path {
 
   struct Setup {
     GMainContext* context = nullptr;
-    secure::Role role = secure::Role::kOperator;  ///< The operator's side makes the offers.
-    std::function<AgentSetup()> agent;            ///< Of an attempt that begins now.
-    std::string relay;                            ///< Host of the TURN server; empty: none.
+    secure::Role role = secure::Role::kOperator;        ///< The operator's side makes the offers.
+    std::function<AgentSetup(bool direct_only)> agent;  ///< Of an attempt that begins now.
+    std::string relay;                                  ///< Host of the TURN server; empty: none.
     secure::Peer far_end;
     std::function<void(const Bytes&)> signal;  ///< To the far end, over the rendezvous.
     std::function<void(const PathEvent&)> report;
@@ -59,7 +59,7 @@ class Path {
   /// A signal has come.
   void hear(std::span<const std::uint8_t> bytes, Clock::time_point now);
   /// Somebody is at the rendezvous, perhaps the far end.
-  void somebody_there() { say({}); }
+  void somebody_there(Clock::time_point now);
   /// This computer has other addresses, or the far end has.
   void network_changed(Clock::time_point now);
   void tend(Clock::time_point now);
@@ -95,6 +95,7 @@ class Path {
   void judge_current(Clock::time_point now);
   void judge_attempt(Clock::time_point now);
   void begin_where_needed(Clock::time_point now);
+  void ask_for_attempt(Clock::time_point now);
   void report_pair(Clock::time_point now);
   void read_link();
 
@@ -105,7 +106,8 @@ class Path {
   Clock::time_point switched_at_{};
   std::uint32_t attempts_ = 0, sessions_ = 0;
   bool lost_ = false, wanted_ = false, relay_missed_ = false;
-  Clock::time_point begin_at_{}, improve_at_{}, said_again_at_{}, answered_at_{}, session_at_{}, hello_at_{};
+  Clock::time_point begin_at_{}, improve_at_{}, changed_at_{}, said_again_at_{};
+  Clock::time_point answered_at_{}, session_at_{}, hello_at_{}, greeted_at_{};
   std::chrono::milliseconds back_off_, improve_after_;
   std::optional<PathPair> reported_, seen_;
   Clock::time_point seen_at_{};

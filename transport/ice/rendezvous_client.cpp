@@ -1,5 +1,6 @@
 #include "transport/ice/rendezvous_client.h"
 
+#include <fcntl.h>
 #include <gio/gio.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -40,7 +41,9 @@ struct RendezvousClient::Dialling {
     const std::string why = error != nullptr ? error->message : "";
     if (error != nullptr) g_error_free(error);
     // A descriptor of our own: the connection closes its one.
-    const int socket = connection != nullptr ? ::dup(g_socket_get_fd(g_socket_connection_get_socket(connection))) : -1;
+    const int socket = connection != nullptr
+                           ? ::fcntl(g_socket_get_fd(g_socket_connection_get_socket(connection)), F_DUPFD_CLOEXEC, 0)
+                           : -1;
     if (connection != nullptr) g_object_unref(connection);
     RendezvousClient* client = (*held)->client;
     if (client == nullptr) {
@@ -55,13 +58,8 @@ struct RendezvousClient::Dialling {
   }
 };
 
-RendezvousClient::RendezvousClient(GMainContext* context, std::string address, std::vector<std::string> rooms,
-                                   Listener& listener)
-    : context_(context),
-      address_(std::move(address)),
-      rooms_(std::move(rooms)),
-      listener_(listener),
-      back_off_(kFirstBackOff) {}
+RendezvousClient::RendezvousClient(GMainContext* context, std::string address, Listener& listener)
+    : context_(context), address_(std::move(address)), listener_(listener), back_off_(kFirstBackOff) {}
 
 RendezvousClient::~RendezvousClient() {
   if (dialling_) {
@@ -95,11 +93,22 @@ void RendezvousClient::connected(int socket) {
   for (const std::string& room : rooms_) write("join " + room);
 }
 
-void RendezvousClient::failed(const std::string& why) {
+void RendezvousClient::hang_up() {
   readable_ = {};
   if (socket_ >= 0) ::close(socket_);
   socket_ = -1;
   answer_by_.reset();
+}
+
+void RendezvousClient::set_rooms(std::vector<std::string> rooms) {
+  rooms_ = std::move(rooms);
+  hang_up();
+  problem_.clear();
+  dial_at_ = {};
+}
+
+void RendezvousClient::failed(const std::string& why) {
+  hang_up();
   problem_ = "rendezvous " + address_ + ": " + why;
   dial_at_ = Clock::now() + back_off_;
   back_off_ = std::min(2 * back_off_, kLongestBackOff);
@@ -107,7 +116,7 @@ void RendezvousClient::failed(const std::string& why) {
 
 void RendezvousClient::tend(Clock::time_point now) {
   if (socket_ < 0) {
-    if (!dialling_ && now >= dial_at_) dial();
+    if (!dialling_ && !rooms_.empty() && now >= dial_at_) dial();
     return;
   }
   flush();

@@ -26,12 +26,14 @@ class RendezvousClient {
     ~Listener() = default;
   };
 
-  /// @param address "HOST:PORT", looked up at each dialling. @param rooms that it joins, always.
-  RendezvousClient(GMainContext* context, std::string address, std::vector<std::string> rooms, Listener& listener);
+  /// @param address "HOST:PORT", looked up at each dialling.
+  RendezvousClient(GMainContext* context, std::string address, Listener& listener);
   ~RendezvousClient();
   RendezvousClient(const RendezvousClient&) = delete;
   RendezvousClient& operator=(const RendezvousClient&) = delete;
 
+  /// Where it is from now on, by a new connection: there is no leaving a room otherwise. Without any it does not dial.
+  void set_rooms(std::vector<std::string> rooms);
   /// Lost where there is no connection.
   void send(const std::string& room, const Bytes& bytes);
   /// The network may have changed: unless the rendezvous answers at once, the connection is made anew.
@@ -46,6 +48,7 @@ class RendezvousClient {
   void dial();
   void connected(int socket);
   void failed(const std::string& why);
+  void hang_up();
   void read();
   void obey(std::string_view line);
   void write(std::string_view line);
@@ -53,7 +56,7 @@ class RendezvousClient {
 
   GMainContext* context_;
   const std::string address_;
-  const std::vector<std::string> rooms_;
+  std::vector<std::string> rooms_;
   Listener& listener_;
   std::shared_ptr<Dialling> dialling_;  // under way
   int socket_ = -1;

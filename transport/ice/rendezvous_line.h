@@ -18,6 +18,7 @@
 namespace knuckle::ice {
 
 inline constexpr std::size_t kRoomSize = 64;
+inline constexpr std::size_t kMostRooms = 32;  ///< Of one connection.
 inline constexpr std::size_t kMostMessageText = (kMostSignal + 2) / 3 * 4;
 /// Without its end.
 inline constexpr std::size_t kMostLine = 8 + kRoomSize + 1 + kMostMessageText;

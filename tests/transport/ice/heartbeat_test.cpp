@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "transport/secure/dtls_session.h"
+
 namespace knuckle::ice {
 namespace {
 
@@ -50,6 +52,14 @@ TEST_F(IceHeartbeat, SaysOnceAndForAllThatTheFarEndUsesThePath) {
   EXPECT_FALSE(there_.far_end_uses());
   (void)there_.hear(*here_.question(now_ + 1s, true), now_ + 1s);
   EXPECT_TRUE(there_.far_end_uses());
+}
+
+TEST_F(IceHeartbeat, TakesNoDatagramOfTheLinkForItsOwn) {
+  std::array<std::uint8_t, secure::kSealOverhead> sealed{kBeatMark};  // an observer's tag may begin like this
+  static_assert(kBeatMark >= secure::kObserverTagMark && kBeatMark < secure::kTagMark);
+  EXPECT_FALSE(Heartbeat::is_beat(sealed));
+  EXPECT_FALSE(Heartbeat::is_beat({}));
+  EXPECT_TRUE(Heartbeat::is_beat(*here_.question(now_, false)));
 }
 
 TEST_F(IceHeartbeat, AnswersNothingOfAnotherSizeOrKind) {
