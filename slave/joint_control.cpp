@@ -19,7 +19,7 @@ constexpr double kLearnDelay_s = 0.05;       // from command to delivered oil
 constexpr double kLearnFilter_Hz = 3;
 constexpr double kVelocityFilter_Hz = 6;  // of the hand's speed fed forward: valves cannot follow its tremor
 constexpr double kAccelerationFilter_Hz = 3;
-// Of the pressures that the valve gain is compensated for: well below the arm's swinging on its oil (1.5 Hz and more).
+// Of the pressures that the valve gain is compensated for: below the arm's swinging on its oil (2 to 3 Hz as measured).
 // A fixed opening lets less oil through where the pressure rises, which damps that swing; a gain that follows the
 // swinging pressure takes the damping away, and as late as valves are, drives it.
 constexpr double kLoadFilter_Hz = 1.2;
