@@ -58,22 +58,15 @@ std::size_t speed_class(const ObserverChannel& channel) noexcept {
 }  // namespace
 
 /// Variance of joint torque that friction may hide where a rod (almost) stands: with what the tare has found of it,
-/// since seals may hold more than all that the drawing knows of, and with how little it may have found yet.
+/// since seals may hold more than all that the drawing knows of.
 JointVector ForceEstimator::stuck_variance(const ObserverChannel& channel) const noexcept {
   JointVector variance;
   for (int i = 0; i < kJoints; ++i) {
     const double slip = channel.cylinder_mps[i] / kStuckSpeed_mps;
     const double nominal_N = friction_[static_cast<std::size_t>(i)].static_N(0, pressure_sum_Pa_[i]);
-    const Eigen::Vector2d of_found(1, pressure_sum_Pa_[i]);
-    const Eigen::Vector2d found(tare_.state()[kTareCoulomb + i], tare_.state()[kTareSeal + i]);
-    const auto& p = tare_.covariance();
-    Eigen::Matrix2d spread;
-    spread << p(kTareCoulomb + i, kTareCoulomb + i), p(kTareCoulomb + i, kTareSeal + i),
-        p(kTareSeal + i, kTareCoulomb + i), p(kTareSeal + i, kTareSeal + i);
-    const double mean_N = std::max(0.0, nominal_N + of_found.dot(found));
-    const double hidden2 = mean_N * mean_N + of_found.dot(spread * of_found);
-    const double share = kStuckSpread * channel.lever_m[i];
-    variance[i] = std::exp(-slip * slip) * share * share * hidden2;
+    const double found_N = tare_.state()[kTareCoulomb + i] + tare_.state()[kTareSeal + i] * pressure_sum_Pa_[i];
+    const double hidden = kStuckSpread * std::max(0.0, nominal_N + found_N) * channel.lever_m[i];
+    variance[i] = std::exp(-slip * slip) * hidden * hidden;
   }
   return variance;
 }
