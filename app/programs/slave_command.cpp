@@ -226,6 +226,7 @@ int run(const Options& o) {
 
   ProgramConsole console("knuckle slave");
   for (const std::string& note : link.notes()) console.note(note);
+  if (audit && !audit->damage().empty()) console.note(audit->damage());
   console.note(machine_note(o, setup));
   SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream()};
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
