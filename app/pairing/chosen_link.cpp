@@ -60,13 +60,14 @@ std::string kind_of(const secure::LinkEvent& event) {
          std::to_string(static_cast<int>(event.refusal)) + (stranger ? "" : " " + secure::short_text(event.peer));
 }
 
+std::string with_port(const std::string& address, std::uint16_t port) {
+  return address.substr(0, address.rfind(':') + 1) + std::to_string(port);
+}
+
 /// Of this computer's end of the link, for the path to it.
 SocketAddress own_address(const std::string& bound, std::uint16_t port) {
   const SocketAddress address = parse_address(bound);
-  if (!address.is_any()) {
-    const std::string host = text(address);
-    return parse_address(host.substr(0, host.rfind(':') + 1) + std::to_string(port));
-  }
+  if (!address.is_any()) return parse_address(with_port(text(address), port));
   return parse_address((address.bytes.ss_family == AF_INET6 ? "[::1]:" : "127.0.0.1:") + std::to_string(port));
 }
 
@@ -98,6 +99,7 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
       cli::refuse_option("--keys", options.keys, "does not go with --insecure: no key is used");
     if (options.observe) cli::refuse_option("--observe", "", "goes with a paired link, not with --insecure");
     plain_ = std::make_unique<UdpLink>(listens ? UdpLink::listen(options.address) : UdpLink::connect(options.address));
+    if (listens) address_ = with_port(options.address, plain_->port());
     notes_ = {kPlainNote};
     return;
   }
@@ -119,6 +121,7 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
   access.newer_peers = [watch = watch_] { return watch->changed(); };
   secure_ = listens ? secure::SecureLink::listen(address, keys.identity, std::move(keys.peers), {}, access)
                     : secure::SecureLink::connect(address, keys.identity, std::move(keys.peers), {}, access);
+  if (listens && !options.address.empty()) address_ = with_port(options.address, secure_->port());
   if (dials) dialler_->start(own_address(address, secure_->port()));
 }
 

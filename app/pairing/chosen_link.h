@@ -46,7 +46,7 @@ class ChosenLink {
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
   /// What keeps the link from being there, in one line; empty: nothing known. news() has it, too.
   [[nodiscard]] std::string problem() const;
-  /// Where the far end is to be found: the address, or the rendezvous.
+  /// Where the far end is to be found: the address (of a listening end as bound, with its port), or the rendezvous.
   [[nodiscard]] const std::string& where() const noexcept { return address_; }
   /// nullptr where the far end has an address.
   [[nodiscard]] const ice::Dialler* dialler() const noexcept { return dialler_.get(); }

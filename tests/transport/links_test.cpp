@@ -416,6 +416,7 @@ TEST(UdpLink, NamesTheAddressItCannotUseAndSaysWhy) {
   }
   const auto connect = [](const std::string& address) { return UdpLink::connect(address); };
   EXPECT_NE(refusal(connect, "127.0.0.1:0").find("port 0"), std::string::npos);
+  EXPECT_NE(refusal(connect, "255.255.255.255:5683").find("broadcast"), std::string::npos);
   EXPECT_NE(refusal(connect, "0.0.0.0:5683").find("single computer"), std::string::npos);
 }
 

@@ -119,13 +119,13 @@ class Dialler::Thread final : RendezvousClient::Listener {
   }
 
   void tell() {
-    std::string problem;
+    std::string problem = rendezvous_->problem();
     const bool carried =
         std::any_of(paths_.begin(), paths_.end(), [](const auto& one) { return one.second->carries(); });
     const Path& first = *paths_.begin()->second;
-    if (!carried && !rendezvous_->problem().empty())
-      problem = rendezvous_->problem();
-    else if (!carried && dialler_.setup_.role == secure::Role::kOperator)
+    if (carried && !problem.empty())
+      problem += "; the path in use goes on, no other can be found";
+    else if (!carried && problem.empty() && dialler_.setup_.role == secure::Role::kOperator)
       problem = first.knows_far_end() ? "no path to " + first.far_end() + " yet"
                                       : first.far_end() + " is not at the rendezvous " + dialler_.setup_.rendezvous;
     const std::lock_guard lock(dialler_.mutex_);
