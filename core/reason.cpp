@@ -125,6 +125,12 @@ std::string subject_text(SubjectKind kind, std::uint8_t subject) {
   return "";
 }
 
+/// Three digits, but whole thousands and codes in full: 1213, not 1.21e+03.
+std::string number_text(float value) {
+  const bool in_full = std::abs(value) < 1e6F && (value == std::floor(value) || std::abs(value) >= 1000);
+  return in_full ? fmt::format("{:.0f}", double(value)) : fmt::format("{:.3g}", double(value));
+}
+
 }  // namespace
 
 const char* name(ReasonCode code) noexcept {
@@ -136,9 +142,7 @@ std::string text(const Reason& reason) {
   std::string line = subject_text(e.subject, reason.subject) + e.text;
   if (e.unit != nullptr && std::strcmp(e.unit, "ms") == 0 && reason.value > kNeverYet_ms) return line + " (never yet)";
   if (e.unit != nullptr) {
-    const auto whole = [](float v) { return v == std::floor(v) && std::abs(v) < 1e6F; };  // a code is not 6.53e+04
-    line += fmt::format(" ({:.{}g} {}; limit {:.{}g})", double(reason.value), whole(reason.value) ? 6 : 3, e.unit,
-                        double(reason.limit), whole(reason.limit) ? 6 : 3);
+    line += " (" + number_text(reason.value) + " " + e.unit + "; limit " + number_text(reason.limit) + ")";
   }
   return line;
 }

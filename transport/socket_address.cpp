@@ -58,6 +58,9 @@ std::uint16_t parse_port(const Given& given, const std::string& text) {
   return port;
 }
 
+constexpr const char* kNotPermitted =
+    "not permitted: it is a broadcast address, or this computer's firewall forbids it";
+
 std::vector<SocketAddress> resolve(const Given& given, bool names) {
   const auto parts = split(given.address);
   if (!parts) refuse(given, "is not ADDR:PORT such as 127.0.0.1:5683 or [::1]:5683");
@@ -79,24 +82,6 @@ std::vector<SocketAddress> resolve(const Given& given, bool names) {
   }
   ::freeaddrinfo(found);
   return result;
-}
-
-std::string reason_of(int error) {
-  switch (error) {
-    case EADDRINUSE:
-      return "another program has this port";
-    case EADDRNOTAVAIL:
-      return "this computer has no such address";
-    case EACCES:
-      return "not permitted; ports below 1024 need CAP_NET_BIND_SERVICE";
-    case EAFNOSUPPORT:
-      return "this computer has no IPv6";
-    case ENETUNREACH:
-    case EHOSTUNREACH:
-      return "no route to it";
-    default:
-      return std::strerror(error);
-  }
 }
 
 }  // namespace
@@ -149,12 +134,31 @@ std::vector<SocketAddress> look_up(const std::string& address) {
   return resolve({link, address}, true);
 }
 
+std::string why_not_bound(int error) {
+  switch (error) {
+    case EADDRINUSE:
+      return "another program has this port";
+    case EADDRNOTAVAIL:
+      return "this computer has no such address";
+    case EACCES:
+      return "not permitted; ports below 1024 need CAP_NET_BIND_SERVICE";
+    case EAFNOSUPPORT:
+      return "this computer has no IPv6";
+    case ENETUNREACH:
+    case EHOSTUNREACH:
+      return "no route to it";
+    default:
+      return std::strerror(error);
+  }
+}
+
 int open_udp_socket(const std::string& name, const SocketAddress& address, Attach attach, const char* what) {
   const int socket = ::socket(address.bytes.ss_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (socket >= 0 && attach(socket, address.get(), address.size) == 0) return socket;
   const int error = errno;
   if (socket >= 0) ::close(socket);
-  throw InputError(std::string("link: cannot ") + what + " " + name + ": " + reason_of(error));
+  throw InputError(std::string("link: cannot ") + what + " " + name + ": " +
+                   (attach == ::connect && error == EACCES ? kNotPermitted : why_not_bound(error)));
 }
 
 SocketAddress local_address(int socket) noexcept {

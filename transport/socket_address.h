@@ -47,6 +47,8 @@ using Attach = int (*)(int socket, const sockaddr* address, socklen_t size);
 /// @throws InputError "link: cannot WHAT NAME: why".
 [[nodiscard]] int open_udp_socket(const std::string& name, const SocketAddress& address, Attach attach,
                                   const char* what);
+/// Why a socket was refused an address of this computer, by errno: "another program has this port".
+[[nodiscard]] std::string why_not_bound(int error);
 /// As bound.
 [[nodiscard]] SocketAddress local_address(int socket) noexcept;
 

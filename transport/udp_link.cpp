@@ -5,11 +5,13 @@
 
 #include "core/error.h"
 #include "transport/link_messages.h"
+#include "transport/plain_or_encrypted.h"
 
 namespace knuckle {
 namespace {
 
 constexpr std::chrono::milliseconds kPeerSilence{1000};  // then the other side may have started anew, from a new port
+constexpr std::chrono::milliseconds kSayPlain{500}, kEncryptedLately{5000};
 
 }  // namespace
 
@@ -17,11 +19,12 @@ UdpLink UdpLink::listen(const std::string& address) {
   return {open_udp_socket(address, parse_address(address), ::bind, "listen on"), true};
 }
 
-UdpLink UdpLink::connect(const std::string& address) {
-  const SocketAddress target = parse_address(address);
+UdpLink UdpLink::connect(const std::string& address, const std::string& option) {
+  const SocketAddress target = parse_address(address, option);
+  const std::string given = option + " " + address + ": ";
   if (target.port() == 0)
-    throw InputError("link: " + address + ": port 0 cannot be used; give the port that the other side listens on");
-  if (target.is_any()) throw InputError("link: " + address + ": is no single computer's address");
+    throw InputError(given + "port 0 cannot be used; give the port that the other side listens on");
+  if (target.is_any()) throw InputError(given + "is no single computer's address");
   return {open_udp_socket(address, target, ::connect, "reach"), false};
 }
 
@@ -51,11 +54,31 @@ bool UdpLink::receive(Datagram& datagram) noexcept {
     if (arrival->size > kMaxDatagram) continue;
     datagram.size = static_cast<std::uint16_t>(arrival->size);
     datagram.waited = arrival->waited;
+    if (is_encrypted(datagram.view())) {
+      hear_encrypted(from);
+      continue;
+    }
     if (listening_ && !belongs_to(from, datagram)) continue;
     refused_.store(false, std::memory_order_relaxed);
     return true;
   }
   return false;
+}
+
+/// Of a far end without --insecure. All that comes of it are words: here, and there.
+void UdpLink::hear_encrypted(const SocketAddress& from) noexcept {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - encrypted_at() >= kSayPlain && listening_ && peer_.size == 0) (void)socket_.send(kPlainHere, from);
+  encrypted_at_.store(now.time_since_epoch().count(), std::memory_order_relaxed);
+}
+
+std::chrono::steady_clock::time_point UdpLink::encrypted_at() const noexcept {
+  using Clock = std::chrono::steady_clock;
+  return Clock::time_point(Clock::duration(encrypted_at_.load(std::memory_order_relaxed)));
+}
+
+bool UdpLink::heard_encrypted() const noexcept {
+  return std::chrono::steady_clock::now() - encrypted_at() < kEncryptedLately;
 }
 
 /// Only what an operator's side says claims this end, and keeps it.

@@ -21,7 +21,8 @@ class UdpLink final : public Link {
   [[nodiscard]] static UdpLink listen(const std::string& address);
   /// The operator's end: sends to "ADDR:PORT" and hears only that address.
   /// @throws InputError for a malformed address, port 0, or where there is no way to it.
-  [[nodiscard]] static UdpLink connect(const std::string& address);
+  /// @param option whose value it is, for the message.
+  [[nodiscard]] static UdpLink connect(const std::string& address, const std::string& option = "link:");
   UdpLink(UdpLink&& other) noexcept;
   UdpLink& operator=(UdpLink&&) = delete;
   ~UdpLink() override = default;
@@ -35,11 +36,15 @@ class UdpLink final : public Link {
   [[nodiscard]] std::uint16_t port() const noexcept { return local_address(socket_.descriptor()).port(); }
   /// A connecting end was told, since it last heard a datagram, that nobody listens there. Any thread.
   [[nodiscard]] bool refused() const noexcept { return refused_.load(std::memory_order_relaxed); }
+  /// Within the last 5 s, DTLS has come: by its looks, which anybody can give it. Any thread.
+  [[nodiscard]] bool heard_encrypted() const noexcept;
 
  private:
   UdpLink(int socket, bool listening) noexcept : socket_(socket), listening_(listening) {}
   [[nodiscard]] bool belongs_to(const SocketAddress& from, const Datagram& datagram) noexcept;
   void release_silent_peer() noexcept;
+  void hear_encrypted(const SocketAddress& from) noexcept;
+  [[nodiscard]] std::chrono::steady_clock::time_point encrypted_at() const noexcept;
 
   UdpSocket socket_;
   bool listening_;
@@ -47,6 +52,7 @@ class UdpLink final : public Link {
   SocketAddress peer_;                                ///< Listening end: whom it belongs to.
   std::chrono::steady_clock::time_point heard_at_{};  ///< The peer's last message.
   std::atomic<bool> refused_{false};
+  std::atomic<std::chrono::steady_clock::rep> encrypted_at_{0};  ///< Since the clock's epoch.
 };
 
 }  // namespace knuckle

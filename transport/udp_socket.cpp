@@ -1,5 +1,6 @@
 #include "transport/udp_socket.h"
 
+#include <linux/errqueue.h>
 #include <linux/filter.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -108,6 +109,35 @@ std::optional<UdpSocket::Arrival> UdpSocket::receive(std::span<std::uint8_t> byt
   const Duration waited = std::chrono::seconds(now.tv_sec - came.tv_sec) + Duration(now.tv_nsec - came.tv_nsec);
   arrival.waited = std::max(Duration::zero(), waited);  // the computer's clock may be set back meanwhile
   return arrival;
+}
+
+void UdpSocket::hear_refusals() const noexcept {
+  const int on = 1;
+  (void)::setsockopt(descriptor_, IPPROTO_IP, IP_RECVERR, &on, sizeof on);
+  (void)::setsockopt(descriptor_, IPPROTO_IPV6, IPV6_RECVERR, &on, sizeof on);
+}
+
+std::optional<SocketAddress> UdpSocket::next_refusal() const noexcept {
+  for (;;) {
+    SocketAddress to;
+    alignas(cmsghdr) std::array<char, 512> control;
+    msghdr header{};
+    header.msg_name = &to.bytes;
+    header.msg_namelen = sizeof to.bytes;
+    header.msg_control = control.data();
+    header.msg_controllen = control.size();
+    if (::recvmsg(descriptor_, &header, MSG_ERRQUEUE) < 0) return std::nullopt;
+    to.size = header.msg_namelen;
+    for (const cmsghdr* one = CMSG_FIRSTHDR(&header); one != nullptr;
+         one = CMSG_NXTHDR(&header, const_cast<cmsghdr*>(one))) {
+      const bool four = one->cmsg_level == IPPROTO_IP && one->cmsg_type == IP_RECVERR;
+      const bool six = one->cmsg_level == IPPROTO_IPV6 && one->cmsg_type == IPV6_RECVERR;
+      if (!four && !six) continue;
+      sock_extended_err error{};
+      std::memcpy(&error, CMSG_DATA(one), sizeof error);
+      if (error.ee_errno == ECONNREFUSED) return to;
+    }
+  }
 }
 
 void UdpSocket::hear_only_from(const SocketAddress& source) const noexcept {

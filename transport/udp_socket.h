@@ -34,6 +34,12 @@ class UdpSocket {
   /// @return nullopt where nothing is there, or errno tells what is wrong.
   std::optional<Arrival> receive(std::span<std::uint8_t> bytes, SocketAddress& from) const noexcept;
 
+  /// From now on next_refusal() has the ports where nobody listens; a send() or receive() after one may fail once.
+  void hear_refusals() const noexcept;
+  /// Where a datagram was sent to, and the computer there answered (ICMP) that no program has the port. Anybody can
+  /// forge that: for a message, not for a decision. Any thread.
+  [[nodiscard]] std::optional<SocketAddress> next_refusal() const noexcept;
+
   // A filter in the kernel: what it drops costs the receiver neither time nor room. Where the kernel takes none, all
   // comes through and the receiver has to tell.
   static constexpr std::size_t kMostBeginnings = 4;

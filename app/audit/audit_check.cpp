@@ -17,23 +17,24 @@ class Checker {
 
   Check run() {
     const std::vector<std::uint64_t> numbers = file_numbers(folder_);
-    for (std::size_t i = 0; i < numbers.size() && ok(); ++i) {
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
       if (i > 0 && numbers[i] != numbers[i - 1] + 1) {
         broken(file_of(folder_, numbers[i - 1] + 1), 0, "is missing");
-        break;
+        before_.reset();
       }
       ++check_.files;
       check_file(numbers[i], i + 1 == numbers.size());
     }
-    if (ok()) check_end();
-    if (ok() && !numbers.empty()) check_begin(numbers.front());
+    check_end();
+    if (!numbers.empty()) check_begin(numbers.front());
     return std::move(check_);
   }
 
  private:
-  [[nodiscard]] bool ok() const { return check_.broken.empty(); }
   void broken(const std::string& file, std::size_t line, const std::string& why) {
-    check_.broken = line == 0 ? file + ": " + why : fmt::format("{}:{}: {}", file, line, why);
+    if (file == broken_file_) return;
+    broken_file_ = file;
+    check_.breaks.push_back(line == 0 ? file + ": " + why : fmt::format("{}:{}: {}", file, line, why));
   }
 
   void check_file(std::uint64_t number, bool newest) {
@@ -44,23 +45,23 @@ class Checker {
     std::size_t end = lines.size();
     while (may_be_unfinished && end > 0 && !lines[end - 1].link) --end;
     bool has_header = false;
-    for (std::size_t i = 0; i < lines.size() && ok(); ++i) {
+    for (std::size_t i = 0; i < lines.size(); ++i) {
       const auto& [text, link, unfinished] = lines[i];
       if (unfinished || i >= end) {
         note_unfinished(file, i + 1);
       } else if (!link) {
         broken(file, i + 1, "is no line of an audit trail");
-      } else if (link->event == kResumedEvent && (i == 0 || !lines[i - 1].unfinished)) {
-        broken(file, i + 1, "names an unfinished line before it, which is not there as it was");
       } else {
+        if (link->event == kResumedEvent && (i == 0 || !lines[i - 1].unfinished))
+          broken(file, i + 1, "names an unfinished line before it, which is not there as it was");
         if (link->event == kFileEvent && link->file == number) has_header = true;
         // Rotation takes whole files away.
         if ((!has_header && link->event != kResumedEvent) || (number == 1 && check_.lines.empty() && link->number != 1))
-          return broken(file, i + 1, "is not the first line of its file: lines before it were removed");
+          broken(file, i + 1, "is not the first line of its file: lines before it were removed");
         check_line(file, i + 1, text, *link);
       }
     }
-    if (!ok() || content.rest.empty()) return;
+    if (content.rest.empty()) return;
     const std::size_t line = lines.size() + 1;
     if (may_be_unfinished) return note_unfinished(file, line);
     broken(file, line,
@@ -73,19 +74,18 @@ class Checker {
   }
 
   void check_line(const std::string& file, std::size_t at, const std::string& line, const Link& link) {
-    const bool first = check_.lines.empty();
-    if (first && link.number == 1 && link.before != hash_before_all())
-      return broken(file, at, "names a line before the first");
-    if (!first && link.number != check_.last.number + 1)
-      return broken(file, at, fmt::format("has number {} after {}", link.number, check_.last.number));
-    if (!first && link.before != check_.last.hash)
-      return broken(file, at, "does not name the hash of the line before: one of the two was changed");
-    if (first) first_number_ = link.number;
+    if (link.number == 1 && !before_ && link.before != hash_before_all())
+      broken(file, at, "names a line before the first");
+    if (before_ && link.number != before_->number + 1)
+      broken(file, at, fmt::format("has number {} after {}", link.number, before_->number));
+    if (before_ && link.before != before_->hash)
+      broken(file, at, "does not name the hash of the line before: one of the two was changed");
+    if (check_.lines.empty()) first_number_ = link.number;
     if (link.event == kFileEvent) oldest_ = link.oldest;
     if (link.event == kMissingEvent)
       broken(file, at, "lines before it were removed or changed while no program wrote here");
     check_.lines.push_back(line);
-    check_.last = {link.number, sha256(line)};
+    before_ = check_.last = {link.number, sha256(line)};
     if (head_ && head_->number == link.number && head_->hash != check_.last.hash)
       broken(file, at, "is not the line that was written: its hash is another in " + head_file_of(folder_));
   }
@@ -109,6 +109,8 @@ class Checker {
   std::string folder_;
   std::optional<Head> head_;
   Check check_;
+  std::optional<Head> before_;  // the line before the next one, as far as it is known
+  std::string broken_file_;     // the newest
   std::uint64_t oldest_ = 1, first_number_ = 0;
 };
 

@@ -10,11 +10,15 @@
 namespace knuckle::audit {
 
 struct Check {
-  std::vector<std::string> lines;  ///< All that are there, oldest first, up to the first that is broken.
+  std::vector<std::string> lines;  ///< All that are there, oldest first.
   std::vector<std::string> notes;  ///< What is worth knowing and breaks nothing: removed by rotation, unfinished lines.
-  std::string broken;              ///< "FILE:LINE: why"; empty: the chain is whole.
+  /// "FILE:LINE: why" of all breaks, but in each file only of the first: more may follow from it. Empty: the chain is
+  /// whole.
+  std::vector<std::string> breaks;
   std::size_t files = 0;
   Head last;  ///< Number 0 where there is no line.
+  /// The first break; empty where there is none.
+  [[nodiscard]] std::string broken() const { return breaks.empty() ? "" : breaks.front(); }
 };
 /// @throws InputError where folder or files cannot be read.
 [[nodiscard]] Check check_trail(const std::string& folder);

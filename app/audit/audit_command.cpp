@@ -18,6 +18,7 @@ struct Options {
 };
 
 int run(const Options& o) {
+  if (o.json && o.quiet) cli::refuse_option("--json", "", "does not go with --quiet, which prints no lines");
   const Check check = check_trail(o.folder);
   if (check.files == 0 && !read_head(o.folder)) throw InputError(o.folder + ": no audit trail is there");
   for (const std::string& line : check.lines) {
@@ -26,9 +27,11 @@ int run(const Options& o) {
   std::cout << std::flush;
   if (!std::cout) throw InputError("standard output: cannot be written");
   for (const std::string& note : check.notes) std::cerr << "knuckle audit: " << note << '\n';
-  if (!check.broken.empty()) {
-    std::cerr << "knuckle audit: BROKEN: " << check.broken << '\n';
-    return 1;
+  for (const std::string& broken : check.breaks) std::cerr << "knuckle audit: BROKEN: " << broken << '\n';
+  if (!check.breaks.empty()) return 1;
+  if (check.lines.empty()) {
+    std::cerr << "knuckle audit: whole, and empty: no line has been written\n";
+    return 0;
   }
   std::cerr << fmt::format(
       "knuckle audit: whole: {} lines in {} files; the last is {} with hash {}: keep a note of it "

@@ -38,6 +38,12 @@ std::uint64_t number_at(const Json& line, const char* key) {
   return found != line.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
 }
 
+/// Reading a pipe would wait for its writer. @throws InputError
+void check_regular(const std::string& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(fs::symlink_status(file, error)) || error) throw InputError(file + ": is no regular file");
+}
+
 /// From the last line back: a line that lacks no more than its line feed may itself look like a `resumed` one.
 void mark_unfinished(std::vector<Line>& lines) {
   for (std::size_t at = lines.size(); at-- > 0;) {
@@ -90,8 +96,8 @@ std::vector<std::uint64_t> file_numbers(const std::string& folder) {
 }
 
 FileContent read_lines(const std::string& file) {
+  check_regular(file);
   std::error_code error;
-  if (!fs::is_regular_file(fs::symlink_status(file, error)) || error) throw InputError(file + ": is no regular file");
   const auto size = fs::file_size(file, error);
   if (error || size > kLargestFile_bytes)
     throw InputError(fmt::format("{}: is larger than {} MB", file, kLargestFile_bytes >> 20));
@@ -131,6 +137,9 @@ std::string head_text(const Head& head) {
 }
 
 std::optional<Head> read_head(const std::string& folder) {
+  std::error_code error;
+  if (!fs::exists(fs::symlink_status(head_file_of(folder), error))) return std::nullopt;
+  check_regular(head_file_of(folder));
   std::ifstream in(head_file_of(folder));
   std::string number, hash;
   if (!(in >> number >> hash) || hash.size() != kHashSize) return std::nullopt;

@@ -60,7 +60,7 @@ struct Head {
   std::string hash;
 };
 [[nodiscard]] std::string head_text(const Head& head);
-/// Nothing where there is none.
+/// Nothing where there is none. @throws InputError where it is no regular file.
 [[nodiscard]] std::optional<Head> read_head(const std::string& folder);
 
 }  // namespace knuckle::audit

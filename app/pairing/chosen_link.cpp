@@ -11,6 +11,12 @@ namespace {
 
 constexpr auto kSameNews = std::chrono::seconds(30);
 constexpr const char* kHowToGrant = ": type grant and Enter to give it away, or do nothing to keep it";
+constexpr const char* kHowToTake = "; \"take\" asks for it again";
+constexpr const char* kEncryptedComes =
+    "somebody without --insecure tries to connect, which this end with it refuses: start both without it (or, in a "
+    "lab, both with it)";
+constexpr const char* kEncryptedThere =
+    "the far end runs without --insecure and this one with it: start both without it (or, in a lab, both with it)";
 constexpr const char* kPlainNote =
     "link: plain UDP (--insecure): neither authenticated nor encrypted; for loopback, labs, or inside a tunnel";
 
@@ -54,13 +60,14 @@ std::string kind_of(const secure::LinkEvent& event) {
          std::to_string(static_cast<int>(event.refusal)) + (stranger ? "" : " " + secure::short_text(event.peer));
 }
 
+std::string with_port(const std::string& address, std::uint16_t port) {
+  return address.substr(0, address.rfind(':') + 1) + std::to_string(port);
+}
+
 /// Of this computer's end of the link, for the path to it.
 SocketAddress own_address(const std::string& bound, std::uint16_t port) {
   const SocketAddress address = parse_address(bound);
-  if (!address.is_any()) {
-    const std::string host = text(address);
-    return parse_address(host.substr(0, host.rfind(':') + 1) + std::to_string(port));
-  }
+  if (!address.is_any()) return parse_address(with_port(text(address), port));
   return parse_address((address.bytes.ss_family == AF_INET6 ? "[::1]:" : "127.0.0.1:") + std::to_string(port));
 }
 
@@ -92,6 +99,7 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
       cli::refuse_option("--keys", options.keys, "does not go with --insecure: no key is used");
     if (options.observe) cli::refuse_option("--observe", "", "goes with a paired link, not with --insecure");
     plain_ = std::make_unique<UdpLink>(listens ? UdpLink::listen(options.address) : UdpLink::connect(options.address));
+    if (listens) address_ = with_port(options.address, plain_->port());
     notes_ = {kPlainNote};
     return;
   }
@@ -123,6 +131,7 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
   };
   secure_ = listens ? secure::SecureLink::listen(address, keys.identity, std::move(keys.peers), {}, access)
                     : secure::SecureLink::connect(address, keys.identity, std::move(keys.peers), {}, access);
+  if (listens && !options.address.empty()) address_ = with_port(options.address, secure_->port());
   if (dials) dialler_->start(own_address(address, secure_->port()));
 }
 
@@ -144,6 +153,7 @@ std::string ChosenLink::problem() const {
     if (const std::string problem = dialler_->problem(); !problem.empty()) return problem;
   }
   if (secure_) return secure_->problem();
+  if (plain_->heard_encrypted()) return listens_ ? kEncryptedComes : kEncryptedThere;
   return plain_->refused() ? "no program listens at " + address_ : "";
 }
 
@@ -155,32 +165,48 @@ bool ChosenLink::repeats(const std::string& kind) {
   return again;
 }
 
-std::vector<cli::News> ChosenLink::news(const Watch* watch) {
-  std::vector<cli::News> news;
-  if (!secure_) return news;
-  if (dialler_) {
-    for (const ice::PathEvent& one : dialler_->take_events())
-      news.push_back({text(one), "path to " + one.far_end + " " + std::to_string(static_cast<int>(one.kind))});
-    // The operator's side shows it as long as it lasts; nobody looks at the machine's side all the time.
-    const std::string problem = listens_ ? dialler_->problem() : "";
-    if (!problem.empty() && !repeats(problem)) news.push_back({"link: " + problem, "path: " + problem});
-  }
+/// Where a rendezvous was used, the address is one between two sockets of this program, and says nothing.
+std::string ChosenLink::line_of(secure::LinkEvent event) const {
+  if (dialler_ && event.address.size != 0 && (!listens_ || event.address.is_loopback())) event.address = {};
+  return "link " + text(event) + (event.kind == secure::LinkEvent::Kind::kAsked ? kHowToGrant : "");
+}
+
+/// Operator's side: who asks for its control, or has it instead.
+void ChosenLink::follow_control(const secure::LinkEvent& event) {
+  using Kind = secure::LinkEvent::Kind;
+  if (event.kind == Kind::kAsked) asker_ = event;
+  if (event.kind != Kind::kConnected && event.kind != Kind::kRefused) return;
+  asker_.reset();
+  holder_ = event.refusal == secure::Refusal::kBusy ? std::string(event.name.view()) : "";
+}
+
+void ChosenLink::take_events(std::vector<cli::News>& news, const Watch* watch) {
   secure::LinkEvent event;
   while (secure_->next(event)) {
     if (watch != nullptr) watch->on_event(event);
-    std::string line = "link " + text(event);
-    if (event.kind == secure::LinkEvent::Kind::kAsked) {
-      asker_ = event;
-      line += kHowToGrant;
-    }
+    const bool refused = event.kind == secure::LinkEvent::Kind::kRefused;
+    if (!listens_) follow_control(event);
+    if (!listens_ && refused) continue;  // its problem() says so
     const std::string kind = kind_of(event);
-    if (event.kind != secure::LinkEvent::Kind::kRefused || !repeats(kind)) news.push_back({std::move(line), kind});
+    if (!refused || !repeats(kind)) news.push_back({line_of(event), kind});
   }
-  if (const std::uint64_t lost = secure_->events_lost(); lost != events_lost_) {
-    if (watch != nullptr) watch->on_lost(lost - events_lost_);
-    news.push_back({"link: " + std::to_string(lost - events_lost_) + " more events, too many at once", "link lost"});
-    events_lost_ = lost;
+  const std::uint64_t lost = secure_->events_lost();
+  if (lost == events_lost_) return;
+  if (watch != nullptr) watch->on_lost(lost - events_lost_);
+  news.push_back({"link: " + std::to_string(lost - events_lost_) + " more events, too many at once", "link lost"});
+  events_lost_ = lost;
+}
+
+std::vector<cli::News> ChosenLink::news(const Watch* watch) {
+  std::vector<cli::News> news;
+  if (dialler_) {
+    for (const ice::PathEvent& one : dialler_->take_events())
+      news.push_back({text(one), "path to " + one.far_end + " " + std::to_string(static_cast<int>(one.kind))});
   }
+  if (secure_) take_events(news, watch);
+  if (const std::string problem = this->problem(); !problem.empty() && !repeats(problem))
+    news.push_back({"link: " + problem, "link: " + problem});
+  if (!watch_) return news;
   if (std::string changed = watch_->news(); !changed.empty()) {
     if (watch != nullptr) watch->on_changed_pairings(changed);
     news.push_back({std::move(changed), "pairings"});
@@ -188,22 +214,30 @@ std::vector<cli::News> ChosenLink::news(const Watch* watch) {
   return news;
 }
 
+std::string ChosenLink::no_control() const {
+  return "this computer has no control" + (holder_.empty() ? "" : ": " + holder_ + " has it");
+}
+
 std::string ChosenLink::release() {
   if (!secure_) return "a plain link has no control to release: stop this program";
-  secure_->release();
-  return "control released: \"take\" asks for it again";
+  const bool had = secure_->has_control();
+  secure_->release();  // and asks for it no more
+  return (had ? "control released" : no_control()) + kHowToTake;
 }
 
 std::string ChosenLink::grant() {
-  if (!secure_ || !asker_) return "nobody has asked for control";
+  if (!secure_) return "a plain link has no control to grant";
+  if (!secure_->has_control()) return no_control();
+  if (!asker_) return "nobody has asked for control";
   secure_->grant(asker_->peer);
   const std::string who = std::string(asker_->name.view()) + " (" + secure::short_text(asker_->peer) + ")";
   asker_.reset();
-  return "control granted to " + who + ": \"take\" asks for it again";
+  return "control granted to " + who + kHowToTake;
 }
 
 std::string ChosenLink::take_control() {
   if (!secure_) return "a plain link has no control to ask for";
+  if (secure_->has_control()) return "this computer has control";
   secure_->take_control();
   return "asking for control";
 }

@@ -44,9 +44,9 @@ class ChosenLink {
   [[nodiscard]] bool secure() const noexcept { return secure_ != nullptr; }
   /// For the first lines of a program.
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
-  /// What keeps the link from being there, in one line; empty: nothing known.
+  /// What keeps the link from being there, in one line; empty: nothing known. news() has it, too.
   [[nodiscard]] std::string problem() const;
-  /// Where the far end is to be found: the address, or the rendezvous.
+  /// Where the far end is to be found: the address (of a listening end as bound, with its port), or the rendezvous.
   [[nodiscard]] const std::string& where() const noexcept { return address_; }
   /// nullptr where the far end has an address.
   [[nodiscard]] const ice::Dialler* dialler() const noexcept { return dialler_.get(); }
@@ -55,7 +55,7 @@ class ChosenLink {
     std::function<void(const std::string&)> on_changed_pairings;  ///< A line on it.
     std::function<void(std::uint64_t)> on_lost;                   ///< So many events came faster than they were taken.
   };
-  /// What has happened to it since the last call; refusals that repeat are left out for a while.
+  /// What has happened to it since the last call, and its problem; what repeats is left out for a while.
   [[nodiscard]] std::vector<cli::News> news(const Watch* watch = nullptr);
   /// Tells the far end that nobody is here, after the loop has ended.
   void close() noexcept {
@@ -74,6 +74,10 @@ class ChosenLink {
   using Clock = std::chrono::steady_clock;
   void use(const LinkOptions& options, bool listens);
   [[nodiscard]] bool repeats(const std::string& kind);
+  void take_events(std::vector<cli::News>& news, const Watch* watch);
+  void follow_control(const secure::LinkEvent& event);
+  [[nodiscard]] std::string line_of(secure::LinkEvent event) const;
+  [[nodiscard]] std::string no_control() const;
 
   std::unique_ptr<ice::Dialler> dialler_;  // ends after the link has said farewell over it
   std::unique_ptr<UdpLink> plain_;
@@ -83,6 +87,7 @@ class ChosenLink {
   std::string address_;
   bool listens_ = false;
   std::optional<secure::LinkEvent> asker_;
+  std::string holder_;  // operator's side: who else has control, as the machine's side calls him; empty: unknown
   std::vector<std::pair<std::string, Clock::time_point>> told_;  // refusals: kind, when
   std::uint64_t events_lost_ = 0;
 };

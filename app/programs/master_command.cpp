@@ -116,18 +116,14 @@ MasterSetup set_up(const Options& o) {
   return setup;
 }
 
-/// What is wrong with the wires, in one line; empty where nothing is.
-std::string problem_of(const HidDevicePort* device, const pairing::ChosenLink& link) {
-  if (std::string problem = link.problem(); !problem.empty()) return problem;
-  return device != nullptr ? device->status().problem : "";
-}
-
 /// Why no device was usable in a whole run.
 std::string no_device_text(const Options& o, const HidDevicePort& device) {
   const std::string problem = device.status().problem;
   return "--device " + o.device + ": no haptic device was ready at any time" + (problem.empty() ? "" : ": " + problem) +
          ": see knuckle doctor --device " + o.device;
 }
+
+constexpr const char* kNeverHeard = "the machine was not heard at any time";
 
 Json status_json(const std::optional<MachineStatus>& status) {
   if (!status) return nullptr;
@@ -208,13 +204,14 @@ int observe(const Options& o, const cli::InterruptGuard& interrupt) {
   program.news = [&link] { return link.news(); };
   const double started_unix_s = unix_time_s();
   const auto started = std::chrono::steady_clock::now();
-  const ObserverOutcome outcome = run_observer(link.link(), program, [&link] { return link.problem(); });
+  const ObserverOutcome outcome = run_observer(link.link(), program);
   link.close();
+  if (outcome.messages == 0) console.note(kNeverHeard);
   Json result = observer_json(o, started_unix_s, outcome, console.lines_lost());
   result["path"] = path_json(link, started);
   if (auto* out = json.stream()) *out << result.dump(2) << '\n';
   commit_all({&json});
-  return 0;
+  return outcome.messages == 0 ? 1 : 0;
 }
 
 int run(const Options& o) {
@@ -226,7 +223,7 @@ int run(const Options& o) {
   pairing::ChosenLink link = pairing::ChosenLink::connect(o.link);
   std::optional<UdpLink> screen;
   std::optional<MirroredLink> mirrored;
-  if (!o.mirror.empty()) mirrored.emplace(link.link(), screen.emplace(UdpLink::connect(o.mirror)));
+  if (!o.mirror.empty()) mirrored.emplace(link.link(), screen.emplace(UdpLink::connect(o.mirror, "--mirror")));
   NoDevice nothing;
   const std::unique_ptr<HidDevicePort> device = bringup::open_leading_device(o.device, o.serial);
 
@@ -248,17 +245,18 @@ int run(const Options& o) {
   HidPort& port = device ? static_cast<HidPort&>(*device) : nothing;
   Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link.link();
   MasterOutcome outcome = run_master(
-      setup, port, wire, program, [&] { return problem_of(device.get(), link); }, csv.stream());
+      setup, port, wire, program, [&] { return device ? device->status().problem : ""; }, csv.stream());
   link.close();
   outcome.records_lost += finish_records(console, {&csv});
 
   const bool without_device = device && !outcome.device_was_ready;
   if (without_device) console.note(no_device_text(o, *device));
+  if (!outcome.machine_was_heard) console.note(kNeverHeard);
   Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());
   result["path"] = path_json(link, started);
   if (auto* out = json.stream()) *out << result.dump(2) << '\n';
   commit_all({&csv, &json});
-  return without_device ? 1 : 0;
+  return without_device || !outcome.machine_was_heard ? 1 : 0;
 }
 
 }  // namespace

@@ -128,8 +128,8 @@ void MasterRunner::observe(Time now) noexcept {
 /// Events as they come, what blocks or is wrong for long, and the status line.
 class Teller {
  public:
-  Teller(ProgramConsole& console, const std::function<std::string()>& wire_problem)
-      : console_(console), wire_problem_(wire_problem) {}
+  Teller(ProgramConsole& console, const std::function<std::string()>& device_problem)
+      : console_(console), device_problem_(device_problem) {}
 
   void tell(Time now, MasterRunner& runner) {
     MasterEvent event;
@@ -137,6 +137,7 @@ class Teller {
       events_.add(event, kind_of(event));
       console_.event(event.at, event_text(event), kind_of(event));
       device_was_ready_ |= event.about == MasterEvent::About::kDevice && !event.device;
+      machine_was_heard_ |= event.heard;
       if (event.about == MasterEvent::About::kMachine) told_ = event.fault ? event.fault : event.blocking;
     }
     const MasterStatus& status = runner.status();
@@ -148,6 +149,7 @@ class Teller {
   void hand_over(MasterOutcome& outcome) const {
     outcome.events = events_.kept();
     outcome.device_was_ready = device_was_ready_;
+    outcome.machine_was_heard = machine_was_heard_;
     outcome.records_lost += events_.left_out();
   }
 
@@ -162,8 +164,8 @@ class Teller {
     console_.event(now, event_text(shown), "standing " + kind_of(shown));
   }
   void tell_problem(Time now) {
-    if (!wire_problem_) return;
-    const std::string problem = wire_problem_();
+    if (!device_problem_) return;
+    const std::string problem = device_problem_();
     if (problem == problem_) return;
     problem_ = problem;
     if (!problem.empty()) console_.event(now, problem);
@@ -182,8 +184,8 @@ class Teller {
 
   ProgramConsole& console_;
   RunEvents<MasterEvent> events_;
-  bool device_was_ready_ = false;
-  const std::function<std::string()>& wire_problem_;
+  bool device_was_ready_ = false, machine_was_heard_ = false;
+  const std::function<std::string()>& device_problem_;
   std::string problem_;
   Reason told_, standing_;
   Time standing_since_{};
@@ -211,11 +213,11 @@ std::string event_text(const MasterEvent& event) {
 }
 
 MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
-                         const std::function<std::string()>& wire_problem, std::ostream* csv) {
+                         const std::function<std::string()>& device_problem, std::ostream* csv) {
   const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv != nullptr);
   if (csv != nullptr) write_master_header(*csv);
   MasterOutcome outcome;
-  Teller teller(run.console, wire_problem);
+  Teller teller(run.console, device_problem);
   PolicyNote policy("master");
   const RealtimeClock clock;
   {

@@ -50,6 +50,7 @@ struct MasterEvent {
 struct MasterOutcome {
   std::vector<MasterEvent> events;              ///< The first of each kind, and the newest others (RunEvents).
   bool device_was_ready = false;                ///< At any time.
+  bool machine_was_heard = false;               ///< Likewise.
   Histogram round_trip;                         ///< As measured; one value each step while packets are received.
   std::optional<MachineStatus> machine_status;  ///< The newest; nothing where the machine's side sent none.
   RealtimeReport loop;
@@ -59,10 +60,11 @@ struct MasterOutcome {
 
 /// Runs until the run is over; then releases: enable and presence off, torque off, and ends.
 /// @param port, @param link used by the loop's thread alone while this runs.
-/// @param wire_problem what is wrong with device or link below the loop, in one line; empty: nothing. May be empty
-/// itself. @param csv a row every 5 ms; null: not wanted.
+/// @param device_problem what is wrong with the device below the loop, in one line; empty: nothing. May be empty
+/// itself.
+/// @param csv a row every 5 ms; null: not wanted.
 [[nodiscard]] MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
-                                       const std::function<std::string()>& wire_problem = {},
+                                       const std::function<std::string()>& device_problem = {},
                                        std::ostream* csv = nullptr);
 
 }  // namespace knuckle::programs

@@ -42,10 +42,6 @@ void Observer::tell(Time now) {
     events_.add(event, kind_of(event));
     console_.event(now, text_of(event), kind_of(event));
   }
-  if (const std::string problem = problem_of_(); problem != problem_) {
-    problem_ = problem;
-    if (!problem.empty()) console_.event(now, problem);
-  }
   console_.status(now, {text_of(event)});
 }
 
@@ -53,8 +49,8 @@ ObserverOutcome Observer::outcome(double ran_s) const {
   return {events_.kept(), messages_, ran_s, events_.left_out()};
 }
 
-ObserverOutcome run_observer(Link& link, const ProgramRun& run, const std::function<std::string()>& problem) {
-  Observer observer(link, run.console, problem);
+ObserverOutcome run_observer(Link& link, const ProgramRun& run) {
+  Observer observer(link, run.console);
   const RealtimeClock clock;
   tend_until_over(run, clock, [&observer](Time now) { observer.tend(now); });
   return observer.outcome(to_seconds(clock.now()));

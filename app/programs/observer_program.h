@@ -2,10 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "app/programs/program_console.h"
@@ -32,9 +29,8 @@ struct ObserverOutcome {
 
 class Observer {
  public:
-  /// @param link used by this thread alone. @param problem of the link, in one line.
-  Observer(Link& link, ProgramConsole& console, std::function<std::string()> problem)
-      : link_(link), console_(console), problem_of_(std::move(problem)) {}
+  /// @param link used by this thread alone.
+  Observer(Link& link, ProgramConsole& console) : link_(link), console_(console) {}
 
   /// Takes what has come, and tells what is new. Often.
   void tend(Time now);
@@ -46,17 +42,14 @@ class Observer {
 
   Link& link_;
   ProgramConsole& console_;
-  std::function<std::string()> problem_of_;
   RunEvents<ObservedEvent> events_;
   std::uint64_t messages_ = 0;
   std::optional<SlaveMessage> newest_;
   Time heard_at_{};
   ObservedEvent last_;
-  std::string problem_;
 };
 
 /// Runs one until the run is over.
-[[nodiscard]] ObserverOutcome run_observer(Link& link, const ProgramRun& run,
-                                           const std::function<std::string()>& problem);
+[[nodiscard]] ObserverOutcome run_observer(Link& link, const ProgramRun& run);
 
 }  // namespace knuckle::programs

@@ -1,15 +1,20 @@
 #include "app/programs/slave_audit.h"
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 
+#include "app/audit/audit_check.h"
 #include "app/cli/command.h"
+#include "core/error.h"
 
 namespace knuckle::programs {
 namespace {
 
 using Json = audit::AuditTrail::Json;
 using Kind = secure::LinkEvent::Kind;
+
+constexpr const char* kListsAll = " (knuckle audit lists all of it)";
 
 const char* event_name(Kind kind) {
   switch (kind) {
@@ -25,6 +30,8 @@ const char* event_name(Kind kind) {
       return "control_released";
     case Kind::kCutOff:
       return "cut_off";
+    case Kind::kEnded:
+      return "ended_there";
     case Kind::kAsked:
       return "control_asked_for";
     case Kind::kGranted:
@@ -44,7 +51,20 @@ std::string digest_of(const std::string& file) {
   return audit::sha256(std::string{std::istreambuf_iterator<char>(in), {}});
 }
 
+/// Of a trail that cannot be read either: the machine can be led all the same.
+std::string damage_of(const std::string& folder) {
+  if (!std::filesystem::is_directory(folder)) return "";
+  try {
+    const audit::Check check = audit::check_trail(folder);
+    return check.breaks.empty() ? "" : "audit trail " + folder + " is BROKEN: " + check.broken() + kListsAll;
+  } catch (const InputError& error) {
+    return std::string("audit trail: ") + error.what();
+  }
+}
+
 }  // namespace
+
+SlaveAudit::SlaveAudit(const std::string& folder) : damage_(damage_of(folder)), trail_(folder) {}
 
 void SlaveAudit::started(const std::string& machine_file, const std::string& bus, const std::string& address,
                          const std::vector<std::string>& link_notes) {

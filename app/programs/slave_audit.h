@@ -14,7 +14,9 @@ namespace knuckle::programs {
 class SlaveAudit {
  public:
   /// @throws InputError where nothing can be written there.
-  explicit SlaveAudit(const std::string& folder) : trail_(folder) {}
+  explicit SlaveAudit(const std::string& folder);
+  /// What is wrong with the trail so far, in one line; empty: nothing.
+  [[nodiscard]] const std::string& damage() const noexcept { return damage_; }
 
   /// @param machine_file whose content is named by its SHA-256. @param link_notes first lines on the link in use.
   void started(const std::string& machine_file, const std::string& bus, const std::string& address,
@@ -28,6 +30,7 @@ class SlaveAudit {
   [[nodiscard]] std::string news() { return trail_.news(); }
 
  private:
+  std::string damage_;  // before anything is written
   audit::AuditTrail trail_;
 };
 

@@ -197,8 +197,8 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
 }
 
 /// Simulated and real must not be confused.
-std::string machine_note(const Options& o, const Setup& setup) {
-  const std::string listening = o.link.address.empty() ? "" : ", listening on " + o.link.address;
+std::string machine_note(const Options& o, const Setup& setup, const std::string& where) {
+  const std::string listening = o.link.address.empty() ? "" : ", listening on " + where;
   if (!setup.simulation) return "machine " + setup.machine.name + " on " + o.can + listening;
   return "SIMULATED machine " + setup.machine.name + " (scenario " + setup.simulation->scenario.name + ", seed " +
          std::to_string(setup.simulation->seed) + "), nothing real moves" + listening;
@@ -226,7 +226,8 @@ int run(const Options& o) {
 
   ProgramConsole console("knuckle slave");
   for (const std::string& note : link.notes()) console.note(note);
-  console.note(machine_note(o, setup));
+  if (audit && !audit->damage().empty()) console.note(audit->damage());
+  console.note(machine_note(o, setup, link.where()));
   SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream()};
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;

@@ -29,7 +29,7 @@ int open_listener(const std::string& name) {
   if (socket >= 0 && ::bind(socket, address.get(), address.size) == 0 && ::listen(socket, kBacklog) == 0) return socket;
   const int error = errno;
   if (socket >= 0) ::close(socket);
-  throw InputError("--listen " + name + ": " + std::strerror(error));
+  throw InputError("--listen " + name + ": " + why_not_bound(error));
 }
 
 /// As many as this program may have open, beside what is open already and a few to turn others away with: without a

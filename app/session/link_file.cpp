@@ -1,5 +1,7 @@
 #include "app/session/link_file.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <utility>
 
@@ -49,6 +51,14 @@ void read_delays(TomlTable& table, LinkImpairment& link) {
     read_shape(jitter, link.slow_jitter, link.slow_jitter_shape);
     link.jitter_time = from_seconds(jitter.number("correlation_s", 0.001, 60));
   }
+  // No delay is below 0: wider, and the mean would be above delay_ms.
+  const auto half = [](Duration width, JitterShape shape) {
+    return shape == JitterShape::kUniform ? width : Duration::zero();
+  };
+  const Duration widest = half(link.jitter, link.jitter_shape) + half(link.slow_jitter, link.slow_jitter_shape);
+  table.require(
+      link.delay >= widest, "delay_ms",
+      fmt::format("must be at least the half widths of its uniform jitter ({:g} ms)", 1e3 * to_seconds(widest)));
   if (table.has("in_order")) link.in_order = table.boolean("in_order");
   if (table.has("second_path_delay_ms"))
     link.second_path = milliseconds(table, "second_path_delay_ms", 0.001, kLongestDelay_ms);

@@ -64,6 +64,13 @@ SessionOutcome run_on_virtual_time(const SessionSetup& setup, const std::functio
   return outcome;
 }
 
+/// All criteria fail then, and none of them says why.
+std::string unheard_text(const SessionSetup& setup) {
+  std::string text = "no message of the operator's side arrived over the link";
+  if (!setup.connect.empty()) text += ": --connect " + setup.connect + " does not lead to --listen " + setup.listen;
+  return text;
+}
+
 }  // namespace
 
 SessionResult run_simulation(const SimulateOptions& options, const SessionHooks& hooks) {
@@ -84,6 +91,7 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   result.simulated_s = outcome.elapsed_s;
   result.record = std::move(outcome.record);
   result.hops = hops_of(outcome.hops);
+  if (outcome.hops.master_to_slave.count() == 0) result.notes.push_back(unheard_text(setup));
   result.loops = std::move(outcome.loops);
   result.digest = digest_of(result.record, outcome.frames);
   result.scene = scene_of(setup.scenario.world, result.record, reach_m(setup.machine));

@@ -2,6 +2,7 @@
 #include <sys/stat.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <fstream>
 
 #include "app/audit/audit_command.h"
@@ -38,12 +39,14 @@ void note_some(AuditTrail& trail) {
 }
 
 /// `knuckle audit FOLDER`. @return its exit code.
-int audit_command(const std::string& folder) {
+int audit_command(const std::string& folder, std::string* out = nullptr, std::string* err = nullptr) {
   ::testing::internal::CaptureStdout();
   ::testing::internal::CaptureStderr();
   const int code = cli::run_program({"knuckle", "", "", {audit_entry()}}, {"audit", folder});
-  (void)::testing::internal::GetCapturedStdout();
-  (void)::testing::internal::GetCapturedStderr();
+  const std::string printed = ::testing::internal::GetCapturedStdout();
+  const std::string told = ::testing::internal::GetCapturedStderr();
+  if (out != nullptr) *out = printed;
+  if (err != nullptr) *err = told;
   return code;
 }
 
@@ -61,7 +64,7 @@ TEST_F(Audit, ARotationThatWasRefusedIsTriedAgain) {
     EXPECT_NE(news_of(trail).find("is written again"), std::string::npos);
   }
   const Check check = check_trail(folder);
-  EXPECT_EQ(check.broken, "");
+  EXPECT_EQ(check.broken(), "");
   EXPECT_EQ(check.lines.size(), 1 + 20 + check.files) << "nothing is lost";
 }
 
@@ -77,7 +80,7 @@ TEST_F(Audit, AFolderThatCanBeListedNoMoreStopsNeitherTheTrailNorTheProgram) {
     fs::permissions(folder, fs::perms::owner_all);
   }
   const Check check = check_trail(folder);
-  EXPECT_EQ(check.broken, "");
+  EXPECT_EQ(check.broken(), "");
   EXPECT_GT(check.files, 2U);
   EXPECT_EQ(check.lines.size(), 1 + 20 + check.files);
 }
@@ -93,11 +96,11 @@ TEST_F(Audit, OldFilesThatCannotBeRemovedAreOnlyTold) {
     EXPECT_EQ(trail.news(), "audit trail: " + file(1) + ": cannot be removed: Is a directory");
     fs::remove(file(1));
     fs::rename(temporary.file("away"), file(1));
-    EXPECT_EQ(check_trail(folder).broken, "") << "no file in between is removed either";
+    EXPECT_EQ(check_trail(folder).broken(), "") << "no file in between is removed either";
     note_some(trail);
     EXPECT_EQ(trail.news(), "");
   }
-  EXPECT_EQ(check_trail(folder).broken, "");
+  EXPECT_EQ(check_trail(folder).broken(), "");
   EXPECT_EQ(check_trail(folder).files, 2U);
 }
 
@@ -119,22 +122,22 @@ TEST_F(Audit, MemoryThatIsMissingIsRefusedLikeAFullDisk) {
     EXPECT_NE(trail.news().find("cannot be written: Cannot allocate memory"), std::string::npos);
   }
   ::setrlimit(RLIMIT_AS, &before);
-  EXPECT_EQ(check_trail(folder).broken, "");
+  EXPECT_EQ(check_trail(folder).broken(), "");
 }
 #endif
 
 TEST_F(Audit, ATrailThatLostAllItsLinesStaysBroken) {
   write(5);
   fs::remove(file());
-  EXPECT_EQ(check_trail(folder).broken, head_file_of(folder) + ": lines 1 to 6 were written, and are not there");
+  EXPECT_EQ(check_trail(folder).broken(), head_file_of(folder) + ": lines 1 to 6 were written, and are not there");
   EXPECT_EQ(audit_command(folder), 1);
   write(1);
-  EXPECT_EQ(check_trail(folder).broken, file() + ":2: " + kMissing);
+  EXPECT_EQ(check_trail(folder).broken(), file() + ":2: " + kMissing);
 
   put(file(), "");
-  EXPECT_NE(check_trail(folder).broken, "");
+  EXPECT_NE(check_trail(folder).broken(), "");
   write(1);
-  EXPECT_EQ(check_trail(folder).broken, file() + ":2: " + kMissing);
+  EXPECT_EQ(check_trail(folder).broken(), file() + ":2: " + kMissing);
 }
 
 TEST_F(Audit, ADiskThatRefusesHidesNoMissingEnd) {
@@ -143,10 +146,48 @@ TEST_F(Audit, ADiskThatRefusesHidesNoMissingEnd) {
   const SmallDisk disk;
   disk.set(200);  // enough for the head alone
   write(1);
-  EXPECT_NE(check_trail(folder).broken, "");
+  EXPECT_NE(check_trail(folder).broken(), "");
   disk.lift();
   write(1);
-  EXPECT_EQ(check_trail(folder).broken, file() + ":6: " + kMissing);
+  EXPECT_EQ(check_trail(folder).broken(), file() + ":6: " + kMissing);
+}
+
+TEST_F(Audit, TheCommandPrintsAllLinesAndTheFirstBreakOfEachFile) {
+  write(20, kShortFiles);
+  const std::size_t lines = check_trail(folder).lines.size();
+  ASSERT_GE(check_trail(folder).files, 5U);
+  for (const std::uint64_t number : {2U, 4U}) change(file(number), "\"desk ", "\"disk ");
+  fs::rename(file(3), temporary.file("away"));
+  std::string out, err;
+  EXPECT_EQ(audit_command(folder, &out, &err), 1);
+  const Check check = check_trail(folder);
+  ASSERT_EQ(check.breaks.size(), 3U) << err;
+  EXPECT_EQ(check.breaks[0].find(file(2) + ":"), 0U) << err;
+  EXPECT_EQ(check.breaks[1], file(3) + ": is missing");
+  EXPECT_EQ(check.breaks[2].find(file(4) + ":"), 0U) << err;
+  for (const std::string& broken : check.breaks) EXPECT_NE(err.find("BROKEN: " + broken + "\n"), std::string::npos);
+  EXPECT_EQ(static_cast<std::size_t>(std::count(out.begin(), out.end(), '\n')), check.lines.size());
+  fs::rename(temporary.file("away"), file(3));
+  EXPECT_EQ(check_trail(folder).lines.size(), lines);
+  EXPECT_EQ(check_trail(folder).breaks.size(), 2U);
+}
+
+TEST_F(Audit, AHeadThatIsAPipeIsRefusedWithoutWaitingForAWriter) {
+  write(1);
+  fs::remove(head_file_of(folder));
+  ASSERT_EQ(::mkfifo(head_file_of(folder).c_str(), 0600), 0);
+  std::string err;
+  EXPECT_EQ(audit_command(folder, nullptr, &err), 2);
+  EXPECT_NE(err.find(head_file_of(folder) + ": is no regular file"), std::string::npos) << err;
+  EXPECT_THROW(AuditTrail{folder}, InputError);
+}
+
+TEST_F(Audit, TheCommandSaysThatATrailIsEmpty) {
+  fs::create_directory(folder);
+  put(file(), "");
+  std::string err;
+  EXPECT_EQ(audit_command(folder, nullptr, &err), 0);
+  EXPECT_NE(err.find("no line has been written"), std::string::npos) << err;
 }
 
 TEST_F(Audit, TheCommandRefusesAFolderWithoutATrail) {
@@ -161,10 +202,10 @@ TEST_F(Audit, NoticesThatTheBeginningWasCutOffUpToALineThatWasResumed) {
   std::ofstream(file(newest), std::ios::app) << R"({"n":99,"utc":"2026-11)";
   while (file_numbers(folder).back() == newest) write(1, {.file_bytes = 2000, .files = 2});
   ASSERT_EQ(file_numbers(folder).front(), newest);
-  ASSERT_EQ(check_trail(folder).broken, "");
+  ASSERT_EQ(check_trail(folder).broken(), "");
   const std::string text = test::content(file(newest));
   put(file(newest), text.substr(text.find(R"({"n":99)")));
-  EXPECT_EQ(check_trail(folder).broken,
+  EXPECT_EQ(check_trail(folder).broken(),
             file(newest) + ":3: is not the first line of its file: lines before it were removed");
 }
 
@@ -173,10 +214,11 @@ TEST_F(Audit, NoticesThatTheFirstFileBeginsAfterTheFirstLine) {
   put(file(), R"({"n":1,"utc":"2026-11)");
   put(head_file_of(folder), head_text({0, hash_before_all()}));
   write(1);
-  ASSERT_EQ(check_trail(folder).broken, "");
+  ASSERT_EQ(check_trail(folder).broken(), "");
   const std::string text = test::content(file());
   put(file(), text.substr(text.find(R"({"n":2)")));  // the file's own line: what was resumed came before it
-  EXPECT_EQ(check_trail(folder).broken, file() + ":1: is not the first line of its file: lines before it were removed");
+  EXPECT_EQ(check_trail(folder).broken(),
+            file() + ":1: is not the first line of its file: lines before it were removed");
 }
 
 /// The line feed that ends an unfinished line is written together with the line that says so: either may be cut.
@@ -201,9 +243,9 @@ TEST_F(Audit, APowerCutAtAnyByteBreaksNothingAndKeepsNoProgramFromStarting) {
     SCOPED_TRACE("cut after " + text.substr(0, size));
     put(file(), text.substr(0, size));
     put(head_file_of(folder), head);
-    ASSERT_EQ(check_trail(folder).broken, "");
+    ASSERT_EQ(check_trail(folder).broken(), "");
     ASSERT_NO_THROW(write(1));
-    ASSERT_EQ(check_trail(folder).broken, "");
+    ASSERT_EQ(check_trail(folder).broken(), "");
   }
   EXPECT_GT(cuts, 30U);
 }
@@ -213,7 +255,7 @@ TEST_F(Audit, NoticesThatAnUnfinishedLineWasRemoved) {
   std::ofstream(file(), std::ios::app) << R"({"n":5,"utc":"2026-11)";
   write(1);
   change(file(), "{\"n\":5,\"utc\":\"2026-11\n", "");
-  EXPECT_EQ(check_trail(folder).broken,
+  EXPECT_EQ(check_trail(folder).broken(),
             file() + ":5: names an unfinished line before it, which is not there as it was");
 }
 
@@ -234,7 +276,7 @@ TEST_F(Audit, RefusesWhatOthersMayWrite) {
     fs::permissions(path, before);
   }
   write(1);
-  EXPECT_EQ(check_trail(folder).broken, "");
+  EXPECT_EQ(check_trail(folder).broken(), "");
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ TEST_F(Audit, ChainsItsLinesAcrossRuns) {
   write(3);
   write(2);
   const Check check = check_trail(folder);
-  EXPECT_EQ(check.broken, "");
+  EXPECT_EQ(check.broken(), "");
   ASSERT_EQ(check.lines.size(), 6U) << "and the file's own";
   EXPECT_EQ(json(check.lines[0])["event"], "file");
   EXPECT_EQ(json(check.lines[0])["before"], std::string(64, '0'));
@@ -53,39 +53,39 @@ TEST_F(Audit, IsForItsOwnerOnly) {
 TEST_F(Audit, NamesTheLineThatWasChanged) {
   write(5);
   change(file(), "desk 2", "desk 7");
-  EXPECT_EQ(check_trail(folder).broken.find(file() + ":5: does not name the hash of the line before"), 0U)
-      << check_trail(folder).broken;
+  EXPECT_EQ(check_trail(folder).broken().find(file() + ":5: does not name the hash of the line before"), 0U)
+      << check_trail(folder).broken();
 }
 
 TEST_F(Audit, NoticesAChangeOfTheLastLine) {
   write(5);
   change(file(), "desk 4", "desk 7");
-  EXPECT_EQ(check_trail(folder).broken.find(file() + ":6: is not the line that was written"), 0U)
-      << check_trail(folder).broken;
+  EXPECT_EQ(check_trail(folder).broken().find(file() + ":6: is not the line that was written"), 0U)
+      << check_trail(folder).broken();
 }
 
 TEST_F(Audit, NoticesALineThatWasRemovedOrAdded) {
   write(5);
   const std::string line = check_trail(folder).lines[2] + "\n";
   change(file(), line, "");
-  EXPECT_EQ(check_trail(folder).broken.find(file() + ":3: has number 4 after 2"), 0U) << check_trail(folder).broken;
+  EXPECT_EQ(check_trail(folder).broken().find(file() + ":3: has number 4 after 2"), 0U) << check_trail(folder).broken();
   change(file(), check_trail(folder).lines[1] + "\n", check_trail(folder).lines[1] + "\n" + line + line);
-  EXPECT_EQ(check_trail(folder).broken.find(file() + ":4: has number 3 after 3"), 0U) << check_trail(folder).broken;
+  EXPECT_EQ(check_trail(folder).broken().find(file() + ":4: has number 3 after 3"), 0U) << check_trail(folder).broken();
 }
 
 TEST_F(Audit, NoticesThatItsEndWasCutOff) {
   write(5);
   change(file(), check_trail(folder).lines[5] + "\n", "");
-  EXPECT_EQ(check_trail(folder).broken, head_file_of(folder) + ": lines 6 to 6 were written, and are not there");
+  EXPECT_EQ(check_trail(folder).broken(), head_file_of(folder) + ": lines 6 to 6 were written, and are not there");
   fs::remove(head_file_of(folder));
-  EXPECT_NE(check_trail(folder).broken.find("head: is missing"), std::string::npos);
+  EXPECT_NE(check_trail(folder).broken().find("head: is missing"), std::string::npos);
 }
 
 TEST_F(Audit, AProgramThatBeginsAgainHidesNoMissingEnd) {
   write(5);
   change(file(), check_trail(folder).lines[5] + "\n", "");
   write(5);
-  EXPECT_EQ(check_trail(folder).broken,
+  EXPECT_EQ(check_trail(folder).broken(),
             file() + ":6: lines before it were removed or changed while no program wrote here");
 }
 
@@ -93,7 +93,7 @@ TEST_F(Audit, AProgramThatBeginsAgainDoesNotHideThatAllFilesAreGone) {
   write(5);
   fs::remove(file());
   write(1);
-  EXPECT_NE(check_trail(folder).broken.find("lines before it were removed or changed"), std::string::npos);
+  EXPECT_NE(check_trail(folder).broken().find("lines before it were removed or changed"), std::string::npos);
 }
 
 /// The head of a killed program is behind its lines.
@@ -102,31 +102,33 @@ TEST_F(Audit, AProgramThatBeginsAgainComparesALineInTheMiddleWithTheHead) {
   const std::string line = check_trail(folder).lines[2];
   std::ofstream(head_file_of(folder)) << head_text({3, sha256(line)});
   write(1);
-  EXPECT_EQ(check_trail(folder).broken, "");
+  EXPECT_EQ(check_trail(folder).broken(), "");
   std::ofstream(head_file_of(folder)) << head_text({3, sha256("another line")});
-  EXPECT_EQ(check_trail(folder).broken.find(file() + ":3: is not the line that was written"), 0U);
+  EXPECT_EQ(check_trail(folder).broken().find(file() + ":3: is not the line that was written"), 0U);
   write(1);
-  EXPECT_NE(check_trail(folder).broken.find("lines before it were removed or changed"), std::string::npos);
+  EXPECT_NE(check_trail(folder).broken().find("lines before it were removed or changed"), std::string::npos);
 }
 
 TEST_F(Audit, NoticesThatItsBeginningWasCutOff) {
   write(5);
   const Check whole = check_trail(folder);
   change(file(), whole.lines[0] + "\n" + whole.lines[1] + "\n", "");
-  EXPECT_EQ(check_trail(folder).broken, file() + ":1: is not the first line of its file: lines before it were removed");
+  EXPECT_EQ(check_trail(folder).broken(),
+            file() + ":1: is not the first line of its file: lines before it were removed");
 }
 
 TEST_F(Audit, NoticesThatTheBeginningOfItsOldestFileWasCutOff) {
   write(200, {.file_bytes = 4000, .files = 3, .lines_of_a_kind = 1 << 20});
   const std::string oldest = file(file_numbers(folder).front());
   change(oldest, check_trail(folder).lines[0] + "\n", "");
-  EXPECT_EQ(check_trail(folder).broken, oldest + ":1: is not the first line of its file: lines before it were removed");
+  EXPECT_EQ(check_trail(folder).broken(),
+            oldest + ":1: is not the first line of its file: lines before it were removed");
 }
 
 TEST_F(Audit, RotatesWithinItsBoundsAndTheChainGoesOn) {
   write(200, {.file_bytes = 4000, .files = 3, .lines_of_a_kind = 1 << 20});
   const Check check = check_trail(folder);
-  EXPECT_EQ(check.broken, "");
+  EXPECT_EQ(check.broken(), "");
   EXPECT_EQ(check.files, 3U);
   EXPECT_EQ(file_numbers(folder).size(), 3U);
   ASSERT_FALSE(check.notes.empty());
@@ -139,31 +141,31 @@ TEST_F(Audit, NoticesAFileThatWasRemoved) {
   const auto numbers = file_numbers(folder);
   ASSERT_EQ(numbers.size(), 5U);
   fs::rename(file(numbers[2]), temporary.file("away"));
-  EXPECT_EQ(check_trail(folder).broken, file(numbers[2]) + ": is missing");
+  EXPECT_EQ(check_trail(folder).broken(), file(numbers[2]) + ": is missing");
   fs::rename(temporary.file("away"), file(numbers[2]));
-  EXPECT_EQ(check_trail(folder).broken, "");
+  EXPECT_EQ(check_trail(folder).broken(), "");
   fs::rename(file(numbers[0]), temporary.file("away"));
-  EXPECT_EQ(check_trail(folder).broken, file(numbers[0]) + ": is missing, and was not removed by rotation");
+  EXPECT_EQ(check_trail(folder).broken(), file(numbers[0]) + ": is missing, and was not removed by rotation");
   fs::rename(temporary.file("away"), file(numbers[0]));
   fs::remove(file(numbers[4]));
-  EXPECT_NE(check_trail(folder).broken.find("were written, and are not there"), std::string::npos);
+  EXPECT_NE(check_trail(folder).broken().find("were written, and are not there"), std::string::npos);
 }
 
 TEST_F(Audit, AnUnfinishedLastLineIsRecognisedAndTheChainGoesOn) {
   write(3);
   std::ofstream(file(), std::ios::app) << R"({"n":5,"utc":"2026-11)";
   Check check = check_trail(folder);
-  EXPECT_EQ(check.broken, "");
+  EXPECT_EQ(check.broken(), "");
   ASSERT_EQ(check.notes.size(), 1U);
   EXPECT_NE(check.notes[0].find(file() + ":5: unfinished"), std::string::npos);
   write(2);
   check = check_trail(folder);
-  EXPECT_EQ(check.broken, "");
+  EXPECT_EQ(check.broken(), "");
   ASSERT_EQ(check.lines.size(), 7U);
   EXPECT_EQ(json(check.lines[4])["event"], "resumed");
   EXPECT_EQ(json(check.lines[4])["torn_bytes"], 21);
   change(file(), "2026-11\n", "2027-11\n");
-  EXPECT_NE(check_trail(folder).broken.find(file() + ":5: is no line"), std::string::npos)
+  EXPECT_NE(check_trail(folder).broken().find(file() + ":5: is no line"), std::string::npos)
       << "not even this may change";
 }
 
@@ -173,7 +175,7 @@ TEST_F(Audit, AnUnfinishedLineThatLooksWholeIsNone) {
   const std::string last = check_trail(folder).lines.back();
   std::ofstream(file(), std::ios::app) << R"({"n":5,"event":"x","before":")" + sha256(last) + "\"}";
   write(1);
-  EXPECT_EQ(check_trail(folder).broken, "");
+  EXPECT_EQ(check_trail(folder).broken(), "");
   EXPECT_EQ(check_trail(folder).lines.size(), 6U);
 }
 
@@ -191,12 +193,12 @@ TEST_F(Audit, SurvivesSigkillAtAnyTime) {
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
     if (file_numbers(folder).empty()) continue;
-    EXPECT_EQ(check_trail(folder).broken, "") << round;
+    EXPECT_EQ(check_trail(folder).broken(), "") << round;
   }
   const std::uint64_t before = check_trail(folder).last.number;
   EXPECT_GT(before, 20U);
   write(1, {.file_bytes = 3000, .files = 100});
-  EXPECT_EQ(check_trail(folder).broken, "");
+  EXPECT_EQ(check_trail(folder).broken(), "");
   EXPECT_GT(check_trail(folder).last.number, before);
 }
 
@@ -209,7 +211,7 @@ TEST_F(Audit, AFullDiskIsToldAndLosesNothingThatThereIsRoomFor) {
   for (int i = 0; i < 30; ++i) trail.note("more", {{"i", i}});
   trail.flush();
   EXPECT_NE(trail.news().find("cannot be written: File too large"), std::string::npos);
-  EXPECT_EQ(check_trail(folder).broken, "") << "what was refused in part is taken back";
+  EXPECT_EQ(check_trail(folder).broken(), "") << "what was refused in part is taken back";
   for (int i = 0; i < 30; ++i) trail.note("more", {{"i", 100 + i}});
   disk.lift();
   EXPECT_NE(news_of(trail).find("is written again"), std::string::npos);
@@ -218,7 +220,7 @@ TEST_F(Audit, AFullDiskIsToldAndLosesNothingThatThereIsRoomFor) {
     ::usleep(5000);
   }
   const Check check = check_trail(folder);
-  EXPECT_EQ(check.broken, "");
+  EXPECT_EQ(check.broken(), "");
   const auto has = [&](const std::string& text) {
     return std::any_of(check.lines.begin(), check.lines.end(),
                        [&](const std::string& line) { return line.find(text) != std::string::npos; });
@@ -234,7 +236,7 @@ TEST_F(Audit, AFloodIsCountedInsteadOfWritten) {
     trail.note("connected");
   }
   const Check check = check_trail(folder);
-  EXPECT_EQ(check.broken, "");
+  EXPECT_EQ(check.broken(), "");
   ASSERT_EQ(check.lines.size(), 1U + 5 + 1 + 1);
   EXPECT_EQ(json(check.lines.back())["event"], "left_out");
   EXPECT_EQ(json(check.lines.back())["kind"], "refused unknown");
@@ -257,7 +259,7 @@ TEST_F(Audit, RefusesAFolderThatCannotBeWrittenAndAFileThatIsNoTrail) {
   for (const char* text : {"hello\n", "hello"}) {
     put(file(), text);
     EXPECT_THROW(AuditTrail{folder}, InputError);
-    EXPECT_EQ(check_trail(folder).broken, file() + ":1: is no line of an audit trail");
+    EXPECT_EQ(check_trail(folder).broken(), file() + ":1: is no line of an audit trail");
   }
 }
 
@@ -281,7 +283,7 @@ TEST_F(Audit, TextFromOutsideCannotForgeALine) {
     trail.note("refused", {{"name", "a\"}\n{\"n\":99\xFF"}});
   }
   const Check check = check_trail(folder);
-  EXPECT_EQ(check.broken, "");
+  EXPECT_EQ(check.broken(), "");
   EXPECT_EQ(check.lines.size(), 2U);
 }
 

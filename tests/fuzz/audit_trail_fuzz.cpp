@@ -40,10 +40,10 @@ audit::Check check(const std::string& folder) {
   audit::Check check = audit::check_trail(folder);
   for (const std::string& note : check.notes) require_line(note);
   for (const std::string& line : check.lines) require_line(audit::readable(line));
-  if (check.broken.empty())
+  if (check.broken().empty())
     check_chain(check);
   else
-    require_line(check.broken);
+    require_line(check.broken());
   return check;
 }
 
@@ -54,12 +54,12 @@ void check_and_go_on(const std::string& folder) {
     trail.note("connected", {{"name", "desk 1"}});
   } catch (const InputError& error) {
     require_line(error.what());
-    require(!before.broken.empty());
+    require(!before.broken().empty());
     return;
   }
   const audit::Check after = check(folder);
-  require(after.broken.empty() == before.broken.empty());
-  if (after.broken.empty()) require(after.last.number > before.last.number);
+  require(after.broken().empty() == before.broken().empty());
+  if (after.broken().empty()) require(after.last.number > before.last.number);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ TEST(Observer, KeepsTheFirstEventOfEachKindAndTheNewestAndCountsTheOthers) {
   PreparedLink link;
   std::ostringstream told;
   ProgramConsole console("observer", told, false);
-  Observer observer(link, console, [] { return ""; });
+  Observer observer(link, console);
   Time now(1s);
   for (int i = 1; i <= kEvents; ++i) {
     SlaveMessage message;

@@ -166,6 +166,9 @@ TEST_F(PairedProgramsThreads, ASessionLeavesItsAuditTrail) {
   const ProgramRun broken = run_program(test::program("knuckle"), {"audit", "--quiet", trail});
   EXPECT_EQ(broken.exit_code, 1);
   EXPECT_NE(broken.err.find("BROKEN: " + trail + "/audit-000001.jsonl:"), std::string::npos) << broken.err;
+  const ProgramRun warned = run_program(test::program("knuckle"), slave({"--duration", "0.2"}));
+  EXPECT_EQ(warned.exit_code, 0) << warned.err;
+  EXPECT_NE(warned.err.find("is BROKEN: " + trail + "/audit-000001.jsonl:"), std::string::npos) << warned.err;
 }
 
 TEST_F(PairedProgramsThreads, ARevokedOperatorIsCutOffWhileItRuns) {
@@ -193,9 +196,20 @@ TEST_F(PairedProgramsThreads, ControlChangesHandsByALineOfTheOperator) {
   RunningProgram first("/bin/sh", {"-c", command + " < " + fifo});
   std::ofstream typed(fifo);
   ASSERT_TRUE(notes("control_taken"));
-  RunningProgram second(test::program("knuckle"), master("desk 2"));
+  const std::string asks = temporary.file("asks"), heard = temporary.file("heard");
+  ASSERT_EQ(mkfifo(asks.c_str(), 0600), 0);
+  std::string other = "exec " + test::program("knuckle");
+  for (const std::string& argument : master("desk 2")) other += " '" + argument + "'";
+  RunningProgram second("/bin/sh", {"-c", other + " < " + asks + " 2> " + heard});
+  std::ofstream asking(asks);
   ASSERT_TRUE(notes("refused"));
   EXPECT_EQ(noted("refused")[0]["name"], "desk 2");
+  ASSERT_TRUE(eventually([&] { return content(heard).find("link: desk 1 has control there") != std::string::npos; }));
+  asking << "grant" << std::endl;
+  EXPECT_TRUE(eventually([&] {
+    return content(heard).find("this computer has no control: desk 1 has it\n") != std::string::npos;
+  })) << content(heard);
+  EXPECT_EQ(content(heard).find("link connected"), std::string::npos) << "it has a session for the answer only";
   ASSERT_TRUE(eventually([&] {
     typed << "grant" << std::endl;
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -238,7 +252,8 @@ TEST_F(PairedProgramsThreads, AnObserverThatDialsSaysWhereAndByWhichPath) {
   const ProgramRun wall = run_program(
       test::program("knuckle"),
       observer("wall", {"--dial", "127.0.0.1:9", "--peer", "site arm", "--duration", "0.2", "--json", result}));
-  EXPECT_EQ(wall.exit_code, 0) << wall.err;
+  EXPECT_EQ(wall.exit_code, 1) << wall.err;
+  EXPECT_NE(wall.err.find("the machine was not heard at any time"), std::string::npos) << wall.err;
   EXPECT_NE(wall.err.find("observing 127.0.0.1:9: nothing is controlled from here"), std::string::npos) << wall.err;
   const Json observed = Json::parse(content(result));
   EXPECT_TRUE(observed.at("connect").is_null());

@@ -135,6 +135,8 @@ TEST(LinkFile, RefusesWhatIsOutOfBoundsContradictoryOrUnknownInOneLine) {
       {"[both]\njitter = { distribution = \"cauchy\", deviation_ms = 1 }",
        R"(must be one of "uniform", "normal", "pareto")"},
       {"[both]\njitter = { distribution = \"uniform\", deviation_ms = 1 }", "half_width_ms"},
+      {"[both]\ndelay_ms = 5\njitter = { distribution = \"uniform\", half_width_ms = 50 }",
+       "must be at least the half widths of its uniform jitter (50 ms)"},
       {"[both]\njitter = { distribution = \"normal\", half_width_ms = 1 }", "deviation_ms"},
       {"[both]\nslow_jitter = { distribution = \"normal\", deviation_ms = 1 }", "correlation_s"},
       {"[both]\nslow_jitter = { distribution = \"normal\", deviation_ms = 1, correlation_s = 0 }",

@@ -50,11 +50,23 @@ TEST(RealtimeSessionThreads, SameLoopsMeetOverRealSocketsAndThreads) {
   const auto& samples = result.record.samples;
   ASSERT_GT(samples.size(), 2u);
   for (std::size_t i = 1; i < samples.size(); ++i) ASSERT_GT(samples[i].t_s, samples[i - 1].t_s);
+  EXPECT_TRUE(result.notes.empty());
   EXPECT_NE(samples.back().mode, Mode::kOff) << "the slave did not hear its nodes";
   for (const HopLatency& hop : result.hops) {
     // Nothing goes to the valves before the operator has engaged, which a slow computer may not reach.
     EXPECT_TRUE(hop.samples > 0 || hop.hop == "hand_to_valve") << hop.hop;
   }
+}
+
+TEST(RealtimeSessionThreads, SaysThatTheTwoEndsDoNotMeet) {
+  SimulateOptions apart = realtime("free_motion");
+  apart.duration_s = 1;
+  apart.connect = "127.0.0.1:9";
+  const SessionResult result = run_simulation(apart, {});
+  ASSERT_EQ(result.notes.size(), 1U);
+  EXPECT_EQ(result.notes[0],
+            "no message of the operator's side arrived over the link: --connect 127.0.0.1:9 does not lead to --listen "
+            "127.0.0.1:0");
 }
 
 TEST(RealtimeSession, RefusesWhatNeedsVirtualTime) {

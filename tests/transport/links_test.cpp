@@ -414,8 +414,10 @@ TEST(UdpLink, NamesTheAddressItCannotUseAndSaysWhy) {
     EXPECT_NE(message.find(bad), std::string::npos) << message;
     EXPECT_NE(message.find(why), std::string::npos) << message;
   }
-  EXPECT_NE(refusal(&UdpLink::connect, "127.0.0.1:0").find("port 0"), std::string::npos);
-  EXPECT_NE(refusal(&UdpLink::connect, "0.0.0.0:5683").find("single computer"), std::string::npos);
+  const auto connect = [](const std::string& address) { return UdpLink::connect(address); };
+  EXPECT_NE(refusal(connect, "127.0.0.1:0").find("port 0"), std::string::npos);
+  EXPECT_NE(refusal(connect, "255.255.255.255:5683").find("broadcast"), std::string::npos);
+  EXPECT_NE(refusal(connect, "0.0.0.0:5683").find("single computer"), std::string::npos);
 }
 
 }  // namespace

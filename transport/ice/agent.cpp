@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <mutex>
 #include <stdexcept>
 
 namespace knuckle::ice {
@@ -112,6 +113,16 @@ struct Agent::Signals {
   }
 };
 
+/// What libnice has to say goes to standard error past everything that bounds and words it; what matters of it, this
+/// program finds out by itself. Its own mistakes (critical) are still shown.
+void silence_libnice() {
+  constexpr auto kLevels =
+      static_cast<GLogLevelFlags>(G_LOG_LEVEL_WARNING | G_LOG_LEVEL_MESSAGE | G_LOG_LEVEL_INFO | G_LOG_LEVEL_DEBUG);
+  for (const char* part : {"libnice", "libnice-socket"})
+    g_log_set_handler(
+        part, kLevels, [](const gchar*, GLogLevelFlags, const gchar*, gpointer) {}, nullptr);
+}
+
 Agent::Agent(GMainContext* context, const AgentSetup& setup, std::function<void()> changed,
              std::function<void(std::span<const std::uint8_t>)> received)
     : agent_(nice_agent_new_full(
@@ -120,6 +131,8 @@ Agent::Agent(GMainContext* context, const AgentSetup& setup, std::function<void(
       context_(context),
       changed_(std::move(changed)),
       received_(std::move(received)) {
+  static std::once_flag silenced;
+  std::call_once(silenced, silence_libnice);
   g_object_set(agent_, "controlling-mode", setup.controlling ? TRUE : FALSE, "upnp", FALSE, "ice-tcp", FALSE,
                "stun-initial-timeout", kFirstTimeout_ms, "stun-pacing-timer", kPacing_ms, nullptr);
   // A TURN server tells the address as well; libnice takes all that comes from it for TURN and waits in vain for the

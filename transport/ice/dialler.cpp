@@ -167,16 +167,16 @@ class Dialler::Thread final : RendezvousClient::Listener {
   }
 
   void tell() {
-    std::string problem;
+    std::string problem = rendezvous_->problem();
     const bool carried =
         std::any_of(paths_.begin(), paths_.end(), [](const auto& one) { return one.second->carries(); });
     const auto found = paths_.find(first_);
     const Path* first = found != paths_.end() ? found->second.get() : nullptr;
-    if (!carried && !rendezvous_->problem().empty())
-      problem = rendezvous_->problem();
-    else if (!carried && operates() && first == nullptr)
+    if (carried && !problem.empty())
+      problem += "; the path in use goes on, no other can be found";
+    else if (!carried && problem.empty() && operates() && first == nullptr)
       problem = "no path: the far end's pairing was revoked here, or has expired (knuckle pair)";
-    else if (!carried && operates())
+    else if (!carried && problem.empty() && operates())
       problem = first->knows_far_end() ? "no path to " + first->far_end() + " yet"
                                        : first->far_end() + " is not at the rendezvous " + dialler_.setup_.rendezvous;
     const std::lock_guard lock(dialler_.mutex_);

@@ -40,7 +40,7 @@ class Dialler {
   void set_peers(secure::Peers peers);
   /// What has happened since the last call.
   [[nodiscard]] std::vector<PathEvent> take_events();
-  /// What keeps the path from being there, in one line; empty: nothing.
+  /// What keeps the path from being there, or from being found anew, in one line; empty: nothing.
   [[nodiscard]] std::string problem() const;
   /// Pairs that have been in use, oldest first, at most the first 256.
   [[nodiscard]] std::vector<PathEvent> pairs() const;

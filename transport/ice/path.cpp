@@ -42,7 +42,7 @@ std::string text(const PathEvent& event) {
              text(event.pair.remote) + ", round trip " + time.data();
     }
     case PathEvent::Kind::kLost:
-      return to + "lost: nothing has come through for 1 s; searching another";
+      return to + "lost: nothing has come through for 1 s: searching another, should the far end still run";
     case PathEvent::Kind::kBack:
       return to + "back: the same one carries again";
     case PathEvent::Kind::kFailed:

@@ -121,6 +121,13 @@ const char* text(Refusal refusal) noexcept {
       return "the far end lets this computer observe only: connect with --observe, or pair there without --observer";
     case Refusal::kObserver:
       return "the far end was paired as an observer and wants control: it connects with --observe, or is paired anew";
+    case Refusal::kNoObservers:
+      return "the far end admits no observers (--observers 0)";
+    case Refusal::kPortClosed:
+      return "no program listens on this port: start knuckle slave there, or check the port";
+    case Refusal::kPlain:
+      return "the far end runs with --insecure and this one does not: start both without it (or, in a lab, both with "
+             "it)";
   }
   return "unknown";
 }

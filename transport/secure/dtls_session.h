@@ -37,6 +37,9 @@ enum class Refusal : std::uint8_t {
   kFull,           ///< As many observe as may.
   kObserverThere,  ///< The far end lets this one observe, but not control.
   kObserver,       ///< The same, as this end says it of the far one.
+  kNoObservers,    ///< The far end admits none.
+  kPortClosed,     ///< Its computer says that no program has this port.
+  kPlain,          ///< The far end speaks plain UDP.
 };
 /// One line: what is wrong and what to do.
 [[nodiscard]] const char* text(Refusal refusal) noexcept;

@@ -32,6 +32,11 @@ SocketAddress mapped(const SocketAddress& address) {
   return result;
 }
 
+/// "desk 1 (QF3K-...)"
+std::string named(const PeerName& name, const Fingerprint& peer) {
+  return (name.view().empty() ? "" : std::string(name.view()) + " ") + "(" + short_text(peer) + ")";
+}
+
 std::vector<SocketAddress> look_up_target(const std::string& address) {
   std::vector<SocketAddress> targets = look_up(address);
   if (targets.front().port() == 0)
@@ -48,9 +53,8 @@ PeerName::PeerName(std::string_view name) noexcept {
 
 std::string text(const LinkEvent& event) {
   const std::string name(event.name.view());
-  const std::string at = " at " + text(event.address);
-  const std::string who =
-      event.peer == Fingerprint{} ? "" : (name.empty() ? "" : name + " ") + "(" + short_text(event.peer) + ")";
+  const std::string at = event.address.size == 0 ? "" : " at " + text(event.address);
+  const std::string who = event.peer == Fingerprint{} ? "" : named(event.name, event.peer);
   switch (event.kind) {
     case LinkEvent::Kind::kConnected:
       return "connected: " + who + at;
@@ -58,6 +62,8 @@ std::string text(const LinkEvent& event) {
       return "connected anew: " + who + at;
     case LinkEvent::Kind::kMoved:
       return "moved: " + who + ", now" + at;
+    case LinkEvent::Kind::kEnded:
+      return "ended by " + who + at + ": it has stopped, or no longer admits this computer";
     case LinkEvent::Kind::kClosed:
       return "control released by " + who + at;
     case LinkEvent::Kind::kCutOff:
@@ -65,7 +71,7 @@ std::string text(const LinkEvent& event) {
     case LinkEvent::Kind::kAsked:
       return who + " asks for control";
     case LinkEvent::Kind::kGranted:
-      return who + " lets (" + short_text(event.other) + ") have control";
+      return who + " lets " + named(event.other_name, event.other) + " have control";
     case LinkEvent::Kind::kObserves:
       return "observer connected: " + who + at;
     case LinkEvent::Kind::kObserved:
@@ -108,6 +114,10 @@ SecureLink::SecureLink(SocketPair sockets, const Identity& identity, Peers peers
       timing_(timing),
       access_(std::move(access)) {
   sockets_.marked.hear_only_beginning_with({});
+  if (role_ == Role::kOperator) {
+    sockets_.marked.hear_refusals();  // the kernel tells either of the two
+    sockets_.unmarked.hear_refusals();
+  }
   thread_ = std::thread([this] { run(); });
 }
 
@@ -169,7 +179,14 @@ void SecureLink::take_offer() noexcept {
   talks_ = true;
   move_ = {};
   asks_left_ = 0;
-  report(renewed ? LinkEvent::Kind::kRenewed : LinkEvent::Kind::kConnected);
+  untold_ = renewed ? LinkEvent::Kind::kRenewed : LinkEvent::Kind::kConnected;
+  if (role_ == Role::kMachine) tell_of_session();
+}
+
+/// On the operator's side after the machine's first message: who is not let in has a session as well, for the answer.
+void SecureLink::tell_of_session() noexcept {
+  if (untold_) report(*untold_);
+  untold_.reset();
 }
 
 bool SecureLink::send(std::span<const std::uint8_t> bytes) noexcept {
@@ -237,11 +254,12 @@ bool SecureLink::open(std::span<const std::uint8_t> bytes, const SocketAddress& 
     if (!is_current || !of->session->closed()) return false;
     talks_ = false;
     heard_at_.store(0, std::memory_order_relaxed);
-    report(LinkEvent::Kind::kClosed);
+    report(role_ == Role::kMachine ? LinkEvent::Kind::kClosed : LinkEvent::Kind::kEnded);
     return false;
   }
   const auto now = Clock::now();
-  heard_at_.store(now.time_since_epoch().count(), std::memory_order_relaxed);
+  if (opened->kind != Inner::kAnswer) heard_at_.store(now.time_since_epoch().count(), std::memory_order_relaxed);
+  if (is_current && opened->kind == Inner::kMessage) tell_of_session();
   if (opened->kind != Inner::kMessage) return is_current && obey(opened->kind, from, datagram);
   if (role_ == Role::kMachine && is_current && opened->newest && !(from == current_->address)) follow(from);
   return now >= quiet_until_;
@@ -261,9 +279,9 @@ bool SecureLink::obey(Inner kind, const SocketAddress& from, const Datagram& dat
     std::memcpy(to.bytes.data(), datagram.bytes.data(), to.bytes.size());
     grants_.put(to);
     if (!(to == asker_.peer)) return false;  // of the repeats of a grant, one is reported
+    loop_events_.push({LinkEvent::Kind::kGranted, current_->address, current_->peer, current_->name, Refusal::kNone, to,
+                       asker_.name});
     asker_ = {};
-    loop_events_.push(
-        {LinkEvent::Kind::kGranted, current_->address, current_->peer, current_->name, Refusal::kNone, to});
   }
   return false;
 }
@@ -295,10 +313,13 @@ void SecureLink::moved(const SocketAddress& from, const Datagram& datagram) noex
 /// Operator's side: it is not let in although its handshake succeeded.
 void SecureLink::hear_answer(const Datagram& datagram) noexcept {
   if (datagram.size == 0) return;
-  const bool full = datagram.bytes[0] == static_cast<std::uint8_t>(Refusal::kFull);
-  LinkEvent event{LinkEvent::Kind::kRefused, current_->address, {}, {}, full ? Refusal::kFull : Refusal::kBusy, {}};
+  Refusal refusal = Refusal::kBusy;
+  for (const Refusal known : {Refusal::kFull, Refusal::kNoObservers})
+    if (datagram.bytes[0] == static_cast<std::uint8_t>(known)) refusal = known;
+  LinkEvent event{LinkEvent::Kind::kRefused, current_->address, {}, {}, refusal};
   event.name = PeerName({reinterpret_cast<const char*>(datagram.bytes.data()) + 1, datagram.size - std::size_t{1}});
   talks_ = false;
+  untold_.reset();
   heard_at_.store(0, std::memory_order_relaxed);
   refused_by_.put({event.refusal, event.name});
   loop_events_.push(event);
@@ -335,6 +356,7 @@ void SecureLink::release_where_asked() noexcept {
   if (!releases_.take(release) || !talks_) return;
   for (int i = 0; release.grants && i < kRepeats; ++i) send_inner(Inner::kGrant, release.to.bytes, current_->address);
   say_farewell();
+  heard_at_.store(0, std::memory_order_relaxed);
 }
 
 void SecureLink::cut_off_where_asked() noexcept {

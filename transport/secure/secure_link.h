@@ -37,11 +37,12 @@ struct PeerName {
 /// What happened to the link, for people and for the audit trail.
 struct LinkEvent {
   enum class Kind : std::uint8_t {
-    kConnected,  ///< A paired far end; it has control now.
+    kConnected,  ///< A paired far end; it has control now (operator's side: this end has).
     kRenewed,    ///< The same one, with new keys.
     kRefused,    ///< `refusal` says why.
     kMoved,      ///< Its address has changed.
-    kClosed,     ///< It has said farewell: control is released.
+    kClosed,     ///< Machine's side: it has said farewell: control is released.
+    kEnded,      ///< Operator's side: it has said farewell.
     kCutOff,     ///< It was connected, and is no longer admitted here: `refusal` says why.
     kAsked,      ///< Operator's side: `peer` asks for the control that this end has.
     kGranted,    ///< Machine's side: `peer` has let `other` have control.
@@ -49,11 +50,12 @@ struct LinkEvent {
     kObserved,   ///< ... or gone.
     kTried,      ///< Machine's side: a paired end has tried the handshake (doctor).
   } kind = Kind::kRefused;
-  SocketAddress address;
-  Fingerprint peer;  ///< All zero where it showed no certificate. Of kRefused: shown, its key not always proven.
-  PeerName name;     ///< As it is called here; of a refusal by the far end: who has control there.
+  SocketAddress address;  ///< None: not shown.
+  Fingerprint peer;       ///< All zero where it showed no certificate. Of kRefused: shown, its key not always proven.
+  PeerName name;          ///< As it is called here; of a refusal by the far end: who has control there.
   Refusal refusal = Refusal::kNone;
-  Fingerprint other;
+  Fingerprint other{};
+  PeerName other_name{};
 };
 /// "connected: desk 1 (QF3K-...) at 192.0.2.7:40123"
 [[nodiscard]] std::string text(const LinkEvent& event);
@@ -108,6 +110,10 @@ class SecureLink final : public Link {
   /// What keeps the link from being there, in one line; empty where it is, or nothing is known yet.
   [[nodiscard]] std::string problem() const;
   [[nodiscard]] std::uint16_t port() const noexcept;
+  /// Operator's side: this end has control, as far as is known.
+  [[nodiscard]] bool has_control() const noexcept {
+    return access_.purpose == Purpose::kControl && !released_.load(std::memory_order_relaxed) && !silent();
+  }
   // Operator's side: what the loop's thread does at its next send().
   /// Gives control up, and does not ask for it again before take_control().
   void release() noexcept;
@@ -134,6 +140,7 @@ class SecureLink final : public Link {
     int answers = 0;  ///< How often `answer` was sent, which nobody confirms.
     Refusal answer = Refusal::kNone;
     Clock::time_point answered_at{};
+    Refusal if_silent = Refusal::kSilence;  ///< What is known of why nobody answers; anybody may have said it.
   };
   struct Holder {
     Fingerprint peer;
@@ -161,6 +168,7 @@ class SecureLink final : public Link {
 
   // The loop's thread (secure_link.cpp).
   void take_offer() noexcept;
+  void tell_of_session() noexcept;
   void retire(std::unique_ptr<Offer>& offer) noexcept;
   [[nodiscard]] bool open(std::span<const std::uint8_t> bytes, const SocketAddress& from, Datagram& datagram) noexcept;
   [[nodiscard]] bool obey(Inner kind, const SocketAddress& from, const Datagram& datagram) noexcept;
@@ -183,6 +191,10 @@ class SecureLink final : public Link {
   void hear(std::span<const std::uint8_t> bytes, const SocketAddress& from, Clock::time_point now);
   void hear_stranger(std::span<const std::uint8_t> bytes, const SocketAddress& from, Clock::time_point now);
   [[nodiscard]] bool hear_again(std::span<const std::uint8_t> bytes, const SocketAddress& from);
+  void hear_plain(const SocketAddress& from, Clock::time_point now);
+  void hear_refusals();
+  void suspect(const SocketAddress& address, Refusal refusal);
+  void tell_problem(const SocketAddress& address, Refusal refusal);
   void advance(Handshake& handshake, DtlsSession::Progress progress, Clock::time_point now);
   void decide_control(Handshake& handshake, Clock::time_point now);
   [[nodiscard]] const Fingerprint* held_against(const Handshake& handshake, Clock::time_point now) const;
@@ -214,9 +226,10 @@ class SecureLink final : public Link {
 
   // The loop's thread.
   std::unique_ptr<Offer> current_,
-      previous_;          // the same far end's, which still opens what was sealed before new keys were there
-  bool talks_ = false;    // the current session has not been closed
-  bool emptied_ = false;  // by the last receive() that found nothing
+      previous_;        // the same far end's, which still opens what was sealed before new keys were there
+  bool talks_ = false;  // the current session has not been closed
+  std::optional<LinkEvent::Kind> untold_;  // operator's side: a session whose first message has not come
+  bool emptied_ = false;                   // by the last receive() that found nothing
   Clock::time_point quiet_until_{}, said_alive_at_{}, asked_at_{};
   Asker asker_;  // machine's side: whom the far end is told of; operator's: who asked last
   int asks_left_ = 0;
@@ -259,7 +272,7 @@ class SecureLink final : public Link {
   std::array<Tag, 2> tags_{};                                     // of the two newest sessions
   Clock::time_point made_at_{}, taken_at_{}, try_at_{}, granted_at_{}, peers_at_{};
   int hellos_left_ = 0;
-  Clock::time_point hellos_at_{}, cookies_at_{};
+  Clock::time_point hellos_at_{}, cookies_at_{}, plain_at_{};
   std::vector<SocketAddress> to_try_;  // operator's side: in this attempt, the next one last
   Clock::time_point begun_at_{};
   std::thread thread_;

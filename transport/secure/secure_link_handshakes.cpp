@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "transport/plain_or_encrypted.h"
 #include "transport/secure/handshake_out.h"
 #include "transport/secure/secure_link.h"
 
@@ -23,6 +24,8 @@ constexpr auto kNextAddress = 250ms;  // of a name that has several (RFC 8305, 5
 constexpr auto kLookAtPeers = 1000ms;
 constexpr auto kNewCookies = 60s;
 constexpr int kRepeats = 4;  // of what nobody confirms
+constexpr auto kSayPlain = 500ms;
+constexpr int kMostRefusals = 64;
 
 /// Of IPv6, one host has a network of 64 bits.
 SocketAddress host_of(SocketAddress address) noexcept {
@@ -47,7 +50,12 @@ void SecureLink::run() {
     read_handshakes(now);
     tend(now);
     serve_observers(now);
-    if (role_ == Role::kOperator) start_where_needed(now);
+    if (role_ == Role::kMachine) continue;
+    hear_refusals();
+    start_where_needed(now);
+    if (silent()) continue;
+    const std::lock_guard lock(problem_mutex_);
+    problem_.clear();
   }
 }
 
@@ -126,6 +134,7 @@ void SecureLink::read_handshakes(Clock::time_point now) {
 }
 
 void SecureLink::hear(std::span<const std::uint8_t> bytes, const SocketAddress& from, Clock::time_point now) {
+  if (is_plain(bytes)) return hear_plain(from, now);
   const auto known = std::find_if(handshakes_.begin(), handshakes_.end(),
                                   [&](const Handshake& one) { return one.session && one.address == from; });
   if (known != handshakes_.end()) {
@@ -177,6 +186,41 @@ bool SecureLink::hear_again(std::span<const std::uint8_t> bytes, const SocketAdd
   }
   offered_.store(offer, std::memory_order_release);
   return same;
+}
+
+/// A far end that runs with --insecure. All that comes of it are words: here, and there.
+void SecureLink::hear_plain(const SocketAddress& from, Clock::time_point now) {
+  if (role_ == Role::kOperator) return suspect(from, Refusal::kPlain);
+  if (now - plain_at_ < kSayPlain) return;
+  plain_at_ = now;
+  (void)sockets_.unmarked.send(kEncryptedHere, from);
+  LinkEvent event = event_of(LinkEvent::Kind::kRefused, from, {});
+  event.refusal = Refusal::kPlain;
+  put(event);
+}
+
+void SecureLink::hear_refusals() {
+  for (const UdpSocket* socket : {&sockets_.marked, &sockets_.unmarked}) {
+    for (int i = 0; i < kMostRefusals; ++i) {
+      const auto address = socket->next_refusal();
+      if (!address) break;
+      suspect(*address, Refusal::kPortClosed);
+    }
+  }
+}
+
+/// Why a handshake gets no answer, as somebody says who is not proven: it goes on all the same.
+void SecureLink::suspect(const SocketAddress& address, Refusal refusal) {
+  for (Handshake& one : handshakes_) {
+    if (one.done || !(one.address == address)) continue;
+    one.if_silent = refusal;
+    tell_problem(address, refusal);
+  }
+}
+
+void SecureLink::tell_problem(const SocketAddress& address, Refusal refusal) {
+  const std::lock_guard lock(problem_mutex_);
+  problem_ = knuckle::text(address) + ": " + text(refusal);
 }
 
 void SecureLink::advance(Handshake& handshake, DtlsSession::Progress progress, Clock::time_point now) {
@@ -246,8 +290,6 @@ void SecureLink::offer(Handshake& handshake, Clock::time_point now) {
     to_try_.clear();  // other addresses of the same far end
     for (Handshake& other : handshakes_) other.done = true;
   }
-  const std::lock_guard lock(problem_mutex_);
-  problem_.clear();
 }
 
 /// To who is not let in, a few times, since nobody confirms it.
@@ -274,7 +316,7 @@ void SecureLink::tend(Clock::time_point now) {
     if (one.done) continue;
     if (now - one.since > timing_.answer) {
       one.done = true;
-      fail(one, Refusal::kSilence);
+      fail(one, one.if_silent);
       continue;
     }
     HandshakeOut out(sockets_.unmarked, one.address);
@@ -294,8 +336,7 @@ void SecureLink::fail(const Handshake& handshake, Refusal refusal) {
     cut_off_holder(refusal);
   if (role_ == Role::kMachine) return;
   try_at_ = Clock::now() + kTryAgain;
-  const std::lock_guard lock(problem_mutex_);
-  problem_ = knuckle::text(handshake.address) + ": " + text(refusal);
+  tell_problem(handshake.address, refusal);
 }
 
 PeerName SecureLink::name_of(const Fingerprint& peer) const noexcept {
@@ -313,6 +354,8 @@ void SecureLink::start_where_needed(Clock::time_point now) {
     handshakes_.clear();
     to_try_.clear();
     holder_.reset();
+    const std::lock_guard lock(problem_mutex_);
+    problem_.clear();
     return;
   }
   if (handshakes_.empty() && to_try_.empty() && now >= try_at_) {

@@ -18,9 +18,9 @@ void SecureLink::admit_observer(Handshake& handshake, Clock::time_point now) {
                 [&](const Observer& known) { return known.peer == peer && known.address == handshake.address; });
   if (observers_.size() >= access_.most_observers) {
     LinkEvent event = event_of(LinkEvent::Kind::kRefused, handshake.address, peer);
-    event.refusal = Refusal::kFull;
+    event.refusal = access_.most_observers == 0 ? Refusal::kNoObservers : Refusal::kFull;
     put(event);
-    return answer(handshake, Refusal::kFull);
+    return answer(handshake, event.refusal);
   }
   put(event_of(LinkEvent::Kind::kObserves, handshake.address, peer));
   Certificate certificate = handshake.session->peer_certificate();

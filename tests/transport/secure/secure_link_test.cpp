@@ -10,9 +10,16 @@
 #include "core/error.h"
 #include "tests/support/no_alloc.h"
 #include "tests/transport/secure/secure_rig.h"
+#include "transport/link_messages.h"
+#include "transport/plain_or_encrypted.h"
+#include "transport/udp_link.h"
 
 namespace knuckle::secure {
 namespace {
+
+bool says(const std::string& text, const std::string& what) {
+  return text.find(what) != std::string::npos;
+}
 
 TEST_F(SecureLinkThreads, CarriesMessagesBothWaysBetweenPairedEnds) {
   End op = desk();
@@ -35,6 +42,9 @@ TEST_F(SecureLinkThreads, ASecondOperatorIsToldWhoHasControlUntilTheFirstLeaves)
   }));
   EXPECT_EQ(machine.heard, 1);
   EXPECT_EQ(second.messages, 0);
+  EXPECT_EQ(second.count(LinkEvent::Kind::kConnected), 0) << "its session is for the answer alone";
+  EXPECT_FALSE(second.link->has_control());
+  EXPECT_TRUE(first.link->has_control());
   EXPECT_NE(text(second.events.back()).find("desk 1 has control there"), std::string::npos)
       << text(second.events.back());
   first.link->close();
@@ -87,13 +97,6 @@ TEST_F(SecureLinkThreads, StrangersAreRefusedAndNamedWithWhy) {
   EXPECT_NE(unknown.link->problem().find("does not know this computer"), std::string::npos) << unknown.link->problem();
 }
 
-TEST_F(SecureLinkThreads, SaysThatNobodyAnswers) {
-  SecureLinkTiming soon;
-  soon.answer = 300ms;
-  const auto nobody = SecureLink::connect("127.0.0.1:9", desk_identity(), {peer(machine_identity())}, soon);
-  EXPECT_TRUE(until([&] { return nobody->problem().find("no answer") != std::string::npos; }));
-}
-
 /// A network address translator whose outer port may change.
 class Translator {
  public:
@@ -112,6 +115,12 @@ class Translator {
       (void)inner_.send(std::span(bytes).first(arrival->size), desk_);
     }
   }
+  /// Somebody on the way answers the desk as a plain machine's side does.
+  void claim_plain() {
+    std::array<std::uint8_t, 2048> bytes;
+    SocketAddress from;
+    while (inner_.receive(bytes, from)) (void)inner_.send(kPlainHere, from);
+  }
   /// What the desk says goes out by somebody else's socket; the answers to it are not for the desk.
   void step_through(const UdpSocket& thief) {
     std::array<std::uint8_t, 2048> bytes;
@@ -125,6 +134,79 @@ class Translator {
   UdpSocket inner_ = make(), outer_ = make();
   SocketAddress machine_, desk_;
 };
+
+TEST_F(SecureLinkThreads, SaysThatNobodyAnswers) {
+  SecureLinkTiming soon;
+  soon.answer = 300ms;
+  const UdpSocket silent(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
+  const auto nobody =
+      SecureLink::connect(text(local_address(silent.descriptor())), desk_identity(), {peer(machine_identity())}, soon);
+  EXPECT_TRUE(until([&] { return says(nobody->problem(), "no answer"); }));
+}
+
+TEST_F(SecureLinkThreads, SaysThatNoProgramHasThePortBeforeAnyTimeIsUp) {
+  SecureLinkTiming never;
+  never.answer = 1h;
+  for (const char* closed : {"127.0.0.1:9", "[::1]:9"}) {
+    const auto nobody = SecureLink::connect(closed, desk_identity(), {peer(machine_identity())}, never);
+    EXPECT_TRUE(until([&] { return says(nobody->problem(), "no program listens on this port"); })) << closed;
+  }
+}
+
+TEST_F(SecureLinkThreads, ConnectsToAPortWhereAProgramBeginsToListenLater) {
+  const std::string there = address();
+  machine.link.reset();
+  End op{SecureLink::connect(there, desk_identity(), {peer(machine_identity())}), {}, {}, 0, 0};
+  ASSERT_TRUE(until([&] { return says(op.link->problem(), "no program listens"); }));
+  machine.link = SecureLink::listen(there, machine_identity(), desks());
+  EXPECT_TRUE(talk(op));
+  EXPECT_TRUE(until([&] { return op.link->problem().empty(); }));
+}
+
+TEST_F(SecureLinkThreads, APlainOperatorAndAnEncryptedMachineEachNameTheOther) {
+  UdpLink plain = UdpLink::connect(address());
+  ASSERT_TRUE(until([&] {
+    (void)plain.send(encode(MasterMessage{}).view());
+    Datagram datagram;
+    EXPECT_FALSE(plain.receive(datagram));
+    machine.step(1);
+    return plain.heard_encrypted() && machine.count(LinkEvent::Kind::kRefused) > 0;
+  }));
+  EXPECT_EQ(machine.events[0].refusal, Refusal::kPlain);
+  EXPECT_EQ(machine.messages, 0);
+}
+
+TEST_F(SecureLinkThreads, AnEncryptedOperatorAndAPlainMachineEachNameTheOther) {
+  UdpLink plain = UdpLink::listen("127.0.0.1:0");
+  const auto op =
+      SecureLink::connect("127.0.0.1:" + std::to_string(plain.port()), desk_identity(), {peer(machine_identity())});
+  ASSERT_TRUE(until([&] {
+    Datagram datagram;
+    EXPECT_FALSE(plain.receive(datagram));
+    return plain.heard_encrypted() && says(op->problem(), "runs with --insecure");
+  }));
+  EXPECT_FALSE(plain.send(encode(SlaveMessage{}).view())) << "nobody is connected";
+}
+
+TEST_F(SecureLinkThreads, WhoeverClaimsThatTheFarEndIsPlainDoesNotEndTheHandshake) {
+  Translator translator(machine.link->port());
+  End op{SecureLink::connect("127.0.0.1:" + std::to_string(translator.port()), desk_identity(),
+                             {peer(machine_identity())}),
+         {},
+         {},
+         0,
+         0};
+  ASSERT_TRUE(until([&] {
+    translator.claim_plain();
+    return says(op.link->problem(), "runs with --insecure");
+  }));
+  EXPECT_TRUE(until([&] {
+    op.step(1);
+    translator.step();
+    machine.step(2);
+    return op.heard == 2;
+  }));
+}
 
 TEST_F(SecureLinkThreads, FollowsAChangedAddressOnceItAnswersFromThere) {
   Translator translator(machine.link->port());
@@ -300,7 +382,10 @@ TEST_F(SecureLinkThreads, WhoHasControlIsAskedAndMayGrantIt) {
     all();
     return machine.heard == 2 && second.heard == 3;
   }));
-  EXPECT_EQ(machine.count(LinkEvent::Kind::kGranted), 1);
+  ASSERT_EQ(machine.count(LinkEvent::Kind::kGranted), 1);
+  const auto granted = std::find_if(machine.events.begin(), machine.events.end(),
+                                    [](const LinkEvent& event) { return event.kind == LinkEvent::Kind::kGranted; });
+  EXPECT_TRUE(says(text(*granted), " lets desk 2 (")) << text(*granted);
   for (int i = 0; i < 300; ++i) {
     all();
     EXPECT_EQ(machine.heard, 2) << "who granted it is not heard any more, and does not ask by itself";
@@ -422,6 +507,20 @@ TEST_F(SecureLinkThreads, ObserversHearTheMachineAndAreNotHeard) {
     machine.step(3);
     return machine.count(LinkEvent::Kind::kObserved) == 1;
   }));
+}
+
+TEST_F(SecureLinkThreads, AMachineWithoutObserversSaysSo) {
+  SecureLinkAccess none, observing;
+  none.most_observers = 0;
+  observing.purpose = Purpose::kObserve;
+  machine.link = SecureLink::listen("127.0.0.1:0", machine_identity(), desks(), {}, none);
+  End watcher = desk(desk_identity(), {}, observing);
+  EXPECT_TRUE(until([&] {
+    watcher.step(1);
+    machine.step(2);
+    return says(watcher.link->problem(), "admits no observers");
+  }));
+  EXPECT_EQ(machine.events[0].refusal, Refusal::kNoObservers);
 }
 
 TEST_F(SecureLinkThreads, WhoIsPairedAsAnObserverGetsNoControl) {
