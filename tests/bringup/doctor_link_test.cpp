@@ -215,13 +215,18 @@ TEST_F(DoctorLinkThreads, TellsKnucklePairFromTheMachinesSide) {
   pair_with(peer(machine()));
   const UdpSocket free(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
   const SocketAddress address = parse_address("127.0.0.2:" + std::to_string(local_address(free.descriptor()).port()));
+  pairing::PairingExchange listening(secure::Role::kMachine, {address}, machine());
   std::atomic<bool> go_on{true};
   std::string told;
   std::thread pair([&] {
-    pairing::PairingExchange listening(secure::Role::kMachine, {address}, machine());
-    EXPECT_FALSE(listening.meet([&] { return go_on.load(); }, [&](const std::string& why) { told = why; }));
+    EXPECT_FALSE(listening.meet([&] { return go_on.load(); },
+                                [&](const std::string& why) {
+                                  told = why;
+                                  go_on = false;
+                                }));
   });
   expect_says(doctor(text(address)), "FAULT link " + text(address) + ": knuckle pair runs there, not knuckle slave");
+  for (int i = 0; i < 1000 && go_on; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   go_on = false;
   pair.join();
   expect_says(told, "another program than knuckle pair asks here");
