@@ -69,7 +69,7 @@ Findings doctor_link(const LinkDoctorOptions& options, const std::function<bool(
     found.push_back({Level::kOk, "key",
                      identity.name + " (" + secure::short_text(identity.fingerprint()) + "), valid until " +
                          identity.expires_utc()});
-    add_warning(found, "this computer's", identity.expires_utc());
+    add_warning(found, pairing::kThisComputers, identity.expires_utc());
     if (peers.empty()) {
       found.push_back({Level::kFault, "pairing", "this computer is paired with nobody: knuckle pair"});
       return found;

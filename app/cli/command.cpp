@@ -26,6 +26,8 @@
 namespace knuckle::cli {
 namespace {
 
+constexpr const char* kOtherName = ": choose another name";
+
 std::string shown(double value) {
   std::ostringstream text;
   text << value;
@@ -139,6 +141,17 @@ std::string place_of(const std::string& file) {
   return nameless ? file : real.string();
 }
 
+/// Files of a key folder and of an audit trail, by name as configuration is (app/pairing/key_folder.h,
+/// app/audit/audit_files.h): without them this computer is nobody, or its history is gone.
+const char* precious(const std::filesystem::path& place) {
+  const std::string name = place.filename().string();
+  if (name == "key.pem") return "is named like a computer's private key";
+  if (name == "head" || (name.starts_with("audit-") && name.ends_with(".jsonl")))
+    return "is named like a file of an audit trail";
+  if (name == "peers.toml" || name == "turn.toml") return "is named like a file of the pairings";
+  return nullptr;
+}
+
 }  // namespace
 
 int run_program(const Program& program, const std::vector<std::string>& arguments) {
@@ -241,7 +254,7 @@ void Places::configuration(const std::string& option, const std::string& name_or
 void Places::output(const std::string& option, const std::string& file) {
   take(option, file, true);
   if (!file.empty() && std::filesystem::path(place_of(file)).extension() == ".toml")
-    refuse_option(option, file, "is named like a machine or other configuration file: choose another name");
+    refuse_option(option, file, std::string("is named like a machine or other configuration file") + kOtherName);
 }
 
 void Places::configuration_output(const std::string& option, const std::string& file) {
@@ -255,6 +268,7 @@ void Places::configuration_output(const std::string& option, const std::string& 
 void Places::take(const std::string& option, const std::string& file, bool output) {
   if (file.empty()) return;
   const std::string path = place_of(file);
+  if (const char* why = output ? precious(path) : nullptr) refuse_option(option, file, std::string(why) + kOtherName);
   const auto [other, is_new] = taken_.emplace(path, option);
   if (is_new || !output) return;
   refuse_option(option, file,

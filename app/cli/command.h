@@ -62,7 +62,8 @@ void check_folder(const std::string& option, const std::string& folder);
 [[nodiscard]] std::string count_error(const std::string& text, int low, int high);
 [[nodiscard]] std::string ensemble_size_error(const std::string& text);
 
-/// No two outputs into one place, none over an input or any configuration file. Empty names are ignored.
+/// No two outputs into one place, none over an input, any configuration file, a private key, pairings, or a file of an
+/// audit trail. Empty names are ignored.
 class Places {
  public:
   void input(const std::string& option, const std::string& file) { take(option, file, false); }

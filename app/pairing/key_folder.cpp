@@ -83,28 +83,50 @@ secure::Identity KeyFolder::identity() const {
 }
 
 secure::Identity KeyFolder::stored_identity() const {
-  if (fs::exists(path_)) check_only_owner_writes(path_, "folder");
+  std::error_code error;
+  if (fs::exists(path_, error)) check_folder();
   return secure::load_identity(key_file());
+}
+
+void KeyFolder::check_folder() const {
+  std::error_code error;
+  if (fs::exists(path_, error) && !fs::is_directory(path_, error)) throw InputError(path_ + ": is no folder");
+  check_only_owner_writes(path_, "folder");
 }
 
 void KeyFolder::make_folder() const {
   std::error_code error;
-  const bool is_new = fs::create_directories(path_, error);
+  const bool is_new = !fs::exists(path_, error) && fs::create_directories(path_, error);
   if (error) throw InputError(path_ + ": cannot be made: " + error.message());
   if (is_new) (void)::chmod(path_.c_str(), 0700);
-  check_only_owner_writes(path_, "folder");
+  check_folder();
+}
+
+/// Of a program that was killed while it wrote (write_private_file), perhaps a private key. The folder is locked.
+void KeyFolder::remove_leftovers() const {
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path_, error)) {
+    const std::string name = entry.path().filename();
+    const std::string file = name.substr(0, name.find(kLeftOver));
+    const bool left = file != name && (file == "key.pem" || file == "peers.toml");
+    if (left) fs::remove(entry.path(), error);
+  }
 }
 
 secure::Identity KeyFolder::make(const std::string& name) const {
   secure::Identity made = secure::make_identity(name.empty() ? host_name() : name);
   make_folder();
+  const FolderLock lock(path_);
+  remove_leftovers();
   write_private_file(key_file(), made.pem(), Existing::kRefuse);
   return made;
 }
 
 secure::Identity KeyFolder::renew(const std::string& name) const {
   if (!has_key()) return make(name);
-  check_only_owner_writes(path_, "folder");
+  check_folder();
+  const FolderLock lock(path_);
+  remove_leftovers();
   secure::Identity made = secure::make_identity(name.empty() ? secure::load_identity(key_file()).name : name);
   write_private_file(key_file(), made.pem(), Existing::kReplace);
   return made;
@@ -112,7 +134,7 @@ secure::Identity KeyFolder::renew(const std::string& name) const {
 
 secure::Peers KeyFolder::peers() const {
   if (!fs::exists(peers_file())) return {};
-  check_only_owner_writes(path_, "folder");
+  check_folder();
   check_only_owner_writes(peers_file(), "file");
   TomlTable root = TomlTable::read(peers_file());
   secure::Peers peers;
@@ -120,7 +142,14 @@ secure::Peers KeyFolder::peers() const {
     secure::Peer& peer = peers.emplace_back();
     peer.name = table.text("name");
     table.require(secure::is_name(peer.name), "name", "must be 1 to 40 letters, digits, spaces and . _ -");
-    peer.fingerprint = secure::fingerprint_of_hex(table.text("fingerprint"), peers_file() + ": fingerprint");
+    const auto fingerprint = secure::fingerprint_of_hex(table.text("fingerprint"));
+    table.require(fingerprint.has_value(), "fingerprint", "must be 64 hexadecimal digits");
+    peer.fingerprint = *fingerprint;
+    const auto known = [&peers](const auto& same) { return std::any_of(peers.begin(), peers.end() - 1, same); };
+    table.require(!known([&](const secure::Peer& one) { return one.name == peer.name; }), "name",
+                  "must be of one far end only: remove one of the two");
+    table.require(!known([&](const secure::Peer& one) { return one.fingerprint == peer.fingerprint; }), "fingerprint",
+                  "must be of one far end only: remove one of the two");
     peer.observer = table.choice("role", {"operator", "observer"}) == 1;
     peer.expires_utc = table.text("expires");
     table.require(days_left(peer.expires_utc).has_value(), "expires", "must be a time such as 2031-11-24T05:00:00Z");
@@ -130,8 +159,14 @@ secure::Peers KeyFolder::peers() const {
   return peers;
 }
 
+void KeyFolder::check_can_be_written() const {
+  if (::access(path_.c_str(), W_OK | X_OK) != 0)
+    throw InputError(path_ + ": no pairing can be stored here: " + std::strerror(errno));
+}
+
 void KeyFolder::change_peers(const std::function<void(secure::Peers&)>& change) const {
   const FolderLock lock(path_);
+  remove_leftovers();
   secure::Peers known = peers();
   change(known);
   write_private_file(peers_file(), written(known), Existing::kReplace);
@@ -155,12 +190,23 @@ std::optional<double> days_left(const std::string& utc) {
 std::string expiry_warning(const std::string& whose, const std::string& utc) {
   const std::optional<double> days = days_left(utc);
   if (!days || *days > kWarnDays) return "";
+  const char* where = whose == kThisComputers ? "here" : "there";
   if (*days <= 0)
-    return whose + " key expired on " + utc + ": make a new one there (knuckle pair --renew) and pair again";
+    return fmt::format("{} key expired on {}: make a new one {} (knuckle pair --renew) and pair again", whose, utc,
+                       where);
   return fmt::format(
-      "{} key expires on {}, in {:.0f} days: make a new one there in time (knuckle pair --renew) and pair "
-      "again",
-      whose, utc, *days);
+      "{} key expires on {}, in {:.0f} days: make a new one {} in time (knuckle pair --renew) and pair again", whose,
+      utc, *days, where);
+}
+
+std::string clock_warning() {
+  constexpr const char* kWritten = "2026-11-01T00:00:00Z";  // no clock was right before this was written
+  const double days = days_left(kWritten).value_or(0);
+  if (days <= 0) return "";
+  return fmt::format(
+      "this computer's clock is {:.0f} days or more behind: set it (timedatectl), then make the key anew "
+      "(knuckle pair --renew), or it expires as much too early",
+      days);
 }
 
 PeersWatch::PeersWatch(KeyFolder folder) : folder_(std::move(folder)), stamp_(stamp()) {}

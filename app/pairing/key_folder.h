@@ -28,15 +28,21 @@ class KeyFolder {
   /// Makes folder (mode 0700) and key. @param name empty: this computer's. @throws InputError, also where a key is
   /// there.
   secure::Identity make(const std::string& name) const;
-  /// A new key in place of the old one, of the same name where `name` is empty. Pairings stay known. @throws InputError
+  /// A new key in place of the old one, of the same name where `name` is empty, also where the old one is damaged and a
+  /// name is given. Pairings stay known. @throws InputError
   secure::Identity renew(const std::string& name) const;
-  /// Empty where there is no file. @throws InputError for a malformed one, or one that others may write.
+  /// Empty where there is no file. @throws InputError for a malformed one, one that others may write, or one that has
+  /// a fingerprint or a name twice.
   [[nodiscard]] secure::Peers peers() const;
+  /// @throws InputError where change_peers() could not write.
+  void check_can_be_written() const;
   /// Reads, changes, writes: whole or not at all, one program at a time. @throws InputError
   void change_peers(const std::function<void(secure::Peers&)>& change) const;
 
  private:
+  void check_folder() const;
   void make_folder() const;
+  void remove_leftovers() const;
   std::string path_;
 };
 
@@ -45,8 +51,13 @@ class KeyFolder {
 /// Days until a certificate expires. @param utc "2031-11-24T05:00:00Z"; nothing where it is no such time.
 [[nodiscard]] std::optional<double> days_left(const std::string& utc);
 inline constexpr double kWarnDays = 30;
-/// "its key expires in 12 days: ..."; empty where that is far away or not known. @param whose "this computer's"
+inline constexpr const char* kThisComputers = "this computer's";
+/// "desk 1's key expires on ..., in 12 days: ..."; empty where that is far away or not known.
+/// @param whose kThisComputers, or that of a far end.
 [[nodiscard]] std::string expiry_warning(const std::string& whose, const std::string& utc);
+
+/// Where this computer's clock is before this program was written, so that keys made now expire too early; else empty.
+[[nodiscard]] std::string clock_warning();
 
 /// Notices that the file of peers was changed, for programs that run. For two threads.
 class PeersWatch {

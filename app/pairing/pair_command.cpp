@@ -1,6 +1,5 @@
 #include "app/pairing/pair_command.h"
 
-#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -9,6 +8,7 @@
 #include <memory>
 
 #include "app/cli/interrupt.h"
+#include "app/pairing/code_prompt.h"
 #include "app/pairing/key_folder.h"
 #include "app/pairing/pairing_exchange.h"
 #include "core/error.h"
@@ -27,22 +27,25 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--listen", o.listen, "Pair with the computer that connects to this address and port");
   c.add_option("--connect", o.connect, "Pair with the computer that listens there");
   c.add_option("--as", o.as, "What the far end is called here (default: as it calls itself)");
-  c.add_option("--code", o.code, "The code that the far end shows: pair without asking, or fail");
+  c.add_option("--code", o.code,
+               "The code that the far end shows, case and dashes do not count: pair without asking, or fail");
   c.add_flag("--observer", o.observer, "On the machine's computer: let it observe the machine, but not control it");
   c.add_flag("--renew", o.renew, "Make a new key for this computer: every far end must be paired again");
   c.add_option("--revoke", o.revoke, "Let the far end of this name in no more");
 }
 
-/// As secure::pairing_code() writes one.
+/// A code as a person copies it: case and what is between its groups do not count.
+std::string bare_code(std::string code) {
+  std::erase_if(code, [](char c) { return c == '-' || c == ' '; });
+  for (char& c : code) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  return code;
+}
+
 bool is_code(const std::string& text) {
-  constexpr std::size_t kGroup = 4, kLength = 29;
-  if (text.size() != kLength) return false;
-  for (std::size_t i = 0; i < kLength; ++i) {
-    const char c = text[i];
-    const bool digit = (c >= 'A' && c <= 'Z') || (c >= '2' && c <= '7');
-    if (i % (kGroup + 1) == kGroup ? c != '-' : !digit) return false;
-  }
-  return true;
+  constexpr std::size_t kLength = 24;  // secure::pairing_code()
+  const std::string code = bare_code(text);
+  return code.size() == kLength &&
+         std::all_of(code.begin(), code.end(), [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '2' && c <= '7'); });
 }
 
 void check(const Options& o) {
@@ -79,7 +82,7 @@ void list(const KeyFolder& folder) {
   if (const std::string why = not_valid_now(identity); !why.empty()) {
     std::cerr << "knuckle pair: " << folder.key_file() << ": " << why << '\n';
   } else {
-    warn("this computer's", identity.expires_utc());
+    warn(kThisComputers, identity.expires_utc());
   }
   const secure::Peers peers = folder.peers();
   if (peers.empty()) std::cout << "paired with nobody\n";
@@ -97,79 +100,132 @@ void revoke(const KeyFolder& folder, const std::string& name) {
   const secure::Peers known = folder.peers();
   if (std::none_of(known.begin(), known.end(), named))
     cli::refuse_option("--revoke", name, "no far end of this name is in " + folder.peers_file());
+  if (std::none_of(known.begin(), known.end(), [&](const auto& peer) { return named(peer) && !peer.revoked; })) {
+    std::cout << "is revoked already: " << name << '\n';
+    return;
+  }
   folder.change_peers([&](secure::Peers& peers) {
     for (secure::Peer& peer : peers) peer.revoked |= named(peer);
   });
   std::cout << "revoked: " << name << ": programs that run notice within a second, and cut it off\n";
 }
 
+/// @param what "made this computer's key"
+void show_made(const char* what, const secure::Identity& made) {
+  std::cout << what << ": " << made.name << " (" << secure::short_text(made.fingerprint()) << "), valid until "
+            << made.expires_utc() << std::endl;
+  if (const std::string wrong = clock_warning(); !wrong.empty()) std::cerr << "knuckle pair: " << wrong << std::endl;
+}
+
 void renew(const KeyFolder& folder, const std::string& name) {
-  const secure::Identity made = folder.renew(name);
-  std::cout << "new key: " << made.name << " (" << secure::short_text(made.fingerprint()) << "), valid until "
-            << made.expires_utc() << "\nevery far end knows the old key only: pair each of them again (knuckle pair "
+  if (!folder.has_key()) return show_made("this computer had no key; made", folder.make(name));
+  show_made("new key", folder.renew(name));
+  std::cout << "every far end knows the old key only: pair each of them again (knuckle pair "
             << "--listen here, --connect there, or the other way round);\nwhom this computer is paired with has not "
             << "changed. Programs that run keep the old key until they are restarted\n";
 }
 
 /// In place of what is known of the same far end; one of the same name with another key is replaced only where it was
-/// renewed there: revoked here, or expired.
-void pin(const KeyFolder& folder, const secure::Peer& pinned) {
-  folder.change_peers([&](secure::Peers& peers) {
-    std::erase_if(peers, [&](const secure::Peer& known) {
-      const bool over = known.revoked || days_left(known.expires_utc).value_or(0) <= kWarnDays;
-      return known.fingerprint == pinned.fingerprint || (known.name == pinned.name && over);
-    });
-    const bool taken =
-        std::any_of(peers.begin(), peers.end(), [&](const auto& known) { return known.name == pinned.name; });
-    if (taken)
-      cli::refuse_option(
-          "--as", pinned.name,
-          "another far end has this name in " + folder.peers_file() + ": give a new one, or --revoke the other first");
-    peers.push_back(pinned);
+/// renewed there: revoked here, or expired. @throws InputError
+void put(const KeyFolder& folder, const secure::Peer& pinned, secure::Peers& peers) {
+  std::erase_if(peers, [&](const secure::Peer& known) {
+    const bool over = known.revoked || days_left(known.expires_utc).value_or(0) <= kWarnDays;
+    return known.fingerprint == pinned.fingerprint || (known.name == pinned.name && over);
   });
+  const bool taken =
+      std::any_of(peers.begin(), peers.end(), [&](const auto& known) { return known.name == pinned.name; });
+  if (taken)
+    cli::refuse_option(
+        "--as", pinned.name,
+        "another far end has this name in " + folder.peers_file() + ": give a new one, or --revoke the other first");
+  peers.push_back(pinned);
 }
 
+/// What could keep it from being stored, before anybody is asked. @throws InputError
+void check_can_be_stored(const KeyFolder& folder, const secure::Identity& identity, const secure::Peer& pinned) {
+  if (pinned.fingerprint == identity.fingerprint())
+    throw InputError("the other computer shows this computer's own key: give each a key of its own (--keys FOLDER)");
+  secure::Peers peers = folder.peers();
+  put(folder, pinned, peers);
+}
+
+/// Until both ends have confirmed the code, or one has not. @return empty where both have, else why not.
 /// The code is no secret: it is made of two certificates that anybody may see. So it is compared as any text, and not
 /// in constant time.
-bool confirmed(const Options& o, const std::string& code, const cli::InterruptGuard& interrupt) {
-  if (!o.code.empty()) return o.code == code;
-  std::cout << "Is this the code on the other computer? [yes/no] " << std::flush;
-  constexpr int kLook_ms = 100;  // reading alone would go on after a signal
-  pollfd typed{STDIN_FILENO, POLLIN, 0};
-  while (::poll(&typed, 1, kLook_ms) <= 0) {
-    if (interrupt.pending()) throw cli::Interrupted("not paired");
+std::string not_confirmed(const Options& o, const std::string& code, PairingExchange& exchange,
+                          const cli::InterruptGuard& interrupt) {
+  constexpr const char* kBetween = ": where the codes differ, somebody may be between the two computers";
+  CodePrompt prompt(STDIN_FILENO);
+  Verdict here = Verdict::kNone;
+  const auto confirm = [&] {
+    exchange.say(here = Verdict::kYes);
+    std::cout << "confirmed here; waiting for the other computer to confirm" << std::endl;
+  };
+  if (!o.code.empty()) {
+    if (bare_code(o.code) != bare_code(code)) return std::string("the code is not the one of --code") + kBetween;
+    confirm();
+  } else {
+    prompt.ask();
   }
-  std::string answer;
-  return std::getline(std::cin, answer) && (answer == "yes" || answer == "y");
+  while (here == Verdict::kNone || exchange.heard() == Verdict::kNone) {
+    exchange.serve();
+    if (interrupt.pending()) throw cli::Interrupted("not paired");
+    if (exchange.heard() == Verdict::kNo || exchange.gone()) std::cout << std::endl;  // the question's line
+    if (exchange.heard() == Verdict::kNo) break;
+    if (exchange.gone()) return "the other computer is silent: its program has ended, or the network is cut";
+    const auto answer = here == Verdict::kNone ? prompt.answer() : std::nullopt;
+    if (answer == CodePrompt::Answer::kNo) return std::string("you answered no") + kBetween;
+    if (answer == CodePrompt::Answer::kEnded) return "standard input ended without an answer";
+    if (answer == CodePrompt::Answer::kYes) confirm();
+  }
+  return exchange.heard() == Verdict::kYes ? "" : "the other computer has not confirmed the code: it says why";
+}
+
+int confirm_and_store(const Options& o, const KeyFolder& folder, const secure::Identity& identity, const Shown& shown,
+                      PairingExchange& exchange, const cli::InterruptGuard& interrupt) {
+  const std::string name = o.as.empty() ? shown.name : o.as;
+  const secure::Peer pinned{shown.fingerprint, name, false, o.observer, shown.expires_utc};
+  check_can_be_stored(folder, identity, pinned);
+  std::cout << "other computer: " << name << " (" << secure::short_text(shown.fingerprint) << ")\ncode: " << shown.code
+            << std::endl;
+  if (const std::string why = not_confirmed(o, shown.code, exchange, interrupt); !why.empty()) {
+    std::cerr << "knuckle pair: not paired: " << why << '\n';
+    exchange.say(Verdict::kNo);
+    (void)exchange.part();
+    return 1;
+  }
+  folder.change_peers([&](secure::Peers& peers) { put(folder, pinned, peers); });
+  std::cout << "paired with " << name << (o.observer ? ", which may observe a machine here, not control it" : "")
+            << std::endl;
+  warn(name + "'s", shown.expires_utc);
+  if (exchange.part()) return 0;
+  std::cerr << "knuckle pair: the other computer has fallen silent, and may not have stored this one: look there "
+               "(knuckle pair), and pair again where it has not\n";
+  return 1;
 }
 
 /// With the computer that listens or connects. @return exit code
 int pair(const Options& o, const KeyFolder& folder) {
   const secure::Identity identity = folder.identity();
+  folder.check_can_be_written();
   const cli::InterruptGuard interrupt;
   const bool listens = !o.listen.empty();
+  PairingExchange exchange(listens ? secure::Role::kMachine : secure::Role::kOperator,
+                           listens ? std::vector{parse_address(o.listen)} : look_up(o.connect), identity);
   std::cout << "this computer: " << identity.name << " (" << secure::short_text(identity.fingerprint()) << ")\n"
             << (listens ? "waiting for the other computer on " + o.listen : "asking " + o.connect) << std::endl;
-  const auto shown = exchange(
-      listens ? secure::Role::kMachine : secure::Role::kOperator,
-      listens ? std::vector{parse_address(o.listen)} : look_up(o.connect), identity,
-      [&interrupt] { return !interrupt.pending(); },
-      [](const std::string& why) { std::cerr << "knuckle pair: not yet: " << why << std::endl; });
+  if (!std::cout && o.code.empty()) throw InputError("standard output: cannot be written: nobody would see the code");
+  const auto shown =
+      exchange.meet([&interrupt] { return !interrupt.pending(); },
+                    [](const std::string& why) { std::cerr << "knuckle pair: not yet: " << why << std::endl; });
   if (!shown) return 130;
-  const std::string name = o.as.empty() ? shown->name : o.as;
-  std::cout << "other computer: " << name << " (" << secure::short_text(shown->fingerprint)
-            << ")\ncode: " << shown->code << std::endl;
-  if (!confirmed(o, shown->code, interrupt)) {
-    std::cerr
-        << "knuckle pair: not paired: the codes differ, or nobody confirmed them; where they differ, somebody may be "
-           "between the two computers\n";
-    return 1;
+  try {
+    return confirm_and_store(o, folder, identity, *shown, exchange, interrupt);
+  } catch (...) {  // bad input, a signal, a full disk: the other computer is not to believe that it is paired
+    exchange.say(Verdict::kNo);
+    (void)exchange.part();
+    throw;
   }
-  pin(folder, {shown->fingerprint, name, false, o.observer, shown->expires_utc});
-  std::cout << "paired with " << name << (o.observer ? ", which may observe a machine here, not control it" : "")
-            << '\n';
-  warn(name + "'s", shown->expires_utc);
-  return 0;
 }
 
 int run(const Options& o) {
@@ -185,7 +241,7 @@ int run(const Options& o) {
   }
   if (folder.has_key() && !o.name.empty())
     cli::refuse_option("--name", o.name, "this computer has a key already: " + folder.key_file() + " (see --renew)");
-  if (!folder.has_key()) (void)folder.make(o.name);
+  if (!folder.has_key()) show_made("made this computer's key", folder.make(o.name));
   (void)folder.peers();  // a malformed file is told before anybody is asked
   if (!o.listen.empty() || !o.connect.empty()) return pair(o, folder);
   list(folder);

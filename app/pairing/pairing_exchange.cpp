@@ -5,7 +5,6 @@
 #include <array>
 #include <chrono>
 #include <exception>
-#include <memory>
 #include <set>
 
 #include "core/error.h"
@@ -22,8 +21,10 @@ using Progress = DtlsSession::Progress;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kPollTime_ms = 20, kMostAtOnce = 256;
-constexpr auto kLinger = std::chrono::milliseconds(1500);  // the far end may not have heard our last words
 constexpr auto kPatience = std::chrono::seconds(5);
+constexpr auto kSayAgain = std::chrono::milliseconds(50);
+constexpr auto kParting = std::chrono::seconds(3);
+constexpr auto kLastWords = std::chrono::milliseconds(250);  // so that the far end hears that it was heard
 
 /// One for each address that this computer can use, at least one.
 std::vector<UdpSocket> open_sockets(const std::vector<SocketAddress>& addresses, bool listening) {
@@ -41,27 +42,22 @@ std::vector<UdpSocket> open_sockets(const std::vector<SocketAddress>& addresses,
   return sockets;
 }
 
-class Exchange {
+}  // namespace
+
+class PairingExchange::Meeting {
  public:
-  Exchange(secure::Role role, const std::vector<SocketAddress>& addresses, const secure::Identity& identity)
-      : listening_(role == secure::Role::kMachine),
-        context_(identity, {}, role, secure::Purpose::kControl, true),
+  Meeting(secure::Role role, const std::vector<SocketAddress>& addresses, const secure::Identity& own)
+      : identity(own),
+        listening_(role == secure::Role::kMachine),
+        context_(own, {}, role, secure::Purpose::kPair),
         sockets_(open_sockets(addresses, listening_)) {
     begin();
   }
 
-  /// @return whether both have shown their certificates, and long enough ago.
+  /// @return whether both have shown their certificates.
   bool step() {
-    pollfd descriptor{socket().descriptor(), POLLIN, 0};
-    (void)::poll(&descriptor, 1, kPollTime_ms);
-    std::array<std::uint8_t, 2048> bytes;
-    SocketAddress from;
-    for (int i = 0; i < kMostAtOnce; ++i) {
-      const auto arrival = socket().receive(bytes, from);
-      if (!arrival) break;
-      if (arrival->size > 0 && arrival->size <= bytes.size()) hear(std::span(bytes).first(arrival->size), from);
-    }
-    if (progress_ == Progress::kDone) return Clock::now() - since_ >= kLinger;
+    listen();
+    if (progress_ == Progress::kDone) return true;
     if (begun_ && progress_ == Progress::kUnderWay) {
       HandshakeOut out(socket(), peer_);
       took(session_->tend(out));
@@ -73,12 +69,40 @@ class Exchange {
     begin();
     return false;
   }
+  /// After step() has been true.
+  void serve() {
+    listen();
+    if (Clock::now() - said_at_ >= kSayAgain) tell();
+  }
+  /// Each datagram says all: this end's verdict, and what it has heard of the other's.
+  void tell() {
+    said_at_ = Clock::now();
+    const std::array<std::uint8_t, 2> text{static_cast<std::uint8_t>(said), static_cast<std::uint8_t>(heard)};
+    secure::Sealed sealed;
+    if (session_->seal(secure::Inner::kVerdict, text, sealed)) (void)socket().send(sealed.view(), peer_);
+  }
+  [[nodiscard]] bool gone() const { return Clock::now() - since_ >= kGone; }
   [[nodiscard]] const DtlsSession& session() const noexcept { return *session_; }
   /// Of the last attempt that failed.
   [[nodiscard]] secure::Refusal failure() const noexcept { return failure_; }
 
+  const secure::Identity& identity;
+  Verdict said = Verdict::kNone, heard = Verdict::kNone;
+  Verdict heard_there = Verdict::kNone;  ///< Of this end's, as the far end says.
+
  private:
   [[nodiscard]] const UdpSocket& socket() const noexcept { return sockets_[current_]; }
+  void listen() {
+    pollfd descriptor{socket().descriptor(), POLLIN, 0};
+    (void)::poll(&descriptor, 1, kPollTime_ms);
+    std::array<std::uint8_t, 2048> bytes;
+    SocketAddress from;
+    for (int i = 0; i < kMostAtOnce; ++i) {
+      const auto arrival = socket().receive(bytes, from);
+      if (!arrival) break;
+      if (arrival->size > 0 && arrival->size <= bytes.size()) hear(std::span(bytes).first(arrival->size), from);
+    }
+  }
   void took(Progress progress) {
     if (progress == Progress::kDone && progress_ != Progress::kDone) since_ = Clock::now();
     progress_ = progress;
@@ -94,6 +118,7 @@ class Exchange {
   }
   void hear(std::span<const std::uint8_t> bytes, const SocketAddress& from) {
     if (begun_ && listening_ && !(from == peer_)) return;
+    if (bytes[0] >= secure::kObserverTagMark) return hear_verdict(bytes);
     if (!begun_) peer_ = from;
     HandshakeOut out(socket(), peer_);
     if (begun_) return took(session_->hear(bytes, out));
@@ -101,6 +126,18 @@ class Exchange {
     begun_ = true;
     since_ = Clock::now();
     took(session_->start(out));
+  }
+
+  void hear_verdict(std::span<const std::uint8_t> bytes) {
+    if (progress_ != Progress::kDone || !session_->mine(bytes)) return;
+    Datagram plain;
+    const auto opened = session_->open(bytes, plain);
+    constexpr auto kLast = static_cast<std::uint8_t>(Verdict::kNo);
+    if (!opened || !opened->newest || opened->kind != secure::Inner::kVerdict || plain.size != 2) return;
+    if (plain.bytes[0] > kLast || plain.bytes[1] > kLast) return;
+    heard = static_cast<Verdict>(plain.bytes[0]);
+    heard_there = static_cast<Verdict>(plain.bytes[1]);
+    since_ = Clock::now();
   }
 
   bool listening_, begun_ = false;
@@ -111,24 +148,51 @@ class Exchange {
   std::unique_ptr<DtlsSession> session_;
   Progress progress_ = Progress::kUnderWay;
   secure::Refusal failure_ = secure::Refusal::kNone;
-  Clock::time_point since_{};
+  Clock::time_point since_{};  // this attempt; once it has succeeded: the far end was heard last
+  Clock::time_point said_at_{};
 };
 
-}  // namespace
+PairingExchange::PairingExchange(secure::Role role, const std::vector<SocketAddress>& addresses,
+                                 const secure::Identity& identity)
+    : meeting_(std::make_unique<Meeting>(role, addresses, identity)) {}
 
-std::optional<Shown> exchange(secure::Role role, const std::vector<SocketAddress>& addresses,
-                              const secure::Identity& identity, const std::function<bool()>& keep_on,
-                              const std::function<void(const std::string&)>& tell) {
-  Exchange running(role, addresses, identity);
+PairingExchange::~PairingExchange() = default;
+
+std::optional<Shown> PairingExchange::meet(const std::function<bool()>& keep_on,
+                                           const std::function<void(const std::string&)>& tell) {
   std::set<secure::Refusal> told{secure::Refusal::kNone};
-  while (!running.step()) {
+  while (!meeting_->step()) {
     if (!keep_on()) return std::nullopt;
-    if (told.insert(running.failure()).second && tell) tell(secure::text(running.failure()));
+    if (told.insert(meeting_->failure()).second && tell) tell(secure::text(meeting_->failure()));
   }
-  const DtlsSession& session = running.session();
+  const DtlsSession& session = meeting_->session();
   const secure::Fingerprint there = *session.peer();
-  return Shown{there, session.peer_name(), secure::pairing_code(identity.fingerprint(), there),
+  return Shown{there, session.peer_name(), secure::pairing_code(meeting_->identity.fingerprint(), there),
                session.peer_expires_utc()};
+}
+
+void PairingExchange::serve() {
+  meeting_->serve();
+}
+
+void PairingExchange::say(Verdict verdict) {
+  meeting_->said = verdict;
+  meeting_->tell();
+}
+
+bool PairingExchange::part() {
+  const auto was_heard = [this] { return meeting_->heard_there == meeting_->said; };
+  for (const auto until = Clock::now() + kParting; !was_heard() && Clock::now() < until;) serve();
+  for (const auto until = Clock::now() + kLastWords; Clock::now() < until;) serve();
+  return was_heard();
+}
+
+Verdict PairingExchange::heard() const noexcept {
+  return meeting_->heard;
+}
+
+bool PairingExchange::gone() const noexcept {
+  return meeting_->gone();
 }
 
 }  // namespace knuckle::pairing

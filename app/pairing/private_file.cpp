@@ -42,7 +42,7 @@ void sync_folder_of(const std::string& file) {
 }  // namespace
 
 void write_private_file(const std::string& file, const std::string& text, Existing existing) {
-  std::string beside = file + ".XXXXXX";
+  std::string beside = file + kLeftOver + "XXXXXX";
   const int descriptor = ::mkostemp(beside.data(), O_CLOEXEC);  // mode 0600
   if (descriptor < 0) refuse(file, errno);
   int error = write_all(descriptor, text);

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "app/pairing/key_folder.h"
+#include "app/pairing/pairing_exchange.h"
 #include "app/pairing/private_file.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/secure/secure_link.h"
@@ -208,6 +209,27 @@ TEST_F(DoctorLinkThreads, TellsAClosedPortFromSilenceAndFromAnotherProtocol) {
   expect_says(doctor(alert.address()), "this computer's certificate has expired, or one of the two clocks is wrong");
   const Answering version({21, 0xFE, 0xFD, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 70});  // fatal, protocol_version
   expect_says(doctor(version.address()), "no DTLS 1.2 handshake with this version's cipher was possible");
+}
+
+TEST_F(DoctorLinkThreads, TellsKnucklePairFromTheMachinesSide) {
+  pair_with(peer(machine()));
+  const UdpSocket free(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
+  const SocketAddress address = parse_address("127.0.0.2:" + std::to_string(local_address(free.descriptor()).port()));
+  pairing::PairingExchange listening(secure::Role::kMachine, {address}, machine());
+  std::atomic<bool> go_on{true};
+  std::string told;
+  std::thread pair([&] {
+    EXPECT_FALSE(listening.meet([&] { return go_on.load(); },
+                                [&](const std::string& why) {
+                                  told = why;
+                                  go_on = false;
+                                }));
+  });
+  expect_says(doctor(text(address)), "FAULT link " + text(address) + ": knuckle pair runs there, not knuckle slave");
+  for (int i = 0; i < 1000 && go_on; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  go_on = false;
+  pair.join();
+  expect_says(told, "another program than knuckle pair asks here");
 }
 
 TEST_F(DoctorLinkThreads, WarnsOfAnExpiryThatIsNear) {

@@ -339,6 +339,23 @@ TEST_F(ProgramRefuses, OutputsThatWouldReplaceConfiguration) {
     expect({{"--json", path(file)}, {"--json", file, "configuration file"}});
 }
 
+// Whatever the folder: nobody has to say where keys and trails are for them to be kept.
+TEST_F(ProgramRefuses, OutputsThatWouldReplaceAPrivateKeyPairingsOrAnAuditTrail) {
+  std::ofstream(path("key.pem")) << "mine";
+  fs::create_symlink(path("key.pem"), path("link.csv"));
+  for (const std::string file : {"key.pem", "link.csv", "new/key.pem"})
+    expect({{"--json", path(file)}, {"--json", file, "private key"}});
+  for (const std::string file : {"audit-000001.jsonl", "head"})
+    expect({{"--json", path(file)}, {"--json", file, "audit trail"}});
+  for (const std::string file : {"peers.toml", "turn.toml"})
+    expect({{"--json", path(file)}, {"--json", file, "pairings"}});
+  const ProgramRun commission = run_program(
+      test::program("knuckle"), {"commission", "--simulate", "--machine", "solar015", "--out", path("peers.toml")});
+  EXPECT_EQ(commission.exit_code, 2);
+  EXPECT_NE(commission.err.find("peers.toml: is named like a file of the pairings"), std::string::npos)
+      << commission.err;
+}
+
 TEST_F(Program, SaysThatItsSummaryIsLost) {
   for (const std::string arguments : {"--help", "simulate --scenario free_motion --duration 0.1"}) {
     const ProgramRun run = run_program("/bin/sh", {"-c", test::program("knuckle") + " " + arguments + " > /dev/full"});

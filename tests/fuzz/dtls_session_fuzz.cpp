@@ -98,7 +98,7 @@ const DtlsContext& context(Role role, Pairing::Known known, Purpose purpose) {
   if (!made[index]) {
     made[index] = std::make_unique<DtlsContext>(identity(role),
                                                 peers(known, role == Role::kMachine ? Role::kOperator : Role::kMachine),
-                                                role, purpose, known == Pairing::Known::kAnybody);
+                                                role, known == Pairing::Known::kAnybody ? Purpose::kPair : purpose);
   }
   return *made[index];
 }
@@ -219,7 +219,9 @@ class Network {
     require(known != Known::kStranger && known != Known::kRevoked);
     if (machine) require(known != Known::kObserver || pairing_.purpose != Purpose::kControl);
     require(end.session->peer() == identity(machine ? Role::kOperator : Role::kMachine).fingerprint());
-    require(end.session->purpose() == pairing_.purpose);
+    const bool pairs = known == Known::kAnybody;
+    require(pairs == (pairing_.at_machine == Known::kAnybody) && pairs == (pairing_.at_operator == Known::kAnybody));
+    require(end.session->purpose() == (pairs ? Purpose::kPair : pairing_.purpose));
     (machine ? made_by_machine_of_ : made_by_desk_of_) = other(end).life;
   }
 

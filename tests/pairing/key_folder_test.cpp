@@ -99,6 +99,29 @@ TEST_F(Folder, SaysWhyAKeyCannotBeUsed) {
   }
 }
 
+TEST_F(Folder, RefusesAKeyThatIsNoFileOfItsOwn) {
+  (void)folder.make("site arm");
+  const std::string elsewhere = temporary.file("elsewhere.pem");
+  fs::rename(folder.key_file(), elsewhere);
+  fs::create_symlink(elsewhere, folder.key_file());
+  EXPECT_EQ(refusal([&] { (void)folder.identity(); }),
+            folder.key_file() + ": is a symbolic link: put the file itself there");
+  fs::remove(folder.key_file());
+  ASSERT_EQ(::mkfifo(folder.key_file().c_str(), 0600), 0);
+  EXPECT_EQ(refusal([&] { (void)folder.identity(); }), folder.key_file() + ": is not a regular file");
+}
+
+TEST_F(Folder, RemovesWhatAKilledProgramLeft) {
+  (void)folder.make("site arm");
+  const auto left = [&](const std::string& name) { return folder.path() + "/" + name; };
+  for (const char* name : {"key.pem.part-8bHWUt", "peers.toml.part-8bHWUt", "key.pem.backup"})
+    std::ofstream(left(name)) << "x";
+  add(peer("desk 1"));
+  EXPECT_FALSE(fs::exists(left("key.pem.part-8bHWUt")));
+  EXPECT_FALSE(fs::exists(left("peers.toml.part-8bHWUt")));
+  EXPECT_TRUE(fs::exists(left("key.pem.backup"))) << "somebody's own";
+}
+
 TEST_F(Folder, RefusesPeersThatOthersCanWrite) {
   (void)folder.make("site arm");
   add(peer("desk 1"));
@@ -137,6 +160,18 @@ TEST_F(Folder, SaysWhatIsWrongInAPeersFile) {
   EXPECT_NE(with("[[peer]]\nrole = \"operator\"\nx = 1\n" + good).find("x"), std::string::npos)
       << with("[[peer]]\nrole = \"operator\"\nx = 1\n" + good);
   EXPECT_NE(with("[[peer]]\nname = \"a\\tb\"\n").find("peers.toml:2"), std::string::npos);
+  const std::string one = "[[peer]]\nrole = \"operator\"\n" + good;
+  const auto other = [&](const std::string& from, const std::string& to) {
+    return std::string(one).replace(one.find(from), from.size(), to);
+  };
+  const std::string cut = with(other(std::string(64, 'a'), "abc"));
+  EXPECT_NE(cut.find("peers.toml:4: key 'peer"), std::string::npos) << cut;
+  EXPECT_NE(cut.find("must be 64 hexadecimal digits"), std::string::npos) << cut;
+  const std::string twice = with(one + other("desk 1", "desk 2"));
+  EXPECT_NE(twice.find("peers.toml:10: key 'peer"), std::string::npos) << twice;
+  EXPECT_NE(twice.find("must be of one far end only"), std::string::npos) << twice;
+  const std::string same_name = with(one + other(std::string(64, 'a'), std::string(64, 'b')));
+  EXPECT_NE(same_name.find("peers.toml:9: key 'peer"), std::string::npos) << same_name;
 }
 
 TEST_F(Folder, RenewsTheKeyAndKeepsThePairings) {
@@ -167,6 +202,7 @@ TEST_F(Folder, SeveralProgramsAtOnceLoseNoPairing) {
       for (int i = 0; i < 10; ++i) {
         secure::Peer named = one;
         named.name = "desk " + std::to_string(10 * p + i);
+        named.fingerprint.bytes[0] = static_cast<std::uint8_t>(10 * p + i);
         KeyFolder(folder.path()).change_peers([&](secure::Peers& peers) { peers.push_back(named); });
       }
     });
@@ -190,7 +226,9 @@ TEST(PrivateFile, IsThereWholeOrNotAtAll) {
 TEST(Expiry, IsWarnedOfThirtyDaysAhead) {
   const auto in_days = [](int days) { return secure::make_identity("x", days).expires_utc(); };
   EXPECT_EQ(expiry_warning("this computer's", in_days(40)), "");
-  EXPECT_NE(expiry_warning("this computer's", in_days(29)).find("this computer's key expires on"), std::string::npos);
+  EXPECT_NE(expiry_warning(kThisComputers, in_days(29)).find("this computer's key expires on"), std::string::npos);
+  EXPECT_NE(expiry_warning(kThisComputers, in_days(29)).find("make a new one here"), std::string::npos);
+  EXPECT_NE(expiry_warning("desk 1's", in_days(29)).find("make a new one there"), std::string::npos);
   EXPECT_NE(expiry_warning("desk 1's", in_days(-1)).find("desk 1's key expired on"), std::string::npos);
   EXPECT_EQ(days_left("tomorrow"), std::nullopt);
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "app/pairing/key_folder.h"
 #include "app/pairing/private_file.h"
@@ -76,10 +77,47 @@ TEST_F(PairCommand, RevokingNeedsNoKeyAndMakesNone) {
   EXPECT_FALSE(folder.has_key());
 }
 
+TEST_F(PairCommand, RevokingTwiceChangesNothing) {
+  pair_and_expire();
+  EXPECT_EQ(run({"--revoke", "desk 1"}), 0);
+  const auto written = std::filesystem::last_write_time(folder.peers_file());
+  EXPECT_EQ(run({"--revoke", "desk 1"}), 0);
+  expect_says(out, "is revoked already: desk 1");
+  EXPECT_EQ(std::filesystem::last_write_time(folder.peers_file()), written);
+}
+
+TEST_F(PairCommand, SaysWhenItMakesAKey) {
+  EXPECT_EQ(run({"--name", "site arm"}), 0);
+  expect_says(out, "made this computer's key: site arm (");
+  EXPECT_EQ(run({}), 0);
+  EXPECT_EQ(out.find("made"), std::string::npos) << out;
+}
+
+TEST_F(PairCommand, RenewingMakesAKeyWhereThereIsNoneOrADamagedOne) {
+  EXPECT_EQ(run({"--renew", "--name", "site arm"}), 0);
+  expect_says(out, "this computer had no key; made: site arm (");
+  EXPECT_EQ(out.find("every far end knows the old key"), std::string::npos) << out;
+  write_private_file(folder.key_file(), "damaged", Existing::kReplace);
+  const std::string why = refused({});
+  expect_says(why, "make a new one (knuckle pair --renew --name NAME)");
+  EXPECT_EQ(refused({"--renew"}), why);
+  EXPECT_EQ(run({"--renew", "--name", "site arm"}), 0);
+  EXPECT_EQ(folder.identity().name, "site arm");
+}
+
+TEST_F(PairCommand, RefusesAFolderThatIsAFile) {
+  std::ofstream(folder.path()) << "mine";
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{}, {"--renew"}, {"--listen", "127.0.0.1:0"}})
+    EXPECT_EQ(refused(arguments), folder.path() + ": is no folder");
+}
+
 TEST_F(PairCommand, RefusesAMalformedCodeOrAddressByTheNameOfItsOption) {
-  for (const std::string& code : {std::string("AAAA-AAAA"), std::string("AAAA-AAAA-AAAA-AAAA-AAAA-AAA1"),
-                                  std::string("aaaa-aaaa-aaaa-aaaa-aaaa-aaaa"), std::string(29, 'A')})
+  for (const std::string& code :
+       {std::string("AAAA-AAAA"), std::string("AAAA-AAAA-AAAA-AAAA-AAAA-AAA1"), std::string(29, 'A')})
     expect_says(refused({"--connect", "127.0.0.1:5683", "--code", code}), "--code " + code + ": must be as");
+  for (const std::string& code : {std::string("aaaa-AAAA-aaaa-AAAA-aaaa-AAAA"), std::string(24, 'a')})
+    expect_says(refused({"--connect", "arm", "--code", code}), "--connect arm:");  // the code is none to complain of
   expect_says(refused({"--connect", "arm"}), "--connect arm: is not HOST:PORT");
   expect_says(refused({"--listen", "arm:5683"}), "--listen arm:5683: \"arm\" is not an IPv4 or IPv6 address");
   expect_says(refused({"--revoke", "desk 1", "--name", "arm"}), "--name arm: does not go with --revoke");

@@ -28,16 +28,30 @@ struct Two : ::testing::Test {
   std::vector<SocketAddress> far_end{parse_address(address)};  ///< As the caller looked it up.
   std::atomic<bool> go_on{true};
   std::optional<Shown> at_machine, at_desk;
+  Verdict machine_says = Verdict::kYes, desk_says = Verdict::kYes;
+  Verdict machine_heard = Verdict::kNone, desk_heard = Verdict::kNone;
   std::thread listener, caller;
 
   void listen() {
     listener = std::thread([this] {
-      at_machine = exchange(secure::Role::kMachine, {parse_address(address)}, machine, [this] { return go_on.load(); });
+      PairingExchange exchange(secure::Role::kMachine, {parse_address(address)}, machine);
+      at_machine = exchange.meet([this] { return go_on.load(); });
+      if (at_machine) machine_heard = after(exchange, machine_says);
     });
   }
   void call() {
-    caller = std::thread(
-        [this] { at_desk = exchange(secure::Role::kOperator, far_end, desk, [this] { return go_on.load(); }); });
+    caller = std::thread([this] {
+      PairingExchange exchange(secure::Role::kOperator, far_end, desk);
+      at_desk = exchange.meet([this] { return go_on.load(); });
+      if (at_desk) desk_heard = after(exchange, desk_says);
+    });
+  }
+  /// Says so, and hears what the other says.
+  Verdict after(PairingExchange& exchange, Verdict verdict) const {
+    exchange.say(verdict);
+    while (go_on && exchange.heard() == Verdict::kNone) exchange.serve();
+    EXPECT_TRUE(exchange.part() || !go_on);
+    return exchange.heard();
   }
   void TearDown() override {
     go_on = false;
@@ -55,12 +69,21 @@ struct Two : ::testing::Test {
     EXPECT_EQ(at_desk->fingerprint, machine.fingerprint());
     EXPECT_EQ(at_desk->code, at_machine->code);
     EXPECT_EQ(at_desk->code.size(), 29U) << "120 bits";
+    EXPECT_EQ(machine_heard, desk_says);
+    EXPECT_EQ(desk_heard, machine_says);
   }
 };
 
 using PairingThreads = Two;
 
 TEST_F(PairingThreads, BothShowTheSameCode) {
+  listen();
+  call();
+  both_end();
+}
+
+TEST_F(PairingThreads, EachHearsWhetherTheOtherHasConfirmedTheCode) {
+  machine_says = Verdict::kNo;
   listen();
   call();
   both_end();
@@ -113,7 +136,8 @@ TEST_F(PairingThreads, SaysWhyItDoesNotSucceedYet) {
     return told.empty();
   };
   const auto tell = [&](const std::string& why) { told = why; };
-  EXPECT_FALSE(exchange(secure::Role::kOperator, far_end, desk, keep_on, tell));
+  PairingExchange exchange(secure::Role::kOperator, far_end, desk);
+  EXPECT_FALSE(exchange.meet(keep_on, tell));
   EXPECT_NE(told.find("no DTLS 1.2 handshake"), std::string::npos) << told;
 }
 
@@ -129,12 +153,14 @@ TEST_F(PairingThreads, AllAddressesOfTheFarEndAreTriedInTurn) {
     for (; other.receive(bytes, from); refused = true) (void)other.send(kRefusal, from);
     return true;
   };
-  at_desk = exchange(secure::Role::kOperator, far_end, desk, keep_on);
+  PairingExchange exchange(secure::Role::kOperator, far_end, desk);
+  at_desk = exchange.meet(keep_on);
+  if (at_desk) desk_heard = after(exchange, desk_says);
   listener.join();
   EXPECT_TRUE(refused);
   ASSERT_TRUE(at_machine && at_desk);
   EXPECT_EQ(at_desk->fingerprint, machine.fingerprint());
-  EXPECT_THROW((void)exchange(secure::Role::kOperator, {far_end.front()}, desk, keep_on), InputError);
+  EXPECT_THROW(PairingExchange(secure::Role::kOperator, {far_end.front()}, desk), InputError);
 }
 
 /// Somebody between the two has to show each a certificate of its own.

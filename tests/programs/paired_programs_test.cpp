@@ -110,6 +110,97 @@ TEST_F(PairedProgramsThreads, NobodyIsPairedWhereTheCodeIsNotConfirmed) {
   EXPECT_TRUE(pairing::KeyFolder(keys("machine")).peers().empty());
 }
 
+/// What two people type, one at each computer that is about to be paired.
+struct PairingDialogueThreads : PairedProgramsThreads {
+  ProgramRun machine, desk;
+  [[nodiscard]] std::vector<std::string> side(const std::string& typed, const std::string& computer,
+                                              const std::string& options) const {
+    return {"-c",
+            "printf '" + typed + "' | " + test::program("knuckle") + " pair --keys " + keys(computer) + " " + options};
+  }
+  void type(const std::string& at_machine, const std::string& at_desk, const std::string& options = "",
+            const std::string& keys_of_desk = "desk 1") {
+    RunningProgram listening("/bin/sh", side(at_machine, "machine", "--listen " + address));
+    desk = run_program("/bin/sh", side(at_desk, "'" + keys_of_desk + "'", "--connect " + address + " " + options));
+    machine = listening.wait();
+  }
+  void expect_nobody_paired() {
+    for (const char* computer : {"machine", "desk 1"})
+      EXPECT_TRUE(pairing::KeyFolder(keys(computer)).peers().empty()) << computer;
+  }
+  static void expect_says(const std::string& text, const std::string& what) {
+    EXPECT_NE(text.find(what), std::string::npos) << text;
+  }
+};
+
+TEST_F(PairingDialogueThreads, NobodyIsPairedWhereOneOfTheTwoSaysNo) {
+  type("yes\n", "no\n");
+  EXPECT_EQ(machine.exit_code, 1);
+  expect_says(machine.err, "not paired: the other computer has not confirmed the code");
+  EXPECT_EQ(desk.exit_code, 1);
+  expect_says(desk.err, "not paired: you answered no");
+  expect_nobody_paired();
+  type("", "yes\n");
+  EXPECT_EQ(desk.exit_code, 1);
+  expect_says(machine.err, "not paired: standard input ended without an answer");
+  expect_nobody_paired();
+}
+
+TEST_F(PairingDialogueThreads, WhatIsNeitherYesNorNoIsAskedAgain) {
+  type("maybe\nYES\r\n", "Y");
+  EXPECT_EQ(machine.exit_code, 0) << machine.err;
+  expect_says(machine.out, "Type yes or no: ");
+  EXPECT_EQ(desk.exit_code, 0) << desk.err;
+}
+
+TEST_F(PairingDialogueThreads, ANameThatIsTakenIsToldBeforeAnybodyIsAsked) {
+  pair("desk 1");
+  pairing::KeyFolder(keys("machine")).change_peers([](secure::Peers& peers) {
+    peers.at(0).fingerprint.bytes[0] ^= 1;  // another computer
+  });
+  type("yes\n", "yes\n");
+  EXPECT_EQ(machine.exit_code, 2);
+  expect_says(machine.err, "--as desk 1: another far end has this name in ");
+  EXPECT_EQ(machine.out.find("[yes/no]"), std::string::npos) << machine.out;
+  EXPECT_EQ(desk.exit_code, 1);
+}
+
+TEST_F(PairingDialogueThreads, NoComputerIsPairedWithItself) {
+  pair("desk 1");
+  type("yes\n", "yes\n", "", "machine");
+  for (const ProgramRun& run : {machine, desk}) {
+    EXPECT_EQ(run.exit_code, 2);
+    expect_says(run.err, "the other computer shows this computer's own key");
+  }
+}
+
+TEST_F(PairingDialogueThreads, ACodeThatAFirstRunShowedPairsWithoutAQuestionInTheSecond) {
+  type("no\n", "");
+  std::string code = line_with(machine.out, "code: ").substr(6);
+  std::transform(code.begin(), code.end(), code.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::erase(code, '-');
+  type("yes\n", "", "--code " + code);
+  EXPECT_EQ(machine.exit_code, 0) << machine.err;
+  EXPECT_EQ(desk.exit_code, 0) << desk.err;
+}
+
+TEST_F(PairingDialogueThreads, NobodyIsAskedForACodeThatCannotBeShown) {
+  const ProgramRun blind = run_program("/bin/sh", side("yes\n", "machine", "--listen " + address + " >&-"));
+  EXPECT_EQ(blind.exit_code, 2);
+  expect_says(blind.err, "nobody would see the code");
+}
+
+TEST_F(PairingDialogueThreads, OnlyKnucklePairAnswersKnucklePair) {
+  pair("desk 1");
+  const std::string said = temporary.file("said");
+  RunningProgram slave_program(test::program("knuckle"), slave());
+  RunningProgram asking("/bin/sh", side("yes\n", "'desk 1'", "--connect " + address + " 2> " + said));
+  EXPECT_TRUE(eventually([&] { return content(said).find("knuckle slave runs there") != std::string::npos; }))
+      << content(said);
+  ASSERT_TRUE(notes("refused"));
+  expect_says(noted("refused")[0].dump(), "the far end runs knuckle pair");
+}
+
 TEST_F(PairedProgramsThreads, EitherComputerMayListenAndTheMachinesSaysWhoObservesOnly) {
   const std::string program = test::program("knuckle");
   const auto side = [&](const std::string& computer, const std::string& rest) {

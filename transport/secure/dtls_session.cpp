@@ -21,7 +21,8 @@ constexpr unsigned kFirstTimeout_us = 300'000, kLongestTimeout_us = 2'000'000;
 constexpr std::size_t kSecretSize = 32;
 constexpr char kTagLabel[] = "EXPORTER-knuckle-tag";  // RFC 5705
 // Application protocols (RFC 7301) in the order of Purpose, as they travel: length, name.
-constexpr std::array<std::string_view, 3> kPurposes{"\x0Fknuckle-control", "\x0Fknuckle-observe", "\x0Bknuckle-try"};
+constexpr std::array<std::string_view, 4> kPurposes{"\x0Fknuckle-control", "\x0Fknuckle-observe", "\x0Bknuckle-try",
+                                                    "\x0Cknuckle-pair"};
 
 // Of a record (RFC 6347, 4.1): content type, version, epoch and sequence number, length.
 constexpr std::size_t kRecordHeader = 13;
@@ -53,17 +54,16 @@ const unsigned char* bytes_of(std::string_view text) {
   return reinterpret_cast<const unsigned char*>(text.data());
 }
 
-/// Of a list as it travels, the first that is known; in the hello's own memory.
-int choose_purpose(SSL* /*ssl*/, const unsigned char** chosen, unsigned char* size, const unsigned char* offered,
-                   unsigned length, void* /*argument*/) {
-  for (unsigned at = 0; at < length && at + offered[at] < length; at += offered[at] + 1U) {
-    const std::string_view one(reinterpret_cast<const char*>(offered + at), offered[at] + 1U);
-    if (std::find(kPurposes.begin(), kPurposes.end(), one) == kPurposes.end()) continue;
-    *chosen = offered + at + 1;
-    *size = offered[at];
-    return SSL_TLSEXT_ERR_OK;
+/// Of a list as it travels, the first that is known; in the list's own memory.
+std::optional<std::pair<Purpose, std::span<const unsigned char>>> first_known(std::span<const unsigned char> offered) {
+  while (!offered.empty() && offered[0] < offered.size()) {
+    const auto one = offered.first(offered[0] + std::size_t{1});
+    const std::string_view text(reinterpret_cast<const char*>(one.data()), one.size());
+    const auto known = std::find(kPurposes.begin(), kPurposes.end(), text);
+    if (known != kPurposes.end()) return std::pair(static_cast<Purpose>(known - kPurposes.begin()), one.subspan(1));
+    offered = offered.subspan(one.size());
   }
-  return SSL_TLSEXT_ERR_ALERT_FATAL;
+  return std::nullopt;
 }
 
 Purpose purpose_of(const SSL* ssl) {
@@ -128,6 +128,15 @@ const char* text(Refusal refusal) noexcept {
     case Refusal::kPlain:
       return "the far end runs with --insecure and this one does not: start both without it (or, in a lab, both with "
              "it)";
+    case Refusal::kPairsThere:
+      return "knuckle pair runs there, not knuckle slave: pair, or end it, and start knuckle slave";
+    case Refusal::kNoPairThere:
+      return "knuckle slave runs there, not knuckle pair: end it, or pair on another port";
+    case Refusal::kWantsToPair:
+      return "the far end runs knuckle pair, which only another knuckle pair answers: end this program meanwhile, or "
+             "pair on another port";
+    case Refusal::kWantsNoPairing:
+      return "another program than knuckle pair asks here (knuckle master, console or doctor): it is not paired";
   }
   return "unknown";
 }
@@ -216,8 +225,8 @@ struct DtlsContext::Impl {
   }
 };
 
-DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, Purpose purpose, bool any_peer)
-    : role_(role), any_peer_(any_peer), peers_(std::move(peers)), impl_(std::make_unique<Impl>()) {
+DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, Purpose purpose)
+    : role_(role), pairs_(purpose == Purpose::kPair), peers_(std::move(peers)), impl_(std::make_unique<Impl>()) {
   impl_->ssl = SSL_CTX_new(role == Role::kMachine ? DTLS_server_method() : DTLS_client_method());
   SSL_CTX* c = impl_->ssl;
   must(c != nullptr && SSL_CTX_set_min_proto_version(c, DTLS1_2_VERSION) == 1 &&
@@ -232,7 +241,19 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, Purpo
                              SSL_OP_COOKIE_EXCHANGE | SSL_OP_SINGLE_ECDH_USE);
   const std::string_view wanted = kPurposes[static_cast<std::size_t>(purpose)];
   if (role == Role::kMachine) {
-    SSL_CTX_set_alpn_select_cb(c, choose_purpose, nullptr);
+    SSL_CTX_set_alpn_select_cb(
+        c,
+        [](SSL* ssl, const unsigned char** chosen, unsigned char* size, const unsigned char* offered, unsigned length,
+           void*) {
+          const auto found = first_known({offered, length});
+          if (!found) return SSL_TLSEXT_ERR_ALERT_FATAL;
+          auto& wire = *static_cast<DtlsSession::Wire*>(SSL_get_app_data(ssl));
+          wire.refusal = wire.context->judge(found->first);
+          *chosen = found->second.data();
+          *size = static_cast<unsigned char>(found->second.size());
+          return wire.refusal == Refusal::kNone ? SSL_TLSEXT_ERR_OK : SSL_TLSEXT_ERR_ALERT_FATAL;
+        },
+        nullptr);
   } else {
     must(SSL_CTX_set_alpn_protos(c, bytes_of(wanted), static_cast<unsigned>(wanted.size())) == 0, "naming the purpose");
   }
@@ -293,6 +314,9 @@ DtlsContext::DtlsContext(const Identity& identity, Peers peers, Role role, Purpo
       case SSL_AD_CERTIFICATE_UNKNOWN:
         wire.refusal = told ? Refusal::kNotKnownThere : Refusal::kUnknownPeer;
         return;
+      case SSL_AD_NO_APPLICATION_PROTOCOL:
+        if (told) wire.refusal = wire.context->pairs_ ? Refusal::kNoPairThere : Refusal::kPairsThere;
+        return;
       default:
         wire.refusal = Refusal::kProtocol;
     }
@@ -336,11 +360,18 @@ const Peer* DtlsContext::find(const Fingerprint& fingerprint) const noexcept {
   return found == peers_.end() ? nullptr : &*found;
 }
 
+Refusal DtlsContext::judge(Purpose purpose) const noexcept {
+  if (pairs_ == (purpose == Purpose::kPair)) return Refusal::kNone;
+  if (role_ == Role::kMachine) return pairs_ ? Refusal::kWantsNoPairing : Refusal::kWantsToPair;
+  return pairs_ ? Refusal::kNoPairThere : Refusal::kPairsThere;
+}
+
 Refusal DtlsContext::judge(const X509* certificate, Purpose purpose) const noexcept {
+  if (const Refusal refusal = judge(purpose); refusal != Refusal::kNone) return refusal;
   if (X509_cmp_current_time(X509_get0_notAfter(certificate)) <= 0 ||
       X509_cmp_current_time(X509_get0_notBefore(certificate)) >= 0)
     return Refusal::kExpiredPeer;
-  if (any_peer_) return Refusal::kNone;
+  if (pairs_) return Refusal::kNone;
   const Peer* peer = find(fingerprint_of(certificate));
   if (peer == nullptr) return Refusal::kUnknownPeer;
   if (peer->revoked) return Refusal::kRevokedPeer;

@@ -40,6 +40,10 @@ enum class Refusal : std::uint8_t {
   kNoObservers,    ///< The far end admits none.
   kPortClosed,     ///< Its computer says that no program has this port.
   kPlain,          ///< The far end speaks plain UDP.
+  kPairsThere,     ///< The far end is knuckle pair, this one is not; ...
+  kNoPairThere,    ///< ... the other way round; ...
+  kWantsToPair,    ///< ... the same two, as the machine's side says them of the far end.
+  kWantsNoPairing,
 };
 /// One line: what is wrong and what to do.
 [[nodiscard]] const char* text(Refusal refusal) noexcept;
@@ -54,6 +58,7 @@ enum class Purpose : std::uint8_t {
   kControl,
   kObserve,  ///< Hears the machine's messages, is heard by no loop.
   kTry,      ///< Only to know whether the handshake succeeds (doctor).
+  kPair,     ///< To get to know each other: whoever has a certificate is let in. Meets only an end that pairs, too.
 };
 
 inline constexpr std::size_t kTagSize = 8;
@@ -80,6 +85,7 @@ enum class Inner : std::uint8_t {
   kAsked = 4,      ///< To who has control: fingerprint and name of somebody who asks for it.
   kGrant = 5,      ///< The answer: the fingerprint of who may have it.
   kAlive = 6,      ///< Of an observer, empty.
+  kVerdict = 7,    ///< Of two ends that pair: what each says of the code (app/pairing).
 };
 
 struct Sealed {
@@ -91,9 +97,8 @@ struct Sealed {
 /// What all sessions of an end have in common: its identity, and whom it lets in.
 class DtlsContext {
  public:
-  /// @param purpose of an operator's end. @param any_peer whoever has a certificate is let in: for pairing alone.
-  DtlsContext(const Identity& identity, Peers peers, Role role, Purpose purpose = Purpose::kControl,
-              bool any_peer = false);
+  /// @param purpose of an operator's end; of a machine's, only whether it is kPair matters.
+  DtlsContext(const Identity& identity, Peers peers, Role role, Purpose purpose = Purpose::kControl);
   ~DtlsContext();
   DtlsContext(const DtlsContext&) = delete;
   DtlsContext& operator=(const DtlsContext&) = delete;
@@ -110,8 +115,10 @@ class DtlsContext {
  private:
   friend class DtlsSession;
   struct Impl;
+  /// Whether an end of this purpose is one for this end.
+  [[nodiscard]] Refusal judge(Purpose purpose) const noexcept;
   Role role_;
-  bool any_peer_;
+  bool pairs_;
   Peers peers_;
   std::unique_ptr<Impl> impl_;
 };

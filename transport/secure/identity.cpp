@@ -59,15 +59,18 @@ bool signs_what_it_verifies(EVP_PKEY* key) {
 }
 
 std::string read_private_file(const std::string& file) {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-  if (descriptor < 0)
-    refuse(file, errno == ENOENT ? "is not there: knuckle pair makes this computer's key" : std::strerror(errno));
+  // A pipe without a writer would keep it waiting.
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  if (descriptor < 0 && errno == ENOENT) refuse(file, "is not there: knuckle pair makes this computer's key");
+  if (descriptor < 0 && errno == ELOOP) refuse(file, "is a symbolic link: put the file itself there");
+  if (descriptor < 0) refuse(file, std::strerror(errno));
   struct stat status {};
   std::string text(65536, '\0');
   const bool known = ::fstat(descriptor, &status) == 0;
   const ssize_t got = ::read(descriptor, text.data(), text.size());
   ::close(descriptor);
-  if (!known || got < 0 || !S_ISREG(status.st_mode)) refuse(file, "cannot be read");
+  if (known && !S_ISREG(status.st_mode)) refuse(file, "is not a regular file");
+  if (!known || got < 0) refuse(file, "cannot be read");
   if (status.st_uid != ::geteuid()) refuse(file, "belongs to another user: nobody else may hold the private key");
   if ((status.st_mode & 077U) != 0) {
     char mode[8];
@@ -101,7 +104,7 @@ std::string short_text(const Fingerprint& fingerprint) {
   return base32(fingerprint.bytes.data(), kShortGroups);
 }
 
-Fingerprint fingerprint_of_hex(std::string_view digits, const std::string& what) {
+std::optional<Fingerprint> fingerprint_of_hex(std::string_view digits) {
   Fingerprint result;
   bool ok = digits.size() == 2 * result.bytes.size();
   for (std::size_t i = 0; ok && i < result.bytes.size(); ++i) {
@@ -109,8 +112,7 @@ Fingerprint fingerprint_of_hex(std::string_view digits, const std::string& what)
     const auto [end, error] = std::from_chars(at, at + 2, result.bytes[i], 16);
     ok = error == std::errc() && end == at + 2;
   }
-  if (!ok) throw InputError(what + " = \"" + std::string(digits) + "\": must be 64 hexadecimal digits");
-  return result;
+  return ok ? std::optional(result) : std::nullopt;
 }
 
 Fingerprint fingerprint_of(const X509* certificate) {
@@ -201,17 +203,17 @@ Identity load_identity(const std::string& file) {
   Identity read{Key(PEM_read_bio_PrivateKey(memory().get(), nullptr, no_password, nullptr)),
                 Certificate(PEM_read_bio_X509(memory().get(), nullptr, no_password, nullptr)),
                 {}};
-  if (!read.key || !read.certificate) refuse(file, "has no private key with its certificate (PEM)");
+  const std::string new_one = ": make a new one (knuckle pair --renew --name NAME) and pair again";
+  if (!read.key || !read.certificate) refuse(file, "has no private key with its certificate (PEM)" + new_one);
   char group[32] = {};
   if (EVP_PKEY_get_group_name(read.key.get(), group, sizeof group, nullptr) != 1 ||
       std::strcmp(group, "prime256v1") != 0)
-    refuse(file, "its key is not on the curve P-256");
+    refuse(file, "its key is not on the curve P-256" + new_one);
   if (X509_check_private_key(read.certificate.get(), read.key.get()) != 1)
-    refuse(file, "its certificate is of another key");
-  if (!signs_what_it_verifies(read.key.get()))
-    refuse(file, "its private key is damaged: make a new one (knuckle pair --renew --name NAME) and pair again");
+    refuse(file, "its certificate is of another key" + new_one);
+  if (!signs_what_it_verifies(read.key.get())) refuse(file, "its private key is damaged" + new_one);
   if (X509_self_signed(read.certificate.get(), 1) != 1)
-    refuse(file, "its certificate is not signed by its own key: make both anew (knuckle pair --renew --name NAME)");
+    refuse(file, "its certificate is not signed by its own key" + new_one);
   read.name = common_name(read.certificate.get());
   return read;
 }

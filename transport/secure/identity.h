@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,8 +22,8 @@ struct Fingerprint {
 [[nodiscard]] std::string hex(const Fingerprint& fingerprint);  ///< 64 digits.
 /// For people to compare: the first 80 bits, "QF3K-7HZ2-M4AB-XW6T".
 [[nodiscard]] std::string short_text(const Fingerprint& fingerprint);
-/// @throws InputError, with `what` before it, where it is not 64 hexadecimal digits.
-[[nodiscard]] Fingerprint fingerprint_of_hex(std::string_view digits, const std::string& what);
+/// nullopt where it is not 64 hexadecimal digits.
+[[nodiscard]] std::optional<Fingerprint> fingerprint_of_hex(std::string_view digits);
 [[nodiscard]] Fingerprint fingerprint_of(const X509* certificate);
 /// What both ends of a pairing show: the same where each has the other's certificate and nobody is between them,
 /// in whichever order they are given; 120 bits, because who stands between them may choose two certificates, one for

@@ -239,6 +239,8 @@ void SecureLink::advance(Handshake& handshake, DtlsSession::Progress progress, C
     case Purpose::kTry:
       put(event_of(LinkEvent::Kind::kTried, handshake.address, *handshake.session->peer()));
       return answer(handshake, held_against(handshake, now) != nullptr ? Refusal::kBusy : Refusal::kNone);
+    case Purpose::kPair:
+      return;  // was refused
   }
 }
 

@@ -26,9 +26,10 @@ struct Queue final : DtlsSession::Out {
 
 /// Both ends, and their handshake over a wire that may lose every n-th datagram.
 struct Ends {
-  Ends(Peers machine_knows, Peers operator_knows, const Identity& machine_is, const Identity& operator_is)
-      : machine_context(machine_is, std::move(machine_knows), Role::kMachine),
-        operator_context(operator_is, std::move(operator_knows), Role::kOperator) {}
+  Ends(Peers machine_knows, Peers operator_knows, const Identity& machine_is, const Identity& operator_is,
+       Purpose machine_does = Purpose::kControl, Purpose operator_wants = Purpose::kControl)
+      : machine_context(machine_is, std::move(machine_knows), Role::kMachine, machine_does),
+        operator_context(operator_is, std::move(operator_knows), Role::kOperator, operator_wants) {}
 
   void shake_hands() {
     std::optional<DtlsSession> machine_listening(std::in_place, machine_context);
@@ -276,6 +277,27 @@ TEST(DtlsSession, LetsInWhoIsPairedAndNobodyElse) {
     EXPECT_EQ(ends.machine.refusal(), machine_says) << name << ": " << text(ends.machine.refusal());
     EXPECT_EQ(ends.op.refusal(), operator_says) << name << ": " << text(ends.op.refusal());
   }
+}
+
+/// Also where the two are paired already: who pairs anew is asked for the code, and a machine's program shows none.
+TEST(DtlsSession, OnlyPairMeetsPair) {
+  const Peers knows_machine{peer(machine_identity())}, knows_desk{peer(operator_identity())};
+  for (const Purpose wanted : {Purpose::kControl, Purpose::kObserve, Purpose::kTry}) {
+    Ends to_pair{knows_desk, knows_machine, machine_identity(), operator_identity(), Purpose::kPair, wanted};
+    to_pair.shake_hands();
+    EXPECT_EQ(to_pair.machine_done, DtlsSession::Progress::kFailed);
+    EXPECT_EQ(to_pair.machine.refusal(), Refusal::kWantsNoPairing);
+    EXPECT_EQ(to_pair.op.refusal(), Refusal::kPairsThere);
+  }
+  Ends to_slave{knows_desk, knows_machine, machine_identity(), operator_identity(), Purpose::kControl, Purpose::kPair};
+  to_slave.shake_hands();
+  EXPECT_EQ(to_slave.machine_done, DtlsSession::Progress::kFailed);
+  EXPECT_EQ(to_slave.machine.refusal(), Refusal::kWantsToPair);
+  EXPECT_EQ(to_slave.op.refusal(), Refusal::kNoPairThere);
+  Ends strangers{{}, {}, machine_identity(), operator_identity(), Purpose::kPair, Purpose::kPair};
+  strangers.shake_hands();
+  EXPECT_EQ(strangers.machine_done, DtlsSession::Progress::kDone);
+  EXPECT_EQ(strangers.operator_done, DtlsSession::Progress::kDone);
 }
 
 TEST(DtlsSession, KeepsNothingOfAHelloWithoutItsCookie) {
