@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
@@ -199,14 +200,13 @@ std::string expiry_warning(const std::string& whose, const std::string& utc) {
       utc, *days, where);
 }
 
-std::string clock_warning() {
-  constexpr const char* kWritten = "2026-11-01T00:00:00Z";  // no clock was right before this was written
-  const double days = days_left(kWritten).value_or(0);
-  if (days <= 0) return "";
+std::string clock_warning(std::time_t now) {
+  constexpr std::time_t kWritten = 1'793'491'200;  // 2026-11-01 UTC: no clock was right before this was written
+  if (now >= kWritten) return "";
   return fmt::format(
-      "this computer's clock is {:.0f} days or more behind: set it (timedatectl), then make the key anew "
-      "(knuckle pair --renew), or it expires as much too early",
-      days);
+      "this computer's clock is {:.0f} days or more behind: set it (timedatectl), then make the key anew (knuckle pair "
+      "--renew), or it expires as much too early",
+      std::ceil(std::difftime(kWritten, now) / 86400));
 }
 
 PeersWatch::PeersWatch(KeyFolder folder) : folder_(std::move(folder)), stamp_(stamp()) {}

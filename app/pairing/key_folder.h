@@ -1,6 +1,7 @@
 // The folder with this computer's key and whom it is paired with: key.pem, peers.toml.
 #pragma once
 
+#include <ctime>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -57,7 +58,7 @@ inline constexpr const char* kThisComputers = "this computer's";
 [[nodiscard]] std::string expiry_warning(const std::string& whose, const std::string& utc);
 
 /// Where this computer's clock is before this program was written, so that keys made now expire too early; else empty.
-[[nodiscard]] std::string clock_warning();
+[[nodiscard]] std::string clock_warning(std::time_t now = std::time(nullptr));
 
 /// Notices that the file of peers was changed, for programs that run. For two threads.
 class PeersWatch {

@@ -181,6 +181,7 @@ void PairingExchange::say(Verdict verdict) {
 }
 
 bool PairingExchange::part() {
+  if (gone()) return false;
   const auto was_heard = [this] { return meeting_->heard_there == meeting_->said; };
   for (const auto until = Clock::now() + kParting; !was_heard() && Clock::now() < until;) serve();
   for (const auto until = Clock::now() + kLastWords; Clock::now() < until;) serve();

@@ -45,7 +45,8 @@ class PairingExchange {
   void serve();
   /// Told to the far end from now on, until it has heard it.
   void say(Verdict verdict);
-  /// Serves until the far end has heard what was said, or 3 s have passed. @return whether it has.
+  /// Serves until the far end has heard what was said, or 3 s have passed, or it is gone already. @return whether it
+  /// has.
   bool part();
   [[nodiscard]] Verdict heard() const noexcept;
   /// Nothing was heard for so long.

@@ -233,6 +233,12 @@ TEST(Expiry, IsWarnedOfThirtyDaysAhead) {
   EXPECT_EQ(days_left("tomorrow"), std::nullopt);
 }
 
+TEST(Expiry, AClockThatIsFarBehindIsToldOf) {
+  EXPECT_NE(clock_warning(0).find("this computer's clock is 20758 days or more behind"), std::string::npos)
+      << clock_warning(0);
+  EXPECT_EQ(clock_warning(2'000'000'000), "");
+}
+
 TEST_F(Folder, ARunningProgramNoticesARevocation) {
   (void)folder.make("site arm");
   add(peer("desk 1"));
