@@ -111,10 +111,10 @@ std::optional<UdpSocket::Arrival> UdpSocket::receive(std::span<std::uint8_t> byt
   return arrival;
 }
 
-void UdpSocket::hear_refusals() const noexcept {
-  const int on = 1;
-  (void)::setsockopt(descriptor_, IPPROTO_IP, IP_RECVERR, &on, sizeof on);
-  (void)::setsockopt(descriptor_, IPPROTO_IPV6, IPV6_RECVERR, &on, sizeof on);
+void UdpSocket::hear_refusals(bool on) const noexcept {
+  const int value = on ? 1 : 0;
+  (void)::setsockopt(descriptor_, IPPROTO_IP, IP_RECVERR, &value, sizeof value);
+  (void)::setsockopt(descriptor_, IPPROTO_IPV6, IPV6_RECVERR, &value, sizeof value);
 }
 
 std::optional<SocketAddress> UdpSocket::next_refusal() const noexcept {

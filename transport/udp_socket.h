@@ -34,8 +34,8 @@ class UdpSocket {
   /// @return nullopt where nothing is there, or errno tells what is wrong.
   std::optional<Arrival> receive(std::span<std::uint8_t> bytes, SocketAddress& from) const noexcept;
 
-  /// From now on next_refusal() has the ports where nobody listens; a send() or receive() after one may fail once.
-  void hear_refusals() const noexcept;
+  /// While on, next_refusal() has the ports where nobody listens, and a send() or receive() after one may fail once.
+  void hear_refusals(bool on) const noexcept;
   /// Where a datagram was sent to, and the computer there answered (ICMP) that no program has the port. Anybody can
   /// forge that: for a message, not for a decision. Any thread.
   [[nodiscard]] std::optional<SocketAddress> next_refusal() const noexcept;

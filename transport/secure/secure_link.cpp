@@ -3,6 +3,7 @@
 #include <netinet/in.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <iterator>
 
@@ -114,10 +115,6 @@ SecureLink::SecureLink(SocketPair sockets, const Identity& identity, Peers peers
       timing_(timing),
       access_(std::move(access)) {
   sockets_.marked.hear_only_beginning_with({});
-  if (role_ == Role::kOperator) {
-    sockets_.marked.hear_refusals();  // the kernel tells either of the two
-    sockets_.unmarked.hear_refusals();
-  }
   thread_ = std::thread([this] { run(); });
 }
 
@@ -210,7 +207,9 @@ bool SecureLink::send(std::span<const std::uint8_t> bytes) noexcept {
   if (!talks_ || (role_ == Role::kMachine && silent())) return false;
   Sealed sealed;
   if (!current_->session->seal(Inner::kMessage, bytes, sealed)) return false;
-  return sockets_.marked.send(sealed.view(), current_->address) == 0;
+  // The first may only have told of an error that was noted before.
+  return sockets_.marked.send(sealed.view(), current_->address) == 0 ||
+         sockets_.marked.send(sealed.view(), current_->address) == 0;
 }
 
 void SecureLink::send_inner(Inner kind, std::span<const std::uint8_t> bytes, const SocketAddress& to) noexcept {
@@ -228,8 +227,9 @@ bool SecureLink::receive(Datagram& datagram) noexcept {
     SocketAddress from;
     const auto arrival = sockets_.marked.receive(bytes, from);
     if (!arrival) {
-      emptied_ = true;
-      return false;
+      emptied_ = errno == EAGAIN || errno == EWOULDBLOCK;
+      if (emptied_) return false;
+      continue;  // an error that was noted for this socket: anybody can send an ICMP message
     }
     if (arrival->size <= kTagSize || arrival->size > bytes.size()) continue;
     const std::span received = std::span<const std::uint8_t>(bytes).first(arrival->size);

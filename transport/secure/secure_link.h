@@ -206,7 +206,9 @@ class SecureLink final : public Link {
   void fail(const Handshake& handshake, Refusal refusal);
   void check_admitted();
   void cut_off_holder(Refusal refusal);
-  [[nodiscard]] bool make_room(const SocketAddress& from);
+  [[nodiscard]] std::optional<std::vector<Handshake>::iterator> who_yields(const SocketAddress& from,
+                                                                           Clock::time_point now);
+  void hear_refusals_of_attempts(bool on);
   void free_retired();
   void put(const LinkEvent& event) noexcept { handshake_events_.push(event); }
   [[nodiscard]] PeerName name_of(const Fingerprint& peer) const noexcept;

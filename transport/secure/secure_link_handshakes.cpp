@@ -3,6 +3,7 @@
 #include <poll.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 
 #include "transport/plain_or_encrypted.h"
@@ -14,13 +15,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// At a time; of ends that have shown that their address is theirs. Beyond them the oldest that has shown no certificate
-// makes room, so that nobody keeps others out by handshakes that do not go on.
+// At a time; of ends that have shown that their address is theirs. Beyond them the oldest that does not go on makes
+// room, so that nobody keeps others out by handshakes that stall.
 constexpr std::size_t kMostHandshakes = 16, kMostOfOneHost = 4;
 constexpr int kHellosPer100ms = 1000;  // more are dropped unread: nobody honest sends as many
 constexpr auto kPollTime = 20ms, kPollTimeWithObservers = 5ms;
-constexpr auto kTryAgain = 1000ms;    // after a refusal
-constexpr auto kNextAddress = 250ms;  // of a name that has several (RFC 8305, 5)
+constexpr auto kTryAgain = 1000ms;                                   // after a refusal
+constexpr auto kNextAddress = 250ms;                                 // of a name that has several (RFC 8305, 5)
+constexpr auto kTimeForCertificate = 250ms, kTimeForProof = 1000ms;  // of a handshake, where others want its place
 constexpr auto kLookAtPeers = 1000ms;
 constexpr auto kNewCookies = 60s;
 constexpr int kRepeats = 4;  // of what nobody confirms
@@ -127,7 +129,8 @@ void SecureLink::read_handshakes(Clock::time_point now) {
   for (int i = 0; i < 2 * kHellosPer100ms; ++i) {
     SocketAddress from;
     const auto arrival = sockets_.unmarked.receive(bytes, from);
-    if (!arrival) return;
+    if (!arrival && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
+    if (!arrival) continue;
     if (arrival->size == 0 || arrival->size > bytes.size()) continue;
     hear(std::span<const std::uint8_t>(bytes).first(arrival->size), from, now);
   }
@@ -153,26 +156,28 @@ void SecureLink::hear_stranger(std::span<const std::uint8_t> bytes, const Socket
   --hellos_left_;
   if (!listening_) listening_ = std::make_unique<DtlsSession>(context_);
   HandshakeOut out(sockets_.unmarked, from);
-  if (!listening_->hear_hello(bytes, from, out)) return;
-  if (!make_room(from)) {
-    listening_.reset();
-    return;
-  }
+  const auto yields = who_yields(from, now);
+  if (!yields || !listening_->hear_hello(bytes, from, out)) return;
+  if (*yields != handshakes_.end()) handshakes_.erase(*yields);
   Handshake& begun = handshakes_.emplace_back(Handshake{std::move(listening_), from, now});
   advance(begun, begun.session->start(out), now);
 }
 
-bool SecureLink::make_room(const SocketAddress& from) {
+/// @return the handshake that makes room for one from there; the end where there is room. nullopt: each has had too
+/// little time yet.
+std::optional<std::vector<SecureLink::Handshake>::iterator> SecureLink::who_yields(const SocketAddress& from,
+                                                                                   Clock::time_point now) {
   const auto of_host = [&](const Handshake& one) { return host_of(one.address) == host_of(from); };
   const auto of_this_host = std::count_if(handshakes_.begin(), handshakes_.end(), of_host);
   const bool host_full = static_cast<std::size_t>(of_this_host) >= kMostOfOneHost;
-  if (!host_full && handshakes_.size() < kMostHandshakes) return true;
+  if (!host_full && handshakes_.size() < kMostHandshakes) return handshakes_.end();
   const auto oldest = std::find_if(handshakes_.begin(), handshakes_.end(), [&](const Handshake& one) {
-    return !one.done && !one.session->peer() && (!host_full || of_host(one));
+    // A certificate alone proves nothing: it travels in clear.
+    const auto time_for_it = one.session && one.session->peer() ? kTimeForProof : kTimeForCertificate;
+    return !one.done && now - one.since >= time_for_it && (!host_full || of_host(one));
   });
-  if (oldest == handshakes_.end()) return false;
-  handshakes_.erase(oldest);
-  return true;
+  if (oldest == handshakes_.end()) return std::nullopt;
+  return oldest;
 }
 
 /// The far end of the offered session may not have heard our last words: then it says its own again.
@@ -197,6 +202,12 @@ void SecureLink::hear_plain(const SocketAddress& from, Clock::time_point now) {
   LinkEvent event = event_of(LinkEvent::Kind::kRefused, from, {});
   event.refusal = Refusal::kPlain;
   put(event);
+}
+
+/// Not during a session: each would fail a call of the loop, and anybody can send them. The kernel tells either socket.
+void SecureLink::hear_refusals_of_attempts(bool on) {
+  sockets_.marked.hear_refusals(on);
+  sockets_.unmarked.hear_refusals(on);
 }
 
 void SecureLink::hear_refusals() {
@@ -276,7 +287,10 @@ void SecureLink::offer(Handshake& handshake, Clock::time_point now) {
   free_retired();
   const Fingerprint peer = *handshake.session->peer();
   const Tag tag = handshake.session->receive_tag();
-  const bool renews = holder_ && holder_->peer == peer && holder_->address == handshake.address;
+  // One that the loop has not taken may itself have come after somebody else's.
+  const std::unique_ptr<Offer> untaken(offered_.exchange(nullptr, std::memory_order_acq_rel));
+  const bool renews =
+      holder_ && holder_->peer == peer && holder_->address == handshake.address && (!untaken || untaken->renews);
   holder_ = Holder{peer, handshake.session->peer_certificate(), handshake.address};
   granted_to_.reset();
   made_at_ = now;
@@ -289,6 +303,7 @@ void SecureLink::offer(Handshake& handshake, Clock::time_point now) {
   offered_tag_.store(number_of(tag), std::memory_order_relaxed);
   delete offered_.exchange(offer.release(), std::memory_order_acq_rel);
   if (role_ == Role::kOperator) {
+    hear_refusals_of_attempts(false);
     to_try_.clear();  // other addresses of the same far end
     for (Handshake& other : handshakes_) other.done = true;
   }
@@ -364,6 +379,7 @@ void SecureLink::start_where_needed(Clock::time_point now) {
     const bool fresh = now - made_at_ < timing_.silence;
     if (!holder_ || (silent() && !fresh)) {
       to_try_.assign(targets_.rbegin(), targets_.rend());
+      hear_refusals_of_attempts(true);
     } else if (now - made_at_ >= timing_.renew_keys) {
       to_try_ = {holder_->address};
     }
