@@ -46,11 +46,11 @@ void MasterLoop::step(Time now) noexcept {
   send_now_ = !send_now_;
   const bool urgent = count_urgent(device);
   if (send_now_ || urgent) send(device, now);
-  if (let_go_ && !has_let_go()) ++steps_since_let_go_;
+  if (settings_.let_go && !has_let_go()) ++steps_since_let_go_;
 }
 
 void MasterLoop::let_go() noexcept {
-  let_go_ = true;
+  settings_.let_go = true;
   driver_.let_go();
 }
 
@@ -161,7 +161,7 @@ void MasterLoop::render(const DeviceReading& device, Time now) noexcept {
   const FeltInputs in = felt_inputs(now);
   law_force_N_ = energy_.gain() * felt_.step(in, kStep_s);
   shown_N_ = energy_.gain() * felt_.shown_N();
-  if (!device.ok || let_go_) {  // the firmware takes the torque away by itself, without a kick
+  if (!device.ok || settings_.let_go) {  // the firmware takes the torque away by itself, without a kick
     torque_Nm_.setZero();
     shown_N_.setZero();
     limiter_.reset();
@@ -178,7 +178,7 @@ void MasterLoop::render(const DeviceReading& device, Time now) noexcept {
 
 /// @return whether Stop was pressed since the last step, or enable released, or whoever pressed it ceased to lead.
 bool MasterLoop::count_urgent(const DeviceReading& device) noexcept {
-  const bool leads = !nobody_ && !let_go_ && same_machine();
+  const bool leads = !settings_.nobody && !settings_.let_go && same_machine();
   const bool stopped = stop() && !stopping_;
   const bool released = (enabled_ && !device.enable) || (leads_ && !leads);
   leads_ = leads;
@@ -204,7 +204,7 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
   message.position_rad = set_point_.position_rad();
   message.velocity_radps = set_point_.velocity_radps();
   message.shown_N = shown_N_ / force_scale_;
-  message.assist = assist_;
+  message.assist = settings_.assist;
   message.energy_in_J = energy_.in_J();
   if (const WaveLaw* waves = felt_.waves()) {
     message.wave_Ns_per_m = waves->impedance_Ns_per_m();
@@ -218,7 +218,8 @@ bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept 
       std::isfinite(position_scale) && position_scale > 0 && std::isfinite(force_scale) && force_scale > 0;
   // The machine's report is older by the way back: enable is the first to show it.
   if (!usable || driver_.reading().enable || (slave_ && led(slave_->mode))) return false;
-  force_scale_ = force_scale;
+  settings_.position_scale = position_scale;
+  settings_.force_scale = force_scale_ = force_scale;
   set_point_.set_scale(position_scale / feel_.position_scale);
   felt_.set_spring(feel_.spring_N_per_m * (position_scale / feel_.position_scale) * (force_scale / feel_.force_scale));
   return true;

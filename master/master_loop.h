@@ -38,6 +38,13 @@ struct SlaveMessageTap {
   void* context = nullptr;
 };
 
+/// What was set from outside; part of what a step is a function of.
+struct MasterSettings {
+  bool stop = false, nobody = false, let_go = false;
+  AssistSettings assist;
+  double position_scale = 0, force_scale = 0;  ///< As taken by set_scales(); 0: as the device's file says.
+};
+
 class MasterLoop {
  public:
   /// @param device, @param machine as their files say; of the machine only its name, joint ranges and soft margins are
@@ -54,11 +61,11 @@ class MasterLoop {
   bool set_scales(double position_scale, double force_scale) noexcept;
 
   /// Sent with every set-point from now on.
-  void set_assist(const AssistSettings& assist) noexcept { assist_ = assist; }
+  void set_assist(const AssistSettings& assist) noexcept { settings_.assist = assist; }
   /// Likewise: a stop besides the device's own button, which needs no device to act.
-  void set_stop(bool pressed) noexcept { stop_ = pressed; }
+  void set_stop(bool pressed) noexcept { settings_.stop = pressed; }
   /// While on, messages report the device as not held, whatever it reports itself.
-  void set_nobody(bool on) noexcept { nobody_ = on; }
+  void set_nobody(bool on) noexcept { settings_.nobody = on; }
   /// For the end: from the next step on the device's torque is off for good, and messages report it as not held.
   void let_go() noexcept;
   /// So many steps ago (0.1 s) that some of the messages that say so have arrived.
@@ -79,10 +86,11 @@ class MasterLoop {
   [[nodiscard]] PlanarVector sent_force_N() const noexcept { return tip_force_of(posture_.jacobian, torque_Nm_); }
   [[nodiscard]] double round_trip_s() const noexcept { return round_trip_s_; }
   [[nodiscard]] double silence_s() const noexcept { return silence_s_; }
-  [[nodiscard]] bool stop() const noexcept { return stop_ || driver_.reading().stop; }
+  [[nodiscard]] bool stop() const noexcept { return settings_.stop || driver_.reading().stop; }
   [[nodiscard]] double position_scale() const noexcept { return feel_.position_scale * set_point_.scale(); }
   [[nodiscard]] double force_scale() const noexcept { return force_scale_; }
-  [[nodiscard]] const AssistSettings& assist() const noexcept { return assist_; }
+  [[nodiscard]] const AssistSettings& assist() const noexcept { return settings_.assist; }
+  [[nodiscard]] const MasterSettings& settings() const noexcept { return settings_; }
   /// Newest message from the machine, its echo by this side's clock; nothing before the first.
   [[nodiscard]] const std::optional<SlaveMessage>& machine() const noexcept { return slave_; }
   /// Likewise what the machine's side reports of itself, and when it came; kNever before the first.
@@ -119,8 +127,7 @@ class MasterLoop {
   EnergyPort energy_;
 
   double force_scale_;
-  AssistSettings assist_;
-  bool stop_ = false, nobody_ = false, let_go_ = false;
+  MasterSettings settings_;
   int steps_since_let_go_ = 0;
   SlaveMessageTap tap_;
   LinkInbox inbox_;

@@ -11,6 +11,7 @@
 #include "app/session/session_books.h"
 #include "app/session/session_sides.h"
 #include "machine/kinematics.h"
+#include "recording/taped_loops.h"
 #include "slave/bus_map.h"
 
 namespace knuckle::session {
@@ -61,6 +62,9 @@ struct Session::Impl {
   HandSide hand;
   ImpairedLink network;
   FaultInjection faults;
+  recording::LoopTape tape;  // the master's
+  recording::TapedHid taped_device;
+  recording::TapedLink taped_link;
   master::MasterLoop master;
   MachineSide far;
 };
@@ -76,8 +80,10 @@ Session::Impl::Impl(const SessionSetup& s)
       hand(s.device_truth(), s.limb, s.seed, s.scenario.hand_rad),
       network(s.to_machine, s.to_operator, s.seed),
       faults(s.scenario.faults, network, s.machine.bus),
-      master(s.device, s.machine, hand.cable.host(), faults.operator_end(), start_from(s.seed, LinkEnd::kOperator),
-             s.law, master::FarEnd::kIsThisMachine),
+      taped_device(hand.cable.host(), tape),
+      taped_link(faults.operator_end(), tape),
+      master(s.device, s.machine, taped_device, taped_link, start_from(s.seed, LinkEnd::kOperator), s.law,
+             master::FarEnd::kIsThisMachine),
       far(s.machine, s.truth, s.scenario, s.seed, faults.machine_end()) {
   master.set_assist(s.scenario.assist);
   far.simulated.bus().set_tap(
@@ -91,12 +97,15 @@ void Session::Impl::step() noexcept {
   const sim::OperatorIntent intent = person.step(now, person_view(shown, hand.device.truth(), machine_book.breaks));
   faults.step(now, person.phase(), person.in_phase(now), far, hand);
   hand.step(now, intent);
-  master.step(now + faults.operator_clock());
+  const Time operator_now = now + faults.operator_clock();
+  master.step(operator_now);
+  recording::end_step(tape, operator_now, master);
   note_slew();
   master_book.note(now, master);
   far.step(now, [&] {
     if (faults.slave_runs()) {
       far.slave.step(now);
+      recording::end_step(far.tape, now, far.slave);
       slave_book.note(now, far.slave);
     }
     sample(intent);
@@ -192,6 +201,10 @@ SessionRecord start_record(const SessionSetup& setup) {
 
 Session::Session(const SessionSetup& setup) : impl_(std::make_unique<Impl>(setup)) {}
 Session::~Session() = default;
+void Session::record_to(recording::Recorder& recorder) {
+  impl_->tape.record_to(recorder.operator_steps());
+  impl_->far.tape.record_to(recorder.machine_steps());
+}
 void Session::step() noexcept {
   impl_->step();
 }

@@ -15,6 +15,7 @@
 #include "machine/description.h"
 #include "machine/device_description.h"
 #include "master/master_loop.h"
+#include "recording/recorder.h"
 #include "sim/device_truth.h"
 #include "sim/operator.h"
 #include "sim/operator_limb.h"
@@ -64,6 +65,10 @@ class Session {
   /// @throws InputError where the setup does not fit together. Allocates all that steps need.
   explicit Session(const SessionSetup& setup);
   ~Session();
+
+  /// Before the first step: all that its loops read, do and know goes there. @param recorder outlives this; whoever
+  /// steps the session drains it.
+  void record_to(recording::Recorder& recorder);
 
   /// One millisecond. Allocates nothing.
   void step() noexcept;

@@ -9,6 +9,7 @@
 #include "core/time.h"
 #include "machine/description.h"
 #include "machine/device_description.h"
+#include "recording/taped_wires.h"
 #include "sim/haptic_device.h"
 #include "sim/machine_on_bus.h"
 #include "sim/operator_limb.h"
@@ -55,6 +56,9 @@ struct MachineSide {
   Duration slave_period;
   sim::MachineOnBus simulated;
   WatchedCan can;  ///< The slave's end of the bus.
+  recording::LoopTape tape;
+  recording::TapedCan taped_can{can, tape};
+  recording::TapedLink taped_link;
   slave::SlaveLoop slave;
 };
 

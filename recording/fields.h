@@ -1,0 +1,155 @@
+// Plain structs as recorded messages. Such a struct lists its members once, in a static function
+//
+//   template <typename Self, typename Visit>
+//   static void fields(Self& self, Visit&& visit) { visit("joint_rad", self.joint_rad); ... }
+//
+// and from that list come its schema (ROS 2's), its bytes (CDR) and its columns in tables. A name ends in the unit of
+// its value. What may be a member: numbers, bool, enums, Time, fixed vectors of doubles, Reason, and structs like these.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <set>
+#include <span>
+#include <string>
+#include <type_traits>
+
+#include "core/joints.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "recording/cdr.h"
+
+namespace knuckle::recording {
+
+/// Members of a struct that does not list them itself.
+template <typename Self, typename Visit>
+  requires std::is_same_v<std::remove_const_t<Self>, Reason>
+void visit_fields(Self& self, Visit&& visit) {
+  visit("code", self.code);
+  visit("subject", self.subject);
+  visit("value", self.value);
+  visit("limit", self.limit);
+}
+template <typename Self, typename Visit>
+  requires requires(Self& self, Visit& visit) { std::remove_const_t<Self>::fields(self, visit); }
+void visit_fields(Self& self, Visit&& visit) {
+  std::remove_const_t<Self>::fields(self, visit);
+}
+
+template <typename T>
+concept ScalarField = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::is_same_v<T, Time>;
+template <typename T>
+concept VectorField = requires(const T& v) {
+  { *v.data() } -> std::convertible_to<double>;
+  v.size();
+};
+
+/// A scalar as it is recorded: bool as a byte, an enum as its number, a time in nanoseconds.
+template <ScalarField T>
+[[nodiscard]] auto number_of(T value) noexcept {
+  if constexpr (std::is_same_v<T, bool>) {
+    return static_cast<std::uint8_t>(value);
+  } else if constexpr (std::is_enum_v<T>) {
+    return static_cast<std::underlying_type_t<T>>(value);
+  } else if constexpr (std::is_same_v<T, Time>) {
+    return static_cast<std::int64_t>(value.time_since_epoch().count());
+  } else {
+    return value;
+  }
+}
+template <ScalarField T, typename Number>
+[[nodiscard]] T scalar_of(Number number) noexcept {
+  if constexpr (std::is_same_v<T, Time>) {
+    return Time(Duration(number));
+  } else {
+    return static_cast<T>(number);
+  }
+}
+
+/// Appends a value to a message. Allocates nothing.
+template <typename T>
+void put(CdrWriter& out, const T& value) noexcept {
+  if constexpr (ScalarField<T>) {
+    out.put(number_of(value));
+  } else if constexpr (VectorField<T>) {
+    for (const double element : std::span(value.data(), static_cast<std::size_t>(value.size()))) out.put(element);
+  } else {
+    visit_fields(value, [&out](const char*, const auto& member) { put(out, member); });
+  }
+}
+template <typename T>
+void get(CdrReader& in, T& value) noexcept {
+  if constexpr (ScalarField<T>) {
+    value = scalar_of<T>(in.get<decltype(number_of(value))>());
+  } else if constexpr (VectorField<T>) {
+    for (double& element : std::span(value.data(), static_cast<std::size_t>(value.size()))) in.get(element);
+  } else {
+    visit_fields(value, [&in](const char*, auto& member) { get(in, member); });
+  }
+}
+
+/// Calls take(name, number) for every number in a value; those of vectors and nested structs have names such as
+/// "joint_rad[0]" and "fault.code".
+template <typename T, typename Take>
+void for_each_number(const std::string& name, const T& value, const Take& take) {
+  if constexpr (ScalarField<T>) {
+    take(name, number_of(value));
+  } else if constexpr (VectorField<T>) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(value.size()); ++i)
+      take(name + "[" + std::to_string(i) + "]", value.data()[i]);
+  } else {
+    visit_fields(value, [&](const char* member, const auto& inner) {
+      for_each_number(name.empty() ? member : name + "." + member, inner, take);
+    });
+  }
+}
+
+namespace detail {
+
+template <typename Number>
+[[nodiscard]] constexpr const char* ros_type() noexcept {
+  if constexpr (std::is_same_v<Number, double>) return "float64";
+  if constexpr (std::is_same_v<Number, float>) return "float32";
+  if constexpr (std::is_same_v<Number, std::int64_t>) return "int64";
+  if constexpr (std::is_same_v<Number, std::uint64_t>) return "uint64";
+  if constexpr (std::is_same_v<Number, std::uint32_t>) return "uint32";
+  if constexpr (std::is_same_v<Number, std::int32_t>) return "int32";
+  if constexpr (std::is_same_v<Number, std::uint16_t>) return "uint16";
+  if constexpr (std::is_same_v<Number, std::uint8_t>) return "uint8";
+}
+
+template <typename T>
+[[nodiscard]] constexpr const char* struct_name() noexcept {
+  if constexpr (std::is_same_v<T, Reason>) {
+    return "Reason";
+  } else {
+    return T::kSchemaName;
+  }
+}
+
+}  // namespace detail
+
+/// ROS 2's definition of a struct's message: its fields, and behind them those of the structs within.
+/// @param seen structs within that were defined already.
+template <typename T>
+[[nodiscard]] std::string schema_text(std::set<std::string> seen = {}) {
+  std::string own, inner;
+  visit_fields(T{}, [&](const char* name, const auto& member) {
+    using Member = std::remove_cvref_t<decltype(member)>;
+    if constexpr (ScalarField<Member>) {
+      const bool flag = std::is_same_v<Member, bool>;
+      own += std::string(flag ? "bool" : detail::ros_type<decltype(number_of(member))>()) + " " + name + "\n";
+    } else if constexpr (VectorField<Member>) {
+      own += "float64[" + std::to_string(member.size()) + "] " + name + "\n";
+    } else {
+      const std::string type = std::string("knuckle_msgs/") + detail::struct_name<Member>();
+      own += type + " " + name + "\n";
+      if (seen.insert(type).second)
+        inner += std::string(80, '=') + "\nMSG: " + type + "\n" + schema_text<Member>(seen);
+    }
+  });
+  return own + inner;
+}
+
+}  // namespace knuckle::recording

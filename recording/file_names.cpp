@@ -1,0 +1,109 @@
+#include "recording/file_names.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+
+namespace knuckle::recording {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr const char* kSuffix = ".mcap";
+constexpr const char* kPart = "_part";
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+std::string stamp(std::int64_t unix_ns) {
+  return fmt::format("{:%Y-%m-%dT%H-%M-%S}", fmt::gmtime(static_cast<std::time_t>(unix_ns / kSecond_ns)));
+}
+
+/// The program without its arguments: "slave" of "knuckle slave --can can0".
+std::string side(const Head& head) {
+  const std::size_t begin = head.program.find(' ');
+  if (begin == std::string::npos) return head.program;
+  return head.program.substr(begin + 1, head.program.find(' ', begin + 1) - begin - 1);
+}
+
+/// Ours begin with a date, or with the seconds of virtual time.
+bool ours(const std::string& name) {
+  return name.size() > 5 && name.ends_with(kSuffix) && name[0] >= '0' && name[0] <= '9' &&
+         name.find('_') != std::string::npos;
+}
+
+}  // namespace
+
+std::string default_folder() {
+  const auto variable = [](const char* name) {
+    const char* value = std::getenv(name);
+    return std::string(value == nullptr ? "" : value);
+  };
+  if (std::string folder = variable("KNUCKLE_RECORDINGS"); !folder.empty()) return folder;
+  if (const std::string state = variable("XDG_STATE_HOME"); !state.empty()) return state + "/knuckle/recordings";
+  const std::string home = variable("HOME");
+  return (home.empty() ? "." : home) + "/.local/state/knuckle/recordings";
+}
+
+std::string part_name(const Head& head, int part) {
+  return stamp(head.started_unix_ns) + "Z_" + side(head) + kPart + std::to_string(part) + kSuffix;
+}
+
+std::string flight_name(const Head& head, Time at, const std::string& why) {
+  const std::int64_t ms = (head.started_unix_ns + at.time_since_epoch().count()) / 1'000'000;
+  const std::string when = head.virtual_time
+                               ? fmt::format("{:.3f}s", to_seconds(at))
+                               : fmt::format("{}.{:03}Z", stamp(ms * 1'000'000), ms % 1000);
+  return when + "_" + side(head) + "_" + why + kSuffix;
+}
+
+bool make_folder(const std::string& folder) noexcept {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (fs::is_directory(folder, error)) return true;
+  errno = error ? error.value() : ENOTDIR;
+  return false;
+}
+
+std::vector<FileOfFolder> files_in(const std::string& folder) {
+  std::vector<FileOfFolder> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    std::error_code ignored;
+    const std::string name = entry->path().filename().string();
+    if (!ours(name) || !entry->is_regular_file(ignored)) continue;
+    files.push_back({entry->path().string(), entry->file_size(ignored), name.find(kPart) == std::string::npos});
+  }
+  const auto age = [](const FileOfFolder& file) {
+    std::error_code ignored;
+    return fs::last_write_time(file.path, ignored);
+  };
+  std::stable_sort(files.begin(), files.end(), [&](const auto& a, const auto& b) { return age(a) < age(b); });
+  return files;
+}
+
+std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes, const std::string& keep) {
+  std::vector<FileOfFolder> files = files_in(folder);
+  std::uint64_t total = 0;
+  for (const FileOfFolder& file : files) total += file.bytes;
+  std::stable_partition(files.begin(), files.end(), [](const FileOfFolder& file) { return !file.flight; });
+  std::vector<std::string> deleted;
+  for (const FileOfFolder& file : files) {
+    if (total <= most_bytes) break;
+    std::error_code error;
+    if (file.path == keep || !fs::remove(file.path, error)) continue;
+    total -= file.bytes;
+    deleted.push_back(file.path);
+  }
+  return deleted;
+}
+
+std::optional<std::uint64_t> free_bytes(const std::string& path) noexcept {
+  std::error_code error;
+  const fs::space_info space = fs::space(fs::path(path), error);
+  if (error) return std::nullopt;
+  return space.available;
+}
+
+}  // namespace knuckle::recording

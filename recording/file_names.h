@@ -1,0 +1,40 @@
+// Where recordings lie and how their files are named; what else is in the folder is left alone.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/time.h"
+#include "recording/head.h"
+
+namespace knuckle::recording {
+
+/// $KNUCKLE_RECORDINGS, else knuckle/recordings in $XDG_STATE_HOME or ~/.local/state.
+[[nodiscard]] std::string default_folder();
+
+/// "2026-11-25T13-05-40Z_slave_part1.mcap"; the time is that of session time 0.
+[[nodiscard]] std::string part_name(const Head& head, int part);
+/// "2026-11-25T13-07-12.250Z_slave_fault_link_lost.mcap"; the time is that of the event. On virtual time:
+/// "12.250s_simulate_fault_link_lost.mcap".
+[[nodiscard]] std::string flight_name(const Head& head, Time at, const std::string& why);
+
+/// With everything above it; true where it is there afterwards. Else errno says why.
+[[nodiscard]] bool make_folder(const std::string& folder) noexcept;
+
+struct FileOfFolder {
+  std::string path;
+  std::uint64_t bytes = 0;
+  bool flight = false;
+};
+/// Files of recordings in it, the oldest first; none where there is no folder.
+[[nodiscard]] std::vector<FileOfFolder> files_in(const std::string& folder);
+/// Deletes the oldest until no more than this is left, parts before flight records; never `keep`.
+/// @return what was deleted.
+std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes, const std::string& keep);
+
+/// Left on the disk of a folder or file; nullopt: not known.
+[[nodiscard]] std::optional<std::uint64_t> free_bytes(const std::string& path) noexcept;
+
+}  // namespace knuckle::recording

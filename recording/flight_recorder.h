@@ -1,0 +1,47 @@
+// The last half minute, always at hand: when something stops the machine, it is written into a file of its own, and with
+// it what comes in the next seconds.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <string>
+
+#include "core/time.h"
+#include "recording/head.h"
+#include "recording/mcap/chunk.h"
+#include "recording/mcap/file_writer.h"
+
+namespace knuckle::recording {
+
+class FlightRecorder {
+ public:
+  static constexpr Duration kBefore = 30s, kAfter = 5s;
+
+  /// @param folder where files go; empty: none is written, nor anything kept.
+  FlightRecorder(std::string folder, Head head);
+
+  /// Chunks as they are finished; takes it. @return one that is no longer needed, to be used again.
+  [[nodiscard]] mcap::Chunk take(mcap::Chunk chunk);
+  /// Something stopped the machine. One that comes while a file is open belongs to it. @param name of the file.
+  void trigger(Time at, const std::string& why);
+  /// The session ends: an open file is finished.
+  void close();
+
+  /// What became of a file: written, or refused by the disk. Called by take() and close().
+  std::function<void(Time at, const std::string& file, const std::string& problem)> on_file;
+
+ private:
+  void begin();
+  void end();
+
+  std::string folder_;
+  Head head_;
+  std::deque<mcap::Chunk> kept_;
+  mcap::FileWriter file_;
+  std::string path_, why_;
+  Time triggered_at_ = kNever;
+  bool open_ = false, failed_ = false;
+};
+
+}  // namespace knuckle::recording

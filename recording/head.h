@@ -1,0 +1,42 @@
+// What stands at the beginning of every recording: which loops it has, what they were made of, and what its times mean.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/time.h"
+#include "machine/control_law.h"
+#include "recording/mcap/contents.h"
+#include "transport/link_start.h"
+
+namespace knuckle::recording {
+
+inline constexpr const char* kHeadName = "knuckle";  ///< Of the metadata record that holds it.
+// Attachments: the text of the files as they were read.
+inline constexpr const char* kMachineFile = "machine.toml";
+inline constexpr const char* kDeviceFile = "device.toml";
+inline constexpr const char* kScenarioFile = "scenario.toml";
+
+struct Head {
+  std::string program;               ///< "knuckle slave", with its arguments.
+  std::string version;               ///< Of Knuckle.
+  std::int64_t started_unix_ns = 0;  ///< Session time 0; 0 on virtual time, where it means nothing.
+  bool virtual_time = false;
+  bool simulated = false;            ///< The machine is a simulation.
+  bool has_operator = false, has_machine = false;  ///< Whose loop is recorded.
+  LinkStart operator_start, machine_start;         ///< Of the loops recorded.
+  ControlLaw law = ControlLaw::kEchoSpring;        ///< The operator's.
+  bool far_end_is_this_machine = false;            ///< The operator's loop does not ask which machine it leads.
+  /// Where the recording begins in the life of its loops: 1 is the first part. Flight records have 0: they begin in the
+  /// middle.
+  int part = 1;
+  std::string machine_file, device_file, scenario_file;  ///< Text; empty: there is none.
+};
+
+[[nodiscard]] mcap::Metadata metadata_of(const Head& head);
+[[nodiscard]] std::vector<mcap::Attachment> attachments_of(const Head& head);
+/// What metadata_of() made. @throws InputError with `source` where a value is missing or none of Knuckle's.
+[[nodiscard]] Head head_of(const mcap::Metadata& metadata, const std::string& source);
+
+}  // namespace knuckle::recording

@@ -1,0 +1,225 @@
+#include "recording/recorder.h"
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+#include "core/error.h"
+#include "recording/fields.h"
+#include "recording/file_names.h"
+
+namespace knuckle::recording {
+namespace {
+
+constexpr Duration kDrainPeriod = 20ms;
+constexpr std::size_t kChunkBytes = std::size_t{4} << 20;
+constexpr int kMostTwins = 99;  // parts that other programs began in the same second
+
+Time time_at(std::int64_t ns) {
+  return Time(Duration(ns));
+}
+
+}  // namespace
+
+Recorder::Recorder(RecorderOptions options, Head head, const MachineDescription& machine)
+    : options_(std::move(options)), head_(std::move(head)), scene_(machine), flights_(options_.folder, head_) {
+  for (auto& ring : rings_) ring = std::make_unique<ByteRing>(LoopTape::kRingBytes);
+  flights_.on_file = [this](Time at, const std::string& file, const std::string& problem) {
+    if (!problem.empty()) return say(at, Severity::kError, "flight record " + file + " could not be written: " + problem);
+    {
+      const std::scoped_lock lock(mutex_);
+      status_.flights.push_back(file);
+    }
+    say(at, Severity::kInfo, "flight record: " + file);
+  };
+  if (!options_.keep) return;
+  if (!open_part(0)) {
+    const std::string where = options_.file.empty() ? options_.folder : options_.file;
+    throw InputError(where + ": cannot be recorded to: " + std::strerror(errno));
+  }
+}
+
+Recorder::~Recorder() {
+  close();
+}
+
+void Recorder::event(Event event) {
+  const std::scoped_lock lock(mutex_);
+  events_.push_back(std::move(event));
+}
+
+void Recorder::say(Time at, Severity severity, const std::string& text) {
+  event({at, severity, "recorder", text});
+}
+
+RecorderStatus Recorder::status() const {
+  const std::scoped_lock lock(mutex_);
+  return status_;
+}
+
+void Recorder::drain() {
+  for (std::size_t side = 0; side < kSides; ++side) take_steps(side);
+  take_events();
+  const std::scoped_lock lock(mutex_);
+  status_.recording = recording_;
+  status_.bytes = bytes_before_ + file_.bytes();
+  status_.steps_lost = rings_[0]->dropped() + rings_[1]->dropped();
+}
+
+void Recorder::take_steps(std::size_t side) {
+  ByteRing& ring = *rings_[side];
+  const Topic wires = side == 0 ? Topic::kOperatorWires : Topic::kMachineWires;
+  const Topic state = side == 0 ? Topic::kOperatorState : Topic::kMachineState;
+  for (auto step = ring.front(); !step.empty(); step = ring.front()) {
+    StepHeader header;
+    std::memcpy(&header, step.data(), sizeof header);
+    const auto wires_message = step.subspan(sizeof header, header.wires_size);
+    const auto state_message = step.subspan(sizeof header + header.wires_size, header.state_size);
+    add(wires, header.time_ns, wires_message);
+    if (!state_message.empty()) add(state, header.time_ns, state_message);
+    if (side == 1 && !state_message.empty()) draw(header.time_ns, state_message);
+    watch(side, time_at(header.time_ns), header.alarm);
+    ring.pop();
+  }
+  if (const std::uint64_t lost = ring.dropped(); lost != told_lost_[side]) {
+    say(time_at(newest_ns_), Severity::kWarning,
+        std::to_string(lost - told_lost_[side]) + " steps of the " + (side == 0 ? "operator" : "machine") +
+            "'s loop are missing: the recorder was too slow");
+    told_lost_[side] = lost;
+  }
+}
+
+void Recorder::take_events() {
+  std::vector<Event> events;
+  {
+    const std::scoped_lock lock(mutex_);
+    events.swap(events_);
+  }
+  for (const Event& event : events)
+    add(Topic::kEvents, event.at.time_since_epoch().count(), encode_log(event, head_.started_unix_ns));
+}
+
+/// A chunk ends before the message with which it would become too long.
+void Recorder::add(Topic topic, std::int64_t time_ns, std::span<const std::uint8_t> message) {
+  const auto at = static_cast<std::uint64_t>(head_.started_unix_ns + time_ns);
+  const bool full = builder_.bytes() + message.size() > kChunkBytes ||
+                    (at > builder_.first_time_ns() &&
+                     at - builder_.first_time_ns() >= static_cast<std::uint64_t>(options_.chunk.count()));
+  if (!builder_.empty() && full) finish_chunk();
+  builder_.add(channel_of(topic), sequences_[static_cast<std::size_t>(topic)]++, at, at, message);
+  newest_ns_ = std::max(newest_ns_, time_ns);
+}
+
+void Recorder::draw(std::int64_t time_ns, std::span<const std::uint8_t> state_message) {
+  if (drawn_ns_ >= 0 && time_ns - drawn_ns_ < kScenePeriod.count()) return;
+  drawn_ns_ = time_ns;
+  slave::SlaveState state;
+  CdrReader in(state_message);
+  get(in, state);
+  if (!state.measured) return;
+  if (const auto message = scene_.transforms(state, head_.started_unix_ns); !message.empty())
+    add(Topic::kTransforms, time_ns, message);
+  if (const auto message = scene_.scene(state, head_.started_unix_ns); !message.empty())
+    add(Topic::kScene, time_ns, message);
+}
+
+void Recorder::watch(std::size_t side, Time at, ReasonCode alarm) {
+  if (alarm != ReasonCode::kNone && alarm != alarms_[side]) flights_.trigger(at, name(alarm));
+  alarms_[side] = alarm;
+}
+
+void Recorder::finish_chunk() {
+  mcap::Chunk chunk = builder_.finish(options_.compression, std::move(spare_));
+  if (recording_) write(chunk);
+  spare_ = flights_.take(std::move(chunk));
+}
+
+void Recorder::write(const mcap::Chunk& chunk) {
+  const Time at = time_at(newest_ns_);
+  if (options_.file.empty()) {
+    const auto free = free_bytes(options_.folder);
+    if (free && *free < options_.least_free_bytes)
+      return end_recording(at, "only " + std::to_string(*free >> 20) + " MiB are left on the disk");
+    const bool over = file_.bytes() + chunk.bytes.size() > options_.part_bytes ||
+                      newest_ns_ - part_began_ns_ >= options_.part.count();
+    if (over && file_.bytes() > 0) {
+      bytes_before_ += file_.bytes();
+      (void)file_.close();
+      ++head_.part;
+      if (!open_part(newest_ns_)) return end_recording(at, std::strerror(file_.error()));
+    }
+    const std::scoped_lock lock(mutex_);
+    status_.free_bytes = free.value_or(0);
+  }
+  if (!file_.append(chunk)) end_recording(at, std::strerror(file_.error()));
+}
+
+bool Recorder::open_part(std::int64_t at_ns) {
+  if (options_.file.empty() && !make_folder(options_.folder)) return false;
+  const std::string first =
+      options_.file.empty() ? options_.folder + "/" + part_name(head_, head_.part) : options_.file;
+  std::string path = first;
+  bool open = file_.open(path, topics());
+  for (int twin = 2; !open && options_.file.empty() && file_.error() == EEXIST && twin <= kMostTwins; ++twin) {
+    path = first.substr(0, first.size() - 5) + "_" + std::to_string(twin) + ".mcap";
+    open = file_.open(path, topics());
+  }
+  open = open && file_.note(metadata_of(head_));
+  for (const mcap::Attachment& attachment : attachments_of(head_)) open = open && file_.attach(attachment);
+  if (!open) {
+    errno = file_.error();
+    return false;
+  }
+  part_began_ns_ = at_ns;
+  recording_ = true;
+  {
+    const std::scoped_lock lock(mutex_);
+    status_.recording = true;
+    status_.file = path;
+  }
+  if (!options_.file.empty()) return true;
+  for (const std::string& deleted : make_room(options_.folder, options_.folder_bytes, path))
+    say(time_at(at_ns), Severity::kInfo, "deleted, as the folder is full: " + deleted);
+  return true;
+}
+
+void Recorder::end_recording(Time at, const std::string& problem) {
+  recording_ = false;
+  (void)file_.close();
+  {
+    const std::scoped_lock lock(mutex_);
+    status_.recording = false;
+    status_.problem = problem;
+  }
+  say(at, Severity::kError, "the recording has ended: " + problem);
+}
+
+void Recorder::close() {
+  if (std::exchange(closed_, true)) return;
+  drain();
+  take_events();
+  if (!builder_.empty()) finish_chunk();
+  flights_.close();
+  take_events();  // what the last flight record has to say of itself
+  if (!builder_.empty()) finish_chunk();
+  if (recording_ && !file_.close()) end_recording(time_at(newest_ns_), std::strerror(file_.error()));
+  recording_ = false;
+  drain();
+}
+
+RecorderThread::RecorderThread(Recorder& recorder)
+    : recorder_(recorder), thread_([&recorder](const std::stop_token& stop) {
+        while (!stop.stop_requested()) {
+          recorder.drain();
+          std::this_thread::sleep_for(kDrainPeriod);
+        }
+      }) {}
+
+RecorderThread::~RecorderThread() {
+  thread_.request_stop();
+  thread_.join();
+  recorder_.close();
+}
+
+}  // namespace knuckle::recording

@@ -1,0 +1,100 @@
+#include "recording/recording.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/error.h"
+
+namespace knuckle::recording {
+namespace {
+
+Head read_head(const mcap::Reader& file, const std::string& path) {
+  for (const mcap::Metadata& metadata : file.metadata()) {
+    if (metadata.name == kHeadName) return head_of(metadata, path);
+  }
+  throw InputError(path + ": is not a recording of Knuckle: it has no metadata named " + kHeadName);
+}
+
+void read_files(mcap::Reader& file, Head& head) {
+  for (const mcap::AttachmentEntry& entry : file.attachments()) {
+    auto attachment = file.read(entry);
+    if (!attachment) continue;
+    if (attachment->name == kMachineFile) head.machine_file = std::move(attachment->data);
+    if (attachment->name == kDeviceFile) head.device_file = std::move(attachment->data);
+    if (attachment->name == kScenarioFile) head.scenario_file = std::move(attachment->data);
+  }
+}
+
+void check_follows(const Head& head, const Head& before, const std::string& path) {
+  const bool same_session = head.started_unix_ns == before.started_unix_ns &&
+                            head.operator_start.session == before.operator_start.session &&
+                            head.machine_start.session == before.machine_start.session;
+  if (!same_session) throw InputError(path + ": is of another session than the file before it");
+  if (head.part != before.part + 1)
+    throw InputError(path + ": part = " + std::to_string(head.part) + ": must be " + std::to_string(before.part + 1) +
+                     ", as the file before it is part " + std::to_string(before.part));
+}
+
+}  // namespace
+
+Recording::Recording(const std::vector<std::string>& paths) : paths_(paths) {
+  if (paths.empty()) throw InputError("no recording was named");
+  Head before;
+  for (const std::string& path : paths) {
+    parts_.push_back(std::make_unique<mcap::Reader>(path));
+    Head head = read_head(*parts_.back(), path);
+    if (parts_.size() == 1) {
+      read_files(*parts_.back(), head);
+      head_ = head;
+    } else {
+      check_follows(head, before, path);
+    }
+    before = std::move(head);
+  }
+}
+
+std::optional<Entry> Recording::next() {
+  for (; part_ < parts_.size(); ++part_) {
+    while (const auto message = parts_[part_]->next()) {
+      if (auto entry = entry_of(*message)) return entry;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Entry> Recording::entry_of(const mcap::Message& message) {
+  const auto& channels = parts_[part_]->topics().channels;
+  const auto channel = channels.find(message.channel_id);
+  if (channel == channels.end()) return std::nullopt;
+  const auto name = std::find(kTopicNames.begin(), kTopicNames.end(), channel->second.topic);
+  if (name == kTopicNames.end()) return std::nullopt;
+  return Entry{static_cast<Topic>(name - kTopicNames.begin()), time_of(message.log_time_ns), message.data};
+}
+
+void Recording::seek(Time from) {
+  const std::int64_t ns = head_.started_unix_ns + from.time_since_epoch().count();
+  for (const auto& part : parts_) part->seek(static_cast<std::uint64_t>(std::max<std::int64_t>(ns, 0)));
+  part_ = 0;
+}
+
+std::optional<Recording::Span> Recording::span() const {
+  std::optional<Span> span;
+  for (const auto& part : parts_) {
+    if (!part->times()) continue;
+    const Time first = time_of(part->times()->first_ns), last = time_of(part->times()->last_ns);
+    span = span ? Span{std::min(span->first, first), std::max(span->last, last)} : Span{first, last};
+  }
+  return span;
+}
+
+std::vector<std::string> Recording::damages() const {
+  std::vector<std::string> all;
+  for (const auto& part : parts_) all.insert(all.end(), part->damages().begin(), part->damages().end());
+  return all;
+}
+
+bool Recording::complete() const {
+  return std::all_of(parts_.begin(), parts_.end(), [](const auto& part) { return part->complete(); });
+}
+
+}  // namespace knuckle::recording

@@ -1,0 +1,61 @@
+// A recording as it is read: one file, or the parts of one in their order.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/time.h"
+#include "recording/head.h"
+#include "recording/mcap/reader.h"
+#include "recording/topics.h"
+
+namespace knuckle::recording {
+
+/// One message.
+struct Entry {
+  Topic topic{};
+  Time at{};                            ///< Session time.
+  std::span<const std::uint8_t> data;  ///< Until the next one is asked for.
+};
+
+class Recording {
+ public:
+  /// @param paths the parts, the first one first. @throws InputError where one cannot be opened, is no recording of
+  /// Knuckle's, or is of another session or another part than the one before it says.
+  explicit Recording(const std::vector<std::string>& paths);
+
+  /// Of the first part, with the files that are attached.
+  [[nodiscard]] const Head& head() const noexcept { return head_; }
+  [[nodiscard]] const std::string& source() const noexcept { return paths_.front(); }
+  /// The next one in the order of the files; messages of topics that are not Knuckle's are left out. nullopt at the end.
+  [[nodiscard]] std::optional<Entry> next();
+  /// next() goes on with the first chunk that reaches this time.
+  void seek(Time from);
+  /// Of all messages, from the files' own tables; nothing where there is no message.
+  struct Span {
+    Time first{}, last{};
+  };
+  [[nodiscard]] std::optional<Span> span() const;
+  /// What of the files cannot be read, a line each; complete once next() has come to its end.
+  [[nodiscard]] std::vector<std::string> damages() const;
+  /// Every part was finished in order.
+  [[nodiscard]] bool complete() const;
+
+ private:
+  [[nodiscard]] std::optional<Entry> entry_of(const mcap::Message& message);
+  [[nodiscard]] Time time_of(std::uint64_t unix_ns) const noexcept {
+    return Time(Duration(static_cast<std::int64_t>(unix_ns) - head_.started_unix_ns));
+  }
+
+  std::vector<std::string> paths_;
+  std::vector<std::unique_ptr<mcap::Reader>> parts_;
+  std::size_t part_ = 0;
+  Head head_;
+};
+
+}  // namespace knuckle::recording

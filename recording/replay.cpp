@@ -1,0 +1,303 @@
+#include "recording/replay.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+#include "core/error.h"
+#include "machine/load.h"
+#include "master/master_state.h"
+#include "recording/fields.h"
+#include "recording/replayed_wires.h"
+#include "slave/slave_state.h"
+
+namespace knuckle::recording {
+namespace {
+
+constexpr std::size_t kMostLines = 12;
+constexpr std::size_t kMostChanges = 200;
+constexpr std::size_t kStateBytes = 4096;
+
+struct Number {
+  double value = 0;
+  std::uint64_t bits = 0;
+};
+
+template <typename State>
+std::vector<std::pair<std::string, Number>> numbers_in(const State& state) {
+  std::vector<std::pair<std::string, Number>> numbers;
+  for_each_number("", state, [&](const std::string& field, auto number) {
+    std::uint64_t bits = 0;
+    if constexpr (std::is_same_v<decltype(number), double>) {
+      bits = std::bit_cast<std::uint64_t>(number);
+    } else if constexpr (std::is_same_v<decltype(number), float>) {
+      bits = std::bit_cast<std::uint32_t>(number);
+    } else {
+      bits = static_cast<std::uint64_t>(number);
+    }
+    numbers.push_back({field, {static_cast<double>(number), bits}});
+  });
+  return numbers;
+}
+
+std::string input_text(const WireEvent& event) {
+  switch (event.kind) {
+    case WireEventKind::kCanReceived:
+      return fmt::format("CAN frame {:#05x}: {:02X}", event.value, fmt::join(event.data, " "));
+    case WireEventKind::kHidReceived:
+      return "HID report";
+    case WireEventKind::kLinkReceived:
+      return fmt::format("datagram of {} bytes that had waited {:.3f} ms", event.data.size(), 1e-6 * event.value);
+    default:
+      return fmt::format("{} {}", name(event.kind), event.value);
+  }
+}
+
+bool input(WireEventKind kind) {
+  switch (kind) {
+    case WireEventKind::kCanReceived:
+    case WireEventKind::kCanState:
+    case WireEventKind::kHidReceived:
+    case WireEventKind::kHidConnected:
+    case WireEventKind::kLinkReceived:
+    case WireEventKind::kLinkNotEmptied:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// What a person would call the state of the machine.
+std::string gist(const slave::SlaveState& state) {
+  std::string text = name(state.mode);
+  if (state.fault) text += std::string(", ") + knuckle::name(state.fault.code);
+  if (state.contact) text += ", contact";
+  return text;
+}
+std::string gist(const master::MasterState& state) {
+  std::string text = state.device_ok ? "device is ready" : knuckle::name(state.device.code);
+  if (state.warning) text += std::string(", ") + knuckle::name(state.warning.code);
+  return text;
+}
+
+/// One loop on its recorded wires.
+template <typename Loop, typename State>
+class LoopReplay {
+ public:
+  LoopReplay(Side side, ReplayResult& result) : side_(side), result_(result) {}
+
+  [[nodiscard]] ReplayedWires& wires() noexcept { return wires_; }
+  void make(std::unique_ptr<Loop> loop) { loop_ = std::move(loop); }
+
+  /// @param before_step sets what is set from outside.
+  void step(const StepWires& recorded) {
+    SideResult& own = result_.sides[static_cast<std::size_t>(side_)];
+    finish();
+    if (recorded.step != next_step_) own.missing += recorded.step - next_step_;
+    at_ = recorded.at;
+    lines_.clear();
+    if (recorded.step != next_step_)
+      lines_.push_back(fmt::format("steps {} to {} are missing in the recording", next_step_, recorded.step - 1));
+    if (!recorded.intact) lines_.emplace_back("the recording was altered: its events do not fit their check sum");
+    if (recorded.lost > 0) lines_.push_back(fmt::format("{} events were not recorded: too many", recorded.lost));
+    step_ = recorded.step;
+    next_step_ = recorded.step + 1;
+    inputs_.clear();
+    for (const WireEvent& event : recorded.events) {
+      if (input(event.kind) && !own.first) inputs_.push_back(input_text(event));
+    }
+    pending_ = recorded;
+    waiting_ = true;
+  }
+
+  /// The recorded state of that step.
+  void compare(const State& recorded) {
+    run(&recorded);
+    const State replayed = state_of(at_, *loop_);
+    const std::string was = gist(recorded), is = gist(replayed);
+    if (was != is && (was != told_recorded_ || is != told_replayed_) && result_.changes.size() < kMostChanges) {
+      result_.changes.push_back({side_, at_, was, is});
+    }
+    told_recorded_ = was;
+    told_replayed_ = is;
+    if (same_bytes(recorded, replayed)) return;
+    const auto a = numbers_in(recorded), b = numbers_in(replayed);
+    SideResult& own = result_.sides[static_cast<std::size_t>(side_)];
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      const Number was_number = a[i].second, is_number = b[i].second;
+      if (was_number.bits == is_number.bits) continue;
+      FieldDifference& field = own.fields[a[i].first];
+      const double size = std::abs(is_number.value - was_number.value);
+      if (field.steps++ == 0 || size > field.largest || std::isnan(size)) field.largest = size, field.at = at_;
+      fields_.push_back(fmt::format("{}: recorded {}, replayed {}", a[i].first, was_number.value, is_number.value));
+    }
+  }
+
+  /// The step is complete: whether it had a state or not.
+  void finish() {
+    if (waiting_) run(nullptr);
+    SideResult& own = result_.sides[static_cast<std::size_t>(side_)];
+    lines_.insert(lines_.end(), fields_.begin(), fields_.end());
+    lines_.insert(lines_.end(), wire_lines_.begin(), wire_lines_.end());
+    if (!lines_.empty()) {
+      ++own.differing;
+      if (!own.first) {
+        const std::size_t shown = std::min(lines_.size(), kMostLines);
+        own.first = Divergence{side_, at_, step_, {lines_.begin(), lines_.begin() + std::ptrdiff_t(shown)}, inputs_};
+        if (lines_.size() > shown) own.first->what.push_back(fmt::format("and {} more", lines_.size() - shown));
+      }
+    }
+    lines_.clear();
+    fields_.clear();
+    wire_lines_.clear();
+  }
+
+ private:
+  [[nodiscard]] static bool same_bytes(const State& a, const State& b) {
+    std::array<std::uint8_t, kStateBytes> first, second;
+    CdrWriter one(first), two(second);
+    put(one, a);
+    put(two, b);
+    return std::ranges::equal(one.written(), two.written());
+  }
+  void run(const State* recorded) {
+    if (!std::exchange(waiting_, false)) return;
+    wires_.begin(pending_);
+    if (recorded != nullptr) set_up(*recorded);
+    if (recorded != nullptr) loop_->step(at_);
+    wire_lines_ = recorded != nullptr ? wires_.end() : std::vector<std::string>();
+    ++result_.sides[static_cast<std::size_t>(side_)].steps;
+  }
+  void set_up(const State& recorded) {
+    if constexpr (std::is_same_v<State, master::MasterState>) {
+      const master::MasterSettings& set = recorded.settings;
+      const master::MasterSettings& now = loop_->settings();
+      loop_->set_stop(set.stop);
+      loop_->set_nobody(set.nobody);
+      loop_->set_assist(set.assist);
+      if (set.position_scale != now.position_scale || set.force_scale != now.force_scale)
+        (void)loop_->set_scales(set.position_scale, set.force_scale);
+      if (set.let_go && !now.let_go) loop_->let_go();
+    }
+  }
+
+  Side side_;
+  ReplayResult& result_;
+  ReplayedWires wires_;
+  std::unique_ptr<Loop> loop_;
+  StepWires pending_;
+  bool waiting_ = false;
+  Time at_{};
+  std::uint32_t step_ = 0, next_step_ = 0;
+  std::vector<std::string> lines_, fields_, wire_lines_, inputs_;
+  std::string told_recorded_, told_replayed_;
+};
+
+}  // namespace
+
+const char* name(Side side) noexcept {
+  return side == Side::kOperator ? "operator" : "machine";
+}
+
+bool ReplayResult::identical() const noexcept {
+  return std::all_of(sides.begin(), sides.end(),
+                     [](const SideResult& side) { return side.differing == 0 && side.missing == 0; });
+}
+
+ReplaySetup setup_of(const Recording& recording) {
+  const Head& head = recording.head();
+  const auto attached = [&](const std::string& text, const char* file) -> const std::string& {
+    if (text.empty()) throw InputError(recording.source() + ": attachment " + file + ": is missing: cannot be replayed");
+    return text;
+  };
+  ReplaySetup setup;
+  setup.head = head;
+  setup.machine = calibrated(
+      parse_machine(attached(head.machine_file, kMachineFile), recording.source() + ": " + kMachineFile));
+  if (head.has_operator)
+    setup.device = parse_device(attached(head.device_file, kDeviceFile), recording.source() + ": " + kDeviceFile);
+  return setup;
+}
+
+struct Replay::Impl {
+  explicit Impl(const ReplaySetup& setup)
+      : setup_(setup), operator_(Side::kOperator, result_), machine_(Side::kMachine, result_) {
+    const Head& head = setup_.head;
+    if (head.has_operator) {
+      operator_.make(std::make_unique<master::MasterLoop>(
+          setup_.device, setup_.machine, operator_.wires().hid(), operator_.wires().link(), head.operator_start, head.law,
+          head.far_end_is_this_machine ? master::FarEnd::kIsThisMachine : master::FarEnd::kTellsItsMachine));
+    }
+    if (head.has_machine) {
+      machine_.make(std::make_unique<slave::SlaveLoop>(setup_.machine, machine_.wires().can(), machine_.wires().link(),
+                                                       head.machine_start));
+    }
+  }
+
+  ReplaySetup setup_;
+  ReplayResult result_;
+  LoopReplay<master::MasterLoop, master::MasterState> operator_;
+  LoopReplay<slave::SlaveLoop, slave::SlaveState> machine_;
+  std::array<std::vector<std::uint8_t>, 2> messages_;  // the wires' events point into them
+};
+
+Replay::Replay(const ReplaySetup& setup) : impl_(std::make_unique<Impl>(setup)) {}
+Replay::~Replay() = default;
+
+void Replay::take(const Entry& entry) {
+  Impl& i = *impl_;
+  const auto wires_of = [&](Side side) {
+    auto& message = i.messages_[static_cast<std::size_t>(side)];
+    message.assign(entry.data.begin(), entry.data.end());
+    return decode_wires(message);
+  };
+  CdrReader in(entry.data);
+  switch (entry.topic) {
+    case Topic::kOperatorWires:
+      i.operator_.finish();
+      if (const auto wires = wires_of(Side::kOperator); wires && i.setup_.head.has_operator) i.operator_.step(*wires);
+      break;
+    case Topic::kMachineWires:
+      i.machine_.finish();
+      if (const auto wires = wires_of(Side::kMachine); wires && i.setup_.head.has_machine) i.machine_.step(*wires);
+      break;
+    case Topic::kOperatorState: {
+      master::MasterState state;
+      get(in, state);
+      if (i.setup_.head.has_operator) i.operator_.compare(state);
+      break;
+    }
+    case Topic::kMachineState: {
+      slave::SlaveState state;
+      get(in, state);
+      if (i.setup_.head.has_machine) i.machine_.compare(state);
+      break;
+    }
+    default:
+      break;
+  }
+}
+
+const ReplayResult& Replay::result() const noexcept {
+  impl_->operator_.finish();
+  impl_->machine_.finish();
+  return impl_->result_;
+}
+
+ReplayResult replay(Recording& recording, const ReplaySetup& setup) {
+  if (recording.head().part != 1) {
+    throw InputError(recording.source() + ": begins in the middle of a session (" +
+                     (recording.head().part == 0 ? "a flight record" : "part " + std::to_string(recording.head().part)) +
+                     "): its loops can be run again from their first step only; name part 1 first");
+  }
+  Replay run(setup);
+  while (const auto entry = recording.next()) run.take(*entry);
+  return run.result();
+}
+
+}  // namespace knuckle::recording

@@ -1,0 +1,91 @@
+// Runs the recorded loops again on what they read, and holds what they do, know and write against the recording, bit by
+// bit.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/time.h"
+#include "machine/description.h"
+#include "machine/device_description.h"
+#include "recording/recording.h"
+#include "recording/wire_events.h"
+
+namespace knuckle::recording {
+
+enum class Side : std::uint8_t { kOperator, kMachine };
+[[nodiscard]] const char* name(Side side) noexcept;
+
+/// The first step in which a loop did otherwise than recorded, with what it had just read.
+struct Divergence {
+  Side side{};
+  Time at{};
+  std::uint32_t step = 0;
+  std::vector<std::string> what;    ///< A line for each field, frame, report or datagram that differs; the first ones.
+  std::vector<std::string> inputs;  ///< Read in this step.
+};
+
+/// How much a number of a loop's state differs over the whole recording.
+struct FieldDifference {
+  double largest = 0;      ///< Of its absolute value; NaN where one of the two is none.
+  Time at{};               ///< Where that is.
+  std::uint64_t steps = 0;  ///< In which it differs at all.
+};
+
+/// Something that a person would call an event: a mode, a fault, a contact.
+struct Change {
+  Side side{};
+  Time at{};
+  std::string recorded, replayed;  ///< "engaged"; the one that changed differs from the line before.
+};
+
+struct SideResult {
+  std::uint64_t steps = 0;      ///< Run again.
+  std::uint64_t differing = 0;  ///< Of them, with any difference.
+  std::uint64_t missing = 0;    ///< Not in the recording.
+  std::optional<Divergence> first;
+  std::map<std::string, FieldDifference> fields;  ///< By name, those that differ.
+};
+
+struct ReplayResult {
+  std::array<SideResult, 2> sides;  ///< By Side.
+  /// What the loops held of the machine, wherever recorded and replayed differ in it.
+  std::vector<Change> changes;
+  [[nodiscard]] bool identical() const noexcept;
+};
+
+/// What the loops are made of; as recorded, or with something else in its place.
+struct ReplaySetup {
+  MachineDescription machine;  ///< As calibrated.
+  DeviceDescription device;
+  Head head;
+};
+/// As recorded. @throws InputError where a file is not attached or cannot be read by this version.
+[[nodiscard]] ReplaySetup setup_of(const Recording& recording);
+
+class Replay {
+ public:
+  /// @throws InputError where the loops cannot be made of it.
+  explicit Replay(const ReplaySetup& setup);
+  ~Replay();
+  Replay(const Replay&) = delete;
+  Replay& operator=(const Replay&) = delete;
+
+  /// Every entry of the recording, in its order.
+  void take(const Entry& entry);
+  [[nodiscard]] const ReplayResult& result() const noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A whole recording. @throws InputError where it does not begin with the loops' first steps.
+[[nodiscard]] ReplayResult replay(Recording& recording, const ReplaySetup& setup);
+
+}  // namespace knuckle::recording

@@ -1,0 +1,112 @@
+// The three wires with a tape beside them: whatever a loop reads or writes goes through unchanged, and onto its tape.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include "recording/loop_tape.h"
+#include "transport/can_bus.h"
+#include "transport/hid_port.h"
+#include "transport/link.h"
+
+namespace knuckle::recording {
+
+class TapedCan final : public CanBus {
+ public:
+  /// Both outlive this.
+  TapedCan(CanBus& bus, LoopTape& tape) noexcept : bus_(bus), tape_(tape) {}
+
+  bool send(const CanFrame& frame) noexcept override {
+    const bool sent = bus_.send(frame);
+    tape_.add(sent ? WireEventKind::kCanSent : WireEventKind::kCanRefused, frame.id, data_of(frame));
+    return sent;
+  }
+  bool receive(CanFrame& frame) noexcept override {
+    if (!bus_.receive(frame)) return false;
+    tape_.add(WireEventKind::kCanReceived, frame.id, data_of(frame));
+    return true;
+  }
+  [[nodiscard]] CanState state() const noexcept override {
+    const CanState now = bus_.state();
+    if (tape_.on() && now != state_) tape_.add(WireEventKind::kCanState, static_cast<std::uint32_t>(now));
+    state_ = now;
+    return now;
+  }
+  void acknowledge() noexcept override {
+    bus_.acknowledge();
+    tape_.add(WireEventKind::kCanAcknowledged, 0);
+  }
+  [[nodiscard]] std::uint64_t errors() const noexcept override { return bus_.errors(); }
+
+ private:
+  static std::span<const std::uint8_t> data_of(const CanFrame& frame) noexcept {
+    return std::span(frame.data).first(std::min<std::size_t>(frame.size, frame.data.size()));
+  }
+  CanBus& bus_;
+  LoopTape& tape_;
+  mutable CanState state_ = CanState::kActive;  // as the tape has it
+};
+
+class TapedHid final : public HidPort {
+ public:
+  /// Both outlive this.
+  TapedHid(HidPort& port, LoopTape& tape) noexcept : port_(port), tape_(tape) {}
+
+  bool write(const HidReport& report) noexcept override {
+    const bool sent = port_.write(report);
+    tape_.add(sent ? WireEventKind::kHidSent : WireEventKind::kHidRefused, 0, report);
+    return sent;
+  }
+  bool read(HidReport& report) noexcept override {
+    if (!port_.read(report)) return false;
+    tape_.add(WireEventKind::kHidReceived, 0, report);
+    return true;
+  }
+  [[nodiscard]] bool connected() const noexcept override {
+    const bool now = port_.connected();
+    if (tape_.on() && now != connected_) tape_.add(WireEventKind::kHidConnected, now ? 1 : 0);
+    connected_ = now;
+    return now;
+  }
+
+ private:
+  HidPort& port_;
+  LoopTape& tape_;
+  mutable bool connected_ = false;  // as the tape has it
+};
+
+class TapedLink final : public Link {
+ public:
+  /// Both outlive this.
+  TapedLink(Link& link, LoopTape& tape) noexcept : link_(link), tape_(tape) {}
+
+  bool send(std::span<const std::uint8_t> bytes) noexcept override {
+    const bool sent = link_.send(bytes);
+    tape_.add(sent ? WireEventKind::kLinkSent : WireEventKind::kLinkRefused, 0, bytes);
+    return sent;
+  }
+  /// What has waited for longer than 4 s counts as having waited 4 s: for no reader is there a difference.
+  bool receive(Datagram& datagram) noexcept override {
+    if (!link_.receive(datagram)) return false;
+    datagram.waited = std::clamp(datagram.waited, Duration::zero(), kLongest);
+    tape_.add(WireEventKind::kLinkReceived, static_cast<std::uint32_t>(datagram.waited.count()), datagram.view());
+    return true;
+  }
+  [[nodiscard]] bool emptied() const noexcept override {
+    const bool now = link_.emptied();
+    if (tape_.on() && now != emptied_) tape_.add(WireEventKind::kLinkNotEmptied, now ? 0 : 1);
+    emptied_ = now;
+    return now;
+  }
+
+ private:
+  static constexpr Duration kLongest = 4s;  // nanoseconds in 32 bits
+  Link& link_;
+  LoopTape& tape_;
+  mutable bool emptied_ = true;  // as the tape has it
+};
+
+}  // namespace knuckle::recording

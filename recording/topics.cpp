@@ -1,0 +1,29 @@
+#include "recording/topics.h"
+
+#include "master/master_state.h"
+#include "recording/events.h"
+#include "recording/fields.h"
+#include "recording/scene.h"
+#include "recording/wire_events.h"
+#include "slave/slave_state.h"
+
+namespace knuckle::recording {
+
+mcap::Topics topics() {
+  mcap::Topics topics;
+  const auto schema = [&](const std::string& name, std::string text) {
+    return topics.add(mcap::Schema{name, "ros2msg", std::move(text)});
+  };
+  const auto wires = schema("knuckle_msgs/msg/Wires", wires_schema());
+  const auto operator_state = schema("knuckle_msgs/msg/OperatorState", schema_text<master::MasterState>());
+  const auto machine_state = schema("knuckle_msgs/msg/MachineState", schema_text<slave::SlaveState>());
+  const auto log = schema(kLogSchemaName, log_schema());
+  const auto transforms = schema(kTransformsSchemaName, transforms_schema());
+  const auto scene = schema(kSceneSchemaName, scene_schema());
+  const std::array<std::uint16_t, static_cast<std::size_t>(Topic::kCount)> schemas{
+      wires, operator_state, wires, machine_state, log, transforms, scene};
+  for (std::size_t i = 0; i < schemas.size(); ++i) topics.add(mcap::Channel{kTopicNames[i], "cdr", schemas[i], {}});
+  return topics;
+}
+
+}  // namespace knuckle::recording

@@ -1,0 +1,74 @@
+#include "recording/wire_events.h"
+
+#include <libdeflate.h>
+
+#include <algorithm>
+#include <array>
+
+#include "recording/cdr.h"
+#include "recording/loop_tape.h"
+
+namespace knuckle::recording {
+namespace {
+
+constexpr std::array<const char*, static_cast<std::size_t>(WireEventKind::kCount)> kNames{
+    "can_received", "can_sent",      "can_refused",  "can_state",     "can_acknowledged", "hid_received",    "hid_sent",
+    "hid_refused",  "hid_connected", "link_received", "link_sent", "link_refused", "link_not_emptied"};
+
+std::string upper(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](char c) { return c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c; });
+  return text;
+}
+
+}  // namespace
+
+const char* name(WireEventKind kind) noexcept {
+  return kind < WireEventKind::kCount ? kNames[static_cast<std::size_t>(kind)] : "unknown";
+}
+
+std::string wires_schema() {
+  std::string text =
+      "# What one step of a loop read from its wires and wrote to them, in the order of its calls.\n"
+      "int64 time_ns   # of the step, session clock\n"
+      "uint32 step     # counts from 0\n"
+      "uint32 crc      # CRC-32 of all bytes behind the number of events\n"
+      "uint32 lost     # events for which there was no room\n"
+      "WireEvent[] events\n" +
+      std::string(80, '=') + "\nMSG: knuckle_msgs/WireEvent\n";
+  for (std::size_t i = 0; i < kNames.size(); ++i)
+    text += "uint8 " + upper(kNames[i]) + "=" + std::to_string(i) + "\n";
+  return text + "uint8 kind\nuint32 value\nuint8[] data\n";
+}
+
+std::optional<StepWires> decode_wires(std::span<const std::uint8_t> message) {
+  CdrReader in(message);
+  StepWires wires;
+  wires.at = Time(Duration(in.get<std::int64_t>()));
+  in.get(wires.step);
+  in.get(wires.crc);
+  in.get(wires.lost);
+  const auto count = in.get<std::uint32_t>();
+  if (!in.ok()) return std::nullopt;
+  const auto events = message.subspan(in.at());
+  wires.intact = libdeflate_crc32(0, events.data(), events.size()) == wires.crc;
+  wires.events.reserve(std::min<std::size_t>(count, events.size()));
+  for (std::uint32_t i = 0; i < count && in.ok(); ++i) {
+    WireEvent event;
+    event.kind = static_cast<WireEventKind>(in.get<std::uint8_t>());
+    in.get(event.value);
+    event.data = in.get_bytes();
+    wires.events.push_back(event);
+  }
+  if (!in.ok()) return std::nullopt;
+  return wires;
+}
+
+CanFrame can_frame(const WireEvent& event) noexcept {
+  CanFrame frame;
+  frame.id = event.value;
+  frame.size = static_cast<std::uint8_t>(std::min(event.data.size(), frame.data.size()));
+  std::copy_n(event.data.begin(), frame.size, frame.data.begin());
+  return frame;
+}
+
+}  // namespace knuckle::recording

@@ -1,0 +1,60 @@
+// What crosses the three wires in one step of a loop, as it is recorded: every answer that the loop got from a wire, and
+// everything that it gave to one. Fed with the answers again, the loop does the same again.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/time.h"
+#include "transport/can_bus.h"
+
+namespace knuckle::recording {
+
+enum class WireEventKind : std::uint8_t {
+  kCanReceived,      ///< value: identifier; data: 0 to 8 bytes
+  kCanSent,          ///< likewise
+  kCanRefused,       ///< likewise; send() said false
+  kCanState,         ///< value: CanState as it is from now on
+  kCanAcknowledged,  ///< an operator has taken note of a bus-off
+  kHidReceived,      ///< data: 64 bytes
+  kHidSent,          ///< likewise
+  kHidRefused,       ///< likewise; write() said false
+  kHidConnected,     ///< value: 1 or 0 as it is from now on
+  kLinkReceived,     ///< value: ns that it had waited at this computer; data: the datagram
+  kLinkSent,         ///< data: the datagram
+  kLinkRefused,      ///< likewise; send() said false
+  kLinkNotEmptied,   ///< value: 1: reading the link gave up before it had seen all; 0: no longer
+  kCount,
+};
+[[nodiscard]] const char* name(WireEventKind kind) noexcept;
+
+/// In the message's own memory.
+struct WireEvent {
+  WireEventKind kind{};
+  std::uint32_t value = 0;
+  std::span<const std::uint8_t> data;
+};
+
+/// All events of one step of one loop.
+struct StepWires {
+  Time at{};
+  std::uint32_t step = 0;  ///< Counts the loop's steps from 0: a gap is a step that is not in the recording.
+  std::uint32_t crc = 0;   ///< CRC-32 of the events as they were recorded.
+  std::uint32_t lost = 0;  ///< Events of this step for which there was no room.
+  bool intact = false;     ///< The events are those that the CRC was made of.
+  std::vector<WireEvent> events;
+};
+
+/// ROS 2's definition of knuckle_msgs/Wires.
+[[nodiscard]] std::string wires_schema();
+/// @return nullopt where the message is not one of these. @param message must outlive the result.
+[[nodiscard]] std::optional<StepWires> decode_wires(std::span<const std::uint8_t> message);
+
+/// The frame of an event of the CAN wire.
+[[nodiscard]] CanFrame can_frame(const WireEvent& event) noexcept;
+
+}  // namespace knuckle::recording

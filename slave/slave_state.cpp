@@ -1,0 +1,77 @@
+#include "slave/slave_state.h"
+
+#include <algorithm>
+
+#include "slave/slave_loop.h"
+
+namespace knuckle::slave {
+namespace {
+
+constexpr double kLongest_s = 1e6;  // also of what never happened
+
+double age_s(Time at, Time now) noexcept {
+  return at == kNever ? kLongest_s : std::min(to_seconds(now - at), kLongest_s);
+}
+
+}  // namespace
+
+SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
+  SlaveState state;
+  const SlaveMessage& told = slave.sent();
+  state.at = now;
+  state.mode = told.mode;
+  state.blocking = told.blocking;
+  state.fault = told.fault;
+  state.limits = told.limits;
+  state.operational = slave.client().operational();
+  state.pilot_on = slave.client().pilot_on();
+  state.e_stop_open = slave.client().e_stop_open();
+  if (const auto measurement = slave.sensors().measurement()) {
+    state.measured = true;
+    state.pressure_Pa = measurement->pressure_Pa;
+    state.cylinder_m = measurement->cylinder_m;
+    state.hull_pitch_rad = measurement->hull_pitch_rad;
+  }
+  state.oldest_node = slave.sensors().oldest_node();
+  state.oldest_age_s = age_s(slave.sensors().oldest_at(), now);
+  state.joint_rad = told.position_rad;
+  state.joint_radps = told.velocity_radps;
+  const MasterMessage& asked = slave.master();
+  state.heard = slave.master_at() != kNever;
+  state.presence = asked.presence;
+  state.enable = asked.enable;
+  state.clutch = asked.clutch;
+  state.stop = asked.stop;
+  state.device_ok = asked.device_ok;
+  state.device = asked.device_reason;
+  state.setpoint_rad = asked.position_rad;
+  state.setpoint_radps = asked.velocity_radps;
+  state.shown_N = asked.shown_N;
+  state.assist_force_limit_N = asked.assist.force_limit_N;
+  state.assist_stop_on_object = asked.assist.stop_on_object;
+  state.message_age_s = age_s(slave.master_at(), now);
+  state.round_trip_s = to_seconds(slave.round_trip());
+  state.late_s = to_seconds(slave.session().late());
+  state.authority = slave.loss().authority;
+  state.malformed_datagrams = slave.malformed_datagrams();
+  state.torque_Nm = slave.force().joint_torque_Nm;
+  state.fast_torque_Nm = slave.force().fast_torque_Nm;
+  state.tip_force_N = told.tip_force_N;
+  state.load_N = told.load_N;
+  state.covariance_N2 = told.covariance_N2;
+  state.confidence = told.confidence;
+  state.residual_sigma = slave.force().residual_sigma;
+  state.confidence_reasons = slave.force().confidence_reasons;
+  state.contact = told.contact;
+  state.payload_kg = told.payload_kg;
+  state.payload_sigma_kg = told.payload_sigma_kg;
+  state.yielding = told.yielding;
+  state.energy_in_J = told.energy_in_J;
+  state.ahead_rad = told.ahead_rad;
+  state.wanted = slave.wanted();
+  state.valve_command = slave.commands();
+  state.spool = slave.client().spool();
+  return state;
+}
+
+}  // namespace knuckle::slave
