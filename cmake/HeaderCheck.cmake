@@ -3,7 +3,7 @@
 # Never linked; -O0 because only the front end matters.
 file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}
      ${PROJECT_SOURCE_DIR}/app/*.h ${PROJECT_SOURCE_DIR}/core/*.h ${PROJECT_SOURCE_DIR}/estimation/*.h
-     ${PROJECT_SOURCE_DIR}/machine/*.h ${PROJECT_SOURCE_DIR}/master/*.h ${PROJECT_SOURCE_DIR}/sim/*.h
+     ${PROJECT_SOURCE_DIR}/machine/*.h ${PROJECT_SOURCE_DIR}/master/*.h ${PROJECT_SOURCE_DIR}/recording/*.h ${PROJECT_SOURCE_DIR}/sim/*.h
      ${PROJECT_SOURCE_DIR}/slave/*.h ${PROJECT_SOURCE_DIR}/transport/*.h ${PROJECT_SOURCE_DIR}/tests/support/*.h)
 # brings_eigen(OUT HEADER): whether it includes Eigen, at whatever depth; as it was when CMake last ran.
 function(brings_eigen out header)
@@ -38,6 +38,6 @@ foreach(header ${headers})
   endif()
 endforeach()
 add_library(knuckle_header_check OBJECT ${sources})
-target_link_libraries(knuckle_header_check PRIVATE knuckle_window knuckle_studies)
+target_link_libraries(knuckle_header_check PRIVATE knuckle_window knuckle_studies knuckle_mcap)
 target_compile_options(knuckle_header_check PRIVATE -O0 -g0)
 target_precompile_headers(knuckle_header_check PRIVATE <Eigen/Core>)

@@ -36,6 +36,7 @@ Table make_table() {
       {"transport", {"core"}},
       {"transport/secure", {"core", "transport"}},
       {"transport/ice", {"core", "transport", "transport/secure"}},
+      {"recording/mcap", {"core"}},
       {"estimation", {"core", "machine"}},
       {"master", {"core", "machine", "transport"}},
       {"slave", {"core", "machine", "transport", "estimation"}},
@@ -108,12 +109,12 @@ std::vector<std::string> violations(const std::string& subject, const std::strin
 }
 
 /// Namespaces that a subject's files may open, besides unnamed ones: its own and what is inside it; and of core and
-/// machine and transport, which hold what everything is made of, that of the project. What is inside app or transport
-/// is named without them.
+/// machine and transport, which hold what everything is made of, that of the project. What is inside app, transport or
+/// recording is named without them.
 bool belongs(const std::string& subject, const std::string& name) {
   const bool common = subject == "core" || subject == "machine" || subject == "transport" || subject == "app";
   std::string own = "knuckle";
-  if (!common) own += "::" + std::regex_replace(subject, std::regex("^(app|transport)/"), "");
+  if (!common) own += "::" + std::regex_replace(subject, std::regex("^(app|transport|recording)/"), "");
   own = std::regex_replace(own, std::regex("/"), "::");
   return name == own || name.rfind(own + "::", 0) == 0;
 }
