@@ -18,6 +18,7 @@
 #include "app/programs/slave_command.h"
 #include "app/relay/relay_command.h"
 #include "app/rendezvous/rendezvous_command.h"
+#include "app/replay/replay_command.h"
 
 namespace knuckle {
 namespace {
@@ -39,6 +40,7 @@ cli::Program program() {
           programs::device_entry(),
           relay::relay_entry(),
           pairing::pair_entry(),
+          replay::replay_entry(),
           audit::audit_entry(),
           rendezvous::rendezvous_entry(),
           bringup::calibrate_device_entry(),

@@ -13,6 +13,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "core/joints.h"
@@ -122,7 +123,7 @@ template <typename Number>
 template <typename T>
 [[nodiscard]] constexpr const char* struct_name() noexcept {
   if constexpr (std::is_same_v<T, Reason>) {
-    return "Reason";
+    return "knuckle_msgs/Reason";
   } else {
     return T::kSchemaName;
   }
@@ -130,26 +131,37 @@ template <typename T>
 
 }  // namespace detail
 
+/// Lines of a ROS 2 definition.
+class SchemaText {
+ public:
+  /// @param count of a fixed array; 0: no array.
+  void field(std::string_view type, std::size_t count, std::string_view name);
+  /// A message within, defined behind all that uses it; once, however often it is.
+  void inner(std::string_view type, std::string_view definition);
+  [[nodiscard]] std::string text() const { return own_ + inner_; }
+
+ private:
+  std::string own_, inner_;
+  std::set<std::string> seen_;
+};
+
 /// ROS 2's definition of a struct's message: its fields, and behind them those of the structs within.
-/// @param seen structs within that were defined already.
 template <typename T>
-[[nodiscard]] std::string schema_text(std::set<std::string> seen = {}) {
-  std::string own, inner;
-  visit_fields(T{}, [&](const char* name, const auto& member) {
+[[nodiscard]] std::string schema_text() {
+  SchemaText schema;
+  const T example{};
+  visit_fields(example, [&](const char* name, const auto& member) {
     using Member = std::remove_cvref_t<decltype(member)>;
     if constexpr (ScalarField<Member>) {
-      const bool flag = std::is_same_v<Member, bool>;
-      own += std::string(flag ? "bool" : detail::ros_type<decltype(number_of(member))>()) + " " + name + "\n";
+      schema.field(std::is_same_v<Member, bool> ? "bool" : detail::ros_type<decltype(number_of(member))>(), 0, name);
     } else if constexpr (VectorField<Member>) {
-      own += "float64[" + std::to_string(member.size()) + "] " + name + "\n";
+      schema.field("float64", static_cast<std::size_t>(member.size()), name);
     } else {
-      const std::string type = std::string("knuckle_msgs/") + detail::struct_name<Member>();
-      own += type + " " + name + "\n";
-      if (seen.insert(type).second)
-        inner += std::string(80, '=') + "\nMSG: " + type + "\n" + schema_text<Member>(seen);
+      schema.field(detail::struct_name<Member>(), 0, name);
+      schema.inner(detail::struct_name<Member>(), schema_text<Member>());
     }
   });
-  return own + inner;
+  return schema.text();
 }
 
 }  // namespace knuckle::recording

@@ -14,7 +14,7 @@ constexpr std::size_t kTimeAt = 0, kStepAt = 8, kCrcAt = 12, kLostAt = 16, kCoun
 
 void LoopTape::begin_wires() noexcept {
   const std::size_t room = kStepBytes - sizeof(StepHeader) - kStateBytes;
-  CdrWriter& out = wires_.emplace(std::span(room_).subspan(sizeof(StepHeader), room));
+  CdrWriter& out = wires_.emplace(std::span<std::uint8_t>(room_).subspan(sizeof(StepHeader), room));
   out.put(std::int64_t{0});
   for (int i = 0; i < 4; ++i) out.put(std::uint32_t{0});
   count_ = lost_ = 0;
@@ -57,7 +57,7 @@ void LoopTape::push(Time now, std::size_t wires_size, std::size_t state_size, Re
   header.state_size = static_cast<std::uint32_t>(state_size);
   header.alarm = alarm;
   std::memcpy(room_.data(), &header, sizeof header);
-  ring_->push(std::span(room_).first(sizeof header + wires_size + state_size));
+  ring_->push(std::span<std::uint8_t>(room_).first(sizeof header + wires_size + state_size));
 }
 
 }  // namespace knuckle::recording

@@ -50,7 +50,7 @@ class LoopTape {
     const std::size_t wires_size = finish_wires(now);
     std::size_t state_size = 0;
     if (state != nullptr) {
-      CdrWriter out(std::span(room_).subspan(sizeof(StepHeader) + wires_size));
+      CdrWriter out(std::span<std::uint8_t>(room_).subspan(sizeof(StepHeader) + wires_size));
       put(out, *state);
       state_size = out.size();
     }

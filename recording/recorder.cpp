@@ -1,7 +1,7 @@
 #include "recording/recorder.h"
 
 #include <cerrno>
-#include <chrono>
+#include <cstdio>
 #include <cstring>
 #include <utility>
 
@@ -14,6 +14,7 @@ namespace {
 
 constexpr Duration kDrainPeriod = 20ms;
 constexpr std::size_t kChunkBytes = std::size_t{4} << 20;
+constexpr const char* kUnfinished = ".partial";
 constexpr int kMostTwins = 99;  // parts that other programs began in the same second
 
 Time time_at(std::int64_t ns) {
@@ -157,11 +158,13 @@ void Recorder::write(const mcap::Chunk& chunk) {
 
 bool Recorder::open_part(std::int64_t at_ns) {
   if (options_.file.empty() && !make_folder(options_.folder)) return false;
+  const bool own_name = options_.file.empty();
+  if (!own_name) (void)std::remove((options_.file + kUnfinished).c_str());
   const std::string first =
-      options_.file.empty() ? options_.folder + "/" + part_name(head_, head_.part) : options_.file;
+      own_name ? options_.folder + "/" + part_name(head_, head_.part) : options_.file + kUnfinished;
   std::string path = first;
   bool open = file_.open(path, topics());
-  for (int twin = 2; !open && options_.file.empty() && file_.error() == EEXIST && twin <= kMostTwins; ++twin) {
+  for (int twin = 2; !open && own_name && file_.error() == EEXIST && twin <= kMostTwins; ++twin) {
     path = first.substr(0, first.size() - 5) + "_" + std::to_string(twin) + ".mcap";
     open = file_.open(path, topics());
   }
@@ -176,9 +179,9 @@ bool Recorder::open_part(std::int64_t at_ns) {
   {
     const std::scoped_lock lock(mutex_);
     status_.recording = true;
-    status_.file = path;
+    status_.file = own_name ? path : options_.file;
   }
-  if (!options_.file.empty()) return true;
+  if (!own_name) return true;
   for (const std::string& deleted : make_room(options_.folder, options_.folder_bytes, path))
     say(time_at(at_ns), Severity::kInfo, "deleted, as the folder is full: " + deleted);
   return true;
@@ -195,6 +198,12 @@ void Recorder::end_recording(Time at, const std::string& problem) {
   say(at, Severity::kError, "the recording has ended: " + problem);
 }
 
+/// A file that was named is there only once it is complete.
+bool Recorder::put_in_place() {
+  if (file_.error() != 0) errno = file_.error();
+  return options_.file.empty() || std::rename((options_.file + kUnfinished).c_str(), options_.file.c_str()) == 0;
+}
+
 void Recorder::close() {
   if (std::exchange(closed_, true)) return;
   drain();
@@ -203,7 +212,7 @@ void Recorder::close() {
   flights_.close();
   take_events();  // what the last flight record has to say of itself
   if (!builder_.empty()) finish_chunk();
-  if (recording_ && !file_.close()) end_recording(time_at(newest_ns_), std::strerror(file_.error()));
+  if (recording_ && !(file_.close() && put_in_place())) end_recording(time_at(newest_ns_), std::strerror(errno));
   recording_ = false;
   drain();
 }

@@ -26,7 +26,7 @@
 namespace knuckle::recording {
 
 struct RecorderOptions {
-  std::string file;    ///< All into this one file, which must not exist; empty: parts in the folder.
+  std::string file;    ///< All into this one, FILE.partial until it is complete; empty: parts in the folder.
   std::string folder;  ///< Of parts and flight records; empty: no flight records.
   bool keep = true;    ///< false: flight records alone.
   mcap::Compression compression{3};
@@ -82,6 +82,7 @@ class Recorder {
   void finish_chunk();
   void write(const mcap::Chunk& chunk);
   [[nodiscard]] bool open_part(std::int64_t at_ns);
+  [[nodiscard]] bool put_in_place();
   void end_recording(Time at, const std::string& problem);
   void say(Time at, Severity severity, const std::string& text);
 

@@ -4,6 +4,7 @@
 #include "core/time.h"
 #include "master/master_state.h"
 #include "recording/loop_tape.h"
+#include "slave/slave_loop.h"
 #include "slave/slave_state.h"
 
 namespace knuckle::recording {

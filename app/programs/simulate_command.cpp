@@ -73,6 +73,8 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--truth", o.truth,
                "The simulated machine's true parameters (.toml), instead of sampling them from the seed");
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
+  c.add_option("--log", o.log, "Record all that the loops read, know and do (.mcap; docs/recording.md)");
+  c.add_option("--flights", o.flights, "Folder for flight records: the last half minute of every fault and stop");
   c.add_option("--csv", o.csv, "Write a CSV table, a row each step of the machine's loop");
   c.add_option("--report", o.report, "Write a self-contained HTML report");
   c.add_option("--json", o.json, "Write the result as JSON (described in docs/results.md)");
@@ -89,6 +91,7 @@ void check_places(const session::SimulateOptions& o) {
   places.input("--operator", o.operator_path());
   places.input("--from-cell", o.from_cell.substr(0, o.from_cell.rfind(':')));
   places.output("--candump", o.candump);
+  places.output("--log", o.log);
   places.output("--csv", o.csv);
   places.output("--report", o.report);
   places.output("--json", o.json);
@@ -102,6 +105,8 @@ void check_link(const session::SimulateOptions& o) {
   if (o.listen.empty() != o.connect.empty())
     cli::refuse_option(o.listen.empty() ? "--connect" : "--listen", o.listen + o.connect,
                        "give --listen and --connect, or neither");
+  if (o.realtime && !(o.log + o.flights).empty())
+    cli::refuse_option(o.log.empty() ? "--flights" : "--log", o.log + o.flights, "does not go with --realtime yet");
   if (!o.listen.empty() && !o.realtime) cli::refuse_option("--listen", o.listen, "only goes with --realtime");
 }
 
@@ -185,6 +190,8 @@ void take_cell(session::SimulateOptions& o) {
   cell.assist_force_limit_N = o.assist_force_limit_N;
   cell.assist_stop_on_object = o.assist_stop_on_object;
   cell.candump = o.candump;
+  cell.log = o.log;
+  cell.flights = o.flights;
   cell.csv = o.csv;
   cell.report = o.report;
   cell.json = o.json;

@@ -36,6 +36,7 @@ struct SimulateOptions {
   std::string family;                      ///< Which machines and devices the seed samples from; empty: smooth.
   std::string truth;                       ///< Input: the plant's own parameters, instead of sampling them.
   std::string candump, csv, report, json;  ///< Outputs.
+  std::string log, flights;                ///< Recording (.mcap); folder of flight records.
 
   /// FILE of "path:FILE.csv"; empty for a named operator.
   [[nodiscard]] std::string operator_path() const;

@@ -1,6 +1,7 @@
 // What the command line asks for, loaded, run and handed over as one result.
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <ostream>
 #include <utility>
 
@@ -8,10 +9,12 @@
 #include "app/session/scene.h"
 #include "app/session/session.h"
 #include "app/session/session_digest.h"
+#include "app/session/session_head.h"
 #include "app/session/session_result.h"
 #include "app/session/session_setup.h"
 #include "app/session/truth_file.h"
 #include "machine/pose.h"
+#include "recording/recorder.h"
 #include "transport/timed_frame.h"
 
 namespace knuckle::session {
@@ -50,10 +53,24 @@ std::vector<HopLatency> hops_of(const HopHistograms& h) {
           hop("slave_to_master", h.slave_to_master), hop("pressure_to_hand", h.pressure_to_hand)};
 }
 
-SessionOutcome run_on_virtual_time(const SessionSetup& setup, const std::function<void(double)>& progress) {
+/// Nothing where none is asked for.
+std::unique_ptr<recording::Recorder> recorder_for(const SimulateOptions& options, const SessionSetup& setup) {
+  if (options.log.empty() && options.flights.empty()) return nullptr;
+  recording::RecorderOptions how;
+  how.file = options.log;
+  how.folder = options.flights;
+  how.keep = !options.log.empty();
+  return std::make_unique<recording::Recorder>(how, session_head(setup, options), setup.machine);
+}
+
+SessionOutcome run_on_virtual_time(const SessionSetup& setup, recording::Recorder* recorder,
+                                   const std::function<void(double)>& progress) {
+  constexpr int kDrainTicks = 50;
   Session session(setup);
+  if (recorder != nullptr) session.record_to(*recorder);
   for (int tick = 0; !session.done(); ++tick) {
     session.step();
+    if (recorder != nullptr && tick % kDrainTicks == 0) recorder->drain();
     if (progress && tick % 2000 == 0) progress(session.done_fraction());
   }
   SessionOutcome outcome;
@@ -84,8 +101,14 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   describe(setup, result);
   result.impairment = options.impairment;
   const auto start = std::chrono::steady_clock::now();
-  SessionOutcome outcome =
-      options.realtime ? run_realtime(setup, hooks.progress) : run_on_virtual_time(setup, hooks.progress);
+  const std::unique_ptr<recording::Recorder> recorder = recorder_for(options, setup);
+  SessionOutcome outcome = options.realtime
+                               ? run_realtime(setup, hooks.progress)
+                               : run_on_virtual_time(setup, recorder.get(), hooks.progress);
+  if (recorder) {
+    recorder->close();
+    result.log = recorder->status();
+  }
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (hooks.progress) hooks.progress(1);
   result.simulated_s = outcome.elapsed_s;

@@ -13,6 +13,7 @@
 #include "app/session/scene.h"
 #include "app/session/session_record.h"
 #include "machine/description.h"
+#include "recording/recorder.h"
 
 namespace knuckle::session {
 
@@ -49,6 +50,7 @@ struct SessionResult {
   double simulated_s = 0, wall_s = 0;
   std::vector<HopLatency> hops;
   std::vector<LoopTiming> loops;  ///< Empty on virtual time.
+  recording::RecorderStatus log;  ///< Of the recording and flight records, where they were asked for.
   // How to judge and draw it.
   std::vector<Criterion> criteria;
   MachineDescription machine;

@@ -1,0 +1,108 @@
+#include "app/replay/replay_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "machine/load.h"
+#include "recording/recording.h"
+#include "recording/replay.h"
+
+namespace knuckle::replay {
+namespace {
+
+struct Options {
+  std::vector<std::string> files;
+  std::vector<std::string> with;
+  std::string control;
+};
+
+/// Replaces the machine or the device that the file describes. A file says which it is by its keys.
+void put_in(const std::string& file, recording::ReplaySetup& setup) {
+  std::string machine_error;
+  try {
+    setup.machine = calibrated(load_machine(file));
+    return;
+  } catch (const InputError& error) {
+    machine_error = error.what();
+  }
+  try {
+    setup.device = load_device(file);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("--with {}: is neither a machine file ({}) nor a device file ({})", file, machine_error,
+                                 error.what()));
+  }
+}
+
+void print(const recording::Divergence& first) {
+  std::cout << fmt::format("{}: first difference at {:.4f} s (step {}):\n", name(first.side), to_seconds(first.at),
+                           first.step);
+  for (const std::string& line : first.what) std::cout << "  " << line << '\n';
+  std::cout << fmt::format("  read in this step: {}\n", first.inputs.empty() ? "nothing" : "");
+  for (const std::string& line : first.inputs) std::cout << "    " << line << '\n';
+}
+
+/// The largest differences of each side, relative to nothing: their units are in their names.
+void print_fields(const recording::SideResult& side) {
+  if (side.fields.empty()) return;
+  std::cout << fmt::format("  {:<34} {:>14} {:>10} {:>9}\n", "field", "largest diff.", "at s", "steps");
+  for (const auto& [name, field] : side.fields)
+    std::cout << fmt::format("  {:<34} {:>14.6g} {:>10.3f} {:>9}\n", name, field.largest, to_seconds(field.at),
+                             field.steps);
+}
+
+int run(const Options& o) {
+  recording::Recording recording(o.files);
+  recording::ReplaySetup setup = recording::setup_of(recording);
+  for (const std::string& file : o.with) put_in(file, setup);
+  if (!o.control.empty()) {
+    const auto law = control_law_named(o.control);
+    if (!law) cli::refuse_option("--control", o.control, std::string("must be ") + kControlLawChoice);
+    setup.head.law = *law;
+  }
+  const recording::ReplayResult result = recording::replay(recording, setup);
+  for (const std::string& damage : recording.damages()) std::cerr << "knuckle replay: " << damage << '\n';
+  if (!recording.complete())
+    std::cerr << "knuckle replay: " << recording.source() << ": has no end: its program was killed\n";
+  for (std::size_t i = 0; i < result.sides.size(); ++i) {
+    const recording::SideResult& side = result.sides[i];
+    if (side.steps == 0) continue;
+    std::cout << fmt::format("{}: {} steps, {} different, {} missing\n", name(static_cast<recording::Side>(i)),
+                             side.steps, side.differing, side.missing);
+    if (side.first) print(*side.first);
+    print_fields(side);
+  }
+  if (!result.changes.empty()) std::cout << "what was held of the machine:\n";
+  for (const recording::Change& change : result.changes)
+    std::cout << fmt::format("  {:>10.3f} s  {}: recorded \"{}\", replayed \"{}\"\n", to_seconds(change.at),
+                             name(change.side), change.recorded, change.replayed);
+  if (result.identical()) std::cout << "identical, bit by bit\n";
+  if (!o.with.empty() || !o.control.empty()) return 0;
+  if (!result.identical() && recording.head().version != cli::program_version())
+    std::cout << "recorded by version " << recording.head().version << ", run again by " << cli::program_version()
+              << '\n';
+  return result.identical() ? 0 : 1;
+}
+
+}  // namespace
+
+cli::Command replay_entry() {
+  return {"replay", "Run the loops of a recording again on what they read, and compare bit by bit",
+          [](CLI::App& command) {
+            const auto options = std::make_shared<Options>();
+            command.add_option("RECORDING", options->files, "Recording (.mcap); of several parts all, in their order")
+                ->required();
+            command.add_option("--with", options->with,
+                               "Machine or device file in place of the recorded one: what would have differed?");
+            command.add_option("--control", options->control, "Bilateral law in place of the recorded one");
+            return [options] { return run(*options); };
+          }};
+}
+
+}  // namespace knuckle::replay

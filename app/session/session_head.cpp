@@ -1,0 +1,32 @@
+#include "app/session/session_head.h"
+
+#include <filesystem>
+
+#include "app/cli/command.h"
+#include "machine/toml_reader.h"
+#include "machine/whole_file.h"
+
+namespace knuckle::session {
+
+std::string file_text(const std::string& source) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(source, ignored) ? whole_file(source, kLargestToml_MB) : "";
+}
+
+recording::Head session_head(const SessionSetup& setup, const SimulateOptions& options) {
+  recording::Head head;
+  head.program = "knuckle simulate --scenario " + options.scenario + " --seed " + std::to_string(setup.seed);
+  head.version = cli::program_version();
+  head.virtual_time = true;
+  head.simulated = head.has_operator = head.has_machine = true;
+  head.operator_start = start_from(setup.seed, LinkEnd::kOperator);
+  head.machine_start = start_from(setup.seed, LinkEnd::kMachine);
+  head.law = setup.law;
+  head.far_end_is_this_machine = true;
+  head.machine_file = file_text(setup.machine.source);
+  head.device_file = file_text(setup.device.source);
+  head.scenario_file = options.scenario_text.empty() ? file_text(setup.scenario.source) : options.scenario_text;
+  return head;
+}
+
+}  // namespace knuckle::session
