@@ -35,8 +35,8 @@ void put_in(const std::string& file, recording::ReplaySetup& setup) {
   try {
     setup.device = load_device(file);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("--with {}: is neither a machine file ({}) nor a device file ({})", file, machine_error,
-                                 error.what()));
+    throw InputError(fmt::format("--with {}: is neither a machine file ({}) nor a device file ({})", file,
+                                 machine_error, error.what()));
   }
 }
 

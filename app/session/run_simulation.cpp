@@ -102,9 +102,8 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   result.impairment = options.impairment;
   const auto start = std::chrono::steady_clock::now();
   const std::unique_ptr<recording::Recorder> recorder = recorder_for(options, setup);
-  SessionOutcome outcome = options.realtime
-                               ? run_realtime(setup, hooks.progress)
-                               : run_on_virtual_time(setup, recorder.get(), hooks.progress);
+  SessionOutcome outcome = options.realtime ? run_realtime(setup, hooks.progress)
+                                            : run_on_virtual_time(setup, recorder.get(), hooks.progress);
   if (recorder) {
     recorder->close();
     result.log = recorder->status();

@@ -29,7 +29,8 @@ std::set<std::string> operator+(std::set<std::string> some, const std::set<std::
 Table make_table() {
   const std::set<std::string> loops{"core", "machine", "transport", "estimation", "slave", "sim"};
   const std::set<std::string> tables{"core", "machine", "estimation", "app/cli", "app/recordings"};
-  const std::set<std::string> screens = loops + std::set<std::string>{"master", "app/session", "app/console"};
+  const std::set<std::string> screens =
+      loops + std::set<std::string>{"master", "recording", "app/session", "app/console"};
   Table table{
       {"core", {}},
       {"machine", {"core"}},
@@ -43,20 +44,22 @@ Table make_table() {
       {"sim",
        {"core", "transport", "machine/description.h", "machine/description_fwd.h", "machine/arm_description.h",
         "machine/bus_description.h", "machine/device_description.h"}},
+      {"recording", {"core", "machine", "transport", "master", "slave", "recording/mcap"}},
       {"app/cli", {"core"}},
       {"app/pairing", {"core", "machine/toml_reader.h", "transport", "transport/secure", "transport/ice", "app/cli"}},
       {"app/rendezvous", {"core", "transport", "transport/secure", "transport/ice", "app/cli"}},
       {"app/audit", {"core", "app/cli"}},
       {"app/recordings", {"core", "machine", "estimation", "app/cli"}},
-      {"app/session", loops + tables + std::set<std::string>{"master"}},
+      {"app/session", loops + tables + std::set<std::string>{"master", "recording"}},
+      {"app/replay", {"core", "machine", "app/cli", "recording", "recording/mcap"}},
       {"app/motion", loops + std::set<std::string>{"app/cli"}},
       {"app/report", tables + std::set<std::string>{"app/session"}},
       {"app/bringup", loops + tables + std::set<std::string>{"app/motion", "transport/secure", "app/pairing"}},
       {"app/identify", tables + std::set<std::string>{"sim", "app/motion", "app/report", "app/session/truth_file.h"}},
       {"app/battery", tables + std::set<std::string>{"sim", "app/session", "app/report"}},
       {"app/programs", loops + tables +
-                           std::set<std::string>{"master", "app/session", "app/report", "app/bringup", "app/battery",
-                                                 "app/pairing", "transport/secure", "app/audit"}},
+                           std::set<std::string>{"master", "recording", "app/session", "app/report", "app/bringup",
+                                                 "app/battery", "app/pairing", "transport/secure", "app/audit"}},
       {"app/relay",
        {"core", "machine/load.h", "transport", "app/cli", "app/programs/program_console.h",
         "app/programs/program_options.h", "app/session/link_file.h"}},
