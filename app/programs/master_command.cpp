@@ -16,8 +16,10 @@
 #include "app/programs/master_program.h"
 #include "app/programs/observer_program.h"
 #include "app/programs/path_json.h"
+#include "app/programs/program_log.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
+#include "app/session/session_head.h"
 #include "machine/device_choice.h"
 #include "machine/load.h"
 #include "transport/mirrored_link.h"
@@ -36,6 +38,7 @@ struct Options {
   bool assist_stop_on_object = false;
   std::optional<double> duration_s;
   std::string csv, json;
+  LogOptions log;
 };
 
 void add_options(CLI::App& c, Options& o) {
@@ -60,23 +63,27 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--csv", o.csv,
                "Write device state, set-point, force and the machine's reports as CSV, a row every 5 ms");
   c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
+  add_log_options(c, o.log);
 }
 
 /// An observer leads nothing: without a device, and without what leading needs.
 void check_observer(const Options& o) {
   if (o.device != "none") cli::refuse_option("--observe", "", "goes with --device none");
-  const std::array<std::pair<const char*, bool>, 7> in_vain{{{"--machine", !o.machine.empty()},
+  const std::array<std::pair<const char*, bool>, 9> in_vain{{{"--machine", !o.machine.empty()},
                                                              {"--device-file", !o.device_file.empty()},
                                                              {"--mirror", !o.mirror.empty()},
                                                              {"--control", !o.control.empty()},
                                                              {"--assist-force-limit", o.assist_force_limit_N != 0},
                                                              {"--assist-stop-on-object", o.assist_stop_on_object},
-                                                             {"--csv", !o.csv.empty()}}};
+                                                             {"--csv", !o.csv.empty()},
+                                                             {"--log", !o.log.folder.empty()},
+                                                             {"--no-log", o.log.off}}};
   for (const auto& [option, given] : in_vain)
     if (given) cli::refuse_option(option, "", "does not go with --observe");
 }
 
 void check(const Options& o) {
+  check_log(o.log);
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
   if (o.assist_force_limit_N != 0)
     cli::check_range("--assist-force-limit", o.assist_force_limit_N, session::kLeastAssist_N, session::kMostAssist_N,
@@ -113,7 +120,21 @@ MasterSetup set_up(const Options& o) {
   setup.law = control_law_named(o.control).value_or(setup.device.feel.law);
   setup.assist.force_limit_N = o.assist_force_limit_N;
   setup.assist.stop_on_object = o.assist_stop_on_object;
+  setup.start = random_start();
   return setup;
+}
+
+recording::Head head_of(const Options& o, const MasterSetup& setup) {
+  recording::Head head;
+  head.program = "knuckle master --machine " + setup.machine.source + " --device " + o.device;
+  head.version = cli::program_version();
+  head.started_unix_ns = static_cast<std::int64_t>(1e9 * unix_time_s());
+  head.has_operator = true;
+  head.operator_start = setup.start;
+  head.law = setup.law;
+  head.machine_file = session::file_text(setup.machine.source);
+  head.device_file = session::file_text(setup.device.source);
+  return head;
 }
 
 /// Why no device was usable in a whole run.
@@ -227,8 +248,10 @@ int run(const Options& o) {
   NoDevice nothing;
   const std::unique_ptr<HidDevicePort> device = bringup::open_leading_device(o.device, o.serial);
 
+  ProgramLog log(o.log, o.device != "none", head_of(o, setup), setup.machine);
   ProgramConsole console("knuckle master");
   for (const std::string& note : link.notes()) console.note(note);
+  for (const std::string& note : log.notes()) console.note(note);
   console.note("device " + setup.device.name + " (" + o.device + "), machine " + setup.machine.name + " at " +
                link.where());
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
@@ -238,6 +261,7 @@ int run(const Options& o) {
   program.news = [&] {
     std::vector<cli::News> news = link.news();
     for (cli::News& done : obey_control_lines(input, link)) news.push_back(std::move(done));
+    for (cli::News& recorded : log.news()) news.push_back(std::move(recorded));
     return news;
   };
   const double started_unix_s = unix_time_s();
@@ -245,8 +269,9 @@ int run(const Options& o) {
   HidPort& port = device ? static_cast<HidPort&>(*device) : nothing;
   Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link.link();
   MasterOutcome outcome = run_master(
-      setup, port, wire, program, [&] { return device ? device->status().problem : ""; }, csv.stream());
+      setup, port, wire, program, [&] { return device ? device->status().problem : ""; }, csv.stream(), log.recorder());
   link.close();
+  log.close();
   outcome.records_lost += finish_records(console, {&csv});
 
   const bool without_device = device && !outcome.device_was_ready;
@@ -254,6 +279,7 @@ int run(const Options& o) {
   if (!outcome.machine_was_heard) console.note(kNeverHeard);
   Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());
   result["path"] = path_json(link, started);
+  result["recording"] = log.json();
   if (auto* out = json.stream()) *out << result.dump(2) << '\n';
   commit_all({&csv, &json});
   return without_device || !outcome.machine_was_heard ? 1 : 0;

@@ -9,6 +9,8 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
+#include "recording/taped_loops.h"
+#include "recording/taped_wires.h"
 
 namespace knuckle::programs {
 namespace {
@@ -34,8 +36,13 @@ struct MasterStatus {
 /// All that the loop's thread works on, and what crosses to the thread that tends it.
 class MasterRunner {
  public:
-  MasterRunner(const MasterSetup& setup, HidPort& port, Link& link, bool wants_rows)
-      : wants_rows_(wants_rows), master_(setup.device, setup.machine, port, link, random_start(), setup.law) {
+  /// @param recorder null: nothing is recorded.
+  MasterRunner(const MasterSetup& setup, HidPort& port, Link& link, bool wants_rows, recording::Recorder* recorder)
+      : wants_rows_(wants_rows),
+        port_(port, tape_),
+        link_(link, tape_),
+        master_(setup.device, setup.machine, port_, link_, setup.start, setup.law) {
+    if (recorder != nullptr) tape_.record_to(recorder->operator_steps());
     master_.set_assist(setup.assist);
     last_device_.device.code = ReasonCode::kCount;  // the device's state is reported at the start, too
   }
@@ -66,6 +73,9 @@ class MasterRunner {
 
   bool wants_rows_;
   int steps_ = 0;
+  recording::LoopTape tape_;
+  recording::TapedHid port_;
+  recording::TapedLink link_;
   master::MasterLoop master_;
   MasterEvent last_machine_, last_device_, last_other_, last_felt_;
   Histogram round_trip_;
@@ -79,6 +89,7 @@ class MasterRunner {
 void MasterRunner::step(Time now) noexcept {
   if (stop_asked_.load(std::memory_order_relaxed)) master_.let_go();
   master_.step(now);
+  recording::end_step(tape_, now, master_);
   if (master_.has_let_go()) stopped_.store(true, std::memory_order_release);
   observe(now);
   if (wants_rows_ && steps_++ % kStepsPerRow == 0) rows_.push(row_of(now, master_));
@@ -128,14 +139,14 @@ void MasterRunner::observe(Time now) noexcept {
 /// Events as they come, what blocks or is wrong for long, and the status line.
 class Teller {
  public:
-  Teller(ProgramConsole& console, const std::function<std::string()>& device_problem)
-      : console_(console), device_problem_(device_problem) {}
+  Teller(ProgramConsole& console, const std::function<std::string()>& device_problem, recording::Recorder* recorder)
+      : console_(console), recorder_(recorder), device_problem_(device_problem) {}
 
   void tell(Time now, MasterRunner& runner) {
     MasterEvent event;
     while (runner.next(event)) {
       events_.add(event, kind_of(event));
-      console_.event(event.at, event_text(event), kind_of(event));
+      say(event.at, event_text(event), kind_of(event));
       device_was_ready_ |= event.about == MasterEvent::About::kDevice && !event.device;
       machine_was_heard_ |= event.heard;
       if (event.about == MasterEvent::About::kMachine) told_ = event.fault ? event.fault : event.blocking;
@@ -154,6 +165,11 @@ class Teller {
   }
 
  private:
+  /// On the console and in the recording.
+  void say(Time at, const std::string& what, const std::string& kind) {
+    console_.event(at, what, kind);
+    if (recorder_ != nullptr) recorder_->event({at, recording::Severity::kInfo, kind, what});
+  }
   void tell_standing(Time now, const MasterEvent& event) {
     if (!same_cause(event.blocking, standing_)) standing_since_ = now;
     standing_ = event.blocking;
@@ -161,14 +177,14 @@ class Teller {
     told_ = standing_;
     MasterEvent shown = event;
     shown.fault = {};
-    console_.event(now, event_text(shown), "standing " + kind_of(shown));
+    say(now, event_text(shown), "standing " + kind_of(shown));
   }
   void tell_problem(Time now) {
     if (!device_problem_) return;
     const std::string problem = device_problem_();
     if (problem == problem_) return;
     problem_ = problem;
-    if (!problem.empty()) console_.event(now, problem);
+    if (!problem.empty()) say(now, problem, "device");
   }
   static std::vector<std::string> status_parts(const MasterStatus& status) {
     std::vector<std::string> parts{status.now.heard ? "machine " + std::string(name(status.now.mode))
@@ -183,6 +199,7 @@ class Teller {
   }
 
   ProgramConsole& console_;
+  recording::Recorder* recorder_;
   RunEvents<MasterEvent> events_;
   bool device_was_ready_ = false, machine_was_heard_ = false;
   const std::function<std::string()>& device_problem_;
@@ -213,11 +230,12 @@ std::string event_text(const MasterEvent& event) {
 }
 
 MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
-                         const std::function<std::string()>& device_problem, std::ostream* csv) {
-  const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv != nullptr);
+                         const std::function<std::string()>& device_problem, std::ostream* csv,
+                         recording::Recorder* recorder) {
+  const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv != nullptr, recorder);
   if (csv != nullptr) write_master_header(*csv);
   MasterOutcome outcome;
-  Teller teller(run.console, device_problem);
+  Teller teller(run.console, device_problem, recorder);
   PolicyNote policy("master");
   const RealtimeClock clock;
   {

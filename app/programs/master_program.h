@@ -16,6 +16,7 @@
 #include "machine/description.h"
 #include "machine/device_description.h"
 #include "master/master_loop.h"
+#include "recording/recorder.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
@@ -28,6 +29,7 @@ struct MasterSetup {
   MachineDescription machine;  ///< As calibrated.
   ControlLaw law = ControlLaw::kEchoSpring;
   AssistSettings assist;
+  LinkStart start;  ///< Drawn anew for each run.
 };
 
 /// The machine's report changed (mode or fault, or that packets are received at all), or the device's state, or whether
@@ -63,8 +65,9 @@ struct MasterOutcome {
 /// @param device_problem what is wrong with the device below the loop, in one line; empty: nothing. May be empty
 /// itself.
 /// @param csv a row every 5 ms; null: not wanted.
+/// @param recorder all that the loop reads, knows and does, and events; null: not wanted.
 [[nodiscard]] MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
                                        const std::function<std::string()>& device_problem = {},
-                                       std::ostream* csv = nullptr);
+                                       std::ostream* csv = nullptr, recording::Recorder* recorder = nullptr);
 
 }  // namespace knuckle::programs

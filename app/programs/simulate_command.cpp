@@ -105,8 +105,6 @@ void check_link(const session::SimulateOptions& o) {
   if (o.listen.empty() != o.connect.empty())
     cli::refuse_option(o.listen.empty() ? "--connect" : "--listen", o.listen + o.connect,
                        "give --listen and --connect, or neither");
-  if (o.realtime && !(o.log + o.flights).empty())
-    cli::refuse_option(o.log.empty() ? "--flights" : "--log", o.log + o.flights, "does not go with --realtime yet");
   if (!o.listen.empty() && !o.realtime) cli::refuse_option("--listen", o.listen, "only goes with --realtime");
 }
 

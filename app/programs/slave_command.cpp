@@ -9,10 +9,12 @@
 #include "app/cli/interrupt.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/path_json.h"
+#include "app/programs/program_log.h"
 #include "app/programs/program_options.h"
 #include "app/programs/slave_audit.h"
 #include "app/programs/slave_program.h"
 #include "app/session/scenario.h"
+#include "app/session/session_head.h"
 #include "core/loop_table.h"
 #include "machine/load.h"
 #include "sim/machine_on_bus.h"
@@ -39,6 +41,7 @@ struct Options {
   std::optional<int> observers;
   std::optional<double> duration_s;
   std::string candump, csv, json, audit;
+  LogOptions log;
 };
 
 void add_options(CLI::App& c, Options& o) {
@@ -62,6 +65,7 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
   c.add_option("--csv", o.csv, "Write sensors, commands and estimates, a row each step; `knuckle identify` reads it");
   c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
+  add_log_options(c, o.log);
 }
 
 /// On a CAN interface, or simulated: one of the two, and nothing that only the other takes.
@@ -76,6 +80,7 @@ void check_bus(const Options& o) {
 
 void check(const Options& o) {
   check_bus(o);
+  check_log(o.log);
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
   cli::check_range("--observers", o.observers, 0, 16, "");
   if (o.observers && o.link.insecure > 0)
@@ -204,6 +209,19 @@ std::string machine_note(const Options& o, const Setup& setup, const std::string
          std::to_string(setup.simulation->seed) + "), nothing real moves" + listening;
 }
 
+recording::Head head_of(const Options& o, const Setup& setup, const LinkStart& start) {
+  recording::Head head;
+  head.program = "knuckle slave --machine " + setup.file + (o.can.empty() ? " --simulate" : " --can " + o.can);
+  head.version = cli::program_version();
+  head.started_unix_ns = static_cast<std::int64_t>(1e9 * unix_time_s());
+  head.simulated = setup.simulation.has_value();
+  head.has_machine = true;
+  head.machine_start = start;
+  head.machine_file = session::file_text(setup.file);
+  if (setup.simulation) head.scenario_file = session::file_text(setup.simulation->scenario.source);
+  return head;
+}
+
 /// Empty: none is written.
 std::string audit_folder(const Options& o) {
   if (!o.audit.empty() || o.link.insecure > 0) return o.audit;
@@ -224,11 +242,14 @@ int run(const Options& o) {
   std::optional<SlaveAudit> audit;
   if (const std::string folder = audit_folder(o); !folder.empty()) audit.emplace(folder);
 
+  const LinkStart start = random_start();
+  ProgramLog log(o.log, !setup.simulation, head_of(o, setup, start), setup.machine);
   ProgramConsole console("knuckle slave");
   for (const std::string& note : link.notes()) console.note(note);
+  for (const std::string& note : log.notes()) console.note(note);
   if (audit && !audit->damage().empty()) console.note(audit->damage());
   console.note(machine_note(o, setup, link.where()));
-  SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream()};
+  SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream(), log.recorder()};
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&candump, &csv};
@@ -244,18 +265,21 @@ int run(const Options& o) {
   program.news = [&] {
     std::vector<cli::News> news = link.news(audit ? &watch : nullptr);
     if (std::string refused = audit ? audit->news() : ""; !refused.empty()) news.push_back({refused, "audit trail"});
+    for (cli::News& recorded : log.news()) news.push_back(std::move(recorded));
     return news;
   };
   const double started_unix_s = unix_time_s();
   const auto started = std::chrono::steady_clock::now();
-  SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link.link(), program, records);
+  SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link.link(), start, program, records);
   link.close();
+  log.close();
   for (const cli::News& news : program.news()) console.note(news.what);
   if (audit) audit->ended(outcome.unconfirmed.empty());
   outcome.records_lost += finish_records(console, {&candump, &csv});
 
   Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());
   result["path"] = path_json(link, started);
+  result["recording"] = log.json();
   if (const SocketCanBus* bus = machine.interface()) {
     if (const std::string wrong = bus->diagnosis(); !wrong.empty()) console.note(wrong);
     result["can_counters"] = counters_json(bus->counters());

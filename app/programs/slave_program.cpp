@@ -11,6 +11,8 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
+#include "recording/taped_loops.h"
+#include "recording/taped_wires.h"
 #include "slave/orderly_stop.h"
 #include "slave/slave_loop.h"
 #include "slave/status_reporter.h"
@@ -48,15 +50,18 @@ std::string kind_of(const slave::EmergencyRecord& record) {
 class SlaveRunner {
  public:
   /// @param health of the loop's thread.
-  SlaveRunner(const MachineDescription& machine, CanBus& bus, Link& link, const SlaveRecords& records,
-              Mailbox<LoopHealth>& health)
+  SlaveRunner(const MachineDescription& machine, CanBus& bus, Link& link, const LinkStart& start,
+              const SlaveRecords& records, Mailbox<LoopHealth>& health)
       : machine_(machine),
-        link_(link),
         can_(bus, machine.bus.bit_rate, records.candump != nullptr),
+        taped_can_(can_, tape_),
+        link_(link, tape_),
         wants_rows_(records.csv != nullptr),
-        slave_(machine, can_, link, random_start()),
-        reporter_(machine, can_, link, &health),
-        stop_(machine, can_) {}
+        slave_(machine, taped_can_, link_, start),
+        reporter_(machine, can_, link_, &health),
+        stop_(machine, taped_can_) {
+    if (records.recorder != nullptr) tape_.record_to(records.recorder->machine_steps());
+  }
 
   // The loop's thread.
   void step(Time now) noexcept;
@@ -82,8 +87,10 @@ class SlaveRunner {
   void step_stop(Time now) noexcept;
 
   const MachineDescription& machine_;
-  Link& link_;
   WatchedCan can_;
+  recording::LoopTape tape_;
+  recording::TapedCan taped_can_;
+  recording::TapedLink link_;
   bool wants_rows_;
   slave::SlaveLoop slave_;
   slave::StatusReporter reporter_;
@@ -107,6 +114,7 @@ void SlaveRunner::step(Time now) noexcept {
   if (stop_asked_.load(std::memory_order_relaxed)) return step_stop(now);
   slave_.step(now);
   reporter_.step(now, slave_);
+  recording::end_step(tape_, now, slave_);
   observe(now);
   observe_nodes(now);
 }
@@ -149,6 +157,7 @@ void SlaveRunner::step_stop(Time now) noexcept {
   }
   farewell_.stamp = slave_.session().stamp(farewell_.stamp.sequence + 1, now);
   link_.send(encode(farewell_).view());
+  tape_.end_step(now, ReasonCode::kNone);
   if (stop_.done()) stopped_.store(true, std::memory_order_release);
 }
 
@@ -190,7 +199,7 @@ class Teller {
       events_.add(event, kind);
       if (event.fault && !same_cause(event.fault, standing_fault_)) faults_.add(event, kind);
       standing_fault_ = event.fault;
-      console_.event(event.at, event_text(event), kind);
+      say(event.at, event_text(event), kind, event.fault ? Severity::kError : Severity::kInfo);
       if (records_.on_mode) records_.on_mode(event);
       told_ = event.fault ? event.fault : event.blocking;
     }
@@ -202,7 +211,7 @@ class Teller {
     if (standing_ && !same_cause(standing_, told_) && now - standing_since_ >= kStandingReason) {
       told_ = standing_;
       const ModeEvent standing{now, status.mode, status.blocking, {}};
-      console_.event(now, event_text(standing), "standing " + kind_of(standing));
+      say(now, event_text(standing), "standing " + kind_of(standing), Severity::kInfo);
     }
     console_.status(now, status_parts(status));
   }
@@ -215,6 +224,12 @@ class Teller {
   }
 
  private:
+  using Severity = recording::Severity;
+  /// On the console and in the recording.
+  void say(Time at, const std::string& what, const std::string& kind, Severity severity) {
+    console_.event(at, what, kind);
+    if (records_.recorder != nullptr) records_.recorder->event({at, severity, kind, what});
+  }
   void tell_assist(const SlaveStatus& status) {
     const bool same =
         status.assist.force_limit_N == assist_.force_limit_N && status.assist.stop_on_object == assist_.stop_on_object;
@@ -226,11 +241,12 @@ class Teller {
     SetupFailureEvent failed;
     while (runner.next(failed)) {
       failures_.add(failed, kind_of(failed));
-      console_.event(failed.at, "set-up: " + slave::text(failed.failure), kind_of(failed));
+      say(failed.at, "set-up: " + slave::text(failed.failure), kind_of(failed), Severity::kWarning);
     }
     slave::EmergencyRecord record;
     while (runner.next(record)) {
-      if (outcome_.add(record)) console_.event(record.at, "emergency: " + slave::text(record), kind_of(record));
+      if (outcome_.add(record))
+        say(record.at, "emergency: " + slave::text(record), kind_of(record), Severity::kWarning);
     }
   }
   static std::vector<std::string> status_parts(const SlaveStatus& status) {
@@ -279,10 +295,10 @@ bool SlaveOutcome::add(const slave::EmergencyRecord& record) {
   return true;
 }
 
-SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& link, const ProgramRun& run,
-                       const SlaveRecords& records) {
+SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& link, const LinkStart& start,
+                       const ProgramRun& run, const SlaveRecords& records) {
   Mailbox<LoopHealth> health;
-  const auto runner = std::make_unique<SlaveRunner>(machine, bus, link, records, health);
+  const auto runner = std::make_unique<SlaveRunner>(machine, bus, link, start, records, health);
   if (records.csv != nullptr) write_slave_header(*records.csv);
   SlaveOutcome outcome;
   Teller teller(run.console, outcome, records);

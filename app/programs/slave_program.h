@@ -12,11 +12,13 @@
 #include "core/reason.h"
 #include "core/time.h"
 #include "machine/description_fwd.h"
+#include "recording/recorder.h"
 #include "slave/emergency_log.h"
 #include "slave/node_setup.h"
 #include "transport/can_bus.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
+#include "transport/link_start.h"
 
 namespace knuckle::programs {
 
@@ -31,9 +33,10 @@ struct ModeEvent {
 
 /// Where records go; null: not wanted.
 struct SlaveRecords {
-  std::ostream* candump = nullptr;  ///< Every frame sent and received, candump log format.
-  std::string interface = "can0";   ///< As the log names it.
-  std::ostream* csv = nullptr;      ///< A row each step from the first complete measurement on.
+  std::ostream* candump = nullptr;          ///< Every frame sent and received, candump log format.
+  std::string interface = "can0";           ///< As the log names it.
+  std::ostream* csv = nullptr;              ///< A row each step from the first complete measurement on.
+  recording::Recorder* recorder = nullptr;  ///< All that the loop reads, knows and does, and events; outlives the run.
   // Called by the thread that tends the loop; may be empty.
   std::function<void(const ModeEvent&)> on_mode{};
   std::function<void(const AssistSettings&)> on_assist{};  ///< The operator has set other assists than before.
@@ -69,7 +72,8 @@ struct SlaveOutcome {
 /// Runs until the run is over, then stops in order: neutral, pilot pressure and valves off, then silence.
 /// @param machine as calibrated. @param bus, @param link used by the loop's thread alone while this runs.
 /// @throws InputError where the machine file cannot be worked with.
-[[nodiscard]] SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& link, const ProgramRun& run,
-                                     const SlaveRecords& records = {});
+/// @param start drawn anew for each run.
+[[nodiscard]] SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& link, const LinkStart& start,
+                                     const ProgramRun& run, const SlaveRecords& records = {});
 
 }  // namespace knuckle::programs

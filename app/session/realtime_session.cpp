@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -14,6 +15,8 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/realtime_thread.h"
+#include "recording/taped_loops.h"
+#include "recording/taped_wires.h"
 #include "sim/machine_on_bus.h"
 #include "transport/canopen.h"
 #include "transport/thread_wires.h"
@@ -57,7 +60,8 @@ std::size_t most_rows(const SessionSetup& setup) {
 /// atomics. Vectors are reserved before they start and read after they ended.
 class Loops {
  public:
-  Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end);
+  /// @param recorder null: nothing is recorded.
+  Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end, recording::Recorder* recorder);
 
   void step_hand(Time now) noexcept;
   void step_master(Time now) noexcept;
@@ -73,7 +77,7 @@ class Loops {
 
  private:
   const SessionSetup& setup_;
-  const LinkStart operator_start_ = random_start(), machine_start_ = random_start();
+  const SessionSetup::Starts starts_ = setup_.starts();
   // wires and what crosses threads
   ThreadHid cable_;
   sim::ThreadedMachine machine_;
@@ -87,11 +91,17 @@ class Loops {
   sim::HandAndDevice hand_;
   MasterView seen_;
   // master
+  recording::LoopTape master_tape_;
+  recording::TapedHid taped_device_{cable_.host(), master_tape_};
+  recording::TapedLink operator_link_;
   master::MasterLoop master_;
   MasterBook master_book_;
   PlanarVector last_force_N_ = PlanarVector::Zero();
   RecentPeak slew_;
   // slave
+  recording::LoopTape slave_tape_;
+  recording::TapedCan taped_can_{machine_.controller(), slave_tape_};
+  recording::TapedLink machine_link_;
   slave::SlaveLoop slave_;
   Kinematics kinematics_;
   SlaveBook slave_book_;
@@ -104,19 +114,25 @@ class Loops {
   MachineBook machine_book_;
 };
 
-Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end)
+Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end, recording::Recorder* recorder)
     : setup_(setup),
       machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, setup.seed),
       person_(operator_of(setup)),
       hand_(setup.device_truth(), setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
-      master_(setup.device, setup.machine, cable_.host(), operator_end, operator_start_, setup.law,
+      operator_link_(operator_end, master_tape_),
+      master_(setup.device, setup.machine, taped_device_, operator_link_, starts_.operator_end, setup.law,
               master::FarEnd::kIsThisMachine),
-      master_book_(most_rows(setup), machine_start_.origin),
-      slave_(setup.machine, machine_.controller(), machine_end, machine_start_),
+      master_book_(most_rows(setup), starts_.machine_end.origin),
+      machine_link_(machine_end, slave_tape_),
+      slave_(setup.machine, taped_can_, machine_link_, starts_.machine_end),
       kinematics_(setup.machine),
-      slave_book_(most_rows(setup), operator_start_.origin),
+      slave_book_(most_rows(setup), starts_.operator_end.origin),
       record_(start_record(setup)),
       machine_book_(most_frames(setup.machine.bus, setup.scenario.duration_s + kGrace_s)) {
+  if (recorder != nullptr) {
+    master_tape_.record_to(recorder->operator_steps());
+    slave_tape_.record_to(recorder->machine_steps());
+  }
   master_.set_assist(setup.scenario.assist);
   seen_.machine_rad = master_seen_.machine_rad = setup.scenario.start_rad;
   machine_.set_tap(
@@ -134,6 +150,7 @@ void Loops::step_hand(Time now) noexcept {
 
 void Loops::step_master(Time now) noexcept {
   master_.step(now);
+  recording::end_step(master_tape_, now, master_);
   MasterView view = view_of(master_, setup_.scenario.start_rad);
   view.slew_N_per_ms = slew_.step((view.sent_force_N - last_force_N_).norm());
   last_force_N_ = view.sent_force_N;
@@ -144,6 +161,7 @@ void Loops::step_master(Time now) noexcept {
 
 void Loops::step_slave(Time now) noexcept {
   slave_.step(now);
+  recording::end_step(slave_tape_, now, slave_);
   hand_to_record_.take(hand_seen_);
   master_to_record_.take(master_seen_);
   plant_to_record_.take(plant_seen_);
@@ -193,12 +211,15 @@ void wait_for_the_end(const RealtimeClock& clock, const Loops& loops, double lon
 
 }  // namespace
 
-SessionOutcome run_realtime(const SessionSetup& setup, const std::function<void(double)>& progress) {
+SessionOutcome run_realtime(const SessionSetup& setup, recording::Recorder* recorder,
+                            const std::function<void(double)>& progress) {
   refuse_faults(setup.scenario);
   UdpLink machine_end = UdpLink::listen(setup.listen);
   UdpLink operator_end =
       UdpLink::connect(setup.connect.empty() ? "127.0.0.1:" + std::to_string(machine_end.port()) : setup.connect);
-  Loops loops(setup, operator_end, machine_end);
+  Loops loops(setup, operator_end, machine_end, recorder);
+  std::optional<recording::RecorderThread> recording;
+  if (recorder != nullptr) recording.emplace(*recorder);
   SessionOutcome outcome;
   const RealtimeClock clock;
   {

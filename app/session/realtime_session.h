@@ -24,7 +24,9 @@ struct SessionOutcome {
 /// Runs the session to its end; takes as long as it lasts. The link is the loopback interface as it is: impairment and
 /// scheduled faults belong to virtual time.
 /// @param progress called a few times a second with the share done; may throw to end the session.
+/// @param recorder all that the loops read, know and do; null: not wanted. Drained meanwhile.
 /// @throws InputError where the scenario schedules faults, or the set-up does not fit together.
-[[nodiscard]] SessionOutcome run_realtime(const SessionSetup& setup, const std::function<void(double)>& progress);
+[[nodiscard]] SessionOutcome run_realtime(const SessionSetup& setup, recording::Recorder* recorder,
+                                          const std::function<void(double)>& progress);
 
 }  // namespace knuckle::session

@@ -93,7 +93,8 @@ std::string unheard_text(const SessionSetup& setup) {
 SessionResult run_simulation(const SimulateOptions& options, const SessionHooks& hooks) {
   SessionResult result;
   LoadedSession loaded = load_session(options);
-  const SessionSetup& setup = loaded.setup;
+  SessionSetup& setup = loaded.setup;
+  if (options.realtime) setup.drawn_starts = {random_start(), random_start()};
   result.operator_name = loaded.operator_name;
   result.family = options.truth.empty() ? sim::name(family_named(options.family)) : "file";
   result.person = sim::name(person_named(options.person, setup.scenario.person));
@@ -102,7 +103,7 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   result.impairment = options.impairment;
   const auto start = std::chrono::steady_clock::now();
   const std::unique_ptr<recording::Recorder> recorder = recorder_for(options, setup);
-  SessionOutcome outcome = options.realtime ? run_realtime(setup, hooks.progress)
+  SessionOutcome outcome = options.realtime ? run_realtime(setup, recorder.get(), hooks.progress)
                                             : run_on_virtual_time(setup, recorder.get(), hooks.progress);
   if (recorder) {
     recorder->close();

@@ -73,8 +73,8 @@ Session::Impl::Impl(const SessionSetup& s)
     : setup(s),
       kinematics(s.machine),
       record(start_record(s)),
-      master_book(record.samples.capacity(), start_from(s.seed, LinkEnd::kMachine).origin),
-      slave_book(record.samples.capacity(), start_from(s.seed, LinkEnd::kOperator).origin),
+      master_book(record.samples.capacity(), s.starts().machine_end.origin),
+      slave_book(record.samples.capacity(), s.starts().operator_end.origin),
       machine_book(most_frames(s.machine.bus, s.scenario.duration_s)),
       person(operator_of(s)),
       hand(s.device_truth(), s.limb, s.seed, s.scenario.hand_rad),
@@ -82,7 +82,7 @@ Session::Impl::Impl(const SessionSetup& s)
       faults(s.scenario.faults, network, s.machine.bus),
       taped_device(hand.cable.host(), tape),
       taped_link(faults.operator_end(), tape),
-      master(s.device, s.machine, taped_device, taped_link, start_from(s.seed, LinkEnd::kOperator), s.law,
+      master(s.device, s.machine, taped_device, taped_link, s.starts().operator_end, s.law,
              master::FarEnd::kIsThisMachine),
       far(s.machine, s.truth, s.scenario, s.seed, faults.machine_end()) {
   master.set_assist(s.scenario.assist);

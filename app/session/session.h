@@ -22,6 +22,7 @@
 #include "sim/person.h"
 #include "sim/truth.h"
 #include "transport/impaired_link.h"
+#include "transport/link_start.h"
 
 namespace knuckle::session {
 
@@ -39,6 +40,14 @@ struct SessionSetup {
   std::string connect;                     ///< and where the operator's end sends to; empty: there.
   ControlLaw law = ControlLaw::kEchoSpring;
   std::uint64_t seed = 1, machine_seed = 1;
+  /// What each end draws at its start; none: from the seed, so that the session repeats.
+  struct Starts {
+    LinkStart operator_end, machine_end;
+  };
+  std::optional<Starts> drawn_starts;
+  [[nodiscard]] Starts starts() const {
+    return drawn_starts.value_or(Starts{start_from(seed, LinkEnd::kOperator), start_from(seed, LinkEnd::kMachine)});
+  }
   [[nodiscard]] sim::DeviceTruth device_truth() const { return built_device.value_or(device); }
 };
 

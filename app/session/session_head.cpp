@@ -1,5 +1,6 @@
 #include "app/session/session_head.h"
 
+#include <chrono>
 #include <filesystem>
 
 #include "app/cli/command.h"
@@ -17,10 +18,14 @@ recording::Head session_head(const SessionSetup& setup, const SimulateOptions& o
   recording::Head head;
   head.program = "knuckle simulate --scenario " + options.scenario + " --seed " + std::to_string(setup.seed);
   head.version = cli::program_version();
-  head.virtual_time = true;
+  head.virtual_time = !options.realtime;
+  if (options.realtime) {
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    head.started_unix_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+  }
   head.simulated = head.has_operator = head.has_machine = true;
-  head.operator_start = start_from(setup.seed, LinkEnd::kOperator);
-  head.machine_start = start_from(setup.seed, LinkEnd::kMachine);
+  head.operator_start = setup.starts().operator_end;
+  head.machine_start = setup.starts().machine_end;
   head.law = setup.law;
   head.far_end_is_this_machine = true;
   head.machine_file = file_text(setup.machine.source);

@@ -9,7 +9,7 @@
 
 namespace knuckle::session {
 
-/// On virtual time. @param options that the set-up was made of.
+/// Begun now. @param options that the set-up was made of.
 [[nodiscard]] recording::Head session_head(const SessionSetup& setup, const SimulateOptions& options);
 
 /// The text of a description's file; empty where it was not read from one.

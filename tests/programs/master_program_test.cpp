@@ -31,6 +31,7 @@ class Desk {
     setup_.device = load_device(find_config("device", "knuckle1"));
     setup_.machine = machine();
     if (!name.empty()) setup_.machine.name = name;
+    setup_.start = random_start();
     hand_.emplace(setup_.device, sim::sample_limb(sim::LimbClass::kNormal, 1), cable_.device(), 1, kStart);
     mean([](sim::OperatorIntent& intent) {
       intent.joint_rad = kStart;

@@ -1,0 +1,82 @@
+#include "app/programs/program_log.h"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "app/cli/command.h"
+#include "core/error.h"
+#include "machine/description.h"
+#include "recording/file_names.h"
+
+namespace knuckle::programs {
+
+void add_log_options(CLI::App& command, LogOptions& options) {
+  command.add_option("--log", options.folder,
+                     "Folder for recordings and flight records (default: " + recording::default_folder() + ")");
+  command.add_flag("--no-log", options.off, "Record nothing but the last half minute of every fault and stop");
+}
+
+void check_log(const LogOptions& options) {
+  if (options.off && !options.folder.empty())
+    cli::refuse_option("--no-log", "", "does not go with --log " + options.folder);
+}
+
+ProgramLog::ProgramLog(const LogOptions& options, bool real, recording::Head head, const MachineDescription& machine)
+    : kept_(!options.off && (real || !options.folder.empty())),
+      folder_(options.folder.empty() ? recording::default_folder() : options.folder) {
+  if (!real && options.folder.empty()) return;
+  recording::RecorderOptions how;
+  how.folder = folder_;
+  how.keep = kept_;
+  try {
+    recorder_ = std::make_unique<recording::Recorder>(how, head, machine);
+  } catch (const InputError& error) {
+    if (!options.folder.empty()) throw InputError(std::string("--log ") + error.what());
+    failure_ = error.what();
+    kept_ = how.keep = false;
+    recorder_ = std::make_unique<recording::Recorder>(how, head, machine);
+  }
+  thread_ = std::make_unique<recording::RecorderThread>(*recorder_);
+}
+
+ProgramLog::~ProgramLog() {
+  close();
+}
+
+std::vector<std::string> ProgramLog::notes() const {
+  if (!failure_.empty()) return {"NOT RECORDED: " + failure_};
+  if (kept_) return {"recording to " + recorder_->status().file};
+  if (recorder_) return {"NOT RECORDED (--no-log); flight records of faults and stops go to " + folder_};
+  return {};
+}
+
+std::vector<cli::News> ProgramLog::news() {
+  if (!recorder_) return {};
+  const recording::RecorderStatus status = recorder_->status();
+  std::vector<cli::News> news;
+  for (; flights_told_ < status.flights.size(); ++flights_told_)
+    news.push_back(
+        {"flight record " + status.flights[flights_told_] + ": read it with knuckle explain", "flight record"});
+  if (status.problem != problem_told_) {
+    problem_told_ = status.problem;
+    news.push_back({"the recording has ended: " + status.problem, "recording"});
+  }
+  return news;
+}
+
+void ProgramLog::close() {
+  thread_.reset();
+}
+
+nlohmann::ordered_json ProgramLog::json() const {
+  if (!recorder_) return nullptr;
+  const recording::RecorderStatus status = recorder_->status();
+  return {{"file", kept_ ? nlohmann::ordered_json(status.file) : nlohmann::ordered_json()},
+          {"bytes", status.bytes},
+          {"problem", status.problem.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(status.problem)},
+          {"steps_lost", status.steps_lost},
+          {"flight_records", status.flights}};
+}
+
+}  // namespace knuckle::programs

@@ -1,0 +1,58 @@
+// The recording of a program that drives something real: on unless turned off; flight records always.
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "app/cli/news.h"
+#include "machine/description_fwd.h"
+#include "recording/head.h"
+#include "recording/recorder.h"
+
+namespace CLI {
+class App;
+}
+
+namespace knuckle::programs {
+
+struct LogOptions {
+  std::string folder;  ///< Empty: recording::default_folder().
+  bool off = false;
+};
+void add_log_options(CLI::App& command, LogOptions& options);
+/// @throws InputError where both are given.
+void check_log(const LogOptions& options);
+
+class ProgramLog {
+ public:
+  /// Begins to record, in a thread of its own. @param real something real is driven: else only where a folder was
+  /// named.
+  /// @throws InputError where the folder that was named cannot be written. The default one may be missing: then there
+  /// is no recording, and notes() says so.
+  ProgramLog(const LogOptions& options, bool real, recording::Head head, const MachineDescription& machine);
+  ~ProgramLog();
+  ProgramLog(const ProgramLog&) = delete;
+  ProgramLog& operator=(const ProgramLog&) = delete;
+
+  /// nullptr: nothing is recorded, and no flight record written.
+  [[nodiscard]] recording::Recorder* recorder() noexcept { return recorder_.get(); }
+  /// For the program's start: where it is recorded to, or that it is not.
+  [[nodiscard]] std::vector<std::string> notes() const;
+  /// What has come up since the last call: flight records, a recording that has ended.
+  [[nodiscard]] std::vector<cli::News> news();
+  /// After the loops have ended: finishes the files.
+  void close();
+  [[nodiscard]] nlohmann::ordered_json json() const;
+
+ private:
+  bool kept_ = false;
+  std::string folder_, failure_;
+  std::unique_ptr<recording::Recorder> recorder_;
+  std::unique_ptr<recording::RecorderThread> thread_;
+  std::size_t flights_told_ = 0;
+  std::string problem_told_;
+};
+
+}  // namespace knuckle::programs
