@@ -55,7 +55,6 @@ void Reader::seek(std::uint64_t log_time_ns) {
   not_before_ns_ = log_time_ns;
   in_chunk_ = Decoder({});
   at_ = kMagic.size();
-  if (survey_.bare_messages) return;
   const auto& places = survey_.places;
   const auto first = std::find_if(places.begin(), places.end(),
                                   [&](const auto& place) { return place.last_time_ns >= log_time_ns; });
@@ -82,8 +81,7 @@ std::optional<Message> Reader::next() {
     if (record->opcode == Opcode::kChunk) {
       enter_chunk(*record);
     } else if (record->opcode == Opcode::kMessage) {
-      const auto bytes = file_.content(*record);
-      const auto message = bytes ? message_of(Decoder(*bytes), *record) : std::nullopt;
+      const auto message = bare_message(*record);
       if (message && message->log_time_ns >= not_before_ns_) return message;
     }
   }
@@ -144,6 +142,16 @@ std::optional<Message> Reader::next_in_chunk() {
   if (opcode == Opcode::kSchema) survey_.add_schema(file_, Decoder(content), chunk_);
   if (opcode == Opcode::kChannel) survey_.add_channel(file_, Decoder(content), chunk_);
   return {};
+}
+
+/// A writer puts all messages into chunks or none; beside chunks, something damaged looks like a message.
+std::optional<Message> Reader::bare_message(const Record& record) {
+  if (survey_.chunks > 0) {
+    file_.damaged(record, "outside of the file's chunks; left out");
+    return {};
+  }
+  const auto bytes = file_.content(record);
+  return bytes ? message_of(Decoder(*bytes), record) : std::nullopt;
 }
 
 std::optional<Message> Reader::message_of(Decoder content, const Record& holder) {

@@ -59,6 +59,7 @@ class Reader {
   [[nodiscard]] std::optional<std::span<const std::uint8_t>> unpack(const Record& record, const ChunkHead& head,
                                                                     std::string& why);
   [[nodiscard]] std::optional<Message> next_in_chunk();
+  [[nodiscard]] std::optional<Message> bare_message(const Record& record);
   [[nodiscard]] std::optional<Message> message_of(Decoder content, const Record& holder);
   void left_out(const Record& record, const ChunkHead& head, const std::string& why);
 

@@ -40,29 +40,34 @@ std::optional<ChunkHead> chunk_head(RecordFile& file, const Record& record) {
 }
 
 Survey::Survey(RecordFile& file) {
-  std::uint64_t at = kMagic.size();
-  while (const auto record = file.record_at(at)) {
-    if (record->opcode == Opcode::kFooter) break;
-    if (record->opcode == Opcode::kDataEnd) {
-      data_end = at;
-      summary(file, record->end());
+  data_end = kMagic.size();
+  Opcode before{};
+  while (const auto record = file.record_at(data_end)) {
+    if (record->opcode == Opcode::kDataEnd || record->opcode == Opcode::kFooter) {
+      summary(file, record->opcode == Opcode::kDataEnd ? record->end() : record->at);
       return;
     }
+    const bool indexed = before == Opcode::kChunk || before == Opcode::kMessageIndex;
+    if (record->opcode == Opcode::kMessageIndex && !indexed) file.damaged(*record, "no chunk before it");
     data_record(file, *record);
-    at = record->end();
+    before = record->opcode;
+    data_end = record->end();
   }
-  data_end = at;
 }
 
 void Survey::data_record(RecordFile& file, const Record& record) {
   switch (record.opcode) {
     case Opcode::kChunk: return add_chunk(file, record);
     case Opcode::kAttachment: return add_attachment(file, record);
-    case Opcode::kMessage: bare_messages = true; return;
     case Opcode::kHeader:
     case Opcode::kSchema:
     case Opcode::kChannel:
     case Opcode::kMetadata: break;
+    case Opcode::kChunkIndex:
+    case Opcode::kAttachmentIndex:
+    case Opcode::kStatistics:
+    case Opcode::kMetadataIndex:
+    case Opcode::kSummaryOffset: return file.damaged(record, "belongs to a summary, and is among the data");
     default: return;  // message indexes; and what a later version of the format or another program has added
   }
   const auto bytes = file.content(record);

@@ -49,8 +49,7 @@ class Survey {
   std::vector<AttachmentEntry> attachments;
   std::optional<TimeSpan> times;  ///< Of log times, as the summary or else the chunks say.
   std::size_t chunks = 0;
-  bool complete = false;       ///< It ends with data end, footer and magic.
-  bool bare_messages = false;  ///< There are some outside of chunks.
+  bool complete = false;  ///< It ends with data end, footer and magic.
 
   struct ChunkPlace {
     std::uint64_t at = 0, last_time_ns = 0;

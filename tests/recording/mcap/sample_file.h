@@ -54,11 +54,12 @@ inline std::ostream& operator<<(std::ostream& out, const Kept& m) {
   return messages;
 }
 
-/// Of second `second`, 50 ms apart, ascending.
+inline constexpr std::uint32_t kPerSecond = 6;
+/// Of second `second`, 150 ms apart, ascending, of channels 1 to 3.
 [[nodiscard]] inline std::vector<Kept> sample_messages(std::uint32_t second) {
   std::vector<Kept> messages;
-  for (std::uint32_t i = 0; i < 20; ++i) {
-    const std::uint64_t at = 1'000'000'000ull * second + 50'000'000ull * i;
+  for (std::uint32_t i = 0; i < kPerSecond; ++i) {
+    const std::uint64_t at = 1'000'000'000ull * second + 150'000'000ull * i;
     const auto byte = static_cast<std::uint8_t>(16 * second + i);
     messages.push_back({static_cast<std::uint16_t>(1 + i % 3), i / 3, at, at - std::min<std::uint64_t>(at, 1000),
                         std::vector<std::uint8_t>(i % 7, byte)});

@@ -1,0 +1,71 @@
+// Any file as a recording: refused in one line, or read to its end, from its beginning and from a time on; what is
+// damaged is told in lines.
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "recording/mcap/reader.h"
+#include "tests/fuzz/file_in_memory.h"
+
+namespace {
+
+using namespace knuckle;
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+void require_line(const std::string& text) {
+  require(!text.empty() && printable(text) == text);
+}
+
+struct Sums {
+  std::uint64_t messages = 0, bytes = 0, later = 0;
+  bool operator==(const Sums&) const = default;
+};
+Sums read_all(mcap::Reader& reader, std::uint64_t from_ns) {
+  Sums sums;
+  while (const auto message = reader.next()) {
+    require(reader.topics().channels.contains(message->channel_id));
+    ++sums.messages;
+    for (const std::uint8_t byte : message->data) sums.bytes += byte;
+    if (message->log_time_ns >= from_ns) ++sums.later;
+  }
+  return sums;
+}
+
+void read(const std::string& path) {
+  mcap::Reader reader(path);
+  for (const mcap::AttachmentEntry& entry : reader.attachments()) {
+    const auto attachment = reader.read(entry);
+    require(!attachment || attachment->data.size() == entry.bytes);
+  }
+  const std::uint64_t middle_ns =
+      reader.times() ? reader.times()->first_ns / 2 + reader.times()->last_ns / 2 : std::uint64_t{1} << 62;
+  const Sums first = read_all(reader, middle_ns);
+  // Again: by now all channels are known that chunks hold.
+  reader.seek(0);
+  const Sums again = read_all(reader, middle_ns);
+  require(again.messages >= first.messages);
+  reader.seek(0);
+  require(read_all(reader, middle_ns) == again);
+  reader.seek(middle_ns);
+  const Sums later = read_all(reader, middle_ns);
+  require(later.messages == later.later && later.later <= again.later);
+  require(reader.damages().size() <= 101);
+  for (const std::string& line : reader.damages()) require_line(line);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const test::FileInMemory file(std::string_view(reinterpret_cast<const char*>(data), size));
+  try {
+    read(file.path());
+  } catch (const InputError& error) {
+    require_line(error.what());
+  }
+  return 0;
+}
