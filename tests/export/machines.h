@@ -1,7 +1,9 @@
 // Machines as files say, with and without what an identification has found.
 #pragma once
 
+#include <numbers>
 #include <string>
+#include <vector>
 
 #include "machine/description.h"
 #include "machine/load.h"
@@ -35,6 +37,32 @@ inline MachineDescription calibrated_machine() {
   machine.name = "identified";
   machine.calibration_provenance = CalibrationProvenance{"full", "2026-11-21T05:00:00Z", "00", "a--b.csv", "test"};
   return machine;
+}
+
+/// Every choice that a machine file has about its wire, other than the shipped one's.
+inline MachineDescription other_wire() {
+  MachineDescription machine = load_machine(machine_file("compact080"));
+  machine.name = "other_wire";
+  machine.bus.wire = {.valve_full_stroke = 10000, .pressure_float = true, .encoder_speed_step_mps = 1e-3};
+  machine.bus.valves[kArm].rpdo = 0x305;
+  machine.bus.encoders[kBoom].tpdo = 0x2A5;
+  machine.bus.controller_id = 5;
+  machine.sensors.encoder_step_m = 2.5e-5;
+  machine.sensors.tilt_step_rad = 0.01 * std::numbers::pi / 180;
+  return machine;
+}
+
+inline MachineDescription coarse_pressures() {
+  MachineDescription machine = load_machine(machine_file("solar015"));
+  machine.name = "coarse_pressures";
+  machine.bus.wire.pressure_digits = 0;
+  return machine;
+}
+
+/// The shipped ones, an identified one, and those two.
+inline std::vector<MachineDescription> machines_of_every_wire() {
+  return {load_machine(machine_file("solar015")), load_machine(machine_file("compact080")), other_wire(),
+          coarse_pressures(), calibrated_machine()};
 }
 
 }  // namespace knuckle::test
