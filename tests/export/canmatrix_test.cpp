@@ -264,6 +264,7 @@ TEST_F(Canmatrix, DecodesARecordedSessionAsOurDecodersDo) {
     std::set<std::string> seen;
     const MachineDescription machine = load_machine(test::machine_file(name));
     if (compare(machine, frames, log, &seen) == 0) GTEST_SKIP() << kMissing;
+    RecordProperty("frames_of_" + machine.name, std::to_string(frames.size()));
     for (const Message& message : bus_messages(machine)) {
       const bool emergency = message.name.find("_EMCY") != std::string::npos;  // none in a session without faults
       EXPECT_EQ(seen.contains(message.name), !emergency) << message.name;
@@ -280,6 +281,7 @@ TEST_F(Canmatrix, DecodesDrawnFramesOfEveryKindAndWireAsOurDecodersDo) {
       for (const CanFrame& frame : frames) file << candump_line(Time{}, frame) << '\n';
     }
     if (compare(machine, frames, log) == 0) GTEST_SKIP() << kMissing;
+    RecordProperty("frames_of_" + machine.name, std::to_string(frames.size()));
   }
 }
 

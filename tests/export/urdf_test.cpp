@@ -86,7 +86,7 @@ TEST(Urdf, GravityTorquesByKdlAreTheEstimatorsToNineDigits) {
         worst = std::max(worst, std::abs(torque(static_cast<unsigned>(i)) - ours[i]) / std::abs(ours[i]));
     }
     EXPECT_LE(worst, 1e-9) << machine.name;
-    RecordProperty("worst_" + machine.name, std::to_string(worst * 1e12) + "e-12");
+    RecordProperty("worst_share_of_" + machine.name, std::to_string(worst * 1e12) + "e-12");
   }
 }
 
