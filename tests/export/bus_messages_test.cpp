@@ -101,6 +101,18 @@ TEST(Dbc, TextOfOthersDoesNotEndItsStrings) {
   EXPECT_NE(text.str().find("CM_ \"CANopen bus of the 'big' one/. Written by knuckle "), std::string::npos);
 }
 
+TEST(Dbc, FloatsAreToldFromIntegersAndAreOfSinglePrecision) {
+  std::ostringstream integers, floats;
+  write_dbc(load_machine(test::machine_file("solar015")), integers);
+  EXPECT_EQ(integers.str().find("SIG_VALTYPE_"), std::string::npos);
+  const MachineDescription machine = test::other_wire();
+  write_dbc(machine, floats);
+  for (const NodeDescription& node : machine.bus.pressures) {
+    const std::string line = "SIG_VALTYPE_ " + std::to_string(node.tpdo_id()) + " Pressure : 1;\n";
+    EXPECT_NE(floats.str().find(line), std::string::npos) << line;
+  }
+}
+
 TEST(Dbc, CyclesThatAreNoWholeMillisecondsAreInTheCommentsOnly) {
   MachineDescription machine = load_machine(test::machine_file("compact080"));
   machine.bus.sync_Hz = 400;

@@ -141,6 +141,8 @@ std::vector<CanFrame> drawn_frames(const MachineDescription& machine, int rounds
     const NodeDescription& node = named.node;
     for (const auto state : {NmtState::kBootUp, NmtState::kStopped, NmtState::kOperational, NmtState::kPreOperational})
       frames.push_back(heartbeat_frame(node.id, state));
+    frames.push_back(heartbeat_frame(node.id, NmtState::kOperational));
+    frames.back().data[0] |= 0x80;  // the toggle bit of node guarding, which is no part of the state
     for (int n = 0; n < rounds; ++n) {
       const Object object{static_cast<std::uint16_t>(word()), static_cast<std::uint8_t>(word())};
       frames.push_back(sdo_download(node.id, object, word(), n % 2 == 0 ? 4 : 2));
