@@ -26,6 +26,11 @@ double rounded(double factor) {
   return std::round(factor * kDigits) / kDigits;
 }
 
+/// To the micrometre.
+double millimetres(double length_m) {
+  return std::round(length_m * 1e6) / 1e3;
+}
+
 Signal flag(std::string name, unsigned bit, std::string about) {
   return {.name = std::move(name), .start_bit = bit, .bits = 1, .max = 1, .about = std::move(about)};
 }
@@ -126,10 +131,10 @@ std::vector<Signal> encoder(const MachineDescription& machine, int joint) {
   const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
   const double offset_m = machine.sensors.encoder_offset_m[joint], margin_m = slave::kValidity.length_margin_m;
   std::string about = "0x6004: the cylinder's length from pin to pin";
-  if (offset_m != 0) about += fmt::format(" plus {} mm, as calibrated", offset_m / kMilli);
+  if (offset_m != 0) about += fmt::format(" plus {:.3f} mm, as calibrated", offset_m / kMilli);
   return {number(Type::kSigned, "Length", 0, 32, rounded(machine.sensors.encoder_step_m / kMilli), "mm",
-                 rounded((cylinder.min_length_m - margin_m + offset_m) / kMilli),
-                 rounded((cylinder.max_length_m + margin_m + offset_m) / kMilli), std::move(about)),
+                 millimetres(cylinder.min_length_m - margin_m + offset_m),
+                 millimetres(cylinder.max_length_m + margin_m + offset_m), std::move(about)),
           number(Type::kSigned, "Speed", 32, 16, rounded(machine.bus.wire.encoder_speed_step_mps / kMilli), "mm/s",
                  -kAny, kAny, "0x6030:01")};
 }
