@@ -9,6 +9,7 @@
 #include "app/cli/background_writer.h"
 #include "app/cli/command.h"
 #include "app/console/window/console_command.h"
+#include "app/export/export_command.h"
 #include "app/identify/identify.h"
 #include "app/pairing/pair_command.h"
 #include "app/programs/device_command.h"
@@ -33,6 +34,7 @@ cli::Program program() {
             return programs::simulate_command(options, session::run_simulation);
           }),
           identify::identify_entry(identify::identify_command),
+          exporting::export_entry(),
           console::window::console_entry(),
           programs::slave_entry(),
           programs::master_entry(),

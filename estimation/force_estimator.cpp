@@ -24,10 +24,6 @@ bool finite(const JointState& s) noexcept {
          std::isfinite(s.hull_pitch_rad);
 }
 
-BaseParameters parameters_of(const MachineDescription& machine) {
-  return machine.dynamics_calibration ? machine.dynamics_calibration->base() : lumped_parameters(machine);
-}
-
 CylinderFriction friction_of(const MachineDescription& machine, int joint) {
   return machine.dynamics_calibration ? CylinderFriction(machine.dynamics_calibration->friction(joint))
                                       : CylinderFriction(machine.cylinders[static_cast<std::size_t>(joint)].friction);
@@ -53,7 +49,7 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
       kinematics_(machine),
       arm_(machine),
       bucket_(machine),
-      parameters_(parameters_of(machine)),
+      parameters_(known_parameters(machine)),
       friction_{friction_of(machine, kBoom), friction_of(machine, kArm), friction_of(machine, kBucket)},
       step_s_(step_s),
       pitch_(kPitchCutoff_Hz, step_s, 0.0),

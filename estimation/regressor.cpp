@@ -1,6 +1,7 @@
 // Rigid-body regressors of the planar arm, column by column.
 #include "estimation/regressor.h"
 
+#include <array>
 #include <cmath>
 
 #include "machine/description.h"
@@ -32,6 +33,27 @@ struct PinShares {
   double parent_kg, child_kg;
 };
 
+struct PointMass {
+  int link;
+  PlanarVector at_m;  ///< Link axes.
+  double mass_kg;
+};
+
+/// Cylinders and bucket linkage, by where their weight hangs.
+std::array<PointMass, 6> hung_masses(const MachineDescription& machine) {
+  const auto& [boom, arm, bucket] = machine.cylinders;
+  const BucketLinkage& linkage = machine.bucket_linkage;
+  const PinShares boom_shares(boom), arm_shares(arm), bucket_shares(bucket);
+  // H moves on the arm; half-way between the pins J and K that hold it is near enough.
+  const double at_h = bucket_shares.child_kg + (linkage.rocker_mass_kg + linkage.coupler_mass_kg) / 2;
+  return {{{kBoom, machine.boom_mount.child_pin_m, boom_shares.child_kg},
+           {kBoom, machine.arm_mount.parent_pin_m, arm_shares.parent_kg},
+           {kArm, machine.arm_mount.child_pin_m, arm_shares.child_kg},
+           {kArm, linkage.cylinder_pin_m, bucket_shares.parent_kg},
+           {kArm, linkage.rocker_pin_m, (at_h + linkage.rocker_mass_kg) / 2},
+           {kBucket, linkage.bucket_pin_m, (at_h + linkage.coupler_mass_kg) / 2}}};
+}
+
 }  // namespace
 
 BaseParameters base_parameters(const MachineDescription& machine) {
@@ -46,18 +68,21 @@ BaseParameters base_parameters(const MachineDescription& machine) {
 
 BaseParameters lumped_parameters(const MachineDescription& machine) {
   BaseParameters parameters = base_parameters(machine);
-  const auto& [boom, arm, bucket] = machine.cylinders;
-  const BucketLinkage& linkage = machine.bucket_linkage;
-  const PinShares boom_shares(boom), arm_shares(arm), bucket_shares(bucket);
-  // H moves on the arm; half-way between the pins J and K that hold it is near enough.
-  const double at_h = bucket_shares.child_kg + (linkage.rocker_mass_kg + linkage.coupler_mass_kg) / 2;
-  add_point_mass(parameters, machine, kBoom, machine.boom_mount.child_pin_m, boom_shares.child_kg);
-  add_point_mass(parameters, machine, kBoom, machine.arm_mount.parent_pin_m, arm_shares.parent_kg);
-  add_point_mass(parameters, machine, kArm, machine.arm_mount.child_pin_m, arm_shares.child_kg);
-  add_point_mass(parameters, machine, kArm, linkage.cylinder_pin_m, bucket_shares.parent_kg);
-  add_point_mass(parameters, machine, kArm, linkage.rocker_pin_m, (at_h + linkage.rocker_mass_kg) / 2);
-  add_point_mass(parameters, machine, kBucket, linkage.bucket_pin_m, (at_h + linkage.coupler_mass_kg) / 2);
+  for (const PointMass& mass : hung_masses(machine)) {
+    add_point_mass(parameters, machine, mass.link, mass.at_m, mass.mass_kg);
+  }
   return parameters;
+}
+
+JointVector lumped_masses_kg(const MachineDescription& machine) {
+  JointVector masses;
+  for (int i = 0; i < kJoints; ++i) masses[i] = machine.links[static_cast<std::size_t>(i)].mass_kg;
+  for (const PointMass& mass : hung_masses(machine)) masses[mass.link] += mass.mass_kg;
+  return masses;
+}
+
+BaseParameters known_parameters(const MachineDescription& machine) {
+  return machine.dynamics_calibration ? machine.dynamics_calibration->base() : lumped_parameters(machine);
 }
 
 Pose::Pose(const JointVector& joints_rad, double hull_pitch_rad) noexcept {

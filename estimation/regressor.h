@@ -27,6 +27,10 @@ using Regressor = Eigen::Matrix<double, kJoints, kBaseParameters>;
 /// base_parameters plus cylinders and bucket linkage as point masses at their pins, by where their weight hangs in the
 /// middle of the stroke. What moves with the stroke, and the weight along a cylinder, is left to the tare.
 [[nodiscard]] BaseParameters lumped_parameters(const MachineDescription& machine);
+/// Mass of each link in lumped_parameters, what hangs on it included: base parameters do not tell it.
+[[nodiscard]] JointVector lumped_masses_kg(const MachineDescription& machine);
+/// What is known of this machine: as identified, or lumped_parameters where it was not.
+[[nodiscard]] BaseParameters known_parameters(const MachineDescription& machine);
 
 /// Absolute link angles with their sines and cosines: what every regressor at one pose shares.
 struct Pose {

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 
 namespace knuckle::recording {
 namespace {
@@ -47,7 +48,7 @@ std::string default_folder() {
 }
 
 std::string part_name(const Head& head, int part) {
-  return stamp(head.started_unix_ns) + "Z_" + side(head) + kPart + std::to_string(part) + kSuffix;
+  return stamp(head.started_unix_ns) + "Z_" + side(head) + fmt::format("{}{:03}{}", kPart, part, kSuffix);
 }
 
 std::string flight_name(const Head& head, Time at, const std::string& why) {
@@ -79,7 +80,9 @@ std::vector<FileOfFolder> files_in(const std::string& folder) {
     std::error_code ignored;
     return fs::last_write_time(file.path, ignored);
   };
-  std::stable_sort(files.begin(), files.end(), [&](const auto& a, const auto& b) { return age(a) < age(b); });
+  std::sort(files.begin(), files.end(), [&](const auto& a, const auto& b) {
+    return std::pair(age(a), a.path) < std::pair(age(b), b.path);
+  });
   return files;
 }
 

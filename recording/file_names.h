@@ -14,7 +14,7 @@ namespace knuckle::recording {
 /// $KNUCKLE_RECORDINGS, else knuckle/recordings in $XDG_STATE_HOME or ~/.local/state.
 [[nodiscard]] std::string default_folder();
 
-/// "2026-11-25T13-05-40Z_slave_part1.mcap"; the time is that of session time 0.
+/// "2026-11-25T13-05-40Z_slave_part001.mcap"; the time is that of session time 0.
 [[nodiscard]] std::string part_name(const Head& head, int part);
 /// "2026-11-25T13-07-12.250Z_slave_fault_link_lost.mcap"; the time is that of the event. On virtual time:
 /// "12.250s_simulate_fault_link_lost.mcap".

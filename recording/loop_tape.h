@@ -27,9 +27,6 @@ struct StepHeader {
 /// For the loop's thread. Off until record_to(): then it costs a branch for each event. Allocates there alone.
 class LoopTape {
  public:
-  /// Steps on their way to the recorder: more than two seconds of the busiest loop.
-  static constexpr std::size_t kRingBytes = std::size_t{1} << 22;
-
   LoopTape() = default;
   LoopTape(const LoopTape&) = delete;
   LoopTape& operator=(const LoopTape&) = delete;

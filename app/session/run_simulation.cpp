@@ -53,6 +53,8 @@ std::vector<HopLatency> hops_of(const HopHistograms& h) {
           hop("slave_to_master", h.slave_to_master), hop("pressure_to_hand", h.pressure_to_hand)};
 }
 
+constexpr std::size_t kVirtualRing = std::size_t{1} << 18;  // drained many times a second of the session
+
 /// Nothing where none is asked for.
 std::unique_ptr<recording::Recorder> recorder_for(const SimulateOptions& options, const SessionSetup& setup) {
   if (options.log.empty() && options.flights.empty()) return nullptr;
@@ -60,6 +62,7 @@ std::unique_ptr<recording::Recorder> recorder_for(const SimulateOptions& options
   how.file = options.log;
   how.folder = options.flights;
   how.keep = !options.log.empty();
+  if (!options.realtime) how.ring_bytes = kVirtualRing;
   return std::make_unique<recording::Recorder>(how, session_head(setup, options), setup.machine);
 }
 
@@ -108,6 +111,8 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   if (recorder) {
     recorder->close();
     result.log = recorder->status();
+    if (!result.log.problem.empty()) result.notes.push_back("the recording has ended: " + result.log.problem);
+    for (const std::string& file : result.log.flights) result.notes.push_back("flight record: " + file);
   }
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (hooks.progress) hooks.progress(1);

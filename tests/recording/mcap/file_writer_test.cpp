@@ -1,6 +1,5 @@
 // The bytes of a file as the format asks for them, and disks that refuse.
 #include <gtest/gtest.h>
-#include <sched.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
 
@@ -11,11 +10,13 @@
 #include <vector>
 
 #include "tests/recording/mcap/sample_file.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::mcap {
 namespace {
 
+using test::SmallDisk;
 using test::TemporaryFolder;
 
 /// Bytes of a text of hex digits and spaces.
@@ -41,27 +42,6 @@ std::string hex(const std::string& bytes) {
   }
   return out;
 }
-
-/// A file system in memory of so many bytes, in a mount name space of this process.
-class SmallDisk {
- public:
-  explicit SmallDisk(std::size_t bytes) {
-    const std::string size = "size=" + std::to_string(bytes);
-    mounted_ = ::unshare(CLONE_NEWNS) == 0 && ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
-               ::mount("tmpfs", path().c_str(), "tmpfs", 0, size.c_str()) == 0;
-  }
-  ~SmallDisk() {
-    if (mounted_) ::umount(path().c_str());
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-  [[nodiscard]] bool mounted() const { return mounted_; }
-  [[nodiscard]] std::string path() const { return folder_.path().string(); }
-
- private:
-  TemporaryFolder folder_;
-  bool mounted_ = false;
-};
 
 TEST(McapFileWriter, WritesTheBytesOfTheSpecification) {
   const TemporaryFolder folder;

@@ -1,0 +1,265 @@
+#include "app/export/bus_messages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "machine/bus_nodes.h"
+#include "machine/description.h"
+#include "slave/bus_map.h"
+#include "slave/sensors.h"
+#include "transport/canopen.h"
+
+namespace knuckle::exporting {
+namespace {
+
+using Type = Signal::Type;
+constexpr double kAny = std::numeric_limits<double>::infinity();
+constexpr double kBar_Pa = 1e5, kMilli = 1e-3, kDegree = std::numbers::pi / 180;
+
+/// Digits that a decimal step was written with: 0.1 * pi / 180 / (pi / 180) is to be 0.1 again.
+double rounded(double factor) {
+  constexpr double kDigits = 1e12;
+  return std::round(factor * kDigits) / kDigits;
+}
+
+/// To the micrometre.
+double millimetres(double length_m) {
+  return std::round(length_m * 1e6) / 1e3;
+}
+
+Signal flag(std::string name, unsigned bit, std::string about) {
+  return {.name = std::move(name), .start_bit = bit, .bits = 1, .max = 1, .about = std::move(about)};
+}
+
+/// Bounds that the wire's bits cannot hold are no bounds.
+Signal number(Type type, std::string name, unsigned start_bit, unsigned bits, double factor, std::string unit,
+              double min, double max, std::string about) {
+  const double most = rounded(factor * (std::exp2(bits - 1) - 1));
+  if (type == Type::kSigned) min = std::max(min, -most), max = std::min(max, most);
+  return {.type = type,
+          .name = std::move(name),
+          .start_bit = start_bit,
+          .bits = bits,
+          .factor = factor,
+          .min = min,
+          .max = max,
+          .unit = std::move(unit),
+          .about = std::move(about)};
+}
+
+Signal whole(std::string name, unsigned start_bit, unsigned bits, std::string about = {}) {
+  return {.name = std::move(name),
+          .start_bit = start_bit,
+          .bits = bits,
+          .max = std::exp2(bits) - 1,
+          .about = std::move(about)};
+}
+
+Signal nmt_state() {
+  using canopen::NmtState;
+  Signal state = whole("State", 0, 7);
+  state.values = {{static_cast<std::uint32_t>(NmtState::kBootUp), "boot-up"},
+                  {static_cast<std::uint32_t>(NmtState::kStopped), "stopped"},
+                  {static_cast<std::uint32_t>(NmtState::kOperational), "operational"},
+                  {static_cast<std::uint32_t>(NmtState::kPreOperational), "pre-operational"}};
+  return state;
+}
+
+Signal nmt_command() {
+  using canopen::NmtCommand;
+  Signal command = whole("Command", 0, 8);
+  command.values = {{static_cast<std::uint32_t>(NmtCommand::kStart), "start"},
+                    {static_cast<std::uint32_t>(NmtCommand::kStop), "stop"},
+                    {static_cast<std::uint32_t>(NmtCommand::kEnterPreOperational), "enter pre-operational"},
+                    {static_cast<std::uint32_t>(NmtCommand::kResetNode), "reset node"},
+                    {static_cast<std::uint32_t>(NmtCommand::kResetCommunication), "reset communication"}};
+  return command;
+}
+
+/// CiA 408: bits 0 to 2 of status and control word.
+Signal valve_state(std::string about) {
+  using canopen::ValveState;
+  Signal state = whole("State", 0, 3, std::move(about));
+  state.values = {{static_cast<std::uint32_t>(ValveState::kInit), "init"},
+                  {static_cast<std::uint32_t>(ValveState::kDisabled), "disabled"},
+                  {static_cast<std::uint32_t>(ValveState::kHold), "hold"},
+                  {static_cast<std::uint32_t>(ValveState::kActive), "active"}};
+  return state;
+}
+
+unsigned bit_of(std::uint16_t mask) {
+  unsigned bit = 0;
+  while ((mask >> bit & 1U) == 0) ++bit;
+  return bit;
+}
+
+Signal spool(const MachineDescription& machine, std::string name, std::string about) {
+  constexpr double kPercent = 100;
+  return number(Type::kSigned, std::move(name), 16, 16, kPercent / machine.bus.wire.valve_full_stroke, "%", -kPercent,
+                kPercent, std::move(about) + ", of the spool's stroke; positive extends the cylinder");
+}
+
+std::vector<Signal> valve_status(const MachineDescription& machine) {
+  return {valve_state("CiA 408, 0x6041"), flag("Ready", bit_of(canopen::kStatusReady), "0: fault"),
+          flag("Local", bit_of(canopen::kStatusLocal), "1: set-points are not taken from the bus"),
+          spool(machine, "SpoolPosition", "0x6301:01, actual")};
+}
+
+std::vector<Signal> valve_command(const MachineDescription& machine) {
+  return {valve_state("State that is asked for (CiA 408, 0x6040)"),
+          flag("Reset", bit_of(canopen::kControlReset), "Rising edge: resets a fault"),
+          spool(machine, "SpoolSetPoint", "0x6300:01, set-point")};
+}
+
+std::vector<Signal> pressure(const MachineDescription& machine) {
+  const WireDescription& wire = machine.bus.wire;
+  const canopen::PressureFormat format = canopen::pressure_format(wire.pressure_float, wire.pressure_digits);
+  const double most_Pa = slave::kValidity.pressure_over_range * machine.sensors.pressure_range_Pa;
+  return {number(format.is_float ? Type::kFloat : Type::kSigned, "Pressure", 0, 32, rounded(format.unit_Pa / kBar_Pa),
+                 "bar", slave::kValidity.pressure_floor_Pa / kBar_Pa, rounded(most_Pa / kBar_Pa),
+                 format.is_float ? "0x6130:01, gauge" : "0x9130:01, gauge"),
+          flag("Invalid", 32 + bit_of(canopen::kPressureInvalid), "0x6150:01"),
+          flag("Overload", 32 + bit_of(canopen::kPressureOverload), "0x6150:01"),
+          flag("Underload", 32 + bit_of(canopen::kPressureUnderload), "0x6150:01")};
+}
+
+std::vector<Signal> encoder(const MachineDescription& machine, int joint) {
+  const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
+  const double offset_m = machine.sensors.encoder_offset_m[joint], margin_m = slave::kValidity.length_margin_m;
+  std::string about = "0x6004: the cylinder's length from pin to pin";
+  if (offset_m != 0) about += fmt::format(" plus {:.3f} mm, as calibrated", offset_m / kMilli);
+  return {number(Type::kSigned, "Length", 0, 32, rounded(machine.sensors.encoder_step_m / kMilli), "mm",
+                 millimetres(cylinder.min_length_m - margin_m + offset_m),
+                 millimetres(cylinder.max_length_m + margin_m + offset_m), std::move(about)),
+          number(Type::kSigned, "Speed", 32, 16, rounded(machine.bus.wire.encoder_speed_step_mps / kMilli), "mm/s",
+                 -kAny, kAny, "0x6030:01")};
+}
+
+std::vector<Signal> tilt(const MachineDescription& machine) {
+  const bool on_boom = machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom;
+  const double most_deg = (on_boom ? std::numbers::pi : slave::kValidity.hull_tilt_rad) / kDegree;
+  return {number(Type::kSigned, "Slope", 0, 16, rounded(machine.sensors.tilt_step_rad / kDegree), "deg", -most_deg,
+                 most_deg, on_boom ? "0x6010: the boom against the horizontal" : "0x6010: the hull's pitch")};
+}
+
+std::vector<Signal> sent_by(const NamedNode& named, const MachineDescription& machine) {
+  switch (named.role) {
+    case NodeRole::kValve:
+      return valve_status(machine);
+    case NodeRole::kPressure:
+      return pressure(machine);
+    case NodeRole::kEncoder:
+      return encoder(machine, named.joint);
+    case NodeRole::kTilt:
+      return tilt(machine);
+    case NodeRole::kEnable:
+      break;
+  }
+  return {flag("EStopClosed", bit_of(canopen::kInputEStopClosed), "The E-stop chain is closed: nobody has pressed"),
+          flag("PilotOn", bit_of(canopen::kInputPilotOn), "Pilot pressure is on: valves can move")};
+}
+
+std::vector<Signal> told_to(const NamedNode& named, const MachineDescription& machine) {
+  switch (named.role) {
+    case NodeRole::kValve:
+      return valve_command(machine);
+    case NodeRole::kEnable:
+      return {flag("Enable", bit_of(canopen::kOutputEnable), "Asks for pilot pressure")};
+    case NodeRole::kPressure:
+    case NodeRole::kEncoder:
+    case NodeRole::kTilt:
+      break;
+  }
+  return {};
+}
+
+std::vector<Signal> emergency() {
+  Signal code = whole("ErrorCode", 0, 16, "CiA 301 and the device's profile");
+  for (const std::uint16_t known : {canopen::kEmcyReset, canopen::kEmcySensor, canopen::kEmcyHeartbeat,
+                                    canopen::kEmcyRpdoTimeout, canopen::kEmcyExternal, canopen::kEmcyDeviceSpecific}) {
+    code.values.emplace_back(known, canopen::emergency_text(known));
+  }
+  return {std::move(code), whole("ErrorRegister", 16, 8, "0x1001"), whole("Vendor", 24, 40, "The maker's own")};
+}
+
+std::vector<Signal> sdo() {
+  return {whole("Command", 0, 8, "Command specifier (CiA 301); Knuckle uses expedited transfers only"),
+          whole("Index", 8, 16, "Of the object"), whole("Subindex", 24, 8, "Of the object"),
+          whole("Data", 32, 32, "Value, or abort code; unused bytes are 0")};
+}
+
+/// Messages in the order of bus_messages(), periods and PDO sizes from the map of the bus.
+class Messages {
+ public:
+  explicit Messages(const MachineDescription& machine)
+      : machine_(machine), periodic_(slave::bus_map(machine.bus)), nodes_(named_nodes(machine.bus)) {}
+
+  std::vector<Message> all() {
+    add_network();
+    for (const NamedNode& node : nodes_) add_node(node);
+    return std::move(messages_);
+  }
+
+ private:
+  void add(std::uint32_t id, std::string name, std::string sender, std::vector<std::string> receivers,
+           std::uint8_t size, std::vector<Signal> signals, std::string about) {
+    Message message{id,   std::move(name),    std::move(sender), std::move(receivers),
+                    size, std::move(signals), std::nullopt,      std::move(about)};
+    if (const PeriodicFrame* frame = periodic(id)) message.period_s = 1 / frame->rate_Hz;
+    messages_.push_back(std::move(message));
+  }
+  /// Null: comes and goes.
+  [[nodiscard]] const PeriodicFrame* periodic(std::uint32_t id) const {
+    const auto found =
+        std::find_if(periodic_.begin(), periodic_.end(), [id](const PeriodicFrame& frame) { return frame.id == id; });
+    return found == periodic_.end() ? nullptr : &*found;
+  }
+  void add_pdo(std::uint32_t id, std::string name, std::string sender, std::string receiver,
+               std::vector<Signal> signals, std::string about) {
+    add(id, std::move(name), std::move(sender), {std::move(receiver)}, periodic(id)->size, std::move(signals),
+        std::move(about));
+  }
+
+  void add_network() {
+    std::vector<std::string> everybody;
+    for (const NamedNode& node : nodes_) everybody.push_back(node.name);
+    add(canopen::kNmtId, "NMT", kController, everybody, 2,
+        {nmt_command(), whole("Node", 8, 7, "Whom it is for; 0: all")}, "Starts, stops and resets nodes");
+    add(canopen::kSyncId, "SYNC", kController, everybody, 0, {}, "Sensors answer it with their TPDOs");
+    add(canopen::heartbeat_id(machine_.bus.controller_id), std::string(kController) + "_heartbeat", kController,
+        everybody, 1, {nmt_state()}, "Produced by the control loop's steps: a loop that hangs falls silent");
+  }
+
+  void add_node(const NamedNode& named) {
+    const auto& [role, joint, name, node] = named;
+    const std::vector<std::string> controller{kController}, itself{name};
+    add_pdo(node.tpdo_id(), name + "_TPDO1", name, kController, sent_by(named, machine_),
+            role == NodeRole::kEnable ? "Inputs; also at once when they change" : "");
+    if (auto signals = told_to(named, machine_); !signals.empty()) {
+      add_pdo(node.rpdo_id(), name + "_RPDO1", kController, name, std::move(signals),
+              role == NodeRole::kValve ? "Set-point; also at once when it drops to neutral" : "Output");
+    }
+    add(canopen::heartbeat_id(node.id), name + "_heartbeat", name, controller, 1, {nmt_state()}, "");
+    add(canopen::emcy_id(node.id), name + "_EMCY", name, controller, 8, emergency(), "Emergency, and its reset");
+    add(canopen::sdo_response_id(node.id), name + "_SDO_tx", name, controller, 8, sdo(), "Answers of the SDO server");
+    add(canopen::sdo_request_id(node.id), name + "_SDO_rx", kController, itself, 8, sdo(),
+        "Requests to the SDO server");
+  }
+
+  const MachineDescription& machine_;
+  std::vector<PeriodicFrame> periodic_;
+  std::vector<NamedNode> nodes_;
+  std::vector<Message> messages_;
+};
+
+}  // namespace
+
+std::vector<Message> bus_messages(const MachineDescription& machine) {
+  return Messages(machine).all();
+}
+
+}  // namespace knuckle::exporting

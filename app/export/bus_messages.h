@@ -1,0 +1,45 @@
+// Every frame of the machine's bus and what is in it, from the machine file: the content of its DBC.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "machine/description_fwd.h"
+
+namespace knuckle::exporting {
+
+/// A number in a frame, little-endian: physical value = raw * factor, in the given unit.
+struct Signal {
+  enum class Type : std::uint8_t { kUnsigned, kSigned, kFloat } type = Type::kUnsigned;
+  std::string name{};
+  unsigned start_bit = 0, bits = 0;
+  double factor = 1;
+  double min = 0, max = 0;  ///< Of physical values that Knuckle sends or uses.
+  std::string unit{};
+  std::vector<std::pair<std::uint32_t, std::string>> values{};  ///< Names of raw values.
+  std::string about{};
+};
+
+struct Message {
+  std::uint32_t id = 0;
+  std::string name;    ///< Of at most 32 characters, as DBC has it.
+  std::string sender;  ///< Node name.
+  std::vector<std::string> receivers;
+  std::uint8_t size = 0;  ///< Bytes.
+  std::vector<Signal> signals;
+  std::optional<double> period_s;  ///< In operation; nullopt: no fixed one.
+  std::string about;
+};
+
+/// The name of the node that Knuckle is.
+inline constexpr const char* kController = "controller";
+
+/// NMT, SYNC and the controller's heartbeat; then for each node of named_nodes() its PDOs, heartbeat, EMCY and SDO.
+/// Names: NODE_TPDO1, NODE_RPDO1, NODE_heartbeat, NODE_EMCY, NODE_SDO_tx (answers), NODE_SDO_rx (requests).
+/// @param machine as calibrated() gives it.
+[[nodiscard]] std::vector<Message> bus_messages(const MachineDescription& machine);
+
+}  // namespace knuckle::exporting

@@ -1,0 +1,127 @@
+// Every frame of the machine's bus as its DBC has it: whole and without contradiction.
+#include "app/export/bus_messages.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include "app/export/dbc.h"
+#include "machine/bus_nodes.h"
+#include "slave/bus_map.h"
+#include "tests/export/machines.h"
+#include "transport/canopen.h"
+
+namespace knuckle::exporting {
+namespace {
+
+using test::machines_of_every_wire;
+
+TEST(BusMessages, AreEveryFrameOfTheMapWithItsRateAndSize) {
+  for (const MachineDescription& machine : machines_of_every_wire()) {
+    std::map<std::uint32_t, Message> periodic;
+    for (const Message& message : bus_messages(machine)) {
+      if (message.period_s) periodic[message.id] = message;
+    }
+    const auto map = slave::bus_map(machine.bus);
+    EXPECT_EQ(periodic.size(), map.size());
+    for (const PeriodicFrame& frame : map) {
+      ASSERT_TRUE(periodic.contains(frame.id)) << machine.name << " " << frame.id;
+      EXPECT_EQ(periodic[frame.id].size, frame.size);
+      EXPECT_DOUBLE_EQ(*periodic[frame.id].period_s, 1 / frame.rate_Hz);
+    }
+  }
+}
+
+TEST(BusMessages, AreWhatTheControllerHearsAndWhatItTells) {
+  for (const MachineDescription& machine : machines_of_every_wire()) {
+    std::set<std::uint32_t> heard, told;
+    for (const Message& message : bus_messages(machine))
+      EXPECT_TRUE((message.sender == kController ? told : heard).insert(message.id).second)
+          << "twice: " << message.name;
+    const auto ids = slave::heard_by_controller(machine.bus);
+    EXPECT_EQ(heard, std::set<std::uint32_t>(ids.begin(), ids.end())) << machine.name;
+    std::set<std::uint32_t> expected{canopen::kNmtId, canopen::kSyncId,
+                                     canopen::heartbeat_id(machine.bus.controller_id), machine.bus.enable.rpdo_id()};
+    for (const NodeDescription& valve : machine.bus.valves) expected.insert(valve.rpdo_id());
+    for (const NamedNode& node : named_nodes(machine.bus)) expected.insert(canopen::sdo_request_id(node.node.id));
+    EXPECT_EQ(told, expected) << machine.name;
+  }
+}
+
+TEST(BusMessages, SignalsFitIntoTheirFramesAndDoNotOverlap) {
+  for (const MachineDescription& machine : machines_of_every_wire()) {
+    for (const Message& message : bus_messages(machine)) {
+      std::set<unsigned> bits;
+      for (const Signal& signal : message.signals) {
+        EXPECT_LE(signal.start_bit + signal.bits, 8U * message.size) << message.name << " " << signal.name;
+        for (unsigned bit = 0; bit < signal.bits; ++bit)
+          EXPECT_TRUE(bits.insert(signal.start_bit + bit).second) << message.name << " " << signal.name;
+      }
+    }
+  }
+}
+
+TEST(BusMessages, RangesAreWhatTheSensorsAreBelievedIn) {
+  const MachineDescription machine = calibrated(test::calibrated_machine());
+  for (const Message& message : bus_messages(machine)) {
+    for (const Signal& signal : message.signals) {
+      EXPECT_LT(signal.min, signal.max) << message.name << " " << signal.name;
+      EXPECT_TRUE(std::isfinite(signal.min) && std::isfinite(signal.max)) << message.name << " " << signal.name;
+      if (message.name == "boom_rod_pressure_TPDO1" && signal.name == "Pressure") {
+        EXPECT_DOUBLE_EQ(signal.min, -3);
+        EXPECT_DOUBLE_EQ(signal.max, 1.05 * 400);
+      }
+      if (message.name == "arm_encoder_TPDO1" && signal.name == "Length") {  // offset -2 mm, 10 mm to spare
+        EXPECT_DOUBLE_EQ(signal.min, 875 - 10 - 2);
+        EXPECT_DOUBLE_EQ(signal.max, 1345 + 10 - 2);
+      }
+    }
+  }
+}
+
+TEST(BusMessages, NamesAreUniqueAndNoLongerThanDbcAllows) {
+  for (const MachineDescription& machine : machines_of_every_wire()) {
+    std::set<std::string> names;
+    for (const Message& message : bus_messages(machine)) {
+      EXPECT_LE(message.name.size(), 32U) << message.name;
+      EXPECT_TRUE(names.insert(message.name).second) << message.name;
+    }
+  }
+}
+
+TEST(Dbc, TextOfOthersDoesNotEndItsStrings) {
+  MachineDescription machine = load_machine(test::machine_file("solar015"));
+  machine.name = "the \"big\" one\\";
+  std::ostringstream text;
+  write_dbc(machine, text);
+  EXPECT_NE(text.str().find("CM_ \"CANopen bus of the 'big' one/. Written by knuckle "), std::string::npos);
+}
+
+TEST(Dbc, FloatsAreToldFromIntegersAndAreOfSinglePrecision) {
+  std::ostringstream integers, floats;
+  write_dbc(load_machine(test::machine_file("solar015")), integers);
+  EXPECT_EQ(integers.str().find("SIG_VALTYPE_"), std::string::npos);
+  const MachineDescription machine = test::other_wire();
+  write_dbc(machine, floats);
+  for (const NodeDescription& node : machine.bus.pressures) {
+    const std::string line = "SIG_VALTYPE_ " + std::to_string(node.tpdo_id()) + " Pressure : 1;\n";
+    EXPECT_NE(floats.str().find(line), std::string::npos) << line;
+  }
+}
+
+TEST(Dbc, CyclesThatAreNoWholeMillisecondsAreInTheCommentsOnly) {
+  MachineDescription machine = load_machine(test::machine_file("compact080"));
+  machine.bus.sync_Hz = 400;
+  std::ostringstream text;
+  write_dbc(machine, text);
+  EXPECT_EQ(text.str().find("BA_ \"GenMsgCycleTime\" BO_ 128 "), std::string::npos);
+  EXPECT_NE(text.str().find("every 2.5 ms in operation"), std::string::npos);
+  EXPECT_NE(text.str().find("BA_ \"GenMsgCycleTime\" BO_ 1793 50;"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace knuckle::exporting

@@ -1,0 +1,56 @@
+"""What canmatrix (Debian: python3-canmatrix) reads in a DBC, for tests to compare with what Knuckle meant.
+
+    canmatrix_witness.py describe DBC OUT        one line a message, then one for each of its signals
+    canmatrix_witness.py decode DBC CANDUMP OUT  one line a frame: the message's name, then SIGNAL=VALUE of each signal
+
+Cells are separated by tabs. Exit code 77: canmatrix is not installed.
+"""
+
+import sys
+
+try:
+    import canmatrix
+    import canmatrix.formats
+except ImportError:
+    sys.exit(77)
+
+
+def describe(matrix, out):
+    for frame in matrix.frames:
+        cells = ["message", frame.name, frame.arbitration_id.id, frame.size, ",".join(frame.transmitters)]
+        cells += [float(frame.cycle_time), frame.comment or ""]
+        print(*cells, sep="\t", file=out)
+        for s in frame.signals:
+            kind = "float" if s.is_float else "signed" if s.is_signed else "unsigned"
+            order = "little" if s.is_little_endian else "big"
+            values = ";".join(f"{raw}={name}" for raw, name in sorted(s.values.items()))
+            cells = ["signal", s.name, kind, order, s.start_bit, s.size, float(s.factor), float(s.offset)]
+            cells += [float(s.min), float(s.max), s.unit, ",".join(s.receivers), values, s.comment or ""]
+            print(*cells, sep="\t", file=out)
+
+
+def decode(matrix, log, out):
+    for line in log:
+        identifier, data = line.split()[2].split("#")
+        frame = matrix.frame_by_id(canmatrix.ArbitrationId(int(identifier, 16), extended=False))
+        if frame is None:
+            print("?", file=out)
+            continue
+        cells = [frame.name]
+        if frame.signals:
+            values = frame.decode(bytes.fromhex(data))
+            cells += [f"{name}={float(signal.phys_value)!r}" for name, signal in values.items()]
+        print(*cells, sep="\t", file=out)
+
+
+def main(arguments):
+    matrix = canmatrix.formats.loadp_flat(arguments[1])
+    with open(arguments[-1], "w", encoding="utf-8") as out:
+        if arguments[0] == "describe":
+            describe(matrix, out)
+        else:
+            with open(arguments[2], encoding="utf-8") as log:
+                decode(matrix, log, out)
+
+
+main(sys.argv[1:])

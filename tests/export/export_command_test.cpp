@@ -1,0 +1,90 @@
+// `knuckle export` as a user runs it: whole files or none, and one line for what it refuses.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/export/machines.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::exporting {
+namespace {
+
+using test::content;
+using test::ProgramRun;
+using test::TemporaryFolder;
+
+ProgramRun run_export(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "export");
+  return test::run_program(test::program("knuckle"), std::move(arguments));
+}
+
+void expect_refused(const ProgramRun& run, const std::string& line) {
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.out, "");
+  EXPECT_EQ(run.err, "knuckle: " + line + "\n");
+}
+
+TEST(ExportCommand, WritesWhatIsAskedFor) {
+  const TemporaryFolder folder;
+  const std::string urdf = folder.file("arm.urdf"), dbc = folder.file("new/bus.dbc");
+  const ProgramRun run = run_export({"--machine", "solar015", "--urdf", urdf, "--dbc", dbc});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out + run.err, "");
+  EXPECT_TRUE(content(urdf).ends_with("</robot>\n"));
+  EXPECT_NE(content(dbc).find("BO_ 128 SYNC: 0 controller"), std::string::npos);
+  EXPECT_EQ(run_export({"--machine", "solar015", "--urdf", "-"}).out, content(urdf));
+}
+
+TEST(ExportCommand, NeedsAMachineAndAnOutput) {
+  expect_refused(run_export({"--machine", "solar015"}),
+                 "nothing to write: give --urdf FILE or --dbc FILE (see knuckle export --help)");
+  const ProgramRun run = run_export({"--urdf", "-"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_NE(run.err.find("--machine"), std::string::npos) << run.err;
+}
+
+TEST(ExportCommand, OverwritesNoInputAndNoOtherOutput) {
+  const TemporaryFolder folder;
+  const std::string machine = folder.file("machine.txt"), file = folder.file("out");
+  std::filesystem::copy_file(test::machine_file("solar015"), machine);
+  const std::string before = content(machine);
+  expect_refused(run_export({"--machine", machine, "--dbc", machine}),
+                 "--dbc " + machine + ": already taken by --machine");
+  EXPECT_EQ(content(machine), before);
+  expect_refused(run_export({"--machine", machine, "--urdf", file, "--dbc", file}),
+                 "--dbc " + file + ": already taken by --urdf");
+  expect_refused(run_export({"--machine", machine, "--urdf", folder.file("other.toml")}),
+                 "--urdf " + folder.file("other.toml") +
+                     ": is named like a machine or other configuration file: choose another name");
+  EXPECT_EQ(folder.count(), 1);
+}
+
+TEST(ExportCommand, LeavesNothingBehindWhereAnOutputCannotBeWritten) {
+  const TemporaryFolder folder;
+  const std::string plain = folder.file("plain");
+  std::ofstream(plain) << "no folder";
+  const ProgramRun run =
+      run_export({"--machine", "solar015", "--urdf", folder.file("arm.urdf"), "--dbc", plain + "/bus.dbc"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  EXPECT_EQ(folder.count(), 1);
+}
+
+TEST(ExportCommand, LeavesNothingBehindOfAMachineFileThatIsRefused) {
+  const TemporaryFolder folder;
+  const std::string machine = folder.file("machine.toml");
+  std::ofstream(machine) << content(test::machine_file("solar015")) << "\n[colour]\n";
+  const ProgramRun run = run_export({"--machine", machine, "--urdf", folder.file("arm.urdf")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  EXPECT_NE(run.err.find("colour"), std::string::npos) << run.err;
+  EXPECT_EQ(folder.count(), 1);
+}
+
+}  // namespace
+}  // namespace knuckle::exporting

@@ -1,0 +1,68 @@
+// Machines as files say, with and without what an identification has found.
+#pragma once
+
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "machine/description.h"
+#include "machine/load.h"
+#include "tests/support/places.h"
+
+namespace knuckle::test {
+
+inline std::string machine_file(const std::string& name) {
+  return source_dir() + "/config/machines/" + name + ".toml";
+}
+
+/// Lengths and parameters of an arm like the shipped one's, but different in each number.
+inline MachineDescription calibrated_machine() {
+  MachineDescription machine = load_machine(machine_file("solar015"));
+  GeometryCalibration geometry;
+  geometry.length_m = {1.757, 0.943, 0.508};
+  geometry.boom_parent_pin_m = machine.boom_mount.parent_pin_m;
+  geometry.boom_child_pin_m = machine.boom_mount.child_pin_m;
+  geometry.arm_parent_pin_m = machine.arm_mount.parent_pin_m;
+  geometry.arm_child_pin_m = machine.arm_mount.child_pin_m;
+  geometry.cylinder_pin_m = machine.bucket_linkage.cylinder_pin_m;
+  geometry.rocker_pin_m = machine.bucket_linkage.rocker_pin_m;
+  geometry.bucket_pin_m = machine.bucket_linkage.bucket_pin_m;
+  geometry.rocker_length_m = machine.bucket_linkage.rocker_length_m;
+  geometry.coupler_length_m = machine.bucket_linkage.coupler_length_m;
+  geometry.encoder_offset_m = {0.0015, -0.002, 0.0005};
+  machine.geometry_calibration = geometry;
+  DynamicsCalibration dynamics;
+  dynamics.parameters.head<kBaseCount>() << 611, 86, 12.4, 372, 97, 21.6, 28.1, 1.1, 15.2;
+  machine.dynamics_calibration = dynamics;
+  machine.name = "identified";
+  machine.calibration_provenance = CalibrationProvenance{"full", "2026-11-21T05:00:00Z", "00", "a--b.csv", "test"};
+  return machine;
+}
+
+/// Every choice that a machine file has about its wire, other than the shipped one's.
+inline MachineDescription other_wire() {
+  MachineDescription machine = load_machine(machine_file("compact080"));
+  machine.name = "other_wire";
+  machine.bus.wire = {.valve_full_stroke = 10000, .pressure_float = true, .encoder_speed_step_mps = 1e-3};
+  machine.bus.valves[kArm].rpdo = 0x305;
+  machine.bus.encoders[kBoom].tpdo = 0x2A5;
+  machine.bus.controller_id = 5;
+  machine.sensors.encoder_step_m = 2.5e-5;
+  machine.sensors.tilt_step_rad = 0.01 * std::numbers::pi / 180;
+  return machine;
+}
+
+inline MachineDescription coarse_pressures() {
+  MachineDescription machine = load_machine(machine_file("solar015"));
+  machine.name = "coarse_pressures";
+  machine.bus.wire.pressure_digits = 0;
+  return machine;
+}
+
+/// The shipped ones, an identified one, and those two.
+inline std::vector<MachineDescription> machines_of_every_wire() {
+  return {load_machine(machine_file("solar015")), load_machine(machine_file("compact080")), other_wire(),
+          coarse_pressures(), calibrated_machine()};
+}
+
+}  // namespace knuckle::test

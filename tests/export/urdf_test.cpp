@@ -1,0 +1,288 @@
+// The machine's URDF against Orocos KDL: gravity, mass matrix, motion and place are those that Knuckle computes with.
+#include "app/export/urdf.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <kdl/chaindynparam.hpp>
+#include <kdl/chainfksolverpos_recursive.hpp>
+#include <kdl/chainidsolver_recursive_newton_euler.hpp>
+#include <random>
+#include <sstream>
+
+#include "core/error.h"
+#include "estimation/regressor.h"
+#include "machine/kinematics.h"
+#include "tests/export/kdl_of_urdf.h"
+#include "tests/export/machines.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::exporting {
+namespace {
+
+using test::calibrated_machine;
+
+std::string urdf_of(const MachineDescription& machine) {
+  std::ostringstream text;
+  write_urdf(machine, text);
+  return text.str();
+}
+
+std::vector<MachineDescription> machines() {
+  return {load_machine(test::machine_file("solar015")), load_machine(test::machine_file("compact080")),
+          calibrated_machine()};
+}
+
+/// Angles in the working range, and what moves there.
+struct Drawn {
+  JointVector angle_rad, rate_radps, acceleration_radps2;
+  double hull_pitch_rad = 0;
+};
+
+Drawn draw(const MachineDescription& machine, std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Drawn drawn;
+  for (int i = 0; i < kJoints; ++i) {
+    const LinkDescription& link = machine.links[static_cast<std::size_t>(i)];
+    drawn.angle_rad[i] = (link.min_rad + link.max_rad) / 2 + unit(random) * (link.max_rad - link.min_rad) / 2;
+    drawn.rate_radps[i] = link.max_rate_radps * unit(random);
+    drawn.acceleration_radps2[i] = 3 * unit(random);
+  }
+  drawn.hull_pitch_rad = 0.3 * unit(random);
+  return drawn;
+}
+
+KDL::JntArray to_kdl(const JointVector& v) {
+  KDL::JntArray a(kJoints);
+  a.data = v;
+  return a;
+}
+
+/// In base's axes when the hull is turned by the pitch, counter-clockwise.
+KDL::Vector gravity(double hull_pitch_rad) {
+  const double g = estimation::kGravity_mps2;
+  return {-g * std::sin(hull_pitch_rad), 0, -g * std::cos(hull_pitch_rad)};
+}
+
+constexpr int kPostures = 500;
+
+TEST(Urdf, GravityTorquesByKdlAreTheEstimatorsToNineDigits) {
+  std::mt19937 random(1);
+  for (const MachineDescription& machine : machines()) {
+    const MachineDescription seen = calibrated(machine);
+    const estimation::BaseParameters parameters = estimation::known_parameters(seen);
+    const KDL::Chain chain = test::kdl_chain(*test::parsed_urdf(urdf_of(machine)), "base", "bucket");
+    double worst = 0;
+    for (int n = 0; n < kPostures; ++n) {
+      const Drawn drawn = draw(seen, random);
+      KDL::ChainDynParam kdl(chain, gravity(drawn.hull_pitch_rad));
+      KDL::JntArray torque(kJoints);
+      ASSERT_EQ(kdl.JntToGravity(to_kdl(drawn.angle_rad), torque), 0);
+      const estimation::Pose pose(drawn.angle_rad, drawn.hull_pitch_rad);
+      const JointVector ours = estimation::joint_torque(estimation::RigidArm::gravity(pose) * parameters);
+      for (int i = 0; i < kJoints; ++i)
+        worst = std::max(worst, std::abs(torque(static_cast<unsigned>(i)) - ours[i]) / std::abs(ours[i]));
+    }
+    EXPECT_LE(worst, 1e-9) << machine.name;
+    RecordProperty("worst_share_of_" + machine.name, std::to_string(worst * 1e12) + "e-12");
+  }
+}
+
+TEST(Urdf, MassMatrixByKdlIsTheEstimatorsToNineDigits) {
+  std::mt19937 random(2);
+  for (const MachineDescription& machine : machines()) {
+    const MachineDescription seen = calibrated(machine);
+    const estimation::BaseParameters parameters = estimation::known_parameters(seen);
+    const estimation::RigidArm arm(seen);
+    const KDL::Chain chain = test::kdl_chain(*test::parsed_urdf(urdf_of(machine)), "base", "bucket");
+    KDL::ChainDynParam kdl(chain, gravity(0));
+    for (int n = 0; n < kPostures; ++n) {
+      const Drawn drawn = draw(seen, random);
+      KDL::JntSpaceInertiaMatrix mass(kJoints);
+      ASSERT_EQ(kdl.JntToMass(to_kdl(drawn.angle_rad), mass), 0);
+      const Eigen::Matrix3d ours = arm.inertia(estimation::Pose(drawn.angle_rad, 0), parameters);
+      ASSERT_LE((mass.data - ours).norm(), 1e-9 * ours.norm()) << machine.name << " " << drawn.angle_rad.transpose();
+    }
+  }
+}
+
+TEST(Urdf, TorquesOfMotionByKdlAreTheEstimators) {
+  std::mt19937 random(3);
+  for (const MachineDescription& machine : machines()) {
+    const MachineDescription seen = calibrated(machine);
+    const estimation::BaseParameters parameters = estimation::known_parameters(seen);
+    const estimation::RigidArm arm(seen);
+    const KDL::Chain chain = test::kdl_chain(*test::parsed_urdf(urdf_of(machine)), "base", "bucket");
+    for (int n = 0; n < kPostures; ++n) {
+      const Drawn drawn = draw(seen, random);
+      KDL::ChainIdSolver_RNE kdl(chain, gravity(drawn.hull_pitch_rad));
+      KDL::JntArray torque(kJoints);
+      ASSERT_EQ(kdl.CartToJnt(to_kdl(drawn.angle_rad), to_kdl(drawn.rate_radps), to_kdl(drawn.acceleration_radps2),
+                              KDL::Wrenches(chain.getNrOfSegments(), KDL::Wrench::Zero()), torque),
+                0);
+      const JointVector ours = estimation::inverse_dynamics(arm, parameters, drawn.angle_rad, drawn.rate_radps,
+                                                            drawn.acceleration_radps2, drawn.hull_pitch_rad);
+      ASSERT_LE((torque.data - ours).norm(), 1e-9 * ours.norm()) << machine.name;
+    }
+  }
+}
+
+TEST(Urdf, TipByKdlIsWhereTheKinematicsHaveIt) {
+  std::mt19937 random(4);
+  for (const MachineDescription& machine : machines()) {
+    const MachineDescription seen = calibrated(machine);
+    const Kinematics kinematics(seen);
+    const KDL::Chain chain = test::kdl_chain(*test::parsed_urdf(urdf_of(machine)), "base", "tip");
+    KDL::ChainFkSolverPos_recursive kdl(chain);
+    for (int n = 0; n < kPostures; ++n) {
+      const JointVector angle_rad = draw(seen, random).angle_rad;
+      KDL::Frame tip;
+      ASSERT_GE(kdl.JntToCart(to_kdl(angle_rad), tip), 0);
+      const PlanarVector ours = kinematics.tip(angle_rad);
+      ASSERT_NEAR(tip.p.x(), ours.x(), 1e-12);
+      ASSERT_NEAR(tip.p.y(), 0, 1e-12);
+      ASSERT_NEAR(tip.p.z(), ours.y(), 1e-12);
+    }
+  }
+}
+
+TEST(Urdf, InertiasAreThoseOfSomeSteel) {
+  for (const MachineDescription& machine : machines()) {
+    const auto model = test::parsed_urdf(urdf_of(machine));
+    for (const char* name : kJointNames) {
+      const urdf::Inertial& i = *model->getLink(name)->inertial;
+      EXPECT_GT(i.mass, 0);
+      Eigen::Matrix3d tensor;
+      tensor << i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz;
+      const Eigen::Vector3d moments = tensor.selfadjointView<Eigen::Lower>().eigenvalues();  // increasing
+      EXPECT_GT(moments[0], 0) << machine.name << " " << name;
+      EXPECT_GT(moments[0] + moments[1], moments[2]) << machine.name << " " << name << ": triangle inequality";
+    }
+  }
+}
+
+TEST(Urdf, JointsHaveTheMachineFilesRangesAndSpeeds) {
+  for (const MachineDescription& machine : machines()) {
+    const auto model = test::parsed_urdf(urdf_of(machine));
+    EXPECT_EQ(model->getName(), machine.name);
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      const auto joint = model->getJoint(std::string(kJointNames[i]) + "_joint");
+      ASSERT_TRUE(joint && joint->limits);
+      EXPECT_EQ(joint->limits->lower, machine.links[i].min_rad);
+      EXPECT_EQ(joint->limits->upper, machine.links[i].max_rad);
+      EXPECT_EQ(joint->limits->velocity, machine.links[i].max_rate_radps);
+    }
+  }
+}
+
+TEST(Urdf, EffortIsWhatTheCylinderTurnsWithAtTheMainRelief) {
+  const MachineDescription machine = load_machine(test::machine_file("solar015"));
+  const auto model = test::parsed_urdf(urdf_of(machine));
+  const Kinematics kinematics(machine);
+  for (int i = 0; i < kJoints; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const LinkDescription& link = machine.links[k];
+    const double force_N = machine.cylinders[k].head_area_m2() * machine.hydraulics.main_relief_Pa;
+    const double effort_Nm = model->getJoint(std::string(kJointNames[k]) + "_joint")->limits->effort;
+    double most = 0;
+    for (double angle = link.min_rad; angle <= link.max_rad; angle += 1e-3)
+      most = std::max(most, std::abs(kinematics.cylinder_at(i, angle)->lever_m) * force_N);
+    EXPECT_NEAR(effort_Nm, most, 1e-3 * most) << kJointNames[k];
+  }
+}
+
+TEST(Urdf, MassesAreTheDrawingsWithWhatHangsOnTheLinks) {
+  const MachineDescription machine = load_machine(test::machine_file("solar015"));
+  const auto model = test::parsed_urdf(urdf_of(machine));
+  double sum_kg = 0, drawn_kg = machine.bucket_linkage.rocker_mass_kg + machine.bucket_linkage.coupler_mass_kg;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const double mass_kg = model->getLink(kJointNames[i])->inertial->mass;
+    EXPECT_GT(mass_kg, machine.links[i].mass_kg);
+    sum_kg += mass_kg;
+    drawn_kg += machine.links[i].mass_kg + machine.cylinders[i].body_mass_kg + machine.cylinders[i].rod_mass_kg;
+  }
+  const double cylinder_kg = machine.cylinders[kBoom].body_mass_kg + machine.cylinders[kBoom].rod_mass_kg;
+  EXPECT_LT(sum_kg, drawn_kg);  // the hull carries a part of the boom cylinder
+  EXPECT_GT(sum_kg, drawn_kg - cylinder_kg);
+}
+
+TEST(Urdf, MassesOfIdentifiedParametersStayTheDrawingsWhereSteelOfThemExists) {
+  MachineDescription machine = load_machine(test::machine_file("solar015"));
+  const JointVector drawn_kg = estimation::lumped_masses_kg(machine);
+  machine.dynamics_calibration.emplace();
+  machine.dynamics_calibration->parameters.head<kBaseCount>() = 1.02 * estimation::lumped_parameters(machine);
+  const auto model = test::parsed_urdf(urdf_of(machine));
+  for (int i = 0; i < kJoints; ++i)
+    EXPECT_DOUBLE_EQ(model->getLink(kJointNames[static_cast<std::size_t>(i)])->inertial->mass, drawn_kg[i]);
+}
+
+/// A bucket whose inertia came out so small that no 67 kg have its moments.
+MachineDescription with_bucket_inertia(double kgm2) {
+  MachineDescription machine = load_machine(test::machine_file("solar015"));
+  machine.dynamics_calibration.emplace();
+  auto& parameters = machine.dynamics_calibration->parameters;
+  parameters.head<kBaseCount>() = estimation::lumped_parameters(machine);
+  parameters[estimation::kInertia + kBucket] = kgm2;
+  return machine;
+}
+
+TEST(Urdf, MassesMoveNoFurtherThanIdentifiedParametersAsk) {
+  const MachineDescription machine = with_bucket_inertia(9);
+  const auto& parameters = machine.dynamics_calibration->parameters;
+  const double moment =
+      std::hypot(parameters[estimation::kMomentX + kBucket], parameters[estimation::kMomentZ + kBucket]);
+  const JointVector drawn_kg = estimation::lumped_masses_kg(machine);
+  ASSERT_LT(parameters[estimation::kInertia + kBucket] * drawn_kg[kBucket], moment * moment) << "impossible as drawn";
+  const auto model = test::parsed_urdf(urdf_of(machine));
+  const double mass_kg = model->getLink("bucket")->inertial->mass, least_kg = moment * moment / 9;
+  EXPECT_GT(mass_kg, least_kg);
+  EXPECT_LT(mass_kg, 1.1 * least_kg);
+  EXPECT_GT(model->getLink("bucket")->inertial->iyy, 0);
+}
+
+TEST(Urdf, OfWhatNoSteelHasIsRefusedWithOneLine) {
+  try {
+    (void)urdf_of(with_bucket_inertia(3));
+    FAIL() << "not refused";
+  } catch (const InputError& error) {
+    const std::string line = error.what();
+    EXPECT_NE(line.find("solar015.toml: key 'calibration.dynamics': "), std::string::npos) << line;
+    EXPECT_EQ(line.find('\n'), std::string::npos);
+  }
+}
+
+TEST(Urdf, SaysWhetherItIsTheDrawingOrWasIdentified) {
+  const std::string drawn = urdf_of(load_machine(test::machine_file("solar015")));
+  EXPECT_NE(drawn.find("not identified on the machine"), std::string::npos);
+  const std::string found = urdf_of(calibrated_machine());
+  EXPECT_NE(found.find("as identified on the machine; method full, 2026-11-21T05:00:00Z"), std::string::npos);
+  EXPECT_NE(found.find("a- -b.csv"), std::string::npos) << "two dashes would end the comment's validity";
+  EXPECT_NE(found.find("lengths as calibrated"), std::string::npos);
+}
+
+TEST(Urdf, NamesWithMarksOfXmlStayNames) {
+  MachineDescription machine = load_machine(test::machine_file("solar015"));
+  machine.name = "Ann's <\"big\" & small>";
+  EXPECT_EQ(test::parsed_urdf(urdf_of(machine))->getName(), machine.name);
+}
+
+TEST(Urdf, CheckUrdfFindsNoFault) {
+  const test::TemporaryFolder folder;
+  for (const MachineDescription& machine : machines()) {
+    const std::string file = folder.file("machine.urdf");
+    std::ofstream(file) << urdf_of(machine);
+    const test::ProgramRun run = test::run_program("check_urdf", {file});
+    if (run.exit_code == 127) GTEST_SKIP() << "NOT TESTED: check_urdf is not installed (liburdfdom-tools)";
+    EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+    EXPECT_NE(run.out.find("robot name is: " + machine.name), std::string::npos) << run.out;
+    EXPECT_NE(run.out.find("child(1):  boom\n        child(1):  arm\n            child(1):  bucket"), std::string::npos)
+        << run.out;
+    std::ofstream(file) << urdf_of(machine).substr(0, 3000);
+    EXPECT_NE(test::run_program("check_urdf", {file}).exit_code, 0) << "would not see a broken file";
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::exporting

@@ -1,0 +1,348 @@
+#include "recording/recorder.h"
+
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <random>
+
+#include "app/session/session_digest.h"
+#include "core/error.h"
+#include "recording/events.h"
+#include "recording/file_names.h"
+#include "tests/recording/recorded_session.h"
+#include "tests/support/no_alloc.h"
+#include "tests/support/small_disk.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::test {
+namespace {
+
+using recording::Recorder;
+using recording::RecorderOptions;
+using recording::RecorderStatus;
+using recording::Recording;
+
+RecorderOptions into(const std::string& folder) {
+  RecorderOptions how;
+  how.folder = folder;
+  how.least_free_bytes = 0;
+  return how;
+}
+
+std::vector<std::string> paths_in(const std::string& folder, bool flights) {
+  std::vector<std::string> paths;
+  for (const recording::FileOfFolder& file : recording::files_in(folder))
+    if (file.flight == flights) paths.push_back(file.path);
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+std::vector<recording::Event> events_in(const std::vector<std::string>& files) {
+  Recording recording(files);
+  std::vector<recording::Event> events;
+  while (const auto entry = recording.next()) {
+    if (entry->topic != recording::Topic::kEvents) continue;
+    if (auto event = recording::decode_log(entry->data, recording.head().started_unix_ns)) events.push_back(*event);
+  }
+  return events;
+}
+
+TEST(Recorder, RecordedSessionRunsAgainBitByBit) {
+  TemporaryFolder folder;
+  RecorderOptions how;
+  how.file = folder.file("press.mcap");
+  const RecorderStatus status = record(short_session("wall_contact", 12), how);
+  EXPECT_EQ(status.file, how.file);
+  EXPECT_EQ(status.problem, "");
+  EXPECT_EQ(status.steps_lost, 0u);
+  const recording::ReplayResult result = replayed({how.file});
+  EXPECT_TRUE(result.identical());
+  EXPECT_EQ(result.sides[0].steps, 12'000u);
+  EXPECT_EQ(result.sides[1].steps, 2'400u);
+}
+
+TEST(Recorder, RecordingChangesNothingInTheSession) {
+  TemporaryFolder folder;
+  const auto digest = [](bool recorded, const std::string& file) {
+    const session::SimulateOptions options = short_session("wall_contact", 6);
+    const session::LoadedSession loaded = session::load_session(options);
+    RecorderOptions how;
+    how.file = file;
+    Recorder recorder(how, session::session_head(loaded.setup, options), loaded.setup.machine);
+    session::Session session(loaded.setup);
+    if (recorded) session.record_to(recorder);
+    while (!session.done()) {
+      session.step();
+      recorder.drain();
+    }
+    cli::Digest all;
+    for (const TimedFrame& frame : session.frames()) session::add(all, frame.at, frame.frame);
+    for (const session::Sample& sample : session.take_record().samples) session::add(all, sample);
+    return all.finish();
+  };
+  EXPECT_EQ(digest(true, folder.file("a.mcap")), digest(false, folder.file("b.mcap")));
+}
+
+TEST(Recorder, StepThatIsRecordedAllocatesNothing) {
+  TemporaryFolder folder;
+  const session::SimulateOptions options = short_session("wall_contact", 4);
+  const session::LoadedSession loaded = session::load_session(options);
+  RecorderOptions how;
+  how.file = folder.file("x.mcap");
+  Recorder recorder(how, session::session_head(loaded.setup, options), loaded.setup.machine);
+  session::Session session(loaded.setup);
+  session.record_to(recorder);
+  std::uint64_t allocations = 0;
+  while (!session.done()) {
+    const NoAllocScope scope;
+    session.step();
+    allocations += scope.allocations();
+    recorder.drain();
+  }
+  EXPECT_EQ(allocations, 0u);
+}
+
+TEST(Recorder, FileThatWasNamedIsThereOnlyOnceItIsComplete) {
+  TemporaryFolder folder;
+  RecorderOptions how;
+  how.file = folder.file("x.mcap");
+  bool early = false, partial = false;
+  (void)record(short_session("free_motion", 2), how, [&](session::Session&) {
+    early = early || std::filesystem::exists(how.file);
+    partial = partial || std::filesystem::exists(how.file + ".partial");
+  });
+  EXPECT_FALSE(early);
+  EXPECT_TRUE(partial);
+  EXPECT_TRUE(std::filesystem::exists(how.file));
+  EXPECT_EQ(folder.count(), 1);
+  EXPECT_TRUE(Recording({how.file}).complete());
+}
+
+TEST(Recorder, PartsFollowEachOtherAndRunAgainAsOne) {
+  TemporaryFolder folder;
+  RecorderOptions how = into(folder.path().string());
+  how.part = 3s;
+  (void)record(short_session("wall_contact", 10), how);
+  const auto parts = paths_in(folder.path().string(), false);
+  ASSERT_EQ(parts.size(), 4u);
+  EXPECT_TRUE(replayed(parts).identical());
+  EXPECT_THROW(Recording({parts[0], parts[2]}), InputError);  // one is missing
+  EXPECT_THROW((void)replayed({parts[1]}), InputError);       // begins in the middle
+}
+
+TEST(Recorder, FolderStaysWithinItsBoundAndTheOldestPartsGo) {
+  TemporaryFolder folder;
+  RecorderOptions how = into(folder.path().string());
+  how.part = 1s;
+  how.folder_bytes = 1'000'000;
+  (void)record(short_session("wall_contact", 12), how);
+  std::uint64_t total = 0;
+  const auto files = recording::files_in(folder.path().string());
+  for (const auto& file : files) total += file.bytes;
+  EXPECT_LE(total, how.folder_bytes + 600'000);  // and the part that is being written
+  ASSERT_FALSE(files.empty());
+  EXPECT_NE(files.back().path.find("part01"), std::string::npos) << files.back().path;  // a tenth part at least
+  EXPECT_EQ(files.front().path.find("part001.mcap"), std::string::npos);
+}
+
+TEST(Recorder, OtherFilesInTheFolderAreLeftAlone) {
+  TemporaryFolder folder;
+  std::ofstream(folder.file("holiday_part1.mcap")) << std::string(10'000, 'x');
+  std::ofstream(folder.file("2026-notes.txt")) << std::string(10'000, 'x');
+  RecorderOptions how = into(folder.path().string());
+  how.part = 1s;
+  how.folder_bytes = 1;
+  (void)record(short_session("free_motion", 3), how);
+  EXPECT_TRUE(std::filesystem::exists(folder.file("holiday_part1.mcap")));
+  EXPECT_TRUE(std::filesystem::exists(folder.file("2026-notes.txt")));
+}
+
+TEST(Recorder, FullDiskEndsTheRecordingAndNothingElse) {
+  SmallDisk disk(1'500'000);
+  if (!disk.mounted()) GTEST_SKIP() << "may not mount";
+  int ticks = 0;
+  const RecorderStatus status =
+      record(short_session("wall_contact", 20), into(disk.path()), [&](session::Session&) { ++ticks; });
+  EXPECT_EQ(ticks, 20'000);
+  EXPECT_FALSE(status.recording);
+  EXPECT_EQ(status.problem, "No space left on device");
+  const auto parts = paths_in(disk.path(), false);
+  ASSERT_EQ(parts.size(), 1u);
+  Recording recording(parts);
+  std::uint64_t entries = 0;
+  while (recording.next()) ++entries;
+  EXPECT_GT(entries, 5000u);
+  EXPECT_TRUE(recording.damages().empty());
+}
+
+TEST(Recorder, StopsBeforeTheDiskIsFull) {
+  SmallDisk disk(4'000'000);
+  if (!disk.mounted()) GTEST_SKIP() << "may not mount";
+  RecorderOptions how = into(disk.path());
+  how.least_free_bytes = 2'500'000;
+  const RecorderStatus status = record(short_session("wall_contact", 20), how);
+  EXPECT_EQ(status.problem, "only 2 MiB are left on the disk");
+  EXPECT_GT(recording::free_bytes(disk.path()).value_or(0), 2'000'000u);
+}
+
+TEST(Recorder, FolderThatCannotBeWrittenIsRefusedInOneLine) {
+  TemporaryFolder folder;
+  std::ofstream(folder.file("file")) << "x";
+  try {
+    (void)record(short_session("free_motion", 1), into(folder.file("file") + "/inside"));
+    FAIL() << "was not refused";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("Not a directory"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Recorder, StepsThatHaveNoRoomAreCountedAndTheReplayNamesThem) {
+  TemporaryFolder folder;
+  const session::SimulateOptions options = short_session("wall_contact", 30);
+  const session::LoadedSession loaded = session::load_session(options);
+  RecorderOptions how;
+  how.file = folder.file("x.mcap");
+  Recorder recorder(how, session::session_head(loaded.setup, options), loaded.setup.machine);
+  session::Session session(loaded.setup);
+  session.record_to(recorder);
+  while (!session.done()) {  // the recorder sleeps for most of the session
+    session.step();
+    if (session.elapsed_s() < 1 || session.elapsed_s() > 29) recorder.drain();
+  }
+  recorder.close();
+  EXPECT_GT(recorder.status().steps_lost, 0u);
+  const recording::ReplayResult result = replayed({how.file});
+  EXPECT_EQ(result.sides[0].missing + result.sides[1].missing, recorder.status().steps_lost);
+  ASSERT_TRUE(result.sides[0].first);
+  EXPECT_NE(result.sides[0].first->what[0].find("are missing in the recording"), std::string::npos);
+  bool told = false;
+  for (const recording::Event& event : events_in({how.file}))
+    told = told || event.text.find("are missing: the recorder was too slow") != std::string::npos;
+  EXPECT_TRUE(told);
+}
+
+TEST(FlightRecorder, EveryStopLeavesTheSecondsBeforeAndAfterItAlsoWithoutARecording) {
+  TemporaryFolder folder;
+  RecorderOptions how = into(folder.path().string());
+  how.keep = false;
+  const RecorderStatus status = record(short_session("link_faults", 60), how);
+  EXPECT_TRUE(paths_in(folder.path().string(), false).empty());
+  const auto flights = paths_in(folder.path().string(), true);
+  ASSERT_GE(flights.size(), 1u);
+  EXPECT_EQ(flights.size(), status.flights.size());
+  for (const std::string& file : flights) {
+    Recording recording({file});
+    EXPECT_EQ(recording.head().part, 0);
+    const auto span = recording.span();
+    ASSERT_TRUE(span);
+    const double stopped_s = std::stod(std::filesystem::path(file).filename().string());
+    EXPECT_LE(to_seconds(span->first), std::max(0.1, stopped_s - 29.5)) << file;
+    EXPECT_GE(to_seconds(span->last), std::min(stopped_s + 5, 60.0) - 0.6) << file;
+    EXPECT_THROW((void)replayed({file}), InputError);
+  }
+}
+
+TEST(FlightRecorder, NamesTheReason) {
+  TemporaryFolder folder;
+  RecorderOptions how = into(folder.path().string());
+  how.keep = false;
+  (void)record(short_session("fault_in_contact", 60), how);
+  const auto flights = paths_in(folder.path().string(), true);
+  ASSERT_EQ(flights.size(), 1u);
+  EXPECT_NE(flights[0].find("_simulate_link_lost.mcap"), std::string::npos) << flights[0];
+}
+
+/// How far a child that records came before it was killed, as it says itself.
+double record_until_killed(const std::string& folder, unsigned after_ms) {
+  auto* const drained_s =
+      static_cast<double*>(::mmap(nullptr, sizeof(double), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  *drained_s = 0;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const session::SimulateOptions options = short_session("wall_contact", 600);
+    const session::LoadedSession loaded = session::load_session(options);
+    Recorder recorder(into(folder), session::session_head(loaded.setup, options), loaded.setup.machine);
+    session::Session session(loaded.setup);
+    session.record_to(recorder);
+    for (;;) {
+      session.step();
+      recorder.drain();
+      *drained_s = session.elapsed_s();
+    }
+  }
+  ::usleep(after_ms * 1000);
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  const double reached_s = *drained_s;
+  ::munmap(drained_s, sizeof(double));
+  return reached_s;
+}
+
+void expect_killed_recordings_open(int kills, unsigned seed) {
+  std::mt19937 random(seed);
+  int opened = 0;
+  for (int i = 0; i < kills; ++i) {
+    TemporaryFolder folder;
+    const auto after_ms = static_cast<unsigned>(20 + random() % 250);
+    const double reached_s = record_until_killed(folder.path().string(), after_ms);
+    const auto parts = paths_in(folder.path().string(), false);
+    if (reached_s < 1.5) continue;  // killed before it had anything to keep
+    ASSERT_EQ(parts.size(), 1u) << "after " << after_ms << " ms";
+    Recording recording(parts);
+    recording::Replay run(recording::setup_of(recording));
+    while (const auto entry = recording.next()) run.take(*entry);
+    for (const std::string& damage : recording.damages())
+      EXPECT_NE(damage.find("cut off"), std::string::npos) << damage;  // killed while it wrote
+    EXPECT_TRUE(run.result().identical());
+    EXPECT_FALSE(recording.complete());
+    ASSERT_TRUE(recording.span());
+    EXPECT_GE(to_seconds(recording.span()->last), reached_s - 1) << "after " << after_ms << " ms";
+    ++opened;
+  }
+  EXPECT_GE(opened, kills / 3);
+}
+
+TEST(Recorder, KilledProgramLeavesARecordingUpToItsLastSecond) {
+  expect_killed_recordings_open(6, 11);
+}
+TEST(DeepRecorder, KilledProgramLeavesARecordingUpToItsLastSecondWheneverItIsKilled) {
+  expect_killed_recordings_open(50, 12);
+}
+
+TEST(RecordingHead, SurvivesTheFile) {
+  recording::Head head;
+  head.program = "knuckle slave --can can0";
+  head.version = "1.2.3";
+  head.started_unix_ns = 1'700'000'000'123'456'789;
+  head.has_machine = true;
+  head.machine_start = {~std::uint64_t{0}, Duration(std::int64_t{1} << 56)};
+  head.law = ControlLaw::kTdpa;
+  head.part = 7;
+  const recording::Head read = recording::head_of(recording::metadata_of(head), "FILE");
+  EXPECT_EQ(recording::metadata_of(read), recording::metadata_of(head));
+  EXPECT_EQ(read.machine_start.session, head.machine_start.session);
+}
+
+TEST(RecordingHead, ForeignOrDamagedOnesAreRefusedWithTheirKey) {
+  const mcap::Metadata good = recording::metadata_of({});
+  for (const auto& [key, value] : good.values) {
+    mcap::Metadata missing = good;
+    missing.values.erase(key);
+    try {
+      (void)recording::head_of(missing, "FILE");
+      FAIL() << key;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(key), std::string::npos) << error.what();
+    }
+  }
+  mcap::Metadata odd = good;
+  odd.values["part"] = "seven";
+  EXPECT_THROW((void)recording::head_of(odd, "FILE"), InputError);
+}
+
+}  // namespace
+}  // namespace knuckle::test
