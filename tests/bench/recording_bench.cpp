@@ -1,5 +1,6 @@
-// What recording costs: processor time of a session on virtual time with a recorder beside the same session without one,
-// taken in turns; the size of what is recorded; and how much faster than it went the recording is read and run again.
+// What recording costs: processor time of a session on virtual time with a recorder beside the same session without
+// one, taken in turns; the size of what is recorded; and how much faster than it went the recording is read and run
+// again.
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
@@ -77,7 +78,14 @@ void RecordedSession(benchmark::State& bench) {
   bench.counters["x_without"] = median(with) / median(without);
   bench.counters["MB_per_min"] = 1e-6 * static_cast<double>(std::filesystem::file_size(place.file)) * 60 / kDuration_s;
 }
-BENCHMARK(RecordedSession)->Arg(0)->Arg(-5)->Arg(1)->Arg(3)->UseManualTime()->Iterations(15)->Unit(benchmark::kMillisecond);
+BENCHMARK(RecordedSession)
+    ->Arg(0)
+    ->Arg(-5)
+    ->Arg(1)
+    ->Arg(3)
+    ->UseManualTime()
+    ->Iterations(15)
+    ->Unit(benchmark::kMillisecond);
 
 /// x_real_time: seconds of the session for each second of reading.
 void ReadRecording(benchmark::State& bench) {
