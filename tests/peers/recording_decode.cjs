@@ -59,8 +59,10 @@ async function main([path]) {
     topic.messages += 1;
     topic.bytes += data.length;
   }
-  for (const { topic, schema, messages, bytes: size } of topics.values())
+  for (const { topic, schema, messages, bytes: size } of topics.values()) {
+    assert.ok(messages > 0 || topic === "/events", `${topic}: no messages`);
     console.log(`${topic} (${schema}): ${messages} messages decoded, ${size} bytes`);
+  }
 }
 main(process.argv.slice(2)).catch((error) => {
   console.error(error.message);
