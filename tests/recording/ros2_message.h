@@ -11,7 +11,7 @@
 
 #include "recording/cdr.h"
 
-namespace knuckle::recording::test {
+namespace knuckle::test {
 
 /// What a schema says: for each message within, in their order, the fields.
 class Ros2Schema {
@@ -96,6 +96,8 @@ class Ros2Message {
       texts_[path] = in_.get_text();
     } else if (type == "float64") {
       numbers_[path] = in_.get<double>();
+    } else if (type == "float32") {
+      numbers_[path] = in_.get<float>();
     } else if (type == "uint8" || type == "bool") {
       numbers_[path] = in_.get<std::uint8_t>();
     } else if (type == "uint16") {
@@ -104,6 +106,8 @@ class Ros2Message {
       numbers_[path] = in_.get<std::uint32_t>();
     } else if (type == "int32") {
       numbers_[path] = in_.get<std::int32_t>();
+    } else if (type == "uint64") {
+      numbers_[path] = static_cast<double>(in_.get<std::uint64_t>());
     } else if (type == "int64") {
       numbers_[path] = static_cast<double>(in_.get<std::int64_t>());
     } else {
@@ -112,9 +116,9 @@ class Ros2Message {
   }
 
   const Ros2Schema& schema_;
-  CdrReader in_;
+  recording::CdrReader in_;
   std::map<std::string, double> numbers_;
   std::map<std::string, std::string> texts_;
 };
 
-}  // namespace knuckle::recording::test
+}  // namespace knuckle::test

@@ -103,7 +103,7 @@ class SceneWriterOf : public ::testing::TestWithParam<const char*> {
   }
 
   const MachineDescription machine_ =
-      calibrated(load_machine(knuckle::test::source_dir() + "/config/machines/" + GetParam() + ".toml"));
+      calibrated(load_machine(test::source_dir() + "/config/machines/" + GetParam() + ".toml"));
   const Kinematics kinematics_{machine_};
   SceneWriter writer_{machine_};
   std::mt19937 random_{20261125};
@@ -356,7 +356,7 @@ TEST_P(SceneWriterOf, AllocatesNothing) {
   state.contact = true;
   state.payload_kg = 90;
   std::size_t bytes = 0;
-  knuckle::test::NoAllocScope scope;
+  test::NoAllocScope scope;
   for (int i = 0; i < 50; ++i) {
     state.at = Time(40ms * i);
     bytes += writer_.transforms(state, kUnix_ns).size() + writer_.scene(state, kUnix_ns).size() +

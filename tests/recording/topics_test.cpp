@@ -5,7 +5,10 @@
 #include <regex>
 #include <set>
 
+#include "recording/mcap/reader.h"
+#include "tests/recording/recorded_session.h"
 #include "tests/recording/ros2_message.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::recording {
 namespace {
@@ -50,6 +53,28 @@ TEST(Topics, FieldsHaveNamesThatRos2Allows) {
       }
     }
   }
+}
+
+TEST(Topics, EveryMessageInAFileEndsWithTheLastFieldOfItsSchemaThere) {
+  test::TemporaryFolder folder;
+  RecorderOptions how;
+  how.file = folder.file("session.mcap");
+  test::record(test::short_session("free_motion", 3), how);
+  mcap::Reader file(how.file);
+  std::map<std::string, int> messages;
+  std::map<std::uint16_t, test::Ros2Schema> schemas;
+  while (const auto message = file.next()) {
+    const mcap::Channel& channel = file.topics().channels.at(message->channel_id);
+    const auto schema = schemas.try_emplace(channel.schema_id, file.topics().schemas.at(channel.schema_id).data).first;
+    EXPECT_NO_THROW(test::Ros2Message(schema->second, message->data)) << channel.topic;
+    ++messages[channel.topic];
+  }
+  EXPECT_EQ(messages["/operator/state"], 3000);
+  EXPECT_EQ(messages["/machine/state"], 600);
+  EXPECT_GE(messages["/tf"], 65) << "25 a second, once all sensors have been heard";
+  EXPECT_LE(messages["/tf"], 75);
+  EXPECT_EQ(messages["/scene"], messages["/tf"]);
+  EXPECT_EQ(messages["/scene/machine"], 3);
 }
 
 }  // namespace
