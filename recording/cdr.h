@@ -39,6 +39,12 @@ class CdrWriter {
     bytes(text.data(), text.size());
     put(std::uint8_t{0});
   }
+  /// builtin_interfaces/Time.
+  void put_time(std::int64_t unix_ns) noexcept {
+    constexpr std::int64_t kSecond_ns = 1'000'000'000;
+    put(static_cast<std::int32_t>(unix_ns / kSecond_ns));
+    put(static_cast<std::uint32_t>(unix_ns % kSecond_ns));
+  }
   /// Overwrites what lies `at` behind the message's header.
   template <typename Number>
   void patch(std::size_t at, Number value) noexcept {

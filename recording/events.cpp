@@ -9,23 +9,10 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 }  // namespace
 
-std::string log_schema() {
-  return "builtin_interfaces/Time timestamp\n"
-         "uint8 UNKNOWN=0\nuint8 DEBUG=1\nuint8 INFO=2\nuint8 WARNING=3\nuint8 ERROR=4\nuint8 FATAL=5\n"
-         "uint8 level\n"
-         "string message\n"
-         "string name\n"
-         "string file\n"
-         "uint32 line\n" +
-         std::string(80, '=') + "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
-}
-
 std::vector<std::uint8_t> encode_log(const Event& event, std::int64_t unix_ns) {
-  const std::int64_t at_ns = unix_ns + event.at.time_since_epoch().count();
   std::vector<std::uint8_t> room(64 + event.text.size() + event.kind.size());
   CdrWriter out(room);
-  out.put(static_cast<std::int32_t>(at_ns / kSecond_ns));
-  out.put(static_cast<std::uint32_t>(at_ns % kSecond_ns));
+  out.put_time(unix_ns + event.at.time_since_epoch().count());
   out.put(static_cast<std::uint8_t>(event.severity));
   out.put_text(event.text);
   out.put_text(event.kind);

@@ -21,10 +21,7 @@ struct Event {
   std::string text;
 };
 
-inline constexpr const char* kLogSchemaName = "foxglove_msgs/msg/Log";
-/// ROS 2's definition of foxglove_msgs/Log.
-[[nodiscard]] std::string log_schema();
-/// @param unix_ns of session time 0.
+/// foxglove_msgs/Log. @param unix_ns of session time 0.
 [[nodiscard]] std::vector<std::uint8_t> encode_log(const Event& event, std::int64_t unix_ns);
 /// nullopt where the message is none of these.
 [[nodiscard]] std::optional<Event> decode_log(std::span<const std::uint8_t> message, std::int64_t unix_ns);

@@ -1,11 +1,18 @@
 #include "recording/fields.h"
 
+#include <algorithm>
+#include <cctype>
+
 namespace knuckle::recording {
 
+void SchemaText::line(std::string_view type, std::string_view name) {
+  own_.append(type).append(" ").append(name).append("\n");
+}
+
 void SchemaText::field(std::string_view type, std::size_t count, std::string_view name) {
-  own_.append(type);
-  if (count > 0) own_.append("[").append(std::to_string(count)).append("]");
-  own_.append(" ").append(name).append("\n");
+  std::string lower(name);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  line(count > 0 ? std::string(type) + "[" + std::to_string(count) + "]" : std::string(type), lower);
 }
 
 void SchemaText::inner(std::string_view type, std::string_view definition) {

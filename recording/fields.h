@@ -134,7 +134,9 @@ template <typename T>
 /// Lines of a ROS 2 definition.
 class SchemaText {
  public:
-  /// @param count of a fixed array; 0: no array.
+  /// As it is.
+  void line(std::string_view type, std::string_view name);
+  /// The name in lower case, as ROS 2 allows no other, unit or not. @param count of a fixed array; 0: no array.
   void field(std::string_view type, std::size_t count, std::string_view name);
   /// A message within, defined behind all that uses it; once, however often it is.
   void inner(std::string_view type, std::string_view definition);

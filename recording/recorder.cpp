@@ -119,10 +119,10 @@ void Recorder::draw(std::int64_t time_ns, std::span<const std::uint8_t> state_me
   CdrReader in(state_message);
   get(in, state);
   if (!state.measured) return;
-  if (const auto message = scene_.transforms(state, head_.started_unix_ns); !message.empty())
-    add(Topic::kTransforms, time_ns, message);
-  if (const auto message = scene_.scene(state, head_.started_unix_ns); !message.empty())
-    add(Topic::kScene, time_ns, message);
+  add(Topic::kTransforms, time_ns, scene_.transforms(state, head_.started_unix_ns));
+  add(Topic::kScene, time_ns, scene_.scene(state, head_.started_unix_ns));
+  if (const auto message = scene_.machine(state, head_.started_unix_ns); !message.empty())
+    add(Topic::kSceneMachine, time_ns, message);
 }
 
 void Recorder::watch(std::size_t side, Time at, ReasonCode alarm) {

@@ -1,9 +1,8 @@
 #include "recording/topics.h"
 
 #include "master/master_state.h"
-#include "recording/events.h"
 #include "recording/fields.h"
-#include "recording/scene.h"
+#include "recording/foxglove_schemas.h"
 #include "recording/wire_events.h"
 #include "slave/slave_state.h"
 
@@ -17,11 +16,11 @@ mcap::Topics topics() {
   const auto wires = schema("knuckle_msgs/msg/Wires", wires_schema());
   const auto operator_state = schema("knuckle_msgs/msg/OperatorState", schema_text<master::MasterState>());
   const auto machine_state = schema("knuckle_msgs/msg/MachineState", schema_text<slave::SlaveState>());
-  const auto log = schema(kLogSchemaName, log_schema());
-  const auto transforms = schema(kTransformsSchemaName, transforms_schema());
-  const auto scene = schema(kSceneSchemaName, scene_schema());
+  const auto log = schema(kLogSchemaName, foxglove_schema(kLogSchemaName));
+  const auto transforms = schema(kTransformsSchemaName, foxglove_schema(kTransformsSchemaName));
+  const auto scene = schema(kSceneSchemaName, foxglove_schema(kSceneSchemaName));
   const std::array<std::uint16_t, static_cast<std::size_t>(Topic::kCount)> schemas{
-      wires, operator_state, wires, machine_state, log, transforms, scene};
+      wires, operator_state, wires, machine_state, log, transforms, scene, scene};
   for (std::size_t i = 0; i < schemas.size(); ++i) topics.add(mcap::Channel{kTopicNames[i], "cdr", schemas[i], {}});
   return topics;
 }

@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# Recorded sessions, all of their messages decoded by the libraries that Foxglove reads with (scripts/peers installs them).
+#   recording.sh KNUCKLE [FILE...]   with FILEs: these recordings, instead of some made for the purpose
+# shellcheck source=scripts/common.sh
+source "$(dirname "$0")/../../scripts/common.sh"
+
+knuckle=$1
+shift
+export NODE_PATH=$PWD/build/peers/node_modules
+if ! command -v node > /dev/null || [[ ! -d $NODE_PATH/@foxglove/schemas ]]; then
+  echo "peers: SKIPPED: no node or no @foxglove/schemas; scripts/peers installs it"
+  exit 77
+fi
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+files=("$@")
+if ((${#files[@]} == 0)); then
+  files=("$folder/dismantle.mcap" "$folder/link_faults.mcap")  # contact and a load; events
+  for file in "${files[@]}"; do
+    # 1: the session missed a bound of its scenario; it has run, and is recorded.
+    "$knuckle" simulate --scenario "$(basename "$file" .mcap)" --log "$file" --flights "$folder/flights" > "$folder/output" ||
+      (($? == 1)) || fail "$(cat "$folder/output")"
+  done
+fi
+for file in "${files[@]}"; do
+  node tests/peers/recording_decode.cjs "$file"
+done

@@ -1,0 +1,81 @@
+#include "recording/topics.h"
+
+#include <gtest/gtest.h>
+
+#include <regex>
+#include <set>
+
+#include "recording/mcap/reader.h"
+#include "tests/recording/recorded_session.h"
+#include "tests/recording/ros2_message.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::recording {
+namespace {
+
+TEST(Topics, EachIsCdrWithASchemaThatDefinesAllThatIsInIt) {
+  const std::set<std::string> built_in{"bool",  "uint8", "uint16", "uint32",  "uint64",
+                                       "int32", "int64", "string", "float32", "float64"};
+  const mcap::Topics all = topics();
+  ASSERT_EQ(all.channels.size(), kTopicNames.size());
+  for (const auto& [id, channel] : all.channels) {
+    EXPECT_EQ(channel.message_encoding, "cdr");
+    const mcap::Schema& own = all.schemas.at(channel.schema_id);
+    EXPECT_EQ(own.encoding, "ros2msg");
+    const test::Ros2Schema schema(own.data);
+    std::set<std::string> used;
+    for (const auto& [message, fields] : schema.messages()) {
+      EXPECT_FALSE(fields.empty()) << own.name << ": " << message;
+      for (const auto& field : fields) {
+        if (!built_in.contains(field.type)) used.insert(field.type);
+      }
+    }
+    for (const auto& [message, fields] : schema.messages()) {
+      EXPECT_TRUE(message.empty() || used.contains(message)) << own.name << " defines " << message << " and has none";
+    }
+    for (const std::string& message : used) {
+      EXPECT_TRUE(schema.messages().contains(message)) << own.name << " does not define " << message;
+    }
+  }
+}
+
+/// Foxglove reads no message of a schema with another name in it.
+TEST(Topics, FieldsHaveNamesThatRos2Allows) {
+  const std::regex allowed("[a-z](_?[a-z0-9]+)*");
+  const mcap::Topics all = topics();
+  for (const auto& [id, own] : all.schemas) {
+    const test::Ros2Schema schema(own.data);
+    for (const auto& [message, fields] : schema.messages()) {
+      std::set<std::string> names;
+      for (const auto& field : fields) {
+        EXPECT_TRUE(std::regex_match(field.name, allowed)) << own.name << ": " << message << ": " << field.name;
+        EXPECT_TRUE(names.insert(field.name).second) << own.name << ": " << message << ": " << field.name << " twice";
+      }
+    }
+  }
+}
+
+TEST(Topics, EveryMessageInAFileEndsWithTheLastFieldOfItsSchemaThere) {
+  test::TemporaryFolder folder;
+  RecorderOptions how;
+  how.file = folder.file("session.mcap");
+  test::record(test::short_session("free_motion", 3), how);
+  mcap::Reader file(how.file);
+  std::map<std::string, int> messages;
+  std::map<std::uint16_t, test::Ros2Schema> schemas;
+  while (const auto message = file.next()) {
+    const mcap::Channel& channel = file.topics().channels.at(message->channel_id);
+    const auto schema = schemas.try_emplace(channel.schema_id, file.topics().schemas.at(channel.schema_id).data).first;
+    EXPECT_NO_THROW(test::Ros2Message(schema->second, message->data)) << channel.topic;
+    ++messages[channel.topic];
+  }
+  EXPECT_EQ(messages["/operator/state"], 3000);
+  EXPECT_EQ(messages["/machine/state"], 600);
+  EXPECT_GE(messages["/tf"], 65) << "25 a second, once all sensors have been heard";
+  EXPECT_LE(messages["/tf"], 75);
+  EXPECT_EQ(messages["/scene"], messages["/tf"]);
+  EXPECT_EQ(messages["/scene/machine"], 3);
+}
+
+}  // namespace
+}  // namespace knuckle::recording
