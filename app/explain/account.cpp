@@ -13,8 +13,9 @@
 namespace knuckle::explain {
 namespace {
 
-constexpr Duration kBefore = 12s, kAfter = 15s;  // what is usual is learned from the former; the latter is to recover in
-constexpr Duration kNoteLength = 60s;            // of a recording without stops, at its end
+constexpr Duration kBefore = 12s,
+                   kAfter = 15s;       // what is usual is learned from the former; the latter is to recover in
+constexpr Duration kNoteLength = 60s;  // of a recording without stops, at its end
 
 MachineDescription machine_of(const recording::Recording& recording) {
   const std::string& text = recording.head().machine_file;

@@ -15,7 +15,7 @@ namespace knuckle::explain {
 /// Lines of plain text, without indentation.
 struct Account {
   Stop stop;
-  std::string headline;             ///< What stopped the machine, when, in which mode.
+  std::string headline;  ///< What stopped the machine, when, in which mode.
   Cause cause;
   std::vector<std::string> inputs;  ///< The last of each wire, and what changed first.
   std::vector<std::string> before;  ///< Operator, sensors, estimate and limits in the last second.

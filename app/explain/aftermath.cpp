@@ -28,7 +28,9 @@ class ValveCommands {
     }
     return false;
   }
-  [[nodiscard]] bool neutral() const { return std::none_of(open_.begin(), open_.end(), [](bool open) { return open; }); }
+  [[nodiscard]] bool neutral() const {
+    return std::none_of(open_.begin(), open_.end(), [](bool open) { return open; });
+  }
 
  private:
   const BusDescription& bus_;
@@ -95,8 +97,8 @@ Aftermath aftermath_of(const Stop& stop, const Window& window, const MachineDesc
     if (state.at > stop.at && !after.resumed) {
       if (!state.enable && enable) after.released = state.at;
       if (state.enable && !enable) after.pressed = state.at;
-      const bool by_operator = state.blocking.code == ReasonCode::kReleaseToRecover ||
-                               state.blocking.code == ReasonCode::kEnableNotPressed;
+      const bool by_operator =
+          state.blocking.code == ReasonCode::kReleaseToRecover || state.blocking.code == ReasonCode::kEnableNotPressed;
       if (by_operator && !after.cause_gone) after.cause_gone = state.at;
       if (state.mode == Mode::kEngaged) after.resumed = state.at;
     }

@@ -25,9 +25,10 @@ std::optional<Cause> loop_paused(const Stop& stop, const Evidence& evidence, con
               {},
               {},
               from};
-  cause.supports.push_back(fmt::format("no step of it is in the recording meanwhile, and its step numbers are without a "
-                                       "gap: none was lost on the way; limit {:.0f} ms",
-                                       1e3 * machine.bus.valve_watchdog_s));
+  cause.supports.push_back(
+      fmt::format("no step of it is in the recording meanwhile, and its step numbers are without a "
+                  "gap: none was lost on the way; limit {:.0f} ms",
+                  1e3 * machine.bus.valve_watchdog_s));
   if (evidence.from_operator.last && *evidence.from_operator.last > from)
     cause.supports.push_back("the operator's side went on sending meanwhile: link and operator's side are sound");
   return cause;
@@ -119,8 +120,7 @@ std::optional<Cause> asked_for(const Stop& stop, const Window& window, const Evi
     case ReasonCode::kPilotOff: {
       Cause cause = by_operator(stop, "pilot_lost", "pilot pressure went away although the enable output was on");
       cause.supports.push_back("the input \"pilot pressure on\" of " + node_text(machine, machine.bus.enable.id) +
-                               " went off" +
-                               (evidence.pilot_lost ? " at " + at_text(*evidence.pilot_lost) : ""));
+                               " went off" + (evidence.pilot_lost ? " at " + at_text(*evidence.pilot_lost) : ""));
       cause.against.emplace_back("the E-stop chain stayed closed");
       return cause;
     }
@@ -131,7 +131,8 @@ std::optional<Cause> asked_for(const Stop& stop, const Window& window, const Evi
 
 }  // namespace
 
-Cause likely_cause(const Stop& stop, const Window& window, const Evidence& evidence, const MachineDescription& machine) {
+Cause likely_cause(const Stop& stop, const Window& window, const Evidence& evidence,
+                   const MachineDescription& machine) {
   if (auto cause = loop_paused(stop, evidence, machine)) return *cause;
   if (auto cause = e_stop(stop, evidence, machine)) return *cause;
   if (auto cause = asked_for(stop, window, evidence, machine)) return *cause;

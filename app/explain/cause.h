@@ -11,8 +11,8 @@
 namespace knuckle::explain {
 
 struct Cause {
-  std::string id;    ///< Stable, for JSON: "node_silent".
-  std::string text;  ///< What happened, and what to check.
+  std::string id;                     ///< Stable, for JSON: "node_silent".
+  std::string text;                   ///< What happened, and what to check.
   std::vector<std::string> supports;  ///< What speaks for it.
   std::vector<std::string> against;   ///< What speaks against it, or looks the same and cannot be told from it.
   Time since{};                       ///< First sign of it on the wires.

@@ -31,8 +31,8 @@ std::string reports_text(const Evidence& evidence) {
 }
 
 Cause damaged(const Evidence& evidence, Time since) {
-  const std::string count = fmt::format("{} reports in a row were damaged; {}", evidence.damaged_reports,
-                                        reports_text(evidence));
+  const std::string count =
+      fmt::format("{} reports in a row were damaged; {}", evidence.damaged_reports, reports_text(evidence));
   if (evidence.zeros >= kCutShort) {
     return {"device_reports_cut_short",
             fmt::format("the haptic device's reports end early: only {} of their 64 bytes have content; check its "
@@ -70,12 +70,12 @@ std::optional<Cause> device_cause(const Stop& stop, const Window& window, const 
                  *evidence.unplugged};
   if (evidence.damaged_reports > 0) return damaged(evidence, since);
   if (evidence.reports.silent())
-    return Cause{"device_silent",
-                 "the haptic device stopped sending at " + at_text(since) +
-                     " although it stayed connected: its firmware hangs",
-                 {reports_text(evidence), "USB never reported it as gone, and no damaged report came"},
-                 {},
-                 since};
+    return Cause{
+        "device_silent",
+        "the haptic device stopped sending at " + at_text(since) + " although it stayed connected: its firmware hangs",
+        {reports_text(evidence), "USB never reported it as gone, and no damaged report came"},
+        {},
+        since};
   return Cause{"device_says_so",
                "the haptic device cannot be used, by its own account: " + text(stop.reason),
                {"its reports kept coming with a right check sum; " + reports_text(evidence)},

@@ -9,9 +9,10 @@
 namespace knuckle::explain {
 namespace {
 
-constexpr Duration kOperatorPause = 50ms;   // fifty of its periods
+constexpr Duration kOperatorPause = 50ms;  // fifty of its periods
 constexpr Duration kAftermath = 200ms;
 constexpr double kApart = slave::ValveMonitor::kTolerance;
+constexpr double kStill = 0.002;  // of stroke; a spool that follows moves by more from one status to the next
 constexpr double kLag_s = slave::ValveMonitor::kWindow_s;
 
 /// Steps in which something came, in their order.
@@ -66,10 +67,12 @@ void note_identity(const CanSeen& can, const NodeSeen& seen, Evidence& evidence)
 }
 
 NodeSeen node_seen(const NamedNode& node, const Stop& stop, const Window& window, Evidence& evidence) {
-  NodeSeen seen{.node = node, .data = {}, .heartbeat = {}, .emergencies = {}, .booted = {}, .same_since = {},
-                .newest = {}};
+  NodeSeen seen{
+      .node = node, .data = {}, .heartbeat = {}, .emergencies = {}, .booted = {}, .same_since = {}, .newest = {}};
   Times data, heartbeats;
+  Time told_to_start = kNever;
   for (const CanSeen& can : window.can) {
+    if (can.kind == WireEventKind::kCanSent && can.frame.id == canopen::kNmtId) told_to_start = can.at;
     if (can.kind != WireEventKind::kCanReceived) continue;
     const std::uint32_t id = can.frame.id;
     if (id == node.node.tpdo_id()) {
@@ -79,7 +82,8 @@ NodeSeen node_seen(const NamedNode& node, const Stop& stop, const Window& window
       heartbeats.add(can.at);
       const auto state = canopen::parse_heartbeat(can.frame);
       const bool near = can.at <= stop.at && stop.at - can.at <= Evidence::kBefore;
-      if (near && state == canopen::NmtState::kBootUp) seen.booted = can.at;
+      const bool told = can.at - told_to_start <= Evidence::kBefore;
+      if (near && !told && state == canopen::NmtState::kBootUp) seen.booted = can.at;
     } else if (id == canopen::emcy_id(node.node.id)) {
       const auto emergency = canopen::parse_emergency(can.frame);
       const bool near = can.at >= stop.at - Evidence::kBefore && can.at <= stop.at + Evidence::kAfter;
@@ -114,6 +118,7 @@ void note_valves(const Stop& stop, const Window& window, Evidence& evidence) {
       auto& lately = told[static_cast<std::size_t>(joint)];
       ValveSeen& valve = evidence.valves[static_cast<std::size_t>(joint)];
       const double spool = state.spool[joint];
+      if (std::abs(spool - valve.spool) > kStill) valve.still_since = state.at;
       double low = state.valve_command[joint], high = low;
       for (const auto& [at, command] : lately) low = std::min(low, command), high = std::max(high, command);
       const double apart = std::max({0.0, low - spool, spool - high});
@@ -225,8 +230,7 @@ Evidence evidence_of(const Stop& stop, const Window& window, const MachineDescri
   note_bus(stop, window, machine, evidence);
   note_link(stop, window, evidence);
   note_device(stop, window, evidence);
-  evidence.machine_pause =
-      pause_of(window.machine_steps, stop, window.to, from_seconds(machine.bus.valve_watchdog_s));
+  evidence.machine_pause = pause_of(window.machine_steps, stop, window.to, from_seconds(machine.bus.valve_watchdog_s));
   evidence.operator_pause = pause_of(window.operator_steps, stop, window.to, kOperatorPause);
   return evidence;
 }

@@ -35,7 +35,7 @@ struct NodeSeen {
   NamedNode node;
   Stream data, heartbeat;                  ///< Process data (TPDO 1) and heartbeats.
   std::vector<EmergencySeen> emergencies;  ///< From kBefore ahead of the stop to kAfter behind it; no resets.
-  std::optional<Time> booted;              ///< Said that it started anew, within kBefore ahead of the stop.
+  std::optional<Time> booted;              ///< Said so without having been told to, within kBefore ahead of the stop.
   std::optional<Time> same_since;          ///< Its process data had the same bytes ever since, until the stop.
   int same_times = 0;                      ///< So often.
   Duration longest_same{};                 ///< Before that, they had the same bytes for at most so long.
@@ -46,9 +46,10 @@ struct NodeSeen {
 
 /// A valve at the stop, and since when its spool was apart from what it was told.
 struct ValveSeen {
-  double told = 0, spool = 0;            ///< Of stroke; told: as on the wire when it was apart most.
-  std::optional<Time> apart_since;       ///< Beyond what a spool lags; until the stop.
-  double most_apart = 0;                 ///< Of stroke, meanwhile.
+  double told = 0, spool = 0;       ///< Of stroke; told: as on the wire when it was apart most.
+  std::optional<Time> apart_since;  ///< Beyond what a spool lags; until the stop.
+  double most_apart = 0;            ///< Of stroke, meanwhile.
+  Time still_since{};               ///< The spool was reported where it is at the stop ever since.
 };
 
 /// A loop that did not step for longer than it may.
@@ -66,8 +67,9 @@ struct Evidence {
   std::optional<Time> can_changed;         ///< When it entered that state.
   Stream can_received;                     ///< Any frame.
   int can_sent_after = 0, can_refused_after = 0, can_received_after = 0;  ///< In 0.2 s from the change or the stop on.
-  std::map<std::uint32_t, int> foreign;    ///< Frames of the window by identifier that belong to nobody known.
-  std::optional<Time> e_stop_opened, pilot_lost;  ///< Last time that the enable node's inputs changed so; until the stop.
+  std::map<std::uint32_t, int> foreign;  ///< Frames of the window by identifier that belong to nobody known.
+  std::optional<Time> e_stop_opened,
+      pilot_lost;  ///< Last time that the enable node's inputs changed so; until the stop.
   std::optional<canopen::SdoResponse> other_identity;  ///< An answer that differs from the machine file.
   std::uint8_t other_node = 0;                         ///< Whose.
   std::uint32_t expected_identity = 0;

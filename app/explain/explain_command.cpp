@@ -43,7 +43,8 @@ void print(std::ostream& out, const Report& report) {
   const Survey& survey = report.survey;
   out << fmt::format("From {} to {}: {} stop{}\n", at_text(survey.first), at_text(survey.last), survey.stops.size(),
                      survey.stops.size() == 1 ? "" : "s");
-  if (survey.begins_stopped) out << "The machine was stopped already when it begins: " << text(survey.began_with) << '\n';
+  if (survey.begins_stopped)
+    out << "The machine was stopped already when it begins: " << text(survey.began_with) << '\n';
   if (survey.stops.empty()) {
     out << "Nothing stopped the machine.\n";
     print(out, "Out of the ordinary all the same", report.notes);

@@ -22,8 +22,8 @@ std::string again_text(const Stream& stream) {
 }
 
 std::string node_line(const NodeSeen& seen, const Stop& stop) {
-  std::string line = fmt::format("  {} (0x{:02X}): process data {}", seen.node.name, seen.node.node.id,
-                                 age_text(seen.data, stop));
+  std::string line =
+      fmt::format("  {} (0x{:02X}): process data {}", seen.node.name, seen.node.node.id, age_text(seen.data, stop));
   if (seen.data.silent()) line += ", " + again_text(seen.data);
   line += "; heartbeat " + age_text(seen.heartbeat, stop);
   if (seen.heartbeat.silent()) line += ", " + again_text(seen.heartbeat);
@@ -47,11 +47,10 @@ const char* name_of(CanState state) {
 void add_can(const Stop& stop, const Evidence& evidence, std::vector<std::string>& lines) {
   const auto odd = [](const NodeSeen& seen) { return seen.data.silent() || seen.heartbeat.silent(); };
   const auto count = std::count_if(evidence.nodes.begin(), evidence.nodes.end(), odd);
-  lines.push_back(fmt::format("CAN: {} of {} nodes sent in time; controller {}{}; newest frame of any {}",
-                              evidence.nodes.size() - static_cast<std::size_t>(count), evidence.nodes.size(),
-                              name_of(evidence.can_state),
-                              evidence.can_changed ? " since " + at_text(*evidence.can_changed) : "",
-                              age_text(evidence.can_received, stop)));
+  lines.push_back(fmt::format(
+      "CAN: {} of {} nodes sent in time; controller {}{}; newest frame of any {}",
+      evidence.nodes.size() - static_cast<std::size_t>(count), evidence.nodes.size(), name_of(evidence.can_state),
+      evidence.can_changed ? " since " + at_text(*evidence.can_changed) : "", age_text(evidence.can_received, stop)));
   std::size_t shown = 0;
   for (const NodeSeen& seen : evidence.nodes)
     if (odd(seen) && shown++ < kMostNodes) lines.push_back(node_line(seen, stop));
@@ -59,11 +58,10 @@ void add_can(const Stop& stop, const Evidence& evidence, std::vector<std::string
   for (const NodeSeen& seen : evidence.nodes) {
     if (seen.emergencies.empty()) continue;
     const EmergencySeen& first = seen.emergencies.front();
-    lines.push_back(fmt::format("  {} (0x{:02X}): emergency 0x{:04X} ({}) at {}{}", seen.node.name, seen.node.node.id,
-                                first.emergency.code, canopen::emergency_text(first.emergency.code), at_text(first.at),
-                                seen.emergencies.size() > 1
-                                    ? fmt::format(", {} of them", seen.emergencies.size())
-                                    : ""));
+    lines.push_back(
+        fmt::format("  {} (0x{:02X}): emergency 0x{:04X} ({}) at {}{}", seen.node.name, seen.node.node.id,
+                    first.emergency.code, canopen::emergency_text(first.emergency.code), at_text(first.at),
+                    seen.emergencies.size() > 1 ? fmt::format(", {} of them", seen.emergencies.size()) : ""));
   }
 }
 
@@ -110,7 +108,8 @@ void add_first(const Stop& stop, const Evidence& evidence, std::vector<std::stri
   add(evidence.e_stop_opened, "E-stop chain open");
   add(evidence.pilot_lost, "pilot pressure off");
   add(evidence.unplugged, "device disconnected");
-  if (evidence.to_machine.silent() || evidence.not_understood > 0) add(evidence.to_machine.last, "last usable message of the operator");
+  if (evidence.to_machine.silent() || evidence.not_understood > 0)
+    add(evidence.to_machine.last, "last usable message of the operator");
   if (evidence.reports.silent() || evidence.damaged_reports > 0) add(evidence.reports.last, "last sound device report");
   if (evidence.machine_pause) add(evidence.machine_pause->from, "last step of the machine's loop before its pause");
   if (evidence.operator_pause) add(evidence.operator_pause->from, "last step of the operator's loop before its pause");
@@ -144,10 +143,10 @@ std::vector<std::string> unusual(const Evidence& evidence, const Window& window)
       last = can.at;
     }
     const double rate = count / std::max(1e-3, to_seconds(last - first));
-    lines.push_back(fmt::format("{} frames with identifier 0x{:03X}, which no node of the machine file sends, from {} to "
-                                "{}: {:.0f} a second{}",
-                                count, id, at_text(first), at_text(last), rate,
-                                rate > 500 ? ": a node floods the bus" : ""));
+    lines.push_back(
+        fmt::format("{} frames with identifier 0x{:03X}, which no node of the machine file sends, from {} to "
+                    "{}: {:.0f} a second{}",
+                    count, id, at_text(first), at_text(last), rate, rate > 500 ? ": a node floods the bus" : ""));
   }
   return lines;
 }

@@ -59,10 +59,11 @@ std::string axis_text(const std::vector<const SlaveState*>& states, int joint) {
     told.add(100 * state->valve_command[joint]);
     spool.add(100 * state->spool[joint]);
   }
-  return fmt::format("{:<6} cylinder {:.3f} to {:.3f} m, A {:.0f} to {:.0f} bar, B {:.0f} to {:.0f} bar, valve told "
-                     "{:.0f} to {:.0f} %, spool {:.0f} to {:.0f} %",
-                     kJointNames[axis], length.low, length.high, a.low, a.high, b.low, b.high, told.low, told.high,
-                     spool.low, spool.high);
+  return fmt::format(
+      "{:<6} cylinder {:.3f} to {:.3f} m, A {:.0f} to {:.0f} bar, B {:.0f} to {:.0f} bar, valve told "
+      "{:.0f} to {:.0f} %, spool {:.0f} to {:.0f} %",
+      kJointNames[axis], length.low, length.high, a.low, a.high, b.low, b.high, told.low, told.high, spool.low,
+      spool.high);
 }
 
 std::string estimate_text(const std::vector<const SlaveState*>& states) {
@@ -105,13 +106,14 @@ std::string gate_text(const std::vector<const SlaveState*>& states, const Machin
     highest_N = std::max(highest_N, state->tip_force_N.norm());
   }
   const SlaveState& last = *states.back();
-  std::string text = fmt::format("gate: changed the wanted commands by up to {:.0f} % of stroke; force ceiling {:.0f} N{}; "
-                                 "assist {}",
-                                 100 * most_held, machine.limits.tip_force_N,
-                                 highest_N > machine.limits.tip_force_N ? ", exceeded" : ", not reached",
-                                 last.assist_force_limit_N > 0 ? fmt::format("{:.0f} N", last.assist_force_limit_N)
-                                                               : std::string("off"));
-  return text + fmt::format("; loss policy: authority {:.2f} at the stop, lowest {:.2f}", last.authority, least_authority);
+  std::string text = fmt::format(
+      "gate: changed the wanted commands by up to {:.0f} % of stroke; force ceiling {:.0f} N{}; "
+      "assist {}",
+      100 * most_held, machine.limits.tip_force_N,
+      highest_N > machine.limits.tip_force_N ? ", exceeded" : ", not reached",
+      last.assist_force_limit_N > 0 ? fmt::format("{:.0f} N", last.assist_force_limit_N) : std::string("off"));
+  return text +
+         fmt::format("; loss policy: authority {:.2f} at the stop, lowest {:.2f}", last.authority, least_authority);
 }
 
 }  // namespace

@@ -44,9 +44,11 @@ Cause unheard(const Stop& stop, const Window& window, const Evidence& evidence) 
 Cause operator_gone(const Evidence& evidence, const Pause& pause, Time since) {
   const bool again = evidence.from_operator.next.has_value();
   return {"operator_program_paused",
-          fmt::format("the operator's program {} from {} on{}", again ? "was stopped or hung" : "ended, was killed or hangs",
-                      at_text(pause.from), again ? " until " + at_text(pause.to) : ""),
-          {"its loop has no step in the recording meanwhile, and sent nothing", "the machine's side ran and sent all the time"},
+          fmt::format("the operator's program {} from {} on{}",
+                      again ? "was stopped or hung" : "ended, was killed or hangs", at_text(pause.from),
+                      again ? " until " + at_text(pause.to) : ""),
+          {"its loop has no step in the recording meanwhile, and sent nothing",
+           "the machine's side ran and sent all the time"},
           {"the network is not to blame: there was nothing to carry"},
           since};
 }

@@ -54,14 +54,14 @@ std::optional<Cause> other_node(const Stop& stop, const Evidence& evidence, cons
 std::optional<Cause> rebooted(const Evidence& evidence) {
   const auto nodes = those(evidence, [](const NodeSeen& seen) { return seen.booted.has_value(); });
   if (nodes.empty() || nodes.size() == evidence.nodes.size()) return std::nullopt;
-  return Cause{"node_rebooted",
-               names_of(nodes) + " started anew by itself at " + at_text(*nodes.front()->booted) +
-                   " and lost its configuration: check its power supply and connector",
-               {"it sent its boot-up message, which nobody had asked for",
-                fmt::format("the other {} nodes went on as usual: not the whole bus",
-                            evidence.nodes.size() - nodes.size())},
-               {"a node that is off, or whose cable is off, would stay silent"},
-               *nodes.front()->booted};
+  return Cause{
+      "node_rebooted",
+      names_of(nodes) + " started anew by itself at " + at_text(*nodes.front()->booted) +
+          " and lost its configuration: check its power supply and connector",
+      {"it sent its boot-up message, which nobody had asked for",
+       fmt::format("the other {} nodes went on as usual: not the whole bus", evidence.nodes.size() - nodes.size())},
+      {"a node that is off, or whose cable is off, would stay silent"},
+      *nodes.front()->booted};
 }
 
 Cause one_silent(const std::vector<const NodeSeen*>& nodes, const Evidence& evidence) {
@@ -79,8 +79,9 @@ Cause one_silent(const std::vector<const NodeSeen*>& nodes, const Evidence& evid
                              at_text(*seen.heartbeat.last) + " and was missing as well");
   cause.supports.push_back(
       fmt::format("the other {} nodes went on as usual: SYNC and bus are sound", evidence.nodes.size() - nodes.size()));
-  cause.against.emplace_back("it reported no emergency and did not start anew, so a dead node and a broken cable to it "
-                             "look the same");
+  cause.against.emplace_back(
+      "it reported no emergency and did not start anew, so a dead node and a broken cable to it "
+      "look the same");
   return cause;
 }
 
@@ -122,16 +123,20 @@ std::optional<Cause> stuck_valve(const Stop& stop, const Evidence& evidence, con
   if (!worst->apart_since) return std::nullopt;
   const auto joint = static_cast<std::size_t>(worst - evidence.valves.begin());
   const NodeSeen& node = evidence.nodes[joint];  // valves come first
-  Cause cause{"valve_stuck",
-              fmt::format("the valve of the {} has not followed since {}: its spool stayed at {:.0f} % while it was told "
-                          "{:.0f} %: spool stuck, or its solenoid or driver failed",
-                          kJointNames[joint], at_text(*worst->apart_since), 100 * worst->spool, 100 * worst->told),
-              {},
-              {},
-              *worst->apart_since};
-  cause.supports.push_back(fmt::format("up to {:.0f} % of stroke beyond all that it was told in the 100 ms before; "
-                                       "the spools of the others followed",
-                                       100 * worst->most_apart));
+  Cause cause{
+      "valve_stuck",
+      fmt::format("the valve of the {} has not followed since {}: its spool stayed at {:.0f} % while it was told "
+                  "{:.0f} %: spool stuck, or its solenoid or driver failed",
+                  kJointNames[joint], at_text(*worst->apart_since), 100 * worst->spool, 100 * worst->told),
+      {},
+      {},
+      *worst->apart_since};
+  if (worst->still_since < *worst->apart_since)
+    cause.supports.push_back("its spool was reported at the same place ever since " + at_text(worst->still_since));
+  cause.supports.push_back(
+      fmt::format("up to {:.0f} % of stroke beyond all that it was told in the 100 ms before; "
+                  "the spools of the others followed",
+                  100 * worst->most_apart));
   if (!node.silent() && node.emergencies.empty())
     cause.supports.push_back(name_of(node) + ": heartbeat and process data normal, no emergency of its own");
   const auto watch = those(evidence, [&](const NodeSeen& seen) {
@@ -157,14 +162,15 @@ std::optional<Cause> emergency(const Evidence& evidence) {
   const std::string others = fmt::format("{} more node{} reported one", nodes.size() - 1, nodes.size() == 2 ? "" : "s");
   if (first.emergencies.size() >= kStorm) {
     const Duration span = first.emergencies.back().at - seen.at;
-    Cause cause{"emergency_storm",
-                fmt::format("{} floods the bus with emergencies ({}) since {}: {} in {}; the node is faulty: replace it, "
-                            "see its manual",
-                            name_of(first), what, at_text(seen.at), first.emergencies.size(), span_text(span)),
-                {fmt::format("one about every {:.1f} ms; one that means an event is sent once",
-                             1e3 * to_seconds(span) / static_cast<double>(first.emergencies.size()))},
-                {},
-                seen.at};
+    Cause cause{
+        "emergency_storm",
+        fmt::format("{} floods the bus with emergencies ({}) since {}: {} in {}; the node is faulty: replace it, "
+                    "see its manual",
+                    name_of(first), what, at_text(seen.at), first.emergencies.size(), span_text(span)),
+        {fmt::format("one about every {:.1f} ms; one that means an event is sent once",
+                     1e3 * to_seconds(span) / static_cast<double>(first.emergencies.size()))},
+        {},
+        seen.at};
     if (!first.data.silent()) cause.supports.emplace_back("its process data and heartbeat went on as usual");
     return cause;
   }
@@ -175,8 +181,9 @@ std::optional<Cause> emergency(const Evidence& evidence) {
               {},
               seen.at};
   if (!first.data.silent())
-    cause.supports.emplace_back("its process data and heartbeat went on as usual, and the spools followed: the node "
-                                "itself says what is wrong with it");
+    cause.supports.emplace_back(
+        "its process data and heartbeat went on as usual, and the spools followed: the node "
+        "itself says what is wrong with it");
   if (nodes.size() > 1) cause.supports.push_back(others + ", later");
   return cause;
 }

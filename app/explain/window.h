@@ -36,7 +36,7 @@ struct CanSeen {
 };
 struct LinkSeen {
   Time at{};
-  WireEventKind kind{};  ///< kLinkReceived, kLinkSent, kLinkRefused
+  WireEventKind kind{};     ///< kLinkReceived, kLinkSent, kLinkRefused
   bool understood = false;  ///< It is a message of this version, with possible numbers.
 };
 struct HidSeen {
@@ -72,10 +72,10 @@ struct Window {
 /// What find_stops() learned on its way through the whole recording.
 struct Survey {
   std::vector<Stop> stops;
-  Time first{}, last{};              ///< Steps of any loop; both zero where there is none.
+  Time first{}, last{};  ///< Steps of any loop; both zero where there is none.
   std::uint64_t machine_steps = 0, operator_steps = 0;
-  bool begins_stopped = false;       ///< The machine was in fault or E-stop in the first step.
-  Reason began_with;                 ///< Why, then.
+  bool begins_stopped = false;  ///< The machine was in fault or E-stop in the first step.
+  Reason began_with;            ///< Why, then.
 };
 
 /// Whose loop's part of a recording is looked at. A real machine's sides have a recording each; one of a simulation has
