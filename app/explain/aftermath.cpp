@@ -88,7 +88,7 @@ std::string when(const char* what, const std::optional<Time>& at, const Stop& st
 
 Aftermath aftermath_of(const Stop& stop, const Window& window, const MachineDescription& machine) {
   Aftermath after;
-  after.known_until = window.to;
+  after.known_until = window.machine.empty() ? window.from : window.machine.back().at;
   Since pilot, spools;
   bool enable = false;
   for (const slave::SlaveState& state : window.machine) {
@@ -112,15 +112,16 @@ std::vector<std::string> lines_of(const Aftermath& after, const Stop& stop) {
   std::vector<std::string> lines;
   if (after.sent_nothing)
     lines.emplace_back(
-        "valves: no command got onto the wire any more: their own watchdogs centred the spools, and the enable node "
-        "removed pilot pressure");
+        "valves: no command got onto the wire any more: their own watchdogs centre the spools, and the enable node "
+        "removes pilot pressure");
   else
     lines.push_back(when("valve commands neutral on the wire", after.commands_neutral, stop, after.known_until));
   lines.push_back(when("spools in their dead bands, as reported", after.spools_neutral, stop, after.known_until));
   lines.push_back(when("pilot pressure off, as reported", after.pilot_off, stop, after.known_until));
   if (after.moved_unasked) lines.emplace_back("A VALVE WAS COMMANDED AGAIN before the machine was engaged");
-  std::string how = !after.resumed ? fmt::format("did not move again until {}", at_text(after.known_until))
-                                   : "engaged again at " + at_text(*after.resumed);
+  std::string how =
+      !after.resumed ? fmt::format("not engaged again until {}, where what is known ends", at_text(after.known_until))
+                     : "engaged again at " + at_text(*after.resumed);
   if (after.cause_gone) how += "; the cause was gone at " + at_text(*after.cause_gone);
   if (after.released) how += "; enable was released at " + at_text(*after.released);
   if (after.pressed) how += ", pressed at " + at_text(*after.pressed);

@@ -51,10 +51,14 @@ void add_can(const Stop& stop, const Evidence& evidence, std::vector<std::string
       "CAN: {} of {} nodes sent in time; controller {}{}; newest frame of any {}",
       evidence.nodes.size() - static_cast<std::size_t>(count), evidence.nodes.size(), name_of(evidence.can_state),
       evidence.can_changed ? " since " + at_text(*evidence.can_changed) : "", age_text(evidence.can_received, stop)));
-  std::size_t shown = 0;
+  if (evidence.machine_pause)
+    lines.emplace_back(
+        "  as far as the machine's loop has read; it also sends SYNC, so a silence of nodes follows from its pause");
+  std::size_t shown = evidence.machine_pause ? evidence.nodes.size() : 0;
   for (const NodeSeen& seen : evidence.nodes)
     if (odd(seen) && shown++ < kMostNodes) lines.push_back(node_line(seen, stop));
-  if (shown > kMostNodes) lines.push_back(fmt::format("  and {} more likewise", shown - kMostNodes));
+  if (shown > kMostNodes && !evidence.machine_pause)
+    lines.push_back(fmt::format("  and {} more likewise", shown - kMostNodes));
   for (const NodeSeen& seen : evidence.nodes) {
     if (seen.emergencies.empty()) continue;
     const EmergencySeen& first = seen.emergencies.front();
@@ -98,7 +102,9 @@ void add_first(const Stop& stop, const Evidence& evidence, std::vector<std::stri
     if (at && *at <= stop.at) signs.emplace_back(*at, what);
   };
   for (const NodeSeen& seen : evidence.nodes) {
-    if (seen.data.silent()) add(seen.data.last, seen.node.name + " sent for the last time");
+    // When it was due: until then nothing was wrong.
+    if (seen.data.silent() && !evidence.machine_pause)
+      add(*seen.data.last + seen.data.usual, seen.node.name + " missed its turn");
     add(seen.booted, seen.node.name + " started anew");
     if (!seen.emergencies.empty()) add(seen.emergencies.front().at, seen.node.name + " reported an emergency");
   }

@@ -22,11 +22,16 @@ struct Range {
   void add(double value) { low = std::min(low, value), high = std::max(high, value); }
 };
 
+/// Of the last second that is known until the stop.
 template <typename State>
 std::vector<const State*> last_of(const std::vector<State>& states, const Stop& stop) {
   std::vector<const State*> last;
-  for (const State& state : states)
-    if (state.at <= stop.at && state.at >= stop.at - kSpan) last.push_back(&state);
+  for (auto at = states.rbegin(); at != states.rend(); ++at) {
+    if (at->at > stop.at) continue;
+    if (!last.empty() && last.front()->at - at->at > kSpan) break;
+    last.push_back(&*at);
+  }
+  std::reverse(last.begin(), last.end());
   return last;
 }
 
