@@ -10,6 +10,7 @@
 #include "app/cli/command.h"
 #include "app/console/window/console_command.h"
 #include "app/export/export_command.h"
+#include "app/explain/explain_command.h"
 #include "app/identify/identify.h"
 #include "app/pairing/pair_command.h"
 #include "app/programs/device_command.h"
@@ -43,6 +44,7 @@ cli::Program program() {
           relay::relay_entry(),
           pairing::pair_entry(),
           replay::replay_entry(),
+          explain::explain_entry(),
           audit::audit_entry(),
           rendezvous::rendezvous_entry(),
           bringup::calibrate_device_entry(),

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "core/filters.h"
 #include "core/joints.h"
@@ -35,6 +36,9 @@ enum ConfidenceReason : std::uint8_t {
   kBadInput = 1 << 6,  ///< a non-finite value came in: the last estimate is repeated
   kEndStop = 1 << 7,   ///< a cylinder or joint is at its end stop, which takes force that no sensor sees
 };
+
+/// ConfidenceReason bits in words, with commas; empty where none is set. Allocates.
+[[nodiscard]] std::string doubt_words(std::uint8_t confidence_reasons);
 
 struct ForceEstimate {
   JointVector joint_torque_Nm =

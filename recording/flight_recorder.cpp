@@ -27,7 +27,7 @@ mcap::Chunk FlightRecorder::take(mcap::Chunk chunk) {
     } else if (!file_.append(kept_.back())) {
       failed_ = true;
     }
-    if (failed_ || newest - triggered_at_ >= kAfter) end();
+    if (failed_ || newest - newest_trigger_ >= kAfter || newest - triggered_at_ >= kLongest) end();
   }
   mcap::Chunk old;
   while (newest - time_of(kept_.front().last_time_ns) > kBefore) {
@@ -38,6 +38,7 @@ mcap::Chunk FlightRecorder::take(mcap::Chunk chunk) {
 }
 
 void FlightRecorder::trigger(Time at, const std::string& why) {
+  newest_trigger_ = at;
   if (folder_.empty() || triggered_at_ != kNever) return;
   triggered_at_ = at;
   why_ = why;

@@ -17,13 +17,15 @@ namespace knuckle::recording {
 class FlightRecorder {
  public:
   static constexpr Duration kBefore = 30s, kAfter = 5s;
+  static constexpr Duration kLongest = 60s;  ///< Behind the first stop, however many follow.
 
   /// @param folder where files go; empty: none is written, nor anything kept.
   FlightRecorder(std::string folder, Head head);
 
   /// Chunks as they are finished; takes it. @return one that is no longer needed, to be used again.
   [[nodiscard]] mcap::Chunk take(mcap::Chunk chunk);
-  /// Something stopped the machine. One that comes while a file is open belongs to it. @param name of the file.
+  /// Something stopped the machine. One that comes while a file is open belongs to it, and the file then goes on for as
+  /// long behind it. @param why for the name of the file.
   void trigger(Time at, const std::string& why);
   /// The session ends: an open file is finished.
   void close();
@@ -40,7 +42,7 @@ class FlightRecorder {
   std::deque<mcap::Chunk> kept_;
   mcap::FileWriter file_;
   std::string path_, why_;
-  Time triggered_at_ = kNever;
+  Time triggered_at_ = kNever, newest_trigger_ = kNever;
   bool open_ = false, failed_ = false;
 };
 

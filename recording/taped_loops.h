@@ -9,12 +9,21 @@
 
 namespace knuckle::recording {
 
+/// Why the machine is stopped, as far as the loop knows. An operator's side that hears nothing of the machine while it
+/// leads it cannot know more.
+[[nodiscard]] inline ReasonCode alarm_of(const slave::SlaveState& state) noexcept {
+  return state.fault.code;
+}
+[[nodiscard]] inline ReasonCode alarm_of(const master::MasterState& state) noexcept {
+  return state.warning.code == ReasonCode::kCuesSilence ? state.warning.code : state.fault.code;
+}
+
 /// After the loop's step at `now`, and whatever else belongs to it. Nothing where the tape is off.
 template <typename Loop>
 void end_step(LoopTape& tape, Time now, const Loop& loop) noexcept {
   if (!tape.on()) return;
   const auto state = state_of(now, loop);
-  tape.end_step(now, &state, state.fault.code);
+  tape.end_step(now, &state, alarm_of(state));
 }
 
 }  // namespace knuckle::recording

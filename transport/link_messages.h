@@ -108,6 +108,8 @@ enum LimitFlag : std::uint16_t {
   kLimitForceCeiling = 1 << 9,
 };
 inline constexpr unsigned kLimitBits = 0x3FF;  ///< All of them; others are refused.
+/// What the flag of this bit limits, such as "pump flow"; nullptr behind the last.
+[[nodiscard]] const char* limit_word(unsigned bit) noexcept;
 
 [[nodiscard]] Datagram encode(const MasterMessage& message) noexcept;
 [[nodiscard]] Datagram encode(const SlaveMessage& message) noexcept;

@@ -51,6 +51,8 @@ Table make_table() {
       {"app/audit", {"core", "app/cli"}},
       {"app/recordings", {"core", "machine", "estimation", "app/cli"}},
       {"app/session", loops + tables + std::set<std::string>{"master", "recording"}},
+      {"app/explain",
+       {"core", "machine", "transport", "estimation", "master", "slave", "app/cli", "recording", "recording/mcap"}},
       {"app/replay", {"core", "machine", "app/cli", "recording", "recording/mcap"}},
       {"app/motion", loops + std::set<std::string>{"app/cli"}},
       {"app/report", tables + std::set<std::string>{"app/session"}},

@@ -1,0 +1,238 @@
+#include "app/explain/evidence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "slave/valve_monitor.h"
+
+namespace knuckle::explain {
+namespace {
+
+constexpr Duration kOperatorPause = 50ms;  // fifty of its periods
+constexpr Duration kAftermath = 200ms;
+constexpr double kApart = slave::ValveMonitor::kTolerance;
+constexpr double kStill = 0.002;  // of stroke; a spool that follows moves by more from one status to the next
+constexpr double kLag_s = slave::ValveMonitor::kWindow_s;
+
+/// Steps in which something came, in their order.
+class Times {
+ public:
+  void add(Time at) {
+    if (all_.empty() || all_.back() != at) all_.push_back(at);
+  }
+  [[nodiscard]] Stream around(Time moment, Time known_until) const {
+    Stream stream;
+    stream.known_until = std::max(known_until, moment);
+    const auto behind = std::upper_bound(all_.begin(), all_.end(), moment);
+    if (behind != all_.begin()) stream.last = *(behind - 1);
+    if (behind != all_.end()) stream.next = *behind;
+    std::vector<Duration> distances;
+    for (auto at = all_.begin(); at != behind && at + 1 != behind; ++at) distances.push_back(*(at + 1) - *at);
+    if (distances.size() >= 3) {
+      const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+      std::nth_element(distances.begin(), middle, distances.end());
+      stream.usual = *middle;
+    }
+    return stream;
+  }
+
+ private:
+  std::vector<Time> all_;
+};
+
+void note_value(NodeSeen& seen, const CanSeen& can) {
+  if (seen.newest && seen.newest->data == can.frame.data) {
+    ++seen.same_times;
+  } else {
+    if (seen.same_since) seen.longest_same = std::max(seen.longest_same, can.at - *seen.same_since);
+    seen.same_since = can.at;
+    seen.same_times = 1;
+  }
+  seen.newest = can.frame;
+}
+
+void note_identity(const CanSeen& can, const NodeSeen& seen, Evidence& evidence) {
+  const auto answer = canopen::parse_sdo_response(can.frame);
+  if (!answer || answer->kind != canopen::SdoResponse::Kind::kUploaded) return;
+  const NodeDescription& node = seen.node.node;
+  const auto expected = answer->object == canopen::kDeviceType    ? std::optional(node.device_type)
+                        : answer->object == canopen::kVendorId    ? std::optional(node.vendor)
+                        : answer->object == canopen::kProductCode ? std::optional(node.product)
+                                                                  : std::nullopt;
+  if (!expected || *expected == answer->value) return;
+  evidence.other_identity = answer;
+  evidence.other_node = node.id;
+  evidence.expected_identity = *expected;
+}
+
+NodeSeen node_seen(const NamedNode& node, const Stop& stop, const Window& window, Evidence& evidence) {
+  NodeSeen seen{
+      .node = node, .data = {}, .heartbeat = {}, .emergencies = {}, .booted = {}, .same_since = {}, .newest = {}};
+  Times data, heartbeats;
+  Time told_to_start = kNever;
+  for (const CanSeen& can : window.can) {
+    if (can.kind == WireEventKind::kCanSent && can.frame.id == canopen::kNmtId) told_to_start = can.at;
+    if (can.kind != WireEventKind::kCanReceived) continue;
+    const std::uint32_t id = can.frame.id;
+    if (id == node.node.tpdo_id()) {
+      data.add(can.at);
+      if (can.at <= stop.at) note_value(seen, can);
+    } else if (id == canopen::heartbeat_id(node.node.id)) {
+      heartbeats.add(can.at);
+      const auto state = canopen::parse_heartbeat(can.frame);
+      const bool near = can.at <= stop.at && stop.at - can.at <= Evidence::kBefore;
+      const bool told = can.at - told_to_start <= Evidence::kBefore;
+      if (near && !told && state == canopen::NmtState::kBootUp) seen.booted = can.at;
+    } else if (id == canopen::emcy_id(node.node.id)) {
+      const auto emergency = canopen::parse_emergency(can.frame);
+      const bool near = can.at >= stop.at - Evidence::kBefore && can.at <= stop.at + Evidence::kAfter;
+      if (near && emergency && emergency->code != canopen::kEmcyReset) seen.emergencies.push_back({can.at, *emergency});
+    } else if (id == canopen::sdo_response_id(node.node.id) && can.at <= stop.at) {
+      note_identity(can, seen, evidence);
+    }
+  }
+  seen.data = data.around(stop.at, window.to);
+  seen.heartbeat = heartbeats.around(stop.at, window.to);
+  return seen;
+}
+
+void note_enable(const CanSeen& can, const MachineDescription& machine, std::uint8_t& inputs, bool& any,
+                 Evidence& evidence) {
+  if (can.frame.id != machine.bus.enable.tpdo_id()) return;
+  const auto now = canopen::parse_enable(can.frame);
+  if (!now) return;
+  const auto fell = [&](std::uint8_t bit) { return any && (inputs & bit) != 0 && (*now & bit) == 0; };
+  if (fell(canopen::kInputEStopClosed)) evidence.e_stop_opened = can.at;
+  if (fell(canopen::kInputPilotOn)) evidence.pilot_lost = can.at;
+  inputs = *now;
+  any = true;
+}
+
+/// A spool is apart where it is outside of all that it was told lately.
+void note_valves(const Stop& stop, const Window& window, Evidence& evidence) {
+  std::array<std::vector<std::pair<Time, double>>, kJoints> told;
+  for (const slave::SlaveState& state : window.machine) {
+    if (state.at > stop.at) break;
+    for (int joint = 0; joint < kJoints; ++joint) {
+      auto& lately = told[static_cast<std::size_t>(joint)];
+      ValveSeen& valve = evidence.valves[static_cast<std::size_t>(joint)];
+      const double spool = state.spool[joint];
+      if (std::abs(spool - valve.spool) > kStill) valve.still_since = state.at;
+      double low = state.valve_command[joint], high = low;
+      for (const auto& [at, command] : lately) low = std::min(low, command), high = std::max(high, command);
+      const double apart = std::max({0.0, low - spool, spool - high});
+      if (apart <= kApart) {
+        valve.apart_since.reset();
+        valve.most_apart = 0;
+      } else {
+        if (!valve.apart_since) valve.apart_since = state.at;
+        if (apart > valve.most_apart) {
+          valve.most_apart = apart;
+          valve.told = state.at == stop.at ? lately.back().second : state.valve_command[joint];
+        }
+      }
+      if (valve.most_apart == 0) valve.told = state.valve_command[joint];
+      valve.spool = spool;
+      lately.emplace_back(state.at, state.valve_command[joint]);
+      std::erase_if(lately, [&](const auto& old) { return to_seconds(state.at - old.first) > kLag_s; });
+    }
+  }
+}
+
+void note_bus(const Stop& stop, const Window& window, const MachineDescription& machine, Evidence& evidence) {
+  for (const WireChange& change : window.changes) {
+    if (change.kind != WireEventKind::kCanState || change.at > stop.at) continue;
+    const auto state = static_cast<CanState>(change.value);
+    if (change.at < stop.at - Evidence::kBefore) continue;
+    evidence.can_state = state;
+    evidence.can_changed = change.at;
+  }
+  const Time since = evidence.can_changed.value_or(stop.at);
+  Times received;
+  std::uint8_t inputs = 0;
+  bool any = false;
+  for (const CanSeen& can : window.can) {
+    if (can.kind == WireEventKind::kCanReceived) {
+      received.add(can.at);
+      if (can.at <= stop.at) note_enable(can, machine, inputs, any, evidence);
+      const std::uint8_t node = canopen::node_of(can.frame.id);
+      const bool known = std::any_of(evidence.nodes.begin(), evidence.nodes.end(), [&](const NodeSeen& seen) {
+        return seen.node.node.id == node || seen.node.node.tpdo_id() == can.frame.id;
+      });
+      if (!known || canopen::function_of(can.frame.id) == 0) ++evidence.foreign[can.frame.id];
+    }
+    if (can.at <= since || can.at > since + kAftermath) continue;
+    if (can.kind == WireEventKind::kCanReceived) ++evidence.can_received_after;
+    if (can.kind == WireEventKind::kCanSent) ++evidence.can_sent_after;
+    if (can.kind == WireEventKind::kCanRefused) ++evidence.can_refused_after;
+  }
+  evidence.can_received = received.around(stop.at, window.to);
+}
+
+void note_link(const Stop& stop, const Window& window, Evidence& evidence) {
+  Times to_machine, from_machine, to_operator, from_operator;
+  for (const LinkSeen& seen : window.machine_link) {
+    if (seen.kind == WireEventKind::kLinkSent) from_machine.add(seen.at);
+    if (seen.kind != WireEventKind::kLinkReceived) continue;
+    if (seen.understood) to_machine.add(seen.at);
+    if (seen.at <= stop.at) evidence.not_understood = seen.understood ? 0 : evidence.not_understood + 1;
+  }
+  for (const LinkSeen& seen : window.operator_link) {
+    if (seen.kind == WireEventKind::kLinkSent) from_operator.add(seen.at);
+    if (seen.kind == WireEventKind::kLinkReceived && seen.understood) to_operator.add(seen.at);
+  }
+  evidence.to_machine = to_machine.around(stop.at, window.to);
+  evidence.from_machine = from_machine.around(stop.at, window.to);
+  evidence.to_operator = to_operator.around(stop.at, window.to);
+  evidence.from_operator = from_operator.around(stop.at, window.to);
+}
+
+void note_device(const Stop& stop, const Window& window, Evidence& evidence) {
+  for (const WireChange& change : window.changes) {
+    if (change.kind != WireEventKind::kHidConnected || change.at > stop.at) continue;
+    evidence.unplugged = change.value == 0 ? std::optional(change.at) : std::nullopt;
+  }
+  Times sound;
+  for (const HidSeen& seen : window.hid) {
+    if (seen.kind != WireEventKind::kHidReceived) continue;
+    if (seen.sound) sound.add(seen.at);
+    if (seen.at > stop.at) continue;
+    evidence.damaged_reports = seen.sound ? 0 : evidence.damaged_reports + 1;
+    if (!seen.sound) evidence.zeros = seen.zeros;
+  }
+  evidence.reports = sound.around(stop.at, window.to);
+}
+
+/// The last one that began before the stop and was over or lasted at it.
+std::optional<Pause> pause_of(const std::vector<StepMark>& steps, const Stop& stop, Time end, Duration patience) {
+  std::optional<Pause> pause;
+  for (std::size_t i = 0; i < steps.size() && steps[i].at <= stop.at; ++i) {
+    const Time next = i + 1 < steps.size() ? steps[i + 1].at : end;
+    const bool near = next >= stop.at - Evidence::kBefore;
+    if (near && next - steps[i].at > patience) pause = Pause{steps[i].at, next};
+  }
+  return pause;
+}
+
+}  // namespace
+
+bool NodeSeen::silent() const {
+  const bool beats = heartbeat.next && !heartbeat.silent();
+  return data.silent() && !beats;
+}
+
+Evidence evidence_of(const Stop& stop, const Window& window, const MachineDescription& machine) {
+  Evidence evidence;
+  for (const NamedNode& node : named_nodes(machine.bus))
+    evidence.nodes.push_back(node_seen(node, stop, window, evidence));
+  note_valves(stop, window, evidence);
+  note_bus(stop, window, machine, evidence);
+  note_link(stop, window, evidence);
+  note_device(stop, window, evidence);
+  evidence.machine_pause = pause_of(window.machine_steps, stop, window.to, from_seconds(machine.bus.valve_watchdog_s));
+  evidence.operator_pause = pause_of(window.operator_steps, stop, window.to, kOperatorPause);
+  return evidence;
+}
+
+}  // namespace knuckle::explain

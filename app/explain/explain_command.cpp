@@ -1,0 +1,146 @@
+#include "app/explain/explain_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/cli/output_file.h"
+#include "app/explain/account.h"
+#include "app/explain/words.h"
+
+namespace knuckle::explain {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  std::vector<std::string> files;
+  std::string json, side;
+};
+
+void print(std::ostream& out, const char* heading, const std::vector<std::string>& lines) {
+  if (lines.empty()) return;
+  out << heading << '\n';
+  for (const std::string& line : lines) out << "  " << line << '\n';
+}
+
+void print(std::ostream& out, const Account& account) {
+  out << account.headline << '\n';
+  out << "Most likely: " << account.cause.text << '\n';
+  for (const std::string& line : account.cause.supports) out << "  for: " << line << '\n';
+  for (const std::string& line : account.cause.against) out << "  but: " << line << '\n';
+  print(out, "Last inputs", account.inputs);
+  print(out, "Last second", account.before);
+  print(out, "Afterwards", account.after);
+}
+
+void print(std::ostream& out, const Report& report) {
+  const Survey& survey = report.survey;
+  out << fmt::format("From {} to {}: {} stop{}\n", at_text(survey.first), at_text(survey.last), survey.stops.size(),
+                     survey.stops.size() == 1 ? "" : "s");
+  if (survey.begins_stopped)
+    out << "The machine was stopped already when it begins: " << text(survey.began_with) << '\n';
+  if (survey.stops.empty()) {
+    out << "Nothing stopped the machine.\n";
+    print(out, "Out of the ordinary all the same", report.notes);
+  }
+  for (std::size_t i = 0; i < report.accounts.size(); ++i) {
+    out << fmt::format("\n[{}] ", i + 1);
+    print(out, report.accounts[i]);
+  }
+}
+
+Json seconds(const std::optional<Time>& at) {
+  return at ? Json(to_seconds(*at)) : Json(nullptr);
+}
+
+Json json_of(const Account& account) {
+  const Reason& reason = account.stop.reason;
+  const Aftermath& after = account.aftermath;
+  return {{"at_s", to_seconds(account.stop.at)},
+          {"mode_before", name(account.stop.before)},
+          {"mode", name(account.stop.mode)},
+          {"code", name(reason.code)},
+          {"subject", reason.subject},
+          {"value", reason.value},
+          {"limit", reason.limit},
+          {"headline", account.headline},
+          {"cause",
+           {{"id", account.cause.id},
+            {"text", account.cause.text},
+            {"since_s", to_seconds(account.cause.since)},
+            {"supports", account.cause.supports},
+            {"against", account.cause.against}}},
+          {"last_inputs", account.inputs},
+          {"last_second", account.before},
+          {"afterwards", account.after},
+          {"commands_neutral_s", seconds(after.commands_neutral)},
+          {"spools_neutral_s", seconds(after.spools_neutral)},
+          {"pilot_off_s", seconds(after.pilot_off)},
+          {"enable_released_s", seconds(after.released)},
+          {"enable_pressed_s", seconds(after.pressed)},
+          {"engaged_again_s", seconds(after.resumed)}};
+}
+
+Json json_of(const Report& report, const recording::Recording& recording) {
+  Json json{{"schema", "knuckle-explain/1"},
+            {"recording", recording.source()},
+            {"version", recording.head().version},
+            {"from_s", to_seconds(report.survey.first)},
+            {"to_s", to_seconds(report.survey.last)},
+            {"complete", recording.complete()},
+            {"damages", recording.damages()},
+            {"stopped_at_begin", report.survey.begins_stopped},
+            {"stops", Json::array()},
+            {"notes", report.notes}};
+  for (const Account& account : report.accounts) json["stops"].push_back(json_of(account));
+  return json;
+}
+
+Sides sides_named(const std::string& side) {
+  if (side != "" && side != "machine" && side != "operator")
+    cli::refuse_option("--side", side, "must be machine or operator");
+  return {.operator_side = side != "machine", .machine_side = side != "operator"};
+}
+
+int run(const Options& o) {
+  cli::Places places;
+  for (const std::string& file : o.files) places.input("FILE", file);
+  places.output("--json", o.json);
+  recording::Recording recording(o.files);
+  const Report report = report_on(recording, sides_named(o.side));
+  for (const std::string& damage : recording.damages()) std::cerr << "knuckle explain: " << damage << '\n';
+  if (!recording.complete())
+    std::cerr << "knuckle explain: " << recording.source() << ": has no end: its program was killed\n";
+  if (!cli::is_standard_output(o.json)) print(std::cout, report);
+  if (o.json.empty()) return 0;
+  cli::OutputFile out("--json", o.json);
+  out.stream() << json_of(report, recording).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+  out.commit();
+  return 0;
+}
+
+}  // namespace
+
+cli::Command explain_entry() {
+  return {"explain", "Say in words what stopped the machine in a recording, how it came about, and the likely cause",
+          [](CLI::App& command) {
+            const auto options = std::make_shared<Options>();
+            command
+                .add_option("FILE", options->files,
+                            "Flight record or any recording (.mcap); of several parts all, in their order")
+                ->required();
+            command.add_option("--side", options->side,
+                               "Of a simulation's recording only what this side recorded, as on a real machine: "
+                               "machine or operator");
+            command.add_option("--json", options->json, "The same as JSON; - is standard output");
+            return [options] { return run(*options); };
+          }};
+}
+
+}  // namespace knuckle::explain

@@ -1,0 +1,203 @@
+#include "app/explain/node_cause.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/explain/words.h"
+
+namespace knuckle::explain {
+namespace {
+
+constexpr std::size_t kStorm = 20;  // emergencies of one node within two seconds that are no single event
+
+std::string name_of(const NodeSeen& seen) {
+  return fmt::format("{} (node 0x{:02X})", seen.node.name, seen.node.node.id);
+}
+
+std::string names_of(const std::vector<const NodeSeen*>& nodes) {
+  std::string names;
+  for (const NodeSeen* seen : nodes) names += (names.empty() ? "" : ", ") + name_of(*seen);
+  return names;
+}
+
+std::vector<const NodeSeen*> those(const Evidence& evidence, auto condition) {
+  std::vector<const NodeSeen*> found;
+  for (const NodeSeen& seen : evidence.nodes)
+    if (condition(seen)) found.push_back(&seen);
+  return found;
+}
+
+Time first_silence(const std::vector<const NodeSeen*>& nodes) {
+  Time first = *nodes.front()->data.last;
+  for (const NodeSeen* seen : nodes) first = std::min(first, *seen->data.last);
+  return first;
+}
+
+std::optional<Cause> other_node(const Stop& stop, const Evidence& evidence, const MachineDescription& machine) {
+  if (stop.reason.code != ReasonCode::kNodeIdentity || !evidence.other_identity) return std::nullopt;
+  const auto& answer = *evidence.other_identity;
+  const char* what = answer.object == canopen::kDeviceType ? "device type"
+                     : answer.object == canopen::kVendorId ? "vendor"
+                                                           : "product code";
+  return Cause{"other_node",
+               fmt::format("{} is another device than the machine file names: its {} is 0x{:X}, and must be 0x{:X}; it "
+                           "was exchanged, or the node number is set wrongly",
+                           node_text(machine, evidence.other_node), what, answer.value, evidence.expected_identity),
+               {fmt::format("it answered so itself, when object 0x{:04X}:{:02d} was read at the start-up",
+                            answer.object.index, answer.object.subindex)},
+               {},
+               stop.at};
+}
+
+std::optional<Cause> rebooted(const Evidence& evidence) {
+  const auto nodes = those(evidence, [](const NodeSeen& seen) { return seen.booted.has_value(); });
+  if (nodes.empty() || nodes.size() == evidence.nodes.size()) return std::nullopt;
+  return Cause{
+      "node_rebooted",
+      names_of(nodes) + " started anew by itself at " + at_text(*nodes.front()->booted) +
+          " and lost its configuration: check its power supply and connector",
+      {"it sent its boot-up message, which nobody had asked for",
+       fmt::format("the other {} nodes went on as usual: not the whole bus", evidence.nodes.size() - nodes.size())},
+      {"a node that is off, or whose cable is off, would stay silent"},
+      *nodes.front()->booted};
+}
+
+Cause one_silent(const std::vector<const NodeSeen*>& nodes, const Evidence& evidence) {
+  const NodeSeen& seen = *nodes.front();
+  Cause cause{"node_silent",
+              fmt::format("{} sent no frame since {}; all others did: node dead, its power or its cable off",
+                          names_of(nodes), at_text(first_silence(nodes))),
+              {},
+              {},
+              first_silence(nodes)};
+  cause.supports.push_back(fmt::format("process data, usual every {}, came last at {}", span_text(seen.data.usual),
+                                       at_text(*seen.data.last)));
+  if (seen.heartbeat.silent())
+    cause.supports.push_back("its heartbeat, due every " + span_text(seen.heartbeat.usual) + ", came last at " +
+                             at_text(*seen.heartbeat.last) + " and was missing as well");
+  cause.supports.push_back(
+      fmt::format("the other {} nodes went on as usual: SYNC and bus are sound", evidence.nodes.size() - nodes.size()));
+  cause.against.emplace_back(
+      "it reported no emergency and did not start anew, so a dead node and a broken cable to it "
+      "look the same");
+  return cause;
+}
+
+std::optional<Cause> silent(const Evidence& evidence) {
+  const auto quiet = those(evidence, [](const NodeSeen& seen) { return seen.data.silent(); });
+  if (quiet.empty()) return std::nullopt;
+  const auto gone = those(evidence, [](const NodeSeen& seen) { return seen.silent(); });
+  const std::size_t all = evidence.nodes.size();
+  if (gone.size() == all)
+    return Cause{"bus_cut",
+                 "all nodes fell silent at once, at " + at_text(first_silence(gone)) +
+                     ": the bus is cut between controller and nodes, or all nodes lost power",
+                 {"neither process data nor heartbeats came from any of them"},
+                 {"a missing SYNC would leave the heartbeats"},
+                 first_silence(gone)};
+  const auto beating = quiet.size() - gone.size();
+  // The enable node does not wait for SYNC.
+  if (gone.empty() && beating + 1 >= all)
+    return Cause{"sync_missing",
+                 "SYNC does not reach the nodes since " + at_text(first_silence(quiet)) +
+                     ": all that is sent on SYNC stopped at once, and what is not goes on",
+                 {fmt::format("{} of {} nodes sent no process data, but all their heartbeats went on", beating, all),
+                  "enable node and heartbeats need no SYNC: bus and power are sound"},
+                 {"a cut bus would have silenced the heartbeats as well"},
+                 first_silence(quiet)};
+  if (!gone.empty()) return one_silent(gone, evidence);
+  return Cause{"process_data_missing",
+               names_of(quiet) + " sent no process data since " + at_text(first_silence(quiet)) +
+                   ", although it lives: its heartbeat went on",
+               {"no emergency came from it, and the others went on as usual"},
+               {"cable and power are sound: look at the node's configuration"},
+               first_silence(quiet)};
+}
+
+std::optional<Cause> stuck_valve(const Stop& stop, const Evidence& evidence, const MachineDescription& machine) {
+  const auto apart = [](const ValveSeen& valve) { return valve.apart_since ? valve.most_apart : 0; };
+  const auto worst = std::max_element(evidence.valves.begin(), evidence.valves.end(),
+                                      [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
+  if (!worst->apart_since) return std::nullopt;
+  const auto joint = static_cast<std::size_t>(worst - evidence.valves.begin());
+  const NodeSeen& node = evidence.nodes[joint];  // valves come first
+  Cause cause{
+      "valve_stuck",
+      fmt::format("the valve of the {} has not followed since {}: its spool stayed at {:.0f} % while it was told "
+                  "{:.0f} %: spool stuck, or its solenoid or driver failed",
+                  kJointNames[joint], at_text(*worst->apart_since), 100 * worst->spool, 100 * worst->told),
+      {},
+      {},
+      *worst->apart_since};
+  if (worst->still_since < *worst->apart_since)
+    cause.supports.push_back("its spool was reported at the same place ever since " + at_text(worst->still_since));
+  cause.supports.push_back(
+      fmt::format("up to {:.0f} % of stroke beyond all that it was told in the 100 ms before; "
+                  "the spools of the others followed",
+                  100 * worst->most_apart));
+  if (!node.silent() && node.emergencies.empty())
+    cause.supports.push_back(name_of(node) + ": heartbeat and process data normal, no emergency of its own");
+  const auto watch = those(evidence, [&](const NodeSeen& seen) {
+    return seen.node.node.id == machine.bus.enable.id && !seen.emergencies.empty();
+  });
+  if (!watch.empty() && stop.reason.code != ReasonCode::kValveNotFollowing)
+    cause.supports.push_back(name_of(*watch.front()) +
+                             ", which watches the valves on the bus, reported an emergency for it: it is the witness, "
+                             "not the cause");
+  cause.against.emplace_back("a position sensor of the spool that stands still looks the same: did the cylinder move?");
+  return cause;
+}
+
+std::optional<Cause> emergency(const Evidence& evidence) {
+  const auto nodes = those(evidence, [](const NodeSeen& seen) { return !seen.emergencies.empty(); });
+  if (nodes.empty()) return std::nullopt;
+  const NodeSeen& first = **std::min_element(nodes.begin(), nodes.end(), [](const NodeSeen* a, const NodeSeen* b) {
+    return a->emergencies.front().at < b->emergencies.front().at;
+  });
+  const EmergencySeen& seen = first.emergencies.front();
+  const std::string what =
+      fmt::format("0x{:04X}, {}", seen.emergency.code, canopen::emergency_text(seen.emergency.code));
+  const std::string others = fmt::format("{} more node{} reported one", nodes.size() - 1, nodes.size() == 2 ? "" : "s");
+  if (first.emergencies.size() >= kStorm) {
+    const Duration span = first.emergencies.back().at - seen.at;
+    Cause cause{
+        "emergency_storm",
+        fmt::format("{} floods the bus with emergencies ({}) since {}: {} in {}; the node is faulty: replace it, "
+                    "see its manual",
+                    name_of(first), what, at_text(seen.at), first.emergencies.size(), span_text(span)),
+        {fmt::format("one about every {:.1f} ms; one that means an event is sent once",
+                     1e3 * to_seconds(span) / static_cast<double>(first.emergencies.size()))},
+        {},
+        seen.at};
+    if (!first.data.silent()) cause.supports.emplace_back("its process data and heartbeat went on as usual");
+    return cause;
+  }
+  Cause cause{"node_emergency",
+              fmt::format("{} reported an emergency at {}: {}; see its manual", name_of(first), at_text(seen.at), what),
+              {fmt::format("{} emergency message{} of it, the first sign of anything", first.emergencies.size(),
+                           first.emergencies.size() == 1 ? "" : "s")},
+              {},
+              seen.at};
+  if (!first.data.silent())
+    cause.supports.emplace_back(
+        "its process data and heartbeat went on as usual, and the spools followed: the node "
+        "itself says what is wrong with it");
+  if (nodes.size() > 1) cause.supports.push_back(others + ", later");
+  return cause;
+}
+
+}  // namespace
+
+std::optional<Cause> node_cause(const Stop& stop, const Window& window, const Evidence& evidence,
+                                const MachineDescription& machine) {
+  if (auto cause = other_node(stop, evidence, machine)) return cause;
+  if (auto cause = rebooted(evidence)) return cause;
+  if (auto cause = silent(evidence)) return cause;
+  if (auto cause = sensor_cause(stop, window, evidence, machine)) return cause;
+  if (auto cause = stuck_valve(stop, evidence, machine)) return cause;
+  return emergency(evidence);
+}
+
+}  // namespace knuckle::explain

@@ -1,0 +1,37 @@
+#include "app/explain/words.h"
+
+#include <fmt/format.h>
+
+#include "machine/bus_nodes.h"
+#include "transport/canopen.h"
+
+namespace knuckle::explain {
+
+std::string at_text(Time at) {
+  return fmt::format("{:.3f} s", to_seconds(at));
+}
+
+std::string span_text(Duration span) {
+  const double seconds = to_seconds(span);
+  return seconds < 10 ? fmt::format("{:.0f} ms", 1e3 * seconds) : fmt::format("{:.1f} s", seconds);
+}
+
+std::string node_text(const MachineDescription& machine, std::uint8_t node) {
+  for (const NamedNode& named : named_nodes(machine.bus)) {
+    if (named.node.id == node) return fmt::format("{} (node 0x{:02X})", named.name, node);
+  }
+  return fmt::format("node 0x{:02X}", node);
+}
+
+std::string reason_text(const MachineDescription& machine, const Reason& reason) {
+  std::string line = text(reason);
+  const std::string number = fmt::format("node 0x{:02X}: ", reason.subject);
+  if (line.rfind(number, 0) == 0) line = node_text(machine, reason.subject) + ": " + line.substr(number.size());
+  if (reason.code == ReasonCode::kNodeEmergency) {
+    const auto code = static_cast<std::uint16_t>(reason.value);
+    line += fmt::format(": 0x{:04X}, {}", code, canopen::emergency_text(code));
+  }
+  return line;
+}
+
+}  // namespace knuckle::explain

@@ -1,0 +1,268 @@
+// What explain says of recordings in which one thing was broken: the cause, when it began, and what is not claimed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "app/explain/account.h"
+#include "core/error.h"
+#include "machine/load.h"
+#include "master/master_state.h"
+#include "recording/recorder.h"
+#include "recording/taped_loops.h"
+#include "slave/slave_state.h"
+#include "tests/explain/faulted_session.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::explain {
+namespace {
+
+using recording::WireEventKind;
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+std::string joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+/// Of a session of its own.
+class Explained {
+ public:
+  explicit Explained(const std::string& fault, double after_s = 1.3, double length_s = 2, Sides sides = {}) {
+    record_session(faulted_scenario(fault, after_s, length_s), file());
+    report = of(file(), sides);
+  }
+  static Report of(const std::string& file, Sides sides = {}) {
+    recording::Recording recording({file});
+    return report_on(recording, sides);
+  }
+  [[nodiscard]] std::string file() const { return folder_.file("run.mcap"); }
+  /// Of the first stop.
+  [[nodiscard]] const Account& account() const { return report.accounts.at(0); }
+
+  Report report;
+
+ private:
+  test::TemporaryFolder folder_;
+};
+
+TEST(Explain, NamesTheNodeThatFellSilentAndSince) {
+  const Explained run("kind = \"node_silent\"\nnode = \"arm_head_pressure\"\nduration_s = 0.6");
+  ASSERT_EQ(run.report.accounts.size(), 1U);
+  const Account& account = run.account();
+  EXPECT_EQ(account.cause.id, "node_silent");
+  EXPECT_TRUE(contains(account.cause.text, "arm_head_pressure (node 0x22)")) << account.cause.text;
+  EXPECT_TRUE(contains(account.headline, "while engaged")) << account.headline;
+  const Duration before = account.stop.at - account.cause.since;
+  EXPECT_GE(before, 25ms);
+  EXPECT_LE(before, 40ms);
+  EXPECT_TRUE(contains(joined(account.inputs), "13 of 14 nodes sent in time")) << joined(account.inputs);
+}
+
+TEST(Explain, DoesNotBlameANodeWhenAllFallSilentForWantOfSync) {
+  const Explained run("kind = \"sync_dropped\"\nduration_s = 0.6");
+  EXPECT_EQ(run.account().cause.id, "sync_missing") << run.account().cause.text;
+}
+
+TEST(Explain, NamesTheStuckValveAndNotItsWitness) {
+  const Explained run("kind = \"valve_stuck\"\njoint = \"arm\"\nduration_s = 1.3", 1.3, 3);
+  const Account& account = run.account();
+  EXPECT_EQ(account.cause.id, "valve_stuck") << account.headline;
+  EXPECT_TRUE(contains(account.cause.text, "valve of the arm")) << account.cause.text;
+}
+
+TEST(Explain, TellsARebootFromASilentNodeAndAnEmergency) {
+  EXPECT_EQ(Explained("kind = \"node_reset\"\nnode = \"boom_valve\"\nduration_s = 0.6").account().cause.id,
+            "node_rebooted");
+  EXPECT_EQ(Explained("kind = \"node_emergency\"\nnode = \"boom_valve\"\nduration_s = 0.5").account().cause.id,
+            "node_emergency");
+  EXPECT_EQ(Explained("kind = \"emcy_storm\"\nnode = \"arm_encoder\"\nduration_s = 0.5").account().cause.id,
+            "emergency_storm");
+}
+
+TEST(Explain, TellsASnappedWireAFrozenEncoderAndABrokenTransmitterApart) {
+  EXPECT_EQ(Explained("kind = \"encoder_broken\"\njoint = \"arm\"\nduration_s = 0.6").account().cause.id,
+            "encoder_wire");
+  EXPECT_EQ(Explained("kind = \"sensor_invalid\"\nnode = \"boom_head_pressure\"\nduration_s = 0.6").account().cause.id,
+            "sensor_broken");
+  const Explained frozen("kind = \"sensor_frozen\"\nnode = \"boom_encoder\"\nduration_s = 3", 2.3, 6);
+  EXPECT_EQ(frozen.account().cause.id, "sensor_frozen");
+  EXPECT_TRUE(contains(frozen.account().cause.text, "encoder of the boom")) << frozen.account().cause.text;
+}
+
+TEST(Explain, TellsTheControllersTroublesApart) {
+  EXPECT_EQ(Explained("kind = \"bus_cut\"\nduration_s = 0.6").account().cause.id, "bus_cut");
+  EXPECT_EQ(Explained("kind = \"can_down\"\nduration_s = 0.6").account().cause.id, "can_down");
+  EXPECT_EQ(Explained("kind = \"bus_off\"\nduration_s = 0.6").account().cause.id, "bus_off");
+  EXPECT_EQ(Explained("kind = \"no_acknowledge\"\nduration_s = 0.6").account().cause.id, "bus_disturbed");
+}
+
+TEST(Explain, TellsTheDevicesTroublesApart) {
+  EXPECT_EQ(Explained("kind = \"device_unplugged\"\nduration_s = 0.6").account().cause.id, "device_unplugged");
+  EXPECT_EQ(Explained("kind = \"device_silent\"\nduration_s = 0.6").account().cause.id, "device_silent");
+  EXPECT_EQ(Explained("kind = \"device_bad_crc\"\nduration_s = 0.6").account().cause.id, "device_reports_damaged");
+  EXPECT_EQ(Explained("kind = \"device_truncated\"\nduration_s = 0.6").account().cause.id, "device_reports_cut_short");
+}
+
+TEST(Explain, TellsACutNetworkFromDamagedContentAndFromALoopThatHangs) {
+  EXPECT_EQ(Explained("kind = \"link_cut\"\nduration_s = 0.6").account().cause.id, "link_cut");
+  EXPECT_EQ(Explained("kind = \"link_nan\"\nduration_s = 0.6").account().cause.id, "link_content_damaged");
+  EXPECT_EQ(Explained("kind = \"loop_hung\"\nduration_s = 0.6").account().cause.id, "machine_loop_paused");
+}
+
+TEST(Explain, OfALostLinkTheMachinesSideAloneClaimsNoMoreThanItCanKnow) {
+  const Explained run("kind = \"link_cut\"\nduration_s = 0.6", 1.3, 2, {.operator_side = false});
+  const Cause& cause = run.account().cause;
+  EXPECT_EQ(cause.id, "link_cut");
+  EXPECT_TRUE(contains(cause.text, "or the operator's program")) << cause.text;
+  EXPECT_FALSE(cause.against.empty());
+}
+
+TEST(Explain, AMachineThatIsNotHeardAnyMoreIsAStop) {
+  const Explained run("kind = \"loop_hung\"\nduration_s = 3600", 1.3, 5);
+  ASSERT_FALSE(run.report.accounts.empty());
+  EXPECT_TRUE(run.account().stop.machine_unheard);
+  EXPECT_EQ(run.account().cause.id, "machine_program_gone") << run.account().cause.text;
+}
+
+TEST(Explain, NamesTheEStopAndWhenTheMachineWasNeutralAndMovedAgain) {
+  const Explained run("kind = \"e_stop\"\nduration_s = 0.6");
+  const Account& account = run.account();
+  EXPECT_EQ(account.cause.id, "e_stop");
+  ASSERT_TRUE(account.aftermath.commands_neutral && account.aftermath.spools_neutral && account.aftermath.resumed);
+  EXPECT_LE(*account.aftermath.commands_neutral - account.stop.at, 10ms);
+  EXPECT_LE(*account.aftermath.spools_neutral - account.stop.at, 150ms);
+  ASSERT_TRUE(account.aftermath.released && account.aftermath.pressed);
+  EXPECT_LT(*account.aftermath.released, *account.aftermath.pressed);
+  EXPECT_LT(*account.aftermath.pressed, *account.aftermath.resumed);
+  EXPECT_FALSE(account.aftermath.moved_unasked);
+}
+
+TEST(Explain, FitsEachStopOnAScreen) {
+  for (const char* fault : {"kind = \"node_emergency\"\nnode = \"boom_valve\"\nduration_s = 0.5",
+                            "kind = \"bus_cut\"\nduration_s = 0.6", "kind = \"sync_dropped\"\nduration_s = 0.6"}) {
+    const Explained run(fault);
+    const Account& a = run.account();
+    EXPECT_LE(5 + a.cause.supports.size() + a.cause.against.size() + a.inputs.size() + a.before.size() + a.after.size(),
+              40U);
+  }
+}
+
+TEST(Explain, SaysOfARecordingWithoutStopsThatThereIsNone) {
+  const Explained run("");
+  EXPECT_TRUE(run.report.accounts.empty());
+  EXPECT_TRUE(run.report.notes.empty()) << joined(run.report.notes);
+}
+
+TEST(Explain, NotesAFloodedBusThatStoppedNothing) {
+  const Explained run("kind = \"babble\"\nduration_s = 1");
+  EXPECT_TRUE(run.report.accounts.empty());
+  EXPECT_TRUE(contains(joined(run.report.notes), "floods the bus")) << joined(run.report.notes);
+}
+
+TEST(Explain, OfATruncatedRecordingTellsWhatIsLeft) {
+  const Explained run("kind = \"node_silent\"\nnode = \"arm_head_pressure\"\nduration_s = 0.6");
+  const auto whole = std::filesystem::file_size(run.file());
+  std::filesystem::resize_file(run.file(), whole - whole / 10);
+  const Report report = Explained::of(run.file());
+  ASSERT_EQ(report.accounts.size(), 1U);
+  EXPECT_EQ(report.accounts[0].cause.id, "node_silent");
+  EXPECT_LT(report.survey.last, run.report.survey.last);
+  // Before the stop nothing has stopped.
+  std::filesystem::resize_file(run.file(), whole / 4);
+  EXPECT_TRUE(Explained::of(run.file()).accounts.empty());
+}
+
+/// A machine's side whose steps are made by hand, without wires.
+class HandMade {
+ public:
+  HandMade() {
+    const std::string machine = find_config("machine", "solar015");
+    recording::Head head;
+    head.has_machine = true;
+    head.machine_file = test::content(machine);
+    recording::RecorderOptions how;
+    how.file = file();
+    recorder_.emplace(how, head, load_machine(machine));
+    tape_.record_to(recorder_->machine_steps());
+    state.mode = Mode::kEngaged;
+    state.enable = state.presence = state.heard = state.device_ok = state.measured = true;
+  }
+  void step(int times = 1) {
+    for (int i = 0; i < times; ++i) {
+      state.at += 5ms;
+      tape_.end_step(state.at, &state, state.fault.code);
+      recorder_->drain();
+    }
+  }
+  void stop(const Reason& reason) {
+    state.mode = Mode::kFault;
+    state.fault = reason;
+  }
+  [[nodiscard]] Report report() {
+    recorder_->close();
+    return Explained::of(file());
+  }
+  [[nodiscard]] std::string file() const { return folder_.file("made.mcap"); }
+
+  slave::SlaveState state;
+
+ private:
+  test::TemporaryFolder folder_;
+  std::optional<recording::Recorder> recorder_;
+  recording::LoopTape tape_;
+};
+
+TEST(Explain, NamesTheOperatorsStop) {
+  HandMade run;
+  run.step(200);
+  run.state.stop = true;
+  run.stop({ReasonCode::kOperatorStop, 0, 0, 0});
+  run.step(50);
+  const Report report = run.report();
+  ASSERT_EQ(report.accounts.size(), 1U);
+  EXPECT_EQ(report.accounts[0].cause.id, "operator_stop");
+  EXPECT_TRUE(contains(joined(report.accounts[0].before), "stop on since 1.005 s"))
+      << joined(report.accounts[0].before);
+}
+
+TEST(Explain, CountsAFaultThatFollowsAnotherAndNotOneThatStays) {
+  HandMade run;
+  run.step(10);
+  run.stop({ReasonCode::kPresenceLost, 0, 0, 0});
+  run.step(10);
+  run.stop({ReasonCode::kPresenceLost, 0, 1, 0});
+  run.step(10);
+  run.stop({ReasonCode::kOperatorStop, 0, 0, 0});
+  run.step(10);
+  const Report report = run.report();
+  ASSERT_EQ(report.accounts.size(), 2U);
+  EXPECT_EQ(report.accounts[1].stop.before, Mode::kFault);
+}
+
+TEST(Explain, DoesNotTakeAStopFromBeforeTheRecordingForOneInIt) {
+  HandMade run;
+  run.stop({ReasonCode::kPresenceLost, 0, 0, 0});
+  run.step(20);
+  const Report report = run.report();
+  EXPECT_TRUE(report.accounts.empty());
+  EXPECT_TRUE(report.survey.begins_stopped);
+}
+
+TEST(Explain, RefusesARecordingWithoutStepsInOneLine) {
+  HandMade run;
+  try {
+    (void)run.report();
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_TRUE(contains(error.what(), "made.mcap: holds no step of any loop")) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::explain
