@@ -68,6 +68,38 @@ TEST(ConsoleLog, ASimulatedSessionRunsAgainFromItsRecordingBitByBit) {
   }
   ASSERT_EQ(recorded_in(folder).size(), 1u);
   expect_identical(recorded_in(folder).front(), 7000);
+  const recording::Recording recording({recorded_in(folder).front()});
+  EXPECT_FALSE(recording.head().far_end_is_this_machine) << "it waits until the machine has told its name";
+  EXPECT_GT(recording.head().started_unix_ns, 0) << "files are named by the computer's clock";
+}
+
+TEST(ConsoleLog, AnEventGoesIntoTheRecordingOfItsOwnSession) {
+  const TemporaryFolder folder;
+  console::ConsoleLog log(into(folder));
+  const session::SessionSetup setup = session::load_session(scenario("free_motion")).setup;
+  const recording::Head head = console::head_of(setup, scenario("free_motion"), log.choice());
+  const auto note = [&log](std::uint32_t run, const char* text) {
+    log.note({1, run, Time(1s), console::Severity::kWarning, "bookmark", text, true});
+  };
+  ASSERT_NE(log.make(head, setup.machine), nullptr);
+  log.take_over(1);
+  note(1, "of the first");
+  ASSERT_NE(log.make(head, setup.machine), nullptr);
+  note(1, "still of the first");
+  note(2, "of the second, told before it is known to have begun");
+  log.take_over(2);
+  note(1, "too late");
+  note(2, "of the second");
+  log.close();
+  const auto files = recorded_in(folder);
+  ASSERT_EQ(files.size(), 2u);
+  const auto first = events_of(files[0]), second = events_of(files[1]);
+  ASSERT_EQ(first.size(), 2u);
+  ASSERT_EQ(second.size(), 2u);
+  EXPECT_EQ(first[1].text, "still of the first");
+  EXPECT_EQ(first[1].severity, recording::Severity::kWarning);
+  EXPECT_EQ(first[1].at, Time(1s));
+  EXPECT_EQ(second[1].text, "of the second");
 }
 
 TEST(ConsoleLog, NothingIsRecordedOfASimulationUnlessAFolderIsNamed) {
