@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "app/programs/program_console.h"
 #include "app/session/scenario.h"
 #include "app/session/session_setup.h"
 #include "core/error.h"
@@ -16,14 +17,31 @@ constexpr Duration kLongestEnd = 1s;  // a loop that has died keeps no window op
 }  // namespace
 
 ConsoleHost::ConsoleHost(const session::SimulateOptions& options, LiveSession::Led led, HidPort* device,
-                         std::ostream* candump)
-    : device_(device), candump_(candump) {
+                         std::ostream* candump, LogChoice log)
+    : device_(device), candump_(candump), log_(std::move(log)) {
   choose(options, led);
-  loop_ = std::make_unique<ConsoleLoop>(std::make_unique<LiveSession>(*session_, led_, device_), candump != nullptr);
+  loop_ = std::make_unique<ConsoleLoop>(make_session(), candump != nullptr);
+  log_.take_over(run_);
 }
 
-ConsoleHost::ConsoleHost(const StationSetup& setup, Link& link, HidPort* device)
-    : device_(device), loop_(std::make_unique<ConsoleLoop>(std::make_unique<OperatorStation>(setup, link, device))) {}
+ConsoleHost::ConsoleHost(const StationSetup& setup, Link& link, HidPort* device, LogChoice log)
+    : device_(device), log_(std::move(log)) {
+  auto station = std::make_unique<OperatorStation>(setup, link, device);
+  const std::int64_t origin_ns =
+      static_cast<std::int64_t>(1e9 * programs::unix_time_s()) - clock_.now().time_since_epoch().count();
+  if (auto* recorder = log_.make(head_of(setup, origin_ns, log_.choice()), setup.machine))
+    station->record_to(*recorder);
+  loop_ = std::make_unique<ConsoleLoop>(std::move(station));
+  log_.take_over(run_);
+}
+
+/// With a recording of its own, where there is any.
+std::unique_ptr<LiveSession> ConsoleHost::make_session() {
+  auto session = std::make_unique<LiveSession>(*session_, led_, device_);
+  if (auto* recorder = log_.make(head_of(*session_, chosen_, log_.choice()), session_->machine))
+    session->record_to(*recorder);
+  return session;
+}
 
 ConsoleHost::~ConsoleHost() {
   stop();
@@ -37,16 +55,21 @@ void ConsoleHost::choose(const session::SimulateOptions& options, LiveSession::L
                      ": its operator follows a recorded motion: run it with knuckle simulate, or without --demo");
   }
   const LiveSession trial(loaded, led, nullptr);  // what can be refused is refused now
+  chosen_ = options;
   session_ = std::move(loaded);
   led_ = led;
 }
 
 void ConsoleHost::skip_to(double simulated_s) {
-  for (; to_seconds(skipped_to_) < simulated_s; write_frames()) loop_->step(skipped_to_ += kTick);
+  for (; to_seconds(skipped_to_) < simulated_s; write_frames()) {
+    loop_->step(skipped_to_ += kTick);
+    log_.drain();
+  }
 }
 
 void ConsoleHost::begin() {
   viewed_at_ = now();
+  log_.begin();
   thread_ = std::make_unique<RealtimeThread>(RealtimeOptions{.name = "console",
                                                              .period = kTick,
                                                              .fifo_priority = fifo_priority::kMaster,
@@ -56,25 +79,34 @@ void ConsoleHost::begin() {
 }
 
 void ConsoleHost::stop() {
-  if (!thread_) return;
-  loop_->let_go();
-  const Time latest = clock_.now() + kLongestEnd;
-  while (!loop_->has_let_go() && clock_.now() < latest) clock_.sleep_until(clock_.now() + kTick);
-  thread_->stop();
-  thread_.reset();
-  write_frames();
+  if (thread_) {
+    loop_->let_go();
+    const Time latest = clock_.now() + kLongestEnd;
+    while (!loop_->has_let_go() && clock_.now() < latest) clock_.sleep_until(clock_.now() + kTick);
+    thread_->stop();
+    thread_.reset();
+    write_frames();
+  }
+  log_.close();
 }
 
 void ConsoleHost::put(const ConsoleInput& input) {
   loop_->put(input);
   loop_->collect();
   write_frames();
-  if (input.reset_count == std::exchange(resets_, input.reset_count) || !session_) return;
-  loop_->offer(std::make_unique<LiveSession>(*session_, led_, device_));
+  // One at a time, so that each recording belongs to the session that has begun; another request waits.
+  if (offered_ || input.reset_count == std::exchange(resets_, input.reset_count) || !session_) return;
+  offered_ = true;
+  loop_->offer(make_session());
 }
 
-const ConsoleView& ConsoleHost::view() noexcept {
-  if (loop_->take(view_)) viewed_at_ = now();
+const ConsoleView& ConsoleHost::view() {
+  if (!loop_->take(view_)) return view_;
+  viewed_at_ = now();
+  if (view_.run != std::exchange(run_, view_.run)) {
+    offered_ = false;
+    log_.take_over(run_);
+  }
   return view_;
 }
 

@@ -1,5 +1,5 @@
 // Everything behind the console's window, in the window's hands: clock, real-time thread, loop, and the log of the
-// simulated bus. All calls belong to the window's thread; none waits for the loop but stop().
+// simulated bus, and recordings. All calls belong to the window's thread; none waits for the loop but stop().
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 
 #include "app/console/console_event.h"
 #include "app/console/console_input.h"
+#include "app/console/console_log.h"
 #include "app/console/console_loop.h"
 #include "app/console/console_view.h"
 #include "app/session/options.h"
@@ -27,11 +28,12 @@ class ConsoleHost {
  public:
   /// A simulated session. @param device a haptic device that leads it, nullptr: a simulated hand.
   /// @param candump where every frame of its bus goes, and what does not wait for a reader; nullptr: nowhere. Both
-  /// outlive this.
-  /// @throws InputError as choose() does.
-  ConsoleHost(const session::SimulateOptions& options, LiveSession::Led led, HidPort* device, std::ostream* candump);
+  /// outlive this. @param log what is recorded; nothing unless it says so.
+  /// @throws InputError as choose() does, and where the folder named for recordings cannot be written.
+  ConsoleHost(const session::SimulateOptions& options, LiveSession::Led led, HidPort* device, std::ostream* candump,
+              LogChoice log = {});
   /// The operator's side of a machine that is elsewhere. @param link, @param device outlive this; nullptr as above.
-  ConsoleHost(const StationSetup& setup, Link& link, HidPort* device);
+  ConsoleHost(const StationSetup& setup, Link& link, HidPort* device, LogChoice log = {});
   /// As stop().
   ~ConsoleHost();
   ConsoleHost(const ConsoleHost&) = delete;
@@ -42,24 +44,27 @@ class ConsoleHost {
   void skip_to(double simulated_s);
   /// From now on the loop runs, in a thread of its own.
   void begin();
-  /// Lets go of machine and device in order, and ends the thread. May be called again.
+  /// Lets go of machine and device in order, and ends the thread and the recording. May be called again.
   void stop();
 
-  /// In every frame: what is requested; a session is restarted where reset_count has grown. Also writes the log and
-  /// frees what is no longer used.
+  /// In every frame: what is requested; a session is restarted where reset_count has grown, and begins a recording of
+  /// its own. Also writes the log and frees what is no longer used.
   void put(const ConsoleInput& input);
   /// What the next restarted session is made of. Nothing changes before.
   /// @throws InputError as load_session() does, and for what no console can play: scheduled faults, and a scenario's
   /// operator who follows a recording. What was chosen before stays.
   void choose(const session::SimulateOptions& options, LiveSession::Led led);
 
-  /// The newest.
-  const ConsoleView& view() noexcept;
+  /// The newest. After next(): what happened before a session was restarted goes into the recording of that time.
+  const ConsoleView& view();
   /// Since the loop last gave one, as far as view() has looked: whether it runs at all.
   [[nodiscard]] double view_age_s() const noexcept { return to_seconds(now() - viewed_at_); }
   bool next(ConsoleEvent& event) noexcept { return loop_->next(event); }
   [[nodiscard]] std::uint64_t events_lost() const noexcept { return loop_->events_lost(); }
   [[nodiscard]] std::uint64_t frames_lost() const noexcept { return loop_->frames_lost(); }
+  /// For the light, notes for the terminal, and what is to go into the recording, too.
+  [[nodiscard]] ConsoleLog& log() noexcept { return log_; }
+  [[nodiscard]] const ConsoleLog& log() const noexcept { return log_; }
   /// Of the loop's thread; updated a few times a second.
   const LoopHealth& health() noexcept;
   /// Set-up of the simulated session chosen last; nothing where there is none.
@@ -67,15 +72,19 @@ class ConsoleHost {
   [[nodiscard]] Time now() const noexcept { return clock_.now(); }
 
  private:
+  [[nodiscard]] std::unique_ptr<LiveSession> make_session();
   void write_frames();
 
   RealtimeClock clock_;
   HidPort* device_;
   std::ostream* candump_ = nullptr;
+  session::SimulateOptions chosen_;
   std::optional<session::SessionSetup> session_;
   LiveSession::Led led_ = LiveSession::Led::kByPerson;
+  ConsoleLog log_;  // outlives the loops that it records
   std::unique_ptr<ConsoleLoop> loop_;
-  std::uint32_t resets_ = 0;
+  std::uint32_t resets_ = 0, run_ = 1;
+  bool offered_ = false;  // a session that has not begun yet
   Time skipped_to_{};
   ConsoleView view_;
   Time viewed_at_{};

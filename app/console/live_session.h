@@ -13,6 +13,7 @@
 #include "app/session/session_sides.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "recording/recorder.h"
 #include "sim/operator.h"
 #include "slave/status_reporter.h"
 #include "transport/hid_port.h"
@@ -36,6 +37,8 @@ class LiveSession {
 
   /// Told of every frame on the bus, in step().
   void set_tap(CanTap tap) noexcept { far_.simulated.bus().set_tap(tap); }
+  /// Before the first step: all that both loops read, do and know goes there. @param recorder outlives the last step.
+  void record_to(recording::Recorder& recorder);
   /// One millisecond. Allocates nothing.
   void step(const HandInput& held) noexcept;
 

@@ -14,6 +14,8 @@
 #include "machine/description.h"
 #include "machine/device_description.h"
 #include "master/master_loop.h"
+#include "recording/recorder.h"
+#include "recording/taped_wires.h"
 #include "sim/haptic_device.h"
 #include "sim/operator_limb.h"
 #include "transport/hid_port.h"
@@ -41,6 +43,10 @@ class OperatorStation {
   OperatorStation(const StationSetup& setup, Link& link, HidPort* device);
   OperatorStation(const OperatorStation&) = delete;
   OperatorStation& operator=(const OperatorStation&) = delete;
+
+  /// Before the first step: all that the operator's loop reads, does and knows goes there. @param recorder outlives the
+  /// last step.
+  void record_to(recording::Recorder& recorder) { tape_.record_to(recorder.operator_steps()); }
 
   /// One millisecond. Allocates nothing. @param held without effect with a haptic device.
   void step(Time now, const HandInput& held) noexcept;
@@ -78,6 +84,9 @@ class OperatorStation {
   std::optional<session::HandSide> hand_;
   PersonHand person_;
   LinkWatch watch_;
+  recording::LoopTape tape_;
+  recording::TapedHid taped_device_;
+  recording::TapedLink taped_link_;
   master::MasterLoop master_;
   LinkSide shown_;  // histograms are gathered a few times a second
   Time shown_at_ = kNever;

@@ -249,6 +249,7 @@ int run(const Options& o) {
   const std::unique_ptr<HidDevicePort> device = bringup::open_leading_device(o.device, o.serial);
 
   ProgramLog log(o.log, o.device != "none", head_of(o, setup), setup.machine);
+  log.begin();
   ProgramConsole console("knuckle master");
   for (const std::string& note : link.notes()) console.note(note);
   for (const std::string& note : log.notes()) console.note(note);

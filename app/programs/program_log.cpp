@@ -37,11 +37,19 @@ ProgramLog::ProgramLog(const LogOptions& options, bool real, recording::Head hea
     kept_ = how.keep = false;
     recorder_ = std::make_unique<recording::Recorder>(how, head, machine);
   }
-  thread_ = std::make_unique<recording::RecorderThread>(*recorder_);
+}
+
+void ProgramLog::begin() {
+  if (recorder_ && !thread_) thread_ = std::make_unique<recording::RecorderThread>(*recorder_);
 }
 
 ProgramLog::~ProgramLog() {
   close();
+}
+
+std::string ProgramLog::problem() const {
+  if (!failure_.empty() || !recorder_) return failure_;
+  return recorder_->status().problem;
 }
 
 std::vector<std::string> ProgramLog::notes() const {
@@ -67,6 +75,7 @@ std::vector<cli::News> ProgramLog::news() {
 
 void ProgramLog::close() {
   thread_.reset();
+  if (recorder_) recorder_->close();
 }
 
 nlohmann::ordered_json ProgramLog::json() const {

@@ -27,8 +27,7 @@ void check_log(const LogOptions& options);
 
 class ProgramLog {
  public:
-  /// Begins to record, in a thread of its own. @param real something real is driven: else only where a folder was
-  /// named.
+  /// @param real something real is driven: else there is a recording only where a folder was named.
   /// @throws InputError where the folder that was named cannot be written. The default one may be missing: then there
   /// is no recording, and notes() says so.
   ProgramLog(const LogOptions& options, bool real, recording::Head head, const MachineDescription& machine);
@@ -36,8 +35,14 @@ class ProgramLog {
   ProgramLog(const ProgramLog&) = delete;
   ProgramLog& operator=(const ProgramLog&) = delete;
 
+  /// From now on a thread of its own writes what the loops hand over; before, recorder()->drain() does.
+  void begin();
   /// nullptr: nothing is recorded, and no flight record written.
   [[nodiscard]] recording::Recorder* recorder() noexcept { return recorder_.get(); }
+  /// The session goes into parts, or would had nothing refused them; else flight records alone, if anything.
+  [[nodiscard]] bool kept() const noexcept { return kept_ || !failure_.empty(); }
+  /// Why a recording that is wanted is none; empty: it is one.
+  [[nodiscard]] std::string problem() const;
   /// For the program's start: where it is recorded to, or that it is not.
   [[nodiscard]] std::vector<std::string> notes() const;
   /// What has come up since the last call: flight records, a recording that has ended.

@@ -244,6 +244,7 @@ int run(const Options& o) {
 
   const LinkStart start = random_start();
   ProgramLog log(o.log, !setup.simulation, head_of(o, setup, start), setup.machine);
+  log.begin();
   ProgramConsole console("knuckle slave");
   for (const std::string& note : link.notes()) console.note(note);
   for (const std::string& note : log.notes()) console.note(note);

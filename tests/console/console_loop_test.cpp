@@ -244,6 +244,10 @@ TEST(ConsoleStep, AllocatesNothingWhateverThePersonDoes) {
   rig.start_up();
   ASSERT_TRUE(rig.engage());
   auto next = live_session(rig.setup);
+  recording::RecorderOptions nowhere;
+  nowhere.keep = false;
+  recording::Recorder recorder(nowhere, {}, rig.setup.machine);
+  next->record_to(recorder);
   rig.input.hand = console::hand_from_keys(rig.keys);
   rig.input.hand.rate_radps = console::kFullRate_radps;
   std::uint64_t allocated = 0;

@@ -1,6 +1,11 @@
 #include "app/console/screens/banner.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
+
+#include "app/console/screens/recording_tag.h"
 
 namespace knuckle::console::screens {
 namespace {
@@ -35,27 +40,47 @@ void mode_block(const widgets::Ui& ui, const ConsoleView& view, const widgets::A
   }
 }
 
+struct Tag {
+  widgets::Icon icon;
+  std::string text;
+  ImU32 fill;
+};
+
 /// From the right: how old the link is, and what this session is.
-void tags(const widgets::Ui& ui, const ConsoleData& data, widgets::Area& area) {
+std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view) {
   const widgets::Theme& t = ui.theme;
-  const ConsoleView& view = data.view;
-  const float y = area.centre().y;
-  const auto tag = [&](widgets::Icon icon, const char* text, ImU32 fill) {
-    const widgets::Area place = area.cut_right(widgets::chip_width(ui, text), t.unit());
-    widgets::chip(ui, {place.min.x, y}, icon, text, fill);
-  };
+  std::vector<Tag> tags;
   const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const ImU32 quiet = widgets::mix(t.colours.surface, t.colours.border, 0.6F);
   if (fresh.heard) {
     const widgets::Shown age =
         fresh.age_s < 1 ? widgets::shown("%.0f ms", fresh.age_s * 1e3) : widgets::shown_duration(fresh.age_s);
-    tag(widgets::Icon::kLink, widgets::shown("received %s ago", age.c_str()).c_str(),
-        fresh.stale() ? t.colours.notice : quiet);
+    tags.push_back({widgets::Icon::kLink, widgets::shown("received %s ago", age.c_str()).c_str(),
+                    fresh.stale() ? t.colours.notice : quiet});
   }
   if (view.simulated)
-    tag(widgets::Icon::kCircle, "SIMULATED", widgets::mix(t.colours.surface, t.colours.accent, 0.35F));
-  if (view.paused) tag(widgets::Icon::kPause, "PAUSED", t.colours.notice);
-  if (view.hand.warning) tag(widgets::Icon::kWarning, "FORCE REDUCED", t.colours.notice);
+    tags.push_back({widgets::Icon::kCircle, "SIMULATED", widgets::mix(t.colours.surface, t.colours.accent, 0.35F)});
+  if (view.paused) tags.push_back({widgets::Icon::kPause, "PAUSED", t.colours.notice});
+  if (view.hand.warning) tags.push_back({widgets::Icon::kWarning, "FORCE REDUCED", t.colours.notice});
+  return tags;
+}
+
+/// On the right: tags above, the light of the recording below.
+void draw_tags(const widgets::Ui& ui, const ConsoleData& data, widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  constexpr float kMostShare = 0.5F;  // of the banner; the line that says what to do needs the rest
+  const std::vector<Tag> tags = session_tags(ui, data.view);
+  const RecordingWords words = recording_words(data.recording, to_seconds(data.view.now));
+  float above = 0;
+  for (const Tag& tag : tags) above += widgets::chip_width(ui, tag.text.c_str()) + t.unit();
+  const float below = std::min(recording_width(ui, words) + t.unit(), kMostShare * area.width());
+  widgets::Area block = area.cut_right(std::max(above, below), t.unit()).inset(0, t.px(5));
+  widgets::Area upper = block.cut_top(block.height() / 2);
+  for (const Tag& tag : tags) {
+    const widgets::Area place = upper.cut_right(widgets::chip_width(ui, tag.text.c_str()), t.unit());
+    widgets::chip(ui, {place.min.x, upper.centre().y}, tag.icon, tag.text.c_str(), tag.fill);
+  }
+  draw_recording(ui, data.recording, words, block.cut_right(below));
 }
 
 /// What keeps this console from knowing how the machine is; nothing where it does.
@@ -170,7 +195,7 @@ void draw_banner(const widgets::Ui& ui, const ConsoleData& data, const UiState& 
   ImGui::GetWindowDrawList()->AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
   mode_block(ui, data.view, area.cut_left(t.px(318), t.unit(2)));
   area = area.inset(t.unit(), 0);
-  tags(ui, data, area);
+  draw_tags(ui, data, area);
   const std::string reason =
       banner_reason(data.view, state.stop, ui.view_age_s, {data.facts.hand, state.typing, state.enable_ignored});
   // One large line where it fits, else two smaller ones.

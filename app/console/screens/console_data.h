@@ -8,6 +8,7 @@
 
 #include "app/console/console_view.h"
 #include "app/console/event_book.h"
+#include "app/console/recording_light.h"
 #include "app/console/screens/calibrate_panel.h"
 #include "app/console/screens/payload_total.h"
 #include "app/console/widgets/history.h"
@@ -38,6 +39,7 @@ struct ConsoleData {
   const PayloadTotal& payload;
   EventBook& events;
   CalibrationPanel& calibration;
+  const RecordingLight& recording;
 };
 
 /// How fresh the machine's newest message is, and its status beside it.

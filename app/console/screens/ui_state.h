@@ -41,6 +41,7 @@ struct UiState {
   bool enable_ignored = false;  ///< Its key is held without counting.
   bool paused = false;
   std::uint32_t reset_count = 0;
+  std::uint32_t bookmarks = 0;               ///< Set so far.
   SimulationChoice simulation;               ///< Chosen for the next session.
   SimulationChoice running{.scenario = -1};  ///< What the one on screen began with.
   EventChoice events;

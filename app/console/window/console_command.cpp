@@ -82,15 +82,22 @@ screens::ConsoleFacts facts_of(const ConsoleOptions& o) {
   return facts;
 }
 
+LogChoice log_of(const ConsoleOptions& o, const screens::ConsoleFacts& facts) {
+  return {.options = o.log,
+          .real = o.real(),
+          .program = std::string("knuckle console ") + (o.simulate ? "--simulate" : "--connect") + " --machine " +
+                     facts.machine.source + " --device " + o.device};
+}
+
 Behind behind(const ConsoleOptions& o, const screens::ConsoleFacts& facts, std::ostream* candump) {
   Behind b;
   b.device = bringup::open_leading_device(o.device, o.serial);
   if (o.simulate) {
     const auto led = o.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson;
-    b.host = std::make_unique<ConsoleHost>(o.session, led, b.device.get(), candump);
+    b.host = std::make_unique<ConsoleHost>(o.session, led, b.device.get(), candump, log_of(o, facts));
   } else {
     b.link.emplace(pairing::ChosenLink::connect(o.link));
-    b.host = std::make_unique<ConsoleHost>(station_setup(o, facts), b.link->link(), b.device.get());
+    b.host = std::make_unique<ConsoleHost>(station_setup(o, facts), b.link->link(), b.device.get(), log_of(o, facts));
   }
   return b;
 }
@@ -144,6 +151,7 @@ int run(const ConsoleOptions& o) {
   if (loops.link) {
     for (const std::string& note : loops.link->notes()) console.note(note);
   }
+  for (const std::string& note : loops.host->log().notes()) console.note(note);
   ConsoleRun run;
   run.keep_on = [&] {
     if (loops.link) tend_link(*loops.link, input, console, loops.host->now());
@@ -161,7 +169,9 @@ int run(const ConsoleOptions& o) {
     console.note(candump.name() + ": " + std::to_string(outcome.frames_lost) +
                  " frames are missing: the window was too slow to write them");
   outcome.frames_lost += programs::finish_records(console, {&candump});
-  if (auto* out = json.stream()) *out << result_json(outcome).dump(2) << '\n';
+  Json result = result_json(outcome);
+  result["recording"] = loops.host->log().json();
+  if (auto* out = json.stream()) *out << result.dump(2) << '\n';
   programs::commit_all({&candump, &json});
   return 0;
 }

@@ -84,6 +84,7 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_option("--loss", o.session.loss, "Share of datagrams lost on the simulated link, 0 to 0.9");
   c.add_flag("--demo", o.demo, "Let the scenario's operator lead the machine");
   c.add_option("--candump", o.candump, "Write every frame of the simulated bus in candump log format");
+  programs::add_log_options(c, o.log);
   c.add_option("--size", o.size, "Size of the window in pixels, WxH, from 1280x720 to 8192x8192")
       ->capture_default_str();
   c.add_option("--scale", o.scale,
@@ -115,6 +116,7 @@ void check(const ConsoleOptions& o) {
   }
   pairing::check(o.link.dial, secure::Role::kOperator, o.link.insecure > 0);
   check_device(o);
+  programs::check_log(o.log);
   cli::check_range("--scale", o.scale, 0.75, 3, "");
   cli::check_range("--duration", o.duration_s, 0.1, programs::kLongestRun_s, " s");
   cli::check_range("--at", o.at_s, 0, 600, " s");

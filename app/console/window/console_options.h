@@ -7,6 +7,7 @@
 #include "app/console/screens/ui_state.h"
 #include "app/console/window/window.h"
 #include "app/pairing/chosen_link.h"
+#include "app/programs/program_log.h"
 #include "app/session/options.h"
 
 namespace CLI {
@@ -20,11 +21,14 @@ struct ConsoleOptions {
   bool scenario_given = false, seed_given = false;
   session::SimulateOptions session;  ///< Machine and haptic device's file count with --connect, too.
   pairing::LinkOptions link;         ///< Its address is empty where the machine is simulated.
+  programs::LogOptions log;
   std::string device = "keyboard", serial, candump;
   std::optional<double> duration_s, at_s;
   double scale = 1;
   std::string size = "1280x800", screen = "operate", screenshot, json;
 
+  /// A haptic device, or a machine that is elsewhere: recorded unless turned off.
+  [[nodiscard]] bool real() const { return !simulate || device == "hid" || device == "usb"; }
   [[nodiscard]] WindowOptions window() const;
   [[nodiscard]] screens::Screen first_screen() const;
 };

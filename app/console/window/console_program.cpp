@@ -2,6 +2,7 @@
 
 #include <malloc.h>
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 
@@ -26,11 +27,36 @@ std::int64_t heap_bytes() {
   return static_cast<std::int64_t>(mallinfo2().uordblks);
 }
 
-void take_events(ConsoleHost& host, EventBook& events) {
+constexpr const char* kOfRecording = "recording";  // code of rows about it, which it has from its recorder
+
+/// Rows of the book that the recording does not have yet.
+void record_events(ConsoleHost& host, const EventBook& events, std::uint64_t& recorded) {
+  const auto begin = std::find_if(events.rows().begin(), events.rows().end(),
+                                  [&recorded](const EventRow& row) { return row.number > recorded; });
+  for (auto row = begin; row != events.rows().end(); ++row) {
+    recorded = row->number;
+    if (row->code != kOfRecording) host.log().note(*row);
+  }
+}
+
+void take_events(ConsoleHost& host, EventBook& events, std::uint64_t& recorded) {
   ConsoleEvent event;
   while (host.next(event)) events.add(event);
+  record_events(host, events, recorded);
   const ConsoleView& view = host.view();
   events.note_lost(view.now, view.run, host.events_lost());
+  for (const cli::News& news : host.log().news())
+    events.add(view.now, view.run, news.kind == kOfRecording ? Severity::kWarning : Severity::kInfo, kOfRecording,
+               news.what);
+}
+
+/// A row for each bookmark set since. @param set so far.
+void take_bookmarks(const ConsoleHost& host, const ConsoleView& view, EventBook& events, std::uint32_t& set,
+                    std::uint32_t wanted) {
+  while (set != wanted)
+    events.add(view.now, view.run, Severity::kInfo, "bookmark",
+               "bookmark " + std::to_string(++set) +
+                   (host.log().light().state == RecordingLight::State::kOn ? "" : ", of which nothing is recorded"));
 }
 
 /// Reports once that the log of the bus has gaps, and that it cannot be written. @param told whether gaps were
@@ -62,12 +88,12 @@ void begin_anew(ConsoleWindow& window, ConsoleHost& host, EventBook& events, con
   }
 }
 
-void skip(ConsoleWindow& window, ConsoleHost& host, EventBook& events, const ConsoleRun& run) {
+void skip(ConsoleWindow& window, ConsoleHost& host, EventBook& events, std::uint64_t& recorded, const ConsoleRun& run) {
   for (double at_s = 0; at_s < run.skip_to_s && run.keep_on();) {
     at_s = std::min(run.skip_to_s, at_s + widgets::History::kStep_s);
     host.skip_to(at_s);
     window.watch(host.view());
-    take_events(host, events);
+    take_events(host, events, recorded);
   }
 }
 
@@ -102,18 +128,19 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   EventBook events;
   ConsoleOutcome outcome;
   if (host.session()) window.show_world(host.session()->scenario.world);
-  skip(window, host, events, run);
+  std::uint64_t recorded = 0;
+  skip(window, host, events, recorded, run);
   const bool picture_only = !run.screenshot.empty() && run.duration_s <= 0;
   if (!picture_only) host.begin();
   const Clock::time_point begin = Clock::now();
   const double cpu_before_s = thread_cpu_s();
   std::int64_t heap_before = heap_bytes();
   bool warm = false, gamepad_there = true, holes_told = false;
-  std::uint32_t resets = window.state().reset_count;
+  std::uint32_t resets = window.state().reset_count, bookmarks = window.state().bookmarks;
   constexpr std::uint64_t kSettled = 3;  // ImGui lays some things out by the frame before
   for (bool last = false; !last && !window.closing() && run.keep_on();) {
     last = picture_only ? outcome.frames + 1 >= kSettled : since(begin) >= run.duration_s;
-    take_events(host, events);
+    take_events(host, events, recorded);
     watch_log(host, events, run.candump, holes_told);
     const Time looked_at = host.now();  // at what is held, and no later
     const ConsoleView& view = host.view();
@@ -127,7 +154,9 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
                            : "gamepad disconnected: plug it in");
       gamepad_there = gamepad.has_value();
     }
+    window.show_recording(host.log().light());
     window.frame(view, health, events, picture_only ? 0 : host.view_age_s());
+    take_bookmarks(host, view, events, bookmarks, window.state().bookmarks);
     if (last && warm) outcome.heap_growth_bytes = heap_bytes() - heap_before;
     if (last && !run.screenshot.empty()) window.write_png(run.screenshot);
     if (!picture_only) {  // before the frame is shown, which may take its time
@@ -146,6 +175,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   outcome.ui_cpu_share = (thread_cpu_s() - cpu_before_s) / std::max(outcome.ran_s, 1e-9);
   outcome.simulated_s = host.view().simulated_s;
   outcome.mode = name(host.view().machine.mode);
+  record_events(host, events, recorded);
   host.stop();
   outcome.events_lost = host.events_lost();
   outcome.frames_lost = host.frames_lost();

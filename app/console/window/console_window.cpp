@@ -52,8 +52,8 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   const widgets::Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_};
   screens::open_canvas();
-  const std::optional<widgets::Area> picture =
-      screens::draw_console(ui, {facts_, kinematics_, view, loop, history_, payload_, events, calibration_}, state_);
+  const std::optional<widgets::Area> picture = screens::draw_console(
+      ui, {facts_, kinematics_, view, loop, history_, payload_, events, calibration_, recording_}, state_);
   const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
   // The tip of the machine that is being commissioned cannot be pulled.
   const bool no_mouse = !picture || (commissioned && state_.side_view);
@@ -122,6 +122,9 @@ void ConsoleWindow::act(KeyAction action) {
       return;
     case KeyAction::kReset:
       ++state_.reset_count;
+      return;
+    case KeyAction::kBookmark:
+      ++state_.bookmarks;
       return;
     case KeyAction::kView:
       state_.side_view = !state_.side_view;

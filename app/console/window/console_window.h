@@ -4,6 +4,7 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "app/console/event_book.h"
 #include "app/console/hand_input.h"
@@ -26,6 +27,8 @@ class ConsoleWindow {
   void take_gamepad(const std::optional<GamepadState>& state);
   /// The world of the simulated session on screen.
   void show_world(const sim::WorldDescription& world) { machine_.begin(world); }
+  /// For the light on every screen.
+  void show_recording(RecordingLight light) { recording_ = std::move(light); }
   /// Takes a view into histories and totals without drawing it.
   void watch(const ConsoleView& view);
   /// The same, and one frame of it, yet to be shown. @param view_age_s since the loops last put a view.
@@ -61,6 +64,7 @@ class ConsoleWindow {
   bool keys_enable_was_up_ = false, pad_enable_was_up_ = false;
   bool pad_came_back_ = false;  ///< And its bumper was not down since.
   screens::CalibrationPanel calibration_;
+  RecordingLight recording_;
   bool steady_ = false;
   double drawn_s_ = 0;  ///< Time of the session drawn last.
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();

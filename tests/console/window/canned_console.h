@@ -20,6 +20,13 @@ inline screens::ConsoleFacts canned_facts() {
   return facts;
 }
 
+inline RecordingLight canned_recording() {
+  RecordingLight light;
+  light.state = RecordingLight::State::kOn;
+  light.free_bytes = 78'200'000'000;
+  return light;
+}
+
 /// Pressing on a wall, 12.5 s into a session.
 inline ConsoleView canned_view() {
   ConsoleView v;

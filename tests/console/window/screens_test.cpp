@@ -38,7 +38,22 @@ struct Shot {
   double silence_s = 0.004;  ///< Since the machine was heard.
   double view_age_s = 0;     ///< Since the loop told anything.
   void (*prepare)(ConsoleView&, screens::UiState&) = [](ConsoleView&, screens::UiState&) {};
+  RecordingLight recording = canned_recording();
 };
+RecordingLight stopped_recording() {
+  return {RecordingLight::State::kStopped, true, 0, 0, "only 255 MiB are left on the disk"};
+}
+RecordingLight no_recording() {
+  return {RecordingLight::State::kOff, true, 0, 0, ""};
+}
+RecordingLight losing_recording() {
+  return {RecordingLight::State::kOn, true, 1'300'000'000, 412, ""};
+}
+/// A machine that is elsewhere; the tags above are at their widest.
+void real_machine(ConsoleView& view, screens::UiState&) {
+  view.simulated = false;
+  view.hand.warning = {ReasonCode::kEnergyWatchdog, 0, 0.04F, 0.03F};
+}
 void by_scenario(ConsoleView& view, screens::UiState&) {
   view.led_by_scenario = true;
   view.hand.assist = {2500, true};
@@ -72,6 +87,7 @@ TEST_P(Screens, AreReachedByKeysAndLookAsTheyDid) {
   ConsoleWindow console(options, canned_facts());
   console.hold_steady();
   console.show_world(canned_world());
+  console.show_recording(shot.recording);
   ConsoleView view = canned_view();
   view.link.silence_s = view.status_age_s = shot.silence_s;
   screens::SimulationChoice& choice = console.state().simulation;
@@ -117,7 +133,14 @@ INSTANTIATE_TEST_SUITE_P(
         Shot{.name = "operate_asked", .light = true, .prepare = asked_for_more},
         Shot{.name = "stopped_unheard", .size = "1280x720", .light = true, .keys = {"space"}, .silence_s = 1.24},
         Shot{.name = "loop_silent", .keys = {}, .view_age_s = 3.1}, Shot{.name = "operate_720", .size = "1280x720"},
-        Shot{.name = "operate_4k", .size = "3840x2160", .scale = 2}),
+        Shot{.name = "operate_4k", .size = "3840x2160", .scale = 2},
+        Shot{.name = "not_recorded", .keys = {"F2"}, .prepare = real_machine, .recording = no_recording()},
+        Shot{.name = "recording_stopped",
+             .size = "1024x768",
+             .keys = {"F6"},
+             .prepare = real_machine,
+             .recording = stopped_recording()},
+        Shot{.name = "recording_loses", .light = true, .prepare = real_machine, .recording = losing_recording()}),
     [](const auto& shot) { return shot.param.name; });
 
 }  // namespace

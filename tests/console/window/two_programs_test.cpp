@@ -97,8 +97,8 @@ class TwoPrograms : public testing::Test {
         test::program("knuckle"), std::vector<std::string>{"slave", "--simulate", "--listen", address_, "--insecure",
                                                            "--candump", path("bus"), "--json", path("machine.json")});
     console_ = std::make_unique<RunningProgram>(
-        test::program("knuckle"),
-        std::vector<std::string>{"console", "--connect", address_, "--insecure", "--machine", "solar015"});
+        test::program("knuckle"), std::vector<std::string>{"console", "--connect", address_, "--insecure", "--machine",
+                                                           "solar015", "--log", path("log")});
     // A press counts once all else is there, so the keys are pressed again until the machine moves.
     for (int press = 0; press < 30 && !wire_->moving(); ++press) {
       (void)console::window::xdotool("keyup q keyup shift sleep 0.3 keydown shift sleep 1.2 keydown q");

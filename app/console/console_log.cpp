@@ -1,0 +1,126 @@
+#include "app/console/console_log.h"
+
+#include <chrono>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "app/cli/command.h"
+#include "app/programs/program_console.h"
+#include "app/session/session_head.h"
+#include "core/error.h"
+
+namespace knuckle::console {
+namespace {
+
+recording::Severity severity_of(Severity severity) {
+  switch (severity) {
+    case Severity::kInfo:
+      return recording::Severity::kInfo;
+    case Severity::kWarning:
+      return recording::Severity::kWarning;
+    case Severity::kAlarm:
+      return recording::Severity::kError;
+  }
+  return recording::Severity::kUnknown;
+}
+
+}  // namespace
+
+recording::Head head_of(const session::SessionSetup& setup, const session::SimulateOptions& options,
+                        const LogChoice& choice) {
+  recording::Head head = session::session_head(setup, options);
+  head.program = choice.program + " --scenario " + options.scenario + " --seed " + std::to_string(setup.seed);
+  head.virtual_time = false;
+  head.started_unix_ns = static_cast<std::int64_t>(1e9 * programs::unix_time_s());
+  head.far_end_is_this_machine = false;
+  return head;
+}
+
+recording::Head head_of(const StationSetup& setup, std::int64_t unix_ns, const LogChoice& choice) {
+  recording::Head head;
+  head.program = choice.program;
+  head.version = cli::program_version();
+  head.started_unix_ns = unix_ns;
+  head.has_operator = true;
+  head.operator_start = setup.start;
+  head.law = setup.law;
+  head.machine_file = session::file_text(setup.machine.source);
+  head.device_file = session::file_text(setup.device.source);
+  return head;
+}
+
+recording::Recorder* ConsoleLog::make(const recording::Head& head, const MachineDescription& machine) {
+  next_ = {};
+  try {
+    next_.log = std::make_unique<programs::ProgramLog>(choice_.options, choice_.real, head, machine);
+  } catch (const InputError& error) {
+    if (run_ == 0) throw;
+    next_.refused = error.what();
+    return nullptr;
+  }
+  if (begun_) next_.log->begin();
+  return next_.log->recorder();
+}
+
+void ConsoleLog::take_over(std::uint32_t run) {
+  close();
+  take_news();
+  current_ = std::exchange(next_, {});
+  run_ = run;
+  if (!current_.refused.empty()) news_.push_back({"this session is not recorded: " + current_.refused, "recording"});
+}
+
+void ConsoleLog::drain() {
+  if (!begun_ && current_.log && current_.log->recorder() != nullptr) current_.log->recorder()->drain();
+}
+
+void ConsoleLog::begin() {
+  begun_ = true;
+  if (current_.log) current_.log->begin();
+}
+
+void ConsoleLog::close() {
+  if (current_.log) current_.log->close();
+}
+
+void ConsoleLog::note(const EventRow& row) {
+  const OfSession& session = row.run > run_ ? next_ : current_;
+  if (row.run < run_ || !session.log || session.log->recorder() == nullptr) return;
+  session.log->recorder()->event({row.at, severity_of(row.severity), row.code, row.text});
+}
+
+RecordingLight ConsoleLog::light() const {
+  RecordingLight light;
+  light.real = choice_.real;
+  light.why = current_.log ? current_.log->problem() : current_.refused;
+  if (!light.why.empty())
+    light.state = RecordingLight::State::kStopped;
+  else if (current_.log && current_.log->kept())
+    light.state = RecordingLight::State::kOn;
+  if (!current_.log || current_.log->recorder() == nullptr) return light;
+  const recording::RecorderStatus status = current_.log->recorder()->status();
+  light.free_bytes = status.free_bytes;
+  light.steps_lost = status.steps_lost;
+  return light;
+}
+
+void ConsoleLog::take_news() {
+  if (!current_.log) return;
+  for (cli::News& news : current_.log->news()) news_.push_back(std::move(news));
+}
+
+std::vector<cli::News> ConsoleLog::news() {
+  take_news();
+  return std::exchange(news_, {});
+}
+
+std::vector<std::string> ConsoleLog::notes() const {
+  return current_.log ? current_.log->notes() : std::vector<std::string>{};
+}
+
+nlohmann::ordered_json ConsoleLog::json() const {
+  return current_.log ? current_.log->json() : nlohmann::ordered_json();
+}
+
+}  // namespace knuckle::console

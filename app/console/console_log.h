@@ -1,0 +1,77 @@
+// The console's recordings: one for each session, of which a simulated one is restarted as often as anybody likes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "app/cli/news.h"
+#include "app/console/event_book.h"
+#include "app/console/operator_station.h"
+#include "app/console/recording_light.h"
+#include "app/programs/program_log.h"
+#include "app/session/options.h"
+#include "app/session/session.h"
+#include "recording/head.h"
+#include "recording/recorder.h"
+
+namespace knuckle::console {
+
+/// What the command line says of it.
+struct LogChoice {
+  programs::LogOptions options;
+  bool real = false;  ///< A machine or a haptic device that no console simulates: recorded unless turned off.
+  std::string program = "knuckle console";  ///< With its arguments.
+};
+
+/// A simulated session begun now: on the computer's clock, though pauses stop it.
+[[nodiscard]] recording::Head head_of(const session::SessionSetup& setup, const session::SimulateOptions& options,
+                                      const LogChoice& choice);
+/// The operator's side of a machine that is elsewhere. @param unix_ns of session time 0.
+[[nodiscard]] recording::Head head_of(const StationSetup& setup, std::int64_t unix_ns, const LogChoice& choice);
+
+/// For the window's thread. The loops' only part in it is the ring of the recorder they were given.
+class ConsoleLog {
+ public:
+  explicit ConsoleLog(LogChoice choice) : choice_(std::move(choice)) {}
+
+  /// Opens the recording of the session begun next. @return nullptr: there is none; valid until the session after that
+  /// one has begun. @throws InputError where the first one's folder, which was named, cannot be written; of later ones
+  /// the light says so.
+  [[nodiscard]] recording::Recorder* make(const recording::Head& head, const MachineDescription& machine);
+  /// The session for which make() was called has begun, and the one before steps no more. Finishes its files.
+  void take_over(std::uint32_t run);
+  /// Writes what the loops have handed over, until begin().
+  void drain();
+  /// From now on a thread of its own does that.
+  void begin();
+  /// After the loops have ended: finishes the files.
+  void close();
+
+  /// Into the recording of its session.
+  void note(const EventRow& row);
+  [[nodiscard]] RecordingLight light() const;
+  /// What has come up since the last call.
+  [[nodiscard]] std::vector<cli::News> news();
+  [[nodiscard]] const LogChoice& choice() const noexcept { return choice_; }
+  /// Of the newest session, as the programs' (docs/programs.md).
+  [[nodiscard]] std::vector<std::string> notes() const;
+  [[nodiscard]] nlohmann::ordered_json json() const;
+
+ private:
+  struct OfSession {
+    std::unique_ptr<programs::ProgramLog> log;
+    std::string refused;  ///< Why there is none.
+  };
+  void take_news();
+
+  LogChoice choice_;
+  OfSession current_, next_;
+  std::uint32_t run_ = 0;
+  bool begun_ = false;
+  std::vector<cli::News> news_;
+};
+
+}  // namespace knuckle::console
