@@ -19,6 +19,9 @@ std::string folder() {
 }
 
 TEST_P(RegressionReplay, DoesWhatIsRecordedBitForBit) {
+  // Sine and cosine of glibc differ in their last bit between processors with fused multiply-add and those without.
+  if (!__builtin_cpu_supports("fma") || !__builtin_cpu_supports("avx2"))
+    GTEST_SKIP() << "was recorded on a processor with FMA and AVX2: this one's last bits differ";
   Recording recording({folder() + GetParam() + ".mcap"});
   const ReplayResult result = replay(recording, setup_of(recording));
   EXPECT_TRUE(recording.complete());

@@ -52,6 +52,7 @@ Table make_table() {
       {"app/recordings", {"core", "machine", "estimation", "app/cli"}},
       {"app/session", loops + tables + std::set<std::string>{"master", "recording"}},
       {"app/replay", {"core", "machine", "app/cli", "recording", "recording/mcap"}},
+      {"app/operators", {"core", "machine", "transport", "master", "slave", "recording", "app/cli"}},
       {"app/motion", loops + std::set<std::string>{"app/cli"}},
       {"app/report", tables + std::set<std::string>{"app/session"}},
       {"app/bringup", loops + tables + std::set<std::string>{"app/motion", "transport/secure", "app/pairing"}},
