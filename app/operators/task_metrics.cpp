@@ -11,14 +11,16 @@ namespace {
 
 constexpr const char* kTaskStart = "task start";
 constexpr const char* kTaskEnd = "task end";
-constexpr double kBelieved = 0.5;        // confidence
-constexpr double kIdle_mps = 0.01;       // encoders alone make 2 to 3 mm/s
-constexpr double kTipStep_m = 5e-3;      // path: smaller steps are noise
-constexpr double kHandStep_m = 5e-4;     // likewise; a tenth, as the hand's way is to the machine's
-constexpr double kLeastPeak_mps = 0.02;  // of the tip's speed
-constexpr Duration kUniform = 5ms;       // for spectra
-constexpr Duration kLongestStep = 50ms;  // a sample counts for no longer: then steps are missing
-constexpr Duration kContactGap = 200ms;  // a contact goes on after less than this
+constexpr double kBelieved = 0.5;  // confidence
+constexpr double kIdle_mps = 0.01;
+constexpr double kTipStep_m = 5e-3;   // path: smaller steps are noise
+constexpr double kHandStep_m = 5e-4;  // likewise; a tenth, as the hand's way is to the machine's
+constexpr double kTipPeak_mps = 0.02;
+constexpr double kHandPeak_mps = 2e-3;
+constexpr Duration kUniform = 5ms;
+constexpr std::size_t kSmoothReach = 10;  // samples before and after: 0.1 s in all
+constexpr Duration kLongestStep = 50ms;   // a sample counts for no longer: then steps are missing
+constexpr Duration kContactGap = 200ms;   // a contact goes on after less than this
 constexpr Duration kImpact = 500ms, kAfterImpact = 1s;
 
 struct Window {
@@ -148,20 +150,28 @@ Metric path_m(std::span<const Sample> samples, PlanarVector Sample::*place, doub
   return length_m + (samples.back().*place - from).norm();
 }
 
-/// Equally spaced, linear in between.
+/// Size of a velocity, every kUniform, linear in between; the velocity's mean over kSmooth, as the size of its noise
+/// would be taken for speed.
 template <typename Sample>
-std::vector<double> uniform(std::span<const Sample> samples, double Sample::*value) {
-  std::vector<double> even;
-  if (samples.size() < 2) return even;
+std::vector<double> speeds(std::span<const Sample> samples, PlanarVector Sample::*velocity) {
+  if (samples.size() < 2) return {};
+  std::vector<PlanarVector> even;
   std::size_t next = 1;
   for (Time at = samples.front().at; at <= samples.back().at; at += kUniform) {
     while (next + 1 < samples.size() && samples[next].at < at) ++next;
     const Sample &a = samples[next - 1], &b = samples[next];
     const double span_s = to_seconds(b.at - a.at);
     const double share = span_s > 0 ? to_seconds(at - a.at) / span_s : 1;
-    even.push_back(a.*value + share * (b.*value - a.*value));
+    even.push_back(a.*velocity + share * (b.*velocity - a.*velocity));
   }
-  return even;
+  std::vector<double> speed;
+  for (std::size_t i = 0; i < even.size(); ++i) {
+    const std::size_t first = i - std::min(i, kSmoothReach), end = std::min(i + kSmoothReach + 1, even.size());
+    PlanarVector sum = PlanarVector::Zero();
+    for (std::size_t k = first; k < end; ++k) sum += even[k];
+    speed.push_back(sum.norm() / static_cast<double>(end - first));
+  }
+  return speed;
 }
 
 void measure_contact(std::span<const MachineSample> samples, TaskMetrics& metrics) {
@@ -185,20 +195,28 @@ void measure_counts(std::span<const MachineSample> samples, TaskMetrics& metrics
   metrics.faults = beginnings(samples, [&](const MachineSample& s) { return s.mode == Mode::kFault && !stop(s); });
 }
 
+/// @param speed_mps of the tip, every kUniform from the first sample on.
+double idle_s(std::span<const MachineSample> samples, const std::vector<double>& speed_mps) {
+  if (speed_mps.empty()) return 0;
+  return time_s(samples, [&](const MachineSample& sample) {
+    const auto at = static_cast<std::size_t>((sample.at - samples.front().at) / kUniform);
+    return speed_mps[std::min(at, speed_mps.size() - 1)] < kIdle_mps && !sample.contact;
+  });
+}
+
 void measure_machine(std::span<const MachineSample> samples, TaskMetrics& metrics) {
   const double engaged_s = time_s(samples, [](const MachineSample& s) { return s.mode == Mode::kEngaged; });
   metrics.engaged_time_s = engaged_s;
-  metrics.idle_time_s =
-      time_s(samples, [](const MachineSample& s) { return s.tip_speed_mps < kIdle_mps && !s.contact; });
   const double unknown_s =
       time_s(samples, [](const MachineSample& s) { return s.mode == Mode::kEngaged && s.confidence <= kBelieved; });
   if (engaged_s > 0) metrics.force_unknown_share = unknown_s / engaged_s;
   measure_counts(samples, metrics);
   measure_contact(samples, metrics);
   metrics.tip_path_m = path_m(samples, &MachineSample::tip_m, kTipStep_m);
-  const std::vector<double> speed_mps = uniform(samples, &MachineSample::tip_speed_mps);
+  const std::vector<double> speed_mps = speeds(samples, &MachineSample::tip_mps);
+  metrics.idle_time_s = idle_s(samples, speed_mps);
   metrics.tip_smoothness = spectral_arc_length(speed_mps, to_seconds(kUniform));
-  metrics.tip_velocity_peaks = velocity_peaks(speed_mps, kLeastPeak_mps);
+  metrics.tip_velocity_peaks = velocity_peaks(speed_mps, kTipPeak_mps);
 }
 
 }  // namespace
@@ -213,7 +231,10 @@ TaskMetrics measure(const TaskRecording& task) {
   if (const auto machine = within(task.machine, *window); !machine.empty()) measure_machine(machine, metrics);
   const auto hand = within(task.hand, *window);
   metrics.hand_path_m = path_m(hand, &HandSample::hand_m, kHandStep_m);
-  metrics.hand_smoothness = spectral_arc_length(uniform(hand, &HandSample::speed_mps), to_seconds(kUniform));
+  if (hand.empty()) return metrics;
+  const std::vector<double> speed_mps = speeds(hand, &HandSample::hand_mps);
+  metrics.hand_smoothness = spectral_arc_length(speed_mps, to_seconds(kUniform));
+  metrics.hand_velocity_peaks = velocity_peaks(speed_mps, kHandPeak_mps);
   return metrics;
 }
 

@@ -27,7 +27,7 @@ struct TaskMetrics {
   Metric force_unknown_share;  ///< Of the time engaged, with a confidence of 0.5 or less.
   Metric tip_path_m, hand_path_m;
   Metric tip_smoothness, hand_smoothness;  ///< Spectral arc length.
-  Metric tip_velocity_peaks;
+  Metric tip_velocity_peaks, hand_velocity_peaks;
 };
 
 struct MetricInfo {
@@ -35,7 +35,7 @@ struct MetricInfo {
   const char* unit;
   Metric TaskMetrics::*value;
 };
-inline constexpr std::array<MetricInfo, 19> kMetrics{{
+inline constexpr std::array<MetricInfo, 20> kMetrics{{
     {"task_time", "s", &TaskMetrics::task_time_s},
     {"bookmarked_time", "s", &TaskMetrics::bookmarked_time_s},
     {"engaged_time", "s", &TaskMetrics::engaged_time_s},
@@ -55,6 +55,7 @@ inline constexpr std::array<MetricInfo, 19> kMetrics{{
     {"tip_smoothness", "1", &TaskMetrics::tip_smoothness},
     {"hand_smoothness", "1", &TaskMetrics::hand_smoothness},
     {"tip_velocity_peaks", "1", &TaskMetrics::tip_velocity_peaks},
+    {"hand_velocity_peaks", "1", &TaskMetrics::hand_velocity_peaks},
 }};
 
 /// @throws InputError where "task end" does not follow "task start", or one of the two is missing.

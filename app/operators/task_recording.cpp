@@ -80,7 +80,7 @@ class TaskReader {
     clutch_ = state.clutch;
     if (state.reports == 0) return;
     const master::DevicePosture posture = hand_.posture(state.device_rad);
-    task_.hand.push_back({at, posture.tip_m, (posture.jacobian * state.device_radps).norm()});
+    task_.hand.push_back({at, posture.tip_m, posture.jacobian * state.device_radps});
   }
   /// The machine's newest message of a step.
   void take_told(const recording::Entry& entry) {
@@ -99,7 +99,7 @@ class TaskReader {
   }
   void add(MachineSample sample, const JointVector& joint_rad, const JointVector& joint_radps) {
     sample.tip_m = machine_.tip(joint_rad);
-    sample.tip_speed_mps = (machine_.tip_jacobian(joint_rad) * joint_radps).norm();
+    sample.tip_mps = machine_.tip_jacobian(joint_rad) * joint_radps;
     task_.machine.push_back(sample);
   }
 

@@ -19,17 +19,17 @@ struct MachineSample {
   ReasonCode fault = ReasonCode::kNone;
   bool clutch = false;
   bool contact = false;
-  double confidence = 0;                      ///< In the force, [0, 1].
-  double tip_force_N = 0;                     ///< Its size, without the load's.
-  PlanarVector tip_m = PlanarVector::Zero();  ///< Frame M.
-  double tip_speed_mps = 0;
+  double confidence = 0;                        ///< In the force, [0, 1].
+  double tip_force_N = 0;                       ///< Its size, without the load's.
+  PlanarVector tip_m = PlanarVector::Zero();    ///< Frame M.
+  PlanarVector tip_mps = PlanarVector::Zero();  ///< As noisy as the encoders make it.
 };
 
 /// The hand at one time, frame D.
 struct HandSample {
   Time at{};
   PlanarVector hand_m = PlanarVector::Zero();
-  double speed_mps = 0;
+  PlanarVector hand_mps = PlanarVector::Zero();
 };
 
 struct TaskRecording {

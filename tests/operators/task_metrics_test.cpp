@@ -21,6 +21,11 @@ Time at_s(double s) {
   return Time(std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s)));
 }
 
+/// The fastest noise: 1 and -1 in turn.
+double every_other(double t_s) {
+  return std::lround(t_s * kSamples_Hz) % 2 == 0 ? 1 : -1;
+}
+
 /// Engaged all the time, the force known, at rest in free air; then as `change` says.
 TaskRecording made_up(double seconds, const std::function<void(double t_s, MachineSample&)>& change) {
   TaskRecording task;
@@ -93,15 +98,41 @@ TEST(TaskMetrics, HaveNoOvershootWhereAContactIsShort) {
   EXPECT_FALSE(metrics.contact_overshoot);
 }
 
-/// A circle, there and back by noise that is no way.
-TEST(TaskMetrics, MeasureAWayWithoutTheNoiseOnIt) {
+/// A circle, faster in one half, with noise on place and speed.
+TEST(TaskMetrics, MeasureWayAndSpeedWithoutTheNoiseOnThem) {
   const TaskMetrics metrics = measure(made_up(10, [](double t_s, MachineSample& s) {
     const double angle = 2 * std::numbers::pi * t_s / 10;
-    s.tip_m = {std::cos(angle) + 1e-3 * std::sin(1e4 * t_s), std::sin(angle)};
-    s.tip_speed_mps = 2 * std::numbers::pi / 10;
+    s.tip_m = {std::cos(angle) + 1e-3 * every_other(t_s), std::sin(angle)};
+    s.tip_mps = 2 * std::numbers::pi / 10 * PlanarVector(-std::sin(angle), std::cos(angle));
+    s.tip_mps *= 1 - 0.5 * std::cos(angle);
+    s.tip_mps.x() += 0.05 * every_other(t_s);
   }));
   EXPECT_NEAR(metrics.tip_path_m.value(), 2 * std::numbers::pi, 0.1);
   EXPECT_EQ(metrics.idle_time_s, 0);
+  EXPECT_EQ(metrics.tip_velocity_peaks, 1);
+}
+
+TEST(TaskMetrics, TakeNoiseAtRestForIdleness) {
+  const TaskMetrics metrics =
+      measure(made_up(10, [](double t_s, MachineSample& s) { s.tip_mps.x() = 0.05 * every_other(t_s); }));
+  EXPECT_NEAR(metrics.idle_time_s.value(), 10, 0.1);
+  EXPECT_EQ(metrics.tip_velocity_peaks, 0);
+}
+
+/// Three strokes of 1 cm, 1 s each, with halts of 1 s between them.
+TEST(TaskMetrics, MeasureTheHandByItself) {
+  TaskRecording task = made_up(6, [](double, MachineSample&) {});
+  for (const MachineSample& machine : task.machine) {
+    const double t_s = to_seconds(machine.at - Time{}), phase = std::fmod(t_s, 2);
+    const double stroke = std::floor(t_s / 2) + std::min(phase, 1.0);
+    const double speed = phase < 1 ? 0.5 * std::numbers::pi * std::sin(std::numbers::pi * phase) : 0;
+    task.hand.push_back({machine.at, {0.01 * stroke, 0}, {0.01 * speed, 0}});
+  }
+  const TaskMetrics metrics = measure(task);
+  EXPECT_NEAR(metrics.hand_path_m.value(), 0.03, 5e-4);
+  EXPECT_EQ(metrics.hand_velocity_peaks, 3);
+  EXPECT_LT(metrics.hand_smoothness.value(), -2);
+  EXPECT_EQ(metrics.tip_velocity_peaks, 0);
 }
 
 TEST(TaskMetrics, AreThoseBetweenBookmarksWhereThereAreSome) {
