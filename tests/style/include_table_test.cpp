@@ -54,6 +54,7 @@ Table make_table() {
       {"app/explain",
        {"core", "machine", "transport", "estimation", "master", "slave", "app/cli", "recording", "recording/mcap"}},
       {"app/replay", {"core", "machine", "app/cli", "recording", "recording/mcap"}},
+      {"app/operators", {"core", "machine", "transport", "master", "slave", "recording", "app/cli"}},
       {"app/motion", loops + std::set<std::string>{"app/cli"}},
       {"app/report", tables + std::set<std::string>{"app/session"}},
       {"app/bringup", loops + tables + std::set<std::string>{"app/motion", "transport/secure", "app/pairing"}},

@@ -1,0 +1,81 @@
+#include "app/operators/operators_command.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "app/cli/output_file.h"
+#include "app/cli/progress.h"
+#include "app/operators/study.h"
+
+namespace knuckle::operators {
+namespace {
+
+struct Options {
+  std::string plan, json, csv;
+  std::string by = "condition";
+};
+
+Factor factor_of(const std::string& by) {
+  if (by == "condition") return &PlannedRecording::condition;
+  if (by == "input") return &PlannedRecording::input;
+  cli::refuse_option("--by", by, "must be condition or input");
+}
+
+std::vector<MeasuredRecording> measured(std::vector<PlannedRecording> plan) {
+  const cli::InterruptGuard interrupt;
+  return cli::watched(interrupt, "recordings", [&](const auto& progress) {
+    std::vector<MeasuredRecording> recordings;
+    for (PlannedRecording& planned : plan) {
+      const TaskRecording task = read_task(planned.file);
+      for (const std::string& damage : task.damages) std::cerr << "knuckle-studies operators: " << damage << '\n';
+      recordings.push_back({std::move(planned), measure(task)});
+      progress(static_cast<double>(recordings.size()) / static_cast<double>(plan.size()));
+    }
+    return recordings;
+  });
+}
+
+int run(const Options& options) {
+  const Factor factor = factor_of(options.by);
+  std::vector<PlannedRecording> plan = load_plan(options.plan);
+  cli::Places places;
+  places.input("--plan", options.plan);
+  for (const PlannedRecording& planned : plan) places.input("--plan", planned.file);
+  places.output("--json", options.json);
+  places.output("--csv", options.csv);
+  std::optional<cli::OutputFile> json, csv;
+  if (!options.json.empty()) json.emplace("--json", options.json);
+  if (!options.csv.empty()) csv.emplace("--csv", options.csv);
+  const std::vector<MeasuredRecording> recordings = measured(std::move(plan));
+  const std::vector<StudyRow> rows = study_rows(recordings, factor);
+  if (json) {
+    write_json(recordings, rows, options.by, json->stream());
+    json->commit();
+  }
+  if (csv) {
+    write_csv(recordings, csv->stream());
+    csv->commit();
+  }
+  if (!cli::is_standard_output(options.json) && !cli::is_standard_output(options.csv)) print_rows(rows, std::cout);
+  return 0;
+}
+
+}  // namespace
+
+cli::Command operators_entry() {
+  return {"operators", "Metrics of persons' tasks from recordings, and what differs between conditions",
+          [](CLI::App& command) {
+            const auto o = std::make_shared<Options>();
+            command.add_option("--plan", o->plan, "Which recordings, of whom (.toml; docs/operator-studies.md)")
+                ->required();
+            command.add_option("--by", o->by, "What is compared: condition or input")->capture_default_str();
+            command.add_option("--json", o->json, "Write recordings and table as JSON");
+            command.add_option("--csv", o->csv, "Write a CSV table, a row each recording");
+            command.footer(cli::kExitCodes);
+            return [o] { return run(*o); };
+          }};
+}
+
+}  // namespace knuckle::operators

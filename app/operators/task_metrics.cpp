@@ -1,0 +1,241 @@
+#include "app/operators/task_metrics.h"
+
+#include <algorithm>
+#include <span>
+
+#include "app/operators/smoothness.h"
+#include "core/error.h"
+
+namespace knuckle::operators {
+namespace {
+
+constexpr const char* kTaskStart = "task start";
+constexpr const char* kTaskEnd = "task end";
+constexpr double kBelieved = 0.5;  // confidence
+constexpr double kIdle_mps = 0.01;
+constexpr double kTipStep_m = 5e-3;   // path: smaller steps are noise
+constexpr double kHandStep_m = 5e-4;  // likewise; a tenth, as the hand's way is to the machine's
+constexpr double kTipPeak_mps = 0.02;
+constexpr double kHandPeak_mps = 2e-3;
+constexpr Duration kUniform = 5ms;
+constexpr std::size_t kSmoothReach = 10;  // samples before and after: 0.1 s in all
+constexpr Duration kLongestStep = 50ms;   // a sample counts for no longer: then steps are missing
+constexpr Duration kContactGap = 200ms;   // a contact goes on after less than this
+constexpr Duration kImpact = 500ms, kAfterImpact = 1s;
+
+struct Window {
+  Time from{}, to{};
+  [[nodiscard]] bool has(Time at) const noexcept { return at >= from && at <= to; }
+  [[nodiscard]] double length_s() const noexcept { return to_seconds(to - from); }
+};
+
+std::optional<Window> engaged_window(const TaskRecording& task) {
+  std::optional<Window> window;
+  for (const MachineSample& sample : task.machine) {
+    if (sample.mode != Mode::kEngaged) continue;
+    window = Window{window ? window->from : sample.at, sample.at};
+  }
+  return window;
+}
+
+std::optional<Window> bookmarked_window(const TaskRecording& task) {
+  std::optional<Time> start, end;
+  bool other_end = false;
+  for (const recording::Event& bookmark : task.bookmarks) {
+    if (bookmark.text == kTaskStart && !start) start = bookmark.at;
+    if (bookmark.text != kTaskEnd) continue;
+    if (start && !end && bookmark.at > *start) end = bookmark.at;
+    other_end = true;
+  }
+  if (!start && !other_end) return std::nullopt;
+  if (!start || !end)
+    throw InputError(task.source + ": bookmark \"" + (start ? kTaskStart : kTaskEnd) + "\": has no \"" +
+                     (start ? kTaskEnd : kTaskStart) + (start ? "\" after it" : "\" before it"));
+  return Window{*start, *end};
+}
+
+template <typename Sample>
+std::span<const Sample> within(const std::vector<Sample>& samples, const Window& window) {
+  const auto before = [](const Sample& sample, Time at) { return sample.at < at; };
+  const auto after = [](Time at, const Sample& sample) { return at < sample.at; };
+  return {std::lower_bound(samples.begin(), samples.end(), window.from, before),
+          std::upper_bound(samples.begin(), samples.end(), window.to, after)};
+}
+
+/// Time for which samples hold that are as asked; each until the next.
+template <typename Ask>
+double time_s(std::span<const MachineSample> samples, const Ask& ask) {
+  Duration sum{};
+  for (std::size_t i = 0; i + 1 < samples.size(); ++i) {
+    if (ask(samples[i])) sum += std::min(samples[i + 1].at - samples[i].at, kLongestStep);
+  }
+  return to_seconds(sum);
+}
+
+/// How often a sample is as asked and the one before is not.
+template <typename Ask>
+double beginnings(std::span<const MachineSample> samples, const Ask& ask) {
+  int count = 0;
+  bool before = false;
+  for (const MachineSample& sample : samples) {
+    const bool now = ask(sample);
+    if (now && !before) ++count;
+    before = now;
+  }
+  return count;
+}
+
+std::vector<Window> contacts_in(std::span<const MachineSample> samples) {
+  std::vector<Window> contacts;
+  for (const MachineSample& sample : samples) {
+    if (!sample.contact) continue;
+    if (contacts.empty() || sample.at - contacts.back().to > kContactGap) {
+      contacts.push_back({sample.at, sample.at});
+    } else {
+      contacts.back().to = sample.at;
+    }
+  }
+  return contacts;
+}
+
+bool felt_and_known(const MachineSample& sample) {
+  return sample.contact && sample.confidence > kBelieved;
+}
+
+struct Force {
+  Metric peak_N, mean_N;
+};
+/// Of what is known, in contact.
+Force force_in(std::span<const MachineSample> samples, Time from, Time to) {
+  Force force;
+  double sum = 0;
+  int count = 0;
+  for (const MachineSample& sample : samples) {
+    if (sample.at < from || sample.at > to || !felt_and_known(sample)) continue;
+    force.peak_N = std::max(force.peak_N.value_or(0), sample.tip_force_N);
+    sum += sample.tip_force_N;
+    ++count;
+  }
+  if (count > 0) force.mean_N = sum / count;
+  return force;
+}
+
+Metric overshoot(std::span<const MachineSample> samples, const std::vector<Window>& contacts) {
+  double sum = 0;
+  int count = 0;
+  for (const Window& contact : contacts) {
+    const Time settled = contact.from + kImpact, end = settled + kAfterImpact;
+    if (contact.to < end) continue;
+    const Metric peak_N = force_in(samples, contact.from, settled).peak_N;
+    const Metric mean_N = force_in(samples, settled, end).mean_N;
+    if (!peak_N || !mean_N || *mean_N <= 0) continue;
+    sum += *peak_N / *mean_N;
+    ++count;
+  }
+  return count > 0 ? Metric(sum / count) : std::nullopt;
+}
+
+/// Length of the way in steps of `step_m`: what moves less, and back, is noise.
+template <typename Sample>
+Metric path_m(std::span<const Sample> samples, PlanarVector Sample::*place, double step_m) {
+  if (samples.empty()) return std::nullopt;
+  double length_m = 0;
+  PlanarVector from = samples.front().*place;
+  for (const Sample& sample : samples) {
+    const double way_m = (sample.*place - from).norm();
+    if (way_m < step_m) continue;
+    length_m += way_m;
+    from = sample.*place;
+  }
+  return length_m + (samples.back().*place - from).norm();
+}
+
+/// Size of a velocity, every kUniform, linear in between; the velocity's mean over kSmooth, as the size of its noise
+/// would be taken for speed.
+template <typename Sample>
+std::vector<double> speeds(std::span<const Sample> samples, PlanarVector Sample::*velocity) {
+  if (samples.size() < 2) return {};
+  std::vector<PlanarVector> even;
+  std::size_t next = 1;
+  for (Time at = samples.front().at; at <= samples.back().at; at += kUniform) {
+    while (next + 1 < samples.size() && samples[next].at < at) ++next;
+    const Sample &a = samples[next - 1], &b = samples[next];
+    const double span_s = to_seconds(b.at - a.at);
+    const double share = span_s > 0 ? to_seconds(at - a.at) / span_s : 1;
+    even.push_back(a.*velocity + share * (b.*velocity - a.*velocity));
+  }
+  std::vector<double> speed;
+  for (std::size_t i = 0; i < even.size(); ++i) {
+    const std::size_t first = i - std::min(i, kSmoothReach), end = std::min(i + kSmoothReach + 1, even.size());
+    PlanarVector sum = PlanarVector::Zero();
+    for (std::size_t k = first; k < end; ++k) sum += even[k];
+    speed.push_back(sum.norm() / static_cast<double>(end - first));
+  }
+  return speed;
+}
+
+void measure_contact(std::span<const MachineSample> samples, TaskMetrics& metrics) {
+  const std::vector<Window> contacts = contacts_in(samples);
+  metrics.contacts = static_cast<double>(contacts.size());
+  metrics.contact_time_s = time_s(samples, [](const MachineSample& s) { return s.contact; });
+  if (contacts.empty()) return;
+  const Force force = force_in(samples, samples.front().at, samples.back().at);
+  metrics.peak_contact_force_N = force.peak_N;
+  metrics.mean_contact_force_N = force.mean_N;
+  metrics.contact_overshoot = overshoot(samples, contacts);
+}
+
+void measure_counts(std::span<const MachineSample> samples, TaskMetrics& metrics) {
+  const auto stop = [](const MachineSample& s) {
+    return s.mode == Mode::kEStop || (s.mode == Mode::kFault && s.fault == ReasonCode::kOperatorStop);
+  };
+  metrics.engagements = beginnings(samples, [](const MachineSample& s) { return s.mode == Mode::kEngaged; });
+  metrics.clutches = beginnings(samples, [](const MachineSample& s) { return s.clutch; });
+  metrics.stops = beginnings(samples, stop);
+  metrics.faults = beginnings(samples, [&](const MachineSample& s) { return s.mode == Mode::kFault && !stop(s); });
+}
+
+/// @param speed_mps of the tip, every kUniform from the first sample on.
+double idle_s(std::span<const MachineSample> samples, const std::vector<double>& speed_mps) {
+  if (speed_mps.empty()) return 0;
+  return time_s(samples, [&](const MachineSample& sample) {
+    const auto at = static_cast<std::size_t>((sample.at - samples.front().at) / kUniform);
+    return speed_mps[std::min(at, speed_mps.size() - 1)] < kIdle_mps && !sample.contact;
+  });
+}
+
+void measure_machine(std::span<const MachineSample> samples, TaskMetrics& metrics) {
+  const double engaged_s = time_s(samples, [](const MachineSample& s) { return s.mode == Mode::kEngaged; });
+  metrics.engaged_time_s = engaged_s;
+  const double unknown_s =
+      time_s(samples, [](const MachineSample& s) { return s.mode == Mode::kEngaged && s.confidence <= kBelieved; });
+  if (engaged_s > 0) metrics.force_unknown_share = unknown_s / engaged_s;
+  measure_counts(samples, metrics);
+  measure_contact(samples, metrics);
+  metrics.tip_path_m = path_m(samples, &MachineSample::tip_m, kTipStep_m);
+  const std::vector<double> speed_mps = speeds(samples, &MachineSample::tip_mps);
+  metrics.idle_time_s = idle_s(samples, speed_mps);
+  metrics.tip_smoothness = spectral_arc_length(speed_mps, to_seconds(kUniform));
+  metrics.tip_velocity_peaks = velocity_peaks(speed_mps, kTipPeak_mps);
+}
+
+}  // namespace
+
+TaskMetrics measure(const TaskRecording& task) {
+  TaskMetrics metrics;
+  const std::optional<Window> engaged = engaged_window(task), bookmarked = bookmarked_window(task);
+  if (engaged) metrics.task_time_s = engaged->length_s();
+  if (bookmarked) metrics.bookmarked_time_s = bookmarked->length_s();
+  const std::optional<Window> window = bookmarked ? bookmarked : engaged;
+  if (!window) return metrics;
+  if (const auto machine = within(task.machine, *window); !machine.empty()) measure_machine(machine, metrics);
+  const auto hand = within(task.hand, *window);
+  metrics.hand_path_m = path_m(hand, &HandSample::hand_m, kHandStep_m);
+  if (hand.empty()) return metrics;
+  const std::vector<double> speed_mps = speeds(hand, &HandSample::hand_mps);
+  metrics.hand_smoothness = spectral_arc_length(speed_mps, to_seconds(kUniform));
+  metrics.hand_velocity_peaks = velocity_peaks(speed_mps, kHandPeak_mps);
+  return metrics;
+}
+
+}  // namespace knuckle::operators

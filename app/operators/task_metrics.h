@@ -1,0 +1,64 @@
+// Metrics of a person's task.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "app/operators/task_recording.h"
+
+namespace knuckle::operators {
+
+using Metric = std::optional<double>;
+
+/// Over the task: from the bookmark "task start" to the next "task end", else from the first engaged to the last. What
+/// did not happen is none, not 0: the force of a contact where there was no contact.
+struct TaskMetrics {
+  Metric task_time_s;        ///< First engaged to last engaged, whatever bookmarks say.
+  Metric bookmarked_time_s;  ///< Between the bookmarks.
+  Metric engaged_time_s;
+  Metric idle_time_s;  ///< Slower than 1 cm/s at the tip and not in contact.
+  Metric engagements, clutches, stops, faults;
+  Metric contacts;  ///< Interruptions of less than 0.2 s left out.
+  Metric contact_time_s;
+  Metric peak_contact_force_N, mean_contact_force_N;  ///< In contact, with a confidence of more than 0.5.
+  /// Peak force of the first 0.5 s of a contact over its mean in the second after; mean of the contacts that last so
+  /// long.
+  Metric contact_overshoot;
+  Metric force_unknown_share;  ///< Of the time engaged, with a confidence of 0.5 or less.
+  Metric tip_path_m, hand_path_m;
+  Metric tip_smoothness, hand_smoothness;  ///< Spectral arc length.
+  Metric tip_velocity_peaks, hand_velocity_peaks;
+};
+
+struct MetricInfo {
+  const char* name;
+  const char* unit;
+  Metric TaskMetrics::*value;
+};
+inline constexpr std::array<MetricInfo, 20> kMetrics{{
+    {"task_time", "s", &TaskMetrics::task_time_s},
+    {"bookmarked_time", "s", &TaskMetrics::bookmarked_time_s},
+    {"engaged_time", "s", &TaskMetrics::engaged_time_s},
+    {"idle_time", "s", &TaskMetrics::idle_time_s},
+    {"engagements", "1", &TaskMetrics::engagements},
+    {"clutches", "1", &TaskMetrics::clutches},
+    {"stops", "1", &TaskMetrics::stops},
+    {"faults", "1", &TaskMetrics::faults},
+    {"contacts", "1", &TaskMetrics::contacts},
+    {"contact_time", "s", &TaskMetrics::contact_time_s},
+    {"peak_contact_force", "N", &TaskMetrics::peak_contact_force_N},
+    {"mean_contact_force", "N", &TaskMetrics::mean_contact_force_N},
+    {"contact_overshoot", "1", &TaskMetrics::contact_overshoot},
+    {"force_unknown_share", "1", &TaskMetrics::force_unknown_share},
+    {"tip_path", "m", &TaskMetrics::tip_path_m},
+    {"hand_path", "m", &TaskMetrics::hand_path_m},
+    {"tip_smoothness", "1", &TaskMetrics::tip_smoothness},
+    {"hand_smoothness", "1", &TaskMetrics::hand_smoothness},
+    {"tip_velocity_peaks", "1", &TaskMetrics::tip_velocity_peaks},
+    {"hand_velocity_peaks", "1", &TaskMetrics::hand_velocity_peaks},
+}};
+
+/// @throws InputError where "task end" does not follow "task start", or one of the two is missing.
+[[nodiscard]] TaskMetrics measure(const TaskRecording& task);
+
+}  // namespace knuckle::operators
