@@ -60,8 +60,9 @@ Table make_table() {
       {"app/programs", loops + tables +
                            std::set<std::string>{"master", "recording", "app/session", "app/report", "app/bringup",
                                                  "app/battery", "app/pairing", "transport/secure", "app/audit"}},
-      {"app/export", {"core", "machine", "transport", "estimation", "slave", "recording", "recording/mcap", "master", "app/cli",
-                      "app/recordings", "app/report/html.h"}},
+      {"app/export",
+       {"core", "machine", "transport", "estimation", "slave", "recording", "recording/mcap", "master", "app/cli",
+        "app/recordings", "app/report/html.h"}},
       {"app/relay",
        {"core", "machine/load.h", "transport", "app/cli", "app/programs/program_console.h",
         "app/programs/program_options.h", "app/session/link_file.h"}},
