@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "machine/device_joints.h"
 #include "machine/load.h"
 #include "machine/toml_lines.h"
 

@@ -7,12 +7,11 @@
 
 #include "core/error.h"
 #include "core/loop_table.h"
+#include "machine/device_joints.h"
 #include "transport/hidapi_port.h"
 #include "transport/libusb_port.h"
 
 namespace knuckle::bringup {
-
-const PerJoint<const char*> kDeviceJointNames{"forearm", "wrist", "finger"};
 
 namespace {
 

@@ -56,7 +56,4 @@ inline constexpr const char* kDeviceBackEnds = "hid, usb";
 /// Differences between the device and its file: one line each, such as "wrist: gear ratio 12, file 15".
 [[nodiscard]] std::vector<std::string> differences(const DeviceIdentity& identity, const DeviceDescription& file);
 
-/// "forearm", "wrist", "finger"
-extern const PerJoint<const char*> kDeviceJointNames;
-
 }  // namespace knuckle::bringup

@@ -2,12 +2,16 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <iostream>
 #include <list>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "app/cli/output_file.h"
 #include "app/export/dbc.h"
+#include "app/export/recording_export.h"
 #include "app/export/urdf.h"
 #include "core/error.h"
 #include "machine/description.h"
@@ -27,44 +31,138 @@ constexpr std::array kMachineOutputs{
 };
 
 struct Options {
+  std::vector<std::string> recordings;  ///< The parts of one.
   std::string machine;
   std::array<std::string, kMachineOutputs.size()> targets;  ///< Empty: not asked for.
+  std::string csv, side, hdf5, candump;
+  std::optional<double> from_s, to_s;
 };
 
-void check(const Options& o, const std::string& machine_file) {
-  cli::Places places;
-  places.input("--machine", machine_file);
-  bool any = false;
-  for (std::size_t i = 0; i < kMachineOutputs.size(); ++i) {
-    places.output(kMachineOutputs[i].option, o.targets[i]);
-    any = any || !o.targets[i].empty();
-  }
-  if (!any) throw InputError("nothing to write: give --urdf FILE or --dbc FILE (see knuckle export --help)");
+using Files = std::list<cli::OutputFile>;
+
+bool wants_machine(const Options& o) {
+  return !o.targets[0].empty() || !o.targets[1].empty();
 }
 
-int run(const Options& o) {
-  const std::string machine_file = find_config("machine", o.machine);
-  check(o, machine_file);
-  const MachineDescription machine = load_machine(machine_file);
-  std::list<cli::OutputFile> files;  // all written before the first is put in place
+bool wants_recording(const Options& o) {
+  return !o.csv.empty() || !o.hdf5.empty() || !o.candump.empty();
+}
+
+void check_places(const Options& o, const std::string& machine_file) {
+  cli::Places places;
+  places.input("--machine", machine_file);
+  for (const std::string& file : o.recordings) places.input("the recording", file);
+  for (std::size_t i = 0; i < kMachineOutputs.size(); ++i) places.output(kMachineOutputs[i].option, o.targets[i]);
+  places.output("--csv", o.csv);
+  places.output("--hdf5", o.hdf5);
+  places.output("--candump", o.candump);
+}
+
+/// Options that would change nothing are misunderstandings.
+void check(const Options& o) {
+  if (!wants_machine(o) && !wants_recording(o))
+    throw InputError(
+        "nothing to write: give --csv, --hdf5, --candump, --urdf or --dbc, each with FILE (see knuckle export --help)");
+  const std::array needs_recording{std::pair{"--csv", &o.csv}, std::pair{"--hdf5", &o.hdf5},
+                                   std::pair{"--candump", &o.candump}};
+  for (const auto& [option, target] : needs_recording) {
+    if (!target->empty() && o.recordings.empty()) cli::refuse_option(option, *target, "needs a recording (.mcap)");
+  }
+  if (!o.recordings.empty() && !o.machine.empty())
+    cli::refuse_option("--machine", o.machine, "does not go with a recording, which has its own");
+  if (o.recordings.empty() && o.machine.empty())
+    throw InputError("--urdf and --dbc need --machine NAME or a recording (.mcap)");
+  if (!o.side.empty() && o.csv.empty()) cli::refuse_option("--side", o.side, "only goes with --csv");
+  if (!o.side.empty() && o.side != "machine" && o.side != "operator")
+    cli::refuse_option("--side", o.side, "must be machine or operator");
+  for (const auto& [option, given] : {std::pair{"--from", o.from_s}, std::pair{"--to", o.to_s}}) {
+    constexpr double kLongest_s = 1e9;
+    if (given && !wants_recording(o)) cli::refuse_option(option, "", "only goes with --csv, --hdf5 or --candump");
+    cli::check_range(option, given, 0, kLongest_s, " s");
+  }
+  if (o.from_s && o.to_s && *o.from_s > *o.to_s) cli::refuse_option("--to", "", "must not be before --from");
+  if (cli::is_standard_output(o.hdf5))
+    cli::refuse_option("--hdf5", o.hdf5, "must be a file: HDF5 is not written in one stream");
+}
+
+/// Of which loop the table is. @throws InputError where both were recorded and none was named, or that one was not.
+recording::Side side_of(const Options& o, const recording::Recording& recording) {
+  const recording::Head& head = recording.head();
+  if (o.side.empty() && head.has_machine && head.has_operator)
+    throw InputError("--csv: both sides are in " + recording.source() + ": give --side machine or --side operator");
+  const bool machine = o.side.empty() ? head.has_machine : o.side == "machine";
+  if (!(machine ? head.has_machine : head.has_operator))
+    cli::refuse_option("--side", o.side, "is not in " + recording.source());
+  return machine ? recording::Side::kMachine : recording::Side::kOperator;
+}
+
+void write_machine(const Options& o, const MachineDescription& machine, Files& files) {
   for (std::size_t i = 0; i < kMachineOutputs.size(); ++i) {
     if (o.targets[i].empty()) continue;
     kMachineOutputs[i].write(machine, files.emplace_back(kMachineOutputs[i].option, o.targets[i]).stream());
+  }
+}
+
+MachineDescription machine_of(const recording::Recording& recording) {
+  const std::string& text = recording.head().machine_file;
+  if (text.empty()) throw InputError(recording.source() + ": holds no machine file: --urdf and --dbc need one");
+  return parse_machine(text, recording.source() + ": " + recording::kMachineFile);
+}
+
+void write_recording(const Options& o, recording::Recording& recording, Files& files) {
+  RecordingOutputs outputs;
+  if (!o.csv.empty()) {
+    outputs.side = side_of(o, recording);
+    outputs.csv = &files.emplace_back("--csv", o.csv).stream();
+  }
+  if (!o.hdf5.empty()) outputs.hdf5 = &files.emplace_back("--hdf5", o.hdf5);
+  if (!o.candump.empty()) outputs.candump = &files.emplace_back("--candump", o.candump).stream();
+  if (o.from_s) outputs.from = Time(from_seconds(*o.from_s));
+  if (o.to_s) outputs.to = Time(from_seconds(*o.to_s));
+  export_recording(recording, outputs);
+  for (const std::string& damage : recording.damages()) std::cerr << "knuckle export: " << damage << '\n';
+}
+
+int run(const Options& o) {
+  check(o);
+  const std::string machine_file = o.machine.empty() ? "" : find_config("machine", o.machine);
+  check_places(o, machine_file);
+  Files files;  // all written before the first is put in place
+  if (o.recordings.empty()) {
+    write_machine(o, load_machine(machine_file), files);
+  } else {
+    recording::Recording recording(o.recordings);
+    if (wants_machine(o)) write_machine(o, machine_of(recording), files);
+    if (wants_recording(o)) write_recording(o, recording, files);
   }
   for (cli::OutputFile& file : files) file.commit();
   return 0;
 }
 
+void add_options(CLI::App& command, Options& o) {
+  command.add_option("RECORDING", o.recordings, "Recording (.mcap); of several parts all, in their order");
+  command.add_option("--machine", o.machine, "Machine name or .toml file, instead of a recording's");
+  command.add_option("--csv", o.csv, "The recorded states of one side as a table, a row a step (- = standard output)");
+  command.add_option("--side", o.side, "Whose: machine or operator; needed where both are recorded");
+  command.add_option("--hdf5", o.hdf5, "The recorded states of both sides, events and files as HDF5");
+  command.add_option("--candump", o.candump,
+                     "The recorded CAN frames of both directions in candump log format (- = standard output)");
+  command.add_option("--from", o.from_s, "Only steps, events and frames from here on, in seconds of the recording");
+  command.add_option("--to", o.to_s, "Only those up to here");
+  for (std::size_t i = 0; i < kMachineOutputs.size(); ++i) {
+    command.add_option(kMachineOutputs[i].option, o.targets[i],
+                       std::string(kMachineOutputs[i].about) + " (- = standard output)");
+  }
+}
+
 }  // namespace
 
 cli::Command export_entry() {
-  return {"export", "Files for other tools: the machine's model as URDF, its CAN bus as DBC", [](CLI::App& command) {
+  return {"export",
+          "Files for other tools: a recording as CSV, HDF5 or candump log; the machine's model as URDF, its bus as DBC",
+          [](CLI::App& command) {
             const auto options = std::make_shared<Options>();
-            command.add_option("--machine", options->machine, "Machine name or .toml file")->required();
-            for (std::size_t i = 0; i < kMachineOutputs.size(); ++i) {
-              command.add_option(kMachineOutputs[i].option, options->targets[i],
-                                 std::string(kMachineOutputs[i].about) + " (- = standard output)");
-            }
+            add_options(command, *options);
             return [options] { return run(*options); };
           }};
 }

@@ -5,11 +5,11 @@
 #include <atomic>
 #include <memory>
 
-#include "app/bringup/device_probe.h"
 #include "app/recordings/csv_row.h"
 #include "app/session/operator_path.h"
 #include "core/loop_table.h"
 #include "core/ring.h"
+#include "machine/device_joints.h"
 #include "sim/haptic_device.h"
 #include "transport/link_messages.h"
 
@@ -30,8 +30,8 @@ struct TruthRow {
 void write_truth(std::ostream& out, const TruthRow& truth, bool names) {
   recordings::RowWriter row(out, names);
   row.number("time_s", to_seconds(truth.at));
-  row.joints("", "_rad", truth.truth.joint_rad, bringup::kDeviceJointNames);
-  row.joints("meant_", "_rad", truth.intent.joint_rad, bringup::kDeviceJointNames);
+  row.joints("", "_rad", truth.truth.joint_rad, kDeviceJointNames);
+  row.joints("meant_", "_rad", truth.intent.joint_rad, kDeviceJointNames);
   row.planar("tip", "m", truth.truth.tip_m);
   row.planar("felt", "N", truth.truth.felt_N);
   row.planar("contact", "N", truth.truth.contact_N);

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "app/bringup/device_probe.h"
 #include "app/recordings/csv_row.h"
+#include "machine/device_joints.h"
 
 namespace knuckle::programs {
 namespace {
@@ -14,8 +14,8 @@ void write_line(std::ostream& out, const MasterRow& row, bool names) {
   recordings::RowWriter cells(out, names);
   const auto flag = [&cells](const char* name, bool on) { cells.number(name, on ? 1 : 0); };
   cells.number("time_s", to_seconds(row.at));
-  cells.joints("", "_rad", row.device.joint_rad, bringup::kDeviceJointNames);
-  cells.joints("", "_radps", row.device.rate_radps, bringup::kDeviceJointNames);
+  cells.joints("", "_rad", row.device.joint_rad, kDeviceJointNames);
+  cells.joints("", "_radps", row.device.rate_radps, kDeviceJointNames);
   flag("presence", row.device.presence);
   flag("enable", row.device.enable);
   flag("clutch", row.device.clutch);

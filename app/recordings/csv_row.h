@@ -27,6 +27,13 @@ class RowWriter {
     const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 10);
     cell({digits.data(), end.ptr});
   }
+  /// With as many digits as it takes to read the same number again.
+  template <typename Number>
+  void exact(std::string_view name, Number value) {
+    if (names_) return cell(name);
+    std::array<char, 32> digits;
+    cell({digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr});
+  }
   /// Quoted where it has to be.
   void word(std::string_view name, std::string_view value) {
     const std::string_view shown = names_ ? name : value;

@@ -1,0 +1,73 @@
+// An HDF5 file that is written in one go: datasets that grow row by row, texts, attributes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "app/cli/output_file.h"
+
+namespace knuckle::exporting {
+
+/// Of a dataset's numbers.
+enum class NumberType : std::uint8_t { kUint8, kUint16, kUint32, kUint64, kInt64, kFloat, kDouble };
+template <typename Number>
+[[nodiscard]] constexpr NumberType type_of() noexcept {
+  if constexpr (std::is_same_v<Number, std::uint8_t>) return NumberType::kUint8;
+  if constexpr (std::is_same_v<Number, std::uint16_t>) return NumberType::kUint16;
+  if constexpr (std::is_same_v<Number, std::uint32_t>) return NumberType::kUint32;
+  if constexpr (std::is_same_v<Number, std::uint64_t>) return NumberType::kUint64;
+  if constexpr (std::is_same_v<Number, std::int64_t>) return NumberType::kInt64;
+  if constexpr (std::is_same_v<Number, float>) return NumberType::kFloat;
+  if constexpr (std::is_same_v<Number, double>) return NumberType::kDouble;
+}
+
+class Hdf5File {
+ public:
+  /// Written through `place`, which the caller commits after close(). Every call throws InputError, named by `place`,
+  /// where the disk refuses.
+  /// @throws InputError where `place` is no regular file: HDF5 is not written from beginning to end.
+  explicit Hdf5File(cli::OutputFile& place);
+  /// Without close(): the file is of no use.
+  ~Hdf5File();
+  Hdf5File(const Hdf5File&) = delete;
+  Hdf5File& operator=(const Hdf5File&) = delete;
+
+  /// A dataset of N numbers, or of N x `width` where that is above 1; compressed. Groups in its path are made.
+  /// @return its number, for add().
+  std::size_t add_dataset(const std::string& path, NumberType type, std::size_t width);
+  /// The next row. @param row `width` numbers of the dataset's type.
+  void add_row(std::size_t dataset, const void* row);
+  /// Texts of one length (that of the longest, zeros behind the others), as all readers know them.
+  void add_texts(const std::string& path, const std::vector<std::string>& texts);
+  void add_text(const std::string& path, const std::string& text);
+  /// Of a dataset, a group, or the file ("/").
+  void attribute(const std::string& path, const std::string& name, const std::string& text);
+  void attribute(const std::string& path, const std::string& name, const std::vector<std::string>& texts);
+  void close();
+
+ private:
+  using Handle = std::int64_t;  // HDF5's hid_t
+  struct Dataset {
+    Handle handle = 0;
+    NumberType type{};
+    std::size_t width = 1, row_bytes = 0;
+    std::uint64_t rows = 0;  // in the file
+    std::vector<std::uint8_t> waiting;
+  };
+
+  void write_waiting(Dataset& dataset);
+  void put_texts(const std::string& path, const std::vector<std::string>& texts, Handle space);
+  void put_attribute(const std::string& path, const std::string& name, Handle type, Handle space, const void* value);
+  /// What HDF5 returned. @throws InputError where that means failure.
+  template <typename Result>
+  Result done(Result result) const;
+
+  cli::OutputFile& place_;
+  Handle file_ = -1, making_groups_ = -1;
+  std::vector<Dataset> datasets_;
+};
+
+}  // namespace knuckle::exporting
