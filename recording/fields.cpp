@@ -11,7 +11,8 @@ void SchemaText::line(std::string_view type, std::string_view name) {
 
 void SchemaText::field(std::string_view type, std::size_t count, std::string_view name) {
   std::string lower(name);
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   line(count > 0 ? std::string(type) + "[" + std::to_string(count) + "]" : std::string(type), lower);
 }
 

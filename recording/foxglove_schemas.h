@@ -1,4 +1,5 @@
-// ROS 2 definitions of Foxglove's messages that a recording has: field by field those of https://github.com/foxglove/foxglove-sdk.
+// ROS 2 definitions of Foxglove's messages that a recording has: field by field those of
+// https://github.com/foxglove/foxglove-sdk.
 #pragma once
 
 #include <string>

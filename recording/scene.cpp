@@ -52,7 +52,8 @@ class ShortText {
  public:
   template <typename... Values>
   explicit ShortText(fmt::format_string<Values...> format, Values&&... values) {
-    size_ = std::min(fmt::format_to_n(text_.data(), text_.size(), format, std::forward<Values>(values)...).size, text_.size());
+    size_ = std::min(fmt::format_to_n(text_.data(), text_.size(), format, std::forward<Values>(values)...).size,
+                     text_.size());
   }
   [[nodiscard]] std::string_view view() const { return {text_.data(), size_}; }
 
@@ -156,9 +157,9 @@ void SceneWriter::put_force(CdrWriter& out, std::int64_t at_ns, const PlanarVect
   const std::array arrows{Arrow{pose_in_plane(tip_m, std::atan2(arrow_m.y(), arrow_m.x())), length_m - head_m,
                                 thickness_m, head_m, 2 * thickness_m, colour}};
   const bool known = state.confidence > kKnown;
-  const ShortText text = known ? ShortText("{:.0f} N (confidence {:.0f} %)", state.tip_force_N.norm(),
-                                           100 * state.confidence)
-                               : ShortText("force not known");
+  const ShortText text =
+      known ? ShortText("{:.0f} N (confidence {:.0f} %)", state.tip_force_N.norm(), 100 * state.confidence)
+            : ShortText("force not known");
   const std::array labels{
       Label{in_space(tip_m + PlanarVector(0, kLabelAbove * reach_m_)), text.view(), known ? kForce : kInk}};
   std::array<Solid, 1> ellipses;
@@ -189,8 +190,7 @@ Solid SceneWriter::ellipse(const PlanarVector& centre_m, const std::array<double
 }
 
 void SceneWriter::put_contact(CdrWriter& out, std::int64_t at_ns, const PlanarVector& tip_m) const {
-  const std::array ball{
-      Solid{pose_in_plane(tip_m, 0), Eigen::Vector3d::Constant(kContactSize * reach_m_), kForce}};
+  const std::array ball{Solid{pose_in_plane(tip_m, 0), Eigen::Vector3d::Constant(kContactSize * reach_m_), kForce}};
   put_entity(out, at_ns, {.id = "contact", .frame = kMachineFrame, .ellipsoids = ball});
 }
 

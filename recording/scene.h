@@ -30,8 +30,8 @@ class SceneWriter {
   // Messages. @param unix_ns of session time 0. Valid until the next call.
   /// foxglove_msgs/FrameTransforms: all frames.
   [[nodiscard]] std::span<const std::uint8_t> transforms(const slave::SlaveState& state, std::int64_t unix_ns);
-  /// foxglove_msgs/SceneUpdate: all that changes. The force is an arrow from the tip, coloured by confidence; around its
-  /// end lies the 95 % ellipse, to the same scale, which a note of the entity says.
+  /// foxglove_msgs/SceneUpdate: all that changes. The force is an arrow from the tip, coloured by confidence; around
+  /// its end lies the 95 % ellipse, to the same scale, which a note of the entity says.
   [[nodiscard]] std::span<const std::uint8_t> scene(const slave::SlaveState& state, std::int64_t unix_ns);
   /// foxglove_msgs/SceneUpdate: links, bucket and ground, each fixed to its frame. A topic of its own: who seeks is
   /// shown the last message of each topic. Empty but once a second.

@@ -56,8 +56,8 @@ void put_entity(CdrWriter& out, std::int64_t unix_ns, const Entity& entity) noex
   out.put_time(unix_ns);
   out.put_text(entity.frame);
   out.put_text(entity.id);
-  out.put_time(0);    // lifetime: until it is replaced or deleted
-  put(out, true);     // moves with its frame
+  out.put_time(0);  // lifetime: until it is replaced or deleted
+  put(out, true);   // moves with its frame
   put_count(out, entity.note.key.empty() ? 0 : 1);
   if (!entity.note.key.empty()) {
     out.put_text(entity.note.key);
