@@ -107,6 +107,7 @@ TEST(Explain, TellsTheDevicesTroublesApart) {
   EXPECT_EQ(Explained("kind = \"device_silent\"\nduration_s = 0.6").account().cause.id, "device_silent");
   EXPECT_EQ(Explained("kind = \"device_bad_crc\"\nduration_s = 0.6").account().cause.id, "device_reports_damaged");
   EXPECT_EQ(Explained("kind = \"device_truncated\"\nduration_s = 0.6").account().cause.id, "device_reports_cut_short");
+  EXPECT_EQ(Explained("kind = \"device_wild\"\nduration_s = 0.6").account().cause.id, "device_values_impossible");
 }
 
 TEST(Explain, TellsACutNetworkFromDamagedContentAndFromALoopThatHangs) {
