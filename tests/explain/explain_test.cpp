@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/explain/account.h"
+#include "app/explain/evidence.h"
 #include "core/error.h"
 #include "machine/load.h"
 #include "master/master_state.h"
@@ -178,6 +179,19 @@ TEST(Explain, OfATruncatedRecordingTellsWhatIsLeft) {
   // Before the stop nothing has stopped.
   std::filesystem::resize_file(run.file(), whole / 4);
   EXPECT_TRUE(Explained::of(run.file()).accounts.empty());
+}
+
+TEST(Explain, DoesNotTakeStepsThatTheRecordingLostForAPauseOfTheLoop) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  Stop stop;
+  stop.at = Time(1s);
+  Window window;
+  window.to = Time(1100ms);
+  window.machine_steps = {{Time(500ms), 100}, {Time(1s), 101}, {Time(1005ms), 102}};
+  EXPECT_TRUE(evidence_of(stop, window, machine).machine_pause.has_value());
+  window.machine_steps[1].number = 200;
+  window.machine_steps[2].number = 201;
+  EXPECT_FALSE(evidence_of(stop, window, machine).machine_pause.has_value());
 }
 
 TEST(Explain, HasAFlightRecordOfAMachineThatIsNotHeardAnyMore) {
