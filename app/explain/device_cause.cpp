@@ -76,11 +76,17 @@ std::optional<Cause> device_cause(const Stop& stop, const Window& window, const 
         {reports_text(evidence), "USB never reported it as gone, and no damaged report came"},
         {},
         since};
+  if (stop.reason.code == ReasonCode::kDeviceReport)
+    return Cause{"device_values_impossible",
+                 "the haptic device sends values that cannot be, in reports that are sound: its encoders or its "
+                 "firmware are faulty",
+                 {"the check sum of its reports is right: not the cable; " + reports_text(evidence)},
+                 {},
+                 stop.at};
   return Cause{"device_says_so",
                "the haptic device cannot be used, by its own account: " + text(stop.reason),
                {"its reports kept coming with a right check sum; " + reports_text(evidence)},
-               {"impossible values in sound reports: encoders or firmware of the device; a jump of the operator's "
-                "clock makes reports look old as well"},
+               {"a jump of the operator's clock makes its reports look old"},
                stop.at};
 }
 

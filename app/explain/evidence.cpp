@@ -204,13 +204,15 @@ void note_device(const Stop& stop, const Window& window, Evidence& evidence) {
   evidence.reports = sound.around(stop.at, window.to);
 }
 
-/// The last one that began before the stop and was over or lasted at it.
+/// The last one that began before the stop and was over or lasted at it. Steps that are missing in the recording, by
+/// their numbers, are none.
 std::optional<Pause> pause_of(const std::vector<StepMark>& steps, const Stop& stop, Time end, Duration patience) {
   std::optional<Pause> pause;
   for (std::size_t i = 0; i < steps.size() && steps[i].at <= stop.at; ++i) {
     const Time next = i + 1 < steps.size() ? steps[i + 1].at : end;
     const bool near = next >= stop.at - Evidence::kBefore;
-    if (near && next - steps[i].at > patience) pause = Pause{steps[i].at, next};
+    const bool lost = i + 1 < steps.size() && steps[i + 1].number != steps[i].number + 1;
+    if (near && !lost && next - steps[i].at > patience) pause = Pause{steps[i].at, next};
   }
   return pause;
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/explain/account.h"
+#include "app/explain/evidence.h"
 #include "core/error.h"
 #include "machine/load.h"
 #include "master/master_state.h"
@@ -107,6 +108,7 @@ TEST(Explain, TellsTheDevicesTroublesApart) {
   EXPECT_EQ(Explained("kind = \"device_silent\"\nduration_s = 0.6").account().cause.id, "device_silent");
   EXPECT_EQ(Explained("kind = \"device_bad_crc\"\nduration_s = 0.6").account().cause.id, "device_reports_damaged");
   EXPECT_EQ(Explained("kind = \"device_truncated\"\nduration_s = 0.6").account().cause.id, "device_reports_cut_short");
+  EXPECT_EQ(Explained("kind = \"device_wild\"\nduration_s = 0.6").account().cause.id, "device_values_impossible");
 }
 
 TEST(Explain, TellsACutNetworkFromDamagedContentAndFromALoopThatHangs) {
@@ -126,6 +128,7 @@ TEST(Explain, OfALostLinkTheMachinesSideAloneClaimsNoMoreThanItCanKnow) {
 TEST(Explain, AMachineThatIsNotHeardAnyMoreIsAStop) {
   const Explained run("kind = \"loop_hung\"\nduration_s = 3600", 1.3, 5);
   ASSERT_FALSE(run.report.accounts.empty());
+  EXPECT_EQ(run.report.accounts.size(), 1U);
   EXPECT_TRUE(run.account().stop.machine_unheard);
   EXPECT_EQ(run.account().cause.id, "machine_program_gone") << run.account().cause.text;
 }
@@ -178,6 +181,30 @@ TEST(Explain, OfATruncatedRecordingTellsWhatIsLeft) {
   EXPECT_TRUE(Explained::of(run.file()).accounts.empty());
 }
 
+TEST(Explain, DoesNotTakeStepsThatTheRecordingLostForAPauseOfTheLoop) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  Stop stop;
+  stop.at = Time(1s);
+  Window window;
+  window.to = Time(1100ms);
+  window.machine_steps = {{Time(500ms), 100}, {Time(1s), 101}, {Time(1005ms), 102}};
+  EXPECT_TRUE(evidence_of(stop, window, machine).machine_pause.has_value());
+  window.machine_steps[1].number = 200;
+  window.machine_steps[2].number = 201;
+  EXPECT_FALSE(evidence_of(stop, window, machine).machine_pause.has_value());
+}
+
+TEST(Explain, HasAFlightRecordOfAMachineThatIsNotHeardAnyMore) {
+  const test::TemporaryFolder folder;
+  record_session(faulted_scenario("kind = \"loop_hung\"\nduration_s = 3600", 1.3, 5), folder.file("run.mcap"),
+                 folder.file("flights"));
+  const std::filesystem::directory_iterator flights(folder.file("flights"));
+  ASSERT_NE(flights, std::filesystem::directory_iterator());
+  const Report report = Explained::of(flights->path().string());
+  ASSERT_FALSE(report.accounts.empty());
+  EXPECT_TRUE(report.accounts[0].stop.machine_unheard);
+}
+
 /// A machine's side whose steps are made by hand, without wires.
 class HandMade {
  public:
@@ -188,6 +215,7 @@ class HandMade {
     head.machine_file = test::content(machine);
     recording::RecorderOptions how;
     how.file = file();
+    how.folder = folder_.file("flights");
     recorder_.emplace(how, head, load_machine(machine));
     tape_.record_to(recorder_->machine_steps());
     state.mode = Mode::kEngaged;
@@ -209,6 +237,11 @@ class HandMade {
     return Explained::of(file());
   }
   [[nodiscard]] std::string file() const { return folder_.file("made.mcap"); }
+  /// The only flight record, after report().
+  [[nodiscard]] Report flight() const {
+    const std::filesystem::directory_iterator flights(folder_.file("flights"));
+    return Explained::of(flights->path().string());
+  }
 
   slave::SlaveState state;
 
@@ -243,6 +276,20 @@ TEST(Explain, CountsAFaultThatFollowsAnotherAndNotOneThatStays) {
   const Report report = run.report();
   ASSERT_EQ(report.accounts.size(), 2U);
   EXPECT_EQ(report.accounts[1].stop.before, Mode::kFault);
+}
+
+TEST(Explain, FindsWhatFollowedALaterStopOfTheSameFlightRecord) {
+  HandMade run;
+  run.step(200);
+  run.stop({ReasonCode::kPresenceLost, 0, 0, 0});
+  run.step(600);
+  run.stop({ReasonCode::kOperatorStop, 0, 0, 0});
+  run.step(2000);
+  (void)run.report();
+  const Report report = run.flight();
+  ASSERT_EQ(report.accounts.size(), 2U);
+  EXPECT_GE(report.survey.last - report.accounts[1].stop.at, 5s);
+  EXPECT_LT(report.survey.last - report.accounts[1].stop.at, 7s);
 }
 
 TEST(Explain, DoesNotTakeAStopFromBeforeTheRecordingForOneInIt) {

@@ -26,14 +26,15 @@ inline std::string faulted_scenario(const std::string& fault, double after_s, do
   return text + "[[criteria]]\nmetric = \"resumed_by_itself\"\nmax = 0\n";
 }
 
-/// Runs it to its end.
-inline void record_session(const std::string& scenario, const std::string& file) {
+/// Runs it to its end. @param flights folder of flight records; empty: none.
+inline void record_session(const std::string& scenario, const std::string& file, const std::string& flights = "") {
   session::SimulateOptions options;
   options.scenario = "faulted";
   options.scenario_text = scenario;
   const session::SessionSetup setup = session::load_session(options).setup;
   recording::RecorderOptions how;
   how.file = file;
+  how.folder = flights;
   recording::Recorder recorder(how, session::session_head(setup, options), setup.machine);
   session::Session session(setup);
   session.record_to(recorder);
