@@ -41,7 +41,7 @@ class TaskReader {
         hand_(setup_.device.link_m) {
     task_.source = file;
     if (recording_.head().part != 1)
-      throw InputError(file + ": begins in the middle of a session: name its first part");
+      throw InputError(file + ": begins in the middle of a session (a flight record, or a later part): name part 1");
   }
 
   TaskRecording read() {
