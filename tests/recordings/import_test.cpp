@@ -40,7 +40,11 @@ class Import : public testing::Test {
     write_imported(table_, head, machine_, mcap_);
   }
 
-  const MachineDescription& machine_ = identify::recorded_machine();
+  MachineDescription machine_ = [] {
+    MachineDescription machine = identify::recorded_machine();
+    machine.sensors.encoder_offset_m = {0.001, -0.002, 0.003};
+    return machine;
+  }();
   test::TemporaryFolder folder_;
   std::string csv_ = folder_.file("table.csv"), mcap_ = folder_.file("new/table.mcap");
   RecordedFile table_;
