@@ -18,6 +18,7 @@
 #include "app/programs/node_command.h"
 #include "app/programs/simulate_command.h"
 #include "app/programs/slave_command.h"
+#include "app/recordings/import_command.h"
 #include "app/relay/relay_command.h"
 #include "app/rendezvous/rendezvous_command.h"
 #include "app/replay/replay_command.h"
@@ -36,6 +37,7 @@ cli::Program program() {
           }),
           identify::identify_entry(identify::identify_command),
           exporting::export_entry(),
+          recordings::import_entry(),
           console::window::console_entry(),
           programs::slave_entry(),
           programs::master_entry(),

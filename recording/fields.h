@@ -90,6 +90,14 @@ void get(CdrReader& in, T& value) noexcept {
   }
 }
 
+/// A recorded message as a struct. @return whether it is one: of another length, it is of another version of Knuckle.
+template <typename T>
+[[nodiscard]] bool decode(std::span<const std::uint8_t> message, T& value) noexcept {
+  CdrReader in(message);
+  get(in, value);
+  return in.ok() && in.at() == message.size();
+}
+
 /// Calls take(name, number) for every number in a value; those of vectors and nested structs have names such as
 /// "joint_rad[0]" and "fault.code".
 template <typename T, typename Take>

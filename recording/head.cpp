@@ -57,6 +57,7 @@ mcap::Metadata metadata_of(const Head& head) {
            {"started_unix_ns", std::to_string(head.started_unix_ns)},
            {"virtual_time", word(head.virtual_time)},
            {"simulated", word(head.simulated)},
+           {"imported", word(head.imported)},
            {"operator", word(head.has_operator)},
            {"machine", word(head.has_machine)},
            {"operator_session", std::to_string(head.operator_start.session)},
@@ -78,6 +79,7 @@ std::vector<mcap::Attachment> attachments_of(const Head& head) {
   add(kMachineFile, head.machine_file);
   add(kDeviceFile, head.device_file);
   add(kScenarioFile, head.scenario_file);
+  add(kMappingFile, head.mapping_file);
   return files;
 }
 
@@ -90,6 +92,7 @@ Head head_of(const mcap::Metadata& metadata, const std::string& source) {
   head.started_unix_ns = values.number<std::int64_t>("started_unix_ns");
   head.virtual_time = values.yes("virtual_time");
   head.simulated = values.yes("simulated");
+  head.imported = metadata.values.contains("imported") && values.yes("imported");  // older recordings: they are not
   head.has_operator = values.yes("operator");
   head.has_machine = values.yes("machine");
   head.operator_start = {values.number<std::uint64_t>("operator_session"),

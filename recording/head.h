@@ -17,6 +17,7 @@ inline constexpr const char* kHeadName = "knuckle";  ///< Of the metadata record
 inline constexpr const char* kMachineFile = "machine.toml";
 inline constexpr const char* kDeviceFile = "device.toml";
 inline constexpr const char* kScenarioFile = "scenario.toml";
+inline constexpr const char* kMappingFile = "mapping.toml";
 
 struct Head {
   std::string program;               ///< "knuckle slave", with its arguments.
@@ -24,6 +25,7 @@ struct Head {
   std::int64_t started_unix_ns = 0;  ///< Session time 0; 0 on virtual time, where it means nothing.
   bool virtual_time = false;
   bool simulated = false;            ///< The machine is a simulation.
+  bool imported = false;             ///< Made of another program's table: it has no wires, and no loop of it ever ran.
   bool has_operator = false, has_machine = false;  ///< Whose loop is recorded.
   LinkStart operator_start, machine_start;         ///< Of the loops recorded.
   ControlLaw law = ControlLaw::kEchoSpring;        ///< The operator's.
@@ -32,6 +34,7 @@ struct Head {
   /// middle.
   int part = 1;
   std::string machine_file, device_file, scenario_file;  ///< Text; empty: there is none.
+  std::string mapping_file;                              ///< Likewise; that an imported table was read by.
 };
 
 [[nodiscard]] mcap::Metadata metadata_of(const Head& head);

@@ -22,6 +22,7 @@ void read_files(mcap::Reader& file, Head& head) {
     if (attachment->name == kMachineFile) head.machine_file = std::move(attachment->data);
     if (attachment->name == kDeviceFile) head.device_file = std::move(attachment->data);
     if (attachment->name == kScenarioFile) head.scenario_file = std::move(attachment->data);
+    if (attachment->name == kMappingFile) head.mapping_file = std::move(attachment->data);
   }
 }
 

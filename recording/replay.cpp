@@ -291,6 +291,8 @@ const ReplayResult& Replay::result() const noexcept {
 }
 
 ReplayResult replay(Recording& recording, const ReplaySetup& setup) {
+  if (recording.head().imported)
+    throw InputError(recording.source() + ": was imported from a table: no loop received anything, there is nothing to run again");
   if (recording.head().part != 1) {
     throw InputError(recording.source() + ": begins in the middle of a session (" +
                      (recording.head().part == 0 ? "a flight record" : "part " + std::to_string(recording.head().part)) +

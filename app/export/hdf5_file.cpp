@@ -11,7 +11,7 @@
 namespace knuckle::exporting {
 namespace {
 
-constexpr std::size_t kChunkRows = 4096;
+constexpr std::size_t kChunkRows = 1024;
 constexpr unsigned kFastDeflate = 1;
 
 hid_t native(NumberType type) {

@@ -31,7 +31,7 @@ class StateOutputs {
   /// @throws InputError where it is none of this version's.
   void take(const Entry& entry, const std::string& source) {
     State state;
-    if (!decode(entry.data, state))
+    if (!recording::decode(entry.data, state))
       throw InputError(fmt::format("{}: {} at {:.3f} s: {} bytes are not the {} of this version of Knuckle", source,
                                    recording::kTopicNames[static_cast<std::size_t>(entry.topic)], to_seconds(entry.at),
                                    entry.data.size(), State::kSchemaName));
@@ -60,6 +60,7 @@ void write_head(Hdf5File& file, const recording::Head& head) {
   add("machine_toml", head.machine_file);
   add("device_toml", head.device_file);
   add("scenario_toml", head.scenario_file);
+  add("mapping_toml", head.mapping_file);
 }
 
 void write_events(Hdf5File& file, const std::vector<recording::Event>& events) {

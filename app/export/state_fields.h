@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -11,7 +10,6 @@
 #include "core/joints.h"
 #include "core/reason.h"
 #include "master/master_state.h"
-#include "recording/cdr.h"
 #include "recording/fields.h"
 #include "slave/slave_state.h"
 #include "transport/link_messages.h"
@@ -50,13 +48,5 @@ template <typename State>
 
 /// Of a field, from the end of its name: "rad/s", "N m"; empty: it has none.
 [[nodiscard]] std::string unit_of(std::string_view field);
-
-/// A recorded message as state. @return whether it is one: of another length, it is of another version of Knuckle.
-template <typename State>
-[[nodiscard]] bool decode(std::span<const std::uint8_t> message, State& state) noexcept {
-  recording::CdrReader in(message);
-  recording::get(in, state);
-  return in.ok() && in.at() == message.size();
-}
 
 }  // namespace knuckle::exporting

@@ -28,7 +28,8 @@ void add_options(CLI::App& c, Given& given) {
   const auto noted = [&](const char* option) {
     return [&given, option](const std::string&) { given.told.insert(option); };
   };
-  c.add_option("recordings", o.recordings, "CSV files of sensor signals: Knuckle's own, or any with --map");
+  c.add_option("recordings", o.recordings,
+               "Recordings (.mcap), or CSV files of sensor signals: Knuckle's own, or any with --map");
   c.add_option("--map", o.map, "Mapping file (.toml) that says how to read them");
   c.add_option("--machine", o.machine, "Machine name or .toml file: its drawing")->capture_default_str();
   c.add_option("--method", o.method, "full, static, malaguti or kim")->capture_default_str();

@@ -19,6 +19,7 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
+#include "app/recordings/recorded_table.h"
 #include "app/report/csv_table.h"
 #include "app/report/report.h"
 #include "app/report/result_json.h"
@@ -43,7 +44,8 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--machine", o.machine, "Machine name or .toml file (default: solar015)");
   c.add_option("--device", o.device,
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
-  c.add_option("--operator", o.operator_name, "Operator's limb by name, or path:FILE.csv to play a recorded motion");
+  c.add_option("--operator", o.operator_name,
+               "Operator's limb by name, or path:FILE (.csv with --map, or .mcap) to play a recorded motion");
   c.add_option("--person", o.person, "How much of a person the operator is: exact, steady or rough (default: exact)");
   c.add_option("--map", o.map, "Mapping file (.toml) that says how to read the recorded motion");
   c.add_option("--control", o.control,
@@ -124,7 +126,7 @@ void check(const session::SimulateOptions& o) {
   const bool plays_path = o.operator_name.rfind("path:", 0) == 0;
   if (plays_path && o.operator_path().empty())
     cli::refuse_option("--operator", o.operator_name, "must name a file after path:");
-  if (plays_path && o.map.empty())
+  if (plays_path && o.map.empty() && !recordings::is_recording(o.operator_path()))
     cli::refuse_option("--operator", o.operator_name, "needs --map FILE.toml to say how to read it");
   if (!plays_path && !o.map.empty()) cli::refuse_option("--map", o.map, "only goes with --operator path:FILE.csv");
   if (plays_path) cli::check_readable("--operator", o.operator_path());

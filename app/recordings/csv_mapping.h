@@ -10,6 +10,8 @@ namespace knuckle::recordings {
 
 inline constexpr double kAnyCell = 1e12;  ///< Bound of a cell where a mapping gives none.
 
+inline constexpr double kOwnGap_s = 0.05;  ///< Longer steps in time are gaps in files of Knuckle's own.
+
 /// Knuckle's value [SI] = cell * factor + offset.
 struct ChannelMap {
   std::string name, column;

@@ -243,6 +243,7 @@ std::vector<std::string> MappedTable::report() const {
   std::vector<std::string> lines = described(findings, kRowsInNotes);
   lines.insert(lines.begin(),
                source + ": " + std::to_string(rows_read) + " rows, " + std::to_string(time_s.size()) + " used");
+  lines.insert(lines.end(), notes.begin(), notes.end());
   return lines;
 }
 

@@ -42,13 +42,14 @@ struct MappedTable {
   std::vector<double> until_s;
   std::vector<std::size_t> rows;  ///< Where each is in the file.
   std::vector<MappedChannel> channels;
-  std::vector<Finding> findings;  ///< By row.
+  std::vector<Finding> findings;   ///< By row.
+  std::vector<std::string> notes;  ///< What else was found, one line each.
   std::size_t rows_read = 0;
   double gap_s = 0;  ///< The mapping's.
   /// @throws InputError where the mapping has no such channel.
   [[nodiscard]] const MappedChannel& channel(const std::string& channel_name) const;
   /// One line on what is used, then one for each kind of finding and column: "9 x repeated row (left out): 4, 8-9,
-  /// ...".
+  /// ...", then the notes.
   [[nodiscard]] std::vector<std::string> report() const;
   /// Refuses the recording: the file, `why`, and in short what was found in it.
   [[noreturn]] void refuse(const std::string& why) const;

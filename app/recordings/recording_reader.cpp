@@ -8,6 +8,7 @@
 
 #include "app/recordings/csv_cells.h"
 #include "app/recordings/csv_reader.h"
+#include "app/recordings/recorded_table.h"
 #include "core/error.h"
 #include "core/quantile.h"
 #include "machine/description.h"
@@ -22,7 +23,6 @@ using estimation::Recording;
 using Flags = std::vector<std::uint8_t>;
 
 constexpr const char* kTimeColumn = "time_s";
-constexpr double kOwnGap_s = 0.05;
 constexpr double kBridgedSteps = 4;    // a longer hole is none that a line may cross
 constexpr double kSameInstant = 0.02;  // of a step: taken as it is, not interpolated
 constexpr double kSlowest_s = 0.05, kFastest_s = 2e-4;
@@ -294,10 +294,16 @@ double signal(const Measurement& measurement, std::size_t channel) {
   return signal(const_cast<Measurement&>(measurement), channel);
 }
 
-RecordedFile read_recording(const std::string& csv_path, const std::string& map_path,
-                            const MachineDescription& machine) {
-  const Mapping map = map_path.empty() ? own_mapping(csv_path) : read_mapping(map_path);
-  return Builder(read_mapped_csv(csv_path, map), map, machine).build();
+RecordedFile read_recording(const std::string& path, const std::string& map_path, const MachineDescription& machine) {
+  if (is_recording(path)) {
+    const MappedTable table = read_recorded_table(path, map_path);
+    Mapping map;
+    for (const MappedChannel& channel : table.channels)
+      map.channels.push_back({.name = channel.name, .column = channel.name});
+    return Builder(table, map, machine).build();
+  }
+  const Mapping map = map_path.empty() ? own_mapping(path) : read_mapping(map_path);
+  return Builder(read_mapped_csv(path, map), map, machine).build();
 }
 
 void write_recording(const Recording& recording, std::ostream& out) {

@@ -1,5 +1,5 @@
-// Recordings of machine signals as CSV: Knuckle's own, or a foreign one through a mapping file
-// (app/recordings/csv_mapping.h). docs/identification.md says what the columns are.
+// Recordings of machine signals: as CSV, Knuckle's own or a foreign one through a mapping file
+// (app/recordings/csv_mapping.h; docs/identification.md says what the columns are), or as Knuckle records (.mcap).
 #pragma once
 
 #include <array>
@@ -36,10 +36,10 @@ struct RecordedFile {
 /// A mapping names the channels above; instead of a cylinder's length an angle BOOM_rad (boom, arm, bucket), instead of
 /// hull_pitch_rad a boom_tilt_rad (boom against the horizontal); BOOM_valve (commands) is optional;
 /// where it is missing for longer, it is NaN and the sample stays usable.
-/// @param map_path empty for Knuckle's own files.
+/// @param path .mcap, or else CSV. @param map_path empty for Knuckle's own files.
 /// @throws InputError for what read_mapped_csv refuses, missing columns (all named), a step that is none of a
 /// recording, angles that no cylinder gives.
-[[nodiscard]] RecordedFile read_recording(const std::string& csv_path, const std::string& map_path,
+[[nodiscard]] RecordedFile read_recording(const std::string& path, const std::string& map_path,
                                           const MachineDescription& machine);
 
 /// Numbers are read again as they were; the cells of unusable samples and unknown commands stay empty.

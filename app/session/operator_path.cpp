@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "app/recordings/csv_reader.h"
+#include "app/recordings/recorded_table.h"
 #include "core/error.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
@@ -239,9 +240,11 @@ class Player {
 
 }  // namespace
 
-OperatorPath load_operator_path(const std::string& csv_path, const std::string& map_path,
+OperatorPath load_operator_path(const std::string& recorded_path, const std::string& map_path,
                                 const MachineDescription& machine) {
-  recordings::MappedTable table = recordings::read_mapped_csv(csv_path, map_path);
+  recordings::MappedTable table = recordings::is_recording(recorded_path)
+                                      ? recordings::read_recorded_table(recorded_path, map_path)
+                                      : recordings::read_mapped_csv(recorded_path, map_path);
   OperatorPath path;
   path.notes = table.report();
   path.recorded_s = table.until_s.back();

@@ -56,7 +56,8 @@ void allow_for_path(Scenario& scenario, const std::vector<sim::PathPoint>& path,
     scenario.duration_s += played_s;
   }
   if (follows && path.empty()) {
-    throw InputError("--scenario " + name + ": follows a recorded motion; give --operator path:FILE.csv and --map");
+    throw InputError("--scenario " + name +
+                     ": follows a recorded motion; give --operator path:FILE.csv and --map, or path:FILE.mcap");
   }
   if (!follows && !path.empty()) throw InputError("--scenario " + name + ": does not follow a recorded motion");
 }

@@ -94,20 +94,47 @@ TEST(RecordingExport, TableHasARowAStepWithEveryNumberOfTheOperatorAsRecorded) {
   expect_every_number<master::MasterState>("operator");
 }
 
+/// Of a table's columns, in the order of a step's numbers, some and what they are in the state.
+template <typename State>
+void expect_names(const std::string& side, const std::map<std::string, std::string>& names) {
+  const auto header = exported_table(side)[0];
+  const auto step = test::recorded_steps<State>(recorded_session().recording).at(0);
+  ASSERT_EQ(header.size(), step.size());
+  std::map<std::string, std::string> found;
+  for (std::size_t i = 0; i < header.size(); ++i) found[header[i]] = step[i].first;
+  EXPECT_EQ(found.size(), header.size());
+  for (const auto& [column, number] : names) EXPECT_EQ(found[column], number) << column;
+}
+
 TEST(RecordingExport, ColumnsAreCalledAsInTheOtherTables) {
-  const auto machine = exported_table("machine")[0], desk = exported_table("operator")[0];
-  const auto has = [](const std::vector<std::string>& header, const std::vector<std::string>& names) {
-    for (const std::string& name : names) EXPECT_EQ(std::count(header.begin(), header.end(), name), 1) << name;
-    EXPECT_EQ(std::set(header.begin(), header.end()).size(), header.size());
-  };
-  EXPECT_EQ(machine[0], "time_s");
-  has(machine, {recordings::kSignalNames.begin(), recordings::kSignalNames.end()});
-  has(machine,
-      {"mode", "blocking", "fault", "fault_value", "boom_rad", "arm_radps", "setpoint_bucket_rad", "tip_force_x_N",
-       "tip_force_z_N", "covariance_xz_N2", "boom_valve", "wanted_arm_valve", "bucket_spool", "torque_boom_Nm"});
-  EXPECT_EQ(desk[0], "time_s");
-  has(desk, {"forearm_rad", "wrist_radps", "setpoint_bucket_rad", "torque_finger_Nm", "boom_rad", "device",
-             "sent_force_z_N", "setting_force_scale"});
+  std::map<std::string, std::string> names{{"time_s", "time_ns"},
+                                           {"mode", "mode"},
+                                           {"fault", "fault.code"},
+                                           {"fault_value", "fault.value"},
+                                           {"boom_rad", "joint_rad[0]"},
+                                           {"arm_radps", "joint_radps[1]"},
+                                           {"setpoint_bucket_rad", "setpoint_rad[2]"},
+                                           {"tip_force_x_N", "tip_force_N[0]"},
+                                           {"tip_force_z_N", "tip_force_N[1]"},
+                                           {"covariance_xx_N2", "covariance_N2[0]"},
+                                           {"covariance_xz_N2", "covariance_N2[1]"},
+                                           {"boom_valve", "valve[0]"},
+                                           {"wanted_arm_valve", "wanted_valve[1]"},
+                                           {"bucket_spool", "spool[2]"},
+                                           {"torque_boom_Nm", "torque_Nm[0]"},
+                                           {"hull_pitch_rad", "hull_pitch_rad"}};
+  for (std::size_t c = 0; c + 1 < recordings::kSignalChannels; ++c)
+    names[recordings::kSignalNames[c]] =
+        c < 6 ? "pressure_Pa[" + std::to_string(c) + "]" : "cylinder_m[" + std::to_string(c - 6) + "]";
+  expect_names<slave::SlaveState>("machine", names);
+  expect_names<master::MasterState>("operator", {{"time_s", "time_ns"},
+                                                 {"forearm_rad", "device_rad[0]"},
+                                                 {"wrist_radps", "device_radps[1]"},
+                                                 {"setpoint_bucket_rad", "setpoint_rad[2]"},
+                                                 {"torque_finger_Nm", "torque_Nm[2]"},
+                                                 {"boom_rad", "machine_rad[0]"},
+                                                 {"device", "device.code"},
+                                                 {"sent_force_z_N", "sent_force_N[1]"}});
 }
 
 TEST(RecordingExport, TableOfTheMachineIsARecordingOfItsSensors) {

@@ -1,0 +1,107 @@
+#include "app/recordings/import.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <vector>
+
+#include "core/error.h"
+#include "machine/description.h"
+#include "machine/kinematics.h"
+#include "recording/events.h"
+#include "recording/fields.h"
+#include "recording/file_names.h"
+#include "recording/mcap/file_writer.h"
+#include "recording/topics.h"
+#include "slave/slave_state.h"
+
+namespace knuckle::recordings {
+namespace {
+
+constexpr std::size_t kChunkBytes = std::size_t{1} << 20, kMostStateBytes = 4096;
+constexpr mcap::Compression kCompression{1};
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+slave::SlaveState state_of(const estimation::Recording& recording, std::size_t sample,
+                           const MachineDescription& machine, const Kinematics& kinematics) {
+  const estimation::Measurement& measured = recording.samples[sample];
+  slave::SlaveState state;
+  state.at = Time(Duration(std::llround(1e9 * recording.step_s * static_cast<double>(sample))));
+  state.measured = recording.usable[sample] != 0;
+  state.pressure_Pa = measured.pressure_Pa;
+  state.cylinder_m = measured.cylinder_m;
+  state.hull_pitch_rad = measured.hull_pitch_rad;
+  const JointVector length_m = measured.cylinder_m - machine.sensors.encoder_offset_m;
+  for (int j = 0; j < kJoints; ++j) state.joint_rad[j] = kinematics.joint_at(j, length_m[j]).value_or(kUnknown);
+  state.valve_command = recording.valve.empty() ? JointVector::Constant(kUnknown) : recording.valve[sample];
+  return state;
+}
+
+/// A file that is put in place at its end.
+class File {
+ public:
+  File(std::string path, const recording::Head& head) : path_(std::move(path)) {
+    const auto folder = std::filesystem::absolute(path_).parent_path();
+    if (!recording::make_folder(folder.string())) fail(errno);
+    (void)std::remove(partial_.c_str());
+    std::string partial = partial_;
+    check(writer_.open(partial, recording::topics()));
+    check(writer_.note(recording::metadata_of(head)));
+    for (const mcap::Attachment& attachment : recording::attachments_of(head)) check(writer_.attach(attachment));
+  }
+  ~File() { (void)std::remove(partial_.c_str()); }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  void add(recording::Topic topic, Time time, std::span<const std::uint8_t> message) {
+    const auto at = static_cast<std::uint64_t>(time.time_since_epoch().count());
+    chunk_.add(recording::channel_of(topic), sequences_[static_cast<std::size_t>(topic)]++, at, at, message);
+    if (chunk_.bytes() > kChunkBytes) check(writer_.append(chunk_.finish(kCompression)));
+  }
+  void put_in_place() {
+    if (!chunk_.empty()) check(writer_.append(chunk_.finish(kCompression)));
+    check(writer_.close());
+    if (std::rename(partial_.c_str(), path_.c_str()) != 0) fail(errno);
+  }
+
+ private:
+  void check(bool done) const {
+    if (!done) fail(writer_.error());
+  }
+  [[noreturn]] void fail(int error) const {
+    throw InputError("--out " + path_ + ": cannot be written: " + std::strerror(error));
+  }
+
+  std::string path_, partial_ = path_ + ".partial";
+  mcap::FileWriter writer_;
+  mcap::ChunkBuilder chunk_;
+  std::array<std::uint32_t, static_cast<std::size_t>(recording::Topic::kCount)> sequences_{};
+};
+
+}  // namespace
+
+void write_imported(const RecordedFile& table, recording::Head head, const MachineDescription& machine,
+                    const std::string& path) {
+  head.imported = head.has_machine = true;
+  head.virtual_time = true;  // a table says how time went on, not when it was
+  head.started_unix_ns = 0;
+  File file(path, head);
+  for (const std::string& note : table.notes) {
+    const recording::Event event{Time{}, recording::Severity::kInfo, "import", note};
+    file.add(recording::Topic::kEvents, event.at, recording::encode_log(event, head.started_unix_ns));
+  }
+  const Kinematics kinematics(machine);
+  std::vector<std::uint8_t> room(kMostStateBytes);
+  for (std::size_t i = 0; i < table.recording.samples.size(); ++i) {
+    const slave::SlaveState state = state_of(table.recording, i, machine, kinematics);
+    recording::CdrWriter out(room);
+    recording::put(out, state);
+    file.add(recording::Topic::kMachineState, state.at, out.written());
+  }
+  file.put_in_place();
+}
+
+}  // namespace knuckle::recordings

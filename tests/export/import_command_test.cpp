@@ -1,0 +1,58 @@
+// `knuckle import` as a user runs it, and what is made of a recording where a CSV was expected so far.
+#include <gtest/gtest.h>
+
+#include "tests/export/machines.h"
+#include "tests/export/recorded_session.h"
+
+namespace knuckle::exporting {
+namespace {
+
+using test::ProgramRun;
+
+ProgramRun run(std::vector<std::string> arguments) {
+  return test::run_program(test::program("knuckle"), std::move(arguments));
+}
+
+TEST(ImportCommand, MakesARecordingThatIsExportedAndNotReplayed) {
+  const test::TemporaryFolder folder;
+  const std::string csv = folder.file("machine.csv"), mcap = folder.file("machine.mcap");
+  ASSERT_EQ(
+      run({"export", test::recorded_session().recording, "--csv", csv, "--side", "machine", "--from", "0.3"}).exit_code,
+      0);
+  const ProgramRun imported = run({"import", csv, "--machine", "solar015", "--out", mcap});
+  EXPECT_EQ(imported.exit_code, 0) << imported.err;
+  EXPECT_NE(imported.out.find(csv + ": 241 rows, 241 used"), std::string::npos) << imported.out;
+  const ProgramRun exported = run({"export", mcap, "--csv", "-"});
+  EXPECT_EQ(exported.exit_code, 0) << exported.err;
+  EXPECT_EQ(std::count(exported.out.begin(), exported.out.end(), '\n'), 242);
+  const ProgramRun replayed = run({"replay", mcap});
+  EXPECT_EQ(replayed.exit_code, 2);
+  EXPECT_EQ(std::count(replayed.err.begin(), replayed.err.end(), '\n'), 1) << replayed.err;
+}
+
+TEST(ImportCommand, RefusesWithOneLine) {
+  const test::TemporaryFolder folder;
+  const std::string csv = folder.file("a.csv"), mcap = folder.file("a.mcap");
+  std::ofstream(csv) << "a,b\n1,2\n";
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"import", csv, "--machine", "solar015", "--out", mcap},
+        {"import", csv, "--machine", "solar015", "--out", csv},
+        {"import", test::recorded_session().recording, "--machine", "solar015", "--out", mcap},
+        {"import", folder.file("none.csv"), "--machine", "solar015", "--out", mcap},
+        {"import", csv, "--machine", "solar015", "--map", csv, "--out", mcap}}) {
+    const ProgramRun refused = run(arguments);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  }
+  EXPECT_EQ(folder.count(), 1);
+}
+
+TEST(ImportCommand, SimulatedOperatorFollowsARecording) {
+  const ProgramRun led = run({"simulate", "--scenario", "recorded_dig", "--duration", "1", "--operator",
+                              "path:" + test::recorded_session().recording, "--json", "-"});
+  EXPECT_NE(led.exit_code, 2) << led.err;
+  EXPECT_NE(led.out.find("recorded in 1.5 s"), std::string::npos) << led.out.substr(0, 4000);
+}
+
+}  // namespace
+}  // namespace knuckle::exporting

@@ -1,0 +1,135 @@
+// Tables as recordings: what is read back is what the table said, and nothing is made up.
+#include "app/recordings/import.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "app/recordings/recorded_table.h"
+#include "core/error.h"
+#include "recording/events.h"
+#include "recording/fields.h"
+#include "recording/recording.h"
+#include "recording/replay.h"
+#include "slave/slave_state.h"
+#include "tests/identify/recorded_motion.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::recordings {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+class Import : public testing::Test {
+ protected:
+  /// The table has a hole that no line may cross, and commands that are not known.
+  Import() {
+    estimation::Recording written = part_of(identify::recorded_motion(), 1000, 2000);
+    for (std::size_t i = 300; i < 320; ++i) written.usable[i] = 0;
+    for (std::size_t i = 500; i < 540; ++i) written.valve[i][kArm] = kUnknown;
+    std::ofstream file(csv_);
+    write_recording(written, file);
+    file.close();
+    table_ = read_recording(csv_, "", machine_);
+    recording::Head head;
+    head.program = "knuckle import";
+    head.machine_file = "machine";
+    head.mapping_file = "mapping";
+    write_imported(table_, head, machine_, mcap_);
+  }
+
+  MachineDescription machine_ = [] {
+    MachineDescription machine = identify::recorded_machine();
+    machine.sensors.encoder_offset_m = {0.001, -0.002, 0.003};
+    return machine;
+  }();
+  test::TemporaryFolder folder_;
+  std::string csv_ = folder_.file("table.csv"), mcap_ = folder_.file("new/table.mcap");
+  RecordedFile table_;
+};
+
+TEST_F(Import, EverySampleOfTheTableIsAStateOfTheMachine) {
+  const Kinematics kinematics(machine_);
+  recording::Recording recording({mcap_});
+  std::size_t i = 0;
+  while (const auto entry = recording.next()) {
+    if (entry->topic != recording::Topic::kMachineState) continue;
+    ASSERT_LT(i, table_.recording.samples.size());
+    slave::SlaveState state;
+    ASSERT_TRUE(recording::decode(entry->data, state));
+    const estimation::Measurement& sample = table_.recording.samples[i];
+    EXPECT_EQ(state.at, entry->at);
+    EXPECT_EQ(to_seconds(state.at), std::round(1e9 * table_.recording.step_s * static_cast<double>(i)) / 1e9);
+    EXPECT_EQ(state.measured, table_.recording.usable[i] != 0);
+    EXPECT_EQ(state.pressure_Pa, sample.pressure_Pa);
+    EXPECT_EQ(state.cylinder_m, sample.cylinder_m);
+    EXPECT_EQ(state.hull_pitch_rad, sample.hull_pitch_rad);
+    for (int j = 0; j < kJoints; ++j) {
+      const double told = table_.recording.valve[i][j];
+      EXPECT_TRUE(std::isnan(told) ? std::isnan(state.valve_command[j]) : state.valve_command[j] == told);
+      const double length_m = sample.cylinder_m[j] - machine_.sensors.encoder_offset_m[j];
+      EXPECT_EQ(state.joint_rad[j], kinematics.joint_at(j, length_m).value());
+    }
+    EXPECT_EQ(state.mode, Mode::kOff);
+    EXPECT_EQ(state.confidence, 0);
+    ++i;
+  }
+  EXPECT_EQ(i, table_.recording.samples.size());
+  EXPECT_TRUE(recording.complete());
+  EXPECT_TRUE(std::isnan(table_.recording.valve[520][kArm]));
+  EXPECT_EQ(table_.recording.usable[310], 0);
+}
+
+TEST_F(Import, IsReadAgainAsTheTable) {
+  const RecordedFile again = read_recording(mcap_, "", machine_);
+  EXPECT_EQ(again.recording.step_s, table_.recording.step_s);
+  EXPECT_EQ(again.recording.usable, table_.recording.usable);
+  ASSERT_EQ(again.recording.samples.size(), table_.recording.samples.size());
+  for (std::size_t i = 0; i < again.recording.samples.size(); ++i) {
+    for (int j = 0; j < kJoints; ++j) {
+      const double told = table_.recording.valve[i][j], read = again.recording.valve[i][j];
+      ASSERT_TRUE(std::isnan(told) ? std::isnan(read) : read == told) << i;
+    }
+    if (again.recording.usable[i] == 0) continue;
+    for (std::size_t c = 0; c < kSignalChannels; ++c)
+      ASSERT_EQ(signal(again.recording.samples[i], c), signal(table_.recording.samples[i], c)) << i << " " << c;
+  }
+}
+
+TEST_F(Import, MakesUpNoFramesAndIsNotReplayed) {
+  recording::Recording recording({mcap_});
+  EXPECT_TRUE(recording.head().imported);
+  EXPECT_EQ(recording.head().mapping_file, "mapping");
+  EXPECT_EQ(recording.head().machine_file, "machine");
+  std::vector<std::string> events;
+  while (const auto entry = recording.next()) {
+    ASSERT_TRUE(entry->topic == recording::Topic::kMachineState || entry->topic == recording::Topic::kEvents);
+    if (entry->topic != recording::Topic::kEvents) continue;
+    events.push_back(recording::decode_log(entry->data, recording.head().started_unix_ns).value().text);
+  }
+  EXPECT_EQ(events, table_.notes);
+  EXPECT_GE(events.size(), 2U);
+  try {
+    (void)recording::replay(recording, {});
+    FAIL() << "was replayed";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()).find(mcap_ + ": was imported from a table"), 0U) << error.what();
+  }
+}
+
+TEST_F(Import, OfARecordingNeedsNoMapping) {
+  EXPECT_THROW((void)read_recording(mcap_, csv_, machine_), InputError);
+  EXPECT_THROW((void)read_recording(folder_.file("none.mcap"), "", machine_), InputError);
+}
+
+TEST_F(Import, LeavesNothingBehindWhereItCannotBeWritten) {
+  const std::string taken = folder_.file("taken.mcap");
+  std::filesystem::create_directory(taken);
+  EXPECT_THROW(write_imported(table_, {}, machine_, taken), InputError);
+  EXPECT_EQ(folder_.count(), 3);  // table, folder of the recording, and what is in the way
+}
+
+}  // namespace
+}  // namespace knuckle::recordings
