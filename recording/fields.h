@@ -4,7 +4,8 @@
 //   static void fields(Self& self, Visit&& visit) { visit("joint_rad", self.joint_rad); ... }
 //
 // and from that list come its schema (ROS 2's), its bytes (CDR) and its columns in tables. A name ends in the unit of
-// its value. What may be a member: numbers, bool, enums, Time, fixed vectors of doubles, Reason, and structs like these.
+// its value. What may be a member: numbers, bool, enums, Time, fixed vectors of doubles, Reason, and structs like
+// these.
 #pragma once
 
 #include <array>
@@ -25,7 +26,7 @@ namespace knuckle::recording {
 
 /// Members of a struct that does not list them itself.
 template <typename Self, typename Visit>
-  requires std::is_same_v<std::remove_const_t<Self>, Reason>
+requires std::is_same_v<std::remove_const_t<Self>, Reason>
 void visit_fields(Self& self, Visit&& visit) {
   visit("code", self.code);
   visit("subject", self.subject);
@@ -33,7 +34,9 @@ void visit_fields(Self& self, Visit&& visit) {
   visit("limit", self.limit);
 }
 template <typename Self, typename Visit>
-  requires requires(Self& self, Visit& visit) { std::remove_const_t<Self>::fields(self, visit); }
+requires requires(Self& self, Visit& visit) {
+  std::remove_const_t<Self>::fields(self, visit);
+}
 void visit_fields(Self& self, Visit&& visit) {
   std::remove_const_t<Self>::fields(self, visit);
 }

@@ -53,9 +53,8 @@ std::string part_name(const Head& head, int part) {
 
 std::string flight_name(const Head& head, Time at, const std::string& why) {
   const std::int64_t ms = (head.started_unix_ns + at.time_since_epoch().count()) / 1'000'000;
-  const std::string when = head.virtual_time
-                               ? fmt::format("{:.3f}s", to_seconds(at))
-                               : fmt::format("{}.{:03}Z", stamp(ms * 1'000'000), ms % 1000);
+  const std::string when = head.virtual_time ? fmt::format("{:.3f}s", to_seconds(at))
+                                             : fmt::format("{}.{:03}Z", stamp(ms * 1'000'000), ms % 1000);
   return when + "_" + side(head) + "_" + why + kSuffix;
 }
 
@@ -80,9 +79,8 @@ std::vector<FileOfFolder> files_in(const std::string& folder) {
     std::error_code ignored;
     return fs::last_write_time(file.path, ignored);
   };
-  std::sort(files.begin(), files.end(), [&](const auto& a, const auto& b) {
-    return std::pair(age(a), a.path) < std::pair(age(b), b.path);
-  });
+  std::sort(files.begin(), files.end(),
+            [&](const auto& a, const auto& b) { return std::pair(age(a), a.path) < std::pair(age(b), b.path); });
   return files;
 }
 

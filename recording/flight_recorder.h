@@ -1,5 +1,5 @@
-// The last half minute, always at hand: when something stops the machine, it is written into a file of its own, and with
-// it what comes in the next seconds.
+// The last half minute, always at hand: when something stops the machine, it is written into a file of its own, and
+// with it what comes in the next seconds.
 #pragma once
 
 #include <cstdint>

@@ -24,8 +24,8 @@ struct Head {
   std::string version;               ///< Of Knuckle.
   std::int64_t started_unix_ns = 0;  ///< Session time 0; 0 on virtual time, where it means nothing.
   bool virtual_time = false;
-  bool simulated = false;            ///< The machine is a simulation.
-  bool imported = false;             ///< Made of another program's table: it has no wires, and no loop of it ever ran.
+  bool simulated = false;  ///< The machine is a simulation.
+  bool imported = false;   ///< Made of another program's table: it has no wires, and no loop of it ever ran.
   bool has_operator = false, has_machine = false;  ///< Whose loop is recorded.
   LinkStart operator_start, machine_start;         ///< Of the loops recorded.
   ControlLaw law = ControlLaw::kEchoSpring;        ///< The operator's.

@@ -27,7 +27,8 @@ Recorder::Recorder(RecorderOptions options, Head head, const MachineDescription&
     : options_(std::move(options)), head_(std::move(head)), scene_(machine), flights_(options_.folder, head_) {
   for (auto& ring : rings_) ring = std::make_unique<ByteRing>(options_.ring_bytes);
   flights_.on_file = [this](Time at, const std::string& file, const std::string& problem) {
-    if (!problem.empty()) return say(at, Severity::kError, "flight record " + file + " could not be written: " + problem);
+    if (!problem.empty())
+      return say(at, Severity::kError, "flight record " + file + " could not be written: " + problem);
     {
       const std::scoped_lock lock(mutex_);
       status_.flights.push_back(file);

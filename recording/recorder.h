@@ -30,8 +30,8 @@ struct RecorderOptions {
   std::string folder;  ///< Of parts and flight records; empty: no flight records.
   bool keep = true;    ///< false: flight records alone.
   mcap::Compression compression{1};  ///< Higher levels of zstd take longer and save less than 1 %.
-  /// Of each loop's steps on their way here: more than two seconds of the busiest loop. Less, where it is drained often,
-  /// stays in the processor's cache.
+  /// Of each loop's steps on their way here: more than two seconds of the busiest loop. Less, where it is drained
+  /// often, stays in the processor's cache.
   std::size_t ring_bytes = std::size_t{1} << 22;
   Duration chunk = 500ms;  ///< At most so much is lost when the program is killed.
   std::uint64_t part_bytes = std::uint64_t{1} << 30;
@@ -43,8 +43,8 @@ struct RecorderOptions {
 /// For displays.
 struct RecorderStatus {
   bool recording = false;
-  std::string file;     ///< Being written, or the last.
-  std::string problem;  ///< Why the recording has ended; empty: it has not.
+  std::string file;                         ///< Being written, or the last.
+  std::string problem;                      ///< Why the recording has ended; empty: it has not.
   std::uint64_t bytes = 0, free_bytes = 0;  ///< Of all parts; left on the disk.
   std::uint64_t steps_lost = 0;             ///< There was no room for them.
   std::vector<std::string> flights;         ///< Files of flight records, the newest last.

@@ -19,7 +19,7 @@ namespace knuckle::recording {
 /// One message.
 struct Entry {
   Topic topic{};
-  Time at{};                            ///< Session time.
+  Time at{};                           ///< Session time.
   std::span<const std::uint8_t> data;  ///< Until the next one is asked for.
 };
 
@@ -32,7 +32,8 @@ class Recording {
   /// Of the first part, with the files that are attached.
   [[nodiscard]] const Head& head() const noexcept { return head_; }
   [[nodiscard]] const std::string& source() const noexcept { return paths_.front(); }
-  /// The next one in the order of the files; messages of topics that are not Knuckle's are left out. nullopt at the end.
+  /// The next one in the order of the files; messages of topics that are not Knuckle's are left out. nullopt at the
+  /// end.
   [[nodiscard]] std::optional<Entry> next();
   /// next() goes on with the first chunk that reaches this time.
   void seek(Time from);

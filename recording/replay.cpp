@@ -213,13 +213,14 @@ bool ReplayResult::identical() const noexcept {
 ReplaySetup setup_of(const Recording& recording) {
   const Head& head = recording.head();
   const auto attached = [&](const std::string& text, const char* file) -> const std::string& {
-    if (text.empty()) throw InputError(recording.source() + ": attachment " + file + ": is missing: cannot be replayed");
+    if (text.empty())
+      throw InputError(recording.source() + ": attachment " + file + ": is missing: cannot be replayed");
     return text;
   };
   ReplaySetup setup;
   setup.head = head;
-  setup.machine = calibrated(
-      parse_machine(attached(head.machine_file, kMachineFile), recording.source() + ": " + kMachineFile));
+  setup.machine =
+      calibrated(parse_machine(attached(head.machine_file, kMachineFile), recording.source() + ": " + kMachineFile));
   if (head.has_operator)
     setup.device = parse_device(attached(head.device_file, kDeviceFile), recording.source() + ": " + kDeviceFile);
   return setup;
@@ -231,8 +232,8 @@ struct Replay::Impl {
     const Head& head = setup_.head;
     if (head.has_operator) {
       operator_.make(std::make_unique<master::MasterLoop>(
-          setup_.device, setup_.machine, operator_.wires().hid(), operator_.wires().link(), head.operator_start, head.law,
-          head.far_end_is_this_machine ? master::FarEnd::kIsThisMachine : master::FarEnd::kTellsItsMachine));
+          setup_.device, setup_.machine, operator_.wires().hid(), operator_.wires().link(), head.operator_start,
+          head.law, head.far_end_is_this_machine ? master::FarEnd::kIsThisMachine : master::FarEnd::kTellsItsMachine));
     }
     if (head.has_machine) {
       machine_.make(std::make_unique<slave::SlaveLoop>(setup_.machine, machine_.wires().can(), machine_.wires().link(),
@@ -292,11 +293,13 @@ const ReplayResult& Replay::result() const noexcept {
 
 ReplayResult replay(Recording& recording, const ReplaySetup& setup) {
   if (recording.head().imported)
-    throw InputError(recording.source() + ": was imported from a table: no loop received anything, there is nothing to run again");
+    throw InputError(recording.source() +
+                     ": was imported from a table: no loop received anything, there is nothing to run again");
   if (recording.head().part != 1) {
-    throw InputError(recording.source() + ": begins in the middle of a session (" +
-                     (recording.head().part == 0 ? "a flight record" : "part " + std::to_string(recording.head().part)) +
-                     "): its loops can be run again from their first step only; name part 1 first");
+    throw InputError(
+        recording.source() + ": begins in the middle of a session (" +
+        (recording.head().part == 0 ? "a flight record" : "part " + std::to_string(recording.head().part)) +
+        "): its loops can be run again from their first step only; name part 1 first");
   }
   Replay run(setup);
   while (const auto entry = recording.next()) run.take(*entry);

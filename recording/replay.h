@@ -32,8 +32,8 @@ struct Divergence {
 
 /// How much a number of a loop's state differs over the whole recording.
 struct FieldDifference {
-  double largest = 0;      ///< Of its absolute value; NaN where one of the two is none.
-  Time at{};               ///< Where that is.
+  double largest = 0;       ///< Of its absolute value; NaN where one of the two is none.
+  Time at{};                ///< Where that is.
   std::uint64_t steps = 0;  ///< In which it differs at all.
 };
 

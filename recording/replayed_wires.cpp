@@ -18,19 +18,19 @@ struct KindInfo {
   bool input;
 };
 constexpr std::array<KindInfo, static_cast<std::size_t>(WireEventKind::kCount)> kInfos{
-    {{kCanWire, true},    // received
-     {kCanWire, false},   // sent
-     {kCanWire, false},   // refused
-     {kCanWire, true},    // state
-     {kCanWire, false},   // acknowledged
-     {kHidWire, true},    // received
-     {kHidWire, false},   // sent
-     {kHidWire, false},   // refused
-     {kHidWire, true},    // connected
-     {kLinkWire, true},   // received
-     {kLinkWire, false},  // sent
-     {kLinkWire, false},  // refused
-     {kLinkWire, true}}}; // not emptied
+    {{kCanWire, true},     // received
+     {kCanWire, false},    // sent
+     {kCanWire, false},    // refused
+     {kCanWire, true},     // state
+     {kCanWire, false},    // acknowledged
+     {kHidWire, true},     // received
+     {kHidWire, false},    // sent
+     {kHidWire, false},    // refused
+     {kHidWire, true},     // connected
+     {kLinkWire, true},    // received
+     {kLinkWire, false},   // sent
+     {kLinkWire, false},   // refused
+     {kLinkWire, true}}};  // not emptied
 
 bool refused(WireEventKind kind) noexcept {
   return kind == WireEventKind::kCanRefused || kind == WireEventKind::kHidRefused ||
@@ -47,8 +47,8 @@ std::string bytes_text(std::span<const std::uint8_t> bytes) {
 }
 
 std::string text_of(WireEventKind kind, std::uint32_t value, std::span<const std::uint8_t> data) {
-  const std::string what = as_written(kind) == WireEventKind::kCanSent ? fmt::format("frame {:#05x}", value)
-                           : kind == WireEventKind::kCanAcknowledged   ? "acknowledgement"
+  const std::string what = as_written(kind) == WireEventKind::kCanSent   ? fmt::format("frame {:#05x}", value)
+                           : kind == WireEventKind::kCanAcknowledged     ? "acknowledgement"
                            : as_written(kind) == WireEventKind::kHidSent ? "report"
                                                                          : "datagram";
   return what + " (" + bytes_text(data) + ")";

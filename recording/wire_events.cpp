@@ -12,11 +12,12 @@ namespace knuckle::recording {
 namespace {
 
 constexpr std::array<const char*, static_cast<std::size_t>(WireEventKind::kCount)> kNames{
-    "can_received", "can_sent",      "can_refused",  "can_state",     "can_acknowledged", "hid_received",    "hid_sent",
-    "hid_refused",  "hid_connected", "link_received", "link_sent", "link_refused", "link_not_emptied"};
+    "can_received", "can_sent",      "can_refused",   "can_state", "can_acknowledged", "hid_received",    "hid_sent",
+    "hid_refused",  "hid_connected", "link_received", "link_sent", "link_refused",     "link_not_emptied"};
 
 std::string upper(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](char c) { return c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c; });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](char c) { return c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c; });
   return text;
 }
 
@@ -35,8 +36,7 @@ std::string wires_schema() {
       "uint32 lost     # events for which there was no room\n"
       "WireEvent[] events\n" +
       std::string(80, '=') + "\nMSG: knuckle_msgs/WireEvent\n";
-  for (std::size_t i = 0; i < kNames.size(); ++i)
-    text += "uint8 " + upper(kNames[i]) + "=" + std::to_string(i) + "\n";
+  for (std::size_t i = 0; i < kNames.size(); ++i) text += "uint8 " + upper(kNames[i]) + "=" + std::to_string(i) + "\n";
   return text + "uint8 kind\nuint32 value\nuint8[] data\n";
 }
 

@@ -1,5 +1,5 @@
-// What crosses the three wires in one step of a loop, as it is recorded: every answer that the loop got from a wire, and
-// everything that it gave to one. Fed with the answers again, the loop does the same again.
+// What crosses the three wires in one step of a loop, as it is recorded: every answer that the loop got from a wire,
+// and everything that it gave to one. Fed with the answers again, the loop does the same again.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
-// Messages gathered into chunks: the unit that is compressed, written at once, and lost at most when a program is killed.
+// Messages gathered into chunks: the unit that is compressed, written at once, and lost at most when a program is
+// killed.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Writes one MCAP file. Each call writes whole records with one system call, so that a killed program leaves a file that
-// can be read up to its last whole chunk; after a call that failed, what it left is cut off again.
+// Writes one MCAP file. Each call writes whole records with one system call, so that a killed program leaves a file
+// that can be read up to its last whole chunk; after a call that failed, what it left is cut off again.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ class FileWriter {
   [[nodiscard]] bool append(const Chunk& chunk);
   [[nodiscard]] bool attach(const Attachment& attachment);
   [[nodiscard]] bool note(const Metadata& metadata);
-  /// Writes the summary, for readers that want to find things quickly; the file is closed in any case. Nothing where none
-  /// is open.
+  /// Writes the summary, for readers that want to find things quickly; the file is closed in any case. Nothing where
+  /// none is open.
   bool close();
 
   /// Written so far, of this file or of the last.

@@ -56,8 +56,8 @@ void Reader::seek(std::uint64_t log_time_ns) {
   in_chunk_ = Decoder({});
   at_ = kMagic.size();
   const auto& places = survey_.places;
-  const auto first = std::find_if(places.begin(), places.end(),
-                                  [&](const auto& place) { return place.last_time_ns >= log_time_ns; });
+  const auto first =
+      std::find_if(places.begin(), places.end(), [&](const auto& place) { return place.last_time_ns >= log_time_ns; });
   // Beyond those that are known there may be more.
   if (first != places.end())
     at_ = first->at;
@@ -115,8 +115,8 @@ std::optional<std::span<const std::uint8_t>> Reader::unpack(const Record& record
     why = "cannot be read";
     return {};
   }
-  const bool whole = zstd ? zstd_.decompress(packed_, head.uncompressed_bytes, unpacked_)
-                          : packed_.size() == head.uncompressed_bytes;
+  const bool whole =
+      zstd ? zstd_.decompress(packed_, head.uncompressed_bytes, unpacked_) : packed_.size() == head.uncompressed_bytes;
   if (!whole) {
     why = fmt::format("does not decompress to {} bytes", head.uncompressed_bytes);
     return {};

@@ -1,5 +1,5 @@
-// Reads an MCAP file from its beginning to its end. It needs no summary, so it reads recordings of killed programs; of a
-// damaged file it hands out everything that is whole, and says what is not.
+// Reads an MCAP file from its beginning to its end. It needs no summary, so it reads recordings of killed programs; of
+// a damaged file it hands out everything that is whole, and says what is not.
 #pragma once
 
 #include <cstdint>
@@ -67,7 +67,7 @@ class Reader {
   Survey survey_;
   std::uint64_t at_;  ///< The record after the one that is handed out.
   std::uint64_t not_before_ns_ = 0;
-  Record chunk_;         ///< That is handed out.
+  Record chunk_;          ///< That is handed out.
   Decoder in_chunk_{{}};  ///< The rest of it.
   Bytes packed_, unpacked_;
   ZstdDecompressor zstd_;

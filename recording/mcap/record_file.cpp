@@ -18,21 +18,36 @@ constexpr std::uint64_t kWindow_bytes = 64 << 10;
 
 std::string name_of(Opcode opcode) {
   switch (opcode) {
-    case Opcode::kHeader: return "header";
-    case Opcode::kFooter: return "footer";
-    case Opcode::kSchema: return "schema";
-    case Opcode::kChannel: return "channel";
-    case Opcode::kMessage: return "message";
-    case Opcode::kChunk: return "chunk";
-    case Opcode::kMessageIndex: return "message index";
-    case Opcode::kChunkIndex: return "chunk index";
-    case Opcode::kAttachment: return "attachment";
-    case Opcode::kAttachmentIndex: return "attachment index";
-    case Opcode::kStatistics: return "statistics";
-    case Opcode::kMetadata: return "metadata";
-    case Opcode::kMetadataIndex: return "metadata index";
-    case Opcode::kSummaryOffset: return "summary offset";
-    case Opcode::kDataEnd: return "data end";
+    case Opcode::kHeader:
+      return "header";
+    case Opcode::kFooter:
+      return "footer";
+    case Opcode::kSchema:
+      return "schema";
+    case Opcode::kChannel:
+      return "channel";
+    case Opcode::kMessage:
+      return "message";
+    case Opcode::kChunk:
+      return "chunk";
+    case Opcode::kMessageIndex:
+      return "message index";
+    case Opcode::kChunkIndex:
+      return "chunk index";
+    case Opcode::kAttachment:
+      return "attachment";
+    case Opcode::kAttachmentIndex:
+      return "attachment index";
+    case Opcode::kStatistics:
+      return "statistics";
+    case Opcode::kMetadata:
+      return "metadata";
+    case Opcode::kMetadataIndex:
+      return "metadata index";
+    case Opcode::kSummaryOffset:
+      return "summary offset";
+    case Opcode::kDataEnd:
+      return "data end";
   }
   return fmt::format("record of kind 0x{:02x}", static_cast<int>(opcode));
 }
@@ -52,10 +67,9 @@ RecordFile::RecordFile(const std::string& path) : damages(path) {
   if (!S_ISREG(status.st_mode)) refuse("not a regular file");
   size_ = static_cast<std::uint64_t>(status.st_size);
   Bytes magic;
-  if (size_ < kMagic.size() || !read(0, kMagic.size(), magic) || !std::equal(magic.begin(), magic.end(), kMagic.begin(),
-                                                                             [](std::uint8_t a, char b) {
-                                                                               return a == static_cast<std::uint8_t>(b);
-                                                                             })) {
+  if (size_ < kMagic.size() || !read(0, kMagic.size(), magic) ||
+      !std::equal(magic.begin(), magic.end(), kMagic.begin(),
+                  [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); })) {
     refuse("not an MCAP file");
   }
 }

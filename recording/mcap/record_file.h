@@ -1,4 +1,5 @@
-// An MCAP file as a row of records, each found from the end of the one before. Every length is checked against the file.
+// An MCAP file as a row of records, each found from the end of the one before. Every length is checked against the
+// file.
 #pragma once
 
 #include <cstdint>

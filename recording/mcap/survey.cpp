@@ -57,18 +57,23 @@ Survey::Survey(RecordFile& file) {
 
 void Survey::data_record(RecordFile& file, const Record& record) {
   switch (record.opcode) {
-    case Opcode::kChunk: return add_chunk(file, record);
-    case Opcode::kAttachment: return add_attachment(file, record);
+    case Opcode::kChunk:
+      return add_chunk(file, record);
+    case Opcode::kAttachment:
+      return add_attachment(file, record);
     case Opcode::kHeader:
     case Opcode::kSchema:
     case Opcode::kChannel:
-    case Opcode::kMetadata: break;
+    case Opcode::kMetadata:
+      break;
     case Opcode::kChunkIndex:
     case Opcode::kAttachmentIndex:
     case Opcode::kStatistics:
     case Opcode::kMetadataIndex:
-    case Opcode::kSummaryOffset: return file.damaged(record, "belongs to a summary, and is among the data");
-    default: return;  // message indexes; and what a later version of the format or another program has added
+    case Opcode::kSummaryOffset:
+      return file.damaged(record, "belongs to a summary, and is among the data");
+    default:
+      return;  // message indexes; and what a later version of the format or another program has added
   }
   const auto bytes = file.content(record);
   if (!bytes) return;
