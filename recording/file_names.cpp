@@ -7,7 +7,11 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <regex>
+#include <string_view>
 #include <utility>
+
+#include "recording/topics.h"
 
 namespace knuckle::recording {
 namespace {
@@ -28,10 +32,12 @@ std::string side(const Head& head) {
   return head.program.substr(begin + 1, head.program.find(' ', begin + 1) - begin - 1);
 }
 
-/// Ours begin with a date, or with the seconds of virtual time.
+/// part_name() and flight_name() make these, and nobody else is likely to.
 bool ours(const std::string& name) {
-  return name.size() > 5 && name.ends_with(kSuffix) && name[0] >= '0' && name[0] <= '9' &&
-         name.find('_') != std::string::npos;
+  static const std::regex kReal(
+      R"(\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d(\.\d{3})?Z_(slave|master|console|simulate)_[a-z_]+\d*(_\d+)?\.mcap)");
+  static const std::regex kVirtual(R"(\d+\.\d{3}s_simulate_[a-z_]+(_\d+)?\.mcap)");
+  return std::regex_match(name, kReal) || std::regex_match(name, kVirtual);
 }
 
 }  // namespace
@@ -66,6 +72,18 @@ bool make_folder(const std::string& folder) noexcept {
   return false;
 }
 
+std::string open_new(mcap::FileWriter& file, const std::string& path) {
+  constexpr int kMostTwins = 99;
+  const std::string stem = path.substr(0, path.size() - std::string_view(kSuffix).size());
+  for (int twin = 1; twin <= kMostTwins; ++twin) {
+    const std::string name = twin == 1 ? path : stem + "_" + std::to_string(twin) + kSuffix;
+    if (file.open(name, topics())) return name;
+    if (file.error() != EEXIST) break;
+  }
+  errno = file.error();
+  return "";
+}
+
 std::vector<FileOfFolder> files_in(const std::string& folder) {
   std::vector<FileOfFolder> files;
   std::error_code error;
@@ -73,18 +91,20 @@ std::vector<FileOfFolder> files_in(const std::string& folder) {
     std::error_code ignored;
     const std::string name = entry->path().filename().string();
     if (!ours(name) || !entry->is_regular_file(ignored)) continue;
-    files.push_back({entry->path().string(), entry->file_size(ignored), name.find(kPart) == std::string::npos});
+    files.push_back({entry->path().string(), entry->file_size(ignored), name.find(kPart) == std::string::npos,
+                     entry->last_write_time(ignored)});
   }
-  const auto age = [](const FileOfFolder& file) {
-    std::error_code ignored;
-    return fs::last_write_time(file.path, ignored);
-  };
   std::sort(files.begin(), files.end(),
-            [&](const auto& a, const auto& b) { return std::pair(age(a), a.path) < std::pair(age(b), b.path); });
+            [](const auto& a, const auto& b) { return std::pair(a.changed, a.path) < std::pair(b.changed, b.path); });
   return files;
 }
 
-std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes, const std::string& keep) {
+std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes, const std::string& keep,
+                                   const std::string& own) {
+  const auto live = [&](const FileOfFolder& file) {
+    const bool young = fs::file_time_type::clock::now() - file.changed < 1min;
+    return file.path == keep || (young && !fs::path(file.path).filename().string().starts_with(own));
+  };
   std::vector<FileOfFolder> files = files_in(folder);
   std::uint64_t total = 0;
   for (const FileOfFolder& file : files) total += file.bytes;
@@ -93,7 +113,7 @@ std::vector<std::string> make_room(const std::string& folder, std::uint64_t most
   for (const FileOfFolder& file : files) {
     if (total <= most_bytes) break;
     std::error_code error;
-    if (file.path == keep || !fs::remove(file.path, error)) continue;
+    if (live(file) || !fs::remove(file.path, error)) continue;
     total -= file.bytes;
     deleted.push_back(file.path);
   }
@@ -103,7 +123,7 @@ std::vector<std::string> make_room(const std::string& folder, std::uint64_t most
 std::optional<std::uint64_t> free_bytes(const std::string& path) noexcept {
   std::error_code error;
   const fs::space_info space = fs::space(fs::path(path), error);
-  if (error) return std::nullopt;
+  if (error || space.capacity == 0) return std::nullopt;  // a root file system in memory has no size
   return space.available;
 }
 

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/time.h"
 #include "recording/head.h"
+#include "recording/mcap/file_writer.h"
 
 namespace knuckle::recording {
 
@@ -23,16 +25,23 @@ namespace knuckle::recording {
 /// With everything above it; true where it is there afterwards. Else errno says why.
 [[nodiscard]] bool make_folder(const std::string& folder) noexcept;
 
+/// Makes a new file, under this name or, where there is one already, NAME_2.mcap and so on.
+/// @return its path; empty where it cannot be made, errno says why.
+[[nodiscard]] std::string open_new(mcap::FileWriter& file, const std::string& path);
+
 struct FileOfFolder {
   std::string path;
   std::uint64_t bytes = 0;
   bool flight = false;
+  std::filesystem::file_time_type changed{};
 };
 /// Files of recordings in it, the oldest first; none where there is no folder.
 [[nodiscard]] std::vector<FileOfFolder> files_in(const std::string& folder);
-/// Deletes the oldest until no more than this is left, parts before flight records; never `keep`.
+/// Deletes the oldest until no more than this is left, parts before flight records; never `keep`, nor what another
+/// session may still be writing: files changed within the last minute that do not begin with `own`.
 /// @return what was deleted.
-std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes, const std::string& keep);
+std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes, const std::string& keep,
+                                   const std::string& own);
 
 /// Left on the disk of a folder or file; nullopt: not known.
 [[nodiscard]] std::optional<std::uint64_t> free_bytes(const std::string& path) noexcept;

@@ -1,12 +1,10 @@
 #include "recording/flight_recorder.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
 
 #include "recording/file_names.h"
-#include "recording/topics.h"
 
 namespace knuckle::recording {
 
@@ -25,9 +23,9 @@ mcap::Chunk FlightRecorder::take(mcap::Chunk chunk) {
     if (!open_) {
       begin();
     } else if (!file_.append(kept_.back())) {
-      failed_ = true;
+      fail(file_.error());
     }
-    if (failed_ || newest - newest_trigger_ >= kAfter || newest - triggered_at_ >= kLongest) end();
+    if (failed_ || newest - newest_trigger_ >= kAfter) end();
   }
   mcap::Chunk old;
   while (newest - time_of(kept_.front().last_time_ns) > kBefore) {
@@ -38,32 +36,52 @@ mcap::Chunk FlightRecorder::take(mcap::Chunk chunk) {
 }
 
 void FlightRecorder::trigger(Time at, const std::string& why) {
-  newest_trigger_ = at;
-  if (folder_.empty() || triggered_at_ != kNever) return;
-  triggered_at_ = at;
-  why_ = why;
+  if (folder_.empty()) return;
+  if (triggered_at_ == kNever) {
+    triggered_at_ = newest_trigger_ = at;
+    why_ = why;
+  } else if (at - triggered_at_ <= kLongest - kAfter) {
+    newest_trigger_ = at;
+  } else {
+    next_at_ = at;
+    next_why_ = why;
+  }
 }
 
 void FlightRecorder::begin() {
   open_ = true;
   path_ = folder_ + "/" + flight_name(head_, triggered_at_, why_);
-  failed_ = !make_folder(folder_) || !file_.open(path_, topics()) || !file_.note(metadata_of(head_));
-  for (const mcap::Attachment& attachment : attachments_of(head_)) failed_ = failed_ || !file_.attach(attachment);
-  for (const mcap::Chunk& chunk : kept_) failed_ = failed_ || !file_.append(chunk);
+  const std::string made = make_folder(folder_) ? open_new(file_, path_) : "";
+  if (made.empty()) {
+    fail(errno);
+    return;
+  }
+  path_ = made;
+  bool written = file_.note(metadata_of(head_));
+  for (const mcap::Attachment& attachment : attachments_of(head_)) written = written && file_.attach(attachment);
+  for (const mcap::Chunk& chunk : kept_) written = written && file_.append(chunk);
+  if (!written) fail(file_.error());
+}
+
+void FlightRecorder::fail(int error) {
+  failed_ = true;
+  problem_ = std::strerror(error);
 }
 
 void FlightRecorder::end() {
-  const int error = failed_ ? (file_.error() != 0 ? file_.error() : errno) : 0;
-  failed_ = !file_.close() || failed_;
-  if (on_file) on_file(triggered_at_, path_, failed_ ? std::strerror(error != 0 ? error : file_.error()) : "");
-  triggered_at_ = kNever;
+  if (!file_.close() && !failed_) fail(file_.error());
+  if (on_file) on_file(triggered_at_, path_, problem_);
   open_ = failed_ = false;
+  problem_.clear();
+  triggered_at_ = newest_trigger_ = std::exchange(next_at_, kNever);
+  why_ = next_why_;
 }
 
 void FlightRecorder::close() {
-  if (triggered_at_ == kNever) return;
-  if (!open_) begin();
-  end();
+  while (triggered_at_ != kNever) {
+    if (!open_) begin();
+    end();
+  }
 }
 
 }  // namespace knuckle::recording

@@ -17,7 +17,7 @@ namespace knuckle::recording {
 class FlightRecorder {
  public:
   static constexpr Duration kBefore = 30s, kAfter = 5s;
-  static constexpr Duration kLongest = 60s;  ///< Behind the first stop, however many follow.
+  static constexpr Duration kLongest = 60s;  ///< Behind the first stop; one that comes later begins the next file.
 
   /// @param folder where files go; empty: none is written, nor anything kept.
   FlightRecorder(std::string folder, Head head);
@@ -36,13 +36,14 @@ class FlightRecorder {
  private:
   void begin();
   void end();
+  void fail(int error);
 
   std::string folder_;
   Head head_;
   std::deque<mcap::Chunk> kept_;
   mcap::FileWriter file_;
-  std::string path_, why_;
-  Time triggered_at_ = kNever, newest_trigger_ = kNever;
+  std::string path_, why_, next_why_, problem_;
+  Time triggered_at_ = kNever, newest_trigger_ = kNever, next_at_ = kNever;
   bool open_ = false, failed_ = false;
 };
 

@@ -1,5 +1,7 @@
 #include "recording/recorder.h"
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -15,7 +17,7 @@ namespace {
 constexpr Duration kDrainPeriod = 20ms;
 constexpr std::size_t kChunkBytes = std::size_t{4} << 20;
 constexpr const char* kUnfinished = ".partial";
-constexpr int kMostTwins = 99;  // parts that other programs began in the same second
+constexpr std::size_t kStampLength = sizeof("2026-11-25T13-05-40") - 1;  // of one session's parts
 
 Time time_at(std::int64_t ns) {
   return Time(Duration(ns));
@@ -28,14 +30,19 @@ Recorder::Recorder(RecorderOptions options, Head head, const MachineDescription&
   for (auto& ring : rings_) ring = std::make_unique<ByteRing>(options_.ring_bytes);
   flights_.on_file = [this](Time at, const std::string& file, const std::string& problem) {
     if (!problem.empty())
-      return say(at, Severity::kError, "flight record " + file + " could not be written: " + problem);
+      return notice(at, Severity::kError, "flight record " + file + " could not be written: " + problem);
     {
       const std::scoped_lock lock(mutex_);
       status_.flights.push_back(file);
     }
     say(at, Severity::kInfo, "flight record: " + file);
   };
-  if (!options_.keep) return;
+  if (!options_.keep) {
+    if (!options_.folder.empty() && !make_folder(options_.folder))
+      notice({}, Severity::kError,
+             "no flight record can be written to " + options_.folder + ": " + std::strerror(errno));
+    return;
+  }
   if (!open_part(0)) {
     const std::string where = options_.file.empty() ? options_.folder : options_.file;
     throw InputError(where + ": cannot be recorded to: " + std::strerror(errno));
@@ -53,6 +60,13 @@ void Recorder::event(Event event) {
 
 void Recorder::say(Time at, Severity severity, const std::string& text) {
   event({at, severity, "recorder", text});
+}
+
+void Recorder::notice(Time at, Severity severity, const std::string& text) {
+  constexpr std::size_t kMostNotices = 1000;
+  say(at, severity, text);
+  const std::scoped_lock lock(mutex_);
+  if (status_.notices.size() < kMostNotices) status_.notices.push_back(text);
 }
 
 RecorderStatus Recorder::status() const {
@@ -127,7 +141,12 @@ void Recorder::draw(std::int64_t time_ns, std::span<const std::uint8_t> state_me
 }
 
 void Recorder::watch(std::size_t side, Time at, ReasonCode alarm) {
-  if (alarm != ReasonCode::kNone && alarm != alarms_[side]) flights_.trigger(at, name(alarm));
+  const bool begins = alarm != ReasonCode::kNone && alarm != alarms_[side] && !options_.folder.empty();
+  if (begins && room_for_more(at)) {
+    flights_.trigger(at, name(alarm));
+  } else if (begins) {
+    notice(at, Severity::kError, std::string("no flight record of ") + name(alarm) + ": the disk is full");
+  }
   alarms_[side] = alarm;
 }
 
@@ -140,38 +159,58 @@ void Recorder::finish_chunk() {
 void Recorder::write(const mcap::Chunk& chunk) {
   const Time at = time_at(newest_ns_);
   if (options_.file.empty()) {
-    const auto free = free_bytes(options_.folder);
-    if (free && *free < options_.least_free_bytes)
-      return end_recording(at, "only " + std::to_string(*free >> 20) + " MiB are left on the disk");
+    if (!room_for_more(at)) {
+      const std::uint64_t left = free_bytes(options_.folder).value_or(0);
+      return end_recording(at, "only " + std::to_string(left >> 20) + " MiB are left on the disk");
+    }
+    const bool gone = ::access(path_.c_str(), F_OK) != 0;
     const bool over = file_.bytes() + chunk.bytes.size() > options_.part_bytes ||
                       newest_ns_ - part_began_ns_ >= options_.part.count();
-    if (over && file_.bytes() > 0) {
+    if (gone || (over && file_.bytes() > 0)) {
+      if (gone) notice(at, Severity::kError, path_ + " was removed while it was written; a new part is begun");
       bytes_before_ += file_.bytes();
       (void)file_.close();
       ++head_.part;
-      if (!open_part(newest_ns_)) return end_recording(at, std::strerror(file_.error()));
+      if (!open_part(newest_ns_)) return end_recording(at, std::strerror(errno));
     }
-    const std::scoped_lock lock(mutex_);
-    status_.free_bytes = free.value_or(0);
   }
   if (!file_.append(chunk)) end_recording(at, std::strerror(file_.error()));
 }
 
-bool Recorder::open_part(std::int64_t at_ns) {
-  if (options_.file.empty() && !make_folder(options_.folder)) return false;
-  const bool own_name = options_.file.empty();
-  if (!own_name) (void)std::remove((options_.file + kUnfinished).c_str());
-  const std::string first =
-      own_name ? options_.folder + "/" + part_name(head_, head_.part) : options_.file + kUnfinished;
-  std::string path = first;
-  bool open = file_.open(path, topics());
-  for (int twin = 2; !open && own_name && file_.error() == EEXIST && twin <= kMostTwins; ++twin) {
-    path = first.substr(0, first.size() - 5) + "_" + std::to_string(twin) + ".mcap";
-    open = file_.open(path, topics());
+/// Deletes the oldest recordings where the folder or the disk is too full. @return whether the disk has room then.
+bool Recorder::room_for_more(Time at) {
+  const auto before = free_bytes(options_.folder);
+  std::uint64_t used = 0;
+  if (before && *before < options_.least_free_bytes) {
+    for (const FileOfFolder& file : files_in(options_.folder)) used += file.bytes;
+    const std::uint64_t missing = options_.least_free_bytes - *before;
+    const std::string own = part_name(head_, 1).substr(0, kStampLength);
+    for (const std::string& deleted : make_room(options_.folder, used > missing ? used - missing : 0, path_, own))
+      notice(at, Severity::kWarning, "deleted, as the disk is full: " + deleted);
   }
-  open = open && file_.note(metadata_of(head_));
-  for (const mcap::Attachment& attachment : attachments_of(head_)) open = open && file_.attach(attachment);
-  if (!open) {
+  const auto free = free_bytes(options_.folder);
+  const std::scoped_lock lock(mutex_);
+  status_.free_bytes = free.value_or(0);
+  return !free || *free >= options_.least_free_bytes;
+}
+
+bool Recorder::open_part(std::int64_t at_ns) {
+  const bool own_name = options_.file.empty();
+  if (own_name) {
+    if (!make_folder(options_.folder)) return false;
+    path_ = open_new(file_, options_.folder + "/" + part_name(head_, head_.part));
+    if (path_.empty()) return false;
+  } else {
+    path_ = options_.file + kUnfinished;
+    (void)std::remove(path_.c_str());
+    if (!file_.open(path_, topics())) {
+      errno = file_.error();
+      return false;
+    }
+  }
+  bool written = file_.note(metadata_of(head_));
+  for (const mcap::Attachment& attachment : attachments_of(head_)) written = written && file_.attach(attachment);
+  if (!written) {
     errno = file_.error();
     return false;
   }
@@ -180,11 +219,12 @@ bool Recorder::open_part(std::int64_t at_ns) {
   {
     const std::scoped_lock lock(mutex_);
     status_.recording = true;
-    status_.file = own_name ? path : options_.file;
+    status_.file = own_name ? path_ : options_.file;
   }
   if (!own_name) return true;
-  for (const std::string& deleted : make_room(options_.folder, options_.folder_bytes, path))
-    say(time_at(at_ns), Severity::kInfo, "deleted, as the folder is full: " + deleted);
+  const std::string own = part_name(head_, 1).substr(0, kStampLength);
+  for (const std::string& deleted : make_room(options_.folder, options_.folder_bytes, path_, own))
+    notice(time_at(at_ns), Severity::kInfo, "deleted, as the folder is full: " + deleted);
   return true;
 }
 
@@ -201,7 +241,10 @@ void Recorder::end_recording(Time at, const std::string& problem) {
 
 /// A file that was named is there only once it is complete.
 bool Recorder::put_in_place() {
-  if (file_.error() != 0) errno = file_.error();
+  if (!file_.close()) {
+    errno = file_.error();
+    return false;
+  }
   return options_.file.empty() || std::rename((options_.file + kUnfinished).c_str(), options_.file.c_str()) == 0;
 }
 
@@ -213,7 +256,7 @@ void Recorder::close() {
   flights_.close();
   take_events();  // what the last flight record has to say of itself
   if (!builder_.empty()) finish_chunk();
-  if (recording_ && !(file_.close() && put_in_place())) end_recording(time_at(newest_ns_), std::strerror(errno));
+  if (recording_ && !put_in_place()) end_recording(time_at(newest_ns_), std::strerror(errno));
   recording_ = false;
   drain();
 }

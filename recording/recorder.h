@@ -48,6 +48,7 @@ struct RecorderStatus {
   std::uint64_t bytes = 0, free_bytes = 0;  ///< Of all parts; left on the disk.
   std::uint64_t steps_lost = 0;             ///< There was no room for them.
   std::vector<std::string> flights;         ///< Files of flight records, the newest last.
+  std::vector<std::string> notices;         ///< What a person should hear of besides: refused, deleted. Bounded.
 };
 
 class Recorder {
@@ -87,6 +88,8 @@ class Recorder {
   [[nodiscard]] bool open_part(std::int64_t at_ns);
   [[nodiscard]] bool put_in_place();
   void end_recording(Time at, const std::string& problem);
+  [[nodiscard]] bool room_for_more(Time at);
+  void notice(Time at, Severity severity, const std::string& text);
   void say(Time at, Severity severity, const std::string& text);
 
   RecorderOptions options_;
@@ -96,6 +99,7 @@ class Recorder {
   mcap::ChunkBuilder builder_;
   mcap::Chunk spare_;
   mcap::FileWriter file_;
+  std::string path_;  // of file_
   FlightRecorder flights_;
   std::array<std::uint32_t, static_cast<std::size_t>(Topic::kCount)> sequences_{};
   std::array<ReasonCode, kSides> alarms_{};

@@ -95,14 +95,17 @@ class LoopReplay {
   [[nodiscard]] ReplayedWires& wires() noexcept { return wires_; }
   void make(std::unique_ptr<Loop> loop) { loop_ = std::move(loop); }
 
-  /// @param before_step sets what is set from outside.
+  /// A message of this side that is none of this version's.
+  void unreadable() { ++result_.sides[static_cast<std::size_t>(side_)].unreadable; }
+
   void step(const StepWires& recorded) {
     SideResult& own = result_.sides[static_cast<std::size_t>(side_)];
     finish();
-    if (recorded.step != next_step_) own.missing += recorded.step - next_step_;
+    if (recorded.step > next_step_) own.missing += recorded.step - next_step_;
     at_ = recorded.at;
     lines_.clear();
-    if (recorded.step != next_step_)
+    if (recorded.step < next_step_) lines_.emplace_back("a step is in the recording twice, or out of order");
+    if (recorded.step > next_step_)
       lines_.push_back(fmt::format("steps {} to {} are missing in the recording", next_step_, recorded.step - 1));
     if (!recorded.intact) lines_.emplace_back("the recording was altered: its events do not fit their check sum");
     if (recorded.lost > 0) lines_.push_back(fmt::format("{} events were not recorded: too many", recorded.lost));
@@ -172,7 +175,8 @@ class LoopReplay {
     if (recorded != nullptr) set_up(*recorded);
     if (recorded != nullptr) loop_->step(at_);
     wire_lines_ = recorded != nullptr ? wires_.end() : std::vector<std::string>();
-    ++result_.sides[static_cast<std::size_t>(side_)].steps;
+    SideResult& own = result_.sides[static_cast<std::size_t>(side_)];
+    ++(recorded != nullptr ? own.steps : own.unrun);
   }
   void set_up(const State& recorded) {
     if constexpr (std::is_same_v<State, master::MasterState>) {
@@ -206,8 +210,9 @@ const char* name(Side side) noexcept {
 }
 
 bool ReplayResult::identical() const noexcept {
-  return std::all_of(sides.begin(), sides.end(),
-                     [](const SideResult& side) { return side.differing == 0 && side.missing == 0; });
+  return std::all_of(sides.begin(), sides.end(), [](const SideResult& side) {
+    return side.differing == 0 && side.missing == 0 && side.unreadable == 0 && (side.steps > 0 || !side.recorded);
+  });
 }
 
 ReplaySetup setup_of(const Recording& recording) {
@@ -230,6 +235,8 @@ struct Replay::Impl {
   explicit Impl(const ReplaySetup& setup)
       : setup_(setup), operator_(Side::kOperator, result_), machine_(Side::kMachine, result_) {
     const Head& head = setup_.head;
+    result_.sides[0].recorded = head.has_operator;
+    result_.sides[1].recorded = head.has_machine;
     if (head.has_operator) {
       operator_.make(std::make_unique<master::MasterLoop>(
           setup_.device, setup_.machine, operator_.wires().hid(), operator_.wires().link(), head.operator_start,
@@ -258,28 +265,35 @@ void Replay::take(const Entry& entry) {
     message.assign(entry.data.begin(), entry.data.end());
     return decode_wires(message);
   };
-  CdrReader in(entry.data);
+  const auto step = [&](auto& loop, Side side) {
+    loop.finish();
+    if (const auto wires = wires_of(side)) {
+      loop.step(*wires);
+    } else {
+      loop.unreadable();
+    }
+  };
+  const auto compare = [&](auto& loop, auto state) {
+    if (decode(entry.data, state)) {
+      loop.compare(state);
+    } else {
+      loop.unreadable();
+    }
+  };
+  const Head& head = i.setup_.head;
   switch (entry.topic) {
     case Topic::kOperatorWires:
-      i.operator_.finish();
-      if (const auto wires = wires_of(Side::kOperator); wires && i.setup_.head.has_operator) i.operator_.step(*wires);
+      if (head.has_operator) step(i.operator_, Side::kOperator);
       break;
     case Topic::kMachineWires:
-      i.machine_.finish();
-      if (const auto wires = wires_of(Side::kMachine); wires && i.setup_.head.has_machine) i.machine_.step(*wires);
+      if (head.has_machine) step(i.machine_, Side::kMachine);
       break;
-    case Topic::kOperatorState: {
-      master::MasterState state;
-      get(in, state);
-      if (i.setup_.head.has_operator) i.operator_.compare(state);
+    case Topic::kOperatorState:
+      if (head.has_operator) compare(i.operator_, master::MasterState());
       break;
-    }
-    case Topic::kMachineState: {
-      slave::SlaveState state;
-      get(in, state);
-      if (i.setup_.head.has_machine) i.machine_.compare(state);
+    case Topic::kMachineState:
+      if (head.has_machine) compare(i.machine_, slave::SlaveState());
       break;
-    }
     default:
       break;
   }

@@ -45,9 +45,12 @@ struct Change {
 };
 
 struct SideResult {
-  std::uint64_t steps = 0;      ///< Run again.
-  std::uint64_t differing = 0;  ///< Of them, with any difference.
-  std::uint64_t missing = 0;    ///< Not in the recording.
+  std::uint64_t steps = 0;       ///< Run again.
+  std::uint64_t differing = 0;   ///< Of them, with any difference.
+  std::uint64_t missing = 0;     ///< Not in the recording.
+  std::uint64_t unrun = 0;       ///< Of an orderly end, in which the loop does not step.
+  std::uint64_t unreadable = 0;  ///< Messages that are none of this version's.
+  bool recorded = false;         ///< The recording says that it has this side.
   std::optional<Divergence> first;
   std::map<std::string, FieldDifference> fields;  ///< By name, those that differ.
 };
@@ -56,6 +59,7 @@ struct ReplayResult {
   std::array<SideResult, 2> sides;  ///< By Side.
   /// What the loops held of the machine, wherever recorded and replayed differ in it.
   std::vector<Change> changes;
+  /// Every side that was recorded did step, and did the same. What the files have lost is told by Recording::damages().
   [[nodiscard]] bool identical() const noexcept;
 };
 

@@ -30,9 +30,8 @@ class TapedCan final : public CanBus {
     return true;
   }
   [[nodiscard]] CanState state() const noexcept override {
-    const CanState now = bus_.state();
-    if (tape_.on() && now != state_) tape_.add(WireEventKind::kCanState, static_cast<std::uint32_t>(now));
-    state_ = now;
+    const CanState now = bus_.state();  // every answer: it may change within a step
+    tape_.add(WireEventKind::kCanState, static_cast<std::uint32_t>(now));
     return now;
   }
   void acknowledge() noexcept override {
@@ -47,7 +46,6 @@ class TapedCan final : public CanBus {
   }
   CanBus& bus_;
   LoopTape& tape_;
-  mutable CanState state_ = CanState::kActive;  // as the tape has it
 };
 
 class TapedHid final : public HidPort {

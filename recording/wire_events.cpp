@@ -60,6 +60,7 @@ std::optional<StepWires> decode_wires(std::span<const std::uint8_t> message) {
     wires.events.push_back(event);
   }
   if (!in.ok()) return std::nullopt;
+  wires.intact = wires.intact && in.at() == message.size();
   return wires;
 }
 

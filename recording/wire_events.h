@@ -18,7 +18,7 @@ enum class WireEventKind : std::uint8_t {
   kCanReceived,      ///< value: identifier; data: 0 to 8 bytes
   kCanSent,          ///< likewise
   kCanRefused,       ///< likewise; send() said false
-  kCanState,         ///< value: CanState as it is from now on
+  kCanState,         ///< value: CanState, asked for
   kCanAcknowledged,  ///< an operator has taken note of a bus-off
   kHidReceived,      ///< data: 64 bytes
   kHidSent,          ///< likewise

@@ -273,6 +273,7 @@ int run(const Options& o) {
       setup, port, wire, program, [&] { return device ? device->status().problem : ""; }, csv.stream(), log.recorder());
   link.close();
   log.close();
+  for (const cli::News& news : program.news()) console.note(news.what);
   outcome.records_lost += finish_records(console, {&csv});
 
   const bool without_device = device && !outcome.device_was_ready;

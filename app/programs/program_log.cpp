@@ -66,6 +66,8 @@ std::vector<cli::News> ProgramLog::news() {
   for (; flights_told_ < status.flights.size(); ++flights_told_)
     news.push_back(
         {"flight record " + status.flights[flights_told_] + ": read it with knuckle explain", "flight record"});
+  for (; notices_told_ < status.notices.size(); ++notices_told_)
+    news.push_back({status.notices[notices_told_], "recording"});
   if (status.problem != problem_told_) {
     problem_told_ = status.problem;
     news.push_back({"the recording has ended: " + status.problem, "recording"});
@@ -85,7 +87,8 @@ nlohmann::ordered_json ProgramLog::json() const {
           {"bytes", status.bytes},
           {"problem", status.problem.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(status.problem)},
           {"steps_lost", status.steps_lost},
-          {"flight_records", status.flights}};
+          {"flight_records", status.flights},
+          {"notices", status.notices}};
 }
 
 }  // namespace knuckle::programs

@@ -56,7 +56,7 @@ class ProgramLog {
   std::string folder_, failure_;
   std::unique_ptr<recording::Recorder> recorder_;
   std::unique_ptr<recording::RecorderThread> thread_;
-  std::size_t flights_told_ = 0;
+  std::size_t flights_told_ = 0, notices_told_ = 0;
   std::string problem_told_;
 };
 

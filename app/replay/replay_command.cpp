@@ -72,9 +72,12 @@ int run(const Options& o) {
     std::cerr << "knuckle replay: " << recording.source() << ": has no end: its program was killed\n";
   for (std::size_t i = 0; i < result.sides.size(); ++i) {
     const recording::SideResult& side = result.sides[i];
-    if (side.steps == 0) continue;
+    if (!side.recorded) continue;
     std::cout << fmt::format("{}: {} steps, {} different, {} missing\n", name(static_cast<recording::Side>(i)),
                              side.steps, side.differing, side.missing);
+    if (side.unreadable > 0)
+      std::cout << fmt::format("  {} messages are none of this version's: recorded by version {}\n", side.unreadable,
+                               recording.head().version);
     if (side.first) print(*side.first);
     print_fields(side);
   }
@@ -82,12 +85,13 @@ int run(const Options& o) {
   for (const recording::Change& change : result.changes)
     std::cout << fmt::format("  {:>10.3f} s  {}: recorded \"{}\", replayed \"{}\"\n", to_seconds(change.at),
                              name(change.side), change.recorded, change.replayed);
-  if (result.identical()) std::cout << "identical, bit by bit\n";
+  const bool whole = recording.damages().empty();
+  if (result.identical()) std::cout << (whole ? "identical, bit by bit\n" : "identical as far as it can be read\n");
   if (!o.with.empty() || !o.control.empty()) return 0;
   if (!result.identical() && recording.head().version != cli::program_version())
     std::cout << "recorded by version " << recording.head().version << ", run again by " << cli::program_version()
               << '\n';
-  return result.identical() ? 0 : 1;
+  return result.identical() && whole ? 0 : 1;
 }
 
 }  // namespace

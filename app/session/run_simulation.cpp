@@ -112,6 +112,7 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
     recorder->close();
     result.log = recorder->status();
     if (!result.log.problem.empty()) result.notes.push_back("the recording has ended: " + result.log.problem);
+    for (const std::string& notice : result.log.notices) result.notes.push_back(notice);
     for (const std::string& file : result.log.flights) result.notes.push_back("flight record: " + file);
   }
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "app/cli/command.h"
+#include "core/error.h"
 #include "machine/toml_reader.h"
 #include "machine/whole_file.h"
 
@@ -11,7 +12,12 @@ namespace knuckle::session {
 
 std::string file_text(const std::string& source) {
   std::error_code ignored;
-  return std::filesystem::is_regular_file(source, ignored) ? whole_file(source, kLargestToml_MB) : "";
+  if (!std::filesystem::is_regular_file(source, ignored)) return "";
+  try {
+    return whole_file(source, kLargestToml_MB);
+  } catch (const InputError&) {
+    return "";  // it could be read when the session was made of it; the replay says that it is missing
+  }
 }
 
 recording::Head session_head(const SessionSetup& setup, const SimulateOptions& options) {

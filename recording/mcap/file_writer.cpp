@@ -16,7 +16,7 @@ FileWriter::~FileWriter() {
 
 bool FileWriter::open(const std::string& path, const Topics& topics) {
   close();
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (file < 0) {
     error_ = errno;
     return false;

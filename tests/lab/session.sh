@@ -4,8 +4,11 @@
 . /lab/lib/common.sh
 . /lab/lib/session.sh
 
+replays() { knuckle replay "$1" > "$result/replay.txt" 2>&1; }
+
 # session NAME BACK_END SCENARIO LONGEST_S
 session() {
+  export KNUCKLE_RECORDINGS=/tmp/recordings.$1
   record "$1" vcan0
   start_machine "$1" vcan0 vcan0 "$3"
   start_operator "$1" "$2" "$3"
@@ -20,6 +23,9 @@ session() {
   check "$1: the firmware never had to take the torque away" of "$1.device" '.latches | map(select(.at_s > 1)) == []'
   check "$1: no CAN frame was lost" of "$1.slave" '.can_counters | [.queue_full, .overflows, .not_sendable, .error_frames] | add == 0'
   check "$1: the machine's side ends in order" of "$1.slave" '.stop.confirmed'
+  check "$1: both sides were recorded without a gap" of "$1.slave" '.recording | .steps_lost == 0 and .problem == null and .bytes > 100000'
+  check "$1: ... the machine's side runs again bit by bit" replays "$KNUCKLE_RECORDINGS"/*_slave_part001.mcap
+  check "$1: ... and so does the operator's" replays "$KNUCKLE_RECORDINGS"/*_master_part001.mcap
 }
 
 hosts_up 10

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstring>
 #include <filesystem>
 #include <random>
 
@@ -13,6 +14,8 @@
 #include "core/error.h"
 #include "recording/events.h"
 #include "recording/file_names.h"
+#include "recording/replayed_wires.h"
+#include "recording/taped_wires.h"
 #include "tests/recording/recorded_session.h"
 #include "tests/support/no_alloc.h"
 #include "tests/support/small_disk.h"
@@ -153,12 +156,22 @@ TEST(Recorder, OtherFilesInTheFolderAreLeftAlone) {
   TemporaryFolder folder;
   std::ofstream(folder.file("holiday_part1.mcap")) << std::string(10'000, 'x');
   std::ofstream(folder.file("2026-notes.txt")) << std::string(10'000, 'x');
+  std::ofstream(folder.file("2019-06-01_survey_of_a_colleague.mcap")) << std::string(10'000, 'x');
+  const std::string live = folder.file("2026-11-25T10-00-00Z_master_part001.mcap");  // of a program that runs beside
+  std::ofstream(live) << std::string(10'000, 'x');
   RecorderOptions how = into(folder.path().string());
   how.part = 1s;
   how.folder_bytes = 1;
   (void)record(short_session("free_motion", 3), how);
   EXPECT_TRUE(std::filesystem::exists(folder.file("holiday_part1.mcap")));
   EXPECT_TRUE(std::filesystem::exists(folder.file("2026-notes.txt")));
+  EXPECT_TRUE(std::filesystem::exists(folder.file("2019-06-01_survey_of_a_colleague.mcap")));
+  EXPECT_TRUE(std::filesystem::exists(live));
+  std::filesystem::last_write_time(live, std::filesystem::file_time_type::clock::now() - 2min);
+  const RecorderStatus status = record(short_session("free_motion", 2), how);
+  EXPECT_FALSE(std::filesystem::exists(live));
+  ASSERT_FALSE(status.notices.empty());
+  EXPECT_EQ(status.notices[0], "deleted, as the folder is full: " + live);
 }
 
 TEST(Recorder, FullDiskEndsTheRecordingAndNothingElse) {
@@ -246,6 +259,74 @@ TEST(FlightRecorder, EveryStopLeavesTheSecondsBeforeAndAfterItAlsoWithoutARecord
   }
 }
 
+TEST(FlightRecorder, SecondSessionOfTheSameNameKeepsBoth) {
+  TemporaryFolder folder;
+  RecorderOptions how = into(folder.path().string());
+  how.keep = false;
+  for (int i = 0; i < 2; ++i) {
+    const RecorderStatus status = record(short_session("fault_in_contact", 60), how);
+    EXPECT_EQ(status.flights.size(), 1u);
+  }
+  EXPECT_EQ(paths_in(folder.path().string(), true).size(), 2u);
+}
+
+TEST(FlightRecorder, OneThatCannotBeWrittenIsToldWithItsReason) {
+  TemporaryFolder folder;
+  std::ofstream(folder.file("file")) << "x";
+  RecorderOptions how = into(folder.file("file") + "/inside");
+  how.keep = false;
+  const RecorderStatus status = record(short_session("fault_in_contact", 60), how);
+  EXPECT_TRUE(status.flights.empty());
+  ASSERT_GE(status.notices.size(), 2u);  // at the start, and whenever one was needed
+  for (const std::string& notice : status.notices)
+    EXPECT_NE(notice.find("Not a directory"), std::string::npos) << notice;
+}
+
+TEST(Replay, OfWhatCannotBeReadIsNotIdentical) {
+  TemporaryFolder folder;
+  RecorderOptions how;
+  how.file = folder.file("x.mcap");
+  (void)record(short_session("free_motion", 2), how);
+  std::filesystem::resize_file(how.file, 40'000);  // within its first chunk
+  EXPECT_FALSE(replayed({how.file}).identical());
+}
+
+TEST(Replay, AWireThatChangesItsStateWithinAStepIsAskedTheSameAgain) {
+  class Bus final : public CanBus {
+   public:
+    bool send(const CanFrame&) noexcept override { return false; }
+    bool receive(CanFrame& frame) noexcept override {
+      frame = {};
+      return left-- > 0;
+    }
+    [[nodiscard]] CanState state() const noexcept override { return now; }
+    CanState now = CanState::kActive;
+    int left = 2;
+  } bus;
+  ByteRing ring(1 << 16);
+  recording::LoopTape tape;
+  tape.record_to(ring);
+  recording::TapedCan taped(bus, tape);
+  const auto asked = [](CanBus& can, const std::function<void()>& between) {
+    CanFrame frame;
+    while (can.receive(frame)) {
+    }
+    const CanState first = can.state();
+    between();
+    return std::pair(first, can.state());
+  };
+  const auto recorded = asked(taped, [&] { bus.now = CanState::kDown; });
+  tape.end_step({}, ReasonCode::kNone);
+  recording::StepHeader header;
+  std::memcpy(&header, ring.front().data(), sizeof header);
+  const auto wires = recording::decode_wires(ring.front().subspan(sizeof header, header.wires_size));
+  ASSERT_TRUE(wires);
+  recording::ReplayedWires replayed;
+  replayed.begin(*wires);
+  EXPECT_EQ(asked(replayed.can(), [] {}), recorded);
+  EXPECT_TRUE(replayed.end().empty());
+}
+
 TEST(FlightRecorder, NamesTheReason) {
   TemporaryFolder folder;
   RecorderOptions how = into(folder.path().string());
@@ -330,6 +411,7 @@ TEST(RecordingHead, SurvivesTheFile) {
 TEST(RecordingHead, ForeignOrDamagedOnesAreRefusedWithTheirKey) {
   const mcap::Metadata good = recording::metadata_of({});
   for (const auto& [key, value] : good.values) {
+    if (key == "imported") continue;  // recordings from before there were imports have none
     mcap::Metadata missing = good;
     missing.values.erase(key);
     try {
