@@ -53,8 +53,12 @@ std::string default_folder() {
   return (home.empty() ? "." : home) + "/.local/state/knuckle/recordings";
 }
 
+std::string part_stem(const Head& head) {
+  return stamp(head.started_unix_ns) + "Z_" + side(head) + kPart;
+}
+
 std::string part_name(const Head& head, int part) {
-  return stamp(head.started_unix_ns) + "Z_" + side(head) + fmt::format("{}{:03}{}", kPart, part, kSuffix);
+  return part_stem(head) + fmt::format("{:03}{}", part, kSuffix);
 }
 
 std::string flight_name(const Head& head, Time at, const std::string& why) {
@@ -125,6 +129,13 @@ std::optional<std::uint64_t> free_bytes(const std::string& path) noexcept {
   const fs::space_info space = fs::space(fs::path(path), error);
   if (error || space.capacity == 0) return std::nullopt;  // a root file system in memory has no size
   return space.available;
+}
+
+std::optional<std::uint64_t> disk_bytes(const std::string& path) noexcept {
+  std::error_code error;
+  const fs::space_info space = fs::space(fs::path(path), error);
+  if (error || space.capacity == 0) return std::nullopt;
+  return space.capacity;
 }
 
 }  // namespace knuckle::recording

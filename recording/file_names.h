@@ -18,6 +18,8 @@ namespace knuckle::recording {
 
 /// "2026-11-25T13-05-40Z_slave_part001.mcap"; the time is that of session time 0.
 [[nodiscard]] std::string part_name(const Head& head, int part);
+/// What the names of a session's parts begin with.
+[[nodiscard]] std::string part_stem(const Head& head);
 /// "2026-11-25T13-07-12.250Z_slave_fault_link_lost.mcap"; the time is that of the event. On virtual time:
 /// "12.250s_simulate_fault_link_lost.mcap".
 [[nodiscard]] std::string flight_name(const Head& head, Time at, const std::string& why);
@@ -45,5 +47,7 @@ std::vector<std::string> make_room(const std::string& folder, std::uint64_t most
 
 /// Left on the disk of a folder or file; nullopt: not known.
 [[nodiscard]] std::optional<std::uint64_t> free_bytes(const std::string& path) noexcept;
+/// The whole disk; nullopt: not known.
+[[nodiscard]] std::optional<std::uint64_t> disk_bytes(const std::string& path) noexcept;
 
 }  // namespace knuckle::recording

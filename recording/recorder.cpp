@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -17,7 +18,6 @@ namespace {
 constexpr Duration kDrainPeriod = 20ms;
 constexpr std::size_t kChunkBytes = std::size_t{4} << 20;
 constexpr const char* kUnfinished = ".partial";
-constexpr std::size_t kStampLength = sizeof("2026-11-25T13-05-40") - 1;  // of one session's parts
 
 Time time_at(std::int64_t ns) {
   return Time(Duration(ns));
@@ -179,19 +179,22 @@ void Recorder::write(const mcap::Chunk& chunk) {
 
 /// Deletes the oldest recordings where the folder or the disk is too full. @return whether the disk has room then.
 bool Recorder::room_for_more(Time at) {
+  constexpr std::uint64_t kShareOfDisk = 10;  // of a small one less has to stay free
+  const std::uint64_t least =
+      std::min(options_.least_free_bytes, disk_bytes(options_.folder).value_or(UINT64_MAX) / kShareOfDisk);
   const auto before = free_bytes(options_.folder);
   std::uint64_t used = 0;
-  if (before && *before < options_.least_free_bytes) {
+  if (before && *before < least) {
     for (const FileOfFolder& file : files_in(options_.folder)) used += file.bytes;
-    const std::uint64_t missing = options_.least_free_bytes - *before;
-    const std::string own = part_name(head_, 1).substr(0, kStampLength);
+    const std::uint64_t missing = least - *before;
+    const std::string own = part_stem(head_);
     for (const std::string& deleted : make_room(options_.folder, used > missing ? used - missing : 0, path_, own))
       notice(at, Severity::kWarning, "deleted, as the disk is full: " + deleted);
   }
   const auto free = free_bytes(options_.folder);
   const std::scoped_lock lock(mutex_);
   status_.free_bytes = free.value_or(0);
-  return !free || *free >= options_.least_free_bytes;
+  return !free || *free >= least;
 }
 
 bool Recorder::open_part(std::int64_t at_ns) {
@@ -222,7 +225,7 @@ bool Recorder::open_part(std::int64_t at_ns) {
     status_.file = own_name ? path_ : options_.file;
   }
   if (!own_name) return true;
-  const std::string own = part_name(head_, 1).substr(0, kStampLength);
+  const std::string own = part_stem(head_);
   for (const std::string& deleted : make_room(options_.folder, options_.folder_bytes, path_, own))
     notice(time_at(at_ns), Severity::kInfo, "deleted, as the folder is full: " + deleted);
   return true;

@@ -37,7 +37,8 @@ struct RecorderOptions {
   std::uint64_t part_bytes = std::uint64_t{1} << 30;
   Duration part = std::chrono::hours(1);
   std::uint64_t folder_bytes = std::uint64_t{20} << 30;
-  std::uint64_t least_free_bytes = std::uint64_t{256} << 20;  ///< On the disk, else the recording ends. Not of `file`.
+  std::uint64_t least_free_bytes = std::uint64_t{256}
+                                   << 20;  ///< On the disk, or a tenth of it; else the recording ends. Not of `file`.
 };
 
 /// For displays.

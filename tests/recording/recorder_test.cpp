@@ -192,14 +192,18 @@ TEST(Recorder, FullDiskEndsTheRecordingAndNothingElse) {
   EXPECT_TRUE(recording.damages().empty());
 }
 
-TEST(Recorder, StopsBeforeTheDiskIsFull) {
+TEST(Recorder, StopsBeforeTheDiskIsFullAndDeletesNothingOfAProgramThatRuns) {
   SmallDisk disk(4'000'000);
   if (!disk.mounted()) GTEST_SKIP() << "may not mount";
   RecorderOptions how = into(disk.path());
-  how.least_free_bytes = 2'500'000;
+  how.least_free_bytes = 2'500'000;  // of so small a disk, a tenth counts: 400 kB
+  const std::string live = disk.path() + "/1970-01-01T00-00-00Z_master_part001.mcap";  // begun in the same second
+  std::ofstream(live) << std::string(10'000, 'x');
   const RecorderStatus status = record(short_session("wall_contact", 20), how);
-  EXPECT_EQ(status.problem, "only 2 MiB are left on the disk");
-  EXPECT_GT(recording::free_bytes(disk.path()).value_or(0), 2'000'000u);
+  EXPECT_EQ(status.problem, "only 0 MiB are left on the disk");
+  EXPECT_GT(recording::free_bytes(disk.path()).value_or(0), 100'000u);
+  EXPECT_LT(recording::free_bytes(disk.path()).value_or(0), 400'000u);
+  EXPECT_TRUE(std::filesystem::exists(live));
 }
 
 TEST(Recorder, FolderThatCannotBeWrittenIsRefusedInOneLine) {
