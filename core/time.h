@@ -30,6 +30,11 @@ inline constexpr Time kNever{std::chrono::hours(-24 * 365)};
 [[nodiscard]] constexpr double to_seconds(Time t) noexcept {
   return to_seconds(t.time_since_epoch());
 }
+inline constexpr double kLongestAge_s = 1e6;
+/// Age of what happened at `at`, at most kLongestAge_s; also of what never did.
+[[nodiscard]] constexpr double age_s(Time at, Time now) noexcept {
+  return at == kNever || to_seconds(now - at) > kLongestAge_s ? kLongestAge_s : to_seconds(now - at);
+}
 [[nodiscard]] constexpr Duration from_seconds(double seconds) noexcept {
   return Duration(static_cast<std::int64_t>(seconds * 1e9 + (seconds < 0 ? -0.5 : 0.5)));
 }

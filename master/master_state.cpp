@@ -3,15 +3,6 @@
 #include <algorithm>
 
 namespace knuckle::master {
-namespace {
-
-constexpr double kLongest_s = 1e6;  // also of what never happened
-
-double age_s(Time at, Time now) noexcept {
-  return at == kNever ? kLongest_s : std::min(to_seconds(now - at), kLongest_s);
-}
-
-}  // namespace
 
 MasterState state_of(Time now, const MasterLoop& master) noexcept {
   MasterState state;
@@ -50,7 +41,7 @@ MasterState state_of(Time now, const MasterLoop& master) noexcept {
   }
   state.other_machine = master.other_machine();
   state.round_trip_s = master.round_trip_s();
-  state.silence_s = std::min(master.silence_s(), kLongest_s);
+  state.silence_s = std::min(master.silence_s(), kLongestAge_s);
   state.settings = master.settings();
   return state;
 }

@@ -16,7 +16,7 @@ struct MasterState {
   static constexpr const char* kSchemaName = "OperatorState";
 
   Time at{};  ///< Of the step.
-  // The device.
+  // The device; stop is pressed there or beside it.
   bool device_ok = false, presence = false, enable = false, clutch = false, stop = false;
   Reason device;
   double report_age_s = 0;

@@ -40,18 +40,14 @@ class LoopTape {
 
   /// Something crossed a wire.
   void add(WireEventKind kind, std::uint32_t value, std::span<const std::uint8_t> data = {}) noexcept;
-  /// The step is over. @param state listing its fields (recording/fields.h); nullptr: this step has none.
+  /// The step is over. @param state lists its fields (recording/fields.h).
   template <typename State>
-  void end_step(Time now, const State* state, ReasonCode alarm) noexcept {
+  void end_step(Time now, const State& state, ReasonCode alarm) noexcept {
     if (!on()) return;
     const std::size_t wires_size = finish_wires(now);
-    std::size_t state_size = 0;
-    if (state != nullptr) {
-      CdrWriter out(std::span<std::uint8_t>(room_).subspan(sizeof(StepHeader) + wires_size));
-      put(out, *state);
-      state_size = out.size();
-    }
-    push(now, wires_size, state_size, alarm);
+    CdrWriter out(std::span<std::uint8_t>(room_).subspan(sizeof(StepHeader) + wires_size));
+    put(out, state);
+    push(now, wires_size, out.size(), alarm);
   }
   /// A step without a state of its own.
   void end_step(Time now, ReasonCode alarm) noexcept {

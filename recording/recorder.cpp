@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 #include "core/error.h"
@@ -45,7 +46,7 @@ Recorder::Recorder(RecorderOptions options, Head head, const MachineDescription&
   }
   if (!open_part(0)) {
     const std::string where = options_.file.empty() ? options_.folder : options_.file;
-    throw InputError(where + ": cannot be recorded to: " + std::strerror(errno));
+    throw InputError("--log " + where + ": cannot be recorded to: " + std::strerror(errno));
   }
 }
 
@@ -201,10 +202,15 @@ bool Recorder::open_part(std::int64_t at_ns) {
   const bool own_name = options_.file.empty();
   if (own_name) {
     if (!make_folder(options_.folder)) return false;
+    if (!room_for_more(time_at(at_ns))) {
+      errno = ENOSPC;
+      return false;
+    }
     path_ = open_new(file_, options_.folder + "/" + part_name(head_, head_.part));
     if (path_.empty()) return false;
   } else {
     path_ = options_.file + kUnfinished;
+    if (!make_folder(std::filesystem::absolute(path_).parent_path().string())) return false;
     (void)std::remove(path_.c_str());
     if (!file_.open(path_, topics())) {
       errno = file_.error();
@@ -231,9 +237,10 @@ bool Recorder::open_part(std::int64_t at_ns) {
   return true;
 }
 
-void Recorder::end_recording(Time at, const std::string& problem) {
+void Recorder::end_recording(Time at, const std::string& why) {
   recording_ = false;
   (void)file_.close();
+  const std::string problem = options_.file.empty() ? why : why + "; what was recorded until then is in " + path_;
   {
     const std::scoped_lock lock(mutex_);
     status_.recording = false;

@@ -54,7 +54,7 @@ struct RecorderStatus {
 
 class Recorder {
  public:
-  /// @param machine draws the scene. @throws InputError where the first file or the folder cannot be made.
+  /// @param machine draws the scene. @throws InputError (of --log) where the first file or the folder cannot be made.
   Recorder(RecorderOptions options, Head head, const MachineDescription& machine);
   /// As close().
   ~Recorder();
@@ -88,7 +88,7 @@ class Recorder {
   void write(const mcap::Chunk& chunk);
   [[nodiscard]] bool open_part(std::int64_t at_ns);
   [[nodiscard]] bool put_in_place();
-  void end_recording(Time at, const std::string& problem);
+  void end_recording(Time at, const std::string& why);
   [[nodiscard]] bool room_for_more(Time at);
   void notice(Time at, Severity severity, const std::string& text);
   void say(Time at, Severity severity, const std::string& text);

@@ -23,7 +23,7 @@ template <typename Loop>
 void end_step(LoopTape& tape, Time now, const Loop& loop) noexcept {
   if (!tape.on()) return;
   const auto state = state_of(now, loop);
-  tape.end_step(now, &state, alarm_of(state));
+  tape.end_step(now, state, alarm_of(state));
 }
 
 }  // namespace knuckle::recording

@@ -1,19 +1,8 @@
 #include "slave/slave_state.h"
 
-#include <algorithm>
-
 #include "slave/slave_loop.h"
 
 namespace knuckle::slave {
-namespace {
-
-constexpr double kLongest_s = 1e6;  // also of what never happened
-
-double age_s(Time at, Time now) noexcept {
-  return at == kNever ? kLongest_s : std::min(to_seconds(now - at), kLongest_s);
-}
-
-}  // namespace
 
 SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   SlaveState state;

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "app/cli/command.h"
 #include "app/programs/program_console.h"
 #include "app/session/session_head.h"
 #include "core/error.h"
@@ -38,16 +37,7 @@ recording::Head head_of(const session::SessionSetup& setup, const session::Simul
 }
 
 recording::Head head_of(const StationSetup& setup, std::int64_t unix_ns, const LogChoice& choice) {
-  recording::Head head;
-  head.program = choice.program;
-  head.version = cli::program_version();
-  head.started_unix_ns = unix_ns;
-  head.has_operator = true;
-  head.operator_start = setup.start;
-  head.law = setup.law;
-  head.machine_file = session::file_text(setup.machine.source);
-  head.device_file = session::file_text(setup.device.source);
-  return head;
+  return session::operator_head(choice.program, unix_ns, setup.machine, setup.device, setup.law, setup.start);
 }
 
 recording::Recorder* ConsoleLog::make(const recording::Head& head, const MachineDescription& machine) {
@@ -64,7 +54,7 @@ recording::Recorder* ConsoleLog::make(const recording::Head& head, const Machine
 }
 
 void ConsoleLog::take_over(std::uint32_t run) {
-  close();
+  if (current_.log) current_.log->close();
   take_news();
   current_ = std::exchange(next_, {});
   run_ = run;
@@ -81,7 +71,9 @@ void ConsoleLog::begin() {
 }
 
 void ConsoleLog::close() {
-  if (current_.log) current_.log->close();
+  for (OfSession* session : {&current_, &next_}) {
+    if (session->log) session->log->close();
+  }
 }
 
 void ConsoleLog::note(const EventRow& row) {
@@ -106,8 +98,10 @@ RecordingLight ConsoleLog::light() const {
 }
 
 void ConsoleLog::take_news() {
-  if (!current_.log) return;
-  for (cli::News& news : current_.log->news()) news_.push_back(std::move(news));
+  for (OfSession* session : {&current_, &next_}) {
+    if (!session->log) continue;
+    for (cli::News& news : session->log->news()) news_.push_back(std::move(news));
+  }
 }
 
 std::vector<cli::News> ConsoleLog::news() {

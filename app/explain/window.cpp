@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "recording/cdr.h"
+#include "core/error.h"
 #include "recording/fields.h"
 #include "transport/machine_status.h"
 
@@ -17,12 +17,13 @@ bool stopped(Mode mode) {
   return mode == Mode::kFault || mode == Mode::kEStop;
 }
 
+/// @throws InputError where it is none of this version's.
 template <typename State>
-State state_in(const recording::Entry& entry) {
+State state_in(const recording::Entry& entry, const recording::Recording& recording) {
   State state;
-  recording::CdrReader in(entry.data);
-  recording::get(in, state);
-  return state;
+  if (recording::decode(entry.data, state)) return state;
+  throw InputError(recording.source() + ": states of another version: recorded by Knuckle " +
+                   recording.head().version);
 }
 
 /// A stop begins with a fault that was not there in the step before.
@@ -131,10 +132,10 @@ Survey find_stops(recording::Recording& recording, Sides sides) {
     survey.last = std::max(survey.last, entry->at);
     ++(machine ? survey.machine_steps : survey.operator_steps);
     if (machine) {
-      finder.step(state_in<slave::SlaveState>(*entry), survey);
+      finder.step(state_in<slave::SlaveState>(*entry, recording), survey);
       continue;
     }
-    const auto state = state_in<master::MasterState>(*entry);
+    const auto state = state_in<master::MasterState>(*entry, recording);
     if (!has_machine) finder.step(state, survey);
     const bool silent_now = state.warning.code == ReasonCode::kCuesSilence;
     if (silent_now && !silent) unheard.push_back({state.at, state.mode, state.mode, state.warning, true});
@@ -159,10 +160,10 @@ Window load_window(recording::Recording& recording, Sides sides, Time from, Time
     window.to = std::max(window.to, entry->at);
     switch (entry->topic) {
       case Topic::kMachineState:
-        window.machine.push_back(state_in<slave::SlaveState>(*entry));
+        window.machine.push_back(state_in<slave::SlaveState>(*entry, recording));
         break;
       case Topic::kOperatorState:
-        window.operator_states.push_back(state_in<master::MasterState>(*entry));
+        window.operator_states.push_back(state_in<master::MasterState>(*entry, recording));
         break;
       case Topic::kMachineWires:
       case Topic::kOperatorWires:

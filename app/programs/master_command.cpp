@@ -125,16 +125,9 @@ MasterSetup set_up(const Options& o) {
 }
 
 recording::Head head_of(const Options& o, const MasterSetup& setup) {
-  recording::Head head;
-  head.program = "knuckle master --machine " + setup.machine.source + " --device " + o.device;
-  head.version = cli::program_version();
-  head.started_unix_ns = static_cast<std::int64_t>(1e9 * unix_time_s());
-  head.has_operator = true;
-  head.operator_start = setup.start;
-  head.law = setup.law;
-  head.machine_file = session::file_text(setup.machine.source);
-  head.device_file = session::file_text(setup.device.source);
-  return head;
+  return session::operator_head("knuckle master --machine " + setup.machine.source + " --device " + o.device,
+                                static_cast<std::int64_t>(1e9 * unix_time_s()), setup.machine, setup.device, setup.law,
+                                setup.start);
 }
 
 /// Why no device was usable in a whole run.

@@ -55,7 +55,7 @@ class MasterRunner {
   [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
   bool next(MasterEvent& event) noexcept { return events_.pop(event); }
   void write(std::ostream* csv) {
-    MasterRow row;
+    master::MasterState row;
     while (rows_.pop(row)) write_master_row(*csv, row);
   }
   [[nodiscard]] const MasterStatus& status() noexcept {
@@ -80,7 +80,7 @@ class MasterRunner {
   MasterEvent last_machine_, last_device_, last_other_, last_felt_;
   Histogram round_trip_;
   Ring<MasterEvent, 256> events_;
-  Ring<MasterRow, 1024> rows_;
+  Ring<master::MasterState, 1024> rows_;
   Mailbox<MasterStatus> status_;
   MasterStatus shown_;  // the tending thread's
   std::atomic<bool> stop_asked_{false}, stopped_{false};
@@ -92,7 +92,7 @@ void MasterRunner::step(Time now) noexcept {
   recording::end_step(tape_, now, master_);
   if (master_.has_let_go()) stopped_.store(true, std::memory_order_release);
   observe(now);
-  if (wants_rows_ && steps_++ % kStepsPerRow == 0) rows_.push(row_of(now, master_));
+  if (wants_rows_ && steps_++ % kStepsPerRow == 0) rows_.push(master::state_of(now, master_));
 }
 
 void MasterRunner::observe(Time now) noexcept {

@@ -32,7 +32,7 @@ ProgramLog::ProgramLog(const LogOptions& options, bool real, recording::Head hea
   try {
     recorder_ = std::make_unique<recording::Recorder>(how, head, machine);
   } catch (const InputError& error) {
-    if (!options.folder.empty()) throw InputError(std::string("--log ") + error.what());
+    if (!options.folder.empty()) throw;
     failure_ = error.what();
     kept_ = how.keep = false;
     recorder_ = std::make_unique<recording::Recorder>(how, head, machine);

@@ -103,7 +103,7 @@ class SlaveRunner {
   Ring<ModeEvent, 256> events_;
   Ring<SetupFailureEvent, 16> failures_;
   Ring<slave::EmergencyRecord, 1024> emergencies_;
-  Ring<SlaveRow, 1024> rows_;
+  Ring<slave::SlaveState, 1024> rows_;
   Mailbox<SlaveStatus> status_;
   SlaveStatus shown_;  // the tending thread's
   std::atomic<bool> stop_asked_{false}, stopped_{false};
@@ -125,8 +125,7 @@ void SlaveRunner::observe(Time now) noexcept {
   last_ = event;
   const bool heard = slave_.master_at() != kNever;
   status_.put({event.mode, event.blocking, event.fault, heard, slave_.round_trip(), slave_.master().assist});
-  const auto measurement = wants_rows_ ? slave_.sensors().measurement() : std::nullopt;
-  if (measurement) rows_.push(row_of(now, slave_, *measurement));
+  if (wants_rows_ && slave_.sensors().measurement()) rows_.push(slave::state_of(now, slave_));
 }
 
 void SlaveRunner::observe_nodes(Time now) noexcept {
@@ -163,7 +162,7 @@ void SlaveRunner::step_stop(Time now) noexcept {
 
 void SlaveRunner::write(const SlaveRecords& records) {
   if (records.candump != nullptr) can_.write(*records.candump, records.interface);
-  SlaveRow row;
+  slave::SlaveState row;
   while (rows_.pop(row)) write_slave_row(*records.csv, row);
 }
 

@@ -40,4 +40,19 @@ recording::Head session_head(const SessionSetup& setup, const SimulateOptions& o
   return head;
 }
 
+recording::Head operator_head(const std::string& program, std::int64_t started_unix_ns,
+                              const MachineDescription& machine, const DeviceDescription& device, ControlLaw law,
+                              const LinkStart& start) {
+  recording::Head head;
+  head.program = program;
+  head.version = cli::program_version();
+  head.started_unix_ns = started_unix_ns;
+  head.has_operator = true;
+  head.operator_start = start;
+  head.law = law;
+  head.machine_file = file_text(machine.source);
+  head.device_file = file_text(device.source);
+  return head;
+}
+
 }  // namespace knuckle::session

@@ -224,7 +224,7 @@ class HandMade {
   void step(int times = 1) {
     for (int i = 0; i < times; ++i) {
       state.at += 5ms;
-      tape_.end_step(state.at, &state, state.fault.code);
+      tape_.end_step(state.at, state, state.fault.code);
       recorder_->drain();
     }
   }

@@ -165,6 +165,7 @@ int run(const ConsoleOptions& o) {
   run.candump = &candump;
   ConsoleOutcome outcome = run_console(window, *loops.host, run);
   if (loops.link) loops.link->close();  // the host has ended its loop
+  for (const cli::News& news : loops.host->log().news()) console.note(news.what);
   if (outcome.frames_lost > 0)
     console.note(candump.name() + ": " + std::to_string(outcome.frames_lost) +
                  " frames are missing: the window was too slow to write them");
