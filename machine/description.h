@@ -25,6 +25,7 @@ struct LimitsDescription {
 struct MachineDescription {
   std::string name;
   std::string source;  ///< File it was read from.
+  std::string text;    ///< Of that file.
   PerJoint<LinkDescription> links{};
   TriangleMount boom_mount, arm_mount;
   BucketLinkage bucket_linkage;

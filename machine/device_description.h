@@ -12,7 +12,7 @@ namespace knuckle {
 /// Haptic device: three revolute joints shaped like the machine's arm (forearm, wrist, finger).
 struct DeviceDescription {
   std::string name;
-  std::string source;
+  std::string source, text;                   ///< File it was read from, and that file's text.
   JointVector link_m = JointVector::Zero();   ///< forearm, hand, finger
   PerJoint<double> min_rad{}, max_rad{};      ///< Machine-like joint angles.
   PerJoint<std::uint32_t> counts_per_turn{};  ///< At the motor.

@@ -60,6 +60,7 @@ DeviceDescription read_device(TomlTable file) {
   device.name = file.text("name");
   if (file.has("serial")) device.serial = static_cast<std::uint32_t>(file.integer("serial", 1, kLargestSerial));
   device.source = file.source();
+  device.text = file.document();
   TomlTable joints = file.table("joints");
   for (std::size_t joint = 0; joint < kJoints; ++joint) {
     read_joint(joints.table(kDeviceJoints[joint]), joint, device);

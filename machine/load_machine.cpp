@@ -349,6 +349,7 @@ MachineDescription read_machine(TomlTable file) {
   MachineDescription machine;
   machine.name = file.text("name");
   machine.source = file.source();
+  machine.text = file.document();
   TomlTable links = file.table("links");
   TomlTable mounts = file.table("mounts");
   TomlTable cylinders = file.table("cylinders");

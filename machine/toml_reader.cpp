@@ -182,6 +182,7 @@ std::string number_text(double value) {
 
 struct TomlTable::Node {
   std::shared_ptr<const toml::table> document;
+  std::shared_ptr<const std::string> text;
   std::string source;
   std::string path;  ///< "", or "links.boom." before a key.
   const toml::table* table;
@@ -215,7 +216,7 @@ struct TomlTable::Node {
   }
 
   TomlTable child(const toml::table& below, std::string below_path) {
-    children.push_back(std::make_shared<Node>(Node{document, source, std::move(below_path), &below, {}, {}}));
+    children.push_back(std::make_shared<Node>(Node{document, text, source, std::move(below_path), &below, {}, {}}));
     return TomlTable(children.back());
   }
 
@@ -241,7 +242,8 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& source) {
   try {
     auto document = std::make_shared<const toml::table>(toml::parse(text, source));
     const toml::table* root = document.get();
-    return TomlTable(std::make_shared<Node>(Node{std::move(document), source, "", root, {}, {}}));
+    return TomlTable(std::make_shared<Node>(
+        Node{std::move(document), std::make_shared<const std::string>(text), source, "", root, {}, {}}));
   } catch (const toml::parse_error& error) {
     throw InputError(source + ":" + std::to_string(error.source().begin.line) + ": " + printable(error.description()));
   }
@@ -376,6 +378,9 @@ void TomlTable::finish() const {
 
 const std::string& TomlTable::source() const {
   return node_->source;
+}
+const std::string& TomlTable::document() const {
+  return *node_->text;
 }
 
 }  // namespace knuckle

@@ -62,6 +62,8 @@ class TomlTable {
   void finish() const;
 
   [[nodiscard]] const std::string& source() const;
+  /// The whole document, as it was read.
+  [[nodiscard]] const std::string& document() const;
 
  private:
   struct Node;

@@ -35,17 +35,27 @@ mcap::Chunk FlightRecorder::take(mcap::Chunk chunk) {
   return old;
 }
 
-void FlightRecorder::trigger(Time at, const std::string& why) {
-  if (folder_.empty()) return;
+bool FlightRecorder::trigger(Time at, const std::string& why) {
+  if (folder_.empty()) return true;
   if (triggered_at_ == kNever) {
+    if (!may_begin(at)) return false;
     triggered_at_ = newest_trigger_ = at;
     why_ = why;
   } else if (at - triggered_at_ <= kLongest - kAfter) {
     newest_trigger_ = at;
-  } else {
+  } else if (next_at_ == kNever) {
+    if (!may_begin(at)) return false;
     next_at_ = at;
     next_why_ = why;
   }
+  return true;
+}
+
+bool FlightRecorder::may_begin(Time at) {
+  while (!begun_at_.empty() && at - begun_at_.front() >= std::chrono::hours(1)) begun_at_.pop_front();
+  if (begun_at_.size() >= kMostPerHour) return false;
+  begun_at_.push_back(at);
+  return true;
 }
 
 void FlightRecorder::begin() {

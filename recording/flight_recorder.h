@@ -18,6 +18,7 @@ class FlightRecorder {
  public:
   static constexpr Duration kBefore = 30s, kAfter = 5s;
   static constexpr Duration kLongest = 60s;  ///< Behind the first stop; one that comes later begins the next file.
+  static constexpr std::size_t kMostPerHour = 12;  ///< Files: a fault that comes and goes must not fill the folder.
 
   /// @param folder where files go; empty: none is written, nor anything kept.
   FlightRecorder(std::string folder, Head head);
@@ -25,8 +26,9 @@ class FlightRecorder {
   /// Chunks as they are finished; takes it. @return one that is no longer needed, to be used again.
   [[nodiscard]] mcap::Chunk take(mcap::Chunk chunk);
   /// Something stopped the machine. One that comes while a file is open belongs to it, and the file then goes on for as
-  /// long behind it. @param why for the name of the file.
-  void trigger(Time at, const std::string& why);
+  /// long behind it. @param why for the name of the file. @return false: no file of it, as the last hour has had its
+  /// kMostPerHour.
+  [[nodiscard]] bool trigger(Time at, const std::string& why);
   /// The session ends: an open file is finished.
   void close();
 
@@ -34,6 +36,7 @@ class FlightRecorder {
   std::function<void(Time at, const std::string& file, const std::string& problem)> on_file;
 
  private:
+  [[nodiscard]] bool may_begin(Time at);
   void begin();
   void end();
   void fail(int error);
@@ -41,6 +44,7 @@ class FlightRecorder {
   std::string folder_;
   Head head_;
   std::deque<mcap::Chunk> kept_;
+  std::deque<Time> begun_at_;  // in the last hour
   mcap::FileWriter file_;
   std::string path_, why_, next_why_, problem_;
   Time triggered_at_ = kNever, newest_trigger_ = kNever, next_at_ = kNever;

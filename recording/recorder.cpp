@@ -143,10 +143,12 @@ void Recorder::draw(std::int64_t time_ns, std::span<const std::uint8_t> state_me
 
 void Recorder::watch(std::size_t side, Time at, ReasonCode alarm) {
   const bool begins = alarm != ReasonCode::kNone && alarm != alarms_[side] && !options_.folder.empty();
-  if (begins && room_for_more(at)) {
-    flights_.trigger(at, name(alarm));
-  } else if (begins) {
+  if (begins && !room_for_more(at)) {
     notice(at, Severity::kError, std::string("no flight record of ") + name(alarm) + ": the disk is full");
+  } else if (begins && !flights_.trigger(at, name(alarm))) {
+    notice(at, Severity::kWarning,
+           std::string("no flight record of ") + name(alarm) + ": the last hour has had its " +
+               std::to_string(FlightRecorder::kMostPerHour));
   }
   alarms_[side] = alarm;
 }

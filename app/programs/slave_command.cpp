@@ -14,7 +14,6 @@
 #include "app/programs/slave_audit.h"
 #include "app/programs/slave_program.h"
 #include "app/session/scenario.h"
-#include "app/session/session_head.h"
 #include "core/loop_table.h"
 #include "machine/load.h"
 #include "sim/machine_on_bus.h"
@@ -217,8 +216,8 @@ recording::Head head_of(const Options& o, const Setup& setup, const LinkStart& s
   head.simulated = setup.simulation.has_value();
   head.has_machine = true;
   head.machine_start = start;
-  head.machine_file = session::file_text(setup.file);
-  if (setup.simulation) head.scenario_file = session::file_text(setup.simulation->scenario.source);
+  head.machine_file = setup.machine.text;
+  if (setup.simulation) head.scenario_file = setup.simulation->scenario.text;
   return head;
 }
 
@@ -250,7 +249,8 @@ int run(const Options& o) {
   for (const std::string& note : log.notes()) console.note(note);
   if (audit && !audit->damage().empty()) console.note(audit->damage());
   console.note(machine_note(o, setup, link.where()));
-  SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream(), log.recorder()};
+  SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream(), log.recorder(),
+                       setup.simulation.has_value()};
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&candump, &csv};

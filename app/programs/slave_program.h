@@ -37,6 +37,7 @@ struct SlaveRecords {
   std::string interface = "can0";           ///< As the log names it.
   std::ostream* csv = nullptr;              ///< A row each step from the first complete measurement on.
   recording::Recorder* recorder = nullptr;  ///< All that the loop reads, knows and does, and events; outlives the run.
+  bool simulated = false;                   ///< There is no real machine on the bus.
   // Called by the thread that tends the loop; may be empty.
   std::function<void(const ModeEvent&)> on_mode{};
   std::function<void(const AssistSettings&)> on_assist{};  ///< The operator has set other assists than before.

@@ -321,6 +321,7 @@ Scenario read_scenario(TomlTable file, const MachineDescription& machine) {
   const WorkingRange range(machine);
   Scenario scenario;
   scenario.source = file.source();
+  scenario.text = file.document();
   scenario.name = file.text("name");
   scenario.description = file.text("description");
   const Scale scale{reach_m(machine) / file.number("reference_reach_m", 0.1, 100),

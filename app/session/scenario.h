@@ -33,7 +33,7 @@ struct ScheduledFault {
 };
 
 struct Scenario {
-  std::string name, description, source;
+  std::string name, description, source, text;  ///< The last two: the file it was read from, and its text.
   JointVector start_rad = JointVector::Zero();  ///< Machine at the start.
   JointVector hand_rad = JointVector::Zero();   ///< Hand at the start.
   sim::LimbClass limb = sim::LimbClass::kNormal;

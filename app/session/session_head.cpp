@@ -1,24 +1,10 @@
 #include "app/session/session_head.h"
 
 #include <chrono>
-#include <filesystem>
 
 #include "app/cli/command.h"
-#include "core/error.h"
-#include "machine/toml_reader.h"
-#include "machine/whole_file.h"
 
 namespace knuckle::session {
-
-std::string file_text(const std::string& source) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(source, ignored)) return "";
-  try {
-    return whole_file(source, kLargestToml_MB);
-  } catch (const InputError&) {
-    return "";  // it could be read when the session was made of it; the replay says that it is missing
-  }
-}
 
 recording::Head session_head(const SessionSetup& setup, const SimulateOptions& options) {
   recording::Head head;
@@ -34,9 +20,9 @@ recording::Head session_head(const SessionSetup& setup, const SimulateOptions& o
   head.machine_start = setup.starts().machine_end;
   head.law = setup.law;
   head.far_end_is_this_machine = true;
-  head.machine_file = file_text(setup.machine.source);
-  head.device_file = file_text(setup.device.source);
-  head.scenario_file = options.scenario_text.empty() ? file_text(setup.scenario.source) : options.scenario_text;
+  head.machine_file = setup.machine.text;
+  head.device_file = setup.device.text;
+  head.scenario_file = setup.scenario.text;
   return head;
 }
 
@@ -50,8 +36,8 @@ recording::Head operator_head(const std::string& program, std::int64_t started_u
   head.has_operator = true;
   head.operator_start = start;
   head.law = law;
-  head.machine_file = file_text(machine.source);
-  head.device_file = file_text(device.source);
+  head.machine_file = machine.text;
+  head.device_file = device.text;
   return head;
 }
 

@@ -19,7 +19,4 @@ namespace knuckle::session {
                                             const MachineDescription& machine, const DeviceDescription& device,
                                             ControlLaw law, const LinkStart& start);
 
-/// The text of a description's file; empty where it was not read from one.
-[[nodiscard]] std::string file_text(const std::string& source);
-
 }  // namespace knuckle::session

@@ -3,9 +3,7 @@
 
 #include <string>
 
-#include "app/session/session_head.h"
-#include "app/session/session_setup.h"
-#include "recording/recorder.h"
+#include "tests/recording/recorded_session.h"
 
 namespace knuckle::explain {
 
@@ -31,18 +29,10 @@ inline void record_session(const std::string& scenario, const std::string& file,
   session::SimulateOptions options;
   options.scenario = "faulted";
   options.scenario_text = scenario;
-  const session::SessionSetup setup = session::load_session(options).setup;
   recording::RecorderOptions how;
   how.file = file;
   how.folder = flights;
-  recording::Recorder recorder(how, session::session_head(setup, options), setup.machine);
-  session::Session session(setup);
-  session.record_to(recorder);
-  for (int tick = 0; !session.done(); ++tick) {
-    session.step();
-    if (tick % 50 == 0) recorder.drain();
-  }
-  recorder.close();
+  test::record(options, how);
 }
 
 }  // namespace knuckle::explain

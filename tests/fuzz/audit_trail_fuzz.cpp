@@ -2,7 +2,6 @@
 // that is whole is a chain from its first line on; a program that goes on writing keeps a whole one whole, and hides
 // nothing of a broken one.
 #include <cstdint>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -10,19 +9,16 @@
 #include "app/audit/audit_check.h"
 #include "app/audit/audit_trail.h"
 #include "core/error.h"
-#include "core/text.h"
 #include "tests/fuzz/folder_in_memory.h"
+#include "tests/fuzz/require.h"
 
 namespace {
 
 using namespace knuckle;
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
-void require_line(const std::string& text) {
-  require(!text.empty() && printable(text) == text);
-}
+using knuckle::test::refused_or;
+using knuckle::test::require;
+using knuckle::test::require_line;
 
 /// What a reader without any of the checker's code finds.
 void check_chain(const audit::Check& check) {
@@ -73,10 +69,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     in_memory.put(file, text.substr(0, at));
     text = at == std::string_view::npos ? std::string_view() : text.substr(at + kBetween.size());
   }
-  try {
-    check_and_go_on(in_memory.path());
-  } catch (const InputError& error) {
-    require_line(error.what());
-  }
+  refused_or([] { check_and_go_on(in_memory.path()); });
   return 0;
 }

@@ -1,15 +1,13 @@
 // Any CAN frame, sizes beyond 8 included: refused, or values that are finite and inside their physical range.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
+#include "tests/fuzz/require.h"
 #include "transport/canopen.h"
 
 namespace {
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+using knuckle::test::require;
 
 void check(const knuckle::CanFrame& frame) {
   namespace canopen = knuckle::canopen;

@@ -4,12 +4,12 @@
 #include <sys/time.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <deque>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "tests/fuzz/require.h"
 #include "transport/secure/dtls_session.h"
 
 namespace {
@@ -21,9 +21,7 @@ using Progress = DtlsSession::Progress;
 constexpr timeval kBegin{1'700'000'000, 0};
 timeval clock_of_openssl = kBegin;
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+using knuckle::test::require;
 
 /// Numbers out of the input; zeros once it is used up.
 class Input {

@@ -1,8 +1,8 @@
 // Any 64 bytes: refused, or a report that survives being sent again. The checksum is put right, or almost nothing
 // would get past it.
 #include <algorithm>
-#include <cstdlib>
 
+#include "tests/fuzz/require.h"
 #include "transport/hid_reports.h"
 
 namespace {
@@ -13,7 +13,7 @@ void check(const knuckle::HidReport& report, Decode decode) {
   if (!message) return;
   const knuckle::HidReport once = encode(*message);
   const auto again = decode(once);
-  if (!again || encode(*again) != once) std::abort();
+  knuckle::test::require(again && encode(*again) == once);
 }
 
 void check_all(const knuckle::HidReport& report) {

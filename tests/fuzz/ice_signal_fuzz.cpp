@@ -1,10 +1,10 @@
 // What a rendezvous may send: lines, and in them signals. Refused, or the same when it is written again.
 #include <algorithm>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "tests/fuzz/require.h"
 #include "transport/ice/rendezvous_line.h"
 #include "transport/ice/signal.h"
 
@@ -12,9 +12,7 @@ namespace {
 
 using namespace knuckle::ice;
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+using knuckle::test::require;
 
 /// What a server makes of a line is all of the line: nothing in it is passed over.
 void check_request(std::string_view line) {

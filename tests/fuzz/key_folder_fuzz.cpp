@@ -6,34 +6,21 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 
 #include "app/pairing/key_folder.h"
-#include "core/error.h"
 #include "core/text.h"
 #include "tests/fuzz/folder_in_memory.h"
+#include "tests/fuzz/require.h"
 #include "transport/secure/dtls_session.h"
 
 namespace {
 
 using namespace knuckle;
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
-
-/// @param read throws InputError or leaves nothing to object to; anything else it throws ends the program.
-template <typename Read>
-void refused_or(Read read) {
-  try {
-    read();
-  } catch (const InputError& error) {
-    const std::string message = error.what();
-    require(!message.empty() && printable(message) == message);
-  }
-}
+using knuckle::test::refused_or;
+using knuckle::test::require;
 
 bool same(const secure::Peer& one, const secure::Peer& other) {
   return one.fingerprint == other.fingerprint && one.name == other.name && one.revoked == other.revoked &&

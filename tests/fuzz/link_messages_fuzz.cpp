@@ -1,12 +1,14 @@
 // Any datagram: refused, or a message that survives being sent again.
 #include <cmath>
-#include <cstdlib>
 #include <optional>
 
+#include "tests/fuzz/require.h"
 #include "transport/link_messages.h"
 #include "transport/machine_status.h"
 
 namespace {
+
+using knuckle::test::require;
 
 bool finite(const knuckle::MachineStatus& status) {
   return status.valve_command.allFinite() && status.spool.allFinite() && std::isfinite(status.oil_flow_m3ps) &&
@@ -21,12 +23,12 @@ template <typename Decode>
 void check(std::span<const std::uint8_t> bytes, Decode decode) {
   const auto message = decode(bytes);
   if (!message) return;
-  if (!finite(*message)) std::abort();
+  require(finite(*message));
   const knuckle::Datagram once = encode(*message);
   const auto again = decode(once.view());
-  if (!again) std::abort();
+  require(again.has_value());
   const knuckle::Datagram twice = encode(*again);
-  if (once.size != twice.size || once.bytes != twice.bytes) std::abort();
+  require(once.size == twice.size && once.bytes == twice.bytes);
 }
 
 }  // namespace

@@ -1,25 +1,20 @@
 // Any file as a recording: refused in one line, or read to its end, from its beginning and from a time on; what is
 // damaged is told in lines.
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 
-#include "core/error.h"
-#include "core/text.h"
 #include "recording/mcap/reader.h"
 #include "tests/fuzz/file_in_memory.h"
+#include "tests/fuzz/require.h"
 
 namespace {
 
 using namespace knuckle;
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
-void require_line(const std::string& text) {
-  require(!text.empty() && printable(text) == text);
-}
+using knuckle::test::refused_or;
+using knuckle::test::require;
+using knuckle::test::require_line;
 
 struct Sums {
   std::uint64_t messages = 0, bytes = 0, later = 0;
@@ -62,10 +57,6 @@ void read(const std::string& path) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const test::FileInMemory file(std::string_view(reinterpret_cast<const char*>(data), size));
-  try {
-    read(file.path());
-  } catch (const InputError& error) {
-    require_line(error.what());
-  }
+  refused_or([&file] { read(file.path()); });
   return 0;
 }

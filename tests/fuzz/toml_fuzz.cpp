@@ -2,35 +2,21 @@
 // promises.
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 
 #include "app/session/link_file.h"
 #include "app/session/scenario.h"
-#include "core/error.h"
-#include "core/text.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "tests/fuzz/file_in_memory.h"
+#include "tests/fuzz/require.h"
 #include "transport/impairment_model.h"
 
 namespace {
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
-
-/// @param read throws InputError or leaves nothing to object to; anything else it throws ends the program.
-template <typename Read>
-void refused_or(Read read) {
-  try {
-    read();
-  } catch (const knuckle::InputError& error) {
-    const std::string message = error.what();
-    require(!message.empty() && knuckle::printable(message) == message);
-  }
-}
+using knuckle::test::refused_or;
+using knuckle::test::require;
 
 void check_machine(std::string_view text) {
   const knuckle::MachineDescription machine = knuckle::parse_machine(text, "input");

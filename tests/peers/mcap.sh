@@ -1,19 +1,12 @@
 #!/usr/bin/env bash
 # Files that our writer makes, read by us and by @mcap/core (scripts/peers installs it): both must find the same.
 #   mcap.sh MCAP_ACCOUNT [FILE...]   with FILEs: these, instead of files made for the purpose
-# shellcheck source=scripts/common.sh
-source "$(dirname "$0")/../../scripts/common.sh"
+# shellcheck source=tests/peers/common.sh
+source "$(dirname "$0")/common.sh"
 
 account=$1
 shift
-export NODE_PATH=$PWD/build/peers/node_modules
-if ! command -v node > /dev/null || [[ ! -d $NODE_PATH/@mcap/core ]]; then
-  echo "peers: SKIPPED: no node or no @mcap/core; scripts/peers installs it"
-  exit 77
-fi
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+needs_module @mcap/core
 files=("$@")
 if ((${#files[@]} == 0)); then
   "$account" --write "$folder"

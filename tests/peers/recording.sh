@@ -1,19 +1,12 @@
 #!/usr/bin/env bash
 # Recorded sessions, all of their messages decoded by the libraries that Foxglove reads with (scripts/peers installs them).
 #   recording.sh KNUCKLE [FILE...]   with FILEs: these recordings, instead of some made for the purpose
-# shellcheck source=scripts/common.sh
-source "$(dirname "$0")/../../scripts/common.sh"
+# shellcheck source=tests/peers/common.sh
+source "$(dirname "$0")/common.sh"
 
 knuckle=$1
 shift
-export NODE_PATH=$PWD/build/peers/node_modules
-if ! command -v node > /dev/null || [[ ! -d $NODE_PATH/@foxglove/schemas ]]; then
-  echo "peers: SKIPPED: no node or no @foxglove/schemas; scripts/peers installs it"
-  exit 77
-fi
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+needs_module @foxglove/schemas
 files=("$@")
 if ((${#files[@]} == 0)); then
   files=("$folder/dismantle.mcap" "$folder/link_faults.mcap")  # contact and a load; events

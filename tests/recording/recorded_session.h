@@ -20,20 +20,47 @@ namespace knuckle::test {
   return options;
 }
 
-/// Runs it to its end. @param each_tick called after every millisecond; may be empty.
+/// A session and its recorder, before the first step.
+struct RecordedSession {
+  /// @param change of the head, such as which sides it has; may be empty.
+  RecordedSession(const session::SimulateOptions& options, const recording::RecorderOptions& how,
+                  const std::function<void(recording::Head&)>& change = {})
+      : RecordedSession(options, how, session::load_session(options).setup, change) {}
+
+  /// To the session's end; the recorder takes what there is every 50 ms. @param each_tick called after every
+  /// millisecond; may be empty.
+  void run(const std::function<void(session::Session&)>& each_tick = {}) {
+    for (int tick = 0; !session.done(); ++tick) {
+      session.step();
+      if (each_tick) each_tick(session);
+      if (tick % 50 == 0) recorder.drain();
+    }
+  }
+
+  recording::Recorder recorder;
+  session::Session session;
+
+ private:
+  RecordedSession(const session::SimulateOptions& options, const recording::RecorderOptions& how,
+                  const session::SessionSetup& setup, const std::function<void(recording::Head&)>& change)
+      : recorder(how, head_of(options, setup, change), setup.machine), session(setup) {
+    session.record_to(recorder);
+  }
+  static recording::Head head_of(const session::SimulateOptions& options, const session::SessionSetup& setup,
+                                 const std::function<void(recording::Head&)>& change) {
+    recording::Head head = session::session_head(setup, options);
+    if (change) change(head);
+    return head;
+  }
+};
+
+/// Runs it to its end and completes the recording. @param each_tick as above.
 inline recording::RecorderStatus record(const session::SimulateOptions& options, const recording::RecorderOptions& how,
                                         const std::function<void(session::Session&)>& each_tick = {}) {
-  const session::LoadedSession loaded = session::load_session(options);
-  recording::Recorder recorder(how, session::session_head(loaded.setup, options), loaded.setup.machine);
-  session::Session session(loaded.setup);
-  session.record_to(recorder);
-  for (int tick = 0; !session.done(); ++tick) {
-    session.step();
-    if (each_tick) each_tick(session);
-    if (tick % 50 == 0) recorder.drain();
-  }
-  recorder.close();
-  return recorder.status();
+  RecordedSession recorded(options, how);
+  recorded.run(each_tick);
+  recorded.recorder.close();
+  return recorded.recorder.status();
 }
 
 [[nodiscard]] inline recording::ReplayResult replayed(const std::vector<std::string>& files) {

@@ -92,19 +92,15 @@ TEST(Recorder, RecordingChangesNothingInTheSession) {
 
 TEST(Recorder, StepThatIsRecordedAllocatesNothing) {
   TemporaryFolder folder;
-  const session::SimulateOptions options = short_session("wall_contact", 4);
-  const session::LoadedSession loaded = session::load_session(options);
   RecorderOptions how;
   how.file = folder.file("x.mcap");
-  Recorder recorder(how, session::session_head(loaded.setup, options), loaded.setup.machine);
-  session::Session session(loaded.setup);
-  session.record_to(recorder);
+  RecordedSession recorded(short_session("wall_contact", 4), how);
   std::uint64_t allocations = 0;
-  while (!session.done()) {
+  while (!recorded.session.done()) {
     const NoAllocScope scope;
-    session.step();
+    recorded.session.step();
     allocations += scope.allocations();
-    recorder.drain();
+    recorded.recorder.drain();
   }
   EXPECT_EQ(allocations, 0u);
 }
@@ -219,13 +215,10 @@ TEST(Recorder, FolderThatCannotBeWrittenIsRefusedInOneLine) {
 
 TEST(Recorder, StepsThatHaveNoRoomAreCountedAndTheReplayNamesThem) {
   TemporaryFolder folder;
-  const session::SimulateOptions options = short_session("wall_contact", 30);
-  const session::LoadedSession loaded = session::load_session(options);
   RecorderOptions how;
   how.file = folder.file("x.mcap");
-  Recorder recorder(how, session::session_head(loaded.setup, options), loaded.setup.machine);
-  session::Session session(loaded.setup);
-  session.record_to(recorder);
+  RecordedSession recorded(short_session("wall_contact", 30), how);
+  auto& [recorder, session] = recorded;
   while (!session.done()) {  // the recorder sleeps for most of the session
     session.step();
     if (session.elapsed_s() < 1 || session.elapsed_s() > 29) recorder.drain();
@@ -272,6 +265,30 @@ TEST(FlightRecorder, SecondSessionOfTheSameNameKeepsBoth) {
     EXPECT_EQ(status.flights.size(), 1u);
   }
   EXPECT_EQ(paths_in(folder.path().string(), true).size(), 2u);
+}
+
+TEST(FlightRecorder, FaultThatComesAndGoesGetsNoMoreThanItsShareOfTheFolder) {
+  TemporaryFolder folder;
+  RecorderOptions how = into(folder.path().string());
+  how.keep = false;
+  const session::LoadedSession loaded = session::load_session(short_session("free_motion", 1));
+  Recorder recorder(how, session::session_head(loaded.setup, {}), loaded.setup.machine);
+  recording::LoopTape tape;
+  tape.record_to(recorder.machine_steps());
+  constexpr int kMost = recording::FlightRecorder::kMostPerHour;
+  const auto fault_at = [&](Duration at) {
+    tape.end_step(Time(at), ReasonCode::kEmergencyStop);
+    recorder.drain();
+    for (const Duration later : {1s, 7s}) {
+      tape.end_step(Time(at + later), ReasonCode::kNone);
+      recorder.drain();
+    }
+  };
+  for (int i = 0; i < kMost + 3; ++i) fault_at(i * 90s);
+  EXPECT_EQ(recorder.status().notices.size(), 3u);
+  fault_at(std::chrono::hours(1) + 5s);  // the first of the hour before counts no more
+  recorder.close();
+  EXPECT_EQ(recorder.status().flights.size(), kMost + 1u);
 }
 
 TEST(FlightRecorder, OneThatCannotBeWrittenIsToldWithItsReason) {
@@ -348,15 +365,11 @@ double record_until_killed(const std::string& folder, unsigned after_ms) {
   *drained_s = 0;
   const pid_t child = ::fork();
   if (child == 0) {
-    const session::SimulateOptions options = short_session("wall_contact", 600);
-    const session::LoadedSession loaded = session::load_session(options);
-    Recorder recorder(into(folder), session::session_head(loaded.setup, options), loaded.setup.machine);
-    session::Session session(loaded.setup);
-    session.record_to(recorder);
+    RecordedSession recorded(short_session("wall_contact", 600), into(folder));
     for (;;) {
-      session.step();
-      recorder.drain();
-      *drained_s = session.elapsed_s();
+      recorded.session.step();
+      recorded.recorder.drain();
+      *drained_s = recorded.session.elapsed_s();
     }
   }
   ::usleep(after_ms * 1000);

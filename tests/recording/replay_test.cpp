@@ -8,12 +8,11 @@
 #include <vector>
 
 #include "app/session/session.h"
-#include "app/session/session_head.h"
-#include "app/session/session_setup.h"
 #include "machine/load.h"
 #include "master/master_state.h"
 #include "recording/fields.h"
 #include "tests/recording/divergence.h"
+#include "tests/recording/recorded_session.h"
 #include "tests/recording/rewrite.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
@@ -63,18 +62,10 @@ class ReplayOfAPress : public testing::Test {
     session::SimulateOptions options;
     options.scenario = test::source_dir() + "/tests/recordings_replayed/press.toml";
     options.duration_s = 2;
-    const session::SessionSetup setup = session::load_session(options).setup;
     RecorderOptions how;
     how.file = original_;
     how.compression = kFast;
-    Recorder recorder(how, session::session_head(setup, options), setup.machine);
-    session::Session session(setup);
-    session.record_to(recorder);
-    for (int tick = 0; !session.done(); ++tick) {
-      session.step();
-      if (tick % 50 == 0) recorder.drain();
-    }
-    recorder.close();
+    test::record(options, how);
   }
   static void TearDownTestSuite() { delete folder_; }
 
