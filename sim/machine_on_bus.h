@@ -39,7 +39,7 @@ class MachineOnBus {
   void step(Time now, const Controller& controller) noexcept {
     if (bus_) bus_->advance(now);
     controller();
-    // The plant moves in whole milliseconds; a period that was skipped is made up for in one longer step.
+    // The plant moves in whole milliseconds; periods that were skipped are made up for.
     machine_.step(Time(now.time_since_epoch() / kTick * kTick));
     now_ = now;
   }

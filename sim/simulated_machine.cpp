@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "core/loop_table.h"
+
 namespace knuckle::sim {
 
 namespace {
@@ -34,7 +36,14 @@ SimulatedMachine::SimulatedMachine(const MachineTruth& truth, const WorldDescrip
   draw_wires();
 }
 
+/// What was skipped is made up for tick by tick: the nodes' watchdogs run out while their program stalls, as they do on
+/// a machine whose controller stalls.
 void SimulatedMachine::step(Time now) noexcept {
+  while (last_ != kNever && last_ + kTick < now) step_once(last_ + kTick);
+  step_once(now);
+}
+
+void SimulatedMachine::step_once(Time now) noexcept {
   if (last_ != kNever && now > last_) {
     const NodeOutputs asked = nodes_.outputs();
     for (int j = 0; j < kJoints; ++j) plant_.set_valve_demand(j, asked.spool_demand[j]);

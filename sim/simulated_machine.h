@@ -35,6 +35,8 @@ class SimulatedMachine {
   void set_estop(bool pressed) noexcept { nodes_.set_estop(pressed); }
 
  private:
+  /// @param now at most a tick after the last.
+  void step_once(Time now) noexcept;
   /// The transmitters' own lag.
   void feel(Duration time) noexcept;
   /// What the encoders' wires follow: askew, and slack after a reversal.

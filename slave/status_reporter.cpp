@@ -36,11 +36,13 @@ OilDemand oil_demand(const MachineDescription& machine, const estimation::JointS
   return demand;
 }
 
-StatusReporter::StatusReporter(const MachineDescription& machine, WatchedCan& bus, Link& link,
+StatusReporter::StatusReporter(const MachineDescription& machine, WatchedCan& bus, Link& link, bool simulated,
                                Mailbox<LoopHealth>* health) noexcept
     : machine_(machine), bus_(bus), link_(link), mailbox_(health) {
   status_.period = from_seconds(1 / machine.bus.sync_Hz);
   status_.machine = MachineName(machine.name);
+  status_.simulated = simulated;
+  status_.calibrated = machine.dynamics_calibration.has_value();
 }
 
 void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {

@@ -29,8 +29,9 @@ class StatusReporter {
   static constexpr Duration kPeriod = 50ms;
 
   /// All outlive this. @param bus of the loop, @param link of the loop.
+  /// @param simulated whether the bus is that of a simulation, as far as the program knows.
   /// @param health of the thread that steps the loop, read in that thread; null: the loop has no real time.
-  StatusReporter(const MachineDescription& machine, WatchedCan& bus, Link& link,
+  StatusReporter(const MachineDescription& machine, WatchedCan& bus, Link& link, bool simulated,
                  Mailbox<LoopHealth>* health = nullptr) noexcept;
 
   /// After every step of the loop, in its thread.

@@ -16,6 +16,7 @@ constexpr std::size_t kSize = kLinkHeaderSize + link_codec::kStampSize + 2 * 3 *
 constexpr double kMostOpening = 1e3;  // of spool stroke, as a valve may report it
 constexpr double kMostFlow_m3ps = 1e3, kMostPower_W = 1e12, kMostLoad = 10;
 constexpr std::uint8_t kMostPriority = 99;
+constexpr std::uint8_t kPilotOn = 1, kSimulated = 2, kCalibrated = 4, kAllFlags = 7;
 
 void put(ByteWriter& out, const MachineStatus::Timing& timing) noexcept {
   put(out, timing.p50);
@@ -71,7 +72,8 @@ Datagram encode(const MachineStatus& status) noexcept {
   put(out, status.stamp);
   put_each(out, status.valve_command, kMostOpening);
   put_each(out, status.spool, kMostOpening);
-  out.put(static_cast<std::uint8_t>(status.pilot_on ? 1 : 0));
+  out.put(static_cast<std::uint8_t>((status.pilot_on ? kPilotOn : 0) | (status.simulated ? kSimulated : 0) |
+                                    (status.calibrated ? kCalibrated : 0)));
   out.put(std::clamp(status.oil_flow_m3ps, 0.0, kMostFlow_m3ps));
   out.put(std::clamp(status.hydraulic_power_W, 0.0, kMostPower_W));
   put(out, status.wake_lateness);
@@ -97,8 +99,10 @@ std::optional<MachineStatus> decode_status(std::span<const std::uint8_t> bytes) 
   status.stamp = bounded.stamp();
   bounded.each(status.valve_command, kMostOpening);
   bounded.each(status.spool, kMostOpening);
-  const auto pilot_on = in->get<std::uint8_t>();
-  status.pilot_on = pilot_on == 1;
+  const auto flags = in->get<std::uint8_t>();
+  status.pilot_on = (flags & kPilotOn) != 0;
+  status.simulated = (flags & kSimulated) != 0;
+  status.calibrated = (flags & kCalibrated) != 0;
   status.oil_flow_m3ps = bounded.number(0, kMostFlow_m3ps);
   status.hydraulic_power_W = bounded.number(0, kMostPower_W);
   status.wake_lateness = timing(bounded);
@@ -113,7 +117,7 @@ std::optional<MachineStatus> decode_status(std::span<const std::uint8_t> bytes) 
   status.acted_ago = bounded.span();
   status.force_doubts = in->get<std::uint8_t>();
   const auto machine = machine_name(*in);
-  if (pilot_on > 1 || status.fifo_priority > kMostPriority || !machine || !bounded.ok()) return std::nullopt;
+  if (flags > kAllFlags || status.fifo_priority > kMostPriority || !machine || !bounded.ok()) return std::nullopt;
   status.machine = *machine;
   return status;
 }

@@ -54,6 +54,8 @@ struct MachineStatus {
   Duration acted_ago{};           ///< From that valve frame to sent_at.
   std::uint8_t force_doubts = 0;  ///< estimation::ConfidenceReason bits: why the tip force is known no better.
   MachineName machine;            ///< That it drives: nobody leads it as another one.
+  bool simulated = false;         ///< There is no real machine behind it.
+  bool calibrated = false;        ///< Its dynamics have been identified; else forces are those of a drawing.
 };
 
 [[nodiscard]] Datagram encode(const MachineStatus& status) noexcept;

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <charconv>
 
+#include "core/text.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::bringup {
@@ -67,27 +68,35 @@ std::string Dialogue::answer(const Question& question) {
 
 int Dialogue::ask(const std::string& question, std::initializer_list<const char*> words) {
   const Question asked{question, {words.begin(), words.end()}, {}};
-  const std::string typed = answer(asked);
-  const auto found = std::find(asked.words.begin(), asked.words.end(), typed);
-  if (found != asked.words.end()) return static_cast<int>(found - asked.words.begin());
   std::string all;
   for (const std::string& word : asked.words) all += (all.empty() ? "" : " | ") + word;
-  throw CommissionEnded("the answer '" + typed + "' is not one of " + all);
+  for (;;) {
+    const std::string typed = answer(asked);
+    const auto found = std::find(asked.words.begin(), asked.words.end(), typed);
+    if (found != asked.words.end()) return static_cast<int>(found - asked.words.begin());
+    refuse("the answer '" + printable(typed) + "' is not one of " + all);
+  }
 }
 
 double Dialogue::ask_number(const std::string& question, double low, double high, std::optional<double> known) {
   Question asked{question, {}, std::pair(low, high)};
   if (known) asked.words.emplace_back("tape");
-  const std::string typed = answer(asked);
-  if (known && typed == "tape") return *known;
-  double value = 0;
-  const auto end = std::from_chars(typed.data(), typed.data() + typed.size(), value);
-  const bool number = end.ec == std::errc() && end.ptr == typed.data() + typed.size();
-  if (!number || !(value >= low && value <= high)) {
-    throw CommissionEnded("the answer '" + typed + "' is not a number from " + number_text(low) + " to " +
-                          number_text(high));
+  for (;;) {
+    const std::string typed = answer(asked);
+    if (known && typed == "tape") return *known;
+    double value = 0;
+    const auto end = std::from_chars(typed.data(), typed.data() + typed.size(), value);
+    const bool number = end.ec == std::errc() && end.ptr == typed.data() + typed.size();
+    if (number && value >= low && value <= high) return value;
+    refuse("the answer '" + printable(typed) + "' is not a number from " + number_text(low) + " to " +
+           number_text(high));
   }
-  return value;
+}
+
+/// A script that goes wrong once is wrong from there on. A person mistypes.
+void Dialogue::refuse(const std::string& why) {
+  if (!partner_.live) throw CommissionEnded(why);
+  say(why + ": nothing moves; once more (Ctrl+C ends it)");
 }
 
 bool Dialogue::interrupted() {

@@ -1,5 +1,6 @@
-// Questions at a terminal whose answer is one of a few words, asked while the machine's loop runs. Any other answer
-// ends the commissioning: a word typed by mistake must never move a machine.
+// Questions at a terminal whose answer is one of a few words, asked while the machine's loop runs and nothing moves. A
+// person who gives any other answer is asked again; a script's commissioning ends: a word that is there by mistake must
+// never move a machine.
 #pragma once
 
 #include <functional>
@@ -63,9 +64,9 @@ class Dialogue {
   void say(const std::string& line) { partner_.say(line); }
   /// A step of the commissioning begins.
   void begin(int number, const std::string& title) { partner_.begin(number, title); }
-  /// @return which of the words. @throws CommissionEnded for any other answer.
+  /// @return which of the words. @throws CommissionEnded for any other answer of a script.
   int ask(const std::string& question, std::initializer_list<const char*> words);
-  /// @throws CommissionEnded for anything but a number within the bounds.
+  /// @throws CommissionEnded for any other answer of a script than a number within the bounds.
   /// @param known where the answer is known without asking (on a simulated machine), the word "tape" takes it.
   double ask_number(const std::string& question, double low, double high, std::optional<double> known = {});
   /// Whether a person typed anything: while something moves, that means stop.
@@ -74,6 +75,7 @@ class Dialogue {
 
  private:
   std::string answer(const Question& question);
+  void refuse(const std::string& why);
 
   Partner partner_;
   std::function<void()> idle_;

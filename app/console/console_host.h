@@ -70,6 +70,8 @@ class ConsoleHost {
   /// Set-up of the simulated session chosen last; nothing where there is none.
   [[nodiscard]] const std::optional<session::SessionSetup>& session() const noexcept { return session_; }
   [[nodiscard]] Time now() const noexcept { return clock_.now(); }
+  /// Of session time 0, by the computer's clock; 0 for a simulated session.
+  [[nodiscard]] std::int64_t unix_ns_at_zero() const noexcept { return unix_ns_at_zero_; }
 
  private:
   [[nodiscard]] std::unique_ptr<LiveSession> make_session();
@@ -81,6 +83,7 @@ class ConsoleHost {
   session::SimulateOptions chosen_;
   std::optional<session::SessionSetup> session_;
   LiveSession::Led led_ = LiveSession::Led::kByPerson;
+  std::int64_t unix_ns_at_zero_ = 0;
   ConsoleLog log_;  // outlives the loops that it records
   std::unique_ptr<ConsoleLoop> loop_;
   std::uint32_t resets_ = 0, run_ = 1;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <ctime>
 #include <utility>
 
 #include "app/cli/output_file.h"
@@ -176,6 +177,17 @@ void EventBook::acknowledge(std::uint64_t number) noexcept {
 
 void EventBook::acknowledge(const EventFilter& filter) {
   for (EventRow& row : rows_) row.acknowledged |= filter.lets_through(row);
+}
+
+std::string event_time(Time at, std::int64_t unix_ns_at_zero) {
+  if (unix_ns_at_zero == 0) return fmt::format("{:.3f}", to_seconds(at));
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  const std::int64_t unix_ns = unix_ns_at_zero + at.time_since_epoch().count();
+  const auto unix_s = static_cast<std::time_t>(unix_ns / kSecond_ns);
+  std::tm local{};
+  ::localtime_r(&unix_s, &local);
+  return fmt::format("{:02}:{:02}:{:02}.{:03}", local.tm_hour, local.tm_min, local.tm_sec,
+                     unix_ns % kSecond_ns / 1'000'000);
 }
 
 std::string EventBook::export_csv(const std::string& path, const EventFilter& filter) const {

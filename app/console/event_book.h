@@ -15,6 +15,11 @@ namespace knuckle::console {
 enum class Severity : std::uint8_t { kInfo, kWarning, kAlarm };
 [[nodiscard]] const char* name(Severity severity) noexcept;  ///< "info", "warning", "alarm"
 
+/// When something happened, for people: the time of day, "14:03:22.125", in this computer's time zone; of a session
+/// that does not run by the clock its own seconds, "12.500".
+/// @param unix_ns_at_zero of session time 0; 0: it does not run by the clock.
+[[nodiscard]] std::string event_time(Time at, std::int64_t unix_ns_at_zero);
+
 struct EventRow {
   std::uint64_t number = 0;  ///< Counts up from 1; never used twice.
   std::uint32_t run = 1;     ///< Which session: counts restarts.

@@ -8,7 +8,7 @@
 namespace knuckle::console {
 
 namespace key {
-inline constexpr int kSpace = 32, kBackspace = 259, kMinus = '-', kSlash = '/', kEqual = '=';
+inline constexpr int kSpace = 32, kEscape = 256, kBackspace = 259, kMinus = '-', kSlash = '/', kEqual = '=';
 inline constexpr int kF1 = 290, kF2 = 291, kF3 = 292, kF4 = 293, kF5 = 294, kF6 = 295;
 inline constexpr int kF9 = 298, kF10 = 299, kF11 = 300, kF12 = 301;
 inline constexpr int kKeypadSubtract = 333, kKeypadAdd = 334;
@@ -38,6 +38,8 @@ enum class KeyAction : std::uint8_t {
   kPause,
   kReset,
   kBookmark,
+  kHoldToRun,
+  kGround,
   kView,
   kTheme,
   kUnits,
@@ -69,6 +71,7 @@ inline constexpr std::array kKeys{
     KeyBinding{KeyAction::kSlow, key::kRightControl, true, false, "", ""},
     KeyBinding{KeyAction::kClutch, 'C', true, false, "C", "clutch: the machine holds while the hand moves"},
     KeyBinding{KeyAction::kStop, key::kSpace, false, false, "Space", "Stop"},
+    KeyBinding{KeyAction::kStop, key::kEscape, false, false, "Esc", "Stop, also while text is typed"},
     KeyBinding{KeyAction::kReleaseStop, key::kBackspace, false, true, "Ctrl+Backspace", "release Stop"},
     KeyBinding{KeyAction::kOperate, key::kF1, false, false, "F1", "Operate"},
     KeyBinding{KeyAction::kLink, key::kF2, false, false, "F2", "Link"},
@@ -79,6 +82,8 @@ inline constexpr std::array kKeys{
     KeyBinding{KeyAction::kPause, 'P', false, false, "P", "pause (simulation)"},
     KeyBinding{KeyAction::kReset, 'R', false, true, "Ctrl+R", "restart (simulation)"},
     KeyBinding{KeyAction::kBookmark, 'B', false, false, "B", "bookmark: an event, in the recording too"},
+    KeyBinding{KeyAction::kHoldToRun, 'M', false, false, "M", "mouse or touch alone: enable while it is held"},
+    KeyBinding{KeyAction::kGround, 'G', false, false, "G", "heights count from where the tip is now"},
     KeyBinding{KeyAction::kView, 'V', false, false, "V", "side view or orbit"},
     KeyBinding{KeyAction::kTheme, key::kF9, false, false, "F9", "light or dark"},
     KeyBinding{KeyAction::kUnits, key::kF10, false, false, "F10", "metric or imperial"},

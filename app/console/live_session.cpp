@@ -26,7 +26,7 @@ LiveSession::LiveSession(const session::SessionSetup& setup, Led led, HidPort* d
       station_(station_setup(setup), network_.a(), led == Led::kByPerson ? device : nullptr),
       far_(setup.machine, setup.truth, setup.scenario, setup.seed, network_.b()),
       machine_(setup.machine),
-      reporter_(machine_, far_.can, network_.b()) {
+      reporter_(machine_, far_.can, network_.b(), true) {
   station_.set_assist(setup.scenario.assist);
   if (led == Led::kByPerson) return;
   scripted_ = session::operator_of(setup);

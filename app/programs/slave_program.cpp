@@ -58,7 +58,7 @@ class SlaveRunner {
         link_(link, tape_),
         wants_rows_(records.csv != nullptr),
         slave_(machine, taped_can_, link_, start),
-        reporter_(machine, can_, link_, &health),
+        reporter_(machine, can_, link_, records.simulated, &health),
         stop_(machine, taped_can_) {
     if (records.recorder != nullptr) tape_.record_to(records.recorder->machine_steps());
   }

@@ -306,6 +306,30 @@ TEST(CommissionDialogue, PersonsTypeAheadIsNoAnswerAndMeansStopWhileSomethingMov
   EXPECT_TRUE(dialogue.interrupted());
 }
 
+TEST(CommissionDialogue, APersonWhoMistypesIsAskedAgainAndAScriptIsNot) {
+  std::ostringstream out;
+  std::vector<std::string> typed;
+  const auto next = [&typed]() -> std::optional<std::string> {
+    if (typed.empty()) return std::nullopt;
+    std::string line = typed.front();
+    typed.erase(typed.begin());
+    return line;
+  };
+  std::vector<std::string> person{"yes", "go", "45", "1,5", "30"};
+  const auto types = [&] {
+    if (!person.empty()) typed.push_back(person.front()), person.erase(person.begin());
+  };
+  Dialogue live(terminal(out, next, true), types);
+  EXPECT_EQ(live.ask("ready?", {"no", "go"}), 1);
+  EXPECT_EQ(live.ask_number("tilt?", -30, 30), 30);
+  EXPECT_TRUE(person.empty());
+  EXPECT_NE(out.str().find("the answer 'yes' is not one of no | go: nothing moves; once more"), std::string::npos);
+  EXPECT_NE(out.str().find("the answer '45' is not a number from -30 to 30"), std::string::npos);
+  typed = {"yes", "go"};
+  Dialogue script(terminal(out, next, false), [] {});
+  EXPECT_THROW((void)script.ask("ready?", {"no", "go"}), CommissionEnded);
+}
+
 TEST(CommissionDialogue, NumbersAreTakenWithinTheirBoundsOnly) {
   const auto answer = [](const std::string& line) {
     std::ostringstream out;

@@ -117,7 +117,7 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
   UdpLink machine_end = UdpLink::listen("127.0.0.1:0");
   UdpLink operator_end = UdpLink::connect("127.0.0.1:" + std::to_string(machine_end.port()));
   session::MachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, machine_end);
-  slave::StatusReporter reporter(setup.machine, far.can, machine_end);
+  slave::StatusReporter reporter(setup.machine, far.can, machine_end, true);
   const RealtimeClock clock;
   Time machine_time{};  // a clock of its own, that no busy computer makes jump
   RealtimeThread machine({.name = "machine", .period = 1ms}, clock, [&](Time /*now*/) {

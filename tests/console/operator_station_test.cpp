@@ -123,7 +123,7 @@ bool ever_engages(const std::string& name) {
   session::MachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, network.b());
   MachineDescription told = setup.machine;
   told.name = name;
-  slave::StatusReporter reporter(told, far.can, network.b());
+  slave::StatusReporter reporter(told, far.can, network.b(), true);
   HeldKeys keys;
   for (Time now{}; now < Time(15s); now += 1ms) {
     keys.enable = now > Time(5s) && now.time_since_epoch() % 2s > 100ms;

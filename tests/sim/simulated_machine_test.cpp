@@ -104,6 +104,21 @@ TEST(SimulatedMachine, PositiveSetPointExtendsTheCylinderAndOnlyWithPilotPressur
   }
 }
 
+TEST(SimulatedMachine, ValvesCloseInAStallOfTheWholeProgramAsTheirWatchdogsPromise) {
+  MachineRig rig(nominal_truth(load_machine(kFile)));
+  rig.command[kBoom].set_point = 0.5;
+  rig.run(500ms);
+  const PlantState& plant = rig.machine.plant().state();
+  const double before_m = plant.cylinder_m[kBoom];
+  rig.run(100ms);
+  const double in_100ms_m = plant.cylinder_m[kBoom] - before_m;
+  ASSERT_GT(in_100ms_m, 1e-3);
+  const double stalled_m = plant.cylinder_m[kBoom];
+  rig.machine.step(rig.now + 10s);  // neither bus nor controller did anything meanwhile
+  EXPECT_LT(plant.cylinder_m[kBoom] - stalled_m, 3.2 * in_100ms_m) << "320 ms, as with a hung controller";
+  EXPECT_LT(std::abs(plant.spool[kBoom]), 0.05);
+}
+
 TEST(SimulatedMachine, HungControllerEndsWithSpoolsInsideTheirDeadBandIn320Milliseconds) {
   MachineRig rig(sampled());
   for (auto& c : rig.command) c.set_point = 0.5;

@@ -26,7 +26,8 @@ class Told final : public Link {
 };
 
 struct ReportingBench {
-  explicit ReportingBench(Mailbox<LoopHealth>* health = nullptr) : reporter(m.description, can, told, health) {}
+  explicit ReportingBench(Mailbox<LoopHealth>* health = nullptr, bool simulated = false)
+      : reporter(m.description, can, told, simulated, health) {}
   void tick() {
     m.tick();
     if (m.ticks % 5 == 0) reporter.step(m.now, m.loop);
@@ -53,6 +54,25 @@ TEST(StatusReporter, TellsTwentyTimesASecondWithRisingNumbers) {
   EXPECT_EQ(told.front().machine.text(), "test");
   EXPECT_GT(told.back().steps, 1900U);
   EXPECT_EQ(told.back().fifo_priority, 0);
+}
+
+TEST(StatusReporter, TellsWhetherTheMachineIsASimulationAndWhetherItsForcesAreCalibrated) {
+  for (const bool simulated : {false, true}) {
+    ReportingBench bench(nullptr, simulated);
+    bench.run(100ms);
+    ASSERT_FALSE(bench.told.statuses.empty());
+    EXPECT_EQ(bench.told.statuses.back().simulated, simulated);
+    EXPECT_FALSE(bench.told.statuses.back().calibrated);
+  }
+  test::BenchMachine m;
+  MachineDescription description = m.description;
+  description.dynamics_calibration.emplace();
+  WatchedCan can{m.bus.port(0), description.bus.bit_rate};
+  Told told;
+  StatusReporter reporter(description, can, told, false);
+  reporter.step(Time(1s), m.loop);
+  ASSERT_EQ(told.statuses.size(), 1U);
+  EXPECT_TRUE(told.statuses.back().calibrated);
 }
 
 TEST(StatusReporter, DoesNotMakeUpForWhatAHungLoopMissed) {

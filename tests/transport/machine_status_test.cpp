@@ -45,7 +45,7 @@ MachineStatus some_status() {
 }
 
 const std::string kStatus =
-    "4B4E 06 03  0900000000000000 0102030405060708 04030201 40420F0000000000 0200000000000000  "
+    "4B4E 07 03  0900000000000000 0102030405060708 04030201 40420F0000000000 0200000000000000  "
     "000000000000F03F 000000000000F0BF 000000000000E03F  0000000000000000 0000000000000040 0000000000000000  01 "
     "000000000000E03F 0000000000002440 "
     "0100000000000000 0200000000000000 0300000000000000  0400000000000000 0500000000000000 0600000000000000 "
@@ -53,7 +53,7 @@ const std::string kStatus =
     "FFFFFFFFFFFFFFFF 0B00000000000000  85 "
     "736F6C6172303135 0000000000000000 0000000000000000 0000000000000000";
 // Where in it what is.
-constexpr std::size_t kSentAt = 24, kEchoed = 32, kCommand = 40, kPilot = 88, kFlow = 89, kWake = 105, kPeriod = 153,
+constexpr std::size_t kSentAt = 24, kEchoed = 32, kCommand = 40, kFlags = 88, kFlow = 89, kWake = 105, kPeriod = 153,
                       kPriority = 177, kLoad = 178, kReport = 190, kAgo = 198, kName = 207;
 
 template <typename T>
@@ -141,7 +141,7 @@ TEST(MachineStatus, ANonFiniteOrImpossibleNumberAnywhereIsRefused) {
   }
   EXPECT_FALSE(decode_status(with(kFlow, -1.0))) << "nothing flows back into the pump";
   EXPECT_FALSE(decode_status(with(kLoad, -0.1)));
-  EXPECT_FALSE(decode_status(with(kPilot, std::uint8_t{2})));
+  EXPECT_FALSE(decode_status(with(kFlags, std::uint8_t{8})));
   EXPECT_FALSE(decode_status(with(kPriority, std::uint8_t{100})));
   std::vector<std::size_t> spans{kPeriod, kAgo};
   for (std::size_t n = 0; n < 6; ++n) spans.push_back(kWake + 8 * n);
@@ -178,6 +178,8 @@ TEST(MachineStatus, RandomValuesSurviveTheRoundTripAndRandomBytesNeverBreakTheDe
     for (double& value : s.valve_command) value = unit(random);
     for (double& value : s.spool) value = unit(random);
     s.pilot_on = i % 2 == 0;
+    s.simulated = i % 3 == 0;
+    s.calibrated = i % 5 == 0;
     s.oil_flow_m3ps = std::abs(unit(random));
     s.hydraulic_power_W = 1e5 * std::abs(unit(random));
     s.wake_lateness = {span(), span(), span()};

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "app/console/machine_words.h"
 #include "machine/description.h"
 
 namespace knuckle::console::picture {
@@ -42,7 +43,7 @@ Viewport MachinePanel::viewport(const widgets::Area& picture) const {
 }
 
 void MachinePanel::watch(const ConsoleView& view) {
-  if (!view.machine.contact || view.now < contact_since_)
+  if (!force_words(view).contact || view.now < contact_since_)
     contact_since_ = kNever;
   else if (contact_since_ == kNever)
     contact_since_ = view.now;
@@ -82,11 +83,12 @@ void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light
   // Before the machine is led or the device held, both are a loop's initial values: neither commanded nor requested.
   p.show_commanded = !view.hand.device && view.link.heard && led(m.mode);
   p.show_hand = p.show_commanded || (!view.hand.device && view.link.heard && view.hand.presence);
-  if (view.link.heard && !stale) {
+  const ForceWords said = force_words(view);
+  if (said.known && !stale) {
     p.tip_force_N = m.tip_force_N;
     p.covariance_N2 = m.covariance_N2;
     p.confidence = m.confidence;
-    p.contact = m.contact;
+    p.contact = said.contact;
     p.contact_s = contact_since_ == kNever ? 1e9 : to_seconds(view.now - contact_since_);
   }
   p.scene = &scene_.scene();

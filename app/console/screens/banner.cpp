@@ -5,39 +5,53 @@
 #include <string>
 #include <vector>
 
+#include "app/console/link_quality.h"
+#include "app/console/machine_words.h"
 #include "app/console/screens/recording_tag.h"
 
 namespace knuckle::console::screens {
 namespace {
 
-bool alarming(Mode mode) {
-  return mode == Mode::kFault || mode == Mode::kEStop;
+/// What the block on the left says.
+struct Headline {
+  std::string word, below;
+  widgets::Icon icon = widgets::Icon::kLink;
+  ImU32 fill = 0;
+  bool alarm = false;  ///< Flashes.
+};
+
+Headline headline(const widgets::Ui& ui, const ConsoleView& view) {
+  const widgets::Palette& c = ui.theme.colours;
+  const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
+  const Mode mode = view.machine.mode;
+  const std::string age = widgets::shown_duration(fresh.age_s).c_str();
+  if (!fresh.heard) return {"NO LINK", "", widgets::Icon::kLink, c.raised, false};
+  // It reports OFF only as it starts and in its last message: nothing is lost then.
+  if (fresh.stale() && mode == Mode::kOff) return {"OFF", age + " old", mode_icon(mode), c.raised, false};
+  // An old mode is no mode.
+  const std::string was = std::string("was ") + mode_word(mode) + ", " + age + " old";
+  if (ui.loop_silent()) return {"CONSOLE HANGS", was, widgets::Icon::kWarning, c.stop, true};
+  if (fresh.stale()) return {"LINK LOST", was, widgets::Icon::kLink, c.stop, true};
+  if (stopped(view)) return {"STOPPED", "", widgets::Icon::kStop, ui.theme.mode_colour(Mode::kOff), false};
+  return {mode_word(mode), "", mode_icon(mode), ui.theme.mode_colour(mode),
+          mode == Mode::kFault || mode == Mode::kEStop};
 }
 
-/// The mode on its colour. An old mode is no mode: grey, with its age.
 void mode_block(const widgets::Ui& ui, const ConsoleView& view, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
-  const bool old = fresh.stale() || ui.loop_silent();
-  const Mode mode = view.machine.mode;
-  const ImU32 fill = old ? t.colours.raised : t.mode_colour(mode);
-  const ImU32 on = old ? t.colours.muted : widgets::text_on(fill);
-  list.AddRectFilled(area.min, area.max, fill, t.px(8));
-  if (alarming(mode) && !old && !ui.steady && std::fmod(ui.now_s, 1.0) < 0.5)
+  const Headline says = headline(ui, view);
+  const ImU32 on = says.fill == t.colours.raised ? t.colours.muted : widgets::text_on(says.fill);
+  list.AddRectFilled(area.min, area.max, says.fill, t.px(8));
+  if (says.alarm && !ui.steady && std::fmod(ui.now_s, 1.0) < 0.5)
     list.AddRect({area.min.x + t.px(3), area.min.y + t.px(3)}, {area.max.x - t.px(3), area.max.y - t.px(3)}, on,
                  t.px(6), 0, t.px(3));
-  widgets::draw_icon(list, fresh.heard ? mode_icon(mode) : widgets::Icon::kLink,
-                     {area.min.x + t.px(38), area.centre().y}, t.px(34), on);
+  widgets::draw_icon(list, says.icon, {area.min.x + t.px(38), area.centre().y}, t.px(34), on);
   const float x = area.min.x + t.px(70), y = area.centre().y;
-  const char* word = fresh.heard ? mode_word(mode) : "NO LINK";
-  if (old && fresh.heard) {
-    widgets::put_text(t.fonts.title, on, {x, y - t.px(10)}, widgets::Align::kLeft, word);
-    widgets::put_text(t.fonts.mono_small, t.colours.notice, {x, y + t.px(14)}, widgets::Align::kLeft,
-                      widgets::shown("%s old", widgets::shown_duration(fresh.age_s).c_str()).c_str());
-  } else {
-    widgets::put_text(t.fonts.display, on, {x, y}, widgets::Align::kLeft, word);
-  }
+  if (says.below.empty())
+    return widgets::put_text(t.fonts.display, on, {x, y}, widgets::Align::kLeft, says.word.c_str());
+  widgets::put_text(t.fonts.title, on, {x, y - t.px(10)}, widgets::Align::kLeft, says.word.c_str());
+  widgets::put_text(t.fonts.mono_small, on, {x, y + t.px(14)}, widgets::Align::kLeft, says.below.c_str());
 }
 
 struct Tag {
@@ -53,12 +67,15 @@ std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view) {
   const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const ImU32 quiet = widgets::mix(t.colours.surface, t.colours.border, 0.6F);
   if (fresh.heard) {
-    const widgets::Shown age =
-        fresh.age_s < 1 ? widgets::shown("%.0f ms", fresh.age_s * 1e3) : widgets::shown_duration(fresh.age_s);
-    tags.push_back({widgets::Icon::kLink, widgets::shown("received %s ago", age.c_str()).c_str(),
-                    fresh.stale() ? t.colours.notice : quiet});
+    const LinkVerdict link = link_verdict(view.link, ui.view_age_s);
+    const ImU32 fill = link.quality == LinkQuality::kGood   ? quiet
+                       : link.quality == LinkQuality::kFair ? t.colours.notice
+                                                            : t.colours.stop;
+    tags.push_back({widgets::Icon::kLink, std::string("link ") + name(link.quality) + ": " + link.words, fill});
   }
-  if (view.simulated)
+  if (view.status_heard && !view.status.calibrated)
+    tags.push_back({widgets::Icon::kWarning, "UNCALIBRATED", t.colours.notice});
+  if (view.simulated || (view.status_heard && view.status.simulated))
     tags.push_back({widgets::Icon::kCircle, "SIMULATED", widgets::mix(t.colours.surface, t.colours.accent, 0.35F)});
   if (view.paused) tags.push_back({widgets::Icon::kPause, "PAUSED", t.colours.notice});
   if (view.hand.warning) tags.push_back({widgets::Icon::kWarning, "FORCE REDUCED", t.colours.notice});
@@ -122,7 +139,19 @@ std::string what_blocks(const ConsoleView& view, const AtWindow& person) {
     return "enable is ignored while a text field is active: leave the field first";
   if (person.enable_ignored) return "release enable, then press it again";
   if (view.machine.blocking) return blocking_words(view, person.hand);
-  return view.machine.mode == Mode::kEngaged ? "the machine follows the hand" : "";
+  if (view.machine.mode != Mode::kEngaged) return "";
+  return view.led_by_scenario ? "the machine follows the scenario's operator"
+                              : "the machine follows the hand; letting go of enable stops it";
+}
+
+/// A machine that nobody leads may still push: its oil is shut in.
+std::string still_pushing(const ConsoleView& view) {
+  constexpr double kWorthSaying_N = 200;
+  const SlaveMessage& m = view.machine;
+  const double force_N = m.tip_force_N.norm();
+  const bool idle = m.mode == Mode::kReady || m.mode == Mode::kFault;
+  if (!idle || !force_words(view).contact || force_N < kWorthSaying_N) return "";
+  return "the bucket still presses with " + std::to_string(100 * std::lround(force_N / 100)) + " N";
 }
 
 }  // namespace
@@ -184,10 +213,16 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
   if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace";
   if (paused) return "paused: press P to resume";
   if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
-  const std::string next = what_blocks(view, person);
+  std::string next = what_blocks(view, person);
+  if (const std::string pushing = still_pushing(view); !pushing.empty())
+    next = next.empty() ? pushing : pushing + "; " + next;
   if (!view.machine.fault) return next;
   const std::string cause = text(view.machine.fault);
   return next.empty() || next == cause ? cause : cause + "; now: " + next;
+}
+
+bool stopped(const ConsoleView& view) noexcept {
+  return view.machine.mode == Mode::kFault && view.machine.fault.code == ReasonCode::kOperatorStop;
 }
 
 void draw_banner(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, widgets::Area area) {

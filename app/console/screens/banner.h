@@ -16,6 +16,8 @@ struct AtWindow {
 /// The one line that says what to do, or what happens now. @param view_age_s since the loops last put a view.
 [[nodiscard]] std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
                                         const AtWindow& person = {});
+/// By the operator's own Stop: nothing is broken.
+[[nodiscard]] bool stopped(const ConsoleView& view) noexcept;
 /// "SELF-TEST", ...
 [[nodiscard]] const char* mode_word(Mode mode) noexcept;
 [[nodiscard]] widgets::Icon mode_icon(Mode mode) noexcept;

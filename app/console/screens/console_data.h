@@ -10,6 +10,7 @@
 #include "app/console/event_book.h"
 #include "app/console/recording_light.h"
 #include "app/console/screens/calibrate_panel.h"
+#include "app/console/screens/distances.h"
 #include "app/console/screens/payload_total.h"
 #include "app/console/widgets/history.h"
 #include "app/console/widgets/widgets.h"
@@ -28,6 +29,7 @@ struct ConsoleFacts {
   std::uint64_t seed = 1;              ///< Of the simulated machine.
   std::string peer;                    ///< "simulated", or address and port of the machine's side.
   std::vector<std::string> scenarios;  ///< That a simulated session can be begun with.
+  std::int64_t unix_ns_at_zero = 0;    ///< Of session time 0; 0: a simulated session, which does not run by the clock.
 };
 
 struct ConsoleData {
@@ -37,6 +39,7 @@ struct ConsoleData {
   const LoopHealth& loop;
   const widgets::History& history;
   const PayloadTotal& payload;
+  const LastContact& last_contact;
   EventBook& events;
   CalibrationPanel& calibration;
   const RecordingLight& recording;

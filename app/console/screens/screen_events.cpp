@@ -58,9 +58,8 @@ void tools(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widge
   ImGui::SetCursorScreenPos(row.min);
   ImGui::SetNextItemWidth(row.width());
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {t.unit(), (row.height() - ImGui::GetFontSize()) / 2});
-  // Blanks are left out: that key is Stop, also here.
-  ImGui::InputTextWithHint("##filter", "filter", state.events.text.data(), state.events.text.size(),
-                           ImGuiInputTextFlags_CharsNoBlank);
+  ImGui::InputTextWithHint("##filter", "filter (Stop while typing: Esc)", state.events.text.data(),
+                           state.events.text.size());
   ImGui::PopStyleVar();
 }
 
@@ -78,7 +77,7 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
   ImGui::TableNextColumn();
   const ImVec2 when = ImGui::GetCursorScreenPos();
   widgets::put_text(t.fonts.mono_small, t.colours.text, {when.x, y}, widgets::Align::kLeft,
-                    widgets::shown("%.3f", to_seconds(row.at)).c_str());
+                    event_time(row.at, data.facts.unix_ns_at_zero).c_str());
   ImGui::TableNextColumn();
   widgets::put_text(t.fonts.mono_small, t.colours.muted, {ImGui::GetCursorScreenPos().x, y}, widgets::Align::kLeft,
                     row.code.c_str());
@@ -128,7 +127,8 @@ void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& stat
   if (!ImGui::BeginTable("events", 5, kFlags, rest.size())) return;
   ImGui::TableSetupScrollFreeze(0, 1);
   ImGui::TableSetupColumn("Severity", ImGuiTableColumnFlags_WidthFixed, t.px(92));
-  ImGui::TableSetupColumn("Time, s", ImGuiTableColumnFlags_WidthFixed, t.px(84));
+  ImGui::TableSetupColumn(data.facts.unix_ns_at_zero == 0 ? "Time, s" : "Time", ImGuiTableColumnFlags_WidthFixed,
+                          t.px(104));
   ImGui::TableSetupColumn("Code", ImGuiTableColumnFlags_WidthFixed, t.px(150));
   ImGui::TableSetupColumn("What", ImGuiTableColumnFlags_WidthStretch);
   ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, t.px(68));

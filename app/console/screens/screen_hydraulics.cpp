@@ -86,7 +86,7 @@ void hydraulics_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::
   flow_card(ui, data, right.cut_top(t.px(data.view.simulated ? 258.F : 200.F), gap));
   {
     const widgets::Card card(ui, "ACTIVE LIMITS", right, machine_freshness(data.view));
-    if (!limit_chips(ui, data.view.machine.limits, card.inside()))
+    if (!limit_chips(ui, data, card.inside()))
       widgets::put_text(t.fonts.body, t.colours.muted, {card.inside().min.x, card.inside().min.y + t.px(13)},
                         widgets::Align::kLeft, "none");
   }

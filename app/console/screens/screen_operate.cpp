@@ -1,7 +1,10 @@
 #include <array>
 #include <cmath>
 
+#include "app/console/machine_words.h"
 #include "app/console/picture/picture_colours.h"
+#include "app/console/screens/distances.h"
+#include "app/console/screens/hold_pad.h"
 #include "app/console/screens/screens.h"
 
 namespace knuckle::console::screens {
@@ -47,18 +50,19 @@ void force_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::A
   const SlaveMessage& m = data.view.machine;
   const widgets::Card card(ui, "FORCE ON THE BUCKET TIP", area, measured_freshness(data.view));
   widgets::Area rest = card.inside();
+  const ForceWords said = force_words(data.view);
   const double force_N = m.tip_force_N.norm(), sigma_N = sigma_along(m);
   widgets::Area top = rest.cut_top(t.px(84), t.unit());
-  direction_dial(ui, top.cut_right(t.px(84), t.unit()), m, force_N > 2 * sigma_N && force_N > 1);
+  direction_dial(ui, top.cut_right(t.px(84), t.unit()), m, said.known && force_N > 2 * sigma_N && force_N > 1);
   const widgets::Quantity q = widgets::Quantity::kForce;
-  widgets::value_large(ui, top, "Estimated", ui.units.number(q, force_N).c_str(), ui.units.unit(q));
-  widgets::put_text(t.fonts.mono_small, t.colours.muted, {top.min.x, top.max.y - t.px(10)}, widgets::Align::kLeft,
-                    widgets::shown("\xC2\xB1 %s", ui.units.text(q, sigma_N).c_str()).c_str());
-  widgets::lamp(ui, rest.cut_top(t.px(24), t.unit(0.5F)), m.contact ? "In contact" : "No contact", m.contact,
-                t.colours.force);
-  widgets::value_row(ui, rest.cut_top(t.px(24)), "Forward", ui.units.number(q, m.tip_force_N.x()).c_str(),
-                     ui.units.unit(q));
-  widgets::value_row(ui, rest.cut_top(t.px(24)), "Up", ui.units.number(q, m.tip_force_N.y()).c_str(), ui.units.unit(q));
+  const auto number = [&](double value_N) { return said.known ? ui.units.number(q, value_N) : widgets::shown("-"); };
+  widgets::value_large(ui, top, "Estimated", number(force_N).c_str(), ui.units.unit(q));
+  if (said.known)
+    widgets::put_text(t.fonts.mono_small, t.colours.muted, {top.min.x, top.max.y - t.px(10)}, widgets::Align::kLeft,
+                      widgets::shown("\xC2\xB1 %s", ui.units.text(q, sigma_N).c_str()).c_str());
+  widgets::lamp(ui, rest.cut_top(t.px(24), t.unit(0.5F)), said.contact_word, said.contact, t.colours.force);
+  widgets::value_row(ui, rest.cut_top(t.px(24)), "Forward", number(m.tip_force_N.x()).c_str(), ui.units.unit(q));
+  widgets::value_row(ui, rest.cut_top(t.px(24)), "Up", number(m.tip_force_N.y()).c_str(), ui.units.unit(q));
   widgets::value_row(ui, rest.cut_top(t.px(24), t.unit(0.5F)), "Felt in the hand",
                      ui.units.number(widgets::Quantity::kHandForce, data.view.hand.sent_force_N.norm()).c_str(),
                      ui.units.unit(widgets::Quantity::kHandForce));
@@ -100,7 +104,7 @@ void payload_card(const widgets::Ui& ui, const ConsoleData& data, const widgets:
 void limits_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   const widgets::Card card(ui, "ACTIVE LIMITS", area, machine_freshness(data.view));
-  if (limit_chips(ui, data.view.machine.limits, card.inside())) return;
+  if (limit_chips(ui, data, card.inside())) return;
   const ImVec2 at{card.inside().min.x, card.inside().min.y + t.px(13)};
   widgets::draw_icon(canvas(), widgets::Icon::kCheck, {at.x + t.px(9), at.y}, t.px(16), widgets::ink(t.colours.good));
   widgets::put_text(t.fonts.body, t.colours.muted, {at.x + t.px(26), at.y}, widgets::Align::kLeft, "none");
@@ -122,7 +126,7 @@ void pressure_bar(const widgets::Ui& ui, const ConsoleData& data, std::size_t ch
   const auto y_of = [&](double pa) {
     return tube.max.y - tube.height() * static_cast<float>(std::clamp(pa / full, 0.0, 1.0));
   };
-  const bool high = pressure > data.facts.machine.limits.chamber_pressure_Pa;
+  const bool high = pressure > data.facts.machine.limits.chamber_pressure_Pa || at_relief(h, pressure);
   const ImU32 colour = high ? t.colours.bad : t.colours.series[chamber / 2];
   canvas().AddRectFilled({tube.min.x, y_of(pressure)}, tube.max, widgets::ink(colour), t.px(4));
   const auto mark = [&](double pa, ImU32 mark_colour, float overhang) {
@@ -197,6 +201,8 @@ widgets::Area operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiS
   widgets::Area bottom = area.cut_bottom(t.px(228), gap);
   scales_card(ui, data, state, bottom.cut_right(t.px(286), gap));
   pressures_card(ui, data, bottom);
+  draw_hold_pad(ui, data, state, area);
+  draw_distances(ui, data, state, area);
   return picture_area(ui, data, state, area);
 }
 

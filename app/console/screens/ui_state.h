@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/console/console_input.h"
+#include "app/console/hand_input.h"
 #include "app/console/widgets/units.h"
 
 namespace knuckle::console::screens {
@@ -32,11 +33,15 @@ struct UiState {
   widgets::UnitSystem units = widgets::UnitSystem::kMetric;
   bool help = false;
   bool side_view = true;
-  bool stop = false;  ///< Latched until released on purpose.
+  double ground_m = 0;       ///< Heights are shown above this, frame M; where the person touched the ground.
+  bool ground_here = false;  ///< Takes the tip's height for it, once.
+  bool stop = false;         ///< Latched until released on purpose.
   float position_scale = 0, force_scale = 0;
   bool scales_chosen = false;   ///< By the person; before, the sliders follow what is in use.
   AssistSettings assist;        ///< At first, and with another scenario, as the scenario says.
   float assist_limit_N = 1000;  ///< Waits here while it is switched off.
+  bool hold_to_run = false;     ///< The mouse enables while it pulls the tip or holds a button of the pad.
+  HeldKeys pad;                 ///< Buttons of it that are held.
   bool typing = false;          ///< Text, into a field: keys lead nothing.
   bool enable_ignored = false;  ///< Its key is held without counting.
   bool paused = false;

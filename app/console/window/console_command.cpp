@@ -137,10 +137,11 @@ void tend_link(pairing::ChosenLink& link, programs::ControlInput& input, program
 int run(const ConsoleOptions& o) {
   check(o);
   const cli::InterruptGuard interrupt;
-  const screens::ConsoleFacts facts = facts_of(o);
+  screens::ConsoleFacts facts = facts_of(o);
   programs::AskedOutput candump("--candump", o.candump),
       json("--json", o.json, programs::AskedOutput::Content::kResult);
   Behind loops = behind(o, facts, candump.stream());
+  facts.unix_ns_at_zero = loops.host->unix_ns_at_zero();
   ConsoleWindow window(o.window(), facts);
   if (facts.hand == screens::HandSource::kGamepad && !window.window().gamepad())
     cli::refuse_option("--device", o.device, "no gamepad found: plug one in, or use --device keyboard");

@@ -12,10 +12,12 @@ namespace {
 constexpr int kControl = 2;  // GLFW_MOD_CONTROL
 constexpr float kScaleStep = 1.1F;
 
-/// While text is typed, only these keys act on the console.
-bool acts_in_text(KeyAction action) {
-  return action == KeyAction::kStop || action == KeyAction::kReleaseStop ||
-         (action >= KeyAction::kOperate && action <= KeyAction::kEvents) || action == KeyAction::kFullScreen;
+/// While text is typed, only these keys act on the console. Space is a blank then; Esc still is Stop.
+bool acts_in_text(const KeyBinding& binding) {
+  const KeyAction action = binding.action;
+  if (action == KeyAction::kStop) return binding.key == key::kEscape;
+  return action == KeyAction::kReleaseStop || (action >= KeyAction::kOperate && action <= KeyAction::kEvents) ||
+         action == KeyAction::kFullScreen;
 }
 
 }  // namespace
@@ -35,17 +37,21 @@ ConsoleWindow::ConsoleWindow(const WindowOptions& options, screens::ConsoleFacts
 }
 
 void ConsoleWindow::watch(const ConsoleView& view) {
-  if (view.simulated_s < drawn_s_) payload_.clear();
+  if (view.simulated_s < drawn_s_) payload_.clear(), last_contact_.clear();
   drawn_s_ = view.simulated_s;
   const bool heard = !screens::measured_freshness(view).stale();
   history_.watch(view, kinematics_, heard, !screens::status_freshness(view).stale());
   machine_.watch(view);
-  if (heard) payload_.watch(view.machine, view.now);
+  if (!heard) return;
+  payload_.watch(view.machine, view.now);
+  last_contact_.watch(view, kinematics_);
+  if (std::exchange(state_.ground_here, false)) state_.ground_m = kinematics_.tip(view.machine.position_rad).y();
 }
 
 void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
   window_.begin_frame();
   take_keys();
+  state_.pad = {};  // held as long as it is drawn
   watch(view);
   calibration_.update();
   if (state_.stop) calibration_.cancel();
@@ -53,7 +59,8 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   const widgets::Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_};
   screens::open_canvas();
   const std::optional<widgets::Area> picture = screens::draw_console(
-      ui, {facts_, kinematics_, view, loop, history_, payload_, events, calibration_, recording_}, state_);
+      ui, {facts_, kinematics_, view, loop, history_, payload_, last_contact_, events, calibration_, recording_},
+      state_);
   const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
   // The tip of the machine that is being commissioned cannot be pulled.
   const bool no_mouse = !picture || (commissioned && state_.side_view);
@@ -95,7 +102,7 @@ void ConsoleWindow::take_keys() {
       return !b.held && b.key == press.key && (b.control == control || b.action == KeyAction::kStop);
     });
     if (binding == kKeys.end()) continue;
-    if (ImGui::GetIO().WantTextInput && !acts_in_text(binding->action)) continue;
+    if (ImGui::GetIO().WantTextInput && !acts_in_text(*binding)) continue;
     act(binding->action);
   }
 }
@@ -125,6 +132,12 @@ void ConsoleWindow::act(KeyAction action) {
       return;
     case KeyAction::kBookmark:
       ++state_.bookmarks;
+      return;
+    case KeyAction::kHoldToRun:
+      state_.hold_to_run = !state_.hold_to_run;
+      return;
+    case KeyAction::kGround:
+      state_.ground_here = true;
       return;
     case KeyAction::kView:
       state_.side_view = !state_.side_view;
@@ -184,7 +197,9 @@ ConsoleInput ConsoleWindow::input(Time now) const {
   ConsoleInput input;
   input.at = now;
   input.attended = window_.attended();
-  input.hand = together(together(hand_from_keys(held_keys()), machine_.pulled()), gamepad_);
+  HandInput pulled = machine_.pulled();
+  pulled.enable = state_.hold_to_run && pulled.presence;
+  input.hand = together(together(hand_from_keys(held_keys()), hand_from_keys(state_.pad)), together(pulled, gamepad_));
   input.stop = state_.stop;
   if (state_.scales_chosen) {
     input.position_scale = static_cast<double>(state_.position_scale);

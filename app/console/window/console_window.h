@@ -58,6 +58,7 @@ class ConsoleWindow {
   Kinematics kinematics_;
   widgets::History history_;
   screens::PayloadTotal payload_;
+  screens::LastContact last_contact_;
   picture::MachinePanel machine_;
   HandInput gamepad_;
   /// A finger that stayed on enable while its gamepad was gone, or while text was typed, has not pressed it.

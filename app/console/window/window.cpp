@@ -27,6 +27,15 @@ std::string last_error() {
   return line;
 }
 
+/// What is beyond the display cannot be seen: Stop is at the lower right.
+std::array<int, 2> within_display(int width, int height) {
+  int x = 0, y = 0, most_width = 0, most_height = 0;
+  if (GLFWmonitor* monitor = glfwGetPrimaryMonitor(); monitor != nullptr)
+    glfwGetMonitorWorkarea(monitor, &x, &y, &most_width, &most_height);
+  if (most_width <= 0 || most_height <= 0) return {width, height};
+  return {std::min(width, most_width), std::min(height, most_height)};
+}
+
 }  // namespace
 
 Window::Window(const WindowOptions& options) : scale_(options.scale), full_speed_(options.full_speed) {
@@ -52,7 +61,8 @@ void Window::open(const WindowOptions& options) {
   // No multisampling: the picture smooths its own lines, and where the processor draws it would halve the frames.
   glfwWindowHint(GLFW_SAMPLES, 0);
   glfwWindowHint(GLFW_FOCUS_ON_SHOW, GLFW_TRUE);
-  window_ = glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
+  const auto [width, height] = within_display(options.width, options.height);
+  window_ = glfwCreateWindow(width, height, options.title.c_str(), nullptr, nullptr);
   if (window_ == nullptr) throw InputError("OpenGL 3.3 is missing: " + last_error());
   glfwMakeContextCurrent(window_);
   if (epoxy_gl_version() < 33)
@@ -92,7 +102,7 @@ void Window::on_key(GLFWwindow* window, int key, int /*scancode*/, int action, i
   if (action != GLFW_PRESS) return;  // a key that repeats must not take the place of one that is pressed
   if (self->arriving_.size() < self->arriving_.capacity())
     self->arriving_.push_back({key, modifiers});
-  else if (key == key::kSpace)
+  else if (key == key::kSpace || key == key::kEscape)
     self->arriving_.back() = {key, modifiers};  // Stop is never the one too many
 }
 

@@ -71,6 +71,7 @@ inline ConsoleView canned_view() {
   s.valve_command = {0.31, -0.62, 0.04};
   s.spool = {0.29, -0.58, 0.03};
   s.pilot_on = true;
+  s.calibrated = true;
   s.oil_flow_m3ps = 5.1e-4;
   s.hydraulic_power_W = 6100;
   s.wake_lateness = {61us, 180us, 2100us};

@@ -7,9 +7,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "app/console/console_host.h"
 #include "tests/console/window/canned_console.h"
@@ -218,56 +221,119 @@ TEST_F(LedConsole, StopButtonActsOnEveryScreenWhereItIs) {
   expect_stopped();
 }
 
-TEST_F(LedConsole, StopKeyActsWhileTextIsTyped) {
+TEST_F(LedConsole, SpaceIsABlankWhileTextIsTypedAndEscIsStop) {
   window_->state().screen = screens::Screen::kEvents;
   frame();
   ASSERT_TRUE(xdotool("mousemove 540 140 click 1"));
   for (int i = 0; i < 3; ++i) frame();
   ASSERT_TRUE(xdotool("key a space b"));
   for (int i = 0; i < 4; ++i) frame();
+  EXPECT_FALSE(window_->state().stop);
+  EXPECT_STREQ(window_->state().events.text.data(), "a b");
+  ASSERT_TRUE(xdotool("key Escape"));
+  for (int i = 0; i < 3; ++i) frame();
   EXPECT_TRUE(window_->state().stop);
-  EXPECT_STREQ(window_->state().events.text.data(), "ab");
 }
 
-TEST(ConsoleKeyboard, DrivesTheSimulatedMachine) {
-  const VirtualDisplay display("1280x800");
-  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
-  session::SimulateOptions options;
-  options.scenario = "free_motion";
-  ConsoleHost host(options, LiveSession::Led::kByPerson, nullptr, nullptr);
-  ConsoleWindow window({}, canned_facts());
-  EventBook events;
-  host.begin();
-  const auto frame = [&] {
-    window.frame(host.view(), host.health(), events, host.view_age_s());
-    window.show();
-    host.put(window.input(host.now()));
-  };
-  bool leads = false;
-  const auto until = [&](const auto& reached) {
+/// A session that a person leads, in real time behind a real window.
+class PersonAtConsole : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!display_.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+    session::SimulateOptions options;
+    options.scenario = "free_motion";
+    host_ = std::make_unique<ConsoleHost>(options, LiveSession::Led::kByPerson, nullptr, nullptr);
+    window_ = std::make_unique<ConsoleWindow>(WindowOptions{}, canned_facts());
+    host_->begin();
+    ASSERT_TRUE(until(mode_is(Mode::kReady)));
+  }
+  void frame() {
+    window_->frame(host_->view(), host_->health(), events_, host_->view_age_s());
+    window_->show();
+    host_->put(window_->input(host_->now()));
+  }
+  bool until(const std::function<bool()>& reached) {
     constexpr int kMostFrames = 1800;  // half a minute at least; the pace is the loop's
     for (int i = 0; i < kMostFrames && !reached(); ++i) {
       frame();
-      if (!leads || !host.view().input.release_enable) continue;
+      if (up_.empty() || !host_->view().input.release_enable) continue;
       // The computer stood still for so long that what is held counts no more: pressed again, as a person would.
-      EXPECT_TRUE(xdotool("keyup shift"));
+      EXPECT_TRUE(xdotool(up_));
       frame();
-      EXPECT_TRUE(xdotool("keydown shift"));
+      EXPECT_TRUE(xdotool(down_));
     }
     return reached();
-  };
-  const auto mode_is = [&host](Mode mode) { return [&host, mode] { return host.view().machine.mode == mode; }; };
-  ASSERT_TRUE(until(mode_is(Mode::kReady)));
-  leads = true;
-  ASSERT_TRUE(xdotool("keydown shift"));
-  ASSERT_TRUE(until(mode_is(Mode::kEngaged))) << name(host.view().machine.blocking.code);
-  const double boom_rad = host.view().machine.position_rad[kBoom];
-  constexpr double kSeen_rad = 0.05;
+  }
+  std::function<bool()> mode_is(Mode mode) {
+    return [this, mode] { return host_->view().machine.mode == mode; };
+  }
+  /// @param down, @param up what takes enable and lets it go.
+  void hold(const std::string& down, const std::string& up) {
+    down_ = down, up_ = up;
+    ASSERT_TRUE(xdotool(down));
+  }
+  void let_go() {
+    ASSERT_TRUE(xdotool(std::exchange(up_, "")));
+    EXPECT_TRUE(until(mode_is(Mode::kReady))) << "enable was let go of";
+  }
+  [[nodiscard]] double boom_rad() { return host_->view().machine.position_rad[kBoom]; }
+
+  static constexpr double kSeen_rad = 0.05;
+  VirtualDisplay display_{"1280x800"};
+  std::unique_ptr<ConsoleHost> host_;
+  std::unique_ptr<ConsoleWindow> window_;
+  EventBook events_;
+  std::string down_, up_;
+};
+
+TEST_F(PersonAtConsole, DrivesByKeys) {
+  hold("keydown shift", "keyup shift");
+  ASSERT_TRUE(until(mode_is(Mode::kEngaged))) << name(host_->view().machine.blocking.code);
+  const double before_rad = boom_rad();
   ASSERT_TRUE(xdotool("keydown q"));
-  EXPECT_TRUE(until([&] { return host.view().machine.position_rad[kBoom] > boom_rad + kSeen_rad; }));
-  leads = false;
-  ASSERT_TRUE(xdotool("keyup q keyup shift"));
-  EXPECT_TRUE(until(mode_is(Mode::kReady))) << "enable was let go of";
+  EXPECT_TRUE(until([&] { return boom_rad() > before_rad + kSeen_rad; }));
+  ASSERT_TRUE(xdotool("keyup q"));
+  let_go();
+}
+
+TEST_F(PersonAtConsole, DrivesByThePointerAlone) {
+  ASSERT_TRUE(xdotool("mousemove 530 530 click 1"));  // Hold to run
+  ASSERT_TRUE(until([this] { return window_->state().hold_to_run; }));
+  const double before_rad = boom_rad();
+  hold("mousemove 170 490 mousedown 1", "mouseup 1");  // boom up
+  EXPECT_TRUE(until([&] { return boom_rad() > before_rad + kSeen_rad; }));
+  EXPECT_EQ(host_->view().machine.mode, Mode::kEngaged);
+  let_go();
+  hold("mousemove 400 300 mousedown 1", "mouseup 1");  // the tip, somewhere
+  EXPECT_TRUE(until(mode_is(Mode::kEngaged)));
+  let_go();
+}
+
+TEST_F(PersonAtConsole, ThePointerEnablesNothingUnlessItIsMeantTo) {
+  ASSERT_TRUE(xdotool("mousemove 400 300 mousedown 1"));
+  for (int i = 0; i < 60; ++i) frame();
+  EXPECT_TRUE(host_->view().hand.presence);
+  EXPECT_FALSE(host_->view().hand.enable);
+  ASSERT_TRUE(xdotool("mouseup 1"));
+}
+
+TEST(ConsoleWindowSize, IsWithinTheDisplaySoThatStopIsOnIt) {
+  const VirtualDisplay display("1024x768");
+  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  for (const float scale : {0.75F, 1.F, 3.F}) {
+    ConsoleWindow window({.scale = scale, .full_speed = true}, canned_facts());
+    EventBook events;
+    const ConsoleView view = canned_view();
+    const LoopHealth loop;
+    const auto frames = [&] {
+      for (int i = 0; i < 3; ++i) window.frame(view, loop, events, 0), window.show();
+    };
+    frames();
+    ASSERT_TRUE(xdotool("mousemove 960 710 mousedown 1"));
+    frames();
+    EXPECT_TRUE(window.state().stop) << scale;
+    ASSERT_TRUE(xdotool("mouseup 1"));
+  }
 }
 
 }  // namespace

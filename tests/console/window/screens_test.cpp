@@ -54,6 +54,22 @@ void real_machine(ConsoleView& view, screens::UiState&) {
   view.simulated = false;
   view.hand.warning = {ReasonCode::kEnergyWatchdog, 0, 0.04F, 0.03F};
 }
+/// Nothing is to be trusted: no force is known, the oil is at its relief, a joint at its end, the link loses a third.
+void untrusted(ConsoleView& view, screens::UiState& state) {
+  view.machine.confidence = 0;
+  view.machine.pressure_Pa[0] = 260e5;
+  view.machine.position_rad[kBucket] = 10;
+  view.link.loss = 0.31;
+  view.status.calibrated = false;
+  view.status.force_doubts = estimation::kBadInput;
+  state.hold_to_run = true;
+}
+void stopped_by_hand(ConsoleView& view, screens::UiState& state) {
+  view.machine.mode = Mode::kFault;
+  view.machine.fault = {ReasonCode::kOperatorStop, 0, 0, 0};
+  view.machine.blocking = {ReasonCode::kReleaseToRecover, 0, 0, 0};
+  state.typing = true;
+}
 void by_scenario(ConsoleView& view, screens::UiState&) {
   view.led_by_scenario = true;
   view.hand.assist = {2500, true};
@@ -129,7 +145,8 @@ INSTANTIATE_TEST_SUITE_P(
         Shot{.name = "operate_light_imperial", .keys = {"F9", "F10"}},
         Shot{.name = "link_light", .light = true, .keys = {"F2"}}, Shot{.name = "operate_stale", .silence_s = 1.24},
         Shot{.name = "hydraulics_stale", .keys = {"F4"}, .silence_s = 1.24},
-        Shot{.name = "operate_by_scenario", .prepare = by_scenario},
+        Shot{.name = "operate_by_scenario", .prepare = by_scenario}, Shot{.name = "untrusted", .prepare = untrusted},
+        Shot{.name = "stopped_by_hand", .prepare = stopped_by_hand},
         Shot{.name = "operate_asked", .light = true, .prepare = asked_for_more},
         Shot{.name = "stopped_unheard", .size = "1280x720", .light = true, .keys = {"space"}, .silence_s = 1.24},
         Shot{.name = "loop_silent", .keys = {}, .view_age_s = 3.1}, Shot{.name = "operate_720", .size = "1280x720"},

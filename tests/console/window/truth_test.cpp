@@ -66,12 +66,42 @@ TEST(BannerReason, TellsOfALoopThatStandsStillInsteadOfTheLastReason) {
       EXPECT_EQ(says(reason, "Stop is pressed"), stop) << reason;
     }
   }
-  EXPECT_EQ(screens::banner_reason(canned_view(), false, 0.05), "the machine follows the hand");
+  EXPECT_EQ(screens::banner_reason(canned_view(), false, 0.05),
+            "the machine follows the hand; letting go of enable stops it");
+}
+
+TEST(BannerReason, SaysThatAMachineThatNobodyLeadsStillPushes) {
+  ConsoleView view = canned_view();
+  view.machine.mode = Mode::kReady;
+  view.machine.blocking = {ReasonCode::kEnableNotPressed, 0, 0, 0};
+  view.machine.tip_force_N = {-790, 60};
+  const std::string pushing = "the bucket still presses with 800 N";
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0), pushing)) << screens::banner_reason(view, false, 0);
+  view.machine.confidence = 0;
+  EXPECT_FALSE(says(screens::banner_reason(view, false, 0), pushing)) << "a force that is not known";
+  view.machine.confidence = 1;
+  view.machine.contact = false;
+  EXPECT_FALSE(says(screens::banner_reason(view, false, 0), pushing)) << "its own weight";
+  view.machine.contact = true;
+  view.machine.mode = Mode::kEngaged;
+  EXPECT_FALSE(says(screens::banner_reason(view, false, 0), pushing)) << "somebody presses on purpose";
+}
+
+TEST(Stopped, IsTheOperatorsStopAloneAndNoFault) {
+  ConsoleView view = canned_view();
+  view.machine.mode = Mode::kFault;
+  view.machine.fault = {ReasonCode::kOperatorStop, 0, 0, 0};
+  EXPECT_TRUE(screens::stopped(view));
+  view.machine.fault = {ReasonCode::kLinkLost, 0, 300, 200};
+  EXPECT_FALSE(screens::stopped(view));
+  view.machine = canned_view().machine;
+  EXPECT_FALSE(screens::stopped(view));
 }
 
 TEST(BannerReason, SaysWhatToDoWithTheInputInUse) {
   ConsoleView view = canned_view();
   view.machine.mode = Mode::kReady;
+  view.machine.contact = false;
   for (const ReasonCode code : {ReasonCode::kNoPresence, ReasonCode::kEnableNotPressed}) {
     view.machine.blocking = {code};
     view.led_by_scenario = false;

@@ -1,0 +1,45 @@
+#include "app/console/screens/distances.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "app/console/machine_words.h"
+#include "app/console/screens/console_data.h"
+
+namespace knuckle::console::screens {
+
+void LastContact::watch(const ConsoleView& view, const Kinematics& kinematics) {
+  if (force_words(view).contact) tip_m_ = kinematics.tip(view.machine.position_rad);
+}
+
+std::vector<Distance> distances(const PlanarVector& tip_m, double ground_m, const LimitsDescription& limits,
+                                const LastContact& last) {
+  constexpr double kFar_m = 1e3;  // a wall that the machine file does not set
+  std::vector<Distance> all{{"above the ground", tip_m.y() - ground_m}, {"reach", tip_m.x()}};
+  const auto walls = std::to_array<Distance>({{"to the floor", tip_m.y() - limits.floor_m},
+                                              {"to the ceiling", limits.ceiling_m - tip_m.y()},
+                                              {"to the reach limit", limits.reach_m - tip_m.x()}});
+  const auto nearest =
+      std::min_element(walls.begin(), walls.end(), [](const Distance& a, const Distance& b) { return a.m < b.m; });
+  if (nearest->m < kFar_m) all.push_back(*nearest);
+  if (last.tip_m()) all.push_back({"to the last contact", (tip_m - *last.tip_m()).norm()});
+  return all;
+}
+
+void draw_distances(const widgets::Ui& ui, const ConsoleData& data, const UiState& state,
+                    const widgets::Area& picture) {
+  if (measured_freshness(data.view).after(ui.view_age_s).stale()) return;
+  const widgets::Theme& t = ui.theme;
+  const PlanarVector tip_m = data.kinematics.tip(data.view.machine.position_rad);
+  const float number = picture.min.x + t.px(84), label = number + t.unit();
+  float y = picture.min.y + t.px(46);
+  for (const Distance& d : distances(tip_m, state.ground_m, data.facts.machine.limits, data.last_contact)) {
+    widgets::put_text(t.fonts.mono_small, t.colours.text, {number, y}, widgets::Align::kRight,
+                      ui.units.text(widgets::Quantity::kLength, d.m).c_str());
+    widgets::put_text(t.fonts.small, t.colours.muted, {label, y}, widgets::Align::kLeft, d.label);
+    y += t.px(20);
+  }
+}
+
+}  // namespace knuckle::console::screens

@@ -1,0 +1,53 @@
+#include "app/console/screens/hold_pad.h"
+
+#include <array>
+
+namespace knuckle::console::screens {
+namespace {
+
+struct Pad {
+  const char* label;
+  bool HeldKeys::*held;
+};
+constexpr std::array<Pad, 6> kPads{{{"boom up", &HeldKeys::boom_up},
+                                    {"boom down", &HeldKeys::boom_down},
+                                    {"arm out", &HeldKeys::arm_out},
+                                    {"arm in", &HeldKeys::arm_in},
+                                    {"bucket out", &HeldKeys::bucket_out},
+                                    {"bucket in", &HeldKeys::bucket_in}}};
+
+/// @return whether the pointer holds it.
+bool hold_button(const widgets::Ui& ui, const widgets::Area& area, const char* label) {
+  const widgets::Theme& t = ui.theme;
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  ImGui::SetCursorScreenPos(area.min);
+  ImGui::InvisibleButton(label, area.size());
+  // The pointer alone: a key that presses a button must not lead a machine.
+  const bool held = ImGui::IsItemActive() && ImGui::IsItemHovered() && ImGui::IsMouseDown(ImGuiMouseButton_Left);
+  const ImU32 fill = held ? t.mode_colour(Mode::kEngaged) : t.colours.raised;
+  list.AddRectFilled(area.min, area.max, fill, t.px(6));
+  list.AddRect(area.min, area.max, t.colours.border, t.px(6), 0, t.px(1.5F));
+  widgets::put_text(t.fonts.body, held ? widgets::text_on(fill) : t.colours.text, area.centre(),
+                    widgets::Align::kCentre, label);
+  return held;
+}
+
+}  // namespace
+
+void draw_hold_pad(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& picture) {
+  if (data.facts.hand == HandSource::kDevice || data.view.led_by_scenario) return;
+  const widgets::Theme& t = ui.theme;
+  widgets::Area rest = picture.inset(t.unit(1.5F), t.unit());
+  widgets::Area line = rest.cut_bottom(t.px(28), t.unit());
+  const widgets::Area choice = line.cut_right(t.px(190));
+  widgets::toggle(ui, choice, "Hold to run (M)", state.hold_to_run);
+  if (!state.hold_to_run) return;
+  const widgets::Area row = rest.cut_bottom(t.px(44));
+  for (std::size_t i = 0; i < kPads.size(); ++i) {
+    const Pad& pad = kPads[i];
+    const widgets::Area place = row.column(static_cast<int>(i), static_cast<int>(kPads.size()), t.unit());
+    if (hold_button(ui, place, pad.label)) state.pad.*pad.held = state.pad.enable = true;
+  }
+}
+
+}  // namespace knuckle::console::screens
