@@ -6,6 +6,7 @@
 #include "app/bringup/commission_command.h"
 #include "app/bringup/device_calibration.h"
 #include "app/bringup/doctor_command.h"
+#include "app/bringup/recover_command.h"
 #include "app/cli/background_writer.h"
 #include "app/cli/command.h"
 #include "app/console/window/console_command.h"
@@ -52,6 +53,7 @@ cli::Program program() {
           bringup::calibrate_device_entry(),
           bringup::doctor_entry(),
           bringup::commission_entry(),
+          bringup::recover_entry(),
       },
   };
 }

@@ -8,6 +8,7 @@
 
 #include "app/bringup/commission_dialogue.h"
 #include "machine/toml_reader.h"
+#include "slave/orderly_stop.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -39,6 +40,19 @@ std::string jog_text(const Reason& reason) {
     default:
       return text(reason);
   }
+}
+
+std::string take_out_of_service(const MachineDescription& machine, BusAccess& access) {
+  slave::OrderlyStop stop(machine, access.bus());
+  while (!stop.done()) {
+    stop.step(access.now());
+    access.wait_until(access.now() + from_seconds(1 / machine.bus.sync_Hz));
+  }
+  const auto valves = stop.unconfirmed_valves();
+  const bool confirmed = std::none_of(valves.begin(), valves.end(), [](bool open) { return open; });
+  return confirmed && !stop.unconfirmed_pilot()
+             ? "Out of service: valves disabled, pilot pressure off."
+             : "Out of service, but not confirmed by all nodes: their own watchdogs stop them.";
 }
 
 JogBench::JogBench(const MachineDescription& machine, BusAccess& access, std::function<bool()> stopped)

@@ -27,6 +27,9 @@ struct JogRun {
 /// What ended a task early, in one line for the person who commissions.
 [[nodiscard]] std::string jog_text(const Reason& reason);
 
+/// Valves disabled and pilot pressure off, whatever happened before. @return what became of it, in a line.
+[[nodiscard]] std::string take_out_of_service(const MachineDescription& machine, BusAccess& access);
+
 class JogBench {
  public:
   /// @param stopped whether the operator requests a stop; called every SYNC while a task is under way.

@@ -8,7 +8,6 @@
 
 #include "app/bringup/commission_result.h"
 #include "app/bringup/doctor_report.h"
-#include "slave/orderly_stop.h"
 #include "slave/safety_gate.h"
 
 namespace knuckle::bringup {
@@ -31,8 +30,8 @@ class Wizard {
       : machine_(machine), access_(access), check_(check), dialogue_(std::move(partner), [this] { idle(); }) {}
 
   void prepare() {
-    dialogue_.say("Any answer other than the offered words, and " + dialogue_.stop_gesture() +
-                  " while something moves, ends the commissioning with the machine neutral.");
+    dialogue_.say("While something moves, " + dialogue_.stop_gesture() +
+                  " ends the commissioning with the machine neutral.");
     dialogue_.ask(
         "Tracks blocked, bucket free of ground and load, engine at low speed, no person in reach, a hand on the "
         "machine's own E-stop?",
@@ -140,16 +139,7 @@ class Wizard {
   /// Whatever happened before. Nodes that were not configured are left as they are.
   void out_of_service() noexcept {
     if (!bench_) return;
-    slave::OrderlyStop stop(machine_, access_.bus());
-    while (!stop.done()) {
-      stop.step(access_.now());
-      access_.wait_until(access_.now() + from_seconds(1 / machine_.bus.sync_Hz));
-    }
-    const auto valves = stop.unconfirmed_valves();
-    const bool confirmed = std::none_of(valves.begin(), valves.end(), [](bool open) { return open; });
-    dialogue_.say(confirmed && !stop.unconfirmed_pilot()
-                      ? "\nOut of service: valves disabled, pilot pressure off."
-                      : "\nOut of service, but not confirmed by all nodes: their own watchdogs stop them.");
+    dialogue_.say('\n' + take_out_of_service(machine_, access_));
   }
   [[nodiscard]] WizardResult take() { return std::move(result_); }
 

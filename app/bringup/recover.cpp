@@ -1,0 +1,90 @@
+#include "app/bringup/recover.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "app/bringup/commission_jog.h"
+#include "slave/safety_gate.h"
+
+namespace knuckle::bringup {
+namespace {
+
+constexpr double kInside_m = 0.005;  // so that noise does not leave it outside
+constexpr double kStep_m = 0.05;     // at most, for each word of the person
+constexpr double kOpening = 0.1;     // behind the dead band: a few centimetres a second
+constexpr double kLeastProgress_m = 1e-3;
+
+double shortfall_m(const LengthRange& range, double length_m) {
+  if (length_m < range.shortest_m) return range.shortest_m - length_m;
+  return length_m > range.longest_m ? range.longest_m - length_m : 0;
+}
+
+void bring_in(const MachineDescription& machine, int joint, JogBench& bench, Dialogue& dialogue) {
+  const char* name = kJointNames[static_cast<std::size_t>(joint)];
+  const LengthRange range = working_lengths(machine, joint);
+  const auto length_m = [&] { return bench.sensors().length_m[joint] - machine.sensors.encoder_offset_m[joint]; };
+  for (;;) {
+    const double left_m = shortfall_m(range, length_m());
+    dialogue.say(fmt::format("the {} cylinder is {:.0f} mm long; its working range is {:.0f} to {:.0f} mm", name,
+                             1e3 * length_m(), 1e3 * range.shortest_m, 1e3 * range.longest_m));
+    if (left_m == 0) return;
+    const bool extends = left_m > 0;
+    const double way_m = std::min(std::abs(left_m) + kInside_m, kStep_m);
+    dialogue.ask(
+        fmt::format("After your answer it {} slowly by {:.0f} mm, and nothing else moves: watch it, {} stops it.",
+                    extends ? "extends" : "retracts", 1e3 * way_m, dialogue.stop_gesture()),
+        {"go"});
+    const ValveDescription& valve = machine.cylinders[static_cast<std::size_t>(joint)].valve;
+    const double peak = std::min(valve.dead_band(extends) + kOpening, slave::kJogTable.command);
+    const double before_m = length_m();
+    (void)bench.run({.joint = joint, .peak = extends ? peak : -peak, .travel_m = way_m});
+    const double gained_m = (extends ? 1 : -1) * (length_m() - before_m);
+    if (gained_m < kLeastProgress_m)
+      throw CommissionEnded(
+          fmt::format("the {} cylinder {} by {:.0f} mm instead: check its valve's sign, its load and its "
+                      "hoses",
+                      name, gained_m < -kLeastProgress_m ? "moved outward" : "moved", 1e3 * std::abs(gained_m)));
+  }
+}
+
+}  // namespace
+
+LengthRange working_lengths(const MachineDescription& machine, int joint) {
+  const Kinematics kinematics(machine);
+  const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
+  // A working range beyond a toggle is refused with the file.
+  const double a = kinematics.cylinder_at(joint, link.min_rad).value().length_m;
+  const double b = kinematics.cylinder_at(joint, link.max_rad).value().length_m;
+  return {std::min(a, b), std::max(a, b)};
+}
+
+void recover(const MachineDescription& machine, int joint, BusAccess& access, Partner partner,
+             const std::function<void()>& check) {
+  std::optional<JogBench> bench;
+  Dialogue dialogue(std::move(partner), [&] {
+    check();
+    if (bench) bench->idle();
+  });
+  dialogue.ask(
+      "Bucket free of ground and load, engine at low speed, no person in reach, a hand on the machine's own E-stop? "
+      "Then "
+      "the nodes are configured and started.",
+      {"ready"});
+  bench.emplace(machine, access, [&] {
+    check();
+    return dialogue.interrupted();
+  });
+  try {
+    bench->start();
+    bench->idle(500ms);
+    bring_in(machine, joint, *bench, dialogue);
+  } catch (...) {
+    dialogue.say(take_out_of_service(machine, access));
+    throw;
+  }
+  dialogue.say(take_out_of_service(machine, access));
+}
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,57 @@
+#include "app/bringup/recover_command.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+
+#include "app/bringup/recover.h"
+#include "app/cli/background_writer.h"
+#include "app/cli/interrupt.h"
+#include "machine/load.h"
+
+namespace knuckle::bringup {
+namespace {
+
+struct RecoverOptions {
+  std::string can, machine, axis;
+};
+
+int run_recover(const RecoverOptions& options) {
+  const cli::InterruptGuard interrupt;
+  const MachineDescription machine = calibrated(load_machine(find_config("machine", options.machine)));
+  const auto* axis = std::find(kJointNames.begin(), kJointNames.end(), options.axis);
+  BusAccess access = real_access(options.can);
+  LineInput input(STDIN_FILENO);
+  cli::BackgroundWriter dialogue(STDOUT_FILENO);  // nobody who does not read it holds up the machine's loop, or a stop
+  try {
+    recover(machine, static_cast<int>(axis - kJointNames.begin()), access,
+            terminal(
+                dialogue.stream(), [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
+            [&] { interrupt.check(); });
+    return 0;
+  } catch (const CommissionEnded& ended) {
+    dialogue.finish();
+    cli::BackgroundWriter(STDERR_FILENO).stream() << "knuckle: ended, machine neutral: " << ended.what() << '\n';
+    return 1;
+  }
+}
+
+}  // namespace
+
+cli::Command recover_entry() {
+  return {"recover", "Bring a joint that stands beyond its working range back into it, slowly and inward only",
+          [](CLI::App& command) {
+            const auto o = std::make_shared<RecoverOptions>();
+            command.add_option("--can", o->can, "CAN interface of the machine bus (can0)")->required();
+            command.add_option("--machine", o->machine, "Machine name or .toml file")->required();
+            command.add_option("--axis", o->axis, "Which joint: boom, arm or bucket")
+                ->required()
+                ->check(CLI::IsMember({"boom", "arm", "bucket"}));
+            command.footer("Answers are read from standard input: one word per line.\n" + std::string(cli::kExitCodes));
+            return [o] { return run_recover(*o); };
+          }};
+}
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,113 @@
+// A joint that stands beyond its working range comes back into it: inward alone, nothing else, after a word each time.
+#include "app/bringup/recover.h"
+
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <memory>
+#include <sstream>
+
+#include "machine/load.h"
+#include "machine/pose.h"
+#include "sim/machine_on_bus.h"
+#include "tests/support/places.h"
+
+namespace knuckle::bringup {
+namespace {
+
+const MachineDescription& whole() {
+  static const MachineDescription read = load_machine(test::source_dir() + "/config/machines/solar015.toml");
+  return read;
+}
+
+/// As if the machine stood 0.12 rad beyond an end of its boom's range.
+MachineDescription narrower(bool above) {
+  MachineDescription machine = whole();
+  LinkDescription& boom = machine.links[kBoom];
+  const double angle_rad = middle_of_range(machine)[kBoom];
+  (above ? boom.max_rad : boom.min_rad) = angle_rad + (above ? -0.12 : 0.12);
+  return machine;
+}
+
+struct Site {
+  std::shared_ptr<sim::MachineOnBus> bus = std::make_shared<sim::MachineOnBus>(
+      sim::nominal_truth(whole()), sim::WorldDescription{}, middle_of_range(whole()), 1);
+  JointVector before_m = bus->plant().cylinder_m, most_m = before_m, least_m = before_m;
+  bool powered = false;
+  std::string told, ended;
+
+  Site() {
+    bus->each_tick = [this](sim::MachineOnBus& b) {
+      powered = powered || b.machine().nodes().outputs().pilot;
+      most_m = most_m.cwiseMax(b.plant().cylinder_m);
+      least_m = least_m.cwiseMin(b.plant().cylinder_m);
+    };
+  }
+  void recover_boom(const MachineDescription& machine, std::deque<std::string> script) {
+    BusAccess access = sim::access_to(bus);
+    std::ostringstream out;
+    const auto next = [&script]() -> std::optional<std::string> {
+      if (script.empty()) throw CommissionEnded("the input has ended");
+      std::string line = script.front();
+      script.pop_front();
+      return line;
+    };
+    try {
+      recover(machine, kBoom, access, terminal(out, next, false), [] {});
+    } catch (const CommissionEnded& end) {
+      ended = end.what();
+    }
+    told = out.str();
+  }
+};
+
+TEST(Recover, BringsTheNamedJointInFromEitherEndAndMovesNothingElse) {
+  for (const bool above : {true, false}) {
+    const MachineDescription machine = narrower(above);
+    Site site;
+    site.recover_boom(machine, {"ready", "go", "go", "go", "go"});
+    EXPECT_EQ(site.ended, "") << site.told;
+    const double angle_rad = site.bus->plant().joint_rad[kBoom];
+    EXPECT_GT(angle_rad, machine.links[kBoom].min_rad);
+    EXPECT_LT(angle_rad, machine.links[kBoom].max_rad);
+    constexpr double kRock_m = 0.004;  // oil and weight give a little
+    for (const int other : {kArm, kBucket}) {
+      EXPECT_LT(site.most_m[other] - site.before_m[other], kRock_m);
+      EXPECT_LT(site.before_m[other] - site.least_m[other], kRock_m);
+    }
+    const double outward_m =
+        above ? site.most_m[kBoom] - site.before_m[kBoom] : site.before_m[kBoom] - site.least_m[kBoom];
+    EXPECT_LT(outward_m, kRock_m);
+    EXPECT_FALSE(site.bus->machine().nodes().outputs().pilot);
+    EXPECT_NE(site.told.find("Out of service: valves disabled, pilot pressure off."), std::string::npos) << site.told;
+  }
+}
+
+TEST(Recover, MovesNothingWhereTheJointIsWithinItsRange) {
+  Site site;
+  site.recover_boom(whole(), {"ready"});
+  EXPECT_EQ(site.ended, "");
+  EXPECT_FALSE(site.powered);
+}
+
+TEST(Recover, NothingIsPoweredBeforeItsWordAndAWrongOneEndsIt) {
+  for (const std::deque<std::string>& script :
+       {std::deque<std::string>{"ready"}, {"ready", "yes"}, {"no"}, std::deque<std::string>{}}) {
+    Site site;
+    site.recover_boom(narrower(true), script);
+    EXPECT_NE(site.ended, "");
+    EXPECT_FALSE(site.powered);
+  }
+}
+
+TEST(Recover, AValveThatMovesTheOtherWayEndsItAfterOneStep) {
+  MachineDescription machine = narrower(true);
+  Site site;
+  site.bus->machine().plant().set_pull({0, 60e3});  // lifts the boom whatever the valve does
+  site.recover_boom(machine, {"ready", "go", "go", "go", "go"});
+  EXPECT_NE(site.ended, "") << site.told;
+  EXPECT_FALSE(site.bus->machine().nodes().outputs().pilot);
+}
+
+}  // namespace
+}  // namespace knuckle::bringup
