@@ -116,13 +116,13 @@ std::vector<std::string> lines_of(const Aftermath& after, const Stop& stop) {
         "removes pilot pressure");
   else
     lines.push_back(when("valve commands neutral on the wire", after.commands_neutral, stop, after.known_until));
-  lines.push_back(when("spools in their dead bands, as reported", after.spools_neutral, stop, after.known_until));
-  lines.push_back(when("pilot pressure off, as reported", after.pilot_off, stop, after.known_until));
+  lines.push_back(when("spools in their dead bands, first reported", after.spools_neutral, stop, after.known_until));
+  lines.push_back(when("pilot pressure off, first reported", after.pilot_off, stop, after.known_until));
   if (after.moved_unasked) lines.emplace_back("A VALVE WAS COMMANDED AGAIN before the machine was engaged");
   std::string how =
       !after.resumed ? fmt::format("not engaged again until {}, where what is known ends", at_text(after.known_until))
                      : "engaged again at " + at_text(*after.resumed);
-  if (after.cause_gone) how += "; the cause was gone at " + at_text(*after.cause_gone);
+  if (after.cause_gone) how += "; what was noticed had passed at " + at_text(*after.cause_gone);
   if (after.released) how += "; enable was released at " + at_text(*after.released);
   if (after.pressed) how += ", pressed at " + at_text(*after.pressed);
   lines.push_back(how);
