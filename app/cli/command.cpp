@@ -86,10 +86,7 @@ std::string command_in(const Program& program, const std::vector<std::string>& a
 
 }  // namespace
 
-CommandLine parse_command_line(const Program& program, const std::vector<std::string>& arguments) {
-  check_printable(arguments);
-  const std::string asked_for = command_in(program, arguments);
-  CLI::App app(program.about, program.name);
+std::map<std::string, std::function<int()>> declare(const Program& program, CLI::App& app) {
   app.set_version_flag("--version", program_version());
   app.require_subcommand(1);
   app.footer(program.example + kExitCodes);
@@ -100,6 +97,14 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
     options.footer(kExitCodes);
     runs[command.name] = command.declare(options);
   }
+  return runs;
+}
+
+CommandLine parse_command_line(const Program& program, const std::vector<std::string>& arguments) {
+  check_printable(arguments);
+  const std::string asked_for = command_in(program, arguments);
+  CLI::App app(program.about, program.name);
+  const std::map<std::string, std::function<int()>> runs = declare(program, app);
   try {
     std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // the order CLI11 takes a vector in
     app.parse(std::move(reversed));

@@ -25,6 +25,9 @@ struct Program {
   std::vector<Command> commands;
 };
 
+/// Gives the program's commands and options to `app`. @return what each command runs, by its name.
+[[nodiscard]] std::map<std::string, std::function<int()>> declare(const Program& program, CLI::App& app);
+
 /// What main() is to do: run, or print text (help or version).
 struct CommandLine {
   std::function<int()> run;
