@@ -27,8 +27,8 @@ cli::Program knuckle_program() {
       "Knuckle: teleoperation of a dismantling machine with force feedback and no force sensor.\n",
       "Try: knuckle simulate --scenario dismantle --report report.html\n",
       {
-          programs::simulate_entry([](const session::SimulateOptions& options) {
-            return programs::simulate_command(options, session::run_simulation);
+          programs::simulate_entry([](const session::SimulateOptions& options, const std::string& command_line) {
+            return programs::simulate_command(options, command_line, session::run_simulation);
           }),
           identify::identify_entry(identify::identify_command),
           exporting::export_entry(),

@@ -12,6 +12,7 @@
 
 #include "app/battery/effects.h"
 #include "app/report/html.h"
+#include "app/report/number_text.h"
 #include "app/report/panel_plot.h"
 #include "core/quantile.h"
 
@@ -47,7 +48,8 @@ Map map_of(const Rows& rows, const std::string& up) {
       names.insert(row["drawn"][up].get<std::string>());
   }
   for (const double rtt : rtts) map.across.push_back(fmt::format("{:g}", rtt));
-  for (const int n : decades) map.up.push_back(fmt::format("{:.1e}", std::pow(10, kFirstDecade + kHalves * (n + 0.5))));
+  for (const int n : decades)
+    map.up.push_back(report::number_text(std::pow(10, kFirstDecade + kHalves * (n + 0.5)), 2));
   for (const std::string& name : names) map.up.push_back(name);
   for (const auto& [index, row] : rows) {
     if (!was_run(row)) continue;
@@ -102,7 +104,7 @@ report::Figure heat_map(const Map& map, const std::string& up_label, double wors
 }
 
 std::string shown(const std::optional<double>& value) {
-  return value ? fmt::format("{:.3g}", *value) : "none";
+  return value ? report::number_text(*value) : "none";
 }
 
 void write_table(std::ostream& out, const std::vector<Group>& groups) {

@@ -5,7 +5,9 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
@@ -188,6 +190,27 @@ int run_program(const Program& program, const std::vector<std::string>& argument
     say(std::string("internal error: ") + error.what());
     return kFailed;
   }
+}
+
+std::string given_options(const CLI::App& command) {
+  const auto quoted = [](const std::string& word) {
+    const bool plain = std::all_of(word.begin(), word.end(), [](unsigned char c) {
+      return std::isalnum(c) != 0 || c >= 0x80 || std::strchr("_-./:,=+@%", c) != nullptr;
+    });
+    if (plain && !word.empty()) return word;
+    std::string safe;
+    for (const char c : word) safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return "'" + safe + "'";
+  };
+  std::string line;
+  for (const CLI::Option* option : command.get_options()) {
+    const bool flag = option->get_expected_max() == 0;
+    for (const std::string& value : option->results()) {
+      if (!option->get_positional()) line += " " + option->get_name();
+      if (!flag) line += " " + quoted(value);
+    }
+  }
+  return line;
 }
 
 std::string program_version() {

@@ -47,6 +47,9 @@ struct CommandLine {
 /// Date and time of the computer's clock: "2026-11-21T05:00:00Z".
 [[nodiscard]] std::string now_utc();
 
+/// " --scenario level --seed 7": what a command was given, so that a shell reads it as it was.
+[[nodiscard]] std::string given_options(const CLI::App& command);
+
 // For the checks of a command's own options.
 inline constexpr const char* kExitCodes =
     "Exit codes: 0 done; 1 failed or a criterion was not met; 2 wrong usage or bad input; 130 interrupted.";

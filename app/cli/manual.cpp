@@ -62,7 +62,8 @@ void add_option(std::string& page, const CLI::Option& option) {
     page += "\\fI" + roff(option.get_name()) + "\\fP";
   } else {
     std::string names;
-    for (const std::string& name : names_of(option)) names += (names.empty() ? "" : ", ") + ("\\fB" + roff(name)) + "\\fP";
+    for (const std::string& name : names_of(option))
+      names += (names.empty() ? "" : ", ") + ("\\fB" + roff(name)) + "\\fP";
     page += names + (takes_value(option) ? " \\fI" + value_name(option) + "\\fP" : "");
   }
   const std::string preset = option.get_default_str();
@@ -179,8 +180,8 @@ std::string command_case(const Command& command, const CLI::App& declared) {
     }
     if (const char* kind = configured_kind(*option)) append_word(kinds, option->get_name() + ":" + kind);
   }
-  return fmt::format("    {})\n      all='{}'\n      valued='{}'\n      kinds='{}'\n      ;;\n", command.name, all, valued,
-                     kinds);
+  return fmt::format("    {})\n      all='{}'\n      valued='{}'\n      kinds='{}'\n      ;;\n", command.name, all,
+                     valued, kinds);
 }
 
 constexpr const char* kCompletion = R"bash(# bash completion for @program@; generated from its options.

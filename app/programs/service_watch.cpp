@@ -45,7 +45,8 @@ ServiceWatch::ServiceWatch() : socket_(connected(variable("NOTIFY_SOCKET"))) {
   constexpr int kFeedsInTime = 4;  // before the watchdog ends the program
   const std::string_view whose = variable("WATCHDOG_PID");
   if (whose.empty() || number(whose) == ::getpid())
-    feed_every_ = std::chrono::microseconds(std::max<std::int64_t>(0, number(variable("WATCHDOG_USEC"))) / kFeedsInTime);
+    feed_every_ =
+        std::chrono::microseconds(std::max<std::int64_t>(0, number(variable("WATCHDOG_USEC"))) / kFeedsInTime);
 }
 
 ServiceWatch::~ServiceWatch() {

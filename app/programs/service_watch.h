@@ -1,4 +1,5 @@
-// What a program that systemd started as a service tells it: that its loop runs, that it still does, and how things stand.
+// What a program that systemd started as a service tells it: that its loop runs, that it still does, and how things
+// stand.
 #pragma once
 
 #include <cstdint>

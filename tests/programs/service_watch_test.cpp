@@ -125,9 +125,8 @@ TEST_F(ServiceWatchTest, TheMachinesSideTellsItsStartItsModeItsStepsAndItsEnd) {
   EXPECT_EQ(heard.front(), "READY=1");
   EXPECT_EQ(heard.back(), "STOPPING=1");
   EXPECT_GE(std::count(heard.begin(), heard.end(), "WATCHDOG=1"), 2);
-  EXPECT_TRUE(std::any_of(heard.begin(), heard.end(), [](const std::string& line) {
-    return line.starts_with("STATUS=") && line.size() > 7;
-  }));
+  EXPECT_TRUE(std::any_of(heard.begin(), heard.end(),
+                          [](const std::string& line) { return line.starts_with("STATUS=") && line.size() > 7; }));
 }
 
 }  // namespace
