@@ -19,9 +19,17 @@ std::string chosen_folder() {
   return chosen != nullptr ? chosen : "";
 }
 
+/// Where `cmake --install` puts them beside this program, whatever the prefix; else those of the checkout.
+fs::path default_folder() {
+  std::error_code ignored;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+  const fs::path installed = (program.parent_path() / KNUCKLE_INSTALLED_CONFIG_DIR).lexically_normal();
+  return !program.empty() && fs::is_directory(installed, ignored) ? installed : fs::path(KNUCKLE_CHECKOUT_CONFIG_DIR);
+}
+
 fs::path folder_of(const std::string& kind) {
   const std::string chosen = chosen_folder();
-  return fs::path(chosen.empty() ? KNUCKLE_DEFAULT_CONFIG_DIR : chosen) / (kind + "s");
+  return (chosen.empty() ? default_folder() : fs::path(chosen)) / (kind + "s");
 }
 
 }  // namespace

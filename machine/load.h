@@ -27,7 +27,8 @@ namespace knuckle {
 [[nodiscard]] double worst_bus_load(const BusDescription& bus) noexcept;
 
 /// Path of a configuration file: "solar015" of kind "machine" is <config dir>/machines/solar015.toml; anything with
-/// a '/' or ending in ".toml" is a path and stays as it is. The directory is $KNUCKLE_CONFIG_DIR or the one built in.
+/// a '/' or ending in ".toml" is a path and stays as it is. The directory is $KNUCKLE_CONFIG_DIR, else the one
+/// installed with the running program (share/knuckle beside its bin), else the checkout's.
 /// @throws InputError for an unknown name, listing the ones there are.
 [[nodiscard]] std::string find_config(const std::string& kind, const std::string& name_or_path);
 

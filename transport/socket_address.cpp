@@ -5,6 +5,7 @@
 #include <netinet/in.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -63,7 +64,9 @@ constexpr const char* kNotPermitted =
 
 std::vector<SocketAddress> resolve(const Given& given, bool names) {
   const auto parts = split(given.address);
-  if (!parts) refuse(given, "is not ADDR:PORT such as 127.0.0.1:5683 or [::1]:5683");
+  if (!parts)
+    refuse(given, names ? "is not HOST:PORT such as arm.example.org:5683, 192.0.2.7:5683 or [2001:db8::7]:5683"
+                        : "is not ADDR:PORT such as 127.0.0.1:5683 or [::1]:5683");
   const auto& [host, port] = *parts;
   (void)parse_port(given, port);
   addrinfo hints{}, *found = nullptr;
@@ -129,9 +132,18 @@ SocketAddress parse_address(const std::string& address, const std::string& optio
   return resolve({option, address}, false).front();
 }
 
-std::vector<SocketAddress> look_up(const std::string& address) {
-  const std::string link = "link:";
-  return resolve({link, address}, true);
+std::vector<SocketAddress> look_up(const std::string& address, const std::string& option) {
+  return resolve({option, address}, true);
+}
+
+SocketAddress look_up_one(const std::string& address, const std::string& option) {
+  const std::vector<SocketAddress> found = look_up(address, option);
+  const auto chosen = std::find_if(found.begin(), found.end(), [](const SocketAddress& one) { return !is_six(one); });
+  const SocketAddress target = chosen == found.end() ? found.front() : *chosen;
+  if (target.port() == 0)
+    refuse({option, address}, "port 0 cannot be used; give the port that the other side listens on");
+  if (target.is_any()) refuse({option, address}, "is no single computer's address");
+  return target;
 }
 
 std::string why_not_bound(int error) {

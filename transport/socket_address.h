@@ -39,8 +39,11 @@ struct HostAndPort {
 /// @throws InputError, one line, where it is not.
 [[nodiscard]] SocketAddress parse_address(const std::string& address, const std::string& option = "link:");
 /// The same, or "NAME:PORT": looked up, which may take seconds. All that the name stands for, best first; never empty.
-/// @throws InputError
-[[nodiscard]] std::vector<SocketAddress> look_up(const std::string& address);
+/// @throws InputError, one line, also where the name has no address.
+[[nodiscard]] std::vector<SocketAddress> look_up(const std::string& address, const std::string& option = "link:");
+/// Where to send to, for a sender that cannot hear which of a name's addresses answers: the best, IPv4 before IPv6.
+/// @throws InputError likewise, and for port 0 and for an address that is of no single computer.
+[[nodiscard]] SocketAddress look_up_one(const std::string& address, const std::string& option = "link:");
 
 using Attach = int (*)(int socket, const sockaddr* address, socklen_t size);
 /// A non-blocking UDP socket, bound or connected. @param attach ::bind or ::connect. @param what "listen on"

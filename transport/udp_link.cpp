@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <utility>
 
-#include "core/error.h"
 #include "transport/link_messages.h"
 #include "transport/plain_or_encrypted.h"
 
@@ -20,12 +19,7 @@ UdpLink UdpLink::listen(const std::string& address) {
 }
 
 UdpLink UdpLink::connect(const std::string& address, const std::string& option) {
-  const SocketAddress target = parse_address(address, option);
-  const std::string given = option + " " + address + ": ";
-  if (target.port() == 0)
-    throw InputError(given + "port 0 cannot be used; give the port that the other side listens on");
-  if (target.is_any()) throw InputError(given + "is no single computer's address");
-  return {open_udp_socket(address, target, ::connect, "reach"), false};
+  return {open_udp_socket(address, look_up_one(address, option), ::connect, "reach"), false};
 }
 
 UdpLink::UdpLink(UdpLink&& other) noexcept

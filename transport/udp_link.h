@@ -19,8 +19,8 @@ class UdpLink final : public Link {
   /// computer); port 0 lets the system choose.
   /// @throws InputError for a malformed address, or where it cannot be bound.
   [[nodiscard]] static UdpLink listen(const std::string& address);
-  /// The operator's end: sends to "ADDR:PORT" and hears only that address.
-  /// @throws InputError for a malformed address, port 0, or where there is no way to it.
+  /// The operator's end: sends to "HOST:PORT" (look_up_one()) and hears only that address.
+  /// @throws InputError for a malformed address, a name without one, port 0, or where there is no way to it.
   /// @param option whose value it is, for the message.
   [[nodiscard]] static UdpLink connect(const std::string& address, const std::string& option = "link:");
   UdpLink(UdpLink&& other) noexcept;

@@ -12,6 +12,7 @@
 
 #include "app/battery/effects.h"
 #include "app/report/html.h"
+#include "app/report/number_text.h"
 #include "app/report/panel_plot.h"
 #include "core/quantile.h"
 
@@ -47,7 +48,8 @@ Map map_of(const Rows& rows, const std::string& up) {
       names.insert(row["drawn"][up].get<std::string>());
   }
   for (const double rtt : rtts) map.across.push_back(fmt::format("{:g}", rtt));
-  for (const int n : decades) map.up.push_back(fmt::format("{:.1e}", std::pow(10, kFirstDecade + kHalves * (n + 0.5))));
+  for (const int n : decades)
+    map.up.push_back(report::number_text(std::pow(10, kFirstDecade + kHalves * (n + 0.5)), 2));
   for (const std::string& name : names) map.up.push_back(name);
   for (const auto& [index, row] : rows) {
     if (!was_run(row)) continue;
@@ -81,7 +83,7 @@ report::Figure heat_map(const Map& map, const std::string& up_label, double wors
          << fmt::format("set palette defined (0 '#D55E00', 0.5 '#F0E442', 1 '#009E73')\nset cbrange [{}:{}]\n",
                         std::min(worst, best), std::max(worst, best));
   if (worst > best) script << "set palette negative\n";
-  script << "set xlabel 'round trip [ms]'\nset ylabel " << report::plot_quoted(up_label) << "\nset xtics (";
+  script << "set xlabel 'round trip, ms'\nset ylabel " << report::plot_quoted(up_label) << "\nset xtics (";
   for (std::size_t i = 0; i < map.across.size(); ++i) script << (i ? ", " : "") << "'" << map.across[i] << "' " << i;
   script << ")\nset ytics (";
   for (std::size_t i = 0; i < map.up.size(); ++i)
@@ -102,7 +104,7 @@ report::Figure heat_map(const Map& map, const std::string& up_label, double wors
 }
 
 std::string shown(const std::optional<double>& value) {
-  return value ? fmt::format("{:.3g}", *value) : "none";
+  return value ? report::number_text(*value) : "none";
 }
 
 void write_table(std::ostream& out, const std::vector<Group>& groups) {
@@ -124,14 +126,14 @@ std::vector<report::PageFigure> maps_of(const Rows& rows) {
   const auto told_share = [](const auto& cell) { return share_in(cell, nothing_unfelt); };
   return {
       {"Stable: delay and stiffness", "Share of sessions whose press was stable; the boundary is the Z-width.",
-       heat_map(by_stiffness, "wall [N/m]", 0, 1, stable_share)},
+       heat_map(by_stiffness, "stiffness of the wall, N/m", 0, 1, stable_share)},
       {"Stable: delay and limb", "Share of sessions whose press was stable.",
        heat_map(by_limb, "limb", 0, 1, stable_share)},
       {"Nothing unfelt: delay and stiffness",
        "Share of sessions in which the true force was never above the felt one by 2 N for 0.3 s.",
-       heat_map(by_stiffness, "wall [N/m]", 0, 1, told_share)},
+       heat_map(by_stiffness, "stiffness of the wall, N/m", 0, 1, told_share)},
       {"Transparency", "Felt against scaled true force over the whole session, RMS over RMS, median; 0 is the truth.",
-       heat_map(by_stiffness, "wall [N/m]", 1, 0, [](const auto& cell) { return median_in(cell, "felt_error_rel"); })},
+       heat_map(by_stiffness, "stiffness of the wall, N/m", 1, 0, [](const auto& cell) { return median_in(cell, "felt_error_rel"); })},
       {"Energy", "Net energy that the device gave to the hand, median [J].",
        heat_map(by_limb, "limb", 1, -1, [](const auto& cell) { return median_in(cell, "net_energy_J"); })}};
 }

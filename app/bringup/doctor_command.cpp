@@ -39,9 +39,8 @@ void add_options(CLI::App& c, DoctorOptions& o) {
   c.add_option("--serial", o.device.serial, "USB serial number of the device, where several are attached");
   c.add_option("--device-file", o.device_file,
                "Compare the device with this file: name or .toml file (default: knuckle1)");
-  c.add_option(
-      "--connect", o.link.address,
-      "Check the link to the machine's side at this address and port: pairing and handshake; takes no control");
+  c.add_option("--connect", o.link.address,
+               "Check the link to the machine's side at this HOST:PORT: pairing and handshake; takes no control");
   c.add_option("--keys", o.link.keys, "With --connect: folder of this computer's key (default: ~/.config/knuckle)");
   c.add_option("--json", o.json, "Write the findings as JSON (- = standard output)");
 }

@@ -5,7 +5,9 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
@@ -86,10 +88,7 @@ std::string command_in(const Program& program, const std::vector<std::string>& a
 
 }  // namespace
 
-CommandLine parse_command_line(const Program& program, const std::vector<std::string>& arguments) {
-  check_printable(arguments);
-  const std::string asked_for = command_in(program, arguments);
-  CLI::App app(program.about, program.name);
+std::map<std::string, std::function<int()>> declare(const Program& program, CLI::App& app) {
   app.set_version_flag("--version", program_version());
   app.require_subcommand(1);
   app.footer(program.example + kExitCodes);
@@ -100,6 +99,14 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
     options.footer(kExitCodes);
     runs[command.name] = command.declare(options);
   }
+  return runs;
+}
+
+CommandLine parse_command_line(const Program& program, const std::vector<std::string>& arguments) {
+  check_printable(arguments);
+  const std::string asked_for = command_in(program, arguments);
+  CLI::App app(program.about, program.name);
+  const std::map<std::string, std::function<int()>> runs = declare(program, app);
   try {
     std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // the order CLI11 takes a vector in
     app.parse(std::move(reversed));
@@ -183,6 +190,27 @@ int run_program(const Program& program, const std::vector<std::string>& argument
     say(std::string("internal error: ") + error.what());
     return kFailed;
   }
+}
+
+std::string given_options(const CLI::App& command) {
+  const auto quoted = [](const std::string& word) {
+    const bool plain = std::all_of(word.begin(), word.end(), [](unsigned char c) {
+      return std::isalnum(c) != 0 || c >= 0x80 || std::strchr("_-./:,=+@%", c) != nullptr;
+    });
+    if (plain && !word.empty()) return word;
+    std::string safe;
+    for (const char c : word) safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return "'" + safe + "'";
+  };
+  std::string line;
+  for (const CLI::Option* option : command.get_options()) {
+    const bool flag = option->get_expected_max() == 0;
+    for (const std::string& value : option->results()) {
+      if (!option->get_positional()) line += " " + option->get_name();
+      if (!flag) line += " " + quoted(value);
+    }
+  }
+  return line;
 }
 
 std::string program_version() {

@@ -25,6 +25,9 @@ struct Program {
   std::vector<Command> commands;
 };
 
+/// Gives the program's commands and options to `app`. @return what each command runs, by its name.
+[[nodiscard]] std::map<std::string, std::function<int()>> declare(const Program& program, CLI::App& app);
+
 /// What main() is to do: run, or print text (help or version).
 struct CommandLine {
   std::function<int()> run;
@@ -43,6 +46,9 @@ struct CommandLine {
 [[nodiscard]] std::string program_version();
 /// Date and time of the computer's clock: "2026-11-21T05:00:00Z".
 [[nodiscard]] std::string now_utc();
+
+/// " --scenario level --seed 7": what a command was given, so that a shell reads it as it was.
+[[nodiscard]] std::string given_options(const CLI::App& command);
 
 // For the checks of a command's own options.
 inline constexpr const char* kExitCodes =

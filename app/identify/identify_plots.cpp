@@ -34,13 +34,12 @@ report::PageFigure torque_figure(const std::string& source, const estimation::To
     const std::string name = kJointNames[static_cast<std::size_t>(j)];
     const std::vector<double> measured = column_kNm(c, c.measured_Nm, j), modelled = column_kNm(c, c.modelled_Nm, j);
     std::vector<double> residual;
-    const bool first = j == 0;  // one key for all panels
     for (std::size_t i = 0; i < t.size(); ++i) residual.push_back(1e3 * (measured[i] - modelled[i]));
-    plot.panel(name + " [kN m]");
-    plot.line(t, measured, first ? "measured" : "", report::kGrey);
-    plot.line(t, modelled, first ? "modelled" : "", report::kBlue);
-    plot.panel("residual [N m]");
-    plot.line(t, residual, "", report::kVermilion, "lw 1");
+    plot.panel(name + " torque, kN m");
+    plot.line(t, measured, "measured", report::kGrey);
+    plot.line(t, modelled, "modelled", report::kBlue);
+    plot.panel(name + " error, N m");
+    plot.line(t, residual, "measured - modelled", report::kVermilion, "lw 1");
   }
   return {"Torque: " + report::escaped(source),
           "Held-out motion: joint torque from cylinder pressures, torque of the identified model, and the difference.",
@@ -90,10 +89,6 @@ std::string friction_block(const MachineDescription& machine, int joint) {
   return block.str();
 }
 
-std::array<std::string, kJoints> angles_deg_labels() {
-  return {"boom [deg]", "arm [deg]", "bucket [deg]"};
-}
-
 report::PageFigure data_figure(const MachineDescription& machine, const estimation::Recording& recording) {
   const Kinematics kinematics(machine);
   report::PanelPlot plot(2 * kJoints);
@@ -109,11 +104,11 @@ report::PageFigure data_figure(const MachineDescription& machine, const estimati
       head.push_back(usable ? 1e-5 * m.pressure_Pa[2 * k] : kGap);
       rod.push_back(usable ? 1e-5 * m.pressure_Pa[2 * k + 1] : kGap);
     }
-    plot.panel(angles_deg_labels()[k]);
+    plot.panel(std::string(kJointNames[k]) + ", deg");
     plot.line(t, angle, "", report::kBlue);
-    plot.panel("[bar]");
-    plot.line(t, head, j == 0 ? "head side" : "", report::kVermilion, "lw 1");
-    plot.line(t, rod, j == 0 ? "rod side" : "", report::kGreen, "lw 1");
+    plot.panel(std::string(kJointNames[k]) + ", bar");
+    plot.line(t, head, "A, head side", report::kVermilion, "lw 1");
+    plot.line(t, rod, "B, rod side", report::kGreen, "lw 1");
   }
   return {"Data: " + report::escaped(recording.source),
           "Data used for identification: joint angles from the encoders, cylinder pressures. Gaps were not used.",
@@ -132,25 +127,25 @@ std::vector<report::PageFigure> torque_figures(const IdentifyData& data, const I
 std::vector<report::PageFigure> friction_figures(const Identified& result) {
   if (!result.machine.dynamics_calibration || result.summary.parameters.empty()) return {};
   std::ostringstream data, plots;
-  constexpr double kLeft = 0.08, kWidth = 0.26, kApart = 0.055;
+  constexpr double kLeft = 0.07, kWidth = 0.25, kApart = 0.08;
   for (int j = 0; j < kJoints; ++j) {
     const std::string name = kJointNames[static_cast<std::size_t>(j)];
     data << "$" << name << " << EOD\n" << friction_block(result.machine, j) << "EOD\n";
     const double left = kLeft + j * (kWidth + kApart);
-    plots << "set lmargin at screen " << left << "\nset rmargin at screen " << left + kWidth << "\nset title '" << name
-          << "'\n"
-          << (j == 0 ? "set ylabel 'friction [kN]'\n" : "unset ylabel\n") << "plot $" << name
-          << " using 1:3:4 with filledcurves fc rgb '" << report::kSky
-          << "' fs transparent solid 0.35 noborder title '±2 sigma', $" << name << " using 1:2 with lines lc rgb '"
-          << report::kBlue << "' lw 2 title 'identified', $" << name << " using 1:5 with lines lc rgb '"
-          << report::kGrey << "' dt 2 lw 1.5 title 'drawing'\n";
+    plots << "set lmargin at screen " << left << "\nset rmargin at screen " << left + kWidth << "\nset ylabel '"
+          << name << " friction, kN'\n"
+          << (j == 1 ? "unset key\n" : "") << "plot $" << name << " using 1:3:4 with filledcurves fc rgb '"
+          << report::kSky << "' fs transparent solid 0.35 noborder title '±2 sigma', $" << name
+          << " using 1:2 with lines lc rgb '" << report::kBlue << "' lw 2 title 'identified', $" << name
+          << " using 1:5 with lines lc rgb '" << report::kGrey << "' dt 2 lw 1.5 title 'drawing'\n";
   }
   return {{"Friction of the cylinders",
            "Without load, at a steady speed; extending to the right.",
-           {900, 330,
+           {900, 380,
             report::plot_style() + data.str() +
-                "set multiplot\nset tmargin at screen 0.90\nset bmargin at screen 0.17\nset xlabel 'speed [mm/s]'\n"
-                "set xrange [-120:120]\nset xtics 60\nset key inside left top Left reverse samplen 1.5 width -2\n" +
+                "set multiplot\nset tmargin at screen 0.79\nset bmargin at screen 0.15\nset xlabel 'speed, mm/s'\n"
+                "set xrange [-120:120]\nset xtics 60\nset key at screen 0.97, screen 0.98 right "
+                "top\n" +
                 plots.str() + "unset multiplot\n"}}};
 }
 

@@ -7,6 +7,7 @@
 #include "app/identify/identify_output.h"
 #include "app/identify/identify_plots.h"
 #include "app/report/html.h"
+#include "app/report/number_text.h"
 
 namespace knuckle::identify {
 namespace {
@@ -16,9 +17,7 @@ constexpr const char* kCss =
     "td{vertical-align:top}@media(max-width:560px){section{padding:14px 12px}}";
 
 std::string digits(double value, int significant = 4) {
-  if (!std::isfinite(value)) return "-";
-  const bool large = std::abs(value) >= std::pow(10, significant);  // no powers of ten in tables
-  return large ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, significant);
+  return report::number_text(value, significant);
 }
 
 /// Millimetres to a hundredth.

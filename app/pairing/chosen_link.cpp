@@ -21,8 +21,10 @@ constexpr const char* kPlainNote =
     "link: plain UDP (--insecure): neither authenticated nor encrypted; for loopback, labs, or inside a tunnel";
 
 /// Beyond this computer, a plain link must be requested twice: nobody types that by habit.
-void check_plain(const char* option, const LinkOptions& o) {
-  if (o.insecure >= 2 || parse_address(o.address).is_loopback()) return;
+void check_plain(const char* option, const LinkOptions& o, bool listens) {
+  if (o.insecure >= 2) return;
+  const SocketAddress address = listens ? parse_address(o.address, option) : look_up_one(o.address, option);
+  if (address.is_loopback()) return;
   cli::refuse_option(option, o.address,
                      "--insecure is for this computer's own addresses (127.0.0.1, [::1]): anybody in the network could "
                      "lead the machine; pair instead (knuckle pair), or in a lab give --insecure twice");
@@ -94,7 +96,7 @@ void ChosenLink::use(const LinkOptions& options, bool listens) {
   if (!listens && !options.address.empty()) (void)parse_host_and_port(options.address, "--connect");
   address_ = options.address.empty() ? options.dial.rendezvous : options.address;
   if (options.insecure > 0) {
-    check_plain(listens ? "--listen" : "--connect", options);
+    check_plain(listens ? "--listen" : "--connect", options, listens);
     if (!options.keys.empty())
       cli::refuse_option("--keys", options.keys, "does not go with --insecure: no key is used");
     if (options.observe) cli::refuse_option("--observe", "", "goes with a paired link, not with --insecure");

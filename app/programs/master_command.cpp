@@ -49,11 +49,11 @@ void add_options(CLI::App& c, Options& o) {
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
   c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
   c.add_option("--connect", o.link.address,
-               "Address and port of the machine's side, such as 192.0.2.7:5683, [::1]:5683 or arm.example.org:5683");
+               "Machine's side, HOST:PORT such as arm.example.org:5683, 192.0.2.7:5683 or [::1]:5683");
   pairing::add_link_options(c, o.link);
   c.add_flag("--observe", o.link.observe, "Hear the machine without controlling it; with --device none");
   pairing::add_dial_options(c, o.link.dial, secure::Role::kOperator);
-  c.add_option("--mirror", o.mirror, "Send a copy of all link traffic to this address and port, for a display");
+  c.add_option("--mirror", o.mirror, "Send a copy of all link traffic to this HOST:PORT, for a display");
   c.add_option("--control", o.control,
                "Bilateral law: echo, wave, tdpa, cues or direct (default: as the device's file says)");
   c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");

@@ -13,7 +13,7 @@ namespace knuckle::programs {
 
 void add_log_options(CLI::App& command, LogOptions& options) {
   command.add_option("--log", options.folder,
-                     "Folder for recordings and flight records (default: " + recording::default_folder() + ")");
+                     "Folder for recordings and flight records (default: ~/.local/state/knuckle/recordings)");
   command.add_flag("--no-log", options.off, "Record nothing but the last half minute of every fault and stop");
 }
 

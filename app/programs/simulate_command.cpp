@@ -226,27 +226,29 @@ bool uses_standard_output(const session::SimulateOptions& o) {
 
 }  // namespace
 
-cli::Command simulate_entry(std::function<int(const session::SimulateOptions&)> run) {
+cli::Command simulate_entry(std::function<int(const session::SimulateOptions&, const std::string& command_line)> run) {
   return {"simulate", "Run a headless teleoperation session on virtual time",
           [run = std::move(run)](CLI::App& command) {
             const auto options = std::make_shared<session::SimulateOptions>();
             add_options(command, *options);
-            command.parse_complete_callback([&command, options] {
+            const auto command_line = std::make_shared<std::string>();
+            command.parse_complete_callback([&command, options, command_line] {
+              *command_line = "knuckle simulate" + cli::given_options(command);
               if (options->from_cell.empty()) return;
               for (const char* input : kInputs) {
                 if (command.count(input) > 0) cli::refuse_option(input, "", "does not go with --from-cell");
               }
             });
-            return [options, run] {
+            return [options, run, command_line] {
               if (!options->from_cell.empty()) take_cell(*options);
               check(*options);
-              return run(*options);
+              return run(*options, *command_line);
             };
           }};
 }
 
 int simulate_command(
-    const session::SimulateOptions& options,
+    const session::SimulateOptions& options, const std::string& command_line,
     const std::function<session::SessionResult(const session::SimulateOptions&, const session::SessionHooks&)>& run) {
   const cli::InterruptGuard interrupt;
   Outputs outputs(options);
@@ -270,7 +272,7 @@ int simulate_command(
   if (outputs.json) outputs.json->stream() << report::result_json(judged).dump(2) << '\n';
   for (auto* file : {&outputs.candump, &outputs.csv, &outputs.json}) commit(*file);
   // Last: should the plots fail, the numbers are safe.
-  if (outputs.report) report::write_report(judged, outputs.report->stream());
+  if (outputs.report) report::write_report(judged, {command_line, cli::now_utc()}, outputs.report->stream());
   commit(outputs.report);
   // Standard output belongs to whatever was sent there.
   (uses_standard_output(options) ? std::cerr : std::cout) << report::summary_text(judged, options.report);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 
 #include "app/cli/command.h"
 #include "app/session/options.h"
@@ -9,14 +10,16 @@
 
 namespace knuckle::programs {
 
-/// @param run gets options that are within their bounds, do not contradict each other and name inputs that can be read.
-/// Outputs are checked where they are opened. @return its exit code is the command's.
-[[nodiscard]] cli::Command simulate_entry(std::function<int(const session::SimulateOptions&)> run);
+/// @param run gets the command line as it can be typed again, and options that are within their bounds, do not
+/// contradict each other and name inputs that can be read. Outputs are checked where they are opened. @return its exit
+/// code is the command's.
+[[nodiscard]] cli::Command simulate_entry(
+    std::function<int(const session::SimulateOptions&, const std::string& command_line)> run);
 
 /// Opens the outputs, runs, judges, writes. @return exit code: 0 criteria met, 1 not met.
 /// @throws InputError before anything ran where an input or output is not usable.
 int simulate_command(
-    const session::SimulateOptions& options,
+    const session::SimulateOptions& options, const std::string& command_line,
     const std::function<session::SessionResult(const session::SimulateOptions&, const session::SessionHooks&)>& run);
 
 }  // namespace knuckle::programs

@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "app/programs/service_watch.h"
 #include "app/programs/slave_table.h"
 #include "core/loop_table.h"
 #include "core/mailbox.h"
@@ -68,6 +69,7 @@ class SlaveRunner {
 
   // The tending thread.
   void ask_to_stop() noexcept { stop_asked_.store(true, std::memory_order_relaxed); }
+  [[nodiscard]] std::uint64_t steps() const noexcept { return steps_.load(std::memory_order_relaxed); }
   [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
   bool next(ModeEvent& event) noexcept { return events_.pop(event); }
   bool next(SetupFailureEvent& event) noexcept { return failures_.pop(event); }
@@ -107,9 +109,11 @@ class SlaveRunner {
   Mailbox<SlaveStatus> status_;
   SlaveStatus shown_;  // the tending thread's
   std::atomic<bool> stop_asked_{false}, stopped_{false};
+  std::atomic<std::uint64_t> steps_{0};
 };
 
 void SlaveRunner::step(Time now) noexcept {
+  steps_.fetch_add(1, std::memory_order_relaxed);
   can_.stamp(now);
   if (stop_asked_.load(std::memory_order_relaxed)) return step_stop(now);
   slave_.step(now);
@@ -198,7 +202,8 @@ class Teller {
       events_.add(event, kind);
       if (event.fault && !same_cause(event.fault, standing_fault_)) faults_.add(event, kind);
       standing_fault_ = event.fault;
-      say(event.at, event_text(event), kind, event.fault ? Severity::kError : Severity::kInfo);
+      mode_text_ = event_text(event);
+      say(event.at, mode_text_, kind, event.fault ? Severity::kError : Severity::kInfo);
       if (records_.on_mode) records_.on_mode(event);
       told_ = event.fault ? event.fault : event.blocking;
     }
@@ -214,6 +219,8 @@ class Teller {
     }
     console_.status(now, status_parts(status));
   }
+  /// How things stand: "engaged", "fault link_lost: ...".
+  [[nodiscard]] const std::string& mode_text() const noexcept { return mode_text_; }
   /// After the run.
   void hand_over() {
     outcome_.events = events_.kept();
@@ -266,6 +273,7 @@ class Teller {
   RunEvents<ModeEvent> events_, faults_;
   RunEvents<SetupFailureEvent> failures_;
   Reason told_, standing_, standing_fault_;
+  std::string mode_text_;
   Time standing_since_{};
 };
 
@@ -302,6 +310,7 @@ SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& lin
   SlaveOutcome outcome;
   Teller teller(run.console, outcome, records);
   PolicyNote policy("slave");
+  ServiceWatch service;
   const RealtimeClock clock;
   {
     RealtimeThread loop({.name = "slave",
@@ -314,8 +323,10 @@ SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& lin
       policy.tell(run.console, now, loop);
       teller.tell(now, *runner);
       runner->write(records);
+      service.tell(now, runner->steps(), teller.mode_text());
     };
     tend_until_over(run, clock, tend);
+    service.stopping();
     runner->ask_to_stop();
     tend_until_stopped(run, clock, tend, [&runner] { return runner->stopped(); });
     loop.stop();

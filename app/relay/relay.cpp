@@ -16,14 +16,11 @@ constexpr int kAtOnce = 64;  // datagrams from one socket, before others have th
 
 RelayPlan plan_of(const RelaySetup& setup) {
   RelayPlan plan{parse_address(setup.listen, "--listen"),
-                 parse_address(setup.connect, "--connect"),
+                 look_up_one(setup.connect, "--connect"),
                  setup.to_machine,
                  setup.to_operator,
                  setup.seed,
                  kNever};
-  if (plan.connect.port() == 0) throw InputError("--connect " + setup.connect + ": port 0 is no port to send to");
-  if (plan.connect.is_any())
-    throw InputError("--connect " + setup.connect + ": is not the address of a single computer");
   const bool own = plan.listen.is_any() && plan.connect.is_loopback() && plan.listen.port() == plan.connect.port();
   if (plan.listen == plan.connect || own)
     throw InputError("--connect " + setup.connect + ": the relay would send to itself");

@@ -17,7 +17,8 @@
 namespace knuckle::relay {
 
 struct RelaySetup {
-  std::string listen, connect;  ///< ADDR:PORT in numbers.
+  std::string listen;   ///< ADDR:PORT in numbers.
+  std::string connect;  ///< HOST:PORT, looked up once.
   LinkImpairment to_machine{}, to_operator{};
   std::uint64_t seed = 1;
 };

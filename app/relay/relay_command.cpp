@@ -32,7 +32,8 @@ struct Options {
 
 void add_options(CLI::App& c, Options& o) {
   c.add_option("--listen", o.listen, "Address and port for operators' sides, such as 127.0.0.1:5684")->required();
-  c.add_option("--connect", o.connect, "Address and port of the machine's side, such as 192.0.2.7:5683")->required();
+  c.add_option("--connect", o.connect, "Machine's side, HOST:PORT such as 192.0.2.7:5683 or arm.example.org:5683")
+      ->required();
   c.add_option("--impairment", o.impairment, "What happens to datagrams: name or .toml file, such as lte")->required();
   c.add_option("--seed", o.seed, "Random seed (default: 1)")->check(CLI::Validator(cli::seed_error, "", "seed"));
   c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");

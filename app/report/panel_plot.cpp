@@ -110,11 +110,13 @@ std::string PanelPlot::finish(double first_s, double last_s) const {
          << marks_.str();
   const double height_px = panel_figure_height(panels_);
   double top_px = kTopPx + kGapPx / 1.5;
+  // Each panel has its own key, above it; a label beside the axis would leave the picture where numbers are long.
+  script << "set key at graph 1, graph 1.02 right bottom\n";
   for (std::size_t i = 0; i < drawn_.size(); ++i) {
     const bool last = i + 1 == drawn_.size();
     script << "set tmargin at screen " << 1 - top_px / height_px << "\nset bmargin at screen "
-           << 1 - (top_px + kPanelPx) / height_px << "\nset ylabel " << plot_quoted(drawn_[i].y_label)
-           << " offset 1.2,0"
+           << 1 - (top_px + kPanelPx) / height_px << "\nset label 1 " << plot_quoted(drawn_[i].y_label)
+           << " at screen 0.014, screen " << 1 - (top_px + kPanelPx / 2) / height_px << " center rotate by 90"
            << "\nset xlabel '" << (last ? "time, s" : "") << "'\nset format x '" << (last ? "%g" : "") << "'\n"
            << drawn_[i].curves << '\n';
     top_px += kPanelPx + kGapPx;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ostream>
+#include <string>
 
 #include "app/session/session_result.h"
 
@@ -10,7 +11,13 @@ namespace knuckle::report {
 /// @throws InputError where gnuplot is missing.
 void check_report_tools();
 
+/// Where a page comes from; both are given by the caller, so that the same session makes the same page.
+struct Origin {
+  std::string command_line;  ///< As it can be typed again; empty: unknown.
+  std::string date_utc;      ///< Of writing, ISO 8601; empty: unknown.
+};
+
 /// @throws InputError where gnuplot fails.
-void write_report(const session::Judged& judged, std::ostream& out);
+void write_report(const session::Judged& judged, const Origin& origin, std::ostream& out);
 
 }  // namespace knuckle::report

@@ -37,10 +37,25 @@ PageFigure pressures(const session::SessionRecord& record) {
   PlotScript plot(record, kJoints);
   for (std::size_t j = 0; j < kJoints; ++j) {
     plot.panel(std::string(kJointNames[j]) + ", bar");
-    plot.line([j](const session::Sample& s) { return s.pressure_Pa[2 * j] * 1e-5; }, "A, head side", kJointColours[j]);
-    plot.line([j](const session::Sample& s) { return s.pressure_Pa[2 * j + 1] * 1e-5; }, "B, rod side", kGrey, "lw 1");
+    plot.line([j](const session::Sample& s) { return s.pressure_Pa[2 * j] * 1e-5; }, "A, head side", kVermilion,
+              "lw 1");
+    plot.line([j](const session::Sample& s) { return s.pressure_Pa[2 * j + 1] * 1e-5; }, "B, rod side", kGreen, "lw 1");
   }
   return stacked("Cylinder pressures", "As measured by the pressure transmitters.", kJoints, plot);
+}
+
+PageFigure valves(const session::SessionRecord& record) {
+  PlotScript plot(record, kJoints);
+  for (int j = 0; j < kJoints; ++j) {
+    plot.panel(std::string(kJointNames[static_cast<std::size_t>(j)]) + ", %");
+    plot.line([j](const session::Sample& s) { return 100 * s.truth_spool[j]; }, "spool, true", kGrey, "lw 1");
+    plot.line([j](const session::Sample& s) { return 100 * s.valve_command[j]; }, "command", kBlue, "lw 1");
+  }
+  return stacked(
+      "Valve commands",
+      "What the safety gate let pass, in per cent of the spool's stroke, and the simulator's spools. Positive "
+      "extends the cylinder.",
+      kJoints, plot);
 }
 
 PageFigure forces(const session::SessionRecord& record) {
@@ -66,7 +81,7 @@ PageFigure forces(const session::SessionRecord& record) {
 PageFigure felt(const session::SessionRecord& record) {
   const double scale = record.force_scale;
   PlotScript plot(record, 1);
-  plot.panel("force, N");
+  plot.panel("felt force, N");
   plot.line([scale](const session::Sample& s) { return scale * s.truth_tip_force_N.norm(); }, "true force, scaled",
             kVermilion);
   plot.line([](const session::Sample& s) { return s.felt_N.norm(); }, "felt by the hand", kBlue);
@@ -74,10 +89,45 @@ PageFigure felt(const session::SessionRecord& record) {
                  "Force on the operator's hand, compared with the true contact force times the force scale.", 1, plot);
 }
 
+/// Largest value of a curve, at least 1e-9: an axis needs a length.
+double largest(const session::SessionRecord& record, const Signal& signal) {
+  double most = 1e-9;
+  for (const session::Sample& s : record.samples) most = std::max(most, signal(s));
+  return most;
+}
+
+/// How the hand's force depends on the machine's: on the diagonal, the hand is told the truth.
+PageFigure felt_against_true(const session::SessionRecord& record) {
+  constexpr std::size_t kMostPoints = 2000;
+  const double scale = record.force_scale;
+  const Signal truth = [scale](const session::Sample& s) { return scale * s.truth_tip_force_N.norm(); };
+  const Signal felt = [](const session::Sample& s) { return s.felt_N.norm(); };
+  const double most = 1.05 * std::max(largest(record, truth), largest(record, felt));
+  std::ostringstream s;
+  s << "$felt << EOD\n";
+  const std::size_t step = std::max<std::size_t>(1, record.samples.size() / kMostPoints);
+  for (std::size_t i = 0; i < record.samples.size(); i += step) {
+    if (record.samples[i].mode != Mode::kEngaged) continue;
+    s << truth(record.samples[i]) << ' ' << felt(record.samples[i]) << '\n';
+  }
+  s << "EOD\n$equal << EOD\n0 0\n"
+    << most << ' ' << most << "\nEOD\n"
+    << plot_style() << "set size ratio -1\nset xrange [0:" << most << "]\nset yrange [0:" << most
+    << "]\nset xlabel 'true force, scaled to the hand, N'\nset ylabel 'felt force, N'\nplot $equal using 1:2 with "
+       "lines "
+       "lw 1 dt 2 lc rgb '"
+    << kInk << "' title 'felt = true', $felt using 1:2 with points pt 7 ps 0.35 lc rgb '" << kBlue
+    << "' title 'while engaged'\n";
+  return {"Felt against true force",
+          "Magnitudes while engaged. Below the diagonal less is felt than the machine feels; far from it are onset and "
+          "end of contact, which delay and filters smear.",
+          {900, 420, s.str()}};
+}
+
 PageFigure energy(const session::SessionRecord& record) {
   PlotScript plot(record, 2);
-  plot.panel("hand, J");
-  plot.line([](const session::Sample& s) { return s.hand_energy_J; }, "work of the device on the hand", kBlue);
+  plot.panel("hand, mJ");
+  plot.line([](const session::Sample& s) { return 1e3 * s.hand_energy_J; }, "work of the device on the hand", kBlue);
   plot.panel("machine, kJ");
   plot.line([](const session::Sample& s) { return 1e-3 * s.truth_energy_to_machine_J; },
             "work of the valves on the machine", kOrange);
@@ -168,7 +218,7 @@ const char* scene_colour(session::SceneLine::Kind kind) {
     case session::SceneLine::Kind::kGround:
       return kGrey;
     case session::SceneLine::Kind::kWall:
-      return kGrey;
+      return kVermilion;
     case session::SceneLine::Kind::kPiece:
       return kPurple;
     case session::SceneLine::Kind::kSoil:
@@ -230,8 +280,8 @@ PageFigure tip_path(const session::SessionResult& session) {
 
 std::vector<PageFigure> report_plots(const session::SessionResult& session) {
   const session::SessionRecord& record = session.record;
-  return {timeline(record), tip_path(session), angles(record), forces(record),
-          felt(record),     pressures(record), energy(record)};
+  return {timeline(record), tip_path(session),         angles(record),    valves(record), forces(record),
+          felt(record),     felt_against_true(record), pressures(record), energy(record)};
 }
 
 }  // namespace knuckle::report

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "app/report/number_text.h"
+
 namespace knuckle::report {
 namespace {
 
@@ -20,7 +22,7 @@ std::string key_numbers(const session::Metrics& m) {
 
 std::string shown(const session::Metric& value, const std::string& unit) {
   if (!value) return "-";
-  return fmt::format("{:.3g}", *value) + (unit == "1" ? "" : " " + unit);
+  return number_text(*value) + (unit == "1" ? "" : " " + unit);
 }
 
 std::string summary_text(const session::Judged& judged, const std::string& report) {

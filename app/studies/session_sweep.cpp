@@ -17,6 +17,7 @@
 #include "app/cli/output_file.h"
 #include "app/recordings/csv_row.h"
 #include "app/report/gnuplot.h"
+#include "app/report/number_text.h"
 #include "app/session/options.h"
 #include "app/session/truth_file.h"
 #include "app/studies/shared_battery.h"
@@ -102,7 +103,7 @@ void write_csv(std::ostream& out, const Rows& rows) {
 }
 
 std::string shown(const battery::Figure& figure) {
-  return figure.value ? fmt::format("{:.3g}", *figure.value) : "none";
+  return figure.value ? report::number_text(*figure.value) : "none";
 }
 
 /// Of sessions; quantiles are named after their metric.

@@ -16,7 +16,7 @@ namespace {
 session::SimulateOptions simulate_options(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "simulate");
   session::SimulateOptions asked;
-  const cli::Command entry = simulate_entry([&](const session::SimulateOptions& options) {
+  const cli::Command entry = simulate_entry([&](const session::SimulateOptions& options, const std::string&) {
     asked = options;
     return 0;
   });
@@ -27,7 +27,8 @@ session::SimulateOptions simulate_options(std::vector<std::string> arguments) {
 /// Help or version.
 std::string printed(const std::vector<std::string>& arguments) {
   const cli::CommandLine line = cli::parse_command_line(
-      {"knuckle", "", "", {simulate_entry([](const session::SimulateOptions&) { return 0; })}}, arguments);
+      {"knuckle", "", "", {simulate_entry([](const session::SimulateOptions&, const std::string&) { return 0; })}},
+      arguments);
   EXPECT_FALSE(line.run);
   return line.text;
 }
@@ -161,10 +162,11 @@ TEST(CommandLine, EveryCommandGetsItsOwnOptionsAndGivesItsOwnExitCode) {
   const auto entry = [](const char* name, int code) {
     return cli::Command{name, "", [code](CLI::App&) { return [code] { return code; }; }};
   };
-  const cli::Program program{
-      "knuckle", "", "", {entry("dig", 3), entry("lift", 4), simulate_entry([](const session::SimulateOptions&) {
-                            return 5;
-                          })}};
+  const cli::Program program{"knuckle",
+                             "",
+                             "",
+                             {entry("dig", 3), entry("lift", 4),
+                              simulate_entry([](const session::SimulateOptions&, const std::string&) { return 5; })}};
   EXPECT_EQ(cli::parse_command_line(program, {"lift"}).run(), 4);
   EXPECT_EQ(cli::parse_command_line(program, {"simulate", "--seed", "2"}).run(), 5);
   EXPECT_THROW((void)cli::parse_command_line(program, {"dig", "--seed", "2"}), InputError);

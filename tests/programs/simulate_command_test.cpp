@@ -24,10 +24,11 @@ TEST(SimulateCommand, WritesEveryOutputWhenTheSessionIsDone) {
   options.json = folder.file("a.json");
   options.candump = folder.file("a.log");
   testing::internal::CaptureStdout();
-  const int code = simulate_command(options, [](const session::SimulateOptions&, const session::SessionHooks& hooks) {
-    *hooks.candump << "(0.000000) can0 080#\n";
-    return session::synthetic_session();
-  });
+  const int code =
+      simulate_command(options, "", [](const session::SimulateOptions&, const session::SessionHooks& hooks) {
+        *hooks.candump << "(0.000000) can0 080#\n";
+        return session::synthetic_session();
+      });
   const std::string summary = testing::internal::GetCapturedStdout();
   EXPECT_EQ(code, 1);
   EXPECT_NE(summary.find("FAIL  hold_error_N"), std::string::npos) << summary;
@@ -42,7 +43,7 @@ TEST(SimulateCommand, ASessionThatFailsLeavesNoOutput) {
   const auto failing = [](const session::SimulateOptions&, const session::SessionHooks&) -> session::SessionResult {
     throw InputError("bad");
   };
-  EXPECT_THROW(simulate_command(options, failing), InputError);
+  EXPECT_THROW(simulate_command(options, "", failing), InputError);
   EXPECT_EQ(folder.count(), 0);
 }
 
@@ -55,7 +56,7 @@ TEST(SimulateCommand, CtrlCEndsTheSessionAndLeavesNoOutput) {
     hooks.progress(0.5);
     return session::synthetic_session();
   };
-  EXPECT_THROW(simulate_command(options, interrupted), cli::Interrupted);
+  EXPECT_THROW(simulate_command(options, "", interrupted), cli::Interrupted);
   EXPECT_EQ(folder.count(), 0);
 }
 

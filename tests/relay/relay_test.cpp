@@ -360,6 +360,10 @@ TEST(Relay, RefusesAddressesThatItCannotUseOrThatAreItsOwn) {
   EXPECT_NE(refusal("nonsense", "127.0.0.1:5683").find("--listen nonsense: "), std::string::npos);
   EXPECT_NE(refusal(kAnyPort, "nonsense").find("--connect nonsense: "), std::string::npos);
   EXPECT_NE(refusal(text(taken.address()), "127.0.0.1:5683").find("another program"), std::string::npos);
+  EXPECT_NE(
+      refusal(kAnyPort, "nowhere.invalid:5683").find("--connect nowhere.invalid:5683: \"nowhere.invalid\" has no"),
+      std::string::npos);
+  EXPECT_NE(refusal("127.0.0.1:5683", "localhost:5683").find("itself"), std::string::npos);
   EXPECT_NE(refusal(kAnyPort, "127.0.0.1:0").find("port 0"), std::string::npos);
   EXPECT_NE(refusal(kAnyPort, "0.0.0.0:5683").find("single computer"), std::string::npos);
   EXPECT_NE(refusal("127.0.0.1:5683", "127.0.0.1:5683").find("itself"), std::string::npos);

@@ -106,7 +106,7 @@ TEST(CsvTable, ValuesSitUnderTheirHeadersInTheirUnits) {
 
 TEST(Report, IsOneSelfContainedPage) {
   std::ostringstream out;
-  write_report(session::judge(session::synthetic_session()), out);
+  write_report(session::judge(session::synthetic_session()), {}, out);
   const std::string page = out.str();
   if (const char* keep = std::getenv("KNUCKLE_KEEP_REPORT")) std::ofstream(keep) << page;
   for (const std::string fetched : {"http", "src=", "<script", "@import", "url(http"})
@@ -121,7 +121,7 @@ TEST(Report, IsOneSelfContainedPage) {
 TEST(Report, SurvivesASessionWithoutRows) {
   std::ostringstream out;
   session::SessionResult empty;
-  write_report(session::judge(empty), out);
+  write_report(session::judge(empty), {}, out);
   EXPECT_NE(out.str().find("</html>"), std::string::npos);
 }
 
@@ -131,7 +131,7 @@ TEST(Report, MarksHostileNamesAsText) {
   session.record.events[0].what = "it's <b>";
   session.record.phases[1] = "don't";
   std::ostringstream out;
-  write_report(session::judge(session), out);
+  write_report(session::judge(session), {}, out);
   EXPECT_EQ(out.str().find("<img>"), std::string::npos);
 }
 

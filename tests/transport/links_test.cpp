@@ -414,10 +414,25 @@ TEST(UdpLink, NamesTheAddressItCannotUseAndSaysWhy) {
     EXPECT_NE(message.find(bad), std::string::npos) << message;
     EXPECT_NE(message.find(why), std::string::npos) << message;
   }
-  const auto connect = [](const std::string& address) { return UdpLink::connect(address); };
+  const auto connect = [](const std::string& address) { return UdpLink::connect(address, "--connect"); };
+  EXPECT_EQ(refusal(connect, "localhost"),
+            "--connect localhost: is not HOST:PORT such as arm.example.org:5683, 192.0.2.7:5683 or [2001:db8::7]:5683");
   EXPECT_NE(refusal(connect, "127.0.0.1:0").find("port 0"), std::string::npos);
   EXPECT_NE(refusal(connect, "255.255.255.255:5683").find("broadcast"), std::string::npos);
   EXPECT_NE(refusal(connect, "0.0.0.0:5683").find("single computer"), std::string::npos);
+}
+
+TEST(UdpLink, ConnectsToAHostByItsNameAndSaysInOneLineWhereItHasNoAddress) {
+  UdpLink machine = UdpLink::listen("127.0.0.1:0");
+  UdpLink hand = UdpLink::connect("localhost:" + std::to_string(machine.port()));  // its ::1 has nobody listening
+  ASSERT_TRUE(hand.send(claim().view()));
+  Datagram datagram;
+  EXPECT_TRUE(wait_for(machine, datagram));
+
+  const auto connect = [](const std::string& address) { return UdpLink::connect(address, "--connect"); };
+  const std::string message = refusal(connect, "nowhere.invalid:5683");  // RFC 2606: no name ends so
+  EXPECT_EQ(message.find("--connect nowhere.invalid:5683: \"nowhere.invalid\" has no address: "), 0u) << message;
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 }
 
 }  // namespace

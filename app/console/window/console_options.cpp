@@ -62,7 +62,7 @@ void check_device(const ConsoleOptions& o) {
 void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_flag("--simulate", o.simulate, "Simulate the machine, in real time");
   c.add_option("--connect", o.link.address,
-               "Address and port of the machine's side, such as 192.0.2.7:5683, [::1]:5683 or arm.example.org:5683");
+               "Machine's side, HOST:PORT such as arm.example.org:5683, 192.0.2.7:5683 or [::1]:5683");
   pairing::add_link_options(c, o.link);
   pairing::add_dial_options(c, o.link.dial, secure::Role::kOperator);
   c.add_option("--machine", o.session.machine, "Machine name or .toml file (default with --simulate: solar015)");

@@ -1,0 +1,56 @@
+#include "app/knuckle_program.h"
+
+#include "app/audit/audit_command.h"
+#include "app/bringup/commission_command.h"
+#include "app/bringup/device_calibration.h"
+#include "app/bringup/doctor_command.h"
+#include "app/bringup/recover_command.h"
+#include "app/console/window/console_command.h"
+#include "app/explain/explain_command.h"
+#include "app/export/export_command.h"
+#include "app/identify/identify.h"
+#include "app/pairing/pair_command.h"
+#include "app/programs/device_command.h"
+#include "app/programs/master_command.h"
+#include "app/programs/node_command.h"
+#include "app/programs/simulate_command.h"
+#include "app/programs/slave_command.h"
+#include "app/recordings/import_command.h"
+#include "app/relay/relay_command.h"
+#include "app/rendezvous/rendezvous_command.h"
+#include "app/replay/replay_command.h"
+
+namespace knuckle {
+
+cli::Program knuckle_program() {
+  return {
+      "knuckle",
+      "Knuckle: teleoperation of a dismantling machine with force feedback and no force sensor.\n",
+      "Try: knuckle simulate --scenario dismantle --report report.html\n",
+      {
+          programs::simulate_entry([](const session::SimulateOptions& options, const std::string& command_line) {
+            return programs::simulate_command(options, command_line, session::run_simulation);
+          }),
+          identify::identify_entry(identify::identify_command),
+          exporting::export_entry(),
+          recordings::import_entry(),
+          console::window::console_entry(),
+          programs::slave_entry(),
+          programs::master_entry(),
+          programs::node_entry(),
+          programs::device_entry(),
+          relay::relay_entry(),
+          pairing::pair_entry(),
+          replay::replay_entry(),
+          explain::explain_entry(),
+          audit::audit_entry(),
+          rendezvous::rendezvous_entry(),
+          bringup::calibrate_device_entry(),
+          bringup::doctor_entry(),
+          bringup::commission_entry(),
+          bringup::recover_entry(),
+      },
+  };
+}
+
+}  // namespace knuckle

@@ -1,0 +1,70 @@
+#include "app/programs/service_watch.h"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <cstdlib>
+#include <string_view>
+
+namespace knuckle::programs {
+namespace {
+
+std::string_view variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+/// 0 where it is not a number.
+std::int64_t number(std::string_view text) {
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() ? value : 0;
+}
+
+/// Connected to the socket of this name; "@NAME" is in the abstract name space. -1: there is none.
+int connected(std::string_view name) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (name.empty() || name.size() >= sizeof address.sun_path) return -1;
+  std::copy(name.begin(), name.end(), address.sun_path);
+  if (name.front() == '@') address.sun_path[0] = '\0';
+  const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
+  if (socket >= 0 && ::connect(socket, reinterpret_cast<const sockaddr*>(&address), size) == 0) return socket;
+  if (socket >= 0) ::close(socket);
+  return -1;
+}
+
+}  // namespace
+
+ServiceWatch::ServiceWatch() : socket_(connected(variable("NOTIFY_SOCKET"))) {
+  constexpr int kFeedsInTime = 4;  // before the watchdog ends the program
+  const std::string_view whose = variable("WATCHDOG_PID");
+  if (whose.empty() || number(whose) == ::getpid())
+    feed_every_ =
+        std::chrono::microseconds(std::max<std::int64_t>(0, number(variable("WATCHDOG_USEC"))) / kFeedsInTime);
+}
+
+ServiceWatch::~ServiceWatch() {
+  if (socket_ >= 0) ::close(socket_);
+}
+
+bool ServiceWatch::send(const std::string& line) const noexcept {
+  return socket_ >= 0 && ::send(socket_, line.data(), line.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(line.size());
+}
+
+void ServiceWatch::tell(Time now, std::uint64_t steps, const std::string& status) {
+  if (socket_ < 0 || steps == steps_fed_) return;
+  if (!ready_) ready_ = send("READY=1");
+  if (status != status_ && send("STATUS=" + status)) status_ = status;
+  if (feed_every_ == Duration{} || (fed_at_ != kNever && now - fed_at_ < feed_every_)) return;
+  if (!send("WATCHDOG=1")) return;
+  fed_at_ = now;
+  steps_fed_ = steps;
+}
+
+}  // namespace knuckle::programs
