@@ -22,8 +22,7 @@ template <typename State>
 State state_in(const recording::Entry& entry, const recording::Recording& recording) {
   State state;
   if (recording::decode(entry.data, state)) return state;
-  throw InputError(recording.source() + ": states of another version: recorded by Knuckle " +
-                   recording.head().version);
+  throw InputError(recording.source() + ": states of another version: recorded by Knuckle " + recording.head().version);
 }
 
 /// A stop begins with a fault that was not there in the step before.
