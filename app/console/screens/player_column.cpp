@@ -86,6 +86,9 @@ void beside_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
     row("Force", ui.units.text(q, other->machine.tip_force_N.norm()).c_str());
     row("Contact", other->machine.contact ? "yes" : "no");
     row("Payload", ui.units.text(widgets::Quantity::kMass, other->machine.payload_kg).c_str());
+    const JointVector commands = data.view.status.valve_command - other->status.valve_command;
+    const bool both = data.view.status_of_steps && other->status_of_steps;
+    row("Commands apart", both ? widgets::shown("%.1f %%", 100 * commands.cwiseAbs().maxCoeff()).c_str() : "-");
     row("Joints apart", widgets::shown("%.2f deg", most_difference_deg(data.view, *other)).c_str());
   } else {
     widgets::put_text(t.fonts.small, t.colours.muted, rest.cut_top(t.px(21)).centre(), widgets::Align::kCentre,
@@ -94,8 +97,7 @@ void beside_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   rest.cut_top(t.px(4));
   std::string words;
   for (const std::string& line : beside.differs) words += (words.empty() ? "" : "\n") + line;
-  widgets::put_lines(t.fonts.small, beside.differs.empty() ? t.colours.muted : t.colours.text, rest,
-                     words.empty() ? "The two do not differ." : words.c_str());
+  widgets::put_lines(t.fonts.small, beside.differs_at ? t.colours.text : t.colours.muted, rest, words.c_str());
 }
 
 void keys_card(const widgets::Ui& ui, const widgets::Area& area) {

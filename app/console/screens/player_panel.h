@@ -23,7 +23,7 @@ struct Beside {
   std::string name;  ///< "re-run", or a file's.
   player::Run run;
   Duration later{};                  ///< Its times minus those of the run on the time line.
-  std::vector<std::string> differs;  ///< Where the two first differ, in words; empty: nowhere.
+  std::vector<std::string> differs;  ///< Where the two first differ, in words, or that they do not.
   std::optional<Time> differs_at;    ///< On the time line.
 };
 

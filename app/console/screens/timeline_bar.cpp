@@ -110,8 +110,8 @@ void marks(const widgets::Ui& ui, const PlayerPanel& player, const widgets::Area
   if (const auto& beside = player.beside(); beside && beside->differs_at) {
     const float x = x_of(player.timeline(), track, *beside->differs_at);
     canvas().AddLine({x, track.min.y}, {x, track.max.y}, t.colours.series[3], t.px(2));
-    widgets::put_text(t.fonts.small, t.colours.series[3], {x + t.px(4), lane.centre().y}, widgets::Align::kLeft,
-                      "\xE2\x89\xA0");
+    const float y = lane.centre().y, r = t.px(5);
+    canvas().AddQuadFilled({x, y - r}, {x + r, y}, {x, y + r}, {x - r, y}, t.colours.series[3]);
   }
 }
 

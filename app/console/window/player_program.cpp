@@ -6,6 +6,7 @@
 #include <chrono>
 #include <filesystem>
 #include <iostream>
+#include <regex>
 
 #include "app/cli/command.h"
 #include "app/console/player/rerun.h"
@@ -29,6 +30,12 @@ screens::ConsoleFacts facts_of(const player::Played& played) {
   return facts;
 }
 
+/// Numbers with so many digits as a person compares.
+std::string readable(const std::string& text) {
+  static const std::regex kLong(R"((\d+\.\d{5})\d+)");
+  return std::regex_replace(text, kLong, "$1");
+}
+
 screens::Beside rerun_beside(const ConsoleOptions& o, const player::Played& played) {
   player::Rerun again = player::rerun(o.replay, o.changes, played.run);
   screens::Beside beside;
@@ -37,8 +44,9 @@ screens::Beside rerun_beside(const ConsoleOptions& o, const player::Played& play
     if (!side.first) continue;
     if (!beside.differs_at || side.first->at < *beside.differs_at) beside.differs_at = side.first->at;
     beside.differs.push_back(fmt::format("{} differs from {:.3f} s on: {}", recording::name(side.first->side),
-                                         to_seconds(side.first->at), side.first->what.front()));
+                                         to_seconds(side.first->at), readable(side.first->what.front())));
   }
+  if (beside.differs.empty()) beside.differs.emplace_back("The loops do the same, bit by bit.");
   beside.run = std::move(again.run);
   return beside;
 }
@@ -68,6 +76,7 @@ void compare_modes(const player::Played& played, screens::Beside& beside) {
                                          name(one->mode), name(two->mode)));
     return;
   }
+  beside.differs.emplace_back("The machine's modes do not differ.");
 }
 
 screens::Beside recorded_beside(const ConsoleOptions& o, const player::Played& played) {
