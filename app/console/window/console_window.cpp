@@ -245,6 +245,7 @@ HeldKeys ConsoleWindow::held_keys() const {
 
 ConsoleInput ConsoleWindow::input(Time now) const {
   ConsoleInput input;
+  if (player_ != nullptr) return input;
   input.at = now;
   input.attended = window_.attended();
   input.hand = together(together(hand_from_keys(held_keys()), machine_.pulled()), gamepad_);

@@ -40,7 +40,7 @@ class ConsoleWindow {
   void frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
   /// Shows the frame drawn and waits until the next is due.
   void show() { window_.end_frame(); }
-  /// What the person asks for now. @param now of the loops' clock.
+  /// What the person asks for now; nothing while a recording is shown. @param now of the loops' clock.
   [[nodiscard]] ConsoleInput input(Time now) const;
   /// The frame drawn last, as PNG. @throws InputError where the file cannot be written.
   void write_png(const std::string& path) const { window_.write_png(path); }
