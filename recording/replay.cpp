@@ -90,7 +90,8 @@ std::string gist(const master::MasterState& state) {
 template <typename Loop, typename State>
 class LoopReplay {
  public:
-  LoopReplay(Side side, ReplayResult& result) : side_(side), result_(result) {}
+  using Tap = std::function<void(Time, const Loop&)>;
+  LoopReplay(Side side, ReplayResult& result, Tap tap) : side_(side), result_(result), tap_(std::move(tap)) {}
 
   [[nodiscard]] ReplayedWires& wires() noexcept { return wires_; }
   void make(std::unique_ptr<Loop> loop) { loop_ = std::move(loop); }
@@ -174,6 +175,7 @@ class LoopReplay {
     wires_.begin(pending_);
     if (recorded != nullptr) set_up(*recorded);
     if (recorded != nullptr) loop_->step(at_);
+    if (recorded != nullptr && tap_) tap_(at_, *loop_);
     wire_lines_ = recorded != nullptr ? wires_.end() : std::vector<std::string>();
     SideResult& own = result_.sides[static_cast<std::size_t>(side_)];
     ++(recorded != nullptr ? own.steps : own.unrun);
@@ -193,6 +195,7 @@ class LoopReplay {
 
   Side side_;
   ReplayResult& result_;
+  Tap tap_;
   ReplayedWires wires_;
   std::unique_ptr<Loop> loop_;
   StepWires pending_;
@@ -232,8 +235,10 @@ ReplaySetup setup_of(const Recording& recording) {
 }
 
 struct Replay::Impl {
-  explicit Impl(const ReplaySetup& setup)
-      : setup_(setup), operator_(Side::kOperator, result_), machine_(Side::kMachine, result_) {
+  Impl(const ReplaySetup& setup, ReplayTaps taps)
+      : setup_(setup),
+        operator_(Side::kOperator, result_, std::move(taps.operator_step)),
+        machine_(Side::kMachine, result_, std::move(taps.machine_step)) {
     const Head& head = setup_.head;
     result_.sides[0].recorded = head.has_operator;
     result_.sides[1].recorded = head.has_machine;
@@ -255,7 +260,7 @@ struct Replay::Impl {
   std::array<std::vector<std::uint8_t>, 2> messages_;  // the wires' events point into them
 };
 
-Replay::Replay(const ReplaySetup& setup) : impl_(std::make_unique<Impl>(setup)) {}
+Replay::Replay(const ReplaySetup& setup, ReplayTaps taps) : impl_(std::make_unique<Impl>(setup, std::move(taps))) {}
 Replay::~Replay() = default;
 
 void Replay::take(const Entry& entry) {
@@ -305,7 +310,7 @@ const ReplayResult& Replay::result() const noexcept {
   return impl_->result_;
 }
 
-ReplayResult replay(Recording& recording, const ReplaySetup& setup) {
+ReplayResult replay(Recording& recording, const ReplaySetup& setup, ReplayTaps taps) {
   if (recording.head().imported)
     throw InputError(recording.source() +
                      ": was imported from a table: no loop received anything, there is nothing to run again");
@@ -315,7 +320,7 @@ ReplayResult replay(Recording& recording, const ReplaySetup& setup) {
         (recording.head().part == 0 ? "a flight record" : "part " + std::to_string(recording.head().part)) +
         "): its loops can be run again from their first step only; name part 1 first");
   }
-  Replay run(setup);
+  Replay run(setup, std::move(taps));
   while (const auto entry = recording.next()) run.take(*entry);
   return run.result();
 }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,6 +16,13 @@
 #include "machine/device_description.h"
 #include "recording/recording.h"
 #include "recording/wire_events.h"
+
+namespace knuckle::master {
+class MasterLoop;
+}
+namespace knuckle::slave {
+class SlaveLoop;
+}
 
 namespace knuckle::recording {
 
@@ -72,10 +80,16 @@ struct ReplaySetup {
 /// As recorded. @throws InputError where a file is not attached or cannot be read by this version.
 [[nodiscard]] ReplaySetup setup_of(const Recording& recording);
 
+/// Told of the loops that run again, after each of their steps; may be empty.
+struct ReplayTaps {
+  std::function<void(Time, const master::MasterLoop&)> operator_step;
+  std::function<void(Time, const slave::SlaveLoop&)> machine_step;
+};
+
 class Replay {
  public:
   /// @throws InputError where the loops cannot be made of it.
-  explicit Replay(const ReplaySetup& setup);
+  explicit Replay(const ReplaySetup& setup, ReplayTaps taps = {});
   ~Replay();
   Replay(const Replay&) = delete;
   Replay& operator=(const Replay&) = delete;
@@ -90,6 +104,6 @@ class Replay {
 };
 
 /// A whole recording. @throws InputError where it does not begin with the loops' first steps.
-[[nodiscard]] ReplayResult replay(Recording& recording, const ReplaySetup& setup);
+[[nodiscard]] ReplayResult replay(Recording& recording, const ReplaySetup& setup, ReplayTaps taps = {});
 
 }  // namespace knuckle::recording

@@ -63,6 +63,8 @@ struct ConsoleView {
   SlaveMessage machine;  ///< Newest; meaningless before link.heard.
   MachineStatus status;  ///< Newest; meaningless before status_heard.
   bool status_heard = false;
+  /// Of a recording: what the status says of valves, pilot pressure and force is of the machine's own newest step.
+  bool status_of_steps = false;
   double status_age_s = 0;
   bool simulated = false, paused = false;
   bool led_by_scenario = false;  ///< By its own operator; what is held in the window has no effect.

@@ -138,7 +138,7 @@ void EventBook::add(const ConsoleEvent& event) {
 
 void EventBook::add(Time at, std::uint32_t run, Severity severity, const std::string& code, const std::string& text) {
   rows_.push_back({++numbered_, run, at, severity, code, text, severity == Severity::kInfo});
-  if (rows_.size() <= kMost) return;
+  if (rows_.size() <= most_) return;
   auto oldest = std::find_if(rows_.begin(), rows_.end(), [](const EventRow& row) { return row.acknowledged; });
   if (oldest == rows_.end()) oldest = rows_.begin();
   ++forgotten_;

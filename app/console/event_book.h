@@ -40,7 +40,11 @@ struct EventFilter {
 
 class EventBook {
  public:
-  static constexpr std::size_t kMost = 2000;  ///< The oldest go first; what is not acknowledged, last.
+  static constexpr std::size_t kMost = 2000;
+
+  /// @param most rows that it keeps: the oldest go first; what is not acknowledged, last.
+  explicit EventBook(std::size_t most) : most_(most) {}
+  EventBook() = default;
 
   void add(const ConsoleEvent& event);
   /// What the window itself has to say, such as a gamepad that is gone.
@@ -65,6 +69,7 @@ class EventBook {
   std::string export_csv(const std::string& path, const EventFilter& filter = {}) const;
 
  private:
+  std::size_t most_ = kMost;
   std::deque<EventRow> rows_;
   std::uint64_t numbered_ = 0, forgotten_ = 0, forgotten_open_ = 0, lost_ = 0;
 };

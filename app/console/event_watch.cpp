@@ -33,15 +33,15 @@ void EventWatch::begin_anew() noexcept {
   note(Time{}, ConsoleEventKind::kNewStart, true);
 }
 
-void EventWatch::step(Time now, const master::MasterLoop& master, const sim::WorldEventRing* world) noexcept {
-  watch_operator(now, master);
-  watch_machine(now, master);
+void EventWatch::step(Time now, const Watched& side, const sim::WorldEventRing* world) noexcept {
+  watch_operator(now, side);
+  watch_machine(now, side);
   if (world != nullptr) watch_world(now, *world);
 }
 
-void EventWatch::watch_machine(Time now, const master::MasterLoop& master) noexcept {
-  const auto& machine = master.machine();
-  const bool heard = machine && master.silence_s() < kSilent_s;
+void EventWatch::watch_machine(Time now, const Watched& side) noexcept {
+  const SlaveMessage* machine = side.machine;
+  const bool heard = machine != nullptr && side.silence_s < kSilent_s;
   if (heard != told_.heard) note(now, ConsoleEventKind::kLink, heard);
   told_.heard = heard;
   if (!heard) return;
@@ -71,17 +71,17 @@ void EventWatch::watch_standing(Time now, const Reason& reason) noexcept {
   ring_.push(e);
 }
 
-void EventWatch::watch_operator(Time now, const master::MasterLoop& master) noexcept {
-  if (master.stop() != told_.stop) note(now, ConsoleEventKind::kStop, master.stop());
-  told_.stop = master.stop();
+void EventWatch::watch_operator(Time now, const Watched& side) noexcept {
+  if (side.stop != told_.stop) note(now, ConsoleEventKind::kStop, side.stop);
+  told_.stop = side.stop;
   const auto changed = [&](ConsoleEventKind kind, const Reason& reason, Reason& told) {
     if (same_cause(reason, told)) return;
     ConsoleEvent e = event(now, kind);
     e.reason = told = reason;
     ring_.push(e);
   };
-  changed(ConsoleEventKind::kDevice, master.device().reason, told_.device);
-  changed(ConsoleEventKind::kWarning, master.warning(), told_.warning);
+  changed(ConsoleEventKind::kDevice, side.device, told_.device);
+  changed(ConsoleEventKind::kWarning, side.warning, told_.warning);
 }
 
 void EventWatch::watch_world(Time now, const sim::WorldEventRing& world) noexcept {

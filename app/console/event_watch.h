@@ -9,10 +9,23 @@
 #include "core/time.h"
 #include "master/master_loop.h"
 #include "sim/world.h"
+#include "transport/link_messages.h"
 
 namespace knuckle::console {
 
 using EventRing = Ring<ConsoleEvent, 512>;
+
+/// What events come from; of a loop that runs, or of one that was recorded.
+struct Watched {
+  const SlaveMessage* machine = nullptr;  ///< Newest; nullptr: none was received.
+  double silence_s = 0;
+  bool stop = false;
+  Reason device, warning;
+};
+[[nodiscard]] inline Watched watched(const master::MasterLoop& master) noexcept {
+  return {master.machine() ? &*master.machine() : nullptr, master.silence_s(), master.stop(), master.device().reason,
+          master.warning()};
+}
 
 class EventWatch {
  public:
@@ -20,7 +33,7 @@ class EventWatch {
   explicit EventWatch(EventRing& ring) noexcept : ring_(ring) {}
 
   /// After every step. @param world of a simulated session; nullptr: there is none.
-  void step(Time now, const master::MasterLoop& master, const sim::WorldEventRing* world) noexcept;
+  void step(Time now, const Watched& side, const sim::WorldEventRing* world) noexcept;
   /// What happens in the loop around.
   void note(Time now, ConsoleEventKind kind, bool on) noexcept;
   /// Another session from now on.
@@ -28,9 +41,9 @@ class EventWatch {
   [[nodiscard]] std::uint32_t run() const noexcept { return run_; }
 
  private:
-  void watch_machine(Time now, const master::MasterLoop& master) noexcept;
+  void watch_machine(Time now, const Watched& side) noexcept;
   void watch_standing(Time now, const Reason& reason) noexcept;
-  void watch_operator(Time now, const master::MasterLoop& master) noexcept;
+  void watch_operator(Time now, const Watched& side) noexcept;
   void watch_world(Time now, const sim::WorldEventRing& world) noexcept;
   [[nodiscard]] ConsoleEvent event(Time now, ConsoleEventKind kind) const noexcept;
 

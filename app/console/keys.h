@@ -9,6 +9,7 @@ namespace knuckle::console {
 
 namespace key {
 inline constexpr int kSpace = 32, kEscape = 256, kBackspace = 259, kMinus = '-', kSlash = '/', kEqual = '=';
+inline constexpr int kComma = ',', kPeriod = '.', kLeftBracket = '[', kRightBracket = ']', kHome = 268, kEnd = 269;
 inline constexpr int kF1 = 290, kF2 = 291, kF3 = 292, kF4 = 293, kF5 = 294, kF6 = 295;
 inline constexpr int kF9 = 298, kF10 = 299, kF11 = 300, kF12 = 301;
 inline constexpr int kKeypadSubtract = 333, kKeypadAdd = 334;
@@ -47,6 +48,18 @@ enum class KeyAction : std::uint8_t {
   kLarger,
   kSmaller,
   kHelp,
+  // pressed, while a recording is played
+  kPlay,
+  kStepBack,
+  kStepOn,
+  kSecondBack,
+  kSecondOn,
+  kEventBack,
+  kEventOn,
+  kSlower,
+  kFaster,
+  kBegin,
+  kEnd,
 };
 
 struct KeyBinding {
@@ -95,5 +108,26 @@ inline constexpr std::array kKeys{
     KeyBinding{KeyAction::kHelp, key::kF12, false, false, "F12 or ?", "this help"},
     KeyBinding{KeyAction::kHelp, key::kSlash, false, false, "", ""},
 };
+
+/// While a recording is played, these; of the others those that act on the window alone.
+inline constexpr std::array kPlayerKeys{
+    KeyBinding{KeyAction::kPlay, key::kSpace, false, false, "Space", "play, pause"},
+    KeyBinding{KeyAction::kStepBack, key::kComma, false, false, ",", "one cycle of a loop back"},
+    KeyBinding{KeyAction::kStepOn, key::kPeriod, false, false, ".", "one cycle of a loop on"},
+    KeyBinding{KeyAction::kSecondBack, 'J', false, false, "J", "one second back"},
+    KeyBinding{KeyAction::kSecondOn, 'L', false, false, "L", "one second on"},
+    KeyBinding{KeyAction::kEventBack, key::kLeftBracket, false, false, "[", "to the event before"},
+    KeyBinding{KeyAction::kEventOn, key::kRightBracket, false, false, "]", "to the next event"},
+    KeyBinding{KeyAction::kSlower, key::kMinus, false, false, "-", "slower"},
+    KeyBinding{KeyAction::kSlower, key::kKeypadSubtract, false, false, "", ""},
+    KeyBinding{KeyAction::kFaster, key::kEqual, false, false, "+", "faster"},
+    KeyBinding{KeyAction::kFaster, key::kKeypadAdd, false, false, "", ""},
+    KeyBinding{KeyAction::kBegin, key::kHome, false, false, "Home", "to the beginning"},
+    KeyBinding{KeyAction::kEnd, key::kEnd, false, false, "End", "to the end"},
+};
+[[nodiscard]] constexpr bool acts_on_window(const KeyBinding& binding) noexcept {
+  return (binding.action >= KeyAction::kOperate && binding.action <= KeyAction::kEvents) ||
+         (binding.action >= KeyAction::kView && binding.action <= KeyAction::kHelp);
+}
 
 }  // namespace knuckle::console

@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "machine/load.h"
+#include "app/replay/changed_setup.h"
 #include "recording/recording.h"
 #include "recording/replay.h"
 
@@ -22,23 +21,6 @@ struct Options {
   std::vector<std::string> with;
   std::string control;
 };
-
-/// Replaces the machine or the device that the file describes. A file says which it is by its keys.
-void put_in(const std::string& file, recording::ReplaySetup& setup) {
-  std::string machine_error;
-  try {
-    setup.machine = calibrated(load_machine(file));
-    return;
-  } catch (const InputError& error) {
-    machine_error = error.what();
-  }
-  try {
-    setup.device = load_device(file);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("--with {}: is neither a machine file ({}) nor a device file ({})", file,
-                                 machine_error, error.what()));
-  }
-}
 
 void print(const recording::Divergence& first) {
   std::cout << fmt::format("{}: first difference at {:.4f} s (step {}):\n", name(first.side), to_seconds(first.at),
@@ -60,12 +42,7 @@ void print_fields(const recording::SideResult& side) {
 int run(const Options& o) {
   recording::Recording recording(o.files);
   recording::ReplaySetup setup = recording::setup_of(recording);
-  for (const std::string& file : o.with) put_in(file, setup);
-  if (!o.control.empty()) {
-    const auto law = control_law_named(o.control);
-    if (!law) cli::refuse_option("--control", o.control, std::string("must be ") + kControlLawChoice);
-    setup.head.law = *law;
-  }
+  change(setup, {o.with, o.control});
   const recording::ReplayResult result = recording::replay(recording, setup);
   for (const std::string& damage : recording.damages()) std::cerr << "knuckle replay: " << damage << '\n';
   if (!recording.complete())

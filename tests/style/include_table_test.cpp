@@ -72,9 +72,11 @@ Table make_table() {
         "app/programs/program_options.h", "app/session/link_file.h"}},
       {"app/studies", tables + std::set<std::string>{"sim", "slave/contact_law.h", "app/motion", "app/report",
                                                      "app/identify", "app/session", "app/battery"}},
+      {"app/console/player", screens + std::set<std::string>{"app/replay"}},
       {"app/console/widgets", screens},
       {"app/console/picture", screens + std::set<std::string>{"app/console/widgets"}},
-      {"app/console/screens", screens + std::set<std::string>{"app/console/widgets", "app/console/picture"}},
+      {"app/console/screens", screens + std::set<std::string>{"app/replay", "app/console/player", "app/console/widgets",
+                                                              "app/console/picture"}},
   };
   table["app/console"] = table["app/programs"] + std::set<std::string>{"app/programs", "app/identify"};
   table["app/console/window"] =

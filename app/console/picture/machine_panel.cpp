@@ -73,16 +73,24 @@ void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, cons
     pulled_ = hand_from_drag(*mouse_m - kinematics_.tip(view.hand.ghost_rad), view.hand.ghost_rad, kinematics_);
 }
 
-void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view) {
+void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view,
+                        const ConsoleView* beside) {
   const SlaveMessage& m = view.machine;
   MachinePicture p;
-  p.measured_rad = view.link.heard ? m.position_rad : view.hand.set_point_rad;
+  p.measured_rad = view.link.heard || !view.hand.set_point_rad.allFinite() ? m.position_rad : view.hand.set_point_rad;
   p.measured_is_stale = stale;
   p.commanded_rad = view.hand.set_point_rad;
   p.hand_rad = view.hand.ghost_rad;
   // Before the machine is led or the device held, both are a loop's initial values: neither commanded nor requested.
-  p.show_commanded = !view.hand.device && view.link.heard && led(m.mode);
-  p.show_hand = p.show_commanded || (!view.hand.device && view.link.heard && view.hand.presence);
+  const bool led_now = !view.hand.device && view.link.heard && led(m.mode);
+  p.show_commanded = led_now && view.hand.set_point_rad.allFinite();
+  // What was not recorded is no number.
+  p.show_hand =
+      (led_now || (!view.hand.device && view.link.heard && view.hand.presence)) && view.hand.ghost_rad.allFinite();
+  if (beside != nullptr && beside->link.heard) {
+    p.beside_rad = beside->machine.position_rad;
+    p.show_beside = true;
+  }
   const ForceWords said = force_words(view);
   if (said.known && !stale) {
     p.tip_force_N = m.tip_force_N;

@@ -21,8 +21,9 @@ class MachinePanel {
   void watch(const ConsoleView& view);
   /// Takes the mouse in, while ImGui's frame is open. @param picture where the picture lies; screen pixels.
   void take_mouse(const widgets::Area& picture, bool side_view, const ConsoleView& view);
-  /// Into the bound framebuffer.
-  void draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view);
+  /// Into the bound framebuffer. @param beside the same time of another run; nullptr: there is none.
+  void draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view,
+            const ConsoleView* beside = nullptr);
   /// Only the machine, at this pose.
   void draw(const widgets::Area& picture, bool side_view, bool light, const JointVector& pose_rad);
   /// The tip pulled by the mouse; nothing is held where it is not.

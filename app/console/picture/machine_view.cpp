@@ -368,6 +368,7 @@ void MachineView::draw(const MachinePicture& picture, const Camera& camera, cons
   p.draw_hidden(measured, {colours.stale, greyed, 0.38F, true});
   p.draw_transparent_world(colours);
   if (picture.show_hand) p.draw_ghost(places(p.machine, picture.hand_rad), colours.hand);
+  if (picture.show_beside) p.draw_ghost(places(p.machine, picture.beside_rad), colours.beside);
   if (picture.show_commanded) p.draw_outline(places(p.machine, picture.commanded_rad), colours.commanded);
   p.draw_force(picture, colours);
   glBindVertexArray(0);

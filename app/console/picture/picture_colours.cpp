@@ -23,6 +23,7 @@ Rgb rgb_of(ImU32 colour) {
 void set_meanings(PictureColours& c, const widgets::Palette& palette) {
   c.commanded = c.virtual_wall = rgb_of(palette.series[0]);
   c.hand = rgb_of(palette.series[2]);
+  c.beside = rgb_of(palette.series[3]);
   c.force = rgb_of(palette.force);
 }
 

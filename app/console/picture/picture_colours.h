@@ -16,7 +16,7 @@ struct PictureColours {
   Rgb background;
   Rgb edge, grid, shadow;
   Rgb sky, earth, sun;  ///< Light from above, from below and along one direction; factors on a material's colour.
-  Rgb commanded, hand, force, uncertain, virtual_wall, stale;
+  Rgb commanded, hand, beside, force, uncertain, virtual_wall, stale;
 };
 
 [[nodiscard]] PictureColours light_picture_colours();

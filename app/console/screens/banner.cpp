@@ -8,6 +8,7 @@
 #include "app/console/link_quality.h"
 #include "app/console/machine_words.h"
 #include "app/console/screens/recording_tag.h"
+#include "app/console/screens/timeline_bar.h"
 
 namespace knuckle::console::screens {
 namespace {
@@ -82,11 +83,20 @@ std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view) {
   return tags;
 }
 
+/// On the right, in the middle.
+void draw_replay_tags(const widgets::Ui& ui, const std::vector<Tag>& tags, widgets::Area& area) {
+  for (const Tag& tag : tags) {
+    const widgets::Area place = area.cut_right(widgets::chip_width(ui, tag.text.c_str()), ui.theme.unit());
+    widgets::chip(ui, {place.min.x, place.centre().y}, tag.icon, tag.text.c_str(), tag.fill);
+  }
+}
+
 /// On the right: tags above, the light of the recording below.
 void draw_tags(const widgets::Ui& ui, const ConsoleData& data, widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   constexpr float kMostShare = 0.5F;  // of the banner; the line that says what to do needs the rest
   const std::vector<Tag> tags = session_tags(ui, data.view);
+  if (data.player != nullptr) return draw_replay_tags(ui, tags, area);
   const RecordingWords words = recording_words(data.recording, to_seconds(data.view.now));
   float above = 0;
   for (const Tag& tag : tags) above += widgets::chip_width(ui, tag.text.c_str()) + t.unit();
@@ -228,11 +238,14 @@ bool stopped(const ConsoleView& view) noexcept {
 void draw_banner(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
   ImGui::GetWindowDrawList()->AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
-  mode_block(ui, data.view, area.cut_left(t.px(318), t.unit(2)));
+  if (data.player != nullptr) draw_replay_block(ui, area.cut_left(t.px(176), t.unit()));
+  mode_block(ui, data.view, area.cut_left(t.px(data.player != nullptr ? 270.F : 318.F), t.unit(2)));
   area = area.inset(t.unit(), 0);
   draw_tags(ui, data, area);
   const std::string reason =
-      banner_reason(data.view, state.stop, ui.view_age_s, {data.facts.hand, state.typing, state.enable_ignored});
+      data.player != nullptr
+          ? replay_reason(data.view, *data.player)
+          : banner_reason(data.view, state.stop, ui.view_age_s, {data.facts.hand, state.typing, state.enable_ignored});
   // One large line where it fits, else two smaller ones.
   if (widgets::text_width(t.fonts.title, reason.c_str()) <= area.width())
     return widgets::put_text(t.fonts.title, t.colours.text, {area.min.x, area.centre().y}, widgets::Align::kLeft,

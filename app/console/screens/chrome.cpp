@@ -1,6 +1,8 @@
 #include "app/console/screens/chrome.h"
 
+#include <algorithm>
 #include <array>
+#include <vector>
 
 #include "app/console/keys.h"
 
@@ -32,8 +34,14 @@ constexpr std::array<std::pair<const char*, const char*>, 4> kPointing{
      {"Enter", "press the framed one"},
      {"Mouse", "side view: drag the bucket's tip"},
      {"Mouse", "orbit: drag turns, right pans, wheel zooms"}}};
+constexpr std::array<std::pair<const char*, const char*>, 4> kPlayerPointing{
+    {{"Tab, arrows", "move between buttons"},
+     {"Enter", "press the framed one"},
+     {"Mouse", "time line, plots, events: go to that time"},
+     {"Mouse", "orbit: drag turns, right pans, wheel zooms"}}};
 
-void rail_entry(const widgets::Ui& ui, const Entry& entry, std::size_t open, UiState& state,
+/// @param off it has nothing to show now, and says why when it is opened.
+void rail_entry(const widgets::Ui& ui, const Entry& entry, std::size_t open, bool off, UiState& state,
                 const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   const widgets::Palette& c = t.colours;
@@ -45,12 +53,14 @@ void rail_entry(const widgets::Ui& ui, const Entry& entry, std::size_t open, UiS
                            widgets::mix(c.background, chosen ? c.accent : c.raised, chosen ? 0.28F : 0.8F), t.px(8));
   if (ImGui::IsItemFocused() && ImGui::GetIO().NavVisible)
     canvas().AddRect(area.min, area.max, c.text, t.px(8), 0, t.px(2));
+  ImGui::PushStyleVar(ImGuiStyleVar_Alpha, off ? 0.42F : 1.F);
   const ImU32 colour = chosen ? c.text : c.muted;
   const float x = area.centre().x, middle = area.centre().y;
-  widgets::draw_icon(canvas(), entry.icon, {x, middle - t.px(13)}, t.px(28), chosen ? c.accent : c.muted);
+  widgets::draw_icon(canvas(), entry.icon, {x, middle - t.px(13)}, t.px(28), widgets::ink(chosen ? c.accent : c.muted));
   widgets::put_text(t.fonts.small, colour, {x, middle + t.px(18)}, widgets::Align::kCentre, entry.label);
   widgets::put_text(t.fonts.small, c.muted, {area.max.x - t.px(6), area.min.y + t.px(12)}, widgets::Align::kRight,
                     entry.key);
+  ImGui::PopStyleVar();
   if (open == 0) return;
   const widgets::Shown count = open > 99 ? widgets::shown("99+") : widgets::shown("%zu", open);
   const ImVec2 at{area.min.x + t.px(18), area.min.y + t.px(14)};
@@ -144,7 +154,8 @@ void draw_rail(const widgets::Ui& ui, const ConsoleData& data, UiState& state, w
   const float height = std::min(t.px(84), (area.height() - t.px(96)) / static_cast<float>(kScreens.size()));
   const std::size_t open = data.events.open(Severity::kWarning);
   for (const Entry& entry : kScreens)
-    rail_entry(ui, entry, entry.screen == Screen::kEvents ? open : 0, state, area.cut_top(height, t.px(2)));
+    rail_entry(ui, entry, entry.screen == Screen::kEvents ? open : 0,
+               entry.screen == Screen::kCalibrate && data.player != nullptr, state, area.cut_top(height, t.px(2)));
   widgets::Area hints = area.cut_bottom(t.px(88));
   const std::array<std::pair<const char*, const char*>, 4> keys{
       {{"F9", t.light ? "Dark" : "Light"}, {"F10", "Units"}, {"F11", "Full"}, {"F12", "Help"}}};
@@ -196,7 +207,7 @@ void draw_side_column(const widgets::Ui& ui, const ConsoleData& data, UiState& s
     connection_card(ui, data, area.cut_top(t.px(152)));
 }
 
-void draw_help(const widgets::Ui& ui, const widgets::Area& area) {
+void draw_help(const widgets::Ui& ui, bool playing, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   canvas().AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
   canvas().AddRect(area.min, area.max, t.colours.accent, t.px(8), 0, t.px(1.5F));
@@ -206,12 +217,21 @@ void draw_help(const widgets::Ui& ui, const widgets::Area& area) {
                     "F12 closes");
   rest.cut_top(t.px(38));
   const widgets::Area note = rest.cut_bottom(t.px(48), t.unit());
-  widgets::put_lines(t.fonts.small, t.colours.notice, note,
-                     "Stop is software: it requests a stop over the link. It is not an emergency stop; the machine has "
-                     "its own, hard-wired.");
-  std::size_t lines = kPointing.size();
-  for (const KeyBinding& b : kKeys) lines += *b.keys != '\0';
-  const std::size_t half = (lines + 1) / 2;
+  widgets::put_lines(
+      t.fonts.small, t.colours.notice, note,
+      playing ? "A recording is played: nothing is sent, nothing can be stopped or led from here."
+              : "Stop is software: it requests a stop over the link. It is not an emergency stop; the machine has "
+                "its own, hard-wired.");
+  std::vector<std::pair<const char*, const char*>> rows;
+  const auto add = [&rows](const KeyBinding& b) {
+    if (*b.keys != '\0') rows.emplace_back(b.keys, b.what);
+  };
+  if (playing) std::for_each(kPlayerKeys.begin(), kPlayerKeys.end(), add);
+  for (const KeyBinding& b : kKeys)
+    if (!playing || acts_on_window(b)) add(b);
+  const auto& pointing = playing ? kPlayerPointing : kPointing;
+  rows.insert(rows.end(), pointing.begin(), pointing.end());
+  const std::size_t half = (rows.size() + 1) / 2;
   std::size_t i = 0;
   const auto line = [&](const char* keys, const char* what) {
     widgets::Area column = rest.column(i < half ? 0 : 1, 2, t.unit(2));
@@ -223,9 +243,7 @@ void draw_help(const widgets::Ui& ui, const widgets::Area& area) {
     widgets::put_lines(font, t.colours.text, row.inset(0, (row.height() - height) / 2), what);
     ++i;
   };
-  for (const KeyBinding& b : kKeys)
-    if (*b.keys != '\0') line(b.keys, b.what);
-  for (const auto& [keys, what] : kPointing) line(keys, what);
+  for (const auto& [keys, what] : rows) line(keys, what);
 }
 
 }  // namespace knuckle::console::screens

@@ -22,6 +22,8 @@ namespace knuckle::console::screens {
 
 enum class HandSource : std::uint8_t { kKeyboard, kGamepad, kDevice };
 
+class PlayerPanel;
+
 struct ConsoleFacts {
   MachineDescription machine;
   DeviceDescription device;
@@ -43,6 +45,7 @@ struct ConsoleData {
   EventBook& events;
   CalibrationPanel& calibration;
   const RecordingLight& recording;
+  PlayerPanel* player = nullptr;  ///< What is shown is a recording; nullptr: it happens now.
 };
 
 /// How fresh the machine's newest message is, and its status beside it.
@@ -61,6 +64,10 @@ struct ConsoleData {
 [[nodiscard]] inline widgets::Freshness status_freshness(const ConsoleView& view) {
   constexpr double kLimit_s = 0.5;  // sent 20 times a second
   return {view.status_heard, view.status_age_s, kLimit_s};
+}
+/// The same of valve commands, spools and why the force is not known better.
+[[nodiscard]] inline widgets::Freshness valves_freshness(const ConsoleView& view) {
+  return view.status_of_steps ? machine_freshness(view) : status_freshness(view);
 }
 
 }  // namespace knuckle::console::screens

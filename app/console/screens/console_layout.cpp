@@ -1,9 +1,9 @@
 // Where everything goes: banner on top, rail on the left, hand, session and Stop on the right, the screen between.
-#include <cmath>
 
 #include "app/console/screens/banner.h"
 #include "app/console/screens/chrome.h"
 #include "app/console/screens/screens.h"
+#include "app/console/screens/timeline_bar.h"
 
 namespace knuckle::console::screens {
 
@@ -19,16 +19,33 @@ void open_canvas() {
   ImGui::PopStyleVar(2);
 }
 
+namespace {
+
+void no_calibration(const widgets::Ui& ui, const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const widgets::Card card(ui, "CALIBRATE", area);
+  widgets::put_lines(t.fonts.body, t.colours.muted, card.inside(),
+                     "A recording is played: nothing is commissioned here. Calibrate with the machine or a simulated "
+                     "one; identify from recordings with knuckle identify.");
+}
+
+}  // namespace
+
 std::optional<widgets::Area> draw_console(const widgets::Ui& ui, const ConsoleData& data, UiState& state) {
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
   widgets::Area rest = widgets::Area{{0, 0}, ImGui::GetIO().DisplaySize}.inset(gap);
   draw_banner(ui, data, state, rest.cut_top(t.px(72), gap));
+  if (data.player != nullptr) draw_timeline(ui, data, rest.cut_bottom(t.px(66), gap));
   draw_rail(ui, data, state, rest.cut_left(t.px(92), gap));
-  draw_side_column(ui, data, state, rest.cut_right(t.px(236), gap));
+  const widgets::Area column = rest.cut_right(t.px(236), gap);
+  if (data.player != nullptr)
+    draw_player_column(ui, data, column);
+  else
+    draw_side_column(ui, data, state, column);
   std::optional<widgets::Area> picture;
   if (state.help) {
-    draw_help(ui, rest);
+    draw_help(ui, data.player != nullptr, rest);
   } else {
     switch (state.screen) {
       case Screen::kOperate:
@@ -45,7 +62,10 @@ std::optional<widgets::Area> draw_console(const widgets::Ui& ui, const ConsoleDa
         hydraulics_screen(ui, data, rest);
         break;
       case Screen::kCalibrate:
-        picture = calibrate_screen(ui, data, rest);
+        if (data.player != nullptr)
+          no_calibration(ui, rest);
+        else
+          picture = calibrate_screen(ui, data, rest);
         break;
       case Screen::kEvents:
         events_screen(ui, data, state, rest);

@@ -35,7 +35,7 @@ bool hold_button(const widgets::Ui& ui, const widgets::Area& area, const char* l
 }  // namespace
 
 void draw_hold_pad(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& picture) {
-  if (data.facts.hand == HandSource::kDevice || data.view.led_by_scenario) return;
+  if (data.player != nullptr || data.facts.hand == HandSource::kDevice || data.view.led_by_scenario) return;
   const widgets::Theme& t = ui.theme;
   widgets::Area rest = picture.inset(t.unit(1.5F), t.unit());
   widgets::Area line = rest.cut_bottom(t.px(28), t.unit());

@@ -9,6 +9,9 @@ namespace knuckle::console::screens {
 /// The estimate says more than that something may hang there.
 [[nodiscard]] bool payload_is_known(const SlaveMessage& machine, double full_scale_kg) noexcept;
 
+/// What counts as a load, of what the machine carries in full.
+inline constexpr double kLeastLoad = 0.05;
+
 class PayloadTotal {
  public:
   /// @param least_kg what counts as a load on this machine.

@@ -11,7 +11,7 @@ constexpr float kLeastRatio = 1 / kMostForceScale, kMostRatio = 1 / kLeastForceS
 constexpr float kLeastLimit_N = session::kLeastAssist_N, kMostLimit_N = 5000;          // beyond, a slider is too coarse
 
 /// Who keeps the person from moving it.
-enum class Lock : std::uint8_t { kNone, kLed, kScenario };
+enum class Lock : std::uint8_t { kNone, kLed, kScenario, kRecorded };
 
 /// At the right end of a setting's line: what is in use while that differs from the request, else what locks it.
 void remark(const widgets::Ui& ui, const widgets::Area& line, Lock lock, bool differs, const char* in_use) {
@@ -20,6 +20,7 @@ void remark(const widgets::Ui& ui, const widgets::Area& line, Lock lock, bool di
   const widgets::Shown words = differs                   ? widgets::shown("now %s", in_use)
                                : lock == Lock::kLed      ? widgets::shown("locked")
                                : lock == Lock::kScenario ? widgets::shown("scenario")
+                               : lock == Lock::kRecorded ? widgets::shown("recorded")
                                                          : widgets::Shown{};
   widgets::put_text(t.fonts.small, t.colours.notice, {line.max.x, y}, widgets::Align::kRight, words.c_str());
   if (lock == Lock::kNone) return;
@@ -75,12 +76,32 @@ void assist_rows(const widgets::Ui& ui, widgets::Area& rest, const AssistSetting
   ImGui::EndDisabled();
 }
 
+/// What was in use when it was recorded: nothing of it can be moved.
+void recorded_scales(const widgets::Ui& ui, const OperatorSide& used, widgets::Area rest) {
+  const widgets::Theme& t = ui.theme;
+  auto position = static_cast<float>(used.position_scale), ratio = static_cast<float>(1 / used.force_scale);
+  if (std::isfinite(position) && std::isfinite(ratio)) {
+    (void)scale_rows(ui, rest,
+                     {"Position, machine per hand", "##position", "%.1f : 1", kLeastPosition, kMostPosition, position},
+                     position, Lock::kRecorded);
+    (void)scale_rows(ui, rest, {"Force, machine per hand", "##force", "%.0f : 1", kLeastRatio, kMostRatio, ratio},
+                     ratio, Lock::kRecorded);
+  } else {
+    widgets::put_lines(t.fonts.small, t.colours.muted, rest.cut_top(t.px(100), t.px(4)),
+                       "Scales were not recorded: the operator's side has a recording of its own.");
+  }
+  AssistSettings assist = used.assist;
+  float limit_N = assist.force_limit_N > 0 ? static_cast<float>(assist.force_limit_N) : kLeastLimit_N;
+  assist_rows(ui, rest, used.assist, assist, limit_N, Lock::kRecorded);
+}
+
 }  // namespace
 
 void scales_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& area) {
   const widgets::Card card(ui, "SCALES AND ASSIST", area);
   widgets::Area rest = card.inside();
   const OperatorSide& used = data.view.hand;
+  if (data.player != nullptr) return recorded_scales(ui, used, rest);
   const auto position = static_cast<float>(used.position_scale), ratio = static_cast<float>(1 / used.force_scale);
   const bool scenario = data.view.led_by_scenario;
   const Lock lock = scenario ? Lock::kScenario : led(data.view.machine.mode) ? Lock::kLed : Lock::kNone;

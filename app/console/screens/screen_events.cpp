@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
 #include "core/error.h"
 
@@ -35,6 +36,16 @@ void export_shown(const EventBook& events, const EventFilter& filter, UiState& s
   }
 }
 
+void acknowledge_button(const widgets::Ui& ui, const ConsoleData& data, const EventFilter& filter, widgets::Area& row) {
+  const widgets::Theme& t = ui.theme;
+  const std::vector<const EventRow*> rows = data.events.matching(filter);
+  const bool open = std::any_of(rows.begin(), rows.end(), [](const EventRow* r) { return !r->acknowledged; });
+  const widgets::Area seen = row.cut_right(t.px(190), t.unit());
+  if (widgets::button(ui, seen, widgets::Icon::kCheck, filter.hides_some() ? "Acknowledge shown" : "Acknowledge all",
+                      false, open))
+    data.events.acknowledge(filter);
+}
+
 void tools(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area row) {
   const widgets::Theme& t = ui.theme;
   for (int i = 0; i < 3; ++i) {
@@ -44,16 +55,12 @@ void tools(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widge
       state.events.least_severity = i;
   }
   const widgets::Area out = row.cut_right(t.px(130), t.unit());
-  // Both act on what is shown, and say so where that is not all.
+  // This and the next act on what is shown, and say so where that is not all.
   const EventFilter filter = chosen_filter(state);
   const bool some = filter.hides_some();
   if (widgets::button(ui, out, widgets::Icon::kNone, some ? "Export shown" : "Export CSV"))
     export_shown(data.events, filter, state);
-  const std::vector<const EventRow*> rows = data.events.matching(filter);
-  const bool open = std::any_of(rows.begin(), rows.end(), [](const EventRow* r) { return !r->acknowledged; });
-  const widgets::Area seen = row.cut_right(t.px(190), t.unit());
-  if (widgets::button(ui, seen, widgets::Icon::kCheck, some ? "Acknowledge shown" : "Acknowledge all", false, open))
-    data.events.acknowledge(filter);
+  if (data.player == nullptr) acknowledge_button(ui, data, filter, row);
   row.cut_left(t.unit(0.5F));
   ImGui::SetCursorScreenPos(row.min);
   ImGui::SetNextItemWidth(row.width());
@@ -61,6 +68,40 @@ void tools(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widge
   ImGui::InputTextWithHint("##filter", "filter (Stop while typing: Esc)", state.events.text.data(),
                            state.events.text.size());
   ImGui::PopStyleVar();
+}
+
+/// The newest up to the cursor.
+bool is_current(const PlayerPanel& player, const EventRow& row) {
+  const auto& events = player.played().events;
+  const auto later = std::upper_bound(events.begin(), events.end(), player.timeline().cursor(),
+                                      [](Time at, const EventRow& e) { return at < e.at; });
+  return row.at <= player.timeline().cursor() && later != events.begin() && std::prev(later)->at == row.at;
+}
+
+/// A click on a row of a recording goes to its time. That of the cursor stands out.
+void go_to(const widgets::Theme& t, PlayerPanel& player, const EventRow& row, float height) {
+  const bool current = is_current(player, row);
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const auto id = widgets::shown("##event%llu", static_cast<unsigned long long>(row.number));
+  if (ImGui::Selectable(id.c_str(), current, ImGuiSelectableFlags_SpanAllColumns, {0, height - t.px(8)}))
+    player.timeline().seek(row.at);
+  ImGui::SetCursorScreenPos(at);
+  if (current)
+    ImGui::TableSetBgColor(ImGuiTableBgTarget_RowBg0, widgets::mix(t.colours.surface, t.colours.accent, 0.28F));
+}
+
+/// Keeps the row of the cursor in sight while it moves.
+void follow_cursor(const PlayerPanel& player, const std::vector<const EventRow*>& rows, float row_height) {
+  const auto current = std::find_if(rows.rbegin(), rows.rend(),
+                                    [&](const EventRow* row) { return row->at <= player.timeline().cursor(); });
+  const auto index = static_cast<float>(current - rows.rbegin());
+  ImGuiStorage& memory = *ImGui::GetStateStorage();
+  const ImGuiID id = ImGui::GetID("followed");
+  if (memory.GetFloat(id, -1) == index) return;
+  memory.SetFloat(id, index);
+  const float y = index * row_height, view = ImGui::GetWindowHeight();
+  if (y < ImGui::GetScrollY() + row_height || y > ImGui::GetScrollY() + view - 2 * row_height)
+    ImGui::SetScrollY(std::max(0.F, y - view / 2));
 }
 
 void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& row) {
@@ -71,6 +112,7 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
   ImGui::TableNextColumn();
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float y = at.y + height / 2 - t.px(4);
+  if (data.player != nullptr) go_to(t, *data.player, row, height);
   ImDrawList& list = *ImGui::GetWindowDrawList();
   widgets::draw_icon(list, severity_icon(row.severity), {at.x + t.px(10), y}, t.px(17), widgets::ink(colour));
   widgets::put_text(t.fonts.small, colour, {at.x + t.px(26), y}, widgets::Align::kLeft, name(row.severity));
@@ -92,7 +134,7 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
     widgets::put_lines(font, t.colours.text, {{words.x, y - tall / 2}, {words.x + width, y + t.px(19)}},
                        row.text.c_str());
   ImGui::TableNextColumn();
-  if (row.severity == Severity::kInfo) return;
+  if (row.severity == Severity::kInfo || data.player != nullptr) return;
   const ImVec2 place = ImGui::GetCursorScreenPos();
   if (row.acknowledged)
     widgets::put_text(t.fonts.small, t.colours.muted, {place.x + t.px(4), y}, widgets::Align::kLeft, "seen");
@@ -141,6 +183,7 @@ void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& stat
   while (clipper.Step())
     for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i)
       event_row(ui, data, *rows[rows.size() - 1 - static_cast<std::size_t>(i)]);
+  if (data.player != nullptr) follow_cursor(*data.player, rows, clipper.ItemsHeight);
   ImGui::EndTable();
 }
 

@@ -1,6 +1,7 @@
 #include <array>
 #include <cmath>
 
+#include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
 #include "app/console/widgets/plots.h"
 
@@ -33,7 +34,7 @@ void axis_card(const widgets::Ui& ui, const ConsoleData& data, std::size_t joint
   const ConsoleView& view = data.view;
   const auto axis = static_cast<Eigen::Index>(joint);
   constexpr std::array<const char*, kJoints> kTitles{"BOOM", "ARM", "BUCKET"};
-  const widgets::Card card(ui, kTitles[joint], area, status_freshness(view));
+  const widgets::Card card(ui, kTitles[joint], area, valves_freshness(view));
   widgets::Area rest = card.inside();
   widgets::Area bars = rest.cut_left(rest.width() * 0.46F, t.unit(2));
   const ImU32 command = t.colours.series[0], spool = t.colours.series[1], velocity = t.colours.series[2];
@@ -52,7 +53,8 @@ void axis_card(const widgets::Ui& ui, const ConsoleData& data, std::size_t joint
       widgets::Line{"speed", velocity, [joint, fastest_mps](const widgets::History::Sample& s) {
                       return s.cylinder_mps[joint] / static_cast<float>(fastest_mps);
                     }}};
-  widgets::history_plot(ui, rest, data.history, lines, {-1, 1, "-100 %", "+100 %, 10 s"});
+  widgets::history_plot(ui, rest, data.history, lines, {-1, 1, "-100 %", "+100 %, 10 s"},
+                        data.player != nullptr ? &data.player->cursor() : nullptr);
 }
 
 void flow_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {

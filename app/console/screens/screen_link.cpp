@@ -15,12 +15,13 @@ void time_left_card(const widgets::Ui& ui, const ConsoleView& view, const widget
   const float share = link.neutral_after_s > 0 ? static_cast<float>(left_s / link.neutral_after_s) : 0;
   const ImU32 colour = share > 0.6F ? t.colours.good : share > 0.25F ? t.colours.notice : t.colours.bad;
   widgets::Area line = rest.cut_top(t.px(42), t.unit());
-  const widgets::Shown number = widgets::shown("%.0f", left_s * 1e3);
+  const widgets::Shown number =
+      widgets::fixed(std::isnan(link.neutral_after_s) ? link.neutral_after_s : left_s * 1e3, 0);
   widgets::put_text(t.fonts.mono_display, t.colours.text, {line.min.x, line.centre().y}, widgets::Align::kLeft,
                     number.c_str());
   const float x = line.min.x + widgets::text_width(t.fonts.mono_display, number.c_str()) + t.unit();
   widgets::put_text(t.fonts.body, t.colours.muted, {x, line.centre().y + t.px(4)}, widgets::Align::kLeft,
-                    widgets::shown("ms of %.0f ms", link.neutral_after_s * 1e3).c_str());
+                    widgets::shown("ms of %s ms", widgets::fixed(link.neutral_after_s * 1e3, 0).c_str()).c_str());
   widgets::bar(ui, rest.cut_top(t.px(26), t.unit()), 0, share, colour);
   widgets::put_lines(t.fonts.small, t.colours.muted, rest,
                      "Counted here from the newest packet received. The machine counts from the newest one it "
@@ -32,14 +33,16 @@ void figures_card(const widgets::Ui& ui, const ConsoleView& view, const widgets:
   const LinkSide& link = view.link;
   const widgets::Card card(ui, "LAST 10 SECONDS", area, machine_freshness(view));
   widgets::Area rest = card.inside();
-  const auto row = [&](const char* label, double value, const char* format, const char* unit) {
-    widgets::value_row(ui, rest.cut_top(t.px(27)), label, widgets::shown(format, value).c_str(), unit);
+  const auto row = [&](const char* label, double value, int digits, const char* unit) {
+    widgets::value_row(ui, rest.cut_top(t.px(27)), label, widgets::fixed(value, digits).c_str(), unit);
   };
-  row("Round trip now", link.round_trip_s * 1e3, "%.1f", "ms");
-  row("Round trip p50", to_seconds(link.round_trip.quantile(0.5)) * 1e3, "%.1f", "ms");
-  row("Round trip p99", to_seconds(link.round_trip.quantile(0.99)) * 1e3, "%.1f", "ms");
-  row("Lost, machine to here", link.loss * 100, "%.2f", "%");
-  row("Age of newest packet", (link.silence_s + ui.view_age_s) * 1e3, "%.0f", "ms");
+  // Nothing of a link that was recorded at its other end alone.
+  const double known = std::isnan(link.loss) ? link.loss : 1e3;
+  row("Round trip now", link.round_trip_s * 1e3, 1, "ms");
+  row("Round trip p50", to_seconds(link.round_trip.quantile(0.5)) * known, 1, "ms");
+  row("Round trip p99", to_seconds(link.round_trip.quantile(0.99)) * known, 1, "ms");
+  row("Lost, machine to here", link.loss * 100, 2, "%");
+  row("Age of newest packet", (link.silence_s + ui.view_age_s) * known, 0, "ms");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "app/console/picture/picture_colours.h"
 #include "app/console/screens/distances.h"
 #include "app/console/screens/hold_pad.h"
+#include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
 
 namespace knuckle::console::screens {
@@ -179,12 +180,14 @@ widgets::Area picture_area(const widgets::Ui& ui, const ConsoleData& data, const
       widgets::shown("%s  %s", data.facts.machine.name.c_str(), state.side_view ? "side view" : "orbit");
   widgets::put_text(t.fonts.small, t.colours.muted, {area.min.x + t.unit(1.5F), area.min.y + t.px(18)},
                     widgets::Align::kLeft, title.c_str());
-  widgets::put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(1.5F), area.min.y + t.px(18)},
-                    widgets::Align::kRight, "V: view");
+  widgets::put_text(
+      t.fonts.small, t.colours.muted, {area.max.x - t.unit(1.5F), area.min.y + t.px(18)}, widgets::Align::kRight,
+      data.player != nullptr && data.player->played().world ? "surroundings as at the start   V: view" : "V: view");
   const picture::PictureColours colours = t.light ? picture::light_picture_colours() : picture::dark_picture_colours();
   const auto packed = [](const picture::Rgb& c) { return ImGui::ColorConvertFloat4ToU32({c.x(), c.y(), c.z(), 1}); };
   key(packed(colours.commanded), "commanded");
-  key(packed(colours.hand), "hand");
+  if (data.player == nullptr) key(packed(colours.hand), "hand");
+  if (data.player != nullptr && data.player->beside()) key(packed(colours.beside), data.player->beside()->name.c_str());
   key(packed(colours.force), "force");
   return area;
 }

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
 #include "app/console/widgets/plots.h"
 
@@ -22,6 +23,13 @@ void own_loop_cards(const widgets::Ui& ui, const ConsoleData& data, widgets::Are
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
   const LoopHealth& loop = data.loop;
+  if (data.player != nullptr) {
+    const widgets::Card card(ui, "THE OPERATOR'S LOOP", area);
+    widgets::put_lines(t.fonts.body, t.colours.muted, card.inside(),
+                       "How this loop kept its time was not recorded. What it knew and did in each of its steps was: "
+                       "knuckle export writes that as a table.");
+    return;
+  }
   {
     const widgets::Card card(ui, "THIS CONSOLE'S LOOP", area.cut_top(t.px(150), gap));
     widgets::Area rest = card.inside();
@@ -80,8 +88,8 @@ void energy_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   const OperatorSide& hand = data.view.hand;
   const widgets::Card card(ui, "ENERGY OBSERVER", area);
   widgets::Area rest = card.inside();
-  widgets::value_row(ui, rest.cut_top(t.px(26)), "Net work on the hand",
-                     widgets::shown("%.3f", hand.hand_energy_J).c_str(), "J");
+  widgets::value_row(ui, rest.cut_top(t.px(26)), "Net work on the hand", widgets::fixed(hand.hand_energy_J, 3).c_str(),
+                     "J");
   const bool lowered = hand.warning.code == ReasonCode::kEnergyWatchdog;
   widgets::lamp(ui, rest.cut_top(t.px(26), t.unit(0.5F)), lowered ? "Reduces the felt force" : "Passes the full force",
                 lowered, t.colours.notice);
@@ -93,7 +101,8 @@ void energy_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
       widgets::Line{"energy", t.colours.series[3], [](const widgets::History::Sample& s) { return s.hand_energy_J; }}};
   widgets::history_plot(ui, rest, data.history, lines,
                         {-most, most, widgets::shown("%.2f J", static_cast<double>(-most)).c_str(),
-                         widgets::shown("%.2f J, 10 s", static_cast<double>(most)).c_str()});
+                         widgets::shown("%.2f J, 10 s", static_cast<double>(most)).c_str()},
+                        data.player != nullptr ? &data.player->cursor() : nullptr);
 }
 
 }  // namespace

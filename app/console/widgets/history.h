@@ -29,6 +29,11 @@ class History {
   /// unknown.
   /// @param machine_known, @param status_known whether the view's machine and status are fresh.
   void watch(const ConsoleView& view, const Kinematics& kinematics, bool machine_known, bool status_known);
+  /// One sample of a view, whether or not one is due.
+  [[nodiscard]] static Sample sample_of(const ConsoleView& view, const Kinematics& kinematics, bool machine_known,
+                                        bool status_known);
+  /// These instead of what was there; the oldest first.
+  void set(const std::array<Sample, kSamples>& samples) noexcept;
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
   /// 0: the newest.
   [[nodiscard]] const Sample& ago(std::size_t steps) const noexcept {

@@ -104,6 +104,18 @@ void padlock(const Pen& p) {
   p.line(0.42F, -0.1F, 0.42F, 0);
 }
 
+/// @param side 1: to the right. Triangles, and a bar where they stop.
+void step(const Pen& p, float side, int triangles) {
+  const float wide = triangles > 1 ? 0.7F : 1.1F;
+  for (int i = 0; i < triangles; ++i) {
+    const float x = side * (-0.8F + wide * static_cast<float>(i));
+    const ImVec2 a = p.at(x, -0.65F), b = p.at(x + side * wide, 0), c = p.at(x, 0.65F);
+    side > 0 ? p.list.AddTriangleFilled(a, b, c, p.colour) : p.list.AddTriangleFilled(a, c, b, p.colour);
+  }
+  const float x = side * (-0.8F + wide * static_cast<float>(triangles));
+  p.block(std::min(x, x + side * 0.18F), -0.65F, std::max(x, x + side * 0.18F), 0.65F);
+}
+
 void reset(const Pen& p) {
   p.arc(0, 0, 0.7F, -0.2F * kPi, 1.45F * kPi);
   p.list.AddTriangleFilled(p.at(0.05F, -1.0F), p.at(0.05F, -0.4F), p.at(-0.5F, -0.7F), p.colour);
@@ -167,6 +179,14 @@ void draw_icon(ImDrawList& list, Icon icon, ImVec2 centre, float size, ImU32 col
       return hand(p);
     case Icon::kReset:
       return reset(p);
+    case Icon::kStepBack:
+      return step(p, -1, 1);
+    case Icon::kStepOn:
+      return step(p, 1, 1);
+    case Icon::kEventBack:
+      return step(p, -1, 2);
+    case Icon::kEventOn:
+      return step(p, 1, 2);
   }
 }
 

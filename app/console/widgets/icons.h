@@ -28,6 +28,10 @@ enum class Icon : std::uint8_t {
   kCircle,  ///< Information: circle with i
   kHand,
   kReset,
+  kStepBack,  ///< Triangle and bar
+  kStepOn,
+  kEventBack,  ///< Two triangles and bar
+  kEventOn,
 };
 
 /// @param size edge of the square it fills, in screen pixels.

@@ -65,6 +65,44 @@ void histogram_bars(const Ui& ui, const Area& area, const Histogram& histogram, 
   }
 }
 
+/// A line over the plot, from its newest sample to its oldest; dashed: every second step of a few.
+void trace(const Theme& t, const Area& area, const History& history, const Line& line,
+           const std::function<float(float)>& y_of, bool dashed) {
+  constexpr std::size_t kDash = 3;
+  const float step = area.width() / static_cast<float>(History::kSamples - 1);
+  std::array<ImVec2, History::kSamples> points;
+  std::size_t n = 0;
+  const auto stroke = [&] {
+    if (n > 1) canvas().AddPolyline(points.data(), static_cast<int>(n), ink(line.colour), 0, t.px(1.75F));
+    n = 0;
+  };
+  for (std::size_t i = 0; i < history.size(); ++i) {
+    const float value = line.value(history.ago(i));
+    const bool blank = dashed && i / kDash % 2 == 1;
+    if (std::isfinite(value)) points[n++] = {area.max.x - static_cast<float>(i) * step, y_of(value)};
+    if (!std::isfinite(value) || blank) stroke();  // a gap
+  }
+  stroke();
+}
+
+/// The line of the time shown, and the time that the mouse asks for.
+void plot_cursor(const Ui& ui, const Area& area, PlotCursor& cursor) {
+  const Theme& t = ui.theme;
+  const float x = area.min.x + cursor.share * area.width();
+  canvas().AddLine({x, area.min.y}, {x, area.max.y}, ink(t.colours.text), t.px(1.5F));
+  ImGui::SetCursorScreenPos(area.min);
+  ImGui::PushID(static_cast<int>(area.min.y));
+  ImGui::InvisibleButton("plot", area.size());
+  ImGui::PopID();
+  if (ImGui::IsItemActive() && area.width() > 0)
+    cursor.clicked = std::clamp((ImGui::GetIO().MousePos.x - area.min.x) / area.width(), 0.F, 1.F);
+  const float y = area.max.y - t.fonts.small->FontSize * 0.55F;
+  put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(0.5F), y}, Align::kRight, "+5 s");
+  if (cursor.beside == nullptr) return;
+  put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(0.5F), area.min.y + t.fonts.small->FontSize * 0.55F},
+           Align::kRight, fmt::format("dashed: {}", cursor.beside_name).c_str());
+}
+
 }  // namespace
 
 void histogram_plot(const Ui& ui, const Area& area, const char* label, const Histogram& histogram,
@@ -75,7 +113,7 @@ void histogram_plot(const Ui& ui, const Area& area, const char* label, const His
   put_text(t.fonts.body, t.colours.text, {head.min.x, head.centre().y}, Align::kLeft, label);
   const auto words = [](Duration value) { return shown_duration(to_seconds(value)); };
   const std::string summary =
-      histogram.count() == 0 ? "nothing measured yet"
+      histogram.count() == 0 ? (ui.replay ? "not recorded" : "nothing measured yet")
                              : fmt::format("p50 {}   p99 {}   max {}", words(histogram.quantile(0.5)).c_str(),
                                            words(histogram.quantile(0.99)).c_str(), words(histogram.max()).c_str());
   put_text(t.fonts.mono_small, t.colours.text, {head.max.x, head.centre().y}, Align::kRight, summary.c_str());
@@ -92,8 +130,8 @@ void histogram_plot(const Ui& ui, const Area& area, const char* label, const His
   }
 }
 
-void history_plot(const Ui& ui, const Area& area, const History& history, std::span<const Line> lines,
-                  const Axis& axis) {
+void history_plot(const Ui& ui, const Area& area, const History& history, std::span<const Line> lines, const Axis& axis,
+                  PlotCursor* cursor) {
   const Theme& t = ui.theme;
   canvas().AddRectFilled(area.min, area.max, ink(t.colours.raised), t.px(3));
   const auto y_of = [&](float value) {
@@ -102,21 +140,11 @@ void history_plot(const Ui& ui, const Area& area, const History& history, std::s
   };
   if (axis.low < 0 && axis.high > 0)
     canvas().AddLine({area.min.x, y_of(0)}, {area.max.x, y_of(0)}, ink(t.colours.border), t.px(1));
-  const float step = area.width() / static_cast<float>(History::kSamples - 1);
-  std::array<ImVec2, History::kSamples> points;
   for (const Line& line : lines) {
-    std::size_t n = 0;
-    const auto stroke = [&] {
-      if (n > 1) canvas().AddPolyline(points.data(), static_cast<int>(n), ink(line.colour), 0, t.px(1.75F));
-      n = 0;
-    };
-    for (std::size_t i = 0; i < history.size(); ++i) {
-      const float value = line.value(history.ago(i));
-      if (!std::isfinite(value)) stroke();  // a gap
-      if (std::isfinite(value)) points[n++] = {area.max.x - static_cast<float>(i) * step, y_of(value)};
-    }
-    stroke();
+    trace(t, area, history, line, y_of, false);
+    if (cursor != nullptr && cursor->beside != nullptr) trace(t, area, *cursor->beside, line, y_of, true);
   }
+  if (cursor != nullptr) plot_cursor(ui, area, *cursor);
   const float inset = t.unit(0.5F), half = t.fonts.small->FontSize * 0.55F;
   put_text(t.fonts.small, t.colours.muted, {area.min.x + inset, area.min.y + half}, Align::kLeft, axis.high_label);
   put_text(t.fonts.small, t.colours.muted, {area.min.x + inset, area.max.y - half}, Align::kLeft, axis.low_label);

@@ -32,8 +32,16 @@ struct Axis {
   const char* high_label = "";
 };
 
-/// The last ten seconds, newest on the right; a gap where nothing is known.
-void history_plot(const Ui& ui, const Area& area, const History& history, std::span<const Line> lines,
-                  const Axis& axis);
+/// Of a plot that surrounds a time of a recording, which is chosen by a click; linked in all plots.
+struct PlotCursor {
+  float share = 0.5F;               ///< Where that time is, of the plot's width.
+  const History* beside = nullptr;  ///< The same window of another run, dashed; nullptr: there is none.
+  const char* beside_name = "";
+  float clicked = -1;  ///< Share where the mouse is held in this frame; negative: nowhere.
+};
+
+/// The last ten seconds, newest on the right; a gap where nothing is known. @param cursor nullptr: time runs.
+void history_plot(const Ui& ui, const Area& area, const History& history, std::span<const Line> lines, const Axis& axis,
+                  PlotCursor* cursor = nullptr);
 
 }  // namespace knuckle::console::widgets

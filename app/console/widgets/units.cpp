@@ -66,6 +66,10 @@ Shown shown(const char* format, ...) noexcept {
   return result;
 }
 
+Shown fixed(double value, int digits) noexcept {
+  return std::isnan(value) ? shown("-") : shown("%.*f", digits, value);
+}
+
 Shown shown_duration(double seconds) noexcept {
   if (!std::isfinite(seconds)) return shown("-");
   const double size = std::abs(seconds);

@@ -40,6 +40,8 @@ struct Units {
 
 /// printf into a Shown; longer text is cut.
 [[nodiscard]] [[gnu::format(printf, 1, 2)]] Shown shown(const char* format, ...) noexcept;
+/// So many digits behind the point; a dash where it is no number.
+[[nodiscard]] Shown fixed(double value, int digits) noexcept;
 /// A duration with the unit that fits: "0.4 ms", "1.2 s", "12 us".
 [[nodiscard]] Shown shown_duration(double seconds) noexcept;
 

@@ -57,7 +57,8 @@ Card::Card(const Ui& ui, const char* title, const Area& area, Freshness freshnes
   inside_ = area.inset(t.unit(1.5F), t.unit(1.25F));
   Area head = inside_.cut_top(t.fonts.small->FontSize, t.unit(0.75F));
   if (greyed_) {
-    const Shown age = freshness.heard ? shown("%s old", shown_duration(freshness.age_s).c_str()) : shown("no data yet");
+    const Shown age = freshness.heard ? shown("%s old", shown_duration(freshness.age_s).c_str())
+                                      : shown(ui.replay ? "not recorded" : "no data yet");
     const float width = text_width(t.fonts.small, age.c_str());
     const Area tag = head.cut_right(width + t.unit(2.5F), t.unit());
     draw_icon(canvas(), Icon::kClock, {tag.min.x + t.unit(), tag.centre().y}, t.px(14), c.notice);

@@ -21,6 +21,7 @@ struct Ui {
   double now_s = 0;       ///< The window's clock; for flashing alone.
   double view_age_s = 0;  ///< Since the loops' last update.
   bool steady = false;    ///< Nothing flashes: for pictures.
+  bool replay = false;    ///< A recording is shown: what is not there was not recorded.
   [[nodiscard]] bool loop_silent() const noexcept { return view_age_s > kLoopSilent_s; }
 };
 

@@ -11,6 +11,7 @@
 #include "app/cli/interrupt.h"
 #include "app/console/window/console_options.h"
 #include "app/console/window/console_program.h"
+#include "app/console/window/player_program.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/control_input.h"
 #include "app/programs/program_console.h"
@@ -137,6 +138,7 @@ void tend_link(pairing::ChosenLink& link, programs::ControlInput& input, program
 int run(const ConsoleOptions& o) {
   check(o);
   const cli::InterruptGuard interrupt;
+  if (!o.replay.empty()) return run_player(o, [&interrupt] { return !interrupt.pending(); });
   screens::ConsoleFacts facts = facts_of(o);
   programs::AskedOutput candump("--candump", o.candump),
       json("--json", o.json, programs::AskedOutput::Content::kResult);
@@ -181,7 +183,7 @@ int run(const ConsoleOptions& o) {
 }  // namespace
 
 cli::Command console_entry() {
-  return {"console", "Operator's console, for a simulated machine or for one reached over the link",
+  return {"console", "Operator's console, for a simulated machine or one reached over the link, or for a recording",
           [](CLI::App& command) {
             const auto options = std::make_shared<ConsoleOptions>();
             add_options(command, *options);

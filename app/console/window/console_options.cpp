@@ -57,12 +57,57 @@ void check_device(const ConsoleOptions& o) {
     cli::refuse_option("--device", o.device, "does not go with --demo, where the scenario's operator leads");
 }
 
+void check_window(const ConsoleOptions& o) {
+  cli::check_range("--scale", o.scale, 0.75, 3, "");
+  cli::check_range("--duration", o.duration_s, 0.1, programs::kLongestRun_s, " s");
+  (void)size_of(o.size);
+  (void)o.first_screen();
+}
+
+/// What is played takes everything from its files, and leads nothing.
+void check_replay(const ConsoleOptions& o) {
+  const std::array<std::pair<const char*, bool>, 19> in_vain{{{"--simulate", o.simulate},
+                                                              {"--connect", !o.link.address.empty()},
+                                                              {"--dial", !o.link.dial.rendezvous.empty()},
+                                                              {"--insecure", o.link.insecure > 0},
+                                                              {"--keys", !o.link.keys.empty()},
+                                                              {"--machine", !o.session.machine.empty()},
+                                                              {"--device", o.device != "keyboard"},
+                                                              {"--device-file", !o.session.device.empty()},
+                                                              {"--serial", !o.serial.empty()},
+                                                              {"--scenario", o.scenario_given},
+                                                              {"--seed", o.seed_given},
+                                                              {"--delay-ms", o.session.delay_ms.has_value()},
+                                                              {"--jitter-ms", o.session.jitter_ms.has_value()},
+                                                              {"--loss", o.session.loss.has_value()},
+                                                              {"--demo", o.demo},
+                                                              {"--candump", !o.candump.empty()},
+                                                              {"--json", !o.json.empty()},
+                                                              {"--log", !o.log.folder.empty()},
+                                                              {"--no-log", o.log.off}}};
+  for (const auto& [option, given] : in_vain)
+    if (given) cli::refuse_option(option, "", "does not go with --replay");
+  if (o.changes.any() && !o.beside.empty())
+    cli::refuse_option("--beside", o.beside.front(), "does not go with --with or --control: one run is shown beside");
+  check_window(o);
+  cli::Places places;
+  for (const std::string& file : o.replay) places.input("--replay", file);
+  for (const std::string& file : o.changes.with) places.configuration("--with", file);
+  for (const std::string& file : o.beside) places.input("--beside", file);
+  places.output("--screenshot", o.screenshot);
+}
+
 }  // namespace
 
 void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_flag("--simulate", o.simulate, "Simulate the machine, in real time");
   c.add_option("--connect", o.link.address,
                "Machine's side, HOST:PORT such as arm.example.org:5683, 192.0.2.7:5683 or [::1]:5683");
+  c.add_option("--replay", o.replay, "Show a recording (.mcap; of several parts all, in their order); nothing is led");
+  c.add_option("--with", o.changes.with,
+               "With --replay: its loops run again with this machine or device file, shown beside it");
+  c.add_option("--control", o.changes.control, "With --replay: its loops run again with this bilateral law, likewise");
+  c.add_option("--beside", o.beside, "With --replay: another recording, shown beside it");
   pairing::add_link_options(c, o.link);
   pairing::add_dial_options(c, o.link.dial, secure::Role::kOperator);
   c.add_option("--machine", o.session.machine, "Machine name or .toml file (default with --simulate: solar015)");
@@ -96,16 +141,20 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_option("--screen", o.screen, "Screen shown first: operate, link, real-time, hydraulics, calibrate, events")
       ->capture_default_str();
   c.add_option("--at", o.at_s,
-               "Show the simulated session from this second on; what comes before is simulated at once");
+               "Show the simulated session, or the recording, from this second on; what comes before is simulated at "
+               "once");
   c.add_option("--screenshot", o.screenshot, "Write a screenshot as PNG and exit: at --at, or --duration later");
   c.add_option("--duration", o.duration_s, "Exit after so many seconds (default: when the window is closed)");
   c.add_option("--json", o.json, "Write the window's timing as JSON (described in docs/console.md)");
 }
 
 void check(const ConsoleOptions& o) {
+  if (!o.replay.empty()) return check_replay(o);
+  if (o.changes.any()) cli::refuse_option(o.changes.with.empty() ? "--control" : "--with", "", "goes with --replay");
+  if (!o.beside.empty()) cli::refuse_option("--beside", o.beside.front(), "goes with --replay");
   const bool dials = !o.link.dial.rendezvous.empty();
   if (o.simulate == (dials || !o.link.address.empty()))
-    throw InputError("console: give one of --simulate and --connect HOST:PORT or --dial HOST:PORT");
+    throw InputError("console: give one of --simulate and --connect HOST:PORT or --dial HOST:PORT or --replay FILE");
   if (!o.simulate) {
     if (o.session.machine.empty())
       throw InputError("--machine: is required with --connect, the same as on the machine's side");
@@ -117,14 +166,11 @@ void check(const ConsoleOptions& o) {
   pairing::check(o.link.dial, secure::Role::kOperator, o.link.insecure > 0);
   check_device(o);
   programs::check_log(o.log);
-  cli::check_range("--scale", o.scale, 0.75, 3, "");
-  cli::check_range("--duration", o.duration_s, 0.1, programs::kLongestRun_s, " s");
+  check_window(o);
   cli::check_range("--at", o.at_s, 0, 600, " s");
   cli::check_range("--delay-ms", o.session.delay_ms, 0, session::kLongestDelay_ms, " ms");
   cli::check_range("--jitter-ms", o.session.jitter_ms, 0, 1000, " ms");
   cli::check_range("--loss", o.session.loss, 0, 0.9, "");
-  (void)size_of(o.size);
-  (void)o.first_screen();
   cli::Places places;
   places.configuration("--machine", o.session.machine);
   places.configuration("--device-file", o.session.device);

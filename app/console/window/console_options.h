@@ -3,11 +3,13 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/console/screens/ui_state.h"
 #include "app/console/window/window.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/program_log.h"
+#include "app/replay/changed_setup.h"
 #include "app/session/options.h"
 
 namespace CLI {
@@ -22,6 +24,9 @@ struct ConsoleOptions {
   session::SimulateOptions session;  ///< Machine and haptic device's file count with --connect, too.
   pairing::LinkOptions link;         ///< Its address is empty where the machine is simulated.
   programs::LogOptions log;
+  std::vector<std::string> replay;  ///< Parts of a recording to be shown; empty: something is led.
+  std::vector<std::string> beside;  ///< Likewise, beside it.
+  replay::Changes changes;          ///< Of its re-run, beside it.
   std::string device = "keyboard", serial, candump;
   std::optional<double> duration_s, at_s;
   double scale = 1;

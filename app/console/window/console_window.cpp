@@ -26,7 +26,7 @@ ConsoleWindow::ConsoleWindow(const WindowOptions& options, screens::ConsoleFacts
     : facts_(std::move(facts)),
       window_(options),
       kinematics_(facts_.machine),
-      payload_(0.05 * facts_.machine.payload_full_scale_kg),
+      payload_(screens::kLeastLoad * facts_.machine.payload_full_scale_kg),
       machine_(facts_.machine) {
   state_.light = options.light;
   calibration_.plan.machine = facts_.machine.source;
@@ -45,7 +45,6 @@ void ConsoleWindow::watch(const ConsoleView& view) {
   if (!heard) return;
   payload_.watch(view.machine, view.now);
   last_contact_.watch(view, kinematics_);
-  if (std::exchange(state_.ground_here, false)) state_.ground_m = kinematics_.tip(view.machine.position_rad).y();
 }
 
 void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
@@ -55,15 +54,33 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   watch(view);
   calibration_.update();
   if (state_.stop) calibration_.cancel();
+  draw(view, loop, events, view_age_s);
+}
+
+void ConsoleWindow::frame_of_player() {
+  window_.begin_frame();
+  take_keys();
+  player_->pass(0);  // as far as keys have moved it
+  machine_.watch(player_->view());
+  draw(player_->view(), {}, player_->events(), 0);
+}
+
+void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
+  if (state_.ground_here && !screens::measured_freshness(view).stale()) {
+    state_.ground_m = kinematics_.tip(view.machine.position_rad).y();
+    state_.ground_here = false;
+  }
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-  const widgets::Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_};
+  const widgets::Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_, player_ != nullptr};
   screens::open_canvas();
   const std::optional<widgets::Area> picture = screens::draw_console(
-      ui, {facts_, kinematics_, view, loop, history_, payload_, last_contact_, events, calibration_, recording_},
+      ui,
+      {facts_, kinematics_, view, loop, player_ != nullptr ? player_->history() : history_,
+       player_ != nullptr ? player_->payload() : payload_, last_contact_, events, calibration_, recording_, player_},
       state_);
   const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
-  // The tip of the machine that is being commissioned cannot be pulled.
-  const bool no_mouse = !picture || (commissioned && state_.side_view);
+  // The tip of a machine that is being commissioned, or was recorded, cannot be pulled.
+  const bool no_mouse = !picture || ((commissioned || player_ != nullptr) && state_.side_view);
   machine_.take_mouse(no_mouse ? widgets::Area{} : *picture, state_.side_view, view);
   ImGui::End();
   window_.clear();
@@ -71,7 +88,8 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   if (commissioned)
     machine_.draw(*picture, state_.side_view, state_.light, calibration_.job()->pose_rad());
   else if (picture)
-    machine_.draw(*picture, state_.side_view, state_.light, stale, view);
+    machine_.draw(*picture, state_.side_view, state_.light, stale, view,
+                  player_ != nullptr ? player_->beside_view() : nullptr);
   window_.draw_widgets();
 }
 
@@ -98,12 +116,47 @@ void ConsoleWindow::take_keys() {
   state_.enable_ignored = enable && !keys_enable_was_up_;
   for (const KeyPress& press : window_.key_presses()) {
     const bool control = (press.modifiers & kControl) != 0;
-    const auto binding = std::find_if(kKeys.begin(), kKeys.end(), [&](const KeyBinding& b) {
+    const auto asked_for = [&](const KeyBinding& b) {
       return !b.held && b.key == press.key && (b.control == control || b.action == KeyAction::kStop);
-    });
-    if (binding == kKeys.end()) continue;
-    if (ImGui::GetIO().WantTextInput && !acts_in_text(*binding)) continue;
+    };
+    const bool typing = ImGui::GetIO().WantTextInput;
+    if (player_ != nullptr) {
+      const auto own = std::find_if(kPlayerKeys.begin(), kPlayerKeys.end(), asked_for);
+      if (own != kPlayerKeys.end() && !typing) act_on_player(own->action);
+      if (own != kPlayerKeys.end()) continue;
+    }
+    const auto binding = std::find_if(kKeys.begin(), kKeys.end(), asked_for);
+    if (binding == kKeys.end() || (player_ != nullptr && !acts_on_window(*binding))) continue;
+    if (typing && !acts_in_text(*binding)) continue;
     act(binding->action);
+  }
+}
+
+void ConsoleWindow::act_on_player(KeyAction action) {
+  player::Timeline& timeline = player_->timeline();
+  switch (action) {
+    case KeyAction::kPlay:
+      return timeline.toggle();
+    case KeyAction::kStepBack:
+    case KeyAction::kStepOn:
+      return timeline.step(action == KeyAction::kStepOn);
+    case KeyAction::kSecondBack:
+      return timeline.move(-1s);
+    case KeyAction::kSecondOn:
+      return timeline.move(1s);
+    case KeyAction::kEventBack:
+    case KeyAction::kEventOn:
+      return timeline.jump(action == KeyAction::kEventOn);
+    case KeyAction::kSlower:
+      return timeline.slower();
+    case KeyAction::kFaster:
+      return timeline.faster();
+    case KeyAction::kBegin:
+      return timeline.seek(player_->played().run.first());
+    case KeyAction::kEnd:
+      return timeline.seek(player_->played().run.last());
+    default:
+      return;
   }
 }
 
@@ -172,6 +225,18 @@ void ConsoleWindow::act(KeyAction action) {
     case KeyAction::kBucketOut:
     case KeyAction::kBucketIn:
       return;  // held, not pressed
+    case KeyAction::kPlay:
+    case KeyAction::kStepBack:
+    case KeyAction::kStepOn:
+    case KeyAction::kSecondBack:
+    case KeyAction::kSecondOn:
+    case KeyAction::kEventBack:
+    case KeyAction::kEventOn:
+    case KeyAction::kSlower:
+    case KeyAction::kFaster:
+    case KeyAction::kBegin:
+    case KeyAction::kEnd:
+      return;  // the player's
   }
 }
 
@@ -195,6 +260,7 @@ HeldKeys ConsoleWindow::held_keys() const {
 
 ConsoleInput ConsoleWindow::input(Time now) const {
   ConsoleInput input;
+  if (player_ != nullptr) return input;
   input.at = now;
   input.attended = window_.attended();
   HandInput pulled = machine_.pulled();

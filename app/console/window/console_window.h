@@ -12,6 +12,7 @@
 #include "app/console/picture/machine_panel.h"
 #include "app/console/screens/calibrate_panel.h"
 #include "app/console/screens/console_data.h"
+#include "app/console/screens/player_panel.h"
 #include "app/console/screens/ui_state.h"
 #include "app/console/window/window.h"
 
@@ -27,6 +28,10 @@ class ConsoleWindow {
   void take_gamepad(const std::optional<GamepadState>& state);
   /// The world of the simulated session on screen.
   void show_world(const sim::WorldDescription& world) { machine_.begin(world); }
+  /// From now on a recording is shown, and nothing that is live. @param player outlives this.
+  void play(screens::PlayerPanel& player) { player_ = &player; }
+  /// One frame of it, yet to be shown.
+  void frame_of_player();
   /// For the light on every screen.
   void show_recording(RecordingLight light) { recording_ = std::move(light); }
   /// Takes a view into histories and totals without drawing it.
@@ -35,7 +40,7 @@ class ConsoleWindow {
   void frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
   /// Shows the frame drawn and waits until the next is due.
   void show() { window_.end_frame(); }
-  /// What the person asks for now. @param now of the loops' clock.
+  /// What the person asks for now; nothing while a recording is shown. @param now of the loops' clock.
   [[nodiscard]] ConsoleInput input(Time now) const;
   /// The frame drawn last, as PNG. @throws InputError where the file cannot be written.
   void write_png(const std::string& path) const { window_.write_png(path); }
@@ -50,6 +55,8 @@ class ConsoleWindow {
  private:
   void take_keys();
   void act(KeyAction action);
+  void act_on_player(KeyAction action);
+  void draw(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
   [[nodiscard]] HeldKeys held_keys() const;
 
   screens::ConsoleFacts facts_;
@@ -66,6 +73,7 @@ class ConsoleWindow {
   bool pad_came_back_ = false;  ///< And its bumper was not down since.
   screens::CalibrationPanel calibration_;
   RecordingLight recording_;
+  screens::PlayerPanel* player_ = nullptr;
   bool steady_ = false;
   double drawn_s_ = 0;  ///< Time of the session drawn last.
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();

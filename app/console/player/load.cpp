@@ -1,0 +1,211 @@
+#include "app/console/player/load.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "app/console/event_watch.h"
+#include "app/session/scenario.h"
+#include "core/error.h"
+#include "machine/load.h"
+#include "recording/events.h"
+#include "recording/fields.h"
+#include "recording/wire_events.h"
+#include "transport/link_kind.h"
+#include "transport/link_session.h"
+
+namespace knuckle::console::player {
+namespace {
+
+using recording::Topic;
+using recording::WireEventKind;
+
+/// Fills the rows entry by entry. What the operator's loop took of its datagrams it decides as that loop does.
+class Reader {
+ public:
+  Reader(const recording::Recording& recording, const Played& played)
+      : recording_(recording), session_(recording.head().operator_start, kRestartSilence) {
+    data_.operator_side = recording.head().has_operator;
+    data_.machine_side = recording.head().has_machine;
+    data_.machine_period = from_seconds(1 / played.machine.bus.sync_Hz);
+    if (!played.device) return;
+    data_.position_scale = played.device->feel.position_scale;
+    data_.force_scale = played.device->feel.force_scale;
+  }
+
+  void take(const recording::Entry& entry) {
+    switch (entry.topic) {
+      case Topic::kOperatorWires:
+        if (const auto wires = recording::decode_wires(entry.data)) take_operator_wires(*wires);
+        break;
+      case Topic::kMachineWires:
+        if (const auto wires = recording::decode_wires(entry.data)) take_machine_wires(*wires);
+        break;
+      case Topic::kOperatorState:
+        data_.add(state_in<master::MasterState>(entry));
+        break;
+      case Topic::kMachineState: {
+        const auto state = state_in<slave::SlaveState>(entry);
+        const bool told = sent_at_ == state.at;
+        data_.add(state, told ? &sent_ : nullptr);
+        break;
+      }
+      case Topic::kEvents:
+        if (auto event = recording::decode_log(entry.data, recording_.head().started_unix_ns))
+          events_.push_back(std::move(*event));
+        break;
+      default:
+        break;
+    }
+  }
+  [[nodiscard]] RunData take_data() { return std::move(data_); }
+  [[nodiscard]] const std::vector<recording::Event>& events() const noexcept { return events_; }
+
+ private:
+  template <typename State>
+  [[nodiscard]] State state_in(const recording::Entry& entry) const {
+    State state;
+    if (recording::decode(entry.data, state)) return state;
+    throw InputError(recording_.source() + ": states of another version: recorded by Knuckle " +
+                     recording_.head().version);
+  }
+
+  void take_operator_wires(const recording::StepWires& wires) {
+    for (const recording::WireEvent& event : wires.events) {
+      if (event.kind != WireEventKind::kLinkReceived) continue;
+      const auto kind = link_kind(event.data);
+      if (kind == LinkKind::kSlave) {
+        if (auto message = decode_slave(event.data)) take_message(*message, wires.at, Duration(event.value));
+      } else if (kind == LinkKind::kStatus) {
+        if (const auto status = decode_status(event.data)) take_received(*status, wires.at);
+      }
+    }
+  }
+
+  void take_message(SlaveMessage message, Time at, Duration waited) {
+    const LinkSession::Verdict verdict = session_.take(message.stamp, at - waited);
+    if (verdict == LinkSession::Verdict::kForeign) return;
+    data_.arrivals.push_back({at, message.stamp.echoed, message.stamp.sequence, message.stamp.session});
+    if (verdict == LinkSession::Verdict::kOld) return;
+    if (!data_.receipts.empty() && data_.receipts.back().at == at) data_.receipts.pop_back();
+    data_.receipts.push_back({at, message.stamp.sequence});
+    if (!data_.machine_side) data_.add(at, message);
+  }
+
+  void take_received(MachineStatus status, Time at) {
+    const bool old =
+        !data_.statuses.empty() && !newer(status.stamp.sequence, data_.statuses.back().status.stamp.sequence);
+    if (!session_.of_far(status.stamp) || (old && status.stamp.session == data_.statuses.back().status.stamp.session))
+      return;
+    status.acted_report_at = session_.from_link(status.acted_report_at);
+    data_.statuses.push_back({at, status});
+  }
+
+  void take_machine_wires(const recording::StepWires& wires) {
+    for (const recording::WireEvent& event : wires.events) {
+      if (event.kind != WireEventKind::kLinkSent && event.kind != WireEventKind::kLinkRefused) continue;
+      const auto kind = link_kind(event.data);
+      if (kind == LinkKind::kSlave) {
+        const auto message = decode_slave(event.data);
+        if (message) sent_ = *message, sent_at_ = wires.at;
+      } else if (kind == LinkKind::kStatus && !data_.operator_side) {
+        if (const auto status = decode_status(event.data)) data_.statuses.push_back({wires.at, *status});
+      }
+    }
+  }
+
+  const recording::Recording& recording_;
+  LinkSession session_;
+  RunData data_;
+  SlaveMessage sent_;
+  Time sent_at_ = kNever;
+  std::vector<recording::Event> events_;
+};
+
+Severity severity_of(const recording::Event& event) {
+  if (event.severity >= recording::Severity::kError || event.kind == "fault") return Severity::kAlarm;
+  return event.severity == recording::Severity::kWarning ? Severity::kWarning : Severity::kInfo;
+}
+
+/// What the console would have listed of this run.
+std::vector<EventRow> watched_events(const Run& run) {
+  const auto ring = std::make_unique<EventRing>();
+  EventWatch watch(*ring);
+  EventBook words(1);
+  std::vector<EventRow> rows;
+  SlaveMessage message;
+  const MachineStep* machine = nullptr;
+  for (const HandStep& step : run.data().hand) {
+    const MachineStep* const newest = run.machine_at(step.at);
+    if (newest != machine && newest != nullptr) message = message_of(*newest);
+    machine = newest;
+    const HandStanding& standing = run.data().standings[step.standing];
+    watch.step(step.at,
+               {.machine = machine == nullptr ? nullptr : &message,
+                .silence_s = static_cast<double>(step.silence_s),
+                .stop = standing.stop,
+                .device = standing.device,
+                .warning = standing.warning},
+               nullptr);
+    for (ConsoleEvent event; ring->pop(event);) {
+      words.add(event);
+      rows.push_back(words.rows().back());
+    }
+  }
+  return rows;
+}
+
+std::vector<EventRow> events_of(const Run& run, const std::vector<recording::Event>& recorded) {
+  std::vector<EventRow> rows;
+  bool told = false, contacts = false;
+  for (const recording::Event& event : recorded) {
+    EventRow row;
+    row.at = event.at;
+    row.severity = severity_of(event);
+    row.code = event.kind;
+    row.text = event.text;
+    told |= event.kind != "recorder";
+    contacts |= event.kind == "contact";
+    rows.push_back(std::move(row));
+  }
+  for (EventRow& row : watched_events(run))
+    if (!told || (!contacts && row.code == "contact")) rows.push_back(std::move(row));
+  std::stable_sort(rows.begin(), rows.end(), [](const EventRow& a, const EventRow& b) { return a.at < b.at; });
+  for (EventRow& row : rows) row.acknowledged = true;  // long ago
+  return rows;
+}
+
+void read_files(const recording::Recording& recording, Played& played) {
+  const recording::Head& head = recording.head();
+  const std::string& source = recording.source();
+  if (head.machine_file.empty())
+    throw InputError(source + ": attachment " + recording::kMachineFile + ": is missing: cannot be played");
+  const MachineDescription read = parse_machine(head.machine_file, source + ": " + recording::kMachineFile);
+  played.machine = calibrated(read);
+  if (!head.device_file.empty()) played.device = parse_device(head.device_file, source + ": " + recording::kDeviceFile);
+  if (!head.scenario_file.empty())
+    played.world = session::parse_scenario(head.scenario_file, source + ": " + recording::kScenarioFile, read).world;
+}
+
+}  // namespace
+
+Played load(const std::vector<std::string>& files) {
+  recording::Recording recording(files);
+  Played played;
+  played.file = recording.source();
+  played.head = recording.head();
+  read_files(recording, played);
+  Reader reader(recording, played);
+  while (const auto entry = recording.next()) reader.take(*entry);
+  played.run = Run(reader.take_data());
+  played.notes = recording.damages();
+  if (!recording.complete()) played.notes.push_back(played.file + ": has no end: its program was killed");
+  if (played.run.empty()) {
+    const std::string why = played.notes.empty() ? "" : " (" + played.notes.front() + ")";
+    throw InputError(played.file + ": holds no step of a loop: there is nothing to play" + why);
+  }
+  played.events = events_of(played.run, reader.events());
+  return played;
+}
+
+}  // namespace knuckle::console::player

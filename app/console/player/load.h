@@ -1,0 +1,35 @@
+// Reads a recording, whole, into what the player holds of it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/console/event_book.h"
+#include "app/console/player/run.h"
+#include "machine/description.h"
+#include "machine/device_description.h"
+#include "recording/head.h"
+#include "recording/recording.h"
+#include "sim/world.h"
+
+namespace knuckle::console::player {
+
+struct Played {
+  std::string file;  ///< The first part.
+  recording::Head head;
+  MachineDescription machine;  ///< As calibrated; of the recording's attachments, as the next two.
+  std::optional<DeviceDescription> device;
+  std::optional<sim::WorldDescription> world;  ///< Of a simulated session, as at its start.
+  Run run;
+  /// In the order of their times: those recorded, and where the program told none those that the console would have
+  /// listed.
+  std::vector<EventRow> events;
+  std::vector<std::string> notes;  ///< What is wrong with the files; a line each.
+};
+
+/// @param files the parts of one recording, the first one first. @throws InputError, one line, where it cannot be read,
+/// is of another version, or holds nothing to play.
+[[nodiscard]] Played load(const std::vector<std::string>& files);
+
+}  // namespace knuckle::console::player

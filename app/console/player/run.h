@@ -1,0 +1,149 @@
+// One run of a session as the player holds it: recorded, or its loops run again. All of it is decoded into a few
+// compact rows (about 70 kB a second with both sides), so that any time is found at once and no file is read while
+// it plays. NaN: not recorded.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "app/console/console_view.h"
+#include "core/joints.h"
+#include "core/reason.h"
+#include "core/time.h"
+#include "master/master_state.h"
+#include "slave/slave_state.h"
+#include "transport/link_messages.h"
+#include "transport/machine_status.h"
+
+namespace knuckle::console::player {
+
+inline constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+
+/// What stands for many steps of the operator's side.
+struct HandStanding {
+  bool heard = false, presence = false, enable = false, clutch = false, stop = false;
+  Reason device, warning;
+  double position_scale = static_cast<double>(kUnknown), force_scale = static_cast<double>(kUnknown);
+  AssistSettings assist;
+};
+
+/// The operator's side in one step of a loop that knows of it.
+struct HandStep {
+  Time at{};
+  std::array<float, 3> set_point_rad{kUnknown, kUnknown, kUnknown};
+  std::array<float, 2> sent_force_N{kUnknown, kUnknown};
+  float hand_energy_J = kUnknown, round_trip_s = kUnknown, silence_s = kUnknown;
+  std::uint32_t standing = 0;  ///< Index into RunData::standings.
+};
+
+/// What the machine's side told in one step.
+struct MachineStep {
+  Time at{};  ///< Of its step; where that side is not recorded, of the arrival.
+  std::uint32_t sequence = 0;
+  float sensor_age_s = kUnknown;  ///< Of its newest sensor frame.
+  Reason blocking, fault;
+  std::uint16_t limits = 0;
+  Mode mode = Mode::kOff;
+  bool contact = false;
+  float confidence = 0;
+  std::array<float, 3> joint_rad{}, joint_radps{};
+  std::array<float, 2> tip_force_N{};
+  std::array<float, 3> covariance_N2{};
+  std::array<float, 6> pressure_Pa{};
+  float payload_kg = 0, payload_sigma_kg = 0;
+  std::array<float, 3> command{kUnknown, kUnknown, kUnknown}, spool{kUnknown, kUnknown, kUnknown};  ///< [-1, 1]
+  bool pilot_on = false;          ///< As command and spool: where the machine's side is recorded.
+  std::uint8_t force_doubts = 0;  ///< Likewise; estimation::ConfidenceReason bits.
+};
+
+/// From when on a message of the machine's was the newest at the operator's side.
+struct Receipt {
+  Time at{};
+  std::uint32_t sequence = 0;
+};
+/// Every message of the machine's that came in at the operator's side, copies and overtaken ones included.
+struct Arrival {
+  Time at{}, echoed{};  ///< By the operator's clock.
+  std::uint32_t sequence = 0;
+  std::uint64_t session = 0;
+};
+struct StatusRow {
+  Time at{};  ///< Of its arrival; at the machine's side, of its sending.
+  MachineStatus status;
+};
+
+/// Each in the order of its times.
+struct RunData {
+  bool operator_side = false, machine_side = false;  ///< Whose loop's steps are in it.
+  Duration machine_period = 5ms;
+  double position_scale = static_cast<double>(kUnknown);  ///< Of the device's file: in use until another was chosen.
+  double force_scale = static_cast<double>(kUnknown);
+  std::vector<HandStanding> standings;
+  std::vector<HandStep> hand;
+  std::vector<MachineStep> machine;
+  std::vector<Receipt> receipts;
+  std::vector<Arrival> arrivals;
+  std::vector<StatusRow> statuses;
+
+  void add(const master::MasterState& state);
+  /// @param told in this step; nullptr: nothing that is recorded.
+  void add(const slave::SlaveState& state, const SlaveMessage* told);
+  /// As the operator's side took it, where the machine's side itself is not recorded.
+  void add(Time arrived, const SlaveMessage& message);
+
+ private:
+  void add(HandStep step, const HandStanding& standing);
+};
+
+[[nodiscard]] SlaveMessage message_of(const MachineStep& step);
+
+class Run {
+ public:
+  Run() = default;
+  explicit Run(RunData data);
+
+  [[nodiscard]] const RunData& data() const noexcept { return data_; }
+  [[nodiscard]] bool empty() const noexcept { return data_.hand.empty() && data_.machine.empty(); }
+  /// Of its steps.
+  [[nodiscard]] Time first() const noexcept { return first_; }
+  [[nodiscard]] Time last() const noexcept { return last_; }
+
+  /// What the console's screens showed, or would have shown, at this time: what was newest then. Without what the link
+  /// did of late.
+  [[nodiscard]] ConsoleView view(Time at) const;
+  /// Puts in what the link did in the ten seconds before.
+  void show_link(Time at, LinkSide& link) const;
+  /// The machine's step whose message is the newest at this time; nullptr: none.
+  [[nodiscard]] const MachineStep* machine_at(Time at) const noexcept;
+  [[nodiscard]] const HandStep* hand_at(Time at) const noexcept;
+
+  /// The loops' steps next to this time; nullopt: there is none.
+  [[nodiscard]] std::optional<Time> step_after(Time at) const noexcept;
+  [[nodiscard]] std::optional<Time> step_before(Time at) const noexcept;
+
+  /// Where steps are missing: of no loop that is recorded there is one.
+  struct Gap {
+    Time from{}, to{};
+  };
+  [[nodiscard]] const std::vector<Gap>& gaps() const noexcept { return gaps_; }
+  /// The machine's modes, each until the next.
+  struct ModeSpan {
+    Time from{};
+    Mode mode = Mode::kOff;
+  };
+  [[nodiscard]] const std::vector<ModeSpan>& modes() const noexcept { return modes_; }
+
+ private:
+  void find_gaps();
+  void find_modes();
+
+  RunData data_;
+  Time first_{}, last_{};
+  std::vector<Gap> gaps_;
+  std::vector<ModeSpan> modes_;
+};
+
+}  // namespace knuckle::console::player

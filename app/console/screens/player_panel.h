@@ -1,0 +1,80 @@
+// What the screens show while a recording is played: the run at its cursor, the window of its plots, and another run
+// beside it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/console/event_book.h"
+#include "app/console/player/load.h"
+#include "app/console/player/timeline.h"
+#include "app/console/screens/payload_total.h"
+#include "app/console/widgets/history.h"
+#include "app/console/widgets/plots.h"
+#include "machine/kinematics.h"
+
+namespace knuckle::console::screens {
+
+/// Another run on the same time line.
+struct Beside {
+  std::string name;  ///< "re-run", or a file's.
+  player::Run run;
+  Duration later{};                  ///< Its times minus those of the run on the time line.
+  std::vector<std::string> differs;  ///< Where the two first differ, in words, or that they do not.
+  std::optional<Time> differs_at;    ///< On the time line.
+};
+
+class PlayerPanel {
+ public:
+  /// @throws InputError as Kinematics does.
+  PlayerPanel(player::Played played, std::optional<Beside> beside);
+  PlayerPanel(const PlayerPanel&) = delete;
+  PlayerPanel& operator=(const PlayerPanel&) = delete;
+
+  /// Every frame: time passes, and what is shown follows the cursor.
+  void pass(double seconds);
+
+  [[nodiscard]] const player::Played& played() const noexcept { return played_; }
+  [[nodiscard]] player::Timeline& timeline() noexcept { return timeline_; }
+  [[nodiscard]] const player::Timeline& timeline() const noexcept { return timeline_; }
+  [[nodiscard]] const std::optional<Beside>& beside() const noexcept { return beside_; }
+  /// As of the last pass().
+  [[nodiscard]] const ConsoleView& view() const noexcept { return view_; }
+  /// nullptr: nothing is beside, or not at this time.
+  [[nodiscard]] const ConsoleView* beside_view() const noexcept { return beside_here_ ? &beside_view_ : nullptr; }
+  /// The ten seconds around the cursor.
+  [[nodiscard]] const widgets::History& history() const noexcept { return history_; }
+  /// For the plots of a frame; a click moves the time line at the next pass().
+  [[nodiscard]] widgets::PlotCursor& cursor() noexcept { return plot_cursor_; }
+  [[nodiscard]] const PayloadTotal& payload() const noexcept;
+  /// All of it: those to come, too.
+  [[nodiscard]] EventBook& events() noexcept { return events_; }
+  /// Nothing was recorded at the cursor.
+  [[nodiscard]] bool in_gap() const noexcept;
+
+ private:
+  struct Carried {
+    Time at{};
+    PayloadTotal total;
+  };
+  void sum_payload();
+  void fill(widgets::History& history, const player::Run& run, Duration later) const;
+
+  player::Played played_;
+  std::optional<Beside> beside_;
+  Kinematics kinematics_;
+  player::Timeline timeline_;
+  EventBook events_;
+  std::vector<Carried> carried_;  // whenever it changed
+  ConsoleView view_, beside_view_;
+  bool beside_here_ = false;
+  std::optional<Time> shown_;
+  std::int64_t window_ = -1;  // middle of the plots, in steps of the history
+  widgets::History history_, beside_history_;
+  widgets::PlotCursor plot_cursor_;
+};
+
+}  // namespace knuckle::console::screens

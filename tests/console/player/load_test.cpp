@@ -1,0 +1,182 @@
+// What is read of recordings for the player, and what is refused in one line.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "app/console/player/rerun.h"
+#include "core/error.h"
+#include "recording/events.h"
+#include "tests/console/player/played_files.h"
+
+namespace knuckle::test {
+namespace {
+
+namespace player = console::player;
+
+void expect_refused(const std::string& file, const std::string& because) {
+  try {
+    (void)player::load({file});
+    ADD_FAILURE() << file << " was loaded";
+  } catch (const InputError& error) {
+    const std::string said = error.what();
+    EXPECT_NE(said.find(because), std::string::npos) << said;
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+  }
+}
+
+const console::EventRow* first_of(const player::Played& played, const std::string& code) {
+  const auto row = std::find_if(played.events.begin(), played.events.end(),
+                                [&](const console::EventRow& e) { return e.code == code; });
+  return row == played.events.end() ? nullptr : &*row;
+}
+
+TEST(PlayedFile, BringsItsOwnMachineAndSurroundings) {
+  const player::Played played = player::load({recorded("press")});
+  EXPECT_EQ(played.machine.name, "solar015");
+  ASSERT_TRUE(played.device);
+  ASSERT_TRUE(played.world);
+  EXPECT_EQ(played.world->walls.size(), 1u);
+  EXPECT_TRUE(played.notes.empty());
+}
+
+TEST(PlayedFile, WhoseProgramToldNothingHasTheEventsThatTheConsoleWouldHaveListed) {
+  const player::Played played = player::load({recorded("lost_link")});
+  const console::EventRow* fault = first_of(played, "link_lost");
+  ASSERT_NE(fault, nullptr);
+  EXPECT_EQ(fault->severity, console::Severity::kAlarm);
+  Time faulted = kNever;
+  for_each_state<master::MasterState>(recorded("lost_link"), recording::Topic::kOperatorState, [&](const auto& state) {
+    if (state.fault && faulted == kNever) faulted = state.at;
+  });
+  EXPECT_EQ(fault->at, faulted) << "in the very step";
+  ASSERT_NE(first_of(player::load({recorded("press")}), "contact"), nullptr);
+}
+
+TEST(PlayedFile, WithEventsOfItsProgramHasThese) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("told.mcap");
+  bool first = true;
+  mcap::Reader from(recorded("press"));
+  mcap::FileWriter to;
+  const recording::Head head = head_of(recorded("press"));
+  ASSERT_TRUE(to.open(file, from.topics()));
+  ASSERT_TRUE(to.note(metadata_of(head)));
+  for (const mcap::Attachment& attachment : attachments_of(head)) ASSERT_TRUE(to.attach(attachment));
+  mcap::ChunkBuilder chunk;
+  while (const auto message = from.next()) {
+    chunk.add(message->channel_id, message->sequence, message->log_time_ns, message->publish_time_ns, message->data);
+    if (!std::exchange(first, false)) continue;
+    const auto log =
+        recording::encode_log({Time(700ms), recording::Severity::kInfo, "mode", "said so"}, head.started_unix_ns);
+    chunk.add(recording::channel_of(recording::Topic::kEvents), 0, 700'000'000, 700'000'000, log);
+  }
+  ASSERT_TRUE(to.append(chunk.finish({1})));
+  ASSERT_TRUE(to.close());
+  const player::Played played = player::load({file});
+  ASSERT_NE(first_of(played, "mode"), nullptr);
+  EXPECT_EQ(first_of(played, "mode")->text, "said so");
+  EXPECT_EQ(std::count_if(played.events.begin(), played.events.end(), [](const auto& e) { return e.code == "mode"; }),
+            1);
+  EXPECT_NE(first_of(played, "contact"), nullptr) << "of which the program said nothing";
+}
+
+TEST(PlayedFile, ThatWasCutOffIsPlayedAsFarAsItGoes) {
+  const TemporaryFolder folder;
+  const std::string whole = folder.file("whole.mcap"), cut = folder.file("cut.mcap");
+  // Small chunks, as of a session that is recorded while it runs.
+  mcap::Reader from(recorded("press"));
+  mcap::FileWriter to;
+  const recording::Head head = head_of(recorded("press"));
+  ASSERT_TRUE(to.open(whole, from.topics()));
+  ASSERT_TRUE(to.note(metadata_of(head)));
+  for (const mcap::Attachment& attachment : attachments_of(head)) ASSERT_TRUE(to.attach(attachment));
+  mcap::ChunkBuilder chunk;
+  while (const auto message = from.next()) {
+    chunk.add(message->channel_id, message->sequence, message->log_time_ns, message->publish_time_ns, message->data);
+    if (chunk.bytes() <= 200'000) continue;
+    ASSERT_TRUE(to.append(chunk.finish({1})));
+  }
+  ASSERT_TRUE(to.append(chunk.finish({1})));
+  ASSERT_TRUE(to.close());
+  std::filesystem::copy_file(whole, cut);
+  std::filesystem::resize_file(cut, std::filesystem::file_size(whole) * 6 / 10);
+  const player::Played played = player::load({cut});
+  EXPECT_FALSE(played.notes.empty());
+  EXPECT_FALSE(played.run.empty());
+  EXPECT_LT(played.run.last(), player::load({whole}).run.last());
+}
+
+TEST(PlayedFile, IsRefusedInOneLineWhereThereIsNothingToPlay) {
+  const TemporaryFolder folder;
+  const std::string empty = folder.file("empty.mcap"), no_mcap = folder.file("text.mcap");
+  rewrite(recorded("press"), empty, head_of(recorded("press")), {1}, [](const auto&, auto&) { return false; });
+  expect_refused(empty, "holds no step of a loop");
+  std::ofstream(no_mcap) << "no recording";
+  expect_refused(no_mcap, "text.mcap");
+  std::ofstream(folder.file("nothing.mcap"));
+  expect_refused(folder.file("nothing.mcap"), "nothing.mcap");
+  expect_refused(folder.file("absent.mcap"), "absent.mcap");
+  const std::string other = folder.file("other.mcap");
+  rewrite(recorded("press"), other, head_of(recorded("press")), {1},
+          [](const std::string& topic, std::vector<std::uint8_t>& message) {
+            if (topic == "/machine/state") message.push_back(0);
+            return true;
+          });
+  expect_refused(other, "states of another version");
+  recording::Head head = head_of(recorded("press"));
+  head.machine_file.clear();
+  const std::string unknown = folder.file("unknown.mcap");
+  rewrite(recorded("press"), unknown, head, {1}, [](const auto&, auto&) { return true; });
+  expect_refused(unknown, "machine.toml: is missing");
+}
+
+TEST(Rerun, WithNothingChangedShowsTheSameInEveryStep) {
+  const player::Played played = player::load({recorded("press")});
+  const player::Rerun again = player::rerun({recorded("press")}, {}, played.run);
+  if (!again.result.identical()) GTEST_SKIP() << "this processor's last bits differ (test_recording, Files/)";
+  for (Time at = played.run.first(); at <= played.run.last(); at += 1ms) {
+    const console::ConsoleView a = played.run.view(at), b = again.run.view(at);
+    ASSERT_EQ(a.link.heard, b.link.heard);
+    ASSERT_EQ(a.machine.mode, b.machine.mode);
+    ASSERT_EQ(a.machine.tip_force_N, b.machine.tip_force_N);
+    ASSERT_EQ(a.hand.set_point_rad, b.hand.set_point_rad);
+    ASSERT_TRUE(!a.link.heard || a.status.valve_command == b.status.valve_command);
+  }
+}
+
+TEST(Rerun, WithAChangedGainCommandsOtherwiseOnTheSameInput) {
+  const TemporaryFolder folder;
+  std::string machine = head_of(recorded("press")).machine_file;
+  const std::string gain = "\nposition_gain_1ps = 3";
+  ASSERT_NE(machine.find(gain), std::string::npos);
+  machine.replace(machine.find(gain), gain.size(), "\nposition_gain_1ps = 1");
+  std::ofstream(folder.file("slow.toml")) << machine;
+  const player::Played played = player::load({recorded("press")});
+  const player::Rerun again = player::rerun({recorded("press")}, {{folder.file("slow.toml")}, ""}, played.run);
+  const auto& first = again.result.sides[1].first;
+  ASSERT_TRUE(first);
+  double apart = 0, before = 0;
+  for (Time at = played.run.first(); at <= played.run.last(); at += 5ms) {
+    const console::ConsoleView a = played.run.view(at), b = again.run.view(at);
+    const double differs = (a.status.valve_command - b.status.valve_command).norm();
+    if (a.link.heard) (at < first->at ? before : apart) = std::max(at < first->at ? before : apart, differs);
+    ASSERT_EQ(a.machine.position_rad, b.machine.position_rad) << "what was measured stays";
+  }
+  EXPECT_EQ(before, 0);
+  EXPECT_GT(apart, 0.01);
+}
+
+TEST(Rerun, IsRefusedWhereTheLoopsDoNotBeginInTheRecording) {
+  const TemporaryFolder folder;
+  recording::Head head = head_of(recorded("press"));
+  head.part = 0;
+  const std::string flight = folder.file("flight.mcap");
+  rewrite(recorded("press"), flight, head, {1}, [](const auto&, auto&) { return true; });
+  const player::Played played = player::load({flight});
+  EXPECT_FALSE(played.run.empty()) << "it is played";
+  EXPECT_THROW((void)player::rerun({flight}, {}, played.run), InputError);
+}
+
+}  // namespace
+}  // namespace knuckle::test

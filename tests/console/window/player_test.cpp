@@ -1,0 +1,256 @@
+// A recording in a real window, with real keys and a real mouse: what is shown is what was recorded of that time.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "app/console/window/console_window.h"
+#include "app/console/window/player_program.h"
+#include "tests/console/player/played_files.h"
+#include "tests/console/window/virtual_display.h"
+
+namespace knuckle::console::window {
+namespace {
+
+constexpr const char* kNoDisplay = "console: SKIPPED, no Xvfb here (package xvfb)";
+
+class Player : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!display_.up()) GTEST_SKIP() << kNoDisplay;
+    open("lost_link");
+  }
+  void open(const std::string& name) {
+    options_.replay = {test::recorded(name)};
+    player::Played played = player::load(options_.replay);
+    std::optional<screens::Beside> beside = beside_of(options_, played);
+    window_.reset();
+    panel_ = std::make_unique<screens::PlayerPanel>(std::move(played), std::move(beside));
+    screens::ConsoleFacts facts;
+    facts.machine = panel_->played().machine;
+    window_ = std::make_unique<ConsoleWindow>(WindowOptions{.full_speed = true}, facts);
+    window_->play(*panel_);
+    frames(3);
+  }
+  void frames(int count, double seconds = 0) {
+    for (int i = 0; i < count; ++i) {
+      panel_->pass(seconds);
+      window_->frame_of_player();
+      window_->show();
+    }
+  }
+  /// @param words for xdotool.
+  void does(const std::string& words) {
+    ASSERT_TRUE(xdotool(words));
+    frames(4);
+  }
+  [[nodiscard]] Time cursor() const { return panel_->timeline().cursor(); }
+  [[nodiscard]] screens::Screen screen() const { return window_->state().screen; }
+
+  VirtualDisplay display_{"1280x800"};
+  ConsoleOptions options_;
+  std::unique_ptr<screens::PlayerPanel> panel_;
+  std::unique_ptr<ConsoleWindow> window_;
+};
+
+// Of the window of 1280x800; where the time line begins and ends, and the middle of its height.
+constexpr int kLineLeft = 464, kLineRight = 1260, kLineY = 770;
+
+TEST_F(Player, IsLedByItsKeysOnEveryScreen) {
+  for (const char* key : {"F1", "F2", "F3", "F4", "F5", "F6"}) {
+    does(std::string("key ") + key + " key Home");
+    const Time first = cursor();
+    does("key period");
+    EXPECT_EQ(cursor(), first + 1ms) << key;
+    does("key comma");
+    EXPECT_EQ(cursor(), first) << key;
+    does("key l");
+    EXPECT_EQ(cursor(), first + 1s) << key;
+    does("key j");
+    EXPECT_EQ(cursor(), first) << key;
+    does("key bracketright");
+    EXPECT_EQ(cursor(), panel_->played().events.front().at) << key;
+    does("key End");
+    EXPECT_EQ(cursor(), panel_->played().run.last()) << key;
+    does("key bracketleft");
+    EXPECT_EQ(cursor(), panel_->played().events.back().at) << key;
+  }
+  EXPECT_EQ(screen(), screens::Screen::kEvents);
+}
+
+TEST_F(Player, PlaysAndPausesWithSpaceAndStopsNothing) {
+  does("key space");
+  EXPECT_TRUE(panel_->timeline().playing());
+  const Time before = cursor();
+  frames(2, 0.25);
+  EXPECT_EQ(cursor(), before + 500ms);
+  does("key equal");
+  EXPECT_EQ(panel_->timeline().speed(), 2);
+  does("key minus key minus");
+  EXPECT_EQ(panel_->timeline().speed(), 0.5);
+  does("key space");
+  EXPECT_FALSE(panel_->timeline().playing());
+  EXPECT_FALSE(window_->state().stop);
+}
+
+TEST_F(Player, TakesNoKeyThatLeadsALiveMachine) {
+  does("key b key p key ctrl+r keydown shift keydown q");
+  const ConsoleInput input = window_->input(Time{});
+  does("keyup q keyup shift");
+  EXPECT_EQ(window_->state().bookmarks, 0u);
+  EXPECT_EQ(window_->state().reset_count, 0u);
+  EXPECT_FALSE(window_->state().paused);
+  EXPECT_FALSE(input.hand.enable || input.hand.presence || input.stop);
+}
+
+TEST_F(Player, IsScrubbedWithTheMouseAndShowsWhatWasRecordedOfThatTime) {
+  std::vector<master::MasterState> states;
+  test::for_each_state<master::MasterState>(test::recorded("lost_link"), recording::Topic::kOperatorState,
+                                            [&](const auto& state) { states.push_back(state); });
+  does("mousemove " + std::to_string(kLineLeft + 50) + " " + std::to_string(kLineY) + " mousedown 1");
+  for (const int x : {600, 800, 1000, 1200}) {
+    does("mousemove " + std::to_string(x) + " " + std::to_string(kLineY));
+    const double share = double(x - kLineLeft) / (kLineRight - kLineLeft);
+    EXPECT_NEAR(panel_->timeline().share(cursor()), share, 0.01) << x;
+    const auto later = std::find_if(states.begin(), states.end(), [&](const auto& s) { return s.at > cursor(); });
+    const master::MasterState& state = *std::prev(later);
+    const ConsoleView& view = panel_->view();
+    ASSERT_EQ(view.machine.mode, state.mode) << x;
+    EXPECT_LT((view.machine.position_rad - state.machine_rad).norm(), 1e-6) << x;
+    EXPECT_LT((view.hand.set_point_rad - state.setpoint_rad).norm(), 1e-6) << x;
+    EXPECT_NEAR(view.link.silence_s, state.silence_s, 1.1e-3) << x;
+  }
+  does("mouseup 1");
+  const Time left_at = cursor();
+  does("mousemove 600 400");
+  EXPECT_EQ(cursor(), left_at) << "let go of";
+}
+
+TEST_F(Player, GoesWhereAPlotOrAnEventIsClicked) {
+  panel_->timeline().seek(Time(1s));
+  does("key F4");
+  does("mousemove 570 200 click 1");  // right of the middle of the boom's plot
+  EXPECT_GT(cursor(), Time(1s) + 200ms);
+  EXPECT_LT(cursor(), Time(2s));
+  const float share = panel_->cursor().share;
+  EXPECT_NEAR(share, 0.5, 0.01) << "the plots follow";
+  does("key F6");
+  does("mousemove 600 209 click 1");  // the newest event, on top
+  EXPECT_EQ(cursor(), panel_->played().events.back().at);
+}
+
+TEST_F(Player, PlotsAroundTheCursorWhatWasRecordedThere) {
+  panel_->timeline().seek(Time(1s));
+  frames(2);
+  const widgets::History& history = panel_->history();
+  ASSERT_EQ(history.size(), widgets::History::kSamples);
+  EXPECT_TRUE(std::isnan(history.ago(0).command[0])) << "five seconds later nothing was recorded";
+  int known = 0;
+  test::for_each_state<slave::SlaveState>(
+      test::recorded("lost_link"), recording::Topic::kMachineState, [&](const slave::SlaveState& state) {
+        // What the machine's side commanded reaches the operator's side a little later, in one of the next samples.
+        const Time told = state.at + 20ms;
+        if (told.time_since_epoch() % 50ms != Duration::zero() || told <= Time(100ms) || told > Time(2s)) return;
+        const auto ago = static_cast<std::size_t>((Time(6s) - told) / 50ms);
+        const player::MachineStep* step = panel_->played().run.machine_at(told);
+        ASSERT_NE(step, nullptr);
+        // What was old at the operator's side is a gap, there as here.
+        const bool old = screens::machine_freshness(panel_->played().run.view(told)).stale();
+        EXPECT_EQ(std::isnan(history.ago(ago).command[0]), old) << to_seconds(told);
+        if (old) return;
+        EXPECT_EQ(history.ago(ago).command[0], step->command[0]) << to_seconds(told);
+        ++known;
+      });
+  EXPECT_GT(known, 10);
+}
+
+TEST_F(Player, ShowsAReRunBesideItAndSaysWhereItDiffers) {
+  const test::TemporaryFolder folder;
+  std::string machine = test::head_of(test::recorded("press")).machine_file;
+  const std::string gain = "\nposition_gain_1ps = 3";
+  machine.replace(machine.find(gain), gain.size(), "\nposition_gain_1ps = 1");
+  std::ofstream(folder.file("slow.toml")) << machine;
+  options_.changes.with = {folder.file("slow.toml")};
+  open("press");
+  ASSERT_TRUE(panel_->beside());
+  ASSERT_TRUE(panel_->beside()->differs_at);
+  ASSERT_FALSE(panel_->beside()->differs.empty());
+  EXPECT_NE(panel_->beside()->differs.front().find("machine differs from 0.62"), std::string::npos)
+      << panel_->beside()->differs.front();
+  panel_->timeline().seek(*panel_->beside()->differs_at + 300ms);
+  frames(2);
+  ASSERT_NE(panel_->beside_view(), nullptr);
+  EXPECT_NE(panel_->beside_view()->status.valve_command, panel_->view().status.valve_command);
+  ASSERT_NE(panel_->cursor().beside, nullptr);
+}
+
+TEST_F(Player, ShowsAnotherRecordingBesideIt) {
+  options_.beside = {test::recorded("press")};
+  open("lost_link");
+  ASSERT_TRUE(panel_->beside());
+  ASSERT_TRUE(panel_->beside()->differs_at);
+  EXPECT_NEAR(to_seconds(*panel_->beside()->differs_at), 2.145, 0.02) << "where one is stopped by a fault";
+  panel_->timeline().seek(Time(2500ms));
+  frames(2);
+  EXPECT_EQ(panel_->view().machine.mode, Mode::kFault);
+  ASSERT_NE(panel_->beside_view(), nullptr);
+  EXPECT_EQ(panel_->beside_view()->machine.mode, Mode::kEngaged);
+}
+
+struct Ended {
+  int code = -1;
+  std::string said;
+};
+Ended console(const std::string& options) {
+  const std::string command = test::program("knuckle") + " console " + options + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  Ended ended;
+  std::array<char, 256> part{};
+  while (std::fgets(part.data(), part.size(), pipe) != nullptr) ended.said += part.data();
+  ended.code = WEXITSTATUS(pclose(pipe));
+  return ended;
+}
+void expect_refused(const std::string& options, const std::string& because) {
+  const Ended ended = console(options);
+  EXPECT_EQ(ended.code, 2) << ended.said;
+  EXPECT_EQ(std::count(ended.said.begin(), ended.said.end(), '\n'), 1) << ended.said;
+  EXPECT_NE(ended.said.find(because), std::string::npos) << ended.said;
+}
+
+TEST(PlayerCommand, RefusesInOneLineWhatCannotBePlayed) {
+  const std::string press = " --replay " + test::recorded("press");
+  expect_refused("--simulate" + press, "--simulate: does not go with --replay");
+  expect_refused("--machine solar015" + press, "--machine: does not go with --replay");
+  expect_refused("--log /tmp" + press, "--log: does not go with --replay");
+  expect_refused("--simulate --with solar015", "--with: goes with --replay");
+  expect_refused("--simulate --beside x.mcap", "--beside x.mcap: goes with --replay");
+  expect_refused(press + " --control cues --beside x.mcap", "--beside x.mcap: does not go with --with or --control");
+  expect_refused(press + " --at 99", "--at 99: must be");
+  expect_refused(press + " --with /dev/null", "is neither a machine file");
+  expect_refused(press + " --control none", "--control none");
+  expect_refused("--replay /no/such.mcap", "/no/such.mcap");
+  expect_refused("--replay " + test::source_dir() + "/README.md", "README.md");
+}
+
+TEST(PlayerCommand, WritesAPictureOfTheTimeAskedFor) {
+  const VirtualDisplay display("1280x800");
+  if (!display.up()) GTEST_SKIP() << kNoDisplay;
+  const test::TemporaryFolder folder;
+  const std::string options = "--replay " + test::recorded("press") + " --screen hydraulics --at ";
+  const auto picture = [&](const std::string& at, const std::string& name) {
+    const Ended ended = console(options + at + " --screenshot " + folder.file(name));
+    EXPECT_EQ(ended.code, 0) << ended.said;
+    std::ifstream file(folder.file(name), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string one = picture("1.5", "a.png");
+  EXPECT_GT(one.size(), 10'000u);
+  EXPECT_EQ(one, picture("1.5", "b.png"));
+  EXPECT_NE(one, picture("2.5", "c.png"));
+}
+
+}  // namespace
+}  // namespace knuckle::console::window
