@@ -11,6 +11,9 @@
 
 namespace knuckle::console::picture {
 
+/// Where an area of the screen lies in the framebuffer. While ImGui's frame is open, or before the next.
+[[nodiscard]] Viewport viewport_of(const widgets::Area& picture);
+
 class MachinePanel {
  public:
   /// @throws InputError as MachineView does.
@@ -29,8 +32,6 @@ class MachinePanel {
   [[nodiscard]] const HandInput& pulled() const noexcept { return pulled_; }
 
  private:
-  [[nodiscard]] Viewport viewport(const widgets::Area& picture) const;
-
   Kinematics kinematics_;
   MachineView view_;
   Camera side_, orbit_;

@@ -10,6 +10,7 @@
 #include "app/console/event_book.h"
 #include "app/console/recording_light.h"
 #include "app/console/screens/calibrate_panel.h"
+#include "app/console/screens/camera_pane.h"
 #include "app/console/screens/payload_total.h"
 #include "app/console/widgets/history.h"
 #include "app/console/widgets/widgets.h"
@@ -39,6 +40,7 @@ struct ConsoleData {
   const PayloadTotal& payload;
   EventBook& events;
   CalibrationPanel& calibration;
+  CameraPane& cameras;
   const RecordingLight& recording;
 };
 

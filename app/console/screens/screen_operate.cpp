@@ -173,10 +173,12 @@ widgets::Area picture_area(const widgets::Ui& ui, const ConsoleData& data, const
   };
   const widgets::Shown title =
       widgets::shown("%s  %s", data.facts.machine.name.c_str(), state.side_view ? "side view" : "orbit");
-  widgets::put_text(t.fonts.small, t.colours.muted, {area.min.x + t.unit(1.5F), area.min.y + t.px(18)},
-                    widgets::Align::kLeft, title.c_str());
-  widgets::put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(1.5F), area.min.y + t.px(18)},
-                    widgets::Align::kRight, "V: view");
+  if (!data.cameras.large()) {
+    widgets::put_text(t.fonts.small, t.colours.muted, {area.min.x + t.unit(1.5F), area.min.y + t.px(18)},
+                      widgets::Align::kLeft, title.c_str());
+    widgets::put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(1.5F), area.min.y + t.px(18)},
+                      widgets::Align::kRight, data.cameras.empty() ? "V: view" : "V: view  X: camera");
+  }
   const picture::PictureColours colours = t.light ? picture::light_picture_colours() : picture::dark_picture_colours();
   const auto packed = [](const picture::Rgb& c) { return ImGui::ColorConvertFloat4ToU32({c.x(), c.y(), c.z(), 1}); };
   key(packed(colours.commanded), "commanded");
@@ -197,7 +199,7 @@ widgets::Area operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiS
   widgets::Area bottom = area.cut_bottom(t.px(228), gap);
   scales_card(ui, data, state, bottom.cut_right(t.px(286), gap));
   pressures_card(ui, data, bottom);
-  return picture_area(ui, data, state, area);
+  return data.cameras.place(ui, picture_area(ui, data, state, area));
 }
 
 }  // namespace knuckle::console::screens

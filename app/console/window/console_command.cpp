@@ -145,6 +145,7 @@ int run(const ConsoleOptions& o) {
   if (facts.hand == screens::HandSource::kGamepad && !window.window().gamepad())
     cli::refuse_option("--device", o.device, "no gamepad found: plug one in, or use --device keyboard");
   set_up(window.state(), o, facts, *loops.host);
+  for (const std::string& camera : o.cameras) window.cameras().add(feed_of(video::parse_source(camera)));
 
   programs::ProgramConsole console("knuckle console");
   programs::ControlInput input(STDIN_FILENO);

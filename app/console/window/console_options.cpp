@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <set>
 #include <utility>
 
 #include "app/cli/command.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
+#include "video/source.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -57,6 +59,16 @@ void check_device(const ConsoleOptions& o) {
     cli::refuse_option("--device", o.device, "does not go with --demo, where the scenario's operator leads");
 }
 
+void check_cameras(const ConsoleOptions& o) {
+  std::set<std::string> names;
+  for (const std::string& text : o.cameras) {
+    const video::CameraSource camera = video::parse_source(text);
+    if (!names.insert(camera.name).second)
+      throw InputError("--camera " + camera.name + ": is given twice; each camera needs a name of its own");
+    video::check_source(camera);
+  }
+}
+
 }  // namespace
 
 void add_options(CLI::App& c, ConsoleOptions& o) {
@@ -82,6 +94,11 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_option("--delay-ms", o.session.delay_ms, "Delay of the simulated link, one way");
   c.add_option("--jitter-ms", o.session.jitter_ms, "Jitter of the simulated link: half-width of the delay's variation");
   c.add_option("--loss", o.session.loss, "Share of datagrams lost on the simulated link, 0 to 0.9");
+  c.add_option("--camera", o.cameras,
+               "Camera, NAME=SOURCE: a URI such as rtsp://192.0.2.9/live or v4l2:///dev/video0, or a pipeline as "
+               "gst-launch-1.0 takes it (docs/camera.md); for each camera once")
+      ->type_name("NAME=SOURCE")
+      ->allow_extra_args(false);
   c.add_flag("--demo", o.demo, "Let the scenario's operator lead the machine");
   c.add_option("--candump", o.candump, "Write every frame of the simulated bus in candump log format");
   programs::add_log_options(c, o.log);
@@ -116,6 +133,7 @@ void check(const ConsoleOptions& o) {
   }
   pairing::check(o.link.dial, secure::Role::kOperator, o.link.insecure > 0);
   check_device(o);
+  check_cameras(o);
   programs::check_log(o.log);
   cli::check_range("--scale", o.scale, 0.75, 3, "");
   cli::check_range("--duration", o.duration_s, 0.1, programs::kLongestRun_s, " s");

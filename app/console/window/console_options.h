@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/console/screens/ui_state.h"
 #include "app/console/window/window.h"
@@ -23,6 +24,7 @@ struct ConsoleOptions {
   pairing::LinkOptions link;         ///< Its address is empty where the machine is simulated.
   programs::LogOptions log;
   std::string device = "keyboard", serial, candump;
+  std::vector<std::string> cameras;  ///< NAME=SOURCE each.
   std::optional<double> duration_s, at_s;
   double scale = 1;
   std::string size = "1280x800", screen = "operate", screenshot, json;

@@ -47,13 +47,14 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   window_.begin_frame();
   take_keys();
   watch(view);
+  cameras_.watch(video::now(), view, events);
   calibration_.update();
   if (state_.stop) calibration_.cancel();
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   const widgets::Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_};
   screens::open_canvas();
   const std::optional<widgets::Area> picture = screens::draw_console(
-      ui, {facts_, kinematics_, view, loop, history_, payload_, events, calibration_, recording_}, state_);
+      ui, {facts_, kinematics_, view, loop, history_, payload_, events, calibration_, cameras_, recording_}, state_);
   const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
   // The tip of the machine that is being commissioned cannot be pulled.
   const bool no_mouse = !picture || (commissioned && state_.side_view);
@@ -64,8 +65,20 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   if (commissioned)
     machine_.draw(*picture, state_.side_view, state_.light, calibration_.job()->pose_rad());
   else if (picture)
-    machine_.draw(*picture, state_.side_view, state_.light, stale, view);
+    draw_pictures(*picture, stale, view);
   window_.draw_widgets();
+}
+
+/// The machine's, and a camera's: the small one last.
+void ConsoleWindow::draw_pictures(const widgets::Area& machine, bool stale, const ConsoleView& view) {
+  const std::optional<screens::CameraPane::Placed>& camera = cameras_.placed();
+  const auto draw_camera = [&] {
+    if (camera && camera->video != nullptr) camera->video->draw(picture::viewport_of(camera->picture), camera->live);
+  };
+  if (camera && camera->large) draw_camera();
+  machine_.draw(machine, state_.side_view, state_.light, stale, view);
+  if (camera && !camera->large) draw_camera();
+  cameras_.draw_done();
 }
 
 void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
@@ -128,6 +141,9 @@ void ConsoleWindow::act(KeyAction action) {
       return;
     case KeyAction::kView:
       state_.side_view = !state_.side_view;
+      return;
+    case KeyAction::kPicture:
+      cameras_.next();
       return;
     case KeyAction::kTheme:
       state_.light = !state_.light;

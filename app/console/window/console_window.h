@@ -43,12 +43,15 @@ class ConsoleWindow {
   [[nodiscard]] const screens::ConsoleFacts& facts() const noexcept { return facts_; }
   [[nodiscard]] screens::UiState& state() noexcept { return state_; }
   [[nodiscard]] screens::CalibrationPanel& calibration() noexcept { return calibration_; }
+  /// To be filled before the first frame.
+  [[nodiscard]] screens::CameraPane& cameras() noexcept { return cameras_; }
   [[nodiscard]] Window& window() noexcept { return window_; }
   /// Nothing flashes: for pictures.
   void hold_steady() noexcept { steady_ = true; }
 
  private:
   void take_keys();
+  void draw_pictures(const widgets::Area& machine, bool stale, const ConsoleView& view);
   void act(KeyAction action);
   [[nodiscard]] HeldKeys held_keys() const;
 
@@ -64,6 +67,7 @@ class ConsoleWindow {
   bool keys_enable_was_up_ = false, pad_enable_was_up_ = false;
   bool pad_came_back_ = false;  ///< And its bumper was not down since.
   screens::CalibrationPanel calibration_;
+  screens::CameraPane cameras_;
   RecordingLight recording_;
   bool steady_ = false;
   double drawn_s_ = 0;  ///< Time of the session drawn last.
