@@ -33,7 +33,8 @@ Viewport viewport_of(const widgets::Area& picture) {
 }
 
 MachinePanel::MachinePanel(const MachineDescription& machine)
-    : kinematics_(machine),
+    : machine_(machine),
+      kinematics_(machine),
       view_(machine),
       side_(side_camera(machine)),
       orbit_(orbit_camera(machine)),
@@ -72,7 +73,7 @@ void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, cons
     pulled_ = hand_from_drag(*mouse_m - kinematics_.tip(view.hand.ghost_rad), view.hand.ghost_rad, kinematics_);
 }
 
-void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view) {
+MachinePicture MachinePanel::picture_of(const ConsoleView& view, bool stale) const {
   const SlaveMessage& m = view.machine;
   MachinePicture p;
   p.measured_rad = view.link.heard ? m.position_rad : view.hand.set_point_rad;
@@ -91,8 +92,18 @@ void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light
   }
   p.scene = &scene_.scene();
   p.scene_s = view.simulated_s;
-  view_.draw(p, side_view ? side_ : orbit_, viewport_of(picture),
+  return p;
+}
+
+void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view) {
+  view_.draw(picture_of(view, stale), side_view ? side_ : orbit_, viewport_of(picture),
              light ? light_picture_colours() : dark_picture_colours());
+}
+
+void MachinePanel::draw_over(const widgets::Area& picture, const CameraDescription& mount, bool light,
+                             const ConsoleView& view) {
+  view_.draw_over(picture_of(view, false), mounted_camera(machine_, mount), viewport_of(picture),
+                  light ? light_picture_colours() : dark_picture_colours());
 }
 
 void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, const JointVector& pose_rad) {

@@ -7,6 +7,7 @@
 #include "app/console/picture/live_scene.h"
 #include "app/console/picture/machine_view.h"
 #include "app/console/widgets/area.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::console::picture {
@@ -28,10 +29,15 @@ class MachinePanel {
   void draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view);
   /// Only the machine, at this pose.
   void draw(const widgets::Area& picture, bool side_view, bool light, const JointVector& pose_rad);
+  /// Outlines and force, over the picture of a camera on the machine.
+  void draw_over(const widgets::Area& picture, const CameraDescription& mount, bool light, const ConsoleView& view);
   /// The tip pulled by the mouse; nothing is held where it is not.
   [[nodiscard]] const HandInput& pulled() const noexcept { return pulled_; }
 
  private:
+  [[nodiscard]] MachinePicture picture_of(const ConsoleView& view, bool stale) const;
+
+  MachineDescription machine_;
   Kinematics kinematics_;
   MachineView view_;
   Camera side_, orbit_;

@@ -65,7 +65,10 @@ void check_cameras(const ConsoleOptions& o) {
     const video::CameraSource camera = video::parse_source(text);
     if (!names.insert(camera.name).second)
       throw InputError("--camera " + camera.name + ": is given twice; each camera needs a name of its own");
-    video::check_source(camera);
+    if (camera.source != kSimulatedCamera)
+      video::check_source(camera);
+    else if (!o.simulate)
+      cli::refuse_option("--camera", text, "a simulated camera goes with --simulate");
   }
 }
 
@@ -96,7 +99,9 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_option("--loss", o.session.loss, "Share of datagrams lost on the simulated link, 0 to 0.9");
   c.add_option("--camera", o.cameras,
                "Camera, NAME=SOURCE: a URI such as rtsp://192.0.2.9/live or v4l2:///dev/video0, or a pipeline as "
-               "gst-launch-1.0 takes it (docs/camera.md); for each camera once")
+               "gst-launch-1.0 takes it, or, with --simulate, 'simulated' for a camera of the machine file; for each "
+               "camera once "
+               "(docs/camera.md)")
       ->type_name("NAME=SOURCE")
       ->allow_extra_args(false);
   c.add_flag("--demo", o.demo, "Let the scenario's operator lead the machine");

@@ -17,6 +17,9 @@ class App;
 
 namespace knuckle::console::window {
 
+/// A camera's source: one that is on the simulated machine by the camera's name in the machine's file.
+inline constexpr const char* kSimulatedCamera = "simulated";
+
 struct ConsoleOptions {
   bool simulate = false, demo = false, light = false, imperial = false;
   bool scenario_given = false, seed_given = false;
@@ -24,7 +27,7 @@ struct ConsoleOptions {
   pairing::LinkOptions link;         ///< Its address is empty where the machine is simulated.
   programs::LogOptions log;
   std::string device = "keyboard", serial, candump;
-  std::vector<std::string> cameras;  ///< NAME=SOURCE each.
+  std::vector<std::string> cameras;  ///< NAME=SOURCE each; the source may be kSimulatedCamera.
   std::optional<double> duration_s, at_s;
   double scale = 1;
   std::string size = "1280x800", screen = "operate", screenshot, json;

@@ -34,6 +34,17 @@ ConsoleWindow::ConsoleWindow(const WindowOptions& options, screens::ConsoleFacts
   calibration_.plan.seed = facts_.seed;
 }
 
+void ConsoleWindow::show_world(const sim::WorldDescription& world) {
+  machine_.begin(world);
+  for (const auto& camera : simulated_cameras_) camera->begin(world);
+}
+
+void ConsoleWindow::add_simulated_camera(const CameraDescription& mount) {
+  const auto camera = std::make_shared<picture::SimulatedCamera>(facts_.machine, mount);
+  simulated_cameras_.push_back(camera);
+  cameras_.add({mount.name, [camera] { return camera->take(); }, [camera] { return camera->status(); }});
+}
+
 void ConsoleWindow::watch(const ConsoleView& view) {
   if (view.simulated_s < drawn_s_) payload_.clear();
   drawn_s_ = view.simulated_s;
@@ -47,6 +58,8 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   window_.begin_frame();
   take_keys();
   watch(view);
+  const Duration delay = from_seconds(1e-3 * static_cast<double>(state_.running.delay_ms));
+  for (const auto& camera : simulated_cameras_) camera->show(view, video::now() - from_seconds(view_age_s), delay);
   cameras_.watch(video::now(), view, events);
   calibration_.update();
   if (state_.stop) calibration_.cancel();
@@ -75,7 +88,15 @@ void ConsoleWindow::draw_pictures(const widgets::Area& machine, bool stale, cons
   const auto draw_camera = [&] {
     if (camera && camera->video != nullptr) camera->video->draw(picture::viewport_of(camera->picture), camera->live);
   };
-  if (camera && camera->large) draw_camera();
+  if (camera && camera->large) {
+    draw_camera();
+    // A mark is only drawn where both the picture and what was measured are of now.
+    const auto& cameras = facts_.machine.cameras;
+    const auto mount = std::find_if(cameras.begin(), cameras.end(),
+                                    [&](const CameraDescription& c) { return c.name == *camera->name; });
+    if (mount != cameras.end() && camera->live && !stale)
+      machine_.draw_over(camera->picture, *mount, state_.light, view);
+  }
   machine_.draw(machine, state_.side_view, state_.light, stale, view);
   if (camera && !camera->large) draw_camera();
   cameras_.draw_done();

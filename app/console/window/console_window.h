@@ -2,14 +2,17 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "app/console/event_book.h"
 #include "app/console/hand_input.h"
 #include "app/console/keys.h"
 #include "app/console/picture/machine_panel.h"
+#include "app/console/picture/simulated_camera.h"
 #include "app/console/screens/calibrate_panel.h"
 #include "app/console/screens/console_data.h"
 #include "app/console/screens/ui_state.h"
@@ -26,7 +29,9 @@ class ConsoleWindow {
   /// The gamepad that leads, as in the newest frame: none, and nothing of it is held.
   void take_gamepad(const std::optional<GamepadState>& state);
   /// The world of the simulated session on screen.
-  void show_world(const sim::WorldDescription& world) { machine_.begin(world); }
+  void show_world(const sim::WorldDescription& world);
+  /// One on the simulated machine. @param mount of the machine's own.
+  void add_simulated_camera(const CameraDescription& mount);
   /// For the light on every screen.
   void show_recording(RecordingLight light) { recording_ = std::move(light); }
   /// Takes a view into histories and totals without drawing it.
@@ -62,6 +67,7 @@ class ConsoleWindow {
   widgets::History history_;
   screens::PayloadTotal payload_;
   picture::MachinePanel machine_;
+  std::vector<std::shared_ptr<picture::SimulatedCamera>> simulated_cameras_;
   HandInput gamepad_;
   /// A finger that stayed on enable while its gamepad was gone, or while text was typed, has not pressed it.
   bool keys_enable_was_up_ = false, pad_enable_was_up_ = false;

@@ -58,6 +58,14 @@ class CamerasInWindow : public testing::Test {
     glReadPixels(place[0], 799 - place[1], 1, 1, GL_RGB, GL_UNSIGNED_BYTE, rgb.data());
     return {rgb[0], rgb[1], rgb[2]};
   }
+  /// Share of the camera's picture that is covered by something, the small picture's side left out.
+  [[nodiscard]] static double share_covered() {
+    constexpr int kStep = 4;
+    int covered = 0, all = 0;
+    for (int x = 120; x < 480; x += kStep)
+      for (int y = 140; y < 420; y += kStep, ++all) covered += at({x, y}).is_red() ? 0 : 1;
+    return static_cast<double>(covered) / all;
+  }
   [[nodiscard]] std::string last_event() const { return events_.rows().empty() ? "" : events_.rows().back().text; }
 
   VirtualDisplay display_{"1280x800"};
@@ -125,6 +133,24 @@ TEST_F(CamerasInWindow, TurnGreyWithAnAlarmAndAnEventWhenFrozenAndComeBack) {
   frames();
   EXPECT_TRUE(at(kLarge).is_red());
   EXPECT_NE(last_event().find("live picture again"), std::string::npos) << last_event();
+}
+
+TEST_F(CamerasInWindow, HaveTheMachineDrawnOverThemWhereTheirPlaceIsInTheMachineFile) {
+  add_camera("mast");
+  picture(kNotYet);
+  frames();
+  EXPECT_GT(share_covered(), 0.02);
+  view_.link.silence_s = 1;
+  picture(kNotYet);
+  frames();
+  EXPECT_EQ(share_covered(), 0) << "what was measured is old";
+}
+
+TEST_F(CamerasInWindow, HaveNothingDrawnOverThemWhereTheirPlaceIsNotKnown) {
+  add_camera("rear");
+  picture(kNotYet);
+  frames();
+  EXPECT_EQ(share_covered(), 0);
 }
 
 TEST_F(CamerasInWindow, ShowPicturesOfGStreamer) {
