@@ -2,22 +2,14 @@
 // again are in a thread of its own; the owner never waits but in the destructor.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <memory>
 #include <string>
 
 #include "video/frame.h"
 #include "video/source.h"
+#include "video/status.h"
 
 namespace knuckle::video {
-
-/// What became of the connection last; plain data.
-struct CameraStatus {
-  bool playing = false;         ///< Pictures come, or are to be expected.
-  std::uint32_t troubles = 0;   ///< Counts problems up.
-  std::array<char, 400> why{};  ///< The last problem, one line with what to do; empty before the first.
-};
 
 class Camera {
  public:
@@ -33,8 +25,8 @@ class Camera {
   [[nodiscard]] const CameraStatus& status() noexcept;
 
  private:
-  class Runner;
-  std::unique_ptr<Runner> runner_;
+  class Reader;
+  std::unique_ptr<Reader> reader_;
   CameraStatus status_;
 };
 
