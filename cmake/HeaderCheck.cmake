@@ -4,7 +4,8 @@
 file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}
      ${PROJECT_SOURCE_DIR}/app/*.h ${PROJECT_SOURCE_DIR}/core/*.h ${PROJECT_SOURCE_DIR}/estimation/*.h
      ${PROJECT_SOURCE_DIR}/machine/*.h ${PROJECT_SOURCE_DIR}/master/*.h ${PROJECT_SOURCE_DIR}/recording/*.h ${PROJECT_SOURCE_DIR}/sim/*.h
-     ${PROJECT_SOURCE_DIR}/slave/*.h ${PROJECT_SOURCE_DIR}/transport/*.h ${PROJECT_SOURCE_DIR}/tests/support/*.h)
+     ${PROJECT_SOURCE_DIR}/slave/*.h ${PROJECT_SOURCE_DIR}/transport/*.h ${PROJECT_SOURCE_DIR}/video/*.h
+     ${PROJECT_SOURCE_DIR}/tests/support/*.h)
 # brings_eigen(OUT HEADER): whether it includes Eigen, at whatever depth; as it was when CMake last ran.
 function(brings_eigen out header)
   get_property(known GLOBAL PROPERTY knuckle_brings_eigen_${header})

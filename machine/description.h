@@ -4,11 +4,13 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/joints.h"
 #include "machine/arm_description.h"
 #include "machine/bus_description.h"
 #include "machine/calibration.h"
+#include "machine/camera_description.h"
 
 namespace knuckle {
 
@@ -37,6 +39,7 @@ struct MachineDescription {
   LimitsDescription limits;
   double payload_full_scale_kg = 0;
   PlanarVector payload_com_m = PlanarVector::Zero();  ///< Where a full bucket's load sits, bucket axes.
+  std::vector<CameraDescription> cameras;             ///< On the machine, of which the pose is known; often none.
   // What identification has found out; nothing of it is in the values above until calibrated() has put it there.
   std::optional<DynamicsCalibration> dynamics_calibration;
   std::optional<GeometryCalibration> geometry_calibration;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -345,6 +346,27 @@ void check_room(const MachineDescription& machine, const TomlTable& limits) {
                      ": beyond it is the tip in four poses of five");
 }
 
+/// All optional: a machine has any number of cameras.
+std::vector<CameraDescription> read_cameras(TomlTable& file) {
+  std::vector<CameraDescription> cameras;
+  for (TomlTable& table : file.tables("camera")) {
+    CameraDescription camera;
+    camera.name = table.text("name");
+    const bool plain = std::all_of(camera.name.begin(), camera.name.end(),
+                                   [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
+    table.require(plain, "name", "must be made of letters, digits, - and _: it is given as --camera NAME=SOURCE");
+    const bool taken = std::any_of(cameras.begin(), cameras.end(),
+                                   [&camera](const CameraDescription& other) { return other.name == camera.name; });
+    table.require(!taken, "name", "is taken by another camera; names must be unique");
+    camera.position_m = table.numbers<3>("position_m", -kFurthestPin_m, kFurthestPin_m);
+    camera.pan_rad = table.number("pan_deg", -180, 180, kDegree);
+    camera.tilt_rad = table.number("tilt_deg", -89, 89, kDegree);
+    camera.field_of_view_rad = table.number("field_of_view_deg", 5, 150, kDegree);
+    cameras.push_back(camera);
+  }
+  return cameras;
+}
+
 MachineDescription read_machine(TomlTable file) {
   MachineDescription machine;
   machine.name = file.text("name");
@@ -372,6 +394,7 @@ MachineDescription read_machine(TomlTable file) {
   TomlTable payload = file.table("payload");
   machine.payload_full_scale_kg = payload.number("full_scale_kg", 1, kHeaviest_kg);
   machine.payload_com_m = payload.numbers<2>("com_m", -kFurthestPin_m, kFurthestPin_m);
+  machine.cameras = read_cameras(file);
   load_calibration(file, machine);
   file.leave("commissioning");  // what `knuckle commission` has found, for people and tools
   file.finish();

@@ -44,6 +44,7 @@ struct LinkSide {
 /// The simulation's true state; there is none of a real machine.
 struct SimulatedTruth {
   double pump_Pa = 0;
+  JointVector joint_rad = JointVector::Zero();
   sim::WorldEventRing events;
 };
 

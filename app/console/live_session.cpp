@@ -71,6 +71,7 @@ void LiveSession::show(ConsoleView& view) noexcept {
   const sim::PlantState& plant = this->plant();
   SimulatedTruth& truth = view.truth;
   truth.pump_Pa = plant.pump_Pa;
+  truth.joint_rad = plant.joint_rad;
   truth.events = plant.events;
 }
 

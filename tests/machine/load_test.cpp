@@ -101,7 +101,7 @@ TEST_P(Shipped, RefusesEveryMissingKeyByName) {
   for_every_key(
       [](toml::table& parent, const std::string& key) {
         parent.erase(key);
-        return true;
+        return key != "camera";  // a machine may have none
       },
       [](const std::string& line, const std::string& key) {
         expect_names(line, key);

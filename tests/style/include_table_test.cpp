@@ -30,7 +30,7 @@ Table make_table() {
   const std::set<std::string> loops{"core", "machine", "transport", "estimation", "slave", "sim"};
   const std::set<std::string> tables{"core", "machine", "estimation", "app/cli", "app/recordings"};
   const std::set<std::string> screens =
-      loops + std::set<std::string>{"master", "recording", "app/session", "app/console"};
+      loops + std::set<std::string>{"master", "recording", "video", "app/session", "app/console"};
   Table table{
       {"core", {}},
       {"machine", {"core"}},
@@ -38,6 +38,7 @@ Table make_table() {
       {"transport/secure", {"core", "transport"}},
       {"transport/ice", {"core", "transport", "transport/secure"}},
       {"recording/mcap", {"core"}},
+      {"video", {"core"}},
       {"estimation", {"core", "machine"}},
       {"master", {"core", "machine", "transport"}},
       {"slave", {"core", "machine", "transport", "estimation"}},
@@ -78,7 +79,7 @@ Table make_table() {
       {"app/console/screens", screens + std::set<std::string>{"app/replay", "app/console/player", "app/console/widgets",
                                                               "app/console/picture"}},
   };
-  table["app/console"] = table["app/programs"] + std::set<std::string>{"app/programs", "app/identify"};
+  table["app/console"] = table["app/programs"] + std::set<std::string>{"app/programs", "app/identify", "video"};
   table["app/console/window"] =
       table["app/console"] + table["app/console/screens"] + std::set<std::string>{"app/console/screens"};
   std::set<std::string> everything;

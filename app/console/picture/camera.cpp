@@ -24,12 +24,18 @@ Vector3d eye_direction(const Camera& camera) {
   return {std::sin(camera.yaw_rad) * c, -std::cos(camera.yaw_rad) * c, std::sin(camera.pitch_rad)};
 }
 
+/// Against the direction in which a mounted camera looks.
+Vector3d mounted_back(const CameraDescription& mount) {
+  const double c = std::cos(mount.tilt_rad);
+  return -Vector3d(c * std::cos(mount.pan_rad), c * std::sin(mount.pan_rad), std::sin(mount.tilt_rad));
+}
+
 struct Axes {
   Vector3d right, up, back;
 };
 Axes axes(const Camera& camera) {
   if (camera.kind == Camera::Kind::kSide) return {Vector3d::UnitX(), Vector3d::UnitZ(), -Vector3d::UnitY()};
-  const Vector3d back = eye_direction(camera);
+  const Vector3d back = camera.kind == Camera::Kind::kOrbit ? eye_direction(camera) : mounted_back(camera.mount);
   const Vector3d right = Vector3d::UnitZ().cross(back).normalized();
   return {right, back.cross(right), back};
 }
@@ -47,8 +53,19 @@ double aspect(const Viewport& viewport) {
   return static_cast<double>(viewport.width_px) / viewport.height_px;
 }
 
-Matrix4d perspective(double aspect_ratio, double near_m, double far_m) {
-  const double f = 1 / std::tan(kFieldOfView_rad / 2);
+/// Of a camera with perspective.
+Vector3d eye_of(const Camera& camera, const Axes& a) {
+  return camera.kind == Camera::Kind::kMounted ? camera.mount.position_m
+                                               : Vector3d(camera.target_m + camera.distance_m * a.back);
+}
+/// Tangent of half its vertical field of view.
+double half_height(const Camera& camera, double aspect_ratio) {
+  return camera.kind == Camera::Kind::kMounted ? std::tan(camera.mount.field_of_view_rad / 2) / aspect_ratio
+                                               : std::tan(kFieldOfView_rad / 2);
+}
+
+Matrix4d perspective(double half_height, double aspect_ratio, double near_m, double far_m) {
+  const double f = 1 / half_height;
   Matrix4d m = Matrix4d::Zero();
   m(0, 0) = f / aspect_ratio;
   m(1, 1) = f;
@@ -121,8 +138,16 @@ Camera orbit_camera(const MachineDescription& machine) {
   return camera;
 }
 
+Camera mounted_camera(const MachineDescription& machine, const CameraDescription& mount) {
+  Camera camera;
+  camera.kind = Camera::Kind::kMounted;
+  camera.reach_m = reach_m(machine);
+  camera.mount = mount;
+  return camera;
+}
+
 Camera turned(Camera camera, const Vector2d& drag_px, const Viewport& viewport) {
-  if (camera.kind == Camera::Kind::kSide) return camera;
+  if (camera.kind != Camera::Kind::kOrbit) return camera;
   const double rad_per_px = std::numbers::pi / viewport.height_px;
   camera.yaw_rad = std::remainder(camera.yaw_rad - drag_px.x() * rad_per_px, 2 * std::numbers::pi);
   camera.pitch_rad = std::clamp(camera.pitch_rad + drag_px.y() * rad_per_px, kLowest_rad, kHighest_rad);
@@ -130,14 +155,14 @@ Camera turned(Camera camera, const Vector2d& drag_px, const Viewport& viewport) 
 }
 
 Camera zoomed(Camera camera, double steps) {
-  if (camera.kind == Camera::Kind::kSide) return camera;
+  if (camera.kind != Camera::Kind::kOrbit) return camera;
   camera.distance_m =
       std::clamp(camera.distance_m * std::pow(0.9, steps), kNearest * camera.reach_m, kFarthest * camera.reach_m);
   return camera;
 }
 
 Camera shifted(Camera camera, const Vector2d& drag_px, const Viewport& viewport) {
-  if (camera.kind == Camera::Kind::kSide) return camera;
+  if (camera.kind != Camera::Kind::kOrbit) return camera;
   const double m_per_px = 2 * camera.distance_m * std::tan(kFieldOfView_rad / 2) / viewport.height_px;
   const Axes a = axes(camera);
   const Vector3d reach = Vector3d::Constant(camera.reach_m);
@@ -152,9 +177,11 @@ Matrix4d view_projection(const Camera& camera, const Viewport& viewport) {
     const Vector2d centre = camera.shown_m.center();
     return side_projection(camera, viewport) * look_from({centre.x(), 0, centre.y()}, a);
   }
-  const Vector3d eye = camera.target_m + camera.distance_m * a.back;
-  return perspective(aspect(viewport), 0.05 * camera.distance_m, camera.distance_m + 6 * camera.reach_m) *
-         look_from(eye, a);
+  const double ratio = aspect(viewport), half = half_height(camera, ratio);
+  if (camera.kind == Camera::Kind::kMounted)
+    return perspective(half, ratio, 0.02 * camera.reach_m, 12 * camera.reach_m) * look_from(eye_of(camera, a), a);
+  return perspective(half, ratio, 0.05 * camera.distance_m, camera.distance_m + 6 * camera.reach_m) *
+         look_from(eye_of(camera, a), a);
 }
 
 std::optional<PlanarVector> plane_point(const Camera& camera, const Viewport& viewport, const Vector2d& pixel) {
@@ -162,8 +189,8 @@ std::optional<PlanarVector> plane_point(const Camera& camera, const Viewport& vi
   if (camera.kind == Camera::Kind::kSide)
     return PlanarVector(camera.shown_m.center() + at.cwiseProduct(half_shown(camera, viewport)));
   const Axes a = axes(camera);
-  const double half = std::tan(kFieldOfView_rad / 2);
-  const Vector3d eye = camera.target_m + camera.distance_m * a.back;
+  const double half = half_height(camera, aspect(viewport));
+  const Vector3d eye = eye_of(camera, a);
   const Vector3d ray = at.x() * half * aspect(viewport) * a.right + at.y() * half * a.up - a.back;
   const double along = -eye.y() / ray.y();
   if (!(along > 0) || along > 4 * kFarthest * camera.reach_m) return std::nullopt;

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/joints.h"
+#include "machine/camera_description.h"
 #include "machine/description_fwd.h"
 
 namespace knuckle::console::picture {
@@ -20,7 +21,7 @@ struct Viewport {
 };
 
 struct Camera {
-  enum class Kind : std::uint8_t { kOrbit, kSide };
+  enum class Kind : std::uint8_t { kOrbit, kSide, kMounted };
   Kind kind = Kind::kSide;
   double reach_m = 1;  ///< Of the machine: what distances are limited by.
   // Orbit.
@@ -30,6 +31,8 @@ struct Camera {
   Eigen::Vector3d target_m = Eigen::Vector3d::Zero();
   // Side.
   Eigen::AlignedBox2d shown_m;  ///< At least this of the machine's plane is seen.
+  // Mounted on the machine: place, direction and lens as in its file.
+  CameraDescription mount;
 };
 
 /// Everything that hull and bucket can reach in their working ranges, frame M.
@@ -39,8 +42,10 @@ struct Camera {
 [[nodiscard]] Camera side_camera(const MachineDescription& machine);
 /// From behind on the right, as an operator who stands there sees it.
 [[nodiscard]] Camera orbit_camera(const MachineDescription& machine);
+/// What a camera on the machine sees; its picture has square pixels and fills the viewport.
+[[nodiscard]] Camera mounted_camera(const MachineDescription& machine, const CameraDescription& mount);
 
-// A side view does not move: these change an orbit only.
+// Only an orbit is moved by these.
 /// The mouse dragged the machine round.
 [[nodiscard]] Camera turned(Camera camera, const Eigen::Vector2d& drag_px, const Viewport& viewport);
 /// The wheel: positive steps come closer.

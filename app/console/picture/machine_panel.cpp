@@ -22,16 +22,7 @@ Eigen::Vector2d pixels(ImVec2 v) {
 
 }  // namespace
 
-MachinePanel::MachinePanel(const MachineDescription& machine)
-    : kinematics_(machine),
-      view_(machine),
-      side_(side_camera(machine)),
-      orbit_(orbit_camera(machine)),
-      scene_(reach_of(machine)) {
-  scene_.begin({});
-}
-
-Viewport MachinePanel::viewport(const widgets::Area& picture) const {
+Viewport viewport_of(const widgets::Area& picture) {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 s = io.DisplayFramebufferScale;
   const auto pixel = [](float v) { return static_cast<int>(std::lround(v)); };
@@ -40,6 +31,16 @@ Viewport MachinePanel::viewport(const widgets::Area& picture) const {
           .width_px = std::max(1, pixel(picture.width() * s.x)),
           .height_px = std::max(1, pixel(picture.height() * s.y)),
           .line_scale = static_cast<double>(ImGui::GetFontSize()) / 18};
+}
+
+MachinePanel::MachinePanel(const MachineDescription& machine)
+    : machine_(machine),
+      kinematics_(machine),
+      view_(machine),
+      side_(side_camera(machine)),
+      orbit_(orbit_camera(machine)),
+      scene_(reach_of(machine)) {
+  scene_.begin({});
 }
 
 void MachinePanel::watch(const ConsoleView& view) {
@@ -57,7 +58,7 @@ void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, cons
   ImGui::InvisibleButton("picture", picture.size(),
                          ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
   const ImGuiIO& io = ImGui::GetIO();
-  const Viewport port = viewport(picture);
+  const Viewport port = viewport_of(picture);
   const Eigen::Vector2d scale = pixels(io.DisplayFramebufferScale);
   const Eigen::Vector2d drag = pixels(io.MouseDelta).cwiseProduct(scale);
   const bool held = ImGui::IsItemActive();
@@ -73,8 +74,7 @@ void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, cons
     pulled_ = hand_from_drag(*mouse_m - kinematics_.tip(view.hand.ghost_rad), view.hand.ghost_rad, kinematics_);
 }
 
-void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view,
-                        const ConsoleView* beside) {
+MachinePicture MachinePanel::picture_of(const ConsoleView& view, bool stale, const ConsoleView* beside) const {
   const SlaveMessage& m = view.machine;
   MachinePicture p;
   p.measured_rad = view.link.heard || !view.hand.set_point_rad.allFinite() ? m.position_rad : view.hand.set_point_rad;
@@ -101,14 +101,25 @@ void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light
   }
   p.scene = &scene_.scene();
   p.scene_s = view.simulated_s;
-  view_.draw(p, side_view ? side_ : orbit_, viewport(picture),
+  return p;
+}
+
+void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view,
+                        const ConsoleView* beside) {
+  view_.draw(picture_of(view, stale, beside), side_view ? side_ : orbit_, viewport_of(picture),
              light ? light_picture_colours() : dark_picture_colours());
+}
+
+void MachinePanel::draw_over(const widgets::Area& picture, const CameraDescription& mount, bool light,
+                             const ConsoleView& view) {
+  view_.draw_over(picture_of(view, false), mounted_camera(machine_, mount), viewport_of(picture),
+                  light ? light_picture_colours() : dark_picture_colours());
 }
 
 void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, const JointVector& pose_rad) {
   MachinePicture p;
   p.measured_rad = pose_rad;
-  view_.draw(p, side_view ? side_ : orbit_, viewport(picture),
+  view_.draw(p, side_view ? side_ : orbit_, viewport_of(picture),
              light ? light_picture_colours() : dark_picture_colours());
 }
 

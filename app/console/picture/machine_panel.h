@@ -7,9 +7,13 @@
 #include "app/console/picture/live_scene.h"
 #include "app/console/picture/machine_view.h"
 #include "app/console/widgets/area.h"
+#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::console::picture {
+
+/// Where an area of the screen lies in the framebuffer. While ImGui's frame is open, or before the next.
+[[nodiscard]] Viewport viewport_of(const widgets::Area& picture);
 
 class MachinePanel {
  public:
@@ -26,12 +30,16 @@ class MachinePanel {
             const ConsoleView* beside = nullptr);
   /// Only the machine, at this pose.
   void draw(const widgets::Area& picture, bool side_view, bool light, const JointVector& pose_rad);
+  /// Outlines and force, over the picture of a camera on the machine.
+  void draw_over(const widgets::Area& picture, const CameraDescription& mount, bool light, const ConsoleView& view);
   /// The tip pulled by the mouse; nothing is held where it is not.
   [[nodiscard]] const HandInput& pulled() const noexcept { return pulled_; }
 
  private:
-  [[nodiscard]] Viewport viewport(const widgets::Area& picture) const;
+  [[nodiscard]] MachinePicture picture_of(const ConsoleView& view, bool stale,
+                                          const ConsoleView* beside = nullptr) const;
 
+  MachineDescription machine_;
   Kinematics kinematics_;
   MachineView view_;
   Camera side_, orbit_;

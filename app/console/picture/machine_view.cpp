@@ -112,6 +112,17 @@ void no_stencil() {
   stencil(GL_ALWAYS, 0, 0, GL_KEEP, 0xFF);
 }
 
+/// What MachineView::draw() promises of OpenGL's state.
+void leave_as_agreed() {
+  glBindVertexArray(0);
+  glDisable(GL_LINE_SMOOTH);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_STENCIL_TEST);
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+}
+
 }  // namespace
 
 ForceScale force_scale(const MachineDescription& machine) {
@@ -151,12 +162,12 @@ struct MachineView::Parts {
   }
   enum World : std::uint8_t { kGround, kGrid, kSolids, kSoil, kCracks, kVirtualWalls };
 
-  void clear(const Viewport& viewport, const PictureColours& colours);
+  void clear(const Viewport& viewport, const PictureColours& colours, GLbitfield buffers);
   void draw_world(const PictureColours& colours);
   void draw_shadow(const BodyPlaces& at, const PictureColours& colours);
   void draw_solid(const BodyPlaces& at, const Look& look, const PictureColours& colours);
   void draw_hidden(const BodyPlaces& at, const Look& look);
-  void draw_transparent_world(const PictureColours& colours);
+  void draw_transparent_world(const PictureColours& colours, bool as_seen);
   void draw_ghost(const BodyPlaces& at, const Rgb& colour);
   void draw_outline(const BodyPlaces& at, const Rgb& colour);
   void draw_force(const MachinePicture& picture, const PictureColours& colours);
@@ -176,7 +187,7 @@ struct MachineView::Parts {
   double line_scale = 1;
 };
 
-void MachineView::Parts::clear(const Viewport& v, const PictureColours& colours) {
+void MachineView::Parts::clear(const Viewport& v, const PictureColours& colours, GLbitfield buffers) {
   line_scale = v.line_scale;
   glViewport(v.left_px, v.bottom_px, v.width_px, v.height_px);
   glScissor(v.left_px, v.bottom_px, v.width_px, v.height_px);
@@ -185,7 +196,7 @@ void MachineView::Parts::clear(const Viewport& v, const PictureColours& colours)
   glDepthMask(GL_TRUE);
   glStencilMask(0xFF);
   glClearColor(colours.background.x(), colours.background.y(), colours.background.z(), 1);
-  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+  glClear(buffers);
   glEnable(GL_DEPTH_TEST);
   glEnable(GL_STENCIL_TEST);
   glEnable(GL_CULL_FACE);
@@ -258,10 +269,11 @@ void MachineView::Parts::draw_hidden(const BodyPlaces& at, const Look& look) {
   glDepthFunc(GL_LEQUAL);
 }
 
-void MachineView::Parts::draw_transparent_world(const PictureColours& colours) {
+void MachineView::Parts::draw_transparent_world(const PictureColours& colours, bool as_seen) {
   const Blended mixed;
   painter.triangles(world[kSoil], kHere, {Rgb::Zero(), 0, 0.62F, true});
   painter.edges(world[kSoil], kHere, {colours.edge, 0.4F, 0.8F, false});
+  if (as_seen) return;
   lines(1.5);
   painter.edges(world[kVirtualWalls], kHere, {colours.virtual_wall, 1, 0.65F, false});
 }
@@ -358,26 +370,32 @@ void MachineView::draw(const MachinePicture& picture, const Camera& camera, cons
   Parts& p = *parts_;
   const session::Scene scene = picture.scene == nullptr ? session::Scene{} : scene_at(*picture.scene, picture.scene_s);
   if (!p.scene || !same(scene, *p.scene)) p.rebuild_world(scene);
-  p.clear(viewport, colours);
+  p.clear(viewport, colours, GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   p.painter.begin(view_projection(camera, viewport).cast<float>(), colours);
   const BodyPlaces measured = places(p.machine, picture.measured_rad);
   p.draw_world(colours);
   p.draw_shadow(measured, colours);
   const float greyed = picture.measured_is_stale ? 0.92F : 0.0F;
   p.draw_solid(measured, {colours.stale, greyed, 1, true}, colours);
-  p.draw_hidden(measured, {colours.stale, greyed, 0.38F, true});
-  p.draw_transparent_world(colours);
+  if (!picture.as_seen) p.draw_hidden(measured, {colours.stale, greyed, 0.38F, true});
+  p.draw_transparent_world(colours, picture.as_seen);
   if (picture.show_hand) p.draw_ghost(places(p.machine, picture.hand_rad), colours.hand);
   if (picture.show_beside) p.draw_ghost(places(p.machine, picture.beside_rad), colours.beside);
   if (picture.show_commanded) p.draw_outline(places(p.machine, picture.commanded_rad), colours.commanded);
   p.draw_force(picture, colours);
-  glBindVertexArray(0);
-  glDisable(GL_LINE_SMOOTH);
-  glDisable(GL_DEPTH_TEST);
-  glDisable(GL_STENCIL_TEST);
-  glDisable(GL_SCISSOR_TEST);
-  glDisable(GL_BLEND);
-  glDisable(GL_CULL_FACE);
+  leave_as_agreed();
+}
+
+void MachineView::draw_over(const MachinePicture& picture, const Camera& camera, const Viewport& viewport,
+                            const PictureColours& colours) {
+  Parts& p = *parts_;
+  p.clear(viewport, colours, GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+  p.painter.begin(view_projection(camera, viewport).cast<float>(), colours);
+  p.draw_outline(places(p.machine, picture.measured_rad), Rgb::Ones());
+  glClear(GL_STENCIL_BUFFER_BIT);
+  if (picture.show_commanded) p.draw_outline(places(p.machine, picture.commanded_rad), colours.commanded);
+  p.draw_force(picture, colours);
+  leave_as_agreed();
 }
 
 }  // namespace knuckle::console::picture

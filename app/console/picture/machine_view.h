@@ -29,6 +29,7 @@ struct MachinePicture {
   double contact_s = 1e9;                 ///< How long; the ring flashes at first.
   const session::Scene* scene = nullptr;  ///< None: ground only.
   double scene_s = 0;                     ///< Time of the scene's session.
+  bool as_seen = false;  ///< As a camera sees it: nothing shines through, and what is not there is not drawn.
 };
 
 /// How long forces are drawn.
@@ -51,6 +52,10 @@ class MachineView {
   /// it needs; leaves depth test, stencil test, scissor test, blending and face culling off.
   void draw(const MachinePicture& picture, const Camera& camera, const Viewport& viewport,
             const PictureColours& colours);
+  /// Over what is in the viewport: the outlines of the machine as measured (white) and as commanded, and the force. In
+  /// front of everything. The same framebuffer as for draw().
+  void draw_over(const MachinePicture& picture, const Camera& camera, const Viewport& viewport,
+                 const PictureColours& colours);
 
  private:
   struct Parts;

@@ -10,6 +10,7 @@
 #include "app/console/event_book.h"
 #include "app/console/recording_light.h"
 #include "app/console/screens/calibrate_panel.h"
+#include "app/console/screens/camera_pane.h"
 #include "app/console/screens/distances.h"
 #include "app/console/screens/payload_total.h"
 #include "app/console/widgets/history.h"
@@ -44,6 +45,7 @@ struct ConsoleData {
   const LastContact& last_contact;
   EventBook& events;
   CalibrationPanel& calibration;
+  CameraPane& cameras;
   const RecordingLight& recording;
   PlayerPanel* player = nullptr;  ///< What is shown is a recording; nullptr: it happens now.
 };

@@ -178,11 +178,15 @@ widgets::Area picture_area(const widgets::Ui& ui, const ConsoleData& data, const
   };
   const widgets::Shown title =
       widgets::shown("%s  %s", data.facts.machine.name.c_str(), state.side_view ? "side view" : "orbit");
-  widgets::put_text(t.fonts.small, t.colours.muted, {area.min.x + t.unit(1.5F), area.min.y + t.px(18)},
-                    widgets::Align::kLeft, title.c_str());
-  widgets::put_text(
-      t.fonts.small, t.colours.muted, {area.max.x - t.unit(1.5F), area.min.y + t.px(18)}, widgets::Align::kRight,
-      data.player != nullptr && data.player->played().world ? "surroundings as at the start   V: view" : "V: view");
+  if (!data.cameras.large()) {
+    widgets::put_text(t.fonts.small, t.colours.muted, {area.min.x + t.unit(1.5F), area.min.y + t.px(18)},
+                      widgets::Align::kLeft, title.c_str());
+    const char* hint = data.player != nullptr && data.player->played().world ? "surroundings as at the start   V: view"
+                       : data.cameras.empty()                                ? "V: view"
+                                                                             : "V: view  X: camera";
+    widgets::put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(1.5F), area.min.y + t.px(18)},
+                      widgets::Align::kRight, hint);
+  }
   const picture::PictureColours colours = t.light ? picture::light_picture_colours() : picture::dark_picture_colours();
   const auto packed = [](const picture::Rgb& c) { return ImGui::ColorConvertFloat4ToU32({c.x(), c.y(), c.z(), 1}); };
   key(packed(colours.commanded), "commanded");
@@ -206,7 +210,7 @@ widgets::Area operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiS
   pressures_card(ui, data, bottom);
   draw_hold_pad(ui, data, state, area);
   draw_distances(ui, data, state, area);
-  return picture_area(ui, data, state, area);
+  return data.cameras.place(ui, picture_area(ui, data, state, area));
 }
 
 }  // namespace knuckle::console::screens

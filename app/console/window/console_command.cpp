@@ -135,11 +135,43 @@ void tend_link(pairing::ChosenLink& link, programs::ControlInput& input, program
   console.tend(now);
 }
 
+/// A camera as given; where it is a simulated one, its place on the machine.
+struct ChosenCamera {
+  video::CameraSource source;
+  std::optional<CameraDescription> mount;
+};
+
+/// @throws InputError for a simulated camera that is not in the machine's file.
+std::vector<ChosenCamera> cameras_of(const ConsoleOptions& o, const MachineDescription& machine) {
+  std::vector<ChosenCamera> chosen;
+  for (const std::string& text : o.cameras) {
+    chosen.push_back({video::parse_source(text), std::nullopt});
+    const video::CameraSource& camera = chosen.back().source;
+    if (camera.source != kSimulatedCamera) continue;
+    const auto mount = std::find_if(machine.cameras.begin(), machine.cameras.end(),
+                                    [&camera](const CameraDescription& c) { return c.name == camera.name; });
+    if (mount == machine.cameras.end())
+      cli::refuse_option("--camera", text, machine.source + " has no [[camera]] of this name");
+    chosen.back().mount = *mount;
+  }
+  return chosen;
+}
+
+void add_cameras(ConsoleWindow& window, const std::vector<ChosenCamera>& cameras) {
+  for (const ChosenCamera& camera : cameras) {
+    if (camera.mount)
+      window.add_simulated_camera(*camera.mount);
+    else
+      window.cameras().add(feed_of(camera.source));
+  }
+}
+
 int run(const ConsoleOptions& o) {
   check(o);
   const cli::InterruptGuard interrupt;
   if (!o.replay.empty()) return run_player(o, [&interrupt] { return !interrupt.pending(); });
   screens::ConsoleFacts facts = facts_of(o);
+  const std::vector<ChosenCamera> cameras = cameras_of(o, facts.machine);
   programs::AskedOutput candump("--candump", o.candump),
       json("--json", o.json, programs::AskedOutput::Content::kResult);
   Behind loops = behind(o, facts, candump.stream());
@@ -148,6 +180,7 @@ int run(const ConsoleOptions& o) {
   if (facts.hand == screens::HandSource::kGamepad && !window.window().gamepad())
     cli::refuse_option("--device", o.device, "no gamepad found: plug one in, or use --device keyboard");
   set_up(window.state(), o, facts, *loops.host);
+  add_cameras(window, cameras);
 
   programs::ProgramConsole console("knuckle console");
   programs::ControlInput input(STDIN_FILENO);

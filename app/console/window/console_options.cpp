@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <set>
 #include <utility>
 
 #include "app/cli/command.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
+#include "video/source.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -97,6 +99,19 @@ void check_replay(const ConsoleOptions& o) {
   places.output("--screenshot", o.screenshot);
 }
 
+void check_cameras(const ConsoleOptions& o) {
+  std::set<std::string> names;
+  for (const std::string& text : o.cameras) {
+    const video::CameraSource camera = video::parse_source(text);
+    if (!names.insert(camera.name).second)
+      throw InputError("--camera " + camera.name + ": is given twice; each camera needs a name of its own");
+    if (camera.source != kSimulatedCamera)
+      video::check_source(camera);
+    else if (!o.simulate)
+      cli::refuse_option("--camera", text, "a simulated camera goes with --simulate");
+  }
+}
+
 }  // namespace
 
 void add_options(CLI::App& c, ConsoleOptions& o) {
@@ -127,6 +142,13 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_option("--delay-ms", o.session.delay_ms, "Delay of the simulated link, one way");
   c.add_option("--jitter-ms", o.session.jitter_ms, "Jitter of the simulated link: half-width of the delay's variation");
   c.add_option("--loss", o.session.loss, "Share of datagrams lost on the simulated link, 0 to 0.9");
+  c.add_option("--camera", o.cameras,
+               "Camera, NAME=SOURCE: a URI such as rtsp://192.0.2.9/live or v4l2:///dev/video0, or a pipeline as "
+               "gst-launch-1.0 takes it, or, with --simulate, 'simulated' for a camera of the machine file; for each "
+               "camera once "
+               "(docs/camera.md)")
+      ->type_name("NAME=SOURCE")
+      ->allow_extra_args(false);
   c.add_flag("--demo", o.demo, "Let the scenario's operator lead the machine");
   c.add_option("--candump", o.candump, "Write every frame of the simulated bus in candump log format");
   programs::add_log_options(c, o.log);
@@ -165,6 +187,7 @@ void check(const ConsoleOptions& o) {
   }
   pairing::check(o.link.dial, secure::Role::kOperator, o.link.insecure > 0);
   check_device(o);
+  check_cameras(o);
   programs::check_log(o.log);
   check_window(o);
   cli::check_range("--at", o.at_s, 0, 600, " s");

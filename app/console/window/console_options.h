@@ -18,6 +18,9 @@ class App;
 
 namespace knuckle::console::window {
 
+/// A camera's source: one that is on the simulated machine by the camera's name in the machine's file.
+inline constexpr const char* kSimulatedCamera = "simulated";
+
 struct ConsoleOptions {
   bool simulate = false, demo = false, light = false, imperial = false;
   bool scenario_given = false, seed_given = false;
@@ -28,6 +31,7 @@ struct ConsoleOptions {
   std::vector<std::string> beside;  ///< Likewise, beside it.
   replay::Changes changes;          ///< Of its re-run, beside it.
   std::string device = "keyboard", serial, candump;
+  std::vector<std::string> cameras;  ///< NAME=SOURCE each; the source may be kSimulatedCamera.
   std::optional<double> duration_s, at_s;
   double scale = 1;
   std::string size = "1280x800", screen = "operate", screenshot, json;

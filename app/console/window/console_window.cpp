@@ -36,6 +36,17 @@ ConsoleWindow::ConsoleWindow(const WindowOptions& options, screens::ConsoleFacts
   calibration_.plan.seed = facts_.seed;
 }
 
+void ConsoleWindow::show_world(const sim::WorldDescription& world) {
+  machine_.begin(world);
+  for (const auto& camera : simulated_cameras_) camera->begin(world);
+}
+
+void ConsoleWindow::add_simulated_camera(const CameraDescription& mount) {
+  const auto camera = std::make_shared<picture::SimulatedCamera>(facts_.machine, mount);
+  simulated_cameras_.push_back(camera);
+  cameras_.add({mount.name, [camera] { return camera->take(); }, [camera] { return camera->status(); }});
+}
+
 void ConsoleWindow::watch(const ConsoleView& view) {
   if (view.simulated_s < drawn_s_) payload_.clear(), last_contact_.clear();
   drawn_s_ = view.simulated_s;
@@ -52,6 +63,9 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   take_keys();
   state_.pad = {};  // held as long as it is drawn
   watch(view);
+  const Duration delay = from_seconds(1e-3 * static_cast<double>(state_.running.delay_ms));
+  for (const auto& camera : simulated_cameras_) camera->show(view, video::now() - from_seconds(view_age_s), delay);
+  cameras_.watch(video::now(), view, events);
   calibration_.update();
   if (state_.stop) calibration_.cancel();
   draw(view, loop, events, view_age_s);
@@ -76,7 +90,8 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   const std::optional<widgets::Area> picture = screens::draw_console(
       ui,
       {facts_, kinematics_, view, loop, player_ != nullptr ? player_->history() : history_,
-       player_ != nullptr ? player_->payload() : payload_, last_contact_, events, calibration_, recording_, player_},
+       player_ != nullptr ? player_->payload() : payload_, last_contact_, events, calibration_, cameras_, recording_,
+       player_},
       state_);
   const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
   // The tip of a machine that is being commissioned, or was recorded, cannot be pulled.
@@ -88,9 +103,29 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   if (commissioned)
     machine_.draw(*picture, state_.side_view, state_.light, calibration_.job()->pose_rad());
   else if (picture)
-    machine_.draw(*picture, state_.side_view, state_.light, stale, view,
-                  player_ != nullptr ? player_->beside_view() : nullptr);
+    draw_pictures(*picture, stale, view);
   window_.draw_widgets();
+}
+
+/// The machine's, and a camera's: the small one last.
+void ConsoleWindow::draw_pictures(const widgets::Area& machine, bool stale, const ConsoleView& view) {
+  const std::optional<screens::CameraPane::Placed>& camera = cameras_.placed();
+  const auto draw_camera = [&] {
+    if (camera && camera->video != nullptr) camera->video->draw(picture::viewport_of(camera->picture), camera->live);
+  };
+  if (camera && camera->large) {
+    draw_camera();
+    // A mark is only drawn where both the picture and what was measured are of now.
+    const auto& cameras = facts_.machine.cameras;
+    const auto mount = std::find_if(cameras.begin(), cameras.end(),
+                                    [&](const CameraDescription& c) { return c.name == *camera->name; });
+    if (mount != cameras.end() && camera->live && !stale)
+      machine_.draw_over(camera->picture, *mount, state_.light, view);
+  }
+  machine_.draw(machine, state_.side_view, state_.light, stale, view,
+                player_ != nullptr ? player_->beside_view() : nullptr);
+  if (camera && !camera->large) draw_camera();
+  cameras_.draw_done();
 }
 
 void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
@@ -194,6 +229,9 @@ void ConsoleWindow::act(KeyAction action) {
       return;
     case KeyAction::kView:
       state_.side_view = !state_.side_view;
+      return;
+    case KeyAction::kPicture:
+      cameras_.next();
       return;
     case KeyAction::kTheme:
       state_.light = !state_.light;

@@ -2,14 +2,17 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "app/console/event_book.h"
 #include "app/console/hand_input.h"
 #include "app/console/keys.h"
 #include "app/console/picture/machine_panel.h"
+#include "app/console/picture/simulated_camera.h"
 #include "app/console/screens/calibrate_panel.h"
 #include "app/console/screens/console_data.h"
 #include "app/console/screens/player_panel.h"
@@ -27,7 +30,9 @@ class ConsoleWindow {
   /// The gamepad that leads, as in the newest frame: none, and nothing of it is held.
   void take_gamepad(const std::optional<GamepadState>& state);
   /// The world of the simulated session on screen.
-  void show_world(const sim::WorldDescription& world) { machine_.begin(world); }
+  void show_world(const sim::WorldDescription& world);
+  /// One on the simulated machine. @param mount of the machine's own.
+  void add_simulated_camera(const CameraDescription& mount);
   /// From now on a recording is shown, and nothing that is live. @param player outlives this.
   void play(screens::PlayerPanel& player) { player_ = &player; }
   /// One frame of it, yet to be shown.
@@ -48,12 +53,15 @@ class ConsoleWindow {
   [[nodiscard]] const screens::ConsoleFacts& facts() const noexcept { return facts_; }
   [[nodiscard]] screens::UiState& state() noexcept { return state_; }
   [[nodiscard]] screens::CalibrationPanel& calibration() noexcept { return calibration_; }
+  /// To be filled before the first frame.
+  [[nodiscard]] screens::CameraPane& cameras() noexcept { return cameras_; }
   [[nodiscard]] Window& window() noexcept { return window_; }
   /// Nothing flashes: for pictures.
   void hold_steady() noexcept { steady_ = true; }
 
  private:
   void take_keys();
+  void draw_pictures(const widgets::Area& machine, bool stale, const ConsoleView& view);
   void act(KeyAction action);
   void act_on_player(KeyAction action);
   void draw(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
@@ -67,11 +75,13 @@ class ConsoleWindow {
   screens::PayloadTotal payload_;
   screens::LastContact last_contact_;
   picture::MachinePanel machine_;
+  std::vector<std::shared_ptr<picture::SimulatedCamera>> simulated_cameras_;
   HandInput gamepad_;
   /// A finger that stayed on enable while its gamepad was gone, or while text was typed, has not pressed it.
   bool keys_enable_was_up_ = false, pad_enable_was_up_ = false;
   bool pad_came_back_ = false;  ///< And its bumper was not down since.
   screens::CalibrationPanel calibration_;
+  screens::CameraPane cameras_;
   RecordingLight recording_;
   screens::PlayerPanel* player_ = nullptr;
   bool steady_ = false;

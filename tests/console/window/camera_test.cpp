@@ -128,5 +128,51 @@ TEST(Camera, NoPointOfThePlaneIsUnderAPixelOfTheSky) {
   EXPECT_FALSE(picture::pixel_of(camera, kWindow, Vector3d(-100, 0, 0))) << "behind the camera";
 }
 
+/// The pinhole camera as textbooks have it, without any matrix.
+TEST(Camera, AMountedOneSeesAsAPinholeDoes) {
+  CameraDescription mount;
+  mount.position_m = {-0.35, 0.55, 1.45};
+  mount.pan_rad = -0.2;
+  mount.tilt_rad = -0.45;
+  mount.field_of_view_rad = 1.3;
+  const picture::Viewport port{.width_px = 1280, .height_px = 720};
+  const picture::Camera camera = picture::mounted_camera(machine(), mount);
+  for (const Eigen::Vector3d& point : {Eigen::Vector3d(2.6, 0, 0.4), {3.0, 0.5, -0.8}, {1.5, -0.6, 0.9}}) {
+    const Eigen::Vector3d to = point - mount.position_m;
+    const double c = std::cos(mount.pan_rad), s = std::sin(mount.pan_rad);
+    const double ahead = c * to.x() + s * to.y(), left = -s * to.x() + c * to.y();
+    const double depth = std::cos(mount.tilt_rad) * ahead + std::sin(mount.tilt_rad) * to.z();
+    const double up = -std::sin(mount.tilt_rad) * ahead + std::cos(mount.tilt_rad) * to.z();
+    const double focal_px = 640 / std::tan(0.65);
+    const auto pixel = pixel_of(camera, port, point);
+    ASSERT_TRUE(pixel);
+    EXPECT_NEAR(pixel->x(), 640 - focal_px * left / depth, 1e-6);
+    EXPECT_NEAR(pixel->y(), 360 - focal_px * up / depth, 1e-6);
+  }
+  EXPECT_FALSE(pixel_of(camera, port, {-2, 0.55, 1}));
+}
+
+TEST(Camera, APixelOfAMountedOneIsFoundAgainInTheMachinesPlane) {
+  const MachineDescription m = machine();
+  const picture::Viewport port{.width_px = 1280, .height_px = 720};
+  const picture::Camera camera = picture::mounted_camera(m, m.cameras.at(0));
+  for (const PlanarVector& p : {PlanarVector(2.6, 0.4), PlanarVector(3, -0.7), PlanarVector(2, 0.9)}) {
+    const auto pixel = pixel_of(camera, port, {p.x(), 0, p.y()});
+    ASSERT_TRUE(pixel);
+    const auto found = plane_point(camera, port, *pixel);
+    ASSERT_TRUE(found);
+    EXPECT_LT((*found - p).norm(), 1e-9);
+  }
+}
+
+TEST(Camera, AMountedOneIsMovedByNoMouse) {
+  const MachineDescription m = machine();
+  const picture::Viewport port{.width_px = 1280, .height_px = 720};
+  const picture::Camera camera = picture::mounted_camera(m, m.cameras.at(0));
+  for (const picture::Camera& c :
+       {picture::turned(camera, {90, 40}, port), zoomed(camera, 3), shifted(camera, {90, 40}, port)})
+    EXPECT_EQ(view_projection(c, port), view_projection(camera, port));
+}
+
 }  // namespace
 }  // namespace knuckle::console::window

@@ -71,6 +71,13 @@ TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
                  "--scenario: goes with --simulate");
   expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --seed 1"),
                  "--seed: goes with --simulate");
+  expect_refused(console("", "--simulate --camera videotestsrc"), "--camera videotestsrc: must be NAME=SOURCE");
+  expect_refused(console("", "--simulate --camera mast=nosuchsrc"), "no element \"nosuchsrc\"");
+  expect_refused(console("", "--simulate --camera a=videotestsrc --camera a=videotestsrc"),
+                 "--camera a: is given twice");
+  expect_refused(console("", "--simulate --camera rear=simulated"), "solar015.toml has no [[camera]] of this name");
+  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --camera mast=simulated"),
+                 "a simulated camera goes with --simulate");
   expect_refused(console("", "--simulate --insecure"), "--insecure: goes with --connect");
   expect_refused(console("", "--simulate --keys /tmp"), "--keys /tmp: goes with --connect or --dial");
   expect_refused(console("", "--simulate --peer arm"), "--peer arm: goes with --dial");

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <string>
 
+#include "app/console/picture/offscreen.h"
 #include "machine/load.h"
 #include "machine/pose.h"
-#include "tests/console/window/offscreen.h"
 #include "tests/support/places.h"
 
 namespace knuckle::console::window {
@@ -53,7 +53,7 @@ class MachineViewPicture : public ::testing::Test {
     return static_cast<double>(count) / (kWidth * kHeight);
   }
 
-  Offscreen screen_{kWidth, kHeight};
+  picture::Offscreen screen_{kWidth, kHeight};
   picture::MachineView view_{machine()};
   picture::Camera side_ = picture::side_camera(machine()), orbit_ = picture::orbit_camera(machine());
   picture::PictureColours colours_ = picture::light_picture_colours();
@@ -219,6 +219,96 @@ TEST(ForceScale, IsARoundNumberOfTheMachinesOwnSize) {
     EXPECT_GT(scale.full_N, 1000);
     EXPECT_LT(scale.full_N, 1e5);
   }
+}
+
+/// What a mounted camera sees, and what is drawn over its picture.
+class MountedCameraPicture : public MachineViewPicture {
+ protected:
+  const picture::Camera camera_ = picture::mounted_camera(machine(), machine().cameras.at(0));
+  picture::MachinePicture seen_ = [] {
+    picture::MachinePicture p = at_rest();
+    p.as_seen = true;
+    return p;
+  }();
+  /// Where the bucket's tip is by the projection alone; pixels of the picture, y down.
+  [[nodiscard]] Eigen::Vector2d tip_px() const {
+    const PlanarVector tip = pose_of(machine(), seen_.measured_rad).tip_m;  // reads the file: not in a loop
+    return picture::pixel_of(camera_, kWhole, {tip.x(), 0, tip.y()}).value();
+  }
+  [[nodiscard]] static std::vector<Eigen::Vector2d> changed(const Pixels& a, const Pixels& b) {
+    std::vector<Eigen::Vector2d> places;
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const auto i = 3 * static_cast<std::size_t>((kHeight - 1 - y) * kWidth + x);
+        if (std::abs(a[i] - b[i]) + std::abs(a[i + 1] - b[i + 1]) + std::abs(a[i + 2] - b[i + 2]) > 40)
+          places.emplace_back(x + 0.5, y + 0.5);
+      }
+    return places;
+  }
+};
+
+TEST_F(MountedCameraPicture, HasTheBucketsTipWhereItIsProjected) {
+  seen_.measured_rad[kBoom] = 0.9;  // high: there is nothing but sky below the teeth
+  const Pixels pixels = drawn(seen_, camera_);
+  const Eigen::Vector2d tip = tip_px();
+  // The teeth end at the tip's height; the tip itself lies between two of them.
+  int lowest = 0;
+  for (int y = static_cast<int>(tip.y()) - 40; y < static_cast<int>(tip.y()) + 40; ++y)
+    for (int x = static_cast<int>(tip.x()) - 12; x < static_cast<int>(tip.x()) + 12; ++x) {
+      const auto i = 3 * static_cast<std::size_t>((kHeight - 1 - y) * kWidth + x);
+      const picture::Rgb own = picture::Rgb(pixels[i], pixels[i + 1], pixels[i + 2]) / 255.0F;
+      if ((own - colours_.background).cwiseAbs().maxCoeff() > 0.1F) lowest = y;
+    }
+  EXPECT_NEAR(lowest + 0.5, tip.y(), 2);
+}
+
+TEST_F(MountedCameraPicture, HasTheRingOfContactAroundTheTip) {
+  const Pixels without = drawn(seen_, camera_);
+  picture::MachinePicture touching = seen_;
+  touching.contact = true;
+  const auto ring = changed(without, drawn(touching, camera_));
+  ASSERT_GT(ring.size(), 20u);
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& place : ring) box.extend(place);
+  EXPECT_LT((box.center() - tip_px()).norm(), 4);
+}
+
+TEST_F(MountedCameraPicture, HidesWhatIsBehindAWall) {
+  session::SceneLine wall;
+  wall.kind = session::SceneLine::Kind::kWall;
+  wall.closed = true;
+  wall.points_m = {{0.9, -0.8}, {1.0, -0.8}, {1.0, 3}, {0.9, 3}};
+  const session::Scene scene{wall};
+  seen_.scene = &scene;
+  picture::MachinePicture elsewhere = seen_;
+  elsewhere.measured_rad[kBucket] = -2.3;
+  EXPECT_TRUE(changed(drawn(seen_, camera_), drawn(elsewhere, camera_)).empty());
+  seen_.as_seen = elsewhere.as_seen = false;
+  EXPECT_FALSE(changed(drawn(seen_, camera_), drawn(elsewhere, camera_)).empty())
+      << "to the operator it shines through";
+}
+
+TEST_F(MountedCameraPicture, IsKeptUnderTheOutlineDrawnOverIt) {
+  const Pixels before = drawn(seen_, camera_);
+  view_.draw_over(seen_, camera_, kWhole, colours_);
+  const Pixels after = screen_.pixels();
+  const double share = static_cast<double>(changed(before, after).size()) / (kWidth * kHeight);
+  EXPECT_GT(share, 0.002);
+  EXPECT_LT(share, 0.1);
+  // Drawn again over another picture it marks the same places: the outline needs nothing of the picture.
+  picture::MachinePicture away = seen_;
+  away.measured_rad[kBoom] += 0.3;
+  (void)drawn(away, camera_);
+  view_.draw_over(seen_, camera_, kWhole, colours_);
+  const Pixels over = screen_.pixels();
+  std::size_t same = 0, white = 0;
+  for (std::size_t i = 0; i < after.size(); i += 3) {
+    if (after[i] + after[i + 1] + after[i + 2] < 760 || before[i] + before[i + 1] + before[i + 2] > 700) continue;
+    ++white;
+    same += over[i] == after[i] ? 1U : 0U;
+  }
+  ASSERT_GT(white, 100u);
+  EXPECT_EQ(same, white);
 }
 
 }  // namespace

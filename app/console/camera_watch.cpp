@@ -1,0 +1,52 @@
+#include "app/console/camera_watch.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace knuckle::console {
+
+CameraFeed feed_of(const video::CameraSource& source) {
+  const auto camera = std::make_shared<video::Camera>(source);
+  return {source.name, [camera] { return camera->take(); }, [camera] { return camera->status(); }};
+}
+
+std::unique_ptr<video::Frame> CameraWatch::watch(Time now, std::vector<News>& news) {
+  std::unique_ptr<video::Frame> frame = feed_.newest();
+  if (frame) frame_age_.take(*frame);
+  age_s_ = frame_age_.age_s(now);
+  tell_problem(news);
+  tell_state(now, news);
+  return frame;
+}
+
+void CameraWatch::tell_state(Time now, std::vector<News>& news) {
+  const video::VideoState before = std::exchange(state_, frame_age_.state(now));
+  if (before == state_) return;
+  const std::string camera = "camera " + feed_.name + ": ";
+  if (state_ == video::VideoState::kLive) {
+    news.push_back({Severity::kInfo, before == video::VideoState::kNone
+                                         ? camera + "live picture"
+                                         : camera + fmt::format("live picture again, after {:.1f} s",
+                                                                to_seconds(now - not_live_since_))});
+    return;
+  }
+  if (before == video::VideoState::kLive || before == video::VideoState::kNone) not_live_since_ = now;
+  const char* what =
+      state_ == video::VideoState::kLate ? "video late: the picture shown" : "video frozen: the last picture";
+  news.push_back({Severity::kWarning, camera + fmt::format("{} is {:.1f} s old", what, age_s_)});
+}
+
+/// A source that keeps failing in the same way is one event.
+void CameraWatch::tell_problem(std::vector<News>& news) {
+  const video::CameraStatus status = feed_.status();
+  if (status.troubles == std::exchange(troubles_, status.troubles)) {
+    if (status.playing && state_ == video::VideoState::kLive) problem_.clear();
+    return;
+  }
+  const std::string problem = status.why.data();
+  if (problem != problem_) news.push_back({Severity::kWarning, problem});
+  problem_ = problem;
+}
+
+}  // namespace knuckle::console

@@ -1,0 +1,58 @@
+// One camera of the console: its newest picture, how old that is, and what there is to be said of it. No window.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/console/event_book.h"
+#include "core/time.h"
+#include "video/camera.h"
+#include "video/frame.h"
+#include "video/frame_age.h"
+
+namespace knuckle::console {
+
+/// Where a camera's pictures come from; neither function ever waits.
+struct CameraFeed {
+  std::string name;
+  std::function<std::unique_ptr<video::Frame>()> newest;  ///< Once each; nullptr: none newer.
+  std::function<video::CameraStatus()> status;
+};
+
+/// Of what GStreamer connects to. @param source checked before.
+[[nodiscard]] CameraFeed feed_of(const video::CameraSource& source);
+
+class CameraWatch {
+ public:
+  explicit CameraWatch(CameraFeed feed) : feed_(std::move(feed)) {}
+
+  struct News {
+    Severity severity = Severity::kInfo;
+    std::string what;
+  };
+  /// Takes the newest picture in. @return the picture, where there is a new one; and into news, what is to be logged.
+  [[nodiscard]] std::unique_ptr<video::Frame> watch(Time now, std::vector<News>& news);
+
+  [[nodiscard]] const std::string& name() const noexcept { return feed_.name; }
+  /// As of the last watch().
+  [[nodiscard]] video::VideoState state() const noexcept { return state_; }
+  [[nodiscard]] double age_s() const noexcept { return age_s_; }
+  /// The last problem of the connection, where there is no live picture; may be empty.
+  [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
+
+ private:
+  void tell_state(Time now, std::vector<News>& news);
+  void tell_problem(std::vector<News>& news);
+
+  CameraFeed feed_;
+  video::FrameAge frame_age_;
+  video::VideoState state_ = video::VideoState::kNone;
+  double age_s_ = 0;
+  Time not_live_since_ = kNever;
+  std::uint32_t troubles_ = 0;
+  std::string problem_;
+};
+
+}  // namespace knuckle::console

@@ -1,0 +1,120 @@
+#include "app/console/screens/camera_pane.h"
+
+#include <cmath>
+
+namespace knuckle::console::screens {
+namespace {
+
+constexpr float kLegend_px = 36;      // at the pane's foot, what the colours mean
+constexpr float kSmallShare = 0.36F;  // of the pane's width that the small picture takes
+
+ImDrawList& canvas() {
+  return *ImGui::GetWindowDrawList();
+}
+
+/// Across the picture, larger than anything else on screen.
+void write_alarm(const widgets::Ui& ui, const widgets::Area& area, const std::string& alarm) {
+  const widgets::Theme& t = ui.theme;
+  const ImFont* font = t.fonts.display;
+  const float wanted = 1.5F * font->FontSize;
+  const float width = font->CalcTextSizeA(wanted, 1e9F, 0, alarm.c_str()).x;
+  const float size = wanted * std::min(1.F, (area.width() - t.unit(4)) / std::max(width, 1.F));
+  const ImVec2 text = font->CalcTextSizeA(size, 1e9F, 0, alarm.c_str());
+  const ImVec2 at{std::round(area.centre().x - text.x / 2), std::round(area.centre().y - text.y / 2)};
+  canvas().AddRectFilled({at.x - t.unit(2), at.y - t.unit()}, {at.x + text.x + t.unit(2), at.y + text.y + t.unit()},
+                         t.colours.stop, t.px(8));
+  canvas().AddText(font, size, at, t.colours.stop_text, alarm.c_str());
+}
+
+}  // namespace
+
+widgets::Area fitted(const widgets::Area& into, double aspect) {
+  const auto a = static_cast<float>(aspect);
+  const float width = std::min(into.width(), into.height() * a), x = into.centre().x;
+  return {{x - width / 2, into.min.y}, {x + width / 2, into.min.y + width / a}};
+}
+
+std::string video_alarm(video::VideoState state, double age_s) {
+  const char* what = state == video::VideoState::kFrozen ? "FROZEN"
+                     : state == video::VideoState::kLate ? "LATE"
+                                                         : nullptr;
+  return what == nullptr ? std::string() : widgets::shown("VIDEO %s %.1f s", what, age_s).c_str();
+}
+
+void CameraPane::add(CameraFeed feed) {
+  cameras_.push_back({CameraWatch(std::move(feed)), nullptr});
+}
+
+void CameraPane::watch(Time now, const ConsoleView& view, EventBook& events) {
+  std::vector<CameraWatch::News> news;
+  for (Camera& camera : cameras_) {
+    const std::unique_ptr<video::Frame> frame = camera.watch.watch(now, news);
+    if (!frame) continue;
+    if (!camera.video) camera.video = std::make_unique<picture::VideoView>();
+    camera.video->upload(*frame);
+  }
+  for (const CameraWatch::News& n : news) events.add(view.now, view.run, n.severity, "camera", n.what);
+}
+
+void CameraPane::next() noexcept {
+  if (cameras_.empty()) return;
+  if (!machine_large_ && shown_ + 1 < cameras_.size()) {
+    ++shown_;
+  } else if (!machine_large_) {
+    machine_large_ = true;
+  } else {
+    machine_large_ = false;
+    shown_ = 0;
+  }
+}
+
+bool CameraPane::large() const noexcept {
+  return !cameras_.empty() && !machine_large_ && cameras_[shown_].had_picture();
+}
+
+widgets::Area CameraPane::place(const widgets::Ui& ui, const widgets::Area& pane) {
+  if (cameras_.empty()) return pane;
+  const widgets::Theme& t = ui.theme;
+  const Camera& camera = cameras_[shown_];
+  const double aspect = camera.video ? camera.video->aspect() : 16.0 / 9;
+  const float margin = t.unit();
+  const float width = kSmallShare * pane.width();
+  const float height = large() ? width / 1.6F : width / static_cast<float>(aspect);
+  const ImVec2 corner{pane.max.x - margin, pane.max.y - margin};
+  const widgets::Area small{{corner.x - width, corner.y - height}, corner};
+  canvas().AddRect({small.min.x - 1, small.min.y - 1}, {small.max.x + 1, small.max.y + 1}, t.colours.border, 0, 0,
+                   t.px(2));
+  widgets::Area above = pane;
+  above.cut_bottom(t.px(kLegend_px));
+  const widgets::Area picture = large() ? fitted(above, aspect) : small;
+  placed_ = {picture, large(), camera.watch.state() == video::VideoState::kLive, &camera.watch.name(),
+             camera.video.get()};
+  write(ui, camera, picture);
+  if (large())
+    widgets::put_text(t.fonts.small, t.colours.muted, {small.min.x - t.unit(), pane.max.y - t.px(18)},
+                      widgets::Align::kRight, "V: view  X: machine");
+  return large() ? small : pane;
+}
+
+void CameraPane::write(const widgets::Ui& ui, const Camera& camera, const widgets::Area& area) const {
+  const widgets::Theme& t = ui.theme;
+  const CameraWatch& watch = camera.watch;
+  const bool live = watch.state() == video::VideoState::kLive;
+  const widgets::Shown title = live ? widgets::shown("%s  %.2f s", watch.name().c_str(), watch.age_s())
+                                    : widgets::shown("%s", watch.name().c_str());
+  widgets::Area words = area.inset(t.unit());
+  const widgets::Area head = words.cut_top(t.px(28), t.unit());
+  widgets::chip(ui, {head.min.x, head.centre().y}, live ? widgets::Icon::kDot : widgets::Icon::kWarning, title.c_str(),
+                live ? t.colours.surface : t.colours.notice);
+  if (live) return;
+  const std::string alarm = video_alarm(watch.state(), watch.age_s());
+  if (!alarm.empty()) write_alarm(ui, area, alarm);
+  const std::string problem = !watch.problem().empty() ? watch.problem() : alarm.empty() ? "no picture yet" : "";
+  if (problem.empty()) return;
+  const widgets::Area below = words.cut_bottom(std::min(words.height(), t.px(66)));
+  canvas().AddRectFilled({below.min.x - t.unit(0.5F), below.min.y - t.unit(0.5F)}, {below.max.x, below.max.y},
+                         t.colours.surface, t.px(6));
+  widgets::put_lines(t.fonts.small, t.colours.text, below, problem.c_str());
+}
+
+}  // namespace knuckle::console::screens

@@ -1,0 +1,65 @@
+// Cameras on the Operate screen: one of them, or the machine, fills the pane, the other is a small picture in it. A
+// picture that is not live is grey, with its age across it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/console/camera_watch.h"
+#include "app/console/console_view.h"
+#include "app/console/picture/video_view.h"
+#include "app/console/widgets/widgets.h"
+
+namespace knuckle::console::screens {
+
+class CameraPane {
+ public:
+  void add(CameraFeed feed);
+  [[nodiscard]] bool empty() const noexcept { return cameras_.empty(); }
+  /// Once a frame: takes the newest pictures in, and notes what has happened. OpenGL's context is current.
+  void watch(Time now, const ConsoleView& view, EventBook& events);
+  /// The key: each camera in turn fills the pane, then the machine.
+  void next() noexcept;
+
+  /// Whether the camera, not the machine, fills the pane. One that never gave a picture does not.
+  [[nodiscard]] bool large() const noexcept;
+
+  /// Divides the pane between the chosen camera and the machine, and writes what is said of the picture. Once a frame,
+  /// on the screen that has the pane. @return where the machine's picture goes.
+  [[nodiscard]] widgets::Area place(const widgets::Ui& ui, const widgets::Area& pane);
+
+  /// What place() has found, until draw_done().
+  struct Placed {
+    widgets::Area picture;  ///< Of the camera; its whole width and height are in it.
+    bool large = false;     ///< It fills the pane, the machine is the small one.
+    bool live = false;
+    const std::string* name = nullptr;
+    const picture::VideoView* video = nullptr;
+  };
+  [[nodiscard]] const std::optional<Placed>& placed() const noexcept { return placed_; }
+  void draw_done() noexcept { placed_.reset(); }
+
+ private:
+  struct Camera {
+    CameraWatch watch;
+    std::unique_ptr<picture::VideoView> video;  ///< Made with the first picture.
+    bool had_picture() const noexcept { return watch.state() != video::VideoState::kNone; }
+  };
+  void write(const widgets::Ui& ui, const Camera& camera, const widgets::Area& area) const;
+
+  std::vector<Camera> cameras_;
+  std::size_t shown_ = 0;  ///< The camera that is shown, large or small.
+  bool machine_large_ = false;
+  std::optional<Placed> placed_;
+};
+
+/// The largest area of this aspect inside another, at its top.
+[[nodiscard]] widgets::Area fitted(const widgets::Area& into, double aspect);
+/// "VIDEO FROZEN 0.4 s"; empty while it is live.
+[[nodiscard]] std::string video_alarm(video::VideoState state, double age_s);
+
+}  // namespace knuckle::console::screens

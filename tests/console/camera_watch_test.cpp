@@ -1,0 +1,94 @@
+// What the console says of a camera.
+#include "app/console/camera_watch.h"
+
+#include <gtest/gtest.h>
+
+namespace knuckle::console {
+namespace {
+
+using video::VideoState;
+
+class CameraWatching : public testing::Test {
+ protected:
+  /// A frame that was captured now.
+  void capture() {
+    next_ = std::make_unique<video::Frame>();
+    next_->connection = 1;
+    next_->captured = next_->received = now_;
+  }
+  void fail(const std::string& why) {
+    ++status_.troubles;
+    status_.playing = false;
+    status_.why.fill(0);
+    why.copy(status_.why.data(), status_.why.size() - 1);
+  }
+  /// What is said so much later.
+  std::vector<std::string> said_after(Duration time) {
+    now_ += time;
+    news_.clear();
+    (void)watch_.watch(now_, news_);
+    std::vector<std::string> lines;
+    for (const auto& news : news_) lines.push_back(news.what);
+    return lines;
+  }
+
+  Time now_{100s};
+  std::unique_ptr<video::Frame> next_;
+  video::CameraStatus status_;
+  std::vector<CameraWatch::News> news_;
+  CameraWatch watch_{{"mast", [this] { return std::move(next_); }, [this] { return status_; }}};
+};
+using Lines = std::vector<std::string>;
+
+TEST_F(CameraWatching, SaysThatThereIsAPicture) {
+  EXPECT_EQ(said_after(1s), Lines{});
+  EXPECT_EQ(watch_.state(), VideoState::kNone);
+  capture();
+  EXPECT_EQ(said_after(20ms), Lines{"camera mast: live picture"});
+  EXPECT_EQ(news_[0].severity, Severity::kInfo);
+  EXPECT_DOUBLE_EQ(watch_.age_s(), 0.02);
+}
+
+TEST_F(CameraWatching, WarnsOnceThatItIsFrozenAndSaysForHowLongItWas) {
+  capture();
+  (void)said_after(0s);
+  EXPECT_EQ(said_after(290ms), Lines{"camera mast: video frozen: the last picture is 0.3 s old"});
+  EXPECT_EQ(news_[0].severity, Severity::kWarning);
+  EXPECT_EQ(said_after(1s), Lines{});
+  capture();
+  EXPECT_EQ(said_after(0s), Lines{"camera mast: live picture again, after 1.0 s"});
+}
+
+TEST_F(CameraWatching, WarnsOfPicturesThatComeLate) {
+  capture();
+  now_ += 600ms;
+  next_->received = now_;
+  EXPECT_EQ(said_after(0s), Lines{"camera mast: video late: the picture shown is 0.6 s old"});
+  EXPECT_EQ(watch_.state(), VideoState::kLate);
+}
+
+TEST_F(CameraWatching, SaysTheSameProblemOnce) {
+  fail("camera mast: no such device; connecting again");
+  EXPECT_EQ(said_after(1s), Lines{"camera mast: no such device; connecting again"});
+  EXPECT_EQ(watch_.problem(), "camera mast: no such device; connecting again");
+  fail("camera mast: no such device; connecting again");
+  EXPECT_EQ(said_after(1s), Lines{});
+  fail("camera mast: the stream has ended; connecting again");
+  EXPECT_EQ(said_after(1s), Lines{"camera mast: the stream has ended; connecting again"});
+}
+
+TEST_F(CameraWatching, ForgetsAProblemThatIsOver) {
+  fail("camera mast: no such device; connecting again");
+  (void)said_after(1s);
+  status_.playing = true;
+  capture();
+  (void)said_after(0s);
+  capture();
+  (void)said_after(30ms);
+  EXPECT_TRUE(watch_.problem().empty());
+  fail("camera mast: no such device; connecting again");
+  EXPECT_EQ(said_after(0s), Lines{"camera mast: no such device; connecting again"});
+}
+
+}  // namespace
+}  // namespace knuckle::console

@@ -1,0 +1,180 @@
+// Cameras in the console's window: real keys, and the pixels that a person sees.
+#include "app/console/screens/camera_pane.h"
+
+#include <epoxy/gl.h>
+#include <gtest/gtest.h>
+
+#include "tests/console/window/canned_console.h"
+#include "tests/console/window/virtual_display.h"
+
+namespace knuckle::console::window {
+namespace {
+
+struct Pixel {
+  int red = 0, green = 0, blue = 0;
+  [[nodiscard]] bool is_red() const { return red > 200 && green < 60 && blue < 60; }
+  [[nodiscard]] bool is_grey() const { return red == green && green == blue && red > 20; }
+};
+
+class CamerasInWindow : public testing::Test {
+ protected:
+  static constexpr Duration kNotYet = -10s;  // live, however slowly the window is drawn
+  // Of the window of 1280x800: on the camera's picture and on the small one, clear of all words.
+  static constexpr std::array<int, 2> kLarge{260, 300}, kSmall{520, 430}, kSmallCamera{520, 500};
+
+  void SetUp() override {
+    if (!display_.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+    console_ = std::make_unique<ConsoleWindow>(WindowOptions{.full_speed = true}, canned_facts());
+    console_->hold_steady();
+    console_->show_world(canned_world());
+  }
+  void add_camera(const std::string& name) {
+    console_->cameras().add({name, [this] { return std::move(next_); }, [this] { return status_; }});
+  }
+  /// A red picture that was captured so long ago.
+  void picture(Duration ago) {
+    static constexpr int kWidth = 64, kHeight = 36;
+    const auto pixels = std::make_shared<std::vector<std::uint8_t>>(4 * kWidth * kHeight);
+    for (std::size_t i = 0; i < pixels->size(); i += 4) (*pixels)[i] = 255;
+    next_ = std::make_unique<video::Frame>();
+    *next_ = {.width_px = kWidth,
+              .height_px = kHeight,
+              .row_bytes = 4 * kWidth,
+              .pixels = pixels->data(),
+              .memory = pixels,
+              .number = 1,
+              .connection = 1};
+    next_->captured = next_->received = video::now() - ago;
+  }
+  void frames(int n = 3) {
+    for (int i = 0; i < n; ++i) {
+      console_->frame(view_, loop_, events_, 0);
+      console_->show();
+    }
+    console_->frame(view_, loop_, events_, 0);  // to be read
+  }
+  [[nodiscard]] static Pixel at(const std::array<int, 2>& place) {
+    std::array<std::uint8_t, 3> rgb{};
+    glReadPixels(place[0], 799 - place[1], 1, 1, GL_RGB, GL_UNSIGNED_BYTE, rgb.data());
+    return {rgb[0], rgb[1], rgb[2]};
+  }
+  /// Share of the camera's picture that is covered by something, the small picture's side left out.
+  [[nodiscard]] static double share_covered() {
+    constexpr int kStep = 4;
+    int covered = 0, all = 0;
+    for (int x = 120; x < 480; x += kStep)
+      for (int y = 140; y < 420; y += kStep, ++all) covered += at({x, y}).is_red() ? 0 : 1;
+    return static_cast<double>(covered) / all;
+  }
+  [[nodiscard]] std::string last_event() const { return events_.rows().empty() ? "" : events_.rows().back().text; }
+
+  VirtualDisplay display_{"1280x800"};
+  std::unique_ptr<ConsoleWindow> console_;
+  std::unique_ptr<video::Frame> next_;
+  video::CameraStatus status_;
+  ConsoleView view_ = canned_view();
+  LoopHealth loop_ = canned_loop();
+  EventBook events_;
+};
+
+TEST_F(CamerasInWindow, FillTheLargestPaneWithTheMachineSmallInIt) {
+  add_camera("mast");
+  frames();
+  EXPECT_FALSE(at(kLarge).is_red());
+  picture(kNotYet);
+  frames();
+  EXPECT_TRUE(at(kLarge).is_red());
+  EXPECT_FALSE(at(kSmall).is_red());
+  EXPECT_EQ(last_event(), "camera mast: live picture");
+}
+
+TEST_F(CamerasInWindow, ChangePlacesWithTheMachineByAKey) {
+  add_camera("mast");
+  picture(kNotYet);
+  frames();
+  ASSERT_TRUE(xdotool("key x"));
+  picture(kNotYet);
+  frames();
+  EXPECT_FALSE(at(kLarge).is_red());
+  EXPECT_TRUE(at(kSmallCamera).is_red());
+  ASSERT_TRUE(xdotool("key x"));
+  picture(kNotYet);
+  frames();
+  EXPECT_TRUE(at(kLarge).is_red());
+}
+
+TEST_F(CamerasInWindow, AreEachInTurnLargeByTheSameKey) {
+  add_camera("mast");
+  console_->cameras().add({"rear", [] { return nullptr; }, [] { return video::CameraStatus{}; }});
+  picture(kNotYet);
+  frames();
+  EXPECT_EQ(console_->cameras().large(), true);
+  ASSERT_TRUE(xdotool("key x"));
+  frames();
+  EXPECT_FALSE(console_->cameras().large()) << "rear never gave a picture: the machine keeps the pane";
+  ASSERT_TRUE(xdotool("key x"));
+  frames();
+  EXPECT_FALSE(console_->cameras().large()) << "the machine's turn";
+  ASSERT_TRUE(xdotool("key x"));
+  frames();
+  EXPECT_TRUE(console_->cameras().large());
+}
+
+TEST_F(CamerasInWindow, TurnGreyWithAnAlarmAndAnEventWhenFrozenAndComeBack) {
+  add_camera("mast");
+  picture(kNotYet);
+  frames();
+  ASSERT_TRUE(at(kLarge).is_red());
+  picture(280ms);
+  frames();
+  EXPECT_TRUE(at(kLarge).is_grey());
+  EXPECT_NE(last_event().find("camera mast: video frozen"), std::string::npos) << last_event();
+  picture(kNotYet);
+  frames();
+  EXPECT_TRUE(at(kLarge).is_red());
+  EXPECT_NE(last_event().find("live picture again"), std::string::npos) << last_event();
+}
+
+TEST_F(CamerasInWindow, HaveTheMachineDrawnOverThemWhereTheirPlaceIsInTheMachineFile) {
+  add_camera("mast");
+  picture(kNotYet);
+  frames();
+  EXPECT_GT(share_covered(), 0.02);
+  view_.link.silence_s = 1;
+  picture(kNotYet);
+  frames();
+  EXPECT_EQ(share_covered(), 0) << "what was measured is old";
+}
+
+TEST_F(CamerasInWindow, HaveNothingDrawnOverThemWhereTheirPlaceIsNotKnown) {
+  add_camera("rear");
+  picture(kNotYet);
+  frames();
+  EXPECT_EQ(share_covered(), 0);
+}
+
+TEST_F(CamerasInWindow, ShowPicturesOfGStreamer) {
+  console_->cameras().add(
+      feed_of({"test", "videotestsrc is-live=true pattern=red ! video/x-raw,width=320,height=180,framerate=30/1"}));
+  for (int i = 0; i < 2000 && !at(kLarge).is_red(); ++i) frames(1);
+  EXPECT_TRUE(at(kLarge).is_red());
+}
+
+TEST(VideoAlarm, SaysHowOldThePictureIs) {
+  EXPECT_EQ(screens::video_alarm(video::VideoState::kFrozen, 0.42), "VIDEO FROZEN 0.4 s");
+  EXPECT_EQ(screens::video_alarm(video::VideoState::kLate, 1.26), "VIDEO LATE 1.3 s");
+  EXPECT_EQ(screens::video_alarm(video::VideoState::kLive, 0.04), "");
+}
+
+TEST(CameraPicture, KeepsItsShape) {
+  const widgets::Area wide = screens::fitted({{100, 50}, {500, 450}}, 16.0 / 9);
+  EXPECT_FLOAT_EQ(wide.width(), 400);
+  EXPECT_FLOAT_EQ(wide.height(), 225);
+  EXPECT_FLOAT_EQ(wide.min.y, 50);
+  const widgets::Area tall = screens::fitted({{100, 50}, {500, 150}}, 4.0 / 3);
+  EXPECT_FLOAT_EQ(tall.height(), 100);
+  EXPECT_FLOAT_EQ(tall.centre().x, 300);
+}
+
+}  // namespace
+}  // namespace knuckle::console::window

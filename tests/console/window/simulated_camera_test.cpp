@@ -1,0 +1,67 @@
+// The camera of a simulated machine: pictures of what truly is, stamped with when it was.
+#include "app/console/picture/simulated_camera.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <thread>
+
+#include "tests/console/window/canned_console.h"
+
+namespace knuckle::console::window {
+namespace {
+
+class SimulatedCameraPicture : public testing::Test {
+ protected:
+  /// The picture of this, as soon as there is one.
+  std::unique_ptr<video::Frame> picture_of(const ConsoleView& view, Time at, Duration delay = {}) {
+    camera_.show(view, at, delay);
+    for (int i = 0; i < 2000; ++i, std::this_thread::sleep_for(5ms))
+      if (auto frame = camera_.take(); frame && frame->captured == at) return frame;
+    ADD_FAILURE() << "no picture: " << camera_.status().why.data();
+    return nullptr;
+  }
+  static std::size_t differing(const video::Frame& a, const video::Frame& b) {
+    std::size_t count = 0;
+    for (int i = 0; i < a.row_bytes * a.height_px; ++i) count += a.pixels[i] != b.pixels[i] ? 1U : 0U;
+    return count;
+  }
+
+  const MachineDescription machine_ = canned_facts().machine;
+  picture::SimulatedCamera camera_{machine_, machine_.cameras.at(0)};
+};
+
+TEST_F(SimulatedCameraPicture, ShowsTheTruePoseNotTheMeasuredOne) {
+  ConsoleView view = canned_view();
+  view.truth.joint_rad = {0.5, -1.2, -0.4};
+  const Time now = video::now();
+  const auto first = picture_of(view, now);
+  view.machine.position_rad = {0.2, -0.9, 0.1};
+  const auto measured = picture_of(view, now + 1us);
+  view.truth.joint_rad = {0.4, -1.2, -0.4};
+  const auto moved = picture_of(view, now + 2us);
+  ASSERT_TRUE(first && measured && moved);
+  EXPECT_EQ(first->width_px, picture::SimulatedCamera::kWidth_px);
+  EXPECT_EQ(differing(*first, *measured), 0u);
+  EXPECT_GT(differing(*first, *moved), 1000u);
+}
+
+TEST_F(SimulatedCameraPicture, ShowsTheWallsOfTheWorld) {
+  ConsoleView view = canned_view();
+  view.truth.joint_rad = view.machine.position_rad;
+  const Time now = video::now();
+  const auto without = picture_of(view, now);
+  camera_.begin(canned_world());
+  const auto with = picture_of(view, now + 1us);
+  ASSERT_TRUE(without && with);
+  EXPECT_GT(differing(*without, *with), 100'000u);
+}
+
+TEST_F(SimulatedCameraPicture, ArrivesAsLateAsTheLinkIs) {
+  const auto frame = picture_of(canned_view(), video::now(), 150ms);
+  ASSERT_TRUE(frame);
+  EXPECT_GE(frame->received - frame->captured, 150ms);
+}
+
+}  // namespace
+}  // namespace knuckle::console::window

@@ -1,0 +1,127 @@
+// Cameras made of GStreamer's own test pictures, and ones that fail.
+#include "video/camera.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <thread>
+
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::video {
+namespace {
+
+/// Until something is so; false where it did not come to be within any patience.
+bool comes(const std::function<bool()>& so) {
+  for (int i = 0; i < 3000; ++i, std::this_thread::sleep_for(10ms))
+    if (so()) return true;
+  return false;
+}
+
+std::unique_ptr<Frame> next_frame(Camera& camera) {
+  std::unique_ptr<Frame> frame;
+  comes([&] { return (frame = camera.take()) != nullptr; });
+  return frame;
+}
+
+std::string trouble_of(const std::string& source) {
+  Camera camera({"front", source});
+  comes([&camera] { return camera.status().troubles > 0; });
+  return camera.status().why.data();
+}
+
+TEST(CameraThread, GivesThePictureAsRedGreenBlue) {
+  Camera camera({"front", "videotestsrc is-live=true pattern=red ! video/x-raw,width=64,height=32,framerate=30/1"});
+  const auto frame = next_frame(camera);
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->width_px, 64);
+  EXPECT_EQ(frame->height_px, 32);
+  EXPECT_GE(frame->row_bytes, 4 * 64);
+  const std::uint8_t* last = frame->pixels + 31 * frame->row_bytes + 4 * 63;
+  EXPECT_GT(last[0], 230);
+  EXPECT_LT(last[1], 20);
+  EXPECT_LT(last[2], 20);
+}
+
+TEST(CameraThread, KeepsTheNewestPictureAloneAndNeverAQueue) {
+  Camera camera({"front", "videotestsrc is-live=true ! video/x-raw,width=64,height=32,framerate=100/1"});
+  const auto first = next_frame(camera);
+  ASSERT_NE(first, nullptr);
+  std::unique_ptr<Frame> later;
+  ASSERT_TRUE(comes([&camera] { return camera.status().playing; }));
+  std::this_thread::sleep_for(300ms);
+  later = next_frame(camera);
+  ASSERT_NE(later, nullptr);
+  EXPECT_GT(later->number, first->number + 2) << "pictures that nobody took are gone";
+  const auto after = next_frame(camera);
+  ASSERT_NE(after, nullptr);
+  EXPECT_GT(after->received, later->received);
+}
+
+TEST(CameraThread, StampsAPictureByItsCaptureNotByItsArrival) {
+  Camera camera({"front",
+                 "videotestsrc is-live=true ! video/x-raw,width=64,height=32,framerate=5/1 ! identity "
+                 "sleep-time=120000"});
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = next_frame(camera);
+    ASSERT_NE(frame, nullptr);
+    EXPECT_EQ(frame->stamp_from, StampFrom::kHere);
+    EXPECT_GE(to_seconds(frame->received - frame->captured), 0.12);
+  }
+}
+
+TEST(CameraThread, PlaysAFileAtItsOwnPace) {
+  Camera camera({"front", "videotestsrc num-buffers=4 ! video/x-raw,width=64,height=32,framerate=10/1"});
+  Time last = now(), first = kNever;
+  std::uint64_t number = 0;
+  ASSERT_TRUE(comes([&] {
+    if (const auto frame = camera.take(); frame && frame->connection == 1) {
+      if (first == kNever) first = frame->received;
+      last = frame->received;
+      number = frame->number;
+    }
+    return camera.status().troubles > 0;
+  }));
+  EXPECT_EQ(number, 4u);
+  EXPECT_GT(to_seconds(last - first), 0.15);
+}
+
+TEST(CameraThread, ConnectsAgainByItself) {
+  Camera camera({"front", "videotestsrc is-live=true num-buffers=3 ! video/x-raw,width=64,height=32,framerate=30/1"});
+  std::uint32_t connection = 0;
+  EXPECT_TRUE(comes([&] {
+    if (const auto frame = camera.take()) connection = frame->connection;
+    return connection >= 2;
+  }));
+  EXPECT_EQ(std::string(camera.status().why.data()), "camera front: the stream has ended; connecting again");
+}
+
+TEST(CameraThread, SaysThatADeviceIsNotThere) {
+  const std::string line = trouble_of("v4l2src device=/dev/video97");
+  EXPECT_NE(line.find("camera front: "), std::string::npos) << line;
+  EXPECT_NE(line.find("/dev/video97"), std::string::npos) << line;
+  EXPECT_NE(line.find("Check that the camera is there"), std::string::npos) << line;
+}
+
+TEST(CameraThread, SaysThatAnAddressDoesNotAnswer) {
+  const std::string line = trouble_of("rtsp://127.0.0.1:9/nothing");
+  EXPECT_NE(line.find("and the network; connecting again"), std::string::npos) << line;
+}
+
+TEST(CameraThread, SaysThatAStreamIsOfAnotherCodec) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder.path() / "words") << std::string(20'000, 'x');
+  const std::string line =
+      trouble_of("filesrc location=" + (folder.path() / "words").string() + " ! h264parse ! avdec_h264");
+  EXPECT_NE(line.find("codec"), std::string::npos) << line;
+}
+
+TEST(CameraThread, EndsWhileItConnects) {
+  const Camera camera({"front", "udpsrc port=0 ! application/x-rtp,encoding-name=H264 ! rtph264depay ! avdec_h264"});
+}
+
+}  // namespace
+}  // namespace knuckle::video

@@ -1,0 +1,83 @@
+// How old a picture is, by its stamps.
+#include "video/frame_age.h"
+
+#include <gtest/gtest.h>
+
+namespace knuckle::video {
+namespace {
+
+Frame frame(Duration captured, Duration received, StampFrom from = StampFrom::kHere) {
+  Frame f;
+  f.connection = 1;
+  f.stamp_from = from;
+  f.captured = Time(captured);
+  f.received = Time(received);
+  return f;
+}
+
+TEST(FrameAge, HasNoPictureAtFirst) {
+  EXPECT_EQ(FrameAge().state(Time(10s)), VideoState::kNone);
+}
+
+TEST(FrameAge, CountsFromTheStampNotFromArrival) {
+  FrameAge age;
+  age.take(frame(10s, 10s + 400ms));
+  EXPECT_DOUBLE_EQ(age.age_s(Time(10s + 410ms)), 0.41);
+  EXPECT_EQ(age.state(Time(10s + 410ms)), VideoState::kLate);
+}
+
+TEST(FrameAge, IsFrozenWithoutANewFrameForLessThanThreeTenths) {
+  FrameAge age;
+  age.take(frame(10s, 10s));
+  EXPECT_EQ(age.state(Time(10s + 250ms)), VideoState::kLive);
+  EXPECT_EQ(age.state(Time(10s + 283ms)), VideoState::kFrozen);
+}
+
+TEST(FrameAge, IsLiveAgainWithTheNextFrame) {
+  FrameAge age;
+  age.take(frame(10s, 10s));
+  ASSERT_EQ(age.state(Time(12s)), VideoState::kFrozen);
+  age.take(frame(12s, 12s));
+  EXPECT_EQ(age.state(Time(12s)), VideoState::kLive);
+}
+
+TEST(FrameAge, NeedsNoCommonClockWithTheSender) {
+  FrameAge age;
+  for (int i = 0; i < 30; ++i) age.take(frame(5000h + i * 33ms, 10s + i * 33ms, StampFrom::kSender));
+  EXPECT_NEAR(age.age_s(Time(10s + 29 * 33ms + 20ms)), 0.02, 1e-6);
+}
+
+TEST(FrameAge, SeesAPictureThatIsSentAgainAsOld) {
+  FrameAge age;
+  for (int i = 0; i < 30; ++i) age.take(frame(1h, 10s + i * 33ms, StampFrom::kSender));
+  EXPECT_EQ(age.state(Time(10s + 29 * 33ms)), VideoState::kLate);
+}
+
+TEST(FrameAge, KeepsSeeingAStreamThatHasBecomeLateForGoodAsLate) {
+  FrameAge age;
+  Duration t = 0s;
+  for (; t < 10s; t += 33ms) age.take(frame(1h + t, t + 50ms, StampFrom::kSender));
+  for (; t < 600s; t += 33ms) age.take(frame(1h + t, t + 850ms, StampFrom::kSender));
+  EXPECT_EQ(age.state(Time(t + 850ms)), VideoState::kLate);
+  EXPECT_NEAR(age.age_s(Time(t - 33ms + 850ms)), 0.8, 0.07);
+}
+
+TEST(FrameAge, FollowsClocksThatDriftApart) {
+  FrameAge age;
+  constexpr double kSlow = 1 - 80e-6;  // the sender's clock
+  Duration t = 0s;
+  for (; t < 3h; t += 1s) age.take(frame(from_seconds(kSlow * to_seconds(t)), t + 50ms, StampFrom::kSender));
+  EXPECT_EQ(age.state(Time(t - 1s + 60ms)), VideoState::kLive);
+}
+
+TEST(FrameAge, BeginsAnewWithAConnection) {
+  FrameAge age;
+  age.take(frame(1h, 1s, StampFrom::kSender));
+  Frame later = frame(1h + 1s, 12s, StampFrom::kSender);  // the sender's clock was put back
+  later.connection = 2;
+  age.take(later);
+  EXPECT_EQ(age.state(Time(12s)), VideoState::kLive);
+}
+
+}  // namespace
+}  // namespace knuckle::video

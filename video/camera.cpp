@@ -1,0 +1,151 @@
+#include "video/camera.h"
+
+#include <gst/app/gstappsink.h>
+#include <gst/video/video.h>
+
+#include <chrono>
+#include <utility>
+
+#include "video/gst_owned.h"
+#include "video/newest.h"
+#include "video/pipeline_runner.h"
+
+namespace knuckle::video {
+namespace {
+
+constexpr guint kJitterBuffer_ms = 40;  // of an RTSP camera, where GStreamer's own 2 s would be useless
+
+Time time_of(GstClockTime ns) noexcept {
+  return Time(Duration(static_cast<std::int64_t>(ns)));
+}
+
+/// A sample's picture, mapped for as long as it is owned.
+struct Mapped {
+  Owned<GstSample> sample;
+  GstVideoFrame picture{};
+  ~Mapped() {
+    if (picture.buffer != nullptr) gst_video_frame_unmap(&picture);
+  }
+};
+
+std::shared_ptr<const Mapped> map(Owned<GstSample> sample) {
+  GstVideoInfo info;
+  if (!sample || gst_video_info_from_caps(&info, gst_sample_get_caps(sample.get())) == FALSE) return nullptr;
+  auto mapped = std::make_shared<Mapped>();
+  if (gst_video_frame_map(&mapped->picture, &info, gst_sample_get_buffer(sample.get()), GST_MAP_READ) == FALSE)
+    return nullptr;
+  mapped->sample = std::move(sample);
+  return mapped;
+}
+
+/// Where a sender's stamps come with the buffer, these; else when the buffer was captured, or arrived, here.
+void stamp(Frame& frame, GstElement* pipeline, GstSample* sample) {
+  frame.received = frame.captured = now();
+  GstBuffer* buffer = gst_sample_get_buffer(sample);
+  if (const auto* meta = gst_buffer_get_reference_timestamp_meta(buffer, nullptr)) {
+    frame.stamp_from = StampFrom::kSender;
+    frame.captured = time_of(meta->timestamp);
+    return;
+  }
+  const GstSegment* segment = gst_sample_get_segment(sample);
+  if (segment->format != GST_FORMAT_TIME || !GST_BUFFER_PTS_IS_VALID(buffer)) return;
+  const GstClockTime running = gst_segment_to_running_time(segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
+  if (GST_CLOCK_TIME_IS_VALID(running)) frame.captured = time_of(gst_element_get_base_time(pipeline) + running);
+}
+
+}  // namespace
+
+Time now() noexcept {
+  return Time(std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));
+}
+
+class Camera::Reader {
+ public:
+  explicit Reader(const CameraSource& source) : runner_(plan_of(source)) {}
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  [[nodiscard]] std::unique_ptr<Frame> take() noexcept { return frames_.take(); }
+  bool take(CameraStatus& status) noexcept { return runner_.take(status); }
+
+ private:
+  [[nodiscard]] PipelinePlan plan_of(const CameraSource& source);
+  void prepare(GstElement* pipeline);
+  void take_sample(GstAppSink* sink);
+  static GstFlowReturn on_sample(GstAppSink* sink, gpointer self);
+  static void on_source(GstElement* reader, GstElement* source, gpointer self);
+
+  Newest<Frame> frames_;
+  GstElement* pipeline_ = nullptr;  // the one that runs
+  PipelineRunner runner_;           // last: what it calls is there for longer
+};
+
+PipelinePlan Camera::Reader::plan_of(const CameraSource& source) {
+  return {.name = "camera " + source.name,
+          .description = pipeline_of(source),
+          .check = "the camera, its stream's codec and the network",
+          .prepare = [this](GstElement* pipeline) { prepare(pipeline); },
+          .ready =
+              [](GstElement* pipeline, bool live) {
+                const Owned<GstElement> sink(gst_bin_get_by_name(GST_BIN(pipeline), "pictures"));
+                g_object_set(sink.get(), "sync", live ? FALSE : TRUE, nullptr);
+              },
+          .tend = {}};
+}
+
+void Camera::Reader::prepare(GstElement* pipeline) {
+  pipeline_ = pipeline;
+  const Owned<GstElement> sink(gst_bin_get_by_name(GST_BIN(pipeline), "pictures"));
+  GstAppSinkCallbacks calls{};
+  calls.new_sample = &Reader::on_sample;
+  gst_app_sink_set_callbacks(GST_APP_SINK(sink.get()), &calls, this, nullptr);
+  const Owned<GstElement> reader(gst_bin_get_by_name(GST_BIN(pipeline), "reader"));
+  if (reader) g_signal_connect(reader.get(), "source-setup", G_CALLBACK(&Reader::on_source), nullptr);
+}
+
+void Camera::Reader::take_sample(GstAppSink* sink) {
+  Owned<GstSample> sample(gst_app_sink_try_pull_sample(sink, 0));
+  if (!sample) return;
+  auto frame = std::make_unique<Frame>();
+  stamp(*frame, pipeline_, sample.get());
+  const auto mapped = map(std::move(sample));
+  if (!mapped) return;
+  const GstVideoFrame& picture = mapped->picture;
+  frame->width_px = GST_VIDEO_FRAME_WIDTH(&picture);
+  frame->height_px = GST_VIDEO_FRAME_HEIGHT(&picture);
+  frame->row_bytes = GST_VIDEO_FRAME_PLANE_STRIDE(&picture, 0);
+  frame->pixels = static_cast<const std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&picture, 0));
+  frame->memory = mapped;
+  frame->connection = runner_.connection();
+  frame->number = runner_.counted() + 1;
+  frames_.put(std::move(frame));
+  runner_.count();
+}
+
+GstFlowReturn Camera::Reader::on_sample(GstAppSink* sink, gpointer self) {
+  static_cast<Reader*>(self)->take_sample(sink);
+  return GST_FLOW_OK;
+}
+
+/// An RTSP camera keeps its pictures back for as short as it may, and tells when they were captured.
+void Camera::Reader::on_source(GstElement* /*reader*/, GstElement* source, gpointer /*self*/) {
+  GObjectClass* kind = G_OBJECT_GET_CLASS(source);
+  if (g_object_class_find_property(kind, "drop-on-latency") == nullptr) return;
+  g_object_set(source, "latency", kJitterBuffer_ms, "drop-on-latency", TRUE, nullptr);
+  if (g_object_class_find_property(kind, "add-reference-timestamp-meta") != nullptr)
+    g_object_set(source, "add-reference-timestamp-meta", TRUE, nullptr);
+}
+
+Camera::Camera(const CameraSource& source) : reader_(std::make_unique<Reader>(source)) {}
+Camera::~Camera() = default;
+
+std::unique_ptr<Frame> Camera::take() noexcept {
+  return reader_->take();
+}
+
+const CameraStatus& Camera::status() noexcept {
+  reader_->take(status_);
+  return status_;
+}
+
+}  // namespace knuckle::video

@@ -1,0 +1,33 @@
+// A camera: a GStreamer pipeline of which only the newest picture is kept. What GStreamer says, connecting and connecting
+// again are in a thread of its own; the owner never waits but in the destructor.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "video/frame.h"
+#include "video/source.h"
+#include "video/status.h"
+
+namespace knuckle::video {
+
+class Camera {
+ public:
+  /// Begins to connect. @param source checked before.
+  explicit Camera(const CameraSource& source);
+  /// Waits until GStreamer has let go of the source.
+  ~Camera();
+  Camera(const Camera&) = delete;
+  Camera& operator=(const Camera&) = delete;
+
+  /// The newest picture, once; nullptr where there is no newer one than was taken. One thread only, as status().
+  [[nodiscard]] std::unique_ptr<Frame> take() noexcept;
+  [[nodiscard]] const CameraStatus& status() noexcept;
+
+ private:
+  class Reader;
+  std::unique_ptr<Reader> reader_;
+  CameraStatus status_;
+};
+
+}  // namespace knuckle::video

@@ -1,0 +1,129 @@
+#include "video/pipeline_runner.h"
+
+#include <gst/pbutils/missing-plugins.h>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "core/text.h"
+#include "video/frame.h"
+#include "video/gst_owned.h"
+
+namespace knuckle::video {
+namespace {
+
+constexpr Duration kLook = 50ms;         // how often the thread looks up from waiting
+constexpr Duration kFirstPicture = 10s;  // encoders, cameras and key frames take their time
+constexpr Duration kNextPicture = 5s;    // a network source says nothing where nothing arrives
+constexpr Duration kShortestWait = 500ms, kLongestWait = 4s;
+
+bool is_live(GstElement* pipeline) {
+  const Owned<GstQuery> query(gst_query_new_latency());
+  gboolean live = TRUE;
+  if (gst_element_query(pipeline, query.get()) != FALSE) gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
+  return live != FALSE;
+}
+
+/// An error of GStreamer's as a person can act on it.
+std::string advice(const GError& error, const char* details, const std::string& missing) {
+  const std::string said = error.message;
+  if (!missing.empty()) return "no " + missing + " on this computer: install the GStreamer plugin that has it";
+  if (details != nullptr && std::strstr(details, "not-negotiated") != nullptr)
+    return "the formats of the pipeline's elements do not fit: is the stream of the codec that it decodes?";
+  if (error.domain == GST_RESOURCE_ERROR) return said + " Check that the camera is there, and the network";
+  if (error.domain == GST_STREAM_ERROR) return said + " Check the stream's codec and the pipeline";
+  return said;
+}
+
+}  // namespace
+
+PipelineRunner::PipelineRunner(PipelinePlan plan) : plan_(std::move(plan)), thread_([this] { run(); }) {}
+
+PipelineRunner::~PipelineRunner() {
+  ending_ = true;
+  thread_.join();
+}
+
+void PipelineRunner::run() {
+  start_gstreamer();
+  for (Duration pause = kShortestWait; !ending_;) {
+    const std::uint64_t before = counted();
+    const std::optional<std::string> failed = connect();
+    if (!failed) return;
+    if (counted() != before) pause = kShortestWait;
+    tell(false, plan_.name + ": " + *failed + "; connecting again");
+    wait(pause);
+    pause = std::min(2 * pause, kLongestWait);
+  }
+}
+
+std::optional<std::string> PipelineRunner::connect() {
+  ++connection_;
+  missing_.clear();
+  std::string told;
+  const Owned<GstElement> pipeline = make_pipeline(plan_.description, told);
+  if (!pipeline) return told;
+  // The system's clock, which is ours, whatever a source brings along.
+  const Owned<GstClock> clock(gst_system_clock_obtain());
+  gst_pipeline_use_clock(GST_PIPELINE(pipeline.get()), clock.get());
+  plan_.prepare(pipeline.get());
+  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
+  std::optional<std::string> failed = watch(pipeline.get());
+  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  return failed;
+}
+
+std::optional<std::string> PipelineRunner::watch(GstElement* pipeline) {
+  const Owned<GstBus> bus(gst_element_get_bus(pipeline));
+  std::uint64_t seen = counted();
+  Time since = now();
+  for (Duration patience = kFirstPicture; !ending_;) {
+    const Owned<GstMessage> message(gst_bus_timed_pop(bus.get(), static_cast<GstClockTime>(kLook.count())));
+    if (message && GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_ASYNC_DONE) {
+      plan_.ready(pipeline, is_live(pipeline));
+    } else if (message) {
+      if (std::optional<std::string> problem = problem_of(message.get())) return problem;
+    }
+    if (plan_.tend) plan_.tend(pipeline);
+    if (seen != counted()) {
+      if (patience == kFirstPicture) tell(true, {});
+      patience = kNextPicture;
+      seen = counted();
+      since = now();
+    } else if (now() - since > patience) {
+      return "no picture for " + std::to_string(patience / 1s) + " s: check " + plan_.check;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> PipelineRunner::problem_of(GstMessage* message) {
+  if (gst_is_missing_plugin_message(message) != FALSE)
+    missing_ = Owned<gchar>(gst_missing_plugin_message_get_description(message)).get();
+  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_EOS) return "the stream has ended";
+  if (GST_MESSAGE_TYPE(message) != GST_MESSAGE_ERROR) return std::nullopt;
+  GError* said = nullptr;
+  gchar* more = nullptr;
+  gst_message_parse_error(message, &said, &more);
+  const Owned<GError> error(said);
+  const Owned<gchar> details(more);
+  return advice(*error, details.get(), missing_);
+}
+
+void PipelineRunner::tell(bool playing, const std::string& why) {
+  status_.playing = playing;
+  if (!why.empty()) {
+    ++status_.troubles;
+    const std::string line = one_message(why);
+    status_.why.fill(0);
+    std::copy_n(line.begin(), std::min(line.size(), status_.why.size() - 1), status_.why.begin());
+  }
+  statuses_.put(status_);
+}
+
+void PipelineRunner::wait(Duration time) {
+  for (const Time until = now() + time; now() < until && !ending_;) std::this_thread::sleep_for(kLook);
+}
+
+}  // namespace knuckle::video

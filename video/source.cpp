@@ -1,0 +1,90 @@
+#include "video/source.h"
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "video/gst_owned.h"
+
+namespace knuckle::video {
+namespace {
+
+// Only the newest picture is kept, and it is given at once; the camera's thread lets a source that is no live one run
+// at its own pace.
+constexpr const char* kEnd =
+    " ! videoconvert ! video/x-raw,format=RGBx ! appsink name=pictures max-buffers=1 drop=true sync=false "
+    "enable-last-sample=false";
+
+bool is_uri(const CameraSource& source) {
+  return gst_uri_is_valid(source.source.c_str()) != FALSE;
+}
+
+/// For a message: which camera's option it is about.
+std::string option_of(const CameraSource& source) {
+  return "--camera " + source.name + "=" + shortened(source.source) + ": ";
+}
+
+}  // namespace
+
+CameraSource parse_source(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const std::string_view name = std::string_view(text).substr(0, equals);
+  const bool plain = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-';
+  });
+  if (equals == std::string::npos || !plain || equals + 1 == text.size())
+    throw InputError("--camera " + shortened(text) +
+                     ": must be NAME=SOURCE, such as mast=rtsp://192.0.2.9/live or mast='v4l2src ! decodebin'; the name "
+                     "is made of letters, digits, - and _");
+  return {std::string(name), text.substr(equals + 1)};
+}
+
+std::string pipeline_of(const CameraSource& source) {
+  if (!is_uri(source)) return source.source + kEnd;
+  std::string uri = source.source;
+  for (const std::string_view special : {"\\", "\""}) {
+    for (std::size_t at = 0; (at = uri.find(special, at)) != std::string::npos; at += 2) uri.insert(at, "\\");
+  }
+  // Sound and subtitles stay undecoded.
+  return "uridecodebin name=reader caps=video/x-raw expose-all-streams=false uri=\"" + uri + "\"" + kEnd;
+}
+
+void start_gstreamer() {
+  GError* failed = nullptr;
+  if (gst_init_check(nullptr, nullptr, &failed) != FALSE) return;
+  const Owned<GError> error(failed);
+  throw InputError("--camera: GStreamer does not start: " + one_message(error ? error->message : "no reason given"));
+}
+
+Owned<GstElement> make_pipeline(const std::string& description, std::string& told) {
+  GError* failed = nullptr;
+  Owned<GstElement> pipeline(gst_parse_launch_full(description.c_str(), nullptr, GST_PARSE_FLAG_FATAL_ERRORS, &failed));
+  const Owned<GError> error(failed);
+  if (error) {
+    told = one_message(error->message);
+    return nullptr;
+  }
+  gst_object_ref_sink(pipeline.get());
+  return pipeline;
+}
+
+void check_source(const CameraSource& source) {
+  start_gstreamer();
+  const Owned<gchar> scheme(gst_uri_get_protocol(source.source.c_str()));
+  if (is_uri(source) && gst_uri_protocol_is_supported(GST_URI_SRC, scheme.get()) == FALSE)
+    throw InputError(option_of(source) + "no GStreamer plugin on this computer reads " + scheme.get() +
+                     ":// (rtsp, rtp, udp, http, v4l2 and file are in gstreamer1.0-plugins-good and -base)");
+  std::string told;
+  if (make_pipeline(pipeline_of(source), told)) return;
+  const bool link = told.find("could not link") != std::string::npos;
+  const bool missing = told.find("no element") != std::string::npos;
+  throw InputError(option_of(source) + told +
+                   (link      ? ": the pipeline must fit together and end in pictures (video/x-raw): is a decoder such as "
+                                "decodebin missing?"
+                    : missing ? ": is it spelt right, and the plugin that has it installed?"
+                              : ": must be a URI or a pipeline as gst-launch-1.0 takes it"));
+}
+
+}  // namespace knuckle::video

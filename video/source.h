@@ -1,0 +1,24 @@
+// Where a camera's pictures come from, as it is given on the command line.
+#pragma once
+
+#include <string>
+
+namespace knuckle::video {
+
+struct CameraSource {
+  std::string name;
+  std::string source;  ///< A URI (rtsp://..., v4l2:///dev/video0), or a pipeline as gst-launch-1.0 takes it.
+};
+
+/// "NAME=SOURCE". @throws InputError, one line, where it is anything else.
+[[nodiscard]] CameraSource parse_source(const std::string& text);
+
+/// The pipeline of a source as gst-launch-1.0 would take it, ended in an appsink named "pictures".
+[[nodiscard]] std::string pipeline_of(const CameraSource& source);
+
+/// That the source can be made into a pipeline at all; nothing of it runs, devices and addresses are not opened.
+/// @throws InputError, one line: an element or plugin that is missing, a pipeline that is misspelt or does not end in
+/// pictures.
+void check_source(const CameraSource& source);
+
+}  // namespace knuckle::video

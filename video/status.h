@@ -1,0 +1,15 @@
+// What became of a camera's connection last; plain data.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace knuckle::video {
+
+struct CameraStatus {
+  bool playing = false;         ///< Pictures come.
+  std::uint32_t troubles = 0;   ///< Counts problems up.
+  std::array<char, 400> why{};  ///< The last problem, one line with what to do; empty before the first.
+};
+
+}  // namespace knuckle::video
