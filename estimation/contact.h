@@ -12,9 +12,9 @@ namespace knuckle::estimation {
 class ContactCusum {
  public:
   static constexpr double kHighPass_Hz = 2;
-  static constexpr double kDrift = 2;       ///< k, in standard deviations of the free signal.
-  /// h, likewise, for a step of 5 ms. Of an hour of free air, 10 leaves four times as many false events (docs/results.md); a
-  /// hit is clipped, so that it is noticed 6 ms later at most.
+  static constexpr double kDrift = 2;  ///< k, in standard deviations of the free signal.
+  /// h, likewise, for a step of 5 ms. Of an hour of free air, 10 leaves four times as many false events
+  /// (docs/results.md); a hit is clipped, so that it is noticed 6 ms later at most.
   static constexpr double kThreshold = 20;
   static constexpr double kReferenceStep_s = 5e-3;
   static constexpr double kClip = 10;  ///< One sample adds no more: a single outlier is no contact.

@@ -28,7 +28,8 @@ MachineDescription machine_of(const recording::Recording& recording) {
 std::string headline_of(const Stop& stop, const MachineDescription& machine) {
   std::string mode = name(stop.before);
   std::replace(mode.begin(), mode.end(), '_', ' ');
-  return fmt::format("stopped at {}, while {}; noticed first: {}", at_text(stop.at), mode, reason_text(machine, stop.reason));
+  return fmt::format("stopped at {}, while {}; noticed first: {}", at_text(stop.at), mode,
+                     reason_text(machine, stop.reason));
 }
 
 Account account_of(const Stop& stop, const Window& window, const MachineDescription& machine) {

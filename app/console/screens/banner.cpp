@@ -62,7 +62,7 @@ struct Tag {
 };
 
 /// From the right: how old the link is, and what this session is.
-std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view) {
+std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view, const UiState& state) {
   const widgets::Theme& t = ui.theme;
   std::vector<Tag> tags;
   const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
@@ -79,6 +79,10 @@ std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view) {
   if (view.simulated || (view.status_heard && view.status.simulated))
     tags.push_back({widgets::Icon::kCircle, "SIMULATED", widgets::mix(t.colours.surface, t.colours.accent, 0.35F)});
   if (view.paused) tags.push_back({widgets::Icon::kPause, "PAUSED", t.colours.notice});
+  if (state.muted)
+    tags.push_back({widgets::Icon::kNone, "SOUND OFF", quiet});
+  else if (!state.sound_problem.empty())
+    tags.push_back({widgets::Icon::kWarning, "NO SOUND", t.colours.notice});
   if (view.hand.warning) tags.push_back({widgets::Icon::kWarning, "FORCE REDUCED", t.colours.notice});
   return tags;
 }
@@ -92,10 +96,10 @@ void draw_replay_tags(const widgets::Ui& ui, const std::vector<Tag>& tags, widge
 }
 
 /// On the right: tags above, the light of the recording below.
-void draw_tags(const widgets::Ui& ui, const ConsoleData& data, widgets::Area& area) {
+void draw_tags(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   constexpr float kMostShare = 0.5F;  // of the banner; the line that says what to do needs the rest
-  const std::vector<Tag> tags = session_tags(ui, data.view);
+  const std::vector<Tag> tags = session_tags(ui, data.view, state);
   if (data.player != nullptr) return draw_replay_tags(ui, tags, area);
   const RecordingWords words = recording_words(data.recording, to_seconds(data.view.now));
   float above = 0;
@@ -241,7 +245,7 @@ void draw_banner(const widgets::Ui& ui, const ConsoleData& data, const UiState& 
   if (data.player != nullptr) draw_replay_block(ui, area.cut_left(t.px(176), t.unit()));
   mode_block(ui, data.view, area.cut_left(t.px(data.player != nullptr ? 270.F : 318.F), t.unit(2)));
   area = area.inset(t.unit(), 0);
-  draw_tags(ui, data, area);
+  draw_tags(ui, data, state, area);
   const std::string reason =
       data.player != nullptr
           ? replay_reason(data.view, *data.player)

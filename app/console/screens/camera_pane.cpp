@@ -72,13 +72,17 @@ bool CameraPane::large() const noexcept {
   return !cameras_.empty() && !machine_large_ && cameras_[shown_].had_picture();
 }
 
+float CameraPane::small_width(const widgets::Area& pane) const noexcept {
+  return cameras_.empty() ? 0 : kSmallShare * pane.width();
+}
+
 widgets::Area CameraPane::place(const widgets::Ui& ui, const widgets::Area& pane) {
   if (cameras_.empty()) return pane;
   const widgets::Theme& t = ui.theme;
   const Camera& camera = cameras_[shown_];
   const double aspect = camera.video ? camera.video->aspect() : 16.0 / 9;
   const float margin = t.unit();
-  const float width = kSmallShare * pane.width();
+  const float width = small_width(pane);
   const float height = large() ? width / 1.6F : width / static_cast<float>(aspect);
   const ImVec2 corner{pane.max.x - margin, pane.max.y - margin};
   const widgets::Area small{{corner.x - width, corner.y - height}, corner};

@@ -31,6 +31,8 @@ class CameraPane {
   /// Divides the pane between the chosen camera and the machine, and writes what is said of the picture. Once a frame,
   /// on the screen that has the pane. @return where the machine's picture goes.
   [[nodiscard]] widgets::Area place(const widgets::Ui& ui, const widgets::Area& pane);
+  /// What place() takes of the pane's lower right corner for the small picture; 0: there is none.
+  [[nodiscard]] float small_width(const widgets::Area& pane) const noexcept;
 
   /// What place() has found, until draw_done().
   struct Placed {

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "app/console/screens/distances.h"
+
 namespace knuckle::console::screens {
 namespace {
 
@@ -38,10 +40,14 @@ void draw_hold_pad(const widgets::Ui& ui, const ConsoleData& data, UiState& stat
   if (data.player != nullptr || data.facts.hand == HandSource::kDevice || data.view.led_by_scenario) return;
   const widgets::Theme& t = ui.theme;
   widgets::Area rest = picture.inset(t.unit(1.5F), t.unit());
-  widgets::Area line = rest.cut_bottom(t.px(28), t.unit());
-  const widgets::Area choice = line.cut_right(t.px(190));
+  rest.cut_top(t.px(26));
+  widgets::Area line = rest.cut_top(t.px(26));
+  const widgets::Area choice = line.cut_right(t.px(186));
+  draw_backdrop(ui, choice);
   widgets::toggle(ui, choice, "Hold to run (M)", state.hold_to_run);
   if (!state.hold_to_run) return;
+  rest.cut_bottom(t.px(28), t.unit());
+  if (const float taken = data.cameras.small_width(picture); taken > 0) rest.cut_right(taken, t.unit());
   const widgets::Area row = rest.cut_bottom(t.px(44));
   for (std::size_t i = 0; i < kPads.size(); ++i) {
     const Pad& pad = kPads[i];

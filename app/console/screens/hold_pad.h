@@ -7,7 +7,7 @@
 
 namespace knuckle::console::screens {
 
-/// At the lower edge of the picture, where the person leads by this window. Takes nothing of the picture while it is
+/// Over the picture, where the person leads by this window. Takes nothing of the picture while it is
 /// off.
 void draw_hold_pad(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& picture);
 

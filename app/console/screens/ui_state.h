@@ -42,6 +42,8 @@ struct UiState {
   float assist_limit_N = 1000;  ///< Waits here while it is switched off.
   bool hold_to_run = false;     ///< The mouse enables while it pulls the tip or holds a button of the pad.
   HeldKeys pad;                 ///< Buttons of it that are held.
+  bool muted = false;           ///< No alarm is heard.
+  std::string sound_problem;    ///< Why none can be; empty: they can, or nobody asked for any.
   bool typing = false;          ///< Text, into a field: keys lead nothing.
   bool enable_ignored = false;  ///< Its key is held without counting.
   bool paused = false;

@@ -197,7 +197,10 @@ int run(const ConsoleOptions& o) {
   run.duration_s = o.duration_s.value_or(o.screenshot.empty() ? programs::kLongestRun_s : 0);
   run.screenshot = o.screenshot;
   if (o.simulate) run.simulated = o.session;
-  if (!o.screenshot.empty()) window.hold_steady();
+  if (o.screenshot.empty())
+    window.make_sounds(o.mute);
+  else
+    window.hold_steady();
   run.candump = &candump;
   ConsoleOutcome outcome = run_console(window, *loops.host, run);
   if (loops.link) loops.link->close();  // the host has ended its loop

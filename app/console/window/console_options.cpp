@@ -68,7 +68,7 @@ void check_window(const ConsoleOptions& o) {
 
 /// What is played takes everything from its files, and leads nothing.
 void check_replay(const ConsoleOptions& o) {
-  const std::array<std::pair<const char*, bool>, 19> in_vain{{{"--simulate", o.simulate},
+  const std::array<std::pair<const char*, bool>, 20> in_vain{{{"--simulate", o.simulate},
                                                               {"--connect", !o.link.address.empty()},
                                                               {"--dial", !o.link.dial.rendezvous.empty()},
                                                               {"--insecure", o.link.insecure > 0},
@@ -83,6 +83,7 @@ void check_replay(const ConsoleOptions& o) {
                                                               {"--jitter-ms", o.session.jitter_ms.has_value()},
                                                               {"--loss", o.session.loss.has_value()},
                                                               {"--demo", o.demo},
+                                                              {"--mute", o.mute},
                                                               {"--candump", !o.candump.empty()},
                                                               {"--json", !o.json.empty()},
                                                               {"--log", !o.log.folder.empty()},
@@ -149,6 +150,7 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
                "(docs/camera.md)")
       ->type_name("NAME=SOURCE")
       ->allow_extra_args(false);
+  c.add_flag("--mute", o.mute, "No alarm sounds; N turns them on");
   c.add_flag("--demo", o.demo, "Let the scenario's operator lead the machine");
   c.add_option("--candump", o.candump, "Write every frame of the simulated bus in candump log format");
   programs::add_log_options(c, o.log);

@@ -22,7 +22,7 @@ namespace knuckle::console::window {
 inline constexpr const char* kSimulatedCamera = "simulated";
 
 struct ConsoleOptions {
-  bool simulate = false, demo = false, light = false, imperial = false;
+  bool simulate = false, demo = false, light = false, imperial = false, mute = false;
   bool scenario_given = false, seed_given = false;
   session::SimulateOptions session;  ///< Machine and haptic device's file count with --connect, too.
   pairing::LinkOptions link;         ///< Its address is empty where the machine is simulated.

@@ -66,9 +66,24 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   const Duration delay = from_seconds(1e-3 * static_cast<double>(state_.running.delay_ms));
   for (const auto& camera : simulated_cameras_) camera->show(view, video::now() - from_seconds(view_age_s), delay);
   cameras_.watch(video::now(), view, events);
+  sound(view, events, view_age_s);
   calibration_.update();
   if (state_.stop) calibration_.cancel();
   draw(view, loop, events, view_age_s);
+}
+
+void ConsoleWindow::make_sounds(bool muted) {
+  state_.muted = muted;
+  sounds_ = std::make_unique<video::SoundPlayer>();
+}
+
+void ConsoleWindow::sound(const ConsoleView& view, const EventBook& events, double view_age_s) {
+  const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  const widgets::Freshness fresh = screens::machine_freshness(view).after(view_age_s);
+  const AlarmSound due = alarms_.step(view, fresh.heard && fresh.stale(), events.open(Severity::kAlarm) == 0, now_s);
+  if (!sounds_) return;
+  state_.sound_problem = sounds_->problem();
+  if (due != AlarmSound::kNone && !state_.muted) sounds_->play(samples_of(due, video::SoundPlayer::kRate_Hz));
 }
 
 void ConsoleWindow::frame_of_player() {
@@ -87,12 +102,12 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   const widgets::Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_, player_ != nullptr};
   screens::open_canvas();
-  const std::optional<widgets::Area> picture = screens::draw_console(
-      ui,
-      {facts_, kinematics_, view, loop, player_ != nullptr ? player_->history() : history_,
-       player_ != nullptr ? player_->payload() : payload_, last_contact_, events, calibration_, cameras_, recording_,
-       player_},
-      state_);
+  const std::optional<widgets::Area> picture =
+      screens::draw_console(ui,
+                            {facts_, kinematics_, view, loop, player_ != nullptr ? player_->history() : history_,
+                             player_ != nullptr ? player_->payload() : payload_, last_contact_, events, calibration_,
+                             cameras_, recording_, player_},
+                            state_);
   const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
   // The tip of a machine that is being commissioned, or was recorded, cannot be pulled.
   const bool no_mouse = !picture || ((commissioned || player_ != nullptr) && state_.side_view);
@@ -223,6 +238,9 @@ void ConsoleWindow::act(KeyAction action) {
       return;
     case KeyAction::kHoldToRun:
       state_.hold_to_run = !state_.hold_to_run;
+      return;
+    case KeyAction::kMute:
+      state_.muted = !state_.muted;
       return;
     case KeyAction::kGround:
       state_.ground_here = true;

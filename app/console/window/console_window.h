@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/console/alarm_sounds.h"
 #include "app/console/event_book.h"
 #include "app/console/hand_input.h"
 #include "app/console/keys.h"
@@ -18,6 +19,7 @@
 #include "app/console/screens/player_panel.h"
 #include "app/console/screens/ui_state.h"
 #include "app/console/window/window.h"
+#include "video/sound_player.h"
 
 namespace knuckle::console::window {
 
@@ -37,6 +39,8 @@ class ConsoleWindow {
   void play(screens::PlayerPanel& player) { player_ = &player; }
   /// One frame of it, yet to be shown.
   void frame_of_player();
+  /// From now on alarms are heard, unless the person turns them off. @param muted they are turned off at first.
+  void make_sounds(bool muted);
   /// For the light on every screen.
   void show_recording(RecordingLight light) { recording_ = std::move(light); }
   /// Takes a view into histories and totals without drawing it.
@@ -61,6 +65,7 @@ class ConsoleWindow {
 
  private:
   void take_keys();
+  void sound(const ConsoleView& view, const EventBook& events, double view_age_s);
   void draw_pictures(const widgets::Area& machine, bool stale, const ConsoleView& view);
   void act(KeyAction action);
   void act_on_player(KeyAction action);
@@ -76,6 +81,8 @@ class ConsoleWindow {
   screens::LastContact last_contact_;
   picture::MachinePanel machine_;
   std::vector<std::shared_ptr<picture::SimulatedCamera>> simulated_cameras_;
+  AlarmWatch alarms_;
+  std::unique_ptr<video::SoundPlayer> sounds_;
   HandInput gamepad_;
   /// A finger that stayed on enable while its gamepad was gone, or while text was typed, has not pressed it.
   bool keys_enable_was_up_ = false, pad_enable_was_up_ = false;

@@ -304,7 +304,7 @@ TEST_F(PersonAtConsole, DrivesByKeys) {
 }
 
 TEST_F(PersonAtConsole, DrivesByThePointerAlone) {
-  ASSERT_TRUE(xdotool("mousemove 530 530 click 1"));  // Hold to run
+  ASSERT_TRUE(xdotool("mousemove 540 136 click 1"));  // Hold to run
   ASSERT_TRUE(until([this] { return window_->state().hold_to_run; }));
   const double before_rad = boom_rad();
   hold("mousemove 170 490 mousedown 1", "mouseup 1");  // boom up

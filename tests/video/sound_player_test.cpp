@@ -1,0 +1,65 @@
+// A sound reaches its sink as it was given, and a sink that cannot play is told in one line.
+#include "video/sound_player.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+#include "core/time.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::video {
+namespace {
+
+std::vector<std::int16_t> ramp(int count) {
+  std::vector<std::int16_t> samples;
+  for (int i = 0; i < count; ++i) samples.push_back(static_cast<std::int16_t>(i % 1000));
+  return samples;
+}
+
+template <typename Reached>
+bool within_10_s(Reached reached) {
+  for (int i = 0; i < 1000 && !reached(); ++i) std::this_thread::sleep_for(10ms);
+  return reached();
+}
+
+TEST(SoundPlayer, PlaysWhatItIsGiven) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("sound.raw");
+  const std::vector<std::int16_t> given = ramp(4800);
+  SoundPlayer player("audio/x-raw,format=S16LE,rate=48000,channels=1 ! filesink location=" + file);
+  player.play(given);
+  const auto size = [&file] {
+    std::error_code none;
+    const auto bytes = std::filesystem::file_size(file, none);
+    return none ? 0 : bytes;
+  };
+  ASSERT_TRUE(within_10_s([&] { return size() == 2 * given.size(); })) << player.problem();
+  std::ifstream in(file, std::ios::binary);
+  std::vector<std::int16_t> played(given.size());
+  in.read(reinterpret_cast<char*>(played.data()), static_cast<std::streamsize>(2 * played.size()));
+  EXPECT_EQ(played, given);
+  EXPECT_EQ(player.problem(), "");
+}
+
+TEST(SoundPlayer, SaysInOneLineWhyNothingIsHeard) {
+  for (const char* sink : {"nosuchsink", "filesink location=/no/such/folder/x"}) {
+    SoundPlayer player(sink);
+    player.play(ramp(100));
+    EXPECT_TRUE(within_10_s([&player] { return !player.problem().empty(); })) << sink;
+    EXPECT_EQ(player.problem().find('\n'), std::string::npos) << player.problem();
+  }
+}
+
+TEST(SoundPlayer, EndsWhileASoundIsBeingPlayed) {
+  SoundPlayer player("fakesink sync=true");
+  player.play(ramp(10 * SoundPlayer::kRate_Hz));
+  std::this_thread::sleep_for(50ms);
+}
+
+}  // namespace
+}  // namespace knuckle::video
