@@ -128,11 +128,14 @@ Json result_json(const ConsoleOutcome& outcome) {
           {"frames_lost", outcome.frames_lost}};
 }
 
-/// What happens to the link, and control that changes hands by lines, both in the terminal.
-void tend_link(pairing::ChosenLink& link, programs::ControlInput& input, programs::ProgramConsole& console, Time now) {
-  for (const cli::News& news : link.news()) console.event(now, news.what, news.kind);
-  for (const cli::News& done : programs::obey_control_lines(input, link)) console.event(now, done.what, done.kind);
+/// What happened to the link, and what became of control that changes hands by lines; the terminal has it, too.
+std::vector<cli::News> tend_link(pairing::ChosenLink& link, programs::ControlInput& input,
+                                 programs::ProgramConsole& console, Time now) {
+  std::vector<cli::News> all = link.news();
+  for (cli::News& done : programs::obey_control_lines(input, link)) all.push_back(std::move(done));
+  for (const cli::News& news : all) console.event(now, news.what, news.kind);
   console.tend(now);
+  return all;
 }
 
 /// A camera as given; where it is a simulated one, its place on the machine.
@@ -189,10 +192,8 @@ int run(const ConsoleOptions& o) {
   }
   for (const std::string& note : loops.host->log().notes()) console.note(note);
   ConsoleRun run;
-  run.keep_on = [&] {
-    if (loops.link) tend_link(*loops.link, input, console, loops.host->now());
-    return !interrupt.pending();
-  };
+  run.keep_on = [&] { return !interrupt.pending(); };
+  if (loops.link) run.link_news = [&] { return tend_link(*loops.link, input, console, loops.host->now()); };
   run.skip_to_s = o.at_s.value_or(0);
   run.duration_s = o.duration_s.value_or(o.screenshot.empty() ? programs::kLongestRun_s : 0);
   run.screenshot = o.screenshot;

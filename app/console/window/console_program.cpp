@@ -145,6 +145,8 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
     const Time looked_at = host.now();  // at what is held, and no later
     const ConsoleView& view = host.view();
     const LoopHealth& health = host.health();
+    if (run.link_news)
+      for (const cli::News& news : run.link_news()) events.add(view.now, view.run, Severity::kInfo, "link", news.what);
     if (window.facts().hand == screens::HandSource::kGamepad) {
       const std::optional<GamepadState> gamepad = window.window().gamepad();
       window.take_gamepad(gamepad);

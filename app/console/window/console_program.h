@@ -5,7 +5,9 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "app/cli/news.h"
 #include "app/console/console_host.h"
 #include "app/console/window/console_window.h"
 #include "app/programs/program_options.h"
@@ -14,6 +16,8 @@ namespace knuckle::console::window {
 
 struct ConsoleRun {
   std::function<bool()> keep_on;  ///< Asked each frame; false ends the program in order.
+  /// Asked each frame: what happened to the link, for the Events screen and the recording; may be empty.
+  std::function<std::vector<cli::News>()> link_news{};
   double skip_to_s = 0;           ///< A simulated session begins so late, at once.
   double duration_s = 1e9;        ///< Of running in real time.
   std::string screenshot;         ///< The last frame goes there; the window closes then. Empty: none.
