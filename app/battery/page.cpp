@@ -133,7 +133,8 @@ std::vector<report::PageFigure> maps_of(const Rows& rows) {
        "Share of sessions in which the true force was never above the felt one by 2 N for 0.3 s.",
        heat_map(by_stiffness, "stiffness of the wall, N/m", 0, 1, told_share)},
       {"Transparency", "Felt against scaled true force over the whole session, RMS over RMS, median; 0 is the truth.",
-       heat_map(by_stiffness, "stiffness of the wall, N/m", 1, 0, [](const auto& cell) { return median_in(cell, "felt_error_rel"); })},
+       heat_map(by_stiffness, "stiffness of the wall, N/m", 1, 0,
+                [](const auto& cell) { return median_in(cell, "felt_error_rel"); })},
       {"Energy", "Net energy that the device gave to the hand, median [J].",
        heat_map(by_limb, "limb", 1, -1, [](const auto& cell) { return median_in(cell, "net_energy_J"); })}};
 }

@@ -127,8 +127,9 @@ report::PageFigure pose_figure(const std::string& title, const std::string& capt
     for (std::size_t i = 0; i < torques[n].measured_Nm.size(); ++i)
       script << torques[n].estimated_Nm[i] << ' ' << torques[n].measured_Nm[i] << '\n';
     script << "EOD\nset xtics " << round_step(torques[n].estimated_Nm) << "\nset xlabel "
-           << report::plot_quoted(torques[n].joint + ", estimated, N m") << "\nset ylabel 'measured, N m'\nplot x with lines lc rgb '" << report::kGrey << "' notitle, $p"
-           << n << " using 1:2 with points pt 7 ps 0.35 lc rgb '" << report::kBlue << "' notitle\n";
+           << report::plot_quoted(torques[n].joint + ", estimated, N m")
+           << "\nset ylabel 'measured, N m'\nplot x with lines lc rgb '" << report::kGrey << "' notitle, $p" << n
+           << " using 1:2 with points pt 7 ps 0.35 lc rgb '" << report::kBlue << "' notitle\n";
   }
   script << "unset multiplot\n";
   return {title, caption, {900, 320, script.str()}};

@@ -132,8 +132,8 @@ std::vector<report::PageFigure> friction_figures(const Identified& result) {
     const std::string name = kJointNames[static_cast<std::size_t>(j)];
     data << "$" << name << " << EOD\n" << friction_block(result.machine, j) << "EOD\n";
     const double left = kLeft + j * (kWidth + kApart);
-    plots << "set lmargin at screen " << left << "\nset rmargin at screen " << left + kWidth << "\nset ylabel '"
-          << name << " friction, kN'\n"
+    plots << "set lmargin at screen " << left << "\nset rmargin at screen " << left + kWidth << "\nset ylabel '" << name
+          << " friction, kN'\n"
           << (j == 1 ? "unset key\n" : "") << "plot $" << name << " using 1:3:4 with filledcurves fc rgb '"
           << report::kSky << "' fs transparent solid 0.35 noborder title '±2 sigma', $" << name
           << " using 1:2 with lines lc rgb '" << report::kBlue << "' lw 2 title 'identified', $" << name

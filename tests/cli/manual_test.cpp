@@ -47,11 +47,12 @@ bool has(const std::string& text, const std::string& part) {
 
 TEST(ManualPages, HaveEveryOptionWithItsValueAndItsHelp) {
   const std::string text = page("arm-tool-dig");
-  for (const std::string part : {
-           ".SH NAME\narm\\-tool\\-dig \\- dig: a pit, or \\etwo\n", ".B arm\\-tool dig\n\\fITABLE\\fP\n[\\fIoption\\fP...]",
-           "\\fB\\-\\-machine\\fP \\fIvalue\\fP\nMachine name or .toml file.\n",
-           "\\fB\\-\\-slow\\fP \\fInumber\\fP\n\\&'Seconds' of it (default: 0).\n",  // a quote begins a request of roff
-           "\\fB\\-\\-fast\\fP\n\\&.Not slowly.\n", ".SH EXIT STATUS\n0 done", ".BR arm\\-tool (1)\n"})
+  for (const std::string part :
+       {".SH NAME\narm\\-tool\\-dig \\- dig: a pit, or \\etwo\n",
+        ".B arm\\-tool dig\n\\fITABLE\\fP\n[\\fIoption\\fP...]",
+        "\\fB\\-\\-machine\\fP \\fIvalue\\fP\nMachine name or .toml file.\n",
+        "\\fB\\-\\-slow\\fP \\fInumber\\fP\n\\&'Seconds' of it (default: 0).\n",  // a quote begins a request of roff
+        "\\fB\\-\\-fast\\fP\n\\&.Not slowly.\n", ".SH EXIT STATUS\n0 done", ".BR arm\\-tool (1)\n"})
     EXPECT_TRUE(has(text, part)) << part << "\nis not in\n" << text;
 }
 
@@ -83,9 +84,10 @@ class Completion : public testing::Test {
   /// What bash offers for the last of these words.
   [[nodiscard]] std::string offered(const std::string& words) const {
     const test::ProgramRun run = test::run_program(
-        "bash", {"-c", "set -u; cd " + folder_.file("config") + "; export KNUCKLE_CONFIG_DIR=$PWD; source ../completion; " +
-                           "COMP_WORDS=(" + words + "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _arm_tool arm-tool; " +
-                           "printf '%s ' \"${COMPREPLY[@]}\""});
+        "bash",
+        {"-c", "set -u; cd " + folder_.file("config") + "; export KNUCKLE_CONFIG_DIR=$PWD; source ../completion; " +
+                   "COMP_WORDS=(" + words + "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _arm_tool arm-tool; " +
+                   "printf '%s ' \"${COMPREPLY[@]}\""});
     EXPECT_EQ(run.err, "");
     return run.out;
   }
