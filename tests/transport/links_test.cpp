@@ -424,7 +424,8 @@ TEST(UdpLink, NamesTheAddressItCannotUseAndSaysWhy) {
 
 TEST(UdpLink, ConnectsToAHostByItsNameAndSaysInOneLineWhereItHasNoAddress) {
   UdpLink machine = UdpLink::listen("127.0.0.1:0");
-  UdpLink hand = UdpLink::connect("localhost:" + std::to_string(machine.port()));  // its ::1 has nobody listening
+  UdpLink hand =
+      UdpLink::connect("localhost:" + std::to_string(machine.port()));  // where it has a ::1, nobody listens there
   ASSERT_TRUE(hand.send(claim().view()));
   Datagram datagram;
   EXPECT_TRUE(wait_for(machine, datagram));
