@@ -14,7 +14,6 @@
 #include "master/master_state.h"
 #include "recording/fields.h"
 #include "recording/replayed_wires.h"
-#include "slave/slave_loop.h"
 #include "slave/slave_state.h"
 
 namespace knuckle::recording {

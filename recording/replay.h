@@ -14,15 +14,10 @@
 #include "core/time.h"
 #include "machine/description.h"
 #include "machine/device_description.h"
+#include "master/master_loop.h"
 #include "recording/recording.h"
 #include "recording/wire_events.h"
-
-namespace knuckle::master {
-class MasterLoop;
-}
-namespace knuckle::slave {
-class SlaveLoop;
-}
+#include "slave/slave_loop.h"
 
 namespace knuckle::recording {
 

@@ -295,6 +295,8 @@ void MachineView::Parts::draw_ghost(const BodyPlaces& at, const Rgb& colour) {
 /// Wide wires, kept only outside the shape itself; in front of everything.
 void MachineView::Parts::draw_outline(const BodyPlaces& at, const Rgb& colour) {
   glDisable(GL_DEPTH_TEST);
+  glStencilMask(kTold);
+  glClear(GL_STENCIL_BUFFER_BIT);  // of an outline before this one
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   stencil(GL_ALWAYS, kTold, kTold, GL_REPLACE, kTold);
   for (std::size_t i = 0; i < kBodies; ++i) painter.triangles(bodies[i], at[i], {});
@@ -380,7 +382,11 @@ void MachineView::draw(const MachinePicture& picture, const Camera& camera, cons
   if (!picture.as_seen) p.draw_hidden(measured, {colours.stale, greyed, 0.38F, true});
   p.draw_transparent_world(colours, picture.as_seen);
   if (picture.show_hand) p.draw_ghost(places(p.machine, picture.hand_rad), colours.hand);
-  if (picture.show_beside) p.draw_ghost(places(p.machine, picture.beside_rad), colours.beside);
+  if (picture.show_beside) {
+    const BodyPlaces beside = places(p.machine, picture.beside_rad);
+    p.draw_ghost(beside, colours.beside);
+    p.draw_outline(beside, colours.beside);
+  }
   if (picture.show_commanded) p.draw_outline(places(p.machine, picture.commanded_rad), colours.commanded);
   p.draw_force(picture, colours);
   leave_as_agreed();

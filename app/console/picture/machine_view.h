@@ -21,7 +21,7 @@ struct MachinePicture {
   JointVector hand_rad = JointVector::Zero();
   bool show_hand = false;  ///< Translucent: where the operator's hand asks to be.
   JointVector beside_rad = JointVector::Zero();
-  bool show_beside = false;  ///< Translucent: the machine in another run.
+  bool show_beside = false;  ///< Translucent with an outline: the machine in another run.
   PlanarVector tip_force_N = PlanarVector::Zero();
   std::array<double, 3> covariance_N2{};  ///< xx, xz, zz: drawn as ellipse of 95 %.
   double confidence = 1;                  ///< [0, 1]; the arrow fades with it.

@@ -122,8 +122,13 @@ class Reader {
   std::vector<recording::Event> events_;
 };
 
+/// Some programs say behind it of what the event is a repetition.
+std::string code_of(const recording::Event& event) {
+  return event.kind.substr(0, event.kind.find(' '));
+}
+
 Severity severity_of(const recording::Event& event) {
-  if (event.severity >= recording::Severity::kError || event.kind == "fault") return Severity::kAlarm;
+  if (event.severity >= recording::Severity::kError || code_of(event) == "fault") return Severity::kAlarm;
   return event.severity == recording::Severity::kWarning ? Severity::kWarning : Severity::kInfo;
 }
 
@@ -162,10 +167,10 @@ std::vector<EventRow> events_of(const Run& run, const std::vector<recording::Eve
     EventRow row;
     row.at = event.at;
     row.severity = severity_of(event);
-    row.code = event.kind;
+    row.code = code_of(event);
     row.text = event.text;
     told |= event.kind != "recorder";
-    contacts |= event.kind == "contact";
+    contacts |= row.code == "contact";
     rows.push_back(std::move(row));
   }
   for (EventRow& row : watched_events(run))

@@ -190,6 +190,11 @@ SlaveMessage message_of(const MachineStep& step) {
 }
 
 Run::Run(RunData data) : data_(std::move(data)) {
+  data_.hand.shrink_to_fit();  // what is held for as long as it is played
+  data_.machine.shrink_to_fit();
+  data_.receipts.shrink_to_fit();
+  data_.arrivals.shrink_to_fit();
+  data_.statuses.shrink_to_fit();
   if (empty()) return;
   const auto& hand = data_.hand;
   const auto& machine = data_.machine;

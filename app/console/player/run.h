@@ -1,5 +1,5 @@
 // One run of a session as the player holds it: recorded, or its loops run again. All of it is decoded into a few
-// compact rows (about 70 kB a second with both sides), so that any time is found at once and no file is read while
+// compact rows (about 95 kB a second with both sides), so that any time is found at once and no file is read while
 // it plays. NaN: not recorded.
 #pragma once
 

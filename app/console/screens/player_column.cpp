@@ -39,7 +39,7 @@ void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
   const widgets::Theme& t = ui.theme;
   const OperatorSide& hand = data.view.hand;
   const bool own = data.player->played().head.has_operator;
-  const widgets::Card card(ui, own ? "HAND" : "HAND, AS THE MACHINE RECEIVED IT", area);
+  const widgets::Card card(ui, own ? "HAND" : "HAND, AS RECEIVED", area);
   widgets::Area rest = card.inside();
   const std::array<std::pair<const char*, bool>, 3> lamps{
       {{"Presence", hand.presence}, {"Enable", hand.enable}, {"Clutch", hand.clutch}}};

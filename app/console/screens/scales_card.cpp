@@ -1,5 +1,7 @@
+#include <array>
 #include <cmath>
 
+#include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
 #include "app/session/scenario.h"
 
@@ -11,7 +13,7 @@ constexpr float kLeastRatio = 1 / kMostForceScale, kMostRatio = 1 / kLeastForceS
 constexpr float kLeastLimit_N = session::kLeastAssist_N, kMostLimit_N = 5000;          // beyond, a slider is too coarse
 
 /// Who keeps the person from moving it.
-enum class Lock : std::uint8_t { kNone, kLed, kScenario, kRecorded };
+enum class Lock : std::uint8_t { kNone, kLed, kScenario };
 
 /// At the right end of a setting's line: what is in use while that differs from the request, else what locks it.
 void remark(const widgets::Ui& ui, const widgets::Area& line, Lock lock, bool differs, const char* in_use) {
@@ -20,7 +22,6 @@ void remark(const widgets::Ui& ui, const widgets::Area& line, Lock lock, bool di
   const widgets::Shown words = differs                   ? widgets::shown("now %s", in_use)
                                : lock == Lock::kLed      ? widgets::shown("locked")
                                : lock == Lock::kScenario ? widgets::shown("scenario")
-                               : lock == Lock::kRecorded ? widgets::shown("recorded")
                                                          : widgets::Shown{};
   widgets::put_text(t.fonts.small, t.colours.notice, {line.max.x, y}, widgets::Align::kRight, words.c_str());
   if (lock == Lock::kNone) return;
@@ -76,32 +77,56 @@ void assist_rows(const widgets::Ui& ui, widgets::Area& rest, const AssistSetting
   ImGui::EndDisabled();
 }
 
-/// What was in use when it was recorded: nothing of it can be moved.
-void recorded_scales(const widgets::Ui& ui, const OperatorSide& used, widgets::Area rest) {
+/// "10 : 1", or that it is not known.
+std::string ratio_words(double machine_per_hand) {
+  return std::isfinite(machine_per_hand) ? std::string(widgets::shown("%.4g : 1", machine_per_hand).c_str()) : "-";
+}
+
+/// The next of 1, 2, 5, 10, ...
+double round_above(double value) {
+  const double decade = std::pow(10, std::floor(std::log10(value)));
+  for (const double times : {1.0, 2.0, 5.0})
+    if (times * decade >= value) return times * decade;
+  return 10 * decade;
+}
+
+/// Nothing of what was in use can be moved, so that it needs less room; the rest has the force around the cursor.
+void recorded_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
-  auto position = static_cast<float>(used.position_scale), ratio = static_cast<float>(1 / used.force_scale);
-  if (std::isfinite(position) && std::isfinite(ratio)) {
-    (void)scale_rows(ui, rest,
-                     {"Position, machine per hand", "##position", "%.1f : 1", kLeastPosition, kMostPosition, position},
-                     position, Lock::kRecorded);
-    (void)scale_rows(ui, rest, {"Force, machine per hand", "##force", "%.0f : 1", kLeastRatio, kMostRatio, ratio},
-                     ratio, Lock::kRecorded);
-  } else {
-    widgets::put_lines(t.fonts.small, t.colours.muted, rest.cut_top(t.px(100), t.px(4)),
-                       "Scales were not recorded: the operator's side has a recording of its own.");
+  const OperatorSide& used = data.view.hand;
+  const widgets::Card card(ui, "FORCE, AROUND THE CURSOR", area);
+  widgets::Area rest = card.inside();
+  widgets::Area rows = rest.cut_bottom(t.px(66), t.unit(0.5F));
+  const auto row = [&](const char* label, const std::string& words) {
+    widgets::value_row(ui, rows.cut_top(t.px(22)), label, words.c_str(), "");
+  };
+  row("Position, machine per hand", ratio_words(used.position_scale));
+  row("Force, machine per hand", ratio_words(1 / used.force_scale));
+  const std::string limit = used.assist.force_limit_N > 0
+                                ? ui.units.text(widgets::Quantity::kForce, used.assist.force_limit_N).c_str()
+                                : "no limit";
+  row("Assist", limit + (used.assist.stop_on_object ? ", stop on object" : ""));
+  PlayerPanel& player = *data.player;
+  float most = 1;
+  for (const widgets::History* history : {&data.history, player.cursor().beside}) {
+    for (std::size_t i = 0; history != nullptr && i < history->size(); ++i)
+      if (const float force = history->ago(i).tip_force_N; force > most) most = force;
   }
-  AssistSettings assist = used.assist;
-  float limit_N = assist.force_limit_N > 0 ? static_cast<float>(assist.force_limit_N) : kLeastLimit_N;
-  assist_rows(ui, rest, used.assist, assist, limit_N, Lock::kRecorded);
+  const double top_N = round_above(static_cast<double>(most));
+  const std::array lines{
+      widgets::Line{"force", t.colours.force, [](const widgets::History::Sample& s) { return s.tip_force_N; }}};
+  widgets::history_plot(ui, rest, data.history, lines,
+                        {0, static_cast<float>(top_N), "0", ui.units.text(widgets::Quantity::kForce, top_N).c_str()},
+                        &player.cursor());
 }
 
 }  // namespace
 
 void scales_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& area) {
+  if (data.player != nullptr) return recorded_card(ui, data, area);
   const widgets::Card card(ui, "SCALES AND ASSIST", area);
   widgets::Area rest = card.inside();
   const OperatorSide& used = data.view.hand;
-  if (data.player != nullptr) return recorded_scales(ui, used, rest);
   const auto position = static_cast<float>(used.position_scale), ratio = static_cast<float>(1 / used.force_scale);
   const bool scenario = data.view.led_by_scenario;
   const Lock lock = scenario ? Lock::kScenario : led(data.view.machine.mode) ? Lock::kLed : Lock::kNone;

@@ -121,8 +121,10 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
   widgets::put_text(t.fonts.mono_small, t.colours.text, {when.x, y}, widgets::Align::kLeft,
                     event_time(row.at, data.facts.unix_ns_at_zero).c_str());
   ImGui::TableNextColumn();
-  widgets::put_text(t.fonts.mono_small, t.colours.muted, {ImGui::GetCursorScreenPos().x, y}, widgets::Align::kLeft,
-                    row.code.c_str());
+  const ImVec2 code = ImGui::GetCursorScreenPos();
+  widgets::put_fitted(t.fonts.mono_small, t.colours.muted,
+                      {{code.x, y - t.px(10)}, {code.x + ImGui::GetContentRegionAvail().x, y + t.px(10)}},
+                      row.code.c_str());
   ImGui::TableNextColumn();
   const ImVec2 words = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x;

@@ -24,7 +24,7 @@ void own_loop_cards(const widgets::Ui& ui, const ConsoleData& data, widgets::Are
   const float gap = t.px(10);
   const LoopHealth& loop = data.loop;
   if (data.player != nullptr) {
-    const widgets::Card card(ui, "THE OPERATOR'S LOOP", area);
+    const widgets::Card card(ui, "THE OPERATOR'S LOOP", area.cut_top(t.px(110)));
     widgets::put_lines(t.fonts.body, t.colours.muted, card.inside(),
                        "How this loop kept its time was not recorded. What it knew and did in each of its steps was: "
                        "knuckle export writes that as a table.");
@@ -50,6 +50,9 @@ void machine_loop_card(const widgets::Ui& ui, const ConsoleView& view, const wid
   const MachineStatus& s = view.status;
   const widgets::Card card(ui, "THE MACHINE'S LOOP", area, status_freshness(view));
   widgets::Area rest = card.inside();
+  if (ui.replay && !view.status_heard)
+    return (void)widgets::put_lines(t.fonts.body, t.colours.muted, rest,
+                                    "Until then the machine's side had reported nothing of it.");
   const widgets::Shown policy = s.fifo_priority > 0 ? widgets::shown("SCHED_FIFO %d", int{s.fifo_priority})
                                                     : widgets::shown("no real-time class");
   rows_of_loop(ui, rest, policy.c_str(), s.period, s.steps, s.overruns);

@@ -25,6 +25,7 @@ History::Sample History::sample_of(const ConsoleView& view, const Kinematics& ki
     if (machine_known)
       s.cylinder_mps[j] = static_cast<float>(cylinder_speed_mps(kinematics, view.machine, static_cast<int>(j)));
   }
+  if (machine_known) s.tip_force_N = static_cast<float>(view.machine.tip_force_N.norm());
   s.hand_energy_J = static_cast<float>(view.hand.hand_energy_J);
   return s;
 }

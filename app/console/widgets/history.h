@@ -23,6 +23,7 @@ class History {
   struct Sample {
     PerJoint<float> command = unknown(), spool = unknown(), cylinder_mps = unknown();  ///< Positive: extends.
     float hand_energy_J = kUnknown;
+    float tip_force_N = kUnknown;
   };
 
   /// Takes a sample when one is due; restarts with the session. What is not received, or was not looked at, is

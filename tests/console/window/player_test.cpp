@@ -167,6 +167,31 @@ TEST_F(Player, PlotsAroundTheCursorWhatWasRecordedThere) {
   EXPECT_GT(known, 10);
 }
 
+TEST_F(Player, ShowsTheSamePictureOfATimeHoweverItIsReached) {
+  const test::TemporaryFolder folder;
+  const auto picture = [&](const std::string& name) {
+    window_->hold_steady();
+    frames(3);
+    panel_->pass(0);
+    window_->frame_of_player();
+    window_->write_png(folder.file(name));
+    window_->show();
+    std::ifstream file(folder.file(name), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  panel_->timeline().seek(Time(1500ms));
+  const std::string sought = picture("sought.png");
+  does("key Home");
+  EXPECT_NE(picture("begin.png"), sought);
+  does("key l");
+  ASSERT_EQ(cursor(), Time(1001ms));
+  panel_->timeline().toggle();
+  frames(1, 0.499);
+  panel_->timeline().toggle();
+  ASSERT_EQ(cursor(), Time(1500ms));
+  EXPECT_EQ(picture("played.png"), sought);
+}
+
 TEST_F(Player, ShowsAReRunBesideItAndSaysWhereItDiffers) {
   const test::TemporaryFolder folder;
   std::string machine = test::head_of(test::recorded("press")).machine_file;
