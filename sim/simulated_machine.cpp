@@ -36,10 +36,15 @@ SimulatedMachine::SimulatedMachine(const MachineTruth& truth, const WorldDescrip
   draw_wires();
 }
 
-/// What was skipped is made up for tick by tick: the nodes' watchdogs run out while their program stalls, as they do on
-/// a machine whose controller stalls.
+/// A short hole is a late thread, whose controller went on: it is made up for in one longer step. A long one is a
+/// program that stalled, controller and all: its nodes' watchdogs run out in it, tick by tick, as they do on a machine
+/// whose controller stalls; what comes after them is left out, as nothing moves any more.
 void SimulatedMachine::step(Time now) noexcept {
-  while (last_ != kNever && last_ + kTick < now) step_once(last_ + kTick);
+  constexpr Duration kLate = 200ms, kMadeUpFor = 2s;
+  if (last_ != kNever && now - last_ > kLate) {
+    for (const Time end = std::min(now, last_ + kMadeUpFor); last_ + kTick < end;) step_once(last_ + kTick);
+    last_ = now - kTick;
+  }
   step_once(now);
 }
 

@@ -149,8 +149,10 @@ void Jog::note_motion(Time now) noexcept {
     still_at_m_ = length_m;
     still_since_s_ = t_s;
   }
-  const double own_m = std::abs(length_m - from_m_[plan_.joint]);
-  if (own_m >= plan_.travel_m) {
+  const double way_m = length_m - from_m_[plan_.joint], own_m = std::abs(way_m);
+  if (way_m * plan_.peak < 0 && own_m > plan_.back_m) {
+    end_ = JogEnd::kWrongWay;
+  } else if (own_m >= plan_.travel_m) {
     end_ = JogEnd::kTravelled;
   } else if (plan_.until_stall && own_m > kMoved_m && t_s - still_since_s_ > kStall_s) {
     end_ = JogEnd::kStalled;

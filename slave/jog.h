@@ -34,6 +34,7 @@ struct JogPlan {
   double rise_1ps = 0.05;  ///< The command's slope up to there.
   double travel_m = 0.02;  ///< Ends after so much motion of its own encoder.
   double longest_s = 10;
+  double back_m = 1e9;       ///< Ends after so much motion against its command.
   bool until_stall = false;  ///< Ends where the cylinder, having moved, stands still against the open valve.
 };
 /// Of the joint that moves, since its motion began; the command as it passed the gate.
@@ -42,7 +43,7 @@ struct JogSample {
   JointVector length_m = JointVector::Zero();
   std::array<double, 6> pressure_Pa{};
 };
-enum class JogEnd : std::uint8_t { kTravelled, kStalled, kTime };
+enum class JogEnd : std::uint8_t { kTravelled, kStalled, kTime, kWrongWay };
 
 /// Every step sends SYNC, commands that passed the gate, and the controller's heartbeat. Whatever ends a task early
 /// leaves valves neutral and pilot pressure off from that very step on.

@@ -12,6 +12,7 @@ namespace knuckle::video {
 namespace {
 
 constexpr GstClockTime kLook = 100 * GST_MSECOND;  // how soon an end is noticed
+constexpr GstClockTime kPatience = 2 * GST_SECOND; // beyond the length of a sound
 
 /// What speaks against the sound having been heard; empty: nothing.
 std::string complaint(GstMessage* message) {
@@ -51,6 +52,7 @@ std::string SoundPlayer::problem() const {
 }
 
 void SoundPlayer::run() {
+  try_out(std::vector<std::int16_t>(kRate_Hz / 100));  // whether anything can be heard is known before the first alarm
   for (;;) {
     std::vector<std::int16_t> samples;
     {
@@ -59,15 +61,19 @@ void SoundPlayer::run() {
       if (ending_) return;
       samples.swap(next_);
     }
-    std::string problem;
-    try {
-      problem = play_through(samples);
-    } catch (const InputError& error) {
-      problem = error.what();
-    }
-    const std::scoped_lock lock(mutex_);
-    problem_ = std::move(problem);
+    try_out(samples);
   }
+}
+
+void SoundPlayer::try_out(const std::vector<std::int16_t>& samples) {
+  std::string problem;
+  try {
+    problem = play_through(samples);
+  } catch (const InputError& error) {
+    problem = error.what();
+  }
+  const std::scoped_lock lock(mutex_);
+  problem_ = std::move(problem);
 }
 
 std::string SoundPlayer::play_through(const std::vector<std::int16_t>& samples) {
@@ -86,7 +92,13 @@ std::string SoundPlayer::play_through(const std::vector<std::int16_t>& samples) 
   const Owned<GstBus> bus(gst_element_get_bus(pipeline.get()));
   const auto wanted = static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR | GST_MESSAGE_WARNING);
   std::string problem;
-  for (bool playing = true; playing;) {
+  const GstClockTime longest = GST_SECOND * samples.size() / kRate_Hz + kPatience;
+  GstClockTime waited = 0;
+  for (bool playing = true; playing; waited += kLook) {
+    if (waited > longest) {
+      problem = "the sound device does not play";
+      break;
+    }
     if (const Owned<GstMessage> message{gst_bus_timed_pop_filtered(bus.get(), kLook, wanted)}) {
       if (GST_MESSAGE_TYPE(message.get()) != GST_MESSAGE_EOS) problem = complaint(message.get());
       playing = GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_WARNING;

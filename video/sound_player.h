@@ -29,6 +29,7 @@ class SoundPlayer {
 
  private:
   void run();
+  void try_out(const std::vector<std::int16_t>& samples);
   [[nodiscard]] std::string play_through(const std::vector<std::int16_t>& samples);
 
   const std::string sink_;

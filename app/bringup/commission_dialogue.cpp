@@ -53,6 +53,7 @@ Partner terminal(std::ostream& out, std::function<std::optional<std::string>()> 
   partner.ask = [&out](const Question& question) { out << text(question) << "\n> " << std::flush; };
   partner.poll = std::move(poll);
   partner.live = live;
+  if (!live) partner.stop_gesture = "Ctrl+C";
   return partner;
 }
 

@@ -110,6 +110,18 @@ JointVector JogBench::try_pilot(Duration time) {
   return crept;
 }
 
+void JogBench::prove_closed() {
+  constexpr double kCreep_m = 2e-3;
+  const JointVector crept = try_pilot(2s);
+  for (int j = 0; j < kJoints; ++j) {
+    if (std::abs(crept[j]) <= kCreep_m) continue;
+    throw CommissionEnded(fmt::format(
+        "the {} cylinder moved by {:.1f} mm with closed valves, limit {:.0f} mm: check its spool's centring and "
+        "its load holding valve",
+        kJointNames[static_cast<std::size_t>(j)], 1e3 * crept[j], 1e3 * kCreep_m));
+  }
+}
+
 JogRun JogBench::run(const slave::JogPlan& plan) {
   JogRun made{slave::JogEnd::kTime, plan, {}};
   jog_.move(plan);

@@ -43,6 +43,8 @@ class JogBench {
   /// Pilot pressure on with closed valves for so long; off again after it.
   /// @return how far each cylinder has crept. @throws CommissionEnded
   [[nodiscard]] JointVector try_pilot(Duration time);
+  /// The same for two seconds. @throws CommissionEnded where a cylinder moves although all valves are closed.
+  void prove_closed();
   /// Pilot pressure on, the motion, neutral, pilot pressure off. @throws CommissionEnded with the reason where the
   /// gate, a node or a person ended it.
   [[nodiscard]] JogRun run(const slave::JogPlan& plan);

@@ -29,6 +29,10 @@ struct WizardResult {
   std::vector<std::string> recordings;  ///< Files for `knuckle identify`.
 };
 
+/// Reads only, and says what it finds. @throws CommissionEnded where the bus has faults, such as another controller.
+BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dialogue& dialogue,
+                       const std::function<void()>& check);
+
 /// @param record drives and records motion in closed loop with the values measured so far, once confirmed.
 /// @return its files. @param check called all the time; may throw to end it.
 /// @throws CommissionEnded where it did not come to its end; the machine is neutral then.

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <utility>
 
 #include "app/bringup/commission_jog.h"
+#include "app/bringup/commission_wizard.h"
 #include "slave/safety_gate.h"
 
 namespace knuckle::bringup {
@@ -14,7 +17,7 @@ namespace {
 constexpr double kInside_m = 0.005;  // so that noise does not leave it outside
 constexpr double kStep_m = 0.05;     // at most, for each word of the person
 constexpr double kOpening = 0.1;     // behind the dead band: a few centimetres a second
-constexpr double kLeastProgress_m = 1e-3;
+constexpr double kLeastProgress_m = 1e-3, kMostOutward_m = 3e-3;
 
 double shortfall_m(const LengthRange& range, double length_m) {
   if (length_m < range.shortest_m) return range.shortest_m - length_m;
@@ -24,12 +27,14 @@ double shortfall_m(const LengthRange& range, double length_m) {
 void bring_in(const MachineDescription& machine, int joint, JogBench& bench, Dialogue& dialogue) {
   const char* name = kJointNames[static_cast<std::size_t>(joint)];
   const LengthRange range = working_lengths(machine, joint);
+  bool proven = false;
   const auto length_m = [&] { return bench.sensors().length_m[joint] - machine.sensors.encoder_offset_m[joint]; };
   for (;;) {
     const double left_m = shortfall_m(range, length_m());
     dialogue.say(fmt::format("the {} cylinder is {:.0f} mm long; its working range is {:.0f} to {:.0f} mm", name,
                              1e3 * length_m(), 1e3 * range.shortest_m, 1e3 * range.longest_m));
     if (left_m == 0) return;
+    if (!std::exchange(proven, true)) bench.prove_closed();
     const bool extends = left_m > 0;
     const double way_m = std::min(std::abs(left_m) + kInside_m, kStep_m);
     dialogue.ask(
@@ -39,9 +44,10 @@ void bring_in(const MachineDescription& machine, int joint, JogBench& bench, Dia
     const ValveDescription& valve = machine.cylinders[static_cast<std::size_t>(joint)].valve;
     const double peak = std::min(valve.dead_band(extends) + kOpening, slave::kJogTable.command);
     const double before_m = length_m();
-    (void)bench.run({.joint = joint, .peak = extends ? peak : -peak, .travel_m = way_m});
+    const JogRun run =
+        bench.run({.joint = joint, .peak = extends ? peak : -peak, .travel_m = way_m, .back_m = kMostOutward_m});
     const double gained_m = (extends ? 1 : -1) * (length_m() - before_m);
-    if (gained_m < kLeastProgress_m)
+    if (run.end == slave::JogEnd::kWrongWay || gained_m < kLeastProgress_m)
       throw CommissionEnded(
           fmt::format("the {} cylinder {} by {:.0f} mm instead: check its valve's sign, its load and its "
                       "hoses",
@@ -65,12 +71,13 @@ void recover(const MachineDescription& machine, int joint, BusAccess& access, Pa
   std::optional<JogBench> bench;
   Dialogue dialogue(std::move(partner), [&] {
     check();
-    if (bench) bench->idle();
+    bench ? bench->idle() : access.wait_until(access.now() + 5ms);
   });
+  (void)sound_bus(machine, access, dialogue, check);
   dialogue.ask(
       "Bucket free of ground and load, engine at low speed, no person in reach, a hand on the machine's own E-stop? "
       "Then "
-      "the nodes are configured and started.",
+      "the nodes are configured and started, and pilot pressure is on for two seconds with all valves closed.",
       {"ready"});
   bench.emplace(machine, access, [&] {
     check();

@@ -19,6 +19,8 @@ struct RecoverOptions {
 };
 
 int run_recover(const RecoverOptions& options) {
+  if (isatty(STDIN_FILENO) != 1)
+    cli::refuse_option("recover", "", "needs a person at a terminal: pressing Enter is what stops it");
   const cli::InterruptGuard interrupt;
   const MachineDescription machine = calibrated(load_machine(find_config("machine", options.machine)));
   const auto* axis = std::find(kJointNames.begin(), kJointNames.end(), options.axis);

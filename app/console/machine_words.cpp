@@ -34,11 +34,12 @@ bool at_relief(const HydraulicsDescription& hydraulics, double pressure_Pa) noex
 }
 
 std::vector<std::string> limits_in_words(const ConsoleView& view, const MachineDescription& machine,
-                                         const Kinematics& kinematics) {
+                                         const Kinematics& kinematics, bool measured) {
+  if (!view.link.heard) return {};
   const SlaveMessage& m = view.machine;
   std::vector<std::string> words;
   bool range_named = false;
-  for (int joint = 0; joint < kJoints; ++joint) {
+  for (int joint = 0; measured && joint < kJoints; ++joint) {
     const auto i = static_cast<std::size_t>(joint);
     const LinkDescription& link = machine.links[i];
     const double angle_rad = m.position_rad[joint];

@@ -29,7 +29,8 @@ struct ForceWords {
 [[nodiscard]] bool at_relief(const HydraulicsDescription& hydraulics, double pressure_Pa) noexcept;
 /// For each limit being hit, joint at the end of its range, and cylinder at relief: a few words that name joint and
 /// direction where they are known. Empty: none.
+/// @param measured whether pose and pressures are fresh.
 [[nodiscard]] std::vector<std::string> limits_in_words(const ConsoleView& view, const MachineDescription& machine,
-                                                       const Kinematics& kinematics);
+                                                       const Kinematics& kinematics, bool measured);
 
 }  // namespace knuckle::console

@@ -11,6 +11,7 @@
 #include "machine/pose.h"
 #include "sim/machine_on_bus.h"
 #include "tests/support/places.h"
+#include "transport/canopen.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -19,6 +20,8 @@ const MachineDescription& whole() {
   static const MachineDescription read = load_machine(test::source_dir() + "/config/machines/solar015.toml");
   return read;
 }
+
+constexpr double kRock_m = 0.004;  // oil and weight give a little
 
 /// As if the machine stood 0.12 rad beyond an end of its boom's range.
 MachineDescription narrower(bool above) {
@@ -70,7 +73,6 @@ TEST(Recover, BringsTheNamedJointInFromEitherEndAndMovesNothingElse) {
     const double angle_rad = site.bus->plant().joint_rad[kBoom];
     EXPECT_GT(angle_rad, machine.links[kBoom].min_rad);
     EXPECT_LT(angle_rad, machine.links[kBoom].max_rad);
-    constexpr double kRock_m = 0.004;  // oil and weight give a little
     for (const int other : {kArm, kBucket}) {
       EXPECT_LT(site.most_m[other] - site.before_m[other], kRock_m);
       EXPECT_LT(site.before_m[other] - site.least_m[other], kRock_m);
@@ -90,14 +92,47 @@ TEST(Recover, MovesNothingWhereTheJointIsWithinItsRange) {
   EXPECT_FALSE(site.powered);
 }
 
-TEST(Recover, NothingIsPoweredBeforeItsWordAndAWrongOneEndsIt) {
+TEST(Recover, NothingMovesBeforeItsWordAndAWrongOneEndsIt) {
   for (const std::deque<std::string>& script :
        {std::deque<std::string>{"ready"}, {"ready", "yes"}, {"no"}, std::deque<std::string>{}}) {
     Site site;
     site.recover_boom(narrower(true), script);
     EXPECT_NE(site.ended, "");
-    EXPECT_FALSE(site.powered);
+    if (script.empty() || script.front() == "no") EXPECT_FALSE(site.powered);
+    EXPECT_LT((site.most_m - site.least_m).maxCoeff(), kRock_m);
   }
+}
+
+TEST(Recover, APersonMayTakeTheirTime) {
+  Site site;
+  BusAccess access = sim::access_to(site.bus);
+  std::deque<std::string> script{"ready", "go", "go", "go", "go"};
+  Time asked{};
+  std::ostringstream out;
+  const auto next = [&]() -> std::optional<std::string> {
+    if (site.bus->now() < asked + 20s) return std::nullopt;
+    asked = site.bus->now();
+    std::string line = script.front();
+    script.pop_front();
+    return line;
+  };
+  const MachineDescription machine = narrower(true);
+  ASSERT_NO_THROW(recover(machine, kBoom, access, terminal(out, next, false), [] {})) << out.str();
+  EXPECT_LT(site.bus->plant().joint_rad[kBoom], machine.links[kBoom].max_rad);
+}
+
+TEST(Recover, RefusesABusWithAnotherController) {
+  Site site;
+  const auto watch = site.bus->each_tick;
+  site.bus->each_tick = [&](sim::MachineOnBus& b) {
+    watch(b);
+    if (b.now().time_since_epoch() % 100ms == 0ms)
+      (void)b.nodes_end().send(canopen::heartbeat_frame(whole().bus.controller_id, canopen::NmtState::kOperational));
+  };
+  site.recover_boom(narrower(true), {"ready", "go", "go", "go", "go"});
+  EXPECT_NE(site.told.find("another controller is on the bus"), std::string::npos) << site.told;
+  EXPECT_NE(site.ended, "");
+  EXPECT_FALSE(site.powered);
 }
 
 TEST(Recover, AValveThatMovesTheOtherWayEndsItAfterOneStep) {
@@ -105,7 +140,8 @@ TEST(Recover, AValveThatMovesTheOtherWayEndsItAfterOneStep) {
   Site site;
   site.bus->machine().plant().set_pull({0, 60e3});  // lifts the boom whatever the valve does
   site.recover_boom(machine, {"ready", "go", "go", "go", "go"});
-  EXPECT_NE(site.ended, "") << site.told;
+  EXPECT_NE(site.ended.find("moved outward"), std::string::npos) << site.ended;
+  EXPECT_LT(site.most_m[kBoom] - site.before_m[kBoom], 0.03) << "3 mm, and what the load does while the valve closes";
   EXPECT_FALSE(site.bus->machine().nodes().outputs().pilot);
 }
 

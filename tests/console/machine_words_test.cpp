@@ -16,6 +16,7 @@ struct Rig {
   MachineDescription machine = load_machine(find_config("machine", "solar015"));
   Kinematics kinematics{machine};
   ConsoleView view;
+  bool measured = true;
 
   Rig() {
     view.link.heard = true;
@@ -25,7 +26,7 @@ struct Rig {
       view.machine.position_rad[i] = 0.5 * (link.min_rad + link.max_rad);
     }
   }
-  [[nodiscard]] std::vector<std::string> limits() const { return limits_in_words(view, machine, kinematics); }
+  [[nodiscard]] std::vector<std::string> limits() const { return limits_in_words(view, machine, kinematics, measured); }
   [[nodiscard]] bool says(const std::string& words) const {
     const auto all = limits();
     return std::find(all.begin(), all.end(), words) != all.end();
@@ -65,6 +66,16 @@ TEST(LimitsInWords, NameTheJointAndItsDirection) {
   Rig far;
   far.view.machine.limits = kLimitJointRange;
   EXPECT_TRUE(far.says("joint range")) << "which joint is not known: not kept back";
+}
+
+TEST(LimitsInWords, NothingIsSaidOfAPoseThatIsNotKnown) {
+  Rig rig;
+  rig.view.machine.position_rad[kBucket] = rig.machine.links[kBucket].min_rad;
+  rig.view.machine.limits = kLimitPumpFlow;
+  rig.measured = false;
+  EXPECT_EQ(rig.limits(), std::vector<std::string>{"pump flow"});
+  rig.view.link.heard = false;
+  EXPECT_TRUE(rig.limits().empty());
 }
 
 TEST(LimitsInWords, OilAtReliefIsThatAndNoContact) {

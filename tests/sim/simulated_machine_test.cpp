@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "machine/load.h"
 #include "tests/sim/can_rig.h"
 #include "tests/support/no_alloc.h"
@@ -117,6 +119,19 @@ TEST(SimulatedMachine, ValvesCloseInAStallOfTheWholeProgramAsTheirWatchdogsPromi
   rig.machine.step(rig.now + 10s);  // neither bus nor controller did anything meanwhile
   EXPECT_LT(plant.cylinder_m[kBoom] - stalled_m, 3.2 * in_100ms_m) << "320 ms, as with a hung controller";
   EXPECT_LT(std::abs(plant.spool[kBoom]), 0.05);
+}
+
+TEST(SimulatedMachine, ALateThreadOfItsOwnStopsNoMachineWhoseControllerGoesOn) {
+  MachineRig rig(nominal_truth(load_machine(kFile)));
+  rig.command[kBoom].set_point = 0.5;
+  rig.run(500ms);
+  const auto step = std::exchange(rig.step, [](Time) {});
+  rig.run(150ms);  // the controller goes on
+  rig.step = step;
+  const double before_m = rig.machine.plant().state().cylinder_m[kBoom];
+  rig.run(300ms);
+  EXPECT_GT(rig.machine.plant().state().cylinder_m[kBoom] - before_m, 5e-3);
+  EXPECT_GT(rig.machine.plant().state().spool[kBoom], 0.2);
 }
 
 TEST(SimulatedMachine, HungControllerEndsWithSpoolsInsideTheirDeadBandIn320Milliseconds) {

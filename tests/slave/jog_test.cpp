@@ -116,6 +116,16 @@ TEST(Jog, EndsWhereItsTimeIsOverOrTheCylinderStandsAtItsStop) {
   EXPECT_NEAR(rig.bench.signals.cylinder_m[kArm], rig.bench.description.cylinders[kArm].max_length_m, 1e-6);
 }
 
+TEST(Jog, EndsWhereTheCylinderMovesAgainstItsCommandWhereThatIsAsked) {
+  JogRig rig;
+  rig.moving({.joint = kBoom, .peak = 0.3, .rise_1ps = 0.1, .travel_m = 1, .back_m = 0.003});
+  rig.bench.signals.cylinder_m[kBoom] -= 1;
+  rig.finish();
+  EXPECT_EQ(rig.jog.end(), JogEnd::kWrongWay);
+  EXPECT_FALSE(rig.jog.trouble());
+  EXPECT_FALSE(rig.bench.nodes.outputs().pilot);
+}
+
 TEST(Jog, ValvesStayClosedWhilePilotPressureIsTried) {
   JogRig rig;
   rig.start();

@@ -55,6 +55,11 @@ TEST(SoundPlayer, SaysInOneLineWhyNothingIsHeard) {
   }
 }
 
+TEST(SoundPlayer, KnowsBeforeTheFirstAlarmThatNothingCanBeHeard) {
+  SoundPlayer player("nosuchsink");
+  EXPECT_TRUE(within_10_s([&player] { return !player.problem().empty(); }));
+}
+
 TEST(SoundPlayer, EndsWhileASoundIsBeingPlayed) {
   SoundPlayer player("fakesink sync=true");
   player.play(ramp(10 * SoundPlayer::kRate_Hz));

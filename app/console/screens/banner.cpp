@@ -163,7 +163,7 @@ std::string still_pushing(const ConsoleView& view) {
   constexpr double kWorthSaying_N = 200;
   const SlaveMessage& m = view.machine;
   const double force_N = m.tip_force_N.norm();
-  const bool idle = m.mode == Mode::kReady || m.mode == Mode::kFault;
+  const bool idle = m.mode == Mode::kReady || m.mode == Mode::kFault || m.mode == Mode::kEStop;
   if (!idle || !force_words(view).contact || force_N < kWorthSaying_N) return "";
   return "the bucket still presses with " + std::to_string(100 * std::lround(force_N / 100)) + " N";
 }
@@ -220,16 +220,20 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
   if (stop && !unheard.what.empty())
     return "Stop is pressed, but " + unheard.what + ": do not rely on it, use the machine's own E-stop";
   const bool paused = view.paused && view_age_s <= widgets::kLoopSilent_s;
-  // A machine that received it is in a fault.
-  const bool unconfirmed = led(view.machine.mode) || view.machine.mode == Mode::kReady;
+  // A machine that received it says so, or has stopped for another reason.
+  const SlaveMessage& m = view.machine;
+  const bool confirmed = m.fault.code == ReasonCode::kOperatorStop || m.blocking.code == ReasonCode::kOperatorStop;
+  const bool unconfirmed = !confirmed && m.mode != Mode::kFault && m.mode != Mode::kEStop;
   if (stop && paused && unconfirmed) return "Stop is pressed; it acts when the session resumes: press P";
   if (stop && unconfirmed) return "Stop is pressed; the machine has not confirmed it yet";
-  if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace";
+  const std::string pushing = still_pushing(view);
+  const std::string also = pushing.empty() ? "" : "; " + pushing;
+  if (stop && !confirmed) return "Stop is pressed; the machine stands for another reason: " + text(m.fault) + also;
+  if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace" + also;
   if (paused) return "paused: press P to resume";
   if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
   std::string next = what_blocks(view, person);
-  if (const std::string pushing = still_pushing(view); !pushing.empty())
-    next = next.empty() ? pushing : pushing + "; " + next;
+  if (!pushing.empty()) next = next.empty() ? pushing : pushing + "; " + next;
   if (!view.machine.fault) return next;
   const std::string cause = text(view.machine.fault);
   return next.empty() || next == cause ? cause : cause + "; now: " + next;

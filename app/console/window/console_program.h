@@ -18,9 +18,9 @@ struct ConsoleRun {
   std::function<bool()> keep_on;  ///< Asked each frame; false ends the program in order.
   /// Asked each frame: what happened to the link, for the Events screen and the recording; may be empty.
   std::function<std::vector<cli::News>()> link_news{};
-  double skip_to_s = 0;           ///< A simulated session begins so late, at once.
-  double duration_s = 1e9;        ///< Of running in real time.
-  std::string screenshot;         ///< The last frame goes there; the window closes then. Empty: none.
+  double skip_to_s = 0;     ///< A simulated session begins so late, at once.
+  double duration_s = 1e9;  ///< Of running in real time.
+  std::string screenshot;   ///< The last frame goes there; the window closes then. Empty: none.
   std::optional<session::SimulateOptions> simulated;  ///< What restarted sessions start from.
   programs::AskedOutput* candump = nullptr;           ///< That the host writes to, if it does.
 };

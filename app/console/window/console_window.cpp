@@ -16,8 +16,8 @@ constexpr float kScaleStep = 1.1F;
 bool acts_in_text(const KeyBinding& binding) {
   const KeyAction action = binding.action;
   if (action == KeyAction::kStop) return binding.key == key::kEscape;
-  return action == KeyAction::kReleaseStop || (action >= KeyAction::kOperate && action <= KeyAction::kEvents) ||
-         action == KeyAction::kFullScreen;
+  // Ctrl+Backspace deletes a word there: it must not release Stop.
+  return (action >= KeyAction::kOperate && action <= KeyAction::kEvents) || action == KeyAction::kFullScreen;
 }
 
 }  // namespace
@@ -112,6 +112,9 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   // The tip of a machine that is being commissioned, or was recorded, cannot be pulled.
   const bool no_mouse = !picture || ((commissioned || player_ != nullptr) && state_.side_view);
   machine_.take_mouse(no_mouse ? widgets::Area{} : *picture, state_.side_view, view);
+  // A pull that began otherwise enables nothing, whatever is switched while it lasts.
+  if (!machine_.pulled().presence) pointer_may_enable_ = state_.hold_to_run && state_.side_view;
+  pointer_may_enable_ = pointer_may_enable_ && state_.hold_to_run;
   ImGui::End();
   window_.clear();
   const bool stale = ui.loop_silent() || screens::measured_freshness(view).after(view_age_s).stale();
@@ -320,7 +323,7 @@ ConsoleInput ConsoleWindow::input(Time now) const {
   input.at = now;
   input.attended = window_.attended();
   HandInput pulled = machine_.pulled();
-  pulled.enable = state_.hold_to_run && pulled.presence;
+  pulled.enable = pointer_may_enable_ && pulled.presence;
   input.hand = together(together(hand_from_keys(held_keys()), hand_from_keys(state_.pad)), together(pulled, gamepad_));
   input.stop = state_.stop;
   if (state_.scales_chosen) {

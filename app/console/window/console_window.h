@@ -86,7 +86,8 @@ class ConsoleWindow {
   HandInput gamepad_;
   /// A finger that stayed on enable while its gamepad was gone, or while text was typed, has not pressed it.
   bool keys_enable_was_up_ = false, pad_enable_was_up_ = false;
-  bool pad_came_back_ = false;  ///< And its bumper was not down since.
+  bool pointer_may_enable_ = false;  ///< Its press, if there is one, began with Hold to run on, in the side view.
+  bool pad_came_back_ = false;       ///< And its bumper was not down since.
   screens::CalibrationPanel calibration_;
   screens::CameraPane cameras_;
   RecordingLight recording_;

@@ -240,6 +240,11 @@ TEST_F(LedConsole, SpaceIsABlankWhileTextIsTypedAndEscIsStop) {
   ASSERT_TRUE(xdotool("key Escape"));
   for (int i = 0; i < 3; ++i) frame();
   EXPECT_TRUE(window_->state().stop);
+  ASSERT_TRUE(xdotool("mousemove 540 140 click 1"));
+  for (int i = 0; i < 3; ++i) frame();
+  ASSERT_TRUE(xdotool("key ctrl+BackSpace"));
+  for (int i = 0; i < 3; ++i) frame();
+  EXPECT_TRUE(window_->state().stop) << "deleting a word must not release it";
 }
 
 /// A session that a person leads, in real time behind a real window.
@@ -321,6 +326,10 @@ TEST_F(PersonAtConsole, ThePointerEnablesNothingUnlessItIsMeantTo) {
   for (int i = 0; i < 60; ++i) frame();
   EXPECT_TRUE(host_->view().hand.presence);
   EXPECT_FALSE(host_->view().hand.enable);
+  ASSERT_TRUE(xdotool("key m"));
+  for (int i = 0; i < 60; ++i) frame();
+  EXPECT_TRUE(window_->state().hold_to_run);
+  EXPECT_FALSE(host_->view().hand.enable) << "turned on while the tip was being pulled";
   ASSERT_TRUE(xdotool("mouseup 1"));
 }
 

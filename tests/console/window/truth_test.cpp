@@ -38,16 +38,22 @@ TEST(BannerReason, TellsOfSilenceAlsoWhileStopIsPressed) {
 
 TEST(BannerReason, TakesStopForDoneOnlyWhenTheMachineLeadsNoMore) {
   ConsoleView view = canned_view();
-  for (const Mode mode : {Mode::kReady, Mode::kAligning, Mode::kEngaged, Mode::kHold}) {
+  for (const Mode mode : {Mode::kSelfTest, Mode::kReady, Mode::kAligning, Mode::kEngaged, Mode::kHold}) {
     view.machine.mode = mode;
     EXPECT_TRUE(says(screens::banner_reason(view, true, 0), "not confirmed")) << name(mode);
   }
   view.machine.mode = Mode::kFault;
-  EXPECT_TRUE(says(screens::banner_reason(view, true, 0), "release it")) << screens::banner_reason(view, true, 0);
+  view.machine.fault = {ReasonCode::kSensorStale, 0x20, 30, 25};
+  const std::string other = screens::banner_reason(view, true, 0);
+  EXPECT_TRUE(says(other, "stands for another reason") && says(other, text(view.machine.fault))) << other;
+  view.machine.fault = {ReasonCode::kOperatorStop, 0, 0, 0};
+  const std::string done = screens::banner_reason(view, true, 0);
+  EXPECT_TRUE(says(done, "release it") && says(done, "still presses with 1500 N")) << done;
 }
 
 TEST(BannerReason, SaysBesideAnOldCauseWhatThereIsToDoNow) {
   ConsoleView view = canned_view();
+  view.machine.contact = false;
   view.machine.mode = Mode::kEStop;
   view.machine.fault = view.machine.blocking = {ReasonCode::kEmergencyStop, 0, 0, 0};
   EXPECT_EQ(screens::banner_reason(view, false, 0), text(view.machine.fault)) << "while the cause is there";
