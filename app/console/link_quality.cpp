@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace knuckle::console {
 namespace {
@@ -21,8 +22,8 @@ const char* name(LinkQuality quality) noexcept {
   return kNames[static_cast<std::size_t>(quality)];
 }
 
-LinkVerdict link_verdict(const LinkSide& link, double later_s) {
-  if (!link.heard) return {LinkQuality::kBad, "not heard"};
+std::optional<LinkVerdict> link_verdict(const LinkSide& link, double later_s) {
+  if (!link.heard || !std::isfinite(link.loss)) return std::nullopt;
   const double round_trip_s = to_seconds(link.round_trip.quantile(0.5));
   const double jitter_s = to_seconds(link.arrival_jitter.quantile(0.95));
   const double silence_s = link.silence_s + later_s;

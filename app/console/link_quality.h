@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "app/console/console_view.h"
@@ -27,7 +28,8 @@ struct LinkVerdict {
   LinkQuality quality = LinkQuality::kBad;
   std::string words;  ///< Of what decides, such as "180 ms round trip".
 };
-/// @param later since the view was made [s].
-[[nodiscard]] LinkVerdict link_verdict(const LinkSide& link, double later_s);
+/// @param later_s since the view was made. @return nothing where nothing of it was measured: not heard, or the
+/// recording of one side alone.
+[[nodiscard]] std::optional<LinkVerdict> link_verdict(const LinkSide& link, double later_s);
 
 }  // namespace knuckle::console

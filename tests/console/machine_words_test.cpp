@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "app/console/event_book.h"
 #include "app/console/link_quality.h"
@@ -97,21 +98,24 @@ LinkSide good_link() {
 }
 
 TEST(LinkVerdict, TheWorstOfWhatWasMeasuredDecides) {
-  EXPECT_EQ(link_verdict(good_link(), 0).quality, LinkQuality::kGood);
+  EXPECT_EQ(link_verdict(good_link(), 0)->quality, LinkQuality::kGood);
   LinkSide lossy = good_link();
   lossy.loss = 0.3;
-  EXPECT_EQ(link_verdict(lossy, 0).quality, LinkQuality::kPoor);
-  EXPECT_EQ(link_verdict(lossy, 0).words, "30 % lost");
+  EXPECT_EQ(link_verdict(lossy, 0)->quality, LinkQuality::kPoor);
+  EXPECT_EQ(link_verdict(lossy, 0)->words, "30 % lost");
   LinkSide far = good_link();
   far.round_trip = {};
   far.round_trip.add(from_seconds(0.18));
-  EXPECT_EQ(link_verdict(far, 0).quality, LinkQuality::kFair);
+  EXPECT_EQ(link_verdict(far, 0)->quality, LinkQuality::kFair);
   LinkSide jittery = good_link();
   jittery.arrival_jitter = {};
   jittery.arrival_jitter.add(from_seconds(0.06));
-  EXPECT_EQ(link_verdict(jittery, 0).quality, LinkQuality::kPoor);
-  EXPECT_EQ(link_verdict(good_link(), 0.15).quality, LinkQuality::kPoor) << "time to neutral runs out";
-  EXPECT_EQ(link_verdict(LinkSide{}, 0).quality, LinkQuality::kBad);
+  EXPECT_EQ(link_verdict(jittery, 0)->quality, LinkQuality::kPoor);
+  EXPECT_EQ(link_verdict(good_link(), 0.15)->quality, LinkQuality::kPoor) << "time to neutral runs out";
+  EXPECT_FALSE(link_verdict(LinkSide{}, 0));
+  LinkSide one_side = good_link();
+  one_side.loss = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(link_verdict(one_side, 0)) << "not recorded: no judgement";
 }
 
 TEST(EventTime, IsTheTimeOfDayWhereTheSessionRunsByTheClock) {

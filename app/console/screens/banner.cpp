@@ -21,11 +21,12 @@ struct Headline {
   bool alarm = false;  ///< Flashes.
 };
 
-Headline headline(const widgets::Ui& ui, const ConsoleView& view) {
+Headline headline(const widgets::Ui& ui, const ConsoleView& view, bool recorded) {
   const widgets::Palette& c = ui.theme.colours;
   const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const Mode mode = view.machine.mode;
   const std::string age = widgets::shown_duration(fresh.age_s).c_str();
+  if (!recorded) return {"NO DATA", "not recorded", widgets::Icon::kRing, c.raised, false};
   if (!fresh.heard) return {"NO LINK", "", widgets::Icon::kLink, c.raised, false};
   // It reports OFF only as it starts and in its last message: nothing is lost then.
   if (fresh.stale() && mode == Mode::kOff) return {"OFF", age + " old", mode_icon(mode), c.raised, false};
@@ -38,10 +39,11 @@ Headline headline(const widgets::Ui& ui, const ConsoleView& view) {
           mode == Mode::kFault || mode == Mode::kEStop};
 }
 
-void mode_block(const widgets::Ui& ui, const ConsoleView& view, const widgets::Area& area) {
+/// @param recorded false: a hole in the recording that is played.
+void mode_block(const widgets::Ui& ui, const ConsoleView& view, bool recorded, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  const Headline says = headline(ui, view);
+  const Headline says = headline(ui, view, recorded);
   const ImU32 on = says.fill == t.colours.raised ? t.colours.muted : widgets::text_on(says.fill);
   list.AddRectFilled(area.min, area.max, says.fill, t.px(8));
   if (says.alarm && !ui.steady && std::fmod(ui.now_s, 1.0) < 0.5)
@@ -67,12 +69,11 @@ std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view, co
   std::vector<Tag> tags;
   const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const ImU32 quiet = widgets::mix(t.colours.surface, t.colours.border, 0.6F);
-  if (fresh.heard) {
-    const LinkVerdict link = link_verdict(view.link, ui.view_age_s);
-    const ImU32 fill = link.quality == LinkQuality::kGood   ? quiet
-                       : link.quality == LinkQuality::kFair ? t.colours.notice
-                                                            : t.colours.stop;
-    tags.push_back({widgets::Icon::kLink, std::string("link ") + name(link.quality) + ": " + link.words, fill});
+  if (const auto link = link_verdict(view.link, ui.view_age_s)) {
+    const ImU32 fill = link->quality == LinkQuality::kGood   ? quiet
+                       : link->quality == LinkQuality::kFair ? t.colours.notice
+                                                             : t.colours.stop;
+    tags.push_back({widgets::Icon::kLink, std::string("link ") + name(link->quality) + ": " + link->words, fill});
   }
   if (view.status_heard && !view.status.calibrated)
     tags.push_back({widgets::Icon::kWarning, "UNCALIBRATED", t.colours.notice});
@@ -247,7 +248,8 @@ void draw_banner(const widgets::Ui& ui, const ConsoleData& data, const UiState& 
   const widgets::Theme& t = ui.theme;
   ImGui::GetWindowDrawList()->AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
   if (data.player != nullptr) draw_replay_block(ui, area.cut_left(t.px(176), t.unit()));
-  mode_block(ui, data.view, area.cut_left(t.px(data.player != nullptr ? 270.F : 318.F), t.unit(2)));
+  mode_block(ui, data.view, data.player == nullptr || !data.player->in_gap(),
+             area.cut_left(t.px(data.player != nullptr ? 270.F : 318.F), t.unit(2)));
   area = area.inset(t.unit(), 0);
   draw_tags(ui, data, state, area);
   const std::string reason =
