@@ -13,7 +13,6 @@
 namespace knuckle::video {
 namespace {
 
-constexpr guint kJitterBuffer_ms = 40;  // of an RTSP camera, where GStreamer's own 2 s would be useless
 
 Time time_of(GstClockTime ns) noexcept {
   return Time(Duration(static_cast<std::int64_t>(ns)));
@@ -73,7 +72,6 @@ class Camera::Reader {
   void prepare(GstElement* pipeline);
   void take_sample(GstAppSink* sink);
   static GstFlowReturn on_sample(GstAppSink* sink, gpointer self);
-  static void on_source(GstElement* reader, GstElement* source, gpointer self);
 
   Newest<Frame> frames_;
   GstElement* pipeline_ = nullptr;  // the one that runs
@@ -99,8 +97,6 @@ void Camera::Reader::prepare(GstElement* pipeline) {
   GstAppSinkCallbacks calls{};
   calls.new_sample = &Reader::on_sample;
   gst_app_sink_set_callbacks(GST_APP_SINK(sink.get()), &calls, this, nullptr);
-  const Owned<GstElement> reader(gst_bin_get_by_name(GST_BIN(pipeline), "reader"));
-  if (reader) g_signal_connect(reader.get(), "source-setup", G_CALLBACK(&Reader::on_source), nullptr);
 }
 
 void Camera::Reader::take_sample(GstAppSink* sink) {
@@ -125,15 +121,6 @@ void Camera::Reader::take_sample(GstAppSink* sink) {
 GstFlowReturn Camera::Reader::on_sample(GstAppSink* sink, gpointer self) {
   static_cast<Reader*>(self)->take_sample(sink);
   return GST_FLOW_OK;
-}
-
-/// An RTSP camera keeps its pictures back for as short as it may, and tells when they were captured.
-void Camera::Reader::on_source(GstElement* /*reader*/, GstElement* source, gpointer /*self*/) {
-  GObjectClass* kind = G_OBJECT_GET_CLASS(source);
-  if (g_object_class_find_property(kind, "drop-on-latency") == nullptr) return;
-  g_object_set(source, "latency", kJitterBuffer_ms, "drop-on-latency", TRUE, nullptr);
-  if (g_object_class_find_property(kind, "add-reference-timestamp-meta") != nullptr)
-    g_object_set(source, "add-reference-timestamp-meta", TRUE, nullptr);
 }
 
 Camera::Camera(const CameraSource& source) : reader_(std::make_unique<Reader>(source)) {}

@@ -39,6 +39,7 @@ struct SlaveRecords {
   recording::Recorder* recorder = nullptr;  ///< All that the loop reads, knows and does, and events; outlives the run.
   // Called by the thread that tends the loop; may be empty.
   std::function<void(const ModeEvent&)> on_mode{};
+  std::function<void(Time now, Duration round_trip, bool silent)> on_link{};  ///< Every 20 ms, once heard.
   std::function<void(const AssistSettings&)> on_assist{};  ///< The operator has set other assists than before.
 };
 
