@@ -52,6 +52,17 @@ void stamp(Frame& frame, GstElement* pipeline, GstSample* sample) {
   if (GST_CLOCK_TIME_IS_VALID(running)) frame.captured = time_of(gst_element_get_base_time(pipeline) + running);
 }
 
+/// A source that is not live, such as a file, plays at its own pace; a live one sets the pace itself, and nothing waits.
+void set_pace(GstElement* pipeline) {
+  const Owned<GstElement> sink(gst_bin_get_by_name(GST_BIN(pipeline), "pictures"));
+  const Owned<GstPad> pad(gst_element_get_static_pad(sink.get(), "sink"));
+  // Asked above the sink: one that waits for nothing calls every source not live.
+  const Owned<GstQuery> query(gst_query_new_latency());
+  gboolean live = TRUE;
+  if (gst_pad_peer_query(pad.get(), query.get()) != FALSE) gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
+  g_object_set(sink.get(), "sync", live == FALSE, nullptr);
+}
+
 }  // namespace
 
 Time now() noexcept {
@@ -83,11 +94,7 @@ PipelinePlan Camera::Reader::plan_of(const CameraSource& source) {
           .description = pipeline_of(source),
           .check = "the camera, its stream's codec and the network",
           .prepare = [this](GstElement* pipeline) { prepare(pipeline); },
-          .ready =
-              [](GstElement* pipeline, bool live) {
-                const Owned<GstElement> sink(gst_bin_get_by_name(GST_BIN(pipeline), "pictures"));
-                g_object_set(sink.get(), "sync", live ? FALSE : TRUE, nullptr);
-              },
+          .ready = &set_pace,
           .tend = {}};
 }
 

@@ -29,13 +29,6 @@ void on_source(GstElement* /*reader*/, GstElement* source, gpointer /*self*/) {
     g_object_set(source, "add-reference-timestamp-meta", TRUE, nullptr);
 }
 
-bool is_live(GstElement* pipeline) {
-  const Owned<GstQuery> query(gst_query_new_latency());
-  gboolean live = TRUE;
-  if (gst_element_query(pipeline, query.get()) != FALSE) gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
-  return live != FALSE;
-}
-
 /// An error of GStreamer's as a person can act on it.
 std::string advice(const GError& error, const char* details, const std::string& missing) {
   const std::string said = error.message;
@@ -94,7 +87,7 @@ std::optional<std::string> PipelineRunner::watch(GstElement* pipeline) {
   for (Duration patience = kFirstPicture; !ending_;) {
     const Owned<GstMessage> message(gst_bus_timed_pop(bus.get(), static_cast<GstClockTime>(kLook.count())));
     if (message && GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_ASYNC_DONE) {
-      plan_.ready(pipeline, is_live(pipeline));
+      if (plan_.ready) plan_.ready(pipeline);
     } else if (message) {
       if (std::optional<std::string> problem = problem_of(message.get())) return problem;
     }

@@ -54,7 +54,7 @@ std::string pipeline_of(const SenderSetup& setup) {
 std::string receiver_of(std::uint16_t port, const std::string& address) {
   return "udpsrc address=" + address + " port=" + std::to_string(port) +
          " caps=\"application/x-rtp,media=video,clock-rate=90000,encoding-name=H264,payload=96,extmap-" +
-         std::to_string(kStampId) + "=" + kStampUri + "\" ! rtpjitterbuffer drop-on-latency=true latency=" +
+         std::to_string(kStampId) + "=" + kStampUri + "\" ! rtpjitterbuffer faststart-min-packets=1 drop-on-latency=true latency=" +
          std::to_string(kJitterBuffer_ms) + " ! rtph264depay ! avdec_h264 max-threads=1";  // more threads hold pictures back
 }
 
@@ -89,7 +89,7 @@ PipelinePlan Sender::Writer::plan_of(const SenderSetup& setup) {
           .description = pipeline_of(setup),
           .check = "the camera",
           .prepare = [this](GstElement* pipeline) { prepare(pipeline); },
-          .ready = [](GstElement*, bool) {},
+          .ready = {},
           .tend = [this](GstElement* pipeline) { tend(pipeline); }};
 }
 
