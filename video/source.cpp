@@ -11,10 +11,9 @@
 namespace knuckle::video {
 namespace {
 
-// Only the newest picture is kept, and it is given at once; the camera's thread lets a source that is no live one run
-// at its own pace.
+// Only the newest picture is kept. It waits for when it is due until the source has turned out to be a live one.
 constexpr const char* kEnd =
-    " ! videoconvert ! video/x-raw,format=RGBx ! appsink name=pictures max-buffers=1 drop=true sync=false "
+    " ! videoconvert ! video/x-raw,format=RGBx ! appsink name=pictures max-buffers=1 drop=true sync=true "
     "enable-last-sample=false";
 
 bool is_uri(const CameraSource& source) {

@@ -75,6 +75,7 @@ std::vector<double> through_gstreamer_alone(console::window::ConsoleWindow& cons
   const auto pipeline =
       video::make_pipeline(video::pipeline_of(video::CameraSource{"test", video::receiver_of(kPort)}), told);
   const video::Owned<GstElement> sink(gst_bin_get_by_name(GST_BIN(pipeline.get()), "pictures"));
+  g_object_set(sink.get(), "sync", FALSE, nullptr);
   gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
   console::picture::VideoView view;
   std::vector<double> ages_ms;
