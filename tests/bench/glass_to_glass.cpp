@@ -2,8 +2,6 @@
 // pipeline alone, in turns. The sender is the same for both, on this computer, over RTP. Needs a display
 // (scripts/glass-to-glass). glass_to_glass SECONDS: of each of three turns of either.
 #include <epoxy/gl.h>
-// After epoxy, which is to be the only one that declares OpenGL.
-#include <GLFW/glfw3.h>
 #include <fmt/format.h>
 #include <gst/app/gstappsink.h>
 #include <gst/gst.h>
@@ -39,7 +37,7 @@ video::SenderSetup setup() {
           4000};
 }
 
-/// The console as an operator has it; a picture is on screen when the frame that it is in has been shown.
+/// The console as an operator has it, at 60 frames/s; until the whole frame that the picture is in is drawn.
 std::vector<double> through_console(console::window::ConsoleWindow& console, Duration time) {
   using namespace console;
   const video::Sender sender(setup());
@@ -61,15 +59,16 @@ std::vector<double> through_console(console::window::ConsoleWindow& console, Dur
   for (const Time begin = video::now(); video::now() - begin < time + kWarmUp;) {
     taken.reset();
     console.frame(view, loop, events, 0);
-    console.show();
+    glFinish();
     if (taken && video::now() - begin > kWarmUp) ages_ms.push_back(since_ms(*taken));
+    console.show();  // and waits until the next frame is due
   }
   console.cameras() = {};
   return ages_ms;
 }
 
-/// Pulled as soon as it is there, uploaded, drawn and shown alone.
-std::vector<double> through_gstreamer_alone(console::window::ConsoleWindow& console, Duration time) {
+/// Pulled as soon as it is there, uploaded and drawn alone.
+std::vector<double> through_gstreamer_alone(Duration time) {
   const video::Sender sender(setup());
   std::string told;
   const auto pipeline =
@@ -93,7 +92,6 @@ std::vector<double> through_gstreamer_alone(console::window::ConsoleWindow& cons
     frame.pixels = bytes.data;
     view.upload(frame);
     view.draw({.width_px = 602, .height_px = 339}, true);
-    glfwSwapBuffers(console.window().handle());
     glFinish();
     gst_buffer_unmap(buffer, &bytes);
     if (video::now() - begin > kWarmUp)
@@ -116,7 +114,7 @@ void run(Duration time) {
   std::vector<double> here, alone;
   for (int turn = 0; turn < kTurns; ++turn) {
     for (const double ms : through_console(console, time)) here.push_back(ms);
-    for (const double ms : through_gstreamer_alone(console, time)) alone.push_back(ms);
+    for (const double ms : through_gstreamer_alone(time)) alone.push_back(ms);
   }
   fmt::print("| capture to screen, 1280x720, 30/s | pictures | p50, ms | p99, ms |\n| --- | --- | --- | --- |\n");
   for (auto& [name, values] : {std::pair{"console", &here}, std::pair{"GStreamer alone", &alone}})
