@@ -13,7 +13,6 @@
 namespace knuckle::video {
 namespace {
 
-constexpr guint kJitterBuffer_ms = 40;  // of an RTSP camera, where GStreamer's own 2 s would be useless
 
 Time time_of(GstClockTime ns) noexcept {
   return Time(Duration(static_cast<std::int64_t>(ns)));
@@ -53,6 +52,17 @@ void stamp(Frame& frame, GstElement* pipeline, GstSample* sample) {
   if (GST_CLOCK_TIME_IS_VALID(running)) frame.captured = time_of(gst_element_get_base_time(pipeline) + running);
 }
 
+/// A source that is not live, such as a file, plays at its own pace; a live one sets the pace itself, and nothing waits.
+void set_pace(GstElement* pipeline) {
+  const Owned<GstElement> sink(gst_bin_get_by_name(GST_BIN(pipeline), "pictures"));
+  const Owned<GstPad> pad(gst_element_get_static_pad(sink.get(), "sink"));
+  // Asked above the sink: one that waits for nothing calls every source not live.
+  const Owned<GstQuery> query(gst_query_new_latency());
+  gboolean live = TRUE;
+  if (gst_pad_peer_query(pad.get(), query.get()) != FALSE) gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
+  g_object_set(sink.get(), "sync", live == FALSE, nullptr);
+}
+
 }  // namespace
 
 Time now() noexcept {
@@ -73,7 +83,6 @@ class Camera::Reader {
   void prepare(GstElement* pipeline);
   void take_sample(GstAppSink* sink);
   static GstFlowReturn on_sample(GstAppSink* sink, gpointer self);
-  static void on_source(GstElement* reader, GstElement* source, gpointer self);
 
   Newest<Frame> frames_;
   GstElement* pipeline_ = nullptr;  // the one that runs
@@ -85,11 +94,7 @@ PipelinePlan Camera::Reader::plan_of(const CameraSource& source) {
           .description = pipeline_of(source),
           .check = "the camera, its stream's codec and the network",
           .prepare = [this](GstElement* pipeline) { prepare(pipeline); },
-          .ready =
-              [](GstElement* pipeline, bool live) {
-                const Owned<GstElement> sink(gst_bin_get_by_name(GST_BIN(pipeline), "pictures"));
-                g_object_set(sink.get(), "sync", live ? FALSE : TRUE, nullptr);
-              },
+          .ready = &set_pace,
           .tend = {}};
 }
 
@@ -99,8 +104,6 @@ void Camera::Reader::prepare(GstElement* pipeline) {
   GstAppSinkCallbacks calls{};
   calls.new_sample = &Reader::on_sample;
   gst_app_sink_set_callbacks(GST_APP_SINK(sink.get()), &calls, this, nullptr);
-  const Owned<GstElement> reader(gst_bin_get_by_name(GST_BIN(pipeline), "reader"));
-  if (reader) g_signal_connect(reader.get(), "source-setup", G_CALLBACK(&Reader::on_source), nullptr);
 }
 
 void Camera::Reader::take_sample(GstAppSink* sink) {
@@ -125,15 +128,6 @@ void Camera::Reader::take_sample(GstAppSink* sink) {
 GstFlowReturn Camera::Reader::on_sample(GstAppSink* sink, gpointer self) {
   static_cast<Reader*>(self)->take_sample(sink);
   return GST_FLOW_OK;
-}
-
-/// An RTSP camera keeps its pictures back for as short as it may, and tells when they were captured.
-void Camera::Reader::on_source(GstElement* /*reader*/, GstElement* source, gpointer /*self*/) {
-  GObjectClass* kind = G_OBJECT_GET_CLASS(source);
-  if (g_object_class_find_property(kind, "drop-on-latency") == nullptr) return;
-  g_object_set(source, "latency", kJitterBuffer_ms, "drop-on-latency", TRUE, nullptr);
-  if (g_object_class_find_property(kind, "add-reference-timestamp-meta") != nullptr)
-    g_object_set(source, "add-reference-timestamp-meta", TRUE, nullptr);
 }
 
 Camera::Camera(const CameraSource& source) : reader_(std::make_unique<Reader>(source)) {}

@@ -18,6 +18,7 @@ void FrameAge::take(const Frame& frame) noexcept {
   least_transit_ = same ? std::min(transit, least_transit_ + drift) : transit;
   connection_ = frame.connection;
   received_ = frame.received;
+  stamp_from_ = frame.stamp_from;
   captured_ = frame.stamp_from == StampFrom::kHere ? frame.captured : frame.captured + least_transit_;
 }
 

@@ -27,11 +27,14 @@ class FrameAge {
   /// connection counts as one that took no time, so what every frame takes is not in it.
   [[nodiscard]] double age_s(Time now) const noexcept;
   [[nodiscard]] VideoState state(Time now) const noexcept;
+  /// The age is one over that of the quickest frame.
+  [[nodiscard]] bool relative() const noexcept { return stamp_from_ == StampFrom::kSender; }
 
  private:
   std::uint32_t connection_ = 0;  // 0: no frame yet
   Time captured_{}, received_{};  // of the newest, by our clock
   Duration least_transit_{};      // from a sender's stamp to arrival
+  StampFrom stamp_from_ = StampFrom::kHere;
 };
 
 }  // namespace knuckle::video

@@ -18,11 +18,15 @@ constexpr Duration kFirstPicture = 10s;  // encoders, cameras and key frames tak
 constexpr Duration kNextPicture = 5s;    // a network source says nothing where nothing arrives
 constexpr Duration kShortestWait = 500ms, kLongestWait = 4s;
 
-bool is_live(GstElement* pipeline) {
-  const Owned<GstQuery> query(gst_query_new_latency());
-  gboolean live = TRUE;
-  if (gst_element_query(pipeline, query.get()) != FALSE) gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
-  return live != FALSE;
+constexpr guint kJitterBuffer_ms = 40;  // of an RTSP camera, where GStreamer's own 2 s would be useless
+
+/// An RTSP camera keeps its pictures back for as short as it may, and tells when they were captured.
+void on_source(GstElement* /*reader*/, GstElement* source, gpointer /*self*/) {
+  GObjectClass* kind = G_OBJECT_GET_CLASS(source);
+  if (g_object_class_find_property(kind, "drop-on-latency") == nullptr) return;
+  g_object_set(source, "latency", kJitterBuffer_ms, "drop-on-latency", TRUE, nullptr);
+  if (g_object_class_find_property(kind, "add-reference-timestamp-meta") != nullptr)
+    g_object_set(source, "add-reference-timestamp-meta", TRUE, nullptr);
 }
 
 /// An error of GStreamer's as a person can act on it.
@@ -67,6 +71,8 @@ std::optional<std::string> PipelineRunner::connect() {
   // The system's clock, which is ours, whatever a source brings along.
   const Owned<GstClock> clock(gst_system_clock_obtain());
   gst_pipeline_use_clock(GST_PIPELINE(pipeline.get()), clock.get());
+  const Owned<GstElement> reader(gst_bin_get_by_name(GST_BIN(pipeline.get()), "reader"));  // of a URI
+  if (reader) g_signal_connect(reader.get(), "source-setup", G_CALLBACK(&on_source), nullptr);
   plan_.prepare(pipeline.get());
   gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
   std::optional<std::string> failed = watch(pipeline.get());
@@ -81,7 +87,7 @@ std::optional<std::string> PipelineRunner::watch(GstElement* pipeline) {
   for (Duration patience = kFirstPicture; !ending_;) {
     const Owned<GstMessage> message(gst_bus_timed_pop(bus.get(), static_cast<GstClockTime>(kLook.count())));
     if (message && GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_ASYNC_DONE) {
-      plan_.ready(pipeline, is_live(pipeline));
+      if (plan_.ready) plan_.ready(pipeline);
     } else if (message) {
       if (std::optional<std::string> problem = problem_of(message.get())) return problem;
     }

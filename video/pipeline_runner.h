@@ -22,7 +22,7 @@ struct PipelinePlan {
   std::string description;  ///< As gst-launch-1.0 takes it.
   std::string check;        ///< What to look at where nothing comes: "the camera and the network".
   std::function<void(GstElement*)> prepare;            ///< Before it runs, each time.
-  std::function<void(GstElement*, bool live)> ready;   ///< It runs. @param live its source sets the pace.
+  std::function<void(GstElement*)> ready;    ///< It runs; may be empty.
   std::function<void(GstElement*)> tend;               ///< Every 50 ms; may be empty.
 };
 

@@ -11,10 +11,9 @@
 namespace knuckle::video {
 namespace {
 
-// Only the newest picture is kept, and it is given at once; the camera's thread lets a source that is no live one run
-// at its own pace.
+// Only the newest picture is kept. It waits for when it is due until the source has turned out to be a live one.
 constexpr const char* kEnd =
-    " ! videoconvert ! video/x-raw,format=RGBx ! appsink name=pictures max-buffers=1 drop=true sync=false "
+    " ! videoconvert ! video/x-raw,format=RGBx ! appsink name=pictures max-buffers=1 drop=true sync=true "
     "enable-last-sample=false";
 
 bool is_uri(const CameraSource& source) {
@@ -41,14 +40,18 @@ CameraSource parse_source(const std::string& text) {
   return {std::string(name), text.substr(equals + 1)};
 }
 
-std::string pipeline_of(const CameraSource& source) {
-  if (!is_uri(source)) return source.source + kEnd;
+std::string pictures_of(const CameraSource& source) {
+  if (!is_uri(source)) return source.source;
   std::string uri = source.source;
   for (const std::string_view special : {"\\", "\""}) {
     for (std::size_t at = 0; (at = uri.find(special, at)) != std::string::npos; at += 2) uri.insert(at, "\\");
   }
   // Sound and subtitles stay undecoded.
-  return "uridecodebin name=reader caps=video/x-raw expose-all-streams=false uri=\"" + uri + "\"" + kEnd;
+  return "uridecodebin name=reader caps=video/x-raw expose-all-streams=false uri=\"" + uri + "\"";
+}
+
+std::string pipeline_of(const CameraSource& source) {
+  return pictures_of(source) + kEnd;
 }
 
 void start_gstreamer() {
@@ -76,8 +79,13 @@ void check_source(const CameraSource& source) {
   if (is_uri(source) && gst_uri_protocol_is_supported(GST_URI_SRC, scheme.get()) == FALSE)
     throw InputError(option_of(source) + "no GStreamer plugin on this computer reads " + scheme.get() +
                      ":// (rtsp, rtp, udp, http, v4l2 and file are in gstreamer1.0-plugins-good and -base)");
+  check_pipeline(source, pipeline_of(source));
+}
+
+void check_pipeline(const CameraSource& source, const std::string& pipeline) {
+  start_gstreamer();
   std::string told;
-  if (make_pipeline(pipeline_of(source), told)) return;
+  if (make_pipeline(pipeline, told)) return;
   const bool link = told.find("could not link") != std::string::npos;
   const bool missing = told.find("no element") != std::string::npos;
   throw InputError(option_of(source) + told +

@@ -13,6 +13,9 @@ struct CameraSource {
 /// "NAME=SOURCE". @throws InputError, one line, where it is anything else.
 [[nodiscard]] CameraSource parse_source(const std::string& text);
 
+/// The source as a part of a pipeline: what comes out at its end are pictures.
+[[nodiscard]] std::string pictures_of(const CameraSource& source);
+
 /// The pipeline of a source as gst-launch-1.0 would take it, ended in an appsink named "pictures".
 [[nodiscard]] std::string pipeline_of(const CameraSource& source);
 
@@ -20,5 +23,8 @@ struct CameraSource {
 /// @throws InputError, one line: an element or plugin that is missing, a pipeline that is misspelt or does not end in
 /// pictures.
 void check_source(const CameraSource& source);
+
+/// The same for a whole pipeline made of the source.
+void check_pipeline(const CameraSource& source, const std::string& pipeline);
 
 }  // namespace knuckle::video

@@ -39,6 +39,8 @@ class CameraWatch {
   /// As of the last watch().
   [[nodiscard]] video::VideoState state() const noexcept { return state_; }
   [[nodiscard]] double age_s() const noexcept { return age_s_; }
+  /// The age does not contain what the quickest picture took: its sender's clock is not ours.
+  [[nodiscard]] bool age_is_relative() const noexcept { return frame_age_.relative(); }
   /// The last problem of the connection, where there is no live picture; may be empty.
   [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
 

@@ -12,6 +12,7 @@
 #include "app/programs/program_log.h"
 #include "app/programs/program_options.h"
 #include "app/programs/slave_audit.h"
+#include "app/programs/slave_cameras.h"
 #include "app/programs/slave_program.h"
 #include "app/session/scenario.h"
 #include "core/loop_table.h"
@@ -41,6 +42,7 @@ struct Options {
   std::optional<double> duration_s;
   std::string candump, csv, json, audit;
   LogOptions log;
+  CameraOptions cameras;
 };
 
 void add_options(CLI::App& c, Options& o) {
@@ -65,6 +67,7 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--csv", o.csv, "Write sensors, commands and estimates, a row each step; `knuckle identify` reads it");
   c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
   add_log_options(c, o.log);
+  add_camera_options(c, o.cameras);
 }
 
 /// On a CAN interface, or simulated: one of the two, and nothing that only the other takes.
@@ -231,6 +234,7 @@ int run(const Options& o) {
   check(o);
   const cli::InterruptGuard interrupt;
   const Setup setup = set_up(o);
+  const std::vector<video::SenderSetup> camera_setups = check_cameras(o.cameras, o.link.insecure);
   AskedOutput candump("--candump", o.candump), csv("--csv", o.csv),
       json("--json", o.json, AskedOutput::Content::kResult);
   MachineBus machine(o, setup);
@@ -254,6 +258,10 @@ int run(const Options& o) {
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&candump, &csv};
+  SlaveCameras cameras(camera_setups);
+  records.on_link = [&cameras](Time now, Duration round_trip, bool silent) {
+    cameras.follow_link(now, round_trip, silent);
+  };
   pairing::ChosenLink::Watch watch;
   if (audit) {
     audit->started(setup.file, records.interface, link.where(), link.notes());
@@ -267,6 +275,7 @@ int run(const Options& o) {
     std::vector<cli::News> news = link.news(audit ? &watch : nullptr);
     if (std::string refused = audit ? audit->news() : ""; !refused.empty()) news.push_back({refused, "audit trail"});
     for (cli::News& recorded : log.news()) news.push_back(std::move(recorded));
+    for (cli::News& seen : cameras.news()) news.push_back(std::move(seen));
     return news;
   };
   const double started_unix_s = unix_time_s();

@@ -14,6 +14,7 @@
 #include "core/ring.h"
 #include "recording/taped_loops.h"
 #include "recording/taped_wires.h"
+#include "slave/loss_policy.h"
 #include "slave/orderly_stop.h"
 #include "slave/slave_loop.h"
 #include "slave/status_reporter.h"
@@ -29,6 +30,7 @@ struct SlaveStatus {
   Reason blocking, fault;
   bool heard = false;  ///< The operator's side, ever.
   Duration round_trip{};
+  bool silent = false;  ///< Nothing new for longer than the limit.
   AssistSettings assist;
 };
 
@@ -128,7 +130,8 @@ void SlaveRunner::observe(Time now) noexcept {
   if (event.mode != last_.mode || !same_cause(event.fault, last_.fault)) events_.push(event);
   last_ = event;
   const bool heard = slave_.master_at() != kNever;
-  status_.put({event.mode, event.blocking, event.fault, heard, slave_.round_trip(), slave_.master().assist});
+  status_.put({event.mode, event.blocking, event.fault, heard, slave_.round_trip(),
+               now - slave_.master_at() > slave::kLossLimits.neutral, slave_.master().assist});
   if (wants_rows_ && slave_.sensors().measurement()) rows_.push(slave::state_of(now, slave_));
 }
 
@@ -210,6 +213,7 @@ class Teller {
     tell_nodes(runner);
     const SlaveStatus& status = runner.status();
     tell_assist(status);
+    if (status.heard && records_.on_link) records_.on_link(now, status.round_trip, status.silent);
     if (!same_cause(status.blocking, standing_)) standing_since_ = now;
     standing_ = status.blocking;
     if (standing_ && !same_cause(standing_, told_) && now - standing_since_ >= kStandingReason) {

@@ -62,9 +62,10 @@ Table make_table() {
       {"app/bringup", loops + tables + std::set<std::string>{"app/motion", "transport/secure", "app/pairing"}},
       {"app/identify", tables + std::set<std::string>{"sim", "app/motion", "app/report", "app/session/truth_file.h"}},
       {"app/battery", tables + std::set<std::string>{"sim", "app/session", "app/report"}},
-      {"app/programs", loops + tables +
-                           std::set<std::string>{"master", "recording", "app/session", "app/report", "app/bringup",
-                                                 "app/battery", "app/pairing", "transport/secure", "app/audit"}},
+      {"app/programs",
+       loops + tables +
+           std::set<std::string>{"master", "recording", "app/session", "app/report", "app/bringup", "app/battery",
+                                 "app/pairing", "transport/secure", "app/audit", "video"}},
       {"app/export",
        {"core", "machine", "transport", "estimation", "slave", "recording", "recording/mcap", "master", "app/cli",
         "app/recordings", "app/report/html.h"}},
@@ -79,7 +80,7 @@ Table make_table() {
       {"app/console/screens", screens + std::set<std::string>{"app/replay", "app/console/player", "app/console/widgets",
                                                               "app/console/picture"}},
   };
-  table["app/console"] = table["app/programs"] + std::set<std::string>{"app/programs", "app/identify", "video"};
+  table["app/console"] = table["app/programs"] + std::set<std::string>{"app/programs", "app/identify"};
   table["app/console/window"] =
       table["app/console"] + table["app/console/screens"] + std::set<std::string>{"app/console/screens"};
   std::set<std::string> everything;

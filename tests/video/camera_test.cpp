@@ -73,6 +73,17 @@ TEST(CameraThread, StampsAPictureByItsCaptureNotByItsArrival) {
   }
 }
 
+TEST(CameraThread, GivesALivePictureAtOnceAndNeverWaitsForWhenItWouldBeDue) {
+  Camera camera({"front",
+                 "videotestsrc is-live=true ! video/x-raw,format=I420,width=64,height=32,framerate=30/1 ! rtpvrawpay ! "
+                 "rtpjitterbuffer latency=0 ts-offset=2000000000 ! rtpvrawdepay"});
+  for (int i = 0; i < 6; ++i) {
+    const auto frame = next_frame(camera);
+    ASSERT_NE(frame, nullptr);
+    EXPECT_LT(frame->received, frame->captured) << "due in two seconds";
+  }
+}
+
 TEST(CameraThread, PlaysAFileAtItsOwnPace) {
   Camera camera({"front", "videotestsrc num-buffers=4 ! video/x-raw,width=64,height=32,framerate=10/1"});
   Time last = now(), first = kNever;

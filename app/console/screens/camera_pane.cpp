@@ -104,8 +104,10 @@ void CameraPane::write(const widgets::Ui& ui, const Camera& camera, const widget
   const widgets::Theme& t = ui.theme;
   const CameraWatch& watch = camera.watch;
   const bool live = watch.state() == video::VideoState::kLive;
-  const widgets::Shown title = live ? widgets::shown("%s  %.2f s", watch.name().c_str(), watch.age_s())
-                                    : widgets::shown("%s", watch.name().c_str());
+  const char* name = watch.name().c_str();
+  const widgets::Shown title =
+      live ? widgets::shown("%s  %s%.2f s", name, watch.age_is_relative() ? "+" : "", watch.age_s())
+           : widgets::shown("%s", name);
   widgets::Area words = area.inset(t.unit());
   const widgets::Area head = words.cut_top(t.px(28), t.unit());
   widgets::chip(ui, {head.min.x, head.centre().y}, live ? widgets::Icon::kDot : widgets::Icon::kWarning, title.c_str(),

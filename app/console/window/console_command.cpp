@@ -148,7 +148,7 @@ struct ChosenCamera {
 std::vector<ChosenCamera> cameras_of(const ConsoleOptions& o, const MachineDescription& machine) {
   std::vector<ChosenCamera> chosen;
   for (const std::string& text : o.cameras) {
-    chosen.push_back({video::parse_source(text), std::nullopt});
+    chosen.push_back({camera_source(o, text), std::nullopt});
     const video::CameraSource& camera = chosen.back().source;
     if (camera.source != kSimulatedCamera) continue;
     const auto mount = std::find_if(machine.cameras.begin(), machine.cameras.end(),

@@ -5,12 +5,15 @@
 #include <array>
 #include <cstdio>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "app/cli/command.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
+#include "transport/socket_address.h"
+#include "video/sender.h"
 #include "video/source.h"
 
 namespace knuckle::console::window {
@@ -59,6 +62,8 @@ void check_device(const ConsoleOptions& o) {
     cli::refuse_option("--device", o.device, "does not go with --demo, where the scenario's operator leads");
 }
 
+constexpr std::string_view kFromSlave = "knuckle:";
+
 void check_window(const ConsoleOptions& o) {
   cli::check_range("--scale", o.scale, 0.75, 3, "");
   cli::check_range("--duration", o.duration_s, 0.1, programs::kLongestRun_s, " s");
@@ -68,7 +73,7 @@ void check_window(const ConsoleOptions& o) {
 
 /// What is played takes everything from its files, and leads nothing.
 void check_replay(const ConsoleOptions& o) {
-  const std::array<std::pair<const char*, bool>, 20> in_vain{{{"--simulate", o.simulate},
+  const std::array<std::pair<const char*, bool>, 21> in_vain{{{"--simulate", o.simulate},
                                                               {"--connect", !o.link.address.empty()},
                                                               {"--dial", !o.link.dial.rendezvous.empty()},
                                                               {"--insecure", o.link.insecure > 0},
@@ -84,6 +89,7 @@ void check_replay(const ConsoleOptions& o) {
                                                               {"--loss", o.session.loss.has_value()},
                                                               {"--demo", o.demo},
                                                               {"--mute", o.mute},
+                                                              {"--camera", !o.cameras.empty()},
                                                               {"--candump", !o.candump.empty()},
                                                               {"--json", !o.json.empty()},
                                                               {"--log", !o.log.folder.empty()},
@@ -103,7 +109,7 @@ void check_replay(const ConsoleOptions& o) {
 void check_cameras(const ConsoleOptions& o) {
   std::set<std::string> names;
   for (const std::string& text : o.cameras) {
-    const video::CameraSource camera = video::parse_source(text);
+    const video::CameraSource camera = camera_source(o, text);
     if (!names.insert(camera.name).second)
       throw InputError("--camera " + camera.name + ": is given twice; each camera needs a name of its own");
     if (camera.source != kSimulatedCamera)
@@ -145,7 +151,8 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_option("--loss", o.session.loss, "Share of datagrams lost on the simulated link, 0 to 0.9");
   c.add_option("--camera", o.cameras,
                "Camera, NAME=SOURCE: a URI such as rtsp://192.0.2.9/live or v4l2:///dev/video0, or a pipeline as "
-               "gst-launch-1.0 takes it, or, with --simulate, 'simulated' for a camera of the machine file; for each "
+               "gst-launch-1.0 takes it, knuckle:ADDR:PORT for what knuckle slave --camera sends, or, with --simulate, "
+               "'simulated' for a camera of the machine file; for each "
                "camera once "
                "(docs/camera.md)")
       ->type_name("NAME=SOURCE")
@@ -170,6 +177,20 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_option("--screenshot", o.screenshot, "Write a screenshot as PNG and exit: at --at, or --duration later");
   c.add_option("--duration", o.duration_s, "Exit after so many seconds (default: when the window is closed)");
   c.add_option("--json", o.json, "Write the window's timing as JSON (described in docs/console.md)");
+}
+
+video::CameraSource camera_source(const ConsoleOptions& o, const std::string& text) {
+  video::CameraSource camera = video::parse_source(text);
+  if (!camera.source.starts_with(kFromSlave)) return camera;
+  const std::string place = camera.source.substr(kFromSlave.size());
+  const SocketAddress address = parse_address(place, "--camera " + camera.name + "=" + std::string(kFromSlave));
+  if (!address.is_loopback() && o.link.insecure < 2)
+    cli::refuse_option(
+        "--camera", text,
+        "pictures are not encrypted: they are taken at this computer's own addresses (127.0.0.1), or, in "
+        "a lab, elsewhere where --insecure is given twice; use a tunnel (docs/camera.md)");
+  camera.source = video::receiver_of(address.port(), parse_host_and_port(place).host);
+  return camera;
 }
 
 void check(const ConsoleOptions& o) {

@@ -11,6 +11,7 @@
 #include "app/programs/program_log.h"
 #include "app/replay/changed_setup.h"
 #include "app/session/options.h"
+#include "video/source.h"
 
 namespace CLI {
 class App;
@@ -43,6 +44,9 @@ struct ConsoleOptions {
 };
 
 void add_options(CLI::App& command, ConsoleOptions& options);
+/// Of --camera NAME=SOURCE; "knuckle:ADDR:PORT" becomes the pipeline that receives what `knuckle slave --camera` sends.
+/// @throws InputError where it is not that, or such a port is open to others and --insecure was not given twice.
+[[nodiscard]] video::CameraSource camera_source(const ConsoleOptions& options, const std::string& text);
 /// @throws InputError, one line.
 void check(const ConsoleOptions& options);
 

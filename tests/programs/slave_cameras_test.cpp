@@ -1,0 +1,88 @@
+// `knuckle slave --camera`: what it refuses, and that its pictures arrive.
+#include "app/programs/slave_cameras.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "core/error.h"
+#include "tests/support/places.h"
+#include "tests/support/run_program.h"
+#include "transport/udp_link.h"
+#include "video/camera.h"
+
+namespace knuckle::programs {
+namespace {
+
+constexpr const char* kCamera = "mast=videotestsrc is-live=true ! video/x-raw,width=320,height=180,framerate=30/1";
+
+std::string refusal(const CameraOptions& options, int insecure = 0) {
+  try {
+    (void)check_cameras(options, insecure);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+bool says(const std::string& line, const std::string& words) {
+  return line.find(words) != std::string::npos;
+}
+
+TEST(SlaveCameraOptions, AreNoneWhereNoneWereGiven) {
+  EXPECT_TRUE(check_cameras({}, 0).empty());
+}
+
+TEST(SlaveCameraOptions, GiveEachCameraAPortOfItsOwn) {
+  const auto setups = check_cameras({{kCamera, "rear=videotestsrc"}, "127.0.0.1:5700", 3000}, 0);
+  ASSERT_EQ(setups.size(), 2u);
+  EXPECT_EQ(setups[0].camera.name, "mast");
+  EXPECT_EQ(setups[0].port, 5700);
+  EXPECT_EQ(setups[1].port, 5701);
+  EXPECT_EQ(setups[1].host, "127.0.0.1");
+  EXPECT_EQ(setups[1].rate_kbps, 3000);
+}
+
+TEST(SlaveCameraOptions, SendNothingInTheClearIntoANetworkUnlessThatWasSaidTwice) {
+  for (const int insecure : {0, 1})
+    EXPECT_TRUE(says(refusal({{kCamera}, "192.0.2.1:5700"}, insecure), "not encrypted"));
+  EXPECT_EQ(refusal({{kCamera}, "192.0.2.1:5700"}, 2), "accepted");
+  EXPECT_EQ(refusal({{kCamera}, "[::1]:5700"}), "accepted");
+}
+
+TEST(SlaveCameraOptions, AreRefusedInOneLine) {
+  EXPECT_TRUE(says(refusal({{kCamera}, ""}), "--camera: needs --video-to"));
+  EXPECT_TRUE(says(refusal({{}, "127.0.0.1:5700"}), "--video-to 127.0.0.1:5700: needs --camera"));
+  EXPECT_TRUE(says(refusal({{kCamera}, "127.0.0.1"}), "--video-to"));
+  EXPECT_TRUE(says(refusal({{kCamera, kCamera}, "127.0.0.1:65535"}), "no port for each"));
+  EXPECT_TRUE(says(refusal({{kCamera, kCamera}, "127.0.0.1:5700"}), "--camera mast: is given twice"));
+  EXPECT_TRUE(says(refusal({{kCamera}, "127.0.0.1:5700", 100}), "--video-kbps 100: must be from 200 to 50000 kbit/s"));
+  EXPECT_TRUE(says(refusal({{"mast=nosuchsrc"}, "127.0.0.1:5700"}), "no element"));
+  EXPECT_TRUE(says(refusal({{"mast=videotestsrc ! jpegenc"}, "127.0.0.1:5700"}), "end in pictures"));
+}
+
+TEST(SlaveCameraThreads, SayOnceWhatIsWrongWithACamera) {
+  SlaveCameras cameras({{{"mast", "v4l2src device=/dev/video97"}, "127.0.0.1", 9, 1000}});
+  std::vector<cli::News> all;
+  for (int i = 0; i < 200; ++i, std::this_thread::sleep_for(10ms))  // it tries again meanwhile
+    for (cli::News& news : cameras.news()) all.push_back(news);
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_TRUE(says(all[0].what, "camera mast: ") && says(all[0].what, "/dev/video97")) << all[0].what;
+}
+
+TEST(SlaveCameraThreads, ArriveFromTheProgramOnASocketOfTheirOwn) {
+  const auto free = [] { return UdpLink::listen("127.0.0.1:0").port(); };
+  const std::uint16_t port = free();
+  video::Camera camera({"mast", video::receiver_of(port)});
+  const test::RunningProgram program(
+      test::program("knuckle"),
+      {"slave", "--simulate", "--insecure", "--no-log", "--listen", "127.0.0.1:" + std::to_string(free()), "--camera",
+       kCamera, "--video-to", "127.0.0.1:" + std::to_string(port), "--duration", "60"});
+  std::unique_ptr<video::Frame> frame;
+  for (int i = 0; i < 3000 && !frame; ++i, std::this_thread::sleep_for(10ms)) frame = camera.take();
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->width_px, 320);
+}
+
+}  // namespace
+}  // namespace knuckle::programs

@@ -1,0 +1,61 @@
+// Pictures yield to what leads the machine.
+#include "video/rate_rule.h"
+
+#include <gtest/gtest.h>
+
+#include "video/sender.h"
+
+namespace knuckle::video {
+namespace {
+
+class RateRuleFor4000 : public testing::Test {
+ protected:
+  int run(Duration time, Duration round_trip, bool silent = false) {
+    int rate = 0;
+    for (const Time until = now_ + time; now_ < until; now_ += 20ms) rate = rule_.step(now_, round_trip, silent);
+    return rate;
+  }
+  RateRule rule_{4000};
+  Time now_{10s};
+};
+
+TEST_F(RateRuleFor4000, IsWhatWasAskedWhileThePathIsWell) {
+  EXPECT_EQ(run(60s, 30ms), 4000);
+}
+
+TEST_F(RateRuleFor4000, IsHalvedAtOnceAndEverySecondWhileAQueueStandsOnThePath) {
+  (void)run(10s, 30ms);
+  EXPECT_EQ(run(20ms, 300ms), 2000);
+  EXPECT_EQ(run(900ms, 300ms), 2000);
+  EXPECT_EQ(run(200ms, 300ms), 1000);
+  EXPECT_EQ(run(10s, 300ms), kLeastRate_kbps) << "never nothing";
+}
+
+TEST_F(RateRuleFor4000, IsHalvedWhereNobodyAnswers) {
+  (void)run(10s, 30ms);
+  EXPECT_EQ(run(20ms, 30ms, true), 2000);
+}
+
+TEST_F(RateRuleFor4000, IsNotMovedByJitter) {
+  for (int i = 0; i < 500; ++i) {
+    (void)run(20ms, 30ms);
+    EXPECT_EQ(run(20ms, 120ms), 4000);
+  }
+}
+
+TEST_F(RateRuleFor4000, RecoversSlowly) {
+  (void)run(10s, 30ms);
+  ASSERT_EQ(run(20ms, 140ms), 2000);
+  EXPECT_EQ(run(4900ms, 30ms), 2000);
+  EXPECT_LT(run(4s, 30ms), 2700);
+  EXPECT_EQ(run(30s, 30ms), 4000);
+}
+
+TEST_F(RateRuleFor4000, AcceptsAPathThatHasBecomeLonger) {
+  (void)run(10s, 30ms);
+  ASSERT_LT(run(5s, 180ms), 1000);
+  EXPECT_EQ(run(300s, 180ms), 4000);
+}
+
+}  // namespace
+}  // namespace knuckle::video

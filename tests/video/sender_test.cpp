@@ -1,0 +1,140 @@
+// Pictures over RTP on this computer: sent, received, with the stamp of their capture; with losses, and cut.
+#include "video/sender.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <thread>
+
+#include "tests/video/lossy_wire.h"
+#include "video/camera.h"
+#include "video/frame_age.h"
+
+namespace knuckle::video {
+namespace {
+
+constexpr const char* kTest =
+    "videotestsrc is-live=true pattern=ball ! video/x-raw,width=320,height=180,framerate=30/1";
+
+bool comes(const std::function<bool()>& so) {
+  for (int i = 0; i < 3000; ++i, std::this_thread::sleep_for(10ms))
+    if (so()) return true;
+  return false;
+}
+std::unique_ptr<Frame> next_frame(Camera& camera) {
+  std::unique_ptr<Frame> frame;
+  comes([&] { return (frame = camera.take()) != nullptr; });
+  return frame;
+}
+SenderSetup to(std::uint16_t port, const std::string& source = kTest) {
+  return {{"front", source}, "127.0.0.1", port, 2000};
+}
+/// Unix time of a sender's stamp, which counts from 1900.
+Duration unix_of(Time stamp) {
+  return stamp.time_since_epoch() - 2'208'988'800s;
+}
+
+/// A port that is free, as this computer says.
+std::uint16_t free_port() {
+  return LossyWire(1, 0).port();
+}
+
+TEST(SenderThread, StampsEveryPictureWithTheTimeItWasCaptured) {
+  const std::uint16_t port = free_port();
+  Camera camera({"front", receiver_of(port)});
+  // Pictures of many packets each, encoded long after they were captured.
+  const Sender sender(to(port,
+                         "videotestsrc is-live=true pattern=snow ! video/x-raw,width=640,height=360,"
+                         "framerate=5/1 ! identity sleep-time=120000"));
+  Time last = kNever;
+  (void)next_frame(camera);  // the decoder gives the very first picture together with the second
+  for (int i = 0; i < 4; ++i) {
+    const auto frame = next_frame(camera);
+    ASSERT_NE(frame, nullptr);
+    EXPECT_EQ(frame->width_px, 640);
+    ASSERT_EQ(frame->stamp_from, StampFrom::kSender);
+    const Duration unix_now = std::chrono::system_clock::now().time_since_epoch();
+    EXPECT_GE(to_seconds(unix_now - unix_of(frame->captured)), 0.12);
+    if (last != kNever) {
+      const double steps = to_seconds(frame->captured - last) / 0.2;
+      EXPECT_NEAR(steps, std::round(steps), 0.1) << "five pictures a second were captured";
+      EXPECT_GT(steps, 0.9);
+    }
+    last = frame->captured;
+  }
+}
+
+TEST(SenderThread, MarksItsPacketsBelowWhatLeadsTheMachine) {
+  const std::uint16_t port = free_port();
+  Camera camera({"front", receiver_of(port)});
+  const LossyWire wire(port, 0);
+  const Sender sender(to(wire.port()));
+  ASSERT_NE(next_frame(camera), nullptr);
+  constexpr int kAf41 = 34;
+  EXPECT_EQ(wire.dscp(), kAf41);
+}
+
+TEST(SenderThread, IsSeenOnWhereFivePercentAreLost) {
+  const std::uint16_t port = free_port();
+  Camera camera({"front", receiver_of(port)});
+  const LossyWire wire(port, 0.05);
+  const Sender sender(to(wire.port(),
+                         "videotestsrc is-live=true pattern=snow ! video/x-raw,width=320,height=180,"
+                         "framerate=30/1"));
+  int pictures = 0;
+  EXPECT_TRUE(comes([&] {
+    if (camera.take()) ++pictures;
+    return pictures >= 40 && wire.lost() >= 5;
+  }));
+  EXPECT_EQ(camera.status().troubles, 0u);
+}
+
+TEST(SenderThread, IsFrozenWhenTheNetworkIsCutAndLiveAgainAfter) {
+  const std::uint16_t port = free_port();
+  Camera camera({"front", receiver_of(port)});
+  LossyWire wire(port, 0);
+  const Sender sender(to(wire.port()));
+  FrameAge age;
+  const auto becomes = [&](VideoState state) {
+    return comes([&] {
+      if (const auto frame = camera.take()) age.take(*frame);
+      return age.state(now()) == state;
+    });
+  };
+  ASSERT_TRUE(becomes(VideoState::kLive));
+  wire.set_cut(true);
+  EXPECT_TRUE(becomes(VideoState::kFrozen));
+  wire.set_cut(false);
+  EXPECT_TRUE(becomes(VideoState::kLive));
+}
+
+TEST(SenderThread, SendsLessWhenItIsTold) {
+  const LossyWire wire(free_port(), 1);  // counts all, and passes nothing on
+  Sender sender({{"front", "videotestsrc is-live=true pattern=snow ! video/x-raw,width=640,height=360,framerate=30/1"},
+                 "127.0.0.1",
+                 wire.port(),
+                 8000});
+  const auto packets_of_30 = [&] {
+    const std::uint64_t pictures = sender.pictures(), packets = wire.lost();
+    EXPECT_TRUE(comes([&] { return sender.pictures() >= pictures + 30; }));
+    return wire.lost() - packets;
+  };
+  (void)packets_of_30();
+  const std::uint64_t before = packets_of_30();
+  sender.set_rate(kLeastRate_kbps);
+  (void)packets_of_30();
+  EXPECT_LT(packets_of_30(), before / 2);
+}
+
+TEST(SenderThread, SaysWhatIsWrongWithItsCamera) {
+  Sender sender(to(free_port(), "v4l2src device=/dev/video97"));
+  ASSERT_TRUE(comes([&] { return sender.status().troubles > 0; }));
+  const std::string line = sender.status().why.data();
+  EXPECT_NE(line.find("camera front: "), std::string::npos) << line;
+  EXPECT_NE(line.find("/dev/video97"), std::string::npos) << line;
+}
+
+}  // namespace
+}  // namespace knuckle::video
