@@ -95,8 +95,8 @@ report::PageFigure pressure_figure(const std::string& title, const MachineDescri
   plot.panel(std::string(kJointNames[k]) + ", deg");
   plot.line(t, angle, "", report::kBlue);
   plot.panel("pressure, bar");
-  plot.line(t, head, "A, head side", report::kBlue, "lw 1.2");
-  plot.line(t, rod, "B, rod side", report::kVermilion, "lw 1.2");
+  plot.line(t, head, "A, head side", report::kVermilion, "lw 1.2");
+  plot.line(t, rod, "B, rod side", report::kGreen, "lw 1.2");
   const auto [first_s, last_s] = moving(angle, recording.step_s);
   return finished(title, "Joint angle, and the pressures at both ports of its cylinder, while it moves.", 2, plot,
                   first_s, last_s);
