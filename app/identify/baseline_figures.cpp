@@ -121,7 +121,8 @@ report::PageFigure wrench_figure(const std::string& title, const std::string& ca
 report::PageFigure pose_figure(const std::string& title, const std::string& caption,
                                const std::vector<PoseTorque>& torques) {
   std::ostringstream script;
-  script << report::plot_style() << "set multiplot layout 1," << torques.size() << "\nset bmargin 3.5\nset lmargin 9\n";
+  script << report::plot_style() << "set multiplot layout 1," << torques.size()
+         << "\nset bmargin 3.5\nset lmargin 11\n";
   for (std::size_t n = 0; n < torques.size(); ++n) {
     script << "$p" << n << " << EOD\n";
     for (std::size_t i = 0; i < torques[n].measured_Nm.size(); ++i)
