@@ -49,7 +49,7 @@ Map map_of(const Rows& rows, const std::string& up) {
   }
   for (const double rtt : rtts) map.across.push_back(fmt::format("{:g}", rtt));
   for (const int n : decades)
-    map.up.push_back(report::number_text(std::pow(10, kFirstDecade + kHalves * (n + 0.5)), 2));
+    map.up.push_back(report::number_text(1e-6 * std::pow(10, kFirstDecade + kHalves * (n + 0.5)), 2));
   for (const std::string& name : names) map.up.push_back(name);
   for (const auto& [index, row] : rows) {
     if (!was_run(row)) continue;
@@ -126,14 +126,14 @@ std::vector<report::PageFigure> maps_of(const Rows& rows) {
   const auto told_share = [](const auto& cell) { return share_in(cell, nothing_unfelt); };
   return {
       {"Stable: delay and stiffness", "Share of sessions whose press was stable; the boundary is the Z-width.",
-       heat_map(by_stiffness, "stiffness of the wall, N/m", 0, 1, stable_share)},
+       heat_map(by_stiffness, "stiffness of the wall, MN/m", 0, 1, stable_share)},
       {"Stable: delay and limb", "Share of sessions whose press was stable.",
        heat_map(by_limb, "limb", 0, 1, stable_share)},
       {"Nothing unfelt: delay and stiffness",
        "Share of sessions in which the true force was never above the felt one by 2 N for 0.3 s.",
-       heat_map(by_stiffness, "stiffness of the wall, N/m", 0, 1, told_share)},
+       heat_map(by_stiffness, "stiffness of the wall, MN/m", 0, 1, told_share)},
       {"Transparency", "Felt against scaled true force over the whole session, RMS over RMS, median; 0 is the truth.",
-       heat_map(by_stiffness, "stiffness of the wall, N/m", 1, 0,
+       heat_map(by_stiffness, "stiffness of the wall, MN/m", 1, 0,
                 [](const auto& cell) { return median_in(cell, "felt_error_rel"); })},
       {"Energy", "Net energy that the device gave to the hand, median [J].",
        heat_map(by_limb, "limb", 1, -1, [](const auto& cell) { return median_in(cell, "net_energy_J"); })}};

@@ -95,8 +95,8 @@ report::PageFigure pressure_figure(const std::string& title, const MachineDescri
   plot.panel(std::string(kJointNames[k]) + ", deg");
   plot.line(t, angle, "", report::kBlue);
   plot.panel("pressure, bar");
-  plot.line(t, head, "A, head side", report::kBlue, "lw 1.2");
-  plot.line(t, rod, "B, rod side", report::kVermilion, "lw 1.2");
+  plot.line(t, head, "A, head side", report::kVermilion, "lw 1.2");
+  plot.line(t, rod, "B, rod side", report::kGreen, "lw 1.2");
   const auto [first_s, last_s] = moving(angle, recording.step_s);
   return finished(title, "Joint angle, and the pressures at both ports of its cylinder, while it moves.", 2, plot,
                   first_s, last_s);
@@ -121,7 +121,8 @@ report::PageFigure wrench_figure(const std::string& title, const std::string& ca
 report::PageFigure pose_figure(const std::string& title, const std::string& caption,
                                const std::vector<PoseTorque>& torques) {
   std::ostringstream script;
-  script << report::plot_style() << "set multiplot layout 1," << torques.size() << "\nset bmargin 3.5\nset lmargin 9\n";
+  script << report::plot_style() << "set multiplot layout 1," << torques.size()
+         << "\nset bmargin 3.5\nset lmargin 11\n";
   for (std::size_t n = 0; n < torques.size(); ++n) {
     script << "$p" << n << " << EOD\n";
     for (std::size_t i = 0; i < torques[n].measured_Nm.size(); ++i)

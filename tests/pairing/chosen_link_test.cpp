@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "core/error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::pairing {
@@ -41,6 +42,24 @@ TEST(ChosenLink, StrangersAreToldOfOnceHoweverManyKeysAndAddressesTheyUse) {
   const auto refused = std::count_if(news.begin(), news.end(),
                                      [](const auto& n) { return n.what.find("refused") != std::string::npos; });
   EXPECT_EQ(refused, 1);
+}
+
+TEST(ChosenLink, APlainLinkTakesAHostByItsNameAndStaysOnThisComputerUnlessAskedTwice) {
+  const auto refusal = [](const std::string& address) -> std::string {
+    LinkOptions options;
+    options.address = address;
+    options.insecure = 1;
+    try {
+      (void)ChosenLink::connect(options);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal("localhost:5683"), "");
+  EXPECT_EQ(refusal("192.0.2.7:5683").find("--connect 192.0.2.7:5683: --insecure is for this computer's own"), 0u);
+  EXPECT_EQ(
+      refusal("nowhere.invalid:5683").find("--connect nowhere.invalid:5683: \"nowhere.invalid\" has no address: "), 0u);
 }
 
 }  // namespace
