@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/console/screens/player_panel.h"
 #include "app/console/screens/recording_tag.h"
 #include "app/console/screens/timeline_bar.h"
 
@@ -47,13 +48,13 @@ struct Tag {
   ImU32 fill;
 };
 
-/// From the right: how old the link is, and what this session is.
-std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view) {
+/// From the right: how old the link is, and what this session is. @param by_link the machine is known by it.
+std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view, bool by_link) {
   const widgets::Theme& t = ui.theme;
   std::vector<Tag> tags;
   const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const ImU32 quiet = widgets::mix(t.colours.surface, t.colours.border, 0.6F);
-  if (fresh.heard) {
+  if (fresh.heard && by_link) {
     const widgets::Shown age =
         fresh.age_s < 1 ? widgets::shown("%.0f ms", fresh.age_s * 1e3) : widgets::shown_duration(fresh.age_s);
     tags.push_back({widgets::Icon::kLink, widgets::shown("received %s ago", age.c_str()).c_str(),
@@ -78,7 +79,8 @@ void draw_replay_tags(const widgets::Ui& ui, const std::vector<Tag>& tags, widge
 void draw_tags(const widgets::Ui& ui, const ConsoleData& data, widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   constexpr float kMostShare = 0.5F;  // of the banner; the line that says what to do needs the rest
-  const std::vector<Tag> tags = session_tags(ui, data.view);
+  const std::vector<Tag> tags =
+      session_tags(ui, data.view, data.player == nullptr || data.player->played().run.data().operator_side);
   if (data.player != nullptr) return draw_replay_tags(ui, tags, area);
   const RecordingWords words = recording_words(data.recording, to_seconds(data.view.now));
   float above = 0;
