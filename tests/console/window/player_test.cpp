@@ -226,6 +226,28 @@ TEST_F(Player, ShowsAnotherRecordingBesideIt) {
   EXPECT_EQ(panel_->beside_view()->machine.mode, Mode::kEngaged);
 }
 
+/// A recording that began at this time of its computer's clock.
+std::string begun_at(const test::TemporaryFolder& folder, const std::string& name, std::int64_t unix_ns) {
+  recording::Head head = test::head_of(test::recorded("press"));
+  head.virtual_time = false;
+  head.started_unix_ns = unix_ns;
+  test::rewrite(test::recorded("press"), folder.file(name), head, {1}, [](const auto&, auto&) { return true; });
+  return folder.file(name);
+}
+
+TEST(Beside, IsOnTheSameClockWhereBothWereRecordedAtTheSameTime) {
+  constexpr std::int64_t kBegan_ns = 1'700'000'000'000'000'000;
+  const test::TemporaryFolder folder;
+  const player::Played played = player::load({begun_at(folder, "one.mcap", kBegan_ns)});
+  const auto later = [&](const std::string& name, std::int64_t began_ns) {
+    ConsoleOptions options;
+    options.beside = {begun_at(folder, name, began_ns)};
+    return beside_of(options, played)->later;
+  };
+  EXPECT_EQ(later("within.mcap", kBegan_ns + 500'000'000), -500ms) << "the same moment is earlier in its own time";
+  EXPECT_EQ(later("hour.mcap", kBegan_ns + 3'600'000'000'000), 0ms) << "of another hour: from the beginnings on";
+}
+
 struct Ended {
   int code = -1;
   std::string said;
