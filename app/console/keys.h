@@ -116,8 +116,8 @@ inline constexpr std::array kKeys{
 /// While a recording is played, these; of the others those that act on the window alone.
 inline constexpr std::array kPlayerKeys{
     KeyBinding{KeyAction::kPlay, key::kSpace, false, false, "Space", "play, pause"},
-    KeyBinding{KeyAction::kStepBack, key::kComma, false, false, ",", "one cycle of a loop back"},
-    KeyBinding{KeyAction::kStepOn, key::kPeriod, false, false, ".", "one cycle of a loop on"},
+    KeyBinding{KeyAction::kStepBack, key::kComma, false, false, "Comma", "one cycle of a loop back"},
+    KeyBinding{KeyAction::kStepOn, key::kPeriod, false, false, "Period", "one cycle of a loop on"},
     KeyBinding{KeyAction::kSecondBack, 'J', false, false, "J", "one second back"},
     KeyBinding{KeyAction::kSecondOn, 'L', false, false, "L", "one second on"},
     KeyBinding{KeyAction::kEventBack, key::kLeftBracket, false, false, "[", "to the event before"},

@@ -20,6 +20,8 @@ namespace {
 using recording::Topic;
 using recording::WireEventKind;
 
+constexpr Duration kLongest = 72h;  // of times in a session; 25 GB of rows
+
 /// Fills the rows entry by entry. What the operator's loop took of its datagrams it decides as that loop does.
 class Reader {
  public:
@@ -36,17 +38,23 @@ class Reader {
   void take(const recording::Entry& entry) {
     switch (entry.topic) {
       case Topic::kOperatorWires:
-        if (const auto wires = recording::decode_wires(entry.data)) take_operator_wires(*wires);
+        if (const auto wires = recording::decode_wires(entry.data); wires && comes_next(operator_at_, wires->at))
+          take_operator_wires(*wires);
         break;
       case Topic::kMachineWires:
-        if (const auto wires = recording::decode_wires(entry.data)) take_machine_wires(*wires);
+        if (const auto wires = recording::decode_wires(entry.data); wires && comes_next(machine_at_, wires->at))
+          take_machine_wires(*wires);
         break;
-      case Topic::kOperatorState:
-        data_.add(state_in<master::MasterState>(entry));
+      case Topic::kOperatorState: {
+        const auto state = state_in<master::MasterState>(entry);
+        check_time(state.at);
+        data_.add(state);
         break;
+      }
       case Topic::kMachineState: {
         const auto state = state_in<slave::SlaveState>(entry);
         const bool told = sent_at_ == state.at;
+        check_time(state.at);
         data_.add(state, told ? &sent_ : nullptr);
         break;
       }
@@ -68,6 +76,20 @@ class Reader {
     if (recording::decode(entry.data, state)) return state;
     throw InputError(recording_.source() + ": states of another version: recorded by Knuckle " +
                      recording_.head().version);
+  }
+
+  /// @throws InputError where it is no time of a session.
+  void check_time(Time at) const {
+    if (at < Time(-1h) || at > Time(kLongest))
+      throw InputError(recording_.source() + ": has a step at " + std::to_string(to_seconds(at)) + " s: at most " +
+                       std::to_string(kLongest / 1h) + " h of a session can be played");
+  }
+  /// Wires that are in the file twice, or out of order, are left out, as states are.
+  [[nodiscard]] bool comes_next(Time& newest, Time at) const {
+    check_time(at);
+    if (at <= newest) return false;
+    newest = at;
+    return true;
   }
 
   void take_operator_wires(const recording::StepWires& wires) {
@@ -119,6 +141,7 @@ class Reader {
   RunData data_;
   SlaveMessage sent_;
   Time sent_at_ = kNever;
+  Time operator_at_ = kNever, machine_at_ = kNever;  // newest wires
   std::vector<recording::Event> events_;
 };
 

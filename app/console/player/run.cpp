@@ -110,6 +110,7 @@ void RunData::add(HandStep step, const HandStanding& standing) {
 }
 
 void RunData::add(const master::MasterState& state) {
+  if (!hand.empty() && state.at <= hand.back().at) return;
   HandStep step;
   step.at = state.at;
   step.set_point_rad = floats<3>(state.setpoint_rad);
@@ -130,6 +131,7 @@ void RunData::add(const master::MasterState& state) {
 }
 
 void RunData::add(const slave::SlaveState& state, const SlaveMessage* told) {
+  if (!machine.empty() && state.at <= machine.back().at) return;
   MachineStep step;
   step.at = state.at;
   const std::uint32_t next = machine.empty() ? 0 : machine.back().sequence + 1;

@@ -88,6 +88,7 @@ struct RunData {
   std::vector<Arrival> arrivals;
   std::vector<StatusRow> statuses;
 
+  // What is not later than the one before is left out: rows are searched by their times.
   void add(const master::MasterState& state);
   /// @param told in this step; nullptr: nothing that is recorded.
   void add(const slave::SlaveState& state, const SlaveMessage* told);

@@ -7,6 +7,7 @@
 
 #include "app/console/link_quality.h"
 #include "app/console/machine_words.h"
+#include "app/console/screens/player_panel.h"
 #include "app/console/screens/recording_tag.h"
 #include "app/console/screens/timeline_bar.h"
 
@@ -63,11 +64,10 @@ struct Tag {
   ImU32 fill;
 };
 
-/// From the right: how old the link is, and what this session is.
+/// From the right: how good the link is, and what this session is.
 std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view, const UiState& state) {
   const widgets::Theme& t = ui.theme;
   std::vector<Tag> tags;
-  const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const ImU32 quiet = widgets::mix(t.colours.surface, t.colours.border, 0.6F);
   if (const auto link = link_verdict(view.link, ui.view_age_s)) {
     const ImU32 fill = link->quality == LinkQuality::kGood   ? quiet

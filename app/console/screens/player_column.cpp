@@ -106,8 +106,9 @@ void keys_card(const widgets::Ui& ui, const widgets::Area& area) {
   widgets::Area rest = card.inside();
   for (const KeyBinding& binding : kPlayerKeys) {
     if (*binding.keys == '\0') continue;
+    if (rest.height() < t.px(21)) return;  // the help has them all
     widgets::Area row = rest.cut_top(t.px(21));
-    const widgets::Area key = row.cut_left(t.px(56));
+    const widgets::Area key = row.cut_left(t.px(62));
     widgets::put_text(t.fonts.mono_small, t.colours.accent, {key.min.x, key.centre().y}, widgets::Align::kLeft,
                       binding.keys);
     widgets::put_fitted(t.fonts.small, t.colours.muted, row, binding.what);

@@ -131,6 +131,44 @@ TEST(PlayedFile, IsRefusedInOneLineWhereThereIsNothingToPlay) {
   expect_refused(unknown, "machine.toml: is missing");
 }
 
+/// A state of the machine's side with another time.
+std::vector<std::uint8_t> at_time(const std::vector<std::uint8_t>& message, Time at) {
+  slave::SlaveState state;
+  if (!recording::decode(message, state)) return message;
+  state.at = at;
+  std::vector<std::uint8_t> room(message.size() + 64);
+  recording::CdrWriter out(room);
+  recording::put(out, state);
+  room.resize(out.size());
+  return room;
+}
+
+TEST(PlayedFile, WithStepsOutOfOrderIsPlayedWithoutThem) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("disorder.mcap");
+  int step = 0;
+  rewrite(recorded("load"), file, head_of(recorded("load")), {1},
+          [&](const std::string& topic, std::vector<std::uint8_t>& message) {
+            if (topic == "/machine/state" && ++step % 100 == 0) message = at_time(message, Time(-1s));
+            return true;
+          });
+  const player::Played played = player::load({file});
+  const auto& rows = played.run.data().machine;
+  EXPECT_EQ(rows.size(), 1030u);
+  EXPECT_TRUE(std::is_sorted(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.at < b.at; }));
+}
+
+TEST(PlayedFile, OfATimeThatNoSessionHasIsRefused) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("ages.mcap");
+  rewrite(recorded("load"), file, head_of(recorded("load")), {1},
+          [](const std::string& topic, std::vector<std::uint8_t>& message) {
+            if (topic == "/machine/state") message = at_time(message, Time(Duration::max()));
+            return true;
+          });
+  expect_refused(file, "at most 72 h of a session can be played");
+}
+
 TEST(Rerun, WithNothingChangedShowsTheSameInEveryStep) {
   const player::Played played = player::load({recorded("press")});
   const player::Rerun again = player::rerun({recorded("press")}, {}, played.run);

@@ -60,24 +60,25 @@ class Player : public testing::Test {
 constexpr int kLineLeft = 464, kLineRight = 1260, kLineY = 770;
 
 TEST_F(Player, IsLedByItsKeysOnEveryScreen) {
-  for (const char* key : {"F1", "F2", "F3", "F4", "F5", "F6"}) {
-    does(std::string("key ") + key + " key Home");
-    const Time first = cursor();
-    does("key period");
-    EXPECT_EQ(cursor(), first + 1ms) << key;
-    does("key comma");
-    EXPECT_EQ(cursor(), first) << key;
-    does("key l");
-    EXPECT_EQ(cursor(), first + 1s) << key;
-    does("key j");
-    EXPECT_EQ(cursor(), first) << key;
-    does("key bracketright");
-    EXPECT_EQ(cursor(), panel_->played().events.front().at) << key;
-    does("key End");
-    EXPECT_EQ(cursor(), panel_->played().run.last()) << key;
-    does("key bracketleft");
-    EXPECT_EQ(cursor(), panel_->played().events.back().at) << key;
+  const Time first = cursor();
+  const std::array<std::pair<const char*, Time>, 8> keys{{{"period", first + 1ms},
+                                                          {"comma", first},
+                                                          {"l", first + 1s},
+                                                          {"j", first},
+                                                          {"bracketright", panel_->played().events.front().at},
+                                                          {"End", panel_->played().run.last()},
+                                                          {"bracketleft", panel_->played().events.back().at},
+                                                          {"Home", first}}};
+  for (const auto& [key, to] : keys) {
+    does(std::string("key ") + key);
+    EXPECT_EQ(cursor(), to) << key;
   }
+  for (const char* screen_key : {"F2", "F3", "F4", "F5", "F6", "F1"}) {
+    const Time before = cursor();
+    does(std::string("key ") + screen_key + " period");
+    EXPECT_EQ(cursor(), before + 1ms) << screen_key;
+  }
+  does("key F6");
   EXPECT_EQ(screen(), screens::Screen::kEvents);
 }
 
@@ -223,6 +224,28 @@ TEST_F(Player, ShowsAnotherRecordingBesideIt) {
   EXPECT_EQ(panel_->view().machine.mode, Mode::kFault);
   ASSERT_NE(panel_->beside_view(), nullptr);
   EXPECT_EQ(panel_->beside_view()->machine.mode, Mode::kEngaged);
+}
+
+/// A recording that began at this time of its computer's clock.
+std::string begun_at(const test::TemporaryFolder& folder, const std::string& name, std::int64_t unix_ns) {
+  recording::Head head = test::head_of(test::recorded("press"));
+  head.virtual_time = false;
+  head.started_unix_ns = unix_ns;
+  test::rewrite(test::recorded("press"), folder.file(name), head, {1}, [](const auto&, auto&) { return true; });
+  return folder.file(name);
+}
+
+TEST(Beside, IsOnTheSameClockWhereBothWereRecordedAtTheSameTime) {
+  constexpr std::int64_t kBegan_ns = 1'700'000'000'000'000'000;
+  const test::TemporaryFolder folder;
+  const player::Played played = player::load({begun_at(folder, "one.mcap", kBegan_ns)});
+  const auto later = [&](const std::string& name, std::int64_t began_ns) {
+    ConsoleOptions options;
+    options.beside = {begun_at(folder, name, began_ns)};
+    return beside_of(options, played)->later;
+  };
+  EXPECT_EQ(later("within.mcap", kBegan_ns + 500'000'000), -500ms) << "the same moment is earlier in its own time";
+  EXPECT_EQ(later("hour.mcap", kBegan_ns + 3'600'000'000'000), 0ms) << "of another hour: from the beginnings on";
 }
 
 struct Ended {
