@@ -61,7 +61,7 @@ TEST(SlaveCameraOptions, AreRefusedInOneLine) {
   EXPECT_TRUE(says(refusal({{"mast=videotestsrc ! jpegenc"}, "127.0.0.1:5700"}), "end in pictures"));
 }
 
-TEST(SlaveCameraThreads, SayOnceWhatIsWrongWithACamera) {
+TEST(SlaveCameraPictures, SayOnceWhatIsWrongWithACamera) {
   SlaveCameras cameras({{{"mast", "v4l2src device=/dev/video97"}, "127.0.0.1", 9, 1000}});
   std::vector<cli::News> all;
   for (int i = 0; i < 200; ++i, std::this_thread::sleep_for(10ms))  // it tries again meanwhile
@@ -70,7 +70,7 @@ TEST(SlaveCameraThreads, SayOnceWhatIsWrongWithACamera) {
   EXPECT_TRUE(says(all[0].what, "camera mast: ") && says(all[0].what, "/dev/video97")) << all[0].what;
 }
 
-TEST(SlaveCameraThreads, ArriveFromTheProgramOnASocketOfTheirOwn) {
+TEST(SlaveCameraPictures, ArriveFromTheProgramOnASocketOfTheirOwn) {
   const auto free = [] { return UdpLink::listen("127.0.0.1:0").port(); };
   const std::uint16_t port = free();
   video::Camera camera({"mast", video::receiver_of(port)});

@@ -41,7 +41,7 @@ std::uint16_t free_port() {
   return LossyWire(1, 0).port();
 }
 
-TEST(SenderThread, StampsEveryPictureWithTheTimeItWasCaptured) {
+TEST(SenderOverRtp, StampsEveryPictureWithTheTimeItWasCaptured) {
   const std::uint16_t port = free_port();
   Camera camera({"front", receiver_of(port)});
   // Pictures of many packets each, encoded long after they were captured.
@@ -66,7 +66,7 @@ TEST(SenderThread, StampsEveryPictureWithTheTimeItWasCaptured) {
   }
 }
 
-TEST(SenderThread, MarksItsPacketsBelowWhatLeadsTheMachine) {
+TEST(SenderOverRtp, MarksItsPacketsBelowWhatLeadsTheMachine) {
   const std::uint16_t port = free_port();
   Camera camera({"front", receiver_of(port)});
   const LossyWire wire(port, 0);
@@ -76,7 +76,7 @@ TEST(SenderThread, MarksItsPacketsBelowWhatLeadsTheMachine) {
   EXPECT_EQ(wire.dscp(), kAf41);
 }
 
-TEST(SenderThread, IsSeenOnWhereFivePercentAreLost) {
+TEST(SenderOverRtp, IsSeenOnWhereFivePercentAreLost) {
   const std::uint16_t port = free_port();
   Camera camera({"front", receiver_of(port)});
   const LossyWire wire(port, 0.05);
@@ -91,7 +91,7 @@ TEST(SenderThread, IsSeenOnWhereFivePercentAreLost) {
   EXPECT_EQ(camera.status().troubles, 0u);
 }
 
-TEST(SenderThread, IsFrozenWhenTheNetworkIsCutAndLiveAgainAfter) {
+TEST(SenderOverRtp, IsFrozenWhenTheNetworkIsCutAndLiveAgainAfter) {
   const std::uint16_t port = free_port();
   Camera camera({"front", receiver_of(port)});
   LossyWire wire(port, 0);
@@ -110,7 +110,7 @@ TEST(SenderThread, IsFrozenWhenTheNetworkIsCutAndLiveAgainAfter) {
   EXPECT_TRUE(becomes(VideoState::kLive));
 }
 
-TEST(SenderThread, SendsLessWhenItIsTold) {
+TEST(SenderOverRtp, SendsLessWhenItIsTold) {
   const LossyWire wire(free_port(), 1);  // counts all, and passes nothing on
   Sender sender({{"front", "videotestsrc is-live=true pattern=snow ! video/x-raw,width=640,height=360,framerate=30/1"},
                  "127.0.0.1",
@@ -128,7 +128,7 @@ TEST(SenderThread, SendsLessWhenItIsTold) {
   EXPECT_LT(packets_of_30(), before / 2);
 }
 
-TEST(SenderThread, SaysWhatIsWrongWithItsCamera) {
+TEST(SenderOverRtp, SaysWhatIsWrongWithItsCamera) {
   Sender sender(to(free_port(), "v4l2src device=/dev/video97"));
   ASSERT_TRUE(comes([&] { return sender.status().troubles > 0; }));
   const std::string line = sender.status().why.data();
