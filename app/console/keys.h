@@ -131,7 +131,8 @@ inline constexpr std::array kPlayerKeys{
 };
 [[nodiscard]] constexpr bool acts_on_window(const KeyBinding& binding) noexcept {
   return (binding.action >= KeyAction::kOperate && binding.action <= KeyAction::kEvents) ||
-         (binding.action >= KeyAction::kView && binding.action <= KeyAction::kHelp);
+         (binding.action >= KeyAction::kView && binding.action <= KeyAction::kHelp) ||
+         binding.action == KeyAction::kGround;
 }
 
 }  // namespace knuckle::console

@@ -272,6 +272,7 @@ TEST(PlayerCommand, RefusesInOneLineWhatCannotBePlayed) {
   const std::string press = " --replay " + test::recorded("press");
   expect_refused("--simulate" + press, "--simulate: does not go with --replay");
   expect_refused("--machine solar015" + press, "--machine: does not go with --replay");
+  expect_refused("--camera front=simulated" + press, "--camera: does not go with --replay");
   expect_refused("--log /tmp" + press, "--log: does not go with --replay");
   expect_refused("--simulate --with solar015", "--with: goes with --replay");
   expect_refused("--simulate --beside x.mcap", "--beside x.mcap: goes with --replay");
