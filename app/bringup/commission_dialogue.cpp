@@ -97,7 +97,7 @@ double Dialogue::ask_number(const std::string& question, double low, double high
 /// A script that goes wrong once is wrong from there on. A person mistypes.
 void Dialogue::refuse(const std::string& why) {
   if (!partner_.live) throw CommissionEnded(why);
-  say(why + ": nothing moves; once more (Ctrl+C ends it)");
+  say(why + ": nothing moves; once more");
 }
 
 bool Dialogue::interrupted() {

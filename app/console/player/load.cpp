@@ -38,11 +38,11 @@ class Reader {
   void take(const recording::Entry& entry) {
     switch (entry.topic) {
       case Topic::kOperatorWires:
-        if (const auto wires = recording::decode_wires(entry.data); wires && comes_next(operator_at_, wires->at))
+        if (const auto wires = usable_wires(entry); wires && comes_next(operator_at_, wires->at))
           take_operator_wires(*wires);
         break;
       case Topic::kMachineWires:
-        if (const auto wires = recording::decode_wires(entry.data); wires && comes_next(machine_at_, wires->at))
+        if (const auto wires = usable_wires(entry); wires && comes_next(machine_at_, wires->at))
           take_machine_wires(*wires);
         break;
       case Topic::kOperatorState: {
@@ -68,8 +68,26 @@ class Reader {
   }
   [[nodiscard]] RunData take_data() { return std::move(data_); }
   [[nodiscard]] const std::vector<recording::Event>& events() const noexcept { return events_; }
+  /// What of the wires is not shown, or not all there; empty: nothing.
+  [[nodiscard]] std::string complaint() const {
+    std::string words;
+    if (damaged_ > 0)
+      words = std::to_string(damaged_) + " steps of the wires were changed after they were recorded, and are left out";
+    if (lost_ > 0)
+      words += (words.empty() ? "" : "; ") + std::to_string(lost_) +
+               " events of the wires found no room in the recording: they look like lost messages";
+    return words;
+  }
 
  private:
+  /// Of a step whose events are those that were recorded.
+  [[nodiscard]] std::optional<recording::StepWires> usable_wires(const recording::Entry& entry) {
+    auto wires = recording::decode_wires(entry.data);
+    lost_ += wires ? wires->lost : 0;
+    if (wires && wires->intact) return wires;
+    ++damaged_;
+    return std::nullopt;
+  }
   template <typename State>
   [[nodiscard]] State state_in(const recording::Entry& entry) const {
     State state;
@@ -137,6 +155,7 @@ class Reader {
   }
 
   const recording::Recording& recording_;
+  std::uint64_t damaged_ = 0, lost_ = 0;
   LinkSession session_;
   RunData data_;
   SlaveMessage sent_;
@@ -227,6 +246,7 @@ Played load(const std::vector<std::string>& files) {
   while (const auto entry = recording.next()) reader.take(*entry);
   played.run = Run(reader.take_data());
   played.notes = recording.damages();
+  if (const std::string said = reader.complaint(); !said.empty()) played.notes.push_back(played.file + ": " + said);
   if (!recording.complete()) played.notes.push_back(played.file + ": has no end: its program was killed");
   if (played.run.empty()) {
     const std::string why = played.notes.empty() ? "" : " (" + played.notes.front() + ")";

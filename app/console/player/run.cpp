@@ -210,6 +210,11 @@ Run::Run(RunData data) : data_(std::move(data)) {
   find_modes();
 }
 
+bool Run::recorded(Time at) const noexcept {
+  const auto holds = [at](const Gap& gap) { return gap.from < at && at < gap.to; };
+  return at >= first_ && at <= last_ && std::none_of(gaps_.begin(), gaps_.end(), holds);
+}
+
 void Run::find_gaps() {
   // Both loops' records go through one file: where one is missing, the other one tells on.
   Time newest_step = first_;

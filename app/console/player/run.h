@@ -130,6 +130,8 @@ class Run {
     Time from{}, to{};
   };
   [[nodiscard]] const std::vector<Gap>& gaps() const noexcept { return gaps_; }
+  /// Within the recording, and in none of its gaps.
+  [[nodiscard]] bool recorded(Time at) const noexcept;
   /// The machine's modes, each until the next.
   struct ModeSpan {
     Time from{};

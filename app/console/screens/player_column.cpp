@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "app/console/keys.h"
+#include "app/console/machine_words.h"
 #include "app/console/screens/player_panel.h"
 #include "app/console/screens/timeline_bar.h"
 
@@ -82,14 +83,19 @@ void beside_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
       widgets::value_row(ui, rest.cut_top(t.px(21)), label, words.c_str(), "");
     };
     const widgets::Quantity q = widgets::Quantity::kForce;
-    row("Mode", name(other->machine.mode));
-    row("Force", ui.units.text(q, other->machine.tip_force_N.norm()).c_str());
-    row("Contact", other->machine.contact ? "yes" : "no");
-    row("Payload", ui.units.text(widgets::Quantity::kMass, other->machine.payload_kg).c_str());
+    row("Mode", other->link.heard ? name(other->machine.mode) : "-");
+    const bool measured = !measured_freshness(*other).stale();
+    const ForceWords said = measured ? force_words(*other) : ForceWords{};
+    const bool carries = measured && payload_is_known(other->machine, data.facts.machine.payload_full_scale_kg);
+    row("Force", said.known ? ui.units.text(q, other->machine.tip_force_N.norm()).c_str() : "-");
+    row("Contact", !said.known ? "-" : said.contact ? "yes" : "no");
+    row("Payload", carries ? ui.units.text(widgets::Quantity::kMass, other->machine.payload_kg).c_str() : "-");
     const JointVector commands = data.view.status.valve_command - other->status.valve_command;
     const bool both = data.view.status_of_steps && other->status_of_steps;
     row("Commands apart", both ? widgets::shown("%.1f %%", 100 * commands.cwiseAbs().maxCoeff()).c_str() : "-");
-    row("Joints apart", widgets::shown("%.2f deg", most_difference_deg(data.view, *other)).c_str());
+    const bool both_measured = measured && !measured_freshness(data.view).stale();
+    row("Joints apart",
+        both_measured ? widgets::shown("%.2f deg", most_difference_deg(data.view, *other)).c_str() : "-");
   } else {
     widgets::put_text(t.fonts.small, t.colours.muted, rest.cut_top(t.px(21)).centre(), widgets::Align::kCentre,
                       "not at this time");

@@ -92,10 +92,7 @@ const PayloadTotal& PlayerPanel::payload() const noexcept {
 }
 
 bool PlayerPanel::in_gap() const noexcept {
-  const auto& gaps = played_.run.gaps();
-  return std::any_of(gaps.begin(), gaps.end(), [this](const player::Run::Gap& gap) {
-    return gap.from < timeline_.cursor() && timeline_.cursor() < gap.to;
-  });
+  return !played_.run.recorded(timeline_.cursor());
 }
 
 }  // namespace knuckle::console::screens

@@ -94,7 +94,8 @@ void plot_cursor(const Ui& ui, const Area& area, PlotCursor& cursor) {
   ImGui::PushID(static_cast<int>(area.min.y));
   ImGui::InvisibleButton("plot", area.size());
   ImGui::PopID();
-  if (ImGui::IsItemActive() && area.width() > 0)
+  // At the press alone: the plot moves under a mouse that is held.
+  if (ImGui::IsItemActivated() && area.width() > 0)
     cursor.clicked = std::clamp((ImGui::GetIO().MousePos.x - area.min.x) / area.width(), 0.F, 1.F);
   const float y = area.max.y - t.fonts.small->FontSize * 0.55F;
   put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(0.5F), y}, Align::kRight, "+5 s");

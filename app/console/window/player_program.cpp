@@ -66,7 +66,8 @@ void compare_modes(const player::Played& played, screens::Beside& beside) {
   for (Time at = played.run.first(); at <= played.run.last(); at += kLook) {
     const player::MachineStep* const one = played.run.machine_at(at);
     const player::MachineStep* const two = beside.run.machine_at(at + beside.later);
-    const bool differ = one != nullptr && two != nullptr && one->mode != two->mode;
+    const bool known = played.run.recorded(at) && beside.run.recorded(at + beside.later);
+    const bool differ = known && one != nullptr && two != nullptr && one->mode != two->mode;
     if (!differ) since = kNever;
     if (!differ) continue;
     if (since == kNever) since = at;

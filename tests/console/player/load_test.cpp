@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "recording/events.h"
 #include "tests/console/player/played_files.h"
+#include "tests/recording/rewrite.h"
 
 namespace knuckle::test {
 namespace {
@@ -51,6 +52,32 @@ TEST(PlayedFile, WhoseProgramToldNothingHasTheEventsThatTheConsoleWouldHaveListe
   });
   EXPECT_EQ(fault->at, faulted) << "in the very step";
   ASSERT_NE(first_of(player::load({recorded("press")}), "contact"), nullptr);
+}
+
+TEST(PlayedFile, WhoseWiresWereAlteredShowsNothingOfThemAndSaysSo) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("altered.mcap");
+  bool altered = false;
+  rewrite(recorded("press"), file, head_of(recorded("press")), {1},
+          [&altered](const std::string& topic, std::vector<std::uint8_t>& message) {
+            if (altered || topic != "/operator/wires") return true;
+            auto wires = recording::decode_wires(message);
+            for (recording::WireEvent& event : wires->events) {
+              if (event.kind != recording::WireEventKind::kLinkReceived) continue;
+              std::vector<std::uint8_t> bytes(event.data.begin(), event.data.end());
+              bytes.back() ^= 1;
+              event.data = bytes;
+              message = encode_wires(*wires, false);
+              altered = true;
+              break;
+            }
+            return true;
+          });
+  ASSERT_TRUE(altered);
+  const player::Played played = player::load({file});
+  ASSERT_EQ(played.notes.size(), 1u);
+  EXPECT_NE(played.notes[0].find("1 steps of the wires were changed after they were recorded"), std::string::npos)
+      << played.notes[0];
 }
 
 TEST(PlayedFile, WithEventsOfItsProgramHasThese) {
