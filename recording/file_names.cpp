@@ -138,4 +138,10 @@ std::optional<std::uint64_t> disk_bytes(const std::string& path) noexcept {
   return space.capacity;
 }
 
+bool may_be_replaced(const std::string& path) {
+  std::error_code ignored;
+  const auto type = std::filesystem::symlink_status(path, ignored).type();
+  return type == std::filesystem::file_type::not_found || type == std::filesystem::file_type::regular;
+}
+
 }  // namespace knuckle::recording

@@ -50,4 +50,7 @@ std::vector<std::string> make_room(const std::string& folder, std::uint64_t most
 /// The whole disk; nullopt: not known.
 [[nodiscard]] std::optional<std::uint64_t> disk_bytes(const std::string& path) noexcept;
 
+/// Nothing is there, or a regular file: what is put in place of it takes nothing else away, such as a device or a link.
+[[nodiscard]] bool may_be_replaced(const std::string& path);
+
 }  // namespace knuckle::recording

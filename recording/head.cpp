@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "transport/link_kind.h"
 
 namespace knuckle::recording {
 namespace {
@@ -54,6 +55,7 @@ mcap::Metadata metadata_of(const Head& head) {
           {{"format", kFormat},
            {"program", head.program},
            {"version", head.version},
+           {"link_version", std::to_string(kLinkVersion)},
            {"started_unix_ns", std::to_string(head.started_unix_ns)},
            {"virtual_time", word(head.virtual_time)},
            {"simulated", word(head.simulated)},
@@ -86,6 +88,9 @@ std::vector<mcap::Attachment> attachments_of(const Head& head) {
 Head head_of(const mcap::Metadata& metadata, const std::string& source) {
   const Values values(metadata.values, source);
   if (values.text("format") != kFormat) values.refuse("format", std::string("must be ") + kFormat);
+  if (!metadata.values.contains("link_version") || values.number<int>("link_version") != kLinkVersion)
+    throw InputError(source + ": was recorded by another version of Knuckle, whose datagrams this one does not read: " +
+                     shortened(values.text("version")));
   Head head;
   head.program = values.text("program");
   head.version = values.text("version");

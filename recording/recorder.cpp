@@ -44,6 +44,8 @@ Recorder::Recorder(RecorderOptions options, Head head, const MachineDescription&
              "no flight record can be written to " + options_.folder + ": " + std::strerror(errno));
     return;
   }
+  if (!options_.file.empty() && !may_be_replaced(options_.file))
+    throw InputError("--log " + options_.file + ": is not a regular file");
   if (!open_part(0)) {
     const std::string where = options_.file.empty() ? options_.folder : options_.file;
     throw InputError("--log " + where + ": cannot be recorded to: " + std::strerror(errno));

@@ -2,6 +2,8 @@
 
 #include <gst/app/gstappsrc.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <utility>
 
 #include "core/error.h"
@@ -23,6 +25,21 @@ std::string complaint(GstMessage* message) {
     gst_message_parse_warning(message, &error, nullptr);
   const Owned<GError> owned(error);
   return printable(error->message);
+}
+
+/// A sound server of this session, or a playback device of the kernel.
+bool has_audio_device() {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  if (std::getenv("PULSE_SERVER") != nullptr) return true;
+  if (const char* run = std::getenv("XDG_RUNTIME_DIR"); run != nullptr)
+    for (const char* server : {"/pulse/native", "/pipewire-0"})
+      if (fs::exists(std::string(run) + server, none)) return true;
+  for (fs::directory_iterator at("/dev/snd", none), end; !none && at != end; at.increment(none)) {
+    const std::string name = at->path().filename().string();
+    if (name.starts_with("pcm") && name.ends_with("p")) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -77,6 +94,8 @@ void SoundPlayer::try_out(const std::vector<std::int16_t>& samples) {
 }
 
 std::string SoundPlayer::play_through(const std::vector<std::int16_t>& samples) {
+  // Where there is none, the libraries below would write lines of their own to standard error.
+  if (sink_ == kAutomatic && !has_audio_device()) return "this computer has no audio device";
   start_gstreamer();
   std::string told;
   const Owned<GstElement> pipeline =

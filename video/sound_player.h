@@ -14,9 +14,10 @@ namespace knuckle::video {
 class SoundPlayer {
  public:
   static constexpr int kRate_Hz = 48000;
+  static constexpr const char* kAutomatic = "autoaudiosink";
 
   /// @param sink as gst-launch-1.0 takes it.
-  explicit SoundPlayer(std::string sink = "autoaudiosink");
+  explicit SoundPlayer(std::string sink = kAutomatic);
   /// Ends what is being played.
   ~SoundPlayer();
   SoundPlayer(const SoundPlayer&) = delete;

@@ -51,7 +51,8 @@ cli::Command recover_entry() {
             command.add_option("--axis", o->axis, "Which joint: boom, arm or bucket")
                 ->required()
                 ->check(CLI::IsMember({"boom", "arm", "bucket"}));
-            command.footer("Answers are read from standard input: one word per line.\n" + std::string(cli::kExitCodes));
+            command.footer("Answers are typed at the terminal; pressing Enter stops a motion.\n" +
+                           std::string(cli::kExitCodes));
             return [o] { return run_recover(*o); };
           }};
 }

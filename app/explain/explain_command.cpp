@@ -39,14 +39,21 @@ void print(std::ostream& out, const Account& account) {
   print(out, "Afterwards", account.after);
 }
 
-void print(std::ostream& out, const Report& report) {
+/// What a recording without a stop says of the machine.
+std::string without_a_stop(const recording::Recording& recording) {
+  if (recording.head().imported) return "An imported table has no modes: it says nothing of what stopped the machine.";
+  if (!recording.damages().empty()) return "No stop in what could be read; what could not is missing.";
+  return "Nothing stopped the machine.";
+}
+
+void print(std::ostream& out, const Report& report, const recording::Recording& recording) {
   const Survey& survey = report.survey;
   out << fmt::format("From {} to {}: {} stop{}\n", at_text(survey.first), at_text(survey.last), survey.stops.size(),
                      survey.stops.size() == 1 ? "" : "s");
   if (survey.begins_stopped)
     out << "The machine was stopped already when it begins: " << text(survey.began_with) << '\n';
   if (survey.stops.empty()) {
-    out << "Nothing stopped the machine.\n";
+    out << without_a_stop(recording) << '\n';
     print(out, "Out of the ordinary all the same", report.notes);
   }
   for (std::size_t i = 0; i < report.accounts.size(); ++i) {
@@ -93,7 +100,7 @@ Json json_of(const Report& report, const recording::Recording& recording) {
             {"version", recording.head().version},
             {"from_s", to_seconds(report.survey.first)},
             {"to_s", to_seconds(report.survey.last)},
-            {"complete", recording.complete()},
+            {"complete", recording.complete() && recording.damages().empty()},
             {"damages", recording.damages()},
             {"stopped_at_begin", report.survey.begins_stopped},
             {"stops", Json::array()},
@@ -117,7 +124,7 @@ int run(const Options& o) {
   for (const std::string& damage : recording.damages()) std::cerr << "knuckle explain: " << damage << '\n';
   if (!recording.complete())
     std::cerr << "knuckle explain: " << recording.source() << ": has no end: its program was killed\n";
-  if (!cli::is_standard_output(o.json)) print(std::cout, report);
+  if (!cli::is_standard_output(o.json)) print(std::cout, report, recording);
   if (o.json.empty()) return 0;
   cli::OutputFile out("--json", o.json);
   out.stream() << json_of(report, recording).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';

@@ -35,6 +35,7 @@ std::vector<video::SenderSetup> check_cameras(const CameraOptions& o, int insecu
         "pictures are not encrypted: they go to this computer's own addresses (127.0.0.1), or, in a lab, "
         "elsewhere where --insecure is given twice; use a tunnel (docs/camera.md)");
   const HostAndPort to = parse_host_and_port(o.to, "--video-to");
+  if (to.port == 0) cli::refuse_option("--video-to", o.to, "its port must be 1 to 65535");
   if (to.port + o.cameras.size() > 65536) cli::refuse_option("--video-to", o.to, "leaves no port for each camera");
   std::vector<video::SenderSetup> setups;
   std::set<std::string> names;

@@ -44,6 +44,7 @@ slave::SlaveState state_of(const estimation::Recording& recording, std::size_t s
 class File {
  public:
   File(std::string path, const recording::Head& head) : path_(std::move(path)) {
+    if (!recording::may_be_replaced(path_)) throw InputError("--out " + path_ + ": is not a regular file");
     const auto folder = std::filesystem::absolute(path_).parent_path();
     if (!recording::make_folder(folder.string())) fail(errno);
     (void)std::remove(partial_.c_str());

@@ -40,7 +40,7 @@ void draw_distances(const widgets::Ui& ui, const ConsoleData& data, const UiStat
   const PlanarVector tip_m = data.kinematics.tip(data.view.machine.position_rad);
   const float number = picture.min.x + t.px(84), label = number + t.unit();
   const std::vector<Distance> all = distances(tip_m, state.ground_m, data.facts.machine.limits, data.last_contact);
-  float y = picture.min.y + t.px(46);
+  float y = picture.min.y + t.px(52);
   draw_backdrop(ui, {{picture.min.x + t.unit(), y - t.px(12)},
                      {picture.min.x + t.px(224), y + t.px(20) * static_cast<float>(all.size()) - t.px(8)}});
   for (const Distance& d : all) {

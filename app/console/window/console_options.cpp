@@ -184,6 +184,7 @@ video::CameraSource camera_source(const ConsoleOptions& o, const std::string& te
   if (!camera.source.starts_with(kFromSlave)) return camera;
   const std::string place = camera.source.substr(kFromSlave.size());
   const SocketAddress address = parse_address(place, "--camera " + camera.name + "=" + std::string(kFromSlave));
+  if (address.port() == 0) cli::refuse_option("--camera", text, "its port must be 1 to 65535");
   if (!address.is_loopback() && o.link.insecure < 2)
     cli::refuse_option(
         "--camera", text,
