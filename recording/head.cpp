@@ -89,8 +89,8 @@ Head head_of(const mcap::Metadata& metadata, const std::string& source) {
   const Values values(metadata.values, source);
   if (values.text("format") != kFormat) values.refuse("format", std::string("must be ") + kFormat);
   if (!metadata.values.contains("link_version") || values.number<int>("link_version") != kLinkVersion)
-    throw InputError(source + ": was recorded by another version of Knuckle, whose datagrams this one does not read: " +
-                     shortened(values.text("version")));
+    throw InputError(source + ": was recorded by another version of Knuckle (" + shortened(values.text("version")) +
+                     "): its link_version must be " + std::to_string(kLinkVersion));
   Head head;
   head.program = values.text("program");
   head.version = values.text("version");

@@ -438,6 +438,9 @@ TEST(RecordingHead, ForeignOrDamagedOnesAreRefusedWithTheirKey) {
       EXPECT_NE(std::string(error.what()).find(key), std::string::npos) << error.what();
     }
   }
+  mcap::Metadata older = good;
+  older.values["link_version"] = "6";
+  EXPECT_THROW((void)recording::head_of(older, "FILE"), InputError);
   mcap::Metadata odd = good;
   odd.values["part"] = "seven";
   EXPECT_THROW((void)recording::head_of(odd, "FILE"), InputError);
