@@ -4,9 +4,14 @@
 
 #include <cmath>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <random>
+#include <string>
+#include <vector>
 
+#include "tests/support/places.h"
 #include "tests/transport/hex.h"
 #include "transport/link_kind.h"
 #include "transport/machine_status.h"
@@ -290,6 +295,16 @@ TEST(LinkMessages, EveryModeHasAName) {
   EXPECT_STREQ(name(Mode::kOff), "off");
   EXPECT_STREQ(name(Mode::kSelfTest), "self_test");
   EXPECT_STREQ(name(Mode::kEStop), "e_stop");
+}
+
+TEST(LinkMessages, TheFuzzersSeedsAreOfThisVersion) {
+  const auto seed = [](const std::string& name) {
+    std::ifstream in(test::source_dir() + "/tests/fuzz/corpus/link_messages/" + name, std::ios::binary);
+    return std::vector<std::uint8_t>{std::istreambuf_iterator<char>(in), {}};
+  };
+  EXPECT_TRUE(decode_master(seed("master")));
+  EXPECT_TRUE(decode_slave(seed("slave")));
+  EXPECT_TRUE(decode_status(seed("status")));
 }
 
 }  // namespace

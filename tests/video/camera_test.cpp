@@ -11,22 +11,10 @@
 #include <thread>
 
 #include "tests/support/temporary_folder.h"
+#include "tests/video/patience.h"
 
 namespace knuckle::video {
 namespace {
-
-/// Until something is so; false where it did not come to be within any patience.
-bool comes(const std::function<bool()>& so) {
-  for (int i = 0; i < 3000; ++i, std::this_thread::sleep_for(10ms))
-    if (so()) return true;
-  return false;
-}
-
-std::unique_ptr<Frame> next_frame(Camera& camera) {
-  std::unique_ptr<Frame> frame;
-  comes([&] { return (frame = camera.take()) != nullptr; });
-  return frame;
-}
 
 std::string trouble_of(const std::string& source) {
   Camera camera({"front", source});

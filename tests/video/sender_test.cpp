@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "tests/video/lossy_wire.h"
+#include "tests/video/patience.h"
 #include "video/camera.h"
 #include "video/frame_age.h"
 
@@ -18,16 +19,6 @@ namespace {
 constexpr const char* kTest =
     "videotestsrc is-live=true pattern=ball ! video/x-raw,width=320,height=180,framerate=30/1";
 
-bool comes(const std::function<bool()>& so) {
-  for (int i = 0; i < 3000; ++i, std::this_thread::sleep_for(10ms))
-    if (so()) return true;
-  return false;
-}
-std::unique_ptr<Frame> next_frame(Camera& camera) {
-  std::unique_ptr<Frame> frame;
-  comes([&] { return (frame = camera.take()) != nullptr; });
-  return frame;
-}
 SenderSetup to(std::uint16_t port, const std::string& source = kTest) {
   return {{"front", source}, "127.0.0.1", port, 2000};
 }

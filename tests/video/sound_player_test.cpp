@@ -11,6 +11,7 @@
 
 #include "core/time.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/video/patience.h"
 
 namespace knuckle::video {
 namespace {
@@ -19,12 +20,6 @@ std::vector<std::int16_t> ramp(int count) {
   std::vector<std::int16_t> samples;
   for (int i = 0; i < count; ++i) samples.push_back(static_cast<std::int16_t>(i % 1000));
   return samples;
-}
-
-template <typename Reached>
-bool within_10_s(Reached reached) {
-  for (int i = 0; i < 1000 && !reached(); ++i) std::this_thread::sleep_for(10ms);
-  return reached();
 }
 
 TEST(SoundPlayer, PlaysWhatItIsGiven) {
@@ -38,7 +33,7 @@ TEST(SoundPlayer, PlaysWhatItIsGiven) {
     const auto bytes = std::filesystem::file_size(file, none);
     return none ? 0 : bytes;
   };
-  ASSERT_TRUE(within_10_s([&] { return size() == 2 * given.size(); })) << player.problem();
+  ASSERT_TRUE(comes([&] { return size() == 2 * given.size(); })) << player.problem();
   std::ifstream in(file, std::ios::binary);
   std::vector<std::int16_t> played(given.size());
   in.read(reinterpret_cast<char*>(played.data()), static_cast<std::streamsize>(2 * played.size()));
@@ -50,14 +45,14 @@ TEST(SoundPlayer, SaysInOneLineWhyNothingIsHeard) {
   for (const char* sink : {"nosuchsink", "filesink location=/no/such/folder/x"}) {
     SoundPlayer player(sink);
     player.play(ramp(100));
-    EXPECT_TRUE(within_10_s([&player] { return !player.problem().empty(); })) << sink;
+    EXPECT_TRUE(comes([&player] { return !player.problem().empty(); })) << sink;
     EXPECT_EQ(player.problem().find('\n'), std::string::npos) << player.problem();
   }
 }
 
 TEST(SoundPlayer, KnowsBeforeTheFirstAlarmThatNothingCanBeHeard) {
   SoundPlayer player("nosuchsink");
-  EXPECT_TRUE(within_10_s([&player] { return !player.problem().empty(); }));
+  EXPECT_TRUE(comes([&player] { return !player.problem().empty(); }));
 }
 
 TEST(SoundPlayer, EndsWhileASoundIsBeingPlayed) {
