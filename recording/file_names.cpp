@@ -35,7 +35,8 @@ std::string side(const Head& head) {
 /// part_name() and flight_name() make these, and nobody else is likely to.
 bool ours(const std::string& name) {
   static const std::regex kReal(
-      R"(\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d(\.\d{3})?Z_(slave|master|console|simulate)_[a-z_]+\d*(_\d+)?\.mcap)");
+      R"(\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d(\.\d{3})?Z_(slave|master|console|simulate|commission)_)"
+      R"([a-z_]+\d*(_\d+)?\.mcap)");
   static const std::regex kVirtual(R"(\d+\.\d{3}s_simulate_[a-z_]+(_\d+)?\.mcap)");
   return std::regex_match(name, kReal) || std::regex_match(name, kVirtual);
 }

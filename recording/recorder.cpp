@@ -56,9 +56,17 @@ Recorder::~Recorder() {
   close();
 }
 
-void Recorder::event(Event event) {
+void Recorder::event(const Event& event) {
+  post(Topic::kEvents, event.at, encode_log(event, head_.started_unix_ns));
+}
+
+void Recorder::camera(const CameraStamp& stamp) {
+  post(Topic::kCameraStamps, stamp.at, encode_camera_stamp(stamp));
+}
+
+void Recorder::post(Topic topic, Time at, std::vector<std::uint8_t> message) {
   const std::scoped_lock lock(mutex_);
-  events_.push_back(std::move(event));
+  posted_.push_back({topic, at.time_since_epoch().count(), std::move(message)});
 }
 
 void Recorder::say(Time at, Severity severity, const std::string& text) {
@@ -79,7 +87,7 @@ RecorderStatus Recorder::status() const {
 
 void Recorder::drain() {
   for (std::size_t side = 0; side < kSides; ++side) take_steps(side);
-  take_events();
+  take_posted();
   const std::scoped_lock lock(mutex_);
   status_.recording = recording_;
   status_.bytes = bytes_before_ + file_.bytes();
@@ -109,14 +117,13 @@ void Recorder::take_steps(std::size_t side) {
   }
 }
 
-void Recorder::take_events() {
-  std::vector<Event> events;
+void Recorder::take_posted() {
+  std::vector<Posted> posted;
   {
     const std::scoped_lock lock(mutex_);
-    events.swap(events_);
+    posted.swap(posted_);
   }
-  for (const Event& event : events)
-    add(Topic::kEvents, event.at.time_since_epoch().count(), encode_log(event, head_.started_unix_ns));
+  for (const Posted& p : posted) add(p.topic, p.time_ns, p.message);
 }
 
 /// A chunk ends before the message with which it would become too long.
@@ -265,10 +272,10 @@ bool Recorder::put_in_place() {
 void Recorder::close() {
   if (std::exchange(closed_, true)) return;
   drain();
-  take_events();
+  take_posted();
   if (!builder_.empty()) finish_chunk();
   flights_.close();
-  take_events();  // what the last flight record has to say of itself
+  take_posted();  // what the last flight record has to say of itself
   if (!builder_.empty()) finish_chunk();
   if (recording_ && !put_in_place()) end_recording(time_at(newest_ns_), std::strerror(errno));
   recording_ = false;

@@ -14,6 +14,7 @@
 #include "core/byte_ring.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "recording/camera_stamp.h"
 #include "recording/events.h"
 #include "recording/flight_recorder.h"
 #include "recording/head.h"
@@ -66,7 +67,8 @@ class Recorder {
   [[nodiscard]] ByteRing& machine_steps() noexcept { return *rings_[1]; }
 
   // Any thread but the loops'.
-  void event(Event event);
+  void event(const Event& event);
+  void camera(const CameraStamp& stamp);
   [[nodiscard]] RecorderStatus status() const;
 
   // One thread.
@@ -79,8 +81,16 @@ class Recorder {
   static constexpr std::size_t kSides = 2;
   static constexpr Duration kScenePeriod = 40ms;
 
+  /// A message of another thread's.
+  struct Posted {
+    Topic topic;
+    std::int64_t time_ns;
+    std::vector<std::uint8_t> message;
+  };
+
   void take_steps(std::size_t side);
-  void take_events();
+  void post(Topic topic, Time at, std::vector<std::uint8_t> message);
+  void take_posted();
   void add(Topic topic, std::int64_t time_ns, std::span<const std::uint8_t> message);
   void draw(std::int64_t time_ns, std::span<const std::uint8_t> state);
   void watch(std::size_t side, Time at, ReasonCode alarm);
@@ -109,7 +119,7 @@ class Recorder {
   std::uint64_t bytes_before_ = 0;  // of the parts before this one
   bool recording_ = false, closed_ = false;
   mutable std::mutex mutex_;  // of the next two
-  std::vector<Event> events_;
+  std::vector<Posted> posted_;
   RecorderStatus status_;
 };
 

@@ -313,6 +313,9 @@ ReplayResult replay(Recording& recording, const ReplaySetup& setup, ReplayTaps t
   if (recording.head().imported)
     throw InputError(recording.source() +
                      ": was imported from a table: no loop received anything, there is nothing to run again");
+  if (!recording.head().has_operator && !recording.head().has_machine)
+    throw InputError(recording.source() + ": is of " + recording.head().program +
+                     ": it holds what crossed the machine's bus, and no loop's steps to run again");
   if (recording.head().part != 1) {
     throw InputError(
         recording.source() + ": begins in the middle of a session (" +

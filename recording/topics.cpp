@@ -1,6 +1,7 @@
 #include "recording/topics.h"
 
 #include "master/master_state.h"
+#include "recording/camera_stamp.h"
 #include "recording/fields.h"
 #include "recording/foxglove_schemas.h"
 #include "recording/wire_events.h"
@@ -19,8 +20,9 @@ mcap::Topics topics() {
   const auto log = schema(kLogSchemaName, foxglove_schema(kLogSchemaName));
   const auto transforms = schema(kTransformsSchemaName, foxglove_schema(kTransformsSchemaName));
   const auto scene = schema(kSceneSchemaName, foxglove_schema(kSceneSchemaName));
+  const auto stamp = schema(kCameraStampSchemaName, camera_stamp_schema());
   const std::array<std::uint16_t, static_cast<std::size_t>(Topic::kCount)> schemas{
-      wires, operator_state, wires, machine_state, log, transforms, scene, scene};
+      wires, operator_state, wires, machine_state, log, transforms, scene, scene, stamp};
   for (std::size_t i = 0; i < schemas.size(); ++i) topics.add(mcap::Channel{kTopicNames[i], "cdr", schemas[i], {}});
   return topics;
 }

@@ -17,11 +17,12 @@ enum class Topic : std::uint8_t {
   kTransforms,
   kScene,
   kSceneMachine,
+  kCameraStamps,
   kCount,
 };
 inline constexpr std::array<const char*, static_cast<std::size_t>(Topic::kCount)> kTopicNames{
     "/operator/wires", "/operator/state", "/machine/wires", "/machine/state", "/events", "/tf",
-    "/scene",          "/scene/machine"};
+    "/scene",          "/scene/machine",  "/camera/stamps"};
 
 /// Channel of a topic in files of Knuckle's own.
 [[nodiscard]] constexpr std::uint16_t channel_of(Topic topic) noexcept {

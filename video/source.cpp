@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <mutex>
 #include <string_view>
 
 #include "core/error.h"
@@ -20,6 +21,13 @@ bool is_uri(const CameraSource& source) {
   return gst_uri_is_valid(source.source.c_str()) != FALSE;
 }
 
+/// Libraries below GStreamer, such as that of http, write to standard error on their own; what matters of it comes as
+/// the pipeline's error, which names the camera.
+GLogWriterOutput keep_quiet(GLogLevelFlags level, const GLogField* fields, gsize count, gpointer /*none*/) {
+  const bool fatal = (level & (G_LOG_LEVEL_ERROR | G_LOG_FLAG_FATAL)) != 0;
+  return fatal ? g_log_writer_default(level, fields, count, nullptr) : G_LOG_WRITER_HANDLED;
+}
+
 /// For a message: which camera's option it is about.
 std::string option_of(const CameraSource& source) {
   return "--camera " + source.name + "=" + shortened(source.source) + ": ";
@@ -34,9 +42,10 @@ CameraSource parse_source(const std::string& text) {
     return std::isalnum(c) != 0 || c == '_' || c == '-';
   });
   if (equals == std::string::npos || !plain || equals + 1 == text.size())
-    throw InputError("--camera " + shortened(text) +
-                     ": must be NAME=SOURCE, such as mast=rtsp://192.0.2.9/live or mast='v4l2src ! decodebin'; the name "
-                     "is made of letters, digits, - and _");
+    throw InputError(
+        "--camera " + shortened(text) +
+        ": must be NAME=SOURCE, such as mast=rtsp://192.0.2.9/live or mast='v4l2src ! decodebin'; the name "
+        "is made of letters, digits, - and _");
   return {std::string(name), text.substr(equals + 1)};
 }
 
@@ -55,6 +64,8 @@ std::string pipeline_of(const CameraSource& source) {
 }
 
 void start_gstreamer() {
+  static std::once_flag quiet;  // GLib takes it once
+  std::call_once(quiet, [] { g_log_set_writer_func(&keep_quiet, nullptr, nullptr); });
   GError* failed = nullptr;
   if (gst_init_check(nullptr, nullptr, &failed) != FALSE) return;
   const Owned<GError> error(failed);
@@ -89,8 +100,8 @@ void check_pipeline(const CameraSource& source, const std::string& pipeline) {
   const bool link = told.find("could not link") != std::string::npos;
   const bool missing = told.find("no element") != std::string::npos;
   throw InputError(option_of(source) + told +
-                   (link      ? ": the pipeline must fit together and end in pictures (video/x-raw): is a decoder such as "
-                                "decodebin missing?"
+                   (link ? ": the pipeline must fit together and end in pictures (video/x-raw): is a decoder such as "
+                           "decodebin missing?"
                     : missing ? ": is it spelt right, and the plugin that has it installed?"
                               : ": must be a URI or a pipeline as gst-launch-1.0 takes it"));
 }

@@ -3,10 +3,12 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 
+#include "app/bringup/commission_log.h"
 #include "app/bringup/commission_record.h"
 #include "app/bringup/commission_result.h"
 #include "app/bringup/commission_wizard.h"
@@ -28,6 +30,7 @@ struct CommissionCommandOptions {
   bool simulate = false;
   std::uint64_t seed = 1;
   IdentifyMotions motions;
+  recordings::LogOptions log;
 };
 
 void add_options(CLI::App& c, CommissionCommandOptions& o) {
@@ -39,6 +42,7 @@ void add_options(CLI::App& c, CommissionCommandOptions& o) {
   c.add_option("--machine", o.machine, "Machine name or .toml file")->required();
   c.add_option("--out", o.out, "Write the machine file with the measured values (.toml)")->required();
   c.add_option("--record", o.record, "Folder for the recordings that knuckle identify reads")->capture_default_str();
+  recordings::add_log_options(c, o.log);
   c.add_option("--slow", o.motions.slow_s, "Seconds of slow sweeps to record, 20 to 1200")->capture_default_str();
   c.add_option("--fast", o.motions.fast_s, "Seconds of fast motion to record, 20 to 1200")->capture_default_str();
 }
@@ -46,6 +50,7 @@ void add_options(CLI::App& c, CommissionCommandOptions& o) {
 void check(const CommissionCommandOptions& o) {
   if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "give --can or --simulate, not both");
   if (!o.simulate && o.can.empty()) cli::refuse_option("commission", "", "needs --can, or --simulate");
+  recordings::check_log(o.log);
   cli::check_range("--slow", o.motions.slow_s, 20, 1200, " s");
   cli::check_range("--fast", o.motions.fast_s, 20, 1200, " s");
   if (cli::is_standard_output(o.out))
@@ -68,6 +73,17 @@ BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription&
                                                             middle_of_range(read), o.seed));
 }
 
+recording::Head head_of(const CommissionCommandOptions& o, const std::string& file, const std::string& text, Time now) {
+  const std::chrono::nanoseconds unix_time = std::chrono::system_clock::now().time_since_epoch();
+  recording::Head head;
+  head.program = "knuckle commission --machine " + file + (o.simulate ? " --simulate" : " --can " + o.can);
+  head.version = cli::program_version();
+  head.started_unix_ns = unix_time.count() - now.time_since_epoch().count();
+  head.simulated = o.simulate;
+  head.machine_file = text;
+  return head;
+}
+
 std::string sha256_of(const std::string& text) {
   cli::Digest digest;
   digest.add(text);
@@ -81,19 +97,29 @@ int run_commission(CommissionCommandOptions options) {
   const MachineDescription read = load_machine(file), machine = calibrated(read);
   check_layout(text, machine);
   cli::OutputFile out("--out", options.out);
-  BusAccess access = access_of(options, read);
+  const BusAccess bus = access_of(options, read);
   options.motions.seed = options.seed;
+  CommissionLog log(options.log, head_of(options, file, text, bus.now()), machine);
+  BusAccess access = log.taped(bus);
   LineInput input(STDIN_FILENO);
   cli::BackgroundWriter dialogue(STDOUT_FILENO);  // nobody who does not read it holds up the machine's loop, or a stop
   std::ostream& told = dialogue.stream();
+  const auto tell = [&told](const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) told << line << '\n';
+  };
+  tell(log.notes());
+  const Partner person = log.noted(terminal(
+                                       told, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
+                                   access);
   const auto record = [&](const MachineDescription& found, const std::function<bool()>& stopped) {
     return record_motions(found, access, options.motions, options.record, stopped);
   };
+  const auto check_interrupt = [&] {
+    if (interrupt.pending()) throw cli::Interrupted("nothing was written to " + options.out);
+  };
   try {
-    const WizardResult result = run_wizard(machine, access,
-                                           terminal(
-                                               told, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
-                                           record, [&] { interrupt.check(); });
+    const WizardResult result = run_wizard(machine, access, person, record, check_interrupt);
+    tell(log.close());
     out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), sha256_of(text)});
     const std::string older = cli::keep_older(options.out);
     out.commit();
@@ -105,6 +131,7 @@ int run_commission(CommissionCommandOptions options) {
     }
     return 0;
   } catch (const CommissionEnded& ended) {
+    tell(log.close());
     dialogue.finish();
     cli::BackgroundWriter(STDERR_FILENO).stream()
         << "knuckle: commissioning ended, machine neutral, nothing written to " << options.out << ": " << ended.what()

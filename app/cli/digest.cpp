@@ -3,7 +3,11 @@
 #include <openssl/evp.h>
 
 #include <array>
+#include <fstream>
 #include <stdexcept>
+#include <vector>
+
+#include "core/error.h"
 
 namespace knuckle::cli {
 
@@ -20,6 +24,16 @@ Digest::~Digest() = default;
 
 void Digest::add(std::string_view bytes) {
   EVP_DigestUpdate(state_->context, bytes.data(), bytes.size());
+}
+
+void Digest::add_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> part(std::size_t{1} << 20);
+  do {
+    file.read(part.data(), static_cast<std::streamsize>(part.size()));
+    add({part.data(), static_cast<std::size_t>(file.gcount())});
+  } while (file);
+  if (!file.eof()) throw InputError(path + ": cannot be read");
 }
 
 std::string Digest::finish() {

@@ -15,6 +15,8 @@ class Digest {
   Digest& operator=(const Digest&) = delete;
 
   void add(std::string_view bytes);
+  /// However long it is. @throws InputError where it cannot be read.
+  void add_file(const std::string& path);
   /// Hex of everything added so far; the digest is finished by it.
   [[nodiscard]] std::string finish();
 

@@ -49,4 +49,16 @@ void CameraWatch::tell_problem(std::vector<News>& news) {
   problem_ = problem;
 }
 
+recording::CameraStamp stamp_of(const CameraWatch& watch, const video::Frame& frame, Time now, Time at) {
+  const bool senders_clock = frame.stamp_from == video::StampFrom::kSender;
+  return {.at = at,
+          .camera = watch.name(),
+          .number = frame.number,
+          .connection = frame.connection,
+          .senders_clock = senders_clock,
+          .captured = senders_clock ? frame.captured : at - (now - frame.captured),
+          .received = at - (now - frame.received),
+          .age_s = watch.age_s()};
+}
+
 }  // namespace knuckle::console

@@ -8,6 +8,7 @@
 
 #include "app/console/event_book.h"
 #include "core/time.h"
+#include "recording/camera_stamp.h"
 #include "video/camera.h"
 #include "video/frame.h"
 #include "video/frame_age.h"
@@ -56,5 +57,9 @@ class CameraWatch {
   std::uint32_t troubles_ = 0;
   std::string problem_;
 };
+
+/// For the recording, of a frame that watch() has just taken. @param now as given to it. @param at the same moment in
+/// the session's time.
+[[nodiscard]] recording::CameraStamp stamp_of(const CameraWatch& watch, const video::Frame& frame, Time now, Time at);
 
 }  // namespace knuckle::console

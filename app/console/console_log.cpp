@@ -43,7 +43,7 @@ recording::Head head_of(const StationSetup& setup, std::int64_t unix_ns, const L
 recording::Recorder* ConsoleLog::make(const recording::Head& head, const MachineDescription& machine) {
   next_ = {};
   try {
-    next_.log = std::make_unique<programs::ProgramLog>(choice_.options, choice_.real, head, machine);
+    next_.log = std::make_unique<recordings::ProgramLog>(choice_.options, choice_.real, head, machine);
   } catch (const InputError& error) {
     if (run_ == 0) throw;
     next_.refused = error.what();
@@ -76,10 +76,18 @@ void ConsoleLog::close() {
   }
 }
 
+recording::Recorder* ConsoleLog::recorder_of(std::uint32_t run) const {
+  const OfSession& session = run > run_ ? next_ : current_;
+  return run < run_ || !session.log ? nullptr : session.log->recorder();
+}
+
 void ConsoleLog::note(const EventRow& row) {
-  const OfSession& session = row.run > run_ ? next_ : current_;
-  if (row.run < run_ || !session.log || session.log->recorder() == nullptr) return;
-  session.log->recorder()->event({row.at, severity_of(row.severity), row.code, row.text});
+  if (recording::Recorder* recorder = recorder_of(row.run))
+    recorder->event({row.at, severity_of(row.severity), row.code, row.text});
+}
+
+void ConsoleLog::note(std::uint32_t run, const recording::CameraStamp& stamp) {
+  if (recording::Recorder* recorder = recorder_of(run)) recorder->camera(stamp);
 }
 
 RecordingLight ConsoleLog::light() const {

@@ -11,7 +11,7 @@
 #include "app/console/event_book.h"
 #include "app/console/operator_station.h"
 #include "app/console/recording_light.h"
-#include "app/programs/program_log.h"
+#include "app/recordings/program_log.h"
 #include "app/session/options.h"
 #include "app/session/session.h"
 #include "recording/head.h"
@@ -21,7 +21,7 @@ namespace knuckle::console {
 
 /// What the command line says of it.
 struct LogChoice {
-  programs::LogOptions options;
+  recordings::LogOptions options;
   bool real = false;  ///< A machine or a haptic device that no console simulates: recorded unless turned off.
   std::string program = "knuckle console";  ///< With its arguments.
 };
@@ -52,6 +52,7 @@ class ConsoleLog {
 
   /// Into the recording of its session.
   void note(const EventRow& row);
+  void note(std::uint32_t run, const recording::CameraStamp& stamp);
   [[nodiscard]] RecordingLight light() const;
   /// What has come up since the last call.
   [[nodiscard]] std::vector<cli::News> news();
@@ -62,10 +63,12 @@ class ConsoleLog {
 
  private:
   struct OfSession {
-    std::unique_ptr<programs::ProgramLog> log;
+    std::unique_ptr<recordings::ProgramLog> log;
     std::string refused;  ///< Why there is none.
   };
   void take_news();
+  /// Of the session of this run; nullptr: nothing is recorded of it.
+  [[nodiscard]] recording::Recorder* recorder_of(std::uint32_t run) const;
 
   LogChoice choice_;
   OfSession current_, next_;

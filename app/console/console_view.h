@@ -66,6 +66,8 @@ struct ConsoleView {
   bool status_heard = false;
   /// Of a recording: what the status says of valves, pilot pressure and force is of the machine's own newest step.
   bool status_of_steps = false;
+  /// Of an imported table: what its sensors said, and nothing of modes, limits or the hand.
+  bool sensors_alone = false;
   double status_age_s = 0;
   bool simulated = false, paused = false;
   bool led_by_scenario = false;  ///< By its own operator; what is held in the window has no effect.

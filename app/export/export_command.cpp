@@ -90,6 +90,8 @@ recording::Side side_of(const Options& o, const recording::Recording& recording)
   const recording::Head& head = recording.head();
   if (o.side.empty() && head.has_machine && head.has_operator)
     throw InputError("--csv: both sides are in " + recording.source() + ": give --side machine or --side operator");
+  if (!head.has_machine && !head.has_operator)
+    throw InputError("--csv: no loop's steps are in " + recording.source() + ": it is of " + head.program);
   const bool machine = o.side.empty() ? head.has_machine : o.side == "machine";
   if (!(machine ? head.has_machine : head.has_operator))
     cli::refuse_option("--side", o.side, "is not in " + recording.source());

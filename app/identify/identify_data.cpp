@@ -165,9 +165,9 @@ IdentifyData read_data(const IdentifyOptions& options) {
   const auto read = [&](const std::vector<std::string>& files) {
     std::vector<Recording> recordings;
     for (const std::string& file : files) {
-      digest.add(whole_file(file, recordings::kLargestCsv_MB));
       data.source += (data.source.empty() ? "" : ", ") + fs::path(file).filename().string();
       recordings::RecordedFile recorded = recordings::read_recording(file, options.map, calibrated(data.machine));
+      digest.add_file(file);
       require_new(seen, recorded.recording);
       seen.push_back(recorded.recording);
       recordings.push_back(checked(std::move(recorded), data));

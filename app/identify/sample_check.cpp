@@ -18,15 +18,9 @@ using estimation::Recording;
 using Flags = std::vector<std::uint8_t>;
 
 constexpr double kBar = 1e5;
-constexpr double kMostLeftOut = 0.2;    // of a channel; beyond that the rest cannot be trusted either
-constexpr std::size_t kBridged = 4;     // bad samples in a row that a line may cross
-constexpr double kLengthRoom_m = 0.03;  // of encoder offsets
-constexpr double kSteepest_rad = 0.35;  // steeper ground is not worked on
+constexpr double kMostLeftOut = 0.2;  // of a channel; beyond that the rest cannot be trusted either
+constexpr std::size_t kBridged = 4;   // bad samples in a row that a line may cross
 constexpr double kStuck_s = 1.0;
-
-struct Bounds {
-  double low, high;
-};
 
 class SampleChecker {
  public:
@@ -62,15 +56,6 @@ class SampleChecker {
   [[nodiscard]] std::size_t steps(double seconds) const {
     return static_cast<std::size_t>(std::max(1.0, std::round(seconds / recording_.step_s)));
   }
-  [[nodiscard]] Bounds bounds(std::size_t c) const {
-    if (c < recordings::kPressureChannels) return {-2 * kBar, machine_.sensors.pressure_range_Pa};
-    if (c == recordings::kSignalChannels - 1) return {-kSteepest_rad, kSteepest_rad};
-    const CylinderDescription& cylinder = machine_.cylinders[c - recordings::kPressureChannels];
-    const double offset_m =
-        machine_.sensors.encoder_offset_m[static_cast<Eigen::Index>(c - recordings::kPressureChannels)];
-    return {cylinder.min_length_m + offset_m - kLengthRoom_m, cylinder.max_length_m + offset_m + kLengthRoom_m};
-  }
-
   void found(std::size_t c, std::size_t first, std::size_t last, const std::string& what) {
     const auto count =
         static_cast<std::size_t>(std::count(bad_[c].begin() + static_cast<std::ptrdiff_t>(first),
@@ -120,7 +105,7 @@ class SampleChecker {
     const auto& units = c < recordings::kPressureChannels      ? kPressure
                         : c == recordings::kSignalChannels - 1 ? kAngle
                                                                : kLength;
-    const Bounds range = bounds(c);
+    const recordings::SignalRange range = recordings::possible_range(machine_, c);
     const double value = middle(c);
     for (const Unit& unit : units) {
       if (value * unit.factor >= range.low && value * unit.factor <= range.high) return unit.what;
@@ -129,7 +114,7 @@ class SampleChecker {
   }
 
   void check_range(std::size_t c) {
-    const Bounds range = bounds(c);
+    const recordings::SignalRange range = recordings::possible_range(machine_, c);
     const auto outside = [&](std::size_t i) { return at(c, i) < range.low || at(c, i) > range.high; };
     std::size_t usable = 0, beyond = 0, zero = 0;
     for (std::size_t i = 0; i < size(); ++i) {

@@ -16,8 +16,8 @@
 #include "app/programs/master_program.h"
 #include "app/programs/observer_program.h"
 #include "app/programs/path_json.h"
-#include "app/programs/program_log.h"
 #include "app/programs/program_options.h"
+#include "app/recordings/program_log.h"
 #include "app/session/scenario.h"
 #include "app/session/session_head.h"
 #include "machine/device_choice.h"
@@ -38,7 +38,7 @@ struct Options {
   bool assist_stop_on_object = false;
   std::optional<double> duration_s;
   std::string csv, json;
-  LogOptions log;
+  recordings::LogOptions log;
 };
 
 void add_options(CLI::App& c, Options& o) {
@@ -63,7 +63,7 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--csv", o.csv,
                "Write device state, set-point, force and the machine's reports as CSV, a row every 5 ms");
   c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
-  add_log_options(c, o.log);
+  recordings::add_log_options(c, o.log);
 }
 
 /// An observer leads nothing: without a device, and without what leading needs.
@@ -83,7 +83,7 @@ void check_observer(const Options& o) {
 }
 
 void check(const Options& o) {
-  check_log(o.log);
+  recordings::check_log(o.log);
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
   if (o.assist_force_limit_N != 0)
     cli::check_range("--assist-force-limit", o.assist_force_limit_N, session::kLeastAssist_N, session::kMostAssist_N,
@@ -241,7 +241,7 @@ int run(const Options& o) {
   NoDevice nothing;
   const std::unique_ptr<HidDevicePort> device = bringup::open_leading_device(o.device, o.serial);
 
-  ProgramLog log(o.log, o.device != "none", head_of(o, setup), setup.machine);
+  recordings::ProgramLog log(o.log, o.device != "none", head_of(o, setup), setup.machine);
   log.begin();
   ProgramConsole console("knuckle master");
   for (const std::string& note : link.notes()) console.note(note);

@@ -44,8 +44,10 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--machine", o.machine, "Machine name or .toml file (default: solar015)");
   c.add_option("--device", o.device,
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
-  c.add_option("--operator", o.operator_name,
-               "Operator's limb by name, or path:FILE (.csv with --map, or .mcap) to play a recorded motion");
+  c.add_option(
+      "--operator", o.operator_name,
+      "Operator's limb by name, or path:FILE (.csv with --map, or .mcap; of several parts path:FILE,FILE) to play a "
+      "recorded motion");
   c.add_option("--person", o.person, "How much of a person the operator is: exact, steady or rough (default: exact)");
   c.add_option("--map", o.map, "Mapping file (.toml) that says how to read the recorded motion");
   c.add_option("--control", o.control,
@@ -90,7 +92,7 @@ void check_places(const session::SimulateOptions& o) {
   places.configuration("--impairment", o.impairment);
   places.input("--map", o.map);
   places.input("--truth", o.truth);
-  places.input("--operator", o.operator_path());
+  for (const std::string& file : o.operator_paths()) places.input("--operator", file);
   places.input("--from-cell", o.from_cell.substr(0, o.from_cell.rfind(':')));
   places.output("--candump", o.candump);
   places.output("--log", o.log);
@@ -123,15 +125,16 @@ void check(const session::SimulateOptions& o) {
                      " N, or 0: off");
   if (!o.control.empty() && !control_law_named(o.control))
     cli::refuse_option("--control", o.control, std::string("must be ") + kControlLawChoice);
-  const bool plays_path = o.operator_name.rfind("path:", 0) == 0;
-  if (plays_path && o.operator_path().empty())
-    cli::refuse_option("--operator", o.operator_name, "must name a file after path:");
-  if (plays_path && o.map.empty() && !recordings::is_recording(o.operator_path()))
+  const std::vector<std::string> path = o.operator_paths();
+  for (const std::string& file : path)
+    if (file.empty()) cli::refuse_option("--operator", o.operator_name, "must name a file after path:");
+  if (!path.empty() && o.map.empty() && !recordings::is_recording(path.front()))
     cli::refuse_option("--operator", o.operator_name, "needs --map FILE.toml to say how to read it");
-  if (!plays_path && !o.map.empty()) cli::refuse_option("--map", o.map, "only goes with --operator path:FILE.csv");
-  if (plays_path) cli::check_readable("--operator", o.operator_path());
+  if (path.empty() && !o.map.empty()) cli::refuse_option("--map", o.map, "only goes with --operator path:FILE.csv");
+  for (const std::string& file : path) cli::check_readable("--operator", file);
   if (!o.map.empty()) cli::check_readable("--map", o.map);
   if (!o.truth.empty()) cli::check_readable("--truth", o.truth);
+  if (!o.flights.empty()) cli::check_folder("--flights", o.flights);
   if (o.machine_seed && !o.truth.empty())
     cli::refuse_option("--machine-seed", std::to_string(*o.machine_seed), "does not go with --truth");
   check_places(o);
@@ -253,7 +256,7 @@ int simulate_command(
   const cli::InterruptGuard interrupt;
   Outputs outputs(options);
   session::SessionResult session;
-  {
+  try {
     cli::ProgressBar bar(options.scenario);
     session::SessionHooks hooks;
     hooks.progress = [&](double done_fraction) {
@@ -262,6 +265,9 @@ int simulate_command(
     };
     if (outputs.candump) hooks.candump = &outputs.candump->stream();
     session = run(options, hooks);
+  } catch (const cli::Interrupted&) {
+    if (options.log.empty()) throw;
+    throw cli::Interrupted("what was recorded until then is in " + options.log + "; no other file was written");
   }
   if (!options.cell_digest.empty() && session.digest != options.cell_digest)
     session.notes.push_back(fmt::format(

@@ -22,7 +22,7 @@ void add_camera_options(CLI::App& c, CameraOptions& o) {
       ->capture_default_str();
 }
 
-std::vector<video::SenderSetup> check_cameras(const CameraOptions& o, int insecure) {
+std::vector<video::SenderSetup> check_cameras(const CameraOptions& o, int insecure, const std::string& listen) {
   if (o.cameras.empty() != o.to.empty())
     throw InputError(o.to.empty() ? "--camera: needs --video-to, the address and port that pictures are sent to"
                                   : "--video-to " + o.to + ": needs --camera");
@@ -37,6 +37,10 @@ std::vector<video::SenderSetup> check_cameras(const CameraOptions& o, int insecu
   const HostAndPort to = parse_host_and_port(o.to, "--video-to");
   if (to.port == 0) cli::refuse_option("--video-to", o.to, "its port must be 1 to 65535");
   if (to.port + o.cameras.size() > 65536) cli::refuse_option("--video-to", o.to, "leaves no port for each camera");
+  const std::size_t link_port = listen.empty() ? 0 : parse_host_and_port(listen, "--listen").port;
+  if (address.is_loopback() && link_port >= to.port && link_port < to.port + o.cameras.size())
+    cli::refuse_option("--video-to", o.to,
+                       "a camera's pictures would go to port " + std::to_string(link_port) + ", which is --listen's");
   std::vector<video::SenderSetup> setups;
   std::set<std::string> names;
   for (const std::string& text : o.cameras) {

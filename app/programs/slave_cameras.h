@@ -22,9 +22,11 @@ struct CameraOptions {
   int rate_kbps = 4000;  ///< Each, at most.
 };
 void add_camera_options(CLI::App& command, CameraOptions& options);
-/// @param insecure how often --insecure was given. @throws InputError, one line. Pictures are not encrypted: they go to
+/// @param insecure how often --insecure was given. @param listen where the link's end at the machine is, HOST:PORT; may
+/// be empty. @throws InputError, one line. Pictures are not encrypted: they go to
 /// this computer itself, or where somebody has said twice that the network is not to be secured.
-[[nodiscard]] std::vector<video::SenderSetup> check_cameras(const CameraOptions& options, int insecure);
+[[nodiscard]] std::vector<video::SenderSetup> check_cameras(const CameraOptions& options, int insecure,
+                                                            const std::string& listen);
 
 /// Sends from construction on; the loops notice nothing of it.
 class SlaveCameras {

@@ -9,11 +9,11 @@
 #include "app/cli/interrupt.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/path_json.h"
-#include "app/programs/program_log.h"
 #include "app/programs/program_options.h"
 #include "app/programs/slave_audit.h"
 #include "app/programs/slave_cameras.h"
 #include "app/programs/slave_program.h"
+#include "app/recordings/program_log.h"
 #include "app/session/scenario.h"
 #include "core/loop_table.h"
 #include "machine/load.h"
@@ -41,7 +41,7 @@ struct Options {
   std::optional<int> observers;
   std::optional<double> duration_s;
   std::string candump, csv, json, audit;
-  LogOptions log;
+  recordings::LogOptions log;
   CameraOptions cameras;
 };
 
@@ -66,7 +66,7 @@ void add_options(CLI::App& c, Options& o) {
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
   c.add_option("--csv", o.csv, "Write sensors, commands and estimates, a row each step; `knuckle identify` reads it");
   c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
-  add_log_options(c, o.log);
+  recordings::add_log_options(c, o.log);
   add_camera_options(c, o.cameras);
 }
 
@@ -82,7 +82,7 @@ void check_bus(const Options& o) {
 
 void check(const Options& o) {
   check_bus(o);
-  check_log(o.log);
+  recordings::check_log(o.log);
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
   cli::check_range("--observers", o.observers, 0, 16, "");
   if (o.observers && o.link.insecure > 0)
@@ -234,7 +234,7 @@ int run(const Options& o) {
   check(o);
   const cli::InterruptGuard interrupt;
   const Setup setup = set_up(o);
-  const std::vector<video::SenderSetup> camera_setups = check_cameras(o.cameras, o.link.insecure);
+  const std::vector<video::SenderSetup> camera_setups = check_cameras(o.cameras, o.link.insecure, o.link.address);
   AskedOutput candump("--candump", o.candump), csv("--csv", o.csv),
       json("--json", o.json, AskedOutput::Content::kResult);
   MachineBus machine(o, setup);
@@ -246,7 +246,7 @@ int run(const Options& o) {
   if (const std::string folder = audit_folder(o); !folder.empty()) audit.emplace(folder);
 
   const LinkStart start = random_start();
-  ProgramLog log(o.log, !setup.simulation, head_of(o, setup, start), setup.machine);
+  recordings::ProgramLog log(o.log, !setup.simulation, head_of(o, setup, start), setup.machine);
   log.begin();
   ProgramConsole console("knuckle slave");
   for (const std::string& note : link.notes()) console.note(note);

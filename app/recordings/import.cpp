@@ -1,14 +1,19 @@
 #include "app/recordings/import.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <limits>
-#include <vector>
+#include <type_traits>
+#include <utility>
 
 #include "core/error.h"
+#include "core/quantile.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "recording/events.h"
@@ -25,18 +30,58 @@ constexpr std::size_t kChunkBytes = std::size_t{1} << 20, kMostStateBytes = 4096
 constexpr mcap::Compression kCompression{1};
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
+/// Of which no number is known.
+slave::SlaveState unknown_state() {
+  slave::SlaveState state;
+  recording::visit_fields(state, [](const char*, auto& member) {
+    using Member = std::remove_reference_t<decltype(member)>;
+    if constexpr (std::is_same_v<Member, double>) member = kUnknown;
+    if constexpr (recording::VectorField<Member>) std::fill_n(member.data(), member.size(), kUnknown);
+  });
+  return state;
+}
+
+/// Other machines' lengths and pressures cannot be this one's. @return notes on the few that are not.
+std::vector<std::string> refuse_another_machines(const RecordedFile& table, const MachineDescription& machine) {
+  constexpr double kMostOutside = 0.2;
+  const estimation::Recording& recording = table.recording;
+  std::vector<std::string> notes;
+  for (std::size_t c = 0; c + 1 < kSignalChannels; ++c) {
+    const SignalRange range = possible_range(machine, c);
+    std::vector<double> values;
+    for (std::size_t i = 0; i < recording.samples.size(); ++i)
+      if (recording.usable[i] != 0) values.push_back(signal(recording.samples[i], c));
+    const auto outside = std::count_if(values.begin(), values.end(),
+                                       [&range](double value) { return value < range.low || value > range.high; });
+    if (outside == 0) continue;
+    const bool length = c >= kPressureChannels;
+    const double unit = length ? 1 : 1e5;
+    const std::string where = fmt::format("outside what is possible at machine {}, {:.4g} to {:.4g} {}", machine.name,
+                                          range.low / unit, range.high / unit, length ? "m" : "bar");
+    const double share = static_cast<double>(outside) / static_cast<double>(values.size());
+    if (share > kMostOutside)
+      throw InputError(
+          fmt::format("{}: column '{}': {:.0f} % of it is {} (its median is {:.4g}): the table is of "
+                      "another machine, or in another unit",
+                      recording.source, table.columns[c], 100 * share, where, median(values) / unit));
+    notes.push_back(fmt::format("{} samples of {} are {}", outside, table.columns[c], where));
+  }
+  return notes;
+}
+
 slave::SlaveState state_of(const estimation::Recording& recording, std::size_t sample,
                            const MachineDescription& machine, const Kinematics& kinematics) {
   const estimation::Measurement& measured = recording.samples[sample];
-  slave::SlaveState state;
+  slave::SlaveState state = unknown_state();
   state.at = Time(Duration(std::llround(1e9 * recording.step_s * static_cast<double>(sample))));
   state.measured = recording.usable[sample] != 0;
+  state.oldest_age_s = 0;  // a row's cells are of the row's time
   state.pressure_Pa = measured.pressure_Pa;
   state.cylinder_m = measured.cylinder_m;
   state.hull_pitch_rad = measured.hull_pitch_rad;
   const JointVector length_m = measured.cylinder_m - machine.sensors.encoder_offset_m;
   for (int j = 0; j < kJoints; ++j) state.joint_rad[j] = kinematics.joint_at(j, length_m[j]).value_or(kUnknown);
-  state.valve_command = recording.valve.empty() ? JointVector::Constant(kUnknown) : recording.valve[sample];
+  if (!recording.valve.empty()) state.valve_command = recording.valve[sample];
   return state;
 }
 
@@ -84,13 +129,15 @@ class File {
 
 }  // namespace
 
-void write_imported(const RecordedFile& table, recording::Head head, const MachineDescription& machine,
-                    const std::string& path) {
+std::vector<std::string> write_imported(const RecordedFile& table, recording::Head head,
+                                        const MachineDescription& machine, const std::string& path) {
   head.imported = head.has_machine = true;
   head.virtual_time = true;  // a table says how time went on, not when it was
   head.started_unix_ns = 0;
+  std::vector<std::string> notes = table.notes;
+  for (std::string& note : refuse_another_machines(table, machine)) notes.push_back(std::move(note));
   File file(path, head);
-  for (const std::string& note : table.notes) {
+  for (const std::string& note : notes) {
     const recording::Event event{Time{}, recording::Severity::kInfo, "import", note};
     file.add(recording::Topic::kEvents, event.at, recording::encode_log(event, head.started_unix_ns));
   }
@@ -103,6 +150,7 @@ void write_imported(const RecordedFile& table, recording::Head head, const Machi
     file.add(recording::Topic::kMachineState, state.at, out.written());
   }
   file.put_in_place();
+  return notes;
 }
 
 }  // namespace knuckle::recordings

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "app/recordings/recording_reader.h"
 #include "machine/description_fwd.h"
@@ -10,11 +11,13 @@
 namespace knuckle::recordings {
 
 /// Writes a state of the machine's side for each sample: what the sensors said, joint angles by the machine's geometry,
-/// known valve commands (others NaN); mode off, no confidence. Samples that are not usable are not `measured`. The
-/// notes are events. No wires: frames that never were on a wire are not made up.
+/// known valve commands. What the table does not tell is NaN, the mode off. Samples that are not usable are not
+/// `measured`. The notes are events. No wires: frames that never were on a wire are not made up.
 /// @param head is written too, as imported. @param machine as calibrated() gives it.
-/// @throws InputError where `path` cannot be written; nothing is left behind then.
-void write_imported(const RecordedFile& table, recording::Head head, const MachineDescription& machine,
-                    const std::string& path);
+/// @return the notes: the table's, and what of it this machine cannot have measured.
+/// @throws InputError where more than a fifth of a signal cannot be this machine's, or `path` cannot be written;
+/// nothing is left behind then.
+std::vector<std::string> write_imported(const RecordedFile& table, recording::Head head,
+                                        const MachineDescription& machine, const std::string& path);
 
 }  // namespace knuckle::recordings

@@ -36,8 +36,7 @@ int run(const Options& o) {
   head.version = cli::program_version();
   head.machine_file = whole_file(machine_file, kLargestToml_MB);
   if (!o.map.empty()) head.mapping_file = whole_file(o.map, kLargestToml_MB);
-  write_imported(table, head, machine, o.out);
-  for (const std::string& note : table.notes) std::cout << note << '\n';
+  for (const std::string& note : write_imported(table, head, machine, o.out)) std::cout << note << '\n';
   return 0;
 }
 

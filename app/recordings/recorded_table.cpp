@@ -44,10 +44,11 @@ bool is_recording(const std::string& path) {
   return path.ends_with(".mcap");
 }
 
-MappedTable read_recorded_table(const std::string& path, const std::string& map_path) {
+MappedTable read_recorded_table(const std::vector<std::string>& parts, const std::string& map_path) {
+  const std::string& path = parts.front();
   if (!map_path.empty())
     throw InputError(path + ": is a recording of Knuckle, which --map " + map_path + " does not describe");
-  recording::Recording recording({path});
+  recording::Recording recording(parts);
   MappedTable table;
   table.source = path;
   table.channels = channels();

@@ -294,9 +294,19 @@ double signal(const Measurement& measurement, std::size_t channel) {
   return signal(const_cast<Measurement&>(measurement), channel);
 }
 
+SignalRange possible_range(const MachineDescription& machine, std::size_t channel) {
+  constexpr double kLeast_Pa = -2e5, kSteepest_rad = 0.35, kLengthRoom_m = 0.03;
+  if (channel < kPressureChannels) return {kLeast_Pa, machine.sensors.pressure_range_Pa};
+  if (channel == kSignalChannels - 1) return {-kSteepest_rad, kSteepest_rad};
+  const std::size_t joint = channel - kPressureChannels;
+  const double offset_m = machine.sensors.encoder_offset_m[static_cast<Eigen::Index>(joint)];
+  const CylinderDescription& cylinder = machine.cylinders[joint];
+  return {cylinder.min_length_m + offset_m - kLengthRoom_m, cylinder.max_length_m + offset_m + kLengthRoom_m};
+}
+
 RecordedFile read_recording(const std::string& path, const std::string& map_path, const MachineDescription& machine) {
   if (is_recording(path)) {
-    const MappedTable table = read_recorded_table(path, map_path);
+    const MappedTable table = read_recorded_table({path}, map_path);
     Mapping map;
     for (const MappedChannel& channel : table.channels)
       map.channels.push_back({.name = channel.name, .column = channel.name});

@@ -21,6 +21,13 @@ inline constexpr std::array<const char*, kSignalChannels> kSignalNames{
 [[nodiscard]] double& signal(estimation::Measurement& measurement, std::size_t channel);
 [[nodiscard]] double signal(const estimation::Measurement& measurement, std::size_t channel);
 
+struct SignalRange {
+  double low, high;  ///< In the signal's unit.
+};
+/// What a machine can measure: pressures of its sensors, lengths of its cylinders with room for the encoders' offsets,
+/// ground as steep as is worked on.
+[[nodiscard]] SignalRange possible_range(const MachineDescription& machine, std::size_t channel);
+
 /// A recording with where it stands in its file.
 struct RecordedFile {
   estimation::Recording recording;

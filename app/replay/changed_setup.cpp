@@ -1,6 +1,7 @@
 #include "app/replay/changed_setup.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <utility>
 
@@ -15,6 +16,20 @@ namespace {
 struct Replaced {
   bool machine = false, device = false;
 };
+
+/// Of a name among the configuration, or a file.
+std::string file_of(const std::string& name_or_file) {
+  const bool device = has_config("device", name_or_file);
+  if (device && has_config("machine", name_or_file))
+    cli::refuse_option("--with", name_or_file, "is the name of a machine and of a device: name the file");
+  if (device) return find_config("device", name_or_file);
+  try {
+    return find_config("machine", name_or_file);
+  } catch (const InputError& error) {
+    throw InputError(
+        fmt::format("--with: {}; of devices there are {}", error.what(), fmt::join(config_names("device"), ", ")));
+  }
+}
 
 /// Replaces the machine or the device that the file describes.
 void put_in(const std::string& file, recording::ReplaySetup& setup, Replaced& replaced) {
@@ -41,7 +56,7 @@ void put_in(const std::string& file, recording::ReplaySetup& setup, Replaced& re
 
 void change(recording::ReplaySetup& setup, const Changes& changes) {
   Replaced replaced;
-  for (const std::string& file : changes.with) put_in(file, setup, replaced);
+  for (const std::string& file : changes.with) put_in(file_of(file), setup, replaced);
   if (changes.control.empty()) return;
   const auto law = control_law_named(changes.control);
   if (!law) cli::refuse_option("--control", changes.control, std::string("must be ") + kControlLawChoice);

@@ -9,7 +9,7 @@
 namespace knuckle::replay {
 
 struct Changes {
-  std::vector<std::string> with;  ///< Machine or device files; a file says which it is by its keys.
+  std::vector<std::string> with;  ///< Machines or devices, names or files; a file says which it is by its keys.
   std::string control;            ///< Bilateral law; empty: the recorded one.
   [[nodiscard]] bool any() const noexcept { return !with.empty() || !control.empty(); }
 };

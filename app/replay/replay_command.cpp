@@ -79,8 +79,9 @@ cli::Command replay_entry() {
             const auto options = std::make_shared<Options>();
             command.add_option("RECORDING", options->files, "Recording (.mcap); of several parts all, in their order")
                 ->required();
-            command.add_option("--with", options->with,
-                               "Machine or device file in place of the recorded one: what would have differed?");
+            command.add_option(
+                "--with", options->with,
+                "Machine or device, name or .toml file, in place of the recorded one: what would have differed?");
             command.add_option("--control", options->control, "Bilateral law in place of the recorded one");
             return [options] { return run(*options); };
           }};

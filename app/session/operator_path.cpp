@@ -240,11 +240,11 @@ class Player {
 
 }  // namespace
 
-OperatorPath load_operator_path(const std::string& recorded_path, const std::string& map_path,
+OperatorPath load_operator_path(const std::vector<std::string>& files, const std::string& map_path,
                                 const MachineDescription& machine) {
-  recordings::MappedTable table = recordings::is_recording(recorded_path)
-                                      ? recordings::read_recorded_table(recorded_path, map_path)
-                                      : recordings::read_mapped_csv(recorded_path, map_path);
+  recordings::MappedTable table = recordings::is_recording(files.front())
+                                      ? recordings::read_recorded_table(files, map_path)
+                                      : recordings::read_mapped_csv(files.front(), map_path);
   OperatorPath path;
   path.notes = table.report();
   path.recorded_s = table.until_s.back();

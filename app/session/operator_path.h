@@ -20,10 +20,10 @@ inline constexpr Duration kPathPeriod = 5ms;
 inline constexpr double kPathSpeedShare = 0.7;
 inline constexpr double kPathRangeMargin_rad = 0.06;  ///< Kept free at both ends of a joint's range.
 
-/// @param recorded_path CSV, whose mapping needs the channels boom_rad, arm_rad and bucket_rad; or a recording (.mcap),
-/// which needs no mapping.
+/// @param files one CSV, whose mapping needs the channels boom_rad, arm_rad and bucket_rad; or the parts of a recording
+/// (.mcap) in their order, which needs no mapping.
 /// @throws InputError where file or mapping cannot be used, or the motion plays longer than 30 minutes.
-[[nodiscard]] OperatorPath load_operator_path(const std::string& recorded_path, const std::string& map_path,
+[[nodiscard]] OperatorPath load_operator_path(const std::vector<std::string>& files, const std::string& map_path,
                                               const MachineDescription& machine);
 
 }  // namespace knuckle::session

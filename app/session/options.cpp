@@ -1,11 +1,20 @@
 #include "app/session/options.h"
 
+#include <string_view>
+
 #include "app/cli/command.h"
 
 namespace knuckle::session {
 
-std::string SimulateOptions::operator_path() const {
-  return operator_name.rfind("path:", 0) == 0 ? operator_name.substr(5) : "";
+std::vector<std::string> SimulateOptions::operator_paths() const {
+  constexpr std::string_view kPath = "path:", kNextPart = ".mcap,";
+  if (!operator_name.starts_with(kPath)) return {};
+  std::string rest = operator_name.substr(kPath.size());
+  std::vector<std::string> files;
+  for (std::size_t end; (end = rest.find(kNextPart)) != std::string::npos; rest.erase(0, end + kNextPart.size()))
+    files.push_back(rest.substr(0, end + kNextPart.size() - 1));
+  files.push_back(rest);
+  return files;
 }
 
 sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback, const std::string& or_else) {

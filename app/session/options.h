@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/operator_limb.h"
 #include "sim/person.h"
@@ -38,8 +39,9 @@ struct SimulateOptions {
   std::string candump, csv, report, json;  ///< Outputs.
   std::string log, flights;                ///< Recording (.mcap); folder of flight records.
 
-  /// FILE of "path:FILE.csv"; empty for a named operator.
-  [[nodiscard]] std::string operator_path() const;
+  /// The files of "path:FILE.csv", or of "path:FILE.mcap,FILE.mcap", the parts of a recording in their order; none for
+  /// a named operator.
+  [[nodiscard]] std::vector<std::string> operator_paths() const;
 };
 
 /// The operator's limb by its name, as --operator takes it; none given: fallback.

@@ -1,5 +1,7 @@
 // What the command line asks for, loaded, run and handed over as one result.
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <ostream>
@@ -13,7 +15,9 @@
 #include "app/session/session_result.h"
 #include "app/session/session_setup.h"
 #include "app/session/truth_file.h"
+#include "core/error.h"
 #include "machine/pose.h"
+#include "recording/file_names.h"
 #include "recording/recorder.h"
 #include "transport/timed_frame.h"
 
@@ -58,6 +62,8 @@ constexpr std::size_t kVirtualRing = std::size_t{1} << 18;  // drained many time
 /// Nothing where none is asked for.
 std::unique_ptr<recording::Recorder> recorder_for(const SimulateOptions& options, const SessionSetup& setup) {
   if (options.log.empty() && options.flights.empty()) return nullptr;
+  if (!options.flights.empty() && !recording::make_folder(options.flights))
+    throw InputError("--flights " + options.flights + ": cannot be written: " + std::strerror(errno));
   recording::RecorderOptions how;
   how.file = options.log;
   how.folder = options.flights;

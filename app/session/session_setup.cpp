@@ -88,9 +88,9 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   sample_machine(options, setup);
   if (!options.listen.empty()) setup.listen = options.listen;
   setup.connect = options.connect;
-  const std::string recording = options.operator_path();
-  if (!recording.empty()) {
-    OperatorPath path = load_operator_path(recording, options.map, setup.machine);
+  const std::vector<std::string> recorded = options.operator_paths();
+  if (!recorded.empty()) {
+    OperatorPath path = load_operator_path(recorded, options.map, setup.machine);
     setup.path = std::move(path.points);
     loaded.notes = std::move(path.notes);
   }
@@ -99,7 +99,7 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   setup.scenario.assist.stop_on_object |= options.assist_stop_on_object;
   if (options.duration_s) setup.scenario.duration_s = *options.duration_s;
   const sim::LimbClass limb =
-      limb_named(recording.empty() ? options.operator_name : "", setup.scenario.limb, " or path:FILE.csv");
+      limb_named(recorded.empty() ? options.operator_name : "", setup.scenario.limb, " or path:FILE.csv");
   setup.limb = sim::sample_limb(limb, options.seed);
   const sim::PersonClass person = person_named(options.person, setup.scenario.person);
   setup.person = sim::sample_person(person, options.seed);
@@ -109,7 +109,7 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   }
   if (!options.realtime) impair(options, loaded);
   setup.law = control_law_named(options.control).value_or(setup.device.feel.law);
-  loaded.operator_name = recording.empty() ? sim::name(limb) : options.operator_name;
+  loaded.operator_name = recorded.empty() ? sim::name(limb) : options.operator_name;
   return loaded;
 }
 

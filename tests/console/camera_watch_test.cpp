@@ -40,6 +40,29 @@ class CameraWatching : public testing::Test {
 };
 using Lines = std::vector<std::string>;
 
+TEST_F(CameraWatching, StampsAPictureInTheTimeOfTheSession) {
+  capture();
+  next_->number = 7;
+  now_ += 30ms;
+  news_.clear();
+  const auto frame = watch_.watch(now_, news_);
+  ASSERT_TRUE(frame);
+  const recording::CameraStamp here = stamp_of(watch_, *frame, now_, Time(5s));
+  EXPECT_EQ(here.camera, "mast");
+  EXPECT_EQ(here.number, 7u);
+  EXPECT_EQ(here.at, Time(5s));
+  EXPECT_EQ(here.captured, Time(5s) - 30ms);
+  EXPECT_EQ(here.received, Time(5s) - 30ms);
+  EXPECT_FALSE(here.senders_clock);
+  EXPECT_DOUBLE_EQ(here.age_s, 0.03);
+  video::Frame from_elsewhere = *frame;
+  from_elsewhere.stamp_from = video::StampFrom::kSender;
+  from_elsewhere.captured = Time(1234s);
+  const recording::CameraStamp senders = stamp_of(watch_, from_elsewhere, now_, Time(5s));
+  EXPECT_TRUE(senders.senders_clock);
+  EXPECT_EQ(senders.captured, Time(1234s)) << "as it came: its clock is not ours";
+}
+
 TEST_F(CameraWatching, SaysThatThereIsAPicture) {
   EXPECT_EQ(said_after(1s), Lines{});
   EXPECT_EQ(watch_.state(), VideoState::kNone);

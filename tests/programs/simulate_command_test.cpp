@@ -8,6 +8,7 @@
 
 #include "app/cli/interrupt.h"
 #include "core/error.h"
+#include "recording/recording.h"
 #include "tests/session/synthetic_session.h"
 #include "tests/support/temporary_folder.h"
 
@@ -58,6 +59,48 @@ TEST(SimulateCommand, CtrlCEndsTheSessionAndLeavesNoOutput) {
   };
   EXPECT_THROW(simulate_command(options, "", interrupted), cli::Interrupted);
   EXPECT_EQ(folder.count(), 0);
+}
+
+TEST(SimulateCommand, CtrlCSaysThatTheRecordingWasKept) {
+  const Folder folder;
+  session::SimulateOptions options;
+  options.scenario = "free_motion";
+  options.csv = folder.file("a.csv");
+  options.log = folder.file("a.mcap");
+  int looks = 0;
+  const auto interrupted = [&looks](const session::SimulateOptions& asked, const session::SessionHooks& hooks) {
+    session::SessionHooks own = hooks;
+    own.progress = [&](double done) {
+      if (++looks == 3) std::raise(SIGINT);
+      hooks.progress(done);
+    };
+    return session::run_simulation(asked, own);
+  };
+  try {
+    (void)simulate_command(options, "", interrupted);
+    ADD_FAILURE() << "was not interrupted";
+  } catch (const cli::Interrupted& said) {
+    EXPECT_EQ(said.what(),
+              "interrupted; what was recorded until then is in " + options.log + "; no other file was written");
+  }
+  EXPECT_EQ(folder.count(), 1);
+  EXPECT_TRUE(recording::Recording({options.log}).complete());
+}
+
+TEST(SimulateCommand, RefusesAFolderOfFlightRecordsThatCannotBeWritten) {
+  const Folder folder;
+  std::ofstream(folder.file("taken")) << "x";
+  session::SimulateOptions options;
+  options.scenario = "free_motion";
+  for (const std::string& flights : {folder.file("taken"), folder.file("taken") + "/inside", std::string("/proc/x")}) {
+    options.flights = flights;
+    try {
+      (void)session::run_simulation(options, {});
+      ADD_FAILURE() << flights << " was taken";
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()).find("--flights " + flights + ": cannot be written: "), 0U) << error.what();
+    }
+  }
 }
 
 }  // namespace

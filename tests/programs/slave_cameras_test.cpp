@@ -17,9 +17,9 @@ namespace {
 
 constexpr const char* kCamera = "mast=videotestsrc is-live=true ! video/x-raw,width=320,height=180,framerate=30/1";
 
-std::string refusal(const CameraOptions& options, int insecure = 0) {
+std::string refusal(const CameraOptions& options, int insecure = 0, const std::string& listen = "") {
   try {
-    (void)check_cameras(options, insecure);
+    (void)check_cameras(options, insecure, listen);
   } catch (const InputError& error) {
     return error.what();
   }
@@ -30,11 +30,11 @@ bool says(const std::string& line, const std::string& words) {
 }
 
 TEST(SlaveCameraOptions, AreNoneWhereNoneWereGiven) {
-  EXPECT_TRUE(check_cameras({}, 0).empty());
+  EXPECT_TRUE(check_cameras({}, 0, "").empty());
 }
 
 TEST(SlaveCameraOptions, GiveEachCameraAPortOfItsOwn) {
-  const auto setups = check_cameras({{kCamera, "rear=videotestsrc"}, "127.0.0.1:5700", 3000}, 0);
+  const auto setups = check_cameras({{kCamera, "rear=videotestsrc"}, "127.0.0.1:5700", 3000}, 0, "");
   ASSERT_EQ(setups.size(), 2u);
   EXPECT_EQ(setups[0].camera.name, "mast");
   EXPECT_EQ(setups[0].port, 5700);
@@ -57,6 +57,9 @@ TEST(SlaveCameraOptions, AreRefusedInOneLine) {
   EXPECT_TRUE(says(refusal({{kCamera, kCamera}, "127.0.0.1:65535"}), "no port for each"));
   EXPECT_TRUE(says(refusal({{kCamera, kCamera}, "127.0.0.1:5700"}), "--camera mast: is given twice"));
   EXPECT_TRUE(says(refusal({{kCamera}, "127.0.0.1:5700", 100}), "--video-kbps 100: must be from 200 to 50000 kbit/s"));
+  EXPECT_TRUE(says(refusal({{kCamera, "rear=videotestsrc"}, "127.0.0.1:5700"}, 0, "127.0.0.1:5701"),
+                   "a camera's pictures would go to port 5701, which is --listen's"));
+  EXPECT_EQ(refusal({{kCamera}, "127.0.0.1:5700"}, 0, "127.0.0.1:5701"), "accepted");
   EXPECT_TRUE(says(refusal({{"mast=nosuchsrc"}, "127.0.0.1:5700"}), "no element"));
   EXPECT_TRUE(says(refusal({{"mast=videotestsrc ! jpegenc"}, "127.0.0.1:5700"}), "end in pictures"));
 }

@@ -4,10 +4,13 @@
 
 #include <regex>
 #include <set>
+#include <tuple>
 
+#include "machine/load.h"
 #include "recording/mcap/reader.h"
 #include "tests/recording/recorded_session.h"
 #include "tests/recording/ros2_message.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::recording {
@@ -75,6 +78,34 @@ TEST(Topics, EveryMessageInAFileEndsWithTheLastFieldOfItsSchemaThere) {
   EXPECT_LE(messages["/tf"], 75);
   EXPECT_EQ(messages["/scene"], messages["/tf"]);
   EXPECT_EQ(messages["/scene/machine"], 3);
+}
+
+TEST(Topics, StampsOfCamerasAreReadAsTheyWereWritten) {
+  test::TemporaryFolder folder;
+  RecorderOptions how;
+  how.file = folder.file("camera.mcap");
+  const CameraStamp stamp{Time(1500ms), "mast", 12, 2, true, Time(9000s), Time(1480ms), 0.02};
+  {
+    Head head;
+    head.program = "knuckle console";
+    Recorder recorder(how, head, load_machine(test::source_dir() + "/config/machines/solar015.toml"));
+    recorder.camera(stamp);
+  }
+  Recording read({how.file});
+  const auto entry = read.next();
+  ASSERT_TRUE(entry);
+  EXPECT_EQ(entry->topic, Topic::kCameraStamps);
+  EXPECT_EQ(entry->at, stamp.at);
+  const auto again = decode_camera_stamp(entry->data);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(std::tie(again->at, again->camera, again->number, again->connection, again->senders_clock, again->captured,
+                     again->received, again->age_s),
+            std::tie(stamp.at, stamp.camera, stamp.number, stamp.connection, stamp.senders_clock, stamp.captured,
+                     stamp.received, stamp.age_s));
+  const test::Ros2Schema schema(camera_stamp_schema());
+  EXPECT_NO_THROW(test::Ros2Message(schema, entry->data)) << "it ends with its schema's last field";
+  EXPECT_FALSE(decode_camera_stamp(entry->data.first(entry->data.size() - 1)));
+  EXPECT_FALSE(read.next());
 }
 
 }  // namespace

@@ -9,12 +9,14 @@
 
 #include "app/recordings/recorded_table.h"
 #include "core/error.h"
+#include "machine/load.h"
 #include "recording/events.h"
 #include "recording/fields.h"
 #include "recording/recording.h"
 #include "recording/replay.h"
 #include "slave/slave_state.h"
 #include "tests/identify/recorded_motion.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::recordings {
@@ -73,7 +75,9 @@ TEST_F(Import, EverySampleOfTheTableIsAStateOfTheMachine) {
       EXPECT_EQ(state.joint_rad[j], kinematics.joint_at(j, length_m).value());
     }
     EXPECT_EQ(state.mode, Mode::kOff);
-    EXPECT_EQ(state.confidence, 0);
+    for (const double untold : {state.confidence, state.payload_kg, state.payload_sigma_kg, state.tip_force_N.x(),
+                                state.joint_radps[0], state.spool[0], state.setpoint_rad[0], state.covariance_N2[0]})
+      EXPECT_TRUE(std::isnan(untold)) << "no table tells it";
     ++i;
   }
   EXPECT_EQ(i, table_.recording.samples.size());
@@ -122,6 +126,37 @@ TEST_F(Import, MakesUpNoFramesAndIsNotReplayed) {
 TEST_F(Import, OfARecordingNeedsNoMapping) {
   EXPECT_THROW((void)read_recording(mcap_, csv_, machine_), InputError);
   EXPECT_THROW((void)read_recording(folder_.file("none.mcap"), "", machine_), InputError);
+}
+
+std::string refusal(const RecordedFile& table, const MachineDescription& machine, const std::string& to) {
+  try {
+    (void)write_imported(table, {}, machine, to);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(Import, IsRefusedWhereTheTableCannotBeOfThisMachine) {
+  const MachineDescription other = load_machine(test::source_dir() + "/config/machines/compact080.toml");
+  const std::string to = folder_.file("other.mcap"), said = refusal(table_, other, to);
+  EXPECT_EQ(said.find(csv_ + ": column 'boom_cylinder_m': 100 % of it is outside what is possible at machine "), 0U)
+      << said;
+  EXPECT_NE(said.find("compact080, 1.45 to 2.32 m (its median is 0."), std::string::npos) << said;
+  EXPECT_EQ(said.find('\n'), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(to));
+  RecordedFile in_bar = table_;
+  for (auto& sample : in_bar.recording.samples)
+    for (double& pressure_Pa : sample.pressure_Pa) pressure_Pa *= 10;
+  EXPECT_NE(refusal(in_bar, machine_, to).find("column 'boom_head_Pa': "), std::string::npos);
+}
+
+TEST_F(Import, SaysWhichFewValuesTheMachineCannotHaveMeasured) {
+  for (std::size_t i = 10; i < 20; ++i) table_.recording.samples[i].cylinder_m[kArm] = 3;
+  const std::vector<std::string> notes = write_imported(table_, {}, machine_, folder_.file("few.mcap"));
+  ASSERT_EQ(notes.size(), table_.notes.size() + 1);
+  EXPECT_EQ(notes.back(),
+            "10 samples of arm_cylinder_m are outside what is possible at machine solar015, 0.843 to 1.373 m");
 }
 
 TEST_F(Import, LeavesNothingBehindWhereItCannotBeWritten) {

@@ -13,7 +13,10 @@
 #include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "recording/file_names.h"
+#include "tests/recording/recorded_session.h"
 #include "tests/support/places.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::session {
 namespace {
@@ -56,7 +59,7 @@ OperatorPath play(const Recording& recording) {
     map += std::string("[[channel]]\nname = \"") + joint + "_rad\"\ncolumn = \"" + joint +
            "\"\nunit = \"rad\"\nsign = 1\noffset = 0\n";
   }
-  return load_operator_path(temporary(".csv", csv), temporary(".toml", map), machine());
+  return load_operator_path({temporary(".csv", csv)}, temporary(".toml", map), machine());
 }
 
 /// 30 rows at 0.1 s about the middle of the ranges; `reach` of the half range, so that small ones are slow.
@@ -253,6 +256,43 @@ TEST(OperatorPath, RefusesWhatHoldsNoMotionOfAllThreeJoints) {
   EXPECT_THROW((void)play(recording), InputError);
 }
 
+TEST(OperatorPath, IsTheSameOfARecordingInOnePieceAndInParts) {
+  const test::TemporaryFolder folder;
+  const auto options = test::short_session("free_motion", 8);
+  recording::RecorderOptions whole, parts;
+  whole.file = folder.file("whole.mcap");
+  parts.folder = folder.file("parts");
+  parts.part_bytes = 600'000;
+  parts.least_free_bytes = 0;
+  (void)test::record(options, whole);
+  (void)test::record(options, parts);
+  std::vector<std::string> files;
+  for (const recording::FileOfFolder& file : recording::files_in(parts.folder)) files.push_back(file.path);
+  std::sort(files.begin(), files.end());
+  ASSERT_GT(files.size(), 2u);
+  const OperatorPath one = load_operator_path({whole.file}, "", machine());
+  const OperatorPath joined = load_operator_path(files, "", machine());
+  EXPECT_GT(joined.played_s, load_operator_path({files.front()}, "", machine()).played_s + 1);
+  EXPECT_EQ(joined.played_s, one.played_s);
+  ASSERT_EQ(joined.points.size(), one.points.size());
+  for (std::size_t i = 0; i < one.points.size(); ++i)
+    ASSERT_EQ(joined.points[i].joints_rad, one.points[i].joints_rad) << i;
+}
+
+TEST(OperatorPath, IsNamedByItsFileOrByTheParts) {
+  const auto files = [](const std::string& operator_name) {
+    SimulateOptions options;
+    options.operator_name = operator_name;
+    return options.operator_paths();
+  };
+  using Files = std::vector<std::string>;
+  EXPECT_EQ(files("relaxed"), Files{});
+  EXPECT_EQ(files("path:a,b.csv"), Files{"a,b.csv"});
+  EXPECT_EQ(files("path:x/a_part001.mcap,a_part002.mcap,a_part003.mcap"),
+            (Files{"x/a_part001.mcap", "a_part002.mcap", "a_part003.mcap"}));
+  EXPECT_EQ(files("path:"), Files{""});
+}
+
 TEST(OperatorPath, PlaysTheRealDigCyclesWithinLimits) {
   const fs::path folder = fs::path(test::source_dir()) / ".." / "shared" / "data" / "excavator_dig_cycles";
   if (!fs::is_directory(folder)) GTEST_SKIP() << "no recordings at " << folder;
@@ -260,7 +300,7 @@ TEST(OperatorPath, PlaysTheRealDigCyclesWithinLimits) {
   int cycles = 0, repeating = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
     SCOPED_TRACE(entry.path());
-    const OperatorPath path = load_operator_path(entry.path(), map, machine());
+    const OperatorPath path = load_operator_path({entry.path().string()}, map, machine());
     expect_within_limits(path);
     EXPECT_GT(path.played_s, 4);
     EXPECT_TRUE(told(path, "gap in time"));

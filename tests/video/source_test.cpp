@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "video/gst_owned.h"
 
 namespace knuckle::video {
 namespace {
@@ -32,6 +33,13 @@ TEST(CameraSource, AcceptsPipelinesAndUris) {
   for (const char* text : {"a=videotestsrc", "a=videotestsrc ! identity", "a=rtsp://192.0.2.1/live?x=\"y\"",
                            "a=v4l2:///dev/video0", "a=file:///none.mp4", "a=udpsrc port=5000 ! decodebin"})
     EXPECT_EQ(refusal(text), "accepted") << text;
+}
+
+TEST(CameraSource, LetsNoLibraryBelowItWriteToTheTerminal) {
+  start_gstreamer();
+  testing::internal::CaptureStderr();
+  g_log("libsoup", G_LOG_LEVEL_WARNING, "a line of its own");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 TEST(CameraSource, SaysWhichElementIsMissing) {

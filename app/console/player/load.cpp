@@ -29,6 +29,7 @@ class Reader {
       : recording_(recording), session_(recording.head().operator_start, kRestartSilence) {
     data_.operator_side = recording.head().has_operator;
     data_.machine_side = recording.head().has_machine;
+    data_.sensors_alone = recording.head().imported;
     data_.machine_period = from_seconds(1 / played.machine.bus.sync_Hz);
     if (!played.device) return;
     data_.position_scale = played.device->feel.position_scale;
@@ -38,11 +39,11 @@ class Reader {
   void take(const recording::Entry& entry) {
     switch (entry.topic) {
       case Topic::kOperatorWires:
-        if (const auto wires = usable_wires(entry); wires && comes_next(operator_at_, wires->at))
+        if (const auto wires = usable_wires(entry); wires && comes_next(operator_steps_, *wires, data_.operator_holes))
           take_operator_wires(*wires);
         break;
       case Topic::kMachineWires:
-        if (const auto wires = usable_wires(entry); wires && comes_next(machine_at_, wires->at))
+        if (const auto wires = usable_wires(entry); wires && comes_next(machine_steps_, *wires, data_.machine_holes))
           take_machine_wires(*wires);
         break;
       case Topic::kOperatorState: {
@@ -72,10 +73,10 @@ class Reader {
   [[nodiscard]] std::string complaint() const {
     std::string words;
     if (damaged_ > 0)
-      words = std::to_string(damaged_) + " steps of the wires were changed after they were recorded, and are left out";
+      words = "steps whose wires were changed after they were recorded, and are left out: " + std::to_string(damaged_);
     if (lost_ > 0)
-      words += (words.empty() ? "" : "; ") + std::to_string(lost_) +
-               " events of the wires found no room in the recording: they look like lost messages";
+      words += (words.empty() ? "" : "; ") + std::string("events of the wires that found no room in the recording: ") +
+               std::to_string(lost_);
     return words;
   }
 
@@ -102,11 +103,18 @@ class Reader {
       throw InputError(recording_.source() + ": has a step at " + std::to_string(to_seconds(at)) + " s: at most " +
                        std::to_string(kLongest / 1h) + " h of a session can be played");
   }
+  /// Steps of one loop, as far as their wires have been read.
+  struct StepsRead {
+    Time newest = kNever;
+    std::uint32_t next = 0;
+    bool whole = true;  ///< Of the newest one no event is missing.
+  };
   /// Wires that are in the file twice, or out of order, are left out, as states are.
-  [[nodiscard]] bool comes_next(Time& newest, Time at) const {
-    check_time(at);
-    if (at <= newest) return false;
-    newest = at;
+  [[nodiscard]] bool comes_next(StepsRead& read, const recording::StepWires& wires, std::vector<Gap>& holes) const {
+    check_time(wires.at);
+    if (wires.at <= read.newest) return false;
+    if (read.newest != kNever && (wires.step != read.next || !read.whole)) holes.push_back({read.newest, wires.at});
+    read = {wires.at, wires.step + 1, wires.lost == 0};
     return true;
   }
 
@@ -160,7 +168,7 @@ class Reader {
   RunData data_;
   SlaveMessage sent_;
   Time sent_at_ = kNever;
-  Time operator_at_ = kNever, machine_at_ = kNever;  // newest wires
+  StepsRead operator_steps_, machine_steps_;
   std::vector<recording::Event> events_;
 };
 
@@ -178,11 +186,11 @@ Severity severity_of(const recording::Event& event) {
 std::vector<EventRow> watched_events(const Run& run) {
   const auto ring = std::make_unique<EventRing>();
   EventWatch watch(*ring);
-  EventBook words(1);
   std::vector<EventRow> rows;
   SlaveMessage message;
   const MachineStep* machine = nullptr;
   for (const HandStep& step : run.data().hand) {
+    if (!run.recorded(step.at)) continue;
     const MachineStep* const newest = run.machine_at(step.at);
     if (newest != machine && newest != nullptr) message = message_of(*newest);
     machine = newest;
@@ -195,6 +203,7 @@ std::vector<EventRow> watched_events(const Run& run) {
                 .warning = standing.warning},
                nullptr);
     for (ConsoleEvent event; ring->pop(event);) {
+      EventBook words;  // a full book keeps an alarm and drops what comes after it
       words.add(event);
       rows.push_back(words.rows().back());
     }

@@ -23,6 +23,8 @@ Rerun rerun(const std::vector<std::string>& files, const replay::Changes& change
   data.receipts = was.receipts;
   data.arrivals = was.arrivals;
   data.statuses = was.statuses;
+  data.operator_holes = was.operator_holes;
+  data.machine_holes = was.machine_holes;
   if (!was.machine_side) data.machine = was.machine;
   recording::ReplayTaps taps;
   taps.operator_step = [&data](Time at, const master::MasterLoop& loop) { data.add(state_of(at, loop)); };

@@ -79,12 +79,34 @@ void put(const SlaveMessage& told, MachineStep& step) {
   step.payload_sigma_kg = static_cast<float>(told.payload_sigma_kg);
 }
 
+/// In which no number is one but the machine's pose, for the picture.
+ConsoleView unknown_view() {
+  constexpr auto kNothing = static_cast<double>(kUnknown);
+  ConsoleView v;
+  v.machine.sensor_at = kNever;
+  v.machine.velocity_radps.setConstant(kNothing);
+  v.machine.tip_force_N.setConstant(kNothing);
+  v.machine.covariance_N2.fill(kNothing);
+  v.machine.pressure_Pa.fill(kNothing);
+  v.machine.confidence = v.machine.payload_kg = v.machine.payload_sigma_kg = kNothing;
+  v.status.valve_command.setConstant(kNothing);
+  v.status.spool.setConstant(kNothing);
+  v.status.oil_flow_m3ps = v.status.hydraulic_power_W = kNothing;
+  v.hand.ghost_rad.setConstant(kNothing);  // the hand's own request is not recorded
+  v.hand.set_point_rad.setConstant(kNothing);
+  v.hand.sent_force_N.setConstant(kNothing);
+  v.hand.position_scale = v.hand.force_scale = v.hand.hand_energy_J = kNothing;
+  v.link.round_trip_s = v.link.loss = v.link.neutral_after_s = kNothing;
+  return v;
+}
+
 /// What a state knows of the message that was made of it.
 SlaveMessage message_of(const slave::SlaveState& state, std::uint32_t sequence) {
   SlaveMessage told;
   told.stamp.sequence = sequence;
   told.stamp.sent_at = state.at;
-  told.sensor_at = state.measured ? state.at - from_seconds(state.oldest_age_s) : kNever;
+  // An imported table may have lengths that no joint angle gives.
+  told.sensor_at = state.measured && state.joint_rad.allFinite() ? state.at - from_seconds(state.oldest_age_s) : kNever;
   told.mode = state.mode;
   told.blocking = state.blocking;
   told.fault = state.fault;
@@ -211,20 +233,41 @@ Run::Run(RunData data) : data_(std::move(data)) {
 }
 
 bool Run::recorded(Time at) const noexcept {
-  const auto holds = [at](const Gap& gap) { return gap.from < at && at < gap.to; };
-  return at >= first_ && at <= last_ && std::none_of(gaps_.begin(), gaps_.end(), holds);
+  return at >= first_ && at <= last_ && gap_at(at) == nullptr;
+}
+
+const Gap* Run::gap_at(Time at) const noexcept {
+  const auto gap = std::lower_bound(gaps_.begin(), gaps_.end(), at, [](const Gap& g, Time t) { return g.to <= t; });
+  return gap != gaps_.end() && gap->from < at ? &*gap : nullptr;
 }
 
 void Run::find_gaps() {
-  // Both loops' records go through one file: where one is missing, the other one tells on.
-  Time newest_step = first_;
-  for (auto at = step_after(first_ - 1ns); at; at = step_after(*at)) {
-    if (*at - newest_step > kGap) gaps_.push_back({newest_step, *at});
-    newest_step = *at;
+  std::vector<Gap> found;
+  for (const auto* holes : {&data_.operator_holes, &data_.machine_holes}) {
+    for (const Gap& hole : *holes)
+      if (hole.to - hole.from > kGap) found.push_back({hole.from, known_again(hole.to)});
+  }
+  std::sort(found.begin(), found.end(), [](const Gap& a, const Gap& b) { return a.from < b.from; });
+  for (const Gap& gap : found) {
+    if (gaps_.empty() || gap.from > gaps_.back().to)
+      gaps_.push_back(gap);
+    else
+      gaps_.back().to = std::max(gaps_.back().to, gap.to);
   }
 }
 
+/// Messages that were under way in a hole are those of steps that are missing.
+Time Run::known_again(Time at) const noexcept {
+  if (machine_at(at) != nullptr || newest(data_.receipts, at) == nullptr) return at;
+  const auto later = std::upper_bound(data_.receipts.begin(), data_.receipts.end(), at,
+                                      [](Time t, const Receipt& receipt) { return t < receipt.at; });
+  const auto known = std::find_if(later, data_.receipts.end(),
+                                  [this](const Receipt& receipt) { return machine_at(receipt.at) != nullptr; });
+  return known == data_.receipts.end() ? last_ : known->at;
+}
+
 void Run::find_modes() {
+  if (data_.sensors_alone) return;
   const auto note = [this](Time at, Mode mode) {
     if (modes_.empty() || modes_.back().mode != mode) modes_.push_back({at, mode});
   };
@@ -241,10 +284,12 @@ const MachineStep* Run::machine_at(Time at) const noexcept {
   const Receipt* receipt = newest(data_.receipts, at);
   if (receipt == nullptr) return nullptr;
   // Sequences grow by one a step, and are not lost where steps of the recording are.
-  const auto found =
-      std::lower_bound(data_.machine.begin(), data_.machine.end(), receipt->sequence,
-                       [](const MachineStep& step, std::uint32_t sequence) { return newer(sequence, step.sequence); });
-  return found == data_.machine.end() || found->sequence != receipt->sequence ? nullptr : &*found;
+  const auto later =
+      std::upper_bound(data_.machine.begin(), data_.machine.end(), receipt->sequence,
+                       [](std::uint32_t sequence, const MachineStep& step) { return newer(step.sequence, sequence); });
+  if (later == data_.machine.begin()) return nullptr;
+  const MachineStep& step = *std::prev(later);
+  return (receipt->sequence - step.sequence) * data_.machine_period <= kGap ? &step : nullptr;
 }
 
 const HandStep* Run::hand_at(Time at) const noexcept {
@@ -252,14 +297,19 @@ const HandStep* Run::hand_at(Time at) const noexcept {
 }
 
 ConsoleView Run::view(Time at) const {
-  ConsoleView v;
+  ConsoleView v = unknown_view();
   v.now = at;
-  v.hand.ghost_rad.setConstant(static_cast<double>(kUnknown));  // the hand's own request is not recorded
-  v.hand.set_point_rad.setConstant(static_cast<double>(kUnknown));
-  v.hand.sent_force_N.setConstant(static_cast<double>(kUnknown));
-  v.hand.position_scale = v.hand.force_scale = v.hand.hand_energy_J = static_cast<double>(kUnknown);
-  v.link.round_trip_s = v.link.loss = static_cast<double>(kUnknown);
-  v.link.neutral_after_s = data_.operator_side ? to_seconds(slave::kLossLimits.neutral) : static_cast<double>(kUnknown);
+  v.sensors_alone = data_.sensors_alone;
+  const Gap* const gap = gap_at(at);
+  const MachineStep* const machine = machine_at(gap != nullptr ? gap->from : at);
+  // In holes of a table its samples hold the values before them.
+  const bool held = machine != nullptr && data_.sensors_alone && std::isnan(machine->sensor_age_s);
+  if (machine != nullptr && gap == nullptr && !held)
+    v.machine = message_of(*machine);
+  else if (machine != nullptr)
+    v.machine.position_rad = joints(machine->joint_rad);
+  if (gap != nullptr) return v;
+  if (data_.operator_side) v.link.neutral_after_s = to_seconds(slave::kLossLimits.neutral);
   if (const HandStep* step = hand_at(at)) {
     const HandStanding& standing = data_.standings[step->standing];
     v.hand.device = standing.device;
@@ -278,16 +328,12 @@ ConsoleView Run::view(Time at) const {
     v.link.silence_s = static_cast<double>(step->silence_s) + to_seconds(at - step->at);
     v.link.round_trip_s = static_cast<double>(step->round_trip_s);
   }
-  const MachineStep* machine = machine_at(at);
   v.link.heard = v.link.heard && machine != nullptr;
-  if (machine != nullptr) v.machine = message_of(*machine);
   const StatusRow* row = newest(data_.statuses, at);
   v.status_heard = row != nullptr;
   if (row != nullptr) {
     v.status = row->status;
     v.status_age_s = to_seconds(at - row->at);
-  } else {
-    v.status.oil_flow_m3ps = v.status.hydraulic_power_W = static_cast<double>(kUnknown);
   }
   v.status_of_steps = machine != nullptr && !std::isnan(machine->command[0]);
   if (!v.status_of_steps) return v;
@@ -298,12 +344,25 @@ ConsoleView Run::view(Time at) const {
   return v;
 }
 
+/// Since when to count what the link did up to this time; nullopt: there was nothing yet.
+std::optional<Time> Run::link_from(Time at) const noexcept {
+  const Arrival* const last = newest(data_.arrivals, at);
+  if (last == nullptr || !recorded(at)) return std::nullopt;
+  // In a longer silence the newest message is older, and what is due counts from it.
+  const Time from = std::min(at - kLinkWindow, last->at);
+  const auto later = std::upper_bound(data_.operator_holes.begin(), data_.operator_holes.end(), at,
+                                      [](Time t, const Gap& hole) { return t < hole.to; });
+  if (later == data_.operator_holes.begin()) return from;
+  const Time hole_end = std::prev(later)->to;
+  return hole_end <= last->at ? std::optional(std::max(from, hole_end)) : std::nullopt;
+}
+
 void Run::show_link(Time at, LinkSide& link) const {
-  if (!data_.operator_side || data_.arrivals.empty()) return;
+  const auto since = link_from(at);
+  if (!data_.operator_side || !since) return;
   LinkWatch watch(data_.machine_period);
   const auto from = [&](const auto& rows) {
-    return std::lower_bound(rows.begin(), rows.end(), at - kLinkWindow,
-                            [](const auto& row, Time t) { return row.at < t; });
+    return std::lower_bound(rows.begin(), rows.end(), *since, [](const auto& row, Time t) { return row.at < t; });
   };
   auto status = from(data_.statuses);
   SlaveMessage message;

@@ -75,9 +75,15 @@ struct StatusRow {
   MachineStatus status;
 };
 
+/// Steps between these two are missing.
+struct Gap {
+  Time from{}, to{};
+};
+
 /// Each in the order of its times.
 struct RunData {
   bool operator_side = false, machine_side = false;  ///< Whose loop's steps are in it.
+  bool sensors_alone = false;                        ///< An imported table: no loop ran.
   Duration machine_period = 5ms;
   double position_scale = static_cast<double>(kUnknown);  ///< Of the device's file: in use until another was chosen.
   double force_scale = static_cast<double>(kUnknown);
@@ -87,6 +93,7 @@ struct RunData {
   std::vector<Receipt> receipts;
   std::vector<Arrival> arrivals;
   std::vector<StatusRow> statuses;
+  std::vector<Gap> operator_holes, machine_holes;  ///< Of the recording: steps whose wires are not in it, if only one.
 
   // What is not later than the one before is left out: rows are searched by their times.
   void add(const master::MasterState& state);
@@ -113,11 +120,12 @@ class Run {
   [[nodiscard]] Time last() const noexcept { return last_; }
 
   /// What the console's screens showed, or would have shown, at this time: what was newest then. Without what the link
-  /// did of late.
+  /// did of late. What is not recorded is NaN; of a time in a gap that is all but the machine's last pose.
   [[nodiscard]] ConsoleView view(Time at) const;
-  /// Puts in what the link did in the ten seconds before.
+  /// Puts in what the link did in the ten seconds before, as far as that is recorded without a hole.
   void show_link(Time at, LinkSide& link) const;
-  /// The machine's step whose message is the newest at this time; nullptr: none.
+  /// The machine's step whose message is the newest at this time; where a few are missing, the one before these.
+  /// nullptr: none, or not recorded.
   [[nodiscard]] const MachineStep* machine_at(Time at) const noexcept;
   [[nodiscard]] const HandStep* hand_at(Time at) const noexcept;
 
@@ -125,10 +133,7 @@ class Run {
   [[nodiscard]] std::optional<Time> step_after(Time at) const noexcept;
   [[nodiscard]] std::optional<Time> step_before(Time at) const noexcept;
 
-  /// Where steps are missing: of no loop that is recorded there is one.
-  struct Gap {
-    Time from{}, to{};
-  };
+  /// Holes of more than a few steps, with what of the machine was under way in them.
   [[nodiscard]] const std::vector<Gap>& gaps() const noexcept { return gaps_; }
   /// Within the recording, and in none of its gaps.
   [[nodiscard]] bool recorded(Time at) const noexcept;
@@ -140,6 +145,9 @@ class Run {
   [[nodiscard]] const std::vector<ModeSpan>& modes() const noexcept { return modes_; }
 
  private:
+  [[nodiscard]] const Gap* gap_at(Time at) const noexcept;
+  [[nodiscard]] Time known_again(Time at) const noexcept;
+  [[nodiscard]] std::optional<Time> link_from(Time at) const noexcept;
   void find_gaps();
   void find_modes();
 

@@ -28,6 +28,7 @@ Headline headline(const widgets::Ui& ui, const ConsoleView& view, bool recorded)
   const Mode mode = view.machine.mode;
   const std::string age = widgets::shown_duration(fresh.age_s).c_str();
   if (!recorded) return {"NO DATA", "not recorded", widgets::Icon::kRing, c.raised, false};
+  if (view.sensors_alone) return {"SENSORS", "imported table", widgets::Icon::kRing, c.raised, false};
   if (!fresh.heard) return {"NO LINK", "", widgets::Icon::kLink, c.raised, false};
   // It reports OFF only as it starts and in its last message: nothing is lost then.
   if (fresh.stale() && mode == Mode::kOff) return {"OFF", age + " old", mode_icon(mode), c.raised, false};

@@ -41,15 +41,23 @@ std::string video_alarm(video::VideoState state, double age_s) {
   return what == nullptr ? std::string() : widgets::shown("VIDEO %s %.1f s", what, age_s).c_str();
 }
 
+std::string camera_title(const ImFont* font, float width, const std::string& name, const std::string& age) {
+  if (age.empty()) return widgets::fitted_text(font, width, name.c_str());
+  const std::string behind = "  " + age;
+  return widgets::fitted_text(font, width - widgets::text_width(font, behind.c_str()), name.c_str()) + behind;
+}
+
 void CameraPane::add(CameraFeed feed) {
   cameras_.push_back({CameraWatch(std::move(feed)), nullptr});
 }
 
-void CameraPane::watch(Time now, const ConsoleView& view, EventBook& events) {
+void CameraPane::watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events) {
   std::vector<CameraWatch::News> news;
+  stamps_.clear();
   for (Camera& camera : cameras_) {
     const std::unique_ptr<video::Frame> frame = camera.watch.watch(now, news);
     if (!frame) continue;
+    stamps_.push_back(stamp_of(camera.watch, *frame, now, view.now + from_seconds(view_age_s)));
     if (!camera.video) camera.video = std::make_unique<picture::VideoView>();
     camera.video->upload(*frame);
   }
@@ -104,12 +112,12 @@ void CameraPane::write(const widgets::Ui& ui, const Camera& camera, const widget
   const widgets::Theme& t = ui.theme;
   const CameraWatch& watch = camera.watch;
   const bool live = watch.state() == video::VideoState::kLive;
-  const char* name = watch.name().c_str();
-  const widgets::Shown title =
-      live ? widgets::shown("%s  %s%.2f s", name, watch.age_is_relative() ? "+" : "", watch.age_s())
-           : widgets::shown("%s", name);
   widgets::Area words = area.inset(t.unit());
   const widgets::Area head = words.cut_top(t.px(28), t.unit());
+  const widgets::Shown age =
+      live ? widgets::shown("%s%.2f s", watch.age_is_relative() ? "+" : "", watch.age_s()) : widgets::Shown{};
+  const std::string title =
+      camera_title(t.fonts.small, head.width() - widgets::chip_width(ui, ""), watch.name(), age.c_str());
   widgets::chip(ui, {head.min.x, head.centre().y}, live ? widgets::Icon::kDot : widgets::Icon::kWarning, title.c_str(),
                 live ? t.colours.surface : t.colours.notice);
   if (live) return;

@@ -16,12 +16,19 @@
 
 namespace knuckle::console::screens {
 
+/// The name gives way where both do not fit, so that the age is always read. @param age may be empty.
+[[nodiscard]] std::string camera_title(const ImFont* font, float width, const std::string& name,
+                                       const std::string& age);
+
 class CameraPane {
  public:
   void add(CameraFeed feed);
   [[nodiscard]] bool empty() const noexcept { return cameras_.empty(); }
   /// Once a frame: takes the newest pictures in, and notes what has happened. OpenGL's context is current.
-  void watch(Time now, const ConsoleView& view, EventBook& events);
+  /// @param now video::now(). @param view_age_s how much earlier the view was made.
+  void watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events);
+  /// Of the pictures that the last watch() took in.
+  [[nodiscard]] const std::vector<recording::CameraStamp>& stamps() const noexcept { return stamps_; }
   /// The key: each camera in turn fills the pane, then the machine.
   void next() noexcept;
 
@@ -54,6 +61,7 @@ class CameraPane {
   void write(const widgets::Ui& ui, const Camera& camera, const widgets::Area& area) const;
 
   std::vector<Camera> cameras_;
+  std::vector<recording::CameraStamp> stamps_;
   std::size_t shown_ = 0;  ///< The camera that is shown, large or small.
   bool machine_large_ = false;
   std::optional<Placed> placed_;

@@ -50,6 +50,10 @@ struct ConsoleData {
   PlayerPanel* player = nullptr;  ///< What is shown is a recording; nullptr: it happens now.
 };
 
+/// What the player shows of a time of which modes and limits were not recorded.
+[[nodiscard]] inline bool limits_not_recorded(const ConsoleData& data) {
+  return data.player != nullptr && (data.view.sensors_alone || !data.view.link.heard);
+}
 /// How fresh the machine's newest message is, and its status beside it.
 [[nodiscard]] inline widgets::Freshness machine_freshness(const ConsoleView& view) {
   constexpr double kLimit_s = 0.25;  // sent 200 times a second

@@ -40,7 +40,8 @@ void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
   const widgets::Theme& t = ui.theme;
   const OperatorSide& hand = data.view.hand;
   const bool own = data.player->played().head.has_operator;
-  const widgets::Card card(ui, own ? "HAND" : "HAND, AS RECEIVED", area);
+  const widgets::Card card(ui, own ? "HAND" : "HAND, AS RECEIVED", area,
+                           {.heard = !data.view.sensors_alone && !data.player->in_gap()});
   widgets::Area rest = card.inside();
   const std::array<std::pair<const char*, bool>, 3> lamps{
       {{"Presence", hand.presence}, {"Enable", hand.enable}, {"Clutch", hand.clutch}}};
@@ -83,7 +84,7 @@ void beside_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
       widgets::value_row(ui, rest.cut_top(t.px(21)), label, words.c_str(), "");
     };
     const widgets::Quantity q = widgets::Quantity::kForce;
-    row("Mode", other->link.heard ? name(other->machine.mode) : "-");
+    row("Mode", other->link.heard && !other->sensors_alone ? name(other->machine.mode) : "-");
     const bool measured = !measured_freshness(*other).stale();
     const ForceWords said = measured ? force_words(*other) : ForceWords{};
     const bool carries = measured && payload_is_known(other->machine, data.facts.machine.payload_full_scale_kg);
@@ -147,6 +148,7 @@ void draw_replay_block(const widgets::Ui& ui, const widgets::Area& area) {
 
 std::string replay_reason(const ConsoleView& view, const PlayerPanel& player) {
   if (player.in_gap()) return "nothing was recorded here";
+  if (view.sensors_alone) return "what the sensors of the table said; it tells nothing of modes, limits and force";
   if (!view.link.heard) return "nothing had been received from the machine's side yet";
   if (machine_freshness(view).stale())
     return std::string("nothing received from the machine for ") + widgets::shown_duration(view.link.silence_s).c_str();

@@ -77,7 +77,7 @@ void PlayerPanel::fill(widgets::History& history, const player::Run& run, Durati
   std::array<widgets::History::Sample, widgets::History::kSamples> samples;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Time at = of_step(window_ - kHalf + static_cast<std::int64_t>(i)) + later;
-    if (at < run.first() || at > run.last()) continue;
+    if (!run.recorded(at)) continue;
     const ConsoleView view = run.view(at);
     samples[i] = widgets::History::sample_of(view, kinematics_, !measured_freshness(view).stale(),
                                              !valves_freshness(view).stale());

@@ -24,6 +24,10 @@ void signed_row(const widgets::Ui& ui, widgets::Area area, const char* label, do
                                       widgets::ink(t.colours.muted), t.px(1));
 }
 
+widgets::Shown signed_percent(double share) {
+  return std::isfinite(share) ? widgets::shown("%+.1f %%", share * 100) : widgets::shown("- %%");
+}
+
 /// With the whole pump on its head side.
 double fastest_cylinder_mps(const MachineDescription& machine, std::size_t joint) {
   return machine.hydraulics.pump_flow_m3ps / machine.cylinders[joint].head_area_m2();
@@ -42,9 +46,9 @@ void axis_card(const widgets::Ui& ui, const ConsoleData& data, std::size_t joint
   const double fastest_mps = fastest_cylinder_mps(data.facts.machine, joint);
   const float height = std::min(t.px(56), bars.height() / 3);
   signed_row(ui, bars.cut_top(height), "command", view.status.valve_command[axis],
-             widgets::shown("%+.1f %%", view.status.valve_command[axis] * 100).c_str(), command);
+             signed_percent(view.status.valve_command[axis]).c_str(), command);
   signed_row(ui, bars.cut_top(height), "spool", view.status.spool[axis],
-             widgets::shown("%+.1f %%", view.status.spool[axis] * 100).c_str(), spool);
+             signed_percent(view.status.spool[axis]).c_str(), spool);
   signed_row(ui, bars.cut_top(height), "speed", speed_mps / fastest_mps,
              ui.units.text(widgets::Quantity::kSpeed, speed_mps).c_str(), velocity);
   const std::array lines{
@@ -75,8 +79,9 @@ void flow_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
   if (data.view.simulated)
     gauge(widgets::Quantity::kPressure, "Pump (simulated)", data.view.truth.pump_Pa, h.main_relief_Pa,
           t.colours.series[2]);
-  widgets::lamp(ui, rest.cut_top(t.px(26)), s.pilot_on ? "Pilot pressure on" : "Pilot pressure off", s.pilot_on,
-                t.colours.good);
+  const bool untold = data.view.sensors_alone || (data.player != nullptr && valves_freshness(data.view).stale());
+  const char* pilot = untold ? "Pilot pressure -" : s.pilot_on ? "Pilot pressure on" : "Pilot pressure off";
+  widgets::lamp(ui, rest.cut_top(t.px(26)), pilot, s.pilot_on, t.colours.good);
 }
 
 }  // namespace
@@ -90,7 +95,7 @@ void hydraulics_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::
     const widgets::Card card(ui, "ACTIVE LIMITS", right, machine_freshness(data.view));
     if (!limit_chips(ui, data, card.inside()))
       widgets::put_text(t.fonts.body, t.colours.muted, {card.inside().min.x, card.inside().min.y + t.px(13)},
-                        widgets::Align::kLeft, "none");
+                        widgets::Align::kLeft, limits_not_recorded(data) ? "-" : "none");
   }
   for (std::size_t j = 0; j < kJoints; ++j) axis_card(ui, data, j, area.row(static_cast<int>(j), kJoints, gap));
 }

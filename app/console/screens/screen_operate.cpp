@@ -70,10 +70,11 @@ void force_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::A
   const auto confidence = static_cast<float>(m.confidence);
   const char* word = confidence > 0.75F ? "good" : confidence > 0.4F ? "fair" : "poor";
   const ImU32 colour = confidence > 0.75F ? t.colours.good : confidence > 0.4F ? t.colours.notice : t.colours.bad;
-  widgets::value_row(ui, rest.cut_top(t.px(24)), "Confidence", widgets::shown("%.0f", m.confidence * 100).c_str(), "%");
+  widgets::value_row(ui, rest.cut_top(t.px(24)), "Confidence", widgets::fixed(m.confidence * 100, 0).c_str(), "%");
   widgets::bar(ui, rest.cut_top(t.px(10), t.unit(0.75F)), 0, confidence, colour);
-  widgets::put_lines(t.fonts.small, t.colours.muted, rest,
-                     (std::string(word) + ": " + confidence_words(data.view)).c_str());
+  const std::string words =
+      std::isnan(m.confidence) ? "not recorded" : std::string(word) + ": " + confidence_words(data.view);
+  widgets::put_lines(t.fonts.small, t.colours.muted, rest, words.c_str());
 }
 
 void payload_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
@@ -97,9 +98,10 @@ void payload_card(const widgets::Ui& ui, const ConsoleData& data, const widgets:
   const widgets::Area share = rest.cut_top(t.px(10), t.unit(0.75F));
   if (known) widgets::bar(ui, share, 0, static_cast<float>(m.payload_kg / std::max(full_kg, 1.0)), t.colours.accent);
   const int loads = data.payload.loads();
-  widgets::value_row(ui, rest.cut_top(t.px(24)),
-                     widgets::shown("Carried, %d load%s", loads, loads == 1 ? "" : "s").c_str(),
-                     ui.units.number(q, data.payload.total_kg()).c_str(), ui.units.unit(q));
+  const widgets::Shown carried = widgets::shown("Carried, %d load%s", loads, loads == 1 ? "" : "s");
+  widgets::value_row(ui, rest.cut_top(t.px(24)), data.view.sensors_alone ? "Carried" : carried.c_str(),
+                     data.view.sensors_alone ? "-" : ui.units.number(q, data.payload.total_kg()).c_str(),
+                     ui.units.unit(q));
 }
 
 void limits_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
@@ -107,6 +109,8 @@ void limits_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   const widgets::Card card(ui, "ACTIVE LIMITS", area, machine_freshness(data.view));
   if (limit_chips(ui, data, card.inside())) return;
   const ImVec2 at{card.inside().min.x, card.inside().min.y + t.px(13)};
+  if (limits_not_recorded(data))
+    return widgets::put_text(t.fonts.body, t.colours.muted, at, widgets::Align::kLeft, "-");
   widgets::draw_icon(canvas(), widgets::Icon::kCheck, {at.x + t.px(9), at.y}, t.px(16), widgets::ink(t.colours.good));
   widgets::put_text(t.fonts.body, t.colours.muted, {at.x + t.px(26), at.y}, widgets::Align::kLeft, "none");
 }
@@ -129,7 +133,8 @@ void pressure_bar(const widgets::Ui& ui, const ConsoleData& data, std::size_t ch
   };
   const bool high = pressure > data.facts.machine.limits.chamber_pressure_Pa || at_relief(h, pressure);
   const ImU32 colour = high ? t.colours.bad : t.colours.series[chamber / 2];
-  canvas().AddRectFilled({tube.min.x, y_of(pressure)}, tube.max, widgets::ink(colour), t.px(4));
+  if (std::isfinite(pressure))
+    canvas().AddRectFilled({tube.min.x, y_of(pressure)}, tube.max, widgets::ink(colour), t.px(4));
   const auto mark = [&](double pa, ImU32 mark_colour, float overhang) {
     canvas().AddLine({tube.min.x - overhang, y_of(pa)}, {tube.max.x + overhang, y_of(pa)}, widgets::ink(mark_colour),
                      t.px(2));

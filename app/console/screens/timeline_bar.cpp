@@ -68,7 +68,7 @@ void mode_band(const widgets::Ui& ui, const PlayerPanel& player, const widgets::
       widgets::put_text(t.fonts.small, widgets::text_on(fill), {(from + to) / 2, band.centre().y},
                         widgets::Align::kCentre, word);
   }
-  for (const player::Run::Gap& gap : player.played().run.gaps()) {
+  for (const player::Gap& gap : player.played().run.gaps()) {
     const float from = x_of(player.timeline(), track, gap.from);
     const float to = std::max(x_of(player.timeline(), track, gap.to), from + t.px(3));
     canvas().AddRectFilled({from, track.min.y}, {to, track.max.y}, t.colours.background);

@@ -40,12 +40,14 @@ float put_lines(const ImFont* font, ImU32 colour, const Area& area, const char* 
   return font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), text).y;
 }
 
-void put_fitted(const ImFont* font, ImU32 colour, const Area& area, const char* text) {
-  const ImVec2 at{area.min.x, area.centre().y};
-  if (text_width(font, text) <= area.width()) return put_text(font, colour, at, Align::kLeft, text);
+std::string fitted_text(const ImFont* font, float width, const char* text) {
+  if (text_width(font, text) <= width) return text;
   constexpr const char* kDots = "...";
-  const char* end = cut_at(font, area.width() - text_width(font, kDots), text);
-  put_text(font, colour, at, Align::kLeft, (std::string(text, end) + kDots).c_str());
+  return std::string(text, cut_at(font, width - text_width(font, kDots), text)) + kDots;
+}
+
+void put_fitted(const ImFont* font, ImU32 colour, const Area& area, const char* text) {
+  put_text(font, colour, {area.min.x, area.centre().y}, Align::kLeft, fitted_text(font, area.width(), text).c_str());
 }
 
 Card::Card(const Ui& ui, const char* title, const Area& area, Freshness freshness) {

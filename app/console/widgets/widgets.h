@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 
 #include "app/console/widgets/area.h"
 #include "app/console/widgets/icons.h"
@@ -42,6 +43,8 @@ enum class Align : std::uint8_t { kLeft, kCentre, kRight };
 void put_text(const ImFont* font, ImU32 colour, ImVec2 at, Align align, const char* text);
 /// Broken into lines at blanks; what does not fit is cut. @return the height used.
 float put_lines(const ImFont* font, ImU32 colour, const Area& area, const char* text);
+/// Ends with "..." where it would be wider.
+[[nodiscard]] std::string fitted_text(const ImFont* font, float width, const char* text);
 /// Ends with "..." where the area is too narrow.
 void put_fitted(const ImFont* font, ImU32 colour, const Area& area, const char* text);
 

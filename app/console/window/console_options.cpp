@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <map>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -108,8 +109,16 @@ void check_replay(const ConsoleOptions& o) {
 
 void check_cameras(const ConsoleOptions& o) {
   std::set<std::string> names;
+  std::map<std::string, std::string> ports;  // of what knuckle slave sends, and whose they are
   for (const std::string& text : o.cameras) {
     const video::CameraSource camera = camera_source(o, text);
+    if (const std::size_t at = text.find(kFromSlave); at == camera.name.size() + 1) {
+      const auto [taken, fresh] = ports.emplace(text.substr(at), camera.name);
+      if (!fresh)
+        cli::refuse_option("--camera", text,
+                           "camera " + taken->second +
+                               " has this port: knuckle slave sends its second camera to the next one, and so on");
+    }
     if (!names.insert(camera.name).second)
       throw InputError("--camera " + camera.name + ": is given twice; each camera needs a name of its own");
     if (camera.source != kSimulatedCamera)
@@ -127,7 +136,8 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
                "Machine's side, HOST:PORT such as arm.example.org:5683, 192.0.2.7:5683 or [::1]:5683");
   c.add_option("--replay", o.replay, "Show a recording (.mcap; of several parts all, in their order); nothing is led");
   c.add_option("--with", o.changes.with,
-               "With --replay: its loops run again with this machine or device file, shown beside it");
+               "With --replay: its loops run again with this machine or device (name or .toml file), shown "
+               "beside it");
   c.add_option("--control", o.changes.control, "With --replay: its loops run again with this bilateral law, likewise");
   c.add_option("--beside", o.beside, "With --replay: another recording, shown beside it");
   pairing::add_link_options(c, o.link);
@@ -160,7 +170,7 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_flag("--mute", o.mute, "No alarm sounds; N turns them on");
   c.add_flag("--demo", o.demo, "Let the scenario's operator lead the machine");
   c.add_option("--candump", o.candump, "Write every frame of the simulated bus in candump log format");
-  programs::add_log_options(c, o.log);
+  recordings::add_log_options(c, o.log);
   c.add_option("--size", o.size, "Size of the window in pixels, WxH, from 1280x720 to 8192x8192")
       ->capture_default_str();
   c.add_option("--scale", o.scale,
@@ -212,7 +222,7 @@ void check(const ConsoleOptions& o) {
   pairing::check(o.link.dial, secure::Role::kOperator, o.link.insecure > 0);
   check_device(o);
   check_cameras(o);
-  programs::check_log(o.log);
+  recordings::check_log(o.log);
   check_window(o);
   cli::check_range("--at", o.at_s, 0, 600, " s");
   cli::check_range("--delay-ms", o.session.delay_ms, 0, session::kLongestDelay_ms, " ms");

@@ -8,7 +8,7 @@
 #include "app/console/screens/ui_state.h"
 #include "app/console/window/window.h"
 #include "app/pairing/chosen_link.h"
-#include "app/programs/program_log.h"
+#include "app/recordings/program_log.h"
 #include "app/replay/changed_setup.h"
 #include "app/session/options.h"
 #include "video/source.h"
@@ -27,7 +27,7 @@ struct ConsoleOptions {
   bool scenario_given = false, seed_given = false;
   session::SimulateOptions session;  ///< Machine and haptic device's file count with --connect, too.
   pairing::LinkOptions link;         ///< Its address is empty where the machine is simulated.
-  programs::LogOptions log;
+  recordings::LogOptions log;
   std::vector<std::string> replay;  ///< Parts of a recording to be shown; empty: something is led.
   std::vector<std::string> beside;  ///< Likewise, beside it.
   replay::Changes changes;          ///< Of its re-run, beside it.

@@ -158,6 +158,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
     }
     window.show_recording(host.log().light());
     window.frame(view, health, events, picture_only ? 0 : host.view_age_s());
+    for (const recording::CameraStamp& stamp : window.cameras().stamps()) host.log().note(view.run, stamp);
     take_bookmarks(host, view, events, bookmarks, window.state().bookmarks);
     if (last && warm) outcome.heap_growth_bytes = heap_bytes() - heap_before;
     if (last && !run.screenshot.empty()) window.write_png(run.screenshot);

@@ -65,7 +65,7 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   watch(view);
   const Duration delay = from_seconds(1e-3 * static_cast<double>(state_.running.delay_ms));
   for (const auto& camera : simulated_cameras_) camera->show(view, video::now() - from_seconds(view_age_s), delay);
-  cameras_.watch(video::now(), view, events);
+  cameras_.watch(video::now(), view, view_age_s, events);
   sound(view, events, view_age_s);
   calibration_.update();
   if (state_.stop) calibration_.cancel();

@@ -62,6 +62,8 @@ Duration later_by(const player::Played& played, const player::Played& other) {
 /// Where the machine's modes first differ, on the time line.
 void compare_modes(const player::Played& played, screens::Beside& beside) {
   constexpr Duration kLook = 5ms, kApart = 50ms;  // the same change a few steps later is the same
+  if (played.run.data().sensors_alone || beside.run.data().sensors_alone)
+    return (void)beside.differs.emplace_back("An imported table has no modes to compare.");
   Time since = kNever;
   for (Time at = played.run.first(); at <= played.run.last(); at += kLook) {
     const player::MachineStep* const one = played.run.machine_at(at);

@@ -4,7 +4,9 @@
 #include <string>
 
 #include "app/console/player/load.h"
+#include "master/master_state.h"
 #include "recording/fields.h"
+#include "slave/slave_state.h"
 #include "tests/recording/rewrite.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
@@ -28,6 +30,23 @@ inline std::string one_side(const TemporaryFolder& folder, const std::string& na
   rewrite(recorded(name), file, head, {1}, [&](const std::string& topic, std::vector<std::uint8_t>&) {
     return topic.rfind(operator_side ? "/machine/" : "/operator/", 0) != 0;
   });
+  return file;
+}
+
+/// Without the steps of either side for which missing(operator_side, at) says so. @return the new file.
+template <typename Missing>
+std::string with_holes(const TemporaryFolder& folder, const std::string& name, const Missing& missing) {
+  const std::string file = folder.file(name + "_holes.mcap");
+  rewrite(recorded(name), file, head_of(recorded(name)), {1},
+          [&](const std::string& topic, std::vector<std::uint8_t>& message) {
+            const bool operator_side = topic.starts_with("/operator/");
+            master::MasterState mine;
+            slave::SlaveState its;
+            if (topic == "/operator/state" && recording::decode(message, mine)) return !missing(true, mine.at);
+            if (topic == "/machine/state" && recording::decode(message, its)) return !missing(false, its.at);
+            const auto wires = topic.ends_with("/wires") ? recording::decode_wires(message) : std::nullopt;
+            return !wires || !missing(operator_side, wires->at);
+          });
   return file;
 }
 

@@ -160,6 +160,20 @@ TEST_F(CamerasInWindow, ShowPicturesOfGStreamer) {
   EXPECT_TRUE(at(kLarge).is_red());
 }
 
+TEST_F(CamerasInWindow, LeaveTheirAgeToBeReadHoweverLongTheirNameIs) {
+  frames(1);
+  const ImFont* font = console_->window().theme().fonts.small;
+  const std::string age = "  +0.04 s";
+  for (const std::size_t length : {std::size_t{3}, std::size_t{30}, std::size_t{300}}) {
+    const std::string title = screens::camera_title(font, 160, std::string(length, 'm'), "+0.04 s");
+    EXPECT_TRUE(title.ends_with(age)) << title;
+    EXPECT_LE(widgets::text_width(font, title.c_str()), 160) << title;
+    EXPECT_EQ(title.substr(0, 3), "mmm");
+  }
+  EXPECT_EQ(screens::camera_title(font, 160, "mast", "+0.04 s"), "mast  +0.04 s");
+  EXPECT_EQ(screens::camera_title(font, 160, "mast", ""), "mast");
+}
+
 TEST(VideoAlarm, SaysHowOldThePictureIs) {
   EXPECT_EQ(screens::video_alarm(video::VideoState::kFrozen, 0.42), "VIDEO FROZEN 0.4 s");
   EXPECT_EQ(screens::video_alarm(video::VideoState::kLate, 1.26), "VIDEO LATE 1.3 s");

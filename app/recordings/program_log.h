@@ -15,7 +15,7 @@ namespace CLI {
 class App;
 }
 
-namespace knuckle::programs {
+namespace knuckle::recordings {
 
 struct LogOptions {
   std::string folder;  ///< Empty: recording::default_folder().
@@ -60,4 +60,4 @@ class ProgramLog {
   std::string problem_told_;
 };
 
-}  // namespace knuckle::programs
+}  // namespace knuckle::recordings

@@ -1,4 +1,4 @@
-#include "app/programs/program_log.h"
+#include "app/recordings/program_log.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -9,7 +9,7 @@
 #include "machine/description.h"
 #include "recording/file_names.h"
 
-namespace knuckle::programs {
+namespace knuckle::recordings {
 
 void add_log_options(CLI::App& command, LogOptions& options) {
   command.add_option("--log", options.folder,
@@ -91,4 +91,4 @@ nlohmann::ordered_json ProgramLog::json() const {
           {"notices", status.notices}};
 }
 
-}  // namespace knuckle::programs
+}  // namespace knuckle::recordings

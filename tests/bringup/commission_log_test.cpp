@@ -1,0 +1,111 @@
+// What is recorded of a commissioning.
+#include "app/bringup/commission_log.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <sstream>
+
+#include "app/bringup/commission_jog.h"
+#include "core/error.h"
+#include "recording/file_names.h"
+#include "recording/recording.h"
+#include "recording/replay.h"
+#include "recording/wire_events.h"
+#include "tests/bringup/hardware_bench.h"
+#include "tests/support/temporary_folder.h"
+#include "transport/canopen.h"
+
+namespace knuckle::bringup {
+namespace {
+
+using recording::WireEventKind;
+using test::simulated_bus;
+using test::solar;
+
+recording::Head head(bool simulated) {
+  recording::Head head;
+  head.program = "knuckle commission --can can0";
+  head.simulated = simulated;
+  head.machine_file = solar().text;
+  return head;
+}
+
+/// The only recording in a folder.
+std::string recording_in(const std::string& folder) {
+  const auto files = recording::files_in(folder);
+  EXPECT_EQ(files.size(), 1u);
+  return files.empty() ? "" : files.front().path;
+}
+
+struct Recorded {
+  std::size_t syncs = 0, received = 0;
+  std::vector<std::string> events;
+};
+Recorded read(const std::string& file) {
+  Recorded all;
+  recording::Recording recording({file});
+  while (const auto entry = recording.next()) {
+    if (entry->topic == recording::Topic::kEvents)
+      all.events.push_back(recording::decode_log(entry->data, recording.head().started_unix_ns)->text);
+    if (entry->topic != recording::Topic::kMachineWires) continue;
+    for (const recording::WireEvent& event : recording::decode_wires(entry->data)->events) {
+      all.syncs += event.kind == WireEventKind::kCanSent && event.value == canopen::kSyncId ? 1 : 0;
+      all.received += event.kind == WireEventKind::kCanReceived ? 1 : 0;
+    }
+  }
+  EXPECT_TRUE(recording.complete());
+  return all;
+}
+
+TEST(CommissionLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
+  const knuckle::test::TemporaryFolder folder;
+  const auto bus = simulated_bus();
+  std::size_t syncs = 0;
+  bus->bus().set_tap({[](void* count, Time, const CanFrame& frame) {
+                        if (frame.id == canopen::kSyncId) ++*static_cast<std::size_t*>(count);
+                      },
+                      &syncs});
+  std::ostringstream told;
+  CommissionLog log({folder.path().string(), false}, head(true), solar());
+  BusAccess access = log.taped(sim::access_to(bus));
+  const Partner person = log.noted(terminal(
+                                       told, [] { return std::optional<std::string>("go"); }, false),
+                                   access);
+  JogBench bench(solar(), access, [] { return false; });
+  bench.start();
+  bench.idle(20s);  // far longer than the ring of the steps has room for
+  person.begin(3, "dead bands");
+  person.say("boom: 4 %");
+  person.ask({"next", {"go", "stop"}, {}});
+  EXPECT_EQ(person.poll(), "go");
+  EXPECT_TRUE(log.close().empty());
+  const std::string file = recording_in(folder.path().string());
+  const Recorded recorded = read(file);
+  EXPECT_GT(syncs, 4000u);
+  EXPECT_EQ(recorded.syncs, syncs);
+  EXPECT_GT(recorded.received, 10 * syncs);
+  EXPECT_EQ(recorded.events, (std::vector<std::string>{"step 3: dead bands", "boom: 4 %", "next [go | stop]", "go"}));
+  EXPECT_NE(told.str().find("boom: 4 %\n"), std::string::npos) << "the person hears it all the same";
+  recording::Recording again({file});
+  EXPECT_THROW((void)recording::replay(again, {}), InputError) << "no loop ran";
+}
+
+TEST(CommissionLog, IsOnWhereSomethingRealIsMovedUnlessTurnedOffAndSaysSo) {
+  const knuckle::test::TemporaryFolder folder;
+  setenv("KNUCKLE_RECORDINGS", folder.path().c_str(), 1);
+  const auto notes = [](bool off, bool simulated) {
+    CommissionLog log({"", off}, head(simulated), solar());
+    return log.notes();
+  };
+  EXPECT_EQ(notes(true, false), std::vector<std::string>{"NOT RECORDED (--no-log)"});
+  EXPECT_TRUE(notes(false, true).empty());
+  EXPECT_TRUE(recording::files_in(folder.path().string()).empty());
+  const std::vector<std::string> on = notes(false, false);
+  unsetenv("KNUCKLE_RECORDINGS");
+  ASSERT_EQ(on.size(), 1u);
+  EXPECT_EQ(on[0], "recording to " + recording_in(folder.path().string()));
+}
+
+}  // namespace
+}  // namespace knuckle::bringup
