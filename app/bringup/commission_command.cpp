@@ -7,6 +7,7 @@
 #include <iostream>
 #include <memory>
 
+#include "app/bringup/commission_progress.h"
 #include "app/bringup/commission_record.h"
 #include "app/bringup/commission_result.h"
 #include "app/bringup/commission_wizard.h"
@@ -25,7 +26,7 @@ namespace {
 
 struct CommissionCommandOptions {
   std::string can, machine, out, record = ".";
-  bool simulate = false;
+  bool simulate = false, resume = false;
   std::uint64_t seed = 1;
   IdentifyMotions motions;
 };
@@ -38,6 +39,7 @@ void add_options(CLI::App& c, CommissionCommandOptions& o) {
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
   c.add_option("--machine", o.machine, "Machine name or .toml file")->required();
   c.add_option("--out", o.out, "Write the machine file with the measured values (.toml)")->required();
+  c.add_flag("--resume", o.resume, "Go on after the last completed step of a run that has ended, kept beside --out");
   c.add_option("--record", o.record, "Folder for the recordings that knuckle identify reads")->capture_default_str();
   c.add_option("--slow", o.motions.slow_s, "Seconds of slow sweeps to record, 20 to 1200")->capture_default_str();
   c.add_option("--fast", o.motions.fast_s, "Seconds of fast motion to record, 20 to 1200")->capture_default_str();
@@ -74,6 +76,50 @@ std::string sha256_of(const std::string& text) {
   return digest.finish();
 }
 
+/// What of this run is done, in its file.
+class Progress {
+ public:
+  /// @throws InputError as read_progress() does.
+  Progress(std::string file, ProgressOf of, bool resume) : file_(std::move(file)), of_(std::move(of)) {
+    if (resume) resume_.from = read_progress(file_, of_);
+    resumed_ = resume;
+    resume_.keep = [this](const WizardProgress& progress) {
+      if (!resumed_ && completed_ == 0) (void)cli::keep_older(file_);  // of a run before this one
+      completed_ = progress.completed;
+      write_progress(file_, progress, of_);
+    };
+    completed_ = resume_.from.completed;
+  }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  [[nodiscard]] const Resume& resume() const noexcept { return resume_; }
+  [[nodiscard]] std::string note() const {
+    if (resumed_)
+      return "Goes on after step " + std::to_string(completed_) + " of the run before; steps 1 to 3 are made again.";
+    return std::filesystem::exists(file_)
+               ? file_ + ": an earlier run has ended before its end; --resume goes on with it, this run begins anew"
+               : "";
+  }
+  [[nodiscard]] std::string hint() const {
+    return completed_ < kSigns ? ""
+                               : "; the steps up to " + std::to_string(completed_) + " are kept in " + file_ +
+                                     ": the same command with --resume goes on after them";
+  }
+  /// The result is written: nothing is left to go on with.
+  void done() const {
+    std::error_code error;
+    std::filesystem::remove(file_, error);
+  }
+
+ private:
+  std::string file_;
+  ProgressOf of_;
+  Resume resume_;
+  bool resumed_ = false;
+  int completed_ = 0;
+};
+
 int run_commission(CommissionCommandOptions options) {
   check(options);
   const cli::InterruptGuard interrupt;
@@ -83,20 +129,25 @@ int run_commission(CommissionCommandOptions options) {
   cli::OutputFile out("--out", options.out);
   BusAccess access = access_of(options, read);
   options.motions.seed = options.seed;
+  const std::string kept = progress_file(options.out), digest = sha256_of(text);
+  Progress progress(kept, {access.name(), digest}, options.resume);
   LineInput input(STDIN_FILENO);
   cli::BackgroundWriter dialogue(STDOUT_FILENO);  // nobody who does not read it holds up the machine's loop, or a stop
   std::ostream& told = dialogue.stream();
   const auto record = [&](const MachineDescription& found, const std::function<bool()>& stopped) {
     return record_motions(found, access, options.motions, options.record, stopped);
   };
+  if (const std::string note = progress.note(); !note.empty()) told << note << '\n';
   try {
-    const WizardResult result = run_wizard(machine, access,
-                                           terminal(
-                                               told, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
-                                           record, [&] { interrupt.check(); });
-    out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), sha256_of(text)});
+    const WizardResult result = run_wizard(
+        machine, access,
+        terminal(
+            told, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
+        record, [&] { interrupt.check(); }, progress.resume());
+    out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), digest});
     const std::string older = cli::keep_older(options.out);
     out.commit();
+    progress.done();
     told << "\nwritten: " << options.out << (older.empty() ? "" : "; the previous file was kept as " + older) << '\n';
     if (result.recordings.size() == 4) {
       const auto& r = result.recordings;
@@ -108,7 +159,7 @@ int run_commission(CommissionCommandOptions options) {
     dialogue.finish();
     cli::BackgroundWriter(STDERR_FILENO).stream()
         << "knuckle: commissioning ended, machine neutral, nothing written to " << options.out << ": " << ended.what()
-        << '\n';
+        << progress.hint() << '\n';
     return 1;
   }
 }
