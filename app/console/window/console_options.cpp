@@ -20,7 +20,7 @@ namespace knuckle::console::window {
 namespace {
 
 constexpr auto kScreens =
-    std::to_array<const char*>({"operate", "link", "real-time", "hydraulics", "calibrate", "events"});
+    std::to_array<const char*>({"operate", "link", "real-time", "hydraulics", "calibrate", "events", "history"});
 static_assert(kScreens.size() == static_cast<std::size_t>(screens::Screen::kCount));
 
 struct Size {
