@@ -28,7 +28,7 @@ void time_left_card(const widgets::Ui& ui, const ConsoleView& view, const widget
                     widgets::shown("ms of %s ms", widgets::fixed(link.neutral_after_s * 1e3, 0).c_str()).c_str());
   widgets::bar(ui, rest.cut_top(t.px(26), t.unit()), 0, share, colour);
   widgets::put_lines(t.fonts.small, t.colours.muted, rest,
-                     "Then the machine goes to neutral. Counted here from the newest packet received. The machine "
+                     "Counted here from the newest packet received. The machine "
                      "counts from the newest one it "
                      "received, and closes its valves when its time is up.");
 }

@@ -169,7 +169,8 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
       ->capture_default_str();
   c.add_flag("--light", o.light, "Light colours");
   c.add_flag("--imperial", o.imperial, "Imperial units");
-  c.add_option("--screen", o.screen, "Screen shown first: operate, link, real-time, hydraulics, calibrate, events")
+  c.add_option("--screen", o.screen,
+               "Screen shown first: operate, link, real-time, hydraulics, calibrate, events, history")
       ->capture_default_str();
   c.add_option("--at", o.at_s,
                "Show the simulated session, or the recording, from this second on; what comes before is simulated at "
@@ -240,7 +241,8 @@ WindowOptions ConsoleOptions::window() const {
 screens::Screen ConsoleOptions::first_screen() const {
   const auto found = std::find(kScreens.begin(), kScreens.end(), screen);
   if (found == kScreens.end())
-    cli::refuse_option("--screen", screen, "must be operate, link, real-time, hydraulics, calibrate or events");
+    cli::refuse_option("--screen", screen,
+                       "must be operate, link, real-time, hydraulics, calibrate, events or history");
   return static_cast<screens::Screen>(found - kScreens.begin());
 }
 
