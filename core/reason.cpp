@@ -111,7 +111,8 @@ const Entry& entry(ReasonCode code) noexcept {
 }
 
 std::string subject_text(SubjectKind kind, std::uint8_t subject) {
-  constexpr std::array<const char*, 6> kChambers{"boom A", "boom B", "arm A", "arm B", "bucket A", "bucket B"};
+  constexpr std::array<const char*, 6> kChambers{"boom head side", "boom rod side",    "arm head side",
+                                                 "arm rod side",   "bucket head side", "bucket rod side"};
   switch (kind) {
     case SubjectKind::kNothing:
       return "";
@@ -142,7 +143,8 @@ std::string text(const Reason& reason) {
   std::string line = subject_text(e.subject, reason.subject) + e.text;
   if (e.unit != nullptr && std::strcmp(e.unit, "ms") == 0 && reason.value > kNeverYet_ms) return line + " (never yet)";
   if (e.unit != nullptr) {
-    line += " (" + number_text(reason.value) + " " + e.unit + "; limit " + number_text(reason.limit) + ")";
+    line +=
+        " (" + number_text(reason.value) + " " + e.unit + "; limit " + number_text(reason.limit) + " " + e.unit + ")";
   }
   return line;
 }

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "app/bringup/commission_log.h"
+#include "app/bringup/commission_progress.h"
 #include "app/bringup/commission_record.h"
 #include "app/bringup/commission_result.h"
 #include "app/bringup/commission_wizard.h"
@@ -27,7 +28,7 @@ namespace {
 
 struct CommissionCommandOptions {
   std::string can, machine, out, record = ".";
-  bool simulate = false;
+  bool simulate = false, resume = false;
   std::uint64_t seed = 1;
   IdentifyMotions motions;
   recordings::LogOptions log;
@@ -41,6 +42,7 @@ void add_options(CLI::App& c, CommissionCommandOptions& o) {
       ->check(CLI::Validator(cli::seed_error, "", "seed"));
   c.add_option("--machine", o.machine, "Machine name or .toml file")->required();
   c.add_option("--out", o.out, "Write the machine file with the measured values (.toml)")->required();
+  c.add_flag("--resume", o.resume, "Go on after the last completed step of a run that has ended, kept beside --out");
   c.add_option("--record", o.record, "Folder for the recordings that knuckle identify reads")->capture_default_str();
   recordings::add_log_options(c, o.log);
   c.add_option("--slow", o.motions.slow_s, "Seconds of slow sweeps to record, 20 to 1200")->capture_default_str();
@@ -90,6 +92,50 @@ std::string sha256_of(const std::string& text) {
   return digest.finish();
 }
 
+/// What of this run is done, in its file.
+class Progress {
+ public:
+  /// @throws InputError as read_progress() does.
+  Progress(std::string file, ProgressOf of, bool resume) : file_(std::move(file)), of_(std::move(of)) {
+    if (resume) resume_.from = read_progress(file_, of_);
+    resumed_ = resume;
+    resume_.keep = [this](const WizardProgress& progress) {
+      if (!resumed_ && completed_ == 0) (void)cli::keep_older(file_);  // of a run before this one
+      completed_ = progress.completed;
+      write_progress(file_, progress, of_);
+    };
+    completed_ = resume_.from.completed;
+  }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  [[nodiscard]] const Resume& resume() const noexcept { return resume_; }
+  [[nodiscard]] std::string note() const {
+    if (resumed_)
+      return "Goes on after step " + std::to_string(completed_) + " of the run before; steps 1 to 3 are made again.";
+    return std::filesystem::exists(file_)
+               ? file_ + ": an earlier run has ended before its end; --resume goes on with it, this run begins anew"
+               : "";
+  }
+  [[nodiscard]] std::string hint() const {
+    return completed_ < kSigns ? ""
+                               : "; the steps up to " + std::to_string(completed_) + " are kept in " + file_ +
+                                     ": the same command with --resume goes on after them";
+  }
+  /// The result is written: nothing is left to go on with.
+  void done() const {
+    std::error_code error;
+    std::filesystem::remove(file_, error);
+  }
+
+ private:
+  std::string file_;
+  ProgressOf of_;
+  Resume resume_;
+  bool resumed_ = false;
+  int completed_ = 0;
+};
+
 int run_commission(CommissionCommandOptions options) {
   check(options);
   const cli::InterruptGuard interrupt;
@@ -99,6 +145,8 @@ int run_commission(CommissionCommandOptions options) {
   cli::OutputFile out("--out", options.out);
   const BusAccess bus = access_of(options, read);
   options.motions.seed = options.seed;
+  const std::string kept = progress_file(options.out), digest = sha256_of(text);
+  Progress progress(kept, {bus.name(), digest}, options.resume);
   CommissionLog log(options.log, head_of(options, file, text, bus.now()), machine);
   BusAccess access = log.taped(bus);
   LineInput input(STDIN_FILENO);
@@ -117,12 +165,14 @@ int run_commission(CommissionCommandOptions options) {
   const auto check_interrupt = [&] {
     if (interrupt.pending()) throw cli::Interrupted("nothing was written to " + options.out);
   };
+  if (const std::string note = progress.note(); !note.empty()) told << note << '\n';
   try {
-    const WizardResult result = run_wizard(machine, access, person, record, check_interrupt);
+    const WizardResult result = run_wizard(machine, access, person, record, check_interrupt, progress.resume());
     tell(log.close());
-    out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), sha256_of(text)});
+    out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), digest});
     const std::string older = cli::keep_older(options.out);
     out.commit();
+    progress.done();
     told << "\nwritten: " << options.out << (older.empty() ? "" : "; the previous file was kept as " + older) << '\n';
     if (result.recordings.size() == 4) {
       const auto& r = result.recordings;
@@ -135,7 +185,7 @@ int run_commission(CommissionCommandOptions options) {
     dialogue.finish();
     cli::BackgroundWriter(STDERR_FILENO).stream()
         << "knuckle: commissioning ended, machine neutral, nothing written to " << options.out << ": " << ended.what()
-        << '\n';
+        << progress.hint() << '\n';
     return 1;
   }
 }

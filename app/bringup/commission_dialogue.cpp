@@ -41,7 +41,8 @@ std::string text(const Question& question) {
   std::string answers;
   if (question.bounds) answers = number_text(question.bounds->first) + " to " + number_text(question.bounds->second);
   for (const std::string& word : question.words) answers += (answers.empty() ? "" : " | ") + word;
-  return question.text + " [" + answers + "]";
+  const std::string unit = question.unit.empty() ? "" : ", in " + question.unit + ":";
+  return question.text + unit + " [" + answers + "]";
 }
 
 Partner terminal(std::ostream& out, std::function<std::optional<std::string>()> poll, bool live) {
@@ -68,7 +69,7 @@ std::string Dialogue::answer(const Question& question) {
 }
 
 int Dialogue::ask(const std::string& question, std::initializer_list<const char*> words) {
-  const Question asked{question, {words.begin(), words.end()}, {}};
+  const Question asked{question, {words.begin(), words.end()}, {}, ""};
   std::string all;
   for (const std::string& word : asked.words) all += (all.empty() ? "" : " | ") + word;
   for (;;) {
@@ -79,8 +80,9 @@ int Dialogue::ask(const std::string& question, std::initializer_list<const char*
   }
 }
 
-double Dialogue::ask_number(const std::string& question, double low, double high, std::optional<double> known) {
-  Question asked{question, {}, std::pair(low, high)};
+double Dialogue::ask_number(const std::string& question, double low, double high, const std::string& unit,
+                            std::optional<double> known) {
+  Question asked{question, {}, std::pair(low, high), unit};
   if (known) asked.words.emplace_back("tape");
   for (;;) {
     const std::string typed = answer(asked);

@@ -38,8 +38,9 @@ struct Question {
   std::string text;
   std::vector<std::string> words;
   std::optional<std::pair<double, double>> bounds;
+  std::string unit;  ///< Of the number: "mm", "degrees".
 };
-/// In one line: "text [word | word]".
+/// In one line: "text [word | word]", "text, in mm: [10 to 20]".
 [[nodiscard]] std::string text(const Question& question);
 
 /// Who answers: a terminal, a script, or the buttons of a screen.
@@ -68,7 +69,8 @@ class Dialogue {
   int ask(const std::string& question, std::initializer_list<const char*> words);
   /// @throws CommissionEnded for any other answer of a script than a number within the bounds.
   /// @param known where the answer is known without asking (on a simulated machine), the word "tape" takes it.
-  double ask_number(const std::string& question, double low, double high, std::optional<double> known = {});
+  double ask_number(const std::string& question, double low, double high, const std::string& unit,
+                    std::optional<double> known = {});
   /// Whether a person typed anything: while something moves, that means stop.
   [[nodiscard]] bool interrupted();
   [[nodiscard]] const std::string& stop_gesture() const noexcept { return partner_.stop_gesture; }

@@ -21,13 +21,18 @@ constexpr double kRampRise_1ps = 0.03;
 constexpr double kEndOpening = 0.14;  // behind the dead band: some centimetres a second
 constexpr double kSmallest_s = 10, kStroke_s = 80;
 constexpr double kPresetError_m = 1e-3, kTiltError_rad = 1 * kDegree;
-constexpr double kTape_mm = 10;  // a drawing that is off
+constexpr double kTape_mm = 10, kTape_m = 1e-3 * kTape_mm;  // a drawing that is off
 constexpr Duration kEStopPatience = 2s;
 
 class Wizard {
  public:
-  Wizard(const MachineDescription& machine, BusAccess& access, Partner partner, const std::function<void()>& check)
-      : machine_(machine), access_(access), check_(check), dialogue_(std::move(partner), [this] { idle(); }) {}
+  Wizard(const MachineDescription& machine, BusAccess& access, Partner partner, const std::function<void()>& check,
+         const Resume& resume)
+      : machine_(machine), access_(access), check_(check), resume_(resume), dialogue_(std::move(partner), [this] {
+          idle();
+        }) {
+    result_.axes = resume.from.axes;
+  }
 
   void prepare() {
     dialogue_.say("While something moves, " + dialogue_.stop_gesture() +
@@ -56,6 +61,7 @@ class Wizard {
     show_readings();
     e_stop();
     tilt();
+    check_presets();
   }
 
   void enable_motion() {
@@ -65,6 +71,18 @@ class Wizard {
     bench_->prove_closed();
     keep({Level::kOk, "pilot pressure", "switches on and off, and no cylinder moves"});
     dialogue_.ask("Step 2 of 2: from now on one cylinder at a time moves, each time after you confirm it.", {"move"});
+  }
+
+  /// Makes it, unless the run that this one continues has completed it.
+  void step(int number, void (Wizard::*make)()) {
+    if (number <= resume_.from.completed) return dialogue_.say(fmt::format("\n{}. done before: skipped", number));
+    const std::size_t before = result_.findings.size();
+    (this->*make)();
+    progress_.completed = number;
+    progress_.axes = result_.axes;
+    progress_.findings.insert(progress_.findings.end(), result_.findings.begin() + static_cast<std::ptrdiff_t>(before),
+                              result_.findings.end());
+    if (resume_.keep) resume_.keep(progress_);
   }
 
   void signs() {
@@ -128,7 +146,11 @@ class Wizard {
     if (!bench_) return;
     dialogue_.say('\n' + take_out_of_service(machine_, access_));
   }
-  [[nodiscard]] WizardResult take() { return std::move(result_); }
+  [[nodiscard]] WizardResult take() {
+    const Findings& before = resume_.from.findings;
+    result_.findings.insert(result_.findings.end(), before.begin(), before.end());
+    return std::move(result_);
+  }
 
  private:
   void idle() {
@@ -187,7 +209,7 @@ class Wizard {
       return;
     }
     const double level_rad =
-        kDegree * dialogue_.ask_number("The hull's slope by a spirit level in degrees, front up positive:", -30, 30);
+        kDegree * dialogue_.ask_number("The hull's slope by a spirit level, front up positive", -30, 30, "degrees");
     const double reading_rad = bench_->sensors().tilt_rad, error_rad = reading_rad - level_rad;
     result_.tilt_error_rad = error_rad;
     const bool off = std::abs(error_rad) > kTiltError_rad;
@@ -253,9 +275,9 @@ class Wizard {
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
     const auto tape_m = access_.tape_m(joint);
     const double length_m =
-        1e-3 * dialogue_.ask_number(about + ": the cylinder's length from pin to pin, measured with a tape, in mm:",
+        1e-3 * dialogue_.ask_number(about + ": the cylinder's length from pin to pin, measured with a tape",
                                     1e3 * cylinder(joint).min_length_m - kTape_mm,
-                                    1e3 * cylinder(joint).max_length_m + kTape_mm,
+                                    1e3 * cylinder(joint).max_length_m + kTape_mm, "mm",
                                     tape_m ? std::optional(1e3 * *tape_m) : std::nullopt);
     axis.offset_m = bench_->sensors().length_m[joint] - length_m;
     const std::string question = fmt::format(
@@ -287,6 +309,27 @@ class Wizard {
         {.joint = joint, .peak = direction * peak, .rise_1ps = 0.1, .travel_m = stroke_m / 2, .longest_s = kStroke_s});
   }
 
+  /// The run before has made encoders show their cylinder's length, and closed loop relies on it.
+  void check_presets() {
+    for (int joint = 0; joint < kJoints; ++joint) {
+      if (!result_.axes[static_cast<std::size_t>(joint)].preset) continue;
+      const std::string about = kJointNames[static_cast<std::size_t>(joint)];
+      // A simulated machine is a new one in each run.
+      if (const auto tape_m = access_.tape_m(joint)) {
+        bench_->write_objects(machine_.bus.encoders[static_cast<std::size_t>(joint)].id,
+                              slave::preset_script(machine_, *tape_m));
+        bench_->idle(200ms);
+      }
+      const double length_m = bench_->sensors().length_m[joint];
+      const bool sound =
+          length_m > cylinder(joint).min_length_m - kTape_m && length_m < cylinder(joint).max_length_m + kTape_m;
+      keep({sound ? Level::kOk : Level::kFault, about,
+            fmt::format("encoder reads {:.1f} mm", 1e3 * length_m) +
+                (sound ? ", preset by the run before"
+                       : ", which its cylinder cannot have: the preset is lost; begin anew, without --resume")});
+    }
+  }
+
   std::optional<double> ramp(int joint, int direction) {
     const JogRun run = bench_->run({.joint = joint,
                                     .peak = direction * slave::kJogTable.command,
@@ -313,6 +356,8 @@ class Wizard {
   const MachineDescription& machine_;
   BusAccess& access_;
   const std::function<void()>& check_;
+  const Resume& resume_;
+  WizardProgress progress_{resume_.from};
   Dialogue dialogue_;
   std::optional<JogBench> bench_;
   WizardResult result_;
@@ -333,16 +378,16 @@ BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dia
 WizardResult run_wizard(
     const MachineDescription& machine, BusAccess& access, Partner partner,
     const std::function<std::vector<std::string>(const MachineDescription&, const std::function<bool()>&)>& record,
-    const std::function<void()>& check) {
-  Wizard wizard(machine, access, std::move(partner), check);
+    const std::function<void()>& check, const Resume& resume) {
+  Wizard wizard(machine, access, std::move(partner), check, resume);
   try {
     wizard.prepare();
     wizard.identity();
     wizard.probe();
     wizard.enable_motion();
-    wizard.signs();
-    wizard.strokes();
-    wizard.dead_bands();
+    wizard.step(kSigns, &Wizard::signs);
+    wizard.step(kStrokes, &Wizard::strokes);
+    wizard.step(kDeadBands, &Wizard::dead_bands);
     wizard.hand_over(record);
   } catch (...) {
     wizard.out_of_service();

@@ -29,6 +29,20 @@ struct WizardResult {
   std::vector<std::string> recordings;  ///< Files for `knuckle identify`.
 };
 
+/// The steps that need not be made again by a run that goes on where another has ended. Those before are made in each
+/// run: they prove bus, E-stop and closed valves as they are now.
+inline constexpr int kSigns = 4, kStrokes = 5, kDeadBands = 6;
+struct WizardProgress {
+  int completed = 0;  ///< The last completed step; below kSigns: none of them.
+  PerJoint<AxisResult> axes;
+  Findings findings;  ///< Of these steps.
+};
+/// Where to go on, and who keeps how far it came: told after each of these steps.
+struct Resume {
+  WizardProgress from;
+  std::function<void(const WizardProgress&)> keep;
+};
+
 /// Reads only, and says what it finds. @throws CommissionEnded where the bus has faults, such as another controller.
 BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dialogue& dialogue,
                        const std::function<void()>& check);
@@ -40,6 +54,6 @@ BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dia
     const MachineDescription& machine, BusAccess& access, Partner partner,
     const std::function<std::vector<std::string>(const MachineDescription&, const std::function<bool()>& stopped)>&
         record,
-    const std::function<void()>& check);
+    const std::function<void()>& check, const Resume& resume = {});
 
 }  // namespace knuckle::bringup

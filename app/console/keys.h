@@ -9,8 +9,9 @@ namespace knuckle::console {
 
 namespace key {
 inline constexpr int kSpace = 32, kEscape = 256, kBackspace = 259, kMinus = '-', kSlash = '/', kEqual = '=';
-inline constexpr int kComma = ',', kPeriod = '.', kLeftBracket = '[', kRightBracket = ']', kHome = 268, kEnd = 269;
-inline constexpr int kF1 = 290, kF2 = 291, kF3 = 292, kF4 = 293, kF5 = 294, kF6 = 295;
+inline constexpr int kComma = ',', kPeriod = '.', kLeftBracket = '[', kRightBracket = ']', kPageUp = 266,
+                     kPageDown = 267, kHome = 268, kEnd = 269;
+inline constexpr int kF1 = 290, kF2 = 291, kF3 = 292, kF4 = 293, kF5 = 294, kF6 = 295, kF7 = 296;
 inline constexpr int kF9 = 298, kF10 = 299, kF11 = 300, kF12 = 301;
 inline constexpr int kKeypadSubtract = 333, kKeypadAdd = 334;
 inline constexpr int kLeftShift = 340, kLeftControl = 341, kRightShift = 344, kRightControl = 345;
@@ -36,13 +37,19 @@ enum class KeyAction : std::uint8_t {
   kHydraulics,
   kCalibrate,
   kEvents,
+  kHistory,
   kPause,
   kReset,
   kBookmark,
   kHoldToRun,
   kGround,
+  kGradePoint,
+  kGradeSlope,
   kMute,
   kView,
+  kCloser,
+  kFarther,
+  kWhole,
   kPicture,
   kTheme,
   kUnits,
@@ -50,18 +57,19 @@ enum class KeyAction : std::uint8_t {
   kLarger,
   kSmaller,
   kHelp,
-  // pressed, while a recording is played
+  // pressed: the time that plots show
+  kEventBack,
+  kEventOn,
+  kEnd,
+  // the same, while a recording is played
   kPlay,
   kStepBack,
   kStepOn,
   kSecondBack,
   kSecondOn,
-  kEventBack,
-  kEventOn,
   kSlower,
   kFaster,
   kBegin,
-  kEnd,
 };
 
 struct KeyBinding {
@@ -94,14 +102,23 @@ inline constexpr std::array kKeys{
     KeyBinding{KeyAction::kHydraulics, key::kF4, false, false, "F4", "Hydraulics"},
     KeyBinding{KeyAction::kCalibrate, key::kF5, false, false, "F5", "Calibrate"},
     KeyBinding{KeyAction::kEvents, key::kF6, false, false, "F6", "Events"},
+    KeyBinding{KeyAction::kHistory, key::kF7, false, false, "F7", "History"},
     KeyBinding{KeyAction::kPause, 'P', false, false, "P", "pause (simulation)"},
     KeyBinding{KeyAction::kReset, 'R', false, true, "Ctrl+R", "restart (simulation)"},
     KeyBinding{KeyAction::kBookmark, 'B', false, false, "B", "bookmark: an event, in the recording too"},
     KeyBinding{KeyAction::kHoldToRun, 'M', false, false, "M", "mouse or touch alone: enable while it is held"},
     KeyBinding{KeyAction::kGround, 'G', false, false, "G", "heights count from where the tip is now"},
+    KeyBinding{KeyAction::kGradePoint, 'T', false, false, "T", "grade line through where the tip is now"},
+    KeyBinding{KeyAction::kGradeSlope, 'Y', false, false, "Y", "its slope: from there to where the tip is now"},
     KeyBinding{KeyAction::kMute, 'N', false, false, "N", "alarm sounds off or on"},
     KeyBinding{KeyAction::kView, 'V', false, false, "V", "side view or orbit"},
+    KeyBinding{KeyAction::kCloser, key::kPageUp, false, false, "Page up", "closer to the bucket's tip"},
+    KeyBinding{KeyAction::kFarther, key::kPageDown, false, false, "Page down", "farther"},
+    KeyBinding{KeyAction::kWhole, 'Z', false, false, "Z", "the whole machine in view"},
     KeyBinding{KeyAction::kPicture, 'X', false, false, "X", "large picture: each camera in turn, the machine"},
+    KeyBinding{KeyAction::kEventBack, key::kLeftBracket, false, false, "[", "plots: to the event before"},
+    KeyBinding{KeyAction::kEventOn, key::kRightBracket, false, false, "]", "plots: to the next event"},
+    KeyBinding{KeyAction::kEnd, key::kEnd, false, false, "End", "plots: back to now"},
     KeyBinding{KeyAction::kTheme, key::kF9, false, false, "F9", "light or dark"},
     KeyBinding{KeyAction::kUnits, key::kF10, false, false, "F10", "metric or imperial"},
     KeyBinding{KeyAction::kFullScreen, key::kF11, false, false, "F11", "full screen"},
@@ -130,9 +147,9 @@ inline constexpr std::array kPlayerKeys{
     KeyBinding{KeyAction::kEnd, key::kEnd, false, false, "End", "to the end"},
 };
 [[nodiscard]] constexpr bool acts_on_window(const KeyBinding& binding) noexcept {
-  return (binding.action >= KeyAction::kOperate && binding.action <= KeyAction::kEvents) ||
+  return (binding.action >= KeyAction::kOperate && binding.action <= KeyAction::kHistory) ||
          (binding.action >= KeyAction::kView && binding.action <= KeyAction::kHelp) ||
-         binding.action == KeyAction::kGround;
+         (binding.action >= KeyAction::kGround && binding.action <= KeyAction::kGradeSlope);
 }
 
 }  // namespace knuckle::console

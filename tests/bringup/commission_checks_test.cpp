@@ -101,11 +101,11 @@ TEST(JogText, NamesAxisMeasuredValueAndLimitOfWhatEndedAMotion) {
             "the bucket cylinder moved by 11 mm without a command, limit 10 mm: valves, hoses or encoders are "
             "exchanged, or a load holding valve leaks");
   EXPECT_EQ(jog_text({ReasonCode::kSensorStale, 0x22, 26, 25}),
-            "node 0x22: sensor has stopped sending: check node and cable (26 ms; limit 25)");
+            "node 0x22: sensor has stopped sending: check node and cable (26 ms; limit 25 ms)");
   EXPECT_EQ(jog_text({ReasonCode::kSensorInvalid, 0x22, 1, 0}),
             "node 0x22 reports an invalid value: check its sensor and wiring");
   EXPECT_EQ(jog_text({ReasonCode::kJogTooLong, 0, 90.5F, 90}),
-            "motion takes too long: check pump, engine speed and pilot pressure (90.5 s; limit 90)");
+            "motion takes too long: check pump, engine speed and pilot pressure (90.5 s; limit 90 s)");
   EXPECT_EQ(jog_text({ReasonCode::kEmergencyStop, 0, 0, 0}),
             "the E-stop chain is open: release the E-stop on the machine");
   EXPECT_EQ(jog_text({ReasonCode::kPilotStaysOn, 0, 0, 0}),

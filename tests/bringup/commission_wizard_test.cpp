@@ -46,7 +46,8 @@ struct Outcome {
 };
 
 Outcome commission(const std::shared_ptr<sim::MachineOnBus>& bus, Script script,
-                   const MachineDescription& file = solar(), const std::function<void(BusAccess&)>& change = {}) {
+                   const MachineDescription& file = solar(), const std::function<void(BusAccess&)>& change = {},
+                   const Resume& resume = {}) {
   BusAccess access = sim::access_to(bus);
   if (change) change(access);
   const auto next = [&script]() -> std::optional<std::string> {
@@ -61,7 +62,8 @@ Outcome commission(const std::shared_ptr<sim::MachineOnBus>& bus, Script script,
     return std::vector<std::string>();
   };
   try {
-    outcome.result = run_wizard(file, access, terminal(told, next, false), record, [] {});
+    outcome.result = run_wizard(
+        file, access, terminal(told, next, false), record, [] {}, resume);
   } catch (const CommissionEnded& ended) {
     outcome.ended = ended.what();
   }
@@ -189,6 +191,78 @@ TEST(CommissionWizard, ExchangedPressureSidesAreFoundAtTheStop) {
 std::string text_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// A run that ends where the next word of the script is missing, and how far it came.
+WizardProgress ended_after(const std::shared_ptr<sim::MachineOnBus>& bus, std::size_t words) {
+  Script script = all();
+  script.resize(words);
+  WizardProgress kept;
+  const Outcome ended =
+      commission(bus, script, solar(), {}, {{}, [&kept](const WizardProgress& progress) { kept = progress; }});
+  EXPECT_EQ(ended.ended, "the input has ended");
+  return kept;
+}
+constexpr std::size_t kSigned = 7 + 12, kStroked = kSigned + 15;  // words up to the ends of these steps
+
+TEST(CommissionResume, GoesOnAfterTheLastCompletedStepAndComesToTheSameResult) {
+  const auto bus = simulated_bus(solar(), 7);
+  const WizardProgress kept = ended_after(bus, kStroked + 1);  // in the first ramp
+  ASSERT_EQ(kept.completed, kStrokes);
+  Script rest = start();
+  rest.insert(rest.end(), {"go", "go", "go", "finish"});
+  const Outcome outcome = commission(bus, rest, solar(), {}, {kept, {}});
+  ASSERT_EQ(outcome.ended, "") << outcome.told;
+  EXPECT_NE(outcome.told.find("4. done before: skipped"), std::string::npos);
+  const Outcome whole = commission(simulated_bus(solar(), 7), all());
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    EXPECT_TRUE(outcome.result.axes[j].preset);
+    EXPECT_EQ(outcome.result.axes[j].stroke_m, whole.result.axes[j].stroke_m) << j;
+    EXPECT_EQ(outcome.result.axes[j].offset_m, whole.result.axes[j].offset_m) << j;
+    EXPECT_NEAR(*outcome.result.axes[j].dead_band_extend, *whole.result.axes[j].dead_band_extend, 0.01) << j;
+  }
+  const auto found = [](const Findings& all_of, const std::string& text) {
+    return std::count_if(all_of.begin(), all_of.end(),
+                         [&](const Finding& one) { return one.text.find(text) != std::string::npos; });
+  };
+  EXPECT_EQ(found(outcome.result.findings, "encoder preset"), 3) << "of the run before";
+  EXPECT_EQ(found(outcome.result.findings, "pressed and released"), 1) << "of this run alone";
+}
+
+TEST(CommissionResume, MovesNothingBeforeThisRunsOwnWords) {
+  const auto bus = simulated_bus();
+  const WizardProgress kept = ended_after(bus, kSigned);
+  ASSERT_EQ(kept.completed, kSigns);
+  bool powered = false;
+  double moved_m = 0;
+  const JointVector before = bus->plant().cylinder_m;
+  bus->each_tick = [&](sim::MachineOnBus& b) {
+    powered = powered || b.machine().nodes().outputs().pilot;
+    moved_m = std::max(moved_m, (b.plant().cylinder_m - before).cwiseAbs().maxCoeff());
+  };
+  Script script = start();
+  script.resize(5);  // E-stop and slope, but no word that enables motion
+  EXPECT_EQ(commission(bus, script, solar(), {}, {kept, {}}).ended, "the input has ended");
+  EXPECT_FALSE(powered);
+  script = start();
+  EXPECT_EQ(commission(bus, script, solar(), {}, {kept, {}}).ended, "the input has ended");
+  EXPECT_LT(moved_m, 1e-3) << "the first stroke needs its own word";
+}
+
+TEST(CommissionResume, StopsWhereAPresetOfTheRunBeforeIsLost) {
+  const auto bus = simulated_bus();
+  WizardProgress kept;
+  kept.completed = kStrokes;
+  for (AxisResult& axis : kept.axes) axis.preset = true;
+  MachineDescription longer = solar();
+  for (CylinderDescription& cylinder : longer.cylinders) {
+    cylinder.min_length_m += 0.4;
+    cylinder.max_length_m += 0.4;
+  }
+  const auto no_tape = [](BusAccess& access) { access.tape_m = [](int) { return std::optional<double>(); }; };
+  const Outcome outcome = commission(bus, start(), longer, no_tape, {kept, {}});
+  EXPECT_NE(outcome.ended.find("the preset is lost; begin anew"), std::string::npos) << outcome.ended;
+  EXPECT_FALSE(outcome.pilot);
 }
 
 TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehindIt) {
@@ -321,7 +395,7 @@ TEST(CommissionDialogue, APersonWhoMistypesIsAskedAgainAndAScriptIsNot) {
   };
   Dialogue live(terminal(out, next, true), types);
   EXPECT_EQ(live.ask("ready?", {"no", "go"}), 1);
-  EXPECT_EQ(live.ask_number("tilt?", -30, 30), 30);
+  EXPECT_EQ(live.ask_number("tilt?", -30, 30, "degrees"), 30);
   EXPECT_TRUE(person.empty());
   EXPECT_NE(out.str().find("the answer 'yes' is not one of no | go: nothing moves; once more"), std::string::npos);
   EXPECT_NE(out.str().find("the answer '45' is not a number from -30 to 30"), std::string::npos);
@@ -336,7 +410,7 @@ TEST(CommissionDialogue, NumbersAreTakenWithinTheirBoundsOnly) {
     Dialogue dialogue(terminal(
                           out, [&line] { return std::optional(line); }, false),
                       [] {});
-    return dialogue.ask_number("?", -30, 30);
+    return dialogue.ask_number("?", -30, 30, "degrees");
   };
   EXPECT_EQ(answer("-30"), -30);
   EXPECT_EQ(answer("1.5"), 1.5);

@@ -10,7 +10,7 @@ namespace {
 
 TEST(Reason, SaysAgeAndLimit) {
   EXPECT_EQ(text({ReasonCode::kLinkLost, 0, 203, 200}),
-            "no new packet over the link: check the network (203 ms; limit 200)");
+            "no new packet over the link: check the network (203 ms; limit 200 ms)");
 }
 
 TEST(Reason, CallsWhatNeverCameByNoAge) {
@@ -21,14 +21,14 @@ TEST(Reason, CallsWhatNeverCameByNoAge) {
 
 TEST(Reason, SaysThousandsInFull) {
   EXPECT_EQ(text({ReasonCode::kLinkLost, 0, 1213.4F, 200}),
-            "no new packet over the link: check the network (1213 ms; limit 200)");
+            "no new packet over the link: check the network (1213 ms; limit 200 ms)");
   EXPECT_EQ(text({ReasonCode::kLinkLost, 0, 203.4F, 0.125F}),
-            "no new packet over the link: check the network (203 ms; limit 0.125)");
+            "no new packet over the link: check the network (203 ms; limit 0.125 ms)");
 }
 
 TEST(Reason, HasItsIdentifierInLogs) {
   EXPECT_EQ(text_with_code({ReasonCode::kLinkLost, 0, 203, 200}),
-            "link_lost: no new packet over the link: check the network (203 ms; limit 200)");
+            "link_lost: no new packet over the link: check the network (203 ms; limit 200 ms)");
 }
 
 TEST(Reason, StandsWhileCodeAndSubjectStayWhateverIsMeasured) {

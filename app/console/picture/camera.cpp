@@ -16,7 +16,8 @@ using Eigen::Vector3d;
 
 constexpr double kFieldOfView_rad = 0.6;  // vertical
 constexpr double kLowest_rad = 0.03, kHighest_rad = 1.45;
-constexpr double kNearest = 0.5, kFarthest = 6;  // times reach
+constexpr double kNearest = 0.5, kFarthest = 6;   // times reach
+constexpr double kSmallest = 0.06, kLargest = 3;  // likewise: what a side view shows across
 
 /// From the target to the eye.
 Vector3d eye_direction(const Camera& camera) {
@@ -91,6 +92,12 @@ Matrix4d side_projection(const Camera& camera, const Viewport& viewport) {
   return m;
 }
 
+/// So that the machine cannot be lost: the box moved until its middle is one that the bucket reaches, or nearly.
+Eigen::AlignedBox2d within_reach(Eigen::AlignedBox2d box, double reach_m) {
+  const Vector2d centre = box.center(), limit = Vector2d::Constant(1.3 * reach_m);
+  return box.translate(centre.cwiseMax(-limit).cwiseMin(limit) - centre);
+}
+
 /// -1..1 across the viewport, y up.
 Vector2d normalised(const Vector2d& pixel, const Viewport& viewport) {
   return {2 * pixel.x() / viewport.width_px - 1, 1 - 2 * pixel.y() / viewport.height_px};
@@ -154,14 +161,26 @@ Camera turned(Camera camera, const Vector2d& drag_px, const Viewport& viewport) 
   return camera;
 }
 
-Camera zoomed(Camera camera, double steps) {
-  if (camera.kind != Camera::Kind::kOrbit) return camera;
-  camera.distance_m =
-      std::clamp(camera.distance_m * std::pow(0.9, steps), kNearest * camera.reach_m, kFarthest * camera.reach_m);
+Camera zoomed(Camera camera, double steps, const PlanarVector& about_m) {
+  const double factor = std::pow(0.9, steps);
+  if (camera.kind == Camera::Kind::kOrbit)
+    camera.distance_m = std::clamp(camera.distance_m * factor, kNearest * camera.reach_m, kFarthest * camera.reach_m);
+  if (camera.kind == Camera::Kind::kSide) {
+    const double across = camera.shown_m.sizes().maxCoeff();
+    const double by = std::clamp(across * factor, kSmallest * camera.reach_m, kLargest * camera.reach_m) / across;
+    camera.shown_m = within_reach(Eigen::AlignedBox2d(Vector2d(about_m + by * (camera.shown_m.min() - about_m)),
+                                                      Vector2d(about_m + by * (camera.shown_m.max() - about_m))),
+                                  camera.reach_m);
+  }
   return camera;
 }
 
 Camera shifted(Camera camera, const Vector2d& drag_px, const Viewport& viewport) {
+  if (camera.kind == Camera::Kind::kSide) {
+    const double m_per_px = 2 * half_shown(camera, viewport).y() / viewport.height_px;
+    camera.shown_m.translate(m_per_px * Vector2d(-drag_px.x(), drag_px.y()));
+    camera.shown_m = within_reach(camera.shown_m, camera.reach_m);
+  }
   if (camera.kind != Camera::Kind::kOrbit) return camera;
   const double m_per_px = 2 * camera.distance_m * std::tan(kFieldOfView_rad / 2) / viewport.height_px;
   const Axes a = axes(camera);
@@ -182,6 +201,21 @@ Matrix4d view_projection(const Camera& camera, const Viewport& viewport) {
     return perspective(half, ratio, 0.02 * camera.reach_m, 12 * camera.reach_m) * look_from(eye_of(camera, a), a);
   return perspective(half, ratio, 0.05 * camera.distance_m, camera.distance_m + 6 * camera.reach_m) *
          look_from(eye_of(camera, a), a);
+}
+
+Grid grid_of(const Camera& camera, const Viewport& viewport, double unit_m, double zero_m) {
+  constexpr double kLeast_px = 64;
+  const double m_per_px = 2 * half_shown(camera, viewport).y() / viewport.height_px;
+  const double least = kLeast_px * viewport.line_scale * m_per_px / unit_m;
+  const double decade = std::pow(10, std::floor(std::log10(least)));
+  const double step = least <= decade       ? decade
+                      : least <= 2 * decade ? 2 * decade
+                      : least <= 5 * decade ? 5 * decade
+                                            : 10 * decade;
+  const PlanarVector centre = camera.shown_m.center();
+  const double step_m = step * unit_m;
+  return {step_m,
+          {step_m * std::round(centre.x() / step_m), zero_m + step_m * std::round((centre.y() - zero_m) / step_m)}};
 }
 
 std::optional<PlanarVector> plane_point(const Camera& camera, const Viewport& viewport, const Vector2d& pixel) {

@@ -45,16 +45,24 @@ struct Camera {
 /// What a camera on the machine sees; its picture has square pixels and fills the viewport.
 [[nodiscard]] Camera mounted_camera(const MachineDescription& machine, const CameraDescription& mount);
 
-// Only an orbit is moved by these.
-/// The mouse dragged the machine round.
+// A camera on the machine is moved by none of these.
+/// The mouse dragged the machine round: an orbit alone.
 [[nodiscard]] Camera turned(Camera camera, const Eigen::Vector2d& drag_px, const Viewport& viewport);
-/// The wheel: positive steps come closer.
-[[nodiscard]] Camera zoomed(Camera camera, double steps);
-/// The mouse dragged the target along.
+/// The wheel: positive steps come closer. @param about_m of a side view: this point of the plane stays where it is.
+[[nodiscard]] Camera zoomed(Camera camera, double steps, const PlanarVector& about_m = PlanarVector::Zero());
+/// The mouse dragged what is seen along.
 [[nodiscard]] Camera shifted(Camera camera, const Eigen::Vector2d& drag_px, const Viewport& viewport);
 
 /// Column vectors, clip space of OpenGL.
 [[nodiscard]] Eigen::Matrix4d view_projection(const Camera& camera, const Viewport& viewport);
+
+/// Lines to measure by in a side view.
+struct Grid {
+  double step_m = 1;  ///< 1, 2 or 5 times a power of ten of the unit; at least some 64 pixels of the design.
+  PlanarVector middle_m = PlanarVector::Zero();  ///< A crossing of two lines near the middle of the picture.
+};
+/// @param unit_m that lengths are shown in. @param zero_m height from which heights are counted.
+[[nodiscard]] Grid grid_of(const Camera& camera, const Viewport& viewport, double unit_m, double zero_m);
 
 /// Where the machine's plane (y = 0) is under a pixel, as (x, z); nullopt where it is not, or beyond anything to be
 /// pointed at.

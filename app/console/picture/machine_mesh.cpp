@@ -158,6 +158,14 @@ std::array<Mesh, kBodies> body_meshes(const MachineDescription& m) {
           rod_mesh(m.cylinders[kBucket], size)};
 }
 
+Outline bucket_room(const MachineDescription& machine) {
+  const double tip = machine.links[kBucket].length_m;
+  Outline room{{0.04 * tip, 0.04 * tip}};
+  const std::vector<PlanarVector> back = bucket_back(machine.bucket_profile);
+  room.insert(room.end(), back.begin(), back.end());
+  return room;
+}
+
 std::array<Frame2, kBodies> body_frames(const MachinePose& pose) {
   std::array<Frame2, kBodies> frames{pose.boom, pose.arm, pose.bucket,
                                      along(pose.rocker_pin_m, pose.linkage_pin_m, pose.rocker_pin_m),

@@ -31,6 +31,10 @@ inline constexpr std::size_t kBodies = 11;
 /// In the bodies' own axes.
 [[nodiscard]] std::array<Mesh, kBodies> body_meshes(const MachineDescription& machine);
 
+/// The room in the bucket that a load fills, in the bucket's axes: from the hinge round the back to the cutting edge,
+/// and across its mouth.
+[[nodiscard]] Outline bucket_room(const MachineDescription& machine);
+
 /// Of the bodies' axes, frame M.
 [[nodiscard]] std::array<Frame2, kBodies> body_frames(const MachinePose& pose);
 

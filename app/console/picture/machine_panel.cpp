@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/console/machine_words.h"
+#include "app/console/widgets/widgets.h"
 #include "machine/description.h"
 
 namespace knuckle::console::picture {
@@ -54,24 +55,33 @@ void MachinePanel::watch(const ConsoleView& view) {
 void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, const ConsoleView& view) {
   pulled_ = {};
   if (picture.width() < 1 || picture.height() < 1) return;
-  ImGui::SetCursorScreenPos(picture.min);
-  ImGui::InvisibleButton("picture", picture.size(),
-                         ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
+  widgets::pointer_area("picture", picture, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
   const ImGuiIO& io = ImGui::GetIO();
   const Viewport port = viewport_of(picture);
   const Eigen::Vector2d scale = pixels(io.DisplayFramebufferScale);
   const Eigen::Vector2d drag = pixels(io.MouseDelta).cwiseProduct(scale);
   const bool held = ImGui::IsItemActive();
-  if (!side_view) {
-    if (held && ImGui::IsMouseDown(ImGuiMouseButton_Left)) orbit_ = turned(orbit_, drag, port);
-    if (held && ImGui::IsMouseDown(ImGuiMouseButton_Right)) orbit_ = shifted(orbit_, drag, port);
-    if (ImGui::IsItemHovered() && io.MouseWheel != 0) orbit_ = zoomed(orbit_, static_cast<double>(io.MouseWheel));
-    return;
-  }
-  if (!held || !ImGui::IsMouseDown(ImGuiMouseButton_Left)) return;
   const ImVec2 at{io.MousePos.x - picture.min.x, io.MousePos.y - picture.min.y};
-  if (const auto mouse_m = plane_point(side_, port, pixels(at).cwiseProduct(scale)))
+  const auto mouse_m = plane_point(side_, port, pixels(at).cwiseProduct(scale));
+  Camera& camera = side_view ? side_ : orbit_;
+  if (held && ImGui::IsMouseDown(ImGuiMouseButton_Right)) camera = shifted(camera, drag, port);
+  if (ImGui::IsItemHovered() && io.MouseWheel != 0)
+    camera = zoomed(camera, static_cast<double>(io.MouseWheel), mouse_m.value_or(PlanarVector::Zero()));
+  if (!held || !ImGui::IsMouseDown(ImGuiMouseButton_Left)) return;
+  if (!side_view)
+    orbit_ = turned(orbit_, drag, port);
+  else if (mouse_m)
     pulled_ = hand_from_drag(*mouse_m - kinematics_.tip(view.hand.ghost_rad), view.hand.ghost_rad, kinematics_);
+}
+
+void MachinePanel::zoom(bool side_view, double steps, const PlanarVector& about_m) {
+  Camera& camera = side_view ? side_ : orbit_;
+  camera = zoomed(camera, steps, about_m);
+}
+
+void MachinePanel::show_whole() {
+  side_ = side_camera(machine_);
+  orbit_ = orbit_camera(machine_);
 }
 
 MachinePicture MachinePanel::picture_of(const ConsoleView& view, bool stale, const ConsoleView* beside) const {
@@ -105,9 +115,10 @@ MachinePicture MachinePanel::picture_of(const ConsoleView& view, bool stale, con
 }
 
 void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view,
-                        const ConsoleView* beside) {
-  view_.draw(picture_of(view, stale, beside), side_view ? side_ : orbit_, viewport_of(picture),
-             light ? light_picture_colours() : dark_picture_colours());
+                        const std::optional<Grid>& grid, const ConsoleView* beside) {
+  MachinePicture p = picture_of(view, stale, beside);
+  p.grid = grid;
+  view_.draw(p, camera(side_view), viewport_of(picture), light ? light_picture_colours() : dark_picture_colours());
 }
 
 void MachinePanel::draw_over(const widgets::Area& picture, const CameraDescription& mount, bool light,
@@ -119,8 +130,7 @@ void MachinePanel::draw_over(const widgets::Area& picture, const CameraDescripti
 void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, const JointVector& pose_rad) {
   MachinePicture p;
   p.measured_rad = pose_rad;
-  view_.draw(p, side_view ? side_ : orbit_, viewport_of(picture),
-             light ? light_picture_colours() : dark_picture_colours());
+  view_.draw(p, camera(side_view), viewport_of(picture), light ? light_picture_colours() : dark_picture_colours());
 }
 
 }  // namespace knuckle::console::picture

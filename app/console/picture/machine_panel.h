@@ -2,6 +2,8 @@
 // pulls the tip.
 #pragma once
 
+#include <optional>
+
 #include "app/console/console_view.h"
 #include "app/console/hand_input.h"
 #include "app/console/picture/live_scene.h"
@@ -25,13 +27,20 @@ class MachinePanel {
   void watch(const ConsoleView& view);
   /// Takes the mouse in, while ImGui's frame is open. @param picture where the picture lies; screen pixels.
   void take_mouse(const widgets::Area& picture, bool side_view, const ConsoleView& view);
-  /// Into the bound framebuffer. @param beside the same time of another run; nullptr: there is none.
+  /// Into the bound framebuffer. @param grid of a side view; nothing: none is drawn. @param beside the same time of
+  /// another run; nullptr: there is none.
   void draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view,
-            const ConsoleView* beside = nullptr);
+            const std::optional<Grid>& grid, const ConsoleView* beside = nullptr);
   /// Only the machine, at this pose.
   void draw(const widgets::Area& picture, bool side_view, bool light, const JointVector& pose_rad);
   /// Outlines and force, over the picture of a camera on the machine.
   void draw_over(const widgets::Area& picture, const CameraDescription& mount, bool light, const ConsoleView& view);
+  /// From where it is seen.
+  [[nodiscard]] const Camera& camera(bool side_view) const noexcept { return side_view ? side_ : orbit_; }
+  /// By keys: positive steps come closer, in the side view to this point of the plane.
+  void zoom(bool side_view, double steps, const PlanarVector& about_m);
+  /// As at the start.
+  void show_whole();
   /// The tip pulled by the mouse; nothing is held where it is not.
   [[nodiscard]] const HandInput& pulled() const noexcept { return pulled_; }
 

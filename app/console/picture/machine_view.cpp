@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/console/picture/machine_mesh.h"
+#include "app/console/picture/marker_mesh.h"
 #include "app/console/picture/painter.h"
 #include "app/console/picture/world_mesh.h"
 #include "machine/kinematics.h"
@@ -31,24 +32,6 @@ const Matrix4f kHere = Matrix4f::Identity();
 
 /// Radius of the 95 % ellipse of two normal variables, in standard deviations: sqrt(-2 ln 0.05).
 const double kSigmas95 = std::sqrt(-2 * std::log(0.05));
-
-Mesh disc_mesh() {
-  Mesh mesh;
-  mesh.cone({0, 0.004, 0}, {0, -0.004, 0}, 1, 1, Material::kMarker, 40);
-  return mesh;
-}
-
-Mesh arrow_shaft() {
-  Mesh mesh;
-  mesh.tube({0, 0, 0}, {1, 0, 0}, 1, Material::kMarker);
-  return mesh;
-}
-
-Mesh arrow_head() {
-  Mesh mesh;
-  mesh.cone({0, 0, 0}, {1, 0, 0}, 1, 0, Material::kMarker);
-  return mesh;
-}
 
 Matrix4f scaled(const Matrix4f& frame, double x, double y, double z) {
   Matrix4f m = frame;
@@ -144,6 +127,7 @@ struct MachineView::Parts {
       : machine(description),
         force(force_scale(description)),
         disc(disc_mesh()),
+        grid(grid_mesh()),
         shaft(arrow_shaft()),
         head(arrow_head()) {
     for (const Mesh& mesh : body_meshes(machine)) bodies.emplace_back(mesh);
@@ -152,7 +136,7 @@ struct MachineView::Parts {
   void rebuild_world(const session::Scene& now) {
     scene = now;
     const double reach = reach_m(machine);
-    ground_m = ground_level_m(now, reach);
+    ground_m = track_level_m(now, reach);
     hull.emplace(hull_mesh(machine, ground_m));
     const WorldMeshes meshes = world_meshes(now, reach);
     world.clear();
@@ -163,6 +147,7 @@ struct MachineView::Parts {
   enum World : std::uint8_t { kGround, kGrid, kSolids, kSoil, kCracks, kVirtualWalls };
 
   void clear(const Viewport& viewport, const PictureColours& colours, GLbitfield buffers);
+  void draw_grid(const Grid& at, const PictureColours& colours);
   void draw_world(const PictureColours& colours);
   void draw_shadow(const BodyPlaces& at, const PictureColours& colours);
   void draw_solid(const BodyPlaces& at, const Look& look, const PictureColours& colours);
@@ -181,7 +166,7 @@ struct MachineView::Parts {
   Painter painter;
   std::vector<GlMesh> bodies, world;
   std::optional<GlMesh> hull;
-  GlMesh disc, shaft, head;
+  GlMesh disc, grid, shaft, head;
   std::optional<session::Scene> scene;
   double ground_m = 0;
   double line_scale = 1;
@@ -207,6 +192,20 @@ void MachineView::Parts::clear(const Viewport& v, const PictureColours& colours,
   glFrontFace(GL_CCW);
   glPolygonOffset(1, 1);
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+}
+
+/// Behind everything.
+void MachineView::Parts::draw_grid(const Grid& at, const PictureColours& colours) {
+  const Frame2 middle(Eigen::Translation2d{at.middle_m});
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_LINE_SMOOTH);  // level and upright: sharp without
+  {
+    const Blended soft;
+    lines(1);
+    painter.edges(grid, scaled(in_space(middle), at.step_m, 1, at.step_m), {colours.grid, 1, 0.38F, false});
+  }
+  glEnable(GL_LINE_SMOOTH);
+  glEnable(GL_DEPTH_TEST);
 }
 
 /// Surfaces stand a little back, so that the lines on them are seen.
@@ -375,6 +374,7 @@ void MachineView::draw(const MachinePicture& picture, const Camera& camera, cons
   p.clear(viewport, colours, GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   p.painter.begin(view_projection(camera, viewport).cast<float>(), colours);
   const BodyPlaces measured = places(p.machine, picture.measured_rad);
+  if (picture.grid) p.draw_grid(*picture.grid, colours);
   p.draw_world(colours);
   p.draw_shadow(measured, colours);
   const float greyed = picture.measured_is_stale ? 0.92F : 0.0F;

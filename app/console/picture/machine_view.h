@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "app/console/picture/camera.h"
 #include "app/console/picture/picture_colours.h"
@@ -27,8 +28,9 @@ struct MachinePicture {
   double confidence = 1;                  ///< [0, 1]; the arrow fades with it.
   bool contact = false;                   ///< Ring around the tip.
   double contact_s = 1e9;                 ///< How long; the ring flashes at first.
-  const session::Scene* scene = nullptr;  ///< None: ground only.
+  const session::Scene* scene = nullptr;  ///< None: the machine alone.
   double scene_s = 0;                     ///< Time of the scene's session.
+  std::optional<Grid> grid;               ///< Behind everything; of a side view.
   bool as_seen = false;  ///< As a camera sees it: nothing shines through, and what is not there is not drawn.
 };
 

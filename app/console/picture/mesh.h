@@ -83,6 +83,9 @@ struct Disc {
 /// What of a convex or closed outline lies above z = floor_m; empty where nothing does.
 [[nodiscard]] Outline above(const Outline& outline, double floor_m);
 
+/// What of a convex outline a load fills that takes this share of its area, up to a level surface; empty for none.
+[[nodiscard]] Outline filled(const Outline& outline, double share);
+
 /// Triangles of a closed outline that does not cross itself, counter-clockwise seen with x right and z up; indices
 /// into the outline, three each.
 [[nodiscard]] std::vector<std::uint32_t> triangulated(const Outline& outline);

@@ -114,4 +114,24 @@ Outline above(const Outline& outline, double floor_m) {
   return kept.size() < 3 ? Outline{} : kept;
 }
 
+Outline filled(const Outline& outline, double share) {
+  const auto upside_down = [](Outline points) {
+    for (PlanarVector& p : points) p.y() = -p.y();
+    return points;
+  };
+  if (!(share > 0) || outline.size() < 3) return {};
+  if (share >= 1) return outline;
+  const Outline turned = upside_down(outline);
+  const auto [highest, lowest] =
+      std::minmax_element(turned.begin(), turned.end(), [](const auto& a, const auto& b) { return a.y() < b.y(); });
+  const double wanted_m2 = share * std::abs(signed_area_m2(outline));
+  double low = highest->y(), high = lowest->y();
+  constexpr int kHalvings = 20;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double level = (low + high) / 2;
+    (std::abs(signed_area_m2(above(turned, level))) > wanted_m2 ? low : high) = level;
+  }
+  return upside_down(above(turned, high));
+}
+
 }  // namespace knuckle::console::picture

@@ -35,22 +35,25 @@ void add_grid(Mesh& grid, double rear_m, double front_m, double half_m, double z
     grid.line({rear_m, y, z_m}, {front_m, y, z_m}, Material::kGround);
 }
 
-/// A slab with a grid; where there is soil it ends, and the soil fills a block as deep as the slab then is.
+/// A slab with a grid where the scene has ground, and a block of soil where it has soil; elsewhere nothing is known to
+/// be solid, and nothing is drawn.
 void add_ground(WorldMeshes& world, const session::Scene& scene, double reach) {
-  const double level = ground_level_m(scene, reach), step = grid_step_m(reach);
   const double half = ground_half_m(reach);
-  const double rear = -std::floor(-kGroundRear * reach / step) * step;
-  double front = std::floor(kGroundFront * reach / step) * step, bottom = level - kGroundThick * reach;
+  if (const session::SceneLine* ground = first_of(scene, session::SceneLine::Kind::kGround)) {
+    const double level = ground->points_m.front().y(), step = grid_step_m(reach);
+    const double rear = -std::floor(-kGroundRear * reach / step) * step;
+    const double front = std::floor(kGroundFront * reach / step) * step;
+    world.ground.box({rear, -half, level - kGroundThick * reach}, {front, half, level}, Material::kGround);
+    add_grid(world.grid, rear, front, half, level, step);
+  }
   if (const session::SceneLine* soil = first_of(scene, session::SceneLine::Kind::kSoil)) {
     Outline profile = soil->points_m;
-    front = std::clamp(profile.front().x(), rear + step, front);
+    double bottom = profile.front().y();
     for (const PlanarVector& p : profile) bottom = std::min(bottom, p.y() - kSoilThick * reach);
     profile.emplace_back(profile.back().x(), bottom);
     profile.emplace_back(profile.front().x(), bottom);
     world.soil.extrude(profile, -half, half, Material::kSoil);
   }
-  world.ground.box({rear, -half, bottom}, {front, half, level}, Material::kGround);
-  add_grid(world.grid, rear, front, half, level, step);
 }
 
 /// Jagged lines across a face, the same every time.
@@ -80,6 +83,7 @@ void add_cracks(Mesh& cracks, const Outline& wall, double floor_m, double reach)
   }
 }
 
+/// What of it is below the ground is not seen.
 void add_wall(WorldMeshes& world, const session::SceneLine& wall, double floor_m, double reach) {
   const Outline standing = above(wall.points_m, floor_m);
   if (standing.empty()) return;
@@ -156,7 +160,7 @@ session::Scene scene_at(const session::Scene& scene, double time_s) {
   return now;
 }
 
-double ground_level_m(const session::Scene& scene, double reach_m) {
+double track_level_m(const session::Scene& scene, double reach_m) {
   const double usual = -0.25 * reach_m;
   for (const auto kind : {session::SceneLine::Kind::kGround, session::SceneLine::Kind::kSoil})
     if (const session::SceneLine* line = first_of(scene, kind))
@@ -167,7 +171,8 @@ double ground_level_m(const session::Scene& scene, double reach_m) {
 WorldMeshes world_meshes(const session::Scene& scene, double reach_m) {
   WorldMeshes world;
   add_ground(world, scene, reach_m);
-  const double floor_m = ground_level_m(scene, reach_m);
+  const session::SceneLine* ground = first_of(scene, session::SceneLine::Kind::kGround);
+  const double floor_m = ground != nullptr ? ground->points_m.front().y() : -1e9;
   for (const session::SceneLine& line : scene) {
     if (line.kind == session::SceneLine::Kind::kWall && line.closed) add_wall(world, line, floor_m, reach_m);
     if (line.kind == session::SceneLine::Kind::kPiece && line.closed) add_piece(world.solids, line, reach_m);

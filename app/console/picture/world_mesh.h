@@ -8,7 +8,7 @@
 namespace knuckle::console::picture {
 
 struct WorldMeshes {
-  Mesh ground;         ///< A slab under the machine; open at the soil.
+  Mesh ground;         ///< A slab under the machine, where the scene has ground: what is not known is not drawn.
   Mesh grid;           ///< Lines on it.
   Mesh solids;         ///< Walls, pieces, pipes.
   Mesh soil;           ///< Shown transparent: what is dug for lies in it.
@@ -20,7 +20,7 @@ struct WorldMeshes {
 [[nodiscard]] session::Scene scene_at(const session::Scene& scene, double time_s);
 
 /// Where the tracks stand, frame M: on the scene's ground or soil; else as low as tracks usually are.
-[[nodiscard]] double ground_level_m(const session::Scene& scene, double reach_m);
+[[nodiscard]] double track_level_m(const session::Scene& scene, double reach_m);
 
 [[nodiscard]] WorldMeshes world_meshes(const session::Scene& scene, double reach_m);
 

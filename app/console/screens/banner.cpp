@@ -254,9 +254,9 @@ void draw_banner(const widgets::Ui& ui, const ConsoleData& data, const UiState& 
   area = area.inset(t.unit(), 0);
   draw_tags(ui, data, state, area);
   const std::string reason =
-      data.player != nullptr
-          ? replay_reason(data.view, *data.player)
-          : banner_reason(data.view, state.stop, ui.view_age_s, {data.facts.hand, state.typing, state.enable_ignored});
+      ui.units.in_words(data.player != nullptr ? replay_reason(data.view, *data.player)
+                                               : banner_reason(data.view, state.stop, ui.view_age_s,
+                                                               {data.facts.hand, state.typing, state.enable_ignored}));
   // One large line where it fits, else two smaller ones.
   if (widgets::text_width(t.fonts.title, reason.c_str()) <= area.width())
     return widgets::put_text(t.fonts.title, t.colours.text, {area.min.x, area.centre().y}, widgets::Align::kLeft,

@@ -36,16 +36,26 @@ void CalibrationPanel::answer(const std::string& word) {
   refused_.clear();
 }
 
-void CalibrationPanel::enter() {
+std::pair<double, const char*> CalibrationPanel::shown_unit(const bringup::Question& question,
+                                                            const widgets::Units& units) {
+  constexpr widgets::Quantity kLength = widgets::Quantity::kSmallLength;
+  if (question.unit == "mm") return {units.convert(kLength, 1e-3), units.unit(kLength)};
+  return {1, question.unit.c_str()};
+}
+
+void CalibrationPanel::enter(const widgets::Units& units) {
   if (!state_.question || !state_.question->bounds) return;
   const auto& [low, high] = *state_.question->bounds;
+  const auto [factor, unit] = shown_unit(*state_.question, units);
   const std::string text = typed.data();
   double value = 0;
   const auto end = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool number = end.ec == std::errc() && end.ptr == text.data() + text.size();
-  if (number && value >= low && value <= high) return answer(text);
+  const double asked = value / factor;
+  if (number && asked >= low && asked <= high) return answer(factor == 1 ? text : number_text(asked));
   typed = {};
-  refused_ = text + " is not within " + number_text(low) + " to " + number_text(high) + ": enter another value";
+  refused_ = text + " is not within " + widgets::shown("%.4g to %.4g", low * factor, high * factor).c_str() + " " +
+             unit + ": enter another value";
 }
 
 void CalibrationPanel::cancel() {

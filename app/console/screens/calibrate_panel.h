@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "app/console/calibration_job.h"
+#include "app/console/widgets/units.h"
 
 namespace knuckle::console::screens {
 
@@ -29,8 +31,12 @@ class CalibrationPanel {
   /// Takes the job's newest state; once a frame.
   void update();
   void answer(const std::string& word);
-  /// Answers with the number typed; a number outside the question's bounds is refused, and the question stays open.
-  void enter();
+  /// Answers with the number typed, in the units that are shown; a number outside the question's bounds is refused, and
+  /// the question stays open.
+  void enter(const widgets::Units& units);
+  /// What a number of the question is multiplied by to be shown, and the unit then.
+  [[nodiscard]] static std::pair<double, const char*> shown_unit(const bringup::Question& question,
+                                                                 const widgets::Units& units);
   /// Why the number typed last was refused; empty: it was not.
   [[nodiscard]] const std::string& refused() const noexcept { return refused_; }
   void cancel();

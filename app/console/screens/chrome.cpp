@@ -25,6 +25,7 @@ constexpr auto kScreens = std::to_array<Entry>({
     {Screen::kHydraulics, widgets::Icon::kDrop, "Hydraulics", "F4"},
     {Screen::kCalibrate, widgets::Icon::kWrench, "Calibrate", "F5"},
     {Screen::kEvents, widgets::Icon::kList, "Events", "F6"},
+    {Screen::kHistory, widgets::Icon::kPlot, "History", "F7"},
 });
 static_assert(kScreens.size() == static_cast<std::size_t>(Screen::kCount));
 
@@ -33,12 +34,12 @@ constexpr std::array<std::pair<const char*, const char*>, 4> kPointing{
     {{"Tab, arrows", "move between buttons and sliders"},
      {"Enter", "press the framed one"},
      {"Mouse", "side view: drag the bucket's tip"},
-     {"Mouse", "orbit: drag turns, right pans, wheel zooms"}}};
+     {"Mouse", "wheel zooms, right drag pans; orbit: drag turns"}}};
 constexpr std::array<std::pair<const char*, const char*>, 4> kPlayerPointing{
     {{"Tab, arrows", "move between buttons"},
      {"Enter", "press the framed one"},
      {"Mouse", "time line, plots, events: go to that time"},
-     {"Mouse", "orbit: drag turns, right pans, wheel zooms"}}};
+     {"Mouse", "wheel zooms, right drag pans; orbit: drag turns"}}};
 
 /// @param off it has nothing to show now, and says why when it is opened.
 void rail_entry(const widgets::Ui& ui, const Entry& entry, std::size_t open, bool off, UiState& state,
@@ -51,8 +52,7 @@ void rail_entry(const widgets::Ui& ui, const Entry& entry, std::size_t open, boo
   if (chosen || ImGui::IsItemHovered())
     canvas().AddRectFilled(area.min, area.max,
                            widgets::mix(c.background, chosen ? c.accent : c.raised, chosen ? 0.28F : 0.8F), t.px(8));
-  if (ImGui::IsItemFocused() && ImGui::GetIO().NavVisible)
-    canvas().AddRect(area.min, area.max, c.text, t.px(8), 0, t.px(2));
+  widgets::focus_ring(ui, area, t.px(8));
   ImGui::PushStyleVar(ImGuiStyleVar_Alpha, off ? 0.42F : 1.F);
   const ImU32 colour = chosen ? c.text : c.muted;
   const float x = area.centre().x, middle = area.centre().y;
@@ -87,7 +87,7 @@ void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
   words.cut_left(t.px(32));
   widgets::put_fitted(t.fonts.body, t.colours.text, words, data.view.led_by_scenario ? "Scenario" : word);
   if (hand.device) {
-    widgets::put_lines(t.fonts.small, t.colours.bad, rest, text(hand.device).c_str());
+    widgets::put_lines(t.fonts.small, t.colours.bad, rest, ui.units.in_words(text(hand.device)).c_str());
     return;
   }
   const std::array<std::pair<const char*, bool>, 3> lamps{
@@ -180,6 +180,7 @@ void draw_stop(const widgets::Ui& ui, UiState& state, widgets::Area area) {
                          t.px(10));
   canvas().AddRect(area.min, area.max, state.stop ? c.notice : widgets::mix(c.stop, c.stop_text, 0.35F), t.px(10), 0,
                    t.px(state.stop ? 3.F : 1.5F));
+  widgets::focus_ring(ui, area.inset(t.px(4)), t.px(7));
   const ImVec2 middle = area.centre();
   if (state.stop) {
     widgets::draw_icon(canvas(), widgets::Icon::kLock, {middle.x, middle.y - t.px(20)}, t.px(26), c.stop_text);

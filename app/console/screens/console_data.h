@@ -3,17 +3,20 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/console/console_view.h"
 #include "app/console/event_book.h"
+#include "app/console/link_history.h"
+#include "app/console/picture/machine_panel.h"
 #include "app/console/recording_light.h"
 #include "app/console/screens/calibrate_panel.h"
 #include "app/console/screens/camera_pane.h"
 #include "app/console/screens/distances.h"
 #include "app/console/screens/payload_total.h"
-#include "app/console/widgets/history.h"
+#include "app/console/screens/plot_window.h"
 #include "app/console/widgets/widgets.h"
 #include "core/loop_health.h"
 #include "machine/description.h"
@@ -40,9 +43,12 @@ struct ConsoleData {
   const Kinematics& kinematics;
   const ConsoleView& view;
   const LoopHealth& loop;
-  const widgets::History& history;
+  PlotWindow& plots;
+  LivePlots& live_plots;  ///< Of a session that runs: what was shown in plots before.
+  const LinkHistory& link_history;
   const PayloadTotal& payload;
-  const LastContact& last_contact;
+  const ContactTrail& contacts;
+  const picture::MachinePanel& machine;  ///< The picture of it.
   EventBook& events;
   CalibrationPanel& calibration;
   CameraPane& cameras;
@@ -54,6 +60,10 @@ struct ConsoleData {
 [[nodiscard]] inline bool limits_not_recorded(const ConsoleData& data) {
   return data.player != nullptr && (data.view.sensors_alone || !data.view.link.heard);
 }
+/// The time that plots and events are looked at: of a recording its cursor; of what runs, once one was chosen.
+[[nodiscard]] std::optional<Time> chosen_time(const ConsoleData& data);
+void choose_time(const ConsoleData& data, Time at);
+
 /// How fresh the machine's newest message is, and its status beside it.
 [[nodiscard]] inline widgets::Freshness machine_freshness(const ConsoleView& view) {
   constexpr double kLimit_s = 0.25;  // sent 200 times a second

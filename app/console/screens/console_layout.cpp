@@ -70,6 +70,9 @@ std::optional<widgets::Area> draw_console(const widgets::Ui& ui, const ConsoleDa
       case Screen::kEvents:
         events_screen(ui, data, state, rest);
         break;
+      case Screen::kHistory:
+        history_screen(ui, data, state, rest);
+        break;
     }
   }
   return picture;

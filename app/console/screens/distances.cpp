@@ -9,14 +9,29 @@
 
 namespace knuckle::console::screens {
 
-void LastContact::watch(const ConsoleView& view, const Kinematics& kinematics) {
-  if (force_words(view).contact) tip_m_ = kinematics.tip(view.machine.position_rad);
+void ContactTrail::watch(const ConsoleView& view, const Kinematics& kinematics, double reach_m) {
+  const bool touches = force_words(view).contact;
+  const bool begins = touches && !touched_;
+  touched_ = touches;
+  if (!touches) return;
+  tip_m_ = kinematics.tip(view.machine.position_rad);
+  const Point& newest = points_[(next_ + kMost - 1) % kMost];
+  if (!begins && (*tip_m_ - newest.at_m).norm() < kApart * reach_m) return;
+  points_[next_] = {*tip_m_, view.now};
+  next_ = (next_ + 1) % kMost;
 }
 
-std::vector<Distance> distances(const PlanarVector& tip_m, double ground_m, const LimitsDescription& limits,
-                                const LastContact& last) {
+double ContactTrail::freshness(const Point& point, Time now) noexcept {
+  if (point.at == kNever || point.at > now) return 0;
+  return std::max(0.0, 1 - to_seconds(now - point.at) / to_seconds(kKept));
+}
+
+std::vector<Distance> distances(const PlanarVector& tip_m, const Measures& by, const LimitsDescription& limits,
+                                const ContactTrail& last) {
   constexpr double kFar_m = 1e3;  // a wall that the machine file does not set
-  std::vector<Distance> all{{"above the ground", tip_m.y() - ground_m}, {"reach", tip_m.x()}};
+  std::vector<Distance> all{{by.ground_m ? "above chosen ground" : "above the boom's pin", tip_m.y() - by.zero_m()},
+                            {"reach", tip_m.x()}};
+  if (by.grade_on) all.push_back({"over the grade line", tip_m.y() - by.grade.height_m(tip_m.x()), true});
   const auto walls = std::to_array<Distance>({{"to the floor", tip_m.y() - limits.floor_m},
                                               {"to the ceiling", limits.ceiling_m - tip_m.y()},
                                               {"to the reach limit", limits.reach_m - tip_m.x()}});
@@ -39,13 +54,15 @@ void draw_distances(const widgets::Ui& ui, const ConsoleData& data, const UiStat
   const widgets::Theme& t = ui.theme;
   const PlanarVector tip_m = data.kinematics.tip(data.view.machine.position_rad);
   const float number = picture.min.x + t.px(84), label = number + t.unit();
-  const std::vector<Distance> all = distances(tip_m, state.ground_m, data.facts.machine.limits, data.last_contact);
+  const std::vector<Distance> all = distances(tip_m, state.measures, data.facts.machine.limits, data.contacts);
   float y = picture.min.y + t.px(52);
   draw_backdrop(ui, {{picture.min.x + t.unit(), y - t.px(12)},
                      {picture.min.x + t.px(224), y + t.px(20) * static_cast<float>(all.size()) - t.px(8)}});
   for (const Distance& d : all) {
     widgets::put_text(t.fonts.mono_small, t.colours.text, {number, y}, widgets::Align::kRight,
-                      ui.units.text(widgets::Quantity::kLength, d.m).c_str());
+                      widgets::shown("%s%s", d.has_sign && d.m >= 0 ? "+" : "",
+                                     ui.units.text(widgets::Quantity::kLength, d.m).c_str())
+                          .c_str());
     widgets::put_text(t.fonts.small, t.colours.muted, {label, y}, widgets::Align::kLeft, d.label);
     y += t.px(20);
   }

@@ -2,6 +2,8 @@
 // where it last touched something.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -16,25 +18,41 @@ namespace knuckle::console::screens {
 struct ConsoleData;
 
 /// Remembers where the tip last was in contact.
-class LastContact {
+class ContactTrail {
  public:
-  /// Only for current values.
-  void watch(const ConsoleView& view, const Kinematics& kinematics);
-  void clear() { tip_m_.reset(); }
+  static constexpr Duration kKept = 60s;   ///< Older points have faded.
+  static constexpr double kApart = 0.015;  ///< Of the reach, at least, between points of one contact.
+  static constexpr std::size_t kMost = 96;
+  struct Point {
+    PlanarVector at_m = PlanarVector::Zero();  ///< Frame M.
+    Time at = kNever;                          ///< Of the session.
+  };
+
+  /// Only for current values. @param reach_m of the machine.
+  void watch(const ConsoleView& view, const Kinematics& kinematics, double reach_m);
+  void clear() { *this = {}; }
   /// Frame M; nothing before the first contact.
   [[nodiscard]] const std::optional<PlanarVector>& tip_m() const noexcept { return tip_m_; }
+  /// In no order; some may never have been set.
+  [[nodiscard]] const std::array<Point, kMost>& points() const noexcept { return points_; }
+  /// 1: new, 0: too old to be shown.
+  [[nodiscard]] static double freshness(const Point& point, Time now) noexcept;
 
  private:
   std::optional<PlanarVector> tip_m_;
+  std::array<Point, kMost> points_{};
+  std::size_t next_ = 0;
+  bool touched_ = false;
 };
 
 struct Distance {
   const char* label;
   double m;
+  bool has_sign = false;  ///< Which side of the line it is on.
 };
-/// Those that there are, the nearest virtual wall alone. @param ground_m height of the chosen ground, frame M.
-[[nodiscard]] std::vector<Distance> distances(const PlanarVector& tip_m, double ground_m,
-                                              const LimitsDescription& limits, const LastContact& last);
+/// Those that there are, the nearest virtual wall alone.
+[[nodiscard]] std::vector<Distance> distances(const PlanarVector& tip_m, const Measures& by,
+                                              const LimitsDescription& limits, const ContactTrail& last);
 
 /// So that words can be read over a camera's picture.
 void draw_backdrop(const widgets::Ui& ui, const widgets::Area& area);

@@ -22,8 +22,7 @@ constexpr std::array<Pad, 6> kPads{{{"boom up", &HeldKeys::boom_up},
 bool hold_button(const widgets::Ui& ui, const widgets::Area& area, const char* label) {
   const widgets::Theme& t = ui.theme;
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  ImGui::SetCursorScreenPos(area.min);
-  ImGui::InvisibleButton(label, area.size());
+  widgets::pointer_area(label, area);
   // The pointer alone: a key that presses a button must not lead a machine.
   const bool held = ImGui::IsItemActive() && ImGui::IsItemHovered() && ImGui::IsMouseDown(ImGuiMouseButton_Left);
   const ImU32 fill = held ? t.mode_colour(Mode::kEngaged) : t.colours.raised;

@@ -49,7 +49,7 @@ void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
   if (hand.stop)
     widgets::lamp(ui, rest.cut_top(t.px(24)), "Stop pressed", true, t.colours.bad);
   else if (hand.device)
-    widgets::put_lines(t.fonts.small, t.colours.bad, rest, text(hand.device).c_str());
+    widgets::put_lines(t.fonts.small, t.colours.bad, rest, ui.units.in_words(text(hand.device)).c_str());
 }
 
 void recording_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
@@ -104,7 +104,8 @@ void beside_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   rest.cut_top(t.px(4));
   std::string words;
   for (const std::string& line : beside.differs) words += (words.empty() ? "" : "\n") + line;
-  widgets::put_lines(t.fonts.small, beside.differs_at ? t.colours.text : t.colours.muted, rest, words.c_str());
+  widgets::put_lines(t.fonts.small, beside.differs_at ? t.colours.text : t.colours.muted, rest,
+                     ui.units.in_words(words).c_str());
 }
 
 void keys_card(const widgets::Ui& ui, const widgets::Area& area) {

@@ -9,11 +9,6 @@ namespace knuckle::console::screens {
 namespace {
 
 constexpr std::size_t kMostEvents = 20'000;
-constexpr std::int64_t kHalf = widgets::History::kSamples / 2;
-
-Time of_step(std::int64_t step) {
-  return Time(step * from_seconds(widgets::History::kStep_s));
-}
 
 }  // namespace
 
@@ -26,10 +21,7 @@ PlayerPanel::PlayerPanel(player::Played played, std::optional<Beside> beside)
   for (const EventRow& row : played_.events) events_.add(row.at, 1, row.severity, row.code, row.text);
   events_.acknowledge(EventFilter{});
   sum_payload();
-  if (beside_) {
-    plot_cursor_.beside = &beside_history_;
-    plot_cursor_.beside_name = beside_->name.c_str();
-  }
+  plots_.cursor().chosen = true;
   pass(0);
 }
 
@@ -49,13 +41,10 @@ void PlayerPanel::sum_payload() {
 }
 
 void PlayerPanel::pass(double seconds) {
-  if (plot_cursor_.clicked >= 0) {
-    constexpr double kSpan_s = widgets::History::kSpan_s;
-    timeline_.seek(of_step(window_) + from_seconds((static_cast<double>(plot_cursor_.clicked) - 0.5) * kSpan_s));
-    plot_cursor_.clicked = -1;
-  } else {
+  if (const auto clicked = plots_.clicked())
+    timeline_.seek(*clicked);
+  else
     timeline_.pass(seconds);
-  }
   const Time at = timeline_.cursor();
   if (shown_ == at) return;
   shown_ = at;
@@ -66,23 +55,19 @@ void PlayerPanel::pass(double seconds) {
     beside_here_ = there >= beside_->run.first() && there <= beside_->run.last();
     beside_view_ = beside_->run.view(there);
   }
-  const std::int64_t window = at.time_since_epoch() / from_seconds(widgets::History::kStep_s);
-  plot_cursor_.share = static_cast<float>(0.5 + to_seconds(at - of_step(window)) / widgets::History::kSpan_s);
-  if (std::exchange(window_, window) == window) return;
-  fill(history_, played_.run, {});
-  if (beside_) fill(beside_history_, beside_->run, beside_->later);
+  if (!plots_.show(at)) return;
+  const auto of_step = [](std::int64_t step) { return Time(step * from_seconds(widgets::History::kStep_s)); };
+  plots_.fill([&](std::int64_t step) { return sample(played_.run, of_step(step)); });
+  if (beside_)
+    plots_.fill_beside(beside_->name.c_str(),
+                       [&](std::int64_t step) { return sample(beside_->run, of_step(step) + beside_->later); });
 }
 
-void PlayerPanel::fill(widgets::History& history, const player::Run& run, Duration later) const {
-  std::array<widgets::History::Sample, widgets::History::kSamples> samples;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const Time at = of_step(window_ - kHalf + static_cast<std::int64_t>(i)) + later;
-    if (!run.recorded(at)) continue;
-    const ConsoleView view = run.view(at);
-    samples[i] = widgets::History::sample_of(view, kinematics_, !measured_freshness(view).stale(),
-                                             !valves_freshness(view).stale());
-  }
-  history.set(samples);
+widgets::History::Sample PlayerPanel::sample(const player::Run& run, Time at) const {
+  if (!run.recorded(at)) return {};
+  const ConsoleView view = run.view(at);
+  return widgets::History::sample_of(view, kinematics_, !measured_freshness(view).stale(),
+                                     !valves_freshness(view).stale());
 }
 
 const PayloadTotal& PlayerPanel::payload() const noexcept {

@@ -12,8 +12,7 @@
 #include "app/console/player/load.h"
 #include "app/console/player/timeline.h"
 #include "app/console/screens/payload_total.h"
-#include "app/console/widgets/history.h"
-#include "app/console/widgets/plots.h"
+#include "app/console/screens/plot_window.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::console::screens {
@@ -46,9 +45,9 @@ class PlayerPanel {
   /// nullptr: nothing is beside, or not at this time.
   [[nodiscard]] const ConsoleView* beside_view() const noexcept { return beside_here_ ? &beside_view_ : nullptr; }
   /// The ten seconds around the cursor.
-  [[nodiscard]] const widgets::History& history() const noexcept { return history_; }
+  [[nodiscard]] const widgets::History& history() const noexcept { return plots_.history(); }
   /// For the plots of a frame; a click moves the time line at the next pass().
-  [[nodiscard]] widgets::PlotCursor& cursor() noexcept { return plot_cursor_; }
+  [[nodiscard]] PlotWindow& plots() noexcept { return plots_; }
   [[nodiscard]] const PayloadTotal& payload() const noexcept;
   /// All of it: those to come, too.
   [[nodiscard]] EventBook& events() noexcept { return events_; }
@@ -61,7 +60,7 @@ class PlayerPanel {
     PayloadTotal total;
   };
   void sum_payload();
-  void fill(widgets::History& history, const player::Run& run, Duration later) const;
+  [[nodiscard]] widgets::History::Sample sample(const player::Run& run, Time at) const;
 
   player::Played played_;
   std::optional<Beside> beside_;
@@ -72,9 +71,7 @@ class PlayerPanel {
   ConsoleView view_, beside_view_;
   bool beside_here_ = false;
   std::optional<Time> shown_;
-  std::int64_t window_ = -1;  // middle of the plots, in steps of the history
-  widgets::History history_, beside_history_;
-  widgets::PlotCursor plot_cursor_;
+  PlotWindow plots_;
 };
 
 }  // namespace knuckle::console::screens

@@ -1,7 +1,7 @@
 #include <array>
 #include <cmath>
 
-#include "app/console/screens/player_panel.h"
+#include "app/console/screens/force_plots.h"
 #include "app/console/screens/screens.h"
 #include "app/session/scenario.h"
 
@@ -82,14 +82,6 @@ std::string ratio_words(double machine_per_hand) {
   return std::isfinite(machine_per_hand) ? std::string(widgets::shown("%.4g : 1", machine_per_hand).c_str()) : "-";
 }
 
-/// The next of 1, 2, 5, 10, ...
-double round_above(double value) {
-  const double decade = std::pow(10, std::floor(std::log10(value)));
-  for (const double times : {1.0, 2.0, 5.0})
-    if (times * decade >= value) return times * decade;
-  return 10 * decade;
-}
-
 /// Nothing of what was in use can be moved, so that it needs less room; the rest has the force around the cursor.
 void recorded_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
@@ -106,18 +98,7 @@ void recorded_card(const widgets::Ui& ui, const ConsoleData& data, const widgets
                                 ? ui.units.text(widgets::Quantity::kForce, used.assist.force_limit_N).c_str()
                                 : "no limit";
   row("Assist", limit + (used.assist.stop_on_object ? ", stop on object" : ""));
-  PlayerPanel& player = *data.player;
-  float most = 1;
-  for (const widgets::History* history : {&data.history, player.cursor().beside}) {
-    for (std::size_t i = 0; history != nullptr && i < history->size(); ++i)
-      if (const float force = history->ago(i).tip_force_N; force > most) most = force;
-  }
-  const double top_N = round_above(static_cast<double>(most));
-  const std::array lines{
-      widgets::Line{"force", t.colours.force, [](const widgets::History::Sample& s) { return s.tip_force_N; }}};
-  widgets::history_plot(ui, rest, data.history, lines,
-                        {0, static_cast<float>(top_N), "0", ui.units.text(widgets::Quantity::kForce, top_N).c_str()},
-                        &player.cursor());
+  force_plot(ui, data, rest);
 }
 
 }  // namespace

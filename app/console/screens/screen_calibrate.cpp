@@ -72,7 +72,7 @@ void begin_card(const widgets::Ui& ui, const ConsoleData& data, CalibrationPanel
     panel.take_back();
   paragraph(t, t.fonts.small, t.colours.muted, rest, "result: " + panel.plan.target);
   const std::string& told = panel.problem().empty() ? panel.state().outcome : panel.problem();
-  if (!told.empty()) paragraph(t, t.fonts.body_bold, t.colours.text, rest, told);
+  if (!told.empty()) paragraph(t, t.fonts.body_bold, t.colours.text, rest, ui.units.in_words(told));
   if (panel.can_roll_back())
     paragraph(
         t, t.fonts.body, t.colours.text, rest,
@@ -91,9 +91,12 @@ void number_answer(const widgets::Ui& ui, CalibrationPanel& panel, const bringup
   const bool any = panel.typed[0] != 0;
   if ((widgets::button(ui, row.cut_left(t.px(90), t.unit()), widgets::Icon::kCheck, "Enter", false, any) || entered) &&
       any)
-    panel.enter();
-  widgets::put_text(t.fonts.small, t.colours.muted, {row.min.x, row.centre().y}, widgets::Align::kLeft,
-                    widgets::shown("%g to %g", question.bounds->first, question.bounds->second).c_str());
+    panel.enter(ui.units);
+  const auto [factor, unit] = CalibrationPanel::shown_unit(question, ui.units);
+  widgets::put_text(
+      t.fonts.small, t.colours.muted, {row.min.x, row.centre().y}, widgets::Align::kLeft,
+      widgets::shown("%.4g to %.4g %s", factor * question.bounds->first, factor * question.bounds->second, unit)
+          .c_str());
 }
 
 const char* work_words(CalibrationStage stage) {
@@ -111,7 +114,7 @@ void question_card(const widgets::Ui& ui, CalibrationPanel& panel, const widgets
   if (widgets::button(ui, row.cut_right(t.px(190), t.unit()), widgets::Icon::kStop, "End, valves closed"))
     panel.cancel();
   if (state.stage == CalibrationStage::kDecision) {
-    widgets::put_lines(t.fonts.body, t.colours.text, rest, state.verdict.c_str());
+    widgets::put_lines(t.fonts.body, t.colours.text, rest, ui.units.in_words(state.verdict).c_str());
     if (widgets::button(ui, row.cut_left(t.px(130), t.unit()), widgets::Icon::kCheck, "Accept", false, state.usable))
       panel.job()->accept();
     if (widgets::button(ui, row.cut_left(t.px(130), t.unit()), widgets::Icon::kNone, "Discard")) panel.job()->discard();
@@ -124,7 +127,7 @@ void question_card(const widgets::Ui& ui, CalibrationPanel& panel, const widgets
     return;
   }
   const bringup::Question question = *state.question;  // an answer takes it away
-  paragraph(t, t.fonts.body, t.colours.text, rest, question.text);
+  paragraph(t, t.fonts.body, t.colours.text, rest, ui.units.in_words(question.text));
   if (!panel.refused().empty()) paragraph(t, t.fonts.body_bold, t.colours.bad, rest, panel.refused());
   for (const std::string& word : question.words)
     if (widgets::button(ui, row.cut_left(t.px(110), t.unit(0.5F)), widgets::Icon::kNone, word.c_str()))
@@ -139,14 +142,16 @@ void said_card(const widgets::Ui& ui, const CalibrationState& state, const widge
   const ImFont* font = t.fonts.mono_small;
   const float gap = t.px(4);
   // The newest that fit, each of them whole.
-  std::size_t first = state.said.size();
+  std::vector<std::string> said;
+  for (const std::string& line : state.said) said.push_back(ui.units.in_words(line));
+  std::size_t first = said.size();
   for (float left = rest.height(); first > 0; --first) {
-    left -= height_of(font, rest.width(), state.said[first - 1]) + gap;
+    left -= height_of(font, rest.width(), said[first - 1]) + gap;
     if (left < 0) break;
   }
-  for (std::size_t i = first; i < state.said.size(); ++i) {
-    const float height = height_of(font, rest.width(), state.said[i]);
-    widgets::put_lines(font, t.colours.text, rest.cut_top(height, gap), state.said[i].c_str());
+  for (std::size_t i = first; i < said.size(); ++i) {
+    const float height = height_of(font, rest.width(), said[i]);
+    widgets::put_lines(font, t.colours.text, rest.cut_top(height, gap), said[i].c_str());
   }
 }
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 
-#include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
 #include "core/error.h"
 
@@ -70,35 +69,39 @@ void tools(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widge
   ImGui::PopStyleVar();
 }
 
-/// The newest up to the cursor.
-bool is_current(const PlayerPanel& player, const EventRow& row) {
-  const auto& events = player.played().events;
-  const auto later = std::upper_bound(events.begin(), events.end(), player.timeline().cursor(),
-                                      [](Time at, const EventRow& e) { return at < e.at; });
-  return row.at <= player.timeline().cursor() && later != events.begin() && std::prev(later)->at == row.at;
+/// Of the events up to the time that is looked at the newest; nullptr: no time was chosen, or there is none.
+const EventRow* current_event(const ConsoleData& data) {
+  const std::optional<Time> at = chosen_time(data);
+  return at ? event_at(data.events, data.view.run, *at) : nullptr;
 }
 
-/// A click on a row of a recording goes to its time. That of the cursor stands out.
-void go_to(const widgets::Theme& t, PlayerPanel& player, const EventRow& row, float height) {
-  const bool current = is_current(player, row);
+/// A click on a row goes to its time, where that is of the session on screen. The row of that time stands out.
+void go_to(const widgets::Theme& t, const ConsoleData& data, const EventRow& row, float height) {
+  const EventRow* newest = current_event(data);
+  const bool current = newest != nullptr && newest->run == row.run && newest->at == row.at;
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const auto id = widgets::shown("##event%llu", static_cast<unsigned long long>(row.number));
-  if (ImGui::Selectable(id.c_str(), current, ImGuiSelectableFlags_SpanAllColumns, {0, height - t.px(8)}))
-    player.timeline().seek(row.at);
+  constexpr ImGuiSelectableFlags kFlags = ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowItemOverlap;
+  if (ImGui::Selectable(id.c_str(), current, kFlags, {0, height - t.px(8)}) && row.run == data.view.run)
+    choose_time(data, row.at);
   ImGui::SetCursorScreenPos(at);
   if (current)
     ImGui::TableSetBgColor(ImGuiTableBgTarget_RowBg0, widgets::mix(t.colours.surface, t.colours.accent, 0.28F));
 }
 
-/// Keeps the row of the cursor in sight while it moves.
-void follow_cursor(const PlayerPanel& player, const std::vector<const EventRow*>& rows, float row_height) {
-  const auto current = std::find_if(rows.rbegin(), rows.rend(),
-                                    [&](const EventRow* row) { return row->at <= player.timeline().cursor(); });
+/// Keeps the row of the time that is looked at in sight while that moves.
+void follow_cursor(const ConsoleData& data, const std::vector<const EventRow*>& rows, float row_height) {
+  const EventRow* newest = current_event(data);
+  if (newest == nullptr) return;
+  const auto current = std::find_if(rows.rbegin(), rows.rend(), [&](const EventRow* row) {
+    return row->run == newest->run && row->at <= newest->at;
+  });
   const auto index = static_cast<float>(current - rows.rbegin());
   ImGuiStorage& memory = *ImGui::GetStateStorage();
   const ImGuiID id = ImGui::GetID("followed");
-  if (memory.GetFloat(id, -1) == index) return;
-  memory.SetFloat(id, index);
+  const auto number = static_cast<int>(newest->number);
+  if (memory.GetInt(id, -1) == number) return;
+  memory.SetInt(id, number);
   const float y = index * row_height, view = ImGui::GetWindowHeight();
   if (y < ImGui::GetScrollY() + row_height || y > ImGui::GetScrollY() + view - 2 * row_height)
     ImGui::SetScrollY(std::max(0.F, y - view / 2));
@@ -112,7 +115,7 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
   ImGui::TableNextColumn();
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float y = at.y + height / 2 - t.px(4);
-  if (data.player != nullptr) go_to(t, *data.player, row, height);
+  go_to(t, data, row, height);
   ImDrawList& list = *ImGui::GetWindowDrawList();
   widgets::draw_icon(list, severity_icon(row.severity), {at.x + t.px(10), y}, t.px(17), widgets::ink(colour));
   widgets::put_text(t.fonts.small, colour, {at.x + t.px(26), y}, widgets::Align::kLeft, name(row.severity));
@@ -126,15 +129,15 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
                       {{code.x, y - t.px(10)}, {code.x + ImGui::GetContentRegionAvail().x, y + t.px(10)}},
                       row.code.c_str());
   ImGui::TableNextColumn();
+  const std::string text = ui.units.in_words(row.text);
   const ImVec2 words = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x;
   const ImFont* font = t.fonts.small;
-  const float tall = std::min(t.px(34), font->CalcTextSizeA(font->FontSize, 1e9F, width, row.text.c_str()).y);
-  if (widgets::text_width(t.fonts.body, row.text.c_str()) <= width)
-    widgets::put_text(t.fonts.body, t.colours.text, {words.x, y}, widgets::Align::kLeft, row.text.c_str());
+  const float tall = std::min(t.px(34), font->CalcTextSizeA(font->FontSize, 1e9F, width, text.c_str()).y);
+  if (widgets::text_width(t.fonts.body, text.c_str()) <= width)
+    widgets::put_text(t.fonts.body, t.colours.text, {words.x, y}, widgets::Align::kLeft, text.c_str());
   else
-    widgets::put_lines(font, t.colours.text, {{words.x, y - tall / 2}, {words.x + width, y + t.px(19)}},
-                       row.text.c_str());
+    widgets::put_lines(font, t.colours.text, {{words.x, y - tall / 2}, {words.x + width, y + t.px(19)}}, text.c_str());
   ImGui::TableNextColumn();
   if (row.severity == Severity::kInfo || data.player != nullptr) return;
   const ImVec2 place = ImGui::GetCursorScreenPos();
@@ -185,7 +188,7 @@ void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& stat
   while (clipper.Step())
     for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i)
       event_row(ui, data, *rows[rows.size() - 1 - static_cast<std::size_t>(i)]);
-  if (data.player != nullptr) follow_cursor(*data.player, rows, clipper.ItemsHeight);
+  follow_cursor(data, rows, clipper.ItemsHeight);
   ImGui::EndTable();
 }
 

@@ -1,7 +1,6 @@
 #include <array>
 #include <cmath>
 
-#include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
 #include "app/console/widgets/plots.h"
 
@@ -57,8 +56,7 @@ void axis_card(const widgets::Ui& ui, const ConsoleData& data, std::size_t joint
       widgets::Line{"speed", velocity, [joint, fastest_mps](const widgets::History::Sample& s) {
                       return s.cylinder_mps[joint] / static_cast<float>(fastest_mps);
                     }}};
-  widgets::history_plot(ui, rest, data.history, lines, {-1, 1, "-100 %", "+100 %, 10 s"},
-                        data.player != nullptr ? &data.player->cursor() : nullptr);
+  widgets::history_plot(ui, rest, data.plots.history(), lines, {-1, 1, "-100 %", "+100 %, 10 s"}, data.plots.cursor());
 }
 
 void flow_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {

@@ -1,5 +1,9 @@
+#include <array>
 #include <cmath>
+#include <string>
 
+#include "app/console/link_history.h"
+#include "app/console/link_quality.h"
 #include "app/console/screens/screens.h"
 #include "app/console/widgets/plots.h"
 
@@ -9,7 +13,7 @@ namespace {
 void time_left_card(const widgets::Ui& ui, const ConsoleView& view, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   const LinkSide& link = view.link;
-  const widgets::Card card(ui, "TIME LEFT BEFORE THE MACHINE GOES TO NEUTRAL", area, machine_freshness(view));
+  const widgets::Card card(ui, "TIME LEFT BEFORE NEUTRAL", area, machine_freshness(view));
   widgets::Area rest = card.inside();
   const double left_s = std::max(0.0, link.neutral_after_s - link.silence_s - ui.view_age_s);
   const float share = link.neutral_after_s > 0 ? static_cast<float>(left_s / link.neutral_after_s) : 0;
@@ -24,7 +28,8 @@ void time_left_card(const widgets::Ui& ui, const ConsoleView& view, const widget
                     widgets::shown("ms of %s ms", widgets::fixed(link.neutral_after_s * 1e3, 0).c_str()).c_str());
   widgets::bar(ui, rest.cut_top(t.px(26), t.unit()), 0, share, colour);
   widgets::put_lines(t.fonts.small, t.colours.muted, rest,
-                     "Counted here from the newest packet received. The machine counts from the newest one it "
+                     "Counted here from the newest packet received. The machine "
+                     "counts from the newest one it "
                      "received, and closes its valves when its time is up.");
 }
 
@@ -45,6 +50,37 @@ void figures_card(const widgets::Ui& ui, const ConsoleView& view, const widgets:
   row("Age of newest packet", (link.silence_s + ui.view_age_s) * known, 0, "ms");
 }
 
+/// A value of a measure, with its unit.
+std::string value_words(LinkMeasure measure, double value) {
+  if (measure == LinkMeasure::kRoundTrip || measure == LinkMeasure::kJitter)
+    return widgets::shown_duration(value).c_str();
+  return widgets::shown("%.0f %%", 100 * value).c_str();
+}
+
+/// The last minutes of what the quality word is made of.
+void minutes_card(const widgets::Ui& ui, const ConsoleData& data, LinkMeasure measure, const widgets::Area& area) {
+  static constexpr std::array<const char*, kLinkMeasures> kTitles{"ROUND TRIP, 10 MINUTES", "LOST, 10 MINUTES",
+                                                                  "JITTER p95, 10 MINUTES", "SILENCE, 10 MINUTES"};
+  const widgets::Card card(ui, kTitles[static_cast<std::size_t>(measure)], area);
+  const LinkHistory& history = data.link_history;
+  const QualityBounds& bounds = bounds_of(measure);
+  widgets::Bands bands;
+  const std::array<double, 3> all{bounds.fair, bounds.poor, bounds.bad};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    bands.bounds[i] = static_cast<float>(all[i]);
+    bands.bound_words[i] = value_words(measure, all[i]);
+  }
+  bands.names = {name(LinkQuality::kGood), name(LinkQuality::kFair), name(LinkQuality::kPoor), name(LinkQuality::kBad)};
+  bands.columns = history.size();
+  bands.of = LinkHistory::kSeconds;
+  bands.range = [&](std::size_t ago) {
+    const LinkHistory::Range& range = history.ago(ago, measure);
+    return std::pair(range.least, range.most);
+  };
+  bands.span_words = "-10 min to now";
+  widgets::band_plot(ui, card.inside(), bands);
+}
+
 }  // namespace
 
 void link_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area) {
@@ -53,11 +89,19 @@ void link_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area a
   const ConsoleView& view = data.view;
   widgets::Area top = area.cut_top(t.px(196), gap);
   figures_card(ui, view, top.cut_right(t.px(330), gap));
+  if (data.player == nullptr) minutes_card(ui, data, LinkMeasure::kSilence, top.cut_right(top.width() / 2, gap));
   time_left_card(ui, view, top);
+  // Of a recording, what was before the cursor's ten seconds is not worked out.
+  const bool minutes = data.player == nullptr;
   const auto plot = [&](int i, const char* title, const char* label, const Histogram& histogram,
                         widgets::HistogramRange range, ImU32 colour) {
-    const widgets::Card card(ui, title, area.row(i, 3, gap), machine_freshness(view));
-    widgets::histogram_plot(ui, card.inside(), label, histogram, range, colour);
+    widgets::Area row = area.row(i, 3, gap);
+    if (minutes) {
+      constexpr std::array kBeside{LinkMeasure::kRoundTrip, LinkMeasure::kJitter, LinkMeasure::kLoss};
+      minutes_card(ui, data, kBeside[static_cast<std::size_t>(i)], row.cut_right(row.width() / 2, gap));
+    }
+    const widgets::Card card(ui, title, row, machine_freshness(view));
+    widgets::histogram_plot(ui, card.inside(), minutes ? "10 s" : label, histogram, range, colour);
   };
   plot(0, "ROUND TRIP", "Operator to machine and back", view.link.round_trip, {262144ns, 2147483648ns},
        t.colours.series[0]);

@@ -5,11 +5,15 @@
 #include "app/console/picture/picture_colours.h"
 #include "app/console/screens/distances.h"
 #include "app/console/screens/hold_pad.h"
+#include "app/console/screens/picture_marks.h"
 #include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
 
 namespace knuckle::console::screens {
 namespace {
+
+constexpr double kNearMost = 0.8;                           // of the maximum: the gauge warns
+constexpr float kLeastMost_N = 100, kMostMost_N = 200'000;  // that can be set
 
 ImDrawList& canvas() {
   return *ImGui::GetWindowDrawList();
@@ -46,7 +50,31 @@ void direction_dial(const widgets::Ui& ui, const widgets::Area& area, const Slav
   canvas().AddTriangleFilled(at(0.78F, 0), at(0.3F, -0.28F), at(0.3F, 0.28F), colour);
 }
 
-void force_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
+/// The force against what the person says is too much here.
+void force_gauge(const widgets::Ui& ui, UiState& state, widgets::Area& rest, bool known, double force_N) {
+  const widgets::Theme& t = ui.theme;
+  const auto most_N = static_cast<double>(state.force_most_N);
+  const double share = known ? force_N / most_N : 0;
+  const ImU32 colour = share > 1 ? t.colours.bad : share > kNearMost ? t.colours.notice : t.colours.accent;
+  const widgets::Area line = rest.cut_top(t.px(14), t.px(4));
+  widgets::bar(ui, line, 0, static_cast<float>(share), colour);
+  canvas().AddRect(line.min, line.max, widgets::ink(share > 1 ? t.colours.bad : t.colours.border), t.px(3), 0,
+                   t.px(share > 1 ? 2.F : 1.F));
+  widgets::Area row = rest.cut_top(t.px(24), t.unit(0.5F));
+  const char* word = share > 1 ? "Too much" : "Maximum";
+  widgets::put_text(share > 1 ? t.fonts.body_bold : t.fonts.small, share > 1 ? t.colours.bad : t.colours.muted,
+                    {row.min.x, row.centre().y}, widgets::Align::kLeft, word);
+  row.cut_left(t.px(74));
+  // The slider speaks the person's unit, the state newtons.
+  const auto per_N = static_cast<float>(ui.units.convert(widgets::Quantity::kForce, 1));
+  float shown = state.force_most_N * per_N;
+  const widgets::Shown format = widgets::shown("%%.0f %s", ui.units.unit(widgets::Quantity::kForce));
+  if (widgets::slider(ui, row, "##most", shown, kLeastMost_N * per_N, kMostMost_N * per_N,
+                      {.format = format.c_str(), .value_width = t.px(84), .logarithmic = true}))
+    state.force_most_N = shown / per_N;
+}
+
+void force_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   const SlaveMessage& m = data.view.machine;
   const widgets::Card card(ui, "FORCE ON THE BUCKET TIP", area, measured_freshness(data.view));
@@ -61,6 +89,7 @@ void force_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::A
   if (said.known)
     widgets::put_text(t.fonts.mono_small, t.colours.muted, {top.min.x, top.max.y - t.px(10)}, widgets::Align::kLeft,
                       widgets::shown("\xC2\xB1 %s", ui.units.text(q, sigma_N).c_str()).c_str());
+  force_gauge(ui, state, rest, said.known, force_N);
   widgets::lamp(ui, rest.cut_top(t.px(24), t.unit(0.5F)), said.contact_word, said.contact, t.colours.force);
   widgets::value_row(ui, rest.cut_top(t.px(24)), "Forward", number(m.tip_force_N.x()).c_str(), ui.units.unit(q));
   widgets::value_row(ui, rest.cut_top(t.px(24)), "Up", number(m.tip_force_N.y()).c_str(), ui.units.unit(q));
@@ -123,7 +152,7 @@ void pressure_bar(const widgets::Ui& ui, const ConsoleData& data, std::size_t ch
   const widgets::Area words = area.cut_bottom(t.px(20));
   const widgets::Area number = area.cut_bottom(t.px(20));
   widgets::put_text(t.fonts.small, t.colours.muted, words.centre(), widgets::Align::kCentre,
-                    chamber % 2 == 0 ? "A" : "B");
+                    chamber % 2 == 0 ? "head" : "rod");
   widgets::put_text(t.fonts.mono_small, t.colours.text, number.centre(), widgets::Align::kCentre,
                     ui.units.number(widgets::Quantity::kPressure, pressure).c_str());
   const widgets::Area tube = area.inset((area.width() - t.px(22)) / 2, 0);
@@ -198,6 +227,7 @@ widgets::Area picture_area(const widgets::Ui& ui, const ConsoleData& data, const
   if (data.player == nullptr) key(packed(colours.hand), "hand");
   if (data.player != nullptr && data.player->beside()) key(packed(colours.beside), data.player->beside()->name.c_str());
   key(packed(colours.force), "force");
+  key(t.colours.series[1], "load");
   return area;
 }
 
@@ -207,15 +237,19 @@ widgets::Area operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiS
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
   widgets::Area right = area.cut_right(t.px(300), gap);
-  force_card(ui, data, right.cut_top(t.px(330), gap));
+  force_card(ui, data, state, right.cut_top(t.px(350), gap));
   payload_card(ui, data, right.cut_top(t.px(134), gap));
   limits_card(ui, data, right);
   widgets::Area bottom = area.cut_bottom(t.px(228), gap);
   scales_card(ui, data, state, bottom.cut_right(t.px(286), gap));
   pressures_card(ui, data, bottom);
+  const widgets::Area picture = data.cameras.place(ui, picture_area(ui, data, state, area));
+  const auto& camera = data.cameras.placed();
+  draw_marks(ui, data, state, picture, camera && !camera->large ? camera->picture : widgets::Area{});
   draw_hold_pad(ui, data, state, area);
+  draw_grade_panel(ui, state.measures, area);
   draw_distances(ui, data, state, area);
-  return data.cameras.place(ui, picture_area(ui, data, state, area));
+  return picture;
 }
 
 }  // namespace knuckle::console::screens

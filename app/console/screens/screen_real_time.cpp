@@ -91,21 +91,22 @@ void energy_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   const OperatorSide& hand = data.view.hand;
   const widgets::Card card(ui, "ENERGY OBSERVER", area);
   widgets::Area rest = card.inside();
-  widgets::value_row(ui, rest.cut_top(t.px(26)), "Net work on the hand", widgets::fixed(hand.hand_energy_J, 3).c_str(),
-                     "J");
+  const widgets::Quantity q = widgets::Quantity::kEnergy;
+  widgets::value_row(ui, rest.cut_top(t.px(26)), "Net work on the hand", ui.units.number(q, hand.hand_energy_J).c_str(),
+                     ui.units.unit(q));
   const bool lowered = hand.warning.code == ReasonCode::kEnergyWatchdog;
   widgets::lamp(ui, rest.cut_top(t.px(26), t.unit(0.5F)), lowered ? "Reduces the felt force" : "Passes the full force",
                 lowered, t.colours.notice);
   float most = 0.1F;
-  for (std::size_t i = 0; i < data.history.size(); ++i)
-    most = std::max(most, std::abs(data.history.ago(i).hand_energy_J));
+  for (std::size_t i = 0; i < data.plots.history().size(); ++i)
+    most = std::max(most, std::abs(data.plots.history().ago(i).hand_energy_J));
   most = std::exp2(std::ceil(std::log2(most)));
   const std::array lines{
       widgets::Line{"energy", t.colours.series[3], [](const widgets::History::Sample& s) { return s.hand_energy_J; }}};
-  widgets::history_plot(ui, rest, data.history, lines,
-                        {-most, most, widgets::shown("%.2f J", static_cast<double>(-most)).c_str(),
-                         widgets::shown("%.2f J, 10 s", static_cast<double>(most)).c_str()},
-                        data.player != nullptr ? &data.player->cursor() : nullptr);
+  widgets::history_plot(ui, rest, data.plots.history(), lines,
+                        {-most, most, ui.units.text(q, static_cast<double>(-most)).c_str(),
+                         widgets::shown("%s, 10 s", ui.units.text(q, static_cast<double>(most)).c_str()).c_str()},
+                        data.plots.cursor());
 }
 
 }  // namespace

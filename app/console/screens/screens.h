@@ -18,6 +18,7 @@ void link_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area a
 void real_time_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
 void hydraulics_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
 void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
+void history_screen(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, widgets::Area area);
 /// @return where the picture of the machine being commissioned goes, while it may move.
 [[nodiscard]] std::optional<widgets::Area> calibrate_screen(const widgets::Ui& ui, const ConsoleData& data,
                                                             widgets::Area area);

@@ -79,24 +79,6 @@ void mode_band(const widgets::Ui& ui, const PlayerPanel& player, const widgets::
   }
 }
 
-/// Small for information, a triangle for a warning, a square for an alarm: the shape says as much as the colour.
-void event_mark(const widgets::Theme& t, Severity severity, float x, const widgets::Area& lane) {
-  const float y = lane.centre().y, r = t.px(6);
-  if (severity == Severity::kInfo)
-    return canvas().AddLine({x, y - t.px(4)}, {x, y + t.px(4)}, t.colours.accent, t.px(2));
-  if (severity == Severity::kWarning)
-    return canvas().AddTriangleFilled({x, y - r}, {x + r, y + r * 0.8F}, {x - r, y + r * 0.8F}, t.colours.notice);
-  canvas().AddRectFilled({x - r, y - r}, {x + r, y + r}, t.colours.bad, t.px(1));
-}
-
-/// Of the events up to this time the newest.
-const EventRow* event_at(const PlayerPanel& player, Time at) {
-  const auto& events = player.played().events;
-  const auto later =
-      std::upper_bound(events.begin(), events.end(), at, [](Time t, const EventRow& row) { return t < row.at; });
-  return later == events.begin() ? nullptr : &*std::prev(later);
-}
-
 void marks(const widgets::Ui& ui, const PlayerPanel& player, const widgets::Area& track, const widgets::Area& lane) {
   const widgets::Theme& t = ui.theme;
   for (const Severity severity : {Severity::kInfo, Severity::kWarning, Severity::kAlarm}) {  // the worst on top
@@ -125,6 +107,16 @@ void cursor_line(const widgets::Ui& ui, const player::Timeline& timeline, const 
 
 }  // namespace
 
+void event_mark(const widgets::Theme& theme, Severity severity, float x, const widgets::Area& lane) {
+  const widgets::Theme& t = theme;
+  const float y = lane.centre().y, r = t.px(6);
+  if (severity == Severity::kInfo)
+    return canvas().AddLine({x, y - t.px(4)}, {x, y + t.px(4)}, t.colours.accent, t.px(2));
+  if (severity == Severity::kWarning)
+    return canvas().AddTriangleFilled({x, y - r}, {x + r, y + r * 0.8F}, {x - r, y + r * 0.8F}, t.colours.notice);
+  canvas().AddRectFilled({x - r, y - r}, {x + r, y + r}, t.colours.bad, t.px(1));
+}
+
 void draw_timeline(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
   PlayerPanel& player = *data.player;
@@ -141,8 +133,7 @@ void draw_timeline(const widgets::Ui& ui, const ConsoleData& data, widgets::Area
                     widgets::shown("of %s", clock_words(player.played().run.last()).c_str()).c_str());
   widgets::Area words = area.cut_top(t.px(24));
   const widgets::Area track = area.inset(0, t.px(4));
-  ImGui::SetCursorScreenPos(track.min);
-  ImGui::InvisibleButton("timeline", {std::max(track.width(), 1.F), std::max(track.height(), 1.F)});
+  widgets::pointer_area("timeline", track);
   const auto at_mouse = [&] {
     return timeline.at_share(static_cast<double>((ImGui::GetIO().MousePos.x - track.min.x) / track.width()));
   };
@@ -153,12 +144,12 @@ void draw_timeline(const widgets::Ui& ui, const ConsoleData& data, widgets::Area
   marks(ui, player, track, rest);
   cursor_line(ui, timeline, track);
   const bool hovers = ImGui::IsItemHovered();
-  if (const EventRow* row = event_at(player, hovers ? at_mouse() : timeline.cursor())) {
+  if (const EventRow* row = event_at(player.events(), player.view().run, hovers ? at_mouse() : timeline.cursor())) {
     const ImU32 colour = row->severity == Severity::kInfo      ? t.colours.muted
                          : row->severity == Severity::kWarning ? t.colours.notice
                                                                : t.colours.bad;
     widgets::put_fitted(t.fonts.small, colour, words,
-                        (std::string(clock_words(row->at).c_str()) + "  " + row->text).c_str());
+                        (std::string(clock_words(row->at).c_str()) + "  " + ui.units.in_words(row->text)).c_str());
   }
 }
 

@@ -10,6 +10,9 @@ void draw_timeline(const widgets::Ui& ui, const ConsoleData& data, widgets::Area
 /// What stands beside the screens instead of hand, session and Stop: what is played, and what is beside it.
 void draw_player_column(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
 
+/// Small for information, a triangle for a warning, a square for an alarm: the shape says as much as the colour.
+void event_mark(const widgets::Theme& theme, Severity severity, float x, const widgets::Area& lane);
+
 // Of the banner.
 /// That this is no live machine. As wide as it is high times so much.
 void draw_replay_block(const widgets::Ui& ui, const widgets::Area& area);

@@ -7,11 +7,12 @@
 
 #include "app/console/console_input.h"
 #include "app/console/hand_input.h"
+#include "app/console/screens/measures.h"
 #include "app/console/widgets/units.h"
 
 namespace knuckle::console::screens {
 
-enum class Screen : std::uint8_t { kOperate, kLink, kRealTime, kHydraulics, kCalibrate, kEvents, kCount };
+enum class Screen : std::uint8_t { kOperate, kLink, kRealTime, kHydraulics, kCalibrate, kEvents, kHistory, kCount };
 
 /// What a simulated session starts with; taken up by the next reset.
 struct SimulationChoice {
@@ -33,14 +34,14 @@ struct UiState {
   widgets::UnitSystem units = widgets::UnitSystem::kMetric;
   bool help = false;
   bool side_view = true;
-  double ground_m = 0;       ///< Heights are shown above this, frame M; where the person touched the ground.
-  bool ground_here = false;  ///< Takes the tip's height for it, once.
-  bool stop = false;         ///< Latched until released on purpose.
+  Measures measures;
+  bool stop = false;  ///< Latched until released on purpose.
   float position_scale = 0, force_scale = 0;
   bool scales_chosen = false;   ///< By the person; before, the sliders follow what is in use.
   AssistSettings assist;        ///< At first, and with another scenario, as the scenario says.
   float assist_limit_N = 1000;  ///< Waits here while it is switched off.
   bool hold_to_run = false;     ///< The mouse enables while it pulls the tip or holds a button of the pad.
+  float force_most_N = 5000;    ///< The gauge's end: more is too much here.
   HeldKeys pad;                 ///< Buttons of it that are held.
   bool muted = false;           ///< No alarm is heard.
   std::string sound_problem;    ///< Why none can be; empty: they can, or nobody asked for any.

@@ -187,6 +187,9 @@ void draw_icon(ImDrawList& list, Icon icon, ImVec2 centre, float size, ImU32 col
       return step(p, -1, 2);
     case Icon::kEventOn:
       return step(p, 1, 2);
+    case Icon::kPlot:
+      p.path(std::array{ImVec2{-0.85F, -0.85F}, ImVec2{-0.85F, 0.85F}, ImVec2{0.85F, 0.85F}});
+      return p.path(std::array{ImVec2{-0.55F, 0.45F}, ImVec2{-0.1F, -0.3F}, ImVec2{0.25F, 0.2F}, ImVec2{0.75F, -0.7F}});
   }
 }
 

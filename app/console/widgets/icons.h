@@ -32,6 +32,7 @@ enum class Icon : std::uint8_t {
   kStepOn,
   kEventBack,  ///< Two triangles and bar
   kEventOn,
+  kPlot,  ///< A line over axes
 };
 
 /// @param size edge of the square it fills, in screen pixels.

@@ -89,16 +89,17 @@ void trace(const Theme& t, const Area& area, const History& history, const Line&
 void plot_cursor(const Ui& ui, const Area& area, PlotCursor& cursor) {
   const Theme& t = ui.theme;
   const float x = area.min.x + cursor.share * area.width();
-  canvas().AddLine({x, area.min.y}, {x, area.max.y}, ink(t.colours.text), t.px(1.5F));
-  ImGui::SetCursorScreenPos(area.min);
+  if (cursor.chosen) canvas().AddLine({x, area.min.y}, {x, area.max.y}, ink(t.colours.text), t.px(1.5F));
+  if (area.width() < 1 || area.height() < 1) return;
   ImGui::PushID(static_cast<int>(area.min.y));
-  ImGui::InvisibleButton("plot", area.size());
+  pointer_area("plot", area);
   ImGui::PopID();
   // At the press alone: the plot moves under a mouse that is held.
   if (ImGui::IsItemActivated() && area.width() > 0)
     cursor.clicked = std::clamp((ImGui::GetIO().MousePos.x - area.min.x) / area.width(), 0.F, 1.F);
   const float y = area.max.y - t.fonts.small->FontSize * 0.55F;
-  put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(0.5F), y}, Align::kRight, "+5 s");
+  put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(0.5F), y}, Align::kRight,
+           cursor.chosen ? "+5 s" : "now");
   if (cursor.beside == nullptr) return;
   put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(0.5F), area.min.y + t.fonts.small->FontSize * 0.55F},
            Align::kRight, fmt::format("dashed: {}", cursor.beside_name).c_str());
@@ -131,8 +132,47 @@ void histogram_plot(const Ui& ui, const Area& area, const char* label, const His
   }
 }
 
+void band_plot(const Ui& ui, const Area& area, const Bands& bands) {
+  const Theme& t = ui.theme;
+  const Palette& c = t.colours;
+  canvas().AddRectFilled(area.min, area.max, ink(c.raised), t.px(3));
+  constexpr float kBands = 4;
+  const std::array<ImU32, 4> colours{c.good, c.notice, c.bad, c.bad};
+  const auto band_of = [&](float value) {
+    std::size_t band = 0;
+    while (band < bands.bounds.size() && value > bands.bounds[band]) ++band;
+    return band;
+  };
+  const auto y_of = [&](float value) {
+    const std::size_t band = band_of(value);
+    const float low = band == 0 ? 0 : bands.bounds[band - 1];
+    const float high = band < bands.bounds.size() ? bands.bounds[band] : 2 * low;
+    const float share = std::clamp((value - low) / (high - low), 0.F, 1.F);
+    return area.max.y - area.height() * (static_cast<float>(band) + share) / kBands;
+  };
+  const float half = t.fonts.small->FontSize * 0.5F, step = area.width() / static_cast<float>(bands.of);
+  for (std::size_t i = 0; i < bands.columns; ++i) {
+    const auto [least, most] = bands.range(i);
+    if (!std::isfinite(most)) continue;
+    const float x = area.max.x - static_cast<float>(i + 1) * step;
+    canvas().AddRectFilled({x, y_of(most) - t.px(0.75F)}, {x + std::max(step, 1.F), y_of(least) + t.px(0.75F)},
+                           ink(colours[band_of(most)]));
+  }
+  for (std::size_t band = 0; band < bands.names.size(); ++band) {
+    const float top = area.max.y - area.height() * (static_cast<float>(band) + 1) / kBands;
+    const float middle = top + area.height() / kBands / 2;
+    put_text(t.fonts.small, c.muted, {area.min.x + t.unit(0.5F), middle}, Align::kLeft, bands.names[band]);
+    if (band >= bands.bounds.size()) continue;
+    canvas().AddLine({area.min.x, top}, {area.max.x, top}, ink(c.border), t.px(1));
+    put_text(t.fonts.small, c.muted, {area.min.x + t.px(54), top + half}, Align::kLeft,
+             bands.bound_words[band].c_str());
+  }
+  put_text(t.fonts.small, c.muted, {area.max.x - t.unit(0.5F), area.min.y + half + t.px(1)}, Align::kRight,
+           bands.span_words);
+}
+
 void history_plot(const Ui& ui, const Area& area, const History& history, std::span<const Line> lines, const Axis& axis,
-                  PlotCursor* cursor) {
+                  PlotCursor& cursor) {
   const Theme& t = ui.theme;
   canvas().AddRectFilled(area.min, area.max, ink(t.colours.raised), t.px(3));
   const auto y_of = [&](float value) {
@@ -143,9 +183,13 @@ void history_plot(const Ui& ui, const Area& area, const History& history, std::s
     canvas().AddLine({area.min.x, y_of(0)}, {area.max.x, y_of(0)}, ink(t.colours.border), t.px(1));
   for (const Line& line : lines) {
     trace(t, area, history, line, y_of, false);
-    if (cursor != nullptr && cursor->beside != nullptr) trace(t, area, *cursor->beside, line, y_of, true);
+    if (cursor.beside != nullptr) trace(t, area, *cursor.beside, line, y_of, true);
   }
-  if (cursor != nullptr) plot_cursor(ui, area, *cursor);
+  if (std::isfinite(axis.mark)) {
+    const float y = std::round(y_of(axis.mark));
+    canvas().AddLine({area.min.x, y}, {area.max.x, y}, ink(t.colours.text), t.px(1));
+  }
+  plot_cursor(ui, area, cursor);
   const float inset = t.unit(0.5F), half = t.fonts.small->FontSize * 0.55F;
   put_text(t.fonts.small, t.colours.muted, {area.min.x + inset, area.min.y + half}, Align::kLeft, axis.high_label);
   put_text(t.fonts.small, t.colours.muted, {area.min.x + inset, area.max.y - half}, Align::kLeft, axis.low_label);

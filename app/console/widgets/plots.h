@@ -1,8 +1,11 @@
 // Plots of the console: histograms and short histories. No library: a few hundred lines of shapes.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <span>
+#include <string>
+#include <utility>
 
 #include "app/console/widgets/history.h"
 #include "app/console/widgets/widgets.h"
@@ -30,18 +33,31 @@ struct Axis {
   float low = -1, high = 1;
   const char* low_label = "";
   const char* high_label = "";
+  float mark = History::kUnknown;  ///< A line across, such as a limit; unknown: none.
 };
 
-/// Of a plot that surrounds a time of a recording, which is chosen by a click; linked in all plots.
+/// The time that plots surround, once it was chosen by a click; linked in all plots.
 struct PlotCursor {
-  float share = 0.5F;               ///< Where that time is, of the plot's width.
+  bool chosen = false;              ///< Else time runs, and the newest is on the right.
+  float share = 0.5F;               ///< Where the chosen time is, of the plot's width.
   const History* beside = nullptr;  ///< The same window of another run, dashed; nullptr: there is none.
   const char* beside_name = "";
   float clicked = -1;  ///< Share where the mouse is held in this frame; negative: nowhere.
 };
 
-/// The last ten seconds, newest on the right; a gap where nothing is known. @param cursor nullptr: time runs.
+/// Ten seconds of a history; a gap where nothing is known.
 void history_plot(const Ui& ui, const Area& area, const History& history, std::span<const Line> lines, const Axis& axis,
-                  PlotCursor* cursor = nullptr);
+                  PlotCursor& cursor);
+
+/// Values of the last minutes over bands of quality, each as high as the others; the newest on the right.
+struct Bands {
+  std::array<float, 3> bounds;                                    ///< Between them.
+  std::array<const char*, 4> names;                               ///< Of the bands, from below.
+  std::array<std::string, 3> bound_words;                         ///< With unit.
+  std::size_t columns = 0, of = 1;                                ///< How many there are, and have room.
+  std::function<std::pair<float, float>(std::size_t ago)> range;  ///< Least and most; no numbers where not known.
+  const char* span_words = "";                                    ///< What the whole width is.
+};
+void band_plot(const Ui& ui, const Area& area, const Bands& bands);
 
 }  // namespace knuckle::console::widgets

@@ -150,7 +150,7 @@ void apply_style(const Theme& theme) {
   set(ImGuiCol_TableBorderStrong, c.border);
   set(ImGuiCol_TableRowBgAlt, mix(c.surface, c.raised, 0.5F));
   set(ImGuiCol_TextSelectedBg, mix(c.surface, c.accent, 0.4F));
-  set(ImGuiCol_NavHighlight, c.accent);
+  set(ImGuiCol_NavHighlight, c.text);
   ImGui::GetStyle() = style;
 }
 

@@ -1,8 +1,12 @@
 #include "app/console/widgets/units.h"
 
+#include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <string_view>
 
 namespace knuckle::console::widgets {
 namespace {
@@ -18,7 +22,7 @@ struct Row {
 };
 
 // In the order of Quantity. NIST SP 811 gives the factors.
-constexpr std::array<Row, 9> kRows{{
+constexpr std::array<Row, 10> kRows{{
     {{"N", 1, 0}, {"lbf", 1 / 4.4482216152605, 0}},
     {{"N", 1, 2}, {"lbf", 1 / 4.4482216152605, 3}},
     {{"m", 1, 2}, {"ft", 1 / 0.3048, 2}},
@@ -28,7 +32,39 @@ constexpr std::array<Row, 9> kRows{{
     {{"kg", 1, 1}, {"lb", 1 / 0.45359237, 1}},
     {{"L/min", 6e4, 1}, {"gpm", 60 / 3.785411784e-3, 1}},
     {{"kW", 1e-3, 1}, {"hp", 1 / 745.69987158227, 1}},
+    {{"J", 1, 3}, {"ft lbf", 1 / 1.3558179483314, 3}},
 }};
+
+/// Units that texts use.
+struct Word {
+  std::string_view metric;
+  double factor;
+  const char* imperial;
+};
+constexpr auto kWords = std::to_array<Word>({{"N", 1 / 4.4482216152605, "lbf"},
+                                             {"kN", 1e3 / 4.4482216152605, "lbf"},
+                                             {"kN/m", 1e3 / 175.12683524648, "lbf/in"},
+                                             {"m", 1 / 0.3048, "ft"},
+                                             {"cm", 1 / 2.54, "in"},
+                                             {"mm", 1 / 25.4, "in"},
+                                             {"m/s", 1 / 0.3048, "ft/s"},
+                                             {"mm/s", 1 / 25.4, "in/s"},
+                                             {"bar", 1e5 / 6894.757293168, "psi"},
+                                             {"kg", 1 / 0.45359237, "lb"},
+                                             {"L/min", 1 / 3.785411784, "gpm"},
+                                             {"kW", 1e3 / 745.69987158227, "hp"},
+                                             {"J", 1 / 1.3558179483314, "ft lbf"}});
+
+bool in_unit(char c) noexcept {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '/' || c == '*';
+}
+
+/// Three digits, or as many as the whole part has.
+std::string rounded(double value) {
+  const double size = std::abs(value);
+  const int digits = size >= 99.95 ? 0 : size >= 9.995 ? 1 : size >= 0.9995 ? 2 : 3;
+  return shown("%.*f", digits, value).c_str();
+}
 
 const Entry& entry(UnitSystem system, Quantity quantity) noexcept {
   const Row& row = kRows[static_cast<std::size_t>(quantity)];
@@ -55,6 +91,37 @@ Shown Units::number(Quantity quantity, double si) const noexcept {
 
 Shown Units::text(Quantity quantity, double si) const noexcept {
   return shown("%s %s", number(quantity, si).c_str(), unit(quantity));
+}
+
+std::string Units::in_words(const std::string& metric) const {
+  if (system == UnitSystem::kMetric) return metric;
+  std::string words;
+  const char* at = metric.c_str();
+  const char* const end = at + metric.size();
+  while (at < end) {
+    double value = 0;
+    const bool begins = at == metric.c_str() || (!in_unit(at[-1]) && at[-1] != '.' && at[-1] != '_');
+    const auto number =
+        begins ? std::from_chars(at, end, value) : std::from_chars_result{at, std::errc::invalid_argument};
+    if (number.ec != std::errc() || !std::isfinite(value)) {
+      words += *at++;
+      continue;
+    }
+    const char* unit = number.ptr;
+    if (unit < end && *unit == ' ') ++unit;
+    const char* after = unit;
+    while (after < end && in_unit(*after)) ++after;
+    const std::string_view named(unit, static_cast<std::size_t>(after - unit));
+    const auto* word = std::find_if(kWords.begin(), kWords.end(), [&](const Word& w) { return w.metric == named; });
+    if (word == kWords.end()) {
+      words.append(at, number.ptr);
+      at = number.ptr;
+      continue;
+    }
+    words += rounded(value * word->factor) + " " + word->imperial;
+    at = after;
+  }
+  return words;
 }
 
 Shown shown(const char* format, ...) noexcept {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 namespace knuckle::console::widgets {
 
@@ -18,6 +19,7 @@ enum class Quantity : std::uint8_t {
   kMass,         ///< kg; lb
   kFlow,         ///< m3/s in, L/min or gpm out
   kPower,        ///< W in, kW or hp out
+  kEnergy,       ///< J; ft lbf
 };
 
 /// Text in place: screens make a hundred of them each frame and nothing is allocated.
@@ -36,6 +38,9 @@ struct Units {
   [[nodiscard]] Shown number(Quantity quantity, double si) const noexcept;
   /// "1234 N"
   [[nodiscard]] Shown text(Quantity quantity, double si) const noexcept;
+  /// A text of the loops, the machine's side or a wizard, which all speak metric: each number with a unit in it in the
+  /// units shown, with as many digits as are of use.
+  [[nodiscard]] std::string in_words(const std::string& metric) const;
 };
 
 /// printf into a Shown; longer text is cut.

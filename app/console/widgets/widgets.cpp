@@ -1,5 +1,7 @@
 #include "app/console/widgets/widgets.h"
 
+#include <imgui_internal.h>
+
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -136,6 +138,19 @@ void bar(const Ui& ui, const Area& area, float share_from, float share_to, ImU32
   if (b > a) canvas().AddRectFilled({a, area.min.y}, {b, area.max.y}, ink(colour), std::min(t.px(3), (b - a) / 2));
 }
 
+void focus_ring(const Ui& ui, const Area& area, float rounding) {
+  if (ImGui::IsItemFocused() && ImGui::GetIO().NavVisible)
+    canvas().AddRect(area.min, area.max, ui.theme.colours.text, rounding, 0, ui.theme.px(2));
+}
+
+void pointer_area(const char* id, const Area& area, ImGuiButtonFlags buttons) {
+  if (area.width() < 1 || area.height() < 1) return;
+  ImGui::SetCursorScreenPos(area.min);
+  ImGui::PushItemFlag(ImGuiItemFlags_NoNav, true);
+  ImGui::InvisibleButton(id, area.size(), buttons);
+  ImGui::PopItemFlag();
+}
+
 bool button(const Ui& ui, const Area& area, Icon icon, const char* label, bool chosen, bool enabled) {
   const Theme& t = ui.theme;
   const Palette& c = t.colours;
@@ -143,11 +158,11 @@ bool button(const Ui& ui, const Area& area, Icon icon, const char* label, bool c
   ImGui::SetCursorScreenPos(area.min);
   ImGui::BeginDisabled(!enabled);
   const bool pressed = ImGui::InvisibleButton(label, area.size());
-  const bool hovered = ImGui::IsItemHovered(), held = ImGui::IsItemActive(), focused = ImGui::IsItemFocused();
+  const bool hovered = ImGui::IsItemHovered(), held = ImGui::IsItemActive();
   const ImU32 base = chosen ? mix(c.surface, c.accent, 0.30F) : c.raised;
   canvas().AddRectFilled(area.min, area.max, ink(mix(base, c.accent, held ? 0.3F : hovered ? 0.15F : 0)), t.px(5));
   if (chosen) canvas().AddRect(area.min, area.max, ink(c.accent), t.px(5), 0, t.px(1.5F));
-  if (focused && ImGui::GetIO().NavVisible) canvas().AddRect(area.min, area.max, ink(c.text), t.px(5), 0, t.px(2));
+  focus_ring(ui, area, t.px(5));
   const ImFont* font = chosen ? t.fonts.body_bold : t.fonts.body;
   const char* end = std::strstr(label, "##");
   const Shown words = shown("%.*s", end != nullptr ? static_cast<int>(end - label) : 31, label);
@@ -190,8 +205,7 @@ bool toggle(const Ui& ui, const Area& area, const char* label, bool& value) {
   canvas().AddRectFilled(a, b, ink(value ? c.accent : c.raised), h / 2);
   canvas().AddRect(a, b, ink(value ? c.accent : c.muted), h / 2, 0, t.px(1.5F));
   canvas().AddCircleFilled({value ? b.x - h / 2 : a.x + h / 2, y}, h / 2 - t.px(4), ink(value ? c.surface : c.muted));
-  if (ImGui::IsItemFocused() && ImGui::GetIO().NavVisible)
-    canvas().AddRect({a.x - t.px(3), a.y - t.px(3)}, {b.x + t.px(3), b.y + t.px(3)}, ink(c.text), h, 0, t.px(2));
+  focus_ring(ui, area, t.px(5));
   put_fitted(t.fonts.body, c.text, {{b.x + t.unit(), area.min.y}, area.max}, label);
   return pressed;
 }

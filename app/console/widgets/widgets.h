@@ -75,6 +75,11 @@ float chip(const Ui& ui, ImVec2 left_middle, Icon icon, const char* text, ImU32 
 /// Horizontal bar from share_from to share_to of the area's width.
 void bar(const Ui& ui, const Area& area, float share_from, float share_to, ImU32 colour);
 
+/// Around the item made last, while the keyboard is on it.
+void focus_ring(const Ui& ui, const Area& area, float rounding);
+/// An item for the pointer alone: the keyboard has other ways to do what it does, and passes it by.
+void pointer_area(const char* id, const Area& area, ImGuiButtonFlags buttons = ImGuiButtonFlags_MouseButtonLeft);
+
 // What can be operated. @return true in the frame it was.
 bool button(const Ui& ui, const Area& area, Icon icon, const char* label, bool chosen = false, bool enabled = true);
 struct SliderLook {

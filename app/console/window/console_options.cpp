@@ -21,7 +21,7 @@ namespace knuckle::console::window {
 namespace {
 
 constexpr auto kScreens =
-    std::to_array<const char*>({"operate", "link", "real-time", "hydraulics", "calibrate", "events"});
+    std::to_array<const char*>({"operate", "link", "real-time", "hydraulics", "calibrate", "events", "history"});
 static_assert(kScreens.size() == static_cast<std::size_t>(screens::Screen::kCount));
 
 struct Size {
@@ -179,7 +179,8 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
       ->capture_default_str();
   c.add_flag("--light", o.light, "Light colours");
   c.add_flag("--imperial", o.imperial, "Imperial units");
-  c.add_option("--screen", o.screen, "Screen shown first: operate, link, real-time, hydraulics, calibrate, events")
+  c.add_option("--screen", o.screen,
+               "Screen shown first: operate, link, real-time, hydraulics, calibrate, events, history")
       ->capture_default_str();
   c.add_option("--at", o.at_s,
                "Show the simulated session, or the recording, from this second on; what comes before is simulated at "
@@ -250,7 +251,8 @@ WindowOptions ConsoleOptions::window() const {
 screens::Screen ConsoleOptions::first_screen() const {
   const auto found = std::find(kScreens.begin(), kScreens.end(), screen);
   if (found == kScreens.end())
-    cli::refuse_option("--screen", screen, "must be operate, link, real-time, hydraulics, calibrate or events");
+    cli::refuse_option("--screen", screen,
+                       "must be operate, link, real-time, hydraulics, calibrate, events or history");
   return static_cast<screens::Screen>(found - kScreens.begin());
 }
 

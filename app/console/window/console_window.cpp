@@ -4,20 +4,23 @@
 #include <cmath>
 #include <utility>
 
+#include "app/console/screens/picture_marks.h"
 #include "app/console/screens/screens.h"
+#include "machine/pose.h"
 
 namespace knuckle::console::window {
 namespace {
 
 constexpr int kControl = 2;  // GLFW_MOD_CONTROL
 constexpr float kScaleStep = 1.1F;
+constexpr double kZoomSteps = 2;  // of the wheel, by a key
 
 /// While text is typed, only these keys act on the console. Space is a blank then; Esc still is Stop.
 bool acts_in_text(const KeyBinding& binding) {
   const KeyAction action = binding.action;
   if (action == KeyAction::kStop) return binding.key == key::kEscape;
   // Ctrl+Backspace deletes a word there: it must not release Stop.
-  return (action >= KeyAction::kOperate && action <= KeyAction::kEvents) || action == KeyAction::kFullScreen;
+  return (action >= KeyAction::kOperate && action <= KeyAction::kHistory) || action == KeyAction::kFullScreen;
 }
 
 }  // namespace
@@ -29,6 +32,10 @@ ConsoleWindow::ConsoleWindow(const WindowOptions& options, screens::ConsoleFacts
       payload_(screens::kLeastLoad * facts_.machine.payload_full_scale_kg),
       machine_(facts_.machine) {
   state_.light = options.light;
+  // At first what the machine file lets the tip press with; else well above what work is mostly done with.
+  const double ceiling_N = facts_.machine.limits.tip_force_N;
+  state_.force_most_N =
+      static_cast<float>(ceiling_N > 0 ? ceiling_N : 2.5 * picture::force_scale(facts_.machine).full_N);
   calibration_.plan.machine = facts_.machine.source;
   std::string file = facts_.machine.name;
   std::replace(file.begin(), file.end(), '/', '_');  // into the folder the console was started in, whatever the name
@@ -48,14 +55,15 @@ void ConsoleWindow::add_simulated_camera(const CameraDescription& mount) {
 }
 
 void ConsoleWindow::watch(const ConsoleView& view) {
-  if (view.simulated_s < drawn_s_) payload_.clear(), last_contact_.clear();
+  if (view.simulated_s < drawn_s_) payload_.clear(), contacts_.clear();
   drawn_s_ = view.simulated_s;
   const bool heard = !screens::measured_freshness(view).stale();
-  history_.watch(view, kinematics_, heard, !screens::status_freshness(view).stale());
+  live_plots_.watch(view, kinematics_, heard, !screens::status_freshness(view).stale());
+  link_history_.watch(view);
   machine_.watch(view);
   if (!heard) return;
   payload_.watch(view.machine, view.now);
-  last_contact_.watch(view, kinematics_);
+  contacts_.watch(view, kinematics_, reach_m(facts_.machine));
 }
 
 void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
@@ -67,6 +75,9 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   for (const auto& camera : simulated_cameras_) camera->show(view, video::now() - from_seconds(view_age_s), delay);
   cameras_.watch(video::now(), view, view_age_s, events);
   sound(view, events, view_age_s);
+  if (live_jump_) live_plots_.jump(*live_jump_ == KeyAction::kEventOn, events, view);
+  live_jump_.reset();
+  live_plots_.update(view);
   calibration_.update();
   if (state_.stop) calibration_.cancel();
   draw(view, loop, events, view_age_s);
@@ -95,19 +106,19 @@ void ConsoleWindow::frame_of_player() {
 }
 
 void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
-  if (state_.ground_here && !screens::measured_freshness(view).stale()) {
-    state_.ground_m = kinematics_.tip(view.machine.position_rad).y();
-    state_.ground_here = false;
-  }
+  const PlanarVector tip_m = kinematics_.tip(view.machine.position_rad);
+  if (!screens::measured_freshness(view).stale()) state_.measures.take_tip(tip_m);
+  if (state_.screen == screens::Screen::kOperate && zoom_ != 0) machine_.zoom(state_.side_view, zoom_, tip_m);
+  zoom_ = 0;
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   const widgets::Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_, player_ != nullptr};
   screens::open_canvas();
-  const std::optional<widgets::Area> picture =
-      screens::draw_console(ui,
-                            {facts_, kinematics_, view, loop, player_ != nullptr ? player_->history() : history_,
-                             player_ != nullptr ? player_->payload() : payload_, last_contact_, events, calibration_,
-                             cameras_, recording_, player_},
-                            state_);
+  const std::optional<widgets::Area> picture = screens::draw_console(
+      ui,
+      {facts_, kinematics_, view, loop, player_ != nullptr ? player_->plots() : live_plots_.window(), live_plots_,
+       link_history_, player_ != nullptr ? player_->payload() : payload_, contacts_, machine_, events, calibration_,
+       cameras_, recording_, player_},
+      state_);
   const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
   // The tip of a machine that is being commissioned, or was recorded, cannot be pulled.
   const bool no_mouse = !picture || ((commissioned || player_ != nullptr) && state_.side_view);
@@ -121,12 +132,14 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   if (commissioned)
     machine_.draw(*picture, state_.side_view, state_.light, calibration_.job()->pose_rad());
   else if (picture)
-    draw_pictures(*picture, stale, view);
+    draw_pictures(*picture, screens::shown_grid(ui.units, state_, machine_.camera(state_.side_view), *picture), stale,
+                  view);
   window_.draw_widgets();
 }
 
 /// The machine's, and a camera's: the small one last.
-void ConsoleWindow::draw_pictures(const widgets::Area& machine, bool stale, const ConsoleView& view) {
+void ConsoleWindow::draw_pictures(const widgets::Area& machine, const std::optional<picture::Grid>& grid, bool stale,
+                                  const ConsoleView& view) {
   const std::optional<screens::CameraPane::Placed>& camera = cameras_.placed();
   const auto draw_camera = [&] {
     if (camera && camera->video != nullptr) camera->video->draw(picture::viewport_of(camera->picture), camera->live);
@@ -140,7 +153,7 @@ void ConsoleWindow::draw_pictures(const widgets::Area& machine, bool stale, cons
     if (mount != cameras.end() && camera->live && !stale)
       machine_.draw_over(camera->picture, *mount, state_.light, view);
   }
-  machine_.draw(machine, state_.side_view, state_.light, stale, view,
+  machine_.draw(machine, state_.side_view, state_.light, stale, view, grid,
                 player_ != nullptr ? player_->beside_view() : nullptr);
   if (camera && !camera->large) draw_camera();
   cameras_.draw_done();
@@ -227,6 +240,7 @@ void ConsoleWindow::act(KeyAction action) {
     case KeyAction::kHydraulics:
     case KeyAction::kCalibrate:
     case KeyAction::kEvents:
+    case KeyAction::kHistory:
       state_.screen = static_cast<screens::Screen>(static_cast<int>(action) - static_cast<int>(KeyAction::kOperate));
       state_.help = false;
       return;
@@ -246,7 +260,22 @@ void ConsoleWindow::act(KeyAction action) {
       state_.muted = !state_.muted;
       return;
     case KeyAction::kGround:
-      state_.ground_here = true;
+      state_.measures.take = screens::Measures::Take::kGround;
+      return;
+    case KeyAction::kGradePoint:
+      state_.measures.take = screens::Measures::Take::kGradePoint;
+      return;
+    case KeyAction::kGradeSlope:
+      state_.measures.take = screens::Measures::Take::kGradeSlope;
+      return;
+    case KeyAction::kCloser:
+      zoom_ += kZoomSteps;
+      return;
+    case KeyAction::kFarther:
+      zoom_ -= kZoomSteps;
+      return;
+    case KeyAction::kWhole:
+      machine_.show_whole();
       return;
     case KeyAction::kView:
       state_.side_view = !state_.side_view;
@@ -284,17 +313,21 @@ void ConsoleWindow::act(KeyAction action) {
     case KeyAction::kBucketOut:
     case KeyAction::kBucketIn:
       return;  // held, not pressed
+    case KeyAction::kEventBack:
+    case KeyAction::kEventOn:
+      live_jump_ = action;
+      return;
+    case KeyAction::kEnd:
+      live_plots_.choose(std::nullopt);
+      return;
     case KeyAction::kPlay:
     case KeyAction::kStepBack:
     case KeyAction::kStepOn:
     case KeyAction::kSecondBack:
     case KeyAction::kSecondOn:
-    case KeyAction::kEventBack:
-    case KeyAction::kEventOn:
     case KeyAction::kSlower:
     case KeyAction::kFaster:
     case KeyAction::kBegin:
-    case KeyAction::kEnd:
       return;  // the player's
   }
 }

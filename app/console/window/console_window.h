@@ -57,6 +57,8 @@ class ConsoleWindow {
   [[nodiscard]] const screens::ConsoleFacts& facts() const noexcept { return facts_; }
   [[nodiscard]] screens::UiState& state() noexcept { return state_; }
   [[nodiscard]] screens::CalibrationPanel& calibration() noexcept { return calibration_; }
+  /// Of a session that runs.
+  [[nodiscard]] screens::LivePlots& live_plots() noexcept { return live_plots_; }
   /// To be filled before the first frame.
   [[nodiscard]] screens::CameraPane& cameras() noexcept { return cameras_; }
   [[nodiscard]] Window& window() noexcept { return window_; }
@@ -66,7 +68,8 @@ class ConsoleWindow {
  private:
   void take_keys();
   void sound(const ConsoleView& view, const EventBook& events, double view_age_s);
-  void draw_pictures(const widgets::Area& machine, bool stale, const ConsoleView& view);
+  void draw_pictures(const widgets::Area& machine, const std::optional<picture::Grid>& grid, bool stale,
+                     const ConsoleView& view);
   void act(KeyAction action);
   void act_on_player(KeyAction action);
   void draw(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
@@ -76,9 +79,10 @@ class ConsoleWindow {
   Window window_;
   screens::UiState state_;
   Kinematics kinematics_;
-  widgets::History history_;
+  screens::LivePlots live_plots_;
+  LinkHistory link_history_;
   screens::PayloadTotal payload_;
-  screens::LastContact last_contact_;
+  screens::ContactTrail contacts_;
   picture::MachinePanel machine_;
   std::vector<std::shared_ptr<picture::SimulatedCamera>> simulated_cameras_;
   AlarmWatch alarms_;
@@ -93,7 +97,9 @@ class ConsoleWindow {
   RecordingLight recording_;
   screens::PlayerPanel* player_ = nullptr;
   bool steady_ = false;
-  double drawn_s_ = 0;  ///< Time of the session drawn last.
+  std::optional<KeyAction> live_jump_;  ///< Asked for since the frame before.
+  double zoom_ = 0;                     ///< Steps that keys have asked for since the frame before.
+  double drawn_s_ = 0;                  ///< Time of the session drawn last.
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 

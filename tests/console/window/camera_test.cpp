@@ -114,11 +114,55 @@ TEST(Camera, TheMouseTakesWhatItHoldsAlong) {
   EXPECT_LT(picture::zoomed(camera, 1).distance_m, camera.distance_m);
 }
 
-TEST(Camera, ASideViewDoesNotMove) {
+TEST(Camera, ASideViewIsTurnedByNothing) {
   const picture::Camera camera = picture::side_camera(machine());
-  const picture::Camera after =
-      picture::zoomed(picture::shifted(picture::turned(camera, {50, 50}, kWindow), {50, 50}, kWindow), 3);
-  EXPECT_EQ(picture::view_projection(camera, kWindow), picture::view_projection(after, kWindow));
+  EXPECT_EQ(picture::view_projection(camera, kWindow),
+            picture::view_projection(picture::turned(camera, {50, 50}, kWindow), kWindow));
+}
+
+TEST(Camera, ASideViewComesCloserToThePointUnderTheMouseAndIsDraggedAlong) {
+  const picture::Camera camera = picture::side_camera(machine());
+  const Vector3d tip(2.4, 0, -0.3), beside = tip + Vector3d(0.1, 0, 0);
+  const Vector2d before = *picture::pixel_of(camera, kWindow, tip);
+  const picture::Camera close = picture::zoomed(camera, 6, {tip.x(), tip.z()});
+  EXPECT_NEAR((*picture::pixel_of(close, kWindow, tip) - before).norm(), 0, 1e-6) << "stays under the mouse";
+  const auto apart = [&](const picture::Camera& c) {
+    return (*picture::pixel_of(c, kWindow, beside) - *picture::pixel_of(c, kWindow, tip)).norm();
+  };
+  EXPECT_NEAR(apart(close) / apart(camera), std::pow(0.9, -6), 1e-6);
+  const Vector2d moved = *picture::pixel_of(picture::shifted(close, {30, 20}, kWindow), kWindow, tip);
+  EXPECT_NEAR((moved - before - Vector2d(30, 20)).norm(), 0, 1e-6);
+}
+
+TEST(Camera, ASideViewKeepsTheMachineInReachHoweverTheMouseIsMoved) {
+  const MachineDescription m = machine();
+  picture::Camera camera = picture::side_camera(m);
+  std::mt19937 random(kSeed);
+  std::uniform_real_distribution<double> drag(-2000, 2000);
+  for (int run = 0; run < 1000; ++run) {
+    camera = picture::shifted(camera, {drag(random), drag(random)}, kWindow);
+    camera = picture::zoomed(camera, drag(random) / 100, {drag(random) / 500, drag(random) / 500});
+    EXPECT_LE(camera.shown_m.center().cwiseAbs().maxCoeff(), 1.31 * reach_m(m));
+    EXPECT_GE(camera.shown_m.sizes().maxCoeff(), 0.05 * reach_m(m));
+    EXPECT_LE(camera.shown_m.sizes().maxCoeff(), 3.1 * reach_m(m));
+  }
+}
+
+TEST(Grid, HasRoundStepsThatAreFarEnoughApartToBeReadInEitherUnit) {
+  picture::Camera camera = picture::side_camera(machine());
+  for (const double unit_m : {1.0, 0.3048})
+    for (int steps = -8; steps < 24; steps += 3) {
+      const picture::Camera seen = picture::zoomed(camera, steps, {2, 0});
+      const picture::Grid grid = picture::grid_of(seen, kWindow, unit_m, -0.37);
+      const double step = grid.step_m / unit_m, digit = step / std::pow(10, std::floor(std::log10(step) + 1e-9));
+      EXPECT_LT(std::min({std::abs(digit - 1), std::abs(digit - 2), std::abs(digit - 5)}), 1e-6) << digit;
+      const Vector2d a = *picture::pixel_of(seen, kWindow, {0, 0, 0});
+      const double apart_px = picture::pixel_of(seen, kWindow, {grid.step_m, 0, 0})->x() - a.x();
+      EXPECT_GE(apart_px, 63.9);
+      EXPECT_LE(apart_px, 64 * 2.6);
+      const double lines = (grid.middle_m.y() + 0.37) / grid.step_m;
+      EXPECT_NEAR(lines, std::round(lines), 1e-6) << "one line is at the height that is counted from";
+    }
 }
 
 TEST(Camera, NoPointOfThePlaneIsUnderAPixelOfTheSky) {

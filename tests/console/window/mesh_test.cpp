@@ -175,8 +175,7 @@ TEST(MachineMesh, WorldsOfAllScenariosAreClosed) {
         session::load_scenario(test::source_dir() + "/config/scenarios/" + name + ".toml", m);
     const picture::WorldMeshes world =
         picture::world_meshes(session::scene_of(scenario.world, {}, reach_m(m)), reach_m(m));
-    expect_solid(world.ground, std::string(name) + ", ground");
-    for (const picture::Mesh* mesh : {&world.solids, &world.soil})
+    for (const picture::Mesh* mesh : {&world.ground, &world.solids, &world.soil})
       if (!mesh->triangles.empty()) expect_solid(*mesh, std::string(name));
   }
 }
@@ -255,12 +254,56 @@ TEST(WorldMesh, ShowsAWallOnlyWhileItStands) {
   EXPECT_TRUE(picture::world_meshes({}, 3.2).solids.triangles.empty());
 }
 
-TEST(WorldMesh, WallsStandOnTheGround) {
-  const session::Scene scene{{"wall", session::SceneLine::Kind::kWall, {{2, 1}, {2, -9}, {3, -9}, {3, 1}}, true}};
-  float lowest = 1;
-  for (const picture::MeshVertex& v : picture::world_meshes(scene, 3.2).solids.vertices)
-    lowest = std::min(lowest, v.position_m.z());
-  EXPECT_NEAR(static_cast<double>(lowest), picture::ground_level_m(scene, 3.2), 1e-6);
+double lowest_of(const picture::Mesh& mesh) {
+  double lowest = 1;
+  for (const picture::MeshVertex& v : mesh.vertices) lowest = std::min(lowest, static_cast<double>(v.position_m.z()));
+  return lowest;
+}
+
+TEST(WorldMesh, WallsStandOnTheGroundAndAreWholeWhereNoneIsKnown) {
+  session::Scene scene{{"wall", session::SceneLine::Kind::kWall, {{2, 1}, {2, -9}, {3, -9}, {3, 1}}, true}};
+  EXPECT_NEAR(lowest_of(picture::world_meshes(scene, 3.2).solids), -9, 1e-6);
+  scene.push_back({"ground", session::SceneLine::Kind::kGround, {{-3, -1.9}, {4, -1.9}}});
+  EXPECT_NEAR(lowest_of(picture::world_meshes(scene, 3.2).solids), -1.9, 1e-6);
+}
+
+TEST(WorldMesh, HasGroundWhereTheSceneHasItAndNoneWhereNothingIsKnown) {
+  const picture::WorldMeshes unknown = picture::world_meshes({}, 3.2);
+  EXPECT_TRUE(unknown.ground.triangles.empty() && unknown.grid.edges.empty());
+  const session::Scene soil{{"soil", session::SceneLine::Kind::kSoil, {{1, -0.8}, {4, -0.9}}}};
+  EXPECT_TRUE(picture::world_meshes(soil, 3.2).ground.triangles.empty()) << "soil alone is solid";
+  EXPECT_FALSE(picture::world_meshes(soil, 3.2).soil.triangles.empty());
+  const session::Scene low{{"ground", session::SceneLine::Kind::kGround, {{-3, -1.9}, {4, -1.9}}}};
+  const picture::WorldMeshes known = picture::world_meshes(low, 3.2);
+  ASSERT_FALSE(known.ground.triangles.empty());
+  double highest = -9;
+  for (const picture::MeshVertex& v : known.ground.vertices)
+    highest = std::max(highest, static_cast<double>(v.position_m.z()));
+  EXPECT_NEAR(highest, -1.9, 1e-6) << "at its own height, however low";
+}
+
+TEST(BucketsLoad, FillsItsShareOfTheRoomFromBelowAndNoMore) {
+  const MachineDescription m = machine("solar015");
+  const picture::Outline room = picture::bucket_room(m);
+  const double whole_m2 = std::abs(picture::signed_area_m2(room));
+  EXPECT_TRUE(picture::filled(room, 0).empty());
+  EXPECT_TRUE(picture::filled(room, -1).empty());
+  EXPECT_EQ(picture::filled(room, 2), room);
+  for (const double turn_rad : {0.0, 1.0, 2.5, -2.0}) {
+    picture::Outline turned = room;
+    for (PlanarVector& p : turned) p = Eigen::Rotation2Dd(turn_rad) * p;
+    double lowest = 9, highest_filled = -9, lowest_filled = 9;
+    for (const PlanarVector& p : turned) lowest = std::min(lowest, p.y());
+    const picture::Outline load = picture::filled(turned, 0.3);
+    for (const PlanarVector& p : load) {
+      lowest_filled = std::min(lowest_filled, p.y());
+      highest_filled = std::max(highest_filled, p.y());
+    }
+    EXPECT_NEAR(std::abs(picture::signed_area_m2(load)), 0.3 * whole_m2, 1e-3 * whole_m2) << turn_rad;
+    EXPECT_NEAR(lowest_filled, lowest, 1e-9) << turn_rad;
+    EXPECT_GT(std::count_if(load.begin(), load.end(), [&](const auto& p) { return p.y() > highest_filled - 1e-9; }), 1)
+        << "its surface is level";
+  }
 }
 
 TEST(WorldMesh, VirtualWallsAreTheLimitsThatTheFileSets) {

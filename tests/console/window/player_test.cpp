@@ -136,7 +136,7 @@ TEST_F(Player, GoesWhereAPlotOrAnEventIsClicked) {
   does("mousemove 570 200 click 1");  // right of the middle of the boom's plot
   EXPECT_GT(cursor(), Time(1s) + 200ms);
   EXPECT_LT(cursor(), Time(2s));
-  const float share = panel_->cursor().share;
+  const float share = panel_->plots().cursor().share;
   EXPECT_NEAR(share, 0.5, 0.01) << "the plots follow";
   does("key F6");
   does("mousemove 600 209 click 1");  // the newest event, on top
@@ -210,7 +210,7 @@ TEST_F(Player, ShowsAReRunBesideItAndSaysWhereItDiffers) {
   frames(2);
   ASSERT_NE(panel_->beside_view(), nullptr);
   EXPECT_NE(panel_->beside_view()->status.valve_command, panel_->view().status.valve_command);
-  ASSERT_NE(panel_->cursor().beside, nullptr);
+  ASSERT_NE(panel_->plots().cursor().beside, nullptr);
 }
 
 TEST_F(Player, ShowsAnotherRecordingBesideIt) {

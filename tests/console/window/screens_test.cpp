@@ -74,6 +74,11 @@ void by_scenario(ConsoleView& view, screens::UiState&) {
   view.led_by_scenario = true;
   view.hand.assist = {2500, true};
 }
+void loaded(ConsoleView& view, screens::UiState& state) {
+  view.machine.payload_kg = 64;
+  state.measures.grade.slope = -0.1;
+  state.force_most_N = 1500;
+}
 void asked_for_more(ConsoleView& view, screens::UiState& state) {
   view.hand.assist = {1500, true};
   state.scales_chosen = true;
@@ -141,8 +146,9 @@ INSTANTIATE_TEST_SUITE_P(
         Shot{.name = "operate", .keys = {}}, Shot{.name = "link", .keys = {"F2"}},
         Shot{.name = "real_time", .keys = {"F3"}}, Shot{.name = "hydraulics", .keys = {"F4"}},
         Shot{.name = "calibrate", .keys = {"F5"}}, Shot{.name = "events", .keys = {"F6"}},
-        Shot{.name = "help", .keys = {"F12"}}, Shot{.name = "stopped", .keys = {"space"}},
-        Shot{.name = "operate_light_imperial", .keys = {"F9", "F10"}},
+        Shot{.name = "history", .keys = {"F7"}}, Shot{.name = "history_chosen", .keys = {"F7", "bracketleft"}},
+        Shot{.name = "measures", .keys = {"g", "t"}, .prepare = loaded}, Shot{.name = "help", .keys = {"F12"}},
+        Shot{.name = "stopped", .keys = {"space"}}, Shot{.name = "operate_light_imperial", .keys = {"F9", "F10"}},
         Shot{.name = "link_light", .light = true, .keys = {"F2"}}, Shot{.name = "operate_stale", .silence_s = 1.24},
         Shot{.name = "hydraulics_stale", .keys = {"F4"}, .silence_s = 1.24},
         Shot{.name = "operate_by_scenario", .prepare = by_scenario}, Shot{.name = "untrusted", .prepare = untrusted},

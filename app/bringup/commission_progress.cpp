@@ -1,0 +1,99 @@
+#include "app/bringup/commission_progress.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/command.h"
+#include "app/cli/digest.h"
+#include "app/cli/output_file.h"
+#include "core/error.h"
+#include "machine/whole_file.h"
+
+namespace knuckle::bringup {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* kSchema = "knuckle-commission-progress/1";
+constexpr std::size_t kLargest_MB = 1;
+
+Json json_of(const std::optional<double>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+std::optional<double> optional_of(const Json& value) {
+  return value.is_null() ? std::nullopt : std::optional(value.get<double>());
+}
+
+Json json_of(const WizardProgress& progress) {
+  Json axes = Json::array(), findings = Json::array();
+  for (const AxisResult& axis : progress.axes)
+    axes.push_back({{"stroke_m", json_of(axis.stroke_m)},
+                    {"offset_m", json_of(axis.offset_m)},
+                    {"preset", axis.preset},
+                    {"dead_band_extend", json_of(axis.dead_band_extend)},
+                    {"dead_band_retract", json_of(axis.dead_band_retract)}});
+  for (const Finding& one : progress.findings)
+    findings.push_back({{"level", static_cast<int>(one.level)}, {"about", one.about}, {"text", one.text}});
+  return {{"completed", progress.completed}, {"axes", axes}, {"findings", findings}};
+}
+
+/// @throws nlohmann::json::exception where something is missing or of another kind.
+WizardProgress progress_of(const Json& json) {
+  WizardProgress progress;
+  progress.completed = json.at("completed").get<int>();
+  for (std::size_t j = 0; j < progress.axes.size(); ++j) {
+    const Json& axis = json.at("axes").at(j);
+    progress.axes[j] = {optional_of(axis.at("stroke_m")), optional_of(axis.at("offset_m")),
+                        axis.at("preset").get<bool>(), optional_of(axis.at("dead_band_extend")),
+                        optional_of(axis.at("dead_band_retract"))};
+  }
+  for (const Json& one : json.at("findings"))
+    progress.findings.push_back({static_cast<Finding::Level>(one.at("level").get<int>()),
+                                 one.at("about").get<std::string>(), one.at("text").get<std::string>()});
+  return progress;
+}
+
+/// Of all that is said; nobody's secret, it only finds what was changed by hand.
+std::string digest_of(Json json) {
+  json.erase("sha256");
+  cli::Digest digest;
+  digest.add(json.dump());
+  return digest.finish();
+}
+
+}  // namespace
+
+std::string progress_file(const std::string& out) {
+  return out + ".progress";
+}
+
+void write_progress(const std::string& file, const WizardProgress& progress, const ProgressOf& of) {
+  Json json{{"schema", kSchema},
+            {"program", cli::program_version()},
+            {"bus", of.bus},
+            {"machine_sha256", of.machine_sha256},
+            {"progress", json_of(progress)}};
+  json["sha256"] = digest_of(json);
+  cli::OutputFile out("--out", file);
+  out.stream() << json.dump(1) << '\n';
+  out.commit();
+}
+
+WizardProgress read_progress(const std::string& file, const ProgressOf& of) {
+  const auto refuse = [&file](const std::string& why) {
+    throw InputError(file + ": " + why + ": begin anew, without --resume");
+  };
+  const std::string text = whole_file(file, kLargest_MB);
+  try {
+    const Json json = Json::parse(text);
+    if (json.at("schema") != kSchema) refuse("is not the progress of a commissioning of this version");
+    if (json.at("sha256") != digest_of(json)) refuse("was changed since it was written");
+    if (json.at("machine_sha256") != of.machine_sha256)
+      refuse("is of another machine file, or of an older version of it");
+    if (json.at("bus") != of.bus) refuse("is of the bus " + json.at("bus").get<std::string>() + ", not " + of.bus);
+    return progress_of(json.at("progress"));
+  } catch (const nlohmann::json::exception&) {
+    refuse("is not the progress of a commissioning");
+  }
+  return {};
+}
+
+}  // namespace knuckle::bringup

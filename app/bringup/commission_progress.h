@@ -1,0 +1,24 @@
+// What of a commissioning that has ended is done, kept in a file so that another run can go on from there.
+#pragma once
+
+#include <string>
+
+#include "app/bringup/commission_wizard.h"
+
+namespace knuckle::bringup {
+
+/// Which machine a progress is of.
+struct ProgressOf {
+  std::string bus, machine_sha256;  ///< Of the machine file that it was begun with.
+};
+
+/// Beside the result that the commissioning is to have.
+[[nodiscard]] std::string progress_file(const std::string& out);
+
+/// Puts it into place, whole or not at all. @throws InputError where it cannot be written.
+void write_progress(const std::string& file, const WizardProgress& progress, const ProgressOf& of);
+
+/// @throws InputError with the file and why, where it cannot be read, was edited, or is of another bus or machine file.
+[[nodiscard]] WizardProgress read_progress(const std::string& file, const ProgressOf& of);
+
+}  // namespace knuckle::bringup

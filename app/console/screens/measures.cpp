@@ -1,0 +1,86 @@
+#include "app/console/screens/measures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/console/screens/distances.h"
+
+namespace knuckle::console::screens {
+namespace {
+
+constexpr double kSteepest = 2;    // 200 %
+constexpr double kHighest_m = 50;  // what is typed beyond is a slip
+
+struct Field {
+  const char *label, *id, *format, *unit;
+  double shown_per_unit;  ///< What is typed, by what is kept.
+  double most;            ///< Kept, either side of zero.
+};
+
+/// @return whether what is typed has changed the value.
+bool number_row(const widgets::Ui& ui, widgets::Area row, const Field& field, double& value) {
+  const widgets::Theme& t = ui.theme;
+  widgets::put_text(t.fonts.small, t.colours.muted, {row.min.x, row.centre().y}, widgets::Align::kLeft, field.label);
+  row.cut_left(t.px(52));
+  const widgets::Area unit = row.cut_right(t.px(20), t.px(4));
+  widgets::put_text(t.fonts.small, t.colours.muted, {unit.min.x, unit.centre().y}, widgets::Align::kLeft, field.unit);
+  double shown = value * field.shown_per_unit;
+  ImGui::SetCursorScreenPos(row.min);
+  ImGui::SetNextItemWidth(row.width());
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {t.px(6), (row.height() - ImGui::GetFontSize()) / 2});
+  const bool typed = ImGui::InputDouble(field.id, &shown, 0, 0, field.format, ImGuiInputTextFlags_CharsDecimal);
+  ImGui::PopStyleVar();
+  if (!typed || !std::isfinite(shown)) return false;
+  value = std::clamp(shown / field.shown_per_unit, -field.most, field.most);
+  return true;
+}
+
+}  // namespace
+
+void Measures::take_tip(const PlanarVector& tip_m) {
+  constexpr double kLeastRun_m = 0.02;
+  const PlanarVector run = tip_m - grade.point_m;
+  switch (std::exchange(take, Take::kNothing)) {
+    case Take::kNothing:
+      return;
+    case Take::kGround:
+      ground_m = tip_m.y();
+      return;
+    case Take::kGradePoint:
+      grade.point_m = tip_m;
+      grade_on = true;
+      return;
+    case Take::kGradeSlope:
+      if (std::abs(run.x()) < kLeastRun_m) return;
+      grade.slope = std::clamp(run.y() / run.x(), -kSteepest, kSteepest);
+      grade_on = true;
+      return;
+  }
+}
+
+void draw_grade_panel(const widgets::Ui& ui, Measures& measures, const widgets::Area& picture) {
+  const widgets::Theme& t = ui.theme;
+  widgets::Area rest = picture.inset(t.unit(1.5F), t.unit());
+  rest.cut_top(t.px(58));
+  widgets::Area panel = rest.cut_right(t.px(186));
+  draw_backdrop(ui, panel.cut_top(t.px(measures.grade_on ? 128.F : 26.F)));
+  rest = {{panel.min.x, rest.min.y}, panel.max};
+  widgets::toggle(ui, rest.cut_top(t.px(26), t.px(4)), "Grade line", measures.grade_on);
+  if (!measures.grade_on) return;
+  const double per_m = ui.units.convert(widgets::Quantity::kLength, 1);
+  double height_m = measures.grade.point_m.y() - measures.zero_m();
+  if (number_row(ui, rest.cut_top(t.px(26), t.px(4)),
+                 {"height", "##height", "%.2f", ui.units.unit(widgets::Quantity::kLength), per_m, kHighest_m},
+                 height_m))
+    measures.grade.point_m.y() = measures.zero_m() + height_m;
+  (void)number_row(ui, rest.cut_top(t.px(26), t.px(4)), {"slope", "##slope", "%.1f", "%", 100, kSteepest},
+                   measures.grade.slope);
+  const widgets::Area buttons = rest.cut_top(t.px(28));
+  if (widgets::button(ui, buttons.column(0, 2, t.px(4)), widgets::Icon::kNone, "to tip (T)"))
+    measures.take = Measures::Take::kGradePoint;
+  if (widgets::button(ui, buttons.column(1, 2, t.px(4)), widgets::Icon::kNone, "slope (Y)"))
+    measures.take = Measures::Take::kGradeSlope;
+}
+
+}  // namespace knuckle::console::screens

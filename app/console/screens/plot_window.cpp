@@ -1,0 +1,82 @@
+#include "app/console/screens/plot_window.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace knuckle::console::screens {
+namespace {
+
+constexpr std::int64_t kHalf = widgets::History::kSamples / 2;
+
+Time of_step(std::int64_t step) {
+  return Time(step * from_seconds(widgets::History::kStep_s));
+}
+
+}  // namespace
+
+const EventRow* event_at(const EventBook& events, std::uint32_t run, Time at) {
+  const auto& rows = events.rows();
+  const auto found =
+      std::find_if(rows.rbegin(), rows.rend(), [&](const EventRow& row) { return row.run == run && row.at <= at; });
+  return found == rows.rend() ? nullptr : &*found;
+}
+
+bool PlotWindow::show(Time middle) {
+  const std::int64_t step = widgets::History::step_of(middle);
+  cursor_.share = static_cast<float>(0.5 + to_seconds(middle - of_step(step)) / widgets::History::kSpan_s);
+  return std::exchange(middle_, step) != step;
+}
+
+float PlotWindow::share(Time at) const noexcept {
+  return static_cast<float>(0.5 + to_seconds(at - of_step(middle_)) / widgets::History::kSpan_s);
+}
+
+std::optional<Time> PlotWindow::clicked() {
+  const float share = std::exchange(cursor_.clicked, -1.F);
+  if (share < 0) return std::nullopt;
+  return of_step(middle_) + from_seconds((static_cast<double>(share) - 0.5) * widgets::History::kSpan_s);
+}
+
+void PlotWindow::fill(widgets::History& history, const SampleAt& sample_at) const {
+  std::array<widgets::History::Sample, widgets::History::kSamples> samples;
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    samples[i] = sample_at(middle_ - kHalf + static_cast<std::int64_t>(i));
+  history.set(samples);
+}
+
+void PlotWindow::fill_beside(const char* name, const SampleAt& sample_at) {
+  fill(beside_, sample_at);
+  cursor_.beside = &beside_;
+  cursor_.beside_name = name;
+}
+
+void LivePlots::watch(const ConsoleView& view, const Kinematics& kinematics, bool machine_known, bool status_known) {
+  if (std::exchange(run_, view.run) != view.run) chosen_.reset();
+  kept_.watch(view, kinematics, machine_known, status_known);
+}
+
+void LivePlots::update(const ConsoleView& view) {
+  if (const auto at = window_.clicked()) chosen_ = at;
+  if (chosen_ && (*chosen_ > view.now || view.now - *chosen_ > kKept)) chosen_.reset();
+  window_.cursor().chosen = chosen_.has_value();
+  const Time newest = view.now - kHalf * from_seconds(widgets::History::kStep_s);
+  // The seconds behind a chosen time may still be to come.
+  if (!window_.show(chosen_.value_or(newest)) && window_.share(view.now) > 1) return;
+  window_.fill([this](std::int64_t step) {
+    const widgets::History::Sample* sample = kept_.of_step(step);
+    return sample != nullptr ? *sample : widgets::History::Sample{};
+  });
+}
+
+void LivePlots::jump(bool later, const EventBook& events, const ConsoleView& view) {
+  const Time from = chosen_.value_or(view.now);
+  const auto& rows = events.rows();
+  std::optional<Time> to;
+  for (const EventRow& row : rows) {
+    if (row.run != view.run || (later ? row.at <= from : row.at >= from)) continue;
+    if (!to || (later ? row.at < *to : row.at > *to)) to = row.at;
+  }
+  if (to || later) chosen_ = to;  // after the newest event comes now
+}
+
+}  // namespace knuckle::console::screens

@@ -1,0 +1,95 @@
+// The file by which an ended commissioning goes on: whole, of this machine, as it was written, or refused in a line.
+#include "app/bringup/commission_progress.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+
+#include "core/error.h"
+#include "tests/support/places.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::bringup {
+namespace {
+
+const ProgressOf kOf{"can0", "abc123"};
+
+WizardProgress some() {
+  WizardProgress progress;
+  progress.completed = kStrokes;
+  progress.axes[1] = {0.4171234567890123, -0.0031, true, std::nullopt, 0.1};
+  progress.findings = {{Finding::Level::kOk, "arm", "encoder preset: 512.0 mm before, 510.2 mm now"},
+                       {Finding::Level::kNote, "bucket", "skipped"}};
+  return progress;
+}
+
+class ProgressFile : public testing::Test {
+ protected:
+  std::string refusal(const ProgressOf& of = kOf) const {
+    try {
+      (void)read_progress(file_, of);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  std::string text() const {
+    std::ifstream in(file_);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  void put(const std::string& text) const { std::ofstream(file_) << text; }
+
+  test::TemporaryFolder folder_;
+  std::string file_ = progress_file(folder_.file("found.toml"));
+};
+
+TEST_F(ProgressFile, IsReadAsItWasWrittenToTheLastDigit) {
+  write_progress(file_, some(), kOf);
+  const WizardProgress read = read_progress(file_, kOf);
+  EXPECT_EQ(read.completed, kStrokes);
+  EXPECT_EQ(read.axes[1].stroke_m, some().axes[1].stroke_m);
+  EXPECT_EQ(read.axes[1].offset_m, some().axes[1].offset_m);
+  EXPECT_TRUE(read.axes[1].preset);
+  EXPECT_FALSE(read.axes[1].dead_band_extend);
+  EXPECT_FALSE(read.axes[0].stroke_m);
+  ASSERT_EQ(read.findings.size(), 2u);
+  EXPECT_EQ(read.findings[1].level, Finding::Level::kNote);
+  EXPECT_EQ(read.findings[0].text, some().findings[0].text);
+}
+
+TEST_F(ProgressFile, IsRefusedInOneLineWhereItIsOfAnotherMachineOrBus) {
+  write_progress(file_, some(), kOf);
+  EXPECT_NE(refusal({"can0", "another"}).find("is of another machine file"), std::string::npos);
+  EXPECT_NE(refusal({"can1", "abc123"}).find("is of the bus can0, not can1"), std::string::npos);
+  EXPECT_EQ(refusal().find('\n'), std::string::npos);
+  EXPECT_EQ(refusal(), "");
+}
+
+TEST_F(ProgressFile, IsRefusedInOneLineWhateverWasChangedInIt) {
+  write_progress(file_, some(), kOf);
+  const std::string whole = text();
+  int refused = 0;
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    if (std::isalnum(static_cast<unsigned char>(whole[i])) == 0) continue;
+    std::string changed = whole;
+    changed[i] = changed[i] == '1' ? '2' : '1';
+    put(changed);
+    const std::string why = refusal();
+    EXPECT_NE(why, "") << "byte " << i << ": " << changed.substr(i > 20 ? i - 20 : 0, 40);
+    EXPECT_EQ(why.find('\n'), std::string::npos) << why;
+    ++refused;
+  }
+  EXPECT_GT(refused, 300);
+  for (const std::string& bad :
+       {std::string(), std::string("{}"), std::string("[1, 2"), whole.substr(0, whole.size() / 2)}) {
+    put(bad);
+    EXPECT_NE(refusal().find("begin anew, without --resume"), std::string::npos) << bad;
+  }
+  std::remove(file_.c_str());
+  EXPECT_NE(refusal().find(file_), std::string::npos);
+}
+
+}  // namespace
+}  // namespace knuckle::bringup

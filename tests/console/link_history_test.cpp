@@ -1,0 +1,64 @@
+// Minutes of the link in fixed room.
+#include "app/console/link_history.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace knuckle::console {
+namespace {
+
+class MinutesOfTheLink : public testing::Test {
+ protected:
+  MinutesOfTheLink() {
+    view_.link.heard = true;
+    view_.link.neutral_after_s = 0.2;
+    view_.link.round_trip_s = 0.02;
+  }
+  void pass(double seconds) {
+    for (const Time end = view_.now + from_seconds(seconds); view_.now < end; view_.now += 20ms) history_.watch(view_);
+  }
+  ConsoleView view_;
+  LinkHistory history_;
+};
+
+TEST_F(MinutesOfTheLink, KeepASpikeOfFiftyMillisecondsForTenMinutesAndNoLonger) {
+  pass(60);
+  view_.link.round_trip_s = 0.31;
+  pass(0.06);
+  view_.link.round_trip_s = 0.02;
+  const auto highest = [this] {
+    float most = 0;
+    for (std::size_t i = 0; i < history_.size(); ++i)
+      most = std::fmax(most, history_.ago(i, LinkMeasure::kRoundTrip).most);
+    return most;
+  };
+  pass(590);
+  EXPECT_FLOAT_EQ(highest(), 0.31F);
+  EXPECT_EQ(history_.size(), LinkHistory::kSeconds);
+  pass(15);
+  EXPECT_FLOAT_EQ(highest(), 0.02F);
+}
+
+TEST_F(MinutesOfTheLink, AreUnknownWhereNobodyLookedOrNothingWasHeard) {
+  pass(5);
+  view_.now += 3s;
+  pass(2);
+  EXPECT_TRUE(std::isfinite(history_.ago(0, LinkMeasure::kRoundTrip).most));
+  EXPECT_TRUE(std::isnan(history_.ago(3, LinkMeasure::kRoundTrip).most));
+  EXPECT_TRUE(std::isfinite(history_.ago(6, LinkMeasure::kRoundTrip).most));
+  view_.link.silence_s = 2;
+  pass(2);
+  EXPECT_TRUE(std::isnan(history_.ago(0, LinkMeasure::kRoundTrip).most)) << "an old round trip is none";
+  EXPECT_FLOAT_EQ(history_.ago(0, LinkMeasure::kSilence).most, 10);
+}
+
+TEST_F(MinutesOfTheLink, BeginAnewWithTheSession) {
+  pass(30);
+  view_.now = Time{};
+  pass(3);
+  EXPECT_LE(history_.size(), 4u);
+}
+
+}  // namespace
+}  // namespace knuckle::console

@@ -1,0 +1,95 @@
+// With imperial units no number is left in metric ones, on any screen, whatever the loops and the machine's side say.
+#include <regex>
+#include <set>
+
+#include "tests/console/window/shown_console.h"
+
+namespace {
+std::set<std::string>* drawn_words = nullptr;  // collected while it points somewhere
+}
+
+// Every text of the window passes here: the linker puts this in the place of ImGui's own (tests/CMakeLists.txt).
+extern "C" void __real__ZN10ImDrawList7AddTextEPK6ImFontfRK6ImVec2jPKcS7_fPK6ImVec4(ImDrawList*, const ImFont*, float,
+                                                                                    const ImVec2&, ImU32, const char*,
+                                                                                    const char*, float, const ImVec4*);
+extern "C" void __wrap__ZN10ImDrawList7AddTextEPK6ImFontfRK6ImVec2jPKcS7_fPK6ImVec4(ImDrawList* list,
+                                                                                    const ImFont* font, float size,
+                                                                                    const ImVec2& at, ImU32 colour,
+                                                                                    const char* begin, const char* end,
+                                                                                    float width, const ImVec4* clip) {
+  if (drawn_words != nullptr) drawn_words->insert(end == nullptr ? std::string(begin) : std::string(begin, end));
+  __real__ZN10ImDrawList7AddTextEPK6ImFontfRK6ImVec2jPKcS7_fPK6ImVec4(list, font, size, at, colour, begin, end, width,
+                                                                      clip);
+}
+
+namespace knuckle::console::window {
+namespace {
+
+class Imperial : public ShownConsole {
+ protected:
+  [[nodiscard]] std::set<std::string> words() {
+    std::set<std::string> all;
+    drawn_words = &all;
+    frames(2);
+    drawn_words = nullptr;
+    return all;
+  }
+  /// Of what is drawn now.
+  [[nodiscard]] std::string metric() {
+    // A unit alone, as behind a number of another font; or behind a number.
+    static const std::regex kUnit(
+        R"((^|[0-9] ?|, |in )(N|kN|kN/m|m|cm|mm|m/s|mm/s|bar|kg|L/min|W|kW|J|N/mm)(:|;|,|\)|\.| |$))");
+    std::string found;
+    for (const std::string& text : words())
+      if (std::regex_search(text, kUnit)) found += "'" + text + "' ";
+    return found;
+  }
+};
+
+TEST_F(Imperial, LeavesNoMetricUnitOnAnyScreen) {
+  for (const sim::WorldEventKind piece :
+       {sim::WorldEventKind::kPieceBroke, sim::WorldEventKind::kScooped, sim::WorldEventKind::kDug}) {
+    ConsoleEvent event;
+    event.kind = ConsoleEventKind::kPiece;
+    event.piece = piece;
+    event.value = 812;
+    event.at = view_.now;
+    events_.add(event);
+  }
+  state().measures.ground_m = -0.2;
+  state().measures.grade_on = true;
+  state().hold_to_run = true;
+  state().assist.force_limit_N = 1500;
+  EXPECT_NE(metric(), "") << "the test sees what is drawn";
+  does("key F10");
+  for (const char* screen : {"F1", "F2", "F3", "F4", "F5", "F6", "F7"}) {
+    does(std::string("key ") + screen);
+    EXPECT_EQ(metric(), "") << screen;
+  }
+}
+
+TEST_F(Imperial, IsWhatEveryReasonAndTheBannerSay) {
+  does("key F10");
+  view_.machine.mode = Mode::kReady;
+  view_.machine.contact = true;
+  for (int code = 1; code < static_cast<int>(ReasonCode::kCount); ++code) {
+    view_.machine.blocking = {static_cast<ReasonCode>(code), 0, 9.1F, 9};
+    EXPECT_EQ(metric(), "") << name(view_.machine.blocking.code);
+  }
+}
+
+TEST(Units, TurnTheNumbersInATextThatHaveAMetricUnitAndNoOthers) {
+  const widgets::Units imperial{widgets::UnitSystem::kImperial};
+  EXPECT_EQ(imperial.in_words("contact, 820 N"), "contact, 184 lbf");
+  EXPECT_EQ(imperial.in_words("limited (9.1 kW; limit 9 kW)"), "limited (12.2 hp; limit 12.1 hp)");
+  EXPECT_EQ(imperial.in_words("encoder preset: 512.0 mm before, 510.2 mm now"),
+            "encoder preset: 20.2 in before, 20.1 in now");
+  EXPECT_EQ(imperial.in_words("-0.3 m"), "-0.984 ft");
+  for (const char* same : {"node 0x22: 41 ms; limit 25 ms", "12 of stroke", "5 min", "3 nodes", "F10", "0.4 s", "30 %",
+                           "wall.1.toml", "2 Notes", ""})
+    EXPECT_EQ(imperial.in_words(same), same);
+  EXPECT_EQ(widgets::Units{}.in_words("820 N"), "820 N");
+}
+
+}  // namespace
+}  // namespace knuckle::console::window
