@@ -3,8 +3,10 @@
 
 #include <array>
 #include <memory>
+#include <vector>
 
 #include "app/console/picture/camera.h"
+#include "app/console/picture/dust.h"
 #include "app/console/picture/picture_colours.h"
 #include "app/session/scene.h"
 #include "core/joints.h"
@@ -29,6 +31,7 @@ struct MachinePicture {
   double contact_s = 1e9;                 ///< How long; the ring flashes at first.
   const session::Scene* scene = nullptr;  ///< None: ground only.
   double scene_s = 0;                     ///< Time of the scene's session.
+  const std::vector<Puff>* dust = nullptr;  ///< In front of what is behind it.
   bool as_seen = false;  ///< As a camera sees it: nothing shines through, and what is not there is not drawn.
 };
 

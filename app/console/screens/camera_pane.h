@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "app/console/camera_watch.h"
 #include "app/console/console_view.h"
 #include "app/console/picture/video_view.h"
+#include "app/console/screens/camera_align.h"
 #include "app/console/widgets/widgets.h"
 
 namespace knuckle::console::screens {
@@ -19,11 +21,21 @@ namespace knuckle::console::screens {
 class CameraPane {
  public:
   void add(CameraFeed feed);
+  /// What the machine's side seals the pictures of a camera with, by its name.
+  void set_keys(const std::function<video::PictureKey(const std::string&)>& key_of) const {
+    for (const Camera& camera : cameras_) camera.watch.set_key(key_of(camera.watch.name()));
+  }
   [[nodiscard]] bool empty() const noexcept { return cameras_.empty(); }
-  /// Once a frame: takes the newest pictures in, and notes what has happened. OpenGL's context is current.
-  void watch(Time now, const ConsoleView& view, EventBook& events);
+  /// Once a frame: takes the newest pictures in, and notes what has happened. OpenGL's context is current. @param fresh
+  /// what is measured of the machine is of now. @return whether a picture has come.
+  bool watch(Time now, const ConsoleView& view, bool fresh, EventBook& events);
   /// The key: each camera in turn fills the pane, then the machine.
   void next() noexcept;
+
+  /// The key: begins to align the camera that fills the pane. @return what came of one that was begun before; nullopt:
+  /// none was.
+  std::optional<estimation::CameraFit> align(const MachineDescription& machine);
+  [[nodiscard]] bool aligning() const noexcept { return align_.has_value(); }
 
   /// Whether the camera, not the machine, fills the pane. One that never gave a picture does not.
   [[nodiscard]] bool large() const noexcept;
@@ -52,10 +64,12 @@ class CameraPane {
     bool had_picture() const noexcept { return watch.state() != video::VideoState::kNone; }
   };
   void write(const widgets::Ui& ui, const Camera& camera, const widgets::Area& area) const;
+  void take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture);
 
   std::vector<Camera> cameras_;
   std::size_t shown_ = 0;  ///< The camera that is shown, large or small.
   bool machine_large_ = false;
+  std::optional<CameraAlign> align_;  ///< Of the camera that is shown.
   std::optional<Placed> placed_;
 };
 
