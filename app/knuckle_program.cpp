@@ -32,12 +32,10 @@ static_assert(SimulatedCamera::kWidth_px == programs::kDrawnWidth_px &&
 
 /// A camera of the simulated machine, for who sends its pictures.
 programs::DrawnCamera draw_camera(const MachineDescription& machine, const CameraDescription& mount,
-                                  const sim::WorldDescription& world,
-                                  const SimulatedCamera::Give& give) {
+                                  const sim::WorldDescription& world, const SimulatedCamera::Give& give) {
   const auto camera = std::make_shared<SimulatedCamera>(machine, mount, give);
   camera->begin(world);
-  return {[camera](const session::MachineSight& sight) { camera->show(sight); },
-          [camera] { return camera->status(); }};
+  return {[camera](const session::MachineSight& sight) { camera->show(sight); }, [camera] { return camera->status(); }};
 }
 
 }  // namespace

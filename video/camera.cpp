@@ -52,14 +52,16 @@ void stamp(Frame& frame, GstElement* pipeline, GstSample* sample) {
   if (GST_CLOCK_TIME_IS_VALID(running)) frame.captured = time_of(gst_element_get_base_time(pipeline) + running);
 }
 
-/// A source that is not live, such as a file, plays at its own pace; a live one sets the pace itself, and nothing waits.
+/// A source that is not live, such as a file, plays at its own pace; a live one sets the pace itself, and nothing
+/// waits.
 void set_pace(GstElement* pipeline) {
   const Owned<GstElement> sink(gst_bin_get_by_name(GST_BIN(pipeline), "pictures"));
   const Owned<GstPad> pad(gst_element_get_static_pad(sink.get(), "sink"));
   // Asked above the sink: one that waits for nothing calls every source not live.
   const Owned<GstQuery> query(gst_query_new_latency());
   gboolean live = TRUE;
-  if (gst_pad_peer_query(pad.get(), query.get()) != FALSE) gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
+  if (gst_pad_peer_query(pad.get(), query.get()) != FALSE)
+    gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
   g_object_set(sink.get(), "sync", live == FALSE, nullptr);
 }
 

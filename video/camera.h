@@ -1,5 +1,5 @@
-// A camera: a GStreamer pipeline of which only the newest picture is kept. What GStreamer says, connecting and connecting
-// again are in a thread of its own; the owner never waits but in the destructor.
+// A camera: a GStreamer pipeline of which only the newest picture is kept. What GStreamer says, connecting and
+// connecting again are in a thread of its own; the owner never waits but in the destructor.
 #pragma once
 
 #include <functional>

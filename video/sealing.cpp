@@ -96,8 +96,7 @@ GstPadProbeReturn Sealer::on_packets(GstPad* /*pad*/, GstPadProbeInfo* info, gpo
   }
   GstBufferList* packets = gst_buffer_list_make_writable(GST_PAD_PROBE_INFO_BUFFER_LIST(info));
   GST_PAD_PROBE_INFO_DATA(info) = packets;
-  for (guint i = 0; i < gst_buffer_list_length(packets); ++i)
-    sealer->number(gst_buffer_list_get_writable(packets, i));
+  for (guint i = 0; i < gst_buffer_list_length(packets); ++i) sealer->number(gst_buffer_list_get_writable(packets, i));
   return GST_PAD_PROBE_OK;
 }
 
@@ -201,7 +200,8 @@ GstCaps* Opener::on_request(GstElement* /*element*/, guint ssrc, gpointer self) 
   if (stream + 1 < newest || stream > newest + kMostStreamsAhead) return nullptr;
   return gst_caps_new_simple("application/x-srtp", "srtp-key", GST_TYPE_BUFFER, buffer_of(wanted->key).get(),
                              "srtp-cipher", G_TYPE_STRING, "aes-128-gcm", "srtp-auth", G_TYPE_STRING, "null",
-                             "srtcp-cipher", G_TYPE_STRING, "aes-128-gcm", "srtcp-auth", G_TYPE_STRING, "null", nullptr);
+                             "srtcp-cipher", G_TYPE_STRING, "aes-128-gcm", "srtcp-auth", G_TYPE_STRING, "null",
+                             nullptr);
 }
 
 }  // namespace knuckle::video

@@ -18,12 +18,12 @@ namespace knuckle::video {
 namespace {
 
 constexpr int kAf41 = 34;
-constexpr int kPacket_bytes = 1200;       // with all headers, and room for a tunnel's
+constexpr int kPacket_bytes = 1200;         // with all headers, and room for a tunnel's
 constexpr int kPicturesPerKeyPicture = 30;  // after a loss, the next key picture mends it
 constexpr int kJitterBuffer_ms = 30;
 constexpr guint kStampId = 1;
-constexpr const char* kGiven = "given";  // the element that given pictures go into
-constexpr std::uint64_t kUnixInNtp_s = 2'208'988'800;  // 1970 by NTP's count
+constexpr const char* kGiven = "given";                                 // the element that given pictures go into
+constexpr std::uint64_t kUnixInNtp_s = 2'208'988'800;                   // 1970 by NTP's count
 constexpr const char* kStampUri = "urn:ietf:params:rtp-hdrext:ntp-64";  // RFC 6051, 64 bits
 
 std::uint64_t ntp_now_ns() {
@@ -110,9 +110,9 @@ class Sender::Writer {
   int set_kbps_ = 0;                // in the encoder that runs
   GstElement* pipeline_ = nullptr;  // the one that runs
   Sealer sealer_;
-  std::mutex given_mutex_;          // of who gives and of the runner; neither is a loop
-  Owned<GstElement> given_;         // where given pictures go, in the pipeline that runs
-  PipelineRunner runner_;           // last: what it calls is there for longer
+  std::mutex given_mutex_;   // of who gives and of the runner; neither is a loop
+  Owned<GstElement> given_;  // where given pictures go, in the pipeline that runs
+  PipelineRunner runner_;    // last: what it calls is there for longer
 };
 
 PipelinePlan Sender::Writer::plan_of(const SenderSetup& setup) {
@@ -136,7 +136,8 @@ void Sender::Writer::prepare(GstElement* pipeline) {
   const Owned<GstElement> payloader(gst_bin_get_by_name(GST_BIN(pipeline), "payloader"));
   GstRTPHeaderExtension* stamp = gst_rtp_header_extension_create_from_uri(kStampUri);
   gst_rtp_header_extension_set_id(stamp, kStampId);
-  g_object_set(stamp, "every-packet", TRUE, nullptr);  // the receiver looks at one of a picture's packets, not the first
+  g_object_set(stamp, "every-packet", TRUE,
+               nullptr);  // the receiver looks at one of a picture's packets, not the first
   g_signal_emit_by_name(payloader.get(), "add-extension", stamp);
   gst_object_unref(stamp);
   const Owned<GstPad> pad(gst_element_get_static_pad(payloader.get(), "sink"));

@@ -53,8 +53,7 @@ void CameraWatch::tell_refused(Time now, const video::CameraStatus& status, std:
   const std::uint64_t more = status.refused - std::exchange(refused_, status.refused);
   refused_told_at_ = now;
   news.push_back({Severity::kWarning,
-                  "camera " + feed_.name + ": " + std::to_string(more) +
-                      (more == 1 ? " packet was" : " packets were") +
+                  "camera " + feed_.name + ": " + std::to_string(more) + (more == 1 ? " packet was" : " packets were") +
                       " refused: not sealed with this session's key for a camera of this name, changed on the way, or "
                       "sent again"});
 }

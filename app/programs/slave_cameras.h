@@ -29,9 +29,9 @@ struct DrawnCamera {
   std::function<video::CameraStatus()> status;
 };
 /// Makes one. @param give gets its pictures, of this size, in the thread that draws; outlives what show() is of.
-using DrawCamera = std::function<DrawnCamera(const MachineDescription&, const CameraDescription&,
-                                             const sim::WorldDescription&,
-                                             std::function<void(std::unique_ptr<video::Frame>)> give)>;
+using DrawCamera =
+    std::function<DrawnCamera(const MachineDescription&, const CameraDescription&, const sim::WorldDescription&,
+                              std::function<void(std::unique_ptr<video::Frame>)> give)>;
 inline constexpr int kDrawnWidth_px = 1280, kDrawnHeight_px = 720;
 
 struct CameraOptions {

@@ -256,7 +256,8 @@ int run(const Options& o, const DrawCamera& draw) {
   check(o);
   const cli::InterruptGuard interrupt;
   const Setup setup = set_up(o);
-  const std::vector<video::SenderSetup> camera_setups = check_cameras(o.cameras, o.link.insecure, setup.simulation ? &setup.machine : nullptr);
+  const std::vector<video::SenderSetup> camera_setups =
+      check_cameras(o.cameras, o.link.insecure, setup.simulation ? &setup.machine : nullptr);
   AskedOutput candump("--candump", o.candump), csv("--csv", o.csv),
       json("--json", o.json, AskedOutput::Content::kResult);
   SlaveCameras cameras(camera_setups, setup.machine,

@@ -10,8 +10,8 @@
 namespace knuckle::session {
 
 struct MachineSight {
-  Time at{};             ///< When it was so, by the clock of pictures (video::now()).
-  double session_s = 0;  ///< The same by the session's clock, which the events have.
+  Time at{};                                    ///< When it was so, by the clock of pictures (video::now()).
+  double session_s = 0;                         ///< The same by the session's clock, which the events have.
   JointVector joint_rad = JointVector::Zero();  ///< The true ones.
   sim::WorldEventRing events;
 };

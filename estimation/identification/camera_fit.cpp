@@ -14,7 +14,7 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kClick_px = 1.5;             // nobody clicks better, however well six clicks happen to fit
+constexpr double kClick_px = 1.5;  // nobody clicks better, however well six clicks happen to fit
 constexpr double kMostPosition_m = 0.10, kMostDirection_rad = 0.02;  // standard deviations of what is of use
 constexpr double kMostResidual_px = 25;
 constexpr double kDegrees = 180 / std::numbers::pi;
@@ -57,10 +57,9 @@ struct Solved {
 std::optional<Solved> solve(const std::vector<TipSight>& sights, Unknowns u, int width_px, int height_px) {
   ceres::Problem problem;
   for (const TipSight& sight : sights)
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<PixelError, 2, kUnknowns>(
-            new PixelError{sight, static_cast<double>(width_px), static_cast<double>(height_px)}),
-        nullptr, u.data());
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PixelError, 2, kUnknowns>(
+                                 new PixelError{sight, static_cast<double>(width_px), static_cast<double>(height_px)}),
+                             nullptr, u.data());
   problem.SetParameterLowerBound(u.data(), kField, 5 / kDegrees);
   problem.SetParameterUpperBound(u.data(), kField, 150 / kDegrees);
   problem.SetParameterLowerBound(u.data(), kTilt, -89 / kDegrees);
@@ -126,7 +125,8 @@ std::string doubt(const CameraFit& fit) {
         fit.rms_px);
   if (fit.position_sd_m > kMostPosition_m || fit.direction_sd_rad > kMostDirection_rad)
     return fmt::format(
-        "these poses do not tell where the camera is ({:.2g} m, {:.2g} deg of standard deviation; at most {:g} m, {:.1f} "
+        "these poses do not tell where the camera is ({:.2g} m, {:.2g} deg of standard deviation; at most {:g} m, "
+        "{:.1f} "
         "deg): click the tip also far out, close in, high and low",
         fit.position_sd_m, kDegrees * fit.direction_sd_rad, kMostPosition_m, kDegrees * kMostDirection_rad);
   return {};
@@ -134,12 +134,12 @@ std::string doubt(const CameraFit& fit) {
 
 }  // namespace
 
-CameraFit fit_camera(const std::vector<TipSight>& sights, const CameraDescription& start, int width_px,
-                     int height_px) {
+CameraFit fit_camera(const std::vector<TipSight>& sights, const CameraDescription& start, int width_px, int height_px) {
   if (sights.size() < kLeastTipSights)
     return refused(start, fmt::format("{} of at least {} poses", sights.size(), kLeastTipSights));
   const std::optional<Solved> solved = best(sights, start, width_px, height_px);
-  if (!solved) return refused(start, "no place of the camera fits these clicks: was the tip clicked, in each pose anew?");
+  if (!solved)
+    return refused(start, "no place of the camera fits these clicks: was the tip clicked, in each pose anew?");
   CameraFit fit;
   fit.camera = start;
   const Unknowns& u = solved->unknowns;

@@ -1,4 +1,5 @@
-// Where a camera on the machine is and what it looks at, from where the bucket's tip was seen in its picture in a few poses.
+// Where a camera on the machine is and what it looks at, from where the bucket's tip was seen in its picture in a few
+// poses.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +13,8 @@ namespace knuckle::estimation {
 
 /// The tip as seen once.
 struct TipSight {
-  PlanarVector tip_m = PlanarVector::Zero();           ///< Frame M, as measured.
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();     ///< From the picture's upper left corner, y down.
+  PlanarVector tip_m = PlanarVector::Zero();        ///< Frame M, as measured.
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< From the picture's upper left corner, y down.
 };
 
 inline constexpr std::size_t kLeastTipSights = 6;  ///< Four would do for six unknowns, and would hide any mistake.
@@ -23,11 +24,12 @@ struct CameraFit {
   double rms_px = 0;                ///< Of the distances from what was clicked to where the fit sees the tip.
   std::vector<double> residual_px;  ///< The same of each.
   double position_sd_m = 0, direction_sd_rad = 0;  ///< Largest standard deviations, for clicks as good as these.
-  std::string refused;              ///< Why it must not be used, and what to do; empty: it may.
+  std::string refused;                             ///< Why it must not be used, and what to do; empty: it may.
 };
 
-/// Least squares of six unknowns (position, pan, tilt, field of view; no roll and no distortion, as CameraDescription has
-/// it), by Ceres from several starts. @param start where the file says it is; only its name is kept. @param width_px,
+/// Least squares of six unknowns (position, pan, tilt, field of view; no roll and no distortion, as CameraDescription
+/// has it), by Ceres from several starts. @param start where the file says it is; only its name is kept. @param
+/// width_px,
 /// @param height_px of the picture. Refused: too few sights, sights that do not tell the unknowns apart (all near each
 /// other, or along a line), or that contradict each other.
 [[nodiscard]] CameraFit fit_camera(const std::vector<TipSight>& sights, const CameraDescription& start, int width_px,

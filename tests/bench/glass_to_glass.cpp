@@ -37,8 +37,8 @@ video::SenderSetup setup() {
           4000};
 }
 
-/// Of each picture: from its capture until it is there decoded, from there until it is taken, until the frame that it is in
-/// is submitted, and until that is drawn; and the sum.
+/// Of each picture: from its capture until it is there decoded, from there until it is taken, until the frame that it
+/// is in is submitted, and until that is drawn; and the sum.
 struct Hops {
   std::vector<double> arrived_ms, taken_ms, submitted_ms, drawn_ms, all_ms;
   void add(Duration ntp, Time received, Time taken, Time submitted, Time drawn) {
@@ -136,8 +136,10 @@ void run(Duration time) {
     through_gstreamer_alone(time, alone);
   }
   fmt::print("| p50, p99 in ms | console | GStreamer alone |\n| --- | --- | --- |\n");
-  const auto row = [&](const char* hop, std::vector<double> Hops::* of) {
-    const auto both = [](std::vector<double>& v) { return fmt::format("{:.1f}, {:.1f}", quantile(v, 0.5), quantile(v, 0.99)); };
+  const auto row = [&](const char* hop, std::vector<double> Hops::*of) {
+    const auto both = [](std::vector<double>& v) {
+      return fmt::format("{:.1f}, {:.1f}", quantile(v, 0.5), quantile(v, 0.99));
+    };
     fmt::print("| {} | {} | {} |\n", hop, both(here.*of), both(alone.*of));
   };
   row("capture, encoder, network, decoder", &Hops::arrived_ms);

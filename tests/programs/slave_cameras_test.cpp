@@ -59,7 +59,8 @@ TEST(SlaveCameraOptions, SealPicturesWhereverTheyGoUnlessTheLinkIsPlain) {
 
 TEST(SlaveCameraOptions, TakeACameraOfTheSimulatedMachineThatItsFileKnows) {
   const MachineDescription machine = load_machine(find_config("machine", "solar015"));
-  const CameraOptions mast{{"mast=simulated"}, "127.0.0.1:5700", 3000}, rear{{"rear=simulated"}, "127.0.0.1:5700", 3000};
+  const CameraOptions mast{{"mast=simulated"}, "127.0.0.1:5700", 3000},
+      rear{{"rear=simulated"}, "127.0.0.1:5700", 3000};
   EXPECT_TRUE(says(check_cameras(mast, 1, &machine).at(0).camera.source, "appsrc"));
   EXPECT_TRUE(says(refusal(mast, 1), "--camera mast=simulated: a simulated camera goes with --simulate"));
   EXPECT_THROW((void)check_cameras(rear, 1, &machine), InputError);
@@ -103,11 +104,10 @@ TEST(SlaveCameraPictures, ArriveFromTheSimulatedMachinesMast) {
   const auto free = [] { return UdpLink::listen("127.0.0.1:0").port(); };
   const std::uint16_t port = free();
   video::Camera camera({"mast", video::receiver_of(port)});
-  const test::RunningProgram program(
-      test::program("knuckle"),
-      {"slave", "--simulate", "--scenario", "wall_contact", "--insecure", "--no-log", "--listen",
-       "127.0.0.1:" + std::to_string(free()), "--camera", "mast=simulated", "--video-to",
-       "127.0.0.1:" + std::to_string(port), "--duration", "60"});
+  const test::RunningProgram program(test::program("knuckle"),
+                                     {"slave", "--simulate", "--scenario", "wall_contact", "--insecure", "--no-log",
+                                      "--listen", "127.0.0.1:" + std::to_string(free()), "--camera", "mast=simulated",
+                                      "--video-to", "127.0.0.1:" + std::to_string(port), "--duration", "60"});
   std::unique_ptr<video::Frame> frame;
   for (int i = 0; i < 3000 && !frame; ++i, std::this_thread::sleep_for(10ms)) frame = camera.take();
   ASSERT_NE(frame, nullptr) << camera.status().why.data();

@@ -155,7 +155,7 @@ TEST_F(SealedPictures, AreNotShownAgainAlsoWhereTheReceiverHasBegunAnew) {
   nothing_comes_of_it();
   const std::uint32_t troubles = camera_.status().troubles;
   ASSERT_TRUE(comes([&] { return camera_.status().troubles > troubles; }));  // no picture for 5 s
-  std::this_thread::sleep_for(1s);                                          // connected again
+  std::this_thread::sleep_for(1s);                                           // connected again
   nothing_comes_of_it();
 }
 
@@ -176,8 +176,8 @@ TEST_F(SealedPictures, GoOnThroughAChangeOfKeysWhoeverHasTheNewOneFirst) {
 }
 
 TEST_F(SealedPictures, AreSeenOnWhereTheSendersCameraBeginsAnew) {
-  Sender sender(setup(
-      "videotestsrc is-live=true num-buffers=20 pattern=ball ! video/x-raw,width=320,height=180,framerate=30/1"));
+  Sender sender(
+      setup("videotestsrc is-live=true num-buffers=20 pattern=ball ! video/x-raw,width=320,height=180,framerate=30/1"));
   sender.set_key(key_of(1));
   camera_.set_key(key_of(1));
   ASSERT_TRUE(comes([&] {

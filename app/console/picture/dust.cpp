@@ -10,8 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kPuffs = 28;       // of a cloud of size 1
-constexpr double kLife_s = 4;    // then it has settled
+constexpr int kPuffs = 28;          // of a cloud of size 1
+constexpr double kLife_s = 4;       // then it has settled
 constexpr double kSlowing_s = 0.7;  // air takes the speed of a burst away
 constexpr float kThickest = 0.16F;  // alpha of one puff
 // In parts of the machine's reach:

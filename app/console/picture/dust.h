@@ -1,5 +1,6 @@
-// Dust as a camera on a simulated machine sees it: a cloud where a piece breaks out of a wall, where one falls down, where
-// a load is dropped, and where the bucket goes through soil. It hides what is behind it for a while, and does nothing else.
+// Dust as a camera on a simulated machine sees it: a cloud where a piece breaks out of a wall, where one falls down,
+// where a load is dropped, and where the bucket goes through soil. It hides what is behind it for a while, and does
+// nothing else.
 #pragma once
 
 #include <Eigen/Core>

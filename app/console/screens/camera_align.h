@@ -38,9 +38,9 @@ class CameraAlign {
  private:
   void solve();
 
-  const Kinematics kinematics_;
+  Kinematics kinematics_;
   CameraDescription start_;
-  const double apart_m_;
+  double apart_m_;
   PlanarVector tip_m_ = PlanarVector::Zero();
   bool at_rest_ = false, fresh_ = false;
   std::vector<estimation::TipSight> sights_;

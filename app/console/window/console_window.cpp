@@ -72,7 +72,8 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
                                     view.truth.events};
   for (const auto& camera : simulated_cameras_) camera->show(sight, delay);
   bell_->quiet();
-  picture_came_ = cameras_.watch(video::now(), view, !screens::measured_freshness(view).after(view_age_s).stale(), events);
+  picture_came_ =
+      cameras_.watch(video::now(), view, !screens::measured_freshness(view).after(view_age_s).stale(), events);
   if (picture_came_) picture_at_ = video::now();
   if (std::exchange(align_asked_, false)) align_camera(view, events);
   sound(view, events, view_age_s);
@@ -81,7 +82,8 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   draw(view, loop, events, view_age_s);
 }
 
-/// Where pictures come, a frame that would begin just before one waits for it: begun, it would keep the picture waiting.
+/// Where pictures come, a frame that would begin just before one waits for it: begun, it would keep the picture
+/// waiting.
 void ConsoleWindow::show() {
   constexpr Duration kSoon = 100ms, kPatience = 8ms;
   const bool soon = !picture_came_ && picture_at_ != kNever && video::now() - picture_at_ < kSoon;

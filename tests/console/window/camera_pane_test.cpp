@@ -190,8 +190,8 @@ class AlignCamera : public CamerasInWindow {
     show();
     const PlanarVector tip_m = Kinematics(machine_).tip(joint_rad);
     const picture::Viewport port{.width_px = 1280, .height_px = 720};
-    const auto at = picture::pixel_of(picture::mounted_camera(machine_, machine_.cameras.at(0)), port,
-                                      {tip_m.x(), 0, tip_m.y()});
+    const auto at =
+        picture::pixel_of(picture::mounted_camera(machine_, machine_.cameras.at(0)), port, {tip_m.x(), 0, tip_m.y()});
     const Eigen::Vector2d share = at->cwiseQuotient(Eigen::Vector2d(1280, 720));
     if (share.minCoeff() < 0.02 || share.maxCoeff() > 0.98 || (share.x() > 0.6 && share.y() > 0.5)) return false;
     const auto [left, right] = red(true);

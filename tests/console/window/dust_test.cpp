@@ -13,9 +13,7 @@ namespace {
 
 class DustInTheAir : public testing::Test {
  protected:
-  session::MachineSight sight(double session_s) const {
-    return {Time{}, session_s, {0.5, -1.2, -0.4}, events_};
-  }
+  session::MachineSight sight(double session_s) const { return {Time{}, session_s, {0.5, -1.2, -0.4}, events_}; }
   PlanarVector tip() const { return Kinematics(machine_).tip({0.5, -1.2, -0.4}); }
   static PlanarVector middle(const std::vector<Puff>& puffs) {
     PlanarVector sum = PlanarVector::Zero();

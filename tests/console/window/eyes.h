@@ -1,5 +1,6 @@
-// Eyes for tests: where the bucket is, from a camera's picture alone, by the two target balls on it; and what has changed
-// on the ground. They know what an operator knows: where the camera stands on the machine, and how the machine is built.
+// Eyes for tests: where the bucket is, from a camera's picture alone, by the two target balls on it; and what has
+// changed on the ground. They know what an operator knows: where the camera stands on the machine, and how the machine
+// is built.
 #pragma once
 
 #include <Eigen/Core>
