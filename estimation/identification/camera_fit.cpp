@@ -14,8 +14,9 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kClick_px = 1.5;  // nobody clicks better, however well six clicks happen to fit
-constexpr double kMostPosition_m = 0.10, kMostDirection_rad = 0.02;  // standard deviations of what is of use
+constexpr double kClick_px = 1.5;    // nobody clicks better, however well six clicks happen to fit
+constexpr double kMostDrawn_px = 8;  // standard deviation of where the tip is drawn, in a picture of 1280 across
+constexpr double kUsual_px = 1280;
 constexpr double kMostResidual_px = 25;
 constexpr double kDegrees = 180 / std::numbers::pi;
 // Places among the unknowns; position from kX on.
@@ -105,36 +106,48 @@ CameraFit refused(const CameraDescription& start, std::string why) {
   return fit;
 }
 
-/// From how well the unknowns are told apart, for clicks of this error.
-void note_deviations(CameraFit& fit, const Solved& solved, double error_px) {
+/// Of where the tip is seen, where it is in the picture at all: in the arm's plane, from close in to far out, low to
+/// high.
+double drawn_sd_px(const Solved& solved, double error_px, int width_px, int height_px, double reach_m) {
   const Eigen::FullPivLU<Eigen::MatrixXd> normal(solved.columns.transpose() * solved.columns);
-  if (!normal.isInvertible()) {
-    fit.position_sd_m = fit.direction_sd_rad = 1e9;
-    return;
-  }
-  const Eigen::VectorXd sd = error_px * normal.inverse().diagonal().cwiseMax(0).cwiseSqrt();
-  fit.position_sd_m = sd.segment<3>(kX).maxCoeff();
-  fit.direction_sd_rad = sd.segment<2>(kPan).maxCoeff();
+  if (!normal.isInvertible()) return 1e9;
+  const Eigen::MatrixXd covariance = error_px * error_px * normal.inverse();
+  double most = 0;
+  for (const double x : {0.45, 0.6, 0.75, 0.9})
+    for (const double z : {-0.22, -0.1, 0.0, 0.1, 0.25}) {
+      const TipSight there{{x * reach_m, z * reach_m}, Eigen::Vector2d::Zero()};
+      const ceres::AutoDiffCostFunction<PixelError, 2, kUnknowns> pixel(
+          new PixelError{there, static_cast<double>(width_px), static_cast<double>(height_px)});
+      Eigen::Vector2d at;
+      Eigen::Matrix<double, 2, kUnknowns, Eigen::RowMajor> rates;
+      const double* unknowns = solved.unknowns.data();
+      double* columns = rates.data();
+      if (!pixel.Evaluate(&unknowns, at.data(), &columns)) continue;
+      if (at.minCoeff() < 0 || at.x() > width_px || at.y() > height_px) continue;
+      most = std::max(most, std::sqrt((rates * covariance * rates.transpose()).trace()));
+    }
+  return most;
 }
 
-std::string doubt(const CameraFit& fit) {
+std::string doubt(const CameraFit& fit, int width_px) {
   if (fit.rms_px > kMostResidual_px)
     return fmt::format(
         "the clicks contradict each other by {:.0f} px: was the tip's middle clicked each time, with the machine at "
         "rest, and does the machine's file fit?",
         fit.rms_px);
-  if (fit.position_sd_m > kMostPosition_m || fit.direction_sd_rad > kMostDirection_rad)
+  const double most_px = kMostDrawn_px * width_px / kUsual_px;
+  if (fit.drawn_sd_px > most_px)
     return fmt::format(
-        "these poses do not tell where the camera is ({:.2g} m, {:.2g} deg of standard deviation; at most {:g} m, "
-        "{:.1f} "
-        "deg): click the tip also far out, close in, high and low",
-        fit.position_sd_m, kDegrees * fit.direction_sd_rad, kMostPosition_m, kDegrees * kMostDirection_rad);
+        "these poses do not tell where the camera is: elsewhere the tip would be drawn wrong by {:.0f} px, standard "
+        "deviation (at most {:.0f}); click it also far out, close in, high and low",
+        fit.drawn_sd_px, most_px);
   return {};
 }
 
 }  // namespace
 
-CameraFit fit_camera(const std::vector<TipSight>& sights, const CameraDescription& start, int width_px, int height_px) {
+CameraFit fit_camera(const std::vector<TipSight>& sights, const CameraDescription& start, int width_px, int height_px,
+                     double reach_m) {
   if (sights.size() < kLeastTipSights)
     return refused(start, fmt::format("{} of at least {} poses", sights.size(), kLeastTipSights));
   const std::optional<Solved> solved = best(sights, start, width_px, height_px);
@@ -152,8 +165,9 @@ CameraFit fit_camera(const std::vector<TipSight>& sights, const CameraDescriptio
   const double count = static_cast<double>(sights.size());
   fit.rms_px = std::sqrt(solved->cost / count);
   const double freedom = std::max(1.0, 2 * count - kUnknowns);
-  note_deviations(fit, *solved, std::max(kClick_px, std::sqrt(solved->cost / freedom)));
-  fit.refused = doubt(fit);
+  const double error_px = std::max(kClick_px * width_px / kUsual_px, std::sqrt(solved->cost / freedom));
+  fit.drawn_sd_px = drawn_sd_px(*solved, error_px, width_px, height_px, reach_m);
+  fit.refused = doubt(fit, width_px);
   return fit;
 }
 

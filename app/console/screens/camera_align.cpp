@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "app/console/picture/camera.h"
 
@@ -26,7 +25,7 @@ CameraDescription start_of(const MachineDescription& machine, const std::string&
 }  // namespace
 
 CameraAlign::CameraAlign(const MachineDescription& machine, const std::string& camera)
-    : kinematics_(machine), start_(start_of(machine, camera)), apart_m_(kApart * reach_m(machine)) {
+    : kinematics_(machine), start_(start_of(machine, camera)), reach_m_(reach_m(machine)) {
   solve();
 }
 
@@ -38,7 +37,7 @@ void CameraAlign::watch(const ConsoleView& view, bool fresh) noexcept {
 
 void CameraAlign::click(const Eigen::Vector2d& share, int width_px, int height_px) {
   const bool same = std::any_of(sights_.begin(), sights_.end(), [this](const estimation::TipSight& sight) {
-    return (sight.tip_m - tip_m_).norm() < apart_m_;
+    return (sight.tip_m - tip_m_).norm() < kApart * reach_m_;
   });
   refused_click_ = !fresh_     ? "not taken: where the machine is, is not known now"
                    : !at_rest_ ? "not taken: the machine moves; let it stand still, then click"
@@ -58,16 +57,15 @@ void CameraAlign::undo() {
 }
 
 void CameraAlign::solve() {
-  fit_ = estimation::fit_camera(sights_, start_, width_px_, height_px_);
+  fit_ = estimation::fit_camera(sights_, start_, width_px_, height_px_, reach_m_);
 }
 
 std::string CameraAlign::words() const {
   const std::string what = "Align " + start_.name + ": click the middle of the bucket's tip with the machine at rest. ";
   if (!refused_click_.empty()) return what + refused_click_;
   if (!fit_.refused.empty()) return what + fit_.refused;
-  return fmt::format("{}{} poses, residual {:.1f} px (position within {:.0f} mm, direction within {:.2f} deg). K: done",
-                     what, sights_.size(), fit_.rms_px, 2e3 * fit_.position_sd_m,
-                     2 * fit_.direction_sd_rad * 180 / std::numbers::pi);
+  return fmt::format("{}{} poses, residual {:.1f} px (drawn over within {:.0f} px). K: done", what, sights_.size(),
+                     fit_.rms_px, 2 * fit_.drawn_sd_px);
 }
 
 std::vector<CameraAlign::Mark> CameraAlign::marks() const {

@@ -40,7 +40,7 @@ class CameraAlign {
 
   Kinematics kinematics_;
   CameraDescription start_;
-  double apart_m_;
+  double reach_m_;
   PlanarVector tip_m_ = PlanarVector::Zero();
   bool at_rest_ = false, fresh_ = false;
   std::vector<estimation::TipSight> sights_;
