@@ -120,7 +120,10 @@ class ByPicture {
   bool engage() {
     for (int tries = 0; tries < 10; ++tries) {
       (void)until({}, 0.5, [] { return false; });
-      if (until({.enable = true}, 5, [this] { return mode_ == Mode::kEngaged; })) return true;
+      if (until({.enable = true}, 5, [this] { return mode_ == Mode::kEngaged; })) {
+        engaged_at_ = video::now();
+        return true;
+      }
     }
     return false;
   }
@@ -174,6 +177,7 @@ class ByPicture {
     return std::move(frame_);
   }
   [[nodiscard]] Mode mode() const { return mode_; }
+  [[nodiscard]] Time engaged_at() const { return engaged_at_; }
   [[nodiscard]] const Eyes& eyes() const { return eyes_; }
 
  private:
@@ -189,7 +193,7 @@ class ByPicture {
   std::unique_ptr<console::ConsoleHost> host_;
   std::unique_ptr<video::Frame> frame_;
   std::optional<SeenBucket> bucket_;
-  Time seen_at_ = kNever;
+  Time seen_at_ = kNever, engaged_at_ = kNever;
   Mode mode_ = Mode::kOff;
 };
 
@@ -209,7 +213,7 @@ std::optional<double> touch(ByPicture& work, double z_m, double bucket_deg) {
       furthest_m = work.bucket()->tip_m.x();
       gained_at = video::now();
     }
-    return video::now() - gained_at > 1s;
+    return work.mode() == Mode::kEngaged && video::now() - std::max(gained_at, work.engaged_at()) > 1200ms;
   };
   if (!work.move_to({2.75, z_m}, bucket_deg, 40, stalled, true)) return std::nullopt;
   return furthest_m;
