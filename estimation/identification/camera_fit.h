@@ -25,7 +25,7 @@ struct CameraFit {
   std::vector<double> residual_px;  ///< The same of each.
   double drawn_sd_px = 0;  ///< How well what is drawn over the picture will fit: the largest standard deviation of
                            ///< where the tip is seen, anywhere it reaches, for clicks as good as these.
-  std::string refused;  ///< Why it must not be used, and what to do; empty: it may.
+  std::string refused;     ///< Why it must not be used, and what to do; empty: it may.
 };
 
 /// Least squares of six unknowns (position, pan, tilt, field of view; no roll and no distortion, as CameraDescription

@@ -268,8 +268,7 @@ TEST(DeepDismantleByPictureThreads, AWholeDismantleByKeysAndTheCamerasPictureAlo
   EXPECT_GE(happened.value("dumped", 0), 1) << happened;
   const std::set<std::string> stood_still{"sensor_stale", "loop_overrun", "device_stale", "link_lost"};
   // Where this computer stood still meanwhile, the machine did too, and was engaged anew; it had no other fault.
-  for (const nlohmann::json& fault : json.at("faults"))
-    EXPECT_TRUE(stood_still.contains(fault.at("code"))) << fault;
+  for (const nlohmann::json& fault : json.at("faults")) EXPECT_TRUE(stood_still.contains(fault.at("code"))) << fault;
 }
 
 TEST(DismantleByPictureThreads, TheWallIsFoundAndTouchedByTheCamerasPictureAlone) {
