@@ -1,10 +1,13 @@
 #include "app/knuckle_program.h"
 
+#include <memory>
+
 #include "app/audit/audit_command.h"
 #include "app/bringup/commission_command.h"
 #include "app/bringup/device_calibration.h"
 #include "app/bringup/doctor_command.h"
 #include "app/bringup/recover_command.h"
+#include "app/console/picture/simulated_camera.h"
 #include "app/console/window/console_command.h"
 #include "app/explain/explain_command.h"
 #include "app/export/export_command.h"
@@ -21,6 +24,21 @@
 #include "app/replay/replay_command.h"
 
 namespace knuckle {
+namespace {
+
+using console::picture::SimulatedCamera;
+static_assert(SimulatedCamera::kWidth_px == programs::kDrawnWidth_px &&
+              SimulatedCamera::kHeight_px == programs::kDrawnHeight_px);
+
+/// A camera of the simulated machine, for who sends its pictures.
+programs::DrawnCamera draw_camera(const MachineDescription& machine, const CameraDescription& mount,
+                                  const sim::WorldDescription& world, const SimulatedCamera::Give& give) {
+  const auto camera = std::make_shared<SimulatedCamera>(machine, mount, give);
+  camera->begin(world);
+  return {[camera](const session::MachineSight& sight) { camera->show(sight); }, [camera] { return camera->status(); }};
+}
+
+}  // namespace
 
 cli::Program knuckle_program() {
   return {
@@ -35,7 +53,7 @@ cli::Program knuckle_program() {
           exporting::export_entry(),
           recordings::import_entry(),
           console::window::console_entry(),
-          programs::slave_entry(),
+          programs::slave_entry(draw_camera),
           programs::master_entry(),
           programs::node_entry(),
           programs::device_entry(),

@@ -9,10 +9,10 @@
 #include "video/gst_owned.h"
 #include "video/newest.h"
 #include "video/pipeline_runner.h"
+#include "video/sealing.h"
 
 namespace knuckle::video {
 namespace {
-
 
 Time time_of(GstClockTime ns) noexcept {
   return Time(Duration(static_cast<std::int64_t>(ns)));
@@ -52,14 +52,16 @@ void stamp(Frame& frame, GstElement* pipeline, GstSample* sample) {
   if (GST_CLOCK_TIME_IS_VALID(running)) frame.captured = time_of(gst_element_get_base_time(pipeline) + running);
 }
 
-/// A source that is not live, such as a file, plays at its own pace; a live one sets the pace itself, and nothing waits.
+/// A source that is not live, such as a file, plays at its own pace; a live one sets the pace itself, and nothing
+/// waits.
 void set_pace(GstElement* pipeline) {
   const Owned<GstElement> sink(gst_bin_get_by_name(GST_BIN(pipeline), "pictures"));
   const Owned<GstPad> pad(gst_element_get_static_pad(sink.get(), "sink"));
   // Asked above the sink: one that waits for nothing calls every source not live.
   const Owned<GstQuery> query(gst_query_new_latency());
   gboolean live = TRUE;
-  if (gst_pad_peer_query(pad.get(), query.get()) != FALSE) gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
+  if (gst_pad_peer_query(pad.get(), query.get()) != FALSE)
+    gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
   g_object_set(sink.get(), "sync", live == FALSE, nullptr);
 }
 
@@ -71,12 +73,14 @@ Time now() noexcept {
 
 class Camera::Reader {
  public:
-  explicit Reader(const CameraSource& source) : runner_(plan_of(source)) {}
+  Reader(const CameraSource& source, std::function<void()> on_picture)
+      : on_picture_(std::move(on_picture)), runner_(plan_of(source)) {}
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
 
   [[nodiscard]] std::unique_ptr<Frame> take() noexcept { return frames_.take(); }
   bool take(CameraStatus& status) noexcept { return runner_.take(status); }
+  void set_key(const PictureKey& key) { opener_.set_key(key); }
 
  private:
   [[nodiscard]] PipelinePlan plan_of(const CameraSource& source);
@@ -84,7 +88,9 @@ class Camera::Reader {
   void take_sample(GstAppSink* sink);
   static GstFlowReturn on_sample(GstAppSink* sink, gpointer self);
 
+  const std::function<void()> on_picture_;
   Newest<Frame> frames_;
+  Opener opener_;
   GstElement* pipeline_ = nullptr;  // the one that runs
   PipelineRunner runner_;           // last: what it calls is there for longer
 };
@@ -92,14 +98,20 @@ class Camera::Reader {
 PipelinePlan Camera::Reader::plan_of(const CameraSource& source) {
   return {.name = "camera " + source.name,
           .description = pipeline_of(source),
-          .check = "the camera, its stream's codec and the network",
+          .check =
+              [this] {
+                const std::string advice = opener_.advice();
+                return advice.empty() ? "the camera, its stream's codec and the network" : advice;
+              },
           .prepare = [this](GstElement* pipeline) { prepare(pipeline); },
           .ready = &set_pace,
-          .tend = {}};
+          .tend = [this](GstElement*) { opener_.tend(); },
+          .refused = [this] { return opener_.refused(); }};
 }
 
 void Camera::Reader::prepare(GstElement* pipeline) {
   pipeline_ = pipeline;
+  opener_.begin(pipeline);
   const Owned<GstElement> sink(gst_bin_get_by_name(GST_BIN(pipeline), "pictures"));
   GstAppSinkCallbacks calls{};
   calls.new_sample = &Reader::on_sample;
@@ -123,6 +135,7 @@ void Camera::Reader::take_sample(GstAppSink* sink) {
   frame->number = runner_.counted() + 1;
   frames_.put(std::move(frame));
   runner_.count();
+  if (on_picture_) on_picture_();
 }
 
 GstFlowReturn Camera::Reader::on_sample(GstAppSink* sink, gpointer self) {
@@ -130,11 +143,16 @@ GstFlowReturn Camera::Reader::on_sample(GstAppSink* sink, gpointer self) {
   return GST_FLOW_OK;
 }
 
-Camera::Camera(const CameraSource& source) : reader_(std::make_unique<Reader>(source)) {}
+Camera::Camera(const CameraSource& source, std::function<void()> on_picture)
+    : reader_(std::make_unique<Reader>(source, std::move(on_picture))) {}
 Camera::~Camera() = default;
 
 std::unique_ptr<Frame> Camera::take() noexcept {
   return reader_->take();
+}
+
+void Camera::set_key(const PictureKey& key) {
+  reader_->set_key(key);
 }
 
 const CameraStatus& Camera::status() noexcept {

@@ -92,13 +92,17 @@ std::optional<std::string> PipelineRunner::watch(GstElement* pipeline) {
       if (std::optional<std::string> problem = problem_of(message.get())) return problem;
     }
     if (plan_.tend) plan_.tend(pipeline);
+    if (plan_.refused && plan_.refused() != status_.refused) {
+      status_.refused = plan_.refused();
+      statuses_.put(status_);
+    }
     if (seen != counted()) {
       if (patience == kFirstPicture) tell(true, {});
       patience = kNextPicture;
       seen = counted();
       since = now();
     } else if (now() - since > patience) {
-      return "no picture for " + std::to_string(patience / 1s) + " s: check " + plan_.check;
+      return "no picture for " + std::to_string(patience / 1s) + " s: check " + plan_.check();
     }
   }
   return std::nullopt;

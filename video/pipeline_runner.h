@@ -18,12 +18,13 @@ namespace knuckle::video {
 
 /// All functions are called in the runner's thread.
 struct PipelinePlan {
-  std::string name;         ///< Who speaks, in messages: "camera mast".
-  std::string description;  ///< As gst-launch-1.0 takes it.
-  std::string check;        ///< What to look at where nothing comes: "the camera and the network".
-  std::function<void(GstElement*)> prepare;            ///< Before it runs, each time.
+  std::string name;                          ///< Who speaks, in messages: "camera mast".
+  std::string description;                   ///< As gst-launch-1.0 takes it.
+  std::function<std::string()> check;        ///< What to look at where nothing comes: "the camera and the network".
+  std::function<void(GstElement*)> prepare;  ///< Before it runs, each time.
   std::function<void(GstElement*)> ready;    ///< It runs; may be empty.
-  std::function<void(GstElement*)> tend;               ///< Every 50 ms; may be empty.
+  std::function<void(GstElement*)> tend;     ///< Every 50 ms; may be empty.
+  std::function<std::uint64_t()> refused{};  ///< As CameraStatus has it; may be empty.
 };
 
 class PipelineRunner {

@@ -1,23 +1,29 @@
 #include "video/sender.h"
 
+#include <fmt/format.h>
+#include <gst/app/gstappsrc.h>
 #include <gst/rtp/rtp.h>
 
 #include <algorithm>
 #include <chrono>
+#include <mutex>
+#include <utility>
 
 #include "video/frame.h"
 #include "video/gst_owned.h"
 #include "video/pipeline_runner.h"
+#include "video/sealing.h"
 
 namespace knuckle::video {
 namespace {
 
 constexpr int kAf41 = 34;
-constexpr int kPacket_bytes = 1200;       // with all headers, and room for a tunnel's
+constexpr int kPacket_bytes = 1200;         // with all headers, and room for a tunnel's
 constexpr int kPicturesPerKeyPicture = 30;  // after a loss, the next key picture mends it
 constexpr int kJitterBuffer_ms = 30;
 constexpr guint kStampId = 1;
-constexpr std::uint64_t kUnixInNtp_s = 2'208'988'800;  // 1970 by NTP's count
+constexpr const char* kGiven = "given";                                 // the element that given pictures go into
+constexpr std::uint64_t kUnixInNtp_s = 2'208'988'800;                   // 1970 by NTP's count
 constexpr const char* kStampUri = "urn:ietf:params:rtp-hdrext:ntp-64";  // RFC 6051, 64 bits
 
 std::uint64_t ntp_now_ns() {
@@ -39,23 +45,43 @@ std::uint64_t captured_ntp_ns(GstPad* pad, GstBuffer* buffer, GstElement* pipeli
   return ntp_now_ns() - static_cast<std::uint64_t>((now() - captured).count());
 }
 
-}  // namespace
-
-std::string pipeline_of(const SenderSetup& setup) {
-  return pictures_of(setup.camera) +
-         " ! videoconvert ! video/x-raw,format=I420 ! queue max-size-buffers=1 leaky=downstream"
-         " ! x264enc name=encoder tune=zerolatency speed-preset=superfast bitrate=" +
-         std::to_string(setup.rate_kbps) + " key-int-max=" + std::to_string(kPicturesPerKeyPicture) +
-         " ! video/x-h264,profile=main ! rtph264pay name=payloader config-interval=-1 aggregate-mode=zero-latency mtu=" +
-         std::to_string(kPacket_bytes) + " ! udpsink sync=false async=false host=" + setup.host +
-         " port=" + std::to_string(setup.port) + " qos-dscp=" + std::to_string(kAf41);
+/// The picture where it lies, kept for as long as GStreamer looks at it.
+Owned<GstBuffer> wrapped(std::unique_ptr<Frame> frame) {
+  const auto size = static_cast<gsize>(frame->row_bytes) * static_cast<gsize>(frame->height_px);
+  auto* pixels = const_cast<std::uint8_t*>(frame->pixels);  // the memory is marked as not to be written
+  return Owned<GstBuffer>(gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_READONLY, pixels, size, 0, size, frame.release(),
+                                                      [](gpointer given) { delete static_cast<Frame*>(given); }));
 }
 
-std::string receiver_of(std::uint16_t port, const std::string& address) {
-  return "udpsrc address=" + address + " port=" + std::to_string(port) +
-         " caps=\"application/x-rtp,media=video,clock-rate=90000,encoding-name=H264,payload=96,extmap-" +
-         std::to_string(kStampId) + "=" + kStampUri + "\" ! rtpjitterbuffer faststart-min-packets=1 drop-on-latency=true latency=" +
-         std::to_string(kJitterBuffer_ms) + " ! rtph264depay ! avdec_h264 max-threads=1";  // more threads hold pictures back
+}  // namespace
+
+CameraSource given_pictures(const std::string& name, int width_px, int height_px) {
+  return {name, fmt::format("appsrc name={} is-live=true format=time leaky-type=downstream max-buffers=1 max-bytes=0 "
+                            "caps=\"video/x-raw,format=RGBx,framerate=30/1,width={},height={}\"",
+                            kGiven, width_px, height_px)};
+}
+
+std::string pipeline_of(const SenderSetup& setup) {
+  const std::string encoded = fmt::format(
+      "{} ! videoconvert ! video/x-raw,format=I420 ! queue max-size-buffers=1 leaky=downstream"
+      " ! x264enc name=encoder tune=zerolatency speed-preset=superfast bitrate={} key-int-max={}"
+      " ! video/x-h264,profile=main",
+      pictures_of(setup.camera), setup.rate_kbps, kPicturesPerKeyPicture);
+  return fmt::format(
+      "{} ! rtph264pay name=payloader config-interval=-1 aggregate-mode=zero-latency mtu={}{}"
+      " ! udpsink sync=false async=false host={} port={} qos-dscp={}",
+      encoded, kPacket_bytes, setup.sealed ? fmt::format(" ! {}", kSealer) : "", setup.host, setup.port, kAf41);
+}
+
+std::string receiver_of(std::uint16_t port, const std::string& address, bool sealed) {
+  const std::string arriving = fmt::format(
+      "udpsrc address={} port={} caps=\"application/x-{},media=video,clock-rate=90000,encoding-name=H264,payload=96,"
+      "extmap-{}={}\"{}",
+      address, port, sealed ? "srtp" : "rtp", kStampId, kStampUri, sealed ? fmt::format(" ! {}", kOpener) : "");
+  return fmt::format(
+      "{} ! rtpjitterbuffer faststart-min-packets=1 drop-on-latency=true latency={} ! rtph264depay ! avdec_h264 "
+      "max-threads=1",  // more threads hold pictures back
+      arriving, kJitterBuffer_ms);
 }
 
 void check_sender(const SenderSetup& setup) {
@@ -69,6 +95,8 @@ class Sender::Writer {
   Writer& operator=(const Writer&) = delete;
 
   void set_rate(int kbps) noexcept { rate_kbps_.store(kbps, std::memory_order_relaxed); }
+  void give(std::unique_ptr<Frame> frame);
+  void set_key(const PictureKey& key) { sealer_.set_key(key); }
   bool take(CameraStatus& status) noexcept { return runner_.take(status); }
   [[nodiscard]] std::uint64_t pictures() const noexcept { return runner_.counted(); }
 
@@ -81,13 +109,16 @@ class Sender::Writer {
   std::atomic<int> rate_kbps_;
   int set_kbps_ = 0;                // in the encoder that runs
   GstElement* pipeline_ = nullptr;  // the one that runs
-  PipelineRunner runner_;           // last: what it calls is there for longer
+  Sealer sealer_;
+  std::mutex given_mutex_;   // of who gives and of the runner; neither is a loop
+  Owned<GstElement> given_;  // where given pictures go, in the pipeline that runs
+  PipelineRunner runner_;    // last: what it calls is there for longer
 };
 
 PipelinePlan Sender::Writer::plan_of(const SenderSetup& setup) {
   return {.name = "camera " + setup.camera.name,
           .description = pipeline_of(setup),
-          .check = "the camera",
+          .check = [] { return "the camera"; },
           .prepare = [this](GstElement* pipeline) { prepare(pipeline); },
           .ready = {},
           .tend = [this](GstElement* pipeline) { tend(pipeline); }};
@@ -97,14 +128,31 @@ void Sender::Writer::prepare(GstElement* pipeline) {
   pipeline_ = pipeline;
   set_kbps_ = 0;
   tend(pipeline);
+  sealer_.begin(pipeline);
+  {
+    const std::lock_guard lock(given_mutex_);
+    given_.reset(gst_bin_get_by_name(GST_BIN(pipeline), kGiven));
+  }
   const Owned<GstElement> payloader(gst_bin_get_by_name(GST_BIN(pipeline), "payloader"));
   GstRTPHeaderExtension* stamp = gst_rtp_header_extension_create_from_uri(kStampUri);
   gst_rtp_header_extension_set_id(stamp, kStampId);
-  g_object_set(stamp, "every-packet", TRUE, nullptr);  // the receiver looks at one of a picture's packets, not the first
+  g_object_set(stamp, "every-packet", TRUE,
+               nullptr);  // the receiver looks at one of a picture's packets, not the first
   g_signal_emit_by_name(payloader.get(), "add-extension", stamp);
   gst_object_unref(stamp);
   const Owned<GstPad> pad(gst_element_get_static_pad(payloader.get(), "sink"));
   gst_pad_add_probe(pad.get(), GST_PAD_PROBE_TYPE_BUFFER, &Writer::on_picture, this, nullptr);
+}
+
+void Sender::Writer::give(std::unique_ptr<Frame> frame) {
+  const std::lock_guard lock(given_mutex_);
+  if (!given_) return;
+  const GstClockTime begun = gst_element_get_base_time(given_.get());
+  const auto captured = static_cast<GstClockTime>(frame->captured.time_since_epoch().count());
+  if (captured < begun) return;  // before it ran
+  Owned<GstBuffer> buffer = wrapped(std::move(frame));
+  GST_BUFFER_PTS(buffer.get()) = captured - begun;
+  gst_app_src_push_buffer(GST_APP_SRC(given_.get()), buffer.release());
 }
 
 void Sender::Writer::tend(GstElement* pipeline) {
@@ -130,6 +178,14 @@ GstPadProbeReturn Sender::Writer::on_picture(GstPad* pad, GstPadProbeInfo* info,
 
 Sender::Sender(const SenderSetup& setup) : writer_(std::make_unique<Writer>(setup)) {}
 Sender::~Sender() = default;
+
+void Sender::give(std::unique_ptr<Frame> frame) {
+  writer_->give(std::move(frame));
+}
+
+void Sender::set_key(const PictureKey& key) {
+  writer_->set_key(key);
+}
 
 void Sender::set_rate(int kbps) noexcept {
   writer_->set_rate(std::clamp(kbps, kLeastRate_kbps, kMostRate_kbps));

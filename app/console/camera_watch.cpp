@@ -5,17 +5,27 @@
 #include <utility>
 
 namespace knuckle::console {
+namespace {
 
-CameraFeed feed_of(const video::CameraSource& source) {
-  const auto camera = std::make_shared<video::Camera>(source);
-  return {source.name, [camera] { return camera->take(); }, [camera] { return camera->status(); }};
+constexpr Duration kSameNews = 30s;
+
+}  // namespace
+
+CameraFeed feed_of(const video::CameraSource& source, std::shared_ptr<video::Bell> bell) {
+  std::function<void()> ring;
+  if (bell) ring = [bell = std::move(bell)] { bell->ring(); };
+  const auto camera = std::make_shared<video::Camera>(source, std::move(ring));
+  return {source.name, [camera] { return camera->take(); }, [camera] { return camera->status(); },
+          [camera](const video::PictureKey& key) { camera->set_key(key); }};
 }
 
 std::unique_ptr<video::Frame> CameraWatch::watch(Time now, std::vector<News>& news) {
   std::unique_ptr<video::Frame> frame = feed_.newest();
   if (frame) frame_age_.take(*frame);
   age_s_ = frame_age_.age_s(now);
-  tell_problem(news);
+  const video::CameraStatus status = feed_.status();
+  tell_problem(status, news);
+  tell_refused(now, status, news);
   tell_state(now, news);
   return frame;
 }
@@ -37,9 +47,19 @@ void CameraWatch::tell_state(Time now, std::vector<News>& news) {
   news.push_back({Severity::kWarning, camera + fmt::format("{} is {:.1f} s old", what, age_s_)});
 }
 
+/// Somebody sends what is not the camera's; or the two computers have another session each.
+void CameraWatch::tell_refused(Time now, const video::CameraStatus& status, std::vector<News>& news) {
+  if (status.refused == refused_ || (refused_told_at_ != kNever && now - refused_told_at_ < kSameNews)) return;
+  const std::uint64_t more = status.refused - std::exchange(refused_, status.refused);
+  refused_told_at_ = now;
+  news.push_back({Severity::kWarning,
+                  "camera " + feed_.name + ": " + std::to_string(more) + (more == 1 ? " packet was" : " packets were") +
+                      " refused: not sealed with this session's key for a camera of this name, changed on the way, or "
+                      "sent again"});
+}
+
 /// A source that keeps failing in the same way is one event.
-void CameraWatch::tell_problem(std::vector<News>& news) {
-  const video::CameraStatus status = feed_.status();
+void CameraWatch::tell_problem(const video::CameraStatus& status, std::vector<News>& news) {
   if (status.troubles == std::exchange(troubles_, status.troubles)) {
     if (status.playing && state_ == video::VideoState::kLive) problem_.clear();
     return;

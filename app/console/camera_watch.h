@@ -9,6 +9,7 @@
 #include "app/console/event_book.h"
 #include "core/time.h"
 #include "recording/camera_stamp.h"
+#include "video/bell.h"
 #include "video/camera.h"
 #include "video/frame.h"
 #include "video/frame_age.h"
@@ -20,10 +21,11 @@ struct CameraFeed {
   std::string name;
   std::function<std::unique_ptr<video::Frame>()> newest;  ///< Once each; nullptr: none newer.
   std::function<video::CameraStatus()> status;
+  std::function<void(const video::PictureKey&)> set_key{};  ///< What its pictures are sealed with; may be empty.
 };
 
-/// Of what GStreamer connects to. @param source checked before.
-[[nodiscard]] CameraFeed feed_of(const video::CameraSource& source);
+/// Of what GStreamer connects to. @param source checked before. @param bell rung for each picture; nullptr: none.
+[[nodiscard]] CameraFeed feed_of(const video::CameraSource& source, std::shared_ptr<video::Bell> bell = nullptr);
 
 class CameraWatch {
  public:
@@ -36,6 +38,10 @@ class CameraWatch {
   /// Takes the newest picture in. @return the picture, where there is a new one; and into news, what is to be logged.
   [[nodiscard]] std::unique_ptr<video::Frame> watch(Time now, std::vector<News>& news);
 
+  /// What the machine's side seals its pictures with from now on.
+  void set_key(const video::PictureKey& key) const {
+    if (feed_.set_key) feed_.set_key(key);
+  }
   [[nodiscard]] const std::string& name() const noexcept { return feed_.name; }
   /// As of the last watch().
   [[nodiscard]] video::VideoState state() const noexcept { return state_; }
@@ -47,7 +53,8 @@ class CameraWatch {
 
  private:
   void tell_state(Time now, std::vector<News>& news);
-  void tell_problem(std::vector<News>& news);
+  void tell_problem(const video::CameraStatus& status, std::vector<News>& news);
+  void tell_refused(Time now, const video::CameraStatus& status, std::vector<News>& news);
 
   CameraFeed feed_;
   video::FrameAge frame_age_;
@@ -55,6 +62,8 @@ class CameraWatch {
   double age_s_ = 0;
   Time not_live_since_ = kNever;
   std::uint32_t troubles_ = 0;
+  std::uint64_t refused_ = 0;  // as told
+  Time refused_told_at_ = kNever;
   std::string problem_;
 };
 

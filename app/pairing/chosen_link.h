@@ -57,6 +57,11 @@ class ChosenLink {
   };
   /// What has happened to it since the last call, and its problem; what repeats is left out for a while.
   [[nodiscard]] std::vector<cli::News> news(const Watch* watch = nullptr);
+  /// Of a secure session that is there since the last call: what keys for pictures are made of.
+  [[nodiscard]] std::optional<secure::VideoSecret> new_video_secret() noexcept {
+    secure::VideoSecret secret;
+    return secure_ && secure_->take(secret) ? std::optional(secret) : std::nullopt;
+  }
   /// Tells the far end that nobody is here, after the loop has ended.
   void close() noexcept {
     if (secure_) secure_->close();

@@ -1,6 +1,7 @@
 #include "app/programs/slave_cameras.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -13,7 +14,8 @@ namespace knuckle::programs {
 void add_camera_options(CLI::App& c, CameraOptions& o) {
   c.add_option("--camera", o.cameras,
                "Camera whose pictures are sent to --video-to, NAME=PIPELINE as gst-launch-1.0 takes it, such as "
-               "mast='v4l2src device=/dev/video0'; for each camera once (docs/camera.md)")
+               "mast='v4l2src device=/dev/video0', or NAME=simulated with --simulate; for each camera once "
+               "(docs/camera.md)")
       ->type_name("NAME=PIPELINE")
       ->allow_extra_args(false);
   c.add_option("--video-to", o.to,
@@ -22,18 +24,39 @@ void add_camera_options(CLI::App& c, CameraOptions& o) {
       ->capture_default_str();
 }
 
-std::vector<video::SenderSetup> check_cameras(const CameraOptions& o, int insecure, const std::string& listen) {
+namespace {
+
+const CameraDescription* mount_of(const MachineDescription& machine, const std::string& name) {
+  const auto mount = std::find_if(machine.cameras.begin(), machine.cameras.end(),
+                                  [&name](const CameraDescription& c) { return c.name == name; });
+  return mount == machine.cameras.end() ? nullptr : &*mount;
+}
+
+/// As a sender takes it. @throws InputError for one that the machine does not have.
+video::CameraSource source_of(const std::string& text, const MachineDescription* simulated) {
+  const video::CameraSource camera = video::parse_source(text);
+  if (camera.source != kSimulatedCamera) return camera;
+  if (simulated == nullptr) cli::refuse_option("--camera", text, "a simulated camera goes with --simulate");
+  if (mount_of(*simulated, camera.name) == nullptr)
+    cli::refuse_option("--camera", text, simulated->source + " has no [[camera]] of this name");
+  return video::given_pictures(camera.name, kDrawnWidth_px, kDrawnHeight_px);
+}
+
+}  // namespace
+
+std::vector<video::SenderSetup> check_cameras(const CameraOptions& o, int insecure, const std::string& listen,
+                                              const MachineDescription* simulated) {
   if (o.cameras.empty() != o.to.empty())
     throw InputError(o.to.empty() ? "--camera: needs --video-to, the address and port that pictures are sent to"
                                   : "--video-to " + o.to + ": needs --camera");
   if (o.cameras.empty()) return {};
   cli::check_range("--video-kbps", o.rate_kbps, video::kLeastRate_kbps, video::kMostRate_kbps, " kbit/s");
   const SocketAddress address = parse_address(o.to, "--video-to");
-  if (!address.is_loopback() && insecure < 2)
+  if (!address.is_loopback() && insecure == 1)
     cli::refuse_option(
         "--video-to", o.to,
-        "pictures are not encrypted: they go to this computer's own addresses (127.0.0.1), or, in a lab, "
-        "elsewhere where --insecure is given twice; use a tunnel (docs/camera.md)");
+        "with --insecure pictures are not encrypted: they go to this computer's own addresses (127.0.0.1), or, in a "
+        "lab, elsewhere where it is given twice (docs/camera.md)");
   const HostAndPort to = parse_host_and_port(o.to, "--video-to");
   if (to.port == 0) cli::refuse_option("--video-to", o.to, "its port must be 1 to 65535");
   if (to.port + o.cameras.size() > 65536) cli::refuse_option("--video-to", o.to, "leaves no port for each camera");
@@ -45,7 +68,7 @@ std::vector<video::SenderSetup> check_cameras(const CameraOptions& o, int insecu
   std::set<std::string> names;
   for (const std::string& text : o.cameras) {
     const auto port = static_cast<std::uint16_t>(to.port + setups.size());
-    setups.push_back({video::parse_source(text), to.host, port, o.rate_kbps});
+    setups.push_back({source_of(text, simulated), to.host, port, o.rate_kbps, insecure == 0});
     if (!names.insert(setups.back().camera.name).second)
       throw InputError("--camera " + setups.back().camera.name +
                        ": is given twice; each camera needs a name of its own");
@@ -57,7 +80,23 @@ std::vector<video::SenderSetup> check_cameras(const CameraOptions& o, int insecu
 SlaveCameras::SlaveCameras(const std::vector<video::SenderSetup>& setups)
     : rule_(setups.empty() ? video::kMostRate_kbps : setups.front().rate_kbps) {
   for (const video::SenderSetup& setup : setups)
-    all_.push_back({setup.camera.name, std::make_unique<video::Sender>(setup), 0, {}});
+    all_.push_back({setup.camera.name, std::make_unique<video::Sender>(setup), {}, 0, 0, {}});
+}
+
+SlaveCameras::SlaveCameras(const std::vector<video::SenderSetup>& setups, const MachineDescription& machine,
+                           const sim::WorldDescription& world, const DrawCamera& draw)
+    : SlaveCameras(setups) {
+  for (std::size_t i = 0; i < all_.size(); ++i) {
+    const std::string& source = setups[i].camera.source;
+    if (source != video::given_pictures({}, kDrawnWidth_px, kDrawnHeight_px).source) continue;
+    video::Sender& sender = *all_[i].sender;
+    all_[i].drawn = draw(machine, *mount_of(machine, all_[i].name), world,
+                         [&sender](std::unique_ptr<video::Frame> frame) { sender.give(std::move(frame)); });
+  }
+}
+
+void SlaveCameras::seal_with(const secure::VideoSecret& secret) {
+  for (const Sent& sent : all_) sent.sender->set_key(secure::video_key(secret, sent.name));
 }
 
 void SlaveCameras::follow_link(Time now, Duration round_trip, bool silent) {
@@ -68,12 +107,15 @@ void SlaveCameras::follow_link(Time now, Duration round_trip, bool silent) {
 /// A camera that keeps failing in the same way is one line.
 std::vector<cli::News> SlaveCameras::news() {
   std::vector<cli::News> news;
-  for (Sent& sent : all_) {
-    const video::CameraStatus& status = sent.sender->status();
-    if (status.troubles == std::exchange(sent.troubles, status.troubles)) continue;
+  const auto tell = [&news](Sent& sent, const video::CameraStatus& status, std::uint32_t& troubles) {
+    if (status.troubles == std::exchange(troubles, status.troubles)) return;
     const std::string problem = status.why.data();
     if (problem != sent.problem) news.push_back({problem, "camera " + sent.name});
     sent.problem = problem;
+  };
+  for (Sent& sent : all_) {
+    tell(sent, sent.sender->status(), sent.troubles);
+    if (sent.drawn.status) tell(sent, sent.drawn.status(), sent.drawn_troubles);
   }
   return news;
 }

@@ -1,6 +1,7 @@
 #include "app/programs/slave_command.h"
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "app/programs/slave_cameras.h"
 #include "app/programs/slave_program.h"
 #include "app/recordings/program_log.h"
+#include "app/session/machine_sight.h"
 #include "app/session/scenario.h"
 #include "core/loop_table.h"
 #include "machine/load.h"
@@ -125,15 +127,21 @@ Setup set_up(const Options& o) {
 /// own.
 class MachineBus {
  public:
-  MachineBus(const Options& o, const Setup& setup) {
+  /// @param cameras of the simulated machine; outlive this.
+  MachineBus(const Options& o, const Setup& setup, const SlaveCameras& cameras) {
     if (!setup.simulation) {
       interface_.emplace(o.can, slave::heard_by_controller(setup.machine.bus));
       return;
     }
     const Simulation& simulation = *setup.simulation;
     machine_.emplace(simulation.truth, simulation.scenario.world, simulation.scenario.start_rad, simulation.seed);
+    const RealtimeClock clock;
     thread_.emplace(RealtimeOptions{.name = "machine", .period = kTick, .fifo_priority = fifo_priority::kMachine},
-                    RealtimeClock(), [this](Time now) { machine_->step(now); });
+                    clock, [this, &cameras, zero = video::now() - (clock.now() - Time{})](Time now) {
+                      machine_->step(now);
+                      cameras.show(session::sight_of(machine_->plant(), zero + (now - Time{})));
+                      count(machine_->plant().events);
+                    });
   }
   MachineBus(const MachineBus&) = delete;
   MachineBus& operator=(const MachineBus&) = delete;
@@ -144,8 +152,22 @@ class MachineBus {
   /// nullptr where the machine is simulated, and the other way round.
   [[nodiscard]] const SocketCanBus* interface() const noexcept { return interface_ ? &*interface_ : nullptr; }
   [[nodiscard]] RealtimeThread* machine_thread() noexcept { return thread_ ? &*thread_ : nullptr; }
+  /// What has happened in the simulated world: names of events and how often. After the thread has ended.
+  [[nodiscard]] Json happened() const {
+    Json json = Json::object();
+    for (std::size_t i = 0; i < happened_.size(); ++i)
+      if (happened_[i] > 0) json[name(static_cast<sim::WorldEventKind>(i))] = happened_[i];
+    return json;
+  }
 
  private:
+  void count(const sim::WorldEventRing& events) noexcept {
+    for (; counted_ < events.count; ++counted_) ++happened_[static_cast<std::size_t>(events.at(counted_).kind)];
+  }
+
+  static constexpr std::size_t kKinds = static_cast<std::size_t>(sim::WorldEventKind::kWeightOff) + 1;
+  std::array<std::uint64_t, kKinds> happened_{};
+  std::uint64_t counted_ = 0;
   std::optional<SocketCanBus> interface_;
   std::optional<sim::ThreadedMachine> machine_;
   std::optional<RealtimeThread> thread_;
@@ -230,14 +252,17 @@ std::string audit_folder(const Options& o) {
   return pairing::KeyFolder(o.link.keys).path() + "/audit";
 }
 
-int run(const Options& o) {
+int run(const Options& o, const DrawCamera& draw) {
   check(o);
   const cli::InterruptGuard interrupt;
   const Setup setup = set_up(o);
-  const std::vector<video::SenderSetup> camera_setups = check_cameras(o.cameras, o.link.insecure, o.link.address);
+  const std::vector<video::SenderSetup> camera_setups =
+      check_cameras(o.cameras, o.link.insecure, o.link.address, setup.simulation ? &setup.machine : nullptr);
   AskedOutput candump("--candump", o.candump), csv("--csv", o.csv),
       json("--json", o.json, AskedOutput::Content::kResult);
-  MachineBus machine(o, setup);
+  SlaveCameras cameras(camera_setups, setup.machine,
+                       setup.simulation ? setup.simulation->scenario.world : sim::WorldDescription{}, draw);
+  MachineBus machine(o, setup, cameras);
   pairing::LinkOptions link_options = o.link;
   link_options.observers = o.observers.value_or(link_options.observers);
   pairing::ChosenLink link = pairing::ChosenLink::listen(link_options);
@@ -258,7 +283,6 @@ int run(const Options& o) {
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&candump, &csv};
-  SlaveCameras cameras(camera_setups);
   records.on_link = [&cameras](Time now, Duration round_trip, bool silent) {
     cameras.follow_link(now, round_trip, silent);
   };
@@ -272,6 +296,7 @@ int run(const Options& o) {
     watch.on_lost = [&audit](std::uint64_t count) { audit->link_events_lost(count); };
   }
   program.news = [&] {
+    if (const auto secret = link.new_video_secret()) cameras.seal_with(*secret);
     std::vector<cli::News> news = link.news(audit ? &watch : nullptr);
     if (std::string refused = audit ? audit->news() : ""; !refused.empty()) news.push_back({refused, "audit trail"});
     for (cli::News& recorded : log.news()) news.push_back(std::move(recorded));
@@ -295,6 +320,7 @@ int run(const Options& o) {
     result["can_counters"] = counters_json(bus->counters());
   } else {
     machine.machine_thread()->stop();
+    result["simulated"]["happened"] = machine.happened();
     result["realtime"]["machine"] = loop_json(machine.machine_thread()->report());
   }
   if (auto* out = json.stream()) *out << result.dump(2) << '\n';
@@ -304,12 +330,12 @@ int run(const Options& o) {
 
 }  // namespace
 
-cli::Command slave_entry() {
+cli::Command slave_entry(DrawCamera draw) {
   return {"slave", "Machine's side: drive a machine on a CAN interface for an operator's side over the link",
-          [](CLI::App& command) {
+          [draw = std::move(draw)](CLI::App& command) {
             const auto options = std::make_shared<Options>();
             add_options(command, *options);
-            return [options] { return run(*options); };
+            return [options, draw] { return run(*options, draw); };
           }};
 }
 

@@ -37,38 +37,56 @@ video::SenderSetup setup() {
           4000};
 }
 
+/// Of each picture: from its capture until it is there decoded, from there until it is taken, until the frame that it
+/// is in is submitted, and until that is drawn; and the sum.
+struct Hops {
+  std::vector<double> arrived_ms, taken_ms, submitted_ms, drawn_ms, all_ms;
+  void add(Duration ntp, Time received, Time taken, Time submitted, Time drawn) {
+    const auto ms = [](Duration d) { return 1e3 * to_seconds(d); };
+    all_ms.push_back(since_ms(ntp) - ms(video::now() - drawn));
+    arrived_ms.push_back(all_ms.back() - ms(drawn - received));
+    taken_ms.push_back(ms(taken - received));
+    submitted_ms.push_back(ms(submitted - taken));
+    drawn_ms.push_back(ms(drawn - submitted));
+  }
+};
+
 /// The console as an operator has it, at 60 frames/s; until the whole frame that the picture is in is drawn.
-std::vector<double> through_console(console::window::ConsoleWindow& console, Duration time) {
+void through_console(console::window::ConsoleWindow& console, Duration time, Hops& hops) {
   using namespace console;
   const video::Sender sender(setup());
   const ConsoleView view = window::canned_view();
   const LoopHealth loop = window::canned_loop();
   EventBook events;
-  std::optional<Duration> taken;
-  const CameraFeed camera = feed_of({"test", video::receiver_of(kPort)});
+  struct Taken {
+    Duration ntp;
+    Time received, at;
+  };
+  std::optional<Taken> taken;
+  const CameraFeed camera = feed_of({"test", video::receiver_of(kPort)}, console.bell());
   console.cameras() = {};
   console.cameras().add({camera.name,
                          [&] {
                            auto frame = camera.newest();
                            if (frame && frame->stamp_from == video::StampFrom::kSender)
-                             taken = frame->captured.time_since_epoch();
+                             taken = {frame->captured.time_since_epoch(), frame->received, video::now()};
                            return frame;
                          },
                          camera.status});
-  std::vector<double> ages_ms;
   for (const Time begin = video::now(); video::now() - begin < time + kWarmUp;) {
     taken.reset();
     console.frame(view, loop, events, 0);
+    const Time submitted = video::now();
     glFinish();
-    if (taken && video::now() - begin > kWarmUp) ages_ms.push_back(since_ms(*taken));
+    const Time drawn = video::now();
+    if (taken && drawn - begin > kWarmUp) hops.add(taken->ntp, taken->received, taken->at, submitted, drawn);
     console.show();  // and waits until the next frame is due
   }
   console.cameras() = {};
-  return ages_ms;
 }
 
 /// Pulled as soon as it is there, uploaded and drawn alone.
-std::vector<double> through_gstreamer_alone(Duration time) {
+void through_gstreamer_alone(Duration time, Hops& hops) {
   const video::Sender sender(setup());
   std::string told;
   const auto pipeline =
@@ -77,10 +95,10 @@ std::vector<double> through_gstreamer_alone(Duration time) {
   g_object_set(sink.get(), "sync", FALSE, nullptr);
   gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
   console::picture::VideoView view;
-  std::vector<double> ages_ms;
   for (const Time begin = video::now(); video::now() - begin < time + kWarmUp;) {
     const video::Owned<GstSample> sample(gst_app_sink_try_pull_sample(GST_APP_SINK(sink.get()), 100 * GST_MSECOND));
     if (!sample) continue;
+    const Time received = video::now();
     GstBuffer* buffer = gst_sample_get_buffer(sample.get());
     const auto* stamp = gst_buffer_get_reference_timestamp_meta(buffer, nullptr);
     GstMapInfo bytes;
@@ -92,13 +110,14 @@ std::vector<double> through_gstreamer_alone(Duration time) {
     frame.pixels = bytes.data;
     view.upload(frame);
     view.draw({.width_px = 602, .height_px = 339}, true);
+    const Time submitted = video::now();
     glFinish();
+    const Time drawn = video::now();
     gst_buffer_unmap(buffer, &bytes);
-    if (video::now() - begin > kWarmUp)
-      ages_ms.push_back(since_ms(Duration(static_cast<std::int64_t>(stamp->timestamp))));
+    if (drawn - begin > kWarmUp)
+      hops.add(Duration(static_cast<std::int64_t>(stamp->timestamp)), received, received, submitted, drawn);
   }
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
-  return ages_ms;
 }
 
 double quantile(std::vector<double>& values, double share) {
@@ -111,17 +130,26 @@ void run(Duration time) {
   video::start_gstreamer();
   console::window::ConsoleWindow console({}, console::window::canned_facts());
   console.show_world(console::window::canned_world());
-  std::vector<double> here, alone;
+  Hops here, alone;
   for (int turn = 0; turn < kTurns; ++turn) {
-    for (const double ms : through_console(console, time)) here.push_back(ms);
-    for (const double ms : through_gstreamer_alone(time)) alone.push_back(ms);
+    through_console(console, time, here);
+    through_gstreamer_alone(time, alone);
   }
-  fmt::print("| capture to screen, 1280x720, 30/s | pictures | p50, ms | p99, ms |\n| --- | --- | --- | --- |\n");
-  for (auto& [name, values] : {std::pair{"console", &here}, std::pair{"GStreamer alone", &alone}})
-    fmt::print("| {} | {} | {:.1f} | {:.1f} |\n", name, values->size(), quantile(*values, 0.5),
-               quantile(*values, 0.99));
-  fmt::print("| ratio | | {:.2f} | {:.2f} |\n", quantile(here, 0.5) / quantile(alone, 0.5),
-             quantile(here, 0.99) / quantile(alone, 0.99));
+  fmt::print("| p50, p99 in ms | console | GStreamer alone |\n| --- | --- | --- |\n");
+  const auto row = [&](const char* hop, std::vector<double> Hops::*of) {
+    const auto both = [](std::vector<double>& v) {
+      return fmt::format("{:.1f}, {:.1f}", quantile(v, 0.5), quantile(v, 0.99));
+    };
+    fmt::print("| {} | {} | {} |\n", hop, both(here.*of), both(alone.*of));
+  };
+  row("capture, encoder, network, decoder", &Hops::arrived_ms);
+  row("waiting to be taken", &Hops::taken_ms);
+  row("texture, and the frame submitted", &Hops::submitted_ms);
+  row("drawn", &Hops::drawn_ms);
+  row("capture to screen", &Hops::all_ms);
+  fmt::print("| pictures | {} | {} |\n| ratio | {:.2f}, {:.2f} | |\n", here.all_ms.size(), alone.all_ms.size(),
+             quantile(here.all_ms, 0.5) / quantile(alone.all_ms, 0.5),
+             quantile(here.all_ms, 0.99) / quantile(alone.all_ms, 0.99));
 }
 
 }  // namespace

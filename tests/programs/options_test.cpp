@@ -121,7 +121,7 @@ TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
 /// What `master` or `slave` says, called like this; none of these gets as far as a wire.
 std::string program_refusal(const std::vector<std::string>& arguments) {
   try {
-    (void)cli::parse_command_line({"knuckle", "", "", {master_entry(), slave_entry()}}, arguments).run();
+    (void)cli::parse_command_line({"knuckle", "", "", {master_entry(), slave_entry({})}}, arguments).run();
   } catch (const InputError& error) {
     return error.what();
   }

@@ -6,11 +6,14 @@
 #include <nlohmann/json.hpp>
 
 #include "app/audit/audit_check.h"
+#include "app/pairing/chosen_link.h"
 #include "app/pairing/key_folder.h"
 #include "tests/programs/program_rig.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
+#include "video/camera.h"
+#include "video/sender.h"
 
 namespace knuckle::test {
 namespace {
@@ -26,6 +29,27 @@ std::string line_with(const std::string& text, const std::string& what) {
   const auto at = text.find(what);
   return at == std::string::npos ? "" : text.substr(at, text.find('\n', at) - at);
 }
+
+/// An operator's end that is paired, and a camera of the machine's side with the keys of its session.
+struct Viewer {
+  Viewer(const std::string& address, const std::string& keys, std::uint16_t port, const std::string& name)
+      : link(pairing::ChosenLink::connect({.address = address, .keys = keys})),
+        camera({name, video::receiver_of(port, "127.0.0.1", true)}),
+        camera_name(name) {}
+  /// As a loop and a window do.
+  bool until(const std::function<bool()>& so) {
+    return eventually([&] {
+      Datagram heard;
+      while (link.link().receive(heard)) continue;
+      (void)link.link().send(std::array<std::uint8_t, 1>{});
+      if (const auto secret = link.new_video_secret()) camera.set_key(secure::video_key(*secret, camera_name));
+      return so();
+    });
+  }
+  pairing::ChosenLink link;
+  video::Camera camera;
+  std::string camera_name;
+};
 
 struct PairedProgramsThreads : ::testing::Test {
   TemporaryFolder temporary;
@@ -360,6 +384,22 @@ TEST_F(PairedProgramsThreads, ASecondMachineProgramIsNotLetIntoTheSameTrail) {
                                         {"slave", "--simulate", "--listen", "127.0.0.1:0", "--keys", keys("machine")});
   EXPECT_EQ(second.exit_code, 2);
   EXPECT_NE(second.err.find("another program writes its audit trail there"), std::string::npos) << second.err;
+}
+
+TEST_F(PairedProgramsThreads, PicturesAreSealedWithTheSessionAndForTheCameraOfThatNameAlone) {
+  pair("desk 1");
+  const std::uint16_t port = UdpLink::listen("127.0.0.1:0").port();
+  const RunningProgram machine(test::program("knuckle"),
+                               slave({"--no-log", "--camera", "mast=videotestsrc is-live=true", "--video-to",
+                                      "127.0.0.1:" + std::to_string(port)}));
+  {
+    Viewer viewer(address, keys("desk 1"), port, "mast");
+    EXPECT_TRUE(viewer.until([&] { return viewer.camera.take() != nullptr; })) << viewer.camera.status().why.data();
+    viewer.link.close();
+  }
+  Viewer viewer(address, keys("desk 1"), port, "rear");
+  EXPECT_TRUE(viewer.until([&] { return viewer.camera.status().refused > 20; })) << "those of mast, with another key";
+  EXPECT_EQ(viewer.camera.take(), nullptr);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "machine/load.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "transport/udp_link.h"
@@ -44,10 +45,25 @@ TEST(SlaveCameraOptions, GiveEachCameraAPortOfItsOwn) {
 }
 
 TEST(SlaveCameraOptions, SendNothingInTheClearIntoANetworkUnlessThatWasSaidTwice) {
-  for (const int insecure : {0, 1})
-    EXPECT_TRUE(says(refusal({{kCamera}, "192.0.2.1:5700"}, insecure), "not encrypted"));
+  EXPECT_TRUE(says(refusal({{kCamera}, "192.0.2.1:5700"}, 1), "not encrypted"));
   EXPECT_EQ(refusal({{kCamera}, "192.0.2.1:5700"}, 2), "accepted");
-  EXPECT_EQ(refusal({{kCamera}, "[::1]:5700"}), "accepted");
+  EXPECT_EQ(refusal({{kCamera}, "[::1]:5700"}, 1), "accepted");
+}
+
+TEST(SlaveCameraOptions, SealPicturesWhereverTheyGoUnlessTheLinkIsPlain) {
+  for (const char* to : {"192.0.2.1:5700", "127.0.0.1:5700"})
+    EXPECT_TRUE(check_cameras({{kCamera}, to, 3000}, 0, "").at(0).sealed) << to;
+  EXPECT_FALSE(check_cameras({{kCamera}, "127.0.0.1:5700", 3000}, 1, "").at(0).sealed);
+  EXPECT_FALSE(check_cameras({{kCamera}, "192.0.2.1:5700", 3000}, 2, "").at(0).sealed);
+}
+
+TEST(SlaveCameraOptions, TakeACameraOfTheSimulatedMachineThatItsFileKnows) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  const CameraOptions mast{{"mast=simulated"}, "127.0.0.1:5700", 3000},
+      rear{{"rear=simulated"}, "127.0.0.1:5700", 3000};
+  EXPECT_TRUE(says(check_cameras(mast, 1, "", &machine).at(0).camera.source, "appsrc"));
+  EXPECT_TRUE(says(refusal(mast, 1), "--camera mast=simulated: a simulated camera goes with --simulate"));
+  EXPECT_THROW((void)check_cameras(rear, 1, "", &machine), InputError);
 }
 
 TEST(SlaveCameraOptions, AreRefusedInOneLine) {
@@ -85,6 +101,29 @@ TEST(SlaveCameraPictures, ArriveFromTheProgramOnASocketOfTheirOwn) {
   for (int i = 0; i < 3000 && !frame; ++i, std::this_thread::sleep_for(10ms)) frame = camera.take();
   ASSERT_NE(frame, nullptr);
   EXPECT_EQ(frame->width_px, 320);
+}
+
+TEST(SlaveCameraPictures, ArriveFromTheSimulatedMachinesMast) {
+  const auto free = [] { return UdpLink::listen("127.0.0.1:0").port(); };
+  const std::uint16_t port = free();
+  video::Camera camera({"mast", video::receiver_of(port)});
+  const test::RunningProgram program(test::program("knuckle"),
+                                     {"slave", "--simulate", "--scenario", "wall_contact", "--insecure", "--no-log",
+                                      "--listen", "127.0.0.1:" + std::to_string(free()), "--camera", "mast=simulated",
+                                      "--video-to", "127.0.0.1:" + std::to_string(port), "--duration", "60"});
+  std::unique_ptr<video::Frame> frame;
+  for (int i = 0; i < 3000 && !frame; ++i, std::this_thread::sleep_for(10ms)) frame = camera.take();
+  ASSERT_NE(frame, nullptr) << camera.status().why.data();
+  EXPECT_EQ(frame->width_px, kDrawnWidth_px);
+  EXPECT_EQ(frame->stamp_from, video::StampFrom::kSender);
+  // Not one colour: something is drawn.
+  int least = 255, most = 0;
+  for (int i = 0; i < frame->height_px; i += 8) {
+    const int red = frame->pixels[std::ptrdiff_t{i} * frame->row_bytes + std::ptrdiff_t{4} * frame->width_px / 2];
+    least = std::min(least, red);
+    most = std::max(most, red);
+  }
+  EXPECT_GT(most - least, 50);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A network between two UDP ports of this computer that loses datagrams, or all of them.
+// A network between two UDP ports of this computer that loses datagrams, or all of them, delays them, or meddles.
 #pragma once
 
 #include <arpa/inet.h>
@@ -9,17 +9,27 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <random>
 #include <stdexcept>
 #include <thread>
+#include <utility>
+#include <vector>
+
+#include "core/time.h"
 
 namespace knuckle::video {
 
 class LossyWire {
  public:
-  /// @param to a port of this computer. @param loss share of the datagrams.
-  LossyWire(std::uint16_t to, double loss) : to_(to), loss_(loss) {
+  using Bytes = std::vector<std::uint8_t>;
+  /// @param to a port of this computer. @param loss share of the datagrams. @param meddle may change what passes; in
+  /// the wire's thread.
+  LossyWire(std::uint16_t to, double loss, Duration delay = {}, std::function<void(Bytes&)> meddle = {})
+      : to_(to), loss_(loss), delay_(delay), meddle_(std::move(meddle)) {
     sockaddr_in here = address(0);
     socklen_t size = sizeof here;
     if (socket_ < 0 || bind(socket_, reinterpret_cast<sockaddr*>(&here), size) != 0 ||
@@ -39,11 +49,17 @@ class LossyWire {
   /// Where to send to.
   [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
   void set_cut(bool cut) noexcept { cut_ = cut; }
+  /// Any thread: as if it had been sent by whoever may send to the far end.
+  void inject(const Bytes& bytes) const noexcept {
+    const sockaddr_in there = address(to_);
+    sendto(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&there), sizeof there);
+  }
   [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
   /// Of the datagram received last: its DSCP, 0 to 63.
   [[nodiscard]] int dscp() const noexcept { return dscp_; }
 
  private:
+  using Clock = std::chrono::steady_clock;
   static sockaddr_in address(std::uint16_t port) {
     sockaddr_in a{};
     a.sin_family = AF_INET;
@@ -56,11 +72,14 @@ class LossyWire {
     setsockopt(socket_, IPPROTO_IP, IP_RECVTOS, &on, sizeof on);
     std::mt19937 random(5);
     std::uniform_real_distribution<double> share(0, 1);
-    const sockaddr_in there = address(to_);
     std::array<std::uint8_t, 2048> bytes{};
+    std::deque<std::pair<Clock::time_point, Bytes>> travelling;
     std::array<char, 64> control{};
     for (pollfd wait{socket_, POLLIN, 0}; !ending_;) {
-      if (poll(&wait, 1, 20) != 1) continue;
+      const bool arrived = poll(&wait, 1, delay_ > Duration{} ? 1 : 20) == 1;
+      for (; !travelling.empty() && travelling.front().first <= Clock::now(); travelling.pop_front())
+        inject(travelling.front().second);
+      if (!arrived) continue;
       iovec part{bytes.data(), bytes.size()};
       msghdr message{};
       message.msg_iov = &part;
@@ -71,17 +90,24 @@ class LossyWire {
       if (length < 0) continue;
       for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr; c = CMSG_NXTHDR(&message, c))
         if (c->cmsg_level == IPPROTO_IP && c->cmsg_type == IP_TOS) dscp_ = *CMSG_DATA(c) >> 2;
-      if (cut_ || share(random) < loss_)
+      if (cut_ || share(random) < loss_) {
         ++lost_;
+        continue;
+      }
+      Bytes passing(bytes.begin(), bytes.begin() + length);
+      if (meddle_) meddle_(passing);
+      if (delay_ > Duration{})
+        travelling.emplace_back(Clock::now() + delay_, std::move(passing));
       else
-        sendto(socket_, bytes.data(), static_cast<std::size_t>(length), 0, reinterpret_cast<const sockaddr*>(&there),
-               sizeof there);
+        inject(passing);
     }
   }
 
   const int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   const std::uint16_t to_;
   const double loss_;
+  const Duration delay_;
+  const std::function<void(Bytes&)> meddle_;
   std::uint16_t port_ = 0;
   std::atomic<bool> cut_{false}, ending_{false};
   std::atomic<std::uint64_t> lost_{0};

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <string_view>
 
 #include "transport/secure/dtls_wire.h"
 
@@ -13,7 +14,8 @@ namespace knuckle::secure {
 namespace {
 
 constexpr unsigned kFirstTimeout_us = 300'000, kLongestTimeout_us = 2'000'000;
-constexpr char kTagLabel[] = "EXPORTER-knuckle-tag";  // RFC 5705
+// RFC 5705
+constexpr std::string_view kTagLabel = "EXPORTER-knuckle-tag", kVideoLabel = "EXPORTER-knuckle-video";
 
 // Of a record (RFC 6347, 4.1): content type, version, epoch and sequence number, length.
 constexpr std::size_t kRecordHeader = 13;
@@ -133,7 +135,7 @@ DtlsSession::Progress DtlsSession::tend(Out& out) {
 DtlsSession::Progress DtlsSession::progress(int result) {
   wire_->waiting = false;
   if (result == 1) {
-    agree_on_tags();
+    export_secrets();
     if (drop_messages()) return Progress::kDone;
     wire_->refusal = Refusal::kProtocol;
     return Progress::kFailed;
@@ -147,10 +149,14 @@ DtlsSession::Progress DtlsSession::progress(int result) {
   return Progress::kFailed;
 }
 
-void DtlsSession::agree_on_tags() {
+void DtlsSession::export_secrets() {
+  const auto take = [this](std::span<std::uint8_t> secret, std::string_view label) {
+    must(SSL_export_keying_material(ssl_, secret.data(), secret.size(), label.data(), label.size(), nullptr, 0, 0) == 1,
+         "exporting what both ends know");
+  };
+  take(video_secret_, kVideoLabel);
   std::array<std::uint8_t, 2 * kTagSize> tags{};  // to the machine, to the operator
-  must(SSL_export_keying_material(ssl_, tags.data(), tags.size(), kTagLabel, sizeof kTagLabel - 1, nullptr, 0, 0) == 1,
-       "exporting the tags");
+  take(tags, kTagLabel);
   tags[0] |= kTagMark;
   if (purpose() == Purpose::kObserve) tags[0] = static_cast<std::uint8_t>(tags[0] & 0x3FU) | kObserverTagMark;
   tags[kTagSize] |= kTagMark;

@@ -17,6 +17,7 @@
 
 #include "transport/link.h"
 #include "transport/secure/identity.h"
+#include "transport/secure/video_key.h"
 #include "transport/socket_address.h"
 
 namespace knuckle::secure {
@@ -162,6 +163,7 @@ class DtlsSession {
   [[nodiscard]] Purpose purpose() const noexcept;
 
   // After it.
+  [[nodiscard]] const VideoSecret& video_secret() const noexcept { return video_secret_; }
   [[nodiscard]] const Tag& receive_tag() const noexcept { return receive_tag_; }
   /// Has it this session's tag?
   [[nodiscard]] bool mine(std::span<const std::uint8_t> datagram) const noexcept;
@@ -180,13 +182,14 @@ class DtlsSession {
   friend class DtlsContext;  // its callbacks
   struct Wire;
   Progress progress(int result);
-  void agree_on_tags();
+  void export_secrets();
   bool drop_messages();  // false: something else in the datagram has ended the session
 
   const DtlsContext& context_;
   std::unique_ptr<Wire> wire_;
   SSL* ssl_ = nullptr;
   Tag receive_tag_{}, send_tag_{};
+  VideoSecret video_secret_{};
   std::uint64_t newest_record_ = 0;
   bool closed_ = false;
 };

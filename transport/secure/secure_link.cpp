@@ -173,6 +173,7 @@ void SecureLink::take_offer() noexcept {
     quiet_until_ = Clock::now() + kHandOverGap;
   }
   current_ = std::move(offer);
+  video_secrets_.put(current_->session->video_secret());
   talks_ = true;
   move_ = {};
   asks_left_ = 0;

@@ -107,6 +107,8 @@ class SecureLink final : public Link {
   [[nodiscard]] std::uint64_t events_lost() const noexcept {
     return handshake_events_.dropped() + loop_events_.dropped();
   }
+  /// Of the session that there is now, for pictures beside it; false where it is the same as before.
+  bool take(VideoSecret& secret) noexcept { return video_secrets_.take(secret); }
   /// What keeps the link from being there, in one line; empty where it is, or nothing is known yet.
   [[nodiscard]] std::string problem() const;
   [[nodiscard]] std::uint16_t port() const noexcept;
@@ -252,6 +254,7 @@ class SecureLink final : public Link {
   Mailbox<Asker> askers_;  // to the loop's thread, ...
   Mailbox<Fingerprint> cut_offs_;
   Mailbox<Fingerprint> grants_;  // ... and from it
+  Mailbox<VideoSecret> video_secrets_;
   Mailbox<SocketAddress> moves_;
   struct RefusedBy {
     Refusal refusal = Refusal::kNone;

@@ -190,6 +190,13 @@ Camera shifted(Camera camera, const Vector2d& drag_px, const Viewport& viewport)
   return camera;
 }
 
+Eigen::Matrix3d facing(const Camera& camera) {
+  const Axes a = axes(camera);
+  Eigen::Matrix3d columns;
+  columns << a.right, a.up, a.back;
+  return columns;
+}
+
 Matrix4d view_projection(const Camera& camera, const Viewport& viewport) {
   const Axes a = axes(camera);
   if (camera.kind == Camera::Kind::kSide) {

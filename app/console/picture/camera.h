@@ -53,6 +53,8 @@ struct Camera {
 /// The mouse dragged what is seen along.
 [[nodiscard]] Camera shifted(Camera camera, const Eigen::Vector2d& drag_px, const Viewport& viewport);
 
+/// Columns: to the right, up, and towards the eye, as the camera is turned.
+[[nodiscard]] Eigen::Matrix3d facing(const Camera& camera);
 /// Column vectors, clip space of OpenGL.
 [[nodiscard]] Eigen::Matrix4d view_projection(const Camera& camera, const Viewport& viewport);
 

@@ -166,6 +166,14 @@ Outline bucket_room(const MachineDescription& machine) {
   return room;
 }
 
+TargetBalls target_balls(const MachineDescription& m) {
+  const Proportions size(m);
+  const double radius = 0.011 * size.reach, y = size.bucket_half + 0.9 * radius;
+  const BucketProfile& profile = m.bucket_profile;
+  const PlanarVector pin = 0.5 * profile.back_m, teeth = 0.42 * (profile.heel_m + profile.edge_m);
+  return {{Eigen::Vector3d(pin.x(), y, pin.y()), Eigen::Vector3d(teeth.x(), y, teeth.y())}, radius};
+}
+
 std::array<Frame2, kBodies> body_frames(const MachinePose& pose) {
   std::array<Frame2, kBodies> frames{pose.boom, pose.arm, pose.bucket,
                                      along(pose.rocker_pin_m, pose.linkage_pin_m, pose.rocker_pin_m),

@@ -38,6 +38,14 @@ inline constexpr std::size_t kBodies = 11;
 /// Of the bodies' axes, frame M.
 [[nodiscard]] std::array<Frame2, kBodies> body_frames(const MachinePose& pose);
 
+/// Two balls that the simulated machine has on the left of its bucket, as surveyors put targets on: programs that watch
+/// the picture find the bucket by them.
+struct TargetBalls {
+  std::array<Eigen::Vector3d, 2> at_m;  ///< Bucket axes, y to the left: near the bucket's pin, near the teeth.
+  double radius_m = 0;
+};
+[[nodiscard]] TargetBalls target_balls(const MachineDescription& machine);
+
 /// What stands on the ground, frame M: tracks, cab and the boom's bracket. The description says nothing of them but
 /// where the boom and its cylinder are held.
 [[nodiscard]] Mesh hull_mesh(const MachineDescription& machine, double ground_m);

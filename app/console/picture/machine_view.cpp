@@ -9,6 +9,7 @@
 #include "app/console/picture/machine_mesh.h"
 #include "app/console/picture/marker_mesh.h"
 #include "app/console/picture/painter.h"
+#include "app/console/picture/seen_things.h"
 #include "app/console/picture/world_mesh.h"
 #include "machine/kinematics.h"
 
@@ -32,14 +33,6 @@ const Matrix4f kHere = Matrix4f::Identity();
 
 /// Radius of the 95 % ellipse of two normal variables, in standard deviations: sqrt(-2 ln 0.05).
 const double kSigmas95 = std::sqrt(-2 * std::log(0.05));
-
-Matrix4f scaled(const Matrix4f& frame, double x, double y, double z) {
-  Matrix4f m = frame;
-  m.col(0) *= static_cast<float>(x);
-  m.col(1) *= static_cast<float>(y);
-  m.col(2) *= static_cast<float>(z);
-  return m;
-}
 
 /// Everything falls along the light onto z = level.
 Matrix4f shadow_on(double level_m) {
@@ -167,6 +160,7 @@ struct MachineView::Parts {
   std::vector<GlMesh> bodies, world;
   std::optional<GlMesh> hull;
   GlMesh disc, grid, shaft, head;
+  SeenThings seen_things;
   std::optional<session::Scene> scene;
   double ground_m = 0;
   double line_scale = 1;
@@ -381,6 +375,12 @@ void MachineView::draw(const MachinePicture& picture, const Camera& camera, cons
   p.draw_solid(measured, {colours.stale, greyed, 1, true}, colours);
   if (!picture.as_seen) p.draw_hidden(measured, {colours.stale, greyed, 0.38F, true});
   p.draw_transparent_world(colours, picture.as_seen);
+  if (picture.as_seen)
+    p.seen_things.draw_balls(p.painter, measured[static_cast<std::size_t>(Body::kBucket)], p.machine, colours);
+  if (picture.dust != nullptr) {
+    const Blended mixed;
+    p.seen_things.draw_dust(p.painter, *picture.dust, camera, colours.dust);
+  }
   if (picture.show_hand) p.draw_ghost(places(p.machine, picture.hand_rad), colours.hand);
   if (picture.show_beside) {
     const BodyPlaces beside = places(p.machine, picture.beside_rad);

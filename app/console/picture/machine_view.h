@@ -4,8 +4,10 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "app/console/picture/camera.h"
+#include "app/console/picture/dust.h"
 #include "app/console/picture/picture_colours.h"
 #include "app/session/scene.h"
 #include "core/joints.h"
@@ -31,6 +33,7 @@ struct MachinePicture {
   const session::Scene* scene = nullptr;  ///< None: the machine alone.
   double scene_s = 0;                     ///< Time of the scene's session.
   std::optional<Grid> grid;               ///< Behind everything; of a side view.
+  const std::vector<Puff>* dust = nullptr;  ///< In front of what is behind it.
   bool as_seen = false;  ///< As a camera sees it: nothing shines through, and what is not there is not drawn.
 };
 

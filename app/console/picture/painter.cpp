@@ -45,6 +45,14 @@ Eigen::Matrix4f in_space(const Frame2& frame) {
   return m.cast<float>();
 }
 
+Eigen::Matrix4f scaled(const Eigen::Matrix4f& frame, double x, double y, double z) {
+  Eigen::Matrix4f m = frame;
+  m.col(0) *= static_cast<float>(x);
+  m.col(1) *= static_cast<float>(y);
+  m.col(2) *= static_cast<float>(z);
+  return m;
+}
+
 Eigen::Vector3f sun_direction() {
   return Eigen::Vector3f(0.30F, -0.45F, 0.84F).normalized();
 }

@@ -22,6 +22,9 @@ struct Look {
 /// A plane frame as one in space: x forward, y to the left, z up.
 [[nodiscard]] Eigen::Matrix4f in_space(const Frame2& frame);
 
+/// The same with its axes stretched.
+[[nodiscard]] Eigen::Matrix4f scaled(const Eigen::Matrix4f& frame, double x, double y, double z);
+
 class Painter {
  public:
   Painter();

@@ -43,6 +43,8 @@ PictureColours light_picture_colours() {
   c.sun = {0.34F, 0.33F, 0.31F};
   c.uncertain = rgb(0x8A8F96);
   c.stale = rgb(0xB4B7BB);
+  c.dust = rgb(0xBFB5A6);
+  c.target_balls = {rgb(0xE000C0), rgb(0x00C030)};
   set_meanings(c, widgets::light_palette());
   return c;
 }
@@ -61,6 +63,8 @@ PictureColours dark_picture_colours() {
   c.sun = {0.42F, 0.41F, 0.38F};
   c.uncertain = rgb(0x8A9099);
   c.stale = rgb(0x5E646B);
+  c.dust = rgb(0x8A8174);
+  c.target_balls = {rgb(0xE000C0), rgb(0x00C030)};
   set_meanings(c, widgets::dark_palette());
   return c;
 }

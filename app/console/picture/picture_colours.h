@@ -16,6 +16,8 @@ struct PictureColours {
   Rgb background;
   Rgb edge, grid, shadow;
   Rgb sky, earth, sun;  ///< Light from above, from below and along one direction; factors on a material's colour.
+  Rgb dust;
+  std::array<Rgb, 2> target_balls;  ///< Of nothing else in the picture: programs look for them.
   Rgb commanded, hand, beside, force, uncertain, virtual_wall, stale;
 };
 

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "app/console/picture/dust.h"
+#include "app/console/picture/live_scene.h"
 #include "app/console/picture/machine_view.h"
 #include "app/console/picture/offscreen.h"
 #include "core/error.h"
@@ -30,16 +33,24 @@ class Pictures {
 /// All that OpenGL needs, in the thread that draws.
 struct Drawing {
   Drawing(const MachineDescription& machine, const CameraDescription& mount)
-      : view(machine), scene(reach_m(machine)), camera(mounted_camera(machine, mount)) {
-    scene.begin({});
+      : view(machine), scene(reach_m(machine)), camera(mounted_camera(machine, mount)), dust(machine) {
+    begin({});
   }
 
-  std::unique_ptr<video::Frame> draw(const JointVector& joint_rad, double session_s) {
+  void begin(const sim::WorldDescription& world) {
+    scene.begin(world);
+    dust.begin(world);
+  }
+
+  std::unique_ptr<video::Frame> draw(const session::MachineSight& sight) {
+    scene.watch(sight.events);
+    dust.watch(sight);
     constexpr int kWidth = SimulatedCamera::kWidth_px, kHeight = SimulatedCamera::kHeight_px;
     MachinePicture picture;
-    picture.measured_rad = joint_rad;
+    picture.measured_rad = sight.joint_rad;
     picture.scene = &scene.scene();
-    picture.scene_s = session_s;
+    picture.scene_s = sight.session_s;
+    picture.dust = &dust.at(sight.session_s);
     picture.as_seen = true;
     view.draw(picture, camera, {.width_px = kWidth, .height_px = kHeight}, colours);
     const auto bytes = pictures.next();
@@ -59,14 +70,18 @@ struct Drawing {
   MachineView view;
   LiveScene scene;
   Camera camera;
+  Dust dust;
   PictureColours colours = light_picture_colours();
   Pictures pictures;
 };
 
 }  // namespace
 
-SimulatedCamera::SimulatedCamera(const MachineDescription& machine, const CameraDescription& mount)
-    : machine_(machine), mount_(mount), thread_([this] { run(); }) {}
+SimulatedCamera::SimulatedCamera(const MachineDescription& machine, const CameraDescription& mount, Give give)
+    : machine_(machine),
+      mount_(mount),
+      give_(give ? std::move(give) : [this](std::unique_ptr<video::Frame> frame) { frames_.put(std::move(frame)); }),
+      thread_([this] { run(); }) {}
 
 SimulatedCamera::~SimulatedCamera() {
   ending_ = true;
@@ -75,10 +90,6 @@ SimulatedCamera::~SimulatedCamera() {
 
 void SimulatedCamera::begin(const sim::WorldDescription& world) {
   worlds_.put(std::make_unique<sim::WorldDescription>(world));
-}
-
-void SimulatedCamera::show(const ConsoleView& view, Time at, Duration delay) {
-  seen_.put({at, delay, view.simulated_s, view.truth.joint_rad, view.truth.events});
 }
 
 video::CameraStatus SimulatedCamera::status() {
@@ -108,19 +119,18 @@ void SimulatedCamera::draw_all() {
   std::uint64_t number = 0;
   for (Time next = video::now(); !ending_; next = std::max(next + kPeriod, video::now() - kPeriod)) {
     std::this_thread::sleep_until(std::chrono::steady_clock::time_point(next.time_since_epoch()));
-    if (const auto world = worlds_.take()) drawing.scene.begin(*world);
+    if (const auto world = worlds_.take()) drawing.begin(*world);
     Seen newest;
     if (seen_.take(newest)) travelling.push_back(newest);
-    const auto arrived = [](const Seen& seen) { return seen.at + seen.delay <= video::now(); };
+    const auto arrived = [](const Seen& seen) { return seen.sight.at + seen.delay <= video::now(); };
     while (travelling.size() > 1 && arrived(travelling[1])) travelling.pop_front();
-    if (travelling.empty() || !arrived(travelling.front()) || travelling.front().at == drawn) continue;
-    const Seen& seen = travelling.front();
-    drawn = seen.at;
-    drawing.scene.watch(seen.events);
-    auto frame = drawing.draw(seen.joint_rad, seen.session_s);
+    if (travelling.empty() || !arrived(travelling.front()) || travelling.front().sight.at == drawn) continue;
+    const session::MachineSight& sight = travelling.front().sight;
+    drawn = sight.at;
+    auto frame = drawing.draw(sight);
     frame->number = ++number;
-    frame->captured = seen.at;
-    frames_.put(std::move(frame));
+    frame->captured = sight.at;
+    give_(std::move(frame));
   }
 }
 

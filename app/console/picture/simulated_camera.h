@@ -1,14 +1,13 @@
 // A camera on a simulated machine: the machine as it truly stands and the world around it, drawn from the camera's
-// place in a thread of its own, thirty times a second.
+// place in a thread of its own, thirty times a second. For the console, or for a sender of pictures.
 #pragma once
 
 #include <atomic>
-#include <cstdint>
+#include <functional>
 #include <memory>
 #include <thread>
 
-#include "app/console/console_view.h"
-#include "app/console/picture/live_scene.h"
+#include "app/session/machine_sight.h"
 #include "core/mailbox.h"
 #include "machine/description.h"
 #include "video/camera.h"
@@ -22,33 +21,35 @@ class SimulatedCamera {
   static constexpr int kWidth_px = 1280, kHeight_px = 720;
   static constexpr Duration kPeriod{33'333'333};
 
-  SimulatedCamera(const MachineDescription& machine, const CameraDescription& mount);
+  /// Gets each picture, in the thread that draws.
+  using Give = std::function<void(std::unique_ptr<video::Frame>)>;
+
+  /// @param give outlives this; none: pictures are kept for take(), the newest alone.
+  SimulatedCamera(const MachineDescription& machine, const CameraDescription& mount, Give give = {});
   ~SimulatedCamera();
   SimulatedCamera(const SimulatedCamera&) = delete;
   SimulatedCamera& operator=(const SimulatedCamera&) = delete;
 
-  // One thread; none of it waits.
+  // Each for one thread; none of it waits.
   /// Another session's world.
   void begin(const sim::WorldDescription& world);
-  /// What is so now. @param at when it was, by video::now(): what a picture of it is stamped with. @param delay how
-  /// long pictures travel.
-  void show(const ConsoleView& view, Time at, Duration delay);
+  /// What is so now: a picture of it is stamped with its time. Fit for a real-time step. @param delay how long pictures
+  /// travel.
+  void show(const session::MachineSight& sight, Duration delay = {}) noexcept { seen_.put({sight, delay}); }
   [[nodiscard]] std::unique_ptr<video::Frame> take() noexcept { return frames_.take(); }
   [[nodiscard]] video::CameraStatus status();
 
  private:
   struct Seen {
-    Time at{};
+    session::MachineSight sight;
     Duration delay{};
-    double session_s = 0;
-    JointVector joint_rad = JointVector::Zero();
-    sim::WorldEventRing events;
   };
   void run();
   void draw_all();
 
   const MachineDescription machine_;
   const CameraDescription mount_;
+  const Give give_;
   Mailbox<Seen> seen_;
   video::Newest<sim::WorldDescription> worlds_;
   video::Newest<video::Frame> frames_;

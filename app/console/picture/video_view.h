@@ -21,6 +21,8 @@ class VideoView {
   void upload(const video::Frame& frame);
   /// Width by height of the newest picture; 16:9 before there is one.
   [[nodiscard]] double aspect() const noexcept { return aspect_; }
+  [[nodiscard]] int width_px() const noexcept { return width_px_; }
+  [[nodiscard]] int height_px() const noexcept { return height_px_; }
   /// Fills the viewport of the bound framebuffer. @param live false: in dark grey. Nothing before there is a picture.
   void draw(const Viewport& viewport, bool live) const;
 

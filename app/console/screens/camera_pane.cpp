@@ -51,7 +51,8 @@ void CameraPane::add(CameraFeed feed) {
   cameras_.push_back({CameraWatch(std::move(feed)), nullptr});
 }
 
-void CameraPane::watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events) {
+bool CameraPane::watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events) {
+  bool came = false;
   std::vector<CameraWatch::News> news;
   stamps_.clear();
   for (Camera& camera : cameras_) {
@@ -60,11 +61,56 @@ void CameraPane::watch(Time now, const ConsoleView& view, double view_age_s, Eve
     stamps_.push_back(stamp_of(camera.watch, *frame, now, view.now + from_seconds(view_age_s)));
     if (!camera.video) camera.video = std::make_unique<picture::VideoView>();
     camera.video->upload(*frame);
+    came = true;
   }
+  if (align_) align_->watch(view, !measured_freshness(view).after(view_age_s).stale());
   for (const CameraWatch::News& n : news) events.add(view.now, view.run, n.severity, "camera", n.what);
+  return came;
+}
+
+std::optional<estimation::CameraFit> CameraPane::align(const MachineDescription& machine) {
+  if (!align_) {
+    if (large()) align_.emplace(machine, cameras_[shown_].watch.name());
+    return std::nullopt;
+  }
+  const estimation::CameraFit fit = align_->fit();
+  align_.reset();
+  return fit;
+}
+
+/// On the picture, and the marks of those before: a cross where the tip was clicked, a ring where the fit sees it.
+void CameraPane::take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture) {
+  const widgets::Theme& t = ui.theme;
+  ImGui::SetCursorScreenPos(picture.min);
+  ImGui::InvisibleButton("align", picture.size(), ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
+  if (ImGui::IsItemActivated()) {
+    const ImVec2 mouse = ImGui::GetIO().MousePos;
+    const Eigen::Vector2d share(static_cast<double>((mouse.x - picture.min.x) / picture.width()),
+                                static_cast<double>((mouse.y - picture.min.y) / picture.height()));
+    if (ImGui::IsMouseDown(ImGuiMouseButton_Right))
+      align_->undo();
+    else
+      align_->click(share, camera.video->width_px(), camera.video->height_px());
+  }
+  const auto at = [&picture](const Eigen::Vector2d& share) {
+    return ImVec2(picture.min.x + static_cast<float>(share.x()) * picture.width(),
+                  picture.min.y + static_cast<float>(share.y()) * picture.height());
+  };
+  const float arm = t.px(7);
+  for (const CameraAlign::Mark& mark : align_->marks()) {
+    const ImVec2 c = at(mark.clicked);
+    canvas().AddLine({c.x - arm, c.y}, {c.x + arm, c.y}, t.colours.notice, t.px(2));
+    canvas().AddLine({c.x, c.y - arm}, {c.x, c.y + arm}, t.colours.notice, t.px(2));
+    if (mark.fitted != mark.clicked) canvas().AddCircle(at(mark.fitted), arm, t.colours.notice, 0, t.px(2));
+  }
+  const widgets::Area below = widgets::Area(picture).inset(t.unit()).cut_bottom(t.px(66));
+  canvas().AddRectFilled({below.min.x - t.unit(0.5F), below.min.y - t.unit(0.5F)}, {below.max.x, below.max.y},
+                         t.colours.surface, t.px(6));
+  widgets::put_lines(t.fonts.small, t.colours.text, below, align_->words().c_str());
 }
 
 void CameraPane::next() noexcept {
+  align_.reset();
   if (cameras_.empty()) return;
   if (!machine_large_ && shown_ + 1 < cameras_.size()) {
     ++shown_;
@@ -102,6 +148,7 @@ widgets::Area CameraPane::place(const widgets::Ui& ui, const widgets::Area& pane
   placed_ = {picture, large(), camera.watch.state() == video::VideoState::kLive, &camera.watch.name(),
              camera.video.get()};
   write(ui, camera, picture);
+  if (align_ && large() && placed_->live) take_clicks(ui, camera, picture);
   if (large())
     widgets::put_text(t.fonts.small, t.colours.muted, {small.min.x - t.unit(), pane.max.y - t.px(18)},
                       widgets::Align::kRight, "V: view  X: machine");

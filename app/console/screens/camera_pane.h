@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "app/console/camera_watch.h"
 #include "app/console/console_view.h"
 #include "app/console/picture/video_view.h"
+#include "app/console/screens/camera_align.h"
 #include "app/console/widgets/widgets.h"
 
 namespace knuckle::console::screens {
@@ -23,14 +25,23 @@ namespace knuckle::console::screens {
 class CameraPane {
  public:
   void add(CameraFeed feed);
+  /// What the machine's side seals the pictures of a camera with, by its name.
+  void set_keys(const std::function<video::PictureKey(const std::string&)>& key_of) const {
+    for (const Camera& camera : cameras_) camera.watch.set_key(key_of(camera.watch.name()));
+  }
   [[nodiscard]] bool empty() const noexcept { return cameras_.empty(); }
   /// Once a frame: takes the newest pictures in, and notes what has happened. OpenGL's context is current.
-  /// @param now video::now(). @param view_age_s how much earlier the view was made.
-  void watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events);
+  /// @param now video::now(). @param view_age_s how much earlier the view was made. @return whether a picture has come.
+  bool watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events);
   /// Of the pictures that the last watch() took in.
   [[nodiscard]] const std::vector<recording::CameraStamp>& stamps() const noexcept { return stamps_; }
   /// The key: each camera in turn fills the pane, then the machine.
   void next() noexcept;
+
+  /// The key: begins to align the camera that fills the pane. @return what came of one that was begun before; nullopt:
+  /// none was.
+  std::optional<estimation::CameraFit> align(const MachineDescription& machine);
+  [[nodiscard]] bool aligning() const noexcept { return align_.has_value(); }
 
   /// Whether the camera, not the machine, fills the pane. One that never gave a picture does not.
   [[nodiscard]] bool large() const noexcept;
@@ -59,11 +70,13 @@ class CameraPane {
     bool had_picture() const noexcept { return watch.state() != video::VideoState::kNone; }
   };
   void write(const widgets::Ui& ui, const Camera& camera, const widgets::Area& area) const;
+  void take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture);
 
   std::vector<Camera> cameras_;
   std::vector<recording::CameraStamp> stamps_;
   std::size_t shown_ = 0;  ///< The camera that is shown, large or small.
   bool machine_large_ = false;
+  std::optional<CameraAlign> align_;  ///< Of the camera that is shown.
   std::optional<Placed> placed_;
 };
 

@@ -150,7 +150,7 @@ std::vector<ChosenCamera> cameras_of(const ConsoleOptions& o, const MachineDescr
   for (const std::string& text : o.cameras) {
     chosen.push_back({camera_source(o, text), std::nullopt});
     const video::CameraSource& camera = chosen.back().source;
-    if (camera.source != kSimulatedCamera) continue;
+    if (camera.source != programs::kSimulatedCamera) continue;
     const auto mount = std::find_if(machine.cameras.begin(), machine.cameras.end(),
                                     [&camera](const CameraDescription& c) { return c.name == camera.name; });
     if (mount == machine.cameras.end())
@@ -165,7 +165,7 @@ void add_cameras(ConsoleWindow& window, const std::vector<ChosenCamera>& cameras
     if (camera.mount)
       window.add_simulated_camera(*camera.mount);
     else
-      window.cameras().add(feed_of(camera.source));
+      window.cameras().add(feed_of(camera.source, window.bell()));
   }
 }
 
@@ -193,7 +193,12 @@ int run(const ConsoleOptions& o) {
   for (const std::string& note : loops.host->log().notes()) console.note(note);
   ConsoleRun run;
   run.keep_on = [&] { return !interrupt.pending(); };
-  if (loops.link) run.link_news = [&] { return tend_link(*loops.link, input, console, loops.host->now()); };
+  if (loops.link)
+    run.link_news = [&] {
+      if (const auto secret = loops.link->new_video_secret())
+        window.cameras().set_keys([&secret](const std::string& name) { return secure::video_key(*secret, name); });
+      return tend_link(*loops.link, input, console, loops.host->now());
+    };
   run.skip_to_s = o.at_s.value_or(0);
   run.duration_s = o.duration_s.value_or(o.screenshot.empty() ? programs::kLongestRun_s : 0);
   run.screenshot = o.screenshot;

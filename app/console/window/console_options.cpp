@@ -121,7 +121,7 @@ void check_cameras(const ConsoleOptions& o) {
     }
     if (!names.insert(camera.name).second)
       throw InputError("--camera " + camera.name + ": is given twice; each camera needs a name of its own");
-    if (camera.source != kSimulatedCamera)
+    if (camera.source != programs::kSimulatedCamera)
       video::check_source(camera);
     else if (!o.simulate)
       cli::refuse_option("--camera", text, "a simulated camera goes with --simulate");
@@ -196,12 +196,13 @@ video::CameraSource camera_source(const ConsoleOptions& o, const std::string& te
   const std::string place = camera.source.substr(kFromSlave.size());
   const SocketAddress address = parse_address(place, "--camera " + camera.name + "=" + std::string(kFromSlave));
   if (address.port() == 0) cli::refuse_option("--camera", text, "its port must be 1 to 65535");
-  if (!address.is_loopback() && o.link.insecure < 2)
+  const bool sealed = !o.simulate && o.link.insecure == 0;
+  if (!address.is_loopback() && !sealed && o.link.insecure < 2)
     cli::refuse_option(
         "--camera", text,
-        "pictures are not encrypted: they are taken at this computer's own addresses (127.0.0.1), or, in "
-        "a lab, elsewhere where --insecure is given twice; use a tunnel (docs/camera.md)");
-  camera.source = video::receiver_of(address.port(), parse_host_and_port(place).host);
+        "without a paired link pictures are not encrypted: they are taken at this computer's own addresses "
+        "(127.0.0.1), or, in a lab, elsewhere where --insecure is given twice (docs/camera.md)");
+  camera.source = video::receiver_of(address.port(), parse_host_and_port(place).host, sealed);
   return camera;
 }
 

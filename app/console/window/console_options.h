@@ -8,6 +8,7 @@
 #include "app/console/screens/ui_state.h"
 #include "app/console/window/window.h"
 #include "app/pairing/chosen_link.h"
+#include "app/programs/slave_cameras.h"
 #include "app/recordings/program_log.h"
 #include "app/replay/changed_setup.h"
 #include "app/session/options.h"
@@ -19,9 +20,6 @@ class App;
 
 namespace knuckle::console::window {
 
-/// A camera's source: one that is on the simulated machine by the camera's name in the machine's file.
-inline constexpr const char* kSimulatedCamera = "simulated";
-
 struct ConsoleOptions {
   bool simulate = false, demo = false, light = false, imperial = false, mute = false;
   bool scenario_given = false, seed_given = false;
@@ -32,7 +30,7 @@ struct ConsoleOptions {
   std::vector<std::string> beside;  ///< Likewise, beside it.
   replay::Changes changes;          ///< Of its re-run, beside it.
   std::string device = "keyboard", serial, candump;
-  std::vector<std::string> cameras;  ///< NAME=SOURCE each; the source may be kSimulatedCamera.
+  std::vector<std::string> cameras;  ///< NAME=SOURCE each; the source may be programs::kSimulatedCamera.
   std::optional<double> duration_s, at_s;
   double scale = 1;
   std::string size = "1280x800", screen = "operate", screenshot, json;

@@ -1,11 +1,15 @@
 #include "app/console/window/console_window.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "app/cli/output_file.h"
 #include "app/console/screens/picture_marks.h"
 #include "app/console/screens/screens.h"
+#include "core/error.h"
 #include "machine/pose.h"
 
 namespace knuckle::console::window {
@@ -72,8 +76,13 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   state_.pad = {};  // held as long as it is drawn
   watch(view);
   const Duration delay = from_seconds(1e-3 * static_cast<double>(state_.running.delay_ms));
-  for (const auto& camera : simulated_cameras_) camera->show(view, video::now() - from_seconds(view_age_s), delay);
-  cameras_.watch(video::now(), view, view_age_s, events);
+  const session::MachineSight sight{video::now() - from_seconds(view_age_s), view.simulated_s, view.truth.joint_rad,
+                                    view.truth.events};
+  for (const auto& camera : simulated_cameras_) camera->show(sight, delay);
+  bell_->quiet();
+  picture_came_ = cameras_.watch(video::now(), view, view_age_s, events);
+  if (picture_came_) picture_at_ = video::now();
+  if (std::exchange(align_asked_, false)) align_camera(view, events);
   sound(view, events, view_age_s);
   if (live_jump_) live_plots_.jump(*live_jump_ == KeyAction::kEventOn, events, view);
   live_jump_.reset();
@@ -81,6 +90,38 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   calibration_.update();
   if (state_.stop) calibration_.cancel();
   draw(view, loop, events, view_age_s);
+}
+
+/// Where pictures come, a frame that would begin just before one waits for it: begun, it would keep the picture
+/// waiting.
+void ConsoleWindow::show() {
+  constexpr Duration kSoon = 100ms, kPatience = 8ms;
+  const bool soon = !picture_came_ && picture_at_ != kNever && video::now() - picture_at_ < kSoon;
+  window_.end_frame(*bell_, soon ? kPatience : Duration{});
+}
+
+/// What came of it goes into a file that the machine's own can take in; from now on the picture is drawn over by it.
+void ConsoleWindow::align_camera(const ConsoleView& view, EventBook& events) {
+  const std::optional<estimation::CameraFit> fit = cameras_.align(facts_.machine);
+  if (!fit) return;
+  const std::string camera = "camera " + fit->camera.name + ": ";
+  const auto tell = [&](Severity severity, const std::string& what) {
+    events.add(view.now, view.run, severity, "camera", camera + what);
+  };
+  if (!fit->refused.empty()) return tell(Severity::kWarning, "not aligned: " + fit->refused);
+  auto& all = facts_.machine.cameras;
+  std::erase_if(all, [&fit](const CameraDescription& c) { return c.name == fit->camera.name; });
+  all.push_back(fit->camera);
+  const std::string path = "camera_" + fit->camera.name + ".toml";
+  try {
+    cli::OutputFile file("", path);
+    file.stream() << estimation::camera_block(*fit);
+    file.commit();
+    tell(Severity::kInfo,
+         fmt::format("aligned, residual {:.1f} px; the block for the machine's file is in {}", fit->rms_px, path));
+  } catch (const InputError& error) {
+    tell(Severity::kWarning, std::string("aligned, but ") + error.what());
+  }
 }
 
 void ConsoleWindow::make_sounds(bool muted) {
@@ -282,6 +323,9 @@ void ConsoleWindow::act(KeyAction action) {
       return;
     case KeyAction::kPicture:
       cameras_.next();
+      return;
+    case KeyAction::kAlign:
+      align_asked_ = true;
       return;
     case KeyAction::kTheme:
       state_.light = !state_.light;

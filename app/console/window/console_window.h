@@ -48,7 +48,9 @@ class ConsoleWindow {
   /// The same, and one frame of it, yet to be shown. @param view_age_s since the loops last put a view.
   void frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
   /// Shows the frame drawn and waits until the next is due.
-  void show() { window_.end_frame(); }
+  void show();
+  /// Rung for each picture of a camera: the next frame is drawn at once.
+  [[nodiscard]] const std::shared_ptr<video::Bell>& bell() const noexcept { return bell_; }
   /// What the person asks for now; nothing while a recording is shown. @param now of the loops' clock.
   [[nodiscard]] ConsoleInput input(Time now) const;
   /// The frame drawn last, as PNG. @throws InputError where the file cannot be written.
@@ -70,6 +72,7 @@ class ConsoleWindow {
   void sound(const ConsoleView& view, const EventBook& events, double view_age_s);
   void draw_pictures(const widgets::Area& machine, const std::optional<picture::Grid>& grid, bool stale,
                      const ConsoleView& view);
+  void align_camera(const ConsoleView& view, EventBook& events);
   void act(KeyAction action);
   void act_on_player(KeyAction action);
   void draw(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
@@ -96,7 +99,11 @@ class ConsoleWindow {
   screens::CameraPane cameras_;
   RecordingLight recording_;
   screens::PlayerPanel* player_ = nullptr;
+  std::shared_ptr<video::Bell> bell_ = std::make_shared<video::Bell>();
+  bool picture_came_ = false;  ///< With the frame drawn last.
+  Time picture_at_ = kNever;   ///< When the last one came.
   bool steady_ = false;
+  bool align_asked_ = false;
   std::optional<KeyAction> live_jump_;  ///< Asked for since the frame before.
   double zoom_ = 0;                     ///< Steps that keys have asked for since the frame before.
   double drawn_s_ = 0;                  ///< Time of the session drawn last.

@@ -7,7 +7,6 @@
 #include <backends/imgui_impl_opengl3.h>
 
 #include <algorithm>
-#include <thread>
 
 #include "app/console/keys.h"
 #include "app/console/window/png_file.h"
@@ -157,16 +156,18 @@ void Window::draw_widgets() {
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
-void Window::end_frame() {
+void Window::end_frame(video::Bell& pictures, std::chrono::nanoseconds patience) {
   glfwSwapBuffers(window_);
   if (full_speed_) return;
   // Where the display does not set the pace, or a faster one than is of use.
   const auto now = std::chrono::steady_clock::now();
   next_frame_ += kFramePeriod;
-  if (next_frame_ < now)
+  if (next_frame_ < now) {
     next_frame_ = now;
-  else
-    std::this_thread::sleep_until(next_frame_);
+    return;
+  }
+  const auto latest = next_frame_ + patience;
+  if (pictures.wait_until(latest) || patience.count() > 0) next_frame_ = std::chrono::steady_clock::now();
 }
 
 void Window::write_png(const std::string& path) const {

@@ -13,6 +13,7 @@
 #include "app/console/widgets/fonts.h"
 #include "app/console/widgets/theme.h"
 #include "app/console/window/grab_watch.h"
+#include "video/bell.h"
 
 struct GLFWwindow;
 
@@ -49,8 +50,9 @@ class Window {
   void clear();
   /// Draws ImGui's widgets.
   void draw_widgets();
-  /// Shows the frame and waits until the next is due.
-  void end_frame();
+  /// Shows the frame and waits until the next is due: at once where a picture comes, which is waited for a little
+  /// longer where `patience` says so.
+  void end_frame(video::Bell& pictures, std::chrono::nanoseconds patience);
   /// What has been drawn since clear(), as PNG. @throws InputError where the file cannot be written.
   void write_png(const std::string& path) const;
 

@@ -4,8 +4,16 @@
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "app/console/picture/camera.h"
+#include "machine/kinematics.h"
+#include "machine/load.h"
 #include "tests/console/window/canned_console.h"
 #include "tests/console/window/virtual_display.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -32,14 +40,14 @@ class CamerasInWindow : public testing::Test {
     console_->cameras().add({name, [this] { return std::move(next_); }, [this] { return status_; }});
   }
   /// A red picture that was captured so long ago.
-  void picture(Duration ago) {
-    static constexpr int kWidth = 64, kHeight = 36;
-    const auto pixels = std::make_shared<std::vector<std::uint8_t>>(4 * kWidth * kHeight);
+  void picture(Duration ago, int width_px = 64) {
+    const int height_px = width_px * 9 / 16;
+    const auto pixels = std::make_shared<std::vector<std::uint8_t>>(4 * width_px * height_px);
     for (std::size_t i = 0; i < pixels->size(); i += 4) (*pixels)[i] = 255;
     next_ = std::make_unique<video::Frame>();
-    *next_ = {.width_px = kWidth,
-              .height_px = kHeight,
-              .row_bytes = 4 * kWidth,
+    *next_ = {.width_px = width_px,
+              .height_px = height_px,
+              .row_bytes = 4 * width_px,
               .pixels = pixels->data(),
               .memory = pixels,
               .number = 1,
@@ -172,6 +180,105 @@ TEST_F(CamerasInWindow, LeaveTheirAgeToBeReadHoweverLongTheirNameIs) {
   }
   EXPECT_EQ(screens::camera_title(font, 160, "mast", "+0.04 s"), "mast  +0.04 s");
   EXPECT_EQ(screens::camera_title(font, 160, "mast", ""), "mast");
+}
+
+/// Aligning a camera that the machine's file does not know, which is where the one that it knows is.
+class AlignCamera : public CamerasInWindow {
+ protected:
+  void SetUp() override {
+    CamerasInWindow::SetUp();
+    if (IsSkipped()) return;
+    std::filesystem::current_path(folder_.path());  // where the result goes
+    add_camera("rear");
+    view_.machine.velocity_radps.setZero();
+    show();
+  }
+  void TearDown() override { std::filesystem::current_path(before_); }
+  void show() {
+    picture(kNotYet, 1280);
+    frames();
+  }
+  /// The machine in this pose, and a click where its tip is seen. @return whether that is on the picture.
+  bool click_tip(const JointVector& joint_rad) {
+    view_.machine.position_rad = joint_rad;
+    show();
+    const PlanarVector tip_m = Kinematics(machine_).tip(joint_rad);
+    const picture::Viewport port{.width_px = 1280, .height_px = 720};
+    const auto at =
+        picture::pixel_of(picture::mounted_camera(machine_, machine_.cameras.at(0)), port, {tip_m.x(), 0, tip_m.y()});
+    const Eigen::Vector2d share = at->cwiseQuotient(Eigen::Vector2d(1280, 720));
+    if (share.minCoeff() < 0.02 || share.maxCoeff() > 0.98 || (share.x() > 0.6 && share.y() > 0.5)) return false;
+    const auto [left, right] = red(true);
+    const auto [top, bottom] = red(false);
+    const auto x = static_cast<int>(std::lround(left + share.x() * (right - left)));
+    const auto y = static_cast<int>(std::lround(top + share.y() * (bottom - top)));
+    EXPECT_TRUE(xdotool("mousemove " + std::to_string(x) + " " + std::to_string(y)));
+    show();
+    EXPECT_TRUE(xdotool("mousedown 1"));
+    show();
+    EXPECT_TRUE(xdotool("mouseup 1"));
+    show();
+    return true;
+  }
+  /// From where to where the camera's picture is seen, as measured before anything was written on it.
+  std::array<double, 2> red(bool across) {
+    auto& [first, last] = edges_[across ? 0 : 1];
+    if (last > 0) return {first, last};
+    for (int i = 0; i < (across ? 1280 : 800); ++i)
+      if (at(across ? std::array{i, 300} : std::array{260, i}).is_red()) {
+        if (first == 0) first = i;
+        last = i + 1;
+      }
+    return {first, last};
+  }
+  int click_poses() {
+    int clicked = 0;
+    for (const double boom : {0.25, 0.55, 0.8})
+      for (const double arm : {-0.7, -1.2, -1.7}) clicked += click_tip({boom, arm, -0.5}) ? 1 : 0;
+    return clicked;
+  }
+
+  std::array<std::array<double, 2>, 2> edges_{};
+  const test::TemporaryFolder folder_;
+  const std::filesystem::path before_ = std::filesystem::current_path();
+  const MachineDescription machine_ = canned_facts().machine;
+};
+
+TEST_F(AlignCamera, FindsItByClicksOnTheTipAndSaysWhatRemains) {
+  red(true), red(false);
+  ASSERT_TRUE(xdotool("key k"));
+  show();
+  ASSERT_TRUE(console_->cameras().aligning());
+  ASSERT_GE(click_poses(), 6);
+  ASSERT_TRUE(xdotool("key k"));
+  show();
+  EXPECT_FALSE(console_->cameras().aligning());
+  EXPECT_NE(last_event().find("camera rear: aligned, residual "), std::string::npos) << last_event();
+  EXPECT_NE(last_event().find("camera_rear.toml"), std::string::npos) << last_event();
+  // Taken into the machine's file, it is where the other one is.
+  std::ifstream block("camera_rear.toml");
+  const std::string text = machine_.text + "\n" + std::string(std::istreambuf_iterator<char>(block), {});
+  std::ofstream("machine.toml") << text;
+  const MachineDescription with = load_machine("machine.toml");
+  ASSERT_EQ(with.cameras.size(), machine_.cameras.size() + 1);
+  const CameraDescription &found = with.cameras.back(), &there = machine_.cameras.at(0);
+  EXPECT_LT((found.position_m - there.position_m).norm(), 0.1);
+  EXPECT_NEAR(found.pan_rad, there.pan_rad, 0.03);
+  EXPECT_NEAR(found.tilt_rad, there.tilt_rad, 0.03);
+  show();
+  EXPECT_GT(share_covered(), 0.005) << "drawn over by it from now on";
+}
+
+TEST_F(AlignCamera, TakesNoClickWhileTheMachineMovesAndWritesNothingThatIsRefused) {
+  red(true), red(false);
+  ASSERT_TRUE(xdotool("key k"));
+  show();
+  view_.machine.velocity_radps = {0, 0.1, 0};
+  (void)click_poses();
+  ASSERT_TRUE(xdotool("key k"));
+  show();
+  EXPECT_NE(last_event().find("camera rear: not aligned: 0 of at least 6 poses"), std::string::npos) << last_event();
+  EXPECT_EQ(folder_.count(), 0);
 }
 
 TEST(VideoAlarm, SaysHowOldThePictureIs) {

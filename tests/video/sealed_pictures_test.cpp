@@ -1,0 +1,206 @@
+// Pictures sealed on their way: who has no key, another one, or what was sent before, shows nothing.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/video/lossy_wire.h"
+#include "tests/video/patience.h"
+#include "video/camera.h"
+#include "video/sender.h"
+
+namespace knuckle::video {
+namespace {
+
+constexpr const char* kBall =
+    "videotestsrc is-live=true pattern=ball ! video/x-raw,width=320,height=180,framerate=30/1";
+constexpr const char* kSnow =
+    "videotestsrc is-live=true pattern=snow ! video/x-raw,width=640,height=360,framerate=30/1";
+
+PictureKey key_of(std::uint8_t seed) {
+  PictureKey key;
+  key.fill(seed);
+  return key;
+}
+
+/// A sender and a receiver, and between them whoever listens, keeps, changes and says again.
+class SealedPictures : public testing::Test {
+ protected:
+  [[nodiscard]] SenderSetup setup(const char* source = kBall) const {
+    return {{"mast", source}, "127.0.0.1", wire_.port(), 4000, true};
+  }
+  [[nodiscard]] std::vector<LossyWire::Bytes> overheard() {
+    const std::lock_guard lock(mutex_);
+    return overheard_;
+  }
+  /// Every so many packets from now on are changed in one bit; 0: none.
+  std::atomic<unsigned> changed_{0};
+
+  const std::uint16_t port_ = LossyWire(1, 0).port();
+  std::mutex mutex_;
+  std::vector<LossyWire::Bytes> overheard_;
+  unsigned count_ = 0;
+  LossyWire wire_{port_, 0, {}, [this](LossyWire::Bytes& bytes) {
+                    const std::lock_guard lock(mutex_);
+                    overheard_.push_back(bytes);
+                    if (changed_ > 0 && ++count_ % changed_ == 0) bytes[bytes.size() / 2] ^= 0x10;
+                  }};
+  Camera camera_{{"mast", receiver_of(port_, "127.0.0.1", true)}};
+};
+
+TEST_F(SealedPictures, AreSeenWithTheSendersKeyAndStampedAsEver) {
+  Sender sender(setup());
+  sender.set_key(key_of(1));
+  camera_.set_key(key_of(1));
+  for (int i = 0; i < 20; ++i) {
+    const auto frame = next_frame(camera_);
+    ASSERT_NE(frame, nullptr) << camera_.status().why.data();
+    EXPECT_EQ(frame->stamp_from, StampFrom::kSender);
+  }
+  EXPECT_EQ(camera_.status().refused, 0u);
+}
+
+/// Whether a packet's payload begins as one of H.264 over RTP does (RFC 6184).
+bool looks_like_h264(const LossyWire::Bytes& packet) {
+  std::size_t at = 12;
+  if ((packet[0] & 0x10) != 0) at += 4 + std::size_t{4} * static_cast<std::size_t>(packet[14] << 8 | packet[15]);
+  const unsigned header = packet.at(at), type = header & 0x1F;
+  return header < 0x80 && (type == 1 || (type >= 5 && type <= 9) || type == 24 || type == 28);
+}
+double share_of_h264(const std::vector<LossyWire::Bytes>& packets) {
+  const auto count = std::count_if(packets.begin(), packets.end(), looks_like_h264);
+  return static_cast<double>(count) / static_cast<double>(packets.size());
+}
+
+TEST_F(SealedPictures, ShowNothingOfThePictureOnTheWay) {
+  Sender sender(setup(kSnow));
+  sender.set_key(key_of(1));
+  ASSERT_TRUE(comes([&] { return overheard().size() > 500; }));
+  EXPECT_LT(share_of_h264(overheard()), 0.3);
+}
+
+TEST_F(SealedPictures, AreToldFromPlainOnesByTheirBytes) {
+  SenderSetup plain = setup(kSnow);
+  plain.sealed = false;
+  const Sender sender(plain);
+  ASSERT_TRUE(comes([&] { return overheard().size() > 500; }));
+  EXPECT_EQ(share_of_h264(overheard()), 1);
+}
+
+TEST_F(SealedPictures, AreNotSentBeforeThereIsAKey) {
+  Sender sender(setup());
+  ASSERT_TRUE(comes([&] { return sender.pictures() > 30; }));
+  EXPECT_TRUE(overheard().empty());
+  sender.set_key(key_of(1));
+  EXPECT_TRUE(comes([&] { return !overheard().empty(); }));
+}
+
+TEST_F(SealedPictures, DoNotOpenWithAnotherKeyAndThatIsCountedAndSaid) {
+  Sender sender(setup());
+  sender.set_key(key_of(1));
+  camera_.set_key(key_of(2));
+  ASSERT_TRUE(comes([&] { return camera_.status().troubles > 0; }));  // gives up after 10 s without a picture
+  EXPECT_EQ(camera_.take(), nullptr);
+  EXPECT_GT(camera_.status().refused, 100u);
+  const std::string line = camera_.status().why.data();
+  EXPECT_NE(line.find("packets came that this session's key does not open"), std::string::npos) << line;
+}
+
+TEST_F(SealedPictures, WaitForASessionAndSayThat) {
+  Sender sender(setup());
+  sender.set_key(key_of(1));
+  ASSERT_TRUE(comes([&] { return camera_.status().troubles > 0; }));
+  EXPECT_EQ(camera_.take(), nullptr);
+  EXPECT_NE(std::string(camera_.status().why.data()).find("there is no session yet"), std::string::npos);
+}
+
+TEST_F(SealedPictures, LoseWhatWasChangedOnTheWayAndNothingElse) {
+  Sender sender(setup(kSnow));
+  sender.set_key(key_of(1));
+  camera_.set_key(key_of(1));
+  ASSERT_NE(next_frame(camera_), nullptr);
+  changed_ = 20;
+  EXPECT_TRUE(comes([&] { return camera_.status().refused > 50; }));
+  changed_ = 0;
+  EXPECT_NE(next_frame(camera_), nullptr);
+  changed_ = 1;  // each
+  EXPECT_TRUE(comes([&] { return camera_.status().troubles > 0; }));
+  EXPECT_EQ(camera_.status().playing, false);
+}
+
+TEST_F(SealedPictures, AreNotShownAgainAlsoWhereTheReceiverHasBegunAnew) {
+  std::vector<LossyWire::Bytes> kept;
+  {
+    Sender sender(setup());
+    sender.set_key(key_of(1));
+    camera_.set_key(key_of(1));
+    for (int i = 0; i < 40; ++i) ASSERT_NE(next_frame(camera_), nullptr);
+    kept = overheard();
+  }
+  const auto say_again = [&] {
+    for (const LossyWire::Bytes& packet : kept) wire_.inject(packet);
+  };
+  const auto nothing_comes_of_it = [&] {
+    std::this_thread::sleep_for(100ms);  // what was on its way
+    (void)camera_.take();
+    const std::uint64_t before = camera_.status().refused;
+    say_again();
+    EXPECT_TRUE(comes([&] { return camera_.status().refused >= before + kept.size() - 1; }));
+    EXPECT_EQ(camera_.take(), nullptr);
+  };
+  std::this_thread::sleep_for(2500ms);  // the change of keys is over: what is refused counts
+  nothing_comes_of_it();
+  const std::uint32_t troubles = camera_.status().troubles;
+  ASSERT_TRUE(comes([&] { return camera_.status().troubles > troubles; }));  // no picture for 5 s
+  std::this_thread::sleep_for(1s);                                           // connected again
+  nothing_comes_of_it();
+}
+
+TEST_F(SealedPictures, GoOnThroughAChangeOfKeysWhoeverHasTheNewOneFirst) {
+  Sender sender(setup());
+  sender.set_key(key_of(1));
+  camera_.set_key(key_of(1));
+  ASSERT_NE(next_frame(camera_), nullptr);
+  for (std::uint8_t key = 2; key < 6; ++key) {
+    if (key % 2 == 0) camera_.set_key(key_of(key));
+    sender.set_key(key_of(key));
+    std::this_thread::sleep_for(30ms);
+    camera_.set_key(key_of(key));
+    for (int i = 0; i < 40; ++i) ASSERT_NE(next_frame(camera_), nullptr);
+  }
+  EXPECT_EQ(camera_.status().refused, 0u);
+  EXPECT_EQ(camera_.status().troubles, 0u);
+}
+
+TEST_F(SealedPictures, AreSeenOnWhereTheSendersCameraBeginsAnew) {
+  Sender sender(
+      setup("videotestsrc is-live=true num-buffers=20 pattern=ball ! video/x-raw,width=320,height=180,framerate=30/1"));
+  sender.set_key(key_of(1));
+  camera_.set_key(key_of(1));
+  ASSERT_TRUE(comes([&] {
+    (void)camera_.take();
+    return sender.status().troubles >= 3;  // the stream has ended, again and again
+  }));
+  ASSERT_NE(next_frame(camera_), nullptr);
+  EXPECT_EQ(camera_.status().refused, 0u);
+}
+
+TEST_F(SealedPictures, AreSeenAgainAfterTheSenderHasBegunAnew) {
+  {
+    Sender sender(setup());
+    sender.set_key(key_of(1));
+    camera_.set_key(key_of(1));
+    ASSERT_NE(next_frame(camera_), nullptr);
+  }
+  // Another program of the machine's side is another session, with another key.
+  Sender sender(setup());
+  sender.set_key(key_of(2));
+  camera_.set_key(key_of(2));
+  ASSERT_NE(next_frame(camera_), nullptr);
+}
+
+}  // namespace
+}  // namespace knuckle::video
