@@ -254,13 +254,9 @@ TEST(CommissionResume, StopsWhereAPresetOfTheRunBeforeIsLost) {
   WizardProgress kept;
   kept.completed = kStrokes;
   for (AxisResult& axis : kept.axes) axis.preset = true;
-  MachineDescription longer = solar();
-  for (CylinderDescription& cylinder : longer.cylinders) {
-    cylinder.min_length_m += 0.4;
-    cylinder.max_length_m += 0.4;
-  }
-  const auto no_tape = [](BusAccess& access) { access.tape_m = [](int) { return std::optional<double>(); }; };
-  const Outcome outcome = commission(bus, start(), longer, no_tape, {kept, {}});
+  // An encoder that shows another length than any that its cylinder has.
+  const auto lost = [](BusAccess& access) { access.tape_m = [](int) { return std::optional(5.0); }; };
+  const Outcome outcome = commission(bus, start(), solar(), lost, {kept, {}});
   EXPECT_NE(outcome.ended.find("the preset is lost; begin anew"), std::string::npos) << outcome.ended;
   EXPECT_FALSE(outcome.pilot);
 }

@@ -63,15 +63,5 @@ TEST_F(KeyboardFocus, IsSeenAsARingAroundEverythingThatItReaches) {
   EXPECT_FALSE(state().stop) << "moving about presses nothing";
 }
 
-TEST_F(KeyboardFocus, EnterPressesWhatIsRinged) {
-  does("key F6");
-  for (int i = 0; i < 60 && state().events.least_severity == 0; ++i) {
-    press(i % 2 == 0 ? "Tab" : "Right");
-    const Box box = focused().box;
-    if (box.top > 120 && box.bottom < 170 && box.left > 180 && box.right < 310) press("Return");  // "Warnings"
-  }
-  EXPECT_EQ(state().events.least_severity, 1);
-}
-
 }  // namespace
 }  // namespace knuckle::console::window
