@@ -33,7 +33,7 @@ std::string line_with(const std::string& text, const std::string& what) {
 /// An operator's end that is paired, and a camera of the machine's side with the keys of its session.
 struct Viewer {
   Viewer(const std::string& address, const std::string& keys, std::uint16_t port, const std::string& name)
-      : link(pairing::ChosenLink::connect({.address = address, .keys = keys})),
+      : link(pairing::ChosenLink::connect(options(address, keys))),
         camera({name, video::receiver_of(port, "127.0.0.1", true)}),
         camera_name(name) {}
   /// As a loop and a window do.
@@ -45,6 +45,12 @@ struct Viewer {
       if (const auto secret = link.new_video_secret()) camera.set_key(secure::video_key(*secret, camera_name));
       return so();
     });
+  }
+  static pairing::LinkOptions options(const std::string& address, const std::string& keys) {
+    pairing::LinkOptions o;
+    o.address = address;
+    o.keys = keys;
+    return o;
   }
   pairing::ChosenLink link;
   video::Camera camera;

@@ -271,7 +271,7 @@ TEST(DeepDismantleByPictureThreads, AWholeDismantleByKeysAndTheCamerasPictureAlo
   for (const nlohmann::json& fault : json.at("faults")) EXPECT_TRUE(stood_still.contains(fault.at("code"))) << fault;
 }
 
-TEST(DismantleByPictureThreads, TheWallIsFoundAndTouchedByTheCamerasPictureAlone) {
+TEST(DeepDismantleByPictureThreads, TheWallIsFoundAndTouchedByTheCamerasPictureAlone) {
   ByPicture work;
   ASSERT_TRUE(work.until({}, 60, [&] { return work.sees(); })) << "a picture with the bucket in it";
   ASSERT_TRUE(work.engage()) << told(work);
