@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "app/console/screens/console_data.h"
+
 namespace knuckle::console::screens {
 namespace {
 
