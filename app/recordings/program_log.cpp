@@ -11,10 +11,10 @@
 
 namespace knuckle::recordings {
 
-void add_log_options(CLI::App& command, LogOptions& options) {
+void add_log_options(CLI::App& command, LogOptions& options, const std::string& without_log) {
   command.add_option("--log", options.folder,
-                     "Folder for recordings and flight records (default: ~/.local/state/knuckle/recordings)");
-  command.add_flag("--no-log", options.off, "Record nothing but the last half minute of every fault and stop");
+                     "Folder for what is recorded (default: ~/.local/state/knuckle/recordings)");
+  command.add_flag("--no-log", options.off, without_log);
 }
 
 void check_log(const LogOptions& options) {

@@ -21,7 +21,10 @@ struct LogOptions {
   std::string folder;  ///< Empty: recording::default_folder().
   bool off = false;
 };
-void add_log_options(CLI::App& command, LogOptions& options);
+/// @param without_log help of --no-log: what is kept nevertheless.
+void add_log_options(
+    CLI::App& command, LogOptions& options,
+    const std::string& without_log = "Record nothing but the last half minute of every fault and stop");
 /// @throws InputError where both are given.
 void check_log(const LogOptions& options);
 
