@@ -8,14 +8,12 @@ namespace {
 std::int64_t ns_of(Time at) {
   return at.time_since_epoch().count();
 }
-Time get_time(CdrReader& in) {
-  return Time(Duration(in.get<std::int64_t>()));
-}
 
 }  // namespace
 
 std::string camera_stamp_schema() {
-  return "# A picture of a camera, without the picture.\n"
+  return "# A picture of a camera, without the picture. The session clock is that of the newest step that\n"
+         "# the console has seen: up to 5 ms early, and it stands still while a session is paused.\n"
          "int64 time_ns        # session clock, when it was taken to be shown\n"
          "string camera\n"
          "uint64 number        # counts the camera's pictures from 1\n"
@@ -39,21 +37,6 @@ std::vector<std::uint8_t> encode_camera_stamp(const CameraStamp& stamp) {
   out.put(stamp.age_s);
   room.resize(out.size());
   return room;
-}
-
-std::optional<CameraStamp> decode_camera_stamp(std::span<const std::uint8_t> message) {
-  CdrReader in(message);
-  CameraStamp stamp;
-  stamp.at = get_time(in);
-  stamp.camera = in.get_text();
-  in.get(stamp.number);
-  in.get(stamp.connection);
-  stamp.senders_clock = in.get<std::uint8_t>() != 0;
-  stamp.captured = get_time(in);
-  stamp.received = get_time(in);
-  in.get(stamp.age_s);
-  if (!in.ok() || in.at() != message.size()) return std::nullopt;
-  return stamp;
 }
 
 }  // namespace knuckle::recording

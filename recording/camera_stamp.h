@@ -1,9 +1,9 @@
-// When a camera's picture was captured, came in and was shown or sent: one message a picture, without the picture.
+// When a camera's picture was captured, came in and was shown: one message a picture, without the picture. Session
+// times in it are those of the newest step that the console has seen: up to 5 ms early, and they stand still while a
+// session is paused.
 #pragma once
 
 #include <cstdint>
-#include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -26,7 +26,5 @@ struct CameraStamp {
 
 [[nodiscard]] std::string camera_stamp_schema();
 [[nodiscard]] std::vector<std::uint8_t> encode_camera_stamp(const CameraStamp& stamp);
-/// nullopt where the message is none of these.
-[[nodiscard]] std::optional<CameraStamp> decode_camera_stamp(std::span<const std::uint8_t> message);
 
 }  // namespace knuckle::recording
