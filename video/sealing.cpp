@@ -16,6 +16,7 @@ namespace {
 constexpr std::uint64_t kMostStreamsAhead = 1024;  // that a sender may have begun unheard; bounds what forged ones cost
 constexpr Duration kChange = 2s;                   // within it both ends have the new key
 constexpr int kMarkShift = 16;
+constexpr std::uint16_t kLastStream = 0xFFFF;
 
 Owned<GstBuffer> buffer_of(const PictureKey& key) {
   return Owned<GstBuffer>(gst_buffer_new_memdup(key.data(), key.size()));
@@ -45,9 +46,10 @@ void probe(GstElement* element, const char* pad_name, GstPadProbeType type, GstP
 
 }  // namespace
 
-void Sealer::set_key(const PictureKey& key) {
+void Sealer::set_key(const std::optional<PictureKey>& key) {
   const std::lock_guard lock(mutex_);
   given_ = key;
+  untaken_ = true;
 }
 
 void Sealer::begin(GstElement* pipeline) {
@@ -65,38 +67,44 @@ void Sealer::begin(GstElement* pipeline) {
 /// Before the packet that it seals first: no other one may go out with that stream's number.
 void Sealer::take_key() {
   const std::lock_guard lock(mutex_);
+  if (!std::exchange(untaken_, false)) return;
+  open_ = given_.has_value();
+  anew_ = true;
   if (!given_ || given_ == key_) return;
   key_ = *given_;
   mark_ = mark_of(*key_);
-  stream_ = 0;
-  anew_ = true;
+  stream_ = first_;
   g_object_set(element_, "key", buffer_of(*key_).get(), nullptr);
 }
 
-void Sealer::number(GstBuffer* packet) {
+/// @return false where it must not be sent: no stream of this key is left.
+bool Sealer::number(GstBuffer* packet) {
   GstRTPBuffer rtp = GST_RTP_BUFFER_INIT;
-  if (gst_rtp_buffer_map(packet, GST_MAP_READWRITE, &rtp) == FALSE) return;
+  if (gst_rtp_buffer_map(packet, GST_MAP_READWRITE, &rtp) == FALSE) return false;
   const std::uint16_t sequence = gst_rtp_buffer_get_seq(&rtp);
-  if (anew_ || sequence < sequence_) ++stream_;
+  const bool next = anew_ || sequence < sequence_;
+  if (next && stream_ == kLastStream) open_ = false;
+  if (next && open_) ++stream_;
   anew_ = false;
   sequence_ = sequence;
   gst_rtp_buffer_set_ssrc(&rtp, static_cast<guint32>(mark_) << kMarkShift | stream_);
   gst_rtp_buffer_unmap(&rtp);
+  return open_;
 }
 
 GstPadProbeReturn Sealer::on_packets(GstPad* /*pad*/, GstPadProbeInfo* info, gpointer self) {
   auto* sealer = static_cast<Sealer*>(self);
   sealer->take_key();
-  if (!sealer->key_) return GST_PAD_PROBE_DROP;
+  if (!sealer->open_) return GST_PAD_PROBE_DROP;
   if ((GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_BUFFER) != 0) {
     GstBuffer* packet = gst_buffer_make_writable(GST_PAD_PROBE_INFO_BUFFER(info));
     GST_PAD_PROBE_INFO_DATA(info) = packet;
-    sealer->number(packet);
-    return GST_PAD_PROBE_OK;
+    return sealer->number(packet) ? GST_PAD_PROBE_OK : GST_PAD_PROBE_DROP;
   }
   GstBufferList* packets = gst_buffer_list_make_writable(GST_PAD_PROBE_INFO_BUFFER_LIST(info));
   GST_PAD_PROBE_INFO_DATA(info) = packets;
-  for (guint i = 0; i < gst_buffer_list_length(packets); ++i) sealer->number(gst_buffer_list_get_writable(packets, i));
+  for (guint i = 0; i < gst_buffer_list_length(packets); ++i)
+    if (!sealer->number(gst_buffer_list_get_writable(packets, i))) return GST_PAD_PROBE_DROP;
   return GST_PAD_PROBE_OK;
 }
 
@@ -105,7 +113,8 @@ void Opener::set_key(const PictureKey& key) {
   if (current_ && current_->key == key) return;
   previous_ = current_;
   current_ = Known{key, mark_of(key), 0, 0};
-  changed_at_ = now();
+  younger_ = older_ = 0;
+  changed_at_ = aged_at_ = now();
 }
 
 void Opener::begin(GstElement* pipeline) {
@@ -130,11 +139,21 @@ void Opener::forget_streams() {
 void Opener::tend() {
   {
     const std::lock_guard lock(mutex_);
+    count(now());
     if (element_ == nullptr || !previous_ || changing(now())) return;
     previous_.reset();
     forget_streams();
   }
   g_signal_emit_by_name(element_, "clear-keys");
+  const std::lock_guard lock(mutex_);
+  forget_streams();  // what passed meanwhile is forgotten by GStreamer, too
+}
+
+/// What was refused counts once a while has passed without another key: a change may have reached the sender first.
+void Opener::count(Time now) {
+  if (now - aged_at_ < kChange) return;
+  aged_at_ = now;
+  refused_.fetch_add(std::exchange(older_, std::exchange(younger_, 0)), std::memory_order_relaxed);
 }
 
 bool Opener::changing(Time now) const {
@@ -144,7 +163,7 @@ bool Opener::changing(Time now) const {
 /// One that has arrived and did not pass, by the time that the next one arrives.
 void Opener::settle(Time now) {
   if (std::exchange(under_way_, 0) == 0) return;
-  if (current_ && !changing(now)) refused_.fetch_add(1, std::memory_order_relaxed);
+  if (current_ && !changing(now)) ++younger_;
 }
 
 std::string Opener::advice() const {

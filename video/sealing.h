@@ -3,8 +3,8 @@
 //
 // A stream's SSRC says which key seals it (16 bits made of the key) and counts up (16 bits) each time the sequence
 // numbers wrap or the sender begins anew. So SRTP's rollover counter is always 0, whoever begins to receive late finds
-// in, no nonce is ever used twice, and what was sent before can be told from what comes after, also by a receiver that
-// has itself begun anew.
+// in, no nonce is used twice, and what was sent before can be told from what comes after, also by a receiver that has
+// itself begun anew. A key whose 65 535 streams are used up seals nothing more: nothing is sent until the next key.
 #pragma once
 
 #include <gst/gst.h>
@@ -26,11 +26,13 @@ inline constexpr const char* kSealer =
     "srtpenc name=sealer rtp-cipher=aes-128-gcm rtp-auth=null rtcp-cipher=aes-128-gcm rtcp-auth=null";
 inline constexpr const char* kOpener = "srtpdec name=opener";
 
-/// In a sender's pipeline: nothing passes before there is a key.
+/// In a sender's pipeline: nothing passes without a key.
 class Sealer {
  public:
-  /// Any thread; from the next packet on.
-  void set_key(const PictureKey& key);
+  /// @param streams of each key that count as used already: for tests.
+  explicit Sealer(std::uint16_t streams = 0) : first_(streams) {}
+  /// Any thread; from the next packet on. nullopt: nothing passes any more.
+  void set_key(const std::optional<PictureKey>& key);
   /// A pipeline that is to run, with its packets from an element named "payloader"; one without a sealer is left alone.
   void begin(GstElement* pipeline);
 
@@ -38,14 +40,17 @@ class Sealer {
   static GstPadProbeReturn on_packets(GstPad* pad, GstPadProbeInfo* info, gpointer self);
   // In the thread that streams.
   void take_key();
-  void number(GstBuffer* packet);
+  [[nodiscard]] bool number(GstBuffer* packet);
 
   std::mutex mutex_;
-  std::optional<PictureKey> given_;  // and not yet taken
+  std::optional<PictureKey> given_;
+  bool untaken_ = false;
 
+  const std::uint16_t first_;
   GstElement* element_ = nullptr;
-  std::optional<PictureKey> key_;
-  bool anew_ = true;  // the next packet begins a stream
+  std::optional<PictureKey> key_;  // the last one: given again, it goes on where it was
+  bool open_ = false;              // there is a key, and streams of it are left
+  bool anew_ = true;               // the next packet begins a stream
   std::uint16_t mark_ = 0, stream_ = 0, sequence_ = 0;
 };
 
@@ -59,7 +64,7 @@ class Opener {
   void begin(GstElement* pipeline);
   /// Often, in any one thread, while it runs.
   void tend();
-  /// Packets that did not pass; those of the moment in which both ends change keys are not counted.
+  /// Packets that did not pass; counted two to four seconds later, and only where no change of keys explains them.
   [[nodiscard]] std::uint64_t refused() const noexcept { return refused_.load(std::memory_order_relaxed); }
   /// What to look at where no picture comes; empty: nothing is known here.
   [[nodiscard]] std::string advice() const;
@@ -77,14 +82,17 @@ class Opener {
   [[nodiscard]] bool is_new(std::uint32_t ssrc, std::uint16_t sequence);
   [[nodiscard]] Known* known(std::uint32_t ssrc);  // mutex_ is held, as in the next
   void settle(Time now);
+  void count(Time now);
   [[nodiscard]] bool changing(Time now) const;
   void forget_streams();
 
   mutable std::mutex mutex_;  // of threads that are not real-time
   std::optional<Known> current_, previous_;
   Time changed_at_ = kNever;
-  GstElement* element_ = nullptr;  // of the pipeline that runs
-  std::uint64_t under_way_ = 0;    // of the streaming thread: arrived, and neither passed nor counted
+  GstElement* element_ = nullptr;          // of the pipeline that runs
+  std::uint64_t under_way_ = 0;            // arrived, and neither passed nor refused
+  std::uint64_t younger_ = 0, older_ = 0;  // refused, and not yet counted
+  Time aged_at_{};                         // when the younger ones became the older ones
   std::atomic<std::uint64_t> refused_{0};
 };
 

@@ -56,9 +56,11 @@ Owned<GstBuffer> wrapped(std::unique_ptr<Frame> frame) {
 }  // namespace
 
 CameraSource given_pictures(const std::string& name, int width_px, int height_px) {
-  return {name, fmt::format("appsrc name={} is-live=true format=time leaky-type=downstream max-buffers=1 max-bytes=0 "
-                            "caps=\"video/x-raw,format=RGBx,framerate=30/1,width={},height={}\"",
-                            kGiven, width_px, height_px)};
+  return {name,
+          fmt::format("appsrc name={} is-live=true format=time leaky-type=downstream max-buffers=1 max-bytes=0 "
+                      "caps=\"video/x-raw,format=RGBx,framerate=30/1,width={},height={}\"",
+                      kGiven, width_px, height_px),
+          true};
 }
 
 std::string pipeline_of(const SenderSetup& setup) {
@@ -96,7 +98,7 @@ class Sender::Writer {
 
   void set_rate(int kbps) noexcept { rate_kbps_.store(kbps, std::memory_order_relaxed); }
   void give(std::unique_ptr<Frame> frame);
-  void set_key(const PictureKey& key) { sealer_.set_key(key); }
+  void set_key(const std::optional<PictureKey>& key) { sealer_.set_key(key); }
   bool take(CameraStatus& status) noexcept { return runner_.take(status); }
   [[nodiscard]] std::uint64_t pictures() const noexcept { return runner_.counted(); }
 
@@ -149,7 +151,7 @@ void Sender::Writer::give(std::unique_ptr<Frame> frame) {
   if (!given_) return;
   const GstClockTime begun = gst_element_get_base_time(given_.get());
   const auto captured = static_cast<GstClockTime>(frame->captured.time_since_epoch().count());
-  if (captured < begun) return;  // before it ran
+  if (begun == 0 || captured < begun) return;  // it did not run yet
   Owned<GstBuffer> buffer = wrapped(std::move(frame));
   GST_BUFFER_PTS(buffer.get()) = captured - begun;
   gst_app_src_push_buffer(GST_APP_SRC(given_.get()), buffer.release());
@@ -183,7 +185,7 @@ void Sender::give(std::unique_ptr<Frame> frame) {
   writer_->give(std::move(frame));
 }
 
-void Sender::set_key(const PictureKey& key) {
+void Sender::set_key(const std::optional<PictureKey>& key) {
   writer_->set_key(key);
 }
 

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "video/frame.h"
@@ -45,8 +46,8 @@ class Sender {
 
   /// One thread: the newest picture of given_pictures(); those that the encoder has not taken yet are dropped.
   void give(std::unique_ptr<Frame> frame);
-  /// Any thread: what pictures are sealed with from the next packet on.
-  void set_key(const PictureKey& key);
+  /// Any thread: what pictures are sealed with from the next packet on; nullopt: nothing is sent.
+  void set_key(const std::optional<PictureKey>& key);
   /// Any thread; never waits. Takes effect within 0.1 s.
   void set_rate(int kbps) noexcept;
   /// One thread.

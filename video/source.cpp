@@ -46,7 +46,7 @@ CameraSource parse_source(const std::string& text) {
         "--camera " + shortened(text) +
         ": must be NAME=SOURCE, such as mast=rtsp://192.0.2.9/live or mast='v4l2src ! decodebin'; the name "
         "is made of letters, digits, - and _");
-  return {std::string(name), text.substr(equals + 1)};
+  return {std::string(name), text.substr(equals + 1), false};
 }
 
 std::string pictures_of(const CameraSource& source) {

@@ -8,6 +8,7 @@ namespace knuckle::video {
 struct CameraSource {
   std::string name;
   std::string source;  ///< A URI (rtsp://..., v4l2:///dev/video0), or a pipeline as gst-launch-1.0 takes it.
+  bool given = false;  ///< Pictures come by Sender::give().
 };
 
 /// "NAME=SOURCE". @throws InputError, one line, where it is anything else.

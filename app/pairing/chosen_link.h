@@ -57,11 +57,9 @@ class ChosenLink {
   };
   /// What has happened to it since the last call, and its problem; what repeats is left out for a while.
   [[nodiscard]] std::vector<cli::News> news(const Watch* watch = nullptr);
-  /// Of a secure session that is there since the last call: what keys for pictures are made of.
-  [[nodiscard]] std::optional<secure::VideoSecret> new_video_secret() noexcept {
-    secure::VideoSecret secret;
-    return secure_ && secure_->take(secret) ? std::optional(secret) : std::nullopt;
-  }
+  /// What keys for pictures are made of, of the secure session; nullopt once it has ended. False, and secret untouched,
+  /// where it is the same as at the last call.
+  bool take(std::optional<secure::VideoSecret>& secret) noexcept { return secure_ && secure_->take(secret); }
   /// Tells the far end that nobody is here, after the loop has ended.
   void close() noexcept {
     if (secure_) secure_->close();

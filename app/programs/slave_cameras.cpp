@@ -1,12 +1,12 @@
 #include "app/programs/slave_cameras.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <set>
 #include <utility>
 
 #include "app/cli/command.h"
 #include "core/error.h"
+#include "machine/find_camera.h"
 #include "transport/socket_address.h"
 
 namespace knuckle::programs {
@@ -26,18 +26,12 @@ void add_camera_options(CLI::App& c, CameraOptions& o) {
 
 namespace {
 
-const CameraDescription* mount_of(const MachineDescription& machine, const std::string& name) {
-  const auto mount = std::find_if(machine.cameras.begin(), machine.cameras.end(),
-                                  [&name](const CameraDescription& c) { return c.name == name; });
-  return mount == machine.cameras.end() ? nullptr : &*mount;
-}
-
 /// As a sender takes it. @throws InputError for one that the machine does not have.
 video::CameraSource source_of(const std::string& text, const MachineDescription* simulated) {
   const video::CameraSource camera = video::parse_source(text);
   if (camera.source != kSimulatedCamera) return camera;
   if (simulated == nullptr) cli::refuse_option("--camera", text, "a simulated camera goes with --simulate");
-  if (mount_of(*simulated, camera.name) == nullptr)
+  if (find_camera(*simulated, camera.name) == nullptr)
     cli::refuse_option("--camera", text, simulated->source + " has no [[camera]] of this name");
   return video::given_pictures(camera.name, kDrawnWidth_px, kDrawnHeight_px);
 }
@@ -87,16 +81,16 @@ SlaveCameras::SlaveCameras(const std::vector<video::SenderSetup>& setups, const 
                            const sim::WorldDescription& world, const DrawCamera& draw)
     : SlaveCameras(setups) {
   for (std::size_t i = 0; i < all_.size(); ++i) {
-    const std::string& source = setups[i].camera.source;
-    if (source != video::given_pictures({}, kDrawnWidth_px, kDrawnHeight_px).source) continue;
+    if (!setups[i].camera.given) continue;
     video::Sender& sender = *all_[i].sender;
-    all_[i].drawn = draw(machine, *mount_of(machine, all_[i].name), world,
+    all_[i].drawn = draw(machine, *find_camera(machine, all_[i].name), world,
                          [&sender](std::unique_ptr<video::Frame> frame) { sender.give(std::move(frame)); });
   }
 }
 
-void SlaveCameras::seal_with(const secure::VideoSecret& secret) {
-  for (const Sent& sent : all_) sent.sender->set_key(secure::video_key(secret, sent.name));
+void SlaveCameras::seal_with(const std::optional<secure::VideoSecret>& secret) {
+  for (const Sent& sent : all_)
+    sent.sender->set_key(secret ? std::optional(secure::video_key(*secret, sent.name)) : std::nullopt);
 }
 
 void SlaveCameras::follow_link(Time now, Duration round_trip, bool silent) {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,8 +63,9 @@ class SlaveCameras {
       if (sent.drawn.show) sent.drawn.show(sight);
   }
 
-  /// Of the session that is there now: pictures are sealed with it from now on.
-  void seal_with(const secure::VideoSecret& secret);
+  /// Of the session that is there now: pictures are sealed with it from now on. nullopt: there is none, and none is
+  /// sent.
+  void seal_with(const std::optional<secure::VideoSecret>& secret);
   /// Often; never waits. @param round_trip, @param silent of the link.
   void follow_link(Time now, Duration round_trip, bool silent);
   /// What has happened since.

@@ -296,7 +296,7 @@ int run(const Options& o, const DrawCamera& draw) {
     watch.on_lost = [&audit](std::uint64_t count) { audit->link_events_lost(count); };
   }
   program.news = [&] {
-    if (const auto secret = link.new_video_secret()) cameras.seal_with(*secret);
+    if (std::optional<secure::VideoSecret> secret; link.take(secret)) cameras.seal_with(secret);
     std::vector<cli::News> news = link.news(audit ? &watch : nullptr);
     if (std::string refused = audit ? audit->news() : ""; !refused.empty()) news.push_back({refused, "audit trail"});
     for (cli::News& recorded : log.news()) news.push_back(std::move(recorded));

@@ -12,6 +12,7 @@
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/video/lossy_wire.h"
 #include "video/camera.h"
 #include "video/sender.h"
 
@@ -42,7 +43,8 @@ struct Viewer {
       Datagram heard;
       while (link.link().receive(heard)) continue;
       (void)link.link().send(std::array<std::uint8_t, 1>{});
-      if (const auto secret = link.new_video_secret()) camera.set_key(secure::video_key(*secret, camera_name));
+      if (std::optional<secure::VideoSecret> secret; link.take(secret) && secret)
+        camera.set_key(secure::video_key(*secret, camera_name));
       return so();
     });
   }
@@ -406,6 +408,23 @@ TEST_F(PairedProgramsThreads, PicturesAreSealedWithTheSessionAndForTheCameraOfTh
   Viewer viewer(address, keys("desk 1"), port, "rear");
   EXPECT_TRUE(viewer.until([&] { return viewer.camera.status().refused > 20; })) << "those of mast, with another key";
   EXPECT_EQ(viewer.camera.take(), nullptr);
+}
+
+TEST_F(PairedProgramsThreads, NoPictureIsSentAnyMoreToAnOperatorWhoWasRevoked) {
+  pair("desk 1");
+  const video::LossyWire wire(UdpLink::listen("127.0.0.1:0").port(), 1);  // counts all, and passes nothing on
+  const RunningProgram machine(test::program("knuckle"),
+                               slave({"--no-log", "--camera", "mast=videotestsrc is-live=true", "--video-to",
+                                      "127.0.0.1:" + std::to_string(wire.port())}));
+  Viewer viewer(address, keys("desk 1"), UdpLink::listen("127.0.0.1:0").port(), "mast");
+  ASSERT_TRUE(viewer.until([&] { return wire.lost() > 100; }));
+  EXPECT_EQ(run_program(test::program("knuckle"), {"pair", "--keys", keys("machine"), "--revoke", "desk 1"}).exit_code,
+            0);
+  ASSERT_TRUE(viewer.until([&] { return !noted("cut_off").empty(); }));
+  std::this_thread::sleep_for(500ms);  // what was on its way
+  const std::uint64_t before = wire.lost();
+  std::this_thread::sleep_for(1500ms);
+  EXPECT_EQ(wire.lost(), before);
 }
 
 }  // namespace

@@ -98,6 +98,23 @@ TEST_F(SealedPictures, AreNotSentBeforeThereIsAKey) {
   EXPECT_TRUE(comes([&] { return !overheard().empty(); }));
 }
 
+TEST_F(SealedPictures, AreNotSentAnyMoreOnceTheKeyIsTakenAway) {
+  Sender sender(setup());
+  sender.set_key(key_of(1));
+  ASSERT_TRUE(comes([&] { return !overheard().empty(); }));
+  sender.set_key(std::nullopt);
+  const auto pictures_go_by = [&] {
+    const std::uint64_t before = sender.pictures();
+    return comes([&] { return sender.pictures() > before + 20; });
+  };
+  ASSERT_TRUE(pictures_go_by());  // what was on its way has arrived
+  const std::size_t before = overheard().size();
+  ASSERT_TRUE(pictures_go_by());
+  EXPECT_EQ(overheard().size(), before);
+  sender.set_key(key_of(1));
+  EXPECT_TRUE(comes([&] { return overheard().size() > before; }));
+}
+
 TEST_F(SealedPictures, DoNotOpenWithAnotherKeyAndThatIsCountedAndSaid) {
   Sender sender(setup());
   sender.set_key(key_of(1));
@@ -165,12 +182,14 @@ TEST_F(SealedPictures, GoOnThroughAChangeOfKeysWhoeverHasTheNewOneFirst) {
   camera_.set_key(key_of(1));
   ASSERT_NE(next_frame(camera_), nullptr);
   for (std::uint8_t key = 2; key < 6; ++key) {
+    std::this_thread::sleep_for(2500ms);  // the change before is over: what is refused counts
     if (key % 2 == 0) camera_.set_key(key_of(key));
     sender.set_key(key_of(key));
-    std::this_thread::sleep_for(30ms);
+    std::this_thread::sleep_for(150ms);
     camera_.set_key(key_of(key));
     for (int i = 0; i < 40; ++i) ASSERT_NE(next_frame(camera_), nullptr);
   }
+  std::this_thread::sleep_for(4500ms);  // all that is to be counted is
   EXPECT_EQ(camera_.status().refused, 0u);
   EXPECT_EQ(camera_.status().troubles, 0u);
 }

@@ -119,6 +119,29 @@ TEST(SenderOverRtp, SendsLessWhenItIsTold) {
   EXPECT_LT(packets_of_30(), before / 2);
 }
 
+TEST(SenderOverRtp, StampsGivenPicturesWithTheirCaptureAlsoThoseGivenBeforeItRuns) {
+  const std::uint16_t port = free_port();
+  Camera camera({"front", receiver_of(port)});
+  constexpr int kWidth = 320, kHeight = 180;
+  SenderSetup setup = to(port);
+  setup.camera = given_pictures("front", kWidth, kHeight);
+  Sender sender(setup);
+  const auto pixels = std::make_shared<std::vector<std::uint8_t>>(std::size_t{4} * kWidth * kHeight);
+  int pictures = 0;
+  ASSERT_TRUE(comes([&] {
+    auto given = std::make_unique<Frame>();
+    *given = {
+        .width_px = kWidth, .height_px = kHeight, .row_bytes = 4 * kWidth, .pixels = pixels->data(), .memory = pixels};
+    given->captured = now();
+    sender.give(std::move(given));
+    const auto frame = camera.take();
+    if (!frame) return false;
+    const Duration unix_now = std::chrono::system_clock::now().time_since_epoch();
+    EXPECT_LT(std::abs(to_seconds(unix_now - unix_of(frame->captured))), 10);
+    return ++pictures == 10;
+  }));
+}
+
 TEST(SenderOverRtp, SaysWhatIsWrongWithItsCamera) {
   Sender sender(to(free_port(), "v4l2src device=/dev/video97"));
   ASSERT_TRUE(comes([&] { return sender.status().troubles > 0; }));

@@ -253,7 +253,7 @@ bool SecureLink::open(std::span<const std::uint8_t> bytes, const SocketAddress& 
   if (!talks_) return false;
   if (!opened) {
     if (!is_current || !of->session->closed()) return false;
-    talks_ = false;
+    stop_talking();
     heard_at_.store(0, std::memory_order_relaxed);
     report(role_ == Role::kMachine ? LinkEvent::Kind::kClosed : LinkEvent::Kind::kEnded);
     return false;
@@ -319,7 +319,7 @@ void SecureLink::hear_answer(const Datagram& datagram) noexcept {
     if (datagram.bytes[0] == static_cast<std::uint8_t>(known)) refusal = known;
   LinkEvent event{LinkEvent::Kind::kRefused, current_->address, {}, {}, refusal};
   event.name = PeerName({reinterpret_cast<const char*>(datagram.bytes.data()) + 1, datagram.size - std::size_t{1}});
-  talks_ = false;
+  stop_talking();
   untold_.reset();
   heard_at_.store(0, std::memory_order_relaxed);
   refused_by_.put({event.refusal, event.name});
@@ -373,7 +373,13 @@ void SecureLink::say_farewell() noexcept {
   if (current_->session->seal_farewell(sealed)) {
     for (int i = 0; i < kRepeats; ++i) (void)sockets_.marked.send(sealed.view(), current_->address);
   }
+  stop_talking();
+}
+
+/// Whoever had the session sees no more pictures, either.
+void SecureLink::stop_talking() noexcept {
   talks_ = false;
+  video_secrets_.put(std::nullopt);
 }
 
 void SecureLink::close() noexcept {

@@ -107,8 +107,9 @@ class SecureLink final : public Link {
   [[nodiscard]] std::uint64_t events_lost() const noexcept {
     return handshake_events_.dropped() + loop_events_.dropped();
   }
-  /// Of the session that there is now, for pictures beside it; false where it is the same as before.
-  bool take(VideoSecret& secret) noexcept { return video_secrets_.take(secret); }
+  /// Of the session that there is now, for pictures beside it; nullopt once it has ended. False where it is the same as
+  /// before.
+  bool take(std::optional<VideoSecret>& secret) noexcept { return video_secrets_.take(secret); }
   /// What keeps the link from being there, in one line; empty where it is, or nothing is known yet.
   [[nodiscard]] std::string problem() const;
   [[nodiscard]] std::uint16_t port() const noexcept;
@@ -182,6 +183,7 @@ class SecureLink final : public Link {
   void release_where_asked() noexcept;
   void cut_off_where_asked() noexcept;
   void say_farewell() noexcept;
+  void stop_talking() noexcept;
   void report(LinkEvent::Kind kind) noexcept;
   [[nodiscard]] bool silent() const noexcept;
   void send_inner(Inner kind, std::span<const std::uint8_t> bytes, const SocketAddress& to) noexcept;
@@ -254,7 +256,7 @@ class SecureLink final : public Link {
   Mailbox<Asker> askers_;  // to the loop's thread, ...
   Mailbox<Fingerprint> cut_offs_;
   Mailbox<Fingerprint> grants_;  // ... and from it
-  Mailbox<VideoSecret> video_secrets_;
+  Mailbox<std::optional<VideoSecret>> video_secrets_;
   Mailbox<SocketAddress> moves_;
   struct RefusedBy {
     Refusal refusal = Refusal::kNone;

@@ -1,5 +1,6 @@
 #include "transport/secure/video_key.h"
 
+#include <openssl/crypto.h>
 #include <openssl/evp.h>
 #include <openssl/hmac.h>
 
@@ -18,6 +19,7 @@ VideoKey video_key(const VideoSecret& secret, std::string_view camera) {
        "making a key for pictures");
   VideoKey key;
   std::copy_n(digest.begin(), key.size(), key.begin());
+  OPENSSL_cleanse(digest.data(), digest.size());
   return key;
 }
 

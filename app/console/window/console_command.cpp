@@ -19,6 +19,7 @@
 #include "app/session/scenario.h"
 #include "core/error.h"
 #include "machine/device_choice.h"
+#include "machine/find_camera.h"
 #include "machine/load.h"
 #include "sim/operator_limb.h"
 
@@ -151,10 +152,8 @@ std::vector<ChosenCamera> cameras_of(const ConsoleOptions& o, const MachineDescr
     chosen.push_back({camera_source(o, text), std::nullopt});
     const video::CameraSource& camera = chosen.back().source;
     if (camera.source != programs::kSimulatedCamera) continue;
-    const auto mount = std::find_if(machine.cameras.begin(), machine.cameras.end(),
-                                    [&camera](const CameraDescription& c) { return c.name == camera.name; });
-    if (mount == machine.cameras.end())
-      cli::refuse_option("--camera", text, machine.source + " has no [[camera]] of this name");
+    const CameraDescription* mount = find_camera(machine, camera.name);
+    if (mount == nullptr) cli::refuse_option("--camera", text, machine.source + " has no [[camera]] of this name");
     chosen.back().mount = *mount;
   }
   return chosen;
@@ -195,7 +194,7 @@ int run(const ConsoleOptions& o) {
   run.keep_on = [&] { return !interrupt.pending(); };
   if (loops.link)
     run.link_news = [&] {
-      if (const auto secret = loops.link->new_video_secret())
+      if (std::optional<secure::VideoSecret> secret; loops.link->take(secret) && secret)
         window.cameras().set_keys([&secret](const std::string& name) { return secure::video_key(*secret, name); });
       return tend_link(*loops.link, input, console, loops.host->now());
     };

@@ -470,6 +470,35 @@ TEST_F(SecureLinkThreads, ARevokedEndThatIsConnectedLosesTheLink) {
   EXPECT_TRUE(talk(other)) << "and whoever is still paired may come";
 }
 
+TEST_F(SecureLinkThreads, NothingIsLeftToSealPicturesWithOnceASessionHasEnded) {
+  ChangingPeers known;
+  machine.link = SecureLink::listen("127.0.0.1:0", machine_identity(), desks(), {}, {.newer_peers = known.reader()});
+  const auto ends_by = [&](End& op, const std::function<void()>& act) {
+    EXPECT_TRUE(talk(op));
+    std::optional<VideoSecret> secret;
+    EXPECT_TRUE(machine.link->take(secret) && secret);
+    act();
+    EXPECT_TRUE(until([&] {
+      op.step(1);
+      machine.step(2);
+      return machine.link->take(secret);
+    }));
+    EXPECT_FALSE(secret);
+  };
+  {
+    End released = desk(other_identity());
+    ends_by(released, [&] { released.link->release(); });
+  }
+  {
+    End left = desk(other_identity());
+    ends_by(left, [&] { left.link->close(); });
+  }
+  End revoked = desk();
+  ends_by(revoked, [&] { known.change({peer(desk_identity(), true), peer(other_identity())}); });
+  End last = desk(other_identity());
+  ends_by(last, [&] { machine.link->close(); });
+}
+
 TEST_F(SecureLinkThreads, ObserversHearTheMachineAndAreNotHeard) {
   machine.link = SecureLink::listen("127.0.0.1:0", machine_identity(), desks(), {}, {.most_observers = 2});
   End op = desk();
