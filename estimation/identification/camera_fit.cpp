@@ -17,7 +17,7 @@ namespace {
 constexpr double kClick_px = 1.5;    // nobody clicks better, however well six clicks happen to fit
 constexpr double kMostDrawn_px = 8;  // standard deviation of where the tip is drawn, in a picture of 1280 across
 constexpr double kUsual_px = 1280;
-constexpr double kMostResidual_px = 25;
+constexpr double kMostResidual_px = 25;  // likewise
 constexpr double kDegrees = 180 / std::numbers::pi;
 // Places among the unknowns; position from kX on.
 constexpr int kX = 0, kY = 1, kZ = 2, kPan = 3, kTilt = 4, kField = 5, kUnknowns = 6;
@@ -106,35 +106,48 @@ CameraFit refused(const CameraDescription& start, std::string why) {
   return fit;
 }
 
-/// Of where the tip is seen, where it is in the picture at all: in the arm's plane, from close in to far out, low to
-/// high.
-double drawn_sd_px(const Solved& solved, double error_px, int width_px, int height_px, double reach_m) {
+/// How far off a tip may be drawn; nullopt where it is not in the picture.
+std::optional<double> drawn_sd_px(const Solved& solved, const Eigen::MatrixXd& covariance, const PlanarVector& tip_m,
+                                  int width_px, int height_px) {
+  const ceres::AutoDiffCostFunction<PixelError, 2, kUnknowns> pixel(
+      new PixelError{{tip_m, Eigen::Vector2d::Zero()}, static_cast<double>(width_px), static_cast<double>(height_px)});
+  Eigen::Vector2d at;
+  Eigen::Matrix<double, 2, kUnknowns, Eigen::RowMajor> rates;
+  const double* unknowns = solved.unknowns.data();
+  double* columns = rates.data();
+  if (!pixel.Evaluate(&unknowns, at.data(), &columns)) return std::nullopt;
+  if (at.minCoeff() < 0 || at.x() > width_px || at.y() > height_px) return std::nullopt;
+  return std::sqrt((rates * covariance * rates.transpose()).trace());
+}
+
+/// Fills in how well the picture will be drawn over: where the tip was clicked, and in the arm's plane from close in to
+/// far out, low to high. @return why that cannot be known; empty: it is.
+std::string look_around(CameraFit& fit, const Solved& solved, const std::vector<TipSight>& sights, double error_px,
+                        int width_px, int height_px, double reach_m) {
   const Eigen::FullPivLU<Eigen::MatrixXd> normal(solved.columns.transpose() * solved.columns);
-  if (!normal.isInvertible()) return 1e9;
+  if (!normal.isInvertible())
+    return "these poses do not tell where the camera is; click the tip far out, close in, high and low";
   const Eigen::MatrixXd covariance = error_px * error_px * normal.inverse();
-  double most = 0;
+  const auto look = [&](const PlanarVector& tip_m) {
+    const auto sd_px = drawn_sd_px(solved, covariance, tip_m, width_px, height_px);
+    fit.drawn_sd_px = std::max(fit.drawn_sd_px, sd_px.value_or(0));
+    return sd_px.has_value();
+  };
+  for (const TipSight& sight : sights) (void)look(sight.tip_m);
+  bool seen = false;
   for (const double x : {0.45, 0.6, 0.75, 0.9})
-    for (const double z : {-0.22, -0.1, 0.0, 0.1, 0.25}) {
-      const TipSight there{{x * reach_m, z * reach_m}, Eigen::Vector2d::Zero()};
-      const ceres::AutoDiffCostFunction<PixelError, 2, kUnknowns> pixel(
-          new PixelError{there, static_cast<double>(width_px), static_cast<double>(height_px)});
-      Eigen::Vector2d at;
-      Eigen::Matrix<double, 2, kUnknowns, Eigen::RowMajor> rates;
-      const double* unknowns = solved.unknowns.data();
-      double* columns = rates.data();
-      if (!pixel.Evaluate(&unknowns, at.data(), &columns)) continue;
-      if (at.minCoeff() < 0 || at.x() > width_px || at.y() > height_px) continue;
-      most = std::max(most, std::sqrt((rates * covariance * rates.transpose()).trace()));
-    }
-  return most;
+    for (const double z : {-0.22, -0.1, 0.0, 0.1, 0.25}) seen |= look(reach_m * PlanarVector(x, z));
+  if (seen) return {};
+  return "by these clicks the camera would not see where the tip works: was the tip clicked, in each pose anew?";
 }
 
 std::string doubt(const CameraFit& fit, int width_px) {
-  if (fit.rms_px > kMostResidual_px)
+  const double most_residual_px = kMostResidual_px * width_px / kUsual_px;
+  if (fit.rms_px > most_residual_px)
     return fmt::format(
-        "the clicks contradict each other by {:.0f} px: was the tip's middle clicked each time, with the machine at "
-        "rest, and does the machine's file fit?",
-        fit.rms_px);
+        "the clicks contradict each other by {:.0f} px (at most {:.0f}): was the tip's middle clicked each time, with "
+        "the machine at rest, and does the machine's file fit?",
+        fit.rms_px, most_residual_px);
   const double most_px = kMostDrawn_px * width_px / kUsual_px;
   if (fit.drawn_sd_px > most_px)
     return fmt::format(
@@ -166,8 +179,9 @@ CameraFit fit_camera(const std::vector<TipSight>& sights, const CameraDescriptio
   fit.rms_px = std::sqrt(solved->cost / count);
   const double freedom = std::max(1.0, 2 * count - kUnknowns);
   const double error_px = std::max(kClick_px * width_px / kUsual_px, std::sqrt(solved->cost / freedom));
-  fit.drawn_sd_px = drawn_sd_px(*solved, error_px, width_px, height_px, reach_m);
+  const std::string unknown = look_around(fit, *solved, sights, error_px, width_px, height_px, reach_m);
   fit.refused = doubt(fit, width_px);
+  if (fit.refused.empty()) fit.refused = unknown;
   return fit;
 }
 

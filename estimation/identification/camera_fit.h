@@ -31,7 +31,8 @@ struct CameraFit {
 /// Least squares of six unknowns (position, pan, tilt, field of view; no roll and no distortion, as CameraDescription
 /// has it), by Ceres from several starts, of which `start` is one. @param width_px, @param height_px of the picture.
 /// @param reach_m of the machine. Refused: too few sights, sights that do not tell the unknowns apart (all near each
-/// other, or along a line), or that contradict each other.
+/// other, or along a line), that contradict each other, or of which follows that the camera sees nowhere that the tip
+/// works.
 [[nodiscard]] CameraFit fit_camera(const std::vector<TipSight>& sights, const CameraDescription& start, int width_px,
                                    int height_px, double reach_m);
 

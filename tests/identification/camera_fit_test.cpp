@@ -93,6 +93,49 @@ TEST(CameraFit, RefusesTooFewPosesOnesAlongALineAndOnesInOnePlace) {
   }
 }
 
+TEST(CameraFit, RefusesClicksOfOnePoseOnlyInWords) {
+  const std::vector<PlanarVector> same(8, PlanarVector(2.0, 0.1));
+  const CameraFit fit = fit_camera(clicks(same, 0), mast(), kWidth, kHeight, kReach_m);
+  EXPECT_NE(fit.refused.find("do not tell where the camera is"), std::string::npos) << fit.refused;
+  EXPECT_EQ(fit.refused.find("by 1000000000"), std::string::npos) << fit.refused;
+}
+
+TEST(CameraFit, RefusesACameraThatSeesNowhereThatTheTipWorks) {
+  CameraDescription up = mast();
+  up.pan_rad = -0.2;
+  up.tilt_rad = 0.25;
+  up.field_of_view_rad = 0.7;
+  std::vector<TipSight> sights;
+  for (const PlanarVector& tip : std::vector<PlanarVector>{
+           {1.6, 1.6}, {2.4, 1.7}, {2.2, 2.3}, {1.5, 2.0}, {2.7, 2.0}, {1.9, 1.8}, {2.0, 2.1}, {2.6, 1.6}})
+    sights.push_back({tip, seen(up, tip)});
+  const CameraFit fit = fit_camera(sights, up, kWidth, kHeight, kReach_m);
+  ASSERT_LT(fit.rms_px, 1e-3);
+  EXPECT_NE(fit.refused.find("would not see where the tip works"), std::string::npos) << fit.refused;
+}
+
+TEST(CameraFit, LooksAlsoWhereTheTipWasClicked) {
+  CameraDescription up = mast();
+  up.tilt_rad = 0.25;
+  std::vector<TipSight> sights;
+  for (int i = 0; i < 8; ++i) {
+    const PlanarVector tip(2.0 + 0.02 * (i % 3), 1.9 + 0.02 * (i / 3));
+    sights.push_back({tip, seen(up, tip)});
+  }
+  EXPECT_GT(fit_camera(sights, up, kWidth, kHeight, kReach_m).drawn_sd_px, 0);
+}
+
+TEST(CameraFit, BoundsWhatRemainsByThePicturesWidth) {
+  // The same clicks in a picture of half the width: the bound is half as many pixels.
+  auto sights = clicks(spread(), 0);
+  for (std::size_t i = 0; i < sights.size(); ++i) sights[i].pixel.y() += i % 2 == 0 ? 55 : -55;
+  const CameraFit whole = fit_camera(sights, mast(), kWidth, kHeight, kReach_m);
+  for (TipSight& sight : sights) sight.pixel *= 0.5;
+  const CameraFit half = fit_camera(sights, mast(), kWidth / 2, kHeight / 2, kReach_m);
+  EXPECT_NE(whole.refused.find("(at most 25)"), std::string::npos) << whole.refused << whole.rms_px;
+  EXPECT_NE(half.refused.find("(at most 12)"), std::string::npos) << half.refused << half.rms_px;
+}
+
 TEST(CameraFit, RefusesClicksThatContradictEachOther) {
   auto sights = clicks(spread(), 0);
   std::swap(sights[0].pixel, sights[2].pixel);
