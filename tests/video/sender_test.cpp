@@ -119,7 +119,7 @@ TEST(SenderOverRtp, SendsLessWhenItIsTold) {
   EXPECT_LT(packets_of_30(), before / 2);
 }
 
-TEST(SenderOverRtp, StampsGivenPicturesWithTheirCaptureAlsoThoseGivenBeforeItRuns) {
+TEST(SenderOverRtp, StampsGivenPicturesWithTheirCapture) {
   const std::uint16_t port = free_port();
   Camera camera({"front", receiver_of(port)});
   constexpr int kWidth = 320, kHeight = 180;
