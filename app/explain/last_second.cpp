@@ -65,7 +65,7 @@ std::string axis_text(const std::vector<const SlaveState*>& states, int joint) {
     spool.add(100 * state->spool[joint]);
   }
   return fmt::format(
-      "{:<6} cylinder {:.3f} to {:.3f} m, A {:.0f} to {:.0f} bar, B {:.0f} to {:.0f} bar, valve told "
+      "{:<6} cylinder {:.3f} to {:.3f} m, head {:.0f} to {:.0f} bar, rod {:.0f} to {:.0f} bar, valve told "
       "{:.0f} to {:.0f} %, spool {:.0f} to {:.0f} %",
       kJointNames[axis], length.low, length.high, a.low, a.high, b.low, b.high, told.low, told.high, spool.low,
       spool.high);

@@ -126,9 +126,9 @@ Cause frozen_length(const NodeSeen& seen, const Stop& stop, const Window& window
       fmt::format("its spool was between {:.0f} and {:.0f} % meanwhile; before, its value stood "
                   "still for {} at most",
                   100 * spool.low, 100 * spool.high, span_text(seen.longest_same)));
-  cause.supports.push_back(fmt::format("its pressures went on changing: A {:.0f} to {:.0f}, B {:.0f} to {:.0f} bar",
-                                       driven[0].low / kBar, driven[0].high / kBar, driven[1].low / kBar,
-                                       driven[1].high / kBar));
+  cause.supports.push_back(
+      fmt::format("its pressures went on changing: head side {:.0f} to {:.0f} bar, rod side {:.0f} to {:.0f} bar",
+                  driven[0].low / kBar, driven[0].high / kBar, driven[1].low / kBar, driven[1].high / kBar));
   const double highest = std::max(driven[0].high, driven[1].high);
   const double relief = machine.hydraulics.main_relief_Pa;
   cause.against.push_back(
