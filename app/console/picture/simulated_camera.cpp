@@ -78,10 +78,7 @@ struct Drawing {
 }  // namespace
 
 SimulatedCamera::SimulatedCamera(const MachineDescription& machine, const CameraDescription& mount, Give give)
-    : machine_(machine),
-      mount_(mount),
-      give_(give ? std::move(give) : [this](std::unique_ptr<video::Frame> frame) { frames_.put(std::move(frame)); }),
-      thread_([this] { run(); }) {}
+    : machine_(machine), mount_(mount), give_(std::move(give)), thread_([this] { run(); }) {}
 
 SimulatedCamera::~SimulatedCamera() {
   ending_ = true;

@@ -24,8 +24,7 @@ class SimulatedCamera {
   /// Gets each picture, in the thread that draws.
   using Give = std::function<void(std::unique_ptr<video::Frame>)>;
 
-  /// @param give outlives this; none: pictures are kept for take(), the newest alone.
-  SimulatedCamera(const MachineDescription& machine, const CameraDescription& mount, Give give = {});
+  SimulatedCamera(const MachineDescription& machine, const CameraDescription& mount, Give give);
   ~SimulatedCamera();
   SimulatedCamera(const SimulatedCamera&) = delete;
   SimulatedCamera& operator=(const SimulatedCamera&) = delete;
@@ -36,7 +35,6 @@ class SimulatedCamera {
   /// What is so now: a picture of it is stamped with its time. Fit for a real-time step. @param delay how long pictures
   /// travel.
   void show(const session::MachineSight& sight, Duration delay = {}) noexcept { seen_.put({sight, delay}); }
-  [[nodiscard]] std::unique_ptr<video::Frame> take() noexcept { return frames_.take(); }
   [[nodiscard]] video::CameraStatus status();
 
  private:
@@ -52,7 +50,6 @@ class SimulatedCamera {
   const Give give_;
   Mailbox<Seen> seen_;
   video::Newest<sim::WorldDescription> worlds_;
-  video::Newest<video::Frame> frames_;
   Mailbox<video::CameraStatus> statuses_;
   video::CameraStatus status_;
   std::atomic<bool> ending_{false};

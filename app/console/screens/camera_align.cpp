@@ -6,17 +6,19 @@
 #include <cmath>
 
 #include "app/console/picture/camera.h"
+#include "machine/find_camera.h"
 
 namespace knuckle::console::screens {
 namespace {
 
 constexpr double kAtRest_radps = 0.01;
-constexpr double kApart = 0.03;  // from one tip to the next, in parts of the machine's reach
+constexpr Duration kRested = 1s;  // longer than a live picture is old: it shows the pose that is measured now
+// In parts of the machine's reach:
+constexpr double kAtRest = 0.003;  // where the tip was when it came to rest
+constexpr double kApart = 0.03;    // from one tip to the next
 
 CameraDescription start_of(const MachineDescription& machine, const std::string& camera) {
-  const auto known = std::find_if(machine.cameras.begin(), machine.cameras.end(),
-                                  [&camera](const CameraDescription& c) { return c.name == camera; });
-  if (known != machine.cameras.end()) return *known;
+  if (const CameraDescription* known = find_camera(machine, camera)) return *known;
   CameraDescription start;
   start.name = camera;
   return start;
@@ -31,40 +33,50 @@ CameraAlign::CameraAlign(const MachineDescription& machine, const std::string& c
 
 void CameraAlign::watch(const ConsoleView& view, bool fresh) noexcept {
   fresh_ = fresh;
-  at_rest_ = view.machine.velocity_radps.cwiseAbs().maxCoeff() < kAtRest_radps;
-  tip_m_ = kinematics_.tip(view.machine.position_rad);
+  const PlanarVector tip_m = kinematics_.tip(view.machine.position_rad);
+  const bool moves = view.machine.velocity_radps.cwiseAbs().maxCoeff() >= kAtRest_radps ||
+                     (tip_m - rest_m_).norm() > kAtRest * reach_m_ || view.now < rest_since_;
+  if (moves || !fresh || rest_since_ == kNever) {
+    rest_since_ = view.now;
+    rest_m_ = tip_m;
+  }
+  rested_ = view.now - rest_since_ >= kRested;
+  tip_m_ = tip_m;
 }
 
 void CameraAlign::click(const Eigen::Vector2d& share, int width_px, int height_px) {
-  const bool same = std::any_of(sights_.begin(), sights_.end(), [this](const estimation::TipSight& sight) {
-    return (sight.tip_m - tip_m_).norm() < kApart * reach_m_;
+  const bool same = std::any_of(clicks_.begin(), clicks_.end(), [this](const Click& click) {
+    return (click.tip_m - tip_m_).norm() < kApart * reach_m_;
   });
-  refused_click_ = !fresh_     ? "not taken: where the machine is, is not known now"
-                   : !at_rest_ ? "not taken: the machine moves; let it stand still, then click"
-                   : same      ? "not taken: the tip was clicked here before; move it on"
-                               : "";
+  refused_click_ = !fresh_    ? "not taken: where the machine is, is not known now"
+                   : !rested_ ? "not taken: the machine has to stand still for a second before the click"
+                   : same     ? "not taken: the tip was clicked here before; move it on"
+                              : "";
   if (!refused_click_.empty()) return;
   width_px_ = width_px;
   height_px_ = height_px;
-  sights_.push_back({tip_m_, share.cwiseProduct(Eigen::Vector2d(width_px, height_px))});
+  clicks_.push_back({tip_m_, share});
   solve();
 }
 
 void CameraAlign::undo() {
-  if (!sights_.empty()) sights_.pop_back();
+  if (!clicks_.empty()) clicks_.pop_back();
   refused_click_.clear();
   solve();
 }
 
 void CameraAlign::solve() {
-  fit_ = estimation::fit_camera(sights_, start_, width_px_, height_px_, reach_m_);
+  const Eigen::Vector2d size_px(width_px_, height_px_);
+  std::vector<estimation::TipSight> sights;
+  for (const Click& click : clicks_) sights.push_back({click.tip_m, click.share.cwiseProduct(size_px)});
+  fit_ = estimation::fit_camera(sights, start_, width_px_, height_px_, reach_m_);
 }
 
 std::string CameraAlign::words() const {
   const std::string what = "Align " + start_.name + ": click the middle of the bucket's tip with the machine at rest. ";
   if (!refused_click_.empty()) return what + refused_click_;
   if (!fit_.refused.empty()) return what + fit_.refused;
-  return fmt::format("{}{} poses, residual {:.1f} px (drawn over within {:.0f} px). K: done", what, sights_.size(),
+  return fmt::format("{}{} poses, residual {:.1f} px (drawn over within {:.0f} px). K: done", what, clicks_.size(),
                      fit_.rms_px, 2 * fit_.drawn_sd_px);
 }
 
@@ -75,10 +87,9 @@ std::vector<CameraAlign::Mark> CameraAlign::marks() const {
   picture::Camera camera;
   camera.kind = picture::Camera::Kind::kMounted;
   camera.mount = fit_.camera;
-  for (const estimation::TipSight& sight : sights_) {
-    const auto at = picture::pixel_of(camera, port, {sight.tip_m.x(), 0, sight.tip_m.y()});
-    const Eigen::Vector2d clicked = sight.pixel.array() / size;
-    marks.push_back({clicked, fit_.residual_px.empty() || !at ? clicked : Eigen::Vector2d(at->array() / size)});
+  for (const Click& click : clicks_) {
+    const auto at = picture::pixel_of(camera, port, {click.tip_m.x(), 0, click.tip_m.y()});
+    marks.push_back({click.share, fit_.residual_px.empty() || !at ? click.share : Eigen::Vector2d(at->array() / size)});
   }
   return marks;
 }

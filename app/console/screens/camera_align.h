@@ -22,7 +22,7 @@ class CameraAlign {
   /// Once a frame. @param fresh what is measured of the machine is of now.
   void watch(const ConsoleView& view, bool fresh) noexcept;
   /// The tip was clicked. @param share of the picture's width and height, from its upper left corner. Does nothing but
-  /// say why, where the machine moves or the tip is where it was clicked before.
+  /// say why, where the machine has not stood still for a second or the tip is where it was clicked before.
   void click(const Eigen::Vector2d& share, int width_px, int height_px);
   void undo();
 
@@ -42,9 +42,15 @@ class CameraAlign {
   CameraDescription start_;
   double reach_m_;
   PlanarVector tip_m_ = PlanarVector::Zero();
-  bool at_rest_ = false, fresh_ = false;
-  std::vector<estimation::TipSight> sights_;
-  int width_px_ = 1, height_px_ = 1;
+  PlanarVector rest_m_ = PlanarVector::Zero();
+  Time rest_since_ = kNever;
+  bool rested_ = false, fresh_ = false;
+  struct Click {
+    PlanarVector tip_m;
+    Eigen::Vector2d share;  ///< Of the picture, which may come in another size next.
+  };
+  std::vector<Click> clicks_;
+  int width_px_ = 1, height_px_ = 1;  ///< Of the picture that was clicked last.
   estimation::CameraFit fit_;
   std::string refused_click_;
 };

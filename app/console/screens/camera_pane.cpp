@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "app/console/picture/machine_panel.h"
 #include "app/console/screens/console_data.h"
 
 namespace knuckle::console::screens {
@@ -26,6 +27,16 @@ void write_alarm(const widgets::Ui& ui, const widgets::Area& area, const std::st
   canvas().AddRectFilled({at.x - t.unit(2), at.y - t.unit()}, {at.x + text.x + t.unit(2), at.y + text.y + t.unit()},
                          t.colours.stop, t.px(8));
   canvas().AddText(font, size, at, t.colours.stop_text, alarm.c_str());
+}
+
+/// Where the middle of the pixel under the mouse is in a picture, which is drawn in whole pixels.
+Eigen::Vector2d share_at_mouse(const widgets::Area& picture) {
+  const ImGuiIO& io = ImGui::GetIO();
+  const ImVec2 s = io.DisplayFramebufferScale;
+  const picture::Viewport port = picture::viewport_of(picture);
+  const double x_px = static_cast<double>((io.MousePos.x + 0.5F) * s.x) - port.left_px;
+  const double up_px = static_cast<double>((io.DisplaySize.y - io.MousePos.y - 0.5F) * s.y) - port.bottom_px;
+  return {x_px / port.width_px, 1 - up_px / port.height_px};
 }
 
 }  // namespace
@@ -66,6 +77,9 @@ bool CameraPane::watch(Time now, const ConsoleView& view, double view_age_s, Eve
     came = true;
   }
   if (align_) align_->watch(view, !measured_freshness(view).after(view_age_s).stale());
+  if (!given_up_.empty())
+    news.push_back({Severity::kInfo, "camera " + given_up_ + ": not aligned: another picture was made large"});
+  given_up_.clear();
   for (const CameraWatch::News& n : news) events.add(view.now, view.run, n.severity, "camera", n.what);
   return came;
 }
@@ -81,18 +95,17 @@ std::optional<estimation::CameraFit> CameraPane::align(const MachineDescription&
 }
 
 /// On the picture, and the marks of those before: a cross where the tip was clicked, a ring where the fit sees it.
-void CameraPane::take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture) {
+/// The machine's small picture has its own clicks. @param small where it is.
+void CameraPane::take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture,
+                             const widgets::Area& small) {
   const widgets::Theme& t = ui.theme;
-  ImGui::SetCursorScreenPos(picture.min);
-  ImGui::InvisibleButton("align", picture.size(), ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
-  if (ImGui::IsItemActivated()) {
-    const ImVec2 mouse = ImGui::GetIO().MousePos;
-    const Eigen::Vector2d share(static_cast<double>((mouse.x - picture.min.x) / picture.width()),
-                                static_cast<double>((mouse.y - picture.min.y) / picture.height()));
-    if (ImGui::IsMouseDown(ImGuiMouseButton_Right))
+  if (!ImGui::IsMouseHoveringRect(small.min, small.max, false)) {
+    widgets::pointer_area("align", picture, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
+    if (ImGui::IsItemActivated() && ImGui::IsMouseDown(ImGuiMouseButton_Right)) {
       align_->undo();
-    else
-      align_->click(share, camera.video->width_px(), camera.video->height_px());
+    } else if (ImGui::IsItemActivated()) {
+      align_->click(share_at_mouse(picture), camera.video->width_px(), camera.video->height_px());
+    }
   }
   const auto at = [&picture](const Eigen::Vector2d& share) {
     return ImVec2(picture.min.x + static_cast<float>(share.x()) * picture.width(),
@@ -111,7 +124,8 @@ void CameraPane::take_clicks(const widgets::Ui& ui, const Camera& camera, const 
   widgets::put_lines(t.fonts.small, t.colours.text, below, align_->words().c_str());
 }
 
-void CameraPane::next() noexcept {
+void CameraPane::next() {
+  if (align_) given_up_ = align_->camera();
   align_.reset();
   if (cameras_.empty()) return;
   if (!machine_large_ && shown_ + 1 < cameras_.size()) {
@@ -150,7 +164,7 @@ widgets::Area CameraPane::place(const widgets::Ui& ui, const widgets::Area& pane
   placed_ = {picture, large(), camera.watch.state() == video::VideoState::kLive, &camera.watch.name(),
              camera.video.get()};
   write(ui, camera, picture);
-  if (align_ && large() && placed_->live) take_clicks(ui, camera, picture);
+  if (align_ && large() && placed_->live) take_clicks(ui, camera, picture, small);
   if (large())
     widgets::put_text(t.fonts.small, t.colours.muted, {small.min.x - t.unit(), pane.max.y - t.px(18)},
                       widgets::Align::kRight, "V: view  X: machine");

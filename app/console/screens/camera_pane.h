@@ -36,7 +36,7 @@ class CameraPane {
   /// Of the pictures that the last watch() took in.
   [[nodiscard]] const std::vector<recording::CameraStamp>& stamps() const noexcept { return stamps_; }
   /// The key: each camera in turn fills the pane, then the machine.
-  void next() noexcept;
+  void next();
 
   /// The key: begins to align the camera that fills the pane. @return what came of one that was begun before; nullopt:
   /// none was.
@@ -70,13 +70,15 @@ class CameraPane {
     bool had_picture() const noexcept { return watch.state() != video::VideoState::kNone; }
   };
   void write(const widgets::Ui& ui, const Camera& camera, const widgets::Area& area) const;
-  void take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture);
+  void take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture,
+                   const widgets::Area& small);
 
   std::vector<Camera> cameras_;
   std::vector<recording::CameraStamp> stamps_;
   std::size_t shown_ = 0;  ///< The camera that is shown, large or small.
   bool machine_large_ = false;
   std::optional<CameraAlign> align_;  ///< Of the camera that is shown.
+  std::string given_up_;              ///< Whose aligning was, since the last watch().
   std::optional<Placed> placed_;
 };
 

@@ -10,7 +10,9 @@
 #include "app/console/screens/picture_marks.h"
 #include "app/console/screens/screens.h"
 #include "core/error.h"
+#include "machine/find_camera.h"
 #include "machine/pose.h"
+#include "video/newest.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -53,9 +55,14 @@ void ConsoleWindow::show_world(const sim::WorldDescription& world) {
 }
 
 void ConsoleWindow::add_simulated_camera(const CameraDescription& mount) {
-  const auto camera = std::make_shared<picture::SimulatedCamera>(facts_.machine, mount);
+  const auto pictures = std::make_shared<video::Newest<video::Frame>>();
+  const auto give = [pictures, bell = bell_](std::unique_ptr<video::Frame> frame) {
+    pictures->put(std::move(frame));
+    bell->ring();
+  };
+  const auto camera = std::make_shared<picture::SimulatedCamera>(facts_.machine, mount, give);
   simulated_cameras_.push_back(camera);
-  cameras_.add({mount.name, [camera] { return camera->take(); }, [camera] { return camera->status(); }});
+  cameras_.add({mount.name, [pictures] { return pictures->take(); }, [camera] { return camera->status(); }});
 }
 
 void ConsoleWindow::watch(const ConsoleView& view) {
@@ -102,6 +109,9 @@ void ConsoleWindow::show() {
 
 /// What came of it goes into a file that the machine's own can take in; from now on the picture is drawn over by it.
 void ConsoleWindow::align_camera(const ConsoleView& view, EventBook& events) {
+  if (!cameras_.aligning() && !cameras_.large())
+    return events.add(view.now, view.run, Severity::kInfo, "camera",
+                      "nothing to align: no camera fills the pane (X makes another picture large)");
   const std::optional<estimation::CameraFit> fit = cameras_.align(facts_.machine);
   if (!fit) return;
   const std::string camera = "camera " + fit->camera.name + ": ";
@@ -114,13 +124,14 @@ void ConsoleWindow::align_camera(const ConsoleView& view, EventBook& events) {
   all.push_back(fit->camera);
   const std::string path = "camera_" + fit->camera.name + ".toml";
   try {
-    cli::OutputFile file("", path);
+    cli::OutputFile file("camera", path);
     file.stream() << estimation::camera_block(*fit);
+    const std::string kept = cli::keep_older(path);
     file.commit();
-    tell(Severity::kInfo,
-         fmt::format("aligned, residual {:.1f} px; the block for the machine's file is in {}", fit->rms_px, path));
+    tell(Severity::kInfo, fmt::format("aligned, residual {:.1f} px; the block for the machine's file is in {}{}",
+                                      fit->rms_px, path, kept.empty() ? "" : ", the one before in " + kept));
   } catch (const InputError& error) {
-    tell(Severity::kWarning, std::string("aligned, but ") + error.what());
+    tell(Severity::kWarning, std::string("aligned, but not written: ") + error.what());
   }
 }
 
@@ -188,11 +199,8 @@ void ConsoleWindow::draw_pictures(const widgets::Area& machine, const std::optio
   if (camera && camera->large) {
     draw_camera();
     // A mark is only drawn where both the picture and what was measured are of now.
-    const auto& cameras = facts_.machine.cameras;
-    const auto mount = std::find_if(cameras.begin(), cameras.end(),
-                                    [&](const CameraDescription& c) { return c.name == *camera->name; });
-    if (mount != cameras.end() && camera->live && !stale)
-      machine_.draw_over(camera->picture, *mount, state_.light, view);
+    const CameraDescription* mount = find_camera(facts_.machine, *camera->name);
+    if (mount != nullptr && camera->live && !stale) machine_.draw_over(camera->picture, *mount, state_.light, view);
   }
   machine_.draw(machine, state_.side_view, state_.light, stale, view, grid,
                 player_ != nullptr ? player_->beside_view() : nullptr);
@@ -325,7 +333,7 @@ void ConsoleWindow::act(KeyAction action) {
       cameras_.next();
       return;
     case KeyAction::kAlign:
-      align_asked_ = true;
+      align_asked_ = state_.screen == screens::Screen::kOperate;
       return;
     case KeyAction::kTheme:
       state_.light = !state_.light;

@@ -7,6 +7,7 @@
 #include <backends/imgui_impl_opengl3.h>
 
 #include <algorithm>
+#include <thread>
 
 #include "app/console/keys.h"
 #include "app/console/window/png_file.h"
@@ -16,6 +17,7 @@ namespace knuckle::console::window {
 namespace {
 
 constexpr std::chrono::nanoseconds kFramePeriod{16'666'667};
+constexpr std::chrono::milliseconds kLeastPeriod{8};  // however fast pictures come
 
 /// GLFW's last message, on one line.
 std::string last_error() {
@@ -115,6 +117,7 @@ bool Window::attended() const {
 }
 
 void Window::begin_frame() {
+  began_ = std::chrono::steady_clock::now();
   glfwPollEvents();
   presses_.swap(arriving_);
   arriving_.clear();
@@ -168,6 +171,7 @@ void Window::end_frame(video::Bell& pictures, std::chrono::nanoseconds patience)
   }
   const auto latest = next_frame_ + patience;
   if (pictures.wait_until(latest) || patience.count() > 0) next_frame_ = std::chrono::steady_clock::now();
+  std::this_thread::sleep_until(began_ + kLeastPeriod);
 }
 
 void Window::write_png(const std::string& path) const {

@@ -50,8 +50,8 @@ class Window {
   void clear();
   /// Draws ImGui's widgets.
   void draw_widgets();
-  /// Shows the frame and waits until the next is due: at once where a picture comes, which is waited for a little
-  /// longer where `patience` says so.
+  /// Shows the frame and waits until the next is due: at once where a picture comes, but no sooner than 8 ms after this
+  /// one began; a picture is waited for a little longer where `patience` says so.
   void end_frame(video::Bell& pictures, std::chrono::nanoseconds patience);
   /// What has been drawn since clear(), as PNG. @throws InputError where the file cannot be written.
   void write_png(const std::string& path) const;
@@ -84,7 +84,7 @@ class Window {
   bool widgets_started_ = false, full_speed_ = false, grabbed_ = false;
   int pad_ = -1;
   std::vector<KeyPress> presses_, arriving_;
-  std::chrono::steady_clock::time_point next_frame_;
+  std::chrono::steady_clock::time_point next_frame_, began_;
   std::array<int, 4> windowed_{};  ///< Place and size before full screen.
 };
 

@@ -198,10 +198,20 @@ class AlignCamera : public CamerasInWindow {
     picture(kNotYet, 1280);
     frames();
   }
-  /// The machine in this pose, and a click where its tip is seen. @return whether that is on the picture.
-  bool click_tip(const JointVector& joint_rad) {
+  void press(const char* key) {
+    ASSERT_TRUE(xdotool(std::string("key ") + key));
+    show();
+  }
+  /// The machine in this pose, for long enough.
+  void stand(const JointVector& joint_rad) {
     view_.machine.position_rad = joint_rad;
     show();
+    view_.now += 2s;
+    show();
+  }
+  /// The machine in this pose, and a click where its tip is seen. @return whether that is on the picture.
+  bool click_tip(const JointVector& joint_rad) {
+    stand(joint_rad);
     const PlanarVector tip_m = Kinematics(machine_).tip(joint_rad);
     const picture::Viewport port{.width_px = 1280, .height_px = 720};
     const auto at =
@@ -210,8 +220,8 @@ class AlignCamera : public CamerasInWindow {
     if (share.minCoeff() < 0.02 || share.maxCoeff() > 0.98 || (share.x() > 0.6 && share.y() > 0.5)) return false;
     const auto [left, right] = red(true);
     const auto [top, bottom] = red(false);
-    const auto x = static_cast<int>(std::lround(left + share.x() * (right - left)));
-    const auto y = static_cast<int>(std::lround(top + share.y() * (bottom - top)));
+    const auto x = static_cast<int>(std::floor(left + share.x() * (right - left)));
+    const auto y = static_cast<int>(std::floor(top + share.y() * (bottom - top)));
     EXPECT_TRUE(xdotool("mousemove " + std::to_string(x) + " " + std::to_string(y)));
     show();
     EXPECT_TRUE(xdotool("mousedown 1"));
@@ -279,6 +289,57 @@ TEST_F(AlignCamera, TakesNoClickWhileTheMachineMovesAndWritesNothingThatIsRefuse
   show();
   EXPECT_NE(last_event().find("camera rear: not aligned: 0 of at least 6 poses"), std::string::npos) << last_event();
   EXPECT_EQ(folder_.count(), 0);
+}
+
+TEST_F(AlignCamera, LeavesAClickOnTheMachinesSmallPictureToThat) {
+  console_->state().hold_to_run = true;
+  press("k");
+  stand({0.5, -1.2, -0.5});
+  ASSERT_TRUE(xdotool("mousemove " + std::to_string(kSmall[0]) + " " + std::to_string(kSmall[1])));
+  show();
+  EXPECT_FALSE(console_->input(view_.now).hand.enable);
+  ASSERT_TRUE(xdotool("mousedown 1"));
+  show();
+  EXPECT_TRUE(console_->input(view_.now).hand.enable) << "the tip is pulled there";
+  ASSERT_TRUE(xdotool("mouseup 1"));
+  show();
+  press("k");
+  EXPECT_NE(last_event().find("camera rear: not aligned: 0 of at least 6 poses"), std::string::npos) << last_event();
+}
+
+TEST_F(AlignCamera, SaysInAnEventWhereItsKeyDoesNothingOrAnotherPictureEndsIt) {
+  press("k");
+  ASSERT_TRUE(console_->cameras().aligning());
+  press("x");
+  EXPECT_FALSE(console_->cameras().aligning());
+  EXPECT_EQ(last_event(), "camera rear: not aligned: another picture was made large");
+  press("k");
+  EXPECT_FALSE(console_->cameras().aligning()) << "the machine is large";
+  EXPECT_EQ(last_event(), "nothing to align: no camera fills the pane (X makes another picture large)");
+  press("x");
+  console_->state().screen = screens::Screen::kLink;
+  press("k");
+  EXPECT_FALSE(console_->cameras().aligning()) << "the picture is not on this screen";
+}
+
+TEST_F(AlignCamera, KeepsTheFileOfTheTimeBefore) {
+  std::ofstream("camera_rear.toml") << "before";
+  red(true), red(false);
+  press("k");
+  ASSERT_GE(click_poses(), 6);
+  press("k");
+  EXPECT_NE(last_event().find("the one before in "), std::string::npos) << last_event();
+  std::ifstream kept("camera_rear.1.toml");
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(kept), {}), "before");
+}
+
+TEST_F(CamerasInWindow, AreDrawnAsSoonAsTheSimulatedMachinesCameraHasAPicture) {
+  console_->add_simulated_camera(canned_facts().machine.cameras.at(0));
+  frames(1);
+  console_->bell()->quiet();
+  view_.simulated_s += 0.1;
+  console_->frame(view_, loop_, events_, 0);
+  EXPECT_TRUE(console_->bell()->wait_until(std::chrono::steady_clock::now() + 60s));
 }
 
 TEST(VideoAlarm, SaysHowOldThePictureIs) {

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "tests/console/window/canned_console.h"
+#include "video/newest.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -17,7 +18,7 @@ class SimulatedCameraPicture : public testing::Test {
   std::unique_ptr<video::Frame> picture_of(const ConsoleView& view, Time at, Duration delay = {}) {
     camera_.show({at, view.simulated_s, view.truth.joint_rad, view.truth.events}, delay);
     for (int i = 0; i < 2000; ++i, std::this_thread::sleep_for(5ms))
-      if (auto frame = camera_.take(); frame && frame->captured == at) return frame;
+      if (auto frame = pictures_.take(); frame && frame->captured == at) return frame;
     ADD_FAILURE() << "no picture: " << camera_.status().why.data();
     return nullptr;
   }
@@ -28,7 +29,9 @@ class SimulatedCameraPicture : public testing::Test {
   }
 
   const MachineDescription machine_ = canned_facts().machine;
-  picture::SimulatedCamera camera_{machine_, machine_.cameras.at(0)};
+  video::Newest<video::Frame> pictures_;
+  picture::SimulatedCamera camera_{machine_, machine_.cameras.at(0),
+                                   [this](std::unique_ptr<video::Frame> frame) { pictures_.put(std::move(frame)); }};
 };
 
 TEST_F(SimulatedCameraPicture, ShowsTheTruePoseNotTheMeasuredOne) {
