@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/quantile.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "recording/events.h"
@@ -41,31 +40,71 @@ slave::SlaveState unknown_state() {
   return state;
 }
 
+/// Values of a signal that the machine cannot have measured.
+struct Outside {
+  std::size_t count = 0, of = 0;
+  double worst = 0, by = 0;  ///< The value that is farthest outside, and how far.
+  std::size_t row = 0;       ///< Its row.
+};
+Outside outside(const RecordedFile& table, std::size_t channel, const SignalRange& range) {
+  Outside found;
+  for (std::size_t i = 0; i < table.recording.samples.size(); ++i) {
+    if (table.recording.usable[i] == 0) continue;
+    ++found.of;
+    const double value = signal(table.recording.samples[i], channel);
+    const double by = std::max(range.low - value, value - range.high);
+    if (by <= 0) continue;
+    ++found.count;
+    if (by <= found.by) continue;
+    found.by = by;
+    found.worst = value;
+    found.row = table.rows[i];
+  }
+  return found;
+}
+
+/// The commonest mistake of a mapping: a table in bar or MPa that is read as Pa is within every range.
+void refuse_tiny_pressures(const RecordedFile& table) {
+  constexpr double kSomePressure_Pa = 2e5;
+  double most_Pa = -std::numeric_limits<double>::infinity();
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < table.recording.samples.size(); ++i) {
+    if (table.recording.usable[i] == 0) continue;
+    const auto& pressures = table.recording.samples[i].pressure_Pa;
+    const double highest_Pa = *std::max_element(pressures.begin(), pressures.end());
+    if (highest_Pa <= most_Pa) continue;
+    most_Pa = highest_Pa;
+    row = table.rows[i];
+  }
+  if (most_Pa >= kSomePressure_Pa) return;
+  throw InputError(
+      fmt::format("{}: no pressure of the table reaches {:.4g} bar (the highest is {:.4g} bar, in row {}): the "
+                  "pressures are in another unit than the mapping says",
+                  table.recording.source, kSomePressure_Pa / 1e5, most_Pa / 1e5, row));
+}
+
 /// Other machines' lengths and pressures cannot be this one's. @return notes on the few that are not.
 std::vector<std::string> refuse_another_machines(const RecordedFile& table, const MachineDescription& machine) {
   constexpr double kMostOutside = 0.2;
-  const estimation::Recording& recording = table.recording;
   std::vector<std::string> notes;
   for (std::size_t c = 0; c + 1 < kSignalChannels; ++c) {
     const SignalRange range = possible_range(machine, c);
-    std::vector<double> values;
-    for (std::size_t i = 0; i < recording.samples.size(); ++i)
-      if (recording.usable[i] != 0) values.push_back(signal(recording.samples[i], c));
-    const auto outside = std::count_if(values.begin(), values.end(),
-                                       [&range](double value) { return value < range.low || value > range.high; });
-    if (outside == 0) continue;
+    const Outside found = outside(table, c, range);
+    if (found.count == 0) continue;
     const bool length = c >= kPressureChannels;
     const double unit = length ? 1 : 1e5;
-    const std::string where = fmt::format("outside what is possible at machine {}, {:.4g} to {:.4g} {}", machine.name,
-                                          range.low / unit, range.high / unit, length ? "m" : "bar");
-    const double share = static_cast<double>(outside) / static_cast<double>(values.size());
+    const std::string where = fmt::format(
+        "outside what is possible at machine {}, {:.4g} to {:.4g} {} (most of all {:.4g} in row {})", machine.name,
+        range.low / unit, range.high / unit, length ? "m" : "bar", found.worst / unit, found.row);
+    const double share = static_cast<double>(found.count) / static_cast<double>(found.of);
     if (share > kMostOutside)
-      throw InputError(
-          fmt::format("{}: column '{}': {:.0f} % of it is {} (its median is {:.4g}): the table is of "
-                      "another machine, or in another unit",
-                      recording.source, table.columns[c], 100 * share, where, median(values) / unit));
-    notes.push_back(fmt::format("{} samples of {} are {}", outside, table.columns[c], where));
+      throw InputError(fmt::format(
+          "{}: column '{}': {:.3g} % of it is {}; at most {:.0f} % may be: the table is of another machine, "
+          "or in another unit",
+          table.recording.source, table.columns[c], std::ceil(1000 * share) / 10, where, 100 * kMostOutside));
+    notes.push_back(fmt::format("{} samples of {} are {}", found.count, table.columns[c], where));
   }
+  refuse_tiny_pressures(table);
   return notes;
 }
 

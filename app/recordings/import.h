@@ -14,9 +14,9 @@ namespace knuckle::recordings {
 /// known valve commands. What the table does not tell is NaN, the mode off. Samples that are not usable are not
 /// `measured`. The notes are events. No wires: frames that never were on a wire are not made up.
 /// @param head is written too, as imported. @param machine as calibrated() gives it.
-/// @return the notes: the table's, and what of it this machine cannot have measured.
-/// @throws InputError where more than a fifth of a signal cannot be this machine's, or `path` cannot be written;
-/// nothing is left behind then.
+/// @return the notes: the table's, and how many values of each signal are outside the range of this machine's sensor.
+/// @throws InputError where more than a fifth of a signal is outside that range, no pressure of the table reaches 2
+/// bar, or `path` cannot be written; nothing is left behind then.
 std::vector<std::string> write_imported(const RecordedFile& table, recording::Head head,
                                         const MachineDescription& machine, const std::string& path);
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -142,21 +143,50 @@ TEST_F(Import, IsRefusedWhereTheTableCannotBeOfThisMachine) {
   const std::string to = folder_.file("other.mcap"), said = refusal(table_, other, to);
   EXPECT_EQ(said.find(csv_ + ": column 'boom_cylinder_m': 100 % of it is outside what is possible at machine "), 0U)
       << said;
-  EXPECT_NE(said.find("compact080, 1.45 to 2.32 m (its median is 0."), std::string::npos) << said;
+  EXPECT_NE(said.find("compact080, 1.45 to 2.32 m (most of all 0."), std::string::npos) << said;
   EXPECT_EQ(said.find('\n'), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(to));
-  RecordedFile in_bar = table_;
-  for (auto& sample : in_bar.recording.samples)
+  EXPECT_NE(said.find("; at most 20 % may be: "), std::string::npos) << said;
+  RecordedFile tenfold = table_;
+  for (auto& sample : tenfold.recording.samples)
     for (double& pressure_Pa : sample.pressure_Pa) pressure_Pa *= 10;
-  EXPECT_NE(refusal(in_bar, machine_, to).find("column 'boom_head_Pa': "), std::string::npos);
+  EXPECT_NE(refusal(tenfold, machine_, to).find("column 'boom_head_Pa': "), std::string::npos);
+}
+
+TEST_F(Import, IsRefusedWhereItsPressuresAreInBarAndAreReadAsPa) {
+  const std::string to = folder_.file("bar.mcap");
+  for (auto& sample : table_.recording.samples)
+    for (double& pressure_Pa : sample.pressure_Pa) pressure_Pa *= 1e-5;
+  const std::string said = refusal(table_, machine_, to);
+  EXPECT_EQ(said.find(csv_ + ": no pressure of the table reaches 2 bar (the highest is 0.00"), 0U) << said;
+  EXPECT_NE(said.find(" bar, in row "), std::string::npos) << said;
+  EXPECT_FALSE(std::filesystem::exists(to));
+}
+
+TEST_F(Import, RefusalNamesTheMostExtremeValueItsRowAndTheBound) {
+  const std::size_t usable = static_cast<std::size_t>(
+      std::count(table_.recording.usable.begin(), table_.recording.usable.end(), std::uint8_t{1}));
+  const std::size_t changed = usable / 5 + 1;  // the median stays possible
+  ASSERT_LT(changed, 300U) << "before the hole";
+  for (std::size_t i = 0; i < changed; ++i) table_.recording.samples[i].cylinder_m[kArm] = 3;
+  table_.recording.samples[7].cylinder_m[kArm] = 4;
+  const std::string said = refusal(table_, machine_, folder_.file("many.mcap"));
+  EXPECT_EQ(said.find(csv_ + ": column 'arm_cylinder_m': 20."), 0U) << said;
+  EXPECT_NE(said.find("0.843 to 1.373 m (most of all 4 in row " + std::to_string(table_.rows[7]) +
+                      "); at most 20 % may be: "),
+            std::string::npos)
+      << said;
 }
 
 TEST_F(Import, SaysWhichFewValuesTheMachineCannotHaveMeasured) {
   for (std::size_t i = 10; i < 20; ++i) table_.recording.samples[i].cylinder_m[kArm] = 3;
   const std::vector<std::string> notes = write_imported(table_, {}, machine_, folder_.file("few.mcap"));
   ASSERT_EQ(notes.size(), table_.notes.size() + 1);
-  EXPECT_EQ(notes.back(),
-            "10 samples of arm_cylinder_m are outside what is possible at machine solar015, 0.843 to 1.373 m");
+  EXPECT_EQ(
+      notes.back(),
+      "10 samples of arm_cylinder_m are outside what is possible at machine solar015, 0.843 to 1.373 m (most of all "
+      "3 in row " +
+          std::to_string(table_.rows[10]) + ")");
 }
 
 TEST_F(Import, LeavesNothingBehindWhereItCannotBeWritten) {
