@@ -222,6 +222,18 @@ void commit(std::optional<cli::OutputFile>& file) {
   if (file) file->commit();
 }
 
+/// What an interrupted session leaves behind.
+std::string kept(const recording::RecorderStatus& log) {
+  std::string words;
+  if (!log.problem.empty())
+    words = "the recording has ended: " + log.problem + "; ";
+  else if (!log.file.empty())
+    words = "what was recorded until then is in " + log.file + "; ";
+  for (const std::string& file : log.flights) words += "flight record: " + file + "; ";
+  for (const std::string& notice : log.notices) words += notice + "; ";
+  return words.empty() ? "nothing was written" : words + "no other file was written";
+}
+
 bool uses_standard_output(const session::SimulateOptions& o) {
   return cli::is_standard_output(o.candump) || cli::is_standard_output(o.csv) || cli::is_standard_output(o.report) ||
          cli::is_standard_output(o.json);
@@ -256,6 +268,7 @@ int simulate_command(
   const cli::InterruptGuard interrupt;
   Outputs outputs(options);
   session::SessionResult session;
+  recording::RecorderStatus log;
   try {
     cli::ProgressBar bar(options.scenario);
     session::SessionHooks hooks;
@@ -263,11 +276,11 @@ int simulate_command(
       interrupt.check();
       bar.show(done_fraction);
     };
+    hooks.recorded = [&log](const recording::RecorderStatus& status) { log = status; };
     if (outputs.candump) hooks.candump = &outputs.candump->stream();
     session = run(options, hooks);
   } catch (const cli::Interrupted&) {
-    if (options.log.empty()) throw;
-    throw cli::Interrupted("what was recorded until then is in " + options.log + "; no other file was written");
+    throw cli::Interrupted(kept(log));
   }
   if (!options.cell_digest.empty() && session.digest != options.cell_digest)
     session.notes.push_back(fmt::format(

@@ -112,11 +112,22 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   result.impairment = options.impairment;
   const auto start = std::chrono::steady_clock::now();
   const std::unique_ptr<recording::Recorder> recorder = recorder_for(options, setup);
-  SessionOutcome outcome = options.realtime ? run_realtime(setup, recorder.get(), hooks.progress)
-                                            : run_on_virtual_time(setup, recorder.get(), hooks.progress);
-  if (recorder) {
+  const auto close_log = [&] {
+    if (!recorder) return;
     recorder->close();
     result.log = recorder->status();
+    if (hooks.recorded) hooks.recorded(result.log);
+  };
+  SessionOutcome outcome;
+  try {
+    outcome = options.realtime ? run_realtime(setup, recorder.get(), hooks.progress)
+                               : run_on_virtual_time(setup, recorder.get(), hooks.progress);
+  } catch (...) {
+    close_log();
+    throw;
+  }
+  close_log();
+  if (recorder) {
     if (!result.log.problem.empty()) result.notes.push_back("the recording has ended: " + result.log.problem);
     for (const std::string& notice : result.log.notices) result.notes.push_back(notice);
     for (const std::string& file : result.log.flights) result.notes.push_back("flight record: " + file);

@@ -60,7 +60,9 @@ struct SessionResult {
 /// What the session reports to while it runs.
 struct SessionHooks {
   std::function<void(double done_fraction)> progress;  ///< A few times a second; may throw to end the session.
-  std::ostream* candump = nullptr;                     ///< Every CAN frame, candump log format; null: not wanted.
+  /// Once the recording and flight records are complete, also of a session that `progress` ended.
+  std::function<void(const recording::RecorderStatus&)> recorded;
+  std::ostream* candump = nullptr;  ///< Every CAN frame, candump log format; null: not wanted.
 };
 
 /// Runs one session. @throws InputError for bad scenario, machine, device, map or motion files.

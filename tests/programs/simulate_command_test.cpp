@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <filesystem>
 #include <fstream>
+#include <functional>
+#include <string>
 
 #include "app/cli/interrupt.h"
 #include "core/error.h"
@@ -61,30 +64,66 @@ TEST(SimulateCommand, CtrlCEndsTheSessionAndLeavesNoOutput) {
   EXPECT_EQ(folder.count(), 0);
 }
 
-TEST(SimulateCommand, CtrlCSaysThatTheRecordingWasKept) {
-  const Folder folder;
-  session::SimulateOptions options;
-  options.scenario = "free_motion";
-  options.csv = folder.file("a.csv");
-  options.log = folder.file("a.mcap");
+/// Interrupts a session when it looks for the `look`th time, each 2 s, after before() was called. @return what is said.
+std::string interrupted_at(int look, const session::SimulateOptions& options, const std::function<void()>& before) {
   int looks = 0;
-  const auto interrupted = [&looks](const session::SimulateOptions& asked, const session::SessionHooks& hooks) {
+  const auto interrupted = [&](const session::SimulateOptions& asked, const session::SessionHooks& hooks) {
     session::SessionHooks own = hooks;
     own.progress = [&](double done) {
-      if (++looks == 3) std::raise(SIGINT);
+      if (++looks == look) {
+        before();
+        std::raise(SIGINT);
+      }
       hooks.progress(done);
     };
     return session::run_simulation(asked, own);
   };
   try {
     (void)simulate_command(options, "", interrupted);
-    ADD_FAILURE() << "was not interrupted";
   } catch (const cli::Interrupted& said) {
-    EXPECT_EQ(said.what(),
-              "interrupted; what was recorded until then is in " + options.log + "; no other file was written");
+    return said.what();
   }
+  return "was not interrupted";
+}
+
+TEST(SimulateCommand, CtrlCSaysThatTheRecordingWasKept) {
+  const Folder folder;
+  session::SimulateOptions options;
+  options.scenario = "free_motion";
+  options.csv = folder.file("a.csv");
+  options.log = folder.file("a.mcap");
+  EXPECT_EQ(interrupted_at(3, options, [] {}),
+            "interrupted; what was recorded until then is in " + options.log + "; no other file was written");
   EXPECT_EQ(folder.count(), 1);
   EXPECT_TRUE(recording::Recording({options.log}).complete());
+}
+
+TEST(SimulateCommand, CtrlCNamesTheFileInWhichTheRecordingIsWhereItCouldNotBePutInPlace) {
+  const Folder folder;
+  session::SimulateOptions options;
+  options.scenario = "free_motion";
+  options.log = folder.file("a.mcap");
+  EXPECT_EQ(interrupted_at(3, options, [&options] { std::filesystem::create_directory(options.log); }),
+            "interrupted; the recording has ended: Is a directory; what was recorded until then is in " + options.log +
+                ".partial; no other file was written");
+  EXPECT_TRUE(std::filesystem::is_regular_file(options.log + ".partial"));
+}
+
+TEST(SimulateCommand, CtrlCNamesTheFlightRecordsThatWereWritten) {
+  const Folder folder;
+  session::SimulateOptions options;
+  options.scenario = "bus_faults";
+  options.flights = folder.file("flights");
+  const std::string said = interrupted_at(10, options, [] {});
+  ASSERT_TRUE(std::filesystem::exists(options.flights));
+  std::size_t named = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(options.flights)) {
+    EXPECT_NE(said.find("flight record: " + entry.path().string() + "; "), std::string::npos) << said;
+    ++named;
+  }
+  EXPECT_GE(named, 1U);
+  EXPECT_EQ(said.find("interrupted; flight record: "), 0U) << said;
+  EXPECT_TRUE(said.ends_with("; no other file was written")) << said;
 }
 
 TEST(SimulateCommand, RefusesAFolderOfFlightRecordsThatCannotBeWritten) {
