@@ -192,8 +192,11 @@ std::vector<EventRow> watched_events(const Run& run) {
   for (const HandStep& step : run.data().hand) {
     if (!run.recorded(step.at)) continue;
     const MachineStep* const newest = run.machine_at(step.at);
-    if (newest != machine && newest != nullptr) message = message_of(*newest);
-    machine = newest;
+    // One that is not recorded is no lost link: the silence alone tells that.
+    if (newest != machine && newest != nullptr) {
+      message = message_of(*newest);
+      machine = newest;
+    }
     const HandStanding& standing = run.data().standings[step.standing];
     watch.step(step.at,
                {.machine = machine == nullptr ? nullptr : &message,

@@ -11,6 +11,7 @@ namespace knuckle::console::player {
 namespace {
 
 constexpr Duration kGap = 100ms;            // many steps of either loop
+constexpr Duration kSilent = 250ms;         // of the link: from then on the console shows nothing of the machine as new
 constexpr Duration kLinkWindow = 11s;       // what LinkWatch looks back, and a little
 constexpr Time kStamped = Time(24h * 400);  // any time that is later than every age of a sensor
 
@@ -48,10 +49,14 @@ std::optional<Time> after(const std::vector<Row>& rows, Time at) noexcept {
   const auto later = std::upper_bound(rows.begin(), rows.end(), at, [](Time t, const Row& row) { return t < row.at; });
   return later == rows.end() ? std::nullopt : std::optional(later->at);
 }
+/// The first one that is not earlier.
+template <typename Row>
+auto first_from(const std::vector<Row>& rows, Time at) noexcept {
+  return std::lower_bound(rows.begin(), rows.end(), at, [](const Row& row, Time t) { return row.at < t; });
+}
 template <typename Row>
 std::optional<Time> before(const std::vector<Row>& rows, Time at) noexcept {
-  const auto not_before =
-      std::lower_bound(rows.begin(), rows.end(), at, [](const Row& row, Time t) { return row.at < t; });
+  const auto not_before = first_from(rows, at);
   return not_before == rows.begin() ? std::nullopt : std::optional(std::prev(not_before)->at);
 }
 
@@ -105,8 +110,7 @@ SlaveMessage message_of(const slave::SlaveState& state, std::uint32_t sequence) 
   SlaveMessage told;
   told.stamp.sequence = sequence;
   told.stamp.sent_at = state.at;
-  // An imported table may have lengths that no joint angle gives.
-  told.sensor_at = state.measured && state.joint_rad.allFinite() ? state.at - from_seconds(state.oldest_age_s) : kNever;
+  told.sensor_at = state.measured ? state.at - from_seconds(state.oldest_age_s) : kNever;
   told.mode = state.mode;
   told.blocking = state.blocking;
   told.fault = state.fault;
@@ -158,6 +162,9 @@ void RunData::add(const slave::SlaveState& state, const SlaveMessage* told) {
   step.at = state.at;
   const std::uint32_t next = machine.empty() ? 0 : machine.back().sequence + 1;
   put(told != nullptr ? *told : message_of(state, next), step);
+  // An imported table may have lengths that no joint angle gives.
+  for (std::size_t j = 0; j < step.joint_rad.size(); ++j)
+    if (!std::isfinite(step.joint_rad[j])) step.joint_rad[j] = machine.empty() ? 0 : machine.back().joint_rad[j];
   step.command = floats<3>(state.valve_command);
   step.spool = floats<3>(state.spool);
   step.pilot_on = state.pilot_on;
@@ -256,14 +263,20 @@ void Run::find_gaps() {
   }
 }
 
-/// Messages that were under way in a hole are those of steps that are missing.
-Time Run::known_again(Time at) const noexcept {
-  if (machine_at(at) != nullptr || newest(data_.receipts, at) == nullptr) return at;
-  const auto later = std::upper_bound(data_.receipts.begin(), data_.receipts.end(), at,
-                                      [](Time t, const Receipt& receipt) { return t < receipt.at; });
-  const auto known = std::find_if(later, data_.receipts.end(),
-                                  [this](const Receipt& receipt) { return machine_at(receipt.at) != nullptr; });
-  return known == data_.receipts.end() ? last_ : known->at;
+/// Messages that were under way in a hole are those of steps that are missing: the machine is known again with the
+/// first message behind it whose step is recorded. A link that falls silent before that is no part of the hole.
+Time Run::known_again(Time hole_end) const noexcept {
+  if (data_.receipts.empty()) return hole_end;
+  const auto receipt =
+      std::find_if(first_from(data_.receipts, hole_end), data_.receipts.end(), [this](const Receipt& candidate) {
+        const MachineStep* const step = machine_at(candidate.at);
+        return step != nullptr && step->sequence == candidate.sequence;
+      });
+  const Time known = receipt == data_.receipts.end() ? last_ : receipt->at;
+  const auto silent =
+      std::find_if(first_from(data_.hand, hole_end), first_from(data_.hand, known),
+                   [](const HandStep& step) { return static_cast<double>(step.silence_s) >= to_seconds(kSilent); });
+  return silent == data_.hand.end() ? known : std::min(known, silent->at);
 }
 
 void Run::find_modes() {
@@ -279,10 +292,18 @@ void Run::find_modes() {
   }
 }
 
+bool Run::gap_between(Time earlier, Time later) const noexcept {
+  const auto gap = std::lower_bound(gaps_.begin(), gaps_.end(), later, [](const Gap& g, Time t) { return g.to <= t; });
+  return gap != gaps_.begin() && earlier < std::prev(gap)->to;
+}
+
 const MachineStep* Run::machine_at(Time at) const noexcept {
-  if (!data_.operator_side || !data_.machine_side) return newest(data_.machine, at);
+  if (!data_.operator_side || !data_.machine_side) {
+    const MachineStep* const step = newest(data_.machine, at);
+    return step == nullptr || gap_between(step->at, at) ? nullptr : step;
+  }
   const Receipt* receipt = newest(data_.receipts, at);
-  if (receipt == nullptr) return nullptr;
+  if (receipt == nullptr || gap_between(receipt->at, at)) return nullptr;
   // Sequences grow by one a step, and are not lost where steps of the recording are.
   const auto later =
       std::upper_bound(data_.machine.begin(), data_.machine.end(), receipt->sequence,
@@ -361,12 +382,10 @@ void Run::show_link(Time at, LinkSide& link) const {
   const auto since = link_from(at);
   if (!data_.operator_side || !since) return;
   LinkWatch watch(data_.machine_period);
-  const auto from = [&](const auto& rows) {
-    return std::lower_bound(rows.begin(), rows.end(), *since, [](const auto& row, Time t) { return row.at < t; });
-  };
-  auto status = from(data_.statuses);
+  auto status = first_from(data_.statuses, *since);
   SlaveMessage message;
-  for (auto arrival = from(data_.arrivals); arrival != data_.arrivals.end() && arrival->at <= at; ++arrival) {
+  for (auto arrival = first_from(data_.arrivals, *since); arrival != data_.arrivals.end() && arrival->at <= at;
+       ++arrival) {
     for (; status != data_.statuses.end() && status->at < arrival->at; ++status) {
       watch.stamp(status->at);
       watch.note(status->status);

@@ -49,7 +49,8 @@ struct MachineStep {
   Mode mode = Mode::kOff;
   bool contact = false;
   float confidence = 0;
-  std::array<float, 3> joint_rad{}, joint_radps{};
+  std::array<float, 3> joint_rad{};  ///< Of a table's length that no angle gives: the one before it, at first 0.
+  std::array<float, 3> joint_radps{};
   std::array<float, 2> tip_force_N{};
   std::array<float, 3> covariance_N2{};
   std::array<float, 6> pressure_Pa{};
@@ -93,7 +94,8 @@ struct RunData {
   std::vector<Receipt> receipts;
   std::vector<Arrival> arrivals;
   std::vector<StatusRow> statuses;
-  std::vector<Gap> operator_holes, machine_holes;  ///< Of the recording: steps whose wires are not in it, if only one.
+  std::vector<Gap> operator_holes, machine_holes;  ///< From one step whose wires are recorded to the next, where any of
+                                                   ///< the steps between them has none.
 
   // What is not later than the one before is left out: rows are searched by their times.
   void add(const master::MasterState& state);
@@ -124,8 +126,8 @@ class Run {
   [[nodiscard]] ConsoleView view(Time at) const;
   /// Puts in what the link did in the ten seconds before, as far as that is recorded without a hole.
   void show_link(Time at, LinkSide& link) const;
-  /// The machine's step whose message is the newest at this time; where a few are missing, the one before these.
-  /// nullptr: none, or not recorded.
+  /// The machine's step whose message is the newest at this time; where less than 100 ms are missing, the one before
+  /// these. nullptr: none, or not recorded.
   [[nodiscard]] const MachineStep* machine_at(Time at) const noexcept;
   [[nodiscard]] const HandStep* hand_at(Time at) const noexcept;
 
@@ -133,7 +135,8 @@ class Run {
   [[nodiscard]] std::optional<Time> step_after(Time at) const noexcept;
   [[nodiscard]] std::optional<Time> step_before(Time at) const noexcept;
 
-  /// Holes of more than a few steps, with what of the machine was under way in them.
+  /// Holes of more than 100 ms in either side's steps, each up to the first message behind it of a step that is
+  /// recorded, or until the link has been silent for 250 ms.
   [[nodiscard]] const std::vector<Gap>& gaps() const noexcept { return gaps_; }
   /// Within the recording, and in none of its gaps.
   [[nodiscard]] bool recorded(Time at) const noexcept;
@@ -146,7 +149,8 @@ class Run {
 
  private:
   [[nodiscard]] const Gap* gap_at(Time at) const noexcept;
-  [[nodiscard]] Time known_again(Time at) const noexcept;
+  [[nodiscard]] Time known_again(Time hole_end) const noexcept;
+  [[nodiscard]] bool gap_between(Time earlier, Time later) const noexcept;
   [[nodiscard]] std::optional<Time> link_from(Time at) const noexcept;
   void find_gaps();
   void find_modes();

@@ -167,7 +167,8 @@ TEST(PlayedFile, IsRefusedInOneLineWhereThereIsNothingToPlay) {
   expect_refused(unknown, "machine.toml: is missing");
 }
 
-/// A table of two seconds, without commands, that has a hole from 1 s on.
+/// A table of two seconds, without commands, that has a hole from 1 s on. At its start and at 0.5 s, the arm's cylinder
+/// is longer for 0.05 s than any angle makes it.
 std::string imported_table(const TemporaryFolder& folder) {
   recordings::RecordedFile table;
   table.recording.source = "table.csv";
@@ -185,6 +186,9 @@ std::string imported_table(const TemporaryFolder& folder) {
   table.recording.samples.assign(200, sample);
   table.recording.usable.assign(200, 1);
   std::fill(table.recording.usable.begin() + 100, table.recording.usable.end(), std::uint8_t{0});
+  for (const std::size_t from : {0U, 50U})
+    for (std::size_t i = from; i < from + 5; ++i) table.recording.samples[i].cylinder_m[kArm] = 3;
+  for (std::size_t i = 0; i < 200; ++i) table.rows.push_back(i + 2);
   recording::Head own;
   own.program = "knuckle import";
   own.machine_file = head.machine_file;
@@ -196,7 +200,7 @@ std::string imported_table(const TemporaryFolder& folder) {
 TEST(PlayedFile, OfATableShowsItsSensorsAndOfAllElseThatItIsUnknown) {
   const TemporaryFolder folder;
   const player::Played played = player::load({imported_table(folder)});
-  const console::ConsoleView view = played.run.view(Time(500ms)), hole = played.run.view(Time(1500ms));
+  const console::ConsoleView view = played.run.view(Time(400ms)), hole = played.run.view(Time(1500ms));
   EXPECT_TRUE(view.sensors_alone);
   EXPECT_EQ(view.machine.pressure_Pa[0], 5e6);
   EXPECT_TRUE(view.machine.position_rad.allFinite());
@@ -215,6 +219,19 @@ TEST(PlayedFile, OfATableShowsItsSensorsAndOfAllElseThatItIsUnknown) {
     EXPECT_FALSE(console::force_words(v).known);
   }
   for (const console::EventRow& row : played.events) EXPECT_EQ(row.code, "import") << row.text;
+}
+
+TEST(PlayedFile, OfATableShowsPressuresAlsoWhereNoAngleIsKnownAndHoldsThePose) {
+  const TemporaryFolder folder;
+  const player::Played played = player::load({imported_table(folder)});
+  const console::ConsoleView start = played.run.view(Time(20ms)), before = played.run.view(Time(490ms)),
+                             view = played.run.view(Time(520ms));
+  for (const console::ConsoleView& v : {start, view}) {
+    EXPECT_EQ(v.machine.pressure_Pa[0], 5e6);
+    EXPECT_NE(v.machine.sensor_at, kNever);
+    EXPECT_TRUE(v.machine.position_rad.allFinite());
+  }
+  EXPECT_EQ(view.machine.position_rad, before.machine.position_rad);
 }
 
 /// A state of the machine's side with another time.

@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "app/console/link_quality.h"
 #include "app/console/live_session.h"
@@ -185,20 +188,67 @@ TEST(PlayedRun, FindsWhereStepsAreMissingAndShowsNothingThere) {
   }
 }
 
-TEST(PlayedRun, TakesNoHoleInTheRecordingForALossOnTheLink) {
-  const TemporaryFolder folder;
-  const auto missing = [](bool, Time at) { return at > Time(1s) && at < Time(1500ms); };
-  const player::Played whole = player::load({recorded("press")});
-  const player::Played played = player::load({with_holes(folder, "press", missing)});
-  EXPECT_FALSE(lists_a_lost_link(whole));
+void expect_shown_as_without_the_hole(const player::Played& played, const player::Played& whole) {
   EXPECT_FALSE(lists_a_lost_link(played));
-  for (Time at = played.run.gaps().at(0).to; at <= played.run.last(); at += 1ms) {
+  ASSERT_EQ(played.run.gaps().size(), 1u);
+  for (Time at = played.run.gaps()[0].to; at <= played.run.last(); at += 1ms) {
     const console::ConsoleView is = played.run.view(at), was = whole.run.view(at);
     ASSERT_EQ(is.link.heard, was.link.heard) << to_seconds(at);
     ASSERT_EQ(is.machine.position_rad, was.machine.position_rad) << to_seconds(at);
     console::LinkSide link = is.link;
     played.run.show_link(at, link);
     ASSERT_FALSE(link.loss > 0) << to_seconds(at);
+  }
+}
+
+/// One in five steps of the operator's side has a message of the machine's.
+TEST(PlayedRun, TakesNoHoleInTheRecordingForALossOnTheLinkWhereverItEnds) {
+  constexpr Time kNone(1s);
+  const player::Played whole = player::load({recorded("press")});
+  EXPECT_FALSE(lists_a_lost_link(whole));
+  for (Time end = Time(1490ms); end <= Time(1515ms); end += 1ms) {
+    const std::array<std::pair<Time, Time>, 4> holes{{{end, end}, {end, kNone}, {kNone, end}, {end - 20ms, end}}};
+    for (const auto& [operators, machines] : holes) {
+      SCOPED_TRACE(std::to_string(to_seconds(operators)) + " s, " + std::to_string(to_seconds(machines)) + " s");
+      const TemporaryFolder folder;
+      const auto missing = [&](bool operator_side, Time at) {
+        return at > Time(1s) && at < (operator_side ? operators : machines);
+      };
+      const player::Played played = player::load({with_holes(folder, "press", missing)});
+      ASSERT_NO_FATAL_FAILURE(expect_shown_as_without_the_hole(played, whole));
+      EXPECT_GE(played.run.gaps()[0].to, end);
+      EXPECT_LE(played.run.gaps()[0].to, end + 50ms);
+    }
+  }
+}
+
+/// When the link of "lost_link" falls silent.
+Time last_message_before_the_silence(const player::Run& run) {
+  const auto& receipts = run.data().receipts;
+  const auto silence = std::adjacent_find(receipts.begin(), receipts.end(),
+                                          [](const auto& one, const auto& next) { return next.at - one.at > 250ms; });
+  return silence == receipts.end() ? receipts.back().at : silence->at;
+}
+
+TEST(PlayedRun, HidesNoLossOnTheLinkThatBeginsRightBehindAHole) {
+  const player::Played whole = player::load({recorded("lost_link")});
+  const Time lost = last_message_before_the_silence(whole.run);
+  ASSERT_GT(whole.run.view(lost + 350ms).link.silence_s, 0.3);
+  // All that still comes is of missing steps; or nothing comes at all.
+  for (const Time end : {lost - 10ms, lost + 30ms}) {
+    SCOPED_TRACE(to_seconds(end));
+    const TemporaryFolder folder;
+    const auto missing = [&](bool operator_side, Time at) {
+      return at > lost - 400ms && at < (operator_side ? end : std::max(end, lost));
+    };
+    const player::Played played = player::load({with_holes(folder, "lost_link", missing)});
+    ASSERT_EQ(played.run.gaps().size(), 1u);
+    EXPECT_LE(played.run.gaps()[0].to, lost + 255ms) << "the console would show it then";
+    EXPECT_EQ(lists_a_lost_link(played), lists_a_lost_link(whole));
+    const console::ConsoleView view = played.run.view(lost + 300ms);
+    EXPECT_TRUE(played.run.recorded(lost + 300ms));
+    EXPECT_GT(view.link.silence_s, 0.25);
+    EXPECT_FALSE(view.link.heard) << "what the machine told before the hole is not the newest";
   }
 }
 
