@@ -44,9 +44,17 @@ void add_options(CLI::App& c, CommissionCommandOptions& o) {
   c.add_option("--out", o.out, "Write the machine file with the measured values (.toml)")->required();
   c.add_flag("--resume", o.resume, "Go on after the last completed step of a run that has ended, kept beside --out");
   c.add_option("--record", o.record, "Folder for the recordings that knuckle identify reads")->capture_default_str();
-  recordings::add_log_options(c, o.log);
+  recordings::add_log_options(c, o.log, "Record nothing");
   c.add_option("--slow", o.motions.slow_s, "Seconds of slow sweeps to record, 20 to 1200")->capture_default_str();
   c.add_option("--fast", o.motions.fast_s, "Seconds of fast motion to record, 20 to 1200")->capture_default_str();
+}
+
+/// The first of the recordings that a folder contains; empty: none.
+std::string recorded_in(const std::string& folder) {
+  std::error_code error;
+  for (const char* name : kMotionNames)
+    if (std::filesystem::exists(recording_file(folder, name), error)) return name;
+  return "";
 }
 
 void check(const CommissionCommandOptions& o) {
@@ -57,12 +65,9 @@ void check(const CommissionCommandOptions& o) {
   cli::check_range("--fast", o.motions.fast_s, 20, 1200, " s");
   if (cli::is_standard_output(o.out))
     cli::refuse_option("--out", o.out, "must be a file: standard output is used for the dialogue");
-  std::error_code error;
   cli::check_folder("--record", o.record);
-  for (const char* name : kMotionNames) {
-    if (std::filesystem::exists(recording_file(o.record, name), error))
-      cli::refuse_option("--record", o.record, "already contains " + std::string(name) + ".csv; choose another folder");
-  }
+  if (const std::string name = recorded_in(o.record); !name.empty())
+    cli::refuse_option("--record", o.record, "already contains " + name + ".csv; choose another folder");
   cli::Places places;
   places.configuration("--machine", o.machine);
   places.configuration_output("--out", o.out);
@@ -80,8 +85,8 @@ recording::Head head_of(const CommissionCommandOptions& o, const std::string& fi
   recording::Head head;
   head.program = "knuckle commission --machine " + file + (o.simulate ? " --simulate" : " --can " + o.can);
   head.version = cli::program_version();
-  head.started_unix_ns = unix_time.count() - now.time_since_epoch().count();
-  head.simulated = o.simulate;
+  if (!o.simulate) head.started_unix_ns = unix_time.count() - now.time_since_epoch().count();
+  head.simulated = head.virtual_time = o.simulate;
   head.machine_file = text;
   return head;
 }
@@ -112,15 +117,17 @@ class Progress {
   [[nodiscard]] const Resume& resume() const noexcept { return resume_; }
   [[nodiscard]] std::string note() const {
     if (resumed_)
-      return "Goes on after step " + std::to_string(completed_) + " of the run before; steps 1 to 3 are made again.";
+      return "Goes on after step " + std::to_string(completed_) + " of the run before; steps 1 to 4 are made again.";
     return std::filesystem::exists(file_)
-               ? file_ + ": an earlier run has ended before its end; --resume goes on with it, this run begins anew"
+               ? file_ + ": an earlier run has ended before its end; --resume may go on with it, this run begins anew"
                : "";
   }
-  [[nodiscard]] std::string hint() const {
-    return completed_ < kSigns ? ""
-                               : "; the steps up to " + std::to_string(completed_) + " are kept in " + file_ +
-                                     ": the same command with --resume goes on after them";
+  /// @param recordings the folder that has some already; empty: there are none.
+  [[nodiscard]] std::string hint(const std::string& recordings) const {
+    if (completed_ < kStrokes) return "";
+    return "; steps up to " + std::to_string(completed_) + " are kept in " + file_ +
+           ": the same command with --resume goes on after them" +
+           (recordings.empty() ? "" : ", with another --record folder, as there are recordings in " + recordings);
   }
   /// The result is written: nothing is left to go on with.
   void done() const {
@@ -135,6 +142,11 @@ class Progress {
   bool resumed_ = false;
   int completed_ = 0;
 };
+
+std::string next_command(const std::vector<std::string>& r, const std::string& machine) {
+  return "next: knuckle identify " + r[0] + ' ' + r[1] + " --hold-out " + r[2] + " --hold-out " + r[3] + " --machine " +
+         machine + " --out calibrated.toml --report identify.html\n";
+}
 
 int run_commission(CommissionCommandOptions options) {
   check(options);
@@ -157,36 +169,41 @@ int run_commission(CommissionCommandOptions options) {
   };
   tell(log.notes());
   const Partner person = log.noted(terminal(
-                                       told, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
-                                   access);
+      told, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1));
   const auto record = [&](const MachineDescription& found, const std::function<bool()>& stopped) {
     return record_motions(found, access, options.motions, options.record, stopped);
   };
-  const auto check_interrupt = [&] {
-    if (interrupt.pending()) throw cli::Interrupted("nothing was written to " + options.out);
+  const auto hint = [&] { return progress.hint(recorded_in(options.record).empty() ? "" : options.record); };
+  const auto finish = [&](const std::string& why) {
+    log.ended(why);
+    tell(log.close());
+    dialogue.finish();
   };
   if (const std::string note = progress.note(); !note.empty()) told << note << '\n';
   try {
-    const WizardResult result = run_wizard(machine, access, person, record, check_interrupt, progress.resume());
-    tell(log.close());
+    const WizardResult result = run_wizard(
+        machine, access, person, record, [&] { interrupt.check(); }, progress.resume());
     out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), digest});
     const std::string older = cli::keep_older(options.out);
     out.commit();
     progress.done();
+    tell(log.close());
     told << "\nwritten: " << options.out << (older.empty() ? "" : "; the previous file was kept as " + older) << '\n';
-    if (result.recordings.size() == 4) {
-      const auto& r = result.recordings;
-      told << "next: knuckle identify " << r[0] << ' ' << r[1] << " --hold-out " << r[2] << " --hold-out " << r[3]
-           << " --machine " << options.out << " --out calibrated.toml --report identify.html\n";
-    }
+    if (result.recordings.size() == kMotionNames.size()) told << next_command(result.recordings, options.out);
     return 0;
   } catch (const CommissionEnded& ended) {
-    tell(log.close());
-    dialogue.finish();
+    finish(ended.what());
+    const bool lost = dynamic_cast<const ProgressLost*>(&ended) != nullptr;
     cli::BackgroundWriter(STDERR_FILENO).stream()
         << "knuckle: commissioning ended, machine neutral, nothing written to " << options.out << ": " << ended.what()
-        << progress.hint() << '\n';
+        << (lost ? "" : hint()) << '\n';
     return 1;
+  } catch (const cli::Interrupted&) {
+    finish("interrupted");
+    throw cli::Interrupted("nothing was written to " + options.out + hint());
+  } catch (const std::exception& error) {
+    finish(error.what());
+    throw;
   }
 }
 

@@ -2,12 +2,14 @@
 // something real is moved, unless turned off.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "app/bringup/commission_dialogue.h"
 #include "app/recordings/program_log.h"
 #include "machine/description_fwd.h"
+#include "recording/events.h"
 #include "recording/head.h"
 #include "recording/loop_tape.h"
 #include "transport/bus_access.h"
@@ -23,16 +25,25 @@ class CommissionLog {
 
   /// The same bus; a step of the recording ends with each wait. This outlives it.
   [[nodiscard]] BusAccess taped(const BusAccess& access);
-  /// The same person, whose answers, and what is said to them, are events. This and the access outlive it.
-  [[nodiscard]] Partner noted(const Partner& partner, const BusAccess& access);
+  /// The same person, whose answers, and what is said to them, are events, at the time of the bus taped; hears what
+  /// comes up in the recording, too. This outlives it.
+  [[nodiscard]] Partner noted(const Partner& partner);
   /// For the start: where it is recorded to, or that it is not.
   [[nodiscard]] std::vector<std::string> notes() const;
-  /// Nothing moves any more: finishes the file. @return what there is to be said of it.
+  /// Why it ended before its end, as an event.
+  void ended(const std::string& why);
+  /// Nothing moves any more: finishes the file. @return what there is to be said of it, and where it is.
   [[nodiscard]] std::vector<std::string> close();
 
  private:
+  /// nullptr: nothing is kept, so nothing need be written down.
+  [[nodiscard]] recording::Recorder* recorder() noexcept;
+  void note(recording::Severity severity, const std::string& kind, const std::string& text);
+
   bool off_, drains_;
   recordings::ProgramLog log_;
+  bool keeps_;
+  std::shared_ptr<BusAccess> bus_;  ///< Set by taped().
   recording::LoopTape tape_;
 };
 

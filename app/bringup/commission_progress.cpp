@@ -12,7 +12,7 @@ namespace knuckle::bringup {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr const char* kSchema = "knuckle-commission-progress/1";
+constexpr const char* kSchema = "knuckle-commission-progress/2";
 constexpr std::size_t kLargest_MB = 1;
 
 Json json_of(const std::optional<double>& value) {
@@ -23,7 +23,8 @@ std::optional<double> optional_of(const Json& value) {
 }
 
 Json json_of(const WizardProgress& progress) {
-  Json axes = Json::array(), findings = Json::array();
+  Json axes = Json::array(), findings = Json::array(), serials = Json::array();
+  for (const auto& [id, serial] : progress.serials) serials.push_back({{"node", id}, {"serial", serial}});
   for (const AxisResult& axis : progress.axes)
     axes.push_back({{"stroke_m", json_of(axis.stroke_m)},
                     {"offset_m", json_of(axis.offset_m)},
@@ -32,13 +33,15 @@ Json json_of(const WizardProgress& progress) {
                     {"dead_band_retract", json_of(axis.dead_band_retract)}});
   for (const Finding& one : progress.findings)
     findings.push_back({{"level", static_cast<int>(one.level)}, {"about", one.about}, {"text", one.text}});
-  return {{"completed", progress.completed}, {"axes", axes}, {"findings", findings}};
+  return {{"completed", progress.completed}, {"serials", serials}, {"axes", axes}, {"findings", findings}};
 }
 
 /// @throws nlohmann::json::exception where something is missing or of another kind.
 WizardProgress progress_of(const Json& json) {
   WizardProgress progress;
   progress.completed = json.at("completed").get<int>();
+  for (const Json& one : json.at("serials"))
+    progress.serials[one.at("node").get<std::uint8_t>()] = one.at("serial").get<std::uint32_t>();
   for (std::size_t j = 0; j < progress.axes.size(); ++j) {
     const Json& axis = json.at("axes").at(j);
     progress.axes[j] = {optional_of(axis.at("stroke_m")), optional_of(axis.at("offset_m")),

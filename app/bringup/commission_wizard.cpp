@@ -31,6 +31,7 @@ class Wizard {
       : machine_(machine), access_(access), check_(check), resume_(resume), dialogue_(std::move(partner), [this] {
           idle();
         }) {
+    progress_.serials.clear();
     result_.axes = resume.from.axes;
   }
 
@@ -47,6 +48,9 @@ class Wizard {
   void identity() {
     dialogue_.begin(1, "Identity");
     result_.nodes = sound_bus(machine_, access_, dialogue_, check_).nodes;
+    for (const NodeLine& node : result_.nodes)
+      if (node.serial) progress_.serials[node.id] = *node.serial;
+    check_serials();
   }
 
   void probe() {
@@ -309,6 +313,18 @@ class Wizard {
         {.joint = joint, .peak = direction * peak, .rise_1ps = 0.1, .travel_m = stroke_m / 2, .longest_s = kStroke_s});
   }
 
+  /// What the run before has found is of its nodes alone.
+  void check_serials() const {
+    for (const auto& [id, before] : resume_.from.serials) {
+      const auto now = progress_.serials.find(id);
+      if (now != progress_.serials.end() && now->second == before) continue;
+      throw ProgressLost(
+          fmt::format("node 0x{:02X}: serial number {}, in the run before {}: another device; begin "
+                      "anew, without --resume",
+                      id, now == progress_.serials.end() ? "none" : std::to_string(now->second), before));
+    }
+  }
+
   /// The run before has made encoders show their cylinder's length, and closed loop relies on it.
   void check_presets() {
     for (int joint = 0; joint < kJoints; ++joint) {
@@ -323,10 +339,11 @@ class Wizard {
       const double length_m = bench_->sensors().length_m[joint];
       const bool sound =
           length_m > cylinder(joint).min_length_m - kTape_m && length_m < cylinder(joint).max_length_m + kTape_m;
-      keep({sound ? Level::kOk : Level::kFault, about,
-            fmt::format("encoder reads {:.1f} mm", 1e3 * length_m) +
-                (sound ? ", preset by the run before"
-                       : ", which its cylinder cannot have: the preset is lost; begin anew, without --resume")});
+      const std::string reads = fmt::format("encoder reads {:.1f} mm", 1e3 * length_m);
+      if (!sound)
+        throw ProgressLost(about + ": " + reads +
+                           ", which its cylinder cannot have: the preset is lost; begin anew, without --resume");
+      keep({Level::kOk, about, reads + ", preset by the run before"});
     }
   }
 
@@ -385,7 +402,7 @@ WizardResult run_wizard(
     wizard.identity();
     wizard.probe();
     wizard.enable_motion();
-    wizard.step(kSigns, &Wizard::signs);
+    wizard.signs();
     wizard.step(kStrokes, &Wizard::strokes);
     wizard.step(kDeadBands, &Wizard::dead_bands);
     wizard.hand_over(record);

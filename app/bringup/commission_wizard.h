@@ -2,7 +2,9 @@
 // nothing moves before it is confirmed, and a fault ends it with the machine neutral.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,12 +32,18 @@ struct WizardResult {
 };
 
 /// The steps that need not be made again by a run that goes on where another has ended. Those before are made in each
-/// run: they prove bus, E-stop and closed valves as they are now.
-inline constexpr int kSigns = 4, kStrokes = 5, kDeadBands = 6;
+/// run: they prove bus, E-stop, closed valves and signs as they are now, whatever was repaired in between.
+inline constexpr int kStrokes = 5, kDeadBands = 6;
 struct WizardProgress {
-  int completed = 0;  ///< The last completed step; below kSigns: none of them.
+  int completed = 0;                              ///< The last completed step; below kStrokes: none of them.
+  std::map<std::uint8_t, std::uint32_t> serials;  ///< Of the nodes that have a serial number, by id.
   PerJoint<AxisResult> axes;
   Findings findings;  ///< Of these steps.
+};
+/// What an earlier run has found no longer holds: there is nothing to go on with.
+class ProgressLost : public CommissionEnded {
+ public:
+  using CommissionEnded::CommissionEnded;
 };
 /// Where to go on, and who keeps how far it came: told after each of these steps.
 struct Resume {

@@ -141,10 +141,14 @@ class Doctor {
   }
 
   NodeLine line_of(const SurveyedNode& node, const std::string& name) {
-    NodeLine line{node.id, name, state_text(node), "", {}, {}, {}, {}, {}, {}, {}};
+    NodeLine line;
+    line.id = node.id;
+    line.name = name;
+    line.state = state_text(node);
     line.device_type = node.value(canopen::kDeviceType);
     line.vendor = node.value(canopen::kVendorId);
     line.product = node.value(canopen::kProductCode);
+    line.serial = node.value(canopen::kSerialNumber);
     line.error_register = node.value(canopen::kErrorRegister);
     if (node.emergency) {
       line.emergency = node.emergency->code;
@@ -330,7 +334,8 @@ std::map<std::uint8_t, std::vector<Object>> doctor_objects(const MachineDescript
   for (const NodeScript& node : slave::node_scripts(machine)) {
     std::vector<Object>& objects = wanted[node.node.id];
     for (const SdoStep& step : final_steps(node.script)) objects.push_back(step.object);
-    for (const Object& object : {canopen::kErrorRegister, kErrorCount, kNewestError}) objects.push_back(object);
+    for (const Object& object : {canopen::kErrorRegister, kErrorCount, kNewestError, canopen::kSerialNumber})
+      objects.push_back(object);
     for (const Object& object : reading_objects(node.role, machine)) objects.push_back(object);
   }
   return wanted;

@@ -21,6 +21,7 @@ struct NodeLine {
   std::string state;    ///< "operational", ...; "no heartbeat", "silent"
   std::string reading;  ///< Process value or state now, such as "60.21 bar"; empty where there is none.
   std::optional<std::uint32_t> device_type, vendor, product, error_register;
+  std::optional<std::uint32_t> serial;            ///< Where the device has one.
   std::optional<std::uint16_t> emergency;         ///< Newest EMCY received, else of its error list (0x1003).
   std::optional<int> settings_as_file, settings;  ///< PDO and heartbeat objects: equal to the file, all.
 };

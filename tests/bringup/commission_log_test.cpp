@@ -41,15 +41,20 @@ std::string recording_in(const std::string& folder) {
 struct Recorded {
   std::size_t syncs = 0, received = 0;
   std::vector<std::string> events;
+  std::size_t errors = 0;
 };
 Recorded read(const std::string& file) {
   Recorded all;
   recording::Recording recording({file});
   while (const auto entry = recording.next()) {
-    if (entry->topic == recording::Topic::kEvents)
-      all.events.push_back(recording::decode_log(entry->data, recording.head().started_unix_ns)->text);
+    if (entry->topic == recording::Topic::kEvents) {
+      const auto event = recording::decode_log(entry->data, recording.head().started_unix_ns);
+      all.events.push_back(event->text);
+      if (event->severity == recording::Severity::kError) ++all.errors;
+    }
     if (entry->topic != recording::Topic::kMachineWires) continue;
-    for (const recording::WireEvent& event : recording::decode_wires(entry->data)->events) {
+    const auto wires = recording::decode_wires(entry->data);
+    for (const recording::WireEvent& event : wires->events) {
       all.syncs += event.kind == WireEventKind::kCanSent && event.value == canopen::kSyncId ? 1 : 0;
       all.received += event.kind == WireEventKind::kCanReceived ? 1 : 0;
     }
@@ -70,22 +75,26 @@ TEST(CommissionLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
   CommissionLog log({folder.path().string(), false}, head(true), solar());
   BusAccess access = log.taped(sim::access_to(bus));
   const Partner person = log.noted(terminal(
-                                       told, [] { return std::optional<std::string>("go"); }, false),
-                                   access);
+      told, [] { return std::optional<std::string>("go"); }, false));
   JogBench bench(solar(), access, [] { return false; });
   bench.start();
   bench.idle(20s);  // far longer than the ring of the steps has room for
   person.begin(3, "dead bands");
   person.say("boom: 4 %");
-  person.ask({"next", {"go", "stop"}, {}});
+  person.ask({"next", {"go", "stop"}, {}, ""});
   EXPECT_EQ(person.poll(), "go");
-  EXPECT_TRUE(log.close().empty());
+  access.bus().send({canopen::kSyncId, 0, {}});  // behind the last wait
+  log.ended("a reason");
+  const std::vector<std::string> said = log.close();
   const std::string file = recording_in(folder.path().string());
+  EXPECT_EQ(said, std::vector<std::string>{"recorded in " + file});
   const Recorded recorded = read(file);
   EXPECT_GT(syncs, 4000u);
   EXPECT_EQ(recorded.syncs, syncs);
   EXPECT_GT(recorded.received, 10 * syncs);
-  EXPECT_EQ(recorded.events, (std::vector<std::string>{"step 3: dead bands", "boom: 4 %", "next [go | stop]", "go"}));
+  EXPECT_EQ(recorded.events,
+            (std::vector<std::string>{"step 3: dead bands", "boom: 4 %", "next [go | stop]", "go", "a reason"}));
+  EXPECT_EQ(recorded.errors, 1u) << "why it ended";
   EXPECT_NE(told.str().find("boom: 4 %\n"), std::string::npos) << "the person hears it all the same";
   recording::Recording again({file});
   EXPECT_THROW((void)recording::replay(again, {}), InputError) << "no loop ran";

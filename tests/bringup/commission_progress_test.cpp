@@ -19,6 +19,7 @@ const ProgressOf kOf{"can0", "abc123"};
 WizardProgress some() {
   WizardProgress progress;
   progress.completed = kStrokes;
+  progress.serials = {{0x20, 77}, {0x30, 4000000000}};
   progress.axes[1] = {0.4171234567890123, -0.0031, true, std::nullopt, 0.1};
   progress.findings = {{Finding::Level::kOk, "arm", "encoder preset: 512.0 mm before, 510.2 mm now"},
                        {Finding::Level::kNote, "bucket", "skipped"}};
@@ -49,6 +50,7 @@ TEST_F(ProgressFile, IsReadAsItWasWrittenToTheLastDigit) {
   write_progress(file_, some(), kOf);
   const WizardProgress read = read_progress(file_, kOf);
   EXPECT_EQ(read.completed, kStrokes);
+  EXPECT_EQ(read.serials, some().serials);
   EXPECT_EQ(read.axes[1].stroke_m, some().axes[1].stroke_m);
   EXPECT_EQ(read.axes[1].offset_m, some().axes[1].offset_m);
   EXPECT_TRUE(read.axes[1].preset);
@@ -61,10 +63,11 @@ TEST_F(ProgressFile, IsReadAsItWasWrittenToTheLastDigit) {
 
 TEST_F(ProgressFile, IsRefusedInOneLineWhereItIsOfAnotherMachineOrBus) {
   write_progress(file_, some(), kOf);
-  EXPECT_NE(refusal({"can0", "another"}).find("is of another machine file"), std::string::npos);
-  EXPECT_NE(refusal({"can1", "abc123"}).find("is of the bus can0, not can1"), std::string::npos);
-  EXPECT_EQ(refusal().find('\n'), std::string::npos);
-  EXPECT_EQ(refusal(), "");
+  const std::string other_machine = refusal({"can0", "another"}), other_bus = refusal({"can1", "abc123"});
+  EXPECT_NE(other_machine.find("is of another machine file"), std::string::npos);
+  EXPECT_NE(other_bus.find("is of the bus can0, not can1"), std::string::npos);
+  for (const std::string& why : {other_machine, other_bus}) EXPECT_EQ(why.find('\n'), std::string::npos) << why;
+  EXPECT_EQ(refusal(), "") << "of this one";
 }
 
 TEST_F(ProgressFile, IsRefusedInOneLineWhateverWasChangedInIt) {

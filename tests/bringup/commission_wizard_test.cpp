@@ -205,15 +205,23 @@ WizardProgress ended_after(const std::shared_ptr<sim::MachineOnBus>& bus, std::s
 }
 constexpr std::size_t kSigned = 7 + 12, kStroked = kSigned + 15;  // words up to the ends of these steps
 
+/// Up to the end of step 4.
+Script signed_anew() {
+  Script script = all();
+  script.resize(kSigned);
+  return script;
+}
+
 TEST(CommissionResume, GoesOnAfterTheLastCompletedStepAndComesToTheSameResult) {
   const auto bus = simulated_bus(solar(), 7);
   const WizardProgress kept = ended_after(bus, kStroked + 1);  // in the first ramp
   ASSERT_EQ(kept.completed, kStrokes);
-  Script rest = start();
+  Script rest = signed_anew();
   rest.insert(rest.end(), {"go", "go", "go", "finish"});
   const Outcome outcome = commission(bus, rest, solar(), {}, {kept, {}});
   ASSERT_EQ(outcome.ended, "") << outcome.told;
-  EXPECT_NE(outcome.told.find("4. done before: skipped"), std::string::npos);
+  EXPECT_EQ(outcome.told.find("4. done before"), std::string::npos);
+  EXPECT_NE(outcome.told.find("5. done before: skipped"), std::string::npos);
   const Outcome whole = commission(simulated_bus(solar(), 7), all());
   for (std::size_t j = 0; j < kJoints; ++j) {
     EXPECT_TRUE(outcome.result.axes[j].preset);
@@ -231,8 +239,8 @@ TEST(CommissionResume, GoesOnAfterTheLastCompletedStepAndComesToTheSameResult) {
 
 TEST(CommissionResume, MovesNothingBeforeThisRunsOwnWords) {
   const auto bus = simulated_bus();
-  const WizardProgress kept = ended_after(bus, kSigned);
-  ASSERT_EQ(kept.completed, kSigns);
+  const WizardProgress kept = ended_after(bus, kStroked);
+  ASSERT_EQ(kept.completed, kStrokes);
   bool powered = false;
   double moved_m = 0;
   const JointVector before = bus->plant().cylinder_m;
@@ -246,7 +254,32 @@ TEST(CommissionResume, MovesNothingBeforeThisRunsOwnWords) {
   EXPECT_FALSE(powered);
   script = start();
   EXPECT_EQ(commission(bus, script, solar(), {}, {kept, {}}).ended, "the input has ended");
-  EXPECT_LT(moved_m, 1e-3) << "the first stroke needs its own word";
+  EXPECT_LT(moved_m, 1e-3) << "the first small motion needs its own word";
+}
+
+TEST(CommissionResume, ProvesTheSignsAgainBecauseTheRepairMayHaveExchangedThem) {
+  const WizardProgress kept = ended_after(simulated_bus(), kStroked);
+  ASSERT_EQ(kept.completed, kStrokes);
+  MachineDescription repaired = solar();
+  std::swap(repaired.bus.encoders[kBoom].id, repaired.bus.encoders[kArm].id);
+  Resume resume{kept, {}};
+  for (AxisResult& axis : resume.from.axes) axis.preset = false;  // their readings would tell by themselves
+  Script script = signed_anew();
+  script.insert(script.end(), {"go", "go", "go", "finish"});
+  const Outcome outcome = commission(simulated_bus(), script, repaired, {}, resume);
+  EXPECT_NE(outcome.ended, "");
+  EXPECT_EQ(outcome.told.find("6. Dead bands"), std::string::npos) << outcome.told;
+  EXPECT_FALSE(outcome.pilot);
+}
+
+TEST(CommissionResume, EndsBeforeAnythingIsConfiguredWhereANodeIsAnotherDevice) {
+  WizardProgress kept;
+  kept.completed = kStrokes;
+  kept.serials[solar().bus.encoders[kArm].id] = 4711;  // the simulated ones have no serial number
+  const Outcome outcome = commission(simulated_bus(), start(), solar(), {}, {kept, {}});
+  EXPECT_NE(outcome.ended.find("serial number none, in the run before 4711: another device"), std::string::npos)
+      << outcome.ended;
+  EXPECT_EQ(outcome.told.find("2. Nodes"), std::string::npos);
 }
 
 TEST(CommissionResume, StopsWhereAPresetOfTheRunBeforeIsLost) {

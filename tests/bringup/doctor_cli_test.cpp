@@ -24,11 +24,12 @@ class HardwareCli : public testing::Test {
   ~HardwareCli() override { fs::remove_all(folder_); }
   [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
   /// With these lines on standard input.
-  ProgramRun commission(const std::string& lines, const std::string& machine = "solar015") const {
+  ProgramRun commission(const std::string& lines, const std::string& machine = "solar015",
+                        const std::string& more = "") const {
     std::ofstream(path("answers.txt")) << lines;
-    return run_program("/bin/sh",
-                       {"-c", test::program("knuckle") + " commission --simulate --machine " + machine + " --out " +
-                                  path("result.toml") + " --record " + folder_.string() + " < " + path("answers.txt")});
+    return run_program("/bin/sh", {"-c", test::program("knuckle") + " commission --simulate --machine " + machine +
+                                             " --out " + path("result.toml") + more + " --record " + folder_.string() +
+                                             " < " + path("answers.txt")});
   }
   fs::path folder_;
 };
@@ -156,6 +157,25 @@ TEST_F(HardwareCli, CommissioningWritesOverNoRecording) {
   EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
   EXPECT_NE(run.err.find("already contains fast.csv"), std::string::npos) << run.err;
   EXPECT_EQ(std::filesystem::file_size(path("fast.csv")), 5U);
+}
+
+TEST_F(HardwareCli, CommissioningThatHasEndedGoesOnWithResumeAndLeavesNoProgressBehindItsResult) {
+  std::string lines = "ready\nconfigure\npressed\nreleased\n0\npilot\nmove\n";
+  for (int j = 0; j < 3; ++j) lines += "go\nlonger\ngo\nshorter\n";
+  std::string strokes;
+  for (int j = 0; j < 3; ++j) strokes += "go\ngo\ngo\ntape\npreset\n";
+  const std::string log = " --log " + path("log");
+  const ProgramRun ended = commission(lines + strokes + "no\n", "solar015", log);
+  EXPECT_EQ(ended.exit_code, 1) << ended.err;
+  EXPECT_NE(ended.err.find("with --resume goes on"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.out.find("recorded in " + path("log")), std::string::npos) << ended.out;
+  EXPECT_TRUE(fs::exists(path("result.toml.progress")));
+  EXPECT_FALSE(fs::exists(path("result.toml")));
+  const ProgramRun resumed = commission(lines + "go\ngo\ngo\nfinish\n", "solar015", " --resume");
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.out << resumed.err;
+  EXPECT_TRUE(fs::exists(path("result.toml")));
+  EXPECT_FALSE(fs::exists(path("result.toml.progress")));
+  EXPECT_EQ(commission(lines, "solar015", " --resume").exit_code, 2) << "nothing is left to go on with";
 }
 
 TEST_F(HardwareCli, CommissioningByAScriptWritesAMachineFileThatTheOthersTake) {
