@@ -18,6 +18,7 @@ struct Viewport {
   int left_px = 0, bottom_px = 0;  ///< From the framebuffer's lower left corner, as OpenGL counts.
   int width_px = 1, height_px = 1;
   double line_scale = 1;  ///< Width of lines: the interface's scale.
+  bool operator==(const Viewport&) const = default;
 };
 
 struct Camera {

@@ -60,26 +60,31 @@ void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, cons
   const Viewport port = viewport_of(picture);
   const Eigen::Vector2d scale = pixels(io.DisplayFramebufferScale);
   const Eigen::Vector2d drag = pixels(io.MouseDelta).cwiseProduct(scale);
-  const bool held = ImGui::IsItemActive();
+  const bool held = ImGui::IsItemActive(), left = held && ImGui::IsMouseDown(ImGuiMouseButton_Left);
   const ImVec2 at{io.MousePos.x - picture.min.x, io.MousePos.y - picture.min.y};
   const auto mouse_m = plane_point(side_, port, pixels(at).cwiseProduct(scale));
   Camera& camera = side_view ? side_ : orbit_;
-  if (held && ImGui::IsMouseDown(ImGuiMouseButton_Right)) camera = shifted(camera, drag, port);
-  if (ImGui::IsItemHovered() && io.MouseWheel != 0)
+  const bool pulls = left && side_view;
+  if (!pulls) pulled_in_.reset();
+  if (!pulls && held && ImGui::IsMouseDown(ImGuiMouseButton_Right)) camera = shifted(camera, drag, port);
+  if (!pulls && ImGui::IsItemHovered() && io.MouseWheel != 0)
     camera = zoomed(camera, static_cast<double>(io.MouseWheel), mouse_m.value_or(PlanarVector::Zero()));
-  if (!held || !ImGui::IsMouseDown(ImGuiMouseButton_Left)) return;
-  if (!side_view)
-    orbit_ = turned(orbit_, drag, port);
-  else if (mouse_m)
+  if (left && !side_view) orbit_ = turned(orbit_, drag, port);
+  if (!pulls) return;
+  if (!pulled_in_) pulled_in_ = port;
+  // A picture that has got another place or size under the mouse ends the pull.
+  if (mouse_m && *pulled_in_ == port)
     pulled_ = hand_from_drag(*mouse_m - kinematics_.tip(view.hand.ghost_rad), view.hand.ghost_rad, kinematics_);
 }
 
 void MachinePanel::zoom(bool side_view, double steps, const PlanarVector& about_m) {
+  if (pulled_.presence) return;
   Camera& camera = side_view ? side_ : orbit_;
   camera = zoomed(camera, steps, about_m);
 }
 
 void MachinePanel::show_whole() {
+  if (pulled_.presence) return;
   side_ = side_camera(machine_);
   orbit_ = orbit_camera(machine_);
 }

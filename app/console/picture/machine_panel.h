@@ -37,7 +37,8 @@ class MachinePanel {
   void draw_over(const widgets::Area& picture, const CameraDescription& mount, bool light, const ConsoleView& view);
   /// From where it is seen.
   [[nodiscard]] const Camera& camera(bool side_view) const noexcept { return side_view ? side_ : orbit_; }
-  /// By keys: positive steps come closer, in the side view to this point of the plane.
+  // By keys. Nothing while the mouse pulls the tip: the place under the mouse would move, and the machine with it.
+  /// Positive steps come closer, in the side view to this point of the plane.
   void zoom(bool side_view, double steps, const PlanarVector& about_m);
   /// As at the start.
   void show_whole();
@@ -54,6 +55,7 @@ class MachinePanel {
   Camera side_, orbit_;
   LiveScene scene_;
   HandInput pulled_;
+  std::optional<Viewport> pulled_in_;  ///< Where the picture was when the pull began.
   Time contact_since_ = kNever;
 };
 

@@ -17,6 +17,7 @@ class CalibrationPanel {
   CalibrationPlan plan;  ///< What the next job works by.
   /// Text of a number being typed.
   std::array<char, 16> typed{};
+  bool typing = false;  ///< Into its field, in the frame drawn last.
 
   [[nodiscard]] bool begun() const noexcept { return job_ != nullptr; }
   [[nodiscard]] bool running() const noexcept { return job_ && state_.stage != CalibrationStage::kOver; }

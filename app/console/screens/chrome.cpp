@@ -191,7 +191,7 @@ void draw_stop(const widgets::Ui& ui, UiState& state, widgets::Area area) {
   widgets::put_text(t.fonts.display, c.stop_text, {area.min.x + t.px(86), middle.y - t.px(6)}, widgets::Align::kLeft,
                     "STOP");
   widgets::put_text(t.fonts.small, c.stop_text, {area.min.x + t.px(88), middle.y + t.px(24)}, widgets::Align::kLeft,
-                    state.typing ? "Esc" : "Space, Esc");
+                    state.typing && !state.typing_number ? "Esc" : "Space, Esc");
 }
 
 void draw_side_column(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {

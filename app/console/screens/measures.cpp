@@ -1,5 +1,7 @@
 #include "app/console/screens/measures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -19,7 +21,7 @@ struct Field {
 };
 
 /// @return whether what is typed has changed the value.
-bool number_row(const widgets::Ui& ui, widgets::Area row, const Field& field, double& value) {
+bool number_row(const widgets::Ui& ui, widgets::Area row, const Field& field, double& value, Measures& measures) {
   const widgets::Theme& t = ui.theme;
   widgets::put_text(t.fonts.small, t.colours.muted, {row.min.x, row.centre().y}, widgets::Align::kLeft, field.label);
   row.cut_left(t.px(52));
@@ -31,8 +33,13 @@ bool number_row(const widgets::Ui& ui, widgets::Area row, const Field& field, do
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {t.px(6), (row.height() - ImGui::GetFontSize()) / 2});
   const bool typed = ImGui::InputDouble(field.id, &shown, 0, 0, field.format, ImGuiInputTextFlags_CharsDecimal);
   ImGui::PopStyleVar();
+  measures.typed |= ImGui::IsItemActive();
   if (!typed || !std::isfinite(shown)) return false;
-  value = std::clamp(shown / field.shown_per_unit, -field.most, field.most);
+  const double wanted = shown / field.shown_per_unit;
+  value = std::clamp(wanted, -field.most, field.most);
+  measures.say(value == wanted ? ""
+                               : fmt::format("{} {:g} {} is beyond {:.0f}: limited", field.label, shown, field.unit,
+                                             field.most * field.shown_per_unit));
   return true;
 }
 
@@ -46,18 +53,50 @@ void Measures::take_tip(const PlanarVector& tip_m) {
       return;
     case Take::kGround:
       ground_m = tip_m.y();
-      return;
+      return say("");
     case Take::kGradePoint:
       grade.point_m = tip_m;
-      grade_on = true;
-      return;
+      grade_on = has_point = true;
+      return say("");
     case Take::kGradeSlope:
-      if (std::abs(run.x()) < kLeastRun_m) return;
+      if (!has_point) return say("slope: take a point of the line first (T)");
+      if (std::abs(run.x()) < kLeastRun_m)
+        return say(fmt::format("slope: the tip is {:.0f} mm from the point, needs {:.0f} mm", 1e3 * std::abs(run.x()),
+                               1e3 * kLeastRun_m));
       grade.slope = std::clamp(run.y() / run.x(), -kSteepest, kSteepest);
       grade_on = true;
-      return;
+      return say(
+          std::abs(run.y()) <= kSteepest * std::abs(run.x())
+              ? ""
+              : fmt::format("slope {:.0f} % is beyond {:.0f} %: limited", 100 * run.y() / run.x(), 100 * kSteepest));
   }
 }
+
+void Measures::drop() {
+  if (std::exchange(take, Take::kNothing) != Take::kNothing) say("not taken: the place of the tip is not known now");
+}
+
+void Measures::say(const std::string& line) {
+  said = line;
+  said_s = -1;
+}
+
+namespace {
+
+/// What was not done, below the panel.
+void draw_said(const widgets::Ui& ui, Measures& measures, const widgets::Area& row) {
+  constexpr double kShown_s = 8;
+  if (measures.said_s < 0) measures.said_s = ui.now_s;
+  if (measures.said.empty() || ui.now_s - measures.said_s > kShown_s) return;
+  const widgets::Theme& t = ui.theme;
+  const std::string words = ui.units.in_words(measures.said);
+  const float width = widgets::text_width(t.fonts.small, words.c_str());
+  const float right = row.max.x - t.unit();
+  draw_backdrop(ui, {{right - width, row.min.y}, {row.max.x, row.max.y}});
+  widgets::put_text(t.fonts.small, t.colours.notice, {right, row.centre().y}, widgets::Align::kRight, words.c_str());
+}
+
+}  // namespace
 
 void draw_grade_panel(const widgets::Ui& ui, Measures& measures, const widgets::Area& picture) {
   const widgets::Theme& t = ui.theme;
@@ -65,21 +104,22 @@ void draw_grade_panel(const widgets::Ui& ui, Measures& measures, const widgets::
   rest.cut_top(t.px(58));
   widgets::Area panel = rest.cut_right(t.px(186));
   draw_backdrop(ui, panel.cut_top(t.px(measures.grade_on ? 128.F : 26.F)));
+  draw_said(ui, measures, {{picture.min.x, panel.min.y + t.px(8)}, {panel.max.x, panel.min.y + t.px(30)}});
   rest = {{panel.min.x, rest.min.y}, panel.max};
   widgets::toggle(ui, rest.cut_top(t.px(26), t.px(4)), "Grade line", measures.grade_on);
   if (!measures.grade_on) return;
   const double per_m = ui.units.convert(widgets::Quantity::kLength, 1);
   double height_m = measures.grade.point_m.y() - measures.zero_m();
   if (number_row(ui, rest.cut_top(t.px(26), t.px(4)),
-                 {"height", "##height", "%.2f", ui.units.unit(widgets::Quantity::kLength), per_m, kHighest_m},
-                 height_m))
+                 {"height", "##height", "%.2f", ui.units.unit(widgets::Quantity::kLength), per_m, kHighest_m}, height_m,
+                 measures))
     measures.grade.point_m.y() = measures.zero_m() + height_m;
   (void)number_row(ui, rest.cut_top(t.px(26), t.px(4)), {"slope", "##slope", "%.1f", "%", 100, kSteepest},
-                   measures.grade.slope);
+                   measures.grade.slope, measures);
   const widgets::Area buttons = rest.cut_top(t.px(28));
   if (widgets::button(ui, buttons.column(0, 2, t.px(4)), widgets::Icon::kNone, "to tip (T)"))
     measures.take = Measures::Take::kGradePoint;
-  if (widgets::button(ui, buttons.column(1, 2, t.px(4)), widgets::Icon::kNone, "slope (Y)"))
+  if (widgets::button(ui, buttons.column(1, 2, t.px(4)), widgets::Icon::kNone, "slope (Y)", false, measures.has_point))
     measures.take = Measures::Take::kGradeSlope;
 }
 

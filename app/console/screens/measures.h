@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "app/console/widgets/widgets.h"
 #include "core/joints.h"
@@ -24,9 +25,16 @@ struct Measures {
   /// What the tip's place is to be taken for, once.
   enum class Take : std::uint8_t { kNothing, kGround, kGradePoint, kGradeSlope };
   Take take = Take::kNothing;
+  bool typed = false;      ///< Into one of its number fields, in the frame drawn last.
+  bool has_point = false;  ///< The line goes through a place where the tip was.
+  std::string said;        ///< What of the last wish was not done, in one line, for a while.
+  double said_s = -1;      ///< Since when, by the window's clock; negative: not shown yet.
   [[nodiscard]] double zero_m() const { return ground_m.value_or(0); }
-  /// Takes it, if anything. A slope needs a tip that is ahead of or behind the line's point.
+  /// Takes it, if anything. A slope needs a point that was taken, and a tip that is ahead of or behind it.
   void take_tip(const PlanarVector& tip_m);
+  /// Where the tip is is not known: nothing is taken now, nor later.
+  void drop();
+  void say(const std::string& line);
 };
 
 /// The grade line's settings, into the picture's upper right below the other choices; each can be typed or taken from

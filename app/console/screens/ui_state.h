@@ -45,7 +45,8 @@ struct UiState {
   HeldKeys pad;                 ///< Buttons of it that are held.
   bool muted = false;           ///< No alarm is heard.
   std::string sound_problem;    ///< Why none can be; empty: they can, or nobody asked for any.
-  bool typing = false;          ///< Text, into a field: keys lead nothing.
+  bool typing = false;          ///< Into a field: keys lead nothing.
+  bool typing_number = false;   ///< Into one that takes no text: Space is Stop all the same.
   bool enable_ignored = false;  ///< Its key is held without counting.
   bool paused = false;
   std::uint32_t reset_count = 0;

@@ -21,10 +21,10 @@ constexpr int kControl = 2;  // GLFW_MOD_CONTROL
 constexpr float kScaleStep = 1.1F;
 constexpr double kZoomSteps = 2;  // of the wheel, by a key
 
-/// While text is typed, only these keys act on the console. Space is a blank then; Esc still is Stop.
-bool acts_in_text(const KeyBinding& binding) {
+/// While something is typed, only these keys act on the console. In a text Space is a blank; Esc still is Stop.
+bool acts_in_text(const KeyBinding& binding, bool number) {
   const KeyAction action = binding.action;
-  if (action == KeyAction::kStop) return binding.key == key::kEscape;
+  if (action == KeyAction::kStop) return binding.key == key::kEscape || number;
   // Ctrl+Backspace deletes a word there: it must not release Stop.
   return (action >= KeyAction::kOperate && action <= KeyAction::kHistory) || action == KeyAction::kFullScreen;
 }
@@ -159,7 +159,10 @@ void ConsoleWindow::frame_of_player() {
 
 void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
   const PlanarVector tip_m = kinematics_.tip(view.machine.position_rad);
-  if (!screens::measured_freshness(view).stale()) state_.measures.take_tip(tip_m);
+  if (screens::measured_freshness(view).after(view_age_s).stale())
+    state_.measures.drop();
+  else
+    state_.measures.take_tip(tip_m);
   if (state_.screen == screens::Screen::kOperate && zoom_ != 0) machine_.zoom(state_.side_view, zoom_, tip_m);
   zoom_ = 0;
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
@@ -227,6 +230,8 @@ void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
 void ConsoleWindow::take_keys() {
   const bool enable = window_.key_down(key::kLeftShift) || window_.key_down(key::kRightShift);
   state_.typing = ImGui::GetIO().WantTextInput;
+  const bool height = std::exchange(state_.measures.typed, false), length = std::exchange(calibration_.typing, false);
+  state_.typing_number = state_.typing && (height || length);
   keys_enable_was_up_ = !state_.typing && (keys_enable_was_up_ || !enable);
   state_.enable_ignored = enable && !keys_enable_was_up_;
   for (const KeyPress& press : window_.key_presses()) {
@@ -242,7 +247,7 @@ void ConsoleWindow::take_keys() {
     }
     const auto binding = std::find_if(kKeys.begin(), kKeys.end(), asked_for);
     if (binding == kKeys.end() || (player_ != nullptr && !acts_on_window(*binding))) continue;
-    if (typing && !acts_in_text(*binding)) continue;
+    if (typing && !acts_in_text(*binding, state_.typing_number)) continue;
     act(binding->action);
   }
 }

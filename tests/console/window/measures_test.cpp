@@ -74,6 +74,59 @@ TEST_F(PictureMeasures, GradeLineIsTypedInThePersonsUnitAboveTheChosenGround) {
   EXPECT_FALSE(state().stop);
 }
 
+TEST_F(PictureMeasures, AreNotTakenLaterWhereTheTipsPlaceWasNotKnownWhenTheyWereAskedFor) {
+  const double heard_s = view_.link.silence_s;
+  for (const char* key : {"t", "g"}) {
+    view_.link.silence_s = 3;
+    does(std::string("key ") + key);
+    EXPECT_NE(state().measures.said, "") << key;
+    view_.link.silence_s = heard_s;
+    frames();
+    EXPECT_FALSE(state().measures.grade_on);
+    EXPECT_FALSE(state().measures.ground_m);
+  }
+  ASSERT_TRUE(xdotool("key t"));
+  console_->frame(view_, loop_, events_, 2);  // the loops put nothing for two seconds
+  console_->show();
+  frames();
+  EXPECT_FALSE(state().measures.grade_on);
+  does("key t");
+  EXPECT_TRUE(state().measures.grade_on);
+  EXPECT_EQ(state().measures.said, "");
+}
+
+TEST_F(PictureMeasures, SlopeNeedsAPointAndWhatIsBeyondTheBoundsIsSaid) {
+  const Pixels before = pixels();
+  does("key y");
+  EXPECT_FALSE(state().measures.grade_on);
+  EXPECT_NE(state().measures.said.find("take a point"), std::string::npos);
+  EXPECT_GT(count_near(pixels(), kPicture, theme().colours.notice),
+            count_near(before, kPicture, theme().colours.notice))
+      << "the person sees it";
+  does("key t");
+  does("key y");
+  EXPECT_NE(state().measures.said.find("0 mm from the point"), std::string::npos) << state().measures.said;
+  click(640, 223);
+  does("type --delay 30 900");
+  EXPECT_EQ(state().measures.grade.slope, 2);
+  EXPECT_EQ(state().measures.said, "slope 900 % is beyond 200: limited");
+}
+
+TEST_F(PictureMeasures, StopIsTheSpaceBarWhereANumberIsTypedAndABlankInATextAlone) {
+  does("key t");
+  click(640, 193);
+  ASSERT_TRUE(state().typing);
+  does("key space");
+  EXPECT_TRUE(state().stop);
+  state().stop = false;
+  does("key F6");
+  click(520, 140);  // the filter
+  ASSERT_TRUE(state().typing);
+  does("key space");
+  EXPECT_FALSE(state().stop);
+  EXPECT_EQ(state().events.text[0], ' ');
+}
+
 TEST_F(PictureMeasures, HaveAGridThatIsZoomedByKeyAndWheelAndBackAgain) {
   const Pixels whole = pixels();
   does("key Prior");

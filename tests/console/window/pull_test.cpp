@@ -1,0 +1,57 @@
+// The mouse pulls the tip towards the place under it: that place must not move by anything but the mouse, or an enabled
+// machine would run.
+#include "app/console/picture/camera.h"
+#include "tests/console/window/shown_console.h"
+
+namespace knuckle::console::window {
+namespace {
+
+class PulledTip : public ShownConsole {
+ protected:
+  [[nodiscard]] HandInput hand() const { return console_->input(view_.now).hand; }
+  /// The button goes down a little beside the requested tip, so that the rate is not a limit's.
+  void pull() {
+    const MachineDescription machine = canned_facts().machine;
+    const PlanarVector tip_m = Kinematics(machine).tip(view_.hand.ghost_rad);
+    const picture::Viewport port{.width_px = 602, .height_px = 460};
+    const auto at = picture::pixel_of(picture::side_camera(machine), port, {tip_m.x(), 0, tip_m.y()});
+    does("mousemove " + std::to_string(int(112 + at->x()) + 4) + " " + std::to_string(int(92 + at->y()) - 3));
+    does("mousedown 1");
+  }
+};
+
+TEST_F(PulledTip, StaysWhereItIsPulledToWhateverWouldChangeTheView) {
+  state().hold_to_run = true;
+  pull();
+  const HandInput before = hand();
+  ASSERT_TRUE(before.presence);
+  ASSERT_TRUE(before.enable);
+  ASSERT_GT(before.rate_radps.norm(), 0);
+  for (const char* what : {"key Prior", "key Next", "key z", "click 4", "click 5"}) {
+    does(what);
+    EXPECT_TRUE(hand().enable) << what;
+    EXPECT_EQ(hand().rate_radps, before.rate_radps) << what;
+  }
+  does("mouseup 1");
+  const Pixels still = pixels();
+  does("key Prior");
+  EXPECT_GT(count_changed(still, pixels(), {114, 94, 712, 550}), 5000) << "afterwards the keys act again";
+}
+
+TEST_F(PulledTip, IsReleasedWhereThePictureGetsAnotherSizeUnderTheMouse) {
+  state().hold_to_run = true;
+  pull();
+  ASSERT_TRUE(hand().enable);
+  console_->window().set_scale(1.4F * console_->window().scale());
+  frames();
+  EXPECT_FALSE(hand().presence);
+  EXPECT_FALSE(hand().enable);
+  does("mousemove_relative 5 0");
+  EXPECT_FALSE(hand().presence) << "until it is pressed anew";
+  does("mouseup 1");
+  does("mousedown 1");
+  EXPECT_TRUE(hand().presence);
+}
+
+}  // namespace
+}  // namespace knuckle::console::window
