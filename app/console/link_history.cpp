@@ -29,7 +29,8 @@ void LinkHistory::watch(const ConsoleView& view) noexcept {
   // What came last is no measure of a link on which nothing comes any more.
   const bool silent = used > kSilenceBounds.bad;
   for (std::size_t i = 0; i < kLinkMeasures; ++i) {
-    if (silent && static_cast<LinkMeasure>(i) == LinkMeasure::kRoundTrip) continue;
+    const auto measure = static_cast<LinkMeasure>(i);
+    if (silent && (measure == LinkMeasure::kRoundTrip || measure == LinkMeasure::kJitter)) continue;
     Range& range = seconds_[newest_][i];
     const auto value = static_cast<float>(values[i]);
     range.least = std::fmin(range.least, value);

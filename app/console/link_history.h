@@ -12,7 +12,8 @@
 
 namespace knuckle::console {
 
-/// What the quality word is made of, in its order.
+/// What the quality word is made of, in its order; of the round trip the newest instead of the median of ten seconds,
+/// which would hide one that is short.
 enum class LinkMeasure : std::uint8_t { kRoundTrip, kLoss, kJitter, kSilence };
 inline constexpr std::size_t kLinkMeasures = 4;
 [[nodiscard]] const QualityBounds& bounds_of(LinkMeasure measure) noexcept;

@@ -50,6 +50,7 @@ TEST_F(MinutesOfTheLink, AreUnknownWhereNobodyLookedOrNothingWasHeard) {
   view_.link.silence_s = 2;
   pass(2);
   EXPECT_TRUE(std::isnan(history_.ago(0, LinkMeasure::kRoundTrip).most)) << "an old round trip is none";
+  EXPECT_TRUE(std::isnan(history_.ago(0, LinkMeasure::kJitter).most)) << "nor is an old jitter";
   EXPECT_FLOAT_EQ(history_.ago(0, LinkMeasure::kSilence).most, 10);
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "app/console/picture/machine_mesh.h"
 #include "app/console/picture/machine_panel.h"
@@ -107,18 +108,22 @@ void trail(const widgets::Ui& ui, const ConsoleData& data, const Plane& plane) {
   }
 }
 
-/// As much of the bucket as the estimate is of a full one.
-void load(const widgets::Ui& ui, const ConsoleData& data, const Plane& plane) {
+/// As much of the bucket as the estimate is of a full one; nothing where it is not known.
+std::vector<ImVec2> load_corners(const ConsoleData& data, const Plane& plane) {
   const SlaveMessage& m = data.view.machine;
   const MachineDescription& machine = data.facts.machine;
   const double full_kg = machine.payload_full_scale_kg;
-  if (!payload_is_known(m, full_kg) || m.payload_kg < 2 * m.payload_sigma_kg) return;
+  if (!payload_is_known(m, full_kg) || m.payload_kg < 2 * m.payload_sigma_kg) return {};
   const Frame2 bucket = pose_of(machine, m.position_rad).bucket;
   picture::Outline room = picture::bucket_room(machine);
   for (PlanarVector& corner : room) corner = bucket * corner;
   std::vector<ImVec2> points;
   for (const PlanarVector& corner : picture::filled(room, m.payload_kg / full_kg))
     if (const auto at = plane.at(corner)) points.push_back(*at);
+  return points;
+}
+
+void load(const widgets::Ui& ui, const std::vector<ImVec2>& points) {
   if (points.size() < 3) return;
   const ImU32 colour = ui.theme.colours.series[1];
   const auto count = static_cast<int>(points.size());
@@ -141,6 +146,7 @@ void draw_marks(const widgets::Ui& ui, const ConsoleData& data, const UiState& s
   const picture::Camera& camera = data.machine.camera(state.side_view);
   const Plane plane(camera, picture);
   const bool measured = !measured_freshness(data.view).after(ui.view_age_s).stale();
+  const std::vector<ImVec2> loaded = measured ? load_corners(data, plane) : std::vector<ImVec2>();
   const bool covers = covered.width() > 0 && covered.height() > 0;
   // Left of what is covered, and above it.
   const std::array<widgets::Area, 2> parts{
@@ -153,7 +159,7 @@ void draw_marks(const widgets::Ui& ui, const ConsoleData& data, const UiState& s
       grid_figures(ui, *grid, state.measures, plane, picture);
       levels(ui, state.measures, plane, picture);
     }
-    if (measured) load(ui, data, plane);
+    load(ui, loaded);
     trail(ui, data, plane);
     canvas().PopClipRect();
   }

@@ -1,5 +1,7 @@
 #include "app/console/screens/plot_window.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -13,6 +15,11 @@ Time of_step(std::int64_t step) {
 }
 
 }  // namespace
+
+std::string ago_words(Duration ago) {
+  const auto seconds = ago / Duration(1s);
+  return seconds < 60 ? fmt::format("{} s ago", seconds) : fmt::format("{} min {} s ago", seconds / 60, seconds % 60);
+}
 
 const EventRow* event_at(const EventBook& events, std::uint32_t run, Time at) {
   const auto& rows = events.rows();
@@ -57,11 +64,14 @@ void LivePlots::watch(const ConsoleView& view, const Kinematics& kinematics, boo
 
 void LivePlots::update(const ConsoleView& view) {
   if (const auto at = window_.clicked()) chosen_ = at;
-  if (chosen_ && (*chosen_ > view.now || view.now - *chosen_ > kKept)) chosen_.reset();
+  if (chosen_ && *chosen_ > view.now) chosen_.reset();
   window_.cursor().chosen = chosen_.has_value();
+  window_.cursor().words = chosen_ ? ago_words(view.now - *chosen_) + " - End: now" : "";
   const Time newest = view.now - kHalf * from_seconds(widgets::History::kStep_s);
   // The seconds behind a chosen time may still be to come.
-  if (!window_.show(chosen_.value_or(newest)) && window_.share(view.now) > 1) return;
+  const bool moved = window_.show(chosen_.value_or(newest)), passed = window_.share(view.now) > 1;
+  if (!moved && passed && std::exchange(whole_, true)) return;
+  whole_ = passed;
   window_.fill([this](std::int64_t step) {
     const widgets::History::Sample* sample = kept_.of_step(step);
     return sample != nullptr ? *sample : widgets::History::Sample{};

@@ -4,12 +4,15 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 
 #include "app/console/event_book.h"
 #include "app/console/widgets/plots.h"
 
 namespace knuckle::console::screens {
 
+/// "3 min 12 s ago"
+[[nodiscard]] std::string ago_words(Duration ago);
 /// Of the events of a session up to this time the newest; nullptr: none.
 [[nodiscard]] const EventRow* event_at(const EventBook& events, std::uint32_t run, Time at);
 
@@ -43,7 +46,8 @@ class PlotWindow {
   std::int64_t middle_ = -1'000'000'000;  ///< In steps of the history; nothing was shown before.
 };
 
-/// The plots of a session that runs: the last ten seconds, or those around a time of its last minutes.
+/// The plots of a session that runs: the last ten seconds, or those around a chosen time. Of a time before the minutes
+/// that are kept nothing is plotted.
 class LivePlots {
  public:
   static constexpr Duration kKept = 10min;
@@ -63,6 +67,7 @@ class LivePlots {
   widgets::History kept_{static_cast<std::size_t>(kKept / from_seconds(widgets::History::kStep_s))};
   PlotWindow window_;
   std::optional<Time> chosen_;
+  bool whole_ = false;  ///< Filled since the last second shown was over.
   std::uint32_t run_ = 0;
 };
 

@@ -76,8 +76,8 @@ const EventRow* current_event(const ConsoleData& data) {
 }
 
 /// A click on a row goes to its time, where that is of the session on screen. The row of that time stands out.
-void go_to(const widgets::Theme& t, const ConsoleData& data, const EventRow& row, float height) {
-  const EventRow* newest = current_event(data);
+void go_to(const widgets::Theme& t, const ConsoleData& data, const EventRow& row, const EventRow* newest,
+           float height) {
   const bool current = newest != nullptr && newest->run == row.run && newest->at == row.at;
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const auto id = widgets::shown("##event%llu", static_cast<unsigned long long>(row.number));
@@ -90,8 +90,7 @@ void go_to(const widgets::Theme& t, const ConsoleData& data, const EventRow& row
 }
 
 /// Keeps the row of the time that is looked at in sight while that moves.
-void follow_cursor(const ConsoleData& data, const std::vector<const EventRow*>& rows, float row_height) {
-  const EventRow* newest = current_event(data);
+void follow_cursor(const EventRow* newest, const std::vector<const EventRow*>& rows, float row_height) {
   if (newest == nullptr) return;
   const auto current = std::find_if(rows.rbegin(), rows.rend(), [&](const EventRow* row) {
     return row->run == newest->run && row->at <= newest->at;
@@ -107,21 +106,28 @@ void follow_cursor(const ConsoleData& data, const std::vector<const EventRow*>& 
     ImGui::SetScrollY(std::max(0.F, y - view / 2));
 }
 
-void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& row) {
+/// Nothing of its time is plotted any more.
+bool out_of_reach(const ConsoleData& data, const EventRow& row) {
+  return data.player == nullptr && (row.run != data.view.run || data.view.now - row.at > LivePlots::kKept);
+}
+
+/// @param newest of the events up to the time that is looked at; nullptr: there is none.
+void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& row, const EventRow* newest) {
   const widgets::Theme& t = ui.theme;
-  const ImU32 colour = severity_colour(t, row.severity);
+  const bool old = out_of_reach(data, row);
+  const ImU32 colour = severity_colour(t, row.severity), ink = old ? t.colours.muted : t.colours.text;
   const float height = t.px(40);  // room for two small lines
   ImGui::TableNextRow(0, height);
   ImGui::TableNextColumn();
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float y = at.y + height / 2 - t.px(4);
-  go_to(t, data, row, height);
+  go_to(t, data, row, newest, height);
   ImDrawList& list = *ImGui::GetWindowDrawList();
   widgets::draw_icon(list, severity_icon(row.severity), {at.x + t.px(10), y}, t.px(17), widgets::ink(colour));
   widgets::put_text(t.fonts.small, colour, {at.x + t.px(26), y}, widgets::Align::kLeft, name(row.severity));
   ImGui::TableNextColumn();
   const ImVec2 when = ImGui::GetCursorScreenPos();
-  widgets::put_text(t.fonts.mono_small, t.colours.text, {when.x, y}, widgets::Align::kLeft,
+  widgets::put_text(t.fonts.mono_small, ink, {when.x, y}, widgets::Align::kLeft,
                     event_time(row.at, data.facts.unix_ns_at_zero).c_str());
   ImGui::TableNextColumn();
   const ImVec2 code = ImGui::GetCursorScreenPos();
@@ -135,9 +141,9 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
   const ImFont* font = t.fonts.small;
   const float tall = std::min(t.px(34), font->CalcTextSizeA(font->FontSize, 1e9F, width, text.c_str()).y);
   if (widgets::text_width(t.fonts.body, text.c_str()) <= width)
-    widgets::put_text(t.fonts.body, t.colours.text, {words.x, y}, widgets::Align::kLeft, text.c_str());
+    widgets::put_text(t.fonts.body, ink, {words.x, y}, widgets::Align::kLeft, text.c_str());
   else
-    widgets::put_lines(font, t.colours.text, {{words.x, y - tall / 2}, {words.x + width, y + t.px(19)}}, text.c_str());
+    widgets::put_lines(font, ink, {{words.x, y - tall / 2}, {words.x + width, y + t.px(19)}}, text.c_str());
   ImGui::TableNextColumn();
   if (row.severity == Severity::kInfo || data.player != nullptr) return;
   const ImVec2 place = ImGui::GetCursorScreenPos();
@@ -183,12 +189,13 @@ void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& stat
   ImGui::TableHeadersRow();
   ImGui::PopFont();
   // Newest first; only those in sight are drawn.
+  const EventRow* newest = current_event(data);
   ImGuiListClipper clipper;
   clipper.Begin(static_cast<int>(rows.size()));
   while (clipper.Step())
     for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i)
-      event_row(ui, data, *rows[rows.size() - 1 - static_cast<std::size_t>(i)]);
-  follow_cursor(data, rows, clipper.ItemsHeight);
+      event_row(ui, data, *rows[rows.size() - 1 - static_cast<std::size_t>(i)], newest);
+  follow_cursor(newest, rows, clipper.ItemsHeight);
   ImGui::EndTable();
 }
 

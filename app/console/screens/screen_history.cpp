@@ -38,11 +38,9 @@ void cursor_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   if (data.facts.unix_ns_at_zero == 0) when += " s";
   widgets::put_text(t.fonts.mono, t.colours.text, {head.min.x, head.centre().y}, widgets::Align::kLeft, when.c_str());
   if (at && data.player == nullptr)
-    widgets::put_text(
-        t.fonts.small, t.colours.notice,
-        {head.min.x + widgets::text_width(t.fonts.mono, when.c_str()) + t.unit(2), head.centre().y},
-        widgets::Align::kLeft,
-        widgets::shown("%s ago", widgets::shown_duration(to_seconds(data.view.now - *at)).c_str()).c_str());
+    widgets::put_text(t.fonts.small, t.colours.notice,
+                      {head.min.x + widgets::text_width(t.fonts.mono, when.c_str()) + t.unit(2), head.centre().y},
+                      widgets::Align::kLeft, ago_words(data.view.now - *at).c_str());
   const EventRow* row = event_at(data.events, data.view.run, shown_at);
   const std::string words = row == nullptr
                                 ? "no event up to here"

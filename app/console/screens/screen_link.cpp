@@ -59,7 +59,7 @@ std::string value_words(LinkMeasure measure, double value) {
 
 /// The last minutes of what the quality word is made of.
 void minutes_card(const widgets::Ui& ui, const ConsoleData& data, LinkMeasure measure, const widgets::Area& area) {
-  static constexpr std::array<const char*, kLinkMeasures> kTitles{"ROUND TRIP, 10 MINUTES", "LOST, 10 MINUTES",
+  static constexpr std::array<const char*, kLinkMeasures> kTitles{"NEWEST ROUND TRIP, 10 MINUTES", "LOST, 10 MINUTES",
                                                                   "JITTER p95, 10 MINUTES", "SILENCE, 10 MINUTES"};
   const widgets::Card card(ui, kTitles[static_cast<std::size_t>(measure)], area);
   const LinkHistory& history = data.link_history;

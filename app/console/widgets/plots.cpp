@@ -89,7 +89,11 @@ void trace(const Theme& t, const Area& area, const History& history, const Line&
 void plot_cursor(const Ui& ui, const Area& area, PlotCursor& cursor) {
   const Theme& t = ui.theme;
   const float x = area.min.x + cursor.share * area.width();
-  if (cursor.chosen) canvas().AddLine({x, area.min.y}, {x, area.max.y}, ink(t.colours.text), t.px(1.5F));
+  if (cursor.chosen) {
+    canvas().AddLine({x, area.min.y}, {x, area.max.y}, ink(t.colours.text), t.px(1.5F));
+    put_text(t.fonts.small, t.colours.notice, {x + t.unit(0.5F), area.min.y + t.fonts.small->FontSize * 0.55F},
+             Align::kLeft, cursor.words.c_str());
+  }
   if (area.width() < 1 || area.height() < 1) return;
   ImGui::PushID(static_cast<int>(area.min.y));
   pointer_area("plot", area);

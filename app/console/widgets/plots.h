@@ -42,6 +42,7 @@ struct PlotCursor {
   float share = 0.5F;               ///< Where the chosen time is, of the plot's width.
   const History* beside = nullptr;  ///< The same window of another run, dashed; nullptr: there is none.
   const char* beside_name = "";
+  std::string words;   ///< Beside its line, such as how long ago; empty: nothing.
   float clicked = -1;  ///< Share where the mouse is held in this frame; negative: nowhere.
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <optional>
 #include <string_view>
 
 namespace knuckle::console::widgets {
@@ -59,11 +60,34 @@ bool in_unit(char c) noexcept {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '/' || c == '*';
 }
 
-/// Three digits, or as many as the whole part has.
-std::string rounded(double value) {
+/// Three digits, or as many as the whole part has, or as were said.
+std::string rounded(double value, int said) {
   const double size = std::abs(value);
   const int digits = size >= 99.95 ? 0 : size >= 9.995 ? 1 : size >= 0.9995 ? 2 : 3;
-  return shown("%.*f", digits, value).c_str();
+  const int behind = size > 0 ? said - 1 - static_cast<int>(std::floor(std::log10(size))) : 0;
+  return shown("%.*f", std::clamp(behind, digits, 9), value).c_str();
+}
+
+/// A number in a text.
+struct Said {
+  double value;
+  int digits;  ///< Significant ones.
+  const char* end;
+};
+std::optional<Said> number_at(const char* at, const char* end) {
+  double value = 0;
+  const auto read = std::from_chars(at, end, value);
+  if (read.ec != std::errc() || !std::isfinite(value)) return std::nullopt;
+  int digits = 0;
+  for (const char* c = at; c < read.ptr && *c != 'e' && *c != 'E'; ++c)
+    if (std::isdigit(static_cast<unsigned char>(*c)) != 0 && (digits > 0 || *c != '0')) ++digits;
+  return Said{value, digits, read.ptr};
+}
+/// The second number of "0.7 to 1.1 m", which have one unit.
+std::optional<Said> range_end(const char* at, const char* end) {
+  constexpr std::string_view kTo = " to ";
+  if (!std::string_view(at, static_cast<std::size_t>(end - at)).starts_with(kTo)) return std::nullopt;
+  return number_at(at + kTo.size(), end);
 }
 
 const Entry& entry(UnitSystem system, Quantity quantity) noexcept {
@@ -99,26 +123,27 @@ std::string Units::in_words(const std::string& metric) const {
   const char* at = metric.c_str();
   const char* const end = at + metric.size();
   while (at < end) {
-    double value = 0;
     const bool begins = at == metric.c_str() || (!in_unit(at[-1]) && at[-1] != '.' && at[-1] != '_');
-    const auto number =
-        begins ? std::from_chars(at, end, value) : std::from_chars_result{at, std::errc::invalid_argument};
-    if (number.ec != std::errc() || !std::isfinite(value)) {
+    const std::optional<Said> number = begins ? number_at(at, end) : std::nullopt;
+    if (!number) {
       words += *at++;
       continue;
     }
-    const char* unit = number.ptr;
+    const std::optional<Said> to = range_end(number->end, end);
+    const char* unit = to ? to->end : number->end;
     if (unit < end && *unit == ' ') ++unit;
     const char* after = unit;
     while (after < end && in_unit(*after)) ++after;
     const std::string_view named(unit, static_cast<std::size_t>(after - unit));
     const auto* word = std::find_if(kWords.begin(), kWords.end(), [&](const Word& w) { return w.metric == named; });
     if (word == kWords.end()) {
-      words.append(at, number.ptr);
-      at = number.ptr;
+      words.append(at, number->end);
+      at = number->end;
       continue;
     }
-    words += rounded(value * word->factor) + " " + word->imperial;
+    words += rounded(number->value * word->factor, number->digits) + " ";
+    if (to) words += "to " + rounded(to->value * word->factor, to->digits) + " ";
+    words += word->imperial;
     at = after;
   }
   return words;

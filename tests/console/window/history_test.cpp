@@ -68,6 +68,43 @@ TEST_F(LiveHistory, ShowsTheForceOfTheChosenTimeThoughItIsNoLongerAmongTheLastTe
   EXPECT_FLOAT_EQ(console_->live_plots().window().history().ago(100).pressure_Pa[1], 22e5F);
 }
 
+TEST_F(LiveHistory, SaysOnEveryScreenThatItsPlotsAreOfAnotherTime) {
+  for (const char* screen : {"F3", "F4", "F7"}) {
+    does("key End");
+    does(std::string("key ") + screen);
+    const Box kScreen{114, 180, 1016, 796};  // below the card that has the time in words
+    const ImU32 notice = theme().colours.notice;
+    const int before = count_near(pixels(), kScreen, notice);
+    console_->live_plots().choose(view_.now - 12s);
+    frames();
+    EXPECT_EQ(console_->live_plots().window().cursor().words, "12 s ago - End: now");
+    EXPECT_GT(count_near(pixels(), kScreen, notice), before + 20) << screen;
+  }
+  EXPECT_EQ(screens::ago_words(192s), "3 min 12 s ago");
+}
+
+TEST_F(LiveHistory, StaysAtATimeThatIsOlderThanWhatIsKept) {
+  const Time event = events_.rows().back().at;
+  console_->live_plots().choose(event);
+  frames();
+  view_.now += 11min;
+  frames();
+  EXPECT_EQ(console_->live_plots().chosen(), event);
+  EXPECT_EQ(console_->live_plots().window().cursor().words.rfind("11 min", 0), 0U);
+}
+
+TEST_F(LiveHistory, HasNoGapAtTheRightWhereTheSecondsBehindAChosenTimeHaveCome) {
+  console_->live_plots().choose(view_.now - 2s);
+  frames();
+  for (int i = 0; i < 30; ++i) {
+    view_.now += 170ms;
+    console_->frame(view_, loop_, events_, 0);
+    console_->show();
+  }
+  const widgets::History& shown = console_->live_plots().window().history();
+  for (std::size_t ago = 0; ago < shown.size(); ++ago) EXPECT_FALSE(std::isnan(shown.ago(ago).tip_force_N)) << ago;
+}
+
 TEST_F(LiveHistory, HasAGapWhereTheForceIsNotKnown) {
   view_.machine.confidence = 0;
   view_.now += 1s;
