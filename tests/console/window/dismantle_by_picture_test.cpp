@@ -208,6 +208,7 @@ std::optional<double> touch(ByPicture& work, double z_m, double bucket_deg) {
   double furthest_m = 0;
   Time gained_at = video::now();
   const auto stalled = [&] {
+    if (!work.sees()) gained_at = video::now();  // who sees nothing holds no key: that is no stall
     if (work.bucket() && work.bucket()->tip_m.x() > furthest_m + 0.01) {
       furthest_m = work.bucket()->tip_m.x();
       gained_at = video::now();
