@@ -84,6 +84,7 @@ TEST(CommissionLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
   person.ask({"next", {"go", "stop"}, {}, ""});
   EXPECT_EQ(person.poll(), "go");
   access.bus().send({canopen::kSyncId, 0, {}});  // behind the last wait
+  bus->advance(bus->now() + 10ms);               // what was sent comes onto the bus
   log.ended("a reason");
   const std::vector<std::string> said = log.close();
   const std::string file = recording_in(folder.path().string());
