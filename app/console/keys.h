@@ -117,7 +117,7 @@ inline constexpr std::array kKeys{
     KeyBinding{KeyAction::kFarther, key::kPageDown, false, false, "Page down", "farther"},
     KeyBinding{KeyAction::kWhole, 'Z', false, false, "Z", "the whole machine in view"},
     KeyBinding{KeyAction::kPicture, 'X', false, false, "X", "large picture: each camera in turn, the machine"},
-    KeyBinding{KeyAction::kAlign, 'K', false, false, "K", "align the large camera by clicks on the tip; again: done"},
+    KeyBinding{KeyAction::kAlign, 'K', false, false, "K", "align the large camera by clicking the tip"},
     KeyBinding{KeyAction::kEventBack, key::kLeftBracket, false, false, "[", "plots: to the event before"},
     KeyBinding{KeyAction::kEventOn, key::kRightBracket, false, false, "]", "plots: to the next event"},
     KeyBinding{KeyAction::kEnd, key::kEnd, false, false, "End", "plots: back to now"},

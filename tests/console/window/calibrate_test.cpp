@@ -98,7 +98,7 @@ TEST_F(CalibrateScreen, IsLedByButtonsAndEndedByStop) {
   type("99");
   ASSERT_TRUE(console_->calibration().running()) << console_->calibration().state().outcome;
   ASSERT_TRUE(console_->calibration().state().question) << "a number out of its bounds answers nothing";
-  EXPECT_EQ(console_->calibration().refused(), "99 is not within -30 to 30: enter another value");
+  EXPECT_EQ(console_->calibration().refused(), "99 is not within -30 to 30 degrees: enter another value");
   picture("knuckle-console-calibrate-refused.png");
   type("0");
   EXPECT_EQ(console_->calibration().refused(), "");
