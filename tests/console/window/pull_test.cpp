@@ -42,7 +42,7 @@ TEST_F(PulledTip, IsReleasedWhereThePictureGetsAnotherSizeUnderTheMouse) {
   state().hold_to_run = true;
   pull();
   ASSERT_TRUE(hand().enable);
-  console_->window().set_scale(1.4F * console_->window().scale());
+  console_->window().set_scale(0.8F * console_->window().scale());  // larger does not fit into the window
   frames();
   EXPECT_FALSE(hand().presence);
   EXPECT_FALSE(hand().enable);
