@@ -158,7 +158,10 @@ TEST_F(SealedPictures, AreNotShownAgainAlsoWhereTheReceiverHasBegunAnew) {
     kept = overheard();
   }
   const auto say_again = [&] {
-    for (const LossyWire::Bytes& packet : kept) wire_.inject(packet);
+    for (const LossyWire::Bytes& packet : kept) {
+      wire_.inject(packet);
+      std::this_thread::sleep_for(1ms);  // all at once they would not fit into the socket
+    }
   };
   const auto nothing_comes_of_it = [&] {
     std::this_thread::sleep_for(100ms);  // what was on its way
@@ -169,6 +172,7 @@ TEST_F(SealedPictures, AreNotShownAgainAlsoWhereTheReceiverHasBegunAnew) {
     EXPECT_EQ(camera_.take(), nullptr);
   };
   std::this_thread::sleep_for(2500ms);  // the change of keys is over: what is refused counts
+  say_again();                          // what was lost on the way has come now, too
   nothing_comes_of_it();
   const std::uint32_t troubles = camera_.status().troubles;
   ASSERT_TRUE(comes([&] { return camera_.status().troubles > troubles; }));  // no picture for 5 s
