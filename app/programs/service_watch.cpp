@@ -58,7 +58,7 @@ bool ServiceWatch::send(const std::string& line) const noexcept {
 }
 
 void ServiceWatch::tell(Time now, std::uint64_t steps, const std::string& status) {
-  if (socket_ < 0 || steps == steps_fed_) return;
+  if (socket_ < 0 || stopping_ || steps == steps_fed_) return;
   if (!ready_) ready_ = send("READY=1");
   if (status != status_ && send("STATUS=" + status)) status_ = status;
   if (feed_every_ == Duration{} || (fed_at_ != kNever && now - fed_at_ < feed_every_)) return;

@@ -22,8 +22,8 @@ class ServiceWatch {
   /// The service is ready with the loop's first step. From then on the watchdog is fed only when the loop has stepped
   /// since: that this thread runs does not prove that the loop does. @param status one line, for `systemctl status`.
   void tell(Time now, std::uint64_t steps, const std::string& status);
-  /// An orderly end has begun.
-  void stopping() const noexcept { (void)send("STOPPING=1"); }
+  /// An orderly end has begun. Nothing is said after it: what the end does to the loop's mode is no news any more.
+  void stopping() noexcept { stopping_ = send("STOPPING=1"); }
 
  private:
   /// @return whether it has arrived. Never waits.
@@ -32,6 +32,7 @@ class ServiceWatch {
   int socket_ = -1;        ///< -1: nobody listens.
   Duration feed_every_{};  ///< 0: there is no watchdog.
   bool ready_ = false;
+  bool stopping_ = false;
   std::uint64_t steps_fed_ = 0;
   Time fed_at_ = kNever;
   std::string status_;
