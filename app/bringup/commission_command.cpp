@@ -3,16 +3,15 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 
-#include "app/bringup/commission_log.h"
 #include "app/bringup/commission_progress.h"
 #include "app/bringup/commission_record.h"
 #include "app/bringup/commission_result.h"
 #include "app/bringup/commission_wizard.h"
+#include "app/bringup/dialogue_log.h"
 #include "app/cli/background_writer.h"
 #include "app/cli/digest.h"
 #include "app/cli/interrupt.h"
@@ -80,15 +79,8 @@ BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription&
                                                             middle_of_range(read), o.seed));
 }
 
-recording::Head head_of(const CommissionCommandOptions& o, const std::string& file, const std::string& text, Time now) {
-  const std::chrono::nanoseconds unix_time = std::chrono::system_clock::now().time_since_epoch();
-  recording::Head head;
-  head.program = "knuckle commission --machine " + file + (o.simulate ? " --simulate" : " --can " + o.can);
-  head.version = cli::program_version();
-  if (!o.simulate) head.started_unix_ns = unix_time.count() - now.time_since_epoch().count();
-  head.simulated = head.virtual_time = o.simulate;
-  head.machine_file = text;
-  return head;
+std::string command_of(const CommissionCommandOptions& o, const std::string& file) {
+  return "knuckle commission --machine " + file + (o.simulate ? " --simulate" : " --can " + o.can);
 }
 
 std::string sha256_of(const std::string& text) {
@@ -159,51 +151,43 @@ int run_commission(CommissionCommandOptions options) {
   options.motions.seed = options.seed;
   const std::string kept = progress_file(options.out), digest = sha256_of(text);
   Progress progress(kept, {bus.name(), digest}, options.resume);
-  CommissionLog log(options.log, head_of(options, file, text, bus.now()), machine);
+  DialogueLog log(options.log, dialogue_head(command_of(options, file), text, options.simulate, bus.now()), machine,
+                  "commission");
   BusAccess access = log.taped(bus);
   LineInput input(STDIN_FILENO);
   cli::BackgroundWriter dialogue(STDOUT_FILENO);  // nobody who does not read it holds up the machine's loop, or a stop
   std::ostream& told = dialogue.stream();
-  const auto tell = [&told](const std::vector<std::string>& lines) {
-    for (const std::string& line : lines) told << line << '\n';
-  };
-  tell(log.notes());
+  for (const std::string& line : log.notes()) told << line << '\n';
   const Partner person = log.noted(terminal(
       told, [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1));
   const auto record = [&](const MachineDescription& found, const std::function<bool()>& stopped) {
     return record_motions(found, access, options.motions, options.record, stopped);
   };
   const auto hint = [&] { return progress.hint(recorded_in(options.record).empty() ? "" : options.record); };
-  const auto finish = [&](const std::string& why) {
-    log.ended(why);
-    tell(log.close());
-    dialogue.finish();
-  };
   if (const std::string note = progress.note(); !note.empty()) told << note << '\n';
   try {
-    const WizardResult result = run_wizard(
-        machine, access, person, record, [&] { interrupt.check(); }, progress.resume());
-    out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), digest});
-    const std::string older = cli::keep_older(options.out);
-    out.commit();
-    progress.done();
-    tell(log.close());
+    WizardResult result;
+    std::string older;
+    log.run(told, [&] {
+      result = run_wizard(
+          machine, access, person, record, [&] { interrupt.check(); }, progress.resume());
+      out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), digest});
+      older = cli::keep_older(options.out);
+      out.commit();
+      progress.done();
+    });
     told << "\nwritten: " << options.out << (older.empty() ? "" : "; the previous file was kept as " + older) << '\n';
     if (result.recordings.size() == kMotionNames.size()) told << next_command(result.recordings, options.out);
     return 0;
   } catch (const CommissionEnded& ended) {
-    finish(ended.what());
+    dialogue.finish();
     const bool lost = dynamic_cast<const ProgressLost*>(&ended) != nullptr;
     cli::BackgroundWriter(STDERR_FILENO).stream()
         << "knuckle: commissioning ended, machine neutral, nothing written to " << options.out << ": " << ended.what()
         << (lost ? "" : hint()) << '\n';
     return 1;
   } catch (const cli::Interrupted&) {
-    finish("interrupted");
     throw cli::Interrupted("nothing was written to " + options.out + hint());
-  } catch (const std::exception& error) {
-    finish(error.what());
-    throw;
   }
 }
 

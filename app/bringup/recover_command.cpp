@@ -6,32 +6,45 @@
 #include <algorithm>
 #include <memory>
 
+#include "app/bringup/dialogue_log.h"
 #include "app/bringup/recover.h"
 #include "app/cli/background_writer.h"
 #include "app/cli/interrupt.h"
 #include "machine/load.h"
+#include "machine/toml_reader.h"
+#include "machine/whole_file.h"
 
 namespace knuckle::bringup {
 namespace {
 
 struct RecoverOptions {
   std::string can, machine, axis;
+  recordings::LogOptions log;
 };
 
 int run_recover(const RecoverOptions& options) {
   if (isatty(STDIN_FILENO) != 1)
     cli::refuse_option("recover", "", "needs a person at a terminal: pressing Enter is what stops it");
+  recordings::check_log(options.log);
   const cli::InterruptGuard interrupt;
-  const MachineDescription machine = calibrated(load_machine(find_config("machine", options.machine)));
+  const std::string file = find_config("machine", options.machine), text = whole_file(file, kLargestToml_MB);
+  const MachineDescription machine = calibrated(load_machine(file));
   const auto* axis = std::find(kJointNames.begin(), kJointNames.end(), options.axis);
-  BusAccess access = real_access(options.can);
+  const BusAccess bus = real_access(options.can);
+  const std::string command = "knuckle recover --can " + options.can + " --machine " + file + " --axis " + options.axis;
+  DialogueLog log(options.log, dialogue_head(command, text, false, bus.now()), machine, "recover");
+  BusAccess access = log.taped(bus);
   LineInput input(STDIN_FILENO);
   cli::BackgroundWriter dialogue(STDOUT_FILENO);  // nobody who does not read it holds up the machine's loop, or a stop
+  for (const std::string& line : log.notes()) dialogue.stream() << line << '\n';
+  const Partner person = log.noted(terminal(
+      dialogue.stream(), [&] { return input.poll(); }, true));
   try {
-    recover(machine, static_cast<int>(axis - kJointNames.begin()), access,
-            terminal(
-                dialogue.stream(), [&] { return input.poll(); }, isatty(STDIN_FILENO) == 1),
-            [&] { interrupt.check(); });
+    log.run(dialogue.stream(), [&] {
+      recover(machine, static_cast<int>(axis - kJointNames.begin()), access, person, [&] {
+        if (interrupt.pending()) throw cli::Interrupted("the machine is neutral");
+      });
+    });
     return 0;
   } catch (const CommissionEnded& ended) {
     dialogue.finish();
@@ -51,6 +64,7 @@ cli::Command recover_entry() {
             command.add_option("--axis", o->axis, "Which joint: boom, arm or bucket")
                 ->required()
                 ->check(CLI::IsMember({"boom", "arm", "bucket"}));
+            recordings::add_log_options(command, o->log, "Record nothing");
             command.footer("Answers are typed at the terminal; pressing Enter stops a motion.\n" +
                            std::string(cli::kExitCodes));
             return [o] { return run_recover(*o); };

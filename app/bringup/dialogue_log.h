@@ -1,8 +1,10 @@
-// The recording of a commissioning: every frame of the machine's bus, and what was said and answered. On where
-// something real is moved, unless turned off.
+// The recording of a dialogue that moves a machine (commission, recover): every frame of its bus, and what was said and
+// answered. On where something real is moved, unless turned off.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -16,12 +18,16 @@
 
 namespace knuckle::bringup {
 
-class CommissionLog {
+/// @param command the program with what led it. @param simulated on virtual time. @param now of the machine's bus.
+[[nodiscard]] recording::Head dialogue_head(std::string command, std::string machine_file, bool simulated, Time now);
+
+class DialogueLog {
  public:
-  /// @throws InputError as recordings::ProgramLog does.
-  CommissionLog(const recordings::LogOptions& options, const recording::Head& head, const MachineDescription& machine);
-  CommissionLog(const CommissionLog&) = delete;
-  CommissionLog& operator=(const CommissionLog&) = delete;
+  /// @param kind of the events of what is said: "commission". @throws InputError as recordings::ProgramLog does.
+  DialogueLog(const recordings::LogOptions& options, const recording::Head& head, const MachineDescription& machine,
+              std::string kind);
+  DialogueLog(const DialogueLog&) = delete;
+  DialogueLog& operator=(const DialogueLog&) = delete;
 
   /// The same bus; a step of the recording ends with each wait. This outlives it.
   [[nodiscard]] BusAccess taped(const BusAccess& access);
@@ -30,17 +36,18 @@ class CommissionLog {
   [[nodiscard]] Partner noted(const Partner& partner);
   /// For the start: where it is recorded to, or that it is not.
   [[nodiscard]] std::vector<std::string> notes() const;
-  /// Why it ended before its end, as an event.
-  void ended(const std::string& why);
-  /// Nothing moves any more: finishes the file. @return what there is to be said of it, and where it is.
-  [[nodiscard]] std::vector<std::string> close();
+  /// Does the work, and finishes the file then: nothing moves any more. Why it ended before its end is an event.
+  /// @param out is told what there is to be said of the file, and where it is. @throws whatever `work` throws.
+  void run(std::ostream& out, const std::function<void()>& work);
 
  private:
   /// nullptr: nothing is kept, so nothing need be written down.
   [[nodiscard]] recording::Recorder* recorder() noexcept;
+  void close(std::ostream& out);
   void note(recording::Severity severity, const std::string& kind, const std::string& text);
 
   bool off_, drains_;
+  std::string kind_;
   recordings::ProgramLog log_;
   bool keeps_;
   std::shared_ptr<BusAccess> bus_;  ///< Set by taped().

@@ -1,12 +1,14 @@
-// What is recorded of a commissioning.
-#include "app/bringup/commission_log.h"
+// What is recorded of a dialogue that moves a machine.
+#include "app/bringup/dialogue_log.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <set>
 #include <sstream>
 
 #include "app/bringup/commission_jog.h"
+#include "app/bringup/recover.h"
 #include "core/error.h"
 #include "recording/file_names.h"
 #include "recording/recording.h"
@@ -41,6 +43,7 @@ std::string recording_in(const std::string& folder) {
 struct Recorded {
   std::size_t syncs = 0, received = 0;
   std::vector<std::string> events;
+  std::set<std::string> kinds;
   std::size_t errors = 0;
 };
 Recorded read(const std::string& file) {
@@ -50,6 +53,7 @@ Recorded read(const std::string& file) {
     if (entry->topic == recording::Topic::kEvents) {
       const auto event = recording::decode_log(entry->data, recording.head().started_unix_ns);
       all.events.push_back(event->text);
+      all.kinds.insert(event->kind);
       if (event->severity == recording::Severity::kError) ++all.errors;
     }
     if (entry->topic != recording::Topic::kMachineWires) continue;
@@ -63,7 +67,7 @@ Recorded read(const std::string& file) {
   return all;
 }
 
-TEST(CommissionLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
+TEST(DialogueLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
   const knuckle::test::TemporaryFolder folder;
   const auto bus = simulated_bus();
   std::size_t syncs = 0;
@@ -72,23 +76,26 @@ TEST(CommissionLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
                       },
                       &syncs});
   std::ostringstream told;
-  CommissionLog log({folder.path().string(), false}, head(true), solar());
+  DialogueLog log({folder.path().string(), false}, head(true), solar(), "commission");
   BusAccess access = log.taped(sim::access_to(bus));
   const Partner person = log.noted(terminal(
       told, [] { return std::optional<std::string>("go"); }, false));
-  JogBench bench(solar(), access, [] { return false; });
-  bench.start();
-  bench.idle(20s);  // far longer than the ring of the steps has room for
-  person.begin(3, "dead bands");
-  person.say("boom: 4 %");
-  person.ask({"next", {"go", "stop"}, {}, ""});
-  EXPECT_EQ(person.poll(), "go");
-  access.bus().send({canopen::kSyncId, 0, {}});  // behind the last wait
-  bus->advance(bus->now() + 10ms);               // what was sent comes onto the bus
-  log.ended("a reason");
-  const std::vector<std::string> said = log.close();
+  const auto work = [&] {
+    JogBench bench(solar(), access, [] { return false; });
+    bench.start();
+    bench.idle(20s);  // far longer than the ring of the steps has room for
+    person.begin(3, "dead bands");
+    person.say("boom: 4 %");
+    person.ask({"next", {"go", "stop"}, {}, ""});
+    EXPECT_EQ(person.poll(), "go");
+    access.bus().send({canopen::kSyncId, 0, {}});  // behind the last wait
+    bus->advance(bus->now() + 10ms);               // what was sent comes onto the bus
+    throw CommissionEnded("a reason");
+  };
+  std::ostringstream said;
+  EXPECT_THROW(log.run(said, work), CommissionEnded);
   const std::string file = recording_in(folder.path().string());
-  EXPECT_EQ(said, std::vector<std::string>{"recorded in " + file});
+  EXPECT_EQ(said.str(), "recorded in " + file + "\n");
   const Recorded recorded = read(file);
   EXPECT_GT(syncs, 4000u);
   EXPECT_EQ(recorded.syncs, syncs);
@@ -101,11 +108,25 @@ TEST(CommissionLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
   EXPECT_THROW((void)recording::replay(again, {}), InputError) << "no loop ran";
 }
 
-TEST(CommissionLog, IsOnWhereSomethingRealIsMovedUnlessTurnedOffAndSaysSo) {
+TEST(DialogueLog, TellsWhatLedTheMachine) {
+  const knuckle::test::TemporaryFolder folder;
+  DialogueLog log({folder.path().string(), false}, head(true), solar(), "recover");
+  BusAccess access = log.taped(sim::access_to(simulated_bus()));
+  std::ostringstream told, said;
+  const Partner person = log.noted(terminal(
+      told, [] { return std::optional<std::string>("no"); }, false));
+  EXPECT_THROW(log.run(said, [&] { recover(solar(), kBoom, access, person, [] {}); }), CommissionEnded);
+  const Recorded recorded = read(recording_in(folder.path().string()));
+  EXPECT_GT(recorded.received, 0u) << "the bus was listened to";
+  EXPECT_EQ(recorded.kinds, (std::set<std::string>{"recover", "question", "answer"})) << told.str();
+  EXPECT_EQ(recorded.errors, 1u) << "why it ended";
+}
+
+TEST(DialogueLog, IsOnWhereSomethingRealIsMovedUnlessTurnedOffAndSaysSo) {
   const knuckle::test::TemporaryFolder folder;
   setenv("KNUCKLE_RECORDINGS", folder.path().c_str(), 1);
   const auto notes = [](bool off, bool simulated) {
-    CommissionLog log({"", off}, head(simulated), solar());
+    DialogueLog log({"", off}, head(simulated), solar(), "commission");
     return log.notes();
   };
   EXPECT_EQ(notes(true, false), std::vector<std::string>{"NOT RECORDED (--no-log)"});

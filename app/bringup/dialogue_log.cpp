@@ -1,21 +1,37 @@
-#include "app/bringup/commission_log.h"
+#include "app/bringup/dialogue_log.h"
 
+#include <chrono>
+#include <utility>
+
+#include "app/cli/command.h"
 #include "recording/taped_wires.h"
 
 namespace knuckle::bringup {
 
+recording::Head dialogue_head(std::string command, std::string machine_file, bool simulated, Time now) {
+  const std::chrono::nanoseconds unix_time = std::chrono::system_clock::now().time_since_epoch();
+  recording::Head head;
+  head.program = std::move(command);
+  head.version = cli::program_version();
+  if (!simulated) head.started_unix_ns = unix_time.count() - now.time_since_epoch().count();
+  head.simulated = head.virtual_time = simulated;
+  head.machine_file = std::move(machine_file);
+  return head;
+}
+
 // Nothing here could tell of a stop, as the loops do: without a recording there are no flight records either.
-CommissionLog::CommissionLog(const recordings::LogOptions& options, const recording::Head& head,
-                             const MachineDescription& machine)
+DialogueLog::DialogueLog(const recordings::LogOptions& options, const recording::Head& head,
+                         const MachineDescription& machine, std::string kind)
     : off_(options.off),
       drains_(head.simulated),
+      kind_(std::move(kind)),
       log_(options, !head.simulated && !options.off, head, machine),
       keeps_(log_.recorder() != nullptr && log_.problem().empty()) {
   if (recorder() != nullptr) tape_.record_to(recorder()->machine_steps());
   if (!drains_) log_.begin();
 }
 
-BusAccess CommissionLog::taped(const BusAccess& access) {
+BusAccess DialogueLog::taped(const BusAccess& access) {
   if (recorder() == nullptr) return access;
   bus_ = std::make_shared<BusAccess>(access);
   const auto wait = [this](Time due) {
@@ -30,26 +46,26 @@ BusAccess CommissionLog::taped(const BusAccess& access) {
   return taped;
 }
 
-recording::Recorder* CommissionLog::recorder() noexcept {
+recording::Recorder* DialogueLog::recorder() noexcept {
   return keeps_ ? log_.recorder() : nullptr;
 }
 
-void CommissionLog::note(recording::Severity severity, const std::string& kind, const std::string& text) {
+void DialogueLog::note(recording::Severity severity, const std::string& kind, const std::string& text) {
   if (recorder() != nullptr && bus_) recorder()->event({bus_->now(), severity, kind, text});
 }
 
-Partner CommissionLog::noted(const Partner& partner) {
+Partner DialogueLog::noted(const Partner& partner) {
   if (recorder() == nullptr) return partner;
   const auto note = [this](const std::string& kind, const std::string& text) {
     this->note(recording::Severity::kInfo, kind, text);
   };
   Partner noted = partner;
-  noted.say = [note, say = partner.say](const std::string& line) {
-    note("commission", line);
+  noted.say = [this, note, say = partner.say](const std::string& line) {
+    note(kind_, line);
     say(line);
   };
-  noted.begin = [note, begin = partner.begin](int number, const std::string& title) {
-    note("commission", "step " + std::to_string(number) + ": " + title);
+  noted.begin = [this, note, begin = partner.begin](int number, const std::string& title) {
+    note(kind_, "step " + std::to_string(number) + ": " + title);
     begin(number, title);
   };
   noted.ask = [this, note, say = partner.say, ask = partner.ask](const Question& question) {
@@ -65,21 +81,26 @@ Partner CommissionLog::noted(const Partner& partner) {
   return noted;
 }
 
-std::vector<std::string> CommissionLog::notes() const {
+std::vector<std::string> DialogueLog::notes() const {
   return off_ ? std::vector<std::string>{"NOT RECORDED (--no-log)"} : log_.notes();
 }
 
-void CommissionLog::ended(const std::string& why) {
-  note(recording::Severity::kError, "commission", why);
+void DialogueLog::run(std::ostream& out, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const std::exception& error) {
+    note(recording::Severity::kError, kind_, error.what());
+    close(out);
+    throw;
+  }
+  close(out);
 }
 
-std::vector<std::string> CommissionLog::close() {
+void DialogueLog::close(std::ostream& out) {
   if (bus_) tape_.end_step(bus_->now(), ReasonCode::kNone);  // what came since the last wait
   log_.close();
-  std::vector<std::string> lines;
-  for (const cli::News& news : log_.news()) lines.push_back(news.what);
-  if (recorder() != nullptr) lines.push_back("recorded in " + recorder()->status().file);
-  return lines;
+  for (const cli::News& news : log_.news()) out << news.what << '\n';
+  if (recorder() != nullptr) out << "recorded in " << recorder()->status().file << '\n';
 }
 
 }  // namespace knuckle::bringup
