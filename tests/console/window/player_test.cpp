@@ -10,6 +10,7 @@
 #include "app/console/window/console_window.h"
 #include "app/console/window/player_program.h"
 #include "tests/console/player/played_files.h"
+#include "tests/console/window/keyboard_walk.h"
 #include "tests/console/window/virtual_display.h"
 
 namespace knuckle::console::window {
@@ -80,6 +81,18 @@ TEST_F(Player, IsLedByItsKeysOnEveryScreen) {
   }
   does("key F6");
   EXPECT_EQ(screen(), screens::Screen::kEvents);
+}
+
+TEST_F(Player, IsOperatedByTheKeyboardAloneOnEveryScreen) {
+  const KeyboardWalk walk([this](int count) { frames(count); });
+  for (const char* screen_key : {"F1", "F2", "F3", "F4", "F5", "F6", "F7"}) {
+    does(std::string("key ") + screen_key);
+    EXPECT_EQ(walk.missed(), "") << screen_key;
+  }
+  ASSERT_TRUE(walk.go_to("##event_on"));
+  const Time before = cursor();
+  walk.press("Return");
+  EXPECT_GT(cursor(), before);
 }
 
 TEST_F(Player, PlaysAndPausesWithSpaceAndStopsNothing) {
