@@ -429,6 +429,7 @@ ConsoleInput ConsoleWindow::input(Time now) const {
     input.force_scale = 1 / static_cast<double>(state_.force_scale);
   }
   input.assist = state_.assist;
+  input.force_most_N = static_cast<double>(state_.force_most_N);
   input.paused = state_.paused;
   input.reset_count = state_.reset_count;
   return input;

@@ -126,7 +126,7 @@ TEST_F(LiveHistory, BeginsAnewWithTheSession) {
 
 class ForceGauge : public ShownConsole {
  protected:
-  static constexpr Box kGauge{736, 212, 1012, 240};
+  static constexpr Box kGauge{736, 208, 1012, 236};
 };
 
 TEST_F(ForceGauge, FillsToTheMaximumThatThePersonSetsAndSaysWhenItIsTooMuch) {
@@ -140,6 +140,7 @@ TEST_F(ForceGauge, FillsToTheMaximumThatThePersonSetsAndSaysWhenItIsTooMuch) {
   EXPECT_LT(count_near(pixels(), kGauge, bad), 50);
   state().force_most_N = 1000;
   EXPECT_GT(count_near(pixels(), kGauge, bad), 2000);
+  EXPECT_EQ(console_->input(view_.now).force_most_N, 1000) << "the loop tells of it";
   view_.machine.confidence = 0;
   EXPECT_LT(count_near(pixels(), kGauge, bad), 50) << "a force without confidence is no force";
 }
