@@ -6,8 +6,8 @@
 namespace knuckle::console {
 
 const QualityBounds& bounds_of(LinkMeasure measure) noexcept {
-  static constexpr std::array<const QualityBounds*, kLinkMeasures> kBounds{&kRoundTripBounds_s, &kLossBounds,
-                                                                           &kJitterBounds_s, &kSilenceBounds};
+  static constexpr std::array<const QualityBounds*, kLinkMeasures> kBounds{
+      &kRoundTripBounds_s, &kLossBounds, &kJitterBounds_s, &kSilenceBounds, &kRoundTripBounds_s};
   return *kBounds[static_cast<std::size_t>(measure)];
 }
 
@@ -24,13 +24,14 @@ void LinkHistory::watch(const ConsoleView& view) noexcept {
   const LinkSide& link = view.link;
   if (!link.heard || !std::isfinite(link.loss)) return;
   const double used = link.neutral_after_s > 0 ? link.silence_s / link.neutral_after_s : 0;
-  const std::array<double, kLinkMeasures> values{link.round_trip_s, link.loss,
-                                                 to_seconds(link.arrival_jitter.quantile(0.95)), used};
+  const std::array<double, kLinkMeasures> values{to_seconds(link.round_trip.quantile(0.5)), link.loss,
+                                                 to_seconds(link.arrival_jitter.quantile(0.95)), used,
+                                                 link.round_trip_s};
   // What came last is no measure of a link on which nothing comes any more.
   const bool silent = used > kSilenceBounds.bad;
   for (std::size_t i = 0; i < kLinkMeasures; ++i) {
     const auto measure = static_cast<LinkMeasure>(i);
-    if (silent && (measure == LinkMeasure::kRoundTrip || measure == LinkMeasure::kJitter)) continue;
+    if (silent && measure != LinkMeasure::kLoss && measure != LinkMeasure::kSilence) continue;
     Range& range = seconds_[newest_][i];
     const auto value = static_cast<float>(values[i]);
     range.least = std::fmin(range.least, value);

@@ -12,10 +12,10 @@
 
 namespace knuckle::console {
 
-/// What the quality word is made of, in its order; of the round trip the newest instead of the median of ten seconds,
-/// which would hide one that is short.
-enum class LinkMeasure : std::uint8_t { kRoundTrip, kLoss, kJitter, kSilence };
-inline constexpr std::size_t kLinkMeasures = 4;
+/// What the quality word is made of, in its order; and the round trip of the newest packets, of which the word's median
+/// of ten seconds hides those that are few.
+enum class LinkMeasure : std::uint8_t { kRoundTrip, kLoss, kJitter, kSilence, kNewestRoundTrip };
+inline constexpr std::size_t kLinkMeasures = 5;
 [[nodiscard]] const QualityBounds& bounds_of(LinkMeasure measure) noexcept;
 
 class LinkHistory {

@@ -59,8 +59,9 @@ std::string value_words(LinkMeasure measure, double value) {
 
 /// The last minutes of what the quality word is made of.
 void minutes_card(const widgets::Ui& ui, const ConsoleData& data, LinkMeasure measure, const widgets::Area& area) {
-  static constexpr std::array<const char*, kLinkMeasures> kTitles{"NEWEST ROUND TRIP, 10 MINUTES", "LOST, 10 MINUTES",
-                                                                  "JITTER p95, 10 MINUTES", "SILENCE, 10 MINUTES"};
+  static constexpr std::array<const char*, kLinkMeasures> kTitles{"ROUND TRIP p50, PALE: EACH, 10 MINUTES",
+                                                                  "LOST, 10 MINUTES", "JITTER p95, 10 MINUTES",
+                                                                  "SILENCE, 10 MINUTES", "EACH ROUND TRIP, 10 MINUTES"};
   const widgets::Card card(ui, kTitles[static_cast<std::size_t>(measure)], area);
   const LinkHistory& history = data.link_history;
   const QualityBounds& bounds = bounds_of(measure);
@@ -73,10 +74,14 @@ void minutes_card(const widgets::Ui& ui, const ConsoleData& data, LinkMeasure me
   bands.names = {name(LinkQuality::kGood), name(LinkQuality::kFair), name(LinkQuality::kPoor), name(LinkQuality::kBad)};
   bands.columns = history.size();
   bands.of = LinkHistory::kSeconds;
-  bands.range = [&](std::size_t ago) {
-    const LinkHistory::Range& range = history.ago(ago, measure);
-    return std::pair(range.least, range.most);
+  const auto range_of = [&history](LinkMeasure of) {
+    return [&history, of](std::size_t ago) {
+      const LinkHistory::Range& range = history.ago(ago, of);
+      return std::pair(range.least, range.most);
+    };
   };
+  bands.range = range_of(measure);
+  if (measure == LinkMeasure::kRoundTrip) bands.behind = range_of(LinkMeasure::kNewestRoundTrip);
   bands.span_words = "-10 min to now";
   widgets::band_plot(ui, card.inside(), bands);
 }
