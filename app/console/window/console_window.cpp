@@ -172,8 +172,10 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   const std::optional<widgets::Area> picture = screens::draw_console(
       ui,
       {facts_, kinematics_, view, loop, player_ != nullptr ? player_->plots() : live_plots_.window(), live_plots_,
-       link_history_, player_ != nullptr ? player_->payload() : payload_, contacts_, machine_, events, calibration_,
-       cameras_, recording_, player_},
+       player_ != nullptr ? player_->kept().link() : link_history_,
+       player_ != nullptr ? player_->kept().payload() : payload_,
+       player_ != nullptr ? player_->kept().contacts() : contacts_, machine_, events, calibration_, cameras_,
+       recording_, player_},
       state_);
   const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
   // The tip of a machine that is being commissioned, or was recorded, cannot be pulled.
