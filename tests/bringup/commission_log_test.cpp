@@ -13,6 +13,7 @@
 #include "recording/replay.h"
 #include "recording/wire_events.h"
 #include "tests/bringup/hardware_bench.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/canopen.h"
 
@@ -99,6 +100,38 @@ TEST(CommissionLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
   EXPECT_NE(told.str().find("boom: 4 %\n"), std::string::npos) << "the person hears it all the same";
   recording::Recording again({file});
   EXPECT_THROW((void)recording::replay(again, {}), InputError) << "no loop ran";
+}
+
+TEST(CommissionLog, TellsAPersonAtTheNextQuestionThatTheDiskHasEndedIt) {
+  const knuckle::test::TemporaryFolder folder;
+  std::ostringstream told;
+  CommissionLog log({folder.path().string(), false}, head(true), solar());
+  BusAccess access = log.taped(sim::access_to(simulated_bus()));
+  const Partner person = log.noted(terminal(
+      told, [] { return std::optional<std::string>("go"); }, false));
+  JogBench bench(solar(), access, [] { return false; });
+  bench.start();
+  const auto times_told = [&told] {
+    const std::string all = told.str();
+    std::size_t count = 0;
+    for (std::size_t at = all.find("the recording has ended: "); at != std::string::npos;
+         at = all.find("the recording has ended: ", at + 1))
+      ++count;
+    return count;
+  };
+  {
+    const knuckle::test::FileSizeLimit limit(100'000);
+    bench.idle(20s);
+  }
+  EXPECT_EQ(times_told(), 0u) << "not while something may move";
+  person.ask({"next", {"go", "stop"}, {}, ""});
+  EXPECT_EQ(times_told(), 1u) << told.str();
+  bench.idle(1s);
+  person.ask({"next", {"go", "stop"}, {}, ""});
+  EXPECT_EQ(times_told(), 1u) << "once";
+  EXPECT_EQ(person.poll(), "go") << "the commissioning goes on";
+  for (const std::string& line : log.close())
+    EXPECT_EQ(line.find("the recording has ended"), std::string::npos) << line;
 }
 
 TEST(CommissionLog, IsOnWhereSomethingRealIsMovedUnlessTurnedOffAndSaysSo) {

@@ -7,26 +7,20 @@
 #include <deque>
 #include <sstream>
 
+#include "app/cli/interrupt.h"
+#include "tests/bringup/commission_script.h"
 #include "tests/bringup/hardware_bench.h"
 
 namespace knuckle::bringup {
 namespace {
 
+using test::all;
+using test::kSigned;
+using test::kStroked;
+using test::Script;
 using test::simulated_bus;
 using test::solar;
-using Script = std::deque<std::string>;
-
-/// Up to the first motion.
-Script start() {
-  return {"ready", "configure", "pressed", "released", "0", "pilot", "move"};
-}
-Script all() {
-  Script script = start();
-  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "longer", "go", "shorter"});
-  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "go", "go", "tape", "preset"});
-  script.insert(script.end(), {"go", "go", "go", "finish"});
-  return script;
-}
+using test::start;
 
 /// What came of it, and where the machine stood then.
 struct Outcome {
@@ -172,6 +166,34 @@ TEST(CommissionWizard, EStopDuringAMotionEndsIt) {
   EXPECT_EQ(outcome.demand, JointVector::Zero());
 }
 
+/// By Ctrl+C, which is seen while something moves as at any other time.
+TEST(CommissionWizard, InterruptedInAMotionItLeavesTheMachineNeutral) {
+  const auto bus = simulated_bus();
+  Script script = start();
+  script.push_back("go");
+  const auto next = [&script]() -> std::optional<std::string> {
+    if (script.empty()) return std::nullopt;
+    std::string line = script.front();
+    script.pop_front();
+    return line;
+  };
+  bool moved = false;
+  const auto interrupt = [&] {
+    moved = std::abs(bus->plant().cylinder_mps[kBoom]) > 0.002 && bus->machine().nodes().outputs().pilot;
+    if (moved) throw cli::Interrupted();
+  };
+  std::ostringstream told;
+  BusAccess access = sim::access_to(bus);
+  EXPECT_THROW((void)run_wizard(
+                   solar(), access, terminal(told, next, false),
+                   [](const MachineDescription&, const std::function<bool()>&) { return std::vector<std::string>(); },
+                   interrupt),
+               cli::Interrupted);
+  EXPECT_TRUE(moved);
+  EXPECT_FALSE(bus->machine().nodes().outputs().pilot);
+  EXPECT_EQ(bus->machine().nodes().outputs().spool_demand, JointVector::Zero());
+}
+
 TEST(CommissionWizard, ExchangedEncodersAreFoundByTheFirstMotion) {
   MachineDescription file = solar();
   std::swap(file.bus.encoders[kBoom].id, file.bus.encoders[kArm].id);
@@ -199,7 +221,6 @@ WizardProgress ended_after(const std::shared_ptr<sim::MachineOnBus>& bus, std::s
   EXPECT_EQ(ended.ended, "the input has ended");
   return kept;
 }
-constexpr std::size_t kSigned = 7 + 12, kStroked = kSigned + 15;  // words up to the ends of these steps
 
 /// Up to the end of step 4.
 Script signed_anew() {
