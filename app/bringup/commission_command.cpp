@@ -170,7 +170,7 @@ int run_commission(CommissionCommandOptions options) {
     std::string older;
     log.run(told, [&] {
       result = run_wizard(
-          machine, access, person, record, [&] { interrupt.check(); }, progress.resume());
+          machine, access, person, record, [&] { neutral_where_interrupted(interrupt); }, progress.resume());
       out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), digest});
       older = cli::keep_older(options.out);
       out.commit();

@@ -1,11 +1,14 @@
 #include "app/bringup/commission_progress.h"
 
+#include <cstdint>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/command.h"
 #include "app/cli/digest.h"
 #include "app/cli/output_file.h"
 #include "core/error.h"
+#include "core/text.h"
 #include "machine/whole_file.h"
 
 namespace knuckle::bringup {
@@ -14,6 +17,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr const char* kSchema = "knuckle-commission-progress/2";
 constexpr std::size_t kLargest_MB = 1;
+constexpr int kDeepest = 8;  // of what is nested in it; written are 5
 
 Json json_of(const std::optional<double>& value) {
   return value ? Json(*value) : Json(nullptr);
@@ -36,12 +40,30 @@ Json json_of(const WizardProgress& progress) {
   return {{"completed", progress.completed}, {"serials", serials}, {"axes", axes}, {"findings", findings}};
 }
 
-/// @throws nlohmann::json::exception where something is missing or of another kind.
+struct Unusable {};
+
+/// @throws Unusable where it is no whole number within these.
+template <typename Number>
+Number whole_number(const Json& value, std::int64_t least, std::int64_t most) {
+  const bool fits = value.is_number_unsigned() ? value.get<std::uint64_t>() <= static_cast<std::uint64_t>(most)
+                                               : value.is_number_integer();
+  if (!fits || value.get<std::int64_t>() < least || value.get<std::int64_t>() > most) throw Unusable{};
+  return static_cast<Number>(value.get<std::int64_t>());
+}
+/// @throws Unusable where a terminal would not show it as it is.
+std::string words_of(const Json& value) {
+  std::string words = value.get<std::string>();
+  if (printable(words) != words) throw Unusable{};
+  return words;
+}
+
+/// @throws nlohmann::json::exception where something is missing or of another kind. @throws Unusable
 WizardProgress progress_of(const Json& json) {
   WizardProgress progress;
-  progress.completed = json.at("completed").get<int>();
+  progress.completed = whole_number<int>(json.at("completed"), 0, kDeadBands);
   for (const Json& one : json.at("serials"))
-    progress.serials[one.at("node").get<std::uint8_t>()] = one.at("serial").get<std::uint32_t>();
+    progress.serials[whole_number<std::uint8_t>(one.at("node"), 1, 127)] =
+        whole_number<std::uint32_t>(one.at("serial"), 0, std::numeric_limits<std::uint32_t>::max());
   for (std::size_t j = 0; j < progress.axes.size(); ++j) {
     const Json& axis = json.at("axes").at(j);
     progress.axes[j] = {optional_of(axis.at("stroke_m")), optional_of(axis.at("offset_m")),
@@ -49,9 +71,18 @@ WizardProgress progress_of(const Json& json) {
                         optional_of(axis.at("dead_band_retract"))};
   }
   for (const Json& one : json.at("findings"))
-    progress.findings.push_back({static_cast<Finding::Level>(one.at("level").get<int>()),
-                                 one.at("about").get<std::string>(), one.at("text").get<std::string>()});
+    progress.findings.push_back(
+        {static_cast<Finding::Level>(whole_number<int>(one.at("level"), 0, static_cast<int>(Finding::Level::kFault))),
+         words_of(one.at("about")), words_of(one.at("text"))});
   return progress;
+}
+
+/// @throws nlohmann::json::exception, Unusable: nothing that is nested deeper is taken apart.
+Json parsed(const std::string& text) {
+  return Json::parse(text, [](int depth, Json::parse_event_t, const Json&) {
+    if (depth > kDeepest) throw Unusable{};
+    return true;
+  });
 }
 
 /// Of all that is said; nobody's secret, it only finds what was changed by hand.
@@ -86,14 +117,17 @@ WizardProgress read_progress(const std::string& file, const ProgressOf& of) {
   };
   const std::string text = whole_file(file, kLargest_MB);
   try {
-    const Json json = Json::parse(text);
+    const Json json = parsed(text);
     if (json.at("schema") != kSchema) refuse("is not the progress of a commissioning of this version");
     if (json.at("sha256") != digest_of(json)) refuse("was changed since it was written");
     if (json.at("machine_sha256") != of.machine_sha256)
       refuse("is of another machine file, or of an older version of it");
-    if (json.at("bus") != of.bus) refuse("is of the bus " + json.at("bus").get<std::string>() + ", not " + of.bus);
+    if (json.at("bus") != of.bus)
+      refuse("is of the bus " + shortened(json.at("bus").get<std::string>()) + ", not " + of.bus);
     return progress_of(json.at("progress"));
   } catch (const nlohmann::json::exception&) {
+    refuse("is not the progress of a commissioning");
+  } catch (const Unusable&) {
     refuse("is not the progress of a commissioning");
   }
   return {};

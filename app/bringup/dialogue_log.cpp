@@ -19,6 +19,10 @@ recording::Head dialogue_head(std::string command, std::string machine_file, boo
   return head;
 }
 
+void neutral_where_interrupted(const cli::InterruptGuard& interrupt) {
+  if (interrupt.pending()) throw cli::Interrupted("the machine is neutral");
+}
+
 // Nothing here could tell of a stop, as the loops do: without a recording there are no flight records either.
 DialogueLog::DialogueLog(const recordings::LogOptions& options, const recording::Head& head,
                          const MachineDescription& machine, std::string kind)

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/bringup/commission_dialogue.h"
+#include "app/cli/interrupt.h"
 #include "app/recordings/program_log.h"
 #include "machine/description_fwd.h"
 #include "recording/events.h"
@@ -20,6 +21,9 @@ namespace knuckle::bringup {
 
 /// @param command the program with what led it. @param simulated on virtual time. @param now of the machine's bus.
 [[nodiscard]] recording::Head dialogue_head(std::string command, std::string machine_file, bool simulated, Time now);
+
+/// Where a signal has come, ends what moves a machine. @throws cli::Interrupted
+void neutral_where_interrupted(const cli::InterruptGuard& interrupt);
 
 class DialogueLog {
  public:

@@ -41,9 +41,8 @@ int run_recover(const RecoverOptions& options) {
       dialogue.stream(), [&] { return input.poll(); }, true));
   try {
     log.run(dialogue.stream(), [&] {
-      recover(machine, static_cast<int>(axis - kJointNames.begin()), access, person, [&] {
-        if (interrupt.pending()) throw cli::Interrupted("the machine is neutral");
-      });
+      recover(machine, static_cast<int>(axis - kJointNames.begin()), access, person,
+              [&] { neutral_where_interrupted(interrupt); });
     });
     return 0;
   } catch (const CommissionEnded& ended) {

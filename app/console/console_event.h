@@ -17,6 +17,7 @@ enum class ConsoleEventKind : std::uint8_t {
   kDevice,    ///< reason why the device cannot be used; kNone: it can
   kLink,      ///< on: packets from the machine are received
   kContact,   ///< on; value: force on the tip [N]
+  kTooMuch,   ///< on: value is beyond limit, the maximum that the person has set [N]; off: it is well within again
   kPiece,     ///< simulated world: piece; value as its event says
   kStop,      ///< on: pressed in
   kInput,     ///< on: what is held counts again; off: the window has stalled, inputs count as released
@@ -35,7 +36,7 @@ struct ConsoleEvent {
   Mode mode = Mode::kOff;
   Reason reason;
   sim::WorldEventKind piece = sim::WorldEventKind::kPieceBroke;
-  double value = 0;
+  double value = 0, limit = 0;
 };
 
 }  // namespace knuckle::console

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "core/joints.h"
 #include "core/time.h"
@@ -34,7 +35,8 @@ struct ConsoleInput {
   bool stop = false;                           ///< Software stop is pressed in; acts attended or not.
   double position_scale = 0, force_scale = 0;  ///< 0: as the device's file says. Taken while nothing is led.
   AssistSettings assist;
-  bool paused = false;            ///< Simulated session only.
+  double force_most_N = std::numeric_limits<double>::infinity();  ///< More on the tip is told as too much.
+  bool paused = false;                                            ///< Simulated session only.
   std::uint32_t reset_count = 0;  ///< Counts up with every request to restart the simulated session.
 };
 

@@ -69,7 +69,9 @@ void ConsoleLoop::step(Time now) noexcept {
   }
   stepped_at_ = now;
   if (station().master().has_let_go()) has_let_go_.store(true, std::memory_order_release);
-  watch_.step(session_time(now), watched(station().master()), session_ ? &session_->plant().events : nullptr);
+  Watched side = watched(station().master());
+  side.force_most_N = input_.force_most_N;
+  watch_.step(session_time(now), side, session_ ? &session_->plant().events : nullptr);
   if (now >= shown_at_ && now - shown_at_ < kShowPeriod) return;
   shown_at_ = now;
   show();

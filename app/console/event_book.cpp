@@ -73,6 +73,11 @@ Told told(const ConsoleEvent& event) {
     case ConsoleEventKind::kContact:
       return {Severity::kInfo, "contact",
               event.on ? fmt::format("contact, {:.0f} N", event.value) : std::string("contact ended")};
+    case ConsoleEventKind::kTooMuch:
+      return event.on ? Told{Severity::kWarning, "too_much",
+                             fmt::format("force on the tip is too much: {:.0f} N; maximum set {:.0f} N", event.value,
+                                         event.limit)}
+                      : Told{Severity::kInfo, "too_much", "force on the tip is below the maximum set again"};
     case ConsoleEventKind::kPiece:
       return piece(event);
     case ConsoleEventKind::kStop:

@@ -1,12 +1,16 @@
 #include "app/console/event_watch.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "app/console/machine_words.h"
 
 namespace knuckle::console {
 namespace {
 
 constexpr double kSilent_s = 1;
 constexpr Duration kStanding = 1s;
+constexpr double kWellWithin = 0.9;  // of the maximum set: a force that hovers about it is told once
 
 }  // namespace
 
@@ -58,7 +62,21 @@ void EventWatch::watch_machine(Time now, const Watched& side) noexcept {
     e.value = machine->tip_force_N.norm();
     ring_.push(e);
   }
+  watch_force(now, *machine, side.force_most_N);
   watch_standing(now, machine->blocking);
+}
+
+/// A force without confidence tells nothing, neither way.
+void EventWatch::watch_force(Time now, const SlaveMessage& machine, double most_N) noexcept {
+  const double force_N = machine.tip_force_N.norm();
+  if (!(machine.confidence > kLeastConfidence) || !std::isfinite(force_N)) return;
+  const bool too_much = force_N > (told_.too_much ? kWellWithin : 1) * most_N;
+  if (too_much == told_.too_much) return;
+  ConsoleEvent e = event(now, ConsoleEventKind::kTooMuch);
+  e.on = told_.too_much = too_much;
+  e.value = force_N;
+  e.limit = most_N;
+  ring_.push(e);
 }
 
 void EventWatch::watch_standing(Time now, const Reason& reason) noexcept {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "app/console/console_event.h"
 #include "core/reason.h"
@@ -21,6 +22,7 @@ struct Watched {
   double silence_s = 0;
   bool stop = false;
   Reason device, warning;
+  double force_most_N = std::numeric_limits<double>::infinity();  ///< That the person has set.
 };
 [[nodiscard]] inline Watched watched(const master::MasterLoop& master) noexcept {
   return {master.machine() ? &*master.machine() : nullptr, master.silence_s(), master.stop(), master.device().reason,
@@ -42,6 +44,7 @@ class EventWatch {
 
  private:
   void watch_machine(Time now, const Watched& side) noexcept;
+  void watch_force(Time now, const SlaveMessage& machine, double most_N) noexcept;
   void watch_standing(Time now, const Reason& reason) noexcept;
   void watch_operator(Time now, const Watched& side) noexcept;
   void watch_world(Time now, const sim::WorldEventRing& world) noexcept;
@@ -49,7 +52,7 @@ class EventWatch {
 
   /// What was reported last.
   struct Told {
-    bool heard = false, contact = false, stop = false;
+    bool heard = false, contact = false, too_much = false, stop = false;
     Mode mode = Mode::kOff;
     Reason fault, reason, device{ReasonCode::kStartingUp, 0, 0, 0}, warning;
   };

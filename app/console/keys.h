@@ -8,7 +8,7 @@
 namespace knuckle::console {
 
 namespace key {
-inline constexpr int kSpace = 32, kEscape = 256, kBackspace = 259, kMinus = '-', kSlash = '/', kEqual = '=';
+inline constexpr int kSpace = 32, kEscape = 256, kTab = 258, kBackspace = 259, kMinus = '-', kSlash = '/', kEqual = '=';
 inline constexpr int kComma = ',', kPeriod = '.', kLeftBracket = '[', kRightBracket = ']', kPageUp = 266,
                      kPageDown = 267, kHome = 268, kEnd = 269;
 inline constexpr int kF1 = 290, kF2 = 291, kF3 = 292, kF4 = 293, kF5 = 294, kF6 = 295, kF7 = 296;
@@ -57,6 +57,8 @@ enum class KeyAction : std::uint8_t {
   kFullScreen,
   kLarger,
   kSmaller,
+  kFocusOn,
+  kFocusBack,
   kHelp,
   // pressed: the time that plots show
   kEventBack,
@@ -128,6 +130,9 @@ inline constexpr std::array kKeys{
     KeyBinding{KeyAction::kLarger, key::kKeypadAdd, false, true, "", ""},
     KeyBinding{KeyAction::kSmaller, key::kMinus, false, true, "Ctrl and -", "smaller"},
     KeyBinding{KeyAction::kSmaller, key::kKeypadSubtract, false, true, "", ""},
+    // Not Shift for the way back: it enables.
+    KeyBinding{KeyAction::kFocusOn, key::kTab, false, false, "Tab", "to the next button, slider, field or list"},
+    KeyBinding{KeyAction::kFocusBack, key::kTab, false, true, "Ctrl+Tab", "to the one before"},
     KeyBinding{KeyAction::kHelp, key::kF12, false, false, "F12 or ?", "this help"},
     KeyBinding{KeyAction::kHelp, key::kSlash, false, false, "", ""},
 };

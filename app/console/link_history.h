@@ -6,21 +6,28 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "app/console/console_view.h"
 #include "app/console/link_quality.h"
 
 namespace knuckle::console {
 
-/// What the quality word is made of, in its order; of the round trip the newest instead of the median of ten seconds,
-/// which would hide one that is short.
-enum class LinkMeasure : std::uint8_t { kRoundTrip, kLoss, kJitter, kSilence };
-inline constexpr std::size_t kLinkMeasures = 4;
+/// What the quality word is made of, in its order; and the round trip of the newest packets, of which the word's median
+/// of ten seconds hides those that are few.
+enum class LinkMeasure : std::uint8_t { kRoundTrip, kLoss, kJitter, kSilence, kNewestRoundTrip };
+inline constexpr std::size_t kLinkMeasures = 5;
 [[nodiscard]] const QualityBounds& bounds_of(LinkMeasure measure) noexcept;
+
+/// By LinkMeasure; what is not known is no number.
+using LinkValues = std::array<float, kLinkMeasures>;
+/// nullopt: nothing of it is known.
+[[nodiscard]] std::optional<LinkValues> link_values(const LinkSide& link) noexcept;
 
 class LinkHistory {
  public:
   static constexpr std::size_t kSeconds = 600;
+  static constexpr Duration kKept = kSeconds * Duration(1s);
   /// Nothing is known of it: both are no numbers.
   struct Range {
     float least = std::numeric_limits<float>::quiet_NaN(), most = std::numeric_limits<float>::quiet_NaN();
@@ -28,6 +35,10 @@ class LinkHistory {
 
   /// Every frame. Restarts with the session.
   void watch(const ConsoleView& view) noexcept;
+  /// Time has come to here; where it goes back, everything begins anew.
+  void pass(Time now) noexcept;
+  /// Seen in the second that runs.
+  void add(const LinkValues& values) noexcept;
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
   /// 0: of the second that runs. Seconds in which nobody looked are unknown.
   [[nodiscard]] const Range& ago(std::size_t seconds, LinkMeasure measure) const noexcept {
@@ -38,7 +49,7 @@ class LinkHistory {
   using Second = std::array<Range, kLinkMeasures>;
   std::array<Second, kSeconds> seconds_{};
   std::size_t newest_ = 0, count_ = 0;
-  std::int64_t second_ = -1;
+  std::optional<std::int64_t> second_;
 };
 
 }  // namespace knuckle::console

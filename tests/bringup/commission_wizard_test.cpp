@@ -1,40 +1,26 @@
 // The commissioning of the simulated machine by a script, and by people who do something else than they were asked.
 #include "app/bringup/commission_wizard.h"
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <array>
+#include <algorithm>
 #include <deque>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 
-#include "app/bringup/commission_result.h"
-#include "core/error.h"
-#include "machine/load.h"
-#include "machine/toml_reader.h"
+#include "app/cli/interrupt.h"
+#include "tests/bringup/commission_script.h"
 #include "tests/bringup/hardware_bench.h"
 
 namespace knuckle::bringup {
 namespace {
 
+using test::all;
+using test::kSigned;
+using test::kStroked;
+using test::Script;
 using test::simulated_bus;
 using test::solar;
-using Script = std::deque<std::string>;
-
-/// Up to the first motion.
-Script start() {
-  return {"ready", "configure", "pressed", "released", "0", "pilot", "move"};
-}
-Script all() {
-  Script script = start();
-  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "longer", "go", "shorter"});
-  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "go", "go", "tape", "preset"});
-  script.insert(script.end(), {"go", "go", "go", "finish"});
-  return script;
-}
+using test::start;
 
 /// What came of it, and where the machine stood then.
 struct Outcome {
@@ -74,6 +60,21 @@ Outcome commission(const std::shared_ptr<sim::MachineOnBus>& bus, Script script,
   return outcome;
 }
 
+/// From now on, whether the machine is ever powered, and how far a cylinder moves.
+struct MotionWatch {
+  explicit MotionWatch(sim::MachineOnBus& bus) {
+    bus.each_tick = [this, before = JointVector(bus.plant().cylinder_m)](sim::MachineOnBus& b) {
+      powered = powered || b.machine().nodes().outputs().pilot;
+      moved_m = std::max(moved_m, (b.plant().cylinder_m - before).cwiseAbs().maxCoeff());
+    };
+  }
+  MotionWatch(const MotionWatch&) = delete;
+  MotionWatch& operator=(const MotionWatch&) = delete;
+
+  bool powered = false;
+  double moved_m = 0;
+};
+
 TEST(CommissionWizard, FindsZeroAndDeadBandsOfADrawnMachineAndPresetsItsEncoders) {
   const auto bus = simulated_bus(solar(), 7);
   const sim::MachineTruth& truth = bus->machine().plant().truth();
@@ -109,18 +110,12 @@ TEST(CommissionWizard, LeavesABusWithWhichADoctorFindsNothingWrong) {
 
 TEST(CommissionWizard, NothingMovesAndNothingIsPoweredBeforeItsWord) {
   const auto bus = simulated_bus();
-  bool powered = false;
-  double moved_m = 0;
-  const JointVector before = bus->plant().cylinder_m;
-  bus->each_tick = [&](sim::MachineOnBus& b) {
-    powered = powered || b.machine().nodes().outputs().pilot;
-    moved_m = std::max(moved_m, (b.plant().cylinder_m - before).cwiseAbs().maxCoeff());
-  };
+  const MotionWatch watch(*bus);
   Script script = start();
   script.erase(script.begin() + 5, script.end());  // all but the two words that enable motion
   EXPECT_EQ(commission(bus, script).ended, "the input has ended");
-  EXPECT_FALSE(powered);
-  EXPECT_LT(moved_m, 1e-3);
+  EXPECT_FALSE(watch.powered);
+  EXPECT_LT(watch.moved_m, 1e-3);
 }
 
 TEST(CommissionWizard, AnyOtherAnswerEndsItNeutralAndOnlyThatFar) {
@@ -171,6 +166,34 @@ TEST(CommissionWizard, EStopDuringAMotionEndsIt) {
   EXPECT_EQ(outcome.demand, JointVector::Zero());
 }
 
+/// By Ctrl+C, which is seen while something moves as at any other time.
+TEST(CommissionWizard, InterruptedInAMotionItLeavesTheMachineNeutral) {
+  const auto bus = simulated_bus();
+  Script script = start();
+  script.push_back("go");
+  const auto next = [&script]() -> std::optional<std::string> {
+    if (script.empty()) return std::nullopt;
+    std::string line = script.front();
+    script.pop_front();
+    return line;
+  };
+  bool moved = false;
+  const auto interrupt = [&] {
+    moved = std::abs(bus->plant().cylinder_mps[kBoom]) > 0.002 && bus->machine().nodes().outputs().pilot;
+    if (moved) throw cli::Interrupted();
+  };
+  std::ostringstream told;
+  BusAccess access = sim::access_to(bus);
+  EXPECT_THROW((void)run_wizard(
+                   solar(), access, terminal(told, next, false),
+                   [](const MachineDescription&, const std::function<bool()>&) { return std::vector<std::string>(); },
+                   interrupt),
+               cli::Interrupted);
+  EXPECT_TRUE(moved);
+  EXPECT_FALSE(bus->machine().nodes().outputs().pilot);
+  EXPECT_EQ(bus->machine().nodes().outputs().spool_demand, JointVector::Zero());
+}
+
 TEST(CommissionWizard, ExchangedEncodersAreFoundByTheFirstMotion) {
   MachineDescription file = solar();
   std::swap(file.bus.encoders[kBoom].id, file.bus.encoders[kArm].id);
@@ -188,11 +211,6 @@ TEST(CommissionWizard, ExchangedPressureSidesAreFoundAtTheStop) {
   EXPECT_FALSE(outcome.pilot);
 }
 
-std::string text_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// A run that ends where the next word of the script is missing, and how far it came.
 WizardProgress ended_after(const std::shared_ptr<sim::MachineOnBus>& bus, std::size_t words) {
   Script script = all();
@@ -203,7 +221,6 @@ WizardProgress ended_after(const std::shared_ptr<sim::MachineOnBus>& bus, std::s
   EXPECT_EQ(ended.ended, "the input has ended");
   return kept;
 }
-constexpr std::size_t kSigned = 7 + 12, kStroked = kSigned + 15;  // words up to the ends of these steps
 
 /// Up to the end of step 4.
 Script signed_anew() {
@@ -241,20 +258,14 @@ TEST(CommissionResume, MovesNothingBeforeThisRunsOwnWords) {
   const auto bus = simulated_bus();
   const WizardProgress kept = ended_after(bus, kStroked);
   ASSERT_EQ(kept.completed, kStrokes);
-  bool powered = false;
-  double moved_m = 0;
-  const JointVector before = bus->plant().cylinder_m;
-  bus->each_tick = [&](sim::MachineOnBus& b) {
-    powered = powered || b.machine().nodes().outputs().pilot;
-    moved_m = std::max(moved_m, (b.plant().cylinder_m - before).cwiseAbs().maxCoeff());
-  };
+  const MotionWatch watch(*bus);
   Script script = start();
   script.resize(5);  // E-stop and slope, but no word that enables motion
   EXPECT_EQ(commission(bus, script, solar(), {}, {kept, {}}).ended, "the input has ended");
-  EXPECT_FALSE(powered);
+  EXPECT_FALSE(watch.powered);
   script = start();
   EXPECT_EQ(commission(bus, script, solar(), {}, {kept, {}}).ended, "the input has ended");
-  EXPECT_LT(moved_m, 1e-3) << "the first small motion needs its own word";
+  EXPECT_LT(watch.moved_m, 1e-3) << "the first small motion needs its own word";
 }
 
 TEST(CommissionResume, ProvesTheSignsAgainBecauseTheRepairMayHaveExchangedThem) {
@@ -292,159 +303,6 @@ TEST(CommissionResume, StopsWhereAPresetOfTheRunBeforeIsLost) {
   const Outcome outcome = commission(bus, start(), solar(), lost, {kept, {}});
   EXPECT_NE(outcome.ended.find("the preset is lost; begin anew"), std::string::npos) << outcome.ended;
   EXPECT_FALSE(outcome.pilot);
-}
-
-TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehindIt) {
-  const std::string drawing = text_of(solar().source);
-  WizardResult result;
-  result.axes[kArm] = {0.45, 0.0123, true, 0.15503, 0.125};
-  result.tilt_error_rad = 0.01;
-  result.nodes.push_back({});
-  result.findings.push_back({Finding::Level::kNote, "arm", "a \"quoted\" line"});
-  result.recordings = {"slow.csv", "fast.csv"};
-  const ResultOrigin origin{"can0", "2026-01-02T03:04:05Z", "abc"};
-  const std::string text = commissioned_text(drawing, solar(), result, origin);
-
-  const MachineDescription back = parse_machine(text, "found.toml");
-  EXPECT_EQ(back.cylinders[kArm].valve.dead_band_extend, 0.155);
-  EXPECT_EQ(back.cylinders[kArm].valve.dead_band_retract, 0.11);  // no further off than a ramp may be
-  EXPECT_EQ(back.cylinders[kBoom].valve.dead_band_extend, 0.11);
-  std::string changed = drawing;
-  const std::size_t arm = changed.find("[cylinders.arm.valve]");
-  changed.replace(changed.find("dead_band_extend = 0.11", arm), 23, "dead_band_extend = 0.155");
-  EXPECT_EQ(text.compare(0, changed.size(), changed), 0);
-
-  TomlTable record = TomlTable::parse(text, "found.toml").table("commissioning");
-  EXPECT_EQ(record.text("bus"), "can0");
-  TomlTable axis = record.table("axes").table("arm");
-  EXPECT_NEAR(axis.number("encoder_offset_mm", -100, 100), 12.3, 1e-9);
-  EXPECT_TRUE(axis.boolean("encoder_preset"));
-  EXPECT_NEAR(axis.number("dead_band_retract", 0, 1), 0.125, 1e-9);
-  EXPECT_FALSE(record.table("axes").table("boom").has("dead_band_extend"));
-  EXPECT_EQ(record.tables("nodes").size(), 1U);
-  EXPECT_EQ(record.tables("findings")[0].text("text"), "a \"quoted\" line");
-
-  // Commissioned once more, only what was found then counts.
-  EXPECT_EQ(commissioned_text(text, back, result, origin), text);
-}
-
-TEST(CommissionResult, ReplacesTheDeadBandsOfAnEarlierIdentification) {
-  const std::string file =
-      text_of(solar().source) + "\n[calibration]\nmethod = \"m\"\ndate = \"d\"\ndata_source = \"s\"\ndata_sha256 = \"" +
-      std::string(64, '0') +
-      "\"\nprogram = \"p\"\n"
-      "[calibration.valves.boom]\ndead_band_extend = 0.1\ndead_band_retract = 0.1\ndelay_ms = 15\n"
-      "nominal_flow_Lpm = 30\ncurve_exponent = 1\nretract_share = 1\n[calibration.valves.arm]\ndead_band_extend = "
-      "0.1\ndead_band_retract = 0.1\n"
-      "delay_ms = 15\nnominal_flow_Lpm = 25\ncurve_exponent = 1\nretract_share = "
-      "1\n[calibration.valves.bucket]\ndead_band_extend = 0.1  # was 0.11\n"
-      "dead_band_retract = 0.1\ndelay_ms = 15\nnominal_flow_Lpm = 20\ncurve_exponent = 1\nretract_share = 1\n";
-  const MachineDescription machine = calibrated(parse_machine(file, "calibrated.toml"));
-  WizardResult result;
-  result.axes[kBucket].dead_band_extend = 0.2;
-  const std::string text = commissioned_text(file, machine, result, {});
-  EXPECT_EQ(calibrated(parse_machine(text, "found.toml")).cylinders[kBucket].valve.dead_band_extend, 0.2);
-  EXPECT_NE(text.find("# was 0.11"), std::string::npos);
-}
-
-TEST(CommissionResult, FileThatItCouldNotBePutIntoIsRefusedAtTheBeginning) {
-  EXPECT_NO_THROW(check_layout(text_of(solar().source), solar()));
-  std::string text = text_of(solar().source);
-  const std::string table = "[cylinders.arm.valve]";
-  text.replace(text.find(table), table.size(), "[ cylinders.arm.valve ]");
-  const MachineDescription machine = parse_machine(text, "odd.toml");
-  try {
-    check_layout(text, machine);
-    FAIL() << "was accepted";
-  } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()),
-              "odd.toml: [cylinders.arm.valve]: commissioning needs dead_band_extend and dead_band_retract on one "
-              "line each");
-  }
-}
-
-TEST(CommissionDialogue, LinesComeWholeFromAPipeAndItsEndIsTold) {
-  std::array<int, 2> ends{};
-  ASSERT_EQ(pipe(ends.data()), 0);
-  LineInput input(ends[0]);
-  EXPECT_EQ(input.poll(), std::nullopt);
-  ASSERT_EQ(write(ends[1], "rea", 3), 3);
-  EXPECT_EQ(input.poll(), std::nullopt);
-  ASSERT_EQ(write(ends[1], "dy\r\ngo\n", 7), 7);
-  EXPECT_EQ(input.poll(), "ready");
-  EXPECT_EQ(input.poll(), "go");
-  EXPECT_EQ(input.poll(), std::nullopt);
-  ASSERT_EQ(write(ends[1], "go", 2), 2);
-  close(ends[1]);
-  EXPECT_THROW((void)input.poll(), CommissionEnded) << "perhaps half an answer";
-  close(ends[0]);
-}
-
-TEST(CommissionDialogue, TheLastLineOfAFileMayLackItsEnd) {
-  std::FILE* const file = std::tmpfile();
-  ASSERT_NE(file, nullptr);
-  std::fputs("ready\nfinish", file);
-  std::rewind(file);
-  LineInput input(fileno(file));
-  EXPECT_EQ(input.poll(), "ready");
-  EXPECT_EQ(input.poll(), "finish");
-  EXPECT_THROW((void)input.poll(), CommissionEnded);
-  std::fclose(file);
-}
-
-TEST(CommissionDialogue, PersonsTypeAheadIsNoAnswerAndMeansStopWhileSomethingMoves) {
-  std::deque<std::optional<std::string>> typed;
-  std::ostringstream out;
-  const auto next = [&typed]() -> std::optional<std::string> {
-    if (typed.empty()) return std::nullopt;
-    auto line = typed.front();
-    typed.pop_front();
-    return line;
-  };
-  Dialogue dialogue(terminal(out, next, true), [&typed] { typed.emplace_back("go"); });
-  typed.emplace_back("pilot");  // before the question
-  EXPECT_EQ(dialogue.ask("?", {"pilot", "go"}), 1);
-  EXPECT_FALSE(dialogue.interrupted());
-  typed.emplace_back("");
-  EXPECT_TRUE(dialogue.interrupted());
-}
-
-TEST(CommissionDialogue, APersonWhoMistypesIsAskedAgainAndAScriptIsNot) {
-  std::ostringstream out;
-  std::vector<std::string> typed;
-  const auto next = [&typed]() -> std::optional<std::string> {
-    if (typed.empty()) return std::nullopt;
-    std::string line = typed.front();
-    typed.erase(typed.begin());
-    return line;
-  };
-  std::vector<std::string> person{"yes", "go", "45", "1,5", "30"};
-  const auto types = [&] {
-    if (!person.empty()) typed.push_back(person.front()), person.erase(person.begin());
-  };
-  Dialogue live(terminal(out, next, true), types);
-  EXPECT_EQ(live.ask("ready?", {"no", "go"}), 1);
-  EXPECT_EQ(live.ask_number("tilt?", -30, 30, "degrees"), 30);
-  EXPECT_TRUE(person.empty());
-  EXPECT_NE(out.str().find("the answer 'yes' is not one of no | go: nothing moves; once more"), std::string::npos);
-  EXPECT_NE(out.str().find("the answer '45' is not a number from -30 to 30"), std::string::npos);
-  typed = {"yes", "go"};
-  Dialogue script(terminal(out, next, false), [] {});
-  EXPECT_THROW((void)script.ask("ready?", {"no", "go"}), CommissionEnded);
-}
-
-TEST(CommissionDialogue, NumbersAreTakenWithinTheirBoundsOnly) {
-  const auto answer = [](const std::string& line) {
-    std::ostringstream out;
-    Dialogue dialogue(terminal(
-                          out, [&line] { return std::optional(line); }, false),
-                      [] {});
-    return dialogue.ask_number("?", -30, 30, "degrees");
-  };
-  EXPECT_EQ(answer("-30"), -30);
-  EXPECT_EQ(answer("1.5"), 1.5);
-  for (const char* bad : {"", "30.1", "nan", "1,5", "1 deg", "inf"})
-    EXPECT_THROW((void)answer(bad), CommissionEnded) << bad;
 }
 
 }  // namespace

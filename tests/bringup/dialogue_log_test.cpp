@@ -15,6 +15,7 @@
 #include "recording/replay.h"
 #include "recording/wire_events.h"
 #include "tests/bringup/hardware_bench.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/canopen.h"
 
@@ -120,6 +121,40 @@ TEST(DialogueLog, TellsWhatLedTheMachine) {
   EXPECT_GT(recorded.received, 0u) << "the bus was listened to";
   EXPECT_EQ(recorded.kinds, (std::set<std::string>{"recover", "question", "answer"})) << told.str();
   EXPECT_EQ(recorded.errors, 1u) << "why it ended";
+}
+
+TEST(DialogueLog, TellsAPersonAtTheNextQuestionThatTheDiskHasEndedIt) {
+  const knuckle::test::TemporaryFolder folder;
+  std::ostringstream told;
+  DialogueLog log({folder.path().string(), false}, head(true), solar(), "commission");
+  BusAccess access = log.taped(sim::access_to(simulated_bus()));
+  const Partner person = log.noted(terminal(
+      told, [] { return std::optional<std::string>("go"); }, false));
+  const auto times_told = [&told] {
+    const std::string all = told.str();
+    std::size_t count = 0;
+    for (std::size_t at = all.find("the recording has ended: "); at != std::string::npos;
+         at = all.find("the recording has ended: ", at + 1))
+      ++count;
+    return count;
+  };
+  std::ostringstream said;
+  log.run(said, [&] {
+    JogBench bench(solar(), access, [] { return false; });
+    bench.start();
+    {
+      const knuckle::test::FileSizeLimit limit(100'000);
+      bench.idle(20s);
+    }
+    EXPECT_EQ(times_told(), 0u) << "not while something may move";
+    person.ask({"next", {"go", "stop"}, {}, ""});
+    EXPECT_EQ(times_told(), 1u) << told.str();
+    bench.idle(1s);
+    person.ask({"next", {"go", "stop"}, {}, ""});
+    EXPECT_EQ(times_told(), 1u) << "once";
+    EXPECT_EQ(person.poll(), "go") << "the commissioning goes on";
+  });
+  EXPECT_EQ(said.str().find("the recording has ended"), std::string::npos) << said.str();
 }
 
 TEST(DialogueLog, IsOnWhereSomethingRealIsMovedUnlessTurnedOffAndSaysSo) {

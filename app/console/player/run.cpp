@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/console/link_watch.h"
+#include "app/console/player/link_feed.h"
+#include "app/console/player/rows.h"
 #include "estimation/force_estimator.h"
 #include "slave/loss_policy.h"
 
@@ -36,28 +37,6 @@ bool same(const HandStanding& a, const HandStanding& b) {
          a.stop == b.stop && same(a.device, b.device) && same(a.warning, b.warning) &&
          same_number(a.position_scale, b.position_scale) && same_number(a.force_scale, b.force_scale) &&
          a.assist.force_limit_N == b.assist.force_limit_N && a.assist.stop_on_object == b.assist.stop_on_object;
-}
-
-/// Of rows in the order of their times, the last one that is not later; nullptr: there is none.
-template <typename Row>
-const Row* newest(const std::vector<Row>& rows, Time at) noexcept {
-  const auto later = std::upper_bound(rows.begin(), rows.end(), at, [](Time t, const Row& row) { return t < row.at; });
-  return later == rows.begin() ? nullptr : &*std::prev(later);
-}
-template <typename Row>
-std::optional<Time> after(const std::vector<Row>& rows, Time at) noexcept {
-  const auto later = std::upper_bound(rows.begin(), rows.end(), at, [](Time t, const Row& row) { return t < row.at; });
-  return later == rows.end() ? std::nullopt : std::optional(later->at);
-}
-/// The first one that is not earlier.
-template <typename Row>
-auto first_from(const std::vector<Row>& rows, Time at) noexcept {
-  return std::lower_bound(rows.begin(), rows.end(), at, [](const Row& row, Time t) { return row.at < t; });
-}
-template <typename Row>
-std::optional<Time> before(const std::vector<Row>& rows, Time at) noexcept {
-  const auto not_before = first_from(rows, at);
-  return not_before == rows.begin() ? std::nullopt : std::optional(std::prev(not_before)->at);
 }
 
 /// A scale of 0 was never chosen.
@@ -365,46 +344,22 @@ ConsoleView Run::view(Time at) const {
   return v;
 }
 
-/// Since when to count what the link did up to this time; nullopt: there was nothing yet.
-std::optional<Time> Run::link_from(Time at) const noexcept {
+std::optional<Time> Run::counted_from(Time at) const noexcept {
   const Arrival* const last = newest(data_.arrivals, at);
-  if (last == nullptr || !recorded(at)) return std::nullopt;
-  // In a longer silence the newest message is older, and what is due counts from it.
-  const Time from = std::min(at - kLinkWindow, last->at);
+  if (!data_.operator_side || last == nullptr || !recorded(at)) return std::nullopt;
   const auto later = std::upper_bound(data_.operator_holes.begin(), data_.operator_holes.end(), at,
                                       [](Time t, const Gap& hole) { return t < hole.to; });
-  if (later == data_.operator_holes.begin()) return from;
-  const Time hole_end = std::prev(later)->to;
-  return hole_end <= last->at ? std::optional(std::max(from, hole_end)) : std::nullopt;
+  const Time from = later == data_.operator_holes.begin() ? first_ : std::prev(later)->to;
+  return from <= last->at ? std::optional(from) : std::nullopt;
 }
 
 void Run::show_link(Time at, LinkSide& link) const {
-  const auto since = link_from(at);
-  if (!data_.operator_side || !since) return;
-  LinkWatch watch(data_.machine_period);
-  auto status = first_from(data_.statuses, *since);
-  SlaveMessage message;
-  for (auto arrival = first_from(data_.arrivals, *since); arrival != data_.arrivals.end() && arrival->at <= at;
-       ++arrival) {
-    for (; status != data_.statuses.end() && status->at < arrival->at; ++status) {
-      watch.stamp(status->at);
-      watch.note(status->status);
-    }
-    watch.stamp(arrival->at);
-    message.stamp.session = arrival->session;
-    message.stamp.sequence = arrival->sequence;
-    message.stamp.echoed = arrival->echoed;
-    watch.note(message);
-  }
-  for (; status != data_.statuses.end() && status->at <= at; ++status) {
-    watch.stamp(status->at);
-    watch.note(status->status);
-  }
-  watch.stamp(at);
-  link.round_trip = watch.round_trip();
-  link.arrival_jitter = watch.arrival_jitter();
-  link.hand_to_valve = watch.hand_to_valve();
-  link.loss = watch.loss();
+  const std::optional<Time> from = counted_from(at);
+  if (!from) return;
+  // In a longer silence the newest message is older, and what is due counts from it.
+  LinkFeed feed(data_, std::max(*from, std::min(at - kLinkWindow, newest(data_.arrivals, at)->at)));
+  feed.pass(at);
+  feed.show(link);
 }
 
 std::optional<Time> Run::step_after(Time at) const noexcept {

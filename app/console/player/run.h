@@ -126,6 +126,9 @@ class Run {
   [[nodiscard]] ConsoleView view(Time at) const;
   /// Puts in what the link did in the ten seconds before, as far as that is recorded without a hole.
   void show_link(Time at, LinkSide& link) const;
+  /// Since when what the link did up to this time can be counted: from the beginning, or from the end of a hole;
+  /// nullopt: nothing has come since.
+  [[nodiscard]] std::optional<Time> counted_from(Time at) const noexcept;
   /// The machine's step whose message is the newest at this time; where less than 100 ms are missing, the one before
   /// these. nullptr: none, or not recorded.
   [[nodiscard]] const MachineStep* machine_at(Time at) const noexcept;
@@ -151,7 +154,6 @@ class Run {
   [[nodiscard]] const Gap* gap_at(Time at) const noexcept;
   [[nodiscard]] Time known_again(Time hole_end) const noexcept;
   [[nodiscard]] bool gap_between(Time earlier, Time later) const noexcept;
-  [[nodiscard]] std::optional<Time> link_from(Time at) const noexcept;
   void find_gaps();
   void find_modes();
 

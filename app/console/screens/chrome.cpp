@@ -31,13 +31,13 @@ static_assert(kScreens.size() == static_cast<std::size_t>(Screen::kCount));
 
 /// What the help shows beside the keys of the console itself.
 constexpr std::array<std::pair<const char*, const char*>, 4> kPointing{
-    {{"Tab, arrows", "move between buttons and sliders"},
-     {"Enter", "press the framed one"},
+    {{"Arrows", "to a neighbour, in a list too"},
+     {"Enter", "press the framed one; slider, field: begin, end"},
      {"Mouse", "side view: drag the bucket's tip"},
      {"Mouse", "wheel zooms, right drag pans; orbit: drag turns"}}};
 constexpr std::array<std::pair<const char*, const char*>, 4> kPlayerPointing{
-    {{"Tab, arrows", "move between buttons"},
-     {"Enter", "press the framed one"},
+    {{"Arrows", "to a neighbour, in a list too"},
+     {"Enter", "press the framed one; field: begin, end"},
      {"Mouse", "time line, plots, events: go to that time"},
      {"Mouse", "wheel zooms, right drag pans; orbit: drag turns"}}};
 

@@ -9,15 +9,23 @@
 
 namespace knuckle::console::screens {
 
-void ContactTrail::watch(const ConsoleView& view, const Kinematics& kinematics, double reach_m) {
+std::optional<ContactTrail::Touch> ContactTrail::watch(const ConsoleView& view, const Kinematics& kinematics,
+                                                       double reach_m) {
   const bool touches = force_words(view).contact;
   const bool begins = touches && !touched_;
   touched_ = touches;
-  if (!touches) return;
-  tip_m_ = kinematics.tip(view.machine.position_rad);
+  if (!touches) return std::nullopt;
+  const PlanarVector tip_m = kinematics.tip(view.machine.position_rad);
   const Point& newest = points_[(next_ + kMost - 1) % kMost];
-  if (!begins && (*tip_m_ - newest.at_m).norm() < kApart * reach_m) return;
-  points_[next_] = {*tip_m_, view.now};
+  const Touch touch{view.now, tip_m, begins || (tip_m - newest.at_m).norm() >= kApart * reach_m};
+  add(touch);
+  return touch;
+}
+
+void ContactTrail::add(const Touch& touch) {
+  tip_m_ = touch.tip_m;
+  if (!touch.apart) return;
+  points_[next_] = {touch.tip_m, touch.at};
   next_ = (next_ + 1) % kMost;
 }
 

@@ -28,8 +28,16 @@ class ContactTrail {
     Time at = kNever;                          ///< Of the session.
   };
 
-  /// Only for current values. @param reach_m of the machine.
-  void watch(const ConsoleView& view, const Kinematics& kinematics, double reach_m);
+  /// The tip touches something.
+  struct Touch {
+    Time at{};  ///< Of the session.
+    PlanarVector tip_m = PlanarVector::Zero();
+    bool apart = false;  ///< From the point before: it is the next one.
+  };
+
+  /// Only for current values. @param reach_m of the machine. @return what came of it; nullopt: it touches nothing.
+  std::optional<Touch> watch(const ConsoleView& view, const Kinematics& kinematics, double reach_m);
+  void add(const Touch& touch);
   void clear() { *this = {}; }
   /// Frame M; nothing before the first contact.
   [[nodiscard]] const std::optional<PlanarVector>& tip_m() const noexcept { return tip_m_; }

@@ -32,6 +32,7 @@ bool number_row(const widgets::Ui& ui, widgets::Area row, const Field& field, do
   ImGui::SetNextItemWidth(row.width());
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {t.px(6), (row.height() - ImGui::GetFontSize()) / 2});
   const bool typed = ImGui::InputDouble(field.id, &shown, 0, 0, field.format, ImGuiInputTextFlags_CharsDecimal);
+  ui.focus.add_last_item();
   ImGui::PopStyleVar();
   measures.typed |= ImGui::IsItemActive();
   if (!typed || !std::isfinite(shown)) return false;

@@ -1,6 +1,5 @@
 #include "app/console/screens/player_panel.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "app/console/screens/console_data.h"
@@ -17,27 +16,12 @@ PlayerPanel::PlayerPanel(player::Played played, std::optional<Beside> beside)
       beside_(std::move(beside)),
       kinematics_(played_.machine),
       timeline_(played_.run, played_.events),
-      events_(kMostEvents) {
+      events_(kMostEvents),
+      kept_(played_.run, played_.machine, kinematics_) {
   for (const EventRow& row : played_.events) events_.add(row.at, 1, row.severity, row.code, row.text);
   events_.acknowledge(EventFilter{});
-  sum_payload();
   plots_.cursor().chosen = true;
   pass(0);
-}
-
-/// As the console that was watched from the recording's beginning on counted it.
-void PlayerPanel::sum_payload() {
-  PayloadTotal total(kLeastLoad * played_.machine.payload_full_scale_kg);
-  carried_.push_back({played_.run.first(), total});
-  constexpr Duration kLook = 20ms;
-  for (Time at = played_.run.first(); at <= played_.run.last(); at += kLook) {
-    const player::MachineStep* step = played_.run.machine_at(at);
-    if (step == nullptr) continue;
-    const ConsoleView view = played_.run.view(at);
-    if (measured_freshness(view).stale()) continue;
-    total.watch(view.machine, at);
-    if (total.loads() != carried_.back().total.loads()) carried_.push_back({at, total});
-  }
 }
 
 void PlayerPanel::pass(double seconds) {
@@ -50,6 +34,7 @@ void PlayerPanel::pass(double seconds) {
   shown_ = at;
   view_ = played_.run.view(at);
   played_.run.show_link(at, view_.link);
+  kept_.show(at);
   if (beside_) {
     const Time there = at + beside_->later;
     beside_here_ = there >= beside_->run.first() && there <= beside_->run.last();
@@ -68,12 +53,6 @@ widgets::History::Sample PlayerPanel::sample(const player::Run& run, Time at) co
   const ConsoleView view = run.view(at);
   return widgets::History::sample_of(view, kinematics_, !measured_freshness(view).stale(),
                                      !valves_freshness(view).stale());
-}
-
-const PayloadTotal& PlayerPanel::payload() const noexcept {
-  const auto later = std::upper_bound(carried_.begin(), carried_.end(), timeline_.cursor(),
-                                      [](Time at, const Carried& row) { return at < row.at; });
-  return later == carried_.begin() ? carried_.front().total : std::prev(later)->total;
 }
 
 bool PlayerPanel::in_gap() const noexcept {

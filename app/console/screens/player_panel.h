@@ -11,7 +11,7 @@
 #include "app/console/event_book.h"
 #include "app/console/player/load.h"
 #include "app/console/player/timeline.h"
-#include "app/console/screens/payload_total.h"
+#include "app/console/screens/kept_of_run.h"
 #include "app/console/screens/plot_window.h"
 #include "machine/kinematics.h"
 
@@ -48,18 +48,14 @@ class PlayerPanel {
   [[nodiscard]] const widgets::History& history() const noexcept { return plots_.history(); }
   /// For the plots of a frame; a click moves the time line at the next pass().
   [[nodiscard]] PlotWindow& plots() noexcept { return plots_; }
-  [[nodiscard]] const PayloadTotal& payload() const noexcept;
+  /// As a console that was there from the beginning on had it at the cursor.
+  [[nodiscard]] const KeptOfRun& kept() const noexcept { return kept_; }
   /// All of it: those to come, too.
   [[nodiscard]] EventBook& events() noexcept { return events_; }
   /// Nothing was recorded at the cursor.
   [[nodiscard]] bool in_gap() const noexcept;
 
  private:
-  struct Carried {
-    Time at{};
-    PayloadTotal total;
-  };
-  void sum_payload();
   [[nodiscard]] widgets::History::Sample sample(const player::Run& run, Time at) const;
 
   player::Played played_;
@@ -67,7 +63,7 @@ class PlayerPanel {
   Kinematics kinematics_;
   player::Timeline timeline_;
   EventBook events_;
-  std::vector<Carried> carried_;  // whenever it changed
+  KeptOfRun kept_;
   ConsoleView view_, beside_view_;
   bool beside_here_ = false;
   std::optional<Time> shown_;

@@ -88,6 +88,7 @@ void number_answer(const widgets::Ui& ui, CalibrationPanel& panel, const bringup
   ImGui::SetNextItemWidth(field.width());
   const bool entered = ImGui::InputText("##number", panel.typed.data(), panel.typed.size(),
                                         ImGuiInputTextFlags_CharsScientific | ImGuiInputTextFlags_EnterReturnsTrue);
+  ui.focus.add_last_item();
   panel.typing = ImGui::IsItemActive();
   const bool any = panel.typed[0] != 0;
   if ((widgets::button(ui, row.cut_left(t.px(90), t.unit()), widgets::Icon::kCheck, "Enter", false, any) || entered) &&

@@ -1,3 +1,5 @@
+#include <imgui_internal.h>
+
 #include <algorithm>
 #include <array>
 
@@ -66,6 +68,7 @@ void tools(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widge
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {t.unit(), (row.height() - ImGui::GetFontSize()) / 2});
   ImGui::InputTextWithHint("##filter", "filter (Stop while typing: Esc)", state.events.text.data(),
                            state.events.text.size());
+  ui.focus.add_last_item();
   ImGui::PopStyleVar();
 }
 
@@ -76,14 +79,15 @@ const EventRow* current_event(const ConsoleData& data) {
 }
 
 /// A click on a row goes to its time, where that is of the session on screen. The row of that time stands out.
-void go_to(const widgets::Theme& t, const ConsoleData& data, const EventRow& row, const EventRow* newest,
-           float height) {
+void go_to(const widgets::Ui& ui, const ConsoleData& data, const EventRow& row, const EventRow* newest, float height) {
+  const widgets::Theme& t = ui.theme;
   const bool current = newest != nullptr && newest->run == row.run && newest->at == row.at;
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const auto id = widgets::shown("##event%llu", static_cast<unsigned long long>(row.number));
   constexpr ImGuiSelectableFlags kFlags = ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowItemOverlap;
-  if (ImGui::Selectable(id.c_str(), current, kFlags, {0, height - t.px(8)}) && row.run == data.view.run)
-    choose_time(data, row.at);
+  const bool pressed = ImGui::Selectable(id.c_str(), current, kFlags, {0, height - t.px(8)});
+  ui.focus.add_last_item();
+  if (pressed && row.run == data.view.run) choose_time(data, row.at);
   ImGui::SetCursorScreenPos(at);
   if (current)
     ImGui::TableSetBgColor(ImGuiTableBgTarget_RowBg0, widgets::mix(t.colours.surface, t.colours.accent, 0.28F));
@@ -121,7 +125,7 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
   ImGui::TableNextColumn();
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float y = at.y + height / 2 - t.px(4);
-  go_to(t, data, row, newest, height);
+  go_to(ui, data, row, newest, height);
   ImDrawList& list = *ImGui::GetWindowDrawList();
   widgets::draw_icon(list, severity_icon(row.severity), {at.x + t.px(10), y}, t.px(17), widgets::ink(colour));
   widgets::put_text(t.fonts.small, colour, {at.x + t.px(26), y}, widgets::Align::kLeft, name(row.severity));
@@ -186,7 +190,9 @@ void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& stat
   ImGui::TableSetupColumn("What", ImGuiTableColumnFlags_WidthStretch);
   ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, t.px(68));
   ImGui::PushFont(t.fonts.small);
+  ImGui::PushItemFlag(ImGuiItemFlags_NoNav, true);  // nothing is sorted by a column
   ImGui::TableHeadersRow();
+  ImGui::PopItemFlag();
   ImGui::PopFont();
   // Newest first; only those in sight are drawn.
   const EventRow* newest = current_event(data);

@@ -59,8 +59,9 @@ std::string value_words(LinkMeasure measure, double value) {
 
 /// The last minutes of what the quality word is made of.
 void minutes_card(const widgets::Ui& ui, const ConsoleData& data, LinkMeasure measure, const widgets::Area& area) {
-  static constexpr std::array<const char*, kLinkMeasures> kTitles{"NEWEST ROUND TRIP, 10 MINUTES", "LOST, 10 MINUTES",
-                                                                  "JITTER p95, 10 MINUTES", "SILENCE, 10 MINUTES"};
+  static constexpr std::array<const char*, kLinkMeasures> kTitles{"ROUND TRIP p50, PALE: EACH, 10 MINUTES",
+                                                                  "LOST, 10 MINUTES", "JITTER p95, 10 MINUTES",
+                                                                  "SILENCE, 10 MINUTES", "EACH ROUND TRIP, 10 MINUTES"};
   const widgets::Card card(ui, kTitles[static_cast<std::size_t>(measure)], area);
   const LinkHistory& history = data.link_history;
   const QualityBounds& bounds = bounds_of(measure);
@@ -73,11 +74,15 @@ void minutes_card(const widgets::Ui& ui, const ConsoleData& data, LinkMeasure me
   bands.names = {name(LinkQuality::kGood), name(LinkQuality::kFair), name(LinkQuality::kPoor), name(LinkQuality::kBad)};
   bands.columns = history.size();
   bands.of = LinkHistory::kSeconds;
-  bands.range = [&](std::size_t ago) {
-    const LinkHistory::Range& range = history.ago(ago, measure);
-    return std::pair(range.least, range.most);
+  const auto range_of = [&history](LinkMeasure of) {
+    return [&history, of](std::size_t ago) {
+      const LinkHistory::Range& range = history.ago(ago, of);
+      return std::pair(range.least, range.most);
+    };
   };
-  bands.span_words = "-10 min to now";
+  bands.range = range_of(measure);
+  if (measure == LinkMeasure::kRoundTrip) bands.behind = range_of(LinkMeasure::kNewestRoundTrip);
+  bands.span_words = data.player != nullptr ? "-10 min to the cursor" : "-10 min to now";
   widgets::band_plot(ui, card.inside(), bands);
 }
 
@@ -89,26 +94,18 @@ void link_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area a
   const ConsoleView& view = data.view;
   widgets::Area top = area.cut_top(t.px(196), gap);
   figures_card(ui, view, top.cut_right(t.px(330), gap));
-  if (data.player == nullptr) minutes_card(ui, data, LinkMeasure::kSilence, top.cut_right(top.width() / 2, gap));
+  minutes_card(ui, data, LinkMeasure::kSilence, top.cut_right(top.width() / 2, gap));
   time_left_card(ui, view, top);
-  // Of a recording, what was before the cursor's ten seconds is not worked out.
-  const bool minutes = data.player == nullptr;
-  const auto plot = [&](int i, const char* title, const char* label, const Histogram& histogram,
-                        widgets::HistogramRange range, ImU32 colour) {
+  const auto plot = [&](int i, const char* title, LinkMeasure minutes, const Histogram& histogram,
+                        widgets::HistogramRange range) {
     widgets::Area row = area.row(i, 3, gap);
-    if (minutes) {
-      constexpr std::array kBeside{LinkMeasure::kRoundTrip, LinkMeasure::kJitter, LinkMeasure::kLoss};
-      minutes_card(ui, data, kBeside[static_cast<std::size_t>(i)], row.cut_right(row.width() / 2, gap));
-    }
+    minutes_card(ui, data, minutes, row.cut_right(row.width() / 2, gap));
     const widgets::Card card(ui, title, row, machine_freshness(view));
-    widgets::histogram_plot(ui, card.inside(), minutes ? "10 s" : label, histogram, range, colour);
+    widgets::histogram_plot(ui, card.inside(), "10 s", histogram, range, t.colours.series[static_cast<std::size_t>(i)]);
   };
-  plot(0, "ROUND TRIP", "Operator to machine and back", view.link.round_trip, {262144ns, 2147483648ns},
-       t.colours.series[0]);
-  plot(1, "ARRIVAL", "Deviation from the machine's sending period", view.link.arrival_jitter, {8192ns, 536870912ns},
-       t.colours.series[1]);
-  plot(2, "HAND TO VALVE", "Device report to valve command on the bus", view.link.hand_to_valve,
-       {262144ns, 2147483648ns}, t.colours.series[2]);
+  plot(0, "ROUND TRIP", LinkMeasure::kRoundTrip, view.link.round_trip, {262144ns, 2147483648ns});
+  plot(1, "ARRIVAL", LinkMeasure::kJitter, view.link.arrival_jitter, {8192ns, 536870912ns});
+  plot(2, "HAND TO VALVE", LinkMeasure::kLoss, view.link.hand_to_valve, {262144ns, 2147483648ns});
 }
 
 }  // namespace knuckle::console::screens

@@ -81,8 +81,8 @@ void force_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, 
   widgets::Area rest = card.inside();
   const ForceWords said = force_words(data.view);
   const double force_N = m.tip_force_N.norm(), sigma_N = sigma_along(m);
-  widgets::Area top = rest.cut_top(t.px(84), t.unit());
-  direction_dial(ui, top.cut_right(t.px(84), t.unit()), m, said.known && force_N > 2 * sigma_N && force_N > 1);
+  widgets::Area top = rest.cut_top(t.px(80), t.unit());
+  direction_dial(ui, top.cut_right(t.px(80), t.unit()), m, said.known && force_N > 2 * sigma_N && force_N > 1);
   const widgets::Quantity q = widgets::Quantity::kForce;
   const auto number = [&](double value_N) { return said.known ? ui.units.number(q, value_N) : widgets::shown("-"); };
   widgets::value_large(ui, top, "Estimated", number(force_N).c_str(), ui.units.unit(q));
@@ -90,16 +90,16 @@ void force_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, 
     widgets::put_text(t.fonts.mono_small, t.colours.muted, {top.min.x, top.max.y - t.px(10)}, widgets::Align::kLeft,
                       widgets::shown("\xC2\xB1 %s", ui.units.text(q, sigma_N).c_str()).c_str());
   force_gauge(ui, state, rest, said.known, force_N);
-  widgets::lamp(ui, rest.cut_top(t.px(24), t.unit(0.5F)), said.contact_word, said.contact, t.colours.force);
-  widgets::value_row(ui, rest.cut_top(t.px(24)), "Forward", number(m.tip_force_N.x()).c_str(), ui.units.unit(q));
-  widgets::value_row(ui, rest.cut_top(t.px(24)), "Up", number(m.tip_force_N.y()).c_str(), ui.units.unit(q));
-  widgets::value_row(ui, rest.cut_top(t.px(24), t.unit(0.5F)), "Felt in the hand",
+  widgets::lamp(ui, rest.cut_top(t.px(22), t.unit(0.5F)), said.contact_word, said.contact, t.colours.force);
+  widgets::value_row(ui, rest.cut_top(t.px(22)), "Forward", number(m.tip_force_N.x()).c_str(), ui.units.unit(q));
+  widgets::value_row(ui, rest.cut_top(t.px(22)), "Up", number(m.tip_force_N.y()).c_str(), ui.units.unit(q));
+  widgets::value_row(ui, rest.cut_top(t.px(22), t.unit(0.5F)), "Felt in the hand",
                      ui.units.number(widgets::Quantity::kHandForce, data.view.hand.sent_force_N.norm()).c_str(),
                      ui.units.unit(widgets::Quantity::kHandForce));
   const auto confidence = static_cast<float>(m.confidence);
   const char* word = confidence > 0.75F ? "good" : confidence > 0.4F ? "fair" : "poor";
   const ImU32 colour = confidence > 0.75F ? t.colours.good : confidence > 0.4F ? t.colours.notice : t.colours.bad;
-  widgets::value_row(ui, rest.cut_top(t.px(24)), "Confidence", widgets::fixed(m.confidence * 100, 0).c_str(), "%");
+  widgets::value_row(ui, rest.cut_top(t.px(22)), "Confidence", widgets::fixed(m.confidence * 100, 0).c_str(), "%");
   widgets::bar(ui, rest.cut_top(t.px(10), t.unit(0.75F)), 0, confidence, colour);
   const std::string words =
       std::isnan(m.confidence) ? "not recorded" : std::string(word) + ": " + confidence_words(data.view);
@@ -237,8 +237,8 @@ widgets::Area operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiS
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
   widgets::Area right = area.cut_right(t.px(300), gap);
-  force_card(ui, data, state, right.cut_top(t.px(350), gap));
-  payload_card(ui, data, right.cut_top(t.px(134), gap));
+  force_card(ui, data, state, right.cut_top(t.px(358), gap));
+  payload_card(ui, data, right.cut_top(t.px(128), gap));
   limits_card(ui, data, right);
   widgets::Area bottom = area.cut_bottom(t.px(228), gap);
   scales_card(ui, data, state, bottom.cut_right(t.px(286), gap));

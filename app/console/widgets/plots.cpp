@@ -155,13 +155,18 @@ void band_plot(const Ui& ui, const Area& area, const Bands& bands) {
     return area.max.y - area.height() * (static_cast<float>(band) + share) / kBands;
   };
   const float half = t.fonts.small->FontSize * 0.5F, step = area.width() / static_cast<float>(bands.of);
-  for (std::size_t i = 0; i < bands.columns; ++i) {
-    const auto [least, most] = bands.range(i);
-    if (!std::isfinite(most)) continue;
-    const float x = area.max.x - static_cast<float>(i + 1) * step;
-    canvas().AddRectFilled({x, y_of(most) - t.px(0.75F)}, {x + std::max(step, 1.F), y_of(least) + t.px(0.75F)},
-                           ink(colours[band_of(most)]));
-  }
+  const auto put = [&](const Bands::Range& range, const auto& colour_of) {
+    for (std::size_t i = 0; range && i < bands.columns; ++i) {
+      const auto [least, most] = range(i);
+      if (!std::isfinite(most)) continue;
+      const float x = area.max.x - static_cast<float>(i + 1) * step;
+      canvas().AddRectFilled({x, y_of(most) - t.px(0.75F)}, {x + std::max(step, 1.F), y_of(least) + t.px(0.75F)},
+                             ink(colour_of(most)));
+    }
+  };
+  const ImU32 pale = mix(c.raised, c.text, 0.35F);
+  put(bands.behind, [pale](float) { return pale; });
+  put(bands.range, [&](float most) { return colours[band_of(most)]; });
   for (std::size_t band = 0; band < bands.names.size(); ++band) {
     const float top = area.max.y - area.height() * (static_cast<float>(band) + 1) / kBands;
     const float middle = top + area.height() / kBands / 2;

@@ -52,12 +52,14 @@ void history_plot(const Ui& ui, const Area& area, const History& history, std::s
 
 /// Values of the last minutes over bands of quality, each as high as the others; the newest on the right.
 struct Bands {
-  std::array<float, 3> bounds;                                    ///< Between them.
-  std::array<const char*, 4> names;                               ///< Of the bands, from below.
-  std::array<std::string, 3> bound_words;                         ///< With unit.
-  std::size_t columns = 0, of = 1;                                ///< How many there are, and have room.
-  std::function<std::pair<float, float>(std::size_t ago)> range;  ///< Least and most; no numbers where not known.
-  const char* span_words = "";                                    ///< What the whole width is.
+  std::array<float, 3> bounds;                                            ///< Between them.
+  std::array<const char*, 4> names;                                       ///< Of the bands, from below.
+  std::array<std::string, 3> bound_words;                                 ///< With unit.
+  std::size_t columns = 0, of = 1;                                        ///< How many there are, and have room.
+  using Range = std::function<std::pair<float, float>(std::size_t ago)>;  ///< Least and most; no numbers: not known.
+  Range range;                                                            ///< In the colours of the bands.
+  Range behind{};                                                         ///< Another one, pale; empty: none.
+  const char* span_words = "";                                            ///< What the whole width is.
 };
 void band_plot(const Ui& ui, const Area& area, const Bands& bands);
 

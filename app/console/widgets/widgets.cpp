@@ -139,6 +139,7 @@ void bar(const Ui& ui, const Area& area, float share_from, float share_to, ImU32
 }
 
 void focus_ring(const Ui& ui, const Area& area, float rounding) {
+  ui.focus.add_last_item();
   if (ImGui::IsItemFocused() && ImGui::GetIO().NavVisible)
     canvas().AddRect(area.min, area.max, ui.theme.colours.text, rounding, 0, ui.theme.px(2));
 }
@@ -185,6 +186,7 @@ bool slider(const Ui& ui, Area area, const char* id, float& value, float low, fl
   const ImGuiSliderFlags flags =
       ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput | (look.logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
   const bool moved = ImGui::SliderFloat(id, &value, low, high, look.format, flags);
+  ui.focus.add_last_item();
   ImGui::EndDisabled();
   ImGui::PopStyleColor();
   ImGui::PopStyleVar();

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/console/widgets/area.h"
+#include "app/console/widgets/focus_order.h"
 #include "app/console/widgets/icons.h"
 #include "app/console/widgets/theme.h"
 #include "app/console/widgets/units.h"
@@ -18,6 +19,7 @@ inline constexpr double kLoopSilent_s = 0.2;
 /// What every widget needs to know.
 struct Ui {
   const Theme& theme;
+  FocusOrder& focus;
   Units units;
   double now_s = 0;       ///< The window's clock; for flashing alone.
   double view_age_s = 0;  ///< Since the loops' last update.
@@ -75,7 +77,7 @@ float chip(const Ui& ui, ImVec2 left_middle, Icon icon, const char* text, ImU32 
 /// Horizontal bar from share_from to share_to of the area's width.
 void bar(const Ui& ui, const Area& area, float share_from, float share_to, ImU32 colour);
 
-/// Around the item made last, while the keyboard is on it.
+/// The item made last can have the keyboard, and a ring around it while it has.
 void focus_ring(const Ui& ui, const Area& area, float rounding);
 /// An item for the pointer alone: the keyboard has other ways to do what it does, and passes it by.
 void pointer_area(const char* id, const Area& area, ImGuiButtonFlags buttons = ImGuiButtonFlags_MouseButtonLeft);

@@ -26,7 +26,8 @@ bool acts_in_text(const KeyBinding& binding, bool number) {
   const KeyAction action = binding.action;
   if (action == KeyAction::kStop) return binding.key == key::kEscape || number;
   // Ctrl+Backspace deletes a word there: it must not release Stop.
-  return (action >= KeyAction::kOperate && action <= KeyAction::kHistory) || action == KeyAction::kFullScreen;
+  return (action >= KeyAction::kOperate && action <= KeyAction::kHistory) || action == KeyAction::kFullScreen ||
+         action == KeyAction::kFocusOn || action == KeyAction::kFocusBack;
 }
 
 }  // namespace
@@ -166,17 +167,20 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   if (state_.screen == screens::Screen::kOperate && zoom_ != 0) machine_.zoom(state_.side_view, zoom_, tip_m);
   zoom_ = 0;
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-  const widgets::Ui ui{window_.theme(), {state_.units}, now_s, view_age_s, steady_, player_ != nullptr};
+  const widgets::Ui ui{window_.theme(), focus_, {state_.units}, now_s, view_age_s, steady_, player_ != nullptr};
   screens::open_canvas();
   const std::optional<widgets::Area> picture = screens::draw_console(
       ui,
       {facts_, kinematics_, view, loop, player_ != nullptr ? player_->plots() : live_plots_.window(), live_plots_,
-       link_history_, player_ != nullptr ? player_->payload() : payload_, contacts_, machine_, events, calibration_,
-       cameras_, recording_, player_},
+       player_ != nullptr ? player_->kept().link() : link_history_,
+       player_ != nullptr ? player_->kept().payload() : payload_,
+       player_ != nullptr ? player_->kept().contacts() : contacts_, machine_, events, calibration_, cameras_,
+       recording_, player_},
       state_);
   const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
   // The tip of a machine that is being commissioned, or was recorded, cannot be pulled.
   const bool no_mouse = !picture || ((commissioned || player_ != nullptr) && state_.side_view);
+  focus_.end_frame();
   machine_.take_mouse(no_mouse ? widgets::Area{} : *picture, state_.side_view, view);
   // A pull that began otherwise enables nothing, whatever is switched while it lasts.
   if (!machine_.pulled().presence) pointer_may_enable_ = state_.hold_to_run && state_.side_view;
@@ -357,6 +361,12 @@ void ConsoleWindow::act(KeyAction action) {
     case KeyAction::kSmaller:
       window_.set_scale(window_.scale() / kScaleStep);
       return;
+    case KeyAction::kFocusOn:
+      focus_.ask(widgets::FocusOrder::Move::kOn);
+      return;
+    case KeyAction::kFocusBack:
+      focus_.ask(widgets::FocusOrder::Move::kBack);
+      return;
     case KeyAction::kHelp:
       state_.help = !state_.help;
       return;
@@ -421,6 +431,7 @@ ConsoleInput ConsoleWindow::input(Time now) const {
     input.force_scale = 1 / static_cast<double>(state_.force_scale);
   }
   input.assist = state_.assist;
+  input.force_most_N = static_cast<double>(state_.force_most_N);
   input.paused = state_.paused;
   input.reset_count = state_.reset_count;
   return input;

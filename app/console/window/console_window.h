@@ -81,6 +81,7 @@ class ConsoleWindow {
   screens::ConsoleFacts facts_;
   Window window_;
   screens::UiState state_;
+  widgets::FocusOrder focus_;
   Kinematics kinematics_;
   screens::LivePlots live_plots_;
   LinkHistory link_history_;

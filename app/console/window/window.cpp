@@ -85,6 +85,7 @@ void Window::start_widgets() {
   ImGui_ImplGlfw_InitForOpenGL(window_, true);
   ImGui_ImplOpenGL3_Init("#version 330");
   io.KeyMap[ImGuiKey_Space] = GLFW_KEY_ENTER;  // Enter activates: Space is Stop, and nothing else
+  io.KeyMap[ImGuiKey_Tab] = -1;                // widgets::FocusOrder does more
   widgets_started_ = true;
 }
 

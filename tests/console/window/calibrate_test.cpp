@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "tests/console/window/canned_console.h"
+#include "tests/console/window/keyboard_walk.h"
 #include "tests/console/window/virtual_display.h"
 
 namespace knuckle::console::window {
@@ -116,6 +117,32 @@ TEST_F(CalibrateScreen, IsLedByButtonsAndEndedByStop) {
   EXPECT_EQ(console_->calibration().state().outcome, "ended, nothing was changed: cancelled");
   picture("knuckle-console-calibrate-over.png");
   EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+TEST_F(CalibrateScreen, IsLedByTheKeyboardAlone) {
+  const KeyboardWalk walk([this](int count) { frames(count); });
+  const auto press = [&walk](const std::string& name) {
+    ASSERT_TRUE(walk.go_to(name)) << name;
+    walk.press("Return");
+  };
+  frames(3);
+  press("Begin");
+  for (const char* word : {"ready", "configure", "pressed", "released"}) {
+    ASSERT_EQ(asked_word(), word);
+    EXPECT_EQ(walk.missed(), "") << word;
+    press(word);
+  }
+  ASSERT_TRUE(asked().question.value().bounds) << "the slope by a spirit level";
+  press("##number");
+  ASSERT_TRUE(xdotool("key 0"));
+  frames(2);
+  EXPECT_EQ(walk.missed(), "") << "of a number that is typed";
+  press("Enter");
+  ASSERT_EQ(asked_word(), "pilot") << console_->calibration().refused();
+  press("End, valves closed");
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (console_->calibration().running() && std::chrono::steady_clock::now() < end) frames(1);
+  EXPECT_EQ(console_->calibration().state().outcome, "ended, nothing was changed: cancelled");
 }
 
 }  // namespace

@@ -1,8 +1,13 @@
-// The keyboard alone: where it is, is seen, on every screen and on everything it can operate.
+// The keyboard alone: it gets to everything that can be operated, on every screen; where it is, is seen; and it leads
+// no machine.
 #include <imgui_internal.h>
 
-#include <map>
+#include <algorithm>
+#include <array>
+#include <set>
+#include <string>
 
+#include "tests/console/window/keyboard_walk.h"
 #include "tests/console/window/shown_console.h"
 
 namespace knuckle::console::window {
@@ -10,6 +15,17 @@ namespace {
 
 class KeyboardFocus : public ShownConsole {
  protected:
+  void SetUp() override {
+    ShownConsole::SetUp();
+    if (!console_) return;
+    // As much to be operated as there can be: nothing is locked, and every choice has its own settings.
+    view_.machine.mode = Mode::kReady;
+    state().hold_to_run = state().measures.grade_on = state().measures.has_point = true;
+    state().assist.force_limit_N = 1000;
+    frames();
+  }
+  [[nodiscard]] HandInput hand() const { return console_->input(view_.now).hand; }
+
   struct Focused {
     ImGuiID id = 0;
     Box box{};
@@ -39,28 +55,151 @@ class KeyboardFocus : public ShownConsole {
     return all == 0 ? 0 : double(seen) / all;
   }
   [[nodiscard]] ImU32 theme_text() const { return console_->window().theme().colours.text; }
+
+  KeyboardWalk walk_{[this](int count) { frames(count); }};
 };
 
-TEST_F(KeyboardFocus, IsSeenAsARingAroundEverythingThatItReaches) {
+constexpr std::array kScreenKeys{"F1", "F2", "F3", "F4", "F5", "F6", "F7"};
+
+TEST_F(KeyboardFocus, ReachesEverythingThatCanBeOperatedOnEveryScreenAndIsSeenThere) {
   std::size_t items = 0;
-  for (const char* screen : {"F1", "F2", "F3", "F4", "F5", "F6", "F7"}) {
+  const auto has_ring = [&] {
+    const Pixels drawn = pixels();
+    const Focused at = focused();
+    EXPECT_GT(ringed(drawn, at.box), 0.7)
+        << at.box.left << ' ' << at.box.top << ' ' << at.box.right << ' ' << at.box.bottom;
+    ++items;
+  };
+  for (const char* screen : kScreenKeys) {
+    SCOPED_TRACE(screen);
     does(std::string("key ") + screen);
-    std::map<ImGuiID, double> reached;
-    for (const char* key : {"Tab", "Up", "Left", "Down", "Right"})
-      for (int i = 0; i < 4; ++i) {
-        press(key);
-        const Pixels drawn = pixels();
-        const Focused at = focused();
-        if (at.id == 0 || reached.count(at.id) != 0) continue;
-        reached[at.id] = ringed(drawn, at.box);
-        EXPECT_GT(reached[at.id], 0.7) << screen << ", " << key << " " << i << ": " << at.box.left << ' ' << at.box.top
-                                       << ' ' << at.box.right << ' ' << at.box.bottom;
-      }
-    EXPECT_GT(reached.size(), 1u) << screen;
-    items += reached.size();
+    EXPECT_EQ(walk_.missed(has_ring), "");
   }
-  EXPECT_GT(items, 25u);
+  EXPECT_GT(items, 100u);
   EXPECT_FALSE(state().stop) << "moving about presses nothing";
+  does("key F1 key space");
+  ASSERT_TRUE(state().stop);
+  EXPECT_EQ(walk_.missed(), "") << "Stop's release";
+  does("key F7 key bracketleft");
+  EXPECT_EQ(walk_.missed(), "") << "around a chosen time";
+}
+
+TEST_F(KeyboardFocus, PassesByOnlyWhatHasKeysOfItsOwnOrIsForThePointerByItsPurpose) {
+  // Pictures, plots and the pad are led by keys; the words above a table's columns do nothing.
+  const std::set<std::string> passed_by{"picture", "plot",      "boom up",    "boom down", "arm out",
+                                        "arm in",  "bucket in", "bucket out", "Severity",  "Time",
+                                        "Time, s", "Code",      "What",       ""};
+  for (const char* screen : kScreenKeys) {
+    does(std::string("key ") + screen);
+    for (const auto& [id, item] : walk_.items())
+      EXPECT_TRUE(!item.pointer_alone || passed_by.count(item.name) == 1) << screen << ": " << item.name;
+  }
+}
+
+TEST_F(KeyboardFocus, GoesBackWithCtrlAndTab) {
+  walk_.press("Tab");
+  const ImGuiID first = KeyboardWalk::focused();
+  walk_.press("Tab");
+  walk_.press("Tab");
+  EXPECT_NE(KeyboardWalk::focused(), first);
+  walk_.press("ctrl+Tab");
+  walk_.press("ctrl+Tab");
+  EXPECT_EQ(KeyboardWalk::focused(), first);
+}
+
+TEST_F(KeyboardFocus, GoesToANeighbourByArrows) {
+  ASSERT_TRUE(walk_.go_to("##Delay"));
+  const ImGuiID from = KeyboardWalk::focused();
+  walk_.press("Down");
+  const ImGuiID below = KeyboardWalk::focused();
+  EXPECT_EQ(walk_.items().at(below).name, "##Jitter");
+  walk_.press("Up");
+  EXPECT_EQ(KeyboardWalk::focused(), from);
+}
+
+TEST_F(KeyboardFocus, PressesWithEnter) {
+  ASSERT_TRUE(walk_.go_to("Grade line"));
+  walk_.press("Return");
+  EXPECT_FALSE(state().measures.grade_on);
+  does("key F6");
+  ASSERT_TRUE(walk_.go_to("Alarms"));
+  walk_.press("Return");
+  EXPECT_EQ(state().events.least_severity, 2);
+  ASSERT_TRUE(walk_.go_to("Stop"));
+  EXPECT_FALSE(state().stop);
+  walk_.press("Return");
+  EXPECT_TRUE(state().stop);
+}
+
+TEST_F(KeyboardFocus, TypesIntoAFieldFromEnterOnAndNotFromTabOn) {
+  ASSERT_TRUE(walk_.go_to("##height"));
+  EXPECT_FALSE(ImGui::GetIO().WantTextInput) << "keys still lead";
+  const double before_m = state().measures.grade.point_m.y();
+  walk_.press("Return");
+  EXPECT_TRUE(ImGui::GetIO().WantTextInput);
+  does("key 2");
+  walk_.press("Tab");
+  EXPECT_FALSE(ImGui::GetIO().WantTextInput);
+  EXPECT_NE(state().measures.grade.point_m.y(), before_m) << "what was typed stays";
+  EXPECT_NE(KeyboardWalk::focused(), 0u);
+}
+
+TEST_F(KeyboardFocus, ChangesASliderFromEnterOnAndNotByPassing) {
+  ASSERT_TRUE(walk_.go_to("##Delay"));
+  const float before_ms = state().simulation.delay_ms;
+  walk_.press("Up");
+  walk_.press("Down");
+  ASSERT_TRUE(walk_.go_to("##Delay"));
+  EXPECT_EQ(state().simulation.delay_ms, before_ms);
+  walk_.press("Return");
+  walk_.press("Right");
+  EXPECT_GT(state().simulation.delay_ms, before_ms);
+}
+
+/// Enable is held, and Hold to run is on, while the keyboard goes everywhere and presses everything.
+TEST_F(KeyboardFocus, LeadsNoMachineByTabArrowsOrEnter) {
+  for (const bool enabled : {false, true}) {
+    if (enabled) does("keydown shift");
+    for (const char* screen : kScreenKeys) {
+      does(std::string("key ") + screen);
+      const std::size_t steps = walk_.items().size() + 1;
+      const screens::Screen shown = state().screen;
+      for (std::size_t i = 0; i < steps; ++i) {
+        state().screen = shown;
+        for (const char* key : {"Tab", "Return"}) {
+          ASSERT_TRUE(xdotool(std::string("keydown ") + key));
+          frames(2);
+          EXPECT_EQ(hand().enable, enabled) << screen << ' ' << i << ' ' << key;
+          EXPECT_EQ(hand().rate_radps, JointVector::Zero()) << screen << ' ' << i << ' ' << key;
+          ASSERT_TRUE(xdotool(std::string("keyup ") + key));
+          frames(1);
+        }
+      }
+    }
+    for (const char* arrow : {"Up", "Left", "Down", "Right"}) {
+      walk_.press(arrow);
+      EXPECT_EQ(hand().rate_radps, JointVector::Zero()) << arrow;
+    }
+  }
+  does("keyup shift");
+}
+
+TEST_F(KeyboardFocus, StaysWhereItIsWhileTheMouseLeads) {
+  const auto items = walk_.items();
+  const auto pad =
+      std::find_if(items.begin(), items.end(), [](const auto& one) { return one.second.name == "arm in"; });
+  ASSERT_NE(pad, items.end());
+  const ImVec2 at = pad->second.box.GetCenter();
+  does("mousemove " + std::to_string(int(at.x)) + " " + std::to_string(int(at.y)));
+  does("mousedown 1");
+  ASSERT_TRUE(hand().enable);
+  const JointVector led = hand().rate_radps;
+  ASSERT_GT(led.norm(), 0);
+  walk_.press("Tab");
+  EXPECT_TRUE(hand().enable);
+  EXPECT_EQ(hand().rate_radps, led);
+  does("mouseup 1");
+  EXPECT_FALSE(hand().enable);
 }
 
 }  // namespace

@@ -126,7 +126,7 @@ TEST_F(LiveHistory, BeginsAnewWithTheSession) {
 
 class ForceGauge : public ShownConsole {
  protected:
-  static constexpr Box kGauge{736, 212, 1012, 240};
+  static constexpr Box kGauge{736, 208, 1012, 236};
 };
 
 TEST_F(ForceGauge, FillsToTheMaximumThatThePersonSetsAndSaysWhenItIsTooMuch) {
@@ -140,6 +140,7 @@ TEST_F(ForceGauge, FillsToTheMaximumThatThePersonSetsAndSaysWhenItIsTooMuch) {
   EXPECT_LT(count_near(pixels(), kGauge, bad), 50);
   state().force_most_N = 1000;
   EXPECT_GT(count_near(pixels(), kGauge, bad), 2000);
+  EXPECT_EQ(console_->input(view_.now).force_most_N, 1000) << "the loop tells of it";
   view_.machine.confidence = 0;
   EXPECT_LT(count_near(pixels(), kGauge, bad), 50) << "a force without confidence is no force";
 }
@@ -155,6 +156,8 @@ TEST_F(MinutesOnTheScreen, ShowABadMinuteOfTheLinkLongAfterTheTenSeconds) {
   const ConsoleView good = view_;
   const Pixels before = pixels();
   view_.link.round_trip_s = 0.9;
+  view_.link.round_trip = {};
+  view_.link.round_trip.add(900ms);
   pass(5s);
   view_.link = good.link;
   pass(240s);
@@ -163,6 +166,19 @@ TEST_F(MinutesOnTheScreen, ShowABadMinuteOfTheLinkLongAfterTheTenSeconds) {
   const ImU32 bad = theme().colours.bad;
   EXPECT_EQ(count_near(before, kRoundTrip, bad), 0);
   EXPECT_GT(count_near(after, kRoundTrip, bad), 3);
+}
+
+TEST_F(MinutesOnTheScreen, ShowADelayThatTheMedianHidesPaleBehindIt) {
+  does("key F2");
+  const Box kRoundTrip{574, 320, 1012, 452};
+  const Pixels before = pixels();
+  view_.link.round_trip_s = 0.9;  // of the newest packet alone
+  frames();
+  view_.link.round_trip_s = 0.024;
+  view_.now += 30s;
+  const Pixels after = pixels();
+  EXPECT_GT(count_changed(before, after, kRoundTrip), 20);
+  EXPECT_EQ(count_near(after, kRoundTrip, theme().colours.bad), 0) << "the word goes by the median";
 }
 
 }  // namespace

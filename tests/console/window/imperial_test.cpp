@@ -1,26 +1,10 @@
 // With imperial units no number is left in metric ones, on any screen, whatever the loops and the machine's side say.
 #include <regex>
 #include <set>
+#include <string>
 
+#include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/shown_console.h"
-
-namespace {
-std::set<std::string>* drawn_words = nullptr;  // collected while it points somewhere
-}
-
-// Every text of the window passes here: the linker puts this in the place of ImGui's own (tests/CMakeLists.txt).
-extern "C" void __real__ZN10ImDrawList7AddTextEPK6ImFontfRK6ImVec2jPKcS7_fPK6ImVec4(ImDrawList*, const ImFont*, float,
-                                                                                    const ImVec2&, ImU32, const char*,
-                                                                                    const char*, float, const ImVec4*);
-extern "C" void __wrap__ZN10ImDrawList7AddTextEPK6ImFontfRK6ImVec2jPKcS7_fPK6ImVec4(ImDrawList* list,
-                                                                                    const ImFont* font, float size,
-                                                                                    const ImVec2& at, ImU32 colour,
-                                                                                    const char* begin, const char* end,
-                                                                                    float width, const ImVec4* clip) {
-  if (drawn_words != nullptr) drawn_words->insert(end == nullptr ? std::string(begin) : std::string(begin, end));
-  __real__ZN10ImDrawList7AddTextEPK6ImFontfRK6ImVec2jPKcS7_fPK6ImVec4(list, font, size, at, colour, begin, end, width,
-                                                                      clip);
-}
 
 namespace knuckle::console::window {
 namespace {
@@ -29,9 +13,7 @@ class Imperial : public ShownConsole {
  protected:
   [[nodiscard]] std::set<std::string> words() {
     std::set<std::string> all;
-    drawn_words = &all;
-    frames(2);
-    drawn_words = nullptr;
+    for (DrawnText& text : texts_of([this] { frames(2); })) all.insert(std::move(text.words));
     return all;
   }
   /// Of what is drawn now.

@@ -1,6 +1,7 @@
 // A recording in a real window, with real keys and a real mouse: what is shown is what was recorded of that time.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -10,6 +11,8 @@
 #include "app/console/window/console_window.h"
 #include "app/console/window/player_program.h"
 #include "tests/console/player/played_files.h"
+#include "tests/console/window/drawn_texts.h"
+#include "tests/console/window/keyboard_walk.h"
 #include "tests/console/window/virtual_display.h"
 
 namespace knuckle::console::window {
@@ -47,6 +50,10 @@ class Player : public testing::Test {
     ASSERT_TRUE(xdotool(words));
     frames(4);
   }
+  [[nodiscard]] bool shows(const std::string& words) {
+    const auto all = texts_of([this] { frames(2); });
+    return std::any_of(all.begin(), all.end(), [&](const DrawnText& text) { return text.words == words; });
+  }
   [[nodiscard]] Time cursor() const { return panel_->timeline().cursor(); }
   [[nodiscard]] screens::Screen screen() const { return window_->state().screen; }
 
@@ -80,6 +87,28 @@ TEST_F(Player, IsLedByItsKeysOnEveryScreen) {
   }
   does("key F6");
   EXPECT_EQ(screen(), screens::Screen::kEvents);
+}
+
+TEST_F(Player, IsOperatedByTheKeyboardAloneOnEveryScreen) {
+  const KeyboardWalk walk([this](int count) { frames(count); });
+  for (const char* screen_key : {"F1", "F2", "F3", "F4", "F5", "F6", "F7"}) {
+    does(std::string("key ") + screen_key);
+    EXPECT_EQ(walk.missed(), "") << screen_key;
+  }
+  ASSERT_TRUE(walk.go_to("##event_on"));
+  const Time before = cursor();
+  walk.press("Return");
+  EXPECT_GT(cursor(), before);
+}
+
+TEST_F(Player, ShowsContactsAndTheLinksMinutesUpToTheCursor) {
+  open("press");
+  EXPECT_FALSE(shows("to the last contact"));
+  does("key End");
+  EXPECT_TRUE(shows("to the last contact"));
+  does("key F2");
+  EXPECT_TRUE(shows("-10 min to the cursor"));
+  EXPECT_FALSE(shows("-10 min to now"));
 }
 
 TEST_F(Player, PlaysAndPausesWithSpaceAndStopsNothing) {

@@ -1,7 +1,6 @@
 // The bytes of a file as the format asks for them, and disks that refuse.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
-#include <sys/resource.h>
 
 #include <cerrno>
 #include <filesystem>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "tests/recording/mcap/sample_file.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/temporary_folder.h"
 
@@ -156,22 +156,6 @@ TEST(McapFileWriter, GoesOnWithTheNextFile) {
   EXPECT_EQ(hex(test::content(folder.file("a.mcap"))), hex(test::content(folder.file("b.mcap"))));
 }
 
-/// This process may not make larger files, while it lives.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(std::uint64_t bytes) {
-    EXPECT_EQ(::getrlimit(RLIMIT_FSIZE, &before_), 0);
-    const rlimit limit{bytes, before_.rlim_max};
-    EXPECT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
-  }
-  ~FileSizeLimit() { EXPECT_EQ(::setrlimit(RLIMIT_FSIZE, &before_), 0); }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-
- private:
-  rlimit before_{};
-};
-
 TEST(McapFileWriter, ALimitOnTheFilesSizeIsAnErrorAndLeavesWholeRecords) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.mcap");
@@ -180,7 +164,7 @@ TEST(McapFileWriter, ALimitOnTheFilesSizeIsAnErrorAndLeavesWholeRecords) {
   ASSERT_TRUE(writer.append(sample_chunk(1)));
   const std::uint64_t size = writer.bytes();
   {
-    const FileSizeLimit limit(size + 100);
+    const test::FileSizeLimit limit(size + 100);
     EXPECT_FALSE(writer.append(sample_chunk(2)));
     EXPECT_EQ(writer.error(), EFBIG);
     EXPECT_FALSE(writer.attach({"large", "", 0, 0, std::string(1000, 'x')}));

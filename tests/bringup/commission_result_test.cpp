@@ -1,0 +1,95 @@
+// What a commissioning writes: the machine file with what differs, and the record behind it.
+#include "app/bringup/commission_result.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "core/error.h"
+#include "machine/load.h"
+#include "machine/toml_reader.h"
+#include "tests/bringup/hardware_bench.h"
+
+namespace knuckle::bringup {
+namespace {
+
+using test::solar;
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehindIt) {
+  const std::string drawing = text_of(solar().source);
+  WizardResult result;
+  result.axes[kArm] = {0.45, 0.0123, true, 0.15503, 0.125};
+  result.tilt_error_rad = 0.01;
+  result.nodes.push_back({});
+  result.findings.push_back({Finding::Level::kNote, "arm", "a \"quoted\" line"});
+  result.recordings = {"slow.csv", "fast.csv"};
+  const ResultOrigin origin{"can0", "2026-01-02T03:04:05Z", "abc"};
+  const std::string text = commissioned_text(drawing, solar(), result, origin);
+
+  const MachineDescription back = parse_machine(text, "found.toml");
+  EXPECT_EQ(back.cylinders[kArm].valve.dead_band_extend, 0.155);
+  EXPECT_EQ(back.cylinders[kArm].valve.dead_band_retract, 0.11);  // no further off than a ramp may be
+  EXPECT_EQ(back.cylinders[kBoom].valve.dead_band_extend, 0.11);
+  std::string changed = drawing;
+  const std::size_t arm = changed.find("[cylinders.arm.valve]");
+  changed.replace(changed.find("dead_band_extend = 0.11", arm), 23, "dead_band_extend = 0.155");
+  EXPECT_EQ(text.compare(0, changed.size(), changed), 0);
+
+  TomlTable record = TomlTable::parse(text, "found.toml").table("commissioning");
+  EXPECT_EQ(record.text("bus"), "can0");
+  TomlTable axis = record.table("axes").table("arm");
+  EXPECT_NEAR(axis.number("encoder_offset_mm", -100, 100), 12.3, 1e-9);
+  EXPECT_TRUE(axis.boolean("encoder_preset"));
+  EXPECT_NEAR(axis.number("dead_band_retract", 0, 1), 0.125, 1e-9);
+  EXPECT_FALSE(record.table("axes").table("boom").has("dead_band_extend"));
+  EXPECT_EQ(record.tables("nodes").size(), 1U);
+  EXPECT_EQ(record.tables("findings")[0].text("text"), "a \"quoted\" line");
+
+  // Commissioned once more, only what was found then counts.
+  EXPECT_EQ(commissioned_text(text, back, result, origin), text);
+}
+
+TEST(CommissionResult, ReplacesTheDeadBandsOfAnEarlierIdentification) {
+  const std::string file =
+      text_of(solar().source) + "\n[calibration]\nmethod = \"m\"\ndate = \"d\"\ndata_source = \"s\"\ndata_sha256 = \"" +
+      std::string(64, '0') +
+      "\"\nprogram = \"p\"\n"
+      "[calibration.valves.boom]\ndead_band_extend = 0.1\ndead_band_retract = 0.1\ndelay_ms = 15\n"
+      "nominal_flow_Lpm = 30\ncurve_exponent = 1\nretract_share = 1\n[calibration.valves.arm]\ndead_band_extend = "
+      "0.1\ndead_band_retract = 0.1\n"
+      "delay_ms = 15\nnominal_flow_Lpm = 25\ncurve_exponent = 1\nretract_share = "
+      "1\n[calibration.valves.bucket]\ndead_band_extend = 0.1  # was 0.11\n"
+      "dead_band_retract = 0.1\ndelay_ms = 15\nnominal_flow_Lpm = 20\ncurve_exponent = 1\nretract_share = 1\n";
+  const MachineDescription machine = calibrated(parse_machine(file, "calibrated.toml"));
+  WizardResult result;
+  result.axes[kBucket].dead_band_extend = 0.2;
+  const std::string text = commissioned_text(file, machine, result, {});
+  EXPECT_EQ(calibrated(parse_machine(text, "found.toml")).cylinders[kBucket].valve.dead_band_extend, 0.2);
+  EXPECT_NE(text.find("# was 0.11"), std::string::npos);
+}
+
+TEST(CommissionResult, FileThatItCouldNotBePutIntoIsRefusedAtTheBeginning) {
+  EXPECT_NO_THROW(check_layout(text_of(solar().source), solar()));
+  std::string text = text_of(solar().source);
+  const std::string table = "[cylinders.arm.valve]";
+  text.replace(text.find(table), table.size(), "[ cylinders.arm.valve ]");
+  const MachineDescription machine = parse_machine(text, "odd.toml");
+  try {
+    check_layout(text, machine);
+    FAIL() << "was accepted";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "odd.toml: [cylinders.arm.valve]: commissioning needs dead_band_extend and dead_band_retract on one "
+              "line each");
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::bringup

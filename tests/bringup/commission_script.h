@@ -1,0 +1,28 @@
+// What a person answers who commissions a machine with which all is well.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <string>
+
+#include "core/joints.h"
+
+namespace knuckle::bringup::test {
+
+using Script = std::deque<std::string>;
+
+/// Up to the first motion.
+inline Script start() {
+  return {"ready", "configure", "pressed", "released", "0", "pilot", "move"};
+}
+inline Script all() {
+  Script script = start();
+  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "longer", "go", "shorter"});
+  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "go", "go", "tape", "preset"});
+  script.insert(script.end(), {"go", "go", "go", "finish"});
+  return script;
+}
+
+inline constexpr std::size_t kSigned = 7 + 12, kStroked = kSigned + 15;  ///< Words up to the ends of these steps.
+
+}  // namespace knuckle::bringup::test
