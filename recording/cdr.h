@@ -113,6 +113,12 @@ class CdrReader {
     const auto text = get_bytes();
     return text.empty() ? std::string() : std::string(text.begin(), text.end() - 1);
   }
+  /// builtin_interfaces/Time, as Unix time.
+  [[nodiscard]] std::int64_t get_time() noexcept {
+    constexpr std::int64_t kSecond_ns = 1'000'000'000;
+    const std::int64_t seconds = get<std::int32_t>();
+    return seconds * kSecond_ns + get<std::uint32_t>();
+  }
   [[nodiscard]] bool ok() const noexcept { return ok_; }
   /// Behind what was read.
   [[nodiscard]] std::size_t at() const noexcept { return at_; }

@@ -3,11 +3,6 @@
 #include "recording/cdr.h"
 
 namespace knuckle::recording {
-namespace {
-
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
-
-}  // namespace
 
 std::vector<std::uint8_t> encode_log(const Event& event, std::int64_t unix_ns) {
   std::vector<std::uint8_t> room(64 + event.text.size() + event.kind.size());
@@ -25,9 +20,7 @@ std::vector<std::uint8_t> encode_log(const Event& event, std::int64_t unix_ns) {
 std::optional<Event> decode_log(std::span<const std::uint8_t> message, std::int64_t unix_ns) {
   CdrReader in(message);
   Event event;
-  const std::int64_t seconds = in.get<std::int32_t>();
-  const std::int64_t at_ns = seconds * kSecond_ns + in.get<std::uint32_t>();
-  event.at = Time(Duration(at_ns - unix_ns));
+  event.at = Time(Duration(in.get_time() - unix_ns));
   event.severity = static_cast<Severity>(in.get<std::uint8_t>());
   event.text = in.get_text();
   event.kind = in.get_text();

@@ -79,7 +79,10 @@ void FlightRecorder::fail(int error) {
 }
 
 void FlightRecorder::end() {
-  if (!file_.close() && !failed_) fail(file_.error());
+  if (failed_)
+    file_.abandon();
+  else if (!file_.close())
+    fail(file_.error());
   if (on_file) on_file(triggered_at_, path_, problem_);
   open_ = failed_ = false;
   problem_.clear();

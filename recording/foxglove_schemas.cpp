@@ -23,6 +23,7 @@ constexpr std::array kDefinitions{
                "builtin_interfaces/Time timestamp\n"
                "uint8 UNKNOWN=0\nuint8 DEBUG=1\nuint8 INFO=2\nuint8 WARNING=3\nuint8 ERROR=4\nuint8 FATAL=5\n"
                "uint8 level\nstring message\nstring name\nstring file\nuint32 line\n"},
+    Definition{kPictureSchemaName, "builtin_interfaces/Time timestamp\nstring frame_id\nuint8[] data\nstring format\n"},
     Definition{kTransformsSchemaName, "foxglove_msgs/FrameTransform[] transforms\n"},
     Definition{"foxglove_msgs/FrameTransform",
                "builtin_interfaces/Time timestamp\nstring parent_frame_id\nstring child_frame_id\n"

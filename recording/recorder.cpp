@@ -64,6 +64,10 @@ void Recorder::camera(const CameraStamp& stamp) {
   post(Topic::kCameraStamps, stamp.at, encode_camera_stamp(stamp));
 }
 
+void Recorder::camera(const CameraPicture& picture) {
+  post(Topic::kCameraPictures, picture.at, encode_camera_picture(picture, head_.started_unix_ns));
+}
+
 void Recorder::post(Topic topic, Time at, std::vector<std::uint8_t> message) {
   const std::scoped_lock lock(mutex_);
   posted_.push_back({topic, at.time_since_epoch().count(), std::move(message)});
@@ -153,7 +157,8 @@ void Recorder::draw(std::int64_t time_ns, std::span<const std::uint8_t> state_me
 void Recorder::watch(std::size_t side, Time at, ReasonCode alarm) {
   const bool begins = alarm != ReasonCode::kNone && alarm != alarms_[side] && !options_.folder.empty();
   if (begins && !room_for_more(at)) {
-    notice(at, Severity::kError, std::string("no flight record of ") + name(alarm) + ": the disk is full");
+    if (alarms_[1 - side] != alarm)  // said of the other side
+      notice(at, Severity::kError, std::string("no flight record of ") + name(alarm) + ": the disk is full");
   } else if (begins && !flights_.trigger(at, name(alarm))) {
     notice(at, Severity::kWarning,
            std::string("no flight record of ") + name(alarm) + ": the last hour has had its " +
@@ -250,8 +255,15 @@ bool Recorder::open_part(std::int64_t at_ns) {
 
 void Recorder::end_recording(Time at, const std::string& why) {
   recording_ = false;
-  (void)file_.close();
   const std::string problem = options_.file.empty() ? why : why + "; what was recorded until then is in " + path_;
+  if (file_.is_open()) {  // often there is room for a line where there was none for the rest
+    const auto unix_ns = static_cast<std::uint64_t>(head_.started_unix_ns + at.time_since_epoch().count());
+    builder_.add(
+        channel_of(Topic::kEvents), sequences_[static_cast<std::size_t>(Topic::kEvents)]++, unix_ns, unix_ns,
+        encode_log({at, Severity::kError, "recorder", "the recording has ended: " + problem}, head_.started_unix_ns));
+    (void)file_.append(builder_.finish(options_.compression, {}));
+    file_.abandon();
+  }
   {
     const std::scoped_lock lock(mutex_);
     status_.recording = false;

@@ -14,6 +14,7 @@
 #include "core/byte_ring.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "recording/camera_picture.h"
 #include "recording/camera_stamp.h"
 #include "recording/events.h"
 #include "recording/flight_recorder.h"
@@ -69,6 +70,7 @@ class Recorder {
   // Any thread but the loops'.
   void event(const Event& event);
   void camera(const CameraStamp& stamp);
+  void camera(const CameraPicture& picture);
   [[nodiscard]] RecorderStatus status() const;
 
   // One thread.

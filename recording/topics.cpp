@@ -21,8 +21,9 @@ mcap::Topics topics() {
   const auto transforms = schema(kTransformsSchemaName, foxglove_schema(kTransformsSchemaName));
   const auto scene = schema(kSceneSchemaName, foxglove_schema(kSceneSchemaName));
   const auto stamp = schema(kCameraStampSchemaName, camera_stamp_schema());
+  const auto picture = schema(kPictureSchemaName, foxglove_schema(kPictureSchemaName));
   const std::array<std::uint16_t, static_cast<std::size_t>(Topic::kCount)> schemas{
-      wires, operator_state, wires, machine_state, log, transforms, scene, scene, stamp};
+      wires, operator_state, wires, machine_state, log, transforms, scene, scene, stamp, picture};
   for (std::size_t i = 0; i < schemas.size(); ++i) topics.add(mcap::Channel{kTopicNames[i], "cdr", schemas[i], {}});
   return topics;
 }

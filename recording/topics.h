@@ -18,11 +18,12 @@ enum class Topic : std::uint8_t {
   kScene,
   kSceneMachine,
   kCameraStamps,
+  kCameraPictures,
   kCount,
 };
 inline constexpr std::array<const char*, static_cast<std::size_t>(Topic::kCount)> kTopicNames{
-    "/operator/wires", "/operator/state", "/machine/wires", "/machine/state", "/events", "/tf",
-    "/scene",          "/scene/machine",  "/camera/stamps"};
+    "/operator/wires", "/operator/state", "/machine/wires", "/machine/state",  "/events", "/tf",
+    "/scene",          "/scene/machine",  "/camera/stamps", "/camera/pictures"};
 
 /// Channel of a topic in files of Knuckle's own.
 [[nodiscard]] constexpr std::uint16_t channel_of(Topic topic) noexcept {

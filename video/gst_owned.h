@@ -27,4 +27,7 @@ void start_gstreamer();
 /// is returned.
 [[nodiscard]] Owned<GstElement> make_pipeline(const std::string& description, std::string& told);
 
+/// Of an error or a warning: what it says.
+[[nodiscard]] std::string complaint(GstMessage* message);
+
 }  // namespace knuckle::video

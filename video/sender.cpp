@@ -9,7 +9,7 @@
 #include <mutex>
 #include <utility>
 
-#include "video/frame.h"
+#include "video/frame_buffer.h"
 #include "video/gst_owned.h"
 #include "video/pipeline_runner.h"
 #include "video/sealing.h"
@@ -43,14 +43,6 @@ std::uint64_t captured_ntp_ns(GstPad* pad, GstBuffer* buffer, GstElement* pipeli
   if (!GST_CLOCK_TIME_IS_VALID(running)) return ntp_now_ns();
   const Time captured(Duration(static_cast<std::int64_t>(gst_element_get_base_time(pipeline) + running)));
   return ntp_now_ns() - static_cast<std::uint64_t>((now() - captured).count());
-}
-
-/// The picture where it lies, kept for as long as GStreamer looks at it.
-Owned<GstBuffer> wrapped(std::unique_ptr<Frame> frame) {
-  const auto size = static_cast<gsize>(frame->row_bytes) * static_cast<gsize>(frame->height_px);
-  auto* pixels = const_cast<std::uint8_t*>(frame->pixels);  // the memory is marked as not to be written
-  return Owned<GstBuffer>(gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_READONLY, pixels, size, 0, size, frame.release(),
-                                                      [](gpointer given) { delete static_cast<Frame*>(given); }));
 }
 
 }  // namespace

@@ -16,17 +16,6 @@ namespace {
 constexpr GstClockTime kLook = 100 * GST_MSECOND;   // how soon an end is noticed
 constexpr GstClockTime kPatience = 2 * GST_SECOND;  // beyond the length of a sound
 
-/// What speaks against the sound having been heard; empty: nothing.
-std::string complaint(GstMessage* message) {
-  GError* error = nullptr;
-  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR)
-    gst_message_parse_error(message, &error, nullptr);
-  else
-    gst_message_parse_warning(message, &error, nullptr);
-  const Owned<GError> owned(error);
-  return printable(error->message);
-}
-
 /// A sound server of this session, or a playback device of the kernel.
 bool has_audio_device() {
   namespace fs = std::filesystem;

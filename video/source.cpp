@@ -84,6 +84,16 @@ Owned<GstElement> make_pipeline(const std::string& description, std::string& tol
   return pipeline;
 }
 
+std::string complaint(GstMessage* message) {
+  GError* error = nullptr;
+  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR)
+    gst_message_parse_error(message, &error, nullptr);
+  else
+    gst_message_parse_warning(message, &error, nullptr);
+  const Owned<GError> owned(error);
+  return printable(error->message);
+}
+
 void check_source(const CameraSource& source) {
   start_gstreamer();
   const Owned<gchar> scheme(gst_uri_get_protocol(source.source.c_str()));

@@ -90,6 +90,10 @@ void ConsoleLog::note(std::uint32_t run, const recording::CameraStamp& stamp) {
   if (recording::Recorder* recorder = recorder_of(run)) recorder->camera(stamp);
 }
 
+void ConsoleLog::note(std::uint32_t run, const recording::CameraPicture& picture) {
+  if (recording::Recorder* recorder = recorder_of(run)) recorder->camera(picture);
+}
+
 RecordingLight ConsoleLog::light() const {
   RecordingLight light;
   light.real = choice_.real;

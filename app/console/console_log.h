@@ -53,6 +53,7 @@ class ConsoleLog {
   /// Into the recording of its session.
   void note(const EventRow& row);
   void note(std::uint32_t run, const recording::CameraStamp& stamp);
+  void note(std::uint32_t run, const recording::CameraPicture& picture);
   [[nodiscard]] RecordingLight light() const;
   /// What has come up since the last call.
   [[nodiscard]] std::vector<cli::News> news();

@@ -43,6 +43,7 @@ void print(std::ostream& out, const Account& account) {
 std::string without_a_stop(const recording::Recording& recording) {
   if (recording.head().imported) return "An imported table has no modes: it says nothing of what stopped the machine.";
   if (!recording.damages().empty()) return "No stop in what could be read; what could not is missing.";
+  if (!recording.complete()) return "No stop in what was recorded before its recording ended too early.";
   return "Nothing stopped the machine.";
 }
 
@@ -122,8 +123,7 @@ int run(const Options& o) {
   recording::Recording recording(o.files);
   const Report report = report_on(recording, sides_named(o.side));
   for (const std::string& damage : recording.damages()) std::cerr << "knuckle explain: " << damage << '\n';
-  if (!recording.complete())
-    std::cerr << "knuckle explain: " << recording.source() << ": has no end: its program was killed\n";
+  if (!recording.complete()) std::cerr << "knuckle explain: " << recording.unfinished() << '\n';
   if (!cli::is_standard_output(o.json)) print(std::cout, report, recording);
   if (o.json.empty()) return 0;
   cli::OutputFile out("--json", o.json);

@@ -1,7 +1,11 @@
 #include "app/export/export_command.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <iostream>
 #include <list>
 #include <memory>
@@ -9,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/export/dbc.h"
 #include "app/export/recording_export.h"
@@ -34,7 +39,7 @@ struct Options {
   std::vector<std::string> recordings;  ///< The parts of one.
   std::string machine;
   std::array<std::string, kMachineOutputs.size()> targets;  ///< Empty: not asked for.
-  std::string csv, side, hdf5, candump;
+  std::string csv, side, hdf5, candump, pictures;
   std::optional<double> from_s, to_s;
 };
 
@@ -45,7 +50,7 @@ bool wants_machine(const Options& o) {
 }
 
 bool wants_recording(const Options& o) {
-  return !o.csv.empty() || !o.hdf5.empty() || !o.candump.empty();
+  return !o.csv.empty() || !o.hdf5.empty() || !o.candump.empty() || !o.pictures.empty();
 }
 
 void check_places(const Options& o, const std::string& machine_file) {
@@ -62,9 +67,10 @@ void check_places(const Options& o, const std::string& machine_file) {
 void check(const Options& o) {
   if (!wants_machine(o) && !wants_recording(o))
     throw InputError(
-        "nothing to write: give --csv, --hdf5, --candump, --urdf or --dbc, each with FILE (see knuckle export --help)");
+        "nothing to write: give --csv, --hdf5, --candump, --urdf or --dbc, each with FILE, or --pictures FOLDER (see "
+        "knuckle export --help)");
   const std::array needs_recording{std::pair{"--csv", &o.csv}, std::pair{"--hdf5", &o.hdf5},
-                                   std::pair{"--candump", &o.candump}};
+                                   std::pair{"--candump", &o.candump}, std::pair{"--pictures", &o.pictures}};
   for (const auto& [option, target] : needs_recording) {
     if (!target->empty() && o.recordings.empty()) cli::refuse_option(option, *target, "needs a recording (.mcap)");
   }
@@ -77,10 +83,12 @@ void check(const Options& o) {
     cli::refuse_option("--side", o.side, "must be machine or operator");
   for (const auto& [option, given] : {std::pair{"--from", o.from_s}, std::pair{"--to", o.to_s}}) {
     constexpr double kLongest_s = 1e9;
-    if (given && !wants_recording(o)) cli::refuse_option(option, "", "only goes with --csv, --hdf5 or --candump");
+    if (given && !wants_recording(o))
+      cli::refuse_option(option, "", "only goes with --csv, --hdf5, --candump or --pictures");
     cli::check_range(option, given, 0, kLongest_s, " s");
   }
   if (o.from_s && o.to_s && *o.from_s > *o.to_s) cli::refuse_option("--to", "", "must not be before --from");
+  if (!o.pictures.empty()) cli::check_folder("--pictures", o.pictures);
   if (cli::is_standard_output(o.hdf5))
     cli::refuse_option("--hdf5", o.hdf5, "must be a file: HDF5 is not written in one stream");
 }
@@ -111,14 +119,29 @@ MachineDescription machine_of(const recording::Recording& recording) {
   return parse_machine(text, recording.source() + ": " + recording::kMachineFile);
 }
 
-void write_recording(const Options& o, recording::Recording& recording, Files& files) {
+/// Complete or not there, each by itself: there may be thousands.
+void write_picture(const std::string& folder, const recording::CameraPicture& picture) {
+  std::string camera = picture.camera;  // of a foreign file: it must lead nowhere else
+  std::replace_if(
+      camera.begin(), camera.end(), [](unsigned char c) { return std::isalnum(c) == 0 && c != '-'; }, '_');
+  const std::string name = fmt::format("{}_{:010.3f}.jpg", camera, to_seconds(picture.at));
+  cli::OutputFile file("--pictures", folder + '/' + name);
+  file.stream().write(reinterpret_cast<const char*>(picture.jpeg.data()), std::ssize(picture.jpeg));
+  file.commit();
+}
+
+void write_recording(const Options& o, recording::Recording& recording, const cli::InterruptGuard& interrupt,
+                     Files& files) {
   RecordingOutputs outputs;
+  outputs.check = [&interrupt] { interrupt.check(); };
   if (!o.csv.empty()) {
     outputs.side = side_of(o, recording);
     outputs.csv = &files.emplace_back("--csv", o.csv).stream();
   }
   if (!o.hdf5.empty()) outputs.hdf5 = &files.emplace_back("--hdf5", o.hdf5);
   if (!o.candump.empty()) outputs.candump = &files.emplace_back("--candump", o.candump).stream();
+  if (!o.pictures.empty())
+    outputs.picture = [&o](const recording::CameraPicture& picture) { write_picture(o.pictures, picture); };
   if (o.from_s) outputs.from = Time(from_seconds(*o.from_s));
   if (o.to_s) outputs.to = Time(from_seconds(*o.to_s));
   export_recording(recording, outputs);
@@ -127,6 +150,7 @@ void write_recording(const Options& o, recording::Recording& recording, Files& f
 
 int run(const Options& o) {
   check(o);
+  const cli::InterruptGuard interrupt;
   const std::string machine_file = o.machine.empty() ? "" : find_config("machine", o.machine);
   check_places(o, machine_file);
   Files files;  // all written before the first is put in place
@@ -135,7 +159,7 @@ int run(const Options& o) {
   } else {
     recording::Recording recording(o.recordings);
     if (wants_machine(o)) write_machine(o, machine_of(recording), files);
-    if (wants_recording(o)) write_recording(o, recording, files);
+    if (wants_recording(o)) write_recording(o, recording, interrupt, files);
   }
   for (cli::OutputFile& file : files) file.commit();
   return 0;
@@ -149,7 +173,10 @@ void add_options(CLI::App& command, Options& o) {
   command.add_option("--hdf5", o.hdf5, "The recorded states of both sides, events and files as HDF5");
   command.add_option("--candump", o.candump,
                      "The recorded CAN frames of both directions in candump log format (- = standard output)");
-  command.add_option("--from", o.from_s, "Only steps, events and frames from here on, in seconds of the recording");
+  command.add_option("--pictures", o.pictures,
+                     "Folder for the recorded pictures of cameras: CAMERA_SECONDS.jpg, by the recording's time");
+  command.add_option("--from", o.from_s,
+                     "Only steps, events, frames and pictures from here on, in seconds of the recording");
   command.add_option("--to", o.to_s, "Only those up to here");
   for (std::size_t i = 0; i < kMachineOutputs.size(); ++i) {
     command.add_option(kMachineOutputs[i].option, o.targets[i],

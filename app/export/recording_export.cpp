@@ -111,9 +111,10 @@ void export_recording(recording::Recording& recording, const RecordingOutputs& o
   StateOutputs<slave::SlaveState> machine(machine_table ? outputs.csv : nullptr, datasets, "/machine");
   StateOutputs<master::MasterState> operators(machine_table ? nullptr : outputs.csv, datasets, "/operator");
   std::vector<recording::Event> events;
-  std::size_t frames = 0;
+  std::size_t frames = 0, pictures = 0;
   recording.seek(outputs.from);
   while (const auto entry = recording.next()) {
+    if (outputs.check) outputs.check();
     if (entry->at > outputs.to) continue;  // the sides follow each other in chunks: others may be earlier
     switch (entry->topic) {
       case Topic::kMachineState:
@@ -129,6 +130,13 @@ void export_recording(recording::Recording& recording, const RecordingOutputs& o
         if (auto event = recording::decode_log(entry->data, recording.head().started_unix_ns))
           events.push_back(std::move(*event));
         break;
+      case Topic::kCameraPictures:
+        if (!outputs.picture) break;
+        if (const auto picture = recording::decode_camera_picture(entry->data, recording.head().started_unix_ns)) {
+          outputs.picture(*picture);
+          ++pictures;
+        }
+        break;
       default:
         break;
     }
@@ -138,6 +146,7 @@ void export_recording(recording::Recording& recording, const RecordingOutputs& o
     nothing(recording, outputs, "--csv", std::string("step of the ") + recording::name(outputs.side) + "'s side");
   if (hdf5 && !machine.any() && !operators.any()) nothing(recording, outputs, "--hdf5", "step");
   if (outputs.candump != nullptr && frames == 0) nothing(recording, outputs, "--candump", "CAN frame");
+  if (outputs.picture && pictures == 0) nothing(recording, outputs, "--pictures", "picture of a camera");
   if (!hdf5) return;
   write_head(*hdf5, recording.head());
   write_events(*hdf5, events);

@@ -7,6 +7,7 @@
 
 #include "app/cli/output_file.h"
 #include "core/time.h"
+#include "recording/camera_picture.h"
 #include "recording/recording.h"
 #include "recording/replay.h"
 
@@ -16,8 +17,10 @@ struct RecordingOutputs {
   std::ostream* csv = nullptr;  ///< A row a step of this side.
   recording::Side side{};
   cli::OutputFile* hdf5 = nullptr;
-  std::ostream* candump = nullptr;  ///< The frames that crossed, in candump's log format.
-  Time from{}, to = Time::max();    ///< Steps and events within, both ends included.
+  std::function<void(const recording::CameraPicture&)> picture;  ///< Called for each, in their order.
+  std::ostream* candump = nullptr;                               ///< The frames that crossed, in candump's log format.
+  std::function<void()> check;                                   ///< Called all the time; may throw to end it.
+  Time from{}, to = Time::max();                                 ///< Steps and events within, both ends included.
 };
 
 /// Reads the recording to its end. Null outputs are not written.

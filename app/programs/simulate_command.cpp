@@ -295,6 +295,7 @@ int simulate_command(
   commit(outputs.report);
   // Standard output belongs to whatever was sent there.
   (uses_standard_output(options) ? std::cerr : std::cout) << report::summary_text(judged, options.report);
+  if (!session.log.problem.empty()) throw InputError("--log " + options.log + ": " + session.log.problem);
   return judged.passed ? 0 : 1;
 }
 

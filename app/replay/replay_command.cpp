@@ -45,8 +45,7 @@ int run(const Options& o) {
   change(setup, {o.with, o.control});
   const recording::ReplayResult result = recording::replay(recording, setup);
   for (const std::string& damage : recording.damages()) std::cerr << "knuckle replay: " << damage << '\n';
-  if (!recording.complete())
-    std::cerr << "knuckle replay: " << recording.source() << ": has no end: its program was killed\n";
+  if (!recording.complete()) std::cerr << "knuckle replay: " << recording.unfinished() << '\n';
   for (std::size_t i = 0; i < result.sides.size(); ++i) {
     const recording::SideResult& side = result.sides[i];
     if (!side.recorded) continue;

@@ -130,6 +130,10 @@ bool FileWriter::close() {
   return written && closed;
 }
 
+void FileWriter::abandon() {
+  if (is_open()) ::close(std::exchange(file_, -1));
+}
+
 /// Data End, summary and footer.
 Bytes FileWriter::ending() const {
   Bytes end;

@@ -31,6 +31,8 @@ class FileWriter {
   /// Writes the summary, for readers that want to find things quickly; the file is closed in any case. Nothing where
   /// none is open.
   bool close();
+  /// Closes the file as it is, without a summary: readers see that it was not finished.
+  void abandon();
 
   /// Written so far, of this file or of the last.
   [[nodiscard]] std::uint64_t bytes() const noexcept { return bytes_; }

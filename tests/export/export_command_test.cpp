@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "recording/recorder.h"
 #include "tests/export/machines.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
@@ -41,10 +42,30 @@ TEST(ExportCommand, WritesWhatIsAskedFor) {
 }
 
 TEST(ExportCommand, NeedsAMachineAndAnOutput) {
-  expect_refused(run_export({"--machine", "solar015"}),
-                 "nothing to write: give --csv, --hdf5, --candump, --urdf or --dbc, each with FILE (see knuckle export "
-                 "--help)");
+  expect_refused(
+      run_export({"--machine", "solar015"}),
+      "nothing to write: give --csv, --hdf5, --candump, --urdf or --dbc, each with FILE, or --pictures FOLDER "
+      "(see knuckle export --help)");
   expect_refused(run_export({"--urdf", "-"}), "--urdf and --dbc need --machine NAME or a recording (.mcap)");
+}
+
+TEST(ExportCommand, WritesEachRecordedPictureIntoItsFolderAndNowhereElse) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("session.mcap"), into = folder.file("new/pictures");
+  {
+    recording::RecorderOptions how;
+    how.file = file;
+    recording::Recorder recorder(how, {}, load_machine(test::machine_file("solar015")));
+    recorder.camera(recording::CameraPicture{Time(12'345ms), "mast", {1, 2, 3}});
+    recorder.camera(recording::CameraPicture{Time(13s), "../../x", {4}});
+  }
+  const ProgramRun run = run_export({file, "--pictures", into});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(content(into + "/mast_000012.345.jpg"), "\1\2\3");
+  EXPECT_EQ(content(into + "/______x_000013.000.jpg"), "\4");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(into), {}), 2);
+  EXPECT_EQ(run_export({file, "--pictures", into, "--from", "14"}).err,
+            "knuckle: --pictures: " + file + " has no picture of a camera between 14 s and its end\n");
 }
 
 TEST(ExportCommand, OverwritesNoInputAndNoOtherOutput) {

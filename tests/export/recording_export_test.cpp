@@ -1,4 +1,6 @@
 // What `knuckle export` makes of a recording, held against what is in the recording.
+#include "app/export/recording_export.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/interrupt.h"
 #include "app/export/state_fields.h"
 #include "app/recordings/recording_reader.h"
 #include "machine/load.h"
@@ -322,6 +325,24 @@ void expect_refused(const std::vector<std::string>& arguments, const std::string
   EXPECT_EQ(run.err, "knuckle: " + line + "\n");
 }
 
+TEST(RecordingExport, AnInterruptLeavesNothing) {
+  recording::Recording recording({recorded_session().recording});
+  const TemporaryFolder folder;
+  {
+    cli::OutputFile hdf5("--hdf5", folder.file("a.h5")), csv("--csv", folder.file("a.csv"));
+    int entries = 0;
+    RecordingOutputs outputs;
+    outputs.csv = &csv.stream();
+    outputs.hdf5 = &hdf5;
+    outputs.side = recording::Side::kMachine;
+    outputs.check = [&entries] {
+      if (++entries > 500) throw cli::Interrupted();
+    };
+    EXPECT_THROW(export_recording(recording, outputs), cli::Interrupted);
+  }
+  EXPECT_EQ(folder.count(), 0);
+}
+
 TEST(RecordingExport, RefusesWhatCannotBeMeant) {
   const std::string& file = recorded_session().recording;
   const TemporaryFolder folder;
@@ -333,7 +354,7 @@ TEST(RecordingExport, RefusesWhatCannotBeMeant) {
   expect_refused({file, "--machine", "solar015", "--urdf", out},
                  "--machine solar015: does not go with a recording, which has its own");
   expect_refused({file, "--hdf5", "-"}, "--hdf5 -: must be a file: HDF5 is not written in one stream");
-  expect_refused({file, "--urdf", out, "--from", "1"}, "--from: only goes with --csv, --hdf5 or --candump");
+  expect_refused({file, "--urdf", out, "--from", "1"}, "--from: only goes with --csv, --hdf5, --candump or --pictures");
   expect_refused({file, "--candump", out, "--from", "2", "--to", "1"}, "--to: must not be before --from");
   expect_refused({file, "--candump", file}, "--candump " + file + ": already taken by the recording");
   expect_refused({file, "--candump", out, "--from", "50"},

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 #include <random>
+#include <set>
 
 #include "app/session/session_digest.h"
 #include "core/error.h"
@@ -183,9 +184,37 @@ TEST(Recorder, FullDiskEndsTheRecordingAndNothingElse) {
   ASSERT_EQ(parts.size(), 1u);
   Recording recording(parts);
   std::uint64_t entries = 0;
-  while (recording.next()) ++entries;
+  std::string last_event;
+  while (const auto entry = recording.next()) {
+    ++entries;
+    if (entry->topic == recording::Topic::kEvents) last_event = recording::decode_log(entry->data, 0).value().text;
+  }
   EXPECT_GT(entries, 5000u);
   EXPECT_TRUE(recording.damages().empty());
+  EXPECT_FALSE(recording.complete()) << "what is missing is not taken for nothing";
+  EXPECT_EQ(last_event, "the recording has ended: No space left on device");
+}
+
+TEST(Recorder, FlightRecordThatTheDiskCutOffIsNotTakenForAWholeOne) {
+  SmallDisk disk(1'500'000);
+  if (!disk.mounted()) GTEST_SKIP() << "may not mount";
+  RecorderOptions how = into(disk.path());
+  how.keep = false;
+  how.least_free_bytes = 0;
+  const RecorderStatus status = record(short_session("bus_faults", 20), how);
+  EXPECT_TRUE(status.flights.empty());
+  ASSERT_FALSE(status.notices.empty());
+  EXPECT_NE(status.notices[0].find("could not be written: No space left on device"), std::string::npos)
+      << status.notices[0];
+  const std::set<std::string> different(status.notices.begin(), status.notices.end());
+  EXPECT_EQ(different.size(), status.notices.size()) << "nothing is said twice";
+  const auto files = paths_in(disk.path(), true);
+  ASSERT_FALSE(files.empty());
+  Recording recording({files.front()});
+  while (recording.next()) {
+  }
+  EXPECT_FALSE(recording.complete());
+  EXPECT_NE(recording.unfinished().find("the disk refused the rest"), std::string::npos);
 }
 
 TEST(Recorder, StopsBeforeTheDiskIsFullAndDeletesNothingOfAProgramThatRuns) {

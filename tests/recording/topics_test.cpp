@@ -7,6 +7,8 @@
 #include <set>
 
 #include "machine/load.h"
+#include "recording/camera_picture.h"
+#include "recording/foxglove_schemas.h"
 #include "recording/mcap/reader.h"
 #include "tests/recording/recorded_session.h"
 #include "tests/recording/ros2_message.h"
@@ -104,6 +106,38 @@ TEST(Topics, StampsOfCamerasAreReadAsTheyWereWritten) {
                         again.number("age_s")};
   EXPECT_EQ(read, (std::array{1.5e9, 12.0, 2.0, 1.0, 9e12, 1.48e9, 0.02}));
   EXPECT_FALSE(file.next());
+}
+
+TEST(Topics, PicturesOfCamerasAreReadAsTheyWereWritten) {
+  test::TemporaryFolder folder;
+  RecorderOptions how;
+  how.file = folder.file("camera.mcap");
+  const CameraPicture picture{Time(1500ms), "mast", {0xff, 0xd8, 0, 7, 0xff, 0xd9}};
+  Head head;
+  head.program = "knuckle console";
+  head.started_unix_ns = 1'700'000'000'250'000'000;
+  {
+    Recorder recorder(how, head, load_machine(test::source_dir() + "/config/machines/solar015.toml"));
+    recorder.camera(picture);
+  }
+  Recording file({how.file});
+  const auto entry = file.next();
+  ASSERT_TRUE(entry);
+  EXPECT_EQ(entry->topic, Topic::kCameraPictures);
+  EXPECT_EQ(entry->at, picture.at);
+  const test::Ros2Schema schema(foxglove_schema(kPictureSchemaName));
+  const test::Ros2Message again(schema, entry->data);
+  EXPECT_EQ(again.text("frame_id"), "mast");
+  EXPECT_EQ(again.text("format"), "jpeg");
+  EXPECT_EQ(again.number("timestamp.sec"), 1'700'000'001);
+  EXPECT_EQ(again.number("timestamp.nanosec"), 750'000'000);
+  const auto decoded = decode_camera_picture(entry->data, head.started_unix_ns);
+  ASSERT_TRUE(decoded);
+  EXPECT_EQ(decoded->at, picture.at);
+  EXPECT_EQ(decoded->camera, picture.camera);
+  EXPECT_EQ(decoded->jpeg, picture.jpeg);
+  for (std::size_t size = 0; size < entry->data.size(); ++size)
+    EXPECT_FALSE(decode_camera_picture(std::span(entry->data).first(size), 0)) << size;
 }
 
 }  // namespace

@@ -259,7 +259,7 @@ Played load(const std::vector<std::string>& files) {
   played.run = Run(reader.take_data());
   played.notes = recording.damages();
   if (const std::string said = reader.complaint(); !said.empty()) played.notes.push_back(played.file + ": " + said);
-  if (!recording.complete()) played.notes.push_back(played.file + ": has no end: its program was killed");
+  if (!recording.complete()) played.notes.push_back(recording.unfinished());
   if (played.run.empty()) {
     const std::string why = played.notes.empty() ? "" : " (" + played.notes.front() + ")";
     throw InputError(played.file + ": holds no step of a loop: there is nothing to play" + why);

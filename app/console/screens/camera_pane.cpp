@@ -67,11 +67,11 @@ void CameraPane::add(CameraFeed feed) {
 bool CameraPane::watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events) {
   bool came = false;
   std::vector<CameraWatch::News> news;
-  stamps_.clear();
+  taken_.clear();
   for (Camera& camera : cameras_) {
     const std::unique_ptr<video::Frame> frame = camera.watch.watch(now, news);
     if (!frame) continue;
-    stamps_.push_back(stamp_of(camera.watch, *frame, now, view.now + from_seconds(view_age_s)));
+    taken_.push_back({stamp_of(camera.watch, *frame, now, view.now + from_seconds(view_age_s)), *frame});
     if (!camera.video) camera.video = std::make_unique<picture::VideoView>();
     camera.video->upload(*frame);
     came = true;

@@ -33,8 +33,12 @@ class CameraPane {
   /// Once a frame: takes the newest pictures in, and notes what has happened. OpenGL's context is current.
   /// @param now video::now(). @param view_age_s how much earlier the view was made. @return whether a picture has come.
   bool watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events);
-  /// Of the pictures that the last watch() took in.
-  [[nodiscard]] const std::vector<recording::CameraStamp>& stamps() const noexcept { return stamps_; }
+  struct Taken {
+    recording::CameraStamp stamp;
+    video::Frame frame;
+  };
+  /// What the last watch() took in.
+  [[nodiscard]] const std::vector<Taken>& taken() const noexcept { return taken_; }
   /// The key: each camera in turn fills the pane, then the machine.
   void next();
 
@@ -74,7 +78,7 @@ class CameraPane {
                    const widgets::Area& small);
 
   std::vector<Camera> cameras_;
-  std::vector<recording::CameraStamp> stamps_;
+  std::vector<Taken> taken_;
   std::size_t shown_ = 0;  ///< The camera that is shown, large or small.
   bool machine_large_ = false;
   std::optional<CameraAlign> align_;  ///< Of the camera that is shown.

@@ -206,6 +206,7 @@ int run(const ConsoleOptions& o) {
     window.make_sounds(o.mute);
   else
     window.hold_steady();
+  run.pictures_per_s = o.pictures_per_s.value_or(0);
   run.candump = &candump;
   ConsoleOutcome outcome = run_console(window, *loops.host, run);
   if (loops.link) loops.link->close();  // the host has ended its loop

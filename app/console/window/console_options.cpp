@@ -74,7 +74,7 @@ void check_window(const ConsoleOptions& o) {
 
 /// What is played takes everything from its files, and leads nothing.
 void check_replay(const ConsoleOptions& o) {
-  const std::array<std::pair<const char*, bool>, 21> in_vain{{{"--simulate", o.simulate},
+  const std::array<std::pair<const char*, bool>, 22> in_vain{{{"--simulate", o.simulate},
                                                               {"--connect", !o.link.address.empty()},
                                                               {"--dial", !o.link.dial.rendezvous.empty()},
                                                               {"--insecure", o.link.insecure > 0},
@@ -94,7 +94,8 @@ void check_replay(const ConsoleOptions& o) {
                                                               {"--candump", !o.candump.empty()},
                                                               {"--json", !o.json.empty()},
                                                               {"--log", !o.log.folder.empty()},
-                                                              {"--no-log", o.log.off}}};
+                                                              {"--no-log", o.log.off},
+                                                              {"--log-pictures", o.pictures_per_s.has_value()}}};
   for (const auto& [option, given] : in_vain)
     if (given) cli::refuse_option(option, "", "does not go with --replay");
   if (o.changes.any() && !o.beside.empty())
@@ -105,6 +106,15 @@ void check_replay(const ConsoleOptions& o) {
   for (const std::string& file : o.changes.with) places.configuration("--with", file);
   for (const std::string& file : o.beside) places.input("--beside", file);
   places.output("--screenshot", o.screenshot);
+}
+
+void check_pictures(const ConsoleOptions& o) {
+  if (!o.pictures_per_s) return;
+  cli::check_range("--log-pictures", o.pictures_per_s, 0.1, 30, " pictures a second");
+  if (o.cameras.empty()) cli::refuse_option("--log-pictures", "", "needs --camera");
+  if (o.log.off) cli::refuse_option("--log-pictures", "", "does not go with --no-log");
+  if (!o.real() && o.log.folder.empty())
+    cli::refuse_option("--log-pictures", "", "needs --log FOLDER: a simulated session is not recorded without");
 }
 
 void check_cameras(const ConsoleOptions& o) {
@@ -171,6 +181,9 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_flag("--demo", o.demo, "Let the scenario's operator lead the machine");
   c.add_option("--candump", o.candump, "Write every frame of the simulated bus in candump log format");
   recordings::add_log_options(c, o.log);
+  c.add_option(
+      "--log-pictures", o.pictures_per_s,
+      "Record so many pictures a second of each camera, too, as JPEG, 0.1 to 30 (default: their stamps alone)");
   c.add_option("--size", o.size, "Size of the window in pixels, WxH, from 1280x720 to 8192x8192")
       ->capture_default_str();
   c.add_option("--scale", o.scale,
@@ -225,6 +238,7 @@ void check(const ConsoleOptions& o) {
   check_device(o);
   check_cameras(o);
   recordings::check_log(o.log);
+  check_pictures(o);
   check_window(o);
   cli::check_range("--at", o.at_s, 0, 600, " s");
   cli::check_range("--delay-ms", o.session.delay_ms, 0, session::kLongestDelay_ms, " ms");

@@ -32,6 +32,7 @@ struct ConsoleOptions {
   std::string device = "keyboard", serial, candump;
   std::vector<std::string> cameras;  ///< NAME=SOURCE each; the source may be programs::kSimulatedCamera.
   std::optional<double> duration_s, at_s;
+  std::optional<double> pictures_per_s;  ///< Of each camera, into the recording.
   double scale = 1;
   std::string size = "1280x800", screen = "operate", screenshot, json;
 

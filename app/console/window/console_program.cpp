@@ -6,6 +6,7 @@
 #include <chrono>
 #include <ctime>
 
+#include "app/console/picture_log.h"
 #include "core/error.h"
 
 namespace knuckle::console::window {
@@ -123,9 +124,21 @@ void show_session(screens::UiState& state, const ConsoleHost& host) {
   state.running = choice;
 }
 
+void take_pictures(const screens::CameraPane& cameras, ConsoleHost& host, EventBook& events, PictureLog& pictures) {
+  const ConsoleView& view = host.view();
+  for (const screens::CameraPane::Taken& taken : cameras.taken()) {
+    host.log().note(view.run, taken.stamp);
+    pictures.show(view.run, taken.stamp, taken.frame);
+  }
+  for (const PictureLog::Made& made : pictures.made()) host.log().note(made.run, made.picture);
+  for (const std::string& problem : pictures.problems())
+    events.add(view.now, view.run, Severity::kWarning, "camera", problem);
+}
+
 ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const ConsoleRun& run) {
   constexpr double kWarmUp_s = 1;  // textures, shaders and buffers find their sizes
   EventBook events;
+  PictureLog pictures(run.pictures_per_s);
   ConsoleOutcome outcome;
   if (host.session()) window.show_world(host.session()->scenario.world);
   std::uint64_t recorded = 0;
@@ -158,7 +171,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
     }
     window.show_recording(host.log().light());
     window.frame(view, health, events, picture_only ? 0 : host.view_age_s());
-    for (const recording::CameraStamp& stamp : window.cameras().stamps()) host.log().note(view.run, stamp);
+    take_pictures(window.cameras(), host, events, pictures);
     take_bookmarks(host, view, events, bookmarks, window.state().bookmarks);
     if (last && warm) outcome.heap_growth_bytes = heap_bytes() - heap_before;
     if (last && !run.screenshot.empty()) window.write_png(run.screenshot);

@@ -22,6 +22,7 @@ struct ConsoleRun {
   double duration_s = 1e9;  ///< Of running in real time.
   std::string screenshot;   ///< The last frame goes there; the window closes then. Empty: none.
   std::optional<session::SimulateOptions> simulated;  ///< What restarted sessions start from.
+  double pictures_per_s = 0;                          ///< Of each camera, into the recording; 0: none.
   programs::AskedOutput* candump = nullptr;           ///< That the host writes to, if it does.
 };
 
