@@ -147,8 +147,9 @@ struct PairingDialogueThreads : PairedProgramsThreads {
   ProgramRun machine, desk;
   [[nodiscard]] std::vector<std::string> side(const std::string& typed, const std::string& computer,
                                               const std::string& options) const {
-    return {"-c",
-            "printf '" + typed + "' | " + test::program("knuckle") + " pair --keys " + keys(computer) + " " + options};
+    // No pipe: a program behind one would go on where the test ends it.
+    return {"-c", "typed=$(mktemp -p " + temporary.path().string() + "); printf '" + typed + "' > $typed; exec " +
+                      test::program("knuckle") + " pair --keys " + keys(computer) + " " + options + " < $typed"};
   }
   void type(const std::string& at_machine, const std::string& at_desk, const std::string& options = "",
             const std::string& keys_of_desk = "desk 1") {
