@@ -5,7 +5,7 @@
 
 #include "app/console/console_view.h"
 #include "app/console/link_watch.h"
-#include "app/console/player/run.h"
+#include "app/console/player/run_data.h"
 
 namespace knuckle::console::player {
 

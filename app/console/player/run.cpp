@@ -2,66 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "app/console/player/link_feed.h"
 #include "app/console/player/rows.h"
-#include "estimation/force_estimator.h"
 #include "slave/loss_policy.h"
 
 namespace knuckle::console::player {
 namespace {
 
-constexpr Duration kGap = 100ms;            // many steps of either loop
-constexpr Duration kSilent = 250ms;         // of the link: from then on the console shows nothing of the machine as new
-constexpr Duration kLinkWindow = 11s;       // what LinkWatch looks back, and a little
-constexpr Time kStamped = Time(24h * 400);  // any time that is later than every age of a sensor
-
-template <std::size_t kSize, typename Vector>
-std::array<float, kSize> floats(const Vector& v) {
-  std::array<float, kSize> all{};
-  for (std::size_t i = 0; i < kSize; ++i) all[i] = static_cast<float>(v.data()[i]);
-  return all;
-}
-JointVector joints(const std::array<float, 3>& v) {
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
-}
-
-bool same(const Reason& a, const Reason& b) {
-  return same_cause(a, b) && a.value == b.value && a.limit == b.limit;
-}
-bool same_number(double a, double b) {
-  return a == b || (std::isnan(a) && std::isnan(b));
-}
-bool same(const HandStanding& a, const HandStanding& b) {
-  return a.heard == b.heard && a.presence == b.presence && a.enable == b.enable && a.clutch == b.clutch &&
-         a.stop == b.stop && same(a.device, b.device) && same(a.warning, b.warning) &&
-         same_number(a.position_scale, b.position_scale) && same_number(a.force_scale, b.force_scale) &&
-         a.assist.force_limit_N == b.assist.force_limit_N && a.assist.stop_on_object == b.assist.stop_on_object;
-}
-
-/// A scale of 0 was never chosen.
-double chosen(double scale, double otherwise) {
-  return scale > 0 ? scale : otherwise;
-}
-
-void put(const SlaveMessage& told, MachineStep& step) {
-  step.sequence = told.stamp.sequence;
-  if (told.sensor_at != kNever)
-    step.sensor_age_s = static_cast<float>(std::max(0.0, to_seconds(told.stamp.sent_at - told.sensor_at)));
-  step.blocking = told.blocking;
-  step.fault = told.fault;
-  step.limits = told.limits;
-  step.mode = told.mode;
-  step.contact = told.contact;
-  step.confidence = static_cast<float>(told.confidence);
-  step.joint_rad = floats<3>(told.position_rad);
-  step.joint_radps = floats<3>(told.velocity_radps);
-  step.tip_force_N = floats<2>(told.tip_force_N);
-  step.covariance_N2 = floats<3>(told.covariance_N2);
-  step.pressure_Pa = floats<6>(told.pressure_Pa);
-  step.payload_kg = static_cast<float>(told.payload_kg);
-  step.payload_sigma_kg = static_cast<float>(told.payload_sigma_kg);
-}
+constexpr Duration kGap = 100ms;       // many steps of either loop
+constexpr Duration kSilent = 250ms;    // of the link: from then on the console shows nothing of the machine as new
+constexpr Duration kLinkWindow = 11s;  // what LinkWatch looks back, and a little
 
 /// In which no number is one but the machine's pose, for the picture.
 ConsoleView unknown_view() {
@@ -84,120 +37,7 @@ ConsoleView unknown_view() {
   return v;
 }
 
-/// What a state knows of the message that was made of it.
-SlaveMessage message_of(const slave::SlaveState& state, std::uint32_t sequence) {
-  SlaveMessage told;
-  told.stamp.sequence = sequence;
-  told.stamp.sent_at = state.at;
-  told.sensor_at = state.measured ? state.at - from_seconds(state.oldest_age_s) : kNever;
-  told.mode = state.mode;
-  told.blocking = state.blocking;
-  told.fault = state.fault;
-  told.limits = state.limits;
-  told.contact = state.contact;
-  told.confidence = state.confidence;
-  told.position_rad = state.joint_rad;
-  told.velocity_radps = state.joint_radps;
-  told.tip_force_N = state.tip_force_N;
-  told.covariance_N2 = state.covariance_N2;
-  told.pressure_Pa = state.pressure_Pa;
-  told.payload_kg = state.payload_kg;
-  told.payload_sigma_kg = state.payload_sigma_kg;
-  return told;
-}
-
 }  // namespace
-
-void RunData::add(HandStep step, const HandStanding& standing) {
-  if (standings.empty() || !same(standings.back(), standing)) standings.push_back(standing);
-  step.standing = static_cast<std::uint32_t>(standings.size() - 1);
-  hand.push_back(step);
-}
-
-void RunData::add(const master::MasterState& state) {
-  if (!hand.empty() && state.at <= hand.back().at) return;
-  HandStep step;
-  step.at = state.at;
-  step.set_point_rad = floats<3>(state.setpoint_rad);
-  step.sent_force_N = floats<2>(state.sent_force_N);
-  step.hand_energy_J = static_cast<float>(state.energy_out_J - state.energy_in_J);
-  step.round_trip_s = static_cast<float>(state.round_trip_s);
-  step.silence_s = static_cast<float>(state.silence_s);
-  add(step, {.heard = state.heard,
-             .presence = state.presence,
-             .enable = state.enable,
-             .clutch = state.clutch,
-             .stop = state.stop,
-             .device = state.other_machine ? state.other_machine : state.device,
-             .warning = state.warning,
-             .position_scale = chosen(state.settings.position_scale, position_scale),
-             .force_scale = chosen(state.settings.force_scale, force_scale),
-             .assist = state.settings.assist});
-}
-
-void RunData::add(const slave::SlaveState& state, const SlaveMessage* told) {
-  if (!machine.empty() && state.at <= machine.back().at) return;
-  MachineStep step;
-  step.at = state.at;
-  const std::uint32_t next = machine.empty() ? 0 : machine.back().sequence + 1;
-  put(told != nullptr ? *told : message_of(state, next), step);
-  // An imported table may have lengths that no joint angle gives.
-  for (std::size_t j = 0; j < step.joint_rad.size(); ++j)
-    if (!std::isfinite(step.joint_rad[j])) step.joint_rad[j] = machine.empty() ? 0 : machine.back().joint_rad[j];
-  step.command = floats<3>(state.valve_command);
-  step.spool = floats<3>(state.spool);
-  step.pilot_on = state.pilot_on;
-  // As the status has it: a force told with no confidence at all rests on no usable sensors.
-  step.force_doubts = state.confidence > 0 ? state.confidence_reasons : std::uint8_t{estimation::kBadInput};
-  machine.push_back(step);
-  if (operator_side) return;
-  // Of the operator's side this one knows what it has received.
-  HandStep hand_step;
-  hand_step.at = state.at;
-  if (state.heard) hand_step.set_point_rad = floats<3>(state.setpoint_rad);
-  hand_step.round_trip_s = state.heard ? static_cast<float>(state.round_trip_s) : kUnknown;
-  hand_step.silence_s = 0;
-  HandStanding standing;
-  standing.heard = true;
-  if (state.heard) {
-    standing.presence = state.presence;
-    standing.enable = state.enable;
-    standing.clutch = state.clutch;
-    standing.stop = state.stop;
-    if (!state.device_ok) standing.device = state.device;
-    standing.assist = {state.assist_force_limit_N, state.assist_stop_on_object};
-  }
-  add(hand_step, standing);
-}
-
-void RunData::add(Time arrived, const SlaveMessage& message) {
-  MachineStep step;
-  step.at = arrived;
-  put(message, step);
-  machine.push_back(step);
-}
-
-SlaveMessage message_of(const MachineStep& step) {
-  SlaveMessage told;
-  told.stamp.sequence = step.sequence;
-  told.stamp.sent_at = kStamped;
-  told.sensor_at =
-      std::isnan(step.sensor_age_s) ? kNever : kStamped - from_seconds(static_cast<double>(step.sensor_age_s));
-  told.blocking = step.blocking;
-  told.fault = step.fault;
-  told.limits = step.limits;
-  told.mode = step.mode;
-  told.contact = step.contact;
-  told.confidence = static_cast<double>(step.confidence);
-  told.position_rad = joints(step.joint_rad);
-  told.velocity_radps = joints(step.joint_radps);
-  told.tip_force_N = {static_cast<double>(step.tip_force_N[0]), static_cast<double>(step.tip_force_N[1])};
-  std::copy(step.covariance_N2.begin(), step.covariance_N2.end(), told.covariance_N2.begin());
-  std::copy(step.pressure_Pa.begin(), step.pressure_Pa.end(), told.pressure_Pa.begin());
-  told.payload_kg = static_cast<double>(step.payload_kg);
-  told.payload_sigma_kg = static_cast<double>(step.payload_sigma_kg);
-  return told;
-}
 
 Run::Run(RunData data) : data_(std::move(data)) {
   data_.hand.shrink_to_fit();  // what is held for as long as it is played

@@ -1,114 +1,14 @@
-// One run of a session as the player holds it: recorded, or its loops run again. All of it is decoded into a few
-// compact rows (about 95 kB a second with both sides), so that any time is found at once and no file is read while
-// it plays. NaN: not recorded.
+// One run of a session as the player shows it: what was known at any time of it, found at once.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <limits>
 #include <optional>
 #include <vector>
 
 #include "app/console/console_view.h"
-#include "core/joints.h"
-#include "core/reason.h"
+#include "app/console/player/run_data.h"
 #include "core/time.h"
-#include "master/master_state.h"
-#include "slave/slave_state.h"
-#include "transport/link_messages.h"
-#include "transport/machine_status.h"
 
 namespace knuckle::console::player {
-
-inline constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
-
-/// What stands for many steps of the operator's side.
-struct HandStanding {
-  bool heard = false, presence = false, enable = false, clutch = false, stop = false;
-  Reason device, warning;
-  double position_scale = static_cast<double>(kUnknown), force_scale = static_cast<double>(kUnknown);
-  AssistSettings assist;
-};
-
-/// The operator's side in one step of a loop that knows of it.
-struct HandStep {
-  Time at{};
-  std::array<float, 3> set_point_rad{kUnknown, kUnknown, kUnknown};
-  std::array<float, 2> sent_force_N{kUnknown, kUnknown};
-  float hand_energy_J = kUnknown, round_trip_s = kUnknown, silence_s = kUnknown;
-  std::uint32_t standing = 0;  ///< Index into RunData::standings.
-};
-
-/// What the machine's side told in one step.
-struct MachineStep {
-  Time at{};  ///< Of its step; where that side is not recorded, of the arrival.
-  std::uint32_t sequence = 0;
-  float sensor_age_s = kUnknown;  ///< Of its newest sensor frame.
-  Reason blocking, fault;
-  std::uint16_t limits = 0;
-  Mode mode = Mode::kOff;
-  bool contact = false;
-  float confidence = 0;
-  std::array<float, 3> joint_rad{};  ///< Of a table's length that no angle gives: the one before it, at first 0.
-  std::array<float, 3> joint_radps{};
-  std::array<float, 2> tip_force_N{};
-  std::array<float, 3> covariance_N2{};
-  std::array<float, 6> pressure_Pa{};
-  float payload_kg = 0, payload_sigma_kg = 0;
-  std::array<float, 3> command{kUnknown, kUnknown, kUnknown}, spool{kUnknown, kUnknown, kUnknown};  ///< [-1, 1]
-  bool pilot_on = false;          ///< As command and spool: where the machine's side is recorded.
-  std::uint8_t force_doubts = 0;  ///< Likewise; estimation::ConfidenceReason bits.
-};
-
-/// From when on a message of the machine's was the newest at the operator's side.
-struct Receipt {
-  Time at{};
-  std::uint32_t sequence = 0;
-};
-/// Every message of the machine's that came in at the operator's side, copies and overtaken ones included.
-struct Arrival {
-  Time at{}, echoed{};  ///< By the operator's clock.
-  std::uint32_t sequence = 0;
-  std::uint64_t session = 0;
-};
-struct StatusRow {
-  Time at{};  ///< Of its arrival; at the machine's side, of its sending.
-  MachineStatus status;
-};
-
-/// Steps between these two are missing.
-struct Gap {
-  Time from{}, to{};
-};
-
-/// Each in the order of its times.
-struct RunData {
-  bool operator_side = false, machine_side = false;  ///< Whose loop's steps are in it.
-  bool sensors_alone = false;                        ///< An imported table: no loop ran.
-  Duration machine_period = 5ms;
-  double position_scale = static_cast<double>(kUnknown);  ///< Of the device's file: in use until another was chosen.
-  double force_scale = static_cast<double>(kUnknown);
-  std::vector<HandStanding> standings;
-  std::vector<HandStep> hand;
-  std::vector<MachineStep> machine;
-  std::vector<Receipt> receipts;
-  std::vector<Arrival> arrivals;
-  std::vector<StatusRow> statuses;
-  std::vector<Gap> operator_holes, machine_holes;  ///< From one step whose wires are recorded to the next, where any of
-                                                   ///< the steps between them has none.
-
-  // What is not later than the one before is left out: rows are searched by their times.
-  void add(const master::MasterState& state);
-  /// @param told in this step; nullptr: nothing that is recorded.
-  void add(const slave::SlaveState& state, const SlaveMessage* told);
-  /// As the operator's side took it, where the machine's side itself is not recorded.
-  void add(Time arrived, const SlaveMessage& message);
-
- private:
-  void add(HandStep step, const HandStanding& standing);
-};
-
-[[nodiscard]] SlaveMessage message_of(const MachineStep& step);
 
 class Run {
  public:

@@ -21,18 +21,20 @@ class LinkLooks {
 
   /// @param link of the run at this time, which is later than that of the call before.
   [[nodiscard]] std::optional<LinkValues> at(Time at, LinkSide link) {
-    const std::optional<Time> from = run_.counted_from(at);
-    if (!from) return std::nullopt;
-    if (!feed_ || *from != from_) {
-      feed_.emplace(run_.data(), *from);
-      gathered_at_ = kNever;
+    if (const auto from = run_.counted_from(at); from != from_) {
+      from_ = from;
+      gathered_ = {};
+      feed_.reset();
+      if (from) feed_.emplace(run_.data(), *from);
     }
-    from_ = *from;
     if (at - gathered_at_ >= kGathered) {
-      feed_->pass(at);
-      feed_->show(gathered_);
       gathered_at_ = at;
+      if (feed_) {
+        feed_->pass(at);
+        feed_->show(gathered_);
+      }
     }
+    if (!feed_) return std::nullopt;
     link.round_trip = gathered_.round_trip;
     link.arrival_jitter = gathered_.arrival_jitter;
     link.loss = gathered_.loss;
@@ -42,7 +44,8 @@ class LinkLooks {
  private:
   const player::Run& run_;
   std::optional<player::LinkFeed> feed_;
-  Time from_{}, gathered_at_ = kNever;
+  std::optional<Time> from_;
+  Time gathered_at_ = kNever;
   LinkSide gathered_;
 };
 

@@ -51,7 +51,7 @@ std::size_t FocusOrder::entered(std::size_t index) const {
   return again < items_.size() ? again : find([&](const Item& item) { return item.window == window; });
 }
 
-void FocusOrder::go(const Item& item) const {
+void FocusOrder::go(const Item& item) {
   ImGui::ClearActiveID();  // ends typing: what was typed stays
   ImGui::FocusWindow(item.window);
   ImGui::SetNavID(item.id, ImGuiNavLayer_Main, 0,

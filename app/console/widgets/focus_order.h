@@ -29,7 +29,7 @@ class FocusOrder {
     ImGuiWindow* window;
     Area area;
   };
-  void go(const Item& item) const;
+  static void go(const Item& item);
   [[nodiscard]] std::size_t target(Move move) const;
   [[nodiscard]] std::size_t entered(std::size_t index) const;
 

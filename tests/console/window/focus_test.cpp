@@ -6,6 +6,7 @@
 #include <array>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "tests/console/window/keyboard_walk.h"
 #include "tests/console/window/shown_console.h"
@@ -156,32 +157,37 @@ TEST_F(KeyboardFocus, ChangesASliderFromEnterOnAndNotByPassing) {
   EXPECT_GT(state().simulation.delay_ms, before_ms);
 }
 
-/// Enable is held, and Hold to run is on, while the keyboard goes everywhere and presses everything.
+/// Hold to run is on, and then enable is held, too, while the keyboard goes everywhere and presses everything.
 TEST_F(KeyboardFocus, LeadsNoMachineByTabArrowsOrEnter) {
-  for (const bool enabled : {false, true}) {
-    if (enabled) does("keydown shift");
-    for (const char* screen : kScreenKeys) {
-      does(std::string("key ") + screen);
-      const std::size_t steps = walk_.items().size() + 1;
-      const screens::Screen shown = state().screen;
-      for (std::size_t i = 0; i < steps; ++i) {
-        state().screen = shown;
-        for (const char* key : {"Tab", "Return"}) {
-          ASSERT_TRUE(xdotool(std::string("keydown ") + key));
-          frames(2);
-          EXPECT_EQ(hand().enable, enabled) << screen << ' ' << i << ' ' << key;
-          EXPECT_EQ(hand().rate_radps, JointVector::Zero()) << screen << ' ' << i << ' ' << key;
-          ASSERT_TRUE(xdotool(std::string("keyup ") + key));
-          frames(1);
-        }
+  const auto expect_still = [&](bool enabled, const std::string& where) {
+    EXPECT_LE(hand().enable, enabled) << where;
+    EXPECT_EQ(hand().rate_radps, JointVector::Zero()) << where;
+  };
+  constexpr std::array<std::pair<bool, const char*>, 4> kWalks{
+      {{false, "F1"}, {true, "F1"}, {true, "F6"}, {true, "F7"}}};
+  for (const auto& [enabled, screen] : kWalks) {
+    does(enabled ? "keydown shift" : "keyup shift");
+    does(std::string("key ") + screen);
+    EXPECT_EQ(hand().enable, enabled);
+    const std::size_t steps = walk_.items().size() + 1;
+    const screens::Screen shown = state().screen;
+    for (std::size_t i = 0; i < steps; ++i) {
+      state().screen = shown;
+      for (const char* key : {"Tab", "Return"}) {
+        ASSERT_TRUE(xdotool(std::string("keydown ") + key));
+        frames(2);
+        expect_still(enabled, std::string(screen) + ' ' + std::to_string(i) + ' ' + key);
+        ASSERT_TRUE(xdotool(std::string("keyup ") + key));
+        frames(1);
       }
     }
     for (const char* arrow : {"Up", "Left", "Down", "Right"}) {
       walk_.press(arrow);
-      EXPECT_EQ(hand().rate_radps, JointVector::Zero()) << arrow;
+      expect_still(enabled, arrow);
     }
+    does("keyup shift");
   }
-  does("keyup shift");
+  EXPECT_FALSE(hand().enable);
 }
 
 TEST_F(KeyboardFocus, StaysWhereItIsWhileTheMouseLeads) {

@@ -25,7 +25,8 @@ extern "C" bool __wrap__ZN5ImGui7ItemAddERK6ImRectjPS1_i(const ImRect& box, ImGu
   const int all = GImGui->LastItemData.InFlags;
   if (drawn_items == nullptr || id == 0 || (all & ImGuiItemFlags_Disabled) != 0 || !ImGui::IsItemVisible())
     return drawn;
-  const auto& windows = GImGui->Windows;  // a list as a whole is none
+  if (ImGui::GetCurrentWindow()->IsFallbackWindow) return drawn;  // Dear ImGui's own, which is not shown
+  const auto& windows = GImGui->Windows;                          // a list as a whole is none
   if (std::none_of(windows.begin(), windows.end(), [id](const ImGuiWindow* w) { return w->ChildId == id; }))
     (*drawn_items)[id] = {labels[id], nav_box != nullptr ? *nav_box : box, (all & ImGuiItemFlags_NoNav) != 0};
   return drawn;
