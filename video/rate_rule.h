@@ -6,8 +6,8 @@
 namespace knuckle::video {
 
 /// A queue that builds up on the path shows in the link's round trip long before packets are lost: where the round trip
-/// stands a tenth of a second above the least there was, or nobody answers, the rate is halved, every second anew; where
-/// it has been well for five seconds, it rises by a tenth every two.
+/// stands a tenth of a second above the least there was, or nobody answers, the rate is halved, every second anew;
+/// where it has been well for five seconds, it rises by a tenth every two.
 class RateRule {
  public:
   /// @param most_kbps what was asked for; it is also what is sent at first.

@@ -13,8 +13,8 @@
 namespace knuckle::video {
 namespace {
 
-constexpr GstClockTime kLook = 100 * GST_MSECOND;  // how soon an end is noticed
-constexpr GstClockTime kPatience = 2 * GST_SECOND; // beyond the length of a sound
+constexpr GstClockTime kLook = 100 * GST_MSECOND;   // how soon an end is noticed
+constexpr GstClockTime kPatience = 2 * GST_SECOND;  // beyond the length of a sound
 
 /// What speaks against the sound having been heard; empty: nothing.
 std::string complaint(GstMessage* message) {
