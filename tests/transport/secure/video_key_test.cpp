@@ -36,38 +36,42 @@ TEST(VideoKeys, AreTheBeginningOfADigestOfTheCamerasName) {
   EXPECT_NE(video_key(some_secret(), "rear"), key);
 }
 
-/// What a thread with a stack of its own makes there, and leaves behind.
+/// What is made on a stack of its own, and what is left behind there.
 struct OnOwnStack {
-  std::vector<std::uint8_t> stack = std::vector<std::uint8_t>(std::size_t{1} << 20);
-  std::unique_ptr<VideoKey> key = std::make_unique<VideoKey>();  // not on that stack
-  void run(void* (*make)(void*)) {
+  using Make = void (*)(VideoKey& key);
+  explicit OnOwnStack(Make what) : make(what) {
     pthread_attr_t own;
     pthread_attr_init(&own);
-    ASSERT_EQ(pthread_attr_setstack(&own, stack.data(), stack.size()), 0);
+    EXPECT_EQ(pthread_attr_setstack(&own, stack.data(), stack.size()), 0);
     pthread_t thread{};
-    ASSERT_EQ(pthread_create(&thread, &own, make, key.get()), 0);
+    EXPECT_EQ(pthread_create(&thread, &own, &OnOwnStack::run, this), 0);
     pthread_join(thread, nullptr);
     pthread_attr_destroy(&own);
+  }
+  /// Far down, where the thread's end writes nothing over it.
+  static void* run(void* self) {
+    std::array<volatile char, std::size_t{1} << 18> above;
+    above.front() = 0;
+    static_cast<OnOwnStack*>(self)->make(*static_cast<OnOwnStack*>(self)->key);
+    above.back() = above.front();
+    return nullptr;
   }
   [[nodiscard]] bool holds(const std::array<std::uint8_t, 32>& bytes) const {
     return std::search(stack.begin(), stack.end(), bytes.begin(), bytes.end()) != stack.end();
   }
+  const Make make;
+  std::vector<std::uint8_t> stack = std::vector<std::uint8_t>(std::size_t{1} << 20);
+  const std::unique_ptr<VideoKey> key = std::make_unique<VideoKey>();  // not on that stack
 };
 
 TEST(VideoKeys, AreMadeWithoutLeavingTheDigestInMemory) {
   const auto digest = digest_of(some_secret(), "mast");
-  OnOwnStack made;
-  made.run([](void* key) -> void* {
-    *static_cast<VideoKey*>(key) = video_key(some_secret(), "mast");
-    return nullptr;
-  });
+  const OnOwnStack made([](VideoKey& key) { key = video_key(some_secret(), "mast"); });
   EXPECT_TRUE(std::equal(made.key->begin(), made.key->end(), digest.begin()));
   EXPECT_FALSE(made.holds(digest));
-  OnOwnStack careless;  // that it would be seen
-  careless.run([](void* key) -> void* {
+  const OnOwnStack careless([](VideoKey& key) {  // that it would be seen
     const std::array<std::uint8_t, 32> kept = digest_of(some_secret(), "mast");
-    std::copy_n(kept.begin(), sizeof(VideoKey), static_cast<VideoKey*>(key)->begin());
-    return nullptr;
+    std::copy_n(kept.begin(), key.size(), key.begin());
   });
   EXPECT_TRUE(careless.holds(digest));
 }
