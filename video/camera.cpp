@@ -126,8 +126,7 @@ void Camera::Reader::prepare(GstElement* pipeline) {
 std::string Camera::Reader::problem() {
   const char* codec = arrivals_.wrong_codec(now());
   if (codec == nullptr) return {};
-  return std::string("what is sent here is ") + codec +
-         ", and must be H.264: send it with knuckle slave --camera, or give another source that decodes it";
+  return std::string("what is sent here is ") + codec + ", and must be H.264, as knuckle slave --camera sends it";
 }
 
 void Camera::Reader::take_sample(GstAppSink* sink) {

@@ -63,9 +63,10 @@ std::string said_of(const std::string& encoder) {
 }
 
 TEST(SenderOfAnotherCodec, IsNamed) {
-  EXPECT_EQ(said_of("jpegenc ! rtpjpegpay"),
-            "camera front: what is sent here is JPEG, and must be H.264: send it with knuckle slave --camera, or give "
-            "another source that decodes it; connecting again");
+  EXPECT_EQ(
+      said_of("jpegenc ! rtpjpegpay"),
+      "camera front: what is sent here is JPEG, and must be H.264, as knuckle slave --camera sends it; connecting "
+      "again");
   EXPECT_NE(said_of("x265enc tune=zerolatency speed-preset=ultrafast ! rtph265pay config-interval=-1")
                 .find("what is sent here is H.265, and must be H.264"),
             std::string::npos);
