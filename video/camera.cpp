@@ -9,6 +9,7 @@
 #include "video/gst_owned.h"
 #include "video/newest.h"
 #include "video/pipeline_runner.h"
+#include "video/rtp_watch.h"
 #include "video/sealing.h"
 
 namespace knuckle::video {
@@ -85,12 +86,14 @@ class Camera::Reader {
  private:
   [[nodiscard]] PipelinePlan plan_of(const CameraSource& source);
   void prepare(GstElement* pipeline);
+  [[nodiscard]] std::string problem();
   void take_sample(GstAppSink* sink);
   static GstFlowReturn on_sample(GstAppSink* sink, gpointer self);
 
   const std::function<void()> on_picture_;
   Newest<Frame> frames_;
   Opener opener_;
+  RtpWatch arrivals_;
   GstElement* pipeline_ = nullptr;  // the one that runs
   PipelineRunner runner_;           // last: what it calls is there for longer
 };
@@ -106,16 +109,24 @@ PipelinePlan Camera::Reader::plan_of(const CameraSource& source) {
           .prepare = [this](GstElement* pipeline) { prepare(pipeline); },
           .ready = &set_pace,
           .tend = [this](GstElement*) { opener_.tend(); },
+          .problem = [this] { return problem(); },
           .refused = [this] { return opener_.refused(); }};
 }
 
 void Camera::Reader::prepare(GstElement* pipeline) {
   pipeline_ = pipeline;
   opener_.begin(pipeline);
+  arrivals_.begin(pipeline);
   const Owned<GstElement> sink(gst_bin_get_by_name(GST_BIN(pipeline), "pictures"));
   GstAppSinkCallbacks calls{};
   calls.new_sample = &Reader::on_sample;
   gst_app_sink_set_callbacks(GST_APP_SINK(sink.get()), &calls, this, nullptr);
+}
+
+std::string Camera::Reader::problem() {
+  const char* codec = arrivals_.wrong_codec(now());
+  if (codec == nullptr) return {};
+  return std::string("what is sent here is ") + codec + ", and must be H.264, as knuckle slave --camera sends it";
 }
 
 void Camera::Reader::take_sample(GstAppSink* sink) {
@@ -133,6 +144,7 @@ void Camera::Reader::take_sample(GstAppSink* sink) {
   frame->memory = mapped;
   frame->connection = runner_.connection();
   frame->number = runner_.counted() + 1;
+  frame->damaged = arrivals_.damaged();
   frames_.put(std::move(frame));
   runner_.count();
   if (on_picture_) on_picture_();

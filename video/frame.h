@@ -22,6 +22,7 @@ struct Frame {
   std::shared_ptr<const void> memory;    ///< Keeps the pixels.
   std::uint64_t number = 0;              ///< Counts the camera's frames up from 1.
   std::uint32_t connection = 0;          ///< Of the camera to its source; counts up from 1.
+  bool damaged = false;  ///< A part of it, or of a picture that it is made from, was lost: parts of it may be old.
   StampFrom stamp_from = StampFrom::kHere;
   Time captured{};  ///< The stamp.
   Time received{};  ///< Ready to be shown.

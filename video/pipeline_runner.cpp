@@ -92,6 +92,7 @@ std::optional<std::string> PipelineRunner::watch(GstElement* pipeline) {
       if (std::optional<std::string> problem = problem_of(message.get())) return problem;
     }
     if (plan_.tend) plan_.tend(pipeline);
+    if (std::string problem = plan_.problem ? plan_.problem() : ""; !problem.empty()) return problem;
     if (plan_.refused && plan_.refused() != status_.refused) {
       status_.refused = plan_.refused();
       statuses_.put(status_);

@@ -24,6 +24,7 @@ struct PipelinePlan {
   std::function<void(GstElement*)> prepare;  ///< Before it runs, each time.
   std::function<void(GstElement*)> ready;    ///< It runs; may be empty.
   std::function<void(GstElement*)> tend;     ///< Every 50 ms; may be empty.
+  std::function<std::string()> problem{};    ///< Why to begin again now; empty: nothing. As tend; may be empty.
   std::function<std::uint64_t()> refused{};  ///< As CameraStatus has it; may be empty.
 };
 

@@ -73,7 +73,8 @@ std::string receiver_of(std::uint16_t port, const std::string& address, bool sea
       "extmap-{}={}\"{}",
       address, port, sealed ? "srtp" : "rtp", kStampId, kStampUri, sealed ? fmt::format(" ! {}", kOpener) : "");
   return fmt::format(
-      "{} ! rtpjitterbuffer faststart-min-packets=1 drop-on-latency=true latency={} ! rtph264depay ! avdec_h264 "
+      "{} ! rtpjitterbuffer name=arrivals faststart-min-packets=1 drop-on-latency=true latency={} ! rtph264depay ! "
+      "avdec_h264 "
       "max-threads=1",  // more threads hold pictures back
       arriving, kJitterBuffer_ms);
 }

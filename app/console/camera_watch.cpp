@@ -8,6 +8,7 @@ namespace knuckle::console {
 namespace {
 
 constexpr Duration kSameNews = 30s;
+constexpr Duration kReadable = 1s;  // what is written stays for so long
 
 }  // namespace
 
@@ -25,6 +26,7 @@ std::unique_ptr<video::Frame> CameraWatch::watch(Time now, std::vector<News>& ne
   age_s_ = frame_age_.age_s(now);
   const video::CameraStatus status = feed_.status();
   tell_problem(status, news);
+  tell_damage(now, frame.get(), news);
   tell_refused(now, status, news);
   tell_state(now, news);
   return frame;
@@ -45,6 +47,17 @@ void CameraWatch::tell_state(Time now, std::vector<News>& news) {
   const char* what =
       state_ == video::VideoState::kLate ? "video late: the picture shown" : "video frozen: the last picture";
   news.push_back({Severity::kWarning, camera + fmt::format("{} is {:.1f} s old", what, age_s_)});
+}
+
+/// A picture looks whole where the decoder has put older ones in the place of what was lost.
+void CameraWatch::tell_damage(Time now, const video::Frame* frame, std::vector<News>& news) {
+  if (frame != nullptr && frame->damaged) damaged_at_ = now;
+  damaged_ = damaged_at_ != kNever && now - damaged_at_ < kReadable;
+  if (damaged_at_ != now || (damage_told_at_ != kNever && now - damage_told_at_ < kSameNews)) return;
+  damage_told_at_ = now;
+  news.push_back({Severity::kWarning, "camera " + feed_.name +
+                                          ": packets are lost on the way: parts of the picture are old, until the next "
+                                          "key picture"});
 }
 
 /// Somebody sends what is not the camera's; or the two computers have another session each.

@@ -48,12 +48,15 @@ class CameraWatch {
   [[nodiscard]] double age_s() const noexcept { return age_s_; }
   /// The age does not contain what the quickest picture took: its sender's clock is not ours.
   [[nodiscard]] bool age_is_relative() const noexcept { return frame_age_.relative(); }
+  /// Parts of the picture may be old, or were within the last second: packets were lost.
+  [[nodiscard]] bool damaged() const noexcept { return damaged_; }
   /// The last problem of the connection, where there is no live picture; may be empty.
   [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
 
  private:
   void tell_state(Time now, std::vector<News>& news);
   void tell_problem(const video::CameraStatus& status, std::vector<News>& news);
+  void tell_damage(Time now, const video::Frame* frame, std::vector<News>& news);
   void tell_refused(Time now, const video::CameraStatus& status, std::vector<News>& news);
 
   CameraFeed feed_;
@@ -64,6 +67,8 @@ class CameraWatch {
   std::uint32_t troubles_ = 0;
   std::uint64_t refused_ = 0;  // as told
   Time refused_told_at_ = kNever;
+  bool damaged_ = false;
+  Time damaged_at_ = kNever, damage_told_at_ = kNever;
   std::string problem_;
 };
 

@@ -90,6 +90,34 @@ TEST_F(CameraWatching, WarnsOfPicturesThatComeLate) {
   EXPECT_EQ(watch_.state(), VideoState::kLate);
 }
 
+TEST_F(CameraWatching, SaysOfADamagedPictureThatPartsOfItAreOldForAsLongAsThatCanBeRead) {
+  capture();
+  EXPECT_EQ(said_after(0s), Lines{"camera mast: live picture"});
+  EXPECT_FALSE(watch_.damaged());
+  capture();
+  next_->damaged = true;
+  EXPECT_EQ(
+      said_after(30ms),
+      Lines{"camera mast: packets are lost on the way: parts of the picture are old, until the next key picture"});
+  EXPECT_EQ(news_[0].severity, Severity::kWarning);
+  EXPECT_TRUE(watch_.damaged());
+  for (int i = 0; i < 9; ++i) {
+    capture();
+    EXPECT_EQ(said_after(100ms), Lines{});
+    EXPECT_TRUE(watch_.damaged()) << i;
+  }
+  capture();
+  next_->damaged = true;
+  EXPECT_EQ(said_after(50ms), Lines{}) << "again: no news";
+  capture();
+  EXPECT_EQ(said_after(0s), Lines{});
+  EXPECT_TRUE(watch_.damaged());
+  now_ += 1s;
+  capture();
+  EXPECT_EQ(said_after(0s), Lines{});
+  EXPECT_FALSE(watch_.damaged());
+}
+
 TEST_F(CameraWatching, SaysTheSameProblemOnce) {
   fail("camera mast: no such device; connecting again");
   EXPECT_EQ(said_after(1s), Lines{"camera mast: no such device; connecting again"});

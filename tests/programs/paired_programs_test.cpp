@@ -9,6 +9,7 @@
 #include "app/pairing/chosen_link.h"
 #include "app/pairing/key_folder.h"
 #include "tests/programs/program_rig.h"
+#include "tests/support/paired_computers.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
@@ -67,17 +68,7 @@ struct PairedProgramsThreads : ::testing::Test {
   [[nodiscard]] std::string keys(const std::string& computer) const { return temporary.file(computer); }
   /// Both computers' keys in place, each paired with the other.
   void pair(const std::string& computer, bool observer = false) const {
-    const pairing::KeyFolder here(keys("machine")), there(keys(computer));
-    const auto key_of = [](const pairing::KeyFolder& folder, const std::string& name) {
-      return folder.has_key() ? folder.identity() : folder.make(name);
-    };
-    const secure::Identity machine = key_of(here, "site arm"), desk = key_of(there, computer);
-    here.change_peers([&](secure::Peers& peers) {
-      peers.push_back({desk.fingerprint(), computer, false, observer, desk.expires_utc()});
-    });
-    there.change_peers([&](secure::Peers& peers) {
-      peers.push_back({machine.fingerprint(), "site arm", false, false, machine.expires_utc()});
-    });
+    pair_computers(keys("machine"), keys(computer), computer, observer);
   }
   [[nodiscard]] std::vector<std::string> slave(std::vector<std::string> more = {}) const {
     std::vector<std::string> all{"slave", "--simulate", "--listen", address, "--keys", keys("machine")};

@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <functional>
 #include <thread>
+#include <utility>
 
 #include "tests/video/lossy_wire.h"
 #include "tests/video/patience.h"
@@ -140,6 +143,78 @@ TEST(SenderOverRtp, StampsGivenPicturesWithTheirCapture) {
     EXPECT_LT(std::abs(to_seconds(unix_now - unix_of(frame->captured))), 10);
     return ++pictures == 10;
   }));
+}
+
+/// Given pictures, and the stamps of what becomes of them on the wire.
+class GivenOverRtp : public testing::Test {
+ protected:
+  static constexpr int kWidth = 320, kHeight = 180;
+  [[nodiscard]] SenderSetup setup() const {
+    SenderSetup setup = to(wire_.port());
+    setup.camera = given_pictures("front", kWidth, kHeight);
+    return setup;
+  }
+  void give(Sender& sender, Time captured) const {
+    auto frame = std::make_unique<Frame>();
+    *frame = {.width_px = kWidth,
+              .height_px = kHeight,
+              .row_bytes = 4 * kWidth,
+              .pixels = pixels_->data(),
+              .memory = pixels_};
+    frame->captured = captured;
+    sender.give(std::move(frame));
+  }
+  /// RFC 8285: the one extension is the stamp (RFC 6051); its upper half are seconds since 1900.
+  void read_stamp(const LossyWire::Bytes& packet) {
+    ASSERT_GE(packet.size(), 25U);
+    ASSERT_EQ(packet[12] << 8 | packet[13], 0xBEDE);
+    ASSERT_EQ(packet[16], 0x17);
+    double stamp_s = 0;
+    for (std::size_t i = 17; i < 21; ++i) stamp_s = 256 * stamp_s + packet[i];
+    const Duration unix_now = std::chrono::system_clock::now().time_since_epoch();
+    const double wrong_s = std::abs(to_seconds(unix_now) + 2'208'988'800.0 - stamp_s);
+    most_wrong_s_ = std::max(most_wrong_s_.load(), wrong_s);
+    ++packets_;
+  }
+
+  std::atomic<double> most_wrong_s_{0};
+  std::atomic<int> packets_{0};
+  const std::shared_ptr<std::vector<std::uint8_t>> pixels_ =
+      std::make_shared<std::vector<std::uint8_t>>(std::size_t{4} * kWidth * kHeight);
+  LossyWire wire_{LossyWire(1, 0).port(), 0, {}, [this](const LossyWire::Bytes& packet) { read_stamp(packet); }};
+};
+
+TEST_F(GivenOverRtp, StampsAreRightFromTheFirstPictureOnHoweverEarlyItIsGiven) {
+  for (int i = 0; i < 10; ++i) {
+    Sender sender(setup());
+    const int before = packets_;
+    ASSERT_TRUE(comes([&] {
+      for (int k = 0; k < 10; ++k, std::this_thread::sleep_for(1ms)) give(sender, now());
+      return packets_ > before;
+    }));
+  }
+  EXPECT_LT(most_wrong_s_, 10);
+}
+
+TEST_F(GivenOverRtp, WhatWasCapturedBeforeItRanIsNotSent) {
+  const Time before_it_ran = now() - 1s;
+  Sender sender(setup());
+  ASSERT_TRUE(comes([&] {
+    give(sender, now());
+    return sender.pictures() > 0;
+  }));
+  const auto settled = [&] {  // nothing is on its way any more
+    std::uint64_t last = 0;
+    int same = 0;
+    EXPECT_TRUE(comes([&] { return (same = std::exchange(last, sender.pictures()) == last ? same + 1 : 0) == 50; }));
+    return last;
+  };
+  const std::uint64_t before = settled();
+  for (int i = 0; i < 20; ++i, std::this_thread::sleep_for(10ms)) give(sender, before_it_ran);
+  give(sender, now());
+  ASSERT_TRUE(comes([&] { return sender.pictures() > before; }));
+  EXPECT_EQ(settled(), before + 1);
+  EXPECT_LT(most_wrong_s_, 10);
 }
 
 TEST(SenderOverRtp, SaysWhatIsWrongWithItsCamera) {

@@ -166,7 +166,7 @@ widgets::Area CameraPane::place(const widgets::Ui& ui, const widgets::Area& pane
   write(ui, camera, picture);
   if (align_ && large() && placed_->live) take_clicks(ui, camera, picture, small);
   if (large())
-    widgets::put_text(t.fonts.small, t.colours.muted, {small.min.x - t.unit(), pane.max.y - t.px(18)},
+    widgets::put_text(t.fonts.small, t.colours.muted, {small.min.x - t.unit(), pane.max.y - t.px(46)},
                       widgets::Align::kRight, "V: view  X: machine");
   return large() ? small : pane;
 }
@@ -181,8 +181,15 @@ void CameraPane::write(const widgets::Ui& ui, const Camera& camera, const widget
       live ? widgets::shown("%s%.2f s", watch.age_is_relative() ? "+" : "", watch.age_s()) : widgets::Shown{};
   const std::string title =
       camera_title(t.fonts.small, head.width() - widgets::chip_width(ui, ""), watch.name(), age.c_str());
-  widgets::chip(ui, {head.min.x, head.centre().y}, live ? widgets::Icon::kDot : widgets::Icon::kWarning, title.c_str(),
-                live ? t.colours.surface : t.colours.notice);
+  const float left =
+      head.min.x + t.unit() +
+      widgets::chip(ui, {head.min.x, head.centre().y}, live ? widgets::Icon::kDot : widgets::Icon::kWarning,
+                    title.c_str(), live ? t.colours.surface : t.colours.notice);
+  if (live && watch.damaged()) {
+    const std::string damage = widgets::fitted_text(t.fonts.small, head.max.x - left - widgets::chip_width(ui, ""),
+                                                    "DAMAGED: packets lost, parts may be old");
+    widgets::chip(ui, {left, head.centre().y}, widgets::Icon::kWarning, damage.c_str(), t.colours.notice);
+  }
   if (live) return;
   const std::string alarm = video_alarm(watch.state(), watch.age_s());
   if (!alarm.empty()) write_alarm(ui, area, alarm);

@@ -74,6 +74,20 @@ class CamerasInWindow : public testing::Test {
       for (int y = 230; y < 420; y += kStep, ++all) covered += at({x, y}).is_red() ? 0 : 1;
     return static_cast<double>(covered) / all;
   }
+  /// How many pixels of the chips at the upper edge of the camera's picture stand out.
+  [[nodiscard]] int marked() const {
+    const ImU32 notice = console_->window().theme().colours.notice;
+    int count = 0;
+    for (int x = 120; x < 700; x += 2)
+      for (int y = 96; y < 134; y += 2) {
+        const Pixel p = at({x, y});
+        const auto near = [&](int value, int shift) {
+          return std::abs(value - static_cast<int>(notice >> shift & 0xFF)) < 8;
+        };
+        count += near(p.red, 0) && near(p.green, 8) && near(p.blue, 16) ? 1 : 0;
+      }
+    return count;
+  }
   [[nodiscard]] std::string last_event() const { return events_.rows().empty() ? "" : events_.rows().back().text; }
 
   VirtualDisplay display_{"1280x800"};
@@ -141,6 +155,19 @@ TEST_F(CamerasInWindow, TurnGreyWithAnAlarmAndAnEventWhenFrozenAndComeBack) {
   frames();
   EXPECT_TRUE(at(kLarge).is_red());
   EXPECT_NE(last_event().find("live picture again"), std::string::npos) << last_event();
+}
+
+TEST_F(CamerasInWindow, AreMarkedWherePacketsOfThemWereLost) {
+  add_camera("rear");
+  picture(kNotYet);
+  frames();
+  EXPECT_EQ(marked(), 0);
+  picture(kNotYet);
+  next_->damaged = true;
+  frames();
+  EXPECT_GT(marked(), 200);
+  EXPECT_TRUE(at(kLarge).is_red()) << "shown as it came";
+  EXPECT_NE(last_event().find("parts of the picture are old"), std::string::npos) << last_event();
 }
 
 TEST_F(CamerasInWindow, HaveTheMachineDrawnOverThemWhereTheirPlaceIsInTheMachineFile) {

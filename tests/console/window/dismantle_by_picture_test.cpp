@@ -199,18 +199,20 @@ class ByPicture {
 std::string told(const ByPicture& work) {
   if (!work.bucket()) return "no bucket seen";
   const SeenBucket& b = *work.bucket();
-  return "tip seen at " + std::to_string(b.tip_m.x()) + ", " + std::to_string(b.tip_m.y()) + ", bucket " +
-         std::to_string(b.angle_rad * 180 / M_PI) + " deg, mode " + name(work.mode());
+  return "tip seen at " + std::to_string(b.tip_m.x()) + ", " + std::to_string(b.tip_m.y()) + ", foremost " +
+         std::to_string(b.foremost_m) + ", bucket " + std::to_string(b.angle_rad * 180 / M_PI) + " deg, mode " +
+         name(work.mode());
 }
 
-/// On against whatever is there, until it is seen not to go on. @return where that is.
+/// On against whatever is there, until it is seen not to go on. @return how far forward the bucket reaches then: keys
+/// lead the joints, so that the bucket is curled in on the way, and touches with its heel.
 std::optional<double> touch(ByPicture& work, double z_m, double bucket_deg) {
   double furthest_m = 0;
   Time gained_at = video::now();
   const auto stalled = [&] {
     if (!work.sees()) gained_at = video::now();  // who sees nothing holds no key: that is no stall
-    if (work.bucket() && work.bucket()->tip_m.x() > furthest_m + 0.01) {
-      furthest_m = work.bucket()->tip_m.x();
+    if (work.bucket() && work.bucket()->foremost_m > furthest_m + 0.01) {
+      furthest_m = work.bucket()->foremost_m;
       gained_at = video::now();
     }
     return work.mode() == Mode::kEngaged && video::now() - std::max(gained_at, work.engaged_at()) > 1200ms;
@@ -230,8 +232,8 @@ TEST(DeepDismantleByPictureThreads, AWholeDismantleByKeysAndTheCamerasPictureAlo
   // The wall: touched where it stands, leaned on until the bucket goes on.
   const auto wall_m = touch(work, 0.1, -40);
   ASSERT_TRUE(wall_m) << told(work);
-  EXPECT_NEAR(*wall_m, 2.3, 0.1) << "seen, not known";
-  const auto broke = [&] { return work.bucket()->tip_m.x() > *wall_m + 0.08; };
+  EXPECT_NEAR(*wall_m, 2.3, 0.1) << "seen, not known; " << told(work);
+  const auto broke = [&] { return work.bucket()->foremost_m > *wall_m + 0.08; };
   ASSERT_TRUE(work.move_to({2.75, 0.1}, -40, 60, broke, true)) << told(work);
   ASSERT_TRUE(broke()) << told(work);
   ASSERT_TRUE(work.move_to({1.95, 0.2}, -40)) << told(work);
@@ -277,7 +279,7 @@ TEST(DeepDismantleByPictureThreads, TheWallIsFoundAndTouchedByTheCamerasPictureA
   ASSERT_TRUE(work.move_to({2.0, 0.1}, -40)) << told(work);
   const auto wall_m = touch(work, 0.1, -40);
   ASSERT_TRUE(wall_m) << told(work);
-  EXPECT_NEAR(*wall_m, 2.3, 0.1) << "seen, not known";
+  EXPECT_NEAR(*wall_m, 2.3, 0.1) << "seen, not known; " << told(work);
   (void)work.until({}, 0.5, [] { return false; });
   const nlohmann::json json = work.end();
   EXPECT_GE(json.at("simulated").at("happened").value("contact", 0), 1);

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -21,7 +22,8 @@ namespace knuckle::test {
 
 struct SeenBucket {
   PlanarVector tip_m = PlanarVector::Zero();
-  double angle_rad = 0;  ///< To the machine's x axis.
+  double angle_rad = 0;   ///< To the machine's x axis.
+  double foremost_m = 0;  ///< How far forward any part of it reaches: curled in, its heel goes before its tip.
   JointVector joint_rad = JointVector::Zero();
 };
 
@@ -49,6 +51,7 @@ class Eyes {
     const Eigen::Rotation2Dd turn(bucket.angle_rad);
     const PlanarVector middle = 0.5 * (flat(*near_pin) + flat(*near_teeth));
     bucket.tip_m = middle + turn * (PlanarVector(machine_.links[kBucket].length_m, 0) - 0.5 * (a + b));
+    bucket.foremost_m = foremost_m(bucket.tip_m, turn);
     const auto joints = kinematics_.inverse(bucket.tip_m, bucket.angle_rad);
     if (!joints) return std::nullopt;
     bucket.joint_rad = *joints;
@@ -92,6 +95,15 @@ class Eyes {
   static constexpr double kBeside_m = 0.3;       // of the arm's plane
   static constexpr int kOther = 24, kLeastPixels = 60, kLeastBall = 12;
 
+  /// Of the bucket's outline, as the machine's file has it.
+  [[nodiscard]] double foremost_m(const PlanarVector& tip_m, const Eigen::Rotation2Dd& turn) const {
+    const PlanarVector tip(machine_.links[kBucket].length_m, 0);
+    const BucketProfile& profile = machine_.bucket_profile;
+    double foremost = tip_m.x();
+    for (const PlanarVector& corner : {profile.edge_m, profile.heel_m, profile.back_m, profile.cheek_m})
+      foremost = std::max(foremost, (tip_m + turn * (corner - tip)).x());
+    return foremost;
+  }
   static double focal_of(int width_px, double field_rad) { return 0.5 * width_px / std::tan(field_rad / 2); }
   [[nodiscard]] double focal_px(const video::Frame& frame) const {
     return focal_of(frame.width_px, mount_.field_of_view_rad);

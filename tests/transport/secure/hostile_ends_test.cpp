@@ -161,10 +161,35 @@ TEST_F(HostileEndsThreads, AnotherProgramWithTheSameKeyIsAnotherOperator) {
   EXPECT_FALSE(mixed);
 }
 
-TEST_F(HostileEndsThreads, AnOperatorWhoseCertificateExpiresIsCutOff) {
+/// One whose certificate expires while a test runs.
+Identity brief_identity() {
   Identity brief = make_identity("desk 3");
   X509_time_adj_ex(X509_getm_notAfter(brief.certificate.get()), 0, 4, nullptr);
-  ASSERT_GT(X509_sign(brief.certificate.get(), brief.key.get(), EVP_sha256()), 0);
+  EXPECT_GT(X509_sign(brief.certificate.get(), brief.key.get(), EVP_sha256()), 0);
+  return brief;
+}
+
+TEST_F(HostileEndsThreads, PicturesEndWithTheOperatorsCertificate) {
+  const Identity brief = brief_identity();
+  change_peers({peer(brief)});
+  End op = desk(brief);
+  std::optional<VideoSecret> secret;
+  ASSERT_TRUE(until([&] {
+    op.step(1);
+    machine.step(9);
+    return machine.heard == 1 && machine.link->take(secret);
+  }));
+  ASSERT_TRUE(secret);
+  ASSERT_TRUE(until([&] {
+    op.step(1);
+    machine.step(9);
+    return machine.link->take(secret);
+  }));
+  EXPECT_FALSE(secret) << "nothing is left to seal pictures with";
+}
+
+TEST_F(HostileEndsThreads, AnOperatorWhoseCertificateExpiresIsCutOff) {
+  const Identity brief = brief_identity();
   change_peers({peer(brief)});
   End op = desk(brief);
   ASSERT_TRUE(until([&] {
