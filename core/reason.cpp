@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "core/joints.h"
 
@@ -40,7 +41,7 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"sensor_implausible", SubjectKind::kNode, "sensor contradicts the others: check mounting and wiring", nullptr},
     {"node_silent", SubjectKind::kNode, "heartbeat is missing: check node power and bus", "ms"},
     {"node_emergency", SubjectKind::kNode, "node reports an emergency, code in decimal: see its manual", "code"},
-    {"node_fault", SubjectKind::kNode, "node is no longer operational: check it, then start again", "status"},
+    {"node_fault", SubjectKind::kNode, "node is no longer operational: check it, then start again", nullptr},
     {"node_identity", SubjectKind::kNode, "node is not the one named in the machine file", "id"},
     {"node_setup", SubjectKind::kNode, "node refused its configuration or did not answer", "step"},
     {"valve_not_following", SubjectKind::kJoint, "spool does not follow its command: check the valve", "of stroke"},
@@ -126,6 +127,20 @@ std::string subject_text(SubjectKind kind, std::uint8_t subject) {
   return "";
 }
 
+/// What the node of a node_fault says that it is: its NMT state (CiA 301) where the limit is that of an operational
+/// one, else its valve's status word (CiA 408).
+std::string node_state_text(const Reason& reason) {
+  constexpr int kOperational = 5;
+  const auto state = static_cast<int>(reason.value);
+  if (static_cast<int>(reason.limit) != kOperational) return fmt::format(" (its valve's status is 0x{:04X})", state);
+  constexpr std::array<std::pair<int, const char*>, 3> kStates{
+      {{0, "has started anew"}, {4, "is stopped"}, {127, "is pre-operational"}}};
+  for (const auto& [known, words] : kStates) {
+    if (state == known) return fmt::format(" (it {})", words);
+  }
+  return fmt::format(" (its state is {})", state);
+}
+
 /// Three digits, but whole thousands and codes in full: 1213, not 1.21e+03.
 std::string number_text(float value) {
   const bool in_full = std::abs(value) < 1e6F && (value == std::floor(value) || std::abs(value) >= 1000);
@@ -141,6 +156,7 @@ const char* name(ReasonCode code) noexcept {
 std::string text(const Reason& reason) {
   const Entry& e = entry(reason.code);
   std::string line = subject_text(e.subject, reason.subject) + e.text;
+  if (reason.code == ReasonCode::kNodeFault) return line + node_state_text(reason);
   if (e.unit != nullptr && std::strcmp(e.unit, "ms") == 0 && reason.value > kNeverYet_ms) return line + " (never yet)";
   if (e.unit != nullptr) {
     line +=

@@ -94,10 +94,6 @@ std::vector<std::string> Recording::damages() const {
   return all;
 }
 
-std::string Recording::unfinished() const {
-  return complete() ? "" : source() + ": has no end: its program was killed, or the disk refused the rest";
-}
-
 bool Recording::complete() const {
   return std::all_of(parts_.begin(), parts_.end(), [](const auto& part) { return part->complete(); });
 }

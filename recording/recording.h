@@ -46,8 +46,6 @@ class Recording {
   [[nodiscard]] std::vector<std::string> damages() const;
   /// Every part was finished in order.
   [[nodiscard]] bool complete() const;
-  /// Where it was not, the line that says so.
-  [[nodiscard]] std::string unfinished() const;
 
  private:
   [[nodiscard]] std::optional<Entry> entry_of(const mcap::Message& message);

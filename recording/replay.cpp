@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <type_traits>
 #include <utility>
 
@@ -26,12 +27,29 @@ constexpr std::size_t kStateBytes = 4096;
 struct Number {
   double value = 0;
   std::uint64_t bits = 0;
+  const char* word = nullptr;  ///< Of an enumeration.
+  [[nodiscard]] std::string text() const { return word != nullptr ? word : fmt::format("{}", value); }
 };
+
+/// What its modes and codes are called, by the names of their numbers.
+template <typename State>
+std::map<std::string, const char*> words_in(const State& state) {
+  std::map<std::string, const char*> words;
+  visit_fields(state, [&](const std::string& field, const auto& member) {
+    using Member = std::remove_cvref_t<decltype(member)>;
+    if constexpr (std::is_enum_v<Member>) words[field] = knuckle::name(member);
+    if constexpr (std::is_same_v<Member, Reason>) words[field + ".code"] = knuckle::name(member.code);
+  });
+  return words;
+}
 
 template <typename State>
 std::vector<std::pair<std::string, Number>> numbers_in(const State& state) {
   std::vector<std::pair<std::string, Number>> numbers;
+  const auto words = words_in(state);
   for_each_number("", state, [&](const std::string& field, auto number) {
+    const auto found = words.find(field);
+    const char* const word = found != words.end() ? found->second : nullptr;
     std::uint64_t bits = 0;
     if constexpr (std::is_same_v<decltype(number), double>) {
       bits = std::bit_cast<std::uint64_t>(number);
@@ -40,7 +58,7 @@ std::vector<std::pair<std::string, Number>> numbers_in(const State& state) {
     } else {
       bits = static_cast<std::uint64_t>(number);
     }
-    numbers.push_back({field, {static_cast<double>(number), bits}});
+    numbers.push_back({field, {static_cast<double>(number), bits, word}});
   });
   return numbers;
 }
@@ -90,7 +108,8 @@ template <typename Loop, typename State>
 class LoopReplay {
  public:
   using Tap = std::function<void(Time, const Loop&)>;
-  LoopReplay(Side side, ReplayResult& result, Tap tap) : side_(side), result_(result), tap_(std::move(tap)) {}
+  LoopReplay(Side side, bool changed, ReplayResult& result, Tap tap)
+      : side_(side), changed_(changed), result_(result), tap_(std::move(tap)) {}
 
   [[nodiscard]] ReplayedWires& wires() noexcept { return wires_; }
   void make(std::unique_ptr<Loop> loop) { loop_ = std::move(loop); }
@@ -135,10 +154,15 @@ class LoopReplay {
     for (std::size_t i = 0; i < a.size(); ++i) {
       const Number was_number = a[i].second, is_number = b[i].second;
       if (was_number.bits == is_number.bits) continue;
+      if (changed_ && was_number.value == is_number.value) continue;  // 0 and -0: nobody's change
       FieldDifference& field = own.fields[a[i].first];
       const double size = std::abs(is_number.value - was_number.value);
-      if (field.steps++ == 0 || size > field.largest || std::isnan(size)) field.largest = size, field.at = at_;
-      fields_.push_back(fmt::format("{}: recorded {}, replayed {}", a[i].first, was_number.value, is_number.value));
+      if (field.steps++ == 0 || (was_number.word == nullptr && (size > field.largest || std::isnan(size)))) {
+        field.largest = size;
+        field.at = at_;
+        if (was_number.word != nullptr) field.words = was_number.text() + " -> " + is_number.text();
+      }
+      fields_.push_back(fmt::format("{}: recorded {}, replayed {}", a[i].first, was_number.text(), is_number.text()));
     }
   }
 
@@ -193,6 +217,7 @@ class LoopReplay {
   }
 
   Side side_;
+  bool changed_;
   ReplayResult& result_;
   Tap tap_;
   ReplayedWires wires_;
@@ -236,8 +261,8 @@ ReplaySetup setup_of(const Recording& recording) {
 struct Replay::Impl {
   Impl(const ReplaySetup& setup, ReplayTaps taps)
       : setup_(setup),
-        operator_(Side::kOperator, result_, std::move(taps.operator_step)),
-        machine_(Side::kMachine, result_, std::move(taps.machine_step)) {
+        operator_(Side::kOperator, setup.changed, result_, std::move(taps.operator_step)),
+        machine_(Side::kMachine, setup.changed, result_, std::move(taps.machine_step)) {
     const Head& head = setup_.head;
     result_.sides[0].recorded = head.has_operator;
     result_.sides[1].recorded = head.has_machine;
@@ -319,8 +344,10 @@ ReplayResult replay(Recording& recording, const ReplaySetup& setup, ReplayTaps t
   if (recording.head().part != 1) {
     throw InputError(
         recording.source() + ": begins in the middle of a session (" +
-        (recording.head().part == 0 ? "a flight record" : "part " + std::to_string(recording.head().part)) +
-        "): its loops can be run again from their first step only; name part 1 first");
+        (recording.head().part == 0
+             ? "a flight record): its loops can be run again from their first step only; `knuckle explain` reads it"
+             : "part " + std::to_string(recording.head().part) +
+                   "): its loops can be run again from their first step only; name part 1 first"));
   }
   Replay run(setup, std::move(taps));
   while (const auto entry = recording.next()) run.take(*entry);

@@ -35,8 +35,9 @@ struct Divergence {
 
 /// How much a number of a loop's state differs over the whole recording.
 struct FieldDifference {
-  double largest = 0;       ///< Of its absolute value; NaN where one of the two is none.
+  double largest = 0;       ///< Of its absolute value; NaN where one of the two is none. Of an enumeration the first.
   Time at{};                ///< Where that is.
+  std::string words;        ///< Of an enumeration: "engaged -> hold", recorded and replayed; else empty.
   std::uint64_t steps = 0;  ///< In which it differs at all.
 };
 
@@ -71,6 +72,7 @@ struct ReplaySetup {
   MachineDescription machine;  ///< As calibrated.
   DeviceDescription device;
   Head head;
+  bool changed = false;  ///< Not as recorded: then 0 and -0 are no difference.
 };
 /// As recorded. @throws InputError where a file is not attached or cannot be read by this version.
 [[nodiscard]] ReplaySetup setup_of(const Recording& recording);

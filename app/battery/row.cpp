@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "app/cli/interrupt.h"
 #include "app/session/session_result.h"
 #include "core/error.h"
 
@@ -17,7 +18,9 @@ Row number(const std::optional<double>& value) {
 Row run_cell(const Cell& cell) {
   Row row{{"cell", cell.index}, {"drawn", cell.drawn}, {"effects", cell.effects}};
   try {
-    const session::SessionResult session = session::run_simulation(cell.options, {});
+    session::SessionHooks hooks;
+    hooks.progress = [](double) { cli::check_interrupt(); };
+    const session::SessionResult session = session::run_simulation(cell.options, hooks);
     const session::Judged judged = session::judge(session);
     for (const session::MetricEntry& entry : session::metric_table())
       row["metrics"][std::string(entry.name)] = number(judged.metrics.*entry.member);

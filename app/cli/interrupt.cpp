@@ -29,6 +29,10 @@ bool interrupt_pending() noexcept {
   return first_ns.load(std::memory_order_relaxed) != 0;
 }
 
+void check_interrupt() {
+  if (interrupt_pending()) throw Interrupted();
+}
+
 InterruptGuard::InterruptGuard() noexcept {
   first_ns = 0;
   previous_interrupt_ = std::signal(SIGINT, note_signal);
@@ -47,7 +51,7 @@ InterruptGuard::~InterruptGuard() {
 }
 
 void InterruptGuard::check() const {
-  if (pending()) throw Interrupted();
+  check_interrupt();
 }
 
 }  // namespace knuckle::cli

@@ -23,6 +23,8 @@ inline constexpr std::chrono::seconds kSameWish{1};
 
 /// A signal has come that some InterruptGuard notes. Any thread.
 [[nodiscard]] bool interrupt_pending() noexcept;
+/// For long work, in between; any thread. @throws Interrupted once such a signal has come.
+void check_interrupt();
 
 /// While one lives, SIGINT, SIGTERM and SIGHUP are noted instead of ending the program at once; a later one does end
 /// it, whatever it is at. Writing to a reader that left, or beyond a limit of file size, is an error of that write

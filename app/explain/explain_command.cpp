@@ -9,9 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/explain/account.h"
 #include "app/explain/words.h"
+#include "recording/flaws.h"
 
 namespace knuckle::explain {
 namespace {
@@ -101,7 +103,7 @@ Json json_of(const Report& report, const recording::Recording& recording) {
             {"version", recording.head().version},
             {"from_s", to_seconds(report.survey.first)},
             {"to_s", to_seconds(report.survey.last)},
-            {"complete", recording.complete() && recording.damages().empty()},
+            {"complete", flaws(recording).empty()},
             {"damages", recording.damages()},
             {"stopped_at_begin", report.survey.begins_stopped},
             {"stops", Json::array()},
@@ -120,10 +122,10 @@ int run(const Options& o) {
   cli::Places places;
   for (const std::string& file : o.files) places.input("FILE", file);
   places.output("--json", o.json);
+  const cli::InterruptGuard interrupt;
   recording::Recording recording(o.files);
   const Report report = report_on(recording, sides_named(o.side));
-  for (const std::string& damage : recording.damages()) std::cerr << "knuckle explain: " << damage << '\n';
-  if (!recording.complete()) std::cerr << "knuckle explain: " << recording.unfinished() << '\n';
+  for (const std::string& flaw : flaws(recording)) std::cerr << "knuckle explain: " << flaw << '\n';
   if (!cli::is_standard_output(o.json)) print(std::cout, report, recording);
   if (o.json.empty()) return 0;
   cli::OutputFile out("--json", o.json);

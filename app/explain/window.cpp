@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/cli/interrupt.h"
 #include "core/error.h"
 #include "recording/fields.h"
 #include "transport/machine_status.h"
@@ -124,6 +125,7 @@ Survey find_stops(recording::Recording& recording, Sides sides) {
   std::vector<Stop> unheard;
   bool silent = false, any = false;
   while (const auto entry = recording.next()) {
+    cli::check_interrupt();
     const bool machine = entry->topic == Topic::kMachineState;
     if ((!machine && entry->topic != Topic::kOperatorState) || !wanted(entry->topic, sides)) continue;
     if (!any) survey.first = entry->at;
@@ -150,6 +152,7 @@ Window load_window(recording::Recording& recording, Sides sides, Time from, Time
   window.to = from;
   recording.seek(from);
   while (const auto entry = recording.next()) {
+    cli::check_interrupt();
     if (entry->at < from || !wanted(entry->topic, sides)) continue;
     if (entry->at > to) {
       // Chunks of the two loops overlap a little; what is long past the end is past it for both.

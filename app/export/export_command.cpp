@@ -21,6 +21,7 @@
 #include "core/error.h"
 #include "machine/description.h"
 #include "machine/load.h"
+#include "recording/flaws.h"
 
 namespace knuckle::exporting {
 namespace {
@@ -145,7 +146,7 @@ void write_recording(const Options& o, recording::Recording& recording, const cl
   if (o.from_s) outputs.from = Time(from_seconds(*o.from_s));
   if (o.to_s) outputs.to = Time(from_seconds(*o.to_s));
   export_recording(recording, outputs);
-  for (const std::string& damage : recording.damages()) std::cerr << "knuckle export: " << damage << '\n';
+  for (const std::string& flaw : flaws(recording)) std::cerr << "knuckle export: " << flaw << '\n';
 }
 
 int run(const Options& o) {

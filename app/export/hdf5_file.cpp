@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <utility>
 
+#include "core/error.h"
+
 namespace knuckle::exporting {
 namespace {
 
@@ -91,7 +93,8 @@ Result Hdf5File::done(Result result) const {
 Hdf5File::Hdf5File(cli::OutputFile& place) : place_(place) {
   struct stat about {};
   if (fstat(place.descriptor(), &about) != 0) place.fail(errno);
-  if (!S_ISREG(about.st_mode)) place.fail(ESPIPE);
+  if (!S_ISREG(about.st_mode))
+    throw InputError(place.refusal(ENOTSUP) + ": HDF5 is not written in one stream, name a file");
   H5dont_atexit();  // else it tries again at the program's end to write what the disk has refused, and crashes
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are ours to tell
   // The file that is put in place at the end has no name of its own to the outside.

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/interrupt.h"
 #include "app/identify/parallel.h"
 #include "app/identify/parameter_scores.h"
 #include "core/error.h"
@@ -22,11 +23,11 @@ struct Member {
   CalibrationMatrix told;   ///< Covariance from the recordings alone.
 };
 
-/// @throws std::runtime_error where it cannot be driven or identified.
+/// @throws std::runtime_error where it cannot be driven or identified, Interrupted once a signal has come.
 Member member(const MachineDescription& nominal, const CommissionPlan& plan, bool calibrate_geometry,
               std::uint64_t seed) {
   const sim::MachineTruth truth = sim::sample_truth(nominal, seed);
-  const CommissionRuns runs = run_commissioning(nominal, truth, plan, seed);
+  const CommissionRuns runs = run_commissioning(nominal, truth, plan, seed, [](double) { cli::check_interrupt(); });
   const Commissioned found = calibrate(nominal, runs, {calibrate_geometry, {}});
   if (!found.full.summary.usable) throw std::runtime_error(found.full.summary.reasons.front());
   const CalibrationVector truly =

@@ -29,8 +29,8 @@ std::vector<MeasuredRecording> measured(std::vector<PlannedRecording> plan) {
     std::vector<MeasuredRecording> recordings;
     for (PlannedRecording& planned : plan) {
       const TaskRecording task = read_task(planned.file);
-      for (const std::string& damage : task.damages) std::cerr << "knuckle-studies operators: " << damage << '\n';
-      recordings.push_back({std::move(planned), measure(task)});
+      for (const std::string& flaw : task.flaws) std::cerr << "knuckle-studies operators: " << flaw << '\n';
+      recordings.push_back({std::move(planned), measure(task), task.flaws});
       progress(static_cast<double>(recordings.size()) / static_cast<double>(plan.size()));
     }
     return recordings;
@@ -58,7 +58,9 @@ int run(const Options& options) {
     write_csv(recordings, csv->stream());
     csv->commit();
   }
-  if (!cli::is_standard_output(options.json) && !cli::is_standard_output(options.csv)) print_rows(rows, std::cout);
+  if (cli::is_standard_output(options.json) || cli::is_standard_output(options.csv)) return 0;
+  print_rows(rows, std::cout);
+  print_left_out(recordings, std::cout);
   return 0;
 }
 

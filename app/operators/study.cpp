@@ -52,7 +52,8 @@ PerParticipant participants_of(const std::vector<MeasuredRecording>& recordings,
   std::map<std::string, std::vector<double>> trials;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const PlannedRecording& plan = recordings[i].plan;
-    if (plan.task == task && plan.*factor == level && values[i]) trials[plan.participant].push_back(*values[i]);
+    if (recordings[i].whole() && plan.task == task && plan.*factor == level && values[i])
+      trials[plan.participant].push_back(*values[i]);
   }
   PerParticipant means;
   for (const auto& [participant, own] : trials)

@@ -15,6 +15,8 @@ namespace knuckle::operators {
 struct MeasuredRecording {
   PlannedRecording plan;
   TaskMetrics metrics;
+  std::vector<std::string> flaws;  ///< As TaskRecording::flaws.
+  [[nodiscard]] bool whole() const noexcept { return flaws.empty(); }
 };
 
 /// What is compared: PlannedRecording::condition or ::input.
@@ -29,10 +31,13 @@ struct StudyRow {
 };
 
 /// Tasks and conditions in the order of the plan. A participant's trials of one condition count as their mean. Rows of
-/// what nobody has are left out, and so are differences for which fewer than two participants did both.
+/// what nobody has are left out, and so are differences for which fewer than two participants did both. A recording
+/// that is not whole is no trial: nothing of it counts, as nobody knows how the task went on.
 [[nodiscard]] std::vector<StudyRow> study_rows(const std::vector<MeasuredRecording>& recordings, Factor factor);
 
 void print_rows(const std::vector<StudyRow>& rows, std::ostream& out);
+/// Those that do not count, and why; nothing where all do.
+void print_left_out(const std::vector<MeasuredRecording>& recordings, std::ostream& out);
 /// One row for each recording, with all its metrics; what is none is empty.
 void write_csv(const std::vector<MeasuredRecording>& recordings, std::ostream& out);
 /// Schema knuckle-operators/1 (docs/operator-studies.md).

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <utility>
 
 #include "app/operators/study.h"
 
@@ -34,11 +35,9 @@ std::string csv_text(const std::string& text) {
 
 Json json_of(const MeasuredRecording& recording) {
   const PlannedRecording& plan = recording.plan;
-  Json json{{"file", plan.file},
-            {"participant", plan.participant},
-            {"input", plan.input},
-            {"condition", plan.condition},
-            {"task", plan.task}};
+  Json json{
+      {"file", plan.file}, {"participant", plan.participant}, {"input", plan.input},     {"condition", plan.condition},
+      {"task", plan.task}, {"whole", recording.whole()},      {"flaws", recording.flaws}};
   for (const MetricInfo& info : kMetrics) json["metrics"][info.name] = json_of(recording.metrics.*info.value);
   json["tlx"] = nullptr;
   for (std::size_t i = 0; plan.load && i < kLoadScales.size(); ++i) json["tlx"][kLoadScales[i]] = (*plan.load)[i];
@@ -67,12 +66,22 @@ void print_rows(const std::vector<StudyRow>& rows, std::ostream& out) {
   }
 }
 
+void print_left_out(const std::vector<MeasuredRecording>& recordings, std::ostream& out) {
+  bool first = true;
+  for (const MeasuredRecording& recording : recordings) {
+    if (recording.whole()) continue;
+    if (std::exchange(first, false)) out << "\nLeft out of all means, as these recordings are not whole:\n";
+    out << fmt::format("  {}, {}, task {}: {}\n", recording.plan.participant, recording.plan.condition,
+                       recording.plan.task, recording.flaws.front());
+  }
+}
+
 void write_csv(const std::vector<MeasuredRecording>& recordings, std::ostream& out) {
   out << "file,participant,input,condition,task";
   for (const MetricInfo& info : kMetrics)
     out << ',' << info.name << (std::string_view(info.unit) == "1" ? "" : std::string("_") + info.unit);
   for (const char* scale : kLoadScales) out << ",tlx_" << scale;
-  out << '\n';
+  out << ",whole\n";
   for (const MeasuredRecording& recording : recordings) {
     const PlannedRecording& plan = recording.plan;
     out << fmt::format("{},{},{},{},{}", csv_text(plan.file), csv_text(plan.participant), csv_text(plan.input),
@@ -83,7 +92,7 @@ void write_csv(const std::vector<MeasuredRecording>& recordings, std::ostream& o
     }
     for (std::size_t i = 0; i < kLoadScales.size(); ++i)
       out << ',' << (plan.load ? fmt::format("{:.10g}", (*plan.load)[i]) : "");
-    out << '\n';
+    out << (recording.whole() ? ",1\n" : ",0\n");
   }
 }
 

@@ -48,6 +48,7 @@ std::optional<Window> bookmarked_window(const TaskRecording& task) {
     other_end = true;
   }
   if (!start && !other_end) return std::nullopt;
+  if ((!start || !end) && !task.flaws.empty()) return std::nullopt;  // the other one is in what is missing
   if (!start || !end)
     throw InputError(task.source + ": bookmark \"" + (start ? kTaskStart : kTaskEnd) + "\": has no \"" +
                      (start ? kTaskEnd : kTaskStart) + (start ? "\" after it" : "\" before it"));

@@ -58,7 +58,8 @@ inline constexpr std::array<MetricInfo, 20> kMetrics{{
     {"hand_velocity_peaks", "1", &TaskMetrics::hand_velocity_peaks},
 }};
 
-/// @throws InputError where "task end" does not follow "task start", or one of the two is missing.
+/// @throws InputError where, in a whole recording, "task end" does not follow "task start", or one of the two is
+/// missing.
 [[nodiscard]] TaskMetrics measure(const TaskRecording& task);
 
 }  // namespace knuckle::operators

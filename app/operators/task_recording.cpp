@@ -1,5 +1,7 @@
 #include "app/operators/task_recording.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <optional>
 
@@ -8,6 +10,7 @@
 #include "master/device_kinematics.h"
 #include "master/master_state.h"
 #include "recording/fields.h"
+#include "recording/flaws.h"
 #include "recording/recording.h"
 #include "recording/replay.h"
 #include "recording/wire_events.h"
@@ -18,35 +21,48 @@ namespace {
 
 using recording::Topic;
 
-/// The file, and where it is called ..._part1.mcap, those that follow it.
+/// The file, and where it is called ..._part001.mcap, those that follow it.
 std::vector<std::string> parts_of(const std::string& file) {
-  constexpr std::string_view kFirst = "_part1.mcap";
+  constexpr std::string_view kFirst = "_part001.mcap";
   std::vector<std::string> parts{file};
   if (!file.ends_with(kFirst)) return parts;
   const std::string stem = file.substr(0, file.size() - kFirst.size());
   std::error_code ignored;
   for (int part = 2;; ++part) {
-    const std::string next = stem + "_part" + std::to_string(part) + ".mcap";
+    const std::string next = fmt::format("{}_part{:03}.mcap", stem, part);
     if (!std::filesystem::is_regular_file(next, ignored)) return parts;
     parts.push_back(next);
   }
+}
+
+/// @throws InputError unless a person worked in it, from its beginning on.
+recording::ReplaySetup task_setup(const recording::Recording& recording) {
+  const recording::Head& head = recording.head();
+  if (head.imported)
+    throw InputError(
+        recording.source() +
+        ": was imported from a table: it has no modes, no forces and no operator's side to measure a task by");
+  if (!head.has_operator && !head.has_machine)
+    throw InputError(recording.source() + ": is of " + head.program + ": it has no loop's states");
+  if (head.part != 1)
+    throw InputError(recording.source() +
+                     ": begins in the middle of a session (a flight record, or a later part): name part 1");
+  return setup_of(recording);
 }
 
 class TaskReader {
  public:
   explicit TaskReader(const std::string& file)
       : recording_(parts_of(file)),
-        setup_(setup_of(recording_)),
+        setup_(task_setup(recording_)),
         machine_(setup_.machine),
         hand_(setup_.device.link_m) {
     task_.source = file;
-    if (recording_.head().part != 1)
-      throw InputError(file + ": begins in the middle of a session (a flight record, or a later part): name part 1");
   }
 
   TaskRecording read() {
     while (const auto entry = recording_.next()) take(*entry);
-    task_.damages = recording_.damages();
+    task_.flaws = flaws(recording_);
     return std::move(task_);
   }
 

@@ -37,12 +37,12 @@ struct TaskRecording {
   std::vector<MachineSample> machine;
   std::vector<HandSample> hand;  ///< Empty where the operator's side was not recorded.
   std::vector<recording::Event> bookmarks;
-  std::vector<std::string> damages;  ///< What of the files could not be read, a line each.
+  std::vector<std::string> flaws;  ///< Why it is not all of the trial, a line each; empty: it is whole.
 };
 
 /// @param file a recording; of one in parts, the first, which those beside it follow.
-/// @throws InputError where it cannot be opened, begins in the middle of a session, or has states that this version
-/// does not know.
+/// @throws InputError where it cannot be opened, holds no loop's states (an imported table, a bus by itself), begins in
+/// the middle of a session, or has states that this version does not know.
 [[nodiscard]] TaskRecording read_task(const std::string& file);
 
 }  // namespace knuckle::operators

@@ -128,10 +128,10 @@ void check(const session::SimulateOptions& o) {
   const std::vector<std::string> path = o.operator_paths();
   for (const std::string& file : path)
     if (file.empty()) cli::refuse_option("--operator", o.operator_name, "must name a file after path:");
+  for (const std::string& file : path) cli::check_readable("--operator", file);
   if (!path.empty() && o.map.empty() && !recordings::is_recording(path.front()))
     cli::refuse_option("--operator", o.operator_name, "needs --map FILE.toml to say how to read it");
   if (path.empty() && !o.map.empty()) cli::refuse_option("--map", o.map, "only goes with --operator path:FILE.csv");
-  for (const std::string& file : path) cli::check_readable("--operator", file);
   if (!o.map.empty()) cli::check_readable("--map", o.map);
   if (!o.truth.empty()) cli::check_readable("--truth", o.truth);
   if (!o.flights.empty()) cli::check_folder("--flights", o.flights);

@@ -7,11 +7,14 @@
 #include <memory>
 #include <utility>
 
+#include "app/cli/interrupt.h"
 #include "core/error.h"
 #include "machine/whole_file.h"
 
 namespace knuckle::recordings {
 namespace {
+
+constexpr std::size_t kPieceBytes = std::size_t{1} << 20;  // parsed before a signal is looked for again
 
 std::string trimmed(std::string text) {
   const auto space = [](unsigned char c) { return std::isspace(c) != 0; };
@@ -56,8 +59,13 @@ std::vector<Cells> read_cells(const std::string& path) {
     auto* s = static_cast<Sink*>(to);
     s->rows.push_back(std::exchange(s->row, {}));
   };
-  if (csv_parse(&parser, text.data(), text.size(), cell, end, &sink) != text.size() ||
-      csv_fini(&parser, cell, end, &sink) != 0) {
+  bool parsed = true;
+  for (std::size_t at = 0; at < text.size() && parsed; at += kPieceBytes) {
+    cli::check_interrupt();
+    const std::size_t bytes = std::min(kPieceBytes, text.size() - at);
+    parsed = csv_parse(&parser, text.data() + at, bytes, cell, end, &sink) == bytes;
+  }
+  if (!parsed || csv_fini(&parser, cell, end, &sink) != 0) {
     throw InputError(path + ": row " + std::to_string(sink.rows.size() + 1) +
                      ": a quote that does not open or close a cell");
   }

@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "app/cli/interrupt.h"
 #include "core/error.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
@@ -83,19 +84,21 @@ void refuse_tiny_pressures(const RecordedFile& table) {
                   table.recording.source, kSomePressure_Pa / 1e5, most_Pa / 1e5, row));
 }
 
-/// Other machines' lengths and pressures cannot be this one's. @return notes on the few that are not.
+/// Other machines' lengths and pressures cannot be this one's, nor can a pitch in degrees be its hull's. @return notes
+/// on the few that are not.
 std::vector<std::string> refuse_another_machines(const RecordedFile& table, const MachineDescription& machine) {
   constexpr double kMostOutside = 0.2;
   std::vector<std::string> notes;
-  for (std::size_t c = 0; c + 1 < kSignalChannels; ++c) {
+  for (std::size_t c = 0; c < kSignalChannels; ++c) {
     const SignalRange range = possible_range(machine, c);
     const Outside found = outside(table, c, range);
     if (found.count == 0) continue;
-    const bool length = c >= kPressureChannels;
-    const double unit = length ? 1 : 1e5;
-    const std::string where = fmt::format(
-        "outside what is possible at machine {}, {:.4g} to {:.4g} {} (most of all {:.4g} in row {})", machine.name,
-        range.low / unit, range.high / unit, length ? "m" : "bar", found.worst / unit, found.row);
+    const bool pressure = c < kPressureChannels;
+    const double unit = pressure ? 1e5 : 1;
+    const char* const unit_name = pressure ? "bar" : c + 1 < kSignalChannels ? "m" : "rad";
+    const std::string where =
+        fmt::format("outside what is possible at machine {}, {:.4g} to {:.4g} {} (most of all {:.4g} in row {})",
+                    machine.name, range.low / unit, range.high / unit, unit_name, found.worst / unit, found.row);
     const double share = static_cast<double>(found.count) / static_cast<double>(found.of);
     if (share > kMostOutside)
       throw InputError(fmt::format(
@@ -114,13 +117,14 @@ slave::SlaveState state_of(const estimation::Recording& recording, std::size_t s
   slave::SlaveState state = unknown_state();
   state.at = Time(Duration(std::llround(1e9 * recording.step_s * static_cast<double>(sample))));
   state.measured = recording.usable[sample] != 0;
+  if (!recording.valve.empty()) state.valve_command = recording.valve[sample];
+  if (!state.measured) return state;
   state.oldest_age_s = 0;  // a row's cells are of the row's time
   state.pressure_Pa = measured.pressure_Pa;
   state.cylinder_m = measured.cylinder_m;
   state.hull_pitch_rad = measured.hull_pitch_rad;
   const JointVector length_m = measured.cylinder_m - machine.sensors.encoder_offset_m;
   for (int j = 0; j < kJoints; ++j) state.joint_rad[j] = kinematics.joint_at(j, length_m[j]).value_or(kUnknown);
-  if (!recording.valve.empty()) state.valve_command = recording.valve[sample];
   return state;
 }
 
@@ -183,6 +187,7 @@ std::vector<std::string> write_imported(const RecordedFile& table, recording::He
   const Kinematics kinematics(machine);
   std::vector<std::uint8_t> room(kMostStateBytes);
   for (std::size_t i = 0; i < table.recording.samples.size(); ++i) {
+    cli::check_interrupt();
     const slave::SlaveState state = state_of(table.recording, i, machine, kinematics);
     recording::CdrWriter out(room);
     recording::put(out, state);

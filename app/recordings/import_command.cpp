@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "app/cli/interrupt.h"
 #include "app/recordings/import.h"
 #include "app/recordings/recorded_table.h"
 #include "machine/load.h"
@@ -19,6 +20,7 @@ struct Options {
 };
 
 int run(const Options& o) {
+  const cli::InterruptGuard interrupt;
   cli::check_readable("the table", o.table);
   if (is_recording(o.table)) cli::refuse_option("the table", o.table, "is a recording already");
   if (!is_recording(o.out)) cli::refuse_option("--out", o.out, "must end in .mcap");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "app/recordings/csv_cells.h"
 #include "app/recordings/csv_reader.h"
@@ -23,10 +24,12 @@ using estimation::Recording;
 using Flags = std::vector<std::uint8_t>;
 
 constexpr const char* kTimeColumn = "time_s";
-constexpr double kBridgedSteps = 4;    // a longer hole is none that a line may cross
-constexpr double kSameInstant = 0.02;  // of a step: taken as it is, not interpolated
+constexpr const char* kMeasuredColumn = "measured";  // of `knuckle export`: 0 until every sensor has been heard
+constexpr double kBridgedSteps = 4;                  // a longer hole is none that a line may cross
+constexpr double kSameInstant = 0.02;                // of a step: taken as it is, not interpolated
 constexpr double kSlowest_s = 0.05, kFastest_s = 2e-4;
 constexpr std::size_t kLongest = 4'000'000;  // samples
+constexpr std::size_t kRowsInNotes = 10;     // stretches of them
 
 std::string joint_channel(std::size_t joint, const char* what) {
   return std::string(kJointNames[joint]) + what;
@@ -52,12 +55,33 @@ Mapping own_mapping(const std::string& path) {
     const std::string valve = joint_channel(j, "_valve");
     if (has(header, valve)) map.channels.push_back({.name = valve, .column = valve});
   }
+  if (has(header, kMeasuredColumn)) map.channels.push_back({.name = kMeasuredColumn, .column = kMeasuredColumn});
   if (missing.empty()) return map;
   std::string text = path + ": row 1: no column";
   for (const std::string& name : missing) text += (&name == &missing.front() ? " '" : ", '") + name + "'";
   if (has(header, "t_s") && has(header, "boom_A_bar"))
     throw InputError(text + ": a table of `knuckle simulate --csv` is no recording of the sensors");
   throw InputError(text + " as Knuckle's recordings have; say with --map how to read another file");
+}
+
+/// The sensors' values of rows that say that they were not measured are none: zeros stand there.
+void forget_unmeasured(MappedTable& table) {
+  const auto measured = std::find_if(table.channels.begin(), table.channels.end(),
+                                     [](const MappedChannel& channel) { return channel.name == kMeasuredColumn; });
+  if (measured == table.channels.end()) return;
+  const std::vector<double> flags = std::move(measured->values);
+  table.channels.erase(measured);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < flags.size(); ++i) {
+    if (flags[i] != 0) continue;
+    rows.push_back(table.rows[i]);
+    for (MappedChannel& channel : table.channels) {
+      if (!channel.name.ends_with("_valve")) channel.values[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  if (!rows.empty())
+    table.notes.push_back(std::to_string(rows.size()) + " x not measured (not used): row " +
+                          row_list(rows, kRowsInNotes));
 }
 
 /// Values of one channel over time, unusable cells left out.
@@ -313,7 +337,9 @@ RecordedFile read_recording(const std::string& path, const std::string& map_path
     return Builder(table, map, machine).build();
   }
   const Mapping map = map_path.empty() ? own_mapping(path) : read_mapping(map_path);
-  return Builder(read_mapped_csv(path, map), map, machine).build();
+  MappedTable table = read_mapped_csv(path, map);
+  forget_unmeasured(table);
+  return Builder(table, map, machine).build();
 }
 
 void write_recording(const Recording& recording, std::ostream& out) {

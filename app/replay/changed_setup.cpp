@@ -8,9 +8,13 @@
 #include "app/cli/command.h"
 #include "core/error.h"
 #include "machine/load.h"
+#include "machine/toml_reader.h"
 
 namespace knuckle::replay {
 namespace {
+
+constexpr const char* kOfMachines = "links";  // tables that only one kind of file has
+constexpr const char* kOfDevices = "joints";
 
 /// Which of the two a file has replaced.
 struct Replaced {
@@ -36,25 +40,23 @@ void put_in(const std::string& file, recording::ReplaySetup& setup, Replaced& re
   const auto once = [&file](bool& done, const char* what) {
     if (std::exchange(done, true)) cli::refuse_option("--with", file, std::string("is a second ") + what + " file");
   };
-  std::string machine_error;
-  try {
+  const TomlTable content = TomlTable::read(file);
+  if (content.has(kOfMachines)) {
     setup.machine = calibrated(load_machine(file));
-  } catch (const InputError& error) {
-    machine_error = error.what();
+    return once(replaced.machine, "machine");
   }
-  if (machine_error.empty()) return once(replaced.machine, "machine");
-  try {
-    setup.device = load_device(file);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("--with {}: is neither a machine file ({}) nor a device file ({})", file,
-                                 machine_error, error.what()));
-  }
+  if (!content.has(kOfDevices))
+    throw InputError(
+        fmt::format("--with {}: is neither a machine file: it has no [{}], nor a device file: it has no [{}]", file,
+                    kOfMachines, kOfDevices));
+  setup.device = load_device(file);
   once(replaced.device, "device");
 }
 
 }  // namespace
 
 void change(recording::ReplaySetup& setup, const Changes& changes) {
+  setup.changed = !changes.with.empty() || !changes.control.empty();
   Replaced replaced;
   for (const std::string& file : changes.with) put_in(file_of(file), setup, replaced);
   if (changes.control.empty()) return;

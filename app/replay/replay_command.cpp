@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/interrupt.h"
 #include "app/replay/changed_setup.h"
+#include "recording/flaws.h"
 #include "recording/recording.h"
 #include "recording/replay.h"
 
@@ -30,22 +32,24 @@ void print(const recording::Divergence& first) {
   for (const std::string& line : first.inputs) std::cout << "    " << line << '\n';
 }
 
-/// The largest differences of each side, relative to nothing: their units are in their names.
+/// The largest differences of each side, relative to nothing: their units are in their names. Of words the first.
 void print_fields(const recording::SideResult& side) {
   if (side.fields.empty()) return;
   std::cout << fmt::format("  {:<34} {:>14} {:>10} {:>9}\n", "field", "largest diff.", "at s", "steps");
   for (const auto& [name, field] : side.fields)
-    std::cout << fmt::format("  {:<34} {:>14.6g} {:>10.3f} {:>9}\n", name, field.largest, to_seconds(field.at),
-                             field.steps);
+    std::cout << fmt::format("  {:<34} {:>14} {:>10.3f} {:>9}\n", name,
+                             field.words.empty() ? fmt::format("{:.6g}", field.largest) : field.words,
+                             to_seconds(field.at), field.steps);
 }
 
 int run(const Options& o) {
+  const cli::InterruptGuard interrupt;
   recording::Recording recording(o.files);
   recording::ReplaySetup setup = recording::setup_of(recording);
   change(setup, {o.with, o.control});
-  const recording::ReplayResult result = recording::replay(recording, setup);
-  for (const std::string& damage : recording.damages()) std::cerr << "knuckle replay: " << damage << '\n';
-  if (!recording.complete()) std::cerr << "knuckle replay: " << recording.unfinished() << '\n';
+  const auto watch = [](Time, const auto& /*loop*/) { cli::check_interrupt(); };
+  const recording::ReplayResult result = recording::replay(recording, setup, {watch, watch});
+  for (const std::string& flaw : flaws(recording)) std::cerr << "knuckle replay: " << flaw << '\n';
   for (std::size_t i = 0; i < result.sides.size(); ++i) {
     const recording::SideResult& side = result.sides[i];
     if (!side.recorded) continue;
@@ -63,7 +67,7 @@ int run(const Options& o) {
                              name(change.side), change.recorded, change.replayed);
   const bool whole = recording.damages().empty();
   if (result.identical()) std::cout << (whole ? "identical, bit by bit\n" : "identical as far as it can be read\n");
-  if (!o.with.empty() || !o.control.empty()) return 0;
+  if (!o.with.empty() || !o.control.empty()) return whole ? 0 : 1;
   if (!result.identical() && recording.head().version != cli::program_version())
     std::cout << "recorded by version " << recording.head().version << ", run again by " << cli::program_version()
               << '\n';

@@ -98,8 +98,8 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   if (options.assist_force_limit_N) setup.scenario.assist.force_limit_N = *options.assist_force_limit_N;
   setup.scenario.assist.stop_on_object |= options.assist_stop_on_object;
   if (options.duration_s) setup.scenario.duration_s = *options.duration_s;
-  const sim::LimbClass limb =
-      limb_named(recorded.empty() ? options.operator_name : "", setup.scenario.limb, " or path:FILE.csv");
+  const sim::LimbClass limb = limb_named(recorded.empty() ? options.operator_name : "", setup.scenario.limb,
+                                         ", or path:FILE.csv with --map, or path:FILE.mcap");
   setup.limb = sim::sample_limb(limb, options.seed);
   const sim::PersonClass person = person_named(options.person, setup.scenario.person);
   setup.person = sim::sample_person(person, options.seed);

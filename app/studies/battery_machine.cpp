@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 
+#include "app/cli/interrupt.h"
 #include "app/identify/held_out.h"
 #include "core/seed.h"
 #include "estimation/identification/kim.h"
@@ -19,6 +20,11 @@ constexpr std::size_t kMalagutiEvery = 2;  // 200 Hz to its 100 Hz
 
 estimation::TorqueFit no_fit() {
   return {JointVector::Constant(kNaN), JointVector::Constant(kNaN), JointVector::Constant(kNaN)};
+}
+
+/// A machine is driven for minutes: for MachineRun::watch().
+void watch_for_interrupt(double /*elapsed_s*/) {
+  cli::check_interrupt();
 }
 
 /// Two runs as one comparison.
@@ -52,6 +58,7 @@ void judge_torque(const estimation::TorqueComparison& slow, const estimation::To
 MethodOutcome judge_full(const std::string& method, const MachineDescription& machine,
                          const estimation::FullOptions& options, const estimation::FullResult& full,
                          const identify::CommissionRuns& runs, const Trials& trials, double hull_pitch_rad) {
+  cli::check_interrupt();
   MethodOutcome outcome;
   outcome.method = method;
   if (!take(full.summary, outcome)) return outcome;
@@ -71,6 +78,7 @@ MethodOutcome judge_full(const std::string& method, const MachineDescription& ma
 template <typename Result>
 MethodOutcome judge_baseline(const std::string& method, const MachineDescription& machine, const Result& result,
                              const identify::CommissionRuns& runs, const Trials& trials) {
+  cli::check_interrupt();
   MethodOutcome outcome;
   outcome.method = method;
   if (!take(result.summary, outcome)) return outcome;
@@ -131,6 +139,7 @@ MethodOutcome judge_fine_encoders(const BatterySetup& setup, const MachineDescri
   truth.machine.sensors.encoder_step_m = kFine_m;
   const MachineDescription seen = calibrated(machine);
   motion::MachineRun run(seen, truth, {}, middle_of_range(machine), seed);
+  run.watch(watch_for_interrupt);
   TrialPlan plan = setup.trials;
   plan.presses = plan.lifts = 0;
   plan.hull = today.hull;
@@ -143,7 +152,8 @@ MethodOutcome judge_fine_encoders(const BatterySetup& setup, const MachineDescri
 }
 
 void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint64_t seed, MachineOutcome& outcome) {
-  const identify::CommissionRuns runs = identify::run_commissioning(setup.nominal, truth, setup.commission, seed);
+  const identify::CommissionRuns runs =
+      identify::run_commissioning(setup.nominal, truth, setup.commission, seed, watch_for_interrupt);
   const identify::Commissioned found = identify::calibrate(setup.nominal, runs, {true, setup.full});
   if (!found.full.summary.usable) {
     outcome.failure = found.full.summary.reasons.front();
@@ -153,6 +163,7 @@ void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint6
   const sim::MachineTruth today = setup.oil_changes ? sim::another_day(truth, setup.family, seed) : truth;
   const MachineDescription seen = calibrated(found.machine);
   motion::MachineRun run(seen, today, {}, middle_of_range(setup.nominal), stream_seed(seed, Stream::kUse));
+  run.watch(watch_for_interrupt);
   TrialPlan plan = setup.trials;
   plan.hull = today.hull;
   const Trials trials = run_trials(run, seen, plan, seed);
@@ -175,6 +186,8 @@ MachineOutcome judge_machine(const BatterySetup& setup, const sim::MachineTruth&
   outcome.seed = seed;
   try {
     judge(setup, truth, seed, outcome);
+  } catch (const cli::Interrupted&) {
+    throw;
   } catch (const std::exception& error) {
     outcome.failure = error.what();
     outcome.methods.clear();

@@ -58,7 +58,7 @@ struct BatterySetup {
   bool baselines = true;                      ///< The papers' methods, no calibration, nominal pins, fine encoders.
 };
 
-/// Never throws for a machine that fails: it says so in the outcome.
+/// Never throws for a machine that fails: it says so in the outcome. @throws Interrupted once a signal has come.
 [[nodiscard]] MachineOutcome judge_machine(const BatterySetup& setup, const sim::MachineTruth& truth,
                                            std::uint64_t seed);
 

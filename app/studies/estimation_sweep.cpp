@@ -11,9 +11,7 @@
 #include <utility>
 
 #include "app/cli/command.h"
-#include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
-#include "app/cli/progress.h"
 #include "app/identify/ensemble.h"
 #include "app/session/truth_file.h"
 #include "app/studies/battery_table.h"
@@ -185,12 +183,10 @@ class EstimationBattery {
   CalibrationMatrix ensemble_error(const std::string& title, bool surveyed) const {
     identify::CommissionPlan plan = parts_.front().setup.commission;
     if (!surveyed) plan.survey_poses = 0;
-    const cli::InterruptGuard interrupt;
-    const auto measured = [&](const std::function<void(double)>& progress) {
+    return watched_where(shows_, title, [&](const std::function<void(double)>& progress) {
       return identify::model_error(nominal_, plan, surveyed, options_.ensemble, seed() * kSeedsApart, options_.jobs,
                                    progress);
-    };
-    return shows_ ? cli::watched(interrupt, title, measured) : measured([&](double) { interrupt.check(); });
+    });
   }
 
   void keep(const std::string& prefix, const std::vector<MachineOutcome>& outcomes) {

@@ -12,8 +12,6 @@
 #include <vector>
 
 #include "app/cli/command.h"
-#include "app/cli/interrupt.h"
-#include "app/cli/progress.h"
 #include "app/identify/parallel.h"
 #include "app/studies/ranks.h"
 #include "core/error.h"
@@ -113,9 +111,7 @@ class Share {
   void run() {
     const std::vector<std::uint64_t> cells = missing();
     if (cells.empty()) return;
-    if (battery_.prepare) battery_.prepare();
     std::mutex adding;
-    const cli::InterruptGuard interrupt;
     const auto all = [&](const auto& progress) {
       identify::parallel_for(
           cells.size(), jobs_,
@@ -126,14 +122,10 @@ class Share {
             rows_[cells[i]] = row;
           },
           progress);
-      return 0;
     };
     try {
-      if (shows_) {
-        cli::watched(interrupt, battery_.title, all);
-      } else {
-        all([&](double) { interrupt.check(); });
-      }
+      if (battery_.prepare) battery_.prepare();
+      watched_where(shows_, battery_.title, all);
     } catch (const cli::Interrupted&) {
       if (!file_) throw;
       throw cli::Interrupted(
@@ -171,6 +163,7 @@ class Share {
 }  // namespace
 
 int run_shared(const SweepOptions& options, const std::function<SharedBattery(bool)>& open) {
+  const cli::InterruptGuard interrupt;  // from before the first output is opened
   const Ranks ranks;
   std::optional<Share> share;
   constexpr int kRefused = 2, kInterrupted = 130;

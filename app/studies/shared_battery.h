@@ -4,9 +4,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "app/battery/rows_file.h"
+#include "app/cli/interrupt.h"
+#include "app/cli/progress.h"
 #include "app/studies/sweep_options.h"
 
 namespace knuckle::studies {
@@ -19,8 +22,20 @@ struct SharedBattery {
   std::function<int(const battery::Rows&)> finish;  ///< Writes what was asked for; the exit code.
 };
 
+/// Does `work` behind a bar of this title where it shows one, handing it a function that takes the share done, which
+/// throws Interrupted once a signal has come. An InterruptGuard must live, as one does in all that run_shared() calls.
+template <typename Work>
+auto watched_where(bool shows, const std::string& title, const Work& work) {
+  std::optional<cli::ProgressBar> bar;
+  if (shows) bar.emplace(title);
+  return work([&](double done) {
+    cli::check_interrupt();
+    if (bar) bar->show(done);
+  });
+}
+
 /// @param open makes the battery; throws InputError on bad input. `writes` is true in the process that writes results.
-/// @return the exit code.
+/// @return the exit code. @throws Interrupted within about a second of a signal; complete rows are in their file then.
 int run_shared(const SweepOptions& options, const std::function<SharedBattery(bool writes)>& open);
 
 }  // namespace knuckle::studies

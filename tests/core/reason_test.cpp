@@ -26,6 +26,14 @@ TEST(Reason, SaysThousandsInFull) {
             "no new packet over the link: check the network (203 ms; limit 0.125 ms)");
 }
 
+TEST(Reason, SaysInWordsWhatANodeHasBecome) {
+  EXPECT_EQ(text({ReasonCode::kNodeFault, 0x10, 0, 5}),
+            "node 0x10: node is no longer operational: check it, then start again (it has started anew)");
+  EXPECT_NE(text({ReasonCode::kNodeFault, 0x10, 4, 5}).find("(it is stopped)"), std::string::npos);
+  EXPECT_NE(text({ReasonCode::kNodeFault, 0x10, 127, 5}).find("(it is pre-operational)"), std::string::npos);
+  EXPECT_NE(text({ReasonCode::kNodeFault, 0x10, 3, 15}).find("(its valve's status is 0x0003)"), std::string::npos);
+}
+
 TEST(Reason, HasItsIdentifierInLogs) {
   EXPECT_EQ(text_with_code({ReasonCode::kLinkLost, 0, 203, 200}),
             "link_lost: no new packet over the link: check the network (203 ms; limit 200 ms)");

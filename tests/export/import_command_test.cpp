@@ -1,6 +1,11 @@
 // `knuckle import` as a user runs it, and what is made of a recording where a CSV was expected so far.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "recording/fields.h"
+#include "recording/recording.h"
+#include "slave/slave_state.h"
 #include "tests/export/machines.h"
 #include "tests/export/recorded_session.h"
 
@@ -28,6 +33,39 @@ TEST(ImportCommand, MakesARecordingThatIsExportedAndNotReplayed) {
   const ProgramRun replayed = run({"replay", mcap});
   EXPECT_EQ(replayed.exit_code, 2);
   EXPECT_EQ(std::count(replayed.err.begin(), replayed.err.end(), '\n'), 1) << replayed.err;
+}
+
+/// The first rows of a session, half of them before every sensor has been heard: zeros that nobody measured.
+TEST(ImportCommand, RowsThatWereNotMeasuredAreHoles) {
+  const test::TemporaryFolder folder;
+  const std::string csv = folder.file("machine.csv"), mcap = folder.file("machine.mcap");
+  ASSERT_EQ(
+      run({"export", test::recorded_session().recording, "--csv", csv, "--side", "machine", "--to", "0.3"}).exit_code,
+      0);
+  const ProgramRun imported = run({"import", csv, "--machine", "solar015", "--out", mcap});
+  EXPECT_EQ(imported.exit_code, 0) << imported.err;
+  EXPECT_NE(imported.out.find(" x not measured (not used): row 2-"), std::string::npos) << imported.out;
+  EXPECT_EQ(imported.out.find("outside what is possible"), std::string::npos) << imported.out;
+  recording::Recording written({mcap}), original({test::recorded_session().recording});
+  std::vector<slave::SlaveState> imported_states, states;
+  const auto read = [](recording::Recording& from, std::vector<slave::SlaveState>& to) {
+    while (const auto entry = from.next()) {
+      if (entry->topic == recording::Topic::kMachineState)
+        ASSERT_TRUE(recording::decode(entry->data, to.emplace_back()));
+    }
+  };
+  read(written, imported_states);
+  read(original, states);
+  ASSERT_GT(imported_states.size(), 40u);
+  EXPECT_FALSE(states[0].measured);
+  for (std::size_t i = 0; i < imported_states.size(); ++i) {
+    ASSERT_EQ(imported_states[i].measured, states[i].measured) << i;
+    if (states[i].measured) {
+      EXPECT_NEAR(imported_states[i].cylinder_m[kBoom], states[i].cylinder_m[kBoom], 1e-9);
+    } else {
+      EXPECT_TRUE(std::isnan(imported_states[i].cylinder_m[kBoom])) << i;
+    }
+  }
 }
 
 TEST(ImportCommand, RefusesWithOneLine) {

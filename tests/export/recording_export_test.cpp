@@ -353,6 +353,9 @@ TEST(RecordingExport, RefusesWhatCannotBeMeant) {
   expect_refused({"--machine", "solar015", "--hdf5", out}, "--hdf5 " + out + ": needs a recording (.mcap)");
   expect_refused({file, "--machine", "solar015", "--urdf", out},
                  "--machine solar015: does not go with a recording, which has its own");
+  expect_refused(
+      {file, "--hdf5", "/dev/full"},
+      "--hdf5 /dev/full: cannot be written: Operation not supported: HDF5 is not written in one stream, name a file");
   expect_refused({file, "--hdf5", "-"}, "--hdf5 -: must be a file: HDF5 is not written in one stream");
   expect_refused({file, "--urdf", out, "--from", "1"}, "--from: only goes with --csv, --hdf5, --candump or --pictures");
   expect_refused({file, "--candump", out, "--from", "2", "--to", "1"}, "--to: must not be before --from");

@@ -4,6 +4,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "recording/mcap/file_writer.h"
+#include "recording/topics.h"
 #include "tests/operators/recorded_sessions.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
@@ -29,14 +31,18 @@ class OperatorsCommand : public testing::Test {
   std::string plan_ = folder_.file("plan.toml");
 };
 
+/// A person engages and waits for so long.
+std::string waiting(int seconds) {
+  return "name = \"reach\"\ndescription = \"Of a test\"\nreference_reach_m = 3.2\nreference_payload_kg = 150\n"
+         "start_deg = [40, -75, -40]\nhand_deg = [42, -77, -38]\nduration_s = 5\n[operator]\nlimb = \"normal\"\n"
+         "reaction_ms = 200\n[[phase]]\nname = \"engage\"\nkind = \"engage\"\n[[phase]]\nname = \"wait\"\n"
+         "kind = \"wait\"\nduration_s = " +
+         std::to_string(seconds) + "\n";
+}
+
 TEST_F(OperatorsCommand, MakesOneTableOfSeveralRecordings) {
-  const std::string scenario =
-      "name = \"reach\"\ndescription = \"Of a test\"\nreference_reach_m = 3.2\nreference_payload_kg = 150\n"
-      "start_deg = [40, -75, -40]\nhand_deg = [42, -77, -38]\nduration_s = 5\n[operator]\nlimb = \"normal\"\n"
-      "reaction_ms = 200\n[[phase]]\nname = \"engage\"\nkind = \"engage\"\n[[phase]]\nname = \"wait\"\n"
-      "kind = \"wait\"\nduration_s = ";
-  test::record(scenario + "1\n", folder_.file("short.mcap"));
-  test::record(scenario + "2\n", folder_.file("long.mcap"));
+  test::record(waiting(1), folder_.file("short.mcap"));
+  test::record(waiting(2), folder_.file("long.mcap"));
   write_plan(planned("short.mcap", "a", "x") + planned("long.mcap", "a", "y") +
              planned("../" + folder_.path().filename().string() + "/other.mcap", "b", "x") +
              planned("other_long.mcap", "b", "y"));
@@ -54,6 +60,47 @@ TEST_F(OperatorsCommand, MakesOneTableOfSeveralRecordings) {
     EXPECT_EQ(row["n"], 2);
   }
   EXPECT_EQ(test::content(folder_.file("o.csv")).substr(0, 38), "file,participant,input,condition,task,");
+}
+
+TEST_F(OperatorsCommand, CountsNoTrialThatIsCutOffAndSaysSo) {
+  const std::string whole = folder_.file("whole.mcap"), cut = folder_.file("cut.mcap");
+  test::record(waiting(3), whole);
+  std::filesystem::copy(whole, cut);
+  std::filesystem::resize_file(cut, std::filesystem::file_size(cut) * 6 / 10);
+  write_plan(planned("whole.mcap", "a", "x") + planned("cut.mcap", "b", "x"));
+  const auto result = run({"--json", folder_.file("o.json"), "--csv", folder_.file("o.csv")});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find(cut + ": has no end: its program was killed, or the disk refused the rest\n"), std::string::npos) << result.err;
+  EXPECT_EQ(result.err.find(whole), std::string::npos) << result.err;
+  EXPECT_NE(result.out.find("Left out of all means, as these recordings are not whole:\n  b, x, task reach: " + cut),
+            std::string::npos)
+      << result.out;
+  const auto json = nlohmann::json::parse(test::content(folder_.file("o.json")));
+  ASSERT_EQ(json["recordings"].size(), 2u);
+  const auto &kept = json["recordings"][0], &left_out = json["recordings"][1];
+  EXPECT_EQ(kept["whole"], true);
+  EXPECT_TRUE(kept["flaws"].empty());
+  EXPECT_EQ(left_out["whole"], false);
+  EXPECT_EQ(left_out["flaws"].back(), cut + ": has no end: its program was killed, or the disk refused the rest");
+  EXPECT_LT(left_out["metrics"]["task_time"], kept["metrics"]["task_time"]);
+  for (const auto& row : json["rows"]) EXPECT_EQ(row["n"], 1) << row;
+  const std::string csv = test::content(folder_.file("o.csv"));
+  EXPECT_NE(csv.find(",whole\n"), std::string::npos);
+  EXPECT_TRUE(csv.ends_with(",0\n")) << csv;
+}
+
+TEST_F(OperatorsCommand, RefusesAnImportedTable) {
+  recording::Head head;
+  head.program = "knuckle import";
+  head.imported = head.has_machine = head.virtual_time = true;
+  mcap::FileWriter file;
+  std::string path = folder_.file("table.mcap");
+  ASSERT_TRUE(file.open(path, recording::topics()) && file.note(recording::metadata_of(head)) && file.close());
+  write_plan(planned("table.mcap", "a", "x"));
+  const auto result = run();
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("table.mcap: was imported from a table"), std::string::npos) << result.err;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
 }
 
 TEST_F(OperatorsCommand, RefusesBadInputInOneLine) {

@@ -75,6 +75,16 @@ TEST(Study, CountsTheTrialsOfAParticipantAsTheirMean) {
   EXPECT_DOUBLE_EQ(rows.at(0).interval.mean.value(), 4);
 }
 
+TEST(Study, CountsNothingOfATrialThatIsNotWhole) {
+  MeasuredRecording cut = trial("b", "x", 5);
+  cut.plan.load = TaskLoad{10, 20, 30, 40, 50, 60};
+  cut.flaws = {"cut.mcap: has no end"};
+  const std::vector<StudyRow> rows = study_rows({trial("a", "x", 1), cut}, &PlannedRecording::condition);
+  ASSERT_EQ(rows.size(), 1u) << "nor of its questionnaire";
+  EXPECT_EQ(rows[0].interval.n, 1u);
+  EXPECT_DOUBLE_EQ(rows[0].interval.mean.value(), 1);
+}
+
 TEST(Study, WritesWhatIsNoneAsNullAndNotAsZero) {
   MeasuredRecording recording = trial("a", "x, y", 1);
   recording.plan.load = TaskLoad{10, 20, 30, 40, 50, 60};

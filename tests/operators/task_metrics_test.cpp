@@ -210,15 +210,15 @@ TEST(TaskRecording, OfSeveralPartsIsReadAsOne) {
   recording::Head head = recording::Recording({folder.file("whole.mcap")}).head();
   for (int part = 1; part <= 2; ++part) {
     head.part = part;
-    const std::string name = folder.file("whole_part" + std::to_string(part) + ".mcap");
+    const std::string name = folder.file("whole_part00" + std::to_string(part) + ".mcap");
     int count = 0;
     test::rewrite(folder.file("whole.mcap"), name, head, {1},
                   [&](const std::string&, auto&) { return (++count <= 6000) == (part == 1); });
   }
-  const TaskRecording parts = read_task(folder.file("whole_part1.mcap"));
+  const TaskRecording parts = read_task(folder.file("whole_part001.mcap"));
   EXPECT_EQ(parts.machine.size(), whole.machine.size());
   EXPECT_EQ(parts.hand.size(), whole.hand.size());
-  EXPECT_THROW((void)read_task(folder.file("whole_part2.mcap")), InputError);
+  EXPECT_THROW((void)read_task(folder.file("whole_part002.mcap")), InputError);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "recording/events.h"
 #include "recording/file_names.h"
+#include "recording/flaws.h"
 #include "recording/replayed_wires.h"
 #include "recording/taped_wires.h"
 #include "tests/recording/recorded_session.h"
@@ -214,7 +215,7 @@ TEST(Recorder, FlightRecordThatTheDiskCutOffIsNotTakenForAWholeOne) {
   while (recording.next()) {
   }
   EXPECT_FALSE(recording.complete());
-  EXPECT_NE(recording.unfinished().find("the disk refused the rest"), std::string::npos);
+  EXPECT_NE(recording::flaws(recording).back().find("the disk refused the rest"), std::string::npos);
 }
 
 TEST(Recorder, StopsBeforeTheDiskIsFullAndDeletesNothingOfAProgramThatRuns) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/session/session.h"
+#include "core/error.h"
 #include "machine/load.h"
 #include "master/master_state.h"
 #include "recording/fields.h"
@@ -258,6 +259,19 @@ TEST_F(ReplayOfAPress, ReportsADroppedStepAtTheNextOne) {
       EXPECT_EQ(of(side, result).first->what.front(),
                 "steps " + number + " to " + number + " are missing in the recording");
     }
+  }
+}
+
+TEST_F(ReplayOfAPress, OfAFlightRecordIsRefusedWithoutNamingAFirstPart) {
+  head_.part = 0;
+  try {
+    (void)replay_with([](const auto&, auto&) { return true; });
+    FAIL() << "was replayed";
+  } catch (const InputError& error) {
+    const std::string said = error.what();
+    EXPECT_NE(said.find("(a flight record): "), std::string::npos) << said;
+    EXPECT_NE(said.find("`knuckle explain` reads it"), std::string::npos) << said;
+    EXPECT_EQ(said.find("part 1"), std::string::npos) << said;
   }
 }
 

@@ -66,12 +66,20 @@ TEST_F(Import, EverySampleOfTheTableIsAStateOfTheMachine) {
     EXPECT_EQ(state.at, entry->at);
     EXPECT_EQ(to_seconds(state.at), std::round(1e9 * table_.recording.step_s * static_cast<double>(i)) / 1e9);
     EXPECT_EQ(state.measured, table_.recording.usable[i] != 0);
-    EXPECT_EQ(state.pressure_Pa, sample.pressure_Pa);
-    EXPECT_EQ(state.cylinder_m, sample.cylinder_m);
-    EXPECT_EQ(state.hull_pitch_rad, sample.hull_pitch_rad);
     for (int j = 0; j < kJoints; ++j) {
       const double told = table_.recording.valve[i][j];
       EXPECT_TRUE(std::isnan(told) ? std::isnan(state.valve_command[j]) : state.valve_command[j] == told);
+    }
+    if (state.measured) {
+      EXPECT_EQ(state.pressure_Pa, sample.pressure_Pa);
+      EXPECT_EQ(state.cylinder_m, sample.cylinder_m);
+      EXPECT_EQ(state.hull_pitch_rad, sample.hull_pitch_rad);
+    } else {
+      for (const double untold : {state.pressure_Pa[0], state.pressure_Pa[5], state.cylinder_m[1], state.hull_pitch_rad,
+                                  state.joint_rad[2], state.oldest_age_s})
+        EXPECT_TRUE(std::isnan(untold)) << "in a hole";
+    }
+    for (int j = 0; j < kJoints && state.measured; ++j) {
       const double length_m = sample.cylinder_m[j] - machine_.sensors.encoder_offset_m[j];
       EXPECT_EQ(state.joint_rad[j], kinematics.joint_at(j, length_m).value());
     }
@@ -176,6 +184,19 @@ TEST_F(Import, RefusalNamesTheMostExtremeValueItsRowAndTheBound) {
                       "); at most 20 % may be: "),
             std::string::npos)
       << said;
+}
+
+TEST_F(Import, IsRefusedWhereTheHullsPitchIsInDegrees) {
+  const std::string to = folder_.file("degrees.mcap");
+  for (auto& sample : table_.recording.samples) sample.hull_pitch_rad = 3.5;
+  table_.recording.samples[7].hull_pitch_rad = 100;
+  const std::string said = refusal(table_, machine_, to);
+  EXPECT_EQ(said.find(csv_ + ": column 'hull_pitch_rad': 100 % of it is outside what is possible at machine "), 0U)
+      << said;
+  EXPECT_NE(said.find(", -0.35 to 0.35 rad (most of all 100 in row " + std::to_string(table_.rows[7]) + ")"),
+            std::string::npos)
+      << said;
+  EXPECT_FALSE(std::filesystem::exists(to));
 }
 
 TEST_F(Import, SaysWhichFewValuesTheMachineCannotHaveMeasured) {

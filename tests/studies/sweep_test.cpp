@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -253,6 +255,35 @@ TEST_F(SweepProgram, AScenarioThatNeedsARecordingIsRefusedBeforeAnythingRuns) {
   const ProgramRun run =
       run_program(test::program("knuckle-studies"), {"sweep", "--battery", "work", "--grid", grid, "--sessions", "1"});
   expect_refused(run, "recorded_dig.toml: follows a recording");
+}
+
+/// The first cell takes far longer than reading the options: its row is there only if somebody waits for it.
+void expect_end_in_the_first_cell(const test::TemporaryFolder& folder, const Arguments& battery) {
+  const std::string rows = folder.file("rows");
+  Arguments arguments{"sweep", "--jobs", "1", "--rows", rows, "--json", folder.file("out.json")};
+  arguments.insert(arguments.end(), battery.begin(), battery.end());
+  test::RunningProgram program(test::program("knuckle-studies"), arguments);
+  while (!std::filesystem::exists(rows) && !program.ends_within(std::chrono::seconds(0))) {
+  }
+  EXPECT_TRUE(program.interrupt_when_it_listens());
+  const ProgramRun run = program.wait();
+  EXPECT_EQ(run.exit_code, 130) << run.err;
+  EXPECT_EQ(run.err, "knuckle-studies: interrupted; 0 of 2 cells are kept: the same command runs the others\n");
+  const std::string kept = content(rows);
+  EXPECT_EQ(std::count(kept.begin(), kept.end(), '\n'), 1) << "the head and no row";
+  EXPECT_EQ(folder.count(), 1) << "no part of --json";
+}
+
+TEST_F(SweepProgram, InterruptedEndsInTheMidstOfASession) {
+  expect_end_in_the_first_cell(folder_, {"--battery", "work", "--sessions", "2"});
+}
+
+TEST_F(SweepProgram, InterruptedEndsInTheMidstOfAMachine) {
+  expect_end_in_the_first_cell(folder_, {"--battery", "estimation", "--machines", "2", "--ensemble", "0"});
+}
+
+TEST_F(SweepProgram, InterruptedEndsInTheMidstOfTheEnsemble) {
+  expect_end_in_the_first_cell(folder_, {"--battery", "estimation", "--machines", "2", "--ensemble", "2"});
 }
 
 }  // namespace

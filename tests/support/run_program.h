@@ -13,6 +13,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -73,6 +74,21 @@ class RunningProgram {
       if (std::chrono::steady_clock::now() > give_up) return false;
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
+  }
+  /// SIGINT after it has said that it notes it. @return whether it came to that before it ended.
+  bool interrupt_when_it_listens() const {
+    while (!ends_within(std::chrono::seconds(0))) {
+      std::ifstream status("/proc/" + std::to_string(child_) + "/status");
+      for (std::string line; std::getline(status, line);) {
+        constexpr std::string_view kCaught = "SigCgt:";
+        if (!line.starts_with(kCaught)) continue;
+        if ((std::stoull(line.substr(kCaught.size()), nullptr, 16) >> (SIGINT - 1) & 1) == 0) continue;
+        signal(SIGINT);
+        return true;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
   }
   /// Until it has ended.
   ProgramRun wait() {

@@ -8,6 +8,7 @@
 #include "app/session/scenario.h"
 #include "core/error.h"
 #include "machine/load.h"
+#include "recording/flaws.h"
 #include "recording/events.h"
 #include "recording/fields.h"
 #include "recording/wire_events.h"
@@ -257,9 +258,8 @@ Played load(const std::vector<std::string>& files) {
   Reader reader(recording, played);
   while (const auto entry = recording.next()) reader.take(*entry);
   played.run = Run(reader.take_data());
-  played.notes = recording.damages();
+  played.notes = recording::flaws(recording);
   if (const std::string said = reader.complaint(); !said.empty()) played.notes.push_back(played.file + ": " + said);
-  if (!recording.complete()) played.notes.push_back(recording.unfinished());
   if (played.run.empty()) {
     const std::string why = played.notes.empty() ? "" : " (" + played.notes.front() + ")";
     throw InputError(played.file + ": holds no step of a loop: there is nothing to play" + why);
