@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/session/frame_log.h"
+#include "recording/events.h"
 #include "recording/file_names.h"
 #include "recording/recording.h"
 #include "recording/wire_events.h"
