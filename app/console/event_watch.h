@@ -21,7 +21,7 @@ struct Watched {
   const SlaveMessage* machine = nullptr;  ///< Newest; nullptr: none was received.
   double silence_s = 0;
   bool stop = false;
-  Reason device{}, warning{};
+  Reason device, warning;
   double force_most_N = std::numeric_limits<double>::infinity();  ///< That the person has set.
 };
 [[nodiscard]] inline Watched watched(const master::MasterLoop& master) noexcept {
