@@ -18,10 +18,10 @@ class MaximumForce : public testing::Test {
   /// One step with this force on the tip.
   void press(double force_N) {
     machine_.tip_force_N = {-0.8 * force_N, 0.6 * force_N};
-    Watched watched;
-    watched.machine = &machine_;
-    watched.force_most_N = most_N_;
-    watch_.step(now_ += 5ms, watched, nullptr);
+    Watched side;
+    side.machine = &machine_;
+    side.force_most_N = most_N_;
+    watch_.step(now_ += 5ms, side, nullptr);
     for (ConsoleEvent event; ring_->pop(event);)
       if (event.kind == ConsoleEventKind::kTooMuch) told_.push_back(event);
   }

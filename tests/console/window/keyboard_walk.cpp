@@ -47,6 +47,7 @@ std::map<ImGuiID, DrawnItem> KeyboardWalk::items() const {
 }
 
 void KeyboardWalk::press(const std::string& key) const {
+  ImGui::GetIO().KeyRepeatDelay = 1e6F;  // one step, however long two frames take here
   (void)xdotool("keydown " + key);
   frames_(2);
   (void)xdotool("keyup " + key);
