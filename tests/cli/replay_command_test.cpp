@@ -37,7 +37,9 @@ TEST_F(ReplayCommand, FailsWhereNotAllCouldBeReadAlsoWithAnotherMachine) {
   EXPECT_EQ(replay({session_, "--with", "compact080"}).exit_code, 0);
   const auto run = replay({cut, "--with", "solar015"});
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_NE(run.err.find(cut + ": has no end: its program was killed, or the disk refused the rest\n"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find(cut + ": has no end: its program was killed, or the disk refused the rest\n"),
+            std::string::npos)
+      << run.err;
 }
 
 TEST_F(ReplayCommand, CallsModesAndCodesByTheirNames) {

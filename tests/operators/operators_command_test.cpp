@@ -70,7 +70,9 @@ TEST_F(OperatorsCommand, CountsNoTrialThatIsCutOffAndSaysSo) {
   write_plan(planned("whole.mcap", "a", "x") + planned("cut.mcap", "b", "x"));
   const auto result = run({"--json", folder_.file("o.json"), "--csv", folder_.file("o.csv")});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_NE(result.err.find(cut + ": has no end: its program was killed, or the disk refused the rest\n"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find(cut + ": has no end: its program was killed, or the disk refused the rest\n"),
+            std::string::npos)
+      << result.err;
   EXPECT_EQ(result.err.find(whole), std::string::npos) << result.err;
   EXPECT_NE(result.out.find("Left out of all means, as these recordings are not whole:\n  b, x, task reach: " + cut),
             std::string::npos)
