@@ -50,8 +50,8 @@ TEST(ImportCommand, RowsThatWereNotMeasuredAreHoles) {
   std::vector<slave::SlaveState> imported_states, states;
   const auto read = [](recording::Recording& from, std::vector<slave::SlaveState>& to) {
     while (const auto entry = from.next()) {
-      if (entry->topic == recording::Topic::kMachineState)
-        ASSERT_TRUE(recording::decode(entry->data, to.emplace_back()));
+      if (entry->topic != recording::Topic::kMachineState) continue;
+      ASSERT_TRUE(recording::decode(entry->data, to.emplace_back()));
     }
   };
   read(written, imported_states);
