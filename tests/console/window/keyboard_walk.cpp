@@ -51,7 +51,7 @@ void KeyboardWalk::press(const std::string& key) const {
   (void)xdotool("keydown " + key);
   frames_(2);
   (void)xdotool("keyup " + key);
-  frames_(2);
+  frames_(1);
 }
 
 ImGuiID KeyboardWalk::focused() {
