@@ -307,7 +307,9 @@ TEST(PlayerCommand, RefusesInOneLineWhatCannotBePlayed) {
   expect_refused("--simulate --beside x.mcap", "--beside x.mcap: goes with --replay");
   expect_refused(press + " --control cues --beside x.mcap", "--beside x.mcap: does not go with --with or --control");
   expect_refused(press + " --at 99", "--at 99: must be");
-  expect_refused(press + " --with /dev/null", "is neither a machine file");
+  expect_refused(press + " --with /dev/null", "/dev/null: cannot be read: is not a regular file");
+  expect_refused(press + " --with " + test::source_dir() + "/config/scenarios/wall_contact.toml",
+                 "wall_contact.toml: is neither a machine file");
   expect_refused(press + " --control none", "--control none");
   expect_refused("--replay /no/such.mcap", "/no/such.mcap");
   expect_refused("--replay " + test::source_dir() + "/README.md", "README.md");
