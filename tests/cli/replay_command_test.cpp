@@ -53,14 +53,6 @@ TEST_F(ReplayCommand, CallsModesAndCodesByTheirNames) {
   }
 }
 
-TEST_F(ReplayCommand, ANegativeZeroIsNoDifferenceOfAnotherLaw) {
-  const auto run = replay({session_, "--control", "cues"});
-  EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NE(run.out.find("first difference"), std::string::npos) << run.out;
-  EXPECT_EQ(run.out.find("recorded 0, replayed -0\n"), std::string::npos) << run.out;
-  EXPECT_EQ(run.out.find("recorded -0, replayed 0\n"), std::string::npos) << run.out;
-}
-
 TEST_F(ReplayCommand, SaysWhatIsWrongInAMachineFileThatIsCutOff) {
   std::ifstream whole(test::source_dir() + "/config/machines/solar015.toml");
   std::string text{std::istreambuf_iterator<char>(whole), {}};

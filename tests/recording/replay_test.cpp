@@ -262,6 +262,27 @@ TEST_F(ReplayOfAPress, ReportsADroppedStepAtTheNextOne) {
   }
 }
 
+TEST_F(ReplayOfAPress, ANegativeZeroIsADifferenceOfTheSameLoopsOnly) {
+  const std::string copy = folder_->file("negative_zero.mcap");
+  std::filesystem::remove(copy);
+  test::rewrite(original_, copy, head_, kFast, [](const std::string& topic, std::vector<std::uint8_t>& message) {
+    master::MasterState state;
+    if (topic != state_topic(Side::kOperator) || !decode(message, state)) return true;
+    if (state.law_force_N[0] == 0) state.law_force_N[0] = -0.0;
+    CdrWriter out(message);
+    put(out, state);
+    return true;
+  });
+  for (const bool changed : {false, true}) {
+    Recording recording({copy});
+    ReplaySetup setup = setup_of(recording);
+    setup.changed = changed;
+    const ReplayResult result = replay(recording, setup);
+    EXPECT_EQ(result.identical(), changed);
+    EXPECT_EQ(result.sides[0].fields.contains("law_force_N[0]"), !changed);
+  }
+}
+
 TEST_F(ReplayOfAPress, OfAFlightRecordIsRefusedWithoutNamingAFirstPart) {
   head_.part = 0;
   try {
