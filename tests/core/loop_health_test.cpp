@@ -69,7 +69,8 @@ TEST(RealtimeThread, TellsHowItRunsWhileItRuns) {
     if (++steps == 3) clock.sleep_until(now + 10ms);
   });
   LoopHealth health;
-  while (!mailbox.take(health) || health.overruns < 9) clock.sleep_until(clock.now() + 1ms);
+  // A computer that is busy makes overruns of its own, also before the third step.
+  while (!mailbox.take(health) || health.overruns < 9 || health.steps < 4) clock.sleep_until(clock.now() + 1ms);
   const std::optional<std::string> granted = thread.granted();
   thread.stop();
   EXPECT_EQ(granted, std::string(health.policy.data()));

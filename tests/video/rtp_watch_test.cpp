@@ -86,16 +86,22 @@ TEST(PictureOverRtp, IsMarkedWhereAPartOfItWasLostUntilTheNextKeyPicture) {
     ASSERT_NE(frame, nullptr);
     EXPECT_FALSE(frame->damaged) << i;
   }
-  const std::uint64_t lost = wire.lost();
-  wire.set_cut(true);
-  ASSERT_TRUE(comes([&] { return wire.lost() > lost; }));
-  wire.set_cut(false);
   bool damaged = false;
-  EXPECT_TRUE(comes([&] {
-    const auto frame = camera.take();
+  const auto next_is_damaged = [&] {
+    const auto frame = next_frame(camera);
     damaged |= frame && frame->damaged;
-    return damaged && frame && !frame->damaged;
-  })) << (damaged ? "whole again" : "damaged");
+    return frame && frame->damaged;
+  };
+  // What is lost right before a key picture is mended at once, which may happen, but not time after time.
+  for (int tries = 0; tries < 10 && !damaged; ++tries) {
+    const std::uint64_t lost = wire.lost();
+    wire.set_cut(true);
+    ASSERT_TRUE(comes([&] { return wire.lost() > lost; }));
+    wire.set_cut(false);
+    for (int i = 0; i < 10 && !damaged; ++i) (void)next_is_damaged();
+  }
+  ASSERT_TRUE(damaged);
+  EXPECT_TRUE(comes([&] { return !next_is_damaged(); })) << "whole again";
 }
 
 }  // namespace
