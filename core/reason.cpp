@@ -131,6 +131,7 @@ std::string subject_text(SubjectKind kind, std::uint8_t subject) {
 /// one, else its valve's status word (CiA 408).
 std::string node_state_text(const Reason& reason) {
   constexpr int kOperational = 5;
+  if (!(reason.value >= 0 && reason.value <= 0xFFFF && reason.limit >= 0 && reason.limit <= 0xFFFF)) return "";
   const auto state = static_cast<int>(reason.value);
   if (static_cast<int>(reason.limit) != kOperational) return fmt::format(" (its valve's status is 0x{:04X})", state);
   constexpr std::array<std::pair<int, const char*>, 3> kStates{

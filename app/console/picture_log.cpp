@@ -13,7 +13,8 @@ void PictureLog::show(std::uint32_t run, const recording::CameraStamp& stamp, co
   auto& camera = cameras_[stamp.camera];
   if (!camera) camera = std::make_unique<Camera>();
   const bool due = camera->last == kNever || frame.received - camera->last >= period_;
-  if (!due || !camera->encoder.free()) return;
+  const bool paused = camera->last != kNever && stamp.at == camera->next.picture.at;  // time stands still
+  if (!due || paused || !camera->encoder.free()) return;
   camera->last = frame.received;
   camera->next = {run, {stamp.at, stamp.camera, {}}};
   camera->encoder.give(frame);

@@ -24,7 +24,8 @@ class PictureLog {
     std::uint32_t run = 0;  ///< The session it was shown in.
     recording::CameraPicture picture;
   };
-  /// A picture that is shown now, which is one of the recorded where its turn has come.
+  /// A picture that is shown now, which is one of the recorded where its turn has come. One of each session time: none
+  /// while a session is paused.
   void show(std::uint32_t run, const recording::CameraStamp& stamp, const video::Frame& frame);
   /// Those made since the last call.
   [[nodiscard]] std::vector<Made> made();

@@ -19,13 +19,14 @@ video::Frame grey(Time received) {
 }
 
 /// Shown one after the other, 30 a second, each long after the one before was made.
-std::vector<PictureLog::Made> shown(PictureLog& log, const std::string& camera, int count) {
+/// @param paused session time stands still.
+std::vector<PictureLog::Made> shown(PictureLog& log, const std::string& camera, int count, bool paused = false) {
   std::vector<PictureLog::Made> all;
   for (int i = 0; i < count; ++i) {
     const Time at = Time(100s) + i * 33ms;
     recording::CameraStamp stamp;
     stamp.camera = camera;
-    stamp.at = at - 90s;
+    stamp.at = paused ? Time(10s) : at - 90s;
     log.show(3, stamp, grey(at));
     const auto take = [&] {
       auto made = log.made();
@@ -49,6 +50,11 @@ TEST(PictureLog, RecordsSoManyASecondOfEachCameraWithTheTimeTheyWereShown) {
     for (std::size_t i = 1; i < made.size(); ++i) EXPECT_GE(made[i].picture.at - made[i - 1].picture.at, 200ms - 33ms);
   }
   EXPECT_TRUE(log.problems().empty());
+}
+
+TEST(PictureLog, RecordsOneWhileASessionIsPaused) {
+  PictureLog log(5);
+  EXPECT_EQ(shown(log, "mast", 31, true).size(), 1u);
 }
 
 TEST(PictureLog, RecordsNoneWhereNoneWereAskedFor) {

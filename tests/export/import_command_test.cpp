@@ -18,13 +18,21 @@ ProgramRun run(std::vector<std::string> arguments) {
   return test::run_program(test::program("knuckle"), std::move(arguments));
 }
 
-TEST(ImportCommand, MakesARecordingThatIsExportedAndNotReplayed) {
+/// A part of the session's own table, and the recording that is made of it.
+struct ImportCommand : testing::Test {
   const test::TemporaryFolder folder;
   const std::string csv = folder.file("machine.csv"), mcap = folder.file("machine.mcap");
-  ASSERT_EQ(
-      run({"export", test::recorded_session().recording, "--csv", csv, "--side", "machine", "--from", "0.3"}).exit_code,
-      0);
-  const ProgramRun imported = run({"import", csv, "--machine", "solar015", "--out", mcap});
+
+  ProgramRun import_part(const char* from_or_to, const char* seconds) const {
+    const ProgramRun table =
+        run({"export", test::recorded_session().recording, "--csv", csv, "--side", "machine", from_or_to, seconds});
+    EXPECT_EQ(table.exit_code, 0) << table.err;
+    return run({"import", csv, "--machine", "solar015", "--out", mcap});
+  }
+};
+
+TEST_F(ImportCommand, MakesARecordingThatIsExportedAndNotReplayed) {
+  const ProgramRun imported = import_part("--from", "0.3");
   EXPECT_EQ(imported.exit_code, 0) << imported.err;
   EXPECT_NE(imported.out.find(csv + ": 241 rows, 241 used"), std::string::npos) << imported.out;
   const ProgramRun exported = run({"export", mcap, "--csv", "-"});
@@ -36,13 +44,8 @@ TEST(ImportCommand, MakesARecordingThatIsExportedAndNotReplayed) {
 }
 
 /// The first rows of a session, half of them before every sensor has been heard: zeros that nobody measured.
-TEST(ImportCommand, RowsThatWereNotMeasuredAreHoles) {
-  const test::TemporaryFolder folder;
-  const std::string csv = folder.file("machine.csv"), mcap = folder.file("machine.mcap");
-  ASSERT_EQ(
-      run({"export", test::recorded_session().recording, "--csv", csv, "--side", "machine", "--to", "0.3"}).exit_code,
-      0);
-  const ProgramRun imported = run({"import", csv, "--machine", "solar015", "--out", mcap});
+TEST_F(ImportCommand, RowsThatWereNotMeasuredAreHoles) {
+  const ProgramRun imported = import_part("--to", "0.3");
   EXPECT_EQ(imported.exit_code, 0) << imported.err;
   EXPECT_NE(imported.out.find(" x not measured (not used): row 2"), std::string::npos) << imported.out;
   EXPECT_EQ(imported.out.find("outside what is possible"), std::string::npos) << imported.out;
@@ -68,9 +71,7 @@ TEST(ImportCommand, RowsThatWereNotMeasuredAreHoles) {
   }
 }
 
-TEST(ImportCommand, RefusesWithOneLine) {
-  const test::TemporaryFolder folder;
-  const std::string csv = folder.file("a.csv"), mcap = folder.file("a.mcap");
+TEST_F(ImportCommand, RefusesWithOneLine) {
   std::ofstream(csv) << "a,b\n1,2\n";
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"import", csv, "--machine", "solar015", "--out", mcap},
@@ -85,7 +86,7 @@ TEST(ImportCommand, RefusesWithOneLine) {
   EXPECT_EQ(folder.count(), 1);
 }
 
-TEST(ImportCommand, SimulatedOperatorFollowsARecording) {
+TEST_F(ImportCommand, SimulatedOperatorFollowsARecording) {
   const ProgramRun led = run({"simulate", "--scenario", "recorded_dig", "--duration", "1", "--operator",
                               "path:" + test::recorded_session().recording, "--json", "-"});
   EXPECT_NE(led.exit_code, 2) << led.err;

@@ -40,6 +40,27 @@ TEST(SimulateCommand, WritesEveryOutputWhenTheSessionIsDone) {
   EXPECT_EQ(content(options.candump), "(0.000000) can0 080#\n");
 }
 
+TEST(SimulateCommand, ARecordingThatEndedTooEarlyIsAnErrorAndEverythingElseIsWritten) {
+  const Folder folder;
+  session::SimulateOptions options;
+  options.csv = folder.file("a.csv");
+  options.log = folder.file("a.mcap");
+  const auto cut = [](const session::SimulateOptions&, const session::SessionHooks&) {
+    session::SessionResult session = session::synthetic_session();
+    session.log.problem = "No space left on device";
+    return session;
+  };
+  testing::internal::CaptureStdout();
+  try {
+    (void)simulate_command(options, "", cut);
+    ADD_FAILURE() << "was taken for a whole one";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()), "--log " + options.log + ": No space left on device");
+  }
+  EXPECT_NE(testing::internal::GetCapturedStdout().find("hold_error_N"), std::string::npos);
+  EXPECT_EQ(folder.count(), 1) << "the table";
+}
+
 TEST(SimulateCommand, ASessionThatFailsLeavesNoOutput) {
   const Folder folder;
   session::SimulateOptions options;

@@ -82,62 +82,58 @@ TEST(Topics, EveryMessageInAFileEndsWithTheLastFieldOfItsSchemaThere) {
   EXPECT_EQ(messages["/scene/machine"], 3);
 }
 
-TEST(Topics, StampsOfCamerasAreReadAsTheyWereWritten) {
-  test::TemporaryFolder folder;
+/// What there is in a file into which one camera() was recorded.
+template <typename OfCamera>
+std::vector<std::uint8_t> recorded(const OfCamera& one, Topic topic, std::int64_t unix_ns) {
+  const test::TemporaryFolder folder;
   RecorderOptions how;
   how.file = folder.file("camera.mcap");
-  const CameraStamp stamp{Time(1500ms), "mast", 12, 2, true, Time(9000s), Time(1480ms), 0.02};
+  Head head;
+  head.program = "knuckle console";
+  head.started_unix_ns = unix_ns;
   {
-    Head head;
-    head.program = "knuckle console";
     Recorder recorder(how, head, load_machine(test::source_dir() + "/config/machines/solar015.toml"));
-    recorder.camera(stamp);
+    recorder.camera(one);
   }
   Recording file({how.file});
   const auto entry = file.next();
-  ASSERT_TRUE(entry);
-  EXPECT_EQ(entry->topic, Topic::kCameraStamps);
-  EXPECT_EQ(entry->at, stamp.at);
+  if (!entry) return {};
+  EXPECT_EQ(entry->topic, topic);
+  EXPECT_EQ(entry->at, one.at);
+  std::vector<std::uint8_t> message(entry->data.begin(), entry->data.end());
+  EXPECT_FALSE(file.next());
+  return message;
+}
+
+TEST(Topics, StampsOfCamerasAreReadAsTheyWereWritten) {
+  const CameraStamp stamp{Time(1500ms), "mast", 12, 2, true, Time(9000s), Time(1480ms), 0.02};
+  const std::vector<std::uint8_t> message = recorded(stamp, Topic::kCameraStamps, 0);
   const test::Ros2Schema schema(camera_stamp_schema());
-  const test::Ros2Message again(schema, entry->data);
+  const test::Ros2Message again(schema, message);
   EXPECT_EQ(again.text("camera"), stamp.camera);
   const std::array read{again.number("time_ns"),       again.number("number"),      again.number("connection"),
                         again.number("senders_clock"), again.number("captured_ns"), again.number("received_ns"),
                         again.number("age_s")};
   EXPECT_EQ(read, (std::array{1.5e9, 12.0, 2.0, 1.0, 9e12, 1.48e9, 0.02}));
-  EXPECT_FALSE(file.next());
 }
 
 TEST(Topics, PicturesOfCamerasAreReadAsTheyWereWritten) {
-  test::TemporaryFolder folder;
-  RecorderOptions how;
-  how.file = folder.file("camera.mcap");
+  constexpr std::int64_t kUnix_ns = 1'700'000'000'250'000'000;
   const CameraPicture picture{Time(1500ms), "mast", {0xff, 0xd8, 0, 7, 0xff, 0xd9}};
-  Head head;
-  head.program = "knuckle console";
-  head.started_unix_ns = 1'700'000'000'250'000'000;
-  {
-    Recorder recorder(how, head, load_machine(test::source_dir() + "/config/machines/solar015.toml"));
-    recorder.camera(picture);
-  }
-  Recording file({how.file});
-  const auto entry = file.next();
-  ASSERT_TRUE(entry);
-  EXPECT_EQ(entry->topic, Topic::kCameraPictures);
-  EXPECT_EQ(entry->at, picture.at);
+  const std::vector<std::uint8_t> message = recorded(picture, Topic::kCameraPictures, kUnix_ns);
   const test::Ros2Schema schema(foxglove_schema(kPictureSchemaName));
-  const test::Ros2Message again(schema, entry->data);
+  const test::Ros2Message again(schema, message);
   EXPECT_EQ(again.text("frame_id"), "mast");
   EXPECT_EQ(again.text("format"), "jpeg");
   EXPECT_EQ(again.number("timestamp.sec"), 1'700'000'001);
   EXPECT_EQ(again.number("timestamp.nanosec"), 750'000'000);
-  const auto decoded = decode_camera_picture(entry->data, head.started_unix_ns);
+  const auto decoded = decode_camera_picture(message, kUnix_ns);
   ASSERT_TRUE(decoded);
   EXPECT_EQ(decoded->at, picture.at);
   EXPECT_EQ(decoded->camera, picture.camera);
   EXPECT_EQ(decoded->jpeg, picture.jpeg);
-  for (std::size_t size = 0; size < entry->data.size(); ++size)
-    EXPECT_FALSE(decode_camera_picture(std::span(entry->data).first(size), 0)) << size;
+  for (std::size_t size = 0; size < message.size(); ++size)
+    EXPECT_FALSE(decode_camera_picture(std::span(message).first(size), 0)) << size;
 }
 
 }  // namespace
