@@ -50,7 +50,7 @@ class StampedSender {
 
  private:
   void run() {
-    constexpr Duration kPeriod = 1s / StampedPictures::kFrames_per_s;
+    constexpr Duration kPeriod = Duration(1s) / StampedPictures::kFrames_per_s;
     for (Time next = video::now(); !ending_; next += kPeriod) {
       std::this_thread::sleep_until(std::chrono::steady_clock::time_point(next.time_since_epoch()));
       sender_.give(pictures_.next());

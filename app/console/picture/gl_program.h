@@ -24,6 +24,16 @@ class GlProgram {
   GLuint program_ = 0;
 };
 
+/// A vertex shader for the four corners of the viewport, as a strip of triangles without any buffer. `at` runs to the
+/// right and downwards, as a picture's rows do.
+inline constexpr const char* kFourCorners = R"(#version 330 core
+out vec2 at;
+void main() {
+  at = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+  gl_Position = vec4(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y, 0.0, 1.0);
+}
+)";
+
 /// A mesh's triangles and edges; attributes 0 position, 1 normal, 2 material.
 class GlMesh {
  public:

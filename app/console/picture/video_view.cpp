@@ -3,14 +3,6 @@
 namespace knuckle::console::picture {
 namespace {
 
-// Four corners, without any buffer. Rows of a picture run downwards.
-constexpr const char* kVertexSource = R"(#version 330 core
-out vec2 at;
-void main() {
-  at = vec2(gl_VertexID & 1, gl_VertexID >> 1);
-  gl_Position = vec4(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y, 0.0, 1.0);
-}
-)";
 constexpr const char* kFragmentSource = R"(#version 330 core
 in vec2 at;
 uniform sampler2D picture;
@@ -25,7 +17,7 @@ void main() {
 
 }  // namespace
 
-VideoView::VideoView() : program_(kVertexSource, kFragmentSource), live_(program_.uniform("live")) {
+VideoView::VideoView() : program_(kFourCorners, kFragmentSource), live_(program_.uniform("live")) {
   glGenVertexArrays(1, &array_);
   glGenTextures(1, &texture_);
   glBindTexture(GL_TEXTURE_2D, texture_);
@@ -50,7 +42,7 @@ void VideoView::upload(const video::Frame& frame) {
     width_px_ = frame.width_px;
     height_px_ = frame.height_px;
     aspect_ = static_cast<double>(width_px_) / height_px_;
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, width_px_, height_px_, 0, GL_RGBA, GL_UNSIGNED_BYTE, frame.pixels);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width_px_, height_px_, 0, GL_RGBA, GL_UNSIGNED_BYTE, frame.pixels);
   } else {
     glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width_px_, height_px_, GL_RGBA, GL_UNSIGNED_BYTE, frame.pixels);
   }

@@ -142,6 +142,12 @@ bool CameraPane::large() const noexcept {
   return !cameras_.empty() && !machine_large_ && cameras_[shown_].had_picture();
 }
 
+const CameraPane::Placed* CameraPane::drawn_large() const noexcept {
+  const bool holds =
+      drawn_ && drawn_->large && drawn_->live && cameras_[shown_].watch.state() == video::VideoState::kLive;
+  return holds ? &*drawn_ : nullptr;
+}
+
 float CameraPane::small_width(const widgets::Area& pane) const noexcept {
   return cameras_.empty() ? 0 : kSmallShare * pane.width();
 }

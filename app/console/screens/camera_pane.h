@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/console/camera_watch.h"
@@ -65,7 +66,9 @@ class CameraPane {
     const picture::VideoView* video = nullptr;
   };
   [[nodiscard]] const std::optional<Placed>& placed() const noexcept { return placed_; }
-  void draw_done() noexcept { placed_.reset(); }
+  void draw_done() noexcept { drawn_ = std::exchange(placed_, std::nullopt); }
+  /// What was placed in the frame drawn last: the camera that fills the pane, where it is live, and still is.
+  [[nodiscard]] const Placed* drawn_large() const noexcept;
 
  private:
   struct Camera {
@@ -83,7 +86,7 @@ class CameraPane {
   bool machine_large_ = false;
   std::optional<CameraAlign> align_;  ///< Of the camera that is shown.
   std::string given_up_;              ///< Whose aligning was, since the last watch().
-  std::optional<Placed> placed_;
+  std::optional<Placed> placed_, drawn_;
 };
 
 /// The largest area of this aspect inside another, at its top.

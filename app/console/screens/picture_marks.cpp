@@ -156,7 +156,8 @@ void draw_marks(const widgets::Ui& ui, const ConsoleData& data, const UiState& s
     if (part.width() < 1 || part.height() < 1) continue;
     canvas().PushClipRect(part.min, part.max, true);
     if (const auto grid = shown_grid(ui.units, state, camera, picture)) {
-      grid_figures(ui, *grid, state.measures, plane, picture);
+      // In a small picture they would lie on the machine.
+      if (picture.height() > ui.theme.px(200)) grid_figures(ui, *grid, state.measures, plane, picture);
       levels(ui, state.measures, plane, picture);
     }
     load(ui, loaded);

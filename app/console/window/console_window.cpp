@@ -79,17 +79,19 @@ void ConsoleWindow::watch(const ConsoleView& view) {
 }
 
 void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
-  window_.begin_frame();
-  take_keys();
-  state_.pad = {};  // held as long as it is drawn
   watch(view);
   const Duration delay = from_seconds(1e-3 * static_cast<double>(state_.running.delay_ms));
   const session::MachineSight sight{video::now() - from_seconds(view_age_s), view.simulated_s, view.truth.joint_rad,
                                     view.truth.events};
   for (const auto& camera : simulated_cameras_) camera->show(sight, delay);
   bell_->quiet();
-  picture_came_ = cameras_.watch(video::now(), view, view_age_s, events);
-  if (picture_came_) picture_at_ = video::now();
+  const bool came = cameras_.watch(video::now(), view, view_age_s, events);
+  if (came) note_picture(cameras_.taken().back().frame.received);
+  picture_only_ = came && !picture_only_ && draw_picture_only();
+  if (picture_only_) return;
+  window_.begin_frame();
+  take_keys();
+  state_.pad = {};  // held as long as it is drawn
   if (std::exchange(align_asked_, false)) align_camera(view, events);
   sound(view, events, view_age_s);
   if (live_jump_) live_plots_.jump(*live_jump_ == KeyAction::kEventOn, events, view);
@@ -100,12 +102,26 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   draw(view, loop, events, view_age_s);
 }
 
-/// Where pictures come, a frame that would begin just before one waits for it: begun, it would keep the picture
-/// waiting.
+void ConsoleWindow::note_picture(Time received) {
+  constexpr Duration kLongest = 100ms;
+  picture_period_ = picture_at_ == kNever ? Duration{} : std::clamp(received - picture_at_, Duration{}, kLongest);
+  picture_at_ = received;
+}
+
+/// The new picture under what the frame before drew over the one before, if that holds: takes far less time than a whole
+/// frame, which then follows at once.
+bool ConsoleWindow::draw_picture_only() {
+  const screens::CameraPane::Placed* camera = cameras_.drawn_large();
+  if (camera == nullptr) return false;
+  over_picture_.draw_over(*camera->video, true);
+  return true;
+}
+
 void ConsoleWindow::show() {
-  constexpr Duration kSoon = 100ms, kPatience = 8ms;
-  const bool soon = !picture_came_ && picture_at_ != kNever && video::now() - picture_at_ < kSoon;
-  window_.end_frame(*bell_, soon ? kPatience : Duration{});
+  window_.swap();
+  if (picture_only_) return;
+  const Duration next = picture_at_ == kNever ? Duration{} : (picture_at_ + picture_period_).time_since_epoch();
+  window_.wait(*bell_, std::chrono::steady_clock::time_point(next));
 }
 
 /// What came of it goes into a file that the machine's own can take in; from now on the picture is drawn over by it.
@@ -186,6 +202,10 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   if (!machine_.pulled().presence) pointer_may_enable_ = state_.hold_to_run && state_.side_view;
   pointer_may_enable_ = pointer_may_enable_ && state_.hold_to_run;
   ImGui::End();
+  const std::optional<screens::CameraPane::Placed>& camera = cameras_.placed();
+  const bool over = picture && camera && camera->large;
+  const auto [width, height] = window_.framebuffer_size();
+  if (over) over_picture_.begin(width, height, picture::viewport_of(camera->picture));
   window_.clear();
   const bool stale = ui.loop_silent() || screens::measured_freshness(view).after(view_age_s).stale();
   if (commissioned)
@@ -194,25 +214,27 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
     draw_pictures(*picture, screens::shown_grid(ui.units, state_, machine_.camera(state_.side_view), *picture), stale,
                   view);
   window_.draw_widgets();
+  if (over) {
+    over_picture_.end();
+    over_picture_.draw_over(*camera->video, camera->live);
+  }
+  cameras_.draw_done();
 }
 
 /// The machine's, and a camera's: the small one last.
 void ConsoleWindow::draw_pictures(const widgets::Area& machine, const std::optional<picture::Grid>& grid, bool stale,
                                   const ConsoleView& view) {
   const std::optional<screens::CameraPane::Placed>& camera = cameras_.placed();
-  const auto draw_camera = [&] {
-    if (camera && camera->video != nullptr) camera->video->draw(picture::viewport_of(camera->picture), camera->live);
-  };
   if (camera && camera->large) {
-    draw_camera();
+    over_picture_.cut_hole();
     // A mark is only drawn where both the picture and what was measured are of now.
     const CameraDescription* mount = find_camera(facts_.machine, *camera->name);
     if (mount != nullptr && camera->live && !stale) machine_.draw_over(camera->picture, *mount, state_.light, view);
   }
   machine_.draw(machine, state_.side_view, state_.light, stale, view, grid,
                 player_ != nullptr ? player_->beside_view() : nullptr);
-  if (camera && !camera->large) draw_camera();
-  cameras_.draw_done();
+  if (camera && !camera->large && camera->video != nullptr)
+    camera->video->draw(picture::viewport_of(camera->picture), camera->live);
 }
 
 void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {

@@ -12,6 +12,7 @@
 #include "app/console/event_book.h"
 #include "app/console/hand_input.h"
 #include "app/console/keys.h"
+#include "app/console/picture/layer.h"
 #include "app/console/picture/machine_panel.h"
 #include "app/console/picture/simulated_camera.h"
 #include "app/console/screens/calibrate_panel.h"
@@ -45,7 +46,8 @@ class ConsoleWindow {
   void show_recording(RecordingLight light) { recording_ = std::move(light); }
   /// Takes a view into histories and totals without drawing it.
   void watch(const ConsoleView& view);
-  /// The same, and one frame of it, yet to be shown. @param view_age_s since the loops last put a view.
+  /// The same, and one frame of it, yet to be shown: of it all, or of a camera's new picture alone, under what is there.
+  /// @param view_age_s since the loops last put a view.
   void frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
   /// Shows the frame drawn and waits until the next is due.
   void show();
@@ -72,6 +74,8 @@ class ConsoleWindow {
   void sound(const ConsoleView& view, const EventBook& events, double view_age_s);
   void draw_pictures(const widgets::Area& machine, const std::optional<picture::Grid>& grid, bool stale,
                      const ConsoleView& view);
+  void note_picture(Time received);
+  [[nodiscard]] bool draw_picture_only();
   void align_camera(const ConsoleView& view, EventBook& events);
   void act(KeyAction action);
   void act_on_player(KeyAction action);
@@ -101,8 +105,10 @@ class ConsoleWindow {
   RecordingLight recording_;
   screens::PlayerPanel* player_ = nullptr;
   std::shared_ptr<video::Bell> bell_ = std::make_shared<video::Bell>();
-  bool picture_came_ = false;  ///< With the frame drawn last.
-  Time picture_at_ = kNever;   ///< When the last one came.
+  picture::Layer over_picture_;    ///< What lies over the picture that fills the pane, as it was drawn last.
+  bool picture_only_ = false;      ///< The frame drawn last.
+  Time picture_at_ = kNever;       ///< When the last one was there.
+  Duration picture_period_{};      ///< Between it and the one before.
   bool steady_ = false;
   bool align_asked_ = false;
   std::optional<KeyAction> live_jump_;  ///< Asked for since the frame before.

@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::chrono::nanoseconds kFramePeriod{16'666'667};
 constexpr std::chrono::milliseconds kLeastPeriod{8};  // however fast pictures come
+constexpr std::chrono::milliseconds kPatience{8};     // for one that comes late
 
 /// GLFW's last message, on one line.
 std::string last_error() {
@@ -160,18 +161,18 @@ void Window::draw_widgets() {
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
-void Window::end_frame(video::Bell& pictures, std::chrono::nanoseconds patience) {
+void Window::swap() {
   glfwSwapBuffers(window_);
+}
+
+void Window::wait(video::Bell& pictures, std::chrono::steady_clock::time_point next_picture) {
   if (full_speed_) return;
+  const auto now = std::chrono::steady_clock::now(), give_up = next_picture + kPatience;
   // Where the display does not set the pace, or a faster one than is of use.
-  const auto now = std::chrono::steady_clock::now();
-  next_frame_ += kFramePeriod;
-  if (next_frame_ < now) {
-    next_frame_ = now;
-    return;
-  }
-  const auto latest = next_frame_ + patience;
-  if (pictures.wait_until(latest) || patience.count() > 0) next_frame_ = std::chrono::steady_clock::now();
+  next_frame_ = std::max(next_frame_ + kFramePeriod, now);
+  const bool in_its_way = now < give_up && next_frame_ + (now - began_) > next_picture;
+  const auto latest = in_its_way ? std::max(next_frame_, give_up) : next_frame_;
+  if (pictures.wait_until(latest) || latest > next_frame_) next_frame_ = std::chrono::steady_clock::now();
   std::this_thread::sleep_until(began_ + kLeastPeriod);
 }
 

@@ -50,9 +50,12 @@ class Window {
   void clear();
   /// Draws ImGui's widgets.
   void draw_widgets();
-  /// Shows the frame and waits until the next is due: at once where a picture comes, but no sooner than 8 ms after this
-  /// one began; a picture is waited for a little longer where `patience` says so.
-  void end_frame(video::Bell& pictures, std::chrono::nanoseconds patience);
+  /// Shows the frame.
+  void swap();
+  /// Waits until the next frame is due: at once where a picture comes, but no sooner than 8 ms after this one began.
+  /// @param next_picture when the next one is expected: a frame that would not be done by then waits for it, since it
+  /// would keep the picture waiting.
+  void wait(video::Bell& pictures, std::chrono::steady_clock::time_point next_picture);
   /// What has been drawn since clear(), as PNG. @throws InputError where the file cannot be written.
   void write_png(const std::string& path) const;
 

@@ -4,6 +4,7 @@
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +13,7 @@
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "tests/console/window/canned_console.h"
+#include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/virtual_display.h"
 #include "tests/support/temporary_folder.h"
 
@@ -40,10 +42,10 @@ class CamerasInWindow : public testing::Test {
     console_->cameras().add({name, [this] { return std::move(next_); }, [this] { return status_; }});
   }
   /// A red picture that was captured so long ago.
-  void picture(Duration ago, int width_px = 64) {
+  void picture(Duration ago, int width_px = 64, int red = 255) {
     const int height_px = width_px * 9 / 16;
     const auto pixels = std::make_shared<std::vector<std::uint8_t>>(4 * width_px * height_px);
-    for (std::size_t i = 0; i < pixels->size(); i += 4) (*pixels)[i] = 255;
+    for (std::size_t i = 0; i < pixels->size(); i += 4) (*pixels)[i] = static_cast<std::uint8_t>(red);
     next_ = std::make_unique<video::Frame>();
     *next_ = {.width_px = width_px,
               .height_px = height_px,
@@ -110,6 +112,35 @@ TEST_F(CamerasInWindow, FillTheLargestPaneWithTheMachineSmallInIt) {
   EXPECT_EQ(last_event(), "camera mast: live picture");
 }
 
+TEST_F(CamerasInWindow, ShowANewPictureAtOnceUnderWhatIsThereAndAllElseWithTheNext) {
+  constexpr std::array<int, 2> kBackground{8, 790};
+  add_camera("mast");
+  picture(kNotYet);
+  frames();
+  const Pixel background = at(kBackground);
+  const int chips = marked();
+  console_->state().light = true;
+  console_->window().set_light(true);
+  const auto next = [&](int red) {
+    picture(kNotYet, 64, red);
+    console_->frame(view_, loop_, events_, 0);
+  };
+  next(128);
+  EXPECT_EQ(at(kLarge).red, 128);
+  EXPECT_EQ(at(kBackground).red, background.red) << "a whole frame was drawn, which takes longer";
+  EXPECT_EQ(marked(), chips);
+  EXPECT_NE(at(kSmall).red, 128) << "the machine lies over the picture";
+  console_->show();
+  next(64);
+  EXPECT_EQ(at(kLarge).red, 64);
+  EXPECT_NE(at(kBackground).red, background.red) << "pictures keep all else from being drawn";
+  console_->show();
+  ASSERT_TRUE(xdotool("key F2"));  // another screen, without the picture
+  frames();
+  next(128);
+  EXPECT_NE(at(kLarge).red, 128);
+}
+
 TEST_F(CamerasInWindow, ChangePlacesWithTheMachineByAKey) {
   add_camera("mast");
   picture(kNotYet);
@@ -123,6 +154,22 @@ TEST_F(CamerasInWindow, ChangePlacesWithTheMachineByAKey) {
   picture(kNotYet);
   frames();
   EXPECT_TRUE(at(kLarge).is_red());
+}
+
+TEST_F(CamerasInWindow, HaveTheirKeysAndWhatColoursMeanBesideEachOther) {
+  add_camera("mast");
+  picture(kNotYet);
+  frames();
+  ASSERT_TRUE(console_->cameras().large());
+  const std::vector<DrawnText> all = texts_of([this] { frames(1); });
+  const auto hint =
+      std::find_if(all.begin(), all.end(), [](const DrawnText& text) { return text.words == "V: view  X: machine"; });
+  ASSERT_NE(hint, all.end());
+  for (const DrawnText& other : all) {
+    const bool apart = other.max.x <= hint->min.x || other.min.x >= hint->max.x || other.max.y <= hint->min.y ||
+                       other.min.y >= hint->max.y;
+    EXPECT_TRUE(apart || other.words == hint->words) << other.words;
+  }
 }
 
 TEST_F(CamerasInWindow, AreEachInTurnLargeByTheSameKey) {

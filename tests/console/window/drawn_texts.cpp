@@ -1,7 +1,5 @@
 #include "tests/console/window/drawn_texts.h"
 
-#include <imgui.h>
-
 #include <algorithm>
 
 namespace {
@@ -19,8 +17,11 @@ extern "C" void __wrap__ZN10ImDrawList7AddTextEPK6ImFontfRK6ImVec2jPKcS7_fPK6ImV
                                                                                     float width, const ImVec4* clip) {
   if (drawn_texts != nullptr) {
     const std::string words = end == nullptr ? std::string(begin) : std::string(begin, end);
-    const float height = font == nullptr ? 0 : font->CalcTextSizeA(size, 1e9F, width, words.c_str()).y;
-    drawn_texts->push_back({words, std::max(0.F, at.y + height - list->_ClipRectStack.back().w)});
+    const ImVec2 extent = font == nullptr ? ImVec2() : font->CalcTextSizeA(size, 1e9F, width, words.c_str());
+    drawn_texts->push_back({words,
+                            at,
+                            {at.x + extent.x, at.y + extent.y},
+                            std::max(0.F, at.y + extent.y - list->_ClipRectStack.back().w)});
   }
   __real__ZN10ImDrawList7AddTextEPK6ImFontfRK6ImVec2jPKcS7_fPK6ImVec4(list, font, size, at, colour, begin, end, width,
                                                                       clip);

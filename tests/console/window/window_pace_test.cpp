@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <thread>
 
 #include "app/console/window/window.h"
 #include "tests/console/window/virtual_display.h"
@@ -21,9 +22,30 @@ TEST(WindowPace, BeginsNoFrameSoonerThan8MsAfterTheOneBeforeHoweverFastPicturesC
     window.clear();
     window.draw_widgets();
     bell.ring();
-    window.end_frame(bell, {});
+    window.swap();
+    window.wait(bell, {});
   }
   EXPECT_GE(std::chrono::steady_clock::now() - begin, kFrames * std::chrono::milliseconds(8));
+}
+
+TEST(WindowPace, WaitsForAPictureThatAFrameWouldKeepWaiting) {
+  const VirtualDisplay display("640x480");
+  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  Window window({.width = 200, .height = 200});
+  video::Bell bell;
+  const auto waited_for = [&](std::chrono::milliseconds takes, std::chrono::milliseconds next_picture) {
+    window.begin_frame();
+    window.clear();
+    window.draw_widgets();
+    std::this_thread::sleep_for(takes);
+    window.swap();
+    const auto begin = std::chrono::steady_clock::now();
+    window.wait(bell, begin + next_picture);
+    return std::chrono::steady_clock::now() - begin;
+  };
+  using std::chrono::milliseconds;
+  EXPECT_GE(waited_for(milliseconds(100), milliseconds(50)), milliseconds(50)) << "would take until long after it";
+  EXPECT_GE(waited_for(milliseconds(100), milliseconds(0)), milliseconds(8)) << "it is late, and may come yet";
 }
 
 }  // namespace

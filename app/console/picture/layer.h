@@ -1,0 +1,38 @@
+// All that is on the screen around and over a camera's picture: drawn once, shown with as many pictures as come.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include "app/console/picture/camera.h"
+#include "app/console/picture/gl_program.h"
+#include "app/console/picture/video_view.h"
+
+namespace knuckle::console::picture {
+
+class Layer {
+ public:
+  /// @throws InputError where the driver refuses the shaders. OpenGL 3.3 context current, here and in all the rest.
+  Layer();
+  Layer(const Layer&) = delete;
+  Layer& operator=(const Layer&) = delete;
+  ~Layer();
+
+  /// From here until end(), what is drawn goes into the layer instead of the window. @param hole of the window, where
+  /// the picture will be.
+  void begin(int width_px, int height_px, const Viewport& hole);
+  /// Empties the hole: what is drawn there from now on lies over the picture.
+  void cut_hole() const;
+  void end() const;
+  /// Fills the window: with the layer, and the picture in its hole. @param live as VideoView::draw().
+  void draw_over(const VideoView& video, bool live) const;
+
+ private:
+  void resize(int width_px, int height_px);
+
+  GlProgram program_;
+  GLuint frame_ = 0, colour_ = 0, depth_ = 0, array_ = 0;
+  int width_px_ = 0, height_px_ = 0;
+  Viewport hole_;
+};
+
+}  // namespace knuckle::console::picture
