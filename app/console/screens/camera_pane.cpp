@@ -143,8 +143,9 @@ bool CameraPane::large() const noexcept {
 }
 
 const CameraPane::Placed* CameraPane::drawn_large() const noexcept {
-  const bool holds =
-      drawn_ && drawn_->large && drawn_->live && cameras_[shown_].watch.state() == video::VideoState::kLive;
+  const CameraWatch& watch = cameras_[shown_].watch;
+  const bool holds = drawn_ && drawn_->large && drawn_->live && watch.state() == video::VideoState::kLive &&
+                     watch.damaged() == drawn_->damaged;
   return holds ? &*drawn_ : nullptr;
 }
 
@@ -167,7 +168,11 @@ widgets::Area CameraPane::place(const widgets::Ui& ui, const widgets::Area& pane
   widgets::Area above = pane;
   above.cut_bottom(t.px(kLegend_px));
   const widgets::Area picture = large() ? fitted(above, aspect) : small;
-  placed_ = {picture, large(), camera.watch.state() == video::VideoState::kLive, &camera.watch.name(),
+  placed_ = {picture,
+             large(),
+             camera.watch.state() == video::VideoState::kLive,
+             camera.watch.damaged(),
+             &camera.watch.name(),
              camera.video.get()};
   write(ui, camera, picture);
   if (align_ && large() && placed_->live) take_clicks(ui, camera, picture, small);

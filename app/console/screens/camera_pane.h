@@ -62,12 +62,14 @@ class CameraPane {
     widgets::Area picture;  ///< Of the camera; its whole width and height are in it.
     bool large = false;     ///< It fills the pane, the machine is the small one.
     bool live = false;
+    bool damaged = false;
     const std::string* name = nullptr;
     const picture::VideoView* video = nullptr;
   };
   [[nodiscard]] const std::optional<Placed>& placed() const noexcept { return placed_; }
   void draw_done() noexcept { drawn_ = std::exchange(placed_, std::nullopt); }
-  /// What was placed in the frame drawn last: the camera that fills the pane, where it is live, and still is.
+  /// What was placed in the frame drawn last: the camera that fills the pane, where it is live and what is written over
+  /// it still holds.
   [[nodiscard]] const Placed* drawn_large() const noexcept;
 
  private:

@@ -87,8 +87,7 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   bell_->quiet();
   const bool came = cameras_.watch(video::now(), view, view_age_s, events);
   if (came) note_picture(cameras_.taken().back().frame.received);
-  picture_only_ = came && !picture_only_ && draw_picture_only();
-  if (picture_only_) return;
+  if (came && !window_.overdue() && draw_picture_only()) return;
   window_.begin_frame();
   take_keys();
   state_.pad = {};  // held as long as it is drawn
@@ -108,8 +107,7 @@ void ConsoleWindow::note_picture(Time received) {
   picture_at_ = received;
 }
 
-/// The new picture under what the frame before drew over the one before, if that holds: takes far less time than a whole
-/// frame, which then follows at once.
+/// The new picture under what was drawn over the one before, if that holds: takes far less time than a whole frame.
 bool ConsoleWindow::draw_picture_only() {
   const screens::CameraPane::Placed* camera = cameras_.drawn_large();
   if (camera == nullptr) return false;
@@ -119,7 +117,6 @@ bool ConsoleWindow::draw_picture_only() {
 
 void ConsoleWindow::show() {
   window_.swap();
-  if (picture_only_) return;
   const Duration next = picture_at_ == kNever ? Duration{} : (picture_at_ + picture_period_).time_since_epoch();
   window_.wait(*bell_, std::chrono::steady_clock::time_point(next));
 }

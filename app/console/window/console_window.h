@@ -106,7 +106,6 @@ class ConsoleWindow {
   screens::PlayerPanel* player_ = nullptr;
   std::shared_ptr<video::Bell> bell_ = std::make_shared<video::Bell>();
   picture::Layer over_picture_;    ///< What lies over the picture that fills the pane, as it was drawn last.
-  bool picture_only_ = false;      ///< The frame drawn last.
   Time picture_at_ = kNever;       ///< When the last one was there.
   Duration picture_period_{};      ///< Between it and the one before.
   bool steady_ = false;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <thread>
+#include <utility>
 
 #include "app/console/keys.h"
 #include "app/console/window/png_file.h"
@@ -19,6 +20,7 @@ namespace {
 constexpr std::chrono::nanoseconds kFramePeriod{16'666'667};
 constexpr std::chrono::milliseconds kLeastPeriod{8};  // however fast pictures come
 constexpr std::chrono::milliseconds kPatience{8};     // for one that comes late
+constexpr std::chrono::milliseconds kLongestPeriod{60}, kOverdue{100};  // of whole frames
 
 /// GLFW's last message, on one line.
 std::string last_error() {
@@ -53,7 +55,6 @@ Window::Window(const WindowOptions& options) : scale_(options.scale), full_speed
     glfwTerminate();
     throw;
   }
-  next_frame_ = std::chrono::steady_clock::now();
 }
 
 void Window::open(const WindowOptions& options) {
@@ -120,6 +121,7 @@ bool Window::attended() const {
 
 void Window::begin_frame() {
   began_ = std::chrono::steady_clock::now();
+  whole_ = true;
   glfwPollEvents();
   presses_.swap(arriving_);
   arriving_.clear();
@@ -163,16 +165,19 @@ void Window::draw_widgets() {
 
 void Window::swap() {
   glfwSwapBuffers(window_);
+  if (std::exchange(whole_, false)) took_ = std::chrono::steady_clock::now() - began_;
+}
+
+bool Window::overdue() const {
+  return std::chrono::steady_clock::now() > began_ + kOverdue;
 }
 
 void Window::wait(video::Bell& pictures, std::chrono::steady_clock::time_point next_picture) {
   if (full_speed_) return;
-  const auto now = std::chrono::steady_clock::now(), give_up = next_picture + kPatience;
   // Where the display does not set the pace, or a faster one than is of use.
-  next_frame_ = std::max(next_frame_ + kFramePeriod, now);
-  const bool in_its_way = now < give_up && next_frame_ + (now - began_) > next_picture;
-  const auto latest = in_its_way ? std::max(next_frame_, give_up) : next_frame_;
-  if (pictures.wait_until(latest) || latest > next_frame_) next_frame_ = std::chrono::steady_clock::now();
+  const auto now = std::chrono::steady_clock::now(), due = std::max(began_ + kFramePeriod, now);
+  const bool in_its_way = now < next_picture + kPatience && due + took_ > next_picture;
+  pictures.wait_until(in_its_way ? std::max(due, std::min(next_picture + kPatience, began_ + kLongestPeriod)) : due);
   std::this_thread::sleep_until(began_ + kLeastPeriod);
 }
 

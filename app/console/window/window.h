@@ -50,11 +50,13 @@ class Window {
   void clear();
   /// Draws ImGui's widgets.
   void draw_widgets();
-  /// Shows the frame.
+  /// Shows what was drawn: a whole frame, or a picture alone since the last one.
   void swap();
-  /// Waits until the next frame is due: at once where a picture comes, but no sooner than 8 ms after this one began.
-  /// @param next_picture when the next one is expected: a frame that would not be done by then waits for it, since it
-  /// would keep the picture waiting.
+  /// Whether the last whole frame is so long ago that the next one is to be drawn whatever comes.
+  [[nodiscard]] bool overdue() const;
+  /// Waits until the next frame is due: at once where a picture comes, but no sooner than 8 ms after the last one began.
+  /// @param next_picture when the next one is expected: a frame that would not be done by then waits for it, unless it
+  /// is overdue, since it would keep the picture waiting.
   void wait(video::Bell& pictures, std::chrono::steady_clock::time_point next_picture);
   /// What has been drawn since clear(), as PNG. @throws InputError where the file cannot be written.
   void write_png(const std::string& path) const;
@@ -87,7 +89,9 @@ class Window {
   bool widgets_started_ = false, full_speed_ = false, grabbed_ = false;
   int pad_ = -1;
   std::vector<KeyPress> presses_, arriving_;
-  std::chrono::steady_clock::time_point next_frame_, began_;
+  std::chrono::steady_clock::time_point began_;  ///< The last whole frame.
+  std::chrono::nanoseconds took_{};              ///< The last one that was shown.
+  bool whole_ = false;                           ///< Is drawn, and not shown yet.
   std::array<int, 4> windowed_{};  ///< Place and size before full screen.
 };
 

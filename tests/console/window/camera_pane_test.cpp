@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "app/console/picture/camera.h"
 #include "machine/kinematics.h"
@@ -112,7 +113,7 @@ TEST_F(CamerasInWindow, FillTheLargestPaneWithTheMachineSmallInIt) {
   EXPECT_EQ(last_event(), "camera mast: live picture");
 }
 
-TEST_F(CamerasInWindow, ShowANewPictureAtOnceUnderWhatIsThereAndAllElseWithTheNext) {
+TEST_F(CamerasInWindow, ShowANewPictureAtOnceUnderWhatIsThereAndAllElseTenTimesASecond) {
   constexpr std::array<int, 2> kBackground{8, 790};
   add_camera("mast");
   picture(kNotYet);
@@ -131,6 +132,7 @@ TEST_F(CamerasInWindow, ShowANewPictureAtOnceUnderWhatIsThereAndAllElseWithTheNe
   EXPECT_EQ(marked(), chips);
   EXPECT_NE(at(kSmall).red, 128) << "the machine lies over the picture";
   console_->show();
+  std::this_thread::sleep_for(110ms);
   next(64);
   EXPECT_EQ(at(kLarge).red, 64);
   EXPECT_NE(at(kBackground).red, background.red) << "pictures keep all else from being drawn";
