@@ -273,15 +273,20 @@ void Recorder::end_recording(Time at, const std::string& why) {
 }
 
 /// A file that was named is there only once it is complete.
-bool Recorder::put_in_place() {
+bool Recorder::put_in_place(bool replaces) {
   if (!file_.close()) {
     errno = file_.error();
     return false;
   }
-  return options_.file.empty() || std::rename((options_.file + kUnfinished).c_str(), options_.file.c_str()) == 0;
+  if (options_.file.empty()) return true;
+  if (replaces || !std::filesystem::exists(options_.file))
+    return std::rename((options_.file + kUnfinished).c_str(), options_.file.c_str()) == 0;
+  const std::scoped_lock lock(mutex_);
+  status_.file = options_.file + kUnfinished;
+  return true;
 }
 
-void Recorder::close() {
+void Recorder::close(bool replaces) {
   if (std::exchange(closed_, true)) return;
   drain();
   take_posted();
@@ -289,7 +294,7 @@ void Recorder::close() {
   flights_.close();
   take_posted();  // what the last flight record has to say of itself
   if (!builder_.empty()) finish_chunk();
-  if (recording_ && !put_in_place()) end_recording(time_at(newest_ns_), std::strerror(errno));
+  if (recording_ && !put_in_place(replaces)) end_recording(time_at(newest_ns_), std::strerror(errno));
   recording_ = false;
   drain();
 }

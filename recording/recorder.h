@@ -77,7 +77,8 @@ class Recorder {
   /// Writes what the loops have handed over.
   void drain();
   /// After the loops have ended: writes all that is left and finishes the files.
-  void close();
+  /// @param replaces false: a file that has the name already stays, and this one stays FILE.partial.
+  void close(bool replaces = true);
 
  private:
   static constexpr std::size_t kSides = 2;
@@ -99,7 +100,7 @@ class Recorder {
   void finish_chunk();
   void write(const mcap::Chunk& chunk);
   [[nodiscard]] bool open_part(std::int64_t at_ns);
-  [[nodiscard]] bool put_in_place();
+  [[nodiscard]] bool put_in_place(bool replaces);
   void end_recording(Time at, const std::string& why);
   [[nodiscard]] bool room_for_more(Time at);
   void notice(Time at, Severity severity, const std::string& text);

@@ -13,6 +13,8 @@ class RateRule {
   /// @param most_kbps what was asked for; it is also what is sent at first.
   explicit RateRule(int most_kbps) : most_kbps_(most_kbps), rate_kbps_(most_kbps) {}
 
+  /// Another operator, another path: what its round trip was is forgotten.
+  void begin() noexcept { least_ = Duration::max(); }
   /// At any pace. @param round_trip newest of the link. @param silent nothing is heard from the far end.
   /// @return the rate from now on, within [kLeastRate_kbps, most].
   int step(Time now, Duration round_trip, bool silent) noexcept;

@@ -8,6 +8,7 @@ namespace knuckle::console {
 namespace {
 
 constexpr Duration kSameNews = 30s;
+constexpr int kMostChanges = 6;     // of a picture's state that are told in this time
 constexpr Duration kReadable = 1s;  // what is written stays for so long
 
 }  // namespace
@@ -33,8 +34,17 @@ std::unique_ptr<video::Frame> CameraWatch::watch(Time now, std::vector<News>& ne
 }
 
 void CameraWatch::tell_state(Time now, std::vector<News>& news) {
-  const video::VideoState before = std::exchange(state_, frame_age_.state(now));
-  if (before == state_) return;
+  const video::VideoState last = std::exchange(state_, frame_age_.state(now));
+  const bool was_fine = last == video::VideoState::kLive || last == video::VideoState::kNone;
+  if (last != state_ && was_fine) not_live_since_ = now;
+  if (state_ == told_state_) return;
+  // A picture that comes and goes must not fill the list of events.
+  if (telling_since_ == kNever || now - telling_since_ >= kSameNews) {
+    telling_since_ = now;
+    told_ = 0;
+  }
+  if (++told_ > kMostChanges) return;
+  const video::VideoState before = std::exchange(told_state_, state_);
   const std::string camera = "camera " + feed_.name + ": ";
   if (state_ == video::VideoState::kLive) {
     news.push_back({Severity::kInfo, before == video::VideoState::kNone
@@ -43,7 +53,6 @@ void CameraWatch::tell_state(Time now, std::vector<News>& news) {
                                                                 to_seconds(now - not_live_since_))});
     return;
   }
-  if (before == video::VideoState::kLive || before == video::VideoState::kNone) not_live_since_ = now;
   const char* what =
       state_ == video::VideoState::kLate ? "video late: the picture shown" : "video frozen: the last picture";
   news.push_back({Severity::kWarning, camera + fmt::format("{} is {:.1f} s old", what, age_s_)});

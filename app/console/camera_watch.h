@@ -63,6 +63,9 @@ class CameraWatch {
   video::FrameAge frame_age_;
   video::VideoState state_ = video::VideoState::kNone;
   double age_s_ = 0;
+  video::VideoState told_state_ = video::VideoState::kNone;
+  Time telling_since_ = kNever;  ///< So many changes have been told since, of those that may be.
+  int told_ = 0;
   Time not_live_since_ = kNever;
   std::uint32_t troubles_ = 0;
   std::uint64_t refused_ = 0;  // as told

@@ -145,6 +145,9 @@ void EventBook::add(Time at, std::uint32_t run, Severity severity, const std::st
   rows_.push_back({++numbered_, run, at, severity, code, text, severity == Severity::kInfo});
   if (rows_.size() <= most_) return;
   auto oldest = std::find_if(rows_.begin(), rows_.end(), [](const EventRow& row) { return row.acknowledged; });
+  // An alarm sounds until somebody has acknowledged it.
+  const auto no_alarm = [](const EventRow& row) { return row.severity < Severity::kAlarm; };
+  if (oldest == rows_.end()) oldest = std::find_if(rows_.begin(), rows_.end(), no_alarm);
   if (oldest == rows_.end()) oldest = rows_.begin();
   ++forgotten_;
   if (!oldest->acknowledged) ++forgotten_open_;

@@ -119,6 +119,7 @@ void check(const session::SimulateOptions& o) {
   cli::check_range("--jitter-ms", o.jitter_ms, 0, session::kLongestDelay_ms, " ms");
   cli::check_range("--loss", o.loss, 0, 1, "");
   cli::check_range("--bursts-per-s", o.bursts_per_s, 0, 10, " per s");
+  if (!o.log.empty() && !recordings::is_recording(o.log)) cli::refuse_option("--log", o.log, "must end in .mcap");
   check_link(o);
   if (o.assist_force_limit_N && *o.assist_force_limit_N != 0)
     cli::check_range("--assist-force-limit", o.assist_force_limit_N, session::kLeastAssist_N, session::kMostAssist_N,

@@ -89,6 +89,7 @@ SlaveCameras::SlaveCameras(const std::vector<video::SenderSetup>& setups, const 
 }
 
 void SlaveCameras::seal_with(const std::optional<secure::VideoSecret>& secret) {
+  rule_.begin();
   for (const Sent& sent : all_)
     sent.sender->set_key(secret ? std::optional(secure::video_key(*secret, sent.name)) : std::nullopt);
 }

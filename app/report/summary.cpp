@@ -38,6 +38,7 @@ std::string summary_text(const session::Judged& judged, const std::string& repor
     text += fmt::format("  {}  {:22} {:>12}  {} {}\n", c.passed ? "pass" : "FAIL", c.name, shown(c.value, c.unit),
                         c.relation == "max" ? "<=" : ">=", shown(c.bound, c.unit));
   text += judged.criteria.empty() ? "  no criteria\n" : judged.passed ? "passed\n" : "NOT passed\n";
+  if (!s.log.file.empty() && s.log.problem.empty()) text += "recording: " + s.log.file + "\n";
   if (!report.empty()) text += "report: " + report + "\n";
   return text;
 }

@@ -112,9 +112,9 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   result.impairment = options.impairment;
   const auto start = std::chrono::steady_clock::now();
   const std::unique_ptr<recording::Recorder> recorder = recorder_for(options, setup);
-  const auto close_log = [&] {
+  const auto close_log = [&](bool complete) {
     if (!recorder) return;
-    recorder->close();
+    recorder->close(complete);
     result.log = recorder->status();
     if (hooks.recorded) hooks.recorded(result.log);
   };
@@ -123,10 +123,10 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
     outcome = options.realtime ? run_realtime(setup, recorder.get(), hooks.progress)
                                : run_on_virtual_time(setup, recorder.get(), hooks.progress);
   } catch (...) {
-    close_log();
+    close_log(false);
     throw;
   }
-  close_log();
+  close_log(true);
   if (recorder) {
     if (!result.log.problem.empty()) result.notes.push_back("the recording has ended: " + result.log.problem);
     for (const std::string& notice : result.log.notices) result.notes.push_back(notice);

@@ -62,6 +62,29 @@ TEST(FrameAge, KeepsSeeingAStreamThatHasBecomeLateForGoodAsLate) {
   EXPECT_NEAR(age.age_s(Time(t - 33ms + 850ms)), 0.8, 0.07);
 }
 
+TEST(FrameAge, NeverForgetsThatAStreamIsLate) {
+  FrameAge age;
+  Duration t = 0s;
+  for (; t < 10s; t += 33ms) age.take(frame(1h + t, t + 50ms, StampFrom::kSender));
+  for (; t < 3h; t += 1s) age.take(frame(1h + t, t + 350ms, StampFrom::kSender));
+  EXPECT_EQ(age.state(Time(t - 1s + 350ms)), VideoState::kLate);
+}
+
+TEST(FrameAge, IsFrozenWhereNothingComesHoweverLateTheLastPictureWasSaidToBeDue) {
+  FrameAge age;
+  age.take(frame(12s, 10s));
+  EXPECT_EQ(age.state(Time(10s + 200ms)), VideoState::kLive);
+  EXPECT_NEAR(age.age_s(Time(10s + 200ms)), 0.2, 1e-9);
+  EXPECT_EQ(age.state(Time(10s + 283ms)), VideoState::kFrozen);
+}
+
+TEST(FrameAge, DoesNotMixStampsOfTwoClocks) {
+  FrameAge age;
+  age.take(frame(10s, 10s));
+  age.take(frame(1s, 10s + 33ms, StampFrom::kSender));  // its clock counts from its own start
+  EXPECT_EQ(age.state(Time(10s + 50ms)), VideoState::kLive);
+}
+
 TEST(FrameAge, FollowsClocksThatDriftApart) {
   FrameAge age;
   constexpr double kSlow = 1 - 80e-6;  // the sender's clock

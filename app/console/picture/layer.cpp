@@ -26,7 +26,7 @@ Layer::~Layer() {
   glDeleteVertexArrays(1, &array_);
 }
 
-void Layer::resize(int width_px, int height_px) {
+bool Layer::resize(int width_px, int height_px) {
   width_px_ = width_px;
   height_px_ = height_px;
   glBindTexture(GL_TEXTURE_2D, colour_);
@@ -39,12 +39,18 @@ void Layer::resize(int width_px, int height_px) {
   glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH24_STENCIL8, width_px, height_px);
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, colour_, 0);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, depth_);
+  return glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
 }
 
-void Layer::begin(int width_px, int height_px, const Viewport& hole) {
+bool Layer::begin(int width_px, int height_px, const Viewport& hole) {
   glBindFramebuffer(GL_FRAMEBUFFER, frame_);
-  if (width_px != width_px_ || height_px != height_px_) resize(width_px, height_px);
+  if ((width_px != width_px_ || height_px != height_px_) && !resize(width_px, height_px)) {
+    width_px_ = height_px_ = 0;  // tried again with the next frame
+    end();
+    return false;
+  }
   hole_ = hole;
+  return true;
 }
 
 void Layer::cut_hole() const {

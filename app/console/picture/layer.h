@@ -18,8 +18,8 @@ class Layer {
   ~Layer();
 
   /// From here until end(), what is drawn goes into the layer instead of the window. @param hole of the window, where
-  /// the picture will be.
-  void begin(int width_px, int height_px, const Viewport& hole);
+  /// the picture will be. @return false: the graphics memory has no room for it, and nothing has changed.
+  [[nodiscard]] bool begin(int width_px, int height_px, const Viewport& hole);
   /// Empties the hole: what is drawn there from now on lies over the picture.
   void cut_hole() const;
   void end() const;
@@ -27,7 +27,7 @@ class Layer {
   void draw_over(const VideoView& video, bool live) const;
 
  private:
-  void resize(int width_px, int height_px);
+  [[nodiscard]] bool resize(int width_px, int height_px);
 
   GlProgram program_;
   GLuint frame_ = 0, colour_ = 0, depth_ = 0, array_ = 0;

@@ -136,6 +136,14 @@ const HandStep* Run::hand_at(Time at) const noexcept {
   return newest(data_.hand, at);
 }
 
+Time Run::first_heard() const noexcept {
+  const auto heard = [this](const HandStep& step) {
+    return data_.standings[step.standing].heard && machine_at(step.at) != nullptr;
+  };
+  const auto step = std::find_if(data_.hand.begin(), data_.hand.end(), heard);
+  return step == data_.hand.end() ? first_ : step->at;
+}
+
 ConsoleView Run::view(Time at) const {
   ConsoleView v = unknown_view();
   v.now = at;

@@ -21,6 +21,9 @@ class Run {
   [[nodiscard]] Time first() const noexcept { return first_; }
   [[nodiscard]] Time last() const noexcept { return last_; }
 
+  /// When the operator's side first heard the machine; first() where it is not recorded, or never did.
+  [[nodiscard]] Time first_heard() const noexcept;
+
   /// What the console's screens showed, or would have shown, at this time: what was newest then. Without what the link
   /// did of late. What is not recorded is NaN; of a time in a gap that is all but the machine's last pose.
   [[nodiscard]] ConsoleView view(Time at) const;

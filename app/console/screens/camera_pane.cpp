@@ -64,8 +64,8 @@ void CameraPane::add(CameraFeed feed) {
   cameras_.push_back({CameraWatch(std::move(feed)), nullptr});
 }
 
-bool CameraPane::watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events) {
-  bool came = false;
+std::optional<Time> CameraPane::watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events) {
+  std::optional<Time> came;
   std::vector<CameraWatch::News> news;
   taken_.clear();
   for (Camera& camera : cameras_) {
@@ -74,7 +74,7 @@ bool CameraPane::watch(Time now, const ConsoleView& view, double view_age_s, Eve
     taken_.push_back({stamp_of(camera.watch, *frame, now, view.now + from_seconds(view_age_s)), *frame});
     if (!camera.video) camera.video = std::make_unique<picture::VideoView>();
     camera.video->upload(*frame);
-    came = true;
+    if (&camera == &cameras_[shown_]) came = frame->received;
   }
   if (align_) align_->watch(view, !measured_freshness(view).after(view_age_s).stale());
   if (!given_up_.empty())
@@ -145,7 +145,7 @@ bool CameraPane::large() const noexcept {
 const CameraPane::Placed* CameraPane::drawn_large() const noexcept {
   const CameraWatch& watch = cameras_[shown_].watch;
   const bool holds = drawn_ && drawn_->large && drawn_->live && watch.state() == video::VideoState::kLive &&
-                     watch.damaged() == drawn_->damaged;
+                     watch.damaged() == drawn_->damaged && drawn_->video->aspect() == drawn_->aspect;
   return holds ? &*drawn_ : nullptr;
 }
 
@@ -172,6 +172,7 @@ widgets::Area CameraPane::place(const widgets::Ui& ui, const widgets::Area& pane
              large(),
              camera.watch.state() == video::VideoState::kLive,
              camera.watch.damaged(),
+             aspect,
              &camera.watch.name(),
              camera.video.get()};
   write(ui, camera, picture);

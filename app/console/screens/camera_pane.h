@@ -32,8 +32,9 @@ class CameraPane {
   }
   [[nodiscard]] bool empty() const noexcept { return cameras_.empty(); }
   /// Once a frame: takes the newest pictures in, and notes what has happened. OpenGL's context is current.
-  /// @param now video::now(). @param view_age_s how much earlier the view was made. @return whether a picture has come.
-  bool watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events);
+  /// @param now video::now(). @param view_age_s how much earlier the view was made. @return when the new picture of the
+  /// camera that is shown was here; nullopt: there is no new one.
+  std::optional<Time> watch(Time now, const ConsoleView& view, double view_age_s, EventBook& events);
   struct Taken {
     recording::CameraStamp stamp;
     video::Frame frame;
@@ -63,13 +64,14 @@ class CameraPane {
     bool large = false;     ///< It fills the pane, the machine is the small one.
     bool live = false;
     bool damaged = false;
+    double aspect = 0;
     const std::string* name = nullptr;
     const picture::VideoView* video = nullptr;
   };
   [[nodiscard]] const std::optional<Placed>& placed() const noexcept { return placed_; }
   void draw_done() noexcept { drawn_ = std::exchange(placed_, std::nullopt); }
-  /// What was placed in the frame drawn last: the camera that fills the pane, where it is live and what is written over
-  /// it still holds.
+  /// What was placed in the whole frame drawn last: the camera that fills the pane, where it is live and what is
+  /// written over it still holds.
   [[nodiscard]] const Placed* drawn_large() const noexcept;
 
  private:

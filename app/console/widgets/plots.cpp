@@ -85,14 +85,22 @@ void trace(const Theme& t, const Area& area, const History& history, const Line&
   stroke();
 }
 
+/// Words in a plot, on a ground of their own: a curve behind them would make them hard to read.
+void put_label(const Theme& t, ImU32 colour, ImVec2 at, Align align, const std::string& words) {
+  const float width = text_width(t.fonts.small, words.c_str()), half = t.fonts.small->FontSize * 0.5F;
+  const float left = align == Align::kLeft ? at.x : at.x - width;
+  canvas().AddRectFilled({left - t.px(2), at.y - half}, {left + width + t.px(2), at.y + half}, ink(t.colours.raised));
+  put_text(t.fonts.small, colour, at, align, words.c_str());
+}
+
 /// The line of the time shown, and the time that the mouse asks for.
 void plot_cursor(const Ui& ui, const Area& area, PlotCursor& cursor) {
   const Theme& t = ui.theme;
   const float x = area.min.x + cursor.share * area.width();
   if (cursor.chosen) {
     canvas().AddLine({x, area.min.y}, {x, area.max.y}, ink(t.colours.text), t.px(1.5F));
-    put_text(t.fonts.small, t.colours.notice, {x + t.unit(0.5F), area.min.y + t.fonts.small->FontSize * 0.55F},
-             Align::kLeft, cursor.words.c_str());
+    put_label(t, t.colours.notice, {x + t.unit(0.5F), area.min.y + t.fonts.small->FontSize * 0.55F}, Align::kLeft,
+              cursor.words);
   }
   if (area.width() < 1 || area.height() < 1) return;
   ImGui::PushID(static_cast<int>(area.min.y));
@@ -102,11 +110,10 @@ void plot_cursor(const Ui& ui, const Area& area, PlotCursor& cursor) {
   if (ImGui::IsItemActivated() && area.width() > 0)
     cursor.clicked = std::clamp((ImGui::GetIO().MousePos.x - area.min.x) / area.width(), 0.F, 1.F);
   const float y = area.max.y - t.fonts.small->FontSize * 0.55F;
-  put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(0.5F), y}, Align::kRight,
-           cursor.chosen ? "+5 s" : "now");
+  put_label(t, t.colours.muted, {area.max.x - t.unit(0.5F), y}, Align::kRight, cursor.chosen ? "+5 s" : "now");
   if (cursor.beside == nullptr) return;
-  put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(0.5F), area.min.y + t.fonts.small->FontSize * 0.55F},
-           Align::kRight, fmt::format("dashed: {}", cursor.beside_name).c_str());
+  put_label(t, t.colours.muted, {area.max.x - t.unit(0.5F), area.min.y + t.fonts.small->FontSize * 0.55F},
+            Align::kRight, fmt::format("dashed: {}", cursor.beside_name));
 }
 
 }  // namespace
@@ -200,8 +207,8 @@ void history_plot(const Ui& ui, const Area& area, const History& history, std::s
   }
   plot_cursor(ui, area, cursor);
   const float inset = t.unit(0.5F), half = t.fonts.small->FontSize * 0.55F;
-  put_text(t.fonts.small, t.colours.muted, {area.min.x + inset, area.min.y + half}, Align::kLeft, axis.high_label);
-  put_text(t.fonts.small, t.colours.muted, {area.min.x + inset, area.max.y - half}, Align::kLeft, axis.low_label);
+  put_label(t, t.colours.muted, {area.min.x + inset, area.min.y + half}, Align::kLeft, axis.high_label);
+  put_label(t, t.colours.muted, {area.min.x + inset, area.max.y - half}, Align::kLeft, axis.low_label);
 }
 
 }  // namespace knuckle::console::widgets

@@ -34,12 +34,25 @@ void put_text(const ImFont* font, ImU32 colour, ImVec2 at, Align align, const ch
   canvas().AddText(font, font->FontSize, {std::round(x), std::round(at.y - font->FontSize / 2)}, ink(colour), text);
 }
 
+std::string fitted_lines(const ImFont* font, const Area& area, const char* text) {
+  const float height = font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), text).y;
+  const int lines = static_cast<int>(area.height() / font->FontSize);
+  if (height <= area.height() || lines < 1) return text;
+  const char *line = text, *const end = text + std::strlen(text);
+  for (int i = 1; i < lines; ++i) {
+    line = font->CalcWordWrapPositionA(1, line, end, area.width());
+    while (line < end && (*line == ' ' || *line == '\n')) ++line;
+  }
+  return std::string(text, line) + fitted_text(font, area.width(), line);
+}
+
 float put_lines(const ImFont* font, ImU32 colour, const Area& area, const char* text) {
+  const std::string shown = fitted_lines(font, area, text);
   canvas().PushClipRect(area.min, area.max, true);
-  canvas().AddText(font, font->FontSize, {std::round(area.min.x), std::round(area.min.y)}, ink(colour), text, nullptr,
-                   area.width());
+  canvas().AddText(font, font->FontSize, {std::round(area.min.x), std::round(area.min.y)}, ink(colour), shown.c_str(),
+                   nullptr, area.width());
   canvas().PopClipRect();
-  return font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), text).y;
+  return font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), shown.c_str()).y;
 }
 
 std::string fitted_text(const ImFont* font, float width, const char* text) {

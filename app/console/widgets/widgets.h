@@ -43,7 +43,9 @@ enum class Align : std::uint8_t { kLeft, kCentre, kRight };
 // Text. Positions are of the text's middle line.
 [[nodiscard]] float text_width(const ImFont* font, const char* text);
 void put_text(const ImFont* font, ImU32 colour, ImVec2 at, Align align, const char* text);
-/// Broken into lines at blanks; what does not fit is cut. @return the height used.
+/// Ends with "..." where it would have more lines, broken at blanks, than the area has room for.
+[[nodiscard]] std::string fitted_lines(const ImFont* font, const Area& area, const char* text);
+/// Broken into lines at blanks, as fitted_lines(). @return the height used.
 float put_lines(const ImFont* font, ImU32 colour, const Area& area, const char* text);
 /// Ends with "..." where it would be wider.
 [[nodiscard]] std::string fitted_text(const ImFont* font, float width, const char* text);

@@ -85,14 +85,17 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
                                     view.truth.events};
   for (const auto& camera : simulated_cameras_) camera->show(sight, delay);
   bell_->quiet();
-  const bool came = cameras_.watch(video::now(), view, view_age_s, events);
-  if (came) note_picture(cameras_.taken().back().frame.received);
-  if (came && !window_.overdue() && draw_picture_only()) return;
+  const std::optional<Time> came = cameras_.watch(video::now(), view, view_age_s, events);
+  if (came) note_picture(*came);
+  sound(view, events, view_age_s);
+  const Standing stands{view.machine.mode, view.machine.limits, view.machine.contact,
+                        screens::measured_freshness(view).after(view_age_s).stale(), events.open(Severity::kAlarm)};
+  const bool same = std::exchange(drawn_stands_, stands) == stands;
+  if (came && same && window_.slow() && !window_.touched() && draw_picture_only()) return;
   window_.begin_frame();
   take_keys();
   state_.pad = {};  // held as long as it is drawn
   if (std::exchange(align_asked_, false)) align_camera(view, events);
-  sound(view, events, view_age_s);
   if (live_jump_) live_plots_.jump(*live_jump_ == KeyAction::kEventOn, events, view);
   live_jump_.reset();
   live_plots_.update(view);
@@ -110,7 +113,7 @@ void ConsoleWindow::note_picture(Time received) {
 /// The new picture under what was drawn over the one before, if that holds: takes far less time than a whole frame.
 bool ConsoleWindow::draw_picture_only() {
   const screens::CameraPane::Placed* camera = cameras_.drawn_large();
-  if (camera == nullptr) return false;
+  if (camera == nullptr || !layered_) return false;
   over_picture_.draw_over(*camera->video, true);
   return true;
 }
@@ -200,9 +203,10 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   pointer_may_enable_ = pointer_may_enable_ && state_.hold_to_run;
   ImGui::End();
   const std::optional<screens::CameraPane::Placed>& camera = cameras_.placed();
-  const bool over = picture && camera && camera->large;
   const auto [width, height] = window_.framebuffer_size();
-  if (over) over_picture_.begin(width, height, picture::viewport_of(camera->picture));
+  const bool over = picture && camera && camera->large && camera->video != nullptr &&
+                    over_picture_.begin(width, height, picture::viewport_of(camera->picture));
+  layered_ = over;
   window_.clear();
   const bool stale = ui.loop_silent() || screens::measured_freshness(view).after(view_age_s).stale();
   if (commissioned)
@@ -222,16 +226,18 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
 void ConsoleWindow::draw_pictures(const widgets::Area& machine, const std::optional<picture::Grid>& grid, bool stale,
                                   const ConsoleView& view) {
   const std::optional<screens::CameraPane::Placed>& camera = cameras_.placed();
+  const auto draw_camera = [&] {
+    if (camera->video != nullptr) camera->video->draw(picture::viewport_of(camera->picture), camera->live);
+  };
   if (camera && camera->large) {
-    over_picture_.cut_hole();
+    layered_ ? over_picture_.cut_hole() : draw_camera();
     // A mark is only drawn where both the picture and what was measured are of now.
     const CameraDescription* mount = find_camera(facts_.machine, *camera->name);
     if (mount != nullptr && camera->live && !stale) machine_.draw_over(camera->picture, *mount, state_.light, view);
   }
   machine_.draw(machine, state_.side_view, state_.light, stale, view, grid,
                 player_ != nullptr ? player_->beside_view() : nullptr);
-  if (camera && !camera->large && camera->video != nullptr)
-    camera->video->draw(picture::viewport_of(camera->picture), camera->live);
+  if (camera && !camera->large) draw_camera();
 }
 
 void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {

@@ -46,7 +46,8 @@ class ConsoleWindow {
   void show_recording(RecordingLight light) { recording_ = std::move(light); }
   /// Takes a view into histories and totals without drawing it.
   void watch(const ConsoleView& view);
-  /// The same, and one frame of it, yet to be shown: of it all, or of a camera's new picture alone, under what is there.
+  /// The same, and one frame of it, yet to be shown: of it all, or of a camera's new picture alone, under what is
+  /// there.
   /// @param view_age_s since the loops last put a view.
   void frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
   /// Shows the frame drawn and waits until the next is due.
@@ -105,9 +106,19 @@ class ConsoleWindow {
   RecordingLight recording_;
   screens::PlayerPanel* player_ = nullptr;
   std::shared_ptr<video::Bell> bell_ = std::make_shared<video::Bell>();
-  picture::Layer over_picture_;    ///< What lies over the picture that fills the pane, as it was drawn last.
-  Time picture_at_ = kNever;       ///< When the last one was there.
-  Duration picture_period_{};      ///< Between it and the one before.
+  picture::Layer over_picture_;  ///< What lies over the picture that fills the pane, as it was drawn last.
+  bool layered_ = false;         ///< It does, as of the last whole frame.
+  /// What must not be missed: where any of it has changed, the whole is drawn.
+  struct Standing {
+    Mode mode = Mode::kOff;
+    std::uint16_t limits = 0;
+    bool contact = false, stale = false;
+    std::size_t open_alarms = 0;
+    bool operator==(const Standing&) const = default;
+  };
+  Standing drawn_stands_;
+  Time picture_at_ = kNever;   ///< When the last one was there.
+  Duration picture_period_{};  ///< Between it and the one before.
   bool steady_ = false;
   bool align_asked_ = false;
   std::optional<KeyAction> live_jump_;  ///< Asked for since the frame before.

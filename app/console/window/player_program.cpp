@@ -107,7 +107,7 @@ int run_player(const ConsoleOptions& o, const std::function<bool()>& keep_on) {
   cli::check_range("--at", o.at_s, to_seconds(played.run.first()), to_seconds(played.run.last()), " s");
   std::optional<screens::Beside> beside = beside_of(o, played);
   screens::PlayerPanel panel(std::move(played), std::move(beside));
-  if (o.at_s) panel.timeline().seek(Time(from_seconds(*o.at_s)));
+  panel.timeline().seek(o.at_s ? Time(from_seconds(*o.at_s)) : panel.played().run.first_heard());
   ConsoleWindow window(o.window(), facts_of(panel.played()));
   window.state().screen = o.first_screen();
   window.state().units = o.imperial ? widgets::UnitSystem::kImperial : widgets::UnitSystem::kMetric;

@@ -18,8 +18,8 @@ namespace knuckle::console::window {
 namespace {
 
 constexpr std::chrono::nanoseconds kFramePeriod{16'666'667};
-constexpr std::chrono::milliseconds kLeastPeriod{8};  // however fast pictures come
-constexpr std::chrono::milliseconds kPatience{8};     // for one that comes late
+constexpr std::chrono::milliseconds kLeastPeriod{8};                    // however fast pictures come
+constexpr std::chrono::milliseconds kPatience{8};                       // for one that comes late
 constexpr std::chrono::milliseconds kLongestPeriod{60}, kOverdue{100};  // of whole frames
 
 /// GLFW's last message, on one line.
@@ -75,7 +75,12 @@ void Window::open(const WindowOptions& options) {
   glfwSetWindowSizeLimits(window_, 960, 600, GLFW_DONT_CARE, GLFW_DONT_CARE);
   glfwSetWindowUserPointer(window_, this);
   grab_.watch(window_);
-  glfwSetKeyCallback(window_, on_key);  // ImGui's own comes after and calls this one
+  // ImGui's own come after and call these.
+  glfwSetKeyCallback(window_, on_key);
+  glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int, int, int) { on_touch(window); });
+  glfwSetScrollCallback(window_, [](GLFWwindow* window, double, double) { on_touch(window); });
+  glfwSetWindowFocusCallback(window_, [](GLFWwindow* window, int) { on_touch(window); });
+  glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* window, int, int) { on_touch(window); });
 }
 
 void Window::start_widgets() {
@@ -101,8 +106,13 @@ Window::~Window() {
   glfwTerminate();
 }
 
+void Window::on_touch(GLFWwindow* window) {
+  static_cast<Window*>(glfwGetWindowUserPointer(window))->touched_ = true;
+}
+
 void Window::on_key(GLFWwindow* window, int key, int /*scancode*/, int action, int modifiers) {
   auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
+  if (action != GLFW_REPEAT) self->touched_ = true;
   if (action != GLFW_PRESS) return;  // a key that repeats must not take the place of one that is pressed
   if (self->arriving_.size() < self->arriving_.capacity())
     self->arriving_.push_back({key, modifiers});
@@ -120,9 +130,10 @@ bool Window::attended() const {
 }
 
 void Window::begin_frame() {
-  began_ = std::chrono::steady_clock::now();
-  whole_ = true;
   glfwPollEvents();
+  polled_ = began_ = std::chrono::steady_clock::now();
+  whole_ = true;
+  touched_ = false;
   presses_.swap(arriving_);
   arriving_.clear();
   grabbed_ = grab_.grabbed();
@@ -164,12 +175,23 @@ void Window::draw_widgets() {
 }
 
 void Window::swap() {
+  if (std::exchange(whole_, false)) {
+    glFinish();  // a display that sets the pace may keep the swap waiting, which is no work
+    took_ = std::chrono::steady_clock::now() - began_;
+  }
   glfwSwapBuffers(window_);
-  if (std::exchange(whole_, false)) took_ = std::chrono::steady_clock::now() - began_;
 }
 
-bool Window::overdue() const {
-  return std::chrono::steady_clock::now() > began_ + kOverdue;
+bool Window::touched() {
+  glfwPollEvents();
+  polled_ = std::chrono::steady_clock::now();
+  for (int button = GLFW_MOUSE_BUTTON_1; button <= GLFW_MOUSE_BUTTON_3; ++button)
+    touched_ |= glfwGetMouseButton(window_, button) == GLFW_PRESS;
+  return touched_;
+}
+
+bool Window::slow() const {
+  return took_ > kLeastPeriod && std::chrono::steady_clock::now() < began_ + kOverdue;
 }
 
 void Window::wait(video::Bell& pictures, std::chrono::steady_clock::time_point next_picture) {
@@ -178,7 +200,7 @@ void Window::wait(video::Bell& pictures, std::chrono::steady_clock::time_point n
   const auto now = std::chrono::steady_clock::now(), due = std::max(began_ + kFramePeriod, now);
   const bool in_its_way = now < next_picture + kPatience && due + took_ > next_picture;
   pictures.wait_until(in_its_way ? std::max(due, std::min(next_picture + kPatience, began_ + kLongestPeriod)) : due);
-  std::this_thread::sleep_until(began_ + kLeastPeriod);
+  std::this_thread::sleep_until(polled_ + kLeastPeriod);
 }
 
 void Window::write_png(const std::string& path) const {

@@ -50,13 +50,17 @@ class Window {
   void clear();
   /// Draws ImGui's widgets.
   void draw_widgets();
+  /// Takes events in. @return whether the person has pressed, let go of or moved something since the last whole frame,
+  /// or holds a mouse button: the next frame has to answer.
+  [[nodiscard]] bool touched();
   /// Shows what was drawn: a whole frame, or a picture alone since the last one.
   void swap();
-  /// Whether the last whole frame is so long ago that the next one is to be drawn whatever comes.
-  [[nodiscard]] bool overdue() const;
-  /// Waits until the next frame is due: at once where a picture comes, but no sooner than 8 ms after the last one began.
-  /// @param next_picture when the next one is expected: a frame that would not be done by then waits for it, unless it
-  /// is overdue, since it would keep the picture waiting.
+  /// Whole frames take so long that a picture is not to wait for one; but the last one is less than 100 ms ago.
+  [[nodiscard]] bool slow() const;
+  /// Waits until the next frame is due: at once where a picture comes, but no sooner than 8 ms after the last one
+  /// began.
+  /// @param next_picture when the next one is expected: a whole frame that would not be done by then, and so would keep
+  /// it waiting, waits for it; but no longer than until 60 ms after the last whole one began.
   void wait(video::Bell& pictures, std::chrono::steady_clock::time_point next_picture);
   /// What has been drawn since clear(), as PNG. @throws InputError where the file cannot be written.
   void write_png(const std::string& path) const;
@@ -76,6 +80,7 @@ class Window {
   [[nodiscard]] GLFWwindow* handle() const noexcept { return window_; }
 
  private:
+  static void on_touch(GLFWwindow* window);
   static void on_key(GLFWwindow* window, int key, int scancode, int action, int modifiers);
   void open(const WindowOptions& options);
   void start_widgets();
@@ -89,10 +94,12 @@ class Window {
   bool widgets_started_ = false, full_speed_ = false, grabbed_ = false;
   int pad_ = -1;
   std::vector<KeyPress> presses_, arriving_;
-  std::chrono::steady_clock::time_point began_;  ///< The last whole frame.
-  std::chrono::nanoseconds took_{};              ///< The last one that was shown.
-  bool whole_ = false;                           ///< Is drawn, and not shown yet.
-  std::array<int, 4> windowed_{};  ///< Place and size before full screen.
+  std::chrono::steady_clock::time_point began_;   ///< The last whole frame.
+  std::chrono::nanoseconds took_{};               ///< The last one, until it could be shown.
+  std::chrono::steady_clock::time_point polled_;  ///< As a frame began, whole or not.
+  bool touched_ = false;                          ///< Since the last whole frame.
+  bool whole_ = false;                            ///< Is drawn, and not shown yet.
+  std::array<int, 4> windowed_{};                 ///< Place and size before full screen.
 };
 
 }  // namespace knuckle::console::window

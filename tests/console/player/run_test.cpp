@@ -55,6 +55,15 @@ TEST(PlayedRun, ShowsInEachStepWhatTheOperatorsLoopKnewInIt) {
   EXPECT_GT(silent, 100) << "the link is lost in it";
 }
 
+TEST(PlayedRun, KnowsWhenTheMachineWasFirstHeard) {
+  const player::Run run = player::load({recorded("lost_link")}).run;
+  EXPECT_GT(run.first_heard(), run.first());
+  EXPECT_TRUE(run.view(run.first_heard()).link.heard);
+  EXPECT_FALSE(run.view(*run.step_before(run.first_heard())).link.heard);
+  const player::Run machine_alone = player::load({recorded("load")}).run;
+  EXPECT_EQ(machine_alone.first_heard(), machine_alone.first());
+}
+
 TEST(PlayedRun, ShowsInEachStepWhatTheMachinesLoopKnewInItWhereOnlyThatWasRecorded) {
   const player::Played played = player::load({recorded("load")});
   ASSERT_FALSE(played.head.has_operator);

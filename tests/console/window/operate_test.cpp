@@ -25,5 +25,18 @@ TEST_F(Operate, ShowsEveryLineOfWhyTheForceIsNotKnownBetter) {
   }
 }
 
+TEST_F(Operate, EndsThemWithDotsWhereTheyAreMoreThanItHasRoomFor) {
+  view_.status.force_doubts = 0xFF;
+  const std::string begin = screens::confidence_words(view_).substr(0, 20);
+  int seen = 0;
+  for (const DrawnText& text : texts_of([this] { frames(1); })) {
+    if (text.words.find(begin) == std::string::npos) continue;
+    ++seen;
+    EXPECT_LE(text.cut_px, 0);
+    EXPECT_TRUE(text.words.ends_with("...")) << text.words;
+  }
+  EXPECT_EQ(seen, 1);
+}
+
 }  // namespace
 }  // namespace knuckle::console::window
