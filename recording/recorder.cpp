@@ -279,7 +279,7 @@ bool Recorder::put_in_place(bool replaces) {
     return false;
   }
   if (options_.file.empty()) return true;
-  if (replaces || !std::filesystem::exists(options_.file))
+  if (replaces || !std::filesystem::is_regular_file(options_.file))
     return std::rename((options_.file + kUnfinished).c_str(), options_.file.c_str()) == 0;
   const std::scoped_lock lock(mutex_);
   status_.file = options_.file + kUnfinished;

@@ -15,6 +15,10 @@ if ((${#files[@]} == 0)); then
     "$knuckle" simulate --scenario "$(basename "$file" .mcap)" --log "$file" --flights "$folder/flights" > "$folder/output" ||
       (($? == 1)) || fail "$(cat "$folder/output")"
   done
+  # With pictures of a camera.
+  xvfb-run -a "$knuckle" console --simulate --demo --duration 3 --camera mast=simulated --log "$folder/console" \
+    --log-pictures 5 > "$folder/output" 2>&1 || fail "$(cat "$folder/output")"
+  files+=("$folder"/console/*.mcap)
 fi
 for file in "${files[@]}"; do
   node tests/peers/recording_decode.cjs "$file"
