@@ -310,7 +310,6 @@ RecorderThread::RecorderThread(Recorder& recorder)
 RecorderThread::~RecorderThread() {
   thread_.request_stop();
   thread_.join();
-  recorder_.close();
 }
 
 }  // namespace knuckle::recording

@@ -130,7 +130,7 @@ class Recorder {
 class RecorderThread {
  public:
   explicit RecorderThread(Recorder& recorder);
-  /// Ends the thread and closes the recorder.
+  /// Ends the thread; the recorder is yet to be closed.
   ~RecorderThread();
   RecorderThread(const RecorderThread&) = delete;
   RecorderThread& operator=(const RecorderThread&) = delete;

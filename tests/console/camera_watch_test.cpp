@@ -82,6 +82,25 @@ TEST_F(CameraWatching, WarnsOnceThatItIsFrozenAndSaysForHowLongItWas) {
   EXPECT_EQ(said_after(0s), Lines{"camera mast: live picture again, after 1.0 s"});
 }
 
+TEST_F(CameraWatching, SaysOfAPictureThatComesAndGoesAFewTimesOnlyAndInTheEndWhatIs) {
+  std::size_t lines = 0;
+  for (int i = 0; i < 30; ++i) {  // for 20 s, live and frozen in turns
+    capture();
+    lines += said_after(0s).size();
+    lines += said_after(660ms).size();
+  }
+  EXPECT_EQ(lines, 6u);
+  EXPECT_EQ(said_after(1s), Lines{}) << "frozen was told last, and is what is";
+  capture();
+  EXPECT_EQ(said_after(0s), Lines{}) << "not yet";
+  for (int i = 0; i < 50; ++i) {
+    capture();
+    for (const std::string& line : said_after(200ms))
+      EXPECT_TRUE(line.starts_with("camera mast: live picture again")) << line;
+  }
+  EXPECT_EQ(said_after(1s).size(), 1u) << "it may be told again";
+}
+
 TEST_F(CameraWatching, WarnsOfPicturesThatComeLate) {
   capture();
   now_ += 600ms;

@@ -111,7 +111,8 @@ TEST(EventBook, ForgetsWhatIsNotAcknowledgedLastAndSaysSo) {
   EXPECT_EQ(book.forgotten_open(), 0u);
   for (std::size_t i = 0; i < most; ++i) book.add(Time{}, 1, Severity::kWarning, "w", "");
   EXPECT_EQ(book.rows().size(), most);
-  EXPECT_EQ(book.forgotten_open(), 3u) << "the alarms, once nothing else could go";
+  EXPECT_EQ(book.forgotten_open(), 3u) << "warnings, once nothing else could go";
+  EXPECT_EQ(book.open(Severity::kAlarm), 3u) << "they sound until somebody has acknowledged them";
 }
 
 TEST(EventBook, SaysOnceHowManyEventsWereLost) {

@@ -98,6 +98,8 @@ TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
       {{"--scenario", ""}, {"--scenario"}},
       {{"--control", "telepathy"}, {"--control", "telepathy", "echo"}},
       {{"--operator", "path:"}, {"--operator", "path:"}},
+      {{"--log", "session.csv"}, {"--log", "session.csv", "must end in .mcap"}},
+      {{"--log", "-"}, {"--log", "must end in .mcap"}},
       {{"--operator", "path:/nowhere.csv"}, {"--operator", "/nowhere.csv", "no such file"}},
       {{"--operator", "path:" + map}, {"--operator", "--map"}},
       {{"--operator", "path:/nowhere.csv", "--map", map}, {"--operator", "/nowhere.csv", "no such file"}},

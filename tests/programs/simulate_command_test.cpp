@@ -120,16 +120,18 @@ TEST(SimulateCommand, CtrlCSaysThatTheRecordingWasKept) {
 }
 
 TEST(SimulateCommand, CtrlCLeavesARecordingThatHasTheNameAlready) {
-  const Folder folder;
-  session::SimulateOptions options;
-  options.scenario = "free_motion";
-  options.log = folder.file("a.mcap");
-  std::ofstream(options.log) << "of before";
-  EXPECT_EQ(interrupted_at(3, options, [] {}),
-            "interrupted; what was recorded until then is in " + options.log + ".partial; no other file was written");
-  std::ifstream before(options.log);
-  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(before), {}), "of before");
-  EXPECT_TRUE(recording::Recording({options.log + ".partial"}).complete());
+  for (const bool realtime : {false, true}) {
+    const Folder folder;
+    session::SimulateOptions options;
+    options.scenario = "free_motion";
+    options.realtime = realtime;
+    options.log = folder.file("a.mcap");
+    std::ofstream(options.log) << "of before";
+    EXPECT_EQ(interrupted_at(3, options, [] {}),
+              "interrupted; what was recorded until then is in " + options.log + ".partial; no other file was written");
+    EXPECT_EQ(content(options.log), "of before");
+    EXPECT_TRUE(recording::Recording({options.log + ".partial"}).complete());
+  }
 }
 
 TEST(SimulateCommand, CtrlCNamesTheFileInWhichTheRecordingIsWhereItCouldNotBePutInPlace) {

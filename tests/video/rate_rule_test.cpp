@@ -43,6 +43,12 @@ TEST_F(RateRuleFor4000, IsNotMovedByJitter) {
   }
 }
 
+TEST_F(RateRuleFor4000, KnowsNothingOfThePathOfTheOperatorBefore) {
+  (void)run(10s, 10ms);
+  rule_.begin();
+  EXPECT_EQ(run(10s, 450ms), 4000);
+}
+
 TEST_F(RateRuleFor4000, RecoversSlowly) {
   (void)run(10s, 30ms);
   ASSERT_EQ(run(20ms, 140ms), 2000);

@@ -135,9 +135,9 @@ TEST_F(CamerasInWindow, ShowANewPictureAtOnceUnderWhatIsThereAndAllElseTenTimesA
     console_->window().set_light(true);
   };
   bool alone = false;
-  for (int i = 0; i < 20 && !alone; ++i) {  // unless the computer was busy for 100 ms
+  // The processor draws here: a whole frame takes long. Unless the computer was busy for 100 ms.
+  for (int i = 0; i < 20 && !alone; ++i) {
     whole();
-    if (!console_->window().slow() && i == 19) GTEST_SKIP() << "whole frames are drawn fast enough here";
     alone = next(100 + i);
   }
   EXPECT_TRUE(alone) << "a whole frame was drawn, which takes longer";
