@@ -71,13 +71,8 @@ class DahlState {
   }
   /// After step(), where encoders see no motion: valve shut, the links still ring on the oil by less than an encoder
   /// step, which shakes the bristles loose. Measured on simulated machines: anything from 0.3 to 0.6 s does as well.
-  double settle(double extension_mps, double step_s) noexcept {
-    if (std::abs(extension_mps) < kStanding_mps) value_ *= std::exp(-step_s / kSettling_s);
-    return value_;
-  }
-  /// The rod went so far to and fro, about where it is.
-  double shake(double way_m) noexcept {
-    value_ *= std::exp(-way_m / kTurnDistance_m);
+  double settle(double extension_mps, double step_s, double settling_s = kSettling_s) noexcept {
+    if (std::abs(extension_mps) < kStanding_mps) value_ *= std::exp(-step_s / settling_s);
     return value_;
   }
   void reset() noexcept { value_ = 0; }

@@ -1,16 +1,13 @@
 // The momentum observer and what feeds it: speed and friction's bristles behind one velocity filter.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <numbers>
 
 #include "core/filters.h"
 #include "core/joints.h"
 #include "estimation/foh_filter.h"
 #include "estimation/friction.h"
-#include "estimation/rod_shake.h"
 
 namespace knuckle::estimation {
 
@@ -43,10 +40,8 @@ struct ChannelBand {
 
 /// Speed, bristles and observer of one bandwidth.
 struct ObserverChannel {
-  /// @param encoder_step_m of the rods' encoders.
-  ObserverChannel(const ChannelBand& band, double step_s, double encoder_step_m) noexcept
+  ObserverChannel(const ChannelBand& band, double step_s) noexcept
       : period_s(step_s),
-        one_step_mps(encoder_step_m * 2 * std::numbers::pi * band.velocity_Hz / std::numbers::e),
         first(band.velocity_Hz, step_s, JointVector::Zero()),
         rate(band.velocity_Hz, step_s),
         observer(band.observer_Hz, step_s) {
@@ -58,19 +53,14 @@ struct ObserverChannel {
     rate.reset(JointVector::Zero());
     dahl = {};
   }
-  /// @param held the world holds the bucket: it rings little, and what it does shake a rod, pressures show. In free air
-  /// it always rings, also by less than they show.
-  void move(const JointVector& joint_step_rad, const JointVector& new_lever_m, const RodShake& shake,
-            bool held) noexcept {
+  /// @param held the world holds the bucket.
+  void move(const JointVector& joint_step_rad, const JointVector& new_lever_m, bool held) noexcept {
     lever_m = new_lever_m;
     cylinder_mps = lever_m.cwiseProduct(rate.step(first.step(joint_step_rad / period_s)));
     for (int i = 0; i < kJoints; ++i) {
       DahlState& state = dahl[static_cast<std::size_t>(i)];
-      const bool steps_alone = held && std::abs(cylinder_mps[i]) <= one_step_mps;
-      state.step(cylinder_mps[i], period_s, steps_alone ? kHeldTurn_m : DahlState::kTurnDistance_m);
-      // As long as a rod goes one way, its shaking turns no bristles.
-      const double to_and_fro_mps = std::max(0.0, shake.speed_mps(i) - kOneWay * std::abs(cylinder_mps[i]));
-      bristle[i] = held ? state.shake(to_and_fro_mps * period_s) : state.settle(cylinder_mps[i], period_s);
+      state.step(cylinder_mps[i], period_s, held ? kHeldTurn_m : DahlState::kTurnDistance_m);
+      bristle[i] = state.settle(cylinder_mps[i], period_s, held ? kHeldSettling_s : DahlState::kSettling_s);
     }
   }
   /// @param cylinder_Nm joint torque of the pressures, as late as the speed; @param pressure_sum_Pa likewise. @return
@@ -87,12 +77,11 @@ struct ObserverChannel {
   }
 
   static constexpr double kTinyLever_m = 1e-6;
-  /// Eight times the bristles' own distance: encoders show a creep in steps, and of some rods that stand as well, and a
-  /// friction that turns with each of them keeps a press from standing still (docs/force-estimation.md).
-  static constexpr double kHeldTurn_m = 8e-4;
-  static constexpr double kOneWay = 0.3;
+  /// What holds the bucket lets nothing ring: bristles stay bent while a rod stands, or creeps by a millimetre. Their
+  /// distance is longer than the seal's because encoders show a creep in steps, and of some rods that stand as well.
+  /// Measured on simulated machines: 5 to 10 s and 0.2 to 0.6 mm do about as well.
+  static constexpr double kHeldSettling_s = 10, kHeldTurn_m = 3e-4;
   double period_s;
-  double one_step_mps;  ///< What a single step of an encoder looks like at most, behind the two poles.
   /// Two equal poles: behind one, each 0.1 mm step of a wire encoder is a jolt of 500 N m to the boom's momentum.
   LowPass<JointVector> first;
   FohFilter<JointVector> rate;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "machine/oil_stiffness.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::slave {
