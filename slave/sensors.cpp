@@ -18,6 +18,7 @@ SensorSet::SensorSet(const MachineDescription& machine)
       pressure_ceiling_Pa_(machine.sensors.pressure_range_Pa * kValidity.pressure_over_range),
       tilt_on_boom_(machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom),
       age_limit_(from_seconds(machine.bus.sensor_age_limit_s)),
+      tilt_age_limit_(age_limit_ + from_seconds((machine.bus.tilt_every_nth_sync - 1) / machine.bus.sync_Hz)),
       kinematics_(machine) {
   const auto from = [](const NodeDescription& node) { return Channel{.node = node.id, .frame_id = node.tpdo_id()}; };
   for (std::size_t i = 0; i < kPressures; ++i) channels_[i] = from(machine.bus.pressures[i]);
@@ -135,11 +136,14 @@ Reason SensorSet::fault(Time now) const noexcept {
       return {ReasonCode::kSensorInvalid, channel.node, static_cast<float>(channel.worst), 0};
     }
   }
-  const Channel& channel = oldest();
-  const Duration age = now - channel.at;
-  if (age <= age_limit_) return {};
-  return {ReasonCode::kSensorStale, channel.node, static_cast<float>(to_seconds(age) * 1e3),
-          static_cast<float>(to_seconds(age_limit_) * 1e3)};
+  const auto stale = [now](const Channel& channel, Duration limit) -> Reason {
+    const Duration age = now - channel.at;
+    if (age <= limit) return {};
+    return {ReasonCode::kSensorStale, channel.node, static_cast<float>(to_seconds(age) * 1e3),
+            static_cast<float>(to_seconds(limit) * 1e3)};
+  };
+  const Reason old = stale(oldest(), age_limit_);
+  return old ? old : stale(channels_[kTilt], tilt_age_limit_);
 }
 
 Reason SensorSet::unreachable() const noexcept {
@@ -152,7 +156,7 @@ Reason SensorSet::unreachable() const noexcept {
 }
 
 const SensorSet::Channel& SensorSet::oldest() const noexcept {
-  return *std::min_element(channels_.begin(), channels_.end(),
+  return *std::min_element(channels_.begin(), channels_.begin() + kTilt,
                            [](const Channel& a, const Channel& b) { return a.at < b.at; });
 }
 
@@ -170,7 +174,7 @@ Time SensorSet::newest_at() const noexcept {
 }
 
 std::optional<estimation::Measurement> SensorSet::measurement() const noexcept {
-  if (oldest_at() == kNever) return std::nullopt;
+  if (oldest_at() == kNever || channels_[kTilt].at == kNever) return std::nullopt;
   estimation::Measurement m;
   for (std::size_t i = 0; i < kPressures; ++i) m.pressure_Pa[i] = channels_[i].value;
   for (int i = 0; i < kJoints; ++i) m.cylinder_m[i] = channels_[kPressures + static_cast<std::size_t>(i)].value;

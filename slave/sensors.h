@@ -56,7 +56,8 @@ class SensorSet {
   [[nodiscard]] Reason unreachable() const noexcept;
   /// nullopt until every sensor has been heard once. Ages are not looked at here.
   [[nodiscard]] std::optional<estimation::Measurement> measurement() const noexcept;
-  /// Arrival of the oldest value in the measurement, and its node.
+  /// Arrival of the oldest pressure or length in the measurement, and its node. The slope, which comes with fewer
+  /// SYNCs, has a limit of its own in fault(): by so much more as its next value is later.
   [[nodiscard]] Time oldest_at() const noexcept;
   [[nodiscard]] std::uint8_t oldest_node() const noexcept;
   /// Arrival of the newest value.
@@ -90,7 +91,7 @@ class SensorSet {
   double pressure_ceiling_Pa_;
   bool tilt_on_boom_;
   int shaken_ = 0;  // slopes in a row that no hull can have
-  Duration age_limit_;
+  Duration age_limit_, tilt_age_limit_;
   Kinematics kinematics_;
 };
 

@@ -95,6 +95,27 @@ TEST_F(Sensors, OldestSensorIsNamedOnceItIsOlderThanItsLimit) {
   EXPECT_EQ(sensors.oldest_node(), 0x23);
 }
 
+// It comes with every second SYNC, so that two of it are missed where others have missed four.
+TEST_F(Sensors, ASlopeMayBeOlderThanTheOthersByAsMuchAsItsNextOneIsLater) {
+  send_all();
+  now += 25ms;
+  for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5);
+  length(0, 0.9), length(1, 1.1), length(2, 0.9);
+  now += 5ms;
+  EXPECT_FALSE(sensors.fault(now));
+  now += 1us;
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorStale);
+  EXPECT_EQ(sensors.fault(now).subject, 0x38);
+  EXPECT_FLOAT_EQ(sensors.fault(now).limit, 30);
+}
+
+TEST_F(Sensors, ASlopeThatWasNeverHeardIsStaleAndGivesNoMeasurement) {
+  for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5);
+  length(0, 0.9), length(1, 1.1), length(2, 0.9);
+  EXPECT_FALSE(sensors.measurement());
+  EXPECT_EQ(sensors.fault(now).subject, 0x38);
+}
+
 TEST_F(Sensors, ImpossibleValuesAreLeftOutAndThreeInARowAreAFault) {
   const auto bad_values = {+[](Sensors& s) { s.pressure(2, 50e5, canopen::kPressureInvalid); },
                            +[](Sensors& s) { s.pressure(2, 421e5); },
