@@ -53,10 +53,11 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
       friction_{friction_of(machine, kBoom), friction_of(machine, kArm), friction_of(machine, kBucket)},
       step_s_(step_s),
       pitch_(kPitchCutoff_Hz, step_s, 0.0),
-      slow_(kSlowBand, step_s),
+      vibration_(machine, step_s),
+      slow_(kSlowBand, step_s, machine.sensors.encoder_step_m),
       bending_(kSlowBand.observer_Hz, step_s),
-      fast_(kFastBand, step_s),
-      contact_(kContactBand, step_s),
+      fast_(kFastBand, step_s, machine.sensors.encoder_step_m),
+      contact_(kContactBand, step_s, machine.sensors.encoder_step_m),
       matched_first_(kSlowBand.velocity_Hz, step_s),
       matched_(kSlowBand.velocity_Hz, step_s),
       bank_(kSlowBand.observer_Hz, step_s),
@@ -77,8 +78,9 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
   const Pose pose(state.angle_rad, pitch_.step(state.hull_pitch_rad));
   const JointVector moved = state.angle_rad - last_angle_rad_;
   last_angle_rad_ = state.angle_rad;
+  vibration_.step(state.cylinder_N);
   for (ObserverChannel* channel : {&slow_, &fast_.motion, &contact_.motion})
-    channel->move(moved, state.lever_m, estimate_.significant);
+    channel->move(moved, state.lever_m, vibration_.speed_mps(), estimate_.significant);
   estimate_.carried_Nm = load_columns(arm_.length_m(), pose) * carried_;
   pressure_sum_Pa_ = state.pressure_sum_Pa();
   inertia_kgm2_ = arm_.inertia(pose, parameters_);
@@ -124,6 +126,7 @@ void ForceEstimator::start(const JointState& state) noexcept {
   speeds_.reset(Speeds::Zero());
   slow_.rest();
   slow_.observer.reset(JointVector::Zero(), JointVector::Zero());
+  vibration_.reset(state.cylinder_N);
   bending_.reset(cylinder_Nm);
   start(fast_, pose, state);
   start(contact_, pose, state);

@@ -19,6 +19,7 @@
 #include "estimation/load.h"
 #include "estimation/observer.h"
 #include "estimation/regressor.h"
+#include "estimation/rod_vibration.h"
 #include "estimation/tare.h"
 #include "machine/arm_description.h"
 #include "machine/kinematics.h"
@@ -108,8 +109,8 @@ class ForceEstimator {
   }
   /// A channel that is not reported: its tare goes in with the rest, its pushes pass twins of its velocity poles.
   struct QuickChannel {
-    QuickChannel(const ChannelBand& band, double step_s) noexcept
-        : motion(band, step_s),
+    QuickChannel(const ChannelBand& band, double step_s, double encoder_step_m) noexcept
+        : motion(band, step_s, encoder_step_m),
           bending(band.observer_Hz, step_s),
           first(band.velocity_Hz, step_s),
           second(band.velocity_Hz, step_s) {}
@@ -153,6 +154,7 @@ class ForceEstimator {
   JointVector last_angle_rad_ = JointVector::Zero();
   LowPass<double> pitch_;
   Eigen::Matrix3d inertia_kgm2_ = Eigen::Matrix3d::Zero();  ///< Of the relative joints, in this pose.
+  RodVibration vibration_;
   ObserverChannel slow_;
   BendingChannel bending_;
   QuickChannel fast_, contact_;

@@ -64,17 +64,19 @@ class DahlState {
  public:
   static constexpr double kTurnDistance_m = 1e-4;  ///< x_c
   static constexpr double kStanding_mps = 5e-4, kSettling_s = 0.5;
-  double step(double extension_mps, double step_s, double turn_distance_m = kTurnDistance_m) noexcept {
+  double step(double extension_mps, double step_s) noexcept {
     const double target = extension_mps >= 0 ? 1.0 : -1.0;
-    value_ = target + (value_ - target) * std::exp(-std::abs(extension_mps) * step_s / turn_distance_m);
+    value_ = target + (value_ - target) * std::exp(-std::abs(extension_mps) * step_s / kTurnDistance_m);
     return value_;
   }
   /// After step(), where encoders see no motion: valve shut, the links still ring on the oil by less than an encoder
   /// step, which shakes the bristles loose. Measured on simulated machines: anything from 0.3 to 0.6 s does as well.
-  double settle(double extension_mps, double step_s, double settling_s = kSettling_s) noexcept {
-    if (std::abs(extension_mps) < kStanding_mps) value_ *= std::exp(-step_s / settling_s);
+  double settle(double extension_mps, double step_s) noexcept {
+    if (std::abs(extension_mps) < kStanding_mps) value_ *= std::exp(-step_s / kSettling_s);
     return value_;
   }
+  /// The rod vibrated by so much, to and fro, about where it stands.
+  void release(double way_m) noexcept { value_ *= std::exp(-way_m / kTurnDistance_m); }
   void reset() noexcept { value_ = 0; }
   [[nodiscard]] double value() const noexcept { return value_; }
 

@@ -1,13 +1,16 @@
 // The momentum observer and what feeds it: speed and friction's bristles behind one velocity filter.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 
 #include "core/filters.h"
 #include "core/joints.h"
 #include "estimation/foh_filter.h"
 #include "estimation/friction.h"
+#include "estimation/rod_vibration.h"
 
 namespace knuckle::estimation {
 
@@ -40,8 +43,11 @@ struct ChannelBand {
 
 /// Speed, bristles and observer of one bandwidth.
 struct ObserverChannel {
-  ObserverChannel(const ChannelBand& band, double step_s) noexcept
+  /// @param encoder_step_m of the rods' encoders.
+  ObserverChannel(const ChannelBand& band, double step_s, double encoder_step_m) noexcept
       : period_s(step_s),
+        one_step_mps(encoder_step_m * 2 * std::numbers::pi * band.velocity_Hz / std::numbers::e),
+        one_step_share(std::min(1.0, DahlState::kTurnDistance_m / (kStepsToTurn * encoder_step_m))),
         first(band.velocity_Hz, step_s, JointVector::Zero()),
         rate(band.velocity_Hz, step_s),
         observer(band.observer_Hz, step_s) {
@@ -53,14 +59,20 @@ struct ObserverChannel {
     rate.reset(JointVector::Zero());
     dahl = {};
   }
-  /// @param held the world holds the bucket.
-  void move(const JointVector& joint_step_rad, const JointVector& new_lever_m, bool held) noexcept {
+  /// @param vibration_mps of rods that stand, from pressures. @param held the world holds the bucket: what little
+  /// vibrates then, pressures show. In free air a rod always vibrates, also by less than they show.
+  void move(const JointVector& joint_step_rad, const JointVector& new_lever_m, const JointVector& vibration_mps,
+            bool held) noexcept {
     lever_m = new_lever_m;
     cylinder_mps = lever_m.cwiseProduct(rate.step(first.step(joint_step_rad / period_s)));
     for (int i = 0; i < kJoints; ++i) {
       DahlState& state = dahl[static_cast<std::size_t>(i)];
-      state.step(cylinder_mps[i], period_s, held ? kHeldTurn_m : DahlState::kTurnDistance_m);
-      bristle[i] = state.settle(cylinder_mps[i], period_s, held ? kHeldSettling_s : DahlState::kSettling_s);
+      const double seen_mps = cylinder_mps[i];
+      const bool stands = held && std::abs(seen_mps) <= one_step_mps;
+      state.step(stands ? one_step_share * seen_mps : seen_mps, period_s);
+      if (stands) state.release(vibration_mps[i] * period_s);
+      if (!held) state.settle(seen_mps, period_s);
+      bristle[i] = state.value();
     }
   }
   /// @param cylinder_Nm joint torque of the pressures, as late as the speed; @param pressure_sum_Pa likewise. @return
@@ -77,11 +89,12 @@ struct ObserverChannel {
   }
 
   static constexpr double kTinyLever_m = 1e-6;
-  /// What holds the bucket lets nothing ring: bristles stay bent while a rod stands, or creeps by a millimetre. Their
-  /// distance is longer than the seal's because encoders show a creep in steps, and of some rods that stand as well.
-  /// Measured on simulated machines: 5 to 10 s and 0.2 to 0.6 mm do about as well.
-  static constexpr double kHeldSettling_s = 10, kHeldTurn_m = 3e-4;
+  /// Encoders show a creep in steps, and of some rods that stand as well. A friction that turns with each of them keeps
+  /// a press from standing still (docs/force-estimation.md): what a single step can look like turns it by this many.
+  static constexpr double kStepsToTurn = 8;
   double period_s;
+  double one_step_mps;    ///< What a single step of an encoder looks like at most, behind the two poles.
+  double one_step_share;  ///< Of such a speed, that is taken for the rod's.
   /// Two equal poles: behind one, each 0.1 mm step of a wire encoder is a jolt of 500 N m to the boom's momentum.
   LowPass<JointVector> first;
   FohFilter<JointVector> rate;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "machine/oil_stiffness.h"
+
 namespace knuckle::slave {
 namespace {
 
@@ -22,15 +24,6 @@ double trusted(const Touch& touch) noexcept {
 }
 
 }  // namespace
-
-double oil_stiffness_N_per_m(const CylinderDescription& cylinder, const HydraulicsDescription& hydraulics,
-                             double length_m) noexcept {
-  const double head = cylinder.head_area_m2(), rod = cylinder.rod_side_area_m2();
-  const double stroke = cylinder.max_length_m - cylinder.min_length_m;
-  const double s = std::clamp(length_m - cylinder.min_length_m, 0.0, stroke);
-  const double hose = hydraulics.hose_volume_m3;
-  return hydraulics.bulk_modulus_Pa * (head * head / (hose + head * s) + rod * rod / (hose + rod * (stroke - s)));
-}
 
 /// Least squares with the same weights as giving way. What end stops or reliefs may take of a joint's torque is no
 /// force of the world: such a joint counts the less.

@@ -25,10 +25,6 @@ struct Touch {
   double confidence = 0;
 };
 
-/// Stiffness of a cylinder's oil between closed valves, N/m.
-[[nodiscard]] double oil_stiffness_N_per_m(const CylinderDescription& cylinder, const HydraulicsDescription& hydraulics,
-                                           double length_m) noexcept;
-
 class ContactLaw {
  public:
   explicit ContactLaw(const MachineDescription& machine);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "slave/sensors.h"
 #include "transport/canopen.h"
 
 namespace knuckle::slave {
@@ -106,9 +107,11 @@ JogState Jog::judged() const noexcept {
   state.since = since_;
   state.travelled_m = sensors_.length_m - from_m_;
   state.pressure_Pa = sensors_.pressure_Pa;
-  const auto oldest = std::min_element(sensors_.at.begin(), sensors_.at.end());
+  std::array<Time, 10> at = sensors_.at;
+  if (at[kTilt] != kNever) at[kTilt] += tilt_extra_age(machine_);
+  const auto oldest = std::min_element(at.begin(), at.end());
   state.oldest_at = *oldest;
-  state.oldest_node = node_at(static_cast<std::size_t>(oldest - sensors_.at.begin()), machine_.bus);
+  state.oldest_node = node_at(static_cast<std::size_t>(oldest - at.begin()), machine_.bus);
   for (std::size_t i = 0; i < kPressures; ++i) {
     if (sensors_.pressure_invalid[i]) state.invalid_node = machine_.bus.pressures[i].id;
   }

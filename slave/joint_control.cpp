@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "machine/oil_stiffness.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::slave {

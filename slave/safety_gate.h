@@ -60,7 +60,7 @@ struct GateState {
   JointVector angle_rad = JointVector::Zero();
   JointVector lever_m = JointVector::Zero();
   std::array<double, 6> pressure_Pa{};
-  Time oldest_at = kNever;       ///< Arrival of the oldest sensor value behind this state ...
+  Time oldest_at = kNever;       ///< Arrival of the oldest pressure or length behind this state ...
   std::uint8_t oldest_node = 0;  ///< ... and who sent it.
 };
 

@@ -9,6 +9,10 @@
 
 namespace knuckle::slave {
 
+Duration tilt_extra_age(const MachineDescription& machine) noexcept {
+  return from_seconds((machine.bus.tilt_every_nth_sync - 1) / machine.bus.sync_Hz);
+}
+
 SensorSet::SensorSet(const MachineDescription& machine)
     : pressure_format_(canopen::pressure_format(machine.bus.wire.pressure_float, machine.bus.wire.pressure_digits)),
       encoder_offset_m_(machine.sensors.encoder_offset_m),
@@ -18,7 +22,7 @@ SensorSet::SensorSet(const MachineDescription& machine)
       pressure_ceiling_Pa_(machine.sensors.pressure_range_Pa * kValidity.pressure_over_range),
       tilt_on_boom_(machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom),
       age_limit_(from_seconds(machine.bus.sensor_age_limit_s)),
-      tilt_age_limit_(age_limit_ + from_seconds((machine.bus.tilt_every_nth_sync - 1) / machine.bus.sync_Hz)),
+      tilt_age_limit_(age_limit_ + tilt_extra_age(machine)),
       kinematics_(machine) {
   const auto from = [](const NodeDescription& node) { return Channel{.node = node.id, .frame_id = node.tpdo_id()}; };
   for (std::size_t i = 0; i < kPressures; ++i) channels_[i] = from(machine.bus.pressures[i]);

@@ -34,6 +34,9 @@ struct ValidityLimits {
 };
 inline constexpr ValidityLimits kValidity{};
 
+/// How much older than other values a slope may be: it does not come with every SYNC.
+[[nodiscard]] Duration tilt_extra_age(const MachineDescription& machine) noexcept;
+
 class SensorSet {
  public:
   explicit SensorSet(const MachineDescription& machine);
@@ -56,8 +59,8 @@ class SensorSet {
   [[nodiscard]] Reason unreachable() const noexcept;
   /// nullopt until every sensor has been heard once. Ages are not looked at here.
   [[nodiscard]] std::optional<estimation::Measurement> measurement() const noexcept;
-  /// Arrival of the oldest pressure or length in the measurement, and its node. The slope, which comes with fewer
-  /// SYNCs, has a limit of its own in fault(): by so much more as its next value is later.
+  /// Arrival of the oldest pressure or length in the measurement, and its node. The slope has a limit of its own in
+  /// fault().
   [[nodiscard]] Time oldest_at() const noexcept;
   [[nodiscard]] std::uint8_t oldest_node() const noexcept;
   /// Arrival of the newest value.

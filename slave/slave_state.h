@@ -23,7 +23,7 @@ struct SlaveState {
   std::uint16_t limits = 0;  ///< LimitFlag bits.
   // Nodes on the bus.
   bool operational = false, pilot_on = false, e_stop_open = false;
-  // Sensors: raw values; whose is the oldest, and how old.
+  // Sensors: raw values; whose pressure or length is the oldest, and how old.
   bool measured = false;  ///< Every sensor has been heard.
   std::array<double, 6> pressure_Pa{};
   JointVector cylinder_m = JointVector::Zero();

@@ -13,6 +13,7 @@
 #include "estimation/regressor.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
+#include "machine/oil_stiffness.h"
 
 namespace knuckle::estimation {
 
@@ -45,8 +46,12 @@ inline MachineDescription test_machine() {
   };
   m.cylinders = {cylinder(.065, .035, .76, 1.13, 350), cylinder(.060, .035, .88, 1.34, 300),
                  cylinder(.060, .035, .77, 1.09, 250)};
+  m.sensors.pressure_step_Pa = 0.1e5;
+  m.sensors.pressure_noise_Pa = 0.3e5;
   m.sensors.encoder_step_m = 1e-4;
   m.hydraulics.main_relief_Pa = 205e5;
+  m.hydraulics.bulk_modulus_Pa = 1e9;
+  m.hydraulics.hose_volume_m3 = 3e-4;
   m.payload_full_scale_kg = 150;
   return m;
 }
@@ -101,10 +106,15 @@ class SyntheticMachine {
       FrictionDescription friction = machine_.cylinders[k].friction;
       friction.coulomb_N *= errors_.friction_factor;
       friction.viscous_Ns_per_m *= errors_.friction_factor * errors_.viscosity_factor;
-      dahl_[k].step(speed, kStep_s);
+      const double shaken_m = ring_m_ * std::sin(2 * std::numbers::pi * kRing_Hz * ring_s_);
+      const double shaken_mps =
+          2 * std::numbers::pi * kRing_Hz * ring_m_ * std::cos(2 * std::numbers::pi * kRing_Hz * ring_s_);
+      dahl_[k].step(speed + shaken_mps, kStep_s);
       const double bristle = held_ ? dahl_[k].value() : dahl_[k].settle(speed, kStep_s);
+      const double oil_N =
+          shaken_m * oil_stiffness_N_per_m(machine_.cylinders[k], machine_.hydraulics, cylinder.length_m);
       const double force =
-          torque[i] / cylinder.lever_m + CylinderFriction(friction).force_N(bristle, speed) + errors_.bias_N[i];
+          torque[i] / cylinder.lever_m + CylinderFriction(friction).force_N(bristle, speed) + errors_.bias_N[i] - oil_N;
       const double back = 30e5 * (1 + errors_.back_swing * std::sin(20 * speed)), seal_m2 = bristle * errors_.seal_m2;
       const double head = (force + back * (machine_.cylinders[k].rod_side_area_m2() + seal_m2)) /
                           (machine_.cylinders[k].head_area_m2() - seal_m2);
@@ -112,11 +122,14 @@ class SyntheticMachine {
       m.pressure_Pa[2 * k + 1] = sensed(back);
       m.cylinder_m[i] = quantised(cylinder.length_m, errors_.encoder_step_m);
     }
+    ring_s_ += kStep_s;
     return m;
   }
   [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
-  /// While the world holds the bucket nothing rings, and bristles stay bent.
+  /// While the world holds the bucket nothing rings, and bristles stay bent ...
   void hold(bool held) { held_ = held; }
+  /// ... unless the rods ring on their oil by so much, which encoders do not show.
+  void ring(double amplitude_m) { ring_m_ = amplitude_m; }
 
  private:
   static double quantised(double value, double step) { return step > 0 ? std::round(value / step) * step : value; }
@@ -130,6 +143,8 @@ class SyntheticMachine {
   RigidArm arm_;
   std::array<DahlState, kJoints> dahl_{};
   bool held_ = false;
+  static constexpr double kRing_Hz = 6;
+  double ring_m_ = 0, ring_s_ = 0;
   std::mt19937 random_;
   std::normal_distribution<double> normal_{0, 1};
 };

@@ -154,6 +154,7 @@ TEST(Jog, WhateverEndsAMotionLeavesItNeutralAndUnpoweredFromThatStepOn) {
       {ReasonCode::kOperatorStop, [](JogRig& r) { r.jog.stop(); }, 10ms},
       {ReasonCode::kEmergencyStop, [](JogRig& r) { r.bench.nodes.set_estop(true); }, 20ms},
       {ReasonCode::kSensorStale, [](JogRig& r) { r.bench.nodes.inject(0x31, sim::NodeFault::kSilent); }, 50ms},
+      {ReasonCode::kSensorStale, [](JogRig& r) { r.bench.nodes.inject(0x38, sim::NodeFault::kSilent); }, 50ms},
       {ReasonCode::kSensorInvalid, [](JogRig& r) { r.bench.nodes.inject(0x22, sim::NodeFault::kInvalid); }, 30ms},
       {ReasonCode::kPressureLimit, [](JogRig& r) { r.bench.signals.pressure_Pa[1] = 241e5; }, 30ms},
       {ReasonCode::kJogOtherMoves, [](JogRig& r) { r.bench.signals.cylinder_m[kArm] += 0.02; }, 30ms},

@@ -1,0 +1,68 @@
+// Friction's bristles behind encoders with steps, in free air and where the world holds the bucket.
+#include "estimation/observer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "estimation/force_estimator.h"
+
+namespace knuckle::estimation {
+namespace {
+
+constexpr double kStep_s = 0.005, kLever_m = 0.3, kEncoderStep_m = 1e-4;
+
+/// Rods of three joints alike, bent one way by two millimetres of extension.
+class Rods {
+ public:
+  Rods() {
+    for (int k = 0; k < 20; ++k) move(1e-4, 0, false);
+    for (int k = 0; k < 20; ++k) move(0, 0, true);
+  }
+  /// @return what the first rod's bristles are bent by, of 1.
+  double move(double extension_m, double vibration_mps, bool held) {
+    channel_.move(JointVector::Constant(extension_m / kLever_m), JointVector::Constant(kLever_m),
+                  JointVector::Constant(vibration_mps), held);
+    return channel_.bristle[0];
+  }
+  [[nodiscard]] double bristle() const { return channel_.bristle[0]; }
+
+ private:
+  ObserverChannel channel_{kSlowBand, kStep_s, kEncoderStep_m};
+};
+
+TEST(Observer, BristlesOfARodThatStandsStayBentWhereTheWorldHoldsIt) {
+  Rods rods;
+  for (int k = 0; k < 1000; ++k) rods.move(0, 0, true);
+  EXPECT_GT(rods.bristle(), 0.95);
+  for (int k = 0; k < 1000; ++k) rods.move(0, 0, false);
+  EXPECT_LT(rods.bristle(), 0.05);
+}
+
+TEST(Observer, AVibrationReleasesThemByItsWay) {
+  Rods rods;
+  const double bent = rods.bristle();
+  for (int k = 0; k < 200; ++k) rods.move(0, 1e-4, true);
+  EXPECT_NEAR(rods.bristle(), bent * std::exp(-1), 0.01);
+}
+
+TEST(Observer, NoVibrationReleasesThoseOfARodThatGoesOneWay) {
+  Rods rods;
+  for (int k = 0; k < 400; ++k) rods.move(2e-2 * kStep_s, 1e-2, true);
+  EXPECT_GT(rods.bristle(), 0.95);
+}
+
+TEST(Observer, ASingleStepOfAnEncoderTurnsThemByAQuarterWhereTheWorldHoldsTheBucket) {
+  Rods held, of_free_air;
+  held.move(-kEncoderStep_m, 0, true), of_free_air.move(-kEncoderStep_m, 0, false);
+  for (int k = 0; k < 30; ++k) {
+    held.move(0, 0, true);
+    of_free_air.move(0, 0, false);
+  }
+  EXPECT_GT(held.bristle(), 0.7);
+  EXPECT_LT(held.bristle(), 0.9);
+  EXPECT_LT(of_free_air.bristle(), 0);
+}
+
+}  // namespace
+}  // namespace knuckle::estimation
