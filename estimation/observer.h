@@ -59,8 +59,8 @@ struct ObserverChannel {
     rate.reset(JointVector::Zero());
     dahl = {};
   }
-  /// @param vibration_mps of rods that stand, from pressures. @param held the world holds the bucket: what little
-  /// vibrates then, pressures show. In free air a rod always vibrates, also by less than they show.
+  /// @param vibration_mps of rods, from pressures, for those that stand or creep. @param held the world holds the
+  /// bucket: what little vibrates then, pressures show. In free air a rod always vibrates, also by less than they show.
   void move(const JointVector& joint_step_rad, const JointVector& new_lever_m, const JointVector& vibration_mps,
             bool held) noexcept {
     lever_m = new_lever_m;
@@ -70,7 +70,7 @@ struct ObserverChannel {
       const double seen_mps = cylinder_mps[i];
       const bool stands = held && std::abs(seen_mps) <= one_step_mps;
       state.step(stands ? one_step_share * seen_mps : seen_mps, period_s);
-      if (stands) state.release(vibration_mps[i] * period_s);
+      if (stands) state.release(std::max(0.0, vibration_mps[i] - kOneWay * std::abs(seen_mps)) * period_s);
       if (!held) state.settle(seen_mps, period_s);
       bristle[i] = state.value();
     }
@@ -92,6 +92,9 @@ struct ObserverChannel {
   /// Encoders show a creep in steps, and of some rods that stand as well. A friction that turns with each of them keeps
   /// a press from standing still (docs/force-estimation.md): what a single step can look like turns it by this many.
   static constexpr double kStepsToTurn = 8;
+  /// What vibrates less than it goes one way is not released. All of the speed that encoders show cannot be taken off,
+  /// since of a rod that vibrates by a step they show steps, too: pulls would be known half as well.
+  static constexpr double kOneWay = 0.3;
   double period_s;
   double one_step_mps;    ///< What a single step of an encoder looks like at most, behind the two poles.
   double one_step_share;  ///< Of such a speed, that is taken for the rod's.

@@ -54,7 +54,8 @@ struct GateLimits {
   Kinematics kinematics;
 };
 
-/// What the gate believes of the machine: raw angles, levers and pressures with the age of the oldest of them.
+/// What the gate believes of the machine: raw angles, levers and pressures with the age of the oldest of them. The
+/// slope's age is SensorSet::fault()'s.
 struct GateState {
   bool valid = false;
   JointVector angle_rad = JointVector::Zero();
@@ -70,7 +71,7 @@ struct JogState {
   Time since = kNever;                            ///< Start of its motion.
   JointVector travelled_m = JointVector::Zero();  ///< Since then, by the encoders.
   std::array<double, 6> pressure_Pa{};
-  Time oldest_at = kNever;        ///< Arrival of the oldest sensor value ...
+  Time oldest_at = kNever;        ///< Arrival of the oldest sensor value, a slope's later by tilt_extra_age() ...
   std::uint8_t oldest_node = 0;   ///< ... and who sent it.
   std::uint8_t invalid_node = 0;  ///< A sensor that reports its value as invalid; 0: none.
   bool e_stop_open = false;

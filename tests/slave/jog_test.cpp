@@ -174,6 +174,20 @@ TEST(Jog, WhateverEndsAMotionLeavesItNeutralAndUnpoweredFromThatStepOn) {
   }
 }
 
+TEST(Jog, ASlopeMayBeOlderThanTheOthersByTheSyncWithoutIt) {
+  JogRig rig;
+  rig.moving();
+  rig.bench.nodes.inject(0x38, sim::NodeFault::kSilent);
+  Duration oldest{};
+  for (int i = 0; i < 20; ++i) {
+    rig.step();
+    if (rig.jog.phase() == Phase::kMoving) oldest = rig.bench.now - rig.jog.sensors().at.back();
+  }
+  EXPECT_GT(oldest, 25ms);
+  EXPECT_LE(oldest, 30ms);
+  EXPECT_EQ(rig.jog.trouble().subject, 0x38);
+}
+
 TEST(Jog, NothingMovesWithoutPilotPressure) {
   JogRig rig;
   rig.start();
