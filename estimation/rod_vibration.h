@@ -1,5 +1,5 @@
-// Vibrations of rods that stand, smaller than a step of the wire encoders, from pressures. Where the valve is shut a rod
-// moves as its oil is pressed together: v = -F' / k. They are what releases the friction of seals at rest.
+// Vibrations of rods that stand, smaller than a step of the wire encoders, from pressures. Where the valve is shut a
+// rod moves as its oil is pressed together: v = -F' / k. They are what releases the friction of seals at rest.
 #pragma once
 
 #include <algorithm>
