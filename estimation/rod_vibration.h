@@ -53,7 +53,7 @@ class RodVibration {
     speed_mps_ = ((moved - slow_.step(moved)).cwiseAbs() - quiet_mps_).cwiseMax(0.0);
   }
   /// Either way, beyond what the transmitters' noise explains. The stiffness is that of the middle of the stroke: near
-  /// its ends oil is up to 3.5 times as stiff, and a rod slower by as much than is said here.
+  /// its ends oil is up to 3.6 times as stiff, and a rod slower by as much than is said here.
   [[nodiscard]] const JointVector& speed_mps() const noexcept { return speed_mps_; }
 
  private:
