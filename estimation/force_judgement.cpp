@@ -22,7 +22,7 @@ constexpr std::array<double, 2> kLeastRipple_N{35, 90};  // cylinder equivalent
 constexpr double kNominalLength_m = 2.3e-3, kCalibratedLength_m = 0.35e-3;
 
 // Contact logic.
-constexpr double kTouch2 = 25, kClear2 = 12;  // squared Mahalanobis distances of three joint torques
+constexpr double kTouch2 = 30, kClear2 = 12;  // squared Mahalanobis distances of three joint torques
 // Free motion is not Gaussian: a reversal or a slow beat of an encoder goes many standard deviations out now and then.
 // So a force is called significant only if it is beyond this as well, as cylinder force of each joint; slow, fast.
 constexpr std::array<double, 2> kExcursion_N{100, 150};
@@ -140,8 +140,10 @@ void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<dou
   estimate_.turned_lever_m = signals_.lever_dahl;
   estimate_.look_variance_Nm2 = spread.diagonal() + momentary;
   estimate_.tare_variance_Nm2 = untared.diagonal();
+  // What is not known of the yielding is zero twice in every swing, what it makes of the torque is not.
+  swing_variance_ = (swing_variance_ * std::exp(-step_s_ / kSwingFade_s)).cwiseMax(bending_variance(bending_));
   Eigen::Matrix3d generous = estimate_.joint_covariance_Nm2;
-  generous.diagonal() += equivalent_torque2(signals_.lever, kExcursion_N[speed_class(slow_)]) +
+  generous.diagonal() += swing_variance_ + equivalent_torque2(signals_.lever, kExcursion_N[speed_class(slow_)]) +
                          0.5 * encoder_shake_Nm(pose, slow_.lever_m, kSlowBand).cwiseAbs2();
   mahalanobis2_ = estimate_.joint_torque_Nm.dot(generous.inverse() * estimate_.joint_torque_Nm);
 }
