@@ -171,7 +171,7 @@ class ForceEstimator {
   JointVector stop_variance_ = JointVector::Zero();     ///< What an end stop may take; holds on a little.
   JointVector turning_variance_ = JointVector::Zero();  ///< For the contact event: holds on after a rod turned.
   JointVector bending_variance_ = JointVector::Zero();  ///< Likewise: of how much yields, while the arm swings.
-  JointVector swing_variance_ = JointVector::Zero();    ///< The same of the reported torque.
+  JointVector swing_variance_ = JointVector::Zero();    ///< Likewise, of the slow channel: for `significant`.
   JointVector relief_variance_ = JointVector::Zero();
   ContactCusum cusum_;
   double mahalanobis2_ = 0;

@@ -140,7 +140,7 @@ void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<dou
   estimate_.turned_lever_m = signals_.lever_dahl;
   estimate_.look_variance_Nm2 = spread.diagonal() + momentary;
   estimate_.tare_variance_Nm2 = untared.diagonal();
-  // What is not known of the yielding is zero twice in every swing, what it makes of the torque is not.
+  // How strongly the arm swings: what late transmitters make of a swing's torque is not zero when this doubt is.
   swing_variance_ = (swing_variance_ * std::exp(-step_s_ / kSwingFade_s)).cwiseMax(bending_variance(bending_));
   Eigen::Matrix3d generous = estimate_.joint_covariance_Nm2;
   generous.diagonal() += swing_variance_ + equivalent_torque2(signals_.lever, kExcursion_N[speed_class(slow_)]) +
