@@ -55,7 +55,7 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
       pitch_(kPitchCutoff_Hz, step_s, 0.0),
       vibration_(machine, step_s),
       slow_(kSlowBand, step_s, machine.sensors.encoder_step_m),
-      bending_(kSlowBand.observer_Hz, step_s),
+      torque_rate_(kSlowBand.observer_Hz, step_s),
       fast_(kFastBand, step_s, machine.sensors.encoder_step_m),
       contact_(kContactBand, step_s, machine.sensors.encoder_step_m),
       matched_first_(kSlowBand.velocity_Hz, step_s),
@@ -127,7 +127,7 @@ void ForceEstimator::start(const JointState& state) noexcept {
   slow_.rest();
   slow_.observer.reset(JointVector::Zero(), JointVector::Zero());
   vibration_.reset(state.cylinder_N);
-  bending_.reset(cylinder_Nm);
+  torque_rate_.reset(cylinder_Nm);
   start(fast_, pose, state);
   start(contact_, pose, state);
   // Nothing learned yet: at least what the encoders' steps must shake.
@@ -141,7 +141,7 @@ void ForceEstimator::start(QuickChannel& channel, const Pose& pose, const JointS
   const Pushes pushes = pushes_of(state);
   const JointVector cylinder_Nm = pushes.head<3>();
   channel.motion.rest();
-  channel.bending.reset(cylinder_Nm);
+  channel.torque_rate.reset(cylinder_Nm);
   channel.first.reset(pushes);
   channel.second.reset(pushes);
   channel.motion.observer.reset(JointVector::Zero(), joint_torque(RigidArm::gravity(pose) * parameters_) - cylinder_Nm);
@@ -159,14 +159,15 @@ void ForceEstimator::slow_step(const Pose& pose, const JointState& state) noexce
   const auto turned = state.lever_m.cwiseProduct(slow_.bristle).array();
   speeds << turned, state.lever_m.cwiseProduct(slow_.cylinder_mps).array(), turned * late.segment<3>(12);
   speeds_.step(speeds);
-  bending_.step(late.segment<3>(3));
+  torque_rate_.step(late.segment<3>(3));
   signals_ = {seen.segment<3>(0),
               speeds_.value().segment<3>(0),
               speeds_.value().segment<3>(3),
               speeds_.value().segment<3>(6),
               seen.segment<3>(6),
               seen.segment<3>(9),
-              -inertia_kgm2_ * bending_.shaken_Nmps2().asDiagonal()};
+              -inertia_kgm2_ * torque_rate_.shaken_Nmps2().asDiagonal(),
+              -torque_rate_.late_rate_Nmps()};
 
   const JointVector rate = absolute(slow_.rate.value());
   const JointVector momentum = inertia_kgm2_ * slow_.rate.value();
@@ -187,15 +188,17 @@ JointVector ForceEstimator::quick_step(QuickChannel& channel, const Pose& pose, 
   const Pushes pushes = channel.second.step(channel.first.step(pushes_of(state)));
   const JointVector cylinder_Nm = pushes.head<3>(), pressure_sum_Pa = pushes.tail<3>();
   const JointVector turned = state.lever_m.cwiseProduct(motion.bristle);
+  channel.torque_rate.step(cylinder_Nm);
   const TareSignals signals{state.lever_m,
                             turned,
                             state.lever_m.cwiseProduct(motion.cylinder_mps),
                             turned.cwiseProduct(pressure_sum_Pa),
                             kGravity_mps2 * pose.cos,
-                            -kGravity_mps2 * pose.sin};
-  channel.bending.step(cylinder_Nm);
+                            -kGravity_mps2 * pose.sin,
+                            Eigen::Matrix3d::Zero(),
+                            -channel.torque_rate.rate_Nmps()};
   const JointVector unseen_radps =
-      -tare_.state().segment<kJoints>(kTareBending).cwiseProduct(channel.bending.rate_Nmps());
+      -tare_.state().segment<kJoints>(kTareBending).cwiseProduct(channel.torque_rate.rate_Nmps());
   const JointVector momentum = inertia_kgm2_ * (motion.rate.value() + unseen_radps);
   const JointVector imbalance =
       joint_torque((RigidArm::gravity(pose) + arm_.velocity_products(pose, rate)) * parameters_) +

@@ -9,7 +9,6 @@
 
 #include "core/filters.h"
 #include "core/joints.h"
-#include "estimation/bending.h"
 #include "estimation/bucket_force.h"
 #include "estimation/contact.h"
 #include "estimation/foh_filter.h"
@@ -21,6 +20,7 @@
 #include "estimation/regressor.h"
 #include "estimation/rod_vibration.h"
 #include "estimation/tare.h"
+#include "estimation/torque_rate.h"
 #include "machine/arm_description.h"
 #include "machine/kinematics.h"
 
@@ -111,11 +111,11 @@ class ForceEstimator {
   struct QuickChannel {
     QuickChannel(const ChannelBand& band, double step_s, double encoder_step_m) noexcept
         : motion(band, step_s, encoder_step_m),
-          bending(band.observer_Hz, step_s),
+          torque_rate(band.observer_Hz, step_s),
           first(band.velocity_Hz, step_s),
           second(band.velocity_Hz, step_s) {}
     ObserverChannel motion;
-    BendingChannel bending;
+    TorqueRate torque_rate;
     FohFilter<Pushes> first, second;
   };
   using Bank = Eigen::Array<double, 15, 1>;   ///< lever, cylinder torque, gravity on X, gravity on Z, pressure sum
@@ -126,7 +126,7 @@ class ForceEstimator {
   void slow_step(const Pose& pose, const JointState& state) noexcept;
   [[nodiscard]] JointVector quick_step(QuickChannel& channel, const Pose& pose, const JointState& state) noexcept;
   [[nodiscard]] JointVector stuck_variance(const ObserverChannel& channel) const noexcept;
-  [[nodiscard]] JointVector bending_variance(const BendingChannel& channel) const noexcept;
+  [[nodiscard]] JointVector swing_variance(const TorqueRate& rate) const noexcept;
   void watch_end_stops(const JointVector& joints_rad) noexcept;
   void watch_reliefs(const JointState& state) noexcept;
   [[nodiscard]] JointVector encoder_shake_Nm(const Pose& pose, const JointVector& lever_m,
@@ -156,7 +156,7 @@ class ForceEstimator {
   Eigen::Matrix3d inertia_kgm2_ = Eigen::Matrix3d::Zero();  ///< Of the relative joints, in this pose.
   RodVibration vibration_;
   ObserverChannel slow_;
-  BendingChannel bending_;
+  TorqueRate torque_rate_;
   QuickChannel fast_, contact_;
   FohFilter<Bank> matched_first_, matched_, bank_;  ///< Twins of the velocity filter's poles and the observer's.
   FohFilter<Speeds> speeds_;
@@ -170,8 +170,7 @@ class ForceEstimator {
   JointVector stuck_variance_ = JointVector::Zero();
   JointVector stop_variance_ = JointVector::Zero();     ///< What an end stop may take; holds on a little.
   JointVector turning_variance_ = JointVector::Zero();  ///< For the contact event: holds on after a rod turned.
-  JointVector bending_variance_ = JointVector::Zero();  ///< Likewise: of how much yields, while the arm swings.
-  JointVector swing_variance_ = JointVector::Zero();    ///< Likewise, of the slow channel: for `significant`.
+  JointVector swing_variance_ = JointVector::Zero();    ///< Likewise: of yielding and lag, while the arm swings.
   JointVector relief_variance_ = JointVector::Zero();
   ContactCusum cusum_;
   double mahalanobis2_ = 0;

@@ -22,7 +22,7 @@ constexpr std::array<double, 2> kLeastRipple_N{35, 90};  // cylinder equivalent
 constexpr double kNominalLength_m = 2.3e-3, kCalibratedLength_m = 0.35e-3;
 
 // Contact logic.
-constexpr double kTouch2 = 30, kClear2 = 12;  // squared Mahalanobis distances of three joint torques
+constexpr double kTouch2 = 25, kClear2 = 12;  // squared Mahalanobis distances of three joint torques
 // Free motion is not Gaussian: a reversal or a slow beat of an encoder goes many standard deviations out now and then.
 // So a force is called significant only if it is beyond this as well, as cylinder force of each joint; slow, fast.
 constexpr std::array<double, 2> kExcursion_N{100, 150};
@@ -71,10 +71,12 @@ JointVector ForceEstimator::stuck_variance(const ObserverChannel& channel) const
   return variance;
 }
 
-/// Variance of joint torque by what is not known of the joints' yielding.
-JointVector ForceEstimator::bending_variance(const BendingChannel& channel) const noexcept {
-  const Eigen::Matrix3d columns = inertia_kgm2_ * channel.shaken_Nmps2().asDiagonal();
-  return (columns * tare_.covariance().bottomRightCorner<kJoints, kJoints>() * columns.transpose()).diagonal();
+/// Variance of joint torque by what is not known of the joints' yielding and of the transmitters' lag.
+JointVector ForceEstimator::swing_variance(const TorqueRate& rate) const noexcept {
+  Eigen::Matrix<double, kJoints, kJoints + 1> columns;
+  columns << -inertia_kgm2_ * rate.shaken_Nmps2().asDiagonal(), -rate.late_rate_Nmps();
+  const auto unknown = tare_.covariance().bottomRightCorner<kJoints + 1, kJoints + 1>();
+  return (columns * unknown * columns.transpose()).diagonal();
 }
 
 void ForceEstimator::watch_end_stops(const JointVector& joints_rad) noexcept {
@@ -140,10 +142,8 @@ void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<dou
   estimate_.turned_lever_m = signals_.lever_dahl;
   estimate_.look_variance_Nm2 = spread.diagonal() + momentary;
   estimate_.tare_variance_Nm2 = untared.diagonal();
-  // How strongly the arm swings: what late transmitters make of a swing's torque is not zero when this doubt is.
-  swing_variance_ = (swing_variance_ * std::exp(-step_s_ / kSwingFade_s)).cwiseMax(bending_variance(bending_));
   Eigen::Matrix3d generous = estimate_.joint_covariance_Nm2;
-  generous.diagonal() += swing_variance_ + equivalent_torque2(signals_.lever, kExcursion_N[speed_class(slow_)]) +
+  generous.diagonal() += equivalent_torque2(signals_.lever, kExcursion_N[speed_class(slow_)]) +
                          0.5 * encoder_shake_Nm(pose, slow_.lever_m, kSlowBand).cwiseAbs2();
   mahalanobis2_ = estimate_.joint_torque_Nm.dot(generous.inverse() * estimate_.joint_torque_Nm);
 }
@@ -154,9 +154,9 @@ void ForceEstimator::judge_contact() noexcept {
   const std::size_t now = speed_class(contact_.motion);
   turning_variance_ =
       (turning_variance_ * std::exp(-step_s_ / kTurningFade_s)).cwiseMax(stuck_variance(contact_.motion));
-  bending_variance_ =
-      (bending_variance_ * std::exp(-step_s_ / kSwingFade_s)).cwiseMax(bending_variance(contact_.bending));
-  const JointVector variance = free_ripple_[now] + turning_variance_ + bending_variance_ + stop_variance_;
+  swing_variance_ =
+      (swing_variance_ * std::exp(-step_s_ / kSwingFade_s)).cwiseMax(swing_variance(contact_.torque_rate));
+  const JointVector variance = free_ripple_[now] + turning_variance_ + swing_variance_ + stop_variance_;
   // Taking a load into account is no event, so it is left in here.
   const int alarm = cusum_.step(estimate_.contact_torque_Nm + estimate_.carried_Nm, variance.cwiseSqrt());
   estimate_.significant = mahalanobis2_ > kTouch2 && !free_motion_certain_;

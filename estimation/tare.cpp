@@ -32,6 +32,9 @@ constexpr double kFrictionWalkPart = 0.002;  // likewise
 constexpr PerJoint<double> kBending_m_per_N{1.5e-6, 1e-6, 0.5e-6};
 constexpr double kGround_m_per_N = 2e-6, kBendingReach_m = 3.2;
 constexpr double kBendingLeastPart = 0.25, kBendingWalkPart = 0.01;
+// Transmitters of machines answer within 2 to 8 ms. Not one number either: they are not first-order, and six do not
+// answer alike.
+constexpr double kLag_s = 5e-3, kLagSpread_s = 3e-3, kLagLeast_s = 0.5e-3, kLagWalk_s = 0.05e-3;
 
 double mean_area_m2(const CylinderDescription& cylinder) {
   return 0.5 * (cylinder.head_area_m2() + cylinder.rod_side_area_m2());
@@ -60,6 +63,7 @@ Tare::Tare(const MachineDescription& machine) {
     expect_drawing(machine);
   }
   expect_bending(machine);
+  expect_lag();
   for (int i = 0; i < kJoints; ++i) {
     const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(i)];
     const FrictionDescription& friction = cylinder.friction;
@@ -103,6 +107,13 @@ void Tare::expect_bending(const MachineDescription& machine) {
     least_[kTareBending + i] = std::pow(kBendingLeastPart * compliance[i], 2);
     walk_[kTareBending + i] = std::pow(kBendingWalkPart * compliance[i], 2);
   }
+}
+
+void Tare::expect_lag() {
+  x_[kTareLag] = kLag_s;
+  p_(kTareLag, kTareLag) = kLagSpread_s * kLagSpread_s;
+  least_[kTareLag] = kLagLeast_s * kLagLeast_s;
+  walk_[kTareLag] = kLagWalk_s * kLagWalk_s;
 }
 
 /// Covariance of the identified parameters, carried over to the corrections; and what a day changes. Inertias,

@@ -1,5 +1,5 @@
 // The "dynamic tare": a Kalman filter that learns, in free motion, what the nominal model has wrong today: pressure
-// offsets, friction, oil viscosity, gravity moments.
+// offsets, friction, oil viscosity, gravity moments, lag.
 // A calibrated machine starts with what its identification left uncertain and what changes from day to day.
 //
 // In free motion the external torque is zero, so the nominal observer's answer e is minus the model error:
@@ -16,9 +16,9 @@
 
 namespace knuckle::estimation {
 
-inline constexpr int kTareStates = 21;
+inline constexpr int kTareStates = 22;
 /// x: per cylinder bias [N], Coulomb [N], viscous [N s/m], friction of the seals by pressure [m^2]; per link X and Z
-/// [kg m]; per joint how far it yields behind its encoder [rad/(N m)].
+/// [kg m]; per joint how far it yields behind its encoder [rad/(N m)]; how late all pressures come [s].
 enum TareState {
   kTareBias = 0,
   kTareCoulomb = 3,
@@ -26,18 +26,20 @@ enum TareState {
   kTareSeal = 9,
   kTareX = 12,
   kTareZ = 15,
-  kTareBending = 18
+  kTareBending = 18,
+  kTareLag = 21
 };
 using TareVector = Eigen::Matrix<double, kTareStates, 1>;
 using TareMatrix = Eigen::Matrix<double, kTareStates, kTareStates>;
-/// H in relative joints: joint i sees its own cylinder's four corrections, the moments of links k >= i, and the inertia
-/// of what yields anywhere.
+/// H in relative joints: joint i sees its own cylinder's four corrections, the moments of links k >= i, the inertia
+/// of what yields anywhere, and the lag that all transmitters have: they are of one make.
 using TareColumns = Eigen::Matrix<double, kJoints, kTareStates>;
 
 /// The signals H is made of (each filtered like the residual it belongs to).
 struct TareSignals {
   JointVector lever, lever_dahl, lever_speed, lever_dahl_pressure, gravity_x, gravity_z;
-  Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();  ///< One column per joint that yields, see bending.h.
+  Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();  ///< One column per joint that yields, see torque_rate.h.
+  JointVector lag = JointVector::Zero();              ///< Minus the rate of the cylinder's torque, likewise.
   [[nodiscard]] TareColumns columns() const noexcept {
     TareColumns h = TareColumns::Zero();
     for (int i = 0; i < kJoints; ++i) {
@@ -50,7 +52,8 @@ struct TareSignals {
         h(i, kTareZ + k) = gravity_z[k];
       }
     }
-    h.rightCols<kJoints>() = bending;
+    h.middleCols<kJoints>(kTareBending) = bending;
+    h.col(kTareLag) = lag;
     return h;
   }
 };
@@ -91,6 +94,7 @@ class Tare {
  private:
   void expect_drawing(const MachineDescription& machine);
   void expect_bending(const MachineDescription& machine);
+  void expect_lag();
   void expect_calibrated(const MachineDescription& machine, const DynamicsCalibration& found);
   void learn(const TareSample& sample) noexcept;
 

@@ -1,4 +1,4 @@
-// The force estimator on synthetic machines whose every error is known: steps, tare stories, alarms, bad input.
+// The force estimator on synthetic machines whose every error is known: steps, alarms, end stops, bad input.
 #include "estimation/force_estimator.h"
 
 #include <gtest/gtest.h>
@@ -7,79 +7,13 @@
 
 #include "estimation/tip_force.h"
 #include "tests/estimation/test_machine.h"
+#include "tests/estimation/twin.h"
 #include "tests/support/no_alloc.h"
 
 namespace knuckle::estimation {
 namespace {
 
 constexpr double kStep_s = SyntheticMachine::kStep_s;
-
-/// Runs a synthetic machine along its motion; the force at the tip and the motion's clock are the test's.
-class Twin {
- public:
-  explicit Twin(const SyntheticErrors& errors, unsigned seed = 1, const MachineDescription& machine = test_machine())
-      : machine_(machine, errors, seed), filter_(machine, kStep_s, kSlowVelocity_Hz), estimator_(machine, kStep_s) {}
-
-  /// One step on; `speed` scales the motion's clock (0 = standstill). `joint_Nm` acts on the joints beside the force.
-  const ForceEstimate& step(const PlanarVector& tip_N, double speed = 1,
-                            const JointVector& joint_Nm = JointVector::Zero()) {
-    clock_s_ += kStep_s * speed;
-    SineMotion::Point p = motion.at(clock_s_);
-    p.rate *= speed;
-    p.acceleration *= speed * speed;
-    const JointVector torque = machine_.kinematics().tip_jacobian(p.angle).transpose() * tip_N + joint_Nm;
-    const std::optional<JointState> state = filter_.step(machine_.measure(p, torque, hull_pitch_rad));
-    EXPECT_TRUE(state);
-    angle_rad = p.angle;
-    return estimator_.step(*state);
-  }
-  const ForceEstimate& free_motion(double seconds) {
-    for (double t = 0; t < seconds; t += kStep_s) step(PlanarVector::Zero());
-    return estimator_.estimate();
-  }
-  /// RMS of the tip force in free motion.
-  double no_load_N(double seconds) {
-    double sum = 0;
-    int n = 0;
-    for (double t = 0; t < seconds; t += kStep_s, ++n) sum += step(PlanarVector::Zero()).tip_N.squaredNorm();
-    return std::sqrt(sum / n);
-  }
-  /// Brings the motion to a stop within a second.
-  void stop() {
-    for (double speed = 1; speed > 0; speed -= kStep_s) step(PlanarVector::Zero(), speed);
-    for (double t = 0; t < 1; t += kStep_s) step(PlanarVector::Zero(), 0);
-  }
-  /// The sensors are away while the motion goes on.
-  void gap(double seconds) {
-    clock_s_ += seconds;
-    filter_.reset();
-    estimator_.restart_motion();
-  }
-  /// The world holds the bucket: friction at rest stays.
-  void hold() { machine_.hold(true); }
-  /// Rods ring on their oil.
-  void ring(double amplitude_m) { machine_.ring(amplitude_m); }
-  ForceEstimator& estimator() { return estimator_; }
-
-  SineMotion motion;
-  JointVector angle_rad = JointVector::Zero();
-  double hull_pitch_rad = 0;
-
- private:
-  SyntheticMachine machine_;
-  JointStateFilter filter_;
-  ForceEstimator estimator_;
-  double clock_s_ = 0;
-};
-
-SyntheticErrors oil_of_today() {
-  SyntheticErrors e = real_sensors();
-  e.bias_N = JointVector(400, -300, 350);
-  e.friction_factor = 1.25;
-  e.viscosity_factor = 1.1;
-  e.mass_factor = 1.04;
-  return e;
-}
 
 TEST(ForceEstimator, PerfectModelFeelsNothingInFreeMotion) {
   Twin run(SyntheticErrors{});
@@ -200,57 +134,6 @@ TEST(ForceEstimator, CovarianceCoversTheErrorOfAMistakenModel) {
   EXPECT_GT(covered, 0.9 * all);
 }
 
-TEST(Tare, LearnsTodaysOilFromTwentySecondsOfFreeMotion) {
-  Twin untared(oil_of_today());
-  const double before = untared.no_load_N(3);
-  EXPECT_TRUE(untared.estimator().estimate().confidence_reasons & kNotTared);
-  untared.free_motion(27);
-  const double after = untared.no_load_N(20);
-  EXPECT_GT(before, 100);
-  EXPECT_LT(after, 35);
-  EXPECT_FALSE(untared.estimator().estimate().confidence_reasons & kNotTared);
-}
-
-TEST(Tare, SlowPressOnAWallIsNeverLearned) {
-  Twin run(oil_of_today());
-  run.free_motion(30);
-  run.stop();
-  const TareVector before = run.estimator().learned().state();
-  const PlanarVector push(-2000, 0);
-  for (double t = 0; t < 5; t += kStep_s) run.step(push * t / 5, 0);
-  for (double t = 0; t < 20; t += kStep_s) run.step(push, 0);
-  EXPECT_LT((run.estimator().learned().state() - before).cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_LT((run.estimator().estimate().tip_N - push).norm(), 250);
-  EXPECT_TRUE(run.estimator().estimate().contact);
-}
-
-TEST(Tare, SlowPressWhileMovingIsNotLearnedAway) {
-  // Worse than a wall: the rods move all the time, so only the size of the force gives it away.
-  Twin run(oil_of_today());
-  run.free_motion(30);
-  const PlanarVector push(-2000, 0);
-  for (double t = 0; t < 5; t += kStep_s) run.step(push * t / 5);
-  double sum = 0;
-  for (double t = 0; t < 20; t += kStep_s) sum += run.step(push).tip_N.x() * kStep_s;
-  EXPECT_NEAR(sum / 20, -2000, 100);
-  run.free_motion(2);
-  EXPECT_LT(run.no_load_N(10), 60);
-}
-
-TEST(Tare, LearnsFrictionOfSealsByPressure) {
-  SyntheticErrors e = real_sensors();
-  e.seal_m2 = 6e-5;    // 2 % of the piston areas
-  e.back_swing = 0.9;  // else it looks like Coulomb friction and load
-  Twin run(e);
-  const double before_N = run.no_load_N(5);
-  run.free_motion(60);
-  EXPECT_LT(run.no_load_N(20), 0.5 * before_N);
-  EXPECT_LT(run.no_load_N(20), 60);
-  EXPECT_FALSE(run.estimator().estimate().contact);
-  const TareVector& learned = run.estimator().learned().state();
-  for (int i = 0; i < kJoints; ++i) EXPECT_NEAR(learned[kTareSeal + i], e.seal_m2, 0.5 * e.seal_m2) << i;
-}
-
 // A rod at rest may hide as much as its seals hold, which no drawing says.
 TEST(ForceEstimator, DoubtsARodAtRestByTheFrictionThatWasFound) {
   SyntheticErrors sealed = real_sensors();
@@ -266,33 +149,6 @@ TEST(ForceEstimator, DoubtsARodAtRestByTheFrictionThatWasFound) {
     const double seals_N = run.estimator().learned().state()[kTareSeal + i] * 40e5;  // there is more in every cylinder
     EXPECT_GT(std::sqrt(e.look_variance_Nm2[i]), 0.5 * (nominal_N + seals_N) * std::abs(e.lever_m[i])) << i;
   }
-}
-
-TEST(Tare, OperatorsWordLetsALargeErrorBeLearned) {
-  SyntheticErrors e = real_sensors();
-  e.bias_N = JointVector(6000, 0, 0);  // far beyond the prior: a transmitter 18 bar off
-  Twin stuck(e), told(e);
-  told.estimator().tare(true);
-  stuck.free_motion(60);
-  told.free_motion(60);
-  EXPECT_TRUE(stuck.estimator().estimate().contact);
-  EXPECT_LT(told.no_load_N(10), 0.5 * stuck.no_load_N(10));
-}
-
-TEST(Tare, LearnsNothingWhileSomethingMayHang) {
-  Twin run(oil_of_today());
-  run.free_motion(25);
-  const TareVector before = run.estimator().learned().state();
-  run.estimator().hold_tare(true);
-  for (double t = 0; t < 20; t += kStep_s) run.step({0, -60});
-  EXPECT_EQ((run.estimator().learned().state() - before).norm(), 0);
-}
-
-TEST(Tare, IsTrustedAfterTheWarmUpOfAScenario) {
-  Twin run(oil_of_today());
-  run.free_motion(15);
-  EXPECT_FALSE(run.estimator().estimate().confidence_reasons & kNotTared);
-  EXPECT_LT(run.no_load_N(5), 60);
 }
 
 /// Steel takes torque of one joint; the tip force must come from the two others, or not be believed.
@@ -334,29 +190,6 @@ TEST(ForceEstimator, AStopIsKnownAsFarOffAsPinsOfADrawingMayPutIt) {
   EXPECT_TRUE(run.estimator().estimate().confidence_reasons & kEndStop);
 }
 
-/// The twin of oil_of_today() with all that an identification would have told about it: parameters that fit, and how
-/// well they are known.
-MachineDescription calibrated_twin(const SyntheticErrors& errors, double friction_sigma_N) {
-  MachineDescription machine = test_machine();
-  DynamicsCalibration found;
-  found.parameters.head<kBaseCount>() = errors.mass_factor * lumped_parameters(machine);
-  for (int i = 0; i < kBaseCount; ++i) found.covariance(i, i) = std::pow(0.01 * found.parameters[i], 2);
-  for (int i = 0; i < kJoints; ++i) {
-    const FrictionDescription& drawn = machine.cylinders[static_cast<std::size_t>(i)].friction;
-    const double coulomb = errors.friction_factor * drawn.coulomb_N;
-    found.parameters[friction_index(i, kCoulombExtend)] = coulomb + errors.bias_N[i];
-    found.parameters[friction_index(i, kCoulombRetract)] = coulomb - errors.bias_N[i];
-    found.parameters[friction_index(i, kViscous)] = errors.friction_factor * drawn.viscous_Ns_per_m;
-    found.parameters[friction_index(i, kBreakaway)] = coulomb * (drawn.static_ratio - 1);
-    for (const FrictionIndex which : {kCoulombExtend, kCoulombRetract})
-      found.covariance(friction_index(i, which), friction_index(i, which)) = friction_sigma_N * friction_sigma_N;
-    found.stribeck_mps[i] = drawn.stribeck_mps;
-  }
-  found.residual_rms_Nm = JointVector(15, 10, 5);
-  machine.dynamics_calibration = found;
-  return machine;
-}
-
 TEST(ForceEstimator, CalibratedMachineIsGoodBeforeAnyTare) {
   SyntheticErrors errors = oil_of_today();
   errors.viscosity_factor = 1;
@@ -377,31 +210,6 @@ TEST(ForceEstimator, CalibratedMachineAdaptsToColdOilInTwentySeconds) {
   const double before = run.no_load_N(3);
   run.free_motion(20);
   EXPECT_LT(run.no_load_N(10), 0.6 * before);
-}
-
-TEST(Tare, PriorOfACalibratedMachineIsItsCovarianceAndWhatADayChanges) {
-  const MachineDescription known = calibrated_twin(oil_of_today(), 10), vague = calibrated_twin(oil_of_today(), 200);
-  const auto sigma = [](const MachineDescription& machine, int state) {
-    return std::sqrt(Tare(machine).covariance()(state, state));
-  };
-  for (int i = 0; i < kJoints; ++i) {
-    EXPECT_LT(sigma(known, kTareBias + i), 0.3 * sigma(test_machine(), kTareBias + i));
-    EXPECT_GT(sigma(known, kTareBias + i), 25) << "transmitters drift from day to day";
-    EXPECT_GT(sigma(vague, kTareBias + i), 140) << "what identification left uncertain stays so";
-    EXPECT_NEAR(sigma(known, kTareViscous + i), 0.4 * 25e3, 100) << "oil is another every day";
-  }
-}
-
-TEST(Tare, NormalisedInnovationsTellWhetherTheModelFits) {
-  Twin fits(real_sensors());
-  fits.free_motion(40);
-  const double quiet = fits.estimator().learned().mean_nis();
-  EXPECT_GT(quiet, 0.1);
-  EXPECT_LT(quiet, 2);
-  // A hidden pull that swings beside the motion is no friction, offset or weight: looks disagree with their variances.
-  fits.estimator().tare(true);
-  for (double t = 0; t < 20; t += kStep_s) fits.step(300 * PlanarVector(std::sin(3 * t), std::cos(4 * t)));
-  EXPECT_GT(fits.estimator().learned().mean_nis(), 2 * quiet);
 }
 
 TEST(ForceEstimator, OpenReliefWidensItsJointAlone) {

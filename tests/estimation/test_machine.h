@@ -61,6 +61,8 @@ struct SineMotion {
   JointVector middle_rad = JointVector(0.3, -1.5, -0.9);
   JointVector amplitude_rad = JointVector(0.25, 0.35, 0.6);
   JointVector omega_radps = JointVector(0.5, 0.62, 0.71);
+  JointVector swing_rad = JointVector::Zero();  ///< On top of it, as an arm swings on its oil.
+  double swing_radps = 12;
   struct Point {
     JointVector angle, rate, acceleration;
   };
@@ -69,6 +71,9 @@ struct SineMotion {
     p.angle = middle_rad + amplitude_rad.cwiseProduct(JointVector((omega_radps * t).array().sin()));
     p.rate = amplitude_rad.cwiseProduct(omega_radps).cwiseProduct(JointVector((omega_radps * t).array().cos()));
     p.acceleration = -omega_radps.array().square() * (p.angle - middle_rad).array();
+    p.angle += swing_rad * std::sin(swing_radps * t);
+    p.rate += swing_rad * swing_radps * std::cos(swing_radps * t);
+    p.acceleration -= swing_rad * swing_radps * swing_radps * std::sin(swing_radps * t);
     return p;
   }
 };
@@ -81,6 +86,7 @@ struct SyntheticErrors {
   double mass_factor = 1;  ///< Of all gravity and inertia parameters.
   double seal_m2 = 0;      ///< Friction by pressure, of every cylinder.
   double back_swing = 0;   ///< Share by which the rod side's pressure changes with the joint's speed.
+  double lag_s = 0;        ///< Time constant of all transmitters.
   double pressure_step_Pa = 0, pressure_noise_Pa = 0, encoder_step_m = 0;
 };
 
@@ -118,11 +124,12 @@ class SyntheticMachine {
       const double back = 30e5 * (1 + errors_.back_swing * std::sin(20 * speed)), seal_m2 = bristle * errors_.seal_m2;
       const double head = (force + back * (machine_.cylinders[k].rod_side_area_m2() + seal_m2)) /
                           (machine_.cylinders[k].head_area_m2() - seal_m2);
-      m.pressure_Pa[2 * k] = sensed(head);
-      m.pressure_Pa[2 * k + 1] = sensed(back);
+      m.pressure_Pa[2 * k] = sensed(late(head, 2 * k));
+      m.pressure_Pa[2 * k + 1] = sensed(late(back, 2 * k + 1));
       m.cylinder_m[i] = quantised(cylinder.length_m, errors_.encoder_step_m);
     }
     ring_s_ += kStep_s;
+    started_ = true;
     return m;
   }
   [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
@@ -133,6 +140,20 @@ class SyntheticMachine {
 
  private:
   static double quantised(double value, double step) { return step > 0 ? std::round(value / step) * step : value; }
+  /// First order behind a pressure that is straight between the steps.
+  double late(double pressure, std::size_t channel) {
+    double& last = last_Pa_[channel];
+    double& value = late_Pa_[channel];
+    if (!started_) last = value = pressure;
+    if (errors_.lag_s > 0) {
+      const double rate = (pressure - last) / kStep_s, keep = std::exp(-kStep_s / errors_.lag_s);
+      value = pressure - errors_.lag_s * rate + keep * (value - last + errors_.lag_s * rate);
+    } else {
+      value = pressure;
+    }
+    last = pressure;
+    return value;
+  }
   double sensed(double pressure) {
     return quantised(pressure + errors_.pressure_noise_Pa * normal_(random_), errors_.pressure_step_Pa);
   }
@@ -145,6 +166,8 @@ class SyntheticMachine {
   bool held_ = false;
   static constexpr double kRing_Hz = 6;
   double ring_m_ = 0, ring_s_ = 0;
+  bool started_ = false;
+  std::array<double, 6> last_Pa_{}, late_Pa_{};
   std::mt19937 random_;
   std::normal_distribution<double> normal_{0, 1};
 };
