@@ -56,8 +56,9 @@ struct FrictionDescription {
   double viscous_Ns_per_m = 0;  ///< F_v
 };
 
-/// Flow over one edge: nominal_flow sqrt(drop / nominal_drop) share, share = opening^curve_exponent, times
-/// retract_share where it retracts; opening beyond the dead band, [0, 1].
+/// Flow over one edge: nominal_flow sqrt(drop / nominal_drop) share, share = area^curve_exponent, times
+/// retract_share where it retracts. The area rises straight with the opening beyond the dead band, both [0, 1]; up to
+/// notch_opening, where a metering notch alone lets oil through, with notch_slope, then to one.
 struct ValveDescription {
   double nominal_flow_m3ps = 0;  ///< At full opening and nominal_drop_Pa over one metering edge.
   double nominal_drop_Pa = 0;
@@ -66,8 +67,10 @@ struct ValveDescription {
   double delay_s = 0;
   double natural_frequency_Hz = 0;
   double damping_ratio = 0;
-  double full_stroke_s = 0;                      ///< Fastest centre-to-end time of the spool.
-  double curve_exponent = 1, retract_share = 1;  ///< Identified; a drawing's edges are straight and alike.
+  double full_stroke_s = 0;  ///< Fastest centre-to-end time of the spool.
+  // Identified; a drawing's edges are straight and alike.
+  double curve_exponent = 1, retract_share = 1;
+  double notch_opening = 0, notch_slope = 1;
 
   [[nodiscard]] double dead_band(bool extends) const noexcept { return extends ? dead_band_extend : dead_band_retract; }
   /// Of the edge, [0, 1], at a spool position of either sign.
@@ -76,15 +79,23 @@ struct ValveDescription {
     return std::clamp((std::abs(spool) - band) / (1 - band), 0.0, 1.0);
   }
   [[nodiscard]] double flow_share(double opening, bool extends) const noexcept {
-    return (extends ? 1 : retract_share) * (curve_exponent == 1 ? opening : std::pow(opening, curve_exponent));
+    const double notch_area = notch_slope * notch_opening;
+    const double area = opening < notch_opening
+                            ? notch_slope * opening
+                            : notch_area + (1 - notch_area) * (opening - notch_opening) / (1 - notch_opening);
+    return (extends ? 1 : retract_share) * (curve_exponent == 1 ? area : std::pow(area, curve_exponent));
   }
   /// Inverse of flow_share(); straight through zero where it would be infinitely steep there.
   [[nodiscard]] double opening_for(double share, bool extends) const noexcept {
     constexpr double kStraight = 0.02;
-    const double area = std::clamp(share / (extends ? 1 : retract_share), 0.0, 1.0);
-    if (curve_exponent == 1) return area;
+    const double flow = std::clamp(share / (extends ? 1 : retract_share), 0.0, 1.0);
     const double root = 1 / curve_exponent;
-    return curve_exponent > 1 && area < kStraight ? area / kStraight * std::pow(kStraight, root) : std::pow(area, root);
+    const double area = curve_exponent == 1                      ? flow
+                        : curve_exponent > 1 && flow < kStraight ? flow / kStraight * std::pow(kStraight, root)
+                                                                 : std::pow(flow, root);
+    const double notch_area = notch_slope * notch_opening;
+    if (area < notch_area) return area / notch_slope;
+    return notch_opening + (area - notch_area) / (1 - notch_area) * (1 - notch_opening);
   }
 };
 

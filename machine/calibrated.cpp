@@ -29,6 +29,8 @@ MachineDescription calibrated(const MachineDescription& machine) {
     valve.nominal_flow_m3ps = found->nominal_flow_m3ps;
     valve.curve_exponent = found->curve_exponent;
     valve.retract_share = found->retract_share;
+    valve.notch_opening = found->notch_opening;
+    valve.notch_slope = found->notch_slope;
   }
   return result;
 }

@@ -67,6 +67,7 @@ struct ValveCalibration {
   double delay_s = 0;                                  ///< Command to first motion.
   double nominal_flow_m3ps = 0;                        ///< At the drop of the machine file.
   double curve_exponent = 1, retract_share = 1;        ///< As in ValveDescription.
+  double notch_opening = 0, notch_slope = 1;           ///< Likewise.
 };
 
 /// Where it came from.

@@ -119,12 +119,17 @@ GeometryCalibration read_geometry(TomlTable file) {
 }
 
 ValveCalibration read_valve(TomlTable file) {
-  return {.dead_band_extend = file.number("dead_band_extend", 0, 0.4),
-          .dead_band_retract = file.number("dead_band_retract", 0, 0.4),
-          .delay_s = file.number("delay_ms", 0, 500, kMilli),
-          .nominal_flow_m3ps = file.number("nominal_flow_Lpm", 1, 2000, kLitrePerMinute),
-          .curve_exponent = file.number("curve_exponent", 0.5, 4),
-          .retract_share = file.number("retract_share", 0.1, 10)};
+  ValveCalibration valve{.dead_band_extend = file.number("dead_band_extend", 0, 0.4),
+                         .dead_band_retract = file.number("dead_band_retract", 0, 0.4),
+                         .delay_s = file.number("delay_ms", 0, 500, kMilli),
+                         .nominal_flow_m3ps = file.number("nominal_flow_Lpm", 1, 2000, kLitrePerMinute),
+                         .curve_exponent = file.number("curve_exponent", 0.5, 4),
+                         .retract_share = file.number("retract_share", 0.1, 10)};
+  if (file.has("notch_opening") || file.has("notch_slope")) {  // files from before notches were looked for have none
+    valve.notch_opening = file.number("notch_opening", 0, 0.95);
+    valve.notch_slope = file.number("notch_slope", 0.05, 1);
+  }
+  return valve;
 }
 
 }  // namespace

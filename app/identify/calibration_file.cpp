@@ -106,6 +106,7 @@ void write_valves(std::ostream& out, const PerJoint<std::optional<ValveCalibrati
         << "\ndelay_ms = " << digits(valve.delay_s / kMilli)
         << "\nnominal_flow_Lpm = " << digits(valve.nominal_flow_m3ps / kLitrePerMinute)
         << "\ncurve_exponent = " << digits(valve.curve_exponent) << "\nretract_share = " << digits(valve.retract_share)
+        << "\nnotch_opening = " << digits(valve.notch_opening) << "\nnotch_slope = " << digits(valve.notch_slope)
         << '\n';
   }
 }

@@ -30,8 +30,20 @@ constexpr double kStraightFit = 0.02;
 constexpr double kCurvedGain = 0.7;  ///< A curve is believed that leaves at most this part of that misfit.
 constexpr double kWorstFit = 0.15;   ///< RMS of the misfit over RMS of the speed: worse is no valve of this kind.
 
-enum Parameter { kDeadExtend, kDeadRetract, kDelay, kGain, kHeadOffset, kRodOffset, kExponent, kRetractShare, kAll };
-constexpr int kStraight = kExponent;  ///< So many without a curve.
+enum Parameter {
+  kDeadExtend,
+  kDeadRetract,
+  kDelay,
+  kGain,
+  kHeadOffset,
+  kRodOffset,
+  kExponent,
+  kRetractShare,
+  kNotchOpening,
+  kNotchSlope,
+  kAll
+};
+constexpr int kStraight = kExponent, kCurved = kNotchOpening;  ///< So many without a curve, and without a notch.
 using Vector = Eigen::Matrix<double, kAll, 1>;
 
 ValveCalibration calibration(const Vector& p) {
@@ -40,7 +52,9 @@ ValveCalibration calibration(const Vector& p) {
           .delay_s = p[kDelay],
           .nominal_flow_m3ps = p[kGain],
           .curve_exponent = p[kExponent],
-          .retract_share = p[kRetractShare]};
+          .retract_share = p[kRetractShare],
+          .notch_opening = p[kNotchOpening],
+          .notch_slope = p[kNotchSlope]};
 }
 
 /// What one axis shows over one stretch of a recording without gaps.
@@ -93,6 +107,7 @@ class AxisModel {
     ValveDescription valve = cylinder_.valve;
     valve.dead_band_extend = p[kDeadExtend], valve.dead_band_retract = p[kDeadRetract];
     valve.curve_exponent = p[kExponent], valve.retract_share = p[kRetractShare];
+    valve.notch_opening = p[kNotchOpening], valve.notch_slope = p[kNotchSlope];
     for (std::size_t i = 0; i < speed.size(); ++i) {
       const double x = delayed(spool, p[kDelay] / axis.step_s, i);
       const bool extends = x > 0;
@@ -200,7 +215,7 @@ class Misfit {
   /// Units in which all parameters are near one.
   [[nodiscard]] Vector scales() const {
     Vector s;
-    s << 0.1, 0.1, 0.02, file_[kGain], 1e5, 1e5, 1, 1;
+    s << 0.1, 0.1, 0.02, file_[kGain], 1e5, 1e5, 1, 1, 1, 1;
     return s;
   }
   /// The first `fitted`; the others are the file's.
@@ -269,6 +284,8 @@ Fit fit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const
   bound(kGain, 0.05 * file[kGain], 20 * file[kGain]);
   bound(kExponent, 0.6, 3.5);
   bound(kRetractShare, 0.2, 5);
+  bound(kNotchOpening, 0.1, 0.9);
+  bound(kNotchSlope, 0.1, 1);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.logging_type = ceres::SILENT;
@@ -386,7 +403,7 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
   const std::string name = kJointNames[k];
   Vector start;
   start << file.dead_band_extend, file.dead_band_retract, file.delay_s, file.nominal_flow_m3ps, 0, 0,
-      file.curve_exponent, file.retract_share;
+      file.curve_exponent, file.retract_share, file.notch_opening, file.notch_slope;
   valve = calibration(start);
   const AxisModel model(machine, k);
   const std::vector<AxisStretch> stretches = axis_stretches(recordings, joint);
@@ -410,9 +427,17 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
     Vector steep = start;
     steep[kExponent] = 2;
     const double bound = kCurvedGain * misfit_of(best);
-    for (const Fit& curved : {fitted(kAll, best.parameters), fitted(kAll, steep)}) {
+    for (const Fit& curved : {fitted(kCurved, best.parameters), fitted(kCurved, steep)}) {
       if (curved.converged && misfit_of(curved) < std::min(bound, misfit_of(best))) best = curved;
     }
+  }
+  if (!best.converged || !(misfit_of(best) <= kStraightFit)) {
+    // Dead bands of the file: a curve without a notch makes up for one by a dead band that is none.
+    Vector notched = best.parameters;
+    notched.head(kDelay) = start.head(kDelay);
+    notched[kExponent] = 1.2, notched[kNotchOpening] = 0.5, notched[kNotchSlope] = 0.7;
+    const Fit with_notch = fitted(kAll, notched);
+    if (with_notch.converged && misfit_of(with_notch) < kCurvedGain * misfit_of(best)) best = with_notch;
   }
   const double misfit = misfit_of(best);
   result.covariance = best.covariance;
@@ -428,7 +453,9 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
                                                                      {"head_pressure_offset", "Pa"},
                                                                      {"rod_pressure_offset", "Pa"},
                                                                      {"curve_exponent", ""},
-                                                                     {"retract_share", ""}}};
+                                                                     {"retract_share", ""},
+                                                                     {"notch_opening", ""},
+                                                                     {"notch_slope", ""}}};
   for (Eigen::Index at = 0; at < result.covariance.rows(); ++at) {
     const auto i = static_cast<std::size_t>(at);
     result.parameters.push_back(

@@ -14,7 +14,8 @@ namespace {
 
 /// A machine whose valves are exactly the model, without spool dynamics: cylinders go to and fro.
 Recording recording(const MachineDescription& machine, double dead_band, double gain_factor, bool retracts,
-                    double curve_exponent = 1, double retract_share = 1) {
+                    double curve_exponent = 1, double retract_share = 1, double notch_opening = 0,
+                    double notch_slope = 1, double amplitude = 0.25) {
   Recording result{"made up", 0.005, {}, {}, {}};
   Measurement now;
   for (int joint = 0; joint < kJoints; ++joint) now.cylinder_m[joint] = 0.95;
@@ -22,11 +23,14 @@ Recording recording(const MachineDescription& machine, double dead_band, double 
   for (int i = 0; i < 4000; ++i) {
     // The spool's lag is short beside the ten seconds of a period; what is left of it counts as delay.
     const double wave = std::sin(2 * M_PI * i * 0.005 / 10);
-    const double command = retracts ? 0.25 * wave : 0.25 * std::abs(wave);
+    const double command = amplitude * (retracts ? wave : std::abs(wave));
     for (int joint = 0; joint < kJoints; ++joint) {
       const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
       const double opening = std::max(0.0, std::abs(command) - dead_band) / (1 - dead_band);
-      const double share = (command > 0 ? 1 : retract_share) * std::pow(opening, curve_exponent);
+      const double notch_area = notch_slope * notch_opening;
+      const double area_share =
+          opening < notch_opening ? notch_slope * opening : 1 - (1 - notch_area) * (1 - opening) / (1 - notch_opening);
+      const double share = (command > 0 ? 1 : retract_share) * std::pow(area_share, curve_exponent);
       const double flow = gain_factor * cylinder.valve.nominal_flow_m3ps * share *
                           std::sqrt((12e5 - machine.hydraulics.tank_Pa) / cylinder.valve.nominal_drop_Pa);
       const double area = command > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
@@ -68,6 +72,25 @@ TEST(ValveIdentification, FindsACurveAndAnotherFlowWhereItRetracts) {
       EXPECT_NEAR(result.valves[joint].retract_share, 0.8, 0.02);
       EXPECT_NEAR(result.valves[joint].dead_band_extend, 0.08, 4e-3);
     }
+  }
+}
+
+// A curve alone makes up for a notch by dead bands that are none: the valve then counts as open where it is shut.
+TEST(ValveIdentification, FindsTheNotchThatACurveAloneTakesForASmallerDeadBand) {
+  MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  for (CylinderDescription& cylinder : machine.cylinders) {
+    cylinder.valve.natural_frequency_Hz = 40;
+    cylinder.valve.hysteresis = 0;
+  }
+  const std::array recordings{recording(machine, 0.1, 1, true, 1.2, 0.9, 0.5, 0.4, 0.98)};
+  const ValveResult result = identify_valves(machine, recordings);
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    ASSERT_TRUE(result.axes[joint].usable) << result.axes[joint].reasons.front();
+    EXPECT_NEAR(result.valves[joint].dead_band_extend, 0.1, 6e-3);
+    EXPECT_NEAR(result.valves[joint].dead_band_retract, 0.1, 6e-3);
+    EXPECT_NEAR(result.valves[joint].curve_exponent, 1.2, 0.05);
+    EXPECT_NEAR(result.valves[joint].notch_opening, 0.5, 0.05);
+    EXPECT_NEAR(result.valves[joint].notch_slope, 0.4, 0.03);
   }
 }
 

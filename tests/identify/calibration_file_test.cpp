@@ -108,6 +108,8 @@ TEST_F(CalibrationFile, IsReadAgainToTwelveDigits) {
       EXPECT_NEAR(v.nominal_flow_m3ps / w.nominal_flow_m3ps, 1, 1e-12);
       EXPECT_NEAR(v.curve_exponent, w.curve_exponent, 1e-12);
       EXPECT_NEAR(v.retract_share, w.retract_share, 1e-12);
+      EXPECT_NEAR(v.notch_opening, w.notch_opening, 1e-12);
+      EXPECT_NEAR(v.notch_slope, w.notch_slope, 1e-12);
     }
     EXPECT_EQ(again.calibration_provenance->data_source, "a \"b\" \\c.csv");
     EXPECT_EQ(again.calibration_provenance->date, machine.calibration_provenance->date);

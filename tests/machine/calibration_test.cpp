@@ -72,7 +72,7 @@ tip_rms_mm = 2.5
   for (const char* joint : kJointNames) {
     text += "[calibration.valves." + std::string(joint) +
             "]\ndead_band_extend = 0.1\ndead_band_retract = 0.12\ndelay_ms = 20\nnominal_flow_Lpm = 27\n"
-            "curve_exponent = 1.8\nretract_share = 0.9\n";
+            "curve_exponent = 1.8\nretract_share = 0.9\nnotch_opening = 0.4\nnotch_slope = 0.7\n";
   }
   return text;
 }
@@ -117,6 +117,8 @@ TEST(MachineCalibration, SetsTheOptionalsInSiUnits) {
   EXPECT_DOUBLE_EQ(machine.valve_calibration[2]->nominal_flow_m3ps, 27e-3 / 60);
   EXPECT_EQ(machine.valve_calibration[1]->curve_exponent, 1.8);
   EXPECT_EQ(calibrated(machine).cylinders[1].valve.retract_share, 0.9);
+  EXPECT_EQ(calibrated(machine).cylinders[1].valve.notch_opening, 0.4);
+  EXPECT_EQ(calibrated(machine).cylinders[1].valve.notch_slope, 0.7);
   EXPECT_EQ(machine.calibration_provenance->method, "full");
   EXPECT_EQ(machine.links[1].length_m, 0.95) << "the drawing stays until calibrated() is asked";
   EXPECT_EQ(calibrated(machine).links[1].length_m, 0.949);
@@ -164,7 +166,17 @@ TEST(MachineCalibration, RefusesEveryMissingAndEveryUnknownKeyByName) {
     EXPECT_NE(refusal(text.insert(at, "x" + line)).find("key '" + table), std::string::npos) << key;
     ++keys;
   }
-  EXPECT_EQ(keys, 5 + 4 + 21 + 12 + 18);
+  EXPECT_EQ(keys, 5 + 4 + 21 + 12 + 24);
+}
+
+TEST(MachineCalibration, AFileFromBeforeNotchesWereLookedForHasNone) {
+  std::string text = calibration();
+  for (const std::string key : {"notch_opening = 0.4\n", "notch_slope = 0.7\n"})
+    for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key)) text.erase(at, key.size());
+  const ValveDescription valve = calibrated(load(shipped() + text)).cylinders[kArm].valve;
+  EXPECT_EQ(valve.curve_exponent, 1.8);
+  EXPECT_EQ(valve.notch_opening, 0);
+  EXPECT_EQ(valve.notch_slope, 1);
 }
 
 TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
@@ -187,6 +199,8 @@ TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
       {"load_share = 0.02", "load_share = -0.01", "boom.load_share' = -0.01: must be within [0, 0.5]"},
       {"curve_exponent = 1.8", "curve_exponent = 0", "calibration.valves.boom.curve_exponent' = 0: must be within"},
       {"retract_share = 0.9", "retract_share = -1", "calibration.valves.boom.retract_share' = -1: must be within"},
+      {"notch_opening = 0.4", "notch_opening = 1", "calibration.valves.boom.notch_opening' = 1: must be within"},
+      {"notch_slope = 0.7", "notch_slope = 0", "calibration.valves.boom.notch_slope' = 0: must be within"},
       {"0123456789abcdef", "0123456789abcdeF", "calibration.data_sha256"},
   };
   for (const auto& [pattern, to, named] : cases) {

@@ -26,16 +26,31 @@ TEST(ValveCurve, EachDirectionOpensBehindItsOwnDeadBand) {
 
 TEST(ValveCurve, OpeningForAFlowIsTheInverseOfFlow) {
   for (const double exponent : {0.7, 1.0, 1.5, 2.2}) {
-    const ValveDescription valve = curved(exponent, 0.8);
-    for (const bool extends : {true, false}) {
-      const double most = extends ? 1 : 0.8;
-      for (double share = 0.02; share <= most; share += 0.01) {
-        EXPECT_NEAR(valve.flow_share(valve.opening_for(share, extends), extends), share, 1e-12) << exponent;
+    ValveDescription valve = curved(exponent, 0.8);
+    for (const double notch_opening : {0.0, 0.3, 0.9}) {
+      valve.notch_opening = notch_opening, valve.notch_slope = notch_opening > 0 ? 0.6 : 1;
+      for (const bool extends : {true, false}) {
+        const double most = extends ? 1 : 0.8;
+        for (double share = 0.02; share <= most; share += 0.01) {
+          EXPECT_NEAR(valve.flow_share(valve.opening_for(share, extends), extends), share, 1e-12) << exponent;
+        }
+        EXPECT_EQ(valve.opening_for(0, extends), 0);
+        EXPECT_EQ(valve.opening_for(2, extends), 1);
       }
-      EXPECT_EQ(valve.opening_for(0, extends), 0);
-      EXPECT_EQ(valve.opening_for(2, extends), 1);
     }
   }
+}
+
+TEST(ValveCurve, BehindItsNotchTheEdgeOpensFaster) {
+  ValveDescription valve = curved(1, 0.8);
+  valve.notch_opening = 0.4, valve.notch_slope = 0.5;
+  EXPECT_NEAR(valve.flow_share(0.2, true), 0.1, 1e-12);
+  EXPECT_NEAR(valve.flow_share(0.4, true), 0.2, 1e-12);
+  EXPECT_NEAR(valve.flow_share(0.7, true), 0.6, 1e-12);
+  EXPECT_NEAR(valve.flow_share(1, true), 1, 1e-12);
+  EXPECT_NEAR(valve.flow_share(1, false), 0.8, 1e-12);
+  valve.curve_exponent = 2;
+  EXPECT_NEAR(valve.flow_share(0.7, true), 0.36, 1e-12);
 }
 
 TEST(ValveCurve, TheOpeningForAFlowNeverLetsMoreThrough) {
