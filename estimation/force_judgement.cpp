@@ -75,7 +75,8 @@ JointVector ForceEstimator::stuck_variance(const ObserverChannel& channel) const
 JointVector ForceEstimator::swing_variance(const TorqueRate& rate) const noexcept {
   Eigen::Matrix<double, kJoints, kJoints + 1> columns;
   columns << -inertia_kgm2_ * rate.shaken_Nmps2().asDiagonal(), -rate.late_rate_Nmps();
-  const auto unknown = tare_.covariance().bottomRightCorner<kJoints + 1, kJoints + 1>();
+  static_assert(kTareLag == kTareBending + kJoints);
+  const auto unknown = tare_.covariance().block<kJoints + 1, kJoints + 1>(kTareBending, kTareBending);
   return (columns * unknown * columns.transpose()).diagonal();
 }
 

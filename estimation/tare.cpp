@@ -32,9 +32,10 @@ constexpr double kFrictionWalkPart = 0.002;  // likewise
 constexpr PerJoint<double> kBending_m_per_N{1.5e-6, 1e-6, 0.5e-6};
 constexpr double kGround_m_per_N = 2e-6, kBendingReach_m = 3.2;
 constexpr double kBendingLeastPart = 0.25, kBendingWalkPart = 0.01;
-// Transmitters of machines answer within 2 to 8 ms. Not one number either: they are not first-order, and six do not
-// answer alike.
-constexpr double kLag_s = 5e-3, kLagSpread_s = 3e-3, kLagLeast_s = 0.5e-3, kLagWalk_s = 0.05e-3;
+// Transmitters of machines answer within 2 to 8 ms. One constant is an approximation: they are not exactly first-order,
+// and the six differ.
+constexpr double kLagSpread_s = 3e-3, kLagLeast_s = 0.5e-3, kLagWalk_s = 0.05e-3;
+constexpr double kMostLag_s = 15e-3;  // nor below 0: pressures do not come before the force
 
 double mean_area_m2(const CylinderDescription& cylinder) {
   return 0.5 * (cylinder.head_area_m2() + cylinder.rod_side_area_m2());
@@ -110,7 +111,7 @@ void Tare::expect_bending(const MachineDescription& machine) {
 }
 
 void Tare::expect_lag() {
-  x_[kTareLag] = kLag_s;
+  x_[kTareLag] = kUsualLag_s;
   p_(kTareLag, kTareLag) = kLagSpread_s * kLagSpread_s;
   least_[kTareLag] = kLagLeast_s * kLagLeast_s;
   walk_[kTareLag] = kLagWalk_s * kLagWalk_s;
@@ -178,6 +179,7 @@ void Tare::learn(const TareSample& sample) noexcept {
     x_ += gain * innovation;
     p_ -= gain * ph.transpose();
   }
+  x_[kTareLag] = std::clamp(x_[kTareLag], 0.0, kMostLag_s);
   p_ = 0.5 * (p_ + p_.transpose()).eval();
   if (learned_s_ == 0) mean_nis_ = last_nis_;
   mean_nis_ += kLookEvery_s / std::min(kNisMemory_s, learned_s_ + kLookEvery_s) * (last_nis_ - mean_nis_);

@@ -29,6 +29,7 @@ enum TareState {
   kTareBending = 18,
   kTareLag = 21
 };
+inline constexpr double kUsualLag_s = 5e-3;  ///< Of transmitters that have not shown theirs.
 using TareVector = Eigen::Matrix<double, kTareStates, 1>;
 using TareMatrix = Eigen::Matrix<double, kTareStates, kTareStates>;
 /// H in relative joints: joint i sees its own cylinder's four corrections, the moments of links k >= i, the inertia

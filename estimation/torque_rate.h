@@ -17,8 +17,8 @@ namespace knuckle::estimation {
 /// which is linear in c.
 ///
 /// Transmitters that answer with the time constant T read tau where tau + T tau' is: the observer's torque lacks -T F
-/// tau', linear in T. That the lever changes meanwhile is left out: 5 ms of it are some 4 N m at a boom that turns
-/// fast.
+/// tau', linear in T. Exactly it is lever times the force's rate; the lever's own, which is in tau', is some 4 N m at a
+/// fast boom of the 1.5 t class.
 class TorqueRate {
  public:
   TorqueRate(double observer_Hz, double step_s) noexcept

@@ -57,8 +57,8 @@ struct FrictionDescription {
 };
 
 /// Flow over one edge: nominal_flow sqrt(drop / nominal_drop) share, share = area^curve_exponent, times
-/// retract_share where it retracts. The area rises straight with the opening beyond the dead band, both [0, 1]; up to
-/// notch_opening, where a metering notch alone lets oil through, with notch_slope, then to one.
+/// retract_share where it retracts. With x the opening beyond the dead band, [0, 1], and x_n = notch_opening:
+///   area = notch_slope x up to x_n (the metering notch), then straight from there to 1 at x = 1.
 struct ValveDescription {
   double nominal_flow_m3ps = 0;  ///< At full opening and nominal_drop_Pa over one metering edge.
   double nominal_drop_Pa = 0;
@@ -88,11 +88,11 @@ struct ValveDescription {
   /// Inverse of flow_share(); straight through zero where it would be infinitely steep there.
   [[nodiscard]] double opening_for(double share, bool extends) const noexcept {
     constexpr double kStraight = 0.02;
-    const double flow = std::clamp(share / (extends ? 1 : retract_share), 0.0, 1.0);
+    const double alike = std::clamp(share / (extends ? 1 : retract_share), 0.0, 1.0);
     const double root = 1 / curve_exponent;
-    const double area = curve_exponent == 1                      ? flow
-                        : curve_exponent > 1 && flow < kStraight ? flow / kStraight * std::pow(kStraight, root)
-                                                                 : std::pow(flow, root);
+    const double area = curve_exponent == 1                       ? alike
+                        : curve_exponent > 1 && alike < kStraight ? alike / kStraight * std::pow(kStraight, root)
+                                                                  : std::pow(alike, root);
     const double notch_area = notch_slope * notch_opening;
     if (area < notch_area) return area / notch_slope;
     return notch_opening + (area - notch_area) / (1 - notch_area) * (1 - notch_opening);

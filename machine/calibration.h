@@ -68,6 +68,10 @@ struct ValveCalibration {
   double nominal_flow_m3ps = 0;                        ///< At the drop of the machine file.
   double curve_exponent = 1, retract_share = 1;        ///< As in ValveDescription.
   double notch_opening = 0, notch_slope = 1;           ///< Likewise.
+  /// As a drawing's are, and alike.
+  [[nodiscard]] bool straight() const noexcept {
+    return curve_exponent == 1 && (notch_opening == 0 || notch_slope == 1);
+  }
 };
 
 /// Where it came from.

@@ -30,7 +30,7 @@ Plausibility::Plausibility(const MachineDescription& machine, double step_s)
       moved_m_(std::max(kLimits.moved_m, kLimits.moved_steps * machine.sensors.encoder_step_m)) {
   for (std::size_t i = 0; i < kJoints; ++i) {
     const std::optional<ValveCalibration>& found = machine.valve_calibration[i];
-    const bool sure = found && found->curve_exponent == 1;
+    const bool sure = found && found->straight();
     axes_[i].share.fill(FlowShare(sure));
   }
 }

@@ -53,7 +53,7 @@ estimation::Survey survey(motion::MachineRun& run, const std::vector<JointVector
 
 bool curved(const estimation::ValveResult& result) {
   return std::any_of(result.valves.begin(), result.valves.end(),
-                     [](const ValveCalibration& valve) { return valve.curve_exponent != 1; });
+                     [](const ValveCalibration& valve) { return !valve.straight(); });
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "app/cli/command.h"
+#include "estimation/tare.h"
 
 namespace knuckle::studies {
 namespace {
@@ -77,6 +78,8 @@ ContactTrial trial_of(const MachineDescription& machine, const ContactCell& cell
   ContactTrial trial;
   trial.machine = with_valves(machine, valves);
   trial.truth = sim::nominal_truth(trial.machine);
+  // So short a trial does not show the estimator any other lag than it expects.
+  for (sim::PressureSensorError& sensor : trial.truth.pressure) sensor.lag_s = estimation::kUsualLag_s;
   trial.pose = cell.pose;
   trial.wall_N_per_m = cell.wall_N_per_m;
   const double total_N = std::min(kPress_N, kDeepest_m * cell.wall_N_per_m);

@@ -25,10 +25,14 @@ constexpr double kSmallDrop_Pa = 3e5;    ///< Below it a sample counts less.
 /// What the model leaves out (spool frequency +- 15 %, hysteresis, the orifice's laminar part), as sampled machines
 /// show it.
 const std::array<double, 4> kModelError{8e-4, 8e-4, 4e-3, 0.01};  // dead bands, delay [s], gain (relative)
-/// Straight edges that are alike are the rule: RMS of their misfit over RMS of the speed above which a curve is fitted.
-constexpr double kStraightFit = 0.02;
-constexpr double kCurvedGain = 0.7;  ///< A curve is believed that leaves at most this part of that misfit.
-constexpr double kWorstFit = 0.15;   ///< RMS of the misfit over RMS of the speed: worse is no valve of this kind.
+/// Straight edges that are alike are the rule: RMS of their misfit over RMS of the speed above which a curve is fitted;
+/// and of a curve's, above which a notch is looked for.
+constexpr double kStraightFit = 0.02, kCurvedFit = 0.01;
+/// A curve is believed that leaves at most this part of that misfit, a notch of the curve's.
+constexpr double kCurvedGain = 0.7;
+constexpr double kNotchPassed = 0.1;     ///< Opening beyond a notch that commands have to reach.
+constexpr double kLeastDeadBand = 0.25;  ///< Of the file's: a fit with less has taken something else for the edges.
+constexpr double kWorstFit = 0.15;       ///< RMS of the misfit over RMS of the speed: worse is no valve of this kind.
 
 enum Parameter {
   kDeadExtend,
@@ -378,6 +382,12 @@ double relative_misfit(const AxisModel& model, const std::vector<AxisStretch>& s
   return std::sqrt(squares / static_cast<double>(count)) / speed_rms_mps;
 }
 
+/// Commands went well beyond the notch, on both sides: else nothing tells where it ends.
+bool notch_was_passed(const Vector& p, double largest_command) {
+  const double dead_band = std::max(p[kDeadExtend], p[kDeadRetract]);
+  return (largest_command - dead_band) / (1 - dead_band) > p[kNotchOpening] + kNotchPassed;
+}
+
 /// Why the data cannot show a valve; empty where they can.
 std::vector<std::string> refusals(const std::string& name, const Coverage& found) {
   std::vector<std::string> reasons;
@@ -426,18 +436,24 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
     // From straight edges and from as curved ones as there are: the misfit has a valley at each end.
     Vector steep = start;
     steep[kExponent] = 2;
-    const double bound = kCurvedGain * misfit_of(best);
-    for (const Fit& curved : {fitted(kCurved, best.parameters), fitted(kCurved, steep)}) {
-      if (curved.converged && misfit_of(curved) < std::min(bound, misfit_of(best))) best = curved;
-    }
-  }
-  if (!best.converged || !(misfit_of(best) <= kStraightFit)) {
-    // Dead bands of the file: a curve without a notch makes up for one by a dead band that is none.
+    const auto prefer = [&](const Fit& other, double bound) {
+      if (other.converged && other.covariance.allFinite() && misfit_of(other) < std::min(bound, misfit_of(best)))
+        best = other;
+    };
+    const double curved_bound = kCurvedGain * misfit_of(best);
+    for (const Fit& curved : {fitted(kCurved, best.parameters), fitted(kCurved, steep)}) prefer(curved, curved_bound);
+    // A curve alone fits a notch with wrong dead bands, at a misfit that may be small.
+    const double notch_bound = kCurvedGain * misfit_of(best);
     Vector notched = best.parameters;
     notched.head(kDelay) = start.head(kDelay);
-    notched[kExponent] = 1.2, notched[kNotchOpening] = 0.5, notched[kNotchSlope] = 0.7;
-    const Fit with_notch = fitted(kAll, notched);
-    if (with_notch.converged && misfit_of(with_notch) < kCurvedGain * misfit_of(best)) best = with_notch;
+    notched[kExponent] = 1.2, notched[kNotchSlope] = 0.6;
+    for (const double notch_opening : {0.5, 0.3, 0.8}) {
+      if (misfit_of(best) <= kCurvedFit) break;
+      notched[kNotchOpening] = notch_opening;
+      if (!notch_was_passed(notched, found.largest_command)) continue;
+      const Fit found_notch = fitted(kAll, notched);
+      if (notch_was_passed(found_notch.parameters, found.largest_command)) prefer(found_notch, notch_bound);
+    }
   }
   const double misfit = misfit_of(best);
   result.covariance = best.covariance;
@@ -466,6 +482,14 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
   if (!best.converged || !(misfit <= kWorstFit)) {
     result.reasons.insert(result.reasons.begin(), name + ": the valve model misses the speed by " + text(100 * misfit) +
                                                       " % RMS, limit " + text(100 * kWorstFit) + " %");
+    return result;
+  }
+  for (const Parameter which : {kDeadExtend, kDeadRetract}) {
+    if (best.parameters[which] >= kLeastDeadBand * start[which]) continue;
+    result.reasons.insert(result.reasons.begin(), name + ": the best fit has a dead band of " +
+                                                      text(best.parameters[which]) + ", the machine file " +
+                                                      text(start[which]) +
+                                                      ": not believed; if it is true, correct the file");
     return result;
   }
   result.usable = true;

@@ -75,23 +75,51 @@ TEST(ValveIdentification, FindsACurveAndAnotherFlowWhereItRetracts) {
   }
 }
 
-// A curve alone makes up for a notch by dead bands that are none: the valve then counts as open where it is shut.
-TEST(ValveIdentification, FindsTheNotchThatACurveAloneTakesForASmallerDeadBand) {
+/// Of a valve, its notch and how far commands go.
+struct Notch {
+  double exponent, opening, slope, amplitude;
+};
+
+// A curve alone fits a notch with wrong dead bands, of 0 to 0.3: the valve then counts as open where it is shut, or
+// shut where it is open.
+TEST(ValveIdentification, FindsTheNotchThatACurveAloneTakesForAnotherDeadBand) {
   MachineDescription machine = load_machine(find_config("machine", "solar015"));
   for (CylinderDescription& cylinder : machine.cylinders) {
     cylinder.valve.natural_frequency_Hz = 40;
     cylinder.valve.hysteresis = 0;
   }
-  const std::array recordings{recording(machine, 0.1, 1, true, 1.2, 0.9, 0.5, 0.4, 0.98)};
-  const ValveResult result = identify_valves(machine, recordings);
-  for (std::size_t joint = 0; joint < kJoints; ++joint) {
-    ASSERT_TRUE(result.axes[joint].usable) << result.axes[joint].reasons.front();
-    EXPECT_NEAR(result.valves[joint].dead_band_extend, 0.1, 6e-3);
-    EXPECT_NEAR(result.valves[joint].dead_band_retract, 0.1, 6e-3);
-    EXPECT_NEAR(result.valves[joint].curve_exponent, 1.2, 0.05);
-    EXPECT_NEAR(result.valves[joint].notch_opening, 0.5, 0.05);
-    EXPECT_NEAR(result.valves[joint].notch_slope, 0.4, 0.03);
+  for (const Notch& notch : {Notch{1.2, 0.5, 0.4, 0.98}, Notch{1.4, 0.3, 0.3, 0.8}, Notch{1.3, 0.85, 0.4, 0.98},
+                             Notch{1.4, 0.5, 0.66, 0.9}}) {
+    std::array recordings{
+        recording(machine, 0.11, 1, true, notch.exponent, 0.9, notch.opening, notch.slope, notch.amplitude)};
+    for (JointVector& command : recordings[0].valve) command[kBoom] = command[kBucket] = std::nan("");
+    const ValveResult result = identify_valves(machine, recordings);
+    ASSERT_TRUE(result.axes[kArm].usable) << result.axes[kArm].reasons.front();
+    EXPECT_NEAR(result.valves[kArm].dead_band_extend, 0.11, 6e-3) << notch.opening;
+    EXPECT_NEAR(result.valves[kArm].dead_band_retract, 0.11, 6e-3) << notch.opening;
+    EXPECT_NEAR(result.valves[kArm].curve_exponent, notch.exponent, 0.05) << notch.opening;
+    EXPECT_NEAR(result.valves[kArm].notch_opening, notch.opening, 0.02) << notch.opening;
+    EXPECT_NEAR(result.valves[kArm].notch_slope, notch.slope, 0.03) << notch.opening;
   }
+}
+
+TEST(ValveIdentification, FindsNoNotchBeyondWhatCommandsReach) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  std::array recordings{recording(machine, 0.11, 4, true, 1.8, 0.8, 0.5, 0.5, 0.4)};
+  for (JointVector& command : recordings[0].valve) command[kBoom] = command[kBucket] = std::nan("");
+  const ValveResult result = identify_valves(machine, recordings);
+  ASSERT_TRUE(result.axes[kArm].usable) << result.axes[kArm].reasons.front();
+  EXPECT_LT(result.valves[kArm].notch_opening, 0.3);
+}
+
+TEST(ValveIdentification, DoesNotBelieveAFitThatHasLostTheDeadBandOfTheFile) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  const std::array recordings{recording(machine, 0, 1, true)};
+  const ValveResult result = identify_valves(machine, recordings);
+  EXPECT_FALSE(result.axes[kArm].usable);
+  EXPECT_NE(result.axes[kArm].reasons.front().find("arm: the best fit has a dead band of 0"), std::string::npos)
+      << result.axes[kArm].reasons.front();
+  EXPECT_EQ(result.valves[kArm].dead_band_extend, machine.cylinders[kArm].valve.dead_band_extend);
 }
 
 TEST(ValveIdentification, LooksForNoCurveWhereStraightEdgesExplainTheSpeed) {

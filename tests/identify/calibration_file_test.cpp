@@ -55,8 +55,8 @@ MachineDescription identified(unsigned seed) {
   geometry.encoder_offset_m = JointVector(sampled(0, 1e-3), sampled(0, 1e-3), sampled(0, 1e-3));
   geometry.tip_rms_m = std::abs(sampled(2e-3, 1e-4));
   for (std::optional<ValveCalibration>& valve : machine.valve_calibration)
-    valve = ValveCalibration{sampled(0.11, 0.01), sampled(0.11, 0.01), sampled(0.02, 0.002),
-                             sampled(4e-4, 1e-5), sampled(1.5, 0.2),   sampled(1, 0.1)};
+    valve = ValveCalibration{sampled(0.11, 0.01), sampled(0.11, 0.01), sampled(0.02, 0.002), sampled(4e-4, 1e-5),
+                             sampled(1.5, 0.2),   sampled(1, 0.1),     sampled(0.5, 0.1),    sampled(0.6, 0.1)};
   machine.calibration_provenance = {"full", "2026-11-21T05:00:00Z", std::string(64, 'a'), "a \"b\" \\c.csv", "knuckle"};
   return machine;
 }

@@ -55,19 +55,25 @@ TEST(ValveCurve, BehindItsNotchTheEdgeOpensFaster) {
 
 TEST(ValveCurve, TheOpeningForAFlowNeverLetsMoreThrough) {
   for (const double exponent : {0.5, 0.7, 1.0, 1.4, 2.2}) {
-    const ValveDescription valve = curved(exponent, 1);
-    for (double share = 1e-4; share < 0.03; share *= 1.3)
-      EXPECT_LE(valve.flow_share(valve.opening_for(share, true), true), share * (1 + 1e-9)) << exponent;
+    ValveDescription valve = curved(exponent, 1);
+    for (const double notch_opening : {0.0, 0.3, 0.9}) {
+      valve.notch_opening = notch_opening, valve.notch_slope = notch_opening > 0 ? 0.2 : 1;
+      for (double share = 1e-4; share < 0.03; share *= 1.3)
+        EXPECT_LE(valve.flow_share(valve.opening_for(share, true), true), share * (1 + 1e-9)) << exponent;
+    }
   }
 }
 
 TEST(ValveCurve, TheInverseRisesWithoutAStepAndNeverSteeperThanItsStraightBeginning) {
-  const ValveDescription valve = curved(2.2, 1);
-  const double steepest = std::pow(0.02, 1 / 2.2) / 0.02;
-  for (double share = 0; share < 1; share += 1e-4) {
-    const double rise = valve.opening_for(share + 1e-4, true) - valve.opening_for(share, true);
-    EXPECT_GT(rise, 0) << share;
-    EXPECT_LE(rise, 1.0001e-4 * steepest) << share;
+  ValveDescription valve = curved(2.2, 1);
+  for (const double slope : {1.0, 0.5}) {  // of the notch: so much more it has to open
+    valve.notch_opening = 0.4, valve.notch_slope = slope;
+    const double steepest = std::pow(0.02, 1 / 2.2) / 0.02 / slope;
+    for (double share = 0; share < 1; share += 1e-4) {
+      const double rise = valve.opening_for(share + 1e-4, true) - valve.opening_for(share, true);
+      EXPECT_GT(rise, 0) << share;
+      EXPECT_LE(rise, 1.0001e-4 * steepest) << share;
+    }
   }
 }
 
