@@ -40,7 +40,7 @@ using TareColumns = Eigen::Matrix<double, kJoints, kTareStates>;
 struct TareSignals {
   JointVector lever, lever_dahl, lever_speed, lever_dahl_pressure, gravity_x, gravity_z;
   Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();  ///< One column per joint that yields, see torque_rate.h.
-  JointVector lag = JointVector::Zero();              ///< Minus the rate of the cylinder's torque, likewise.
+  JointVector lag = JointVector::Zero();              ///< Minus the rate of each cylinder's torque [N m/s].
   [[nodiscard]] TareColumns columns() const noexcept {
     TareColumns h = TareColumns::Zero();
     for (int i = 0; i < kJoints; ++i) {

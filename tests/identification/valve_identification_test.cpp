@@ -43,6 +43,12 @@ Recording recording(const MachineDescription& machine, double dead_band, double 
   return result;
 }
 
+/// The others' commands are not known: only the arm is fitted, in a third of the time.
+std::array<Recording, 1> of_the_arm(Recording whole) {
+  for (JointVector& command : whole.valve) command[kBoom] = command[kBucket] = std::nan("");
+  return {std::move(whole)};
+}
+
 TEST(ValveIdentification, FindsDeadBandAndGainOfItsOwnModel) {
   const MachineDescription machine = load_machine(find_config("machine", "solar015"));
   const std::array recordings{recording(machine, 0.08, 1.2, true)};
@@ -90,9 +96,8 @@ TEST(ValveIdentification, FindsTheNotchThatACurveAloneTakesForAnotherDeadBand) {
   }
   for (const Notch& notch : {Notch{1.2, 0.5, 0.4, 0.98}, Notch{1.4, 0.3, 0.3, 0.8}, Notch{1.3, 0.85, 0.4, 0.98},
                              Notch{1.4, 0.5, 0.66, 0.9}}) {
-    std::array recordings{
-        recording(machine, 0.11, 1, true, notch.exponent, 0.9, notch.opening, notch.slope, notch.amplitude)};
-    for (JointVector& command : recordings[0].valve) command[kBoom] = command[kBucket] = std::nan("");
+    const auto recordings =
+        of_the_arm(recording(machine, 0.11, 1, true, notch.exponent, 0.9, notch.opening, notch.slope, notch.amplitude));
     const ValveResult result = identify_valves(machine, recordings);
     ASSERT_TRUE(result.axes[kArm].usable) << result.axes[kArm].reasons.front();
     EXPECT_NEAR(result.valves[kArm].dead_band_extend, 0.11, 6e-3) << notch.opening;
@@ -103,18 +108,17 @@ TEST(ValveIdentification, FindsTheNotchThatACurveAloneTakesForAnotherDeadBand) {
   }
 }
 
-TEST(ValveIdentification, FindsNoNotchBeyondWhatCommandsReach) {
+TEST(ValveIdentification, LooksForNoNotchThatCommandsHardlyPass) {
   const MachineDescription machine = load_machine(find_config("machine", "solar015"));
-  std::array recordings{recording(machine, 0.11, 4, true, 1.8, 0.8, 0.5, 0.5, 0.4)};
-  for (JointVector& command : recordings[0].valve) command[kBoom] = command[kBucket] = std::nan("");
+  const auto recordings = of_the_arm(recording(machine, 0.11, 2, true, 1, 0.9, 0.3, 0.3, 0.44));
   const ValveResult result = identify_valves(machine, recordings);
-  ASSERT_TRUE(result.axes[kArm].usable) << result.axes[kArm].reasons.front();
-  EXPECT_LT(result.valves[kArm].notch_opening, 0.3);
+  EXPECT_EQ(result.axes[kArm].columns, 8) << "a curve alone: commands end just beyond the notch";
+  EXPECT_EQ(result.valves[kArm].notch_opening, 0);
 }
 
 TEST(ValveIdentification, DoesNotBelieveAFitThatHasLostTheDeadBandOfTheFile) {
   const MachineDescription machine = load_machine(find_config("machine", "solar015"));
-  const std::array recordings{recording(machine, 0, 1, true)};
+  const auto recordings = of_the_arm(recording(machine, 0, 1, true));
   const ValveResult result = identify_valves(machine, recordings);
   EXPECT_FALSE(result.axes[kArm].usable);
   EXPECT_NE(result.axes[kArm].reasons.front().find("arm: the best fit has a dead band of 0"), std::string::npos)
