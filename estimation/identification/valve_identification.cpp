@@ -5,23 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <sstream>
 
-#include "estimation/identification/stretch.h"
-#include "estimation/identification/zero_phase.h"
+#include "estimation/identification/valve_model.h"
 #include "machine/description.h"
 
 namespace knuckle::estimation {
 namespace {
 
 constexpr double kMoves_mps = 0.005, kLeastMoving_s = 2;
-constexpr double kBox_s = 0.1;           ///< Each of two boxes over speeds of model and encoder.
-constexpr double kSettle_s = 0.5;        ///< Until the spool's past before a stretch is forgotten.
-constexpr double kEvery_s = 0.05;        ///< Of the filtered speeds that enter the fit.
-constexpr double kOffset_Pa = 0.6e5;     ///< Trust in a pressure: transmitters are within 1 bar.
-constexpr double kLeastDrop_Pa = 0.5e5;  ///< Below it the root amplifies offsets beyond use.
-constexpr double kSmallDrop_Pa = 3e5;    ///< Below it a sample counts less.
+constexpr double kOffset_Pa = 0.6e5;   ///< Trust in a pressure: transmitters are within 1 bar.
+constexpr double kSmallDrop_Pa = 3e5;  ///< Below it a sample counts less.
 /// What the model leaves out (spool frequency +- 15 %, hysteresis, the orifice's laminar part), as sampled machines
 /// show it.
 const std::array<double, 4> kModelError{8e-4, 8e-4, 4e-3, 0.01};  // dead bands, delay [s], gain (relative)
@@ -34,161 +28,11 @@ constexpr double kNotchPassed = 0.1;     ///< Opening beyond a notch that comman
 constexpr double kLeastDeadBand = 0.25;  ///< Of the file's: a fit with less has taken something else for the edges.
 constexpr double kWorstFit = 0.15;       ///< RMS of the misfit over RMS of the speed: worse is no valve of this kind.
 
-enum Parameter {
-  kDeadExtend,
-  kDeadRetract,
-  kDelay,
-  kGain,
-  kHeadOffset,
-  kRodOffset,
-  kExponent,
-  kRetractShare,
-  kNotchOpening,
-  kNotchSlope,
-  kAll
-};
-constexpr int kStraight = kExponent, kCurved = kNotchOpening;  ///< So many without a curve, and without a notch.
-using Vector = Eigen::Matrix<double, kAll, 1>;
-
-ValveCalibration calibration(const Vector& p) {
-  return {.dead_band_extend = p[kDeadExtend],
-          .dead_band_retract = p[kDeadRetract],
-          .delay_s = p[kDelay],
-          .nominal_flow_m3ps = p[kGain],
-          .curve_exponent = p[kExponent],
-          .retract_share = p[kRetractShare],
-          .notch_opening = p[kNotchOpening],
-          .notch_slope = p[kNotchSlope]};
-}
-
-/// What one axis shows over one stretch of a recording without gaps.
-struct AxisStretch {
-  double step_s;
-  std::vector<double> command, length_m, head_Pa, rod_Pa;
-};
-
-/// Filtered speed of encoder and model, where both are known.
-struct Speeds {
-  std::vector<double> measured_mps, modelled_mps, least_drop_Pa;
-};
-
-/// The spool behind its command: delay, hysteresis as play, second order by exact transition.
-class SpoolModel {
- public:
-  SpoolModel(const ValveDescription& valve, double step_s) : half_(valve.hysteresis / 2) {
-    const double w = 2 * std::numbers::pi * valve.natural_frequency_Hz;
-    const double zeta = std::min(valve.damping_ratio, 0.999);
-    const double wd = w * std::sqrt(1 - zeta * zeta), decay = std::exp(-zeta * w * step_s);
-    const double c = std::cos(wd * step_s), s = std::sin(wd * step_s) / wd;
-    transition_ << decay * (c + zeta * w * s), decay * s, -decay * w * w * s, decay * (c - zeta * w * s);
-  }
-  /// @return position after a step with this command.
-  double step(double command) {
-    played_ = std::clamp(played_, command - half_, command + half_);
-    state_[0] -= played_;
-    state_ = transition_ * state_;
-    state_[0] += played_;
-    return state_[0];
-  }
-
- private:
-  double half_, played_ = 0;
-  Eigen::Matrix2d transition_;
-  Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
-};
-
-class AxisModel {
- public:
-  AxisModel(const MachineDescription& machine, std::size_t joint)
-      : cylinder_(machine.cylinders[joint]), hydraulics_(machine.hydraulics) {}
-
-  /// Speed of the rod at every sample, NaN-free; the drop it went by in `drop_Pa`.
-  [[nodiscard]] std::vector<double> speed_mps(const AxisStretch& axis, const Vector& p,
-                                              std::vector<double>& drop_Pa) const {
-    const std::vector<double> spool = spool_without_delay(axis);
-    std::vector<double> speed(axis.command.size());
-    drop_Pa.assign(speed.size(), 0);
-    ValveDescription valve = cylinder_.valve;
-    valve.dead_band_extend = p[kDeadExtend], valve.dead_band_retract = p[kDeadRetract];
-    valve.curve_exponent = p[kExponent], valve.retract_share = p[kRetractShare];
-    valve.notch_opening = p[kNotchOpening], valve.notch_slope = p[kNotchSlope];
-    for (std::size_t i = 0; i < speed.size(); ++i) {
-      const double x = delayed(spool, p[kDelay] / axis.step_s, i);
-      const bool extends = x > 0;
-      const double share = valve.flow_share(valve.opening(x), extends);
-      const double out_Pa = extends ? axis.rod_Pa[i] - p[kRodOffset] : axis.head_Pa[i] - p[kHeadOffset];
-      const double area = extends ? cylinder_.rod_side_area_m2() : cylinder_.head_area_m2();
-      drop_Pa[i] = std::max(kLeastDrop_Pa, out_Pa - hydraulics_.tank_Pa);
-      const double flow = p[kGain] * share * std::sqrt(drop_Pa[i] / cylinder_.valve.nominal_drop_Pa);
-      speed[i] = (extends ? 1 : -1) * (flow + (share > 0 ? compression(axis, i, extends) : 0)) / area;
-    }
-    return speed;
-  }
-
- private:
-  [[nodiscard]] std::vector<double> spool_without_delay(const AxisStretch& axis) const {
-    SpoolModel model(cylinder_.valve, axis.step_s);
-    std::vector<double> position(axis.command.size(), 0);
-    for (std::size_t i = 0; i + 1 < position.size(); ++i) position[i + 1] = model.step(axis.command[i]);
-    return position;
-  }
-  /// Between samples the spool is smooth, unlike its command: the delay need not be whole steps. Differences about a
-  /// delay of zero ask for one below.
-  static double delayed(const std::vector<double>& position, double steps, std::size_t i) {
-    const double at = std::clamp(static_cast<double>(i) - steps, 0.0, static_cast<double>(position.size() - 1));
-    const auto before = static_cast<std::size_t>(at);
-    const double share = at - static_cast<double>(before);
-    return position[before] + (share > 0 ? share * (position[before + 1] - position[before]) : 0);
-  }
-  /// Oil that the return side takes up as its pressure rises.
-  [[nodiscard]] double compression(const AxisStretch& axis, std::size_t i, bool extends) const {
-    constexpr std::size_t kAround = 10;
-    if (i < kAround || i + kAround >= axis.command.size()) return 0;
-    const std::vector<double>& out = extends ? axis.rod_Pa : axis.head_Pa;
-    const double rate = (out[i + kAround] - out[i - kAround]) / (2 * kAround * axis.step_s);
-    const double column = extends ? cylinder_.rod_side_area_m2() * (cylinder_.max_length_m - axis.length_m[i])
-                                  : cylinder_.head_area_m2() * (axis.length_m[i] - cylinder_.min_length_m);
-    return (hydraulics_.hose_volume_m3 + std::max(0.0, column)) / hydraulics_.bulk_modulus_Pa * rate;
-  }
-
-  CylinderDescription cylinder_;
-  HydraulicsDescription hydraulics_;
-};
-
-std::vector<double> smoothed(const std::vector<double>& values, double step_s) {
-  const Eigen::MatrixXd row =
-      Eigen::Map<const Eigen::RowVectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-  const auto half = static_cast<Eigen::Index>(std::lround(kBox_s / step_s / 2));
-  const std::vector<Stretch> whole{{0, static_cast<Eigen::Index>(values.size())}};
-  const Eigen::MatrixXd once = running_mean(row, half, whole);
-  const Eigen::MatrixXd twice = running_mean(once, half, whole);
-  return {twice.data(), twice.data() + twice.size()};
-}
-
-Speeds speeds(const AxisModel& model, const AxisStretch& axis, const Vector& parameters) {
-  std::vector<double> drop_Pa;
-  const std::vector<double> modelled = smoothed(model.speed_mps(axis, parameters, drop_Pa), axis.step_s);
-  std::vector<double> measured(axis.length_m.size(), 0);
-  for (std::size_t i = 1; i + 1 < measured.size(); ++i) {
-    measured[i] = (axis.length_m[i + 1] - axis.length_m[i - 1]) / (2 * axis.step_s);
-  }
-  measured = smoothed(measured, axis.step_s);
-  const auto settle = static_cast<std::size_t>(kSettle_s / axis.step_s);
-  const auto every = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kEvery_s / axis.step_s)));
-  Speeds result;
-  for (std::size_t i = settle; i + settle < measured.size(); i += every) {
-    result.measured_mps.push_back(measured[i]);
-    result.modelled_mps.push_back(modelled[i]);
-    result.least_drop_Pa.push_back(drop_Pa[i]);
-  }
-  return result;
-}
-
 /// One residual per filtered speed, then the trust in the file's values: in units of the residuals' sigma, as they
 /// count once their neighbours' share is taken off.
 class Misfit {
  public:
-  Misfit(const AxisModel& model, const std::vector<AxisStretch>& stretches, Vector file, int fitted,
+  Misfit(const AxisModel& model, const std::vector<AxisStretch>& stretches, ValveVector file, int fitted,
          double speed_rms_mps, double sigma)
       : model_(model),
         stretches_(stretches),
@@ -196,16 +40,16 @@ class Misfit {
         fitted_(fitted),
         scale_mps_(0.05 * speed_rms_mps),
         sigma_(sigma) {
-    for (const AxisStretch& axis : stretches_) count_ += speeds(model_, axis, file_).measured_mps.size();
+    for (const AxisStretch& axis : stretches_) count_ += model_.speeds(axis, file_).measured_mps.size();
   }
   static constexpr int kPriors = 2;
   [[nodiscard]] int count() const { return static_cast<int>(count_ + kPriors); }
 
   bool operator()(double const* const* parameters, double* residuals) const {
-    const Vector p = in_units(parameters[0]);
+    const ValveVector p = in_units(parameters[0]);
     double* at = residuals;
     for (const AxisStretch& axis : stretches_) {
-      const Speeds s = speeds(model_, axis, p);
+      const AxisSpeeds s = model_.speeds(axis, p);
       for (std::size_t i = 0; i < s.measured_mps.size(); ++i) {
         const double trust = std::min(1.0, s.least_drop_Pa[i] / kSmallDrop_Pa);
         const double misfit = trust * (s.modelled_mps[i] - s.measured_mps[i]) / scale_mps_;
@@ -217,14 +61,14 @@ class Misfit {
     return true;
   }
   /// Units in which all parameters are near one.
-  [[nodiscard]] Vector scales() const {
-    Vector s;
+  [[nodiscard]] ValveVector scales() const {
+    ValveVector s;
     s << 0.1, 0.1, 0.02, file_[kGain], 1e5, 1e5, 1, 1, 1, 1;
     return s;
   }
   /// The first `fitted`; the others are the file's.
-  [[nodiscard]] Vector in_units(const double* fitted) const {
-    Vector p = file_;
+  [[nodiscard]] ValveVector in_units(const double* fitted) const {
+    ValveVector p = file_;
     const Eigen::Map<const Eigen::VectorXd> some(fitted, fitted_);
     p.head(fitted_) = some.cwiseProduct(scales().head(fitted_));
     return p;
@@ -239,14 +83,14 @@ class Misfit {
 
   const AxisModel& model_;
   const std::vector<AxisStretch>& stretches_;
-  Vector file_;
+  ValveVector file_;
   int fitted_;
   double scale_mps_, sigma_;
   std::size_t count_ = 0;
 };
 
 struct Fit {
-  Vector parameters;
+  ValveVector parameters;
   Eigen::MatrixXd covariance;  ///< Of those fitted.
   double sigma = 1;            ///< Of a residual, neighbours' share taken off.
   bool converged = false;
@@ -264,8 +108,8 @@ double correlated_residuals(const Eigen::VectorXd& residuals) {
   return sum;
 }
 
-Fit fit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const Vector& file, const Vector& start,
-        int fitted, double speed_rms_mps, double sigma) {
+Fit fit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const ValveVector& file,
+        const ValveVector& start, int fitted, double speed_rms_mps, double sigma) {
   auto* misfit = new Misfit(model, stretches, file, fitted, speed_rms_mps, sigma);  // Ceres owns it
   const Eigen::VectorXd scales = misfit->scales().head(fitted);
   const int count = misfit->count();
@@ -277,7 +121,7 @@ Fit fit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const
   Eigen::VectorXd x = start.head(fitted).cwiseQuotient(scales);
   ceres::Problem problem;
   problem.AddResidualBlock(cost, nullptr, x.data());
-  const auto bound = [&](Parameter which, double low, double high) {
+  const auto bound = [&](ValveParameter which, double low, double high) {
     if (which >= fitted) return;
     problem.SetParameterLowerBound(x.data(), which, low / scales[which]);
     problem.SetParameterUpperBound(x.data(), which, high / scales[which]);
@@ -314,30 +158,6 @@ Fit fit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const
   return result;
 }
 
-std::vector<AxisStretch> axis_stretches(std::span<const Recording> recordings, int joint) {
-  std::vector<AxisStretch> result;
-  const auto k = static_cast<std::size_t>(joint);
-  for (const Recording& recording : recordings) {
-    if (recording.valve.size() != recording.samples.size()) continue;
-    std::vector<std::uint8_t> known = recording.usable;
-    for (std::size_t i = 0; i < known.size(); ++i) {
-      if (!std::isfinite(recording.valve[i][joint])) known[i] = 0;
-    }
-    for (const Stretch& stretch : usable_stretches(known)) {
-      if (static_cast<double>(stretch.size()) * recording.step_s < 4 * kSettle_s) continue;
-      AxisStretch axis{recording.step_s, {}, {}, {}, {}};
-      for (auto i = static_cast<std::size_t>(stretch.first); i < static_cast<std::size_t>(stretch.end); ++i) {
-        axis.command.push_back(recording.valve[i][joint]);
-        axis.length_m.push_back(recording.samples[i].cylinder_m[joint]);
-        axis.head_Pa.push_back(recording.samples[i].pressure_Pa[2 * k]);
-        axis.rod_Pa.push_back(recording.samples[i].pressure_Pa[2 * k + 1]);
-      }
-      result.push_back(std::move(axis));
-    }
-  }
-  return result;
-}
-
 std::string text(double value) {
   std::ostringstream out;
   out.precision(3);
@@ -350,7 +170,7 @@ struct Coverage {
   double extending_s = 0, retracting_s = 0, duration_s = 0, speed_rms_mps = 0, largest_command = 0;
 };
 
-Coverage coverage(const AxisModel& model, const std::vector<AxisStretch>& stretches, const Vector& start) {
+Coverage coverage(const AxisModel& model, const std::vector<AxisStretch>& stretches, const ValveVector& start) {
   Coverage found;
   double squares = 0;
   std::size_t count = 0;
@@ -358,8 +178,8 @@ Coverage coverage(const AxisModel& model, const std::vector<AxisStretch>& stretc
     found.duration_s += axis.step_s * static_cast<double>(axis.command.size());
     for (const double command : axis.command)
       found.largest_command = std::max(found.largest_command, std::abs(command));
-    for (const double speed : speeds(model, axis, start).measured_mps) {
-      (speed > 0 ? found.extending_s : found.retracting_s) += std::abs(speed) >= kMoves_mps ? kEvery_s : 0;
+    for (const double speed : model.speeds(axis, start).measured_mps) {
+      (speed > 0 ? found.extending_s : found.retracting_s) += std::abs(speed) >= kMoves_mps ? kValveEvery_s : 0;
       squares += speed * speed;
       ++count;
     }
@@ -368,12 +188,12 @@ Coverage coverage(const AxisModel& model, const std::vector<AxisStretch>& stretc
   return found;
 }
 
-double relative_misfit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const Vector& parameters,
+double relative_misfit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const ValveVector& parameters,
                        double speed_rms_mps) {
   double squares = 0;
   std::size_t count = 0;
   for (const AxisStretch& axis : stretches) {
-    const Speeds s = speeds(model, axis, parameters);
+    const AxisSpeeds s = model.speeds(axis, parameters);
     for (std::size_t i = 0; i < s.measured_mps.size(); ++i) {
       squares += (s.measured_mps[i] - s.modelled_mps[i]) * (s.measured_mps[i] - s.modelled_mps[i]);
       ++count;
@@ -383,7 +203,7 @@ double relative_misfit(const AxisModel& model, const std::vector<AxisStretch>& s
 }
 
 /// Commands went well beyond the notch, on both sides: else nothing tells where it ends.
-bool notch_was_passed(const Vector& p, double largest_command) {
+bool notch_was_passed(const ValveVector& p, double largest_command) {
   const double dead_band = std::max(p[kDeadExtend], p[kDeadRetract]);
   return (largest_command - dead_band) / (1 - dead_band) > p[kNotchOpening] + kNotchPassed;
 }
@@ -397,7 +217,7 @@ std::vector<std::string> refusals(const std::string& name, const Coverage& found
                       " mm/s or more, at least " + text(kLeastMoving_s) + " s are needed");
   };
   if (found.duration_s == 0) {
-    reasons.push_back(name + ": no stretch of " + text(4 * kSettle_s) + " s or more with valve commands");
+    reasons.push_back(name + ": no stretch of " + text(4 * kValveSettle_s) + " s or more with valve commands");
     return reasons;
   }
   if (found.largest_command == 0) reasons.push_back(name + ": valve commands are all zero");
@@ -409,12 +229,9 @@ std::vector<std::string> refusals(const std::string& name, const Coverage& found
 Identification identify_axis(const MachineDescription& machine, int joint, std::span<const Recording> recordings,
                              ValveCalibration& valve) {
   const auto k = static_cast<std::size_t>(joint);
-  const ValveDescription& file = machine.cylinders[k].valve;
   const std::string name = kJointNames[k];
-  Vector start;
-  start << file.dead_band_extend, file.dead_band_retract, file.delay_s, file.nominal_flow_m3ps, 0, 0,
-      file.curve_exponent, file.retract_share, file.notch_opening, file.notch_slope;
-  valve = calibration(start);
+  const ValveVector start = valve_vector(machine.cylinders[k].valve);
+  valve = valve_calibration(start);
   const AxisModel model(machine, k);
   const std::vector<AxisStretch> stretches = axis_stretches(recordings, joint);
   const Coverage found = coverage(model, stretches, start);
@@ -424,7 +241,7 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
   result.reasons = refusals(name, found);
   if (!result.reasons.empty()) return result;
 
-  const auto fitted = [&](int count, const Vector& from) {
+  const auto fitted = [&](int count, const ValveVector& from) {
     const Fit first = fit(model, stretches, start, from, count, found.speed_rms_mps, 1);
     return fit(model, stretches, start, first.parameters, count, found.speed_rms_mps, first.sigma);
   };
@@ -434,7 +251,7 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
   Fit best = fitted(kStraight, start);
   if (!best.converged || !(misfit_of(best) <= kStraightFit)) {
     // From straight edges and from as curved ones as there are: the misfit has a valley at each end.
-    Vector steep = start;
+    ValveVector steep = start;
     steep[kExponent] = 2;
     const auto prefer = [&](const Fit& other, double bound) {
       if (other.converged && other.covariance.allFinite() && misfit_of(other) < std::min(bound, misfit_of(best)))
@@ -444,7 +261,7 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
     for (const Fit& curved : {fitted(kCurved, best.parameters), fitted(kCurved, steep)}) prefer(curved, curved_bound);
     // A curve alone fits a notch with wrong dead bands, at a misfit that may be small.
     const double notch_bound = kCurvedGain * misfit_of(best);
-    Vector notched = best.parameters;
+    ValveVector notched = best.parameters;
     notched.head(kDelay) = start.head(kDelay);
     notched[kExponent] = 1.2, notched[kNotchSlope] = 0.6;
     for (const double notch_opening : {0.5, 0.3, 0.8}) {
@@ -458,7 +275,7 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
   const double misfit = misfit_of(best);
   result.covariance = best.covariance;
   result.rank = result.columns = static_cast<int>(best.covariance.rows());
-  for (const Parameter which : {kDeadExtend, kDeadRetract, kDelay, kGain}) {
+  for (const ValveParameter which : {kDeadExtend, kDeadRetract, kDelay, kGain}) {
     const double model_error = kModelError[which] * (which == kGain ? best.parameters[kGain] : 1);
     result.covariance(which, which) += model_error * model_error;
   }
@@ -484,7 +301,7 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
                                                       " % RMS, limit " + text(100 * kWorstFit) + " %");
     return result;
   }
-  for (const Parameter which : {kDeadExtend, kDeadRetract}) {
+  for (const ValveParameter which : {kDeadExtend, kDeadRetract}) {
     if (best.parameters[which] >= kLeastDeadBand * start[which]) continue;
     result.reasons.insert(result.reasons.begin(), name + ": the best fit has a dead band of " +
                                                       text(best.parameters[which]) + ", the machine file " +
@@ -493,7 +310,7 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
     return result;
   }
   result.usable = true;
-  valve = calibration(best.parameters);
+  valve = valve_calibration(best.parameters);
   return result;
 }
 

@@ -1,0 +1,163 @@
+#include "estimation/identification/valve_model.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "estimation/identification/stretch.h"
+#include "estimation/identification/zero_phase.h"
+
+namespace knuckle::estimation {
+namespace {
+
+constexpr double kBox_s = 0.1;           ///< Each of two boxes over speeds of model and encoder.
+constexpr double kLeastDrop_Pa = 0.5e5;  ///< Below it the root amplifies offsets beyond use.
+
+/// The spool behind its command: delay, hysteresis as play, second order by exact transition.
+class SpoolModel {
+ public:
+  SpoolModel(const ValveDescription& valve, double step_s) : half_(valve.hysteresis / 2) {
+    const double w = 2 * std::numbers::pi * valve.natural_frequency_Hz;
+    const double zeta = std::min(valve.damping_ratio, 0.999);
+    const double wd = w * std::sqrt(1 - zeta * zeta), decay = std::exp(-zeta * w * step_s);
+    const double c = std::cos(wd * step_s), s = std::sin(wd * step_s) / wd;
+    transition_ << decay * (c + zeta * w * s), decay * s, -decay * w * w * s, decay * (c - zeta * w * s);
+  }
+  /// @return position after a step with this command.
+  double step(double command) {
+    played_ = std::clamp(played_, command - half_, command + half_);
+    state_[0] -= played_;
+    state_ = transition_ * state_;
+    state_[0] += played_;
+    return state_[0];
+  }
+
+ private:
+  double half_, played_ = 0;
+  Eigen::Matrix2d transition_;
+  Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
+};
+
+/// Between samples the spool is smooth, unlike its command: the delay need not be whole steps. Differences about a
+/// delay of zero ask for one below.
+double delayed(const std::vector<double>& position, double steps, std::size_t i) {
+  const double at = std::clamp(static_cast<double>(i) - steps, 0.0, static_cast<double>(position.size() - 1));
+  const auto before = static_cast<std::size_t>(at);
+  const double share = at - static_cast<double>(before);
+  return position[before] + (share > 0 ? share * (position[before + 1] - position[before]) : 0);
+}
+
+std::vector<double> smoothed(const std::vector<double>& values, double step_s) {
+  const Eigen::MatrixXd row =
+      Eigen::Map<const Eigen::RowVectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  const auto half = static_cast<Eigen::Index>(std::lround(kBox_s / step_s / 2));
+  const std::vector<Stretch> whole{{0, static_cast<Eigen::Index>(values.size())}};
+  const Eigen::MatrixXd once = running_mean(row, half, whole);
+  const Eigen::MatrixXd twice = running_mean(once, half, whole);
+  return {twice.data(), twice.data() + twice.size()};
+}
+
+}  // namespace
+
+ValveVector valve_vector(const ValveDescription& file) {
+  ValveVector p;
+  p << file.dead_band_extend, file.dead_band_retract, file.delay_s, file.nominal_flow_m3ps, 0, 0, file.curve_exponent,
+      file.retract_share, file.notch_opening, file.notch_slope;
+  return p;
+}
+
+ValveCalibration valve_calibration(const ValveVector& p) {
+  return {.dead_band_extend = p[kDeadExtend],
+          .dead_band_retract = p[kDeadRetract],
+          .delay_s = p[kDelay],
+          .nominal_flow_m3ps = p[kGain],
+          .curve_exponent = p[kExponent],
+          .retract_share = p[kRetractShare],
+          .notch_opening = p[kNotchOpening],
+          .notch_slope = p[kNotchSlope]};
+}
+
+std::vector<AxisStretch> axis_stretches(std::span<const Recording> recordings, int joint) {
+  std::vector<AxisStretch> result;
+  const auto k = static_cast<std::size_t>(joint);
+  for (const Recording& recording : recordings) {
+    if (recording.valve.size() != recording.samples.size()) continue;
+    std::vector<std::uint8_t> known = recording.usable;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      if (!std::isfinite(recording.valve[i][joint])) known[i] = 0;
+    }
+    for (const Stretch& stretch : usable_stretches(known)) {
+      if (static_cast<double>(stretch.size()) * recording.step_s < 4 * kValveSettle_s) continue;
+      AxisStretch axis{recording.step_s, {}, {}, {}, {}};
+      for (auto i = static_cast<std::size_t>(stretch.first); i < static_cast<std::size_t>(stretch.end); ++i) {
+        axis.command.push_back(recording.valve[i][joint]);
+        axis.length_m.push_back(recording.samples[i].cylinder_m[joint]);
+        axis.head_Pa.push_back(recording.samples[i].pressure_Pa[2 * k]);
+        axis.rod_Pa.push_back(recording.samples[i].pressure_Pa[2 * k + 1]);
+      }
+      result.push_back(std::move(axis));
+    }
+  }
+  return result;
+}
+
+std::vector<double> AxisModel::speed_mps(const AxisStretch& axis, const ValveVector& p,
+                                         std::vector<double>& drop_Pa) const {
+  const std::vector<double> spool = spool_without_delay(axis);
+  std::vector<double> speed(axis.command.size());
+  drop_Pa.assign(speed.size(), 0);
+  ValveDescription valve = cylinder_.valve;
+  valve.dead_band_extend = p[kDeadExtend], valve.dead_band_retract = p[kDeadRetract];
+  valve.curve_exponent = p[kExponent], valve.retract_share = p[kRetractShare];
+  valve.notch_opening = p[kNotchOpening], valve.notch_slope = p[kNotchSlope];
+  for (std::size_t i = 0; i < speed.size(); ++i) {
+    const double x = delayed(spool, p[kDelay] / axis.step_s, i);
+    const bool extends = x > 0;
+    const double share = valve.flow_share(valve.opening(x), extends);
+    const double out_Pa = extends ? axis.rod_Pa[i] - p[kRodOffset] : axis.head_Pa[i] - p[kHeadOffset];
+    const double area = extends ? cylinder_.rod_side_area_m2() : cylinder_.head_area_m2();
+    drop_Pa[i] = std::max(kLeastDrop_Pa, out_Pa - hydraulics_.tank_Pa);
+    const double flow = p[kGain] * share * std::sqrt(drop_Pa[i] / cylinder_.valve.nominal_drop_Pa);
+    speed[i] = (extends ? 1 : -1) * (flow + (share > 0 ? compression(axis, i, extends) : 0)) / area;
+  }
+  return speed;
+}
+
+std::vector<double> AxisModel::spool_without_delay(const AxisStretch& axis) const {
+  SpoolModel model(cylinder_.valve, axis.step_s);
+  std::vector<double> position(axis.command.size(), 0);
+  for (std::size_t i = 0; i + 1 < position.size(); ++i) position[i + 1] = model.step(axis.command[i]);
+  return position;
+}
+
+double AxisModel::compression(const AxisStretch& axis, std::size_t i, bool extends) const {
+  constexpr std::size_t kAround = 10;
+  if (i < kAround || i + kAround >= axis.command.size()) return 0;
+  const std::vector<double>& out = extends ? axis.rod_Pa : axis.head_Pa;
+  const double rate = (out[i + kAround] - out[i - kAround]) / (2 * kAround * axis.step_s);
+  const double column = extends ? cylinder_.rod_side_area_m2() * (cylinder_.max_length_m - axis.length_m[i])
+                                : cylinder_.head_area_m2() * (axis.length_m[i] - cylinder_.min_length_m);
+  return (hydraulics_.hose_volume_m3 + std::max(0.0, column)) / hydraulics_.bulk_modulus_Pa * rate;
+}
+
+AxisSpeeds AxisModel::speeds(const AxisStretch& axis, const ValveVector& parameters) const {
+  std::vector<double> drop_Pa;
+  const std::vector<double> modelled = smoothed(speed_mps(axis, parameters, drop_Pa), axis.step_s);
+  std::vector<double> measured(axis.length_m.size(), 0);
+  for (std::size_t i = 1; i + 1 < measured.size(); ++i) {
+    measured[i] = (axis.length_m[i + 1] - axis.length_m[i - 1]) / (2 * axis.step_s);
+  }
+  measured = smoothed(measured, axis.step_s);
+  const auto settle = static_cast<std::size_t>(kValveSettle_s / axis.step_s);
+  const auto every = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kValveEvery_s / axis.step_s)));
+  AxisSpeeds result;
+  for (std::size_t i = settle; i + settle < measured.size(); i += every) {
+    result.measured_mps.push_back(measured[i]);
+    result.modelled_mps.push_back(modelled[i]);
+    result.least_drop_Pa.push_back(drop_Pa[i]);
+  }
+  return result;
+}
+
+}  // namespace knuckle::estimation
