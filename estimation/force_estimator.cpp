@@ -166,8 +166,7 @@ void ForceEstimator::slow_step(const Pose& pose, const JointState& state) noexce
               speeds_.value().segment<3>(6),
               seen.segment<3>(6),
               seen.segment<3>(9),
-              -inertia_kgm2_ * torque_rate_.shaken_Nmps2().asDiagonal(),
-              -torque_rate_.late_rate_Nmps()};
+              torque_rate_.columns(inertia_kgm2_)};
 
   const JointVector rate = absolute(slow_.rate.value());
   const JointVector momentum = inertia_kgm2_ * slow_.rate.value();
@@ -181,7 +180,8 @@ void ForceEstimator::slow_step(const Pose& pose, const JointState& state) noexce
 }
 
 /// The quick ones. Their cylinder torque is matched too: the boom swings on its oil at 3-16 Hz, and torque that comes
-/// before the motion it makes would look like a contact. The tare is applied to what goes in.
+/// before the motion it makes would look like a contact. The tare is applied to what goes in; what yields and the lag
+/// come from rates, which are known better behind the observer.
 JointVector ForceEstimator::quick_step(QuickChannel& channel, const Pose& pose, const JointState& state) noexcept {
   ObserverChannel& motion = channel.motion;
   const JointVector rate = absolute(motion.rate.value());
@@ -194,16 +194,13 @@ JointVector ForceEstimator::quick_step(QuickChannel& channel, const Pose& pose, 
                             state.lever_m.cwiseProduct(motion.cylinder_mps),
                             turned.cwiseProduct(pressure_sum_Pa),
                             kGravity_mps2 * pose.cos,
-                            -kGravity_mps2 * pose.sin,
-                            Eigen::Matrix3d::Zero(),
-                            -channel.torque_rate.rate_Nmps()};
-  const JointVector unseen_radps =
-      -tare_.state().segment<kJoints>(kTareBending).cwiseProduct(channel.torque_rate.rate_Nmps());
-  const JointVector momentum = inertia_kgm2_ * (motion.rate.value() + unseen_radps);
+                            -kGravity_mps2 * pose.sin};
+  const JointVector momentum = inertia_kgm2_ * motion.rate.value();
   const JointVector imbalance =
       joint_torque((RigidArm::gravity(pose) + arm_.velocity_products(pose, rate)) * parameters_) +
       motion.friction_Nm(friction_, cylinder_Nm, pressure_sum_Pa) + signals.columns() * tare_.state() - cylinder_Nm;
-  return motion.observer.step(momentum, imbalance);
+  return motion.observer.step(momentum, imbalance) +
+         channel.torque_rate.columns(inertia_kgm2_) * tare_.state().tail<kTareUnseen>();
 }
 
 }  // namespace knuckle::estimation

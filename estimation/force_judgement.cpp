@@ -73,10 +73,8 @@ JointVector ForceEstimator::stuck_variance(const ObserverChannel& channel) const
 
 /// Variance of joint torque by what is not known of the joints' yielding and of the transmitters' lag.
 JointVector ForceEstimator::swing_variance(const TorqueRate& rate) const noexcept {
-  Eigen::Matrix<double, kJoints, kJoints + 1> columns;
-  columns << -inertia_kgm2_ * rate.shaken_Nmps2().asDiagonal(), -rate.late_rate_Nmps();
-  static_assert(kTareLag == kTareBending + kJoints);
-  const auto unknown = tare_.covariance().block<kJoints + 1, kJoints + 1>(kTareBending, kTareBending);
+  const UnseenColumns columns = rate.columns(inertia_kgm2_);
+  const auto unknown = tare_.covariance().bottomRightCorner<kTareUnseen, kTareUnseen>();
   return (columns * unknown * columns.transpose()).diagonal();
 }
 

@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "core/joints.h"
+#include "estimation/torque_rate.h"
 #include "machine/calibration.h"
 #include "machine/description_fwd.h"
 
@@ -29,6 +30,8 @@ enum TareState {
   kTareBending = 18,
   kTareLag = 21
 };
+inline constexpr int kTareUnseen = UnseenColumns::ColsAtCompileTime;  ///< From kTareBending to the end.
+static_assert(kTareBending + kTareUnseen == kTareStates);
 inline constexpr double kUsualLag_s = 5e-3;  ///< Of transmitters that have not shown theirs.
 using TareVector = Eigen::Matrix<double, kTareStates, 1>;
 using TareMatrix = Eigen::Matrix<double, kTareStates, kTareStates>;
@@ -39,8 +42,7 @@ using TareColumns = Eigen::Matrix<double, kJoints, kTareStates>;
 /// The signals H is made of (each filtered like the residual it belongs to).
 struct TareSignals {
   JointVector lever, lever_dahl, lever_speed, lever_dahl_pressure, gravity_x, gravity_z;
-  Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();  ///< One column per joint that yields, see torque_rate.h.
-  JointVector lag = JointVector::Zero();              ///< Minus the rate of each cylinder's torque [N m/s].
+  UnseenColumns unseen = UnseenColumns::Zero();  ///< Of what yields and of the lag.
   [[nodiscard]] TareColumns columns() const noexcept {
     TareColumns h = TareColumns::Zero();
     for (int i = 0; i < kJoints; ++i) {
@@ -53,8 +55,7 @@ struct TareSignals {
         h(i, kTareZ + k) = gravity_z[k];
       }
     }
-    h.middleCols<kJoints>(kTareBending) = bending;
-    h.col(kTareLag) = lag;
+    h.rightCols<kTareUnseen>() = unseen;
     return h;
   }
 };

@@ -83,10 +83,10 @@ struct SyntheticErrors {
   JointVector bias_N = JointVector::Zero();  ///< Measured minus true cylinder force.
   double friction_factor = 1;
   double viscosity_factor = 1;
-  double mass_factor = 1;  ///< Of all gravity and inertia parameters.
-  double seal_m2 = 0;      ///< Friction by pressure, of every cylinder.
-  double back_swing = 0;   ///< Share by which the rod side's pressure changes with the joint's speed.
-  double lag_s = 0;        ///< Time constant of all transmitters.
+  double mass_factor = 1;         ///< Of all gravity and inertia parameters.
+  double seal_m2 = 0;             ///< Friction by pressure, of every cylinder.
+  double back_swing = 0;          ///< Share by which the rod side's pressure changes with the joint's speed.
+  std::array<double, 6> lag_s{};  ///< Time constants of the transmitters.
   double pressure_step_Pa = 0, pressure_noise_Pa = 0, encoder_step_m = 0;
 };
 
@@ -145,9 +145,9 @@ class SyntheticMachine {
     double& last = last_Pa_[channel];
     double& value = late_Pa_[channel];
     if (!started_) last = value = pressure;
-    if (errors_.lag_s > 0) {
-      const double rate = (pressure - last) / kStep_s, keep = std::exp(-kStep_s / errors_.lag_s);
-      value = pressure - errors_.lag_s * rate + keep * (value - last + errors_.lag_s * rate);
+    if (const double lag_s = errors_.lag_s[channel]; lag_s > 0) {
+      const double rate = (pressure - last) / kStep_s, keep = std::exp(-kStep_s / lag_s);
+      value = pressure - lag_s * rate + keep * (value - last + lag_s * rate);
     } else {
       value = pressure;
     }
