@@ -126,7 +126,6 @@ class ForceEstimator {
   void slow_step(const Pose& pose, const JointState& state) noexcept;
   [[nodiscard]] JointVector quick_step(QuickChannel& channel, const Pose& pose, const JointState& state) noexcept;
   [[nodiscard]] JointVector stuck_variance(const ObserverChannel& channel) const noexcept;
-  [[nodiscard]] JointVector swing_variance(const TorqueRate& rate) const noexcept;
   void watch_end_stops(const JointVector& joints_rad) noexcept;
   void watch_reliefs(const JointState& state) noexcept;
   [[nodiscard]] JointVector encoder_shake_Nm(const Pose& pose, const JointVector& lever_m,
@@ -168,9 +167,10 @@ class ForceEstimator {
   std::array<JointVector, 2> free_ripple_;  ///< Variance of the high-passed contact torque, likewise.
   JointVector pressure_sum_Pa_ = JointVector::Zero();
   JointVector stuck_variance_ = JointVector::Zero();
-  JointVector stop_variance_ = JointVector::Zero();     ///< What an end stop may take; holds on a little.
-  JointVector turning_variance_ = JointVector::Zero();  ///< For the contact event: holds on after a rod turned.
-  JointVector swing_variance_ = JointVector::Zero();    ///< Likewise: of yielding and lag, while the arm swings.
+  JointVector slow_swing_variance_ = JointVector::Zero();  ///< What a swing makes of yielding masses; holds on.
+  JointVector stop_variance_ = JointVector::Zero();        ///< What an end stop may take; holds on a little.
+  JointVector turning_variance_ = JointVector::Zero();     ///< For the contact event: holds on after a rod turned.
+  JointVector swing_variance_ = JointVector::Zero();       ///< Likewise: as slow_swing_variance_.
   JointVector relief_variance_ = JointVector::Zero();
   ContactCusum cusum_;
   double mahalanobis2_ = 0;

@@ -30,6 +30,9 @@ constexpr double kClearTime_s = 0.3;
 constexpr double kFreeTime_s = 1.0;      // untouched for so long: free motion
 constexpr double kTurningFade_s = 0.15;  // how long a rod's turning is felt in filtered torques
 constexpr double kSwingFade_s = 0.3;     // half a period of the slowest swing
+// A boom that brakes hard swings on hull and steel near their own frequencies, where they yield by more than the static
+// amount that is taken off. Of the torque that accelerates the masses so much is not believed (docs/results.md).
+constexpr double kSlowInertialDoubt = 0.15, kContactInertialDoubt = 0.25;
 constexpr double kMoving_mps = 5e-3;
 
 // End stops: their cushions and steel take force that shows in the pressures but is not the world's. How much is not
@@ -51,6 +54,11 @@ JointVector equivalent_torque2(const JointVector& lever_m, double cylinder_N) {
   return (lever_m.cwiseAbs().cwiseMax(kSmallestLever_m) * cylinder_N).array().square();
 }
 
+/// Holds on to a variance that lasts longer in filtered torques than its cause.
+void hold(JointVector& variance, const JointVector& now, double faded) noexcept {
+  variance = (variance * faded).cwiseMax(now);
+}
+
 std::size_t speed_class(const ObserverChannel& channel) noexcept {
   return channel.cylinder_mps.cwiseAbs().maxCoeff() > kFastClass_mps ? 1 : 0;
 }
@@ -69,13 +77,6 @@ JointVector ForceEstimator::stuck_variance(const ObserverChannel& channel) const
     variance[i] = std::exp(-slip * slip) * hidden * hidden;
   }
   return variance;
-}
-
-/// Variance of joint torque by what is not known of the joints' yielding and of the transmitters' lag.
-JointVector ForceEstimator::swing_variance(const TorqueRate& rate) const noexcept {
-  const UnseenColumns columns = rate.columns(inertia_kgm2_);
-  const auto unknown = tare_.covariance().bottomRightCorner<kTareUnseen, kTareUnseen>();
-  return (columns * unknown * columns.transpose()).diagonal();
 }
 
 void ForceEstimator::watch_end_stops(const JointVector& joints_rad) noexcept {
@@ -123,12 +124,14 @@ JointVector ForceEstimator::encoder_shake_Nm(const Pose& pose, const JointVector
 }
 
 /// What the tare has not learned, in this pose + what free motion of this speed class leaves beside that + what stuck
-/// friction, end stops and reliefs hide + what wrong levers and angles make of the force itself.
+/// friction, swings, end stops and reliefs hide + what wrong levers and angles make of the force itself.
 void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<double, 2, 3>& jacobian) noexcept {
-  stuck_variance_ = (stuck_variance_ * std::exp(-step_s_ / kTurningFade_s)).cwiseMax(stuck_variance(slow_));
+  hold(stuck_variance_, stuck_variance(slow_), std::exp(-step_s_ / kTurningFade_s));
+  const JointVector inertial_Nm = kSlowInertialDoubt * slow_.observer.inertial_Nm();
+  hold(slow_swing_variance_, inertial_Nm.cwiseAbs2(), std::exp(-step_s_ / kSwingFade_s));
   const TareColumns h = signals_.columns();
   const Eigen::Matrix3d untared = h * tare_.covariance() * h.transpose();
-  const JointVector momentary = stuck_variance_ + stop_variance_ + relief_variance_;
+  const JointVector momentary = stuck_variance_ + slow_swing_variance_ + stop_variance_ + relief_variance_;
   const double length_m = pins_calibrated_ ? kCalibratedLength_m : kNominalLength_m;
   const JointVector lever = signals_.lever.cwiseAbs().cwiseMax(kSmallestLever_m);
   const JointVector reach = jacobian.colwise().norm();
@@ -151,10 +154,9 @@ void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<dou
 /// grows too slowly for either is not learned while the rods stand still, which they do on anything stiff.
 void ForceEstimator::judge_contact() noexcept {
   const std::size_t now = speed_class(contact_.motion);
-  turning_variance_ =
-      (turning_variance_ * std::exp(-step_s_ / kTurningFade_s)).cwiseMax(stuck_variance(contact_.motion));
-  swing_variance_ =
-      (swing_variance_ * std::exp(-step_s_ / kSwingFade_s)).cwiseMax(swing_variance(contact_.torque_rate));
+  hold(turning_variance_, stuck_variance(contact_.motion), std::exp(-step_s_ / kTurningFade_s));
+  const JointVector inertial_Nm = kContactInertialDoubt * contact_.motion.observer.inertial_Nm();
+  hold(swing_variance_, inertial_Nm.cwiseAbs2(), std::exp(-step_s_ / kSwingFade_s));
   const JointVector variance = free_ripple_[now] + turning_variance_ + swing_variance_ + stop_variance_;
   // Taking a load into account is no event, so it is left in here.
   const int alarm = cusum_.step(estimate_.contact_torque_Nm + estimate_.carried_Nm, variance.cwiseSqrt());

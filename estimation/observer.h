@@ -23,17 +23,20 @@ class MomentumObserver {
   void reset(const JointVector& momentum, const JointVector& imbalance_Nm) noexcept {
     momentum_.reset(momentum);
     imbalance_.reset(imbalance_Nm);
+    inertial_Nm_.setZero();
     external_Nm_ = imbalance_Nm;
   }
   const JointVector& step(const JointVector& momentum, const JointVector& imbalance_Nm) noexcept {
-    external_Nm_ = gain_ * (momentum - momentum_.step(momentum)) + imbalance_.step(imbalance_Nm);
+    inertial_Nm_ = gain_ * (momentum - momentum_.step(momentum));
+    external_Nm_ = inertial_Nm_ + imbalance_.step(imbalance_Nm);
     return external_Nm_;
   }
+  [[nodiscard]] const JointVector& inertial_Nm() const noexcept { return inertial_Nm_; }  ///< a (p - F p) = F p'
 
  private:
   double gain_;
   FohFilter<JointVector> momentum_, imbalance_;
-  JointVector external_Nm_ = JointVector::Zero();
+  JointVector inertial_Nm_ = JointVector::Zero(), external_Nm_ = JointVector::Zero();
 };
 
 /// Bandwidth of a channel: observer behind two equal velocity poles.

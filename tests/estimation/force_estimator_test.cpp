@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "estimation/tip_force.h"
 #include "tests/estimation/test_machine.h"
@@ -267,6 +269,48 @@ TEST(Contact, FiveHundredNewtonStepIsSeenWithinATenthOfASecond) {
   EXPECT_LE(n * kStep_s, 0.1);
   run.free_motion(3);
   EXPECT_FALSE(run.estimator().estimate().contact);
+}
+
+/// Masses an eighth more than drawn, of which gravity has been learned, and an arm that swings by `part` of 0.08 rad.
+class HeavySwing {
+ public:
+  HeavySwing() {
+    run_.estimator().tare(true);
+    run_.free_motion(60);
+    run_.estimator().tare(false);
+    run_.free_motion(5);
+  }
+  const ForceEstimate& step(double part, const PlanarVector& tip_N = PlanarVector::Zero()) {
+    run_.motion.swing_rad = part * JointVector(0.08, 0.03, 0.03);
+    return run_.step(tip_N);
+  }
+
+ private:
+  static SyntheticErrors heavy() {
+    SyntheticErrors e = real_sensors();
+    e.mass_factor = 1.12;
+    e.lag_s.fill(kUsualLag_s);
+    return e;
+  }
+  Twin run_{heavy()};
+};
+
+// An eighth of the torque that accelerates masses is what hull and steel make of a hard swing near their own
+// frequencies.
+TEST(Contact, MassesThatAreNotKnownAreNoneWhenTheySwing) {
+  HeavySwing run;
+  ASSERT_FALSE(run.step(0).contact);
+  for (double part = 0; part < 1; part += 0.2 * kStep_s)
+    ASSERT_FALSE(run.step(std::pow(std::sin(std::numbers::pi * part), 2)).contact) << "at " << part;
+}
+
+TEST(Contact, APushIsSeenInASwing) {
+  HeavySwing run;
+  for (double part = 0; part < 1; part += 0.5 * kStep_s) run.step(part * part);
+  ASSERT_FALSE(run.step(1).contact);
+  int n = 0;
+  while (!run.step(1, {-2400, 1800}).contact && n < 100) ++n;
+  EXPECT_LE(n * kStep_s, 0.05);
 }
 
 TEST(TipForce, StraightArmGivesAFiniteAnswerThatAdmitsIgnorance) {
