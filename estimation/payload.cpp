@@ -20,6 +20,9 @@ constexpr double kSmallestLever_m = 0.05;
 constexpr double kLooksPerIndependent = 40;  // looks of two seconds tell about the same
 // A lift starts where the mean innovation of about half a second passes this many standard deviations.
 constexpr double kSurprise = 4, kSurpriseBlend = 0.12;
+// A wall overhead pushes the bucket down like a load, along which it also slides, but does not let it rise: bucket and
+// wall give way, and the bucket turns, by up to 2 cm of the load's usual place (docs/stability.md).
+constexpr double kLifted_m = 0.03;
 // The bucket is called empty when a load beyond this is out of the question.
 constexpr double kEmpty_kg = 3;
 // A force against the load's weight for so long makes the load itself doubtful: it may have fallen out.
@@ -46,6 +49,8 @@ void PayloadEstimator::start() noexcept {
   covariance_(0, 0) = 4 * full_scale_kg_ * full_scale_kg_;
   surprise_.setZero();
   squares_ = looks_ = since_look_s_ = 0;
+  lowest_m_ = 0;
+  highest_m_ = -1;
   kg_ = zero_kg_;
   sigma_kg_ = own_sigma_kg_ = 2 * full_scale_kg_;
 }
@@ -98,6 +103,7 @@ void PayloadEstimator::follow_motion(const JointState& state, const ForceEstimat
     way[static_cast<std::size_t>(i)] = turned_left(reach);
     acceleration_mps2 += acceleration_.value()[i] * way[static_cast<std::size_t>(i)];
   }
+  height_m_ = reach.y();
   for (int i = 0; i < kJoints; ++i) inertia_Nm_per_kg_[i] = -way[static_cast<std::size_t>(i)].dot(acceleration_mps2);
 }
 
@@ -127,6 +133,9 @@ void PayloadEstimator::accumulate(const Rows& rows, const JointVector& torque_Nm
   right_ *= fade;
   squares_ *= fade;
   looks_ = looks_ * fade + 1;
+  const bool first = lowest_m_ > highest_m_;
+  lowest_m_ = first ? height_m_ : std::min(lowest_m_, height_m_);
+  highest_m_ = first ? height_m_ : std::max(highest_m_, height_m_);
   const JointVector weight = variance.cwiseInverse();
   information_ += rows.transpose() * weight.asDiagonal() * rows;
   right_ += rows.transpose() * weight.cwiseProduct(torque_Nm);
@@ -151,7 +160,8 @@ void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
   kg_ = unknowns_[0];
   own_sigma_kg_ = std::sqrt(misfit * covariance_(0, 0));
   // No bucket weighs less than nothing: what is below is what the fit has got wrong.
-  sigma_kg_ = std::hypot(own_sigma_kg_, zero_sigma_kg_, std::min(0.0, kg()));
+  const double not_lifted = std::max(0.0, 1 - (highest_m_ - lowest_m_) / kLifted_m);
+  sigma_kg_ = std::hypot(std::hypot(own_sigma_kg_, not_lifted * kg()), zero_sigma_kg_, std::min(0.0, kg()));
 }
 
 /// Who touches something may have taken some of it along or lost it.

@@ -24,6 +24,8 @@ namespace knuckle::estimation {
 /// is slowed down looks 50 kg heavier for a moment.
 ///
 /// Only motion counts (at rest friction hides the load), and only slow motion.
+/// What presses down on a bucket that does not rise or sink may be a wall above it: until it has been lifted or lowered
+/// by 3 cm, sigma says so.
 /// A lift starts by itself whenever looks disagree with the load known so far: a weight was hung on, a piece scooped or
 /// dropped, the soil let go. A contact is not gravity-like, so it keeps starting new lifts and sigma stays wide.
 /// Until the force estimator is tared, the bucket is taken to be empty.
@@ -74,6 +76,8 @@ class PayloadEstimator {
   Unknowns unknowns_ = Unknowns::Zero();
   Information covariance_ = Information::Zero();
   JointVector surprise_ = JointVector::Zero();  ///< Running mean of normalised innovations.
+  double height_m_ = 0;                         ///< Of the usual place above the boom's pin.
+  double lowest_m_ = 0, highest_m_ = -1;        ///< Of it, over the looks of this lift; none yet.
   double squares_ = 0, looks_ = 0;
   double since_look_s_ = 0;
   double kg_ = 0, sigma_kg_ = 0, own_sigma_kg_ = 0, zero_kg_ = 0, zero_sigma_kg_ = 0;

@@ -36,6 +36,11 @@ class Scale {
       estimator_.carry(payload_.carried());
     }
   }
+  /// From now on, before anything has moved: millimetres, quickly.
+  void move_hardly() {
+    motion_.amplitude_rad *= 0.01;
+    motion_.omega_radps *= 20;
+  }
   PayloadEstimator& payload() { return payload_; }
   const ForceEstimate& force() const { return estimator_.estimate(); }
 
@@ -141,6 +146,17 @@ TEST(Payload, EmptyBucketAfterZeroWeighsNothing) {
   scale.payload().zero();
   scale.move(15, 0);
   EXPECT_NEAR(scale.payload().kg(), 0, 2);
+}
+
+// A wall overhead pushes like a load, but does not let the bucket rise or sink.
+TEST(Payload, PushDownOnABucketThatIsNotLiftedIsNoLoad) {
+  Scale scale(oil_of_today());
+  scale.move_hardly();
+  scale.move(40, 0);
+  scale.move(5, 0, {0, -1500});
+  EXPECT_LT(scale.payload().kg(), 3 * scale.payload().sigma_kg());
+  EXPECT_EQ(scale.payload().carried(), Load::Zero());
+  EXPECT_LT((scale.force().tip_N - PlanarVector(0, -1500)).norm(), 200);
 }
 
 TEST(Payload, SigmaIsWideBeforeAnythingMoved) {
