@@ -131,14 +131,14 @@ void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<dou
   hold(slow_swing_variance_, inertial_Nm.cwiseAbs2(), std::exp(-step_s_ / kSwingFade_s));
   const TareColumns h = signals_.columns();
   const Eigen::Matrix3d untared = h * tare_.covariance() * h.transpose();
-  const JointVector momentary = stuck_variance_ + slow_swing_variance_ + stop_variance_ + relief_variance_;
+  const JointVector momentary = stuck_variance_ + stop_variance_ + relief_variance_;
   const double length_m = pins_calibrated_ ? kCalibratedLength_m : kNominalLength_m;
   const JointVector lever = signals_.lever.cwiseAbs().cwiseMax(kSmallestLever_m);
   const JointVector reach = jacobian.colwise().norm();
   const JointVector proportional = (length_m * estimate_.tip_N.norm()) * reach.cwiseQuotient(lever);
   const Eigen::Matrix3d& spread = free_spread_[speed_class(slow_)].covariance_Nm2();
   estimate_.joint_covariance_Nm2 = untared + spread;
-  estimate_.joint_covariance_Nm2.diagonal() += momentary + proportional.cwiseAbs2();
+  estimate_.joint_covariance_Nm2.diagonal() += momentary + slow_swing_variance_ + proportional.cwiseAbs2();
   estimate_.rod_mps = slow_.cylinder_mps;
   estimate_.lever_m = signals_.lever;
   estimate_.turned_lever_m = signals_.lever_dahl;
