@@ -124,7 +124,7 @@ JointVector ForceEstimator::encoder_shake_Nm(const Pose& pose, const JointVector
 }
 
 /// What the tare has not learned, in this pose + what free motion of this speed class leaves beside that + what stuck
-/// friction, swings, end stops and reliefs hide + what wrong levers and angles make of the force itself.
+/// friction, end stops and reliefs hide + what wrong levers and angles make of the force itself.
 void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<double, 2, 3>& jacobian) noexcept {
   hold(stuck_variance_, stuck_variance(slow_), std::exp(-step_s_ / kTurningFade_s));
   const JointVector inertial_Nm = kSlowInertialDoubt * slow_.observer.inertial_Nm();
@@ -138,7 +138,7 @@ void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<dou
   const JointVector proportional = (length_m * estimate_.tip_N.norm()) * reach.cwiseQuotient(lever);
   const Eigen::Matrix3d& spread = free_spread_[speed_class(slow_)].covariance_Nm2();
   estimate_.joint_covariance_Nm2 = untared + spread;
-  estimate_.joint_covariance_Nm2.diagonal() += momentary + slow_swing_variance_ + proportional.cwiseAbs2();
+  estimate_.joint_covariance_Nm2.diagonal() += momentary + proportional.cwiseAbs2();
   estimate_.rod_mps = slow_.cylinder_mps;
   estimate_.lever_m = signals_.lever;
   estimate_.turned_lever_m = signals_.lever_dahl;
@@ -147,6 +147,8 @@ void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<dou
   Eigen::Matrix3d generous = estimate_.joint_covariance_Nm2;
   generous.diagonal() += equivalent_torque2(signals_.lever, kExcursion_N[speed_class(slow_)]) +
                          0.5 * encoder_shake_Nm(pose, slow_.lever_m, kSlowBand).cwiseAbs2();
+  // A contact that is known is no swing in free air.
+  if (!estimate_.contact) generous.diagonal() += slow_swing_variance_;
   mahalanobis2_ = estimate_.joint_torque_Nm.dot(generous.inverse() * estimate_.joint_torque_Nm);
 }
 
