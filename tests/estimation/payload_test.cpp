@@ -153,7 +153,9 @@ TEST(Payload, PushDownOnABucketThatIsNotLiftedIsNoLoad) {
   Scale scale(oil_of_today());
   scale.move_hardly();
   scale.move(40, 0);
+  EXPECT_FALSE(scale.force().confidence_reasons & kNotTared);
   scale.move(5, 0, {0, -1500});
+  EXPECT_GT(scale.payload().kg(), 100);
   EXPECT_LT(scale.payload().kg(), 3 * scale.payload().sigma_kg());
   EXPECT_EQ(scale.payload().carried(), Load::Zero());
   EXPECT_LT((scale.force().tip_N - PlanarVector(0, -1500)).norm(), 200);
