@@ -170,7 +170,7 @@ class ForceEstimator {
   JointVector slow_swing_variance_ = JointVector::Zero();  ///< What a swing makes of yielding masses; holds on.
   JointVector stop_variance_ = JointVector::Zero();        ///< What an end stop may take; holds on a little.
   JointVector turning_variance_ = JointVector::Zero();     ///< For the contact event: holds on after a rod turned.
-  JointVector swing_variance_ = JointVector::Zero();       ///< Likewise: as slow_swing_variance_.
+  JointVector swing_variance_ = JointVector::Zero();       ///< Likewise: of what a swing makes of yielding masses.
   JointVector relief_variance_ = JointVector::Zero();
   ContactCusum cusum_;
   double mahalanobis2_ = 0;

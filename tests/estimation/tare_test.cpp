@@ -3,6 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
 #include "estimation/force_estimator.h"
 #include "tests/estimation/test_machine.h"
 #include "tests/estimation/twin.h"
