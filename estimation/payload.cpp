@@ -49,17 +49,22 @@ void PayloadEstimator::start() noexcept {
   covariance_(0, 0) = 4 * full_scale_kg_ * full_scale_kg_;
   surprise_.setZero();
   squares_ = looks_ = since_look_s_ = 0;
-  lowest_m_ = 0;
-  highest_m_ = -1;
+  restart_motion();
   kg_ = zero_kg_;
-  sigma_kg_ = own_sigma_kg_ = 2 * full_scale_kg_;
+  sigma_kg_ = own_sigma_kg_ = weighed_sigma_kg_ = 2 * full_scale_kg_;
 }
 
 void PayloadEstimator::zero() noexcept {
+  // What is called empty below a wall may be the wall's push.
+  zero_sigma_kg_ = std::hypot(own_sigma_kg_, not_lifted() * (kg_ - zero_kg_));
   zero_kg_ = kg_;
-  zero_sigma_kg_ = own_sigma_kg_;
+  lifted_kg_ = 0;
   maybe_loaded_ = false;
   start();
+}
+
+double PayloadEstimator::not_lifted() const noexcept {
+  return std::clamp(1 - (highest_m_ - lowest_m_) / kLifted_m, 0.0, 1.0);
 }
 
 void PayloadEstimator::step(const JointState& state, const ForceEstimate& force) noexcept {
@@ -82,7 +87,8 @@ void PayloadEstimator::step(const JointState& state, const ForceEstimate& force)
 }
 
 void PayloadEstimator::follow_motion(const JointState& state, const ForceEstimate& force) noexcept {
-  if (!state.angle_rad.allFinite() || (force.lever_m.array().abs() < kSmallestLever_m / 10).any()) return;
+  if (!state.angle_rad.allFinite() || (force.lever_m.array().abs() < kSmallestLever_m / 10).any())
+    return restart_motion();
   const JointVector rate = force.rod_mps.cwiseQuotient(force.lever_m);
   acceleration_.step((rate - last_rate_radps_) / step_s_);
   last_rate_radps_ = rate;
@@ -160,8 +166,10 @@ void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
   kg_ = unknowns_[0];
   own_sigma_kg_ = std::sqrt(misfit * covariance_(0, 0));
   // No bucket weighs less than nothing: what is below is what the fit has got wrong.
-  const double not_lifted = std::max(0.0, 1 - (highest_m_ - lowest_m_) / kLifted_m);
-  sigma_kg_ = std::hypot(std::hypot(own_sigma_kg_, not_lifted * kg()), zero_sigma_kg_, std::min(0.0, kg()));
+  weighed_sigma_kg_ = std::hypot(own_sigma_kg_, zero_sigma_kg_, std::min(0.0, kg()));
+  // What was lifted once stays lifted until it is seen to be gone.
+  lifted_kg_ = not_lifted() > 0 ? std::min(lifted_kg_, std::max(0.0, kg() + 3 * weighed_sigma_kg_)) : std::max(0.0, kg());
+  sigma_kg_ = std::hypot(weighed_sigma_kg_, not_lifted() * std::max(0.0, kg() - lifted_kg_));
 }
 
 /// Who touches something may have taken some of it along or lost it.
@@ -175,7 +183,7 @@ void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
                      left.squaredNorm() > 0.5 * force.joint_torque_Nm.squaredNorm();
   doubted_s_ = lifts && known() ? doubted_s_ + step_s_ : 0;
   if (doubted_s_ > kDoubt_s) start();
-  const bool seen = kg() > kEmpty_kg + 3 * sigma_kg_;
+  const bool seen = kg() > kEmpty_kg + 3 * weighed_sigma_kg_;  // lifted or not
   const bool empty = !force.contact && kg() < kEmpty_kg && sigma_kg_ < kEmpty_kg;
   if (force.contact || seen) maybe_loaded_ = true;
   if (empty || !tared_) maybe_loaded_ = false;

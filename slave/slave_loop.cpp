@@ -143,6 +143,7 @@ void SlaveLoop::estimate(Time now) noexcept {
 void SlaveLoop::restart_motion() noexcept {
   filter_.reset();
   force_.restart_motion();
+  payload_.restart_motion();
   object_cue_.restart_motion();
   rest_rate_.reset(JointVector::Zero());
 }

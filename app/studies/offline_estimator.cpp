@@ -18,6 +18,7 @@ OfflineEstimator::OfflineEstimator(const MachineDescription& machine, double ste
 std::vector<EstimateSample> OfflineEstimator::run(const estimation::Recording& recording) {
   filter_.reset();
   force_.restart_motion();
+  payload_.restart_motion();
   std::vector<EstimateSample> result(recording.samples.size());
   for (std::size_t k = 0; k < recording.samples.size(); ++k) {
     estimation::Measurement measurement = recording.samples[k];
@@ -26,6 +27,7 @@ std::vector<EstimateSample> OfflineEstimator::run(const estimation::Recording& r
     if (!state) {
       filter_.reset();
       force_.restart_motion();
+      payload_.restart_motion();
       continue;
     }
     const estimation::ForceEstimate& force = force_.step(*state);

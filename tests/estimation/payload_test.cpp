@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "estimation/regressor.h"
 #include "tests/estimation/test_machine.h"
 
 namespace knuckle::estimation {
@@ -159,6 +160,112 @@ TEST(Payload, PushDownOnABucketThatIsNotLiftedIsNoLoad) {
   EXPECT_LT(scale.payload().kg(), 3 * scale.payload().sigma_kg());
   EXPECT_EQ(scale.payload().carried(), Load::Zero());
   EXPECT_LT((scale.force().tip_N - PlanarVector(0, -1500)).norm(), 200);
+}
+
+/// A load on a boom that turns, with torques as they are: what the estimator makes of heights and gaps alone.
+class Hoist {
+ public:
+  Hoist() : payload_(test_machine(), kStep_s) {
+    force_.lever_m = force_.turned_lever_m = JointVector::Constant(0.4);
+    state_.angle_rad = JointVector(0.3, -1.0, -0.6);
+  }
+  /// `pushed_kg`: of a load's weight, or of a wall that pushes down as much.
+  void turn(double seconds, double radps, double pushed_kg) { turn(seconds, radps, pushed_kg, pushed_kg); }
+  void turn(double seconds, double radps, double from_kg, double to_kg) {
+    const MachineDescription m = test_machine();
+    const JointVector length_m(m.links[0].length_m, m.links[1].length_m, m.links[2].length_m);
+    for (double t = 0; t < seconds; t += kStep_s) {
+      state_.angle_rad[0] += radps * kStep_s;
+      force_.rod_mps = force_.lever_m * radps;
+      force_.turned_lever_m = force_.lever_m * (radps < 0 ? -1 : 1);
+      const Eigen::Matrix3d columns = load_columns(length_m, Pose(state_.angle_rad, 0));
+      const JointVector of_one_kg = columns.col(0) + columns.rightCols<2>() * m.payload_com_m;
+      force_.joint_torque_Nm = (from_kg + (to_kg - from_kg) * t / seconds) * of_one_kg - force_.carried_Nm;
+      payload_.step(state_, force_);
+      force_.carried_Nm = payload_.carried()[0] * of_one_kg;
+    }
+  }
+  /// Millimetres up and down.
+  void nudge(double seconds, double from_kg, double to_kg) {
+    for (double t = 0; t < seconds; t += 0.2) {
+      const double now_kg = from_kg + (to_kg - from_kg) * t / seconds;
+      turn(0.1, 0.03, now_kg);
+      turn(0.1, -0.03, now_kg);
+    }
+  }
+  void turn_unseen(double rad) {
+    state_.angle_rad[0] += rad;
+    payload_.restart_motion();
+  }
+  PayloadEstimator& payload() { return payload_; }
+  bool known() const { return payload_.kg() > 3 * payload_.sigma_kg(); }
+
+ private:
+  PayloadEstimator payload_;
+  JointState state_;
+  ForceEstimate force_;
+};
+
+TEST(Payload, LoadThatWasLiftedStaysOneAfterAJolt) {
+  Hoist hoist;
+  hoist.turn(3, 0.03, 50);
+  EXPECT_TRUE(hoist.known());
+  hoist.payload().start();
+  hoist.nudge(4, 50, 50);
+  EXPECT_NEAR(hoist.payload().kg(), 50, 5);
+  EXPECT_TRUE(hoist.known());
+}
+
+TEST(Payload, OfWhatPushesOnALiftedLoadNoMoreThanTheLoadIsKnown) {
+  Hoist hoist;
+  hoist.turn(3, 0.03, 50);
+  hoist.payload().start();
+  hoist.nudge(4, 200, 200);
+  EXPECT_GT(hoist.payload().kg(), 150);
+  EXPECT_GT(hoist.payload().sigma_kg(), hoist.payload().kg() - 60);
+}
+
+TEST(Payload, LoadThatFellOutIsNoneThatWasLifted) {
+  Hoist hoist;
+  hoist.turn(3, 0.03, 50);
+  hoist.payload().start();
+  hoist.nudge(4, 0, 0);
+  hoist.payload().start();
+  hoist.nudge(4, 50, 50);
+  EXPECT_FALSE(hoist.known());
+}
+
+TEST(Payload, WayThatNobodySawIsNoLift) {
+  Hoist hoist;
+  hoist.nudge(2, 150, 150);
+  hoist.turn_unseen(0.1);
+  hoist.nudge(2, 150, 150);
+  EXPECT_FALSE(hoist.known());
+}
+
+TEST(Payload, LiftOfAMinuteAgoDoesNotMakeALoadOfAWallThatIsPressedSlowly) {
+  Hoist hoist;
+  hoist.turn(3, 0.03, 0);
+  hoist.nudge(60, 0, 0);
+  hoist.nudge(300, 0, 150);
+  EXPECT_GT(hoist.payload().kg(), 50);
+  EXPECT_FALSE(hoist.known());
+}
+
+TEST(Payload, ZeroBelowAWallIsDoubtedAfterwards) {
+  Hoist hoist;
+  hoist.nudge(4, 100, 100);
+  hoist.payload().zero();
+  hoist.turn(4, 0.03, 200);
+  EXPECT_NEAR(hoist.payload().kg(), 200, 3 * hoist.payload().sigma_kg());
+  EXPECT_FALSE(hoist.known());
+}
+
+TEST(Payload, HoldsTheTareBeforeTheLoadIsLifted) {
+  Hoist hoist;
+  hoist.nudge(4, 50, 50);
+  EXPECT_FALSE(hoist.known());
+  EXPECT_TRUE(hoist.payload().maybe_loaded());
 }
 
 TEST(Payload, SigmaIsWideBeforeAnythingMoved) {
