@@ -5,6 +5,8 @@
 namespace knuckle::session {
 namespace {
 
+constexpr double kNotHeard_s = 1;  // from then on a person sees that the link is gone, and believes no mode any more
+
 void put_slave(const slave::SlaveLoop& slave, Sample& s) noexcept {
   s.mode = slave.mode();
   s.blocking = slave.blocking().code;
@@ -62,7 +64,7 @@ HandView view_of(const sim::HandAndDevice& hand, const sim::Operator& person, co
 MasterView view_of(const master::MasterLoop& master, const JointVector& start_rad) noexcept {
   MasterView view;
   const auto& told = master.machine();
-  view.mode = told ? told->mode : Mode::kOff;
+  view.mode = told && master.silence_s() < kNotHeard_s ? told->mode : Mode::kOff;
   view.machine_rad = told ? told->position_rad : start_rad;
   view.ghost_rad = master.set_point().unclamped_rad();
   view.set_point_rad = master.set_point().position_rad();

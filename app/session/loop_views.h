@@ -25,7 +25,7 @@ struct HandView {
 
 /// Master loop.
 struct MasterView {
-  Mode mode = Mode::kOff;                            ///< As the machine told; kOff before it did.
+  Mode mode = Mode::kOff;                            ///< As the machine told; kOff while it is not heard.
   JointVector machine_rad = JointVector::Zero();     ///< Likewise; the start before it did.
   JointVector ghost_rad = JointVector::Zero();       ///< Machine pose that the hand asks for, not clamped.
   JointVector set_point_rad = JointVector::Zero();   ///< Clamped, as sent.
