@@ -56,7 +56,7 @@ void PayloadEstimator::start() noexcept {
 
 void PayloadEstimator::zero() noexcept {
   // What is called empty below a wall may be the wall's push.
-  zero_sigma_kg_ = std::hypot(own_sigma_kg_, not_lifted() * (kg_ - zero_kg_));
+  zero_sigma_kg_ = std::hypot(own_sigma_kg_, not_lifted() * std::max(0.0, kg() - lifted_kg_));
   zero_kg_ = kg_;
   lifted_kg_ = 0;
   maybe_loaded_ = false;
@@ -175,7 +175,10 @@ void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
 /// Who touches something may have taken some of it along or lost it.
 void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
   const bool tared = (force.confidence_reasons & kNotTared) == 0;
-  if (tared && !tared_) start();
+  if (tared && !tared_) {
+    lifted_kg_ = 0;
+    start();
+  }
   tared_ = tared;
   // What the carried load's inertia explains is no doubt.
   const JointVector left = force.joint_torque_Nm - carried_[0] * inertia_Nm_per_kg_;
