@@ -49,18 +49,28 @@ void PayloadEstimator::start() noexcept {
   covariance_(0, 0) = 4 * full_scale_kg_ * full_scale_kg_;
   surprise_.setZero();
   squares_ = looks_ = since_look_s_ = 0;
-  restart_motion();
+  forget_way();
   kg_ = zero_kg_;
   sigma_kg_ = own_sigma_kg_ = weighed_sigma_kg_ = 2 * full_scale_kg_;
 }
 
 void PayloadEstimator::zero() noexcept {
   // What is called empty below a wall may be the wall's push.
-  zero_sigma_kg_ = std::hypot(own_sigma_kg_, not_lifted() * std::max(0.0, kg() - lifted_kg_));
+  zero_sigma_kg_ = std::hypot(own_sigma_kg_, not_lifted() * kg());
   zero_kg_ = kg_;
-  lifted_kg_ = 0;
   maybe_loaded_ = false;
   start();
+}
+
+void PayloadEstimator::restart_motion() noexcept {
+  forget_way();
+  acceleration_.reset(JointVector::Zero());
+  last_rate_radps_.setZero();
+}
+
+void PayloadEstimator::forget_way() noexcept {
+  lowest_m_ = 0;
+  highest_m_ = -1;
 }
 
 double PayloadEstimator::not_lifted() const noexcept {
@@ -167,18 +177,13 @@ void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
   own_sigma_kg_ = std::sqrt(misfit * covariance_(0, 0));
   // No bucket weighs less than nothing: what is below is what the fit has got wrong.
   weighed_sigma_kg_ = std::hypot(own_sigma_kg_, zero_sigma_kg_, std::min(0.0, kg()));
-  // What was lifted once stays lifted until it is seen to be gone.
-  lifted_kg_ = not_lifted() > 0 ? std::min(lifted_kg_, std::max(0.0, kg() + 3 * weighed_sigma_kg_)) : std::max(0.0, kg());
-  sigma_kg_ = std::hypot(weighed_sigma_kg_, not_lifted() * std::max(0.0, kg() - lifted_kg_));
+  sigma_kg_ = std::hypot(weighed_sigma_kg_, not_lifted() * std::max(0.0, kg()));
 }
 
 /// Who touches something may have taken some of it along or lost it.
 void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
   const bool tared = (force.confidence_reasons & kNotTared) == 0;
-  if (tared && !tared_) {
-    lifted_kg_ = 0;
-    start();
-  }
+  if (tared && !tared_) start();
   tared_ = tared;
   // What the carried load's inertia explains is no doubt.
   const JointVector left = force.joint_torque_Nm - carried_[0] * inertia_Nm_per_kg_;

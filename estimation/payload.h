@@ -41,11 +41,8 @@ class PayloadEstimator {
   /// The bucket is empty now: what the present lift says becomes zero for the next ones, and a new lift starts. As long
   /// as the bucket has not been lifted or lowered, sigma of all later loads has a part of this zero.
   void zero() noexcept;
-  /// The sensors were away for a while: a way that was not seen is no lift.
-  void restart_motion() noexcept {
-    lowest_m_ = 0;
-    highest_m_ = -1;
-  }
+  /// The sensors were away for a while: a way that was not seen is no lift, and the next step starts at rest.
+  void restart_motion() noexcept;
   void step(const JointState& state, const ForceEstimate& force) noexcept;
 
   [[nodiscard]] double kg() const noexcept { return kg_ - zero_kg_; }
@@ -69,6 +66,7 @@ class PayloadEstimator {
   void solve(const ForceEstimate& force) noexcept;
   void judge_load(const ForceEstimate& force) noexcept;
   [[nodiscard]] bool known() const noexcept;
+  void forget_way() noexcept;
   /// 1 at rest, 0 once the usual place has been higher and lower by as much as makes a load.
   [[nodiscard]] double not_lifted() const noexcept;
   void carry() noexcept;
@@ -90,7 +88,6 @@ class PayloadEstimator {
   double since_look_s_ = 0;
   double kg_ = 0, own_sigma_kg_ = 0, zero_kg_ = 0, zero_sigma_kg_ = 0;
   double weighed_sigma_kg_ = 0, sigma_kg_ = 0;  ///< Of kg(), before and after the doubt that it was lifted.
-  double lifted_kg_ = 0;                        ///< So much has been lifted or lowered, in this lift or before.
   Load carried_ = Load::Zero();
   bool tared_ = false, maybe_loaded_ = false;
   double doubted_s_ = 0;
