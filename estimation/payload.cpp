@@ -55,7 +55,7 @@ void PayloadEstimator::start() noexcept {
 }
 
 void PayloadEstimator::zero() noexcept {
-  // What is called empty below a wall may be the wall's push.
+  // What is called empty below a wall, or on ground, may be its push.
   zero_sigma_kg_ = std::hypot(own_sigma_kg_, not_lifted() * kg());
   zero_kg_ = kg_;
   maybe_loaded_ = false;

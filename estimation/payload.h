@@ -38,8 +38,8 @@ class PayloadEstimator {
 
   /// A new lift: forgets the looks so far, keeps the zero.
   void start() noexcept;
-  /// The bucket is empty now: what the present lift says becomes zero for the next ones, and a new lift starts. As long
-  /// as the bucket has not been lifted or lowered, sigma of all later loads has a part of this zero.
+  /// The bucket is empty now: what the present lift says becomes zero for the next ones, and a new lift starts. Where
+  /// the bucket was not lifted or lowered before, sigma of all later loads includes what was zeroed, until the next zero.
   void zero() noexcept;
   /// The sensors were away for a while: a way that was not seen is no lift, and the next step starts at rest.
   void restart_motion() noexcept;
@@ -67,7 +67,7 @@ class PayloadEstimator {
   void judge_load(const ForceEstimate& force) noexcept;
   [[nodiscard]] bool known() const noexcept;
   void forget_way() noexcept;
-  /// 1 at rest, 0 once the usual place has been higher and lower by as much as makes a load.
+  /// [0, 1]: 1 before this lift's looks have seen any way up or down, 0 once the usual place has moved by 3 cm.
   [[nodiscard]] double not_lifted() const noexcept;
   void carry() noexcept;
 

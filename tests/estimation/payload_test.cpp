@@ -170,8 +170,7 @@ class Hoist {
     state_.angle_rad = JointVector(0.3, -1.0, -0.6);
   }
   /// `pushed_kg`: of a load's weight, or of a wall that pushes down as much.
-  void turn(double seconds, double radps, double pushed_kg) { turn(seconds, radps, pushed_kg, pushed_kg); }
-  void turn(double seconds, double radps, double from_kg, double to_kg) {
+  void turn(double seconds, double radps, double pushed_kg) {
     const MachineDescription m = test_machine();
     const JointVector length_m(m.links[0].length_m, m.links[1].length_m, m.links[2].length_m);
     for (double t = 0; t < seconds; t += kStep_s) {
@@ -180,7 +179,7 @@ class Hoist {
       force_.turned_lever_m = force_.lever_m * (radps < 0 ? -1 : 1);
       const Eigen::Matrix3d columns = load_columns(length_m, Pose(state_.angle_rad, 0));
       const JointVector of_one_kg = columns.col(0) + columns.rightCols<2>() * m.payload_com_m;
-      force_.joint_torque_Nm = (from_kg + (to_kg - from_kg) * t / seconds) * of_one_kg - force_.carried_Nm;
+      force_.joint_torque_Nm = pushed_kg * of_one_kg - force_.carried_Nm;
       payload_.step(state_, force_);
       force_.carried_Nm = payload_.carried()[0] * of_one_kg;
     }
@@ -223,6 +222,7 @@ TEST(Payload, WayThatNobodySawIsNoLift) {
   EXPECT_FALSE(hoist.known());
 }
 
+/// Looks disagree with the load so far, and begin a lift anew.
 TEST(Payload, LiftOfAMinuteAgoDoesNotMakeALoadOfAWallThatIsPressedSlowly) {
   Hoist hoist;
   hoist.turn(3, 0.03, 0);
