@@ -113,8 +113,8 @@ void ForceEstimator::start(const JointState& state) noexcept {
   started_ = true;
   last_angle_rad_ = state.angle_rad;
   untouched_s_ = quiet_s_ = 0;
-  for (JointVector* held :
-       {&stuck_variance_, &stop_variance_, &relief_variance_, &slow_swing_variance_, &swing_variance_, &turning_variance_})
+  for (JointVector* held : {&stuck_variance_, &stop_variance_, &relief_variance_, &slow_swing_variance_,
+                            &swing_variance_, &turning_variance_})
     held->setZero();
   tare_.discard();
   pitch_.reset(state.hull_pitch_rad);

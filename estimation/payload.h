@@ -39,7 +39,8 @@ class PayloadEstimator {
   /// A new lift: forgets the looks so far, keeps the zero.
   void start() noexcept;
   /// The bucket is empty now: what the present lift says becomes zero for the next ones, and a new lift starts. Where
-  /// the bucket was not lifted or lowered before, sigma of all later loads includes what was zeroed, until the next zero.
+  /// the bucket was not lifted or lowered before, sigma of all later loads includes what was zeroed, until the next
+  /// zero.
   void zero() noexcept;
   /// The sensors were away for a while: a way that was not seen is no lift, and the next step starts at rest.
   void restart_motion() noexcept;

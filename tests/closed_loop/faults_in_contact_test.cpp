@@ -85,8 +85,8 @@ TEST(KnownMissInContact, AFrozenBucketEncoderPushesTheWallNoMoreThanIsKnown) {
   EXPECT_GT(worst_N, kRise_N) << "not missed any more";
 }
 
-/// The mode that was heard last says nothing of a machine that is not heard any more: these hands, whose press ends just
-/// before the link comes back, let go, press anew and lead the machine out of the wall.
+/// The mode that was heard last says nothing of a machine that is not heard any more: these hands, whose press ends
+/// just before the link comes back, let go, press anew and lead the machine out of the wall.
 TEST(RecoveryInContact, HandsDoNotTakeAMachineThatTheyDoNotHearForEngaged) {
   for (const std::uint64_t seed : {4U, 17U, 20U}) {
     const FinishedSession session = broken_in_contact(FaultKind::kLinkCut, 0, seed);
