@@ -55,10 +55,11 @@ void PayloadEstimator::start() noexcept {
 }
 
 void PayloadEstimator::zero() noexcept {
-  // What is called empty below a wall, or on ground, may be its push.
-  zero_sigma_kg_ = std::hypot(own_sigma_kg_, not_lifted() * kg());
-  zero_kg_ = kg_;
   maybe_loaded_ = false;
+  if (looks_ <= kKnownLooks) return;  // nothing was weighed since the last zero
+  // What is called empty below a wall, or on ground, may be its push, and may have been so the time before.
+  zero_sigma_kg_ = std::hypot(own_sigma_kg_, not_lifted() * std::hypot(kg(), zero_sigma_kg_));
+  zero_kg_ = kg_;
   start();
 }
 
@@ -78,13 +79,13 @@ double PayloadEstimator::not_lifted() const noexcept {
 }
 
 void PayloadEstimator::step(const JointState& state, const ForceEstimate& force) noexcept {
-  follow_motion(state, force);
+  const bool followed = follow_motion(state, force);
   judge_load(force);
   carry();
   since_look_s_ += step_s_;
-  if (since_look_s_ < kLookEvery_s) return;
+  if (!followed || since_look_s_ < kLookEvery_s) return;
   const JointVector torque = force.joint_torque_Nm + force.carried_Nm;
-  if (!state.angle_rad.allFinite() || !torque.allFinite()) return;
+  if (!torque.allFinite()) return;
   const double fastest = force.rod_mps.cwiseAbs().maxCoeff();
   if (fastest < kSlowest_mps || fastest > kFastest_mps) return;
   since_look_s_ = 0;
@@ -96,9 +97,11 @@ void PayloadEstimator::step(const JointState& state, const ForceEstimate& force)
   solve(force);
 }
 
-void PayloadEstimator::follow_motion(const JointState& state, const ForceEstimate& force) noexcept {
-  if (!state.angle_rad.allFinite() || (force.lever_m.array().abs() < kSmallestLever_m / 10).any())
-    return restart_motion();
+bool PayloadEstimator::follow_motion(const JointState& state, const ForceEstimate& force) noexcept {
+  if (!state.angle_rad.allFinite() || (force.lever_m.array().abs() < kSmallestLever_m / 10).any()) {
+    restart_motion();
+    return false;
+  }
   const JointVector rate = force.rod_mps.cwiseQuotient(force.lever_m);
   acceleration_.step((rate - last_rate_radps_) / step_s_);
   last_rate_radps_ = rate;
@@ -121,6 +124,7 @@ void PayloadEstimator::follow_motion(const JointState& state, const ForceEstimat
   }
   height_m_ = reach.y();
   for (int i = 0; i < kJoints; ++i) inertia_Nm_per_kg_[i] = -way[static_cast<std::size_t>(i)].dot(acceleration_mps2);
+  return true;
 }
 
 PayloadEstimator::Rows PayloadEstimator::rows(const JointState& state, const ForceEstimate& force) const noexcept {
@@ -192,7 +196,9 @@ void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
   doubted_s_ = lifts && known() ? doubted_s_ + step_s_ : 0;
   if (doubted_s_ > kDoubt_s) start();
   const bool seen = kg() > kEmpty_kg + 3 * weighed_sigma_kg_;  // lifted or not
-  const bool empty = !force.contact && kg() < kEmpty_kg && sigma_kg_ < kEmpty_kg;
+  // A bucket that weighs less than its zero holds nothing either.
+  const double doubt_kg = std::hypot(own_sigma_kg_, zero_sigma_kg_, not_lifted() * std::max(0.0, kg()));
+  const bool empty = !force.contact && kg() < kEmpty_kg && doubt_kg < kEmpty_kg;
   if (force.contact || seen) maybe_loaded_ = true;
   if (empty || !tared_) maybe_loaded_ = false;
 }

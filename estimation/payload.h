@@ -39,8 +39,8 @@ class PayloadEstimator {
   /// A new lift: forgets the looks so far, keeps the zero.
   void start() noexcept;
   /// The bucket is empty now: what the present lift says becomes zero for the next ones, and a new lift starts. Where
-  /// the bucket was not lifted or lowered before, sigma of all later loads includes what was zeroed, until the next
-  /// zero.
+  /// the bucket was not lifted or lowered before, sigma of all later loads includes what was zeroed, until a zero of a
+  /// bucket that was. Where too little was weighed since the last zero, that one stays.
   void zero() noexcept;
   /// The sensors were away for a while: a way that was not seen is no lift, and the next step starts at rest.
   void restart_motion() noexcept;
@@ -60,7 +60,8 @@ class PayloadEstimator {
   using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
   using Rows = Eigen::Matrix<double, kJoints, kUnknowns>;
 
-  void follow_motion(const JointState& state, const ForceEstimate& force) noexcept;
+  /// @return whether the motion could be followed: not at a cylinder's dead point.
+  [[nodiscard]] bool follow_motion(const JointState& state, const ForceEstimate& force) noexcept;
   [[nodiscard]] Rows rows(const JointState& state, const ForceEstimate& force) const noexcept;
   [[nodiscard]] bool surprised(const Rows& rows, const JointVector& torque_Nm, const JointVector& variance) noexcept;
   void accumulate(const Rows& rows, const JointVector& torque_Nm, const JointVector& variance) noexcept;

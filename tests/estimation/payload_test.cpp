@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "estimation/regressor.h"
 #include "tests/estimation/test_machine.h"
 
@@ -196,6 +198,13 @@ class Hoist {
     state_.angle_rad[0] += rad;
     payload_.restart_motion();
   }
+  /// The bucket's cylinder has no lever there.
+  void turn_at_dead_point(double seconds, double radps, double pushed_kg) {
+    const double lever_m = std::exchange(force_.lever_m[kBucket], 0.0);
+    turn(seconds, radps, pushed_kg);
+    force_.lever_m[kBucket] = lever_m;
+  }
+  void touch(bool contact) { force_.contact = contact; }
   PayloadEstimator& payload() { return payload_; }
   bool known() const { return payload_.kg() > 3 * payload_.sigma_kg(); }
 
@@ -247,6 +256,61 @@ TEST(Payload, ZeroOnGroundThatCarriesTheBucketIsDoubtedAfterwards) {
   hoist.payload().zero();
   hoist.turn(4, 0.03, 0);
   EXPECT_FALSE(hoist.known());
+}
+
+TEST(Payload, ZeroThatIsPressedTwiceIsThatOfTheFirstTime) {
+  Hoist hoist;
+  hoist.turn(4, 0.03, 20);
+  hoist.payload().zero();
+  hoist.payload().zero();
+  hoist.turn(4, 0.03, 70);
+  EXPECT_NEAR(hoist.payload().kg(), 50, 3);
+  EXPECT_TRUE(hoist.known());
+}
+
+TEST(Payload, ZeroBelowAWallThatIsPressedAgainIsStillDoubted) {
+  Hoist hoist;
+  hoist.nudge(4, 100, 100);
+  hoist.payload().zero();
+  hoist.nudge(4, 100, 100);
+  hoist.payload().zero();
+  hoist.turn(4, 0.03, 200);
+  EXPECT_FALSE(hoist.known());
+}
+
+TEST(Payload, ZeroOfABucketThatWasLiftedEndsTheDoubtOfTheOneBefore) {
+  Hoist hoist;
+  hoist.nudge(4, 100, 100);
+  hoist.payload().zero();
+  hoist.turn(4, 0.03, 0);
+  hoist.payload().zero();
+  hoist.turn(4, -0.03, 50);
+  EXPECT_NEAR(hoist.payload().kg(), 50, 3);
+  EXPECT_TRUE(hoist.known());
+}
+
+/// Or the tare would be held until somebody presses zero.
+TEST(Payload, BucketThatWeighsLessThanItsZeroIsEmpty) {
+  Hoist hoist;
+  hoist.turn(4, 0.03, 50);
+  hoist.payload().zero();
+  hoist.touch(true);
+  hoist.turn(4, -0.03, 0);
+  EXPECT_TRUE(hoist.payload().maybe_loaded());
+  hoist.touch(false);
+  hoist.turn(1, 0.03, 0);
+  EXPECT_LT(hoist.payload().kg(), -40);
+  EXPECT_FALSE(hoist.payload().maybe_loaded());
+}
+
+TEST(Payload, HeightOfBeforeADeadPointIsNoLiftBehindIt) {
+  for (int step = 0; step < 15; ++step) {  // at each time since the last look
+    Hoist hoist;
+    hoist.nudge(2, 150, 150);
+    hoist.turn_at_dead_point(2 + step * kStep_s, 0.05, 150);
+    hoist.nudge(0.6, 150, 150);
+    EXPECT_FALSE(hoist.known()) << step;
+  }
 }
 
 TEST(Payload, HoldsTheTareBeforeTheLoadIsLifted) {
