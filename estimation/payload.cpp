@@ -54,19 +54,26 @@ void PayloadEstimator::start() noexcept {
   sigma_kg_ = own_sigma_kg_ = weighed_sigma_kg_ = 2 * full_scale_kg_;
 }
 
-void PayloadEstimator::zero() noexcept {
+bool PayloadEstimator::zero() noexcept {
   maybe_loaded_ = false;
-  if (looks_ <= kKnownLooks) return;  // nothing was weighed since the last zero
+  if (looks_ <= kKnownLooks) return false;
   // What is called empty below a wall, or on ground, may be its push, and may have been so the time before.
-  zero_sigma_kg_ = std::hypot(own_sigma_kg_, not_lifted() * std::hypot(kg(), zero_sigma_kg_));
+  const double doubted_before_kg = not_lifted() > 0 ? zero_sigma_kg_ : 0;
+  zero_sigma_kg_ = std::hypot(own_sigma_kg_, not_lifted() * kg(), doubted_before_kg);
   zero_kg_ = kg_;
   start();
+  return true;
 }
 
 void PayloadEstimator::restart_motion() noexcept {
   forget_way();
+  forget_acceleration();
+}
+
+void PayloadEstimator::forget_acceleration() noexcept {
+  rate_known_ = false;
   acceleration_.reset(JointVector::Zero());
-  last_rate_radps_.setZero();
+  inertia_Nm_per_kg_.setZero();
 }
 
 void PayloadEstimator::forget_way() noexcept {
@@ -98,13 +105,18 @@ void PayloadEstimator::step(const JointState& state, const ForceEstimate& force)
 }
 
 bool PayloadEstimator::follow_motion(const JointState& state, const ForceEstimate& force) noexcept {
-  if (!state.angle_rad.allFinite() || (force.lever_m.array().abs() < kSmallestLever_m / 10).any()) {
+  if (!state.angle_rad.allFinite()) {
     restart_motion();
     return false;
   }
+  if ((force.lever_m.array().abs() < kSmallestLever_m / 10).any()) {
+    forget_acceleration();
+    return false;
+  }
   const JointVector rate = force.rod_mps.cwiseQuotient(force.lever_m);
-  acceleration_.step((rate - last_rate_radps_) / step_s_);
+  acceleration_.step((rate - (rate_known_ ? last_rate_radps_ : rate)) / step_s_);
   last_rate_radps_ = rate;
+  rate_known_ = true;
   const Pose pose(state.angle_rad, state.hull_pitch_rad);
   const auto turned_left = [](const PlanarVector& v) { return PlanarVector(-v.y(), v.x()); };
   // Way of the load per turn of each joint.
@@ -196,8 +208,9 @@ void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
   doubted_s_ = lifts && known() ? doubted_s_ + step_s_ : 0;
   if (doubted_s_ > kDoubt_s) start();
   const bool seen = kg() > kEmpty_kg + 3 * weighed_sigma_kg_;  // lifted or not
-  // A bucket that weighs less than its zero holds nothing either.
-  const double doubt_kg = std::hypot(own_sigma_kg_, zero_sigma_kg_, not_lifted() * std::max(0.0, kg()));
+  // A bucket that was lifted and weighs less than its zero is taken for empty, too: whatever is wrong there, the tare
+  // has to follow it.
+  const double doubt_kg = std::hypot(own_sigma_kg_, zero_sigma_kg_, not_lifted() * kg());
   const bool empty = !force.contact && kg() < kEmpty_kg && doubt_kg < kEmpty_kg;
   if (force.contact || seen) maybe_loaded_ = true;
   if (empty || !tared_) maybe_loaded_ = false;

@@ -39,10 +39,11 @@ class PayloadEstimator {
   /// A new lift: forgets the looks so far, keeps the zero.
   void start() noexcept;
   /// The bucket is empty now: what the present lift says becomes zero for the next ones, and a new lift starts. Where
-  /// the bucket was not lifted or lowered before, sigma of all later loads includes what was zeroed, until a zero of a
-  /// bucket that was. Where too little was weighed since the last zero, that one stays.
-  void zero() noexcept;
-  /// The sensors were away for a while: a way that was not seen is no lift, and the next step starts at rest.
+  /// the bucket was not lifted or lowered by 3 cm in this lift, sigma of all later loads includes what was zeroed,
+  /// until a zero of a bucket that was.
+  /// @return false where this lift has too few looks to say anything: then the zero stays as it is.
+  [[nodiscard]] bool zero() noexcept;
+  /// The sensors were away for a while: a way that was not seen is no lift, and no acceleration.
   void restart_motion() noexcept;
   void step(const JointState& state, const ForceEstimate& force) noexcept;
 
@@ -60,7 +61,7 @@ class PayloadEstimator {
   using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
   using Rows = Eigen::Matrix<double, kJoints, kUnknowns>;
 
-  /// @return whether the motion could be followed: not at a cylinder's dead point.
+  /// @return false without angles and at a cylinder's dead point: nothing can be weighed there.
   [[nodiscard]] bool follow_motion(const JointState& state, const ForceEstimate& force) noexcept;
   [[nodiscard]] Rows rows(const JointState& state, const ForceEstimate& force) const noexcept;
   [[nodiscard]] bool surprised(const Rows& rows, const JointVector& torque_Nm, const JointVector& variance) noexcept;
@@ -69,12 +70,14 @@ class PayloadEstimator {
   void judge_load(const ForceEstimate& force) noexcept;
   [[nodiscard]] bool known() const noexcept;
   void forget_way() noexcept;
+  void forget_acceleration() noexcept;
   /// [0, 1]: 1 before this lift's looks have seen any way up or down, 0 once the usual place has moved by 3 cm.
   [[nodiscard]] double not_lifted() const noexcept;
   void carry() noexcept;
 
   LowPass<JointVector> acceleration_;  ///< Of the joints, as late as the external torque.
   JointVector last_rate_radps_ = JointVector::Zero();
+  bool rate_known_ = false;                              ///< The last rate.
   JointVector inertia_Nm_per_kg_ = JointVector::Zero();  ///< Joint torques of one kilogram that is accelerated so.
   JointVector length_m_;
   PlanarVector usual_place_m_;

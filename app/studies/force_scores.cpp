@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 
 #include "app/studies/contact_model_scores.h"
 #include "core/quantile.h"
@@ -82,7 +83,7 @@ double detection_s(const Trials& trials, std::size_t at, const std::vector<Estim
 void judge_lifts(OfflineEstimator& estimator, const Trials& trials, ForceScores& scores) {
   estimator.payload().start();
   (void)estimator.run(trials.empty.run.recording);
-  estimator.payload().zero();
+  if (!estimator.payload().zero()) throw std::runtime_error("the empty bucket moved too little to be weighed");
   for (const Lift& lift : trials.lifts) {
     estimator.payload().start();
     (void)estimator.run(lift.run.recording);
