@@ -77,7 +77,7 @@ class PayloadEstimator {
 
   LowPass<JointVector> acceleration_;  ///< Of the joints, as late as the external torque.
   JointVector last_rate_radps_ = JointVector::Zero();
-  bool rate_known_ = false;                              ///< The last rate.
+  bool rate_known_ = false;                              ///< Whether the step before had a rate.
   JointVector inertia_Nm_per_kg_ = JointVector::Zero();  ///< Joint torques of one kilogram that is accelerated so.
   JointVector length_m_;
   PlanarVector usual_place_m_;

@@ -328,8 +328,8 @@ TEST(UdpLink, TellsHowLongADatagramWaitedInTheKernel) {
   UdpLink slave = UdpLink::listen("127.0.0.1:0");
   UdpLink master = UdpLink::connect("127.0.0.1:" + std::to_string(slave.port()));
   Datagram datagram;
-  // Linux begins to stamp datagrams a moment after the first socket asks for it (a deferred work of the kernel): one
-  // that came before is stamped as it is read.
+  // Linux begins to stamp datagrams a moment after the first socket asks for it; one that came before is stamped as it
+  // is read.
   for (int i = 0; i < 20 && datagram.waited < 50ms; ++i) {
     ASSERT_TRUE(master.send(claim().view()));
     ::poll(nullptr, 0, 60);
