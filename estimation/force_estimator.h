@@ -56,7 +56,6 @@ struct ForceEstimate {
   std::uint8_t confidence_reasons = 0;
   double residual_sigma = 0;  ///< Left-over of the 3-joint fit, in standard deviations.
   bool contact = false;       ///< CUSUM contact event is on.
-  int contact_joint = -1;     ///< Joint that saw it first.
   bool significant = false;   ///< The force is larger than all that is uncertain about it.
 
   JointVector carried_Nm = JointVector::Zero();  ///< Of the load being carried; already taken out of all the others.

@@ -164,22 +164,13 @@ void ForceEstimator::judge_contact() noexcept {
   const int alarm = cusum_.step(estimate_.contact_torque_Nm + estimate_.carried_Nm, variance.cwiseSqrt());
   estimate_.significant = mahalanobis2_ > kTouch2 && !free_motion_certain_;
   if (alarm >= 0 || estimate_.significant) {
-    if (!estimate_.contact) {
-      JointVector::Index largest = 0;
-      const JointVector spread = estimate_.joint_covariance_Nm2.diagonal();
-      estimate_.joint_torque_Nm.cwiseAbs2().cwiseQuotient(spread).maxCoeff(&largest);
-      estimate_.contact_joint = alarm >= 0 ? alarm : static_cast<int>(largest);
-    }
     estimate_.contact = true;
     untouched_s_ = 0;
     tare_.discard();
   } else if (mahalanobis2_ < kClear2 || free_motion_certain_ || !estimate_.contact) {
     untouched_s_ += step_s_;
   }
-  if (untouched_s_ > kClearTime_s) {
-    estimate_.contact = false;
-    estimate_.contact_joint = -1;
-  }
+  if (untouched_s_ > kClearTime_s) estimate_.contact = false;
   // Of what free motion shakes, alarms are no sign: with a spread too small they would keep it from being learned.
   quiet_s_ = mahalanobis2_ < kClear2 ? quiet_s_ + step_s_ : 0;
   if (quiet_s_ < kFreeTime_s) return;

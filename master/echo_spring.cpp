@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/trust.h"
+
 namespace knuckle::master {
 namespace {
 
@@ -24,7 +26,6 @@ constexpr double kSpeedMemory_s = 0.3;         // braking errs in force when spe
 constexpr double kDampingFadeIn_s = 0.1;
 constexpr double kFrozenAfter_s = 0.03;  // silence: the anchor stays where it is
 constexpr double kHoldSilence_s = 0.3, kSilenceFade_s = 0.2;
-constexpr double kNoTrust = 0.1, kFullTrust = 0.4;  // confidence
 constexpr double kTrustTime_s = 0.2;
 constexpr double kLoadTime_s = 0.1;
 // What the correction learns at once at most. A machine that lags at the touch makes the pair differ by 10 N and more,
@@ -159,7 +160,7 @@ void EchoSpring::update_fades(const FeltInputs& in, double dt_s) noexcept {
   if (!contact_) gate_ = std::max(0.0, gate_ - dt_s / gate_fade_s_);
   if (gate_ == 0) gate_fade_s_ = kFadeOut_s;
   damping_share_ = contact_ ? std::min(1.0, damping_share_ + dt_s / kDampingFadeIn_s) : damping_share_;
-  const double trusted = std::clamp((in.confidence - kNoTrust) / (kFullTrust - kNoTrust), 0.0, 1.0);
+  const double trusted = trust(in.confidence);
   trust_ += (trusted - trust_) * blend(dt_s, kTrustTime_s);
   engagement_ += ((in.engaged ? 1 : 0) - engagement_) * blend(dt_s, kLoadTime_s);
   const double fresh = std::clamp(1 - (in.silence_s - kHoldSilence_s) / kSilenceFade_s, 0.0, 1.0);

@@ -164,7 +164,7 @@ void MasterLoop::render(const DeviceReading& device, Time now) noexcept {
   if (!device.ok || settings_.let_go) {  // the firmware takes the torque away by itself, without a kick
     torque_Nm_.setZero();
     shown_N_.setZero();
-    limiter_.reset();
+    limiter_.rest(kStep_s);
     return;
   }
   JointVector wanted_Nm = posture_.jacobian.transpose() * law_force_N_;

@@ -25,7 +25,6 @@ class SetPoint {
   [[nodiscard]] const JointVector& position_rad() const noexcept { return position_rad_; }
   [[nodiscard]] const JointVector& velocity_radps() const noexcept { return velocity_radps_; }
   [[nodiscard]] const JointVector& unclamped_rad() const noexcept { return unclamped_rad_; }
-  [[nodiscard]] const JointVector& offset_rad() const noexcept { return offset_rad_; }
   [[nodiscard]] double scale() const noexcept { return scale_; }
 
  private:

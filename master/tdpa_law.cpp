@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/trust.h"
+
 namespace knuckle::master {
 namespace {
 
@@ -10,7 +12,6 @@ constexpr double kMostDamping_Ns_per_m = 100;  // what a hand of 0.1 kg and a 1 
 constexpr double kLeastSpeed_mps = 1e-4;       // below it no damping moves energy
 constexpr double kFade_s = 0.06;
 constexpr double kHoldSilence_s = 0.3;  // as the echo spring
-constexpr double kNoTrust = 0.1, kFullTrust = 0.4;
 
 }  // namespace
 
@@ -18,7 +19,7 @@ PlanarVector TdpaLaw::spring_force(const FeltInputs& in, double dt_s) noexcept {
   const double reflected_N = in.reflected_N.norm();
   contact_ = in.engaged && reflected_N > (contact_ ? feel_.off_N : std::max(feel_.on_N, 4 * in.sigma_N));
   if (contact_) normal_ = in.reflected_N / reflected_N;
-  const double trusted = std::clamp((in.confidence - kNoTrust) / (kFullTrust - kNoTrust), 0.0, 1.0);
+  const double trusted = trust(in.confidence);
   const double wanted = contact_ && in.silence_s < kHoldSilence_s ? trusted : 0;
   share_ += std::clamp(wanted - share_, -dt_s / kFade_s, dt_s / kFade_s);
   const double stretched_m = std::max(0.0, normal_.dot(in.machine_m - in.hand_m));

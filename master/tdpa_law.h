@@ -21,7 +21,6 @@ class TdpaLaw {
   [[nodiscard]] PlanarVector step(const FeltInputs& in, double dt_s) noexcept;
   /// Only while not engaged.
   void set_spring(double spring_N_per_m) noexcept { spring_N_per_m_ = spring_N_per_m; }
-  [[nodiscard]] double observed_J() const noexcept { return observed_J_; }  ///< W
   [[nodiscard]] double damping_Ns_per_m() const noexcept { return damping_Ns_per_m_; }
 
  private:

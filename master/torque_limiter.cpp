@@ -31,6 +31,12 @@ JointVector TorqueLimiter::step(const JointVector& wanted_Nm, const TipJacobian&
   return torque_Nm_;
 }
 
+void TorqueLimiter::rest(double dt_s) noexcept {
+  torque_Nm_.setZero();
+  heat_share_ = 1;
+  heat_.array() -= heat_.array() * dt_s / heat_time_s_.array();
+}
+
 double TorqueLimiter::share_within_heat(const JointVector& torque_Nm) const noexcept {
   double share = 1;
   for (Eigen::Index i = 0; i < kJoints; ++i) {

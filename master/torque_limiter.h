@@ -15,12 +15,11 @@ class TorqueLimiter {
   /// allows (I^2 t on the commanded current, below the firmware's own trip), then limits their change to
   /// slew_N_per_ms at the tip, in any direction. Non-finite torques count as zero.
   [[nodiscard]] JointVector step(const JointVector& wanted_Nm, const TipJacobian& jacobian, double dt_s) noexcept;
-  /// The device takes no torque (off or gone): start again from zero.
-  void reset() noexcept { torque_Nm_.setZero(); }
+  /// The device takes no torque (off or gone): its motors cool, and the next step starts from zero.
+  void rest(double dt_s) noexcept;
 
   /// Share of the wanted torques that the motors' heat left in the last step; 1: all.
   [[nodiscard]] double heat_share() const noexcept { return heat_share_; }
-  [[nodiscard]] const JointVector& heat() const noexcept { return heat_; }  ///< 1 = rated current for ever.
 
  private:
   [[nodiscard]] double share_within_heat(const JointVector& torque_Nm) const noexcept;
@@ -29,7 +28,7 @@ class TorqueLimiter {
 
   JointVector rated_Nm_, peak_share_, heat_time_s_;
   double slew_N_per_s_;
-  JointVector heat_ = JointVector::Zero();
+  JointVector heat_ = JointVector::Zero();  ///< 1 = rated current for ever.
   double heat_share_ = 1;
   JointVector torque_Nm_ = JointVector::Zero();
 };

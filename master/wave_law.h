@@ -28,15 +28,14 @@ class WaveLaw {
 
   [[nodiscard]] double impedance_Ns_per_m() const noexcept { return impedance_Ns_per_m_; }
   [[nodiscard]] const Wave& leaving() const noexcept { return leaving_; }
-  /// Energy in the port that has not left: never negative.
-  [[nodiscard]] double kept_J() const noexcept { return kept_J_; }
 
  private:
   double force_limit_N_;
   double impedance_Ns_per_m_ = 0;
   WaveReceiver returning_;
   Wave leaving_;
-  double kept_J_ = 0, rendered_ = 1;
+  double kept_J_ = 0;  ///< Energy in the port that has not left: never negative.
+  double rendered_ = 1;
 };
 
 }  // namespace knuckle::master

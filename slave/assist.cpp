@@ -16,11 +16,6 @@ PlanarVector raw_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian,
   return estimation::solve_tip_force(jacobian, force.fast_torque_Nm, weighed.asDiagonal()).force_N;
 }
 
-double trust_in_direction(const estimation::ForceEstimate& force, const AssistLimits& limits) noexcept {
-  const double trust = (force.confidence - limits.no_trust) / (limits.full_trust - limits.no_trust);
-  return trust > 0 ? std::min(trust, 1.0) : 0.0;  // a NaN is no trust
-}
-
 RisingForce::RisingForce(double step_s, const AssistLimits& limits) noexcept
     : step_s_(step_s), lead_s_(limits.lead_s), slope_(limits.lead_Hz, step_s, PlanarVector::Zero()) {}
 

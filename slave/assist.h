@@ -15,11 +15,9 @@ struct AssistLimits {
   /// closed, F = v sqrt(k m) + k v T, with some 150 kg, stiff ground in series with the oil, and T = 0.12 s of filters,
   /// valve delay and spool.
   double free_Ns_per_m = 6e4;
-  double lead_s = 0.15;  ///< A rising force is taken as it will be when filters, valves and spools have closed.
-  double lead_Hz = 8;    ///< Low-pass of its rise.
-  double known = 0.2;    ///< Of the limit: from here on the force has a direction.
-  /// Confidence between which the force's direction counts, as for giving way to it. Its magnitude always counts.
-  double no_trust = 0.1, full_trust = 0.4;
+  double lead_s = 0.15;      ///< A rising force is taken as it will be when filters, valves and spools have closed.
+  double lead_Hz = 8;        ///< Low-pass of its rise.
+  double known = 0.2;        ///< Of the limit: from here on the force has a direction.
   bool slows_in_air = true;  ///< Also where nothing is touched, and where the way out is not known.
   ReasonCode reason = ReasonCode::kAssistForce;
 };
@@ -37,10 +35,6 @@ struct LimitedApproach {
 /// world on the tip; not finite where the estimate is not.
 [[nodiscard]] PlanarVector raw_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian,
                                          const estimation::ForceEstimate& force) noexcept;
-
-/// How far that force tells which way is away, [0, 1].
-[[nodiscard]] double trust_in_direction(const estimation::ForceEstimate& force,
-                                        const AssistLimits& limits = kAssistLimits) noexcept;
 
 /// Force of the world on the tip, frame M: as it is, and as it will be if it goes on rising (never less).
 struct TipContact {

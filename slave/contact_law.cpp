@@ -5,23 +5,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/trust.h"
 #include "machine/oil_stiffness.h"
 
 namespace knuckle::slave {
 namespace {
 
 constexpr double kSingularity = 0.02;  // of J W J^T (about 0.5 in both directions where the arm is well bent)
-constexpr double kNoTrust = 0.1, kFullTrust = 0.4;  // confidence between which giving way fades in, as the felt force
-constexpr double kLargestPress = 10;                // of F1: force given way to, no press needs more
+constexpr double kLargestPress = 10;   // of F1: force given way to, no press needs more
 // Of F1: from where on a force is one, says where it acts, and holds the set-point back.
 constexpr double kTouching = 0.6, kPlaced = 0.6, kLeashed = 2;
 constexpr double kNoDivision = 1e-6;
 constexpr double kLeastLever_m = 0.01;
 constexpr double kUsualDoubt_N = 1000;  // of a cylinder: standing friction and free motion leave less
-
-double trusted(const Touch& touch) noexcept {
-  return std::clamp((touch.confidence - kNoTrust) / (kFullTrust - kNoTrust), 0.0, 1.0);
-}
 
 }  // namespace
 
@@ -71,7 +67,7 @@ JointVector ContactLaw::give_rad(const Touch& touch) const noexcept {
   // Springs per joint (Kq_i = Ks L_i^2) would give a stiffness that varies more than twofold with direction and pose,
   // which the operator's spring, K_l = lambda mu Ks, cannot match. Pressures that cannot be explained must not move the
   // machine: what is not trusted is not given way to, and nothing is given way to without bound.
-  PlanarVector force_N = trusted(touch) * touch.force_N;
+  PlanarVector force_N = trust(touch.confidence) * touch.force_N;
   force_N *= std::min(1.0, kLargestPress * control_.feed_forward_fade_N / std::max(force_N.norm(), 1.0));
   return to_joints(touch.jacobian) * force_N / control_.tip_stiffness_N_per_m;
 }
@@ -85,7 +81,7 @@ JointVector ContactLaw::shortened_rad(const JointVector& lead_rad, const Touch& 
   // giving way are in balance all joints then rest. Valves do not keep the balance of some that press and others that
   // yield. Where the force is not trusted its direction is not either: what leads along the contact goes on there, or
   // noise of the direction would switch it on and off.
-  const double along_m = (1 - trusted(touch)) * control_.feed_forward_fade_N / control_.tip_stiffness_N_per_m;
+  const double along_m = (1 - trust(touch.confidence)) * control_.feed_forward_fade_N / control_.tip_stiffness_N_per_m;
   const double share = (allowed_m + along_m) / (pressing_m + along_m);
   const double rest_m = allowed_m - share * share * pressing_m;
   return share * share * lead_rad + to_joints(touch.jacobian) * (-rest_m * touch.away);
@@ -101,9 +97,9 @@ JointVector ContactLaw::leashed_rad(const JointVector& lead_rad, const Touch& to
   if (known <= 0) return lead_rad;
   const double f1_N = control_.feed_forward_fade_N;
   // What is not given way to is not pressed on either, and counts for a wall.
-  const double shown_and_margin_N = trusted(touch) * (std::max(0.0, touch.away.dot(shown_N)) + f1_N);
+  const double shown_and_margin_N = trust(touch.confidence) * (std::max(0.0, touch.away.dot(shown_N)) + f1_N);
   const JointVector felt_rad = shortened_rad(lead_rad, touch, shown_and_margin_N);
-  const JointVector leashed_rad = lead_rad + known * (1 - trusted(touch) * yielding) * (felt_rad - lead_rad);
+  const JointVector leashed_rad = lead_rad + known * (1 - trust(touch.confidence) * yielding) * (felt_rad - lead_rad);
   return leashed_rad + known * (shortened_rad(leashed_rad, touch, most_N) - leashed_rad);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/trust.h"
 #include "machine/oil_stiffness.h"
 #include "transport/link_messages.h"
 
@@ -68,6 +69,7 @@ void JointControl::reset() noexcept {
   touched_m_.setZero();
   known_ = 0;
   ahead_.reset(JointVector::Zero());
+  learning_.fill(Learning(step_s_));
 }
 
 JointVector JointControl::fed_forward(const Touch& touch, const PlanarVector& force_N, double fade, double held,
@@ -89,8 +91,12 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
   const double tip_force = force.tip_N.norm();
   // Fed forward into a wall, the set-point's speed would press; soil and loads go along with it, and away it only
   // helps.
-  touched_m_ += step_s_ * (touch.jacobian * state.rate_radps);
-  output.yielding = yielding_.step(touched_m_, force.tip_N);
+  if (touch.jacobian.allFinite()) {
+    touched_m_ += step_s_ * (touch.jacobian * state.rate_radps);
+    output.yielding = yielding_.step(touched_m_, force.tip_N);
+  } else {
+    yielding_.reset();  // nobody knows where it is touched
+  }
   const double fade = (1 - output.yielding) * std::min(1.0, tip_force / control.feed_forward_fade_N);
   const double lead = kAccelerationLead_s * std::max(0.0, 1.0 - tip_force / (kLeadFade * control.feed_forward_fade_N));
   const JointVector before = velocity_.value();
@@ -228,7 +234,7 @@ void JointControl::limit_force(const Touch& touch, const estimation::ForceEstima
   const PlanarVector force_N = raw_tip_force(touch.tip_jacobian, force);
   const auto limit = [&](RisingForce& rising, double limit_N, const AssistLimits& limits, LimitFlag flag) {
     TipContact contact = rising.step(force_N);
-    contact.direction_trust = trust_in_direction(force);
+    contact.direction_trust = trust(force.confidence);
     const LimitedApproach approach = limit_approach(output.rate_radps, touch.jacobian, contact, limit_N, limits);
     output.rate_radps = approach.rate_radps;
     if (!approach.limiting) return;

@@ -128,6 +128,7 @@ void SlaveLoop::estimate(Time now) noexcept {
     sensor_fault_ = sensors_.unreachable();
     return;
   }
+  measured_at_ = sensors_.newest_at();
   rest_rate_.step(state_->rate_radps);
   force_.step(*state_);
   payload_.step(*state_, force_.estimate());
@@ -283,7 +284,7 @@ void SlaveLoop::go_on_if_asked(Time now) noexcept {
 void SlaveLoop::publish(Time now) noexcept {
   const estimation::ForceEstimate& force = force_.estimate();
   sent_.stamp = session_.stamp(sent_.stamp.sequence + 1, now);
-  sent_.sensor_at = session_.to_link(sensors_.newest_at());
+  sent_.sensor_at = session_.to_link(measured_at_);
   sent_.mode = decision_.state.mode;
   const Reason& limiting = gate_.limiting ? gate_.limiting : control_output_.assist;
   sent_.blocking = decision_.state.mode == Mode::kEngaged ? limiting : decision_.blocking;

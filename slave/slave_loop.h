@@ -137,6 +137,7 @@ class SlaveLoop {
   JointVector wanted_ = JointVector::Zero();
   GateResult gate_;
   SlaveMessage sent_;
+  Time measured_at_ = kNever;  ///< Of the newest sensor frame behind state and force.
   double energy_in_J_ = 0;
   std::uint32_t malformed_ = 0;
 };

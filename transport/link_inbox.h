@@ -27,9 +27,9 @@ class LinkInbox {
     return false;
   }
   /// When it came to this computer. The wire measures how long it waited by a clock that may be set meanwhile; what was
-  /// not there when all had been read has come since.
+  /// not there when all had been read has come since. Never after now, though the reader's clock may be set back.
   [[nodiscard]] Time arrival(const Datagram& datagram) const noexcept {
-    return now_ - std::clamp(datagram.waited, Duration::zero(), now_ - emptied_at_);
+    return now_ - std::max(Duration::zero(), std::min(datagram.waited, now_ - emptied_at_));
   }
 
  private:

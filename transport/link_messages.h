@@ -69,7 +69,9 @@ struct MasterMessage {
 /// Machine to operator, 200 Hz.
 struct SlaveMessage {
   LinkStamp stamp;
-  Time sensor_at{};  ///< Clock of the stamp, when the newest sensor frame behind this force came in.
+  /// Clock of the stamp, when the newest sensor frame behind what was measured came in: it stands still while only some
+  /// sensors are sound, as pose, pressures and force do.
+  Time sensor_at{};
   Mode mode = Mode::kOff;
   Reason blocking;                                 ///< Why not engaged, or what limits.
   Reason fault;                                    ///< The latched fault.

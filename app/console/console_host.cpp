@@ -77,15 +77,18 @@ void ConsoleHost::begin() {
                                              clock_, [this](Time now) { loop_->step(now); });
 }
 
+void ConsoleHost::end_loop() {
+  if (!thread_) return;
+  loop_->let_go();
+  const Time latest = clock_.now() + kLongestEnd;
+  while (!loop_->has_let_go() && clock_.now() < latest) clock_.sleep_until(clock_.now() + kTick);
+  thread_->stop();
+  thread_.reset();
+  write_frames();
+}
+
 void ConsoleHost::stop() {
-  if (thread_) {
-    loop_->let_go();
-    const Time latest = clock_.now() + kLongestEnd;
-    while (!loop_->has_let_go() && clock_.now() < latest) clock_.sleep_until(clock_.now() + kTick);
-    thread_->stop();
-    thread_.reset();
-    write_frames();
-  }
+  end_loop();
   log_.close();
 }
 

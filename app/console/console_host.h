@@ -1,5 +1,6 @@
 // Everything behind the console's window, in the window's hands: clock, real-time thread, loop, and the log of the
-// simulated bus, and recordings. All calls belong to the window's thread; none waits for the loop but stop().
+// simulated bus, and recordings. All calls belong to the window's thread; none waits for the loop but end_loop() and
+// stop().
 #pragma once
 
 #include <cstdint>
@@ -44,7 +45,10 @@ class ConsoleHost {
   void skip_to(double simulated_s);
   /// From now on the loop runs, in a thread of its own.
   void begin();
-  /// Lets go of machine and device in order, and ends the thread and the recording. May be called again.
+  /// Lets go of machine and device in order, and ends the thread: what happened until then can still be recorded. May
+  /// be called again.
+  void end_loop();
+  /// The same, and ends the recording.
   void stop();
 
   /// In every frame: what is requested; a session is restarted where reset_count has grown, and begins a recording of

@@ -29,6 +29,9 @@ struct OperatorSide {
   double hand_energy_J = 0;  ///< Net work of the rendered force on the hand.
 };
 
+/// Silence after which the machine counts as not heard: 50 messages.
+inline constexpr double kLinkLost_s = 0.25;
+
 /// The link as the operator's side sees it.
 struct LinkSide {
   bool heard = false;          ///< The machine, ever.

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/console/console_view.h"
 #include "app/console/machine_words.h"
 
 namespace knuckle::console {
 namespace {
 
-constexpr double kSilent_s = 1;
 constexpr Duration kStanding = 1s;
 constexpr double kWellWithin = 0.9;  // of the maximum set: a force that hovers about it is told once
 
@@ -45,7 +45,7 @@ void EventWatch::step(Time now, const Watched& side, const sim::WorldEventRing* 
 
 void EventWatch::watch_machine(Time now, const Watched& side) noexcept {
   const SlaveMessage* machine = side.machine;
-  const bool heard = machine != nullptr && side.silence_s < kSilent_s;
+  const bool heard = machine != nullptr && side.silence_s < kLinkLost_s;
   if (heard != told_.heard) note(now, ConsoleEventKind::kLink, heard);
   told_.heard = heard;
   if (!heard) return;

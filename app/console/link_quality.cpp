@@ -37,6 +37,8 @@ std::optional<LinkVerdict> link_verdict(const LinkSide& link, double later_s) {
   worse(link.loss, kLossBounds, fmt::format("{:.0f} % lost", link.loss * 100));
   worse(jitter_s, kJitterBounds_s, fmt::format("{:.0f} ms jitter", jitter_s * 1e3));
   worse(used, kSilenceBounds, fmt::format("silent for {:.0f} ms", silence_s * 1e3));
+  if (link.round_trip.count() == 0 && verdict.quality != LinkQuality::kBad)
+    return LinkVerdict{LinkQuality::kBad, "round trip not known"};
   return verdict;
 }
 

@@ -94,8 +94,8 @@ void SlaveCameras::seal_with(const std::optional<secure::VideoSecret>& secret) {
     sent.sender->set_key(secret ? std::optional(secure::video_key(*secret, sent.name)) : std::nullopt);
 }
 
-void SlaveCameras::follow_link(Time now, Duration round_trip, bool silent) {
-  const int rate_kbps = rule_.step(now, round_trip, silent);
+void SlaveCameras::follow_link(Time now, Time heard_at, Duration round_trip, bool silent) {
+  const int rate_kbps = rule_.step(now, heard_at, round_trip, silent);
   for (const Sent& sent : all_) sent.sender->set_rate(rate_kbps);
 }
 

@@ -66,8 +66,8 @@ class SlaveCameras {
   /// Of the session that is there now: pictures are sealed with it from now on. nullopt: there is none, and none is
   /// sent.
   void seal_with(const std::optional<secure::VideoSecret>& secret);
-  /// Often; never waits. @param round_trip, @param silent of the link.
-  void follow_link(Time now, Duration round_trip, bool silent);
+  /// Often; never waits. Parameters as of video::RateRule::step().
+  void follow_link(Time now, Time heard_at, Duration round_trip, bool silent);
   /// What has happened since.
   [[nodiscard]] std::vector<cli::News> news();
 

@@ -283,8 +283,8 @@ int run(const Options& o, const DrawCamera& draw) {
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&candump, &csv};
-  records.on_link = [&cameras](Time now, Duration round_trip, bool silent) {
-    cameras.follow_link(now, round_trip, silent);
+  records.on_link = [&cameras](Time now, Time heard_at, Duration round_trip, bool silent) {
+    cameras.follow_link(now, heard_at, round_trip, silent);
   };
   pairing::ChosenLink::Watch watch;
   if (audit) {

@@ -28,7 +28,7 @@ constexpr Duration kStandingReason = 1s;  // what blocks for longer is an event,
 struct SlaveStatus {
   Mode mode = Mode::kOff;
   Reason blocking, fault;
-  bool heard = false;  ///< The operator's side, ever.
+  Time heard_at = kNever;  ///< Newest message of the operator's side.
   Duration round_trip{};
   bool silent = false;  ///< Nothing new for longer than the limit.
   AssistSettings assist;
@@ -129,8 +129,7 @@ void SlaveRunner::observe(Time now) noexcept {
   const ModeEvent event{now, slave_.mode(), slave_.blocking(), slave_.fault()};
   if (event.mode != last_.mode || !same_cause(event.fault, last_.fault)) events_.push(event);
   last_ = event;
-  const bool heard = slave_.master_at() != kNever;
-  status_.put({event.mode, event.blocking, event.fault, heard, slave_.round_trip(),
+  status_.put({event.mode, event.blocking, event.fault, slave_.master_at(), slave_.round_trip(),
                now - slave_.master_at() > slave::kLossLimits.neutral, slave_.master().assist});
   if (wants_rows_ && slave_.sensors().measurement()) rows_.push(slave::state_of(now, slave_));
 }
@@ -213,7 +212,8 @@ class Teller {
     tell_nodes(runner);
     const SlaveStatus& status = runner.status();
     tell_assist(status);
-    if (status.heard && records_.on_link) records_.on_link(now, status.round_trip, status.silent);
+    if (status.heard_at != kNever && records_.on_link)
+      records_.on_link(now, status.heard_at, status.round_trip, status.silent);
     if (!same_cause(status.blocking, standing_)) standing_since_ = now;
     standing_ = status.blocking;
     if (standing_ && !same_cause(standing_, told_) && now - standing_since_ >= kStandingReason) {
@@ -243,7 +243,7 @@ class Teller {
   void tell_assist(const SlaveStatus& status) {
     const bool same =
         status.assist.force_limit_N == assist_.force_limit_N && status.assist.stop_on_object == assist_.stop_on_object;
-    if (!status.heard || same) return;
+    if (status.heard_at == kNever || same) return;
     assist_ = status.assist;
     if (records_.on_assist) records_.on_assist(assist_);
   }
@@ -262,7 +262,7 @@ class Teller {
   static std::vector<std::string> status_parts(const SlaveStatus& status) {
     std::vector<std::string> parts{name(status.mode)};
     if (status.blocking) parts.push_back(text(status.blocking));
-    if (!status.heard) {
+    if (status.heard_at == kNever) {
       parts.emplace_back("operator: no packets received yet");
     } else if (status.round_trip < 10s) {
       parts.push_back(fmt::format("round trip {:.0f} ms", 1e3 * to_seconds(status.round_trip)));

@@ -40,7 +40,8 @@ struct SlaveRecords {
   bool simulated = false;                   ///< There is no real machine on the bus.
   // Called by the thread that tends the loop; may be empty.
   std::function<void(const ModeEvent&)> on_mode{};
-  std::function<void(Time now, Duration round_trip, bool silent)> on_link{};  ///< Every 20 ms, once heard.
+  /// Every 20 ms, once heard.
+  std::function<void(Time now, Time heard_at, Duration round_trip, bool silent)> on_link{};
   std::function<void(const AssistSettings&)> on_assist{};  ///< The operator has set other assists than before.
 };
 

@@ -30,7 +30,9 @@ void MasterBook::note(Time now, const master::MasterLoop& master) noexcept {
   if (!told || told->stamp.sequence == heard) return;
   heard = told->stamp.sequence;
   slave_to_master.add(now - (told->stamp.sent_at - far_origin));
-  if (told->sensor_at != kNever) add_span(felt, {told->sensor_at - far_origin, now});
+  if (told->sensor_at != kNever && told->sensor_at != felt_sensor_at)
+    add_span(felt, {told->sensor_at - far_origin, now});
+  felt_sensor_at = told->sensor_at;
   if (master.device().ok) hand_to_master.add(now - master.device().measured_at);
 }
 

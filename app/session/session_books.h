@@ -30,6 +30,7 @@ struct MasterBook {
   Duration far_origin;
   Histogram slave_to_master, hand_to_master;
   std::vector<Span> felt;
+  Time felt_sensor_at = kNever;
   std::uint32_t heard = 0;  ///< Sequence of the newest message.
   std::vector<WarningRecord> warnings;
   Reason warned;

@@ -35,6 +35,24 @@ class MaximumForce : public testing::Test {
   std::vector<ConsoleEvent> told_;
 };
 
+/// What the banner calls a lost link and sounds an alarm for is in the list of events, too.
+TEST(EventWatch, TellsOfALinkThatIsLostForAsLongAsTheBannerSaysIt) {
+  const auto ring = std::make_unique<EventRing>();
+  EventWatch watch(*ring);
+  const SlaveMessage machine;
+  Watched side;
+  side.machine = &machine;
+  std::vector<bool> told;
+  Time now{};
+  for (const double silence_s : {0.0, 0.2, 0.3, 0.6, 0.0}) {
+    side.silence_s = silence_s;
+    watch.step(now += 5ms, side, nullptr);
+    for (ConsoleEvent event; ring->pop(event);)
+      if (event.kind == ConsoleEventKind::kLink) told.push_back(event.on);
+  }
+  EXPECT_EQ(told, (std::vector<bool>{true, false, true}));
+}
+
 TEST_F(MaximumForce, IsToldWithForceAndMaximumWhenItIsExceeded) {
   press(4990);
   EXPECT_TRUE(told_.empty());

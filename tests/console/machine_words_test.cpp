@@ -113,6 +113,12 @@ TEST(LinkVerdict, TheWorstOfWhatWasMeasuredDecides) {
   EXPECT_EQ(link_verdict(jittery, 0)->quality, LinkQuality::kPoor);
   EXPECT_EQ(link_verdict(good_link(), 0.15)->quality, LinkQuality::kPoor) << "time to neutral runs out";
   EXPECT_FALSE(link_verdict(LinkSide{}, 0));
+  LinkSide unanswered = good_link();
+  unanswered.round_trip = {};
+  EXPECT_EQ(link_verdict(unanswered, 0)->quality, LinkQuality::kBad) << "what was not measured is not good";
+  EXPECT_EQ(link_verdict(unanswered, 0)->words, "round trip not known");
+  unanswered.loss = 1;
+  EXPECT_EQ(link_verdict(unanswered, 0)->words, "100 % lost") << "which is why";
   LinkSide one_side = good_link();
   one_side.loss = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(link_verdict(one_side, 0)) << "not recorded: no judgement";

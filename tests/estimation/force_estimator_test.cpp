@@ -36,7 +36,9 @@ TEST(ForceEstimator, KnownForceStepIsRecoveredInMagnitudeDirectionAndTime) {
     if (slow90_s < 0 && e.tip_N.dot(force) > 0.9 * force.squaredNorm()) slow90_s = t;
     if (fast90_s < 0 && e.fast_torque_Nm.dot(expected) > 0.9 * expected.squaredNorm()) fast90_s = t;
   }
+  EXPECT_GT(slow90_s, 0);
   EXPECT_LT(slow90_s, 0.22);
+  EXPECT_GT(fast90_s, 0) << "never";
   EXPECT_LT(fast90_s, 0.12);
   const ForceEstimate& e = run.estimator().estimate();
   EXPECT_LT((e.tip_N - force).norm(), 0.05 * force.norm());

@@ -37,6 +37,24 @@ TEST(TorqueLimiter, TakesANonFiniteTorqueForNone) {
   EXPECT_EQ(limiter.step(wanted, posture.jacobian, 1e-3).norm(), 0);
 }
 
+TEST(TorqueLimiter, MotorsCoolWhileTheDeviceIsOff) {
+  TorqueLimiter limiter(test::desk_device());
+  const auto posture = DeviceKinematics(test::desk_device().link_m).posture(kMidPosture);
+  const JointVector wanted_Nm = JointVector::Constant(1e3);
+  const auto press = [&](double seconds) {
+    JointVector torque_Nm;
+    for (double t = 0; t < seconds; t += 1e-3) torque_Nm = limiter.step(wanted_Nm, posture.jacobian, 1e-3);
+    return torque_Nm.norm();
+  };
+  const double cold_Nm = press(1);
+  const double hot_Nm = press(120);
+  ASSERT_LT(hot_Nm, 0.9 * cold_Nm);
+  limiter.rest(1e-3);
+  EXPECT_EQ(limiter.heat_share(), 1) << "nothing is wanted, nothing is taken away";
+  for (double t = 0; t < 600; t += 1e-3) limiter.rest(1e-3);
+  EXPECT_NEAR(press(1), cold_Nm, 0.01 * cold_Nm);
+}
+
 TEST(EnergyPort, LowersTheForceWhileMoreThanHalfAJouleNetComesBackInTwoSeconds) {
   EnergyPort port;
   for (int i = 0; i < 1000; ++i) port.step(-2, 1e-3);  // the hand puts in 2 J,

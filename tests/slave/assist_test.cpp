@@ -236,12 +236,6 @@ TEST(ForceLimitedApproach, DistrustNeverMakesTheForceLess) {
   }
 }
 
-TEST(ForceLimitedApproach, DirectionCountsAsFarAsItIsTrusted) {
-  for (const auto& [confidence, trust] : {std::pair{1.0, 1.0}, {0.4, 1.0}, {0.25, 0.5}, {0.1, 0.0}, {kNan, 0.0}}) {
-    EXPECT_NEAR(trust_in_direction(estimate({-2000, 300}, confidence)), trust, 1e-12) << confidence;
-  }
-}
-
 TEST(ForceLimitedApproach, WithoutTrustItHoldsAgainstTheLimitAndLeavesAtTheSpeedOfFreeAir) {
   const JointVector rate(0.3, 0.3, 0);
   const PlanarVector along = (jacobian() * rate).normalized();

@@ -113,8 +113,7 @@ TEST(JointControl, HoldsAPoseWithinACentimetreWithoutALimitCycle) {
   }
 }
 
-TEST(JointControl, PressesWithTheStiffnessTheMachineFileAsksFor) {
-  // Static: force = Ks * (asked depth - reached depth) along the wall's normal, Kq_i = Ks L_i^2 per joint.
+TEST(JointControl, PressesAStiffWallWithoutHammeringOnIt) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     sim::WorldDescription world;
     world.walls.push_back({});
@@ -194,6 +193,7 @@ class PressedMachine {
     estimation::ForceEstimate force;
     force.fast_torque_Nm = kinematics_.tip_jacobian(kStart).transpose() * tip_N;
     force.look_variance_Nm2 = JointVector::Constant(2500);
+    force.tip_N = tip_N;
     force.confidence = confidence;
     const JointVector ahead = kinematics_.tip_jacobian(kStart).transpose() * PlanarVector(0.2, 0);
     return control_.step(state, force, {kStart + ahead, JointVector::Zero(), true, shown * tip_N, limit_N},
@@ -288,7 +288,14 @@ TEST(JointControl, ForceLimitWithAnUnknownForceHoldsStillAndLetsGoWhenItIsKnownA
   EXPECT_NE(held.limits & kLimitAssistForce, 0);
   EXPECT_EQ(held.assist.code, ReasonCode::kAssistForceUnknown);
   EXPECT_TRUE(held.valve.allFinite());
+  EXPECT_EQ(held.yielding, 0);
   EXPECT_GT(machine.forward_mps(machine.step({-100, 0}, 1500)), 0.01);
+  // Forces that a contact is judged from, too.
+  for (int i = 0; i < 10; ++i) {
+    const auto known = machine.step({-400, 0}, 1500);
+    EXPECT_TRUE(std::isfinite(known.yielding));
+    EXPECT_TRUE(known.valve.allFinite());
+  }
 }
 
 TEST(JointControl, PressesOnToTheMachinesCeilingAndNotBeyondWhateverTheForceIsTrusted) {
@@ -373,6 +380,28 @@ TEST(JointControl, OpensLessWhereALoadPushesTheOilOut) {
   light.over(200, 30, 0, 1);
   heavy.over(200, 120, 0, 1);
   EXPECT_LT(std::abs(heavy.over(200, 120, 0, 1).mean), 0.9 * std::abs(light.over(200, 30, 0, 1).mean));
+}
+
+TEST(JointControl, LearnsNothingFromWhatWasCommandedBeforeItWasLetGo) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  const Kinematics kinematics(machine);
+  estimation::JointState standing;
+  standing.angle_rad = kStart;
+  for (int i = 0; i < kJoints; ++i) standing.lever_m[i] = kinematics.cylinder_at(i, kStart[i])->lever_m;
+  estimation::JointState moving = standing;
+  moving.cylinder_mps.setConstant(0.1);
+  const JointCommand fast{kStart + JointVector::Constant(0.2), JointVector::Zero(), true},
+      hold{kStart, JointVector::Zero(), true}, let_go{kStart, JointVector::Zero(), false};
+  JointControl fresh(machine, kStep_s), again(machine, kStep_s);
+  const auto stand = [&](JointControl& control) {
+    for (int k = 0; k < 100; ++k) control.step(standing, {}, hold, JointVector::Zero());
+  };
+  for (int k = 0; k < 100; ++k) again.step(moving, {}, fast, JointVector::Zero());
+  again.step(standing, {}, let_go, JointVector::Zero());
+  stand(again);
+  stand(fresh);
+  for (const double error_rad : {0.02, -0.02})
+    EXPECT_NEAR((answer(again, standing, error_rad) - answer(fresh, standing, error_rad)).norm(), 0, 1e-12);
 }
 
 TEST(JointControl, LearnsNoMoreThanItsLimit) {

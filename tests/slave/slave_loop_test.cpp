@@ -284,17 +284,37 @@ TEST(SlaveLoop, NodeThatComesBackIsSetUpAgainOnceTheOperatorLetsGo) {
   }
 }
 
+/// Other sensors go on: their frames are no sign that pose and force are of now.
+TEST(SlaveLoop, WhatIsMeasuredIsAsOldAsItsFramesOnceOneSensorIsSilent) {
+  BenchMachine m;
+  lead(m);
+  const auto age = [&m] { return m.link.last()->stamp.sent_at - m.link.last()->sensor_at; };
+  m.run(100ms);
+  EXPECT_LT(age(), 10ms);
+  constexpr std::uint8_t kPressure = 0x22;
+  m.nodes.inject(kPressure, sim::NodeFault::kSilent);
+  m.run(1s);
+  ASSERT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_GT(age(), 900ms);
+  m.nodes.inject(kPressure, sim::NodeFault::kNone);
+  m.hand.enable = false;
+  m.run(1s);
+  EXPECT_LT(age(), 10ms);
+}
+
 TEST(SlaveLoop, OldAndDoubledPacketsAreNotActedOn) {
   BenchMachine m;
   lead(m);
   const MasterMessage newest = m.hand;
   m.run(10ms);
+  const JointVector taken_rad = m.loop.master().position_rad;
   MasterMessage old = newest;
-  old.position_rad.setConstant(1e3);
+  old.position_rad.array() += 0.01;
   m.link_up = false;
   m.link.deliver(encode(old));
   m.run(10ms);
-  EXPECT_LT(m.loop.master().position_rad.norm(), 10);
+  EXPECT_EQ(m.loop.master().position_rad, taken_rad);
+  EXPECT_EQ(m.loop.malformed_datagrams(), 0U) << "it was good enough to be acted on";
 }
 
 TEST(SlaveLoop, DeadLinkWithNonsenseOnItCountsAsLost) {

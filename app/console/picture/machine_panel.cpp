@@ -54,7 +54,15 @@ void MachinePanel::watch(const ConsoleView& view) {
 
 void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, const ConsoleView& view) {
   pulled_ = {};
-  if (picture.width() < 1 || picture.height() < 1) return;
+  // A pull that has ended begins anew with a new press only.
+  if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
+    pulled_in_.reset();
+    pull_ended_ = false;
+  }
+  if (picture.width() < 1 || picture.height() < 1) {
+    pull_ended_ |= pulled_in_.has_value();
+    return;
+  }
   widgets::pointer_area("picture", picture, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
   const ImGuiIO& io = ImGui::GetIO();
   const Viewport port = viewport_of(picture);
@@ -65,15 +73,15 @@ void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, cons
   const auto mouse_m = plane_point(side_, port, pixels(at).cwiseProduct(scale));
   Camera& camera = side_view ? side_ : orbit_;
   const bool pulls = left && side_view;
-  if (!pulls) pulled_in_.reset();
+  // A picture that has got another place or size under the mouse ends the pull, too.
+  pull_ended_ |= pulled_in_ && !(pulls && *pulled_in_ == port);
   if (!pulls && held && ImGui::IsMouseDown(ImGuiMouseButton_Right)) camera = shifted(camera, drag, port);
   if (!pulls && ImGui::IsItemHovered() && io.MouseWheel != 0)
     camera = zoomed(camera, static_cast<double>(io.MouseWheel), mouse_m.value_or(PlanarVector::Zero()));
   if (left && !side_view) orbit_ = turned(orbit_, drag, port);
   if (!pulls) return;
   if (!pulled_in_) pulled_in_ = port;
-  // A picture that has got another place or size under the mouse ends the pull.
-  if (mouse_m && *pulled_in_ == port)
+  if (mouse_m && !pull_ended_)
     pulled_ = hand_from_drag(*mouse_m - kinematics_.tip(view.hand.ghost_rad), view.hand.ghost_rad, kinematics_);
 }
 

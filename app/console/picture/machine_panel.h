@@ -56,6 +56,7 @@ class MachinePanel {
   LiveScene scene_;
   HandInput pulled_;
   std::optional<Viewport> pulled_in_;  ///< Where the picture was when the pull began.
+  bool pull_ended_ = false;            ///< Though the button is still down.
   Time contact_since_ = kNever;
 };
 

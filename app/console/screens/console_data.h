@@ -66,8 +66,7 @@ void choose_time(const ConsoleData& data, Time at);
 
 /// How fresh the machine's newest message is, and its status beside it.
 [[nodiscard]] inline widgets::Freshness machine_freshness(const ConsoleView& view) {
-  constexpr double kLimit_s = 0.25;  // sent 200 times a second
-  return {view.link.heard, view.link.silence_s, kLimit_s};
+  return {view.link.heard, view.link.silence_s, kLinkLost_s};
 }
 /// How fresh what its sensors say is: pose, pressures, force, payload. It continues to send the last values when they
 /// are mute.

@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "app/console/screens/screens.h"
 #include "app/console/widgets/plots.h"
@@ -48,8 +49,9 @@ void axis_card(const widgets::Ui& ui, const ConsoleData& data, std::size_t joint
              signed_percent(view.status.valve_command[axis]).c_str(), command);
   signed_row(ui, bars.cut_top(height), "spool", view.status.spool[axis],
              signed_percent(view.status.spool[axis]).c_str(), spool);
-  signed_row(ui, bars.cut_top(height), "speed", speed_mps / fastest_mps,
-             ui.units.text(widgets::Quantity::kSpeed, speed_mps).c_str(), velocity);
+  const bool moves_known = !measured_freshness(view).stale();
+  signed_row(ui, bars.cut_top(height), "speed", moves_known ? speed_mps / fastest_mps : 0,
+             moves_known ? ui.units.text(widgets::Quantity::kSpeed, speed_mps).c_str() : "-", velocity);
   const std::array lines{
       widgets::Line{"command", command, [joint](const widgets::History::Sample& s) { return s.command[joint]; }},
       widgets::Line{"spool", spool, [joint](const widgets::History::Sample& s) { return s.spool[joint]; }},
@@ -72,8 +74,11 @@ void flow_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
     widgets::put_text(t.fonts.small, t.colours.muted, {of.max.x, of.centre().y}, widgets::Align::kRight,
                       widgets::shown("of %s", ui.units.text(q, full).c_str()).c_str());
   };
-  gauge(widgets::Quantity::kFlow, "Flow to the cylinders", s.oil_flow_m3ps, h.pump_flow_m3ps, t.colours.series[0]);
-  gauge(widgets::Quantity::kPower, "Hydraulic power", s.hydraulic_power_W, h.pump_power_W, t.colours.series[1]);
+  // Calculated from speeds and pressures by the machine's side, which sends zeros while it does not know them.
+  const double known = measured_freshness(data.view).stale() ? std::numeric_limits<double>::quiet_NaN() : 1;
+  gauge(widgets::Quantity::kFlow, "Flow to the cylinders", s.oil_flow_m3ps * known, h.pump_flow_m3ps,
+        t.colours.series[0]);
+  gauge(widgets::Quantity::kPower, "Hydraulic power", s.hydraulic_power_W * known, h.pump_power_W, t.colours.series[1]);
   if (data.view.simulated)
     gauge(widgets::Quantity::kPressure, "Pump (simulated)", data.view.truth.pump_Pa, h.main_relief_Pa,
           t.colours.series[2]);

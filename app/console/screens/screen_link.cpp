@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "app/console/link_history.h"
@@ -44,8 +45,9 @@ void figures_card(const widgets::Ui& ui, const ConsoleView& view, const widgets:
   // Nothing of a link that was recorded at its other end alone.
   const double known = std::isnan(link.loss) ? link.loss : 1e3;
   row("Round trip now", link.round_trip_s * 1e3, 1, "ms");
-  row("Round trip p50", to_seconds(link.round_trip.quantile(0.5)) * known, 1, "ms");
-  row("Round trip p99", to_seconds(link.round_trip.quantile(0.99)) * known, 1, "ms");
+  const double measured = link.round_trip.count() > 0 ? known : std::numeric_limits<double>::quiet_NaN();
+  row("Round trip p50", to_seconds(link.round_trip.quantile(0.5)) * measured, 1, "ms");
+  row("Round trip p99", to_seconds(link.round_trip.quantile(0.99)) * measured, 1, "ms");
   row("Lost, machine to here", link.loss * 100, 2, "%");
   row("Age of newest packet", (link.silence_s + ui.view_age_s) * known, 0, "ms");
 }

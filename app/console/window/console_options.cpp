@@ -123,7 +123,7 @@ void check_cameras(const ConsoleOptions& o) {
   for (const std::string& text : o.cameras) {
     const video::CameraSource camera = camera_source(o, text);
     if (const std::size_t at = text.find(kFromSlave); at == camera.name.size() + 1) {
-      const auto [taken, fresh] = ports.emplace(text.substr(at), camera.name);
+      const auto [taken, fresh] = ports.emplace(text.substr(text.rfind(':') + 1), camera.name);
       if (!fresh)
         cli::refuse_option("--camera", text,
                            "camera " + taken->second +

@@ -191,6 +191,8 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   outcome.ui_cpu_share = (thread_cpu_s() - cpu_before_s) / std::max(outcome.ran_s, 1e-9);
   outcome.simulated_s = host.view().simulated_s;
   outcome.mode = name(host.view().machine.mode);
+  host.end_loop();
+  take_events(host, events, recorded);
   record_events(host, events, recorded);
   host.stop();
   outcome.events_lost = host.events_lost();

@@ -157,12 +157,15 @@ void ConsoleWindow::make_sounds(bool muted) {
   sounds_ = std::make_unique<video::SoundPlayer>();
 }
 
-void ConsoleWindow::sound(const ConsoleView& view, const EventBook& events, double view_age_s) {
+void ConsoleWindow::sound(const ConsoleView& view, EventBook& events, double view_age_s) {
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   const widgets::Freshness fresh = screens::machine_freshness(view).after(view_age_s);
   const AlarmSound due = alarms_.step(view, fresh.heard && fresh.stale(), events.open(Severity::kAlarm) == 0, now_s);
   if (!sounds_) return;
-  state_.sound_problem = sounds_->problem();
+  if (const std::string problem = sounds_->problem(); problem != std::exchange(state_.sound_problem, problem)) {
+    events.add(view.now, view.run, problem.empty() ? Severity::kInfo : Severity::kWarning, "sound",
+               problem.empty() ? "alarm sounds can be heard again" : "no alarm sound can be heard: " + problem);
+  }
   if (due != AlarmSound::kNone && !state_.muted) sounds_->play(samples_of(due, video::SoundPlayer::kRate_Hz));
 }
 

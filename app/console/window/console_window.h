@@ -72,7 +72,7 @@ class ConsoleWindow {
 
  private:
   void take_keys();
-  void sound(const ConsoleView& view, const EventBook& events, double view_age_s);
+  void sound(const ConsoleView& view, EventBook& events, double view_age_s);
   void draw_pictures(const widgets::Area& machine, const std::optional<picture::Grid>& grid, bool stale,
                      const ConsoleView& view);
   void note_picture(Time received);

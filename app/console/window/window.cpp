@@ -236,18 +236,23 @@ bool Window::key_down(int key) const {
 }
 
 std::optional<GamepadState> Window::gamepad() {
+  const PadEdges::Edges edges = pad_edges_.take();
+  pad_since_.stop_pressed |= edges.stop_pressed;
+  pad_since_.enable_released |= edges.enable_released;
   for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id) {
     GLFWgamepadstate read;
     if (glfwJoystickIsGamepad(id) == 0 || glfwGetGamepadState(id, &read) == 0) continue;
     // GLFW forgets the pointer of a gamepad that is gone.
     const bool another = pad_ >= 0 && (pad_ != id || glfwGetJoystickUserPointer(id) != this);
+    const bool fresh = pad_ < 0 || another;
     pad_ = id;
     glfwSetJoystickUserPointer(id, this);
+    if (fresh) pad_edges_.look();
     if (another) return std::nullopt;
     GamepadState state;
     std::copy(std::begin(read.buttons), std::end(read.buttons), state.buttons.begin());
     std::copy(std::begin(read.axes), std::end(read.axes), state.axes.begin());
-    return state;
+    return with(std::exchange(pad_since_, {}), state);
   }
   pad_ = -1;
   return std::nullopt;

@@ -13,6 +13,7 @@
 #include "app/console/widgets/fonts.h"
 #include "app/console/widgets/theme.h"
 #include "app/console/window/grab_watch.h"
+#include "app/console/window/pad_edges.h"
 #include "video/bell.h"
 
 struct GLFWwindow;
@@ -74,7 +75,8 @@ class Window {
 
   [[nodiscard]] const std::vector<KeyPress>& key_presses() const noexcept { return presses_; }
   [[nodiscard]] bool key_down(int key) const;
-  /// The first one there is; none for once when it is another one than before.
+  /// The first one there is; none for once when it is another one than before. A Stop that was pressed since the last
+  /// call is pressed, and an enable that was let go of is not, however short it was.
   [[nodiscard]] std::optional<GamepadState> gamepad();
   [[nodiscard]] std::array<int, 2> framebuffer_size() const;
   [[nodiscard]] GLFWwindow* handle() const noexcept { return window_; }
@@ -93,6 +95,8 @@ class Window {
   float scale_ = 1;
   bool widgets_started_ = false, full_speed_ = false, grabbed_ = false;
   int pad_ = -1;
+  PadEdges pad_edges_;
+  PadEdges::Edges pad_since_;  ///< Since a state of the gamepad was returned.
   std::vector<KeyPress> presses_, arriving_;
   std::chrono::steady_clock::time_point began_;   ///< The last whole frame.
   std::chrono::nanoseconds took_{};               ///< The last one, until it could be shown.

@@ -79,6 +79,10 @@ TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
   expect_refused(console("", "--simulate --camera mast=knuckle:0.0.0.0:5700"), "pictures are not encrypted");
   expect_refused(console("", "--simulate --camera mast=knuckle:127.0.0.1:5700 --camera rear=knuckle:127.0.0.1:5700"),
                  "--camera rear=knuckle:127.0.0.1:5700: camera mast has this port");
+  expect_refused(console("",
+                         "--connect 127.0.0.1:5683 --insecure --insecure --machine solar015 "
+                         "--camera mast=knuckle:127.0.0.1:5700 --camera rear=knuckle:0.0.0.0:5700"),
+                 "--camera rear=knuckle:0.0.0.0:5700: camera mast has this port");
   expect_refused(console("", "--simulate --camera rear=simulated"), "solar015.toml has no [[camera]] of this name");
   expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --camera mast=simulated"),
                  "a simulated camera goes with --simulate");

@@ -53,5 +53,18 @@ TEST_F(PulledTip, IsReleasedWhereThePictureGetsAnotherSizeUnderTheMouse) {
   EXPECT_TRUE(hand().presence);
 }
 
+TEST_F(PulledTip, DoesNotGoOnByItselfWhereThePictureGetsItsOldSizeAgain) {
+  state().hold_to_run = true;
+  pull();
+  ASSERT_TRUE(hand().enable);
+  const float scale = console_->window().scale();
+  console_->window().set_scale(0.8F * scale);
+  frames();
+  console_->window().set_scale(scale);
+  frames();
+  EXPECT_FALSE(hand().presence);
+  EXPECT_FALSE(hand().enable);
+}
+
 }  // namespace
 }  // namespace knuckle::console::window

@@ -81,6 +81,15 @@ TEST_F(RecordedConsole, TheKeyBSetsABookmarkAtThatTimeInTheSessionThatRuns) {
   EXPECT_FALSE(texts(files[0], "mode").empty()) << "and what else the events screen shows";
 }
 
+TEST_F(RecordedConsole, WhatHappensInTheLastFrameIsRecorded) {
+  (void)run(into_folder(), [&](ConsoleWindow& window, ConsoleHost& host) {
+    const bool pressed = window.state().stop;
+    window.state().stop = host.view().simulated_s > 0.5;
+    return !pressed;
+  });
+  EXPECT_FALSE(texts(test::recorded_in(folder_).front(), "stop").empty());
+}
+
 TEST_F(RecordedConsole, TheRecordingNamesTheFlightRecordOfAStop) {
   (void)run(into_folder(), [&](ConsoleWindow& window, ConsoleHost& host) {
     const ConsoleView& view = host.view();
