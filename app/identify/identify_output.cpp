@@ -118,7 +118,7 @@ std::string sigma_text(const Identified& result) {
     return "standard deviations with the model's own error, measured on an ensemble of simulated machines";
   const std::string naive = "standard deviations without model error: too small";
   return result.method != "full" ? naive
-                                 : naive + ", 95 % intervals contain about half of the true values; --ensemble N";
+                                 : naive + ", 95 % intervals contain fewer than half of the true values; --ensemble N";
 }
 
 std::string identify_summary(const IdentifyData& data, const Identified& result) {
