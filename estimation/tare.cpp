@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimation/compliance.h"
 #include "estimation/regressor.h"
 #include "machine/description.h"
 
@@ -26,11 +27,8 @@ constexpr double kDailyDirt_kg = 1;  // of soil that sticks to the bucket, a thi
 // Drift while running: seals and oil warm up, transmitters creep.
 constexpr double kBiasWalk_N = 1.0;          // per square root of a second
 constexpr double kFrictionWalkPart = 0.002;  // likewise
-// What yields between encoder and link: at the tip of a stretched arm of 3.2 m by bending of boom, arm and bucket, and
-// by the ground under the tracks (sizes: docs/sensitivity.md, serviced machines); larger machines yield less. No
-// drawing says it. One value per joint is not exact: levers change with the pose and pins have play.
-constexpr PerJoint<double> kBending_m_per_N{1.5e-6, 1e-6, 0.5e-6};
-constexpr double kGround_m_per_N = 2e-6, kBendingReach_m = 3.2;
+// What yields between encoder and link. One value per joint is not exact: levers change with the pose and pins have
+// play.
 constexpr double kBendingLeastPart = 0.25, kBendingWalkPart = 0.01;
 // Transmitters of machines answer within 2 to 8 ms. One constant is an approximation: they are not exactly first-order,
 // and the six differ.
@@ -95,14 +93,7 @@ void Tare::expect_drawing(const MachineDescription& machine) {
 
 /// The same for calibrated machines: identification knows nothing of it.
 void Tare::expect_bending(const MachineDescription& machine) {
-  double out_m = 0;  // joint to tip
-  JointVector compliance;
-  for (int i = kJoints - 1; i >= 0; --i) {
-    out_m += machine.links[static_cast<std::size_t>(i)].length_m;
-    compliance[i] =
-        (kBending_m_per_N[static_cast<std::size_t>(i)] + (i == kBoom ? kGround_m_per_N : 0)) / (out_m * out_m);
-  }
-  compliance *= kBendingReach_m / out_m;
+  const JointVector compliance = usual_compliance_radpNm(machine);
   for (int i = 0; i < kJoints; ++i) {
     p_(kTareBending + i, kTareBending + i) = std::pow(compliance[i], 2);
     least_[kTareBending + i] = std::pow(kBendingLeastPart * compliance[i], 2);

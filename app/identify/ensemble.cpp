@@ -20,7 +20,7 @@ constexpr std::uint64_t kSeedsApart = 0x4000'0000'0000'0000;  // from those of m
 
 struct Member {
   CalibrationVector error;  ///< Identified minus true parameters.
-  CalibrationMatrix told;   ///< Covariance from the recordings alone.
+  CalibrationMatrix told;   ///< Covariance from the residuals alone.
 };
 
 /// @throws std::runtime_error where it cannot be driven or identified, Interrupted once a signal has come.
@@ -28,7 +28,9 @@ Member member(const MachineDescription& nominal, const CommissionPlan& plan, boo
               std::uint64_t seed) {
   const sim::MachineTruth truth = sim::sample_truth(nominal, seed);
   const CommissionRuns runs = run_commissioning(nominal, truth, plan, seed, [](double) { cli::check_interrupt(); });
-  const Commissioned found = calibrate(nominal, runs, {calibrate_geometry, {}});
+  estimation::FullOptions full;
+  full.usual_errors = false;  // the ensemble measures them
+  const Commissioned found = calibrate(nominal, runs, {calibrate_geometry, full});
   if (!found.full.summary.usable) throw std::runtime_error(found.full.summary.reasons.front());
   const CalibrationVector truly =
       true_parameters(calibrated(found.machine), runs, found.full.dynamics, truth.hull_pitch_rad);

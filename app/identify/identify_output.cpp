@@ -116,9 +116,8 @@ std::string verdict(const Identified& result) {
 std::string sigma_text(const Identified& result) {
   if (result.with_model_error)
     return "standard deviations with the model's own error, measured on an ensemble of simulated machines";
-  const std::string naive = "standard deviations without model error: too small";
-  return result.method != "full" ? naive
-                                 : naive + ", 95 % intervals contain fewer than half of the true values; --ensemble N";
+  return result.method == "full" ? "standard deviations with usual errors of sensors, lengths and friction law"
+                                 : "standard deviations without model error: too small";
 }
 
 std::string identify_summary(const IdentifyData& data, const Identified& result) {

@@ -10,6 +10,7 @@
 #include "estimation/identification/least_squares.h"
 #include "estimation/identification/projection.h"
 #include "estimation/identification/savitzky_golay.h"
+#include "estimation/identification/usual_errors.h"
 #include "estimation/identification/zero_phase.h"
 #include "estimation/regressor.h"
 #include "machine/description.h"
@@ -148,10 +149,9 @@ CalibrationMatrix spread(const Matrix& of_active, const std::vector<int>& active
   return all;
 }
 
-void fill(FullResult& result, const FullOptions& options) {
-  result.dynamics.covariance = result.sandwich_covariance;
-  if (options.model_error) result.dynamics.covariance += *options.model_error;
-  result.dynamics.stribeck_mps.setConstant(options.regressor.friction.stribeck_mps);
+/// Parameters and their standard deviations, as the covariances say now.
+void fill(FullResult& result) {
+  result.dynamics.covariance = result.sandwich_covariance + result.systematic_covariance;
   result.summary.covariance = result.dynamics.covariance;
   for (int k = 0; k < kCalibrationCount; ++k) {
     IdentifiedParameter& p = result.summary.parameters[static_cast<std::size_t>(k)];
@@ -229,23 +229,56 @@ FullResult fit(const MachineDescription& machine, std::span<const Recording> rec
     parameters = nearest_consistent(parameters, spread(solution.information, active), greatest_kg);
     result.made_consistent = true;
   }
-  fill(result, options);
+  result.dynamics.stribeck_mps.setConstant(options.regressor.friction.stribeck_mps);
+  fill(result);
   summary.usable = summary.reasons.empty();
   if (result.made_consistent) summary.reasons.push_back("moved to the nearest parameters that an arm can have");
   return result;
 }
 
+/// Sum over usual errors of what each of them moves, squared. One that makes the recordings useless counts as nothing.
+CalibrationMatrix systematic_covariance(const MachineDescription& machine, std::span<const Recording> recordings,
+                                        const FullOptions& options) {
+  constexpr double kStep_s = 0.02;  // coarse is enough for differences, and quick
+  FullInput input{machine, {}, options};
+  for (const Recording& recording : recordings)
+    input.recordings.push_back(
+        decimated(recording, static_cast<std::size_t>(std::max(1L, std::lround(kStep_s / recording.step_s)))));
+  const CalibrationVector unmoved = fit(input.machine, input.recordings, input.options).dynamics.parameters;
+  CalibrationMatrix sum = CalibrationMatrix::Zero();
+  for (const UsualError& error : usual_errors(machine)) {
+    FullInput off = input;
+    error.apply(off);
+    const FullResult moved = fit(off.machine, off.recordings, off.options);
+    if (!moved.summary.usable) continue;
+    CalibrationVector change = moved.dynamics.parameters - unmoved;
+    if (error.of == UsualError::Of::kModel) change.tail<kCalibrationCount - kBaseCount>().setZero();
+    sum += change * change.transpose();
+  }
+  return sum;
+}
+
 }  // namespace
 
-/// Short recordings cannot tell the seals' friction from breakaway: then it is left to the tare.
 FullResult identify_full(const MachineDescription& machine, std::span<const Recording> recordings,
                          const FullOptions& options) {
-  FullResult all = fit(machine, recordings, options);
-  if (all.summary.indistinct.empty() || !options.regressor.friction.seal) return all;
-  FullOptions without_seal = options;
-  without_seal.regressor.friction.seal = false;
-  FullResult fewer = fit(machine, recordings, without_seal);
-  return fewer.summary.usable ? fewer : all;
+  FullOptions used = options;
+  FullResult result = fit(machine, recordings, used);
+  if (!result.summary.indistinct.empty() && options.regressor.friction.seal) {
+    // Short recordings cannot tell the seals' friction from breakaway: then it is left to the tare.
+    used.regressor.friction.seal = false;
+    FullResult fewer = fit(machine, recordings, used);
+    if (!fewer.summary.usable) return result;
+    result = std::move(fewer);
+  }
+  if (!result.summary.usable) return result;
+  if (options.model_error) {
+    result.systematic_covariance = *options.model_error;
+  } else if (options.usual_errors) {
+    result.systematic_covariance = systematic_covariance(machine, recordings, used);
+  }
+  fill(result);
+  return result;
 }
 
 TorqueComparison compare_torque(const DynamicsCalibration& dynamics, const MachineDescription& machine,

@@ -27,15 +27,17 @@ struct FullOptions {
   bool consistent = true;      ///< Nearest parameters that some arm could have, where the answer is outside.
   double cluster_s = 4;        ///< Errors within so long are taken as one for the sandwich covariance.
   ExcitationLimits limits;
-  std::optional<CalibrationMatrix> model_error;  ///< Added to the covariance: what the model itself gets wrong.
+  bool usual_errors = true;                      ///< Covariance with what usual_errors() move; some twenty more fits.
+  std::optional<CalibrationMatrix> model_error;  ///< Added to the covariance instead of those, where it is known.
 };
 
 struct FullResult {
   Identification summary;  ///< 24 parameters, order of Calibration; covariance as in `dynamics`.
   DynamicsCalibration dynamics;
   int base_rank = 0;  ///< Of the nine base columns alone: 9 with motion, 6 at rest.
-  CalibrationMatrix naive_covariance = CalibrationMatrix::Zero();     ///< As if rows were independent.
-  CalibrationMatrix sandwich_covariance = CalibrationMatrix::Zero();  ///< Clustered; without model error.
+  CalibrationMatrix naive_covariance = CalibrationMatrix::Zero();       ///< As if rows were independent.
+  CalibrationMatrix sandwich_covariance = CalibrationMatrix::Zero();    ///< Clustered; what residuals show.
+  CalibrationMatrix systematic_covariance = CalibrationMatrix::Zero();  ///< What they cannot show; by FullOptions.
   bool made_consistent = false;  ///< The least-squares answer was no possible arm and has been moved.
 };
 

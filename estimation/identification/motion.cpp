@@ -25,7 +25,8 @@ Eigen::Matrix3Xd unknown(Eigen::Index size) {
 
 /// Raw signals, and which samples have all of them.
 struct Raw {
-  Raw(const MachineDescription& machine, const Kinematics& kinematics, const Recording& recording)
+  Raw(const MachineDescription& machine, const Kinematics& kinematics, const Recording& recording,
+      const JointVector& compliance_radpNm)
       : cylinder_m(unknown(static_cast<Eigen::Index>(recording.samples.size()))),
         joint_rad(cylinder_m),
         cylinder_N(cylinder_m),
@@ -41,12 +42,13 @@ struct Raw {
       known[i] = 1;
       for (int j = 0; j < kJoints; ++j) {
         const auto k = static_cast<std::size_t>(j);
-        const auto angle = kinematics.joint_at(j, cylinder_m(j, n));
-        if (!angle) known[i] = 0;
-        joint_rad(j, n) = angle.value_or(std::numeric_limits<double>::quiet_NaN());
         cylinder_N(j, n) = m.pressure_Pa[2 * k] * machine.cylinders[k].head_area_m2() -
                            m.pressure_Pa[2 * k + 1] * machine.cylinders[k].rod_side_area_m2();
         pressure_sum_Pa(j, n) = m.pressure_Pa[2 * k] + m.pressure_Pa[2 * k + 1];
+        if (compliance_radpNm[j] != 0) yield(kinematics, j, n, compliance_radpNm[j]);
+        const auto angle = kinematics.joint_at(j, cylinder_m(j, n));
+        if (!angle) known[i] = 0;
+        joint_rad(j, n) = angle.value_or(std::numeric_limits<double>::quiet_NaN());
       }
     }
     stretches = usable_stretches(known);
@@ -54,6 +56,14 @@ struct Raw {
   Eigen::Matrix3Xd cylinder_m, joint_rad, cylinder_N, pressure_sum_Pa;
   Eigen::RowVectorXd pitch_rad;
   std::vector<Stretch> stretches;
+
+ private:
+  /// The length that the link is at, c r F behind the encoder's angle.
+  void yield(const Kinematics& kinematics, int j, Eigen::Index n, double compliance_radpNm) {
+    const auto angle = kinematics.joint_at(j, cylinder_m(j, n));
+    const auto cylinder = angle ? kinematics.cylinder_at(j, *angle) : std::nullopt;
+    if (cylinder) cylinder_m(j, n) -= cylinder->lever_m * cylinder->lever_m * compliance_radpNm * cylinder_N(j, n);
+  }
 };
 
 /// Angle, rate, lever and cylinder of one sample from what was smoothed; false where the linkage has no answer.
@@ -85,7 +95,7 @@ int smoothing_half_window(const MotionOptions& options, double step_s) noexcept 
 
 Motion offline_motion(const MachineDescription& machine, const Recording& recording, const MotionOptions& options) {
   const Kinematics kinematics(machine);
-  const Raw raw(machine, kinematics, recording);
+  const Raw raw(machine, kinematics, recording, options.compliance_radpNm);
   const Eigen::Index size = raw.cylinder_m.cols();
   const int half = smoothing_half_window(options, recording.step_s);
   const Eigen::VectorXd smoothing = savitzky_golay(half, options.order, 0, recording.step_s);

@@ -19,6 +19,8 @@ struct MotionOptions {
   enum class Smooth : std::uint8_t { kCylinderLength, kJointAngle } smooth = Smooth::kCylinderLength;
   /// Time constant of the transmitters (and of hoses that act like it), taken off: p + T dp/dt; 0 leaves pressures raw.
   double pressure_lag_s = 0;
+  /// [rad/(N m)] How far each link stays behind its encoder per torque of its cylinder, taken off.
+  JointVector compliance_radpNm = JointVector::Zero();
   double pitch_window_s = 1;  ///< The hull hardly moves, tilt sensors are coarse: mean over so long.
 };
 

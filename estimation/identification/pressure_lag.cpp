@@ -16,7 +16,9 @@ constexpr double kShortest_s = 20;  // less motion fits any shift
 
 /// Share of the torque's variance that the model, identified anew, leaves; none where it cannot be solved for.
 std::optional<double> unexplained(const MachineDescription& machine, const std::vector<Recording>& recordings) {
-  const FullResult found = identify_full(machine, recordings);
+  FullOptions options;
+  options.usual_errors = false;  // only parameters count
+  const FullResult found = identify_full(machine, recordings, options);
   if (found.summary.parameters.empty()) return {};
   double left = 0;
   for (const Recording& recording : recordings) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <numbers>
+#include <random>
 
 #include "estimation/identification/consistency.h"
 #include "estimation/identification/projection.h"
@@ -13,7 +14,15 @@
 namespace knuckle::estimation {
 namespace {
 
-FullResult full(const MachineDescription& machine, const Recording& recording, const FullOptions& options = {}) {
+/// Covariances from residuals alone: quicker, where only parameters are judged.
+FullOptions of_residuals() {
+  FullOptions options;
+  options.usual_errors = false;
+  return options;
+}
+
+FullResult full(const MachineDescription& machine, const Recording& recording,
+                const FullOptions& options = of_residuals()) {
   return identify_full(machine, std::array{recording}, options);
 }
 
@@ -181,12 +190,60 @@ TEST(Full, ExplainsHeldOutMotion) {
 TEST(Full, AddsTheModelErrorItIsGivenToItsCovariance) {
   const MachineDescription machine = plain_machine();
   const Recording recording = recorded(machine, RichMotion(), 30, 0.01, real_sensors());
-  FullOptions options;
-  const FullResult without = full(machine, recording, options);
+  const FullResult without = full(machine, recording);
+  FullOptions options;  // with usual errors, which are not counted twice
   options.model_error = CalibrationMatrix(4 * CalibrationMatrix::Identity());
   const FullResult with = full(machine, recording, options);
   EXPECT_NEAR(with.dynamics.covariance(0, 0), without.dynamics.covariance(0, 0) + 4, 1e-9);
   EXPECT_DOUBLE_EQ(with.summary.parameters[0].sigma, std::sqrt(with.dynamics.covariance(0, 0)));
+}
+
+/// Share of base parameters whose 95 % interval holds the truth.
+double covered(const FullResult& result, const BaseParameters& truth) {
+  const CalibrationMatrix& covariance = result.dynamics.covariance;
+  int inside = 0;
+  for (int k = 0; k < kBaseCount; ++k)
+    inside += std::abs(result.dynamics.parameters[k] - truth[k]) <= 1.96 * std::sqrt(covariance(k, k)) ? 1 : 0;
+  return inside / double{kBaseCount};
+}
+
+TEST(Full, IntervalsHoldTheTruthWhereSensorsAndLengthsAreAsFarOffAsTheyUsuallyAre) {
+  const MachineDescription machine = plain_machine();
+  const BaseParameters truth = lumped_parameters(machine);
+  const Recording clean = recorded(machine, RichMotion(), 30, 0.01, real_sensors());
+  std::mt19937_64 random(20);
+  std::uniform_real_distribution<double> within(-1, 1);
+  double with = 0, without = 0;
+  constexpr int kMachines = 6;
+  for (int n = 0; n < kMachines; ++n) {
+    std::array<double, 6> gain;
+    for (double& g : gain) g = 1 + 0.005 * within(random);
+    const double slope_rad = std::numbers::pi / 360 * within(random);
+    const JointVector length_m = 0.5e-3 * JointVector(within(random), within(random), within(random));
+    Recording recording = clean;
+    for (Measurement& m : recording.samples) {
+      for (std::size_t side = 0; side < gain.size(); ++side) m.pressure_Pa[side] *= gain[side];
+      m.hull_pitch_rad += slope_rad;
+      m.cylinder_m += length_m;
+    }
+    const FullResult result = full(machine, recording, FullOptions{}), narrow = full(machine, recording);
+    ASSERT_TRUE(result.summary.usable);
+    EXPECT_EQ(result.dynamics.parameters, narrow.dynamics.parameters);
+    with += covered(result, truth) / kMachines;
+    without += covered(narrow, truth) / kMachines;
+  }
+  EXPECT_GE(with, 0.9);
+  EXPECT_LT(without, 0.7);
+}
+
+TEST(Full, ASurveyNarrowsTheIntervals) {
+  MachineDescription machine = plain_machine();
+  const Recording recording = recorded(machine, RichMotion(), 30, 0.01, real_sensors());
+  const FullResult drawing = full(machine, recording, FullOptions{});
+  machine.geometry_calibration.emplace();  // `machine` is as calibrated(): only that it was surveyed counts
+  const FullResult surveyed = full(machine, recording, FullOptions{});
+  for (const int k : {kMomentX + kArm, kMomentX + kBucket})
+    EXPECT_LT(surveyed.dynamics.covariance(k, k), 0.5 * drawing.dynamics.covariance(k, k)) << k;
 }
 
 TEST(Full, SurvivesGapsWithoutBridgingThem) {

@@ -40,6 +40,20 @@ TEST(OfflineMotion, TakesEncoderOffsetsOff) {
   EXPECT_NEAR(offline_motion(machine, recording).joint_rad(kBoom, 100), before, 1e-12);
 }
 
+TEST(OfflineMotion, LinksStayBehindTheirEncodersByTheTorquesOfTheirCylinders) {
+  const MachineDescription machine = test_machine();
+  const Recording recording = recorded(machine, SineMotion{}, 2, 0.005);
+  MotionOptions options;
+  options.compliance_radpNm = JointVector(1e-6, 0, 3e-6);
+  const Motion stiff = offline_motion(machine, recording), m = offline_motion(machine, recording, options);
+  for (Eigen::Index i = 100; i < 200; i += 9) {
+    const JointVector torque_Nm = stiff.lever_m.col(i).cwiseProduct(stiff.smooth_cylinder_N.col(i));
+    const JointVector behind = options.compliance_radpNm.cwiseProduct(torque_Nm);
+    ASSERT_GT(std::abs(behind[kBoom]), 1e-4);
+    EXPECT_LT((stiff.joint_rad.col(i) - m.joint_rad.col(i) - behind).norm(), 0.02 * behind.norm());
+  }
+}
+
 TEST(OfflineMotion, NeverBridgesGaps) {
   const MachineDescription machine = test_machine();
   Recording recording = recorded(machine, SineMotion{}, 3, 0.005);

@@ -66,5 +66,18 @@ TEST_F(PulledTip, DoesNotGoOnByItselfWhereThePictureGetsItsOldSizeAgain) {
   EXPECT_FALSE(hand().enable);
 }
 
+TEST_F(PulledTip, DoesNotBeginWithAPressThatTurnedTheView) {
+  state().hold_to_run = true;
+  does("key v");
+  pull();
+  does("key v");  // to the side view, with the button still down
+  does("mousemove_relative 5 0");
+  EXPECT_FALSE(hand().presence);
+  EXPECT_FALSE(hand().enable);
+  does("mouseup 1");
+  does("mousedown 1");
+  EXPECT_TRUE(hand().presence);
+}
+
 }  // namespace
 }  // namespace knuckle::console::window
