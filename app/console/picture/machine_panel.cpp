@@ -73,7 +73,8 @@ void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, cons
   const auto mouse_m = plane_point(side_, port, pixels(at).cwiseProduct(scale));
   Camera& camera = side_view ? side_ : orbit_;
   const bool pulls = left && side_view;
-  // A picture that has got another place or size under the mouse ends the pull, too; a press that turned the view is none.
+  // A picture that has got another place or size under the mouse ends the pull, too; a press that turned the view is
+  // none.
   pull_ended_ |= left && !side_view;
   pull_ended_ |= pulled_in_ && !(pulls && *pulled_in_ == port);
   if (!pulls && held && ImGui::IsMouseDown(ImGuiMouseButton_Right)) camera = shifted(camera, drag, port);
