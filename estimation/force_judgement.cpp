@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "estimation/force_estimator.h"
+#include "estimation/length_error.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -16,10 +17,6 @@ constexpr double kFastClass_mps = 0.05;
 constexpr double kSmallestLever_m = 0.05;
 constexpr double kRippleMemory_s = 15;
 constexpr std::array<double, 2> kLeastRipple_N{35, 90};  // cylinder equivalent
-
-// Levers and angles are as wrong as pins are. Drawings: +-2 mm in x and z at both ends make 1.6 mm standard deviation
-// of the cylinder's length at a known angle, and as much of the lever; calibrated pins are known to some 0.2 mm.
-constexpr double kNominalLength_m = 2.3e-3, kCalibratedLength_m = 0.35e-3;
 
 // Contact logic.
 constexpr double kTouch2 = 25, kClear2 = 12;  // squared Mahalanobis distances of three joint torques

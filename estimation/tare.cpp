@@ -91,7 +91,7 @@ void Tare::expect_drawing(const MachineDescription& machine) {
   }
 }
 
-/// The same for calibrated machines: identification knows nothing of it.
+/// The same for calibrated machines: identification does not find it.
 void Tare::expect_bending(const MachineDescription& machine) {
   const JointVector compliance = usual_compliance_radpNm(machine);
   for (int i = 0; i < kJoints; ++i) {

@@ -57,7 +57,8 @@ void write_dynamics(std::ostream& out, const DynamicsCalibration& dynamics) {
   three("moment_z_kgm", 2 * kJoints);
   out << "residual_rms_Nm = " << array(dynamics.residual_rms_Nm)
       << "  # joint torque left over on held-out motion, to 2 Hz\n";
-  out << "# Of the parameters in this order: three of each line above, then of each cylinder coulomb_extend_N,\n"
+  out << "# sigma and covariance_SI are of the torques that this machine's own sensors make of the parameters.\n"
+         "# Of the parameters in this order: three of each line above, then of each cylinder coulomb_extend_N,\n"
          "# coulomb_retract_N, viscous_Ns_per_m (SI, not kNs), breakaway_N, load_share, seal_m2 (SI, not N/bar).\n"
          "covariance_SI = [\n";
   for (int i = 0; i < kCalibrationCount; ++i) {

@@ -158,7 +158,6 @@ Identified identify(const IdentifyData& given, const std::string& method, const 
   done(0);
   Identified result;
   result.method = method;
-  result.with_model_error = method == "full" && options.model_error;
   result.machine = given.machine;
   const MachineDescription machine = calibrated(given.machine);
   IdentifyData data = given;

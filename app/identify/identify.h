@@ -21,7 +21,6 @@ namespace knuckle::identify {
 struct Identified {
   std::string method;
   estimation::Identification summary;
-  bool with_model_error = false;                          ///< Whether the sigmas hold what the model gets wrong.
   std::vector<HoldOut> hold_out;                          ///< The method's first, then the papers' on the same data.
   std::vector<estimation::TorqueComparison> comparisons;  ///< The method's, one a held-out recording.
   std::optional<estimation::ValveResult> valves;          ///< Where recordings hold valve commands.

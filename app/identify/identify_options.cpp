@@ -57,7 +57,7 @@ void add_options(CLI::App& c, Given& given) {
       ->each(noted("--fast"));
   c.add_option("--ensemble", o.ensemble,
                "Number of simulated machines of the same drawing on which the model's own error is measured: 2 to "
-               "10000; 0: standard deviations without it")
+               "10000; 0: usual errors of sensors, lengths and the friction law are taken instead")
       ->capture_default_str()
       ->check(CLI::Validator(cli::ensemble_size_error, "", "machines"));
   c.add_option("--record", o.record,

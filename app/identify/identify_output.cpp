@@ -114,10 +114,16 @@ std::string verdict(const Identified& result) {
 }
 
 std::string sigma_text(const Identified& result) {
-  if (result.with_model_error)
-    return "standard deviations with the model's own error, measured on an ensemble of simulated machines";
-  return result.method == "full" ? "standard deviations with usual errors of sensors, lengths and friction law"
-                                 : "standard deviations without model error: too small";
+  using Sigmas = estimation::Identification::Sigmas;
+  switch (result.summary.sigmas) {
+    case Sigmas::kWithModelError:
+      return "standard deviations with the model's own error, measured on an ensemble of simulated machines";
+    case Sigmas::kWithUsualErrors:
+      return "standard deviations, of base parameters with usual errors of sensors, lengths and the friction law";
+    case Sigmas::kOfResiduals:
+      break;
+  }
+  return "standard deviations without model error: too small";
 }
 
 std::string identify_summary(const IdentifyData& data, const Identified& result) {
@@ -182,7 +188,7 @@ void write_identify_json(const IdentifyData& data, const Identified& result, std
             {"columns", summary.columns},
             {"condition_number", number(summary.condition_number)},
             {"indistinct", summary.indistinct},
-            {"model_error", result.with_model_error},
+            {"model_error", summary.sigmas == estimation::Identification::Sigmas::kWithModelError},
             {"parameters", parameters_json(data, result)}};
   Json held = Json::array();
   for (const HoldOut& h : result.hold_out) {

@@ -123,7 +123,8 @@ CalibrationVector true_parameters(const MachineDescription& machine, const Commi
 }
 
 ParameterScores score_parameters(const MachineDescription& machine, const CommissionRuns& runs,
-                                 const DynamicsCalibration& found, double hull_pitch_rad) {
+                                 const DynamicsCalibration& found, const Eigen::MatrixXd& covariance,
+                                 double hull_pitch_rad) {
   using estimation::kInertia, estimation::kMomentX, estimation::kMomentZ;
   const CalibrationVector truth = true_parameters(machine, runs, found, hull_pitch_rad);
   const CalibrationVector error = found.parameters - truth;
@@ -136,7 +137,7 @@ ParameterScores score_parameters(const MachineDescription& machine, const Commis
   }
   for (int p = 0; p < kBaseCount; ++p) {
     ++scores.intervals;
-    scores.covered += std::abs(error[p]) <= kTwoSided95 * std::sqrt(found.covariance(p, p)) ? 1 : 0;
+    scores.covered += std::abs(error[p]) <= kTwoSided95 * std::sqrt(covariance(p, p)) ? 1 : 0;
   }
   return scores;
 }

@@ -23,7 +23,9 @@ struct ParameterScores {
   int intervals = 0, covered = 0;              ///< Base parameters whose 95 % interval holds the truth.
 };
 
+/// @param covariance about the true parameters, of which the base parameters' intervals are made.
 [[nodiscard]] ParameterScores score_parameters(const MachineDescription& machine, const CommissionRuns& runs,
-                                               const DynamicsCalibration& found, double hull_pitch_rad);
+                                               const DynamicsCalibration& found, const Eigen::MatrixXd& covariance,
+                                               double hull_pitch_rad);
 
 }  // namespace knuckle::identify

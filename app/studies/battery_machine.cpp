@@ -69,7 +69,7 @@ MethodOutcome judge_full(const std::string& method, const MachineDescription& ma
   judge_torque(compare(runs.validation_slow), compare(runs.validation_digging), true, outcome);
   seen.dynamics_calibration = full.dynamics;
   seen.dynamics_calibration->residual_rms_Nm = outcome.torque_2Hz.rms_Nm;
-  outcome.parameters = identify::score_parameters(seen, runs, full.dynamics, hull_pitch_rad);
+  outcome.parameters = identify::score_parameters(seen, runs, full.dynamics, full.summary.covariance, hull_pitch_rad);
   outcome.force = score_estimator(seen, trials);
   return outcome;
 }

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "core/error.h"
 #include "estimation/identification/consistency.h"
 #include "estimation/identification/least_squares.h"
 #include "estimation/identification/projection.h"
@@ -149,15 +150,21 @@ CalibrationMatrix spread(const Matrix& of_active, const std::vector<int>& active
   return all;
 }
 
-/// Parameters and their standard deviations, as the covariances say now.
-void fill(FullResult& result) {
-  result.dynamics.covariance = result.sandwich_covariance + result.systematic_covariance;
-  result.summary.covariance = result.dynamics.covariance;
-  for (int k = 0; k < kCalibrationCount; ++k) {
-    IdentifiedParameter& p = result.summary.parameters[static_cast<std::size_t>(k)];
-    p.value = result.dynamics.parameters[k];
-    p.sigma = std::sqrt(result.dynamics.covariance(k, k));
-  }
+void set_sigmas(Identification& summary) {
+  for (int k = 0; k < kCalibrationCount; ++k)
+    summary.parameters[static_cast<std::size_t>(k)].sigma = std::sqrt(summary.covariance(k, k));
+}
+
+void fill(FullResult& result, const FullOptions& options) {
+  Identification& summary = result.summary;
+  result.dynamics.stribeck_mps.setConstant(options.regressor.friction.stribeck_mps);
+  result.dynamics.covariance = result.sandwich_covariance;
+  if (options.model_error) result.dynamics.covariance += *options.model_error;
+  summary.sigmas = options.model_error ? Identification::Sigmas::kWithModelError : Identification::Sigmas::kOfResiduals;
+  summary.covariance = result.dynamics.covariance;
+  for (int k = 0; k < kCalibrationCount; ++k)
+    summary.parameters[static_cast<std::size_t>(k)].value = result.dynamics.parameters[k];
+  set_sigmas(summary);
 }
 
 int rank_of_base(const LeastSquaresProblem& problem) {
@@ -188,6 +195,31 @@ std::vector<IdentifiedParameter> calibration_names() {
 
 namespace {
 
+/// Least squares of all recordings together.
+struct Solved {
+  LeastSquaresProblem problem;  ///< Of the active columns.
+  std::vector<int> active;
+  LeastSquaresSolution solution;
+  int base_rank = 0;
+};
+
+/// None where the recordings have no row.
+std::optional<Solved> solve(const MachineDescription& machine, std::span<const Motion> motions,
+                            const FullOptions& options) {
+  const RigidArm arm(machine);
+  Rows rows(arm, options);
+  for (const Motion& motion : motions) rows.add(motion);
+  if (rows.empty()) return {};
+  Solved solved{rows.problem(), active_columns(options), {}};
+  LeastSquaresProblem& problem = solved.problem;
+  problem.floor = column_noise(machine, options, motions.front().step_s, rows.mean_lever_m());
+  solved.base_rank = rank_of_base(problem);
+  problem.columns = Eigen::MatrixXd(problem.columns(Eigen::all, solved.active));
+  problem.floor = Eigen::VectorXd(problem.floor(solved.active));
+  solved.solution = solve_least_squares(problem, {.huber = options.huber, .rank_tolerance = kRankTolerance});
+  return solved;
+}
+
 FullResult fit(const MachineDescription& machine, std::span<const Recording> recordings, const FullOptions& options) {
   FullResult result;
   Identification& summary = result.summary;
@@ -200,25 +232,18 @@ FullResult fit(const MachineDescription& machine, std::span<const Recording> rec
   }
   summary.reasons = excitation_faults(recordings, motions, options.limits);
 
-  const RigidArm arm(machine);
-  Rows rows(arm, options);
-  for (const Motion& motion : motions) rows.add(motion);
-  if (rows.empty()) return result;
-  LeastSquaresProblem problem = rows.problem();
-  problem.floor = column_noise(machine, options, motions.front().step_s, rows.mean_lever_m());
-  result.base_rank = rank_of_base(problem);
-  const std::vector<int> active = active_columns(options);
-  problem.columns = Eigen::MatrixXd(problem.columns(Eigen::all, active));
-  problem.floor = Eigen::VectorXd(problem.floor(active));
-  const LeastSquaresSolution solution =
-      solve_least_squares(problem, {.huber = options.huber, .rank_tolerance = kRankTolerance});
+  const std::optional<Solved> solved = solve(machine, motions, options);
+  if (!solved) return result;
+  const std::vector<int>& active = solved->active;
+  const LeastSquaresSolution& solution = solved->solution;
+  result.base_rank = solved->base_rank;
   summary.condition_number = solution.condition_number;
   summary.rank = solution.rank;
   summary.columns = static_cast<int>(active.size());
   summary.indistinct = indistinct_combinations(solution, names_of(summary.parameters, active));
   if (!summary.reasons.empty()) return result;
   for (const std::string& line : summary.indistinct) summary.reasons.push_back(line);
-  judge_fit(problem, solution, kJoints, summary.reasons);
+  judge_fit(solved->problem, solution, kJoints, summary.reasons);
 
   CalibrationVector& parameters = result.dynamics.parameters;
   parameters(active) = solution.parameters;
@@ -229,33 +254,59 @@ FullResult fit(const MachineDescription& machine, std::span<const Recording> rec
     parameters = nearest_consistent(parameters, spread(solution.information, active), greatest_kg);
     result.made_consistent = true;
   }
-  result.dynamics.stribeck_mps.setConstant(options.regressor.friction.stribeck_mps);
-  fill(result);
+  fill(result, options);
   summary.usable = summary.reasons.empty();
   if (result.made_consistent) summary.reasons.push_back("moved to the nearest parameters that an arm can have");
   return result;
 }
 
-/// Sum over usual errors of what each of them moves, squared. One that makes the recordings useless counts as nothing.
-CalibrationMatrix systematic_covariance(const MachineDescription& machine, std::span<const Recording> recordings,
-                                        const FullOptions& options) {
+/// Without the bounds of what an arm can be, which would hide how far parameters move; none where the recordings cannot
+/// tell all of them, or where the machine is no machine any more.
+std::optional<CalibrationVector> free_parameters(const FullInput& input) {
+  try {
+    std::vector<Motion> motions;
+    for (const Recording& recording : input.recordings)
+      motions.push_back(offline_motion(input.machine, recording, input.options.motion));
+    const std::optional<Solved> solved = solve(input.machine, motions, input.options);
+    if (!solved || solved->solution.unseen.cols() > 0) return {};
+    CalibrationVector parameters = CalibrationVector::Zero();
+    parameters(solved->active) = solved->solution.parameters;
+    return parameters;
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
+/// Sum of the squares of what each usual error moves, in the summary. The calibration's own covariance stays: what a
+/// sensor is off moves parameters so that it cancels where the same sensor is read again.
+void widen(FullResult& result, const MachineDescription& machine, std::span<const Recording> recordings,
+           const FullOptions& options) {
   constexpr double kStep_s = 0.02;  // coarse is enough for differences, and quick
   FullInput input{machine, {}, options};
-  for (const Recording& recording : recordings)
-    input.recordings.push_back(
-        decimated(recording, static_cast<std::size_t>(std::max(1L, std::lround(kStep_s / recording.step_s)))));
-  const CalibrationVector unmoved = fit(input.machine, input.recordings, input.options).dynamics.parameters;
+  for (const Recording& recording : recordings) {
+    const long every = std::lround(kStep_s / recording.step_s);
+    input.recordings.push_back(decimated(recording, static_cast<std::size_t>(std::max(1L, every))));
+  }
+  const std::optional<CalibrationVector> unmoved = free_parameters(input);
+  std::string left_out;
   CalibrationMatrix sum = CalibrationMatrix::Zero();
   for (const UsualError& error : usual_errors(machine)) {
     FullInput off = input;
     error.apply(off);
-    const FullResult moved = fit(off.machine, off.recordings, off.options);
-    if (!moved.summary.usable) continue;
-    CalibrationVector change = moved.dynamics.parameters - unmoved;
+    const std::optional<CalibrationVector> moved = unmoved ? free_parameters(off) : std::nullopt;
+    if (!moved) {
+      left_out += (left_out.empty() ? "" : ", ") + error.name;
+      continue;
+    }
+    CalibrationVector change = *moved - *unmoved;
     if (error.of == UsualError::Of::kModel) change.tail<kCalibrationCount - kBaseCount>().setZero();
     sum += change * change.transpose();
   }
-  return sum;
+  result.summary.sigmas = Identification::Sigmas::kWithUsualErrors;
+  result.summary.covariance += sum;
+  set_sigmas(result.summary);
+  if (!left_out.empty())
+    result.summary.reasons.push_back("standard deviations do not contain what these change: " + left_out);
 }
 
 }  // namespace
@@ -271,13 +322,7 @@ FullResult identify_full(const MachineDescription& machine, std::span<const Reco
     if (!fewer.summary.usable) return result;
     result = std::move(fewer);
   }
-  if (!result.summary.usable) return result;
-  if (options.model_error) {
-    result.systematic_covariance = *options.model_error;
-  } else if (options.usual_errors) {
-    result.systematic_covariance = systematic_covariance(machine, recordings, used);
-  }
-  fill(result);
+  if (result.summary.usable && options.usual_errors && !options.model_error) widen(result, machine, recordings, used);
   return result;
 }
 

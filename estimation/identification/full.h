@@ -32,9 +32,9 @@ struct FullOptions {
 };
 
 struct FullResult {
-  Identification summary;  ///< 24 parameters, order of Calibration; covariance as in `dynamics`.
-  DynamicsCalibration dynamics;
-  int base_rank = 0;  ///< Of the nine base columns alone: 9 with motion, 6 at rest.
+  Identification summary;        ///< Parameters in the order of Calibration; covariance about the true ones.
+  DynamicsCalibration dynamics;  ///< Covariance of the torques that this machine's own sensors make of them.
+  int base_rank = 0;             ///< Of the nine base columns alone: 9 with motion, 6 at rest.
   CalibrationMatrix naive_covariance = CalibrationMatrix::Zero();       ///< As if rows were independent.
   CalibrationMatrix sandwich_covariance = CalibrationMatrix::Zero();    ///< Clustered; what residuals show.
   CalibrationMatrix systematic_covariance = CalibrationMatrix::Zero();  ///< What they cannot show; by FullOptions.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,12 @@ struct Identification {
   bool usable = false;
   std::vector<std::string> reasons{"not run"};  ///< Why not usable, or what to know before using it; each one line.
   std::vector<IdentifiedParameter> parameters;
-  Eigen::MatrixXd covariance;   ///< In the order of `parameters`.
+  Eigen::MatrixXd covariance;  ///< In the order of `parameters`.
+  enum class Sigmas : std::uint8_t {
+    kOfResiduals,      ///< Too small: what the model leaves out and sensors have wrong does not show in them.
+    kWithUsualErrors,  ///< Base parameters: with what usual_errors() change.
+    kWithModelError,   ///< With FullOptions::model_error.
+  } sigmas = Sigmas::kOfResiduals;
   double condition_number = 0;  ///< Of the weighted, column-scaled regressor.
   int rank = 0, columns = 0;
   std::vector<std::string> indistinct;  ///< Combinations that the data cannot tell apart, in words.

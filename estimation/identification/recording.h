@@ -1,6 +1,8 @@
 // A recording of raw machine signals at a fixed period: what identification works on, whatever it was read from.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -22,12 +24,14 @@ struct Recording {
   [[nodiscard]] double duration_s() const noexcept { return step_s * static_cast<double>(samples.size()); }
 };
 
-/// Every `every`-th sample, as if recorded slower.
+/// Every `every`-th sample, as if recorded slower; usable where it and those left out behind it are.
 [[nodiscard]] inline Recording decimated(const Recording& recording, std::size_t every) {
   Recording result{recording.source, recording.step_s * static_cast<double>(every), {}, {}, {}};
   for (std::size_t i = 0; i < recording.samples.size(); i += every) {
     result.samples.push_back(recording.samples[i]);
-    result.usable.push_back(recording.usable[i]);
+    const auto first = recording.usable.begin() + static_cast<std::ptrdiff_t>(i);
+    const auto length = static_cast<std::ptrdiff_t>(std::min(every, recording.usable.size() - i));
+    result.usable.push_back(*std::min_element(first, first + length));
     if (!recording.valve.empty()) result.valve.push_back(recording.valve[i]);
   }
   return result;

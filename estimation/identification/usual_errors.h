@@ -1,9 +1,11 @@
 // What no residual of a fit can show: errors of sensors, lengths and the model that the parameters take up. Found by
-// identifying the same recordings again with each of them as large as it usually is (JCGM 100:2008, type B
-// uncertainties of 4.3, sensitivities by numerical change of 5.1.3 note 2).
+// identifying the same recordings again with one of them at a time put on (type B uncertainties of JCGM 100:2008, 4.3;
+// for the model, an allowance of ours).
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "estimation/identification/full.h"
@@ -21,15 +23,16 @@ struct FullInput {
 
 struct UsualError {
   enum class Of : std::uint8_t {
-    kInput,  ///< A sensor or a length: moves all parameters alike.
-    kModel,  ///< The friction law or the weights: what friction parameters mean changes with it, so only the base
-             ///< counts.
+    kInput,  ///< A sensor or a length.
+    kModel,  ///< The friction law or the weights. What friction parameters mean changes with it: only the base counts.
   } of;
-  std::function<void(FullInput&)> apply;  ///< Puts one standard deviation of it on.
+  std::string name;                       ///< "gain of boom pressure A"
+  std::function<void(FullInput&)> apply;  ///< Puts one standard deviation of it on; of kModel, all of it.
 };
 
 /// Transmitter gains and lag, slope sensor, compliance behind the encoders; lengths, which a survey has made smaller;
-/// each term of the friction law left out; rows weighted otherwise. @param machine as calibrated().
+/// each term of the friction law the other way; rows weighted otherwise. Offsets of transmitters are not among them:
+/// they are constant forces, which friction parameters take up. @param machine as calibrated().
 [[nodiscard]] std::vector<UsualError> usual_errors(const MachineDescription& machine);
 
 }  // namespace knuckle::estimation

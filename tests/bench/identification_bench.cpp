@@ -12,14 +12,17 @@
 namespace knuckle::estimation {
 namespace {
 
-/// 200 s at 200 Hz may take 8 s, 40 s at 100 Hz 1 s; the time grows with the number of samples.
+/// 200 s at 200 Hz may take 8 s, 40 s at 100 Hz 1 s; the time grows with the number of samples. One fit, as usual
+/// errors repeat it.
 void BM_IdentifyFull(benchmark::State& bench) {
   const MachineDescription machine = plain_machine();
   const double rate_Hz = static_cast<double>(bench.range(1));
   const std::array recordings{
       recorded(machine, RichMotion(), static_cast<double>(bench.range(0)), 1 / rate_Hz, real_sensors())};
+  FullOptions options;
+  options.usual_errors = false;
   for (auto _ : bench) {
-    const FullResult result = identify_full(machine, recordings);
+    const FullResult result = identify_full(machine, recordings, options);
     if (!result.summary.usable) bench.SkipWithError(result.summary.reasons.front().c_str());
     benchmark::DoNotOptimize(result.dynamics.parameters.data());
   }

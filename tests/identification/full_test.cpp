@@ -9,6 +9,7 @@
 
 #include "estimation/identification/consistency.h"
 #include "estimation/identification/projection.h"
+#include "machine/kinematics.h"
 #include "tests/identification/synthetic.h"
 
 namespace knuckle::estimation {
@@ -198,13 +199,14 @@ TEST(Full, AddsTheModelErrorItIsGivenToItsCovariance) {
   EXPECT_DOUBLE_EQ(with.summary.parameters[0].sigma, std::sqrt(with.dynamics.covariance(0, 0)));
 }
 
-/// Share of base parameters whose 95 % interval holds the truth.
-double covered(const FullResult& result, const BaseParameters& truth) {
-  const CalibrationMatrix& covariance = result.dynamics.covariance;
-  int inside = 0;
-  for (int k = 0; k < kBaseCount; ++k)
-    inside += std::abs(result.dynamics.parameters[k] - truth[k]) <= 1.96 * std::sqrt(covariance(k, k)) ? 1 : 0;
-  return inside / double{kBaseCount};
+/// Of base parameters: errors in standard deviations.
+Eigen::VectorXd normalised_errors(const FullResult& result, const BaseParameters& truth) {
+  const Eigen::VectorXd error = result.dynamics.parameters.head<kBaseCount>() - truth;
+  return error.cwiseQuotient(result.summary.covariance.diagonal().head<kBaseCount>().cwiseSqrt());
+}
+
+double covered(const Eigen::VectorXd& normalised) {
+  return static_cast<double>((normalised.cwiseAbs().array() <= 1.96).count()) / static_cast<double>(normalised.size());
 }
 
 TEST(Full, IntervalsHoldTheTruthWhereSensorsAndLengthsAreAsFarOffAsTheyUsuallyAre) {
@@ -213,9 +215,8 @@ TEST(Full, IntervalsHoldTheTruthWhereSensorsAndLengthsAreAsFarOffAsTheyUsuallyAr
   const Recording clean = recorded(machine, RichMotion(), 30, 0.01, real_sensors());
   std::mt19937_64 random(20);
   std::uniform_real_distribution<double> within(-1, 1);
-  double with = 0, without = 0;
-  constexpr int kMachines = 6;
-  for (int n = 0; n < kMachines; ++n) {
+  Eigen::VectorXd with, without;
+  for (int n = 0; n < 6; ++n) {
     std::array<double, 6> gain;
     for (double& g : gain) g = 1 + 0.005 * within(random);
     const double slope_rad = std::numbers::pi / 360 * within(random);
@@ -228,12 +229,19 @@ TEST(Full, IntervalsHoldTheTruthWhereSensorsAndLengthsAreAsFarOffAsTheyUsuallyAr
     }
     const FullResult result = full(machine, recording, FullOptions{}), narrow = full(machine, recording);
     ASSERT_TRUE(result.summary.usable);
+    EXPECT_EQ(result.summary.sigmas, Identification::Sigmas::kWithUsualErrors);
+    EXPECT_EQ(narrow.summary.sigmas, Identification::Sigmas::kOfResiduals);
     EXPECT_EQ(result.dynamics.parameters, narrow.dynamics.parameters);
-    with += covered(result, truth) / kMachines;
-    without += covered(narrow, truth) / kMachines;
+    EXPECT_EQ(result.dynamics.covariance, narrow.dynamics.covariance)
+        << "sensors' errors cancel where they are read again";
+    for (auto [all, one] : {std::pair(&with, &result), std::pair(&without, &narrow)}) {
+      all->conservativeResize(all->size() + kBaseCount);
+      all->tail<kBaseCount>() = normalised_errors(*one, truth);
+    }
   }
-  EXPECT_GE(with, 0.9);
-  EXPECT_LT(without, 0.7);
+  EXPECT_GE(covered(with), 0.9);
+  EXPECT_LT(covered(without), 0.7);
+  EXPECT_GT(with.squaredNorm() / static_cast<double>(with.size()), 0.05) << "much wider than they need to be";
 }
 
 TEST(Full, ASurveyNarrowsTheIntervals) {
@@ -243,7 +251,31 @@ TEST(Full, ASurveyNarrowsTheIntervals) {
   machine.geometry_calibration.emplace();  // `machine` is as calibrated(): only that it was surveyed counts
   const FullResult surveyed = full(machine, recording, FullOptions{});
   for (const int k : {kMomentX + kArm, kMomentX + kBucket})
-    EXPECT_LT(surveyed.dynamics.covariance(k, k), 0.5 * drawing.dynamics.covariance(k, k)) << k;
+    EXPECT_LT(surveyed.summary.covariance(k, k), 0.5 * drawing.summary.covariance(k, k)) << k;
+}
+
+TEST(Full, NamesWhatItsIntervalsDoNotContain) {
+  MachineDescription machine = plain_machine();
+  const Recording recording = recorded(machine, RichMotion(), 30, 0.01, real_sensors());
+  const auto note = [](const FullResult& result) {
+    for (const std::string& reason : result.summary.reasons)
+      if (reason.find("do not contain") != std::string::npos) return reason;
+    return std::string();
+  };
+  EXPECT_EQ(note(full(machine, recording, FullOptions{})), "");
+  // With its pin 1.2 mm away this cylinder would have to be shorter than it can be.
+  const Kinematics kinematics(machine);
+  CylinderDescription& boom = machine.cylinders[kBoom];
+  boom.min_length_m = kinematics.cylinder_at(kBoom, machine.links[kBoom].min_rad)->length_m - 1e-4;
+  const FullResult tight = full(machine, recording, FullOptions{});
+  EXPECT_TRUE(tight.summary.usable);
+  EXPECT_NE(note(tight).find("boom cylinder's"), std::string::npos) << note(tight);
+}
+
+TEST(Recording, DecimatedBridgesNoGapThatIsShorterThanItsStep) {
+  Recording recording{"", 0.005, std::vector<Measurement>(10), std::vector<std::uint8_t>(10, 1), {}};
+  recording.usable[5] = 0;
+  EXPECT_EQ(decimated(recording, 4).usable, (std::vector<std::uint8_t>{1, 0, 1}));
 }
 
 TEST(Full, SurvivesGapsWithoutBridgingThem) {

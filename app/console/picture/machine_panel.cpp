@@ -73,9 +73,9 @@ void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, cons
   const auto mouse_m = plane_point(side_, port, pixels(at).cwiseProduct(scale));
   Camera& camera = side_view ? side_ : orbit_;
   const bool pulls = left && side_view;
-  // A picture that has got another place or size under the mouse ends the pull, too; a press that turned the view is
-  // none.
+  // A press that began by turning the view does not become a pull.
   pull_ended_ |= left && !side_view;
+  // A picture that has got another place or size under the mouse ends the pull, too.
   pull_ended_ |= pulled_in_ && !(pulls && *pulled_in_ == port);
   if (!pulls && held && ImGui::IsMouseDown(ImGuiMouseButton_Right)) camera = shifted(camera, drag, port);
   if (!pulls && ImGui::IsItemHovered() && io.MouseWheel != 0)
