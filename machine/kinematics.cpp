@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "machine/description.h"
+#include "machine/toml_lines.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {
@@ -52,9 +53,21 @@ std::optional<PlanarVector> circles_meet(const PlanarVector& a, double radius_a,
   return PlanarVector(a + along * ray + side * std::sqrt(across2) * turned_left(ray));
 }
 
+/// ":12", the line of the machine's file that sets the key; empty where it is written in another way.
+std::string line_of(const MachineDescription& machine, const std::string& key) {
+  const auto dot = key.rfind('.');
+  int line = 0, found = 0;
+  (void)edited_toml(machine.text, [&](const std::string& table, const std::string& name, const std::string& /*line*/) {
+    ++line;
+    if (name == key.substr(dot + 1) && table == "[" + key.substr(0, dot) + "]") found = line;
+  });
+  return found > 0 ? ":" + std::to_string(found) : "";
+}
+
 [[noreturn]] void refuse(const MachineDescription& machine, const std::string& key, double value,
                          const std::string& bound) {
-  throw InputError(machine.source + ": key '" + key + "' = " + number_text(value) + ": " + bound);
+  throw InputError(machine.source + line_of(machine, key) + ": key '" + key + "' = " + number_text(value) + ": " +
+                   bound);
 }
 
 /// Every length the working range needs must be within the cylinder's own.

@@ -1,5 +1,6 @@
 // The machine file's sections, one function each, with the bounds of every key.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -25,6 +26,9 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kFurthestPin_m = 30;
 constexpr double kHeaviest_kg = 50000;
 constexpr double kFullestBus = 0.6;
+constexpr double kLeastGyration = 0.05;     // radius, of a link's length
+constexpr double kLargestRadiusRatio = 10;  // of what a joint yields with to what another does
+constexpr std::array kBitRates_kbps{10, 20, 50, 125, 250, 500, 800, 1000};  // CiA 301, table 1
 
 LinkDescription read_link(TomlTable file) {
   LinkDescription link;
@@ -32,6 +36,12 @@ LinkDescription read_link(TomlTable file) {
   link.mass_kg = file.number("mass_kg", 0.1, kHeaviest_kg);
   link.com_m = file.numbers<2>("com_m", -kFurthestPin_m, kFurthestPin_m);
   link.inertia_kgm2 = file.number("inertia_kgm2", 1e-4, 1e7);
+  const double largest_kgm2 = link.mass_kg * link.length_m * link.length_m;
+  file.require(link.inertia_kgm2 >= kLeastGyration * kLeastGyration * largest_kgm2 && link.inertia_kgm2 <= largest_kgm2,
+               "inertia_kgm2",
+               "must be within [" + number_text(kLeastGyration * kLeastGyration * largest_kgm2) + ", " +
+                   number_text(largest_kgm2) + "], a radius of gyration of " + number_text(kLeastGyration) +
+                   " to 1 of length_m");
   link.min_rad = file.number("min_rad", -std::numbers::pi, std::numbers::pi);
   link.max_rad = file.number("max_rad", -std::numbers::pi, std::numbers::pi);
   file.require(link.max_rad >= link.min_rad + 0.1, "max_rad",
@@ -231,7 +241,10 @@ void read_patience(TomlTable& file, BusDescription& bus) {
 
 BusDescription read_bus(TomlTable file) {
   BusDescription bus;
-  bus.bit_rate = static_cast<std::uint32_t>(1000 * file.integer("bit_rate_kbps", 50, 1000));
+  const std::int64_t kbps = file.integer("bit_rate_kbps", kBitRates_kbps.front(), kBitRates_kbps.back());
+  file.require(std::find(kBitRates_kbps.begin(), kBitRates_kbps.end(), kbps) != kBitRates_kbps.end(), "bit_rate_kbps",
+               fmt::format("must be one of CANopen's: {}", fmt::join(kBitRates_kbps, ", ")));
+  bus.bit_rate = static_cast<std::uint32_t>(1000 * kbps);
   bus.sync_Hz = file.number("sync_Hz", 50, 250);
   const double period_ms = 1e3 / bus.sync_Hz;
   file.require(std::abs(period_ms - std::round(period_ms)) < 1e-6, "sync_Hz", "its period must be whole milliseconds");
@@ -295,6 +308,9 @@ MachineDescription::Control read_control(TomlTable file) {
     file.require(gain_1ps <= highest_1ps, key,
                  "must be at most " + number_text(highest_1ps) + " = 1e-4 * tip_stiffness_N_per_m");
   control.stiffness_radius_m = file.numbers<kJoints>("stiffness_radius_m", 0.05, kFurthestPin_m);
+  file.require(control.stiffness_radius_m.maxCoeff() <= kLargestRadiusRatio * control.stiffness_radius_m.minCoeff(),
+               "stiffness_radius_m",
+               "the largest must be at most " + number_text(kLargestRadiusRatio) + " times the smallest");
   control.contact_crossover_radps = file.number("contact_crossover_radps", 0.5, 100);
   control.feed_forward_fade_N = file.number("feed_forward_fade_N", 1, 1e6);
   control.dither = file.number("dither", 0, 0.05);

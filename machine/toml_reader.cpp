@@ -8,12 +8,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <sstream>
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "core/text.h"
 #include "machine/whole_file.h"
 
@@ -120,39 +120,6 @@ std::string value_text(const toml::node& node) {
   return shortened(whole_value_text(node));
 }
 
-/// Edits (insert, delete, replace, swap neighbours) that turn `a` into `b`.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), now(b.size() + 1);
-  std::iota(last.begin(), last.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    now[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      now[j] = std::min({last[j] + 1, now[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
-        now[j] = std::min(now[j], before[j - 2] + 1);
-      }
-    }
-    before.swap(last);
-    last.swap(now);
-  }
-  return last[b.size()];
-}
-
-template <typename Names>
-std::optional<std::string> nearest(std::string_view key, const Names& names, std::size_t furthest) {
-  std::optional<std::string> best;
-  for (const std::string& name : names) {
-    const std::size_t longer = std::max(key.size(), name.size()) - std::min(key.size(), name.size());
-    if (longer > furthest) continue;  // so many edits at least
-    const std::size_t distance = edit_distance(key, name);
-    if (distance <= furthest) {
-      furthest = distance == 0 ? 0 : distance - 1;
-      best = name;
-    }
-  }
-  return best;
-}
-
 /// "within [50, 400]"
 std::string within(double min, double max) {
   return "within [" + number_text(min) + ", " + number_text(max) + "]";
@@ -186,7 +153,7 @@ struct TomlTable::Node {
   std::string source;
   std::string path;  ///< "", or "links.boom." before a key.
   const toml::table* table;
-  std::set<std::string, std::less<>> asked;
+  std::set<std::string, std::less<>> asked, looked_for;
   std::vector<std::shared_ptr<Node>> children;
 
   [[noreturn]] void fail(const toml::node& where, const std::string& what) const {
@@ -210,20 +177,29 @@ struct TomlTable::Node {
         others.emplace_back(other.str());
       }
     }
-    const auto typo = nearest(key, others, 1);
+    const auto typo = nearest_name(key, others, 1);
     fail(typo ? *table->get(*typo) : static_cast<const toml::node&>(*table),
          name(key) + " is missing" + (typo ? "; is '" + shortened(*typo) + "' here meant to be it?" : ""));
   }
 
   TomlTable child(const toml::table& below, std::string below_path) {
-    children.push_back(std::make_shared<Node>(Node{document, text, source, std::move(below_path), &below, {}, {}}));
+    children.push_back(std::make_shared<Node>(Node{document, text, source, std::move(below_path), &below, {}, {}, {}}));
     return TomlTable(children.back());
+  }
+
+  /// The key that a misspelt one was meant to be. One that was only looked for is spelt well, but does not go with the
+  /// others; as a meant one it must be nearer, as it may be left out.
+  [[nodiscard]] std::optional<std::string> meant_by(std::string_view key) const {
+    if (looked_for.contains(key)) return std::nullopt;
+    const std::vector<std::string> known(asked.begin(), asked.end()), optional(looked_for.begin(), looked_for.end());
+    const auto meant = nearest_name(key, known);
+    return meant ? meant : nearest_name(key, optional, key.size() / 5);
   }
 
   void finish() const {
     for (const auto& [key, value] : *table) {
       if (!asked.contains(key.str())) {
-        const auto meant = nearest(key.str(), asked, std::max<std::size_t>(2, 2 * key.length() / 5));
+        const auto meant = meant_by(key.str());
         refuse(key.str(), value,
                meant ? "unknown key; did you mean '" + *meant + "'?"
                      : "unknown key, or one that does not go with the other keys here");
@@ -243,7 +219,7 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& source) {
     auto document = std::make_shared<const toml::table>(toml::parse(text, source));
     const toml::table* root = document.get();
     return TomlTable(std::make_shared<Node>(
-        Node{std::move(document), std::make_shared<const std::string>(text), source, "", root, {}, {}}));
+        Node{std::move(document), std::make_shared<const std::string>(text), source, "", root, {}, {}, {}}));
   } catch (const toml::parse_error& error) {
     throw InputError(source + ":" + std::to_string(error.source().begin.line) + ": " + printable(error.description()));
   }
@@ -358,6 +334,7 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) {
 }
 
 bool TomlTable::has(std::string_view key) const {
+  node_->looked_for.emplace(key);
   return node_->table->contains(key);
 }
 

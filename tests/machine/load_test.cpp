@@ -190,6 +190,15 @@ TEST_P(Contradiction, BucketOutlineMustBeConvexAndCounterClockwise) {
   EXPECT_EQ(with_corner("cheek_m", 0.3, -0.01), "accepted");
 }
 
+TEST_P(Contradiction, JointsYieldWithRadiiOfOneSize) {
+  toml::table copy = original_;
+  copy["control"].as_table()->insert_or_assign("stiffness_radius_m", toml::array{2.4, 1.3, 0.2});
+  const std::string line = refusal(copy);
+  expect_names(line, "control.stiffness_radius_m");
+  EXPECT_NE(line.find("= [2.4, 1.3, 0.2]: the largest must be at most 10 times the smallest"), std::string::npos)
+      << line;
+}
+
 TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
   const std::vector<std::tuple<std::string, double, std::string>> cases{
       {"links.arm.max_rad", -2.6, "= -2.6: must be at least 0.1 above min_rad = -2.585"},
@@ -201,6 +210,9 @@ TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
       {"cylinders.boom.min_length_m", 0.8, "= 0.8: must be at most 0.772"},
       {"hydraulics.port_relief_bar", 200, "= 200: must be above main_relief_bar = 205"},
       {"sensors.pressure_range_bar", 235, "= 235: must be at least 1.05 port_relief_bar = 241.5"},
+      {"links.boom.inertia_kgm2", 1000, "= 1000: must be within [0.765625, 306.25], a radius of gyration of 0.05 to 1"},
+      {"links.bucket.inertia_kgm2", 0.01, "= 0.01: must be within [0.0375, 15], a radius of gyration of 0.05 to 1"},
+      {"bus.bit_rate_kbps", 501, "= 501: must be one of CANopen's: 10, 20, 50, 125, 250, 500, 800, 1000"},
       {"bus.bit_rate_kbps", 250, "= 250: too slow: these frames load the bus to 119.1 %"},
       {"bus.sync_Hz", 160, "= 160: its period must be whole milliseconds"},
       {"bus.valve_watchdog_ms", 9, "= 9: must be at least 10, twice the valves' command period"},

@@ -104,6 +104,10 @@ TEST(TomlReader, SuggestsTheNearestKeyForAMisspeltOne) {
             "m.toml:3: key 'hydraulics.main_relief' = 200: unknown key; did you mean 'main_relief_bar'?");
   EXPECT_EQ(refusal("x = 1\nquite_other = 2", ask_for_x),
             "m.toml:2: key 'quite_other' = 2: unknown key" + kOrMisplaced);
+  const auto may_ask_for_x = [](TomlTable& file) { return file.has("x_offset_mm"); };
+  EXPECT_EQ(refusal("x_ofset_mm = 2", may_ask_for_x),
+            "m.toml:1: key 'x_ofset_mm' = 2: unknown key; did you mean 'x_offset_mm'?");
+  EXPECT_EQ(refusal("x_offset_mm = 2", may_ask_for_x), "m.toml:1: key 'x_offset_mm' = 2: unknown key" + kOrMisplaced);
   EXPECT_EQ(refusal("[hydraulics]\n", ask_for_relief), "m.toml:1: key 'hydraulics.main_relief_bar' is missing");
 }
 

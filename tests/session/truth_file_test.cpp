@@ -111,6 +111,19 @@ TEST_F(TruthFile, UnknownKeysAreRefused) {
   }
 }
 
+TEST_F(TruthFile, AMisspeltKeyIsRefusedWithTheOneThatWasMeant) {
+  for (const auto& [text, meant] : {std::pair{"visocsity_factor = 1.5", "viscosity_factor"},
+                                    {"[boom.friction]\ncoulomb_extend = 300", "coulomb_extend_N"}}) {
+    try {
+      (void)load(text);
+      ADD_FAILURE() << text << " was taken";
+    } catch (const InputError& error) {
+      const std::string line = error.what();
+      EXPECT_NE(line.find(std::string("did you mean '") + meant + "'?"), std::string::npos) << line;
+    }
+  }
+}
+
 TEST_F(TruthFile, TheShippedExampleFitsEveryShippedMachine) {
   for (const char* name : {"solar015", "compact080"}) {
     EXPECT_NO_THROW((void)load_truth(test::source_dir() + "/config/truth/example.toml",
