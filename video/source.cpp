@@ -97,6 +97,9 @@ std::string complaint(GstMessage* message) {
 void check_source(const CameraSource& source) {
   start_gstreamer();
   const Owned<gchar> scheme(gst_uri_get_protocol(source.source.c_str()));
+  if (is_uri(source) && !source.source.substr(source.source.find(':')).starts_with("://"))
+    throw InputError(option_of(source) + "two slashes must follow " + scheme.get() +
+                     ":, as in rtsp://192.0.2.9/live or v4l2:///dev/video0");
   if (is_uri(source) && gst_uri_protocol_is_supported(GST_URI_SRC, scheme.get()) == FALSE)
     throw InputError(option_of(source) + "no GStreamer plugin on this computer reads " + scheme.get() +
                      ":// (rtsp, rtp, udp, http, v4l2 and file are in gstreamer1.0-plugins-good and -base)");

@@ -60,6 +60,12 @@ TEST(CameraSource, SaysWhatIsMisspelt) {
   EXPECT_NE(refusal("mast=videotestsrc ! !").find("must be a URI or a pipeline"), std::string::npos);
 }
 
+TEST(CameraSource, SaysThatTheSlashesOfAUriAreMissing) {
+  for (const char* text : {"mast=rtsp:/192.0.2.9/live", "mast=rtsp:192.0.2.9", "mast=v4l2:/dev/video0"})
+    EXPECT_NE(refusal(text).find(std::string("--camera ") + text + ": two slashes must follow "), std::string::npos)
+        << text;
+}
+
 TEST(CameraSource, SaysThatNothingReadsAScheme) {
   EXPECT_NE(refusal("mast=gopher://a/b").find("no GStreamer plugin on this computer reads gopher://"),
             std::string::npos);

@@ -198,7 +198,8 @@ int run(const ConsoleOptions& o) {
         window.cameras().set_keys([&secret](const std::string& name) { return secure::video_key(*secret, name); });
       return tend_link(*loops.link, input, console, loops.host->now());
     };
-  run.skip_to_s = o.at_s.value_or(0);
+  constexpr double kPicture_s = 1;  // before, nothing was received that a picture could show
+  run.skip_to_s = o.at_s.value_or(o.screenshot.empty() || o.duration_s ? 0 : kPicture_s);
   run.duration_s = o.duration_s.value_or(o.screenshot.empty() ? programs::kLongestRun_s : 0);
   run.screenshot = o.screenshot;
   if (o.simulate) run.simulated = o.session;

@@ -70,6 +70,8 @@ void check_window(const ConsoleOptions& o) {
   cli::check_range("--duration", o.duration_s, 0.1, programs::kLongestRun_s, " s");
   (void)size_of(o.size);
   (void)o.first_screen();
+  if (!o.screenshot.empty() && !o.screenshot.ends_with(".png"))
+    cli::refuse_option("--screenshot", o.screenshot, "must end in .png: it is written as PNG");
 }
 
 /// What is played takes everything from its files, and leads nothing.
@@ -198,7 +200,8 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_option("--at", o.at_s,
                "Show the simulated session, or the recording, from this second on; what comes before is simulated at "
                "once");
-  c.add_option("--screenshot", o.screenshot, "Write a screenshot as PNG and exit: at --at, or --duration later");
+  c.add_option("--screenshot", o.screenshot,
+               "Write a screenshot (.png) and exit: at --at (default: 1 s), or --duration later");
   c.add_option("--duration", o.duration_s, "Exit after so many seconds (default: when the window is closed)");
   c.add_option("--json", o.json, "Write the window's timing as JSON (described in docs/console.md)");
 }
@@ -207,6 +210,8 @@ video::CameraSource camera_source(const ConsoleOptions& o, const std::string& te
   video::CameraSource camera = video::parse_source(text);
   if (!camera.source.starts_with(kFromSlave)) return camera;
   const std::string place = camera.source.substr(kFromSlave.size());
+  if (place.find(' ') != std::string::npos)
+    cli::refuse_option("--camera", text, "must be NAME=knuckle:ADDR:PORT without blanks");
   const SocketAddress address = parse_address(place, "--camera " + camera.name + "=" + std::string(kFromSlave));
   if (address.port() == 0) cli::refuse_option("--camera", text, "its port must be 1 to 65535");
   const bool sealed = !o.simulate && o.link.insecure == 0;

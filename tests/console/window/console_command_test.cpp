@@ -76,6 +76,9 @@ TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
   expect_refused(console("", "--simulate --camera a=videotestsrc --camera a=videotestsrc"),
                  "--camera a: is given twice");
   expect_refused(console("", "--simulate --camera mast=knuckle:5700"), "--camera mast=knuckle:");
+  expect_refused(console("", "--simulate --camera 'mast=knuckle: 127.0.0.1:5700'"),
+                 "--camera mast=knuckle: 127.0.0.1:5700: must be NAME=knuckle:ADDR:PORT without blanks");
+  expect_refused(console("", "--simulate --camera mast=knuckle:127.0.0.1:0"), "its port must be 1 to 65535");
   expect_refused(console("", "--simulate --camera mast=knuckle:0.0.0.0:5700"), "pictures are not encrypted");
   expect_refused(console("", "--simulate --camera mast=knuckle:127.0.0.1:5700 --camera rear=knuckle:127.0.0.1:5700"),
                  "--camera rear=knuckle:127.0.0.1:5700: camera mast has this port");
@@ -101,6 +104,7 @@ TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
   expect_refused(console("", "--simulate --log /tmp --no-log"), "--no-log: does not go with --log /tmp");
   expect_refused(console("", "--simulate --log /dev/null/log"), "--log /dev/null/log: cannot be recorded to");
   expect_refused(console("", "--simulate --size 640x480"), "1280x720");
+  expect_refused(console("", "--simulate --screenshot /tmp/s.jpg"), "--screenshot /tmp/s.jpg: must end in .png");
   expect_refused(console("", "--simulate --scale 9"), "--scale");
   expect_refused(console("", "--simulate --screen nowhere"), "--screen");
   expect_refused(console("", "--simulate --device mouse"), "--device");
@@ -112,6 +116,16 @@ TEST(ConsoleCommand, RefusesAGamepadThatIsNotThere) {
   const VirtualDisplay display("1280x800");
   if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
   expect_refused(console("", "--simulate --device gamepad"), "no gamepad found");
+}
+
+TEST(ConsoleCommand, AScreenshotWithoutATimeIsOfAMachineThatHasBeenHeard) {
+  const VirtualDisplay display("1280x800");
+  if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
+  const std::string picture = testing::TempDir() + "knuckle_screenshot.png";
+  const Ended ended = console("", "--simulate --json - --screenshot " + picture);
+  std::filesystem::remove(picture);
+  EXPECT_EQ(ended.code, 0) << ended.said;
+  EXPECT_NE(ended.said.find("\"mode\": \"ready\""), std::string::npos) << ended.said;
 }
 
 /// Whoever reads the log is away for longer than the loop keeps frames.
