@@ -23,6 +23,7 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "core/text.h"
 
 namespace knuckle::cli {
@@ -54,8 +55,36 @@ void check_given(const CLI::App& command) {
   }
 }
 
+/// "1,5": with a point it would be a number.
+bool has_decimal_comma(std::string value) {
+  const auto comma = value.find(',');
+  if (comma == std::string::npos) return false;
+  value[comma] = '.';
+  double number = 0;
+  const auto end = std::from_chars(value.data(), value.data() + value.size(), number);
+  return end.ec == std::errc() && end.ptr == value.data() + value.size();
+}
+
+/// Of the first of these words that is an option, none of the command's; empty where none of them is.
+std::string unknown_option(const std::vector<std::string>& words, const CLI::App& command) {
+  const auto bare = [](const std::string& word) {
+    const auto begin = std::min(word.find_first_not_of('-'), word.size());
+    return word.substr(begin, word.find('=') - begin);
+  };
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back(name);
+  }
+  for (const std::string& word : words) {
+    if (!word.starts_with('-') || bare(word).empty()) continue;
+    const auto meant = nearest_name(bare(word), names);
+    return shortened(word) + ": unknown option" + (meant ? "; did you mean '--" + *meant + "'?" : "");
+  }
+  return "";
+}
+
 /// CLI11's words in one line, with option and value where it leaves them to be guessed, and what to do next.
-std::string refusal(const CLI::ParseError& error, const std::string& program, const std::string& command) {
+std::string refusal(const CLI::ParseError& error, const CLI::App& app, const std::string& command) {
   std::string message = error.what();
   if (const auto end = message.find('\n'); end != std::string::npos) message.resize(end);
   if (error.get_name() == "ConversionError") {  // "Could not convert: --slow = fast"
@@ -63,7 +92,14 @@ std::string refusal(const CLI::ParseError& error, const std::string& program, co
     if (option < equals && equals != std::string::npos) {
       const std::string value = message.substr(equals + 3);
       message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) + ": is not a number";
+      if (has_decimal_comma(value)) message += ": decimals need a point, not a comma";
     }
+  } else if (error.get_name() == "ValidationError") {  // "--seed: abc must be a whole number"
+    const auto colon = message.find(": "), why = std::min(message.find(" must "), message.find(" not in {"));
+    if (colon < why && why < message.size()) message.replace(why, 0, ":").erase(colon, 1);
+  } else if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) && !command.empty()) {
+    const std::string unknown = unknown_option(app.remaining(true), *app.get_subcommand(command));
+    if (!unknown.empty()) message = unknown;
   } else if (message.find(": At Most 1 required") != std::string::npos) {
     message = message.substr(0, message.find(':')) + ": is given more than once";
   } else if (const auto end = message.find(" was given a disallowed flag override"); end != std::string::npos) {
@@ -71,7 +107,7 @@ std::string refusal(const CLI::ParseError& error, const std::string& program, co
   } else if (message.starts_with("--") && message.ends_with(" missing")) {  // "--map: 1 required TEXT missing"
     message = message.substr(0, message.find(':')) + ": needs a value";
   }
-  return message + " (see " + program + " " + (command.empty() ? "" : command + " ") + "--help)";
+  return message + " (see " + app.get_name() + " " + (command.empty() ? "" : command + " ") + "--help)";
 }
 
 /// The requested command; empty where none is given. @throws InputError for an unknown one.
@@ -115,7 +151,7 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
     app.exit(asked, text, unused);
     return {{}, text.str()};
   } catch (const CLI::ParseError& error) {
-    throw InputError(refusal(error, program.name, asked_for));
+    throw InputError(refusal(error, app, asked_for));
   }
   const CLI::App& chosen = *app.get_subcommands().front();
   check_given(chosen);
