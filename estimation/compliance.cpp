@@ -19,7 +19,7 @@ JointVector usual_compliance_radpNm(const MachineDescription& machine) {
     compliance[i] =
         (kBending_m_per_N[static_cast<std::size_t>(i)] + (i == kBoom ? kGround_m_per_N : 0)) / (out_m * out_m);
   }
-  return compliance * kReach_m / out_m;
+  return compliance * (kReach_m / out_m);
 }
 
 }  // namespace knuckle::estimation
