@@ -119,7 +119,8 @@ std::string sigma_text(const Identified& result) {
     case Sigmas::kWithModelError:
       return "standard deviations with the model's own error, measured on an ensemble of simulated machines";
     case Sigmas::kWithUsualErrors:
-      return "standard deviations, of base parameters with usual errors of sensors, lengths and the friction law";
+      return "standard deviations; those of base parameters contain usual errors of sensors, lengths and the friction "
+             "law";
     case Sigmas::kOfResiduals:
       break;
   }

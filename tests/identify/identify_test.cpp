@@ -106,7 +106,8 @@ TEST_F(IdentifyProgram, SaysWhetherAnEnsembleMeasuredWhatItsSigmasContainBesideT
   const ProgramRun usual = identify({path("a.csv"), "--json", path("usual.json")});
   const ProgramRun held =
       identify({path("a.csv"), "--ensemble", "2", "--slow", "20", "--fast", "20", "--json", path("held.json")});
-  EXPECT_TRUE(names(usual.out, "with usual errors of sensors, lengths and the friction law")) << usual.out << usual.err;
+  EXPECT_TRUE(names(usual.out, "contain usual errors of sensors, lengths and the friction law"))
+      << usual.out << usual.err;
   EXPECT_TRUE(names(held.out, "with the model's own error")) << held.out << held.err;
   const nlohmann::json a = json("usual.json"), b = json("held.json");
   EXPECT_FALSE(a["model_error"]);
