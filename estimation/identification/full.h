@@ -27,17 +27,16 @@ struct FullOptions {
   bool consistent = true;      ///< Nearest parameters that some arm could have, where the answer is outside.
   double cluster_s = 4;        ///< Errors within so long are taken as one for the sandwich covariance.
   ExcitationLimits limits;
-  bool usual_errors = true;                      ///< Covariance with what usual_errors() move; some twenty more fits.
-  std::optional<CalibrationMatrix> model_error;  ///< Added to the covariance instead of those, where it is known.
+  bool usual_errors = true;  ///< The summary's covariance with what usual_errors() change; 20 to 40 more fits.
+  std::optional<CalibrationMatrix> model_error;  ///< Added to both covariances instead, where it is known.
 };
 
 struct FullResult {
   Identification summary;        ///< Parameters in the order of Calibration; covariance about the true ones.
   DynamicsCalibration dynamics;  ///< Covariance of the torques that this machine's own sensors make of them.
   int base_rank = 0;             ///< Of the nine base columns alone: 9 with motion, 6 at rest.
-  CalibrationMatrix naive_covariance = CalibrationMatrix::Zero();       ///< As if rows were independent.
-  CalibrationMatrix sandwich_covariance = CalibrationMatrix::Zero();    ///< Clustered; what residuals show.
-  CalibrationMatrix systematic_covariance = CalibrationMatrix::Zero();  ///< What they cannot show; by FullOptions.
+  CalibrationMatrix naive_covariance = CalibrationMatrix::Zero();     ///< As if rows were independent.
+  CalibrationMatrix sandwich_covariance = CalibrationMatrix::Zero();  ///< Clustered; without model error.
   bool made_consistent = false;  ///< The least-squares answer was no possible arm and has been moved.
 };
 
