@@ -13,6 +13,10 @@ constexpr double kSettle_s = 0.2;  // in which overloaded ground gives way
 
 }  // namespace
 
+std::array<double, 2> pushes_at_rest_N(const HullTruth& hull, double heave_N, double pitch_Nm) noexcept {
+  return {0.5 * heave_N - pitch_Nm / hull.track_m, 0.5 * heave_N + pitch_Nm / hull.track_m};
+}
+
 Hull::Hull(const HullTruth& truth, double start_pitch_rad)
     : truth_(truth),
       start_pitch_rad_(start_pitch_rad),
@@ -37,7 +41,7 @@ Hull::Ground Hull::ground(const HullState& s) const noexcept {
 }
 
 void Hull::stand(double heave_N, double pitch_Nm, const std::string& source) {
-  rest_N_ = {0.5 * heave_N - pitch_Nm / truth_.track_m, 0.5 * heave_N + pitch_Nm / truth_.track_m};
+  rest_N_ = pushes_at_rest_N(truth_, heave_N, pitch_Nm);
   for (const double push_N : rest_N_) {
     if (push_N <= 0)
       throw InputError(fmt::format("{}: hull: tips over at the start: its tracks' ends would carry {:.0f} and {:.0f} N",

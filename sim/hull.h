@@ -15,6 +15,10 @@ struct HullState {
   double heave_m = 0, pitch_rad = 0, heave_mps = 0, pitch_radps = 0;
 };
 
+/// What the ground carries at rest: upwards, and about the tracks' middle. @return its pushes on their rear and front
+/// end, frame W; negative where the machine would tip.
+[[nodiscard]] std::array<double, 2> pushes_at_rest_N(const HullTruth& hull, double heave_N, double pitch_Nm) noexcept;
+
 class Hull {
  public:
   /// Pushes of the ground on the tracks' ends, frame W, and what the springs store.

@@ -12,6 +12,7 @@
 #include "app/session/scenario.h"
 #include "app/session/truth_file.h"
 #include "core/error.h"
+#include "machine/device_choice.h"
 #include "machine/load.h"
 #include "sim/person.h"
 
@@ -20,6 +21,7 @@ namespace knuckle::battery {
 struct Drawer::Impl {
   Settings settings;
   MachineDescription machine;       ///< As drawn.
+  double force_scale = 0;           ///< Hand newtons per machine newton, of its device.
   std::vector<double> most_felt_N;  ///< That a person is asked to hold, by scenario.
 };
 
@@ -38,6 +40,7 @@ double most_felt_N(const session::Scenario& scenario) {
 Drawer::Drawer(const Settings& settings) : impl_(std::make_unique<Impl>()) {
   impl_->settings = settings;
   impl_->machine = load_machine(find_config("machine", settings.machine));
+  impl_->force_scale = device_for(impl_->machine, "").feel.force_scale;
   const bool exact = settings.person == sim::name(sim::PersonClass::kExact);
   for (const std::string& name : settings.scenarios) {
     const std::string file = find_config("scenario", name);
@@ -84,11 +87,12 @@ Cell Drawer::cell(std::uint64_t index) const {
                 {"loss", *options.loss},
                 {"bursts_per_s", *options.bursts_per_s}};
   if (options.machine_seed) cell.drawn["machine_seed"] = *options.machine_seed;
-  cell.effects =
-      effects_of(session::truth_for(impl_->machine, "", settings.family, options.machine_seed.value_or(options.seed)));
+  const sim::MachineTruth truth =
+      session::truth_for(impl_->machine, "", settings.family, options.machine_seed.value_or(options.seed));
+  cell.effects = effects_of(truth);
   if (settings.kind == Kind::kFeel) {
     options.scenario = fmt::format("feel_{}_{}", settings.seed, index);
-    draw_press(impl_->machine, settings, random, cell);
+    draw_press(impl_->machine, truth.hull, impl_->force_scale, settings, random, cell);
   } else {
     const std::size_t scenario = pick(random, settings.scenarios.size());
     options.scenario = settings.scenarios[scenario];

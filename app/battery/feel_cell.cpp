@@ -14,7 +14,9 @@
 #include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/pose.h"
+#include "sim/hull.h"
 #include "sim/person.h"
+#include "sim/rigid_body.h"
 
 namespace knuckle::battery {
 namespace {
@@ -29,6 +31,7 @@ constexpr double kClear_m = 0.05;            // of the wall and the ground while
 constexpr double kWallAbove_m = 0.15;        // of one between bucket and machine: the arm reaches over it
 constexpr double kWallDepth_m = 0.5;         // of such a wall
 constexpr double kLightGrip_N = 1.8;         // what a light grip is asked for at most
+constexpr double kLeastPush = 0.1;           // of its weight that either end of the tracks must bear in a press
 constexpr int kTries = 20000;
 constexpr int kStarts = 6;  // angles of a joint that are tried as a start
 const JointVector kSweep_rad = JointVector(8, 12, 15) * kDeg;
@@ -56,13 +59,14 @@ struct Press {
   double bucket_rad = 0;
   std::size_t part = 0;     ///< Of the bucket's outline, that touches.
   PlanarVector approach_m;  ///< Tip.
-  JointVector approach_rad, start_rad;
+  JointVector approach_rad, touch_rad, start_rad;
 };
 
 class Room {
  public:
-  explicit Room(const MachineDescription& machine)
+  Room(const MachineDescription& machine, const sim::HullTruth& hull)
       : machine_(machine),
+        hull_(hull),
         kinematics_(machine),
         outline_(bucket_outline(machine)),
         scale_(reach_m(machine) / kReach_m) {}
@@ -86,9 +90,30 @@ class Room {
       const PlanarVector linkage_m = pose_of(machine_, *joints_rad).linkage_pin_m - scale_ * k * press.along;
       if (press.along.dot(press.wall_m - linkage_m) < scale_ * kLinkageBehind_m) return false;
     }
+    press.touch_rad = *within(tip_m, press.bucket_rad);
     press.approach_m = tip_m - scale_ * kBeforeWall_m * press.along;
     press.approach_rad = *within(press.approach_m, press.bucket_rad);
     return clear(press.approach_rad, press) && find_start(press);
+  }
+
+  /// The largest force with which the machine presses there and stands, on level ground.
+  [[nodiscard]] double standing_N(const Press& press) const {
+    double most_N = std::numeric_limits<double>::infinity();
+    if (hull_.stiffness_N_per_m == 0) return most_N;  // a hull that stands like a rock
+    const sim::RigidBody body(machine_, 0);
+    const JointVector still = JointVector::Zero();
+    const sim::ArmForces arm =
+        body.inverse_dynamics(body.pose(press.touch_rad), still, still, {}, {body.lift_mps2(), 0, 0});
+    const PlanarVector pin_m = -hull_.centre_m, back = -press.along;
+    const double weight_N = arm.force_N.y() + hull_.mass_kg * sim::kGravity_mps2;
+    const auto alone_N = sim::pushes_at_rest_N(
+        hull_, weight_N,
+        arm.moment_Nm + cross(pin_m, arm.force_N) + cross(hull_.mass_kg * hull_.com_m, body.lift_mps2()));
+    const auto per_N = sim::pushes_at_rest_N(hull_, -back.y(), -cross(pin_m + press.wall_m, back));
+    for (const std::size_t end : {0U, 1U}) {
+      if (per_N[end] < 0) most_N = std::min(most_N, (kLeastPush * weight_N - alone_N[end]) / per_N[end]);
+    }
+    return std::max(0.0, most_N);
   }
 
  private:
@@ -165,6 +190,7 @@ class Room {
   }
 
   const MachineDescription& machine_;
+  const sim::HullTruth& hull_;
   Kinematics kinematics_;
   std::array<PlanarVector, 6> outline_;
   double scale_;
@@ -172,7 +198,7 @@ class Room {
 };
 
 /// @throws InputError
-Press draw(const Room& room, const std::string& machine, std::mt19937_64& random) {
+Press draw(const Room& room, double least_N, const std::string& machine, std::mt19937_64& random) {
   const Place& place = kPlaces[pick(random, kPlaces.size())];
   for (int i = 0; i < kTries; ++i) {
     Press press;
@@ -182,7 +208,7 @@ Press draw(const Room& room, const std::string& machine, std::mt19937_64& random
     const double angle = kDeg * between(random, place.angle_low_deg, place.angle_high_deg);
     press.along = PlanarVector(std::cos(angle), std::sin(angle));
     press.bucket_rad = kDeg * between(random, place.bucket_low_deg, place.bucket_high_deg);
-    if (room.fits(press)) return press;
+    if (room.fits(press) && room.standing_N(press) >= least_N) return press;
   }
   throw InputError(machine + ": no room for a press: " + std::string(place.name));
 }
@@ -288,13 +314,15 @@ JointVector hand_beside(const MachineDescription& machine, JointVector pose_rad)
 
 }  // namespace
 
-void draw_press(const MachineDescription& machine, const Settings& settings, std::mt19937_64& random, Cell& cell) {
-  const Room room(machine);
-  const Press press = draw(room, machine.source, random);
+void draw_press(const MachineDescription& machine, const sim::HullTruth& hull, double force_scale,
+                const Settings& settings, std::mt19937_64& random, Cell& cell) {
+  const Room room(machine, hull);
+  const Press press = draw(room, settings.felt_N.low / force_scale, machine.source, random);
   const sim::LimbClass limb = draw_limb(random);
   const double light = limb == sim::LimbClass::kLightGrip ? kLightGrip_N : settings.felt_N.high;
   const bool exact = settings.person == sim::name(sim::PersonClass::kExact);
-  const double most_felt = std::min({settings.felt_N.high, light, exact ? light : sim::sustained_N(limb)});
+  const double most_felt = std::min(
+      {settings.felt_N.high, light, exact ? light : sim::sustained_N(limb), force_scale * room.standing_N(press)});
   const double felt = between(random, std::min(settings.felt_N.low, most_felt), most_felt);
   const double speed = by_ratio(random, settings.speed_mps), reaction_ms = between(random, 120, 350);
   const double stiffness = by_ratio(random, settings.stiffness_N_per_m);

@@ -6,11 +6,14 @@
 
 #include "app/battery/cell.h"
 #include "machine/description.h"
+#include "sim/truth.h"
 
 namespace knuckle::battery {
 
-/// Adds scenario and columns to a cell that has its link and machine.
+/// Adds scenario and columns to a cell that has its link and machine. No press is asked for that would tip the machine.
+/// @param force_scale hand newtons per machine newton.
 /// @throws InputError where the machine has no room for any such press.
-void draw_press(const MachineDescription& machine, const Settings& settings, std::mt19937_64& random, Cell& cell);
+void draw_press(const MachineDescription& machine, const sim::HullTruth& hull, double force_scale,
+                const Settings& settings, std::mt19937_64& random, Cell& cell);
 
 }  // namespace knuckle::battery

@@ -9,6 +9,7 @@
 #include "estimation/identification/excitation.h"
 #include "estimation/regressor.h"
 #include "machine/kinematics.h"
+#include "sim/hull.h"
 
 namespace knuckle::studies {
 namespace {
@@ -101,8 +102,8 @@ class Rig {
     const double lift_Nm = pin_m.x() * on_pin_N.y() - pin_m.y() * on_pin_N.x() - boom_Nm -
                            hull_.com_m.x() * hull_.mass_kg * estimation::kGravity_mps2;
     const double weight_N = (hull_.mass_kg + arm_kg) * estimation::kGravity_mps2;
-    const double least_N = (weight_N - force.y()) / 2 - std::abs(lift_Nm) / hull_.track_m;
-    return least_N > kLeastPush * weight_N;
+    const auto [rear_N, front_N] = sim::pushes_at_rest_N(hull_, weight_N - force.y(), -lift_Nm);
+    return std::min(rear_N, front_N) > kLeastPush * weight_N;
   }
 
   MachineDescription machine_;

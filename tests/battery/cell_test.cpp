@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <map>
 #include <set>
 #include <string>
@@ -22,6 +23,8 @@
 
 namespace knuckle::battery {
 namespace {
+
+using namespace std::chrono_literals;
 
 Settings settings_named(const std::string& name) {
   return load_settings(test::source_dir() + "/config/grids/" + name + ".toml");
@@ -150,6 +153,38 @@ TEST(BatteryCell, NoPressMeetsTheWallWithTheBucketsLinkage) {
     overhead += cell.drawn["place"] == "overhead";
   }
   EXPECT_GT(overhead, 20);
+}
+
+// A machine that pushes something overhead with all that the arm can would stand on the front end of its tracks.
+TEST(BatteryCell, NoPressTipsAMachineThatStandsOnGround) {
+  Settings settings = settings_named("feel");
+  settings.family = "serviced";
+  const Kinematics kinematics(load_machine(find_config("machine", settings.machine)));
+  const Drawer drawer(settings);
+  int overhead = 0;
+  for (std::uint64_t index = 0; index < 250; ++index) {
+    const Cell cell = drawer.cell(index);
+    if (cell.drawn["part"] != "tip" && cell.drawn["place"] != "overhead") continue;
+    const session::SessionSetup setup = session::load_session(cell.options).setup;
+    const auto& wall = setup.scenario.world.walls.front();
+    const auto press = std::find_if(setup.scenario.phases.begin(), setup.scenario.phases.end(),
+                                    [](const sim::Phase& phase) { return phase.kind == sim::PhaseKind::kPress; });
+    const PlanarVector before_m = std::prev(press)->tip_m;
+    const PlanarVector tip_m = cell.drawn["part"] == "tip" ? wall.point_m : before_m;
+    // The pull is at the tip, and as large as what has the same moment about the boom pin as the force at the heel.
+    const PlanarVector pressed_N = press->force_N / setup.device.feel.force_scale * wall.normal;
+    sim::Plant plant(setup.truth, {}, *kinematics.inverse(tip_m, std::prev(press)->bucket_rad));
+    const PlanarVector pull_N = cross(wall.point_m, pressed_N) / cross(tip_m, pressed_N) * pressed_N;
+    constexpr int kGently = 2000;  // or it would rock
+    for (int i = 0; i < kGently; ++i) {
+      plant.set_pull(pull_N * i / kGently);
+      plant.step(1ms);
+    }
+    const auto& push_N = plant.state().track_N;
+    EXPECT_GT(*std::min_element(push_N.begin(), push_N.end()), 0) << index;
+    overhead += cell.drawn["place"] == "overhead";
+  }
+  EXPECT_GT(overhead, 10);
 }
 
 TEST(BatteryCell, ARowSaysTheSameTwiceAndAllMetrics) {
