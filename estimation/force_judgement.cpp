@@ -158,9 +158,9 @@ void ForceEstimator::judge_contact() noexcept {
   hold(swing_variance_, inertial_Nm.cwiseAbs2(), std::exp(-step_s_ / kSwingFade_s));
   const JointVector variance = free_ripple_[now] + turning_variance_ + swing_variance_ + stop_variance_;
   // Taking a load into account is no event, so it is left in here.
-  const bool alarm = cusum_.step(estimate_.contact_torque_Nm + estimate_.carried_Nm, variance.cwiseSqrt());
+  const int alarm = cusum_.step(estimate_.contact_torque_Nm + estimate_.carried_Nm, variance.cwiseSqrt());
   estimate_.significant = mahalanobis2_ > kTouch2 && !free_motion_certain_;
-  if (alarm || estimate_.significant) {
+  if (alarm >= 0 || estimate_.significant) {
     estimate_.contact = true;
     untouched_s_ = 0;
     tare_.discard();

@@ -139,7 +139,7 @@ FeltInputs MasterLoop::felt_inputs(Time now) const noexcept {
   const DevicePosture machine = kinematics_.posture(slave_->position_rad);
   in.machine_m = shrink * machine.tip_m;
   in.machine_mps = shrink * (machine.jacobian * slave_->velocity_radps);
-  in.ahead_m = shrink * (kinematics_.posture(slave_->position_rad + slave_->ahead_rad).tip_m - machine.tip_m);
+  in.ahead_m = shrink * (machine.jacobian * slave_->ahead_rad);
   in.reflected_N = force_scale_ * slave_->tip_force_N;
   in.load_N = force_scale_ * slave_->load_N;
   // Of the force's size: along its own direction, as the estimate is far better across some postures than along them.
