@@ -32,6 +32,7 @@ constexpr double kWallAbove_m = 0.15;        // of one between bucket and machin
 constexpr double kWallDepth_m = 0.5;         // of such a wall
 constexpr double kLightGrip_N = 1.8;         // what a light grip is asked for at most
 constexpr double kLeastPush = 0.1;           // of its weight that either end of the tracks must bear in a press
+constexpr double kLeastFelt_N = 0.8;         // a place where the machine would tip by less is not pressed at
 constexpr int kTries = 20000;
 constexpr int kStarts = 6;  // angles of a joint that are tried as a start
 const JointVector kSweep_rad = JointVector(8, 12, 15) * kDeg;
@@ -317,7 +318,7 @@ JointVector hand_beside(const MachineDescription& machine, JointVector pose_rad)
 void draw_press(const MachineDescription& machine, const sim::HullTruth& hull, double force_scale,
                 const Settings& settings, std::mt19937_64& random, Cell& cell) {
   const Room room(machine, hull);
-  const Press press = draw(room, settings.felt_N.low / force_scale, machine.source, random);
+  const Press press = draw(room, std::min(settings.felt_N.low, kLeastFelt_N) / force_scale, machine.source, random);
   const sim::LimbClass limb = draw_limb(random);
   const double light = limb == sim::LimbClass::kLightGrip ? kLightGrip_N : settings.felt_N.high;
   const bool exact = settings.person == sim::name(sim::PersonClass::kExact);

@@ -101,6 +101,7 @@ TEST(BatteryCell, DrawsEverythingItsGridSays) {
 TEST(BatteryCell, APersonIsAskedForWhatAHandHolds) {
   Settings settings = settings_named("feel");
   settings.person = "rough";
+  settings.family = "serviced";  // some places bear less than 3 N
   settings.felt_N = {3, 10};
   const Drawer drawer(settings);
   for (std::uint64_t index = 0; index < 60; ++index) {
