@@ -29,13 +29,6 @@ bool lock_all_memory() noexcept {
   return unlimited && mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
 }
 
-bool pin_to(int processor) noexcept {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(static_cast<unsigned>(processor), &set);
-  return pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0;
-}
-
 /// Read back, because the request may not have been granted.
 struct Granted {
   std::string policy;
@@ -99,14 +92,13 @@ void RealtimeThread::stop() {
 
 std::optional<std::string> RealtimeThread::granted() const {
   if (!begun_.load(std::memory_order_acquire)) return std::nullopt;
-  return report_.policy;
+  return report_.policy + (options_.lock_memory && !report_.memory_locked ? ", its memory may be swapped out" : "");
 }
 
 void RealtimeThread::run() noexcept {
   pthread_setname_np(pthread_self(), options_.name.substr(0, 15).c_str());
   prctl(PR_SET_TIMERSLACK, 1UL);  // Without SCHED_FIFO a sleep may otherwise end 50 us late on purpose.
   if (options_.lock_memory) report_.memory_locked = lock_all_memory();
-  if (options_.processor >= 0) report_.pinned = pin_to(options_.processor);
   if (options_.fifo_priority > 0) ask_for_fifo(options_.fifo_priority);
   const Granted granted = granted_policy();
   report_.policy = granted.policy;

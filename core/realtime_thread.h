@@ -1,4 +1,4 @@
-// The one class that knows about real time: scheduling class, memory locking, affinity, absolute sleeps, and how late
+// The one class that knows about real time: scheduling class, memory locking, absolute sleeps, and how late
 // and how long every step was. Loops themselves see only step(now).
 #pragma once
 
@@ -50,7 +50,6 @@ struct RealtimeOptions {
   std::string name;          ///< As top and gdb show it; 15 characters.
   Duration period{};         ///< > 0
   int fifo_priority = 0;     ///< 1..99 asks for SCHED_FIFO; 0 does not.
-  int processor = -1;        ///< Runs on this one only; -1: any.
   bool lock_memory = false;  ///< Asks that no page of the process be swapped out.
   /// Updated four times a second, from the first step on, with how the loop runs; outlives the thread. Null: unused.
   Mailbox<LoopHealth>* health = nullptr;
@@ -60,7 +59,6 @@ struct RealtimeOptions {
 struct RealtimeReport {
   std::string policy = "not run";  ///< "SCHED_FIFO 80", "SCHED_OTHER"
   bool memory_locked = false;
-  bool pinned = false;
   std::uint64_t steps = 0;
   std::uint64_t overruns = 0;  ///< Periods skipped because a step ended, or began, too late.
   Histogram wake_lateness;
@@ -79,7 +77,8 @@ class RealtimeThread {
 
   /// Waits for the step that runs now, if any. May be called again.
   void stop();
-  /// The scheduling class granted, as soon as the thread has begun; any thread.
+  /// The scheduling class granted, and whether memory was asked to be locked and is not, as soon as the thread has
+  /// begun; any thread.
   [[nodiscard]] std::optional<std::string> granted() const;
   /// Of the whole run: valid after stop().
   [[nodiscard]] const RealtimeReport& report() const noexcept { return report_; }

@@ -104,6 +104,10 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "force of the machine is not known: contact is only signalled, move the arm in free air", "%"},
     {"motor_heat", SubjectKind::kNothing, "force feedback reduced: the device's motors are hot, press less for a while",
      "%"},
+    {"length_elsewhere", SubjectKind::kNode,
+     "length jumped and stands still: look at the machine; if the new one is right, press and release enable", "mm"},
+    {"device_unpowered", SubjectKind::kNothing,
+     "haptic device drives no motor: check its supply and its E-stop, then press enable again", nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

@@ -79,6 +79,9 @@ enum class ReasonCode : std::uint16_t {
   kCuesLoss,      ///< % of the machine's messages that came too late or not at all
   kCuesEstimate,  ///< confidence in %
   kMotorHeat,     ///< force lowered to what the device's motors bear; % of the wanted
+  // Another fault.
+  kLengthElsewhere,  ///< subject: node id; an encoder stands still elsewhere than it was; mm
+  kDeviceUnpowered,  ///< the haptic device drives no motor although it is asked to
   kCount,
 };
 

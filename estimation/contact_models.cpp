@@ -68,7 +68,9 @@ OrRefusal<TwoJointForce> tip_force_of_two(const JointVector& length_m, const Joi
   if (!finite(load) || !std::isfinite(place_m)) return ContactRefusal::kNotFinite;
   if (std::abs(std::sin(load.joint_rad[kBucket])) < kLeastSine) return ContactRefusal::kBucketInLine;
   if (std::abs(load.lever_m[kBucket]) < kLeastBucketLever_m) return ContactRefusal::kNearToggle;
-  if (place_m < kBesideBucket * length_m[kBucket]) return ContactRefusal::kDirectionAlongLink;
+  const double bucket_m = length_m[kBucket];
+  if (place_m < kLeastPlace * bucket_m || place_m > (1 + kBesideBucket) * bucket_m)
+    return ContactRefusal::kOffTheBucket;
   const double arm_rad = load.joint_rad[kBoom] + load.joint_rad[kArm];
   Eigen::Matrix2d rows;
   rows.row(0) = length_m[kArm] * normal(arm_rad).transpose();

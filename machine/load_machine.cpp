@@ -26,6 +26,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kFurthestPin_m = 30;
 constexpr double kHeaviest_kg = 50000;
 constexpr double kFullestBus = 0.6;
+constexpr double kLongestBlind_ms = 200;    // without a sensor's value or a valve's command, whatever a file says
 constexpr double kLeastGyration = 0.05;     // radius, of a link's length
 constexpr double kLargestRadiusRatio = 10;  // of what a joint yields with to what another does
 constexpr std::array kBitRates_kbps{10, 20, 50, 125, 250, 500, 800, 1000};  // CiA 301, table 1
@@ -254,18 +255,19 @@ BusDescription read_bus(TomlTable file) {
   bus.tilt_every_nth_sync = every_nth("tilt_every_nth_sync");
   bus.controller_heartbeat_s = file.number("controller_heartbeat_ms", 10, 500, kMilli);
   bus.node_heartbeat_s = file.number("node_heartbeat_ms", 10, 500, kMilli);
-  const auto at_least = [&file](const char* key, double twice_ms, const std::string& what) {
-    const double ms = file.number(key, 1, 2000);
+  const auto at_least = [&file](const char* key, double twice_ms, const std::string& what, double most_ms = 2000) {
+    const double ms = file.number(key, 1, most_ms);
     file.require(ms >= 2 * twice_ms, key, "must be at least " + number_text(2 * twice_ms) + ", twice the " + what);
     return ms * kMilli;
   };
   bus.node_heartbeat_timeout_s =
       at_least("node_heartbeat_timeout_ms", bus.node_heartbeat_s / kMilli, "nodes' heartbeat period");
-  bus.valve_watchdog_s =
-      at_least("valve_watchdog_ms", period_ms * bus.set_point_every_nth_sync, "valves' command period");
+  bus.valve_watchdog_s = at_least("valve_watchdog_ms", period_ms * bus.set_point_every_nth_sync,
+                                  "valves' command period", kLongestBlind_ms);
   bus.controller_timeout_s =
       at_least("controller_timeout_ms", bus.controller_heartbeat_s / kMilli, "controller's heartbeat period");
-  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", period_ms * bus.tilt_every_nth_sync, "tilt sensor's period");
+  bus.sensor_age_limit_s =
+      at_least("sensor_age_limit_ms", period_ms * bus.tilt_every_nth_sync, "tilt sensor's period", kLongestBlind_ms);
   read_patience(file, bus);
   if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
   bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));

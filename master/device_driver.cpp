@@ -12,6 +12,8 @@ namespace {
 constexpr Duration kDescribePeriod = 100ms;
 constexpr Duration kReportAgeLimit = 20ms;  // the firmware's own watchdog takes torque away after as long
 constexpr Duration kRestartAge = 1s;        // then it is treated as newly attached: its sequence may have started again
+constexpr Duration kTorquePatience =
+    50ms;                                  // from the first command in torque mode until the device says that it drives
 constexpr Duration kSettleTime = 100ms;    // good reports before the device is ok (again): no fault is too short to see
 constexpr int kBadReportLimit = 3;         // damaged or implausible, in a row
 constexpr int kMostReports = 64;           // a step: a flood is cut off, not followed
@@ -36,6 +38,7 @@ DeviceDriver::DeviceDriver(const DeviceDescription& device, HidPort& port) noexc
 }
 
 const DeviceReading& DeviceDriver::step(Time now) noexcept {
+  stepped_at_ = now;
   if (port_.connected()) {
     if (!attached_ || (reported_ && now - reading_.measured_at > kRestartAge)) attach(now);
     if (!identity_ && now - described_at_ >= kDescribePeriod) {
@@ -66,6 +69,8 @@ const DeviceReading& DeviceDriver::step(Time now) noexcept {
 
 void DeviceDriver::attach(Time now) noexcept {
   attached_ = true;
+  attached_at_ = now;
+  asked_since_ = kNever;
   ++reading_.attachments;
   identity_.reset();
   wrong_device_ = reported_ = false;
@@ -173,7 +178,11 @@ Reason DeviceDriver::judge(Time now) const noexcept {
   if (bad_in_a_row_ >= kBadReportLimit) {
     return {ReasonCode::kDeviceReport, 0, float(bad_in_a_row_), float(kBadReportLimit)};
   }
-  if (!reported_) return {ReasonCode::kStartingUp, 0, 0, 0};
+  if (!reported_) {
+    const Duration mute = now - attached_at_;
+    if (mute <= kRestartAge) return {ReasonCode::kStartingUp, 0, 0, 0};
+    return {ReasonCode::kDeviceStale, 0, float(1e3 * to_seconds(mute)), float(1e3 * to_seconds(kReportAgeLimit))};
+  }
   const Duration age = now - reading_.measured_at;
   if (age > kReportAgeLimit) {
     return {ReasonCode::kDeviceStale, 0, float(1e3 * to_seconds(age)), float(1e3 * to_seconds(kReportAgeLimit))};
@@ -181,6 +190,8 @@ Reason DeviceDriver::judge(Time now) const noexcept {
   if (newest_.fault != 0 || (newest_.status & kDeviceLatched) != 0) {
     return {ReasonCode::kDeviceFault, 0, float(newest_.fault), 0};
   }
+  const bool asked = asked_since_ != kNever && now - asked_since_ > kTorquePatience;
+  if (asked && (newest_.status & kDeviceTorqueOn) == 0) return {ReasonCode::kDeviceUnpowered, 0, 0, 0};
   return {};
 }
 
@@ -188,14 +199,19 @@ void DeviceDriver::command(const JointVector& torque_Nm) noexcept {
   if (!attached_) return;
   DeviceCommand command;
   command.sequence = ++command_sequence_;
-  const bool on = reading_.ok && !let_go_;
+  const bool unpowered = reading_.reason.code == ReasonCode::kDeviceUnpowered;
+  const bool on = (reading_.ok || unpowered) && !let_go_;
+  if (!on)
+    asked_since_ = kNever;
+  else if (asked_since_ == kNever)
+    asked_since_ = stepped_at_;
   command.mode = on ? TorqueMode::kTorque : TorqueMode::kOff;
   command.watchdog_ms = std::uint16_t(std::lround(device_.watchdog_s * 1e3));
   command.echoed_sequence = newest_.sequence;
   for (std::size_t i = 0; i < kJoints; ++i) {
     const double peak = std::min(32767.0, 1e3 * device_.peak_current_A[i] / device_.rated_current_A[i]);
     command.limit_permille[i] = std::uint16_t(peak);
-    if (!on) continue;
+    if (!on || unpowered) continue;
     const double permille = permille_per_Nm_[Eigen::Index(i)] * torque_Nm[Eigen::Index(i)];
     command.torque_permille[i] =
         std::int16_t(std::isfinite(permille) ? std::lround(std::clamp(permille, -peak, peak)) : 0);

@@ -37,7 +37,7 @@ class DeviceDriver {
   /// Drains the port to the newest report; call every millisecond.
   const DeviceReading& step(Time now) noexcept;
   /// Sends joint torques, or mode off while the device is not ok (which also clears the firmware's latch) or once it
-  /// was released.
+  /// was released. A device that drives no motor is asked on for no torque: it shows when it can again.
   void command(const JointVector& torque_Nm) noexcept;
   /// From now on every command says "off".
   void let_go() noexcept { let_go_ = true; }
@@ -79,6 +79,8 @@ class DeviceDriver {
   int bad_in_a_row_ = 0;
   Time bad_since_ = kNever;  // newest moment the device was not ok
   std::uint16_t command_sequence_ = 0;
+  Time stepped_at_ = kNever, attached_at_ = kNever;
+  Time asked_since_ = kNever;  // torque mode, in every command since
   bool let_go_ = false;
 };
 

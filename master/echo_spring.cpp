@@ -31,6 +31,9 @@ constexpr double kLoadTime_s = 0.1;
 // What the correction learns at once at most. A machine that lags at the touch makes the pair differ by 10 N and more,
 // which is no mismatch of springs and is gone when it stands.
 constexpr double kMismatch_N = 1;
+// Where the touched thing moves along with the machine (soil, a load), the lead changes with every change of speed, and
+// the force is no spring's: the correction follows both at once. Not at the touch: there every wall seems to give way.
+constexpr double kCarriedBias_s = 0.1, kCarriedMismatch_N = 10, kCarried_mps = 5e-3, kTouch_s = 0.2;
 // What lies across the normal within the cone of usual friction (tan 14 degrees) does not turn it: the wall has not
 // turned. Otherwise hand and machine chase each other across the contact, R being late.
 constexpr double kFrictionCone_rad = 0.25;
@@ -108,7 +111,7 @@ void EchoSpring::open(const FeltInputs& in) noexcept {
   anchor_m_ = in.hand_m + normal_ * std::max(0.0, contact_N_.dot(normal_)) / spring_N_per_m_;
   bias_N_.setZero();
   shear_N_ = 0;
-  quiet_s_ = leaving_s_ = damping_share_ = 0;
+  quiet_s_ = leaving_s_ = touched_s_ = damping_share_ = 0;
   pressed_at_m_ = in.machine_m;
   gate_ = 1;
 }
@@ -145,8 +148,13 @@ void EchoSpring::update_anchor(const FeltInputs& in, double dt_s) noexcept {
   shear_N_ += (across_N - shear_N_) * blend(dt_s, across_N > shear_N_ ? kShearTime_s : kShearMemory_s);
   if (contact_ && reflected_N >= feel_.off_N) {
     const PlanarVector wanted_N = in.reflected_N + spring_N_per_m_ * in.ahead_m;
-    const double time_s = feel_.bias_time_s + feel_.bias_time_per_rtt * in.round_trip_s;
-    bias_N_ += within(kMismatch_N, wanted_N - bias_N_) * blend(dt_s, time_s);
+    touched_s_ += dt_s;
+    const double speed2 = in.machine_mps.squaredNorm();
+    const double moves_along =
+        touched_s_ < kTouch_s + in.round_trip_s ? 0 : in.yielding * speed2 / (speed2 + kCarried_mps * kCarried_mps);
+    const double time_s = std::lerp(feel_.bias_time_s, kCarriedBias_s, moves_along);
+    const double at_once_N = std::lerp(kMismatch_N, kCarriedMismatch_N, moves_along);
+    bias_N_ += within(at_once_N, wanted_N - bias_N_) * blend(dt_s, time_s + feel_.bias_time_per_rtt * in.round_trip_s);
     const double limit_N = feel_.bias_limit_N + in.yielding * std::max(0.0, feel_.force_limit_N - feel_.bias_limit_N);
     bias_N_ = within(limit_N, bias_N_);
   } else {

@@ -7,7 +7,6 @@
 namespace knuckle::master {
 namespace {
 
-constexpr double kReturnedLimit_J = 0.5;
 constexpr double kFall_s = 0.5, kRise_s = 5;
 
 }  // namespace

@@ -8,6 +8,8 @@ namespace knuckle::master {
 
 class EnergyPort {
  public:
+  static constexpr double kReturnedLimit_J = 0.5;
+
   /// @param power_to_hand_W commanded torque times joint rate: positive where the device drives the hand.
   void step(double power_to_hand_W, double dt_s) noexcept;
 

@@ -23,6 +23,7 @@ struct FeltInputs {
   double silence_s = 0;       ///< Since the last newer message from the machine.
   double lost_share = 0;      ///< [0, 1] of its messages, of late: lost or overtaken.
   bool engaged = false;       ///< The hand leads the machine: only then there is a force.
+  double rendered_share = 1;  ///< [0, 1] of the last step's force: what watchdog, size and motor heat left.
   double world_energy_J = 0;  ///< lambda / mu * energy that the world put into the machine; only grows
 
   // For waves, which are in machine units.

@@ -30,7 +30,9 @@ AnyLaw make(ControlLaw law, const DeviceDescription::Feel& feel) noexcept {
 FeltLaw::FeltLaw(ControlLaw law, const DeviceDescription::Feel& feel) noexcept : law_(make(law, feel)), cues_(feel) {}
 
 PlanarVector FeltLaw::step(const FeltInputs& in, double dt_s) noexcept {
-  if (auto* waves = std::get_if<WaveLaw>(&law_)) waves->set_rendered(1 - cues_share_);
+  const double rendered = (1 - cues_share_) * in.rendered_share;
+  if (auto* waves = std::get_if<WaveLaw>(&law_)) waves->set_rendered(rendered);
+  if (auto* tdpa = std::get_if<TdpaLaw>(&law_)) tdpa->set_rendered(rendered);
   const PlanarVector force_N = std::visit([&](auto& law) { return law.step(in, dt_s); }, law_);
   shown_N_ = spring() ? spring()->contact_N() : law() == ControlLaw::kCues ? PlanarVector::Zero() : force_N;
   if (law() == ControlLaw::kDirect || law() == ControlLaw::kCues) return force_N;

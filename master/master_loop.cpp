@@ -17,6 +17,8 @@ constexpr double kLostBlend = 0.005;  // per message: 1 s at 200 Hz
 constexpr double kMostMissing = 2000;
 constexpr Duration kTimeToTell = 1s;  // its machine: twenty times what it takes
 constexpr int kLettingGoSteps = 100;  // an end takes
+constexpr double kBelieved_s =
+    0.5;  // a mode, after the last message: the machine's side has stopped by itself long ago
 
 }  // namespace
 
@@ -39,7 +41,7 @@ MasterLoop::MasterLoop(const DeviceDescription& device, const MachineDescription
 void MasterLoop::step(Time now) noexcept {
   const DeviceReading& device = driver_.step(now);
   receive(now);
-  set_point_.step(device, slave_ ? slave_->mode : Mode::kOff, slave_ ? &slave_->position_rad : nullptr);
+  set_point_.step(device, machine_mode(), slave_ ? &slave_->position_rad : nullptr);
   posture_ = kinematics_.posture(set_point_.position_rad());
   render(device, now);
   driver_.command(torque_Nm_);
@@ -115,6 +117,15 @@ bool MasterLoop::same_machine() const noexcept {
   return far_end_ == FarEnd::kIsThisMachine || (status_ && status_->machine == machine_name_);
 }
 
+/// As last heard, but not for ever.
+Mode MasterLoop::machine_mode() const noexcept {
+  return slave_ && silence_s_ < kBelieved_s ? slave_->mode : Mode::kOff;
+}
+
+bool MasterLoop::leads() const noexcept {
+  return !settings_.nobody && !settings_.let_go && same_machine();
+}
+
 Reason MasterLoop::judge_far_end(Time now) const noexcept {
   if (same_machine()) return {};
   if (status_) return {ReasonCode::kOtherMachine, 0, 0, 0};
@@ -150,7 +161,8 @@ FeltInputs MasterLoop::felt_inputs(Time now) const noexcept {
   in.sigma_N = force_scale_ * std::sqrt(std::max(0.0, variance_N2));
   in.yielding = slave_->yielding;
   in.confidence = slave_->confidence;
-  in.engaged = slave_->mode == Mode::kEngaged && driver_.reading().presence;
+  in.engaged = machine_mode() == Mode::kEngaged && driver_.reading().presence && leads();
+  in.rendered_share = energy_.gain() * limiter_.share();
   in.world_energy_J = in.force_scale / in.position_scale * slave_->energy_in_J;
   in.returned_at = slave_->stamp.sent_at;
   in.returned = slave_->wave;
@@ -169,19 +181,19 @@ void MasterLoop::render(const DeviceReading& device, Time now) noexcept {
   }
   JointVector wanted_Nm = posture_.jacobian.transpose() * law_force_N_;
   if (in.engaged) {
-    wanted_Nm += walls_.torque(set_point_.unclamped_rad(), JointVector(set_point_.scale() * device.rate_radps));
+    wanted_Nm +=
+        energy_.gain() * walls_.torque(set_point_.unclamped_rad(), JointVector(set_point_.scale() * device.rate_radps));
   }
   energy_.step(torque_Nm_.dot(device.rate_radps), kStep_s);  // of the torque that acted until now
   torque_Nm_ = limiter_.step(wanted_Nm, posture_.jacobian, kStep_s);
-  shown_N_ *= limiter_.heat_share();
+  shown_N_ *= limiter_.share();
 }
 
 /// @return whether Stop was pressed since the last step, or enable released, or whoever pressed it ceased to lead.
 bool MasterLoop::count_urgent(const DeviceReading& device) noexcept {
-  const bool leads = !settings_.nobody && !settings_.let_go && same_machine();
   const bool stopped = stop() && !stopping_;
-  const bool released = (enabled_ && !device.enable) || (leads_ && !leads);
-  leads_ = leads;
+  const bool released = (enabled_ && !device.enable) || (leads_ && !leads());
+  leads_ = leads();
   enabled_ = device.enable;
   stopping_ = stop();
   if (stopped) ++stops_;
@@ -217,7 +229,7 @@ bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept 
   const bool usable =
       std::isfinite(position_scale) && position_scale > 0 && std::isfinite(force_scale) && force_scale > 0;
   // The machine's report is older by the way back: enable is the first to show it.
-  if (!usable || driver_.reading().enable || (slave_ && led(slave_->mode))) return false;
+  if (!usable || driver_.reading().enable || led(machine_mode())) return false;
   settings_.position_scale = position_scale;
   settings_.force_scale = force_scale_ = force_scale;
   set_point_.set_scale(position_scale / feel_.position_scale);
@@ -226,7 +238,8 @@ bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept 
 }
 
 Reason MasterLoop::warning() const noexcept {
-  if (energy_.gain() < 1) return {ReasonCode::kEnergyWatchdog, 0, float(energy_.returned_in_window_J()), 0.5F};
+  if (energy_.gain() < 1)
+    return {ReasonCode::kEnergyWatchdog, 0, float(energy_.returned_in_window_J()), float(EnergyPort::kReturnedLimit_J)};
   if (limiter_.heat_share() < 1) return {ReasonCode::kMotorHeat, 0, float(100 * limiter_.heat_share()), 100};
   return felt_.downgraded();
 }

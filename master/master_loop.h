@@ -107,6 +107,8 @@ class MasterLoop {
   void take(SlaveMessage message, Time arrived, Time now) noexcept;
   void take(const MachineStatus& status, Time now) noexcept;
   [[nodiscard]] bool same_machine() const noexcept;
+  [[nodiscard]] bool leads() const noexcept;
+  [[nodiscard]] Mode machine_mode() const noexcept;
   [[nodiscard]] Reason judge_far_end(Time now) const noexcept;
   [[nodiscard]] FeltInputs felt_inputs(Time now) const noexcept;
   void render(const DeviceReading& device, Time now) noexcept;

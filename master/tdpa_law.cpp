@@ -11,6 +11,7 @@ namespace {
 constexpr double kMostDamping_Ns_per_m = 100;  // what a hand of 0.1 kg and a 1 ms loop with its delays stay stable with
 constexpr double kLeastSpeed_mps = 1e-4;       // below it no damping moves energy
 constexpr double kFade_s = 0.06;
+constexpr double kLeastRendered = 1e-3;
 constexpr double kHoldSilence_s = 0.3;  // as the echo spring
 
 }  // namespace
@@ -33,14 +34,15 @@ PlanarVector TdpaLaw::step(const FeltInputs& in, double dt_s) noexcept {
   world_J_ = in.engaged ? world_J : in.world_energy_J;  // a machine's side that starts anew counts from zero
   damping_Ns_per_m_ = 0;
   const double speed2 = in.hand_mps.squaredNorm();
-  const double ahead_J = observed_J_ - force_N.dot(in.hand_mps) * dt_s;  // as it would be without the controller
+  const double ahead_J = observed_J_ - rendered_ * force_N.dot(in.hand_mps) * dt_s;  // without the controller
   if (ahead_J < 0 && speed2 > kLeastSpeed_mps * kLeastSpeed_mps && in.engaged) {
-    damping_Ns_per_m_ = std::min(kMostDamping_Ns_per_m, -ahead_J / (speed2 * dt_s));
+    const double per_damping_J = std::max(rendered_, kLeastRendered) * speed2 * dt_s;
+    damping_Ns_per_m_ = std::min(kMostDamping_Ns_per_m, -ahead_J / per_damping_J);
     force_N -= damping_Ns_per_m_ * in.hand_mps;
     const double size_N = force_N.norm();
     if (size_N > feel_.force_limit_N) force_N *= feel_.force_limit_N / size_N;
   }
-  observed_J_ -= force_N.dot(in.hand_mps) * dt_s;
+  observed_J_ -= rendered_ * force_N.dot(in.hand_mps) * dt_s;
   if (!in.engaged) observed_J_ = 0;
   return force_N;
 }

@@ -22,6 +22,8 @@ class TdpaLaw {
   /// Only while not engaged.
   void set_spring(double spring_N_per_m) noexcept { spring_N_per_m_ = spring_N_per_m; }
   [[nodiscard]] double damping_Ns_per_m() const noexcept { return damping_Ns_per_m_; }
+  /// Share of the force that reaches the hand from now on, [0, 1]: only that does work.
+  void set_rendered(double share) noexcept { rendered_ = share; }
 
  private:
   [[nodiscard]] PlanarVector spring_force(const FeltInputs& in, double dt_s) noexcept;
@@ -31,7 +33,7 @@ class TdpaLaw {
   bool contact_ = false;
   double share_ = 0;  // of the force: fades with contact, silence and confidence
   double world_J_ = 0;
-  double observed_J_ = 0, damping_Ns_per_m_ = 0;
+  double observed_J_ = 0, damping_Ns_per_m_ = 0, rendered_ = 1;
   PlanarVector normal_ = PlanarVector::UnitX();
 };
 

@@ -1,4 +1,4 @@
-// Motor heat and slew of joint torques.
+// Size, motor heat and slew of joint torques.
 #include "master/torque_limiter.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ constexpr double kHoldingShare = 0.97;  // of rated current, allowed for ever
 }  // namespace
 
 TorqueLimiter::TorqueLimiter(const DeviceDescription& device) noexcept
-    : slew_N_per_s_(1e3 * device.feel.slew_N_per_ms) {
+    : slew_N_per_s_(1e3 * device.feel.slew_N_per_ms), limit_N_(device.feel.force_limit_N) {
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto row = Eigen::Index(i);
     rated_Nm_[row] = device.gear_ratio[i] * device.torque_constant_Nm_per_A[i] * device.rated_current_A[i];
@@ -24,8 +24,9 @@ TorqueLimiter::TorqueLimiter(const DeviceDescription& device) noexcept
 
 JointVector TorqueLimiter::step(const JointVector& wanted_Nm, const TipJacobian& jacobian, double dt_s) noexcept {
   const JointVector finite_Nm = wanted_Nm.allFinite() ? wanted_Nm : JointVector::Zero();
-  heat_share_ = share_within_heat(finite_Nm);
-  torque_Nm_ = within_slew(heat_share_ * finite_Nm, jacobian, dt_s);
+  size_share_ = limit_N_ / std::max(limit_N_, size_N(finite_Nm, jacobian));
+  heat_share_ = share_within_heat(size_share_ * finite_Nm);
+  torque_Nm_ = within_slew(share() * finite_Nm, jacobian, dt_s);
   const Eigen::Array3d share = torque_Nm_.array() / rated_Nm_.array();
   heat_.array() += (share.square() - heat_.array()) * dt_s / heat_time_s_.array();
   return torque_Nm_;
@@ -33,8 +34,17 @@ JointVector TorqueLimiter::step(const JointVector& wanted_Nm, const TipJacobian&
 
 void TorqueLimiter::rest(double dt_s) noexcept {
   torque_Nm_.setZero();
-  heat_share_ = 1;
+  size_share_ = heat_share_ = 1;
   heat_.array() -= heat_.array() * dt_s / heat_time_s_.array();
+}
+
+double TorqueLimiter::size_N(const JointVector& torque_Nm, const TipJacobian& jacobian) noexcept {
+  double size_N = tip_force_of(jacobian, torque_Nm).norm();
+  for (Eigen::Index i = 0; i < kJoints; ++i) {
+    const double reach_m = std::max(jacobian.col(i).norm(), 1e-3);
+    size_N = std::max(size_N, std::abs(torque_Nm[i]) / reach_m);
+  }
+  return size_N;
 }
 
 double TorqueLimiter::share_within_heat(const JointVector& torque_Nm) const noexcept {
@@ -51,13 +61,7 @@ double TorqueLimiter::share_within_heat(const JointVector& torque_Nm) const noex
 JointVector TorqueLimiter::within_slew(const JointVector& torque_Nm, const TipJacobian& jacobian,
                                        double dt_s) const noexcept {
   const JointVector change_Nm = torque_Nm - torque_Nm_;
-  const double limit_N = slew_N_per_s_ * dt_s;
-  // As a tip force, and per joint for the share that no tip force explains.
-  double change_N = tip_force_of(jacobian, change_Nm).norm();
-  for (Eigen::Index i = 0; i < kJoints; ++i) {
-    const double reach_m = std::max(jacobian.col(i).norm(), 1e-3);
-    change_N = std::max(change_N, std::abs(change_Nm[i]) / reach_m);
-  }
+  const double limit_N = slew_N_per_s_ * dt_s, change_N = size_N(change_Nm, jacobian);
   return change_N > limit_N ? JointVector(torque_Nm_ + change_Nm * (limit_N / change_N)) : torque_Nm;
 }
 

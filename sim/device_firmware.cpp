@@ -50,7 +50,7 @@ PerJoint<double> DeviceFirmware::step(Time now, const DeviceSensors& sensors) no
   if (std::ranges::any_of(sensors.heat, [](double heat) { return heat > kHeatTrip; })) {
     latch(kDeviceFaultOvertemperature);
   }
-  const PerJoint<double> current_A = drive();
+  const PerJoint<double> current_A = injected_ == FirmwareFault::kUnpowered ? applied_A_ = {} : drive();
   if (injected_ != FirmwareFault::kHung && injected_ != FirmwareFault::kSilent) send_state(now, sensors);
   return current_A;
 }
@@ -145,7 +145,8 @@ void DeviceFirmware::send_state(Time now, const DeviceSensors& sensors) noexcept
   }
   state.status = std::uint16_t((sensors.presence ? kDevicePresence : 0) | (sensors.enable ? kDeviceEnable : 0) |
                                (sensors.clutch ? kDeviceClutch : 0) | (sensors.stop ? kDeviceStop : 0) |
-                               (mode_ == TorqueMode::kTorque ? kDeviceTorqueOn : 0) | (latched_ ? kDeviceLatched : 0));
+                               (latched_ ? kDeviceLatched : 0));
+  if (mode_ == TorqueMode::kTorque && injected_ != FirmwareFault::kUnpowered) state.status |= kDeviceTorqueOn;
   state.fault = fault_;
   state.last_command_sequence = command_sequence_;
   state.bus_mV = 24000;

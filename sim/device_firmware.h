@@ -28,6 +28,7 @@ enum class FirmwareFault : std::uint8_t {
   kBadCrc,      ///< state reports damaged on the way
   kFrozen,      ///< the same state report over and over
   kWildCounts,  ///< encoder counts stand for no angle (smallest integer)
+  kUnpowered,   ///< the motors' supply is off; all else works
   kHung,        ///< neither reports nor reads; the motor stage's own watchdog takes the torque away
 };
 

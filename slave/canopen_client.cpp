@@ -96,7 +96,15 @@ void CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
 void CanopenClient::on_emergency(Node& node, const CanFrame& frame, Time now) noexcept {
   const auto emergency = canopen::parse_emergency(frame);
   if (!emergency) return;
-  node.emergency = emergency->code;
+  // Of several errors one may be over: the register says whether any is left (CiA 301).
+  const bool over = emergency->code == canopen::kEmcyReset;
+  if (!over) {
+    node.emergency = emergency->code;
+  } else if (emergency->error_register == 0) {
+    node.emergency = canopen::kEmcyReset;
+  } else if (node.emergency == canopen::kEmcyReset) {
+    node.emergency = canopen::kEmcyGeneric;
+  }
   emergencies_.add(now, node.id, *emergency);
 }
 
@@ -271,8 +279,7 @@ void CanopenClient::end_step(const PassedCommands& commands, bool enable_output,
     send_set_points(phase_ == Phase::kOperational ? commands : PassedCommands(), now);
     const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;
     if (output != enable_sent_ || syncs_ % kEnableEveryNthSync == 0) {
-      bus_.send(canopen::enable_output_frame(description_.enable.rpdo_id(), output));
-      enable_sent_ = output;
+      if (bus_.send(canopen::enable_output_frame(description_.enable.rpdo_id(), output))) enable_sent_ = output;
     }
   }
   if (to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6) {

@@ -18,6 +18,10 @@ bool wants_pilot(Jog::Phase phase) noexcept {
   return phase != Jog::Phase::kRest && phase != Jog::Phase::kPilotDown;
 }
 
+bool expects_pilot(Jog::Phase phase) noexcept {
+  return wants_pilot(phase) && phase != Jog::Phase::kPilotUp;
+}
+
 /// Who sends the value at this place of RawSensors::at.
 std::uint8_t node_at(std::size_t place, const BusDescription& bus) noexcept {
   if (place < kPressures) return bus.pressures[place].id;
@@ -49,7 +53,7 @@ void Jog::step(Time now) noexcept {
   hear(now);
   client_.begin_step(now);
   const bool unpowered = !client_.pilot_on() && !client_.e_stop_open();  // an open E-stop is the gate's to say
-  if (phase_ == Phase::kMoving && unpowered) end_early({ReasonCode::kPilotOff, 0, 0, 0});
+  if (expects_pilot(phase_) && unpowered) end_early({ReasonCode::kPilotOff, 0, 0, 0});
   gate_ = jog_gate(wanted(now), judged(), gate_.memory, limits_, now);
   if (gate_.fault) end_early(gate_.fault);
   client_.end_step(gate_.commands, wants_pilot(phase_), now);
@@ -60,7 +64,7 @@ void Jog::step(Time now) noexcept {
 
 void Jog::hear(Time now) noexcept {
   CanFrame frame;
-  for (int i = 0; i < kMostFrames && bus_.receive(frame); ++i) {
+  for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
     client_.receive(frame, now);
     take(frame, now);
     if (dialogue_) dialogue_->receive(frame);
@@ -103,7 +107,9 @@ JointVector Jog::wanted(Time now) const noexcept {
 
 JogState Jog::judged() const noexcept {
   JogState state;
-  state.joint = plan_.joint;
+  const bool moves = phase_ == Phase::kMoving || phase_ == Phase::kClosing;
+  state.joint = moves ? plan_.joint : JogState::kNoJoint;
+  state.pilot = wants_pilot(phase_);
   state.since = since_;
   state.travelled_m = sensors_.length_m - from_m_;
   state.pressure_Pa = sensors_.pressure_Pa;
@@ -184,6 +190,7 @@ void Jog::end_early(const Reason& why) noexcept {
 void Jog::begin(Phase phase) noexcept {
   with_pilot_ = phase;
   trouble_ = {};
+  from_m_ = sensors_.length_m;
   enter(Phase::kPilotUp, stepped_at_);
 }
 

@@ -90,8 +90,6 @@ class Jog {
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
 
  private:
-  static constexpr int kMostFrames = 256;  ///< Per step: a babbling node cannot keep it busy.
-
   void hear(Time now) noexcept;
   void take(const CanFrame& frame, Time now) noexcept;
   void begin(Phase phase) noexcept;

@@ -70,6 +70,7 @@ void JointControl::reset() noexcept {
   known_ = 0;
   ahead_.reset(JointVector::Zero());
   learning_.fill(Learning(step_s_));
+  supply_Pa_ = machine_.hydraulics.load_sensing_margin_Pa;
 }
 
 JointVector JointControl::fed_forward(const Touch& touch, const PlanarVector& force_N, double fade, double held,

@@ -97,7 +97,7 @@ ModeDecision aligning(const ModeInputs& in, const ModeLimits& limits) noexcept {
 }
 
 /// Engaged and hold: the machine is led (or waits while it is).
-ModeDecision led(const ModeInputs& in, const ModeLimits& limits, bool holding) noexcept {
+ModeDecision led(const ModeState& state, const ModeInputs& in, const ModeLimits& limits) noexcept {
   if (const Reason reason = machine_side(in)) return fault(reason);
   if (in.link_lost) return fault(in.link_lost);
   if (in.device) return fault(in.device);
@@ -105,10 +105,12 @@ ModeDecision led(const ModeInputs& in, const ModeLimits& limits, bool holding) n
   if (!in.pilot_on) return fault({ReasonCode::kPilotOff, 0, 0, 0});
   if (!in.presence) return fault({ReasonCode::kPresenceLost, 0, 0, 0});
   if (const Reason wait = first_of(in.hold, in.late)) return {{Mode::kHold, {}, false}, wait};
-  if (in.clutch) return {{Mode::kHold, {}, false}, {ReasonCode::kClutchHeld, 0, 0, 0}};
-  // Out of a hold the set-point may be anywhere: only one near the machine may take over again.
-  if (holding) {
-    if (const Reason where = not_aligned(in, limits)) return {{Mode::kHold, {}, false}, where};
+  if (in.clutch) return {{Mode::kHold, {}, false, true}, {ReasonCode::kClutchHeld, 0, 0, 0}};
+  // Out of a hold the set-point may be anywhere: only one near the machine may take over again. Where the operator did
+  // nothing to end it, the hand must rest as well: a hand that passes by is no wish to go on.
+  if (state.mode == Mode::kHold) {
+    const Reason wait = state.by_clutch ? not_aligned(in, limits) : alignment(in, limits);
+    if (wait) return {{Mode::kHold, {}, false, state.by_clutch}, wait};
   }
   return {{Mode::kEngaged, {}, false}, {}};
 }
@@ -143,9 +145,8 @@ ModeDecision next_mode(const ModeState& state, const ModeInputs& in, const ModeL
     case Mode::kAligning:
       return aligning(in, limits);
     case Mode::kEngaged:
-      return led(in, limits, false);
     case Mode::kHold:
-      return led(in, limits, true);
+      return led(state, in, limits);
     case Mode::kFault:
     case Mode::kEStop:
       return latched(state, in, limits);

@@ -23,7 +23,7 @@ struct ModeInputs {
   Reason machine_fault;            ///< Bus, nodes, valves, gate: a fault in every mode.
   Reason sensor_fault;             ///< "Not yet" during the self test, a fault after it.
   bool nodes_operational = false;  ///< All of them, configured and supervised.
-  bool pilot_on = false;           ///< Pilot pressure is on: needed while the machine is led, off before.
+  bool pilot_on = false;           ///< Pilot pressure is on: needed while the machine is led.
   Reason link_lost;                ///< No newer packet within the limit: a fault while the machine is led.
   Reason hold;                     ///< Asks to wait without a fault.
   Reason late;                     ///< So does a round trip that is too long; nobody takes over by packets that old.
@@ -37,6 +37,7 @@ struct ModeState {
   Mode mode = Mode::kOff;
   Reason fault;                  ///< The latched fault; kept while in kFault and kEStop.
   bool enable_released = false;  ///< Enable was seen released when nothing else stood in the way of pressing it.
+  bool by_clutch = false;        ///< kHold: of the operator's own, who ends it by letting go of the clutch.
 };
 
 struct ModeDecision {

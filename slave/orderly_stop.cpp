@@ -9,7 +9,6 @@
 namespace knuckle::slave {
 namespace {
 
-constexpr int kMostFrames = 256;              // per step: a babbling node cannot delay the stop
 constexpr Duration kNeutralPatience = 320ms;  // as long as a spool may take to be neutral
 constexpr Duration kDisablePatience = 200ms;
 
@@ -59,7 +58,7 @@ void OrderlyStop::enter(Phase phase, Time now) noexcept {
 
 void OrderlyStop::hear() noexcept {
   CanFrame frame;
-  for (int i = 0; i < kMostFrames && bus_.receive(frame); ++i) {
+  for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
     if (frame.id == machine_.bus.enable.tpdo_id()) {
       const auto inputs = canopen::parse_enable(frame);
       if (inputs) pilot_off_ = (*inputs & canopen::kInputPilotOn) == 0;

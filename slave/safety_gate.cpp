@@ -53,19 +53,20 @@ Reason refusal(const JointVector& wanted, Mode mode, Time setpoint_at, const Gat
   return stale(state.oldest_at, state.oldest_node, limits, now);
 }
 
-/// Why nothing of a first motion may pass. Every chamber's pressure counts: which one is driven is not known yet.
+/// Why nothing of a first motion may pass, nor pilot pressure stay on. Every chamber's pressure counts: which one is
+/// driven is not known yet.
 Reason jog_refusal(const JointVector& wanted, const JogState& state, const GateMemory& memory, const GateLimits& limits,
                    Time now) noexcept {
   for (int i = 0; i < kJoints; ++i) {
     const double most = i == state.joint ? limits.jog.command : 0;
     if (!(std::abs(wanted[i]) <= most)) return joint_reason(ReasonCode::kCommandInvalid, i, wanted[i], most);
   }
-  if (is_neutral(wanted)) return {};
+  if (is_neutral(wanted) && !state.pilot) return {};
   if (state.e_stop_open) return {ReasonCode::kEmergencyStop, 0, 0, 0};
   if (!is_neutral(memory.sent) && now - memory.at > limits.longest_gap) {
     return {ReasonCode::kLoopOverrun, 0, milliseconds(now - memory.at), milliseconds(limits.longest_gap)};
   }
-  if (now < state.since || now - state.since > limits.jog.longest) {
+  if (!is_neutral(wanted) && (now < state.since || now - state.since > limits.jog.longest)) {
     return {ReasonCode::kJogTooLong, 0, static_cast<float>(to_seconds(now - state.since)),
             static_cast<float>(to_seconds(limits.jog.longest))};
   }

@@ -67,9 +67,12 @@ struct GateState {
 
 /// What jog_gate() believes: raw values, none of them compared with another.
 struct JogState {
-  int joint = 0;                                  ///< The one that is to move.
-  Time since = kNever;                            ///< Start of its motion.
-  JointVector travelled_m = JointVector::Zero();  ///< Since then, by the encoders.
+  static constexpr int kNoJoint = -1;
+  int joint = 0;        ///< The one that is to move, or kNoJoint.
+  bool pilot = false;   ///< Pilot pressure is asked for: a spool that sticks moves the arm.
+  Time since = kNever;  ///< Start of the motion.
+  JointVector travelled_m =
+      JointVector::Zero();  ///< Since then or since pilot pressure was asked for, by the encoders.
   std::array<double, 6> pressure_Pa{};
   Time oldest_at = kNever;        ///< Arrival of the oldest sensor value, a slope's later by tilt_extra_age() ...
   std::uint8_t oldest_node = 0;   ///< ... and who sent it.
@@ -111,9 +114,10 @@ struct GateResult {
 [[nodiscard]] GateResult safety_gate(const JointVector& wanted, Mode mode, Time setpoint_at, const GateState& state,
                                      const GateMemory& memory, const GateLimits& limits, Time now) noexcept;
 
-/// @param wanted zero for all joints but one. Neutral always passes; anything else only while the motion is as planned.
-/// Otherwise the result is neutral with one of the faults kCommandInvalid, kEmergencyStop, kLoopOverrun, kJogTooLong,
-/// kSensorInvalid, kSensorStale, kJogOtherMoves, kPressureLimit.
+/// @param wanted zero for all joints but one. Neutral passes while no pilot pressure is asked for; else, as anything,
+/// only while sensors, pressures and cylinders are as planned. Otherwise the result is neutral with one of the faults
+/// kCommandInvalid, kEmergencyStop, kLoopOverrun, kJogTooLong, kSensorInvalid, kSensorStale, kJogOtherMoves,
+/// kPressureLimit.
 [[nodiscard]] GateResult jog_gate(const JointVector& wanted, const JogState& state, const GateMemory& memory,
                                   const GateLimits& limits, Time now) noexcept;
 

@@ -136,9 +136,12 @@ void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) 
 
 Reason SensorSet::fault(Time now) const noexcept {
   for (const Channel& channel : channels_) {
-    if (channel.bad >= kValidity.bad_in_a_row) {
-      return {ReasonCode::kSensorInvalid, channel.node, static_cast<float>(channel.worst), 0};
+    if (channel.bad < kValidity.bad_in_a_row) continue;
+    if (channel.settled >= kValidity.settled_in_a_row) {
+      return {ReasonCode::kLengthElsewhere, channel.node, static_cast<float>(1e3 * (channel.elsewhere - channel.value)),
+              static_cast<float>(1e3 * jump_m_)};
     }
+    return {ReasonCode::kSensorInvalid, channel.node, static_cast<float>(channel.worst), 0};
   }
   const auto stale = [now](const Channel& channel, Duration limit) -> Reason {
     const Duration age = now - channel.at;

@@ -52,8 +52,8 @@ class SensorSet {
   /// Some length stands still where it is not believed.
   [[nodiscard]] bool length_settled() const noexcept;
 
-  /// First sensor that is stale (kSensorStale, ms) or sends impossible values (kSensorInvalid, raw); kNone while all
-  /// are fresh and valid.
+  /// First sensor that is stale (kSensorStale, ms), sends impossible values (kSensorInvalid, raw) or a length that
+  /// waits for the operator to believe it (kLengthElsewhere, mm); kNone while all are fresh and valid.
   [[nodiscard]] Reason fault(Time now) const noexcept;
   /// The first length that no angle of its joint gives (kSensorInvalid, m); kNone where all have one.
   [[nodiscard]] Reason unreachable() const noexcept;

@@ -32,7 +32,7 @@ void SlaveLoop::step(Time now) noexcept {
   receive_frames(now);
   client_.begin_step(now);
   estimate(now);
-  watch_sensors();
+  watch_sensors(now);
   const Duration gap = now - master_at_;  // before anything new is taken
   receive_link(now);
   watch_digging();
@@ -50,7 +50,7 @@ void SlaveLoop::step(Time now) noexcept {
 
 void SlaveLoop::receive_frames(Time now) noexcept {
   CanFrame frame;
-  for (int i = 0; i < kMostFrames && bus_.receive(frame); ++i) {
+  for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
     client_.receive(frame, now);
     sensors_.receive(frame, now);
   }
@@ -162,19 +162,24 @@ void SlaveLoop::watch_digging() noexcept {
 }
 
 /// Sensors and valves against each other, once everything runs.
-void SlaveLoop::watch_sensors() noexcept {
+void SlaveLoop::watch_sensors(Time now) noexcept {
   valve_reason_ = {};
   const auto measurement = sensors_.measurement();
   if (!client_.operational() || !measurement || sensor_fault_) {
     plausibility_.reset();
     valve_monitor_.reset();
+    unasked_since_ = kNever;
     return;
   }
   sensor_fault_ = plausibility_.step(*measurement, client_.spool());
-  if (client_.pilot_on()) {
-    valve_reason_ = valve_monitor_.step(client_.demand(), client_.spool());
-  } else {
-    valve_monitor_.reset();
+  // Without pilot pressure too: a spool that stays open would move its cylinder as soon as there is any.
+  valve_reason_ = valve_monitor_.step(client_.demand(), client_.spool());
+  if (!client_.pilot_on() || led(decision_.state.mode))
+    unasked_since_ = kNever;
+  else if (unasked_since_ == kNever)
+    unasked_since_ = now;
+  if (unasked_since_ != kNever && now - unasked_since_ > kPilotFalls) {
+    valve_reason_ = {ReasonCode::kPilotStaysOn, 0, 0, 0};
   }
 }
 

@@ -69,8 +69,8 @@ class SlaveLoop {
  private:
   static constexpr double kVelocityCutoff_Hz = 10;  ///< Of the joint rates for control.
   static constexpr double kRestCutoff_Hz = 1;       ///< Of the rates that decide whether the machine is at rest.
-  static constexpr int kMostFrames = 256;           ///< Per step: nobody can keep the loop busy.
   static constexpr Duration kRestartAfter = 1s;     ///< Nodes that failed are left alone this long.
+  static constexpr Duration kPilotFalls = 1s;       ///< Pilot pressure that nobody asks for is over by then.
 
   enum class Asking : std::uint8_t { kNothing, kReleased, kPressed };
 
@@ -83,7 +83,7 @@ class SlaveLoop {
   void estimate(Time now) noexcept;
   void restart_motion() noexcept;
   void watch_digging() noexcept;
-  void watch_sensors() noexcept;
+  void watch_sensors(Time now) noexcept;
   [[nodiscard]] Reason machine_fault() const noexcept;
   [[nodiscard]] ModeInputs observe() const noexcept;
   void decide() noexcept;
@@ -115,7 +115,8 @@ class SlaveLoop {
   std::optional<estimation::JointState> state_;
   LowPass<JointVector> rest_rate_;
   Reason sensor_fault_, valve_reason_;
-  Reason object_;  // met while digging; until enable is let go
+  Time unasked_since_ = kNever;  // pilot pressure is on although the machine is not led
+  Reason object_;                // met while digging; until enable is let go
   // What the operator did with enable since the machine stopped: about a length, about the bus.
   Asking asking_length_ = Asking::kNothing, asking_bus_ = Asking::kNothing;
   LinkInbox inbox_;

@@ -13,6 +13,9 @@ struct CanFrame {
   bool operator==(const CanFrame&) const = default;
 };
 
+/// More are left for the next step: a babbling node cannot keep a loop busy.
+inline constexpr int kMostFramesPerStep = 256;
+
 enum class CanState : std::uint8_t { kActive, kPassive, kBusOff, kDown };
 
 class CanBus {

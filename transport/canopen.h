@@ -127,8 +127,9 @@ struct NmtRequest {
 
 // ---- EMCY
 // ------------------------------------------------------------------------------------------------------------
-inline constexpr std::uint16_t kEmcyReset = 0x0000, kEmcyHeartbeat = 0x8130, kEmcyRpdoTimeout = 0x8250,
-                               kEmcyExternal = 0x9000, kEmcySensor = 0x5030, kEmcyDeviceSpecific = 0xFF00;
+inline constexpr std::uint16_t kEmcyReset = 0x0000, kEmcyGeneric = 0x1000, kEmcyHeartbeat = 0x8130,
+                               kEmcyRpdoTimeout = 0x8250, kEmcyExternal = 0x9000, kEmcySensor = 0x5030,
+                               kEmcyDeviceSpecific = 0xFF00;
 struct Emergency {
   std::uint16_t code = 0;
   std::uint8_t error_register = 0;

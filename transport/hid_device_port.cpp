@@ -87,7 +87,7 @@ HidDeviceStatus HidDevicePort::status() const {
   status.dropped = arrived_.dropped();
   status.written = written_;
   status.not_written = not_written_;
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(told_mutex_);
   status.serial = serial_;
   status.problem = problem_;
   return status;
@@ -108,15 +108,18 @@ void HidDevicePort::read_loop() {
 bool HidDevicePort::attach() {
   std::string serial;
   {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(told_mutex_);
     serial = serial_;
   }
   HidOpening opened = open_(serial);
-  const std::lock_guard lock(mutex_);
-  problem_ = opened.problem;
+  {
+    const std::lock_guard lock(told_mutex_);
+    problem_ = opened.problem;
+    if (opened.connection && serial_.empty()) serial_ = opened.serial;
+  }
   if (!opened.connection) return false;
+  const std::lock_guard lock(mutex_);
   connection_ = std::move(opened.connection);
-  if (serial_.empty()) serial_ = opened.serial;
   attachment_.fetch_add(1, std::memory_order_release);
   return true;
 }
@@ -137,11 +140,14 @@ void HidDevicePort::read_until_gone() {
 
 void HidDevicePort::detach() {
   attachment_.fetch_add(1, std::memory_order_release);
+  {
+    const std::lock_guard lock(told_mutex_);
+    problem_ = "the haptic device was unplugged, or stopped answering";
+  }
   std::shared_ptr<HidConnection> gone;  // closed here, or by the writer when it comes back from a blocked write
   const std::lock_guard lock(mutex_);
   gone.swap(connection_);
   gone->abandon();
-  problem_ = "the haptic device was unplugged, or stopped answering";
 }
 
 void HidDevicePort::write_loop() {

@@ -108,10 +108,12 @@ class HidDevicePort : public HidPort {
   std::atomic<std::uint64_t> reports_{0}, written_{0}, not_written_{0};
   std::atomic<bool> stop_{false};
   mutable std::uint32_t seen_ = 0;  ///< The loop's: attachment_ when it last asked.
-  // between the two threads and status()
-  mutable std::mutex mutex_;
+  // between the two threads
+  std::mutex mutex_;
   std::condition_variable stopping_;
   std::shared_ptr<HidConnection> connection_;
+  // between the reader and status(), for which the writer must not wait
+  mutable std::mutex told_mutex_;
   std::string serial_, problem_;
 
   std::thread reader_, writer_;  ///< Last: everything above exists when they start.

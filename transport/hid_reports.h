@@ -43,7 +43,7 @@ enum DeviceStatus : std::uint16_t {
   kDeviceEnable = 1 << 1,    ///< dead-man button
   kDeviceClutch = 1 << 2,    ///< indexing button
   kDeviceStop = 1 << 3,      ///< stop button
-  kDeviceTorqueOn = 1 << 4,  ///< motors are driven as asked
+  kDeviceTorqueOn = 1 << 4,  ///< motors are driven as asked: not without their supply
   kDeviceLatched = 1 << 5,   ///< torque off after a watchdog or bad report, until mode 0 was sent
 };
 inline constexpr unsigned kDeviceStatusBits = 0x3F;  ///< All of them; others are refused.
@@ -78,7 +78,7 @@ struct DeviceCommand {
   std::uint16_t sequence = 0;
   TorqueMode mode = TorqueMode::kOff;
   std::uint8_t flags = 0;
-  PerJoint<std::int16_t> torque_permille{};  ///< of rated torque, joint sign as described
+  PerJoint<std::int16_t> torque_permille{};  ///< Of rated torque; positive drives the motor's counts up.
   PerJoint<std::uint16_t> limit_permille{};
   std::uint16_t watchdog_ms = 20;
   std::uint16_t echoed_sequence = 0;  ///< sequence of the newest DeviceState

@@ -131,7 +131,9 @@ void ConsoleLoop::step_session(Time now) noexcept {
   paused_ = paused;
   if (paused) return;
   const std::int64_t missed = stepped_at_ == kNever ? 1 : (now - stepped_at_) / kTick;
-  for (std::int64_t i = 0; i < std::clamp<std::int64_t>(missed, 1, kMostTicks); ++i) session_->step(hand());
+  // A real device feels each step: several at once would change its force by several times the slew limit.
+  const std::int64_t most = station().has_device() ? 1 : kMostTicks;
+  for (std::int64_t i = 0; i < std::clamp<std::int64_t>(missed, 1, most); ++i) session_->step(hand());
 }
 
 void ConsoleLoop::show() noexcept {

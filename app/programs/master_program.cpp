@@ -129,7 +129,7 @@ void MasterRunner::observe(Time now) noexcept {
   event.warning = master_.warning();
   if (!same_cause(event.warning, last_felt_.warning)) {
     event.about = MasterEvent::About::kFelt;
-    events_.push(event);
+    if (event.warning || event.mode == Mode::kEngaged) events_.push(event);  // else nothing is felt: no news
     last_felt_ = event;
   }
   event.about = MasterEvent::About::kMachine;

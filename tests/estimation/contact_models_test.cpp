@@ -94,11 +94,15 @@ TEST(ForceOfTwoJoints, FindsForceAndDirectionAndTheirSpreadWithoutTheBoom) {
               0.95, 0.015);
 }
 
-TEST(ForceOfTwoJoints, RefusesABucketInLineWithTheArmAndAPlaceAtItsJoint) {
+TEST(ForceOfTwoJoints, RefusesABucketInLineWithTheArmAndAPlaceAtItsJointOrBeyondItsEnd) {
   EXPECT_EQ(refusal(tip_force_of_two(lengths(), load_of(JointVector(100, 50, 20), {0.3, -1.5, 0.02}), 0.5)),
             ContactRefusal::kBucketInLine);
-  EXPECT_EQ(refusal(tip_force_of_two(lengths(), load_of(JointVector(100, 50, 20)), 0.01)),
-            ContactRefusal::kDirectionAlongLink);
+  for (const double place : {-0.1, 0.01, 0.24, 1.26}) {
+    const double place_m = place * lengths()[kBucket];
+    EXPECT_EQ(refusal(tip_force_of_two(lengths(), load_of(JointVector(100, 50, 20)), place_m)),
+              ContactRefusal::kOffTheBucket)
+        << place;
+  }
 }
 
 TEST(ForceAndPosition, FindsSizeAndPlaceOfAForceOfKnownDirection) {

@@ -216,6 +216,8 @@ TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
       {"bus.bit_rate_kbps", 250, "= 250: too slow: these frames load the bus to 119.1 %"},
       {"bus.sync_Hz", 160, "= 160: its period must be whole milliseconds"},
       {"bus.valve_watchdog_ms", 9, "= 9: must be at least 10, twice the valves' command period"},
+      {"bus.valve_watchdog_ms", 201, "= 201: must be within [1, 200]"},
+      {"bus.sensor_age_limit_ms", 201, "= 201: must be within [1, 200]"},
       {"bus.nodes.arm_encoder.id", 0x30, "= 48: is taken by 'boom_encoder'; node ids must be unique"},
       {"bus.nodes.tilt.id", 1, "= 1: is taken by 'controller_id'"},
       {"bus.nodes.tilt.id", 128, "= 128: must be a whole number within [1, 127]"},

@@ -190,8 +190,42 @@ INSTANTIATE_TEST_SUITE_P(Faults, DeviceDriverStories,
                          testing::Values(Story{FirmwareFault::kSilent, ReasonCode::kDeviceStale, 23},
                                          Story{FirmwareFault::kFrozen, ReasonCode::kDeviceStale, 23},
                                          Story{FirmwareFault::kHung, ReasonCode::kDeviceStale, 23},
+                                         Story{FirmwareFault::kUnpowered, ReasonCode::kDeviceUnpowered, 60},
                                          Story{FirmwareFault::kBadCrc, ReasonCode::kDeviceReport, 5},
                                          Story{FirmwareFault::kWildCounts, ReasonCode::kDeviceReport, 5}));
+
+TEST(DeviceDriver, SaysUnpoweredForAsLongAsNoMotorIsDrivenAndAsksForNoTorqueMeanwhile) {
+  Desk desk;
+  desk.torque_Nm = JointVector(0.5, 0, 0);
+  desk.run(400);
+  desk.hand.firmware().inject(FirmwareFault::kUnpowered);
+  desk.run(100);
+  for (int i = 0; i < 3000; ++i) {
+    desk.tick();
+    ASSERT_EQ(desk.reason(), ReasonCode::kDeviceUnpowered) << i;
+  }
+  desk.hand.firmware().inject(FirmwareFault::kNone);
+  double most_N = 0;
+  for (int i = 0; i < 90; ++i) {
+    desk.tick();
+    ASSERT_FALSE(desk.driver.reading().ok) << i;
+    most_N = std::max(most_N, desk.hand.truth().felt_N.norm());
+  }
+  EXPECT_LT(most_N, 0.2) << "nothing acts before the device has been good for a while";
+  desk.run(50);
+  EXPECT_TRUE(desk.driver.reading().ok);
+}
+
+TEST(DeviceDriver, SaysThatADeviceThatNeverReportsHasStopped) {
+  HidPair cable;
+  DeviceDriver driver(desk_device(), cable.host());
+  Time now{};
+  for (int i = 0; i < 3000; ++i) {
+    now += 1ms;
+    driver.step(now);
+    ASSERT_EQ(driver.reading().reason.code, i <= 1000 ? ReasonCode::kStartingUp : ReasonCode::kDeviceStale) << i;
+  }
+}
 
 TEST(DeviceDriver, ForgivesOneDamagedReport) {
   Desk desk;

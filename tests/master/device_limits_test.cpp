@@ -30,6 +30,22 @@ TEST(TorqueLimiter, HoldsMotorsAtRatedCurrentBeforeTheFirmwareTrips) {
   EXPECT_GT(rig.hand.truth().felt_N.norm(), 2);
 }
 
+TEST(TorqueLimiter, RendersNoMoreThanTheForceLimitWhateverIsAddedUp) {
+  const DeviceDescription device = test::desk_device();
+  TorqueLimiter limiter(device);
+  const auto posture = DeviceKinematics(device.link_m).posture(kMidPosture);
+  const JointVector contact_Nm = posture.jacobian.transpose() * PlanarVector(0, device.feel.force_limit_N);
+  const JointVector wall_Nm(0.6 * device.feel.force_limit_N * 0.32, 0, 0);
+  JointVector torque_Nm;
+  for (int i = 0; i < 200; ++i) torque_Nm = limiter.step(contact_Nm + wall_Nm, posture.jacobian, 1e-3);
+  EXPECT_LT(tip_force_of(posture.jacobian, torque_Nm).norm(), 1.001 * device.feel.force_limit_N);
+  EXPECT_LT(limiter.share(), 0.9);
+  EXPECT_NEAR(torque_Nm.normalized().dot((contact_Nm + wall_Nm).normalized()), 1, 1e-9) << "its direction stays";
+  for (int i = 0; i < 200; ++i) torque_Nm = limiter.step(0.9 * contact_Nm, posture.jacobian, 1e-3);
+  EXPECT_NEAR((torque_Nm - 0.9 * contact_Nm).norm(), 0, 1e-12);
+  EXPECT_EQ(limiter.share(), 1);
+}
+
 TEST(TorqueLimiter, TakesANonFiniteTorqueForNone) {
   TorqueLimiter limiter(test::desk_device());
   const auto posture = DeviceKinematics(test::desk_device().link_m).posture(kMidPosture);
@@ -38,7 +54,9 @@ TEST(TorqueLimiter, TakesANonFiniteTorqueForNone) {
 }
 
 TEST(TorqueLimiter, MotorsCoolWhileTheDeviceIsOff) {
-  TorqueLimiter limiter(test::desk_device());
+  DeviceDescription strong_hand = test::desk_device();
+  strong_hand.feel.force_limit_N = 1e6;  // the motors limit the force
+  TorqueLimiter limiter(strong_hand);
   const auto posture = DeviceKinematics(test::desk_device().link_m).posture(kMidPosture);
   const JointVector wanted_Nm = JointVector::Constant(1e3);
   const auto press = [&](double seconds) {

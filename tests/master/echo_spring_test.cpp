@@ -271,6 +271,15 @@ TEST(EchoSpring, WhatMovesAlongIsFeltAsItsForceHoweverFarTheMachineTrails) {
   EXPECT_GT(wall.run(1e-3).dot(kOut), 5);
 }
 
+TEST(EchoSpring, WhatMovesAlongIsFeltAsItsForceAlsoWhereTheTrailGrows) {
+  LawBench soil = moving_along(1);
+  for (int i = 0; i < 500; ++i) {
+    soil.in.ahead_m = -(5e-3 + 8e-6 * i) * kOut;  // by 4 N of the spring in half a second
+    soil.in.machine_m = soil.in.hand_m - soil.in.ahead_m;
+    EXPECT_NEAR(soil.run(1e-3).dot(kOut), 1, 1) << i;  // followed within 0.1 s; by 2 N/s only, it would be 3 N off
+  }
+}
+
 TEST(EchoSpring, SpeedThatWasCarriedEndsWithTheMessages) {
   LawBench bench = moving_along(1);
   bench.in.hand_mps.setZero();

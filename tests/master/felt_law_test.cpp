@@ -308,6 +308,24 @@ TEST(Tdpa, GivesTheHandNoMoreThanItPutInAndTheWorldPutIntoTheMachine) {
   EXPECT_GT(damped, 100);
 }
 
+TEST(Tdpa, CreditsTheHandWithNoWorkAgainstAForceThatIsNotRendered) {
+  FeltLaw law(ControlLaw::kTdpa, feel());
+  FeltInputs in = pressing();
+  const auto push = [&](double rendered_share, double speed_mps, double seconds) {
+    double net_J = 0;
+    in.rendered_share = rendered_share;
+    in.hand_mps = PlanarVector(0, speed_mps);
+    for (int i = 0; i < int(seconds * 1e3); ++i) {
+      in.hand_m += kStep_s * in.hand_mps;
+      net_J += rendered_share * law.step(in, kStep_s).dot(in.hand_mps) * kStep_s;
+    }
+    return net_J;
+  };
+  for (int i = 0; i < 500; ++i) (void)law.step(in, kStep_s);
+  (void)push(0, -0.1, 0.02);  // the watchdog lets no force through while the hand goes in by 2 mm,
+  EXPECT_LT(push(1, 0.1, 0.02), 1e-3) << "so nothing is given back on the way out; the spring alone gives 6 mJ";
+}
+
 TEST(Tdpa, IsTheSpringBetweenMachineAndHandWhereEnergySuffices) {
   TdpaLaw law(feel());
   FeltInputs in = pressing();

@@ -176,6 +176,37 @@ TEST(MasterLoop, GivesNoForceUnlessEngaged) {
   }
 }
 
+TEST(MasterLoop, GivesNoForceToAHandThatDoesNotLead) {
+  MasterRig rig;
+  rig.engage();
+  push_back(rig);
+  rig.run(1);
+  ASSERT_GT(rig.hand.truth().felt_N.norm(), 0.5);
+  rig.loop.set_nobody(true);
+  rig.run(1);
+  EXPECT_LT(rig.hand.truth().felt_N.norm(), 0.05) << "whatever mode another hand has led the machine into";
+}
+
+TEST(MasterLoop, BelievesAModeForHalfASecondOnly) {
+  MasterRig rig;
+  rig.engage();
+  rig.machine.mode = Mode::kHold;
+  rig.intent.clutch = true;
+  rig.intent.joint_rad = kMidPosture - JointVector(0.4, 0, 0);
+  rig.run(0.5);
+  rig.intent.clutch = false;
+  rig.run(0.01);
+  rig.machine.mode = Mode::kEngaged;
+  rig.intent.joint_rad = kMidPosture + JointVector(0.6, 0, 0);
+  rig.run(1);
+  ASSERT_LT(rig.loop.joint_torque_Nm()[0], -0.3) << "at the wall of the boom's end";
+  EXPECT_FALSE(rig.loop.set_scales(5, 2e-3));
+  rig.machine_silent = true;
+  rig.run(0.7);
+  EXPECT_EQ(rig.loop.joint_torque_Nm().norm(), 0);
+  EXPECT_TRUE(rig.loop.set_scales(5, 2e-3));
+}
+
 // Every way a felt force can end or start must stay below 0.5 N/ms at the motors.
 struct Transition {
   const char* name;

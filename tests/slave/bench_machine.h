@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -193,7 +194,8 @@ class BenchMachine {
   Duration master_clock{};  ///< Of the operator's side, against ours.
   Duration waited{};        ///< Of its messages, in the kernel of the machine's side.
   std::uint64_t hand_session = 5;
-  PerJoint<bool> blocked{};  ///< The cylinder does not move whatever its valve does.
+  PerJoint<bool> blocked{};                  ///< The cylinder does not move whatever its valve does.
+  PerJoint<std::optional<double>> jammed{};  ///< The spool stays there, with and without pilot pressure.
   std::vector<SentFrame> wire;
 
  private:
@@ -209,7 +211,7 @@ class BenchMachine {
       const auto joint = static_cast<std::size_t>(i);
       const CylinderDescription& c = description.cylinders[joint];
       const double demand = out.pilot ? out.spool_demand[i] : 0;
-      signals.spool[i] += (demand - signals.spool[i]) * 0.05;
+      signals.spool[i] = jammed[joint].value_or(signals.spool[i] + (demand - signals.spool[i]) * 0.05);
       const double band = c.valve.dead_band_extend;
       const double opening = std::max(0.0, std::abs(signals.spool[i]) - band) / (1 - band);
       const double speed = std::copysign(opening * c.valve.nominal_flow_m3ps / c.head_area_m2(), signals.spool[i]);

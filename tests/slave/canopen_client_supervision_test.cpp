@@ -39,6 +39,20 @@ TEST_F(BusSupervision, AnEmergencyCountsUntilItIsReset) {
   up_again();
 }
 
+TEST_F(BusSupervision, AnErrorThatIsOverEndsNoEmergencyWhileTheNodeHasAnother) {
+  up();
+  client.receive(canopen::emergency_frame(0x24, {0x5030, 0x21, {}}), now);
+  client.receive(canopen::emergency_frame(0x24, {0x3110, 0x25, {}}), now);
+  client.receive(canopen::emergency_frame(0x24, {canopen::kEmcyReset, 0x21, {}}), now);
+  step();
+  expect_fault(ReasonCode::kNodeEmergency, 0x24, 0x3110, 0);
+  client.receive(canopen::emergency_frame(0x24, {canopen::kEmcyReset, 0, {}}), now);
+  up_again();
+  client.receive(canopen::emergency_frame(0x24, {canopen::kEmcyReset, 0x01, {}}), now);  // nobody heard which
+  step();
+  expect_fault(ReasonCode::kNodeEmergency, 0x24, canopen::kEmcyGeneric, 0);
+}
+
 TEST_F(BusSupervision, ANodeThatLeavesItsWorkingStateIsLostThoughItComesBackAtOnce) {
   using canopen::NmtState;
   for (const NmtState left : {NmtState::kStopped, NmtState::kPreOperational, NmtState::kBootUp}) {
@@ -235,6 +249,19 @@ TEST_F(BusSupervision, EnableOutputGoesOutOnChangeAndEveryTenthSync) {
     step({}, on);
     EXPECT_EQ(sent(id).size(), 1U);
   }
+}
+
+TEST_F(BusSupervision, EnableOutputThatTheControllerDidNotTakeIsSentAgainAtOnce) {
+  up();
+  const std::uint32_t id = canopen::rpdo1_id(kEnableNode);
+  for (int i = 0; i < 13; ++i) step({}, true);  // the next regular one is far away
+  port.full = true;
+  step({}, false);
+  port.full = false;
+  port.sent.clear();
+  step({}, false);
+  ASSERT_EQ(sent(id).size(), 1U);
+  EXPECT_EQ(canopen::parse_enable(sent(id).back()), 0);
 }
 
 TEST_F(BusSupervision, AFailedBusIsToldNeutralAndNoEnableWhateverIsAsked) {

@@ -201,6 +201,42 @@ TEST(Jog, NothingMovesWithoutPilotPressure) {
   EXPECT_TRUE(rig.samples.empty());
 }
 
+TEST(Jog, WhateverHappensUnderPilotPressureWithClosedValvesTakesItAway) {
+  struct Case {
+    ReasonCode code;
+    void (*happen)(JogRig&);
+  };
+  const Case cases[] = {
+      {ReasonCode::kEmergencyStop, [](JogRig& r) { r.bench.nodes.set_estop(true); }},
+      {ReasonCode::kSensorStale, [](JogRig& r) { r.bench.nodes.inject(0x31, sim::NodeFault::kSilent); }},
+      {ReasonCode::kSensorInvalid, [](JogRig& r) { r.bench.nodes.inject(0x22, sim::NodeFault::kInvalid); }},
+      {ReasonCode::kPressureLimit, [](JogRig& r) { r.bench.signals.pressure_Pa[1] = 241e5; }},
+      {ReasonCode::kJogOtherMoves, [](JogRig& r) { r.bench.signals.cylinder_m[kArm] += 0.02; }},
+      {ReasonCode::kJogOtherMoves, [](JogRig& r) { r.bench.signals.cylinder_m[kBoom] -= 0.02; }},
+      {ReasonCode::kPilotOff, [](JogRig& r) { r.report_no_pilot(); }},
+  };
+  for (const Case& c : cases) {
+    for (const bool closing : {false, true}) {
+      if (closing && c.code == ReasonCode::kJogOtherMoves) continue;  // the boom has moved there
+      JogRig rig;
+      rig.start();
+      if (closing) {
+        rig.jog.move({.joint = kBoom, .peak = 0.3, .rise_1ps = 0.1, .travel_m = 0.005});
+        while (rig.jog.phase() != Phase::kClosing) rig.step();
+      } else {
+        rig.jog.hold_pilot(2s);
+        while (rig.jog.phase() != Phase::kHeld) rig.step();
+      }
+      const Time at = rig.bench.now;
+      c.happen(rig);
+      rig.run(300ms);
+      EXPECT_EQ(rig.jog.trouble().code, c.code) << name(c.code) << ": " << text(rig.jog.trouble());
+      EXPECT_EQ(rig.jog.phase(), Phase::kRest);
+      rig.expect_off_since(at, 10ms);
+    }
+  }
+}
+
 TEST(Jog, PilotPressureThatStaysOnIsReported) {
   JogRig rig;
   rig.start();

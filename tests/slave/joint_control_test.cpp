@@ -390,6 +390,7 @@ TEST(JointControl, LearnsNothingFromWhatWasCommandedBeforeItWasLetGo) {
   for (int i = 0; i < kJoints; ++i) standing.lever_m[i] = kinematics.cylinder_at(i, kStart[i])->lever_m;
   estimation::JointState moving = standing;
   moving.cylinder_mps.setConstant(0.1);
+  moving.pressure_Pa.fill(150e5);  // the pump follows the load
   const JointCommand fast{kStart + JointVector::Constant(0.2), JointVector::Zero(), true},
       hold{kStart, JointVector::Zero(), true}, let_go{kStart, JointVector::Zero(), false};
   JointControl fresh(machine, kStep_s), again(machine, kStep_s);

@@ -23,11 +23,11 @@ TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWas
   m.align();
   m.run(3s);  // enable is still held
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
   EXPECT_EQ(m.loop.blocking().subject, 0x30);
   m.hand.enable = false;  // let go of in fright: no answer to anything
   m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
   m.hand.enable = true;
   m.run(100ms);
   m.hand.enable = false;
@@ -35,10 +35,10 @@ TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWas
   m.run(3s);
   m.hand.presence = true;
   m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
   m.hand.enable = true;
   m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
   m.hand.enable = false;
   m.run(20ms);
   EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
@@ -63,12 +63,12 @@ TEST(SlaveLoop, DrumThatSlipsWhileTheMachineIsReadyIsNotBelievedBeforeEnableWasP
   m.signals.cylinder_m[kBoom] += 0.04;
   m.run(10s);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
   EXPECT_EQ(m.loop.blocking().subject, 0x30);
   EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], before, 1e-3);
   m.hand.enable = true;
   m.run(100ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
   m.hand.enable = false;
   m.run(20ms);
   EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
@@ -77,7 +77,7 @@ TEST(SlaveLoop, DrumThatSlipsWhileTheMachineIsReadyIsNotBelievedBeforeEnableWasP
   // The act was for that slip alone: the next one asks for its own.
   m.signals.cylinder_m[kBoom] += 0.04;
   m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
 }
 
 TEST(SlaveLoop, EncoderNodeThatComesBackElsewhereCountsOnlyAfterEnableWasPressedAndLetGoOnceItIsBack) {
@@ -95,11 +95,11 @@ TEST(SlaveLoop, EncoderNodeThatComesBackElsewhereCountsOnlyAfterEnableWasPressed
   m.run(5s);
   ASSERT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
   EXPECT_EQ(m.loop.blocking().subject, 0x30);
   m.hand.enable = true;
   m.run(100ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << "pressed is half an answer";
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << "pressed is half an answer";
   m.hand.enable = false;
   m.run(20ms);
   EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
@@ -122,7 +122,7 @@ TEST(SlaveLoop, PressFromBeforeALengthSettledDoesNotMakeItCount) {
   m.run(3s);
   m.hand.enable = false;
   m.run(1s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
   EXPECT_EQ(m.loop.blocking().subject, 0x30);
 }
 

@@ -195,6 +195,25 @@ TEST(Modes, LongRoundTripKeepsFromAligningAndHoldsALedMachine) {
   EXPECT_EQ(s.step(), Mode::kHold);
   EXPECT_EQ(s.blocking.code, ReasonCode::kHandNotAligned);
   s.in.hand_rad = s.in.machine_rad;
+  s.in.hand_radps[kArm] = 0.4;  // it passes by
+  EXPECT_EQ(s.steps(100), Mode::kHold) << "motion never resumes by itself";
+  EXPECT_EQ(s.blocking.code, ReasonCode::kHandMoving);
+  s.in.hand_radps.setZero();
+  EXPECT_EQ(s.step(), Mode::kEngaged);
+}
+
+TEST(Modes, ClutchDuringALongRoundTripIsAnActOfTheOperator) {
+  Story s;
+  ASSERT_EQ(s.engage(), Mode::kEngaged);
+  s.in.late = reason(ReasonCode::kRoundTripTooLong);
+  ASSERT_EQ(s.step(), Mode::kHold);
+  s.in.hand_radps[kArm] = 0.4;
+  s.in.clutch = true;
+  ASSERT_EQ(s.step(), Mode::kHold);
+  s.in.late = {};
+  ASSERT_EQ(s.step(), Mode::kHold);
+  EXPECT_EQ(s.blocking.code, ReasonCode::kClutchHeld);
+  s.in.clutch = false;
   EXPECT_EQ(s.step(), Mode::kEngaged);
 }
 

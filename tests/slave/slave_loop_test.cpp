@@ -229,9 +229,71 @@ TEST(SlaveLoop, WayMadeDuringASensorGapIsNeitherSpeedNorForce) {
 TEST(SlaveLoop, StuckValveEndsNeutral) {
   BenchMachine m;
   lead(m);
+  const Time at = m.now;
   ASSERT_TRUE(m.nodes.inject(0x11, sim::NodeFault::kStuck));
   m.move(-kFast, 600ms);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_TRUE(m.loop.fault()) << "by the enable node or by the loop's own watch, whichever is first";
+  EXPECT_FALSE(m.nodes.outputs().pilot);
+  expect_neutral_within(m, at, 400ms);
+}
+
+TEST(SlaveLoop, SpoolThatStaysOpenIsAFaultWithoutPilotPressureToo) {
+  BenchMachine m;
+  m.hand.presence = true;
+  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  m.blocked[kArm] = true;  // nothing moves it yet
+  m.jammed[kArm] = 0.3;
+  m.run(400ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kValveNotFollowing) << text(m.loop.fault());
+  EXPECT_EQ(m.loop.fault().subject, kArm);
+  for (int i = 0; i < 3; ++i) {  // however often it is tried
+    m.hand.enable = false;
+    m.run(200ms);
+    m.hand.enable = true;
+    m.align();
+    m.run(500ms);
+    EXPECT_FALSE(m.nodes.outputs().pilot);
+    EXPECT_EQ(m.loop.blocking().code, ReasonCode::kValveNotFollowing) << text(m.loop.blocking());
+  }
+  m.jammed[kArm].reset();
+  m.run(500ms);
+  m.hand.enable = false;
+  m.run(100ms);
+  m.hand.enable = true;
+  m.align();
+  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+}
+
+TEST(SlaveLoop, PilotPressureThatNobodyAskedForIsAFault) {
+  BenchMachine m;
+  m.hand.presence = true;
+  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  const std::uint32_t id = m.description.bus.enable.tpdo_id();
+  const auto stays_on = [&](Duration time) {  // a relay that is welded shut
+    for (const Time end = m.now + time; m.now < end;) {
+      m.run(4ms);  // behind what the node says itself
+      ASSERT_TRUE(
+          m.bus.port(1).send(canopen::enable_inputs_frame(id, canopen::kInputEStopClosed | canopen::kInputPilotOn)));
+      m.run(1ms);
+    }
+  };
+  stays_on(900ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kReady) << "it may take a moment to fall";
+  stays_on(300ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kPilotStaysOn) << text(m.loop.fault());
+  m.hand.enable = true;
+  m.align();
+  stays_on(300ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "no way in";
+  m.run(500ms);
+  m.hand.enable = false;
+  m.run(100ms);
+  m.hand.enable = true;
+  m.align();
+  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
 }
 
 TEST(SlaveLoop, HungLoopIsAFaultWhenItComesBack) {
@@ -342,6 +404,10 @@ TEST(SlaveLoop, LongRoundTripHoldsWithoutFault) {
   EXPECT_EQ(m.loop.mode(), Mode::kHold);
   EXPECT_EQ(m.loop.commands(), JointVector(0, 0, 0));
   m.round_trip = 20ms;
+  m.align();
+  m.hand.velocity_radps = JointVector(0.3, 0, 0);
+  m.run(300ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kHold) << "a hand that passes by";
   m.align();
   m.run(50ms);
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged);
