@@ -226,14 +226,14 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
 }
 
 bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept {
-  const bool usable =
-      std::isfinite(position_scale) && position_scale > 0 && std::isfinite(force_scale) && force_scale > 0;
+  const double stiffer = position_scale / feel_.position_scale * (force_scale / feel_.force_scale);
+  const bool usable = position_scale > 0 && force_scale > 0 && stiffer <= kStiffest * (1 + 1e-9);  // a NaN is not
   // The machine's report is older by the way back: enable is the first to show it.
   if (!usable || driver_.reading().enable || led(machine_mode())) return false;
   settings_.position_scale = position_scale;
   settings_.force_scale = force_scale_ = force_scale;
   set_point_.set_scale(position_scale / feel_.position_scale);
-  felt_.set_spring(feel_.spring_N_per_m * (position_scale / feel_.position_scale) * (force_scale / feel_.force_scale));
+  felt_.set_spring(feel_.spring_N_per_m * stiffer);
   return true;
 }
 

@@ -33,7 +33,8 @@ void check_follows(const Head& head, const Head& before, const std::string& path
   if (!same_session) throw InputError(path + ": is of another session than the file before it");
   if (head.part != before.part + 1)
     throw InputError(path + ": part = " + std::to_string(head.part) + ": must be " + std::to_string(before.part + 1) +
-                     ", as the file before it is part " + std::to_string(before.part));
+                     ", as the file before it is part " + std::to_string(before.part) +
+                     "; several files are the parts of one recording: name others one at a time");
 }
 
 }  // namespace

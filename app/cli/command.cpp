@@ -91,7 +91,11 @@ std::string refusal(const CLI::ParseError& error, const CLI::App& app, const std
     const auto option = message.find("--"), equals = message.find(" = ");
     if (option < equals && equals != std::string::npos) {
       const std::string value = message.substr(equals + 3);
-      message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) + ": is not a number";
+      const CLI::App* here = command.empty() ? &app : app.get_subcommand(command);
+      const CLI::Option* of = here->get_option_no_throw(message.substr(option, equals - option));
+      const bool flag = of != nullptr && of->get_items_expected_max() == 0;
+      message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) +
+                (flag ? ": takes no value" : ": is not a number");
       if (has_decimal_comma(value)) message += ": decimals need a point, not a comma";
     }
   } else if (error.get_name() == "ValidationError") {  // "--seed: abc must be a whole number"

@@ -22,7 +22,8 @@ struct HandInput {
 /// leads nothing.
 inline constexpr Duration kInputAgeLimit = 400ms;
 
-/// Bounds of the scales; a request beyond them is taken as the bound.
+/// Bounds of the scales; a request beyond them is taken as the bound. Both together are bounded as well: the force
+/// scale gives way where the hand's spring would be too stiff (MasterLoop::kStiffest).
 inline constexpr double kLeastPositionScale = 2, kMostPositionScale = 20;            ///< Machine m per hand m.
 inline constexpr double kLeastForceScale = 1.0 / 8000, kMostForceScale = 1.0 / 500;  ///< Hand N per machine N.
 

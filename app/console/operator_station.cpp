@@ -50,7 +50,10 @@ void OperatorStation::step_master(Time now) noexcept {
 ScalesAnswer OperatorStation::set_scales(double position_scale, double force_scale) noexcept {
   const double position =
       position_scale > 0 ? std::clamp(position_scale, kLeastPositionScale, kMostPositionScale) : feel_.position_scale;
-  const double force = force_scale > 0 ? std::clamp(force_scale, kLeastForceScale, kMostForceScale) : feel_.force_scale;
+  const double wanted =
+      force_scale > 0 ? std::clamp(force_scale, kLeastForceScale, kMostForceScale) : feel_.force_scale;
+  const double stiffest = master::MasterLoop::kStiffest * feel_.position_scale * feel_.force_scale;
+  const double force = std::min(wanted, stiffest / position);
   if (position == scales_.position && force == scales_.force) return ScalesAnswer::kAsTheyAre;
   if (!master_.set_scales(position, force)) return ScalesAnswer::kLocked;
   scales_ = {position, force};

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -122,15 +123,16 @@ int run(const Options& o) {
   cli::Places places;
   for (const std::string& file : o.files) places.input("FILE", file);
   places.output("--json", o.json);
+  std::optional<cli::OutputFile> json;  // refused before anything is told
+  if (!o.json.empty()) json.emplace("--json", o.json);
   const cli::InterruptGuard interrupt;
   recording::Recording recording(o.files);
   const Report report = report_on(recording, sides_named(o.side));
   for (const std::string& flaw : flaws(recording)) std::cerr << "knuckle explain: " << flaw << '\n';
   if (!cli::is_standard_output(o.json)) print(std::cout, report, recording);
-  if (o.json.empty()) return 0;
-  cli::OutputFile out("--json", o.json);
-  out.stream() << json_of(report, recording).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
-  out.commit();
+  if (!json) return 0;
+  json->stream() << json_of(report, recording).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+  json->commit();
   return 0;
 }
 

@@ -159,7 +159,12 @@ class Keeper {
 IdentifyData read_data(const IdentifyOptions& options) {
   IdentifyData data;
   data.machine = load_machine(find_config("machine", options.machine));
-  if (!options.survey.empty()) calibrate_from(read_survey(options.survey, 1e-3 * options.survey_sigma_mm), data);
+  if (!options.survey.empty()) {
+    calibrate_from(read_survey(options.survey, 1e-3 * options.survey_sigma_mm), data);
+    // Somebody measured it to be used: a file made of the drawing instead would only look like it.
+    if (!data.geometry->summary.usable)
+      throw InputError(options.survey + ": cannot be used: " + data.geometry->summary.reasons.front());
+  }
   cli::Digest digest;
   std::vector<Recording> seen;
   const auto read = [&](const std::vector<std::string>& files) {

@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "app/cli/output_file.h"
 #include "app/recordings/csv_mapping.h"
 #include "app/session/truth_file.h"
 
@@ -76,6 +77,8 @@ void sort_hold_out(Given& given) {
       o.hold_out_share = share;
       continue;
     }
+    if (std::isfinite(share))
+      cli::refuse_option("--hold-out", value, "a share is given once, and not together with files");
     if (!fs::exists(value))
       cli::refuse_option("--hold-out", value, "no such file, nor is it a number from 0.05 to 0.6");
     cli::check_readable("--hold-out", value);
@@ -140,7 +143,18 @@ void check_inputs(const IdentifyOptions& o) {
   if (!o.truth.empty()) cli::check_readable("--truth", o.truth);
 }
 
+/// The recordings get names of their own in there.
+void check_beside_recordings(const IdentifyOptions& o) {
+  if (o.record.empty()) return;
+  const fs::path folder = fs::weakly_canonical(o.record);
+  for (const auto& [option, file] : {std::pair{"--out", &o.out}, {"--report", &o.report}, {"--json", &o.json}}) {
+    if (!file->empty() && !cli::is_standard_output(*file) && fs::weakly_canonical(*file).parent_path() == folder)
+      cli::refuse_option(option, *file, "lies in the folder of --record, which is for the recordings alone");
+  }
+}
+
 void check_places(const IdentifyOptions& o) {
+  check_beside_recordings(o);
   cli::Places places;
   for (const std::string& file : o.recordings) places.input("the recordings", file);
   for (const std::string& file : o.hold_out_files) places.input("--hold-out", file);

@@ -36,8 +36,8 @@ Json fit_json(const estimation::TorqueFit& fit) {
 Json geometry_json(const estimation::GeometryResult& geometry) {
   return {{"usable", geometry.summary.usable},
           {"poses", geometry.held_out.poses},
-          {"tip_rms_mm", number(1e3 * geometry.held_out.rms_m)},
-          {"drawing_tip_rms_mm", number(1e3 * geometry.nominal.rms_m)}};
+          {"tip_rms_mm", geometry.summary.usable ? number(1e3 * geometry.held_out.rms_m) : Json()},
+          {"drawing_tip_rms_mm", geometry.summary.usable ? number(1e3 * geometry.nominal.rms_m) : Json()}};
 }
 
 Json valves_json(const estimation::ValveResult& valves) {
@@ -135,7 +135,9 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
   for (std::size_t i = summary.usable ? 0 : 1; i < summary.reasons.size(); ++i) {
     if (!is_unseen(result, summary.reasons[i])) text += "  note: " + summary.reasons[i] + "\n";  // else listed below
   }
-  if (data.geometry) {
+  if (data.geometry && !data.geometry->summary.usable) {
+    text += "  geometry: survey not used, the drawing's geometry is\n";
+  } else if (data.geometry) {
     text += fmt::format("  geometry: tip error {:.1f} mm RMS on held-out poses, {:.1f} mm with the drawing\n",
                         1e3 * data.geometry->held_out.rms_m, 1e3 * data.geometry->nominal.rms_m);
   }

@@ -58,7 +58,8 @@ void write_header(std::ostream& out, const IdentifyData& data, const Identified&
     fact(out, "rank", std::to_string(result.summary.rank) + " of " + std::to_string(result.summary.columns));
     fact(out, "condition number", digits(result.summary.condition_number, 3));
   }
-  if (data.geometry) fact(out, "tip, held-out poses", digits(1e3 * data.geometry->held_out.rms_m, 2) + " mm RMS");
+  if (data.geometry && data.geometry->summary.usable)
+    fact(out, "tip, held-out poses", digits(1e3 * data.geometry->held_out.rms_m, 2) + " mm RMS");
   out << "</dl>\n";
 }
 

@@ -72,7 +72,7 @@ void SlaveAudit::started(const std::string& machine_file, const std::string& bus
                {"machine_file", machine_file},
                {"machine_file_sha256", digest_of(machine_file)},
                {"bus", bus},
-               {"listen", address}};
+               {"listen", address.empty() ? Json() : Json(address)}};
   details["link"] = link_notes;
   trail_.note("started", std::move(details));
 }

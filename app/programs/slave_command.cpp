@@ -60,7 +60,8 @@ void add_options(CLI::App& c, Options& o) {
                "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683");
   pairing::add_link_options(c, o.link);
   pairing::add_dial_options(c, o.link.dial, secure::Role::kMachine);
-  c.add_option("--observers", o.observers, "Paired ends that may observe at a time (default: 4)");
+  c.add_option("--observers", o.observers, "Paired ends that may observe at a time (default: 4)")
+      ->check(CLI::Validator([](const std::string& text) { return cli::count_error(text, 0, 16); }, "", "count"));
   c.add_option(
       "--audit", o.audit,
       "Folder of the audit trail (knuckle audit; default: audit beside the keys; without one with --insecure)");
@@ -86,7 +87,6 @@ void check(const Options& o) {
   check_bus(o);
   recordings::check_log(o.log);
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
-  cli::check_range("--observers", o.observers, 0, 16, "");
   if (o.observers && o.link.insecure > 0)
     cli::refuse_option("--observers", std::to_string(*o.observers), "goes with a paired link, not with --insecure");
   cli::Places places;
@@ -288,7 +288,7 @@ int run(const Options& o, const DrawCamera& draw) {
   };
   pairing::ChosenLink::Watch watch;
   if (audit) {
-    audit->started(setup.file, records.interface, link.where(), link.notes());
+    audit->started(setup.file, records.interface, o.link.address.empty() ? "" : link.where(), link.notes());
     records.on_mode = [&audit](const ModeEvent& event) { audit->mode(event); };
     records.on_assist = [&audit](const AssistSettings& assist) { audit->assist(assist); };
     watch.on_event = [&audit](const secure::LinkEvent& event) { audit->link(event); };

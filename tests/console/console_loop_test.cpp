@@ -171,6 +171,11 @@ TEST(ConsoleScales, BeyondTheirBoundsAreTakenAsTheBound) {
   rig.run(0.1);
   EXPECT_DOUBLE_EQ(rig.view.hand.position_scale, console::kMostPositionScale);
   EXPECT_DOUBLE_EQ(rig.view.hand.force_scale, console::kLeastForceScale);
+  rig.input.force_scale = 1;  // with the most position it would make the spring four times the device file's
+  rig.run(0.1);
+  const auto& feel = rig.setup.device.feel;
+  EXPECT_NEAR(rig.view.hand.position_scale * rig.view.hand.force_scale / (feel.position_scale * feel.force_scale),
+              master::MasterLoop::kStiffest, 1e-9);
   rig.input.position_scale = rig.input.force_scale = 0;
   rig.run(0.1);
   EXPECT_DOUBLE_EQ(rig.view.hand.position_scale, rig.setup.device.feel.position_scale);

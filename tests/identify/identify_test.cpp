@@ -325,6 +325,8 @@ TEST_F(IdentifyProgram, NamesWhatIsWrongWithTheCommandOrItsFiles) {
       {{"--hold-out", path("a.csv")}, "named before --hold-out"},
       {{path("a.csv"), path("a.csv")}, "a.csv: is given twice"},
       {{path("a.csv"), "--hold-out", path("a.csv")}, "validation needs data not used"},
+      {{path("a.csv"), "--hold-out", "0.25", "--hold-out", "0.3"}, "--hold-out 0.25: a share is given once"},
+      {{"--simulate", "--record", path("rec"), "--json", path("rec/slow.csv")}, "lies in the folder of --record"},
       {{path("a.csv"), "--hold-out", "nan"}, "--hold-out nan: no such file, nor is it a number from 0.05 to 0.6"},
       {{path("a.csv"), "--seed", "3"}, "--seed: only goes with --simulate or --ensemble"},
       {{path("a.csv"), "--slow", "50"}, "--slow: only goes with --simulate or --ensemble"},
@@ -356,6 +358,21 @@ TEST_F(IdentifyProgram, NamesWhatIsWrongWithTheCommandOrItsFiles) {
     EXPECT_TRUE(names(run.err, named)) << run.err;
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
   }
+}
+
+TEST_F(IdentifyProgram, RefusesASurveyThatCannotBeUsedInsteadOfGoingOnWithoutIt) {
+  const std::vector<std::string> made{"--simulate", "--slow", "20", "--fast", "20", "--record", path("rec")};
+  ASSERT_NE(identify(made).exit_code, 2);
+  std::ifstream good(path("rec/survey.csv"));
+  std::ofstream bad(path("few.csv"));
+  std::string line;
+  for (int i = 0; i < 3 && std::getline(good, line); ++i) bad << line << '\n';  // header and two poses
+  bad.close();
+  const ProgramRun run =
+      identify({path("rec/slow.csv"), path("rec/fast.csv"), "--survey", path("few.csv"), "--out", path("m.toml")});
+  EXPECT_EQ(run.exit_code, 2) << run.out;
+  EXPECT_TRUE(names(run.err, "few.csv: cannot be used: ")) << run.err;
+  EXPECT_FALSE(fs::exists(path("m.toml")));
 }
 
 TEST_F(IdentifyProgram, RefusesOutputsThatCannotBeWrittenBeforeItDrives) {

@@ -332,6 +332,8 @@ TEST(MasterLoop, ChangesScalesOnlyWhileTheMachineIsNotLedNorAboutToBe) {
   rig.run(0.1);
   EXPECT_FALSE(rig.loop.set_scales(-5, 2e-3));
   EXPECT_FALSE(rig.loop.set_scales(5, std::numeric_limits<double>::quiet_NaN()));
+  EXPECT_FALSE(rig.loop.set_scales(std::numeric_limits<double>::infinity(), 1e-4));
+  EXPECT_FALSE(rig.loop.set_scales(20, 1.01e-3)) << "more than twice as stiff as the file's";
   rig.intent.enable = true;
   rig.run(0.1);
   EXPECT_FALSE(rig.loop.set_scales(5, 2e-3)) << "pressed, and the machine's answer is still under way";
