@@ -12,8 +12,7 @@ namespace {
 constexpr Duration kDescribePeriod = 100ms;
 constexpr Duration kReportAgeLimit = 20ms;  // the firmware's own watchdog takes torque away after as long
 constexpr Duration kRestartAge = 1s;        // then it is treated as newly attached: its sequence may have started again
-constexpr Duration kTorquePatience =
-    50ms;                                  // from the first command in torque mode until the device says that it drives
+constexpr Duration kTorquePatience = 50ms;  // from the first command in torque mode on
 constexpr Duration kSettleTime = 100ms;    // good reports before the device is ok (again): no fault is too short to see
 constexpr int kBadReportLimit = 3;         // damaged or implausible, in a row
 constexpr int kMostReports = 64;           // a step: a flood is cut off, not followed

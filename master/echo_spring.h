@@ -13,10 +13,8 @@ namespace knuckle::master {
 /// anchor, K the spring, v_c the machine's speed times y, low-passed:
 ///   at contact  a = x_m (no step in force), b = 0
 ///   a += v_c dt + (x_s + b / K - a) (1 - exp(-dt / t_w))
-///   b += e (1 - exp(-dt / tau_b)), clamped; e = R + K x_a - b, |e| <= 1 N; tau_b = bias_time + bias_time_per_rtt *
-///   RTT;
-///        where machine and what is touched move on together, 0.2 s + RTT after the touch: |e| <= 10 N, bias_time = 0.1
-///        s
+///   b += e (1 - exp(-dt / tau_b)), clamped; e = R + K x_a - b, |e| <= 1 N; tau_b = bias_time + bias_time_per_rtt * RTT
+///        where machine and touched thing move on together, from 0.2 s + RTT on: |e| <= 10 N, bias_time = 0.1 s
 ///   F_n = max(0, K n.(a - x_m) - b_c n.(v_m - v_c)); across n the spring up to |R_t|, which fades with 1.5 s
 ///   (friction) and -b_c (v_m - v_c)_t
 ///        up to 0.3 F_n; and the load beside it

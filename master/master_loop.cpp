@@ -17,8 +17,7 @@ constexpr double kLostBlend = 0.005;  // per message: 1 s at 200 Hz
 constexpr double kMostMissing = 2000;
 constexpr Duration kTimeToTell = 1s;  // its machine: twenty times what it takes
 constexpr int kLettingGoSteps = 100;  // an end takes
-constexpr double kBelieved_s =
-    0.5;  // a mode, after the last message: the machine's side has stopped by itself long ago
+constexpr double kBelieved_s = 0.5;   // a mode, after the last message: the machine has stopped by itself long ago
 
 }  // namespace
 

@@ -13,8 +13,7 @@ class TorqueLimiter {
 
   /// Scales torques down, all alike so that the force keeps its direction, to force_limit_N at the tip, and where a
   /// motor would pass what its heat allows (I^2 t on the commanded current, below the firmware's own trip), then limits
-  /// their change to
-  /// slew_N_per_ms at the tip, in any direction. Non-finite torques count as zero.
+  /// their change to slew_N_per_ms at the tip, in any direction. Non-finite torques count as zero.
   [[nodiscard]] JointVector step(const JointVector& wanted_Nm, const TipJacobian& jacobian, double dt_s) noexcept;
   /// The device takes no torque (off or gone): its motors cool, and the next step starts from zero.
   void rest(double dt_s) noexcept;

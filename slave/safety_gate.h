@@ -68,11 +68,10 @@ struct GateState {
 /// What jog_gate() believes: raw values, none of them compared with another.
 struct JogState {
   static constexpr int kNoJoint = -1;
-  int joint = 0;        ///< The one that is to move, or kNoJoint.
-  bool pilot = false;   ///< Pilot pressure is asked for: a spool that sticks moves the arm.
-  Time since = kNever;  ///< Start of the motion.
-  JointVector travelled_m =
-      JointVector::Zero();  ///< Since then or since pilot pressure was asked for, by the encoders.
+  int joint = 0;                                  ///< The one that is to move, or kNoJoint.
+  bool pilot = false;                             ///< Pilot pressure is asked for: a spool that sticks moves the arm.
+  Time since = kNever;                            ///< Start of the motion.
+  JointVector travelled_m = JointVector::Zero();  ///< By the encoders, since pilot pressure or the motion began.
   std::array<double, 6> pressure_Pa{};
   Time oldest_at = kNever;        ///< Arrival of the oldest sensor value, a slope's later by tilt_extra_age() ...
   std::uint8_t oldest_node = 0;   ///< ... and who sent it.
