@@ -160,7 +160,8 @@ FeltInputs MasterLoop::felt_inputs(Time now) const noexcept {
   in.sigma_N = force_scale_ * std::sqrt(std::max(0.0, variance_N2));
   in.yielding = slave_->yielding;
   in.confidence = slave_->confidence;
-  in.engaged = machine_mode() == Mode::kEngaged && driver_.reading().presence && leads();
+  in.engaged =
+      slave_->mode == Mode::kEngaged && driver_.reading().presence && leads();  // laws judge silence themselves
   in.rendered_share = energy_.gain() * limiter_.share();
   in.world_energy_J = in.force_scale / in.position_scale * slave_->energy_in_J;
   in.returned_at = slave_->stamp.sent_at;
@@ -179,7 +180,7 @@ void MasterLoop::render(const DeviceReading& device, Time now) noexcept {
     return;
   }
   JointVector wanted_Nm = posture_.jacobian.transpose() * law_force_N_;
-  if (in.engaged) {
+  if (in.engaged && machine_mode() == Mode::kEngaged) {
     wanted_Nm +=
         energy_.gain() * walls_.torque(set_point_.unclamped_rad(), JointVector(set_point_.scale() * device.rate_radps));
   }

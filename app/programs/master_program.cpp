@@ -129,7 +129,8 @@ void MasterRunner::observe(Time now) noexcept {
   event.warning = master_.warning();
   if (!same_cause(event.warning, last_felt_.warning)) {
     event.about = MasterEvent::About::kFelt;
-    if (event.warning || event.mode == Mode::kEngaged) events_.push(event);  // else nothing is felt: no news
+    const bool stopped = event.mode == Mode::kFault || event.mode == Mode::kEStop;  // then nothing is felt: no news
+    if (event.warning || !stopped) events_.push(event);
     last_felt_ = event;
   }
   event.about = MasterEvent::About::kMachine;

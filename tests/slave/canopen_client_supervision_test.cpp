@@ -254,14 +254,16 @@ TEST_F(BusSupervision, EnableOutputGoesOutOnChangeAndEveryTenthSync) {
 TEST_F(BusSupervision, EnableOutputThatTheControllerDidNotTakeIsSentAgainAtOnce) {
   up();
   const std::uint32_t id = canopen::rpdo1_id(kEnableNode);
-  for (int i = 0; i < 13; ++i) step({}, true);  // the next regular one is far away
-  port.full = true;
-  step({}, false);
-  port.full = false;
-  port.sent.clear();
-  step({}, false);
-  ASSERT_EQ(sent(id).size(), 1U);
-  EXPECT_EQ(canopen::parse_enable(sent(id).back()), 0);
+  for (int k = 0; k < 5; ++k) {  // every six steps: at most one of them meets a regular one
+    for (int i = 0; i < 4; ++i) step({}, true);
+    port.full = true;
+    step({}, false);
+    port.full = false;
+    port.sent.clear();
+    step({}, false);
+    ASSERT_EQ(sent(id).size(), 1U) << k;
+    EXPECT_EQ(canopen::parse_enable(sent(id).back()), 0);
+  }
 }
 
 TEST_F(BusSupervision, AFailedBusIsToldNeutralAndNoEnableWhateverIsAsked) {
