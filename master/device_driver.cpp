@@ -67,8 +67,8 @@ const DeviceReading& DeviceDriver::step(Time now) noexcept {
 }
 
 void DeviceDriver::attach(Time now) noexcept {
+  if (!attached_) attached_at_ = now;  // one that fell silent is not starting up
   attached_ = true;
-  attached_at_ = now;
   asked_since_ = kNever;
   ++reading_.attachments;
   identity_.reset();

@@ -227,6 +227,17 @@ TEST(DeviceDriver, SaysThatADeviceThatNeverReportsHasStopped) {
   }
 }
 
+TEST(DeviceDriver, OneThatFellSilentHasStoppedAndIsNotStartingUp) {
+  Desk desk;
+  desk.run(400);
+  desk.hand.firmware().inject(FirmwareFault::kSilent);
+  desk.run(30);
+  for (int i = 0; i < 3000; ++i) {
+    desk.tick();
+    ASSERT_EQ(desk.reason(), ReasonCode::kDeviceStale) << i;
+  }
+}
+
 TEST(DeviceDriver, ForgivesOneDamagedReport) {
   Desk desk;
   desk.run(300);

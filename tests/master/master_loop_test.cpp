@@ -187,8 +187,8 @@ TEST(MasterLoop, GivesNoForceToAHandThatDoesNotLead) {
   EXPECT_LT(rig.hand.truth().felt_N.norm(), 0.05) << "whatever mode another hand has led the machine into";
 }
 
-TEST(MasterLoop, BelievesAModeForHalfASecondOnly) {
-  MasterRig rig;
+/// The clutch shifts the hand first, so that its room reaches beyond the machine's.
+void push_against_the_booms_end(MasterRig& rig) {
   rig.engage();
   rig.machine.mode = Mode::kHold;
   rig.intent.clutch = true;
@@ -199,6 +199,11 @@ TEST(MasterLoop, BelievesAModeForHalfASecondOnly) {
   rig.machine.mode = Mode::kEngaged;
   rig.intent.joint_rad = kMidPosture + JointVector(0.6, 0, 0);
   rig.run(1);
+}
+
+TEST(MasterLoop, BelievesAModeForHalfASecondOnly) {
+  MasterRig rig;
+  push_against_the_booms_end(rig);
   ASSERT_LT(rig.loop.joint_torque_Nm()[0], -0.3) << "at the wall of the boom's end";
   EXPECT_FALSE(rig.loop.set_scales(5, 2e-3));
   rig.machine_silent = true;
@@ -304,16 +309,7 @@ TEST(MasterLoop, ForgetsItsAlignmentWhenTheDeviceComesBack) {
 
 TEST(MasterLoop, KeepsTheSetPointInTheMachinesRangeAndPushesTheHandBack) {
   MasterRig rig;
-  rig.engage();
-  rig.machine.mode = Mode::kHold;
-  rig.intent.clutch = true;  // shift, so that the hand's room reaches beyond the machine's
-  rig.intent.joint_rad = kMidPosture - JointVector(0.4, 0, 0);
-  rig.run(0.5);
-  rig.intent.clutch = false;
-  rig.run(0.01);
-  rig.machine.mode = Mode::kEngaged;
-  rig.intent.joint_rad = kMidPosture + JointVector(0.6, 0, 0);
-  rig.run(1);
+  push_against_the_booms_end(rig);
   EXPECT_NEAR(rig.heard.position_rad[0], 1.092, 1e-9);
   EXPECT_LE(rig.heard.velocity_radps[0], 0);
   EXPECT_LT(rig.loop.joint_torque_Nm()[0], -0.3);

@@ -259,11 +259,7 @@ TEST(SlaveLoop, SpoolThatStaysOpenIsAFaultWithoutPilotPressureToo) {
   }
   m.jammed[kArm].reset();
   m.run(500ms);
-  m.hand.enable = false;
-  m.run(100ms);
-  m.hand.enable = true;
-  m.align();
-  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+  EXPECT_TRUE(m.engage()) << text(m.loop.blocking());
 }
 
 TEST(SlaveLoop, PilotPressureThatNobodyAskedForIsAFault) {
@@ -289,11 +285,7 @@ TEST(SlaveLoop, PilotPressureThatNobodyAskedForIsAFault) {
   stays_on(300ms);
   EXPECT_EQ(m.loop.mode(), Mode::kFault) << "no way in";
   m.run(500ms);
-  m.hand.enable = false;
-  m.run(100ms);
-  m.hand.enable = true;
-  m.align();
-  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+  EXPECT_TRUE(m.engage()) << text(m.loop.blocking());
 }
 
 TEST(SlaveLoop, HungLoopIsAFaultWhenItComesBack) {
