@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(
     Faults, FaultInContact,
     testing::Values(Broken{"LinkCut", FaultKind::kLinkCut, 0, ReasonCode::kLinkLost},
                     Broken{"LinkCutBack", FaultKind::kLinkCutBack},
-                    Broken{"ClockStep", FaultKind::kClockStep, 0, ReasonCode::kStartingUp},
+                    Broken{"ClockStep", FaultKind::kClockStep, 0, ReasonCode::kDeviceStale},
                     Broken{"DeviceUnplugged", FaultKind::kDeviceUnplugged, 0, ReasonCode::kDeviceLost},
                     Broken{"EStop", FaultKind::kEStop, 0, ReasonCode::kEmergencyStop},
                     Broken{"PressureFrozen", FaultKind::kSensorFrozen, 0x22},
