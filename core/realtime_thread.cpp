@@ -107,7 +107,8 @@ void RealtimeThread::run() noexcept {
   std::optional<LoopHealthMeter> meter;
   if (options_.health != nullptr)
     meter.emplace(*options_.health, granted.policy, granted.fifo_priority, options_.period);
-  PeriodicSchedule schedule(next_multiple(clock_.now(), options_.period), options_.period);
+  PeriodicSchedule schedule(next_multiple(clock_.now() - options_.phase, options_.period) + options_.phase,
+                            options_.period);
   while (!stop_.load(std::memory_order_relaxed)) {
     clock_.sleep_until(schedule.next());
     const Time woke = clock_.now();

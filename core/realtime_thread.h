@@ -49,6 +49,7 @@ void ask_for_fifo(int priority) noexcept;
 struct RealtimeOptions {
   std::string name;          ///< As top and gdb show it; 15 characters.
   Duration period{};         ///< > 0
+  Duration phase{};          ///< Steps are due so long after multiples of the period; [0, period).
   int fifo_priority = 0;     ///< 1..99 asks for SCHED_FIFO; 0 does not.
   bool lock_memory = false;  ///< Asks that no page of the process be swapped out.
   /// Updated four times a second, from the first step on, with how the loop runs; outlives the thread. Null: unused.
@@ -65,8 +66,8 @@ struct RealtimeReport {
   Histogram execution;
 };
 
-/// Calls step(now) every period, on multiples of the period of the clock, in a thread of its own from construction to
-/// stop(). What the system does not grant is reported, not an error.
+/// Calls step(now) every period, phase after multiples of the period of the clock, in a thread of its own from
+/// construction to stop(). What the system does not grant is reported, not an error.
 class RealtimeThread {
  public:
   /// @param step must not throw (the process would end), nor touch what another thread touches.

@@ -18,7 +18,8 @@ constexpr int kBadReportLimit = 3;         // damaged or implausible, in a row
 constexpr int kMostReports = 64;           // a step: a flood is cut off, not followed
 constexpr double kRangeMargin_rad = 0.15;  // end stops give way a little
 constexpr double kRateLimit_radps = 60;
-constexpr double kClockDrift = 200e-6;  // of the device's clock against ours, at most
+// Device's clock against ours: two crystals, and a time service that slews ours (ntpd, systemd-timesyncd: 500e-6).
+constexpr double kClockDrift = 700e-6;
 
 bool agrees(double a, double b) noexcept {
   return std::abs(a - b) <= 1e-3 * std::abs(b);
@@ -123,13 +124,13 @@ void DeviceDriver::check_identity(const DeviceIdentity& identity) noexcept {
 }
 
 Duration DeviceDriver::age_of(const DeviceState& state, Time now) noexcept {
-  device_time_ = reported_
-                     ? device_time_ + std::chrono::microseconds(std::int32_t(state.device_time_us - last_device_us_))
-                     : Duration(std::chrono::microseconds(state.device_time_us));
-  const Duration since_last = reported_ ? now - reading_.measured_at : Duration{};
+  const Duration passed =
+      std::chrono::microseconds(reported_ ? std::int64_t(std::int32_t(state.device_time_us - last_device_us_))
+                                          : std::int64_t(state.device_time_us));
+  device_time_ = reported_ ? device_time_ + passed : passed;
   last_device_us_ = state.device_time_us;
   const Duration travel = now.time_since_epoch() - device_time_;
-  const Duration drift = from_seconds(kClockDrift * to_seconds(since_last));
+  const Duration drift = from_seconds(kClockDrift * std::max(0.0, to_seconds(passed)));
   quickest_ = reported_ ? std::min(travel, quickest_ + drift) : travel;
   return travel - quickest_;
 }

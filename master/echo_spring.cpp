@@ -25,7 +25,7 @@ constexpr double kThresholdSpeed_mps = 0.025;  // R_on doubles at this speed (0.
 constexpr double kSpeedMemory_s = 0.3;         // braking errs in force when speed is gone already
 constexpr double kDampingFadeIn_s = 0.1;
 constexpr double kFrozenAfter_s = 0.03;  // silence: the anchor stays where it is
-constexpr double kHoldSilence_s = 0.3, kSilenceFade_s = 0.2;
+constexpr double kSilenceFade_s = 0.2;
 constexpr double kTrustTime_s = 0.2;
 constexpr double kLoadTime_s = 0.1;
 // What the correction learns at once at most. A machine that lags at the touch makes the pair differ by 10 N and more,

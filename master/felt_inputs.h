@@ -7,6 +7,9 @@
 
 namespace knuckle::master {
 
+/// A machine that is silent for longer is felt no more, or less and less.
+inline constexpr double kHoldSilence_s = 0.3;
+
 /// Positions, speeds and forces at hand scale, frame D.
 struct FeltInputs {
   PlanarVector hand_m = PlanarVector::Zero();     ///< x_m: tip of the set-point the hand asks for

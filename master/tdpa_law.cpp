@@ -12,7 +12,6 @@ constexpr double kMostDamping_Ns_per_m = 100;  // what a hand of 0.1 kg and a 1 
 constexpr double kLeastSpeed_mps = 1e-4;       // below it no damping moves energy
 constexpr double kFade_s = 0.06;
 constexpr double kLeastRendered = 1e-3;
-constexpr double kHoldSilence_s = 0.3;  // as the echo spring
 
 }  // namespace
 

@@ -7,7 +7,7 @@ namespace knuckle::master {
 
 PlanarVector WaveLaw::step(const FeltInputs& in, double dt_s) noexcept {
   impedance_Ns_per_m_ = kHand_Ns_per_m / (in.force_scale * in.position_scale);
-  if (!in.engaged) {
+  if (!in.engaged || in.silence_s >= kHoldSilence_s) {
     returning_.skip();
     kept_J_ = 0;
     return PlanarVector::Zero();

@@ -84,11 +84,13 @@ class ThreadedMachine {
   [[nodiscard]] CanBus& controller() noexcept { return can_.controller(); }
 
   // For the thread of the machine.
-  /// Every tick.
+  /// Of its ticks after the loops' steps, which are due with whole ticks: what they send does not wait long, and what
+  /// the nodes answer is there before the next step.
+  static constexpr Duration kPhase = kTick / 2;
+  /// Every tick. What was sent since the last one is carried from now on: earlier, a frame might be seen on the bus
+  /// before it was sent.
   void step(Time now) noexcept {
-    const auto exchange = [this] { can_.exchange(machine_.controllers_end()); };
-    exchange();
-    machine_.step(now, exchange);
+    machine_.step(now, [this] { can_.exchange(machine_.controllers_end()); });
   }
   [[nodiscard]] const PlantState& plant() const noexcept { return machine_.plant(); }
   /// Before the first step.

@@ -96,19 +96,14 @@ void SensorSet::settle(Channel& channel, double length_m, bool in_range) noexcep
   channel.settled = in_range ? std::min(still ? channel.settled + 1 : 1, kValidity.settled_in_a_row) : 0;
 }
 
-void SensorSet::believe_settled_lengths(Time now) noexcept {
+void SensorSet::believe_settled_length(std::uint8_t node, Time now) noexcept {
   for (std::size_t i = kPressures; i < kTilt; ++i) {
     Channel& channel = channels_[i];
-    if (channel.settled < kValidity.settled_in_a_row) continue;
+    if (channel.node != node || channel.settled < kValidity.settled_in_a_row) continue;
     channel.value = channel.elsewhere;
     channel.at = now;
     channel.bad = channel.settled = 0;
   }
-}
-
-bool SensorSet::length_settled() const noexcept {
-  return std::any_of(channels_.begin() + kPressures, channels_.begin() + kTilt,
-                     [](const Channel& channel) { return channel.settled >= kValidity.settled_in_a_row; });
 }
 
 void SensorSet::on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {

@@ -47,10 +47,8 @@ class SensorSet {
   void restart() noexcept;
   /// A length further from the last good one than the cylinder goes while that one may be used is not believed by
   /// waiting, nor by a restart: only by this call, where it has stood still there for a while (a slipped drum looks the
-  /// same, so this is for the operator to ask for).
-  void believe_settled_lengths(Time now) noexcept;
-  /// Some length stands still where it is not believed.
-  [[nodiscard]] bool length_settled() const noexcept;
+  /// same, so this is for the operator to ask for). @param node whose length
+  void believe_settled_length(std::uint8_t node, Time now) noexcept;
 
   /// First sensor that is stale (kSensorStale, ms), sends impossible values (kSensorInvalid, raw) or a length that
   /// waits for the operator to believe it (kLengthElsewhere, mm); kNone while all are fresh and valid.

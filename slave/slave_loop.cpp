@@ -262,17 +262,21 @@ void SlaveLoop::restart_nodes_once_released(Time now) noexcept {
   sensors_.restart();
 }
 
-/// Enable pressed and let go again, by somebody who is there, while the machine stands and there is something to
-/// answer: an enable that merely is not pressed says nothing, nor does one that was pressed before the question came
-/// up.
-bool SlaveLoop::answered(Asking& asking, bool question) const noexcept {
-  const bool stopped = decision_.state.mode == Mode::kFault || decision_.state.mode == Mode::kEStop;
+/// Enable pressed and let go again, by somebody who is there, while the machine stands and asks all the while the very
+/// same: an enable that merely is not pressed says nothing, nor does a press before the question was shown.
+bool SlaveLoop::answered() noexcept {
+  const Mode mode = decision_.state.mode;
+  const bool stopped = mode == Mode::kSelfTest || mode == Mode::kFault || mode == Mode::kEStop;
+  const Reason& shown = decision_.blocking;
   if (!stopped || !master_.presence || !master_.device_ok || loss_.link || loss_.hold) {
-    asking = Asking::kNothing;
+    asking_ = Asking::kNothing;
   } else if (!enable()) {
-    return std::exchange(asking, Asking::kReleased) == Asking::kPressed;
-  } else if (asking == Asking::kReleased) {
-    asking = question ? Asking::kPressed : Asking::kNothing;
+    return std::exchange(asking_, Asking::kReleased) == Asking::kPressed && same_cause(shown, asked_) &&
+           std::abs(shown.value - asked_.value) <= shown.limit;
+  } else if (asking_ == Asking::kReleased) {
+    const bool question = shown.code == ReasonCode::kLengthElsewhere || shown.code == ReasonCode::kBusOff;
+    asking_ = question ? Asking::kPressed : Asking::kNothing;
+    asked_ = shown;
   }
   return false;
 }
@@ -282,8 +286,9 @@ bool SlaveLoop::answered(Asking& asking, bool question) const noexcept {
 /// a bus that nobody has mended. The machine is neutral, and stays so until enable is pressed once more and the hand
 /// aligned with what the sensors show then.
 void SlaveLoop::go_on_if_asked(Time now) noexcept {
-  if (answered(asking_length_, sensors_.length_settled())) sensors_.believe_settled_lengths(now);
-  if (answered(asking_bus_, bus_.state() != CanState::kActive)) bus_.acknowledge();
+  if (!answered()) return;
+  if (asked_.code == ReasonCode::kLengthElsewhere) sensors_.believe_settled_length(asked_.subject, now);
+  if (asked_.code == ReasonCode::kBusOff) bus_.acknowledge();
 }
 
 void SlaveLoop::publish(Time now) noexcept {

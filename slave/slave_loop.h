@@ -89,7 +89,7 @@ class SlaveLoop {
   void decide() noexcept;
   void command(Time now) noexcept;
   void restart_nodes_once_released(Time now) noexcept;
-  [[nodiscard]] bool answered(Asking& asking, bool question) const noexcept;
+  [[nodiscard]] bool answered() noexcept;
   void go_on_if_asked(Time now) noexcept;
   void publish(Time now) noexcept;
 
@@ -117,8 +117,9 @@ class SlaveLoop {
   Reason sensor_fault_, valve_reason_;
   Time unasked_since_ = kNever;  // pilot pressure is on although the machine is not led
   Reason object_;                // met while digging; until enable is let go
-  // What the operator did with enable since the machine stopped: about a length, about the bus.
-  Asking asking_length_ = Asking::kNothing, asking_bus_ = Asking::kNothing;
+  // What the operator did with enable since the machine stopped, and the question that was shown when it was pressed.
+  Asking asking_ = Asking::kNothing;
+  Reason asked_;
   LinkInbox inbox_;
   LinkSession session_;
   /// Stops and releases that have been acted on, and whether more have come since the last step's command.

@@ -136,7 +136,10 @@ class MachineBus {
     const Simulation& simulation = *setup.simulation;
     machine_.emplace(simulation.truth, simulation.scenario.world, simulation.scenario.start_rad, simulation.seed);
     const RealtimeClock clock;
-    thread_.emplace(RealtimeOptions{.name = "machine", .period = kTick, .fifo_priority = fifo_priority::kMachine},
+    thread_.emplace(RealtimeOptions{.name = "machine",
+                                    .period = kTick,
+                                    .phase = sim::ThreadedMachine::kPhase,
+                                    .fifo_priority = fifo_priority::kMachine},
                     clock, [this, &cameras, zero = video::now() - (clock.now() - Time{})](Time now) {
                       machine_->step(now);
                       cameras.show(session::sight_of(machine_->plant(), zero + (now - Time{})));

@@ -1,11 +1,12 @@
 #include "app/session/realtime_session.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "app/session/fault_watch.h"
 #include "app/session/loop_views.h"
@@ -27,18 +28,19 @@ namespace {
 
 constexpr double kTail_s = 0.5;   // recorded after the operator has finished
 constexpr double kGrace_s = 1.0;  // until all threads have ended, at most
-// The slave first, because it decides what the valves do; what only plays the world comes last.
 
-/// Largest of the last values.
+/// Largest of the values of the last slave period.
 class RecentPeak {
  public:
+  explicit RecentPeak(double sync_Hz)
+      : values_(static_cast<std::size_t>(std::ceil(1 / (to_seconds(kTick) * sync_Hz)))) {}
   double step(double value) noexcept {
     values_[next_++ % values_.size()] = value;
     return *std::max_element(values_.begin(), values_.end());
   }
 
  private:
-  std::array<double, 5> values_{};  // one slave period at 200 Hz
+  std::vector<double> values_;
   std::size_t next_ = 0;
 };
 
@@ -97,7 +99,7 @@ class Loops {
   master::MasterLoop master_;
   MasterBook master_book_;
   PlanarVector last_force_N_ = PlanarVector::Zero();
-  RecentPeak slew_;
+  RecentPeak slew_{setup_.machine.bus.sync_Hz};
   // slave
   recording::LoopTape slave_tape_;
   recording::TapedCan taped_can_{machine_.controller(), slave_tape_};
@@ -224,8 +226,11 @@ SessionOutcome run_realtime(const SessionSetup& setup, recording::Recorder* reco
   const RealtimeClock clock;
   {
     const Duration slave_period = from_seconds(1 / setup.machine.bus.sync_Hz);
-    RealtimeThread machine({.name = "machine", .period = kTick, .fifo_priority = fifo_priority::kMachine}, clock,
-                           [&loops](Time now) { loops.step_machine(now); });
+    RealtimeThread machine({.name = "machine",
+                            .period = kTick,
+                            .phase = sim::ThreadedMachine::kPhase,
+                            .fifo_priority = fifo_priority::kMachine},
+                           clock, [&loops](Time now) { loops.step_machine(now); });
     RealtimeThread slave(
         {.name = "slave", .period = slave_period, .fifo_priority = fifo_priority::kSlave, .lock_memory = true}, clock,
         [&loops](Time now) { loops.step_slave(now); });

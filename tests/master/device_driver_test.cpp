@@ -28,8 +28,12 @@ struct Desk {
     now += 1ms;
     cable.advance();
     hand.step(now, intent);
-    driver.step(now);
+    driver.step(host_now());
     driver.command(torque_Nm);
+  }
+  /// By the computer's clock, which runs faster than the device's by host_drift.
+  Time host_now() const {
+    return now + host_offset + Duration(std::llround(host_drift * static_cast<double>(now.time_since_epoch().count())));
   }
   void run(int milliseconds) {
     for (int i = 0; i < milliseconds; ++i) tick();
@@ -50,6 +54,8 @@ struct Desk {
   sim::OperatorIntent intent;
   JointVector torque_Nm = JointVector::Zero();
   Time now{};
+  double host_drift = 0;
+  Duration host_offset{};
 };
 
 /// A device that has more to say than anybody can read.
@@ -85,6 +91,37 @@ TEST(DeviceDriver, ReadsAnglesSpeedsAndButtonsAfterTheHandshake) {
   EXPECT_NEAR((reading.joint_rad - desk.hand.truth().joint_rad).norm(), 0, 5e-4);  // one millisecond late
   EXPECT_NEAR((reading.rate_radps - desk.hand.truth().rate_radps).norm(), 0, 0.01);
   EXPECT_LE(desk.now - reading.measured_at, 2ms);
+}
+
+TEST(DeviceDriver, AClockThatATimeServiceSlewsDoesNotMakeItStale) {
+  for (const double drift : {-600e-6, 600e-6}) {
+    Desk desk;
+    desk.host_drift = drift;
+    for (int s = 1; s <= 60; ++s) {
+      desk.run(1000);
+      ASSERT_TRUE(desk.driver.reading().ok) << drift << ", " << s << " s";
+      ASSERT_LE(desk.host_now() - desk.driver.reading().measured_at, 3ms) << drift << ", " << s << " s";
+    }
+  }
+}
+
+TEST(DeviceDriver, ADelayThatStaysIsNotForgotten) {
+  Desk desk;
+  desk.run(1000);
+  desk.host_offset = 15ms;  // by the device's clock all reports come so much later
+  desk.run(2000);
+  EXPECT_GE(desk.host_now() - desk.driver.reading().measured_at, 12ms);
+}
+
+TEST(DeviceDriver, ADelayThatGrowsIsFoundBeforeItIsLong) {
+  Desk desk;
+  desk.run(1000);
+  for (int ms = 0; ms < 6000 && desk.driver.reading().ok; ++ms) {
+    desk.host_offset += 5us;
+    desk.tick();
+  }
+  EXPECT_EQ(desk.reason(), ReasonCode::kDeviceStale);
+  EXPECT_LT(desk.host_offset, 30ms);
 }
 
 TEST(DeviceDriver, AnEnableHeldWhileTheDeviceWasGoneIsNotAPress) {

@@ -81,16 +81,19 @@ TEST(MachineOnBus, TakesTheBusThatItIsGiven) {
   EXPECT_EQ(received(wire.port(0)).size(), 14U) << "one boot-up a node";
 }
 
+/// What is sent between two ticks is carried from the next one on: as if sent a millisecond later.
 TEST(MachineOnBus, InAThreadOfItsOwnItTellsTheControllerTheSame) {
   ThreadedMachine threaded(nominal_truth(solar()), {}, kStart, 1);
   Loaded lockstep;
   const CanFrame start = canopen::nmt_frame(canopen::NmtCommand::kStart, 0), sync = canopen::sync_frame();
+  const auto send = [&](CanBus& bus, int ms) {
+    if (ms == 10) (void)bus.send(start);
+    if (ms % 5 == 4) (void)bus.send(sync);
+  };
   std::vector<std::uint32_t> here, there;
   for (int ms = 1; ms <= 60; ++ms) {
-    for (CanBus* bus : {&threaded.controller(), &lockstep.controllers_end()}) {
-      if (ms == 10) (void)bus->send(start);
-      if (ms % 5 == 4) (void)bus->send(sync);
-    }
+    send(threaded.controller(), ms);
+    send(lockstep.controllers_end(), ms - 1);
     threaded.step(Time(ms * 1ms));
     lockstep.step(Time(ms * 1ms));
     for (const std::uint32_t id : received(threaded.controller())) there.push_back(id);
@@ -98,6 +101,20 @@ TEST(MachineOnBus, InAThreadOfItsOwnItTellsTheControllerTheSame) {
   }
   EXPECT_EQ(there, here);
   EXPECT_GT(here.size(), 100U);
+}
+
+TEST(MachineOnBus, InAThreadOfItsOwnItCarriesNoFrameBeforeItWasSent) {
+  ThreadedMachine threaded(nominal_truth(solar()), {}, kStart, 1);
+  Time carried_at = kNever;
+  threaded.set_tap({[](void* at, Time now, const CanFrame& frame) {
+                      if (frame.id == canopen::sync_frame().id) *static_cast<Time*>(at) = now;
+                    },
+                    &carried_at});
+  threaded.step(Time(1ms));
+  (void)threaded.controller().send(canopen::sync_frame());  // at any time until the next step
+  threaded.step(Time(2ms));
+  threaded.step(Time(3ms));
+  EXPECT_GE(carried_at, Time(2ms));
 }
 
 TEST(MachineOnBus, AllocatesNothingWhileStepping) {

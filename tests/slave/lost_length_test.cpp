@@ -107,6 +107,84 @@ TEST(SlaveLoop, EncoderNodeThatComesBackElsewhereCountsOnlyAfterEnableWasPressed
   EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
 }
 
+TEST(SlaveLoop, LengthThatJumpsDuringTheSelfTestCanBeAnsweredForThere) {
+  BenchMachine m;
+  m.hand.presence = true;
+  ASSERT_TRUE(m.nodes.inject(0x31, sim::NodeFault::kInvalid));  // keeps the self test from ending
+  m.run(4s);
+  ASSERT_EQ(m.loop.mode(), Mode::kSelfTest) << text(m.loop.blocking());
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.run(3s);
+  m.nodes.inject(0x31, sim::NodeFault::kNone);
+  m.run(3s);
+  EXPECT_EQ(m.loop.mode(), Mode::kSelfTest);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+  m.hand.enable = true;
+  m.run(100ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << "pressed is half an answer";
+  m.hand.enable = false;
+  m.run(20ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kReady) << text(m.loop.blocking());
+  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+}
+
+/// A press and a release of enable answer what is shown, and nothing else.
+void press_and_release(BenchMachine& m) {
+  m.hand.enable = true;
+  m.run(100ms);
+  m.hand.enable = false;
+  m.run(20ms);
+}
+
+TEST(SlaveLoop, LengthIsNotBelievedByAPressWhileTheEStopIsWhatIsShown) {
+  BenchMachine m;
+  m.hand.presence = true;
+  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  m.nodes.set_estop(true);
+  m.run(100ms);
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.run(3s);
+  ASSERT_EQ(m.loop.blocking().code, ReasonCode::kEmergencyStop) << text(m.loop.blocking());
+  press_and_release(m);
+  m.nodes.set_estop(false);
+  m.run(100ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  press_and_release(m);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
+}
+
+TEST(SlaveLoop, EachLengthThatJumpedIsShownAndAnsweredForByItself) {
+  BenchMachine m;
+  m.hand.presence = true;
+  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.signals.cylinder_m[kArm] += 0.03;
+  m.run(3s);
+  for (const int node : {0x30, 0x31}) {
+    EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+    EXPECT_EQ(m.loop.blocking().subject, node);
+    press_and_release(m);
+  }
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
+}
+
+TEST(SlaveLoop, DrumThatSlipsOnWhileEnableIsPressedIsAskedAboutAnew) {
+  BenchMachine m;
+  m.hand.presence = true;
+  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  m.signals.cylinder_m[kBoom] += 0.04;
+  m.run(3s);
+  m.hand.enable = true;
+  m.run(100ms);
+  m.signals.cylinder_m[kBoom] += 0.06;
+  m.run(3s);
+  m.hand.enable = false;
+  m.run(20ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  EXPECT_NEAR(m.loop.blocking().value, 100, 1);
+}
+
 TEST(SlaveLoop, PressFromBeforeALengthSettledDoesNotMakeItCount) {
   BenchMachine m;
   lead(m);

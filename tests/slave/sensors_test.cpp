@@ -178,20 +178,22 @@ TEST_F(Sensors, LengthThatJumpedCountsOnceItIsToldToAndHasStoodStill) {
     length(0, 0.9), length(1, arm_m), length(2, 0.9), tilt(0.02);
   };
   for (int i = 0; i < 190; ++i) send(1.14);
-  sensors.believe_settled_lengths(now);
+  sensors.believe_settled_length(0x31, now);
   send(1.14);
   EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid) << "not yet a second";
   for (int i = 0; i < 400; ++i) send(1.14 + 1e-4 * i);  // still moves: 2 cm/s
-  sensors.believe_settled_lengths(now);
+  sensors.believe_settled_length(0x31, now);
   send(1.18);
   EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid);
   for (int i = 0; i < 400; ++i) send(1.5);  // no length of this cylinder
-  sensors.believe_settled_lengths(now);
+  sensors.believe_settled_length(0x31, now);
   send(1.5);
   EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid);
   for (int i = 0; i < 201; ++i) send(1.16);
   EXPECT_EQ(sensors.fault(now).code, ReasonCode::kLengthElsewhere) << "not by waiting";
-  sensors.believe_settled_lengths(now);
+  sensors.believe_settled_length(0x30, now);
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kLengthElsewhere) << "not by another's answer";
+  sensors.believe_settled_length(0x31, now);
   send(1.16);
   EXPECT_FALSE(sensors.fault(now));
   EXPECT_NEAR(sensors.measurement()->cylinder_m[kArm], 1.16, 1e-6);
