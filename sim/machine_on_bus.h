@@ -84,8 +84,8 @@ class ThreadedMachine {
   [[nodiscard]] CanBus& controller() noexcept { return can_.controller(); }
 
   // For the thread of the machine.
-  /// Of its ticks after the loops' steps, which are due with whole ticks: what they send does not wait long, and what
-  /// the nodes answer is there before the next step.
+  /// Its ticks are due so long after the loops' steps: what these send does not wait long, and what the nodes answer
+  /// is there before the next step.
   static constexpr Duration kPhase = kTick / 2;
   /// Every tick. What was sent since the last one is carried from now on: earlier, a frame might be seen on the bus
   /// before it was sent.

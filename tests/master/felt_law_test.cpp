@@ -224,6 +224,16 @@ TEST(Downgrade, LetsNoWaveLeaveWithEnergyThatTheHandDidNotPutIn) {
   EXPECT_NEAR(rig.felt.waves()->leaving().energy_J, downgraded_J, 1e-6 * led_J);
 }
 
+TEST(WaveLaw, GivesNoForceOfAMachineThatIsSilent) {
+  Rig rig(ControlLaw::kWave);
+  rig.in.hand_mps = PlanarVector(0.05, 0);
+  rig.run(1);
+  EXPECT_GT(rig.force_N.norm(), 0.5) << "b V: 20 N s/m at the hand";
+  rig.in.silence_s = 0.4;
+  rig.run(0.05);
+  EXPECT_EQ(rig.force_N.norm(), 0);
+}
+
 TEST(Downgrade, LeavesTheCautionaryBaselineAsItIs) {
   Rig rig(ControlLaw::kDirect);
   rig.in.round_trip_s = 1;

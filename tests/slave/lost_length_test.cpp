@@ -12,6 +12,20 @@ using test::BenchMachine;
 using test::kFast;
 using test::lead;
 
+/// Ready, with a hand on the device.
+void wait_until_ready(BenchMachine& m) {
+  m.hand.presence = true;
+  ASSERT_TRUE(m.reaches(Mode::kReady, 4s)) << text(m.loop.blocking());
+}
+
+/// A press and a release of enable answer what is shown, and nothing else.
+void press_and_release(BenchMachine& m) {
+  m.hand.enable = true;
+  m.run(100ms);
+  m.hand.enable = false;
+  m.run(20ms);
+}
+
 TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWasPressedAndLetGo) {
   BenchMachine m;
   lead(m);
@@ -51,8 +65,7 @@ TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWas
 
 TEST(SlaveLoop, DrumThatSlipsWhileTheMachineIsReadyIsNotBelievedBeforeEnableWasPressedAndLetGo) {
   BenchMachine m;
-  m.hand.presence = true;
-  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  ASSERT_NO_FATAL_FAILURE(wait_until_ready(m));
   m.run(500ms);
   m.hand.enable = true;  // a press and a release before the fault say nothing of it
   m.run(50ms);
@@ -129,18 +142,9 @@ TEST(SlaveLoop, LengthThatJumpsDuringTheSelfTestCanBeAnsweredForThere) {
   EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
 }
 
-/// A press and a release of enable answer what is shown, and nothing else.
-void press_and_release(BenchMachine& m) {
-  m.hand.enable = true;
-  m.run(100ms);
-  m.hand.enable = false;
-  m.run(20ms);
-}
-
 TEST(SlaveLoop, LengthIsNotBelievedByAPressWhileTheEStopIsWhatIsShown) {
   BenchMachine m;
-  m.hand.presence = true;
-  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  ASSERT_NO_FATAL_FAILURE(wait_until_ready(m));
   m.nodes.set_estop(true);
   m.run(100ms);
   m.signals.cylinder_m[kBoom] += 0.04;
@@ -156,8 +160,7 @@ TEST(SlaveLoop, LengthIsNotBelievedByAPressWhileTheEStopIsWhatIsShown) {
 
 TEST(SlaveLoop, EachLengthThatJumpedIsShownAndAnsweredForByItself) {
   BenchMachine m;
-  m.hand.presence = true;
-  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  ASSERT_NO_FATAL_FAILURE(wait_until_ready(m));
   m.signals.cylinder_m[kBoom] += 0.04;
   m.signals.cylinder_m[kArm] += 0.03;
   m.run(3s);
@@ -171,8 +174,7 @@ TEST(SlaveLoop, EachLengthThatJumpedIsShownAndAnsweredForByItself) {
 
 TEST(SlaveLoop, DrumThatSlipsOnWhileEnableIsPressedIsAskedAboutAnew) {
   BenchMachine m;
-  m.hand.presence = true;
-  ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
+  ASSERT_NO_FATAL_FAILURE(wait_until_ready(m));
   m.signals.cylinder_m[kBoom] += 0.04;
   m.run(3s);
   m.hand.enable = true;
