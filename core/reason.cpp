@@ -48,7 +48,8 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"command_invalid", SubjectKind::kJoint, "controller gave an invalid command", "of stroke"},
     {"setpoint_invalid", SubjectKind::kJoint, "operator set-point is invalid", "rad"},
     {"pressure_limit", SubjectKind::kChamber, "pressure beyond its limit: reduce the load", "bar"},
-    {"bus_down", SubjectKind::kNothing, "CAN interface is down: set it up again (ip link set NAME up)", nullptr},
+    {"bus_down", SubjectKind::kNothing,
+     "CAN interface is down or gone: plug in its adapter, set it up (ip link set NAME up)", nullptr},
     {"device_lost", SubjectKind::kNothing, "haptic device is disconnected: plug it in, then align again", nullptr},
     {"device_stale", SubjectKind::kNothing, "haptic device has stopped reporting", "ms"},
     {"device_report", SubjectKind::kNothing, "haptic device sends damaged or impossible reports: check cable",
@@ -108,6 +109,7 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "length jumped and stands still: look at the machine; if the new one is right, press and release enable", "mm"},
     {"device_unpowered", SubjectKind::kNothing,
      "haptic device drives no motor: check its supply and its E-stop, then press enable again", nullptr},
+    {"frame_short", SubjectKind::kNode, "process data is too short to be used: check the node's PDO mapping", "bytes"},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {
@@ -162,6 +164,8 @@ std::string text(const Reason& reason) {
   const Entry& e = entry(reason.code);
   std::string line = subject_text(e.subject, reason.subject) + e.text;
   if (reason.code == ReasonCode::kNodeFault) return line + node_state_text(reason);
+  if (reason.code == ReasonCode::kFrameShort)
+    return line + fmt::format(" (frame has {:.0f} bytes, {:.0f} are mapped)", reason.value, reason.limit);
   if (e.unit != nullptr && std::strcmp(e.unit, "ms") == 0 && reason.value > kNeverYet_ms) return line + " (never yet)";
   if (e.unit != nullptr) {
     line +=

@@ -82,6 +82,7 @@ enum class ReasonCode : std::uint16_t {
   // Another fault.
   kLengthElsewhere,  ///< subject: node id; an encoder stands still elsewhere than it was; mm
   kDeviceUnpowered,  ///< the haptic device drives no motor although it is asked to
+  kFrameShort,       ///< subject: node id; bytes of its process data frame, bytes mapped
   kCount,
 };
 

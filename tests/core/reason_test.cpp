@@ -42,6 +42,12 @@ TEST(Reason, SaysInWordsWhatANodeHasBecome) {
   }
 }
 
+TEST(Reason, SaysHowManyBytesAFrameHasAndHowManyAreMapped) {
+  EXPECT_EQ(text({ReasonCode::kFrameShort, 0x31, 4, 6}),
+            "node 0x31: process data is too short to be used: check the node's PDO mapping (frame has 4 bytes, 6 are "
+            "mapped)");
+}
+
 TEST(Reason, HasItsIdentifierInLogs) {
   EXPECT_EQ(text_with_code({ReasonCode::kLinkLost, 0, 203, 200}),
             "link_lost: no new packet over the link: check the network (203 ms; limit 200 ms)");
