@@ -110,6 +110,11 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"device_unpowered", SubjectKind::kNothing,
      "haptic device drives no motor: check its supply and its E-stop, then press enable again", nullptr},
     {"frame_short", SubjectKind::kNode, "process data is too short to be used: check the node's PDO mapping", "bytes"},
+    {"other_controller", SubjectKind::kNothing, "another controller is on the bus: stop one of the two", nullptr},
+    {"foreign_sender", SubjectKind::kNode, "another sender on the bus commands this node: find it and take it off",
+     nullptr},
+    {"node_id_twice", SubjectKind::kNode, "two devices send under this node id: take one off, or give it another id",
+     nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {
@@ -148,6 +153,24 @@ std::string node_state_text(const Reason& reason) {
   return fmt::format(" (its state is {})", state);
 }
 
+/// What another sender sent, by the identifier's part of the pre-defined connection set (CiA 301).
+std::string foreign_text(const Reason& reason) {
+  if (!(reason.value >= 0 && reason.value <= 0x7FF)) return "";
+  const auto id = static_cast<unsigned>(reason.value);
+  const unsigned function = id & 0x780U;
+  const char* what = id == 0             ? "NMT"
+                     : id == 0x080       ? "SYNC"
+                     : function == 0x600 ? "SDO write"
+                     : function == 0x700 ? "heartbeat"
+                                         : "set-point";
+  return fmt::format(" (heard: {}, identifier 0x{:03X})", what, id);
+}
+
+std::string twice_text(const Reason& reason) {
+  if (reason.limit <= 1) return " (two answers to one request)";
+  return fmt::format(" ({:.0f} frames where {:.0f} are due)", double(reason.value), double(reason.limit));
+}
+
 /// Three digits, but whole thousands and codes in full: 1213, not 1.21e+03.
 std::string number_text(float value) {
   const bool in_full = std::abs(value) < 1e6F && (value == std::floor(value) || std::abs(value) >= 1000);
@@ -166,6 +189,9 @@ std::string text(const Reason& reason) {
   if (reason.code == ReasonCode::kNodeFault) return line + node_state_text(reason);
   if (reason.code == ReasonCode::kFrameShort)
     return line + fmt::format(" (frame has {:.0f} bytes, {:.0f} are mapped)", reason.value, reason.limit);
+  if (reason.code == ReasonCode::kOtherController || reason.code == ReasonCode::kForeignSender)
+    return line + foreign_text(reason);
+  if (reason.code == ReasonCode::kNodeIdTwice) return line + twice_text(reason);
   if (e.unit != nullptr && std::strcmp(e.unit, "ms") == 0 && reason.value > kNeverYet_ms) return line + " (never yet)";
   if (e.unit != nullptr) {
     line +=

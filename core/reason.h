@@ -83,6 +83,10 @@ enum class ReasonCode : std::uint16_t {
   kLengthElsewhere,  ///< subject: node id; an encoder stands still elsewhere than it was; mm
   kDeviceUnpowered,  ///< the haptic device drives no motor although it is asked to
   kFrameShort,       ///< subject: node id; bytes of its process data frame, bytes mapped
+  // Who else speaks on the bus.
+  kOtherController,  ///< value: identifier of a frame that only the controller sends, and another one sent
+  kForeignSender,    ///< subject: node id that was commanded or written to; value: the frame's identifier
+  kNodeIdTwice,      ///< subject: node id; frames seen, frames due (1: answers to one SDO request)
   kCount,
 };
 

@@ -48,6 +48,26 @@ TEST(Reason, SaysHowManyBytesAFrameHasAndHowManyAreMapped) {
             "mapped)");
 }
 
+TEST(Reason, SaysWhatAnotherSenderOnTheBusSent) {
+  EXPECT_EQ(text({ReasonCode::kOtherController, 0, 0x080, 0}),
+            "another controller is on the bus: stop one of the two (heard: SYNC, identifier 0x080)");
+  EXPECT_NE(text({ReasonCode::kOtherController, 0, 0x000, 0}).find("(heard: NMT, identifier 0x000)"),
+            std::string::npos);
+  EXPECT_NE(text({ReasonCode::kOtherController, 0, 0x701, 0}).find("(heard: heartbeat, "), std::string::npos);
+  EXPECT_EQ(text({ReasonCode::kForeignSender, 0x10, 0x210, 0}),
+            "node 0x10: another sender on the bus commands this node: find it and take it off (heard: set-point, "
+            "identifier 0x210)");
+  EXPECT_NE(text({ReasonCode::kForeignSender, 0x10, 0x610, 0}).find("(heard: SDO write, "), std::string::npos);
+  EXPECT_EQ(text({ReasonCode::kForeignSender, 0x10, 1e20F, 0}).find("heard"), std::string::npos);
+}
+
+TEST(Reason, SaysHowANodeIdThatStandsTwiceShows) {
+  EXPECT_EQ(text({ReasonCode::kNodeIdTwice, 0x22, 33, 20}),
+            "node 0x22: two devices send under this node id: take one off, or give it another id (33 frames where 20 "
+            "are due)");
+  EXPECT_NE(text({ReasonCode::kNodeIdTwice, 0x22, 2, 1}).find("(two answers to one request)"), std::string::npos);
+}
+
 TEST(Reason, HasItsIdentifierInLogs) {
   EXPECT_EQ(text_with_code({ReasonCode::kLinkLost, 0, 203, 200}),
             "link_lost: no new packet over the link: check the network (203 ms; limit 200 ms)");
