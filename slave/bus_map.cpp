@@ -5,16 +5,6 @@
 #include "transport/canopen.h"
 
 namespace knuckle::slave {
-namespace {
-
-std::uint8_t bytes_of(const canopen::PdoMap& map) {
-  std::uint32_t bits = 0;
-  for (std::uint8_t i = 0; i < map.count; ++i) bits += map.entries[i] & 0xFFU;
-  return static_cast<std::uint8_t>(bits / 8);
-}
-
-}  // namespace
-
 std::vector<NodeDescription> nodes_of(const BusDescription& bus) {
   std::vector<NodeDescription> nodes(bus.valves.begin(), bus.valves.end());
   nodes.insert(nodes.end(), bus.pressures.begin(), bus.pressures.end());
@@ -27,10 +17,10 @@ std::vector<NodeDescription> nodes_of(const BusDescription& bus) {
 std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
   std::vector<PeriodicFrame> map;
   const auto sends = [&](const NodeDescription& node, const canopen::PdoMap& pdo, double rate_Hz) {
-    map.push_back({node.tpdo_id(), bytes_of(pdo), rate_Hz});
+    map.push_back({node.tpdo_id(), canopen::bytes_of(pdo), rate_Hz});
   };
   const auto hears = [&](const NodeDescription& node, const canopen::PdoMap& pdo, double rate_Hz) {
-    map.push_back({node.rpdo_id(), bytes_of(pdo), rate_Hz});
+    map.push_back({node.rpdo_id(), canopen::bytes_of(pdo), rate_Hz});
   };
   map.push_back({canopen::kSyncId, 0, bus.sync_Hz});
   for (const NodeDescription& valve : bus.valves) {

@@ -18,6 +18,13 @@ Reason reason(ReasonCode code, std::uint8_t node, double value, double limit) no
   return {code, node, static_cast<float>(value), static_cast<float>(limit)};
 }
 
+/// Process data that has not come for too long, or only in frames too short to have a value.
+Reason missing(std::uint8_t node, std::optional<std::uint8_t> short_bytes, const canopen::PdoMap& map, double age_s,
+               double limit_s) noexcept {
+  if (short_bytes) return reason(ReasonCode::kFrameShort, node, *short_bytes, canopen::bytes_of(map));
+  return reason(ReasonCode::kSensorStale, node, age_s * 1e3, limit_s * 1e3);
+}
+
 /// An error-passive controller has counted 128 errors more than an eighth of its good frames: nobody acknowledges it,
 /// or the bus is no longer one to move a machine by.
 Reason bus_fault(CanState state) noexcept {
@@ -64,6 +71,7 @@ void CanopenClient::restart() noexcept {
   fault_ = {};
   setup_failure_ = {};
   inputs_seen_at_ = kNever;
+  short_inputs_.reset();
   inputs_closed_ = pilot_on_ = false;
   demand_.setZero();
   phase_ = Phase::kIdle;
@@ -113,16 +121,18 @@ void CanopenClient::on_pdo(const CanFrame& frame, Time now) noexcept {
     if (frame.id == description_.valves[i].tpdo_id()) return on_valve_status(static_cast<int>(i), frame, now);
   }
   if (frame.id != description_.enable.tpdo_id()) return;
-  if (const auto inputs = canopen::parse_enable(frame)) {
-    inputs_seen_at_ = now;
-    inputs_closed_ = (*inputs & canopen::kInputEStopClosed) != 0;
-    pilot_on_ = (*inputs & canopen::kInputPilotOn) != 0;
-  }
+  const auto inputs = canopen::parse_enable(frame);
+  if (!inputs) return void(short_inputs_ = frame.size);
+  short_inputs_.reset();
+  inputs_seen_at_ = now;
+  inputs_closed_ = (*inputs & canopen::kInputEStopClosed) != 0;
+  pilot_on_ = (*inputs & canopen::kInputPilotOn) != 0;
 }
 
 void CanopenClient::on_heartbeat(Node& node, const CanFrame& frame, Time now) noexcept {
   const auto state = canopen::parse_heartbeat(frame);
   if (!state) return;
+  const bool in_time = to_seconds(now - node.heard_at) <= description_.node_heartbeat_timeout_s;
   node.heard_at = now;
   const bool boots = *state == canopen::NmtState::kBootUp;
   node.booted = node.booted || boots;
@@ -130,16 +140,19 @@ void CanopenClient::on_heartbeat(Node& node, const CanFrame& frame, Time now) no
   // A node that rebooted has lost its configuration: it may not simply join (again), however far the start-up is.
   const bool started = phase_ == Phase::kActivating || phase_ == Phase::kOperational;
   const bool rebooted = boots && node.dialogue.begun();
-  if ((rebooted || (started && !node.operational)) && !node.lost) {
-    node.lost = reason(ReasonCode::kNodeFault, node.id, static_cast<double>(*state),
-                       static_cast<double>(canopen::NmtState::kOperational));
-  }
+  // A node that stops working is missed before its next heartbeat tells why.
+  const bool missed = phase_ == Phase::kFailed && fault_.code == ReasonCode::kSensorStale && fault_.subject == node.id;
+  if (node.lost || !(rebooted || ((started || (missed && in_time)) && !node.operational))) return;
+  node.lost = reason(ReasonCode::kNodeFault, node.id, static_cast<double>(*state),
+                     static_cast<double>(canopen::NmtState::kOperational));
+  if (missed) fault_ = node.lost;
 }
 
 void CanopenClient::on_valve_status(int joint, const CanFrame& frame, Time now) noexcept {
   const auto status = canopen::parse_valve_status(frame, description_.wire.valve_full_stroke);
-  if (!status) return;
   Valve& valve = valves_[static_cast<std::size_t>(joint)];
+  if (!status) return void(valve.short_bytes = frame.size);
+  valve.short_bytes.reset();
   valve.status_word = status->status_word;
   valve.seen_at = now;
   valve.spool = status->spool;
@@ -247,7 +260,7 @@ Reason CanopenClient::valve_fault(const Valve& valve, std::uint8_t id, Time now)
   const double age_s = to_seconds(now - valve.seen_at);
   const double age_limit_s =
       description_.sensor_age_limit_s + description_.valve_status_every_nth_sync / description_.sync_Hz;
-  if (age_s > age_limit_s) return reason(ReasonCode::kSensorStale, id, age_s * 1e3, age_limit_s * 1e3);
+  if (age_s > age_limit_s) return missing(id, valve.short_bytes, canopen::kValveTpdo, age_s, age_limit_s);
   const bool active = canopen::valve_state(valve.status_word) == canopen::ValveState::kActive;
   const bool local = (valve.status_word & canopen::kStatusLocal) != 0;
   if (active && !local && !canopen::valve_fault(valve.status_word)) return {};
@@ -269,7 +282,7 @@ Reason CanopenClient::supervise(Time now) const noexcept {
   const double age_s = to_seconds(now - inputs_seen_at_);
   const double age_limit_s = kInputPeriods * description_.controller_heartbeat_s;
   if (age_s > age_limit_s) {
-    return reason(ReasonCode::kSensorStale, description_.enable.id, age_s * 1e3, age_limit_s * 1e3);
+    return missing(description_.enable.id, short_inputs_, canopen::kEnableTpdo, age_s, age_limit_s);
   }
   return {};
 }

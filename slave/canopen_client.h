@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/joints.h"
@@ -73,6 +74,7 @@ class CanopenClient {
     Time seen_at = kNever;
     std::uint16_t control_word = 0, sent_word = 0;  ///< Next to send, and last sent.
     double spool = 0;                               ///< Actual, of stroke.
+    std::optional<std::uint8_t> short_bytes;        ///< Of its last status, where that was shorter than mapped.
   };
 
   Node* find(std::uint8_t id) noexcept;
@@ -100,6 +102,7 @@ class CanopenClient {
   SetupFailure setup_failure_;
   EmergencyLog emergencies_;
   Time inputs_seen_at_ = kNever;
+  std::optional<std::uint8_t> short_inputs_;  // bytes of the last ones, where they were shorter than mapped
   bool inputs_closed_ = false, pilot_on_ = false;
   JointVector spool_ = JointVector::Zero(), demand_ = JointVector::Zero();
   Time set_points_at_ = kNever;

@@ -76,7 +76,7 @@ void Jog::take(const CanFrame& frame, Time now) noexcept {
   for (std::size_t i = 0; i < kPressures; ++i) {
     if (frame.id != bus.pressures[i].tpdo_id()) continue;
     const auto reading = canopen::parse_pressure(frame, pressure_format_);
-    if (!reading) continue;
+    if (!reading) return refuse_short(frame, bus.pressures[i].id, pressure_map(bus.wire));
     sensors_.pressure_Pa[i] = reading->pressure_Pa;
     sensors_.at[i] = now;
     sensors_.pressure_invalid[i] = (reading->status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0;
@@ -84,16 +84,21 @@ void Jog::take(const CanFrame& frame, Time now) noexcept {
   for (std::size_t i = 0; i < kJoints; ++i) {
     if (frame.id != bus.encoders[i].tpdo_id()) continue;
     const auto reading = canopen::parse_encoder(frame, machine_.sensors.encoder_step_m);
-    if (!reading) continue;
+    if (!reading) return refuse_short(frame, bus.encoders[i].id, canopen::kEncoderTpdo);
     sensors_.length_m[static_cast<int>(i)] = reading->position_m;
     sensors_.at[kPressures + i] = now;
   }
   if (frame.id == bus.tilt.tpdo_id()) {
-    if (const auto slope = canopen::parse_tilt(frame, machine_.sensors.tilt_step_rad)) {
-      sensors_.tilt_rad = *slope;
-      sensors_.at[kTilt] = now;
-    }
+    const auto slope = canopen::parse_tilt(frame, machine_.sensors.tilt_step_rad);
+    if (!slope) return refuse_short(frame, bus.tilt.id, canopen::kTiltTpdo);
+    sensors_.tilt_rad = *slope;
+    sensors_.at[kTilt] = now;
   }
+}
+
+void Jog::refuse_short(const CanFrame& frame, std::uint8_t node, const canopen::PdoMap& map) noexcept {
+  if (phase_ == Phase::kRest) return;
+  end_early({ReasonCode::kFrameShort, node, static_cast<float>(frame.size), static_cast<float>(bytes_of(map))});
 }
 
 /// The opening grows with time, up to the plan's peak.

@@ -92,6 +92,7 @@ class Jog {
  private:
   void hear(Time now) noexcept;
   void take(const CanFrame& frame, Time now) noexcept;
+  void refuse_short(const CanFrame& frame, std::uint8_t node, const canopen::PdoMap& map) noexcept;
   void begin(Phase phase) noexcept;
   void enter(Phase phase, Time now) noexcept;
   void end_early(const Reason& why) noexcept;

@@ -118,13 +118,14 @@ ModeDecision led(const ModeState& state, const ModeInputs& in, const ModeLimits&
 /// Fault and E-stop: both need the cause gone, then enable released, then pressed; and heard in time, as what came over
 /// too long a round trip may be older than the fault.
 ModeDecision latched(const ModeState& state, const ModeInputs& in, const ModeLimits& limits) noexcept {
+  const Reason cause = explains(in.machine_fault, state.fault) ? in.machine_fault : state.fault;
   // Nodes that are being started anew are no cause of their own, but nothing goes on before they are ready.
   const bool restarting = !in.machine_fault && !in.nodes_operational;
-  if (restarting) return {{state.mode, state.fault, false}, {ReasonCode::kStartingUp, 0, 0, 0}};
-  if (const Reason reason = machine_side(in)) return {{state.mode, state.fault, false}, reason};
-  if (const Reason missing = first_of(operator_side(in), in.hold)) return {{state.mode, state.fault, false}, missing};
-  if (!in.enable) return {{state.mode, state.fault, true}, {ReasonCode::kEnableNotPressed, 0, 0, 0}};
-  if (!state.enable_released) return {{state.mode, state.fault, false}, {ReasonCode::kReleaseToRecover, 0, 0, 0}};
+  if (restarting) return {{state.mode, cause, false}, {ReasonCode::kStartingUp, 0, 0, 0}};
+  if (const Reason reason = machine_side(in)) return {{state.mode, cause, false}, reason};
+  if (const Reason missing = first_of(operator_side(in), in.hold)) return {{state.mode, cause, false}, missing};
+  if (!in.enable) return {{state.mode, cause, true}, {ReasonCode::kEnableNotPressed, 0, 0, 0}};
+  if (!state.enable_released) return {{state.mode, cause, false}, {ReasonCode::kReleaseToRecover, 0, 0, 0}};
   return to_aligning(in, limits);
 }
 

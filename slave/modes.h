@@ -45,6 +45,12 @@ struct ModeDecision {
   Reason blocking;  ///< What keeps the machine from being engaged (kNone when engaged), or what the operator must do.
 };
 
+/// Whether the newer reason tells the cause of what was seen before: a node that says that it left its working state,
+/// of process data that had not come.
+[[nodiscard]] constexpr bool explains(const Reason& newer, const Reason& seen) noexcept {
+  return newer.code == ReasonCode::kNodeFault && seen.code == ReasonCode::kSensorStale && newer.subject == seen.subject;
+}
+
 /// One step of the mode machine. E-stop first, then faults; both latch until their cause is gone, enable was released
 /// and pressed again; then the hand is aligned anew.
 [[nodiscard]] ModeDecision next_mode(const ModeState& state, const ModeInputs& in,

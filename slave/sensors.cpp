@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "machine/description.h"
+#include "slave/node_setup.h"
 #include "transport/canopen.h"
 
 namespace knuckle::slave {
@@ -24,20 +25,23 @@ SensorSet::SensorSet(const MachineDescription& machine)
       age_limit_(from_seconds(machine.bus.sensor_age_limit_s)),
       tilt_age_limit_(age_limit_ + tilt_extra_age(machine)),
       kinematics_(machine) {
-  const auto from = [](const NodeDescription& node) { return Channel{.node = node.id, .frame_id = node.tpdo_id()}; };
-  for (std::size_t i = 0; i < kPressures; ++i) channels_[i] = from(machine.bus.pressures[i]);
+  const auto from = [](const NodeDescription& node, const canopen::PdoMap& map) {
+    return Channel{.node = node.id, .frame_id = node.tpdo_id(), .mapped = canopen::bytes_of(map)};
+  };
+  for (std::size_t i = 0; i < kPressures; ++i)
+    channels_[i] = from(machine.bus.pressures[i], pressure_map(machine.bus.wire));
   for (std::size_t i = 0; i < kJoints; ++i) {
-    channels_[kPressures + i] = from(machine.bus.encoders[i]);
+    channels_[kPressures + i] = from(machine.bus.encoders[i], canopen::kEncoderTpdo);
     shortest_m_[i] = machine.cylinders[i].min_length_m - kValidity.length_margin_m;
     longest_m_[i] = machine.cylinders[i].max_length_m + kValidity.length_margin_m;
   }
-  channels_[kTilt] = from(machine.bus.tilt);
+  channels_[kTilt] = from(machine.bus.tilt, canopen::kTiltTpdo);
 }
 
 void SensorSet::restart() noexcept {
   for (std::size_t i = 0; i < kChannels; ++i) {
     const Channel before = channels_[i];
-    channels_[i] = Channel{.node = before.node, .frame_id = before.frame_id};
+    channels_[i] = Channel{.node = before.node, .frame_id = before.frame_id, .mapped = before.mapped};
     if (i < kPressures || i == kTilt) continue;
     // As old as it is, so it is stale until a new one has been held against it.
     channels_[i].value = before.value;
@@ -56,6 +60,7 @@ void SensorSet::receive(const CanFrame& frame, Time now) noexcept {
 }
 
 void SensorSet::accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept {
+  channel.short_bytes.reset();
   if (possible) {
     channel.value = value;
     channel.at = now;
@@ -66,9 +71,14 @@ void SensorSet::accept(Channel& channel, double value, bool possible, double sho
   channel.worst = shown;
 }
 
+void SensorSet::refuse_short(Channel& channel, const CanFrame& frame) noexcept {
+  channel.bad = std::min(channel.bad + 1, kValidity.bad_in_a_row);
+  channel.short_bytes = frame.size;
+}
+
 void SensorSet::on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept {
   const auto reading = canopen::parse_pressure(frame, pressure_format_);
-  if (!reading) return accept(channel, 0, false, -1, now);
+  if (!reading) return refuse_short(channel, frame);
   const bool status_bad = (reading->status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0;
   const bool in_range =
       reading->pressure_Pa >= kValidity.pressure_floor_Pa && reading->pressure_Pa <= pressure_ceiling_Pa_;
@@ -79,7 +89,7 @@ void SensorSet::on_pressure(Channel& channel, const CanFrame& frame, Time now) n
 void SensorSet::on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept {
   Channel& channel = channels_[kPressures + joint];
   const auto reading = canopen::parse_encoder(frame, encoder_step_m_);
-  if (!reading) return accept(channel, 0, false, -1, now);
+  if (!reading) return refuse_short(channel, frame);
   const double length = reading->position_m - encoder_offset_m_[static_cast<Eigen::Index>(joint)];
   const bool in_range = length >= shortest_m_[joint] && length <= longest_m_[joint];
   // No longer than a value may be used: with all of its age, waiting would make every jump of a slipped drum possible.
@@ -108,7 +118,7 @@ void SensorSet::believe_settled_length(std::uint8_t node, Time now) noexcept {
 
 void SensorSet::on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
   const auto slope = canopen::parse_tilt(frame, tilt_step_rad_);
-  if (!slope) return accept(channel, 0, false, -1, now);
+  if (!slope) return refuse_short(channel, frame);
   accept(channel, *slope, std::abs(*slope) <= kValidity.hull_tilt_rad, *slope, now);
 }
 
@@ -116,7 +126,8 @@ void SensorSet::on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) 
 /// stops hard can turn the felt vertical by a right angle for a moment. So the hull is let turn slowly only.
 void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
   const auto slope = canopen::parse_tilt(frame, tilt_step_rad_);
-  if (!slope || std::abs(*slope) > std::numbers::pi) return accept(channel, 0, false, slope.value_or(-1), now);
+  if (!slope) return refuse_short(channel, frame);
+  if (std::abs(*slope) > std::numbers::pi) return accept(channel, 0, false, *slope, now);
   const Channel& length = channels_[kPressures + kBoom];
   const auto boom_rad = kinematics_.joint_at(kBoom, length.value);
   if (length.at == kNever || !boom_rad) return;  // ages
@@ -132,6 +143,10 @@ void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) 
 Reason SensorSet::fault(Time now) const noexcept {
   for (const Channel& channel : channels_) {
     if (channel.bad < kValidity.bad_in_a_row) continue;
+    if (channel.short_bytes) {
+      return {ReasonCode::kFrameShort, channel.node, static_cast<float>(*channel.short_bytes),
+              static_cast<float>(channel.mapped)};
+    }
     if (channel.settled >= kValidity.settled_in_a_row) {
       return {ReasonCode::kLengthElsewhere, channel.node, static_cast<float>(1e3 * (channel.elsewhere - channel.value)),
               static_cast<float>(1e3 * jump_m_)};

@@ -50,8 +50,9 @@ class SensorSet {
   /// same, so this is for the operator to ask for). @param node whose length
   void believe_settled_length(std::uint8_t node, Time now) noexcept;
 
-  /// First sensor that is stale (kSensorStale, ms), sends impossible values (kSensorInvalid, raw) or a length that
-  /// waits for the operator to believe it (kLengthElsewhere, mm); kNone while all are fresh and valid.
+  /// First sensor that is stale (kSensorStale, ms), sends frames shorter than mapped (kFrameShort, bytes), impossible
+  /// values (kSensorInvalid, raw) or a length that waits for the operator to believe it (kLengthElsewhere, mm); kNone
+  /// while all are fresh and valid.
   [[nodiscard]] Reason fault(Time now) const noexcept;
   /// The first length that no angle of its joint gives (kSensorInvalid, m); kNone where all have one.
   [[nodiscard]] Reason unreachable() const noexcept;
@@ -69,15 +70,18 @@ class SensorSet {
   struct Channel {
     std::uint8_t node = 0;
     std::uint32_t frame_id = 0;
-    double value = 0;      ///< Last good one, SI.
-    Time at = kNever;      ///< Its arrival.
-    int bad = 0;           ///< Impossible values since.
-    double worst = 0;      ///< The last impossible one: raw status or SI value.
-    double elsewhere = 0;  ///< Where a length that jumped stands now, ...
-    int settled = 0;       ///< ... for so many values.
+    std::uint8_t mapped = 0;                    ///< Bytes of its frame.
+    double value = 0;                           ///< Last good one, SI.
+    Time at = kNever;                           ///< Its arrival.
+    int bad = 0;                                ///< Impossible values since.
+    double worst = 0;                           ///< The last impossible one: raw status or SI value.
+    std::optional<std::uint8_t> short_bytes{};  ///< Of the last frame, where that was too short to have a value.
+    double elsewhere = 0;                       ///< Where a length that jumped stands now, ...
+    int settled = 0;                            ///< ... for so many values.
   };
   [[nodiscard]] const Channel& oldest() const noexcept;
   void accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept;
+  void refuse_short(Channel& channel, const CanFrame& frame) noexcept;
   void on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept;
   void on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept;
   void settle(Channel& channel, double length_m, bool in_range) noexcept;

@@ -290,7 +290,7 @@ CanFrame valve_status_frame(std::uint32_t cob_id, const ValveStatus& status, dou
 }
 
 std::optional<ValveStatus> parse_valve_status(const CanFrame& frame, double full_stroke) noexcept {
-  if (frame.size != 4) return std::nullopt;
+  if (frame.size < bytes_of(kValveTpdo)) return std::nullopt;
   ByteReader in(frame.data);
   const auto word = in.get<std::uint16_t>();
   return ValveStatus{word, in.get<std::int16_t>() / full_stroke};
@@ -301,7 +301,7 @@ CanFrame valve_command_frame(std::uint32_t cob_id, const ValveCommand& command, 
 }
 
 std::optional<ValveCommand> parse_valve_command(const CanFrame& frame, double full_stroke) noexcept {
-  if (frame.size != 4) return std::nullopt;
+  if (frame.size < bytes_of(kValveRpdo)) return std::nullopt;
   ByteReader in(frame.data);
   const auto word = in.get<std::uint16_t>();
   return ValveCommand{word, in.get<std::int16_t>() / full_stroke};
@@ -320,7 +320,7 @@ CanFrame pressure_frame(std::uint32_t cob_id, const PressureReading& reading, co
 }
 
 std::optional<PressureReading> parse_pressure(const CanFrame& frame, const PressureFormat& format) noexcept {
-  if (frame.size != 5) return std::nullopt;
+  if (frame.size < bytes_of(kPressureTpdo)) return std::nullopt;
   ByteReader in(frame.data);
   const auto raw = in.get<std::uint32_t>();
   const double value = format.is_float ? double{std::bit_cast<float>(raw)} : static_cast<std::int32_t>(raw);
@@ -342,7 +342,7 @@ CanFrame encoder_frame(std::uint32_t cob_id, const EncoderReading& reading, doub
 }
 
 std::optional<EncoderReading> parse_encoder(const CanFrame& frame, double step_m, double speed_step_mps) noexcept {
-  if (frame.size != 6) return std::nullopt;
+  if (frame.size < bytes_of(kEncoderTpdo)) return std::nullopt;
   ByteReader in(frame.data);
   const double position_m = in.get<std::int32_t>() * step_m;
   return EncoderReading{position_m, in.get<std::int16_t>() * speed_step_mps};
@@ -353,7 +353,7 @@ CanFrame tilt_frame(std::uint32_t cob_id, double slope_rad, double step_rad) noe
 }
 
 std::optional<double> parse_tilt(const CanFrame& frame, double step_rad) noexcept {
-  if (frame.size != 2) return std::nullopt;
+  if (frame.size < bytes_of(kTiltTpdo)) return std::nullopt;
   return ByteReader(frame.data).get<std::int16_t>() * step_rad;
 }
 
@@ -366,7 +366,7 @@ CanFrame enable_output_frame(std::uint32_t cob_id, std::uint8_t outputs) noexcep
 }
 
 std::optional<std::uint8_t> parse_enable(const CanFrame& frame) noexcept {
-  if (frame.size != 1) return std::nullopt;
+  if (frame.size < bytes_of(kEnableTpdo)) return std::nullopt;
   return frame.data[0];
 }
 

@@ -95,6 +95,12 @@ struct PdoMap {
   std::uint8_t count = 0;
   std::array<std::uint32_t, 2> entries{};
 };
+/// Of the mapped objects together: the length of a frame that carries them.
+[[nodiscard]] constexpr std::uint8_t bytes_of(const PdoMap& map) noexcept {
+  std::uint32_t bits = 0;
+  for (std::uint8_t i = 0; i < map.count; ++i) bits += map.entries[i] & 0xFFU;
+  return static_cast<std::uint8_t>(bits / 8);
+}
 inline constexpr PdoMap kValveTpdo{2, {mapping(kValveStatusWord, 16), mapping(kValveActual, 16)}};
 inline constexpr PdoMap kValveRpdo{2, {mapping(kValveControlWord, 16), mapping(kValveSetPoint, 16)}};
 inline constexpr PdoMap kPressureTpdo{2, {mapping(kPressureValue, 32), mapping(kPressureStatus, 8)}};
@@ -214,7 +220,8 @@ enum class ValveState : std::uint8_t { kInit = 0x0, kDisabled = 0x1, kHold = 0x3
   return (status_word & kStatusReady) == 0;
 }
 
-// ---- PDOs of the default map. Parsers give nullopt for a wrong length.
+// ---- PDOs of the default map. Of a frame longer than mapped the first bytes count (CiA 301); nullopt for a shorter
+// one.
 // -----------------------------------------------
 inline constexpr double kFullStroke = 16384;           ///< Set-point and actual value at 100 % of spool stroke.
 inline constexpr double kPressureStep_Pa = 1000;       ///< 0.01 bar
@@ -285,7 +292,7 @@ inline constexpr std::uint8_t kInputPilotOn = 2;      ///< Pilot pressure is on:
 inline constexpr std::uint8_t kOutputEnable = 1;      ///< Asks for pilot pressure.
 [[nodiscard]] CanFrame enable_inputs_frame(std::uint32_t cob_id, std::uint8_t inputs) noexcept;
 [[nodiscard]] CanFrame enable_output_frame(std::uint32_t cob_id, std::uint8_t outputs) noexcept;
-/// Either of the two: one byte.
+/// Either of the two: its first byte.
 [[nodiscard]] std::optional<std::uint8_t> parse_enable(const CanFrame& frame) noexcept;
 
 }  // namespace knuckle::canopen

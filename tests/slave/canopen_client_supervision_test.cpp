@@ -83,6 +83,57 @@ TEST_F(BusSupervision, AValvesStatusMayBeAsOldAsTheSensorLimitAndOnePeriod) {
   }
 }
 
+TEST_F(BusSupervision, AStatusShorterThanMappedIsNotUsedAndToldWhereItIsMissed) {
+  up();
+  now += from_seconds(0.03125 + 2.0 / 256);
+  for (std::uint8_t id = kValve; id < kValve + 3; ++id) {
+    if (id != 0x11) status(id);
+  }
+  inputs();
+  client.receive({0x191, 2, {0x0F, 0}}, now);
+  step();
+  EXPECT_TRUE(client.operational()) << text(client.fault());
+  now += 1ns;
+  step();
+  expect_fault(ReasonCode::kFrameShort, 0x11, 2, 4);
+}
+
+TEST_F(BusSupervision, InputsShorterThanMappedAreNotUsedAndToldWhereTheyAreMissed) {
+  up();
+  now += from_seconds(3 * 0.0625) + 1ns;
+  for (std::uint8_t id = kValve; id < kValve + 3; ++id) status(id);
+  client.receive({0x1C0, 0, {}}, now);
+  step();
+  expect_fault(ReasonCode::kFrameShort, kEnableNode, 0, 1);
+}
+
+// Its status is missed after 39 ms; its heartbeat comes ten times a second.
+TEST_F(BusSupervision, AValveThatLeftItsWorkingStateIsMissedFirstAndThenToldAsThat) {
+  using canopen::NmtState;
+  const auto missed = [this](Duration heartbeat_after, std::uint8_t told, NmtState state) {
+    up_again();
+    now += 40ms;
+    for (std::uint8_t id = kValve; id < kValve + 3; ++id) {
+      if (id != 0x11) status(id);
+    }
+    inputs();
+    step();
+    EXPECT_EQ(client.fault().code, ReasonCode::kSensorStale) << text(client.fault());
+    now += heartbeat_after;
+    heartbeat(told, state);
+    step();
+    EXPECT_EQ(client.phase(), Phase::kFailed);
+  };
+  missed(50ms, 0x11, NmtState::kPreOperational);
+  expect_fault(ReasonCode::kNodeFault, 0x11, 127, 5);
+  missed(50ms, 0x11, NmtState::kOperational);
+  EXPECT_EQ(client.fault().code, ReasonCode::kSensorStale) << "it works, and its status does not come";
+  missed(50ms, 0x12, NmtState::kPreOperational);
+  EXPECT_EQ(client.fault().code, ReasonCode::kSensorStale) << "another one";
+  missed(400ms, 0x11, NmtState::kPreOperational);
+  EXPECT_EQ(client.fault().code, ReasonCode::kSensorStale) << "it was cut off meanwhile, and gave up for that";
+}
+
 TEST_F(BusSupervision, ASpoolBeyondWhatIsPossibleIsNoPosition) {
   for (const double sign : {1.0, -1.0}) {
     up_again();

@@ -156,6 +156,11 @@ TEST(Jog, WhateverEndsAMotionLeavesItNeutralAndUnpoweredFromThatStepOn) {
       {ReasonCode::kSensorStale, [](JogRig& r) { r.bench.nodes.inject(0x31, sim::NodeFault::kSilent); }, 50ms},
       {ReasonCode::kSensorStale, [](JogRig& r) { r.bench.nodes.inject(0x38, sim::NodeFault::kSilent); }, 50ms},
       {ReasonCode::kSensorInvalid, [](JogRig& r) { r.bench.nodes.inject(0x22, sim::NodeFault::kInvalid); }, 30ms},
+      {ReasonCode::kFrameShort,
+       [](JogRig& r) {
+         (void)r.bench.bus.port(1).send({0x1B1, 4, {}});
+       },
+       30ms},
       {ReasonCode::kPressureLimit, [](JogRig& r) { r.bench.signals.pressure_Pa[1] = 241e5; }, 30ms},
       {ReasonCode::kJogOtherMoves, [](JogRig& r) { r.bench.signals.cylinder_m[kArm] += 0.02; }, 30ms},
       {ReasonCode::kNodeEmergency, [](JogRig& r) { (void)r.bench.nodes.send_emcy(0x10, 0x3110); }, 30ms},

@@ -250,6 +250,26 @@ TEST(Modes, FaultLatchesUntilReleasePressAndRealignment) {
   EXPECT_EQ(s.step(), Mode::kEngaged);
 }
 
+TEST(Modes, AStaleSensorsFaultBecomesThatOfItsNodeOnceTheNodeSaysThatItStopped) {
+  for (const std::uint8_t node : {std::uint8_t{0x22}, std::uint8_t{0x23}}) {
+    Story s;
+    s.engage();
+    s.in.sensor_fault = reason(ReasonCode::kSensorStale, 0x22);
+    EXPECT_EQ(s.step(), Mode::kFault);
+    s.in.machine_fault = reason(ReasonCode::kNodeFault, node);
+    EXPECT_EQ(s.step(), Mode::kFault);
+    EXPECT_EQ(s.state.fault.code, node == 0x22 ? ReasonCode::kNodeFault : ReasonCode::kSensorStale);
+    EXPECT_EQ(s.blocking.code, ReasonCode::kNodeFault);
+  }
+  Story s;
+  s.engage();
+  s.in.machine_fault = reason(ReasonCode::kNodeEmergency, 0x22);
+  s.step();
+  s.in.machine_fault = reason(ReasonCode::kNodeFault, 0x22);
+  s.step();
+  EXPECT_EQ(s.state.fault.code, ReasonCode::kNodeEmergency) << "what came first is the cause";
+}
+
 TEST(Modes, ReleaseAndPressHeardOverTooLongARoundTripDoNotEndAFault) {
   Story s;
   ASSERT_EQ(s.engage(), Mode::kEngaged);

@@ -139,6 +139,39 @@ TEST_F(Sensors, ImpossibleValuesAreLeftOutAndThreeInARowAreAFault) {
   }
 }
 
+TEST_F(Sensors, AFrameShorterThanMappedIsNotUsedAndThreeInARowAreNamedWithTheirBytes) {
+  const std::pair<CanFrame, float> short_frames[] = {
+      {{0x1A2, 4, {1, 2, 3, 4}}, 5}, {{0x1B1, 4, {1, 2, 3, 4}}, 6}, {{0x1B8, 1, {1}}, 2}, {{0x1A2, 0, {}}, 5}};
+  for (const auto& [frame, mapped] : short_frames) {
+    sensors.restart();
+    send_all();
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_FALSE(sensors.fault(now)) << i;
+      sensors.receive(frame, now);
+    }
+    const Reason reason = sensors.fault(now);
+    EXPECT_EQ(reason.code, ReasonCode::kFrameShort) << text(reason);
+    EXPECT_EQ(reason.subject, frame.id - 0x180);
+    EXPECT_EQ(reason.value, frame.size);
+    EXPECT_EQ(reason.limit, mapped);
+    EXPECT_NEAR(sensors.measurement()->cylinder_m[1], 1.1, 1e-6);
+    send_all();
+    EXPECT_FALSE(sensors.fault(now)) << "whole again";
+  }
+  for (int i = 0; i < 3; ++i) pressure(2, 421e5);
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid) << "what was short before is forgotten";
+}
+
+TEST_F(Sensors, OfAFrameLongerThanMappedTheFirstBytesAreUsed) {
+  send_all();
+  CanFrame longer = canopen::encoder_frame(0x1B1, {1.1005, 0});
+  longer.size = 8;
+  longer.data[6] = longer.data[7] = 0xFF;
+  sensors.receive(longer, now);
+  EXPECT_NEAR(sensors.measurement()->cylinder_m[1], 1.1005, 1e-6);
+  EXPECT_FALSE(sensors.fault(now));
+}
+
 TEST_F(Sensors, LengthWithoutAJointAngleIsNamedByItsOwnEncoder) {
   send_all();
   EXPECT_FALSE(sensors.unreachable());

@@ -196,6 +196,21 @@ TEST(SlaveLoop, ImpossibleSensorValueEndsNeutralAndASingleSpikeDoesNot) {
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
 }
 
+TEST(SlaveLoop, ANodeSetToPreOperationalIsToldAsThatWithItsNextHeartbeat) {
+  for (const std::uint8_t id : {std::uint8_t{0x11}, std::uint8_t{0x22}, std::uint8_t{0x30}}) {
+    BenchMachine m;
+    ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
+    m.run(300ms);
+    sim::Outbox unused;
+    m.nodes.node(id)->receive(canopen::nmt_frame(canopen::NmtCommand::kEnterPreOperational, id), m.now, unused);
+    m.run(130ms);
+    EXPECT_EQ(m.loop.mode(), Mode::kFault);
+    EXPECT_EQ(m.loop.fault().code, ReasonCode::kNodeFault) << text(m.loop.fault());
+    EXPECT_EQ(m.loop.fault().subject, id);
+    EXPECT_NE(text(m.loop.fault()).find("it is pre-operational"), std::string::npos) << text(m.loop.fault());
+  }
+}
+
 TEST(SlaveLoop, SnappedWireAndFrozenEncoderEndNeutral) {
   for (const auto fault : {sim::NodeFault::kBrokenWire, sim::NodeFault::kFrozen}) {
     BenchMachine m;

@@ -132,9 +132,23 @@ TEST(Canopen, ProcessDataSurviveTheRoundTripWithinHalfAStep) {
   }
 }
 
-TEST(Canopen, ProcessDataOfAnotherLengthAreRefused) {
+TEST(Canopen, OfProcessDataLongerThanMappedTheFirstBytesCount) {
+  for (const char* more : {"", "FF", "EEFF"}) {
+    const auto longer = [more](const char* text) { return frame(std::string(text) + more); };
+    EXPECT_EQ(parse_valve_status(longer("190#0F0000F0"))->spool, -0.25);
+    EXPECT_EQ(parse_valve_command(longer("210#07000040"))->set_point, 1);
+    EXPECT_NEAR(parse_pressure(longer("1A0#3430000001"))->pressure_Pa, 123.4e5, 1);
+    EXPECT_EQ(parse_pressure(longer("1A0#3430000001"))->status, kPressureInvalid);
+    EXPECT_NEAR(parse_encoder(longer("1B0#2823000018FC"))->position_m, 0.9, 1e-9);
+    EXPECT_NEAR(parse_encoder(longer("1B0#2823000018FC"))->speed_mps, -0.1, 1e-9);
+    EXPECT_NEAR(*parse_tilt(longer("1B8#E7FF")), -2.5 * std::numbers::pi / 180, 1e-9);
+    EXPECT_EQ(parse_enable(longer("1C0#03")), kInputEStopClosed | kInputPilotOn);
+  }
+}
+
+TEST(Canopen, ProcessDataShorterThanMappedAreRefused) {
   EXPECT_FALSE(parse_valve_status(frame("190#0F0000")));
-  EXPECT_FALSE(parse_valve_command(frame("210#0F00000000")));
+  EXPECT_FALSE(parse_valve_command(frame("210#0F0000")));
   EXPECT_FALSE(parse_pressure(frame("1A0#34300000")));
   EXPECT_FALSE(parse_encoder(frame("1B0#28230000")));
   EXPECT_FALSE(parse_tilt(frame("1B8#E7")));
