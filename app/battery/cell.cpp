@@ -66,6 +66,7 @@ Cell Drawer::cell(std::uint64_t index) const {
   Cell cell;
   cell.index = index;
   session::SimulateOptions& options = cell.options;
+  options.judge = true;
   options.machine = settings.machine;
   if (!settings.commissioned.empty()) {
     const CommissionedMachine& machine = settings.commissioned[index % settings.commissioned.size()];

@@ -68,6 +68,9 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
   c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
   c.add_flag("--assist-stop-on-object", o.assist_stop_on_object,
              "Stop when the bucket meets something stiff while digging");
+  c.add_flag("-v,--verbose", o.verbose, "List in the summary also what was met");
+  c.add_flag("--judge", o.judge,
+             "Let the scenario's requirements decide with any machine, seed and option, not only as shipped");
   c.add_flag("--realtime", o.realtime, "Run the loops in real-time threads over UDP loopback");
   c.add_option("--listen", o.listen, "With --realtime: address and port of the link's end at the machine");
   c.add_option("--connect", o.connect,
@@ -199,6 +202,7 @@ void take_cell(session::SimulateOptions& o) {
   cell.csv = o.csv;
   cell.report = o.report;
   cell.json = o.json;
+  cell.verbose = o.verbose;
   o = std::move(cell);
 }
 
@@ -295,9 +299,10 @@ int simulate_command(
   if (outputs.report) report::write_report(judged, {command_line, cli::now_utc()}, outputs.report->stream());
   commit(outputs.report);
   // Standard output belongs to whatever was sent there.
-  (uses_standard_output(options) ? std::cerr : std::cout) << report::summary_text(judged, options.report);
+  (uses_standard_output(options) ? std::cerr : std::cout)
+      << report::summary_text(judged, options.report, options.verbose);
   if (!session.log.problem.empty()) throw InputError("--log " + options.log + ": " + session.log.problem);
-  return judged.passed ? 0 : 1;
+  return judged.passed.value_or(true) ? 0 : 1;
 }
 
 }  // namespace knuckle::programs

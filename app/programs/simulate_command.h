@@ -16,7 +16,7 @@ namespace knuckle::programs {
 [[nodiscard]] cli::Command simulate_entry(
     std::function<int(const session::SimulateOptions&, const std::string& command_line)> run);
 
-/// Opens the outputs, runs, judges, writes. @return exit code: 0 criteria met, 1 not met.
+/// Opens the outputs, runs, judges, writes. @return exit code: 1 where what decides was not met, else 0.
 /// @throws InputError before anything ran where an input or output is not usable.
 int simulate_command(
     const session::SimulateOptions& options, const std::string& command_line,

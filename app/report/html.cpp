@@ -1,5 +1,7 @@
 #include "app/report/html.h"
 
+#include <cctype>
+
 namespace knuckle::report {
 namespace {
 
@@ -12,7 +14,7 @@ constexpr const char* kStyle =
 *{box-sizing:border-box}body{margin:0;background:var(--page);color:var(--ink);font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
 main{max-width:1040px;margin:0 auto;padding:28px 18px 60px}h1{font-size:1.7rem;line-height:1.2;margin:0 0 4px}h2{font-size:1.12rem;margin:0 0 2px}
 p{margin:0 0 10px}.soft,figcaption{color:var(--soft);font-size:.9rem}section{background:var(--paper);border:1px solid var(--rule);border-radius:10px;padding:18px 20px;margin-top:18px}
-.verdict{display:inline-block;font-weight:650;border-radius:99px;padding:2px 14px;margin:10px 0 0;color:var(--paper);background:var(--good)}.verdict.bad{background:var(--bad)}
+.verdict{display:inline-block;font-weight:650;border-radius:99px;padding:2px 14px;margin:10px 0 0;color:var(--paper);background:var(--good)}.verdict.bad{background:var(--bad)}.verdict.none{background:var(--soft)}
 .facts{display:grid;grid-template-columns:repeat(auto-fill,minmax(150px,1fr));gap:12px 20px;margin:18px 0 0}.facts div{border-top:2px solid var(--rule);padding-top:6px}
 dt{color:var(--soft);font-size:.82rem}dd{margin:0;font-size:1.12rem;font-variant-numeric:tabular-nums}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}th{text-align:left;color:var(--soft);font-weight:500;font-size:.85rem}
@@ -49,6 +51,12 @@ std::string escaped(const std::string& text) {
   return safe;
 }
 
+std::string anchor(const std::string& title) {
+  std::string id;
+  for (const char c : title) id += c == ' ' ? '-' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return id;
+}
+
 void write_page_head(std::ostream& out, const std::string& title, const std::string& css) {
   out << "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
          "content=\"width=device-width,initial-scale=1\">\n<title>"
@@ -60,8 +68,9 @@ void write_figures(std::ostream& out, const std::vector<PageFigure>& figures) {
   for (const PageFigure& figure : figures) drawings.push_back(figure.figure);
   const std::vector<std::string> svgs = render_svg(drawings);
   for (std::size_t i = 0; i < figures.size(); ++i)
-    out << "<section><figure><h2>" << figures[i].title << "</h2><figcaption>" << figures[i].caption
-        << "</figcaption><div class=\"wide\"><div class=\"plot\">" << svgs[i] << "</div></div></figure></section>\n";
+    out << "<section id=\"" << anchor(figures[i].title) << "\"><figure><h2>" << figures[i].title << "</h2><figcaption>"
+        << figures[i].caption << "</figcaption><div class=\"wide\"><div class=\"plot\">" << svgs[i]
+        << "</div></div></figure></section>\n";
 }
 
 void write_page_end(std::ostream& out) {

@@ -13,6 +13,9 @@ namespace knuckle::report {
 /// Text that is safe inside HTML.
 [[nodiscard]] std::string escaped(const std::string& text);
 
+/// Of the section with this title, to be linked to.
+[[nodiscard]] std::string anchor(const std::string& title);
+
 /// A titled figure of a page.
 struct PageFigure {
   std::string title, caption;  ///< HTML.

@@ -46,6 +46,16 @@ std::string plot_quoted(const std::string& text) {
   return "'" + safe + "'";
 }
 
+std::string plot_mark(double t_s, const std::string& label) {
+  std::ostringstream s;
+  s << "set arrow from " << t_s << ", graph 0 to " << t_s << ", graph 1 nohead dt " << (label.empty() ? 3 : 2)
+    << " lw 1 lc rgb '" << (label.empty() ? kGrey : kVermilion) << "'\n";
+  if (!label.empty())
+    s << "set label " << plot_quoted(label) << " at " << t_s << ", graph 0.93 left offset 0.4,0 front tc rgb '"
+      << kVermilion << "'\n";
+  return s.str();
+}
+
 PanelPlot::PanelPlot(int panels) : panels_(panels) {
   data_.precision(6);
 }
@@ -97,9 +107,8 @@ void PanelPlot::band(std::span<const double> t_s, std::span<const double> low, s
             colour + "'" + titled(title));
 }
 
-void PanelPlot::mark(double t_s) {
-  marks_ << "set arrow from " << t_s << ", graph 0 to " << t_s << ", graph 1 nohead dt 3 lw 1 lc rgb '" << kGrey
-         << "'\n";
+void PanelPlot::mark(double t_s, const std::string& label) {
+  marks_ << plot_mark(t_s, label);
 }
 
 std::string PanelPlot::finish(double first_s, double last_s) const {
@@ -115,7 +124,7 @@ std::string PanelPlot::finish(double first_s, double last_s) const {
   for (std::size_t i = 0; i < drawn_.size(); ++i) {
     const bool last = i + 1 == drawn_.size();
     script << "set tmargin at screen " << 1 - top_px / height_px << "\nset bmargin at screen "
-           << 1 - (top_px + kPanelPx) / height_px << "\nset label 1 " << plot_quoted(drawn_[i].y_label)
+           << 1 - (top_px + kPanelPx) / height_px << "\nset label 1000 " << plot_quoted(drawn_[i].y_label)
            << " at screen 0.014, screen " << 1 - (top_px + kPanelPx / 2) / height_px << " center rotate by 90"
            << "\nset xlabel '" << (last ? "time, s" : "") << "'\nset format x '" << (last ? "%g" : "") << "'\n"
            << drawn_[i].curves << '\n';

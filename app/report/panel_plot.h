@@ -31,8 +31,8 @@ class PanelPlot {
             const std::string& style = "lw 1.5");
   void band(std::span<const double> t_s, std::span<const double> low, std::span<const double> high,
             const std::string& title, const char* colour);
-  /// A dotted upright line through all panels.
-  void mark(double t_s);
+  /// A dotted upright line through all panels; with a label, which is at its head, a dashed one.
+  void mark(double t_s, const std::string& label = "");
   /// Draws the panels collected so far over this stretch of time.
   [[nodiscard]] std::string finish(double first_s, double last_s) const;
 
@@ -54,6 +54,8 @@ inline constexpr double kPanelPx = 150;
 
 /// Settings shared by every plot: borders, tics, grid, key.
 [[nodiscard]] std::string plot_style();
+/// A line over the whole height of a plot at a time, with or without a label.
+[[nodiscard]] std::string plot_mark(double t_s, const std::string& label);
 /// Text that is safe between gnuplot's single quotes.
 [[nodiscard]] std::string plot_quoted(const std::string& text);
 

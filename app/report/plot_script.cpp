@@ -2,10 +2,12 @@
 
 namespace knuckle::report {
 
-PlotScript::PlotScript(const session::SessionRecord& record, int panels) : record_(record), plot_(panels) {
+PlotScript::PlotScript(const session::SessionRecord& record, int panels, const std::vector<PlotMark>& marks)
+    : record_(record), plot_(panels) {
   t_s_.reserve(record.samples.size());
   for (const session::Sample& sample : record.samples) t_s_.push_back(sample.t_s);
   for (const session::EventRecord& event : record.events) plot_.mark(event.t_s);
+  for (const PlotMark& mark : marks) plot_.mark(mark.t_s, mark.label);
 }
 
 std::vector<double> PlotScript::values(const Signal& signal) const {

@@ -12,9 +12,15 @@ namespace knuckle::report {
 
 using Signal = std::function<double(const session::Sample&)>;
 
+/// A moment that the page names.
+struct PlotMark {
+  double t_s = 0;
+  std::string label;
+};
+
 class PlotScript {
  public:
-  PlotScript(const session::SessionRecord& record, int panels);
+  PlotScript(const session::SessionRecord& record, int panels, const std::vector<PlotMark>& marks = {});
 
   /// Starts the next panel, from the top.
   void panel(const std::string& y_label) { plot_.panel(y_label); }

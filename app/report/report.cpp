@@ -2,11 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <vector>
+
 #include "app/report/filmstrip.h"
 #include "app/report/html.h"
 #include "app/report/metric_words.h"
 #include "app/report/report_plots.h"
 #include "app/report/summary.h"
+#include "app/report/verdict_words.h"
 
 namespace knuckle::report {
 namespace {
@@ -21,30 +29,73 @@ void write_origin(std::ostream& out, const Origin& origin) {
   if (!origin.date_utc.empty()) out << "<p class=\"soft\">Written " << escaped(origin.date_utc) << "</p>\n";
 }
 
-void write_header(std::ostream& out, const session::Judged& judged, const Origin& origin) {
-  const session::SessionResult& s = judged.session;
-  const session::Metrics& m = judged.metrics;
-  std::size_t met = 0;
-  for (const session::CriterionResult& c : judged.criteria) met += c.passed ? 1 : 0;
-  out << "<h1>" << escaped(s.scenario) << "</h1><p class=\"soft\">" << escaped(s.machine_name) << ", seed " << s.seed
-      << ", " << escaped(s.operator_name) << " operator, " << escaped(s.control) << " law; link "
-      << shown(s.delay_ms, "ms") << " one way, jitter " << shown(s.jitter_ms, "ms") << ", loss "
-      << shown(100 * s.loss, "%") << (s.impairment.empty() ? "" : ", and more: " + escaped(s.impairment)) << "</p>\n";
-  write_origin(out, origin);
-  out << "<span class=\"verdict" << (judged.passed ? "" : " bad") << "\">" << (judged.passed ? "Passed" : "Not passed")
-      << ": " << met << " of " << judged.criteria.size() << " criteria</span>\n<dl class=\"facts\">";
-  write_fact(out, "tip error in free motion (RMS)", shown(m.tip_rms_m, "m"));
-  write_fact(out, "force error without load (RMS)", shown(m.no_load_rms_N, "N"));
-  write_fact(out, "contact force error", m.contact_error_rel ? shown(100 * *m.contact_error_rel, "%") : "-");
-  write_fact(out, "hold error at the hand", shown(m.hold_error_N, "N"));
-  write_fact(out, "rise time of the felt force", shown(m.rise_t90_s, "s"));
-  write_fact(out, "payload",
-             m.payload_estimate_kg
-                 ? shown(m.payload_estimate_kg, "kg") + " (true " + shown(m.payload_truth_kg, "kg") + ")"
-                 : "-");
-  write_fact(out, "simulated time", shown(s.simulated_s, "s"));
-  write_fact(out, "speed", s.wall_s > 0 ? shown(s.simulated_s / s.wall_s, "x real time") : "-");
+/// In the order of the table: what has a place in time has a number, which the plots show as well.
+std::vector<const session::CriterionResult*> numbered(const Sorted& by) {
+  std::vector<const session::CriterionResult*> results;
+  for (const auto* part : {&by.failed, &by.shown, &by.towards})
+    std::ranges::copy_if(*part, std::back_inserter(results),
+                         [](const auto* result) { return result->at_s.has_value(); });
+  return results;
+}
+
+/// Those at one time share a mark.
+std::vector<PlotMark> marks_of(const Sorted& by) {
+  constexpr double kSameMoment_s = 0.5;
+  std::vector<PlotMark> marks;
+  const auto results = numbered(by);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const std::string number = std::to_string(i + 1);
+    const auto near = std::ranges::find_if(
+        marks, [&](const PlotMark& mark) { return std::abs(mark.t_s - *results[i]->at_s) < kSameMoment_s; });
+    near == marks.end() ? marks.push_back({*results[i]->at_s, number}) : void(near->label += ", " + number);
+  }
+  return marks;
+}
+
+void write_verdict(std::ostream& out, const session::Judged& judged, const Sorted& by) {
+  std::string verdict = verdict_text(judged);
+  verdict[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(verdict[0])));
+  out << "<span class=\"verdict"
+      << (!judged.passed   ? " none"
+          : *judged.passed ? ""
+                           : " bad")
+      << "\">" << verdict << "</span>\n<p class=\"lead\">" << escaped(done_text(judged)) << "</p>\n";
+  if (by.towards.empty()) return;
+  out << "<p>" << goals_text(judged) << ": ";
+  for (const session::CriterionResult* goal : by.towards)
+    out << (goal == by.towards.front() ? "" : "; ") << escaped(metric_words(goal->name)) << " ("
+        << escaped(value_text(*goal)) << ")";
+  out << ".</p>\n";
+}
+
+/// Tiles of what there is.
+void write_facts(std::ostream& out, const session::SessionResult& s, const session::Metrics& m) {
+  out << "<dl class=\"facts\">";
+  const auto fact = [&out](const std::string& what, const std::optional<double>& value, const std::string& unit) {
+    if (value) write_fact(out, what, shown(value, unit));
+  };
+  fact("tip error in free motion (RMS)", m.tip_rms_m, "m");
+  fact("force error without load (RMS)", m.no_load_rms_N, "N");
+  if (m.contact_error_rel) write_fact(out, "contact force error", shown(100 * *m.contact_error_rel, "%"));
+  fact("hold error at the hand", m.hold_error_N, "N");
+  fact("rise time of the felt force", m.rise_t90_s, "s");
+  if (m.payload_estimate_kg)
+    write_fact(out, "payload", shown(m.payload_estimate_kg, "kg") + " (true " + shown(m.payload_truth_kg, "kg") + ")");
+  fact("simulated time", s.simulated_s, "s");
+  if (s.wall_s > 0) write_fact(out, "speed", shown(s.simulated_s / s.wall_s, "x real time"));
   out << "</dl>\n";
+}
+
+void write_header(std::ostream& out, const session::Judged& judged, const Sorted& by, const Origin& origin) {
+  const session::SessionResult& s = judged.session;
+  out << "<h1>" << escaped(s.scenario) << "</h1>\n";
+  write_verdict(out, judged, by);
+  out << "<p class=\"soft\">" << escaped(s.machine_name) << ", seed " << s.seed << ", " << escaped(s.operator_name)
+      << " operator, " << escaped(s.control) << " law; link " << shown(s.delay_ms, "ms") << " one way, jitter "
+      << shown(s.jitter_ms, "ms") << ", loss " << shown(100 * s.loss, "%")
+      << (s.impairment.empty() ? "" : ", and more: " + escaped(s.impairment)) << "</p>\n";
+  write_origin(out, origin);
+  write_facts(out, s, judged.metrics);
 }
 
 /// Words, and the name by which scenarios and JSON call it.
@@ -66,16 +117,65 @@ void write_latencies(std::ostream& out, const std::vector<session::HopLatency>& 
   out << "</table></div></section>\n";
 }
 
-void write_criteria(std::ostream& out, const std::vector<session::CriterionResult>& criteria) {
-  if (criteria.empty()) return;
-  out << "<section><h2>Criteria</h2><div class=\"wide\"><table><tr><th>what is asked<th class=\"n\">value<th "
-         "class=\"n\">bound<th>verdict</tr>\n";
-  for (const session::CriterionResult& c : criteria)
-    out << "<tr><td>" << named_in_words(c.name) << "<td class=\"n\">" << escaped(shown(c.value, c.unit))
-        << "<td class=\"n\">" << (c.relation == "max" ? "≤ " : "≥ ") << escaped(shown(c.bound, c.unit))
-        << "<td class=\"" << (c.passed ? "ok\">✓ met" : "no\">✗ not met") << "</tr>\n";
-  out << "</table></div></section>\n";
+const char* judgement(const session::CriterionResult& result, const session::SessionResult& session) {
+  const bool goal = result.kind == session::CriterionKind::kGoal;
+  if (!result.met) return "class=\"soft\">not judged";
+  if (*result.met) return goal ? "class=\"ok\">✓ goal reached" : "class=\"ok\">✓ met";
+  if (goal) return "class=\"soft\">goal not reached";
+  return decides(result, session) ? "class=\"no\">✗ failed" : "class=\"soft\">not met; does not decide here";
 }
+
+using Results = std::vector<const session::CriterionResult*>;
+
+/// @param all those that have a number, in its order.
+void write_bounds_table(std::ostream& out, const session::SessionResult& session, const Results& results,
+                        const Results& all) {
+  out << "<table class=\"bounds\"><thead><tr><th>what is asked<th class=\"n\">value<th class=\"n\">bound<th>when it "
+         "was "
+         "worst<th>verdict</tr></thead>\n";
+  for (const session::CriterionResult* r : results) {
+    const auto number = std::ranges::find(all, r);
+    const bool in_plots = number != all.end() && session.record.samples.size() > 1;
+    const std::string moment = escaped(moment_text(*r));
+    out << "<tr><td>" << (in_plots ? "<b class=\"mark\">" + std::to_string(number - all.begin() + 1) + "</b> " : "")
+        << named_in_words(r->name) << "<td class=\"n\" data-of=\"value\">" << escaped(measured_text(*r))
+        << "<td class=\"n\" data-of=\"bound\">" << (r->relation == "max" ? "≤ " : "≥ ")
+        << escaped(shown(r->bound, r->unit)) << "<td data-of=\"worst at\">";
+    if (in_plots)
+      out << "<a href=\"#" << anchor(plot_showing(r->name)) << "\">" << moment << "</a>";
+    else
+      out << moment;
+    out << "<td " << judgement(*r, session) << "</tr>\n";
+  }
+  out << "</table>\n";
+}
+
+void write_bounds(std::ostream& out, const session::SessionResult& session, const Sorted& by) {
+  Results open, rest;
+  for (const Results* part : {&by.failed, &by.shown, &by.towards}) open.insert(open.end(), part->begin(), part->end());
+  for (const Results* part : {&by.met, &by.open}) rest.insert(rest.end(), part->begin(), part->end());
+  if (open.empty() && rest.empty()) return;
+  const Results all = numbered(by);
+  out << "<section><h2>What was asked for</h2>";
+  if (!open.empty()) write_bounds_table(out, session, open, all);
+  if (!rest.empty()) {
+    out << "<details" << (open.empty() ? " open" : "") << "><summary>"
+        << (by.met.empty() ? std::to_string(rest.size()) + " not judged" : std::to_string(by.met.size()) + " met")
+        << "</summary>";
+    write_bounds_table(out, session, rest, all);
+    out << "</details>";
+  }
+  out << "</section>\n";
+}
+
+constexpr const char* kCss = R"(.lead{font-size:1.15rem;margin:10px 0 4px}
+.mark{display:inline-block;min-width:1.5em;text-align:center;border-radius:99px;color:var(--paper);background:var(--vermilion);font-size:.8rem}
+a{color:var(--blue)}summary{cursor:pointer;margin-top:8px}
+@media(max-width:600px){main{padding:16px 10px 40px}section{padding:14px 12px}.bounds thead{display:none}
+.bounds tr{display:block;border-bottom:1px solid var(--rule);padding:8px 0}.bounds td{display:inline-block;border:0;padding:0 14px 0 0}
+.bounds td:first-child,.bounds td:last-child{display:block}.bounds td:empty{display:none}
+.bounds td[data-of]::before{content:attr(data-of) " ";color:var(--soft);font-size:.85rem}}
+)";
 
 void write_happenings(std::ostream& out, const session::SessionResult& s) {
   if (s.notes.empty() && s.record.faults.empty()) return;
@@ -101,9 +201,11 @@ void write_filmstrip(std::ostream& out, const session::SessionResult& session) {
 
 void write_all_metrics(std::ostream& out, const session::Metrics& metrics) {
   out << "<section><h2>All metrics</h2><div class=\"wide\"><table><tr><th>group<th>metric<th class=\"n\">value</tr>\n";
-  for (const session::MetricEntry& entry : session::metric_table())
+  for (const session::MetricEntry& entry : session::metric_table()) {
+    if (!(metrics.*entry.member)) continue;
     out << "<tr><td>" << entry.group << "<td>" << named_in_words(entry.name) << "<td class=\"n\">"
         << escaped(shown(metrics.*entry.member, std::string(entry.unit))) << "</tr>\n";
+  }
   out << "</table></div></section>\n";
 }
 
@@ -115,13 +217,15 @@ void check_report_tools() {
 
 void write_report(const session::Judged& judged, const Origin& origin, std::ostream& out) {
   const session::SessionResult& session = judged.session;
-  write_page_head(out, "Knuckle: " + session.scenario + ", seed " + std::to_string(session.seed), filmstrip_css());
-  write_header(out, judged, origin);
-  write_criteria(out, judged.criteria);
+  const Sorted by = sorted(judged);
+  write_page_head(out, "Knuckle: " + session.scenario + ", seed " + std::to_string(session.seed),
+                  filmstrip_css() + kCss);
+  write_header(out, judged, by, origin);
+  write_bounds(out, session, by);
   write_happenings(out, session);
   if (session.record.samples.size() > 1) {
     write_filmstrip(out, session);
-    write_figures(out, report_plots(session));
+    write_figures(out, report_plots(session, marks_of(by)));
   }
   write_latencies(out, session.hops);
   write_all_metrics(out, judged.metrics);

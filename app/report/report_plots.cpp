@@ -12,15 +12,20 @@
 namespace knuckle::report {
 namespace {
 
+using Marks = std::vector<PlotMark>;
+
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr std::array<const char*, kJoints> kJointColours{kBlue, kVermilion, kGreen};
+constexpr const char *kTimeline = "Session timeline", *kAngles = "Joint angles",
+                     *kForces = "Contact force on the bucket tip", *kFelt = "Felt force",
+                     *kEnergy = "Energy at hand and machine";
 
 PageFigure stacked(const std::string& title, const std::string& caption, int panels, PlotScript& script) {
   return {title, caption, {900, panel_figure_height(panels), script.finish()}};
 }
 
-PageFigure angles(const session::SessionRecord& record) {
-  PlotScript plot(record, 1);
+PageFigure angles(const session::SessionRecord& record, const Marks& marks) {
+  PlotScript plot(record, 1, marks);
   plot.panel("joint angle, deg");
   for (int j = 0; j < kJoints; ++j) {
     const auto at = static_cast<std::size_t>(j);
@@ -30,11 +35,11 @@ PageFigure angles(const session::SessionRecord& record) {
   for (int j = 0; j < kJoints; ++j)
     plot.line([j](const session::Sample& s) { return s.setpoint_rad[j] * kDegPerRad; }, j == 0 ? "set-point" : "", kInk,
               "dt 2 lw 0.9");
-  return stacked("Joint angles", "Measured angles, and the operator's set-point as received by the machine.", 1, plot);
+  return stacked(kAngles, "Measured angles, and the operator's set-point as received by the machine.", 1, plot);
 }
 
-PageFigure pressures(const session::SessionRecord& record) {
-  PlotScript plot(record, kJoints);
+PageFigure pressures(const session::SessionRecord& record, const Marks& marks) {
+  PlotScript plot(record, kJoints, marks);
   for (std::size_t j = 0; j < kJoints; ++j) {
     plot.panel(std::string(kJointNames[j]) + ", bar");
     plot.line([j](const session::Sample& s) { return s.pressure_Pa[2 * j] * 1e-5; }, "A, head side", kVermilion,
@@ -44,8 +49,8 @@ PageFigure pressures(const session::SessionRecord& record) {
   return stacked("Cylinder pressures", "As measured by the pressure transmitters.", kJoints, plot);
 }
 
-PageFigure valves(const session::SessionRecord& record) {
-  PlotScript plot(record, kJoints);
+PageFigure valves(const session::SessionRecord& record, const Marks& marks) {
+  PlotScript plot(record, kJoints, marks);
   for (int j = 0; j < kJoints; ++j) {
     plot.panel(std::string(kJointNames[static_cast<std::size_t>(j)]) + ", %");
     plot.line([j](const session::Sample& s) { return 100 * s.truth_spool[j]; }, "spool, true", kGrey, "lw 1");
@@ -58,9 +63,9 @@ PageFigure valves(const session::SessionRecord& record) {
       kJoints, plot);
 }
 
-PageFigure forces(const session::SessionRecord& record) {
+PageFigure forces(const session::SessionRecord& record, const Marks& marks) {
   constexpr double kTwoSided95 = 1.96;
-  PlotScript plot(record, 2);
+  PlotScript plot(record, 2, marks);
   for (const int axis : {0, 1}) {
     const std::size_t cov = axis == 0 ? 0 : 2;
     const auto edge = [axis, cov](double side) {
@@ -73,20 +78,28 @@ PageFigure forces(const session::SessionRecord& record) {
     plot.line([axis](const session::Sample& s) { return 1e-3 * s.truth_tip_force_N[axis]; }, "true", kVermilion);
     plot.line([axis](const session::Sample& s) { return 1e-3 * s.tip_force_N[axis]; }, "estimated", kBlue);
   }
-  return stacked("Contact force on the bucket tip",
+  return stacked(kForces,
                  "Estimated from cylinder pressures with its 95 % band, compared with the simulator's true force.", 2,
                  plot);
 }
 
-PageFigure felt(const session::SessionRecord& record) {
-  const double scale = record.force_scale;
-  PlotScript plot(record, 1);
+/// What there is to feel: the load's weight, too.
+Signal truth_at_hand(const session::SessionRecord& record) {
+  return [scale = record.force_scale](const session::Sample& s) {
+    return scale * (s.truth_tip_force_N + s.truth_weight_N).norm();
+  };
+}
+
+PageFigure felt(const session::SessionRecord& record, const Marks& marks) {
+  PlotScript plot(record, 1, marks);
   plot.panel("felt force, N");
-  plot.line([scale](const session::Sample& s) { return scale * s.truth_tip_force_N.norm(); }, "true force, scaled",
-            kVermilion);
+  plot.line(truth_at_hand(record), "contact and load, true, scaled", kVermilion);
   plot.line([](const session::Sample& s) { return s.felt_N.norm(); }, "felt by the hand", kBlue);
-  return stacked("Felt force",
-                 "Force on the operator's hand, compared with the true contact force times the force scale.", 1, plot);
+  return stacked(
+      kFelt,
+      "Force on the operator's hand, compared with what there is to feel: true contact force and weight of the "
+      "load, times the force scale.",
+      1, plot);
 }
 
 /// Largest value of a curve, at least 1e-9: an axis needs a length.
@@ -99,8 +112,7 @@ double largest(const session::SessionRecord& record, const Signal& signal) {
 /// How the hand's force depends on the machine's: on the diagonal, the hand is told the truth.
 PageFigure felt_against_true(const session::SessionRecord& record) {
   constexpr std::size_t kMostPoints = 2000;
-  const double scale = record.force_scale;
-  const Signal truth = [scale](const session::Sample& s) { return scale * s.truth_tip_force_N.norm(); };
+  const Signal truth = truth_at_hand(record);
   const Signal felt = [](const session::Sample& s) { return s.felt_N.norm(); };
   const double most = 1.05 * std::max(largest(record, truth), largest(record, felt));
   std::ostringstream s;
@@ -113,7 +125,8 @@ PageFigure felt_against_true(const session::SessionRecord& record) {
   s << "EOD\n$equal << EOD\n0 0\n"
     << most << ' ' << most << "\nEOD\n"
     << plot_style() << "set size ratio -1\nset xrange [0:" << most << "]\nset yrange [0:" << most
-    << "]\nset xlabel 'true force, scaled to the hand, N'\nset ylabel 'felt force, N'\nplot $equal using 1:2 with "
+    << "]\nset xlabel 'contact and load, true, scaled to the hand, N'\nset ylabel 'felt force, N'\nplot $equal using "
+       "1:2 with "
        "lines "
        "lw 1 dt 2 lc rgb '"
     << kInk << "' title 'felt = true', $felt using 1:2 with points pt 7 ps 0.35 lc rgb '" << kBlue
@@ -124,15 +137,15 @@ PageFigure felt_against_true(const session::SessionRecord& record) {
           {900, 420, s.str()}};
 }
 
-PageFigure energy(const session::SessionRecord& record) {
-  PlotScript plot(record, 2);
+PageFigure energy(const session::SessionRecord& record, const Marks& marks) {
+  PlotScript plot(record, 2, marks);
   plot.panel("hand, mJ");
   plot.line([](const session::Sample& s) { return 1e3 * s.hand_energy_J; }, "work of the device on the hand", kBlue);
   plot.panel("machine, kJ");
   plot.line([](const session::Sample& s) { return 1e-3 * s.truth_energy_to_machine_J; },
             "work of the valves on the machine", kOrange);
   return stacked(
-      "Energy at hand and machine",
+      kEnergy,
       "Cumulative work of the device on the hand and of the valves on the machine; where a curve falls, hand or "
       "machine does the work.",
       2, plot);
@@ -158,6 +171,8 @@ class Timeline {
     ++rows_;
   }
 
+  void mark(const PlotMark& mark) { bars_ << plot_mark(mark.t_s, mark.label); }
+
   [[nodiscard]] Figure figure() const {
     const double first_s = record_.samples.empty() ? 0 : record_.samples.front().t_s;
     const double last_s = record_.samples.empty() ? 1 : record_.samples.back().t_s;
@@ -178,7 +193,7 @@ class Timeline {
     const double shown_s = record_.samples.back().t_s - record_.samples.front().t_s;
     const double width_px = 800 * (to_s - from_s) / std::max(shown_s, 1e-3);
     if (width_px < 7 * static_cast<double>(text.size()) + 4) return;  // it would run into its neighbour
-    bars_ << "set label " << objects_ << ' ' << plot_quoted(text) << " at " << (from_s + to_s) / 2 << ',' << -rows_
+    bars_ << "set label " << plot_quoted(text) << " at " << (from_s + to_s) / 2 << ',' << -rows_
           << " center font ',11' front\n";
   }
 
@@ -188,8 +203,9 @@ class Timeline {
   std::ostringstream bars_;
 };
 
-PageFigure timeline(const session::SessionRecord& record) {
+PageFigure timeline(const session::SessionRecord& record, const Marks& marks) {
   Timeline bars(record);
+  for (const PlotMark& mark : marks) bars.mark(mark);
   bars.row(
       "mode", [](const session::Sample& s) { return std::string(name(s.mode)); }, kBlue);
   bars.row(
@@ -201,7 +217,7 @@ PageFigure timeline(const session::SessionRecord& record) {
   bars.row(
       "limited", [](const session::Sample& s) { return s.limits != 0 ? "limited" : ""; }, kOrange);
   return {
-      "Session timeline",
+      kTimeline,
       "Machine mode, phase of the operator's plan, true contact, contact detected by the estimator, and active limits "
       "of the safety gate.",
       bars.figure()};
@@ -278,10 +294,18 @@ PageFigure tip_path(const session::SessionResult& session) {
 
 }  // namespace
 
-std::vector<PageFigure> report_plots(const session::SessionResult& session) {
+std::vector<PageFigure> report_plots(const session::SessionResult& session, const std::vector<PlotMark>& marks) {
   const session::SessionRecord& record = session.record;
-  return {timeline(record), tip_path(session),         angles(record),    valves(record), forces(record),
-          felt(record),     felt_against_true(record), pressures(record), energy(record)};
+  return {timeline(record, marks),   tip_path(session),        angles(record, marks),
+          valves(record, marks),     forces(record, marks),    felt(record, marks),
+          felt_against_true(record), pressures(record, marks), energy(record, marks)};
+}
+
+std::string plot_showing(std::string_view metric) {
+  if (metric == "net_energy_J") return kEnergy;
+  const session::MetricEntry* const entry = session::find_metric(metric);
+  const std::string_view group = entry == nullptr ? "" : entry->group;
+  return group == "tracking" ? kAngles : group == "force" ? kForces : group == "felt" ? kFelt : kTimeline;
 }
 
 }  // namespace knuckle::report

@@ -2,13 +2,14 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 namespace knuckle::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(const session::Metric& value) {
+Json number(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? Json(*value) : Json();
 }
 
@@ -20,15 +21,21 @@ Json metric_json(const session::MetricEntry& entry, const session::Metrics& metr
   return counts && !value.is_null() ? Json(std::llround(value.get<double>())) : value;
 }
 
-Json criteria_json(const std::vector<session::CriterionResult>& criteria) {
+/// Those of one kind. @param verdict the key that says whether it was met.
+Json criteria_json(const std::vector<session::CriterionResult>& criteria, session::CriterionKind kind,
+                   const char* verdict = "passed") {
   Json list = Json::array();
-  for (const session::CriterionResult& c : criteria)
+  for (const session::CriterionResult& c : criteria) {
+    if (c.kind != kind) continue;
     list.push_back({{"name", c.name},
                     {"value", number(c.value)},
                     {"unit", c.unit},
                     {"relation", c.relation},
                     {"bound", c.bound},
-                    {"passed", c.passed}});
+                    {verdict, c.met ? Json(*c.met) : Json()},
+                    {"at_s", number(c.at_s)},
+                    {"phase", c.phase.empty() ? Json() : Json(c.phase)}});
+  }
   return list;
 }
 
@@ -121,8 +128,12 @@ Json result_json(const session::Judged& judged) {
       {"delay_ms", s.delay_ms}, {"jitter_ms", s.jitter_ms}, {"loss", s.loss}, {"bursts_per_s", s.bursts_per_s}};
   if (!s.impairment.empty()) json["link"]["impairment"] = s.impairment;
   json["digest"] = s.digest;
-  json["passed"] = judged.passed;
-  json["criteria"] = criteria_json(judged.criteria);
+  json["passed"] = judged.passed ? Json(*judged.passed) : Json();
+  json["requirements_decide"] = s.requirements_decide;
+  json["safety"] = criteria_json(judged.criteria, session::CriterionKind::kSafety);
+  json["criteria"] = criteria_json(judged.criteria, session::CriterionKind::kCriterion);
+  json["requirements"] = criteria_json(judged.criteria, session::CriterionKind::kRequirement);
+  json["goals"] = criteria_json(judged.criteria, session::CriterionKind::kGoal, "reached");
   json["timing"] = {{"simulated_s", s.simulated_s},
                     {"wall_s", s.wall_s},
                     {"real_time_factor", s.wall_s > 0 ? Json(s.simulated_s / s.wall_s) : Json()}};

@@ -8,7 +8,7 @@
 namespace knuckle::report {
 
 /// Changes when a key changes its meaning or goes; new keys leave it as it is.
-inline constexpr const char* kResultSchema = "knuckle-session/1";
+inline constexpr const char* kResultSchema = "knuckle-session/2";
 
 /// Every documented key is there, null where the session has no value; all numbers are finite.
 [[nodiscard]] nlohmann::ordered_json result_json(const session::Judged& judged);

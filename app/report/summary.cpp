@@ -2,10 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <vector>
+
+#include "app/report/metric_words.h"
 #include "app/report/number_text.h"
+#include "app/report/verdict_words.h"
 
 namespace knuckle::report {
 namespace {
+
+using session::CriterionKind;
+using session::CriterionResult;
 
 std::string what_ran(const session::SessionResult& s) {
   const double speed = s.wall_s > 0 ? s.simulated_s / s.wall_s : 0.0;
@@ -13,31 +21,41 @@ std::string what_ran(const session::SessionResult& s) {
                      s.machine_name, s.seed, s.simulated_s, s.wall_s, speed, speed < 10 ? 1 : 0);
 }
 
-std::string key_numbers(const session::Metrics& m) {
-  return "  tip error in free motion " + shown(m.tip_rms_m, "m") + " RMS, force error without load " +
-         shown(m.no_load_rms_N, "N") + ", hold error " + shown(m.hold_error_N, "N") + "\n";
+std::string line_of(const CriterionResult& result) {
+  const std::string moment = moment_text(result);
+  return fmt::format("    {}: {}{} [{}]\n", metric_words(result.name), value_text(result),
+                     moment.empty() ? "" : "; at " + moment, result.name);
+}
+
+std::string block(const std::string& title, const std::vector<const CriterionResult*>& results) {
+  if (results.empty()) return "";
+  std::string text = "  " + title + "\n";
+  for (const CriterionResult* result : results) text += line_of(*result);
+  return text;
 }
 
 }  // namespace
 
-std::string shown(const session::Metric& value, const std::string& unit) {
+std::string shown(const std::optional<double>& value, const std::string& unit) {
   if (!value) return "-";
   return number_text(*value) + (unit == "1" ? "" : " " + unit);
 }
 
-std::string summary_text(const session::Judged& judged, const std::string& report) {
+std::string summary_text(const session::Judged& judged, const std::string& report, bool verbose) {
   const session::SessionResult& s = judged.session;
-  std::string text = what_ran(s);
-  text += key_numbers(judged.metrics);
+  const Sorted by = sorted(judged);
+  std::string text = what_ran(s) + "  " + done_text(judged) + "\n";
   for (const std::string& note : s.notes) text += "  note: " + note + "\n";
   for (const session::FaultRecord& f : s.record.faults)
     text += fmt::format("  fault at {:.2f} s: ", f.at_s) + knuckle::text(f.reason) + "\n";
   for (const session::WarningRecord& w : s.record.warnings)
     text += fmt::format("  warning at {:.2f} s: ", w.at_s) + knuckle::text(w.reason) + "\n";
-  for (const session::CriterionResult& c : judged.criteria)
-    text += fmt::format("  {}  {:22} {:>12}  {} {}\n", c.passed ? "pass" : "FAIL", c.name, shown(c.value, c.unit),
-                        c.relation == "max" ? "<=" : ">=", shown(c.bound, c.unit));
-  text += judged.criteria.empty() ? "  no criteria\n" : judged.passed ? "passed\n" : "NOT passed\n";
+  text += block("FAILED:", by.failed);
+  text +=
+      block("requirements not met; they decide with the default machine and seeds 1 to 20, or with --judge:", by.shown);
+  text += block(goals_text(judged) + ":", by.towards);
+  if (verbose) text += block("met:", by.met) + block("not judged:", by.open);
+  text += verdict_text(judged) + "\n";
   if (!s.log.file.empty() && s.log.problem.empty()) text += "recording: " + s.log.file + "\n";
   if (!report.empty()) text += "report: " + report + "\n";
   return text;

@@ -2,29 +2,41 @@
 
 #include <algorithm>
 
+#include "app/session/record_windows.h"
+
 namespace knuckle::session {
-namespace {
 
-CriterionResult judged(const MetricEntry& entry, const Metric& value, const char* relation, double bound, bool met) {
-  return {std::string(entry.name), value, std::string(entry.unit), relation, bound, met};
-}
-
-}  // namespace
-
-std::vector<CriterionResult> evaluate(const std::vector<Criterion>& criteria, const Metrics& metrics) {
+std::vector<CriterionResult> evaluate(const std::vector<Criterion>& criteria, const Metrics& metrics,
+                                      const SessionRecord& record) {
   std::vector<CriterionResult> results;
   for (const Criterion& c : criteria) {
     const MetricEntry& entry = *find_metric(c.metric);
     const Metric& value = metrics.*entry.member;
+    CriterionResult result{c.metric, value, std::string(entry.unit), "", 0, c.kind, {}, {}, ""};
+    if (value && *value != 0 && value.at_s) {
+      result.at_s = value.at_s;
+      result.phase = phase_at(record, *value.at_s);
+    }
+    const auto add = [&](const char* relation, double bound, bool met, bool exceeded) {
+      result.relation = relation;
+      result.bound = bound;
+      result.met = met;
+      if (record.cut_short && !(exceeded && c.kind == CriterionKind::kSafety)) result.met.reset();
+      results.push_back(result);
+    };
     // Written so that a NaN fails.
-    if (c.min) results.push_back(judged(entry, value, "min", *c.min, value && *value >= *c.min));
-    if (c.max) results.push_back(judged(entry, value, "max", *c.max, value && *value <= *c.max));
+    const bool reaches = value && *value >= c.min.value_or(0), keeps = value && *value <= c.max.value_or(0);
+    if (c.min) add("min", *c.min, reaches, false);
+    if (c.max) add("max", *c.max, keeps, value.has_value() && !keeps);
   }
   return results;
 }
 
-bool all_passed(const std::vector<CriterionResult>& results) noexcept {
-  return std::all_of(results.begin(), results.end(), [](const CriterionResult& r) { return r.passed; });
+bool all_passed(const std::vector<CriterionResult>& results, bool requirements_decide) noexcept {
+  return std::none_of(results.begin(), results.end(), [requirements_decide](const CriterionResult& r) {
+    const bool decides = r.kind == CriterionKind::kRequirement ? requirements_decide : r.kind != CriterionKind::kGoal;
+    return decides && r.missed();
+  });
 }
 
 }  // namespace knuckle::session

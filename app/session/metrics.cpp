@@ -74,20 +74,6 @@ constexpr MetricEntry kTable[] = {
     {"pump_short_share", "session", "pump_short_share", "1", &Metrics::pump_short_share},
 };
 
-/// Sums squares; null while nothing was added.
-class RootMeanSquare {
- public:
-  void add(double squared) noexcept {
-    sum_ += squared;
-    ++count_;
-  }
-  [[nodiscard]] Metric value() const { return count_ > 0 ? Metric(std::sqrt(sum_ / count_)) : std::nullopt; }
-
- private:
-  double sum_ = 0;
-  int count_ = 0;
-};
-
 /// Where the hand asked the tip to be at a past time, between rows; null before the first engaged row.
 class PastSetpoint {
  public:
@@ -120,7 +106,7 @@ class Standstill {
     sum_m_ += error_m;
     ++count_;
     if (t_s - start_s_ < kSettle_s + kStandstill_s) return;
-    worst_m = std::max(worst_m.value_or(0), (sum_m_ / count_).norm());
+    keep_worst(worst_m, (sum_m_ / count_).norm(), t_s);
     restart(t_s, setpoint_m);
   }
 
@@ -139,33 +125,32 @@ class Standstill {
 void measure_tracking(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
   if (record.samples.empty()) return;
   PastSetpoint hand(record);
-  RootMeanSquare rms, path_rms;
+  Mean squares, path_squares;
   Standstill standstill;
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
     const Sample& s = record.samples[i];
     const auto wanted_m = hand.at(s.t_s - record.link_delay_s);
     if (!free[i] || !wanted_m) continue;
     const PlanarVector error_m = s.truth_tip_m - *wanted_m;
-    rms.add(error_m.squaredNorm());
-    if (phase_name(record, s) == "path") path_rms.add(error_m.squaredNorm());
-    metrics.tip_max_m = std::max(metrics.tip_max_m.value_or(0), error_m.norm());
+    squares.add(error_m.squaredNorm(), s.t_s);
+    if (phase_name(record, s) == "path") path_squares.add(error_m.squaredNorm(), s.t_s);
+    keep_worst(metrics.tip_max_m, error_m.norm(), s.t_s);
     standstill.add(s.t_s, *wanted_m, s.tip_m - *wanted_m, metrics.steady_drift_m);
   }
-  metrics.tip_rms_m = rms.value();
-  metrics.path_rms_m = path_rms.value();
+  metrics.tip_rms_m = squares.root();
+  metrics.path_rms_m = path_squares.root();
 }
 
 void measure_no_load(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
-  RootMeanSquare rms;
+  Mean squares;
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
     const Sample& s = record.samples[i];
     const bool tared = (s.confidence_reasons & estimation::kNotTared) == 0;
     if (!free[i] || !tared || s.truth_payload_kg != 0) continue;
-    rms.add(s.tip_force_N.squaredNorm());
-    if (s.confidence > kBelieved)
-      metrics.free_estimate_peak_N = std::max(metrics.free_estimate_peak_N.value_or(0), s.tip_force_N.norm());
+    squares.add(s.tip_force_N.squaredNorm(), s.t_s);
+    if (s.confidence > kBelieved) keep_worst(metrics.free_estimate_peak_N, s.tip_force_N.norm(), s.t_s);
   }
-  metrics.no_load_rms_N = rms.value();
+  metrics.no_load_rms_N = squares.root();
 }
 
 /// The true tip force as late as the reported one is built to be; how late that may be is judged by what notices and
@@ -188,8 +173,8 @@ double angle_between_deg(const PlanarVector& a, const PlanarVector& b) {
 
 void measure_peaks(const SessionRecord& record, Metrics& metrics) {
   for (const Sample& s : record.samples) {
-    metrics.peak_N = std::max(metrics.peak_N.value_or(0), s.truth_tip_force_N.norm());
-    if (s.truth_pipe_N > 0) metrics.pipe_peak_N = std::max(metrics.pipe_peak_N.value_or(0), s.truth_pipe_N);
+    keep_worst(metrics.peak_N, s.truth_tip_force_N.norm(), s.t_s);
+    if (s.truth_pipe_N > 0) keep_worst(metrics.pipe_peak_N, s.truth_pipe_N, s.t_s);
   }
 }
 
@@ -198,18 +183,15 @@ void measure_contact_force(const SessionRecord& record, Metrics& metrics) {
   const auto& rows = record.samples;
   if (rows.size() < 2) return;
   LateForce late((rows.back().t_s - rows.front().t_s) / static_cast<double>(rows.size() - 1));
-  double error = 0, angle_deg = 0;
-  int count = 0;
+  Mean error, angle_deg;
   for (const Sample& s : rows) {
     const PlanarVector truth_N = late.step(s.truth_tip_force_N);
     if (s.mode != Mode::kEngaged || truth_N.norm() <= kPress_N) continue;
-    error += std::abs(s.tip_force_N.norm() / truth_N.norm() - 1);
-    angle_deg += angle_between_deg(s.tip_force_N, truth_N);
-    ++count;
+    error.add(std::abs(s.tip_force_N.norm() / truth_N.norm() - 1), s.t_s);
+    angle_deg.add(angle_between_deg(s.tip_force_N, truth_N), s.t_s);
   }
-  if (count == 0) return;
-  metrics.contact_error_rel = error / count;
-  metrics.direction_error_deg = angle_deg / count;
+  metrics.contact_error_rel = error.value();
+  metrics.direction_error_deg = angle_deg.value();
 }
 
 /// Slowest contact event: from the true force's passing 50 N to the event, for contacts that come out of free motion
@@ -228,18 +210,16 @@ void measure_detection(const SessionRecord& record, const std::vector<bool>& fre
     }
     if (peak_N < kDetectable_N) continue;
     const double ms = 1e3 * (noticed_s.value_or(rows[i - 1].t_s) - *onset_s);
-    metrics.detection_ms = std::max(metrics.detection_ms.value_or(0), ms);
+    keep_worst(metrics.detection_ms, std::max(0.0, ms), *onset_s);
   }
 }
 
 void measure_false_contact(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
-  int rows = 0, alarms = 0;
+  Mean alarms;
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
-    if (!free[i]) continue;
-    ++rows;
-    alarms += record.samples[i].contact ? 1 : 0;
+    if (free[i]) alarms.add(record.samples[i].contact ? 1 : 0, record.samples[i].t_s);
   }
-  if (rows > 0) metrics.false_contact_share = static_cast<double>(alarms) / rows;
+  metrics.false_contact_share = alarms.value();
 }
 
 /// At the end of the last phase "weigh"; without one, where the estimate was surest of a lifted load.
@@ -249,8 +229,7 @@ void measure_payload(const SessionRecord& record, Metrics& metrics) {
   for (const Sample& s : record.samples) {
     if (phase_name(record, s) == "weigh") weighed = &s;
     if (s.truth_payload_kg >= kLiftedPayload_kg && s.truth_tip_force_N.norm() > kOnset_N)
-      metrics.payload_contact_error_kg =
-          std::max(metrics.payload_contact_error_kg.value_or(0), std::abs(s.payload_kg - s.truth_payload_kg));
+      keep_worst(metrics.payload_contact_error_kg, std::abs(s.payload_kg - s.truth_payload_kg), s.t_s);
     if (s.truth_payload_kg < kLiftedPayload_kg || s.payload_sigma_kg <= 0) continue;
     if (surest == nullptr || s.payload_sigma_kg < surest->payload_sigma_kg) surest = &s;
   }
@@ -259,23 +238,31 @@ void measure_payload(const SessionRecord& record, Metrics& metrics) {
   metrics.payload_truth_kg = s->truth_payload_kg;
   metrics.payload_estimate_kg = s->payload_kg;
   metrics.payload_sigma_kg = s->payload_sigma_kg;
-  metrics.payload_error_kg = std::abs(s->payload_kg - s->truth_payload_kg);
+  keep_worst(metrics.payload_error_kg, std::abs(s->payload_kg - s->truth_payload_kg), s->t_s);
 }
 
 void measure_session(const SessionRecord& record, Metrics& metrics) {
   metrics.phases_timed_out = record.phases_timed_out;
+  if (!record.plan_finished && !record.samples.empty()) metrics.phases_timed_out.at_s = record.samples.back().t_s;
   metrics.resumed_by_itself = record.resumed_by_itself;
   metrics.records_lost = static_cast<double>(record.records_lost);
   metrics.faults = static_cast<double>(record.faults.size());
+  // Of what is not neutral when the session is cut short it is known how long it was not.
+  const double never_s =
+      record.cut_short && !record.samples.empty() ? record.samples.back().t_s : std::numeric_limits<double>::infinity();
   for (const FaultRecord& fault : record.faults) {
-    const auto worst = [&](Metric& metric, double at_s) {
-      const double ms = at_s > 0 ? 1e3 * (at_s - fault.last_good_input_s) : std::numeric_limits<double>::infinity();
-      metric = std::max(metric.value_or(0), ms);
+    metrics.faults.at_s = fault.at_s;
+    const auto worst = [&](Metric& metric, double neutral_s) {
+      const double ms = 1e3 * ((neutral_s > 0 ? neutral_s : never_s) - fault.last_good_input_s);
+      keep_worst(metric, std::max(0.0, ms), fault.at_s);
     };
     if (!fault.controller_silent) worst(metrics.command_neutral_ms, fault.command_neutral_s);
     worst(metrics.spool_neutral_ms, fault.spool_neutral_s);
   }
-  metrics.pieces_broken = static_cast<double>(std::count_if(record.events.begin(), record.events.end(), is_break));
+  metrics.pieces_broken = 0;
+  for (const EventRecord& event : record.events) {
+    if (is_break(event)) count_one(metrics.pieces_broken, event.t_s);
+  }
   double engaged_s = 0, short_s = 0;
   for (std::size_t i = 1; i < record.samples.size(); ++i) {
     const Sample& s = record.samples[i];

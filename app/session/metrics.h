@@ -1,17 +1,14 @@
 // The numbers a session is judged by, computed from its record alone. docs/results.md says how each is defined.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "app/session/metric.h"
 #include "app/session/session_record.h"
 
 namespace knuckle::session {
-
-/// A metric is null where the session had nothing to measure it on (no press, no payload, ...).
-using Metric = std::optional<double>;
 
 struct Metrics {
   // tracking: free motion only, tip against hand(t - one-way link delay)

@@ -22,13 +22,9 @@ constexpr double kRise = 0.9, kSettled = 0.15;
 constexpr double kAfterFault_s = 5;      // whatever a fault does, it has done by then
 constexpr double kLeastPlateau_N = 0.1;  // below it there is nothing to rise to
 
-void keep_worst(Metric& worst, double value) {
-  worst = worst ? std::max(*worst, value) : value;
-}
-
 /// True gaps in contact over kContactGap_s after the first touch.
-int contact_losses(const SessionRecord& record, const Window& press) {
-  int losses = 0;
+void measure_losses(const SessionRecord& record, const Window& press, Metric& losses) {
+  losses = losses ? losses : Metric(0);
   std::size_t i = press.begin;
   while (i < press.end && !in_contact(record.samples[i])) ++i;
   while (i < press.end) {
@@ -37,9 +33,8 @@ int contact_losses(const SessionRecord& record, const Window& press) {
     const double lost_s = record.samples[i].t_s;
     while (i < press.end && !in_contact(record.samples[i])) ++i;
     const double back_s = record.samples[std::min(i, press.end - 1)].t_s;
-    if (back_s - lost_s > kContactGap_s) ++losses;
+    if (back_s - lost_s > kContactGap_s) count_one(losses, lost_s);
   }
-  return losses;
 }
 
 /// Force over a press, and the level it comes to.
@@ -104,13 +99,13 @@ void measure_response(const SessionRecord& record, const Window& press, Metrics&
   const auto touch = static_cast<std::size_t>(touched - truth.force_N.begin());
   const std::size_t caught_up = catches_up(felt, truth, touch, rows_in(kCatchUp_s));
   const bool is_felt = caught_up < truth.force_N.size();
-  keep_worst(metrics.rise_t90_s, is_felt ? time_s(caught_up) - time_s(touch) : kNeverComes_s);
+  keep_worst(metrics.rise_t90_s, is_felt ? time_s(caught_up) - time_s(touch) : kNeverComes_s, time_s(touch));
 
   const std::size_t start = truth.comes_to_stay(kRise, rows_in(kStay_s));
   if (start == truth.force_N.size()) return;
   const std::size_t settled = felt.stays_within(kSettled);
   const bool settles = is_felt && settled < felt.force_N.size();
-  keep_worst(metrics.settle_s, settles ? std::max(0.0, time_s(settled) - time_s(start)) : kNeverComes_s);
+  keep_worst(metrics.settle_s, settles ? std::max(0.0, time_s(settled) - time_s(start)) : kNeverComes_s, time_s(start));
 }
 
 struct Range {
@@ -123,10 +118,13 @@ void measure_hold(const SessionRecord& record, const Window& hold, Metrics& metr
   if (hold.size() < 2) return;
   Range felt, truth;
   double error = 0, true_sum_N = 0;
+  Metric largest;
   const double judged_from_s = record.samples[hold.end - 1].t_s - kHoldJudged_s;
   for (std::size_t i = hold.begin; i < hold.end; ++i) {
     const Sample& s = record.samples[i];
-    error += (record.force_scale * s.truth_tip_force_N - s.felt_N).norm();
+    const double error_N = (record.force_scale * s.truth_tip_force_N - s.felt_N).norm();
+    error += error_N;
+    keep_worst(largest, error_N, s.t_s);
     true_sum_N += s.truth_tip_force_N.norm();
     if (s.t_s < judged_from_s) continue;
     felt.add(s.felt_N.norm());
@@ -134,10 +132,11 @@ void measure_hold(const SessionRecord& record, const Window& hold, Metrics& metr
   }
   const auto rows = static_cast<double>(hold.size());
   const double held_N = kAllowedShare * true_sum_N / rows;
-  keep_worst(metrics.hold_peak_to_peak_N, felt.size());
-  keep_worst(metrics.hold_error_N, error / rows);
-  keep_worst(metrics.hold_error_share, error / rows / std::max(kAllowedError_N, record.force_scale * held_N));
-  keep_worst(metrics.hold_true_swing_share, truth.size() / std::max(kAllowedSwing_N, held_N));
+  const double error_s = *largest.at_s;
+  keep_worst(metrics.hold_peak_to_peak_N, felt.size(), judged_from_s);
+  keep_worst(metrics.hold_error_N, error / rows, error_s);
+  keep_worst(metrics.hold_error_share, error / rows / std::max(kAllowedError_N, record.force_scale * held_N), error_s);
+  keep_worst(metrics.hold_true_swing_share, truth.size() / std::max(kAllowedSwing_N, held_N), judged_from_s);
 }
 
 /// The master's own peak between rows, and never less than what the rows themselves show.
@@ -157,8 +156,8 @@ void measure_faults(const SessionRecord& record, Metrics& metrics) {
       const Sample& s = record.samples[i];
       if (s.t_s <= broken_s) before = &s;
       if (before == nullptr || s.t_s <= broken_s || s.t_s > broken_s + kAfterFault_s) continue;
-      keep_worst(metrics.fault_rise_N, s.truth_tip_force_N.norm() - before->truth_tip_force_N.norm());
-      keep_worst(metrics.fault_slew_N_per_ms, slew_N_per_ms(record, i));
+      keep_worst(metrics.fault_rise_N, s.truth_tip_force_N.norm() - before->truth_tip_force_N.norm(), s.t_s);
+      keep_worst(metrics.fault_slew_N_per_ms, slew_N_per_ms(record, i), s.t_s);
     }
   }
 }
@@ -168,23 +167,20 @@ void measure_faults(const SessionRecord& record, Metrics& metrics) {
 void measure_felt(const SessionRecord& record, Metrics& metrics) {
   const auto presses = press_windows(record);
   for (const Window& press : presses) {
-    metrics.contact_losses = metrics.contact_losses.value_or(0) + contact_losses(record, press);
+    measure_losses(record, press, metrics.contact_losses);
     measure_response(record, press, metrics);
     measure_hold(record, hold_part(record, press), metrics);
   }
   measure_faults(record, metrics);
   const std::vector<bool> empty = empty_free_motion(record);
-  double squares = 0;
-  int count = 0;
+  Mean squares;
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
     const Sample& s = record.samples[i];
-    keep_worst(metrics.max_slew_N_per_ms, slew_N_per_ms(record, i));
-    keep_worst(metrics.net_energy_J, s.hand_energy_J - record.samples.front().hand_energy_J);
-    if (!empty[i]) continue;
-    squares += s.felt_N.squaredNorm();
-    ++count;
+    keep_worst(metrics.max_slew_N_per_ms, slew_N_per_ms(record, i), s.t_s);
+    keep_worst(metrics.net_energy_J, s.hand_energy_J - record.samples.front().hand_energy_J, s.t_s);
+    if (empty[i]) squares.add(s.felt_N.squaredNorm(), s.t_s);
   }
-  if (count > 0) metrics.drag_rms_N = std::sqrt(squares / count);
+  metrics.drag_rms_N = squares.root();
 }
 
 }  // namespace knuckle::session

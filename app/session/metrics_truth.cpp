@@ -43,10 +43,6 @@ std::vector<Row> rows_of(const SessionRecord& record) {
   return rows;
 }
 
-void keep_largest(Metric& largest, double value) {
-  largest = std::max(largest.value_or(value), value);
-}
-
 /// A sum over the last so many seconds of rows that follow one another.
 class Sliding {
  public:
@@ -93,18 +89,20 @@ void measure_error(const std::vector<Row>& rows, Metrics& metrics) {
     true2 += row.true_N().squaredNorm();
     ++count;
     recent.add(row.t_s, error_N.norm());
-    if (recent.full()) keep_largest(metrics.felt_error_worst_N, recent.mean());
+    if (recent.full()) keep_worst(metrics.felt_error_worst_N, recent.mean(), row.t_s - kWorst_s / 2);
   }
   if (count == 0) return;
   metrics.felt_error_rms_N = std::sqrt(error2 / static_cast<double>(count));
   const double true_rms_N = std::sqrt(true2 / static_cast<double>(count));
   if (true_rms_N > 0) metrics.felt_error_rel = *metrics.felt_error_rms_N / true_rms_N;
+  metrics.felt_error_rms_N.at_s = metrics.felt_error_rel.at_s = metrics.felt_error_worst_N.at_s;
 }
 
 /// Time in which the truth is above what is felt of it, along it, by kUnfelt_N for at least kLasting_s: the machine
 /// presses, and nobody is told. Nothing where there was no force to be felt.
 void measure_unfelt(const std::vector<Row>& rows, Metrics& metrics) {
   double since_s = -1, unfelt_s = 0;
+  Metric longest_s;
   bool any = false;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const PlanarVector true_N = rows[i].true_N();
@@ -115,11 +113,16 @@ void measure_unfelt(const std::vector<Row>& rows, Metrics& metrics) {
     if (unfelt && since_s < 0) since_s = rows[i].t_s;
     if (since_s >= 0 && (!unfelt || i + 1 == rows.size())) {
       const double length_s = rows[i].t_s - since_s;
-      if (length_s >= kLasting_s) unfelt_s += length_s;
+      if (length_s >= kLasting_s) {
+        unfelt_s += length_s;
+        keep_worst(longest_s, length_s, since_s);
+      }
       since_s = -1;
     }
   }
-  if (any) metrics.unfelt_s = unfelt_s;
+  if (!any) return;
+  metrics.unfelt_s = unfelt_s;
+  metrics.unfelt_s.at_s = longest_s.at_s;
 }
 
 /// Slowest onset: from where a force (touch, or weight) passes kOnset_N to where what is felt has changed by as much
@@ -130,7 +133,7 @@ void measure_onset(const std::vector<Row>& rows, PlanarVector Row::*force, Metri
     if (!on(rows[i]) || !rows[i - 1].engaged) continue;
     const std::size_t begin = i;
     std::size_t last = i;
-    Metric felt_s;
+    std::optional<double> felt_s;
     for (; i < rows.size() && rows[i].engaged && rows[i].t_s - rows[last].t_s <= kLongGap_s; ++i) {
       if (!on(rows[i])) continue;
       last = i;
@@ -138,7 +141,7 @@ void measure_onset(const std::vector<Row>& rows, PlanarVector Row::*force, Metri
       if (!felt_s && along.dot(rows[i].felt_N - rows[begin - 1].felt_N) > kOnset_N) felt_s = rows[i].t_s;
     }
     if (rows[last].t_s - rows[begin].t_s >= kLasting_s)
-      keep_largest(metrics.felt_onset_ms, 1e3 * (felt_s.value_or(rows[last].t_s) - rows[begin].t_s));
+      keep_worst(metrics.felt_onset_ms, 1e3 * (felt_s.value_or(rows[last].t_s) - rows[begin].t_s), rows[begin].t_s);
     --i;  // the row that ended it may begin another one
   }
 }
@@ -162,14 +165,14 @@ void measure_contact(const std::vector<Row>& rows, Metrics& metrics) {
     if (row.contact_N > kContactForce_N) {
       if (lost_s >= 0) {
         const double gap_s = row.t_s - lost_s;
-        if (gap_s > kShortGap_s && gap_s < kLongGap_s) metrics.contact_bounces = *metrics.contact_bounces + 1;
+        if (gap_s > kShortGap_s && gap_s < kLongGap_s) count_one(metrics.contact_bounces, lost_s);
         if (gap_s >= kLongGap_s) since_s = -1, pending.clear();
       }
       lost_s = -1;
       if (since_s < 0) since_s = row.t_s;
-      metrics.contact_bounces = metrics.contact_bounces.value_or(0);
+      if (!metrics.contact_bounces) metrics.contact_bounces = 0;
       for (; !pending.empty() && pending.front().t_s <= row.t_s - kLongGap_s; pending.pop_front())
-        keep_largest(metrics.contact_swing_N, pending.front().size_N);
+        keep_worst(metrics.contact_swing_N, pending.front().size_N, pending.front().t_s);
     } else if (since_s >= 0 && lost_s < 0) {
       lost_s = row.t_s;
     }
@@ -188,7 +191,7 @@ void measure_presses(const SessionRecord& record, Metrics& metrics) {
   for (const Sample& s : record.samples) {
     if (s.phase < record.asked_N.size()) asked_N = record.asked_N[s.phase];  // else it holds
     if (asked_N > 0 && s.mode == Mode::kEngaged)
-      keep_largest(metrics.peak_over_asked, s.truth_tip_force_N.norm() / asked_N);
+      keep_worst(metrics.peak_over_asked, s.truth_tip_force_N.norm() / asked_N, s.t_s);
   }
 }
 
@@ -204,7 +207,7 @@ void measure_truth(const SessionRecord& record, Metrics& metrics) {
   measure_presses(record, metrics);
   const std::vector<bool> empty = empty_free_motion(record);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (empty[i] && !rows[i].at_end) keep_largest(metrics.free_felt_peak_N, rows[i].felt_N.norm());
+    if (empty[i] && !rows[i].at_end) keep_worst(metrics.free_felt_peak_N, rows[i].felt_N.norm(), rows[i].t_s);
   }
 }
 

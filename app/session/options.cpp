@@ -17,6 +17,20 @@ std::vector<std::string> SimulateOptions::operator_paths() const {
   return files;
 }
 
+bool is_stock(const SimulateOptions& options) {
+  SimulateOptions stock;  // every option that is not copied here changes the set-up
+  stock.scenario = options.scenario;
+  stock.seed = options.seed;
+  stock.judge = options.judge;
+  stock.verbose = options.verbose;
+  if (options.machine == kDefaultMachine) stock.machine = kDefaultMachine;
+  for (std::string SimulateOptions::*output :
+       {&SimulateOptions::candump, &SimulateOptions::csv, &SimulateOptions::report, &SimulateOptions::json,
+        &SimulateOptions::log, &SimulateOptions::flights})
+    stock.*output = options.*output;
+  return options.seed >= 1 && options.seed <= kStockSeeds && options == stock;
+}
+
 sim::LimbClass limb_named(const std::string& name, sim::LimbClass fallback, const std::string& or_else) {
   if (name.empty()) return fallback;
   std::string known;

@@ -34,6 +34,8 @@ struct SimulateOptions {
   std::optional<double> assist_force_limit_N;       ///< 0: off.
   bool assist_stop_on_object = false;
   bool realtime = false;
+  bool verbose = false;                    ///< The summary also lists what was met.
+  bool judge = false;                      ///< Requirements decide, whatever the set-up.
   std::string family;                      ///< Which machines and devices the seed samples from; empty: smooth.
   std::string truth;                       ///< Input: the plant's own parameters, instead of sampling them.
   std::string candump, csv, report, json;  ///< Outputs.
@@ -42,7 +44,15 @@ struct SimulateOptions {
   /// The files of "path:FILE.csv", or of "path:FILE.mcap,FILE.mcap", the parts of a recording in their order; none for
   /// a named operator.
   [[nodiscard]] std::vector<std::string> operator_paths() const;
+
+  bool operator==(const SimulateOptions&) const = default;
 };
+
+inline constexpr const char* kDefaultMachine = "solar015";
+inline constexpr std::uint64_t kStockSeeds = 20;  ///< 1 to this.
+/// Whether a scenario runs as its requirements were taken: on the default machine, with one of the stock seeds, and
+/// nothing else changed.
+[[nodiscard]] bool is_stock(const SimulateOptions& options);
 
 /// The operator's limb by its name, as --operator takes it; none given: fallback.
 /// @param or_else what else the option takes, for the message. @throws InputError

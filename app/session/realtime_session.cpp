@@ -190,6 +190,7 @@ void Loops::hand_over(Time end, SessionOutcome& outcome) {
       record_);
   master_book_.hand_over(record_);
   machine_book_.hand_over(record_);
+  record_.plan_finished = person_.finished();
   record_.phases_timed_out = person_.timed_out() >= 0 || !person_.finished() ? 1 : 0;
   outcome.hops = hops_of(master_book_, slave_book_, machine_book_, setup_.machine.bus);
   outcome.record = std::move(record_);

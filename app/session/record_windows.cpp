@@ -8,6 +8,11 @@ std::string_view phase_name(const SessionRecord& record, const Sample& sample) n
   return sample.phase < record.phases.size() ? std::string_view(record.phases[sample.phase]) : std::string_view();
 }
 
+std::string_view phase_at(const SessionRecord& record, double t_s) noexcept {
+  const auto after = std::ranges::upper_bound(record.samples, t_s, {}, [](const Sample& sample) { return sample.t_s; });
+  return after == record.samples.begin() ? std::string_view() : phase_name(record, *(after - 1));
+}
+
 std::vector<bool> free_motion(const SessionRecord& record) {
   std::vector<bool> free(record.samples.size());
   double last_contact_s = -1e9;

@@ -26,6 +26,9 @@ inline constexpr double kBesideEnd_s = 0.1;       ///< Jitter and filters, eithe
 /// Name of a row's phase; empty where the record has none.
 [[nodiscard]] std::string_view phase_name(const SessionRecord& record, const Sample& sample) noexcept;
 
+/// Of the operator at a time; empty before the first row.
+[[nodiscard]] std::string_view phase_at(const SessionRecord& record, double t_s) noexcept;
+
 /// Per row: engaged, and no contact now or within the last kFreeAfterContact_s.
 [[nodiscard]] std::vector<bool> free_motion(const SessionRecord& record);
 /// Of these the rows with no load either, now or within that time: nothing is to be felt.

@@ -109,6 +109,7 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   result.person = sim::name(person_named(options.person, setup.scenario.person));
   result.notes = std::move(loaded.notes);
   describe(setup, result);
+  result.requirements_decide = options.judge || is_stock(options);
   result.impairment = options.impairment;
   const auto start = std::chrono::steady_clock::now();
   const std::unique_ptr<recording::Recorder> recorder = recorder_for(options, setup);
@@ -136,6 +137,7 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   if (hooks.progress) hooks.progress(1);
   result.simulated_s = outcome.elapsed_s;
   result.record = std::move(outcome.record);
+  result.record.cut_short = options.duration_s && !result.record.plan_finished;
   result.hops = hops_of(outcome.hops);
   if (outcome.hops.master_to_slave.count() == 0) result.notes.push_back(unheard_text(setup));
   result.loops = std::move(outcome.loops);

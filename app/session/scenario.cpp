@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/error.h"
 #include "machine/bus_nodes.h"
@@ -299,20 +300,34 @@ double criterion_factor(const MetricEntry& entry, const Scale& scale) {
   return 1;
 }
 
+Criterion read_criterion(TomlTable& table, CriterionKind kind, const Scale& scale) {
+  Criterion criterion;
+  criterion.kind = kind;
+  criterion.metric = table.text("metric");
+  const MetricEntry* const entry = find_metric(criterion.metric);
+  table.require(entry != nullptr, "metric", "is not a metric: docs/results.md lists them");
+  if (kind == CriterionKind::kSafety) {
+    std::string known;
+    for (const std::string_view metric : kSafetyMetrics) known += (known.empty() ? "" : ", ") + std::string(metric);
+    table.require(std::ranges::find(kSafetyMetrics, criterion.metric) != std::end(kSafetyMetrics), "metric",
+                  "of [[safety]] must be one of " + known);
+  }
+  const double factor = criterion_factor(*entry, scale);
+  if (table.has("min")) criterion.min = table.number("min", -1e12, 1e12, factor);
+  if (table.has("max")) criterion.max = table.number("max", -1e12, 1e12, factor);
+  table.require(criterion.min || criterion.max, "metric", "has neither min nor max");
+  table.require(!criterion.min || !criterion.max || *criterion.min <= *criterion.max, "min",
+                "must not be above max: no value could meet both");
+  return criterion;
+}
+
 std::vector<Criterion> read_criteria(TomlTable& file, const Scale& scale) {
   std::vector<Criterion> criteria;
-  for (TomlTable& table : file.tables("criteria")) {
-    Criterion criterion;
-    criterion.metric = table.text("metric");
-    const MetricEntry* const entry = find_metric(criterion.metric);
-    table.require(entry != nullptr, "metric", "is not a metric: docs/results.md lists them");
-    const double factor = criterion_factor(*entry, scale);
-    if (table.has("min")) criterion.min = table.number("min", -1e12, 1e12, factor);
-    if (table.has("max")) criterion.max = table.number("max", -1e12, 1e12, factor);
-    table.require(criterion.min || criterion.max, "metric", "has neither min nor max");
-    table.require(!criterion.min || !criterion.max || *criterion.min <= *criterion.max, "min",
-                  "must not be above max: no value could meet both");
-    criteria.push_back(criterion);
+  for (const auto& [key, kind] : {std::pair{"safety", CriterionKind::kSafety},
+                                  {"criteria", CriterionKind::kCriterion},
+                                  {"requirement", CriterionKind::kRequirement},
+                                  {"goal", CriterionKind::kGoal}}) {
+    for (TomlTable& table : file.tables(key)) criteria.push_back(read_criterion(table, kind, scale));
   }
   return criteria;
 }

@@ -45,8 +45,8 @@ struct Scenario {
   std::vector<std::string> phase_names;
   sim::WorldDescription world;
   std::vector<ScheduledFault> faults;
-  AssistSettings assist;  ///< Switched on all the time, unless the command line says otherwise.
-  std::vector<Criterion> criteria;
+  AssistSettings assist;            ///< Switched on all the time, unless the command line says otherwise.
+  std::vector<Criterion> criteria;  ///< Of every kind, in the order of CriterionKind.
 };
 
 /// Lengths in the file are for a reach of `reference_reach_m` (links added up) and are scaled to this machine's; loads

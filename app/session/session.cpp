@@ -168,6 +168,7 @@ SessionRecord Session::Impl::take_record() {
   latched.judge(machine_book.frames, setup.machine, now, cause_of, record);
   machine_book.hand_over(record);
   master_book.hand_over(record);
+  record.plan_finished = person.finished();
   record.phases_timed_out = person.timed_out() >= 0 || !person.finished() ? 1 : 0;
   hops = hops_of(master_book, slave_book, machine_book, setup.machine.bus);
   return std::move(record);

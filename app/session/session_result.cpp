@@ -3,14 +3,14 @@
 namespace knuckle::session {
 
 Judged judge(const SessionResult& session) {
-  Judged judged{session, compute_metrics(session.record), {}, false};
-  judged.criteria = evaluate(session.criteria, judged.metrics);
+  std::vector<Criterion> criteria = session.criteria;
   // A session whose record has gaps is not passed, whatever its criteria.
-  if (session.record.records_lost > 0) {
-    const auto holes = evaluate({{"records_lost", {}, 0}}, judged.metrics);
-    judged.criteria.insert(judged.criteria.end(), holes.begin(), holes.end());
-  }
-  judged.passed = all_passed(judged.criteria);
+  if (session.record.records_lost > 0)
+    criteria.insert(criteria.begin(), {"records_lost", {}, 0, CriterionKind::kSafety});
+  Judged judged{session, compute_metrics(session.record), {}, {}};
+  judged.criteria = evaluate(criteria, judged.metrics, session.record);
+  const bool passed = all_passed(judged.criteria, session.requirements_decide);
+  if (!passed || !session.record.cut_short) judged.passed = passed;
   return judged;
 }
 

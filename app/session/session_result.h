@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,7 @@ struct SessionResult {
   recording::RecorderStatus log;  ///< Of the recording and flight records, where they were asked for.
   // How to judge and draw it.
   std::vector<Criterion> criteria;
+  bool requirements_decide = true;
   MachineDescription machine;
   Scene scene;
 };
@@ -73,7 +75,7 @@ struct Judged {
   const SessionResult& session;
   Metrics metrics;
   std::vector<CriterionResult> criteria;
-  bool passed = false;
+  std::optional<bool> passed;  ///< Null: cut short, and nothing unsafe until then.
 };
 [[nodiscard]] Judged judge(const SessionResult& session);
 

@@ -77,7 +77,7 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   LoadedSession loaded;
   SessionSetup& setup = loaded.setup;
   if (options.realtime) refuse_impairment(options);
-  setup.machine = load_machine(find_config("machine", options.machine.empty() ? "solar015" : options.machine));
+  setup.machine = load_machine(find_config("machine", options.machine.empty() ? kDefaultMachine : options.machine));
   setup.device = device_for(setup.machine, options.device);
   check_springs(setup.machine, setup.device);
   setup.scenario = options.scenario_text.empty()

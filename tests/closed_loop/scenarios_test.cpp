@@ -105,7 +105,7 @@ std::string unmet(const std::string& scenario, std::uint64_t seed, std::set<std:
   const Missed known = listed(scenario);
   std::string text;
   for (const session::CriterionResult& c : judged.criteria) {
-    if (c.passed) continue;
+    if (!c.missed() || c.kind == session::CriterionKind::kGoal) continue;
     if (missed) missed->insert(c.name);
     const auto entry = known.find(c.name);
     const bool as_known = entry != known.end() && c.relation == "max" &&

@@ -27,7 +27,8 @@ std::vector<std::string> split(const std::string& text, char separator) {
 TEST(ResultJson, HasEveryKeyToolsRelyOnEvenWhenNothingHappened) {
   const nlohmann::ordered_json json = result_json(session::judge(session::SessionResult{}));
   const std::vector<std::string> pointers = split(
-      "/schema /version /scenario /machine /control /seed /digest /passed /criteria /timing/simulated_s /timing/wall_s "
+      "/schema /version /scenario /machine /control /seed /digest /passed /safety /criteria /requirements /goals "
+      "/requirements_decide /timing/simulated_s /timing/wall_s "
       "/timing/real_time_factor /tracking/tip_rms_m /force/no_load_rms_N /force/contact_error_rel "
       "/force/direction_error_deg /force/detection_ms /payload/truth_kg /payload/estimate_kg /payload/sigma_kg "
       "/felt/contact_losses /felt/rise_t90_s /felt/settle_s /felt/hold_peak_to_peak_N /felt/hold_error_N "
@@ -61,6 +62,32 @@ TEST(ResultJson, SaysWhatHappened) {
   EXPECT_EQ(json["realtime"]["slave"]["wake_us"]["p99"], 20);
   EXPECT_EQ(json["latency_us"]["hand_to_valve"]["p50"], 14000);
   EXPECT_EQ(json["modes"][2]["mode"], name(Mode::kEngaged));
+}
+
+TEST(ResultJson, ListsEachKindApartWithTheMomentOfItsWorst) {
+  session::SessionResult session = session::synthetic_session();
+  using session::CriterionKind;
+  session.record.faults = {{{ReasonCode::kLinkLost, 0, 200, 150}, 30.2, 30.0, 30.15, 30.2}};
+  session.criteria = {{"faults", {}, 0, CriterionKind::kSafety},
+                      {"peak_N", {}, 3000, CriterionKind::kRequirement},
+                      {"felt_error_rel", {}, 0.001, CriterionKind::kGoal}};
+  auto json = nlohmann::json::parse(result_json(session::judge(session)).dump());
+  EXPECT_EQ(json["schema"], "knuckle-session/2");
+  EXPECT_EQ(json["passed"], false);
+  EXPECT_TRUE(json["criteria"].empty());
+  EXPECT_EQ(json["safety"][0]["at_s"], 30.2);
+  EXPECT_EQ(json["safety"][0]["phase"], "weigh");
+  EXPECT_EQ(json["safety"][0]["passed"], false);
+  EXPECT_EQ(json["requirements"][0]["name"], "peak_N");
+  EXPECT_EQ(json["requirements"][0]["passed"], true);
+  EXPECT_EQ(json["goals"][0]["reached"], false);
+  EXPECT_FALSE(json["goals"][0].contains("passed"));
+  session.record.cut_short = true;
+  session.criteria.erase(session.criteria.begin());
+  json = nlohmann::json::parse(result_json(session::judge(session)).dump());
+  EXPECT_TRUE(json["passed"].is_null());
+  EXPECT_TRUE(json["requirements"][0]["passed"].is_null());
+  EXPECT_TRUE(json["goals"][0]["reached"].is_null());
 }
 
 TEST(ResultJson, IsDocumentedKeyByKey) {
@@ -112,8 +139,8 @@ TEST(Report, IsOneSelfContainedPage) {
   for (const std::string fetched : {"http", "src=", "<script", "@import", "url(http"})
     EXPECT_EQ(page.find(fetched), std::string::npos)
         << fetched << ": " << page.substr(std::min(page.find(fetched), page.size() - 1), 80);
-  for (const std::string part : {"Criteria", "Key moments", "Path of the bucket tip", "Cylinder pressures", "95 % band",
-                                 "Felt force", "piece broke", "</html>"})
+  for (const std::string part : {"What was asked for", "Key moments", "Path of the bucket tip", "Cylinder pressures",
+                                 "95 % band", "Felt force", "piece broke", "</html>"})
     EXPECT_NE(page.find(part), std::string::npos) << part;
   EXPECT_LT(page.size(), 2'000'000u);
 }

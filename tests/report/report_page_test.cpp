@@ -73,6 +73,107 @@ TEST(Report, IsTheSamePageForTheSameSessionAndOrigin) {
   EXPECT_EQ(page(session, {"a", "b"}), page(session, {"a", "b"}));
 }
 
+const PageFigure& figure(const std::vector<PageFigure>& figures, const std::string& title) {
+  for (const PageFigure& one : figures) {
+    if (one.title == title) return one;
+  }
+  throw std::runtime_error("no figure " + title);
+}
+
+/// One missed bound of each kind, one met.
+session::SessionResult missing_one_of_each() {
+  session::SessionResult session = session::synthetic_session();
+  using session::CriterionKind;
+  session.record.events.push_back({27.0, "piece_down"});
+  session.record.faults = {{{ReasonCode::kLinkLost, 0, 200, 150}, 20.0, 19.8, 19.95, 20.05}};
+  session.criteria = {{"faults", {}, 0, CriterionKind::kSafety},
+                      {"spool_neutral_ms", {}, 320, CriterionKind::kSafety},
+                      {"max_slew_N_per_ms", {}, 1e-9, CriterionKind::kRequirement},
+                      {"felt_error_rel", {}, 1e-9, CriterionKind::kGoal},
+                      {"engaged_s", 1, {}, CriterionKind::kGoal}};
+  return session;
+}
+
+TEST(Summary, SaysWhatWasDoneThenWhatFailedThenWhichGoalsAreNotReachedAndWhen) {
+  session::SessionResult session = missing_one_of_each();
+  const session::Judged judged = session::judge(session);
+  const std::string text = summary_text(judged, "");
+  std::size_t at = 0;
+  for (const std::string part :
+       {"piece broken off, 52 kg lifted and weighed within",
+        "; 1 fault, valves closed within 250 ms, no motion resumed",
+        "FAILED:\n    latched faults: 1, at most 0; at 20.0 s, release [faults]\n", "[max_slew_N_per_ms]",
+        "1 of 2 goals not reached:\n    error of the felt force while engaged, as a share of the true one: ",
+        ", goal < 0.000001; at ", "NOT passed: 1 of 2 safety bounds, 0 of 1 requirement met\n"}) {
+    const std::size_t found = text.find(part, at);
+    ASSERT_NE(found, std::string::npos) << part << " in\n" << text;
+    at = found;
+  }
+  EXPECT_FALSE(has(text, "engaged_s")) << "what was met";
+  EXPECT_TRUE(has(summary_text(judged, "", true), "engaged_s"));
+}
+
+TEST(Summary, SaysWhereRequirementsDoNotDecide) {
+  session::SessionResult session = missing_one_of_each();
+  session.requirements_decide = false;
+  session.criteria.erase(session.criteria.begin());
+  const std::string text = summary_text(session::judge(session), "");
+  EXPECT_FALSE(has(text, "FAILED")) << text;
+  EXPECT_TRUE(
+      has(text, "requirements not met; they decide with the default machine and seeds 1 to 20, or with --judge:"));
+  EXPECT_TRUE(has(text, "\npassed: 1 of 1 safety bound met\n")) << text;
+}
+
+TEST(Summary, OfASessionCutShortJudgesNothing) {
+  session::SessionResult session = missing_one_of_each();
+  session.record.cut_short = true;
+  session.criteria.erase(session.criteria.begin());
+  const std::string text = summary_text(session::judge(session), "");
+  EXPECT_TRUE(has(text, "\nended by --duration: not judged\n")) << text;
+  EXPECT_FALSE(has(text, "FAILED") || has(text, "not reached")) << text;
+}
+
+TEST(Report, HasTheVerdictFirstThenWhatFailedWithItsMomentInThePlots) {
+  const std::string text = page(missing_one_of_each());
+  std::size_t at = 0;
+  for (const std::string part :
+       {"Not passed: 1 of 2 safety bounds, 0 of 1 requirement met", "piece broken off, 52 kg lifted",
+        "1 of 2 goals not reached: ", "✗ failed", "goal not reached", "2 met", "Key moments"}) {
+    const std::size_t found = text.find(part, at);
+    ASSERT_NE(found, std::string::npos) << part;
+    at = found;
+  }
+  std::smatch link;
+  ASSERT_TRUE(std::regex_search(text, link, std::regex("<a href=\"#([a-z-]+)\">20.0 s, release</a>")));
+  EXPECT_TRUE(has(text, "<section id=\"" + link[1].str() + "\">"));
+}
+
+TEST(Report, NamesPhasesAndEventsInWordsAndHasNoEmptyTile) {
+  const std::string text = page(missing_one_of_each());
+  EXPECT_TRUE(has(text, "piece down"));
+  EXPECT_FALSE(has(text, "piece_down") || has(text, "link_lost"));
+  EXPECT_FALSE(has(text, "<dd>-</dd>"));
+}
+
+TEST(ReportPlots, CompareWhatIsFeltWithContactAndLoad) {
+  session::SessionResult session = session::synthetic_session();
+  for (session::Sample& s : session.record.samples) {
+    s.truth_tip_force_N.setZero();
+    s.truth_weight_N = {0, -500};
+  }
+  session.record.force_scale = 1e-3;
+  const std::string script = figure(report_plots(session), "Felt force").figure.script;
+  EXPECT_TRUE(has(script, "0 0.5\n")) << "the load's weight is felt, too";
+}
+
+TEST(ReportPlots, ShowTheMomentsThatThePageNames) {
+  for (const PageFigure& one : report_plots(session::synthetic_session(), {{12.5, "3"}})) {
+    if (has(one.figure.script, "xlabel 'time, s'")) {
+      EXPECT_TRUE(has(one.figure.script, "set label '3' at 12.5,")) << one.title;
+    }
+  }
+}
+
 TEST(Report, SaysCriteriaInWordsAndNamesThem) {
   const std::string text = page(session::synthetic_session());
   EXPECT_TRUE(has(text, "error of the tip in free motion, RMS"));
@@ -89,13 +190,6 @@ TEST(Report, ListsLatenciesInWords) {
     EXPECT_TRUE(has(text, part)) << part;
 }
 
-const PageFigure& figure(const std::vector<PageFigure>& figures, const std::string& title) {
-  for (const PageFigure& one : figures) {
-    if (one.title == title) return one;
-  }
-  throw std::runtime_error("no figure " + title);
-}
-
 std::size_t times_in(const std::string& text, const std::string& part) {
   std::size_t count = 0;
   for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
@@ -109,7 +203,7 @@ TEST(ReportPlots, ShowValveCommandsAndFeltAgainstTrueForce) {
   EXPECT_EQ(times_in(valves, "title 'command'"), 3u);
   const std::string felt = figure(figures, "Felt against true force").figure.script;
   EXPECT_TRUE(has(felt, "ylabel 'felt force, N'"));
-  EXPECT_TRUE(has(felt, "xlabel 'true force, scaled to the hand, N'"));
+  EXPECT_TRUE(has(felt, "xlabel 'contact and load, true, scaled to the hand, N'"));
 }
 
 TEST(ReportPlots, EachPanelHasItsOwnKeyAndALabelInsideThePicture) {
@@ -118,7 +212,7 @@ TEST(ReportPlots, EachPanelHasItsOwnKeyAndALabelInsideThePicture) {
     if (!has(script, "multiplot")) continue;
     EXPECT_TRUE(has(script, "set key at graph 1, graph")) << one.title << ": keys of panels lie on each other";
     EXPECT_FALSE(has(script, "set ylabel")) << one.title << ": leaves the picture where numbers are long";
-    EXPECT_EQ(times_in(script, "set label 1 '"), times_in(script, "\nplot ")) << one.title;
+    EXPECT_EQ(times_in(script, "set label 1000 '"), times_in(script, "\nplot ")) << one.title;
   }
 }
 

@@ -43,10 +43,10 @@ TEST(Recorder, HasRoomForTheFramesOfTheFastestBus) {
 
 TEST(Verdict, IsFailedByALostRecordWhateverTheScenarioAsks) {
   SessionResult result;
-  EXPECT_TRUE(judge(result).passed);
+  EXPECT_EQ(judge(result).passed, true);
   result.record.records_lost = 1;
   const Judged judged = judge(result);
-  EXPECT_FALSE(judged.passed);
+  EXPECT_EQ(judged.passed, false);
   ASSERT_EQ(judged.criteria.size(), 1u);
   EXPECT_EQ(judged.criteria[0].name, "records_lost");
 }

@@ -5,9 +5,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <optional>
 #include <sstream>
 
 #include "core/error.h"
@@ -129,6 +131,15 @@ max = 150
 [[criteria]]
 metric = "hold_error_N"
 max = 0.3
+[[goal]]
+metric = "unfelt_s"
+max = 0
+[[requirement]]
+metric = "peak_N"
+max = 4000
+[[safety]]
+metric = "faults"
+max = 2
 )";
 
 const MachineDescription& machine(const std::string& name = "solar015") {
@@ -215,6 +226,18 @@ TEST_F(ScenarioFile, EveryKeyIsNeededUnlessItIsMarkedOptional) {
   EXPECT_GT(tried, 80);
 }
 
+TEST_F(ScenarioFile, SaysWhichCriteriaMustNeverBeMissedWhichMustNotGetWorseAndWhichAreGoals) {
+  const auto criteria = load(kWhole).criteria;
+  const auto kind_of = [&](const std::string& metric) {
+    const auto found = std::ranges::find(criteria, metric, &Criterion::metric);
+    return found == criteria.end() ? std::nullopt : std::optional(found->kind);
+  };
+  EXPECT_EQ(kind_of("faults"), CriterionKind::kSafety);
+  EXPECT_EQ(kind_of("hold_error_N"), CriterionKind::kCriterion);
+  EXPECT_EQ(kind_of("peak_N"), CriterionKind::kRequirement);
+  EXPECT_EQ(kind_of("unfelt_s"), CriterionKind::kGoal);
+}
+
 TEST_F(ScenarioFile, UnknownKeysAreRefused) {
   expect_refused("duration_s = 60", "duration_s = 60\nduration_ms = 1", {"duration_ms", "unknown", "duration_s"});
   expect_refused("felt_N = 2.0", "felt_N = 2.0\nspeed_radps = 1", {"speed_radps", "unknown"});
@@ -233,6 +256,9 @@ TEST_F(ScenarioFile, ValuesBeyondTheirBoundsAreRefused) {
   expect_refused("metric = \"tip_rms_m\"\nmax = 0.05", "metric = \"tip_rms_m\"",
                  {"criteria[0].metric", "neither min nor max"});
   expect_refused("max = 0.05", "max = 0.05\nmin = 0.06", {"criteria[0].min", "0.06", "above max"});
+  expect_refused("metric = \"faults\"", "metric = \"peak_N\"",
+                 {"safety[0].metric", "peak_N", "command_neutral_ms", "resumed_by_itself"});
+  expect_refused("metric = \"unfelt_s\"\nmax = 0", "metric = \"unfelt_s\"", {"goal[0].metric", "neither min nor max"});
   expect_refused("to_m = 1", "to_m = -1", {"wall[0].to_m", "above from_m"});
   expect_refused("kind = \"engage\"", "kind = \"fly\"", {"fly", "let_go"});
 }
@@ -362,10 +388,11 @@ TEST_F(ScenarioFile, LengthsFollowTheReachAndLoadsThePayload) {
   EXPECT_NEAR(large.world.weights[0].mass_kg, 50 * load, 1e-9);
   EXPECT_EQ(large.world.weights[0].point_m, machine("compact080").payload_com_m);
   EXPECT_NEAR(large.world.pipes[0].radius_m, 0.05 * length, 1e-12);
-  EXPECT_NEAR(large.criteria[0].max.value(), 0.05 * length, 1e-12);
-  EXPECT_NEAR(large.criteria[1].max.value(), 5 * load, 1e-9);
-  EXPECT_NEAR(large.criteria[2].max.value(), 150 * load, 1e-9);
-  EXPECT_EQ(large.criteria[3].max.value(), 0.3) << "what the hand feels";
+  EXPECT_NEAR(large.criteria[1].max.value(), 0.05 * length, 1e-12);
+  EXPECT_NEAR(large.criteria[2].max.value(), 5 * load, 1e-9);
+  EXPECT_NEAR(large.criteria[3].max.value(), 150 * load, 1e-9);
+  EXPECT_EQ(large.criteria[4].max.value(), 0.3) << "what the hand feels";
+  EXPECT_NEAR(large.criteria[5].max.value(), 4000 * load, 1e-9);
 }
 
 }  // namespace
