@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
@@ -44,9 +43,9 @@ int run(const Options& o) {
 
 cli::Command audit_entry() {
   return {"audit", "Print an audit trail of the machine's side, and check that nobody has changed it",
-          [](CLI::App& command) {
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<Options>();
-            command.add_option("FOLDER", options->folder, "Of the trail (knuckle slave --audit)")->required();
+            command.add_option("FOLDER", options->folder, "Of the trail (knuckle slave --audit)").required();
             command.add_flag("--json", options->json, "Print the lines as they are in the files");
             command.add_flag("--quiet", options->quiet, "Print the result only");
             return [options] { return run(*options); };

@@ -1,5 +1,4 @@
 // `knuckle calibrate-device`: the dialogue on a terminal around app/bringup/device_calibration.h.
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
@@ -78,12 +77,12 @@ int run(const Options& options) {
 
 cli::Command calibrate_device_entry() {
   return {"calibrate-device", "Measure signs and zeros of a haptic device by moving its joints to their stops",
-          [](CLI::App& c) {
+          [](const cli::OptionList& c) {
             const auto o = std::make_shared<Options>();
-            c.add_option("--device", o->back_end, "Back end: hid (hidraw) or usb (libusb)")->required();
-            c.add_option("--device-file", o->file, "Device name or .toml file to start from")->capture_default_str();
+            c.add_option("--device", o->back_end, "Back end: hid (hidraw) or usb (libusb)").required();
+            c.add_option("--device-file", o->file, "Device name or .toml file to start from").show_default();
             c.add_option("--serial", o->serial, "USB serial number, where several are attached");
-            c.add_option("--out", o->out, "Write the calibrated device file (- = standard output)")->required();
+            c.add_option("--out", o->out, "Write the calibrated device file (- = standard output)").required();
             return [o] { return run(*o); };
           }};
 }

@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -33,19 +32,19 @@ struct CommissionCommandOptions {
   recordings::LogOptions log;
 };
 
-void add_options(CLI::App& c, CommissionCommandOptions& o) {
+void add_options(const cli::OptionList& c, CommissionCommandOptions& o) {
   c.add_option("--can", o.can, "CAN interface of the machine bus (can0)");
   c.add_flag("--simulate", o.simulate, "Commission the simulated machine instead, on virtual time");
   c.add_option("--seed", o.seed, "Seed of the recorded motions and, with --simulate, of the machine's true parameters")
-      ->capture_default_str()
-      ->check(CLI::Validator(cli::seed_error, "", "seed"));
-  c.add_option("--machine", o.machine, "Machine name or .toml file")->required();
-  c.add_option("--out", o.out, "Write the machine file with the measured values (.toml)")->required();
+      .show_default()
+      .check(cli::seed_error);
+  c.add_option("--machine", o.machine, "Machine name or .toml file").required();
+  c.add_option("--out", o.out, "Write the machine file with the measured values (.toml)").required();
   c.add_flag("--resume", o.resume, "Go on after the last completed step of a run that has ended, kept beside --out");
-  c.add_option("--record", o.record, "Folder for the recordings that knuckle identify reads")->capture_default_str();
+  c.add_option("--record", o.record, "Folder for the recordings that knuckle identify reads").show_default();
   recordings::add_log_options(c, o.log, "Record nothing");
-  c.add_option("--slow", o.motions.slow_s, "Seconds of slow sweeps to record, 20 to 1200")->capture_default_str();
-  c.add_option("--fast", o.motions.fast_s, "Seconds of fast motion to record, 20 to 1200")->capture_default_str();
+  c.add_option("--slow", o.motions.slow_s, "Seconds of slow sweeps to record, 20 to 1200").show_default();
+  c.add_option("--fast", o.motions.fast_s, "Seconds of fast motion to record, 20 to 1200").show_default();
 }
 
 /// The first of the recordings that a folder contains; empty: none.
@@ -195,11 +194,10 @@ int run_commission(CommissionCommandOptions options) {
 
 cli::Command commission_entry() {
   return {"commission", "First motions of a machine, step by step: signs, stroke ends, zero, dead bands, recordings",
-          [](CLI::App& command) {
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<CommissionCommandOptions>();
             add_options(command, *options);
-            command.footer("Answers are read from standard input: one word or number per line.\n" +
-                           std::string(cli::kExitCodes));
+            command.add_note("Answers are read from standard input: one word or number per line.");
             return [options] { return run_commission(*options); };
           }};
 }

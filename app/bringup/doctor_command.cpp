@@ -1,6 +1,5 @@
 #include "app/bringup/doctor_command.h"
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -28,7 +27,7 @@ struct DoctorOptions {
   LinkDoctorOptions link;
 };
 
-void add_options(CLI::App& c, DoctorOptions& o) {
+void add_options(const cli::OptionList& c, DoctorOptions& o) {
   c.add_option("--can", o.can, "CAN interface of the machine bus to check (can0); reads only");
   c.add_flag("--simulate", o.simulate, "Check the simulated machine's bus instead");
   c.add_option("--machine", o.machine, "Compare the bus with this machine: name or .toml file");
@@ -126,7 +125,7 @@ int run_doctor(DoctorOptions options) {
 
 cli::Command doctor_entry() {
   return {"doctor", "Check this computer, a machine bus, a haptic device or the link, and list faults; reads only",
-          [](CLI::App& command) {
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<DoctorOptions>();
             add_options(command, *options);
             return [options] { return run_doctor(*options); };

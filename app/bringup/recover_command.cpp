@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 
@@ -56,16 +55,15 @@ int run_recover(const RecoverOptions& options) {
 
 cli::Command recover_entry() {
   return {"recover", "Bring a joint that stands beyond its working range back into it, slowly and inward only",
-          [](CLI::App& command) {
+          [](const cli::OptionList& command) {
             const auto o = std::make_shared<RecoverOptions>();
-            command.add_option("--can", o->can, "CAN interface of the machine bus (can0)")->required();
-            command.add_option("--machine", o->machine, "Machine name or .toml file")->required();
+            command.add_option("--can", o->can, "CAN interface of the machine bus (can0)").required();
+            command.add_option("--machine", o->machine, "Machine name or .toml file").required();
             command.add_option("--axis", o->axis, "Which joint: boom, arm or bucket")
-                ->required()
-                ->check(CLI::IsMember({"boom", "arm", "bucket"}));
+                .required()
+                .one_of({"boom", "arm", "bucket"});
             recordings::add_log_options(command, o->log, "Record nothing");
-            command.footer("Answers are typed at the terminal; pressing Enter stops a motion.\n" +
-                           std::string(cli::kExitCodes));
+            command.add_note("Answers are typed at the terminal; pressing Enter stops a motion.");
             return [o] { return run_recover(*o); };
           }};
 }

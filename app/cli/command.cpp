@@ -7,16 +7,15 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
-#include <cstdint>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <memory>
 #include <sstream>
 
 #include "app/cli/background_writer.h"
@@ -91,11 +90,7 @@ std::string refusal(const CLI::ParseError& error, const CLI::App& app, const std
     const auto option = message.find("--"), equals = message.find(" = ");
     if (option < equals && equals != std::string::npos) {
       const std::string value = message.substr(equals + 3);
-      const CLI::App* here = command.empty() ? &app : app.get_subcommand(command);
-      const CLI::Option* of = here->get_option_no_throw(message.substr(option, equals - option));
-      const bool flag = of != nullptr && of->get_items_expected_max() == 0;
-      message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) +
-                (flag ? ": takes no value" : ": is not a number");
+      message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) + ": is not a number";
       if (has_decimal_comma(value)) message += ": decimals need a point, not a comma";
     }
   } else if (error.get_name() == "ValidationError") {  // "--seed: abc must be a whole number"
@@ -137,7 +132,7 @@ std::map<std::string, std::function<int()>> declare(const Program& program, CLI:
   for (const Command& command : program.commands) {
     CLI::App& options = *app.add_subcommand(command.name, command.about);
     options.footer(kExitCodes);
-    runs[command.name] = command.declare(options);
+    runs[command.name] = command.declare(OptionList(options));
   }
   return runs;
 }
@@ -145,21 +140,21 @@ std::map<std::string, std::function<int()>> declare(const Program& program, CLI:
 CommandLine parse_command_line(const Program& program, const std::vector<std::string>& arguments) {
   check_printable(arguments);
   const std::string asked_for = command_in(program, arguments);
-  CLI::App app(program.about, program.name);
-  const std::map<std::string, std::function<int()>> runs = declare(program, app);
+  const auto app = std::make_shared<CLI::App>(program.about, program.name);
+  const std::map<std::string, std::function<int()>> runs = declare(program, *app);
   try {
     std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // the order CLI11 takes a vector in
-    app.parse(std::move(reversed));
+    app->parse(std::move(reversed));
   } catch (const CLI::Success& asked) {
     std::ostringstream text, unused;
-    app.exit(asked, text, unused);
+    app->exit(asked, text, unused);
     return {{}, text.str()};
   } catch (const CLI::ParseError& error) {
-    throw InputError(refusal(error, app, asked_for));
+    throw InputError(refusal(error, *app, asked_for));
   }
-  const CLI::App& chosen = *app.get_subcommands().front();
+  const CLI::App& chosen = *app->get_subcommands().front();
   check_given(chosen);
-  return {runs.at(chosen.get_name()), {}};
+  return {[app, run = runs.at(chosen.get_name())] { return run(); }, {}};  // a command may ask what it was given
 }
 
 namespace {
@@ -232,27 +227,6 @@ int run_program(const Program& program, const std::vector<std::string>& argument
   }
 }
 
-std::string given_options(const CLI::App& command) {
-  const auto quoted = [](const std::string& word) {
-    const bool plain = std::all_of(word.begin(), word.end(), [](unsigned char c) {
-      return std::isalnum(c) != 0 || c >= 0x80 || std::strchr("_-./:,=+@%", c) != nullptr;
-    });
-    if (plain && !word.empty()) return word;
-    std::string safe;
-    for (const char c : word) safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return "'" + safe + "'";
-  };
-  std::string line;
-  for (const CLI::Option* option : command.get_options()) {
-    const bool flag = option->get_expected_max() == 0;
-    for (const std::string& value : option->results()) {
-      if (!option->get_positional()) line += " " + option->get_name();
-      if (!flag) line += " " + quoted(value);
-    }
-  }
-  return line;
-}
-
 std::string program_version() {
   return std::string("knuckle ") + KNUCKLE_VERSION;
 }
@@ -291,27 +265,6 @@ void check_folder(const std::string& option, const std::string& folder) {
   if (!std::filesystem::is_directory(there, error)) refuse_option(option, folder, there.string() + " is not a folder");
   if (access(there.c_str(), W_OK | X_OK) != 0)
     refuse_option(option, folder, there.string() + " cannot be written: " + std::strerror(errno));
-}
-
-std::string seed_error(const std::string& text) {
-  std::uint64_t seed = 0;
-  const auto end = std::from_chars(text.data(), text.data() + text.size(), seed);
-  if (end.ec == std::errc() && end.ptr == text.data() + text.size()) return "";
-  return (text.empty() ? "\"\"" : text) + " must be a whole number from 0 to 18446744073709551615";
-}
-
-std::string count_error(const std::string& text, int low, int high) {
-  int count = 0;
-  const auto end = std::from_chars(text.data(), text.data() + text.size(), count);
-  const bool whole = end.ec == std::errc() && end.ptr == text.data() + text.size();
-  if (whole && count >= low && count <= high) return "";
-  return (text.empty() ? "\"\"" : text) + " must be a whole number from " + std::to_string(low) + " to " +
-         std::to_string(high);
-}
-
-std::string ensemble_size_error(const std::string& text) {
-  const std::string error = count_error(text, 2, 10'000);
-  return text == "0" || error.empty() ? "" : error + " machines, or 0: none";
 }
 
 void Places::configuration(const std::string& option, const std::string& name_or_file) {

@@ -7,16 +7,14 @@
 #include <string>
 #include <vector>
 
-namespace CLI {
-class App;
-}
+#include "app/cli/options.h"
 
 namespace knuckle::cli {
 
 struct Command {
   std::string name, about;
   /// Declares the options, into storage that lives as long as what it returns: checks them, runs, gives the exit code.
-  std::function<std::function<int()>(CLI::App& options)> declare;
+  std::function<std::function<int()>(const OptionList& options)> declare;
 };
 
 struct Program {
@@ -47,9 +45,6 @@ struct CommandLine {
 /// Date and time of the computer's clock: "2026-11-21T05:00:00Z".
 [[nodiscard]] std::string now_utc();
 
-/// " --scenario level --seed 7": what a command was given, so that a shell reads it as it was.
-[[nodiscard]] std::string given_options(const CLI::App& command);
-
 // For the checks of a command's own options.
 inline constexpr const char* kExitCodes =
     "Exit codes: 0 done; 1 failed or a criterion was not met; 2 wrong usage or bad input; 130 interrupted.";
@@ -62,11 +57,6 @@ void check_range(const char* option, const std::optional<double>& value, double 
 void check_readable(const std::string& option, const std::string& file);
 /// @throws InputError unless files can be made in the folder; where it is missing, in the one it would be made in.
 void check_folder(const std::string& option, const std::string& folder);
-/// Why the text is not a seed; empty where it is one. (CLI11 would take -1 for a very large one.)
-[[nodiscard]] std::string seed_error(const std::string& text);
-/// Likewise of a count within [low, high], and of how many machines an ensemble has: none, or two and more.
-[[nodiscard]] std::string count_error(const std::string& text, int low, int high);
-[[nodiscard]] std::string ensemble_size_error(const std::string& text);
 
 /// No two outputs into one place, none over an input, any configuration file, a private key, pairings, or a file of an
 /// audit trail. Empty names are ignored.

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -140,12 +139,12 @@ int run(const Options& o) {
 
 cli::Command explain_entry() {
   return {"explain", "Say in words what stopped the machine in a recording, how it came about, and the likely cause",
-          [](CLI::App& command) {
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<Options>();
             command
                 .add_option("FILE", options->files,
                             "Flight record or any recording (.mcap); of several parts all, in their order")
-                ->required();
+                .required();
             command.add_option("--side", options->side,
                                "Of a simulation's recording only what this side recorded, as on a real machine: "
                                "machine or operator");

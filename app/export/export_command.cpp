@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -166,7 +165,7 @@ int run(const Options& o) {
   return 0;
 }
 
-void add_options(CLI::App& command, Options& o) {
+void add_options(const cli::OptionList& command, Options& o) {
   command.add_option("RECORDING", o.recordings, "Recording (.mcap); of several parts all, in their order");
   command.add_option("--machine", o.machine, "Machine name or .toml file, instead of a recording's");
   command.add_option("--csv", o.csv, "The recorded states of one side as a table, a row a step (- = standard output)");
@@ -190,7 +189,7 @@ void add_options(CLI::App& command, Options& o) {
 cli::Command export_entry() {
   return {"export",
           "Files for other tools: a recording as CSV, HDF5 or candump log; the machine's model as URDF, its bus as DBC",
-          [](CLI::App& command) {
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<Options>();
             add_options(command, *options);
             return [options] { return run(*options); };

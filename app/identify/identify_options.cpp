@@ -1,6 +1,5 @@
 #include "app/identify/identify_options.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -21,46 +20,33 @@ constexpr double kShortest_s = 20, kLongest_s = 1200;
 struct Given {
   IdentifyOptions options;
   std::vector<std::string> hold_out;  // a share or files
-  std::set<std::string> told;         // options given, which must not be without effect
 };
 
-void add_options(CLI::App& c, Given& given) {
+void add_options(const cli::OptionList& c, Given& given) {
   IdentifyOptions& o = given.options;
-  const auto noted = [&](const char* option) {
-    return [&given, option](const std::string&) { given.told.insert(option); };
-  };
   c.add_option("recordings", o.recordings,
                "Recordings (.mcap), or CSV files of sensor signals: Knuckle's own, or any with --map");
   c.add_option("--map", o.map, "Mapping file (.toml) that says how to read them");
-  c.add_option("--machine", o.machine, "Machine name or .toml file: its drawing")->capture_default_str();
-  c.add_option("--method", o.method, "full, static, malaguti or kim")->capture_default_str();
+  c.add_option("--machine", o.machine, "Machine name or .toml file: its drawing").show_default();
+  c.add_option("--method", o.method, "full, static, malaguti or kim").show_default();
   c.add_option("--hold-out", given.hold_out,
-               "Validate on this share of each recording's end, 0.05 to 0.6 (default: 0.25), or on these files")
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->expected(1, 20);
+               "Validate on this share of each recording's end, 0.05 to 0.6 (default: 0.25), or on these files");
   c.add_option("--survey", o.survey, "Surveyed poses (.csv): calibrates lengths and pins first");
-  c.add_option("--survey-sigma-mm", o.survey_sigma_mm, "Standard deviation of a surveyed coordinate")
-      ->capture_default_str()
-      ->each(noted("--survey-sigma-mm"));
-  c.add_flag("--simulate", o.simulate, "Commission the simulated machine: survey, excite, record, identify, validate")
-      ->disable_flag_override();
+  c.add_option("--survey-sigma-mm", o.survey_sigma_mm, "Standard deviation of a surveyed coordinate").show_default();
+  c.add_flag("--simulate", o.simulate, "Commission the simulated machine: survey, excite, record, identify, validate");
   c.add_option("--seed", o.seed, "Random seed of the simulated machine's true parameters, and of an ensemble's")
-      ->capture_default_str()
-      ->check(CLI::Validator(cli::seed_error, "", "seed"))
-      ->each(noted("--seed"));
+      .show_default()
+      .check(cli::seed_error);
   c.add_option("--family", o.family, "Machines that the seed samples from: smooth (default), serviced or worn");
   c.add_option("--truth", o.truth, "The simulated machine's true parameters (.toml), instead of sampling them");
   c.add_option("--slow", o.slow_s, "Seconds of slow sweeps to drive, 20 to 1200; with --simulate or --ensemble")
-      ->capture_default_str()
-      ->each(noted("--slow"));
-  c.add_option("--fast", o.fast_s, "Seconds of fast motion to drive; with --simulate or --ensemble")
-      ->capture_default_str()
-      ->each(noted("--fast"));
+      .show_default();
+  c.add_option("--fast", o.fast_s, "Seconds of fast motion to drive; with --simulate or --ensemble").show_default();
   c.add_option("--ensemble", o.ensemble,
                "Number of simulated machines of the same drawing on which the model's own error is measured: 2 to "
                "10000; 0: usual errors of sensors, lengths and the friction law are taken instead")
-      ->capture_default_str()
-      ->check(CLI::Validator(cli::ensemble_size_error, "", "machines"));
+      .show_default()
+      .check(cli::ensemble_size_error);
   c.add_option("--record", o.record,
                "Write the simulated recordings and survey into this folder, which must not contain .csv files");
   c.add_option("--out", o.out, "Write the calibrated machine file; an existing one is kept, with a number in its name");
@@ -87,17 +73,16 @@ void sort_hold_out(Given& given) {
 }
 
 /// An option that would change nothing is a misunderstanding.
-void check_told(const Given& given) {
-  const IdentifyOptions& o = given.options;
+void check_effect(const IdentifyOptions& o, const cli::OptionList& command) {
   for (const char* option : {"--seed", "--slow", "--fast"}) {
-    if (given.told.contains(option) && !o.simulate && o.ensemble == 0)
+    if (command.given(option) && !o.simulate && o.ensemble == 0)
       cli::refuse_option(option, "", "only goes with --simulate or --ensemble");
   }
   for (const char* option : {"--slow", "--fast"}) {
-    if (given.told.contains(option) && o.method != "full")
+    if (command.given(option) && o.method != "full")
       cli::refuse_option(option, "", "only goes with --method full: the papers' motions have their own lengths");
   }
-  if (given.told.contains("--survey-sigma-mm") && !o.simulate && o.survey.empty())
+  if (command.given("--survey-sigma-mm") && !o.simulate && o.survey.empty())
     cli::refuse_option("--survey-sigma-mm", "", "only goes with --survey or --simulate");
 }
 
@@ -167,7 +152,7 @@ void check_places(const IdentifyOptions& o) {
   places.output("--json", o.json);
 }
 
-void check(const Given& given) {
+void check(const Given& given, const cli::OptionList& command) {
   const IdentifyOptions& o = given.options;
   if (std::find(kMethods.begin(), kMethods.end(), o.method) == kMethods.end())
     cli::refuse_option("--method", o.method, "must be full, static, malaguti or kim");
@@ -178,7 +163,7 @@ void check(const Given& given) {
   if (o.ensemble != 0 && o.method != "full")
     cli::refuse_option("--ensemble", std::to_string(o.ensemble), "only goes with --method full");
   cli::check_range("--survey-sigma-mm", o.survey_sigma_mm, 0.01, 100, " mm");
-  check_told(given);
+  check_effect(o, command);
   (void)session::family_named(o.family);
   if (!o.truth.empty() && !o.family.empty()) cli::refuse_option("--family", o.family, "does not go with --truth");
   if (o.simulate) {
@@ -200,12 +185,12 @@ void check(const Given& given) {
 
 cli::Command identify_entry(std::function<int(const IdentifyOptions&)> run) {
   return {"identify", "Identify a machine's parameters from recordings; write a calibrated machine file",
-          [run = std::move(run)](CLI::App& command) {
+          [run = std::move(run)](const cli::OptionList& command) {
             const auto given = std::make_shared<Given>();
             add_options(command, *given);
-            return [given, run] {
+            return [given, command, run] {
               sort_hold_out(*given);
-              check(*given);
+              check(*given, command);
               return run(given->options);
             };
           }};

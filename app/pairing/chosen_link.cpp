@@ -1,6 +1,5 @@
 #include "app/pairing/chosen_link.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "app/cli/command.h"
@@ -75,7 +74,7 @@ SocketAddress own_address(const std::string& bound, std::uint16_t port) {
 
 }  // namespace
 
-void add_link_options(CLI::App& command, LinkOptions& options) {
+void add_link_options(const cli::OptionList& command, LinkOptions& options) {
   command.add_option("--keys", options.keys,
                      "Folder of this computer's key and its pairings (knuckle pair; default: ~/.config/knuckle)");
   command.add_flag(

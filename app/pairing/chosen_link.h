@@ -10,15 +10,12 @@
 #include <vector>
 
 #include "app/cli/news.h"
+#include "app/cli/options.h"
 #include "app/pairing/dial_options.h"
 #include "app/pairing/key_folder.h"
 #include "transport/ice/dialler.h"
 #include "transport/secure/secure_link.h"
 #include "transport/udp_link.h"
-
-namespace CLI {
-class App;
-}
 
 namespace knuckle::pairing {
 
@@ -31,7 +28,7 @@ struct LinkOptions {
   DialOptions dial;      ///< Instead of an address, or of the machine's side beside one.
 };
 /// --keys and --insecure.
-void add_link_options(CLI::App& command, LinkOptions& options);
+void add_link_options(const cli::OptionList& command, LinkOptions& options);
 
 class ChosenLink {
  public:

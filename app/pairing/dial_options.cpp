@@ -2,7 +2,6 @@
 
 #include <sys/stat.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "app/cli/command.h"
@@ -25,7 +24,7 @@ void read_credentials(const std::string& file, ice::Servers& servers) {
 
 }  // namespace
 
-void add_dial_options(CLI::App& command, DialOptions& options, secure::Role role) {
+void add_dial_options(const cli::OptionList& command, DialOptions& options, secure::Role role) {
   const bool operates = role == secure::Role::kOperator;
   command.add_option(
       "--dial", options.rendezvous,

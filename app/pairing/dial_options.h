@@ -4,12 +4,9 @@
 #include <memory>
 #include <string>
 
+#include "app/cli/options.h"
 #include "app/pairing/key_folder.h"
 #include "transport/ice/dialler.h"
-
-namespace CLI {
-class App;
-}
 
 namespace knuckle::pairing {
 
@@ -19,7 +16,7 @@ struct DialOptions {
   std::string stun, turn;
 };
 /// --dial, --stun, --turn, and --peer of the operator's side.
-void add_dial_options(CLI::App& command, DialOptions& options, secure::Role role);
+void add_dial_options(const cli::OptionList& command, DialOptions& options, secure::Role role);
 /// @throws InputError where options contradict each other, or an address is malformed.
 void check(const DialOptions& options, secure::Role role, bool insecure);
 

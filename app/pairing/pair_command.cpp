@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -21,7 +20,7 @@ struct Options {
   bool observer = false, renew = false;
 };
 
-void add_options(CLI::App& c, Options& o) {
+void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--keys", o.keys, "Folder of this computer's key and its pairings (default: ~/.config/knuckle)");
   c.add_option("--name", o.name, "Name in a new key, shown to far ends (default: the computer's)");
   c.add_option("--listen", o.listen, "Pair with the computer that connects to this address and port");
@@ -154,7 +153,7 @@ void check_can_be_stored(const KeyFolder& folder, const secure::Identity& identi
 /// in constant time.
 std::string not_confirmed(const Options& o, const std::string& code, PairingExchange& exchange,
                           const cli::InterruptGuard& interrupt) {
-  constexpr const char* kBetween = ": where the codes differ, somebody may be between the two computers";
+  const std::string kBetween = ": where the codes differ, somebody may be between the two computers";
   CodePrompt prompt(STDIN_FILENO);
   Verdict here = Verdict::kNone;
   const auto confirm = [&] {
@@ -162,7 +161,7 @@ std::string not_confirmed(const Options& o, const std::string& code, PairingExch
     std::cout << "confirmed here; waiting for the other computer to confirm" << std::endl;
   };
   if (!o.code.empty()) {
-    if (bare_code(o.code) != bare_code(code)) return std::string("the code is not the one of --code") + kBetween;
+    if (bare_code(o.code) != bare_code(code)) return "the code is not the one of --code" + kBetween;
     confirm();
   } else {
     prompt.ask();
@@ -174,7 +173,7 @@ std::string not_confirmed(const Options& o, const std::string& code, PairingExch
     if (exchange.heard() == Verdict::kNo) break;
     if (exchange.gone()) return "the other computer is silent: its program has ended, or the network is cut";
     const auto answer = here == Verdict::kNone ? prompt.answer() : std::nullopt;
-    if (answer == CodePrompt::Answer::kNo) return std::string("you answered no") + kBetween;
+    if (answer == CodePrompt::Answer::kNo) return "you answered no" + kBetween;
     if (answer == CodePrompt::Answer::kEnded) return "standard input ended without an answer";
     if (answer == CodePrompt::Answer::kYes) confirm();
   }
@@ -252,7 +251,7 @@ int run(const Options& o) {
 
 cli::Command pair_entry() {
   return {"pair", "Make this computer's key, and pair it with the computer at the other end of the link",
-          [](CLI::App& command) {
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<Options>();
             add_options(command, *options);
             return [options] { return run(*options); };

@@ -1,6 +1,5 @@
 #include "app/programs/device_command.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -33,23 +32,19 @@ struct Options {
   std::string csv, json;
 };
 
-void add_options(CLI::App& c, Options& o) {
+void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--gadget", o.gadget, "File of the HID gadget, such as /dev/hidg0");
-  c.add_option("--device-file", o.device, "Haptic device to simulate: name or .toml file")->capture_default_str();
+  c.add_option("--device-file", o.device, "Haptic device to simulate: name or .toml file").show_default();
   c.add_option("--serial", o.serial, "Serial number it reports (default: the one in its file, or 1)");
   c.add_option("--scenario", o.scenario,
                "Scenario that the simulated operator follows: name or .toml file (default: holds the device still)");
-  c.add_option("--machine", o.machine, "Machine that the simulated operator sees and moves")->capture_default_str();
+  c.add_option("--machine", o.machine, "Machine that the simulated operator sees and moves").show_default();
   c.add_option("--operator", o.limb, "Arm of the simulated operator: relaxed, normal, co_contracted or light_grip");
   c.add_option("--screen", o.screen,
                "Address and port that receives the copy of the link traffic (knuckle master --mirror): what the "
                "simulated operator sees");
-  c.add_option("--seed", o.seed, "Random seed of the arm, friction and cogging")
-      ->capture_default_str()
-      ->check(CLI::Validator(cli::seed_error, "", "seed"));
-  c.add_option("--fault", o.faults, "Inject a fault: KIND@S[+D], from S seconds on for D seconds")
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->expected(1);
+  c.add_option("--seed", o.seed, "Random seed of the arm, friction and cogging").show_default().check(cli::seed_error);
+  c.add_option("--fault", o.faults, "Inject a fault: KIND@S[+D], from S seconds on for D seconds").one_value_each();
   c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
   c.add_option("--csv", o.csv, "Write the simulation's true state as CSV, a row every 5 ms");
   c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/haptic-device.md)");
@@ -168,7 +163,8 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command device_entry() {
-  return {"device", "Simulated haptic device: firmware and operator's hand on a USB gadget", [](CLI::App& command) {
+  return {"device", "Simulated haptic device: firmware and operator's hand on a USB gadget",
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<Options>();
             add_options(command, *options);
             return [options] { return run(*options); };

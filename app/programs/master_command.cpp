@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -41,10 +40,10 @@ struct Options {
   recordings::LogOptions log;
 };
 
-void add_options(CLI::App& c, Options& o) {
+void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--machine", o.machine, "Machine name or .toml file, the same as on the machine's side");
   c.add_option("--device", o.device, "How the haptic device is attached: hid (hidraw), usb (libusb), or none")
-      ->required();
+      .required();
   c.add_option("--device-file", o.device_file,
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
   c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
@@ -283,7 +282,8 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command master_entry() {
-  return {"master", "Operator's side: lead a machine with a haptic device, without a screen", [](CLI::App& command) {
+  return {"master", "Operator's side: lead a machine with a haptic device, without a screen",
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<Options>();
             add_options(command, *options);
             return [options] { return run(*options); };

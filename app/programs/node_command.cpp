@@ -1,6 +1,5 @@
 #include "app/programs/node_command.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
 #include <memory>
@@ -46,22 +45,19 @@ class UserSignal {
   void (*previous_)(int);
 };
 
-void add_options(CLI::App& c, Options& o) {
-  c.add_option("--can", o.can, "CAN interface, such as vcan0")->required();
-  c.add_option("--machine", o.machine, "Machine name or .toml file")->capture_default_str();
+void add_options(const cli::OptionList& c, Options& o) {
+  c.add_option("--can", o.can, "CAN interface, such as vcan0").required();
+  c.add_option("--machine", o.machine, "Machine name or .toml file").show_default();
   c.add_option("--scenario", o.scenario, "Scenario that gives the machine's start and surroundings: name or .toml file")
-      ->capture_default_str();
-  c.add_option("--seed", o.seed, "Random seed of the machine's true parameters")
-      ->capture_default_str()
-      ->check(CLI::Validator(cli::seed_error, "", "seed"));
+      .show_default();
+  c.add_option("--seed", o.seed, "Random seed of the machine's true parameters").show_default().check(cli::seed_error);
   c.add_option("--family", o.family, "Machines that the seed samples from: smooth (default), serviced or worn");
   c.add_option("--truth", o.truth, "The machine's true parameters (.toml), instead of sampling them from the seed");
   c.add_option("--nodes", o.nodes, "Nodes to simulate: all, or names separated by commas, such as boom_valve,tilt")
-      ->capture_default_str();
+      .show_default();
   c.add_option("--fault", o.faults,
                "Inject a fault: KIND[:NODE]@S[+D], from S seconds on (usr1: at SIGUSR1) for D seconds")
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->expected(1);
+      .one_value_each();
   c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
   c.add_option("--csv", o.csv, "Write the simulation's true state as CSV, a row every 5 ms");
   c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
@@ -159,7 +155,7 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command node_entry() {
-  return {"node", "Simulated machine: the nodes of its bus on a CAN interface", [](CLI::App& command) {
+  return {"node", "Simulated machine: the nodes of its bus on a CAN interface", [](const cli::OptionList& command) {
             const auto options = std::make_shared<Options>();
             add_options(command, *options);
             return [options] { return run(*options); };

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -37,8 +36,8 @@ constexpr std::array kInputs{"--scenario",     "--machine",  "--operator",     "
                              "--seed",         "--delay-ms", "--jitter-ms",    "--loss",       "--truth",  "--realtime",
                              "--bursts-per-s", "--device",   "--machine-seed", "--impairment", "--listen", "--connect"};
 
-void add_options(CLI::App& c, session::SimulateOptions& o) {
-  c.add_option("--scenario", o.scenario, "Scenario name or .toml file")->capture_default_str();
+void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
+  c.add_option("--scenario", o.scenario, "Scenario name or .toml file").show_default();
   c.add_option("--from-cell", o.from_cell,
                "Run session N of a battery again: FILE:N, FILE written by knuckle-studies sweep --json");
   c.add_option("--machine", o.machine, "Machine name or .toml file (default: solar015)");
@@ -54,11 +53,11 @@ void add_options(CLI::App& c, session::SimulateOptions& o) {
                "Bilateral law: echo, wave, tdpa, cues or direct (default: as the device's file says)");
   c.add_option("--duration", o.duration_s, "Stop after so many seconds");
   c.add_option("--seed", o.seed, "Random seed of the plant's true parameters, the link and the operator")
-      ->capture_default_str()
-      ->check(CLI::Validator(cli::seed_error, "", "seed"));
+      .show_default()
+      .check(cli::seed_error);
   c.add_option("--machine-seed", o.machine_seed,
                "Random seed of the plant's true parameters alone: one machine, on the day that --seed draws")
-      ->check(CLI::Validator(cli::seed_error, "", "seed"));
+      .check(cli::seed_error);
   c.add_option("--delay-ms", o.delay_ms, "Link delay, one way");
   c.add_option("--jitter-ms", o.jitter_ms, "Link jitter, one way");
   c.add_option("--loss", o.loss, "Share of datagrams lost, 0 to 1");
@@ -248,21 +247,17 @@ bool uses_standard_output(const session::SimulateOptions& o) {
 
 cli::Command simulate_entry(std::function<int(const session::SimulateOptions&, const std::string& command_line)> run) {
   return {"simulate", "Run a headless teleoperation session on virtual time",
-          [run = std::move(run)](CLI::App& command) {
+          [run = std::move(run)](const cli::OptionList& command) {
             const auto options = std::make_shared<session::SimulateOptions>();
             add_options(command, *options);
-            const auto command_line = std::make_shared<std::string>();
-            command.parse_complete_callback([&command, options, command_line] {
-              *command_line = "knuckle simulate" + cli::given_options(command);
-              if (options->from_cell.empty()) return;
+            return [options, command, run] {
+              const bool from_cell = !options->from_cell.empty();
               for (const char* input : kInputs) {
-                if (command.count(input) > 0) cli::refuse_option(input, "", "does not go with --from-cell");
+                if (from_cell && command.given(input)) cli::refuse_option(input, "", "does not go with --from-cell");
               }
-            });
-            return [options, run, command_line] {
-              if (!options->from_cell.empty()) take_cell(*options);
+              if (from_cell) take_cell(*options);
               check(*options);
-              return run(*options, *command_line);
+              return run(*options, "knuckle simulate" + command.as_given());
             };
           }};
 }

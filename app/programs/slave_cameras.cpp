@@ -1,6 +1,5 @@
 #include "app/programs/slave_cameras.h"
 
-#include <CLI/CLI.hpp>
 #include <set>
 #include <utility>
 
@@ -11,17 +10,17 @@
 
 namespace knuckle::programs {
 
-void add_camera_options(CLI::App& c, CameraOptions& o) {
+void add_camera_options(const cli::OptionList& c, CameraOptions& o) {
   c.add_option("--camera", o.cameras,
                "Camera whose pictures are sent to --video-to, NAME=PIPELINE as gst-launch-1.0 takes it, such as "
                "mast='v4l2src device=/dev/video0', or NAME=simulated with --simulate; for each camera once "
                "(docs/camera.md)")
-      ->type_name("NAME=PIPELINE")
-      ->allow_extra_args(false);
+      .value_name("NAME=PIPELINE")
+      .one_value_each();
   c.add_option("--video-to", o.to,
                "Address and port that pictures are sent to; the second camera's to the next port, and so on");
   c.add_option("--video-kbps", o.rate_kbps, "Rate of each camera's pictures, at most; lowered where the link suffers")
-      ->capture_default_str();
+      .show_default();
 }
 
 namespace {

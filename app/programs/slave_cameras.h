@@ -8,16 +8,13 @@
 #include <vector>
 
 #include "app/cli/news.h"
+#include "app/cli/options.h"
 #include "app/session/machine_sight.h"
 #include "core/time.h"
 #include "machine/description.h"
 #include "transport/secure/video_key.h"
 #include "video/rate_rule.h"
 #include "video/sender.h"
-
-namespace CLI {
-class App;
-}
 
 namespace knuckle::programs {
 
@@ -40,7 +37,7 @@ struct CameraOptions {
   std::string to;        ///< Of the operator's computer; the second camera goes to the next port, and so on.
   int rate_kbps = 4000;  ///< Each, at most.
 };
-void add_camera_options(CLI::App& command, CameraOptions& options);
+void add_camera_options(const cli::OptionList& command, CameraOptions& options);
 /// @param insecure how often --insecure was given. @param listen where the link's end at the machine is, HOST:PORT; may
 /// be empty. @param simulated the simulated machine, whose cameras may be sent; nullptr: the machine is a real one.
 /// @throws InputError, one line. Pictures are sealed with the link's session; where there is none, they go to this

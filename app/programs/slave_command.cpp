@@ -1,6 +1,5 @@
 #include "app/programs/slave_command.h"
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -47,7 +46,7 @@ struct Options {
   CameraOptions cameras;
 };
 
-void add_options(CLI::App& c, Options& o) {
+void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--machine", o.machine, "Machine name or .toml file (default with --simulate: solar015)");
   c.add_option("--can", o.can, "CAN interface of the machine's bus, such as can0");
   c.add_flag("--simulate", o.simulate, "Drive a simulated machine inside this program instead");
@@ -55,13 +54,13 @@ void add_options(CLI::App& c, Options& o) {
       "--scenario", o.scenario,
       "With --simulate: scenario that gives its start and surroundings, name or .toml file (default: free_motion)");
   c.add_option("--seed", o.seed, "With --simulate: random seed of the machine's true parameters (default: 1)")
-      ->check(CLI::Validator(cli::seed_error, "", "seed"));
+      .check(cli::seed_error);
   c.add_option("--listen", o.link.address,
                "Address and port for the operator's side, such as 0.0.0.0:5683 or [::]:5683");
   pairing::add_link_options(c, o.link);
   pairing::add_dial_options(c, o.link.dial, secure::Role::kMachine);
   c.add_option("--observers", o.observers, "Paired ends that may observe at a time (default: 4)")
-      ->check(CLI::Validator([](const std::string& text) { return cli::count_error(text, 0, 16); }, "", "count"));
+      .check(cli::count_within(0, 16));
   c.add_option(
       "--audit", o.audit,
       "Folder of the audit trail (knuckle audit; default: audit beside the keys; without one with --insecure)");
@@ -335,7 +334,7 @@ int run(const Options& o, const DrawCamera& draw) {
 
 cli::Command slave_entry(DrawCamera draw) {
   return {"slave", "Machine's side: drive a machine on a CAN interface for an operator's side over the link",
-          [draw = std::move(draw)](CLI::App& command) {
+          [draw = std::move(draw)](const cli::OptionList& command) {
             const auto options = std::make_shared<Options>();
             add_options(command, *options);
             return [options, draw] { return run(*options, draw); };

@@ -1,6 +1,5 @@
 #include "app/recordings/import_command.h"
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -45,13 +44,14 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command import_entry() {
-  return {"import", "Another program's table of sensor signals (CSV) as a recording (.mcap)", [](CLI::App& command) {
+  return {"import", "Another program's table of sensor signals (CSV) as a recording (.mcap)",
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<Options>();
-            command.add_option("TABLE", options->table, "CSV file of sensor signals")->required();
+            command.add_option("TABLE", options->table, "CSV file of sensor signals").required();
             command.add_option("--map", options->map,
                                "Mapping file (.toml) that says how to read it; not needed for Knuckle's own");
-            command.add_option("--machine", options->machine, "Machine name or .toml file")->required();
-            command.add_option("--out", options->out, "The recording (.mcap)")->required();
+            command.add_option("--machine", options->machine, "Machine name or .toml file").required();
+            command.add_option("--out", options->out, "The recording (.mcap)").required();
             return [options] { return run(*options); };
           }};
 }

@@ -1,6 +1,5 @@
 #include "app/recordings/program_log.h"
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -11,7 +10,7 @@
 
 namespace knuckle::recordings {
 
-void add_log_options(CLI::App& command, LogOptions& options, const std::string& without_log) {
+void add_log_options(const cli::OptionList& command, LogOptions& options, const std::string& without_log) {
   command.add_option("--log", options.folder,
                      "Folder for what is recorded (default: ~/.local/state/knuckle/recordings)");
   command.add_flag("--no-log", options.off, without_log);

@@ -7,13 +7,10 @@
 #include <vector>
 
 #include "app/cli/news.h"
+#include "app/cli/options.h"
 #include "machine/description_fwd.h"
 #include "recording/head.h"
 #include "recording/recorder.h"
-
-namespace CLI {
-class App;
-}
 
 namespace knuckle::recordings {
 
@@ -23,7 +20,7 @@ struct LogOptions {
 };
 /// @param without_log help of --no-log: what is kept nevertheless.
 void add_log_options(
-    CLI::App& command, LogOptions& options,
+    const cli::OptionList& command, LogOptions& options,
     const std::string& without_log = "Record nothing but the last half minute of every fault and stop");
 /// @throws InputError where both are given.
 void check_log(const LogOptions& options);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -30,12 +29,12 @@ struct Options {
   std::optional<double> duration_s;
 };
 
-void add_options(CLI::App& c, Options& o) {
-  c.add_option("--listen", o.listen, "Address and port for operators' sides, such as 127.0.0.1:5684")->required();
+void add_options(const cli::OptionList& c, Options& o) {
+  c.add_option("--listen", o.listen, "Address and port for operators' sides, such as 127.0.0.1:5684").required();
   c.add_option("--connect", o.connect, "Machine's side, HOST:PORT such as 192.0.2.7:5683 or arm.example.org:5683")
-      ->required();
-  c.add_option("--impairment", o.impairment, "What happens to datagrams: name or .toml file, such as lte")->required();
-  c.add_option("--seed", o.seed, "Random seed (default: 1)")->check(CLI::Validator(cli::seed_error, "", "seed"));
+      .required();
+  c.add_option("--impairment", o.impairment, "What happens to datagrams: name or .toml file, such as lte").required();
+  c.add_option("--seed", o.seed, "Random seed (default: 1)").check(cli::seed_error);
   c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
   c.add_option("--json", o.json, "Write counts and delays as JSON (described in docs/relay.md)");
 }
@@ -152,7 +151,7 @@ int run(const Options& o) {
 
 cli::Command relay_entry() {
   return {"relay", "An impaired network between the two sides: delays, loses, repeats and reorders their datagrams",
-          [](CLI::App& command) {
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<Options>();
             add_options(command, *options);
             return [options] { return run(*options); };

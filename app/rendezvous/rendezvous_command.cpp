@@ -1,6 +1,5 @@
 #include "app/rendezvous/rendezvous_command.h"
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -31,9 +30,9 @@ int run(const std::string& listen) {
 cli::Command rendezvous_entry() {
   return {
       "rendezvous", "Where two sides behind NAT find each other: passes their signed messages on (docs/paths.md)",
-      [](CLI::App& command) {
+      [](const cli::OptionList& command) {
         const auto listen = std::make_shared<std::string>();
-        command.add_option("--listen", *listen, "Address and TCP port, such as 0.0.0.0:5684 or [::]:5684")->required();
+        command.add_option("--listen", *listen, "Address and TCP port, such as 0.0.0.0:5684 or [::]:5684").required();
         return [listen] { return run(*listen); };
       }};
 }

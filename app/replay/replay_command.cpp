@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -78,10 +77,10 @@ int run(const Options& o) {
 
 cli::Command replay_entry() {
   return {"replay", "Run the loops of a recording again on what they read, and compare bit by bit",
-          [](CLI::App& command) {
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<Options>();
             command.add_option("RECORDING", options->files, "Recording (.mcap); of several parts all, in their order")
-                ->required();
+                .required();
             command.add_option(
                 "--with", options->with,
                 "Machine or device, name or .toml file, in place of the recorded one: what would have differed?");

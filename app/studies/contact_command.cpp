@@ -1,6 +1,5 @@
 #include "app/studies/contact_command.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <iostream>
@@ -98,28 +97,25 @@ int run(const Options& options) {
 }  // namespace
 
 cli::Command contact_loop_entry() {
-  return {
-      "contact-loop", "Measure the borders of the machine's contact loop, and predict them by a linear model",
-      [](CLI::App& command) {
-        const auto o = std::make_shared<Options>();
-        command.add_option("--machine", o->machine, "Machine: name or .toml file")->capture_default_str();
-        command.add_option("--pose", o->poses,
-                           "Only these poses: front, ground, tilted, overhead, pull, back (default: all)");
-        command.add_option("--wall", o->walls_N_per_m, "Stiffness of the walls in N/m (default: 1e4 to 1e8)");
-        command.add_option("--seed", o->seed, "Seed of the sensors' noise")
-            ->check(CLI::Validator(cli::seed_error, "", "seed"));
-        command.add_option("--jobs", o->jobs, "Threads, up to 1024; 0: one per processor")
-            ->capture_default_str()
-            ->check(
-                CLI::Validator([](const std::string& text) { return cli::count_error(text, 0, 1024); }, "", "count"));
-        command.add_flag("--impact", o->impact,
-                         "Instead: what follows touches at 0.1 and 0.2 m/s, the machine as on file");
-        command.add_flag("--sensitivity", o->sensitivity,
-                         "Instead: by how much single changes of the machine change the predicted gain of the loop");
-        command.add_option("--json", o->json, "Write the rows as JSON (described in docs/contact-loop.md)");
-        command.footer(cli::kExitCodes);
-        return [o] { return run(*o); };
-      }};
+  return {"contact-loop", "Measure the borders of the machine's contact loop, and predict them by a linear model",
+          [](const cli::OptionList& command) {
+            const auto o = std::make_shared<Options>();
+            command.add_option("--machine", o->machine, "Machine: name or .toml file").show_default();
+            command.add_option("--pose", o->poses,
+                               "Only these poses: front, ground, tilted, overhead, pull, back (default: all)");
+            command.add_option("--wall", o->walls_N_per_m, "Stiffness of the walls in N/m (default: 1e4 to 1e8)");
+            command.add_option("--seed", o->seed, "Seed of the sensors' noise").check(cli::seed_error);
+            command.add_option("--jobs", o->jobs, "Threads, up to 1024; 0: one per processor")
+                .show_default()
+                .check(cli::count_within(0, 1024));
+            command.add_flag("--impact", o->impact,
+                             "Instead: what follows touches at 0.1 and 0.2 m/s, the machine as on file");
+            command.add_flag(
+                "--sensitivity", o->sensitivity,
+                "Instead: by how much single changes of the machine change the predicted gain of the loop");
+            command.add_option("--json", o->json, "Write the rows as JSON (described in docs/contact-loop.md)");
+            return [o] { return run(*o); };
+          }};
 }
 
 }  // namespace knuckle::studies

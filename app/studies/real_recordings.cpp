@@ -1,6 +1,5 @@
 #include "app/studies/real_recordings.h"
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -122,12 +121,11 @@ void write_real_rows(const std::vector<RealRow>& rows, std::ostream& out) {
 cli::Command real_recordings_entry() {
   return {
       "real-recordings", "Fit models to recordings of real machines and evaluate them on held-out recordings",
-      [](CLI::App& command) {
+      [](const cli::OptionList& command) {
         const auto options = std::make_shared<Options>();
-        command
-            .add_option("--train", options->train, "Folder with excavator_dig_cycles/ and wheel_loader/ for the fit")
-            ->required();
-        command.add_option("--test", options->test, "Folder with the same layout for the evaluation")->required();
+        command.add_option("--train", options->train, "Folder with excavator_dig_cycles/ and wheel_loader/ for the fit")
+            .required();
+        command.add_option("--test", options->test, "Folder with the same layout for the evaluation").required();
         command.add_option("--json", options->json, "Write the rows as JSON (described in docs/real-recordings.md)");
         return [options] { return run(*options); };
       }};

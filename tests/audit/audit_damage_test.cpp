@@ -1,7 +1,6 @@
 // The audit trail where its folder, its disk or the power fails, or where somebody has been at its files.
 #include <sys/stat.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
 

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -24,11 +23,11 @@ Program program() {
   return {"arm-tool",
           "Arm-tool: moves arms.\n",
           "",
-          {{"dig", "Dig: a pit, or \\two", [](CLI::App& command) {
+          {{"dig", "Dig: a pit, or \\two", [](const OptionList& command) {
               const auto given = std::make_shared<Given>();
               command.add_option("TABLE", given->table, "What to dig");
               command.add_option("--machine", given->machine, "Machine name or .toml file");
-              command.add_option("--slow", given->slow, "'Seconds' of it")->capture_default_str();
+              command.add_option("--slow", given->slow, "'Seconds' of it").show_default();
               command.add_flag("--fast", given->fast, ".Not slowly");
               return [given] { return 0; };
             }}}};
@@ -107,13 +106,21 @@ TEST_F(Completion, OffersNamesOfConfigurationFilesAndFiles) {
 }
 
 TEST(GivenOptions, AreWrittenSoThatAShellReadsThemAsTheyWere) {
-  CLI::App command("about", "dig");
+  std::string written;
   Given given;
-  command.add_option("TABLE", given.table);
-  command.add_option("--machine", given.machine);
-  command.add_flag("--fast", given.fast);
-  command.parse(std::vector<std::string>{"--fast", "it's $HOME", "--machine", "a.csv"});  // from the last to the first
-  EXPECT_EQ(given_options(command), " a.csv --machine 'it'\\''s $HOME' --fast");
+  const Program tool{"arm-tool", "", "", {{"dig", "", [&](const OptionList& command) {
+                                             command.add_option("TABLE", given.table, "");
+                                             command.add_option("--machine", given.machine, "");
+                                             command.add_flag("--fast", given.fast, "");
+                                             return [&written, command] {
+                                               written = command.as_given();
+                                               return command.given("--fast") && !command.given("--machine") ? 1 : 0;
+                                             };
+                                           }}}};
+  EXPECT_EQ(parse_command_line(tool, {"dig", "a.csv", "--machine", "it's $HOME", "--fast"}).run(), 0);
+  EXPECT_EQ(written, " a.csv --machine 'it'\\''s $HOME' --fast");
+  EXPECT_EQ(parse_command_line(tool, {"dig", "--fast"}).run(), 1);
+  EXPECT_EQ(written, " --fast");
 }
 
 }  // namespace

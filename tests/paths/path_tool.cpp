@@ -3,7 +3,6 @@
 // it saw, and a TURN server that changes, repeats and drops what it relays.
 #include <poll.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <csignal>
 #include <cstring>
@@ -12,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "app/cli/command.h"
 #include "app/pairing/chosen_link.h"
 #include "app/pairing/dial_options.h"
 #include "app/programs/path_json.h"
@@ -206,6 +206,64 @@ int run_feel(const Options& o) {
   return 0;
 }
 
+/// A command whose options are declared, and which then runs.
+cli::Command command(const char* name, const char* about, Options& o,
+                     const std::function<void(const cli::OptionList&, Options&)>& add_options,
+                     std::function<int(const Options&)> run) {
+  return {name, about, [&o, add_options, run = std::move(run)](const cli::OptionList& options) {
+            add_options(options, o);
+            return [&o, run] { return run(o); };
+          }};
+}
+
+cli::Program path_tool(Options& o) {
+  const auto address = [](const cli::OptionList& c, Options& to) {
+    c.add_option("address", to.address, "HOST:PORT").required();
+  };
+  const auto dialled = [](secure::Role role) {
+    return [role](const cli::OptionList& c, Options& to) {
+      c.add_option("--keys", to.keys, "Folder").required();
+      pairing::add_dial_options(c, to.dial, role);
+      c.add_option("--count", to.count, "Pings");
+      c.add_option("--watch", to.watch_s, "Seconds that a hand looks on");
+      c.add_option("--scenario", to.scenario, "What a person who feels does");
+    };
+  };
+  const auto operates = dialled(secure::Role::kOperator);
+  return {"path_tool",
+          "Measures paths, for scripts/paths\n",
+          "",
+          {command("echo", "bare", o, address,
+                   [](const Options& given) {
+                     echo(UdpSocket(open_udp_socket(given.address, parse_address(given.address), ::bind, "listen on")));
+                     return 0;
+                   }),
+           command(
+               "ping", "bare", o,
+               [address](const cli::OptionList& c, Options& to) {
+                 address(c, to);
+                 c.add_option("--count", to.count, "Pings");
+               },
+               [](const Options& given) {
+                 std::cout << ping_many(connected(given.address), given.count).dump() << std::endl;
+                 return 0;
+               }),
+           command(
+               "lying-relay", "in front of a TURN server", o,
+               [address](const cli::OptionList& c, Options& to) {
+                 address(c, to);
+                 c.add_option("turn", to.turn, "HOST:PORT").required();
+               },
+               [](const Options& given) {
+                 run_lying_relay(given.address, given.turn, steps, ended);
+                 return 0;
+               }),
+           command("dial-echo", "over a path", o, dialled(secure::Role::kMachine), run_dial_echo),
+           command("dial-ping", "over a path", o, operates, run_dial_ping),
+           command("hand", "a session", o, operates, run_hand),
+           command("feel", "a person who presses a wall", o, operates, run_feel)}};
+}
+
 }  // namespace
 }  // namespace knuckle::test
 
@@ -216,52 +274,6 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, end);
   std::signal(SIGINT, end);
   std::signal(SIGUSR1, [](int) { steps = steps + 1; });
-  CLI::App app("Measures paths, for scripts/paths");
   Options o;
-  std::function<int()> run;
-  const auto command = [&](const char* name, const char* about, std::function<int()> what) {
-    CLI::App* sub = app.add_subcommand(name, about);
-    sub->callback([&run, what = std::move(what)] { run = what; });
-    return sub;
-  };
-  const auto dialled = [&o](CLI::App* sub, secure::Role role) {
-    sub->add_option("--keys", o.keys)->required();
-    pairing::add_dial_options(*sub, o.dial, role);
-    return sub;
-  };
-  command("echo", "bare",
-          [&o] {
-            echo(UdpSocket(open_udp_socket(o.address, parse_address(o.address), ::bind, "listen on")));
-            return 0;
-          })
-      ->add_option("address", o.address)
-      ->required();
-  CLI::App* bare = command("ping", "bare", [&o] {
-    std::cout << ping_many(connected(o.address), o.count).dump() << std::endl;
-    return 0;
-  });
-  bare->add_option("address", o.address)->required();
-  bare->add_option("--count", o.count);
-  CLI::App* liar = command("lying-relay", "in front of a TURN server", [&o] {
-    run_lying_relay(o.address, o.turn, steps, ended);
-    return 0;
-  });
-  liar->add_option("address", o.address)->required();
-  liar->add_option("turn", o.turn)->required();
-  dialled(command("dial-echo", "over a path", [&o] { return run_dial_echo(o); }), secure::Role::kMachine);
-  dialled(command("dial-ping", "over a path", [&o] { return run_dial_ping(o); }), secure::Role::kOperator)
-      ->add_option("--count", o.count);
-  dialled(command("hand", "a session", [&o] { return run_hand(o); }), secure::Role::kOperator)
-      ->add_option("--watch", o.watch_s);
-  dialled(command("feel", "a person who presses a wall", [&o] { return run_feel(o); }), secure::Role::kOperator)
-      ->add_option("--scenario", o.scenario)
-      ->required();
-  app.require_subcommand(1);
-  CLI11_PARSE(app, argc, argv);
-  try {
-    return run();
-  } catch (const InputError& error) {
-    std::cerr << "path_tool: " << error.what() << '\n';
-    return 2;
-  }
+  return cli::run_program(path_tool(o), {argv + 1, argv + argc});
 }

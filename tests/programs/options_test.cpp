@@ -163,7 +163,7 @@ TEST(CommandLine, ACommandIsNeeded) {
 
 TEST(CommandLine, EveryCommandGetsItsOwnOptionsAndGivesItsOwnExitCode) {
   const auto entry = [](const char* name, int code) {
-    return cli::Command{name, "", [code](CLI::App&) { return [code] { return code; }; }};
+    return cli::Command{name, "", [code](const cli::OptionList&) { return [code] { return code; }; }};
   };
   const cli::Program program{"knuckle",
                              "",

@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -227,10 +226,14 @@ int run(const ConsoleOptions& o) {
 
 cli::Command console_entry() {
   return {"console", "Operator's console, for a simulated machine or one reached over the link, or for a recording",
-          [](CLI::App& command) {
+          [](const cli::OptionList& command) {
             const auto options = std::make_shared<ConsoleOptions>();
             add_options(command, *options);
-            return [options] { return run(*options); };
+            return [command, options] {
+              options->scenario_given = command.given("--scenario");
+              options->seed_given = command.given("--seed");
+              return run(*options);
+            };
           }};
 }
 

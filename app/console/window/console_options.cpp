@@ -1,6 +1,5 @@
 #include "app/console/window/console_options.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -142,7 +141,7 @@ void check_cameras(const ConsoleOptions& o) {
 
 }  // namespace
 
-void add_options(CLI::App& c, ConsoleOptions& o) {
+void add_options(const cli::OptionList& c, ConsoleOptions& o) {
   c.add_flag("--simulate", o.simulate, "Simulate the machine, in real time");
   c.add_option("--connect", o.link.address,
                "Machine's side, HOST:PORT such as arm.example.org:5683, 192.0.2.7:5683 or [::1]:5683");
@@ -157,17 +156,15 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_option("--machine", o.session.machine, "Machine name or .toml file (default with --simulate: solar015)");
   c.add_option("--device", o.device,
                "Input: keyboard (and mouse), gamepad, or a haptic device attached by hid (hidraw) or usb (libusb)")
-      ->capture_default_str();
+      .show_default();
   c.add_option("--device-file", o.session.device,
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
   c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
   c.add_option("--scenario", o.session.scenario, "Scenario of the simulated session: name or .toml file")
-      ->capture_default_str()
-      ->each([&o](const std::string& /*name*/) { o.scenario_given = true; });
+      .show_default();
   c.add_option("--seed", o.session.seed, "Random seed of the simulated machine and its noise")
-      ->capture_default_str()
-      ->check(CLI::Validator(cli::seed_error, "", "seed"))
-      ->each([&o](const std::string& /*seed*/) { o.seed_given = true; });
+      .show_default()
+      .check(cli::seed_error);
   c.add_option("--delay-ms", o.session.delay_ms, "Delay of the simulated link, one way");
   c.add_option("--jitter-ms", o.session.jitter_ms, "Jitter of the simulated link: half-width of the delay's variation");
   c.add_option("--loss", o.session.loss, "Share of datagrams lost on the simulated link, 0 to 0.9");
@@ -177,8 +174,8 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
                "'simulated' for a camera of the machine file; for each "
                "camera once "
                "(docs/camera.md)")
-      ->type_name("NAME=SOURCE")
-      ->allow_extra_args(false);
+      .value_name("NAME=SOURCE")
+      .one_value_each();
   c.add_flag("--mute", o.mute, "No alarm sounds; N turns them on");
   c.add_flag("--demo", o.demo, "Let the scenario's operator lead the machine");
   c.add_option("--candump", o.candump, "Write every frame of the simulated bus in candump log format");
@@ -186,17 +183,16 @@ void add_options(CLI::App& c, ConsoleOptions& o) {
   c.add_option(
       "--log-pictures", o.pictures_per_s,
       "Record so many pictures a second of each camera, too, as JPEG, 0.1 to 30 (default: their stamps alone)");
-  c.add_option("--size", o.size, "Size of the window in pixels, WxH, from 1280x720 to 8192x8192")
-      ->capture_default_str();
+  c.add_option("--size", o.size, "Size of the window in pixels, WxH, from 1280x720 to 8192x8192").show_default();
   c.add_option("--scale", o.scale,
                "Scale of the window's content, 0.75 to 3, on top of the monitor's own scale; reduced where the window "
                "has no room")
-      ->capture_default_str();
+      .show_default();
   c.add_flag("--light", o.light, "Light colours");
   c.add_flag("--imperial", o.imperial, "Imperial units");
   c.add_option("--screen", o.screen,
                "Screen shown first: operate, link, real-time, hydraulics, calibrate, events, history")
-      ->capture_default_str();
+      .show_default();
   c.add_option("--at", o.at_s,
                "Show the simulated session, or the recording, from this second on; what comes before is simulated at "
                "once");

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/options.h"
 #include "app/console/screens/ui_state.h"
 #include "app/console/window/window.h"
 #include "app/pairing/chosen_link.h"
@@ -13,10 +14,6 @@
 #include "app/replay/changed_setup.h"
 #include "app/session/options.h"
 #include "video/source.h"
-
-namespace CLI {
-class App;
-}
 
 namespace knuckle::console::window {
 
@@ -42,7 +39,7 @@ struct ConsoleOptions {
   [[nodiscard]] screens::Screen first_screen() const;
 };
 
-void add_options(CLI::App& command, ConsoleOptions& options);
+void add_options(const cli::OptionList& command, ConsoleOptions& options);
 /// Of --camera NAME=SOURCE; "knuckle:ADDR:PORT" becomes the pipeline that receives what `knuckle slave --camera` sends.
 /// @throws InputError where it is not that, or such a port is open to others and --insecure was not given twice.
 [[nodiscard]] video::CameraSource camera_source(const ConsoleOptions& options, const std::string& text);

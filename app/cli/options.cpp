@@ -1,0 +1,135 @@
+#include "app/cli/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+
+#include "app/cli/command.h"
+
+namespace knuckle::cli {
+namespace {
+
+/// As a shell reads it as one word.
+std::string quoted(const std::string& word) {
+  const bool plain = std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c >= 0x80 || std::strchr("_-./:,=+@%", c) != nullptr;
+  });
+  if (plain && !word.empty()) return word;
+  std::string safe;
+  for (const char c : word) safe += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return "'" + safe + "'";
+}
+
+std::string named(const std::string& value) {
+  return value.empty() ? "\"\"" : value;
+}
+
+template <typename Number>
+bool is_whole(const std::string& text, Number& number) {
+  const auto end = std::from_chars(text.data(), text.data() + text.size(), number);
+  return end.ec == std::errc() && end.ptr == text.data() + text.size();
+}
+
+}  // namespace
+
+std::string seed_error(const std::string& value) {
+  std::uint64_t seed = 0;
+  return is_whole(value, seed) ? "" : named(value) + " must be a whole number from 0 to 18446744073709551615";
+}
+
+ValueError count_within(int low, int high) {
+  return [low, high](const std::string& value) -> std::string {
+    int count = 0;
+    if (is_whole(value, count) && count >= low && count <= high) return "";
+    return named(value) + " must be a whole number from " + std::to_string(low) + " to " + std::to_string(high);
+  };
+}
+
+std::string ensemble_size_error(const std::string& value) {
+  const std::string error = count_within(2, 10'000)(value);
+  return value == "0" || error.empty() ? "" : error + " machines, or 0: none";
+}
+
+DeclaredOption DeclaredOption::required() const {
+  option_->required();
+  return *this;
+}
+
+DeclaredOption DeclaredOption::show_default() const {
+  option_->capture_default_str();
+  return *this;
+}
+
+DeclaredOption DeclaredOption::one_value_each() const {
+  option_->allow_extra_args(false);
+  return *this;
+}
+
+DeclaredOption DeclaredOption::value_name(const std::string& name) const {
+  option_->type_name(name);
+  return *this;
+}
+
+DeclaredOption DeclaredOption::check(const ValueError& error) const {
+  option_->check(error);
+  return *this;
+}
+
+DeclaredOption DeclaredOption::one_of(const std::vector<std::string>& values) const {
+  option_->check(CLI::IsMember(values));
+  return *this;
+}
+
+template <typename Value>
+DeclaredOption OptionList::add_option(const std::string& name, Value& value, const std::string& about) const {
+  return DeclaredOption(*command_->add_option(name, value, about));
+}
+
+template <typename Value>
+DeclaredOption OptionList::add_flag(const std::string& name, Value& value, const std::string& about) const {
+  return DeclaredOption(*command_->add_flag(name, value, about)->disable_flag_override());
+}
+
+template DeclaredOption OptionList::add_option(const std::string&, std::string&, const std::string&) const;
+template DeclaredOption OptionList::add_option(const std::string&, double&, const std::string&) const;
+template DeclaredOption OptionList::add_option(const std::string&, int&, const std::string&) const;
+template DeclaredOption OptionList::add_option(const std::string&, std::uint32_t&, const std::string&) const;
+template DeclaredOption OptionList::add_option(const std::string&, std::uint64_t&, const std::string&) const;
+template DeclaredOption OptionList::add_option(const std::string&, std::optional<std::string>&,
+                                               const std::string&) const;
+template DeclaredOption OptionList::add_option(const std::string&, std::optional<double>&, const std::string&) const;
+template DeclaredOption OptionList::add_option(const std::string&, std::optional<int>&, const std::string&) const;
+template DeclaredOption OptionList::add_option(const std::string&, std::optional<std::uint32_t>&,
+                                               const std::string&) const;
+template DeclaredOption OptionList::add_option(const std::string&, std::optional<std::uint64_t>&,
+                                               const std::string&) const;
+template DeclaredOption OptionList::add_option(const std::string&, std::vector<std::string>&, const std::string&) const;
+template DeclaredOption OptionList::add_option(const std::string&, std::vector<double>&, const std::string&) const;
+template DeclaredOption OptionList::add_flag(const std::string&, bool&, const std::string&) const;
+template DeclaredOption OptionList::add_flag(const std::string&, int&, const std::string&) const;
+
+void OptionList::add_note(const std::string& text) const {
+  command_->footer(text + '\n' + kExitCodes);
+}
+
+bool OptionList::given(const std::string& name) const {
+  return command_->count(name) > 0;
+}
+
+std::string OptionList::as_given() const {
+  std::string line;
+  for (const CLI::Option* option : std::as_const(*command_).get_options()) {
+    const bool flag = option->get_expected_max() == 0;
+    for (const std::string& value : option->results()) {
+      if (!option->get_positional()) line += " " + option->get_name();
+      if (!flag) line += " " + quoted(value);
+    }
+  }
+  return line;
+}
+
+}  // namespace knuckle::cli
