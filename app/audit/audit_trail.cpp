@@ -155,7 +155,7 @@ int AuditTrail::begin_file(std::uint64_t number) {
   return 0;
 }
 
-void AuditTrail::note(const std::string& event, Json details, const std::string& kind) {
+void AuditTrail::note(const std::string& event, cli::Json details, const std::string& kind) {
   const std::lock_guard lock(mutex_);
   std::string key = kind.empty() ? event : kind;
   if (!kinds_.contains(key) && kinds_.size() >= kMostKinds) key = kOtherKinds;
@@ -170,12 +170,11 @@ void AuditTrail::note(const std::string& event, Json details, const std::string&
 }
 
 /// With the mutex held.
-void AuditTrail::enqueue(const std::string& event, Json details) {
+void AuditTrail::enqueue(const std::string& event, cli::Json details) {
   if (waiting_.size() >= limits_.waiting) {
     ++lost_;
     return;
   }
-  if (!details.is_object()) details = Json::object();
   waiting_.push_back({utc_now(), event, monotonic_s(), std::move(details)});
   changed_.notify_all();
 }
@@ -283,10 +282,10 @@ void AuditTrail::remove_before(std::uint64_t oldest) {
 /// One line, whole: of what the disk refused in part, the part is taken back.
 /// @param before ends a line that was left unfinished.
 int AuditTrail::append(const Entry& entry, const char* before) {
-  Json line{{"n", number_ + 1}, {"utc", entry.utc}, {"mono_s", entry.monotonic_s}, {"event", entry.event}};
+  cli::Json line{{"n", number_ + 1}, {"utc", entry.utc}, {"mono_s", entry.monotonic_s}, {"event", entry.event}};
   line.update(entry.details);
   line["before"] = last_hash_;
-  const std::string text = line.dump(-1, ' ', true, Json::error_handler_t::replace);
+  const std::string text = line.dump_ascii();
   const std::string whole = before + text + '\n';
   std::string hash = sha256(text);
   std::size_t written = 0;

@@ -9,12 +9,12 @@
 #include <deque>
 #include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <thread>
 
 #include "app/audit/audit_files.h"
+#include "app/cli/json.h"
 
 namespace knuckle::audit {
 
@@ -29,8 +29,6 @@ struct TrailLimits {
 
 class AuditTrail {
  public:
-  using Json = nlohmann::ordered_json;
-
   /// Goes on where the files end. The folder is made (mode 0700) where it is missing. @throws InputError where it
   /// cannot be used, where others may write it, where another program writes there, or where the newest file is no
   /// trail.
@@ -42,7 +40,7 @@ class AuditTrail {
 
   /// Any thread that is not real-time. @param kind events of the same kind are counted where they are too many; empty:
   /// the event's name.
-  void note(const std::string& event, Json details = Json::object(), const std::string& kind = "");
+  void note(const std::string& event, cli::Json details = {}, const std::string& kind = "");
   /// What is wrong with the disk, in one line, once each time it begins or ends; an old file that cannot be removed,
   /// once for each new one; empty: nothing new.
   [[nodiscard]] std::string news();
@@ -55,7 +53,7 @@ class AuditTrail {
   struct Entry {
     std::string utc, event;
     double monotonic_s = 0;
-    Json details;
+    cli::Json details;
   };
   struct Kind {
     Clock::time_point began{};
@@ -79,7 +77,7 @@ class AuditTrail {
   [[nodiscard]] bool agrees_with(const std::optional<Head>& head) const;
   void run();
   void close_spans(Clock::time_point now, bool all);
-  void enqueue(const std::string& event, Json details);
+  void enqueue(const std::string& event, cli::Json details);
   /// @return 0, or errno of what was refused: then it stays at the front.
   int write(std::deque<Entry>& entries);
   int write_entry(const Entry& entry);

@@ -85,7 +85,7 @@ int run_doctor(DoctorOptions options) {
   std::optional<cli::OutputFile> json;
   if (!options.json.empty()) json.emplace("--json", options.json);
   std::ostream& out = cli::is_standard_output(options.json) ? std::cerr : std::cout;
-  nlohmann::ordered_json result{{"schema", "knuckle-doctor/2"}, {"version", cli::program_version()}};
+  cli::Json result{{"schema", "knuckle-doctor/2"}, {"version", cli::program_version()}};
   Findings findings;
   if (options.can.empty() && !options.simulate) {
     const bool device = !options.device.back_end.empty();

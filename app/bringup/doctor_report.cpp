@@ -8,7 +8,7 @@
 namespace knuckle::bringup {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 
 std::string hex(int digits, std::optional<std::uint32_t> value) {
   return value ? fmt::format("0x{:0{}X}", *value, digits) : "-";

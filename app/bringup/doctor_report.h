@@ -1,12 +1,12 @@
 // The output of `knuckle doctor`, for people and for tools (docs/commissioning.md lists the keys).
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "app/bringup/doctor_bus.h"
 #include "app/bringup/doctor_finding.h"
+#include "app/cli/json.h"
 
 namespace knuckle::bringup {
 
@@ -15,7 +15,7 @@ namespace knuckle::bringup {
 /// The table of nodes, an empty line, the findings.
 [[nodiscard]] std::vector<std::string> diagnosis_lines(const BusDiagnosis& diagnosis);
 
-[[nodiscard]] nlohmann::ordered_json findings_json(const Findings& findings);
-[[nodiscard]] nlohmann::ordered_json diagnosis_json(const BusDiagnosis& diagnosis);
+[[nodiscard]] cli::Json findings_json(const Findings& findings);
+[[nodiscard]] cli::Json diagnosis_json(const BusDiagnosis& diagnosis);
 
 }  // namespace knuckle::bringup

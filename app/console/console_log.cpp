@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "app/programs/program_console.h"
@@ -125,8 +124,8 @@ std::vector<std::string> ConsoleLog::notes() const {
   return current_.log ? current_.log->notes() : std::vector<std::string>{};
 }
 
-nlohmann::ordered_json ConsoleLog::json() const {
-  return current_.log ? current_.log->json() : nlohmann::ordered_json();
+cli::Json ConsoleLog::json() const {
+  return current_.log ? current_.log->json() : cli::Json();
 }
 
 }  // namespace knuckle::console

@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "app/cli/json.h"
 #include "app/cli/news.h"
 #include "app/console/event_book.h"
 #include "app/console/operator_station.h"
@@ -60,7 +60,7 @@ class ConsoleLog {
   [[nodiscard]] const LogChoice& choice() const noexcept { return choice_; }
   /// Of the newest session, as the programs' (docs/programs.md).
   [[nodiscard]] std::vector<std::string> notes() const;
-  [[nodiscard]] nlohmann::ordered_json json() const;
+  [[nodiscard]] cli::Json json() const;
 
  private:
   struct OfSession {

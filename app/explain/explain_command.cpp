@@ -4,12 +4,12 @@
 
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/cli/interrupt.h"
+#include "app/cli/json.h"
 #include "app/cli/output_file.h"
 #include "app/explain/account.h"
 #include "app/explain/words.h"
@@ -18,7 +18,7 @@
 namespace knuckle::explain {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 
 struct Options {
   std::vector<std::string> files;
@@ -130,7 +130,7 @@ int run(const Options& o) {
   for (const std::string& flaw : flaws(recording)) std::cerr << "knuckle explain: " << flaw << '\n';
   if (!cli::is_standard_output(o.json)) print(std::cout, report, recording);
   if (!json) return 0;
-  json->stream() << json_of(report, recording).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+  json->stream() << json_of(report, recording).dump(2) << '\n';
   json->commit();
   return 0;
 }

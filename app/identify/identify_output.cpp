@@ -4,13 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <string_view>
+#include <utility>
+
+#include "app/cli/json.h"
 
 namespace knuckle::identify {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 
 constexpr int kSchema = 1;
 constexpr std::size_t kFindingsShown = 12;
@@ -56,14 +58,11 @@ Json parameters_json(const IdentifyData& data, const Identified& result) {
   for (std::size_t i = 0; i < result.summary.parameters.size(); ++i) {
     const estimation::IdentifiedParameter& p = result.summary.parameters[i];
     const double nominal = i < result.nominal.size() ? result.nominal[i] : std::nan("");
-    list.push_back({{"name", p.name},
-                    {"unit", p.unit},
-                    {"value", number(p.value)},
-                    {"sigma", number(p.sigma)},
-                    {"fixed", p.fixed},
-                    {"drawing", number(nominal)}});
+    Json parameter{{"name", p.name},           {"unit", p.unit},   {"value", number(p.value)},
+                   {"sigma", number(p.sigma)}, {"fixed", p.fixed}, {"drawing", number(nominal)}};
     if (const auto truth = data.truth.find(p.name); truth != data.truth.end())
-      list.back()["truth"] = number(truth->second);
+      parameter["truth"] = number(truth->second);
+    list.push_back(std::move(parameter));
   }
   return list;
 }

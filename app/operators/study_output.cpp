@@ -2,16 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <ostream>
 #include <utility>
 
+#include "app/cli/json.h"
 #include "app/operators/study.h"
 
 namespace knuckle::operators {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 
 std::string of_text(const StudyRow& row) {
   return row.minus.empty() ? row.of : row.of + " - " + row.minus;

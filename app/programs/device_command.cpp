@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "app/cli/interrupt.h"
+#include "app/cli/json.h"
 #include "app/cli/output_file.h"
 #include "app/programs/device_program.h"
 #include "app/programs/program_options.h"
@@ -20,7 +20,7 @@
 namespace knuckle::programs {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 constexpr const char* kSchema = "knuckle-device/1";
 
 struct Options {

@@ -4,12 +4,12 @@
 
 #include <array>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "app/bringup/device_probe.h"
 #include "app/cli/interrupt.h"
+#include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/control_input.h"
 #include "app/programs/master_program.h"
@@ -27,7 +27,7 @@
 namespace knuckle::programs {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 constexpr const char* kSchema = "knuckle-master/1";
 
 struct Options {

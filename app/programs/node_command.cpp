@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <csignal>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 
 #include "app/cli/interrupt.h"
+#include "app/cli/json.h"
 #include "app/programs/node_program.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
@@ -19,7 +19,7 @@
 namespace knuckle::programs {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 constexpr const char* kSchema = "knuckle-node/1";
 
 struct Options {

@@ -1,15 +1,14 @@
 #include "app/programs/path_json.h"
 
-#include <nlohmann/json.hpp>
-
+#include "app/cli/json.h"
 #include "app/programs/program_options.h"
 
 namespace knuckle::programs {
 
-nlohmann::ordered_json path_json(const pairing::ChosenLink& link, std::chrono::steady_clock::time_point started) {
+cli::Json path_json(const pairing::ChosenLink& link, std::chrono::steady_clock::time_point started) {
   const ice::Dialler* dialler = link.dialler();
   if (dialler == nullptr) return nullptr;
-  nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
+  cli::Json pairs = cli::Json::array();
   for (const ice::PathEvent& one : dialler->pairs()) {
     pairs.push_back({{"at_s", std::chrono::duration<double>(one.at - started).count()},
                      {"far_end", one.far_end},

@@ -2,15 +2,15 @@
 
 #include <chrono>
 #include <exception>
-#include <nlohmann/json.hpp>
 
+#include "app/cli/json.h"
 #include "app/programs/program_console.h"
 #include "core/error.h"
 
 namespace knuckle::programs {
 namespace {
 
-nlohmann::ordered_json percentiles_json(const Histogram& h, double units_per_s) {
+cli::Json percentiles_json(const Histogram& h, double units_per_s) {
   const auto in_units = [units_per_s](Duration d) { return units_per_s * to_seconds(d); };
   return {{"p50", in_units(h.quantile(0.5))}, {"p99", in_units(h.quantile(0.99))}, {"max", in_units(h.max())}};
 }
@@ -72,14 +72,14 @@ void commit_all(std::initializer_list<AskedOutput*> outputs) {
   if (refused) std::rethrow_exception(refused);
 }
 
-nlohmann::ordered_json loop_json(const RealtimeReport& report) {
+cli::Json loop_json(const RealtimeReport& report) {
   return {{"policy", report.policy},
           {"wake_us", percentiles_json(report.wake_lateness, 1e6)},
           {"execution_us", percentiles_json(report.execution, 1e6)},
           {"overruns", report.overruns}};
 }
 
-nlohmann::ordered_json counters_json(const CanCounters& c) {
+cli::Json counters_json(const CanCounters& c) {
   return {{"sent", c.sent},
           {"received", c.received},
           {"queue_full", c.queue_full},
@@ -97,12 +97,12 @@ nlohmann::ordered_json counters_json(const CanCounters& c) {
           {"receive_errors", c.receive_errors}};
 }
 
-nlohmann::ordered_json milliseconds_json(const Histogram& histogram) {
+cli::Json milliseconds_json(const Histogram& histogram) {
   if (histogram.count() == 0) return nullptr;
   return percentiles_json(histogram, 1e3);
 }
 
-nlohmann::ordered_json reason_json(const Reason& reason) {
+cli::Json reason_json(const Reason& reason) {
   if (!reason) return nullptr;
   return {{"code", name(reason.code)}, {"reason", text(reason)}};
 }

@@ -3,13 +3,13 @@
 
 #include <cstdint>
 #include <initializer_list>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
 
 #include "app/cli/background_writer.h"
+#include "app/cli/json.h"
 #include "app/cli/output_file.h"
 #include "core/histogram.h"
 #include "core/realtime_thread.h"
@@ -68,12 +68,12 @@ class AskedOutput {
 void commit_all(std::initializer_list<AskedOutput*> outputs);
 
 /// How a loop ran, as `knuckle simulate --json` says it.
-[[nodiscard]] nlohmann::ordered_json loop_json(const RealtimeReport& report);
+[[nodiscard]] cli::Json loop_json(const RealtimeReport& report);
 /// Every counter by its name, as docs/can-bus.md lists them.
-[[nodiscard]] nlohmann::ordered_json counters_json(const CanCounters& counters);
+[[nodiscard]] cli::Json counters_json(const CanCounters& counters);
 /// {p50, p99, max}; null where nothing was measured.
-[[nodiscard]] nlohmann::ordered_json milliseconds_json(const Histogram& histogram);
+[[nodiscard]] cli::Json milliseconds_json(const Histogram& histogram);
 /// {code, reason}; null where there is none.
-[[nodiscard]] nlohmann::ordered_json reason_json(const Reason& reason);
+[[nodiscard]] cli::Json reason_json(const Reason& reason);
 
 }  // namespace knuckle::programs

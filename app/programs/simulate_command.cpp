@@ -4,17 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "app/battery/cell.h"
+#include "app/battery/cell_of_result.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
@@ -143,54 +139,11 @@ void check(const session::SimulateOptions& o) {
   check_places(o);
 }
 
-/// Empty where the session could not run.
-/// @throws InputError where the result has no row of it.
-std::string digest_of_cell(const nlohmann::ordered_json& result, std::uint64_t index, const std::string& file) {
-  for (const auto& row : result.value("rows", nlohmann::ordered_json::array())) {
-    if (!row.is_object() || row.value("cell", nlohmann::ordered_json()) != index) continue;
-    if (row.contains("refused")) return "";
-    if (row.contains("digest") && row["digest"].is_string()) return row["digest"].get<std::string>();
-  }
-  throw InputError(fmt::format("{}: rows: has none of session {}, or one without its digest", file, index));
-}
-
-/// A machine's file of the battery is found from where the battery ran. @throws InputError
-void check_machine_file(const std::string& machine, const std::string& file) {
-  const std::string path = find_config("machine", machine);
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored))
-    throw InputError(file + ": settings: machine = " + path +
-                     ": is not there: run this in the folder in which the battery ran");
-}
-
 /// Replaces all inputs by those of a battery's session. @throws InputError
 void take_cell(session::SimulateOptions& o) {
-  const std::size_t colon = o.from_cell.rfind(':');
-  std::uint64_t index = 0;
-  const char* const end = o.from_cell.data() + o.from_cell.size();
-  const char* const digits = colon == std::string::npos ? end : o.from_cell.data() + colon + 1;
-  const auto [rest, error] = std::from_chars(digits, end, index);
-  if (digits == end || error != std::errc() || rest != end)
-    cli::refuse_option("--from-cell", o.from_cell, "must be FILE:N, such as feel.json:17");
-  const std::string file = o.from_cell.substr(0, colon);
-  cli::check_readable("--from-cell", file);
-  std::ifstream stream(file, std::ios::binary);
-  const auto json = nlohmann::ordered_json::parse(stream, nullptr, false);
-  if (json.is_discarded()) throw InputError(file + ": is not complete JSON");
-  if (!json.is_object() || !json.contains("settings") ||
-      json.value("schema", nlohmann::ordered_json()) != battery::kResultSchema)
-    throw InputError(file + ": is not a result of knuckle-studies sweep --battery feel or work");
-  const battery::Settings settings = battery::settings_of(json["settings"], file);
-  if (index >= settings.sessions)
-    cli::refuse_option("--from-cell", o.from_cell,
-                       fmt::format("the battery has sessions 0 to {}", settings.sessions - 1));
-  check_machine_file(settings.machine, file);
-  for (const battery::CommissionedMachine& machine : settings.commissioned) check_machine_file(machine.file, file);
-  session::SimulateOptions cell = battery::Drawer(settings).cell(index).options;
-  cell.from_cell = o.from_cell;
+  session::SimulateOptions cell = battery::cell_of_result(o.from_cell);
   const bool as_it_was = o.control.empty() && !o.duration_s && !o.assist_force_limit_N && !o.assist_stop_on_object;
-  std::string digest = digest_of_cell(json, index, file);
-  if (as_it_was) cell.cell_digest = std::move(digest);
+  if (!as_it_was) cell.cell_digest.clear();
   if (!o.control.empty()) cell.control = o.control;
   cell.duration_s = o.duration_s;
   cell.assist_force_limit_N = o.assist_force_limit_N;

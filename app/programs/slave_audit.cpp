@@ -11,7 +11,7 @@
 namespace knuckle::programs {
 namespace {
 
-using Json = audit::AuditTrail::Json;
+using cli::Json;
 using Kind = secure::LinkEvent::Kind;
 
 constexpr const char* kListsAll = " (knuckle audit lists all of it)";

@@ -2,11 +2,11 @@
 
 #include <array>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "app/cli/interrupt.h"
+#include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/path_json.h"
 #include "app/programs/program_options.h"
@@ -27,7 +27,7 @@
 namespace knuckle::programs {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 constexpr const char* kSchema = "knuckle-slave/1";
 constexpr const char* kSimulatedBus = "simulated";
 // After control has changed hands the machine has latched a lost link, and has to be aligned anew.

@@ -1,9 +1,9 @@
 #include "app/recordings/program_log.h"
 
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "app/cli/command.h"
+#include "app/cli/json.h"
 #include "core/error.h"
 #include "machine/description.h"
 #include "recording/file_names.h"
@@ -79,12 +79,12 @@ void ProgramLog::close() {
   if (recorder_) recorder_->close();
 }
 
-nlohmann::ordered_json ProgramLog::json() const {
+cli::Json ProgramLog::json() const {
   if (!recorder_) return nullptr;
   const recording::RecorderStatus status = recorder_->status();
-  return {{"file", kept_ ? nlohmann::ordered_json(status.file) : nlohmann::ordered_json()},
+  return {{"file", kept_ ? cli::Json(status.file) : cli::Json()},
           {"bytes", status.bytes},
-          {"problem", status.problem.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(status.problem)},
+          {"problem", status.problem.empty() ? cli::Json() : cli::Json(status.problem)},
           {"steps_lost", status.steps_lost},
           {"flight_records", status.flights},
           {"notices", status.notices}};

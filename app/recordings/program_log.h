@@ -2,10 +2,10 @@
 #pragma once
 
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "app/cli/json.h"
 #include "app/cli/news.h"
 #include "app/cli/options.h"
 #include "machine/description_fwd.h"
@@ -49,7 +49,7 @@ class ProgramLog {
   [[nodiscard]] std::vector<cli::News> news();
   /// After the loops have ended: finishes the files.
   void close();
-  [[nodiscard]] nlohmann::ordered_json json() const;
+  [[nodiscard]] cli::Json json() const;
 
  private:
   bool kept_ = false;

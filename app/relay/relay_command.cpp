@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "app/cli/interrupt.h"
+#include "app/cli/json.h"
 #include "app/programs/program_console.h"
 #include "app/programs/program_options.h"
 #include "app/relay/relay.h"
@@ -19,7 +19,7 @@
 namespace knuckle::relay {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 constexpr const char* kSchema = "knuckle-relay/1";
 constexpr Duration kTendPeriod = 20ms;
 

@@ -1,13 +1,12 @@
 #include "app/report/result_json.h"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 namespace knuckle::report {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 
 Json number(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? Json(*value) : Json();
@@ -15,10 +14,10 @@ Json number(const std::optional<double>& value) {
 
 /// Counts are whole numbers in JSON too.
 Json metric_json(const session::MetricEntry& entry, const session::Metrics& metrics) {
-  const Json value = number(metrics.*entry.member);
+  const session::Metric& value = metrics.*entry.member;
   const bool counts = entry.unit == "1" && (entry.key == "contact_losses" || entry.key == "faults" ||
                                             entry.key == "pieces_broken" || entry.key == "records_lost");
-  return counts && !value.is_null() ? Json(std::llround(value.get<double>())) : value;
+  return counts && value ? Json(std::llround(*value)) : number(value);
 }
 
 /// Those of one kind. @param verdict the key that says whether it was met.

@@ -1,8 +1,7 @@
 // The machine-readable result of a session. docs/results.md documents every key.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "app/cli/json.h"
 #include "app/session/session_result.h"
 
 namespace knuckle::report {
@@ -11,6 +10,6 @@ namespace knuckle::report {
 inline constexpr const char* kResultSchema = "knuckle-session/2";
 
 /// Every documented key is there, null where the session has no value; all numbers are finite.
-[[nodiscard]] nlohmann::ordered_json result_json(const session::Judged& judged);
+[[nodiscard]] cli::Json result_json(const session::Judged& judged);
 
 }  // namespace knuckle::report

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "app/cli/command.h"
+#include "app/cli/json.h"
 #include "estimation/tare.h"
 
 namespace knuckle::studies {
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPress_N = 1800, kDeepest_m = 0.08;
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 
 Json json_of(const BorderPair& pair) {
   Json json;

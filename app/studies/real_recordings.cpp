@@ -6,10 +6,10 @@
 #include <iomanip>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 
+#include "app/cli/json.h"
 #include "app/cli/output_file.h"
 #include "app/studies/dig_cycles.h"
 #include "app/studies/wheel_loader.h"
@@ -103,7 +103,7 @@ std::vector<RealRow> real_rows(const std::string& train_dir, const std::string& 
 }
 
 void write_real_rows(const std::vector<RealRow>& rows, std::ostream& out) {
-  using Json = nlohmann::ordered_json;
+  using cli::Json;
   const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
   Json json{{"schema", kRealRecordingsSchema}, {"version", cli::program_version()}, {"rows", Json::array()}};
   for (const RealRow& row : rows) {

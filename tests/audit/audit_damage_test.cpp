@@ -111,7 +111,7 @@ TEST_F(Audit, MemoryThatIsMissingIsRefusedLikeAFullDisk) {
     AuditTrail trail(folder);
     trail.note("first");
     trail.flush();
-    AuditTrail::Json details{{"text", std::string(std::size_t{100} << 20, 'x')}};
+    cli::Json details{{"text", std::string(std::size_t{100} << 20, 'x')}};
     std::size_t pages = 0;
     std::ifstream("/proc/self/statm") >> pages;
     const rlimit limit{pages * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE)) + (16 << 20), before.rlim_max};

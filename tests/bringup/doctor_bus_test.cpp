@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "app/bringup/doctor_report.h"
@@ -207,11 +208,11 @@ TEST(DoctorBus, ReportTellsFaultsFirstAndToolsTheSame) {
   std::ostringstream text;
   for (const std::string& line : diagnosis_lines(diagnosis)) text << line << '\n';
   EXPECT_LT(text.str().find("FAULT node 0x22 arm_head_pressure"), text.str().find("ok    node 0x10 boom_valve"));
-  const auto json = diagnosis_json(diagnosis);
+  const auto json = nlohmann::json::parse(diagnosis_json(diagnosis).dump());
   ASSERT_EQ(json["nodes"].size(), 14U);
   EXPECT_EQ(json["nodes"][0]["name"], "boom_valve");
   EXPECT_EQ(json["nodes"][5]["device_type"], nullptr);
-  EXPECT_EQ(findings_json(diagnosis.findings).size(), diagnosis.findings.size());
+  EXPECT_EQ(nlohmann::json::parse(findings_json(diagnosis.findings).dump()).size(), diagnosis.findings.size());
 }
 
 }  // namespace

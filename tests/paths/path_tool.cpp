@@ -183,7 +183,7 @@ int run_hand(const Options& o) {
     json["longest_gap_ms"] = 1e3 * watch.longest_gap_s();
     json["engages_again"] = engaged && engage(hand);
   }
-  json["path"] = programs::path_json(link, started);
+  json["path"] = Json::parse(programs::path_json(link, started).dump());
   json["events"] = Json::array();
   for (const cli::News& news : link.news()) json["events"].push_back(news.what);
   json["problem"] = link.problem();
@@ -200,7 +200,7 @@ int run_feel(const Options& o) {
   pairing::ChosenLink link = pairing::ChosenLink::connect(options);
   const auto started = Clock::now();
   Json json = feel_session(link.link(), o.scenario, steps, ended);
-  json["path"] = programs::path_json(link, started);
+  json["path"] = Json::parse(programs::path_json(link, started).dump());
   link.close();
   std::cout << json.dump() << std::endl;
   return 0;

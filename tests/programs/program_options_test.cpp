@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tests/support/places.h"
 
@@ -14,10 +15,10 @@ namespace {
 
 TEST(ProgramOptions, EveryCounterOfACanInterfaceIsInTheResultByTheNameThatItsDocumentGives) {
   const CanCounters counters{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  const auto json = counters_json(counters);
-  int next = 1;
-  for (const auto& value : json) EXPECT_EQ(value, next++);
-  EXPECT_EQ(next, 16);
+  const auto json = nlohmann::json::parse(counters_json(counters).dump());
+  std::set<int> values;
+  for (const auto& value : json) values.insert(value.get<int>());
+  EXPECT_EQ(values.size(), 15U);
   EXPECT_EQ(json.at("protocol_errors"), counters.protocol_errors);
   EXPECT_EQ(json.at("receive_errors"), counters.receive_errors);
   std::ifstream file(test::source_dir() + "/docs/can-bus.md");
@@ -27,9 +28,9 @@ TEST(ProgramOptions, EveryCounterOfACanInterfaceIsInTheResultByTheNameThatItsDoc
 
 TEST(ProgramOptions, WhatWasNeverMeasuredIsNull) {
   Histogram round_trip;
-  EXPECT_TRUE(milliseconds_json(round_trip).is_null());
+  EXPECT_EQ(milliseconds_json(round_trip).dump(), "null");
   round_trip.add(20ms);
-  EXPECT_EQ(milliseconds_json(round_trip).at("max"), 20);
+  EXPECT_EQ(nlohmann::json::parse(milliseconds_json(round_trip).dump()).at("max"), 20);
 }
 
 }  // namespace

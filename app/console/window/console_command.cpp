@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "app/bringup/device_probe.h"
 #include "app/cli/interrupt.h"
+#include "app/cli/json.h"
 #include "app/console/window/console_options.h"
 #include "app/console/window/console_program.h"
 #include "app/console/window/player_program.h"
@@ -25,7 +25,7 @@
 namespace knuckle::console::window {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using cli::Json;
 constexpr const char* kSchema = "knuckle-console/1";
 
 /// Loops and the wires below them, in the order in which they are taken down.
