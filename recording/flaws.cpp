@@ -1,6 +1,7 @@
 #include "recording/flaws.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace knuckle::recording {
 
@@ -15,6 +16,12 @@ std::vector<std::string> flaws(const Recording& recording) {
     *cut += "; it " + std::string(kNoEnd);
   else
     all.push_back(recording.source() + ": " + kNoEnd);
+  return all;
+}
+
+std::vector<std::string> remarks(const Recording& recording) {
+  std::vector<std::string> all = flaws(recording);
+  for (std::string& note : recording.order_notes()) all.push_back(std::move(note));
   return all;
 }
 

@@ -43,7 +43,7 @@ Recording::Recording(const std::vector<std::string>& paths) : paths_(paths) {
   if (paths.empty()) throw InputError("no recording was named");
   Head before;
   for (const std::string& path : paths) {
-    parts_.push_back(std::make_unique<mcap::Reader>(path));
+    parts_.push_back(std::make_unique<mcap::Reader>(path, kTopicNames));
     Head head = read_head(*parts_.back(), path);
     if (parts_.size() == 1) {
       read_files(*parts_.back(), head);
@@ -92,6 +92,13 @@ std::optional<Recording::Span> Recording::span() const {
 std::vector<std::string> Recording::damages() const {
   std::vector<std::string> all;
   for (const auto& part : parts_) all.insert(all.end(), part->damages().begin(), part->damages().end());
+  return all;
+}
+
+std::vector<std::string> Recording::order_notes() const {
+  std::vector<std::string> all;
+  for (const auto& part : parts_)
+    for (std::string& note : part->order_notes()) all.push_back(std::move(note));
   return all;
 }
 

@@ -32,8 +32,8 @@ class Recording {
   /// Of the first part, with the files that are attached.
   [[nodiscard]] const Head& head() const noexcept { return head_; }
   [[nodiscard]] const std::string& source() const noexcept { return paths_.front(); }
-  /// The next one in the order of the files; messages of topics that are not Knuckle's are left out. nullopt at the
-  /// end.
+  /// The next one, part by part, in the order of log times; messages of topics that are not Knuckle's are left out.
+  /// nullopt at the end.
   [[nodiscard]] std::optional<Entry> next();
   /// next() goes on with the first chunk that reaches this time.
   void seek(Time from);
@@ -44,6 +44,9 @@ class Recording {
   [[nodiscard]] std::optional<Span> span() const;
   /// What of the files cannot be read, a line each; complete once next() has come to its end.
   [[nodiscard]] std::vector<std::string> damages() const;
+  /// What is unusual in the files and takes nothing away, a line each: not in the order of time, something twice;
+  /// complete likewise.
+  [[nodiscard]] std::vector<std::string> order_notes() const;
   /// Every part was finished in order.
   [[nodiscard]] bool complete() const;
 

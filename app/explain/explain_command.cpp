@@ -127,7 +127,7 @@ int run(const Options& o) {
   const cli::InterruptGuard interrupt;
   recording::Recording recording(o.files);
   const Report report = report_on(recording, sides_named(o.side));
-  for (const std::string& flaw : flaws(recording)) std::cerr << "knuckle explain: " << flaw << '\n';
+  for (const std::string& remark : remarks(recording)) std::cerr << "knuckle explain: " << remark << '\n';
   if (!cli::is_standard_output(o.json)) print(std::cout, report, recording);
   if (!json) return 0;
   json->stream() << json_of(report, recording).dump(2) << '\n';

@@ -145,7 +145,7 @@ void write_recording(const Options& o, recording::Recording& recording, const cl
   if (o.from_s) outputs.from = Time(from_seconds(*o.from_s));
   if (o.to_s) outputs.to = Time(from_seconds(*o.to_s));
   export_recording(recording, outputs);
-  for (const std::string& flaw : flaws(recording)) std::cerr << "knuckle export: " << flaw << '\n';
+  for (const std::string& remark : remarks(recording)) std::cerr << "knuckle export: " << remark << '\n';
 }
 
 int run(const Options& o) {

@@ -48,7 +48,7 @@ int run(const Options& o) {
   change(setup, {o.with, o.control});
   const auto watch = [](Time, const auto& /*loop*/) { cli::check_interrupt(); };
   const recording::ReplayResult result = recording::replay(recording, setup, {watch, watch});
-  for (const std::string& flaw : flaws(recording)) std::cerr << "knuckle replay: " << flaw << '\n';
+  for (const std::string& remark : remarks(recording)) std::cerr << "knuckle replay: " << remark << '\n';
   for (std::size_t i = 0; i < result.sides.size(); ++i) {
     const recording::SideResult& side = result.sides[i];
     if (!side.recorded) continue;

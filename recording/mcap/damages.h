@@ -11,6 +11,7 @@ namespace knuckle::mcap {
 class Damages {
  public:
   explicit Damages(std::string file) : file_(std::move(file)) {}
+  [[nodiscard]] const std::string& file() const noexcept { return file_; }
 
   /// "FILE: WHAT at byte AT (WHEN): WHY"; once, however often it is met.
   void add(std::string_view what, std::uint64_t at, std::string_view why, std::string_view when = "");

@@ -40,18 +40,28 @@ std::optional<ChunkHead> chunk_head(RecordFile& file, const Record& record) {
 }
 
 Survey::Survey(RecordFile& file) {
-  data_end = kMagic.size();
+  std::uint64_t at = kMagic.size();
   Opcode before{};
-  while (const auto record = file.record_at(data_end)) {
+  while (const auto record = file.record_at(at)) {
     if (record->opcode == Opcode::kDataEnd || record->opcode == Opcode::kFooter) {
       summary(file, record->opcode == Opcode::kDataEnd ? record->end() : record->at);
-      return;
+      break;
     }
     const bool indexed = before == Opcode::kChunk || before == Opcode::kMessageIndex;
     if (record->opcode == Opcode::kMessageIndex && !indexed) file.damaged(*record, "no chunk before it");
     data_record(file, *record);
     before = record->opcode;
-    data_end = record->end();
+    at = record->end();
+  }
+  if (chunks == 0) {
+    places = std::move(stretches_);
+    for (const MessagePlace& place : places) add_times(place.first_time_ns, place.last_time_ns);
+  } else if (first_bare_) {
+    // A writer puts all messages into chunks or none; beside chunks, something damaged looks like a message.
+    file.damaged(*first_bare_,
+                 bare_messages_ == 1
+                     ? "outside of the file's chunks; left out"
+                     : fmt::format("outside of the file's chunks, with {} others; left out", bare_messages_ - 1));
   }
 }
 
@@ -61,6 +71,8 @@ void Survey::data_record(RecordFile& file, const Record& record) {
       return add_chunk(file, record);
     case Opcode::kAttachment:
       return add_attachment(file, record);
+    case Opcode::kMessage:
+      return add_bare_message(file, record);
     case Opcode::kHeader:
     case Opcode::kSchema:
     case Opcode::kChannel:
@@ -141,13 +153,43 @@ void Survey::add_chunk(RecordFile& file, const Record& record) {
   const auto head = chunk_head(file, record);
   if (!head) return;
   const bool credible = head->first_time_ns <= head->last_time_ns;
-  if (fits(file, record, sizeof(ChunkPlace)))
-    places.push_back({record.at, credible ? head->last_time_ns : std::numeric_limits<std::uint64_t>::max()});
+  if (fits(file, record, sizeof(MessagePlace))) {
+    places.push_back({record.at, record.bytes, credible ? head->first_time_ns : 0,
+                      credible ? head->last_time_ns : std::numeric_limits<std::uint64_t>::max()});
+  }
   // Both are zero where it has no messages.
   if (!credible || head->last_time_ns == 0) return;
-  if (!times) times = {head->first_time_ns, head->last_time_ns};
-  times->first_ns = std::min(times->first_ns, head->first_time_ns);
-  times->last_ns = std::max(times->last_ns, head->last_time_ns);
+  add_times(head->first_time_ns, head->last_time_ns);
+}
+
+void Survey::add_times(std::uint64_t first_ns, std::uint64_t last_ns) {
+  if (!times) times = {first_ns, last_ns};
+  times->first_ns = std::min(times->first_ns, first_ns);
+  times->last_ns = std::max(times->last_ns, last_ns);
+}
+
+/// Into the stretch that is growing, up to a size that is read at once.
+void Survey::add_bare_message(RecordFile& file, const Record& record) {
+  constexpr std::uint64_t kStretch_bytes = 4 << 20;
+  ++bare_messages_;
+  if (!first_bare_) first_bare_ = record;
+  MessagePlace place{record.at, record.bytes, 0, std::numeric_limits<std::uint64_t>::max()};
+  const auto bytes = file.content(record, kMessageHead_bytes);
+  if (!bytes) return;
+  Decoder head(*bytes);
+  (void)head.number<std::uint16_t>();
+  (void)head.number<std::uint32_t>();
+  const auto log_time_ns = head.number<std::uint64_t>();
+  if (head.ok()) place.first_time_ns = place.last_time_ns = log_time_ns;
+  if (!stretches_.empty()) {
+    MessagePlace& last = stretches_.back();
+    if (record.end() - last.at <= kStretch_bytes) {
+      last = {last.at, record.end() - last.at, std::min(last.first_time_ns, place.first_time_ns),
+              std::max(last.last_time_ns, place.last_time_ns)};
+      return;
+    }
+  }
+  if (fits(file, record, sizeof place)) stretches_.push_back(place);
 }
 
 void Survey::add_attachment(RecordFile& file, const Record& record) {

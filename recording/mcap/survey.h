@@ -34,6 +34,13 @@ struct ChunkHead {
 /// Nothing where it is damaged, which is told.
 [[nodiscard]] std::optional<ChunkHead> chunk_head(RecordFile& file, const Record& record);
 
+/// Where messages are: a chunk, or in a file without any a stretch of records. Both times are of all messages in it, as
+/// far as is told: where that is not credible, from the first to the last time there is.
+struct MessagePlace {
+  std::uint64_t at = 0, bytes = 0;
+  std::uint64_t first_time_ns = 0, last_time_ns = 0;
+};
+
 struct TimeSpan {
   std::uint64_t first_ns = 0, last_ns = 0;
 };
@@ -47,15 +54,11 @@ class Survey {
   Topics topics;
   std::vector<Metadata> metadata;
   std::vector<AttachmentEntry> attachments;
-  std::optional<TimeSpan> times;  ///< Of log times, as the summary or else the chunks say.
+  std::optional<TimeSpan> times;  ///< Of log times, as the summary or else the chunks say; without chunks of all.
   std::size_t chunks = 0;
   bool complete = false;  ///< It ends with data end, footer and magic.
 
-  struct ChunkPlace {
-    std::uint64_t at = 0, last_time_ns = 0;
-  };
-  std::vector<ChunkPlace> places;
-  std::uint64_t data_end = 0;  ///< Where the records end that messages are among.
+  std::vector<MessagePlace> places;  ///< In the order of the file.
 
   /// The content of a record; one whose id is known already must be the same.
   void add_schema(RecordFile& file, Decoder content, const Record& record);
@@ -64,6 +67,8 @@ class Survey {
  private:
   void data_record(RecordFile& file, const Record& record);
   void add_chunk(RecordFile& file, const Record& record);
+  void add_bare_message(RecordFile& file, const Record& record);
+  void add_times(std::uint64_t first_ns, std::uint64_t last_ns);
   void add_attachment(RecordFile& file, const Record& record);
   void add_metadata(RecordFile& file, Decoder content, const Record& record);
   void summary(RecordFile& file, std::uint64_t start);
@@ -71,6 +76,9 @@ class Survey {
   [[nodiscard]] bool fits(RecordFile& file, const Record& record, std::uint64_t bytes);
 
   std::uint64_t catalogue_bytes_ = 0;
+  std::vector<MessagePlace> stretches_;  ///< Of messages outside of chunks.
+  std::uint64_t bare_messages_ = 0;
+  std::optional<Record> first_bare_;
 };
 
 }  // namespace knuckle::mcap

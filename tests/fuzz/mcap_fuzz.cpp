@@ -1,5 +1,5 @@
 // Any file as a recording: refused in one line, or read to its end, from its beginning and from a time on; what is
-// damaged is told in lines.
+// damaged is told in lines. What is not damaged comes in the order of time.
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -22,7 +22,10 @@ struct Sums {
 };
 Sums read_all(mcap::Reader& reader, std::uint64_t from_ns) {
   Sums sums;
+  std::uint64_t last_ns = 0;
   while (const auto message = reader.next()) {
+    require(message->log_time_ns >= last_ns || !reader.damages().empty());
+    last_ns = message->log_time_ns;
     require(reader.topics().channels.contains(message->channel_id));
     ++sums.messages;
     for (const std::uint8_t byte : message->data) sums.bytes += byte;
@@ -51,6 +54,8 @@ void read(const std::string& path) {
   require(later.messages == later.later && later.later <= again.later);
   require(reader.damages().size() <= 101);
   for (const std::string& line : reader.damages()) require_line(line);
+  require(reader.order_notes().size() <= 2);
+  for (const std::string& line : reader.order_notes()) require_line(line);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -12,6 +14,7 @@
 #include "machine/load.h"
 #include "master/master_state.h"
 #include "recording/fields.h"
+#include "recording/flaws.h"
 #include "tests/recording/divergence.h"
 #include "tests/recording/recorded_session.h"
 #include "tests/recording/rewrite.h"
@@ -293,6 +296,55 @@ TEST_F(ReplayOfAPress, OfAFlightRecordIsRefusedWithoutNamingAFirstPart) {
     EXPECT_NE(said.find("(a flight record): "), std::string::npos) << said;
     EXPECT_NE(said.find("`knuckle explain` reads it"), std::string::npos) << said;
     EXPECT_EQ(said.find("part 1"), std::string::npos) << said;
+  }
+}
+
+TEST_F(ReplayOfAPress, ChunksInAnyOrderAndTwiceMakeNoDifference) {
+  const std::string copy = folder_->file("shuffled.mcap");
+  mcap::Reader reader(original_);
+  std::vector<mcap::Chunk> chunks;
+  mcap::ChunkBuilder builder;
+  for (int messages = 1; const auto message = reader.next(); ++messages) {
+    builder.add(message->channel_id, message->sequence, message->log_time_ns, message->publish_time_ns, message->data);
+    if (messages % 700 == 0) chunks.push_back(builder.finish(kFast));
+  }
+  chunks.push_back(builder.finish(kFast));
+  ASSERT_GE(chunks.size(), 5u);
+  mcap::FileWriter writer;
+  ASSERT_TRUE(writer.open(copy, reader.topics()));
+  ASSERT_TRUE(writer.note(metadata_of(head_)));
+  for (const mcap::Attachment& attachment : attachments_of(head_)) ASSERT_TRUE(writer.attach(attachment));
+  for (const std::size_t chunk : {2U, 0U, 3U, 1U, 3U}) ASSERT_TRUE(writer.append(chunks[chunk]));
+  for (std::size_t chunk = 4; chunk < chunks.size(); ++chunk) ASSERT_TRUE(writer.append(chunks[chunk]));
+  ASSERT_TRUE(writer.close());
+  const ReplayResult whole = replayed(original_), shuffled = replayed(copy);
+  EXPECT_TRUE(shuffled.identical());
+  for (const Side side : {Side::kOperator, Side::kMachine}) EXPECT_EQ(of(side, shuffled).steps, of(side, whole).steps);
+  Recording recording({copy});
+  while (recording.next()) {
+  }
+  const std::vector<std::string> notes = recording.order_notes();
+  ASSERT_EQ(notes.size(), 2u);
+  EXPECT_NE(notes[0].find(": not in the order of time, first at "), std::string::npos) << notes[0];
+  EXPECT_NE(notes[1].find(": 700 messages stand twice in it"), std::string::npos) << notes[1];
+}
+
+/// Files of others, as they failed in the field.
+TEST_F(ReplayOfAPress, WhatFailedInTheFieldIsReadWhole) {
+  const std::string folder = test::source_dir() + "/../shared/data/field-faults/";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no ../shared/data/field-faults";
+  for (const char* file : {"lz4.mcap", "swapchunks.mcap"}) {
+    Recording recording({folder + file});
+    std::array<int, 2> steps{};
+    Time last{};
+    while (const auto entry = recording.next()) {
+      EXPECT_GE(entry->at, last) << file;
+      last = entry->at;
+      steps[0] += entry->topic == Topic::kOperatorState ? 1 : 0;
+      steps[1] += entry->topic == Topic::kMachineState ? 1 : 0;
+    }
+    EXPECT_EQ(steps, (std::array{4000, 800})) << file;
+    EXPECT_EQ(flaws(recording), std::vector<std::string>()) << file;
   }
 }
 

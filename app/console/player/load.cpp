@@ -258,7 +258,7 @@ Played load(const std::vector<std::string>& files) {
   Reader reader(recording, played);
   while (const auto entry = recording.next()) reader.take(*entry);
   played.run = Run(reader.take_data());
-  played.notes = recording::flaws(recording);
+  played.notes = recording::remarks(recording);
   if (const std::string said = reader.complaint(); !said.empty()) played.notes.push_back(played.file + ": " + said);
   if (played.run.empty()) {
     const std::string why = played.notes.empty() ? "" : " (" + played.notes.front() + ")";

@@ -158,8 +158,10 @@ TEST_F(McapDamage, AChunkThatClaimsTooMuchIsRefusedInOneLine) {
             std::vector{at + "10737418240 bytes, at most 268435456 are read; its messages are left out"});
   EXPECT_EQ(damages_of_chunk(path_, 200, "zstd", "abc"),
             std::vector{at + "does not decompress to 200 bytes; its messages are left out"});
-  EXPECT_EQ(damages_of_chunk(path_, 3, "lz4", "abc"),
-            std::vector{at + "compressed by 'lz4'; only zstd is read; its messages are left out"});
+  EXPECT_EQ(damages_of_chunk(path_, 200, "lz4", "abc"),
+            std::vector{at + "does not decompress to 200 bytes; its messages are left out"});
+  EXPECT_EQ(damages_of_chunk(path_, 3, "lzma", "abc"),
+            std::vector{at + "compressed by 'lzma'; only zstd and lz4 are read; its messages are left out"});
   EXPECT_EQ(damages_of_chunk(path_, 3, "", "abc"),
             std::vector{at + "its records do not fit into it; those after the last whole one left out"});
 }

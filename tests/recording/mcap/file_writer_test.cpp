@@ -190,7 +190,7 @@ TEST(McapFileWriter, ASmallDiskLeavesAFileOfWholeChunks) {
   const std::vector<std::uint8_t> data(10'000, 7);
   int chunks = 0;
   for (bool written = true; written && chunks < 100; chunks += written) {
-    for (int i = 0; i < 5; ++i) builder.add(1, 0, static_cast<std::uint64_t>(chunks), 0, data);
+    for (std::uint32_t i = 0; i < 5; ++i) builder.add(1, i, static_cast<std::uint64_t>(chunks), 0, data);
     written = writer.append(builder.finish({}));
   }
   EXPECT_EQ(chunks, 5);
