@@ -1,7 +1,10 @@
 #include "recording/file_names.h"
 
+#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -41,6 +44,15 @@ bool ours(const std::string& name) {
   return std::regex_match(name, kReal) || std::regex_match(name, kVirtual);
 }
 
+/// A FileWriter holds a lock, which ends with its program however that ends. What cannot be opened is not ours.
+bool being_written(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0) return true;
+  const bool locked = ::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(file);
+  return locked;
+}
+
 }  // namespace
 
 std::string default_folder() {
@@ -54,12 +66,8 @@ std::string default_folder() {
   return (home.empty() ? "." : home) + "/.local/state/knuckle/recordings";
 }
 
-std::string part_stem(const Head& head) {
-  return stamp(head.started_unix_ns) + "Z_" + side(head) + kPart;
-}
-
 std::string part_name(const Head& head, int part) {
-  return part_stem(head) + fmt::format("{:03}{}", part, kSuffix);
+  return fmt::format("{}Z_{}{}{:03}{}", stamp(head.started_unix_ns), side(head), kPart, part, kSuffix);
 }
 
 std::string flight_name(const Head& head, Time at, const std::string& why) {
@@ -104,12 +112,7 @@ std::vector<FileOfFolder> files_in(const std::string& folder) {
   return files;
 }
 
-std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes, const std::string& keep,
-                                   const std::string& own) {
-  const auto live = [&](const FileOfFolder& file) {
-    const bool young = fs::file_time_type::clock::now() - file.changed < 1min;
-    return file.path == keep || (young && !fs::path(file.path).filename().string().starts_with(own));
-  };
+std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes) {
   std::vector<FileOfFolder> files = files_in(folder);
   std::uint64_t total = 0;
   for (const FileOfFolder& file : files) total += file.bytes;
@@ -118,11 +121,23 @@ std::vector<std::string> make_room(const std::string& folder, std::uint64_t most
   for (const FileOfFolder& file : files) {
     if (total <= most_bytes) break;
     std::error_code error;
-    if (live(file) || !fs::remove(file.path, error)) continue;
+    if (being_written(file.path) || !fs::remove(file.path, error)) continue;
     total -= file.bytes;
     deleted.push_back(file.path);
   }
   return deleted;
+}
+
+NewestMark::NewestMark(std::string path) : path_(std::move(path)) {
+  constexpr auto kCoarsest = 2s;  // some file systems know no finer times
+  for (const FileOfFolder& other : files_in(fs::path(path_).parent_path().string()))
+    if (other.path != path_) least_ = std::max(least_, other.changed + kCoarsest);
+  renew();
+}
+
+void NewestMark::renew() const noexcept {
+  std::error_code ignored;
+  if (!path_.empty() && fs::file_time_type::clock::now() < least_) fs::last_write_time(path_, least_, ignored);
 }
 
 std::optional<std::uint64_t> free_bytes(const std::string& path) noexcept {

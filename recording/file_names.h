@@ -18,8 +18,6 @@ namespace knuckle::recording {
 
 /// "2026-11-25T13-05-40Z_slave_part001.mcap"; the time is that of session time 0.
 [[nodiscard]] std::string part_name(const Head& head, int part);
-/// What the names of a session's parts begin with.
-[[nodiscard]] std::string part_stem(const Head& head);
 /// "2026-11-25T13-07-12.250Z_slave_fault_link_lost.mcap"; the time is that of the event. On virtual time:
 /// "12.250s_simulate_fault_link_lost.mcap".
 [[nodiscard]] std::string flight_name(const Head& head, Time at, const std::string& why);
@@ -39,11 +37,24 @@ struct FileOfFolder {
 };
 /// Files of recordings in it, the oldest first; none where there is no folder.
 [[nodiscard]] std::vector<FileOfFolder> files_in(const std::string& folder);
-/// Deletes the oldest until no more than this is left, parts before flight records; never `keep`, nor what another
-/// session may still be writing: files changed within the last minute that do not begin with `own`.
-/// @return what was deleted.
-std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes, const std::string& keep,
-                                   const std::string& own);
+/// Deletes the oldest until no more than this is left, parts before flight records; never one that a FileWriter, of
+/// whatever program, has open. @return what was deleted.
+std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes);
+
+/// The time of change of a file that is being written, by which files_in() puts the newest last: also where the clock
+/// is behind. Boards without a battery begin in 1970, and a clock that was ahead leaves files of the future.
+class NewestMark {
+ public:
+  NewestMark() = default;
+  /// @param path in a folder of recordings; it becomes the newest there.
+  explicit NewestMark(std::string path);
+  /// After each time that the file was written or closed.
+  void renew() const noexcept;
+
+ private:
+  std::string path_;
+  std::filesystem::file_time_type least_ = std::filesystem::file_time_type::min();
+};
 
 /// Left on the disk of a folder or file; nullopt: not known.
 [[nodiscard]] std::optional<std::uint64_t> free_bytes(const std::string& path) noexcept;

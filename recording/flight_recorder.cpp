@@ -25,6 +25,7 @@ mcap::Chunk FlightRecorder::take(mcap::Chunk chunk) {
     } else if (!file_.append(kept_.back())) {
       fail(file_.error());
     }
+    mark_.renew();
     if (failed_ || newest - newest_trigger_ >= kAfter) end();
   }
   mcap::Chunk old;
@@ -67,10 +68,12 @@ void FlightRecorder::begin() {
     return;
   }
   path_ = made;
+  mark_ = NewestMark(path_);
   bool written = file_.note(metadata_of(head_));
   for (const mcap::Attachment& attachment : attachments_of(head_)) written = written && file_.attach(attachment);
   for (const mcap::Chunk& chunk : kept_) written = written && file_.append(chunk);
   if (!written) fail(file_.error());
+  mark_.renew();
 }
 
 void FlightRecorder::fail(int error) {
@@ -83,6 +86,7 @@ void FlightRecorder::end() {
     file_.abandon();
   else if (!file_.close())
     fail(file_.error());
+  mark_.renew();
   if (on_file) on_file(triggered_at_, path_, problem_);
   open_ = failed_ = false;
   problem_.clear();

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/time.h"
+#include "recording/file_names.h"
 #include "recording/head.h"
 #include "recording/mcap/chunk.h"
 #include "recording/mcap/file_writer.h"
@@ -46,6 +47,7 @@ class FlightRecorder {
   std::deque<mcap::Chunk> kept_;
   std::deque<Time> begun_at_;  // in the last hour
   mcap::FileWriter file_;
+  NewestMark mark_;
   std::string path_, why_, next_why_, problem_;
   Time triggered_at_ = kNever, newest_trigger_ = kNever, next_at_ = kNever;
   bool open_ = false, failed_ = false;

@@ -187,11 +187,13 @@ void Recorder::write(const mcap::Chunk& chunk) {
       if (gone) notice(at, Severity::kError, path_ + " was removed while it was written; a new part is begun");
       bytes_before_ += file_.bytes();
       (void)file_.close();
+      mark_.renew();
       ++head_.part;
       if (!open_part(newest_ns_)) return end_recording(at, std::strerror(errno));
     }
   }
   if (!file_.append(chunk)) end_recording(at, std::strerror(file_.error()));
+  mark_.renew();
 }
 
 /// Deletes the oldest recordings where the folder or the disk is too full. @return whether the disk has room then.
@@ -204,8 +206,7 @@ bool Recorder::room_for_more(Time at) {
   if (before && *before < least) {
     for (const FileOfFolder& file : files_in(options_.folder)) used += file.bytes;
     const std::uint64_t missing = least - *before;
-    const std::string own = part_stem(head_);
-    for (const std::string& deleted : make_room(options_.folder, used > missing ? used - missing : 0, path_, own))
+    for (const std::string& deleted : make_room(options_.folder, used > missing ? used - missing : 0))
       notice(at, Severity::kWarning, "deleted, as the disk is full: " + deleted);
   }
   const auto free = free_bytes(options_.folder);
@@ -247,8 +248,8 @@ bool Recorder::open_part(std::int64_t at_ns) {
     status_.file = own_name ? path_ : options_.file;
   }
   if (!own_name) return true;
-  const std::string own = part_stem(head_);
-  for (const std::string& deleted : make_room(options_.folder, options_.folder_bytes, path_, own))
+  mark_ = NewestMark(path_);
+  for (const std::string& deleted : make_room(options_.folder, options_.folder_bytes))
     notice(time_at(at_ns), Severity::kInfo, "deleted, as the folder is full: " + deleted);
   return true;
 }
@@ -263,6 +264,7 @@ void Recorder::end_recording(Time at, const std::string& why) {
         encode_log({at, Severity::kError, "recorder", "the recording has ended: " + problem}, head_.started_unix_ns));
     (void)file_.append(builder_.finish(options_.compression, {}));
     file_.abandon();
+    mark_.renew();
   }
   {
     const std::scoped_lock lock(mutex_);
@@ -278,6 +280,7 @@ bool Recorder::put_in_place(bool replaces) {
     errno = file_.error();
     return false;
   }
+  mark_.renew();
   if (options_.file.empty()) return true;
   if (replaces || !std::filesystem::is_regular_file(options_.file))
     return std::rename((options_.file + kUnfinished).c_str(), options_.file.c_str()) == 0;

@@ -17,6 +17,7 @@
 #include "recording/camera_picture.h"
 #include "recording/camera_stamp.h"
 #include "recording/events.h"
+#include "recording/file_names.h"
 #include "recording/flight_recorder.h"
 #include "recording/head.h"
 #include "recording/loop_tape.h"
@@ -113,6 +114,7 @@ class Recorder {
   mcap::ChunkBuilder builder_;
   mcap::Chunk spare_;
   mcap::FileWriter file_;
+  NewestMark mark_;
   std::string path_;  // of file_
   FlightRecorder flights_;
   std::array<std::uint32_t, static_cast<std::size_t>(Topic::kCount)> sequences_{};

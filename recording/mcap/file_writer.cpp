@@ -1,6 +1,7 @@
 #include "recording/mcap/file_writer.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -21,6 +22,7 @@ bool FileWriter::open(const std::string& path, const Topics& topics) {
     error_ = errno;
     return false;
   }
+  (void)::flock(file, LOCK_SH | LOCK_NB);  // says to others that it is being written
   file_ = file;
   torn_ = false;
   bytes_ = crc_ = 0;

@@ -22,7 +22,7 @@ class FileWriter {
   FileWriter& operator=(const FileWriter&) = delete;
 
   /// Makes a new file with these schemas and channels; one that exists is an error (EEXIST) and stays as it is. A file
-  /// open so far is closed first.
+  /// open so far is closed first. While it is open it has a shared flock(2), by which others see that it is written.
   [[nodiscard]] bool open(const std::string& path, const Topics& topics);
   [[nodiscard]] bool is_open() const noexcept { return file_ >= 0; }
   [[nodiscard]] bool append(const Chunk& chunk);

@@ -56,6 +56,28 @@ std::vector<recording::Event> events_in(const std::vector<std::string>& files) {
   return events;
 }
 
+/// How far a child that records came before it was killed, as it says itself.
+double record_until_killed(const std::string& folder, unsigned after_ms) {
+  auto* const drained_s =
+      static_cast<double*>(::mmap(nullptr, sizeof(double), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  *drained_s = 0;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    RecordedSession recorded(short_session("wall_contact", 600), into(folder));
+    for (;;) {
+      recorded.session.step();
+      recorded.recorder.drain();
+      *drained_s = recorded.session.elapsed_s();
+    }
+  }
+  ::usleep(after_ms * 1000);
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  const double reached_s = *drained_s;
+  ::munmap(drained_s, sizeof(double));
+  return reached_s;
+}
+
 TEST(Recorder, RecordedSessionRunsAgainBitByBit) {
   TemporaryFolder folder;
   RecorderOptions how;
@@ -156,7 +178,8 @@ TEST(Recorder, OtherFilesInTheFolderAreLeftAlone) {
   std::ofstream(folder.file("2026-notes.txt")) << std::string(10'000, 'x');
   std::ofstream(folder.file("2019-06-01_survey_of_a_colleague.mcap")) << std::string(10'000, 'x');
   const std::string live = folder.file("2026-11-25T10-00-00Z_master_part001.mcap");  // of a program that runs beside
-  std::ofstream(live) << std::string(10'000, 'x');
+  mcap::FileWriter beside;
+  ASSERT_TRUE(beside.open(live, recording::topics()));
   RecorderOptions how = into(folder.path().string());
   how.part = 1s;
   how.folder_bytes = 1;
@@ -165,11 +188,54 @@ TEST(Recorder, OtherFilesInTheFolderAreLeftAlone) {
   EXPECT_TRUE(std::filesystem::exists(folder.file("2026-notes.txt")));
   EXPECT_TRUE(std::filesystem::exists(folder.file("2019-06-01_survey_of_a_colleague.mcap")));
   EXPECT_TRUE(std::filesystem::exists(live));
-  std::filesystem::last_write_time(live, std::filesystem::file_time_type::clock::now() - 2min);
+  ASSERT_TRUE(beside.close());
   const RecorderStatus status = record(short_session("free_motion", 2), how);
   EXPECT_FALSE(std::filesystem::exists(live));
   ASSERT_FALSE(status.notices.empty());
   EXPECT_EQ(status.notices[0], "deleted, as the folder is full: " + live);
+}
+
+/// A part of an earlier session, as it stands in the folder. @param ahead of the clock.
+std::string put_part(const TemporaryFolder& folder, const std::string& name, std::chrono::seconds ahead) {
+  std::string path = folder.file(name + "_slave_part001.mcap");
+  std::ofstream(path) << std::string(600'000, 'x');
+  std::filesystem::last_write_time(path, std::filesystem::file_time_type::clock::now() + ahead);
+  return path;
+}
+
+TEST(Recorder, NewestRecordingsStayWhereTheClockIsBehindThoseThatAreThere) {
+  TemporaryFolder folder;
+  constexpr auto kYears = std::chrono::seconds(std::chrono::years(50));  // boards without a battery begin in 1970
+  const std::string first = put_part(folder, "2076-11-25T10-00-00Z", kYears),
+                    second = put_part(folder, "2076-11-25T11-00-00Z", kYears + 1h);
+  RecorderOptions how = into(folder.path().string());
+  how.part = 1s;
+  how.folder_bytes = 2'000'000;
+  std::string newest;
+  for (int session = 0; session < 4; ++session) {
+    const RecorderStatus status = record(short_session("free_motion", 3), how);
+    std::uint64_t total = 0;
+    const auto files = recording::files_in(folder.path().string());
+    for (const auto& file : files) total += file.bytes;
+    EXPECT_LE(total, how.folder_bytes + 600'000) << "and the part that was written last";
+    ASSERT_FALSE(files.empty());
+    EXPECT_EQ(files.back().path, status.file) << "session " << session;
+    EXPECT_TRUE(newest.empty() || std::filesystem::exists(newest)) << "the end of the session before is gone";
+    newest = status.file;
+  }
+  EXPECT_FALSE(std::filesystem::exists(first)) << "the oldest";
+  EXPECT_FALSE(std::filesystem::exists(second));
+}
+
+TEST(Recorder, RecordingOfAKilledProgramIsTheNewestAlsoWhereTheClockIsBehind) {
+  TemporaryFolder folder;
+  const std::string old = put_part(folder, "2076-11-25T10-00-00Z", std::chrono::seconds(std::chrono::years(50)));
+  ASSERT_GT(record_until_killed(folder.path().string(), 200), 0);
+  const auto files = recording::files_in(folder.path().string());
+  ASSERT_EQ(files.size(), 2u);
+  EXPECT_EQ(files.front().path, old);
+  EXPECT_EQ(recording::make_room(folder.path().string(), files.back().bytes), std::vector{old});
+  EXPECT_EQ(recording::make_room(folder.path().string(), 0), std::vector{files.back().path}) << "its lock has ended";
 }
 
 TEST(Recorder, FullDiskEndsTheRecordingAndNothingElse) {
@@ -224,7 +290,8 @@ TEST(Recorder, StopsBeforeTheDiskIsFullAndDeletesNothingOfAProgramThatRuns) {
   RecorderOptions how = into(disk.path());
   how.least_free_bytes = 2'500'000;  // of so small a disk, a tenth counts: 400 kB
   const std::string live = disk.path() + "/1970-01-01T00-00-00Z_master_part001.mcap";  // begun in the same second
-  std::ofstream(live) << std::string(10'000, 'x');
+  mcap::FileWriter beside;
+  ASSERT_TRUE(beside.open(live, recording::topics()));
   const RecorderStatus status = record(short_session("wall_contact", 20), how);
   EXPECT_EQ(status.problem, "only 0 MiB are left on the disk");
   EXPECT_GT(recording::free_bytes(disk.path()).value_or(0), 100'000u);
@@ -386,28 +453,6 @@ TEST(FlightRecorder, NamesTheReason) {
   const auto flights = paths_in(folder.path().string(), true);
   ASSERT_EQ(flights.size(), 1u);
   EXPECT_NE(flights[0].find("_simulate_link_lost.mcap"), std::string::npos) << flights[0];
-}
-
-/// How far a child that records came before it was killed, as it says itself.
-double record_until_killed(const std::string& folder, unsigned after_ms) {
-  auto* const drained_s =
-      static_cast<double*>(::mmap(nullptr, sizeof(double), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
-  *drained_s = 0;
-  const pid_t child = ::fork();
-  if (child == 0) {
-    RecordedSession recorded(short_session("wall_contact", 600), into(folder));
-    for (;;) {
-      recorded.session.step();
-      recorded.recorder.drain();
-      *drained_s = recorded.session.elapsed_s();
-    }
-  }
-  ::usleep(after_ms * 1000);
-  ::kill(child, SIGKILL);
-  ::waitpid(child, nullptr, 0);
-  const double reached_s = *drained_s;
-  ::munmap(drained_s, sizeof(double));
-  return reached_s;
 }
 
 void expect_killed_recordings_open(int kills, unsigned seed) {
