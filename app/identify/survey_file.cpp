@@ -6,9 +6,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "app/recordings/csv_cells.h"
-#include "app/recordings/csv_mapping.h"
 #include "core/error.h"
 #include "core/text.h"
 
@@ -56,9 +56,9 @@ std::vector<Column> columns_of(const std::string& path, const recordings::Cells&
   return columns;
 }
 
-estimation::SurveyPose pose_of(const std::string& path, std::size_t row, const recordings::Cells& cells,
-                               const recordings::Cells& header, const std::vector<Column>& columns) {
-  const std::string where = path + ": row " + std::to_string(row) + ": ";
+estimation::SurveyPose pose_of(const recordings::CsvFile& file, std::size_t index, const std::vector<Column>& columns) {
+  const recordings::Cells &cells = file.rows[index], &header = file.rows.front();
+  const std::string where = file.path + ": row " + std::to_string(index + 1) + ": ";
   if (cells.size() != columns.size()) {
     throw InputError(where + std::to_string(cells.size()) + " cells, but " + std::to_string(columns.size()) +
                      " columns");
@@ -68,7 +68,7 @@ estimation::SurveyPose pose_of(const std::string& path, std::size_t row, const r
   for (std::size_t c = 0; c < cells.size(); ++c) {
     const bool may_be_empty = columns[c].value >= kEncoders;
     if (cells[c].empty() && may_be_empty) continue;
-    value[columns[c].value] = recordings::number_in(cells[c]) * columns[c].factor;
+    value[columns[c].value] = file.number(cells[c]) * columns[c].factor;
     if (!std::isfinite(value[columns[c].value])) {
       throw InputError(where + header[c] + " = '" + shortened(cells[c]) + "': must be a number" +
                        (may_be_empty ? " or empty" : ""));
@@ -85,14 +85,23 @@ estimation::SurveyPose pose_of(const std::string& path, std::size_t row, const r
 }  // namespace
 
 estimation::Survey read_survey(const std::string& path, double point_sigma_m) {
-  const std::vector<recordings::Cells> rows = recordings::read_cells(path);
-  const std::vector<Column> columns = columns_of(path, rows.front());
+  std::vector<std::string> wanted;
+  for (const char* name : kNames)
+    for (const char* unit : {"_m", "_mm"}) wanted.push_back(name + std::string(unit));
+  recordings::CsvFile file = recordings::read_cells(path, wanted);
+  recordings::Cells& header = file.rows.front();
+  while (!header.empty() && header.back().empty()) header.pop_back();
+  const std::vector<Column> columns = columns_of(path, header);
+  std::vector<std::size_t> all(columns.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  recordings::find_decimal_mark(file, all);
   estimation::Survey survey;
   survey.source = path;
   survey.point_sigma_m = point_sigma_m;
-  for (std::size_t r = 1; r < rows.size(); ++r) {
-    if (rows[r].empty()) continue;  // a blank line
-    survey.poses.push_back(pose_of(path, r + 1, rows[r], rows.front(), columns));
+  for (std::size_t r = 1; r < file.rows.size(); ++r) {
+    recordings::Cells& cells = file.rows[r];
+    while (cells.size() > columns.size() && cells.back().empty()) cells.pop_back();
+    if (!cells.empty()) survey.poses.push_back(pose_of(file, r, columns));  // else a blank line
   }
   if (survey.poses.empty()) throw InputError(path + ": no pose below the header");
   return survey;

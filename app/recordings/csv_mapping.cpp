@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 
+#include "core/quantile.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::recordings {
@@ -93,8 +94,10 @@ TimeMap read_time(TomlTable& file) {
     time.pattern = file.text("pattern");
     file.require(pattern_is_whole(time.pattern), "pattern",
                  "must hold YYYY, MM, DD, HH, MM and SS, and mmm for milliseconds: YYYYMMDD_HHMMSS.mmm");
+  } else if (file.has("unit")) {
+    time.factor = kTimeUnits[static_cast<std::size_t>(file.choice("unit", {"s", "ms", "us", "ns"}))].factor;
   } else {
-    time.factor = file.choice("unit", {"s", "ms"}) == 0 ? 1.0 : 1e-3;
+    time.factor = 0;
   }
   return time;
 }
@@ -119,17 +122,29 @@ ChannelMap read_channel(TomlTable& entry) {
 
 }  // namespace
 
-double number_in(std::string_view cell) {
-  if (cell.starts_with('+')) cell.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  const bool whole = error == std::errc() && end == cell.data() + cell.size();
-  return whole && std::isfinite(value) ? value : kNoNumber;
+TimesSeen times_seen(const CsvFile& file, std::size_t column) {
+  std::vector<double> times, steps;
+  for (std::size_t r = 1; r < file.rows.size(); ++r) {
+    const double time = column < file.rows[r].size() ? file.number(file.rows[r][column]) : kNoNumber;
+    if (!std::isfinite(time)) continue;
+    if (!times.empty() && time > times.back()) steps.push_back(time - times.back());
+    times.push_back(time);
+  }
+  return {times.empty() ? kNoNumber : median(times), steps.empty() ? kNoNumber : median(steps)};
 }
 
-double TimeMap::seconds_in(const std::string& cell) const {
+std::optional<TimeUnit> unix_unit(const TimesSeen& times) {
+  constexpr double kYear_s = 365.25 * 86400, kLongestStep_s = 1000;
+  for (const TimeUnit& unit : kTimeUnits) {
+    const double since_s = times.middle * unit.factor;
+    if (since_s >= 20 * kYear_s && since_s <= 180 * kYear_s && times.step * unit.factor <= kLongestStep_s) return unit;
+  }
+  return std::nullopt;
+}
+
+double TimeMap::seconds_in(const std::string& cell, char decimal_mark) const {
   if (pattern.empty()) {
-    const double s = number_in(cell) * factor;
+    const double s = number_in(cell, decimal_mark) * factor;
     return std::abs(s) <= kAnyTime_s ? s : kNoNumber;
   }
   for (std::size_t at = 0; at + pattern.size() <= cell.size(); ++at) {
@@ -137,6 +152,13 @@ double TimeMap::seconds_in(const std::string& cell) const {
     if (std::isfinite(s)) return s;
   }
   return kNoNumber;
+}
+
+std::vector<std::string> Mapping::columns() const {
+  std::vector<std::string> columns;
+  if (!time.column.empty()) columns.push_back(time.column);
+  for (const ChannelMap& channel : channels) columns.push_back(channel.column);
+  return columns;
 }
 
 Mapping read_mapping(const std::string& path) {

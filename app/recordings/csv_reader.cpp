@@ -7,7 +7,6 @@
 #include <map>
 #include <utility>
 
-#include "app/recordings/csv_cells.h"
 #include "core/error.h"
 #include "core/quantile.h"
 
@@ -30,15 +29,6 @@ std::vector<std::string> described(const std::vector<Finding>& findings, std::si
                     (what.second.empty() ? "" : " in " + what.second) + ": row " + row_list(where, most_rows));
   }
   return lines;
-}
-
-std::size_t column_index(const Cells& header, const std::string& column, const std::string& csv_path) {
-  const auto it = std::find(header.begin(), header.end(), column);
-  if (it == header.end()) throw InputError(csv_path + ": row 1: no column '" + column + "' as the mapping asks");
-  if (std::find(it + 1, header.end(), column) != header.end()) {
-    throw InputError(csv_path + ": row 1: column '" + column + "' appears twice");
-  }
-  return static_cast<std::size_t>(it - header.begin());
 }
 
 /// A row whose time can be read.
@@ -72,15 +62,19 @@ std::vector<std::size_t> increasing(const std::vector<TimedRow>& rows) {
 /// Fills one MappedTable from the rows of one file.
 class Reader {
  public:
-  Reader(const std::string& csv_path, Mapping map) : map_(std::move(map)), cells_(read_cells(csv_path)) {
-    table_.source = csv_path;
+  Reader(CsvFile file, Mapping map) : map_(std::move(map)), file_(std::move(file)) {
+    table_.source = file_.path;
     table_.gap_s = map_.gap_s;
-    const Cells& header = cells_.front();
-    if (timed()) time_column_ = column_index(header, map_.time.column, csv_path);
     for (const ChannelMap& c : map_.channels) {
-      columns_.push_back(column_index(header, c.column, csv_path));
-      table_.channels.push_back({c.name, {}});
+      columns_.push_back(column_index(file_, c.column));
+      table_.channels.push_back({c.name, {}, c.column, c.factor, c.offset});
     }
+    std::vector<std::size_t> numbers = columns_;
+    if (timed()) time_column_ = column_index(file_, map_.time.column);
+    if (timed() && map_.time.pattern.empty()) numbers.push_back(time_column_);
+    find_decimal_mark(file_, numbers);
+    if (const std::string style = file_.style(); !style.empty()) table_.notes.push_back("read as " + style);
+    if (timed() && map_.time.pattern.empty()) judge_time_unit();
   }
 
   MappedTable read() {
@@ -106,7 +100,7 @@ class Reader {
                      [](const Finding& a, const Finding& b) { return a.row < b.row; });
     if (table_.time_s.size() < kLeastRows) {
       table_.refuse(std::to_string(table_.time_s.size()) + " usable rows of " + std::to_string(table_.rows_read) +
-                    ", at least " + std::to_string(kLeastRows) + " are needed");
+                    ", at least " + std::to_string(kLeastRows) + " are needed" + time_unit_doubt_);
     }
     return std::move(table_);
   }
@@ -117,19 +111,37 @@ class Reader {
     table_.findings.push_back({kind, row, column});
   }
 
+  /// Where the unit is not said it is found; where it is, doubts are kept for a refusal.
+  void judge_time_unit() {
+    const auto unit = unix_unit(times_seen(file_, time_column_));
+    if (map_.time.factor == 0) {
+      if (!unit)
+        table_.refuse("column '" + map_.time.column +
+                      "' is not in Unix time: the mapping must say its unit: s, ms, us or ns");
+      map_.time.factor = unit->factor;
+      table_.notes.push_back(map_.time.column + " is Unix time in " + unit->name);
+    } else if (unit && unit->factor != map_.time.factor) {
+      time_unit_doubt_ = std::string("; its times look like Unix time in ") + unit->name;
+    }
+  }
+
   std::vector<TimedRow> timed_rows() {
     std::vector<TimedRow> rows;
-    const std::size_t width = cells_.front().size();
-    for (std::size_t r = 1; r < cells_.size(); ++r) {
-      Cells& row = cells_[r];
+    const std::size_t width = file_.rows.front().size();
+    // Delimiters at the end of the header, or of every other line, name nothing and hold nothing.
+    std::size_t named = width;
+    while (named > 0 && file_.rows.front()[named - 1].empty()) --named;
+    for (std::size_t r = 1; r < file_.rows.size(); ++r) {
+      Cells& row = file_.rows[r];
       if (std::all_of(row.begin(), row.end(), [](const std::string& c) { return c.empty(); })) continue;
       ++table_.rows_read;
-      while (row.size() > width && row.back().empty()) row.pop_back();  // commas at the end of every line
-      if (row.size() != width) {
+      while (row.size() > width && row.back().empty()) row.pop_back();
+      if (row.size() < named || row.size() > width) {
         found(Kind::kRaggedRow, r + 1);
         continue;
       }
-      const double t = timed() ? map_.time.seconds_in(row[time_column_])
+      row.resize(width);
+      const double t = timed() ? map_.time.seconds_in(row[time_column_], file_.decimal_mark)
                                : map_.time.period_s * static_cast<double>(table_.rows_read - 1);
       if (std::isfinite(t)) {
         rows.push_back({r + 1, &row, t});
@@ -143,10 +155,15 @@ class Reader {
   std::vector<TimedRow> in_order(const std::vector<TimedRow>& rows) {
     std::vector<TimedRow> kept;
     for (const std::size_t i : increasing(rows)) kept.push_back(rows[i]);
+    const std::vector<std::size_t> strays = take_strays(kept);
     auto next = kept.begin();
     for (const TimedRow& r : rows) {
       if (next != kept.end() && next->row == r.row) {
         ++next;
+        continue;
+      }
+      if (std::find(strays.begin(), strays.end(), r.row) != strays.end()) {
+        found(Kind::kStrayTime, r.row, map_.time.column);
         continue;
       }
       const auto at = std::lower_bound(kept.begin(), kept.end(), r.time_s,
@@ -155,6 +172,34 @@ class Reader {
       found(known ? Kind::kRepeatedTime : Kind::kTimeOutOfOrder, r.row, map_.time.column);
     }
     return kept;
+  }
+
+  /// A few rows at an end whose clock was not set yet, or was written wrongly: the rest is the recording. Those in its
+  /// midst are out of order. @return their rows in the file.
+  [[nodiscard]] std::vector<std::size_t> take_strays(std::vector<TimedRow>& rows) const {
+    constexpr std::size_t kMost = kLeastRows - 1;
+    constexpr double kHour_s = 3600, kTimesTheRest = 10;
+    std::vector<std::size_t> strays;
+    const auto far = [&](double gap_s, double rest_s) {
+      return gap_s > std::max(map_.gap_s, std::min(kTimesTheRest * rest_s, kHour_s));
+    };
+    for (std::size_t few = kMost; few > 0; --few) {
+      if (rows.size() < few + kLeastRows) continue;
+      const auto first = rows.begin() + static_cast<std::ptrdiff_t>(few);  // of the rest
+      if (!far(first->time_s - (first - 1)->time_s, rows.back().time_s - first->time_s)) continue;
+      for (auto row = rows.begin(); row != first; ++row) strays.push_back(row->row);
+      rows.erase(rows.begin(), first);
+      break;
+    }
+    for (std::size_t few = kMost; few > 0; --few) {
+      if (rows.size() < few + kLeastRows) continue;
+      const auto last = rows.end() - static_cast<std::ptrdiff_t>(few) - 1;
+      if (!far((last + 1)->time_s - last->time_s, last->time_s - rows.front().time_s)) continue;
+      for (auto row = last + 1; row != rows.end(); ++row) strays.push_back(row->row);
+      rows.erase(last + 1, rows.end());
+      break;
+    }
+    return strays;
   }
 
   /// Gaps, and steps in time far from the usual one.
@@ -180,7 +225,7 @@ class Reader {
   }
 
   double value_of(const ChannelMap& channel, const std::string& cell, std::size_t row) {
-    const double value = number_in(cell);
+    const double value = file_.number(cell);
     if (cell.empty()) {
       found(Kind::kMissing, row, channel.column);
     } else if (!std::isfinite(value)) {
@@ -196,7 +241,8 @@ class Reader {
   }
 
   Mapping map_;
-  std::vector<Cells> cells_;
+  CsvFile file_;
+  std::string time_unit_doubt_;
   std::size_t time_column_ = 0;
   std::vector<std::size_t> columns_;
   bool held_ = true;  // no gap since the last row that was not a repetition
@@ -209,6 +255,7 @@ const char* name(Finding::Kind kind) noexcept {
   static constexpr const char* kNames[] = {"row with another number of cells than the header (left out)",
                                            "repeated time (left out)",
                                            "time out of order (left out)",
+                                           "time far from all others (left out)",
                                            "gap in time",
                                            "uneven step in time",
                                            "repeated row (left out)",
@@ -254,11 +301,15 @@ void MappedTable::refuse(const std::string& why) const {
 }
 
 MappedTable read_mapped_csv(const std::string& csv_path, const std::string& map_path) {
-  return Reader(csv_path, read_mapping(map_path)).read();
+  return read_mapped_csv(csv_path, read_mapping(map_path));
 }
 
 MappedTable read_mapped_csv(const std::string& csv_path, const Mapping& mapping) {
-  return Reader(csv_path, mapping).read();
+  return read_mapped_csv(read_cells(csv_path, mapping.columns()), mapping);
+}
+
+MappedTable read_mapped_csv(CsvFile file, const Mapping& mapping) {
+  return Reader(std::move(file), mapping).read();
 }
 
 }  // namespace knuckle::recordings

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/recordings/csv_cells.h"
 #include "app/recordings/csv_mapping.h"
 
 namespace knuckle::recordings {
@@ -12,9 +13,10 @@ namespace knuckle::recordings {
 /// One thing found in the data. Rows count from 1 with the header as row 1, as a spreadsheet shows them.
 struct Finding {
   enum class Kind : unsigned char {
-    kRaggedRow,       ///< Another number of cells than the header: none of its cells is used.
+    kRaggedRow,  ///< Another number of cells than the header, empty ones at the end aside: none of its cells is used.
     kRepeatedTime,    ///< Two rows for one time: the first is used.
     kTimeOutOfOrder,  ///< Left out, as are the fewest rows that leave time increasing.
+    kStrayTime,       ///< One of the first or last few, by hours or ten times the rest from it: left out.
     kGap,             ///< A step in time longer than the mapping's gap_s ends at this row.
     kUnevenStep,      ///< A step in time off the median by over half of it ends at this row; the row is used.
     kRepeatedRow,     ///< Every cell but the time is that of the row before: left out.
@@ -31,8 +33,10 @@ struct Finding {
 [[nodiscard]] const char* name(Finding::Kind kind) noexcept;
 
 struct MappedChannel {
-  std::string name;            ///< Knuckle's, with its unit: "boom_rad"
-  std::vector<double> values;  ///< SI; NaN where the cell is not usable.
+  std::string name;               ///< Knuckle's, with its unit: "boom_rad"
+  std::vector<double> values;     ///< SI; NaN where the cell is not usable.
+  std::string column{};           ///< In the file, for messages.
+  double factor = 1, offset = 0;  ///< value = cell * factor + offset, as the mapping says.
 };
 
 struct MappedTable {
@@ -62,5 +66,7 @@ struct MappedTable {
 /// close, or fewer than 4 usable rows.
 [[nodiscard]] MappedTable read_mapped_csv(const std::string& csv_path, const std::string& map_path);
 [[nodiscard]] MappedTable read_mapped_csv(const std::string& csv_path, const Mapping& mapping);
+/// Of a file whose cells were read with the mapping's columns wanted.
+[[nodiscard]] MappedTable read_mapped_csv(CsvFile file, const Mapping& mapping);
 
 }  // namespace knuckle::recordings

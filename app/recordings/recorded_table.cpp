@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "app/recordings/recording_reader.h"
 #include "core/error.h"
@@ -31,9 +32,12 @@ std::vector<double> values_of(const slave::SlaveState& state) {
 
 std::vector<MappedChannel> channels() {
   std::vector<MappedChannel> all;
-  for (const char* name : kSignalNames) all.push_back({name, {}});
+  for (const char* name : kSignalNames) all.push_back({name, {}, name});
   for (const char* end : {"_rad", "_valve"}) {
-    for (const char* joint : kJointNames) all.push_back({std::string(joint) + end, {}});
+    for (const char* joint : kJointNames) {
+      const std::string name = std::string(joint) + end;
+      all.push_back({name, {}, name});
+    }
   }
   return all;
 }
@@ -54,6 +58,7 @@ MappedTable read_recorded_table(const std::vector<std::string>& parts, const std
   table.channels = channels();
   table.gap_s = kOwnGap_s;
   Time first{};
+  std::size_t backwards = 0;
   while (const auto entry = recording.next()) {
     if (entry->topic != recording::Topic::kMachineState) continue;
     slave::SlaveState state;
@@ -62,7 +67,10 @@ MappedTable read_recorded_table(const std::vector<std::string>& parts, const std
     ++table.rows_read;
     if (table.time_s.empty()) first = state.at;
     const double time_s = to_seconds(state.at - first);
-    if (!table.time_s.empty() && time_s <= table.time_s.back()) continue;
+    if (!table.time_s.empty() && time_s <= table.time_s.back()) {
+      ++backwards;
+      continue;
+    }
     table.time_s.push_back(time_s);
     table.rows.push_back(table.rows_read);
     const std::vector<double> values = values_of(state);
@@ -70,6 +78,8 @@ MappedTable read_recorded_table(const std::vector<std::string>& parts, const std
   }
   table.until_s = table.time_s;
   table.notes = recording.damages();
+  for (std::string& note : recording.order_notes()) table.notes.push_back(std::move(note));
+  if (backwards > 0) table.notes.push_back(fmt::format("{} steps whose time does not go on: left out", backwards));
   std::erase_if(table.channels, [](const MappedChannel& channel) {
     return channel.name.ends_with("_valve") &&
            std::none_of(channel.values.begin(), channel.values.end(), [](double v) { return std::isfinite(v); });

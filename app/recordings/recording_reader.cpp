@@ -7,8 +7,9 @@
 #include <optional>
 #include <utility>
 
-#include "app/recordings/csv_cells.h"
 #include "app/recordings/csv_reader.h"
+#include "app/recordings/halfway_change.h"
+#include "app/recordings/own_table.h"
 #include "app/recordings/recorded_table.h"
 #include "core/error.h"
 #include "core/quantile.h"
@@ -23,65 +24,12 @@ using estimation::Measurement;
 using estimation::Recording;
 using Flags = std::vector<std::uint8_t>;
 
-constexpr const char* kTimeColumn = "time_s";
-constexpr const char* kMeasuredColumn = "measured";  // of `knuckle export`: 0 until every sensor has been heard
-constexpr double kBridgedSteps = 4;                  // a longer hole is none that a line may cross
-constexpr double kSameInstant = 0.02;                // of a step: taken as it is, not interpolated
-constexpr double kSlowest_s = 0.05, kFastest_s = 2e-4;
+constexpr double kBridgedSteps = 4;          // a longer hole is none that a line may cross
+constexpr double kSameInstant = 0.02;        // of a step: taken as it is, not interpolated
 constexpr std::size_t kLongest = 4'000'000;  // samples
-constexpr std::size_t kRowsInNotes = 10;     // stretches of them
 
 std::string joint_channel(std::size_t joint, const char* what) {
   return std::string(kJointNames[joint]) + what;
-}
-
-bool has(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-/// The mapping of Knuckle's own files: every column by its name.
-Mapping own_mapping(const std::string& path) {
-  const std::vector<std::string> header = read_cells(path).front();
-  std::vector<std::string> missing;
-  Mapping map;
-  map.time.column = kTimeColumn;
-  map.gap_s = kOwnGap_s;
-  if (!has(header, kTimeColumn)) missing.emplace_back(kTimeColumn);
-  for (const char* name : kSignalNames) {
-    if (!has(header, name)) missing.emplace_back(name);
-    map.channels.push_back({.name = name, .column = name});
-  }
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    const std::string valve = joint_channel(j, "_valve");
-    if (has(header, valve)) map.channels.push_back({.name = valve, .column = valve});
-  }
-  if (has(header, kMeasuredColumn)) map.channels.push_back({.name = kMeasuredColumn, .column = kMeasuredColumn});
-  if (missing.empty()) return map;
-  std::string text = path + ": row 1: no column";
-  for (const std::string& name : missing) text += (&name == &missing.front() ? " '" : ", '") + name + "'";
-  if (has(header, "t_s") && has(header, "boom_A_bar"))
-    throw InputError(text + ": a table of `knuckle simulate --csv` is no recording of the sensors");
-  throw InputError(text + " as Knuckle's recordings have; say with --map how to read another file");
-}
-
-/// The sensors' values of rows that say that they were not measured are none: zeros stand there.
-void forget_unmeasured(MappedTable& table) {
-  const auto measured = std::find_if(table.channels.begin(), table.channels.end(),
-                                     [](const MappedChannel& channel) { return channel.name == kMeasuredColumn; });
-  if (measured == table.channels.end()) return;
-  const std::vector<double> flags = std::move(measured->values);
-  table.channels.erase(measured);
-  std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < flags.size(); ++i) {
-    if (flags[i] != 0) continue;
-    rows.push_back(table.rows[i]);
-    for (MappedChannel& channel : table.channels) {
-      if (!channel.name.ends_with("_valve")) channel.values[i] = std::numeric_limits<double>::quiet_NaN();
-    }
-  }
-  if (!rows.empty())
-    table.notes.push_back(std::to_string(rows.size()) + " x not measured (not used): row " +
-                          row_list(rows, kRowsInNotes));
 }
 
 /// Values of one channel over time, unusable cells left out.
@@ -107,10 +55,10 @@ double usual_step(const MappedTable& table) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < table.time_s.size(); ++i) steps.push_back(table.time_s[i] - table.time_s[i - 1]);
   const double usual_s = median(steps), step_s = std::round(1e6 * usual_s) / 1e6;
-  if (step_s < kFastest_s || step_s > kSlowest_s) {
+  if (step_s < kShortestStep_s || step_s > kLongestStep_s) {
     table.refuse("its usual step in time is " + number_text(usual_s) + " s, must be within [" +
-                 number_text(kFastest_s) + ", " + number_text(kSlowest_s) + "]" +
-                 (step_s > kSlowest_s && step_s * 1e-3 >= kFastest_s ? ": looks like milliseconds" : ""));
+                 number_text(kShortestStep_s) + ", " + number_text(kLongestStep_s) + "]" +
+                 (step_s > kLongestStep_s && step_s * 1e-3 >= kShortestStep_s ? ": looks like milliseconds" : ""));
   }
   return step_s;
 }
@@ -146,15 +94,15 @@ Grid on_grid(const Knots& knots, double step_s, std::size_t count) {
 /// Fills a RecordedFile from a table.
 class Builder {
  public:
-  Builder(const MappedTable& table, const Mapping& map, const MachineDescription& machine)
-      : table_(table), map_(map), machine_(machine), kinematics_(machine) {}
+  Builder(const MappedTable& table, const MachineDescription& machine)
+      : table_(table), machine_(machine), kinematics_(machine) {}
 
   RecordedFile build() {
     Recording& recording = file_.recording;
     recording.source = table_.source;
     recording.step_s = usual_step(table_);
     const double count = std::floor(table_.time_s.back() / recording.step_s + 0.5) + 1;
-    if (count > static_cast<double>(kLongest)) table_.refuse("more than " + std::to_string(kLongest) + " samples");
+    if (count > static_cast<double>(kLongest)) refuse_length();
     recording.samples.resize(static_cast<std::size_t>(count));
     recording.usable.assign(recording.samples.size(), 1);
     file_.notes = table_.report();
@@ -174,13 +122,20 @@ class Builder {
 
   /// @throws InputError where the mapping has no such channel.
   Grid channel(const std::string& name, std::size_t as) {
-    for (const ChannelMap& c : map_.channels) {
-      if (c.name == name) file_.columns[as] = c.column;
-    }
-    (void)table_.channel(name);
+    file_.columns[as] = table_.channel(name).column;
     return on_grid(*knots_of(table_, name), file_.recording.step_s, file_.recording.samples.size());
   }
   [[nodiscard]] bool mapped(const std::string& name) const { return knots_of(table_, name).has_value(); }
+
+  /// The clock was set, or it is two recordings: the longest gap tells where.
+  [[noreturn]] void refuse_length() const {
+    std::size_t longest = 1;
+    const auto gap_s = [&](std::size_t i) { return table_.time_s[i] - table_.time_s[i - 1]; };
+    for (std::size_t i = 2; i < table_.time_s.size(); ++i) longest = gap_s(i) > gap_s(longest) ? i : longest;
+    table_.refuse("more than " + std::to_string(kLongest) + " samples: its longest gap, " +
+                  number_text(gap_s(longest)) + " s, ends at row " + std::to_string(table_.rows[longest]) +
+                  ": split it there, or cut it");
+  }
 
   void fill(std::size_t c, const Grid& grid) {
     Recording& recording = file_.recording;
@@ -242,9 +197,7 @@ class Builder {
       const std::string name = joint_channel(j, "_valve");
       const auto knots = knots_of(table_, name);
       if (!knots) continue;
-      for (const ChannelMap& c : map_.channels) {
-        if (c.name == name) file_.valve_columns[j] = c.column;
-      }
+      file_.valve_columns[j] = table_.channel(name).column;
       if (recording.valve.empty())
         recording.valve.assign(recording.samples.size(),
                                JointVector::Constant(std::numeric_limits<double>::quiet_NaN()));
@@ -298,7 +251,6 @@ class Builder {
   }
 
   const MappedTable& table_;
-  const Mapping& map_;
   const MachineDescription& machine_;
   Kinematics kinematics_;
   RecordedFile file_;
@@ -330,20 +282,17 @@ SignalRange possible_range(const MachineDescription& machine, std::size_t channe
 
 RecordedFile read_recording(const std::string& path, const std::string& map_path, const MachineDescription& machine) {
   if (is_recording(path)) {
-    const MappedTable table = read_recorded_table({path}, map_path);
-    Mapping map;
-    for (const MappedChannel& channel : table.channels)
-      map.channels.push_back({.name = channel.name, .column = channel.name});
-    return Builder(table, map, machine).build();
+    return Builder(read_recorded_table({path}, map_path), machine).build();
   }
-  const Mapping map = map_path.empty() ? own_mapping(path) : read_mapping(map_path);
-  MappedTable table = read_mapped_csv(path, map);
+  MappedTable table =
+      map_path.empty() ? read_own_table(read_cells(path, own_columns())) : read_mapped_csv(path, map_path);
   forget_unmeasured(table);
-  return Builder(table, map, machine).build();
+  refuse_halfway_changes(table);
+  return Builder(table, machine).build();
 }
 
 void write_recording(const Recording& recording, std::ostream& out) {
-  out << kTimeColumn;
+  out << kOwnTimeColumn;
   for (const char* name : kSignalNames) out << ',' << name;
   for (std::size_t j = 0; j < kJoints && !recording.valve.empty(); ++j) out << ',' << joint_channel(j, "_valve");
   out << '\n';

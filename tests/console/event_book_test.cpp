@@ -138,7 +138,7 @@ TEST(EventBook, ExportsEveryRowAsCsvThatReadsBackWhateverItsText) {
   EXPECT_NE(text.find("\n2,3,2,warning,gamepad,\"a \"\"quoted\"\" word, a comma\r\nand a second line\",no\r\n"),
             std::string::npos)
       << text;
-  const auto rows = recordings::read_cells(file.path);
+  const auto rows = recordings::read_cells(file.path).rows;
   ASSERT_GE(rows.size(), 2u);
   EXPECT_EQ(rows[1][4], "sensor_stale");
   EXPECT_EQ(rows[1][2], "1.5");
@@ -151,7 +151,7 @@ TEST(EventBook, ExportsWhatTheFilterShowsAndKeepsTheFileBefore) {
   EXPECT_EQ(book.export_csv(file.path), "");
   book.add(Time{}, 1, Severity::kWarning, "gamepad", "gamepad is gone");
   const TemporaryFile kept{book.export_csv(file.path, {Severity::kInfo, "gamepad"})};
-  const auto now = recordings::read_cells(file.path), before = recordings::read_cells(kept.path);
+  const auto now = recordings::read_cells(file.path).rows, before = recordings::read_cells(kept.path).rows;
   ASSERT_EQ(now.size(), 2u);
   EXPECT_EQ(now[1][4], "gamepad");
   ASSERT_EQ(before.size(), 2u);

@@ -139,13 +139,114 @@ TEST(CsvReader, ReadsTheSameFromEveryWayOfWritingTheSameTable) {
            "\"t\",\"A\",\"P\"\n\"0\",\"1\",10\n0.1,\"2\",20\n0.2,3,\"30\"\n0.3,4,40\n0.4,5,50\n",  // quoted
            "t , A,P \n 0,1 ,10\n0.1, 2,20\n0.2,3,+30\n0.3,4,40.0\n4e-1,5,50\n",                    // spaces
            "P,more,A,t\n10,,1,0\n20,text,2,0.1\n30,\"a,b\",3,0.2\n40,\"q\"\"q\",4,0.3\n50,-,5,0.4\n",  // shuffled
-           "t,A,P\n0,1,10,\n0.1,2,20,\n0.2,3,30,,\n0.3,4,40\n0.4,5,50\n",  // trailing commas
+           "t,A,P\n0,1,10,\n0.1,2,20,\n0.2,3,30,,\n0.3,4,40\n0.4,5,50\n",      // trailing commas
+           "t,A,P,\n0,1,10\n0.1,2,20\n0.2,3,30\n0.3,4,40\n0.4,5,50\n",         // one in the header alone
+           "t,A,P,,\n0,1,10\n0.1,2,20,\n0.2,3,30,,\n0.3,4,40\n0.4,5,50,,,\n",  // different ones
+           "sep=,\nt,A,P\n0,1,10\n0.1,2,20\n0.2,3,30\n0.3,4,40\n0.4,5,50\n",   // said for a spreadsheet
+           "\"SEP=;\"\r\nt;A;P\r\n0;1;10\r\n0.1;2;20\r\n0.2;3;30\r\n0.3;4;40\r\n0.4;5;50\r\n",
+           "t;A;P\n0;1;10\n0.1;2;20\n0.2;3;30\n0.3;4;40\n0.4;5;50\n",
+           "t\tA\tP\n0\t1\t10\n0.1\t2\t20\n0.2\t3\t30\n0.3\t4\t40\n0.4\t5\t50\n",
+           "t|A|P\n0|1|10\n0.1|2|20\n0.2|3|30\n0.3|4|40\n0.4|5|50\n",
+           "t;A;P\n0;1;10\n0,1;2,0;20\n0,2;3;30\n0,3;4;40\n0,4;5;50\n",  // decimal comma
+           "t\tA\tP\n0\t1\t10\n0,1\t2\t20\n0,2\t3\t30\n0,3\t4\t40\n+4e-1\t5\t50,000\n",
+           "\"t\",\"A\",\"P\"\n0,1,10\n\"0,1\",2,20\n\"0,2\",3,30\n\"0,3\",4,40\n\"0,4\",5,\"50,0\"\n",
+           "x;t;A;P\n1,2,3;0;1;10\n;0,1;2;20\na,b;0,2;3;30\n;0,3;4;40\n;0,4;5;50\n",  // commas in another column
        }) {
     const MappedTable table = read(csv);
     EXPECT_EQ(found(table), "") << csv;
     EXPECT_EQ(table.time_s, plain.time_s) << csv;
     EXPECT_EQ(table.channel("a_rad").values, plain.channel("a_rad").values) << csv;
     EXPECT_EQ(table.channel("p_Pa").values, plain.channel("p_Pa").values) << csv;
+  }
+}
+
+std::string utf16(const std::string& text, bool big_endian, bool mark) {
+  std::string bytes = !mark ? "" : big_endian ? "\xFE\xFF" : "\xFF\xFE";
+  for (const char c : text) bytes += big_endian ? std::string{'\0', c} : std::string{c, '\0'};
+  return bytes;
+}
+
+TEST(CsvReader, ReadsTheEncodingsThatSpreadsheetsWriteAndSaysSo) {
+  const MappedTable plain = read(kGood);
+  for (const bool big_endian : {false, true}) {
+    for (const bool mark : {false, true}) {
+      const MappedTable table = read(utf16(kGood, big_endian, mark));
+      EXPECT_EQ(table.time_s, plain.time_s);
+      EXPECT_EQ(table.channel("p_Pa").values, plain.channel("p_Pa").values);
+      EXPECT_EQ(table.notes, std::vector<std::string>{"read as UTF-16"});
+    }
+  }
+  const std::string map = kTimeInSeconds +
+                          "[[channel]]\nname = \"a_rad\"\ncolumn = \"Winkel \u00b0 \u20ac\"\nunit = \"deg\"\nsign = 1\n"
+                          "offset = 0\n";
+  const std::string rows = "\n0;1\n0,1;2\n0,2;3\n0,3;4\n";
+  EXPECT_EQ(read("t;Winkel \xc2\xb0 \xe2\x82\xac" + rows, map).notes,
+            std::vector<std::string>{"read as delimiter ';', decimal mark ','"});
+  const std::string latin =
+      "[[channel]]\nname = \"a_rad\"\ncolumn = \"Winkel \u00b0\"\nunit = \"deg\"\nsign = 1\noffset = 0\n";
+  const MappedTable table = read("t;Winkel \xb0" + rows, kTimeInSeconds + latin);
+  EXPECT_EQ(table.notes, std::vector<std::string>{"read as Latin-1, delimiter ';', decimal mark ','"});
+  EXPECT_EQ(table.time_s.size(), 4u);
+}
+
+TEST(CsvReader, RefusesADecimalMarkThatIsNotCertainAndNamesTheDelimiter) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"t;A;P\n0;1,5;10\n0,1;2;20\n0,2;3.5;30\n0,3;4;40\n",
+       "delimiter ';': the decimal mark is not certain: row 2 has '1,5', row 4 '3.5'"},
+      {"t,A,P\n0,1,\"1,278\"\n1,2,\"2,300\"\n2,3,30\n3,4,40\n",
+       "delimiter ',': the decimal mark is not certain: '1,278' in row 2 may be a number with a decimal comma, or a "
+       "thousand"},
+  };
+  for (const auto& [csv, part] : cases) EXPECT_NE(refusal(csv).find(part), std::string::npos) << refusal(csv);
+  EXPECT_EQ(found(read("t,A,P\n0,1,\"1,278\"\n0.1,2,20\n0.2,3,30\n0.3,4,40\n")), one(Kind::kNotANumber, 2, "P"))
+      << "other cells have a point";
+}
+
+TEST(CsvReader, TakesUnixTimeInAnyUnitWhereTheMappingSaysNone) {
+  const std::string map = "[time]\ncolumn = \"t\"\ngap_s = 0.5\n" + kTwoChannels;
+  for (const auto& [zeros, unit] : {std::pair{"", "s"}, {"000", "ms"}, {"000000", "us"}, {"000000000", "ns"}}) {
+    std::string csv = "t,A,P\n";
+    for (int i = 0; i < 5; ++i) csv += std::to_string(1'766'147'454 + i) + zeros + "," + std::to_string(i) + ",10\n";
+    const MappedTable table = read(csv, map);
+    EXPECT_EQ(table.time_s, (std::vector<double>{0, 1, 2, 3, 4})) << unit;
+    EXPECT_EQ(table.notes, std::vector<std::string>{std::string("t is Unix time in ") + unit});
+    const std::string said = "[time]\ncolumn = \"t\"\nunit = \"" + std::string(unit) + "\"\ngap_s = 2\n" + kTwoChannels;
+    EXPECT_EQ(read(csv, said).time_s, table.time_s);
+  }
+  EXPECT_NE(refusal(kGood, map).find("is not in Unix time: the mapping must say its unit: s, ms, us or ns"),
+            std::string::npos);
+  // Nanoseconds since a start, two seconds of them, are no Unix time in seconds.
+  EXPECT_NE(refusal("t,A,P\n2000000000,1,1\n2005000000,2,2\n2010000000,3,3\n2015000000,4,4\n", map).find("must say"),
+            std::string::npos);
+  const std::string wrong = refusal(
+      "t,A,P\n1766147454000000000,1,1\n1766147454100000000,2,2\n1766147454200000000,3,3\n1766147454300000000,4,4\n");
+  EXPECT_NE(wrong.find("; its times look like Unix time in ns; "), std::string::npos) << wrong;
+}
+
+TEST(CsvReader, LeavesAFewRowsOutWhoseTimeIsFarFromAllOthers) {
+  const std::string rows = "0,1,10\n0.1,2,20\n0.2,3,30\n0.3,4,40\n0.4,5,50\n";
+  struct Case {
+    std::string csv, findings;
+    std::size_t used;
+  };
+  const auto strays = [](std::size_t first, std::size_t count) {
+    std::string text;
+    for (std::size_t i = 0; i < count; ++i) text += one(Kind::kStrayTime, first + i, "t");
+    return text;
+  };
+  const Case cases[] = {
+      {"t,A,P\n" + rows + "1766147473.99,9,9\n", strays(7, 1), 5},
+      {"t,A,P\n-1766147473,9,9\n" + rows, strays(2, 1), 5},
+      {"t,A,P\n-9999,8,8\n" + rows + "99999,9,9\n99999.1,9,8\n", strays(2, 1) + strays(8, 2), 5},
+      {"t,A,P\n" + rows + "8,9,9\n8.1,8,9\n8.2,7,9\n", strays(7, 3), 5},
+      // A gap, as those of recordings: as much stands behind it as before.
+      {"t,A,P\n" + rows + "8,9,9\n8.1,8,9\n8.2,7,9\n8.3,6,9\n", one(Kind::kGap, 7, "t"), 9},
+      {"t,A,P\n" + rows + "4,9,9\n", one(Kind::kGap, 7, "t"), 6},
+  };
+  for (const Case& c : cases) {
+    const MappedTable table = read(c.csv);
+    EXPECT_EQ(found(table), c.findings) << c.csv;
+    EXPECT_EQ(table.time_s.size(), c.used) << c.csv;
   }
 }
 
@@ -206,7 +307,7 @@ TEST(CsvReader, RefusesWithOneLineWhatCannotBeRead) {
       {"t,A,P\n0,1,10\n0,2,20\n0,3,30\n0,4,40\n0,5,50\n",
        "1 usable rows of 5, at least 4 are needed; 4 x repeated time (left out) in t: row 3-6"},
       {"t,B,P\n0,1,10\n", "row 1: no column 'A'"},
-      {"t;A;P\n0;1;10\n", "row 1: no column 't'"},
+      {"t;B;P\n0;1;10\n", "row 1: no column 'A'; with delimiter ';' there are 't', 'B', 'P'"},
       {"t,A,A,P\n0,1,1,10\n", "row 1: column 'A' appears twice"},
       {"t,A,P\n0,1,10\n0.1,\"2,20\n0.2,3,30\n0.3,4,40\n", "row 3: a quote"},
       {"t,A,P\n0,1,10\n0.1,2\"x\",20\n0.2,3,30\n0.3,4,40\n", "row 3: a quote"},

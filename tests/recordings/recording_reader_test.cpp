@@ -9,9 +9,12 @@
 #include <numbers>
 #include <sstream>
 
+#include "app/recordings/csv_reader.h"
 #include "core/error.h"
 #include "machine/kinematics.h"
+#include "machine/load.h"
 #include "tests/identify/recorded_motion.h"
+#include "tests/support/places.h"
 
 namespace knuckle::recordings {
 namespace {
@@ -196,14 +199,70 @@ TEST_F(RecordingReader, TellsOfRepeatedAndMissingCellsByRowAndColumn) {
                    "cell that is not a number (not used) in boom_head_Pa: row 77"));
 }
 
-TEST_F(RecordingReader, RefusesATimeThatIsNone) {
+/// csv() with another time in each row.
+std::string with_times(const std::function<std::string(int)>& time) {
   std::istringstream in(csv());
   std::string out, line;
   std::getline(in, line);
   out = line + "\n";
-  for (int i = 0; std::getline(in, line); i += 5) out += std::to_string(i) + line.substr(line.find(',')) + "\n";
-  const std::string said = refusal(out);
-  EXPECT_NE(said.find("looks like milliseconds"), std::string::npos) << said;
+  for (int i = 0; std::getline(in, line); ++i) out += time(i) + line.substr(line.find(',')) + "\n";
+  return out;
+}
+
+TEST_F(RecordingReader, TakesTimeInAnyUnitByItsStepOrAsUnixTime) {
+  const RecordedFile plain = read(csv());
+  struct Case {
+    const char* unit;
+    std::int64_t from, step;
+  };
+  for (const Case& c : {Case{"ms", 0, 5}, Case{"us", 0, 5000}, Case{"ns", 0, 5'000'000},
+                        Case{"ms", 1'766'147'454'233, 5}, Case{"ns", 1'766'147'454'233'218'048, 5'000'000}}) {
+    const RecordedFile other = read(with_times([&](int i) { return std::to_string(c.from + i * c.step); }));
+    EXPECT_EQ(other.recording.step_s, 0.005) << c.unit;
+    EXPECT_EQ(other.recording.samples.size(), plain.recording.samples.size());
+    EXPECT_EQ(other.recording.usable, plain.recording.usable);
+    const std::string note = std::string("time_s holds ") + c.unit + ", not s: read as such";
+    EXPECT_NE(std::find(other.notes.begin(), other.notes.end(), note), other.notes.end()) << note;
+  }
+  EXPECT_EQ(read(with_times([](int i) { return std::to_string(1'766'147'454 + 0.005 * i); })).recording.step_s, 0.005);
+}
+
+TEST_F(RecordingReader, RefusesATimeThatIsNone) {
+  const std::string said = refusal(with_times([](int i) { return std::to_string(0.1 * i); }));
+  EXPECT_NE(said.find("its usual step in time is 0.1 s, must be within"), std::string::npos) << said;
+}
+
+TEST_F(RecordingReader, OneWildTimeIsLeftOutAndAClockThatWasSetIsToldWithItsRow) {
+  const auto wild = [](int from) {
+    return with_times([from](int i) { return std::to_string(0.005 * i + (i >= from ? 1'766'147'473.0 : 0.0)); });
+  };
+  const RecordedFile table = read(wild(999));
+  EXPECT_EQ(table.recording.samples.size(), 999u);
+  EXPECT_NE(
+      std::find(table.notes.begin(), table.notes.end(), "1 x time far from all others (left out) in time_s: row 1001"),
+      table.notes.end());
+  const std::string said = refusal(wild(500));
+  EXPECT_NE(said.find("more than 4000000 samples: its longest gap, 1.76614747e+09 s, ends at row 502"),
+            std::string::npos)
+      << said;
+}
+
+/// What failed in the field, as it was written.
+TEST_F(RecordingReader, WhatFailedInTheFieldIsRead) {
+  const std::string folder = test::source_dir() + "/../shared/data/field-faults/";
+  if (!fs::exists(folder)) GTEST_SKIP() << "no ../shared/data/field-faults";
+  const MachineDescription machine = load_machine(test::source_dir() + "/config/machines/solar015.toml");
+  for (const char* file : {"semicolon.csv", "semi_comma.csv", "tab.csv", "sep.csv", "utf16.csv", "unixns.csv"}) {
+    const RecordedFile table = read_recording(folder + file, "", machine);
+    EXPECT_EQ(table.recording.step_s, 0.005) << file;
+    EXPECT_GE(table.recording.samples.size(), 6u) << file;
+    EXPECT_EQ(signal(table.recording.samples[0], 0), 4'550'000) << file;
+    EXPECT_EQ(signal(table.recording.samples[1], 7), 1.2786) << file;
+  }
+  EXPECT_EQ(read_recording(folder + "stray.csv", "", machine).recording.samples.size(), 400u);
+  const MappedTable table = read_mapped_csv(folder + "header_comma.csv", folder + "map.toml");
+  EXPECT_EQ(table.rows_read, 29u);
+  for (const Finding& finding : table.findings) EXPECT_NE(finding.kind, Finding::Kind::kRaggedRow) << finding.row;
 }
 
 }  // namespace

@@ -1,0 +1,102 @@
+#include "app/recordings/own_table.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "app/recordings/recording_reader.h"
+#include "core/error.h"
+
+namespace knuckle::recordings {
+namespace {
+
+constexpr const char* kMeasuredColumn = "measured";  // of `knuckle export`: 0 until every sensor has been heard
+constexpr std::size_t kRowsInNotes = 10;             // stretches of them
+
+bool has(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Its name says seconds, and other programs' files say so of other units: Unix times are told by their size, others by
+/// their step, as those of recordings within the units' steps do not overlap.
+TimeUnit own_time_unit(CsvFile& file) {
+  std::vector<std::size_t> columns;
+  for (const std::string& name : own_columns()) columns.push_back(column_index(file, name));
+  find_decimal_mark(file, columns);
+  const TimesSeen times = times_seen(file, columns.front());
+  if (const auto unit = unix_unit(times)) return *unit;
+  for (const TimeUnit& unit : kTimeUnits)
+    if (times.step * unit.factor >= kShortestStep_s && times.step * unit.factor <= kLongestStep_s) return unit;
+  return kTimeUnits.front();
+}
+
+/// The mapping of Knuckle's own files: every column by its name.
+Mapping own_mapping(const CsvFile& file) {
+  const std::vector<std::string>& header = file.rows.front();
+  std::vector<std::string> missing;
+  Mapping map;
+  map.time.column = kOwnTimeColumn;
+  map.gap_s = kOwnGap_s;
+  if (!has(header, kOwnTimeColumn)) missing.emplace_back(kOwnTimeColumn);
+  for (const char* name : kSignalNames) {
+    if (!has(header, name)) missing.emplace_back(name);
+    map.channels.push_back({.name = name, .column = name});
+  }
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const std::string valve = std::string(kJointNames[j]) + "_valve";
+    if (has(header, valve)) map.channels.push_back({.name = valve, .column = valve});
+  }
+  if (has(header, kMeasuredColumn)) map.channels.push_back({.name = kMeasuredColumn, .column = kMeasuredColumn});
+  if (missing.empty()) return map;
+  std::string text = file.path + ": row 1: no column";
+  for (const std::string& name : missing) text += (&name == &missing.front() ? " '" : ", '") + name + "'";
+  if (has(header, "t_s") && has(header, "boom_A_bar"))
+    throw InputError(text + ": a table of `knuckle simulate --csv` is no recording of the sensors");
+  const std::string style = file.style();
+  throw InputError(text + " as Knuckle's recordings have" + (style.empty() ? "" : " (read as " + style + ")") +
+                   "; say with --map how to read another file");
+}
+
+}  // namespace
+
+std::vector<std::string> own_columns() {
+  std::vector<std::string> columns{kOwnTimeColumn};
+  columns.insert(columns.end(), kSignalNames.begin(), kSignalNames.end());
+  return columns;
+}
+
+bool has_own_columns(const CsvFile& file) {
+  const std::vector<std::string> own = own_columns();
+  return std::all_of(own.begin(), own.end(), [&](const std::string& name) { return has(file.rows.front(), name); });
+}
+
+MappedTable read_own_table(CsvFile file) {
+  Mapping map = own_mapping(file);
+  const TimeUnit unit = own_time_unit(file);
+  map.time.factor = unit.factor;
+  MappedTable table = read_mapped_csv(std::move(file), map);
+  if (unit.factor != 1)
+    table.notes.push_back(std::string(kOwnTimeColumn) + " holds " + unit.name + ", not s: read as such");
+  return table;
+}
+
+void forget_unmeasured(MappedTable& table) {
+  const auto measured = std::find_if(table.channels.begin(), table.channels.end(),
+                                     [](const MappedChannel& channel) { return channel.name == kMeasuredColumn; });
+  if (measured == table.channels.end()) return;
+  const std::vector<double> flags = std::move(measured->values);
+  table.channels.erase(measured);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < flags.size(); ++i) {
+    if (flags[i] != 0) continue;
+    rows.push_back(table.rows[i]);
+    for (MappedChannel& channel : table.channels) {
+      if (!channel.name.ends_with("_valve")) channel.values[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  if (!rows.empty())
+    table.notes.push_back(std::to_string(rows.size()) + " x not measured (not used): row " +
+                          row_list(rows, kRowsInNotes));
+}
+
+}  // namespace knuckle::recordings

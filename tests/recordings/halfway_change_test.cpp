@@ -1,0 +1,161 @@
+// Tables in which a unit changes or two channels are exchanged half-way are refused with columns and row; what machines
+// really do is not.
+#include "app/recordings/halfway_change.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <numbers>
+#include <sstream>
+
+#include "app/recordings/recording_reader.h"
+#include "core/error.h"
+#include "machine/kinematics.h"
+#include "tests/identify/recorded_motion.h"
+#include "tests/support/places.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::recordings {
+namespace {
+
+constexpr double kDeg = std::numbers::pi / 180;
+
+/// A motion of the simulated machine as a logger may have written it: pressures in bar, lengths in m, angles in deg.
+MappedTable logged() {
+  const estimation::Recording& motion = identify::recorded_motion();
+  const Kinematics kinematics(identify::recorded_machine());
+  MappedTable table;
+  table.source = "log.csv";
+  constexpr std::size_t kFirst = 1000, kCount = 2000;
+  for (std::size_t c = 0; c < kSignalChannels; ++c) {
+    const double factor = c < kPressureChannels ? 1e5 : 1;
+    table.channels.push_back({kSignalNames[c], {}, std::string("col ") + kSignalNames[c], factor, 0});
+  }
+  for (const char* joint : kJointNames)
+    table.channels.push_back({joint + std::string("_rad"), {}, joint + std::string(" angle"), -kDeg, 0.3});
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const estimation::Measurement& sample = motion.samples[kFirst + i];
+    table.time_s.push_back(motion.step_s * static_cast<double>(i));
+    table.rows.push_back(i + 2);
+    for (std::size_t c = 0; c < kSignalChannels; ++c) table.channels[c].values.push_back(signal(sample, c));
+    for (int j = 0; j < kJoints; ++j)
+      table.channels[kSignalChannels + static_cast<std::size_t>(j)].values.push_back(
+          kinematics.joint_at(j, sample.cylinder_m[j]).value());
+  }
+  return table;
+}
+
+std::string refusal(const MappedTable& table) {
+  try {
+    refuse_halfway_changes(table);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+MappedChannel& channel(MappedTable& table, const std::string& name) {
+  return *std::find_if(table.channels.begin(), table.channels.end(), [&](const auto& c) { return c.name == name; });
+}
+
+constexpr std::size_t kChanges[] = {150, 411, 800, 1203, 1777};
+
+TEST(HalfwayChange, OfAUnitIsToldWithItsColumnAndRow) {
+  struct Case {
+    const char* channel;
+    double ratio;  ///< Of cells, from the change on.
+    const char* what;
+  };
+  const Case cases[] = {{"boom_head_Pa", 1e5, "Pa after bar"},    {"arm_head_Pa", 0.1, "MPa after bar"},
+                        {"bucket_head_Pa", 100, "kPa after bar"}, {"arm_rod_Pa", 14.5037738, "psi after bar"},
+                        {"boom_cylinder_m", 1000, "mm after m"},  {"arm_cylinder_m", 100, "cm after m"},
+                        {"boom_rad", kDeg, "rad after deg"}};
+  int told = 0;
+  for (const Case& c : cases) {
+    for (const std::size_t at : kChanges) {
+      for (const bool first : {false, true}) {  // the other unit before, or behind
+        MappedTable table = logged();
+        MappedChannel& changed = channel(table, c.channel);
+        const bool open_to_tank = changed.name.ends_with("_Pa") && changed.values[at] < 5e5;
+        if (open_to_tank && std::abs(std::log(c.ratio)) < std::log(500)) continue;
+        ++told;
+        const std::size_t begin = first ? 0 : at, end = first ? at : changed.values.size();
+        for (std::size_t i = begin; i < end; ++i)
+          changed.values[i] = (changed.values[i] - changed.offset) * c.ratio + changed.offset;
+        const std::string said = refusal(table);
+        EXPECT_EQ(said.find("log.csv: column '" + changed.column + "' changes its unit: from row " +
+                            std::to_string(at + 2) + " on it is "),
+                  0u)
+            << c.what << " at " << at << ": " << said << " (" << changed.values[at - 1] << ", " << changed.values[at]
+            << ")";
+        const std::string words = c.what;
+        const std::size_t between = words.find(" after ");
+        const std::string reversed = words.substr(between + 7) + " after " + words.substr(0, between);
+        EXPECT_NE(said.find(": " + (first ? reversed : words)), std::string::npos) << said;
+      }
+    }
+  }
+  EXPECT_GE(told, 60) << "of 70";
+}
+
+TEST(HalfwayChange, OfAUnitIsToldAlsoWhereItChangesBackAndWhereCellsAreMissing) {
+  MappedTable table = logged();
+  MappedChannel& changed = channel(table, "boom_head_Pa");
+  for (std::size_t i = 600; i < 650; ++i) changed.values[i] *= 1e5;
+  for (std::size_t i = 590; i < 602; ++i) changed.values[i] = std::nan("");
+  EXPECT_NE(refusal(table).find("' changes its unit: from row 604 on it is "), std::string::npos) << refusal(table);
+}
+
+TEST(HalfwayChange, ThatExchangesTwoChannelsIsToldWithBothAndTheRow) {
+  const std::pair<const char*, const char*> cases[] = {{"boom_head_Pa", "boom_rod_Pa"},
+                                                       {"boom_head_Pa", "bucket_rod_Pa"},
+                                                       {"boom_cylinder_m", "arm_cylinder_m"},
+                                                       {"arm_cylinder_m", "bucket_cylinder_m"},
+                                                       {"boom_rad", "bucket_rad"}};
+  for (const auto& [a, b] : cases) {
+    for (const std::size_t at : kChanges) {
+      MappedTable table = logged();
+      MappedChannel &first = channel(table, a), &second = channel(table, b);
+      if (std::abs(first.values[at] - second.values[at]) < 1e6 && first.name.ends_with("_Pa")) continue;
+      for (std::size_t i = at; i < first.values.size(); ++i) std::swap(first.values[i], second.values[i]);
+      const std::string said = refusal(table);
+      EXPECT_EQ(
+          said.find("log.csv: columns '" + first.column + "' and '" + second.column + "' exchange their values: "), 0u)
+          << a << " " << b << " at " << at << ": " << said << " (" << first.values[at] << ", " << second.values[at]
+          << ")";
+      EXPECT_NE(said.find(" from row " + std::to_string(at + 2) + " on"), std::string::npos) << said;
+    }
+  }
+}
+
+TEST(HalfwayChange, IsNotSeenInWhatAMachineDoes) {
+  EXPECT_EQ(refusal(logged()), "accepted");
+}
+
+/// The files of a folder of real recordings; none where it is absent.
+std::vector<std::string> real_files(const std::string& folder) {
+  std::vector<std::string> files;
+  const std::filesystem::path path = test::source_dir() + "/../shared/data/" + folder;
+  if (!std::filesystem::exists(path)) return files;
+  for (const auto& entry : std::filesystem::directory_iterator(path))
+    if (entry.path().extension() == ".csv") files.push_back(entry.path().string());
+  return files;
+}
+
+TEST(HalfwayChange, IsNotSeenInRealRecordings) {
+  std::size_t read = 0;
+  for (const char* data : {"excavator_dig_cycles", "wheel_loader"}) {
+    for (const std::string& file : real_files(data)) {
+      const MappedTable table =
+          read_mapped_csv(file, test::source_dir() + "/config/maps/" + std::string(data) + ".toml");
+      EXPECT_EQ(refusal(table), "accepted") << file;
+      ++read;
+    }
+  }
+  if (read == 0) GTEST_SKIP() << "no real recordings here: ../shared/data is absent";
+}
+
+}  // namespace
+}  // namespace knuckle::recordings
