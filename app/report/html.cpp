@@ -14,7 +14,7 @@ constexpr const char* kStyle =
 *{box-sizing:border-box}body{margin:0;background:var(--page);color:var(--ink);font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
 main{max-width:1040px;margin:0 auto;padding:28px 18px 60px}h1{font-size:1.7rem;line-height:1.2;margin:0 0 4px}h2{font-size:1.12rem;margin:0 0 2px}
 p{margin:0 0 10px}.soft,figcaption{color:var(--soft);font-size:.9rem}section{background:var(--paper);border:1px solid var(--rule);border-radius:10px;padding:18px 20px;margin-top:18px}
-.verdict{display:inline-block;font-weight:650;border-radius:99px;padding:2px 14px;margin:10px 0 0;color:var(--paper);background:var(--good)}.verdict.bad{background:var(--bad)}.verdict.none{background:var(--soft)}
+.verdict{display:inline-block;font-weight:650;border-radius:16px;padding:2px 14px;margin:10px 0 0;color:var(--paper);background:var(--good)}.verdict.bad{background:var(--bad)}.verdict.none{background:var(--soft)}
 .facts{display:grid;grid-template-columns:repeat(auto-fill,minmax(150px,1fr));gap:12px 20px;margin:18px 0 0}.facts div{border-top:2px solid var(--rule);padding-top:6px}
 dt{color:var(--soft);font-size:.82rem}dd{margin:0;font-size:1.12rem;font-variant-numeric:tabular-nums}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}th{text-align:left;color:var(--soft);font-weight:500;font-size:.85rem}
@@ -23,6 +23,7 @@ td,th{padding:5px 12px 5px 0;border-bottom:1px solid var(--rule)}tr:last-child t
 figure{margin:0}.strip{display:grid;grid-template-columns:repeat(auto-fill,minmax(285px,1fr));gap:16px}.strip figure{border:1px solid var(--rule);border-radius:8px;overflow:hidden}
 .strip figcaption{padding:6px 10px;border-top:1px solid var(--rule)}.strip b{color:var(--ink);font-variant-numeric:tabular-nums}
 .key{display:inline-block;width:22px;height:0;border-top:4px solid;vertical-align:middle;margin:0 4px 0 10px}.digest{overflow-wrap:anywhere;font-family:ui-monospace,monospace;font-size:.78rem}
+@media(max-width:600px){section>figure>figcaption::after{content:" Swipe sideways for the rest."}}
 @media print{body{background:#fff}section{break-inside:avoid;border:0;padding:8px 0}.strip{grid-template-columns:repeat(3,1fr)}.plot{min-width:0}}
 )";
 

@@ -39,7 +39,7 @@ std::string load_text(const session::Judged& judged) {
   const session::Metrics& m = judged.metrics;
   const session::SessionRecord& record = judged.session.record;
   if (m.payload_truth_kg.value_or(0) < kLifted_kg) return "";
-  std::string text = shown(std::round(*m.payload_truth_kg), "kg") + " lifted";
+  std::string text = shown(std::round(*m.payload_truth_kg), "kg") + (happened(record, "dug") ? " dug" : " lifted");
   if (m.payload_error_kg) {
     const bool weighed = std::ranges::find(record.phases, "weigh") != record.phases.end();
     text += std::string(weighed ? " and weighed" : ", known") + " within " + within_kg(*m.payload_error_kg);

@@ -137,7 +137,7 @@ TEST(Report, HasTheVerdictFirstThenWhatFailedWithItsMomentInThePlots) {
   const std::string text = page(missing_one_of_each());
   std::size_t at = 0;
   for (const std::string part :
-       {"Not passed: 1 of 2 safety bounds, 0 of 1 requirement met", "piece broken off, 52 kg lifted",
+       {"NOT passed: 1 of 2 safety bounds, 0 of 1 requirement met", "piece broken off, 52 kg lifted",
         "1 of 2 goals not reached: ", "✗ failed", "goal not reached", "2 met", "Key moments"}) {
     const std::size_t found = text.find(part, at);
     ASSERT_NE(found, std::string::npos) << part;
