@@ -66,10 +66,17 @@ std::vector<std::string> brief(std::initializer_list<std::string> more) {
   return all;
 }
 
-TEST_F(Program, ExitCodeSaysWhetherTheCriteriaWereMet) {
+TEST_F(Program, ExitCodeSaysWhetherWhatDecidesWasMet) {
   const ProgramRun met = simulate({"--scenario", "link_faults"});
   EXPECT_EQ(met.exit_code, 0) << met.out << met.err;
-  EXPECT_NE(met.out.find("\npassed\n"), std::string::npos);
+  EXPECT_NE(met.out.find("\npassed: "), std::string::npos) << met.out;
+  const std::string missing = changed("scenarios/free_motion.toml", "\\[\\[requirement\\]\\]",
+                                      "[[requirement]]\nmetric = \"engaged_s\"\nmin = 1e6\n\n[[requirement]]");
+  const ProgramRun missed = simulate({"--scenario", missing});
+  EXPECT_EQ(missed.exit_code, 1);
+  EXPECT_NE(missed.out.find("\nNOT passed: "), std::string::npos) << missed.out;
+  EXPECT_EQ(simulate({"--scenario", missing, "--delay-ms", "2"}).exit_code, 0) << "it does not decide then";
+  EXPECT_EQ(simulate({"--scenario", missing, "--delay-ms", "2", "--judge"}).exit_code, 1);
   const ProgramRun cut = simulate(kShort);
   EXPECT_EQ(cut.exit_code, 0) << cut.out << cut.err;
   EXPECT_NE(cut.out.find("\nended by --duration: not judged\n"), std::string::npos);
