@@ -19,6 +19,7 @@
 #include "app/programs/simulate_command.h"
 #include "app/programs/slave_command.h"
 #include "app/recordings/import_command.h"
+#include "app/recordings/info_command.h"
 #include "app/relay/relay_command.h"
 #include "app/rendezvous/rendezvous_command.h"
 #include "app/replay/replay_command.h"
@@ -52,6 +53,7 @@ cli::Program knuckle_program() {
           identify::identify_entry(identify::identify_command),
           exporting::export_entry(),
           recordings::import_entry(),
+          recordings::info_entry(),
           console::window::console_entry(),
           programs::slave_entry(draw_camera),
           programs::master_entry(),

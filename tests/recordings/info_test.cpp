@@ -1,0 +1,143 @@
+// What `knuckle info` says of a file: all that a person asks first, on one screen.
+#include "app/recordings/info.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "app/recordings/import.h"
+#include "app/recordings/recording_reader.h"
+#include "core/error.h"
+#include "recording/mcap/file_writer.h"
+#include "tests/identify/recorded_motion.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::recordings {
+namespace {
+
+class Info : public testing::Test {
+ protected:
+  Info() {
+    std::ofstream out(csv_);
+    write_recording(part_of(identify::recorded_motion(), 1000, 2000), out);
+    out.close();
+    recording::Head head;
+    head.program = "knuckle import table.csv";
+    head.version = "1.2.3";
+    head.machine_file = "a machine";
+    write_imported(read_recording(csv_, "", identify::recorded_machine()), head, identify::recorded_machine(), mcap_);
+  }
+  std::string put(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_.file(name), std::ios::binary) << text;
+    return folder_.file(name);
+  }
+  static std::string bytes_of(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+  test::TemporaryFolder folder_;
+  std::string csv_ = folder_.file("table.csv"), mcap_ = folder_.file("table.mcap");
+};
+
+constexpr std::size_t kScreenLines = 40;
+
+void expect_says(const FileInfo& info, const std::vector<std::string>& parts) {
+  std::string all;
+  for (const std::string& line : info.lines) all += line + "\n";
+  for (const std::string& part : parts) EXPECT_NE(all.find(part), std::string::npos) << part << " is not in\n" << all;
+  EXPECT_LE(info.lines.size(), kScreenLines);
+}
+
+TEST_F(Info, OfARecordingSaysWhatItIsOfAndThatItIsWhole) {
+  const FileInfo info = recording_info(mcap_);
+  EXPECT_TRUE(info.whole);
+  expect_says(info, {mcap_ + ": ", " MB, whole", "imported table of the machine's side",
+                     "by knuckle import table.csv, version 1.2.3", "virtual, 0.000 s to 4.995 s: 4.995 s",
+                     "machine.toml (9 bytes)", "/machine/state             1000      200.0        0.000        4.995"});
+}
+
+TEST_F(Info, OfADamagedOrCutOffRecordingSaysSo) {
+  const std::string whole = bytes_of(mcap_);
+  std::string damaged = whole;
+  damaged[whole.size() / 2] ^= 1;
+  const FileInfo hurt = recording_info(put("damaged.mcap", damaged));
+  EXPECT_FALSE(hurt.whole);
+  expect_says(hurt, {" MB, damaged", "imported table", "left out"});
+  const FileInfo cut = recording_info(put("cut.mcap", whole.substr(0, whole.size() / 2)));
+  EXPECT_FALSE(cut.whole);
+  expect_says(cut, {" MB, damaged", "cut off"});
+  EXPECT_THROW((void)recording_info(put("none.mcap", "time_s\n")), InputError);
+}
+
+/// A file of Knuckle's, of any version, or of another program.
+std::string put_mcap(const std::string& path, const std::vector<mcap::Metadata>& notes, std::uint64_t at_ns,
+                     bool ended) {
+  mcap::FileWriter writer;
+  mcap::Topics topics;
+  (void)topics.add(mcap::Channel{"/x", "json", 0, {}});
+  EXPECT_TRUE(writer.open(path, topics));
+  for (const mcap::Metadata& note : notes) EXPECT_TRUE(writer.note(note));
+  mcap::ChunkBuilder builder;
+  for (std::uint32_t i = 0; i < 3; ++i) builder.add(1, i, at_ns + 500'000'000 * i, 0, std::vector<std::uint8_t>(9));
+  EXPECT_TRUE(writer.append(builder.finish({})));
+  if (ended)
+    EXPECT_TRUE(writer.close());
+  else
+    writer.abandon();
+  return path;
+}
+
+TEST_F(Info, OfOtherVersionsAndProgramsSaysWhatItCanAndDoubtsClocks) {
+  recording::Head head;
+  head.program = "knuckle slave --can can0";
+  head.version = "0.0.1";
+  head.has_machine = true;
+  head.part = 0;
+  mcap::Metadata old = recording::metadata_of(head);
+  old.values["link_version"] = "1";
+  constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+  const FileInfo first = recording_info(put_mcap(folder_.file("old.mcap"), {old}, 100 * kSecond_ns, false));
+  EXPECT_FALSE(first.whole);
+  expect_says(first, {"has no end: its program was killed", "flight record of the machine's side", "version 0.0.1",
+                      "1970-01-01 00:01:40.000 to 1970-01-01 00:01:41.000 UTC: 1.000 s (the clock was not set)"});
+  const FileInfo other = recording_info(put_mcap(folder_.file("other.mcap"), {}, 4'000'000'000 * kSecond_ns, true));
+  EXPECT_TRUE(other.whole);
+  expect_says(other, {"MCAP file of another program", "2096-10-02 07:06:40.000", "(the clock was ahead", "/x"});
+}
+
+TEST_F(Info, OfATableNamesItsSignalsTheirRangeAndWhatIsWrong) {
+  const FileInfo info = table_info(csv_, "");
+  EXPECT_TRUE(info.whole);
+  expect_says(info, {csv_ + ": table, ", "1000 rows, 14 columns", "4.995 s, usual step 0.005 s", "boom_head_Pa ",
+                     "nothing wrong with it was found"});
+  std::string text = bytes_of(csv_);
+  std::replace(text.begin(), text.end(), ',', ';');
+  const std::size_t row = text.find('\n', text.size() / 2) + 1;
+  const FileInfo changed =
+      table_info(put("odd.csv", text.substr(0, row) + text.substr(text.find('\n', row + 1) + 1)), "");
+  expect_says(changed, {"read as delimiter ';', decimal mark '.'", "1 x uneven step in time"});
+}
+
+TEST_F(Info, OfATableOfAnotherProgramSaysWhatAMappingMakesOfItOrWhatStandsInIt) {
+  const std::string table = put("other.csv",
+                                "Zeit;Druck;Text\n1766147454,0;17,5;a\n1766147455,0;18,5;b\n1766147456,0;19,5;c\n"
+                                "1766147457,0;20,5;d\n");
+  const FileInfo bare = table_info(table, "");
+  EXPECT_TRUE(bare.whole);
+  expect_says(bare,
+              {"4 rows, 3 columns; delimiter ';', decimal mark ','", "Druck                         4  17.5 to 20.5",
+               "time, 2025-12-19 12:30:54 to 2025-12-19 12:30:57 UTC", "--map FILE.toml says what its columns are"});
+  const std::string map = put("map.toml",
+                              "[time]\ncolumn = \"Zeit\"\ngap_s = 2\n[[channel]]\nname = \"p_Pa\"\ncolumn = \"Druck\"\n"
+                              "unit = \"bar\"\nsign = 1\noffset = 0\n");
+  expect_says(table_info(table, map),
+              {"3.000 s, usual step 1 s", "1.75e+06 to 2.05e+06", "p_Pa", "Zeit is Unix time in s"});
+  const FileInfo refused = table_info(put("short.csv", "Zeit;Druck\n1766147454;17\n1766147455;18\n"), map);
+  EXPECT_FALSE(refused.whole);
+  expect_says(refused, {"cannot be used: ", "at least 4 are needed"});
+}
+
+}  // namespace
+}  // namespace knuckle::recordings
