@@ -28,7 +28,8 @@ std::vector<MeasuredRecording> measured(std::vector<PlannedRecording> plan) {
     std::vector<MeasuredRecording> recordings;
     for (PlannedRecording& planned : plan) {
       const TaskRecording task = read_task(planned.file);
-      for (const std::string& flaw : task.flaws) std::cerr << "knuckle-studies operators: " << flaw << '\n';
+      for (const auto* lines : {&task.flaws, &task.notes})
+        for (const std::string& line : *lines) std::cerr << "knuckle-studies operators: " << line << '\n';
       recordings.push_back({std::move(planned), measure(task), task.flaws});
       progress(static_cast<double>(recordings.size()) / static_cast<double>(plan.size()));
     }

@@ -63,6 +63,7 @@ class TaskReader {
   TaskRecording read() {
     while (const auto entry = recording_.next()) take(*entry);
     task_.flaws = flaws(recording_);
+    task_.notes = recording_.order_notes();
     return std::move(task_);
   }
 

@@ -38,6 +38,7 @@ struct TaskRecording {
   std::vector<HandSample> hand;  ///< Empty where the operator's side was not recorded.
   std::vector<recording::Event> bookmarks;
   std::vector<std::string> flaws;  ///< Why it is not all of the trial, a line each; empty: it is whole.
+  std::vector<std::string> notes;  ///< What is unusual in its order, likewise.
 };
 
 /// @param file a recording; of one in parts, the first, which those beside it follow.
