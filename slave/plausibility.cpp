@@ -67,7 +67,10 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   const CylinderDescription& cylinder = cylinders_[static_cast<std::size_t>(joint)];
   const double length = m.cylinder_m[joint], pressure = m.pressure_Pa[return_chamber(joint, spool)];
   const bool open = std::abs(spool) > cylinder.valve.dead_band(spool > 0) + kLimits.open_margin;
-  const int direction = open ? (spool > 0 ? 1 : -1) : 0;
+  int direction = open ? (spool > 0 ? 1 : -1) : 0;
+  axis.shut_s = open ? 0 : axis.shut_s + step_s_;
+  const bool passing = !open && axis.shut_s < kLimits.passing_s;
+  if (passing) direction = axis.direction;
   const bool at_end =
       direction > 0 ? length > cylinder.max_length_m - kLimits.end_m : length < cylinder.min_length_m + kLimits.end_m;
   FlowShare& share = axis.share[direction >= 0 ? 0 : 1];
@@ -84,6 +87,7 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
     axis.delivered_m = axis.stalled_s = 0;
     return {};
   }
+  if (passing) return {};
   const double opening = cylinder.valve.opening(spool), expected = share.at(opening);
   // Where the returning side is empty its flow tells nothing. But an axis that stalls behind an open valve is driven up
   // to the relief: one that is not, and is not seen to move, moves unseen.

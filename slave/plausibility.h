@@ -19,8 +19,11 @@ namespace knuckle::slave {
 /// +-30 %, dead band +-1 % of stroke where the valve is identified, else +-3 %) comes near them without a broken
 /// sensor.
 struct PlausibilityLimits {
-  double open_margin = 0.04;    ///< [of stroke] A spool this far beyond its dead band lets oil through ...
-  double closed_margin = 0.03;  ///< ... and this far inside it none. Dead bands are known to 1 %.
+  double open_margin = 0.04;  ///< [of stroke] A spool this far beyond its dead band lets oil through ...
+  /// A spool that is open in no direction for less than this only passes: what was delivered before still counts. A
+  /// cylinder that swings on its oil behind a frozen encoder shuts its valve again and again.
+  double passing_s = 0.1;
+  double closed_margin = 0.03;  ///< This far inside the dead band it lets none through. Dead bands are known to 1 %.
   double sure_flow = 0.7;       ///< Part of the flow seen before (FlowShare) that comes whatever gain and oil are.
   double sure_drop_Pa = 2e5;  ///< Taken off the return side's drop to tank: transmitter and tank are not known better.
   double moved_m = 0.00035;   ///< An encoder that differs by this has moved ...
@@ -59,6 +62,7 @@ class Plausibility {
     int direction = 0;                                                   // of the opening
     std::array<FlowShare, 2> share{FlowShare(false), FlowShare(false)};  // extending, retracting; survives reset()
     double stalled_s = 0;  // open, not seen to move, and not driven as a stalled one would be
+    double shut_s = 0;     // not open
     double closed_s = 0;
     double travel_m = 0;  // behind the closed valve, forgetting
     double last_m = 0;

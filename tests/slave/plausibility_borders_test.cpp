@@ -187,18 +187,30 @@ TEST_F(PlausibilityBorders, AnEncoderHasMovedByThreeAndAHalfSteps) {
   }
 }
 
-TEST_F(PlausibilityBorders, WhatWasDeliveredIsForgottenWithEveryTurnAndPause) {
+TEST_F(PlausibilityBorders, WhatWasDeliveredIsForgottenWithEveryTurnAndPauseOfATenthOfASecond) {
   each_way([this](int joint, bool extends) {
     const double each_m = delivered_m(joint, extends, 0.5);
     const int enough = static_cast<int>(0.004 / each_m);
-    for (const double between : {0.0, extends ? -0.5 : 0.5}) {
+    for (const auto& [between, steps_between] : {std::pair{0.0, 20}, std::pair{extends ? -0.5 : 0.5, 1}}) {
       open(joint, extends, 0.5);
       for (int i = 0; i < enough; ++i) ASSERT_FALSE(step());
       spool[joint] = between;
-      ASSERT_FALSE(step());
+      for (int i = 0; i < steps_between; ++i) ASSERT_FALSE(step());
     }
     open(joint, extends, 0.5);
     EXPECT_EQ(found_after(), 2 + enough);
+  });
+}
+
+TEST_F(PlausibilityBorders, ASpoolThatPassesThroughItsDeadBandForgetsNothing) {
+  each_way([this](int joint, bool extends) {
+    open(joint, extends, 0.5);
+    const int enough = static_cast<int>(0.004 / delivered_m(joint, extends, 0.5));
+    for (int i = 0; i < enough; ++i) ASSERT_FALSE(step());
+    spool[joint] = 0;
+    for (int i = 0; i < 19; ++i) ASSERT_FALSE(step()) << "nothing flows meanwhile";
+    open(joint, extends, 0.5);
+    EXPECT_EQ(found_after(), 2);
   });
 }
 
