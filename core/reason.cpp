@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/frame_words.h"
 #include "core/joints.h"
 
 namespace knuckle {
@@ -153,21 +154,14 @@ std::string node_state_text(const Reason& reason) {
   return fmt::format(" (its state is {})", state);
 }
 
-/// What another sender sent, by the identifier's part of the pre-defined connection set (CiA 301).
+/// What another sender sent.
 std::string foreign_text(const Reason& reason) {
   if (!(reason.value >= 0 && reason.value <= 0x7FF)) return "";
-  const auto id = static_cast<unsigned>(reason.value);
-  const unsigned function = id & 0x780U;
-  const char* what = id == 0             ? "NMT"
-                     : id == 0x080       ? "SYNC"
-                     : function == 0x600 ? "SDO write"
-                     : function == 0x700 ? "heartbeat"
-                                         : "set-point";
-  return fmt::format(" (heard: {}, identifier 0x{:03X})", what, id);
+  return " (heard: " + controllers_frame_text(static_cast<std::uint32_t>(reason.value)) + ")";
 }
 
 std::string twice_text(const Reason& reason) {
-  if (reason.limit <= 1) return " (two answers to one request)";
+  if (reason.value == 2 && reason.limit == 1) return " (two answers to one request)";
   return fmt::format(" ({:.0f} frames where {:.0f} are due)", double(reason.value), double(reason.limit));
 }
 

@@ -12,8 +12,9 @@ constexpr std::array<const char*, kFaultKinds> kNames{
     "clock_step",    "device_unplugged", "device_silent",  "device_bad_crc", "device_truncated",
     "device_wild",   "loop_hung",        "bus_off",        "can_down",       "no_acknowledge",
     "node_silent",   "node_emergency",   "emcy_storm",     "node_reset",     "wrong_identity",
-    "sensor_frozen", "sensor_invalid",   "encoder_broken", "valve_stuck",    "e_stop",
-    "sync_dropped",  "bus_cut",          "babble"};
+    "sensor_frozen", "sensor_invalid",   "encoder_broken", "valve_stuck",    "foreign_sender",
+    "node_id_twice", "e_stop",           "sync_dropped",   "bus_cut",        "other_controller",
+    "babble"};
 
 bool is_one_of(const PerJoint<NodeDescription>& nodes, std::uint8_t id) noexcept {
   return std::any_of(nodes.begin(), nodes.end(), [id](const NodeDescription& node) { return node.id == id; });
@@ -45,13 +46,15 @@ bool behind_bus(FaultKind kind) noexcept {
 }
 
 bool concerns_node(FaultKind kind) noexcept {
-  return kind >= FaultKind::kNodeSilent && kind <= FaultKind::kValveStuck;
+  return kind >= FaultKind::kNodeSilent && kind <= FaultKind::kNodeIdTwice;
 }
 
 const char* why_not(FaultKind kind, std::uint8_t node, const BusDescription& bus) noexcept {
   switch (kind) {
     case FaultKind::kValveStuck:
       return is_one_of(bus.valves, node) ? nullptr : "only a valve can be stuck";
+    case FaultKind::kForeignSender:
+      return is_one_of(bus.valves, node) ? nullptr : "only a valve has set-points";
     case FaultKind::kEncoderBroken:
       return is_one_of(bus.encoders, node) ? nullptr : "only an encoder has a wire";
     case FaultKind::kSensorFrozen:

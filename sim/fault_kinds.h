@@ -31,21 +31,24 @@ enum class FaultKind : std::uint8_t {
   kCanDown,        ///< its interface is taken down
   kNoAcknowledge,  ///< counts errors until it is error-passive; what it sends still arrives, as after many repeats
   // Behind the machine's bus: what nodes can be made to do wrong on a real one, too.
-  kNodeSilent,     ///< its cable is off
-  kNodeEmergency,  ///< one EMCY; its reset when mended
-  kEmcyStorm,      ///< an EMCY every millisecond
-  kNodeReset,      ///< reboots by itself and has lost its configuration
-  kWrongIdentity,  ///< answers with another product code from its next start on
-  kSensorFrozen,   ///< goes on sending its last value
-  kSensorInvalid,  ///< sends the impossible value
-  kEncoderBroken,  ///< wire snapped: the length runs to its end
-  kValveStuck,     ///< the spool stays where it is
-  kEStop,          ///< E-stop chain of the machine opens
-  kSyncDropped,    ///< no node receives SYNC
-  kBusCut,         ///< cable cut between controller and nodes
-  kBabble,         ///< a node fills the bus to 95 % with frames of the highest priority
+  kNodeSilent,       ///< its cable is off
+  kNodeEmergency,    ///< one EMCY; its reset when mended
+  kEmcyStorm,        ///< an EMCY every millisecond
+  kNodeReset,        ///< reboots by itself and has lost its configuration
+  kWrongIdentity,    ///< answers with another product code from its next start on
+  kSensorFrozen,     ///< goes on sending its last value
+  kSensorInvalid,    ///< sends the impossible value
+  kEncoderBroken,    ///< wire snapped: the length runs to its end
+  kValveStuck,       ///< the spool stays where it is
+  kForeignSender,    ///< somebody else sends it set-points, 20 a second
+  kNodeIdTwice,      ///< a second device has its node id and sends the same
+  kEStop,            ///< E-stop chain of the machine opens
+  kSyncDropped,      ///< no node receives SYNC
+  kBusCut,           ///< cable cut between controller and nodes
+  kOtherController,  ///< somebody else sends SYNC and the controller's heartbeat, 20 a second
+  kBabble,           ///< a node fills the bus to 95 % with frames of the highest priority
 };
-inline constexpr int kFaultKinds = 28;
+inline constexpr int kFaultKinds = 31;
 inline constexpr Duration kLinkSlowBy =
     218ms;  ///< A round trip above the one at which cues take over, below the one at which the machine holds.
 inline constexpr double kLinkLossyShare = 0.85;

@@ -9,12 +9,13 @@ namespace knuckle::sim {
 namespace {
 
 constexpr double kBabbledLoad = 0.95;
+constexpr int kForeignPeriod_ms = 50;
 constexpr CanFrame kBabbled{.id = 0x001, .size = 8, .data = {}};  // before all but NMT
 
 }  // namespace
 
-MachineFaults::MachineFaults(std::uint32_t bit_rate, double bus_load) noexcept
-    : babble_bits_per_ms_(1e-3 * bit_rate * std::max(0.0, kBabbledLoad - bus_load)) {}
+MachineFaults::MachineFaults(const BusDescription& bus, double bus_load) noexcept
+    : bus_(bus), babble_bits_per_ms_(1e-3 * bus.bit_rate * std::max(0.0, kBabbledLoad - bus_load)) {}
 
 void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, MachineOnBus& far) noexcept {
   SimulatedMachine& machine = far.machine();
@@ -46,6 +47,8 @@ void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, MachineO
         machine.nodes().set_product(node, product ^ 1U);  // twice is the right one again
       }
       return;
+    case FaultKind::kNodeIdTwice:
+      return port.double_node(broken ? node : 0);
     case FaultKind::kEStop:
       return machine.set_estop(broken);
     case FaultKind::kSyncDropped:
@@ -62,10 +65,24 @@ void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, MachineO
 
 void MachineFaults::keep_up(FaultKind kind, std::uint8_t node, MachineOnBus& far) noexcept {
   if (kind == FaultKind::kEmcyStorm) far.machine().send_emcy(node, canopen::kEmcyDeviceSpecific);
+  if (kind == FaultKind::kOtherController || kind == FaultKind::kForeignSender)
+    send_foreign(kind, node, far.nodes_end());
   if (kind != FaultKind::kBabble) return;
   for (babble_bits_ += babble_bits_per_ms_ / babblers_; babble_bits_ >= worst_case_bits(kBabbled.size);
        babble_bits_ -= worst_case_bits(kBabbled.size)) {
     far.nodes_end().shout(kBabbled);
+  }
+}
+
+void MachineFaults::send_foreign(FaultKind kind, std::uint8_t node, FaultyPort& port) noexcept {
+  if (++foreign_ms_ % kForeignPeriod_ms != 0) return;
+  if (kind == FaultKind::kOtherController) {
+    port.shout(canopen::heartbeat_frame(bus_.controller_id, canopen::NmtState::kOperational));
+    port.shout(canopen::sync_frame());
+    return;
+  }
+  for (const NodeDescription& valve : bus_.valves) {
+    if (valve.id == node) port.shout({.id = valve.rpdo_id(), .size = 4, .data = {canopen::kControlActive}});
   }
 }
 

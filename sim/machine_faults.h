@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "machine/bus_description.h"
 #include "sim/fault_kinds.h"
 #include "sim/machine_on_bus.h"
 
@@ -11,7 +12,7 @@ namespace knuckle::sim {
 class MachineFaults {
  public:
   /// @param bus_load share of the bus' time that its own frames take at worst.
-  MachineFaults(std::uint32_t bit_rate, double bus_load) noexcept;
+  MachineFaults(const BusDescription& bus, double bus_load) noexcept;
 
   /// @param kind one behind the bus; others do nothing. @param node that it concerns; 0 where it concerns none.
   void set(FaultKind kind, std::uint8_t node, bool broken, MachineOnBus& far) noexcept;
@@ -19,6 +20,10 @@ class MachineFaults {
   void keep_up(FaultKind kind, std::uint8_t node, MachineOnBus& far) noexcept;
 
  private:
+  void send_foreign(FaultKind kind, std::uint8_t node, FaultyPort& port) noexcept;
+
+  BusDescription bus_;
+  int foreign_ms_ = 0;  ///< Since somebody else's last frames.
   double babble_bits_per_ms_, babble_bits_ = 0;
   int babblers_ = 0;  ///< They share what is left of the bus.
 };

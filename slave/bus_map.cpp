@@ -38,11 +38,24 @@ std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
   return map;
 }
 
-std::vector<std::uint32_t> heard_by_controller(const BusDescription& bus) {
+std::vector<std::uint32_t> controllers_own(const BusDescription& bus) {
+  return {canopen::kNmtId, canopen::kSyncId, canopen::heartbeat_id(bus.controller_id)};
+}
+
+std::vector<std::uint32_t> set_point_ids(const BusDescription& bus) {
   std::vector<std::uint32_t> ids;
+  for (const NodeDescription& valve : bus.valves) ids.push_back(valve.rpdo_id());
+  ids.push_back(bus.enable.rpdo_id());
+  return ids;
+}
+
+std::vector<std::uint32_t> heard_by_controller(const BusDescription& bus) {
+  std::vector<std::uint32_t> ids = controllers_own(bus);
+  const std::vector<std::uint32_t> set_points = set_point_ids(bus);
+  ids.insert(ids.end(), set_points.begin(), set_points.end());
   for (const NodeDescription& node : nodes_of(bus)) {
-    for (const std::uint32_t id :
-         {node.tpdo_id(), canopen::heartbeat_id(node.id), canopen::emcy_id(node.id), canopen::sdo_response_id(node.id)})
+    for (const std::uint32_t id : {node.tpdo_id(), canopen::heartbeat_id(node.id), canopen::emcy_id(node.id),
+                                   canopen::sdo_response_id(node.id), canopen::sdo_request_id(node.id)})
       ids.push_back(id);
   }
   return ids;

@@ -15,7 +15,14 @@ namespace knuckle::slave {
 /// Every frame of operation with its rate: SYNC, PDOs, heartbeats. EMCY and SDO come and go.
 [[nodiscard]] std::vector<PeriodicFrame> bus_map(const BusDescription& bus);
 
-/// Exact identifiers that the controller listens to: PDOs, heartbeats, EMCY and SDO answers of its nodes.
+/// NMT, SYNC and its own heartbeat: what no node sends, and another controller as well.
+[[nodiscard]] std::vector<std::uint32_t> controllers_own(const BusDescription& bus);
+
+/// Set-points of the valves and the output of the enable node: what only a controller sends, too.
+[[nodiscard]] std::vector<std::uint32_t> set_point_ids(const BusDescription& bus);
+
+/// Exact identifiers that the controller listens to: PDOs, heartbeats, EMCY and SDO answers of its nodes, and all that
+/// only it sends, because it does not hear itself and so they are somebody else's.
 [[nodiscard]] std::vector<std::uint32_t> heard_by_controller(const BusDescription& bus);
 
 }  // namespace knuckle::slave

@@ -43,7 +43,8 @@ Reason bus_fault(CanState state) noexcept {
 
 }  // namespace
 
-CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus) : description_(machine.bus), bus_(bus) {
+CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
+    : description_(machine.bus), bus_(bus), watch_(machine.bus) {
   for (NodeScript& entry : node_scripts(machine)) {
     const NodeDescription& node = entry.node;
     if (node.id < 1 || node.id > 127 || index_[node.id] != 0 || node.id == description_.controller_id) {
@@ -70,6 +71,7 @@ void CanopenClient::restart() noexcept {
   valves_ = {};
   fault_ = {};
   setup_failure_ = {};
+  watch_.restart();
   inputs_seen_at_ = kNever;
   short_inputs_.reset();
   inputs_closed_ = pilot_on_ = false;
@@ -88,17 +90,25 @@ void CanopenClient::fail(const Reason& why) noexcept {
 }
 
 void CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
+  watch_.receive(frame, now);
   on_pdo(frame, now);
   Node* node = find(canopen::node_of(frame.id));
   if (node == nullptr) return;
   const std::uint8_t id = node->id;
   if (frame.id == canopen::sdo_response_id(id)) {
-    node->dialogue.receive(frame);
+    on_answer(*node, frame);
+  } else if (frame.id == canopen::sdo_request_id(id)) {
+    node->dialogue.others_asked();
   } else if (frame.id == canopen::heartbeat_id(id)) {
     on_heartbeat(*node, frame, now);
   } else if (frame.id == canopen::emcy_id(id)) {
     on_emergency(*node, frame, now);
   }
+}
+
+void CanopenClient::on_answer(Node& node, const CanFrame& frame) noexcept {
+  node.dialogue.receive(frame);
+  watch_.note_second_answers(node.id, node.dialogue.second_answers());
 }
 
 void CanopenClient::on_emergency(Node& node, const CanFrame& frame, Time now) noexcept {
@@ -159,8 +169,16 @@ void CanopenClient::on_valve_status(int joint, const CanFrame& frame, Time now) 
   spool_[joint] = status->spool;
 }
 
+/// Nobody resets the nodes of a machine that somebody else leads: as long as he is heard, nothing starts anew.
 void CanopenClient::begin_step(Time now) noexcept {
+  watch_.step(now);
+  watch_.count_frames(phase_ == Phase::kActivating || phase_ == Phase::kOperational);
   if (const Reason why = bus_fault(bus_.state())) fail(why);
+  if (const Reason why = watch_.foreign(now)) {
+    fail(why);
+  } else if (const Reason id_twice = watch_.twice()) {
+    fail(id_twice);
+  }
   step_phase(now);
 }
 
@@ -168,6 +186,7 @@ void CanopenClient::step_phase(Time now) noexcept {
   const auto all = [this](auto condition) { return std::all_of(nodes_.begin(), nodes_.end(), condition); };
   switch (phase_) {
     case Phase::kIdle:
+      commanded_ = true;
       bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetNode, 0));
       enter(Phase::kResetting, now);
       return;
@@ -288,6 +307,7 @@ Reason CanopenClient::supervise(Time now) const noexcept {
 }
 
 void CanopenClient::end_step(const PassedCommands& commands, bool enable_output, Time now) noexcept {
+  if (!commanded_ && watch_.foreign(now)) return;  // somebody else's machine, until now
   if (phase_ == Phase::kActivating || phase_ == Phase::kOperational || phase_ == Phase::kFailed) {
     send_set_points(phase_ == Phase::kOperational ? commands : PassedCommands(), now);
     const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;
@@ -300,7 +320,7 @@ void CanopenClient::end_step(const PassedCommands& commands, bool enable_output,
     heartbeat_at_ = now;
   }
   // Last, as every sensor answers it at once, with frames that go before set-points.
-  bus_.send(canopen::sync_frame());
+  if (bus_.send(canopen::sync_frame())) watch_.synced();
   ++syncs_;
 }
 

@@ -12,6 +12,7 @@
 #include "core/time.h"
 #include "machine/bus_description.h"
 #include "machine/description_fwd.h"
+#include "slave/bus_watch.h"
 #include "slave/emergency_log.h"
 #include "slave/node_setup.h"
 #include "slave/safety_gate.h"
@@ -51,6 +52,7 @@ class CanopenClient {
   /// What was asked and answered where a node's set-up failed; nothing where it did not.
   [[nodiscard]] const SetupFailure& setup_failure() const noexcept { return setup_failure_; }
   [[nodiscard]] const EmergencyLog& emergencies() const noexcept { return emergencies_; }
+  [[nodiscard]] const BusWatch& watch() const noexcept { return watch_; }
   [[nodiscard]] bool e_stop_open() const noexcept { return inputs_seen_at_ != kNever && !inputs_closed_; }
   [[nodiscard]] bool pilot_on() const noexcept { return pilot_on_; }
   [[nodiscard]] const JointVector& spool() const noexcept { return spool_; }    ///< Actual, [-1, 1].
@@ -81,6 +83,7 @@ class CanopenClient {
   void enter(Phase phase, Time now) noexcept;
   void fail(const Reason& reason) noexcept;
   void on_heartbeat(Node& node, const CanFrame& frame, Time now) noexcept;
+  void on_answer(Node& node, const CanFrame& frame) noexcept;
   void on_emergency(Node& node, const CanFrame& frame, Time now) noexcept;
   void on_pdo(const CanFrame& frame, Time now) noexcept;
   void on_valve_status(int joint, const CanFrame& frame, Time now) noexcept;
@@ -101,6 +104,8 @@ class CanopenClient {
   Reason fault_;
   SetupFailure setup_failure_;
   EmergencyLog emergencies_;
+  BusWatch watch_;
+  bool commanded_ = false;  // a frame of ours was sent
   Time inputs_seen_at_ = kNever;
   std::optional<std::uint8_t> short_inputs_;  // bytes of the last ones, where they were shorter than mapped
   bool inputs_closed_ = false, pilot_on_ = false;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -193,6 +194,9 @@ void SdoDialogue::restart() noexcept {
   asked_at_ = kNever;
   failure_ = {};
   details_ = {};
+  requests_ = answers_ = 0;
+  read_ = {};
+  second_ = 0;
 }
 
 /// Another identity is another device; everything else is a set-up that did not work.
@@ -221,21 +225,36 @@ void SdoDialogue::step(CanBus& bus, Time now) noexcept {
       bus.send(step.kind == Kind::kWrite ? canopen::sdo_download(node_, step.object, step.value, step.size)
                                          : canopen::sdo_upload(node_, step.object));
   if (!sent) return;  // queue full: again in the next step
+  ++requests_;
   ++asked_;
   asked_at_ = now;
 }
 
+/// One device answers a request once at most, be it late.
+void SdoDialogue::count(const canopen::SdoResponse& answer) noexcept {
+  if (++answers_ <= requests_) return;
+  const bool other =
+      answer.kind == canopen::SdoResponse::Kind::kUploaded && answer.object == read_ && answer.value != value_;
+  second_ = std::min(2, second_ + (other ? 2 : 1));
+}
+
 void SdoDialogue::receive(const CanFrame& frame) noexcept {
-  if (done() || failure_ || asked_ == 0) return;
+  if (done() || requests_ == 0) return;
   const auto answer = canopen::parse_sdo_response(frame);
+  if (!answer) return;
+  count(*answer);
   const SdoStep& step = script_[next_];
-  if (!answer || answer->object != step.object) return;  // a late answer to an earlier attempt
+  if (failure_ || asked_ == 0 || answer->object != step.object) return;  // a late answer to an earlier attempt
   using Answer = canopen::SdoResponse::Kind;
   const bool written = step.kind == Kind::kWrite && answer->kind == Answer::kDownloaded;
   const bool read = step.kind != Kind::kWrite && answer->kind == Answer::kUploaded;
   if (!written && !read) {
     details_.abort = answer->kind == Answer::kAborted ? answer->abort : canopen::SdoAbort::kUnknownCommand;
     return fail(SetupFailure::What::kAborted);
+  }
+  if (read) {
+    read_ = answer->object;
+    value_ = answer->value;
   }
   if (read && answer->value != step.value) {
     details_.seen = answer->value;

@@ -84,9 +84,15 @@ class SdoDialogue {
   /// kNodeIdentity (value seen, expected) or kNodeSetup (step that failed, steps there are).
   [[nodiscard]] const Reason& failure() const noexcept { return failure_; }
   [[nodiscard]] const SetupFailure& details() const noexcept { return details_; }
+  /// Somebody else has asked this node: it answers once more.
+  void others_asked() noexcept { ++requests_; }
+  /// Answers beyond one to each request, 2 at most; one with another value than the first counts twice: two devices
+  /// have this node id.
+  [[nodiscard]] int second_answers() const noexcept { return second_; }
 
  private:
   void fail(SetupFailure::What what) noexcept;
+  void count(const canopen::SdoResponse& answer) noexcept;
 
   std::uint8_t node_;
   Duration timeout_;
@@ -96,6 +102,10 @@ class SdoDialogue {
   Time asked_at_ = kNever;
   Reason failure_;
   SetupFailure details_;
+  std::int64_t requests_ = 0, answers_ = 0;  // of everybody
+  canopen::Object read_;                     // last object read, and its value
+  std::uint32_t value_ = 0;
+  int second_ = 0;
 };
 
 }  // namespace knuckle::slave

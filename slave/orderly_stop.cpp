@@ -38,8 +38,8 @@ void OrderlyStop::step(Time now) noexcept {
       // Pre-operational as after power-on: nodes that went on watching our heartbeat would call its silence a fault.
       // But the reset also erases their watchdogs (0x1016, 0x1400:05), all that is left where one did not obey. Then
       // nothing is sent: operational, with both watchdogs on, is the one state in which every node ends its outputs by
-      // itself.
-      if (confirmed()) bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetCommunication, 0));
+      // itself. Nor may it reset what another controller leads.
+      if (confirmed() && alone_) bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetCommunication, 0));
       phase_ = Phase::kDone;
       return;
     case Phase::kDone:
@@ -59,6 +59,7 @@ void OrderlyStop::enter(Phase phase, Time now) noexcept {
 void OrderlyStop::hear() noexcept {
   CanFrame frame;
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
+    alone_ = alone_ && frame.id != canopen::kSyncId;
     if (frame.id == machine_.bus.enable.tpdo_id()) {
       const auto inputs = canopen::parse_enable(frame);
       if (inputs) pilot_off_ = (*inputs & canopen::kInputPilotOn) == 0;

@@ -45,6 +45,7 @@ class OrderlyStop {
   Time phase_since_ = kNever, heartbeat_at_ = kNever;
   PerJoint<Valve> valves_{};
   bool pilot_off_ = false;
+  bool alone_ = true;  // no SYNC of somebody else
   int syncs_ = 0;
 };
 

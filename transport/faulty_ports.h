@@ -1,6 +1,8 @@
 // Wires of the simulated machine and device, with what can be done to them: they lose, swallow and cut short.
 #pragma once
 
+#include <cstdint>
+
 #include "core/ring.h"
 #include "transport/can_bus.h"
 #include "transport/hid_port.h"
@@ -19,6 +21,8 @@ class FaultyPort final : public CanBus {
 
   void cut(bool on) noexcept { cut_ = on; }
   void drop_sync(bool on) noexcept { drop_sync_ = on; }
+  /// What the node of this id sends is sent twice, as if a second device had its id; 0: no node's.
+  void double_node(std::uint8_t id) noexcept { doubled_ = id; }
   /// Only the nodes on this port hear it, before anything else. As many between two steps as there are node ids.
   void whisper(const CanFrame& frame) noexcept { whispered_.push(frame); }
   /// Past everything else, onto the bus.
@@ -27,6 +31,7 @@ class FaultyPort final : public CanBus {
  private:
   CanBus& bus_;
   bool cut_ = false, drop_sync_ = false;
+  std::uint8_t doubled_ = 0;
   Ring<CanFrame, 128> whispered_;
 };
 

@@ -87,10 +87,13 @@ int open_socket(const std::string& interface, int index, std::span<const can_fil
     if (errno == EPERM || errno == EACCES) refuse(interface, "no permission to open CAN sockets");
     refuse(interface, std::string("cannot open a CAN socket (as root: modprobe can_raw): ") + std::strerror(errno));
   }
-  const int on = 1;
+  const int on = 1, off = 0;
   const int fd = socket.get();
   set_option(interface, fd, SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), filters.size_bytes());
   set_option(interface, fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
+  // What arrives under an identifier that only this program sends is somebody else's. Where another of its sockets
+  // sends it, the filters keep it out.
+  set_option(interface, fd, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, &off, sizeof off);
   set_option(interface, fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
   sockaddr_can address{};
   address.can_family = AF_CAN;

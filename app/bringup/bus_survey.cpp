@@ -24,6 +24,8 @@ class Reader {
   [[nodiscard]] std::uint8_t node() const noexcept { return node_; }
   [[nodiscard]] bool done() const noexcept { return next_ == objects_.size(); }
   [[nodiscard]] std::vector<ObjectRead> take() noexcept { return std::move(results_); }
+  /// Answers beyond one to each request.
+  [[nodiscard]] int second_answers() const noexcept { return std::max(0, answers_ - requests_); }
 
   /// @return whether a request was to be sent.
   bool step(CanBus& bus, Time now, Duration patience, bool may_ask) {
@@ -32,6 +34,7 @@ class Reader {
     if (asks) {
       if (wanted_at_ == kNever) wanted_at_ = now;
       asked_ = bus.send(canopen::sdo_upload(node_, objects_[next_]));
+      if (asked_) ++requests_;
     }
     if (wanted_at_ != kNever && now - wanted_at_ >= patience) {
       const bool first = results_.empty();
@@ -43,7 +46,9 @@ class Reader {
 
   void receive(const CanFrame& frame) {
     const auto answer = canopen::parse_sdo_response(frame);
-    if (done() || !asked_ || !answer || answer->object != objects_[next_]) return;
+    if (done() || !answer) return;
+    ++answers_;
+    if (!asked_ || answer->object != objects_[next_]) return;
     using Kind = canopen::SdoResponse::Kind;
     ObjectRead read{objects_[next_], ObjectRead::Answer::kAborted, 0, canopen::SdoAbort::kUnknownCommand};
     if (answer->kind == Kind::kUploaded) read = {read.object, ObjectRead::Answer::kValue, answer->value, {}};
@@ -63,6 +68,7 @@ class Reader {
   std::vector<Object> objects_;
   std::vector<ObjectRead> results_;
   std::size_t next_ = 0;
+  int requests_ = 0, answers_ = 0;
   bool asked_ = false;
   Time wanted_at_ = kNever;  // also limits the wait for a bus that accepts no frame
 };
@@ -91,7 +97,10 @@ class Surveyor {
       while (busy_.size() < kAtOnce && next < all.size()) busy_.push_back(std::move(all[next++]));
       tick();
       for (Reader& reader : busy_) {
-        if (reader.done()) found_.nodes[reader.node()].objects = reader.take();
+        if (!reader.done()) continue;
+        SurveyedNode& node = found_.nodes[reader.node()];
+        node.second_answers = found_.others_ask ? 0 : reader.second_answers();
+        node.objects = reader.take();
       }
       std::erase_if(busy_, [](const Reader& reader) { return reader.done(); });
     }
@@ -100,6 +109,7 @@ class Surveyor {
   [[nodiscard]] BusSurvey& found() noexcept { return found_; }
   [[nodiscard]] BusSurvey finish() {
     found_.state = access_.bus().state();
+    found_.errors = access_.bus().errors() - errors_;
     for (auto& [id, node] : found_.nodes) node.id = id;
     return std::move(found_);
   }
@@ -149,6 +159,7 @@ class Surveyor {
   BusSurvey found_;
   std::vector<Reader> busy_;
   Time asked_at_ = kNever;
+  std::uint64_t errors_ = access_.bus().errors();
   bool listening_ = false;
 };
 
@@ -169,6 +180,14 @@ std::optional<std::uint32_t> SurveyedNode::value(Object object) const noexcept {
 bool SurveyedNode::answers() const noexcept {
   return std::any_of(objects.begin(), objects.end(),
                      [](const ObjectRead& one) { return one.answer != ObjectRead::Answer::kSilent; });
+}
+
+bool SurveyedNode::contradicts_itself() const noexcept {
+  return std::any_of(objects.begin(), objects.end(), [this](const ObjectRead& one) {
+    const ObjectRead& first = *read(one.object);
+    using Answer = ObjectRead::Answer;
+    return one.answer == Answer::kValue && first.answer == Answer::kValue && one.value != first.value;
+  });
 }
 
 BusSurvey survey_bus(BusAccess& access, std::uint32_t bit_rate,

@@ -38,6 +38,7 @@ struct SurveyedNode {
   std::optional<canopen::Emergency> emergency;  ///< Newest received.
   std::uint64_t emergencies = 0;
   std::vector<ObjectRead> objects;
+  int second_answers = 0;  ///< Beyond one to each request, while nobody else asked.
 
   /// nullptr where it was not asked.
   [[nodiscard]] const ObjectRead* read(canopen::Object object) const noexcept;
@@ -45,6 +46,8 @@ struct SurveyedNode {
   [[nodiscard]] std::optional<std::uint32_t> value(canopen::Object object) const noexcept;
   /// It has answered anything at all, be it with an abort.
   [[nodiscard]] bool answers() const noexcept;
+  /// An object that was read twice had two values.
+  [[nodiscard]] bool contradicts_itself() const noexcept;
 };
 
 struct BusSurvey {
@@ -54,8 +57,9 @@ struct BusSurvey {
   double load = 0;                             ///< Share of the bit rate, without what the survey sent itself.
   std::map<std::uint32_t, HeardFrames> heard;  ///< By identifier.
   std::map<std::uint8_t, SurveyedNode> nodes;  ///< By id; every node that sent a frame or got a request.
-  bool others_ask = false;  ///< Another program uses SDO: no request was sent, as responses could be mixed up.
-  bool sync = false;        ///< A controller is active.
+  bool others_ask = false;   ///< Another program uses SDO: no request was sent, as responses could be mixed up.
+  bool sync = false;         ///< A controller is active.
+  std::uint64_t errors = 0;  ///< Error frames, and frames lost on the way, meanwhile.
 };
 
 struct SurveyOptions {

@@ -20,6 +20,7 @@
 #include "machine/toml_reader.h"
 #include "machine/whole_file.h"
 #include "sim/machine_on_bus.h"
+#include "slave/bus_listen.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -146,7 +147,8 @@ int run_commission(CommissionCommandOptions options) {
   const MachineDescription read = load_machine(file), machine = calibrated(read);
   check_layout(text, machine);
   cli::OutputFile out("--out", options.out);
-  const BusAccess bus = access_of(options, read);
+  BusAccess bus = access_of(options, read);
+  slave::refuse_other_controller(machine.bus, bus);
   options.motions.seed = options.seed;
   const std::string kept = progress_file(options.out), digest = sha256_of(text);
   Progress progress(kept, {bus.name(), digest}, options.resume);

@@ -8,6 +8,7 @@
 
 #include "app/bringup/commission_result.h"
 #include "app/bringup/doctor_report.h"
+#include "slave/bus_listen.h"
 #include "slave/safety_gate.h"
 
 namespace knuckle::bringup {
@@ -56,6 +57,7 @@ class Wizard {
   void probe() {
     dialogue_.begin(2, "Nodes");
     dialogue_.ask("Now the nodes are configured and started; pilot pressure stays off.", {"configure"});
+    alone_on_bus(machine_, access_);
     bench_.emplace(machine_, access_, [this] {
       check_();
       return dialogue_.interrupted();
@@ -390,6 +392,12 @@ BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dia
   if (!healthy(diagnosis.findings))
     throw CommissionEnded("the bus has faults (see FAULT); nothing was configured or moved");
   return diagnosis;
+}
+
+void alone_on_bus(const MachineDescription& machine, BusAccess& access) {
+  const std::string heard = slave::heard_of_other_controller(machine.bus, access);
+  if (!heard.empty())
+    throw CommissionEnded("another controller is on the bus: heard " + heard + "; nothing was configured or moved");
 }
 
 WizardResult run_wizard(

@@ -51,9 +51,12 @@ struct Resume {
   std::function<void(const WizardProgress&)> keep;
 };
 
-/// Reads only, and says what it finds. @throws CommissionEnded where the bus has faults, such as another controller.
+/// Reads only, and says what it finds. @throws CommissionEnded where the bus has faults.
 BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dialogue& dialogue,
                        const std::function<void()>& check);
+/// Right before the first frame that commands: a person may have taken minutes to say yes. @throws CommissionEnded
+/// where another controller is heard.
+void alone_on_bus(const MachineDescription& machine, BusAccess& access);
 
 /// @param record drives and records motion in closed loop with the values measured so far, once confirmed.
 /// @return its files. @param check called all the time; may throw to end it.

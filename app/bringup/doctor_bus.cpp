@@ -9,6 +9,7 @@
 
 #include "app/bringup/node_reading.h"
 #include "machine/load.h"
+#include "slave/bus_watch.h"
 #include "slave/emergency_log.h"
 #include "slave/node_setup.h"
 
@@ -21,6 +22,7 @@ using slave::NodeScript;
 using slave::SdoStep;
 
 constexpr double kFullestBus = 0.6;
+constexpr std::array kIdentity{canopen::kDeviceType, canopen::kVendorId, canopen::kProductCode, canopen::kSerialNumber};
 constexpr Object kErrorCount{0x1003, 0}, kNewestError{0x1003, 1};
 
 /// The script's objects, each once, with its final value (a COB-ID is written twice).
@@ -160,13 +162,16 @@ class Doctor {
 
   void judge_expected(const NodeScript& expected) {
     const auto found = survey_.nodes.find(expected.node.id);
-    const SurveyedNode node =
-        found == survey_.nodes.end() ? SurveyedNode{expected.node.id, {}, false, {}, 0, {}} : found->second;
+    SurveyedNode node;
+    node.id = expected.node.id;
+    if (found != survey_.nodes.end()) node = found->second;
     const std::string about = fmt::format("node 0x{:02X} ", node.id) + expected.name;
     NodeLine line = line_of(node, expected.name);
     const std::size_t before = result_.findings.size();
     if (!node.answers()) {
       silent(node, about);
+    } else if (twice(node, expected.node, about)) {
+      // Whatever it reads, either of the two may have said it.
     } else if (identity(node, expected, about)) {
       settings(node, expected, about, line);
       const NodeReading reading = reading_of(node, expected, *machine_);
@@ -193,6 +198,53 @@ class Doctor {
       say(Level::kFault, about,
           "does not answer SDO requests: check its power, its plug, its node id and its bit rate");
     }
+  }
+
+  struct Signs {
+    int count = 0;
+    std::string text;
+    void add(int signs, const std::string& what) {
+      count += signs;
+      text += (text.empty() ? "" : "; ") + what;
+    }
+  };
+
+  /// More frames under an identifier than are due: a sign, and enough where they are far too many.
+  void judge_count(Signs& signs, std::uint32_t id, double due) const {
+    using slave::BusWatch;
+    const auto heard = survey_.heard.find(id);
+    if (heard == survey_.heard.end()) return;
+    const double frames = static_cast<double>(heard->second.count), over = frames - due * (1 + BusWatch::kSpareByClock);
+    if (over <= BusWatch::kMostOver / 2) return;
+    signs.add(over > BusWatch::kMostOver ? 2 : 1, fmt::format("{:.0f} frames 0x{:03X} in {:.1f} s where {:.0f} are due",
+                                                              frames, id, survey_.listened_s, due));
+  }
+
+  /// Two signs of two devices with this node id are a fault, one is a note. @return whether it is a fault
+  bool twice(const SurveyedNode& node, const NodeDescription& expected, const std::string& about) {
+    Signs signs;
+    if (node.second_answers > 0)
+      signs.add(std::min(node.second_answers, 2), fmt::format("{} of its answers came once more", node.second_answers));
+    if (node.contradicts_itself()) signs.add(1, "its identity changed between two reads");
+    if (const auto period_ms = node.value(canopen::kProducerHeartbeat); period_ms.value_or(0) > 0)
+      judge_count(signs, canopen::heartbeat_id(node.id), 1e3 * survey_.listened_s / *period_ms);
+    const auto syncs = survey_.heard.find(canopen::kSyncId);
+    const std::uint32_t type = node.value(canopen::kTpdo1Type).value_or(0);
+    const std::uint32_t timer_ms = node.value(canopen::kTpdo1Timer).value_or(0);
+    if (type >= 1 && type <= 240) {
+      const double sync_count = syncs == survey_.heard.end() ? 0 : static_cast<double>(syncs->second.count);
+      judge_count(signs, expected.tpdo_id(), sync_count / type);
+    } else if (timer_ms > 0) {
+      judge_count(signs, expected.tpdo_id(), 1e3 * survey_.listened_s / timer_ms);
+    }
+    if (signs.count > 0 && survey_.errors > 0)
+      signs.add(1, fmt::format("{} errors on the bus, as where two devices send at once", survey_.errors));
+    if (signs.count == 0) return false;
+    const bool fault = signs.count >= 2;
+    say(fault ? Level::kFault : Level::kNote, about,
+        (fault ? "two devices have this node id (" : "possibly two devices have this node id (") + signs.text +
+            "): take one off the bus, or give it another id");
+    return fault;
   }
 
   /// @return whether it is the device that the file names.
@@ -337,6 +389,8 @@ std::map<std::uint8_t, std::vector<Object>> doctor_objects(const MachineDescript
     for (const Object& object : {canopen::kErrorRegister, kErrorCount, kNewestError, canopen::kSerialNumber})
       objects.push_back(object);
     for (const Object& object : reading_objects(node.role, machine)) objects.push_back(object);
+    // Once more, so that two devices that answer in turn contradict each other.
+    for (const Object& object : kIdentity) objects.push_back(object);
   }
   return wanted;
 }

@@ -79,6 +79,7 @@ void recover(const MachineDescription& machine, int joint, BusAccess& access, Pa
       "Then "
       "the nodes are configured and started, and pilot pressure is on for two seconds with all valves closed.",
       {"ready"});
+  alone_on_bus(machine, access);
   bench.emplace(machine, access, [&] {
     check();
     return dialogue.interrupted();

@@ -12,6 +12,7 @@
 #include "machine/load.h"
 #include "machine/toml_reader.h"
 #include "machine/whole_file.h"
+#include "slave/bus_listen.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -29,7 +30,8 @@ int run_recover(const RecoverOptions& options) {
   const std::string file = find_config("machine", options.machine), text = whole_file(file, kLargestToml_MB);
   const MachineDescription machine = calibrated(load_machine(file));
   const auto* axis = std::find(kJointNames.begin(), kJointNames.end(), options.axis);
-  const BusAccess bus = real_access(options.can);
+  BusAccess bus = real_access(options.can);
+  slave::refuse_other_controller(machine.bus, bus);
   const std::string command = "knuckle recover --can " + options.can + " --machine " + file + " --axis " + options.axis;
   DialogueLog log(options.log, dialogue_head(command, text, false, bus.now()), machine, "recover");
   BusAccess access = log.taped(bus);

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <optional>
 
+#include "app/explain/bus_cause.h"
 #include "app/explain/device_cause.h"
 #include "app/explain/link_cause.h"
 #include "app/explain/node_cause.h"
@@ -136,6 +137,7 @@ Cause likely_cause(const Stop& stop, const Window& window, const Evidence& evide
   if (auto cause = loop_paused(stop, evidence, machine)) return *cause;
   if (auto cause = e_stop(stop, evidence, machine)) return *cause;
   if (auto cause = asked_for(stop, window, evidence, machine)) return *cause;
+  if (auto cause = bus_cause(stop, window, machine)) return *cause;
   if (auto cause = controller_off(evidence)) return *cause;
   if (auto cause = device_cause(stop, window, evidence)) return *cause;
   if (auto cause = link_cause(stop, window, evidence)) return *cause;

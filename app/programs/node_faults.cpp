@@ -66,7 +66,7 @@ PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
 }
 
 NodeFaults::NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus)
-    : plan_(std::move(plan)), state_(plan_.size()), machine_faults_(bus.bit_rate, worst_bus_load(bus)) {}
+    : plan_(std::move(plan)), state_(plan_.size()), machine_faults_(bus, worst_bus_load(bus)) {}
 
 bool NodeFaults::toggle(std::size_t index, Time now, bool signalled, sim::MachineOnBus& machine) noexcept {
   const PlannedFault& fault = plan_[index];

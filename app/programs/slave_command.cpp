@@ -20,6 +20,7 @@
 #include "machine/load.h"
 #include "sim/machine_on_bus.h"
 #include "sim/truth.h"
+#include "slave/bus_listen.h"
 #include "slave/bus_map.h"
 #include "slave/loss_policy.h"
 #include "transport/socket_can.h"
@@ -175,6 +176,16 @@ class MachineBus {
   std::optional<RealtimeThread> thread_;
 };
 
+/// Before the loop's first frame. @throws InputError where there is another controller.
+void refuse_other_controller(CanBus& bus, const BusDescription& description, const std::string& name) {
+  const RealtimeClock clock;
+  BusAccess access(name, {std::shared_ptr<void>(), &bus}, [&clock](Time due) {
+    clock.sleep_until(due);
+    return clock.now();
+  });
+  slave::refuse_other_controller(description, access);
+}
+
 Json nodes_json(const SlaveOutcome& outcome) {
   Json failures = Json::array(), emergencies = Json::array();
   for (const SetupFailureEvent& event : outcome.setup_failures) {
@@ -265,6 +276,7 @@ int run(const Options& o, const DrawCamera& draw) {
   SlaveCameras cameras(camera_setups, setup.machine,
                        setup.simulation ? setup.simulation->scenario.world : sim::WorldDescription{}, draw);
   MachineBus machine(o, setup, cameras);
+  refuse_other_controller(machine.bus(), setup.machine.bus, setup.simulation ? kSimulatedBus : o.can);
   pairing::LinkOptions link_options = o.link;
   link_options.observers = o.observers.value_or(link_options.observers);
   pairing::ChosenLink link = pairing::ChosenLink::listen(link_options);

@@ -23,6 +23,7 @@
 namespace knuckle::programs {
 namespace {
 
+constexpr Duration kReadsApart = 10s;     // reads with less between them are one event
 constexpr Duration kStandingReason = 1s;  // what blocks for longer is an event, also where no terminal shows it
 
 struct SlaveStatus {
@@ -44,6 +45,14 @@ std::string kind_of(const SetupFailureEvent& event) {
   const canopen::Object& object = event.failure.step.object;
   return "set-up " + std::to_string(event.failure.node) + " " + std::to_string(object.index) + " " +
          std::to_string(object.subindex);
+}
+/// Somebody else reads a node's objects over SDO.
+struct ForeignRead {
+  Time at{};
+  std::uint8_t node = 0;
+};
+std::string kind_of(const ForeignRead& read) {
+  return "foreign read " + std::to_string(read.node);
 }
 std::string kind_of(const slave::EmergencyRecord& record) {
   return "emergency " + std::to_string(record.node) + " " + std::to_string(record.emergency.code);
@@ -76,6 +85,7 @@ class SlaveRunner {
   bool next(ModeEvent& event) noexcept { return events_.pop(event); }
   bool next(SetupFailureEvent& event) noexcept { return failures_.pop(event); }
   bool next(slave::EmergencyRecord& record) noexcept { return emergencies_.pop(record); }
+  bool next(ForeignRead& read) noexcept { return reads_.pop(read); }
   [[nodiscard]] const SlaveStatus& status() noexcept {
     status_.take(shown_);
     return shown_;
@@ -88,6 +98,7 @@ class SlaveRunner {
  private:
   void observe(Time now) noexcept;
   void observe_nodes(Time now) noexcept;
+  void observe_reads(Time now) noexcept;
   void step_stop(Time now) noexcept;
 
   const MachineDescription& machine_;
@@ -104,9 +115,12 @@ class SlaveRunner {
   ModeEvent last_;
   bool setup_failed_ = false;
   std::uint64_t emergencies_seen_ = 0, emergencies_lost_ = 0;
+  std::uint64_t reads_seen_ = 0;
+  Time read_at_ = kNever;
   Ring<ModeEvent, 256> events_;
   Ring<SetupFailureEvent, 16> failures_;
   Ring<slave::EmergencyRecord, 1024> emergencies_;
+  Ring<ForeignRead, 16> reads_;
   Ring<slave::SlaveState, 1024> rows_;
   Mailbox<SlaveStatus> status_;
   SlaveStatus shown_;  // the tending thread's
@@ -123,6 +137,7 @@ void SlaveRunner::step(Time now) noexcept {
   recording::end_step(tape_, now, slave_);
   observe(now);
   observe_nodes(now);
+  observe_reads(now);
 }
 
 void SlaveRunner::observe(Time now) noexcept {
@@ -146,6 +161,14 @@ void SlaveRunner::observe_nodes(Time now) noexcept {
     emergencies_.push(log.newest(age - 1));
   }
   if (fresh > log.kept()) emergencies_lost_ += fresh - log.kept();
+}
+
+void SlaveRunner::observe_reads(Time now) noexcept {
+  const slave::BusWatch& watch = slave_.client().watch();
+  if (watch.foreign_reads() == reads_seen_) return;
+  reads_seen_ = watch.foreign_reads();
+  if (now - read_at_ > kReadsApart) reads_.push({now, watch.last_read_node()});
+  read_at_ = now;
 }
 
 /// Every step reports to the operator that the machine is off: a single datagram may be lost.
@@ -175,7 +198,7 @@ void SlaveRunner::write(const SlaveRecords& records) {
 void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   outcome.malformed_datagrams = slave_.malformed_datagrams();
   outcome.records_lost += can_.lost() + rows_.dropped() + events_.dropped() + failures_.dropped() +
-                          emergencies_.dropped() + emergencies_lost_;
+                          emergencies_.dropped() + emergencies_lost_ + reads_.dropped();
   const auto valves = stop_.unconfirmed_valves();
   for (const NamedNode& node : named_nodes(machine_.bus)) {
     const bool valve = node.role == NodeRole::kValve && valves[static_cast<std::size_t>(node.joint)];
@@ -257,6 +280,14 @@ class Teller {
     while (runner.next(record)) {
       if (outcome_.add(record))
         say(record.at, "emergency: " + slave::text(record), kind_of(record), Severity::kWarning);
+    }
+    ForeignRead read;
+    while (runner.next(read)) {
+      say(read.at,
+          fmt::format("another program reads objects of the nodes over SDO, first of node 0x{:02X}: knuckle doctor, or "
+                      "a service tool",
+                      read.node),
+          kind_of(read), Severity::kInfo);
     }
   }
   static std::vector<std::string> status_parts(const SlaveStatus& status) {

@@ -44,7 +44,7 @@ FaultInjection::FaultInjection(std::vector<ScheduledFault> schedule, ImpairedLin
       network_(network),
       operator_end_(network.a()),
       machine_end_(network.b()),
-      machine_faults_(bus.bit_rate, worst_bus_load(bus)) {
+      machine_faults_(bus, worst_bus_load(bus)) {
   injected_.reserve(schedule_.size());
 }
 

@@ -141,6 +141,16 @@ TEST(CommissionWizard, BusThatIsNotAsTheFileSaysIsLeftAlone) {
   EXPECT_EQ(bus->machine().nodes().node(0x10)->value(canopen::kProducerHeartbeat), 0U);
 }
 
+TEST(CommissionWizard, AMachineThatAnotherControllerLeadsIsLeftAlone) {
+  const auto bus = simulated_bus();
+  bus->each_tick = [](sim::MachineOnBus& b) {
+    if (b.now().time_since_epoch() % 50ms == 0ms) b.nodes_end().shout(canopen::sync_frame());
+  };
+  const Outcome outcome = commission(bus, all());
+  EXPECT_EQ(outcome.ended, "another controller is on the bus: heard SYNC 0x080; nothing was configured or moved");
+  EXPECT_EQ(bus->machine().nodes().node(0x10)->value(canopen::kProducerHeartbeat), 0U);
+}
+
 TEST(CommissionWizard, EStopThatIsNotWiredIsFoundBeforeAnythingMoves) {
   const Outcome outcome =
       commission(simulated_bus(), all(), solar(), [](BusAccess& access) { access.press_e_stop = [](bool) {}; });

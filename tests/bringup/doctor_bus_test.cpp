@@ -1,12 +1,16 @@
 // What the doctor says of a bus, read off simulated nodes; and that it only ever reads.
 #include "app/bringup/doctor_bus.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "app/bringup/doctor_report.h"
+#include "slave/node_setup.h"
 #include "tests/bringup/hardware_bench.h"
 #include "transport/canopen.h"
 
@@ -110,6 +114,80 @@ TEST(DoctorBus, AnotherDeviceIsAFaultWithBothIdentities) {
                       "0x00000198 (CiA 408, hydraulic valve): two node ids may be exchanged"),
             std::string::npos)
       << told;
+}
+
+/// A second device with a node's id, that answers and sends what the first one does.
+std::shared_ptr<sim::MachineOnBus> doubled(std::uint8_t node) {
+  auto bus = simulated_bus();
+  bus->nodes_end().double_node(node);
+  return bus;
+}
+
+TEST(DoctorBus, ANodeIdThatTwoDevicesAnswerToIsAFaultThatNamesIt) {
+  for (const std::uint8_t id : std::initializer_list<std::uint8_t>{0x10, 0x22, 0x40}) {
+    const BusDiagnosis diagnosis = look(doubled(id));
+    const std::string told = faults(diagnosis);
+    EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
+    EXPECT_EQ(told.find("node 0x" + fmt::format("{:02X}", id)), 0U) << told;
+    EXPECT_NE(told.find("two devices have this node id ("), std::string::npos) << told;
+    EXPECT_NE(told.find(" of its answers came once more"), std::string::npos) << told;
+  }
+}
+
+/// Surveyed nodes of the default machine as a healthy running bus shows them.
+BusSurvey running(double listened_s = 2) {
+  BusAccess access = sim::access_to(simulated_bus());
+  BusSurvey survey = survey_bus(access, solar().bus.bit_rate, doctor_objects(solar()), brief());
+  survey.listened_s = listened_s;
+  survey.heard[canopen::kSyncId] = {400, 0};
+  const auto said = [&](std::uint8_t id, canopen::Object object, std::uint32_t value) {
+    for (ObjectRead& one : survey.nodes[id].objects)
+      if (one.object == object) one = {object, ObjectRead::Answer::kValue, value, canopen::SdoAbort::kNone};
+  };
+  for (const slave::NodeScript& node : slave::node_scripts(solar())) {
+    for (const slave::SdoStep& step : node.script)
+      if (step.kind == slave::SdoStep::Kind::kWrite) said(node.node.id, step.object, step.value);
+  }
+  survey.heard[0x722] = {20, 0};
+  survey.heard[0x1A2] = {400, 0};
+  survey.heard[0x1C0] = {40, 0};
+  return survey;
+}
+
+TEST(DoctorBus, TwoSignsOfANodeIdThatStandsTwiceAreAFaultAndOneIsANote) {
+  struct Story {
+    const char* what;
+    std::function<void(BusSurvey&)> show;
+    bool note, fault;
+  };
+  const auto contradict = [](BusSurvey& s) {
+    std::vector<ObjectRead>& read = s.nodes[0x22].objects;
+    const auto product = std::find_if(read.rbegin(), read.rend(),
+                                      [](const ObjectRead& one) { return one.object == canopen::kProductCode; });
+    product->value ^= 1U;
+  };
+  const Story stories[] = {
+      {"healthy", [](BusSurvey&) {}, false, false},
+      {"clocks", [](BusSurvey& s) { s.heard[0x722].count = 25, s.heard[0x1A2].count = 405; }, false, false},
+      {"errors on the bus alone", [](BusSurvey& s) { s.errors = 100; }, false, false},
+      {"one answer more", [](BusSurvey& s) { s.nodes[0x22].second_answers = 1; }, true, false},
+      {"one and errors", [](BusSurvey& s) { s.nodes[0x22].second_answers = 1, s.errors = 3; }, false, true},
+      {"answers", [](BusSurvey& s) { s.nodes[0x22].second_answers = 2; }, false, true},
+      {"another identity", contradict, true, false},
+      {"a heartbeat more often", [](BusSurvey& s) { s.heard[0x722].count = 30; }, true, false},
+      {"... with another identity", [&](BusSurvey& s) { s.heard[0x722].count = 30, contradict(s); }, false, true},
+      {"two heartbeats", [](BusSurvey& s) { s.heard[0x722].count = 40; }, false, true},
+      {"two of its values to a SYNC", [](BusSurvey& s) { s.heard[0x1A2].count = 800; }, false, true},
+      {"two sets of inputs", [](BusSurvey& s) { s.heard[0x1C0].count = 80; }, false, true}};
+  for (const auto& [what, show, note, fault] : stories) {
+    BusSurvey survey = running();
+    show(survey);
+    const BusDiagnosis diagnosis = diagnose(survey, &solar());
+    const char* words = "two devices have this node id (";
+    EXPECT_EQ(faults(diagnosis).find(words) != std::string::npos, fault) << what << ": " << faults(diagnosis);
+    EXPECT_EQ(said(diagnosis, Finding::Level::kNote).find(words) != std::string::npos, note)
+        << what << ": " << said(diagnosis, Finding::Level::kNote);
+  }
 }
 
 TEST(DoctorBus, MissingNodeIsFoundUnderTheWrongId) {

@@ -86,6 +86,19 @@ TEST(Recover, BringsTheNamedJointInFromEitherEndAndMovesNothingElse) {
   }
 }
 
+TEST(Recover, LeavesAMachineThatAnotherControllerLeadsAlone) {
+  Site site;
+  const auto watch = site.bus->each_tick;
+  site.bus->each_tick = [watch](sim::MachineOnBus& b) {
+    watch(b);
+    if (b.now().time_since_epoch() % 50ms == 0ms) b.nodes_end().shout(canopen::enable_output_frame(0x240, 0));
+  };
+  site.recover_boom(narrower(true), {"ready", "go", "go", "go", "go"});
+  EXPECT_EQ(site.ended.find("another controller is on the bus: heard set-point 0x240"), 0U) << site.ended;
+  EXPECT_FALSE(site.powered);
+  EXPECT_EQ(site.bus->machine().nodes().node(0x10)->value(canopen::kProducerHeartbeat), 0U);
+}
+
 TEST(Recover, MovesNothingWhereTheJointIsWithinItsRange) {
   Site site;
   site.recover_boom(whole(), {"ready"});

@@ -103,6 +103,27 @@ TEST(Explain, TellsTheControllersTroublesApart) {
   EXPECT_EQ(Explained("kind = \"no_acknowledge\"\nduration_s = 0.6").account().cause.id, "bus_disturbed");
 }
 
+TEST(Explain, NamesWhoElseSpeaksOnTheBusAndSince) {
+  struct Story {
+    const char *fault, *id, *text, *support;
+  };
+  for (const auto& [fault, id, text, support] :
+       {Story{"kind = \"other_controller\"\nduration_s = 0.6", "other_controller", "another controller",
+              "SYNC 0x080 arrived"},
+        Story{"kind = \"foreign_sender\"\nnode = \"arm_valve\"\nduration_s = 0.6", "foreign_sender",
+              "arm_valve (node 0x11) is commanded by somebody else", "set-point 0x211 arrived"},
+        Story{"kind = \"node_id_twice\"\nnode = \"arm_head_pressure\"\nduration_s = 0.6", "node_id_twice",
+              "node id of arm_head_pressure (node 0x22)", "0x1A2 arrived"}}) {
+    const Explained run(fault);
+    ASSERT_FALSE(run.report.accounts.empty()) << id;
+    const Cause& cause = run.account().cause;
+    EXPECT_EQ(cause.id, id) << cause.text;
+    EXPECT_TRUE(contains(cause.text, text)) << cause.text;
+    EXPECT_TRUE(contains(joined(cause.supports), support)) << joined(cause.supports);
+    EXPECT_LE(run.account().stop.at - cause.since, 10ms) << "seen at the first frame";
+  }
+}
+
 TEST(Explain, TellsTheDevicesTroublesApart) {
   EXPECT_EQ(Explained("kind = \"device_unplugged\"\nduration_s = 0.6").account().cause.id, "device_unplugged");
   EXPECT_EQ(Explained("kind = \"device_silent\"\nduration_s = 0.6").account().cause.id, "device_silent");

@@ -311,6 +311,7 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
       {"no_acknowledge", sim::FaultKind::kNoAcknowledge},
       {"sync_dropped", sim::FaultKind::kSyncDropped},
       {"bus_cut", sim::FaultKind::kBusCut},
+      {"other_controller", sim::FaultKind::kOtherController},
       {"babble", sim::FaultKind::kBabble}};
   for (const auto& [kind, expected] : kinds) {
     std::string text = with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"");
@@ -322,6 +323,7 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
                                                            {"emcy_storm", sim::FaultKind::kEmcyStorm},
                                                            {"node_reset", sim::FaultKind::kNodeReset},
                                                            {"wrong_identity", sim::FaultKind::kWrongIdentity},
+                                                           {"node_id_twice", sim::FaultKind::kNodeIdTwice},
                                                            {"sensor_frozen", sim::FaultKind::kSensorFrozen},
                                                            {"sensor_invalid", sim::FaultKind::kSensorInvalid}}) {
     EXPECT_EQ(load(with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"")).faults[0].kind, expected);

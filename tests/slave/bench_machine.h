@@ -88,7 +88,7 @@ class BenchMachine {
   explicit BenchMachine(const MachineDescription& machine = test_machine(), const LinkStart& own = {11, 1h})
       : description(machine),
         kinematics(machine),
-        bus(2, machine.bus.bit_rate),
+        bus(3, machine.bus.bit_rate),
         nodes(machine, errors(), bus.port(1), 1),
         start(own),
         loop(machine, bus.port(0), link, own) {
@@ -180,7 +180,7 @@ class BenchMachine {
 
   MachineDescription description;
   Kinematics kinematics;
-  VirtualCanBus bus;
+  VirtualCanBus bus;  ///< Ports: the controller's, the nodes', and a stranger's.
   sim::CanNodes nodes;
   ScriptedLink link;
   LinkStart start;

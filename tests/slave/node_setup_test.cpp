@@ -116,6 +116,55 @@ TEST(NodeSetup, FailureNamesTheObjectAndWhatTheNodeSaid) {
   EXPECT_EQ(text(SetupFailure{}), "");
 }
 
+/// A port that takes everything.
+class Sink final : public CanBus {
+ public:
+  bool send(const CanFrame&) noexcept override { return true; }
+  bool receive(CanFrame&) noexcept override { return false; }
+  [[nodiscard]] CanState state() const noexcept override { return CanState::kActive; }
+};
+
+TEST(NodeSetup, ARequestThatIsAnsweredOnceMoreIsNoticedAndOneThatSomebodyElseMadeIsNot) {
+  using canopen::sdo_uploaded;
+  const canopen::Object type = canopen::kDeviceType, vendor = canopen::kVendorId;
+  const SdoScript script{{SdoStep::Kind::kIdentity, type, 404, 4}, {SdoStep::Kind::kIdentity, vendor, 7, 4}};
+  Sink bus;
+  const auto asked = [&] {
+    SdoDialogue dialogue(0x22, script, 100ms);
+    dialogue.receive(sdo_uploaded(0x22, type, 404, 4));  // of an earlier start
+    dialogue.step(bus, Time{1s});
+    return dialogue;
+  };
+  SdoDialogue same = asked();
+  same.receive(sdo_uploaded(0x22, type, 404, 4));
+  EXPECT_EQ(same.second_answers(), 0);
+  same.receive(sdo_uploaded(0x22, type, 404, 4));
+  EXPECT_EQ(same.second_answers(), 1);
+  same.restart();
+  EXPECT_EQ(same.second_answers(), 0);
+
+  for (const std::uint32_t first : {404U, 77U}) {  // the right one may answer first or last
+    SdoDialogue other = asked();
+    other.receive(sdo_uploaded(0x22, type, first, 4));
+    other.receive(sdo_uploaded(0x22, type, first == 404 ? 77 : 404, 4));
+    EXPECT_EQ(other.second_answers(), 2) << first;
+    other.receive(sdo_uploaded(0x22, type, 404, 4));
+    EXPECT_EQ(other.second_answers(), 2) << first;
+  }
+
+  SdoDialogue late = asked();
+  late.step(bus, Time{1s} + 100ms);  // asked again
+  late.receive(sdo_uploaded(0x22, type, 404, 4));
+  late.receive(sdo_uploaded(0x22, type, 404, 4));
+  EXPECT_EQ(late.second_answers(), 0);
+
+  SdoDialogue shared = asked();
+  shared.others_asked();
+  shared.receive(sdo_uploaded(0x22, vendor, 7, 4));
+  shared.receive(sdo_uploaded(0x22, type, 404, 4));
+  EXPECT_EQ(shared.second_answers(), 0);
+}
+
 TEST(NodeSetup, EmergenciesAreKeptWithTimeAndMeaning) {
   BenchMachine m;
   ASSERT_TRUE(starts(m));

@@ -104,6 +104,21 @@ TEST(OrderlyStop, NodesThatAllSaidThatTheyAreOffMissNobodyAfterwards) {
   EXPECT_FALSE(machine.bench.nodes.outputs().pilot);
 }
 
+TEST(OrderlyStop, ResetsNoNodeThatAnotherControllerMayLead) {
+  BenchMachine bench;
+  ASSERT_TRUE(bench.engage()) << text(bench.loop.blocking());
+  bench.hung = true;
+  bench.wire.clear();
+  bench.bus.port(2).send(canopen::sync_frame());
+  OrderlyStop stop(bench.description, bench.bus.port(0));
+  while (!stop.done()) {
+    stop.step(bench.now);
+    bench.run(5ms);
+  }
+  EXPECT_EQ(stop.unconfirmed_valves(), (PerJoint<bool>{}));
+  EXPECT_TRUE(bench.frames(canopen::kNmtId).empty());
+}
+
 TEST(OrderlyStop, AnEnableNodeThatMissedItsOutputKeepsItsWatchdogAndDropsPilotPressureByIt) {
   const NodeDescription& enable = wires().enable;
   Stopped machine({enable.rpdo_id()});

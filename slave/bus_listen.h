@@ -1,0 +1,19 @@
+// Before its first frame, whoever is about to command a machine listens whether somebody else does: two controllers
+// would reset each other's nodes for good.
+#pragma once
+
+#include <string>
+
+#include "machine/bus_description.h"
+#include "transport/bus_access.h"
+
+namespace knuckle::slave {
+
+/// Listens for a little more than two periods of heartbeat and SYNC, and sends nothing. What has arrived before counts
+/// as well. @return what was heard of that only a controller sends: "SYNC 0x080, heartbeat 0x701"; empty: nothing.
+[[nodiscard]] std::string heard_of_other_controller(const BusDescription& bus, BusAccess& access);
+
+/// @throws InputError in one line where there is another controller.
+void refuse_other_controller(const BusDescription& bus, BusAccess& access);
+
+}  // namespace knuckle::slave

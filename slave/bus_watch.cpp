@@ -1,0 +1,131 @@
+#include "slave/bus_watch.h"
+
+#include <algorithm>
+
+#include "slave/bus_map.h"
+#include "transport/canopen.h"
+
+namespace knuckle::slave {
+namespace {
+
+/// Whether a request to an SDO server leaves its objects as they are; what is not known may change them.
+bool only_reads(const CanFrame& frame) noexcept {
+  // Upload, its segments, abort, block upload (CiA 301).
+  const unsigned command = frame.size == 0 ? 0 : frame.data[0] >> 5;
+  return command >= 2 && command <= 5;
+}
+
+Reason heard(ReasonCode code, std::uint8_t node, const CanFrame& frame) noexcept {
+  return {code, node, static_cast<float>(frame.id), 0};
+}
+
+}  // namespace
+
+BusWatch::BusWatch(const BusDescription& bus) {
+  const auto every = [](int nth_sync) { return 1.0 / nth_sync; };
+  const auto watch = [&](const NodeDescription& node, const Stream& process_data) {
+    add_stream(node.tpdo_id(), process_data);
+    add_stream(canopen::heartbeat_id(node.id), {.node = node.id, .heartbeat = true, .per_s = 1 / bus.node_heartbeat_s});
+    add(canopen::sdo_request_id(node.id), Kind::kRequest, node.id);
+  };
+  for (const NodeDescription& node : bus.valves)
+    watch(node, {.node = node.id, .per_sync = every(bus.valve_status_every_nth_sync)});
+  for (const NodeDescription& node : bus.pressures) watch(node, {.node = node.id, .per_sync = 1});
+  for (const NodeDescription& node : bus.encoders) watch(node, {.node = node.id, .per_sync = 1});
+  watch(bus.tilt, {.node = bus.tilt.id, .per_sync = every(bus.tilt_every_nth_sync)});
+  watch(bus.enable, {.node = bus.enable.id, .per_s = 1 / bus.controller_heartbeat_s, .most_over = kMostOverWithEvents});
+  for (const NodeDescription& node : bus.valves) add(node.rpdo_id(), Kind::kSetPoint, node.id);
+  add(bus.enable.rpdo_id(), Kind::kSetPoint, bus.enable.id);
+  for (const std::uint32_t id : controllers_own(bus)) add(id, Kind::kController, 0);
+}
+
+void BusWatch::add_stream(std::uint32_t id, const Stream& stream) {
+  add(id, Kind::kCounted, static_cast<std::uint8_t>(streams_.size()));
+  streams_.push_back(stream);
+}
+
+void BusWatch::receive(const CanFrame& frame, Time now) noexcept {
+  const Identifier identifier = identifiers_[frame.id & 0x7FFU];
+  switch (identifier.kind) {
+    case Kind::kNone:
+      return;
+    case Kind::kController:
+      if (frame.id == canopen::kSyncId) synced();  // the nodes answer to it
+      return controller_.hear(heard(ReasonCode::kOtherController, 0, frame), now);
+    case Kind::kSetPoint:
+      return sender_.hear(heard(ReasonCode::kForeignSender, identifier.which, frame), now);
+    case Kind::kRequest:
+      return on_request(frame, identifier.which, now);
+    case Kind::kCounted:
+      break;
+  }
+  Stream& stream = streams_[identifier.which];
+  // A node that starts anew says so out of turn.
+  const bool boots = stream.heartbeat && canopen::parse_heartbeat(frame) == canopen::NmtState::kBootUp;
+  if (counting_ && !boots) ++stream.frames;
+}
+
+void BusWatch::on_request(const CanFrame& frame, std::uint8_t node, Time now) noexcept {
+  if (!only_reads(frame)) return sender_.hear(heard(ReasonCode::kForeignSender, node, frame), now);
+  ++reads_;
+  last_read_ = node;
+}
+
+void BusWatch::Foreign::hear(const Reason& why, Time now) noexcept {
+  if (now - at > kStands) reason = why;
+  at = now;
+}
+
+void BusWatch::became_due(Stream& stream, double frames) noexcept {
+  stream.due += frames;
+  if (stream.over() < 0) stream.frames = stream.due = 0;
+}
+
+void BusWatch::synced() noexcept {
+  for (Stream& stream : streams_) became_due(stream, stream.per_sync);
+}
+
+void BusWatch::step(Time now) noexcept {
+  const double passed_s = stepped_at_ == kNever ? 0 : to_seconds(now - stepped_at_);
+  stepped_at_ = now;
+  for (Stream& stream : streams_) became_due(stream, stream.per_s * passed_s);
+}
+
+void BusWatch::count_frames(bool on) noexcept {
+  if (on == counting_) return;
+  counting_ = on;
+  for (Stream& stream : streams_) stream.frames = stream.due = 0;
+}
+
+void BusWatch::restart() noexcept {
+  count_frames(false);
+  signs_ = {};
+}
+
+Reason BusWatch::foreign(Time now) const noexcept {
+  for (const Foreign* one : {&controller_, &sender_}) {
+    if (now - one->at <= kStands) return one->reason;
+  }
+  return {};
+}
+
+Reason BusWatch::twice() const noexcept {
+  for (std::size_t i = 0; i < streams_.size(); i += 2) {
+    const std::uint8_t node = streams_[i].node;
+    int signs = signs_[node];
+    const Stream* worst = nullptr;
+    for (std::size_t k = i; k < i + 2; ++k) {  // process data, heartbeat
+      const Stream& stream = streams_[k];
+      const double over = stream.over();
+      if (over <= stream.most_over / 2) continue;
+      signs += over > stream.most_over ? 2 : 1;
+      if (worst == nullptr || over > worst->over()) worst = &stream;
+    }
+    if (signs < 2) continue;
+    if (worst == nullptr) return {ReasonCode::kNodeIdTwice, node, 2, 1};
+    return {ReasonCode::kNodeIdTwice, node, static_cast<float>(worst->frames), static_cast<float>(worst->due)};
+  }
+  return {};
+}
+
+}  // namespace knuckle::slave
