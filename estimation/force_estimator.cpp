@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "estimation/known_friction.h"
 #include "machine/description.h"
 
 namespace knuckle::estimation {
@@ -22,11 +23,6 @@ const JointVector kUsualLever_m(0.2, 0.2, 0.1);
 bool finite(const JointState& s) noexcept {
   return s.angle_rad.allFinite() && s.lever_m.allFinite() && s.cylinder_N.allFinite() &&
          std::isfinite(s.hull_pitch_rad);
-}
-
-CylinderFriction friction_of(const MachineDescription& machine, int joint) {
-  return machine.dynamics_calibration ? CylinderFriction(machine.dynamics_calibration->friction(joint))
-                                      : CylinderFriction(machine.cylinders[static_cast<std::size_t>(joint)].friction);
 }
 
 FreeSpread spread_of(const MachineDescription& machine, std::size_t speed_class) {
@@ -50,7 +46,7 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
       arm_(machine),
       bucket_(machine),
       parameters_(known_parameters(machine)),
-      friction_{friction_of(machine, kBoom), friction_of(machine, kArm), friction_of(machine, kBucket)},
+      friction_{known_friction(machine, kBoom), known_friction(machine, kArm), known_friction(machine, kBucket)},
       step_s_(step_s),
       pitch_(kPitchCutoff_Hz, step_s, 0.0),
       vibration_(machine, step_s),

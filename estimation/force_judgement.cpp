@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimation/end_stop.h"
 #include "estimation/force_estimator.h"
 #include "estimation/length_error.h"
 
@@ -35,9 +36,8 @@ constexpr double kMoving_mps = 5e-3;
 // End stops: their cushions and steel take force that shows in the pressures but is not the world's. How much is not
 // known, so the joint's torque is not believed there.
 constexpr double kCushion_m = 0.02, kCushion_Ns_per_m = 2e5;  // throttled end of the stroke, generous
-// Steel at the end of the stroke, or the linkage's own beyond the working range: as far off as pins and encoder are
-// wrong, which near a toggle are many degrees. The cylinder may press on it with all its pressure.
-constexpr double kStopSpread = 3, kStop_N = 1e5;
+// The cylinder may press on steel with all its pressure.
+constexpr double kStop_N = 1e5;
 constexpr double kStopFade_s = 0.3;
 constexpr double kStopSeen_N = 300;
 
@@ -78,7 +78,7 @@ JointVector ForceEstimator::stuck_variance(const ObserverChannel& channel) const
 
 void ForceEstimator::watch_end_stops(const JointVector& joints_rad) noexcept {
   stop_variance_ *= std::exp(-step_s_ / kStopFade_s);
-  const double stop_m = kStopSpread * (pins_calibrated_ ? kCalibratedLength_m : kNominalLength_m);
+  const double stop_m = steel_spread_m(pins_calibrated_);
   for (int i = 0; i < kJoints; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const auto cylinder = kinematics_.cylinder_at(i, joints_rad[i]);
@@ -88,9 +88,8 @@ void ForceEstimator::watch_end_stops(const JointVector& joints_rad) noexcept {
     const double gap = std::min(in, out);
     const double closing = std::max(0.0, in < out ? -slow_.cylinder_mps[i] : slow_.cylinder_mps[i]);
     const double throttled = std::clamp(1 - gap / kCushion_m, 0.0, 1.0);
-    const double within_rad = std::min(joints_rad[i] - links_[k].min_rad, links_[k].max_rad - joints_rad[i]);
-    const double to_steel_m = std::min(gap, std::abs(cylinder->lever_m) * within_rad);
-    const double steel = std::clamp(1 - to_steel_m / stop_m, 0.0, 1.0);
+    const double steel =
+        std::clamp(1 - to_steel_m(links_[k], cylinders_[k], *cylinder, joints_rad[i]) / stop_m, 0.0, 1.0);
     const double hidden_N = kCushion_Ns_per_m * throttled * throttled * closing + kStop_N * steel;
     stop_variance_[i] = std::max(stop_variance_[i], std::pow(cylinder->lever_m * hidden_N, 2));
   }

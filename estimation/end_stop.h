@@ -1,0 +1,29 @@
+// How far a joint is from the steel at an end of its way, and how far off that steel may be.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimation/length_error.h"
+#include "machine/description.h"
+#include "machine/kinematics.h"
+
+namespace knuckle::estimation {
+
+/// Along the rod: to the end of its stroke, or to where the working range of its joint ends, where the linkage has
+/// steel of its own. Negative beyond it.
+[[nodiscard]] inline double to_steel_m(const LinkDescription& link, const CylinderDescription& cylinder,
+                                       const CylinderState& at, double joint_rad) noexcept {
+  const double to_stroke_m = std::min(at.length_m - cylinder.min_length_m, cylinder.max_length_m - at.length_m);
+  const double within_rad = std::min(joint_rad - link.min_rad, link.max_rad - joint_rad);
+  return std::min(to_stroke_m, std::abs(at.lever_m) * within_rad);
+}
+
+/// Steel is met as much earlier or later as pins and encoder are wrong, which near a toggle is many degrees.
+/// @param pins_calibrated whether the geometry was identified.
+[[nodiscard]] constexpr double steel_spread_m(bool pins_calibrated) noexcept {
+  constexpr double kSigmas = 3;
+  return kSigmas * (pins_calibrated ? kCalibratedLength_m : kNominalLength_m);
+}
+
+}  // namespace knuckle::estimation
